@@ -1,0 +1,13 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+namespace resonid {
+
+/// How the plant's response is formed from the phasors of excitation, input and output (METHOD 5.1 ... 5.3).
+enum class Approach {
+  direct,    ///< Gd = Y/U. With spectra, biased under feedback when the noise is not small.
+  indirect,  ///< Gcl = Y/Ru, Gd = Gcl/(1 - C Gcl). Needs the controller.
+  joint,     ///< Gd = (Y/Ru)/(U/Ru). Needs the excitation, not the controller.
+};
+
+}  // namespace resonid

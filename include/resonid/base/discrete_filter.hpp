@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <resonid/base/expected.hpp>
+#include <span>
+
+namespace resonid {
+
+/// Discrete transfer function run sample by sample; also what a linear controller is.
+///
+///   y(k) = sum_{i=0} b_i u(k-i) - sum_{i=1} a_i y(k-i),   numerator b, denominator a in powers of z^-1, a_0 = 1
+///
+/// Transposed direct form II. A trivially copyable value without heap.
+template <class Scalar, std::size_t MaxOrder>
+class DiscreteFilter {
+ public:
+  /// Coefficients in powers of z^-1; the denominator's first one must not be 0 (it is divided out). At most
+  /// MaxOrder + 1 coefficients each.
+  static expected<DiscreteFilter, ConfigError> create(std::span<const double> numerator,
+                                                      std::span<const double> denominator) {
+    if (numerator.empty() || numerator.size() > MaxOrder + 1)
+      return refuse("numerator", "needs 1 ... MaxOrder + 1 coefficients", static_cast<double>(numerator.size()));
+    if (denominator.empty() || denominator.size() > MaxOrder + 1)
+      return refuse("denominator", "needs 1 ... MaxOrder + 1 coefficients",
+                    static_cast<double>(denominator.size()));
+    if (denominator[0] == 0.0) return refuse("denominator", "must not begin with 0", denominator[0]);
+    DiscreteFilter filter;
+    for (std::size_t i = 0; i < numerator.size(); ++i)
+      filter.b_[i] = static_cast<Scalar>(numerator[i] / denominator[0]);
+    for (std::size_t i = 0; i < denominator.size(); ++i)
+      filter.a_[i] = static_cast<Scalar>(denominator[i] / denominator[0]);
+    return filter;
+  }
+
+  Scalar step(Scalar input) noexcept {
+    const Scalar output = b_[0] * input + state_[0];
+    for (std::size_t i = 0; i < MaxOrder; ++i)
+      state_[i] = b_[i + 1] * input - a_[i + 1] * output + state_[i + 1];
+    return output;
+  }
+  void reset() noexcept { state_.fill(Scalar(0)); }
+
+  /// Puts the filter in the steady state in which a constant `input` gives `output`; for an integrating filter
+  /// `input` must be 0 for that to be a rest.
+  void settle(Scalar input, Scalar output) noexcept {
+    state_[MaxOrder] = Scalar(0);
+    for (std::size_t i = MaxOrder; i-- > 0;)
+      state_[i] = b_[i + 1] * input - a_[i + 1] * output + state_[i + 1];
+  }
+
+ private:
+  std::array<Scalar, MaxOrder + 1> b_{};
+  std::array<Scalar, MaxOrder + 1> a_{};
+  std::array<Scalar, MaxOrder + 1> state_{};  // the last one stays 0
+};
+
+}  // namespace resonid

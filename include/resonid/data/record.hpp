@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <cstddef>
+#include <string>
+#include <vector>
+
+namespace resonid::data {
+
+/// What the measured output of a drive is. A response is always reported for velocity.
+enum class OutputQuantity { velocity, position, acceleration };
+
+/// Whether the machine turns or slides: decides the units kgm2, Nm/rad ... or kg, N/m ...
+enum class Motion { rotary, linear };
+
+/// One signal of a record. No samples means that the signal is not there.
+struct Channel {
+  std::string name;             ///< Name in the file ("iq_meas_A").
+  std::string unit;             ///< Unit after scaling ("Nm", "rad/s", "V").
+  std::vector<double> samples;  ///< [sample], finite.
+
+  [[nodiscard]] bool present() const noexcept { return !samples.empty(); }
+};
+
+/// How evenly the samples lie in time, measured from the time column.
+struct Sampling {
+  bool measured = false;              ///< False when only a rate was given.
+  double jitter_rms_s = 0.0;          ///< Deviation of the time stamps from the uniform grid, rms.
+  double jitter_max_s = 0.0;          ///< The same, largest.
+  std::size_t gaps = 0;               ///< Intervals longer than 1.5 sample times.
+  double largest_gap_s = 0.0;         ///< Longest interval between neighbouring samples, if there is a gap.
+  double first_gap_at_s = 0.0;        ///< Time stamp before the first gap.
+};
+
+/// Uniformly sampled signals of one experiment on a drive; what a measured and a simulated drive have in common.
+/// All channels that are present have equally many samples. Sign convention and symbols: docs/notation.md.
+struct Record {
+  std::string source;           ///< File name or description.
+  double sample_rate_hz = 0.0;  ///< > 0.
+  double start_time_s = 0.0;    ///< Time of sample 0.
+  Channel input;                ///< u: torque (force) that the plant receives.
+  Channel output;               ///< y: measured velocity, position or acceleration, feedback delay included.
+  Channel excitation;           ///< ru: what is added to the controller's output; optional.
+  Channel reference;            ///< r: reference of the loop; optional.
+  Channel position;             ///< Position of the machine for plants that vary over it; optional.
+  OutputQuantity output_quantity = OutputQuantity::velocity;
+  Motion motion = Motion::rotary;
+  Sampling sampling;
+
+  [[nodiscard]] std::size_t samples() const noexcept { return output.samples.size(); }
+  [[nodiscard]] double sample_time_s() const noexcept { return 1.0 / sample_rate_hz; }
+  [[nodiscard]] double duration_s() const noexcept { return static_cast<double>(samples()) / sample_rate_hz; }
+};
+
+}  // namespace resonid::data

@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: MIT
+#include <Eigen/Eigenvalues>
+#include <cmath>
+#include <resonid/base/constants.hpp>
+#include <resonid/data/transfer_function.hpp>
+
+namespace resonid::data {
+namespace {
+
+std::complex<double> polynomial(std::span<const double> coefficients, std::complex<double> inverse_z) {
+  std::complex<double> sum = 0.0;
+  for (std::size_t i = coefficients.size(); i-- > 0;) sum = sum * inverse_z + coefficients[i];
+  return sum;
+}
+
+}  // namespace
+
+std::complex<double> TransferFunction::response(double frequency_hz) const {
+  const auto inverse_z = std::polar(1.0, -kTwoPi * frequency_hz * sample_time_s);
+  return polynomial(numerator, inverse_z) / polynomial(denominator, inverse_z);
+}
+
+std::vector<double> TransferFunction::simulate(std::span<const double> input) const {
+  std::vector<double> output(input.size());
+  for (std::size_t k = 0; k < input.size(); ++k) {
+    double sum = 0.0;
+    for (std::size_t i = 0; i < numerator.size() && i <= k; ++i) sum += numerator[i] * input[k - i];
+    for (std::size_t i = 1; i < denominator.size() && i <= k; ++i) sum -= denominator[i] * output[k - i];
+    output[k] = sum / denominator[0];
+  }
+  return output;
+}
+
+std::vector<std::complex<double>> TransferFunction::poles() const {
+  const auto order = static_cast<Eigen::Index>(denominator.size()) - 1;
+  if (order < 1) return {};
+  Eigen::MatrixXd companion = Eigen::MatrixXd::Zero(order, order);
+  for (Eigen::Index i = 0; i < order; ++i)
+    companion(0, i) = -denominator[static_cast<std::size_t>(i) + 1] / denominator[0];
+  for (Eigen::Index i = 1; i < order; ++i) companion(i, i - 1) = 1.0;
+  const Eigen::VectorXcd values = companion.eigenvalues();
+  return {values.begin(), values.end()};
+}
+
+TransferFunction pi_controller(double gain, double integral_time_s, double sample_time_s) {
+  return {{gain * (1.0 + sample_time_s / integral_time_s), -gain}, {1.0, -1.0}, sample_time_s};
+}
+
+}  // namespace resonid::data
