@@ -1,0 +1,20 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <filesystem>
+#include <resonid/base/expected.hpp>
+#include <resonid/io/error.hpp>
+#include <string_view>
+
+namespace resonid::io {
+
+/// Writes a file so that it appears complete or not at all: a temporary file in the same folder is written,
+/// flushed to the disk and renamed over the target. On failure the target is as it was and the temporary file
+/// is gone.
+///
+/// An existing file keeps its permissions, a symbolic link is followed. What is not a regular file
+/// (`/dev/null`, a pipe) is written directly. Parent folders are not made.
+[[nodiscard]] expected<void, Error> write_file_atomically(const std::filesystem::path& path,
+                                                          std::string_view contents);
+
+}  // namespace resonid::io

@@ -1,0 +1,96 @@
+// SPDX-License-Identifier: MIT
+#include <sys/resource.h>
+#include <unistd.h>
+
+#include <csignal>
+#include <resonid/io/atomic_file.hpp>
+
+#include "temporary_folder.hpp"
+
+namespace resonid::io {
+namespace {
+
+namespace fs = std::filesystem;
+using test::contents_of;
+using test::TemporaryFolder;
+
+TEST(AtomicFile, WritesAndReplacesAndLeavesNothingElse) {
+  const TemporaryFolder folder;
+  const std::string first(100'000, 'a');
+  ASSERT_TRUE(write_file_atomically(folder / "result.json", first));
+  EXPECT_EQ(contents_of(folder / "result.json"), first);
+  ASSERT_TRUE(write_file_atomically(folder / "result.json", "short"));
+  EXPECT_EQ(contents_of(folder / "result.json"), "short");
+  EXPECT_EQ(folder.entries(), 1U);
+}
+
+TEST(AtomicFile, KeepsPermissionsOfAnExistingFile) {
+  const TemporaryFolder folder;
+  const fs::path path = folder.file("result.json", "old");
+  const auto wanted = fs::perms::owner_read | fs::perms::owner_write | fs::perms::others_read;
+  fs::permissions(path, wanted);
+  ASSERT_TRUE(write_file_atomically(path, "new"));
+  EXPECT_EQ(fs::status(path).permissions(), wanted);
+}
+
+TEST(AtomicFile, FollowsASymbolicLink) {
+  const TemporaryFolder folder;
+  const fs::path path = folder.file("real.json", "old");
+  fs::create_symlink("real.json", folder / "link.json");
+  ASSERT_TRUE(write_file_atomically(folder / "link.json", "new"));
+  EXPECT_TRUE(fs::is_symlink(folder / "link.json"));
+  EXPECT_EQ(contents_of(path), "new");
+}
+
+TEST(AtomicFile, WritesADeviceInPlace) {
+  ASSERT_TRUE(write_file_atomically("/dev/null", "gone"));
+  EXPECT_TRUE(fs::is_character_file("/dev/null"));
+}
+
+TEST(AtomicFile, NamesAMissingFolder) {
+  const TemporaryFolder folder;
+  const auto result = write_file_atomically(folder / "absent/result.json", "x");
+  RESONID_EXPECT_MESSAGE(result, "absent/result.json: cannot write: there is no folder '");
+  EXPECT_EQ(folder.entries(), 0U);
+}
+
+TEST(AtomicFile, RefusesAFolderAsTarget) {
+  const TemporaryFolder folder;
+  RESONID_EXPECT_MESSAGE(write_file_atomically(folder.path(), "x"), "this is a folder, a file is required");
+  const fs::path file = folder.file("plain", "");
+  RESONID_EXPECT_MESSAGE(write_file_atomically(file / "x.json", "x"), "is not a folder");
+  RESONID_EXPECT_MESSAGE(write_file_atomically("", "x"), "the file name is empty");
+}
+
+TEST(AtomicFile, ReportsMissingPermission) {
+  if (::geteuid() == 0) GTEST_SKIP() << "runs as root, for whom no folder is closed";
+  const TemporaryFolder folder;
+  fs::permissions(folder.path(), fs::perms::owner_read | fs::perms::owner_exec);
+  RESONID_EXPECT_MESSAGE(write_file_atomically(folder / "x.json", "x"), "Permission denied");
+}
+
+TEST(AtomicFile, WritesAFileWithTheLongestName) {
+  const TemporaryFolder folder;
+  const std::string name(255, 'n');
+  ASSERT_TRUE(write_file_atomically(folder / name, "x"));
+  EXPECT_EQ(contents_of(folder / name), "x");
+}
+
+TEST(AtomicFile, LeavesTheOldFileAndNoTemporaryWhenWritingFails) {
+  const TemporaryFolder folder;
+  const fs::path path = folder.file("result.json", "old");
+  ::rlimit before{};
+  ASSERT_EQ(::getrlimit(RLIMIT_FSIZE, &before), 0);
+  auto* const handler = std::signal(SIGXFSZ, SIG_IGN);
+  const ::rlimit small{4096, before.rlim_max};  // the disk is "full" after 4096 bytes
+  ASSERT_EQ(::setrlimit(RLIMIT_FSIZE, &small), 0);
+  const auto result = write_file_atomically(path, std::string(10'000, 'x'));
+  ASSERT_EQ(::setrlimit(RLIMIT_FSIZE, &before), 0);
+  std::signal(SIGXFSZ, handler);
+  RESONID_EXPECT_MESSAGE(result, "result.json: cannot write: File too large");
+  EXPECT_EQ(contents_of(path), "old");
+  EXPECT_EQ(folder.entries(), 1U);
+}
+
+}  // namespace
+}  // namespace resonid::io
