@@ -43,14 +43,22 @@ function(resonid_stage name)
   set_property(GLOBAL APPEND PROPERTY RESONID_STAGE_TARGETS ${target})
 endfunction()
 
-# resonid_test(STAGE SOURCES ... [DEPENDS ...]): one test executable per stage, found by ctest test by test.
+# resonid_test(NAME SOURCES ... [DEPENDS ...] [LABELS ...] [TIMEOUT SECONDS]): one test executable per stage, found by
+# ctest test by test. Tests labelled `statistics` run in `make statistics` only.
 function(resonid_test name)
-  cmake_parse_arguments(TEST "" "" "SOURCES;DEPENDS" ${ARGN})
+  cmake_parse_arguments(TEST "" "TIMEOUT" "SOURCES;DEPENDS;LABELS" ${ARGN})
+  if(NOT TEST_TIMEOUT)
+    set(TEST_TIMEOUT 600)
+  endif()
+  set(properties TIMEOUT ${TEST_TIMEOUT})
+  if(TEST_LABELS)
+    list(APPEND properties LABELS ${TEST_LABELS})
+  endif()
   add_executable(test_${name} ${TEST_SOURCES})
   target_link_libraries(test_${name} PRIVATE resonid_options ${TEST_DEPENDS} GTest::gtest_main)
   target_include_directories(test_${name} PRIVATE "${PROJECT_SOURCE_DIR}/tests/support")
   target_compile_definitions(test_${name} PRIVATE
     RESONID_GOLDEN_DIR="${PROJECT_SOURCE_DIR}/tests/golden"
     RESONID_RECORDINGS_DIR="${PROJECT_SOURCE_DIR}/../shared/recordings")
-  gtest_discover_tests(test_${name} TEST_PREFIX "${name}." DISCOVERY_TIMEOUT 60 PROPERTIES TIMEOUT 600)
+  gtest_discover_tests(test_${name} TEST_PREFIX "${name}." DISCOVERY_TIMEOUT 60 PROPERTIES ${properties})
 endfunction()

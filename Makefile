@@ -1,0 +1,42 @@
+# Two commands are enough on a fresh Debian 12 machine: `make demo` and `make test`. Both do their own set-up.
+.DEFAULT_GOAL := help
+.PHONY: help demo test build statistics bench format check clean
+
+help:          ## This list.
+	@awk -F ':|## ' '/^[a-z]+:.*## / {printf "  make %-11s %s\n", $$1, $$NF}' Makefile
+
+demo:          ## Simulate the published drive, identify it, write demo/report.html; real recordings too, where present.
+	tools/install_packages build
+	cmake --preset demo
+	cmake --build --preset demo --target resonid_cli
+	tools/demo build/demo
+
+test: build    ## Build with assertions and run all tests but the long statistics.
+	ctest --preset dev --label-exclude statistics
+
+build:         ## Build everything with assertions and tests (build/dev).
+	tools/install_packages build test
+	cmake --preset dev
+	cmake --build --preset dev
+
+statistics: build  ## The claims over hundreds of seeds (minutes).
+	ctest --preset dev --label-regex statistics --verbose
+
+bench:         ## Build optimised and run the benchmarks; results in build/release/bench/*.json.
+	tools/install_packages build test bench
+	cmake --preset release
+	cmake --build --preset release
+	tools/bench build/release
+
+format:        ## Format every tracked C++ file in place.
+	tools/install_packages ci
+	tools/check_format --fix
+
+check:         ## Format, layers, and clang-tidy on what changed.
+	tools/install_packages build test ci
+	tools/check_format
+	tools/check_layers
+	tools/check_tidy
+
+clean:         ## Remove all build and demo output.
+	rm -rf build demo
