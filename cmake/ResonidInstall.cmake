@@ -3,7 +3,11 @@ include(CMakePackageConfigHelpers)
 get_property(stage_targets GLOBAL PROPERTY RESONID_STAGE_TARGETS)
 install(TARGETS ${stage_targets} EXPORT resonid-targets
         ARCHIVE DESTINATION "${CMAKE_INSTALL_LIBDIR}")
-install(DIRECTORY "${PROJECT_SOURCE_DIR}/include/resonid" DESTINATION "${CMAKE_INSTALL_INCLUDEDIR}")
+foreach(target IN LISTS stage_targets)  # headers of the stages that are built: the embedded preset installs three
+  get_target_property(stage ${target} EXPORT_NAME)
+  install(DIRECTORY "${PROJECT_SOURCE_DIR}/include/resonid/${stage}" DESTINATION "${CMAKE_INSTALL_INCLUDEDIR}/resonid")
+endforeach()
+install(FILES "${PROJECT_SOURCE_DIR}/LICENSE" DESTINATION "${CMAKE_INSTALL_DOCDIR}")
 install(EXPORT resonid-targets NAMESPACE resonid::
         DESTINATION "${CMAKE_INSTALL_LIBDIR}/cmake/resonid")
 configure_package_config_file("${PROJECT_SOURCE_DIR}/cmake/resonid-config.cmake.in"
