@@ -1,0 +1,105 @@
+// SPDX-License-Identifier: MIT
+#include <algorithm>
+#include <resonid/excitation/excitation.hpp>
+#include <type_traits>
+
+namespace resonid::excitation {
+namespace {
+
+/// std::visit without its exception: calls `f` with the generator, if there is one.
+template <class Generator, class F>
+void with(Generator& generator, F&& f) noexcept {
+  if (auto* prbs = std::get_if<Prbs>(&generator)) return f(*prbs);
+  if (auto* multisine = std::get_if<Multisine<kMaxLines>>(&generator)) return f(*multisine);
+  if (auto* chirp = std::get_if<Chirp>(&generator)) return f(*chirp);
+  if (auto* stepped = std::get_if<SteppedSine<kMaxLines>>(&generator)) return f(*stepped);
+}
+
+template <class T>
+expected<Excitation::Generator, ConfigError> widen(const expected<T, ConfigError>& made) {
+  if (!made) return unexpected(made.error());
+  return Excitation::Generator(*made);
+}
+
+expected<Excitation::Generator, ConfigError> make(const ExcitationConfig& c, double rate) {
+  switch (c.kind) {
+    case Kind::none:
+      break;
+    case Kind::prbs:
+      return widen(Prbs::create({rate, c.amplitude, c.register_length, c.clock_divider, 1}));
+    case Kind::multisine:
+      if (c.phases == Phases::given) return refuse("phases", "must be random, schroeder or zero");
+      return widen(Multisine<kMaxLines>::create(
+          {rate, c.lines_hz.hz(), std::span(&c.amplitude, 1), c.phases, {}, c.phase_seed}));
+    case Kind::chirp:
+      return widen(
+          Chirp::create({rate, c.amplitude, c.from_hz, c.to_hz, c.duration_s, c.sweep, c.repeat, 0.0}));
+    case Kind::stepped_sine:
+      return widen(SteppedSine<kMaxLines>::create(
+          {rate, c.lines_hz.hz(), c.amplitude, c.settle_periods, c.measure_periods}));
+  }
+  return Excitation::Generator();
+}
+
+}  // namespace
+
+std::span<const std::string_view> enum_names(Kind) noexcept {
+  static constexpr std::array<std::string_view, 5> kNames{"none", "prbs", "multisine", "chirp",
+                                                          "stepped-sine"};
+  static_assert(kNames.size() == static_cast<std::size_t>(Kind::stepped_sine) + 1);
+  return kNames;
+}
+
+bool LineList::assign(std::span<const double> hz) noexcept {
+  if (hz.size() > kMaxLines) return false;
+  std::copy(hz.begin(), hz.end(), value.begin());
+  count = hz.size();
+  return true;
+}
+
+expected<Excitation, ConfigError> Excitation::create(const ExcitationConfig& config, double sample_rate_hz) {
+  if (!(sample_rate_hz > 0.0)) return refuse("sample_rate_hz", "must be > 0", sample_rate_hz);
+  const auto made = make(config, sample_rate_hz);
+  if (!made) return unexpected(made.error());
+  return Excitation(*made);
+}
+
+double Excitation::step() noexcept {
+  double value = 0.0;
+  with(generator_, [&](auto& g) { value = g.step(); });
+  return value;
+}
+
+void Excitation::reset() noexcept {
+  with(generator_, [](auto& g) { g.reset(); });
+}
+
+std::size_t Excitation::natural_length_samples() const noexcept {
+  std::size_t length = 0;
+  with(generator_, [&](const auto& g) {
+    if constexpr (requires { g.length_samples(); })
+      length = g.length_samples();
+    else
+      length = g.period_samples();
+  });
+  return length;
+}
+
+std::size_t Excitation::period_samples() const noexcept {
+  std::size_t period = 0;
+  with(generator_, [&](const auto& g) {
+    if constexpr (requires { g.period_samples(); })
+      period = g.period_samples();
+    else if constexpr (std::is_same_v<std::decay_t<decltype(g)>, Chirp>)
+      period = g.config().repeat ? g.length_samples() : 0;
+  });
+  return period;
+}
+
+Band Excitation::band() const noexcept {
+  Band band;
+  with(generator_, [&](const auto& g) { band = g.band(); });
+  return band;
+}
+
+}  // namespace resonid::excitation
