@@ -8,7 +8,9 @@ double resonance_hz(const TwoMassParameters& p) {
   return std::sqrt(p.stiffness * (1.0 / p.driven_inertia + 1.0 / p.load_inertia)) / kTwoPi;
 }
 
-double antiresonance_hz(const TwoMassParameters& p) { return std::sqrt(p.stiffness / p.load_inertia) / kTwoPi; }
+double antiresonance_hz(const TwoMassParameters& p) {
+  return std::sqrt(p.stiffness / p.load_inertia) / kTwoPi;
+}
 
 double resonance_damping_ratio(const TwoMassParameters& p) {
   return 0.5 * p.damping * (1.0 / p.driven_inertia + 1.0 / p.load_inertia) / (kTwoPi * resonance_hz(p));

@@ -19,7 +19,7 @@ inline std::filesystem::path recordings() {
 }  // namespace resonid::test
 
 /// Defines `path` as the recording's file, or skips the test and says why.
-#define RESONID_RECORDING_OR_SKIP(path, name)                                                           \
-  const std::filesystem::path path = ::resonid::test::recordings() / name;                              \
-  if (!std::filesystem::exists(path))                                                                   \
+#define RESONID_RECORDING_OR_SKIP(path, name)                              \
+  const std::filesystem::path path = ::resonid::test::recordings() / name; \
+  if (!std::filesystem::exists(path))                                      \
   GTEST_SKIP() << "recording " << name << " is not here (set RESONID_RECORDINGS to the folder that holds it)"

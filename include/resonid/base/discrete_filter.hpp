@@ -10,7 +10,8 @@ namespace resonid {
 
 /// Discrete transfer function run sample by sample; also what a linear controller is.
 ///
-///   y(k) = sum_{i=0} b_i u(k-i) - sum_{i=1} a_i y(k-i),   numerator b, denominator a in powers of z^-1, a_0 = 1
+///   y(k) = sum_{i=0} b_i u(k-i) - sum_{i=1} a_i y(k-i),   numerator b, denominator a in powers of z^-1, a_0
+///   = 1
 ///
 /// Transposed direct form II. A trivially copyable value without heap.
 template <class Scalar, std::size_t MaxOrder>
@@ -21,7 +22,8 @@ class DiscreteFilter {
   static expected<DiscreteFilter, ConfigError> create(std::span<const double> numerator,
                                                       std::span<const double> denominator) {
     if (numerator.empty() || numerator.size() > MaxOrder + 1)
-      return refuse("numerator", "needs 1 ... MaxOrder + 1 coefficients", static_cast<double>(numerator.size()));
+      return refuse("numerator", "needs 1 ... MaxOrder + 1 coefficients",
+                    static_cast<double>(numerator.size()));
     if (denominator.empty() || denominator.size() > MaxOrder + 1)
       return refuse("denominator", "needs 1 ... MaxOrder + 1 coefficients",
                     static_cast<double>(denominator.size()));
@@ -42,8 +44,8 @@ class DiscreteFilter {
   }
   void reset() noexcept { state_.fill(Scalar(0)); }
 
-  /// Puts the filter in the steady state in which a constant `input` gives `output`; for an integrating filter
-  /// `input` must be 0 for that to be a rest.
+  /// Puts the filter in the steady state in which a constant `input` gives `output`; for an integrating
+  /// filter `input` must be 0 for that to be a rest.
   void settle(Scalar input, Scalar output) noexcept {
     state_[MaxOrder] = Scalar(0);
     for (std::size_t i = MaxOrder; i-- > 0;)

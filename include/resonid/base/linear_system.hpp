@@ -20,8 +20,8 @@ struct LinearSystem {
   Scalar d = Scalar(0);
 };
 
-/// exp(A) by scaling and squaring of a Taylor series; relative error near machine precision for |A| up to a few
-/// hundred. Works for automatic-differentiation scalars too, so exact derivatives come for free.
+/// exp(A) by scaling and squaring of a Taylor series; relative error near machine precision for |A| up to a
+/// few hundred. Works for automatic-differentiation scalars too, so exact derivatives come for free.
 /// `norm_bound` is a plain number not below the infinity norm of A.
 template <class Scalar, int Order>
 Eigen::Matrix<Scalar, Order, Order> matrix_exponential(const Eigen::Matrix<Scalar, Order, Order>& a,

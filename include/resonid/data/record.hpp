@@ -24,16 +24,17 @@ struct Channel {
 
 /// How evenly the samples lie in time, measured from the time column.
 struct Sampling {
-  bool measured = false;              ///< False when only a rate was given.
-  double jitter_rms_s = 0.0;          ///< Deviation of the time stamps from the uniform grid, rms.
-  double jitter_max_s = 0.0;          ///< The same, largest.
-  std::size_t gaps = 0;               ///< Intervals longer than 1.5 sample times.
-  double largest_gap_s = 0.0;         ///< Longest interval between neighbouring samples, if there is a gap.
-  double first_gap_at_s = 0.0;        ///< Time stamp before the first gap.
+  bool measured = false;        ///< False when only a rate was given.
+  double jitter_rms_s = 0.0;    ///< Deviation of the time stamps from the uniform grid, rms.
+  double jitter_max_s = 0.0;    ///< The same, largest.
+  std::size_t gaps = 0;         ///< Intervals longer than 1.5 sample times.
+  double largest_gap_s = 0.0;   ///< Longest interval between neighbouring samples, if there is a gap.
+  double first_gap_at_s = 0.0;  ///< Time stamp before the first gap.
 };
 
-/// Uniformly sampled signals of one experiment on a drive; what a measured and a simulated drive have in common.
-/// All channels that are present have equally many samples. Sign convention and symbols: docs/notation.md.
+/// Uniformly sampled signals of one experiment on a drive; what a measured and a simulated drive have in
+/// common. All channels that are present have equally many samples. Sign convention and symbols:
+/// docs/notation.md.
 struct Record {
   std::string source;           ///< File name or description.
   double sample_rate_hz = 0.0;  ///< > 0.

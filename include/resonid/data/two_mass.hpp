@@ -8,8 +8,8 @@
 namespace resonid::data {
 
 /// Two inertias joined by a spring and a damper, everything referred to the driven shaft (METHOD 2.1 with
-/// r1 = r2 = 1; the coupled belt has stiffness K r^2 and damping D r^2). SI units of the motion: kgm2, Nm/rad,
-/// Nms/rad, or kg, N/m, Ns/m.
+/// r1 = r2 = 1; the coupled belt has stiffness K r^2 and damping D r^2). SI units of the motion: kgm2,
+/// Nm/rad, Nms/rad, or kg, N/m, Ns/m.
 template <class Scalar>
 struct TwoMass {
   Scalar driven_inertia{};
@@ -29,8 +29,9 @@ using TwoMassParameters = TwoMass<double>;
 /// Damping ratio of the anti-resonance, D/(2 J2 w_ares).
 [[nodiscard]] double antiresonance_damping_ratio(const TwoMassParameters& p);
 
-/// Torque on the driven side to its velocity. States: driven velocity, load velocity, and the twist (driven minus
-/// load angle) times the resonance frequency: scaled so, the matrix exponential needs hardly any squaring.
+/// Torque on the driven side to its velocity. States: driven velocity, load velocity, and the twist (driven
+/// minus load angle) times the resonance frequency: scaled so, the matrix exponential needs hardly any
+/// squaring.
 template <class Scalar>
 [[nodiscard]] LinearSystem<Scalar, 3> continuous_system(const TwoMass<Scalar>& p) {
   using std::sqrt;
@@ -38,7 +39,7 @@ template <class Scalar>
   const Scalar spring = p.stiffness / omega;
   LinearSystem<Scalar, 3> s;
   s.a << -(p.damping + p.viscous_friction) / p.driven_inertia, p.damping / p.driven_inertia,
-      -spring / p.driven_inertia,                                                //
+      -spring / p.driven_inertia,                                                        //
       p.damping / p.load_inertia, -p.damping / p.load_inertia, spring / p.load_inertia,  //
       omega, -omega, Scalar(0);
   s.b << Scalar(1) / p.driven_inertia, Scalar(0), Scalar(0);

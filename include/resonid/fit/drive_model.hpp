@@ -1,0 +1,94 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <complex>
+#include <resonid/data/frequency_response.hpp>
+#include <resonid/data/transfer_function.hpp>
+#include <resonid/data/two_mass.hpp>
+#include <string_view>
+
+namespace resonid::fit {
+
+/// What a drive is taken for.
+enum class Structure {
+  rigid,     ///< One inertia with viscous friction.
+  two_mass,  ///< Two inertias, spring and damper, viscous friction on the driven side.
+};
+
+/// Physical parameters in the order of every parameter vector and covariance of this stage.
+enum Parameter : int {
+  kDrivenInertia,
+  kLoadInertia,
+  kStiffness,
+  kDamping,
+  kViscousFriction,
+  kDelay,
+  kParameterCount
+};
+inline constexpr std::array<std::string_view, kParameterCount> kParameterNames = {
+    "driven_inertia", "load_inertia", "stiffness", "damping", "viscous_friction", "delay"};
+
+using ParameterMask = std::array<bool, kParameterCount>;
+using ParameterCovariance = Eigen::Matrix<double, kParameterCount, kParameterCount>;
+
+/// Which parameters a structure estimates.
+[[nodiscard]] ParameterMask estimated_parameters(Structure structure, bool viscous_friction, bool delay);
+
+/// A value with its standard deviation.
+struct Estimate {
+  double value = 0.0;
+  double standard_deviation = 0.0;
+};
+
+/// Identified drive: physical parameters with covariance, sampled by zero-order hold.
+struct DriveModel {
+  Structure structure = Structure::two_mass;
+  data::TwoMassParameters parameters;  ///< Rigid: driven_inertia (the whole one) and viscous_friction only.
+  double delay_s = 0.0;                ///< Fitted delay, on top of the known one; not part of response().
+  double sample_time_s = 0.0;
+  ParameterMask estimated{};
+  ParameterCovariance covariance =
+      ParameterCovariance::Zero();  ///< Of the parameters themselves, not logarithms.
+
+  [[nodiscard]] double value(Parameter parameter) const;
+  [[nodiscard]] Estimate estimate(Parameter parameter) const;
+
+  /// Zero-order-hold response from torque to velocity, without any delay.
+  [[nodiscard]] std::complex<double> response(double frequency_hz) const;
+
+  /// Response with the total standard deviation that the covariance gives to each value.
+  [[nodiscard]] data::FrequencyResponse response(std::span<const double> frequency_hz) const;
+
+  /// The same as a discrete transfer function (order 3, or 1 when rigid), without delay.
+  [[nodiscard]] data::TransferFunction transfer_function() const;
+
+  /// Undamped resonance and anti-resonance in Hz with standard deviation; two-mass only.
+  [[nodiscard]] Estimate resonance() const;
+  [[nodiscard]] Estimate antiresonance() const;
+
+  /// Standard deviation of any scalar function of the model, to first order in the covariance.
+  template <class Function>
+  [[nodiscard]] double standard_deviation_of(Function&& function) const {
+    Eigen::Matrix<double, kParameterCount, 1> gradient;
+    for (int i = 0; i < kParameterCount; ++i)
+      gradient(i) = estimated[static_cast<std::size_t>(i)] ? derivative(function, i) : 0.0;
+    return std::sqrt(std::max(0.0, gradient.dot(covariance * gradient)));
+  }
+
+  /// A copy with one parameter moved.
+  [[nodiscard]] DriveModel moved(int parameter, double by) const;
+
+ private:
+  template <class Function>
+  double derivative(Function&& function, int i) const {
+    const double sd = std::sqrt(covariance(i, i));
+    const double size = std::abs(value(static_cast<Parameter>(i)));
+    const double step = sd > 0.0 ? std::min(0.1 * sd, 1e-4 * size + 1e-3 * sd) : 1e-6 * size;
+    if (step <= 0.0) return 0.0;
+    return (function(moved(i, step)) - function(moved(i, -step))) / (2.0 * step);
+  }
+};
+
+}  // namespace resonid::fit

@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <limits>
+#include <optional>
+#include <resonid/base/expected.hpp>
+#include <resonid/data/frequency_response.hpp>
+#include <resonid/fit/drive_model.hpp>
+
+namespace resonid::fit {
+
+/// How lines count in a fit to a response.
+enum class Weighting {
+  none,                ///< Every line alike, in absolute terms.
+  standard_deviation,  ///< By the response's own standard deviations: maximum likelihood when the model is
+                       ///< true.
+  model_error,  ///< By std^2 + (e |G|)^2, e just large enough to explain the misfit: a model that is only
+                ///< nearly true is not torn towards its best-measured lines.
+};
+
+struct ResponseFitConfig {
+  Structure structure = Structure::two_mass;
+  double sample_time_s = 0.0;     ///< Of the record that the response comes from, > 0.
+  bool viscous_friction = false;  ///< Estimate friction on the driven side.
+  bool delay = false;  ///< Estimate a delay of 0 ... 50 samples on top of what was taken out already.
+  Weighting weighting = Weighting::model_error;
+  double low_hz = 0.0;  ///< Lines outside the band are not used.
+  double high_hz = std::numeric_limits<double>::infinity();
+  std::optional<DriveModel> initial;  ///< Start; found by initial_model() when absent.
+};
+
+struct ResponseFit {
+  DriveModel model;
+  bool converged = false;
+  double misfit = 0.0;  ///< rms of |error|/std over the lines: near 1 when noise explains the difference.
+  double model_error = 0.0;  ///< e of Weighting::model_error, relative.
+  double cost = 0.0;         ///< Half the weighted sum of squares.
+  double information =
+      0.0;  ///< Bayesian information criterion, smaller is better; comparable on the same lines.
+};
+
+/// Levenberg-Marquardt fit of the physical drive, sampled by zero-order hold, to a measured response
+/// (METHOD 7.4; Nevaranta 2016, Pub. VI, eq. 28 uses the continuous model, which is biased on sampled data).
+/// The response is that of the velocity, with its known delay taken out. Needs at least 4 lines in the band,
+/// and standard deviations for every weighting but none.
+[[nodiscard]] expected<ResponseFit, ConfigError> fit_response(const data::FrequencyResponse& response,
+                                                              const ResponseFitConfig& config);
+
+/// Start for a two-mass fit: a scan over anti-resonance, resonance and damping that compares magnitudes only.
+/// Rigid: the inertia from the median of |G| w.
+[[nodiscard]] DriveModel initial_model(const data::FrequencyResponse& response, Structure structure,
+                                       double sample_time_s);
+
+}  // namespace resonid::fit

@@ -1,0 +1,74 @@
+// SPDX-License-Identifier: MIT
+#include <ceres/ceres.h>
+
+#include <Eigen/QR>
+#include <fit/least_squares.hpp>
+
+namespace resonid::fit::detail {
+
+LeastSquaresResult minimise(std::unique_ptr<ceres::CostFunction> function, std::span<double> x,
+                            std::span<const bool> active, std::span<const Bound> bounds) {
+  ceres::Problem::Options problem_options;
+  problem_options.cost_function_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
+  ceres::Problem problem(problem_options);
+  problem.AddResidualBlock(function.get(), nullptr, x.data());
+  LeastSquaresResult result;
+  std::vector<int> constant;
+  for (int i = 0; i < static_cast<int>(x.size()); ++i)
+    (active[static_cast<std::size_t>(i)] ? result.active : constant).push_back(i);
+  if (!constant.empty())
+    problem.SetManifold(x.data(), new ceres::SubsetManifold(static_cast<int>(x.size()), constant));
+  for (const auto& bound : bounds) {
+    problem.SetParameterLowerBound(x.data(), bound.parameter, bound.lower);
+    problem.SetParameterUpperBound(x.data(), bound.parameter, bound.upper);
+  }
+  ceres::Solver::Options options;
+  options.linear_solver_type = ceres::DENSE_QR;
+  options.max_num_iterations = 100;
+  options.function_tolerance = 1e-14;
+  options.parameter_tolerance = 1e-11;
+  options.gradient_tolerance = 1e-14;
+  options.logging_type = ceres::SILENT;
+  ceres::Solver::Summary summary;
+  ceres::Solve(options, &problem, &summary);
+  result.converged = summary.termination_type == ceres::CONVERGENCE;
+  result.cost = summary.final_cost;
+
+  const int rows = function->num_residuals();
+  const int columns = static_cast<int>(x.size());
+  Eigen::VectorXd residuals(rows);
+  Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor> jacobian(rows, columns);
+  const double* blocks[] = {x.data()};
+  double* jacobians[] = {jacobian.data()};
+  if (!function->Evaluate(blocks, residuals.data(), jacobians)) {
+    result.converged = false;
+    jacobian.setZero();
+  }
+  result.jacobian.resize(rows, static_cast<Eigen::Index>(result.active.size()));
+  for (std::size_t i = 0; i < result.active.size(); ++i)
+    result.jacobian.col(static_cast<Eigen::Index>(i)) = jacobian.col(result.active[i]);
+  return result;
+}
+
+Eigen::MatrixXd covariance(const LeastSquaresResult& result, int parameters, bool* full_rank) {
+  Eigen::MatrixXd full = Eigen::MatrixXd::Zero(parameters, parameters);
+  const auto n = result.jacobian.cols();
+  if (n == 0) return full;
+  // Columns scaled to length one first: the coordinates differ by orders of magnitude.
+  Eigen::VectorXd scale = result.jacobian.colwise().norm().transpose();
+  for (Eigen::Index i = 0; i < n; ++i)
+    if (!(scale(i) > 0.0)) scale(i) = 1.0;
+  const Eigen::MatrixXd scaled = result.jacobian * scale.cwiseInverse().asDiagonal();
+  const Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd> decomposition(scaled);
+  if (full_rank != nullptr) *full_rank = decomposition.rank() == n;
+  const Eigen::MatrixXd inverse = decomposition.pseudoInverse();
+  const Eigen::MatrixXd core =
+      scale.cwiseInverse().asDiagonal() * (inverse * inverse.transpose()) * scale.cwiseInverse().asDiagonal();
+  for (Eigen::Index i = 0; i < n; ++i)
+    for (Eigen::Index j = 0; j < n; ++j)
+      full(result.active[static_cast<std::size_t>(i)], result.active[static_cast<std::size_t>(j)]) =
+          core(i, j);
+  return full;
+}
+
+}  // namespace resonid::fit::detail

@@ -1,0 +1,180 @@
+// SPDX-License-Identifier: MIT
+#include <ceres/autodiff_cost_function.h>
+
+#include <algorithm>
+#include <fit/least_squares.hpp>
+#include <fit/sampled_drive.hpp>
+#include <resonid/fit/response_fit.hpp>
+
+namespace resonid::fit {
+namespace {
+
+constexpr double kMaximumDelaySamples = 50.0;
+
+/// Weighted differences, real and imaginary part per line.
+struct ResponseResiduals {
+  const data::FrequencyResponse* response;
+  std::vector<double> weight;
+  detail::Coordinates coordinates;
+  Structure structure;
+
+  template <class T>
+  bool operator()(const T* x, T* residual) const {
+    using std::cos;
+    using std::sin;
+    const double step = coordinates.sample_time_s;
+    const auto parameters = coordinates.parameters(x);
+    const auto held = detail::hold(detail::continuous_drive(structure, parameters), T(step));
+    const T delay_s = coordinates.delay_samples(x) * T(step);
+    for (std::size_t i = 0; i < response->lines(); ++i) {
+      const double f = response->frequency_hz[i];
+      auto g = detail::velocity_response(structure, held, f, step);
+      const T angle = delay_s * T(-kTwoPi * f);
+      g = g * detail::Complex<T>{cos(angle), sin(angle)};
+      residual[2 * i] = (g.re - T(response->value[i].real())) * T(weight[i]);
+      residual[2 * i + 1] = (g.im - T(response->value[i].imag())) * T(weight[i]);
+    }
+    return true;
+  }
+};
+
+/// Smallest relative model error e with mean |error|^2 / (std^2 + (e |G|)^2) = (degrees of freedom)/(data).
+double explaining_error(const data::FrequencyResponse& g, const std::vector<std::complex<double>>& fitted,
+                        double wanted) {
+  const auto mean = [&](double e) {
+    double sum = 0.0;
+    for (std::size_t i = 0; i < g.lines(); ++i) {
+      const double bound = e * std::abs(g.value[i]);
+      const double variance = g.standard_deviation[i] * g.standard_deviation[i] + bound * bound;
+      sum += std::norm(g.value[i] - fitted[i]) / std::max(variance, 1e-300);
+    }
+    return sum / static_cast<double>(g.lines());
+  };
+  if (mean(0.0) <= wanted) return 0.0;
+  double low = 0.0;
+  double high = 1e-6;
+  while (mean(high) > wanted && high < 1e3) high *= 4.0;
+  for (int k = 0; k < 60; ++k) (mean(0.5 * (low + high)) > wanted ? low : high) = 0.5 * (low + high);
+  return high;
+}
+
+std::vector<double> weights(const data::FrequencyResponse& g, Weighting weighting, double error) {
+  std::vector<double> w(g.lines(), 1.0);
+  if (weighting == Weighting::none) return w;
+  double smallest = std::numeric_limits<double>::infinity();
+  for (std::size_t i = 0; i < g.lines(); ++i)
+    if (g.standard_deviation[i] > 0.0) smallest = std::min(smallest, g.standard_deviation[i]);
+  if (!std::isfinite(smallest)) smallest = 1e-12 * std::abs(g.value[0]) + 1e-300;
+  for (std::size_t i = 0; i < g.lines(); ++i) {
+    const double bound = error * std::abs(g.value[i]);
+    const double sd = std::hypot(std::max(g.standard_deviation[i], 1e-3 * smallest), bound);
+    w[i] = std::sqrt(2.0) / sd;  // each of the two parts has half the variance
+  }
+  return w;
+}
+
+std::vector<std::complex<double>> fitted_values(const DriveModel& model, const data::FrequencyResponse& g) {
+  std::vector<std::complex<double>> values;
+  values.reserve(g.lines());
+  const auto held =
+      detail::hold(detail::continuous_drive(model.structure, model.parameters), model.sample_time_s);
+  for (const double f : g.frequency_hz) {
+    const auto v = detail::velocity_response(model.structure, held, f, model.sample_time_s);
+    values.push_back(std::complex<double>(v.re, v.im) * std::polar(1.0, -kTwoPi * f * model.delay_s));
+  }
+  return values;
+}
+
+struct Fitter {
+  const data::FrequencyResponse& lines;
+  const ResponseFitConfig& config;
+
+  ResponseFit run(const DriveModel& start, Weighting weighting, double error) const {
+    ResponseFit fit;
+    fit.model = start;
+    fit.model.sample_time_s = config.sample_time_s;
+    fit.model.structure = config.structure;
+    fit.model.estimated = estimated_parameters(config.structure, config.viscous_friction, config.delay);
+    fit.model_error = error;
+    if (!config.viscous_friction) fit.model.parameters.viscous_friction = 0.0;
+    if (!config.delay) fit.model.delay_s = 0.0;
+
+    detail::Coordinates coordinates{start.parameters.driven_inertia * kTwoPi * lines.frequency_hz.front(),
+                                    config.sample_time_s};
+    auto x = coordinates.from(fit.model);
+    auto* functor =
+        new ResponseResiduals{&lines, weights(lines, weighting, error), coordinates, config.structure};
+    auto cost =
+        std::make_unique<ceres::AutoDiffCostFunction<ResponseResiduals, ceres::DYNAMIC, kParameterCount>>(
+            functor, static_cast<int>(2 * lines.lines()));
+    std::vector<detail::Bound> bounds;
+    if (config.delay) bounds.push_back({kDelay, 0.0, kMaximumDelaySamples});
+    const auto solution = detail::minimise(std::move(cost), x, fit.model.estimated, bounds);
+    coordinates.store(x.data(), fit.model);
+    fit.converged = solution.converged;
+    fit.cost = solution.cost;
+
+    ParameterCovariance covariance = detail::covariance(solution, kParameterCount);
+    const double count = static_cast<double>(2 * lines.lines());
+    const double free = count - static_cast<double>(solution.active.size());
+    if (weighting == Weighting::none && free > 0.0) covariance *= 2.0 * fit.cost / free;
+    const auto scale = coordinates.jacobian(fit.model);
+    for (int i = 0; i < kParameterCount; ++i)
+      for (int j = 0; j < kParameterCount; ++j)
+        covariance(i, j) *= scale[static_cast<std::size_t>(i)] * scale[static_cast<std::size_t>(j)];
+    fit.model.covariance = covariance;
+    assess(fit, static_cast<double>(solution.active.size()));
+    return fit;
+  }
+
+  void assess(ResponseFit& fit, double parameters) const {
+    const auto fitted = fitted_values(fit.model, lines);
+    double misfit = 0.0;
+    double likelihood = 0.0;
+    const bool known = lines.standard_deviation.size() == lines.lines();
+    for (std::size_t i = 0; i < lines.lines(); ++i) {
+      const double error = std::norm(lines.value[i] - fitted[i]);
+      if (!known) continue;
+      const double sd = lines.standard_deviation[i];
+      const double total = std::max(sd * sd + std::norm(fit.model_error * lines.value[i]), 1e-300);
+      misfit += error / std::max(sd * sd, 1e-300);
+      likelihood += 2.0 * (std::log(total) + error / total);
+    }
+    const double n = static_cast<double>(lines.lines());
+    fit.misfit = std::sqrt(misfit / n);
+    fit.information = likelihood + parameters * std::log(2.0 * n);
+  }
+};
+
+}  // namespace
+
+expected<ResponseFit, ConfigError> fit_response(const data::FrequencyResponse& response,
+                                                const ResponseFitConfig& config) {
+  if (!(config.sample_time_s > 0.0)) return refuse("sample_time_s", "must be > 0", config.sample_time_s);
+  auto lines = response.band(config.low_hz, config.high_hz);
+  const auto wanted = config.structure == Structure::two_mass ? 4U : 2U;
+  if (lines.lines() < wanted)
+    return refuse("response", "needs at least 4 lines (rigid: 2) in the band",
+                  static_cast<double>(lines.lines()));
+  if (config.weighting != Weighting::none && lines.standard_deviation.size() != lines.lines())
+    return refuse("response", "needs standard deviations for this weighting");
+  const DriveModel start =
+      config.initial ? *config.initial : initial_model(lines, config.structure, config.sample_time_s);
+
+  const Fitter fitter{lines, config};
+  if (config.weighting != Weighting::model_error) return fitter.run(start, config.weighting, 0.0);
+  // From a soft weighting towards the data's own: a start far off must not follow its best-measured lines.
+  auto fit = fitter.run(start, Weighting::model_error, 0.3);
+  for (int round = 0; round < 12; ++round) {
+    const double parameters =
+        static_cast<double>(std::count(fit.model.estimated.begin(), fit.model.estimated.end(), true));
+    const double free = std::max(0.1, 1.0 - parameters / static_cast<double>(2 * lines.lines()));
+    const double error = explaining_error(lines, fitted_values(fit.model, lines), free);
+    const double before = fit.model_error;
+    fit = fitter.run(fit.model, Weighting::model_error, error);
+    if (std::abs(error - before) <= 1e-3 * before + 1e-9) break;
+  }
+  return fit;
+}
+
+}  // namespace resonid::fit
