@@ -35,18 +35,14 @@ int main() {
 
   const auto metrics = resonid::excitation::measure(torque);
   std::cout << "period " << multisine->period_samples() << " samples, rms " << metrics.rms
-            << " Nm, crest factor " << metrics.crest_factor
-            << "
-               ";
+            << " Nm, crest factor " << metrics.crest_factor << "\n";
 
-               // A configuration that cannot work is refused with a reason.
-               config.sample_rate_hz = 200.0;
+  // A configuration that cannot work is refused with a reason.
+  config.sample_rate_hz = 200.0;
   const auto refused = Multisine<32>::create(config);
   if (refused) return EXIT_FAILURE;
-  std::cout << "at 200 Hz: " << refused.error().field << " " << refused.error().requirement
-            << "
-               ";
+  std::cout << "at 200 Hz: " << refused.error().field << " " << refused.error().requirement << "\n";
 
-      const bool as_published = metrics.crest_factor < 1.83 && multisine->period_samples() == torque.size();
+  const bool as_published = metrics.crest_factor < 1.83 && multisine->period_samples() == torque.size();
   return as_published ? EXIT_SUCCESS : EXIT_FAILURE;
 }
