@@ -23,10 +23,8 @@ int main() {
   // Only create() can fail. It says which field is wrong and what is required of it.
   auto multisine = Multisine<32>::create(config);
   if (!multisine) {
-    std::cerr << multisine.error().field << " " << multisine.error().requirement
-              << "
-                 ";
-        return EXIT_FAILURE;
+    std::cerr << multisine.error().field << " " << multisine.error().requirement << "\n";
+    return EXIT_FAILURE;
   }
 
   // In a drive, step() is called once per control cycle: it takes no memory and cannot fail.
