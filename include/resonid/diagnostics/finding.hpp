@@ -1,0 +1,25 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <optional>
+#include <string>
+
+namespace resonid::diagnostics {
+
+/// How much a finding matters.
+enum class Severity {
+  info,     ///< Worth knowing.
+  warning,  ///< Part of the result is weak; the rest stands.
+  error,    ///< The result is not to be trusted.
+};
+
+/// Something about the data or the result that its reader must know, in plain words.
+struct Finding {
+  std::string id;  ///< Stable name: "low-coherence".
+  Severity severity = Severity::info;
+  std::optional<double> value;      ///< What was measured.
+  std::optional<double> threshold;  ///< What it was held against.
+  std::string meaning;              ///< One or two sentences for a drive engineer.
+};
+
+}  // namespace resonid::diagnostics

@@ -1,0 +1,145 @@
+// SPDX-License-Identifier: MIT
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <resonid/diagnostics/data_findings.hpp>
+
+namespace resonid::diagnostics {
+namespace {
+
+constexpr double kLowCoherence = 0.8;
+constexpr double kUsableCoherence = 0.5;
+
+double median(std::vector<double> values) {
+  if (values.empty()) return 0.0;
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+/// Share of samples within 1e-6 of the range from the extremes, in runs of at least three: a limit at work.
+/// Two-level excitations (a PRBS measured at the reference) sit at both extremes nearly always and are not
+/// limited.
+double saturated_share(const std::vector<double>& u) {
+  const auto [low, high] = std::minmax_element(u.begin(), u.end());
+  const double range = *high - *low;
+  if (!(range > 0.0)) return 0.0;
+  std::size_t held = 0, run = 0, inside = 0;
+  for (const double x : u) {
+    const bool extreme = x - *low < 1e-6 * range || *high - x < 1e-6 * range;
+    if (!extreme) {
+      ++inside;
+      if (run >= 3) held += run;
+      run = 0;
+    } else {
+      ++run;
+    }
+  }
+  if (run >= 3) held += run;
+  if (inside * 4 < u.size()) return 0.0;
+  return static_cast<double>(held) / static_cast<double>(u.size());
+}
+
+void inspect_timing(const data::Record& record, std::vector<Finding>& findings) {
+  const auto& s = record.sampling;
+  if (!s.measured) return;
+  if (s.gaps > 0)
+    findings.push_back(
+        {"gaps", Severity::warning, s.largest_gap_s, 1.5 * record.sample_time_s(),
+         fmt::format("{} gap{} in the time stamps, the first after {:.6g} s, the longest {:.4g} s long: "
+                     "samples are missing there, and the response is disturbed.",
+                     s.gaps, s.gaps == 1 ? "" : "s", s.first_gap_at_s, s.largest_gap_s)});
+  const double relative = s.jitter_rms_s * record.sample_rate_hz;
+  if (relative > 0.05)
+    findings.push_back(
+        {"jitter", Severity::warning, relative, 0.05,
+         fmt::format("The time stamps scatter by {:.1f} % of the sample time (rms). If the samples were "
+                     "really taken so unevenly, high frequencies are blurred.",
+                     100.0 * relative)});
+}
+
+}  // namespace
+
+std::vector<Finding> inspect(const data::Record& record) {
+  std::vector<Finding> findings;
+  inspect_timing(record, findings);
+  const auto& u = record.input.samples;
+  const auto& y = record.output.samples;
+  const auto constant = [](const std::vector<double>& x) {
+    const auto [low, high] = std::minmax_element(x.begin(), x.end());
+    return *low == *high;
+  };
+  if (constant(u))
+    findings.push_back(
+        {"no-excitation",
+         Severity::error,
+         0.0,
+         {},
+         fmt::format("The input {} does not move: nothing can be learned from it.", record.input.name)});
+  if (constant(y))
+    findings.push_back(
+        {"dead-output",
+         Severity::error,
+         0.0,
+         {},
+         fmt::format("The output {} does not move: is the right signal recorded?", record.output.name)});
+  const double saturated = saturated_share(u);
+  if (saturated > 0.005)
+    findings.push_back(
+        {"saturation", saturated > 0.1 ? Severity::error : Severity::warning, saturated, 0.005,
+         fmt::format("The input stays at its limit for {:.1f} % of the time. A limited drive is not "
+                     "linear: reduce the amplitude.",
+                     100.0 * saturated)});
+  return findings;
+}
+
+std::vector<Finding> inspect(const data::FrequencyResponse& g) {
+  std::vector<Finding> findings;
+  if (!g.unsettled_hz.empty())
+    findings.push_back(
+        {"unsettled-lines", Severity::warning, static_cast<double>(g.unsettled_hz.size()), 0.0,
+         fmt::format("{} of {} lines had not settled when the record ended (the first at {:.4g} Hz): "
+                     "record longer, or track fewer lines.",
+                     g.unsettled_hz.size(), g.lines(), g.unsettled_hz.front())});
+  if (g.coherence.size() != g.lines() || g.lines() == 0) return findings;
+  const double middle = median(g.coherence);
+  const auto usable = static_cast<double>(
+      std::count_if(g.coherence.begin(), g.coherence.end(), [](double c) { return c >= kUsableCoherence; }));
+  if (middle < kUsableCoherence) {
+    findings.push_back(
+        {"incoherent", Severity::error, middle, kUsableCoherence,
+         fmt::format("The median coherence is {:.2f} and only {:.0f} % of the lines are usable: the "
+                     "output is not the response to this input (noise, wrong column, no excitation).",
+                     middle, 100.0 * usable / static_cast<double>(g.lines()))});
+    return findings;
+  }
+  const std::size_t least = std::min<std::size_t>(2, std::max<std::size_t>(1, g.lines() / 33));
+  for (std::size_t i = 0; i < g.lines();) {
+    if (g.coherence[i] >= kLowCoherence) {
+      ++i;
+      continue;
+    }
+    std::size_t end = i;
+    double lowest = 1.0;
+    double lowest_at = 0.0;
+    while (end < g.lines() && g.coherence[end] < kLowCoherence) {
+      if (g.coherence[end] < lowest) {
+        lowest = g.coherence[end];
+        lowest_at = g.frequency_hz[end];
+      }
+      ++end;
+    }
+    if (end - i >= least)
+      findings.push_back(
+          {"low-coherence", Severity::warning, lowest, kLowCoherence,
+           fmt::format("Coherence falls to {:.2f} at {:.4g} Hz and stays below {:.1f} from {:.4g} to {:.4g} "
+                       "Hz: little "
+                       "excitation or much noise there. Do not read resonances from that band.",
+                       lowest, lowest_at, kLowCoherence, g.frequency_hz[i], g.frequency_hz[end - 1])});
+    i = end;
+  }
+  return findings;
+}
+
+}  // namespace resonid::diagnostics

@@ -1,0 +1,86 @@
+// SPDX-License-Identifier: MIT
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <resonid/diagnostics/data_findings.hpp>
+
+namespace resonid::diagnostics {
+namespace {
+
+bool has(const std::vector<Finding>& findings, const char* id) {
+  return std::any_of(findings.begin(), findings.end(), [&](const Finding& f) { return f.id == id; });
+}
+
+data::Record sine_record(double limit) {
+  data::Record record;
+  record.sample_rate_hz = 100.0;
+  for (int k = 0; k < 1000; ++k) {
+    const double s = std::sin(0.07 * k);
+    record.input.samples.push_back(std::clamp(s, -limit, limit));
+    record.output.samples.push_back(std::cos(0.07 * k));
+  }
+  return record;
+}
+
+TEST(RecordFindings, SoundRecordHasNone) { EXPECT_TRUE(inspect(sine_record(2.0)).empty()); }
+
+TEST(RecordFindings, SaturationIsFound) {
+  const auto findings = inspect(sine_record(0.8));
+  ASSERT_TRUE(has(findings, "saturation"));
+  EXPECT_EQ(findings[0].severity, Severity::error);
+}
+
+TEST(RecordFindings, TwoLevelExcitationIsNotSaturation) {
+  auto record = sine_record(2.0);
+  for (std::size_t k = 0; k < record.input.samples.size(); ++k)
+    record.input.samples[k] = (k / 7) % 2 == 0 ? 1.0 : -1.0;
+  EXPECT_FALSE(has(inspect(record), "saturation"));
+}
+
+TEST(RecordFindings, DeadSignalsGapsAndJitter) {
+  auto record = sine_record(2.0);
+  record.output.samples.assign(record.output.samples.size(), 3.0);
+  record.sampling.measured = true;
+  record.sampling.gaps = 2;
+  record.sampling.jitter_rms_s = 0.002;
+  const auto findings = inspect(record);
+  EXPECT_TRUE(has(findings, "dead-output"));
+  EXPECT_TRUE(has(findings, "gaps"));
+  EXPECT_TRUE(has(findings, "jitter"));
+  record.input.samples.assign(record.input.samples.size(), 0.0);
+  EXPECT_TRUE(has(inspect(record), "no-excitation"));
+}
+
+data::FrequencyResponse response_with(double coherence, std::size_t from, std::size_t to, double there) {
+  data::FrequencyResponse g;
+  for (std::size_t i = 0; i < 100; ++i) {
+    g.frequency_hz.push_back(0.1 * static_cast<double>(i + 1));
+    g.value.emplace_back(1.0);
+    g.coherence.push_back(i >= from && i < to ? there : coherence);
+  }
+  return g;
+}
+
+TEST(ResponseFindings, CollapseOfCoherenceIsNamedWithItsBand) {
+  const auto findings = inspect(response_with(0.99, 78, 86, 0.3));
+  ASSERT_EQ(findings.size(), 1U);
+  EXPECT_EQ(findings[0].id, "low-coherence");
+  EXPECT_DOUBLE_EQ(*findings[0].value, 0.3);
+  EXPECT_NE(findings[0].meaning.find("7.9 to 8.6 Hz"), std::string::npos) << findings[0].meaning;
+}
+
+TEST(ResponseFindings, NoiseIsAnError) {
+  const auto findings = inspect(response_with(0.1, 0, 0, 0.0));
+  ASSERT_EQ(findings.size(), 1U);
+  EXPECT_EQ(findings[0].severity, Severity::error);
+}
+
+TEST(ResponseFindings, UnsettledLinesAreReported) {
+  auto g = response_with(0.99, 0, 0, 0.0);
+  g.unsettled_hz = {0.3};
+  EXPECT_TRUE(has(inspect(g), "unsettled-lines"));
+}
+
+}  // namespace
+}  // namespace resonid::diagnostics
