@@ -1,0 +1,171 @@
+// SPDX-License-Identifier: MIT
+#include <cstdio>
+#include <nlohmann/json.hpp>
+#include <resonid/report/page.hpp>
+#include <string>
+
+#include "report/page_data.hpp"
+#include "report/page_template.hpp"
+
+namespace resonid::report {
+namespace {
+
+using nlohmann::json;
+
+/// The value at a key, or null: every key of a result is optional.
+const json& at(const json& object, const char* key) {
+  static const json nothing;
+  if (!object.is_object()) return nothing;
+  const auto it = object.find(key);
+  return it == object.end() ? nothing : *it;
+}
+
+std::string text_of(const json& value) {
+  return value.is_string() ? value.get<std::string>() : std::string();
+}
+
+std::string number(const json& value) {
+  char text[40] = "";
+  std::snprintf(text, sizeof text, "%.5g", value.get<double>());
+  return text;
+}
+
+void row(std::string& out, std::string_view name, std::string_view value) {
+  out.append("<tr><th>")
+      .append(escape_html(name))
+      .append("</th><td>")
+      .append(escape_html(value))
+      .append("</td></tr>\n");
+}
+
+void measured_row(std::string& out, std::string_view name, const json& value, const json& std,
+                  const std::string& unit) {
+  if (!value.is_number()) return;
+  std::string text = number(value);
+  if (std.is_number()) text += " (standard deviation " + number(std) + ")";
+  row(out, name, unit.empty() ? text : text + " " + unit);
+}
+
+/// What remains readable where no script runs.
+std::string figures(const json& data) {
+  std::string out = "<table>\n";
+  const json& trusted = at(data, "trusted");
+  if (trusted.is_boolean()) row(out, "verdict", trusted.get<bool>() ? "trusted" : "not trusted");
+  const json& resonances = at(data, "resonances");
+  if (resonances.is_array()) {
+    for (const json& r : resonances) {
+      measured_row(out, text_of(at(r, "kind")), at(r, "frequency_hz"), at(r, "std_hz"), "Hz");
+    }
+  }
+  const json& loop = at(data, "loop");
+  measured_row(out, "crossover", at(loop, "crossover_hz"), json(), "Hz");
+  measured_row(out, "phase margin", at(loop, "phase_margin_deg"), json(), "degrees");
+  measured_row(out, "modulus margin", at(loop, "modulus_margin"), json(), "");
+  measured_row(out, "gain margin", at(loop, "gain_margin_db"), json(), "dB");
+  const json& parameters = at(at(data, "model"), "parameters");
+  if (parameters.is_object()) {
+    for (const auto& [name, p] : parameters.items()) {
+      measured_row(out, name, at(p, "value"), at(p, "std"), text_of(at(p, "unit")));
+    }
+  }
+  out += "</table>\n";
+  const json& summary = at(at(data, "page"), "summary");
+  if (summary.is_array()) {
+    for (const json& sentence : summary) out += "<p>" + escape_html(text_of(sentence)) + "</p>\n";
+  }
+  return out;
+}
+
+std::string title_of(const json& data) {
+  const std::string title = text_of(at(at(data, "page"), "title"));
+  return title.empty() ? "Identification" : title;
+}
+
+/// JSON's own rendering of a text repairs bytes that are not UTF-8.
+std::string repaired(const std::string& text) {
+  return json::parse(json(text).dump(-1, ' ', true, json::error_handler_t::replace)).get<std::string>();
+}
+
+}  // namespace
+
+std::string escape_html(std::string_view text) {
+  std::string out;
+  out.reserve(text.size());
+  for (const char c : text) {
+    switch (c) {
+      case '&':
+        out += "&amp;";
+        break;
+      case '<':
+        out += "&lt;";
+        break;
+      case '>':
+        out += "&gt;";
+        break;
+      case '"':
+        out += "&quot;";
+        break;
+      case '\'':
+        out += "&#39;";
+        break;
+      default:
+        out += c;
+    }
+  }
+  return out;
+}
+
+std::string script_json(const nlohmann::json& data) {
+  const std::string plain = data.dump(-1, ' ', true, json::error_handler_t::replace);
+  std::string out;
+  out.reserve(plain.size());
+  // These three stand in strings only, where an escape means the same and cannot end the element or open a
+  // comment.
+  for (const char c : plain) {
+    switch (c) {
+      case '<':
+        out += "\\u003c";
+        break;
+      case '>':
+        out += "\\u003e";
+        break;
+      case '&':
+        out += "\\u0026";
+        break;
+      default:
+        out += c;
+    }
+  }
+  return out;
+}
+
+std::string page(const nlohmann::json& data) {
+  const std::string_view source = page_template();
+  const std::string title = escape_html(repaired(title_of(data)));
+  const std::string table = repaired(figures(data));
+  const std::size_t used = source.size() + 2 * title.size() + table.size();
+  const std::string carried = page_data(data, kPageBytes > used ? kPageBytes - used : 0);
+
+  std::string out;
+  out.reserve(used + carried.size());
+  // One pass: what is filled in is never looked at again, whatever it holds.
+  std::size_t from = 0;
+  while (from < source.size()) {
+    const std::size_t open = source.find("{{", from);
+    const std::size_t close = open == source.npos ? source.npos : source.find("}}", open);
+    if (close == source.npos) break;
+    const std::string_view name = source.substr(open + 2, close - open - 2);
+    const std::string* value = name == "title"     ? &title
+                               : name == "figures" ? &table
+                               : name == "data"    ? &carried
+                                                   : nullptr;
+    const std::size_t until = value != nullptr ? open : open + 2;
+    out.append(source.substr(from, until - from));
+    if (value != nullptr) out += *value;
+    from = value != nullptr ? close + 2 : until;
+  }
+  out.append(source.substr(from));
+  return out;
+}
+
+}  // namespace resonid::report

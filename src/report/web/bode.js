@@ -1,0 +1,326 @@
+// SPDX-License-Identifier: MIT
+// Magnitude, phase and coherence over one logarithmic frequency axis.
+import { align, limits, measuredBode, modelBode, nearest } from "./curves.js";
+import { escapeHtml, isNumber, list, normalFactor, percent, plain, prettyUnit, significant } from "./format.js";
+import { legend, section } from "./markup.js";
+import { axis, AXIS_WIDTH, makePlot } from "./plot.js";
+import { colour } from "./theme.js";
+import { decibelTicks, linearTicks, logLabels, logTicks, phaseTicks } from "./ticks.js";
+
+/** So many lines get a whisker each; more are drawn as a band. */
+const WHISKERS = 40;
+
+export function drawBode(root, data) {
+  const page = data.page ?? {};
+  const confidence = page.confidence ?? 0.95;
+  const response = data.frequency_response;
+  const model = modelBode(page.model_curve);
+  const measured = measuredBode(response, confidence, model);
+  if (measured.length === 0 && model.length === 0) return;
+  const unit = prettyUnit(page.units?.response ?? "");
+  const marks = marksOf(data.resonances, confidence);
+  const box = section(root, "Frequency response",
+    explanation(measured, model, marks, confidence, page.reduced), "whole");
+  box.append(legendOf(measured, model, confidence));
+  const readout = document.createElement("div");
+  readout.className = "readout";
+  box.append(readout);
+  const hint = "Move over a chart, or touch it, to read values. Drag to zoom, double-click to reset.";
+  readout.textContent = hint;
+  const context = {
+    box, measured, model, marks, confidence, unit,
+    onCursor: (f) => {
+      if (f === null) readout.textContent = hint;
+      else readout.innerHTML = reading(f, measured, model, unit);
+    },
+  };
+  const coherence = measured.some((p) => p.coherence !== null);
+  magnitude(context, false);
+  phase(context, !coherence);
+  if (coherence) coherenceChart(context, list(data.findings));
+}
+
+function explanation(measured, model, marks, confidence, reduced) {
+  const text = ["How strongly and how late the output follows the input at each frequency."];
+  if (measured.some((p) => p.radius !== null)) {
+    text.push(`${measured.length > WHISKERS ? "Shaded" : "Bars"}: where the true value lies with ${percent(confidence)} confidence.`);
+  }
+  if (model.length && measured.length) text.push("Where the line of the model leaves the points, the model misses something.");
+  if (marks.length) text.push("Dashed: anti-resonance (the load holds the motor still) and resonance.");
+  if (reduced?.lines_total) text.push(`Drawn: ${reduced.lines_shown} of ${reduced.lines_total} lines.`);
+  return text.join(" ");
+}
+
+function legendOf(measured, model, confidence) {
+  const items = [];
+  if (measured.some((p) => p.settled)) items.push(["point", "measured"]);
+  if (measured.some((p) => !p.settled)) items.push(["hollow", "not settled within the record"]);
+  if (measured.some((p) => p.radius !== null)) items.push([measured.length > WHISKERS ? "band" : "whisker", `${percent(confidence)} confidence`]);
+  if (model.length) items.push(["line", "model"]);
+  return legend(items);
+}
+
+function marksOf(resonances, confidence) {
+  const factor = normalFactor(confidence);
+  return list(resonances).filter((r) => isNumber(r?.frequency_hz) && r.frequency_hz > 0).map((r) => ({
+    f: r.frequency_hz,
+    half: isNumber(r.std_hz) ? r.std_hz * factor : 0,
+    colour: r.kind === "antiresonance" ? "antiresonance" : "resonance",
+    text: `${r.kind === "antiresonance" ? "anti-resonance" : "resonance"} ${significant(r.frequency_hz, 4)} Hz`,
+  }));
+}
+
+function reading(f, measured, model, unit) {
+  const point = measured.length ? nearest(measured, f) : null;
+  const curve = model.length ? nearest(model, point ? point.f : f) : null;
+  const parts = [`<span><b>${significant(point ? point.f : curve.f, 4)} Hz</b></span>`];
+  if (point && point.db !== null) {
+    const region = point.radius === null ? "" : ` ± ${plain(point.radius, 2)}`;
+    const angle = point.degreesHigh === null ? "" : ` ± ${plain(point.degreesHigh - point.degrees, 2)}`;
+    parts.push(`<span class="m"><b>measured</b> ${point.db.toFixed(2).replace("-", "−")} dB = ` +
+      `${significant(point.abs, 3)}${region} ${escapeHtml(unit)}</span>`);
+    parts.push(`<span>${plain(Math.round(point.degrees * 10) / 10, 5)}${angle}°</span>`);
+    if (point.coherence !== null) parts.push(`<span>coherence ${significant(point.coherence, 3)}</span>`);
+    if (!point.settled) parts.push("<span>not settled</span>");
+  }
+  if (curve && curve.db !== null) {
+    parts.push(`<span class="f"><b>model</b> ${curve.db.toFixed(2).replace("-", "−")} dB = ` +
+      `${significant(curve.abs, 3)} ${escapeHtml(unit)}, ${plain(Math.round(curve.degrees * 10) / 10, 5)}°</span>`);
+  }
+  return parts.join("");
+}
+
+function frequencyScale(measured, model) {
+  const [low, high] = extremes([...measured, ...model].map((p) => p.f));
+  const room = high > low ? 1.04 : 1.5;
+  return {
+    time: false, distr: 3,
+    range: (u, min, max) => {
+      if (!isNumber(min) || !isNumber(max) || max / min < 1.002) return [low / room, high * room];
+      const whole = min <= low && max >= high;
+      return whole ? [low / room, high * room] : [min, max];
+    },
+  };
+}
+
+function extremes(values) {
+  let low = Infinity;
+  let high = -Infinity;
+  for (const v of values) { low = Math.min(low, v); high = Math.max(high, v); }
+  return [low, high];
+}
+
+function frequencyAxis(last) {
+  return axis({
+    size: last ? 24 : 8,
+    splits: (u) => logTicks(u.scales.x.min, u.scales.x.max),
+    filter: (u, splits) => splits,
+    values: (u, splits) => {
+      if (!last) return splits.map(() => "");
+      const { min, max } = u.scales.x;
+      const shown = logLabels(splits, min, max, u.bbox.width / uPlot.pxRatio);
+      return splits.map((x) => (shown.has(x) ? plain(x) : ""));
+    },
+    ...(last ? { label: "frequency in Hz", labelSize: 18, labelGap: 0, labelFont: "12px system-ui, sans-serif" } : {}),
+  });
+}
+
+function chartHost(box, title, unit) {
+  const wrap = document.createElement("div");
+  wrap.className = "chart";
+  const caption = document.createElement("div");
+  caption.className = "caption";
+  caption.textContent = title + " ";
+  const more = document.createElement("span");
+  more.textContent = unit;
+  caption.append(more);
+  const host = document.createElement("div");
+  host.className = "plot";
+  wrap.append(caption, host);
+  box.append(wrap);
+  return host;
+}
+
+/** One of the three charts: series are band (low, high), measured, unsettled, model. */
+function bodeChart(context, { host, label, height, last, key, ticks, scale, showMarks, withModel = true, connect = false }) {
+  const { measured, model, marks } = context;
+  const has = withModel && model.length > 0;
+  // All three charts get the same frequencies, so that zoom and cursor mean the same in each.
+  const grids = [measured.map((p) => p.f), model.map((p) => p.f)];
+  const column = (read, grid = 0) => ({ grid, values: (grid ? model : measured).map(read) });
+  const data = align(grids, [
+    column((p) => p[key + "Low"] ?? null), column((p) => p[key + "High"] ?? null),
+    column((p) => (p.settled ? p[key] : null)), column((p) => (p.settled ? null : p[key])),
+    column((p) => (has ? p[key] : null), 1),
+  ]);
+  const size = measured.length > 400 ? 3 : measured.length > 120 ? 4 : 6;
+  const dots = (hollow) => ({
+    show: true, size: hollow ? size + 2 : size, width: hollow ? 1.5 : 0,
+    stroke: () => colour("measured"), fill: () => colour(hollow ? "card" : "measured"),
+  });
+  const bare = { paths: () => null, points: { show: false } };
+  makePlot(host, {
+    height, label, group: "bode", data, rings: [3, 5],
+    padding: [showMarks && marks.length ? (u) => 8 + 17 * rowsFor(marks, u.width) : 8, 14, 0, 0],
+    scales: { x: frequencyScale(measured, model), y: { range: scale } },
+    axes: [frequencyAxis(last), axis({
+      size: AXIS_WIDTH, splits: (u, i, low, high) => ticks(low, high, Math.max(2, Math.floor(u.height / 32))),
+      values: (u, splits) => splits.map((x) => plain(x)),
+    })],
+    series: [{}, bare, bare,
+      { paths: connect ? uPlot.paths.linear() : () => null, spanGaps: true, width: 1, stroke: () => colour("measured"), points: dots(false) },
+      { paths: () => null, stroke: () => colour("measured"), points: dots(true) },
+      { spanGaps: true, width: 2, stroke: () => colour("model"), points: { show: false } }],
+    hooks: { drawClear: [(u) => { drawMarks(u, marks); drawBand(u, data); }], draw: [(u) => { if (showMarks) drawMarkLabels(u, marks); }] },
+    onCursor: context.onCursor,
+  });
+}
+
+function magnitude(context, last) {
+  const { measured, model, unit } = context;
+  const host = chartHost(context.box, "Magnitude", unit ? `in dB, 0 dB = 1 ${unit}` : "in dB");
+  bodeChart(context, {
+    host, last, height: 290, key: "db", ticks: decibelTicks, showMarks: true,
+    label: "Magnitude of the frequency response in decibels over frequency",
+    scale: (u) => scaleOver(u, measured, model, "db", { allow: 12, least: 3 }),
+  });
+}
+
+function phase(context, last) {
+  const { measured, model } = context;
+  const host = chartHost(context.box, "Phase", "in degrees");
+  bodeChart(context, {
+    host, last, height: last ? 240 : 200, key: "degrees", ticks: phaseTicks,
+    label: "Phase of the frequency response in degrees over frequency",
+    scale: (u) => scaleOver(u, measured, model, "degrees", { allow: 45, least: 20 }),
+  });
+}
+
+function coherenceChart(context, findings) {
+  const host = chartHost(context.box, "Coherence", "1 = all of the output is explained by the input");
+  const limit = findings.find((f) => /coherence/.test(f?.id ?? "") && isNumber(f.threshold) && f.threshold > 0 && f.threshold < 1);
+  bodeChart(context, {
+    host, last: true, height: 158, key: "coherence", ticks: () => [0, 0.5, 1], withModel: false, connect: true,
+    label: "Coherence from 0 to 1 over frequency", scale: () => [0, 1.06],
+  });
+  if (limit) host.previousSibling.lastChild.textContent += `; below ${plain(limit.threshold)} the response is doubtful`;
+}
+
+function scaleOver(u, measured, model, key, options) {
+  const visible = (line) => {
+    const data = u.data[0];
+    const [i, j] = u.series[0].idxs ?? [0, data.length - 1];
+    const [low, high] = [data[i], data[j]];
+    return line.filter((p) => p.f >= low && p.f <= high);
+  };
+  const shown = visible(measured);
+  return limits([...shown.map((p) => p[key]), ...visible(model).map((p) => p[key])],
+    shown.flatMap((p) => [p[key + "Low"], p[key + "High"]]), options);
+}
+
+function clipped(u, paint) {
+  const { ctx, bbox } = u;
+  ctx.save();
+  ctx.beginPath();
+  ctx.rect(bbox.left, bbox.top, bbox.width, bbox.height);
+  ctx.clip();
+  paint(ctx, bbox, uPlot.pxRatio);
+  ctx.restore();
+}
+
+function drawMarks(u, marks) {
+  clipped(u, (ctx, bbox, ratio) => {
+    for (const mark of marks) {
+      const x = u.valToPos(mark.f, "x", true);
+      if (mark.half > 0) {
+        const low = u.valToPos(Math.max(mark.f - mark.half, 1e-9), "x", true);
+        ctx.globalAlpha = 0.16;
+        ctx.fillStyle = colour(mark.colour);
+        ctx.fillRect(low, bbox.top, u.valToPos(mark.f + mark.half, "x", true) - low, bbox.height);
+        ctx.globalAlpha = 1;
+      }
+      ctx.strokeStyle = colour(mark.colour);
+      ctx.lineWidth = 1.4 * ratio;
+      ctx.setLineDash([5 * ratio, 4 * ratio]);
+      ctx.beginPath();
+      ctx.moveTo(x, bbox.top);
+      ctx.lineTo(x, bbox.top + bbox.height);
+      ctx.stroke();
+    }
+  });
+}
+
+/** On a phone every label may need a row of its own. */
+function rowsFor(marks, width) {
+  if (marks.length < 2) return 1;
+  return Math.min(width < 520 ? marks.length : marks.length > 2 ? 2 : 1, 4);
+}
+
+/** Labels above the plot: centred on their line, pushed aside or one row up where they would touch. */
+function drawMarkLabels(u, marks) {
+  const { ctx, bbox } = u;
+  const ratio = uPlot.pxRatio;
+  const rows = rowsFor(marks, u.width);
+  ctx.save();
+  ctx.font = `600 ${12 * ratio}px system-ui, sans-serif`;
+  ctx.textBaseline = "alphabetic";
+  ctx.textAlign = "left";
+  const ends = new Array(rows).fill(-Infinity);
+  const visible = marks.filter((m) => m.f >= u.scales.x.min && m.f <= u.scales.x.max).sort((a, b) => a.f - b.f);
+  visible.forEach((mark, i) => {
+    const wide = ctx.measureText(mark.text).width;
+    const x = u.valToPos(mark.f, "x", true);
+    const next = visible[i + 1];
+    const crowded = next && u.valToPos(next.f, "x", true) - x < wide + 16 * ratio;
+    let left = crowded && rows === 1 ? x - wide - 4 * ratio : x - wide / 2;
+    left = Math.min(Math.max(left, bbox.left - AXIS_WIDTH * 0.8 * ratio), bbox.left + bbox.width - wide);
+    let row = ends.findIndex((end) => left >= end);
+    if (row < 0) {
+      row = rows - 1;
+      left = Math.min(ends[row], bbox.left + bbox.width - wide);
+    }
+    ends[row] = left + wide + 12 * ratio;
+    ctx.fillStyle = colour(mark.colour);
+    ctx.fillText(mark.text, left, bbox.top - (6 + 17 * row) * ratio);
+  });
+  ctx.restore();
+}
+
+function drawBand(u, [x, low, high]) {
+  const at = [];
+  for (let i = 0; i < x.length; ++i) {
+    if (low[i] === null || high[i] === null) continue;
+    at.push({ x: u.valToPos(x[i], "x", true), low: u.valToPos(low[i], "y", true), high: u.valToPos(high[i], "y", true) });
+  }
+  if (at.length === 0) return;
+  clipped(u, (ctx, bbox, ratio) => {
+    if (at.length <= WHISKERS) whiskers(ctx, at, ratio);
+    else area(ctx, at);
+  });
+}
+
+function whiskers(ctx, at, ratio) {
+  ctx.strokeStyle = colour("measured");
+  ctx.globalAlpha = 0.65;
+  ctx.lineWidth = 1.4 * ratio;
+  const arm = 3.5 * ratio;
+  ctx.beginPath();
+  for (const p of at) {
+    const x = Math.round(p.x);
+    ctx.moveTo(x, p.low);
+    ctx.lineTo(x, p.high);
+    for (const y of [Math.round(p.low), Math.round(p.high)]) {
+      ctx.moveTo(x - arm, y);
+      ctx.lineTo(x + arm, y);
+    }
+  }
+  ctx.stroke();
+}
+
+function area(ctx, at) {
+  ctx.fillStyle = colour("band");
+  ctx.beginPath();
+  at.forEach((p, i) => (i ? ctx.lineTo(p.x, p.high) : ctx.moveTo(p.x, p.high)));
+  for (let i = at.length - 1; i >= 0; --i) ctx.lineTo(at[i].x, at[i].low);
+  ctx.fill();
+}

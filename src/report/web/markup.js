@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: MIT
+// Small pieces of page that several sections share.
+import { escapeHtml } from "./format.js";
+
+/** A titled box at the end of `root`; returns it. */
+export function section(root, title, explain = "", className = "") {
+  const box = document.createElement("section");
+  box.className = className;
+  box.innerHTML = `<h2>${escapeHtml(title)}</h2>` + (explain ? `<p class="explain">${escapeHtml(explain)}</p>` : "");
+  root.append(box);
+  return box;
+}
+
+const SWATCH = {
+  point: '<circle cx="12" cy="7" r="3.6" fill="var(--measured)"/>',
+  hollow: '<circle cx="12" cy="7" r="4" fill="var(--card)" stroke="var(--measured)" stroke-width="1.6"/>',
+  band: '<rect x="1" y="1" width="22" height="12" rx="2" fill="var(--band)"/>',
+  whisker: '<path d="M12 1v12M8 1h8M8 13h8" fill="none" stroke="var(--measured)" stroke-width="1.4"/>',
+  line: '<path d="M1 7h22" stroke="var(--model)" stroke-width="2.4"/>',
+  unit: '<path d="M1 7h22" stroke="var(--soft)" stroke-width="1.6" stroke-dasharray="5 3"/>',
+  critical: '<path d="M7 7h10M12 2v10" stroke="var(--bad)" stroke-width="2.4"/>',
+  modulus: '<circle cx="12" cy="7" r="5.5" fill="var(--resonance)" fill-opacity=".15" stroke="var(--resonance)" stroke-width="1.5"/>',
+  crossover: '<circle cx="12" cy="7" r="4.5" fill="var(--antiresonance)"/>',
+  gain: '<circle cx="12" cy="7" r="4.5" fill="var(--note)"/>',
+};
+
+export function legend(items) {
+  const box = document.createElement("div");
+  box.className = "legend";
+  box.innerHTML = items
+    .map(([kind, text]) => `<span><svg viewBox="0 0 24 14" aria-hidden="true">${SWATCH[kind]}</svg>${escapeHtml(text)}</span>`)
+    .join("");
+  return box;
+}
+
+/** Rows of cells, all escaped; `head` may be null. The first cell of a row is its heading; `numeric` columns align right. */
+export function table(head, rows, numeric = []) {
+  const kind = (i) => (numeric.includes(i) ? ' class="n"' : "");
+  const top = head
+    ? `<thead><tr>${head.map((h, i) => `<th scope="col"${numeric.includes(i) ? ' class="n"' : ""}>${escapeHtml(h)}</th>`).join("")}</tr></thead>`
+    : "";
+  const body = rows.map((row) =>
+    `<tr>${row.map((cell, i) => (i ? `<td${kind(i)}>${escapeHtml(cell)}</td>` : `<th scope="row">${escapeHtml(cell)}</th>`)).join("")}</tr>`);
+  return `<div class="scroll"><table>${top}<tbody>${body.join("")}</tbody></table></div>`;
+}

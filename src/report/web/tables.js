@@ -1,0 +1,245 @@
+// SPDX-License-Identifier: MIT
+// Everything of the report that is words and figures.
+import { escapeHtml, interval, isNumber, list, normalFactor, percent, plain, plusMinus, prettyUnit, significant, superscript, words } from "./format.js";
+import { section, table } from "./markup.js";
+
+const GOOD = '<svg viewBox="0 0 24 24" aria-hidden="true"><circle cx="12" cy="12" r="11" fill="currentColor"/><path d="M6.5 12.5l3.7 3.7 7.3-8" fill="none" stroke="var(--card)" stroke-width="2.4" stroke-linecap="round" stroke-linejoin="round"/></svg>';
+const BAD = '<svg viewBox="0 0 24 24" aria-hidden="true"><path d="M12 1.6L23.4 22H.6z" fill="currentColor" stroke="currentColor" stroke-linejoin="round"/><path d="M12 9v6" stroke="var(--card)" stroke-width="2.4" stroke-linecap="round"/><circle cx="12" cy="18.3" r="1.5" fill="var(--card)"/></svg>';
+
+/** 200 000 is read faster than 200000. */
+const grouped = (whole) => (Math.abs(whole) < 10000 ? String(whole) : whole.toLocaleString("en").replace(/,/g, "\u202f"));
+const APPROACH = {
+  direct: "direct: from input to output", indirect: "indirect: from excitation to output, the loop taken out",
+  joint: "joint: from excitation to input and output",
+};
+
+const RANK = { error: 0, warning: 1, info: 2 };
+const severity = (finding) => (finding.severity in RANK ? finding.severity : "warning");
+
+export function sortedFindings(findings) {
+  return list(findings).filter((f) => f && typeof f === "object")
+    .sort((a, b) => RANK[severity(a)] - RANK[severity(b)]);
+}
+
+export function head(root, data) {
+  const page = data.page ?? {};
+  const record = data.record ?? {};
+  const facts = [];
+  if (record.file) facts.push(String(record.file).split(/[\\/]/).pop());
+  if (isNumber(record.samples)) facts.push(`${grouped(record.samples)} samples`);
+  if (isNumber(record.sample_rate_hz)) facts.push(`${plain(record.sample_rate_hz, 6)} Hz`);
+  if (isNumber(record.samples) && record.sample_rate_hz > 0) facts.push(`${significant(record.samples / record.sample_rate_hz, 3)} s`);
+  const box = document.createElement("header");
+  box.className = "head";
+  box.innerHTML = `<div><div class="brand">resonid · identification report</div><h1>${escapeHtml(page.title ?? "Identification")}</h1>` +
+    `<p class="meta">${escapeHtml(facts.join(" · "))}</p></div>` + verdict(data);
+  root.append(box);
+}
+
+function verdict(data) {
+  if (typeof data.trusted !== "boolean") {
+    return '<div class="verdict none"><div><b>Not judged</b><span>This result holds no verdict.</span></div></div>';
+  }
+  const serious = sortedFindings(data.findings).filter((f) => severity(f) !== "info");
+  if (data.trusted) {
+    const text = serious.length ? `with ${serious.length} remark${serious.length > 1 ? "s" : ""}, see the findings` : "Every check passed.";
+    return `<div class="verdict good" role="status">${GOOD}<div><b>Trusted</b><span>${text}</span></div></div>`;
+  }
+  const errors = serious.filter((f) => severity(f) === "error");
+  const reasons = (errors.length ? errors : serious).map((f) => words(f.id ?? "finding").toLowerCase());
+  const shown = reasons.slice(0, 3).join(", ") + (reasons.length > 3 ? ` and ${reasons.length - 3} more` : "");
+  return `<div class="verdict bad" role="status">${BAD}<div><b>Not trusted</b><span>${escapeHtml(shown || "see the findings")}</span></div></div>`;
+}
+
+/** The figures that an engineer looks for first, at most six. */
+export function keyFigures(data) {
+  const confidence = data.page?.confidence ?? 0.95;
+  const factor = normalFactor(confidence);
+  const loop = data.loop ?? {};
+  const out = [];
+  const add = (name, value, unit, half, under, accent) => {
+    if (isNumber(value)) out.push({ name, ...plusMinus(value, half), unit, under, accent });
+  };
+  const resonances = list(data.resonances).filter((r) => isNumber(r?.frequency_hz));
+  const ratio = (r) => (isNumber(r.damping_ratio) ? `damping ratio ${significant(r.damping_ratio, 2)}` : "");
+  for (const r of resonances.slice(0, 3)) {
+    const anti = r.kind === "antiresonance";
+    add(anti ? "Anti-resonance" : "Resonance", r.frequency_hz, "Hz", r.std_hz * factor, ratio(r), anti ? "antiresonance" : "resonance");
+  }
+  if (Array.isArray(data.resonances) && resonances.length === 0) {
+    const rigid = data.model?.structure === "rigid";
+    out.push({ name: "Resonance", word: "none", under: rigid ? "moves as one rigid body" : "none found in the band", accent: "resonance" });
+  }
+  const addLoop = (name, value, unit, under) => {
+    if (isNumber(value)) out.push({ name, value: significant(value, 3), unit, under, accent: "model" });
+  };
+  addLoop("Crossover", loop.crossover_hz, "Hz", "of the open loop");
+  addLoop("Phase margin", loop.phase_margin_deg, "°", "delay included");
+  addLoop("Modulus margin", loop.modulus_margin, "", "least distance from −1");
+  const parameters = data.model?.parameters ?? {};
+  for (const name of ["driven_inertia", "load_inertia", "stiffness", "viscous_friction", "damping"]) {
+    const p = parameters[name];
+    if (out.length < 5 && isNumber(p?.value)) add(words(name), p.value, p.unit ?? "", p.std * factor, "", "measured");
+  }
+  return out.slice(0, 6);
+}
+
+export function figures(root, data) {
+  const cards = keyFigures(data);
+  if (cards.length === 0) return;
+  const confidence = data.page?.confidence ?? 0.95;
+  const box = document.createElement("dl");
+  box.className = "figures";
+  box.style.setProperty("--count", cards.length);
+  box.innerHTML = cards.map((c) => {
+    const unit = c.unit === "°" ? "°" : c.unit ? ` <small>${escapeHtml((c.times ?? "") + " " + prettyUnit(c.unit))}</small>` : "";
+    const lines = [c.half ? `± ${c.half}${c.times ?? ""} at ${percent(confidence)}` : "", c.under].filter(Boolean);
+    const value = c.word ? `<div class="value word">${escapeHtml(c.word)}</div>` : `<div class="value"><span>${c.value}</span>${unit}</div>`;
+    return `<div class="figure" style="--accent:var(--${c.accent})"><dt>${c.name}</dt><dd>${value}` +
+      `${lines.map((l) => `<div class="under">${escapeHtml(l)}</div>`).join("")}</dd></div>`;
+  }).join("");
+  root.append(box);
+}
+
+export function summaryAndFindings(root, data) {
+  const sentences = list(data.page?.summary).filter((s) => typeof s === "string");
+  const findings = sortedFindings(data.findings);
+  const known = Array.isArray(data.findings);
+  if (sentences.length === 0 && !known) return;
+  const many = findings.length > 3;
+  const both = sentences.length > 0 && known && !many;
+  const split = document.createElement("div");
+  split.className = both ? "split two" : "split";
+  root.append(split);
+  if (sentences.length) {
+    const box = section(split, "Summary");
+    box.insertAdjacentHTML("beforeend", `<ul class="summary">${sentences.map((s) => `<li>${escapeHtml(s)}</li>`).join("")}</ul>`);
+  }
+  if (!known) return;
+  const box = section(split, "Findings");
+  const items = findings.map((f) => {
+    const figures = [
+      isNumber(f.value) ? `found ${plain(f.value, 3)}` : "",
+      isNumber(f.threshold) ? `limit ${plain(f.threshold, 3)}` : "",
+    ].filter(Boolean).join(", ");
+    const kind = severity(f);
+    const name = { error: "Error", warning: "Remark", info: "Note" }[kind];
+    return `<li><span class="tag ${kind}">${name}</span><div><b>${escapeHtml(words(f.id ?? "finding"))}</b>` +
+      `${f.meaning ? `<p>${escapeHtml(f.meaning)}</p>` : ""}${figures ? `<p class="soft small">${escapeHtml(figures)}</p>` : ""}</div></li>`;
+  });
+  box.insertAdjacentHTML("beforeend", items.length
+    ? `<ul class="findings${many ? " many" : ""}">${items.join("")}</ul>`
+    : '<p class="explain">None: every check passed.</p>');
+}
+
+export function modelTables(root, data) {
+  const confidence = data.page?.confidence ?? 0.95;
+  const factor = normalFactor(confidence);
+  const rows = ordered(data.model?.parameters).filter(([, p]) => isNumber(p?.value)).map(([name, p]) => [
+    words(name), interval(p.value, p.std * factor, p.unit ?? ""),
+    p.std > 0 && p.value !== 0 ? percent((p.std * factor) / Math.abs(p.value)) : "–",
+  ]);
+  const resonances = list(data.resonances).filter((r) => isNumber(r?.frequency_hz)).map((r) => [
+    r.kind === "antiresonance" ? "Anti-resonance" : words(r.kind ?? "resonance"), interval(r.frequency_hz, r.std_hz * factor, "Hz"),
+    isNumber(r.damping_ratio) ? significant(r.damping_ratio, 2) : "–",
+    r.source ?? "–",
+  ]);
+  const validation = validationRows(data.validation);
+  if (rows.length + resonances.length + validation.length === 0) return;
+  const structure = data.model?.structure ? ` (${data.model.structure})` : "";
+  const box = section(root, "Model" + structure,
+    `Ranges hold the true value with ${percent(confidence)} confidence, provided that the structure is right.`, "model");
+  if (rows.length) box.insertAdjacentHTML("beforeend", table(["Parameter", "Value", "Relative"], rows, [2]));
+  if (resonances.length) {
+    box.insertAdjacentHTML("beforeend", "<h3>Resonances</h3>" + table(["Kind", "Frequency", "Damping", "From"], resonances, [2]));
+  }
+  if (validation.length) box.insertAdjacentHTML("beforeend", "<h3>Validation</h3>" + table(null, validation));
+}
+
+/** The order in which a reader expects names that JSON keeps sorted; unknown ones follow. */
+const ORDER = [
+  "driven_inertia", "middle_inertia", "load_inertia", "stiffness", "damping", "stiffness_2", "damping_2",
+  "viscous_friction", "coulomb_friction", "offset", "delay",
+  "file", "samples", "sample_rate_hz", "duration_s", "time", "reference", "excitation", "input", "output",
+  "fit_percent", "cross_correlation_max",
+];
+
+function ordered(object) {
+  const rank = ([name]) => (ORDER.indexOf(name) + ORDER.length + 1) % (ORDER.length + 1);
+  return Object.entries(object ?? {}).sort((a, b) => rank(a) - rank(b));
+}
+
+const VALIDATION = {
+  fit_percent: ["Fit", (v) => `${significant(v, 3)} % of the output explained`],
+  cross_correlation_max: ["Residual against input", (v, all) => isNumber(all.limit)
+    ? `${significant(v, 2)}, limit ${significant(all.limit, 2)}: ${v <= all.limit ? "passed" : "the model misses something"}`
+    : significant(v, 2)],
+};
+
+function validationRows(validation) {
+  const all = validation ?? {};
+  return ordered(all).filter(([name, v]) => (isNumber(v) || typeof v === "boolean" || typeof v === "string") && !(name === "limit" && "cross_correlation_max" in all))
+    .map(([name, v]) => {
+      const known = VALIDATION[name];
+      if (known && isNumber(v)) return [known[0], known[1](v, all)];
+      return [words(name), isNumber(v) ? plain(v) : String(v)];
+    });
+}
+
+export function recordTable(root, data) {
+  const record = data.record ?? {};
+  const units = data.page?.units ?? {};
+  const rows = [];
+  for (const [name, value] of ordered(record)) {
+    if (name === "signals" || value === null) continue;
+    if (isNumber(value)) {
+      const label = words(name.replace(/_(hz|s|percent)$/, ""));
+      const unit = name.endsWith("_hz") ? " Hz" : name.endsWith("_s") ? " s" : name.endsWith("_percent") ? " %" : "";
+      rows.push([label, (Number.isInteger(value) ? grouped(value) : plain(value, 5)) + unit]);
+    } else if (typeof value === "string" || typeof value === "boolean") {
+      rows.push([words(name), String(value)]);
+    }
+  }
+  for (const [role, column] of ordered(record.signals)) {
+    const unit = units[role] ? ` in ${prettyUnit(units[role])}` : "";
+    if (typeof column === "string") rows.push([words(role) + " taken from", `column ${column}${unit}`]);
+  }
+  if (data.method) rows.push(["Method", data.method]);
+  if (data.approach) rows.push(["Approach", APPROACH[data.approach] ?? data.approach]);
+  if (rows.length === 0) return;
+  section(root, "Record and method", "", "facts").insertAdjacentHTML("beforeend", table(null, rows));
+}
+
+export function transferFunction(root, data) {
+  const tf = data.model?.transfer_function;
+  const b = list(tf?.numerator);
+  const a = list(tf?.denominator);
+  if (b.length === 0 && a.length === 0) return;
+  const box = document.createElement("section");
+  const rows = Array.from({ length: Math.max(a.length, b.length) }, (_, k) => [
+    k === 0 ? "1" : "z" + superscript(-k),
+    isNumber(b[k]) ? significant(b[k], 10) : "–", isNumber(a[k]) ? significant(a[k], 10) : "–",
+  ]);
+  const time = isNumber(tf.sample_time_s) ? `, sample time ${plain(tf.sample_time_s, 6)} s` : "";
+  box.innerHTML = `<details><summary>Transfer function of the model</summary><p class="explain">Coefficients in powers of z⁻¹${time}, ` +
+    `known delay removed.</p>${table(["Power", "Numerator", "Denominator"], rows, [1, 2])}</details>`;
+  root.append(box);
+}
+
+export function foot(root, data) {
+  const box = document.createElement("footer");
+  box.innerHTML = `<span class="soft small">${escapeHtml(data.schema ?? "")}</span>`;
+  const button = document.createElement("button");
+  button.type = "button";
+  button.textContent = data.page?.reduced ? "Download the data shown (JSON)" : "Download the result (JSON)";
+  button.addEventListener("click", () => {
+    const { page, ...result } = data;
+    const link = document.createElement("a");
+    link.href = URL.createObjectURL(new Blob([JSON.stringify(result, null, 1)], { type: "application/json" }));
+    link.download = (String(data.record?.file ?? "result").split(/[\\/]/).pop().replace(/\.[^.]*$/, "") || "result") + ".json";
+    link.click();
+    setTimeout(() => URL.revokeObjectURL(link.href), 10000);
+  });
+  box.append(button);
+  root.append(box);
+}
