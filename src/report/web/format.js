@@ -101,5 +101,5 @@ export function regionFactor(confidence) {
 }
 
 export function percent(fraction) {
-  return plain(100 * fraction, 3) + " %";
+  return plain(100 * fraction, 3) + "\u00a0%";
 }
