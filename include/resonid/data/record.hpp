@@ -30,6 +30,7 @@ struct Sampling {
   std::size_t gaps = 0;         ///< Intervals longer than 1.5 sample times.
   double largest_gap_s = 0.0;   ///< Longest interval between neighbouring samples, if there is a gap.
   double first_gap_at_s = 0.0;  ///< Time stamp before the first gap.
+  std::string time_name;        ///< Name of the time column; empty when only a rate was given.
 };
 
 /// Uniformly sampled signals of one experiment on a drive; what a measured and a simulated drive have in

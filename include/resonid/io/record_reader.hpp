@@ -1,0 +1,67 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <resonid/base/expected.hpp>
+#include <resonid/data/record.hpp>
+#include <resonid/io/error.hpp>
+#include <resonid/io/table.hpp>
+#include <string>
+
+namespace resonid::io {
+
+/// Which column is which signal, and in what unit. What is not named is looked for under its usual names
+/// (docs/methods/record_files.md).
+struct ColumnMapping {
+  std::optional<std::string> time;        ///< In seconds; "none" ignores a column with a usual name.
+  std::optional<std::string> input;       ///< u
+  std::optional<std::string> output;      ///< y
+  std::optional<std::string> excitation;  ///< ru, absent when not named and not found.
+  std::optional<std::string> reference;   ///< r, absent when not named and not found.
+  std::optional<std::string> position;    ///< Of the machine, absent when not named and not found.
+  double sample_rate_hz = 0.0;            ///< 0: from the time column.
+  double input_scale = 1.0;               ///< Of the input and the excitation; not 0.
+  double output_scale = 1.0;              ///< Of the output and the reference; not 0.
+  std::optional<double> from_s;           ///< First instant taken, in the time of the record.
+  std::optional<double> to_s;             ///< First instant no longer taken.
+  data::OutputQuantity output_quantity = data::OutputQuantity::velocity;
+  data::Motion motion = data::Motion::rotary;
+  std::optional<std::string> input_unit;   ///< After scaling; otherwise from the column's name and the scale.
+  std::optional<std::string> output_unit;  ///< The same.
+};
+
+/// Calls `visitor(name, field, doc)` for every field.
+template <class Visitor>
+void describe(Visitor&& visitor, ColumnMapping& c) {
+  visitor("time", c.time, "name of the time column, in seconds");
+  visitor("input", c.input, "name of the input column");
+  visitor("output", c.output, "name of the output column");
+  visitor("excitation", c.excitation, "name of the excitation column");
+  visitor("reference", c.reference, "name of the reference column");
+  visitor("position", c.position, "name of the position column");
+  visitor("sample_rate_hz", c.sample_rate_hz, "sample rate in Hz, > 0; 0: from the time column");
+  visitor("input_scale", c.input_scale, "factor of input and excitation, not 0");
+  visitor("output_scale", c.output_scale, "factor of output and reference, not 0");
+  visitor("from_s", c.from_s, "first instant taken, in s");
+  visitor("to_s", c.to_s, "first instant no longer taken, in s");
+  visitor("output_quantity", c.output_quantity, "velocity, position or acceleration");
+  visitor("motion", c.motion, "rotary or linear");
+  visitor("input_unit", c.input_unit, "unit of the scaled input");
+  visitor("output_unit", c.output_unit, "unit of the scaled output");
+}
+
+/// Makes a record of a table: finds the signals, scales them, tells their units, measures the sample rate,
+/// jitter and gaps from the time column, and cuts.
+///
+/// Errors: a column that is not there, several candidates for a signal, columns of different lengths, time
+/// that does not rise, more than 5 % of the samples missing, an empty cut, fewer than 16 samples. Gaps and
+/// jitter are no errors: they are reported in Record::sampling, and the samples beside a gap stand next to
+/// each other.
+[[nodiscard]] expected<data::Record, Error> to_record(const Table& table, const ColumnMapping& mapping);
+
+/// read_table() and to_record().
+[[nodiscard]] expected<data::Record, Error> read_record(const std::filesystem::path& path,
+                                                        const ColumnMapping& mapping);
+
+}  // namespace resonid::io

@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: MIT
+#include <fmt/format.h>
+
+#include <iterator>
+#include <resonid/io/response_file.hpp>
+
+namespace resonid::io {
+
+std::string response_csv(const data::FrequencyResponse& response) {
+  const bool with_std = !response.standard_deviation.empty();
+  const bool with_coherence = !response.coherence.empty();
+  std::string text = "frequency_hz,real,imag";
+  if (with_std) text += ",std";
+  if (with_coherence) text += ",coherence";
+  text += '\n';
+  auto out = std::back_inserter(text);
+  for (std::size_t i = 0; i < response.lines(); ++i) {
+    fmt::format_to(out, "{},{},{}", response.frequency_hz[i], response.value[i].real(),
+                   response.value[i].imag());
+    if (with_std) fmt::format_to(out, ",{}", response.standard_deviation[i]);
+    if (with_coherence) fmt::format_to(out, ",{}", response.coherence[i]);
+    text += '\n';
+  }
+  return text;
+}
+
+}  // namespace resonid::io

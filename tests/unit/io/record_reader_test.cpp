@@ -1,0 +1,291 @@
+// SPDX-License-Identifier: MIT
+#include <cmath>
+#include <random>
+#include <resonid/io/record_reader.hpp>
+
+#include "temporary_folder.hpp"
+
+namespace resonid::io {
+namespace {
+
+using Column = std::vector<double>;
+using Names = std::vector<std::string>;
+
+/// Column c of row i holds 100 c + i, except that times rise by `step_s`.
+Table table_of(const Names& names, std::size_t rows = 20, double step_s = 0.001) {
+  Table table;
+  table.source = "record.csv";
+  table.names = names;
+  table.line_runs = {{0, 2}};
+  for (std::size_t c = 0; c < names.size(); ++c) {
+    Column column(rows);
+    const bool time = names[c][0] == 't' && names[c].substr(0, 6) != "torque";
+    for (std::size_t i = 0; i < rows; ++i)
+      column[i] =
+          time ? step_s * static_cast<double>(i) : 100.0 * static_cast<double>(c) + static_cast<double>(i);
+    table.columns.push_back(column);
+  }
+  return table;
+}
+
+data::Record record_of(const Table& table, const ColumnMapping& mapping = {}) {
+  auto record = to_record(table, mapping);
+  EXPECT_TRUE(record) << record.error().message;
+  return record ? *record : data::Record();
+}
+
+TEST(RecordReader, FindsColumnsUnderTheirUsualNames) {
+  const auto record = record_of(table_of({"time_s", "ru", "u", "y", "r", "position"}));
+  EXPECT_EQ(record.sampling.time_name, "time_s");
+  EXPECT_EQ(record.excitation.samples.front(), 100.0);
+  EXPECT_EQ(record.input.samples.front(), 200.0);
+  EXPECT_EQ(record.output.samples.front(), 300.0);
+  EXPECT_EQ(record.reference.samples.front(), 400.0);
+  EXPECT_EQ(record.position.samples.front(), 500.0);
+  for (const Names& names : {Names{"T", "U", "Y"}, Names{"Time [s]", "Torque (Nm)", "Velocity_rad_s"},
+                             Names{"t_s", "input_current_A", "output"}, Names{"time", "u_V", "y_rpm"}}) {
+    const auto other = record_of(table_of(names));
+    EXPECT_EQ(other.input.name, names[1]);
+    EXPECT_EQ(other.output.name, names[2]);
+    EXPECT_FALSE(other.excitation.present());
+  }
+}
+
+TEST(RecordReader, TakesNamedColumnsFirst) {
+  ColumnMapping mapping;
+  mapping.input = "torque_set";
+  mapping.output = "u";
+  const auto record = record_of(table_of({"t", "u", "torque_set", "excitation_Nm"}), mapping);
+  EXPECT_EQ(record.input.name, "torque_set");
+  EXPECT_EQ(record.output.name, "u");
+  EXPECT_EQ(record.excitation.name, "excitation_Nm");
+}
+
+TEST(RecordReader, TheMeasuredQuantityDecidesWhatIsAnOutput) {
+  const auto table = table_of({"t", "u", "position", "velocity"});
+  EXPECT_EQ(record_of(table).output.name, "velocity");
+  EXPECT_EQ(record_of(table).position.name, "position");
+  ColumnMapping mapping;
+  mapping.output_quantity = data::OutputQuantity::position;
+  EXPECT_EQ(record_of(table, mapping).output.name, "position");
+  EXPECT_FALSE(record_of(table, mapping).position.present());
+}
+
+TEST(RecordReader, RefusesToChooseBetweenCandidates) {
+  RESONID_EXPECT_MESSAGE(to_record(table_of({"t", "u", "torque_Nm", "y"}), {}),
+                         "2 columns may be the input (u, torque_Nm); choose one with --input");
+  RESONID_EXPECT_MESSAGE(to_record(table_of({"t", "time_s", "u", "y"}), {}),
+                         "2 columns may be the time (t, time_s)");
+}
+
+TEST(RecordReader, NamesWhatIsThereWhenAColumnIsNot) {
+  ColumnMapping mapping;
+  mapping.input = "iq_mess_A";
+  RESONID_EXPECT_MESSAGE(
+      to_record(table_of({"t_s", "iq_ref_A", "iq_meas_A", "y"}), mapping),
+      "record.csv: there is no column 'iq_mess_A' (--input); did you mean 'iq_meas_A'?; columns: "
+      "t_s, iq_ref_A, iq_meas_A, y");
+  RESONID_EXPECT_MESSAGE(
+      to_record(table_of({"t_s", "a", "y"}), {}),
+      "no column is called like an input ('u', 'input...', 'torque...'); name it with --input; "
+      "columns: t_s, a, y");
+  RESONID_EXPECT_MESSAGE(to_record(table_of({"u", "y"}), {}), "give --time COL or --sample-rate HZ");
+  RESONID_EXPECT_MESSAGE(to_record(table_of({"t_ms", "u", "y"}), {}),
+                         "the time must be in seconds, column 't_ms' is in ms");
+}
+
+struct UnitCase {
+  const char* input;
+  const char* output;
+  data::Motion motion;
+  data::OutputQuantity quantity;
+  double input_scale;
+  double output_scale;
+  const char* input_unit;
+  const char* output_unit;
+};
+
+TEST(RecordReader, TellsUnitsFromNamesScalesAndMotion) {
+  using data::Motion;
+  using data::OutputQuantity;
+  const std::vector<UnitCase> cases = {
+      {"u", "y", Motion::rotary, OutputQuantity::velocity, 1, 1, "Nm", "rad/s"},
+      {"u", "y", Motion::linear, OutputQuantity::position, 1, 1, "N", "m"},
+      {"u", "y", Motion::linear, OutputQuantity::acceleration, 1, 1, "N", "m/s2"},
+      {"u_A", "y_rad", Motion::rotary, OutputQuantity::position, 1, -1, "A", "rad"},
+      {"u_A", "y_rad", Motion::rotary, OutputQuantity::position, 0.564, 1, "Nm", "rad"},
+      {"u_V", "y_V", Motion::rotary, OutputQuantity::position, -1, 1, "V", "V"},
+      {"u_nm", "y_rpm", Motion::rotary, OutputQuantity::velocity, 1, 1, "Nm", "rpm"},
+      {"u", "y_rpm", Motion::rotary, OutputQuantity::velocity, 1, 0.1047, "Nm", "rad/s"},
+      {"u_N", "y_m_s", Motion::linear, OutputQuantity::velocity, 1, 1, "N", "m/s"},
+      {"u [mA]", "y_deg", Motion::rotary, OutputQuantity::position, 1, 1, "mA", "deg"},
+      {"u", "output_m", Motion::rotary, OutputQuantity::velocity, 1, 1, "Nm", "rad/s"},
+  };
+  for (const auto& c : cases) {
+    ColumnMapping mapping;
+    mapping.motion = c.motion;
+    mapping.output_quantity = c.quantity;
+    mapping.input_scale = c.input_scale;
+    mapping.output_scale = c.output_scale;
+    const auto record = record_of(table_of({"t", c.input, c.output}), mapping);
+    EXPECT_EQ(record.input.unit, c.input_unit) << c.input << " " << c.output;
+    EXPECT_EQ(record.output.unit, c.output_unit) << c.input << " " << c.output;
+    EXPECT_DOUBLE_EQ(record.input.samples[3], 103.0 * c.input_scale);
+    EXPECT_DOUBLE_EQ(record.output.samples[3], 203.0 * c.output_scale);
+    mapping.input_unit = "kN";
+    EXPECT_EQ(record_of(table_of({"t", c.input, c.output}), mapping).input.unit, "kN");
+  }
+}
+
+TEST(RecordReader, ScalesTheExcitationLikeTheInput) {
+  ColumnMapping mapping;
+  mapping.input_scale = 0.5;
+  const auto current = record_of(table_of({"t", "ru_A", "u_A", "y"}), mapping);
+  EXPECT_EQ(current.excitation.samples[1], 0.5 * 101.0);
+  EXPECT_EQ(current.excitation.unit, "Nm");
+  const auto torque = record_of(table_of({"t", "ru_Nm", "u_A", "y"}), mapping);
+  EXPECT_EQ(torque.excitation.samples[1], 101.0);
+  EXPECT_EQ(torque.excitation.unit, "Nm");
+  const auto bare = record_of(table_of({"t", "ru", "u_V", "y"}));
+  EXPECT_EQ(bare.excitation.unit, "V");
+}
+
+TEST(RecordReader, MeasuresRateAndJitter) {
+  auto table = table_of({"t_s", "u", "y"}, 5000, 0.0004);
+  auto record = record_of(table);
+  EXPECT_EQ(record.sample_rate_hz, 2500.0);
+  EXPECT_TRUE(record.sampling.measured);
+  EXPECT_LT(record.sampling.jitter_max_s, 1e-12);
+  EXPECT_EQ(record.sampling.gaps, 0U);
+
+  std::mt19937 random(3);
+  std::normal_distribution<double> normal(0.0, 4e-5);
+  double squares = 0.0;
+  double largest = 0.0;
+  for (double& t : table.columns[0]) {
+    const double jitter = std::clamp(normal(random), -1.2e-4, 1.2e-4);
+    t += jitter;
+    squares += jitter * jitter;
+    largest = std::max(largest, std::abs(jitter));
+  }
+  record = record_of(table);
+  EXPECT_NEAR(record.sample_rate_hz, 2500.0, 1e-3);
+  EXPECT_NEAR(record.sampling.jitter_rms_s, std::sqrt(squares / 5000.0), 1e-7);
+  EXPECT_NEAR(record.sampling.jitter_max_s, largest, 5e-6);
+  EXPECT_EQ(record.sampling.gaps, 0U);
+}
+
+TEST(RecordReader, FindsTheRateBehindCoarseStamps) {
+  auto table = table_of({"t", "u", "y"}, 4000, 1.0 / 3000.0);
+  for (double& t : table.columns[0]) t = std::round(t * 1e4) / 1e4;  // intervals of 0.3 and 0.4 ms
+  const auto record = record_of(table);
+  EXPECT_NEAR(record.sample_rate_hz, 3000.0, 1e-6 * 3000.0);
+  EXPECT_EQ(record.sampling.gaps, 0U);
+  EXPECT_NEAR(record.sampling.jitter_max_s, 1e-4 / 3.0, 1e-7);
+}
+
+TEST(RecordReader, CountsGapsAndRefusesTooMany) {
+  auto table = table_of({"t", "u", "y"}, 1000);
+  const auto shift = [&](std::size_t from, double by) {
+    for (std::size_t i = from; i < 1000; ++i) table.columns[0][i] += by;
+  };
+  shift(400, 0.001);
+  shift(600, 0.030);
+  auto record = record_of(table);
+  EXPECT_NEAR(record.sample_rate_hz, 1000.0, 1e-6);
+  EXPECT_EQ(record.sampling.gaps, 2U);
+  EXPECT_NEAR(record.sampling.first_gap_at_s, 0.399, 1e-12);
+  EXPECT_NEAR(record.sampling.largest_gap_s, 0.031, 1e-12);
+  EXPECT_LT(record.sampling.jitter_max_s, 1e-9);
+  EXPECT_EQ(record.samples(), 1000U);
+  shift(800, 0.030);
+  RESONID_EXPECT_MESSAGE(to_record(table, {}),
+                         "61 of 1061 samples are missing (5.7 %, in 3 gaps, the first after");
+  ColumnMapping part;
+  part.to_s = 0.8;
+  EXPECT_EQ(record_of(table, part).sampling.gaps, 2U);
+}
+
+TEST(RecordReader, ALateStampIsJitterAndNoGap) {
+  auto table = table_of({"t", "u", "y"}, 100);
+  table.columns[0][50] += 0.0006;
+  const auto record = record_of(table);
+  EXPECT_EQ(record.sampling.gaps, 0U);
+  EXPECT_NEAR(record.sampling.jitter_max_s, 0.0006, 1e-5);
+}
+
+TEST(RecordReader, RefusesTimeThatDoesNotRise) {
+  auto table = table_of({"t", "u", "y"});
+  std::swap(table.columns[0][6], table.columns[0][7]);
+  RESONID_EXPECT_MESSAGE(
+      to_record(table, {}),
+      "line 9, column 't': the time 0.006 comes after the later 0.007 of the sample before it");
+  table.columns[0][7] = table.columns[0][6];
+  RESONID_EXPECT_MESSAGE(to_record(table, {}), "line 9, column 't': the time 0.007 repeats the 0.007");
+}
+
+TEST(RecordReader, ASampleRateMustAgreeWithTheTimeColumn) {
+  const auto table = table_of({"t", "u", "y"});
+  ColumnMapping mapping;
+  mapping.sample_rate_hz = 1005.0;
+  EXPECT_EQ(record_of(table, mapping).sample_rate_hz, 1005.0);
+  mapping.sample_rate_hz = 500.0;
+  RESONID_EXPECT_MESSAGE(to_record(table, mapping),
+                         "--sample-rate 500 contradicts the time column 't', which says 1000 Hz");
+  mapping.time = "none";
+  const auto record = record_of(table, mapping);
+  EXPECT_EQ(record.sample_rate_hz, 500.0);
+  EXPECT_FALSE(record.sampling.measured);
+  EXPECT_EQ(record.sampling.time_name, "");
+}
+
+TEST(RecordReader, CutsFromInclusiveToExclusive) {
+  auto table = table_of({"t", "u", "y"}, 100);
+  for (double& t : table.columns[0]) t += 5.0;
+  ColumnMapping mapping;
+  mapping.from_s = 5.01;
+  mapping.to_s = 5.06;
+  const auto record = record_of(table, mapping);
+  EXPECT_EQ(record.samples(), 50U);
+  EXPECT_EQ(record.input.samples.front(), 110.0);
+  EXPECT_EQ(record.input.samples.back(), 159.0);
+  EXPECT_NEAR(record.start_time_s, 5.01, 1e-12);
+
+  ColumnMapping by_rate;
+  by_rate.sample_rate_hz = 10.0;
+  by_rate.from_s = 0.3;
+  by_rate.to_s = 2.0;
+  EXPECT_EQ(record_of(table_of({"u", "y"}), by_rate).samples(), 17U);
+
+  mapping.from_s = 7.0;
+  mapping.to_s.reset();
+  RESONID_EXPECT_MESSAGE(to_record(table, mapping),
+                         "no sample lies in the part chosen with --from 7; the record spans 5 ... 5.099 s");
+  mapping.from_s = 5.09;
+  RESONID_EXPECT_MESSAGE(to_record(table, mapping),
+                         "has 10 samples in the part chosen with --from and --to; at least 16");
+  RESONID_EXPECT_MESSAGE(to_record(table_of({"t", "u", "y"}, 15), {}),
+                         "has 15 samples; at least 16 are required");
+}
+
+TEST(RecordReader, RefusesOptionsOutOfRange) {
+  const auto table = table_of({"t", "u", "y"});
+  ColumnMapping mapping;
+  mapping.input_scale = 0.0;
+  RESONID_EXPECT_MESSAGE(to_record(table, mapping),
+                         "--input-scale is 0: a finite number other than 0 is required");
+  mapping = {};
+  mapping.output_scale = std::nan("");
+  RESONID_EXPECT_MESSAGE(to_record(table, mapping), "--output-scale is nan");
+  mapping = {};
+  mapping.sample_rate_hz = -1.0;
+  RESONID_EXPECT_MESSAGE(to_record(table, mapping),
+                         "--sample-rate is -1: a number of Hz above 0 is required");
+  mapping = {};
+  mapping.from_s = 2.0;
+  mapping.to_s = 1.0;
+  RESONID_EXPECT_MESSAGE(to_record(table, mapping), "--from 2 is not before --to 1");
+}
+
+}  // namespace
+}  // namespace resonid::io
