@@ -30,7 +30,7 @@ expected<Excitation::Generator, ConfigError> make(const ExcitationConfig& c, dou
     case Kind::multisine:
       if (c.phases == Phases::given) return refuse("phases", "must be random, schroeder or zero");
       return widen(Multisine<kMaxLines>::create(
-          {rate, c.lines_hz.hz(), std::span(&c.amplitude, 1), c.phases, {}, c.phase_seed}));
+          {rate, c.lines_hz.hz(), std::span(&c.amplitude, 1), c.phases, {}, c.seed}));
     case Kind::chirp:
       return widen(
           Chirp::create({rate, c.amplitude, c.from_hz, c.to_hz, c.duration_s, c.sweep, c.repeat, 0.0}));

@@ -39,7 +39,7 @@ struct ExcitationConfig {
   std::uint64_t clock_divider = 1;
   LineList lines_hz;
   Phases phases = Phases::schroeder;
-  std::uint64_t phase_seed = 1;
+  std::uint64_t seed = 1;
   double from_hz = 0.0;
   double to_hz = 0.0;
   double duration_s = 0.0;
@@ -66,7 +66,7 @@ void describe(Visitor&& v, ExcitationConfig& c) {
     case Kind::multisine:
       v("lines_hz", c.lines_hz, "frequencies, FIRST:LAST:STEP or a list, ascending (Hz)");
       v("phases", c.phases, "random, schroeder or zero");
-      v("phase_seed", c.phase_seed, "seed of random phases");
+      v("seed", c.seed, "seed of random phases");
       break;
     case Kind::chirp:
       v("from_hz", c.from_hz, "frequency at the start, > 0 and below half the sample rate (Hz)");

@@ -1,0 +1,24 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <stdexcept>
+
+namespace resonid::cli {
+
+/// Exit codes of every verb (INTERFACES 1).
+enum ExitCode : int { kDone = 0, kFailed = 1, kWrongUse = 2, kNotTrusted = 3 };
+
+/// Wrong options: the message names the option, what was found and what is required. Ends with kWrongUse.
+struct UsageError : std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
+/// Input that cannot be read or makes no sense: the message names file, line and column. Ends with kWrongUse.
+struct InputError : std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
+/// --require-trusted and a result that is not. Ends with kNotTrusted.
+struct NotTrustedError : std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
+
+}  // namespace resonid::cli

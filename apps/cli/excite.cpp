@@ -1,0 +1,154 @@
+// SPDX-License-Identifier: MIT
+#include <fmt/format.h>
+
+#include <CLI/App.hpp>
+#include <algorithm>
+#include <cmath>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <resonid/excitation/excitation.hpp>
+
+#include "errors.hpp"
+#include "options.hpp"
+#include "output.hpp"
+#include "verbs.hpp"
+
+namespace resonid::cli {
+namespace {
+
+using excitation::Excitation;
+using excitation::Kind;
+
+struct ExciteOptions {
+  excitation::ExcitationConfig config;
+  double sample_rate_hz = 0.0;
+  std::uint64_t periods = 1;
+  double record_s = 0.0;  // --duration of the kinds that have no duration of their own
+  std::string out;
+  std::string json;
+};
+
+constexpr double kMaxSamples = 1e8;
+
+std::size_t length_of(const CLI::App& verb, const ExciteOptions& o, const Excitation& excitation) {
+  if (o.record_s < 0.0) refuse_option(verb, {"duration_s", "must be > 0", o.record_s});
+  if (o.periods < 1) refuse_option(verb, {"periods", "must be >= 1", 0.0});
+  const auto natural = static_cast<double>(excitation.natural_length_samples());
+  if (natural == 0.0 && o.record_s == 0.0)
+    throw UsageError("--duration is required: these lines have no common period");
+  const double samples =
+      o.record_s > 0.0 ? o.record_s * o.sample_rate_hz : natural * static_cast<double>(o.periods);
+  if (samples < 0.5 || samples > kMaxSamples)
+    throw UsageError(
+        fmt::format("--duration, --periods: {} samples are asked for, required 1 ... 1e8", samples));
+  return static_cast<std::size_t>(std::llround(samples));
+}
+
+/// Whole passes begin anew; a length that was asked for just runs on.
+void fill(Excitation& excitation, const ExciteOptions& o, std::span<double> samples) {
+  const std::size_t pass = o.record_s > 0.0 ? samples.size() : excitation.natural_length_samples();
+  for (std::size_t k = 0; k < samples.size(); k += pass) {
+    excitation.reset();
+    excitation.fill(samples.subspan(k, std::min(pass, samples.size() - k)));
+  }
+}
+
+nlohmann::json lines_json(const Excitation& excitation) {
+  nlohmann::json json = nlohmann::json::object();
+  if (const auto* multisine =
+          std::get_if<excitation::Multisine<excitation::kMaxLines>>(&excitation.generator()))
+    for (std::size_t i = 0; i < multisine->lines(); ++i) {
+      json["lines_hz"].push_back(multisine->frequency_hz(i));
+      json["phases_rad"].push_back(multisine->phase_rad(i));
+    }
+  if (const auto* stepped =
+          std::get_if<excitation::SteppedSine<excitation::kMaxLines>>(&excitation.generator()))
+    for (std::size_t i = 0; i < stepped->lines(); ++i) json["lines_hz"].push_back(stepped->frequency_hz(i));
+  return json;
+}
+
+void run_excite(const CLI::App& verb, const ExciteOptions& o) {
+  if (!(o.sample_rate_hz > 0.0)) refuse_option(verb, {"sample_rate_hz", "must be > 0", o.sample_rate_hz});
+  auto excitation = Excitation::create(o.config, o.sample_rate_hz);
+  if (!excitation) refuse_option(verb, excitation.error());
+  const bool quiet = standard_output_taken({{"--out", o.out}, {"--json", o.json}});
+  std::vector<double> samples(length_of(verb, o, *excitation));
+  fill(*excitation, o, samples);
+  std::vector<double> time(samples.size());
+  for (std::size_t k = 0; k < time.size(); ++k) time[k] = static_cast<double>(k) / o.sample_rate_hz;
+
+  const auto metrics = excitation::measure(samples);
+  const auto band = excitation->band();
+  const double duration = static_cast<double>(samples.size()) / o.sample_rate_hz;
+  if (!o.out.empty()) write_output(o.out, csv_text({{"time_s", time}, {"excitation", samples}}));
+  if (!o.json.empty()) {
+    nlohmann::json json = lines_json(*excitation);
+    json["schema"] = "resonid.excitation/1";
+    json["kind"] = verb.get_name();
+    json["samples"] = samples.size();
+    json["sample_rate_hz"] = o.sample_rate_hz;
+    json["duration_s"] = duration;
+    if (excitation->period_samples() > 0) json["period_samples"] = excitation->period_samples();
+    json["rms"] = metrics.rms;
+    json["peak"] = metrics.peak;
+    json["crest_factor"] = metrics.crest_factor;
+    json["band_hz"] = {band.low_hz, band.high_hz};
+    if (!o.out.empty() && o.out != "-") json["file"] = o.out;
+    write_json(o.json, json);
+  }
+  if (quiet) return;
+  std::string text = fmt::format("{}: {} samples at {:g} Hz, {:g} s\n", verb.get_name(), samples.size(),
+                                 o.sample_rate_hz, duration);
+  if (excitation->period_samples() > 0)
+    text += fmt::format("  period        {} samples\n", excitation->period_samples());
+  text += fmt::format("  band          {:.4g} ... {:.4g} Hz\n", band.low_hz, band.high_hz);
+  text += fmt::format("  rms           {:.4g}\n  peak          {:.4g}\n  crest factor  {:.4g}\n", metrics.rms,
+                      metrics.peak, metrics.crest_factor);
+  if (!o.out.empty()) text += fmt::format("  written to    {}\n", o.out);
+  print(text);
+}
+
+void add_kind(CLI::App& excite, Kind kind, const std::string& doc, const std::string& example) {
+  auto* verb = excite.add_subcommand(std::string(enum_names(kind)[static_cast<std::size_t>(kind)]), doc);
+  verb->footer("Example:\n  resonid excite " + example);
+  const auto o = std::make_shared<ExciteOptions>();
+  o->config.kind = kind;
+  add_number(*verb, "--sample-rate", o->sample_rate_hz, "HZ",
+             "rate at which the drive plays it, > 0 (Hz); required");
+  describe(OptionVisitor(*verb), o->config);
+  auto* periods = add_count(*verb, "--periods", o->periods, "periods, sweeps or passes to write, >= 1");
+  if (kind != Kind::chirp)
+    add_number(*verb, "--duration", o->record_s, "SECONDS", "length, instead of whole periods (s)")
+        ->excludes(periods);
+  verb->add_option("--out", o->out, "CSV file with time_s, excitation ('-': standard output)")
+      ->type_name("FILE");
+  verb->add_option("--json", o->json, "what is known of it, for machines ('-': standard output)")
+      ->type_name("FILE");
+  verb->callback([verb, o] { run_excite(*verb, *o); });
+}
+
+}  // namespace
+
+void add_excite(CLI::App& app) {
+  auto* excite =
+      app.add_subcommand("excite", "Makes an excitation and reports crest factor, rms, band and length");
+  excite->footer(
+      "Example:\n  resonid excite chirp --sample-rate 500 --from 35 --to 1.5 --duration 17 --out chirp.csv\n"
+      "'resonid excite KIND --help' lists the options of a kind.");
+  add_kind(*excite, Kind::prbs, "Pseudo-random binary sequence of maximum length",
+           "prbs --sample-rate 500 --amplitude 2.1 --register-length 10 --out prbs.csv");
+  add_kind(
+      *excite, Kind::multisine, "Sum of sines at chosen lines",
+      "multisine --sample-rate 2000 --lines 20:120:5 --amplitude 0.3 --phases schroeder --out multisine.csv");
+  add_kind(*excite, Kind::chirp, "Sine that sweeps from one frequency to another",
+           "chirp --sample-rate 500 --from 35 --to 1.5 --duration 17 --out chirp.csv");
+  add_kind(*excite, Kind::stepped_sine, "One sine after another: settle, then measure",
+           "stepped-sine --sample-rate 500 --lines 5:30:1 --settle-periods 5 --measure-periods 10 --out "
+           "stepped.csv");
+  excite->callback([excite] {
+    if (excite->get_subcommands().empty())
+      throw UsageError("excite: a kind is required: prbs, multisine, chirp or stepped-sine");
+  });
+}
+
+}  // namespace resonid::cli

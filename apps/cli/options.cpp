@@ -1,0 +1,116 @@
+// SPDX-License-Identifier: MIT
+#include "options.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <cmath>
+#include <resonid/io/number_list.hpp>
+#include <resonid/io/suggestion.hpp>
+
+#include "errors.hpp"
+
+namespace resonid::cli {
+namespace {
+
+struct Unit {
+  std::string_view suffix, placeholder;
+};
+constexpr std::array kUnits{Unit{"_hz", "HZ"}, Unit{"_rad", "RAD"}, Unit{"_s", "SECONDS"}, Unit{"_m", "M"}};
+
+const Unit* unit_of(std::string_view field) {
+  for (const auto& unit : kUnits)
+    if (field.size() > unit.suffix.size() && field.substr(field.size() - unit.suffix.size()) == unit.suffix)
+      return &unit;
+  return nullptr;
+}
+
+[[noreturn]] void refuse_text(const std::string& name, const std::string& found,
+                              const std::string& required) {
+  throw UsageError(fmt::format("{}: found '{}', required {}", name, found, required));
+}
+
+}  // namespace
+
+CLI::Option* add_number(CLI::App& app, const std::string& name, double& target, const std::string& unit,
+                        const std::string& doc) {
+  const auto read = [name, &target](const std::string& text) {
+    const auto value = io::parse_number(text);
+    if (!value) refuse_text(name, text, "a number");
+    target = *value;
+  };
+  auto* option = app.add_option_function<std::string>(name, read, doc)->type_name(unit);
+  if (target != 0.0) option->default_str(fmt::format("{}", target));
+  return option;
+}
+
+CLI::Option* add_count(CLI::App& app, const std::string& name, std::uint64_t& target,
+                       const std::string& doc) {
+  const auto read = [name, &target](const std::string& text) {
+    std::uint64_t value = 0;
+    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+    if (error != std::errc() || end != text.data() + text.size())
+      refuse_text(name, text, "a whole number >= 0");
+    target = value;
+  };
+  return app.add_option_function<std::string>(name, read, doc)
+      ->type_name("N")
+      ->default_str(fmt::format("{}", target));
+}
+
+CLI::Option* add_lines(CLI::App& app, const std::string& name,
+                       std::function<void(std::span<const double>)> assign, const std::string& doc) {
+  const auto read = [name, assign](const std::string& text) {
+    const auto lines = io::parse_lines(text);
+    if (!lines) throw UsageError(name + ": " + lines.error().message);
+    assign(*lines);
+  };
+  return app.add_option_function<std::string>(name, read, doc)->type_name("F0:F1:STEP|F,F,F");
+}
+
+CLI::Option* add_choice(CLI::App& app, const std::string& name, std::span<const std::string_view> names,
+                        std::function<void(std::size_t)> assign, const std::string& doc) {
+  const std::vector<std::string> known(names.begin(), names.end());
+  const auto read = [name, known, assign](const std::string& text) {
+    const auto found = std::find(known.begin(), known.end(), text);
+    if (found == known.end())
+      refuse_text(name, text,
+                  fmt::format("one of {}{}", fmt::join(known, ", "), io::suggestion(text, known)));
+    assign(static_cast<std::size_t>(found - known.begin()));
+  };
+  return app.add_option_function<std::string>(name, read, doc)->type_name("NAME");
+}
+
+std::string option_name(std::string_view field) {
+  if (const Unit* unit = unit_of(field)) field.remove_suffix(unit->suffix.size());
+  std::string name = "--" + std::string(field);
+  std::replace(name.begin(), name.end(), '_', '-');
+  return name;
+}
+
+std::string option_unit(std::string_view field) {
+  const Unit* unit = unit_of(field);
+  return unit == nullptr ? "X" : std::string(unit->placeholder);
+}
+
+void OptionVisitor::add_field_lines(const std::string& name, excitation::LineList& target,
+                                    const std::string& doc) {
+  const auto assign = [name, &target](std::span<const double> hz) {
+    if (!target.assign(hz))
+      refuse_text(name, fmt::format("{} lines", hz.size()), fmt::format("at most {}", excitation::kMaxLines));
+  };
+  add_lines(app_, name, assign, doc);
+}
+
+void refuse_option(const CLI::App& app, const ConfigError& error) {
+  const std::string name = option_name(error.field);
+  const CLI::Option* option = app.get_option_no_throw(name);
+  if (option != nullptr && option->count() == 0)
+    throw UsageError(fmt::format("{} is required: it {}", name, error.requirement));
+  const std::string found = std::isnan(error.value) ? std::string() : fmt::format("found {}, ", error.value);
+  throw UsageError(fmt::format("{}: {}{}", name, found, error.requirement));
+}
+
+}  // namespace resonid::cli

@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <CLI/App.hpp>
+#include <CLI/Formatter.hpp>
+#include <cstdint>
+#include <functional>
+#include <resonid/base/expected.hpp>
+#include <resonid/excitation/excitation.hpp>
+#include <span>
+#include <string>
+#include <string_view>
+#include <type_traits>
+
+namespace resonid::cli {
+
+/// Options whose wrong values end as a UsageError that names option, what was found and what is required.
+/// `unit` is the placeholder in --help ("HZ"). The target keeps its value when the option is not given.
+CLI::Option* add_number(CLI::App& app, const std::string& name, double& target, const std::string& unit,
+                        const std::string& doc);
+CLI::Option* add_count(CLI::App& app, const std::string& name, std::uint64_t& target, const std::string& doc);
+CLI::Option* add_lines(CLI::App& app, const std::string& name,
+                       std::function<void(std::span<const double>)> assign, const std::string& doc);
+/// Calls `assign` with the index of the chosen name.
+CLI::Option* add_choice(CLI::App& app, const std::string& name, std::span<const std::string_view> names,
+                        std::function<void(std::size_t)> assign, const std::string& doc);
+
+/// `from_hz` -> `--from`: the option of a configuration field, without its unit.
+[[nodiscard]] std::string option_name(std::string_view field);
+/// `from_hz` -> `HZ`.
+[[nodiscard]] std::string option_unit(std::string_view field);
+
+/// Makes an option of every field that describe() names, except those that are fixed by the command itself.
+class OptionVisitor {
+ public:
+  explicit OptionVisitor(CLI::App& app) : app_(app) {}
+
+  template <class Field>
+  void operator()(std::string_view field, Field& target, std::string_view doc) {
+    if (field == "kind") return;
+    const std::string name = option_name(field);
+    const std::string text(doc);
+    if constexpr (std::is_same_v<Field, double>)
+      add_number(app_, name, target, option_unit(field), text);
+    else if constexpr (std::is_same_v<Field, std::uint64_t>)
+      add_count(app_, name, target, text);
+    else if constexpr (std::is_same_v<Field, bool>)
+      app_.add_flag(name, target, text);
+    else if constexpr (std::is_enum_v<Field>)
+      add_choice(
+          app_, name, enum_names(Field{}), [&](std::size_t i) { target = static_cast<Field>(i); }, text)
+          ->default_str(std::string(enum_names(Field{})[static_cast<std::size_t>(target)]));
+    else
+      add_field_lines(name, target, text);
+  }
+
+ private:
+  void add_field_lines(const std::string& name, excitation::LineList& target, const std::string& doc);
+  CLI::App& app_;
+};
+
+/// Throws the UsageError for a refused configuration field, in the words of the command line.
+[[noreturn]] void refuse_option(const CLI::App& app, const ConfigError& error);
+
+}  // namespace resonid::cli

@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: MIT
+#include "output.hpp"
+
+#include <fmt/format.h>
+
+#include <cstdio>
+#include <iterator>
+#include <nlohmann/json.hpp>
+#include <resonid/io/atomic_file.hpp>
+
+#include "errors.hpp"
+
+namespace resonid::cli {
+namespace {
+
+void put(std::FILE* stream, std::string_view text) {
+  if (std::fwrite(text.data(), 1, text.size(), stream) != text.size() || std::fflush(stream) != 0)
+    throw std::runtime_error("standard output cannot be written");
+}
+
+}  // namespace
+
+void print(std::string_view text) { put(stdout, text); }
+
+void print_error(std::string_view text) { std::fwrite(text.data(), 1, text.size(), stderr); }
+
+void write_output(const std::string& path, std::string_view contents) {
+  if (path == "-") return print(contents);
+  if (const auto written = io::write_file_atomically(path, contents); !written)
+    throw std::runtime_error(written.error().message);
+}
+
+void write_json(const std::string& path, const nlohmann::json& value) {
+  write_output(path, value.dump(1) + "\n");
+}
+
+std::string csv_text(const std::vector<CsvColumn>& columns) {
+  fmt::memory_buffer text;
+  const auto out = std::back_inserter(text);
+  for (std::size_t i = 0; i < columns.size(); ++i)
+    fmt::format_to(out, "{}{}", i == 0 ? "" : ",", columns[i].name);
+  text.push_back('\n');
+  for (std::size_t k = 0; k < columns.front().values.size(); ++k) {
+    for (std::size_t i = 0; i < columns.size(); ++i) {
+      if (i > 0) text.push_back(',');
+      fmt::format_to(out, "{:.10g}", columns[i].values[k]);
+    }
+    text.push_back('\n');
+  }
+  return fmt::to_string(text);
+}
+
+bool standard_output_taken(
+    std::initializer_list<std::pair<std::string_view, std::string_view>> option_and_path) {
+  std::string_view taken;
+  for (const auto& [option, path] : option_and_path) {
+    if (path != "-") continue;
+    if (!taken.empty())
+      throw UsageError(fmt::format("{} and {} cannot both be standard output", taken, option));
+    taken = option;
+  }
+  return !taken.empty();
+}
+
+}  // namespace resonid::cli

@@ -1,0 +1,30 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <nlohmann/json_fwd.hpp>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace resonid::cli {
+
+/// Where results go: `-` is standard output, everything else a file that appears complete or not at all.
+void write_output(const std::string& path, std::string_view contents);
+void write_json(const std::string& path, const nlohmann::json& value);
+
+void print(std::string_view text);        ///< To standard output.
+void print_error(std::string_view text);  ///< To standard error.
+
+struct CsvColumn {
+  std::string name;
+  std::span<const double> values;
+};
+/// A header and one row per sample, ten significant digits.
+[[nodiscard]] std::string csv_text(const std::vector<CsvColumn>& columns);
+
+/// Refuses that two results go to standard output; true when one does, so that no summary must be printed.
+bool standard_output_taken(
+    std::initializer_list<std::pair<std::string_view, std::string_view>> option_and_path);
+
+}  // namespace resonid::cli

@@ -1,0 +1,12 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <CLI/App.hpp>
+
+namespace resonid::cli {
+
+// One function per verb, in the order of the pipeline; each in a file of its name.
+void add_excite(CLI::App& app);
+void add_simulate(CLI::App& app);
+
+}  // namespace resonid::cli

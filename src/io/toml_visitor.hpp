@@ -1,0 +1,161 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <fmt/core.h>
+#include <toml++/toml.h>
+
+#include <cmath>
+#include <cstdint>
+#include <resonid/data/record.hpp>
+#include <resonid/excitation/excitation.hpp>
+#include <resonid/io/number_list.hpp>
+#include <resonid/io/suggestion.hpp>
+#include <string>
+#include <string_view>
+#include <type_traits>
+#include <vector>
+
+#include "io/text.hpp"
+
+namespace resonid::io {
+
+inline std::span<const std::string_view> enum_names(data::Motion) noexcept {
+  static constexpr std::array<std::string_view, 2> kNames{"rotary", "linear"};
+  return kNames;
+}
+
+/// "file:line:column: ".
+inline std::string position(std::string_view file, const toml::source_region& region) {
+  return fmt::format("{}:{}:{}: ", file, region.begin.line, region.begin.column);
+}
+
+/// Fills a described configuration from a TOML table. The first error is kept and ends the reading; keys that
+/// are absent leave the field as it is, except `kind`, which every table that has one must give.
+class TomlVisitor {
+ public:
+  /// `path` is the table's name in messages, empty for the whole file. All arguments must outlive the
+  /// visitor.
+  TomlVisitor(const toml::table& table, std::string_view file, std::string path, std::string& error)
+      : table_(table), file_(file), path_(std::move(path)), error_(error) {}
+
+  template <class Field>
+  void operator()(std::string_view name, Field& field, std::string_view doc) {
+    if (!error_.empty()) return;
+    known_.emplace_back(name);
+    const toml::node* node = table_.get(name);
+    if (node != nullptr) return read(*node, name, field, doc);
+    if (name == "kind")
+      error_ =
+          position(file_, table_.source()) + fmt::format("[{}] has no key 'kind', required: {}", path_, doc);
+  }
+
+  /// To be called after describe(): refuses keys that no field has.
+  void finish() {
+    if (!error_.empty()) return;
+    const toml::key* first = nullptr;
+    for (const auto& [key, node] : table_) {
+      if (std::find(known_.begin(), known_.end(), key.str()) != known_.end()) continue;
+      if (first == nullptr || key.source().begin < first->source().begin) first = &key;
+    }
+    if (first == nullptr) return;
+    const std::string_view key = first->str();
+    error_ = position(file_, first->source()) +
+             fmt::format("unknown {} {}{}; known here: {}", path_.empty() ? "table" : "key",
+                         in_quotes(path_.empty() ? std::string(key) : path_ + "." + std::string(key)),
+                         suggestion(key, known_), listed(known_));
+  }
+
+ private:
+  template <class Field>
+  void read(const toml::node& node, std::string_view name, Field& field, std::string_view doc) {
+    if constexpr (std::is_same_v<Field, bool>) {
+      if (!node.is_boolean()) return refuse(node, name, "true or false", doc);
+      field = node.as_boolean()->get();
+    } else if constexpr (std::is_same_v<Field, double>) {
+      if (!number(node, field)) refuse(node, name, "a number", doc);
+    } else if constexpr (std::is_same_v<Field, std::uint64_t>) {
+      if (!node.is_integer() || node.as_integer()->get() < 0)
+        return refuse(node, name, "a whole number >= 0", doc);
+      field = static_cast<std::uint64_t>(node.as_integer()->get());
+    } else if constexpr (std::is_enum_v<Field>) {
+      read_name(node, name, field, doc);
+    } else if constexpr (std::is_same_v<Field, std::vector<double>>) {
+      if (!list(node, field)) refuse(node, name, "a list of numbers", doc);
+    } else if constexpr (std::is_same_v<Field, excitation::LineList>) {
+      read_lines(node, name, field, doc);
+    } else {
+      if (!node.is_table()) return refuse(node, name, "a table", doc);
+      TomlVisitor inner(*node.as_table(), file_, full(name), error_);
+      describe(inner, field);
+      inner.finish();
+    }
+  }
+
+  template <class Enum>
+  void read_name(const toml::node& node, std::string_view name, Enum& field, std::string_view doc) {
+    const auto names = enum_names(Enum{});
+    const std::vector<std::string> known(names.begin(), names.end());
+    const std::string found = node.is_string() ? node.as_string()->get() : std::string();
+    for (std::size_t i = 0; i < known.size(); ++i)
+      if (found == known[i]) {
+        field = static_cast<Enum>(i);
+        return;
+      }
+    refuse(node, name, "one of " + listed(known) + suggestion(found, known), doc);
+  }
+
+  void read_lines(const toml::node& node, std::string_view name, excitation::LineList& field,
+                  std::string_view doc) {
+    std::vector<double> lines;
+    if (node.is_string()) {
+      auto parsed = parse_lines(node.as_string()->get());
+      if (!parsed) {
+        error_ = position(file_, node.source()) + full(name) + ": " + parsed.error().message;
+        return;
+      }
+      lines = std::move(*parsed);
+    } else if (!list(node, lines)) {
+      return refuse(node, name, "a list of numbers or \"FIRST:LAST:STEP\"", doc);
+    }
+    if (!field.assign(lines)) refuse(node, name, fmt::format("at most {} lines", excitation::kMaxLines), doc);
+  }
+
+  static bool number(const toml::node& node, double& value) {
+    const auto found = node.value<double>();
+    if (!node.is_number() || !found || !std::isfinite(*found)) return false;
+    value = *found;
+    return true;
+  }
+  static bool list(const toml::node& node, std::vector<double>& values) {
+    if (!node.is_array()) return false;
+    values.clear();
+    for (const auto& element : *node.as_array()) {
+      double value = 0.0;
+      if (!number(element, value)) return false;
+      values.push_back(value);
+    }
+    return true;
+  }
+
+  [[nodiscard]] std::string full(std::string_view name) const {
+    return path_.empty() ? std::string(name) : path_ + "." + std::string(name);
+  }
+
+  void refuse(const toml::node& node, std::string_view name, const std::string& required,
+              std::string_view doc) {
+    std::string found(toml::impl::node_type_friendly_names[static_cast<std::size_t>(node.type())]);
+    if (node.is_string()) found = in_quotes(node.as_string()->get());
+    if (node.is_integer()) found = fmt::format("{}", node.as_integer()->get());
+    if (node.is_floating_point()) found = fmt::format("{}", node.as_floating_point()->get());
+    error_ = position(file_, node.source()) +
+             fmt::format("{}: found {}, required {}; it is: {}", full(name), found, required, doc);
+  }
+
+  const toml::table& table_;
+  std::string_view file_;
+  std::string path_;
+  std::string& error_;
+  std::vector<std::string> known_;
+};
+
+}  // namespace resonid::io
