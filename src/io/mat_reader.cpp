@@ -12,8 +12,34 @@
 #include "io/text.hpp"
 #include "io/text_source.hpp"
 
+// The HDF5 library, which matio reads version 7.3 with, prints an error stack on standard error unless told
+// not to. Weak: a matio without HDF5 has nothing to silence.
+extern "C" {
+using Hdf5ErrorPrinter = int (*)(std::int64_t stack, void* data);
+[[gnu::weak]] int H5Eget_auto2(std::int64_t stack, Hdf5ErrorPrinter* printer, void** data);
+[[gnu::weak]] int H5Eset_auto2(std::int64_t stack, Hdf5ErrorPrinter printer, void* data);
+}
+
 namespace resonid::io {
 namespace {
+
+class QuietHdf5 {
+ public:
+  QuietHdf5() noexcept {
+    if (H5Eget_auto2 == nullptr || H5Eset_auto2 == nullptr) return;
+    changed_ = H5Eget_auto2(0, &printer_, &data_) >= 0 && H5Eset_auto2(0, nullptr, nullptr) >= 0;
+  }
+  QuietHdf5(const QuietHdf5&) = delete;
+  QuietHdf5& operator=(const QuietHdf5&) = delete;
+  ~QuietHdf5() {
+    if (changed_) H5Eset_auto2(0, printer_, data_);
+  }
+
+ private:
+  Hdf5ErrorPrinter printer_ = nullptr;
+  void* data_ = nullptr;
+  bool changed_ = false;
+};
 
 struct CloseFile {
   void operator()(mat_t* file) const noexcept { Mat_Close(file); }
@@ -136,6 +162,7 @@ expected<Table, Error> read_mat(const std::filesystem::path& path) {
   if (!source) return unexpected<Error>(source.error());
   if (source->size() == 0)
     return fail(fmt::format("{}: the file is empty; a MAT file is required", path.string()));
+  const QuietHdf5 quiet;
   const std::unique_ptr<mat_t, CloseFile> file(Mat_Open(path.c_str(), MAT_ACC_RDONLY));
   if (!file) return fail(fmt::format("{}: is not a MAT file of version 4, 5 or 7.3", path.string()));
   Table table;
@@ -152,6 +179,8 @@ expected<Table, Error> read_mat(const std::filesystem::path& path) {
       take(table, name, values_of(*variable));
     }
   }
+  if (table.columns.empty() && table.scalars.empty() && table.unusable.empty())
+    return fail(fmt::format("{}: holds no variable that can be read: it is empty or damaged", path.string()));
   if (table.columns.empty()) {
     return fail(fmt::format(
         "{}: no variable is a vector of numbers{}{}; required: one real numeric vector per signal",

@@ -8,6 +8,16 @@
 #include "io/units.hpp"
 
 namespace resonid::io {
+namespace {
+
+/// What a column's name ends with to tell a unit that is not the expected one.
+std::string unit_ending(const std::string& unit, const std::string& expected_unit) {
+  if (unit.empty() || unit == expected_unit) return {};
+  const std::string suffix = suffix_of(unit);
+  return suffix.empty() ? fmt::format(" [{}]", unit) : suffix;
+}
+
+}  // namespace
 
 std::string record_csv(const data::Record& record) {
   const std::string input = input_si_unit(record.motion);
@@ -17,7 +27,7 @@ std::string record_csv(const data::Record& record) {
   std::vector<const std::vector<double>*> columns;
   const auto add = [&](const char* name, const data::Channel& channel, const std::string& si) {
     if (!channel.present()) return;
-    text += fmt::format(",{}{}", name, channel.unit == si ? "" : suffix_of(channel.unit));
+    text += fmt::format(",{}{}", name, unit_ending(channel.unit, si));
     columns.push_back(&channel.samples);
   };
   add("ru", record.excitation, input);

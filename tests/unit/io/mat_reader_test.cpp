@@ -179,6 +179,19 @@ TEST_P(MatReader, RefusesAFileWithoutAVector) {
   RESONID_EXPECT_MESSAGE(read_mat(path_), "no variable is a vector of numbers: 'log' is a struct (1x1)");
 }
 
+TEST(MatReader, ReportsATruncatedFileWithoutPrintingAnything) {
+  const TemporaryFolder folder;
+  {
+    MatWriter file(folder / "whole.mat", MAT_FT_MAT73);
+    file.doubles("u", Column(2000, 1.0));
+  }
+  const auto path = folder.file("cut.mat", test::contents_of(folder / "whole.mat").substr(0, 1500));
+  ::testing::internal::CaptureStderr();
+  const auto table = read_table(path);
+  EXPECT_EQ(::testing::internal::GetCapturedStderr(), "");
+  RESONID_EXPECT_MESSAGE(table, "cut.mat: holds no variable that can be read: it is empty or damaged");
+}
+
 INSTANTIATE_TEST_SUITE_P(Versions, MatReader, ::testing::Values(MAT_FT_MAT5, MAT_FT_MAT73),
                          [](const auto& version) { return version.param == MAT_FT_MAT5 ? "v5" : "v7_3"; });
 

@@ -25,10 +25,11 @@ TEST(RecordFile, ReadsBackWhatItWrote) {
   record.start_time_s = 1.5;
   record.input = channel("u", "V");
   record.output = channel("y", "rad/s");
+  record.reference = channel("r", "ticks/s");
   record.excitation = channel("ru", "V");
   record.position = channel("position", "m");
   const std::string text = record_csv(record);
-  EXPECT_EQ(text.substr(0, text.find('\n')), "time_s,ru_V,u_V,y,position_m");
+  EXPECT_EQ(text.substr(0, text.find('\n')), "time_s,ru_V,u_V,y,r [ticks/s],position_m");
   EXPECT_NE(text.find("\n1.502,"), std::string::npos);
 
   const TemporaryFolder folder;
@@ -43,7 +44,7 @@ TEST(RecordFile, ReadsBackWhatItWrote) {
   EXPECT_EQ(back->excitation.samples, record.excitation.samples);
   EXPECT_EQ(back->position.samples, record.position.samples);
   EXPECT_EQ(back->position.unit, "m");
-  EXPECT_FALSE(back->reference.present());
+  EXPECT_EQ(back->reference.unit, "ticks/s");
 }
 
 TEST(ResponseFile, WritesWhatIsKnown) {
