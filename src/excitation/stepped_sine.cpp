@@ -17,6 +17,9 @@ expected<void, ConfigError> check(const SteppedSineConfig& c, std::size_t max_li
     return refuse("settle_periods", "must be 0 ... 1e6", c.settle_periods);
   if (!(c.measure_periods >= 1.0 && c.measure_periods <= 1e6))
     return refuse("measure_periods", "must be 1 ... 1e6", c.measure_periods);
+  for (const double f : c.frequency_hz)
+    if (!((c.settle_periods + c.measure_periods) * c.sample_rate_hz / f <= 1e12))
+      return refuse("lines_hz", "must be high enough for its periods to last at most 1e12 samples", f);
   return {};
 }
 

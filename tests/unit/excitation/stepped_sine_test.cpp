@@ -47,6 +47,7 @@ TEST(SteppedSine, RefusesWhatItCannotDo) {
   EXPECT_EQ(field({}, 1.0, 1.0), "lines_hz");
   EXPECT_EQ(field({1.0, 2.0, 3.0}, 1.0, 1.0), "lines_hz");
   EXPECT_EQ(field({50.0}, 1.0, 1.0), "lines_hz");
+  EXPECT_EQ(field({1e-300}, 1.0, 1.0), "lines_hz");
   EXPECT_EQ(field({1.0}, -1.0, 1.0), "settle_periods");
   EXPECT_EQ(field({1.0}, 1.0, 0.5), "measure_periods");
 }
