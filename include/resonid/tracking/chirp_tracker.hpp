@@ -1,0 +1,247 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <complex>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <resonid/base/constants.hpp>
+#include <resonid/base/expected.hpp>
+#include <resonid/tracking/gain_rule.hpp>
+#include <resonid/tracking/impulse_figures.hpp>
+#include <resonid/tracking/sweep.hpp>
+#include <type_traits>
+
+namespace resonid::tracking {
+
+struct ChirpTrackerConfig {
+  double sample_rate_hz = 0.0;  ///< Rate at which step() is called, > 0.
+  double from_hz = 0.0;         ///< Frequency at sample 0, > 0 and below half the sample rate.
+  double to_hz = 0.0;           ///< Frequency at the end, likewise; the tracker stays there.
+  double duration_s = 0.0;      ///< Length of the sweep, > 0.
+  Sweep sweep = Sweep::linear;
+  bool offset = false;  ///< A state for a constant part of the signal; needed where there is one.
+  GainRule gain = GainRule::fixed;
+  double lambda = 8.0;        ///< Fixed gain: larger is quieter and slower; > -(1 + offset)/2.
+  double pole_radius = 0.98;  ///< Placed poles: in (0, 1); nearer to 1 is quieter and slower.
+};
+
+/// Phasor of the one line whose frequency follows a chirp: Kalman short-time DFT with Phi(k) of the
+/// instantaneous frequency f(k), which for a linear chirp is f0 + m t (not the printed f0 + m t/2; METHOD
+/// 12).
+///
+///   e(k) = z(k) - Re p(k) - offset(k)        p(k+1) = e^{j w(k)} p(k) + gain(k) e(k)
+///
+/// Reported is the filtered phasor. It lags the line by lag_samples() and, what is more, a sweep through a
+/// resonance biases Y/U to first order in the sweep rate (METHOD 4.3): slower sweeps are better ones. A
+/// linear chirp needs no trigonometry per sample: the rotation is itself rotated, and set anew every 256
+/// samples. A sample that is not finite counts as missing. Source: METHOD 4.3; Nevaranta 2016, Pub. VI, eqs.
+/// 8-17.
+template <class Scalar_>
+class ChirpTracker {
+ public:
+  using Scalar = Scalar_;
+  using MovingLine = void;  ///< Says that frequency_hz() changes with time.
+  static constexpr std::size_t kMaxLines = 1;
+  static constexpr std::size_t kProbes = 9;  ///< Frequencies at which the figures are computed.
+
+  static expected<ChirpTracker, ConfigError> create(const ChirpTrackerConfig& config) {
+    if (auto fault = check(config)) return unexpected<ConfigError>(*fault);
+    ChirpTracker tracker;
+    tracker.sample_time_s_ = 1.0 / config.sample_rate_hz;
+    tracker.law_ = {config.from_hz, config.to_hz, config.duration_s, config.sweep};
+    tracker.has_offset_ = config.offset;
+    tracker.rule_ = config.gain;
+    tracker.weight_ = static_cast<Scalar>(1.0 / ((config.offset ? 2.0 : 1.0) + config.lambda));
+    tracker.radius_ = static_cast<Scalar>(config.pole_radius);
+    const double turn = config.sweep == Sweep::linear
+                            ? kTwoPi * (config.to_hz - config.from_hz) / config.duration_s *
+                                  tracker.sample_time_s_ * tracker.sample_time_s_
+                            : 0.0;
+    tracker.turn_cos_ = static_cast<Scalar>(std::cos(turn));
+    tracker.turn_sin_ = static_cast<Scalar>(std::sin(turn));
+    for (std::size_t i = 0; i < kProbes; ++i) {
+      const std::array<double, 1> angle{kTwoPi * tracker.probe_hz(i) * tracker.sample_time_s_};
+      Oscillators<double, 1> frozen;
+      frozen.configure(angle, config.gain == GainRule::fixed
+                                  ? fixed_gain<1>(angle, config.offset, config.lambda)
+                                  : placed_gain<1>(angle, config.offset, config.pole_radius));
+      tracker.figures_[i] = impulse_figures(frozen)[0];
+    }
+    tracker.settling_ = std::max(tracker.figures_[0].settling_samples, tracker.figures_[1].settling_samples);
+    return tracker;
+  }
+
+  void step(Scalar z) noexcept {
+    turn();
+    if (std::isfinite(z)) {
+      advance(z - predicted_);
+    } else {
+      advance(Scalar(0));
+      ++skipped_;
+    }
+    ++samples_;
+  }
+  void reset() noexcept {
+    re_ = im_ = offset_ = predicted_ = innovation_ = Scalar(0);
+    samples_ = skipped_ = 0;
+  }
+
+  /// Rotating phasor at the newest sample, in the unit of the signal (peak value).
+  [[nodiscard]] std::complex<Scalar> phasor(std::size_t = 0) const noexcept {
+    return {cos_ * re_ + sin_ * im_, cos_ * im_ - sin_ * re_};
+  }
+  /// The same against the chirp cos(phase(t)) of phase 0 at sample 0: constant for a constant gain.
+  [[nodiscard]] std::complex<Scalar> amplitude(std::size_t = 0) const noexcept {
+    const double cycles = law_.cycles(time_s());
+    const auto a = std::complex<double>(phasor()) * std::polar(1.0, -kTwoPi * (cycles - std::floor(cycles)));
+    return {static_cast<Scalar>(a.real()), static_cast<Scalar>(a.imag())};
+  }
+  [[nodiscard]] Scalar offset() const noexcept { return offset_; }
+  /// Newest sample minus what was predicted for it; 0 for a missing one.
+  [[nodiscard]] Scalar innovation() const noexcept { return innovation_; }
+
+  /// Whether the start no longer matters (kSettledRemainder).
+  [[nodiscard]] bool settled(std::size_t = 0) const noexcept {
+    return settling_ != kNeverSettles && samples_ >= settling_;
+  }
+  [[nodiscard]] bool ready() const noexcept { return settled(); }
+  /// Samples until settled(), at the frequencies of the first eighth of the sweep, or kNeverSettles.
+  [[nodiscard]] std::size_t settling_samples(std::size_t = 0) const noexcept { return settling_; }
+  /// Rms of the complex phasor's error per unit standard deviation of white noise, at the present frequency.
+  [[nodiscard]] double noise_gain(std::size_t = 0) const noexcept {
+    return between(&ImpulseFigures::noise_gain);
+  }
+  /// How far the phasor lags behind slow changes of the line: it describes the frequency of that long ago.
+  [[nodiscard]] double lag_samples(std::size_t = 0) const noexcept {
+    return between(&ImpulseFigures::lag_samples);
+  }
+
+  [[nodiscard]] std::size_t lines() const noexcept { return 1; }
+  /// Instantaneous frequency at the newest sample.
+  [[nodiscard]] double frequency_hz(std::size_t = 0) const noexcept { return law_.frequency_hz(time_s()); }
+  [[nodiscard]] double sample_rate_hz() const noexcept { return 1.0 / sample_time_s_; }
+  [[nodiscard]] bool has_offset() const noexcept { return has_offset_; }
+  [[nodiscard]] std::uint64_t samples() const noexcept { return samples_; }  ///< Missing ones included.
+  [[nodiscard]] std::uint64_t skipped_samples() const noexcept { return skipped_; }
+
+  /// For ResponseTracker: see KalmanBank.
+  [[nodiscard]] std::complex<Scalar> rotation(std::size_t = 0) const noexcept { return {cos_, sin_}; }
+  [[nodiscard]] ChirpTracker probe(std::size_t i) const noexcept {
+    ChirpTracker frozen = *this;
+    frozen.law_.from_hz = frozen.law_.to_hz = probe_hz(i);
+    frozen.turn_cos_ = Scalar(1);
+    frozen.turn_sin_ = Scalar(0);
+    frozen.reset();
+    return frozen;
+  }
+  [[nodiscard]] double probe_position() const noexcept {
+    if (law_.to_hz == law_.from_hz) return 0.0;
+    return (kProbes - 1) * (frequency_hz() - law_.from_hz) / (law_.to_hz - law_.from_hz);
+  }
+
+ private:
+  ChirpTracker() = default;
+
+  static std::optional<ConfigError> check(const ChirpTrackerConfig& c) {
+    if (!(c.sample_rate_hz > 0.0) || !std::isfinite(c.sample_rate_hz))
+      return ConfigError{"sample_rate_hz", "must be > 0", c.sample_rate_hz};
+    const double nyquist = 0.5 * c.sample_rate_hz;
+    if (!(c.from_hz > 0.0 && c.from_hz < nyquist))
+      return ConfigError{"from_hz", "must be > 0 and below half the sample rate", c.from_hz};
+    if (!(c.to_hz > 0.0 && c.to_hz < nyquist))
+      return ConfigError{"to_hz", "must be > 0 and below half the sample rate", c.to_hz};
+    if (!(c.duration_s > 0.0) || !std::isfinite(c.duration_s))
+      return ConfigError{"duration_s", "must be > 0", c.duration_s};
+    if (c.gain == GainRule::fixed && !(c.lambda > (c.offset ? -1.0 : -0.5) && std::isfinite(c.lambda)))
+      return ConfigError{"lambda", "must be above minus half the number of lines and offset", c.lambda};
+    if (c.gain == GainRule::placed_poles && !(c.pole_radius > 0.0 && c.pole_radius < 1.0))
+      return ConfigError{"pole_radius", "must lie between 0 and 1", c.pole_radius};
+    return std::nullopt;
+  }
+
+  /// Brings e^{jw} to the sample that comes.
+  void turn() noexcept {
+    constexpr std::uint64_t kAnew =
+        256;  // rounding of the turns in between stays near 10 units in the last place
+    if (law_.sweep != Sweep::linear || samples_ % kAnew == 0 || at_end(samples_)) {
+      if (samples_ > 0 && at_end(samples_ - 1) && samples_ % kAnew != 0) return;
+      const double angle =
+          kTwoPi * law_.frequency_hz(static_cast<double>(samples_) * sample_time_s_) * sample_time_s_;
+      cos_ = static_cast<Scalar>(std::cos(angle));
+      sin_ = static_cast<Scalar>(std::sin(angle));
+      return;
+    }
+    const Scalar c = turn_cos_ * cos_ - turn_sin_ * sin_;
+    const Scalar s = turn_sin_ * cos_ + turn_cos_ * sin_;
+    const Scalar scale = Scalar(1.5) - Scalar(0.5) * (c * c + s * s);  // 1/|.| to first order
+    cos_ = scale * c;
+    sin_ = scale * s;
+  }
+
+  void advance(Scalar innovation) noexcept {
+    Scalar gain_re = weight_ * cos_, gain_im = weight_ * sin_;
+    Scalar offset_gain = has_offset_ ? weight_ : Scalar(0);
+    if (rule_ == GainRule::placed_poles) placed(gain_re, gain_im, offset_gain);
+    const Scalar re = cos_ * re_ - sin_ * im_ + gain_re * innovation;
+    im_ = sin_ * re_ + cos_ * im_ + gain_im * innovation;
+    re_ = re;
+    offset_ += offset_gain * innovation;
+    predicted_ = re_ + offset_;
+    innovation_ = innovation;
+  }
+
+  /// placed_gain() of one line in real numbers; l = c + js on the unit circle.
+  ///   gain = 2 l (1 - rho) (l - rho l*)/(l - l*) [(l - rho)/(l - 1)]
+  void placed(Scalar& gain_re, Scalar& gain_im, Scalar& offset_gain) const noexcept {
+    const Scalar one(1), rho = radius_, c = cos_, s = sin_;
+    const Scalar re = one - rho * rho;  // of 2 (1 - rho) (l - rho l*)/(l - l*)
+    const Scalar im = -(one - rho) * (one - rho) * c / s;
+    gain_re = re * c - im * s;
+    gain_im = re * s + im * c;
+    if (!has_offset_) return;
+    const Scalar away = Scalar(2) * s * s / (one + c);               // |l - 1|^2 = 2 - 2c
+    const Scalar ratio_re = ((c - rho) * (c - one) + s * s) / away;  // of (l - rho)/(l - 1)
+    const Scalar ratio_im = s * ((c - one) - (c - rho)) / away;
+    const Scalar turned = gain_re * ratio_re - gain_im * ratio_im;
+    gain_im = gain_re * ratio_im + gain_im * ratio_re;
+    gain_re = turned;
+    offset_gain = (one - rho) * (one - Scalar(2) * rho * c + rho * rho) / away;
+  }
+
+  [[nodiscard]] bool at_end(std::uint64_t sample) const noexcept {
+    return static_cast<double>(sample) * sample_time_s_ >= law_.duration_s;
+  }
+  [[nodiscard]] double time_s() const noexcept {
+    return samples_ == 0 ? 0.0 : static_cast<double>(samples_ - 1) * sample_time_s_;
+  }
+  [[nodiscard]] double probe_hz(std::size_t i) const noexcept {
+    const double part = static_cast<double>(i) / (kProbes - 1);
+    return law_.from_hz + (law_.to_hz - law_.from_hz) * part;
+  }
+  [[nodiscard]] double between(double ImpulseFigures::*figure) const noexcept {
+    const double position = probe_position();
+    const auto low = std::min(static_cast<std::size_t>(position), kProbes - 2);
+    const double part = position - static_cast<double>(low);
+    return (1.0 - part) * figures_[low].*figure + part * figures_[low + 1].*figure;
+  }
+
+  SweepLaw law_;
+  double sample_time_s_ = 0.0;
+  bool has_offset_ = false;
+  GainRule rule_ = GainRule::fixed;
+  Scalar weight_{}, radius_{}, turn_cos_{}, turn_sin_{};
+  Scalar cos_{}, sin_{}, re_{}, im_{}, offset_{}, predicted_{}, innovation_{};
+  std::array<ImpulseFigures, kProbes> figures_{};
+  std::size_t settling_ = 0;
+  std::uint64_t samples_ = 0;
+  std::uint64_t skipped_ = 0;
+};
+
+static_assert(std::is_trivially_copyable_v<ChirpTracker<double>>);
+static_assert(std::is_trivially_copyable_v<ChirpTracker<float>>);
+
+}  // namespace resonid::tracking

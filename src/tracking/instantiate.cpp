@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: MIT
+// Compiles every tracker in both precisions, so that the header-only stage is built by every preset, above
+// all by the one without exceptions and RTTI.
+#include <resonid/tracking/chirp_tracker.hpp>
+#include <resonid/tracking/kalman_bank.hpp>
+#include <resonid/tracking/response_tracker.hpp>
+#include <resonid/tracking/sliding_dft.hpp>
+
+namespace resonid::tracking {
+
+template class KalmanBank<double, 8>;
+template class KalmanBank<float, 8>;
+template class ChirpTracker<double>;
+template class ChirpTracker<float>;
+template class SlidingDft<double, 8, 512>;
+template class SlidingDft<float, 8, 512>;
+template class ResponseTracker<KalmanBank<double, 8>>;
+template class ResponseTracker<KalmanBank<float, 8>>;
+template class ResponseTracker<ChirpTracker<double>>;
+template class ResponseTracker<ChirpTracker<float>>;
+template class ResponseTracker<SlidingDft<double, 8, 512>>;
+template class ResponseTracker<SlidingDft<float, 8, 512>>;
+
+static_assert(std::is_trivially_copyable_v<ResponseTracker<KalmanBank<double, 8>>>);
+static_assert(std::is_trivially_copyable_v<ResponseTracker<ChirpTracker<float>>>);
+static_assert(std::is_trivially_copyable_v<ResponseTracker<SlidingDft<float, 8, 512>>>);
+
+}  // namespace resonid::tracking
