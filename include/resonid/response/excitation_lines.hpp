@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <cstddef>
+#include <optional>
+#include <resonid/base/approach.hpp>
+#include <resonid/data/record.hpp>
+#include <span>
+#include <utility>
+#include <vector>
+
+namespace resonid::response {
+
+/// Power from which on a line of a periodic reference counts as excited, given the powers of all lines: in
+/// the middle of the widest gap between neighbouring powers when it is a factor of 9 or more (3 in amplitude;
+/// below lie the harmonics and intermodulation of a real torque loop), else, and at least, 1e-4 of the
+/// greatest (PRBS).
+[[nodiscard]] double excited_power_threshold(std::vector<double> powers);
+
+/// Period of the excitation (of the input, when the record has no excitation), in samples; nothing when it
+/// does not repeat at least twice in the record. From the first peak of the normalised autocorrelation that
+/// comes within 0.5 % of the highest one. Limit: a multisine whose lines all lie near multiples of a coarser
+/// spacing needs a signal-to-noise ratio above 200 to be told from one with that shorter period.
+[[nodiscard]] std::optional<std::size_t> detect_period(const data::Record& record);
+
+/// Lowest and highest frequency that the reference signal of an approach excites: where its smoothed power
+/// density is at least `share` of the densest; nothing for a signal without power.
+[[nodiscard]] std::optional<std::pair<double, double>> excited_band_hz(const data::Record& record,
+                                                                       Approach approach, double share = 0.1);
+
+}  // namespace resonid::response

@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <cstddef>
+#include <resonid/response/line_estimates.hpp>
+
+namespace resonid::response {
+
+struct PeriodicConfig {
+  std::size_t period_samples = 0;  ///< Period of the excitation, >= 4; 0: detect_period().
+  std::size_t drop_periods = 0;    ///< Periods left out at the start, while transients last.
+  std::vector<double>
+      lines_hz;  ///< Lines to report (nearest lines of the period's grid); empty: the excited ones.
+  double band_low_hz = 0.0;   ///< Lowest line, >= 0.
+  double band_high_hz = 0.0;  ///< Highest line; 0: half the sample rate.
+};
+
+template <class Visitor>
+void describe(Visitor&& v, PeriodicConfig& c) {
+  v("period_samples", c.period_samples, "period of the excitation in samples, at least 4; 0: detected");
+  v("drop_periods", c.drop_periods, "periods left out at the start, while transients last");
+  v("lines_hz", c.lines_hz, "lines to report in Hz; empty: the excited ones");
+  v("band_low_hz", c.band_low_hz, "lowest line in Hz");
+  v("band_high_hz", c.band_high_hz, "highest line in Hz; 0: half the sample rate");
+}
+
+/// Lines of a periodic experiment (multisine, repeated PRBS or chirp): one Fourier transform per period, mean
+/// and scatter over the n whole periods (METHOD 8.2). Covariance of the means: sum_p (X_p - X)(X_p - X)^H/(n
+/// (n - 1)), n - 1 complex degrees of freedom; no leakage, no bias under feedback. A slow drift of the
+/// signals (line through the period means) is taken out. A line is excited when its reference signal passes
+/// excited_power_threshold() and stands out of the scatter (F test, 0.1 %).
+/// Coherence: |sum Y_p R_p*|^2/(sum |Y_p|^2 sum |R_p|^2).
+/// Limits: needs two whole periods after the dropped ones; transients that outlast them show up as noise.
+[[nodiscard]] expected<LineEstimates, ConfigError> periodic_lines(const data::Record& record,
+                                                                  const PeriodicConfig& config,
+                                                                  Approach approach);
+
+/// plant_response of periodic_lines.
+[[nodiscard]] expected<data::FrequencyResponse, ConfigError> periodic_average(const data::Record& record,
+                                                                              const PeriodicConfig& config,
+                                                                              const ResponseOptions& options);
+
+}  // namespace resonid::response

@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <cstddef>
+#include <resonid/response/line_estimates.hpp>
+
+namespace resonid::response {
+
+enum class LineMethod {
+  kalman,         ///< Bank of oscillators with one innovation (METHOD 4.1).
+  sliding_dft,    ///< Sliding DFT over one window (METHOD 4.4).
+  least_squares,  ///< All lines and a constant at once over the whole range.
+};
+
+struct TrackedLinesConfig {
+  std::vector<double> lines_hz;  ///< Lines of the excitation, 1 ... 256, each in (0, half the sample rate).
+  LineMethod method = LineMethod::kalman;
+  double lambda = 0.0;  ///< Bank with METHOD 4.1's gain, > 0; 0: poles placed at pole_radius.
+  double pole_radius =
+      0.0;  ///< Bank's poles, 0 < radius < 1; 0: 1 - 1.5 (least distance of lines)/(sample rate).
+  std::size_t window_samples = 0;  ///< Of the sliding DFT, 3 ... 16384; 0: period_samples.
+  std::size_t period_samples = 0;  ///< Period of the excitation; 0: unknown.
+  std::size_t first_sample = 0;    ///< Samples left out at the start, while transients last.
+};
+
+template <class Visitor>
+void describe(Visitor&& v, TrackedLinesConfig& c) {
+  v("lines_hz", c.lines_hz, "lines of the excitation in Hz, 1 ... 256 of them");
+  v("lambda", c.lambda, "gain of the bank, > 0; larger is slower and quieter; 0: placed poles");
+  v("pole_radius", c.pole_radius, "radius of the bank's poles, 0 ... 1; 0 chooses");
+  v("window_samples", c.window_samples, "window of the sliding DFT in samples, 3 ... 16384; 0: the period");
+  v("period_samples", c.period_samples, "period of the excitation in samples; 0: unknown");
+  v("first_sample", c.first_sample, "samples left out at the start, while transients last");
+}
+
+/// Lines at known, constant frequencies from line trackers run over the record (METHOD 4.1, 4.4).
+///
+/// Kalman bank: the mean of the settled amplitudes; with a known period over as many whole periods as there
+/// are, so that lines of the same grid which the bank does not hold average out. Covariance from the scatter
+/// of the periods' means (two or more), else from the noise beside each line in what the bank leaves of the
+/// signals, 4/n of its density. Lines that settle too late for that (bank: settling_samples(), then a period)
+/// are in `unsettled_hz`. Sliding DFT: mean and scatter of the windows that follow one another backwards from
+/// the end. Least squares: covariance from the noise beside each line, and the fit's own noise gain. Limits:
+/// frequencies must be right to a small part of 1/(record length); the sliding DFT needs lines on its grid
+/// and two windows.
+[[nodiscard]] expected<LineEstimates, ConfigError> tracked_line_estimates(const data::Record& record,
+                                                                          const TrackedLinesConfig& config,
+                                                                          Approach approach);
+
+/// plant_response of tracked_line_estimates.
+[[nodiscard]] expected<data::FrequencyResponse, ConfigError> tracked_lines(const data::Record& record,
+                                                                           const TrackedLinesConfig& config,
+                                                                           const ResponseOptions& options);
+
+}  // namespace resonid::response

@@ -1,0 +1,94 @@
+// SPDX-License-Identifier: MIT
+#include "response/signals.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace resonid::response {
+
+expected<Signals, ConfigError> signals_of(const data::Record& record, Approach approach) {
+  if (!(record.sample_rate_hz > 0.0) || !std::isfinite(record.sample_rate_hz))
+    return refuse("sample_rate_hz", "must be > 0", record.sample_rate_hz);
+  if (!record.output.present()) return refuse("output", "is needed");
+  if (approach != Approach::indirect && !record.input.present())
+    return refuse("input", "is needed by the direct and the joint approach");
+  if (approach != Approach::direct && !record.excitation.present())
+    return refuse("excitation", "is needed by the indirect and the joint approach");
+  Signals signals;
+  signals.samples = record.samples();
+  signals.signal = {std::span<const double>(record.excitation.samples),
+                    std::span<const double>(record.input.samples),
+                    std::span<const double>(record.output.samples)};
+  signals.reference = approach == Approach::direct ? 1 : 0;
+  for (const auto& signal : signals.signal)
+    if (!signal.empty() && signal.size() != signals.samples)
+      return refuse("record", "its signals must have equally many samples",
+                    static_cast<double>(signal.size()));
+  return signals;
+}
+
+LineEstimates empty_estimates(const data::Record& record, const Signals& signals) {
+  LineEstimates estimates;
+  estimates.output_quantity = record.output_quantity;
+  estimates.sample_time_s = record.sample_time_s();
+  estimates.has_excitation = signals.has(0);
+  estimates.has_input = signals.has(1);
+  return estimates;
+}
+
+std::vector<double> detrended(std::span<const double> samples, int degree) {
+  std::vector<double> values(samples.begin(), samples.end());
+  const auto count = static_cast<double>(samples.size());
+  const double centre = 0.5 * (count - 1.0);
+  double mean = 0.0;
+  for (const double x : samples) mean += x / count;
+  double slope = 0.0;
+  if (degree > 0 && samples.size() > 1) {
+    double numerator = 0.0;
+    for (std::size_t k = 0; k < samples.size(); ++k)
+      numerator += (static_cast<double>(k) - centre) * (samples[k] - mean);
+    slope = numerator / (count * (count * count - 1.0) / 12.0);
+  }
+  for (std::size_t k = 0; k < values.size(); ++k)
+    values[k] -= mean + slope * (static_cast<double>(k) - centre);
+  return values;
+}
+
+std::vector<double> without_drift(std::span<const double> samples, std::size_t period) {
+  const std::size_t count = samples.size() / period;
+  std::vector<double> means(count, 0.0);
+  for (std::size_t k = 0; k < count * period; ++k)
+    means[k / period] += samples[k] / static_cast<double>(period);
+  double overall = 0.0;
+  for (const double mean : means) overall += mean / static_cast<double>(count);
+  double slope = 0.0;
+  double square = 0.0;
+  const double centre = 0.5 * static_cast<double>(count - 1);
+  for (std::size_t p = 0; p < count; ++p) {
+    const double x = static_cast<double>(p) - centre;
+    slope += x * (means[p] - overall);
+    square += x * x;
+  }
+  slope /= square * static_cast<double>(period);
+  std::vector<double> values(samples.size());
+  const double middle = 0.5 * static_cast<double>(count * period - 1);
+  for (std::size_t k = 0; k < values.size(); ++k)
+    values[k] = samples[k] - overall - slope * (static_cast<double>(k) - middle);
+  return values;
+}
+
+int trend_degree(const data::Record& record, std::size_t signal) {
+  return signal == 2 && record.output_quantity == data::OutputQuantity::position ? 1 : 0;
+}
+
+expected<double, ConfigError> upper_band_edge(const data::Record& record, double low_hz, double high_hz) {
+  const double nyquist = 0.5 * record.sample_rate_hz;
+  if (!(low_hz >= 0.0)) return refuse("band_low_hz", "must be >= 0", low_hz);
+  if (!(high_hz >= 0.0) || high_hz > nyquist)
+    return refuse("band_high_hz", "must lie between 0 and half the sample rate", high_hz);
+  const double upper = high_hz == 0.0 ? nyquist : high_hz;
+  if (low_hz >= upper) return refuse("band_low_hz", "must lie below band_high_hz", low_hz);
+  return upper;
+}
+
+}  // namespace resonid::response
