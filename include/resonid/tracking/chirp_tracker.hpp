@@ -40,10 +40,10 @@ struct ChirpTrackerConfig {
 /// linear chirp needs no trigonometry per sample: the rotation is itself rotated, and set anew every 256
 /// samples. A sample that is not finite counts as missing. Source: METHOD 4.3; Nevaranta 2016, Pub. VI, eqs.
 /// 8-17.
-template <class Scalar_>
+template <class Real>
 class ChirpTracker {
  public:
-  using Scalar = Scalar_;
+  using Scalar = Real;
   using MovingLine = void;  ///< Says that frequency_hz() changes with time.
   static constexpr std::size_t kMaxLines = 1;
   static constexpr std::size_t kProbes = 9;  ///< Frequencies at which the figures are computed.

@@ -35,10 +35,10 @@ struct KalmanBankConfig {
 /// share one innovation, so that a settled bank separates them exactly, however close they are; lines of the
 /// signal that the bank does not hold leak into it. A sample that is not finite counts as missing. Trivially
 /// copyable, no heap. Source: METHOD 4.1; Nevaranta 2016, Pub. IV, eqs. 5-16 (mended in METHOD 12).
-template <class Scalar_, std::size_t MaxLines>
+template <class Real, std::size_t MaxLines>
 class KalmanBank {
  public:
-  using Scalar = Scalar_;
+  using Scalar = Real;
   static constexpr std::size_t kMaxLines = MaxLines;
   static constexpr std::size_t kProbes = 1;  ///< See probe().
 

@@ -37,10 +37,10 @@ struct ResponseTrackerConfig {
 /// Direct and joint agree here: each phasor is locked to the line, so the direct ratio has not the bias that
 /// it has with spectra (docs/methods/response_tracker.md). A sample with any signal not finite is missing for
 /// all three. An approach that lacks what it needs gives NaN. Source: METHOD 5.1-5.4.
-template <class Tracker_>
+template <class TrackerType>
 class ResponseTracker {
  public:
-  using Tracker = Tracker_;
+  using Tracker = TrackerType;
   using Scalar = typename Tracker::Scalar;
   static constexpr std::size_t kMaxLines = Tracker::kMaxLines;
 

@@ -35,10 +35,10 @@ struct SlidingDftConfig {
 /// leak, and an offset drops out. S cannot become unstable, and its rounding errors do not add up either: a
 /// second sum, begun anew every N samples, replaces it when it holds a whole window; both carry their
 /// rounding along. A sample that is not finite is taken to be what it was one window ago. Source: METHOD 4.4.
-template <class Scalar_, std::size_t MaxLines, std::size_t MaxWindow>
+template <class Real, std::size_t MaxLines, std::size_t MaxWindow>
 class SlidingDft {
  public:
-  using Scalar = Scalar_;
+  using Scalar = Real;
   static constexpr std::size_t kMaxLines = MaxLines;
 
   static expected<SlidingDft, ConfigError> create(const SlidingDftConfig& config) {

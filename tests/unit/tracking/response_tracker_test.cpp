@@ -83,6 +83,7 @@ TEST(ResponseTracker, MeetsGoldenBank) {
 TEST(ResponseTracker, NoiseFreeLinesAreExact) {
   const auto pi = data::pi_controller(test::kControllerGain, test::kIntegralTime, kSampleTime);
   std::vector<Complex> table;
+  table.reserve(kLines.size());
   for (const double f : kLines) table.push_back(pi.response(f));
   auto with_table =
       ResponseTracker<Bank>::create(bank(), {.known_delay_s = kDelay, .controller_at_line = table}).value();
@@ -172,6 +173,7 @@ std::vector<double> chirp(std::size_t samples) {
 // deviation 0.08.
 TEST(ResponseTracker, ErrorBarsOfTheSlidingDft) {
   std::vector<double> lines;
+  lines.reserve(kLines.size());
   for (const double f : kLines) lines.push_back(std::round(f));
   std::vector<double> ru(30500);
   for (std::size_t k = 0; k < ru.size(); ++k)
