@@ -1,17 +1,27 @@
 // SPDX-License-Identifier: MIT
-// Uses the installed package as a stranger would: a drive, its sampled response, a resonance.
+// Uses the installed package as a stranger would: makes an excitation and tracks one of its lines.
+#include <array>
 #include <cmath>
 #include <cstdio>
-#include <resonid/data/transfer_function.hpp>
-#include <resonid/data/two_mass.hpp>
+#include <resonid/excitation/multisine.hpp>
+#include <resonid/tracking/kalman_bank.hpp>
 
 int main() {
-  resonid::data::TwoMassParameters drive;
-  drive.driven_inertia = 0.032;
-  drive.load_inertia = 0.032;
-  drive.stiffness = 143.75;
-  drive.damping = 0.3;
-  const double resonance = resonid::data::resonance_hz(drive);
-  std::printf("resonance %.2f Hz\n", resonance);
-  return std::abs(resonance - 15.086) < 0.01 ? 0 : 1;
+  const std::array lines_hz{10.0, 15.0};
+  const std::array amplitude{1.0, 0.5};
+  resonid::excitation::MultisineConfig excitation;
+  excitation.sample_rate_hz = 500.0;
+  excitation.frequency_hz = lines_hz;
+  excitation.amplitude = amplitude;
+  auto multisine = resonid::excitation::Multisine<2>::create(excitation).value();
+
+  resonid::tracking::KalmanBankConfig config;
+  config.sample_rate_hz = 500.0;
+  config.frequency_hz = lines_hz;
+  auto bank = resonid::tracking::KalmanBank<double, 2>::create(config).value();
+
+  for (int k = 0; k < 20000; ++k) bank.step(multisine.step());
+  const double found = std::abs(bank.phasor(1));
+  std::printf("amplitude at 15 Hz: %.6f\n", found);
+  return bank.ready() && std::abs(found - 0.5) < 1e-6 ? 0 : 1;
 }
