@@ -9,7 +9,7 @@ namespace resonid::diagnostics {
 namespace {
 
 constexpr double kLowCoherence = 0.8;
-constexpr double kUsableCoherence = 0.5;
+constexpr double kUsableCoherence = 0.6;
 
 double median(std::vector<double> values) {
   if (values.empty()) return 0.0;
@@ -59,6 +59,27 @@ void inspect_timing(const data::Record& record, std::vector<Finding>& findings) 
                      100.0 * relative)});
 }
 
+/// Whether |G| itself nearly vanishes between lines `from` and `to`: lower there than half of what it is at
+/// both ends.
+bool output_vanishes(const data::FrequencyResponse& g, std::size_t from, std::size_t to) {
+  const double left = std::abs(g.value[from > 0 ? from - 1 : 0]);
+  const double right = std::abs(g.value[std::min(to, g.lines() - 1)]);
+  double least = std::abs(g.value[from]);
+  for (std::size_t i = from; i < to; ++i) least = std::min(least, std::abs(g.value[i]));
+  return from > 0 && to < g.lines() && least < 0.5 * std::min(left, right);
+}
+
+Finding low_coherence(const data::FrequencyResponse& g, std::size_t from, std::size_t to, double lowest,
+                      double lowest_at) {
+  const char* reason = output_vanishes(g, from, to)
+                           ? "The output nearly vanishes there, as it does in an anti-resonance."
+                           : "Little excitation or much noise there: do not read resonances from that band.";
+  return {"low-coherence", Severity::warning, lowest, kLowCoherence,
+          fmt::format(
+              "Coherence falls to {:.2f} at {:.4g} Hz and stays below {:.1f} from {:.4g} to {:.4g} Hz. {}",
+              lowest, lowest_at, kLowCoherence, g.frequency_hz[from], g.frequency_hz[to - 1], reason)};
+}
+
 }  // namespace
 
 std::vector<Finding> inspect(const data::Record& record) {
@@ -106,12 +127,12 @@ std::vector<Finding> inspect(const data::FrequencyResponse& g) {
   const double middle = median(g.coherence);
   const auto usable = static_cast<double>(
       std::count_if(g.coherence.begin(), g.coherence.end(), [](double c) { return c >= kUsableCoherence; }));
-  if (middle < kUsableCoherence) {
+  if (usable < std::max(3.0, 0.05 * static_cast<double>(g.lines()))) {
     findings.push_back(
-        {"incoherent", Severity::error, middle, kUsableCoherence,
-         fmt::format("The median coherence is {:.2f} and only {:.0f} % of the lines are usable: the "
-                     "output is not the response to this input (noise, wrong column, no excitation).",
-                     middle, 100.0 * usable / static_cast<double>(g.lines()))});
+        {"incoherent", Severity::error, usable / static_cast<double>(g.lines()), 0.05,
+         fmt::format("Only {:.0f} of {} lines are coherent (median coherence {:.2f}): the output is not "
+                     "the response to this input (noise, wrong column, no excitation).",
+                     usable, g.lines(), middle)});
     return findings;
   }
   const std::size_t least = std::min<std::size_t>(2, std::max<std::size_t>(1, g.lines() / 33));
@@ -130,13 +151,7 @@ std::vector<Finding> inspect(const data::FrequencyResponse& g) {
       }
       ++end;
     }
-    if (end - i >= least)
-      findings.push_back(
-          {"low-coherence", Severity::warning, lowest, kLowCoherence,
-           fmt::format("Coherence falls to {:.2f} at {:.4g} Hz and stays below {:.1f} from {:.4g} to {:.4g} "
-                       "Hz: little "
-                       "excitation or much noise there. Do not read resonances from that band.",
-                       lowest, lowest_at, kLowCoherence, g.frequency_hz[i], g.frequency_hz[end - 1])});
+    if (end - i >= least) findings.push_back(low_coherence(g, i, end, lowest, lowest_at));
     i = end;
   }
   return findings;
