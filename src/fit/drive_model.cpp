@@ -56,19 +56,23 @@ std::complex<double> DriveModel::response(double frequency_hz) const {
   return {g.re, g.im};
 }
 
+std::vector<std::complex<double>> DriveModel::values(std::span<const double> frequencies_hz,
+                                                     bool with_delay) const {
+  const auto system = held(*this);
+  std::vector<std::complex<double>> result;
+  result.reserve(frequencies_hz.size());
+  for (const double f : frequencies_hz) {
+    const auto g = detail::velocity_response(structure, system, f, sample_time_s);
+    const std::complex<double> value(g.re, g.im);
+    result.push_back(with_delay ? value * std::polar(1.0, -kTwoPi * f * delay_s) : value);
+  }
+  return result;
+}
+
 data::FrequencyResponse DriveModel::response(std::span<const double> frequencies_hz) const {
   data::FrequencyResponse result;
   result.frequency_hz.assign(frequencies_hz.begin(), frequencies_hz.end());
-  const auto evaluate = [&](const DriveModel& model) {
-    const auto system = held(model);
-    std::vector<std::complex<double>> values;
-    values.reserve(frequencies_hz.size());
-    for (const double f : frequencies_hz) {
-      const auto g = detail::velocity_response(structure, system, f, sample_time_s);
-      values.emplace_back(g.re, g.im);
-    }
-    return values;
-  };
+  const auto evaluate = [&](const DriveModel& model) { return model.values(frequencies_hz); };
   result.value = evaluate(*this);
   // E|dG|^2 = g^H P g with the complex gradient g over the parameters.
   std::array<std::vector<std::complex<double>>, kParameterCount> gradient;

@@ -7,7 +7,8 @@
 namespace resonid::fit::detail {
 
 LeastSquaresResult minimise(std::unique_ptr<ceres::CostFunction> function, std::span<double> x,
-                            std::span<const bool> active, std::span<const Bound> bounds) {
+                            std::span<const bool> active, std::span<const Bound> bounds,
+                            const Effort& effort) {
   ceres::Problem::Options problem_options;
   problem_options.cost_function_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
   ceres::Problem problem(problem_options);
@@ -24,8 +25,8 @@ LeastSquaresResult minimise(std::unique_ptr<ceres::CostFunction> function, std::
   }
   ceres::Solver::Options options;
   options.linear_solver_type = ceres::DENSE_QR;
-  options.max_num_iterations = 100;
-  options.function_tolerance = 1e-14;
+  options.max_num_iterations = effort.iterations;
+  options.function_tolerance = effort.function_tolerance;
   options.parameter_tolerance = 1e-11;
   options.gradient_tolerance = 1e-14;
   options.logging_type = ceres::SILENT;

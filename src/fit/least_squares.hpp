@@ -23,9 +23,15 @@ struct Bound {
   double upper = 0.0;
 };
 
+struct Effort {
+  int iterations = 100;
+  double function_tolerance = 1e-14;
+};
+
 /// Levenberg-Marquardt (Ceres) over one parameter block; parameters that are not active keep their value.
 LeastSquaresResult minimise(std::unique_ptr<ceres::CostFunction> function, std::span<double> x,
-                            std::span<const bool> active, std::span<const Bound> bounds = {});
+                            std::span<const bool> active, std::span<const Bound> bounds = {},
+                            const Effort& effort = {});
 
 /// (J^T J)^-1 spread over all parameters (zero rows for those not active); singular directions are dropped
 /// and reported by `full_rank`.

@@ -11,7 +11,7 @@
 namespace resonid::fit {
 namespace {
 
-constexpr double kMaximumDelaySamples = 50.0;
+constexpr int kMaximumIterations = 60;
 
 // The fit's parameter vector: the physical ones, then those that enter linearly.
 enum : int { kInitialState = kParameterCount, kOffset = kInitialState + detail::kStates, kCoulomb, kAll };
@@ -40,17 +40,20 @@ Signals whitened(const Signals& raw, const NoiseModel& noise) {
 class OutputErrorCost : public ceres::CostFunction {
  public:
   OutputErrorCost(const Signals& signals, data::OutputQuantity quantity, Structure structure,
-                  detail::Coordinates coordinates, double known_delay_samples)
+                  detail::Coordinates coordinates, double known_delay_samples,
+                  const detail::SearchRange& range)
       : signals_(signals),
         quantity_(quantity),
         structure_(structure),
         coordinates_(coordinates),
-        known_delay_samples_(known_delay_samples) {
+        known_delay_samples_(known_delay_samples),
+        range_(range) {
     set_num_residuals(kAll + 1);
     mutable_parameter_block_sizes()->push_back(kAll);
   }
 
   bool Evaluate(double const* const* blocks, double* residuals, double** jacobians) const override {
+    if (!range_.contains(blocks[0])) return false;
     std::fill(residuals, residuals + kAll + 1, 0.0);
     if (jacobians == nullptr || jacobians[0] == nullptr) {
       double sum = 0.0;
@@ -76,7 +79,7 @@ class OutputErrorCost : public ceres::CostFunction {
     Eigen::Matrix<T, detail::kStates, 1> state;
     for (int i = 0; i < detail::kStates; ++i) state(i) = x[kInitialState + i];
     const T constant = x[kOffset] * T(signals_.constant);
-    const auto first = static_cast<std::size_t>(drive.whole_delay) + 1;
+    const auto first = static_cast<std::size_t>(drive.whole_delay + 1);
     const int order = structure_ == Structure::two_mass ? 3 : 1;
     for (std::size_t k = first; k < signals_.output.size(); ++k) {
       const std::size_t j = k - first;
@@ -147,6 +150,7 @@ class OutputErrorCost : public ceres::CostFunction {
   Structure structure_;
   detail::Coordinates coordinates_;
   double known_delay_samples_;
+  detail::SearchRange range_;
 };
 
 /// Sign of the velocity at every sample, from centred differences where the output is a position.
@@ -181,10 +185,11 @@ class OutputErrorFitter {
     fit_.model = start;
     fit_.model.sample_time_s = record.sample_time_s();
     fit_.model.estimated = estimated_parameters(start.structure, config.viscous_friction, config.delay);
-    if (!config.delay) fit_.model.delay_s = 0.0;
-    if (!config.viscous_friction) fit_.model.parameters.viscous_friction = 0.0;
+    if (!config.delay && !config.fixed_model) fit_.model.delay_s = 0.0;
+    if (!config.viscous_friction && !config.fixed_model) fit_.model.parameters.viscous_friction = 0.0;
     const auto physical = coordinates_.from(fit_.model);
     std::copy(physical.begin(), physical.end(), x_.begin());
+    start_ = x_;
     start_state();
     active_.fill(false);
     std::copy(fit_.model.estimated.begin(), fit_.model.estimated.end(), active_.begin());
@@ -198,7 +203,10 @@ class OutputErrorFitter {
   }
 
   OutputErrorFit run() {
-    if (!config_.noise_model) {
+    if (config_.fixed_model) {
+      solve(NoiseModel{}, linear_part());
+      physical_ = result_;
+    } else if (!config_.noise_model) {
       solve(NoiseModel{}, active_);
     } else {
       solve(NoiseModel{}, linear_part());
@@ -239,14 +247,16 @@ class OutputErrorFitter {
 
   [[nodiscard]] std::unique_ptr<OutputErrorCost> cost(const Signals& signals) const {
     return std::make_unique<OutputErrorCost>(signals, record_.output_quantity, config_.initial.structure,
-                                             coordinates_, known_delay_samples_);
+                                             coordinates_, known_delay_samples_, detail::SearchRange(start_));
   }
 
   void solve(const NoiseModel& noise, const Mask& mask) {
     const Signals signals = whitened(raw_, noise);
     std::vector<detail::Bound> bounds;
-    if (mask[kDelay]) bounds.push_back({kDelay, 0.0, kMaximumDelaySamples});
-    result_ = detail::minimise(cost(signals), x_, mask, bounds);
+    if (mask[kDelay]) bounds.push_back({kDelay, detail::kMinimumDelaySamples, detail::kMaximumDelaySamples});
+    // With a noise model the cost need not be exact to more digits than the likelihood tells apart.
+    const detail::Effort effort{kMaximumIterations, config_.noise_model ? 1e-9 : 1e-14};
+    result_ = detail::minimise(cost(signals), x_, mask, bounds, effort);
     noise_ = noise;
     std::size_t count = 0;
     cost(signals)->simulate(x_.data(), [&](double) { ++count; });
@@ -297,6 +307,10 @@ class OutputErrorFitter {
       for (int j = 0; j < kParameterCount; ++j)
         fit_.model.covariance(i, j) =
             covariance(i, j) * scale[static_cast<std::size_t>(i)] * scale[static_cast<std::size_t>(j)];
+    if (config_.fixed_model) {
+      fit_.model.covariance = config_.initial.covariance;
+      fit_.model.estimated = config_.initial.estimated;
+    }
     if (config_.offset)
       fit_.offset = Estimate{x_[kOffset], std::sqrt(std::max(0.0, covariance(kOffset, kOffset)))};
     if (config_.coulomb_friction)
@@ -322,6 +336,7 @@ class OutputErrorFitter {
   Signals raw_;
   detail::Coordinates coordinates_;
   Vector x_{};
+  Vector start_{};
   Vector raw_x_{};
   Mask active_{};
   NoiseModel noise_;

@@ -9,19 +9,19 @@
 namespace resonid::fit {
 namespace {
 
-constexpr double kMaximumDelaySamples = 50.0;
-
 /// Weighted differences, real and imaginary part per line.
 struct ResponseResiduals {
   const data::FrequencyResponse* response;
   std::vector<double> weight;
   detail::Coordinates coordinates;
   Structure structure;
+  detail::SearchRange range;
 
   template <class T>
   bool operator()(const T* x, T* residual) const {
     using std::cos;
     using std::sin;
+    if (!range.contains(x)) return false;
     const double step = coordinates.sample_time_s;
     const auto parameters = coordinates.parameters(x);
     const auto held = detail::hold(detail::continuous_drive(structure, parameters), T(step));
@@ -33,6 +33,7 @@ struct ResponseResiduals {
       g = g * detail::Complex<T>{cos(angle), sin(angle)};
       residual[2 * i] = (g.re - T(response->value[i].real())) * T(weight[i]);
       residual[2 * i + 1] = (g.im - T(response->value[i].imag())) * T(weight[i]);
+      if (!detail::finite(residual[2 * i]) || !detail::finite(residual[2 * i + 1])) return false;
     }
     return true;
   }
@@ -73,18 +74,6 @@ std::vector<double> weights(const data::FrequencyResponse& g, Weighting weightin
   return w;
 }
 
-std::vector<std::complex<double>> fitted_values(const DriveModel& model, const data::FrequencyResponse& g) {
-  std::vector<std::complex<double>> values;
-  values.reserve(g.lines());
-  const auto held =
-      detail::hold(detail::continuous_drive(model.structure, model.parameters), model.sample_time_s);
-  for (const double f : g.frequency_hz) {
-    const auto v = detail::velocity_response(model.structure, held, f, model.sample_time_s);
-    values.push_back(std::complex<double>(v.re, v.im) * std::polar(1.0, -kTwoPi * f * model.delay_s));
-  }
-  return values;
-}
-
 struct Fitter {
   const data::FrequencyResponse& lines;
   const ResponseFitConfig& config;
@@ -102,13 +91,13 @@ struct Fitter {
     detail::Coordinates coordinates{start.parameters.driven_inertia * kTwoPi * lines.frequency_hz.front(),
                                     config.sample_time_s};
     auto x = coordinates.from(fit.model);
-    auto* functor =
-        new ResponseResiduals{&lines, weights(lines, weighting, error), coordinates, config.structure};
+    auto* functor = new ResponseResiduals{&lines, weights(lines, weighting, error), coordinates,
+                                          config.structure, detail::SearchRange(x)};
     auto cost =
         std::make_unique<ceres::AutoDiffCostFunction<ResponseResiduals, ceres::DYNAMIC, kParameterCount>>(
             functor, static_cast<int>(2 * lines.lines()));
     std::vector<detail::Bound> bounds;
-    if (config.delay) bounds.push_back({kDelay, 0.0, kMaximumDelaySamples});
+    if (config.delay) bounds.push_back({kDelay, detail::kMinimumDelaySamples, detail::kMaximumDelaySamples});
     const auto solution = detail::minimise(std::move(cost), x, fit.model.estimated, bounds);
     coordinates.store(x.data(), fit.model);
     fit.converged = solution.converged;
@@ -128,7 +117,7 @@ struct Fitter {
   }
 
   void assess(ResponseFit& fit, double parameters) const {
-    const auto fitted = fitted_values(fit.model, lines);
+    const auto fitted = fit.model.values(lines.frequency_hz, true);
     double misfit = 0.0;
     double likelihood = 0.0;
     const bool known = lines.standard_deviation.size() == lines.lines();
@@ -159,7 +148,8 @@ expected<ResponseFit, ConfigError> fit_response(const data::FrequencyResponse& r
   if (config.weighting != Weighting::none && lines.standard_deviation.size() != lines.lines())
     return refuse("response", "needs standard deviations for this weighting");
   const DriveModel start =
-      config.initial ? *config.initial : initial_model(lines, config.structure, config.sample_time_s);
+      config.initial ? *config.initial
+                     : initial_model(lines, config.structure, config.sample_time_s, config.viscous_friction);
 
   const Fitter fitter{lines, config};
   if (config.weighting != Weighting::model_error) return fitter.run(start, config.weighting, 0.0);
@@ -169,7 +159,7 @@ expected<ResponseFit, ConfigError> fit_response(const data::FrequencyResponse& r
     const double parameters =
         static_cast<double>(std::count(fit.model.estimated.begin(), fit.model.estimated.end(), true));
     const double free = std::max(0.1, 1.0 - parameters / static_cast<double>(2 * lines.lines()));
-    const double error = explaining_error(lines, fitted_values(fit.model, lines), free);
+    const double error = explaining_error(lines, fit.model.values(lines.frequency_hz, true), free);
     const double before = fit.model_error;
     fit = fitter.run(fit.model, Weighting::model_error, error);
     if (std::abs(error - before) <= 1e-3 * before + 1e-9) break;

@@ -8,6 +8,7 @@
 #include <resonid/base/linear_system.hpp>
 #include <resonid/data/record.hpp>
 #include <resonid/fit/drive_model.hpp>
+#include <span>
 
 // The drive's equations for any scalar type, so that Ceres' automatic differentiation gives exact derivatives
 // of the *sampled* model: a continuous model fitted to sampled data errs by 1 % in the resonance (ORACLE F).
@@ -39,6 +40,35 @@ struct Coordinates {
   void store(const double* x, DriveModel& model) const;
   /// d(natural)/d(coordinate), diagonal.
   [[nodiscard]] std::array<double, kParameterCount> jacobian(const DriveModel& model) const;
+};
+
+inline bool finite(double x) { return std::isfinite(x); }
+template <class Jet>
+bool finite(const Jet& x) {
+  return std::isfinite(x.a) && x.v.allFinite();
+}
+
+/// Range of a fitted delay. Negative ones belong to an input that was measured rather than held: its samples
+/// look up to half a sample ahead of the hold that the model assumes.
+inline constexpr double kMinimumDelaySamples = -1.0;
+inline constexpr double kMaximumDelaySamples = 50.0;
+
+/// The fits search inertias, stiffness and damping within a factor of 1000 (damping: 1e5) around their start;
+/// a step that leaves it, or is not finite, is refused.
+class SearchRange {
+ public:
+  explicit SearchRange(std::span<const double> start) { std::copy_n(start.begin(), kDelay, start_.begin()); }
+
+  template <class T>
+  [[nodiscard]] bool contains(const T* x) const {
+    for (int i = 0; i < kViscousFriction; ++i)
+      if (!(std::abs(plain(x[i]) - start_[static_cast<std::size_t>(i)]) <= (i == kDamping ? 11.5 : 6.9)))
+        return false;
+    return std::isfinite(plain(x[kViscousFriction])) && std::isfinite(plain(x[kDelay]));
+  }
+
+ private:
+  std::array<double, kDelay> start_{};
 };
 
 /// States 0 ... 2 are those of data::continuous_system, state 3 is the position. A rigid machine uses 0 and 3
@@ -82,7 +112,7 @@ struct SampledDrive {
   int whole_delay = 0;
 };
 
-/// Output delayed by `delay_samples` >= 0 (whole samples and an exact fraction: the state between two
+/// Output delayed by `delay_samples` >= -1 (whole samples and an exact fraction: the state between two
 /// samples).
 template <class T>
 SampledDrive<T> sampled_drive(Structure structure, const data::TwoMass<T>& p, data::OutputQuantity quantity,

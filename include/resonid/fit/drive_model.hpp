@@ -7,7 +7,9 @@
 #include <resonid/data/frequency_response.hpp>
 #include <resonid/data/transfer_function.hpp>
 #include <resonid/data/two_mass.hpp>
+#include <span>
 #include <string_view>
+#include <vector>
 
 namespace resonid::fit {
 
@@ -58,8 +60,12 @@ struct DriveModel {
   /// Zero-order-hold response from torque to velocity, without any delay.
   [[nodiscard]] std::complex<double> response(double frequency_hz) const;
 
+  /// The same at many frequencies, with the fitted delay when asked for.
+  [[nodiscard]] std::vector<std::complex<double>> values(std::span<const double> frequencies_hz,
+                                                         bool with_delay = false) const;
+
   /// Response with the total standard deviation that the covariance gives to each value.
-  [[nodiscard]] data::FrequencyResponse response(std::span<const double> frequency_hz) const;
+  [[nodiscard]] data::FrequencyResponse response(std::span<const double> frequencies_hz) const;
 
   /// The same as a discrete transfer function (order 3, or 1 when rigid), without delay.
   [[nodiscard]] data::TransferFunction transfer_function() const;

@@ -14,12 +14,14 @@ struct OutputErrorConfig {
   DriveModel initial;             ///< Structure and start; a fit to the response is a good one.
   bool viscous_friction = false;  ///< Estimate friction on the driven side.
   bool coulomb_friction = false;  ///< Estimate dry friction (torque times sign of the measured velocity).
-  bool delay = false;             ///< Estimate a delay of 0 ... 50 samples on top of the known one.
+  bool delay = false;             ///< Estimate a delay of -1 ... 50 samples on top of the known one.
   double known_delay_s = 0.0;     ///< In the measured output, >= 0.
   bool initial_state = true;      ///< Estimate the state at the record's start; otherwise it is rest.
   bool offset = true;  ///< Estimate a constant torque at the input (load, friction at an operating point).
   bool noise_model = true;  ///< Weight by an autoregressive model of the residual (order 0 if it is white).
   std::size_t max_noise_order = 32;
+  bool fixed_model =
+      false;  ///< Estimate initial state and offset only: simulate a given model on the record.
 };
 
 struct OutputErrorFit {

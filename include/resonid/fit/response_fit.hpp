@@ -22,7 +22,7 @@ struct ResponseFitConfig {
   Structure structure = Structure::two_mass;
   double sample_time_s = 0.0;     ///< Of the record that the response comes from, > 0.
   bool viscous_friction = false;  ///< Estimate friction on the driven side.
-  bool delay = false;  ///< Estimate a delay of 0 ... 50 samples on top of what was taken out already.
+  bool delay = false;  ///< Estimate a delay of -1 ... 50 samples on top of what was taken out already.
   Weighting weighting = Weighting::model_error;
   double low_hz = 0.0;  ///< Lines outside the band are not used.
   double high_hz = std::numeric_limits<double>::infinity();
@@ -47,8 +47,8 @@ struct ResponseFit {
                                                               const ResponseFitConfig& config);
 
 /// Start for a two-mass fit: a scan over anti-resonance, resonance and damping that compares magnitudes only.
-/// Rigid: the inertia from the median of |G| w.
+/// `with_friction` scans viscous friction too. Rigid: the inertia from the median of |G| w.
 [[nodiscard]] DriveModel initial_model(const data::FrequencyResponse& response, Structure structure,
-                                       double sample_time_s);
+                                       double sample_time_s, bool with_friction = false);
 
 }  // namespace resonid::fit
