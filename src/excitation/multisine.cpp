@@ -74,7 +74,7 @@ void multisine_phases(const MultisineConfig& c, std::span<double> phase_rad) noe
         phase_rad[i] = kTwoPi * random.uniform();
         break;
       case Phases::schroeder:
-        phase_rad[i] = -kTwoPi * (sum - std::floor(sum));
+        phase_rad[i] = c.first_phase_rad - kTwoPi * (sum - std::floor(sum));
         break;
       case Phases::zero:
         phase_rad[i] = 0.0;

@@ -44,7 +44,12 @@ TEST(Multisine, ReproducesTheGoldenRecord) {
 TEST(Multisine, SchroederPhasesHaveALowCrestFactor) {
   const auto f = lines(20.0, 5.0, 21);
   const std::vector<double> amplitude{0.3};
-  EXPECT_NEAR(crest_factor({2000.0, f, amplitude, Phases::schroeder, {}, 1}, 400), 1.823, 5e-4);
+  EXPECT_NEAR(crest_factor({2000.0, f, amplitude, Phases::schroeder, {}, 1, 0.0}, 400), 1.823, 5e-4);
+  for (const double rate : {800.0, 1000.0, 2000.0, 2500.0, 10000.0, 100000.0})
+    EXPECT_LT(
+        crest_factor({rate, f, amplitude, Phases::schroeder, {}, 1}, static_cast<std::size_t>(rate / 5.0)),
+        1.79)
+        << rate << " Hz";
   std::vector<double> printed(21);
   for (std::size_t i = 0; i < 21; ++i) printed[i] = -kPi * static_cast<double>(i + 1) / 21.0;
   EXPECT_NEAR(crest_factor({2000.0, f, amplitude, Phases::given, printed, 1}, 400), 6.371, 5e-4);
@@ -54,7 +59,7 @@ TEST(Multisine, SchroederPhasesForUnequalPowers) {
   const auto f = lines(1.0, 1.0, 3);
   const std::vector<double> amplitude{1.0, 2.0, 1.0};
   std::vector<double> p(3);
-  multisine_phases({100.0, f, amplitude, Phases::schroeder, {}, 1}, p);
+  multisine_phases({100.0, f, amplitude, Phases::schroeder, {}, 1, 0.0}, p);
   EXPECT_NEAR(std::remainder(p[0], kTwoPi), 0.0, 1e-14);
   EXPECT_NEAR(std::remainder(p[1] + kTwoPi * (1.0 / 6.0), kTwoPi), 0.0, 1e-14);
   EXPECT_NEAR(std::remainder(p[2] + kTwoPi * (2.0 / 6.0 + 4.0 / 6.0), kTwoPi), 0.0, 1e-14);
