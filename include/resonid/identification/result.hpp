@@ -1,0 +1,89 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <optional>
+#include <resonid/data/record.hpp>
+#include <resonid/diagnostics/finding.hpp>
+#include <resonid/diagnostics/margins.hpp>
+#include <resonid/fit/drive_model.hpp>
+#include <resonid/fit/output_error.hpp>
+#include <string>
+#include <vector>
+
+namespace resonid::identification {
+
+/// What the result says about the record it came from.
+struct RecordFacts {
+  std::string file;
+  std::size_t samples = 0;  ///< Used, after cutting.
+  double sample_rate_hz = 0.0;
+  std::string time, input, output, excitation, reference;  ///< Signal names; empty: not there.
+  data::OutputQuantity output_quantity = data::OutputQuantity::velocity;
+};
+
+/// Units of signals, response and parameters, as told by the record.
+struct Units {
+  std::string input;      ///< "Nm"
+  std::string velocity;   ///< Of the velocity that responses refer to: "rad/s".
+  std::string response;   ///< "(rad/s)/Nm"
+  std::string inertia;    ///< "kgm2", or input unit times s2 over position unit when not SI.
+  std::string stiffness;  ///< "Nm/rad"
+  std::string damping;    ///< "Nms/rad"
+  std::string torque;     ///< Of friction and offset: "Nm".
+  bool physical = true;   ///< False: input or output is not torque and angle (volts ...).
+};
+
+struct Resonance {
+  bool anti = false;
+  double frequency_hz = 0.0;
+  std::optional<double> std_hz;
+  std::optional<double> damping_ratio;
+  bool from_model =
+      true;  ///< Undamped value of the fitted model; otherwise extremum of the measured response.
+};
+
+struct ModelResult {
+  fit::DriveModel drive;
+  bool from_record = true;   ///< Fitted to the record (output error); otherwise to the measured response.
+  double model_error = 0.0;  ///< Relative difference to the measured response that noise does not explain.
+  std::optional<fit::Estimate> coulomb_friction;
+  std::optional<fit::Estimate> offset;
+};
+
+struct LoopResult {
+  diagnostics::LoopMargins margins;
+  data::FrequencyResponse curve;  ///< L, delay included.
+  std::string source;             ///< "model" or "response".
+  std::optional<double> crossover_std_hz, phase_margin_std_deg,
+      modulus_margin_std;  ///< From the model's covariance.
+};
+
+/// How well the model reproduces what it was fitted to.
+struct Validation {
+  double fit_percent = 0.0;  ///< 100 (1 - |y - yh|/|y - mean y|): of the simulated record, or of its lines.
+  bool of_record = true;     ///< False: over the excited lines (a model that was fitted to the response).
+  std::optional<double> cross_correlation_max;  ///< Residual with simulated output; of the record only.
+  std::optional<double> limit;
+};
+
+struct Result {
+  RecordFacts record;
+  Units units;
+  std::string method;    ///< As on the command line: "local-polynomial".
+  std::string approach;  ///< "direct", "indirect", "joint".
+  double confidence = 0.95;
+  double known_delay_s = 0.0;
+  std::optional<double> radius_m;
+  data::FrequencyResponse response;
+  std::vector<Resonance> resonances;  ///< Ascending.
+  std::optional<ModelResult> model;
+  std::optional<LoopResult> loop;
+  std::optional<data::FrequencyResponse> measured_loop;  ///< L = Ru/U - 1 at the lines.
+  std::optional<Validation> validation;
+  std::vector<double> residual;    ///< [sample] of the model's simulation; empty without a model.
+  std::size_t residual_start = 0;  ///< Sample of the record at which it begins.
+  bool trusted = false;
+  std::vector<diagnostics::Finding> findings;
+};
+
+}  // namespace resonid::identification

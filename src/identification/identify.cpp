@@ -1,0 +1,161 @@
+// SPDX-License-Identifier: MIT
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <identification/loop.hpp>
+#include <identification/measurement.hpp>
+#include <identification/model_selection.hpp>
+#include <identification/trust.hpp>
+#include <identification/units.hpp>
+#include <resonid/diagnostics/data_findings.hpp>
+#include <resonid/diagnostics/residuals.hpp>
+#include <resonid/diagnostics/response_extrema.hpp>
+#include <resonid/response/excitation_lines.hpp>
+
+namespace resonid::identification {
+namespace {
+
+void append(std::vector<diagnostics::Finding>& to, std::vector<diagnostics::Finding> from) {
+  std::move(from.begin(), from.end(), std::back_inserter(to));
+}
+
+RecordFacts facts_of(const data::Record& record) {
+  return {record.source,         record.samples(),   record.sample_rate_hz,  record.sampling.time_name,
+          record.input.name,     record.output.name, record.excitation.name, record.reference.name,
+          record.output_quantity};
+}
+
+void cut_front(data::Record& record, std::size_t samples) {
+  for (auto* channel :
+       {&record.input, &record.output, &record.excitation, &record.reference, &record.position})
+    if (channel->present())
+      channel->samples.erase(channel->samples.begin(),
+                             channel->samples.begin() + static_cast<std::ptrdiff_t>(samples));
+  record.start_time_s += static_cast<double>(samples) / record.sample_rate_hz;
+}
+
+/// The record without the periods in which transients last.
+expected<data::Record, Refusal> without_transient(data::Record record, const Options& options) {
+  if (options.drop_periods == 0) return record;
+  const std::size_t period =
+      options.period_samples != 0 ? options.period_samples : response::detect_period(record).value_or(0);
+  if (period == 0)
+    return tl::unexpected(
+        Refusal{"drop-periods", "no period was found in the excitation; give --period-samples N"});
+  if ((options.drop_periods + 1) * period > record.samples())
+    return tl::unexpected(Refusal{
+        "drop-periods",
+        fmt::format("dropping {} periods of {} samples leaves less than one of the record's {} samples",
+                    options.drop_periods, period, record.samples())});
+  cut_front(record, options.drop_periods * period);
+  return record;
+}
+
+std::vector<Resonance> resonances_of(const Result& result) {
+  std::vector<Resonance> found;
+  if (result.model) {
+    const auto& drive = result.model->drive;
+    if (drive.structure == fit::Structure::two_mass) {
+      const auto anti = drive.antiresonance();
+      const auto main = drive.resonance();
+      found.push_back({true, anti.value, anti.standard_deviation,
+                       data::antiresonance_damping_ratio(drive.parameters), true});
+      found.push_back({false, main.value, main.standard_deviation,
+                       data::resonance_damping_ratio(drive.parameters), true});
+    }
+  } else {
+    for (const auto& e : diagnostics::response_extrema(result.response))
+      found.push_back({e.minimum, e.frequency_hz, std::nullopt, std::nullopt, false});
+  }
+  return found;
+}
+
+void validate_on_record(const data::Record& record, detail::Selection& selection, Result& result) {
+  const auto& y = record.output.samples;
+  std::vector<double> simulated(selection.residual.size());
+  for (std::size_t k = 0; k < simulated.size(); ++k)
+    simulated[k] = y[selection.residual_start + k] - selection.residual[k];
+  const auto delay = static_cast<std::size_t>(std::lround(result.known_delay_s * record.sample_rate_hz));
+  const auto test = diagnostics::test_residual(selection.residual, simulated, 40 + delay, 3 + delay);
+  result.validation = Validation{selection.fit_percent, true, test.cross_correlation_max, test.limit};
+  result.residual = std::move(selection.residual);
+  result.residual_start = selection.residual_start;
+}
+
+void validate_on_lines(const response::LineEstimates& lines, Result& result) {
+  const auto fitted = result.model->drive.values(result.response.frequency_hz, true);
+  double left = 0.0, total = 0.0;
+  for (std::size_t i = 0; i < fitted.size() && i < lines.lines.size(); ++i) {
+    const double power = std::norm(lines.lines[i].input);
+    left += power * std::norm(result.response.value[i] - fitted[i]);
+    total += power * std::norm(result.response.value[i]);
+  }
+  if (total > 0.0)
+    result.validation =
+        Validation{100.0 * (1.0 - std::sqrt(left / total)), false, std::nullopt, std::nullopt};
+}
+
+}  // namespace
+
+expected<Result, Refusal> identify(const data::Record& whole, const Options& options) {
+  const auto progress = [&](std::string_view stage) {
+    if (options.progress) options.progress(stage);
+  };
+  auto cut = without_transient(whole, options);
+  if (!cut) return tl::unexpected(cut.error());
+  const data::Record& record = *cut;
+  auto plan = detail::make_plan(record, options);
+  if (!plan) return tl::unexpected(plan.error());
+
+  Result result;
+  result.record = facts_of(record);
+  result.units = detail::units_of(record);
+  result.method = detail::name_of(options.method == Method::model ? Method::model : plan->method);
+  result.approach = detail::name_of(plan->approach);
+  result.confidence = options.confidence;
+  result.known_delay_s = options.delay_s;
+  result.radius_m = options.radius_m;
+  append(result.findings, diagnostics::inspect(record));
+
+  progress("response");
+  auto lines = detail::measure(record, *plan, options);
+  if (!lines) return tl::unexpected(lines.error());
+  auto response = response::plant_response(*lines, {plan->approach, options.controller, options.delay_s});
+  if (!response) return tl::unexpected(Refusal{"approach", std::string(response.error().requirement)});
+  result.response = std::move(*response);
+  if (plan->low_hz <= 0.0 || plan->method == Method::periodic) {
+    plan->low_hz = result.response.frequency_hz.front();
+    plan->high_hz = result.response.frequency_hz.back();
+  }
+  append(result.findings, diagnostics::inspect(result.response));
+
+  std::optional<detail::Selection> selection;
+  if (options.model != ModelChoice::none) {
+    progress("model");
+    selection = detail::select_model(record, *plan, options, result.response);
+    if (selection) result.model = selection->result;
+  }
+  detail::inspect_model(*plan, options, selection, result);
+  if (selection && !selection->residual.empty())
+    validate_on_record(record, *selection, result);
+  else if (selection && result.response.lines() == lines->lines.size())
+    validate_on_lines(*lines, result);
+  result.resonances = resonances_of(result);
+
+  progress("loop");
+  if (auto measured = response::loop_response(*lines)) result.measured_loop = std::move(*measured);
+  result.loop = detail::loop_of(*plan, options, *lines, result.response, result.model);
+  detail::inspect_loop(result);
+  if (options.method == Method::model) {
+    if (!result.model)
+      return tl::unexpected(Refusal{"method", "model needs --model other than none, and a fit"});
+    const auto coherence = result.response.coherence;
+    result.response = result.model->drive.response(result.response.frequency_hz);
+    result.response.coherence = coherence;
+  }
+  result.trusted = detail::trusted(result);
+  return result;
+}
+
+}  // namespace resonid::identification

@@ -1,0 +1,17 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <identification/measurement.hpp>
+
+namespace resonid::identification::detail {
+
+/// The real loop: controller times drive, known and fitted delay included.
+///
+/// With a model: C(f) given, or measured as (Ru - U)/Y, times the model. Without: C times the measured
+/// response, or L = Ru/U - 1 at the lines. Nothing without a controller and without the excitation signal.
+[[nodiscard]] std::optional<LoopResult> loop_of(const Plan& plan, const Options& options,
+                                                const response::LineEstimates& lines,
+                                                const data::FrequencyResponse& response,
+                                                const std::optional<ModelResult>& model);
+
+}  // namespace resonid::identification::detail

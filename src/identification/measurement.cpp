@@ -1,0 +1,326 @@
+// SPDX-License-Identifier: MIT
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <identification/measurement.hpp>
+#include <resonid/response/excitation_lines.hpp>
+#include <resonid/response/local_polynomial.hpp>
+#include <resonid/response/periodic_averaging.hpp>
+#include <resonid/response/swept_response.hpp>
+#include <resonid/response/tracked_lines.hpp>
+#include <resonid/response/welch.hpp>
+
+namespace resonid::identification::detail {
+namespace {
+
+using Refused = tl::unexpected<Refusal>;
+
+Refused refused(std::string option, std::string message) {
+  return Refused(Refusal{std::move(option), std::move(message)});
+}
+
+Refused refused(const ConfigError& error, const char* option) {
+  std::string message = fmt::format("{} {}", error.field, error.requirement);
+  if (std::isfinite(error.value)) message += fmt::format(" (found {:.6g})", error.value);
+  return refused(option, std::move(message));
+}
+
+/// Signal that excites: ru where it is recorded, else the input.
+const std::vector<double>& exciting(const data::Record& record) {
+  return record.excitation.present() ? record.excitation.samples : record.input.samples;
+}
+
+bool two_level(const std::vector<double>& x) {
+  const auto [low, high] = std::minmax_element(x.begin(), x.end());
+  const double range = *high - *low;
+  if (!(range > 0.0)) return false;
+  const auto extreme = std::count_if(
+      x.begin(), x.end(), [&](double v) { return v - *low < 1e-3 * range || *high - v < 1e-3 * range; });
+  return static_cast<double>(extreme) > 0.98 * static_cast<double>(x.size());
+}
+
+std::optional<Refusal> check_ranges(const data::Record& record, const Options& o) {
+  const double nyquist = 0.5 * record.sample_rate_hz;
+  const auto complain = [](const char* option, std::string message) {
+    return Refusal{option, std::move(message)};
+  };
+  if (!(o.delay_s >= 0.0))
+    return complain("delay", fmt::format("must be 0 s or more, found {:g}", o.delay_s));
+  if (o.delay_s > 0.1 * record.duration_s())
+    return complain("delay", fmt::format("must be a small part of the record ({:g} s), found {:g} s",
+                                         record.duration_s(), o.delay_s));
+  if (!(o.confidence > 0.0 && o.confidence < 1.0))
+    return complain("confidence", fmt::format("must lie between 0 and 1, found {:g}", o.confidence));
+  if (o.band_hz) {
+    const auto [low, high] = *o.band_hz;
+    if (!(low >= 0.0) || !(high > low))
+      return complain("band",
+                      fmt::format("is empty: {:g}:{:g}; LO:HI with 0 <= LO < HI is required", low, high));
+    if (low >= nyquist)
+      return complain("band",
+                      fmt::format("begins at {:g} Hz, above the Nyquist frequency {:g} Hz", low, nyquist));
+  }
+  if (o.chirp) {
+    const auto& c = *o.chirp;
+    if (!(c.start_hz > 0.0 && c.stop_hz > 0.0) || c.start_hz == c.stop_hz)
+      return complain("chirp", fmt::format("needs two different positive frequencies, found {:g} and {:g} Hz",
+                                           c.start_hz, c.stop_hz));
+    if (!(c.duration_s > 0.0))
+      return complain("chirp", fmt::format("must last longer than 0 s, found {:g}", c.duration_s));
+    if (std::max(c.start_hz, c.stop_hz) >= nyquist)
+      return complain("chirp",
+                      fmt::format("reaches {:g} Hz; the record, sampled at {:g} Hz, ends at its Nyquist "
+                                  "frequency {:g} Hz",
+                                  std::max(c.start_hz, c.stop_hz), record.sample_rate_hz, nyquist));
+  }
+  if (!o.lines_hz.empty()) {
+    const auto [low, high] = std::minmax_element(o.lines_hz.begin(), o.lines_hz.end());
+    if (!(*low > 0.0) || *high >= nyquist)
+      return complain(
+          "lines", fmt::format("must lie between 0 and the Nyquist frequency {:g} Hz, found {:g} ... {:g} Hz",
+                               nyquist, *low, *high));
+  }
+  if (o.period_samples != 0 && (o.period_samples < 4 || o.period_samples > record.samples()))
+    return complain("period-samples", fmt::format("must be 4 ... {} (the record's length), found {}",
+                                                  record.samples(), o.period_samples));
+  if (o.approach == Approach::indirect && !o.controller)
+    return complain("approach", "indirect needs the controller: give --controller");
+  if (o.approach && *o.approach != Approach::direct && !record.excitation.present())
+    return complain("approach", "indirect and joint need the excitation signal: give --excitation COL");
+  return std::nullopt;
+}
+
+ExcitationType kind_of(const data::Record& record, const Options& options, std::size_t period) {
+  if (options.excitation_type != ExcitationType::automatic) return options.excitation_type;
+  if (options.chirp) return ExcitationType::chirp;
+  if (two_level(exciting(record))) return ExcitationType::prbs;
+  if (period != 0) return ExcitationType::multisine;
+  return ExcitationType::other;
+}
+
+Method choose(const Plan& plan, const data::Record& record) {
+  const bool repeats = plan.period_samples != 0 && record.samples() >= 2 * plan.period_samples;
+  switch (plan.excitation) {
+    case ExcitationType::multisine:
+      return repeats ? Method::periodic : Method::kalman;
+    case ExcitationType::stepped_sine:
+      return Method::kalman;
+    case ExcitationType::chirp:
+      return plan.sweep ? Method::local_cubic : Method::local_polynomial;
+    default:
+      return repeats && record.samples() >= 3 * plan.period_samples ? Method::periodic : Method::welch;
+  }
+}
+
+std::vector<double> chirp_grid(double low_hz, double high_hz) {
+  std::vector<double> grid;
+  const auto first = static_cast<long>(std::ceil(low_hz * 10.0 - 1e-9));
+  const auto last = static_cast<long>(std::floor(high_hz * 10.0 + 1e-9));
+  for (long i = std::max(first, 1L); i <= last; ++i) grid.push_back(static_cast<double>(i) / 10.0);
+  return grid;
+}
+
+}  // namespace
+
+std::string name_of(Method method) {
+  switch (method) {
+    case Method::kalman:
+      return "kalman";
+    case Method::sliding_dft:
+      return "sliding-dft";
+    case Method::welch:
+      return "welch";
+    case Method::periodic:
+      return "periodic";
+    case Method::local_polynomial:
+      return "local-polynomial";
+    case Method::local_cubic:
+      return "local-cubic";
+    case Method::model:
+      return "model";
+    case Method::automatic:
+      break;
+  }
+  return "auto";
+}
+
+std::string name_of(Approach approach) {
+  switch (approach) {
+    case Approach::direct:
+      return "direct";
+    case Approach::indirect:
+      return "indirect";
+    case Approach::joint:
+      break;
+  }
+  return "joint";
+}
+
+expected<Plan, Refusal> make_plan(const data::Record& record, const Options& options) {
+  if (auto complaint = check_ranges(record, options)) return Refused(std::move(*complaint));
+  Plan plan;
+  plan.approach = options.approach.value_or(record.excitation.present() ? Approach::joint : Approach::direct);
+  const bool sweeps = options.chirp || options.excitation_type == ExcitationType::chirp;
+  plan.period_samples = options.period_samples;
+  if (plan.period_samples == 0 && !sweeps && options.excitation_type != ExcitationType::stepped_sine)
+    plan.period_samples = response::detect_period(record).value_or(0);
+  plan.excitation = kind_of(record, options, plan.period_samples);
+  if (options.chirp)
+    plan.sweep = {{options.chirp->start_hz, options.chirp->stop_hz, options.chirp->duration_s}};
+  plan.grid_hz = options.lines_hz;
+  std::sort(plan.grid_hz.begin(), plan.grid_hz.end());
+  plan.grid_hz.erase(std::unique(plan.grid_hz.begin(), plan.grid_hz.end()), plan.grid_hz.end());
+
+  plan.method = options.method;
+  if (plan.method == Method::automatic || plan.method == Method::model) plan.method = choose(plan, record);
+  if (plan.method == Method::periodic) {
+    if (plan.period_samples == 0)
+      return refused(
+          "method",
+          "periodic needs an excitation that repeats; no period was found, give --period-samples N");
+    if (record.samples() < 2 * plan.period_samples)
+      return refused("method", fmt::format("periodic needs two whole periods of {} samples, found {} samples",
+                                           plan.period_samples, record.samples()));
+  }
+
+  if (plan.method == Method::local_cubic && !plan.sweep)
+    return refused("method", "local-cubic follows a chirp: give --chirp F0:F1:SECONDS");
+
+  const double nyquist = 0.5 * record.sample_rate_hz;
+  if (options.chirp) {
+    plan.low_hz = std::min(options.chirp->start_hz, options.chirp->stop_hz);
+    plan.high_hz = std::max(options.chirp->start_hz, options.chirp->stop_hz);
+  } else if (!plan.grid_hz.empty()) {
+    plan.low_hz = plan.grid_hz.front();
+    plan.high_hz = plan.grid_hz.back();
+  } else {
+    // A PRBS excites beyond the zeros of its spectrum; those belong into the picture.
+    const double share = plan.excitation == ExcitationType::prbs ? 0.01 : 0.1;
+    const auto band = response::excited_band_hz(record, plan.approach, share);
+    plan.low_hz = band ? band->first : 0.0;
+    plan.high_hz = band ? band->second : 0.8 * nyquist;
+  }
+  if (options.band_hz) {
+    if (options.chirp && (options.band_hz->second < plan.low_hz || options.band_hz->first > plan.high_hz))
+      return refused("band",
+                     fmt::format("{:g}:{:g} Hz holds nothing of the chirp's {:g} ... {:g} Hz",
+                                 options.band_hz->first, options.band_hz->second, plan.low_hz, plan.high_hz));
+    plan.low_hz = options.chirp ? std::max(plan.low_hz, options.band_hz->first) : options.band_hz->first;
+    plan.high_hz = std::min(options.chirp ? plan.high_hz : nyquist, options.band_hz->second);
+    std::erase_if(plan.grid_hz, [&](double f) { return f < plan.low_hz || f > plan.high_hz; });
+    if (!options.lines_hz.empty() && plan.grid_hz.empty())
+      return refused("band", fmt::format("{:g}:{:g} Hz holds none of the given lines", options.band_hz->first,
+                                         options.band_hz->second));
+  }
+  if (options.chirp && options.lines_hz.empty()) plan.grid_hz = chirp_grid(plan.low_hz, plan.high_hz);
+  return plan;
+}
+
+namespace {
+
+using Lines = expected<response::LineEstimates, ConfigError>;
+
+Lines periodic(const data::Record& record, const Plan& plan, const Options& options) {
+  response::PeriodicConfig config;
+  config.period_samples = plan.period_samples;
+  config.lines_hz = plan.grid_hz;
+  if (options.band_hz) {  // otherwise every excited line
+    config.band_low_hz = plan.low_hz;
+    config.band_high_hz = plan.high_hz;
+  }
+  return response::periodic_lines(record, config, plan.approach);
+}
+
+Lines welch(const data::Record& record, const Plan& plan) {
+  response::WelchConfig config;
+  config.period_samples = plan.period_samples;
+  config.band_low_hz = plan.low_hz;
+  config.band_high_hz = plan.high_hz;
+  return response::welch_lines(record, config, plan.approach);
+}
+
+Lines local_polynomial(const data::Record& record, const Plan& plan) {
+  response::LocalPolynomialConfig config;
+  config.frequencies_hz = plan.grid_hz;
+  config.band_low_hz = plan.low_hz;
+  config.band_high_hz = plan.high_hz;
+  return response::local_polynomial_lines(record, config, plan.approach);
+}
+
+Lines swept(const data::Record& record, const Plan& plan, const Options& options) {
+  response::SweptConfig config;
+  config.chirp = *plan.sweep;
+  config.frequencies_hz = plan.grid_hz;
+  config.method = response::SweptMethod::local_cubic;
+  if (plan.method == Method::kalman) {
+    constexpr double kPoleRadius = 0.98;
+    const auto& t = options.tracker;
+    config.method = t.smoothing ? response::SweptMethod::forward_backward : response::SweptMethod::tracker;
+    config.offset_state = t.offset;
+    if (t.lambda)
+      config.lambda = *t.lambda;
+    else
+      config.pole_radius = t.pole_radius.value_or(kPoleRadius);
+  }
+  return response::swept_lines(record, config, plan.approach);
+}
+
+/// Frequencies for a line tracker: those given, else those that the excitation's period shows.
+expected<std::vector<double>, ConfigError> lines_to_track(const data::Record& record, const Plan& plan,
+                                                          const Options& options) {
+  if (!plan.grid_hz.empty()) return plan.grid_hz;
+  if (plan.period_samples == 0) return refuse("lines", "must be given: the excitation shows no period");
+  const auto found = periodic(record, plan, options);
+  if (!found) return tl::unexpected(found.error());
+  std::vector<double> lines;
+  for (const auto& line : found->lines) lines.push_back(line.frequency_hz);
+  return lines;
+}
+
+Lines tracked(const data::Record& record, const Plan& plan, const Options& options) {
+  auto lines = lines_to_track(record, plan, options);
+  if (!lines) return tl::unexpected(lines.error());
+  response::TrackedLinesConfig config;
+  config.lines_hz = std::move(*lines);
+  config.period_samples = plan.period_samples;
+  config.method =
+      plan.method == Method::kalman ? response::LineMethod::kalman : response::LineMethod::sliding_dft;
+  config.lambda = options.tracker.lambda.value_or(0.0);
+  config.pole_radius = options.tracker.pole_radius.value_or(0.0);
+  return response::tracked_line_estimates(record, config, plan.approach);
+}
+
+Lines run(const data::Record& record, const Plan& plan, const Options& options) {
+  switch (plan.method) {
+    case Method::periodic:
+      return periodic(record, plan, options);
+    case Method::welch:
+      return welch(record, plan);
+    case Method::kalman:
+      return plan.sweep ? swept(record, plan, options) : tracked(record, plan, options);
+    case Method::sliding_dft:
+      return tracked(record, plan, options);
+    case Method::local_cubic:
+      return swept(record, plan, options);
+    default:
+      return local_polynomial(record, plan);
+  }
+}
+
+}  // namespace
+
+expected<response::LineEstimates, Refusal> measure(const data::Record& record, const Plan& plan,
+                                                   const Options& options) {
+  auto lines = run(record, plan, options);
+  if (!lines) return refused(lines.error(), "method");
+  if (lines->lines.empty() && !lines->unsettled_hz.empty())
+    return refused("method",
+                   fmt::format("{}: none of the {} lines settled within the record's {:g} s; record longer "
+                               "or track fewer lines",
+                               name_of(plan.method), lines->unsettled_hz.size(), record.duration_s()));
+  if (lines->lines.empty()) return refused("band", "holds no line that this method could measure");
+  return std::move(*lines);
+}
+
+}  // namespace resonid::identification::detail

@@ -1,0 +1,226 @@
+// SPDX-License-Identifier: MIT
+#include <algorithm>
+#include <cmath>
+#include <identification/model_selection.hpp>
+#include <numbers>
+
+namespace resonid::identification::detail {
+namespace {
+
+using fit::Structure;
+
+struct Variant {
+  Structure structure = Structure::two_mass;
+  bool friction = false;
+  bool delay = false;
+};
+
+/// One structure: what the response says of its variants, and the best fit to the record if there is one.
+struct Candidate {
+  Structure structure = Structure::two_mass;
+  std::vector<std::pair<Variant, fit::ResponseFit>> variants;  ///< Best first.
+  std::optional<fit::OutputErrorFit> record_fit;
+
+  [[nodiscard]] const fit::ResponseFit& response_fit() const { return variants.front().second; }
+  [[nodiscard]] const fit::DriveModel& model() const {
+    return record_fit ? record_fit->model : response_fit().model;
+  }
+};
+
+double median(std::vector<double> values) {
+  if (values.empty()) return 0.0;
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+/// How far a model (its fitted delay included) is from the measured response, relative, over the lines that
+/// are measured better than 50 %: whole and beyond the noise. Both from the median of the squares (for
+/// Gaussian errors ln 2 of their mean), since a few lines in the anti-resonance would rule a mean.
+struct Difference {
+  double whole = 0.0;
+  double unexplained = 0.0;
+};
+
+Difference difference(const fit::DriveModel& model, const data::FrequencyResponse& response) {
+  const auto fitted = model.values(response.frequency_hz, true);
+  std::vector<double> squares, noise;
+  for (std::size_t i = 0; i < response.lines(); ++i) {
+    const double size = std::abs(response.value[i]);
+    if (!(response.standard_deviation[i] < 0.5 * size)) continue;
+    squares.push_back(std::norm((fitted[i] - response.value[i]) / size));
+    noise.push_back(std::pow(response.standard_deviation[i] / size, 2));
+  }
+  const double whole = median(squares) / std::numbers::ln2;
+  return {std::sqrt(whole), std::sqrt(std::max(0.0, whole - median(noise)))};
+}
+
+std::vector<Structure> structures(ModelChoice choice) {
+  if (choice == ModelChoice::rigid) return {Structure::rigid};
+  if (choice == ModelChoice::two_mass) return {Structure::two_mass};
+  return {Structure::rigid, Structure::two_mass};
+}
+
+/// A two-mass model whose resonance nothing in the band shows is a rigid machine with three idle parameters.
+bool resonance_is_seen(const fit::DriveModel& model, const Plan& plan) {
+  const auto f = model.resonance();
+  const auto a = model.antiresonance();
+  const auto gap = [](const fit::DriveModel& m) {
+    return data::resonance_hz(m.parameters) - data::antiresonance_hz(m.parameters);
+  };
+  const double spread = model.standard_deviation_of(gap);
+  return std::isfinite(f.value) && f.value < 1.5 * plan.high_hz && a.value > 0.3 * plan.low_hz &&
+         f.value - a.value > 3.0 * spread && data::resonance_damping_ratio(model.parameters) < 1.0;
+}
+
+class Selector {
+ public:
+  Selector(const data::Record& record, const Plan& plan, const Options& options,
+           const data::FrequencyResponse& response)
+      : record_(record), plan_(plan), options_(options), response_(response) {}
+
+  std::optional<Selection> run() {
+    std::vector<Candidate> candidates;
+    for (const Structure structure : structures(options_.model))
+      if (auto candidate = fit_structure(structure); !candidate.variants.empty())
+        candidates.push_back(std::move(candidate));
+    if (candidates.empty()) return std::nullopt;
+    if (candidates.size() == 2) drop_the_hopeless(candidates);
+    for (auto& candidate : candidates) refine(candidate);
+    std::size_t chosen = 0;
+    for (std::size_t i = 1; i < candidates.size(); ++i)
+      if (prefer_later(candidates[chosen], candidates[i])) chosen = i;
+    return finish(std::move(candidates[chosen]));
+  }
+
+ private:
+  [[nodiscard]] std::optional<fit::ResponseFit> fitted(const Variant& variant,
+                                                       const std::optional<fit::DriveModel>& start) const {
+    fit::ResponseFitConfig config;
+    config.structure = variant.structure;
+    config.sample_time_s = record_.sample_time_s();
+    config.viscous_friction = variant.friction;
+    config.delay = variant.delay;
+    config.initial = start;
+    auto fit = fit::fit_response(response_, config);
+    if (!fit || !std::isfinite(fit->information) || pushes_itself(fit->model)) return std::nullopt;
+    return std::move(*fit);
+  }
+
+  /// Negative friction: such a fit imitates noise.
+  static bool pushes_itself(const fit::DriveModel& model) { return model.parameters.viscous_friction < 0.0; }
+
+  /// With and without friction and a further delay, in the order in which the response prefers them.
+  [[nodiscard]] Candidate fit_structure(Structure structure) const {
+    Candidate candidate{structure, {}, std::nullopt};
+    for (const bool friction : {false, true}) {
+      std::optional<fit::DriveModel> start;
+      for (const bool delay : {false, true}) {
+        const Variant variant{structure, friction, delay};
+        auto fit = fitted(variant, start);
+        if (!fit) continue;
+        start = fit->model;
+        candidate.variants.emplace_back(variant, std::move(*fit));
+      }
+    }
+    // Neighbouring lines of a smoothed response repeat one another: ask for more than the plain criterion.
+    constexpr double kCaution = 8.0;
+    const auto price = [](const std::pair<Variant, fit::ResponseFit>& v) {
+      return v.second.information + (v.first.friction ? kCaution : 0.0) + (v.first.delay ? kCaution : 0.0);
+    };
+    std::sort(candidate.variants.begin(), candidate.variants.end(),
+              [&](const auto& a, const auto& b) { return price(a) < price(b); });
+    return candidate;
+  }
+
+  [[nodiscard]] std::optional<fit::OutputErrorFit> fit_record(const Variant& variant,
+                                                              const fit::DriveModel& start,
+                                                              bool only_simulate = false) const {
+    fit::OutputErrorConfig config;
+    config.fixed_model = only_simulate;
+    config.initial = start;
+    config.viscous_friction = variant.friction;
+    config.delay = variant.delay;
+    config.known_delay_s = options_.delay_s;
+    auto fit = fit::fit_output_error(record_, config);
+    if (!fit || (!only_simulate && (!fit->converged || pushes_itself(fit->model)))) return std::nullopt;
+    return std::move(*fit);
+  }
+
+  /// From the response's fits to the record's. A fit is kept unless it contradicts the measured response:
+  /// then the drive is not what the likelihood assumes (non-linear friction, a disturbance that looks like a
+  /// response). One that simulates the record clearly better than the response's own model does not
+  /// contradict, it corrects.
+  void refine(Candidate& candidate) const {
+    constexpr double kTrueEnough = 0.03;
+    const bool lines_are_unbiased = plan_.period_samples != 0 && plan_.method != Method::local_polynomial;
+    if (lines_are_unbiased && candidate.response_fit().model_error > kTrueEnough) return;
+    const double allowed = 1.5 * difference(candidate.response_fit().model, response_).whole + 0.02;
+    constexpr double kClearlyBetter = 3.0;  // per cent of fit
+    const auto simulated = fit_record(candidate.variants.front().first, candidate.response_fit().model, true);
+    const double enough = simulated ? simulated->fit_percent + kClearlyBetter : 100.0;
+    const bool ask_for_delay = candidate.variants.front().first.delay;
+    auto variants = candidate.variants;
+    std::stable_sort(variants.begin(), variants.end(),
+                     [](const auto& a, const auto& b) { return a.first.delay < b.first.delay; });
+    for (const auto& [variant, response_fit] : variants) {
+      if (variant.delay && !ask_for_delay) continue;
+      std::vector<fit::DriveModel> starts = {response_fit.model};
+      if (candidate.record_fit) starts.push_back(candidate.record_fit->model);
+      for (const auto& start : starts) {
+        auto fit = fit_record(variant, start);
+        if (!fit) continue;
+        if (difference(fit->model, response_).whole > allowed && fit->fit_percent < enough) continue;
+        if (!candidate.record_fit || fit->information < candidate.record_fit->information)
+          candidate.record_fit = std::move(*fit);
+      }
+    }
+  }
+
+  bool prefer_later(const Candidate& simple, const Candidate& rich) const {
+    if (!resonance_is_seen(rich.model(), plan_)) return false;
+    if (simple.record_fit && rich.record_fit)
+      return rich.record_fit->information < simple.record_fit->information;
+    return rich.response_fit().information < simple.response_fit().information;
+  }
+
+  /// Spares the fits to the record of a structure that the response already rules out.
+  void drop_the_hopeless(std::vector<Candidate>& candidates) const {
+    constexpr double kDecisive = 300.0;  // in the criterion, for lines that may repeat one another
+    const auto& rich = candidates[1].response_fit();
+    if (!resonance_is_seen(rich.model, plan_))
+      candidates.erase(candidates.begin() + 1);
+    else if (rich.information + kDecisive < candidates[0].response_fit().information)
+      candidates.erase(candidates.begin());
+  }
+
+  Selection finish(Candidate candidate) const {
+    Selection s;
+    s.result.drive = candidate.model();
+    s.result.from_record = candidate.record_fit.has_value();
+    s.result.model_error = difference(candidate.model(), response_).unexplained;
+    if (candidate.record_fit) {
+      s.residual = std::move(candidate.record_fit->residual);
+      s.residual_start = candidate.record_fit->first_sample;
+      s.fit_percent = candidate.record_fit->fit_percent;
+      s.result.offset = candidate.record_fit->offset;
+      s.result.coulomb_friction = candidate.record_fit->coulomb_friction;
+    }
+    return s;
+  }
+
+  const data::Record& record_;
+  const Plan& plan_;
+  const Options& options_;
+  const data::FrequencyResponse& response_;
+};
+
+}  // namespace
+
+std::optional<Selection> select_model(const data::Record& record, const Plan& plan, const Options& options,
+                                      const data::FrequencyResponse& response) {
+  if (response.standard_deviation.size() != response.lines()) return std::nullopt;
+  return Selector(record, plan, options, response).run();
+}
+
+}  // namespace resonid::identification::detail

@@ -1,0 +1,24 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <identification/measurement.hpp>
+#include <resonid/fit/output_error.hpp>
+#include <resonid/fit/response_fit.hpp>
+
+namespace resonid::identification::detail {
+
+/// The chosen model and how it was come by.
+struct Selection {
+  ModelResult result;
+  std::vector<double>
+      residual;  ///< Of the simulation, from residual_start on; empty for a model of the response.
+  std::size_t residual_start = 0;
+  double fit_percent = 0.0;
+};
+
+/// Fits rigid and two-mass structures and chooses; nothing when no fit came out (the findings say why).
+[[nodiscard]] std::optional<Selection> select_model(const data::Record& record, const Plan& plan,
+                                                    const Options& options,
+                                                    const data::FrequencyResponse& response);
+
+}  // namespace resonid::identification::detail

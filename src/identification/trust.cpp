@@ -1,0 +1,160 @@
+// SPDX-License-Identifier: MIT
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <identification/trust.hpp>
+
+namespace resonid::identification::detail {
+namespace {
+
+using diagnostics::Finding;
+using diagnostics::Severity;
+
+void inspect_parameters(const Plan& plan, const Options& options, const fit::DriveModel& drive,
+                        Result& result) {
+  using namespace fit;
+  auto& findings = result.findings;
+  if (drive.structure == Structure::two_mass) {
+    const auto resonance = drive.resonance();
+    const double relative = resonance.standard_deviation / resonance.value;
+    if (relative > 0.05)
+      findings.push_back(
+          {"uncertain-resonance", Severity::error, relative, 0.05,
+           fmt::format("The resonance is known to {:.0f} % only: excite more strongly around {:.3g} Hz or "
+                       "record longer.",
+                       100.0 * relative, resonance.value)});
+    const double zeta = data::resonance_damping_ratio(drive.parameters);
+    if (!(zeta > 0.0) || zeta > 1.0)
+      findings.push_back(
+          {"unphysical-damping", Severity::error, zeta, 1.0,
+           "The fitted damping is not that of a resonance: the model only imitates the data."});
+    const double f = resonance.value;
+    if (f < plan.low_hz || f > plan.high_hz)
+      findings.push_back(
+          {"resonance-outside-band", Severity::warning, f, f < plan.low_hz ? plan.low_hz : plan.high_hz,
+           fmt::format("The fitted resonance {:.4g} Hz lies outside the excited band {:.4g} ... {:.4g} Hz: "
+                       "it is an extrapolation.",
+                       f, plan.low_hz, plan.high_hz)});
+    const auto damping = drive.estimate(kDamping);
+    if (damping.standard_deviation > 0.5 * damping.value)
+      findings.push_back({"uncertain-damping", Severity::info, damping.standard_deviation / damping.value,
+                          0.5, "The damping is known in its order of magnitude only."});
+  }
+  const auto inertia = drive.estimate(kDrivenInertia);
+  if (!(inertia.standard_deviation < 0.2 * inertia.value))
+    findings.push_back({"uncertain-inertia", Severity::error, inertia.standard_deviation / inertia.value, 0.2,
+                        "The record does not determine the inertia: excite more strongly or record longer."});
+  if (!drive.estimated[kDelay]) return;
+  const double delay_ms = 1e3 * drive.delay_s;
+  if (delay_ms < 0.0)
+    findings.push_back(
+        {"input-ahead", Severity::info, drive.delay_s, 0.0,
+         fmt::format("Against an input held between samples the output comes {:.3g} ms early: the input "
+                     "was measured, not commanded. Taken into account.",
+                     -delay_ms)});
+  else if (options.delay_s > 0.0)
+    findings.push_back({"further-delay",
+                        Severity::info,
+                        drive.delay_s,
+                        {},
+                        fmt::format("The record shows {:.3g} ms more delay than the {:.3g} ms given.",
+                                    delay_ms, 1e3 * options.delay_s)});
+  else
+    findings.push_back(
+        {"further-delay",
+         Severity::info,
+         drive.delay_s,
+         {},
+         fmt::format("The record shows a delay of {:.3g} ms between input and output; it is part of the "
+                     "margins.",
+                     delay_ms)});
+}
+
+}  // namespace
+
+void inspect_model(const Plan& plan, const Options& options, const std::optional<Selection>& selection,
+                   Result& result) {
+  auto& findings = result.findings;
+  if (!result.units.physical)
+    findings.push_back(
+        {"not-physical-units",
+         Severity::info,
+         {},
+         {},
+         fmt::format(
+             "Input in {}, output velocity in {}: the model's coefficients are in these units, they are no "
+             "inertias or stiffnesses. Give --input-scale and --output-scale to get physical ones.",
+             result.units.input, result.units.velocity)});
+  if (options.model == ModelChoice::none) return;
+  if (!selection) {
+    findings.push_back(
+        {"no-model",
+         Severity::error,
+         {},
+         {},
+         "No drive model could be fitted to this response: too few usable lines in the band."});
+    return;
+  }
+  const auto& model = selection->result;
+  constexpr double kNoticeable = 0.1;
+  constexpr double kWorthless = 0.5;
+  if (model.model_error > kNoticeable) {
+    const bool bad = model.model_error > kWorthless;
+    findings.push_back(
+        {"misfit", bad ? Severity::error : Severity::warning, model.model_error,
+         bad ? kWorthless : kNoticeable,
+         fmt::format(
+             "Model and measured response typically differ by {:.0f} %, beyond the noise: the drive is "
+             "not quite {}. Error bars of the parameters hold this difference as if it were "
+             "noise.",
+             100.0 * model.model_error,
+             model.drive.structure == fit::Structure::rigid ? "rigid" : "a two-mass system")});
+  }
+  if (!model.from_record)
+    findings.push_back(
+        {"model-from-response",
+         Severity::info,
+         {},
+         {},
+         "The model was fitted to the measured response: slow disturbances or friction that is not "
+         "linear would rule a fit to the record itself."});
+  inspect_parameters(plan, options, model.drive, result);
+}
+
+void inspect_loop(Result& result) {
+  if (!result.loop) return;
+  auto& findings = result.findings;
+  const auto& margins = result.loop->margins;
+  const auto worst = margins.worst_phase_margin_deg;
+  if (worst && *worst <= 0.0)
+    findings.push_back(
+        {"unstable-loop", Severity::warning, *worst, 0.0,
+         fmt::format("The phase margin is {:.1f} deg: this loop would be unstable. As it ran, controller, "
+                     "delay or sign given do not belong to this record.",
+                     *worst)});
+  else if (worst && *worst < 30.0)
+    findings.push_back(
+        {"small-phase-margin", Severity::warning, *worst, 30.0,
+         fmt::format("The smallest phase margin is {:.1f} deg; 30 deg or more is usual.", *worst)});
+  if (margins.modulus_margin < 0.5 && !(worst && *worst <= 0.0))
+    findings.push_back(
+        {"small-modulus-margin", Severity::warning, margins.modulus_margin, 0.5,
+         fmt::format("The loop comes within {:.2f} of -1 at {:.3g} Hz: disturbances there are amplified "
+                     "{:.1f}-fold.",
+                     margins.modulus_margin, margins.modulus_margin_hz,
+                     1.0 / std::max(margins.modulus_margin, 1e-6))});
+  if (margins.crossovers.size() > 1)
+    findings.push_back(
+        {"several-crossovers", Severity::info, static_cast<double>(margins.crossovers.size()), 1.0,
+         fmt::format("|L| falls through 1 {} times; the phase margin given is that of the first, the "
+                     "smallest of all is {:.1f} deg.",
+                     margins.crossovers.size(), worst.value_or(0.0))});
+}
+
+bool trusted(const Result& result) {
+  return std::none_of(result.findings.begin(), result.findings.end(),
+                      [](const Finding& f) { return f.severity == Severity::error; });
+}
+
+}  // namespace resonid::identification::detail

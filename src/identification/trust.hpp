@@ -1,0 +1,16 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <identification/model_selection.hpp>
+
+namespace resonid::identification::detail {
+
+/// What model, loop and validation tell; added to the findings that record and response gave already.
+void inspect_model(const Plan& plan, const Options& options, const std::optional<Selection>& selection,
+                   Result& result);
+void inspect_loop(Result& result);
+
+/// The verdict: trusted unless a finding is an error.
+[[nodiscard]] bool trusted(const Result& result);
+
+}  // namespace resonid::identification::detail
