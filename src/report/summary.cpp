@@ -1,0 +1,176 @@
+// SPDX-License-Identifier: MIT
+#include <fmt/format.h>
+
+#include <cmath>
+#include <resonid/report/json.hpp>
+
+namespace resonid::report {
+namespace {
+
+using identification::Resonance;
+using identification::Result;
+
+/// Half width of the two-sided Gaussian interval of the given confidence, in standard deviations.
+double quantile(double confidence) {
+  double low = 0.0, high = 10.0;
+  for (int i = 0; i < 80; ++i) {
+    const double middle = 0.5 * (low + high);
+    (std::erf(middle / std::sqrt(2.0)) < confidence ? low : high) = middle;
+  }
+  return low;
+}
+
+/// "15.106 +- 0.031": as many decimals as the uncertainty has two digits.
+std::string with_error(double value, double half_width) {
+  if (!(half_width > 0.0) || !std::isfinite(half_width)) return fmt::format("{:.5g}", value);
+  const int decimals = 1 - static_cast<int>(std::floor(std::log10(half_width)));
+  if (decimals < 0 || decimals > 6 || std::abs(value) < 1e-3 || std::abs(value) >= 1e5) {
+    const int digits =
+        std::max(2, 2 + static_cast<int>(std::floor(std::log10(std::abs(value) / half_width))));
+    return fmt::format("{:.{}g} +- {:.2g}", value, digits, half_width);
+  }
+  return fmt::format("{:.{}f} +- {:.{}f}", value, decimals, half_width, decimals);
+}
+
+const Resonance* find(const Result& result, bool anti) {
+  for (const auto& r : result.resonances)
+    if (r.anti == anti) return &r;
+  return nullptr;
+}
+
+std::string resonance_text(const Resonance& r, double z) {
+  return fmt::format("{} Hz", with_error(r.frequency_hz, z * r.std_hz.value_or(0.0)));
+}
+
+std::string structure_sentence(const Result& result) {
+  if (!result.model) {
+    if (result.resonances.empty()) return "The measured response shows no resonance.";
+    std::string text = "The measured response has ";
+    for (std::size_t i = 0; i < result.resonances.size(); ++i) {
+      const auto& r = result.resonances[i];
+      text += fmt::format("{}{} at {:.4g} Hz", i == 0 ? "" : ", ",
+                          r.anti ? "an anti-resonance" : "a resonance", r.frequency_hz);
+    }
+    return text + ".";
+  }
+  const double z = quantile(result.confidence);
+  const auto& drive = result.model->drive;
+  if (drive.structure == fit::Structure::rigid)
+    return fmt::format("The drive behaves as one rigid {}; no resonance shows in {:.3g} ... {:.3g} Hz.",
+                       result.units.physical ? "inertia" : "mass", result.response.frequency_hz.front(),
+                       result.response.frequency_hz.back());
+  return fmt::format(
+      "The drive is a two-mass system: anti-resonance {}, resonance {} (undamped, {:.0f} % confidence).",
+      resonance_text(*find(result, true), z), resonance_text(*find(result, false), z),
+      100.0 * result.confidence);
+}
+
+std::string loop_sentence(const Result& result) {
+  const auto& m = result.loop->margins;
+  std::string text = "The loop ";
+  if (m.crossover_hz())
+    text += fmt::format("crosses over at {:.3g} Hz with a phase margin of {:.1f} deg, ", *m.crossover_hz(),
+                        *m.phase_margin_deg());
+  text +=
+      fmt::format("keeps {:.2f} away from -1 (closest at {:.3g} Hz)", m.modulus_margin, m.modulus_margin_hz);
+  if (m.gain_margin_db) text += fmt::format(", gain margin {:.1f} dB", *m.gain_margin_db);
+  return text + ".";
+}
+
+std::string parameter_lines(const Result& result, double z) {
+  const auto& drive = result.model->drive;
+  std::string text;
+  const auto put = [&](const char* label, const fit::Estimate& e, const std::string& unit) {
+    text += fmt::format("  {:<18} {} {}\n", label, with_error(e.value, z * e.standard_deviation), unit);
+  };
+  const auto& u = result.units;
+  const bool two = drive.structure == fit::Structure::two_mass;
+  put(u.physical ? "driven inertia" : "driven coefficient", drive.estimate(fit::kDrivenInertia), u.inertia);
+  if (two) {
+    put(u.physical ? "load inertia" : "load coefficient", drive.estimate(fit::kLoadInertia), u.inertia);
+    put("stiffness", drive.estimate(fit::kStiffness), u.stiffness);
+    put("damping", drive.estimate(fit::kDamping), u.damping);
+    if (result.radius_m) {
+      const double square = *result.radius_m * *result.radius_m;
+      const auto stiffness = drive.estimate(fit::kStiffness);
+      put("belt stiffness", {stiffness.value / square, stiffness.standard_deviation / square}, "N/m");
+    }
+  }
+  if (drive.estimated[fit::kViscousFriction])
+    put("viscous friction", drive.estimate(fit::kViscousFriction), u.damping);
+  if (drive.estimated[fit::kDelay]) {
+    auto delay = drive.estimate(fit::kDelay);
+    put("further delay", {1e3 * delay.value, 1e3 * delay.standard_deviation}, "ms");
+  }
+  if (result.model->offset &&
+      std::abs(result.model->offset->value) > z * result.model->offset->standard_deviation)
+    put("input offset", *result.model->offset, u.torque);
+  return text;
+}
+
+/// Text broken at spaces so that no line is longer than 100 characters.
+std::string wrapped(const std::string& text, const std::string& indent) {
+  constexpr std::size_t kWidth = 100;
+  std::string out;
+  std::size_t column = 0, start = 0;
+  while (start < text.size()) {
+    const std::size_t end = std::min(text.find(' ', start), text.size());
+    const std::size_t length = end - start;
+    if (column > 0 && column + 1 + length > kWidth) {
+      out += "\n" + indent;
+      column = indent.size();
+    } else if (column > 0) {
+      out += ' ';
+      ++column;
+    }
+    out.append(text, start, length);
+    column += length;
+    start = end + 1;
+  }
+  return out;
+}
+
+}  // namespace
+
+std::vector<std::string> sentences(const Result& result) {
+  std::vector<std::string> list = {structure_sentence(result)};
+  if (result.loop) list.push_back(loop_sentence(result));
+  if (result.validation) {
+    const auto& v = *result.validation;
+    std::string text = fmt::format("The model reproduces {:.0f} % of the {}", v.fit_percent,
+                                   v.of_record ? "recorded output in simulation" : "measured response");
+    if (v.cross_correlation_max && v.limit)
+      text += *v.cross_correlation_max < *v.limit ? "; the rest does not follow the input: it is noise"
+                                                  : "; some of the rest still follows the input";
+    list.push_back(text + ".");
+  }
+  return list;
+}
+
+std::string summary_text(const Result& result) {
+  const double z = quantile(result.confidence);
+  const auto& r = result.record;
+  std::string text = fmt::format("{}: {} samples at {:g} Hz\n", r.file, r.samples, r.sample_rate_hz);
+  text += fmt::format("  input {}, output {}", r.input, r.output);
+  if (!r.excitation.empty()) text += fmt::format(", excitation {}", r.excitation);
+  text += fmt::format("\n  response by {}, {} approach, {} lines {:.3g} ... {:.3g} Hz\n\n", result.method,
+                      result.approach, result.response.lines(), result.response.frequency_hz.front(),
+                      result.response.frequency_hz.back());
+  for (const auto& sentence : sentences(result)) text += wrapped(sentence, "") + "\n";
+  if (result.model)
+    text += fmt::format("\nParameters, {:.0f} % confidence\n", 100.0 * result.confidence) +
+            parameter_lines(result, z);
+  if (!result.findings.empty()) {
+    text += "\nFindings\n";
+    constexpr const char* kMarks[] = {"note", "warning", "ERROR"};
+    for (const auto& f : result.findings)
+      text +=
+          "  " +
+          wrapped(fmt::format("{}: {} ({})", kMarks[static_cast<int>(f.severity)], f.meaning, f.id), "    ") +
+          "\n";
+  }
+  text += result.trusted ? "\nTrusted.\n" : "\nNOT trusted: see the errors above.\n";
+  return text;
+}
+
+}  // namespace resonid::report
