@@ -49,6 +49,7 @@ int run(int argc, char** argv) {
   app.footer("'resonid VERB --help' explains a verb and shows an example.");
   add_excite(app);
   add_simulate(app);
+  add_identify(app);
   try {
     app.parse(argc, argv);
     if (app.get_subcommands().empty()) throw UsageError("a verb is required");

@@ -8,5 +8,6 @@ namespace resonid::cli {
 // One function per verb, in the order of the pipeline; each in a file of its name.
 void add_excite(CLI::App& app);
 void add_simulate(CLI::App& app);
+void add_identify(CLI::App& app);
 
 }  // namespace resonid::cli
