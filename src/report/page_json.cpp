@@ -43,11 +43,16 @@ Envelope envelope(const std::vector<double>& x, double start_s, double rate_hz) 
   return e;
 }
 
-json signals_json(const data::Record& record) {
+/// Of the part that was used: the record less its dropped periods.
+json signals_json(const data::Record& record, std::size_t used) {
   json signals{{"channels", json::array()}};
+  const std::size_t dropped = record.samples() - std::min(used, record.samples());
+  const double start = record.start_time_s + static_cast<double>(dropped) / record.sample_rate_hz;
   const auto put = [&](const char* role, const data::Channel& channel) {
     if (!channel.present()) return;
-    const auto e = envelope(channel.samples, record.start_time_s, record.sample_rate_hz);
+    const std::vector<double> samples(channel.samples.begin() + static_cast<std::ptrdiff_t>(dropped),
+                                      channel.samples.end());
+    const auto e = envelope(samples, start, record.sample_rate_hz);
     signals["time_s"] = e.time_s;
     signals["channels"].push_back(
         {{"role", role}, {"name", channel.name}, {"unit", channel.unit}, {"min", e.low}, {"max", e.high}});
@@ -98,7 +103,7 @@ json page_json(const Result& result, const data::Record& record) {
       {"confidence", result.confidence},
       {"units",
        {{"input", result.units.input}, {"output", record.output.unit}, {"response", result.units.response}}},
-      {"signals", signals_json(record)},
+      {"signals", signals_json(record, result.record.samples)},
       {"summary", sentences(result)}};
   if (record.excitation.present()) page["units"]["excitation"] = record.excitation.unit;
   if (result.model) {

@@ -79,7 +79,7 @@ export function keyFigures(data) {
   const parameters = data.model?.parameters ?? {};
   for (const name of ["driven_inertia", "load_inertia", "stiffness", "viscous_friction", "damping"]) {
     const p = parameters[name];
-    if (out.length < 5 && isNumber(p?.value)) add(words(name), p.value, p.unit ?? "", p.std * factor, "", "measured");
+    if (out.length < 5 && isNumber(p?.value) && isPhysical(p.unit)) add(words(name), p.value, p.unit ?? "", p.std * factor, "", "measured");
   }
   return out.slice(0, 6);
 }
@@ -132,11 +132,21 @@ export function summaryAndFindings(root, data) {
     : '<p class="explain">None: every check passed.</p>');
 }
 
+/** Units built from volts, amperes ...: the parameter is a coefficient, not the physical quantity of its name. */
+function isPhysical(unit) {
+  return !/(^|[ /])(V|A|deg|rpm|%)([ /]|$)/.test(String(unit ?? ""));
+}
+
+function parameterName(name, unit) {
+  if (isPhysical(unit)) return words(name);
+  return { driven_inertia: "Driven coefficient", load_inertia: "Load coefficient" }[name] ?? words(name);
+}
+
 export function modelTables(root, data) {
   const confidence = data.page?.confidence ?? 0.95;
   const factor = normalFactor(confidence);
   const rows = ordered(data.model?.parameters).filter(([, p]) => isNumber(p?.value)).map(([name, p]) => [
-    words(name), interval(p.value, p.std * factor, p.unit ?? ""),
+    parameterName(name, p.unit), interval(p.value, p.std * factor, p.unit ?? ""),
     p.std > 0 && p.value !== 0 ? percent((p.std * factor) / Math.abs(p.value)) : "–",
   ]);
   const resonances = list(data.resonances).filter((r) => isNumber(r?.frequency_hz)).map((r) => [
@@ -161,7 +171,7 @@ const ORDER = [
   "driven_inertia", "middle_inertia", "load_inertia", "stiffness", "damping", "stiffness_2", "damping_2",
   "viscous_friction", "coulomb_friction", "offset", "delay",
   "file", "samples", "sample_rate_hz", "duration_s", "time", "reference", "excitation", "input", "output",
-  "fit_percent", "cross_correlation_max",
+  "fit_percent", "cross_correlation_max", "of",
 ];
 
 function ordered(object) {
@@ -170,6 +180,7 @@ function ordered(object) {
 }
 
 const VALIDATION = {
+  of: ["Judged on", (v) => (v === "lines" ? "the excited lines" : `the ${v}`)],
   fit_percent: ["Fit", (v) => `${significant(v, 3)} % of the output explained`],
   cross_correlation_max: ["Residual against input", (v, all) => isNumber(all.limit)
     ? `${significant(v, 2)}, limit ${significant(all.limit, 2)}: ${v <= all.limit ? "passed" : "the model misses something"}`
@@ -181,7 +192,7 @@ function validationRows(validation) {
   return ordered(all).filter(([name, v]) => (isNumber(v) || typeof v === "boolean" || typeof v === "string") && !(name === "limit" && "cross_correlation_max" in all))
     .map(([name, v]) => {
       const known = VALIDATION[name];
-      if (known && isNumber(v)) return [known[0], known[1](v, all)];
+      if (known && (isNumber(v) || name === "of")) return [known[0], known[1](v, all)];
       return [words(name), isNumber(v) ? plain(v) : String(v)];
     });
 }
