@@ -32,11 +32,13 @@ const std::vector<double>& exciting(const data::Record& record) {
 }
 
 bool two_level(const std::vector<double>& x) {
-  const auto [low, high] = std::minmax_element(x.begin(), x.end());
-  const double range = *high - *low;
+  const auto extremes = std::minmax_element(x.begin(), x.end());
+  const double low = *extremes.first;
+  const double high = *extremes.second;
+  const double range = high - low;
   if (!(range > 0.0)) return false;
   const auto extreme = std::count_if(
-      x.begin(), x.end(), [&](double v) { return v - *low < 1e-3 * range || *high - v < 1e-3 * range; });
+      x.begin(), x.end(), [&](double v) { return v - low < 1e-3 * range || high - v < 1e-3 * range; });
   return static_cast<double>(extreme) > 0.98 * static_cast<double>(x.size());
 }
 
