@@ -123,10 +123,9 @@ void add_method_options(CLI::App& verb, IdentifyOptions& o) {
   add_lines(
       verb, "--lines", [&k](std::span<const double> hz) { k.lines_hz.assign(hz.begin(), hz.end()); },
       "frequencies to report");
-  static_assert(sizeof(std::size_t) == sizeof(std::uint64_t));
-  verb.add_option("--period-samples", k.period_samples, "period of the excitation; otherwise detected")
-      ->type_name("N");
-  verb.add_option("--drop-periods", k.drop_periods, "discard so many periods at the start")->type_name("N");
+  static_assert(std::is_same_v<std::size_t, std::uint64_t>);
+  add_count(verb, "--period-samples", k.period_samples, "period of the excitation; otherwise detected");
+  add_count(verb, "--drop-periods", k.drop_periods, "discard so many periods at the start");
   add_choice(
       verb, "--method", kMethods, [&k](std::size_t i) { k.method = static_cast<Method>(i); },
       "how the response is measured")

@@ -43,7 +43,7 @@ expected<data::Record, Refusal> without_transient(data::Record record, const Opt
   if (period == 0)
     return tl::unexpected(
         Refusal{"drop-periods", "no period was found in the excitation; give --period-samples N"});
-  if ((options.drop_periods + 1) * period > record.samples())
+  if (options.drop_periods >= record.samples() / period)
     return tl::unexpected(Refusal{
         "drop-periods",
         fmt::format("dropping {} periods of {} samples leaves less than one of the record's {} samples",
