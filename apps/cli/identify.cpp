@@ -104,8 +104,9 @@ void add_record_options(CLI::App& verb, IdentifyOptions& o) {
 void add_method_options(CLI::App& verb, IdentifyOptions& o) {
   static constexpr std::array<std::string_view, 6> kTypes = {"auto", "chirp",        "multisine",
                                                              "prbs", "stepped-sine", "other"};
-  static constexpr std::array<std::string_view, 8> kMethods = {
-      "auto", "kalman", "sliding-dft", "welch", "periodic", "local-polynomial", "local-cubic", "model"};
+  static constexpr std::array<std::string_view, 9> kMethods = {
+      "auto",        "kalman",        "sliding-dft", "welch", "periodic", "local-polynomial",
+      "local-cubic", "least-squares", "model"};
   static constexpr std::array<std::string_view, 4> kApproaches = {"auto", "direct", "indirect", "joint"};
   static constexpr std::array<std::string_view, 4> kModels = {"auto", "none", "rigid", "two-mass"};
   auto& k = o.options;
@@ -119,7 +120,7 @@ void add_method_options(CLI::App& verb, IdentifyOptions& o) {
       [&k](const std::vector<double>& v) {
         k.chirp = identification::Chirp{v[0], v[1], v[2]};
       },
-      "the excitation is a linear chirp from the first used sample on");
+      "the excitation is a linear chirp from the first used sample on; otherwise detected");
   add_lines(
       verb, "--lines", [&k](std::span<const double> hz) { k.lines_hz.assign(hz.begin(), hz.end()); },
       "frequencies to report");

@@ -7,6 +7,7 @@
 #include <resonid/response/excitation_lines.hpp>
 #include <resonid/response/local_polynomial.hpp>
 #include <resonid/response/periodic_averaging.hpp>
+#include <resonid/response/stepped_sine.hpp>
 #include <resonid/response/swept_response.hpp>
 #include <resonid/response/tracked_lines.hpp>
 #include <resonid/response/welch.hpp>
@@ -93,11 +94,26 @@ std::optional<Refusal> check_ranges(const data::Record& record, const Options& o
   return std::nullopt;
 }
 
-ExcitationType kind_of(const data::Record& record, const Options& options, std::size_t period) {
+/// The chirp that was given, else the one that the record shows when its type leaves that open.
+std::optional<tracking::SweepLaw> sweep_of(const data::Record& record, const Options& options) {
+  if (options.chirp)
+    return tracking::SweepLaw{options.chirp->start_hz, options.chirp->stop_hz, options.chirp->duration_s};
+  const bool open = options.excitation_type == ExcitationType::automatic && options.period_samples == 0;
+  if (!open && options.excitation_type != ExcitationType::chirp) return std::nullopt;
+  return response::detect_chirp(record);
+}
+
+bool is_stepped_sine(const data::Record& record, const Options& options, const Plan& plan) {
+  if (options.excitation_type != ExcitationType::automatic)
+    return options.excitation_type == ExcitationType::stepped_sine;
+  return !plan.sweep && options.period_samples == 0 && !response::detect_stepped_sine(record).empty();
+}
+
+ExcitationType kind_of(const data::Record& record, const Options& options, const Plan& plan) {
   if (options.excitation_type != ExcitationType::automatic) return options.excitation_type;
-  if (options.chirp) return ExcitationType::chirp;
+  if (plan.sweep) return ExcitationType::chirp;
   if (two_level(exciting(record))) return ExcitationType::prbs;
-  if (period != 0) return ExcitationType::multisine;
+  if (plan.period_samples != 0) return ExcitationType::multisine;
   return ExcitationType::other;
 }
 
@@ -107,7 +123,7 @@ Method choose(const Plan& plan, const data::Record& record) {
     case ExcitationType::multisine:
       return repeats ? Method::periodic : Method::kalman;
     case ExcitationType::stepped_sine:
-      return Method::kalman;
+      return Method::least_squares;
     case ExcitationType::chirp:
       return plan.sweep ? Method::local_cubic : Method::local_polynomial;
     default:
@@ -139,6 +155,8 @@ std::string name_of(Method method) {
       return "local-polynomial";
     case Method::local_cubic:
       return "local-cubic";
+    case Method::least_squares:
+      return "least-squares";
     case Method::model:
       return "model";
     case Method::automatic:
@@ -163,13 +181,13 @@ expected<Plan, Refusal> make_plan(const data::Record& record, const Options& opt
   if (auto complaint = check_ranges(record, options)) return Refused(std::move(*complaint));
   Plan plan;
   plan.approach = options.approach.value_or(record.excitation.present() ? Approach::joint : Approach::direct);
-  const bool sweeps = options.chirp || options.excitation_type == ExcitationType::chirp;
+  plan.sweep = sweep_of(record, options);
   plan.period_samples = options.period_samples;
-  if (plan.period_samples == 0 && !sweeps && options.excitation_type != ExcitationType::stepped_sine)
+  const bool stepped = is_stepped_sine(record, options, plan);
+  const bool sweeps = plan.sweep || options.excitation_type == ExcitationType::chirp;
+  if (plan.period_samples == 0 && !sweeps && !stepped)
     plan.period_samples = response::detect_period(record).value_or(0);
-  plan.excitation = kind_of(record, options, plan.period_samples);
-  if (options.chirp)
-    plan.sweep = {{options.chirp->start_hz, options.chirp->stop_hz, options.chirp->duration_s}};
+  plan.excitation = stepped ? ExcitationType::stepped_sine : kind_of(record, options, plan);
   plan.grid_hz = options.lines_hz;
   std::sort(plan.grid_hz.begin(), plan.grid_hz.end());
   plan.grid_hz.erase(std::unique(plan.grid_hz.begin(), plan.grid_hz.end()), plan.grid_hz.end());
@@ -187,12 +205,12 @@ expected<Plan, Refusal> make_plan(const data::Record& record, const Options& opt
   }
 
   if (plan.method == Method::local_cubic && !plan.sweep)
-    return refused("method", "local-cubic follows a chirp: give --chirp F0:F1:SECONDS");
+    return refused("method", "local-cubic follows a chirp; none was found, give --chirp F0:F1:SECONDS");
 
   const double nyquist = 0.5 * record.sample_rate_hz;
-  if (options.chirp) {
-    plan.low_hz = std::min(options.chirp->start_hz, options.chirp->stop_hz);
-    plan.high_hz = std::max(options.chirp->start_hz, options.chirp->stop_hz);
+  if (plan.sweep) {
+    plan.low_hz = std::min(plan.sweep->from_hz, plan.sweep->to_hz);
+    plan.high_hz = std::max(plan.sweep->from_hz, plan.sweep->to_hz);
   } else if (!plan.grid_hz.empty()) {
     plan.low_hz = plan.grid_hz.front();
     plan.high_hz = plan.grid_hz.back();
@@ -204,18 +222,18 @@ expected<Plan, Refusal> make_plan(const data::Record& record, const Options& opt
     plan.high_hz = band ? band->second : 0.8 * nyquist;
   }
   if (options.band_hz) {
-    if (options.chirp && (options.band_hz->second < plan.low_hz || options.band_hz->first > plan.high_hz))
+    if (plan.sweep && (options.band_hz->second < plan.low_hz || options.band_hz->first > plan.high_hz))
       return refused("band",
                      fmt::format("{:g}:{:g} Hz holds nothing of the chirp's {:g} ... {:g} Hz",
                                  options.band_hz->first, options.band_hz->second, plan.low_hz, plan.high_hz));
-    plan.low_hz = options.chirp ? std::max(plan.low_hz, options.band_hz->first) : options.band_hz->first;
-    plan.high_hz = std::min(options.chirp ? plan.high_hz : nyquist, options.band_hz->second);
+    plan.low_hz = plan.sweep ? std::max(plan.low_hz, options.band_hz->first) : options.band_hz->first;
+    plan.high_hz = std::min(plan.sweep ? plan.high_hz : nyquist, options.band_hz->second);
     std::erase_if(plan.grid_hz, [&](double f) { return f < plan.low_hz || f > plan.high_hz; });
     if (!options.lines_hz.empty() && plan.grid_hz.empty())
       return refused("band", fmt::format("{:g}:{:g} Hz holds none of the given lines", options.band_hz->first,
                                          options.band_hz->second));
   }
-  if (options.chirp && options.lines_hz.empty()) plan.grid_hz = chirp_grid(plan.low_hz, plan.high_hz);
+  if (plan.sweep && options.lines_hz.empty()) plan.grid_hz = chirp_grid(plan.low_hz, plan.high_hz);
   return plan;
 }
 
@@ -280,17 +298,44 @@ expected<std::vector<double>, ConfigError> lines_to_track(const data::Record& re
   return lines;
 }
 
+response::LineMethod line_method(Method method) {
+  switch (method) {
+    case Method::sliding_dft:
+      return response::LineMethod::sliding_dft;
+    case Method::least_squares:
+      return response::LineMethod::least_squares;
+    default:
+      return response::LineMethod::kalman;
+  }
+}
+
 Lines tracked(const data::Record& record, const Plan& plan, const Options& options) {
   auto lines = lines_to_track(record, plan, options);
   if (!lines) return tl::unexpected(lines.error());
   response::TrackedLinesConfig config;
   config.lines_hz = std::move(*lines);
   config.period_samples = plan.period_samples;
-  config.method =
-      plan.method == Method::kalman ? response::LineMethod::kalman : response::LineMethod::sliding_dft;
+  config.method = line_method(plan.method);
   config.lambda = options.tracker.lambda.value_or(0.0);
   config.pole_radius = options.tracker.pole_radius.value_or(0.0);
   return response::tracked_line_estimates(record, config, plan.approach);
+}
+
+Lines stepped(const data::Record& record, const Plan& plan, const Options& options) {
+  response::SteppedSineConfig config;
+  config.lines_hz = plan.grid_hz;
+  auto lines = response::stepped_sine_lines(record, config, plan.approach);
+  if (!lines || !options.band_hz) return lines;
+  const auto outside = [&](double f) { return f < plan.low_hz || f > plan.high_hz; };
+  std::erase_if(lines->lines, [&](const auto& line) { return outside(line.frequency_hz); });
+  std::erase_if(lines->unsettled_hz, outside);
+  return lines;
+}
+
+/// All lines at once over the whole record, or one after another.
+Lines least_squares(const data::Record& record, const Plan& plan, const Options& options) {
+  return plan.excitation == ExcitationType::stepped_sine ? stepped(record, plan, options)
+                                                         : tracked(record, plan, options);
 }
 
 Lines run(const data::Record& record, const Plan& plan, const Options& options) {
@@ -305,6 +350,8 @@ Lines run(const data::Record& record, const Plan& plan, const Options& options) 
       return tracked(record, plan, options);
     case Method::local_cubic:
       return swept(record, plan, options);
+    case Method::least_squares:
+      return least_squares(record, plan, options);
     default:
       return local_polynomial(record, plan);
   }

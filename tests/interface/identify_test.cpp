@@ -232,6 +232,28 @@ TEST_F(Identify, ControllerFromAFile) {
     EXPECT_NEAR(file.at("loop").at(key).get<double>(), spec.at("loop").at(key).get<double>(), 1e-9) << key;
 }
 
+/// Without a word about the excitation a chirp gives what it gives when it is told, and a stepped sine its
+/// lines.
+TEST_F(Identify, FindsChirpAndSteppedSineByItself) {
+  simulate_chirp();
+  auto told = identified("chirp.csv --chirp 35:1.5:17");
+  auto found = identified("chirp.csv");
+  EXPECT_EQ(found.at("method"), "local-cubic");
+  EXPECT_EQ(found.at("frequency_response"), told.at("frequency_response"));
+
+  simulate("stepped", "kind = 'stepped-sine', lines_hz = '4:32:2'", 0.05, 30.0);
+  for (const char* type : {"", " --excitation-type stepped-sine", " --lines 4,16,20"}) {
+    const auto stepped = identified(std::string("stepped.csv --delay 0.004") + type);
+    EXPECT_EQ(stepped.at("method"), "least-squares");
+    const auto& response = stepped.at("frequency_response");
+    const bool some = std::string(type).find("lines") != std::string::npos;
+    ASSERT_EQ(response.at("frequency_hz").size(), some ? 3U : 15U);
+    EXPECT_NEAR(response.at("frequency_hz").at(1).get<double>(), some ? 16.0 : 6.0, 1e-9);
+    if (!some) expect_resonance(stepped.at("resonances")[1], "resonance", 15.0857, 0.2, 0.099);
+  }
+  expect_identify_refused("stepped.csv --excitation-type stepped-sine --lines 4,9", {"lines", "9"});
+}
+
 TEST_F(Identify, EveryMethodOnARecordThatFits) {
   simulate_chirp();
   simulate_multisine();

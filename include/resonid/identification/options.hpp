@@ -15,7 +15,17 @@ namespace resonid::identification {
 enum class ExcitationType { automatic, chirp, multisine, prbs, stepped_sine, other };
 
 /// How the response is measured; `model` reports the fitted model's response instead.
-enum class Method { automatic, kalman, sliding_dft, welch, periodic, local_polynomial, local_cubic, model };
+enum class Method {
+  automatic,
+  kalman,
+  sliding_dft,
+  welch,
+  periodic,
+  local_polynomial,
+  local_cubic,
+  least_squares,
+  model
+};
 
 enum class ModelChoice { automatic, none, rigid, two_mass };
 
