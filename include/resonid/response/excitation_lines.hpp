@@ -36,7 +36,8 @@ namespace resonid::response {
 /// The frequency of the analytic signal gives a law (median of slopes), its phase in 64 blocks a better one,
 /// and Gauss-Newton on x = c + A cos(phi(f0, f1) + p) the final one; f0 and f1 become round numbers where
 /// those lie within 0.003/duration (0.6 degrees of phase). It is a chirp when that explains 97 % of the
-/// variance, no block's phasor is further than a quarter of the amplitude from A, and all together 5 % (rms).
+/// variance and the blocks' phasors scatter around A by at most 2 % (rms; white noise may add to it), none by
+/// more than 25 %.
 /// The first sample may be missed by a few hundredths of a block (1/64 of the sweep). Needs 1024 samples and
 /// a sweep of 10/duration and of 5 %. Repeated chirps are refused: they have a period.
 [[nodiscard]] std::optional<tracking::SweepLaw> detect_chirp(const data::Record& record);
