@@ -38,8 +38,8 @@ namespace resonid::response {
 /// those lie within 0.003/duration (0.6 degrees of phase). It is a chirp when that explains 97 % of the
 /// variance and the blocks' phasors scatter around A by at most 2 % (rms; white noise may add to it), none by
 /// more than 25 %.
-/// The first sample may be missed by a few hundredths of a block (1/64 of the sweep). Needs 1024 samples and
-/// a sweep of 10/duration and of 5 %. Repeated chirps are refused: they have a period.
+/// The chirp may begin late by a fifth of a block, 1/300 of the sweep; the law holds from sample 0 on. Needs
+/// 1024 samples and a sweep of 10/duration and of 5 %. Repeated chirps are refused: they have a period.
 [[nodiscard]] std::optional<tracking::SweepLaw> detect_chirp(const data::Record& record);
 
 }  // namespace resonid::response
