@@ -79,16 +79,16 @@ DriveModel initial_model(const data::FrequencyResponse& response, Structure stru
   }
   const double low = lines.frequency_hz.front();
   const double high = std::max(lines.frequency_hz.back(), 1.5 * low);
-  constexpr int kSteps = 36;
+  const int steps = std::clamp(static_cast<int>(25.0 * std::log10(high / low)), 36, 100);
   Candidate best;
-  for (int i = 0; i < kSteps; ++i)
-    for (int j = i + 1; j <= kSteps; ++j)
+  for (int i = 0; i < steps; ++i)
+    for (int j = i + 1; j <= steps; ++j)
       for (const double damping : {0.005, 0.03, 0.1, 0.3})
         for (const double friction : {0.0, 0.3, 1.0, 3.0}) {
           if (friction > 0.0 && !with_friction) continue;
           Candidate c;
-          c.antiresonance_hz = low * std::pow(high / low, static_cast<double>(i) / kSteps);
-          c.resonance_hz = low * std::pow(high / low, static_cast<double>(j) / kSteps);
+          c.antiresonance_hz = low * std::pow(high / low, static_cast<double>(i) / steps);
+          c.resonance_hz = low * std::pow(high / low, static_cast<double>(j) / steps);
           constexpr double kWidest = 10.0;  // a load 100 times the motor
           if (c.resonance_hz > kWidest * c.antiresonance_hz) continue;
           c.damping_time_s = 2.0 * damping / (kTwoPi * c.resonance_hz);

@@ -2,6 +2,7 @@
 #include <ceres/ceres.h>
 
 #include <Eigen/QR>
+#include <algorithm>
 #include <fit/least_squares.hpp>
 
 namespace resonid::fit::detail {
@@ -51,20 +52,29 @@ LeastSquaresResult minimise(std::unique_ptr<ceres::CostFunction> function, std::
   return result;
 }
 
+Eigen::MatrixXd inverse_normal_matrix(const Eigen::MatrixXd& jacobian, bool* full_rank) {
+  const auto n = jacobian.cols();
+  // Columns scaled to length one first: the coordinates differ by orders of magnitude.
+  Eigen::VectorXd scale = jacobian.colwise().norm().transpose();
+  for (Eigen::Index i = 0; i < n; ++i)
+    if (!(scale(i) > 0.0)) scale(i) = 1.0;
+  const Eigen::VectorXd inverse_scale = scale.cwiseInverse();
+  // The triangular factor has the same J^T J; a pseudo-inverse of J itself would be as large as the data
+  // squared.
+  const Eigen::HouseholderQR<Eigen::MatrixXd> qr(jacobian * inverse_scale.asDiagonal());
+  const Eigen::MatrixXd factor =
+      qr.matrixQR().topRows(std::min(n, jacobian.rows())).triangularView<Eigen::Upper>();
+  const Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd> decomposition(factor);
+  if (full_rank != nullptr) *full_rank = decomposition.rank() == n;
+  const Eigen::MatrixXd inverse = decomposition.pseudoInverse();
+  return inverse_scale.asDiagonal() * (inverse * inverse.transpose()) * inverse_scale.asDiagonal();
+}
+
 Eigen::MatrixXd covariance(const LeastSquaresResult& result, int parameters, bool* full_rank) {
   Eigen::MatrixXd full = Eigen::MatrixXd::Zero(parameters, parameters);
   const auto n = result.jacobian.cols();
   if (n == 0) return full;
-  // Columns scaled to length one first: the coordinates differ by orders of magnitude.
-  Eigen::VectorXd scale = result.jacobian.colwise().norm().transpose();
-  for (Eigen::Index i = 0; i < n; ++i)
-    if (!(scale(i) > 0.0)) scale(i) = 1.0;
-  const Eigen::MatrixXd scaled = result.jacobian * scale.cwiseInverse().asDiagonal();
-  const Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd> decomposition(scaled);
-  if (full_rank != nullptr) *full_rank = decomposition.rank() == n;
-  const Eigen::MatrixXd inverse = decomposition.pseudoInverse();
-  const Eigen::MatrixXd core =
-      scale.cwiseInverse().asDiagonal() * (inverse * inverse.transpose()) * scale.cwiseInverse().asDiagonal();
+  const Eigen::MatrixXd core = inverse_normal_matrix(result.jacobian, full_rank);
   for (Eigen::Index i = 0; i < n; ++i)
     for (Eigen::Index j = 0; j < n; ++j)
       full(result.active[static_cast<std::size_t>(i)], result.active[static_cast<std::size_t>(j)]) =

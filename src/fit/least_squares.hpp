@@ -33,8 +33,10 @@ LeastSquaresResult minimise(std::unique_ptr<ceres::CostFunction> function, std::
                             std::span<const bool> active, std::span<const Bound> bounds = {},
                             const Effort& effort = {});
 
-/// (J^T J)^-1 spread over all parameters (zero rows for those not active); singular directions are dropped
-/// and reported by `full_rank`.
+/// (J^T J)^-1; singular directions are dropped and reported by `full_rank`.
+Eigen::MatrixXd inverse_normal_matrix(const Eigen::MatrixXd& jacobian, bool* full_rank = nullptr);
+
+/// The same for a result, spread over all parameters (zero rows for those not active).
 Eigen::MatrixXd covariance(const LeastSquaresResult& result, int parameters, bool* full_rank = nullptr);
 
 }  // namespace resonid::fit::detail

@@ -135,6 +135,32 @@ struct Fitter {
   }
 };
 
+/// Delay at which the model's phase follows the response best: the largest Re sum conj(G) Gm e^{-jwd}, each
+/// line weighted by how well it is known. The cost's own valley is only about 1/band wide, too narrow to be
+/// found from 0.
+double scanned_delay_s(const data::FrequencyResponse& g, const DriveModel& model) {
+  const auto fitted = model.values(g.frequency_hz);
+  const bool known = g.standard_deviation.size() == g.lines();
+  constexpr double kSoft = 0.3;  // as the first round of the fit
+  double best = -std::numeric_limits<double>::infinity();
+  double best_s = 0.0;
+  for (double samples = detail::kMinimumDelaySamples; samples <= detail::kMaximumDelaySamples;
+       samples += 0.125) {
+    const double delay_s = samples * model.sample_time_s;
+    double sum = 0.0;
+    for (std::size_t i = 0; i < g.lines(); ++i) {
+      const double size = std::abs(g.value[i]);
+      const double relative = known && size > 0.0 ? g.standard_deviation[i] / size : 0.0;
+      const double angle = std::arg(fitted[i]) - std::arg(g.value[i]) - kTwoPi * g.frequency_hz[i] * delay_s;
+      sum += std::cos(angle) / (kSoft * kSoft + relative * relative);
+    }
+    if (sum <= best) continue;
+    best = sum;
+    best_s = delay_s;
+  }
+  return best_s;
+}
+
 }  // namespace
 
 expected<ResponseFit, ConfigError> fit_response(const data::FrequencyResponse& response,
@@ -147,9 +173,10 @@ expected<ResponseFit, ConfigError> fit_response(const data::FrequencyResponse& r
                   static_cast<double>(lines.lines()));
   if (config.weighting != Weighting::none && lines.standard_deviation.size() != lines.lines())
     return refuse("response", "needs standard deviations for this weighting");
-  const DriveModel start =
+  DriveModel start =
       config.initial ? *config.initial
                      : initial_model(lines, config.structure, config.sample_time_s, config.viscous_friction);
+  if (config.delay && !config.initial) start.delay_s = scanned_delay_s(lines, start);
 
   const Fitter fitter{lines, config};
   if (config.weighting != Weighting::model_error) return fitter.run(start, config.weighting, 0.0);

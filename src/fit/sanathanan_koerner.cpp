@@ -2,6 +2,7 @@
 #include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
+#include <fit/least_squares.hpp>
 #include <resonid/base/constants.hpp>
 #include <resonid/fit/sanathanan_koerner.hpp>
 
@@ -28,9 +29,7 @@ LinearStep solve(const Eigen::MatrixXd& rows, const Eigen::VectorXd& right) {
     if (!(scale(i) > 0.0)) scale(i) = 1.0;
   const Eigen::VectorXd inverse_scale = scale.cwiseInverse();
   const Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd> qr(rows * inverse_scale.asDiagonal());
-  const Eigen::MatrixXd inverse = qr.pseudoInverse();
-  return {inverse_scale.asDiagonal() * (inverse * right),
-          inverse_scale.asDiagonal() * (inverse * inverse.transpose()) * inverse_scale.asDiagonal()};
+  return {inverse_scale.asDiagonal() * qr.solve(right), detail::inverse_normal_matrix(rows)};
 }
 
 std::vector<Mode> modes(const std::vector<Complex>& roots, double sample_time_s) {
