@@ -8,8 +8,8 @@
 
 namespace resonid::response {
 
-/// Bins 0 ... N/2 of the discrete Fourier transform of N real samples, unscaled. Fast for lengths of small
-/// prime factors. The only place that knows the transform's library.
+/// Bins 0 ... N/2 of the discrete Fourier transform of N real samples, unscaled. Fast for any length,
+/// fastest for small prime factors. The only place that knows the transform's library.
 [[nodiscard]] std::vector<std::complex<double>> half_spectrum(std::span<const double> samples);
 
 /// Inverse of half_spectrum for `samples` samples.
