@@ -69,15 +69,43 @@ bool output_vanishes(const data::FrequencyResponse& g, std::size_t from, std::si
   return from > 0 && to < g.lines() && least < 0.5 * std::min(left, right);
 }
 
-Finding low_coherence(const data::FrequencyResponse& g, std::size_t from, std::size_t to, double lowest,
-                      double lowest_at) {
-  const char* reason = output_vanishes(g, from, to)
+/// Lines `from` ... `to - 1`, most of them below the threshold.
+struct LowBand {
+  std::size_t from = 0;
+  std::size_t to = 0;
+};
+
+/// Bands of low coherence. Neighbours less than a tenth of their frequency apart are one band: where
+/// coherence hovers around the threshold it would fall into dozens. Single lines count only where there are
+/// few.
+std::vector<LowBand> low_bands(const data::FrequencyResponse& g) {
+  std::vector<LowBand> bands;
+  for (std::size_t i = 0; i < g.lines(); ++i) {
+    if (g.coherence[i] >= kLowCoherence) continue;
+    constexpr double kApart = 1.1;
+    if (!bands.empty() &&
+        (bands.back().to == i || g.frequency_hz[i] < kApart * g.frequency_hz[bands.back().to - 1]))
+      bands.back().to = i + 1;
+    else
+      bands.push_back({i, i + 1});
+  }
+  const std::size_t least = g.lines() < 33 ? 1 : 2;
+  std::erase_if(bands, [&](const LowBand& b) { return b.to - b.from < least; });
+  return bands;
+}
+
+Finding low_coherence(const data::FrequencyResponse& g, const LowBand& band) {
+  const auto first = g.coherence.begin() + static_cast<std::ptrdiff_t>(band.from);
+  const auto lowest = static_cast<std::size_t>(
+      std::min_element(first, g.coherence.begin() + static_cast<std::ptrdiff_t>(band.to)) -
+      g.coherence.begin());
+  const char* reason = output_vanishes(g, band.from, band.to)
                            ? "The output nearly vanishes there, as it does in an anti-resonance."
                            : "Little excitation or much noise there: do not read resonances from that band.";
-  return {"low-coherence", Severity::warning, lowest, kLowCoherence,
-          fmt::format(
-              "Coherence falls to {:.2f} at {:.4g} Hz and stays below {:.1f} from {:.4g} to {:.4g} Hz. {}",
-              lowest, lowest_at, kLowCoherence, g.frequency_hz[from], g.frequency_hz[to - 1], reason)};
+  return {"low-coherence", Severity::warning, g.coherence[lowest], kLowCoherence,
+          fmt::format("Coherence is below {:.1f} from {:.4g} to {:.4g} Hz, lowest at {:.4g} Hz ({:.2f}). {}",
+                      kLowCoherence, g.frequency_hz[band.from], g.frequency_hz[band.to - 1],
+                      g.frequency_hz[lowest], g.coherence[lowest], reason)};
 }
 
 }  // namespace
@@ -122,7 +150,7 @@ std::vector<Finding> inspect(const data::FrequencyResponse& g) {
         {"unsettled-lines", Severity::warning, static_cast<double>(g.unsettled_hz.size()), 0.0,
          fmt::format("{} of {} lines had not settled when the record ended (the first at {:.4g} Hz): "
                      "record longer, or track fewer lines.",
-                     g.unsettled_hz.size(), g.lines(), g.unsettled_hz.front())});
+                     g.unsettled_hz.size(), g.lines() + g.unsettled_hz.size(), g.unsettled_hz.front())});
   if (g.coherence.size() != g.lines() || g.lines() == 0) return findings;
   const double middle = median(g.coherence);
   const auto usable = static_cast<double>(
@@ -135,25 +163,7 @@ std::vector<Finding> inspect(const data::FrequencyResponse& g) {
                      usable, g.lines(), middle)});
     return findings;
   }
-  const std::size_t least = std::min<std::size_t>(2, std::max<std::size_t>(1, g.lines() / 33));
-  for (std::size_t i = 0; i < g.lines();) {
-    if (g.coherence[i] >= kLowCoherence) {
-      ++i;
-      continue;
-    }
-    std::size_t end = i;
-    double lowest = 1.0;
-    double lowest_at = 0.0;
-    while (end < g.lines() && g.coherence[end] < kLowCoherence) {
-      if (g.coherence[end] < lowest) {
-        lowest = g.coherence[end];
-        lowest_at = g.frequency_hz[end];
-      }
-      ++end;
-    }
-    if (end - i >= least) findings.push_back(low_coherence(g, i, end, lowest, lowest_at));
-    i = end;
-  }
+  for (const auto& band : low_bands(g)) findings.push_back(low_coherence(g, band));
   return findings;
 }
 

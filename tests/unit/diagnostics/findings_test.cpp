@@ -70,6 +70,20 @@ TEST(ResponseFindings, CollapseOfCoherenceIsNamedWithItsBand) {
   EXPECT_NE(findings[0].meaning.find("7.9 to 8.6 Hz"), std::string::npos) << findings[0].meaning;
 }
 
+TEST(ResponseFindings, CoherenceAroundTheThresholdIsOneBand) {
+  auto g = response_with(0.99, 0, 0, 0.0);
+  for (std::size_t i = 50; i < 90; i += 3) g.coherence[i] = 0.75;
+  ASSERT_EQ(inspect(g).size(), 1U);
+  EXPECT_NE(inspect(g)[0].meaning.find("5.1 to 9 Hz"), std::string::npos) << inspect(g)[0].meaning;
+}
+
+TEST(ResponseFindings, AntiResonanceIsToldFromMissingExcitation) {
+  auto g = response_with(0.99, 40, 44, 0.4);
+  EXPECT_NE(inspect(g)[0].meaning.find("do not read"), std::string::npos);
+  g.value[42] = 0.1;
+  EXPECT_NE(inspect(g)[0].meaning.find("anti-resonance"), std::string::npos);
+}
+
 TEST(ResponseFindings, NoiseIsAnError) {
   const auto findings = inspect(response_with(0.1, 0, 0, 0.0));
   ASSERT_EQ(findings.size(), 1U);
