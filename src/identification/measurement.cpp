@@ -100,13 +100,15 @@ std::optional<tracking::SweepLaw> sweep_of(const data::Record& record, const Opt
     return tracking::SweepLaw{options.chirp->start_hz, options.chirp->stop_hz, options.chirp->duration_s};
   const bool open = options.excitation_type == ExcitationType::automatic && options.period_samples == 0;
   if (!open && options.excitation_type != ExcitationType::chirp) return std::nullopt;
+  if (two_level(exciting(record))) return std::nullopt;
   return response::detect_chirp(record);
 }
 
 bool is_stepped_sine(const data::Record& record, const Options& options, const Plan& plan) {
   if (options.excitation_type != ExcitationType::automatic)
     return options.excitation_type == ExcitationType::stepped_sine;
-  return !plan.sweep && options.period_samples == 0 && !response::detect_stepped_sine(record).empty();
+  if (plan.sweep || options.period_samples != 0 || two_level(exciting(record))) return false;
+  return !response::detect_stepped_sine(record).empty();
 }
 
 ExcitationType kind_of(const data::Record& record, const Options& options, const Plan& plan) {
