@@ -104,7 +104,12 @@ json page_json(const Result& result, const data::Record& record) {
       {"units",
        {{"input", result.units.input}, {"output", record.output.unit}, {"response", result.units.response}}},
       {"signals", signals_json(record, result.record.samples)},
-      {"summary", sentences(result)}};
+      {"summary", json::array()}};
+  for (auto text : sentences(result)) {
+    for (auto at = text.find("+-"); at != std::string::npos; at = text.find("+-"))
+      text.replace(at, 2, "\u00b1");
+    page["summary"].push_back(std::move(text));
+  }
   if (record.excitation.present()) page["units"]["excitation"] = record.excitation.unit;
   if (result.model) {
     auto model = result.model->drive.response(model_grid(result.response, 0.5 * record.sample_rate_hz));

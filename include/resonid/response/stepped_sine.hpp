@@ -39,11 +39,11 @@ void describe(Visitor&& v, SteppedSineConfig& c) {
 /// 4.5/T beside the line, T the time used, and the fit's noise gain; as many degrees of freedom as offsets.
 /// A dwell goes to `unsettled_hz` when fewer than two periods are left, or the phasors change by more than
 /// `settled` and either drift one way (von Neumann's ratio, 0.1 %) or scatter more in the first half used
-/// than in the second (F test, 1 %). When a frequency was measured twice, the longer dwell counts. A given line that no dwell matches within 0.1/(its length) is an
-/// error that names it.
-/// Limits: neighbouring frequencies must differ by about 1/(dwell) to be told apart; without an excitation
-/// signal the input must be a sine of which noise and feedback leave half the power (0.8 when no lines are
-/// given). A transient as long as the dwell shows as noise only.
+/// than in the second (F test, 1 %). When a frequency was measured twice, the longer dwell counts. A given
+/// line that no dwell matches within 0.1/(its length) is an error that names it. Limits: neighbouring
+/// frequencies must differ by about 1/(dwell) to be told apart; without an excitation signal the input must
+/// be a sine of which noise and feedback leave half the power (0.8 when no lines are given). A transient as
+/// long as the dwell shows as noise only.
 [[nodiscard]] expected<LineEstimates, ConfigError> stepped_sine_lines(const data::Record& record,
                                                                       const SteppedSineConfig& config,
                                                                       Approach approach);
