@@ -229,16 +229,23 @@ class OutputErrorFitter {
  private:
   /// Noise model and parameters in turns, from the residual that x_ leaves.
   void solve_whitened() {
-    NoiseModel noise = fit_noise_model(raw_residual(), config_.max_noise_order);
+    NoiseModel noise = noise_of(raw_residual());
     constexpr int kRounds = 5;
     for (int round = 0; round < kRounds; ++round) {
       solve(noise, active_);
       solve_linear_part_raw();
-      const NoiseModel next = fit_noise_model(raw_residual(), config_.max_noise_order);
+      const NoiseModel next = noise_of(raw_residual());
       const bool settled = next.order() == noise.order() && difference(next, noise) < 0.02;
       if (settled || round + 1 == kRounds) break;
       noise = next;
     }
+  }
+
+  /// White where nothing but rounding is left: its colour is of no use.
+  [[nodiscard]] NoiseModel noise_of(const std::vector<double>& residual) const {
+    constexpr double kRounding = 1e-9;
+    if (power(residual) < kRounding * kRounding * power(raw_.output)) return {};
+    return fit_noise_model(residual, config_.max_noise_order);
   }
 
   static double power(const std::vector<double>& residual) {
