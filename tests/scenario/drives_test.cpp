@@ -1,0 +1,155 @@
+// SPDX-License-Identifier: MIT
+// Drives of other kinds than the published one: identify() finds what was simulated, and says so when nothing
+// can be found.
+#include <nlohmann/json.hpp>
+#include <resonid/plant/white_noise.hpp>
+#include <resonid/report/json.hpp>
+
+#include "experiments.hpp"
+
+namespace resonid {
+namespace {
+
+plant::ExperimentConfig rigid_drive(std::uint64_t seed) {
+  auto c = test::published_drive(0.1, 0.0, seed);
+  c.drive = {};
+  c.drive.structure = plant::Structure::rigid;
+  c.drive.driven_inertia = 0.064;
+  c.drive.viscous_friction = 0.05;
+  return c;
+}
+
+void expect_rigid(const plant::ExperimentConfig& experiment) {
+  const auto result = test::identified(test::simulated(experiment).record, test::known(experiment));
+  EXPECT_TRUE(result.trusted);
+  EXPECT_TRUE(result.resonances.empty());
+  ASSERT_TRUE(result.model);
+  EXPECT_EQ(result.model->drive.structure, fit::Structure::rigid);
+  test::expect_within(result.model->drive.estimate(fit::kDrivenInertia), 0.064, 4.5, 0.05);
+}
+
+TEST(RigidDrive, ComesOutRigidUnderASweep) {
+  for (std::uint64_t seed = 1; seed <= 5; ++seed) {
+    auto experiment = rigid_drive(seed);
+    test::sweep(experiment);
+    SCOPED_TRACE(seed);
+    expect_rigid(experiment);
+  }
+}
+
+TEST(RigidDrive, ComesOutRigidUnderAPrbs) {
+  for (std::uint64_t seed = 1; seed <= 5; ++seed) {
+    auto experiment = rigid_drive(seed);
+    test::prbs(experiment);
+    SCOPED_TRACE(seed);
+    expect_rigid(experiment);
+  }
+}
+
+TEST(Noise, UnrelatedSignalsAreNotTrusted) {
+  for (std::uint64_t seed = 1; seed <= 4; ++seed) {
+    data::Record record;
+    record.source = "noise";
+    record.sample_rate_hz = 500.0;
+    record.input = {"u", "Nm", {}};
+    record.output = {"y", "rad/s", {}};
+    plant::WhiteNoise input(seed, 1.0), output(100 + seed, 1.0);
+    for (int k = 0; k < 4000; ++k) {
+      record.input.samples.push_back(input.step());
+      record.output.samples.push_back(output.step());
+    }
+    const auto result = test::identified(record, {});
+    EXPECT_FALSE(result.trusted) << seed;
+    EXPECT_NE(test::finding(result, "incoherent"), nullptr) << seed;
+    EXPECT_TRUE(result.resonances.empty()) << seed;
+  }
+}
+
+TEST(TwoMassDrive, ViscousFrictionIsFound) {
+  auto experiment = test::published_drive(0.02);
+  experiment.drive.viscous_friction = 0.2;
+  test::prbs(experiment);
+  const auto result = test::identified(test::simulated(experiment).record, test::known(experiment));
+  EXPECT_TRUE(result.trusted);
+  const auto& drive = result.model.value().drive;
+  ASSERT_EQ(drive.structure, fit::Structure::two_mass);
+  ASSERT_TRUE(drive.estimated[fit::kViscousFriction]);
+  test::expect_within(drive.estimate(fit::kViscousFriction), 0.2, 4.0, 0.05);
+  test::expect_within(drive.estimate(fit::kDrivenInertia), 0.032, 4.0, 0.02);
+  test::expect_within(drive.estimate(fit::kStiffness), 143.75, 4.0, 0.02);
+}
+
+/// The motor holds a constant load that no column tells of.
+TEST(TwoMassDrive, UnknownLoadTorqueDoesNoHarm) {
+  auto experiment = test::published_drive(0.02, 10.0);
+  test::prbs(experiment);
+  auto record = test::simulated(experiment).record;
+  for (double& u : record.input.samples) u += 0.7;
+  const auto result = test::identified(record, test::known(experiment));
+  EXPECT_TRUE(result.trusted);
+  const auto& model = result.model.value();
+  ASSERT_TRUE(model.offset);
+  EXPECT_NEAR(model.offset->value, -0.7, 4.0 * model.offset->standard_deviation + 1e-3);
+  test::expect_within(model.drive.estimate(fit::kLoadInertia), 0.032, 4.0, 0.02);
+  test::expect_within(model.drive.resonance(), 15.0857, 4.0, 0.01);
+}
+
+TEST(TwoMassDrive, DelayThatNobodyToldIsFound) {
+  auto experiment = test::published_drive(0.02);
+  test::prbs(experiment);
+  auto options = test::known(experiment);
+  options.delay_s = 0.0;
+  const auto simulation = test::simulated(experiment);
+  const auto result = test::identified(simulation.record, options);
+  EXPECT_TRUE(result.trusted);
+  const auto* delay = test::finding(result, "further-delay");
+  ASSERT_NE(delay, nullptr);
+  EXPECT_NEAR(delay->value.value(), 0.004, 2e-4);
+  EXPECT_NE(delay->meaning.find("ms"), std::string::npos);
+  EXPECT_NEAR(result.resonances.at(1).frequency_hz, 15.0857, 0.1);
+  // and part of the margins: the same as when it is given
+  const auto told = test::identified(simulation.record, test::known(experiment));
+  EXPECT_EQ(test::finding(told, "further-delay"), nullptr);
+  EXPECT_NEAR(result.loop->margins.phase_margin_deg().value(), told.loop->margins.phase_margin_deg().value(),
+              0.5);
+}
+
+TEST(TwoMassDrive, WithoutAnExcitationSignalTheLoopIsIdentifiedDirectly) {
+  auto experiment = test::published_drive(0.01);
+  test::prbs(experiment);
+  auto record = test::simulated(experiment).record;
+  record.excitation = {};
+  const auto result = test::identified(record, test::known(experiment));
+  EXPECT_EQ(result.approach, "direct");
+  EXPECT_TRUE(result.trusted);
+  EXPECT_NEAR(result.resonances.at(1).frequency_hz, 15.0857, 0.1);
+}
+
+/// Carriage and load on a spring, 10 and 5 kg, f_res = sqrt(4e4 (1/10 + 1/5))/(2 pi).
+TEST(LinearDrive, IsToldInKilogramsAndNewtonsPerMetre) {
+  auto experiment = test::published_drive(2e-4);
+  experiment.drive = {};
+  experiment.drive.motion = data::Motion::linear;
+  experiment.drive.driven_inertia = 10.0;
+  experiment.drive.load_inertia = 5.0;
+  experiment.drive.stiffness = 4e4;
+  experiment.drive.damping = 50.0;
+  experiment.controller.gain = 200.0;
+  experiment.controller.integral_time_s = 0.2;
+  test::prbs(experiment);
+  const auto result = test::identified(test::simulated(experiment).record, test::known(experiment));
+  EXPECT_TRUE(result.trusted);
+  const auto& drive = result.model.value().drive;
+  ASSERT_EQ(drive.structure, fit::Structure::two_mass);
+  test::expect_within(drive.estimate(fit::kDrivenInertia), 10.0, 4.0, 0.02);
+  test::expect_within(drive.estimate(fit::kLoadInertia), 5.0, 4.0, 0.02);
+  EXPECT_NEAR(result.resonances.at(1).frequency_hz, 17.4346, 0.1);
+  const auto parameters = report::to_json(result).at("model").at("parameters");
+  EXPECT_EQ(parameters.at("load_inertia").at("unit"), "kg");
+  EXPECT_EQ(parameters.at("stiffness").at("unit"), "N/m");
+  EXPECT_EQ(parameters.at("damping").at("unit"), "Ns/m");
+  EXPECT_EQ(result.units.response, "(m/s)/N");
+}
+
+}  // namespace
+}  // namespace resonid
