@@ -108,18 +108,19 @@ std::string parameter_lines(const Result& result, double z) {
   return text;
 }
 
-/// Text broken at spaces so that no line is longer than 100 characters.
-std::string wrapped(const std::string& text, const std::string& indent) {
+/// Text broken at spaces so that no line is longer than 100 characters; `first` stands before the first line,
+/// `indent` before the others.
+std::string wrapped(const std::string& text, const std::string& first, const std::string& indent) {
   constexpr std::size_t kWidth = 100;
-  std::string out;
-  std::size_t column = 0, start = 0;
+  std::string out = first;
+  std::size_t column = first.size(), start = 0;
   while (start < text.size()) {
     const std::size_t end = std::min(text.find(' ', start), text.size());
     const std::size_t length = end - start;
-    if (column > 0 && column + 1 + length > kWidth) {
+    if (start > 0 && column + 1 + length > kWidth) {
       out += "\n" + indent;
       column = indent.size();
-    } else if (column > 0) {
+    } else if (start > 0) {
       out += ' ';
       ++column;
     }
@@ -156,7 +157,7 @@ std::string summary_text(const Result& result) {
   text += fmt::format("\n  response by {}, {} approach, {} lines {:.3g} ... {:.3g} Hz\n\n", result.method,
                       result.approach, result.response.lines(), result.response.frequency_hz.front(),
                       result.response.frequency_hz.back());
-  for (const auto& sentence : sentences(result)) text += wrapped(sentence, "") + "\n";
+  for (const auto& sentence : sentences(result)) text += wrapped(sentence, "", "") + "\n";
   if (result.model)
     text += fmt::format("\nParameters, {:.0f} % confidence\n", 100.0 * result.confidence) +
             parameter_lines(result, z);
@@ -164,10 +165,9 @@ std::string summary_text(const Result& result) {
     text += "\nFindings\n";
     constexpr const char* kMarks[] = {"note", "warning", "ERROR"};
     for (const auto& f : result.findings)
-      text +=
-          "  " +
-          wrapped(fmt::format("{}: {} ({})", kMarks[static_cast<int>(f.severity)], f.meaning, f.id), "    ") +
-          "\n";
+      text += wrapped(fmt::format("{}: {} ({})", kMarks[static_cast<int>(f.severity)], f.meaning, f.id), "  ",
+                      "    ") +
+              "\n";
   }
   text += result.trusted ? "\nTrusted.\n" : "\nNOT trusted: see the errors above.\n";
   return text;
