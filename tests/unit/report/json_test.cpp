@@ -1,0 +1,199 @@
+// SPDX-License-Identifier: MIT
+#include <gtest/gtest.h>
+
+#include <limits>
+#include <nlohmann/json.hpp>
+#include <resonid/report/json.hpp>
+#include <set>
+#include <sstream>
+
+namespace resonid::report {
+namespace {
+
+using identification::Result;
+using nlohmann::json;
+
+constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+std::set<std::string> keys(const json& object) {
+  std::set<std::string> names;
+  for (const auto& [key, value] : object.items()) names.insert(key);
+  return names;
+}
+
+bool holds_null(const json& j) {
+  return j.is_null() || (j.is_structured() &&
+                         std::any_of(j.begin(), j.end(), [](const json& part) { return holds_null(part); }));
+}
+
+/// The least that identify() gives: a response, and nothing made of it.
+Result bare() {
+  Result r;
+  r.record = {"bench.csv", 1000, 500.0, "t", "u", "y", "", "", data::OutputQuantity::velocity};
+  r.units = {"Nm", "rad/s", "(rad/s)/Nm", "kgm2", "Nm/rad", "Nms/rad", "Nm", true};
+  r.method = "welch";
+  r.approach = "direct";
+  r.response.frequency_hz = {1.0, 2.0, 3.0};
+  r.response.value = {{1.0, -2.0}, {0.5, -1.0}, {0.25, -0.5}};
+  return r;
+}
+
+fit::DriveModel two_mass() {
+  fit::DriveModel m;
+  m.structure = fit::Structure::two_mass;
+  m.parameters = {0.032, 0.032, 143.75, 0.3, 0.0};
+  m.sample_time_s = 0.002;
+  m.estimated = fit::estimated_parameters(m.structure, false, false);
+  for (int i = 0; i < 4; ++i) m.covariance(i, i) = 1e-8;
+  return m;
+}
+
+/// With all that can be told.
+Result full() {
+  Result r = bare();
+  r.record.excitation = "ru";
+  r.record.reference = "r";
+  r.approach = "joint";
+  r.known_delay_s = 0.004;
+  r.response.standard_deviation = {0.1, 0.1, 0.1};
+  r.response.coherence = {0.9, 0.99, 0.999};
+  r.resonances = {{true, 10.67, 0.03, 0.07, true}, {false, 15.09, 0.02, 0.10, true}};
+  r.model = identification::ModelResult{two_mass(), true, 0.01, std::nullopt, fit::Estimate{0.1, 0.01}};
+  identification::LoopResult loop;
+  loop.source = "model";
+  loop.margins.crossovers = {{2.7, 63.5}};
+  loop.margins.worst_phase_margin_deg = 63.5;
+  loop.margins.modulus_margin = 0.85;
+  loop.margins.modulus_margin_hz = 27.0;
+  loop.margins.gain_margin_db = 19.2;
+  r.loop = loop;
+  r.validation = identification::Validation{92.0, true, 0.01, 0.0235};
+  r.trusted = true;
+  r.findings = {{"low-coherence", diagnostics::Severity::warning, 0.4, 0.8, "Coherence falls."}};
+  return r;
+}
+
+TEST(Json, HoldsWhatTheInterfaceNames) {
+  const json j = to_json(full());
+  for (const char* key : {"schema", "record", "method", "approach", "frequency_response", "resonances",
+                          "model", "loop", "validation", "trusted", "findings"})
+    EXPECT_TRUE(j.contains(key)) << key;
+  EXPECT_EQ(j.at("schema"), "resonid.identification/1");
+  EXPECT_EQ(j.at("record").at("signals"),
+            (json{{"time", "t"}, {"input", "u"}, {"output", "y"}, {"excitation", "ru"}, {"reference", "r"}}));
+  EXPECT_EQ(keys(j.at("frequency_response")),
+            (std::set<std::string>{"frequency_hz", "real", "imag", "std", "coherence"}));
+  EXPECT_EQ(j.at("frequency_response").at("imag"), (json{-2.0, -1.0, -0.5}));
+  EXPECT_EQ(j.at("resonances")[0], (json{{"kind", "antiresonance"},
+                                         {"frequency_hz", 10.67},
+                                         {"std_hz", 0.03},
+                                         {"damping_ratio", 0.07},
+                                         {"source", "model"}}));
+  EXPECT_EQ(
+      keys(j.at("model").at("parameters")),
+      (std::set<std::string>{"driven_inertia", "load_inertia", "stiffness", "damping", "delay", "offset"}));
+  EXPECT_EQ(j.at("model").at("parameters").at("stiffness"),
+            (json{{"value", 143.75}, {"std", 1e-4}, {"unit", "Nm/rad"}}));
+  EXPECT_EQ(j.at("model").at("transfer_function").at("sample_time_s"), 0.002);
+  EXPECT_EQ(j.at("loop").at("crossover_hz"), 2.7);
+  EXPECT_EQ(j.at("loop").at("phase_margin_deg"), 63.5);
+  EXPECT_EQ(j.at("loop").at("gain_margin_db"), 19.2);
+  EXPECT_EQ(j.at("validation").at("limit"), 0.0235);
+  EXPECT_EQ(j.at("findings")[0], (json{{"id", "low-coherence"},
+                                       {"severity", "warning"},
+                                       {"value", 0.4},
+                                       {"threshold", 0.8},
+                                       {"meaning", "Coherence falls."}}));
+  EXPECT_FALSE(holds_null(j));
+}
+
+TEST(Json, WhatWasNotComputedIsAbsent) {
+  const json j = to_json(bare());
+  for (const char* key : {"model", "loop", "validation", "known_delay_s"})
+    EXPECT_FALSE(j.contains(key)) << key;
+  EXPECT_EQ(keys(j.at("frequency_response")), (std::set<std::string>{"frequency_hz", "real", "imag"}));
+  EXPECT_FALSE(j.at("record").at("signals").contains("excitation"));
+  EXPECT_EQ(j.at("resonances"), json::array());
+  EXPECT_EQ(j.at("findings"), json::array());
+}
+
+/// JSON knows no infinity: nlohmann would write null.
+TEST(Json, WhatIsNotFiniteIsAbsent) {
+  auto r = full();
+  r.resonances[0].std_hz = kNan;
+  r.resonances[1].damping_ratio = kInfinity;
+  r.model->drive.covariance(fit::kStiffness, fit::kStiffness) = kInfinity;
+  r.loop->margins.gain_margin_db = kInfinity;
+  r.loop->phase_margin_std_deg = kNan;
+  r.findings[0].value = kNan;
+  const json j = json::parse(to_json(r).dump());
+  EXPECT_FALSE(holds_null(j)) << j.dump(1);
+  EXPECT_FALSE(j.at("resonances")[0].contains("std_hz"));
+  EXPECT_FALSE(j.at("model").at("parameters").at("stiffness").contains("std"));
+  EXPECT_FALSE(j.at("loop").contains("gain_margin_db"));
+}
+
+TEST(Json, ARigidDriveHasItsOwnParameters) {
+  auto r = full();
+  r.resonances.clear();
+  r.model->drive = {};
+  r.model->drive.structure = fit::Structure::rigid;
+  r.model->drive.parameters.driven_inertia = 0.064;
+  r.model->drive.sample_time_s = 0.002;
+  r.model->drive.estimated = fit::estimated_parameters(fit::Structure::rigid, true, false);
+  r.model->coulomb_friction = fit::Estimate{0.2, 0.01};
+  const json parameters = to_json(r).at("model").at("parameters");
+  EXPECT_EQ(keys(parameters),
+            (std::set<std::string>{"driven_inertia", "viscous_friction", "coulomb_friction", "offset"}));
+  EXPECT_EQ(parameters.at("coulomb_friction").at("unit"), "Nm");
+}
+
+TEST(Json, RadiusAddsTheBelt) {
+  auto r = full();
+  r.radius_m = 0.05;
+  const json parameters = to_json(r).at("model").at("parameters");
+  EXPECT_NEAR(parameters.at("belt_stiffness").at("value").get<double>(), 57500.0, 1e-6);
+  EXPECT_NEAR(parameters.at("belt_damping").at("value").get<double>(), 120.0, 1e-9);
+  EXPECT_EQ(parameters.at("belt_damping").at("unit"), "Ns/m");
+}
+
+TEST(Summary, IsNoWiderThanATerminal) {
+  auto r = full();
+  r.radius_m = 0.05;
+  std::string meaning = "Words";
+  for (int i = 0; i < 60; ++i) meaning += " of length";
+  r.findings[0].meaning = meaning;
+  const std::string text = summary_text(r);
+  std::istringstream lines(text);
+  for (std::string line; std::getline(lines, line);) EXPECT_LE(line.size(), 100U) << line;
+  for (const char* word : {"bench.csv", "two-mass", "15.09", "phase margin of 63.5", "stiffness", "Nm/rad",
+                           "warning", "low-coherence", "Trusted."})
+    EXPECT_NE(text.find(word), std::string::npos) << word << "\n" << text;
+  for (const char* word : {"null", " nan", " inf"}) EXPECT_EQ(text.find(word), std::string::npos) << text;
+}
+
+TEST(Summary, DistrustIsPlain) {
+  auto r = bare();
+  r.findings = {{"incoherent", diagnostics::Severity::error, 0.0, 0.05, "No line is coherent."}};
+  const std::string text = summary_text(r);
+  EXPECT_NE(text.find("NOT trusted"), std::string::npos) << text;
+  EXPECT_NE(text.find("ERROR: No line is coherent. (incoherent)"), std::string::npos) << text;
+  EXPECT_EQ(text.find("Parameters"), std::string::npos) << text;
+}
+
+TEST(Sentences, SayTheMostImportantFirst) {
+  auto list = sentences(full());
+  ASSERT_EQ(list.size(), 3U);
+  EXPECT_NE(list[0].find("two-mass system"), std::string::npos) << list[0];
+  EXPECT_NE(list[0].find("10.67"), std::string::npos) << list[0];
+  EXPECT_NE(list[1].find("crosses over at 2.7 Hz"), std::string::npos) << list[1];
+  EXPECT_NE(list[2].find("92 %"), std::string::npos) << list[2];
+  auto r = bare();
+  EXPECT_NE(sentences(r)[0].find("no resonance"), std::string::npos);
+  r.resonances = {{false, 15.2, std::nullopt, std::nullopt, false}};
+  EXPECT_NE(sentences(r)[0].find("a resonance at 15.2 Hz"), std::string::npos) << sentences(r)[0];
+}
+
+}  // namespace
+}  // namespace resonid::report
