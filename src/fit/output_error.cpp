@@ -241,11 +241,16 @@ class OutputErrorFitter {
     }
   }
 
-  /// White where nothing but rounding is left: its colour is of no use.
+  /// White where nothing but rounding is left, whose colour is of no use, and where a residual foretells
+  /// itself as no noise does: that is the model's own error, to be fitted and not to be filtered out.
   [[nodiscard]] NoiseModel noise_of(const std::vector<double>& residual) const {
     constexpr double kRounding = 1e-9;
-    if (power(residual) < kRounding * kRounding * power(raw_.output)) return {};
-    return fit_noise_model(residual, config_.max_noise_order);
+    constexpr double kForetold = 1e-10;
+    const double left = power(residual);
+    if (left < kRounding * kRounding * power(raw_.output)) return {};
+    auto noise = fit_noise_model(residual, config_.max_noise_order);
+    if (noise.innovation_variance < kForetold * left) return {};
+    return noise;
   }
 
   static double power(const std::vector<double>& residual) {
