@@ -29,7 +29,7 @@ void expect_rigid(const plant::ExperimentConfig& experiment) {
 }
 
 TEST(RigidDrive, ComesOutRigidUnderASweep) {
-  for (std::uint64_t seed = 1; seed <= 5; ++seed) {
+  for (std::uint64_t seed = 1; seed <= 3; ++seed) {
     auto experiment = rigid_drive(seed);
     test::sweep(experiment);
     SCOPED_TRACE(seed);
@@ -38,7 +38,7 @@ TEST(RigidDrive, ComesOutRigidUnderASweep) {
 }
 
 TEST(RigidDrive, ComesOutRigidUnderAPrbs) {
-  for (std::uint64_t seed = 1; seed <= 5; ++seed) {
+  for (std::uint64_t seed = 1; seed <= 3; ++seed) {
     auto experiment = rigid_drive(seed);
     test::prbs(experiment);
     SCOPED_TRACE(seed);

@@ -70,7 +70,7 @@ double worst_relative_error(const data::TwoMassParameters& found, const data::Tw
 }
 
 TEST(Recovery, NoiseFreeRecordsGiveTheParametersBack) {
-  ::setenv("RC_PARAMS", "seed=20160617 max_success=8", 0);
+  ::setenv("RC_PARAMS", "seed=20160617 max_success=12 noshrink=1", 0);
   EXPECT_TRUE(rc::check("parameters within 1e-3", [] {
     const Case c = random_drive();
     const auto experiment = random_experiment(c);
