@@ -42,7 +42,8 @@ double DriveModel::value(Parameter parameter) const {
 }
 
 Estimate DriveModel::estimate(Parameter parameter) const {
-  return {value(parameter), std::sqrt(std::max(0.0, covariance(parameter, parameter)))};
+  return {value(parameter),
+          std::sqrt(covariance(parameter, parameter) < 0.0 ? 0.0 : covariance(parameter, parameter))};
 }
 
 DriveModel DriveModel::moved(int parameter, double by) const {
@@ -57,14 +58,15 @@ std::complex<double> DriveModel::response(double frequency_hz) const {
 }
 
 std::vector<std::complex<double>> DriveModel::values(std::span<const double> frequencies_hz,
-                                                     bool with_delay) const {
-  const auto system = held(*this);
+                                                     bool as_measured) const {
+  const detail::MeasuredResponse<double> measured(
+      structure, parameters, as_measured ? delay_s / sample_time_s : 0.0,
+      as_measured ? known_delay_s / sample_time_s : 0.0, sample_time_s);
   std::vector<std::complex<double>> result;
   result.reserve(frequencies_hz.size());
   for (const double f : frequencies_hz) {
-    const auto g = detail::velocity_response(structure, system, f, sample_time_s);
-    const std::complex<double> value(g.re, g.im);
-    result.push_back(with_delay ? value * std::polar(1.0, -kTwoPi * f * delay_s) : value);
+    const auto g = measured(f);
+    result.emplace_back(g.re, g.im);
   }
   return result;
 }

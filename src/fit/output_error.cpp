@@ -184,6 +184,7 @@ class OutputErrorFitter {
     coordinates_ = {start.parameters.driven_inertia * fastest, record.sample_time_s()};
     fit_.model = start;
     fit_.model.sample_time_s = record.sample_time_s();
+    fit_.model.known_delay_s = config.known_delay_s;
     fit_.model.estimated = estimated_parameters(start.structure, config.viscous_friction, config.delay);
     if (!config.delay && !config.fixed_model) fit_.model.delay_s = 0.0;
     if (!config.viscous_friction && !config.fixed_model) fit_.model.parameters.viscous_friction = 0.0;

@@ -16,21 +16,17 @@ struct ResponseResiduals {
   detail::Coordinates coordinates;
   Structure structure;
   detail::SearchRange range;
+  double known_delay_s = 0.0;
 
   template <class T>
   bool operator()(const T* x, T* residual) const {
-    using std::cos;
-    using std::sin;
     if (!range.contains(x)) return false;
     const double step = coordinates.sample_time_s;
     const auto parameters = coordinates.parameters(x);
-    const auto held = detail::hold(detail::continuous_drive(structure, parameters), T(step));
-    const T delay_s = coordinates.delay_samples(x) * T(step);
+    const detail::MeasuredResponse<T> measured(structure, parameters, coordinates.delay_samples(x),
+                                               known_delay_s / step, step);
     for (std::size_t i = 0; i < response->lines(); ++i) {
-      const double f = response->frequency_hz[i];
-      auto g = detail::velocity_response(structure, held, f, step);
-      const T angle = delay_s * T(-kTwoPi * f);
-      g = g * detail::Complex<T>{cos(angle), sin(angle)};
+      const auto g = measured(response->frequency_hz[i]);
       residual[2 * i] = (g.re - T(response->value[i].real())) * T(weight[i]);
       residual[2 * i + 1] = (g.im - T(response->value[i].imag())) * T(weight[i]);
       if (!detail::finite(residual[2 * i]) || !detail::finite(residual[2 * i + 1])) return false;
@@ -82,6 +78,7 @@ struct Fitter {
     ResponseFit fit;
     fit.model = start;
     fit.model.sample_time_s = config.sample_time_s;
+    fit.model.known_delay_s = config.known_delay_s;
     fit.model.structure = config.structure;
     fit.model.estimated = estimated_parameters(config.structure, config.viscous_friction, config.delay);
     fit.model_error = error;
@@ -91,8 +88,9 @@ struct Fitter {
     detail::Coordinates coordinates{start.parameters.driven_inertia * kTwoPi * lines.frequency_hz.front(),
                                     config.sample_time_s};
     auto x = coordinates.from(fit.model);
-    auto* functor = new ResponseResiduals{&lines, weights(lines, weighting, error), coordinates,
-                                          config.structure, detail::SearchRange(x)};
+    auto* functor =
+        new ResponseResiduals{&lines,           weights(lines, weighting, error), coordinates,
+                              config.structure, detail::SearchRange(x),           config.known_delay_s};
     auto cost =
         std::make_unique<ceres::AutoDiffCostFunction<ResponseResiduals, ceres::DYNAMIC, kParameterCount>>(
             functor, static_cast<int>(2 * lines.lines()));
@@ -166,6 +164,7 @@ double scanned_delay_s(const data::FrequencyResponse& g, const DriveModel& model
 expected<ResponseFit, ConfigError> fit_response(const data::FrequencyResponse& response,
                                                 const ResponseFitConfig& config) {
   if (!(config.sample_time_s > 0.0)) return refuse("sample_time_s", "must be > 0", config.sample_time_s);
+  if (!(config.known_delay_s >= 0.0)) return refuse("known_delay_s", "must be >= 0", config.known_delay_s);
   auto lines = response.band(config.low_hz, config.high_hz);
   const auto wanted = config.structure == Structure::two_mass ? 4U : 2U;
   if (lines.lines() < wanted)

@@ -3,6 +3,7 @@
 
 #include <Eigen/Core>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <resonid/base/constants.hpp>
 #include <resonid/base/linear_system.hpp>
@@ -158,15 +159,16 @@ struct Complex {
   }
 };
 
-/// Velocity response c (zI - A)^-1 b of the first `Order` states, from the differences z - 1 and A - I so
-/// that fast sampling does not cancel digits.
+/// States (zI - A)^-1 b of the first `Order` states, from the differences z - 1 and A - I so that fast
+/// sampling does not cancel digits.
 template <int Order, class T>
-Complex<T> response_of(const LinearSystem<T, kStates>& s, double frequency_hz, double sample_time_s) {
+std::array<Complex<T>, Order> state_response(const LinearSystem<T, kStates>& s, double frequency_hz,
+                                             double sample_time_s) {
   const double half = kPi * frequency_hz * sample_time_s;  // z - 1 = 2j sin(w/2) e^{jw/2}
   const double re = -2.0 * std::sin(half) * std::sin(half);
   const double im = 2.0 * std::sin(half) * std::cos(half);
   Complex<T> m[Order][Order];
-  Complex<T> x[Order];
+  std::array<Complex<T>, Order> x;
   for (int i = 0; i < Order; ++i) {
     for (int j = 0; j < Order; ++j) {
       m[i][j].re = -s.a(i, j);
@@ -186,14 +188,61 @@ Complex<T> response_of(const LinearSystem<T, kStates>& s, double frequency_hz, d
     for (int c = i + 1; c < Order; ++c) x[i] = x[i] - m[i][c] * x[c];
     x[i] = x[i] / m[i][i];
   }
-  return x[0];
+  return x;
 }
 
+/// Torque to velocity, no delay.
 template <class T>
 Complex<T> velocity_response(Structure structure, const LinearSystem<T, kStates>& held, double frequency_hz,
                              double sample_time_s) {
-  return structure == Structure::two_mass ? response_of<3>(held, frequency_hz, sample_time_s)
-                                          : response_of<1>(held, frequency_hz, sample_time_s);
+  return structure == Structure::two_mass ? state_response<3>(held, frequency_hz, sample_time_s)[0]
+                                          : state_response<1>(held, frequency_hz, sample_time_s)[0];
 }
+
+/// Torque to delayed velocity, times exp(j w known delay): what is measured once the known delay is taken
+/// out.
+///
+/// For delays of whole samples that is the velocity's response turned by the rest of the delay. A fraction of
+/// a sample is seen through the hold, which near the Nyquist frequency is more than a turn. A negative delay
+/// says that the input was measured and not held; then it is a turn and no more.
+template <class T>
+class MeasuredResponse {
+ public:
+  MeasuredResponse(Structure structure, const data::TwoMass<T>& p, const T& fitted_delay_samples,
+                   double known_delay_samples, double sample_time_s)
+      : structure_(structure), known_samples_(known_delay_samples), sample_time_s_(sample_time_s) {
+    const T delay = fitted_delay_samples + T(known_delay_samples);
+    const bool ahead = plain(delay) < 0.0;
+    turn_samples_ = ahead ? delay : T(0.0);
+    drive_ =
+        sampled_drive(structure, p, data::OutputQuantity::velocity, ahead ? T(0.0) : delay, sample_time_s);
+  }
+
+  Complex<T> operator()(double frequency_hz) const {
+    using std::cos;
+    using std::sin;
+    Complex<T> sum{drive_.system.d, T(0.0)};
+    const auto add = [&](const auto& states) {
+      for (std::size_t i = 0; i < states.size(); ++i) {
+        const T& c = drive_.system.c(static_cast<int>(i));
+        sum = sum + Complex<T>{c * states[i].re, c * states[i].im};
+      }
+    };
+    if (structure_ == Structure::two_mass)
+      add(state_response<3>(drive_.system, frequency_hz, sample_time_s_));
+    else
+      add(state_response<1>(drive_.system, frequency_hz, sample_time_s_));
+    const T angle = (T(known_samples_ - drive_.whole_delay - 1) - turn_samples_) *
+                    T(kTwoPi * frequency_hz * sample_time_s_);
+    return sum * Complex<T>{cos(angle), sin(angle)};
+  }
+
+ private:
+  Structure structure_;
+  double known_samples_;
+  double sample_time_s_;
+  SampledDrive<T> drive_;
+  T turn_samples_{};
+};
 
 }  // namespace resonid::fit::detail

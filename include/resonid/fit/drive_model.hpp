@@ -49,6 +49,7 @@ struct DriveModel {
   Structure structure = Structure::two_mass;
   data::TwoMassParameters parameters;  ///< Rigid: driven_inertia (the whole one) and viscous_friction only.
   double delay_s = 0.0;                ///< Fitted delay, on top of the known one; not part of response().
+  double known_delay_s = 0.0;          ///< In the measured output and taken out of its response.
   double sample_time_s = 0.0;
   ParameterMask estimated{};
   ParameterCovariance covariance =
@@ -60,9 +61,10 @@ struct DriveModel {
   /// Zero-order-hold response from torque to velocity, without any delay.
   [[nodiscard]] std::complex<double> response(double frequency_hz) const;
 
-  /// The same at many frequencies, with the fitted delay when asked for.
+  /// The same at many frequencies; `as_measured` with the fitted delay and with what a fraction of a sample
+  /// in known and fitted delay does through the hold: what a response with the known delay taken out shows.
   [[nodiscard]] std::vector<std::complex<double>> values(std::span<const double> frequencies_hz,
-                                                         bool with_delay = false) const;
+                                                         bool as_measured = false) const;
 
   /// Response with the total standard deviation that the covariance gives to each value.
   [[nodiscard]] data::FrequencyResponse response(std::span<const double> frequencies_hz) const;

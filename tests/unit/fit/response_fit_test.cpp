@@ -3,6 +3,7 @@
 
 #include <golden.hpp>
 #include <random>
+#include <resonid/base/constants.hpp>
 #include <resonid/fit/response_fit.hpp>
 
 namespace resonid::fit {
@@ -109,7 +110,7 @@ TEST(ResponseFit, TrueModelNeedsNoModelError) {
 TEST(ResponseFit, FittedDelayAndFriction) {
   DriveModel truth;
   truth.sample_time_s = 0.002;
-  truth.delay_s = 0.0013;
+  truth.delay_s = 0.004;
   truth.parameters = {0.02, 0.05, 200.0, 0.2, 0.4};
   data::FrequencyResponse g;
   for (double f = 0.5; f <= 60.0; f *= 1.05) {
@@ -123,9 +124,36 @@ TEST(ResponseFit, FittedDelayAndFriction) {
   config.viscous_friction = true;
   const auto fit = fit_response(g, config);
   ASSERT_TRUE(fit.has_value());
-  EXPECT_NEAR(fit->model.delay_s, 0.0013, 1e-8);
+  EXPECT_NEAR(fit->model.delay_s, 0.004, 1e-8);
   EXPECT_NEAR(fit->model.parameters.viscous_friction, 0.4, 1e-5);
   EXPECT_NEAR(fit->model.parameters.load_inertia, 0.05, 1e-6);
+}
+
+/// By hand: an inertia J behind a hold, seen m + e samples late, is z^-(m+1) Ts/J (1/(z - 1) + 1 - e).
+TEST(ResponseFit, FractionOfASampleIsSeenThroughTheHold) {
+  constexpr double kInertia = 0.05, kStep = 0.002, kKnown = 0.003,
+                   kFraction = 0.3;  // 1.5 samples known, 0.3 not
+  data::FrequencyResponse g;
+  for (double f = 5.0; f < 245.0; f += 5.0) {
+    const auto z = std::polar(1.0, kTwoPi * f * kStep);
+    const double e = 1.5 + kFraction - 1.0;
+    const auto delayed = kStep / kInertia * (1.0 / (z - 1.0) + 1.0 - e) / (z * z);
+    g.frequency_hz.push_back(f);
+    g.value.push_back(delayed * std::polar(1.0, kTwoPi * f * kKnown));
+    g.standard_deviation.push_back(1e-3 * std::abs(delayed));
+  }
+  ResponseFitConfig config;
+  config.structure = Structure::rigid;
+  config.sample_time_s = kStep;
+  config.known_delay_s = kKnown;
+  config.delay = true;
+  const auto fit = fit_response(g, config);
+  ASSERT_TRUE(fit.has_value());
+  EXPECT_NEAR(fit->model.parameters.driven_inertia, kInertia, 1e-8);
+  EXPECT_NEAR(fit->model.delay_s, kFraction * kStep, 1e-8);
+  const auto measured = fit->model.values(g.frequency_hz, true);
+  for (std::size_t i = 0; i < measured.size(); ++i)
+    EXPECT_LT(std::abs(measured[i] - g.value[i]), 1e-6 * std::abs(g.value[i]));
 }
 
 TEST(ResponseFit, RefusesWhatItCannotUse) {
