@@ -364,7 +364,7 @@ Lines run(const data::Record& record, const Plan& plan, const Options& options) 
 expected<response::LineEstimates, Refusal> measure(const data::Record& record, const Plan& plan,
                                                    const Options& options) {
   auto lines = run(record, plan, options);
-  if (!lines) return refused(lines.error(), "method");
+  if (!lines) return refused(lines.error(), lines.error().field == "lines" ? "lines" : "method");
   if (lines->lines.empty() && !lines->unsettled_hz.empty())
     return refused("method",
                    fmt::format("{}: none of the {} lines settled within the record's {:g} s; record longer "

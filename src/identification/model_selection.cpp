@@ -119,6 +119,7 @@ class Selector {
     fit::ResponseFitConfig config;
     config.structure = variant.structure;
     config.sample_time_s = record_.sample_time_s();
+    config.known_delay_s = options_.delay_s;
     config.viscous_friction = variant.friction;
     config.delay = variant.delay;
     config.initial = start;

@@ -113,9 +113,7 @@ json page_json(const Result& result, const data::Record& record) {
   if (record.excitation.present()) page["units"]["excitation"] = record.excitation.unit;
   if (result.model) {
     auto model = result.model->drive.response(model_grid(result.response, 0.5 * record.sample_rate_hz));
-    for (std::size_t i = 0; i < model.lines();
-         ++i)  // drawn as it was measured: with what delay the fit found
-      model.value[i] *= std::polar(1.0, -kTwoPi * model.frequency_hz[i] * result.model->drive.delay_s);
+    model.value = result.model->drive.values(model.frequency_hz, true);  // drawn as it was measured
     page["model_curve"] = curve(model, true);
   }
   put_loop(result, page);
