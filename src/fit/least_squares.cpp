@@ -3,6 +3,7 @@
 
 #include <Eigen/QR>
 #include <algorithm>
+#include <cmath>
 #include <fit/least_squares.hpp>
 
 namespace resonid::fit::detail {
@@ -23,6 +24,19 @@ LeastSquaresResult minimise(std::unique_ptr<ceres::CostFunction> function, std::
   for (const auto& bound : bounds) {
     problem.SetParameterLowerBound(x.data(), bound.parameter, bound.lower);
     problem.SetParameterUpperBound(x.data(), bound.parameter, bound.upper);
+  }
+  // Asked first, since Ceres writes to the log about a start that cannot be evaluated.
+  const auto evaluates = [&] {
+    std::vector<double> values(static_cast<std::size_t>(function->num_residuals()));
+    const double* start[] = {x.data()};
+    return function->Evaluate(start, values.data(), nullptr) &&
+           std::all_of(values.begin(), values.end(),
+                       [](double v) { return std::isfinite(v) && std::abs(v) < 1e150; });
+  };
+  if (!evaluates()) {
+    result.jacobian =
+        Eigen::MatrixXd::Zero(function->num_residuals(), static_cast<Eigen::Index>(result.active.size()));
+    return result;
   }
   ceres::Solver::Options options;
   options.linear_solver_type = ceres::DENSE_QR;

@@ -159,6 +159,30 @@ double scanned_delay_s(const data::FrequencyResponse& g, const DriveModel& model
   return best_s;
 }
 
+/// By how much neighbouring lines repeat one another: 1 + 2 sum of the autocorrelation of the weighted
+/// differences over the lines, up to where it has died out. Smoothed responses, and models that are wrong in
+/// a smooth way, have many lines and little information.
+double repetition(const data::FrequencyResponse& g, const ResponseFit& fit) {
+  const auto fitted = fit.model.values(g.frequency_hz, true);
+  std::vector<std::complex<double>> e;
+  double power = 0.0;
+  for (std::size_t i = 0; i < g.lines(); ++i) {
+    const double sd = std::hypot(g.standard_deviation[i], fit.model_error * std::abs(g.value[i]));
+    e.push_back((g.value[i] - fitted[i]) / std::max(sd, 1e-300));
+    power += std::norm(e.back());
+  }
+  double sum = 1.0;
+  for (std::size_t lag = 1; power > 0.0 && lag < e.size() / 4; ++lag) {
+    double correlation = 0.0;
+    for (std::size_t i = lag; i < e.size(); ++i) correlation += (e[i] * std::conj(e[i - lag])).real();
+    correlation /= power;
+    constexpr double kDiedOut = 0.15;
+    if (correlation < kDiedOut) break;
+    sum += 2.0 * correlation;
+  }
+  return sum;
+}
+
 }  // namespace
 
 expected<ResponseFit, ConfigError> fit_response(const data::FrequencyResponse& response,
@@ -190,6 +214,7 @@ expected<ResponseFit, ConfigError> fit_response(const data::FrequencyResponse& r
     fit = fitter.run(fit.model, Weighting::model_error, error);
     if (std::abs(error - before) <= 1e-3 * before + 1e-9) break;
   }
+  fit.model.covariance *= repetition(lines, fit);
   return fit;
 }
 
