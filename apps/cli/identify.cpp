@@ -165,6 +165,7 @@ void add_method_options(CLI::App& verb, IdentifyOptions& o) {
 void run_identify(const CLI::App& verb, IdentifyOptions& o) {
   const bool quiet =
       standard_output_taken({{"--report", o.report}, {"--json", o.json}, {"--response", o.response}});
+  refuse_shared_files({o.record}, {{"--report", o.report}, {"--json", o.json}, {"--response", o.response}});
   if (verb.get_option("--lambda")->count() > 0) o.options.tracker.lambda = o.lambda;
   if (verb.get_option("--pole-radius")->count() > 0) o.options.tracker.pole_radius = o.pole_radius;
   if (verb.get_option("--sample-rate")->count() > 0 && !(o.columns.sample_rate_hz > 0.0))

@@ -4,9 +4,11 @@
 #include <fmt/format.h>
 
 #include <cstdio>
+#include <filesystem>
 #include <iterator>
 #include <nlohmann/json.hpp>
 #include <resonid/io/atomic_file.hpp>
+#include <vector>
 
 #include "errors.hpp"
 
@@ -60,6 +62,26 @@ bool standard_output_taken(
     taken = option;
   }
   return !taken.empty();
+}
+
+void refuse_shared_files(
+    std::initializer_list<std::string_view> inputs,
+    std::initializer_list<std::pair<std::string_view, std::string_view>> option_and_path) {
+  const auto canonical = [](std::string_view path) {
+    std::error_code ignored;
+    return std::filesystem::weakly_canonical(std::filesystem::path(path), ignored);
+  };
+  std::vector<std::pair<std::string, std::filesystem::path>> taken;
+  for (const auto input : inputs) taken.emplace_back("the input", canonical(input));
+  for (const auto& [option, path] : option_and_path) {
+    if (path.empty() || path == "-" || path.starts_with("/dev/")) continue;
+    const auto file = canonical(path);
+    for (const auto& [owner, other] : taken)
+      if (file == other)
+        throw UsageError(std::string(option) + ": '" + std::string(path) + "' is " + owner +
+                         " too; required: a file of its own");
+    taken.emplace_back("the file of " + std::string(option), file);
+  }
 }
 
 }  // namespace resonid::cli

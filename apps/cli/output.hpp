@@ -23,6 +23,11 @@ struct CsvColumn {
 /// A header and one row per sample, ten significant digits.
 [[nodiscard]] std::string csv_text(const std::vector<CsvColumn>& columns);
 
+/// Refuses that a result would overwrite an input or another result.
+void refuse_shared_files(
+    std::initializer_list<std::string_view> inputs,
+    std::initializer_list<std::pair<std::string_view, std::string_view>> option_and_path);
+
 /// Refuses that two results go to standard output; true when one does, so that no summary must be printed.
 bool standard_output_taken(
     std::initializer_list<std::pair<std::string_view, std::string_view>> option_and_path);

@@ -99,6 +99,7 @@ std::string summary_text(const SimulateOptions& o, const plant::Simulation& simu
 
 void run_simulate(const CLI::App& verb, const SimulateOptions& o) {
   const bool quiet = standard_output_taken({{"--out", o.out}, {"--truth", o.truth}, {"--json", o.json}});
+  refuse_shared_files({o.experiment}, {{"--out", o.out}, {"--truth", o.truth}, {"--json", o.json}});
   auto config = io::read_experiment(o.experiment);
   if (!config) throw InputError(config.error().message);
   if (verb.get_option("--seed")->count() > 0) config->run.seed = o.seed;
