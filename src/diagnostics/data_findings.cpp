@@ -108,6 +108,28 @@ Finding low_coherence(const data::FrequencyResponse& g, const LowBand& band) {
                       g.frequency_hz[lowest], g.coherence[lowest], reason)};
 }
 
+/// A sample more than ten times as far from the median as all but 0.5 % of the others are: a transmission
+/// error.
+void inspect_outliers(const data::Channel& channel, std::vector<Finding>& findings) {
+  if (channel.samples.size() < 200) return;
+  const double middle = median(channel.samples);
+  std::vector<double> distance;
+  for (const double x : channel.samples) distance.push_back(std::abs(x - middle));
+  const auto largest =
+      static_cast<std::size_t>(std::max_element(distance.begin(), distance.end()) - distance.begin());
+  const double furthest = distance[largest];
+  const auto usual =
+      distance.begin() + static_cast<std::ptrdiff_t>(0.995 * static_cast<double>(distance.size()));
+  std::nth_element(distance.begin(), usual, distance.end());
+  constexpr double kFar = 10.0;
+  if (!(furthest > kFar * *usual) || !(*usual > 0.0)) return;
+  findings.push_back(
+      {"outlier", Severity::error, channel.samples[largest], middle + kFar * *usual,
+       fmt::format("Sample {} of {} is {:.4g}, far from all others: a transmission or conversion error. "
+                   "Remove it, or cut the record with --from and --to.",
+                   largest, channel.name, channel.samples[largest])});
+}
+
 }  // namespace
 
 std::vector<Finding> inspect(const data::Record& record) {
@@ -133,6 +155,8 @@ std::vector<Finding> inspect(const data::Record& record) {
          0.0,
          {},
          fmt::format("The output {} does not move: is the right signal recorded?", record.output.name)});
+  inspect_outliers(record.input, findings);
+  inspect_outliers(record.output, findings);
   const double saturated = saturated_share(u);
   if (saturated > 0.005)
     findings.push_back(
