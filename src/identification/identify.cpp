@@ -124,6 +124,10 @@ expected<Result, Refusal> identify(const data::Record& whole, const Options& opt
   auto response = response::plant_response(*lines, {plan->approach, options.controller, options.delay_s});
   if (!response) return tl::unexpected(Refusal{"approach", std::string(response.error().requirement)});
   result.response = std::move(*response);
+  if (result.response.lines() == 0)
+    return tl::unexpected(Refusal{"input",
+                                  "gives no finite response: the input does not move, or its numbers are too "
+                                  "large to be squared"});
   if (plan->low_hz <= 0.0 || plan->method == Method::periodic) {
     plan->low_hz = result.response.frequency_hz.front();
     plan->high_hz = result.response.frequency_hz.back();

@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <identification/measurement.hpp>
 #include <resonid/response/excitation_lines.hpp>
@@ -359,18 +360,47 @@ Lines run(const data::Record& record, const Plan& plan, const Options& options) 
   }
 }
 
+/// The option of the command line that a field of a method's configuration comes from.
+const char* option_of(std::string_view field) {
+  struct Pair {
+    std::string_view field;
+    const char* option;
+  };
+  constexpr std::array kPairs = {Pair{"lines", "lines"},
+                                 Pair{"lines_hz", "lines"},
+                                 Pair{"frequencies_hz", "lines"},
+                                 Pair{"period_samples", "period-samples"},
+                                 Pair{"window_samples", "period-samples"},
+                                 Pair{"drop_periods", "period-samples"},
+                                 Pair{"duration_s", "chirp"},
+                                 Pair{"lambda", "lambda"},
+                                 Pair{"pole_radius", "pole-radius"}};
+  for (const auto& pair : kPairs)
+    if (pair.field == field) return pair.option;
+  return "method";
+}
+
 }  // namespace
 
 expected<response::LineEstimates, Refusal> measure(const data::Record& record, const Plan& plan,
                                                    const Options& options) {
   auto lines = run(record, plan, options);
-  if (!lines) return refused(lines.error(), lines.error().field == "lines" ? "lines" : "method");
+  if (!lines) return refused(lines.error(), option_of(lines.error().field));
   if (lines->lines.empty() && !lines->unsettled_hz.empty())
     return refused("method",
                    fmt::format("{}: none of the {} lines settled within the record's {:g} s; record longer "
                                "or track fewer lines",
                                name_of(plan.method), lines->unsettled_hz.size(), record.duration_s()));
-  if (lines->lines.empty()) return refused("band", "holds no line that this method could measure");
+  if (lines->lines.empty()) {
+    const auto [low, high] = std::minmax_element(exciting(record).begin(), exciting(record).end());
+    if (*low == *high)
+      return refused(
+          record.excitation.present() ? "excitation" : "input",
+          fmt::format("does not move (always {:g}): without excitation there is no response", *low));
+    return refused("band",
+                   fmt::format("{:.4g} ... {:.4g} Hz holds no line that {} could measure in {} samples",
+                               plan.low_hz, plan.high_hz, name_of(plan.method), record.samples()));
+  }
   return std::move(*lines);
 }
 

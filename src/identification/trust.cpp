@@ -71,6 +71,18 @@ void inspect_parameters(const Plan& plan, const Options& options, const fit::Dri
                      delay_ms)});
 }
 
+/// Whether the output runs against the input: a free drive lags by 90 degrees at low frequencies, a mirrored
+/// one leads.
+bool runs_backwards(const data::FrequencyResponse& g) {
+  std::vector<double> leads;
+  for (std::size_t i = 0; i < g.lines() && leads.size() < std::max<std::size_t>(3, g.lines() / 5); ++i)
+    if (!g.standard_deviation.empty() && g.standard_deviation[i] < 0.3 * std::abs(g.value[i]))
+      leads.push_back(std::arg(g.value[i]));
+  if (leads.size() < 3) return false;
+  const auto leading = std::count_if(leads.begin(), leads.end(), [](double a) { return a > 0.5 && a < 2.6; });
+  return 4 * static_cast<std::size_t>(leading) > 3 * leads.size();
+}
+
 }  // namespace
 
 void inspect_model(const Plan& plan, const Options& options, const std::optional<Selection>& selection,
@@ -86,6 +98,14 @@ void inspect_model(const Plan& plan, const Options& options, const std::optional
              "Input in {}, output velocity in {}: the model's coefficients are in these units, they are no "
              "inertias or stiffnesses. Give --input-scale and --output-scale to get physical ones.",
              result.units.input, result.units.velocity)});
+  if (runs_backwards(result.response))
+    findings.push_back(
+        {"reversed",
+         Severity::error,
+         {},
+         {},
+         "At low frequencies the output leads the input by about 90 deg instead of lagging: encoder or "
+         "torque is mirrored (try --output-scale -1), or input and output are exchanged."});
   if (options.model == ModelChoice::none) return;
   if (!selection) {
     findings.push_back(
@@ -98,7 +118,7 @@ void inspect_model(const Plan& plan, const Options& options, const std::optional
   }
   const auto& model = selection->result;
   constexpr double kNoticeable = 0.1;
-  constexpr double kWorthless = 0.5;
+  constexpr double kWorthless = 0.3;
   if (model.model_error > kNoticeable) {
     const bool bad = model.model_error > kWorthless;
     findings.push_back(

@@ -55,6 +55,9 @@ std::string structure_sentence(const Result& result) {
   }
   const double z = quantile(result.confidence);
   const auto& drive = result.model->drive;
+  for (const auto& f : result.findings)
+    if (f.severity == diagnostics::Severity::error && (f.id == "misfit" || f.id == "uncertain-inertia"))
+      return "No drive model explains this record; what follows is only the nearest one.";
   if (drive.structure == fit::Structure::rigid)
     return fmt::format("The drive behaves as one rigid {}; no resonance shows in {:.3g} ... {:.3g} Hz.",
                        result.units.physical ? "inertia" : "mass", result.response.frequency_hz.front(),
