@@ -38,6 +38,15 @@ TEST(RecordFindings, TwoLevelExcitationIsNotSaturation) {
   EXPECT_FALSE(has(inspect(record), "saturation"));
 }
 
+TEST(RecordFindings, OneWildSampleIsAnError) {
+  auto record = sine_record(2.0);
+  record.output.samples[400] = 1e6;
+  const auto findings = inspect(record);
+  ASSERT_TRUE(has(findings, "outlier"));
+  EXPECT_EQ(findings[0].severity, Severity::error);
+  EXPECT_NE(findings[0].meaning.find("400"), std::string::npos);
+}
+
 TEST(RecordFindings, DeadSignalsGapsAndJitter) {
   auto record = sine_record(2.0);
   record.output.samples.assign(record.output.samples.size(), 3.0);

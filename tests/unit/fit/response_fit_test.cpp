@@ -107,6 +107,26 @@ TEST(ResponseFit, TrueModelNeedsNoModelError) {
   EXPECT_NEAR(fit->misfit, 1.0, 0.25);
 }
 
+/// Ten copies of every line are no more information than one: neither may the error bars be smaller.
+TEST(ResponseFit, LinesThatRepeatOneAnotherDoNotShrinkTheErrorBars) {
+  const auto g = noisy_response(7, 0.05);
+  data::FrequencyResponse repeated;
+  for (std::size_t i = 0; i < g.lines(); ++i)
+    for (int copy = 0; copy < 10; ++copy) {
+      repeated.frequency_hz.push_back(g.frequency_hz[i] + 1e-6 * copy);
+      repeated.value.push_back(g.value[i]);
+      repeated.standard_deviation.push_back(g.standard_deviation[i]);
+    }
+  ResponseFitConfig config;
+  config.sample_time_s = 0.002;
+  const auto once = fit_response(g, config);
+  const auto often = fit_response(repeated, config);
+  const double ratio = often->model.estimate(kStiffness).standard_deviation /
+                       once->model.estimate(kStiffness).standard_deviation;
+  EXPECT_GT(ratio, 0.75);
+  EXPECT_LT(ratio, 1.35);
+}
+
 TEST(ResponseFit, FittedDelayAndFriction) {
   DriveModel truth;
   truth.sample_time_s = 0.002;
