@@ -1,0 +1,82 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <nlohmann/json_fwd.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace resonid::report {
+
+/// One line of a table that sets published, reproduced and true values side by side.
+struct Comparison {
+  std::string quantity;              ///< "phase margin"
+  std::string unit;                  ///< "deg"; empty for plain numbers
+  std::optional<double> published;   ///< as printed in the source; none where it shows a picture only
+  std::optional<double> reproduced;  ///< over several seeds: the mean
+  std::optional<double> deviation;   ///< standard deviation over the seeds
+  std::optional<double> truth;       ///< of the simulated machine
+  std::string note;                  ///< where it falls outside, or needs a word
+};
+
+struct ComparisonTable {
+  std::string title;
+  std::vector<Comparison> rows;
+};
+
+/// One curve, or one set of points, of a chart.
+struct Curve {
+  enum class Mark { line, dashed, points };
+  std::string name;
+  Mark mark = Mark::line;
+  std::vector<double> x;  ///< [point]; ascending unless the chart has equal axes
+  std::vector<double> y;  ///< [point]; a gap where not finite
+};
+
+struct Chart {
+  std::string title;  ///< with the number of the figure whose counterpart it is
+  std::string x_label;
+  std::string y_label;
+  bool log_x = false;
+  bool equal_axes = false;  ///< a plane (Nyquist plots): both axes alike, x in any order
+  std::vector<Curve> curves;
+  std::string caption;
+};
+
+/// A place where the print contradicts itself or its own figures, and what was taken instead.
+struct Discrepancy {
+  std::string place;
+  std::string printed;
+  std::string taken;
+  std::string reason;
+};
+
+struct Section {
+  std::string title;
+  std::vector<std::string> text;  ///< plain paragraphs
+  std::vector<ComparisonTable> tables;
+  std::vector<Chart> charts;
+};
+
+/// A page of text, tables and charts about measured figures.
+struct Document {
+  std::string title;
+  std::string command;  ///< what makes it again
+  std::vector<std::string> summary;
+  std::vector<Section> sections;
+  std::vector<Discrepancy> discrepancies;
+};
+
+/// One self-contained HTML page: no network, no other files, readable on a phone, in the dark and on paper.
+[[nodiscard]] std::string document_page(const Document& document);
+
+/// The same without the charts, as Markdown.
+[[nodiscard]] std::string document_markdown(const Document& document);
+
+/// The tables and discrepancies as text for a terminal.
+[[nodiscard]] std::string document_text(const Document& document);
+
+/// Everything, for machines: {title, command, summary, sections, discrepancies}; absent values are left out.
+[[nodiscard]] nlohmann::json document_json(const Document& document);
+
+}  // namespace resonid::report

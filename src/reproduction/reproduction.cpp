@@ -1,0 +1,14 @@
+// SPDX-License-Identifier: MIT
+#include <resonid/reproduction/reproduction.hpp>
+
+namespace resonid::reproduction {
+
+const std::vector<Entry>& entries() {
+  static const std::vector<Entry> kEntries{
+      {"iv", "Publication IV: multisine, bank of Kalman filters, gap between two belts", publication_iv},
+      {"vi", "Publication VI: chirp, one Kalman filter that follows it, Nyquist distances", publication_vi},
+  };
+  return kEntries;
+}
+
+}  // namespace resonid::reproduction
