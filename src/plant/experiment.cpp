@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: MIT
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <resonid/plant/closed_loop.hpp>
 #include <resonid/plant/experiment.hpp>
@@ -62,20 +61,6 @@ Truth truth_of(const ExperimentConfig& config, const std::optional<data::Transfe
   return truth;
 }
 
-std::optional<data::TransferFunction> controller_of(const ExperimentConfig& config) {
-  const double step = 1.0 / config.run.sample_rate_hz;
-  const auto& c = config.controller;
-  switch (c.kind) {
-    case ControllerKind::none:
-      break;
-    case ControllerKind::pi:
-      return data::pi_controller(c.gain, c.integral_time_s, step);
-    case ControllerKind::transfer_function:
-      return data::TransferFunction{c.numerator, c.denominator, step};
-  }
-  return std::nullopt;
-}
-
 data::Record empty_record(const ExperimentConfig& config, std::size_t samples, bool closed) {
   const bool rotary = config.drive.motion == data::Motion::rotary;
   data::Record record;
@@ -90,9 +75,21 @@ data::Record empty_record(const ExperimentConfig& config, std::size_t samples, b
   return record;
 }
 
+/// The closed loop runs linear laws on r - y.
+expected<void, ConfigError> check_runs(const ControllerConfig& c) noexcept {
+  if (c.kind == ControllerKind::cascade || c.kind == ControllerKind::rst)
+    return refuse("kind", "must be none, p, pi, pid or transfer-function in a simulated experiment");
+  if (c.torque_limit > 0.0)
+    return refuse("torque_limit", "must be 0 in a simulated experiment", c.torque_limit);
+  if (c.velocity_limit > 0.0)
+    return refuse("velocity_limit", "must be 0 in a simulated experiment", c.velocity_limit);
+  return {};
+}
+
 expected<void, ConfigError> check_all(const ExperimentConfig& config) {
   if (const auto ok = check(config.drive); !ok) return ok;
   if (const auto ok = check(config.controller); !ok) return ok;
+  if (const auto ok = check_runs(config.controller); !ok) return ok;
   if (const auto ok = check(config.measurement); !ok) return ok;
   if (const auto ok = check(config.run); !ok) return ok;
   const double delay = config.measurement.delay_s * config.run.sample_rate_hz;
@@ -111,31 +108,6 @@ expected<std::size_t, ConfigError> length_of(const RunConfig& run, const excitat
 }
 
 }  // namespace
-
-std::span<const std::string_view> enum_names(ControllerKind) noexcept {
-  static constexpr std::array<std::string_view, 3> kNames{"none", "pi", "transfer-function"};
-  return kNames;
-}
-
-expected<void, ConfigError> check(const ControllerConfig& c) noexcept {
-  const auto bad_size = [](const std::vector<double>& x) {
-    return x.empty() || x.size() > kMaxControllerOrder + 1;
-  };
-  switch (c.kind) {
-    case ControllerKind::none:
-      break;
-    case ControllerKind::pi:
-      if (!(c.gain > 0.0)) return refuse("gain", "must be > 0", c.gain);
-      if (!(c.integral_time_s > 0.0)) return refuse("integral_time_s", "must be > 0", c.integral_time_s);
-      break;
-    case ControllerKind::transfer_function:
-      if (bad_size(c.numerator)) return refuse("numerator", "must hold 1 ... 17 coefficients");
-      if (bad_size(c.denominator)) return refuse("denominator", "must hold 1 ... 17 coefficients");
-      if (c.denominator[0] == 0.0) return refuse("denominator", "must not begin with 0", 0.0);
-      break;
-  }
-  return {};
-}
 
 expected<void, ConfigError> check(const MeasurementConfig& c) noexcept {
   if (!(c.delay_s >= 0.0)) return refuse("delay_s", "must be >= 0", c.delay_s);
@@ -163,7 +135,9 @@ expected<Simulation, ConfigError> simulate_closed_loop(const ExperimentConfig& c
       return refuse("response_hz", "must be > 0 and at most half the sample rate", f);
 
   const SampleDelay delay = split_delay(config.measurement.delay_s, rate);
-  const auto controller = controller_of(config);
+  const auto law = Controller::create(config.controller, rate);
+  if (!law) return unexpected(law.error());
+  const auto controller = law->feedback();
   auto drive = make_drive(config.drive, rate, delay.fraction);
   if (!drive) return unexpected(drive.error());
   auto loop = ClosedLoop::create(std::move(*drive), controller, delay, config.run.reference);

@@ -110,8 +110,8 @@ TEST_F(Simulate, WrongFilesAreRefusedWithTheirPlace) {
   expect_file_refused("from_hz = 35.0", "from_hz = 350.0",
                       {"e.toml:20:11: excitation.from_hz", "350", "below half"});
   expect_file_refused("to_hz = 1.5", "to_hz = 35.0", {"e.toml:21:9: excitation.to_hz", "band is empty"});
-  expect_file_refused("kind = \"pi\"", "kind = \"pid\"",
-                      {"controller.kind", "'pid'", "none, pi, transfer-function"});
+  expect_file_refused("kind = \"pi\"", "kind = \"pdi\"",
+                      {"controller.kind", "'pdi'", "none, p, pi, pid, cascade, rst, transfer-function"});
   expect_file_refused("kind = \"chirp\"", "", {"e.toml:17:", "[excitation]", "'kind'"});
   expect_file_refused("stiffness = 5.75e4 ", "# ", {"e.toml:4:", "[drive]", "'stiffness'", "must be > 0"});
   expect_file_refused("seed = 1", "seed = -1", {"run.seed", "-1", "whole number"});

@@ -9,35 +9,11 @@
 #include <resonid/data/transfer_function.hpp>
 #include <resonid/data/two_mass.hpp>
 #include <resonid/excitation/excitation.hpp>
+#include <resonid/plant/controller.hpp>
 #include <resonid/plant/drive.hpp>
 #include <span>
-#include <string_view>
-#include <vector>
 
 namespace resonid::plant {
-
-enum class ControllerKind { none, pi, transfer_function };
-[[nodiscard]] std::span<const std::string_view> enum_names(ControllerKind) noexcept;
-
-/// u = C (r - y) + ru.
-struct ControllerConfig {
-  ControllerKind kind = ControllerKind::none;
-  double gain = 0.0;
-  double integral_time_s = 0.0;
-  std::vector<double> numerator;
-  std::vector<double> denominator;
-};
-template <class Visitor>
-void describe(Visitor&& v, ControllerConfig& c) {
-  v("kind", c.kind, "none (open loop), pi, or transfer-function");
-  if (c.kind == ControllerKind::pi) {
-    v("gain", c.gain, "proportional gain, > 0 (Nms/rad)");
-    v("integral_time_s", c.integral_time_s, "C(z) = gain (1 + Ts/integral_time z/(z-1)), > 0 (s)");
-  } else if (c.kind == ControllerKind::transfer_function) {
-    v("numerator", c.numerator, "coefficients b0, b1 ... in powers of z^-1, at the sample rate of the run");
-    v("denominator", c.denominator, "coefficients a0, a1 ..., likewise; a0 not 0");
-  }
-}
 
 struct MeasurementConfig {
   double delay_s = 0.0;
@@ -80,7 +56,6 @@ void describe(Visitor&& v, ExperimentConfig& c) {
   v("run", c.run, "how the experiment is run");
 }
 
-[[nodiscard]] expected<void, ConfigError> check(const ControllerConfig& config) noexcept;
 [[nodiscard]] expected<void, ConfigError> check(const MeasurementConfig& config) noexcept;
 [[nodiscard]] expected<void, ConfigError> check(const RunConfig& config) noexcept;
 
