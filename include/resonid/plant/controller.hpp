@@ -119,6 +119,7 @@ class Controller {
   /// set.
   void settle(const Setpoint& setpoint, const Measured& measured, double torque) noexcept;
 
+  [[nodiscard]] bool closed() const noexcept { return config_.kind != ControllerKind::none; }
   /// Whether the law holds any torque in the steady state without an error of velocity (rst: R(1) = 0).
   [[nodiscard]] bool integrates() const noexcept { return closed() && torque_gain_ == 0.0; }
   [[nodiscard]] bool uses_position() const noexcept { return config_.kind == ControllerKind::cascade; }
@@ -138,7 +139,6 @@ class Controller {
  private:
   using Filter = DiscreteFilter<double, kMaxOrder>;
   explicit Controller(ControllerConfig config, double step_s) : config_(std::move(config)), step_s_(step_s) {}
-  [[nodiscard]] bool closed() const noexcept { return config_.kind != ControllerKind::none; }
   [[nodiscard]] double limited_velocity(double velocity) const noexcept;
   [[nodiscard]] double velocity_reference(const Setpoint& setpoint, const Measured& measured) const noexcept;
   expected<void, ConfigError> make_filters();

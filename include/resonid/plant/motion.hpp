@@ -80,6 +80,8 @@ class MotionProfile {
   /// `time_s` from the start of the run. At a step of the acceleration its value lies between both sides.
   [[nodiscard]] Setpoint at(double time_s) const noexcept;
 
+  /// Whether it goes from place to place, neither resting nor turning on.
+  [[nodiscard]] bool moves() const noexcept;
   /// Duration of one move from rest to rest; 0 without moves.
   [[nodiscard]] double move_duration_s() const noexcept { return duration_s_; }
   /// The positions between which the reference stays from 0 to `duration_s`.
@@ -88,7 +90,6 @@ class MotionProfile {
  private:
   explicit MotionProfile(const MotionConfig& config) noexcept : config_(config) {}
   void plan() noexcept;
-  [[nodiscard]] bool moves() const noexcept;
   [[nodiscard]] Setpoint from_rest(double time_s) const noexcept;
   [[nodiscard]] Setpoint move(double time_s) const noexcept;
   [[nodiscard]] static Setpoint between(double start, double end, const Setpoint& way) noexcept;
