@@ -63,9 +63,9 @@ std::vector<report::Discrepancy> discrepancies() {
       {"Table 2, K", "A 7.51e4 N/m, B 8.70e4 N/m", "both kept, and computed with the entries exchanged",
        "As printed they give 16.6/12.0 Hz for A (printed 17.5/12.7) and 22.2/18.6 Hz for B (printed "
        "20.1/16.7); "
-       "exchanged, both columns agree within 3 %. That they were exchanged is a guess."},
-      {"Table 2, J of B", "J1 = 0.037, J2 = 0.016 kgm2", "J1 = 0.016 (load), J2 = 0.037 (driven)",
-       "Table 1 has 0.018 and 0.032 kgm2: the labels are exchanged."},
+       "exchanged, both columns agree within 3.3 %. That they were exchanged is a guess."},
+      {"Table 2, J of B", "J1 = 0.037, J2 = 0.016 kgm2", "0.037 of the driven side, 0.016 of the load",
+       "Table 1 has J1 = 0.018 and J2 = 0.032 kgm2 with roller 2 driven: the labels are exchanged."},
       {"Eq. (28)", "a continuous model fitted to sampled data",
        "the sampled model; the continuous one beside it",
        "The hold's half sample is missing from the continuous model and biases the parameters (table of "

@@ -61,6 +61,10 @@ data::FrequencyResponse true_loop(const plant::ExperimentConfig& experiment,
   return loop;
 }
 
+data::TwoMassParameters true_parameters(const plant::ExperimentConfig& experiment) {
+  return plant::at_driven_shaft(experiment.drive);
+}
+
 data::FrequencyResponse published_loop(data::FrequencyResponse response, const Known& known) {
   for (std::size_t i = 0; i < response.lines(); ++i)
     response.value[i] *= known.controller->response(response.frequency_hz[i]);

@@ -6,6 +6,7 @@
 #include <resonid/data/frequency_response.hpp>
 #include <resonid/data/record.hpp>
 #include <resonid/data/transfer_function.hpp>
+#include <resonid/data/two_mass.hpp>
 #include <resonid/plant/experiment.hpp>
 #include <resonid/tracking/sweep.hpp>
 #include <span>
@@ -33,6 +34,9 @@ struct Known {
 /// C G, and with `delay` what the loop really sees.
 [[nodiscard]] data::FrequencyResponse true_loop(const plant::ExperimentConfig& experiment,
                                                 std::span<const double> frequencies_hz, bool delay);
+
+/// The plant's parameters at the driven shaft; those of a two-mass drive only.
+[[nodiscard]] data::TwoMassParameters true_parameters(const plant::ExperimentConfig& experiment);
 
 /// C times a response whose delay was taken out: the source's loop.
 [[nodiscard]] data::FrequencyResponse published_loop(data::FrequencyResponse response, const Known& known);

@@ -2,7 +2,6 @@
 // Figure 11: the plant from Y/Ru and the known controller against Y/U.
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <resonid/reproduction/experiments.hpp>
 
 #include "reproduction/vi_page.hpp"
