@@ -14,10 +14,6 @@ namespace {
 
 using Mark = report::Curve::Mark;
 
-constexpr double kRadius_m = 0.05;
-constexpr double kFitLow_hz = 2.0;
-constexpr double kFitHigh_hz = 40.0;
-
 struct Way {
   const char* name;
   Approach approach;
@@ -38,27 +34,6 @@ Records records(const std::string& file, std::size_t seeds) {
   r.clean = run_without_noise(r.experiment);
   for (std::size_t seed = 1; seed <= seeds; ++seed) r.noisy.push_back(run(r.experiment, seed));
   return r;
-}
-
-/// The parameters as the source's tables list them, with the undamped frequencies.
-constexpr std::size_t kParameters = 6;
-constexpr std::array<std::pair<const char*, const char*>, kParameters> kParameterNames{
-    {{"K", "N/m"},
-     {"D", "Ns/m"},
-     {"J of the driven side", "kgm2"},
-     {"J of the load", "kgm2"},
-     {"f_res", "Hz"},
-     {"f_ares", "Hz"}}};
-using Values = std::array<double, kParameters>;
-
-Values values(const data::TwoMassParameters& p) {
-  constexpr double kSquare = kRadius_m * kRadius_m;
-  return {p.stiffness / kSquare, p.damping / kSquare,   p.driven_inertia,
-          p.load_inertia,        data::resonance_hz(p), data::antiresonance_hz(p)};
-}
-
-std::string percent(double value, double truth) {
-  return fmt::format("{:+.2f} %", 100.0 * (value / truth - 1.0));
 }
 
 /// Largest over the lines below 4 Hz of |mean relative error over the seeds|.
@@ -106,24 +81,24 @@ report::ComparisonTable fit_table(const Records& r, const Way& way, ModelKind ki
   const double step = 1.0 / r.experiment.run.sample_rate_hz;
   const auto truth = true_parameters(r.experiment);
   const auto fitted = [&](const data::Record& record) {
-    return values(fitted_two_mass(averaged_response(record, r.given, way.approach), step, truth, kind,
-                                  kFitLow_hz, kFitHigh_hz));
+    return belt_values(fitted_two_mass(averaged_response(record, r.given, way.approach), step, truth, kind,
+                                       kFitLow_hz, kFitHigh_hz));
   };
   report::ComparisonTable table;
   table.title = fmt::format("System A from the {} spectra, eq. (28) with the {} model", way.name,
                             kind == ModelKind::sampled ? "sampled" : "continuous");
-  const Values t = values(truth);
-  const Values clean = fitted(r.clean);
-  std::array<std::vector<double>, kParameters> noisy;
+  const BeltValues t = belt_values(truth);
+  const BeltValues clean = fitted(r.clean);
+  std::array<std::vector<double>, kBeltQuantities> noisy;
   for (const auto& record : r.noisy) {
-    const Values v = fitted(record);
-    for (std::size_t i = 0; i < kParameters; ++i) noisy[i].push_back(v[i]);
+    const BeltValues v = fitted(record);
+    for (std::size_t i = 0; i < kBeltQuantities; ++i) noisy[i].push_back(v[i]);
   }
-  for (std::size_t i = 0; i < kParameters; ++i)
-    table.rows.push_back(row(fmt::format("{}, noise-free", kParameterNames[i].first),
-                             kParameterNames[i].second, clean[i], t[i], {}, percent(clean[i], t[i])));
-  for (std::size_t i = 0; i < kParameters; ++i)
-    table.rows.push_back(row(fmt::format("{}, noisy", kParameterNames[i].first), kParameterNames[i].second,
+  for (std::size_t i = 0; i < kBeltQuantities; ++i)
+    table.rows.push_back(row(fmt::format("{}, noise-free", kBeltNames[i].first), kBeltNames[i].second,
+                             clean[i], t[i], {}, percent(clean[i], t[i])));
+  for (std::size_t i = 0; i < kBeltQuantities; ++i)
+    table.rows.push_back(row(fmt::format("{}, noisy", kBeltNames[i].first), kBeltNames[i].second,
                              moments(noisy[i]), t[i], {}, percent(moments(noisy[i]).mean, t[i])));
   return table;
 }
@@ -149,7 +124,7 @@ report::ComparisonTable print_table(const Printed& p) {
     data::TwoMassParameters q;
     q.driven_inertia = p.driven_inertia;
     q.load_inertia = p.load_inertia;
-    q.stiffness = stiffness * kRadius_m * kRadius_m;
+    q.stiffness = stiffness * kRollerRadius_m * kRollerRadius_m;
     return std::pair(data::resonance_hz(q), data::antiresonance_hz(q));
   };
   const auto as_printed = frequencies(p.stiffness);
@@ -211,9 +186,10 @@ Part figure_7(const Options& options) {
   add_chart(section, r, "vi_chirp_a");
   const double step = 1.0 / r.experiment.run.sample_rate_hz;
   const auto truth = true_parameters(r.experiment);
-  const Values t = values(truth);
-  const Values biased = values(fitted_two_mass(averaged_response(r.clean, r.given, Approach::direct), step,
-                                               truth, ModelKind::continuous, kFitLow_hz, kFitHigh_hz));
+  const BeltValues t = belt_values(truth);
+  const BeltValues biased =
+      belt_values(fitted_two_mass(averaged_response(r.clean, r.given, Approach::direct), step, truth,
+                                  ModelKind::continuous, kFitLow_hz, kFitHigh_hz));
   part.summary.push_back(
       fmt::format("Eq. (28) with its continuous model is biased on sampled data even without noise: load "
                   "inertia {}, K {}, "

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "reproduction/vi_offline.hpp"
 
+#include <fmt/format.h>
+
 #include <cassert>
 #include <resonid/fit/response_fit.hpp>
 #include <resonid/response/welch.hpp>
@@ -38,6 +40,16 @@ data::TwoMassParameters fitted_two_mass(const data::FrequencyResponse& response,
   const auto fit = fit::fit_response(response, config);
   assert(fit);
   return fit->model.parameters;
+}
+
+BeltValues belt_values(const data::TwoMassParameters& p) {
+  constexpr double kSquare = kRollerRadius_m * kRollerRadius_m;
+  return {p.stiffness / kSquare, p.damping / kSquare,   p.driven_inertia,
+          p.load_inertia,        data::resonance_hz(p), data::antiresonance_hz(p)};
+}
+
+std::string percent(double value, double truth) {
+  return fmt::format("{:+.2f} %", 100.0 * (value / truth - 1.0));
 }
 
 data::FrequencyResponse model_response(const data::TwoMassParameters& parameters, double sample_time_s,

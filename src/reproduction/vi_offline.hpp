@@ -1,10 +1,14 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <array>
+#include <cstddef>
 #include <resonid/base/approach.hpp>
 #include <resonid/data/frequency_response.hpp>
 #include <resonid/data/record.hpp>
 #include <resonid/data/two_mass.hpp>
+#include <string>
+#include <utility>
 
 #include "reproduction/vi_experiment.hpp"
 
@@ -26,6 +30,26 @@ enum class ModelKind {
                                                       double sample_time_s,
                                                       const data::TwoMassParameters& start, ModelKind kind,
                                                       double low_hz, double high_hz);
+
+/// The lines that eq. (28) is fitted to here.
+inline constexpr double kFitLow_hz = 2.0;
+inline constexpr double kFitHigh_hz = 40.0;
+
+/// The parameters as the source's tables list them, at the belt, with the undamped frequencies.
+inline constexpr double kRollerRadius_m = 0.05;
+inline constexpr std::size_t kBeltQuantities = 6;
+inline constexpr std::array<std::pair<const char*, const char*>, kBeltQuantities> kBeltNames{
+    {{"K", "N/m"},
+     {"D", "Ns/m"},
+     {"J of the driven side", "kgm2"},
+     {"J of the load", "kgm2"},
+     {"f_res", "Hz"},
+     {"f_ares", "Hz"}}};
+using BeltValues = std::array<double, kBeltQuantities>;
+[[nodiscard]] BeltValues belt_values(const data::TwoMassParameters& at_driven_shaft);
+
+/// "+1.23 %"
+[[nodiscard]] std::string percent(double value, double truth);
 
 /// Sampled response of such parameters.
 [[nodiscard]] data::FrequencyResponse model_response(const data::TwoMassParameters& parameters,

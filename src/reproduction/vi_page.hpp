@@ -61,6 +61,7 @@ struct Part {
 [[nodiscard]] Part figure_4(const Options& options);   ///< Filter, amplitude and sweep time varied.
 [[nodiscard]] Part figure_5(const Options& options);   ///< Nyquist distances of system A.
 [[nodiscard]] Part figure_7(const Options& options);   ///< Off line: averaged spectra, Table 2.
+[[nodiscard]] Part tensioner(const Options& options);  ///< Figure 7 and Table 2 with a third mass.
 [[nodiscard]] Part figure_9(const Options& options);   ///< Distances over the filter's gain.
 [[nodiscard]] Part figure_10(const Options& options);  ///< Swept from 100 Hz.
 [[nodiscard]] Part figure_11(const Options& options);  ///< Indirect against direct.
