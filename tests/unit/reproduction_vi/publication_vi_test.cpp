@@ -98,6 +98,13 @@ TEST_F(Figure3, PrintedFrequencyFails) {
                 {18.9, 77.4, 11.7, 62.1, 0.795, 16.7, 164.0, 1.02, 0.777});
 }
 
+// Section B, "Bias velocity of 10 rad/s left in y".
+TEST_F(Figure3, OperatingPointLeftIn) {
+  const std::string title = "System A: the operating point of 10 rad/s left in y";
+  EXPECT_NEAR(reproduced(title, "lambda 8, direct, noise-free: largest magnitude error"), 43.5, 0.051);
+  EXPECT_NEAR(reproduced(title, "lambda 8, direct, noise-free: largest phase error"), 180.0, 1.0);
+}
+
 // Section B, "Sweep duration", and "published lam 20, direct" for the last line.
 TEST_F(Figure4, SweepDuration) {
   const struct {
