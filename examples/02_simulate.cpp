@@ -24,12 +24,12 @@ int main() {
   experiment.measurement.delay_s = 0.004;
   experiment.measurement.noise_rms = 0.1;
   experiment.run.sample_rate_hz = 500.0;
-  experiment.run.reference = 10.0;
+  experiment.motion = {plant::MotionKind::constant, 10.0};
   experiment.run.seed = 1;  // the same seed gives the same samples, everywhere
 
   const auto simulation = plant::simulate_closed_loop(experiment);
   if (!simulation) {
-    std::cerr << simulation.error().field << " " << simulation.error().requirement << "\n";
+    std::cerr << simulation.error().text() << "\n";
     return EXIT_FAILURE;
   }
 

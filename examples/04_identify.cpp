@@ -28,7 +28,7 @@ plant::ExperimentConfig published_experiment() {
   experiment.measurement.delay_s = 0.004;
   experiment.measurement.noise_rms = 0.1;
   experiment.run.sample_rate_hz = 500.0;
-  experiment.run.reference = 10.0;
+  experiment.motion = {plant::MotionKind::constant, 10.0};
   return experiment;
 }
 

@@ -54,6 +54,7 @@ std::string record_csv(const data::Record& record) {
                                  {"u", record.input.samples},
                                  {"y", record.output.samples}};
   if (record.reference.present()) columns.push_back({"r", record.reference.samples});
+  if (record.position.present()) columns.push_back({"position", record.position.samples});
   return csv_text(columns);
 }
 
@@ -80,11 +81,17 @@ std::string summary_text(const SimulateOptions& o, const plant::Simulation& simu
   const auto& truth = simulation.truth;
   std::string text = fmt::format("{}: {} samples at {:g} Hz, {:g} s, seed {}\n", o.experiment,
                                  record.samples(), record.sample_rate_hz, record.duration_s(), truth.seed);
-  if (truth.two_mass)
-    text += fmt::format("  two-mass drive, anti-resonance {:.2f} Hz, resonance {:.2f} Hz\n",
-                        data::antiresonance_hz(*truth.two_mass), data::resonance_hz(*truth.two_mass));
-  else
-    text += fmt::format("  rigid drive, inertia {:.4g}\n", truth.rigid_inertia);
+  text += fmt::format("  {} drive",
+                      plant::enum_names(truth.structure)[static_cast<std::size_t>(truth.structure)]);
+  for (const auto& mode : truth.antiresonances)
+    text += fmt::format(", anti-resonance {:.2f} Hz", mode.frequency_hz);
+  for (const auto& mode : truth.resonances) text += fmt::format(", resonance {:.2f} Hz", mode.frequency_hz);
+  if (truth.over_time) {
+    const auto& resonance = truth.over_time->resonance_hz;
+    const auto [low, high] = std::minmax_element(resonance.begin(), resonance.end());
+    text += fmt::format("; over the run {:.2f} ... {:.2f} Hz", *low, *high);
+  }
+  text += "\n";
   text += fmt::format("  {}, feedback delay {:g} ms\n", truth.controller ? "closed loop" : "open loop",
                       1e3 * truth.delay_s);
   for (const auto* channel : {&record.excitation, &record.input, &record.output}) {
@@ -109,12 +116,7 @@ void run_simulate(const CLI::App& verb, const SimulateOptions& o) {
           fmt::format("--lines: found {} Hz, required > 0 and at most half the sample rate, {} Hz", f,
                       0.5 * config->run.sample_rate_hz));
   const auto simulation = plant::simulate_closed_loop(*config, o.lines_hz);
-  if (!simulation) {
-    const auto& error = simulation.error();
-    const std::string found =
-        std::isnan(error.value) ? std::string() : fmt::format("found {}, ", error.value);
-    throw InputError(fmt::format("{}: {}: {}{}", o.experiment, error.field, found, error.requirement));
-  }
+  if (!simulation) throw InputError(fmt::format("{}: {}", o.experiment, simulation.error().text()));
   if (!o.out.empty()) write_output(o.out, record_csv(simulation->record));
   if (!o.truth.empty()) write_json(o.truth, truth_json(simulation->truth));
   if (!o.json.empty()) write_json(o.json, summary_json(o, *simulation));

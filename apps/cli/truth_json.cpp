@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "truth_json.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <resonid/base/constants.hpp>
@@ -13,22 +14,46 @@ using nlohmann::json;
 
 json parameter(double value, const char* unit) { return {{"value", value}, {"unit", unit}}; }
 
+json coupling_json(const plant::Coupling& c, const char* stiffness, const char* damping) {
+  return {{"between", {c.from, c.to}},
+          {"stiffness", parameter(c.stiffness, stiffness)},
+          {"damping", parameter(c.damping, damping)}};
+}
+
+/// Names of INTERFACES 1; a chain gives lists, from the driven side to the load.
 json parameters_json(const plant::Truth& truth) {
   const bool rotary = truth.motion == data::Motion::rotary;
   const char* inertia = rotary ? "kgm2" : "kg";
   const char* stiffness = rotary ? "Nm/rad" : "N/m";
   const char* damping = rotary ? "Nms/rad" : "Ns/m";
-  json parameters;
-  if (truth.two_mass) {
-    parameters["driven_inertia"] = parameter(truth.two_mass->driven_inertia, inertia);
-    parameters["load_inertia"] = parameter(truth.two_mass->load_inertia, inertia);
-    parameters["stiffness"] = parameter(truth.two_mass->stiffness, stiffness);
-    parameters["damping"] = parameter(truth.two_mass->damping, damping);
-  } else {
-    parameters["driven_inertia"] = parameter(truth.rigid_inertia, inertia);
+  const char* torque = rotary ? "Nm" : "N";
+  const auto& masses = truth.system.inertia;
+  const auto& couplings = truth.system.couplings;
+  json parameters{{"driven_inertia", parameter(masses.front(), inertia)}};
+  if (masses.size() > 1) parameters["load_inertia"] = parameter(masses.back(), inertia);
+  if (truth.structure == plant::Structure::chain) {
+    for (const double mass : masses) parameters["inertias"].push_back(parameter(mass, inertia));
+    parameters["couplings"] = json::array();
+    for (const auto& c : couplings) parameters["couplings"].push_back(coupling_json(c, stiffness, damping));
+  } else if (!couplings.empty()) {
+    parameters["stiffness"] = parameter(couplings[0].stiffness, stiffness);
+    parameters["damping"] = parameter(couplings[0].damping, damping);
   }
-  if (!truth.two_mass || truth.viscous_friction > 0.0)
-    parameters["viscous_friction"] = parameter(truth.viscous_friction, damping);
+  if (truth.structure == plant::Structure::three_mass) {
+    parameters["middle_inertia"] = parameter(masses[1], inertia);
+    parameters["stiffness_2"] = parameter(couplings[1].stiffness, stiffness);
+    parameters["damping_2"] = parameter(couplings[1].damping, damping);
+    if (couplings[2].stiffness > 0.0) {
+      parameters["bypass_stiffness"] = parameter(couplings[2].stiffness, stiffness);
+      parameters["bypass_damping"] = parameter(couplings[2].damping, damping);
+    }
+  }
+  if (masses.size() == 1 || truth.system.viscous.front() > 0.0)
+    parameters["viscous_friction"] = parameter(truth.system.viscous.front(), damping);
+  if (truth.friction.any()) parameters["coulomb_friction"] = parameter(truth.friction.coulomb, torque);
+  if (truth.load_friction.any())
+    parameters["load_coulomb_friction"] = parameter(truth.load_friction.coulomb, torque);
+  if (truth.torque_lag_s > 0.0) parameters["torque_lag"] = parameter(truth.torque_lag_s, "s");
   return parameters;
 }
 
@@ -38,17 +63,24 @@ json transfer_function_json(const data::TransferFunction& g) {
 
 json resonances_json(const plant::Truth& truth) {
   json list = json::array();
-  if (!truth.two_mass) return list;
-  const auto& p = *truth.two_mass;
-  list.push_back({{"kind", "antiresonance"},
-                  {"frequency_hz", data::antiresonance_hz(p)},
-                  {"damping_ratio", data::antiresonance_damping_ratio(p)},
-                  {"source", "model"}});
-  list.push_back({{"kind", "resonance"},
-                  {"frequency_hz", data::resonance_hz(p)},
-                  {"damping_ratio", data::resonance_damping_ratio(p)},
-                  {"source", "model"}});
+  const auto add = [&](const std::vector<plant::Mode>& modes, const char* kind) {
+    for (const auto& mode : modes)
+      list.push_back({{"kind", kind},
+                      {"frequency_hz", mode.frequency_hz},
+                      {"damping_ratio", mode.damping_ratio},
+                      {"source", "model"}});
+  };
+  add(truth.antiresonances, "antiresonance");
+  add(truth.resonances, "resonance");
+  std::sort(list.begin(), list.end(),
+            [](const json& a, const json& b) { return a["frequency_hz"] < b["frequency_hz"]; });
   return list;
+}
+
+json over_time_json(const plant::OverTime& over_time) {
+  json result{{"time_s", over_time.time_s}, {"resonance_hz", over_time.resonance_hz}};
+  if (!over_time.position_m.empty()) result["position_m"] = over_time.position_m;
+  return result;
 }
 
 /// Margins of the real loop C G e^{-jwTd} (METHOD 10.2), from 6000 frequencies up to half the sample rate.
@@ -90,9 +122,13 @@ json truth_json(const plant::Truth& truth) {
               {"delay_s", truth.delay_s},
               {"frequency_response", response_json(truth.response)},
               {"resonances", resonances_json(truth)}};
-  result["model"] = {{"structure", truth.two_mass ? "two-mass" : "rigid"},
+  // A tooth belt is a two-mass drive at every place.
+  const auto structure =
+      truth.structure == plant::Structure::tooth_belt ? plant::Structure::two_mass : truth.structure;
+  result["model"] = {{"structure", plant::enum_names(structure)[static_cast<std::size_t>(structure)]},
                      {"parameters", parameters_json(truth)},
                      {"transfer_function", transfer_function_json(truth.plant)}};
+  if (truth.over_time) result["over_time"] = over_time_json(*truth.over_time);
   if (truth.controller) {
     result["controller"] = transfer_function_json(*truth.controller);
     result["loop"] = loop_json(truth);

@@ -8,30 +8,16 @@
 namespace resonid::io {
 namespace {
 
-/// Where a refused field stands in the file: at its value, else at its table, else nowhere.
-std::string explain(const toml::table& file, std::string_view source, std::string_view table,
-                    const ConfigError& error) {
-  const toml::table* section = file.get_as<toml::table>(table);
-  if (section == nullptr)
-    return fmt::format("{}: has no table [{}], whose {} {}", source, table, error.field, error.requirement);
+/// The refusal with the place of the field in the file: at its value, else at its table, else nowhere.
+std::string explain(const toml::table& file, std::string_view source, const plant::ExperimentError& error) {
+  const toml::table* section = file.get_as<toml::table>(error.table);
+  if (section == nullptr) return fmt::format("{}: has no table [{}]: {}", source, error.table, error.text());
+  if (error.field.empty()) return position(source, section->source()) + error.text();
   const toml::node* node = section->get(error.field);
   if (node == nullptr)
     return position(source, section->source()) +
-           fmt::format("[{}] has no key '{}', which {}", table, error.field, error.requirement);
-  const std::string found = std::isnan(error.value) ? std::string() : fmt::format("found {}, ", error.value);
-  return position(source, node->source()) +
-         fmt::format("{}.{}: {}{}", table, error.field, found, error.requirement);
-}
-
-std::string check(const plant::ExperimentConfig& c, const toml::table& file, std::string_view source) {
-  if (const auto ok = plant::check(c.drive); !ok) return explain(file, source, "drive", ok.error());
-  if (const auto ok = plant::check(c.controller); !ok) return explain(file, source, "controller", ok.error());
-  if (const auto ok = plant::check(c.measurement); !ok)
-    return explain(file, source, "measurement", ok.error());
-  if (const auto ok = plant::check(c.run); !ok) return explain(file, source, "run", ok.error());
-  const auto excitation = excitation::Excitation::create(c.excitation, c.run.sample_rate_hz);
-  if (!excitation) return explain(file, source, "excitation", excitation.error());
-  return {};
+           fmt::format("[{}] has no key '{}', which {}", error.table, error.field, error.requirement);
+  return position(source, node->source()) + error.text();
 }
 
 }  // namespace
@@ -48,8 +34,8 @@ expected<plant::ExperimentConfig, Error> parse_experiment(std::string_view text,
   TomlVisitor visitor(file, source, "", error);
   describe(visitor, config);
   visitor.finish();
-  if (error.empty()) error = check(config, file, source);
   if (!error.empty()) return fail(std::move(error));
+  if (const auto ok = plant::check(config); !ok) return fail(explain(file, source, ok.error()));
   return config;
 }
 

@@ -1,62 +1,74 @@
 // SPDX-License-Identifier: MIT
 #include <cmath>
-#include <numeric>
 #include <resonid/plant/closed_loop.hpp>
 
 namespace resonid::plant {
-namespace {
 
-double sum(const std::vector<double>& x) { return std::accumulate(x.begin(), x.end(), 0.0); }
-
-bool integrates(const data::TransferFunction& controller) {
-  double magnitude = 0.0;
-  for (const double a : controller.denominator) magnitude += std::abs(a);
-  return std::abs(sum(controller.denominator)) < 1e-9 * magnitude;
+expected<void, ConfigError> check(const ActuatorConfig& c) noexcept {
+  if (!(c.lag_s >= 0.0)) return refuse("lag_s", "must be >= 0", c.lag_s);
+  if (!(c.torque_resolution >= 0.0)) return refuse("torque_resolution", "must be >= 0", c.torque_resolution);
+  return {};
 }
 
-}  // namespace
-
-SampleDelay split_delay(double delay_s, double sample_rate_hz) noexcept {
-  constexpr double kWhole = 1e-9;
-  const double samples = delay_s * sample_rate_hz;
-  const double whole = std::floor(samples + kWhole);
-  const double fraction = samples - whole;
-  return {static_cast<std::size_t>(whole), fraction > kWhole ? fraction : 0.0};
-}
-
-expected<ClosedLoop, ConfigError> ClosedLoop::create(std::unique_ptr<Drive> drive,
-                                                     const std::optional<data::TransferFunction>& controller,
-                                                     SampleDelay delay, double reference) {
-  ClosedLoop loop;
-  loop.reference_ = reference;
-  double velocity = reference;
-  if (controller) {
-    auto filter = Controller::create(controller->numerator, controller->denominator);
-    if (!filter) return unexpected(filter.error());
-    if (!integrates(*controller)) {  // gain (r - v) = friction v
-      const double gain = sum(controller->numerator) / sum(controller->denominator);
-      const double friction = drive->settle(1.0);
-      if (gain + friction != 0.0) velocity = gain * reference / (gain + friction);
-    }
-    loop.controller_ = *filter;
+ClosedLoop::ClosedLoop(std::unique_ptr<Drive> drive, Surroundings surroundings)
+    : drive_(std::move(drive)),
+      around_(std::move(surroundings)),
+      sensor_(around_.delay, around_.velocity, around_.count, around_.sample_time_s),
+      open_(!around_.controller.closed()),
+      moves_(around_.motion.moves() || around_.controller.uses_position()),
+      constant_(setpoint()) {
+  const double place = around_.motion.at(0.0).position;
+  const double velocity = open_ ? constant_.velocity : steady_velocity(constant_.velocity, place);
+  holding_torque_ = drive_->settle(velocity, place);
+  const double late_s =
+      (static_cast<double>(around_.delay.whole) + around_.delay.fraction) * around_.sample_time_s;
+  if (around_.controller.uses_position()) {  // what is measured must lie behind the reference as it will
+    const double measured = constant_.position - around_.controller.following_error(velocity);
+    const double off = measured + velocity * late_s - drive_->motions().front().angle;
+    holding_torque_ = drive_->settle(velocity, place + off / around_.setpoint_scale);
   }
-  const double torque = drive->settle(velocity);
-  if (loop.controller_)
-    loop.controller_->settle(reference - velocity, torque);
-  else
-    loop.holding_torque_ = torque;
-  loop.drive_ = std::move(drive);
-  loop.delay_line_.assign(delay.whole + 1, velocity);
-  return loop;
+  const MassMotion now = drive_->motions().front();
+  sensor_.settle(now);
+  around_.controller.settle(constant_, {now.angle - velocity * late_s, velocity}, holding_torque_);
+}
+
+double ClosedLoop::steady_velocity(double reference, double place) {
+  const Controller& controller = around_.controller;
+  const auto imbalance = [&](double velocity) {
+    return controller.imbalance(reference, velocity, drive_->settle(velocity, place));
+  };
+  const double at_reference = imbalance(reference);
+  if (at_reference == 0.0 || reference == 0.0) return reference;
+  // Linear while the machine slides one way; friction that is stronger keeps it at rest.
+  const double half = 0.5 * reference;
+  const double slope = (at_reference - imbalance(half)) / (reference - half);
+  const double velocity = slope != 0.0 ? reference - at_reference / slope : reference;
+  return velocity * reference > 0.0 ? velocity : 0.0;
+}
+
+Setpoint ClosedLoop::setpoint() const noexcept {
+  Setpoint at = around_.motion.at(static_cast<double>(sample_) * around_.sample_time_s);
+  at.position *= around_.setpoint_scale;
+  at.velocity *= around_.setpoint_scale;
+  at.acceleration *= around_.setpoint_scale;
+  return at;
 }
 
 ClosedLoop::Sample ClosedLoop::step(double excitation, double noise) noexcept {
-  Sample s{};
-  s.output = delay_line_[next_] + noise;
-  s.input = (controller_ ? controller_->step(reference_ - s.output) : holding_torque_) + excitation;
-  delay_line_[next_] = drive_->advance(s.input);
-  next_ = next_ + 1 == delay_line_.size() ? 0 : next_ + 1;
-  return s;
+  const MassMotion measured = sensor_.read();
+  const double velocity = measured.velocity + noise;
+  const Setpoint reference = moves_ ? setpoint() : constant_;
+  Controller& controller = around_.controller;
+  const double command = open_ ? holding_torque_ : controller.command(reference, {measured.angle, velocity});
+  const double wanted = command + excitation;
+  double torque = controller.limit(wanted);
+  if (!open_) controller.commit(torque == wanted ? command : torque - excitation);
+  if (around_.torque_resolution > 0.0)
+    torque = around_.torque_resolution * std::floor(torque / around_.torque_resolution + 0.5);
+  const double place = drive_->place();
+  sensor_.push(drive_->advance(torque));
+  ++sample_;
+  return {torque, velocity, reference.velocity, place};
 }
 
 }  // namespace resonid::plant

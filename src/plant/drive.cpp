@@ -1,46 +1,210 @@
 // SPDX-License-Identifier: MIT
+#include <Eigen/LU>
+#include <algorithm>
 #include <array>
-#include <resonid/plant/linear_drive.hpp>
+#include <cmath>
+#include <resonid/base/constants.hpp>
+
+#include "plant/elastic_drives.hpp"
 
 namespace resonid::plant {
+namespace {
+
+double squared(double x) noexcept { return x * x; }
+
+/// Stiffness and damping of a belt at the driven shaft, or as they stand.
+double shaft_factor(const DriveConfig& c) noexcept { return c.radius_m > 0.0 ? squared(c.radius_m) : 1.0; }
+
+double load_factor(const DriveConfig& c) noexcept {
+  return c.radius_m > 0.0 && c.load_radius_m > 0.0 ? squared(c.radius_m / c.load_radius_m) : 1.0;
+}
+
+/// Damping that gives the resonance its quality, METHOD 2.2: b = K/(2 pi f_res Q), at the driven shaft.
+double belt_damping(const DriveConfig& c, double stiffness, double load_inertia) noexcept {
+  const double omega = std::sqrt(stiffness * (1.0 / c.driven_inertia + 1.0 / load_inertia));
+  return stiffness / (omega * c.quality);
+}
+
+expected<void, ConfigError> check_coupled(const DriveConfig& c) noexcept {
+  if (!(c.load_inertia > 0.0)) return refuse("load_inertia", "must be > 0", c.load_inertia);
+  if (!(c.stiffness > 0.0)) return refuse("stiffness", "must be > 0", c.stiffness);
+  if (!(c.damping >= 0.0)) return refuse("damping", "must be >= 0", c.damping);
+  if (!(c.load_radius_m >= 0.0)) return refuse("load_radius_m", "must be >= 0", c.load_radius_m);
+  if (c.load_radius_m > 0.0 && !(c.radius_m > 0.0))
+    return refuse("load_radius_m", "needs radius_m beside it", c.load_radius_m);
+  if (c.structure == Structure::two_mass) return {};
+  if (!(c.middle_inertia > 0.0)) return refuse("middle_inertia", "must be > 0", c.middle_inertia);
+  if (!(c.stiffness_2 > 0.0)) return refuse("stiffness_2", "must be > 0", c.stiffness_2);
+  if (!(c.damping_2 >= 0.0)) return refuse("damping_2", "must be >= 0", c.damping_2);
+  if (!(c.bypass_stiffness >= 0.0)) return refuse("bypass_stiffness", "must be >= 0", c.bypass_stiffness);
+  if (!(c.bypass_damping >= 0.0)) return refuse("bypass_damping", "must be >= 0", c.bypass_damping);
+  return {};
+}
+
+expected<void, ConfigError> check_chain(const DriveConfig& c) noexcept {
+  if (c.inertias.empty() || c.inertias.size() > kMaxMasses)
+    return refuse("inertias", "must hold 1 ... 6 values", static_cast<double>(c.inertias.size()));
+  if (c.stiffnesses.size() + 1 != c.inertias.size())
+    return refuse("stiffnesses", "must hold one value less than inertias",
+                  static_cast<double>(c.stiffnesses.size()));
+  if (c.dampings.size() != c.stiffnesses.size())
+    return refuse("dampings", "must hold as many values as stiffnesses",
+                  static_cast<double>(c.dampings.size()));
+  for (const double x : c.inertias)
+    if (!(x > 0.0)) return refuse("inertias", "must be > 0", x);
+  for (const double x : c.stiffnesses)
+    if (!(x > 0.0)) return refuse("stiffnesses", "must be > 0", x);
+  for (const double x : c.dampings)
+    if (!(x >= 0.0)) return refuse("dampings", "must be >= 0", x);
+  return {};
+}
+
+expected<void, ConfigError> check_belt(const DriveConfig& c) noexcept {
+  if (!(c.cart_mass_kg > 0.0)) return refuse("cart_mass_kg", "must be > 0", c.cart_mass_kg);
+  if (!(c.specific_stiffness_n > 0.0))
+    return refuse("specific_stiffness_n", "must be > 0", c.specific_stiffness_n);
+  if (!(c.quality > 0.0)) return refuse("quality", "must be > 0", c.quality);
+  if (!(c.radius_m > 0.0)) return refuse("radius_m", "must be > 0", c.radius_m);
+  if (!(c.lower_length_m > 0.0)) return refuse("lower_length_m", "must be > 0", c.lower_length_m);
+  if (!(c.stroke_from_m > 0.0)) return refuse("stroke_from_m", "must be > 0", c.stroke_from_m);
+  if (!(c.stroke_to_m > c.stroke_from_m))
+    return refuse("stroke_to_m", "must be more than stroke_from_m", c.stroke_to_m);
+  if (!(c.upper_length_m > c.stroke_to_m))
+    return refuse("upper_length_m", "must be more than stroke_to_m", c.upper_length_m);
+  return {};
+}
+
+}  // namespace
+
+std::complex<double> response(const SampledDrive& drive, double frequency_hz) {
+  // The angle is the last state and acts on nothing: the others alone.
+  const Eigen::Index n = drive.a.rows() - 1;
+  const std::complex<double> z = std::polar(1.0, kTwoPi * frequency_hz * drive.sample_time_s);
+  Eigen::MatrixXcd m = -drive.a.topLeftCorner(n, n).cast<std::complex<double>>();
+  m.diagonal().array() += z;
+  const Eigen::VectorXcd x = m.partialPivLu().solve(drive.b.head(n).cast<std::complex<double>>());
+  return (drive.velocity.head(n).cast<std::complex<double>>() * x)(0);
+}
+
+/// Denominator: characteristic polynomial by Faddeev and LeVerrier; numerator: from the impulse response
+/// h(0) = 0, h(i) = c A^(i-1) b, as b_i = sum_j a_j h(i-j).
+data::TransferFunction transfer_function(const SampledDrive& drive) {
+  const Eigen::Index n = drive.a.rows() - 1;
+  const Eigen::MatrixXd matrix = drive.a.topLeftCorner(n, n);
+  const auto count = static_cast<std::size_t>(n) + 1;
+  std::vector<double> a(count), h(count), b(count, 0.0);
+  a[0] = 1.0;
+  Eigen::MatrixXd m = Eigen::MatrixXd::Zero(n, n);
+  Eigen::VectorXd x = drive.b.head(n);
+  for (std::size_t i = 1; i < count; ++i) {
+    m = (matrix * m).eval();
+    m.diagonal().array() += a[i - 1];
+    a[i] = -(matrix * m).trace() / static_cast<double>(i);
+    h[i] = drive.velocity.head(n) * x;
+    x = (matrix * x).eval();
+  }
+  for (std::size_t i = 0; i < count; ++i)
+    for (std::size_t j = 0; j <= i; ++j) b[i] += a[j] * h[i - j];
+  return {b, a, drive.sample_time_s};
+}
 
 std::span<const std::string_view> enum_names(Structure) noexcept {
-  static constexpr std::array<std::string_view, 2> kNames{"two-mass", "rigid"};
+  static constexpr std::array<std::string_view, 5> kNames{"two-mass", "rigid", "three-mass", "chain",
+                                                          "tooth-belt"};
   return kNames;
 }
 
 expected<void, ConfigError> check(const DriveConfig& c) noexcept {
-  if (!(c.driven_inertia > 0.0)) return refuse("driven_inertia", "must be > 0", c.driven_inertia);
-  if (c.structure == Structure::two_mass) {
-    if (!(c.load_inertia > 0.0)) return refuse("load_inertia", "must be > 0", c.load_inertia);
-    if (!(c.stiffness > 0.0)) return refuse("stiffness", "must be > 0", c.stiffness);
-    if (!(c.damping >= 0.0)) return refuse("damping", "must be >= 0", c.damping);
-    if (!(c.radius_m >= 0.0)) return refuse("radius_m", "must be >= 0", c.radius_m);
+  if (c.structure == Structure::chain) {
+    if (const auto ok = check_chain(c); !ok) return ok;
+  } else if (!(c.driven_inertia > 0.0)) {
+    return refuse("driven_inertia", "must be > 0", c.driven_inertia);
   }
+  if (c.structure == Structure::two_mass || c.structure == Structure::three_mass)
+    if (const auto ok = check_coupled(c); !ok) return ok;
+  if (c.structure == Structure::tooth_belt)
+    if (const auto ok = check_belt(c); !ok) return ok;
+  if (!(c.radius_m >= 0.0)) return refuse("radius_m", "must be >= 0", c.radius_m);
   if (!(c.viscous_friction >= 0.0)) return refuse("viscous_friction", "must be >= 0", c.viscous_friction);
+  if (!(c.load_viscous_friction >= 0.0))
+    return refuse("load_viscous_friction", "must be >= 0", c.load_viscous_friction);
   return {};
 }
 
-data::TwoMassParameters at_driven_shaft(const DriveConfig& c) noexcept {
-  const double r2 = c.radius_m > 0.0 ? c.radius_m * c.radius_m : 1.0;
-  return {c.driven_inertia, c.load_inertia, r2 * c.stiffness, r2 * c.damping, c.viscous_friction};
+double tooth_belt_stiffness(const DriveConfig& c, double position_m) noexcept {
+  const double near = c.specific_stiffness_n / position_m;
+  const double far = c.specific_stiffness_n / (c.upper_length_m - position_m);
+  const double lower = c.specific_stiffness_n / c.lower_length_m;
+  return near + far * lower / (far + lower);
 }
 
-expected<std::unique_ptr<Drive>, ConfigError> make_drive(const DriveConfig& config, double sample_rate_hz,
-                                                         double early_fraction) {
-  if (const auto checked = check(config); !checked) return unexpected(checked.error());
+MassSystem mass_system(const DriveConfig& c, double factor, double position_m) {
+  const double shaft = shaft_factor(c);
+  const double load = c.load_inertia * load_factor(c);
+  MassSystem system;
+  switch (c.structure) {
+    case Structure::rigid:
+      system = {{c.driven_inertia}, {0.0}, {}};
+      break;
+    case Structure::two_mass:
+      system = {
+          {c.driven_inertia, load}, {0.0, 0.0}, {{0, 1, shaft * factor * c.stiffness, shaft * c.damping}}};
+      break;
+    case Structure::three_mass:
+      system = {{c.driven_inertia, c.middle_inertia, load},
+                {0.0, 0.0, 0.0},
+                {{0, 1, shaft * factor * c.stiffness, shaft * c.damping},
+                 {1, 2, shaft * factor * c.stiffness_2, shaft * c.damping_2},
+                 {0, 2, shaft * factor * c.bypass_stiffness, shaft * c.bypass_damping}}};
+      break;
+    case Structure::chain:
+      system = {c.inertias, std::vector<double>(c.inertias.size(), 0.0), {}};
+      for (std::size_t i = 0; i + 1 < c.inertias.size(); ++i)
+        system.couplings.push_back({i, i + 1, shaft * factor * c.stiffnesses[i], shaft * c.dampings[i]});
+      break;
+    case Structure::tooth_belt: {
+      const double cart = shaft * c.cart_mass_kg;
+      const double stiffness = shaft * factor * tooth_belt_stiffness(c, position_m);
+      system = {{c.driven_inertia, cart}, {0.0, 0.0}, {{0, 1, stiffness, belt_damping(c, stiffness, cart)}}};
+      break;
+    }
+  }
+  system.viscous.front() += c.viscous_friction;
+  if (system.masses() > 1) system.viscous.back() += c.load_viscous_friction;
+  return system;
+}
+
+data::TwoMassParameters at_driven_shaft(const DriveConfig& c, double position_m) noexcept {
+  if (c.structure == Structure::tooth_belt) {
+    const double cart = shaft_factor(c) * c.cart_mass_kg;
+    const double stiffness = shaft_factor(c) * tooth_belt_stiffness(c, position_m);
+    return {c.driven_inertia, cart, stiffness, belt_damping(c, stiffness, cart), c.viscous_friction};
+  }
+  const double shaft = shaft_factor(c);
+  return {c.driven_inertia, load_factor(c) * c.load_inertia, shaft * c.stiffness, shaft * c.damping,
+          c.viscous_friction};
+}
+
+expected<std::unique_ptr<Drive>, ConfigError> make_drive(const MachineConfig& machine, double sample_rate_hz,
+                                                         double early_fraction, double longest_s) {
+  if (const auto ok = check(machine.drive); !ok) return unexpected(ok.error());
+  if (const auto ok = check(machine.friction); !ok) return unexpected(ok.error());
+  if (const auto ok = check(machine.disturbance); !ok) return unexpected(ok.error());
+  if (!(machine.torque_lag_s >= 0.0)) return refuse("torque_lag_s", "must be >= 0", machine.torque_lag_s);
   if (!(sample_rate_hz > 0.0)) return refuse("sample_rate_hz", "must be > 0", sample_rate_hz);
   if (!(early_fraction >= 0.0 && early_fraction < 1.0))
     return refuse("early_fraction", "must be >= 0 and < 1", early_fraction);
   const double step = 1.0 / sample_rate_hz;
-  std::unique_ptr<Drive> drive;
-  if (config.structure == Structure::rigid)
-    drive = std::make_unique<RigidDrive>(rigid_system(config.driven_inertia, config.viscous_friction), step,
-                                         early_fraction);
-  else
-    drive = std::make_unique<TwoMassDrive>(data::continuous_system(at_driven_shaft(config)), step,
-                                           early_fraction);
-  return drive;
+  Machine model(machine, longest_s);
+  if (!(model.lowest_factor() > 0.0))
+    return refuse("stiffness_drift_per_s", "must leave every stiffness above 0 over the whole run",
+                  machine.disturbance.stiffness_drift_per_s);
+  const std::size_t masses = model.system(1.0).masses();
+  if (masses == 1 && machine.friction.load.any())
+    return refuse("load_coulomb", "needs a load: this machine is rigid", machine.friction.load.coulomb);
+  if (masses <= 2) return elastic_drive_of_two(std::move(model), step, early_fraction);
+  if (masses <= 4) return elastic_drive_of_four(std::move(model), step, early_fraction);
+  return elastic_drive_of_six(std::move(model), step, early_fraction);
 }
 
 }  // namespace resonid::plant

@@ -1,83 +1,28 @@
 // SPDX-License-Identifier: MIT
+#include <fmt/format.h>
+
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <resonid/plant/closed_loop.hpp>
-#include <resonid/plant/experiment.hpp>
-#include <resonid/plant/linear_drive.hpp>
-#include <resonid/plant/white_noise.hpp>
+
+#include "plant/experiment_parts.hpp"
 
 namespace resonid::plant {
 namespace {
 
 constexpr double kMaxSamples = 1e8;
-constexpr double kMaxDelaySamples = 1e6;
 constexpr double kDiverged = 1e12;
+constexpr std::size_t kInstants = 1000;  // of what changes over time
 
-std::vector<double> default_lines(const excitation::ExcitationConfig& config, const excitation::Band& band,
-                                  double sample_rate_hz) {
-  using excitation::Kind;
-  if (config.kind == Kind::multisine || config.kind == Kind::stepped_sine) {
-    const auto lines = config.lines_hz.hz();
-    std::vector<double> f(lines.begin(), lines.end());
-    std::sort(f.begin(), f.end());
-    return f;
-  }
-  constexpr std::size_t kCount = 200;
-  const bool silent = config.kind == Kind::none;
-  const double low = silent ? 1e-3 * sample_rate_hz : band.low_hz;
-  const double high = silent ? 0.45 * sample_rate_hz : band.high_hz;
-  std::vector<double> f(kCount);
-  for (std::size_t i = 0; i < kCount; ++i)
-    f[i] = low * std::pow(high / low, static_cast<double>(i) / static_cast<double>(kCount - 1));
-  return f;
+/// One encoder count at the driven side.
+double encoder_count(const ExperimentConfig& c) {
+  if (c.measurement.encoder_counts == 0.0) return 0.0;
+  const bool linear = c.drive.motion == data::Motion::linear && c.drive.structure != Structure::tooth_belt;
+  return (linear ? 1.0 : kTwoPi) / c.measurement.encoder_counts;
 }
 
-template <int Order>
-void describe_plant(const LinearSystem<double, Order>& continuous, double step, Truth& truth) {
-  const auto sampled = zero_order_hold(continuous, step);
-  truth.plant = transfer_function(sampled, step);
-  for (const double f : truth.response.frequency_hz)
-    truth.response.value.push_back(response(sampled, step, f));
-}
-
-Truth truth_of(const ExperimentConfig& config, const std::optional<data::TransferFunction>& controller,
-               std::vector<double> response_hz) {
-  Truth truth;
-  truth.structure = config.drive.structure;
-  truth.motion = config.drive.motion;
-  truth.viscous_friction = config.drive.viscous_friction;
-  truth.controller = controller;
-  truth.delay_s = config.measurement.delay_s;
-  truth.seed = config.run.seed;
-  truth.response.frequency_hz = std::move(response_hz);
-  const double step = 1.0 / config.run.sample_rate_hz;
-  if (config.drive.structure == Structure::rigid) {
-    truth.rigid_inertia = config.drive.driven_inertia;
-    describe_plant(rigid_system(truth.rigid_inertia, truth.viscous_friction), step, truth);
-  } else {
-    truth.two_mass = at_driven_shaft(config.drive);
-    describe_plant(data::continuous_system(*truth.two_mass), step, truth);
-  }
-  return truth;
-}
-
-std::optional<data::TransferFunction> controller_of(const ExperimentConfig& config) {
-  const double step = 1.0 / config.run.sample_rate_hz;
-  const auto& c = config.controller;
-  switch (c.kind) {
-    case ControllerKind::none:
-      break;
-    case ControllerKind::pi:
-      return data::pi_controller(c.gain, c.integral_time_s, step);
-    case ControllerKind::transfer_function:
-      return data::TransferFunction{c.numerator, c.denominator, step};
-  }
-  return std::nullopt;
-}
-
-data::Record empty_record(const ExperimentConfig& config, std::size_t samples, bool closed) {
+data::Record empty_record(const ExperimentConfig& config, std::size_t samples, const Controller& controller) {
   const bool rotary = config.drive.motion == data::Motion::rotary;
+  const bool belt = config.drive.structure == Structure::tooth_belt;
   data::Record record;
   record.source = "simulation";
   record.sample_rate_hz = config.run.sample_rate_hz;
@@ -85,106 +30,121 @@ data::Record empty_record(const ExperimentConfig& config, std::size_t samples, b
   record.excitation = {"ru", rotary ? "Nm" : "N", std::vector<double>(samples)};
   record.input = {"u", rotary ? "Nm" : "N", std::vector<double>(samples)};
   record.output = {"y", rotary ? "rad/s" : "m/s", std::vector<double>(samples)};
-  if (closed)
-    record.reference = {"r", rotary ? "rad/s" : "m/s", std::vector<double>(samples, config.run.reference)};
+  if (controller.closed()) record.reference = {"r", rotary ? "rad/s" : "m/s", std::vector<double>(samples)};
+  if (belt || controller.uses_position())
+    record.position = {"position", belt || !rotary ? "m" : "rad", std::vector<double>(samples)};
   return record;
 }
 
-expected<void, ConfigError> check_all(const ExperimentConfig& config) {
-  if (const auto ok = check(config.drive); !ok) return ok;
-  if (const auto ok = check(config.controller); !ok) return ok;
-  if (const auto ok = check(config.measurement); !ok) return ok;
-  if (const auto ok = check(config.run); !ok) return ok;
-  const double delay = config.measurement.delay_s * config.run.sample_rate_hz;
-  if (delay > kMaxDelaySamples)
-    return refuse("delay_s", "must be at most 1e6 samples", config.measurement.delay_s);
-  return {};
+expected<ClosedLoop, ExperimentError> make_loop(const ExperimentConfig& config, double duration_s) {
+  const double rate = config.run.sample_rate_hz;
+  const SampleDelay delay = split_delay(config.measurement.delay_s, rate);
+  auto drive = make_drive(machine_of(config), rate, delay.fraction, duration_s);
+  if (!drive) return unexpected(located("drive", drive.error()));
+  auto controller = Controller::create(config.controller, rate);
+  if (!controller) return unexpected(located("controller", controller.error()));
+  const auto motion = MotionProfile::create(config.motion);
+  if (!motion) return unexpected(located("motion", motion.error()));
+  const bool belt = config.drive.structure == Structure::tooth_belt;
+  return ClosedLoop(std::move(*drive), {std::move(*controller), *motion, delay, config.measurement.velocity,
+                                        encoder_count(config), config.actuator.torque_resolution,
+                                        belt ? 1.0 / config.drive.radius_m : 1.0, 1.0 / rate});
 }
 
-expected<std::size_t, ConfigError> length_of(const RunConfig& run, const excitation::Excitation& excitation) {
-  const double samples = run.duration_s > 0.0 ? run.duration_s * run.sample_rate_hz
-                                              : static_cast<double>(excitation.natural_length_samples());
-  if (samples == 0.0) return refuse("duration_s", "must be given: the excitation has no length of its own");
-  if (!(samples >= 1.5)) return refuse("duration_s", "must be at least two samples", run.duration_s);
-  if (!(samples <= kMaxSamples)) return refuse("duration_s", "must be at most 1e8 samples", run.duration_s);
-  return static_cast<std::size_t>(std::llround(samples));
+/// Follows what changes, at most kInstants times.
+class Observer {
+ public:
+  Observer(const ExperimentConfig& config, std::size_t samples, const Machine& machine)
+      : machine_(machine),
+        belt_(config.drive.structure == Structure::tooth_belt),
+        rate_hz_(config.run.sample_rate_hz),
+        every_(machine.varies() ? std::max<std::size_t>(1, (samples + kInstants - 1) / kInstants) : 0) {}
+
+  void sample(std::size_t k, const Drive& drive) {
+    if (every_ == 0 || k % every_ != 0) return;
+    seen_.time_s.push_back(static_cast<double>(k) / rate_hz_);
+    seen_.resonance_hz.push_back(resonances(machine_.system(drive.stiffness_factor())).front().frequency_hz);
+    if (belt_) seen_.position_m.push_back(drive.place());
+  }
+  [[nodiscard]] std::optional<OverTime> seen() && {
+    return every_ == 0 ? std::nullopt : std::optional<OverTime>(std::move(seen_));
+  }
+
+ private:
+  const Machine& machine_;
+  bool belt_;
+  double rate_hz_;
+  std::size_t every_;
+  OverTime seen_;
+};
+
+ExperimentError out_of_stroke(const ExperimentConfig& config, double time_s, double place) {
+  return {
+      "drive",
+      "stroke_to_m",
+      {},
+      fmt::format("must hold the cart: it leaves its stroke, {:g} ... {:g} m, after {:.4g} s, at {:.4g} m",
+                  config.drive.stroke_from_m, config.drive.stroke_to_m, time_s, place)};
 }
 
 }  // namespace
 
-std::span<const std::string_view> enum_names(ControllerKind) noexcept {
-  static constexpr std::array<std::string_view, 3> kNames{"none", "pi", "transfer-function"};
-  return kNames;
-}
-
-expected<void, ConfigError> check(const ControllerConfig& c) noexcept {
-  const auto bad_size = [](const std::vector<double>& x) {
-    return x.empty() || x.size() > kMaxControllerOrder + 1;
-  };
-  switch (c.kind) {
-    case ControllerKind::none:
-      break;
-    case ControllerKind::pi:
-      if (!(c.gain > 0.0)) return refuse("gain", "must be > 0", c.gain);
-      if (!(c.integral_time_s > 0.0)) return refuse("integral_time_s", "must be > 0", c.integral_time_s);
-      break;
-    case ControllerKind::transfer_function:
-      if (bad_size(c.numerator)) return refuse("numerator", "must hold 1 ... 17 coefficients");
-      if (bad_size(c.denominator)) return refuse("denominator", "must hold 1 ... 17 coefficients");
-      if (c.denominator[0] == 0.0) return refuse("denominator", "must not begin with 0", 0.0);
-      break;
-  }
-  return {};
-}
-
-expected<void, ConfigError> check(const MeasurementConfig& c) noexcept {
-  if (!(c.delay_s >= 0.0)) return refuse("delay_s", "must be >= 0", c.delay_s);
-  if (!(c.noise_rms >= 0.0)) return refuse("noise_rms", "must be >= 0", c.noise_rms);
-  return {};
-}
-
 expected<void, ConfigError> check(const RunConfig& c) noexcept {
   if (!(c.sample_rate_hz > 0.0)) return refuse("sample_rate_hz", "must be > 0", c.sample_rate_hz);
   if (!(c.duration_s >= 0.0)) return refuse("duration_s", "must be >= 0", c.duration_s);
-  if (!std::isfinite(c.reference)) return refuse("reference", "must be finite", c.reference);
   return {};
 }
 
-expected<Simulation, ConfigError> simulate_closed_loop(const ExperimentConfig& config,
-                                                       std::span<const double> response_hz) {
-  if (const auto ok = check_all(config); !ok) return unexpected(ok.error());
+expected<std::size_t, ExperimentError> length_of(const ExperimentConfig& config) {
+  const RunConfig& run = config.run;
+  const auto excitation = excitation::Excitation::create(config.excitation, run.sample_rate_hz);
+  const double samples = run.duration_s > 0.0 ? run.duration_s * run.sample_rate_hz
+                                              : static_cast<double>(excitation->natural_length_samples());
+  const auto refused = [&](std::string_view requirement, double value) {
+    return unexpected(located("run", {"duration_s", requirement, value}));
+  };
+  if (samples == 0.0) return refused("must be given: the excitation has no length of its own", std::nan(""));
+  if (!(samples >= 1.5)) return refused("must be at least two samples", run.duration_s);
+  if (!(samples <= kMaxSamples)) return refused("must be at most 1e8 samples", run.duration_s);
+  return static_cast<std::size_t>(std::llround(samples));
+}
+
+expected<Simulation, ExperimentError> simulate_closed_loop(const ExperimentConfig& config,
+                                                           std::span<const double> response_hz) {
+  if (const auto ok = check(config); !ok) return unexpected(ok.error());
   const double rate = config.run.sample_rate_hz;
-  auto excitation = excitation::Excitation::create(config.excitation, rate);
-  if (!excitation) return unexpected(excitation.error());
-  const auto samples = length_of(config.run, *excitation);
-  if (!samples) return unexpected(samples.error());
   for (const double f : response_hz)
     if (!(f > 0.0 && f <= 0.5 * rate))
-      return refuse("response_hz", "must be > 0 and at most half the sample rate", f);
-
-  const SampleDelay delay = split_delay(config.measurement.delay_s, rate);
-  const auto controller = controller_of(config);
-  auto drive = make_drive(config.drive, rate, delay.fraction);
-  if (!drive) return unexpected(drive.error());
-  auto loop = ClosedLoop::create(std::move(*drive), controller, delay, config.run.reference);
+      return unexpected(located("run", {"response_hz", "must be > 0 and at most half the sample rate", f}));
+  const std::size_t samples = *length_of(config);
+  auto loop = make_loop(config, static_cast<double>(samples) / rate);
   if (!loop) return unexpected(loop.error());
 
-  WhiteNoise noise(config.run.seed, config.measurement.noise_rms);
+  auto excitation = *excitation::Excitation::create(config.excitation, rate);
+  const Controller controller = *Controller::create(config.controller, rate);
+  const Machine machine(machine_of(config), static_cast<double>(samples) / rate);
+  MeasurementNoise noise(config.measurement, rate, config.run.seed);
+  Observer observer(config, samples, machine);
   Simulation simulation;
-  auto& record = simulation.record = empty_record(config, *samples, controller.has_value());
-  for (std::size_t k = 0; k < *samples; ++k) {
-    const double ru = excitation->step();
-    const auto [u, y] = loop->step(ru, noise.step());
-    if (!(std::abs(u) < kDiverged && std::abs(y) < kDiverged))
-      return refuse("controller", "must hold the drive stable: the simulated loop diverges");
+  simulation.truth = truth_of(config, loop->drive(), controller.feedback(), response_hz);
+  auto& record = simulation.record = empty_record(config, samples, controller);
+  const bool belt = config.drive.structure == Structure::tooth_belt;
+  for (std::size_t k = 0; k < samples; ++k) {
+    observer.sample(k, loop->drive());
+    const double ru = excitation.step();
+    const ClosedLoop::Sample s = loop->step(ru, noise.step());
+    if (!(std::abs(s.input) < kDiverged && std::abs(s.output) < kDiverged))
+      return unexpected(
+          ExperimentError{"controller", "", "", "must hold the drive stable: the simulated loop diverges"});
+    if (belt && !(s.place >= config.drive.stroke_from_m - 1e-3 && s.place <= config.drive.stroke_to_m + 1e-3))
+      return unexpected(out_of_stroke(config, static_cast<double>(k) / rate, s.place));
     record.excitation.samples[k] = ru;
-    record.input.samples[k] = u;
-    record.output.samples[k] = y;
+    record.input.samples[k] = s.input;
+    record.output.samples[k] = s.output;
+    if (record.reference.present()) record.reference.samples[k] = s.reference;
+    if (record.position.present()) record.position.samples[k] = s.place;
   }
-  simulation.truth =
-      truth_of(config, controller,
-               response_hz.empty() ? default_lines(config.excitation, excitation->band(), rate)
-                                   : std::vector<double>(response_hz.begin(), response_hz.end()));
+  simulation.truth.over_time = std::move(observer).seen();
   return simulation;
 }
 

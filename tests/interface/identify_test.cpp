@@ -46,7 +46,8 @@ class Identify : public test::ProgramTest {
     toml << drive_toml(rigid) << "controller = {kind = 'pi', gain = 1.036, integral_time_s = 0.147}\n"
          << "excitation = {" << excitation << "}\n"
          << "measurement = {delay_s = 0.004, noise_rms = " << noise << "}\n"
-         << "run = {sample_rate_hz = 500, duration_s = " << seconds << ", reference = 10.0}\n";
+         << "run = {sample_rate_hz = 500, duration_s = " << seconds
+         << "}\nmotion = {kind = 'constant', velocity = 10.0}\n";
     write(name + ".toml", toml.str());
     const auto done = run("simulate " + name + ".toml --out " + name + ".csv --truth " + name + ".json");
     ASSERT_EQ(done.exit_code, 0) << done.error;

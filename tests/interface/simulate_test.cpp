@@ -100,24 +100,26 @@ TEST_F(Simulate, WrongFilesAreRefusedWithTheirPlace) {
   expect_refused("simulate", {"EXPERIMENT", "required"});
   expect_file_refused(
       "delay_s = 0.004", "dealy_s = 0.004",
-      {"e.toml:25:1: unknown key 'measurement.dealy_s' (did you mean 'delay_s'?)", "noise_rms"});
+      {"e.toml:29:1: unknown key 'measurement.dealy_s' (did you mean 'delay_s'?)", "noise_rms"});
   expect_file_refused("[measurement]", "[mesurement]",
-                      {"e.toml:24:", "'mesurement'", "did you mean 'measurement'"});
+                      {"e.toml:28:", "'mesurement'", "did you mean 'measurement'"});
   expect_file_refused("delay_s = 0.004", "delay_s = -0.004",
-                      {"e.toml:25:11: measurement.delay_s", "-0.004", ">= 0"});
+                      {"e.toml:29:11: measurement.delay_s", "-0.004", ">= 0"});
   expect_file_refused("delay_s = 0.004", "delay_s = '4 ms'",
-                      {"e.toml:25:11:", "found '4 ms'", "required a number"});
+                      {"e.toml:29:11:", "found '4 ms'", "required a number"});
   expect_file_refused("from_hz = 35.0", "from_hz = 350.0",
-                      {"e.toml:20:11: excitation.from_hz", "350", "below half"});
-  expect_file_refused("to_hz = 1.5", "to_hz = 35.0", {"e.toml:21:9: excitation.to_hz", "band is empty"});
-  expect_file_refused("kind = \"pi\"", "kind = \"pid\"",
-                      {"controller.kind", "'pid'", "none, pi, transfer-function"});
-  expect_file_refused("kind = \"chirp\"", "", {"e.toml:17:", "[excitation]", "'kind'"});
+                      {"e.toml:24:11: excitation.from_hz", "350", "below half"});
+  expect_file_refused("to_hz = 1.5", "to_hz = 35.0", {"e.toml:25:9: excitation.to_hz", "band is empty"});
+  expect_file_refused("kind = \"pi\"", "kind = \"pdi\"",
+                      {"controller.kind", "'pdi'", "none, p, pi, pid, cascade, rst, transfer-function"});
+  expect_file_refused("kind = \"chirp\"", "", {"e.toml:21:", "[excitation]", "'kind'"});
   expect_file_refused("stiffness = 5.75e4 ", "# ", {"e.toml:4:", "[drive]", "'stiffness'", "must be > 0"});
   expect_file_refused("seed = 1", "seed = -1", {"run.seed", "-1", "whole number"});
-  expect_file_refused("reference = 10.0", "reference = inf", {"run.reference", "inf", "a number"});
-  expect_file_refused("seed = 1", "seed = = 1", {"e.toml:31:", "is not TOML"});
-  expect_file_refused("gain = 1.036", "gain = 100.0", {"e.toml", "controller", "diverges"});
+  expect_file_refused("velocity = 10.0", "velocity = inf", {"motion.velocity", "inf", "a number"});
+  expect_file_refused("seed = 1", "seed = = 1", {"e.toml:34:", "is not TOML"});
+  expect_file_refused(
+      "gain = 1.036", "gain = 100.0",
+      {"e.toml:14:8: controller.gain: found 100, must leave the closed loop stable", "a pole at"});
 }
 
 }  // namespace

@@ -26,7 +26,7 @@ inline plant::ExperimentConfig published_drive(double noise, double reference = 
   c.measurement.delay_s = 0.004;
   c.measurement.noise_rms = noise;
   c.run.sample_rate_hz = 500.0;
-  c.run.reference = reference;
+  c.motion = {plant::MotionKind::constant, reference};
   c.run.seed = seed;
   return c;
 }
@@ -48,9 +48,7 @@ inline void prbs(plant::ExperimentConfig& c) {
 
 inline plant::Simulation simulated(const plant::ExperimentConfig& c, std::span<const double> grid_hz = {}) {
   auto simulation = plant::simulate_closed_loop(c, grid_hz);
-  if (!simulation)
-    throw std::runtime_error(std::string(simulation.error().field) + " " +
-                             std::string(simulation.error().requirement));
+  if (!simulation) throw std::runtime_error(simulation.error().text());
   return std::move(*simulation);
 }
 

@@ -34,7 +34,7 @@ plant::Simulation simulate(std::uint64_t seed) {
   c.measurement.delay_s = 0.004;
   c.measurement.noise_rms = 0.1;
   c.run.sample_rate_hz = 500.0;
-  c.run.reference = 10.0;
+  c.motion = {plant::MotionKind::constant, 10.0};
   c.run.seed = seed;
   return plant::simulate_closed_loop(c).value();
 }

@@ -35,7 +35,7 @@ plant::Simulation simulate(double noise, double reference, std::uint64_t seed) {
   c.measurement.delay_s = 0.004;
   c.measurement.noise_rms = noise;
   c.run.sample_rate_hz = 500.0;
-  c.run.reference = reference;
+  c.motion = {plant::MotionKind::constant, reference};
   c.run.seed = seed;
   return plant::simulate_closed_loop(c, grid_hz()).value();
 }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <resonid/base/expected.hpp>
@@ -33,29 +34,37 @@ class DiscreteFilter {
       filter.b_[i] = static_cast<Scalar>(numerator[i] / denominator[0]);
     for (std::size_t i = 0; i < denominator.size(); ++i)
       filter.a_[i] = static_cast<Scalar>(denominator[i] / denominator[0]);
+    filter.order_ = std::max(numerator.size(), denominator.size()) - 1;
     return filter;
   }
 
   Scalar step(Scalar input) noexcept {
-    const Scalar output = b_[0] * input + state_[0];
-    for (std::size_t i = 0; i < MaxOrder; ++i)
-      state_[i] = b_[i + 1] * input - a_[i + 1] * output + state_[i + 1];
-    return output;
+    const Scalar y = output(input);
+    commit(input, y);
+    return y;
+  }
+
+  /// The two halves of step(), for an output that does not always take effect, such as one that an actuator
+  /// limits. output() gives y(k) and remembers nothing; commit() ends the sample with the y(k) that was
+  /// realised, which is what the recursion goes on from. Committing output() itself is step(), bit for bit.
+  [[nodiscard]] Scalar output(Scalar input) const noexcept { return b_[0] * input + state_[0]; }
+  void commit(Scalar input, Scalar realised) noexcept {
+    for (std::size_t i = 0; i < order_; ++i)
+      state_[i] = b_[i + 1] * input - a_[i + 1] * realised + state_[i + 1];
   }
   void reset() noexcept { state_.fill(Scalar(0)); }
 
   /// Puts the filter in the steady state in which a constant `input` gives `output`; for an integrating
   /// filter `input` must be 0 for that to be a rest.
   void settle(Scalar input, Scalar output) noexcept {
-    state_[MaxOrder] = Scalar(0);
-    for (std::size_t i = MaxOrder; i-- > 0;)
-      state_[i] = b_[i + 1] * input - a_[i + 1] * output + state_[i + 1];
+    for (std::size_t i = order_; i-- > 0;) state_[i] = b_[i + 1] * input - a_[i + 1] * output + state_[i + 1];
   }
 
  private:
   std::array<Scalar, MaxOrder + 1> b_{};
   std::array<Scalar, MaxOrder + 1> a_{};
-  std::array<Scalar, MaxOrder + 1> state_{};  // the last one stays 0
+  std::array<Scalar, MaxOrder + 1> state_{};  // from order_ on they stay 0
+  std::size_t order_ = 0;
 };
 
 }  // namespace resonid

@@ -35,7 +35,7 @@ Eigen::Matrix<Scalar, Order, Order> matrix_exponential(const Eigen::Matrix<Scala
     ++squarings;
   }
   const Matrix scaled = a * Scalar(scale);
-  Matrix sum = Matrix::Identity();
+  Matrix sum = Matrix::Identity(a.rows(), a.cols());
   for (int k = kTerms; k >= 1; --k) {  // Horner: I + A/1 (I + A/2 (I + ...))
     sum = (scaled * sum).eval() * Scalar(1.0 / k);
     sum.diagonal().array() += Scalar(1);

@@ -1,60 +1,77 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <cstddef>
 #include <memory>
-#include <optional>
-#include <resonid/base/discrete_filter.hpp>
 #include <resonid/base/expected.hpp>
-#include <resonid/data/transfer_function.hpp>
+#include <resonid/plant/controller.hpp>
 #include <resonid/plant/drive.hpp>
-#include <vector>
+#include <resonid/plant/measurement.hpp>
+#include <resonid/plant/motion.hpp>
 
 namespace resonid::plant {
 
-inline constexpr std::size_t kMaxControllerOrder = 16;
-
-/// A delay as whole samples and the rest.
-struct SampleDelay {
-  std::size_t whole = 0;
-  double fraction = 0.0;  ///< In [0, 1).
+/// The way of the torque from the controller to the motor.
+struct ActuatorConfig {
+  double lag_s = 0.0;
+  double torque_resolution = 0.0;
 };
-/// A delay within 1e-9 samples of a whole number counts as whole.
-[[nodiscard]] SampleDelay split_delay(double delay_s, double sample_rate_hz) noexcept;
+template <class Visitor>
+void describe(Visitor&& v, ActuatorConfig& c) {
+  v("lag_s", c.lag_s, "time constant of the torque loop, first order; 0: none (s)");
+  v("torque_resolution", c.torque_resolution, "step that the torque command is rounded to; 0: none (Nm)");
+}
 
-/// A drive under a linear velocity controller with delayed feedback, or alone.
+[[nodiscard]] expected<void, ConfigError> check(const ActuatorConfig& config) noexcept;
+
+/// A drive under its controller with delayed feedback, or alone.
 ///
 ///   y(k) = velocity((k - m - e) Ts) + n(k)          first, from torques up to u(k-1)
-///   u(k) = C (r - y(k)) + ru(k)                     then; it acts from k Ts to (k+1) Ts
+///   u(k) = round(limit(C(r, y, position) + ru(k)))  then; it acts from k Ts to (k+1) Ts
 ///
-/// It starts in the steady state at the reference: the machine turns, the delay line is full, the
-/// controller's integrator holds the torque that friction takes. Without an integrator the velocity settles
-/// where the controller's gain at 0 Hz leaves it; without a controller the machine turns at `reference`, and
-/// u = ru + the holding torque. Source: METHOD 1, 2.5.
+/// It starts in the steady state of the motion's first sample: the machine turns or rests, the delay line is
+/// full, the controller's integrator holds the torque that friction and load take. Without an integrator the
+/// velocity settles where the controller's gain at 0 Hz leaves it; without a controller the machine turns at
+/// the motion's velocity, and u = ru + the holding torque. Source: METHOD 1, 2.4, 2.5.
 class ClosedLoop {
  public:
   struct Sample {
-    double input;   ///< u
-    double output;  ///< y
+    double input;      ///< u
+    double output;     ///< y
+    double reference;  ///< r: velocity reference of the motion
+    double place;      ///< angle of the driven side, or position of the cart, without delay
+  };
+  /// Everything around the machine. `setpoint_scale` turns the motion's unit into that of the driven side
+  /// (1/r of a tooth belt); `count` is the encoder's step at the driven side, 0: none.
+  struct Surroundings {
+    Controller controller;
+    MotionProfile motion;
+    SampleDelay delay;
+    VelocitySource velocity = VelocitySource::sensor;
+    double count = 0.0;
+    double torque_resolution = 0.0;
+    double setpoint_scale = 1.0;
+    double sample_time_s = 0.0;
   };
 
   /// `drive` must have been made with delay.fraction as its early_fraction.
-  static expected<ClosedLoop, ConfigError> create(std::unique_ptr<Drive> drive,
-                                                  const std::optional<data::TransferFunction>& controller,
-                                                  SampleDelay delay, double reference);
+  ClosedLoop(std::unique_ptr<Drive> drive, Surroundings surroundings);
 
   Sample step(double excitation, double noise) noexcept;
 
+  [[nodiscard]] const Drive& drive() const noexcept { return *drive_; }
+
  private:
-  using Controller = DiscreteFilter<double, kMaxControllerOrder>;
-  ClosedLoop() = default;
+  [[nodiscard]] Setpoint setpoint() const noexcept;
+  [[nodiscard]] double steady_velocity(double reference, double place);
 
   std::unique_ptr<Drive> drive_;
-  std::optional<Controller> controller_;
-  std::vector<double> delay_line_;  // ring of m + 1 velocities; next_ is the oldest
-  std::size_t next_ = 0;
-  double reference_ = 0.0;
+  Surroundings around_;
+  MotionSensor sensor_;
+  bool open_;
+  bool moves_;
+  Setpoint constant_;            // of the first sample; of all where it stays
   double holding_torque_ = 0.0;  // without a controller only
+  std::size_t sample_ = 0;
 };
 
 }  // namespace resonid::plant

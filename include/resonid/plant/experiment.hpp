@@ -9,64 +9,35 @@
 #include <resonid/data/transfer_function.hpp>
 #include <resonid/data/two_mass.hpp>
 #include <resonid/excitation/excitation.hpp>
-#include <resonid/plant/drive.hpp>
+#include <resonid/plant/closed_loop.hpp>
 #include <span>
+#include <string>
 #include <string_view>
 #include <vector>
 
 namespace resonid::plant {
 
-enum class ControllerKind { none, pi, transfer_function };
-[[nodiscard]] std::span<const std::string_view> enum_names(ControllerKind) noexcept;
-
-/// u = C (r - y) + ru.
-struct ControllerConfig {
-  ControllerKind kind = ControllerKind::none;
-  double gain = 0.0;
-  double integral_time_s = 0.0;
-  std::vector<double> numerator;
-  std::vector<double> denominator;
-};
-template <class Visitor>
-void describe(Visitor&& v, ControllerConfig& c) {
-  v("kind", c.kind, "none (open loop), pi, or transfer-function");
-  if (c.kind == ControllerKind::pi) {
-    v("gain", c.gain, "proportional gain, > 0 (Nms/rad)");
-    v("integral_time_s", c.integral_time_s, "C(z) = gain (1 + Ts/integral_time z/(z-1)), > 0 (s)");
-  } else if (c.kind == ControllerKind::transfer_function) {
-    v("numerator", c.numerator, "coefficients b0, b1 ... in powers of z^-1, at the sample rate of the run");
-    v("denominator", c.denominator, "coefficients a0, a1 ..., likewise; a0 not 0");
-  }
-}
-
-struct MeasurementConfig {
-  double delay_s = 0.0;
-  double noise_rms = 0.0;
-};
-template <class Visitor>
-void describe(Visitor&& v, MeasurementConfig& c) {
-  v("delay_s", c.delay_s, "delay of the measured velocity, whole samples or not, >= 0 (s)");
-  v("noise_rms", c.noise_rms, "standard deviation of white noise on the measured velocity, >= 0 (rad/s)");
-}
-
 struct RunConfig {
   double sample_rate_hz = 0.0;
   double duration_s = 0.0;
-  double reference = 0.0;
   std::uint64_t seed = 1;
 };
 template <class Visitor>
 void describe(Visitor&& v, RunConfig& c) {
-  v("sample_rate_hz", c.sample_rate_hz, "of controller and record, > 0 (Hz)");
+  v("sample_rate_hz", c.sample_rate_hz,
+    "of controller and record, more than twice the highest resonance (Hz)");
   v("duration_s", c.duration_s, "length of the record; 0: one period, sweep or stepped measurement (s)");
-  v("reference", c.reference, "constant velocity reference; the run starts settled at it (rad/s)");
   v("seed", c.seed, "seed of the measurement noise");
 }
 
 /// One experiment on a simulated drive.
 struct ExperimentConfig {
   DriveConfig drive;
+  FrictionConfig friction;
+  DisturbanceConfig disturbance;
+  ActuatorConfig actuator;
   ControllerConfig controller;
+  MotionConfig motion;
   excitation::ExcitationConfig excitation;
   MeasurementConfig measurement;
   RunConfig run;
@@ -74,39 +45,70 @@ struct ExperimentConfig {
 template <class Visitor>
 void describe(Visitor&& v, ExperimentConfig& c) {
   v("drive", c.drive, "the machine");
+  v("friction", c.friction, "dry friction of the machine");
+  v("disturbance", c.disturbance, "what disturbs the machine, and how it changes");
+  v("actuator", c.actuator, "the torque loop");
   v("controller", c.controller, "the velocity controller");
+  v("motion", c.motion, "the reference of the run; a standstill without this table");
   v("excitation", c.excitation, "what is added to the controller's output");
   v("measurement", c.measurement, "how the velocity is measured");
   v("run", c.run, "how the experiment is run");
 }
 
-[[nodiscard]] expected<void, ConfigError> check(const ControllerConfig& config) noexcept;
-[[nodiscard]] expected<void, ConfigError> check(const MeasurementConfig& config) noexcept;
 [[nodiscard]] expected<void, ConfigError> check(const RunConfig& config) noexcept;
 
-/// What is true of a simulated experiment, for those who judge an identification by it.
+/// Why an experiment was refused: table and field of the file, and what was found and is required.
+struct ExperimentError {
+  std::string table;        ///< Of the experiment file.
+  std::string field;        ///< Empty when it concerns the table as a whole.
+  std::string found;        ///< "-1"; empty where there is nothing to show.
+  std::string requirement;  ///< "must be > 0"
+
+  /// "controller.gain: found -1, must be > 0"
+  [[nodiscard]] std::string text() const;
+};
+
+/// Everything that can be known before the first sample: ranges, a sample rate above twice the highest
+/// resonance, a motion within the stroke, and a closed loop that is stable (its poles with the delay, at
+/// every stiffness that the run goes through; limits, quantisation and dry friction left aside).
+[[nodiscard]] expected<void, ExperimentError> check(const ExperimentConfig& config);
+
+/// How a machine that changes did so.
+struct OverTime {
+  std::vector<double> time_s;        ///< [instant]
+  std::vector<double> resonance_hz;  ///< [instant], the first one, undamped
+  std::vector<double> position_m;    ///< [instant], of a tooth belt's cart; else empty
+};
+
+/// What is true of a simulated experiment, for those who judge an identification by it. Of a machine that
+/// changes: as it is at the start, and over time.
 struct Truth {
   Structure structure = Structure::two_mass;
   data::Motion motion = data::Motion::rotary;
-  std::optional<data::TwoMassParameters> two_mass;  ///< At the driven shaft; not for a rigid machine.
-  double rigid_inertia = 0.0;                       ///< Rigid machine only.
-  double viscous_friction = 0.0;
-  data::TransferFunction plant;                      ///< Zero-order-hold equivalent without the delay.
-  std::optional<data::TransferFunction> controller;  ///< None in open loop.
+  MassSystem system;                                ///< At the driven shaft.
+  std::optional<data::TwoMassParameters> two_mass;  ///< Of two masses only.
+  std::vector<Mode> resonances, antiresonances;     ///< Undamped, ascending.
+  double torque_lag_s = 0.0;                        ///< Part of `plant`.
+  /// Zero-order-hold equivalent from u to what is measured, without the delay. A velocity from an encoder's
+  /// differences is the mean over the past sample, and that is part of it.
+  data::TransferFunction plant;
+  std::optional<data::TransferFunction> controller;  ///< From measured velocity to -u; none in open loop.
   double delay_s = 0.0;                              ///< Of the measured velocity, not part of `plant`.
   data::FrequencyResponse response;                  ///< Of `plant`, no delay.
+  std::optional<OverTime> over_time;
+  DryFriction friction, load_friction;
   std::uint64_t seed = 0;
 };
 
 struct Simulation {
-  data::Record record;  ///< ru, u, y and, in closed loop, r.
+  data::Record record;  ///< ru, u, y; in closed loop r; position where it matters (cascade, tooth belt).
   Truth truth;
 };
 
-/// Runs the experiment. `response_hz` are the frequencies of the true response; when empty, those of a
-/// multisine or a stepped sine, else 200 over the excitation's band in even ratio. The same configuration
-/// gives the same samples.
-[[nodiscard]] expected<Simulation, ConfigError> simulate_closed_loop(
+/// Runs the experiment, in closed or open loop. `response_hz` are the frequencies of the true response; when
+/// empty, those of a multisine or a stepped sine, else 200 over the excitation's band in even ratio. The same
+/// configuration gives the same samples.
+[[nodiscard]] expected<Simulation, ExperimentError> simulate_closed_loop(
     const ExperimentConfig& config, std::span<const double> response_hz = {});
 
 }  // namespace resonid::plant

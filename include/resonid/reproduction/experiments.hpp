@@ -16,8 +16,8 @@ struct ShippedExperiment {
 /// In the order of their names.
 [[nodiscard]] std::span<const ShippedExperiment> shipped_experiments() noexcept;
 
-/// The configuration of a shipped experiment. Asserts that there is one of that name and that it is valid, which
-/// the tests check for all of them.
+/// The configuration of a shipped experiment. Asserts that there is one of that name and that it is valid,
+/// which the tests check for all of them.
 [[nodiscard]] plant::ExperimentConfig shipped_experiment(std::string_view name);
 
 }  // namespace resonid::reproduction

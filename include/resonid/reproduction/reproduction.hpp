@@ -11,7 +11,7 @@
 namespace resonid::reproduction {
 
 struct Options {
-  std::size_t seeds = 20;  ///< noisy runs that means and deviations are taken over, >= 2
+  std::size_t seeds = 20;                ///< noisy runs that means and deviations are taken over, >= 2
   std::function<void(double)> progress;  ///< called with the part done, 0 ... 1; may be empty
 };
 

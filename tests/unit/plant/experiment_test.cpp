@@ -18,7 +18,7 @@ ExperimentConfig demo() {
   c.excitation.to_hz = 1.5;
   c.excitation.duration_s = 17.0;
   c.measurement = {0.004, 0.0};
-  c.run = {500.0, 0.0, 0.0, 1};
+  c.run = {500.0, 0.0, 1};
   return c;
 }
 
@@ -66,7 +66,7 @@ TEST(Experiment, OperatingPointIsMerelyAdded) {
   auto c = demo();
   c.measurement.noise_rms = 0.1;
   const auto still = simulate_closed_loop(c)->record;
-  c.run.reference = 10.0;
+  c.motion = {MotionKind::constant, 10.0};
   const auto moving = simulate_closed_loop(c)->record;
   for (std::size_t k = 0; k < still.samples(); ++k)
     ASSERT_NEAR(moving.output.samples[k] - still.output.samples[k], 10.0, 1e-9);
@@ -102,18 +102,18 @@ TEST(Experiment, NamesTheFieldThatIsWrong) {
     auto c = demo();
     change(c);
     const auto result = simulate_closed_loop(c);
-    return result ? std::string("accepted") : std::string(result.error().field);
+    return result ? std::string("accepted") : result.error().table + "." + result.error().field;
   };
   EXPECT_EQ(field([](auto&) {}), "accepted");
-  EXPECT_EQ(field([](auto& c) { c.measurement.delay_s = -0.004; }), "delay_s");
-  EXPECT_EQ(field([](auto& c) { c.measurement.noise_rms = -0.1; }), "noise_rms");
-  EXPECT_EQ(field([](auto& c) { c.drive.stiffness = 0.0; }), "stiffness");
-  EXPECT_EQ(field([](auto& c) { c.controller.integral_time_s = 0.0; }), "integral_time_s");
-  EXPECT_EQ(field([](auto& c) { c.excitation.from_hz = 300.0; }), "from_hz");
-  EXPECT_EQ(field([](auto& c) { c.run.sample_rate_hz = 0.0; }), "sample_rate_hz");
-  EXPECT_EQ(field([](auto& c) { c.run.duration_s = -1.0; }), "duration_s");
-  EXPECT_EQ(field([](auto& c) { c.excitation.kind = excitation::Kind::none; }), "duration_s");
-  EXPECT_EQ(field([](auto& c) { c.controller.gain = 100.0; }), "controller");
+  EXPECT_EQ(field([](auto& c) { c.measurement.delay_s = -0.004; }), "measurement.delay_s");
+  EXPECT_EQ(field([](auto& c) { c.measurement.noise_rms = -0.1; }), "measurement.noise_rms");
+  EXPECT_EQ(field([](auto& c) { c.drive.stiffness = 0.0; }), "drive.stiffness");
+  EXPECT_EQ(field([](auto& c) { c.controller.integral_time_s = 0.0; }), "controller.integral_time_s");
+  EXPECT_EQ(field([](auto& c) { c.excitation.from_hz = 300.0; }), "excitation.from_hz");
+  EXPECT_EQ(field([](auto& c) { c.run.sample_rate_hz = 0.0; }), "run.sample_rate_hz");
+  EXPECT_EQ(field([](auto& c) { c.run.duration_s = -1.0; }), "run.duration_s");
+  EXPECT_EQ(field([](auto& c) { c.excitation.kind = excitation::Kind::none; }), "run.duration_s");
+  EXPECT_EQ(field([](auto& c) { c.controller.gain = 100.0; }), "controller.gain");
 }
 
 }  // namespace

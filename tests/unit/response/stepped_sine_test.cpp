@@ -27,7 +27,8 @@ plant::ExperimentConfig stepped_experiment(const std::vector<double>& lines_hz, 
   c.excitation.settle_periods = 5.0;
   c.excitation.measure_periods = measure_periods;
   c.measurement = {0.004, noise};
-  c.run = {500.0, 0.0, 10.0, 1};
+  c.motion = {plant::MotionKind::constant, 10.0};
+  c.run = {500.0, 0.0, 1};
   return c;
 }
 

@@ -1,0 +1,12 @@
+// SPDX-License-Identifier: MIT
+#include "plant/elastic_drive.hpp"
+#include "plant/elastic_drives.hpp"
+
+namespace resonid::plant {
+
+std::unique_ptr<Drive> elastic_drive_of_four(Machine machine, double sample_time_s, double early_fraction) {
+  return machine.masses() == 3 ? make_elastic<3>(std::move(machine), sample_time_s, early_fraction)
+                               : make_elastic<4>(std::move(machine), sample_time_s, early_fraction);
+}
+
+}  // namespace resonid::plant

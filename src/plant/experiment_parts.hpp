@@ -1,0 +1,19 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <resonid/plant/experiment.hpp>
+
+#include "plant/machine.hpp"
+
+namespace resonid::plant {
+
+[[nodiscard]] ExperimentError located(std::string_view table, const ConfigError& error);
+[[nodiscard]] MachineConfig machine_of(const ExperimentConfig& config);
+/// Samples of the record. The excitation must be valid.
+[[nodiscard]] expected<std::size_t, ExperimentError> length_of(const ExperimentConfig& config);
+/// What is true of the machine at the start; `response_hz` as of simulate_closed_loop().
+[[nodiscard]] Truth truth_of(const ExperimentConfig& config, const Drive& drive,
+                             std::optional<data::TransferFunction> feedback,
+                             std::span<const double> response_hz);
+
+}  // namespace resonid::plant

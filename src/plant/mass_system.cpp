@@ -1,0 +1,105 @@
+// SPDX-License-Identifier: MIT
+#include <Eigen/Eigenvalues>
+#include <cmath>
+#include <resonid/base/constants.hpp>
+#include <resonid/plant/mass_system.hpp>
+
+namespace resonid::plant {
+namespace {
+
+using Index = Eigen::Index;
+
+/// Stiffness or damping between the masses, [mass, mass]: torque on the masses = -matrix * angles.
+Eigen::MatrixXd coupling_matrix(const MassSystem& system, double Coupling::*property) {
+  const auto n = static_cast<Index>(system.masses());
+  Eigen::MatrixXd m = Eigen::MatrixXd::Zero(n, n);
+  for (const Coupling& c : system.couplings) {
+    const auto i = static_cast<Index>(c.from);
+    const auto j = static_cast<Index>(c.to);
+    m(i, i) += c.*property;
+    m(j, j) += c.*property;
+    m(i, j) -= c.*property;
+    m(j, i) -= c.*property;
+  }
+  return m;
+}
+
+/// Modes of M x'' + D x' + K x = 0 by the undamped eigenvectors v, scaled to v' M v = 1: w^2 = v' K v and
+/// zeta = v' D v/(2 w). The damping is exact where it shares the stiffness' eigenvectors, as in every
+/// two-mass drive.
+std::vector<Mode> modes(const Eigen::MatrixXd& stiffness, const Eigen::MatrixXd& damping,
+                        const Eigen::VectorXd& inertia, Index rigid) {
+  std::vector<Mode> result;
+  if (inertia.size() <= rigid) return result;
+  const Eigen::VectorXd scale = inertia.cwiseSqrt().cwiseInverse();
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(scale.asDiagonal() * stiffness *
+                                                              scale.asDiagonal());
+  for (Index i = rigid; i < inertia.size(); ++i) {
+    const double omega = std::sqrt(std::max(0.0, solver.eigenvalues()(i)));
+    const Eigen::VectorXd shape = scale.asDiagonal() * solver.eigenvectors().col(i);
+    result.push_back({omega / kTwoPi, shape.dot(damping * shape) / (2.0 * omega)});
+  }
+  return result;
+}
+
+Eigen::VectorXd inertias(const MassSystem& system) {
+  return Eigen::Map<const Eigen::VectorXd>(system.inertia.data(), static_cast<Index>(system.masses()));
+}
+
+Eigen::MatrixXd damping_matrix(const MassSystem& system) {
+  Eigen::MatrixXd d = coupling_matrix(system, &Coupling::damping);
+  for (std::size_t i = 0; i < system.masses(); ++i)
+    d(static_cast<Index>(i), static_cast<Index>(i)) += system.viscous[i];
+  return d;
+}
+
+}  // namespace
+
+ContinuousDrive continuous_drive(const MassSystem& system, double lag_s, Locks locks, double angle_scale) {
+  const auto n = static_cast<Index>(system.masses());
+  const bool lags = lag_s > 0.0;
+  const Index motor = 2 * n - 1;  // the motor's torque, if it lags
+  const Index angle = motor + (lags ? 1 : 0);
+  const Eigen::MatrixXd k = coupling_matrix(system, &Coupling::stiffness);
+  const Eigen::MatrixXd d = damping_matrix(system);
+  const Eigen::VectorXd j = inertias(system);
+
+  ContinuousDrive drive;
+  const double fastest = n > 1 ? std::sqrt((k.diagonal().array() / j.array()).maxCoeff()) : 1.0;
+  drive.angle_scale = angle_scale > 0.0 ? angle_scale : fastest;
+  drive.a = Eigen::MatrixXd::Zero(angle + 1, angle + 1);
+  drive.b = Eigen::MatrixXd::Zero(angle + 1, 1 + n);
+  for (Index i = 0; i < n; ++i) {
+    const bool locked = (i == 0 && locks.driven) || (i == n - 1 && locks.load);
+    if (!locked) {
+      drive.a.row(i).head(n) = -d.row(i) / j(i);
+      drive.a.row(i).segment(n, n - 1) = -k.row(i).tail(n - 1) / (j(i) * drive.angle_scale);
+      drive.b(i, 1 + i) = 1.0 / j(i);
+      if (i == 0 && lags) drive.a(0, motor) = 1.0 / j(0);
+      if (i == 0 && !lags) drive.b(0, 0) = 1.0 / j(0);
+    }
+    if (i > 0) {
+      drive.a(n - 1 + i, i) = drive.angle_scale;
+      drive.a(n - 1 + i, 0) = -drive.angle_scale;
+    }
+  }
+  if (lags) {
+    drive.a(motor, motor) = -1.0 / lag_s;
+    drive.b(motor, 0) = 1.0 / lag_s;
+  }
+  drive.a(angle, 0) = 1.0;
+  return drive;
+}
+
+std::vector<Mode> resonances(const MassSystem& system) {
+  return modes(coupling_matrix(system, &Coupling::stiffness), damping_matrix(system), inertias(system), 1);
+}
+
+std::vector<Mode> antiresonances(const MassSystem& system) {
+  const Index held = static_cast<Index>(system.masses()) - 1;
+  if (held == 0) return {};
+  return modes(coupling_matrix(system, &Coupling::stiffness).bottomRightCorner(held, held),
+               damping_matrix(system).bottomRightCorner(held, held), inertias(system).tail(held), 0);
+}
+
+}  // namespace resonid::plant

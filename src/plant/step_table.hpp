@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <algorithm>
+#include <cstddef>
+#include <resonid/base/linear_system.hpp>
+#include <vector>
+
+#include "plant/machine.hpp"
+
+namespace resonid::plant {
+
+/// Zero-order-hold step over `duration_s`: next state = step * [state; command; torques]. [state, state +
+/// input]
+[[nodiscard]] inline Eigen::MatrixXd zero_order_hold_step(const ContinuousDrive& drive, double duration_s) {
+  const Eigen::Index states = drive.a.rows();
+  const Eigen::Index inputs = drive.b.cols();
+  Eigen::MatrixXd extended = Eigen::MatrixXd::Zero(states + inputs, states + inputs);
+  extended.topLeftCorner(states, states) = duration_s * drive.a;
+  extended.topRightCorner(states, inputs) = duration_s * drive.b;
+  const double norm = extended.cwiseAbs().rowwise().sum().maxCoeff();
+  return matrix_exponential<double, Eigen::Dynamic>(extended, norm).topRows(states);
+}
+
+/// The steps of a machine whose stiffness varies: computed on a grid of stiffnesses, between them cubic. With
+/// kNodes over a factor of 3 in stiffness the entries are right to about 1e-11.
+template <class Step>
+class StepTable {
+ public:
+  StepTable() = default;
+
+  template <class Make>
+  StepTable(double lowest, double highest, Make make) : lowest_(lowest) {
+    if (!(lowest < highest)) {
+      nodes_.assign(1, make(lowest));
+      return;
+    }
+    const double spacing = (highest - lowest) / static_cast<double>(kNodes - 3);
+    per_spacing_ = 1.0 / spacing;
+    nodes_.reserve(kNodes);  // one node beyond either end, so that the cubic is central everywhere
+    for (std::size_t i = 0; i < kNodes; ++i)
+      nodes_.push_back(make(std::max(lowest + (static_cast<double>(i) - 1.0) * spacing, 1e-9)));
+  }
+
+  [[nodiscard]] Step at(double factor) const noexcept {
+    if (nodes_.size() == 1) return nodes_.front();
+    const double x = (factor - lowest_) * per_spacing_;
+    const auto cell = std::min(static_cast<std::size_t>(std::max(x, 0.0)), kNodes - 4);
+    const double t = x - static_cast<double>(cell);
+    const Step* node = &nodes_[cell];  // at t = -1, 0, 1, 2
+    const double below = t + 1.0;
+    const double above = t - 1.0;
+    const double beyond = t - 2.0;
+    return -t * above * beyond / 6.0 * node[0] + 0.5 * below * above * beyond * node[1] -
+           0.5 * below * t * beyond * node[2] + below * t * above / 6.0 * node[3];
+  }
+
+ private:
+  static constexpr std::size_t kNodes = 1024;
+  double lowest_ = 1.0;
+  double per_spacing_ = 0.0;
+  std::vector<Step> nodes_;
+};
+
+}  // namespace resonid::plant

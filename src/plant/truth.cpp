@@ -1,0 +1,78 @@
+// SPDX-License-Identifier: MIT
+#include <algorithm>
+#include <cmath>
+
+#include "plant/experiment_parts.hpp"
+
+namespace resonid::plant {
+namespace {
+
+std::vector<double> default_lines(const ExperimentConfig& config) {
+  using excitation::Kind;
+  const auto& e = config.excitation;
+  if (e.kind == Kind::multisine || e.kind == Kind::stepped_sine) {
+    const auto lines = e.lines_hz.hz();
+    std::vector<double> f(lines.begin(), lines.end());
+    std::sort(f.begin(), f.end());
+    return f;
+  }
+  constexpr std::size_t kCount = 200;
+  const double rate = config.run.sample_rate_hz;
+  const bool silent = e.kind == Kind::none;
+  const auto band = excitation::Excitation::create(e, rate)->band();
+  const double low = silent ? 1e-3 * rate : band.low_hz;
+  const double high = silent ? 0.45 * rate : band.high_hz;
+  std::vector<double> f(kCount);
+  for (std::size_t i = 0; i < kCount; ++i)
+    f[i] = low * std::pow(high / low, static_cast<double>(i) / static_cast<double>(kCount - 1));
+  return f;
+}
+
+/// The machine with the mean velocity over the past sample as its output: one more state holds it.
+SampledDrive by_difference(const SampledDrive& drive) {
+  const Eigen::Index n = drive.a.rows() - 1;  // its angle comes last
+  SampledDrive mean = drive;
+  mean.a = Eigen::MatrixXd::Zero(n + 2, n + 2);
+  mean.b = Eigen::VectorXd::Zero(n + 2);
+  mean.a.topLeftCorner(n, n) = drive.a.topLeftCorner(n, n);
+  mean.b.head(n) = drive.b.head(n);
+  mean.a.row(n).head(n) = drive.a.row(n).head(n) / drive.sample_time_s;
+  mean.b(n) = drive.b(n) / drive.sample_time_s;
+  mean.velocity = Eigen::RowVectorXd::Unit(n + 2, n);
+  return mean;
+}
+
+}  // namespace
+
+Truth truth_of(const ExperimentConfig& config, const Drive& drive,
+               std::optional<data::TransferFunction> feedback, std::span<const double> response_hz) {
+  Truth truth;
+  const double position = config.motion.from;
+  truth.structure = config.drive.structure;
+  truth.motion = config.drive.motion;
+  const double factor = stiffness_factor(config.disturbance, 0.0);
+  truth.system = mass_system(config.drive, factor, position);
+  if (truth.system.masses() == 2) {
+    const Coupling& c = truth.system.couplings.front();
+    truth.two_mass = {truth.system.inertia[0], truth.system.inertia[1], c.stiffness, c.damping,
+                      truth.system.viscous[0]};
+  }
+  truth.resonances = resonances(truth.system);
+  truth.antiresonances = antiresonances(truth.system);
+  truth.torque_lag_s = config.actuator.lag_s;
+  truth.controller = std::move(feedback);
+  truth.delay_s = config.measurement.delay_s;
+  truth.friction = config.friction.driven;
+  truth.load_friction = config.friction.load;
+  truth.seed = config.run.seed;
+  SampledDrive sampled = drive.sampled(drive.stiffness_factor());
+  if (config.measurement.velocity == VelocitySource::encoder) sampled = by_difference(sampled);
+  truth.plant = transfer_function(sampled);
+  truth.response.frequency_hz = response_hz.empty()
+                                    ? default_lines(config)
+                                    : std::vector<double>(response_hz.begin(), response_hz.end());
+  for (const double f : truth.response.frequency_hz) truth.response.value.push_back(response(sampled, f));
+  return truth;
+}
+
+}  // namespace resonid::plant
