@@ -10,8 +10,9 @@ report::Document publication_vi(const Options& options) {
   page.title =
       "Publication VI: a chirp, one Kalman filter that follows it, and distances in the Nyquist plane";
   page.command = "resonid reproduce vi";
-  constexpr vi::Part (*kParts[])(const Options&) = {vi::figure_3, vi::figure_4, vi::figure_5,
-                                                    vi::figure_7, vi::figure_9, vi::figure_11};
+  constexpr vi::Part (*kParts[])(const Options&) = {vi::figure_3,  vi::figure_4,  vi::figure_5,
+                                                    vi::figure_7,  vi::tensioner, vi::figure_9,
+                                                    vi::figure_10, vi::figure_11};
   double done = 0.0;
   for (const auto part : kParts) {
     auto made = part(options);
