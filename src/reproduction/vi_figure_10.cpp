@@ -78,7 +78,7 @@ Part figure_10(const Options& options) {
   add_bode(
       section, "Figure 10: configuration A with tensioner",
       {{"true", truth, Mark::line},
-       {"off line, averaged spectra", offline, Mark::points},
+       {"off line, averaged spectra", offline, Mark::line},
        {"on line, along the sweep",
         TrackedSweep(noisy.front(), given, 8.0).response(truth.frequency_hz, Approach::direct), Mark::points},
        {"on line, noise-free", TrackedSweep(clean, given, 8.0).response(truth.frequency_hz, Approach::direct),

@@ -64,7 +64,7 @@ Part figure_11(const Options& options) {
   const auto prbs = shipped_experiment("vi_prbs_a");
   with_noise.push_back({"indirect, off line",
                         averaged_response(run(prbs, 1), known(prbs), Approach::indirect).band(2.0, 33.0),
-                        Mark::points});
+                        Mark::line});
   add_bode(part.section, "Figure 11, with noise", with_noise,
            "System A, lambda = 8, seed 1; off line from a PRBS by averaged spectra.");
   add_bode(part.section, "Figure 11, noise-free", without_noise, "System A, lambda = 8.");

@@ -114,7 +114,8 @@ Part figure_3(const Options& options) {
   part.section.title = "Figure 3: responses estimated along the sweep";
   part.section.text = {
       "A chirp of 1 Nm from 35 to 1.5 Hz in 17 s is added to the torque of a drive that turns at 10 rad/s; "
-      "the operating point is taken out of the velocity, for a two-state filter cannot (last table). One "
+      "the operating point is taken out of the velocity, for a two-state filter cannot do without that (last "
+      "table). One "
       "two-state filter (lambda = 8) on each signal "
       "follows the chirp's instantaneous frequency; the response is Y/U, with the known 4 ms taken out.",
       "Errors are against the zero-order-hold response of the simulated plant, at 2 ... 33 Hz every 0.1 Hz. "

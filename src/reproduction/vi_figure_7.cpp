@@ -153,7 +153,7 @@ void add_chart(report::Section& section, const Records& prbs, const std::string&
                                      kFitLow_hz, kFitHigh_hz);
   add_bode(section, "Figure 7: on line, off line and fitted, system A",
            {{"true", true_response(prbs.experiment, grid), Mark::line},
-            {"off line, averaged spectra", offline.band(2.0, 33.0), Mark::points},
+            {"off line, averaged spectra", offline.band(2.0, 33.0), Mark::line},
             {"on line, along the sweep", online.response(grid, Approach::direct), Mark::points},
             {"two-mass fit to off line", model_response(model, step, grid), Mark::dashed}},
            "PRBS of 17 cells, 2.1 Nm, 60 s at 2 ms, segments of 4096 samples; sweep 35 ... 1.5 Hz; seed 1.");

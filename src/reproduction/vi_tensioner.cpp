@@ -91,7 +91,7 @@ void add_chart(report::Section& section, const Configuration& c) {
   add_bode(section,
            fmt::format("Figure 7 {}: on line, off line and fitted", c.letter == std::string("A") ? "a" : "b"),
            {{"true, three masses", true_response(prbs, wide), Mark::line},
-            {"off line, averaged spectra", offline.band(2.0, 100.0), Mark::points},
+            {"off line, averaged spectra", offline.band(2.0, 100.0), Mark::line},
             {"on line, along the sweep",
              TrackedSweep(run(chirp, 1), known(chirp), 8.0).response(band_grid_hz(), Approach::direct),
              Mark::points},
