@@ -113,6 +113,7 @@ std::string text_table(const ComparisonTable& table) {
                       padded(c.published, widest[1], true) + "  " + padded(c.reproduced, widest[2], true) +
                       "  " + padded(c.truth, widest[3], true);
     const std::size_t used = width(out);
+    if (c.note.empty() || used + 2 + width(c.note) > kWidth) out.erase(out.find_last_not_of(' ') + 1);
     if (c.note.empty()) return out + "\n";
     if (used + 2 + width(c.note) <= kWidth) return out + "  " + c.note + "\n";
     return out + "\n      " + wrapped(c.note, 6, 6);

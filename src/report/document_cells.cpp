@@ -26,7 +26,7 @@ std::string number_text(double value, double deviation, std::string_view plus_mi
   // The deviation's own rounding may carry: 0.0996 is 0.10, one decimal fewer than its logarithm says.
   const double rounded = std::stod(fmt::format("{:.1e}", deviation));
   const int decimals = 1 - static_cast<int>(std::floor(std::log10(rounded) + 1e-9));
-  if (decimals > 8 || std::abs(value) >= 1e6)
+  if (decimals > 6 || std::abs(value) >= 1e6)
     return fmt::format("{:.4g} {} {:.2g}", value, plus_minus, deviation);
   const int shown = std::max(decimals, 0);
   std::string text = fmt::format("{:.{}f}", value, shown);

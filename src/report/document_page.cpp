@@ -40,15 +40,10 @@ std::string heading_row(std::initializer_list<std::pair<std::string_view, bool>>
 
 std::string comparison_table(const ComparisonTable& table) {
   const auto rows = cells_of(table, kSign);
-  bool notes = false;
-  for (const Cells& c : rows) notes = notes || !c.note.empty();
   std::string out =
       element("<h3>", html(table.title), "h3") + "\n<div class=\"scroll\"><table class=\"comparison\">\n";
-  if (notes)
-    out += heading_row(
-        {{"Quantity", false}, {"Published", true}, {"Reproduced", true}, {"True", true}, {"Note", false}});
-  else
-    out += heading_row({{"Quantity", false}, {"Published", true}, {"Reproduced", true}, {"True", true}});
+  out += heading_row(
+      {{"Quantity", false}, {"Published", true}, {"Reproduced", true}, {"True", true}, {"Note", false}});
   out += "<tbody>\n";
   const auto number = [](const std::string& text) {
     return element("<td class=\"n\">",
@@ -56,9 +51,8 @@ std::string comparison_table(const ComparisonTable& table) {
   };
   for (const Cells& c : rows) {
     out += "<tr>" + element("<th scope=\"row\">", escape_html(c.quantity), "th") + number(c.published) +
-           number(c.reproduced) + number(c.truth);
-    if (notes) out += element("<td class=\"note\">", escape_html(c.note), "td");
-    out += "</tr>\n";
+           number(c.reproduced) + number(c.truth) +
+           element("<td class=\"note\">", escape_html(c.note), "td") + "</tr>\n";
   }
   return out + "</tbody></table></div>\n";
 }
