@@ -29,11 +29,16 @@ std::vector<report::Discrepancy> discrepancies() {
        "The squares are lost; the source says so elsewhere."},
       {"Eq. (17)", "disturbance of 0.25, no phases and no sample time",
        "standard deviation 0.25 and three sines of 0.25 with phase 0; 1 ms", "Not stated."},
+      {"Eq. (18), text", "frequencies from the grid 2 pi l/Np, resolution 3 Hz",
+       "the grid l/(Np Ts) = 0.1 Hz, period 10 s",
+       "The sample time is missing. 2.9, 5.9 ... 23.9 Hz are no multiples of 3 Hz: they repeat together "
+       "after 10 s."},
       {"Text on figure 2 b", "a larger lambda: larger error, faster tracking",
        "larger lambda: always less noise; faster up to an optimum, slower beyond",
        "The noise's variance is r/(2 lambda + c'c) exactly. The text below eq. (12) says the opposite of "
        "the one on the figure, and is right about the error."},
-      {"Eq. (19)", "|G(jw)^2| under the roots", "|G(jw)|^2", "Misplaced bar; the distance would exceed 1."},
+      {"Eq. (19)", "|G(jw)^2| under the roots", "|G(jw)|^2",
+       "The bar is misplaced. For a scalar response both are the same number, for a matrix they are not."},
       {"Eq. (20)", "the largest distance, 0 <= w <= pi fs", "the pointwise distance at the lines",
        "The maximum is Vinnicombe's gap only where the winding-number condition holds; from lines it cannot "
        "be told."},

@@ -133,9 +133,9 @@ report::Section distances(const System& a, const System& b, const System& a_120,
       "Scaling matters: the distance is blind to whatever lies far below or far above 1, so it depends on "
       "the unit of G. In (rad/s)/Nm this drive happens to lie near 1 about its resonance; scaled by its "
       "controller, 1.04 Nms/rad, it changes little. Other units would hide the change altogether.",
-      "The print shows a picture only. The figures that this project holds for true belong to D = 120 Ns/m "
-      "in system A; with the 100 that Publication IV prints they differ where A resonates, so both are "
-      "given.",
+      "The print shows a picture only. The distances that an independent implementation computed, which the "
+      "tests compare with, belong to D = 120 Ns/m in system A; with the 100 that Publication IV prints they "
+      "differ where A resonates, so both are given.",
       "A and B are run with different noise, as two experiments are; beside weak changes the distance then "
       "shows the noise of the bank. With the same noise in both runs most of it cancels: the next to last "
       "table has that only to compare with figures that were made so."};

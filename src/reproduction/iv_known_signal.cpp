@@ -278,6 +278,9 @@ report::Section known_signal(const Options& options, const Step& step) {
       "rad/s by one bank with a shared constant state. e(t) is white noise and three lines at 26, 54 and 72 "
       "pi rad/s, each of 0.25 (for the noise read as its standard deviation). The sample time is not "
       "printed; 1 ms is taken, and 2 ms beside it where it matters.",
+      "The print calls the lines that are not in the signal near zero. At 24 pi rad/s two thirds of the "
+      "neighbouring 0.25 show: a bank separates its own lines exactly, but what it does not hold leaks into "
+      "it.",
       "The print says that with a larger lambda the error grows and the tracking is faster (text on figure "
       "2 b), and just before that a small epsilon, that is a large lambda, tracks slowly with little error. "
       "What holds: the noise falls with lambda without exception, its variance is r/(2 lambda + c'c), c'c = "

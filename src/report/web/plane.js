@@ -7,6 +7,8 @@ import { curvesOf, extentOf } from "./series.js";
 import { linearTicks } from "./ticks.js";
 
 const PRINT_WIDTH = 420;
+/** A tall plane gets more room at its sides instead of running down the page. */
+const TALLEST = 520;
 const LEFT = 44;
 const BOTTOM = 22;
 const fixed = (v) => Math.min(Math.max(v, -1e5), 1e5).toFixed(1);
@@ -42,10 +44,11 @@ export function viewOf({ x, y }) {
 }
 
 function render(plane, width) {
-  const { view, curves } = plane;
+  const { curves } = plane;
   const inner = width - LEFT - 10;
-  const scale = inner / view.wide;
-  const tall = view.high * scale;
+  const scale = Math.min(inner / plane.view.wide, TALLEST / plane.view.high);
+  const tall = plane.view.high * scale;
+  const view = { ...plane.view, wide: inner / scale };
   const map = {
     width, height: tall + 8 + BOTTOM,
     x: (v) => LEFT + (v - view.x + view.wide / 2) * scale,
