@@ -12,6 +12,8 @@ namespace {
 
 using report::Section;
 
+constexpr double kParts = 8.0;  // of the work, alike for progress
+
 Section machines(const iv::System& a, const iv::System& b) {
   Section section;
   section.title = "Table 1: the two machines";
@@ -56,9 +58,8 @@ std::vector<std::string> summary(const Section& responses, const Section& gap) {
 }  // namespace
 
 report::Document publication_iv(const Options& options) {
-  constexpr double kParts = 8.0;
   const auto part = [&](int number) -> iv::Step {
-    return [&options, number, kParts](double done) {
+    return [&options, number](double done) {
       if (options.progress) options.progress((number + done) / kParts);
     };
   };

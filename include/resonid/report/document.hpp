@@ -72,8 +72,7 @@ struct Document {
 
 /// One self-contained HTML page: no network, no other files, readable on a phone, in the dark and on paper.
 /// Text and tables stand in it as they are; a script draws the charts from numbers of 7 digits. Text of any
-/// origin is escaped, bytes that are not UTF-8 are replaced. In every form "+-" becomes the sign where there
-/// is one.
+/// origin is escaped, bytes that are not UTF-8 are replaced. "+-" in texts becomes the sign, in Markdown too.
 [[nodiscard]] std::string document_page(const Document& document);
 
 /// The same without the charts, as Markdown.
@@ -86,11 +85,11 @@ struct Document {
 /// null:
 ///
 ///     {schema: "resonid.document/1", title, command, summary: [""],
-///      sections: [{title, text: [""], tables: [{title, rows: [{quantity, unit, published, reproduced,
-///      deviation, true,
-///                  note}]}], charts: [{title, x_label, y_label, log_x, equal_axes, caption, curves: [{name,
-///                  mark, x, y, at}]}]}],
+///      sections: [{title, text: [""], tables: [table], charts: [chart]}],
 ///      discrepancies: [{place, printed, taken, reason}]}
+///     table: {title, rows: [{quantity, unit, published, reproduced, deviation, true, note}]}
+///     chart: {title, x_label, y_label, log_x, equal_axes, caption, curves: [{name, mark, x, y, at,
+///     at_unit}]}
 [[nodiscard]] nlohmann::json document_json(const Document& document);
 
 }  // namespace resonid::report
