@@ -3,7 +3,6 @@
 
 #include <cmath>
 #include <nlohmann/json.hpp>
-#include <regex>
 #include <resonid/report/document.hpp>
 #include <string>
 
@@ -92,8 +91,9 @@ TEST(DocumentPage, LoadsNothingFromAnywhereAndFillsEveryPlace) {
   const std::string html = document_page(example());
   EXPECT_EQ(html.find("http://"), html.npos);
   EXPECT_EQ(html.find("https://"), html.npos);
-  EXPECT_FALSE(std::regex_search(html.substr(0, html.find("<script")),
-                                 std::regex("<(link|img|iframe|object)[ >]|@import|url\\(")));
+  const std::string shown = html.substr(0, html.find("<script"));
+  for (const char* loader : {"<link", "<img", "<iframe", "<object", "@import", "url("})
+    EXPECT_EQ(shown.find(loader), std::string::npos) << loader;
   EXPECT_NE(html.find("default-src 'none'"), html.npos);
   for (const char* place : {"{{title}}", "{{content}}", "{{data}}", "{{style}}", "{{script}}"})
     EXPECT_EQ(html.find(place), html.npos) << place;
