@@ -6,7 +6,6 @@
 
 #include <cmath>
 #include <cstdint>
-#include <resonid/data/record.hpp>
 #include <resonid/excitation/excitation.hpp>
 #include <resonid/io/number_list.hpp>
 #include <resonid/io/suggestion.hpp>
@@ -15,14 +14,10 @@
 #include <type_traits>
 #include <vector>
 
+#include "io/enum_names.hpp"
 #include "io/text.hpp"
 
 namespace resonid::io {
-
-inline std::span<const std::string_view> enum_names(data::Motion) noexcept {
-  static constexpr std::array<std::string_view, 2> kNames{"rotary", "linear"};
-  return kNames;
-}
 
 /// "file:line:column: ".
 inline std::string position(std::string_view file, const toml::source_region& region) {
