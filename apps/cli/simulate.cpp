@@ -60,19 +60,16 @@ Source source_of(const std::string& experiment) {
                          : std::string()));
 }
 
-/// The first comment of a file, up to the end of its first sentence.
+/// The comment that a file begins with, up to the line that ends a sentence.
 std::string about(std::string_view text) {
   std::string words;
-  while (text.starts_with('#')) {
-    const auto end = text.find('\n');
-    std::string_view line = text.substr(1, end == text.npos ? text.npos : end - 1);
-    while (line.starts_with(' ')) line.remove_prefix(1);
-    words += (words.empty() ? "" : " ") + std::string(line);
-    if (words.ends_with('.') || end == text.npos) break;
-    text.remove_prefix(end + 1);
+  while (text.starts_with("# ")) {
+    const auto end = std::min(text.find('\n'), text.size());
+    words += (words.empty() ? "" : " ") + std::string(text.substr(2, end - 2));
+    if (words.ends_with('.') && !words.ends_with("...")) break;
+    text.remove_prefix(std::min(end + 1, text.size()));
   }
-  const auto stop = words.find(". ");
-  return stop == words.npos ? words : words.substr(0, stop + 1);
+  return words;
 }
 
 void run_list(const SimulateOptions& o) {
@@ -152,11 +149,15 @@ std::string range_text(const std::vector<double>& x) {
 std::string machine_text(const plant::Truth& truth) {
   std::string text = fmt::format(
       "  {} drive", plant::enum_names(truth.structure)[static_cast<std::size_t>(truth.structure)]);
-  const char* when = truth.over_time ? " at the start" : "";
-  for (const auto& mode : truth.antiresonances)
-    text += fmt::format(", anti-resonance {:.2f} Hz", mode.frequency_hz);
-  for (const auto& mode : truth.resonances) text += fmt::format(", resonance {:.2f} Hz", mode.frequency_hz);
-  text += truth.resonances.empty() ? ", no resonance\n" : fmt::format("{}\n", when);
+  const auto add = [&text](const std::vector<plant::Mode>& modes, const char* kind) {
+    for (std::size_t i = 0; i < modes.size(); ++i)
+      text += i == 0 ? fmt::format(", {}{} {:.2f}", kind, modes.size() > 1 ? "s" : "", modes[i].frequency_hz)
+                     : fmt::format(", {:.2f}", modes[i].frequency_hz);
+    if (!modes.empty()) text += " Hz";
+  };
+  add(truth.antiresonances, "anti-resonance");
+  add(truth.resonances, "resonance");
+  text += truth.resonances.empty() ? ", no resonance\n" : truth.over_time ? " at the start\n" : "\n";
   if (!truth.over_time) return text;
   text += fmt::format("  over the run: resonance {} Hz", range_text(truth.over_time->resonance_hz));
   if (!truth.over_time->position_m.empty())
