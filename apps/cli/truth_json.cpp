@@ -50,6 +50,8 @@ json parameters_json(const plant::Truth& truth) {
   }
   if (masses.size() == 1 || truth.system.viscous.front() > 0.0)
     parameters["viscous_friction"] = parameter(truth.system.viscous.front(), damping);
+  if (masses.size() > 1 && truth.system.viscous.back() > 0.0)
+    parameters["load_viscous_friction"] = parameter(truth.system.viscous.back(), damping);
   if (truth.friction.any()) parameters["coulomb_friction"] = parameter(truth.friction.coulomb, torque);
   if (truth.load_friction.any())
     parameters["load_coulomb_friction"] = parameter(truth.load_friction.coulomb, torque);
@@ -93,7 +95,7 @@ json loop_json(const plant::Truth& truth) {
     const double part = static_cast<double>(i + 1) / static_cast<double>(kLines);
     const double f = highest_hz * std::pow(kSpan, part - 1.0);
     loop.frequency_hz.push_back(f);
-    loop.value.push_back(truth.controller->response(f) * truth.plant.response(f) *
+    loop.value.push_back(truth.controller->response(f) * plant::response(truth.sampled, f) *
                          std::polar(1.0, -kTwoPi * f * truth.delay_s));
   }
   const auto margins = diagnostics::loop_margins(loop);
