@@ -29,7 +29,9 @@ expected<toml::table, Error> parse_toml(std::string_view text, std::string_view 
 /// The refusal with its place in the file: at the value, else at its table, else at the file.
 std::string explain(const toml::table& file, std::string_view source, const plant::ExperimentError& error) {
   const toml::table* section = file.get_as<toml::table>(error.table);
-  if (section == nullptr) return fmt::format("{}: has no table [{}]: {}", source, error.table, error.text());
+  if (section == nullptr)
+    return fmt::format("{}:1:1: has no table [{}]; its {} {}", source, error.table,
+                       error.field.empty() ? "content" : error.field, error.requirement);
   if (error.field.empty()) return position(source, section->source()) + error.text();
   const toml::node* node = section->get(error.field);
   if (node == nullptr)
@@ -51,8 +53,12 @@ expected<plant::ExperimentConfig, Error> parse_experiment(std::string_view text,
   visitor.finish();
   if (!error.empty()) return fail(std::move(error));
   if (duration_s) config.run.duration_s = *duration_s;
-  if (const auto ok = plant::check(config); !ok) return fail(explain(*file, source, ok.error()));
-  return config;
+  const auto ok = plant::check(config);
+  if (ok) return config;
+  const auto& refused = ok.error();
+  if (duration_s && refused.table == "run" && refused.field == "duration_s")
+    return fail(fmt::format("{}: with a duration of {:g} s: {}", source, *duration_s, refused.requirement));
+  return fail(explain(*file, source, refused));
 }
 
 std::string explain_experiment(std::string_view text, std::string_view source,
