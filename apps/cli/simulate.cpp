@@ -189,6 +189,9 @@ bool told_about(const SimulateOptions& o) {
   if ((o.list || o.schema) && !o.experiment.empty())
     throw UsageError(fmt::format("EXPERIMENT: found '{}', required none with {}", o.experiment,
                                  o.list ? "--list" : "--schema"));
+  if ((o.list || o.schema) && (!o.out.empty() || !o.truth.empty() || (o.schema && !o.json.empty())))
+    throw UsageError(
+        fmt::format("{}: runs nothing, required no file for a result", o.list ? "--list" : "--schema"));
   if (o.list) run_list(o);
   if (o.schema) print(io::experiment_schema());
   if (o.list || o.schema) return true;
@@ -235,7 +238,7 @@ void run_simulate(const CLI::App& verb, const SimulateOptions& o) {
 void add_simulate(CLI::App& app) {
   auto* verb = app.add_subcommand("simulate", "Runs an experiment on a simulated drive");
   verb->footer(
-      "Examples:\n"
+      "Example:\n"
       "  resonid simulate experiments/demo.toml --out demo.csv --truth truth.json\n"
       "  resonid simulate --list\n"
       "  resonid simulate friction_reversal --duration 2 --out record.csv\n"

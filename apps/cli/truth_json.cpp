@@ -63,6 +63,18 @@ json transfer_function_json(const data::TransferFunction& g) {
   return {{"numerator", g.numerator}, {"denominator", g.denominator}, {"sample_time_s", g.sample_time_s}};
 }
 
+/// Whether the polynomials give the response: of high order at a fast rate their digits cancel.
+bool is_accurate(const plant::Truth& truth) {
+  constexpr double kMost = 1e-6;
+  const auto& response = truth.response;
+  for (std::size_t i = 0; i < response.value.size(); ++i) {
+    const auto value = response.value[i];
+    if (!(std::abs(truth.plant.response(response.frequency_hz[i]) - value) <= kMost * std::abs(value)))
+      return false;
+  }
+  return true;
+}
+
 json resonances_json(const plant::Truth& truth) {
   json list = json::array();
   const auto add = [&](const std::vector<plant::Mode>& modes, const char* kind) {
@@ -128,8 +140,8 @@ json truth_json(const plant::Truth& truth) {
   const auto structure =
       truth.structure == plant::Structure::tooth_belt ? plant::Structure::two_mass : truth.structure;
   result["model"] = {{"structure", plant::enum_names(structure)[static_cast<std::size_t>(structure)]},
-                     {"parameters", parameters_json(truth)},
-                     {"transfer_function", transfer_function_json(truth.plant)}};
+                     {"parameters", parameters_json(truth)}};
+  if (is_accurate(truth)) result["model"]["transfer_function"] = transfer_function_json(truth.plant);
   if (truth.over_time) result["over_time"] = over_time_json(*truth.over_time);
   if (truth.controller) {
     result["controller"] = transfer_function_json(*truth.controller);

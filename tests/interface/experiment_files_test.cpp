@@ -99,6 +99,8 @@ TEST_F(ExperimentFiles, AreListedWithWhatTheyAre) {
     EXPECT_GE(entry->at("about").get<std::string>().size(), 20U) << file;
   }
   expect_refused("simulate demo --list", {"EXPERIMENT", "'demo'", "--list"});
+  expect_refused("simulate --list --out r.csv", {"--list: runs nothing"});
+  expect_refused("simulate --list --schema", {"--list and --schema"});
 }
 
 TEST_F(ExperimentFiles, TheirDocumentIsCurrent) {
