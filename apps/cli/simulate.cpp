@@ -4,14 +4,20 @@
 #include <CLI/App.hpp>
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <resonid/io/experiment.hpp>
+#include <resonid/io/experiment_schema.hpp>
+#include <resonid/io/suggestion.hpp>
 #include <resonid/plant/experiment.hpp>
+#include <resonid/reproduction/experiments.hpp>
 
 #include "errors.hpp"
 #include "options.hpp"
 #include "output.hpp"
+#include "progress.hpp"
 #include "truth_json.hpp"
 #include "verbs.hpp"
 
@@ -24,8 +30,58 @@ struct SimulateOptions {
   std::string truth;
   std::string json;
   std::uint64_t seed = 1;
+  double duration_s = 0.0;
   std::vector<double> lines_hz;
+  bool list = false;
+  bool schema = false;
 };
+
+/// An experiment file, from disk or built in.
+struct Source {
+  std::string name;  ///< In messages.
+  std::string text;
+};
+
+/// The file of that name; where there is none, the shipped experiment of that name.
+Source source_of(const std::string& experiment) {
+  std::error_code ignored;
+  std::vector<std::string> names;
+  for (const auto& shipped : reproduction::shipped_experiments()) {
+    if (shipped.name == experiment && !std::filesystem::exists(experiment, ignored))
+      return {experiment, std::string(shipped.text)};
+    names.emplace_back(shipped.name);
+  }
+  auto text = io::read_experiment_text(experiment);
+  if (text) return {experiment, std::move(*text)};
+  const bool name = experiment.find_first_of("/.") == std::string::npos;
+  throw InputError(text.error().message +
+                   (name ? ", and no shipped experiment has that name" + io::suggestion(experiment, names) +
+                               "; 'resonid simulate --list' shows them"
+                         : std::string()));
+}
+
+/// The comment that a file begins with, up to the line that ends a sentence.
+std::string about(std::string_view text) {
+  std::string words;
+  while (text.starts_with("# ")) {
+    const auto end = std::min(text.find('\n'), text.size());
+    words += (words.empty() ? "" : " ") + std::string(text.substr(2, end - 2));
+    if (words.ends_with('.') && !words.ends_with("...")) break;
+    text.remove_prefix(std::min(end + 1, text.size()));
+  }
+  return words;
+}
+
+void run_list(const SimulateOptions& o) {
+  nlohmann::json json{{"schema", "resonid.experiments/1"}, {"experiments", nlohmann::json::array()}};
+  std::string text;
+  for (const auto& shipped : reproduction::shipped_experiments()) {
+    text += fmt::format("{:<26} {}\n", shipped.name, about(shipped.text));
+    json["experiments"].push_back({{"name", shipped.name}, {"about", about(shipped.text)}});
+  }
+  if (!o.json.empty()) write_json(o.json, json);
+  if (o.json != "-") print(text);
+}
 
 struct Statistics {
   double mean = 0.0;
@@ -37,7 +93,8 @@ struct Statistics {
 Statistics statistics(const std::vector<double>& x) {
   Statistics s;
   const auto count = static_cast<double>(x.size());
-  for (const double v : x) s.mean += v / count;
+  for (const double v : x) s.mean += v;
+  s.mean /= count;
   for (const double v : x) s.deviation += (v - s.mean) * (v - s.mean) / count;
   s.deviation = std::sqrt(s.deviation);
   const auto [low, high] = std::minmax_element(x.begin(), x.end());
@@ -58,12 +115,19 @@ std::string record_csv(const data::Record& record) {
   return csv_text(columns);
 }
 
+std::vector<const data::Channel*> channels_of(const data::Record& record) {
+  std::vector<const data::Channel*> channels{&record.excitation, &record.input, &record.output};
+  for (const auto* channel : {&record.reference, &record.position})
+    if (channel->present()) channels.push_back(channel);
+  return channels;
+}
+
 nlohmann::json summary_json(const SimulateOptions& o, const plant::Simulation& simulation) {
   const auto& record = simulation.record;
   nlohmann::json json{{"schema", "resonid.simulation/1"},        {"experiment", o.experiment},
                       {"seed", simulation.truth.seed},           {"samples", record.samples()},
                       {"sample_rate_hz", record.sample_rate_hz}, {"duration_s", record.duration_s()}};
-  for (const auto* channel : {&record.excitation, &record.input, &record.output}) {
+  for (const auto* channel : channels_of(record)) {
     const auto s = statistics(channel->samples);
     json["signals"][channel->name] = {{"unit", channel->unit},
                                       {"mean", s.mean},
@@ -76,27 +140,42 @@ nlohmann::json summary_json(const SimulateOptions& o, const plant::Simulation& s
   return json;
 }
 
+/// "0.38 ... 1.65"
+std::string range_text(const std::vector<double>& x) {
+  const auto [low, high] = std::minmax_element(x.begin(), x.end());
+  return fmt::format("{:.4g} ... {:.4g}", *low, *high);
+}
+
+std::string machine_text(const plant::Truth& truth) {
+  std::string text = fmt::format(
+      "  {} drive", plant::enum_names(truth.structure)[static_cast<std::size_t>(truth.structure)]);
+  const auto add = [&text](const std::vector<plant::Mode>& modes, const char* kind) {
+    for (std::size_t i = 0; i < modes.size(); ++i)
+      text += i == 0 ? fmt::format(", {}{} {:.2f}", kind, modes.size() > 1 ? "s" : "", modes[i].frequency_hz)
+                     : fmt::format(", {:.2f}", modes[i].frequency_hz);
+    if (!modes.empty()) text += " Hz";
+  };
+  add(truth.antiresonances, "anti-resonance");
+  add(truth.resonances, "resonance");
+  text += truth.resonances.empty() ? ", no resonance\n" : truth.over_time ? " at the start\n" : "\n";
+  if (!truth.over_time) return text;
+  text += fmt::format("  over the run: resonance {} Hz", range_text(truth.over_time->resonance_hz));
+  if (!truth.over_time->position_m.empty())
+    text += fmt::format(", position {} m", range_text(truth.over_time->position_m));
+  return text + "\n";
+}
+
 std::string summary_text(const SimulateOptions& o, const plant::Simulation& simulation) {
   const auto& record = simulation.record;
   const auto& truth = simulation.truth;
   std::string text = fmt::format("{}: {} samples at {:g} Hz, {:g} s, seed {}\n", o.experiment,
                                  record.samples(), record.sample_rate_hz, record.duration_s(), truth.seed);
-  text += fmt::format("  {} drive",
-                      plant::enum_names(truth.structure)[static_cast<std::size_t>(truth.structure)]);
-  for (const auto& mode : truth.antiresonances)
-    text += fmt::format(", anti-resonance {:.2f} Hz", mode.frequency_hz);
-  for (const auto& mode : truth.resonances) text += fmt::format(", resonance {:.2f} Hz", mode.frequency_hz);
-  if (truth.over_time) {
-    const auto& resonance = truth.over_time->resonance_hz;
-    const auto [low, high] = std::minmax_element(resonance.begin(), resonance.end());
-    text += fmt::format("; over the run {:.2f} ... {:.2f} Hz", *low, *high);
-  }
-  text += "\n";
+  text += machine_text(truth);
   text += fmt::format("  {}, feedback delay {:g} ms\n", truth.controller ? "closed loop" : "open loop",
                       1e3 * truth.delay_s);
-  for (const auto* channel : {&record.excitation, &record.input, &record.output}) {
+  for (const auto* channel : channels_of(record)) {
     const auto s = statistics(channel->samples);
-    text += fmt::format("  {:<3} mean {:.4g}, deviation {:.4g}, {:.4g} ... {:.4g} {}\n", channel->name,
+    text += fmt::format("  {:<8} mean {:.4g}, deviation {:.4g}, {:.4g} ... {:.4g} {}\n", channel->name,
                         s.mean, s.deviation, s.lowest, s.highest, channel->unit);
   }
   if (!o.out.empty()) text += fmt::format("  record written to {}\n", o.out);
@@ -104,10 +183,30 @@ std::string summary_text(const SimulateOptions& o, const plant::Simulation& simu
   return text;
 }
 
-void run_simulate(const CLI::App& verb, const SimulateOptions& o) {
-  const bool quiet = standard_output_taken({{"--out", o.out}, {"--truth", o.truth}, {"--json", o.json}});
-  refuse_shared_files({o.experiment}, {{"--out", o.out}, {"--truth", o.truth}, {"--json", o.json}});
-  auto config = io::read_experiment(o.experiment);
+/// `--list` and `--schema`; true when one of them was asked for.
+bool told_about(const SimulateOptions& o) {
+  if (o.list && o.schema) throw UsageError("--list and --schema: required one of them");
+  if ((o.list || o.schema) && !o.experiment.empty())
+    throw UsageError(fmt::format("EXPERIMENT: found '{}', required none with {}", o.experiment,
+                                 o.list ? "--list" : "--schema"));
+  if ((o.list || o.schema) && (!o.out.empty() || !o.truth.empty() || (o.schema && !o.json.empty())))
+    throw UsageError(
+        fmt::format("{}: runs nothing, required no file for a result", o.list ? "--list" : "--schema"));
+  if (o.list) run_list(o);
+  if (o.schema) print(io::experiment_schema());
+  if (o.list || o.schema) return true;
+  if (o.experiment.empty())
+    throw UsageError("EXPERIMENT: required: a TOML file or the name of a shipped experiment (see --list)");
+  return false;
+}
+
+plant::Simulation simulated(const CLI::App& verb, const SimulateOptions& o) {
+  const bool shorter = verb.get_option("--duration")->count() > 0;
+  if (shorter && !(o.duration_s > 0.0))
+    throw UsageError(fmt::format("--duration: found {:g} s, required > 0", o.duration_s));
+  const Source source = source_of(o.experiment);
+  auto config =
+      io::parse_experiment(source.text, source.name, shorter ? std::optional(o.duration_s) : std::nullopt);
   if (!config) throw InputError(config.error().message);
   if (verb.get_option("--seed")->count() > 0) config->run.seed = o.seed;
   for (const double f : o.lines_hz)
@@ -115,35 +214,51 @@ void run_simulate(const CLI::App& verb, const SimulateOptions& o) {
       throw UsageError(
           fmt::format("--lines: found {} Hz, required > 0 and at most half the sample rate, {} Hz", f,
                       0.5 * config->run.sample_rate_hz));
-  const auto simulation = plant::simulate_closed_loop(*config, o.lines_hz);
-  if (!simulation) throw InputError(fmt::format("{}: {}", o.experiment, simulation.error().text()));
-  if (!o.out.empty()) write_output(o.out, record_csv(simulation->record));
-  if (!o.truth.empty()) write_json(o.truth, truth_json(simulation->truth));
-  if (!o.json.empty()) write_json(o.json, summary_json(o, *simulation));
-  if (!quiet) print(summary_text(o, *simulation));
+  auto simulation = plant::simulate_closed_loop(*config, o.lines_hz);
+  if (!simulation) throw InputError(io::explain_experiment(source.text, source.name, simulation.error()));
+  return std::move(*simulation);
+}
+
+void run_simulate(const CLI::App& verb, const SimulateOptions& o) {
+  if (told_about(o)) return;
+  const bool quiet = standard_output_taken({{"--out", o.out}, {"--truth", o.truth}, {"--json", o.json}});
+  refuse_shared_files({o.experiment}, {{"--out", o.out}, {"--truth", o.truth}, {"--json", o.json}});
+  Progress progress;
+  progress.stage("simulating " + o.experiment);
+  const auto simulation = simulated(verb, o);
+  progress.stage("writing");
+  if (!o.out.empty()) write_output(o.out, record_csv(simulation.record));
+  if (!o.truth.empty()) write_json(o.truth, truth_json(simulation.truth));
+  if (!o.json.empty()) write_json(o.json, summary_json(o, simulation));
+  if (!quiet) print(summary_text(o, simulation));
 }
 
 }  // namespace
 
 void add_simulate(CLI::App& app) {
-  auto* verb = app.add_subcommand("simulate", "Runs a closed-loop experiment on a simulated drive");
+  auto* verb = app.add_subcommand("simulate", "Runs an experiment on a simulated drive");
   verb->footer(
-      "Example:\n  resonid simulate experiments/demo.toml --out demo.csv --truth truth.json\n"
-      "The record has the columns time_s, ru, u, y and, in closed loop, r.");
+      "Example:\n"
+      "  resonid simulate experiments/demo.toml --out demo.csv --truth truth.json\n"
+      "  resonid simulate --list\n"
+      "  resonid simulate friction_reversal --duration 2 --out record.csv\n"
+      "The record has the columns time_s, ru, u, y; in closed loop r; of a tooth belt and under a position\n"
+      "controller position. docs/experiment_files.md (or --schema) explains the files.");
   const auto o = std::make_shared<SimulateOptions>();
-  verb->add_option("EXPERIMENT", o->experiment,
-                   "TOML file with [drive] [controller] [excitation] [measurement] [run]")
-      ->required()
-      ->type_name("FILE");
+  verb->add_option("EXPERIMENT", o->experiment, "TOML file, or the name of a shipped experiment")
+      ->type_name("FILE|NAME");
   verb->add_option("--out", o->out, "CSV file for the record ('-': standard output)")->type_name("FILE");
   verb->add_option("--truth", o->truth, "JSON file for what was true ('-': standard output)")
       ->type_name("FILE");
+  add_number(*verb, "--duration", o->duration_s, "SECONDS", "length of the record, instead of the file's");
   add_count(*verb, "--seed", o->seed, "seed of the measurement noise, instead of the file's")
       ->default_str("");
   add_lines(
       *verb, "--lines", [o](std::span<const double> hz) { o->lines_hz.assign(hz.begin(), hz.end()); },
       "frequencies of the true response; otherwise the excitation's (Hz)");
   verb->add_option("--json", o->json, "summary for machines ('-': standard output)")->type_name("FILE");
+  verb->add_flag("--list", o->list, "names the shipped experiments, with --json for machines");
+  verb->add_flag("--schema", o->schema, "prints all tables and keys of an experiment file as Markdown");
   verb->callback([verb, o] { run_simulate(*verb, *o); });
 }
 

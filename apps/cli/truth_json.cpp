@@ -50,6 +50,8 @@ json parameters_json(const plant::Truth& truth) {
   }
   if (masses.size() == 1 || truth.system.viscous.front() > 0.0)
     parameters["viscous_friction"] = parameter(truth.system.viscous.front(), damping);
+  if (masses.size() > 1 && truth.system.viscous.back() > 0.0)
+    parameters["load_viscous_friction"] = parameter(truth.system.viscous.back(), damping);
   if (truth.friction.any()) parameters["coulomb_friction"] = parameter(truth.friction.coulomb, torque);
   if (truth.load_friction.any())
     parameters["load_coulomb_friction"] = parameter(truth.load_friction.coulomb, torque);
@@ -59,6 +61,18 @@ json parameters_json(const plant::Truth& truth) {
 
 json transfer_function_json(const data::TransferFunction& g) {
   return {{"numerator", g.numerator}, {"denominator", g.denominator}, {"sample_time_s", g.sample_time_s}};
+}
+
+/// Whether the polynomials give the response: of high order at a fast rate their digits cancel.
+bool is_accurate(const plant::Truth& truth) {
+  constexpr double kMost = 1e-6;
+  const auto& response = truth.response;
+  for (std::size_t i = 0; i < response.value.size(); ++i) {
+    const auto value = response.value[i];
+    if (!(std::abs(truth.plant.response(response.frequency_hz[i]) - value) <= kMost * std::abs(value)))
+      return false;
+  }
+  return true;
 }
 
 json resonances_json(const plant::Truth& truth) {
@@ -93,7 +107,7 @@ json loop_json(const plant::Truth& truth) {
     const double part = static_cast<double>(i + 1) / static_cast<double>(kLines);
     const double f = highest_hz * std::pow(kSpan, part - 1.0);
     loop.frequency_hz.push_back(f);
-    loop.value.push_back(truth.controller->response(f) * truth.plant.response(f) *
+    loop.value.push_back(truth.controller->response(f) * plant::response(truth.sampled, f) *
                          std::polar(1.0, -kTwoPi * f * truth.delay_s));
   }
   const auto margins = diagnostics::loop_margins(loop);
@@ -126,8 +140,8 @@ json truth_json(const plant::Truth& truth) {
   const auto structure =
       truth.structure == plant::Structure::tooth_belt ? plant::Structure::two_mass : truth.structure;
   result["model"] = {{"structure", plant::enum_names(structure)[static_cast<std::size_t>(structure)]},
-                     {"parameters", parameters_json(truth)},
-                     {"transfer_function", transfer_function_json(truth.plant)}};
+                     {"parameters", parameters_json(truth)}};
+  if (is_accurate(truth)) result["model"]["transfer_function"] = transfer_function_json(truth.plant);
   if (truth.over_time) result["over_time"] = over_time_json(*truth.over_time);
   if (truth.controller) {
     result["controller"] = transfer_function_json(*truth.controller);

@@ -6,7 +6,6 @@
 
 #include <cmath>
 #include <cstdint>
-#include <resonid/data/record.hpp>
 #include <resonid/excitation/excitation.hpp>
 #include <resonid/io/number_list.hpp>
 #include <resonid/io/suggestion.hpp>
@@ -15,14 +14,10 @@
 #include <type_traits>
 #include <vector>
 
+#include "io/enum_names.hpp"
 #include "io/text.hpp"
 
 namespace resonid::io {
-
-inline std::span<const std::string_view> enum_names(data::Motion) noexcept {
-  static constexpr std::array<std::string_view, 2> kNames{"rotary", "linear"};
-  return kNames;
-}
 
 /// "file:line:column: ".
 inline std::string position(std::string_view file, const toml::source_region& region) {
@@ -60,9 +55,8 @@ class TomlVisitor {
     if (first == nullptr) return;
     const std::string_view key = first->str();
     error_ = position(file_, first->source()) +
-             fmt::format("unknown {} {}{}; known here: {}", path_.empty() ? "table" : "key",
-                         in_quotes(path_.empty() ? std::string(key) : path_ + "." + std::string(key)),
-                         suggestion(key, known_), listed(known_));
+             fmt::format("unknown {} {}{}{}; known here: {}", path_.empty() ? "table" : "key",
+                         in_quotes(full(key)), selected_, suggestion(key, known_), listed(known_));
   }
 
  private:
@@ -80,7 +74,7 @@ class TomlVisitor {
     } else if constexpr (std::is_enum_v<Field>) {
       read_name(node, name, field, doc);
     } else if constexpr (std::is_same_v<Field, std::vector<double>>) {
-      if (!list(node, field)) refuse(node, name, "a list of numbers", doc);
+      if (const toml::node* wrong = list(node, field)) refuse(*wrong, name, "a list of numbers", doc);
     } else if constexpr (std::is_same_v<Field, excitation::LineList>) {
       read_lines(node, name, field, doc);
     } else {
@@ -99,6 +93,7 @@ class TomlVisitor {
     for (std::size_t i = 0; i < known.size(); ++i)
       if (found == known[i]) {
         field = static_cast<Enum>(i);
+        if (name == "kind" || name == "structure") selected_ = fmt::format(" with {} = '{}'", name, found);
         return;
       }
     refuse(node, name, "one of " + listed(known) + suggestion(found, known), doc);
@@ -114,8 +109,8 @@ class TomlVisitor {
         return;
       }
       lines = std::move(*parsed);
-    } else if (!list(node, lines)) {
-      return refuse(node, name, "a list of numbers or \"FIRST:LAST:STEP\"", doc);
+    } else if (const toml::node* wrong = list(node, lines)) {
+      return refuse(*wrong, name, "a list of numbers or \"FIRST:LAST:STEP\"", doc);
     }
     if (!field.assign(lines)) refuse(node, name, fmt::format("at most {} lines", excitation::kMaxLines), doc);
   }
@@ -126,15 +121,16 @@ class TomlVisitor {
     value = *found;
     return true;
   }
-  static bool list(const toml::node& node, std::vector<double>& values) {
-    if (!node.is_array()) return false;
+  /// What is no list of numbers in it, or nothing.
+  static const toml::node* list(const toml::node& node, std::vector<double>& values) {
+    if (!node.is_array()) return &node;
     values.clear();
     for (const auto& element : *node.as_array()) {
       double value = 0.0;
-      if (!number(element, value)) return false;
+      if (!number(element, value)) return &element;
       values.push_back(value);
     }
-    return true;
+    return nullptr;
   }
 
   [[nodiscard]] std::string full(std::string_view name) const {
@@ -146,7 +142,7 @@ class TomlVisitor {
     std::string found(toml::impl::node_type_friendly_names[static_cast<std::size_t>(node.type())]);
     if (node.is_string()) found = in_quotes(node.as_string()->get());
     if (node.is_integer()) found = fmt::format("{}", node.as_integer()->get());
-    if (node.is_floating_point()) found = fmt::format("{}", node.as_floating_point()->get());
+    if (node.is_floating_point()) found = fmt::format("{:#}", node.as_floating_point()->get());
     error_ = position(file_, node.source()) +
              fmt::format("{}: found {}, required {}; it is: {}", full(name), found, required, doc);
   }
@@ -156,6 +152,7 @@ class TomlVisitor {
   std::string path_;
   std::string& error_;
   std::vector<std::string> known_;
+  std::string selected_;  // " with kind = 'pi'", what selects the keys of this table
 };
 
 }  // namespace resonid::io

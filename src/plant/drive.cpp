@@ -74,6 +74,15 @@ expected<void, ConfigError> check_belt(const DriveConfig& c) noexcept {
   return {};
 }
 
+/// What has nothing to act on in a machine without a coupling.
+expected<void, ConfigError> check_rigid(const DisturbanceConfig& d) noexcept {
+  constexpr const char* kNeeds = "needs a coupling: this machine is rigid";
+  if (d.eccentricity != 0.0) return refuse("eccentricity", kNeeds, d.eccentricity);
+  if (d.stiffness_drift_per_s != 0.0) return refuse("stiffness_drift_per_s", kNeeds, d.stiffness_drift_per_s);
+  if (d.loosening != 0.0) return refuse("loosening", kNeeds, d.loosening);
+  return {};
+}
+
 }  // namespace
 
 std::complex<double> response(const SampledDrive& drive, double frequency_hz) {
@@ -202,6 +211,8 @@ expected<std::unique_ptr<Drive>, ConfigError> make_drive(const MachineConfig& ma
   const std::size_t masses = model.system(1.0).masses();
   if (masses == 1 && machine.friction.load.any())
     return refuse("load_coulomb", "needs a load: this machine is rigid", machine.friction.load.coulomb);
+  if (masses == 1)
+    if (const auto ok = check_rigid(machine.disturbance); !ok) return unexpected(ok.error());
   if (masses <= 2) return elastic_drive_of_two(std::move(model), step, early_fraction);
   if (masses <= 4) return elastic_drive_of_four(std::move(model), step, early_fraction);
   return elastic_drive_of_six(std::move(model), step, early_fraction);

@@ -62,8 +62,10 @@ class Observer {
 
   void sample(std::size_t k, const Drive& drive) {
     if (every_ == 0 || k % every_ != 0) return;
-    seen_.time_s.push_back(static_cast<double>(k) / rate_hz_);
-    seen_.resonance_hz.push_back(resonances(machine_.system(drive.stiffness_factor())).front().frequency_hz);
+    const double time_s = static_cast<double>(k) / rate_hz_;
+    const double factor = machine_.factor(time_s, drive.place());
+    seen_.time_s.push_back(time_s);
+    seen_.resonance_hz.push_back(resonances(machine_.system(factor)).front().frequency_hz);
     if (belt_) seen_.position_m.push_back(drive.place());
   }
   [[nodiscard]] std::optional<OverTime> seen() && {

@@ -80,8 +80,8 @@ expected<void, ExperimentError> check_loop(const ExperimentConfig& c, const Driv
     return unexpected(ExperimentError{
         "controller", c.controller.gain != 0.0 ? "gain" : "",
         c.controller.gain != 0.0 ? fmt::format("{:g}", c.controller.gain) : std::string(),
-        fmt::format("must leave the closed loop stable: a pole at {:.3g} Hz grows {:.4g} times per second{}",
-                    std::abs(std::arg(pole)) / kTwoPi * rate, std::pow(std::abs(pole), rate),
+        fmt::format("must leave the closed loop stable: a pole at {:.3g} Hz grows {:.4g}-fold per sample{}",
+                    std::abs(std::arg(pole)) / kTwoPi * rate, std::abs(pole),
                     machine.varies() ? fmt::format(" where the stiffness is {:.3g} times its first value",
                                                    factor / machine.factor(0.0, c.motion.from))
                                      : std::string())});

@@ -72,6 +72,7 @@ Truth truth_of(const ExperimentConfig& config, const Drive& drive,
                                     ? default_lines(config)
                                     : std::vector<double>(response_hz.begin(), response_hz.end());
   for (const double f : truth.response.frequency_hz) truth.response.value.push_back(response(sampled, f));
+  truth.sampled = std::move(sampled);
   return truth;
 }
 

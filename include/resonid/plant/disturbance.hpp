@@ -19,7 +19,8 @@ struct DisturbanceConfig {
 };
 template <class Visitor>
 void describe(Visitor&& v, DisturbanceConfig& c) {
-  v("load_torque", c.load_torque, "constant torque on the load, present from the start (Nm)");
+  v("load_torque", c.load_torque,
+    "constant torque on the load, present from the start; negative: against positive velocity (Nm)");
   v("load_step", c.load_step, "steps of the load's torque, each added to what is there (Nm)");
   v("load_step_at_s", c.load_step_at_s, "their times, as many (s)");
   v("eccentricity", c.eccentricity,

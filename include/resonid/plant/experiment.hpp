@@ -92,6 +92,7 @@ struct Truth {
   /// Zero-order-hold equivalent from u to what is measured, without the delay. A velocity from an encoder's
   /// differences is the mean over the past sample, and that is part of it.
   data::TransferFunction plant;
+  SampledDrive sampled;  ///< `plant` as states, which keeps the digits that polynomials of high order lose.
   std::optional<data::TransferFunction> controller;  ///< From measured velocity to -u; none in open loop.
   double delay_s = 0.0;                              ///< Of the measured velocity, not part of `plant`.
   data::FrequencyResponse response;                  ///< Of `plant`, no delay.
