@@ -69,7 +69,8 @@ void refuse_shared_files(
     std::initializer_list<std::pair<std::string_view, std::string_view>> option_and_path) {
   const auto canonical = [](std::string_view path) {
     std::error_code ignored;
-    return std::filesystem::weakly_canonical(std::filesystem::path(path), ignored);
+    // Absolute first: of a relative path only the part that exists would be made so.
+    return std::filesystem::weakly_canonical(std::filesystem::absolute(path, ignored), ignored);
   };
   std::vector<std::pair<std::string, std::filesystem::path>> taken;
   for (const auto input : inputs) taken.emplace_back("the input", canonical(input));

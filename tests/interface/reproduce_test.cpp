@@ -61,6 +61,7 @@ TEST_F(Reproduce, WrongUseNamesWhatWasFoundAndWhatIsKnown) {
   expect_refused("reproduce --report x.html", {"--report", "a NAME", "iv, vi", "--out FOLDER"});
   expect_refused("reproduce iv --json - --markdown -", {"--markdown", "--json", "standard output"});
   expect_refused("reproduce iv --json a --markdown a", {"--json", "'a'", "a file of its own"});
+  expect_refused("reproduce iv --json a --markdown ./a", {"--json", "a file of its own"});
   expect_refused("reproduce iv --seed 3", {"unknown option '--seed'", "did you mean '--seeds'"});
   EXPECT_FALSE(std::filesystem::exists(path("x.html")));
 }
