@@ -74,6 +74,16 @@ expected<void, ConfigError> check_belt(const DriveConfig& c) noexcept {
   return {};
 }
 
+expected<void, ConfigError> check_rigid(const DisturbanceConfig& c) noexcept {
+  const auto refused = [](std::string_view field, double value) {
+    return refuse(field, "needs a coupling: this machine is rigid", value);
+  };
+  if (c.eccentricity != 0.0) return refused("eccentricity", c.eccentricity);
+  if (c.stiffness_drift_per_s != 0.0) return refused("stiffness_drift_per_s", c.stiffness_drift_per_s);
+  if (c.loosening != 0.0) return refused("loosening", c.loosening);
+  return {};
+}
+
 }  // namespace
 
 std::complex<double> response(const SampledDrive& drive, double frequency_hz) {
@@ -202,6 +212,8 @@ expected<std::unique_ptr<Drive>, ConfigError> make_drive(const MachineConfig& ma
   const std::size_t masses = model.system(1.0).masses();
   if (masses == 1 && machine.friction.load.any())
     return refuse("load_coulomb", "needs a load: this machine is rigid", machine.friction.load.coulomb);
+  if (masses == 1)
+    if (const auto ok = check_rigid(machine.disturbance); !ok) return unexpected(ok.error());
   if (masses <= 2) return elastic_drive_of_two(std::move(model), step, early_fraction);
   if (masses <= 4) return elastic_drive_of_four(std::move(model), step, early_fraction);
   return elastic_drive_of_six(std::move(model), step, early_fraction);
