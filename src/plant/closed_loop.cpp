@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <cmath>
 #include <resonid/plant/closed_loop.hpp>
+#include <utility>
 
 namespace resonid::plant {
 
@@ -37,13 +38,23 @@ double ClosedLoop::steady_velocity(double reference, double place) {
   const auto imbalance = [&](double velocity) {
     return controller.imbalance(reference, velocity, drive_->settle(velocity, place));
   };
-  const double at_reference = imbalance(reference);
-  if (at_reference == 0.0 || reference == 0.0) return reference;
-  // Linear while the machine slides one way; friction that is stronger keeps it at rest.
-  const double half = 0.5 * reference;
-  const double slope = (at_reference - imbalance(half)) / (reference - half);
-  const double velocity = slope != 0.0 ? reference - at_reference / slope : reference;
-  return velocity * reference > 0.0 ? velocity : 0.0;
+  if (imbalance(reference) == 0.0) return reference;
+  const double at_rest = imbalance(0.0);
+  if (at_rest == 0.0) return 0.0;
+  // Secant on the side to which it starts; linear there but for the Stribeck effect.
+  double velocity = std::copysign(reference != 0.0 ? std::abs(reference) : 1.0, at_rest);
+  double other = 0.5 * velocity;
+  double at_other = imbalance(other);
+  for (int i = 0; i < 50 && velocity != other; ++i) {
+    const double at_velocity = imbalance(velocity);
+    if (at_velocity == at_other) break;
+    const double next = velocity - at_velocity * (velocity - other) / (at_velocity - at_other);
+    other = std::exchange(velocity, next);
+    at_other = at_velocity;
+    if (velocity * at_rest <= 0.0) return 0.0;  // friction holds it
+    if (std::abs(velocity - other) <= 1e-14 * std::abs(velocity)) break;
+  }
+  return velocity;
 }
 
 Setpoint ClosedLoop::setpoint() const noexcept {

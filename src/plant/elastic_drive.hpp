@@ -14,12 +14,12 @@ namespace resonid::plant {
 /// linear.
 ///
 /// - A stiffness that varies is taken in the middle of the step.
-/// - Load torque and eccentricity are held over a step.
+/// - Load torque and eccentricity are held over a step, at their value in its middle.
 /// - Dry friction is held over pieces of a sample no longer than 1/16 of the fastest resonance's period. Each
-/// of
-///   the two sides slides or sticks. Where a sliding side would reverse, the piece is halved up to 12 times,
-///   and the side rests from there on: its mass is locked until the other torques on it exceed the breakaway
-///   torque. Friction thus never moves a mass, and energy never comes from it.
+///   of the two sides slides or sticks. Where a sliding side would reverse, if only within the piece, the
+///   piece is halved up to 12 times, and the side rests from there on: its mass is locked until the other
+///   torques on it exceed the breakaway torque. Friction thus never moves a mass, and energy never comes from
+///   it.
 template <int Masses, bool Lags>
 class ElasticDrive final : public Drive {
   static constexpr int kStates = 2 * Masses + (Lags ? 1 : 0);
@@ -28,7 +28,6 @@ class ElasticDrive final : public Drive {
   using State = Eigen::Matrix<double, kStates, 1>;
   using Torques = Eigen::Matrix<double, Masses, 1>;
   using Step = Eigen::Matrix<double, kStates, kStates + 1 + Masses>;
-  using Rows = Eigen::Matrix<double, Masses, kStates + 1 + Masses>;
 
  public:
   ElasticDrive(Machine machine, double sample_time_s, double early_fraction)
@@ -39,7 +38,10 @@ class ElasticDrive final : public Drive {
         dry_(machine_.config().friction.driven.any() || machine_.config().friction.load.any()),
         disturbed_(machine_.disturbed()) {
     scale_ = continuous(machine_.highest_factor(), {}).angle_scale;
-    if constexpr (Masses > 1) first_stiffness_ = machine_.system(1.0).couplings.front().stiffness;
+    const MassSystem system = machine_.system(1.0);
+    for (int i = 0; i < Masses; ++i) inertia_(i) = system.inertia[static_cast<std::size_t>(i)];
+    if constexpr (Masses > 1) first_stiffness_ = system.couplings.front().stiffness;
+    for (std::size_t i = 0; i < kLocks; ++i) laws_[i] = make_law({(i & 1U) != 0, (i & 2U) != 0});
     add_segment((1.0 - early_fraction) * sample_time_s);
     if (early_fraction > 0.0) add_segment(early_fraction * sample_time_s);
     if (dry_) cache_.resize(kLocks * (kLevels + 1) * segments_);
@@ -54,8 +56,8 @@ class ElasticDrive final : public Drive {
     state_.setZero();
     state_.template head<Masses>().setConstant(velocity);
     // Torques balance on every mass: the twists and the torque that holds are unknown.
-    Torques held = friction_torques();
-    held(kLoad) += machine_.load_torque(0.0);
+    state_(kAngle) = driven_angle_at(place);
+    const Torques held = friction_torques() + outer_torques(0.0, 0.0);
     const Torques balance = drive.a.topLeftCorner(Masses, kStates) * state_ +
                             drive.b.template topRightCorner<Masses, Masses>() * held;
     Eigen::Matrix<double, Masses, Masses> unknown;
@@ -115,6 +117,14 @@ class ElasticDrive final : public Drive {
     DryFriction friction;
     int direction = 0;  // of sliding; 0: at rest
   };
+  /// dx/dt = law [state; command; torques] = (fixed + factor by_factor + sqrt(factor) by_root) [...]: a
+  /// spring is proportional to the stiffness, the damping of a tooth belt to its root.
+  struct Law {
+    Step fixed, by_factor, by_root;
+    [[nodiscard]] Step at(double factor) const noexcept {
+      return fixed + factor * by_factor + std::sqrt(factor) * by_root;
+    }
+  };
   struct Cached {
     double factor = std::numeric_limits<double>::quiet_NaN();
     Step step;
@@ -124,8 +134,29 @@ class ElasticDrive final : public Drive {
     return continuous_drive(machine_.system(factor), Lags ? machine_.config().torque_lag_s : 0.0, locks,
                             scale_);
   }
-  [[nodiscard]] Step make_step(double factor, Locks locks, double duration_s) const {
-    return zero_order_hold_step(continuous(factor, locks), duration_s);
+  /// From three factors, exactly: all of them and their roots are powers of 2.
+  [[nodiscard]] Law make_law(Locks locks) const {
+    const auto at = [&](double factor) {
+      const ContinuousDrive drive = continuous(factor, locks);
+      Step law;
+      law << drive.a, drive.b;
+      return law;
+    };
+    const Step one = at(1.0);
+    const Step four = at(4.0);
+    const Step sixteen = at(16.0);
+    Law law;  // four - one = 3 by_factor + by_root, sixteen - four = 12 by_factor + 2 by_root
+    law.by_factor = (sixteen - four - 2.0 * (four - one)) / 6.0;
+    law.by_root = four - one - 3.0 * law.by_factor;
+    law.fixed = one - law.by_factor - law.by_root;
+    return law;
+  }
+  [[nodiscard]] Step make_step(double factor, std::size_t locks, double duration_s) const noexcept {
+    constexpr int kSize = kStates + 1 + Masses;
+    Eigen::Matrix<double, kSize, kSize> extended = Eigen::Matrix<double, kSize, kSize>::Zero();
+    extended.template topRows<kStates>() = duration_s * laws_[locks].at(factor);
+    const double norm = extended.cwiseAbs().rowwise().sum().maxCoeff();
+    return matrix_exponential<double, kSize>(extended, norm).template topRows<kStates>();
   }
 
   void add_segment(double duration_s) {
@@ -138,8 +169,8 @@ class ElasticDrive final : public Drive {
     pieces_[segments_] = pieces;
     const double piece = duration_s / pieces;
     tables_[segments_] = StepTable<Step>(machine_.lowest_factor(), machine_.highest_factor(),
-                                         [&](double factor) { return make_step(factor, {}, piece); });
-    constant_[segments_] = make_step(machine_.lowest_factor(), {}, piece);
+                                         [&](double factor) { return make_step(factor, 0, piece); });
+    constant_[segments_] = make_step(machine_.lowest_factor(), 0, piece);
     ++segments_;
   }
 
@@ -157,9 +188,9 @@ class ElasticDrive final : public Drive {
       const double middle = start_s + (i + 0.5) * piece;
       if (machine_.varies()) factor_ = machine_.factor(middle, place_after(0.5 * piece));
       if (dry_) {
-        slide(segment, command, outer_torques(middle));
+        slide(segment, command, outer_torques(middle, 0.5 * piece));
       } else if (disturbed_) {
-        state_ = moved(free_step(segment), command, outer_torques(middle));
+        state_ = moved(free_step(segment), command, outer_torques(middle, 0.5 * piece));
       } else {
         state_ = machine_.varies() ? moved(tables_[segment].at(factor_), command)
                                    : moved(constant_[segment], command);
@@ -182,13 +213,14 @@ class ElasticDrive final : public Drive {
            step.template rightCols<Masses>() * torques;
   }
 
-  /// Load torque and eccentricity.
-  [[nodiscard]] Torques outer_torques(double time_s) const noexcept {
+  /// Load torque and eccentricity at `time_s`, which is `ahead_s` from now.
+  [[nodiscard]] Torques outer_torques(double time_s, double ahead_s) const noexcept {
     Torques torques = Torques::Zero();
     if (!disturbed_) return torques;
     torques(kLoad) += machine_.load_torque(time_s);
     if (machine_.config().disturbance.eccentricity != 0.0 && Masses > 1) {
-      const double torque = factor_ * first_stiffness_ * machine_.stretch(state_(kAngle));
+      const double torque =
+          factor_ * first_stiffness_ * machine_.stretch(state_(kAngle) + ahead_s * state_(0));
       torques(0) -= torque;
       torques(1) += torque;
     }
@@ -206,8 +238,7 @@ class ElasticDrive final : public Drive {
   void slide(std::size_t segment, double command, const Torques& outer) noexcept {
     unsigned left = kUnits;
     int level = 0;
-    bool resting =
-        false;  // a side has just come to rest: it does so for the smallest step, so that time goes on
+    bool resting = false;  // for the smallest step at least, so that time goes on
     while (left > 0) {
       const unsigned units = kUnits >> level;
       if (units > left) {
@@ -215,10 +246,14 @@ class ElasticDrive final : public Drive {
         continue;
       }
       if (!resting) break_away(command, outer);
-      const State next = moved(locked_step(segment, level), command, outer + friction_torques());
+      const Torques torques = outer + friction_torques();
+      const State next = moved(locked_step(segment, level), command, torques);
       const bool driven_turns = reverses(driven_, next(0));
       const bool load_turns = reverses(load_, next(kLoad));
-      if (!driven_turns && !load_turns) {
+      const bool turns_within =
+          Masses > 1 && level < kLevels && !driven_turns && !load_turns &&
+          turns_twice(next, command, torques, segment_s_[segment] / pieces_[segment] / (1U << level));
+      if (!driven_turns && !load_turns && !turns_within) {
         state_ = next;
         left -= units;
         resting = false;
@@ -231,6 +266,35 @@ class ElasticDrive final : public Drive {
         if (load_turns) rest(load_, kLoad);
       }
     }
+  }
+
+  /// Whether a side slides backwards for a while between two states in which it goes forwards.
+  [[nodiscard]] bool turns_twice(const State& next, double command, const Torques& torques,
+                                 double duration_s) noexcept {
+    return turns_twice(driven_, 0, next, command, torques, duration_s) ||
+           turns_twice(load_, kLoad, next, command, torques, duration_s);
+  }
+  /// By the cubic through velocities and accelerations at both ends.
+  [[nodiscard]] bool turns_twice(const Side& side, int mass, const State& next, double command,
+                                 const Torques& torques, double duration_s) noexcept {
+    if (!side.friction.any() || side.direction == 0) return false;
+    const double early = duration_s * side.direction * acceleration(mass, state_, command, torques);
+    if (early >= 0.0) return false;
+    const double late = duration_s * side.direction * acceleration(mass, next, command, torques);
+    if (late <= 0.0) return false;
+    const double from = side.direction * state_(mass);
+    const double rise = side.direction * next(mass) - from;
+    // v(s) = from + early s + b s^2 + a s^3, 0 < s < 1; its least value where early + 2 b s + 3 a s^2 = 0
+    const double b = 3.0 * rise - 2.0 * early - late;
+    const double a = early + late - 2.0 * rise;
+    const double s = -early / (b + std::sqrt(std::max(0.0, b * b - 3.0 * a * early)));
+    return from + s * (early + s * (b + s * a)) < 0.0;
+  }
+  [[nodiscard]] double acceleration(int mass, const State& state, double command,
+                                    const Torques& torques) noexcept {
+    const auto& row = law_now().row(mass);
+    return row.template head<kStates>().dot(state) + row(kStates) * command +
+           row.template tail<Masses>().dot(torques);
   }
 
   void rest(Side& side, int mass) noexcept {
@@ -255,26 +319,30 @@ class ElasticDrive final : public Drive {
   }
 
   [[nodiscard]] Torques torques_on_masses(double command, const Torques& outer) noexcept {
-    if (!(rows_factor_ == factor_)) {
-      const ContinuousDrive drive = continuous(factor_, {});
-      const MassSystem system = machine_.system(factor_);
-      rows_ << drive.a.topRows(Masses), drive.b.topRows(Masses);
-      for (int i = 0; i < Masses; ++i) rows_.row(i) *= system.inertia[static_cast<std::size_t>(i)];
-      rows_factor_ = factor_;
+    const Step& law = law_now();
+    const Torques accelerations = law.template topLeftCorner<Masses, kStates>() * state_ +
+                                  law.template block<Masses, 1>(0, kStates) * command +
+                                  law.template topRightCorner<Masses, Masses>() * outer;
+    return inertia_.cwiseProduct(accelerations);
+  }
+  /// Of the machine with nothing locked, at the stiffness of now.
+  [[nodiscard]] const Step& law_now() noexcept {
+    if (!(law_factor_ == factor_)) {
+      law_now_ = laws_[0].at(factor_);
+      law_factor_ = factor_;
     }
-    return rows_.template leftCols<kStates>() * state_ + rows_.col(kStates) * command +
-           rows_.template rightCols<Masses>() * outer;
+    return law_now_;
   }
 
   /// Step of a piece halved `level` times with the sides that rest locked.
   [[nodiscard]] const Step& locked_step(std::size_t segment, int level) noexcept {
-    const Locks locks{driven_.friction.any() && driven_.direction == 0,
-                      load_.friction.any() && load_.direction == 0};
-    const std::size_t which = (locks.driven ? 1U : 0U) + (locks.load ? 2U : 0U);
+    const std::size_t which =
+        (driven_.friction.any() && driven_.direction == 0 ? std::size_t{1} : std::size_t{0}) +
+        (load_.friction.any() && load_.direction == 0 ? std::size_t{2} : std::size_t{0});
     Cached& cached = cache_[(segment * kLocks + which) * (kLevels + 1) + static_cast<std::size_t>(level)];
     if (!(cached.factor == factor_)) {
       const double duration = segment_s_[segment] / pieces_[segment] / static_cast<double>(1U << level);
-      cached.step = which == 0 && level == 0 ? free_step(segment) : make_step(factor_, locks, duration);
+      cached.step = which == 0 && level == 0 ? free_step(segment) : make_step(factor_, which, duration);
       cached.factor = factor_;
     }
     return cached.step;
@@ -293,8 +361,10 @@ class ElasticDrive final : public Drive {
   std::array<StepTable<Step>, 2> tables_;
   std::array<Step, 2> constant_;
   std::vector<Cached> cache_;
-  Rows rows_;
-  double rows_factor_ = std::numeric_limits<double>::quiet_NaN();
+  std::array<Law, kLocks> laws_;
+  Torques inertia_;
+  Step law_now_;
+  double law_factor_ = std::numeric_limits<double>::quiet_NaN();
   std::size_t sample_ = 0;
   double factor_ = 1.0;
   State state_ = State::Zero();

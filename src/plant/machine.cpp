@@ -20,12 +20,17 @@ std::pair<double, double> stiffness_range(const DriveConfig& c) {
 Machine::Machine(MachineConfig config, double longest_s) : config_(std::move(config)) {
   const DisturbanceConfig& d = config_.disturbance;
   const double fault_s = std::min(d.loosening_at_s, longest_s);
-  for (const double factor : {1.0 + d.stiffness_drift_per_s * fault_s, stiffness_factor(d, fault_s),
-                              stiffness_factor(d, std::min(fault_s + d.loosening_over_s, longest_s)),
-                              stiffness_factor(d, longest_s)}) {
+  const double loose_s = std::min(fault_s + d.loosening_over_s, longest_s);
+  const auto include = [&](double factor) {
     lowest_ = std::min(lowest_, factor);
     highest_ = std::max(highest_, factor);
-  }
+  };
+  include(1.0 + d.stiffness_drift_per_s * fault_s);
+  for (const double time : {fault_s, loose_s, longest_s}) include(stiffness_factor(d, time));
+  // While it comes loose (1 + d t)(1 - p (t - t0)/T) may turn: at the mean of its roots.
+  const double top_s =
+      0.5 * (d.loosening_over_s / d.loosening + d.loosening_at_s - 1.0 / d.stiffness_drift_per_s);
+  if (top_s > fault_s && top_s < loose_s) include(stiffness_factor(d, top_s));
   if (config_.drive.structure == Structure::tooth_belt) {
     nominal_stiffness_ = tooth_belt_stiffness(config_.drive, config_.drive.stroke_from_m);
     const auto [low, high] = stiffness_range(config_.drive);

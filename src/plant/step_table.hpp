@@ -35,19 +35,19 @@ class StepTable {
       nodes_.assign(1, make(lowest));
       return;
     }
-    const double spacing = (highest - lowest) / static_cast<double>(kNodes - 3);
+    const double spacing = (highest - lowest) / static_cast<double>(kNodes - 1);
     per_spacing_ = 1.0 / spacing;
-    nodes_.reserve(kNodes);  // one node beyond either end, so that the cubic is central everywhere
+    nodes_.reserve(kNodes);
     for (std::size_t i = 0; i < kNodes; ++i)
-      nodes_.push_back(make(std::max(lowest + (static_cast<double>(i) - 1.0) * spacing, 1e-9)));
+      nodes_.push_back(make(std::min(lowest + static_cast<double>(i) * spacing, highest)));
   }
 
   [[nodiscard]] Step at(double factor) const noexcept {
     if (nodes_.size() == 1) return nodes_.front();
     const double x = (factor - lowest_) * per_spacing_;
-    const auto cell = std::min(static_cast<std::size_t>(std::max(x, 0.0)), kNodes - 4);
-    const double t = x - static_cast<double>(cell);
-    const Step* node = &nodes_[cell];  // at t = -1, 0, 1, 2
+    const auto cell = std::min(static_cast<std::size_t>(std::max(x - 1.0, 0.0)), kNodes - 4);
+    const double t = x - static_cast<double>(cell + 1);  // -1 ... 0 and 1 ... 2 next to the ends only
+    const Step* node = &nodes_[cell];                    // at t = -1, 0, 1, 2
     const double below = t + 1.0;
     const double above = t - 1.0;
     const double beyond = t - 2.0;
