@@ -9,5 +9,6 @@ namespace resonid::cli {
 void add_excite(CLI::App& app);
 void add_simulate(CLI::App& app);
 void add_identify(CLI::App& app);
+void add_reproduce(CLI::App& app);
 
 }  // namespace resonid::cli

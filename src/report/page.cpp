@@ -81,11 +81,6 @@ std::string title_of(const json& data) {
   return title.empty() ? "Identification" : title;
 }
 
-/// JSON's own rendering of a text repairs bytes that are not UTF-8.
-std::string repaired(const std::string& text) {
-  return json::parse(json(text).dump(-1, ' ', true, json::error_handler_t::replace)).get<std::string>();
-}
-
 }  // namespace
 
 std::string escape_html(std::string_view text) {
@@ -146,26 +141,7 @@ std::string page(const nlohmann::json& data) {
   const std::size_t used = source.size() + 2 * title.size() + table.size();
   const std::string carried = page_data(data, kPageBytes > used ? kPageBytes - used : 0);
 
-  std::string out;
-  out.reserve(used + carried.size());
-  // One pass: what is filled in is never looked at again, whatever it holds.
-  std::size_t from = 0;
-  while (from < source.size()) {
-    const std::size_t open = source.find("{{", from);
-    const std::size_t close = open == source.npos ? source.npos : source.find("}}", open);
-    if (close == source.npos) break;
-    const std::string_view name = source.substr(open + 2, close - open - 2);
-    const std::string* value = name == "title"     ? &title
-                               : name == "figures" ? &table
-                               : name == "data"    ? &carried
-                                                   : nullptr;
-    const std::size_t until = value != nullptr ? open : open + 2;
-    out.append(source.substr(from, until - from));
-    if (value != nullptr) out += *value;
-    from = value != nullptr ? close + 2 : until;
-  }
-  out.append(source.substr(from));
-  return out;
+  return fill(source, {{"title", title}, {"figures", table}, {"data", carried}});
 }
 
 }  // namespace resonid::report

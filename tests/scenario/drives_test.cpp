@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: MIT
 // Drives of other kinds than the published one: identify() finds what was simulated, and says so when nothing
 // can be found.
+#include <experiments.hpp>
 #include <nlohmann/json.hpp>
 #include <resonid/plant/white_noise.hpp>
 #include <resonid/report/json.hpp>
-
-#include "experiments.hpp"
 
 namespace resonid {
 namespace {

@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: MIT
 // The published drive under the published sweep: what the source's own method reaches, and what the default
 // does.
+#include <experiments.hpp>
 #include <resonid/base/constants.hpp>
 #include <resonid/diagnostics/margins.hpp>
-
-#include "experiments.hpp"
 
 namespace resonid {
 namespace {

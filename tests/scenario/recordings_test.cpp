@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: MIT
 // Real machines: what identify() says of the recordings, against what is known of them (their README).
 #include <cstdio>
+#include <experiments.hpp>
 #include <nlohmann/json.hpp>
 #include <recordings.hpp>
 #include <resonid/io/record_reader.hpp>
 #include <resonid/report/json.hpp>
-
-#include "experiments.hpp"
 
 namespace resonid {
 namespace {

@@ -4,9 +4,8 @@
 #include <rapidcheck.h>
 
 #include <cstdlib>
+#include <experiments.hpp>
 #include <resonid/base/constants.hpp>
-
-#include "experiments.hpp"
 
 namespace resonid {
 namespace {

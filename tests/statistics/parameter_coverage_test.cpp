@@ -6,10 +6,7 @@
 
 #include <array>
 #include <cmath>
-#include <resonid/data/transfer_function.hpp>
-#include <resonid/data/two_mass.hpp>
-#include <resonid/identification/identify.hpp>
-#include <resonid/plant/experiment.hpp>
+#include <experiments.hpp>
 
 namespace resonid {
 namespace {
@@ -20,23 +17,9 @@ constexpr int kLeast = 180;
 constexpr int kMost = 198;
 
 plant::Simulation simulate(std::uint64_t seed) {
-  plant::ExperimentConfig c;
-  c.drive.driven_inertia = c.drive.load_inertia = 0.032;
-  c.drive.stiffness = 143.75;
-  c.drive.damping = 0.3;
-  c.controller.kind = plant::ControllerKind::pi;
-  c.controller.gain = 1.036;
-  c.controller.integral_time_s = 0.147;
-  c.excitation.kind = excitation::Kind::chirp;
-  c.excitation.from_hz = 35.0;
-  c.excitation.to_hz = 1.5;
-  c.excitation.duration_s = 17.0;
-  c.measurement.delay_s = 0.004;
-  c.measurement.noise_rms = 0.1;
-  c.run.sample_rate_hz = 500.0;
-  c.motion = {plant::MotionKind::constant, 10.0};
-  c.run.seed = seed;
-  return plant::simulate_closed_loop(c).value();
+  auto c = test::published_drive(0.1, 10.0, seed);
+  test::sweep(c);
+  return test::simulated(c);
 }
 
 TEST(ParameterCoverage, IntervalsOfTheModelHoldTheTruth) {

@@ -4,9 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <resonid/data/transfer_function.hpp>
-#include <resonid/identification/identify.hpp>
-#include <resonid/plant/experiment.hpp>
+#include <experiments.hpp>
 
 namespace resonid {
 namespace {
@@ -20,24 +18,9 @@ std::vector<double> grid_hz() {
 }
 
 plant::Simulation simulate(double noise, double reference, std::uint64_t seed) {
-  plant::ExperimentConfig c;
-  c.drive.driven_inertia = c.drive.load_inertia = 0.032;
-  c.drive.stiffness = 5.75e4;
-  c.drive.damping = 120.0;
-  c.drive.radius_m = 0.05;
-  c.controller.kind = plant::ControllerKind::pi;
-  c.controller.gain = 1.036;
-  c.controller.integral_time_s = 0.147;
-  c.excitation.kind = excitation::Kind::chirp;
-  c.excitation.from_hz = 35.0;
-  c.excitation.to_hz = 1.5;
-  c.excitation.duration_s = 17.0;
-  c.measurement.delay_s = 0.004;
-  c.measurement.noise_rms = noise;
-  c.run.sample_rate_hz = 500.0;
-  c.motion = {plant::MotionKind::constant, reference};
-  c.run.seed = seed;
-  return plant::simulate_closed_loop(c, grid_hz()).value();
+  auto c = test::published_drive(noise, reference, seed);
+  test::sweep(c);
+  return test::simulated(c, grid_hz());
 }
 
 identification::Options defaults() {

@@ -31,6 +31,8 @@ struct Curve {
   Mark mark = Mark::line;
   std::vector<double> x;  ///< [point]; ascending unless the chart has equal axes
   std::vector<double> y;  ///< [point]; a gap where not finite
+  /// [point]; what a plane's points belong to, told where one is pointed at (their frequency); may be empty
+  std::vector<double> at = {};
 };
 
 struct Chart {
@@ -41,6 +43,7 @@ struct Chart {
   bool equal_axes = false;  ///< a plane (Nyquist plots): both axes alike, x in any order
   std::vector<Curve> curves;
   std::string caption;
+  std::string at_unit = "Hz";  ///< of Curve::at
 };
 
 /// A place where the print contradicts itself or its own figures, and what was taken instead.
@@ -68,6 +71,8 @@ struct Document {
 };
 
 /// One self-contained HTML page: no network, no other files, readable on a phone, in the dark and on paper.
+/// Text and tables stand in it as they are; a script draws the charts from numbers of 7 digits. Text of any
+/// origin is escaped, bytes that are not UTF-8 are replaced. "+-" in texts becomes the sign, in Markdown too.
 [[nodiscard]] std::string document_page(const Document& document);
 
 /// The same without the charts, as Markdown.
@@ -76,7 +81,15 @@ struct Document {
 /// The tables and discrepancies as text for a terminal.
 [[nodiscard]] std::string document_text(const Document& document);
 
-/// Everything, for machines: {title, command, summary, sections, discrepancies}; absent values are left out.
+/// Everything, for machines, in full precision; absent values are left out, values that are not finite are
+/// null:
+///
+///     {schema: "resonid.document/1", title, command, summary: [""],
+///      sections: [{title, text: [""], tables: [table], charts: [chart]}],
+///      discrepancies: [{place, printed, taken, reason}]}
+///     table: {title, rows: [{quantity, unit, published, reproduced, deviation, true, note}]}
+///     chart: {title, x_label, y_label, log_x, equal_axes, caption, curves: [{name, mark, x, y, at,
+///     at_unit}]}
 [[nodiscard]] nlohmann::json document_json(const Document& document);
 
 }  // namespace resonid::report

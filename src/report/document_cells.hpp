@@ -1,0 +1,30 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <resonid/report/document.hpp>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace resonid::report {
+
+/// A line of a table as text: what every form of a document shows.
+struct Cells {
+  std::string quantity;    ///< with its unit in brackets
+  std::string published;   ///< empty where there is none, as the next two
+  std::string reproduced;  ///< with its deviation, both ended at the deviation's second digit
+  std::string truth;
+  std::string note;
+};
+
+/// `plus_minus` is the sign between a value and its deviation.
+[[nodiscard]] std::vector<Cells> cells_of(const ComparisonTable& table, std::string_view plus_minus);
+
+/// Four significant digits, no zeros at the end.
+[[nodiscard]] std::string number_text(double value);
+[[nodiscard]] std::string number_text(double value, double deviation, std::string_view plus_minus);
+
+/// A text with `sign` for every "+-".
+[[nodiscard]] std::string with_sign(std::string text, std::string_view sign);
+
+}  // namespace resonid::report

@@ -1,0 +1,154 @@
+// SPDX-License-Identifier: MIT
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <nlohmann/json.hpp>
+#include <resonid/report/document.hpp>
+#include <resonid/report/page.hpp>
+
+#include "report/document_cells.hpp"
+#include "report/page_template.hpp"
+
+namespace resonid::report {
+namespace {
+
+using nlohmann::json;
+
+constexpr std::string_view kSign = "\xC2\xB1";  // plus-minus
+constexpr std::string_view kMinus = "\xE2\x88\x92";
+constexpr std::string_view kTitleOfDiscrepancies = "Where the print contradicts itself, and what was taken";
+
+std::string html(const std::string& text) { return escape_html(with_sign(text, kSign)); }
+
+std::string figure(const std::string& text) {
+  const std::string escaped = escape_html(text);
+  return !escaped.empty() && escaped.front() == '-' ? std::string(kMinus) + escaped.substr(1) : escaped;
+}
+
+std::string element(std::string_view open, const std::string& content, std::string_view tag) {
+  return std::string(open).append(content).append("</").append(tag).append(">");
+}
+
+std::string heading_row(std::initializer_list<std::pair<std::string_view, bool>> names) {
+  std::string out = "<thead><tr>";
+  for (const auto& [name, numeric] : names)
+    out.append(numeric ? "<th scope=\"col\" class=\"n\">" : "<th scope=\"col\">")
+        .append(name)
+        .append("</th>");
+  return out + "</tr></thead>\n";
+}
+
+std::string comparison_table(const ComparisonTable& table) {
+  const auto rows = cells_of(table, kSign);
+  std::string out =
+      element("<h3>", html(table.title), "h3") + "\n<div class=\"scroll\"><table class=\"comparison\">\n";
+  out += heading_row(
+      {{"Quantity", false}, {"Published", true}, {"Reproduced", true}, {"True", true}, {"Note", false}});
+  out += "<tbody>\n";
+  const auto number = [](const std::string& text) {
+    return element("<td class=\"n\">",
+                   text.empty() ? "<span class=\"soft\">\xE2\x80\x93</span>" : figure(text), "td");
+  };
+  for (const Cells& c : rows) {
+    out += "<tr>" + element("<th scope=\"row\">", escape_html(c.quantity), "th") + number(c.published) +
+           number(c.reproduced) + number(c.truth) +
+           element("<td class=\"note\">", escape_html(c.note), "td") + "</tr>\n";
+  }
+  return out + "</tbody></table></div>\n";
+}
+
+std::string discrepancy_table(const std::vector<Discrepancy>& list) {
+  std::string out = "<div class=\"scroll\"><table class=\"discrepancies\">\n";
+  out += heading_row({{"Place", false}, {"Printed", false}, {"Taken", false}, {"Why", false}}) + "<tbody>\n";
+  for (const auto& d : list)
+    out += "<tr>" + element("<th scope=\"row\">", html(d.place), "th") +
+           element("<td>", html(d.printed), "td") + element("<td>", html(d.taken), "td") +
+           element("<td>", html(d.reason), "td") + "</tr>\n";
+  return out + "</tbody></table></div>\n";
+}
+
+/// A chart's place; the script draws into it.
+std::string chart_place(const Chart& chart, std::size_t number) {
+  return "<figure data-chart=\"" + std::to_string(number) + "\">\n" +
+         element("<h3>", html(chart.title), "h3") +
+         "\n<noscript><p class=\"soft\">The chart needs JavaScript.</p></noscript>\n" +
+         (chart.caption.empty() ? "" : element("<figcaption>", html(chart.caption), "figcaption") + "\n") +
+         "</figure>\n";
+}
+
+std::string contents(const Document& document) {
+  std::string out = "<nav class=\"contents\" aria-label=\"Contents\"><ol>\n";
+  for (std::size_t i = 0; i < document.sections.size(); ++i)
+    out += "<li><a href=\"#part-" + std::to_string(i + 1) + "\">" + html(document.sections[i].title) +
+           "</a></li>\n";
+  if (!document.discrepancies.empty())
+    out.append("<li><a href=\"#discrepancies\">").append(kTitleOfDiscrepancies).append("</a></li>\n");
+  return out + "</ol></nav>\n";
+}
+
+std::string body(const Document& document) {
+  std::string out = "<header>\n<div class=\"brand\">resonid reproduction</div>\n";
+  out += element("<h1>", html(document.title), "h1") + "\n";
+  if (!document.command.empty())
+    out += "<p class=\"soft small\">Made by <code>" + escape_html(document.command) + "</code></p>\n";
+  out += "</header>\n";
+  if (!document.summary.empty()) {
+    out += "<section class=\"summary-box\">\n";
+    for (const auto& text : document.summary) out += element("<p>", html(text), "p") + "\n";
+    out += "</section>\n";
+  }
+  if (document.sections.size() > 1) out += contents(document);
+  std::size_t charts = 0;
+  for (std::size_t i = 0; i < document.sections.size(); ++i) {
+    const Section& s = document.sections[i];
+    out +=
+        "<section id=\"part-" + std::to_string(i + 1) + "\">\n" + element("<h2>", html(s.title), "h2") + "\n";
+    for (const auto& text : s.text) out += element("<p class=\"explain\">", html(text), "p") + "\n";
+    for (const auto& chart : s.charts) out += chart_place(chart, charts++);
+    for (const auto& table : s.tables) out += comparison_table(table);
+    out += "</section>\n";
+  }
+  if (!document.discrepancies.empty())
+    out += "<section id=\"discrepancies\">\n" + element("<h2>", std::string(kTitleOfDiscrepancies), "h2") +
+           "\n" + discrepancy_table(document.discrepancies) + "</section>\n";
+  return out;
+}
+
+/// Seven digits are more than any picture shows.
+void shorten(json& values) {
+  for (json& v : values) {
+    if (!v.is_number_float() || !std::isfinite(v.get<double>())) continue;
+    char text[40];
+    std::snprintf(text, sizeof text, "%.7g", v.get<double>());
+    v = std::strtod(text, nullptr);
+  }
+}
+
+/// The charts of all sections in the order of their places, each with the number of its section.
+json charts_json(const Document& document) {
+  const json whole = document_json(document);
+  json charts = json::array();
+  std::size_t number = 0;
+  for (const json& section : whole["sections"]) {
+    for (json chart : section["charts"]) {
+      for (json& curve : chart["curves"])
+        for (const char* key : {"x", "y", "at"})
+          if (curve.contains(key)) shorten(curve[key]);
+      chart["section"] = number;
+      charts.push_back(std::move(chart));
+    }
+    ++number;
+  }
+  return charts;
+}
+
+}  // namespace
+
+std::string document_page(const Document& document) {
+  const std::string title = repaired(html(document.title));
+  const std::string content = repaired(body(document));
+  const std::string data = script_json(charts_json(document));
+  return fill(document_template(), {{"title", title}, {"content", content}, {"data", data}});
+}
+
+}  // namespace resonid::report

@@ -1,0 +1,107 @@
+// SPDX-License-Identifier: MIT
+// A document's chart with equal axes: curves in a plane, in any order of x.
+import { legendOf } from "./chart.js";
+import { escapeHtml, plain, significant } from "./format.js";
+import { onLayout } from "./plot.js";
+import { curvesOf, extentOf } from "./series.js";
+import { linearTicks } from "./ticks.js";
+
+const PRINT_WIDTH = 420;
+/** A tall plane gets more room at its sides instead of running down the page. */
+const TALLEST = 520;
+const LEFT = 44;
+const BOTTOM = 22;
+const fixed = (v) => Math.min(Math.max(v, -1e5), 1e5).toFixed(1);
+
+export function drawPlane(place, chart) {
+  const curves = curvesOf(chart);
+  const legend = legendOf(curves);
+  const upright = document.createElement("div");
+  upright.className = "axis-name";
+  upright.textContent = `${chart.y_label} (upwards), ${chart.x_label} (to the right)`;
+  const host = document.createElement("div");
+  host.className = "plane-box";
+  host.setAttribute("role", "img");
+  host.setAttribute("aria-label", `${chart.title}: ${chart.y_label} over ${chart.x_label}`);
+  place.append(legend.box, upright, host);
+  const plane = { host, curves, legend, view: viewOf(extentOf(curves)), map: null };
+  onLayout(host, (width) => render(plane, Math.min(width, 720)), PRINT_WIDTH);
+  const read = (event) => {
+    const box = host.firstElementChild.getBoundingClientRect();
+    const scale = plane.map.width / box.width;
+    probe(plane, (event.clientX - box.left) * scale, (event.clientY - box.top) * scale);
+  };
+  host.addEventListener("pointerdown", read);
+  host.addEventListener("pointermove", read);
+  host.addEventListener("pointerleave", () => probe(plane, -1e6, -1e6));
+}
+
+/** All points with a margin; neither flatter nor steeper than 1 : 2. */
+export function viewOf({ x, y }) {
+  const wide = Math.max(x[1] - x[0], (y[1] - y[0]) / 2, 1e-9) * 1.08;
+  const high = Math.max(y[1] - y[0], (x[1] - x[0]) / 2, 1e-9) * 1.08;
+  return { x: (x[0] + x[1]) / 2, y: (y[0] + y[1]) / 2, wide, high };
+}
+
+function render(plane, width) {
+  const { curves } = plane;
+  const inner = width - LEFT - 10;
+  const scale = Math.min(inner / plane.view.wide, TALLEST / plane.view.high);
+  const tall = plane.view.high * scale;
+  const view = { ...plane.view, wide: inner / scale };
+  const map = {
+    width, height: tall + 8 + BOTTOM,
+    x: (v) => LEFT + (v - view.x + view.wide / 2) * scale,
+    y: (v) => 8 + (view.y + view.high / 2 - v) * scale,
+  };
+  plane.map = map;
+  const xs = linearTicks(view.x - view.wide / 2, view.x + view.wide / 2, Math.max(3, Math.floor(inner / 80)));
+  const ys = linearTicks(view.y - view.high / 2, view.y + view.high / 2, Math.max(3, Math.floor(tall / 60)));
+  const grid = xs.map((v) => `<path class="${v === 0 ? "axis" : "grid"}" d="M${fixed(map.x(v))} 8v${fixed(tall)}"/>`).join("") +
+    ys.map((v) => `<path class="${v === 0 ? "axis" : "grid"}" d="M${LEFT} ${fixed(map.y(v))}h${fixed(inner)}"/>`).join("");
+  const numbers = xs.map((v) => `<text x="${fixed(map.x(v))}" y="${fixed(tall + 24)}" text-anchor="middle">${escapeHtml(plain(v))}</text>`).join("") +
+    ys.map((v) => `<text x="${LEFT - 6}" y="${fixed(map.y(v) + 4)}" text-anchor="end">${escapeHtml(plain(v))}</text>`).join("");
+  plane.host.innerHTML =
+    `<svg width="${width}" height="${fixed(map.height)}" viewBox="0 0 ${width} ${fixed(map.height)}" style="max-width:${width}px" aria-hidden="true">` +
+    grid + curves.map((c) => markup(c, map)).join("") + numbers +
+    `<rect class="frame" x="${LEFT}" y="8" width="${fixed(inner)}" height="${fixed(tall)}"/><circle class="probe" r="6" visibility="hidden"/></svg>`;
+}
+
+function markup({ points, mark, colour }, map) {
+  if (mark === "points") {
+    return points.filter((p) => p.y !== null)
+      .map((p) => `<circle cx="${fixed(map.x(p.x))}" cy="${fixed(map.y(p.y))}" r="3.6" fill="var(--${colour})"/>`).join("");
+  }
+  let pen = "M";
+  let path = "";
+  for (const p of points) {
+    if (p.y === null) {
+      pen = "M";
+      continue;
+    }
+    path += `${pen}${fixed(map.x(p.x))} ${fixed(map.y(p.y))}`;
+    pen = "L";
+  }
+  const dash = mark === "dashed" ? ' stroke-dasharray="6 4"' : "";
+  return `<path class="curve" stroke="var(--${colour})"${dash} d="${path}"/>`;
+}
+
+function probe({ host, curves, legend, map }, x, y) {
+  let best = null;
+  curves.forEach((curve, i) => {
+    for (const p of curve.points) {
+      if (p.y === null) continue;
+      // Points win over the curve that runs through them.
+      const distance = Math.hypot(map.x(p.x) - x, map.y(p.y) - y) + (curve.mark === "points" ? 0 : 4);
+      if (distance < 40 && (!best || distance < best.distance)) best = { p, i, distance, unit: curve.unit };
+    }
+  });
+  const ring = host.querySelector(".probe");
+  ring.setAttribute("visibility", best ? "visible" : "hidden");
+  if (!best) return legend.show("", []);
+  ring.setAttribute("cx", fixed(map.x(best.p.x)));
+  ring.setAttribute("cy", fixed(map.y(best.p.y)));
+  const readings = [];
+  readings[best.i] = `(${significant(best.p.x, 3)}, ${significant(best.p.y, 3)})`;
+  legend.show(best.p.at === null ? "" : `at ${significant(best.p.at, 4)} ${best.unit}`, readings);
+}

@@ -1,0 +1,183 @@
+// SPDX-License-Identifier: MIT
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+#include <numeric>
+#include <resonid/base/constants.hpp>
+#include <resonid/diagnostics/gap.hpp>
+#include <resonid/response/periodic_averaging.hpp>
+#include <resonid/response/tracked_lines.hpp>
+#include <resonid/tracking/kalman_bank.hpp>
+#include <resonid/tracking/response_tracker.hpp>
+
+#include "reproduction/publication_iv.hpp"
+
+namespace resonid::reproduction::iv {
+namespace {
+
+using Bank = tracking::KalmanBank<double, kLines>;
+
+/// The published estimate: banks on u and y, direct, read after the last sample.
+Response newest_response(const data::Record& record, const std::vector<double>& lines_hz, double delay_s) {
+  tracking::KalmanBankConfig config;
+  config.sample_rate_hz = record.sample_rate_hz;
+  config.frequency_hz = lines_hz;
+  config.lambda = kLambda;
+  const auto bank = Bank::create(config);
+  assert(bank);
+  tracking::ResponseTrackerConfig response;
+  response.known_delay_s = delay_s;
+  auto tracker = tracking::ResponseTracker<Bank>::create(*bank, response);
+  assert(tracker);
+  for (std::size_t k = 0; k < record.samples(); ++k)
+    tracker->step(record.input.samples[k], record.output.samples[k]);
+  Response out;
+  for (std::size_t i = 0; i < lines_hz.size(); ++i) out.push_back(tracker->response(i, Approach::direct));
+  return out;
+}
+
+/// The same lines over the last two whole periods of 10 s (kJudged).
+Response whole_periods(const data::Record& record, const std::vector<double>& lines_hz, double delay_s,
+                       response::LineMethod method) {
+  response::TrackedLinesConfig config;
+  config.lines_hz = lines_hz;
+  config.method = method;
+  config.lambda = kLambda;
+  config.period_samples = static_cast<std::size_t>(std::lround(10.0 * record.sample_rate_hz));
+  config.first_sample = method == response::LineMethod::least_squares ? config.period_samples : 0;
+  response::ResponseOptions options;
+  options.approach = Approach::direct;
+  options.delay_s = delay_s;
+  const auto response = response::tracked_lines(record, config, options);
+  assert(response && response->lines() == lines_hz.size());
+  return response->value;
+}
+
+/// |U| at the lines, over whole periods at the end of a record without noise.
+std::vector<double> input_amplitudes(const data::Record& clean, const std::vector<double>& lines_hz) {
+  std::vector<double> out;
+  const auto samples = static_cast<std::size_t>(std::lround(kJudged * clean.sample_rate_hz));
+  for (const double f : lines_hz) {
+    std::complex<double> sum;
+    for (std::size_t k = clean.samples() - samples; k < clean.samples(); ++k)
+      sum += clean.input.samples[k] *
+             std::polar(1.0, -kTwoPi * f * static_cast<double>(k) / clean.sample_rate_hz);
+    out.push_back(2.0 * std::abs(sum) / static_cast<double>(samples));
+  }
+  return out;
+}
+
+}  // namespace
+
+Spread spread(const std::vector<double>& values) {
+  const auto count = static_cast<double>(values.size());
+  Spread s;
+  s.mean = std::accumulate(values.begin(), values.end(), 0.0) / count;
+  for (const double v : values) s.deviation += (v - s.mean) * (v - s.mean);
+  s.deviation = values.size() > 1 ? std::sqrt(s.deviation / (count - 1.0)) : 0.0;
+  if (s.deviation < 1e-12 * std::abs(s.mean)) s.deviation = 0.0;  // rounding of equal values
+  return s;
+}
+
+report::Comparison row(std::string quantity, std::string unit, const Spread& reproduced,
+                       std::optional<double> truth, std::string note) {
+  return {std::move(quantity), std::move(unit), {}, reproduced.mean, reproduced.deviation, truth,
+          std::move(note)};
+}
+
+plant::Simulation simulate(const plant::ExperimentConfig& config, double noise_rms, std::uint64_t seed) {
+  auto experiment = config;
+  experiment.measurement.noise_rms = noise_rms;
+  experiment.run.seed = seed;
+  auto simulation = plant::simulate_closed_loop(experiment);
+  assert(simulation);  // shipped experiments are valid
+  return std::move(*simulation);
+}
+
+System run_system(std::string name, const plant::ExperimentConfig& config, const Options& options,
+                  const Step& step) {
+  System s;
+  s.name = std::move(name);
+  s.noise_rms = config.measurement.noise_rms;
+  const auto lines = config.excitation.lines_hz.hz();
+  s.lines_hz.assign(lines.begin(), lines.end());
+  const auto clean = simulate(config, 0.0, 1);
+  s.truth = clean.truth;
+  s.true_response = true_response(s.truth, s.lines_hz);
+  s.input_amplitude = input_amplitudes(clean.record, s.lines_hz);
+  s.noise_free = newest_response(clean.record, s.lines_hz, s.truth.delay_s);
+  for (std::size_t seed = 1; seed <= options.seeds; ++seed) {
+    const auto record = simulate(config, s.noise_rms, seed).record;
+    s.newest.push_back(newest_response(record, s.lines_hz, s.truth.delay_s));
+    s.averaged.push_back(whole_periods(record, s.lines_hz, s.truth.delay_s, response::LineMethod::kalman));
+    s.least_squares.push_back(
+        whole_periods(record, s.lines_hz, s.truth.delay_s, response::LineMethod::least_squares));
+    step(static_cast<double>(seed) / static_cast<double>(options.seeds));
+  }
+  return s;
+}
+
+OfflineRun run_offline(const plant::ExperimentConfig& config, const Options& options, const Step& step) {
+  OfflineRun run;
+  const auto bits = (std::size_t{1} << config.excitation.register_length) - 1;
+  response::PeriodicConfig periodic;
+  periodic.period_samples = bits * config.excitation.clock_divider;
+  periodic.drop_periods =
+      1 + static_cast<std::size_t>(2.0 * config.run.sample_rate_hz) / periodic.period_samples;
+  periodic.band_low_hz = 2.0;
+  periodic.band_high_hz = 30.0;
+  run.period_s = static_cast<double>(periodic.period_samples) / config.run.sample_rate_hz;
+  for (std::size_t seed = 1; seed <= options.seeds; ++seed) {
+    const auto simulation = simulate(config, config.measurement.noise_rms, seed);
+    response::ResponseOptions response;
+    response.delay_s = simulation.truth.delay_s;
+    auto estimate = response::periodic_average(simulation.record, periodic, response);
+    assert(estimate);
+    run.response.push_back(std::move(*estimate));
+    run.truth = simulation.truth;
+    step(static_cast<double>(seed) / static_cast<double>(options.seeds));
+  }
+  return run;
+}
+
+Response true_response(const plant::Truth& truth, const std::vector<double>& frequency_hz) {
+  Response out;
+  for (const double f : frequency_hz) out.push_back(truth.plant.response(f));
+  return out;
+}
+
+Response complementary_sensitivity(const Response& plant, const std::vector<double>& frequency_hz,
+                                   const plant::Truth& truth) {
+  Response out;
+  for (std::size_t i = 0; i < plant.size(); ++i) {
+    const auto loop = truth.controller->response(frequency_hz[i]) * plant[i] *
+                      std::polar(1.0, -kTwoPi * frequency_hz[i] * truth.delay_s);
+    out.push_back(loop / (1.0 + loop));
+  }
+  return out;
+}
+
+std::vector<double> distance(const Response& first, const Response& second) {
+  std::vector<double> out;
+  for (std::size_t i = 0; i < first.size(); ++i)
+    out.push_back(diagnostics::chordal_distance(first[i], second[i]));
+  return out;
+}
+
+std::vector<double> magnitude_db(const Response& response) {
+  std::vector<double> out;
+  for (const auto& g : response) out.push_back(20.0 * std::log10(std::abs(g)));
+  return out;
+}
+
+std::vector<double> phase_deg(const Response& response) {
+  std::vector<double> out;
+  for (const auto& g : response) {
+    double phase = std::arg(g) * 180.0 / kPi;
+    if (!out.empty()) phase -= 360.0 * std::round((phase - out.back()) / 360.0);
+    out.push_back(phase);
+  }
+  return out;
+}
+
+}  // namespace resonid::reproduction::iv

@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: MIT
+// The arithmetic of a document's charts, without a browser.
+import assert from "node:assert/strict";
+import { test } from "node:test";
+
+const web = "../../../src/report/web/";
+const series = await import(web + "series.js");
+const plane = await import(web + "plane.js");
+
+const chart = {
+  section: 1, x_label: "t", log_x: false,
+  curves: [{ name: "a", mark: "line", x: [0, 1, 2], y: [5, null, 7] }, { name: "b", mark: "points", x: [0.5, 2], y: [1, 2], at: [9, null] }],
+};
+
+test("gaps of a curve stay gaps, places that it lacks are passed over", () => {
+  const columns = series.columnsOf(series.curvesOf(chart));
+  assert.deepEqual(columns[0], [0, 0.5, 1, 2]);
+  assert.deepEqual(columns[1], [5, undefined, null, 7]);
+  assert.deepEqual(columns[2], [undefined, 1, undefined, 2]);
+});
+
+test("what cannot be drawn drops out", () => {
+  const [only] = series.curvesOf({ log_x: true, curves: [{ name: "x", x: [0, 1, "2", null], y: [1, "a", 2, 3] }] });
+  assert.deepEqual(only.points, [{ x: 1, y: null, at: null }]);
+  assert.deepEqual(series.curvesOf({}), []);
+});
+
+test("colours begin again after the last", () => {
+  const many = series.curvesOf({ curves: Array.from({ length: series.COLOURS + 1 }, () => ({})) });
+  assert.equal(many[series.COLOURS].colour, many[0].colour);
+  assert.notEqual(many[1].colour, many[0].colour);
+});
+
+test("the reading is the nearest point, none beyond a curve's ends", () => {
+  const points = [1, 2, 4, 8].map((x) => ({ x, y: 10 * x }));
+  assert.equal(series.pointAt(points, 2.9).y, 20);
+  assert.equal(series.pointAt(points, 3.1).y, 40);
+  assert.equal(series.pointAt(points, 2.9, true).y, 40); // nearer in ratio
+  assert.equal(series.pointAt(points, 8.1).y, 80);
+  assert.equal(series.pointAt(points, 80), null);
+  assert.equal(series.pointAt([], 1), null);
+});
+
+test("extents leave gaps out, and are never empty", () => {
+  assert.deepEqual(series.extentOf(series.curvesOf(chart)), { x: [0, 2], y: [1, 7] });
+  assert.deepEqual(series.extentOf([]), { x: [0, 1], y: [0, 1] });
+});
+
+test("a plane holds all its points and is no narrow strip", () => {
+  const view = plane.viewOf({ x: [0, 10], y: [-1, 1] });
+  assert.ok(view.wide >= 10 && view.high >= 5);
+  const point = plane.viewOf({ x: [3, 3], y: [4, 4] });
+  assert.ok(point.wide > 0 && point.high > 0);
+});

@@ -1,0 +1,179 @@
+// SPDX-License-Identifier: MIT
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <resonid/report/document.hpp>
+#include <string>
+
+namespace resonid::report {
+namespace {
+
+using nlohmann::json;
+
+std::size_t count(const std::string& text, const std::string& part) {
+  std::size_t n = 0;
+  for (std::size_t at = text.find(part); at != text.npos; at = text.find(part, at + 1)) ++n;
+  return n;
+}
+
+/// What a browser hands to the page's script.
+json carried(const std::string& html) {
+  const std::string open = R"(<script type="application/json" id="data">)";
+  const std::size_t begin = html.find(open) + open.size();
+  return json::parse(html.substr(begin, html.find("</script", begin) - begin));
+}
+
+Document example() {
+  Document d;
+  d.title = "Publication X";
+  d.command = "resonid reproduce x";
+  d.summary = {"It holds within +-2 %."};
+  Section s;
+  s.title = "Margins";
+  s.text = {"- a dash, a | bar and iv_multisine_a"};
+  s.tables = {{"Table 1",
+               {{"phase margin", "deg", 63.5, 61.6412, 2.9187, 59.9, "reading: +-1 deg"},
+                {"ripple", "", std::nullopt, 5.4e-12, std::nullopt, 0.0, ""}}}};
+  Chart line{"Figure 1", "time (s)", "speed (rad/s)", false, false, {}, "A caption.", "Hz"};
+  line.curves = {{"measured", Curve::Mark::line, {0.0, 1.0, 2.0}, {1.0 / 3.0, std::nan(""), 3.0}, {}}};
+  Chart plane{"Figure 2", "re", "im", false, true, {}, "", "Hz"};
+  plane.curves = {{"loop", Curve::Mark::points, {1.0, -1.0}, {0.0, 2.0}, {5.0, 6.0}}};
+  s.charts = {line, plane};
+  d.sections = {s};
+  d.discrepancies = {{"Table 2.1", "20.4 Hz", "19.6 Hz", "follows from its own <parameters>"}};
+  return d;
+}
+
+TEST(DocumentPage, ShowsTextAndTablesWithoutScripts) {
+  const std::string html = document_page(example());
+  const std::string still = html.substr(0, html.find("<script"));
+  for (const char* part :
+       {"<title>Publication X</title>", "<h1>Publication X</h1>", "<code>resonid reproduce x</code>",
+        "It holds within \xC2\xB1"
+        "2 %.",
+        "<h2>Margins</h2>", "<h3>Table 1</h3>", "phase margin (deg)", "<td class=\"n\">63.5</td>",
+        "61.6 \xC2\xB1 2.9</td>", "<td class=\"n\">5.4e-12</td>", "<td class=\"n\">0</td>",
+        "<h3>Figure 1</h3>", "<figcaption>A caption.</figcaption>", "follows from its own &lt;parameters&gt;",
+        "<td>20.4 Hz</td>"})
+    EXPECT_NE(still.find(part), still.npos) << part;
+  EXPECT_EQ(count(still, "<figure data-chart="), 2U);
+}
+
+TEST(DocumentPage, CarriesTheChartsWithSevenDigits) {
+  const json charts = carried(document_page(example()));
+  ASSERT_EQ(charts.size(), 2U);
+  EXPECT_EQ(charts[0]["curves"][0]["y"], json::parse("[0.3333333, null, 3.0]"));
+  EXPECT_EQ(charts[1]["curves"][0]["at"], json::parse("[5.0, 6.0]"));
+  EXPECT_EQ(charts[1]["equal_axes"], true);
+  EXPECT_EQ(charts[1]["section"], 0);
+}
+
+TEST(DocumentPage, HostileTextCannotLeaveItsPlace) {
+  const std::string hostile = "</script><!--<script>alert(1)</script>{{data}}{{content}}\xFF&'\"";
+  Document d = example();
+  const std::string plain = document_page(d);
+  d.title = d.command = d.summary[0] = hostile;
+  Section& s = d.sections[0];
+  s.title = s.text[0] = s.tables[0].title = s.charts[0].title = s.charts[0].caption = hostile;
+  s.charts[0].x_label = s.charts[0].y_label = s.charts[0].curves[0].name = s.charts[1].at_unit = hostile;
+  s.tables[0].rows[0].quantity = s.tables[0].rows[0].unit = s.tables[0].rows[0].note = hostile;
+  d.discrepancies[0] = {hostile, hostile, hostile, hostile};
+  const std::string html = document_page(d);
+  for (const char* part : {"<script", "</script", "<!--", "<table", "<figure"})
+    EXPECT_EQ(count(html, part), count(plain, part)) << part;
+  EXPECT_EQ(html.find('\xFF'), html.npos);
+  EXPECT_EQ(carried(html)[0]["curves"][0]["name"],
+            "</script><!--<script>alert(1)</script>{{data}}{{content}}\xEF\xBF\xBD&'\"");
+}
+
+TEST(DocumentPage, LoadsNothingFromAnywhereAndFillsEveryPlace) {
+  const std::string html = document_page(example());
+  EXPECT_EQ(html.find("http://"), html.npos);
+  EXPECT_EQ(html.find("https://"), html.npos);
+  const std::string shown = html.substr(0, html.find("<script"));
+  for (const char* loader : {"<link", "<img", "<iframe", "<object", "@import", "url("})
+    EXPECT_EQ(shown.find(loader), std::string::npos) << loader;
+  EXPECT_NE(html.find("default-src 'none'"), html.npos);
+  for (const char* place : {"{{title}}", "{{content}}", "{{data}}", "{{style}}", "{{script}}"})
+    EXPECT_EQ(html.find(place), html.npos) << place;
+  EXPECT_NE(html.find("Copyright (c) 2022 Leon Sorokin"), html.npos);  // uPlot's licence asks for it
+}
+
+TEST(DocumentPage, AnEmptyDocumentIsAPage) {
+  const std::string html = document_page({});
+  EXPECT_NE(html.find("</html>"), html.npos);
+  EXPECT_EQ(carried(html), json::array());
+}
+
+TEST(DocumentMarkdown, SaysHowItIsMadeAndKeepsTheTables) {
+  EXPECT_EQ(document_markdown(example()),
+            "# Publication X\n\n"
+            "Made by\n\n    resonid reproduce x\n\n"
+            "It holds within \xC2\xB1"
+            "2 %.\n\n"
+            "## Margins\n\n"
+            "\\- a dash, a \\| bar and iv_multisine_a\n\n"
+            "### Table 1\n\n"
+            "| quantity | published | reproduced | true | note |\n"
+            "|:--|--:|--:|--:|:--|\n"
+            "| phase margin (deg) | 63.5 | 61.6 \xC2\xB1 2.9 | 59.9 | reading: \xC2\xB1"
+            "1 deg |\n"
+            "| ripple | | 5.4e-12 | 0 | |\n\n"
+            "## Where the print contradicts itself, and what was taken\n\n"
+            "| place | printed | taken | why |\n|:--|:--|:--|:--|\n"
+            "| Table 2.1 | 20.4 Hz | 19.6 Hz | follows from its own \\<parameters> |\n");
+}
+
+TEST(DocumentText, AlignsColumnsAndWrapsAtHundred) {
+  Document d = example();
+  d.sections[0].tables[0].rows[1].note = std::string(60, 'x') + " " + std::string(60, 'y');
+  const std::string text = document_text(d);
+  EXPECT_NE(text.find("  quantity            published   reproduced  true\n"
+                      "  phase margin (deg)       63.5  61.6 +- 2.9  59.9  reading: +-1 deg\n"),
+            text.npos)
+      << text;
+  EXPECT_NE(text.find("MARGINS\n"), text.npos);
+  EXPECT_NE(text.find("    printed  20.4 Hz\n    taken    19.6 Hz\n"), text.npos) << text;
+  std::size_t from = 0;
+  while (from < text.size()) {
+    const std::size_t end = text.find('\n', from);
+    EXPECT_LE(end - from, 100U) << text.substr(from, end - from);
+    from = end + 1;
+  }
+}
+
+TEST(DocumentJson, LeavesOutWhatIsAbsent) {
+  const json j = document_json(example());
+  EXPECT_EQ(j["schema"], "resonid.document/1");
+  const json& rows = j["sections"][0]["tables"][0]["rows"];
+  EXPECT_EQ(rows[0], json::parse(R"({"quantity": "phase margin", "unit": "deg", "published": 63.5,
+    "reproduced": 61.6412, "deviation": 2.9187, "true": 59.9, "note": "reading: +-1 deg"})"));
+  EXPECT_EQ(rows[1], json::parse(R"({"quantity": "ripple", "reproduced": 5.4e-12, "true": 0.0})"));
+  EXPECT_EQ(j["sections"][0]["charts"][1]["curves"][0]["mark"], "points");
+  EXPECT_EQ(j["discrepancies"][0]["reason"], "follows from its own <parameters>");
+  EXPECT_NE(j.dump().find("null"), std::string::npos);  // the gap of a curve
+}
+
+/// Value, deviation and what a table says of them.
+struct Rounding {
+  double value;
+  double deviation;
+  const char* text;
+};
+
+TEST(DocumentMarkdown, EndsAValueWhereItsDeviationDoes) {
+  for (const Rounding& r :
+       {Rounding{0.311234, 0.00247, "0.3112 \xC2\xB1 0.0025"}, Rounding{12.0, 0.0996, "12.00 \xC2\xB1 0.10"},
+        Rounding{1234.0, 120.0, "1234 \xC2\xB1 120"}, Rounding{-0.001, 0.5, "0.00 \xC2\xB1 0.50"},
+        Rounding{2.0, 3e-12, "2 \xC2\xB1 3e-12"}, Rounding{2.5, 0.0, "2.5"}}) {
+    Document d;
+    d.sections = {{"s", {}, {{"t", {{"q", "", {}, r.value, r.deviation, {}, ""}}}}, {}}};
+    EXPECT_NE(document_markdown(d).find(std::string("| q | | ") + r.text + " | | |"), std::string::npos)
+        << r.text << "\n"
+        << document_markdown(d);
+  }
+}
+
+}  // namespace
+}  // namespace resonid::report
