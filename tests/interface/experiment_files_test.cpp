@@ -106,7 +106,7 @@ TEST_F(ExperimentFiles, AreListedWithWhatTheyAre) {
 TEST_F(ExperimentFiles, TheirDocumentIsCurrent) {
   const auto done = run("simulate --schema");
   ASSERT_EQ(done.exit_code, 0) << done.error;
-  EXPECT_EQ(done.out, test::text_of(std::string(RESONID_EXPERIMENTS_DIR) + "/../docs/experiment_files.md"))
+  EXPECT_EQ(done.out, test::text_of(std::string(RESONID_DOCS_DIR) + "/experiment_files.md"))
       << "resonid simulate --schema > docs/experiment_files.md";
 }
 
