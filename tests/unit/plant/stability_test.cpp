@@ -117,12 +117,13 @@ double analytic_critical_gain(const ExperimentConfig& c) {
 }
 
 TEST(Stability, CheckFlipsWhereTheLoopDoes) {
-  for (const auto& [name, config] : cases()) {
+  for (const Case& c : cases()) {
+    const ExperimentConfig& config = c.config;
     const double checked = critical_gain([&](double gain) { return accepted(config, gain); });
     const double simulated = critical_gain([&](double gain) { return decays(config, gain); });
     const double analytic = analytic_critical_gain(config);
-    EXPECT_NEAR(checked / analytic, 1.0, 1e-4) << name << " " << analytic;
-    EXPECT_NEAR(checked / simulated, 1.0, 1e-2) << name;
+    EXPECT_NEAR(checked / analytic, 1.0, 1e-4) << c.name << " " << analytic;
+    EXPECT_NEAR(checked / simulated, 1.0, 1e-2) << c.name;
   }
 }
 
