@@ -22,8 +22,9 @@ namespace resonid::plant {
   return matrix_exponential<double, Eigen::Dynamic>(extended, norm).topRows(states);
 }
 
-/// The steps of a machine whose stiffness varies: computed on a grid of stiffnesses, between them cubic. With
-/// kNodes over a factor of 3 in stiffness the entries are right to about 1e-11.
+/// The steps of a machine whose stiffness varies: computed on a grid of stiffnesses, between them cubic. Of a
+/// tooth belt at up to 4 ms the entries are right to 1e-13 over a factor of 3 in stiffness, to 1e-10 over a
+/// factor of 10.
 template <class Step>
 class StepTable {
  public:

@@ -69,9 +69,9 @@ class ClosedLoop {
   MotionSensor sensor_;
   bool open_;
   bool moves_;
+  std::size_t sample_ = 0;       // before constant_, which is of this sample
   Setpoint constant_;            // of the first sample; of all where it stays
   double holding_torque_ = 0.0;  // without a controller only
-  std::size_t sample_ = 0;
 };
 
 }  // namespace resonid::plant

@@ -122,6 +122,17 @@ TEST(AgainstOdeint, BeltThatComesLoose) {
   EXPECT_LT(two_mass_deviation(machine, model, 500.0, 1.5), 1e-9);
 }
 
+// Its greatest stiffness lies within the fault, at neither end of it.
+TEST(AgainstOdeint, BeltThatStiffensWhileItComesLoose) {
+  MachineConfig machine = system_2();
+  machine.disturbance.stiffness_drift_per_s = 0.5;
+  machine.disturbance.loosening = 0.5;
+  machine.disturbance.loosening_over_s = 2.0;
+  TwoMasses model;
+  model.stiffness = [](double t, double) { return 143.75 * (1.0 + 0.5 * t) * (1.0 - 0.25 * t); };
+  EXPECT_LT(two_mass_deviation(machine, model, 500.0, 2.0), 3e-5);
+}
+
 TEST(AgainstOdeint, Eccentricity) {
   MachineConfig machine = system_2();
   machine.disturbance.eccentricity = 1e-4;  // m, at the radius of 0.05 m

@@ -1,0 +1,159 @@
+// SPDX-License-Identifier: MIT
+//
+// Where a closed loop becomes unstable, three ways: the check before a run, growth of the simulated loop, and
+// the gain margin of the analytic response (METHOD 10.2).
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <resonid/plant/experiment.hpp>
+
+#include "analytic.hpp"
+#include "machines.hpp"
+
+namespace resonid::plant {
+namespace {
+
+struct Case {
+  std::string name;
+  ExperimentConfig config;
+};
+
+std::vector<Case> cases() {
+  ExperimentConfig base;
+  base.drive = test::system_2();
+  base.controller = test::pi_controller(1.0, 0.147);
+  base.excitation.kind = excitation::Kind::prbs;
+  base.measurement.delay_s = 0.004;
+  base.run = {500.0, 2.0, 1};
+  std::vector<Case> result{{"two samples", base}};
+  Case fraction{"2.65 samples", base};
+  fraction.config.measurement.delay_s = 0.0053;
+  result.push_back(fraction);
+  Case encoder{"encoder", base};
+  encoder.config.measurement.velocity = VelocitySource::encoder;
+  result.push_back(encoder);
+  Case both{"encoder, 2.65 samples", fraction.config};
+  both.config.measurement.velocity = VelocitySource::encoder;
+  result.push_back(both);
+  Case lag{"torque lag", base};
+  lag.config.actuator.lag_s = 0.003;
+  result.push_back(lag);
+  Case tensioner{"tensioner", base};
+  tensioner.config.drive = test::with_tensioner();
+  result.push_back(tensioner);
+  Case rigid{"rigid without delay", base};
+  rigid.config.drive = test::rigid();
+  rigid.config.measurement.delay_s = 0.0;
+  result.push_back(rigid);
+  return result;
+}
+
+bool accepted(ExperimentConfig c, double gain) {
+  c.controller.gain = gain;
+  return check(c).has_value();
+}
+
+bool decays(const ExperimentConfig& c, double gain) {
+  test::LoopConfig loop_config;
+  loop_config.machine = {c.drive, {}, {}, c.actuator.lag_s};
+  loop_config.controller = c.controller;
+  loop_config.controller.gain = gain;
+  loop_config.sample_rate_hz = c.run.sample_rate_hz;
+  loop_config.delay_s = c.measurement.delay_s;
+  loop_config.velocity = c.measurement.velocity;
+  auto loop = test::make_loop(loop_config);
+  constexpr int kSamples = 40000;
+  double early = 0.0;
+  double late = 0.0;
+  for (int k = 0; k < kSamples; ++k) {
+    const double y = std::abs(loop.step(k == 0 ? 1.0 : 0.0, 0.0).output);
+    if (!(y < 1e30)) return false;
+    if (k >= kSamples / 4 && k < kSamples / 2) early = std::max(early, y);
+    if (k >= 3 * kSamples / 4) late = std::max(late, y);
+  }
+  return late < early || late < 1e-9;
+}
+
+template <class Stable>
+double critical_gain(Stable stable) {
+  double low = 1e-3;
+  double high = 1e3;
+  while (high / low > 1.0 + 1e-5) {
+    const double middle = std::sqrt(low * high);
+    (stable(middle) ? low : high) = middle;
+  }
+  return low;
+}
+
+/// Least gain at which the loop's Nyquist curve passes through -1.
+double analytic_critical_gain(const ExperimentConfig& c) {
+  const test::Analytic plant(c.drive, c.actuator.lag_s);
+  const SampleDelay delay = split_delay(c.measurement.delay_s, c.run.sample_rate_hz);
+  const long double step = 1.0L / static_cast<long double>(c.run.sample_rate_hz);
+  const auto loop = [&](double f) {
+    const auto whole = static_cast<int>(delay.whole);
+    const auto g = c.measurement.velocity == VelocitySource::sensor
+                       ? plant.sampled(f, step, whole, delay.fraction)
+                       : plant.sampled_difference(f, step, whole, delay.fraction);
+    const std::complex<double> z = std::polar(1.0, kTwoPi * f / c.run.sample_rate_hz);
+    return std::complex<double>(g) *
+           (1.0 + 1.0 / (c.run.sample_rate_hz * c.controller.integral_time_s) * z / (z - 1.0));
+  };
+  double least = 1e9;
+  const double end = 0.5 * c.run.sample_rate_hz;
+  for (double f = 0.2; f < end; f += 0.1) {
+    double low = f;
+    double high = std::min(f + 0.1, end);
+    if (high == end && loop(end).real() < 0.0) least = std::min(least, -1.0 / loop(end).real());
+    if (loop(low).imag() * loop(high).imag() > 0.0) continue;
+    for (int i = 0; i < 50; ++i) {
+      const double middle = 0.5 * (low + high);
+      (loop(low).imag() * loop(middle).imag() <= 0.0 ? high : low) = middle;
+    }
+    if (loop(low).real() < 0.0) least = std::min(least, -1.0 / loop(low).real());
+  }
+  return least;
+}
+
+TEST(Stability, CheckFlipsWhereTheLoopDoes) {
+  for (const Case& c : cases()) {
+    const ExperimentConfig& config = c.config;
+    const double checked = critical_gain([&](double gain) { return accepted(config, gain); });
+    const double simulated = critical_gain([&](double gain) { return decays(config, gain); });
+    const double analytic = analytic_critical_gain(config);
+    EXPECT_NEAR(checked / analytic, 1.0, 1e-4) << c.name << " " << analytic;
+    EXPECT_NEAR(checked / simulated, 1.0, 1e-2) << c.name;
+  }
+}
+
+TEST(Stability, ErrorNamesGainAndGrowth) {
+  for (const auto& [name, config] : cases()) {
+    ExperimentConfig c = config;
+    const double critical = analytic_critical_gain(c);
+    c.controller.gain = 1.01 * critical;
+    const auto result = simulate_closed_loop(c);
+    ASSERT_FALSE(result.has_value()) << name;
+    EXPECT_EQ(result.error().table + "." + result.error().field, "controller.gain");
+    EXPECT_NE(result.error().text().find("must leave the closed loop stable"), std::string::npos);
+    c.controller.gain = 0.99 * critical;
+    EXPECT_TRUE(simulate_closed_loop(c).has_value()) << name;
+  }
+}
+
+// A belt that comes loose makes the loop unstable only later in the run: it is refused all the same.
+TEST(Stability, LooksAtEveryStiffnessOfTheRun) {
+  ExperimentConfig c = cases()[0].config;
+  const double stiff = critical_gain([&](double gain) { return accepted(c, gain); });
+  ExperimentConfig loose = c;
+  loose.drive.stiffness *= 0.3;
+  const double soft = critical_gain([&](double gain) { return accepted(loose, gain); });
+  ASSERT_GT(std::abs(stiff / soft - 1.0), 0.02);
+  c.disturbance.loosening = 0.7;
+  c.disturbance.loosening_at_s = 1.0;
+  const double faulty = critical_gain([&](double gain) { return accepted(c, gain); });
+  EXPECT_NEAR(faulty / std::min(stiff, soft), 1.0, 1e-4);
+}
+
+}  // namespace
+}  // namespace resonid::plant
