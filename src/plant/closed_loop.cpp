@@ -65,6 +65,13 @@ Setpoint ClosedLoop::setpoint() const noexcept {
   return at;
 }
 
+/// To a step of the torque command, the next one inside where the nearest lies beyond the limit.
+double ClosedLoop::rounded(double torque) const noexcept {
+  const double step = around_.torque_resolution;
+  const double nearest = step * std::floor(torque / step + 0.5);
+  return around_.controller.limit(nearest) == nearest ? nearest : nearest - std::copysign(step, nearest);
+}
+
 ClosedLoop::Sample ClosedLoop::step(double excitation, double noise) noexcept {
   const MassMotion measured = sensor_.read();
   const double velocity = measured.velocity + noise;
@@ -74,8 +81,7 @@ ClosedLoop::Sample ClosedLoop::step(double excitation, double noise) noexcept {
   const double wanted = command + excitation;
   double torque = controller.limit(wanted);
   if (!open_) controller.commit(torque == wanted ? command : torque - excitation);
-  if (around_.torque_resolution > 0.0)
-    torque = around_.torque_resolution * std::floor(torque / around_.torque_resolution + 0.5);
+  if (around_.torque_resolution > 0.0) torque = rounded(torque);
   const double place = drive_->place();
   sensor_.push(drive_->advance(torque));
   ++sample_;

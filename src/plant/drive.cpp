@@ -43,13 +43,11 @@ expected<void, ConfigError> check_coupled(const DriveConfig& c) noexcept {
 
 expected<void, ConfigError> check_chain(const DriveConfig& c) noexcept {
   if (c.inertias.empty() || c.inertias.size() > kMaxMasses)
-    return refuse("inertias", "must hold 1 ... 6 values", static_cast<double>(c.inertias.size()));
+    return refuse("inertias", "must hold 1 ... 6 values");
   if (c.stiffnesses.size() + 1 != c.inertias.size())
-    return refuse("stiffnesses", "must hold one value less than inertias",
-                  static_cast<double>(c.stiffnesses.size()));
+    return refuse("stiffnesses", "must hold one value less than inertias");
   if (c.dampings.size() != c.stiffnesses.size())
-    return refuse("dampings", "must hold as many values as stiffnesses",
-                  static_cast<double>(c.dampings.size()));
+    return refuse("dampings", "must hold as many values as stiffnesses");
   for (const double x : c.inertias)
     if (!(x > 0.0)) return refuse("inertias", "must be > 0", x);
   for (const double x : c.stiffnesses)

@@ -12,8 +12,8 @@ namespace resonid::plant {
 namespace {
 
 constexpr double kMaxDelaySamples = 1e6;
-constexpr double kMaxJudgedDelay = 400.0;  // samples; beyond it the poles take too long
-constexpr double kStable = 1.0 + 1e-9;     // rounding of a pole on the unit circle
+constexpr std::size_t kMaxPoleDelay = 400;  // samples; beyond it the poles take too long
+constexpr double kStable = 1.0 + 1e-9;      // rounding of a pole on the unit circle
 
 unexpected<ExperimentError> refused(std::string_view table, const ConfigError& error) {
   return unexpected<ExperimentError>(located(table, error));
@@ -69,22 +69,30 @@ expected<void, ExperimentError> check_loop(const ExperimentConfig& c, const Driv
   if (!controller) return refused("controller", controller.error());
   const auto feedback = controller->feedback();
   const SampleDelay delay = split_delay(c.measurement.delay_s, rate);
-  if (!feedback || static_cast<double>(delay.whole) > kMaxJudgedDelay) return {};
+  if (!feedback) return {};
   const int last = machine.varies() ? 4 : 0;
   for (int i = 0; i <= last; ++i) {
     const double part = last == 0 ? 0.0 : static_cast<double>(i) / last;
     const double factor =
         machine.lowest_factor() + part * (machine.highest_factor() - machine.lowest_factor());
-    const auto pole = dominant_loop_pole(drive.sampled(factor), delay, c.measurement.velocity, *feedback);
-    if (std::abs(pole) <= kStable) continue;
-    return unexpected(ExperimentError{
-        "controller", c.controller.gain != 0.0 ? "gain" : "",
-        c.controller.gain != 0.0 ? fmt::format("{:g}", c.controller.gain) : std::string(),
-        fmt::format("must leave the closed loop stable: a pole at {:.3g} Hz grows {:.4g}-fold per sample{}",
-                    std::abs(std::arg(pole)) / kTwoPi * rate, std::abs(pole),
-                    machine.varies() ? fmt::format(" where the stiffness is {:.3g} times its first value",
-                                                   factor / machine.factor(0.0, c.motion.from))
-                                     : std::string())});
+    const SampledDrive sampled = drive.sampled(factor);
+    std::string how;
+    if (delay.whole > kMaxPoleDelay) {
+      if (!loop_is_unstable(sampled, delay, c.measurement.velocity, *feedback)) continue;
+      how = fmt::format("with {} samples of delay it is not", delay.whole);
+    } else {
+      const auto pole = dominant_loop_pole(sampled, delay, c.measurement.velocity, *feedback);
+      if (std::abs(pole) <= kStable) continue;
+      how = fmt::format("a pole at {:.3g} Hz grows {:.4g}-fold per sample",
+                        std::abs(std::arg(pole)) / kTwoPi * rate, std::abs(pole));
+    }
+    if (machine.varies())
+      how += fmt::format(" where the stiffness is {:.3g} times its first value",
+                         factor / machine.factor(0.0, c.motion.from));
+    const bool has_gain = c.controller.gain != 0.0;
+    return unexpected(ExperimentError{"controller", has_gain ? "gain" : "",
+                                      has_gain ? fmt::format("{:g}", c.controller.gain) : std::string(),
+                                      "must leave the closed loop stable: " + how});
   }
   return {};
 }

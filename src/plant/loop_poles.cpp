@@ -2,8 +2,73 @@
 #include "plant/loop_poles.hpp"
 
 #include <Eigen/Eigenvalues>
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+#include <resonid/base/constants.hpp>
 
 namespace resonid::plant {
+namespace {
+
+using Complex = std::complex<double>;
+
+/// Sum of x_i z^-i.
+Complex in_powers(const std::vector<double>& x, Complex z) {
+  Complex sum = 0.0;
+  for (std::size_t i = x.size(); i-- > 0;) sum = sum / z + x[i];
+  return sum;
+}
+
+/// L(z) without the whole samples of the delay.
+Complex loop_without_delay(const SampledDrive& drive, VelocitySource velocity,
+                           const data::TransferFunction& controller, Complex z) {
+  const Eigen::Index n = drive.a.rows() - 1;
+  Eigen::MatrixXcd m = -drive.a.topLeftCorner(n, n).cast<Complex>();
+  m.diagonal().array() += z;
+  const Eigen::VectorXcd x = m.partialPivLu().solve(drive.b.head(n).cast<Complex>());
+  const auto seen = [&](const Eigen::RowVectorXd& row, double command) {
+    return (row.head(n).cast<Complex>() * x)(0) + command;
+  };
+  Complex reading = seen(drive.early_velocity, drive.early_velocity_command);
+  if (velocity == VelocitySource::encoder) {  // way up to the reading, and what was left of the sample before
+    const Complex early = seen(drive.early_angle, drive.early_angle_command);
+    reading = (early + (seen(drive.a.row(n), drive.b(n)) - early) / z) / drive.sample_time_s;
+  }
+  return in_powers(controller.numerator, z) / in_powers(controller.denominator, z) * reading / z;
+}
+
+}  // namespace
+
+bool loop_is_unstable(const SampledDrive& drive, const SampleDelay& delay, VelocitySource velocity,
+                      const data::TransferFunction& controller) {
+  constexpr double kOutside = 1e-9;   // of the circle: integrators lie on it
+  constexpr double kFirst = 1e-11;    // rad, well below kOutside: the turn around an integrator is seen
+  constexpr double kRatio = 1.01;     // of neighbouring angles, for resonances
+  constexpr double kDelayTurn = 0.1;  // rad that the delay turns from one angle to the next
+  const auto at = [&](double angle) {
+    return loop_without_delay(drive, velocity, controller, std::polar(1.0 + kOutside, angle));
+  };
+  // Where |L| < 1 the curve cannot turn around -1.
+  double last = kFirst;
+  for (double angle = kFirst; angle < kPi; angle *= kRatio)
+    if (std::abs(at(angle)) >= 0.99) last = angle * kRatio;
+  const auto samples = static_cast<double>(delay.whole);
+  const double widest = kDelayTurn / (samples + 1.0);
+  const auto delayed = [&](double angle) {
+    return 1.0 + at(angle) * std::polar(std::pow(1.0 + kOutside, -samples), -angle * samples);
+  };
+  Complex before = delayed(kFirst);
+  double turned = 0.0;
+  for (double angle = kFirst; angle < std::min(last, kPi);) {
+    angle = std::min(std::min(angle * kRatio, angle + widest), kPi);
+    const Complex now = delayed(angle);
+    turned += std::arg(now / before);
+    before = now;
+  }
+  // Where |L| < 1 from there on, 1 + L stays right of 0 and ends on the positive real axis.
+  if (last < kPi) turned -= std::arg(before);
+  return std::abs(turned) > kPi / 2.0;
+}
 
 // State: [machine; readings r_0 ... r_m, newest first; for differences the position increment's second half;
 // controller]. Machine without its angle: increments of position are linear in the rest.

@@ -14,4 +14,9 @@ namespace resonid::plant {
                                                       VelocitySource velocity,
                                                       const data::TransferFunction& controller);
 
+/// Whether the same loop has a pole outside the unit circle, for delays of any length: by the turns of 1 +
+/// L(z) around 0 just outside the circle (Nyquist). Machine and controller have no such pole of their own.
+[[nodiscard]] bool loop_is_unstable(const SampledDrive& drive, const SampleDelay& delay,
+                                    VelocitySource velocity, const data::TransferFunction& controller);
+
 }  // namespace resonid::plant

@@ -62,6 +62,7 @@ class ClosedLoop {
 
  private:
   [[nodiscard]] Setpoint setpoint() const noexcept;
+  [[nodiscard]] double rounded(double torque) const noexcept;
   [[nodiscard]] double steady_velocity(double reference, double place);
 
   std::unique_ptr<Drive> drive_;

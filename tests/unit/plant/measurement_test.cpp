@@ -167,5 +167,18 @@ TEST(Torque, IsRoundedToItsResolution) {
   }
 }
 
+TEST(Torque, RoundingStaysWithinTheLimit) {
+  LoopConfig c = frictionless(0.0, 0.0);
+  c.torque_resolution = 0.1;
+  c.controller.torque_limit = 0.56;
+  auto loop = test::make_loop(c);
+  for (int k = 0; k < 1000; ++k) {
+    const double wanted = std::sin(0.7 * k);
+    const double torque = loop.step(wanted, 0.0).input;
+    EXPECT_LE(std::abs(torque), 0.5 + 1e-12);
+    EXPECT_LE(std::abs(torque - std::clamp(wanted, -0.55, 0.55)), 0.05 + 1e-12);
+  }
+}
+
 }  // namespace
 }  // namespace resonid::plant

@@ -10,6 +10,7 @@
 
 #include "analytic.hpp"
 #include "machines.hpp"
+#include "plant/loop_poles.hpp"
 
 namespace resonid::plant {
 namespace {
@@ -87,7 +88,7 @@ double critical_gain(Stable stable) {
 }
 
 /// Least gain at which the loop's Nyquist curve passes through -1.
-double analytic_critical_gain(const ExperimentConfig& c) {
+double analytic_critical_gain(const ExperimentConfig& c, double up_to_hz = 1e9) {
   const test::Analytic plant(c.drive, c.actuator.lag_s);
   const SampleDelay delay = split_delay(c.measurement.delay_s, c.run.sample_rate_hz);
   const long double step = 1.0L / static_cast<long double>(c.run.sample_rate_hz);
@@ -101,7 +102,7 @@ double analytic_critical_gain(const ExperimentConfig& c) {
            (1.0 + 1.0 / (c.run.sample_rate_hz * c.controller.integral_time_s) * z / (z - 1.0));
   };
   double least = 1e9;
-  const double end = 0.5 * c.run.sample_rate_hz;
+  const double end = std::min(0.5 * c.run.sample_rate_hz, up_to_hz);
   for (double f = 0.2; f < end; f += 0.1) {
     double low = f;
     double high = std::min(f + 0.1, end);
@@ -124,6 +125,40 @@ TEST(Stability, CheckFlipsWhereTheLoopDoes) {
     const double analytic = analytic_critical_gain(config);
     EXPECT_NEAR(checked / analytic, 1.0, 1e-4) << c.name << " " << analytic;
     EXPECT_NEAR(checked / simulated, 1.0, 1e-2) << c.name;
+  }
+}
+
+// Beyond 400 samples the turns of the Nyquist curve are counted, not the poles found.
+TEST(Stability, LongDelaysAreJudgedToo) {
+  for (const auto velocity : {VelocitySource::sensor, VelocitySource::encoder})
+    for (const double delay_s : {0.0201, 0.05, 0.30001}) {
+      ExperimentConfig c = cases().front().config;
+      c.controller.integral_time_s = 1.0;
+      c.measurement.velocity = velocity;
+      c.measurement.delay_s = delay_s;
+      c.run = {20000.0, 0.1, 1};
+      const double critical = analytic_critical_gain(c, 60.0);  // |L| falls beyond the resonance at 15 Hz
+      EXPECT_TRUE(accepted(c, 0.999 * critical)) << delay_s;
+      EXPECT_FALSE(accepted(c, 1.001 * critical)) << delay_s;
+      EXPECT_FALSE(accepted(c, 30.0 * critical)) << delay_s;
+    }
+}
+
+TEST(Stability, TurnsAndPolesAgree) {
+  for (const auto& [name, config] : cases()) {
+    const double critical = analytic_critical_gain(config);
+    const SampleDelay delay = split_delay(config.measurement.delay_s, config.run.sample_rate_hz);
+    const auto drive =
+        make_drive({config.drive, {}, {}, config.actuator.lag_s}, config.run.sample_rate_hz, delay.fraction)
+            .value();
+    for (const double part : {-0.01, 0.01, 0.5, 0.99, 1.01, 2.0, 100.0}) {
+      auto feedback = data::pi_controller(part * critical, config.controller.integral_time_s,
+                                          1.0 / config.run.sample_rate_hz);
+      const auto sampled = drive->sampled(1.0);
+      EXPECT_EQ(loop_is_unstable(sampled, delay, config.measurement.velocity, feedback),
+                std::abs(dominant_loop_pole(sampled, delay, config.measurement.velocity, feedback)) > 1.0)
+          << name << " " << part;
+    }
   }
 }
 
