@@ -97,24 +97,20 @@ json over_time_json(const plant::OverTime& over_time) {
   return result;
 }
 
-/// Margins of the real loop C G e^{-jwTd} (METHOD 10.2), from 6000 frequencies up to half the sample rate.
-json loop_json(const plant::Truth& truth) {
-  constexpr std::size_t kLines = 6000;
-  constexpr double kSpan = 5e4;  // highest to lowest frequency
-  const double highest_hz = 0.5 / truth.plant.sample_time_s;
-  data::FrequencyResponse loop;
-  for (std::size_t i = 0; i < kLines; ++i) {
-    const double part = static_cast<double>(i + 1) / static_cast<double>(kLines);
-    const double f = highest_hz * std::pow(kSpan, part - 1.0);
-    loop.frequency_hz.push_back(f);
-    loop.value.push_back(truth.controller->response(f) * plant::response(truth.sampled, f) *
-                         std::polar(1.0, -kTwoPi * f * truth.delay_s));
-  }
+/// Margins of the real loop (METHOD 10.2).
+json loop_json(const data::FrequencyResponse& loop) {
   const auto margins = diagnostics::loop_margins(loop);
   json result{{"modulus_margin", margins.modulus_margin}};
   if (const auto value = margins.crossover_hz()) result["crossover_hz"] = *value;
   if (const auto value = margins.phase_margin_deg()) result["phase_margin_deg"] = *value;
-  if (margins.gain_margin_db) result["gain_margin_db"] = *margins.gain_margin_db;
+  auto gain_margin = margins.gain_margin_db;
+  // At half the sample rate the loop is real: it may end at -180 degrees without crossing them.
+  const std::complex<double> end = loop.value.back();
+  if (end.real() < 0.0) {
+    const double db = -20.0 * std::log10(-end.real());
+    if (!gain_margin || db < *gain_margin) gain_margin = db;
+  }
+  if (gain_margin) result["gain_margin_db"] = *gain_margin;
   return result;
 }
 
@@ -145,7 +141,7 @@ json truth_json(const plant::Truth& truth) {
   if (truth.over_time) result["over_time"] = over_time_json(*truth.over_time);
   if (truth.controller) {
     result["controller"] = transfer_function_json(*truth.controller);
-    result["loop"] = loop_json(truth);
+    result["loop"] = loop_json(truth.loop);
   }
   return result;
 }

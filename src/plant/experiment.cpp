@@ -80,10 +80,15 @@ class Observer {
   OverTime seen_;
 };
 
+ExperimentError diverged(bool closed) {
+  if (closed) return {"controller", "", "", "must hold the drive stable: the simulated loop diverges"};
+  return {"excitation", "", "", "must keep torque and velocity below 1e12"};
+}
+
 ExperimentError out_of_stroke(const ExperimentConfig& config, double time_s, double place) {
   return {
       "drive",
-      "stroke_to_m",
+      place < config.drive.stroke_from_m ? "stroke_from_m" : "stroke_to_m",
       {},
       fmt::format("must hold the cart: it leaves its stroke, {:g} ... {:g} m, after {:.4g} s, at {:.4g} m",
                   config.drive.stroke_from_m, config.drive.stroke_to_m, time_s, place)};
@@ -136,8 +141,7 @@ expected<Simulation, ExperimentError> simulate_closed_loop(const ExperimentConfi
     const double ru = excitation.step();
     const ClosedLoop::Sample s = loop->step(ru, noise.step());
     if (!(std::abs(s.input) < kDiverged && std::abs(s.output) < kDiverged))
-      return unexpected(
-          ExperimentError{"controller", "", "", "must hold the drive stable: the simulated loop diverges"});
+      return unexpected(diverged(controller.closed()));
     if (belt && !(s.place >= config.drive.stroke_from_m - 1e-3 && s.place <= config.drive.stroke_to_m + 1e-3))
       return unexpected(out_of_stroke(config, static_cast<double>(k) / rate, s.place));
     record.excitation.samples[k] = ru;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <resonid/base/constants.hpp>
 #include <resonid/plant/experiment.hpp>
@@ -12,8 +13,8 @@ namespace resonid::plant {
 namespace {
 
 constexpr double kMaxDelaySamples = 1e6;
-constexpr std::size_t kMaxPoleDelay = 400;  // samples; beyond it the poles take too long
-constexpr double kStable = 1.0 + 1e-9;      // rounding of a pole on the unit circle
+constexpr std::size_t kMaxPoleDelay = 60;  // samples; beyond it the poles take too long
+constexpr double kStable = 1.0 + 1e-9;     // rounding of a pole on the unit circle
 
 unexpected<ExperimentError> refused(std::string_view table, const ConfigError& error) {
   return unexpected<ExperimentError>(located(table, error));
@@ -47,9 +48,20 @@ expected<void, ExperimentError> check_resonances(const ExperimentConfig& c, doub
                                   2.0 * modes.back().frequency_hz, modes.back().frequency_hz)});
 }
 
+/// Places between which the cart's reference goes, less the following error of a cascade.
+MotionProfile::Range cart_range(const ExperimentConfig& c, const Controller& controller, double duration_s) {
+  auto range = MotionProfile::create(c.motion)->reached(duration_s);
+  if (c.motion.kind != MotionKind::constant) return range;
+  const double radius = c.drive.radius_m;
+  const double behind = radius * controller.following_error(c.motion.velocity / radius);
+  return {range.lowest - behind, range.highest - behind};
+}
+
 expected<void, ExperimentError> check_stroke(const ExperimentConfig& c, double duration_s) {
   if (c.drive.structure != Structure::tooth_belt) return {};
-  const auto [lowest, highest] = MotionProfile::create(c.motion)->reached(duration_s);
+  const auto controller = Controller::create(c.controller, c.run.sample_rate_hz);
+  if (!controller) return refused("controller", controller.error());
+  const auto [lowest, highest] = cart_range(c, *controller, duration_s);
   constexpr double kEnd = 1e-9;
   if (lowest >= c.drive.stroke_from_m - kEnd && highest <= c.drive.stroke_to_m + kEnd) return {};
   const bool constant = c.motion.kind == MotionKind::constant;
@@ -62,19 +74,51 @@ expected<void, ExperimentError> check_stroke(const ExperimentConfig& c, double d
                   c.drive.stroke_from_m, c.drive.stroke_to_m, below ? lowest : highest, duration_s)});
 }
 
+/// Stiffnesses that the loop is judged at: those that the run goes through, a tooth belt's cart within
+/// kAllowance of its stroke beside its reference. In even ratio, no more than 10 % apart, and so close that
+/// the delay turns the resonance by less than kTurns from one to the next.
+std::vector<double> judged_factors(const ExperimentConfig& c, const Machine& machine,
+                                   const Controller& controller, double duration_s) {
+  constexpr double kAllowance = 0.05;
+  constexpr double kRatio = 1.1;
+  constexpr double kTurns = 0.05;
+  constexpr double kMost = 400.0;
+  if (!machine.varies()) return {machine.lowest_factor()};
+  double low = machine.lowest_factor();
+  double high = machine.highest_factor();
+  if (c.drive.structure == Structure::tooth_belt) {
+    const double aside = kAllowance * (c.drive.stroke_to_m - c.drive.stroke_from_m);
+    const auto reference = cart_range(c, controller, duration_s);
+    MachineConfig part = machine.config();
+    part.drive.stroke_from_m = std::max(c.drive.stroke_from_m, reference.lowest - aside);
+    part.drive.stroke_to_m = std::min(c.drive.stroke_to_m, reference.highest + aside);
+    const double nominal = tooth_belt_stiffness(part.drive, part.drive.stroke_from_m) /
+                           tooth_belt_stiffness(c.drive, c.drive.stroke_from_m);
+    const Machine there(part, duration_s);
+    low = std::max(low, nominal * there.lowest_factor());
+    high = std::min(high, nominal * there.highest_factor());
+  }
+  const auto highest_hz = [&](double factor) {
+    return resonances(machine.system(factor)).back().frequency_hz;
+  };
+  const double late_s = c.measurement.delay_s + 1.0 / c.run.sample_rate_hz;
+  const double nodes = std::max(std::log(high / low) / std::log(kRatio),
+                                (highest_hz(high) - highest_hz(low)) * late_s / kTurns);
+  const double count = std::ceil(std::clamp(nodes, 1.0, kMost));
+  std::vector<double> factors;
+  for (double i = 0.0; i <= count; ++i) factors.push_back(low * std::pow(high / low, i / count));
+  return factors;
+}
+
 expected<void, ExperimentError> check_loop(const ExperimentConfig& c, const Drive& drive,
-                                           const Machine& machine) {
+                                           const Machine& machine, double duration_s) {
   const double rate = c.run.sample_rate_hz;
   const auto controller = Controller::create(c.controller, rate);
   if (!controller) return refused("controller", controller.error());
   const auto feedback = controller->feedback();
   const SampleDelay delay = split_delay(c.measurement.delay_s, rate);
   if (!feedback) return {};
-  const int last = machine.varies() ? 4 : 0;
-  for (int i = 0; i <= last; ++i) {
-    const double part = last == 0 ? 0.0 : static_cast<double>(i) / last;
-    const double factor =
-        machine.lowest_factor() + part * (machine.highest_factor() - machine.lowest_factor());
+  for (const double factor : judged_factors(c, machine, *controller, duration_s)) {
     const SampledDrive sampled = drive.sampled(factor);
     std::string how;
     if (delay.whole > kMaxPoleDelay) {
@@ -83,12 +127,13 @@ expected<void, ExperimentError> check_loop(const ExperimentConfig& c, const Driv
     } else {
       const auto pole = dominant_loop_pole(sampled, delay, c.measurement.velocity, *feedback);
       if (std::abs(pole) <= kStable) continue;
-      how = fmt::format("a pole at {:.3g} Hz grows {:.4g}-fold per sample",
-                        std::abs(std::arg(pole)) / kTwoPi * rate, std::abs(pole));
+      how = fmt::format("an oscillation at {:.3g} Hz grows tenfold in {:.3g} s",
+                        std::abs(std::arg(pole)) / kTwoPi * rate,
+                        std::log(10.0) / (rate * std::log(std::abs(pole))));
     }
     if (machine.varies())
-      how += fmt::format(" where the stiffness is {:.3g} times its first value",
-                         factor / machine.factor(0.0, c.motion.from));
+      how += fmt::format(" where the drive resonates at {:.4g} Hz",
+                         resonances(machine.system(factor)).front().frequency_hz);
     const bool has_gain = c.controller.gain != 0.0;
     return unexpected(ExperimentError{"controller", has_gain ? "gain" : "",
                                       has_gain ? fmt::format("{:g}", c.controller.gain) : std::string(),
@@ -126,7 +171,7 @@ expected<void, ExperimentError> check(const ExperimentConfig& config) {
   const Machine machine(machine_of(config), duration_s);
   if (const auto ok = check_resonances(config, machine.highest_factor()); !ok) return ok;
   if (const auto ok = check_stroke(config, duration_s); !ok) return ok;
-  return check_loop(config, **drive, machine);
+  return check_loop(config, **drive, machine, duration_s);
 }
 
 }  // namespace resonid::plant

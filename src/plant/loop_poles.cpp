@@ -37,36 +37,77 @@ Complex loop_without_delay(const SampledDrive& drive, VelocitySource velocity,
   return in_powers(controller.numerator, z) / in_powers(controller.denominator, z) * reading / z;
 }
 
+/// Angles at which |L| may change fast: 1 % apart, and close to the machine's own poles as close as these lie
+/// to the circle.
+std::vector<double> angles_of(const SampledDrive& drive, double outside) {
+  constexpr double kFirst = 1e-11;  // rad, well below `outside`: the turn around an integrator is seen
+  constexpr double kRatio = 1.01;
+  constexpr double kNearest = 0.05;  // of a pole's distance from the circle
+  constexpr double kStep = 1.2;
+  std::vector<double> angles;
+  for (double angle = kFirst; angle < kPi; angle *= kRatio) angles.push_back(angle);
+  angles.push_back(kPi);
+  const Eigen::Index n = drive.a.rows() - 1;
+  const Eigen::EigenSolver<Eigen::MatrixXd> solver(drive.a.topLeftCorner(n, n), false);
+  for (Eigen::Index i = 0; i < n; ++i) {
+    const Complex pole = solver.eigenvalues()(i);
+    const double centre = std::arg(pole);
+    if (!(centre > 0.0)) continue;
+    const double distance = std::max(std::abs(1.0 - std::abs(pole)), outside);
+    angles.push_back(centre);
+    for (double off = kNearest * distance; off < 0.1 * centre; off *= kStep) {
+      angles.push_back(centre - off);
+      if (centre + off < kPi) angles.push_back(centre + off);
+    }
+  }
+  std::sort(angles.begin(), angles.end());
+  return angles;
+}
+
 }  // namespace
+
+data::FrequencyResponse loop_response(const SampledDrive& drive, const SampleDelay& delay,
+                                      VelocitySource velocity, const data::TransferFunction& controller,
+                                      std::vector<double> frequency_hz) {
+  data::FrequencyResponse loop;
+  loop.frequency_hz = std::move(frequency_hz);
+  for (const double f : loop.frequency_hz) {
+    const double angle = kTwoPi * f * drive.sample_time_s;
+    loop.value.push_back(loop_without_delay(drive, velocity, controller, std::polar(1.0, angle)) *
+                         std::polar(1.0, -angle * static_cast<double>(delay.whole)));
+  }
+  return loop;
+}
 
 bool loop_is_unstable(const SampledDrive& drive, const SampleDelay& delay, VelocitySource velocity,
                       const data::TransferFunction& controller) {
   constexpr double kOutside = 1e-9;   // of the circle: integrators lie on it
-  constexpr double kFirst = 1e-11;    // rad, well below kOutside: the turn around an integrator is seen
-  constexpr double kRatio = 1.01;     // of neighbouring angles, for resonances
   constexpr double kDelayTurn = 0.1;  // rad that the delay turns from one angle to the next
   const auto at = [&](double angle) {
     return loop_without_delay(drive, velocity, controller, std::polar(1.0 + kOutside, angle));
   };
+  const std::vector<double> angles = angles_of(drive, kOutside);
   // Where |L| < 1 the curve cannot turn around -1.
-  double last = kFirst;
-  for (double angle = kFirst; angle < kPi; angle *= kRatio)
-    if (std::abs(at(angle)) >= 0.99) last = angle * kRatio;
+  std::size_t last = 0;
+  for (std::size_t i = 0; i < angles.size(); ++i)
+    if (std::abs(at(angles[i])) >= 0.99) last = std::min(i + 1, angles.size() - 1);
   const auto samples = static_cast<double>(delay.whole);
   const double widest = kDelayTurn / (samples + 1.0);
   const auto delayed = [&](double angle) {
     return 1.0 + at(angle) * std::polar(std::pow(1.0 + kOutside, -samples), -angle * samples);
   };
-  Complex before = delayed(kFirst);
+  Complex before = delayed(angles.front());
   double turned = 0.0;
-  for (double angle = kFirst; angle < std::min(last, kPi);) {
-    angle = std::min(std::min(angle * kRatio, angle + widest), kPi);
-    const Complex now = delayed(angle);
-    turned += std::arg(now / before);
-    before = now;
-  }
+  double angle = angles.front();
+  for (std::size_t i = 1; i <= last; ++i)
+    while (angle < angles[i]) {
+      angle = std::min(angle + widest, angles[i]);
+      const Complex now = delayed(angle);
+      turned += std::arg(now / before);
+      before = now;
+    }
   // Where |L| < 1 from there on, 1 + L stays right of 0 and ends on the positive real axis.
-  if (last < kPi) turned -= std::arg(before);
+  if (last + 1 < angles.size()) turned -= std::arg(before);
   return std::abs(turned) > kPi / 2.0;
 }
 

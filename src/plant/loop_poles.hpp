@@ -2,9 +2,11 @@
 #pragma once
 
 #include <complex>
+#include <resonid/data/frequency_response.hpp>
 #include <resonid/data/transfer_function.hpp>
 #include <resonid/plant/drive.hpp>
 #include <resonid/plant/measurement.hpp>
+#include <vector>
 
 namespace resonid::plant {
 
@@ -13,6 +15,12 @@ namespace resonid::plant {
 [[nodiscard]] std::complex<double> dominant_loop_pole(const SampledDrive& drive, const SampleDelay& delay,
                                                       VelocitySource velocity,
                                                       const data::TransferFunction& controller);
+
+/// L = C times what is read, at these frequencies: every delay in it, fractions exactly.
+[[nodiscard]] data::FrequencyResponse loop_response(const SampledDrive& drive, const SampleDelay& delay,
+                                                    VelocitySource velocity,
+                                                    const data::TransferFunction& controller,
+                                                    std::vector<double> frequency_hz);
 
 /// Whether the same loop has a pole outside the unit circle, for delays of any length: by the turns of 1 +
 /// L(z) around 0 just outside the circle (Nyquist). Machine and controller have no such pole of their own.

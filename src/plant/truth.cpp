@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "plant/experiment_parts.hpp"
+#include "plant/loop_poles.hpp"
 
 namespace resonid::plant {
 namespace {
@@ -42,16 +43,26 @@ SampledDrive by_difference(const SampledDrive& drive) {
   return mean;
 }
 
+/// 6000 frequencies in even ratio up to half the sample rate.
+std::vector<double> loop_lines(double sample_rate_hz) {
+  constexpr std::size_t kLines = 6000;
+  constexpr double kSpan = 5e4;  // highest to lowest
+  std::vector<double> lines(kLines);
+  for (std::size_t i = 0; i < kLines; ++i)
+    lines[i] = 0.5 * sample_rate_hz *
+               std::pow(kSpan, static_cast<double>(i + 1) / static_cast<double>(kLines) - 1.0);
+  return lines;
+}
+
 }  // namespace
 
 Truth truth_of(const ExperimentConfig& config, const Drive& drive,
                std::optional<data::TransferFunction> feedback, std::span<const double> response_hz) {
   Truth truth;
-  const double position = config.motion.from;
   truth.structure = config.drive.structure;
   truth.motion = config.drive.motion;
   const double factor = stiffness_factor(config.disturbance, 0.0);
-  truth.system = mass_system(config.drive, factor, position);
+  truth.system = mass_system(config.drive, factor, drive.place());
   if (truth.system.masses() == 2) {
     const Coupling& c = truth.system.couplings.front();
     truth.two_mass = {truth.system.inertia[0], truth.system.inertia[1], c.stiffness, c.damping,
@@ -66,6 +77,10 @@ Truth truth_of(const ExperimentConfig& config, const Drive& drive,
   truth.load_friction = config.friction.load;
   truth.seed = config.run.seed;
   SampledDrive sampled = drive.sampled(drive.stiffness_factor());
+  if (truth.controller)
+    truth.loop =
+        loop_response(sampled, split_delay(truth.delay_s, config.run.sample_rate_hz),
+                      config.measurement.velocity, *truth.controller, loop_lines(config.run.sample_rate_hz));
   if (config.measurement.velocity == VelocitySource::encoder) sampled = by_difference(sampled);
   truth.plant = transfer_function(sampled);
   truth.response.frequency_hz = response_hz.empty()

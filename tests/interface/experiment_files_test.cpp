@@ -195,13 +195,13 @@ TEST_F(ExperimentFiles, ExperimentsThatCannotBeDoneAreRefused) {
                         {"run.sample_rate_hz: found 30, must be more than 30.17", "resonates at 15.09 Hz"});
   expect_refused_change(
       "demo", "gain = 1.036", "gain = 100.0",
-      {"e.toml:14:8: controller.gain: found 100, must leave the closed loop stable", "a pole at"});
+      {"e.toml:14:8: controller.gain: found 100, must leave the closed loop stable", "an oscillation at"});
   expect_refused_change("v_tooth_multisine", "to = 1.63", "to = 1.9",
                         {"motion.to: must keep the cart in its stroke, 0.38 ... 1.65 m"});
   expect_refused_change("v_tooth_multisine", "from = 0.4", "from = 0.2", {"motion.from: must keep the cart"});
   // Only the run shows it: the excitation drives the cart out.
   expect_refused_change("v_tooth_multisine", "amplitude = 0.3", "amplitude = 30.0",
-                        {"drive.stroke_to_m: must hold the cart: it leaves its stroke", "after"});
+                        {"drive.stroke_from_m: must hold the cart: it leaves its stroke", "after"});
   expect_refused_change("tooth_open_loop_prbs", "kind = \"standstill\"",
                         "kind = \"trapezoidal\"\nvelocity = 0.1\nacceleration = 1.0\nto = 1.2",
                         {"motion.kind: must be standstill or constant without a controller"});

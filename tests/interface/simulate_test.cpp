@@ -119,7 +119,7 @@ TEST_F(Simulate, WrongFilesAreRefusedWithTheirPlace) {
   expect_file_refused("seed = 1", "seed = = 1", {"e.toml:34:", "is not TOML"});
   expect_file_refused(
       "gain = 1.036", "gain = 100.0",
-      {"e.toml:14:8: controller.gain: found 100, must leave the closed loop stable", "a pole at"});
+      {"e.toml:14:8: controller.gain: found 100, must leave the closed loop stable", "an oscillation at"});
 }
 
 }  // namespace

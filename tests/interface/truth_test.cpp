@@ -182,8 +182,9 @@ TEST_F(Truth, RigidMachineWithFriction) {
   }
 }
 
-/// Proportional gain K on an integrator: |L| = K Ts/J / (2 sin(w Ts/2)), phase -90 deg - w Ts/2 - w Td.
-/// A velocity from the differences of an encoder adds half a sample and cos(w Ts/2).
+/// Proportional gain K on an integrator: |L| = K Ts/J / (2 sin(w Ts/2)), phase -90 deg - w Ts/2 - w Td for
+/// whole samples of delay. A fraction e reads the ramp between two samples, which takes (1 - e) + e/z of the
+/// one and the other. A velocity from the differences of an encoder adds half a sample and cos(w Ts/2).
 TEST_F(Truth, MarginsHoldTheDelayAndTheEncoder) {
   const std::string file =
       "drive = {structure = 'rigid', driven_inertia = 0.064}\ncontroller = {kind = 'p', gain = 1.0}\n"
@@ -191,18 +192,25 @@ TEST_F(Truth, MarginsHoldTheDelayAndTheEncoder) {
   const double ts = 0.002;
   const double scale = ts / 0.064;
   write("sensor.toml", file + "measurement = {delay_s = 0.0043}\n");
-  const double w = 2.0 / ts * std::asin(0.5 * scale);
   const json sensor = truth_of("sensor.toml").at("loop");
-  EXPECT_NEAR(sensor.at("crossover_hz").get<double>(), w / kTwoPi, 1e-5);
-  EXPECT_NEAR(sensor.at("phase_margin_deg").get<double>(), 90.0 - 360.0 / kTwoPi * w * (0.5 * ts + 0.0043),
+  const auto loop = [&](double w) {
+    const auto z = std::polar(1.0, w * ts);
+    const double e = 0.15;
+    return scale / (z - 1.0) * ((1.0 - e) + e / z) / (z * z);
+  };
+  double low = 1.0;
+  double high = 100.0;
+  for (int i = 0; i < 60; ++i) (std::abs(loop(0.5 * (low + high))) > 1.0 ? low : high) = 0.5 * (low + high);
+  EXPECT_NEAR(sensor.at("crossover_hz").get<double>(), low / kTwoPi, 1e-5);
+  EXPECT_NEAR(sensor.at("phase_margin_deg").get<double>(), 180.0 + 360.0 / kTwoPi * std::arg(loop(low)),
               1e-3);
 
-  write("encoder.toml", file + "measurement = {velocity = 'encoder', delay_s = 0.0043}\n");
+  write("encoder.toml", file + "measurement = {velocity = 'encoder', delay_s = 0.004}\n");
   const json truth = truth_of("encoder.toml --lines 5,50,200");
   const double we = 2.0 / ts * std::atan(0.5 * scale);  // |L| = K Ts/(2 J) / tan(w Ts/2)
   EXPECT_NEAR(truth.at("loop").at("crossover_hz").get<double>(), we / kTwoPi, 1e-5);
   EXPECT_NEAR(truth.at("loop").at("phase_margin_deg").get<double>(),
-              90.0 - 360.0 / kTwoPi * we * (ts + 0.0043), 1e-3);
+              90.0 - 360.0 / kTwoPi * we * (ts + 0.004), 1e-3);
   const double lines[] = {5.0, 50.0, 200.0};
   for (std::size_t i = 0; i < 3; ++i) {
     const auto z = std::polar(1.0, kTwoPi * lines[i] * ts);

@@ -20,13 +20,14 @@ struct DisturbanceConfig {
 template <class Visitor>
 void describe(Visitor&& v, DisturbanceConfig& c) {
   v("load_torque", c.load_torque,
-    "constant torque on the load, present from the start; negative: against positive velocity (Nm)");
-  v("load_step", c.load_step, "steps of the load's torque, each added to what is there (Nm)");
+    "constant torque on the load, at the driven shaft, present from the start; negative: against positive "
+    "velocity (Nm)");
+  v("load_step", c.load_step,
+    "steps of the load's torque at the driven shaft, each added to what is there (Nm)");
   v("load_step_at_s", c.load_step_at_s, "their times, as many (s)");
   v("eccentricity", c.eccentricity,
     "amplitude by which a roller out of centre stretches the first coupling, once per turn of the driven "
-    "side "
-    "(rad; m of a belt when radius_m is given)");
+    "side (rad; m of a belt when radius_m is given)");
   v("stiffness_drift_per_s", c.stiffness_drift_per_s,
     "relative change of every stiffness per second, > -1 over the run (1/s)");
   v("loosening", c.loosening, "share of every stiffness that a fault takes away, >= 0 and < 1");

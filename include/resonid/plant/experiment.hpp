@@ -94,8 +94,12 @@ struct Truth {
   data::TransferFunction plant;
   SampledDrive sampled;  ///< `plant` as states, which keeps the digits that polynomials of high order lose.
   std::optional<data::TransferFunction> controller;  ///< From measured velocity to -u; none in open loop.
-  double delay_s = 0.0;                              ///< Of the measured velocity, not part of `plant`.
-  data::FrequencyResponse response;                  ///< Of `plant`, no delay.
+  /// The real loop C times what is measured, in 6000 frequencies up to half the sample rate; every delay in
+  /// it, fractions of a sample exactly (`plant` times e^{-jwTd} is that for whole samples only). Empty in
+  /// open loop.
+  data::FrequencyResponse loop;
+  double delay_s = 0.0;              ///< Of the measured velocity, not part of `plant`.
+  data::FrequencyResponse response;  ///< Of `plant`, no delay.
   std::optional<OverTime> over_time;
   DryFriction friction, load_friction;
   std::uint64_t seed = 0;

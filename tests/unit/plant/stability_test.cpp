@@ -190,5 +190,69 @@ TEST(Stability, LooksAtEveryStiffnessOfTheRun) {
   EXPECT_NEAR(faulty / std::min(stiff, soft), 1.0, 1e-4);
 }
 
+// Stable at the first and the last stiffness, unstable at 0.05 times the first, which the fault passes
+// through.
+TEST(Stability, LooksBetweenTheEndsOfAFault) {
+  ExperimentConfig c = cases()[0].config;
+  c.drive = {Structure::two_mass, data::Motion::rotary, 0.00881298, 0.032, 11479.5, 0.303312, 0.0, 0.0};
+  c.actuator.lag_s = 0.00121868;
+  c.controller = test::pi_controller(1.0154, 0.3);
+  c.measurement.delay_s = 0.00488756;
+  c.run = {1000.0, 8.0, 1};
+  const auto at = [&](double part) {
+    ExperimentConfig fixed = c;
+    fixed.drive.stiffness *= part;
+    return check(fixed).has_value();
+  };
+  ASSERT_TRUE(at(1.0));
+  ASSERT_TRUE(at(0.03));
+  ASSERT_FALSE(at(0.05));
+  c.disturbance.loosening = 0.97;
+  c.disturbance.loosening_at_s = 1.0;
+  c.disturbance.loosening_over_s = 6.0;
+  EXPECT_FALSE(check(c).has_value());
+}
+
+// A resonance that hardly rings off, whose narrow peak a coarse grid would miss.
+TEST(Stability, TurnsSeeNarrowResonances) {
+  for (const double damping : {0.0, 5e-4})
+    for (const double gain : {1e-4, 8e-4, 3e-3}) {
+      const DriveConfig drive{
+          Structure::two_mass, data::Motion::rotary, 0.0012, 0.0030, 600.0, damping, 0.0, 0.0};
+      for (const std::size_t samples : {0U, 40U, 100U, 260U}) {
+        const auto sampled = make_drive({drive, {}, {}, 0.0}, 20000.0, 0.0).value()->sampled(1.0);
+        const auto feedback = data::pi_controller(gain, 0.5, 1.0 / 20000.0);
+        const SampleDelay delay{samples, 0.0};
+        EXPECT_EQ(loop_is_unstable(sampled, delay, VelocitySource::sensor, feedback),
+                  std::abs(dominant_loop_pole(sampled, delay, VelocitySource::sensor, feedback)) > 1.0 + 1e-9)
+            << damping << " " << gain << " " << samples;
+      }
+    }
+}
+
+// The gain margin of the true loop is what the gain may grow by until the check refuses it.
+TEST(Stability, TrueLoopHasTheMarginThatTheCheckGrants) {
+  for (const double delay_s : {0.0, 0.002, 0.004, 0.0059})
+    for (const auto velocity : {VelocitySource::sensor, VelocitySource::encoder}) {
+      ExperimentConfig c = cases()[0].config;
+      c.drive = {Structure::two_mass, data::Motion::rotary, 0.0025, 0.0060, 700.0, 0.3, 0.0, 0.0};
+      c.run = {250.0, 1.0, 1};
+      c.measurement.delay_s = delay_s;
+      c.measurement.velocity = velocity;
+      const double critical = critical_gain([&](double gain) { return accepted(c, gain); });
+      c.controller.gain = 0.5 * critical;
+      const auto loop = simulate_closed_loop(c).value().truth.loop;
+      double least = 0.0;  // most negative crossing of the real axis
+      for (std::size_t i = 1; i < loop.lines(); ++i) {
+        const auto a = loop.value[i - 1];
+        const auto b = loop.value[i];
+        if (a.imag() * b.imag() < 0.0 && a.real() < 0.0 && b.real() < 0.0 && std::abs(a - b) < 0.5)
+          least = std::min(least, (a.real() * b.imag() - b.real() * a.imag()) / (b.imag() - a.imag()));
+      }
+      least = std::min(least, loop.value.back().real());
+      EXPECT_NEAR(least, -0.5, 2e-3) << delay_s;
+    }
+}
+
 }  // namespace
 }  // namespace resonid::plant
