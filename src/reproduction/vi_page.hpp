@@ -42,6 +42,7 @@ void add_bode(report::Section& section, const std::string& title, const std::vec
 struct Part {
   report::Section section;
   std::vector<std::string> summary;
+  std::vector<report::ComparisonTable> head;  ///< Tables that stand before all sections.
 };
 [[nodiscard]] Part figure_3(const Options& options);   ///< Responses of systems A and B, residuals.
 [[nodiscard]] Part figure_4(const Options& options);   ///< Filter, amplitude and sweep time varied.
