@@ -45,10 +45,11 @@ std::vector<double> loop_grid_hz(double step_hz) { return grid_hz(kLowHz, kHighH
 std::vector<double> sample_grid_hz(const tracking::SweepLaw& sweep, double sample_rate_hz) {
   const double per_sample_hz = (sweep.to_hz - sweep.from_hz) / (sweep.duration_s * sample_rate_hz);
   const auto samples = static_cast<std::size_t>(std::lround(sweep.duration_s * sample_rate_hz));
+  constexpr double kRounding = 1e-9;
   std::vector<double> grid;
   for (std::size_t k = 0; k < samples; ++k) {
     const double f = sweep.from_hz + per_sample_hz * static_cast<double>(k);
-    if (f >= kLowHz && f <= kHighHz) grid.push_back(f);
+    if (f >= kLowHz - kRounding && f <= kHighHz + kRounding) grid.push_back(f);
   }
   if (per_sample_hz < 0.0) std::reverse(grid.begin(), grid.end());
   return grid;
