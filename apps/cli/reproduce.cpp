@@ -50,8 +50,7 @@ std::vector<reproduction::Entry> chosen_entries(const std::string& name) {
 /// The command that makes a document, with the option that a copy of it was written by.
 std::string command_of(std::string_view name, const ReproduceOptions& o, std::string_view option = {},
                        std::string_view path = {}) {
-  std::string command = fmt::format("resonid reproduce {}", name);
-  if (o.seeds != reproduction::Options{}.seeds) command += fmt::format(" --seeds {}", o.seeds);
+  const std::string command = fmt::format("resonid reproduce {} --seeds {}", name, o.seeds);
   return option.empty() ? command : fmt::format("{} {} {}", command, option, path);
 }
 

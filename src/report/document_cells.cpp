@@ -40,6 +40,15 @@ std::string with_sign(std::string text, std::string_view sign) {
   return text;
 }
 
+std::string legend_of(const Document& document) {
+  if (document.seeds == 0) return "";
+  return fmt::format(
+      "Figures with +- are mean and standard deviation over {} seeds of the noise, where a table does not "
+      "say "
+      "otherwise.",
+      document.seeds);
+}
+
 std::vector<Cells> cells_of(const ComparisonTable& table, std::string_view plus_minus) {
   std::vector<Cells> out;
   for (const Comparison& row : table.rows) {
