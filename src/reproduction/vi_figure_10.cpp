@@ -71,7 +71,7 @@ Part figure_10(const Options& options) {
     for (std::size_t i = 0; i < kRegions.size(); ++i) {
       const auto name = fmt::format("lambda {:g}, {}", lambda, kRegions[i].name);
       table.rows.push_back(row(name + ", noise-free", "", e[i].rms));
-      table.rows.push_back(row(name + ", noisy", "", moments(rms[i])));
+      table.rows.push_back(row(name + ", noisy", "", spread(rms[i])));
     }
   }
   section.tables.push_back(std::move(table));

@@ -59,7 +59,7 @@ Part figure_11(const Options& options) {
   for (const auto& tracked : noisy)
     rms.push_back(errors(tracked.response(grid, Approach::indirect), tracked.response(grid, Approach::direct))
                       .rms_above_5hz);
-  difference.rows.push_back(row("noisy, above 5 Hz, rms relative", "", moments(rms)));
+  difference.rows.push_back(row("noisy, above 5 Hz, rms relative", "", spread(rms)));
   part.section.tables.push_back(std::move(difference));
   const auto prbs = shipped_experiment("vi_prbs_a");
   with_noise.push_back({"indirect, off line",
@@ -71,7 +71,7 @@ Part figure_11(const Options& options) {
   part.summary.push_back(fmt::format(
       "Direct and indirect estimates of the sweep agree within {:.3f} dB above 5 Hz without noise "
       "(rms {:.1e} with it), as the source found.",
-      apart.decibel_above_5hz, moments(rms).mean));
+      apart.decibel_above_5hz, spread(rms).mean));
   return part;
 }
 

@@ -51,7 +51,7 @@ void add_rows(report::ComparisonTable& table, const std::string& name, const Cas
       row(name + ": largest magnitude error above 5 Hz, noise-free", "dB", c.clean.decibel_above_5hz));
   table.rows.push_back(
       row(name + ": largest phase error above 5 Hz, noise-free", "deg", c.clean.degree_above_5hz));
-  table.rows.push_back(row(name + ": rms relative error above 5 Hz, noisy", "", moments(c.noisy_rms)));
+  table.rows.push_back(row(name + ": rms relative error above 5 Hz, noisy", "", spread(c.noisy_rms)));
 }
 
 report::Chart error_chart(const std::string& title, const std::string& y_label) {
@@ -116,7 +116,7 @@ Part figure_4(const Options& options) {
       clean.x.push_back(kLambdas[i]);
       clean.y.push_back(all[i].clean.degree_above_5hz);
       noisy.x.push_back(kLambdas[i]);
-      noisy.y.push_back(moments(all[i].noisy_rms).mean);
+      noisy.y.push_back(spread(all[i].noisy_rms).mean);
     }
     deterministic.curves.push_back(std::move(clean));
     random.curves.push_back(std::move(noisy));

@@ -49,23 +49,23 @@ data::FrequencyResponse estimated_loop(const data::Record& record, const Known& 
   return published_loop(tracked.response(loop_grid_hz(step_hz), Approach::direct), given);
 }
 
-std::array<Moments, kLoopQuantities> noisy_figures(const plant::ExperimentConfig& experiment,
-                                                   std::size_t seeds, double step_hz) {
+std::array<Spread, kLoopQuantities> noisy_figures(const plant::ExperimentConfig& experiment,
+                                                  std::size_t seeds, double step_hz) {
   const Known given = known(experiment);
   std::array<std::vector<double>, kLoopQuantities> values;
   for (std::size_t seed = 1; seed <= seeds; ++seed) {
     const auto figures = loop_figures(estimated_loop(run(experiment, seed), given, step_hz));
     for (std::size_t q = 0; q < kLoopQuantities; ++q) values[q].push_back(figures[q]);
   }
-  std::array<Moments, kLoopQuantities> result;
-  for (std::size_t q = 0; q < kLoopQuantities; ++q) result[q] = moments(values[q]);
+  std::array<Spread, kLoopQuantities> result;
+  for (std::size_t q = 0; q < kLoopQuantities; ++q) result[q] = spread(values[q]);
   return result;
 }
 
 /// The published figures and their reproduction in one configuration.
 struct Outcome {
   LoopFigures clean{};
-  std::array<Moments, kLoopQuantities> noisy{};
+  std::array<Spread, kLoopQuantities> noisy{};
   LoopFigures truth{};       ///< Of the source's loop: delay left out.
   LoopFigures truth_real{};  ///< Of the real loop, delay included.
 

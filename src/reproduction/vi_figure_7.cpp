@@ -69,9 +69,9 @@ report::ComparisonTable spectra_table(const Records& r, const Way& way) {
     degree.push_back(noisy.degree);
     rms.push_back(noisy.rms);
   }
-  table.rows.push_back(row("noisy: largest magnitude error", "dB", moments(decibel)));
-  table.rows.push_back(row("noisy: largest phase error", "deg", moments(degree)));
-  table.rows.push_back(row("noisy: rms relative error", "", moments(rms)));
+  table.rows.push_back(row("noisy: largest magnitude error", "dB", spread(decibel)));
+  table.rows.push_back(row("noisy: largest phase error", "deg", spread(degree)));
+  table.rows.push_back(row("noisy: rms relative error", "", spread(rms)));
   table.rows.push_back(
       row("largest mean error over the seeds, below 4 Hz, relative", "", bias_below_4hz(found, truth)));
   return table;
@@ -99,7 +99,7 @@ report::ComparisonTable fit_table(const Records& r, const Way& way, ModelKind ki
                              clean[i], t[i], {}, percent(clean[i], t[i])));
   for (std::size_t i = 0; i < kBeltQuantities; ++i)
     table.rows.push_back(row(fmt::format("{}, noisy", kBeltNames[i].first), kBeltNames[i].second,
-                             moments(noisy[i]), t[i], {}, percent(moments(noisy[i]).mean, t[i])));
+                             spread(noisy[i]), t[i], {}, percent(spread(noisy[i]).mean, t[i])));
   return table;
 }
 

@@ -109,7 +109,7 @@ report::ComparisonTable from_truth(const std::vector<Course>& courses, const Loo
     std::vector<double> squares;
     for (const auto& c : courses)
       for (const double value : c[q]) squares.push_back(std::pow(value / truth[q] - 1.0, 2.0));
-    table.rows.push_back(row(std::string(kLoopNames[q].name), "%", 100.0 * std::sqrt(moments(squares).mean)));
+    table.rows.push_back(row(std::string(kLoopNames[q].name), "%", 100.0 * std::sqrt(spread(squares).mean)));
   }
   return table;
 }
@@ -147,7 +147,7 @@ Part figure_9(const Options&) {
     auto chart = empty_chart(static_cast<LoopQuantity>(q));
     for (std::size_t i = 0; i < sets.size(); ++i) {
       table.rows.push_back(row(fmt::format("{}, {}", kLoopNames[q].name, sets[i].name),
-                               std::string(kLoopNames[q].unit), moments(courses[i][q]), truth[q]));
+                               std::string(kLoopNames[q].unit), spread(courses[i][q]), truth[q]));
       chart.curves.push_back(curve(sets[i].name, alphas(), courses[i][q], Mark::line));
     }
     chart.curves.push_back(

@@ -8,24 +8,10 @@
 #include <string>
 #include <vector>
 
+#include "reproduction/spread.hpp"
 #include "reproduction/vi_tracking.hpp"
 
 namespace resonid::reproduction::vi {
-
-/// Mean and standard deviation of the finite ones among the values.
-struct Moments {
-  double mean = 0.0;
-  double deviation = 0.0;
-};
-[[nodiscard]] Moments moments(const std::vector<double>& values);
-
-/// Lines of a table: a single run, several seeds, and what only the print or only the truth gives.
-[[nodiscard]] report::Comparison row(std::string quantity, std::string unit, double reproduced,
-                                     std::optional<double> truth = {}, std::optional<double> published = {},
-                                     std::string note = {});
-[[nodiscard]] report::Comparison row(std::string quantity, std::string unit, const Moments& reproduced,
-                                     std::optional<double> truth = {}, std::optional<double> published = {},
-                                     std::string note = {});
 
 /// Error lines of one estimator: one noise-free run, and means over the seeds of each run's figures.
 void add_noise_free_rows(report::ComparisonTable& table, const std::string& name, const ResponseErrors& e);

@@ -75,7 +75,7 @@ report::ComparisonTable table_2(const Configuration& c, std::size_t seeds) {
                              clean[i], truth[i], {}, percent(clean[i], truth[i])));
   for (std::size_t i = 0; i < kBeltQuantities; ++i)
     table.rows.push_back(row(fmt::format("{}, noisy", kBeltNames[i].first), kBeltNames[i].second,
-                             moments(noisy[i]), truth[i], c.printed[i],
+                             spread(noisy[i]), truth[i], c.printed[i],
                              "print: of the source's real machine"));
   return table;
 }
