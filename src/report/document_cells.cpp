@@ -13,6 +13,7 @@ std::string optional_text(const std::optional<double>& value) { return value ? n
 
 std::string reproduced_text(const Comparison& row, std::string_view plus_minus) {
   if (!row.reproduced) return "";
+  if (std::abs(*row.reproduced) < row.rounding) return "< " + number_text(row.rounding);
   return row.deviation ? number_text(*row.reproduced, *row.deviation, plus_minus)
                        : number_text(*row.reproduced);
 }

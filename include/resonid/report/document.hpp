@@ -18,6 +18,7 @@ struct Comparison {
   std::optional<double> deviation;   ///< standard deviation over the seeds
   std::optional<double> truth;       ///< of the simulated machine
   std::string note;                  ///< where it falls outside, or needs a word
+  double rounding = 0.0;             ///< smaller magnitudes of `reproduced` are shown as "< rounding"
 };
 
 struct ComparisonTable {
