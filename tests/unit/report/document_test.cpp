@@ -167,6 +167,15 @@ TEST(Document, TellsOfItsSeedsInEveryForm) {
   EXPECT_NE(document_page(d).find("Figures with \xC2\xB1" + over), std::string::npos);
 }
 
+TEST(DocumentMarkdown, ShowsNoDigitsOfRounding) {
+  Document d = example();
+  d.sections[0].tables[0].rows[1].rounding = 1e-9;
+  EXPECT_NE(document_markdown(d).find("| ripple | | \\< 1e-09 | 0 | |"), std::string::npos);
+  EXPECT_EQ(document_json(d)["sections"][0]["tables"][0]["rows"][1]["reproduced"], 5.4e-12);
+  d.sections[0].tables[0].rows[1].reproduced = 2e-9;
+  EXPECT_NE(document_markdown(d).find("| ripple | | 2e-09 | 0 | |"), std::string::npos);
+}
+
 /// Value, deviation and what a table says of them.
 struct Rounding {
   double value;
