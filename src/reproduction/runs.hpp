@@ -15,4 +15,9 @@ namespace resonid::reproduction {
 /// `low`, `low + step` ... up to `high`.
 [[nodiscard]] std::vector<double> grid_hz(double low, double high, double step);
 
+/// |sum x[k] e^{-j 2 pi f k / rate}| / rate at each frequency: the magnitude of the Fourier transform of a
+/// signal that is 0 outside, in its unit times seconds.
+[[nodiscard]] std::vector<double> spectrum(const std::vector<double>& signal, double sample_rate_hz,
+                                           std::span<const double> frequencies_hz);
+
 }  // namespace resonid::reproduction

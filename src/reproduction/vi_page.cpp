@@ -61,9 +61,10 @@ Curve plane_curve(std::string name, Curve::Mark mark, const data::FrequencyRespo
   c.mark = mark;
   for (const auto& value : loop.value) {
     const bool inside = std::abs(value.real()) <= kEdge && std::abs(value.imag()) <= kEdge;
-    c.x.push_back(inside ? value.real() : kGap);
+    c.x.push_back(value.real());
     c.y.push_back(inside ? value.imag() : kGap);
   }
+  c.at = loop.frequency_hz;
   return c;
 }
 

@@ -24,7 +24,7 @@ void add_noisy_rows(report::ComparisonTable& table, const std::string& name,
 [[nodiscard]] report::Curve phase_curve(std::string name, report::Curve::Mark mark,
                                         const data::FrequencyResponse& g,
                                         const data::FrequencyResponse& truth);
-/// Points of a Nyquist plane within +-1.25; further out there are gaps.
+/// Points of a Nyquist plane within +-1.25, with their frequencies; further out there are gaps.
 [[nodiscard]] report::Curve plane_curve(std::string name, report::Curve::Mark mark,
                                         const data::FrequencyResponse& loop);
 
@@ -42,6 +42,7 @@ void add_bode(report::Section& section, const std::string& title, const std::vec
 struct Part {
   report::Section section;
   std::vector<std::string> summary;
+  std::vector<report::ComparisonTable> head;  ///< Tables that stand before all sections.
 };
 [[nodiscard]] Part figure_3(const Options& options);   ///< Responses of systems A and B, residuals.
 [[nodiscard]] Part figure_4(const Options& options);   ///< Filter, amplitude and sweep time varied.
