@@ -46,13 +46,14 @@ CLI::Option* add_number(CLI::App& app, const std::string& name, double& target, 
   return option;
 }
 
-CLI::Option* add_count(CLI::App& app, const std::string& name, std::uint64_t& target,
-                       const std::string& doc) {
-  const auto read = [name, &target](const std::string& text) {
+CLI::Option* add_count(CLI::App& app, const std::string& name, std::uint64_t& target, const std::string& doc,
+                       std::uint64_t least) {
+  const auto read = [name, &target, least](const std::string& text) {
     std::uint64_t value = 0;
     const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
     if (error != std::errc() || end != text.data() + text.size())
-      refuse_text(name, text, "a whole number >= 0");
+      refuse_text(name, text, fmt::format("a whole number >= {}", least));
+    if (value < least) throw UsageError(fmt::format("{}: found {}, required >= {}", name, value, least));
     target = value;
   };
   return app.add_option_function<std::string>(name, read, doc)

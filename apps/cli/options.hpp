@@ -18,7 +18,9 @@ namespace resonid::cli {
 /// `unit` is the placeholder in --help ("HZ"). The target keeps its value when the option is not given.
 CLI::Option* add_number(CLI::App& app, const std::string& name, double& target, const std::string& unit,
                         const std::string& doc);
-CLI::Option* add_count(CLI::App& app, const std::string& name, std::uint64_t& target, const std::string& doc);
+/// A whole number of at least `least`.
+CLI::Option* add_count(CLI::App& app, const std::string& name, std::uint64_t& target, const std::string& doc,
+                       std::uint64_t least = 0);
 CLI::Option* add_lines(CLI::App& app, const std::string& name,
                        std::function<void(std::span<const double>)> assign, const std::string& doc);
 /// Calls `assign` with the index of the chosen name.

@@ -32,6 +32,14 @@ void write_output(const std::string& path, std::string_view contents) {
     throw std::runtime_error(written.error().message);
 }
 
+void refuse_unwritable(std::initializer_list<std::string_view> paths) {
+  for (const auto path : paths) {
+    if (path.empty() || path == "-") continue;
+    if (const auto writable = io::check_writable(path); !writable)
+      throw std::runtime_error(writable.error().message);
+  }
+}
+
 void write_json(const std::string& path, const nlohmann::json& value) {
   write_output(path, value.dump(1) + "\n");
 }

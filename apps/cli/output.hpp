@@ -13,6 +13,9 @@ namespace resonid::cli {
 void write_output(const std::string& path, std::string_view contents);
 void write_json(const std::string& path, const nlohmann::json& value);
 
+/// Refuses before long work what write_output() would refuse after it. Empty paths and `-` are left aside.
+void refuse_unwritable(std::initializer_list<std::string_view> paths);
+
 void print(std::string_view text);        ///< To standard output.
 void print_error(std::string_view text);  ///< To standard error.
 

@@ -50,8 +50,7 @@ std::vector<reproduction::Entry> chosen_entries(const std::string& name) {
 /// The command that makes a document, with the option that a copy of it was written by.
 std::string command_of(std::string_view name, const ReproduceOptions& o, std::string_view option = {},
                        std::string_view path = {}) {
-  std::string command = fmt::format("resonid reproduce {}", name);
-  if (o.seeds != reproduction::Options{}.seeds) command += fmt::format(" --seeds {}", o.seeds);
+  const std::string command = fmt::format("resonid reproduce {} --seeds {}", name, o.seeds);
   return option.empty() ? command : fmt::format("{} {} {}", command, option, path);
 }
 
@@ -68,15 +67,17 @@ report::Document run_entry(const reproduction::Entry& entry, const ReproduceOpti
   return entry.run(options);
 }
 
+/// The page of an entry below --out.
+std::string page_of(const reproduction::Entry& entry, const ReproduceOptions& o) {
+  return (std::filesystem::path(o.out) / fmt::format("{}.html", entry.name)).string();
+}
+
 void write_documents(const reproduction::Entry& entry, report::Document document, const ReproduceOptions& o) {
   const auto with_command = [&](std::string_view option, const std::string& path) -> const report::Document& {
     document.command = command_of(entry.name, o, option, path);
     return document;
   };
-  if (!o.out.empty()) {
-    const auto file = std::filesystem::path(o.out) / fmt::format("{}.html", entry.name);
-    write_output(file.string(), report::document_page(with_command("--out", o.out)));
-  }
+  if (!o.out.empty()) write_output(page_of(entry, o), report::document_page(with_command("--out", o.out)));
   if (!o.report.empty()) write_output(o.report, report::document_page(with_command("--report", o.report)));
   if (!o.markdown.empty())
     write_output(o.markdown, report::document_markdown(with_command("--markdown", o.markdown)));
@@ -84,7 +85,6 @@ void write_documents(const reproduction::Entry& entry, report::Document document
 }
 
 void check_options(const ReproduceOptions& o) {
-  if (o.seeds < 2) throw UsageError(fmt::format("--seeds: found {}, required >= 2", o.seeds));
   if (!o.name.empty()) return;
   const std::pair<std::string_view, const std::string*> files[] = {
       {"--report", &o.report}, {"--markdown", &o.markdown}, {"--json", &o.json}};
@@ -104,7 +104,9 @@ void run_reproduce(const ReproduceOptions& o) {
     std::error_code failed;
     std::filesystem::create_directories(o.out, failed);
     if (failed) throw std::runtime_error(fmt::format("--out: '{}': {}", o.out, failed.message()));
+    for (const auto& entry : entries) refuse_unwritable({page_of(entry, o)});
   }
+  refuse_unwritable({o.report, o.markdown, o.json});
   Progress progress;
   std::string separator;
   for (const auto& entry : entries) {
@@ -138,7 +140,7 @@ void add_reproduce(CLI::App& app) {
       ->type_name("FOLDER");
   verb->add_option("--markdown", o->markdown, "text and tables ('-': standard output)")->type_name("FILE");
   verb->add_option("--json", o->json, "everything, for machines ('-': standard output)")->type_name("FILE");
-  add_count(*verb, "--seeds", o->seeds, "noisy runs that means and deviations are taken over, >= 2");
+  add_count(*verb, "--seeds", o->seeds, "noisy runs that means and deviations are taken over, >= 2", 2);
   verb->callback([o] { run_reproduce(*o); });
 }
 

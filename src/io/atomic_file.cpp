@@ -87,41 +87,63 @@ expected<void, Error> write_special(const fs::path& path, std::string_view conte
   return {};
 }
 
-}  // namespace
+/// Where a path leads, and what is there.
+struct Target {
+  fs::path file;                 ///< Symbolic links followed.
+  bool special = false;          ///< Not a regular file: written directly.
+  std::optional<::mode_t> mode;  ///< Permissions of the file that is there.
+};
 
-expected<void, Error> write_file_atomically(const fs::path& path, std::string_view contents) {
+expected<Target, Error> target_of(const fs::path& path) {
   if (path.empty()) return cannot_write(path, "the file name is empty");
   std::error_code code;
-  fs::path target = path;
+  Target target{path, false, {}};
   if (fs::is_symlink(path, code)) {
-    target = fs::weakly_canonical(path, code);
+    target.file = fs::weakly_canonical(path, code);
     if (code) return cannot_write(path, code.message());
   }
-  const fs::path folder = target.parent_path();
+  const fs::path folder = target.file.parent_path();
   const fs::file_status folder_status = fs::status(folder.empty() ? fs::path(".") : folder, code);
   if (!fs::exists(folder_status))
     return cannot_write(path, fmt::format("there is no folder '{}'", folder.string()));
   if (!fs::is_directory(folder_status))
     return cannot_write(path, fmt::format("'{}' is not a folder", folder.string()));
 
-  std::optional<::mode_t> mode;
   struct ::stat status {};
-  if (::stat(target.c_str(), &status) == 0) {
-    if (S_ISDIR(status.st_mode)) return cannot_write(path, "this is a folder, a file is required");
-    if (!S_ISREG(status.st_mode)) return write_special(target, contents);
-    if (::access(target.c_str(), W_OK) != 0) return cannot_write(path, system_message(errno));
-    mode = status.st_mode & 07777U;
-  }
+  if (::stat(target.file.c_str(), &status) != 0) return target;
+  if (S_ISDIR(status.st_mode)) return cannot_write(path, "this is a folder, a file is required");
+  target.special = !S_ISREG(status.st_mode);
+  if (target.special) return target;
+  if (::access(target.file.c_str(), W_OK) != 0) return cannot_write(path, system_message(errno));
+  target.mode = status.st_mode & 07777U;
+  return target;
+}
 
-  const fs::path temporary = temporary_name(target);
-  int failure = write_temporary(temporary, contents, mode);
+}  // namespace
+
+expected<void, Error> check_writable(const fs::path& path) {
+  const auto target = target_of(path);
+  if (!target) return unexpected<Error>(target.error());
+  const fs::path folder = target->file.parent_path();
+  if (!target->special && ::access(folder.empty() ? "." : folder.c_str(), W_OK | X_OK) != 0)
+    return cannot_write(path, system_message(errno));
+  return {};
+}
+
+expected<void, Error> write_file_atomically(const fs::path& path, std::string_view contents) {
+  const auto target = target_of(path);
+  if (!target) return unexpected<Error>(target.error());
+  if (target->special) return write_special(target->file, contents);
+
+  const fs::path temporary = temporary_name(target->file);
+  int failure = write_temporary(temporary, contents, target->mode);
   if (failure == EEXIST) return cannot_write(path, fmt::format("'{}' is in the way", temporary.string()));
-  if (failure == 0 && ::rename(temporary.c_str(), target.c_str()) != 0) failure = errno;
+  if (failure == 0 && ::rename(temporary.c_str(), target->file.c_str()) != 0) failure = errno;
   if (failure != 0) {
     ::unlink(temporary.c_str());
     return cannot_write(path, system_message(failure));
   }
-  flush_folder(folder);
+  flush_folder(target->file.parent_path());
   return {};
 }
 

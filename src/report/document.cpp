@@ -178,6 +178,7 @@ json chart_json(const Chart& chart) {
 std::string document_markdown(const Document& document) {
   std::string out = "# " + escaped(document.title) + "\n\n";
   if (!document.command.empty()) out += "Made by\n\n    " + document.command + "\n\n";
+  if (document.seeds > 0) out += paragraph(legend_of(document));
   for (const auto& text : document.summary) out += paragraph(text);
   for (const Section& section : document.sections) {
     out += "## " + escaped(section.title) + "\n\n";
@@ -192,7 +193,8 @@ std::string document_markdown(const Document& document) {
 std::string document_text(const Document& document) {
   std::string out = wrapped(document.title, 0) + "\n";
   for (const auto& text : document.summary) out += wrapped(text, 0);
-  if (!document.summary.empty()) out += "\n";
+  if (document.seeds > 0) out += wrapped(legend_of(document), 0);
+  if (!document.summary.empty() || document.seeds > 0) out += "\n";
   for (const Section& section : document.sections) {
     if (section.tables.empty()) continue;
     std::string title = section.title;
@@ -216,9 +218,11 @@ json document_json(const Document& document) {
   for (const auto& d : document.discrepancies)
     discrepancies.push_back(
         {{"place", d.place}, {"printed", d.printed}, {"taken", d.taken}, {"reason", d.reason}});
-  return {{"schema", "resonid.document/1"},  {"title", document.title},
-          {"command", document.command},     {"summary", document.summary},
-          {"sections", std::move(sections)}, {"discrepancies", std::move(discrepancies)}};
+  json whole{{"schema", "resonid.document/1"},  {"title", document.title},
+             {"command", document.command},     {"summary", document.summary},
+             {"sections", std::move(sections)}, {"discrepancies", std::move(discrepancies)}};
+  if (document.seeds > 0) whole["seeds"] = document.seeds;
+  return whole;
 }
 
 }  // namespace resonid::report

@@ -13,6 +13,7 @@ std::string optional_text(const std::optional<double>& value) { return value ? n
 
 std::string reproduced_text(const Comparison& row, std::string_view plus_minus) {
   if (!row.reproduced) return "";
+  if (std::abs(*row.reproduced) < row.rounding) return "< " + number_text(row.rounding);
   return row.deviation ? number_text(*row.reproduced, *row.deviation, plus_minus)
                        : number_text(*row.reproduced);
 }
@@ -38,6 +39,15 @@ std::string with_sign(std::string text, std::string_view sign) {
   for (auto at = text.find("+-"); at != std::string::npos; at = text.find("+-", at + sign.size()))
     text.replace(at, 2, sign);
   return text;
+}
+
+std::string legend_of(const Document& document) {
+  if (document.seeds == 0) return "";
+  return fmt::format(
+      "Figures with +- are mean and standard deviation over {} seeds of the noise, where a table does not "
+      "say "
+      "otherwise.",
+      document.seeds);
 }
 
 std::vector<Cells> cells_of(const ComparisonTable& table, std::string_view plus_minus) {

@@ -20,6 +20,9 @@ struct Cells {
 /// `plus_minus` is the sign between a value and its deviation.
 [[nodiscard]] std::vector<Cells> cells_of(const ComparisonTable& table, std::string_view plus_minus);
 
+/// What a document's figures with a deviation are; empty without seeds.
+[[nodiscard]] std::string legend_of(const Document& document);
+
 /// Four significant digits, no zeros at the end.
 [[nodiscard]] std::string number_text(double value);
 [[nodiscard]] std::string number_text(double value, double deviation, std::string_view plus_minus);

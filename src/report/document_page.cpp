@@ -60,10 +60,12 @@ std::string comparison_table(const ComparisonTable& table) {
 std::string discrepancy_table(const std::vector<Discrepancy>& list) {
   std::string out = "<div class=\"scroll\"><table class=\"discrepancies\">\n";
   out += heading_row({{"Place", false}, {"Printed", false}, {"Taken", false}, {"Why", false}}) + "<tbody>\n";
+  // On a phone a row's cells stand below each other; each then shows its column's name.
   for (const auto& d : list)
     out += "<tr>" + element("<th scope=\"row\">", html(d.place), "th") +
-           element("<td>", html(d.printed), "td") + element("<td>", html(d.taken), "td") +
-           element("<td>", html(d.reason), "td") + "</tr>\n";
+           element("<td data-name=\"Printed\">", html(d.printed), "td") +
+           element("<td data-name=\"Taken\">", html(d.taken), "td") +
+           element("<td data-name=\"Why\">", html(d.reason), "td") + "</tr>\n";
   return out + "</tbody></table></div>\n";
 }
 
@@ -91,6 +93,7 @@ std::string body(const Document& document) {
   out += element("<h1>", html(document.title), "h1") + "\n";
   if (!document.command.empty())
     out += "<p class=\"soft small\">Made by <code>" + escape_html(document.command) + "</code></p>\n";
+  if (document.seeds > 0) out += element("<p class=\"soft small\">", html(legend_of(document)), "p") + "\n";
   out += "</header>\n";
   if (!document.summary.empty()) {
     out += "<section class=\"summary-box\">\n";

@@ -13,6 +13,8 @@ using report::Chart;
 using report::ComparisonTable;
 using report::Curve;
 
+constexpr int kDrawn = 300;  // points of a drawn curve
+
 /// A response as the distance is taken of: the plant, the closed loop, or the plant scaled by its controller.
 enum class Of { plant, closed_loop, open_loop };
 
@@ -48,14 +50,8 @@ ComparisonTable distance_table(std::string title, const System& a, const System&
   }
   for (std::size_t i = 0; i < truth.size(); ++i)
     table.rows.push_back(row(fmt::format("distance at {:g} Hz", a.lines_hz[i]), "", spread(columns[i]),
-                             truth[i], fmt::format("without noise {:.4g}", clean[i])));
+                             truth[i], {}, fmt::format("without noise {:.4g}", clean[i])));
   return table;
-}
-
-std::vector<double> dense_grid(double low_hz, double high_hz, int points) {
-  std::vector<double> grid;
-  for (int i = 0; i < points; ++i) grid.push_back(low_hz * std::pow(high_hz / low_hz, i / (points - 1.0)));
-  return grid;
 }
 
 std::vector<double> true_distance(const System& a, const System& b, const std::vector<double>& grid, Of of) {
@@ -75,7 +71,7 @@ Chart distance_chart(const System& a, const System& b, const OfflineRun& offline
               {},
               "",
               ""};
-  const auto grid = dense_grid(2.0, 30.0, 300);
+  const auto grid = even_ratio_grid_hz(2.0, 30.0, kDrawn);
   chart.curves.push_back({"true", Curve::Mark::line, grid, true_distance(a, b, grid, of), {}});
   const auto& off_a = offline_a.response.front();
   const auto& off_b = offline_b.response.back();
@@ -86,13 +82,13 @@ Chart distance_chart(const System& a, const System& b, const OfflineRun& offline
                             distance(shown(off_a.value, off_a.frequency_hz, offline_a.truth, of),
                                      shown(off_b.value, off_b.frequency_hz, offline_b.truth, of)),
                             {}});
+  chart.curves.push_back(
+      {"bank, no noise", Curve::Mark::points, a.lines_hz, between(a, a.noise_free, b, b.noise_free, of), {}});
   chart.curves.push_back({"bank, seeds 1 and 2",
                           Curve::Mark::points,
                           a.lines_hz,
                           between(a, a.newest[0], b, b.newest[1], of),
                           {}});
-  chart.curves.push_back(
-      {"bank, no noise", Curve::Mark::points, a.lines_hz, between(a, a.noise_free, b, b.noise_free, of), {}});
   if (plant) {
     chart.curves.push_back(
         {"true, scaled by C", Curve::Mark::dashed, grid, true_distance(a, b, grid, Of::open_loop), {}});
@@ -104,7 +100,7 @@ Chart distance_chart(const System& a, const System& b, const OfflineRun& offline
 ComparisonTable supremum_table(const System& a, const System& b, const System& a_120) {
   ComparisonTable table{"Largest distance over 0.2 ... 100 Hz, plants G", {}};
   for (const System* s : {&a, &a_120}) {
-    const auto grid = dense_grid(0.2, 100.0, 20000);
+    const auto grid = even_ratio_grid_hz(0.2, 100.0, 20000);
     const auto d = true_distance(*s, b, grid, Of::plant);
     const auto top = static_cast<std::size_t>(std::max_element(d.begin(), d.end()) - d.begin());
     const auto at_lines = between(*s, s->noise_free, b, b.noise_free, Of::plant);

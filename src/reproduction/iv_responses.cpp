@@ -13,17 +13,11 @@ namespace {
 using report::Chart;
 using report::ComparisonTable;
 using report::Curve;
+constexpr int kDrawn = 300;  // points of a drawn curve
 using Reading = std::vector<double> (*)(const Response&);
 
-std::vector<double> dense_grid(double low_hz, double high_hz) {
-  std::vector<double> grid;
-  constexpr int kPoints = 300;
-  for (int i = 0; i < kPoints; ++i) grid.push_back(low_hz * std::pow(high_hz / low_hz, i / (kPoints - 1.0)));
-  return grid;
-}
-
 Curve true_curve(std::string name, const plant::Truth& truth, Reading reading) {
-  const auto grid = dense_grid(2.0, 30.0);
+  const auto grid = even_ratio_grid_hz(2.0, 30.0, kDrawn);
   return {std::move(name), Curve::Mark::line, grid, reading(true_response(truth, grid)), {}};
 }
 
@@ -45,7 +39,7 @@ Chart bode_chart(std::string title, bool magnitude) {
 
 /// Errors of one reading of the bank.
 struct Errors {
-  Spread rms_percent;  // over lines and seeds; deviation: of one seed's
+  Spread rms_percent;  // over lines and seeds; its deviation is that of a single seed's rms over the lines
   Spread largest_db;   // over the lines
   Spread largest_deg;
   std::vector<double> line_rms_percent;  // [line], over the seeds
@@ -53,7 +47,7 @@ struct Errors {
 
 Errors errors_of(const std::vector<Response>& seeds, const Response& truth) {
   const auto lines = static_cast<double>(truth.size());
-  std::vector<double> power, db, deg;
+  std::vector<double> power, rms, db, deg;
   std::vector<double> line_power(truth.size(), 0.0);
   for (const Response& response : seeds) {
     power.push_back(0.0);
@@ -66,10 +60,10 @@ Errors errors_of(const std::vector<Response>& seeds, const Response& truth) {
       db.back() = std::max(db.back(), std::abs(20.0 * std::log10(std::abs(ratio))));
       deg.back() = std::max(deg.back(), std::abs(std::arg(ratio)) * 180.0 / kPi);
     }
+    rms.push_back(100.0 * std::sqrt(power.back()));
   }
-  const Spread mean_power = spread(power);
-  const double rms = std::sqrt(mean_power.mean);
-  Errors e{{100.0 * rms, 100.0 * mean_power.deviation / (2.0 * rms)}, spread(db), spread(deg), {}};
+  Errors e{spread(rms), spread(db), spread(deg), {}};
+  e.rms_percent.mean = 100.0 * std::sqrt(spread(power).mean);
   for (const double p : line_power) e.line_rms_percent.push_back(100.0 * std::sqrt(p));
   return e;
 }
@@ -114,15 +108,16 @@ ComparisonTable error_table(const System& s) {
                         largest_percent(s.noise_free, s.true_response),
                         {},
                         0.0,
-                        "once settled, the bank separates the lines exactly"});
-  table.rows.push_back(row("bank, newest sample: rms", "%", newest.rms_percent, rms_of(bank),
+                        "once settled, the bank separates the lines exactly",
+                        kRounding});
+  table.rows.push_back(row("bank, newest sample: rms", "%", newest.rms_percent, rms_of(bank), {},
                            "as published; true: from the bank's noise variance r/(2 lambda + c'c)"));
   table.rows.push_back(row("bank, newest sample: largest", "dB", newest.largest_db, {}));
   table.rows.push_back(row("bank, newest sample: largest", "deg", newest.largest_deg, {}));
-  table.rows.push_back(row("bank, mean over whole periods: rms", "%", averaged.rms_percent, rms_of(least),
+  table.rows.push_back(row("bank, mean over whole periods: rms", "%", averaged.rms_percent, rms_of(least), {},
                            "the same bank, its phasors averaged over 20 s; true: the least possible"));
   table.rows.push_back(
-      row("least squares over 20 s: rms", "%", fitted.rms_percent, rms_of(least), "likewise"));
+      row("least squares over 20 s: rms", "%", fitted.rms_percent, rms_of(least), {}, "likewise"));
   const std::size_t worst = argmax(newest.line_rms_percent);
   table.rows.push_back(
       {"line of the largest relative error",
@@ -162,8 +157,8 @@ Chart system_chart(const System& s, const OfflineRun& offline, bool magnitude) {
   const auto& estimate = offline.response.front();
   chart.curves = {true_curve("true", s.truth, reading),
                   {"off line, PRBS", Curve::Mark::dashed, estimate.frequency_hz, reading(estimate.value), {}},
-                  points("bank, seed 1", s.lines_hz, s.newest.front(), reading),
-                  points("bank, no noise", s.lines_hz, s.noise_free, reading)};
+                  points("bank, no noise", s.lines_hz, s.noise_free, reading),
+                  points("bank, seed 1", s.lines_hz, s.newest.front(), reading)};
   return chart;
 }
 
@@ -184,7 +179,7 @@ void put_offline_rows(ComparisonTable& table, const std::string& name, const Off
   const auto& first = run.response.front();
   const auto within = [](double f) { return f >= 11.0 && f <= 19.0; };
   const auto near = std::count_if(first.frequency_hz.begin(), first.frequency_hz.end(), within);
-  const auto grid = dense_grid(2.0, 30.0);
+  const auto grid = even_ratio_grid_hz(2.0, 30.0, kDrawn);
   const Peak truth = peak_of(grid, true_response(run.truth, grid));
   std::vector<double> frequency, magnitude, rms;
   for (const auto& response : run.response) {
@@ -221,17 +216,18 @@ std::string change_at(const System& a, const System& b, std::size_t line) {
 report::Section offline_response(const OfflineRun& printed, const OfflineRun& held) {
   report::Section section;
   section.title = "Figure 4: off-line response of A";
-  section.text = {fmt::format("The print excites with a PRBS of a 7-cell register, +-2.3 Nm, and names no "
-                              "sample time. At the 2 ms of Publication VI the sequence repeats after {:.3f} "
-                              "s, so its lines lie {:.2f} Hz apart: too few to draw a resonance at 15.1 Hz "
-                              "whose width is 2.5 Hz, as the printed figure does.",
-                              printed.period_s, 1.0 / printed.period_s),
-                  fmt::format("Taken: each bit held for 8 samples, which puts the lines {:.3f} Hz apart and "
-                              "leaves more than half the power up to 27 Hz. The other way out, the 17 cells "
-                              "of Publication VI, has a period of 262 s and needs Welch's averaging. The "
-                              "whole periods of 30 s are averaged, joint input-output; the first 2 s are "
-                              "left out.",
-                              1.0 / held.period_s)};
+  section.text = {
+      fmt::format("The print excites with a PRBS of a 7-cell register, +-2.3 Nm, and names no "
+                  "sample time and no clock. At the 2 ms of Publication VI the sequence repeats after {:.3f} "
+                  "s, so its lines lie {:.2f} Hz apart: too few to draw a resonance at 15.1 Hz "
+                  "whose width is 2.5 Hz, as the printed figure does.",
+                  printed.period_s, 1.0 / printed.period_s),
+      fmt::format("Taken: each bit held for 8 samples, which puts the lines {:.3f} Hz apart and "
+                  "leaves more than half the power up to 27 Hz. The other way out, the 17 cells "
+                  "of Publication VI, has a period of 262 s and needs Welch's averaging. The "
+                  "whole periods of 30 s are averaged, joint input-output; the first 2 s are "
+                  "left out.",
+                  1.0 / held.period_s)};
   for (const bool magnitude : {true, false}) {
     Chart chart = bode_chart(
         fmt::format("Counterpart of figure 4: {} of A", magnitude ? "magnitude" : "phase"), magnitude);
@@ -264,6 +260,7 @@ report::Section line_responses(const System& a, const System& b, const System& a
       "figures it says that the line f7 (20.9 Hz) has the largest error, and that the change from A to B "
       "shows best at f3 and f4. In truth it is " +
           change_at(a, b, 2) + ", " + change_at(a, b, 3) + ", and " + change_at(a, b, 4) + ".",
+      "A row 'rms' is over lines and seeds; its +- is that of a single seed's rms over the lines.",
       "The bank uses what its memory of about 250 samples holds. Its phasors averaged over whole periods, "
       "or least squares over the same record, come down to the bound: the error of the published reading is "
       "the price of being ready at every sample.",

@@ -2,7 +2,6 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
-#include <numeric>
 #include <resonid/base/constants.hpp>
 #include <resonid/diagnostics/gap.hpp>
 #include <resonid/response/periodic_averaging.hpp>
@@ -11,6 +10,7 @@
 #include <resonid/tracking/response_tracker.hpp>
 
 #include "reproduction/publication_iv.hpp"
+#include "reproduction/runs.hpp"
 
 namespace resonid::reproduction::iv {
 namespace {
@@ -69,29 +69,11 @@ std::vector<double> input_amplitudes(const data::Record& clean, const std::vecto
 
 }  // namespace
 
-Spread spread(const std::vector<double>& values) {
-  const auto count = static_cast<double>(values.size());
-  Spread s;
-  s.mean = std::accumulate(values.begin(), values.end(), 0.0) / count;
-  for (const double v : values) s.deviation += (v - s.mean) * (v - s.mean);
-  s.deviation = values.size() > 1 ? std::sqrt(s.deviation / (count - 1.0)) : 0.0;
-  if (s.deviation < 1e-12 * std::abs(s.mean)) s.deviation = 0.0;  // rounding of equal values
-  return s;
-}
-
-report::Comparison row(std::string quantity, std::string unit, const Spread& reproduced,
-                       std::optional<double> truth, std::string note) {
-  return {std::move(quantity), std::move(unit), {}, reproduced.mean, reproduced.deviation, truth,
-          std::move(note)};
-}
-
 plant::Simulation simulate(const plant::ExperimentConfig& config, double noise_rms, std::uint64_t seed) {
   auto experiment = config;
   experiment.measurement.noise_rms = noise_rms;
   experiment.run.seed = seed;
-  auto simulation = plant::simulate_closed_loop(experiment);
-  assert(simulation);  // shipped experiments are valid
-  return std::move(*simulation);
+  return simulated(experiment);
 }
 
 System run_system(std::string name, const plant::ExperimentConfig& config, const Options& options,
@@ -146,14 +128,19 @@ Response true_response(const plant::Truth& truth, const std::vector<double>& fre
   return out;
 }
 
+Response open_loop(const Response& plant, const std::vector<double>& frequency_hz,
+                   const plant::Truth& truth) {
+  Response out;
+  for (std::size_t i = 0; i < plant.size(); ++i)
+    out.push_back(truth.controller->response(frequency_hz[i]) * plant[i] *
+                  std::polar(1.0, -kTwoPi * frequency_hz[i] * truth.delay_s));
+  return out;
+}
+
 Response complementary_sensitivity(const Response& plant, const std::vector<double>& frequency_hz,
                                    const plant::Truth& truth) {
-  Response out;
-  for (std::size_t i = 0; i < plant.size(); ++i) {
-    const auto loop = truth.controller->response(frequency_hz[i]) * plant[i] *
-                      std::polar(1.0, -kTwoPi * frequency_hz[i] * truth.delay_s);
-    out.push_back(loop / (1.0 + loop));
-  }
+  Response out = open_loop(plant, frequency_hz, truth);
+  for (auto& loop : out) loop /= 1.0 + loop;
   return out;
 }
 
@@ -162,6 +149,12 @@ std::vector<double> distance(const Response& first, const Response& second) {
   for (std::size_t i = 0; i < first.size(); ++i)
     out.push_back(diagnostics::chordal_distance(first[i], second[i]));
   return out;
+}
+
+std::vector<double> even_ratio_grid_hz(double low_hz, double high_hz, int points) {
+  std::vector<double> grid;
+  for (int i = 0; i < points; ++i) grid.push_back(low_hz * std::pow(high_hz / low_hz, i / (points - 1.0)));
+  return grid;
 }
 
 std::vector<double> magnitude_db(const Response& response) {

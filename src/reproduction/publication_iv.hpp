@@ -11,6 +11,8 @@
 #include <string>
 #include <vector>
 
+#include "reproduction/spread.hpp"
+
 /// The parts of Publication IV. What the print leaves open (sample time, controller, noise) stands in the
 /// files experiments/iv_*.toml.
 namespace resonid::reproduction::iv {
@@ -21,17 +23,6 @@ inline constexpr double kJudged = 20.0;   ///< Seconds at the end of a record th
 
 /// Told the part done, 0 ... 1, of a section's work.
 using Step = std::function<void(double)>;
-
-/// Mean and standard deviation of a sample (n - 1; 0 for a single value).
-struct Spread {
-  double mean = 0.0;
-  double deviation = 0.0;
-};
-[[nodiscard]] Spread spread(const std::vector<double>& values);
-
-/// A row whose figures were taken over seeds.
-[[nodiscard]] report::Comparison row(std::string quantity, std::string unit, const Spread& reproduced,
-                                     std::optional<double> truth, std::string note = {});
 
 /// A shipped experiment with its noise, or without any, and a seed of its own.
 [[nodiscard]] plant::Simulation simulate(const plant::ExperimentConfig& config, double noise_rms,
@@ -82,12 +73,22 @@ struct OfflineRun {
 [[nodiscard]] report::Section distances(const System& a, const System& b, const System& a_120,
                                         const OfflineRun& offline_a, const OfflineRun& offline_b);
 
-/// T = L/(1 + L), L = C G e^{-jwTd}, of a plant response at some frequencies (eq. 21, with the delay).
+/// L = C G e^{-jwTd} of a plant response at some frequencies.
+[[nodiscard]] Response open_loop(const Response& plant, const std::vector<double>& frequency_hz,
+                                 const plant::Truth& truth);
+/// T = L/(1 + L) (eq. 21, with the delay).
 [[nodiscard]] Response complementary_sensitivity(const Response& plant,
                                                  const std::vector<double>& frequency_hz,
                                                  const plant::Truth& truth);
 [[nodiscard]] Response true_response(const plant::Truth& truth, const std::vector<double>& frequency_hz);
 [[nodiscard]] std::vector<double> distance(const Response& first, const Response& second);
+
+/// `points` frequencies in even ratio from `low_hz` to `high_hz`.
+[[nodiscard]] std::vector<double> even_ratio_grid_hz(double low_hz, double high_hz, int points);
+
+/// What is smaller than this is the computer's rounding: tables show "< 1e-09" instead of digits of no
+/// meaning.
+inline constexpr double kRounding = 1e-9;
 
 /// Every place where the print of Publication IV needs a decision.
 [[nodiscard]] std::vector<report::Discrepancy> discrepancies();

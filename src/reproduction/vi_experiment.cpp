@@ -1,18 +1,11 @@
 // SPDX-License-Identifier: MIT
 #include "reproduction/vi_experiment.hpp"
 
-#include <cassert>
 #include <cmath>
 #include <resonid/base/constants.hpp>
 
 namespace resonid::reproduction::vi {
 namespace {
-
-plant::Simulation simulated(const plant::ExperimentConfig& experiment, std::span<const double> grid = {}) {
-  auto simulation = plant::simulate_closed_loop(experiment, grid);
-  assert(simulation && "a shipped experiment, or a variation of one, must run");
-  return std::move(*simulation);
-}
 
 /// Everything but the record, at the price of a few samples.
 plant::Truth truth(plant::ExperimentConfig experiment, std::span<const double> grid) {
@@ -71,13 +64,6 @@ data::FrequencyResponse published_loop(data::FrequencyResponse response, const K
   response.standard_deviation.clear();
   response.coherence.clear();
   return response;
-}
-
-std::vector<double> grid_hz(double low, double high, double step) {
-  std::vector<double> grid;
-  const auto count = static_cast<std::size_t>(std::floor((high - low) / step + 1e-6)) + 1;
-  for (std::size_t i = 0; i < count; ++i) grid.push_back(low + static_cast<double>(i) * step);
-  return grid;
 }
 
 std::vector<double> band_grid_hz() { return grid_hz(2.0, 33.0, 0.1); }

@@ -12,6 +12,8 @@
 #include <span>
 #include <vector>
 
+#include "reproduction/runs.hpp"
+
 namespace resonid::reproduction::vi {
 
 /// What the source takes as known in every estimate.
@@ -40,9 +42,6 @@ struct Known {
 
 /// C times a response whose delay was taken out: the source's loop.
 [[nodiscard]] data::FrequencyResponse published_loop(data::FrequencyResponse response, const Known& known);
-
-/// `low`, `low + step` ... up to `high`.
-[[nodiscard]] std::vector<double> grid_hz(double low, double high, double step);
 
 /// The grid of error figures: 2 ... 33 Hz every 0.1 Hz.
 [[nodiscard]] std::vector<double> band_grid_hz();

@@ -43,15 +43,11 @@ Part figure_10(const Options& options) {
   section.title = "Figure 10: swept from 100 Hz";
   section.text = {
       "Configuration A with the belt's tensioner as a third mass, swept from 100 to 1.5 Hz in 17 s. The "
-      "sweep is "
-      "2.9 times as fast as the one from 35 Hz, and so are its errors at the first mode; at the second the "
-      "noise "
-      "rules. Hence the source's remark that lambda should depend on the frequency.",
+      "sweep is 2.9 times as fast as the one from 35 Hz, and so are its errors at the first mode; at the "
+      "second the noise rules. Hence the source's remark that lambda should depend on the frequency.",
       "The source gives no inertia of the tensioner. The 0.0012 kgm2 assumed here puts the second mode at "
-      "78.6 Hz, "
-      "but its anti-resonance at 78.3 Hz nearly cancels it: that the source's machine shows its second mode "
-      "clearly "
-      "is not reproduced by this assumption."};
+      "78.6 Hz, but its anti-resonance at 78.3 Hz nearly cancels it: that the source's machine shows its "
+      "second mode clearly is not reproduced by this assumption."};
   const auto experiment = shipped_experiment("vi_chirp_tensioner_wide");
   const Known given = known(experiment);
   const auto truth = true_response(experiment, grid_hz(2.0, 95.0, 0.25));
@@ -71,7 +67,7 @@ Part figure_10(const Options& options) {
     for (std::size_t i = 0; i < kRegions.size(); ++i) {
       const auto name = fmt::format("lambda {:g}, {}", lambda, kRegions[i].name);
       table.rows.push_back(row(name + ", noise-free", "", e[i].rms));
-      table.rows.push_back(row(name + ", noisy", "", moments(rms[i])));
+      table.rows.push_back(row(name + ", noisy", "", spread(rms[i])));
     }
   }
   section.tables.push_back(std::move(table));
@@ -79,7 +75,7 @@ Part figure_10(const Options& options) {
   const auto prbs = shipped_experiment("vi_prbs_tensioner_a");
   const auto offline = averaged_response(run(prbs, 1), known(prbs), Approach::joint).band(2.0, 95.0);
   add_bode(
-      section, "Figure 10: configuration A with tensioner",
+      section, "Counterpart of figure 10: configuration A with tensioner",
       {{"true", truth, Mark::line},
        {"off line, averaged spectra", offline, Mark::line},
        {"on line, along the sweep",

@@ -18,10 +18,9 @@ Part figure_11(const Options& options) {
   Part part;
   part.section.title = "Figure 11: indirect against direct";
   part.section.text = {
-      "System A, lambda = 8. Indirect: G = Gcl/(1 - C Gcl) with Gcl = Y/Ru and the known controller (eq. 5). "
-      "Since the filter is locked to the excitation, Y/U is the ratio of two averages over it, not a "
-      "spectral "
-      "ratio with its bias under feedback: both ways agree."};
+      "System A, lambda = 8. Indirect: G = Gcl/(1 - C Gcl) with Gcl = Y/Ru and the known controller (eq. "
+      "5). Since the filter is locked to the excitation, Y/U is the ratio of two averages over it, not a "
+      "spectral ratio with its bias under feedback: both ways agree."};
   const auto experiment = shipped_experiment("vi_chirp_a");
   const Known given = known(experiment);
   const auto grid = band_grid_hz();
@@ -59,19 +58,19 @@ Part figure_11(const Options& options) {
   for (const auto& tracked : noisy)
     rms.push_back(errors(tracked.response(grid, Approach::indirect), tracked.response(grid, Approach::direct))
                       .rms_above_5hz);
-  difference.rows.push_back(row("noisy, above 5 Hz, rms relative", "", moments(rms)));
+  difference.rows.push_back(row("noisy, above 5 Hz, rms relative", "", spread(rms)));
   part.section.tables.push_back(std::move(difference));
   const auto prbs = shipped_experiment("vi_prbs_a");
   with_noise.push_back({"indirect, off line",
                         averaged_response(run(prbs, 1), known(prbs), Approach::indirect).band(2.0, 33.0),
                         Mark::line});
-  add_bode(part.section, "Figure 11, with noise", with_noise,
+  add_bode(part.section, "Counterpart of figure 11, with noise", with_noise,
            "System A, lambda = 8, seed 1; off line from a PRBS by averaged spectra.");
-  add_bode(part.section, "Figure 11, noise-free", without_noise, "System A, lambda = 8.");
+  add_bode(part.section, "Counterpart of figure 11, noise-free", without_noise, "System A, lambda = 8.");
   part.summary.push_back(fmt::format(
-      "Direct and indirect estimates of the sweep agree within {:.3f} dB above 5 Hz without noise "
-      "(rms {:.1e} with it), as the source found.",
-      apart.decibel_above_5hz, moments(rms).mean));
+      "Direct and indirect estimates of the sweep agree within {:.3f} dB above 5 Hz without noise (rms "
+      "{:.1e} with it), as the source found.",
+      apart.decibel_above_5hz, spread(rms).mean));
   return part;
 }
 

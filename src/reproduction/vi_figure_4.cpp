@@ -12,11 +12,12 @@ namespace {
 using Mark = report::Curve::Mark;
 
 constexpr double kLambdas[] = {4.0, 8.0, 20.0, 40.0};
-constexpr double kDurations[] = {5.0, 10.0, 17.0, 34.0};
+/// Sweeps of 5, 10, 17 and 34 s.
+constexpr const char* kSweeps[] = {"vi_chirp_a_5s", "vi_chirp_a_10s", "vi_chirp_a", "vi_chirp_a_34s"};
+constexpr double kAmplitudes[] = {0.5, 1.0, 2.0, 4.0};
 
-plant::ExperimentConfig variation(double duration_s, double amplitude) {
+plant::ExperimentConfig with_amplitude(double amplitude) {
   auto experiment = shipped_experiment("vi_chirp_a");
-  experiment.excitation.duration_s = duration_s;
   experiment.excitation.amplitude = amplitude;
   return experiment;
 }
@@ -51,7 +52,7 @@ void add_rows(report::ComparisonTable& table, const std::string& name, const Cas
       row(name + ": largest magnitude error above 5 Hz, noise-free", "dB", c.clean.decibel_above_5hz));
   table.rows.push_back(
       row(name + ": largest phase error above 5 Hz, noise-free", "deg", c.clean.degree_above_5hz));
-  table.rows.push_back(row(name + ": rms relative error above 5 Hz, noisy", "", moments(c.noisy_rms)));
+  table.rows.push_back(row(name + ": rms relative error above 5 Hz, noisy", "", spread(c.noisy_rms)));
 }
 
 report::Chart error_chart(const std::string& title, const std::string& y_label) {
@@ -63,33 +64,35 @@ report::Chart error_chart(const std::string& title, const std::string& y_label) 
   return chart;
 }
 
-void add_response_chart(report::Section& section, double duration_s) {
-  const auto experiment = variation(duration_s, 1.0);
+void add_response_charts(report::Section& section, const plant::ExperimentConfig& experiment) {
   const Known given = known(experiment);
   const auto grid = band_grid_hz();
   const auto record = run(experiment, 1);
-  report::Chart chart;
-  chart.title = fmt::format("Figure 4: system A, T = {:g} s", duration_s);
-  chart.x_label = "frequency (Hz)";
-  chart.y_label = "magnitude (dB, rad/s per Nm)";
-  chart.log_x = true;
-  chart.curves.push_back(magnitude_curve("true", Mark::line, true_response(experiment, grid)));
+  std::vector<Named> responses{{"true", true_response(experiment, grid), Mark::line}};
   for (const double lambda : kLambdas)
-    chart.curves.push_back(
-        magnitude_curve(fmt::format("lambda = {:g}", lambda), Mark::dashed,
-                        TrackedSweep(record, given, lambda).response(grid, Approach::direct)));
-  chart.caption = "Direct estimates with noise of 0.1 rad/s, seed 1.";
-  section.charts.push_back(std::move(chart));
+    responses.push_back({fmt::format("lambda = {:g}", lambda),
+                         TrackedSweep(record, given, lambda).response(grid, Approach::direct), Mark::dashed});
+  add_bode(section,
+           fmt::format("Counterpart of figure 4: system A, T = {:g} s", experiment.excitation.duration_s),
+           responses, "Direct estimates with noise of 0.1 rad/s, seed 1.");
 }
 
 void add_amplitudes(report::Section& section, std::size_t seeds) {
   report::ComparisonTable table;
   table.title = "Amplitude of the sweep varied: T = 17 s, lambda = 8";
   const double lambda[] = {8.0};
-  for (const double amplitude : {0.5, 1.0, 2.0, 4.0})
-    add_rows(table, fmt::format("A = {:g} Nm", amplitude),
-             cases(variation(17.0, amplitude), lambda, seeds)[0]);
+  const auto grid = band_grid_hz();
+  std::vector<Named> responses{{"true", true_response(with_amplitude(1.0), grid), Mark::line}};
+  for (const double amplitude : kAmplitudes) {
+    const auto experiment = with_amplitude(amplitude);
+    const auto name = fmt::format("A = {:g} Nm", amplitude);
+    add_rows(table, name, cases(experiment, lambda, seeds)[0]);
+    const TrackedSweep tracked(run(experiment, 1), known(experiment), lambda[0]);
+    responses.push_back({name, tracked.response(grid, Approach::direct), Mark::dashed});
+  }
   section.tables.push_back(std::move(table));
+  add_bode(section, "Counterpart of figure 4: system A, amplitude varied", responses,
+           "Direct estimates with noise of 0.1 rad/s, seed 1; T = 17 s, lambda = 8.");
 }
 
 }  // namespace
@@ -102,11 +105,13 @@ Part figure_4(const Options& options) {
       "System A, direct estimate. A larger lambda is quieter and slower; a slower sweep helps against both "
       "errors; the amplitude helps against noise alone."};
   auto deterministic =
-      error_chart("Figure 4 in figures: error without noise", "largest phase error above 5 Hz (deg)");
-  auto random = error_chart("Figure 4 in figures: error with noise", "rms relative error above 5 Hz");
+      error_chart("Figure 4 in numbers: error without noise", "largest phase error above 5 Hz (deg)");
+  auto random = error_chart("Figure 4 in numbers: error with noise", "rms relative error above 5 Hz");
   random.caption = fmt::format("Means over {} seeds.", options.seeds);
-  for (const double duration : kDurations) {
-    const auto all = cases(variation(duration, 1.0), kLambdas, options.seeds);
+  for (const char* sweep : kSweeps) {
+    const auto experiment = shipped_experiment(sweep);
+    const double duration = experiment.excitation.duration_s;
+    const auto all = cases(experiment, kLambdas, options.seeds);
     report::ComparisonTable table;
     table.title = fmt::format("T = {:g} s", duration);
     report::Curve clean, noisy;
@@ -116,12 +121,12 @@ Part figure_4(const Options& options) {
       clean.x.push_back(kLambdas[i]);
       clean.y.push_back(all[i].clean.degree_above_5hz);
       noisy.x.push_back(kLambdas[i]);
-      noisy.y.push_back(moments(all[i].noisy_rms).mean);
+      noisy.y.push_back(spread(all[i].noisy_rms).mean);
     }
     deterministic.curves.push_back(std::move(clean));
     random.curves.push_back(std::move(noisy));
     section.tables.push_back(std::move(table));
-    add_response_chart(section, duration);
+    add_response_charts(section, experiment);
   }
   section.charts.push_back(std::move(deterministic));
   section.charts.push_back(std::move(random));

@@ -69,9 +69,9 @@ report::ComparisonTable spectra_table(const Records& r, const Way& way) {
     degree.push_back(noisy.degree);
     rms.push_back(noisy.rms);
   }
-  table.rows.push_back(row("noisy: largest magnitude error", "dB", moments(decibel)));
-  table.rows.push_back(row("noisy: largest phase error", "deg", moments(degree)));
-  table.rows.push_back(row("noisy: rms relative error", "", moments(rms)));
+  table.rows.push_back(row("noisy: largest magnitude error", "dB", spread(decibel)));
+  table.rows.push_back(row("noisy: largest phase error", "deg", spread(degree)));
+  table.rows.push_back(row("noisy: rms relative error", "", spread(rms)));
   table.rows.push_back(
       row("largest mean error over the seeds, below 4 Hz, relative", "", bias_below_4hz(found, truth)));
   return table;
@@ -99,7 +99,7 @@ report::ComparisonTable fit_table(const Records& r, const Way& way, ModelKind ki
                              clean[i], t[i], {}, percent(clean[i], t[i])));
   for (std::size_t i = 0; i < kBeltQuantities; ++i)
     table.rows.push_back(row(fmt::format("{}, noisy", kBeltNames[i].first), kBeltNames[i].second,
-                             moments(noisy[i]), t[i], {}, percent(moments(noisy[i]).mean, t[i])));
+                             spread(noisy[i]), t[i], {}, percent(spread(noisy[i]).mean, t[i])));
   return table;
 }
 
@@ -151,7 +151,7 @@ void add_chart(report::Section& section, const Records& prbs, const std::string&
   const double step = 1.0 / prbs.experiment.run.sample_rate_hz;
   const auto model = fitted_two_mass(offline, step, true_parameters(prbs.experiment), ModelKind::sampled,
                                      kFitLow_hz, kFitHigh_hz);
-  add_bode(section, "Figure 7: on line, off line and fitted, system A",
+  add_bode(section, "Counterpart of figure 7: on line, off line and fitted, system A",
            {{"true", true_response(prbs.experiment, grid), Mark::line},
             {"off line, averaged spectra", offline.band(2.0, 33.0), Mark::line},
             {"on line, along the sweep", online.response(grid, Approach::direct), Mark::points},
@@ -167,14 +167,12 @@ Part figure_7(const Options& options) {
   section.title = "Figure 7 and Table 2: off line";
   section.text = {
       "A PRBS of 17 cells and 2.1 Nm, 60 s at 2 ms in the closed loop with its noise of 0.1 rad/s; spectra "
-      "of "
-      "half-overlapping Hann segments of 4096 samples, as S_yu/S_uu (direct), S_yru/S_ruru with the known "
-      "controller (indirect) and S_yru/S_uru (joint). The source measured a real machine here, so that only "
-      "the "
-      "method can be repeated.",
-      "Eq. (28) fits [J1, J2, K, D] to the lines from 2 to 40 Hz, every line alike. The source's continuous "
-      "model lacks the hold's half sample: its parameters are biased however long one measures. The sampled "
-      "model has no such bias."};
+      "of half-overlapping Hann segments of 4096 samples, as S_yu/S_uu (direct), S_yru/S_ruru with the "
+      "known controller (indirect) and S_yru/S_uru (joint). The source measured a real machine here, so "
+      "that only the method can be repeated.",
+      "Eq. (28) fits [J1, J2, K, D] to the lines from 2 to 40 Hz, every line alike. The source's "
+      "continuous model lacks the hold's half sample: its parameters are biased however long one measures. "
+      "The sampled model has no such bias."};
   const Records r = records("vi_prbs_a", options.seeds);
   constexpr Way kWays[] = {
       {"direct", Approach::direct}, {"indirect", Approach::indirect}, {"joint", Approach::joint}};
@@ -192,8 +190,7 @@ Part figure_7(const Options& options) {
                                   ModelKind::continuous, kFitLow_hz, kFitHigh_hz));
   part.summary.push_back(
       fmt::format("Eq. (28) with its continuous model is biased on sampled data even without noise: load "
-                  "inertia {}, K {}, "
-                  "D {}, f_res {}. With the model sampled like the data the bias is gone.",
+                  "inertia {}, K {}, D {}, f_res {}. With the model sampled like the data the bias is gone.",
                   percent(biased[3], t[3]), percent(biased[0], t[0]), percent(biased[1], t[1]),
                   percent(biased[4], t[4])));
   return part;

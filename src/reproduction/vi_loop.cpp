@@ -11,6 +11,9 @@
 namespace resonid::reproduction::vi {
 namespace {
 
+constexpr double kLowHz = 1.8;
+constexpr double kHighHz = 33.0;
+
 double degrees(double radians) { return radians * 180.0 / kPi; }
 
 }  // namespace
@@ -37,7 +40,20 @@ LoopFigures loop_figures(const data::FrequencyResponse& loop) {
   return figures;
 }
 
-std::vector<double> loop_grid_hz(double step_hz) { return grid_hz(1.8, 33.0, step_hz); }
+std::vector<double> loop_grid_hz(double step_hz) { return grid_hz(kLowHz, kHighHz, step_hz); }
+
+std::vector<double> sample_grid_hz(const tracking::SweepLaw& sweep, double sample_rate_hz) {
+  const double per_sample_hz = (sweep.to_hz - sweep.from_hz) / (sweep.duration_s * sample_rate_hz);
+  const auto samples = static_cast<std::size_t>(std::lround(sweep.duration_s * sample_rate_hz));
+  constexpr double kRounding = 1e-9;
+  std::vector<double> grid;
+  for (std::size_t k = 0; k < samples; ++k) {
+    const double f = sweep.from_hz + per_sample_hz * static_cast<double>(k);
+    if (f >= kLowHz - kRounding && f <= kHighHz + kRounding) grid.push_back(f);
+  }
+  if (per_sample_hz < 0.0) std::reverse(grid.begin(), grid.end());
+  return grid;
+}
 
 double phase_margin_as_printed(double phase_margin_deg) {
   const double d2 = 2.0 * std::sin(0.5 * phase_margin_deg * kPi / 180.0);  // chord from L to -1

@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <limits>
 #include <resonid/data/frequency_response.hpp>
+#include <resonid/tracking/sweep.hpp>
 #include <string_view>
 #include <vector>
 
@@ -41,12 +42,15 @@ using LoopFigures = std::array<double, kLoopQuantities>;
 ///   f_ares, f_res   least d1 and largest d2 in region II (Im < 0, Re > 0)
 [[nodiscard]] LoopFigures loop_figures(const data::FrequencyResponse& loop);
 
-/// Grids from 1.8 to 33 Hz on which an estimated loop is read; the source names none. Without noise a fine
-/// one. With noise a coarser one: the rules take a first crossing and extremes, so the finer the grid, the
-/// more a noisy curve gives them to choose from.
+/// Grids from 1.8 to 33 Hz on which an estimated loop is read. The source shows its curve "sample by sample"
+/// (section 3.3); the rules take a first crossing and extremes, so the finer the grid, the more a noisy curve
+/// gives them to choose from. Why 0.04 Hz, and what depends on it: section Figure 5 of the page.
 inline constexpr double kCleanStepHz = 0.01;
 inline constexpr double kNoisyStepHz = 0.04;
 [[nodiscard]] std::vector<double> loop_grid_hz(double step_hz);
+
+/// The frequencies within 1.8 ... 33 Hz at which the sweep is at its samples, ascending.
+[[nodiscard]] std::vector<double> sample_grid_hz(const tracking::SweepLaw& sweep, double sample_rate_hz);
 
 /// The literal eq. (27), acos((d2 - 2)/(-2)), for a curve that has this phase margin.
 [[nodiscard]] double phase_margin_as_printed(double phase_margin_deg);

@@ -7,43 +7,7 @@
 
 namespace resonid::reproduction::vi {
 
-using report::Comparison;
 using report::Curve;
-
-Moments moments(const std::vector<double>& values) {
-  double count = 0.0;
-  Moments m;
-  for (const double x : values)
-    if (std::isfinite(x)) {
-      m.mean += x;
-      count += 1.0;
-    }
-  if (count == 0.0) return {std::numeric_limits<double>::quiet_NaN(), 0.0};
-  m.mean /= count;
-  for (const double x : values)
-    if (std::isfinite(x)) m.deviation += (x - m.mean) * (x - m.mean);
-  m.deviation = count > 1.0 ? std::sqrt(m.deviation / (count - 1.0)) : 0.0;
-  return m;
-}
-
-Comparison row(std::string quantity, std::string unit, double reproduced, std::optional<double> truth,
-               std::optional<double> published, std::string note) {
-  Comparison r;
-  r.quantity = std::move(quantity);
-  r.unit = std::move(unit);
-  if (std::isfinite(reproduced)) r.reproduced = reproduced;
-  r.truth = truth;
-  r.published = published;
-  r.note = std::move(note);
-  return r;
-}
-
-Comparison row(std::string quantity, std::string unit, const Moments& reproduced, std::optional<double> truth,
-               std::optional<double> published, std::string note) {
-  auto r = row(std::move(quantity), std::move(unit), reproduced.mean, truth, published, std::move(note));
-  if (r.reproduced) r.deviation = reproduced.deviation;
-  return r;
-}
 
 void add_noise_free_rows(report::ComparisonTable& table, const std::string& name, const ResponseErrors& e) {
   table.rows.push_back(row(name + ", noise-free: largest magnitude error", "dB", e.decibel));
@@ -59,7 +23,7 @@ void add_noisy_rows(report::ComparisonTable& table, const std::string& name,
   const auto add = [&](const char* what, const char* unit, double ResponseErrors::*figure) {
     std::vector<double> values;
     for (const auto& e : runs) values.push_back(e.*figure);
-    table.rows.push_back(row(name + what, unit, moments(values)));
+    table.rows.push_back(row(name + what, unit, spread(values)));
   };
   add(", noisy: largest magnitude error above 5 Hz", "dB", &ResponseErrors::decibel_above_5hz);
   add(", noisy: largest phase error above 5 Hz", "deg", &ResponseErrors::degree_above_5hz);
@@ -97,9 +61,10 @@ Curve plane_curve(std::string name, Curve::Mark mark, const data::FrequencyRespo
   c.mark = mark;
   for (const auto& value : loop.value) {
     const bool inside = std::abs(value.real()) <= kEdge && std::abs(value.imag()) <= kEdge;
-    c.x.push_back(inside ? value.real() : kGap);
+    c.x.push_back(value.real());
     c.y.push_back(inside ? value.imag() : kGap);
   }
+  c.at = loop.frequency_hz;
   return c;
 }
 

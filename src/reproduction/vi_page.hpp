@@ -8,24 +8,10 @@
 #include <string>
 #include <vector>
 
+#include "reproduction/spread.hpp"
 #include "reproduction/vi_tracking.hpp"
 
 namespace resonid::reproduction::vi {
-
-/// Mean and standard deviation of the finite ones among the values.
-struct Moments {
-  double mean = 0.0;
-  double deviation = 0.0;
-};
-[[nodiscard]] Moments moments(const std::vector<double>& values);
-
-/// Lines of a table: a single run, several seeds, and what only the print or only the truth gives.
-[[nodiscard]] report::Comparison row(std::string quantity, std::string unit, double reproduced,
-                                     std::optional<double> truth = {}, std::optional<double> published = {},
-                                     std::string note = {});
-[[nodiscard]] report::Comparison row(std::string quantity, std::string unit, const Moments& reproduced,
-                                     std::optional<double> truth = {}, std::optional<double> published = {},
-                                     std::string note = {});
 
 /// Error lines of one estimator: one noise-free run, and means over the seeds of each run's figures.
 void add_noise_free_rows(report::ComparisonTable& table, const std::string& name, const ResponseErrors& e);
@@ -38,7 +24,7 @@ void add_noisy_rows(report::ComparisonTable& table, const std::string& name,
 [[nodiscard]] report::Curve phase_curve(std::string name, report::Curve::Mark mark,
                                         const data::FrequencyResponse& g,
                                         const data::FrequencyResponse& truth);
-/// Points of a Nyquist plane within +-1.25; further out there are gaps.
+/// Points of a Nyquist plane within +-1.25, with their frequencies; further out there are gaps.
 [[nodiscard]] report::Curve plane_curve(std::string name, report::Curve::Mark mark,
                                         const data::FrequencyResponse& loop);
 
@@ -56,6 +42,7 @@ void add_bode(report::Section& section, const std::string& title, const std::vec
 struct Part {
   report::Section section;
   std::vector<std::string> summary;
+  std::vector<report::ComparisonTable> head;  ///< Tables that stand before all sections.
 };
 [[nodiscard]] Part figure_3(const Options& options);   ///< Responses of systems A and B, residuals.
 [[nodiscard]] Part figure_4(const Options& options);   ///< Filter, amplitude and sweep time varied.

@@ -75,7 +75,7 @@ report::ComparisonTable table_2(const Configuration& c, std::size_t seeds) {
                              clean[i], truth[i], {}, percent(clean[i], truth[i])));
   for (std::size_t i = 0; i < kBeltQuantities; ++i)
     table.rows.push_back(row(fmt::format("{}, noisy", kBeltNames[i].first), kBeltNames[i].second,
-                             moments(noisy[i]), truth[i], c.printed[i],
+                             spread(noisy[i]), truth[i], c.printed[i],
                              "print: of the source's real machine"));
   return table;
 }
@@ -89,7 +89,8 @@ void add_chart(report::Section& section, const Configuration& c) {
   const auto model = fitted_two_mass(offline, step, nominal, ModelKind::sampled, kFitLow_hz, kFitHigh_hz);
   const auto wide = grid_hz(2.0, 100.0, 0.25);
   add_bode(section,
-           fmt::format("Figure 7 {}: on line, off line and fitted", c.letter == std::string("A") ? "a" : "b"),
+           fmt::format("Counterpart of figure 7 {}: on line, off line and fitted",
+                       c.letter == std::string("A") ? "a" : "b"),
            {{"true, three masses", true_response(prbs, wide), Mark::line},
             {"off line, averaged spectra", offline.band(2.0, 100.0), Mark::line},
             {"on line, along the sweep",
@@ -105,14 +106,12 @@ Part tensioner(const Options& options) {
   Part part;
   part.section.title = "Figure 7 and Table 2 with the belt's tensioner";
   part.section.text = {
-      "The source fitted a two-mass model to a machine whose belt tensioner makes it a three-mass one. Here "
-      "the "
-      "tensioner (0.0012 kgm2 at the shaft, an assumption) sits in one of the belt's two halves; statically "
-      "the "
-      "belt is as stiff as without it. True values are those of the two-mass drive without tensioner.",
+      "The source fitted a two-mass model to a machine whose belt tensioner makes it a three-mass one. "
+      "Here the tensioner (0.0012 kgm2 at the shaft, an assumption) sits in one of the belt's two halves; "
+      "statically the belt is as stiff as without it. True values are those of the two-mass drive without "
+      "tensioner.",
       "The printed Table 2 belongs to a real machine, whose parameters nobody knows; it stands beside for "
-      "what the "
-      "fit is like, not for its values."};
+      "what the fit is like, not for its values."};
   for (const auto& c : kConfigurations) {
     part.section.tables.push_back(exact_fit(c));
     part.section.tables.push_back(table_2(c, options.seeds));
@@ -120,9 +119,9 @@ Part tensioner(const Options& options) {
   }
   const auto& rows = part.section.tables.front().rows;
   part.summary.push_back(
-      fmt::format("A two-mass fit to the three-mass drive A (exact response, 2 ... 25 Hz) is off by {} in K, "
-                  "{} in D, {} and {} "
-                  "in the inertias, {} in f_res: the tensioner's mass is shared out among them.",
+      fmt::format("A two-mass fit to the three-mass drive A (exact response, 2 ... 25 Hz) is off by {} in "
+                  "K, {} in D, {} and {} in the inertias, {} in f_res: the tensioner's mass is shared out "
+                  "among them.",
                   rows[0].note, rows[1].note, rows[2].note, rows[3].note, rows[4].note));
   return part;
 }

@@ -56,14 +56,14 @@ Complex TrackedSweep::phasor(Signal signal, double position) const {
   return (1.0 - part) * p[before] + part * p[before + 1];
 }
 
-data::FrequencyResponse TrackedSweep::response(std::span<const double> frequencies_hz,
-                                               Approach approach) const {
+data::FrequencyResponse TrackedSweep::response(std::span<const double> frequencies_hz, Approach approach,
+                                               double lag_samples) const {
   const auto& law = known_.sweep;
   data::FrequencyResponse g;
   for (const double f : frequencies_hz) {
     const double at_s = law.duration_s * (f - law.from_hz) / (law.to_hz - law.from_hz);
-    const double position =
-        std::clamp(at_s * sample_rate_hz_, 0.0, static_cast<double>(phasor_[kOutput].size() - 1));
+    const double position = std::clamp(at_s * sample_rate_hz_ + lag_samples, 0.0,
+                                       static_cast<double>(phasor_[kOutput].size() - 1));
     const Complex y = phasor(kOutput, position);
     Complex value;
     if (approach == Approach::indirect) {

@@ -28,9 +28,9 @@ class TrackedSweep {
                FilterFrequency frequency = FilterFrequency::instantaneous);
 
   /// The response where the sweep passes each frequency, linear between samples, known delay taken out
-  /// (eqs. 19-21; indirect: eq. 5).
-  [[nodiscard]] data::FrequencyResponse response(std::span<const double> frequencies_hz,
-                                                 Approach approach) const;
+  /// (eqs. 19-21; indirect: eq. 5). Read `lag_samples` later, where the filter has come after the sweep.
+  [[nodiscard]] data::FrequencyResponse response(std::span<const double> frequencies_hz, Approach approach,
+                                                 double lag_samples = 0.0) const;
 
   /// z(k) - H x(k), the newest sample minus what was predicted for it (Figure 3 c-e).
   [[nodiscard]] const std::vector<double>& residual(Signal signal) const { return residual_[signal]; }

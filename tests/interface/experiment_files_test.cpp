@@ -202,7 +202,7 @@ TEST_F(ExperimentFiles, ExperimentsThatCannotBeDoneAreRefused) {
   // Only the run shows it: the excitation drives the cart out.
   expect_refused_change("v_tooth_multisine", "amplitude = 0.3", "amplitude = 30.0",
                         {"drive.stroke_from_m: must hold the cart: it leaves its stroke", "after"});
-  expect_refused_change("tooth_open_loop_prbs", "kind = \"standstill\"",
+  expect_refused_change("ii_tooth_open_loop_prbs", "kind = \"standstill\"",
                         "kind = \"trapezoidal\"\nvelocity = 0.1\nacceleration = 1.0\nto = 1.2",
                         {"motion.kind: must be standstill or constant without a controller"});
 }

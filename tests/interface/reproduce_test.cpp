@@ -37,6 +37,7 @@ TEST_F(Reproduce, WritesPageMarkdownAndJson) {
   EXPECT_NE(markdown.find("| quantity | published | reproduced | true | note |"), std::string::npos);
   const auto json = nlohmann::json::parse(text("iv.json"));
   EXPECT_EQ(json.at("schema"), "resonid.document/1");
+  EXPECT_EQ(json.at("seeds"), 2);
   EXPECT_GE(json.at("sections").size(), 6U);
   EXPECT_GE(json.at("discrepancies").size(), 14U);
 }
@@ -57,7 +58,7 @@ TEST_F(Reproduce, WrongUseNamesWhatWasFoundAndWhatIsKnown) {
   expect_refused("reproduce ix", {"NAME", "'ix'", "iv, vi", "did you mean 'iv'"});
   expect_refused("reproduce publication", {"NAME", "'publication'", "iv, vi"});
   expect_refused("reproduce iv --seeds 1", {"--seeds", "found 1", ">= 2"});
-  expect_refused("reproduce iv --seeds two", {"--seeds", "'two'", "whole number"});
+  expect_refused("reproduce iv --seeds two", {"--seeds", "'two'", "a whole number >= 2"});
   expect_refused("reproduce --report x.html", {"--report", "a NAME", "iv, vi", "--out FOLDER"});
   expect_refused("reproduce iv --json - --markdown -", {"--markdown", "--json", "standard output"});
   expect_refused("reproduce iv --json a --markdown a", {"--json", "'a'", "a file of its own"});
@@ -72,6 +73,18 @@ TEST_F(Reproduce, AFileThatCannotBeWrittenIsAFailure) {
   EXPECT_NE(failed.error.find("missing"), std::string::npos);
   write("file", "");
   EXPECT_EQ(run("reproduce iv --seeds 2 --out file/below").exit_code, 1);
+}
+
+// A million seeds would take hours: what cannot be written is told before the first run.
+TEST_F(Reproduce, APlaceThatCannotBeWrittenIsToldBeforeTheWork) {
+  std::filesystem::create_directories(path("pages/iv.html"));
+  for (const char* place : {"--report missing/x.html", "--markdown missing/x.md", "--json missing/x.json",
+                            "--report pages", "--out pages"}) {
+    const auto failed = run(std::string("reproduce iv --seeds 1000000 ") + place);
+    EXPECT_EQ(failed.exit_code, 1) << place;
+    EXPECT_NE(failed.error.find("cannot write"), std::string::npos) << failed.error;
+    EXPECT_EQ(failed.out, "") << place;
+  }
 }
 
 /// A text cut into numbers and what stands between them.

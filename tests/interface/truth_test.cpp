@@ -219,7 +219,7 @@ TEST_F(Truth, MarginsHoldTheDelayAndTheEncoder) {
 }
 
 TEST_F(Truth, OpenLoopHasNoLoop) {
-  const json truth = truth_of("tooth_open_loop_prbs");
+  const json truth = truth_of("ii_tooth_open_loop_prbs");
   EXPECT_FALSE(truth.contains("loop"));
   EXPECT_FALSE(truth.contains("controller"));
   EXPECT_TRUE(truth.contains("over_time"));

@@ -17,4 +17,8 @@ namespace resonid::io {
 [[nodiscard]] expected<void, Error> write_file_atomically(const std::filesystem::path& path,
                                                           std::string_view contents);
 
+/// The same refusals, as far as they can be told before there is anything to write: a folder that is not
+/// there or takes no files, a target that is a folder or write-protected. For work that takes long.
+[[nodiscard]] expected<void, Error> check_writable(const std::filesystem::path& path);
+
 }  // namespace resonid::io

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <cstddef>
 #include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
@@ -17,6 +18,7 @@ struct Comparison {
   std::optional<double> deviation;   ///< standard deviation over the seeds
   std::optional<double> truth;       ///< of the simulated machine
   std::string note;                  ///< where it falls outside, or needs a word
+  double rounding = 0.0;             ///< smaller magnitudes of `reproduced` are shown as "< rounding"
 };
 
 struct ComparisonTable {
@@ -68,6 +70,8 @@ struct Document {
   std::vector<std::string> summary;
   std::vector<Section> sections;
   std::vector<Discrepancy> discrepancies;
+  /// Noisy runs that means and deviations are taken over; every form of the document says so. 0: none.
+  std::size_t seeds = 0;
 };
 
 /// One self-contained HTML page: no network, no other files, readable on a phone, in the dark and on paper.
@@ -84,7 +88,7 @@ struct Document {
 /// Everything, for machines, in full precision; absent values are left out, values that are not finite are
 /// null:
 ///
-///     {schema: "resonid.document/1", title, command, summary: [""],
+///     {schema: "resonid.document/1", title, command, seeds, summary: [""],
 ///      sections: [{title, text: [""], tables: [table], charts: [chart]}],
 ///      discrepancies: [{place, printed, taken, reason}]}
 ///     table: {title, rows: [{quantity, unit, published, reproduced, deviation, true, note}]}

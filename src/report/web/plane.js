@@ -72,6 +72,12 @@ function markup({ points, mark, colour }, map) {
     return points.filter((p) => p.y !== null)
       .map((p) => `<circle cx="${fixed(map.x(p.x))}" cy="${fixed(map.y(p.y))}" r="3.6" fill="var(--${colour})"/>`).join("");
   }
+  const dash = mark === "dashed" ? ' stroke-dasharray="6 4"' : "";
+  return `<path class="curve" stroke="var(--${colour})"${dash} d="${pathOf(points, map)}"/>`;
+}
+
+/** A line through the points, lifted at every gap. */
+export function pathOf(points, map) {
   let pen = "M";
   let path = "";
   for (const p of points) {
@@ -82,8 +88,7 @@ function markup({ points, mark, colour }, map) {
     path += `${pen}${fixed(map.x(p.x))} ${fixed(map.y(p.y))}`;
     pen = "L";
   }
-  const dash = mark === "dashed" ? ' stroke-dasharray="6 4"' : "";
-  return `<path class="curve" stroke="var(--${colour})"${dash} d="${path}"/>`;
+  return path;
 }
 
 function probe({ host, curves, legend, map }, x, y) {

@@ -5,7 +5,7 @@ import { isNumber, list } from "./format.js";
 /** So many colours there are (--c0 ...); more curves begin again. */
 export const COLOURS = 8;
 
-/** Curves with the points that can be drawn; a gap is a point whose y is null. */
+/** Curves with the points that can be drawn; a gap is a point whose y is null (in a plane x, too, may be). */
 export function curvesOf(chart) {
   return list(chart.curves).map((curve, i) => {
     const x = list(curve.x);
@@ -13,7 +13,11 @@ export function curvesOf(chart) {
     const at = list(curve.at);
     const points = [];
     x.forEach((value, k) => {
-      if (!isNumber(value) || (chart.log_x && value <= 0)) return;
+      if (!isNumber(value) || (chart.log_x && value <= 0)) {
+        // In a plane a point may lack either coordinate; elsewhere a gap has its place.
+        if (chart.equal_axes) points.push({ x: null, y: null, at: null });
+        return;
+      }
       points.push({ x: value, y: isNumber(y[k]) ? y[k] : null, at: isNumber(at[k]) ? at[k] : null });
     });
     return { name: String(curve.name ?? ""), mark: curve.mark, unit: String(curve.at_unit ?? ""), colour: "c" + (i % COLOURS), points };

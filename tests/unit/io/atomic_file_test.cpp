@@ -62,11 +62,25 @@ TEST(AtomicFile, RefusesAFolderAsTarget) {
   RESONID_EXPECT_MESSAGE(write_file_atomically("", "x"), "the file name is empty");
 }
 
+TEST(AtomicFile, TellsBeforeWritingWhatItWouldRefuse) {
+  const TemporaryFolder folder;
+  EXPECT_TRUE(check_writable(folder / "new.json"));
+  EXPECT_TRUE(check_writable(folder.file("old.json", "old")));
+  EXPECT_TRUE(check_writable("/dev/null"));
+  EXPECT_TRUE(check_writable("name_without_a_folder.json"));
+  RESONID_EXPECT_MESSAGE(check_writable(folder / "absent/new.json"), "there is no folder '");
+  RESONID_EXPECT_MESSAGE(check_writable(folder / "old.json/new.json"), "is not a folder");
+  RESONID_EXPECT_MESSAGE(check_writable(folder.path()), "this is a folder, a file is required");
+  EXPECT_EQ(contents_of(folder / "old.json"), "old");
+  EXPECT_EQ(folder.entries(), 1U);
+}
+
 TEST(AtomicFile, ReportsMissingPermission) {
   if (::geteuid() == 0) GTEST_SKIP() << "runs as root, for whom no folder is closed";
   const TemporaryFolder folder;
   fs::permissions(folder.path(), fs::perms::owner_read | fs::perms::owner_exec);
   RESONID_EXPECT_MESSAGE(write_file_atomically(folder / "x.json", "x"), "Permission denied");
+  RESONID_EXPECT_MESSAGE(check_writable(folder / "x.json"), "Permission denied");
 }
 
 TEST(AtomicFile, WritesAFileWithTheLongestName) {

@@ -52,3 +52,14 @@ test("a plane holds all its points and is no narrow strip", () => {
   const point = plane.viewOf({ x: [3, 3], y: [4, 4] });
   assert.ok(point.wide > 0 && point.high > 0);
 });
+
+test("a curve in a plane is not drawn across its gaps, whichever coordinate they lack", () => {
+  const map = { x: (v) => v, y: (v) => v };
+  const path = (x, y) => plane.pathOf(series.curvesOf({ equal_axes: true, curves: [{ name: "loop", x, y }] })[0].points, map);
+  assert.equal(path([0, 1, 2, 3], [4, 5, 6, 7]), "M0.0 4.0L1.0 5.0L2.0 6.0L3.0 7.0");
+  assert.equal(path([0, 1, 2, 3, 4], [4, 5, null, 7, 8]), "M0.0 4.0L1.0 5.0M3.0 7.0L4.0 8.0");
+  assert.equal(path([0, 1, null, 3, 4], [4, 5, null, 7, 8]), "M0.0 4.0L1.0 5.0M3.0 7.0L4.0 8.0");
+  assert.equal(path([0, 1, null, 3, 4], [4, 5, 6, 7, 8]), "M0.0 4.0L1.0 5.0M3.0 7.0L4.0 8.0");
+  const [gap] = series.curvesOf({ equal_axes: true, curves: [{ name: "loop", x: [0, null, 3], y: [4, null, 7] }] });
+  assert.deepEqual(series.extentOf([gap]), { x: [0, 3], y: [4, 7] });
+});

@@ -55,7 +55,7 @@ TEST(DocumentPage, ShowsTextAndTablesWithoutScripts) {
         "<h2>Margins</h2>", "<h3>Table 1</h3>", "phase margin (deg)", "<td class=\"n\">63.5</td>",
         "61.6 \xC2\xB1 2.9</td>", "<td class=\"n\">5.4e-12</td>", "<td class=\"n\">0</td>",
         "<h3>Figure 1</h3>", "<figcaption>A caption.</figcaption>", "follows from its own &lt;parameters&gt;",
-        "<td>20.4 Hz</td>"})
+        "<td data-name=\"Printed\">20.4 Hz</td>"})
     EXPECT_NE(still.find(part), still.npos) << part;
   EXPECT_EQ(count(still, "<figure data-chart="), 2U);
 }
@@ -153,6 +153,27 @@ TEST(DocumentJson, LeavesOutWhatIsAbsent) {
   EXPECT_EQ(j["sections"][0]["charts"][1]["curves"][0]["mark"], "points");
   EXPECT_EQ(j["discrepancies"][0]["reason"], "follows from its own <parameters>");
   EXPECT_NE(j.dump().find("null"), std::string::npos);  // the gap of a curve
+}
+
+TEST(Document, TellsOfItsSeedsInEveryForm) {
+  Document d = example();
+  EXPECT_FALSE(document_json(d).contains("seeds"));
+  EXPECT_EQ(document_page(d).find("seeds"), std::string::npos);
+  d.seeds = 20;
+  EXPECT_EQ(document_json(d).at("seeds"), 20);
+  const std::string over = " are mean and standard deviation over 20 seeds of the noise";
+  EXPECT_NE(document_markdown(d).find("\n\nFigures with \xC2\xB1" + over), std::string::npos);
+  EXPECT_NE(document_text(d).find("\nFigures with +-" + over), std::string::npos);
+  EXPECT_NE(document_page(d).find("Figures with \xC2\xB1" + over), std::string::npos);
+}
+
+TEST(DocumentMarkdown, ShowsNoDigitsOfRounding) {
+  Document d = example();
+  d.sections[0].tables[0].rows[1].rounding = 1e-9;
+  EXPECT_NE(document_markdown(d).find("| ripple | | \\< 1e-09 | 0 | |"), std::string::npos);
+  EXPECT_EQ(document_json(d)["sections"][0]["tables"][0]["rows"][1]["reproduced"], 5.4e-12);
+  d.sections[0].tables[0].rows[1].reproduced = 2e-9;
+  EXPECT_NE(document_markdown(d).find("| ripple | | 2e-09 | 0 | |"), std::string::npos);
 }
 
 /// Value, deviation and what a table says of them.

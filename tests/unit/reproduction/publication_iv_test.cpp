@@ -87,6 +87,70 @@ TEST(PublicationIv, TracksThroughNoise) {
   }
 }
 
+// Its runs are single ones with a ripple of their own, hence the bounds; with lambda 500 a ripple is seen
+// over three time constants of the bank only.
+TEST(PublicationIv, LeaksLessWithALargerLambdaAsComputedIndependently) {
+  struct Case {
+    const char* title;
+    std::array<Amplitude, 7> one_run;
+    double ripple_within;  // relative
+  };
+  const std::array<Case, 2> cases = {{{"Lines and noise, lambda 20, 1 ms",
+                                       {{{0.105, 0.048},
+                                         {0.274, 0.057},
+                                         {1.312, 0.115},
+                                         {0.107, 0.045},
+                                         {0.278, 0.042},
+                                         {0.208, 0.078},
+                                         {1.706, 0.070}}},
+                                       0.35},
+                                      {"Lines and noise, lambda 500, 1 ms",
+                                       {{{0.019, 0.008},
+                                         {0.039, 0.008},
+                                         {1.283, 0.023},
+                                         {0.012, 0.006},
+                                         {0.015, 0.007},
+                                         {0.040, 0.007},
+                                         {1.677, 0.026}}},
+                                       0.5}}};
+  for (const Case& c : cases)
+    for (std::size_t i = 0; i < c.one_run.size(); ++i) {
+      EXPECT_NEAR(reproduced(c.title, i), c.one_run[i].mean, c.one_run[i].ripple) << c.title << i;
+      EXPECT_NEAR(deviation(c.title, i), c.one_run[i].ripple, c.ripple_within * c.one_run[i].ripple)
+          << c.title << i;
+    }
+}
+
+TEST(PublicationIv, ExcitesTheEightLinesOnly) {
+  const report::Curve* spectrum = nullptr;
+  for (const auto& section : document().sections)
+    for (const auto& chart : section.charts)
+      if (chart.title.find("figure 5 e") != std::string::npos) spectrum = &chart.curves.at(0);
+  ASSERT_NE(spectrum, nullptr);
+  ASSERT_EQ(spectrum->x.size(), 300U);
+  for (std::size_t i = 0; i < spectrum->x.size(); ++i) {
+    const double f = 0.1 * static_cast<double>(i + 1);
+    const double lines = (f - 2.9) / 3.0;  // 2.9, 5.9 ... 23.9 Hz
+    const bool line = std::abs(lines - std::round(lines)) < 1e-9 && lines > -0.5 && lines < 7.5;
+    EXPECT_NEAR(spectrum->x[i], f, 1e-12);
+    EXPECT_NEAR(spectrum->y[i], line ? 1.0 : 0.0, 1e-9) << f;
+  }
+}
+
+TEST(PublicationIv, BeginsWithThePrintedFiguresAndTheLoops) {
+  ASSERT_EQ(table("Every printed figure").rows.size(), 4U);
+  for (const Comparison& row : table("Every printed figure").rows) EXPECT_TRUE(row.published) << row.quantity;
+  EXPECT_EQ(table("Every printed figure").rows[3].published, 20.9);
+  // `resonid simulate iv_multisine_a (b) --truth -`: the margins of the loop, from the machine's states
+  const auto& loops = table("The simulated loops").rows;
+  EXPECT_NEAR(loops.at(0).truth.value(), 2.70, 5e-4);
+  EXPECT_NEAR(loops.at(1).truth.value(), 63.488, 2e-3);
+  EXPECT_NEAR(loops.at(2).truth.value(), 2.6344, 5e-4);
+  EXPECT_NEAR(loops.at(3).truth.value(), 63.243, 2e-3);
+  EXPECT_EQ(document().seeds, 20U);
+  EXPECT_EQ(document().command, "resonid reproduce iv --seeds 20");
+}
+
 TEST(PublicationIv, SettlesFastestAtAnOptimumOfLambda) {
   const std::string ms1 = "Settling of the amplitude at 80 pi rad/s, clean signal, 1 ms";
   EXPECT_NEAR(reproduced(ms1, 0), 0.894, 6e-4);
