@@ -11,11 +11,11 @@ report::Document publication_vi(const Options& options) {
   report::Document page;
   page.title =
       "Publication VI: a chirp, one Kalman filter that follows it, and distances in the Nyquist plane";
-  page.command = "resonid reproduce vi";
-  page.summary = {fmt::format(
-      "Figures with +- are means and standard deviations over {} runs with noise (seeds 1 ... {}), but in "
-      "Figure 9 over the filter's gains; those without are of one run without noise, or computed.",
-      options.seeds, options.seeds)};
+  page.command = fmt::format("resonid reproduce vi --seeds {}", options.seeds);
+  page.seeds = options.seeds;
+  page.summary = {
+      "In Figure 9 the +- is over the filter's gains. Figures without it are of one run without noise, or "
+      "computed."};
   page.sections.push_back({"Printed and reproduced at a glance", {}, {}, {}});
   constexpr vi::Part (*kParts[])(const Options&) = {vi::figure_3,  vi::figure_4,  vi::figure_5,
                                                     vi::figure_7,  vi::tensioner, vi::figure_9,
