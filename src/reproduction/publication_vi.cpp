@@ -13,9 +13,6 @@ report::Document publication_vi(const Options& options) {
       "Publication VI: a chirp, one Kalman filter that follows it, and distances in the Nyquist plane";
   page.command = fmt::format("resonid reproduce vi --seeds {}", options.seeds);
   page.seeds = options.seeds;
-  page.summary = {
-      "In Figure 9 the +- is over the filter's gains. Figures without it are of one run without noise, or "
-      "computed."};
   page.sections.push_back({"Printed and reproduced at a glance", {}, {}, {}});
   constexpr vi::Part (*kParts[])(const Options&) = {vi::figure_3,  vi::figure_4,  vi::figure_5,
                                                     vi::figure_7,  vi::tensioner, vi::figure_9,

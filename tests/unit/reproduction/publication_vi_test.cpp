@@ -603,8 +603,8 @@ TEST(PublicationVi, PageIsWhole) {
   };
   const auto page = publication_vi(options);
   EXPECT_DOUBLE_EQ(done, 1.0);
-  EXPECT_EQ(page.seeds, 2U);
   EXPECT_EQ(page.command, "resonid reproduce vi --seeds 2");
+  EXPECT_EQ(page.seeds, 2U);
   EXPECT_EQ(page.sections.front().tables.size(), 1U);
   for (const auto& section : page.sections) {
     EXPECT_FALSE(section.title.empty());
