@@ -11,6 +11,7 @@
 #include <resonid/tracking/kalman_bank.hpp>
 
 #include "reproduction/publication_iv.hpp"
+#include "reproduction/runs.hpp"
 
 namespace resonid::reproduction::iv {
 namespace {
@@ -128,13 +129,11 @@ Chart excitation_chart(const data::Record& record) {
   const auto period = static_cast<std::size_t>(std::lround(kPeriod * record.sample_rate_hz));
   const std::size_t samples = record.samples() / period * period;
   Curve curve{"excitation ru", Curve::Mark::line, {}, {}, {}};
-  for (int line = 1; line <= 300; ++line) {
-    const auto step = std::polar(1.0, -kTwoPi * line / static_cast<double>(period));
-    std::complex<double> turn = 1.0, sum = 0.0;
-    for (std::size_t k = 0; k < samples; ++k, turn *= step) sum += record.excitation.samples[k] * turn;
-    curve.x.push_back(line / kPeriod);
-    curve.y.push_back(2.0 * std::abs(sum) / static_cast<double>(samples));
-  }
+  for (int line = 1; line <= 300; ++line) curve.x.push_back(line / kPeriod);
+  std::vector<double> ru = record.excitation.samples;
+  ru.resize(samples);
+  curve.y = spectrum(ru, record.sample_rate_hz, curve.x);
+  for (double& y : curve.y) y *= 2.0 * record.sample_rate_hz / static_cast<double>(samples);
   chart.curves.push_back(std::move(curve));
   return chart;
 }

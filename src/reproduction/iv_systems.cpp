@@ -55,15 +55,10 @@ Response whole_periods(const data::Record& record, const std::vector<double>& li
 
 /// |U| at the lines, over whole periods at the end of a record without noise.
 std::vector<double> input_amplitudes(const data::Record& clean, const std::vector<double>& lines_hz) {
-  std::vector<double> out;
-  const auto samples = static_cast<std::size_t>(std::lround(kJudged * clean.sample_rate_hz));
-  for (const double f : lines_hz) {
-    std::complex<double> sum;
-    for (std::size_t k = clean.samples() - samples; k < clean.samples(); ++k)
-      sum += clean.input.samples[k] *
-             std::polar(1.0, -kTwoPi * f * static_cast<double>(k) / clean.sample_rate_hz);
-    out.push_back(2.0 * std::abs(sum) / static_cast<double>(samples));
-  }
+  const auto samples = static_cast<std::ptrdiff_t>(std::lround(kJudged * clean.sample_rate_hz));
+  const auto& u = clean.input.samples;
+  auto out = spectrum({u.end() - samples, u.end()}, clean.sample_rate_hz, lines_hz);
+  for (double& amplitude : out) amplitude *= 2.0 * clean.sample_rate_hz / static_cast<double>(samples);
   return out;
 }
 

@@ -57,7 +57,10 @@ TEST_F(ExperimentFiles, EveryShippedOneSimulates) {
     EXPECT_GE(record->columns[0].size(), 1000U) << file;
     const auto truth = nlohmann::json::parse(text("t.json"));
     EXPECT_TRUE(truth.contains("model")) << file;
-    EXPECT_EQ(test::text_of(file).substr(0, 2), "# ") << file << " says what it is in its first line";
+    const std::string first = test::text_of(file).substr(0, test::text_of(file).find('\n'));
+    EXPECT_EQ(first.substr(0, 2), "# ") << file << " says what it is in its first line";
+    EXPECT_EQ(first.back(), '.') << file << ": a sentence, which --list shows";
+    EXPECT_LE(first.size(), 112U) << file;
   }
 }
 
