@@ -95,8 +95,8 @@ Experiment linear_prbs() {
   return linear(e);
 }
 
-/// Tooth belt whose cart goes to and fro over its stroke, with friction, encoder, noise and limits.
-Experiment tooth_belt() {
+/// Tooth belt with friction, encoder, noise and limits, its excitation above breakaway.
+Experiment tooth_belt(MotionConfig motion, DryFriction driven) {
   constexpr double kRate = 2000.0;
   MachineConfig machine;
   machine.drive.structure = Structure::tooth_belt;
@@ -109,7 +109,7 @@ Experiment tooth_belt() {
   machine.drive.lower_length_m = 2.14;
   machine.drive.stroke_from_m = 0.3;
   machine.drive.stroke_to_m = 1.68;
-  machine.friction.driven = {0.3, 0.4, 0.5};
+  machine.friction.driven = driven;
   machine.friction.load = {0.1, 0.15, 0.5};
   ControllerConfig controller;
   controller.kind = ControllerKind::cascade;
@@ -118,13 +118,6 @@ Experiment tooth_belt() {
   controller.position_gain = 5.0;
   controller.velocity_feedforward = 1.0;
   controller.torque_limit = 10.0;
-  MotionConfig motion;
-  motion.kind = MotionKind::trapezoidal;
-  motion.velocity = 0.38;
-  motion.acceleration = 2.0;
-  motion.from = 0.38;
-  motion.to = 1.6;
-  motion.returns = true;
   excitation::ExcitationConfig e;
   e.kind = excitation::Kind::prbs;
   e.register_length = 10;
@@ -137,6 +130,30 @@ Experiment tooth_belt() {
                       split_delay(0.0005, kRate), VelocitySource::encoder, kTwoPi / 8192.0, 0.0, 1.0 / 0.0199,
                       1.0 / kRate}),
           excitation::Excitation::create(e, kRate).value(), MeasurementNoise(measurement, kRate, 1), bare};
+}
+
+/// The cart goes to and fro over its stroke: friction turns twice in a journey.
+Experiment tooth_belt_moving() {
+  MotionConfig motion;
+  motion.kind = MotionKind::trapezoidal;
+  motion.velocity = 0.38;
+  motion.acceleration = 2.0;
+  motion.from = 0.38;
+  motion.to = 1.6;
+  motion.returns = true;
+  return tooth_belt(motion, {0.3, 0.4, 0.5});
+}
+/// The cart stands: the excitation makes both sides stop, turn and break away all the time.
+Experiment tooth_belt_reversing() {
+  MotionConfig motion;
+  motion.from = 1.0;
+  return tooth_belt(motion, {0.3, 0.4, 0.5});
+}
+/// The cart stands, and friction holds the driven side.
+Experiment tooth_belt_stuck() {
+  MotionConfig motion;
+  motion.from = 1.0;
+  return tooth_belt(motion, {3.0, 4.0, 0.5});
 }
 
 /// Time per sample of the whole experiment, and as counters: of the bare update of the same run, and how many
@@ -159,7 +176,9 @@ void whole_over_bare(benchmark::State& state, Experiment experiment) {
 }
 BENCHMARK_CAPTURE(whole_over_bare, linear_chirp, linear_chirp());
 BENCHMARK_CAPTURE(whole_over_bare, linear_prbs, linear_prbs());
-BENCHMARK_CAPTURE(whole_over_bare, tooth_belt, tooth_belt());
+BENCHMARK_CAPTURE(whole_over_bare, tooth_belt_moving, tooth_belt_moving());
+BENCHMARK_CAPTURE(whole_over_bare, tooth_belt_reversing, tooth_belt_reversing());
+BENCHMARK_CAPTURE(whole_over_bare, tooth_belt_stuck, tooth_belt_stuck());
 
 }  // namespace
 }  // namespace resonid::plant

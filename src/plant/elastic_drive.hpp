@@ -6,7 +6,9 @@
 #include <cmath>
 #include <limits>
 
+#include "plant/dry_side.hpp"
 #include "plant/step_table.hpp"
+#include "plant/taylor_motion.hpp"
 
 namespace resonid::plant {
 
@@ -15,11 +17,17 @@ namespace resonid::plant {
 ///
 /// - A stiffness that varies is taken in the middle of the step.
 /// - Load torque and eccentricity are held over a step, at their value in its middle.
-/// - Dry friction is held over pieces of a sample no longer than 1/16 of the fastest resonance's period. Each
-///   of the two sides slides or sticks. Where a sliding side would reverse, if only within the piece, the
-///   piece is halved up to 12 times, and the side rests from there on: its mass is locked until the other
-///   torques on it exceed the breakaway torque. Friction thus never moves a mass, and energy never comes from
-///   it.
+/// - Dry friction is held over pieces of a sample no longer than 1/16 of the fastest resonance's period, at
+/// its
+///   value at the velocity in the middle of the piece; pieces are shorter where Stribeck friction falls (down
+///   to 1/64, see DrySide). Both errors, and that of the middle of the step, are of second order.
+/// - Each of the two sides slides or sticks. The instant within a piece at which a sliding side comes to a
+///   standstill, or at which the other torques on a resting side exceed its breakaway torque, is found to
+///   rounding on the Taylor polynomial of the motion, and the motion goes on from there. A side at rest is
+///   locked: friction thus never moves a mass, and energy never comes from it.
+/// - Of a machine with a time constant below 1/32 of a piece the polynomial would be too long: there the
+/// piece
+///   is halved up to 12 times to find the standstill, and a side breaks away at the beginning of a step only.
 template <int Masses, bool Lags>
 class ElasticDrive final : public Drive {
   static constexpr int kStates = 2 * Masses + (Lags ? 1 : 0);
@@ -33,18 +41,20 @@ class ElasticDrive final : public Drive {
   ElasticDrive(Machine machine, double sample_time_s, double early_fraction)
       : machine_(std::move(machine)),
         sample_time_s_(sample_time_s),
-        driven_{machine_.config().friction.driven, 0},
-        load_{machine_.config().friction.load, 0},
+        driven_{machine_.config().friction.driven},
+        load_{machine_.config().friction.load},
         dry_(machine_.config().friction.driven.any() || machine_.config().friction.load.any()),
         disturbed_(machine_.disturbed()) {
     scale_ = continuous(machine_.highest_factor(), {}).angle_scale;
     const MassSystem system = machine_.system(1.0);
-    for (int i = 0; i < Masses; ++i) inertia_(i) = system.inertia[static_cast<std::size_t>(i)];
+    driven_.inertia = system.inertia.front();
+    load_.inertia = system.inertia.back();
     if constexpr (Masses > 1) first_stiffness_ = system.couplings.front().stiffness;
-    for (std::size_t i = 0; i < kLocks; ++i) laws_[i] = make_law({(i & 1U) != 0, (i & 2U) != 0});
+    law_ = make_law();
+    norm_ =
+        law_.at(machine_.highest_factor()).template leftCols<kStates>().cwiseAbs().rowwise().sum().maxCoeff();
     add_segment((1.0 - early_fraction) * sample_time_s);
     if (early_fraction > 0.0) add_segment(early_fraction * sample_time_s);
-    if (dry_) cache_.resize(kLocks * (kLevels + 1) * segments_);
   }
 
   double settle(double velocity, double place) override {
@@ -52,7 +62,10 @@ class ElasticDrive final : public Drive {
     factor_ = machine_.factor(0.0, place);
     const ContinuousDrive drive = continuous(factor_, {});
     const int direction = velocity > 0.0 ? 1 : velocity < 0.0 ? -1 : 0;
-    for (Side* side : {&driven_, &load_}) side->direction = side->friction.any() ? direction : 1;
+    for (DrySide* side : {&driven_, &load_}) {
+      side->direction = side->friction.any() ? direction : 1;
+      side->torque = side->friction.sliding(velocity);
+    }
     state_.setZero();
     state_.template head<Masses>().setConstant(velocity);
     // Torques balance on every mass: the twists and the torque that holds are unknown.
@@ -109,14 +122,12 @@ class ElasticDrive final : public Drive {
   }
 
  private:
-  static constexpr int kLevels = 12;  // a piece is halved that often to find where a side comes to rest
-  static constexpr unsigned kUnits = 1U << kLevels;
+  static constexpr double kShortest = 1.0 / 4096.0;  // of a piece, where events crowd
+  static constexpr double kShortestHold = 1.0 / 64.0;
+  static constexpr double kShortestCourse = 1.0 / 32.0;
   static constexpr std::size_t kLocks = 4;
+  static constexpr double kNever = 2.0;
 
-  struct Side {
-    DryFriction friction;
-    int direction = 0;  // of sliding; 0: at rest
-  };
   /// dx/dt = law [state; command; torques] = (fixed + factor by_factor + sqrt(factor) by_root) [...]: a
   /// spring is proportional to the stiffness, the damping of a tooth belt to its root.
   struct Law {
@@ -125,19 +136,14 @@ class ElasticDrive final : public Drive {
       return fixed + factor * by_factor + std::sqrt(factor) * by_root;
     }
   };
-  struct Cached {
-    double factor = std::numeric_limits<double>::quiet_NaN();
-    Step step;
-  };
-
   [[nodiscard]] ContinuousDrive continuous(double factor, Locks locks) const {
     return continuous_drive(machine_.system(factor), Lags ? machine_.config().torque_lag_s : 0.0, locks,
                             scale_);
   }
   /// From three factors, exactly: all of them and their roots are powers of 2.
-  [[nodiscard]] Law make_law(Locks locks) const {
+  [[nodiscard]] Law make_law() const {
     const auto at = [&](double factor) {
-      const ContinuousDrive drive = continuous(factor, locks);
+      const ContinuousDrive drive = continuous(factor, {});
       Step law;
       law << drive.a, drive.b;
       return law;
@@ -151,12 +157,19 @@ class ElasticDrive final : public Drive {
     law.fixed = one - law.by_factor - law.by_root;
     return law;
   }
-  [[nodiscard]] Step make_step(double factor, std::size_t locks, double duration_s) const noexcept {
+  /// Rows of locked masses are 0 in `locked`, all others 1.
+  [[nodiscard]] static Step make_step(const Step& law, const State& locked, double duration_s) noexcept {
     constexpr int kSize = kStates + 1 + Masses;
     Eigen::Matrix<double, kSize, kSize> extended = Eigen::Matrix<double, kSize, kSize>::Zero();
-    extended.template topRows<kStates>() = duration_s * laws_[locks].at(factor);
+    extended.template topRows<kStates>() = duration_s * (locked.asDiagonal() * law);
     const double norm = extended.cwiseAbs().rowwise().sum().maxCoeff();
     return matrix_exponential<double, kSize>(extended, norm).template topRows<kStates>();
+  }
+  [[nodiscard]] static State locked(bool driven_rests, bool load_rests) noexcept {
+    State rows = State::Ones();
+    if (driven_rests) rows(0) = 0.0;
+    if (load_rests) rows(kLoad) = 0.0;
+    return rows;
   }
 
   void add_segment(double duration_s) {
@@ -168,9 +181,12 @@ class ElasticDrive final : public Drive {
     segment_s_[segments_] = duration_s;
     pieces_[segments_] = pieces;
     const double piece = duration_s / pieces;
-    tables_[segments_] = StepTable<Step>(machine_.lowest_factor(), machine_.highest_factor(),
-                                         [&](double factor) { return make_step(factor, 0, piece); });
-    constant_[segments_] = make_step(machine_.lowest_factor(), 0, piece);
+    tables_[segments_] =
+        StepTable<Step>(machine_.lowest_factor(), machine_.highest_factor(),
+                        [&](double factor) { return make_step(law_.at(factor), State::Ones(), piece); });
+    for (std::size_t i = 0; i < (dry_ ? kLocks : 1); ++i)
+      constant_[segments_ * kLocks + i] =
+          make_step(law_.at(machine_.lowest_factor()), locked((i & 1U) != 0, (i & 2U) != 0), piece);
     ++segments_;
   }
 
@@ -188,12 +204,12 @@ class ElasticDrive final : public Drive {
       const double middle = start_s + (i + 0.5) * piece;
       if (machine_.varies()) factor_ = machine_.factor(middle, place_after(0.5 * piece));
       if (dry_) {
-        slide(segment, command, outer_torques(middle, 0.5 * piece));
+        slide(segment, piece, command, outer_torques(middle, 0.5 * piece));
       } else if (disturbed_) {
         state_ = moved(free_step(segment), command, outer_torques(middle, 0.5 * piece));
       } else {
         state_ = machine_.varies() ? moved(tables_[segment].at(factor_), command)
-                                   : moved(constant_[segment], command);
+                                   : moved(constant_[segment * kLocks], command);
       }
     }
   }
@@ -203,7 +219,7 @@ class ElasticDrive final : public Drive {
                           state_(kAngle) + twist(kLoad) + time_s * state_(kLoad));
   }
   [[nodiscard]] Step free_step(std::size_t segment) const noexcept {
-    return machine_.varies() ? tables_[segment].at(factor_) : constant_[segment];
+    return machine_.varies() ? tables_[segment].at(factor_) : constant_[segment * kLocks];
   }
   [[nodiscard]] State moved(const Step& step, double command) const noexcept {
     return step.template leftCols<kStates>() * state_ + step.col(kStates) * command;
@@ -229,128 +245,155 @@ class ElasticDrive final : public Drive {
 
   [[nodiscard]] Torques friction_torques() const noexcept {
     Torques torques = Torques::Zero();
-    torques(0) -= driven_.direction * driven_.friction.sliding(state_(0));
-    torques(kLoad) -= load_.direction * load_.friction.sliding(state_(kLoad));
+    torques(0) -= driven_.direction * driven_.torque;
+    torques(kLoad) -= load_.direction * load_.torque;
     return torques;
   }
 
   /// One piece of a sample with friction that slides and sticks.
-  void slide(std::size_t segment, double command, const Torques& outer) noexcept {
-    unsigned left = kUnits;
-    int level = 0;
-    bool resting = false;  // for the smallest step at least, so that time goes on
-    while (left > 0) {
-      const unsigned units = kUnits >> level;
-      if (units > left) {
-        ++level;
+  void slide(std::size_t segment, double piece_s, double command, const Torques& outer) noexcept {
+    if (!(law_factor_ == factor_)) {
+      law_now_ = law_.at(factor_);
+      law_factor_ = factor_;
+    }
+    input_ = law_now_.col(kStates) * command + law_now_.template rightCols<Masses>() * outer;
+    const bool stiff = norm_ * kShortestCourse * piece_s > 1.0;
+    double left = piece_s;
+    double attempt = piece_s;  // of a stiff machine
+    int crowded = 0;           // events with hardly any time between them
+    bool held = false;         // what rests does so for the shortest step at least: time must go on
+    while (left > 0.0) {
+      driven_.pull = pull(driven_, 0, state_);
+      load_.pull = pull(load_, kLoad, state_);
+      for (DrySide* side : {&driven_, &load_})
+        if (!held && side->rests()) side->start_if_pulled();
+      double duration = std::min(left, std::max(longest_hold(), kShortestHold * piece_s));
+      if (held) duration = std::min(duration, kShortest * piece_s);
+      if (stiff) {
+        duration = std::min(duration, attempt);
+        const double taken = leap(duration, command, outer, duration <= kShortest * piece_s);
+        attempt = taken > 0.0 ? 2.0 * taken : 0.5 * duration;
+        held = taken == 0.0 && duration <= kShortest * piece_s;
+        left -= taken;
         continue;
       }
-      if (!resting) break_away(command, outer);
-      const Torques torques = outer + friction_torques();
-      const State next = moved(locked_step(segment, level), command, torques);
-      const bool driven_turns = reverses(driven_, next(0));
-      const bool load_turns = reverses(load_, next(kLoad));
-      const bool turns_within =
-          Masses > 1 && level < kLevels && !driven_turns && !load_turns &&
-          turns_twice(next, command, torques, segment_s_[segment] / pieces_[segment] / (1U << level));
-      if (!driven_turns && !load_turns && !turns_within) {
-        state_ = next;
-        left -= units;
-        resting = false;
-        if (level > 0 && left % (2 * units) == 0) --level;
-      } else if (level < kLevels) {
-        ++level;
-      } else {
-        resting = true;
-        if (driven_turns) rest(driven_, 0);
-        if (load_turns) rest(load_, kLoad);
-      }
+      if (duration == piece_s && leap_at_once(segment, duration, command, outer)) return;
+      duration = std::min(duration, 1.0 / norm_);
+      const double share = follow(duration, held);
+      left -= std::min(share, 1.0) * duration;
+      crowded = share * duration < kShortest * piece_s ? crowded + 1 : 0;
+      held = share <= 1.0 && crowded > 4;
     }
   }
 
-  /// Whether a side slides backwards for a while between two states in which it goes forwards.
-  [[nodiscard]] bool turns_twice(const State& next, double command, const Torques& torques,
-                                 double duration_s) noexcept {
-    return turns_twice(driven_, 0, next, command, torques, duration_s) ||
-           turns_twice(load_, kLoad, next, command, torques, duration_s);
-  }
-  /// By the cubic through velocities and accelerations at both ends.
-  [[nodiscard]] bool turns_twice(const Side& side, int mass, const State& next, double command,
-                                 const Torques& torques, double duration_s) noexcept {
-    if (!side.friction.any() || side.direction == 0) return false;
-    const double early = duration_s * side.direction * acceleration(mass, state_, command, torques);
-    if (early >= 0.0) return false;
-    const double late = duration_s * side.direction * acceleration(mass, next, command, torques);
-    if (late <= 0.0) return false;
-    const double from = side.direction * state_(mass);
-    const double rise = side.direction * next(mass) - from;
-    // v(s) = from + early s + b s^2 + a s^3, 0 < s < 1; its least value where early + 2 b s + 3 a s^2 = 0
-    const double b = 3.0 * rise - 2.0 * early - late;
-    const double a = early + late - 2.0 * rise;
-    const double s = -early / (b + std::sqrt(std::max(0.0, b * b - 3.0 * a * early)));
-    return from + s * (early + s * (b + s * a)) < 0.0;
-  }
-  [[nodiscard]] double acceleration(int mass, const State& state, double command,
-                                    const Torques& torques) noexcept {
-    const auto& row = law_now().row(mass);
-    return row.template head<kStates>().dot(state) + row(kStates) * command +
-           row.template tail<Masses>().dot(torques);
+  /// A whole piece by the step that is at hand; false, and nothing is done, where a side stops or starts in
+  /// it.
+  [[nodiscard]] bool leap_at_once(std::size_t segment, double duration, double command,
+                                  const Torques& outer) noexcept {
+    const bool any_rests = driven_.rests() || load_.rests();
+    if (machine_.varies() && any_rests) return false;
+    if (driven_.stops_soon(state_(0), duration) || load_.stops_soon(state_(kLoad), duration)) return false;
+    const std::size_t locks = (driven_.rests() ? 1U : 0U) + (load_.rests() ? 2U : 0U);
+    hold(duration);
+    const Torques torques = outer + friction_torques();
+    const State next = machine_.varies() ? moved(tables_[segment].at(factor_), command, torques)
+                                         : moved(constant_[segment * kLocks + locks], command, torques);
+    if (!keeps_on(driven_, 0, next, duration) || !keeps_on(load_, kLoad, next, duration)) return false;
+    state_ = next;
+    return true;
   }
 
-  void rest(Side& side, int mass) noexcept {
+  /// A step of a stiff machine. Returns the time taken: none where a side would stop in it. It stops then if
+  /// this is the `last` attempt.
+  [[nodiscard]] double leap(double duration, double command, const Torques& outer, bool last) noexcept {
+    hold(duration);
+    const State rows = locked(driven_.rests(), load_.rests());
+    const State next = moved(make_step(law_now_, rows, duration), command, outer + friction_torques());
+    const bool driven_on = driven_.rests() || keeps_on(driven_, 0, next, duration);
+    const bool load_on = load_.rests() || keeps_on(load_, kLoad, next, duration);
+    if (driven_on && load_on) {
+      state_ = next;
+      return duration;
+    }
+    if (last && !driven_on) rest(driven_, 0);
+    if (last && !load_on) rest(load_, kLoad);
+    return 0.0;
+  }
+
+  /// Follows the motion up to the first stop or start of a side, at which it leaves it. Returns the share of
+  /// `duration` taken; above 1: all of it, and nothing happened.
+  [[nodiscard]] double follow(double duration, bool held) noexcept {
+    hold(duration);
+    const State rows = locked(driven_.rests(), load_.rests());
+    State rate = law_now_.template leftCols<kStates>() * state_ + input_;
+    rate(0) -= driven_.direction * driven_.torque / driven_.inertia;
+    rate(kLoad) -= load_.direction * load_.torque / load_.inertia;
+    motion_.expand(state_, rate, law_now_.template leftCols<kStates>(), rows, norm_, duration);
+    const State end = motion_.at(1.0);
+    const double driven_at = event(driven_, 0, end, duration, held);
+    const double load_at = event(load_, kLoad, end, duration, held);
+    const double first = std::min(driven_at, load_at);
+    if (first > 1.0) {
+      state_ = end;
+      return first;
+    }
+    state_ = motion_.at(first);
+    if (driven_at == first) turn(driven_, 0);
+    if (load_at == first) turn(load_, kLoad);
+    return first;
+  }
+  /// When a side stops or starts, as a share of the step.
+  [[nodiscard]] double event(const DrySide& side, int mass, const State& end, double duration,
+                             bool held) const noexcept {
+    if ((held && side.rests()) || keeps_on(side, mass, end, duration)) return kNever;
+    if (side.slides()) return motion_.crossing_of(mass, side.direction, side.direction * end(mass));
+    const double way = pull(side, mass, end) > 0.0 ? 1.0 : -1.0;
+    const double offset = side.friction.at_rest() - way * side.inertia * input_(mass);
+    return motion_.crossing_of(law_now_.row(mass).template head<kStates>() * (-way * side.inertia), offset,
+                               side.friction.at_rest() - way * pull(side, mass, end));
+  }
+  /// Surely neither stops nor starts on the way to `next`. A side that pulls more than breakaway in between,
+  /// at neither end, rests on.
+  [[nodiscard]] bool keeps_on(const DrySide& side, int mass, const State& next,
+                              double duration) const noexcept {
+    if (side.rests()) return std::abs(pull(side, mass, next)) <= side.friction.at_rest();
+    if (!side.slides()) return true;
+    const double from = side.direction * state_(mass);
+    const double to = side.direction * next(mass);
+    if (to < 0.0) return false;
+    const double early = duration * side.direction * side.acceleration();
+    if (early >= 0.0) return true;
+    if (from <= 0.0) return false;
+    const double late = duration * (side.direction * pull(side, mass, next) - side.torque) / side.inertia;
+    return !may_dip({from, early}, {to, late});
+  }
+
+  void turn(DrySide& side, int mass) noexcept {
+    if (side.slides()) {
+      rest(side, mass);
+    } else {
+      side.start(pull(side, mass, state_) > 0.0 ? 1 : -1);
+    }
+  }
+  void rest(DrySide& side, int mass) noexcept {
     side.direction = 0;
     state_(mass) = 0.0;
   }
-  [[nodiscard]] static bool reverses(const Side& side, double velocity) noexcept {
-    return side.friction.any() && side.direction != 0 && velocity * side.direction < 0.0;
+  void hold(double duration) noexcept {
+    if (driven_.slides()) driven_.hold(state_(0), duration);
+    if (load_.slides()) load_.hold(state_(kLoad), duration);
   }
-
-  /// Starts a side that rests when the other torques on it exceed what friction can hold.
-  void break_away(double command, const Torques& outer) noexcept {
-    const bool driven_rests = driven_.direction == 0;
-    const bool load_rests = load_.direction == 0;
-    if (!driven_rests && !load_rests) return;
-    const Torques others = torques_on_masses(command, outer);
-    if (driven_rests) start(driven_, others(0));
-    if (load_rests) start(load_, others(kLoad));
+  [[nodiscard]] double longest_hold() const noexcept {
+    return std::min(driven_.longest_hold(state_(0)), load_.longest_hold(state_(kLoad)));
   }
-  static void start(Side& side, double torque) noexcept {
-    if (std::abs(torque) > side.friction.at_rest()) side.direction = torque > 0.0 ? 1 : -1;
-  }
-
-  [[nodiscard]] Torques torques_on_masses(double command, const Torques& outer) noexcept {
-    const Step& law = law_now();
-    const Torques accelerations = law.template topLeftCorner<Masses, kStates>() * state_ +
-                                  law.template block<Masses, 1>(0, kStates) * command +
-                                  law.template topRightCorner<Masses, Masses>() * outer;
-    return inertia_.cwiseProduct(accelerations);
-  }
-  /// Of the machine with nothing locked, at the stiffness of now.
-  [[nodiscard]] const Step& law_now() noexcept {
-    if (!(law_factor_ == factor_)) {
-      law_now_ = laws_[0].at(factor_);
-      law_factor_ = factor_;
-    }
-    return law_now_;
-  }
-
-  /// Step of a piece halved `level` times with the sides that rest locked.
-  [[nodiscard]] const Step& locked_step(std::size_t segment, int level) noexcept {
-    const std::size_t which =
-        (driven_.friction.any() && driven_.direction == 0 ? std::size_t{1} : std::size_t{0}) +
-        (load_.friction.any() && load_.direction == 0 ? std::size_t{2} : std::size_t{0});
-    Cached& cached = cache_[(segment * kLocks + which) * (kLevels + 1) + static_cast<std::size_t>(level)];
-    if (!(cached.factor == factor_)) {
-      const double duration = segment_s_[segment] / pieces_[segment] / static_cast<double>(1U << level);
-      cached.step = which == 0 && level == 0 ? free_step(segment) : make_step(factor_, which, duration);
-      cached.factor = factor_;
-    }
-    return cached.step;
+  /// Torque on a side without its friction.
+  [[nodiscard]] double pull(const DrySide& side, int mass, const State& state) const noexcept {
+    return side.inertia * (law_now_.row(mass).template head<kStates>().dot(state) + input_(mass));
   }
 
   Machine machine_;
   double sample_time_s_;
-  Side driven_, load_;
+  DrySide driven_, load_;
   bool dry_;
   bool disturbed_;
   double scale_ = 0.0;
@@ -359,12 +402,13 @@ class ElasticDrive final : public Drive {
   std::array<double, 2> segment_s_{};
   std::array<unsigned, 2> pieces_{};
   std::array<StepTable<Step>, 2> tables_;
-  std::array<Step, 2> constant_;
-  std::vector<Cached> cache_;
-  std::array<Law, kLocks> laws_;
-  Torques inertia_;
-  Step law_now_;
+  std::array<Step, 2 * kLocks> constant_;  // [segment, which sides rest]
+  Law law_;
+  double norm_ = 0.0;  // infinity norm of the law, the highest there is (1/s)
+  Step law_now_;       // with nothing locked, at the stiffness of now
   double law_factor_ = std::numeric_limits<double>::quiet_NaN();
+  State input_ = State::Zero();  // law_now_ times command and outer torques
+  TaylorMotion<kStates> motion_;
   std::size_t sample_ = 0;
   double factor_ = 1.0;
   State state_ = State::Zero();
