@@ -150,7 +150,7 @@ TEST(LoopLimits, CartThatLeavesItsStrokeIsAnError) {
   const auto result = simulate_closed_loop(belt_experiment());
   ASSERT_FALSE(result.has_value());
   EXPECT_EQ(result.error().table, "drive");
-  EXPECT_EQ(result.error().field, "stroke_to_m");
+  EXPECT_EQ(result.error().field, "stroke_from_m");
   EXPECT_NE(result.error().requirement.find("leaves its stroke, 0.1 ... 1.69 m"), std::string::npos)
       << result.error().text();
   ExperimentConfig run = belt_experiment();
