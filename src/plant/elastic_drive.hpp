@@ -41,16 +41,15 @@ class ElasticDrive final : public Drive {
   ElasticDrive(Machine machine, double sample_time_s, double early_fraction)
       : machine_(std::move(machine)),
         sample_time_s_(sample_time_s),
-        driven_{machine_.config().friction.driven},
-        load_{machine_.config().friction.load},
+        driven_(machine_.config().friction.driven, machine_.system(1.0).inertia.front()),
+        load_(machine_.config().friction.load, machine_.system(1.0).inertia.back()),
         dry_(machine_.config().friction.driven.any() || machine_.config().friction.load.any()),
         disturbed_(machine_.disturbed()) {
     scale_ = continuous(machine_.highest_factor(), {}).angle_scale;
     const MassSystem system = machine_.system(1.0);
-    driven_.inertia = system.inertia.front();
-    load_.inertia = system.inertia.back();
     if constexpr (Masses > 1) first_stiffness_ = system.couplings.front().stiffness;
     law_ = make_law();
+    law_now_ = law_.at(1.0);
     norm_ =
         law_.at(machine_.highest_factor()).template leftCols<kStates>().cwiseAbs().rowwise().sum().maxCoeff();
     add_segment((1.0 - early_fraction) * sample_time_s);
@@ -134,6 +133,11 @@ class ElasticDrive final : public Drive {
     Step fixed, by_factor, by_root;
     [[nodiscard]] Step at(double factor) const noexcept {
       return fixed + factor * by_factor + std::sqrt(factor) * by_root;
+    }
+    /// The columns of the state: the others do not depend on the factor.
+    [[nodiscard]] Eigen::Matrix<double, kStates, kStates> of_state(double factor) const noexcept {
+      return fixed.template leftCols<kStates>() + factor * by_factor.template leftCols<kStates>() +
+             std::sqrt(factor) * by_root.template leftCols<kStates>();
     }
   };
   [[nodiscard]] ContinuousDrive continuous(double factor, Locks locks) const {
@@ -253,7 +257,7 @@ class ElasticDrive final : public Drive {
   /// One piece of a sample with friction that slides and sticks.
   void slide(std::size_t segment, double piece_s, double command, const Torques& outer) noexcept {
     if (!(law_factor_ == factor_)) {
-      law_now_ = law_.at(factor_);
+      law_now_.template leftCols<kStates>() = law_.of_state(factor_);
       law_factor_ = factor_;
     }
     input_ = law_now_.col(kStates) * command + law_now_.template rightCols<Masses>() * outer;
@@ -263,8 +267,10 @@ class ElasticDrive final : public Drive {
     int crowded = 0;           // events with hardly any time between them
     bool held = false;         // what rests does so for the shortest step at least: time must go on
     while (left > 0.0) {
-      driven_.pull = pull(driven_, 0, state_);
-      load_.pull = pull(load_, kLoad, state_);
+      rate_.noalias() = law_now_.template leftCols<kStates>() * state_;
+      rate_ += input_;
+      driven_.pull = driven_.inertia * rate_(0);
+      load_.pull = load_.inertia * rate_(kLoad);
       for (DrySide* side : {&driven_, &load_})
         if (!held && side->rests()) side->start_if_pulled();
       double duration = std::min(left, std::max(longest_hold(), kShortestHold * piece_s));
@@ -325,11 +331,11 @@ class ElasticDrive final : public Drive {
   [[nodiscard]] double follow(double duration, bool held) noexcept {
     hold(duration);
     const State rows = locked(driven_.rests(), load_.rests());
-    State rate = law_now_.template leftCols<kStates>() * state_ + input_;
-    rate(0) -= driven_.direction * driven_.torque / driven_.inertia;
-    rate(kLoad) -= load_.direction * load_.torque / load_.inertia;
+    State rate = rate_;
+    rate(0) -= driven_.direction * driven_.torque * driven_.per_inertia;
+    rate(kLoad) -= load_.direction * load_.torque * load_.per_inertia;
     motion_.expand(state_, rate, law_now_.template leftCols<kStates>(), rows, norm_, duration);
-    const State end = motion_.at(1.0);
+    const State& end = motion_.end();
     const double driven_at = event(driven_, 0, end, duration, held);
     const double load_at = event(load_, kLoad, end, duration, held);
     const double first = std::min(driven_at, load_at);
@@ -364,7 +370,7 @@ class ElasticDrive final : public Drive {
     const double early = duration * side.direction * side.acceleration();
     if (early >= 0.0) return true;
     if (from <= 0.0) return false;
-    const double late = duration * (side.direction * pull(side, mass, next) - side.torque) / side.inertia;
+    const double late = duration * (side.direction * pull(side, mass, next) - side.torque) * side.per_inertia;
     return !may_dip({from, early}, {to, late});
   }
 
@@ -408,6 +414,7 @@ class ElasticDrive final : public Drive {
   Step law_now_;       // with nothing locked, at the stiffness of now
   double law_factor_ = std::numeric_limits<double>::quiet_NaN();
   State input_ = State::Zero();  // law_now_ times command and outer torques
+  State rate_ = State::Zero();   // d state_/dt without friction
   TaylorMotion<kStates> motion_;
   std::size_t sample_ = 0;
   double factor_ = 1.0;

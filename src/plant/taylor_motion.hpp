@@ -79,58 +79,85 @@ class TaylorMotion {
   template <class Matrix>
   void expand(const State& start, const State& rate, const Matrix& a, const State& locked, double norm,
               double duration_s) noexcept {
+    const Square scaled = duration_s * (locked.asDiagonal() * a);
+    const double growth = norm * duration_s;
+    count_ = 1;
+    // `left`: bound of what the terms so far leave out
+    for (double left = 0.5 * growth * growth; left > 1e-16 && count_ < kTerms; ++count_)
+      left *= growth * kInverse[count_ + 2];
     terms_[0] = start;
     terms_[1] = duration_s * rate.cwiseProduct(locked);
-    count_ = 1;
-    const double growth = norm * duration_s;
-    for (double rest = growth; rest > 1e-17 && count_ < kTerms;) {
-      const double share = 1.0 / (count_ + 1);
-      State& next = terms_[static_cast<std::size_t>(count_ + 1)];
-      next.noalias() = a * terms_[static_cast<std::size_t>(count_)];
-      next = (share * duration_s) * next.cwiseProduct(locked);
-      rest *= growth * share;
-      ++count_;
+    end_ = terms_[0] + terms_[1];
+    if constexpr (States <= 5) {  // even and odd terms side by side: no product waits for the one before
+      const Square squared = scaled.lazyProduct(scaled);
+      if (count_ > 1) add(2, 0.5 * scaled.lazyProduct(terms_[1]));
+      for (std::size_t k = 3; k <= count_; ++k)
+        add(k, (kInverse[k] * kInverse[k - 1]) * squared.lazyProduct(terms_[k - 2]));
+    } else {
+      for (std::size_t k = 2; k <= count_; ++k) add(k, kInverse[k] * (scaled * terms_[k - 1]));
     }
+    terms_[count_ + 1].setZero();
   }
+  [[nodiscard]] const State& end() const noexcept { return end_; }
   [[nodiscard]] State at(double s) const noexcept {
-    State x = terms_[static_cast<std::size_t>(count_)];
-    for (int k = count_ - 1; k >= 0; --k) x = s * x + terms_[static_cast<std::size_t>(k)];
-    return x;
+    const double square = s * s;  // even and odd powers apart: two short chains of products
+    State even = State::Zero();
+    State odd = State::Zero();
+    for (std::size_t k = count_ | 1U;; k -= 2) {
+      odd = square * odd + terms_[k];
+      even = square * even + terms_[k - 1];
+      if (k == 1) return even + s * odd;
+    }
   }
   /// First s at which offset + row x(s) turns negative, `end` being its value at 1: see first_crossing().
   template <class Row>
   [[nodiscard]] double crossing_of(const Row& row, double offset, double end) const noexcept {
-    std::array<double, kTerms + 1> p{};
-    for (int k = 0; k <= count_; ++k)
-      p[static_cast<std::size_t>(k)] = row.dot(terms_[static_cast<std::size_t>(k)]);
+    std::array<double, kTerms + 2> p{};
+    for (std::size_t k = 0; k <= count_; ++k) p[k] = row.dot(terms_[k]);
     p[0] += offset;
     return crossing_of(p, end);
   }
   /// The same of sign x_i(s).
   [[nodiscard]] double crossing_of(int i, double sign, double end) const noexcept {
-    std::array<double, kTerms + 1> p{};
-    for (int k = 0; k <= count_; ++k)
-      p[static_cast<std::size_t>(k)] = sign * terms_[static_cast<std::size_t>(k)](i);
+    std::array<double, kTerms + 2> p{};
+    for (std::size_t k = 0; k <= count_; ++k) p[k] = sign * terms_[k](i);
     return crossing_of(p, end);
   }
 
  private:
-  static constexpr int kTerms = 18;  // 1/19! = 8e-18
+  static constexpr std::size_t kTerms = 18;  // 1/19! = 8e-18
+  static constexpr std::array<double, kTerms + 3> kInverse = [] {
+    std::array<double, kTerms + 3> result{};
+    for (std::size_t k = 1; k < result.size(); ++k) result[k] = 1.0 / static_cast<double>(k);
+    return result;
+  }();
+  using Square = Eigen::Matrix<double, States, States>;
 
-  [[nodiscard]] double crossing_of(const std::array<double, kTerms + 1>& p, double end) const noexcept {
+  template <class Term>
+  void add(std::size_t k, const Term& term) noexcept {
+    terms_[k].noalias() = term;
+    end_ += terms_[k];
+  }
+
+  [[nodiscard]] double crossing_of(const std::array<double, kTerms + 2>& p, double end) const noexcept {
     const auto value = [&](double s) {
-      ValueSlope at{p[static_cast<std::size_t>(count_)], 0.0};
-      for (int k = count_ - 1; k >= 0; --k) {
-        at.slope = at.slope * s + at.value;
-        at.value = at.value * s + p[static_cast<std::size_t>(k)];
+      const double square = s * s;
+      ValueSlope even{0.0, 0.0}, odd{0.0, 0.0};  // by the square
+      for (std::size_t k = count_ | 1U;; k -= 2) {
+        odd.slope = odd.slope * square + odd.value;
+        even.slope = even.slope * square + even.value;
+        odd.value = odd.value * square + p[k];
+        even.value = even.value * square + p[k - 1];
+        if (k == 1) break;
       }
-      return at;
+      return ValueSlope{even.value + s * odd.value, odd.value + 2.0 * s * (even.slope + s * odd.slope)};
     };
     return first_crossing(value, {p[0], p[1]}, count_ > 1 ? p[2] : 0.0, end);
   }
 
-  int count_ = 0;
-  std::array<State, kTerms + 1> terms_;
+  std::size_t count_ = 0;                // of the last term
+  std::array<State, kTerms + 2> terms_;  // 0 above count_
+  State end_;
 };
 
 }  // namespace resonid::plant
