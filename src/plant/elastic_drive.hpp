@@ -18,16 +18,15 @@ namespace resonid::plant {
 /// - A stiffness that varies is taken in the middle of the step.
 /// - Load torque and eccentricity are held over a step, at their value in its middle.
 /// - Dry friction is held over pieces of a sample no longer than 1/16 of the fastest resonance's period, at
-/// its
-///   value at the velocity in the middle of the piece; pieces are shorter where Stribeck friction falls (down
-///   to 1/64, see DrySide). Both errors, and that of the middle of the step, are of second order.
+///   the velocity in the middle of the piece; pieces are shorter where Stribeck friction falls (down to 1/64,
+///   see DrySide). Both errors, and that of the middle of the step, are of second order.
 /// - Each of the two sides slides or sticks. The instant within a piece at which a sliding side comes to a
 ///   standstill, or at which the other torques on a resting side exceed its breakaway torque, is found to
 ///   rounding on the Taylor polynomial of the motion, and the motion goes on from there. A side at rest is
 ///   locked: friction thus never moves a mass, and energy never comes from it.
 /// - Of a machine with a time constant below 1/32 of a piece the polynomial would be too long: there the
-/// piece
-///   is halved up to 12 times to find the standstill, and a side breaks away at the beginning of a step only.
+///   piece is halved up to 12 times to find the standstill, and a side breaks away at the beginning of a
+///   step only.
 template <int Masses, bool Lags>
 class ElasticDrive final : public Drive {
   static constexpr int kStates = 2 * Masses + (Lags ? 1 : 0);
