@@ -44,7 +44,7 @@ class ElasticDrive final : public Drive {
         load_(machine_.config().friction.load, machine_.system(1.0).inertia.back()),
         dry_(machine_.config().friction.driven.any() || machine_.config().friction.load.any()),
         disturbed_(machine_.disturbed()) {
-    scale_ = continuous(machine_.highest_factor(), {}).angle_scale;
+    scale_ = continuous(machine_.highest_factor()).angle_scale;
     const MassSystem system = machine_.system(1.0);
     if constexpr (Masses > 1) first_stiffness_ = system.couplings.front().stiffness;
     law_ = make_law();
@@ -58,7 +58,7 @@ class ElasticDrive final : public Drive {
   double settle(double velocity, double place) override {
     sample_ = 0;
     factor_ = machine_.factor(0.0, place);
-    const ContinuousDrive drive = continuous(factor_, {});
+    const ContinuousDrive drive = continuous(factor_);
     const int direction = velocity > 0.0 ? 1 : velocity < 0.0 ? -1 : 0;
     for (DrySide* side : {&driven_, &load_}) {
       side->direction = side->friction.any() ? direction : 1;
@@ -104,7 +104,7 @@ class ElasticDrive final : public Drive {
   [[nodiscard]] double stiffness_factor() const noexcept override { return factor_; }
 
   [[nodiscard]] SampledDrive sampled(double factor) const override {
-    const ContinuousDrive drive = continuous(factor, {});
+    const ContinuousDrive drive = continuous(factor);
     const Eigen::MatrixXd whole = zero_order_hold_step(drive, sample_time_s_);
     const Eigen::MatrixXd early = zero_order_hold_step(drive, segment_s_[0]);
     SampledDrive sampled;
@@ -139,14 +139,13 @@ class ElasticDrive final : public Drive {
              std::sqrt(factor) * by_root.template leftCols<kStates>();
     }
   };
-  [[nodiscard]] ContinuousDrive continuous(double factor, Locks locks) const {
-    return continuous_drive(machine_.system(factor), Lags ? machine_.config().torque_lag_s : 0.0, locks,
-                            scale_);
+  [[nodiscard]] ContinuousDrive continuous(double factor) const {
+    return continuous_drive(machine_.system(factor), Lags ? machine_.config().torque_lag_s : 0.0, scale_);
   }
   /// From three factors, exactly: all of them and their roots are powers of 2.
   [[nodiscard]] Law make_law() const {
     const auto at = [&](double factor) {
-      const ContinuousDrive drive = continuous(factor, {});
+      const ContinuousDrive drive = continuous(factor);
       Step law;
       law << drive.a, drive.b;
       return law;

@@ -55,7 +55,7 @@ Eigen::MatrixXd damping_matrix(const MassSystem& system) {
 
 }  // namespace
 
-ContinuousDrive continuous_drive(const MassSystem& system, double lag_s, Locks locks, double angle_scale) {
+ContinuousDrive continuous_drive(const MassSystem& system, double lag_s, double angle_scale) {
   const auto n = static_cast<Index>(system.masses());
   const bool lags = lag_s > 0.0;
   const Index motor = 2 * n - 1;  // the motor's torque, if it lags
@@ -70,20 +70,17 @@ ContinuousDrive continuous_drive(const MassSystem& system, double lag_s, Locks l
   drive.a = Eigen::MatrixXd::Zero(angle + 1, angle + 1);
   drive.b = Eigen::MatrixXd::Zero(angle + 1, 1 + n);
   for (Index i = 0; i < n; ++i) {
-    const bool locked = (i == 0 && locks.driven) || (i == n - 1 && locks.load);
-    if (!locked) {
-      drive.a.row(i).head(n) = -d.row(i) / j(i);
-      drive.a.row(i).segment(n, n - 1) = -k.row(i).tail(n - 1) / (j(i) * drive.angle_scale);
-      drive.b(i, 1 + i) = 1.0 / j(i);
-      if (i == 0 && lags) drive.a(0, motor) = 1.0 / j(0);
-      if (i == 0 && !lags) drive.b(0, 0) = 1.0 / j(0);
-    }
+    drive.a.row(i).head(n) = -d.row(i) / j(i);
+    drive.a.row(i).segment(n, n - 1) = -k.row(i).tail(n - 1) / (j(i) * drive.angle_scale);
+    drive.b(i, 1 + i) = 1.0 / j(i);
     if (i > 0) {
       drive.a(n - 1 + i, i) = drive.angle_scale;
       drive.a(n - 1 + i, 0) = -drive.angle_scale;
     }
   }
+  if (!lags) drive.b(0, 0) = 1.0 / j(0);
   if (lags) {
+    drive.a(0, motor) = 1.0 / j(0);
     drive.a(motor, motor) = -1.0 / lag_s;
     drive.b(motor, 0) = 1.0 / lag_s;
   }

@@ -26,12 +26,6 @@ struct MassSystem {
   [[nodiscard]] std::size_t masses() const noexcept { return inertia.size(); }
 };
 
-/// The masses that friction holds at rest.
-struct Locks {
-  bool driven = false;
-  bool load = false;
-};
-
 /// The linear machine, dx/dt = a x + b [command; torque on mass 0 ... N-1].
 ///
 /// States: velocities of the masses; angles of masses 1 ... N-1 less that of mass 0, times `angle_scale` (a
@@ -44,9 +38,9 @@ struct ContinuousDrive {
   double angle_scale = 1.0;
 };
 
-/// `lag_s` is the time constant of the torque loop, 0: none. A locked mass does not move. `angle_scale` > 0
+/// `lag_s` is the time constant of the torque loop, 0: none. `angle_scale` > 0
 /// is taken as given, so that states of a machine whose stiffness varies stay comparable.
-[[nodiscard]] ContinuousDrive continuous_drive(const MassSystem& system, double lag_s, Locks locks = {},
+[[nodiscard]] ContinuousDrive continuous_drive(const MassSystem& system, double lag_s,
                                                double angle_scale = 0.0);
 
 /// A resonance or an anti-resonance.
