@@ -1,0 +1,75 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <cstddef>
+#include <optional>
+#include <resonid/base/expected.hpp>
+#include <resonid/data/record.hpp>
+#include <resonid/diagnostics/finding.hpp>
+#include <resonid/identification/identify.hpp>
+#include <resonid/identification/options.hpp>
+#include <resonid/identification/result.hpp>
+#include <string>
+#include <vector>
+
+namespace resonid::identification {
+
+/// Which on-line estimator runs over the record (`track --method`).
+enum class TrackMethod {
+  automatic,
+  arx,                                ///< "arx"
+  output_error,                       ///< "oe": RPLR, direct
+  closed_loop_output_error,           ///< "cloe": indirect, needs excitation and controller
+  filtered_closed_loop_output_error,  ///< "f-cloe"
+  instrumental_variables,             ///< "iv": refined, needs excitation and controller
+  physical,                           ///< "physical": extended Kalman filter
+  kalman,                             ///< "kalman": line bank, or the filter that follows a chirp
+  sliding_dft,                        ///< "sliding-dft", with a rational fit of its lines
+};
+
+struct TrackOptions {
+  Options common;  ///< Excitation, controller, delay, lines, band, approach ... as for identify().
+  TrackMethod method = TrackMethod::automatic;
+  double memory_s = 0.0;  ///< How long the estimate remembers; 0 chooses.
+  std::size_t every = 1;  ///< Samples per row, >= 1.
+  bool raw_time = false;  ///< Rows at the newest sample instead of the time that the estimate describes.
+  std::optional<fit::DriveModel> start;  ///< Where estimators begin; absent: identified from the first part.
+  std::optional<Result> baseline;        ///< For the gap column.
+};
+
+/// One quantity over the rows.
+struct TrackSeries {
+  std::string name;                        ///< As in the CSV header: "resonance_hz", "b1", "re_12.5".
+  std::string unit;                        ///< "Hz"; empty for plain numbers.
+  std::vector<double> value;               ///< [row], not a number where there is none yet.
+  std::vector<double> standard_deviation;  ///< [row]; empty when the quantity has none.
+};
+
+/// What an on-line estimator said while the record went through it.
+struct Track {
+  RecordFacts record;
+  Units units;
+  std::string method;    ///< As on the command line: "iv".
+  std::string approach;  ///< "direct", "indirect", "joint".
+  std::string reason;    ///< Why `auto` chose it; empty when it was told.
+  double known_delay_s = 0.0;
+  double confidence = 0.95;
+  std::vector<double> time_s;      ///< [row], what the estimate describes (with raw_time: the newest sample).
+  std::vector<double> lag_s;       ///< [row], the newest sample's time minus the one described.
+  std::vector<double> position_m;  ///< [row], at time_s; empty when the record has none.
+  std::vector<TrackSeries>
+      lines;  ///< Response: re_F, im_F, std_F per fixed line, or frequency_hz, real, imag, std.
+  std::vector<TrackSeries> parameters;  ///< b1 ..., a1 ..., or physical ones.
+  std::vector<TrackSeries> figures;  ///< resonance_hz, antiresonance_hz, margins, gap: those that there are.
+  std::vector<bool> trusted;         ///< [row]
+  std::vector<diagnostics::Finding> findings;
+
+  /// A figure or parameter by its name; nothing when it was not computed.
+  [[nodiscard]] const TrackSeries* find(const std::string& name) const;
+};
+
+/// The record sample by sample through an on-line estimator: what a drive would have known, and when. Options
+/// that contradict the record are refused; poor data give rows that are not trusted, and findings.
+[[nodiscard]] expected<Track, Refusal> track(const data::Record& record, const TrackOptions& options);
+
+}  // namespace resonid::identification
