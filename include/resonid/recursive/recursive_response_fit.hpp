@@ -11,6 +11,7 @@
 #include <resonid/base/expected.hpp>
 #include <resonid/recursive/discrete_model.hpp>
 #include <resonid/recursive/line_rows.hpp>
+#include <resonid/recursive/oscillation_lag.hpp>
 #include <resonid/recursive/response_fit.hpp>
 #include <resonid/recursive/weighted_rows.hpp>
 #include <span>
@@ -60,6 +61,7 @@ class RecursiveResponseFit {
     for (std::size_t l = 0; l < fit.count_; ++l)
       fit.line_[l] = LineRows<Real, Order>(config.frequency_hz[l] / config.sample_rate_hz);
     fit.levy_ = config.levy;
+    fit.sample_rate_hz_ = config.sample_rate_hz;
     fit.integrator_ = config.integrator;
     fit.memory_ = config.memory_steps > 0.0 ? config.memory_steps : 4.0 * count;
     fit.forgetting_ = static_cast<Real>(1.0 - 1.0 / fit.memory_);
@@ -120,8 +122,11 @@ class RecursiveResponseFit {
     return model_covariance<Real, Order>(sum_.covariance() * variance * turns * static_cast<Real>(repeated_));
   }
   [[nodiscard]] bool ready() const noexcept { return ready_; }
-  /// How far the model lags behind the lines that it is given.
-  [[nodiscard]] double memory_steps() const noexcept { return memory_ - 1.0; }
+  /// How far the model lags behind slow changes of the machine, beyond the lag of the lines that it is given;
+  /// with step() called at every sample.
+  [[nodiscard]] double lag_samples() const noexcept {
+    return ready_ ? memory_ - 1.0 + oscillation_lag_samples(model(), sample_rate_hz_) : 0.0;
+  }
   [[nodiscard]] std::size_t lines() const noexcept { return count_; }
   [[nodiscard]] std::size_t next_line() const noexcept { return next_; }
   [[nodiscard]] std::uint64_t steps() const noexcept { return steps_; }
@@ -134,7 +139,8 @@ class RecursiveResponseFit {
   WeightedRows<Real, 2 * Order> sum_;
   DifferenceModel<Real, Order> model_{};
   Real forgetting_{1};
-  double memory_ = 0.0, repeated_ = 1.0;  // repeated_: variance of the mean over the memory, per turn
+  double sample_rate_hz_ = 0.0, memory_ = 0.0,
+         repeated_ = 1.0;  // repeated_: variance of the mean over the memory, per turn
   std::size_t count_ = 0, columns_ = 0, next_ = 0;
   bool levy_ = false, integrator_ = true, ready_ = false;
   std::uint64_t taken_ = 0, steps_ = 0, skipped_ = 0;
