@@ -12,7 +12,8 @@ namespace resonid::recursive {
 /// A pole p that moves adds -(1/(jw - p)) times the rate to the response at w: a delay 1/(jw - p), real part
 /// 1/(zeta w_res) at the resonance and less beside it. Its mean over dense lines, weighted by how much each
 /// tells about p, |jw - p|^-4, is exactly 0.75/(zeta w_res); with lines as far apart as the resonance is
-/// wide, and the other coefficients free, 0.6 ... 0.7 is what is seen (docs/methods/recursive_response_fit.md).
+/// wide, and the other coefficients free, 0.6 ... 0.7 is what is seen
+/// (docs/methods/recursive_response_fit.md).
 template <class Real, std::size_t Order>
 [[nodiscard]] double oscillation_lag_samples(const DiscreteModel<Real, Order>& model,
                                              double sample_rate_hz) noexcept {
