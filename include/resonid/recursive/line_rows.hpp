@@ -98,7 +98,7 @@ class LineRows {
   /// |A|^2, not below what a damping ratio of 0.0005 leaves at the resonance: an estimate whose poles lie on
   /// a line must not give that line all of the weight.
   [[nodiscard]] Real power(const DifferenceModel<Real, Order>& m) const noexcept {
-    constexpr Real kFloor(1e-6);
+    constexpr Real kFloor = static_cast<Real>(1e-6);
     return std::max(std::norm(denominator(m)), kFloor * std::norm(lead_));
   }
   [[nodiscard]] Real difference() const noexcept { return difference_; }  ///< |1 - q|

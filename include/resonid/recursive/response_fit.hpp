@@ -12,6 +12,7 @@
 #include <resonid/base/expected.hpp>
 #include <resonid/recursive/discrete_model.hpp>
 #include <resonid/recursive/line_rows.hpp>
+#include <resonid/recursive/oscillation_lag.hpp>
 #include <resonid/recursive/weighted_rows.hpp>
 #include <span>
 
@@ -25,12 +26,15 @@ struct ResponseFitConfig {
   /// warm start, the last step's model. 0: Levy's method alone.
   std::size_t iterations = 1;
   bool warm_start = true;
+  /// Weigh each line by the inverse of its variance too. Right for a machine at rest; while it changes, the
+  /// lines near the resonance scatter most and say most.
+  bool weigh_deviations = false;
 };
 
 /// Rational model B/A of a plant's response at lines, renewed from the lines' present values as often as
 /// step() is called: Levy's method, or Sanathanan and Koerner's weights 1/|A|, warm from the model before.
 ///
-///   minimise  sum_l |A(z_l) G_l - B(z_l)|^2 / (std_l^2 |A_before(z_l)|^2)
+///   minimise  sum_l w_l |A(z_l) G_l - B(z_l)|^2,        w_l = 1, 1/|A_before(z_l)|^2 or that over std_l^2
 ///
 /// G_l has no known delay in it. The covariance is that of the noise in the lines, carried through the
 /// weights in use (sandwich); what a moving machine or a wrong order adds shows in misfit(). A fit that
@@ -50,6 +54,8 @@ class ResponseFit {
     fit.iterations_ = config.iterations;
     fit.warm_ = config.warm_start;
     fit.integrator_ = config.integrator;
+    fit.sample_rate_hz_ = config.sample_rate_hz;
+    fit.weigh_ = config.weigh_deviations;
     fit.columns_ = 2 * Order - (config.integrator ? 1 : 0);
     for (std::size_t l = 0; l < fit.count_; ++l)
       fit.line_[l] = LineRows<Real, Order>(config.frequency_hz[l] / config.sample_rate_hz);
@@ -61,12 +67,12 @@ class ResponseFit {
   void step(std::span<const Complex> response, std::span<const Real> standard_deviation = {}) noexcept {
     ++steps_;
     const Lines before = lines_;
-    lines_.weighted = !standard_deviation.empty();
+    lines_.known = !standard_deviation.empty();
     std::size_t usable = 0;
     for (std::size_t l = 0; l < count_; ++l) {
-      const bool given = l < response.size() && (!lines_.weighted || l < standard_deviation.size());
+      const bool given = l < response.size() && (!lines_.known || l < standard_deviation.size());
       lines_.value[l] = given ? response[l] : Complex();
-      lines_.variance[l] = lines_.weighted && given ? standard_deviation[l] * standard_deviation[l] : Real(1);
+      lines_.variance[l] = lines_.known && given ? standard_deviation[l] * standard_deviation[l] : Real(1);
       lines_.usable[l] = given && std::isfinite(std::norm(lines_.value[l])) &&
                          std::isfinite(lines_.variance[l]) && lines_.variance[l] > Real(0);
       if (lines_.usable[l]) ++usable;
@@ -89,7 +95,7 @@ class ResponseFit {
     if (!ready_) return ModelCovariance<Real, Order>::Constant(std::numeric_limits<Real>::infinity());
     WeightedRows<Real, 2 * Order> sum(columns_);
     ModelCovariance<Real, Order> scatter = ModelCovariance<Real, Order>::Zero();
-    const Real common = lines_.weighted ? Real(1) : response_variance();
+    const Real common = lines_.known ? Real(1) : response_variance();
     for (std::size_t l = 0; l < count_; ++l) {
       if (!lines_.usable[l]) continue;
       const auto rows = line_[l].rows(lines_.value[l]);
@@ -113,6 +119,11 @@ class ResponseFit {
     }
     return used > Real(0) ? std::sqrt(sum / used) : std::numeric_limits<Real>::quiet_NaN();
   }
+  /// How far the model lags behind slow changes of the machine, beyond the lag of the lines that it is given
+  /// (half a window for the sliding DFT): see oscillation_lag_samples().
+  [[nodiscard]] double lag_samples() const noexcept {
+    return ready_ ? oscillation_lag_samples(model(), sample_rate_hz_) : 0.0;
+  }
   /// Whether there is a model.
   [[nodiscard]] bool ready() const noexcept { return ready_; }
   [[nodiscard]] std::size_t lines() const noexcept { return count_; }
@@ -127,7 +138,7 @@ class ResponseFit {
     std::array<Complex, MaxLines> value{};
     std::array<Real, MaxLines> variance{}, weight{};
     std::array<bool, MaxLines> usable{};
-    bool weighted = false;
+    bool known = false;  // the variances
   };
 
   ResponseFit() = default;
@@ -153,7 +164,7 @@ class ResponseFit {
       WeightedRows<Real, 2 * Order> sum(columns_);
       for (std::size_t l = 0; l < count_; ++l) {
         if (!lines_.usable[l]) continue;
-        Real weight = Real(2) / lines_.variance[l];
+        Real weight = weigh_ ? Real(2) / lines_.variance[l] : Real(1);
         if (known)
           weight /= line_[l].power(present);
         else if (integrator_)
@@ -188,8 +199,9 @@ class ResponseFit {
   std::array<LineRows<Real, Order>, MaxLines> line_{};
   Lines lines_{};
   DifferenceModel<Real, Order> model_{};
+  double sample_rate_hz_ = 0.0;
   std::size_t count_ = 0, columns_ = 0, iterations_ = 1;
-  bool warm_ = true, integrator_ = true, ready_ = false;
+  bool warm_ = true, integrator_ = true, weigh_ = false, ready_ = false;
   std::uint64_t steps_ = 0, skipped_ = 0;
 };
 

@@ -8,8 +8,9 @@
 
 namespace resonid::recursive {
 
-/// Least squares that takes its rows one by one: the triangle of an orthogonal decomposition, kept square-root
-/// free as R = D^{1/2} U with a unit upper triangle U (Gentleman 1974, algorithm AS 75; Miller 1992, AS 274).
+/// Least squares that takes its rows one by one: the triangle of an orthogonal decomposition, kept
+/// square-root free as R = D^{1/2} U with a unit upper triangle U (Gentleman 1974, algorithm AS 75; Miller
+/// 1992, AS 274).
 ///
 ///   minimise  sum_i w_i (y_i - x_i^T theta)^2
 ///

@@ -69,8 +69,8 @@ struct Golden {
     }
     return found;
   }
-  /// As in the file: not scaled. Its phase is that of sample 0 (the fifth instant, which is no whole number of
-  /// windows from the start, tells), not that of the window's oldest sample.
+  /// As in the file: not scaled. Its phase is that of sample 0 (the fifth instant, which is no whole number
+  /// of windows from the start, tells), not that of the window's oldest sample.
   [[nodiscard]] Complex unscaled(Complex amplitude) const { return 0.5 * double(window) * amplitude; }
 };
 
