@@ -46,6 +46,7 @@ void run_identify(const CLI::App& verb, IdentifyOptions& o) {
   refuse_shared_files({o.record.record},
                       {{"--report", o.report}, {"--json", o.json}, {"--response", o.response}});
   check(verb, o.method);
+  refuse_unwritable({o.report, o.json, o.response});
   Progress progress;
   progress.stage("reading " + o.record.record);
   const auto record = read_record(verb, o.record);
