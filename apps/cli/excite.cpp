@@ -72,6 +72,7 @@ void run_excite(const CLI::App& verb, const ExciteOptions& o) {
   auto excitation = Excitation::create(o.config, o.sample_rate_hz);
   if (!excitation) refuse_option(verb, excitation.error());
   const bool quiet = standard_output_taken({{"--out", o.out}, {"--json", o.json}});
+  refuse_unwritable({o.out, o.json});
   std::vector<double> samples(length_of(verb, o, *excitation));
   fill(*excitation, o, samples);
   std::vector<double> time(samples.size());

@@ -84,6 +84,31 @@ CLI::Option* add_choice(CLI::App& app, const std::string& name, std::span<const 
   return app.add_option_function<std::string>(name, read, doc)->type_name("NAME");
 }
 
+CLI::Option* add_text(CLI::App& app, const std::string& name, std::optional<std::string>& target,
+                      const std::string& doc, const std::string& unit) {
+  const auto keep = [&target](const std::string& text) { target = text; };
+  return app.add_option_function<std::string>(name, keep, doc)->type_name(unit);
+}
+
+CLI::Option* add_number(CLI::App& app, const std::string& name, std::optional<double>& target,
+                        const std::string& unit, const std::string& doc) {
+  const auto read = [name, unit, &target](const std::string& text) {
+    target = io::parse_number(text);
+    if (!target) refuse_text(name, text, unit == "SECONDS" ? "a number of seconds" : "a number");
+  };
+  return app.add_option_function<std::string>(name, read, doc)->type_name(unit);
+}
+
+CLI::Option* add_colons(CLI::App& app, const std::string& name, std::size_t count, const std::string& form,
+                        std::function<void(const std::vector<double>&)> assign, const std::string& doc) {
+  const auto read = [name, count, form, assign](const std::string& text) {
+    const auto numbers = io::parse_colons(text, count, form);
+    if (!numbers) throw UsageError(name + ": " + numbers.error().message);
+    assign(*numbers);
+  };
+  return app.add_option_function<std::string>(name, read, doc)->type_name(form);
+}
+
 std::string option_name(std::string_view field) {
   if (const Unit* unit = unit_of(field)) field.remove_suffix(unit->suffix.size());
   std::string name = "--" + std::string(field);

@@ -5,12 +5,14 @@
 #include <CLI/Formatter.hpp>
 #include <cstdint>
 #include <functional>
+#include <optional>
 #include <resonid/base/expected.hpp>
 #include <resonid/excitation/excitation.hpp>
 #include <span>
 #include <string>
 #include <string_view>
 #include <type_traits>
+#include <vector>
 
 namespace resonid::cli {
 
@@ -26,6 +28,16 @@ CLI::Option* add_lines(CLI::App& app, const std::string& name,
 /// Calls `assign` with the index of the chosen name.
 CLI::Option* add_choice(CLI::App& app, const std::string& name, std::span<const std::string_view> names,
                         std::function<void(std::size_t)> assign, const std::string& doc);
+
+/// A text, kept apart from one that is not given.
+CLI::Option* add_text(CLI::App& app, const std::string& name, std::optional<std::string>& target,
+                      const std::string& doc, const std::string& unit);
+/// A number, kept apart from one that is not given.
+CLI::Option* add_number(CLI::App& app, const std::string& name, std::optional<double>& target,
+                        const std::string& unit, const std::string& doc);
+/// Numbers with colons, "LO:HI".
+CLI::Option* add_colons(CLI::App& app, const std::string& name, std::size_t count, const std::string& form,
+                        std::function<void(const std::vector<double>&)> assign, const std::string& doc);
 
 /// `from_hz` -> `--from`: the option of a configuration field, without its unit.
 [[nodiscard]] std::string option_name(std::string_view field);

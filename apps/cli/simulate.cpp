@@ -223,6 +223,7 @@ void run_simulate(const CLI::App& verb, const SimulateOptions& o) {
   if (told_about(o)) return;
   const bool quiet = standard_output_taken({{"--out", o.out}, {"--truth", o.truth}, {"--json", o.json}});
   refuse_shared_files({o.experiment}, {{"--out", o.out}, {"--truth", o.truth}, {"--json", o.json}});
+  refuse_unwritable({o.out, o.truth, o.json});
   Progress progress;
   progress.stage("simulating " + o.experiment);
   const auto simulation = simulated(verb, o);

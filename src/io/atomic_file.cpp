@@ -10,6 +10,7 @@
 #include <resonid/io/atomic_file.hpp>
 #include <string>
 #include <system_error>
+#include <utility>
 
 namespace resonid::io {
 namespace {
@@ -21,28 +22,6 @@ unexpected<Error> cannot_write(const fs::path& path, std::string_view why) {
 }
 
 std::string system_message(int code) { return std::generic_category().message(code); }
-
-/// A file descriptor that closes itself.
-class Descriptor {
- public:
-  explicit Descriptor(int number) noexcept : number_(number) {}
-  Descriptor(const Descriptor&) = delete;
-  Descriptor& operator=(const Descriptor&) = delete;
-  ~Descriptor() {
-    if (number_ >= 0) ::close(number_);
-  }
-  [[nodiscard]] int number() const noexcept { return number_; }
-
-  /// Closes now; false with errno set when the system reports a delayed write error.
-  bool close() noexcept {
-    const int number = number_;
-    number_ = -1;
-    return ::close(number) == 0;
-  }
-
- private:
-  int number_;
-};
 
 bool write_all(int descriptor, std::string_view contents) {
   while (!contents.empty()) {
@@ -62,29 +41,12 @@ fs::path temporary_name(const fs::path& target) {
   return target.parent_path() / fmt::format(".{}.{}-{}.tmp", stem, ::getpid(), counter.fetch_add(1));
 }
 
-/// Writes the whole contents under a temporary name and gives it the wanted permissions. Returns the error
-/// number.
-int write_temporary(const fs::path& temporary, std::string_view contents, std::optional<::mode_t> mode) {
-  Descriptor file(::open(temporary.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666));
-  if (file.number() < 0) return errno;
-  if (mode && ::fchmod(file.number(), *mode) != 0) return errno;
-  if (!write_all(file.number(), contents)) return errno;
-  if (::fsync(file.number()) != 0) return errno;
-  return file.close() ? 0 : errno;
-}
-
 /// Makes the rename itself last through a power cut; a file system that cannot is no reason to fail.
 void flush_folder(const fs::path& folder) {
-  const Descriptor descriptor(
-      ::open(folder.empty() ? "." : folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
-  if (descriptor.number() >= 0) static_cast<void>(::fsync(descriptor.number()));
-}
-
-expected<void, Error> write_special(const fs::path& path, std::string_view contents) {
-  Descriptor file(::open(path.c_str(), O_WRONLY | O_CLOEXEC));
-  if (file.number() < 0 || !write_all(file.number(), contents))
-    return cannot_write(path, system_message(errno));
-  return {};
+  const int descriptor = ::open(folder.empty() ? "." : folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+  if (descriptor < 0) return;
+  static_cast<void>(::fsync(descriptor));
+  ::close(descriptor);
 }
 
 /// Where a path leads, and what is there.
@@ -130,21 +92,61 @@ expected<void, Error> check_writable(const fs::path& path) {
   return {};
 }
 
-expected<void, Error> write_file_atomically(const fs::path& path, std::string_view contents) {
+expected<AtomicFile, Error> AtomicFile::create(const fs::path& path) {
   const auto target = target_of(path);
   if (!target) return unexpected<Error>(target.error());
-  if (target->special) return write_special(target->file, contents);
-
-  const fs::path temporary = temporary_name(target->file);
-  int failure = write_temporary(temporary, contents, target->mode);
-  if (failure == EEXIST) return cannot_write(path, fmt::format("'{}' is in the way", temporary.string()));
-  if (failure == 0 && ::rename(temporary.c_str(), target->file.c_str()) != 0) failure = errno;
-  if (failure != 0) {
-    ::unlink(temporary.c_str());
-    return cannot_write(path, system_message(failure));
+  AtomicFile file;
+  file.path_ = path;
+  file.target_ = target->file;
+  if (target->special) {
+    file.descriptor_ = ::open(file.target_.c_str(), O_WRONLY | O_CLOEXEC);
+    if (file.descriptor_ < 0) return file.failed(errno);
+    return file;
   }
-  flush_folder(target->file.parent_path());
+  fs::path temporary = temporary_name(file.target_);
+  file.descriptor_ = ::open(temporary.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
+  if (file.descriptor_ < 0 && errno == EEXIST)
+    return cannot_write(path, fmt::format("'{}' is in the way", temporary.string()));
+  if (file.descriptor_ < 0) return file.failed(errno);
+  file.temporary_ = std::move(temporary);
+  if (target->mode && ::fchmod(file.descriptor_, *target->mode) != 0) return file.failed(errno);
+  return file;
+}
+
+AtomicFile::AtomicFile(AtomicFile&& other) noexcept
+    : path_(std::move(other.path_)),
+      target_(std::move(other.target_)),
+      temporary_(std::exchange(other.temporary_, {})),
+      descriptor_(std::exchange(other.descriptor_, -1)) {}
+
+AtomicFile::~AtomicFile() {
+  if (descriptor_ >= 0) ::close(descriptor_);
+  if (!temporary_.empty()) ::unlink(temporary_.c_str());
+}
+
+expected<void, Error> AtomicFile::write(std::string_view piece) {
+  if (!write_all(descriptor_, piece)) return failed(errno);
   return {};
+}
+
+expected<void, Error> AtomicFile::commit() {
+  const bool direct = temporary_.empty();
+  if (!direct && ::fsync(descriptor_) != 0) return failed(errno);
+  if (::close(std::exchange(descriptor_, -1)) != 0 && !direct) return failed(errno);  // a delayed write error
+  if (direct) return {};
+  if (::rename(temporary_.c_str(), target_.c_str()) != 0) return failed(errno);
+  temporary_.clear();
+  flush_folder(target_.parent_path());
+  return {};
+}
+
+unexpected<Error> AtomicFile::failed(int code) const { return cannot_write(path_, system_message(code)); }
+
+expected<void, Error> write_file_atomically(const fs::path& path, std::string_view contents) {
+  auto file = AtomicFile::create(path);
+  if (!file) return unexpected<Error>(file.error());
+  if (auto written = file->write(contents); !written) return written;
+  return file->commit();
 }
 
 }  // namespace resonid::io

@@ -39,8 +39,7 @@ std::string paragraph(const std::string& text) {
   return (mark ? "\\" : "") + out + "\n\n";
 }
 
-template <std::size_t Columns>
-std::string markdown_row(const std::array<std::string, Columns>& cells) {
+std::string markdown_row(const std::vector<std::string>& cells) {
   std::string out = "|";
   for (const auto& cell : cells) out += " " + escaped(cell) + (cell.empty() ? "|" : " |");
   return out + "\n";
@@ -50,7 +49,15 @@ std::string markdown_table(const ComparisonTable& table) {
   std::string out = "### " + escaped(table.title) + "\n\n";
   out += "| quantity | published | reproduced | true | note |\n|:--|--:|--:|--:|:--|\n";
   for (const Cells& c : cells_of(table, kSign))
-    out += markdown_row<5>({c.quantity, c.published, c.reproduced, c.truth, c.note});
+    out += markdown_row({c.quantity, c.published, c.reproduced, c.truth, c.note});
+  return out + "\n";
+}
+
+std::string markdown_table(const Table& table) {
+  std::string out = "### " + escaped(table.title) + "\n\n" + markdown_row(table.columns) + "|";
+  for (std::size_t i = 0; i < table.columns.size(); ++i) out += numeric(table, i) ? "--:|" : ":--|";
+  out += "\n";
+  for (const auto& row : table.rows) out += markdown_row(row);
   return out + "\n";
 }
 
@@ -58,7 +65,7 @@ std::string markdown_discrepancies(const std::vector<Discrepancy>& list) {
   if (list.empty()) return "";
   std::string out = "## Where the print contradicts itself, and what was taken\n\n";
   out += "| place | printed | taken | why |\n|:--|:--|:--|:--|\n";
-  for (const auto& d : list) out += markdown_row<4>({d.place, d.printed, d.taken, d.reason});
+  for (const auto& d : list) out += markdown_row({d.place, d.printed, d.taken, d.reason});
   return out + "\n";
 }
 
@@ -124,6 +131,31 @@ std::string text_table(const ComparisonTable& table) {
   return out + "\n";
 }
 
+/// Columns as wide as their widest cell; the last one runs on in further lines.
+std::string text_table(const Table& table) {
+  std::vector<std::size_t> widest(table.columns.size(), 0);
+  const auto widen = [&](const std::vector<std::string>& cells) {
+    for (std::size_t i = 0; i < std::min(cells.size(), widest.size()); ++i)
+      widest[i] = std::max(widest[i], width(cells[i]));
+  };
+  widen(table.columns);
+  for (const auto& row : table.rows) widen(row);
+  const auto line = [&](const std::vector<std::string>& cells) {
+    std::string out;
+    for (std::size_t i = 0; i < std::min(cells.size(), widest.size()); ++i) {
+      out += "  ";
+      const std::size_t used = width(out);
+      if (i + 1 == widest.size() && !numeric(table, i)) return out + wrapped(cells[i], used, used);
+      out += padded(cells[i], widest[i], numeric(table, i));
+    }
+    return out.substr(0, out.find_last_not_of(' ') + 1) + "\n";
+  };
+  std::string out = table.title.empty() ? "" : wrapped(table.title, 2);
+  out += line(table.columns);
+  for (const auto& row : table.rows) out += line(row);
+  return out + "\n";
+}
+
 std::string text_discrepancies(const std::vector<Discrepancy>& list) {
   if (list.empty()) return "";
   std::string out = "WHERE THE PRINT CONTRADICTS ITSELF, AND WHAT WAS TAKEN\n\n";
@@ -157,8 +189,22 @@ json table_json(const ComparisonTable& table) {
   return {{"title", table.title}, {"rows", std::move(rows)}};
 }
 
+json shape_json(const Shape& shape) {
+  static constexpr std::array<const char*, 3> kKinds = {"circle", "rectangle", "cross"};
+  json out{{"kind", kKinds[static_cast<std::size_t>(shape.kind)]},
+           {"name", shape.name},
+           {"x", shape.x},
+           {"y", shape.y}};
+  if (shape.kind == Shape::Kind::circle) out["radius"] = shape.radius;
+  if (shape.kind == Shape::Kind::rectangle) {
+    out["x_end"] = shape.x_end;
+    out["y_end"] = shape.y_end;
+  }
+  return out;
+}
+
 json chart_json(const Chart& chart) {
-  static constexpr std::array<const char*, 3> kMarks = {"line", "dashed", "points"};
+  static constexpr std::array<const char*, 4> kMarks = {"line", "dashed", "points", "band"};
   json curves = json::array();
   for (const Curve& c : chart.curves) {
     json curve{{"name", c.name}, {"mark", kMarks[static_cast<std::size_t>(c.mark)]}, {"x", c.x}, {"y", c.y}};
@@ -166,11 +212,19 @@ json chart_json(const Chart& chart) {
       curve["at"] = c.at;
       curve["at_unit"] = chart.at_unit;
     }
+    if (!c.lower.empty()) {
+      curve["lower"] = c.lower;
+      curve["upper"] = c.upper;
+    }
     curves.push_back(std::move(curve));
   }
-  return {{"title", chart.title},       {"x_label", chart.x_label},       {"y_label", chart.y_label},
-          {"log_x", chart.log_x},       {"equal_axes", chart.equal_axes}, {"caption", chart.caption},
-          {"curves", std::move(curves)}};
+  json out{{"title", chart.title},       {"x_label", chart.x_label},       {"y_label", chart.y_label},
+           {"log_x", chart.log_x},       {"equal_axes", chart.equal_axes}, {"caption", chart.caption},
+           {"curves", std::move(curves)}};
+  for (const Shape& shape : chart.shapes) out["shapes"].push_back(shape_json(shape));
+  if (chart.x_range) out["x_range"] = {chart.x_range->low, chart.x_range->high};
+  if (chart.y_range) out["y_range"] = {chart.y_range->low, chart.y_range->high};
+  return out;
 }
 
 }  // namespace
@@ -184,6 +238,7 @@ std::string document_markdown(const Document& document) {
     out += "## " + escaped(section.title) + "\n\n";
     for (const auto& text : section.text) out += paragraph(text);
     for (const auto& table : section.tables) out += markdown_table(table);
+    for (const auto& table : section.plain_tables) out += markdown_table(table);
   }
   out += markdown_discrepancies(document.discrepancies);
   out.pop_back();  // ends with one line break, not two
@@ -196,12 +251,13 @@ std::string document_text(const Document& document) {
   if (document.seeds > 0) out += wrapped(legend_of(document), 0);
   if (!document.summary.empty() || document.seeds > 0) out += "\n";
   for (const Section& section : document.sections) {
-    if (section.tables.empty()) continue;
+    if (section.tables.empty() && section.plain_tables.empty()) continue;
     std::string title = section.title;
     std::transform(title.begin(), title.end(), title.begin(),
                    [](unsigned char c) { return static_cast<char>(c < 0x80 ? std::toupper(c) : c); });
     out += wrapped(title, 0) + "\n";
     for (const auto& table : section.tables) out += text_table(table);
+    for (const auto& table : section.plain_tables) out += text_table(table);
   }
   return out + text_discrepancies(document.discrepancies);
 }
@@ -212,6 +268,9 @@ json document_json(const Document& document) {
     json section{{"title", s.title}, {"text", s.text}, {"tables", json::array()}, {"charts", json::array()}};
     for (const auto& table : s.tables) section["tables"].push_back(table_json(table));
     for (const auto& chart : s.charts) section["charts"].push_back(chart_json(chart));
+    for (const auto& table : s.plain_tables)
+      section["plain_tables"].push_back(
+          {{"title", table.title}, {"columns", table.columns}, {"rows", table.rows}});
     sections.push_back(std::move(section));
   }
   json discrepancies = json::array();

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
 
 namespace resonid::report {
 namespace {
@@ -18,7 +19,23 @@ std::string reproduced_text(const Comparison& row, std::string_view plus_minus) 
                        : number_text(*row.reproduced);
 }
 
+bool is_number(const std::string& text) {
+  char* end = nullptr;
+  std::strtod(text.c_str(), &end);
+  return end != text.c_str() && (*end == '\0' || std::string_view(end).starts_with(" +-"));
+}
+
 }  // namespace
+
+bool numeric(const Table& table, std::size_t column) {
+  bool any = false;
+  for (const auto& row : table.rows) {
+    if (column >= row.size() || row[column].empty()) continue;
+    if (!is_number(row[column])) return false;
+    any = true;
+  }
+  return any;
+}
 
 std::string number_text(double value) { return fmt::format("{:.4g}", value == 0.0 ? 0.0 : value); }
 

@@ -23,6 +23,9 @@ struct Cells {
 /// What a document's figures with a deviation are; empty without seeds.
 [[nodiscard]] std::string legend_of(const Document& document);
 
+/// Whether all cells of a column that are not empty are numbers, with or without their deviation.
+[[nodiscard]] bool numeric(const Table& table, std::size_t column);
+
 /// Four significant digits, no zeros at the end.
 [[nodiscard]] std::string number_text(double value);
 [[nodiscard]] std::string number_text(double value, double deviation, std::string_view plus_minus);

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
@@ -57,6 +58,23 @@ std::string comparison_table(const ComparisonTable& table) {
   return out + "</tbody></table></div>\n";
 }
 
+std::string plain_table(const Table& table) {
+  std::string out = table.title.empty() ? "" : element("<h3>", html(table.title), "h3") + "\n";
+  out += "<div class=\"scroll\"><table class=\"plain\">\n<thead><tr>";
+  const auto class_of = [&](std::size_t i) { return numeric(table, i) ? " class=\"n\">" : ">"; };
+  for (std::size_t i = 0; i < table.columns.size(); ++i)
+    out += element(std::string("<th scope=\"col\"") + class_of(i), html(table.columns[i]), "th");
+  out += "</tr></thead>\n<tbody>\n";
+  for (const auto& row : table.rows) {
+    out += "<tr>";
+    for (std::size_t i = 0; i < std::min(row.size(), table.columns.size()); ++i)
+      out += element(std::string("<td") + class_of(i),
+                     numeric(table, i) ? with_sign(figure(row[i]), kSign) : html(row[i]), "td");
+    out += "</tr>\n";
+  }
+  return out + "</tbody></table></div>\n";
+}
+
 std::string discrepancy_table(const std::vector<Discrepancy>& list) {
   std::string out = "<div class=\"scroll\"><table class=\"discrepancies\">\n";
   out += heading_row({{"Place", false}, {"Printed", false}, {"Taken", false}, {"Why", false}}) + "<tbody>\n";
@@ -89,7 +107,7 @@ std::string contents(const Document& document) {
 }
 
 std::string body(const Document& document) {
-  std::string out = "<header>\n<div class=\"brand\">resonid reproduction</div>\n";
+  std::string out = "<header>\n<div class=\"brand\">resonid " + html(document.kind) + "</div>\n";
   out += element("<h1>", html(document.title), "h1") + "\n";
   if (!document.command.empty())
     out += "<p class=\"soft small\">Made by <code>" + escape_html(document.command) + "</code></p>\n";
@@ -109,6 +127,7 @@ std::string body(const Document& document) {
     for (const auto& text : s.text) out += element("<p class=\"explain\">", html(text), "p") + "\n";
     for (const auto& chart : s.charts) out += chart_place(chart, charts++);
     for (const auto& table : s.tables) out += comparison_table(table);
+    for (const auto& table : s.plain_tables) out += plain_table(table);
     out += "</section>\n";
   }
   if (!document.discrepancies.empty())
@@ -135,7 +154,7 @@ json charts_json(const Document& document) {
   for (const json& section : whole["sections"]) {
     for (json chart : section["charts"]) {
       for (json& curve : chart["curves"])
-        for (const char* key : {"x", "y", "at"})
+        for (const char* key : {"x", "y", "at", "lower", "upper"})
           if (curve.contains(key)) shorten(curve[key]);
       chart["section"] = number;
       charts.push_back(std::move(chart));

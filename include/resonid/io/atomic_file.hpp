@@ -17,6 +17,26 @@ namespace resonid::io {
 [[nodiscard]] expected<void, Error> write_file_atomically(const std::filesystem::path& path,
                                                           std::string_view contents);
 
+/// The same for contents that are too long to be held at once: written piece by piece, it appears with
+/// commit() and not at all without.
+class AtomicFile {
+ public:
+  [[nodiscard]] static expected<AtomicFile, Error> create(const std::filesystem::path& path);
+  AtomicFile(AtomicFile&& other) noexcept;
+  AtomicFile& operator=(AtomicFile&&) = delete;
+  ~AtomicFile();  ///< Without commit() nothing is left.
+
+  [[nodiscard]] expected<void, Error> write(std::string_view piece);
+  [[nodiscard]] expected<void, Error> commit();
+
+ private:
+  AtomicFile() = default;
+  [[nodiscard]] unexpected<Error> failed(int code) const;
+
+  std::filesystem::path path_, target_, temporary_;  // as named; links followed; empty: written directly
+  int descriptor_ = -1;
+};
+
 /// The same refusals, as far as they can be told before there is anything to write: a folder that is not
 /// there or takes no files, a target that is a folder or write-protected. For work that takes long.
 [[nodiscard]] expected<void, Error> check_writable(const std::filesystem::path& path);

@@ -26,15 +26,46 @@ struct ComparisonTable {
   std::vector<Comparison> rows;
 };
 
-/// One curve, or one set of points, of a chart.
+/// A plain table: names of its columns, and cells as they are shown. Cells that are numbers stand to the
+/// right.
+struct Table {
+  std::string title;
+  std::vector<std::string> columns;
+  std::vector<std::vector<std::string>> rows;  ///< [row][column]
+};
+
+/// One curve, or one set of points, of a chart; with lower and upper also the band around it.
 struct Curve {
-  enum class Mark { line, dashed, points };
+  /// `band`: nothing but what lies between lower and upper; it has no y.
+  enum class Mark { line, dashed, points, band };
   std::string name;
   Mark mark = Mark::line;
   std::vector<double> x;  ///< [point]; ascending unless the chart has equal axes
   std::vector<double> y;  ///< [point]; a gap where not finite
   /// [point]; what a plane's points belong to, told where one is pointed at (their frequency); may be empty
   std::vector<double> at = {};
+  /// [point]; bounds of a band, drawn in the curve's colour (not in a plane); a gap where either is not
+  /// finite; may be empty
+  std::vector<double> lower = {}, upper = {};
+};
+
+/// A region behind the curves, or a place that they are held against.
+struct Shape {
+  enum class Kind {
+    circle,     ///< around (x, y), in a plane
+    rectangle,  ///< from (x, y) to (x_end, y_end); an infinite side lies at the picture's edge
+    cross,      ///< at (x, y), in a plane
+  };
+  Kind kind = Kind::rectangle;
+  std::string name;  ///< in the legend; shapes of one name have one entry and one colour
+  double x = 0.0, y = 0.0;
+  double radius = 0.0;
+  double x_end = 0.0, y_end = 0.0;
+};
+
+/// What an axis shows before it is zoomed.
+struct AxisRange {
+  double low = 0.0, high = 0.0;
 };
 
 struct Chart {
@@ -46,6 +77,9 @@ struct Chart {
   std::vector<Curve> curves;
   std::string caption;
   std::string at_unit = "Hz";  ///< of Curve::at
+  std::vector<Shape> shapes = {};
+  /// Of all curves when absent; in a plane both or neither count.
+  std::optional<AxisRange> x_range = {}, y_range = {};
 };
 
 /// A place where the print contradicts itself or its own figures, and what was taken instead.
@@ -61,6 +95,7 @@ struct Section {
   std::vector<std::string> text;  ///< plain paragraphs
   std::vector<ComparisonTable> tables;
   std::vector<Chart> charts;
+  std::vector<Table> plain_tables = {};
 };
 
 /// A page of text, tables and charts about measured figures.
@@ -72,6 +107,7 @@ struct Document {
   std::vector<Discrepancy> discrepancies;
   /// Noisy runs that means and deviations are taken over; every form of the document says so. 0: none.
   std::size_t seeds = 0;
+  std::string kind = "reproduction";  ///< what the page calls itself, above its title
 };
 
 /// One self-contained HTML page: no network, no other files, readable on a phone, in the dark and on paper.
@@ -89,11 +125,14 @@ struct Document {
 /// null:
 ///
 ///     {schema: "resonid.document/1", title, command, seeds, summary: [""],
-///      sections: [{title, text: [""], tables: [table], charts: [chart]}],
+///      sections: [{title, text: [""], tables: [table], charts: [chart], plain_tables: [{title, columns,
+///      rows}]}],
 ///      discrepancies: [{place, printed, taken, reason}]}
 ///     table: {title, rows: [{quantity, unit, published, reproduced, deviation, true, note}]}
 ///     chart: {title, x_label, y_label, log_x, equal_axes, caption, curves: [{name, mark, x, y, at,
-///     at_unit}]}
+///     at_unit, lower, upper}], shapes: [{kind, name, x, y, radius, x_end, y_end}], x_range, y_range}
+///
+/// `plain_tables`, `shapes`, `lower`, `upper` and the ranges stand there only where there are any.
 [[nodiscard]] nlohmann::json document_json(const Document& document);
 
 }  // namespace resonid::report

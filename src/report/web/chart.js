@@ -3,24 +3,31 @@
 import { limits } from "./curves.js";
 import { escapeHtml, isNumber, plain, significant } from "./format.js";
 import { axis, AXIS_WIDTH, makePlot } from "./plot.js";
-import { columnsOf, curvesOf, extentOf, groupOf, pointAt } from "./series.js";
+import { bandsOf, columnsOf, curvesOf, extentOf, groupOf, pointAt, rangeOf, shapesOf } from "./series.js";
 import { colour } from "./theme.js";
 import { linearTicks, logLabels, logTicks } from "./ticks.js";
 
 const HEIGHT = 280;
+/** How dense bands and regions are: what lies behind stays readable. */
+const BAND = 0.2;
+const REGION = 0.16;
 const SWATCH = {
   line: (c) => `<path d="M1 7h22" stroke="var(--${c})" stroke-width="2.4"/>`,
   dashed: (c) => `<path d="M1 7h22" stroke="var(--${c})" stroke-width="2.2" stroke-dasharray="5 3"/>`,
   points: (c) => `<circle cx="12" cy="7" r="3.8" fill="var(--${c})"/>`,
+  band: (c) => `<path d="M1 2h22v10h-22z" fill="var(--${c})" opacity="${BAND}"/>`,
+  rectangle: (c) => `<path d="M1 2h22v10h-22z" fill="var(--${c})" opacity="${REGION}"/>`,
+  circle: (c) => `<circle cx="12" cy="7" r="5.5" fill="none" stroke="var(--${c})" stroke-width="1.6"/>`,
+  cross: (c) => `<path d="M7 7h10M12 2v10" stroke="var(--${c})" stroke-width="1.8"/>`,
 };
 
-/** The names of the curves, each with room for a reading; `where` tells what is read. */
-export function legendOf(curves) {
+/** The names of the curves, each with room for a reading, and of the regions; `where` tells what is read. */
+export function legendOf(curves, shapes = []) {
   const box = document.createElement("div");
   box.className = "legend curves";
   box.innerHTML = curves.map((c) =>
     `<span><svg viewBox="0 0 24 14" aria-hidden="true">${(SWATCH[c.mark] ?? SWATCH.line)(c.colour)}</svg>` +
-    `${escapeHtml(c.name)}<b></b></span>`).join("") + '<span class="where screen-only"></span>';
+    `${escapeHtml(c.name)}<b></b></span>`).join("") + regionLegend(shapes) + '<span class="where screen-only"></span>';
   const values = [...box.querySelectorAll("b")];
   const where = box.querySelector(".where");
   return {
@@ -32,11 +39,21 @@ export function legendOf(curves) {
   };
 }
 
+function regionLegend(shapes) {
+  const named = shapes.filter((s, i) => s.name && shapes.findIndex((o) => o.name === s.name) === i);
+  return named.map((s) =>
+    `<span><svg viewBox="0 0 24 14" aria-hidden="true">${(SWATCH[s.kind] ?? SWATCH.rectangle)(s.colour)}</svg>` +
+    `${escapeHtml(s.name)}</span>`).join("");
+}
+
 export function drawChart(place, chart) {
   const curves = curvesOf(chart);
+  const shapes = shapesOf(chart);
   const extent = extentOf(curves);
+  const given = { x: rangeOf(chart.x_range), y: rangeOf(chart.y_range) };
+  if (given.x) extent.x = given.x;
   const log = chart.log_x === true;
-  const legend = legendOf(curves);
+  const legend = legendOf(curves, shapes);
   const upright = document.createElement("div");
   upright.className = "axis-name";
   upright.textContent = chart.y_label;
@@ -47,7 +64,8 @@ export function drawChart(place, chart) {
     height: HEIGHT, label: `${chart.title}: ${chart.y_label} over ${chart.x_label}`, group: groupOf(chart, extent),
     data: columnsOf(curves), padding: [8, 14, 0, 0],
     rings: curves.flatMap((c, i) => (c.mark === "points" ? [i + 1] : [])),
-    scales: { x: xScale(extent, log), y: { range: (u) => yLimits(u, curves) } },
+    scales: { x: xScale(extent, log), y: { range: (u) => yLimits(u, curves, extent.x, given.y) } },
+    hooks: { drawAxes: [(u) => drawBehind(u, curves, shapes)] },
     axes: [xAxis(chart.x_label, log), axis({
       size: AXIS_WIDTH, splits: (u, i, low, high) => linearTicks(low, high, Math.max(2, Math.floor(u.height / 44))),
       values: (u, splits) => splits.map((v) => plain(v)),
@@ -56,9 +74,46 @@ export function drawChart(place, chart) {
     onCursor: (x) => {
       if (x === null) return legend.show("", []);
       const points = curves.map((c) => pointAt(c.points, x, log));
-      legend.show(`at ${significant(x, 4)}`, points.map((p) => (p && p.y !== null ? significant(p.y, 4) : "")));
+      legend.show(`at ${significant(x, 4)}`, points.map(readingOf));
     },
   });
+}
+
+function readingOf(p) {
+  if (!p || (p.y === null && !isNumber(p.lower))) return "";
+  if (p.y === null) return `${significant(p.lower, 4)} … ${significant(p.upper, 4)}`;
+  return significant(p.y, 4) + (isNumber(p.lower) ? ` ± ${significant((p.upper - p.lower) / 2, 2)}` : "");
+}
+
+/** Regions, then bands, under the curves. */
+function drawBehind(u, curves, shapes) {
+  const { ctx, bbox } = u;
+  const at = (value, axis) => {
+    const [low, high] = axis === "x" ? [bbox.left, bbox.left + bbox.width] : [bbox.top + bbox.height, bbox.top];
+    if (!Number.isFinite(value)) return value < 0 ? low : high;
+    return u.valToPos(value, axis, true);
+  };
+  ctx.save();
+  ctx.beginPath();
+  ctx.rect(bbox.left, bbox.top, bbox.width, bbox.height);
+  ctx.clip();
+  ctx.globalAlpha = REGION;
+  for (const s of shapes) {
+    if (s.kind !== "rectangle") continue;
+    ctx.fillStyle = colour(s.colour);
+    ctx.fillRect(at(s.x, "x"), at(s.y, "y"), at(s.xEnd, "x") - at(s.x, "x"), at(s.yEnd, "y") - at(s.y, "y"));
+  }
+  ctx.globalAlpha = BAND;
+  for (const curve of curves) {
+    ctx.fillStyle = colour(curve.colour);
+    for (const stretch of bandsOf(curve.points)) {
+      ctx.beginPath();
+      stretch.forEach((p) => ctx.lineTo(at(p.x, "x"), at(p.upper, "y")));
+      [...stretch].reverse().forEach((p) => ctx.lineTo(at(p.x, "x"), at(p.lower, "y")));
+      ctx.fill();
+    }
+  }
+  ctx.restore();
 }
 
 function seriesOf(curve) {
@@ -84,12 +139,19 @@ function xScale({ x: [low, high] }, log) {
   };
 }
 
-/** What lies within the shown part of the x axis, with a margin. */
-function yLimits(u, curves) {
+/** What lies within the shown part of the x axis, with a margin; of bands around curves no more than the curves' own
+ *  span beyond them. The range that the document sets holds as long as the whole axis is shown. */
+function yLimits(u, curves, whole, given) {
   const [first, last] = u.series[0].idxs ?? [0, u.data[0].length - 1];
   const [low, high] = [u.data[0][first], u.data[0][last]];
-  const shown = curves.flatMap((c) => c.points.filter((p) => p.x >= low && p.x <= high).map((p) => p.y));
-  return limits(shown, [], { least: 0 });
+  const { min, max } = u.scales.x;
+  if (given && !(max - min < 0.98 * (whole[1] - whole[0]))) return given;
+  const shown = curves.flatMap((c) => c.points.filter((p) => p.x >= low && p.x <= high));
+  const values = shown.flatMap((p) => (p.y !== null ? [p.y] : isNumber(p.lower) ? [p.lower, p.upper] : []));
+  const bounds = shown.flatMap((p) => (p.y !== null && isNumber(p.lower) ? [p.lower, p.upper] : []));
+  const numbers = values.filter(isNumber);
+  const allow = numbers.reduce((a, b) => Math.max(a, b), -Infinity) - numbers.reduce((a, b) => Math.min(a, b), Infinity);
+  return limits(values, bounds, { least: 0, allow: allow > 0 ? allow : Infinity });
 }
 
 function xAxis(label, log) {

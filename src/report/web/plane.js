@@ -3,7 +3,7 @@
 import { legendOf } from "./chart.js";
 import { escapeHtml, plain, significant } from "./format.js";
 import { onLayout } from "./plot.js";
-import { curvesOf, extentOf } from "./series.js";
+import { curvesOf, extentOf, rangeOf, shapesOf } from "./series.js";
 import { linearTicks } from "./ticks.js";
 
 const PRINT_WIDTH = 420;
@@ -13,9 +13,12 @@ const LEFT = 44;
 const BOTTOM = 22;
 const fixed = (v) => Math.min(Math.max(v, -1e5), 1e5).toFixed(1);
 
+let planes = 0;
+
 export function drawPlane(place, chart) {
   const curves = curvesOf(chart);
-  const legend = legendOf(curves);
+  const shapes = shapesOf(chart);
+  const legend = legendOf(curves, shapes);
   const upright = document.createElement("div");
   upright.className = "axis-name";
   upright.textContent = `${chart.y_label} (upwards), ${chart.x_label} (to the right)`;
@@ -24,7 +27,9 @@ export function drawPlane(place, chart) {
   host.setAttribute("role", "img");
   host.setAttribute("aria-label", `${chart.title}: ${chart.y_label} over ${chart.x_label}`);
   place.append(legend.box, upright, host);
-  const plane = { host, curves, legend, view: viewOf(extentOf(curves)), map: null };
+  const [x, y] = [rangeOf(chart.x_range), rangeOf(chart.y_range)];
+  const view = viewOf(x && y ? { x, y } : extentOf(curves));
+  const plane = { host, curves, shapes, legend, view, map: null, clip: `plane-${++planes}` };
   onLayout(host, (width) => render(plane, Math.min(width, 720)), PRINT_WIDTH);
   const read = (event) => {
     const box = host.firstElementChild.getBoundingClientRect();
@@ -44,7 +49,7 @@ export function viewOf({ x, y }) {
 }
 
 function render(plane, width) {
-  const { curves } = plane;
+  const { curves, shapes } = plane;
   const inner = width - LEFT - 10;
   const scale = Math.min(inner / plane.view.wide, TALLEST / plane.view.high);
   const tall = plane.view.high * scale;
@@ -63,8 +68,23 @@ function render(plane, width) {
     ys.map((v) => `<text x="${LEFT - 6}" y="${fixed(map.y(v) + 4)}" text-anchor="end">${escapeHtml(plain(v))}</text>`).join("");
   plane.host.innerHTML =
     `<svg width="${width}" height="${fixed(map.height)}" viewBox="0 0 ${width} ${fixed(map.height)}" style="max-width:${width}px" aria-hidden="true">` +
-    grid + curves.map((c) => markup(c, map)).join("") + numbers +
+    `<clipPath id="${plane.clip}"><rect x="${LEFT}" y="8" width="${fixed(inner)}" height="${fixed(tall)}"/></clipPath>` +
+    `<g clip-path="url(#${plane.clip})">${shapes.map((s) => region(s, map)).join("")}${grid}` +
+    `${curves.map((c) => markup(c, map)).join("")}</g>${numbers}` +
     `<rect class="frame" x="${LEFT}" y="8" width="${fixed(inner)}" height="${fixed(tall)}"/><circle class="probe" r="6" visibility="hidden"/></svg>`;
+}
+
+function region({ kind, colour, x, y, xEnd, yEnd, radius }, map) {
+  const tint = `var(--${colour})`;
+  if (kind === "circle") {
+    return `<circle cx="${fixed(map.x(x))}" cy="${fixed(map.y(y))}" r="${fixed(map.x(radius) - map.x(0))}" class="ring" stroke="${tint}"/>`;
+  }
+  if (kind === "cross") {
+    return `<path d="M${fixed(map.x(x) - 6)} ${fixed(map.y(y))}h12M${fixed(map.x(x))} ${fixed(map.y(y) - 6)}v12" class="cross" stroke="${tint}"/>`;
+  }
+  const [left, right] = [Math.max(map.x(x), -1e4), Math.min(map.x(xEnd), 1e4)];
+  const [top, bottom] = [Math.max(map.y(yEnd), -1e4), Math.min(map.y(y), 1e4)];
+  return `<rect x="${fixed(left)}" y="${fixed(top)}" width="${fixed(right - left)}" height="${fixed(bottom - top)}" fill="${tint}" opacity=".12"/>`;
 }
 
 function markup({ points, mark, colour }, map) {
@@ -96,6 +116,7 @@ function probe({ host, curves, legend, map }, x, y) {
   curves.forEach((curve, i) => {
     for (const p of curve.points) {
       if (p.y === null) continue;
+      if (map.x(p.x) < LEFT || map.x(p.x) > map.width || map.y(p.y) < 8 || map.y(p.y) > map.height) continue;
       // Points win over the curve that runs through them.
       const distance = Math.hypot(map.x(p.x) - x, map.y(p.y) - y) + (curve.mark === "points" ? 0 : 4);
       if (distance < 40 && (!best || distance < best.distance)) best = { p, i, distance, unit: curve.unit };

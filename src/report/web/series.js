@@ -4,6 +4,8 @@ import { isNumber, list } from "./format.js";
 
 /** So many colours there are (--c0 ...); more curves begin again. */
 export const COLOURS = 8;
+/** So many colours of regions there are (--r0 ...). */
+export const REGIONS = 4;
 
 /** Curves with the points that can be drawn; a gap is a point whose y is null (in a plane x, too, may be). */
 export function curvesOf(chart) {
@@ -11,6 +13,8 @@ export function curvesOf(chart) {
     const x = list(curve.x);
     const y = list(curve.y);
     const at = list(curve.at);
+    const lower = list(curve.lower);
+    const upper = list(curve.upper);
     const points = [];
     x.forEach((value, k) => {
       if (!isNumber(value) || (chart.log_x && value <= 0)) {
@@ -18,7 +22,8 @@ export function curvesOf(chart) {
         if (chart.equal_axes) points.push({ x: null, y: null, at: null });
         return;
       }
-      points.push({ x: value, y: isNumber(y[k]) ? y[k] : null, at: isNumber(at[k]) ? at[k] : null });
+      const point = { x: value, y: isNumber(y[k]) ? y[k] : null, at: isNumber(at[k]) ? at[k] : null };
+      points.push(isNumber(lower[k]) && isNumber(upper[k]) ? { ...point, lower: lower[k], upper: upper[k] } : point);
     });
     return { name: String(curve.name ?? ""), mark: curve.mark, unit: String(curve.at_unit ?? ""), colour: "c" + (i % COLOURS), points };
   });
@@ -59,12 +64,44 @@ export function extentOf(curves) {
   const e = { x: [Infinity, -Infinity], y: [Infinity, -Infinity] };
   for (const { points } of curves) {
     for (const p of points) {
-      if (p.y === null) continue;
-      for (const key of ["x", "y"]) e[key] = [Math.min(e[key][0], p[key]), Math.max(e[key][1], p[key])];
+      for (const y of p.y !== null ? [p.y] : isNumber(p.lower) ? [p.lower, p.upper] : []) {
+        e.x = [Math.min(e.x[0], p.x), Math.max(e.x[1], p.x)];
+        e.y = [Math.min(e.y[0], y), Math.max(e.y[1], y)];
+      }
     }
   }
   for (const key of ["x", "y"]) if (e[key][0] > e[key][1]) e[key] = [0, 1];
   return e;
+}
+
+/** The stretches over which a curve has a band, each as its points; none of fewer than two. */
+export function bandsOf(points) {
+  const stretches = [[]];
+  for (const p of points) {
+    if (isNumber(p.lower)) stretches[stretches.length - 1].push(p);
+    else if (stretches[stretches.length - 1].length) stretches.push([]);
+  }
+  return stretches.filter((s) => s.length > 1);
+}
+
+/** Regions behind the curves; those of one name share a colour. A side that is no number lies at the edge. */
+export function shapesOf(chart) {
+  const names = [];
+  return list(chart.shapes).map((s) => {
+    const name = String(s.name ?? "");
+    if (!names.includes(name)) names.push(name);
+    const side = (v, edge) => (isNumber(v) ? v : edge);
+    return {
+      kind: s.kind, name, colour: "r" + (names.indexOf(name) % REGIONS), radius: isNumber(s.radius) ? s.radius : 0,
+      x: side(s.x, -Infinity), y: side(s.y, -Infinity), xEnd: side(s.x_end, Infinity), yEnd: side(s.y_end, Infinity),
+    };
+  });
+}
+
+/** [low, high] of an axis that the document sets, else null. */
+export function rangeOf(range) {
+  const [low, high] = list(range);
+  return isNumber(low) && isNumber(high) && high > low ? [low, high] : null;
 }
 
 /** Charts whose x axes agree share cursor and zoom. */

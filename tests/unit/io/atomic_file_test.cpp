@@ -106,5 +106,35 @@ TEST(AtomicFile, LeavesTheOldFileAndNoTemporaryWhenWritingFails) {
   EXPECT_EQ(folder.entries(), 1U);
 }
 
+TEST(AtomicFile, PieceByPieceAppearsWithCommitOnly) {
+  const TemporaryFolder folder;
+  const fs::path path = folder.file("rows.csv", "old");
+  {
+    auto abandoned = AtomicFile::create(path);
+    ASSERT_TRUE(abandoned);
+    ASSERT_TRUE(abandoned->write("half"));
+    EXPECT_EQ(folder.entries(), 2U);
+  }
+  EXPECT_EQ(contents_of(path), "old");
+  EXPECT_EQ(folder.entries(), 1U);
+  auto file = AtomicFile::create(path);
+  ASSERT_TRUE(file);
+  auto moved = std::move(*file);
+  for (const char* piece : {"a,", "b\n", ""}) ASSERT_TRUE(moved.write(piece));
+  EXPECT_EQ(contents_of(path), "old");
+  ASSERT_TRUE(moved.commit());
+  EXPECT_EQ(contents_of(path), "a,b\n");
+  EXPECT_EQ(folder.entries(), 1U);
+}
+
+TEST(AtomicFile, PieceByPieceRefusesWhatWritingAtOnceRefuses) {
+  const TemporaryFolder folder;
+  EXPECT_FALSE(AtomicFile::create(folder / "missing/rows.csv"));
+  EXPECT_FALSE(AtomicFile::create(fs::temp_directory_path()));
+  auto device = AtomicFile::create("/dev/full");
+  ASSERT_TRUE(device);
+  EXPECT_FALSE(device->write("x"));
+}
+
 }  // namespace
 }  // namespace resonid::io

@@ -63,3 +63,23 @@ test("a curve in a plane is not drawn across its gaps, whichever coordinate they
   const [gap] = series.curvesOf({ equal_axes: true, curves: [{ name: "loop", x: [0, null, 3], y: [4, null, 7] }] });
   assert.deepEqual(series.extentOf([gap]), { x: [0, 3], y: [4, 7] });
 });
+
+test("a band is a stretch of points that have both bounds", () => {
+  const [curve] = series.curvesOf({ curves: [{ name: "band", mark: "band", x: [0, 1, 2, 3, 4, 5], lower: [0, 1, null, 3, 4, 5], upper: [1, 2, 3, 4, null, 6] }] });
+  assert.deepEqual(series.bandsOf(curve.points).map((s) => s.map((p) => p.x)), [[0, 1]]);
+  assert.deepEqual(series.extentOf([curve]), { x: [0, 5], y: [0, 6] });
+});
+
+test("regions of one name share a colour, and what is no number lies at the edge", () => {
+  const [a, b, c] = series.shapesOf({ shapes: [
+    { kind: "rectangle", name: "held", x: 1, y: null, x_end: 2, y_end: null }, { kind: "circle", name: "unit", x: 0, y: 0, radius: 1 },
+    { kind: "rectangle", name: "held", x: 3, x_end: 4 }] });
+  assert.equal(a.colour, c.colour);
+  assert.notEqual(a.colour, b.colour);
+  assert.deepEqual([a.x, a.y, a.xEnd, a.yEnd], [1, -Infinity, 2, Infinity]);
+});
+
+test("a range must be two ascending numbers", () => {
+  assert.deepEqual(series.rangeOf([1, 2]), [1, 2]);
+  for (const wrong of [undefined, [2, 1], [1], [1, null], "12"]) assert.equal(series.rangeOf(wrong), null);
+});

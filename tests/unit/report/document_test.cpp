@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <limits>
 #include <nlohmann/json.hpp>
 #include <resonid/report/document.hpp>
 #include <string>
@@ -67,6 +68,42 @@ TEST(DocumentPage, CarriesTheChartsWithSevenDigits) {
   EXPECT_EQ(charts[1]["curves"][0]["at"], json::parse("[5.0, 6.0]"));
   EXPECT_EQ(charts[1]["equal_axes"], true);
   EXPECT_EQ(charts[1]["section"], 0);
+}
+
+TEST(Document, CarriesBandsRegionsRangesAndPlainTables) {
+  const double inf = std::numeric_limits<double>::infinity();
+  Document d = example();
+  d.kind = "tracking";
+  Section& s = d.sections[0];
+  s.charts[0].curves[0].lower = {0.0, std::nan(""), 2.0};
+  s.charts[0].curves[0].upper = {1.0, std::nan(""), 4.0};
+  s.charts[0].shapes = {{Shape::Kind::rectangle, "not trusted", 0.5, -inf, 0.0, 1.5, inf}};
+  s.charts[0].y_range = AxisRange{-1.0, 5.0};
+  s.charts[1].shapes = {{Shape::Kind::circle, "unit circle", 0.0, 0.0, 1.0}};
+  s.plain_tables = {
+      {"Found", {"what", "value", "note"}, {{"resonance", "-15.1 +- 0.2", "a | b"}, {"gap", "", ""}}}};
+  const json whole = document_json(d);
+  const json& line = whole["sections"][0]["charts"][0];
+  EXPECT_EQ(line["curves"][0]["upper"][2], 4.0);
+  EXPECT_EQ(line["shapes"][0]["x_end"], 1.5);
+  EXPECT_EQ(line["y_range"], json::parse("[-1.0, 5.0]"));
+  EXPECT_EQ(whole["sections"][0]["charts"][1]["shapes"][0]["radius"], 1.0);
+  EXPECT_EQ(whole["sections"][0]["plain_tables"][0]["rows"][1][0], "gap");
+  const std::string html = document_page(d);
+  EXPECT_NE(html.find("resonid tracking"), html.npos);
+  EXPECT_NE(html.find("<td class=\"n\">\xE2\x88\x92"
+                      "15.1 \xC2\xB1 0.2</td>"),
+            html.npos);
+  EXPECT_EQ(carried(html)[0]["shapes"][0]["y"], nullptr);
+  EXPECT_NE(document_markdown(d).find("| resonance | -15.1 \xC2\xB1 0.2 | a \\| b |"), std::string::npos);
+  EXPECT_NE(document_text(d).find("  resonance  -15.1 +- 0.2  a | b\n"), std::string::npos);
+}
+
+TEST(Document, IsAsBeforeWithoutThem) {
+  const json chart = document_json(example())["sections"][0]["charts"][0];
+  for (const char* key : {"shapes", "x_range", "y_range"}) EXPECT_FALSE(chart.contains(key)) << key;
+  EXPECT_FALSE(chart["curves"][0].contains("lower"));
+  EXPECT_FALSE(document_json(example())["sections"][0].contains("plain_tables"));
 }
 
 TEST(DocumentPage, HostileTextCannotLeaveItsPlace) {

@@ -1,0 +1,141 @@
+// SPDX-License-Identifier: MIT
+#include "record_options.hpp"
+
+#include <fmt/format.h>
+
+#include <array>
+#include <resonid/io/controller_file.hpp>
+
+#include "errors.hpp"
+#include "options.hpp"
+
+namespace resonid::cli {
+
+using identification::ExcitationType;
+using identification::ModelChoice;
+
+void add_record_options(CLI::App& verb, RecordOptions& o) {
+  static constexpr std::array<std::string_view, 3> kQuantities = {"velocity", "position", "acceleration"};
+  static constexpr std::array<std::string_view, 2> kMotions = {"rotary", "linear"};
+  auto& c = o.columns;
+  verb.add_option("RECORD", o.record, "CSV or MAT file")->required()->type_name("FILE");
+  add_text(verb, "--time", c.time, "time column, in seconds", "COL");
+  add_number(verb, "--sample-rate", c.sample_rate_hz, "HZ",
+             "sample rate, for a record without a time column");
+  add_text(verb, "--input", c.input, "input u: torque (force) that the drive receives", "COL");
+  add_text(verb, "--output", c.output, "output y: what is measured on the driven side", "COL");
+  add_text(verb, "--excitation", c.excitation, "excitation ru, added to the controller's output", "COL");
+  add_text(verb, "--reference", c.reference, "reference r of the loop", "COL");
+  add_number(verb, "--input-scale", c.input_scale, "X", "factor of the input, for example 0.564 Nm/A");
+  add_number(verb, "--output-scale", c.output_scale, "X",
+             "factor of the output, for example -1 for a mirrored encoder");
+  add_text(verb, "--input-unit", c.input_unit, "unit of the scaled input, if its column's name does not tell",
+           "UNIT");
+  add_text(verb, "--output-unit", c.output_unit, "unit of the scaled output", "UNIT");
+  add_choice(
+      verb, "--motion", kMotions, [&c](std::size_t i) { c.motion = static_cast<data::Motion>(i); },
+      "kgm2 and Nm/rad, or kg and N/m")
+      ->default_str("rotary");
+  add_choice(
+      verb, "--output-quantity", kQuantities,
+      [&c](std::size_t i) { c.output_quantity = static_cast<data::OutputQuantity>(i); },
+      "what the output is; the response is always that of the velocity")
+      ->default_str("velocity");
+  add_number(verb, "--from", c.from_s, "SECONDS", "first instant used");
+  add_number(verb, "--to", c.to_s, "SECONDS", "first instant no longer used");
+}
+
+data::Record read_record(const CLI::App& verb, const RecordOptions& o) {
+  if (verb.get_option("--sample-rate")->count() > 0 && !(o.columns.sample_rate_hz > 0.0))
+    throw UsageError(fmt::format("--sample-rate: found {:g}, required > 0 Hz", o.columns.sample_rate_hz));
+  auto record = io::read_record(o.record, o.columns);
+  if (!record) throw InputError(record.error().message);
+  return std::move(*record);
+}
+
+void add_excitation_options(CLI::App& verb, MethodOptions& o) {
+  static constexpr std::array<std::string_view, 6> kTypes = {"auto", "chirp",        "multisine",
+                                                             "prbs", "stepped-sine", "other"};
+  auto& k = o.options;
+  add_choice(
+      verb, "--excitation-type", kTypes,
+      [&k](std::size_t i) { k.excitation_type = static_cast<ExcitationType>(i); },
+      "how the drive was excited")
+      ->default_str("auto");
+  add_colons(
+      verb, "--chirp", 3, "F0:F1:SECONDS",
+      [&k](const std::vector<double>& v) {
+        k.chirp = identification::Chirp{v[0], v[1], v[2]};
+      },
+      "the excitation is a linear chirp from the first used sample on; otherwise detected");
+  add_lines(
+      verb, "--lines", [&k](std::span<const double> hz) { k.lines_hz.assign(hz.begin(), hz.end()); },
+      "frequencies to report");
+  static_assert(std::is_same_v<std::size_t, std::uint64_t>);
+  add_count(verb, "--period-samples", k.period_samples, "period of the excitation; otherwise detected");
+  add_count(verb, "--drop-periods", k.drop_periods, "discard so many periods at the start");
+}
+
+void add_loop_options(CLI::App& verb, MethodOptions& o) {
+  static constexpr std::array<std::string_view, 4> kApproaches = {"auto", "direct", "indirect", "joint"};
+  auto& k = o.options;
+  add_choice(
+      verb, "--approach", kApproaches,
+      [&k](std::size_t i) {
+        k.approach = i == 0 ? std::nullopt : std::optional(static_cast<Approach>(i - 1));
+      },
+      "auto: joint with an excitation, else direct")
+      ->default_str("auto");
+  verb.add_option("--controller", o.controller, "controller of the loop: pi:KP,TI or a JSON file")
+      ->type_name("SPEC");
+  add_number(verb, "--delay", k.delay_s, "SECONDS", "known delay in the measured output");
+}
+
+void add_model_options(CLI::App& verb, MethodOptions& o) {
+  static constexpr std::array<std::string_view, 4> kModels = {"auto", "none", "rigid", "two-mass"};
+  auto& k = o.options;
+  add_colons(
+      verb, "--band", 2, "LO:HI",
+      [&k](const std::vector<double>& v) {
+        k.band_hz = {v[0], v[1]};
+      },
+      "frequencies to use, in Hz");
+  add_choice(
+      verb, "--model", kModels, [&k](std::size_t i) { k.model = static_cast<ModelChoice>(i); },
+      "drive model to fit")
+      ->default_str("auto");
+  add_number(verb, "--confidence", k.confidence, "P", "of the error bars");
+  add_number(verb, "--radius", k.radius_m, "M", "radius of the driven roller: also report stiffness in N/m");
+}
+
+void add_tracker_options(CLI::App& verb, MethodOptions& o) {
+  auto& k = o.options;
+  add_number(verb, "--lambda", o.lambda, "X",
+             "kalman: fixed gain of the published filter instead of placed poles");
+  add_number(verb, "--pole-radius", o.pole_radius, "R", "kalman: radius of the placed poles, 0 ... 1");
+  verb.add_flag(
+      "--no-smoothing", [&k](std::int64_t) { k.tracker.smoothing = false; },
+      "kalman: one pass, with the filter's lag");
+  verb.add_flag(
+      "--no-offset", [&k](std::int64_t) { k.tracker.offset = false; }, "kalman: without the constant state");
+}
+
+void check(const CLI::App& verb, MethodOptions& o) {
+  const auto given = [&](const char* name) {
+    const auto* option = verb.get_option_no_throw(name);
+    return option != nullptr && option->count() > 0;
+  };
+  if (given("--lambda")) o.options.tracker.lambda = o.lambda;
+  if (given("--pole-radius")) o.options.tracker.pole_radius = o.pole_radius;
+  const double radius = o.options.radius_m.value_or(1.0);
+  if (!(radius > 0.0)) throw UsageError(fmt::format("--radius: found {:g} m, required > 0", radius));
+}
+
+void complete(MethodOptions& o, const data::Record& record) {
+  if (o.controller.empty()) return;
+  auto controller = io::read_controller(o.controller, record.sample_time_s());
+  if (!controller) throw UsageError("--controller: " + controller.error().message);
+  o.options.controller = std::move(*controller);
+}
+
+}  // namespace resonid::cli

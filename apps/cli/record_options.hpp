@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <CLI/App.hpp>
+#include <resonid/data/record.hpp>
+#include <resonid/identification/options.hpp>
+#include <resonid/io/record_reader.hpp>
+#include <string>
+
+namespace resonid::cli {
+
+/// The verbs that work on a record share its options: the same words mean the same everywhere (INTERFACES 1).
+struct RecordOptions {
+  std::string record;
+  io::ColumnMapping columns;
+};
+
+/// RECORD itself, and which column is which signal.
+void add_record_options(CLI::App& verb, RecordOptions& o);
+
+/// Reads the record that the options name; a wrong one is an InputError.
+[[nodiscard]] data::Record read_record(const CLI::App& verb, const RecordOptions& o);
+
+/// What the user knows and wants, and the words whose meaning needs the record.
+struct MethodOptions {
+  identification::Options options;
+  std::string controller;  ///< As written; in `options` after complete().
+  double lambda = 0.0, pole_radius = 0.0;
+};
+
+/// --excitation-type, --chirp, --lines, --period-samples, --drop-periods.
+void add_excitation_options(CLI::App& verb, MethodOptions& o);
+/// --approach, --controller, --delay.
+void add_loop_options(CLI::App& verb, MethodOptions& o);
+/// --band, --model, --confidence, --radius.
+void add_model_options(CLI::App& verb, MethodOptions& o);
+/// --lambda, --pole-radius, --no-smoothing, --no-offset of the kalman method.
+void add_tracker_options(CLI::App& verb, MethodOptions& o);
+
+/// Refuses what can be refused before the record is read.
+void check(const CLI::App& verb, MethodOptions& o);
+/// The controller at the record's sample time.
+void complete(MethodOptions& o, const data::Record& record);
+
+}  // namespace resonid::cli
