@@ -55,6 +55,9 @@ void PhysicalTracker<Real, ReplaySamples>::reset() noexcept {
   run_.filter = PhysicalFilter<Real>(setup_);
   run_.noise = NoiseEstimate<Real>(static_cast<Real>(config_.noise_rms * config_.noise_rms),
                                    static_cast<Real>(memory > 1.0 ? 1.0 / memory : 0.0));
+  if (config_.stiffness_drift_per_s > 0.0)
+    run_.trend = TrendWatch(std::exp(-static_cast<double>(setup_.twist_scale) /
+                                     (kTwoPi * kTrendPeriods * config_.sample_rate_hz)));
   candidate_ = run_;
   linearised_about_ = setup_.state;
   inputs_.fill(Real(0));
@@ -64,6 +67,7 @@ void PhysicalTracker<Real, ReplaySamples>::reset() noexcept {
   samples_ = skipped_ = replays_ = 0;
   remembered_ = next_ = 0;
   next_replay_ = kFirstReplay;
+  attempts_ = polished_ = 0;
 }
 
 template <class Real, std::size_t ReplaySamples>
@@ -89,7 +93,7 @@ void PhysicalTracker<Real, ReplaySamples>::step(Scalar, Scalar u, Scalar y) noex
   advance(run_, previous_u, next_u, y, known);
   if (std::isfinite(y)) residual_ = run_.filter.innovation();
   watch_excitation();
-  stiffness_age_ = (1.0 - static_cast<double>(run_.filter.stiffness_gain())) * (stiffness_age_ + 1.0);
+  stiffness_age_ = (1.0 - static_cast<double>(run_.filter.stiffness_news())) * (stiffness_age_ + 1.0);
   remember(previous_u, next_u, y);
   replay();
 }
@@ -107,7 +111,8 @@ void PhysicalTracker<Real, ReplaySamples>::start(Scalar y) noexcept {
 template <class Real, std::size_t ReplaySamples>
 void PhysicalTracker<Real, ReplaySamples>::advance(Run& run, Scalar previous_u, Scalar u, Scalar y,
                                                    bool u_known) noexcept {
-  run.filter.predict(previous_u, u_known ? Real(0) : input_power_, excited_);
+  run.filter.predict(previous_u, u_known ? Real(0) : input_power_,
+                     excited_ ? static_cast<Real>(run.trend.agility()) : Real(0));
   if (std::isfinite(y)) run.take_in(y, u);
   if (config_.stiffness_drift_per_s > 0.0) {
     const auto limit = [&](std::size_t i, Real least) {
@@ -117,7 +122,8 @@ void PhysicalTracker<Real, ReplaySamples>::advance(Run& run, Scalar previous_u, 
     limit(kLogDamping, Real(0.25));
   }
   if (config_.torque_offset_std_nm > 0.0)
-    run.filter.limit_variance(kTorqueOffset, setup_.deviation[kTorqueOffset] * setup_.deviation[kTorqueOffset]);
+    run.filter.limit_variance(kTorqueOffset,
+                              setup_.deviation[kTorqueOffset] * setup_.deviation[kTorqueOffset]);
 }
 
 /// How much the stiffness shows in a sample: rms of the driven velocity's change per relative change of K,
@@ -148,33 +154,47 @@ void PhysicalTracker<Real, ReplaySamples>::replay() noexcept {
   if constexpr (kReplays) {
     if (memory_full_ || remembered_ == 0) return;
     if (!replaying_) {
-      if (remembered_ < next_replay_ || !moved_far()) return;
+      if (remembered_ < next_replay_) return;
       begin_replay();
     }
     for (std::uint32_t i = 0; i < config_.replay_speed && next_ < remembered_; ++i) {
       const Remembered& old = memory_[next_++];
-      advance(candidate_, static_cast<Real>(old.previous_u), static_cast<Real>(old.u), static_cast<Real>(old.y),
-              true);
+      advance(candidate_, static_cast<Real>(old.previous_u), static_cast<Real>(old.u),
+              static_cast<Real>(old.y), true);
     }
     if (next_ < remembered_) return;
     replaying_ = false;
-    next_replay_ = remembered_ + remembered_ / 10;
+    next_replay_ = remembered_ + kBetweenReplays;
     candidate_.filter.thaw();
     if (!candidate_.filter.finite() || !(candidate_.misfit < run_.misfit)) return;
     run_ = candidate_;
+    linearised_about_ = candidate_about_;
     ++replays_;
   }
 }
 
+/// Either a Gauss-Newton step about the estimate, while it has moved far from where it was linearised; or the
+/// filter again from another stiffness, in case it has settled on a wrong one.
 template <class Real, std::size_t ReplaySamples>
 void PhysicalTracker<Real, ReplaySamples>::begin_replay() noexcept {
   auto setup = setup_;
   setup.state[kDrivenVelocity] = setup.state[kLoadVelocity] = static_cast<Real>(memory_[0].y);
   candidate_ = Run{};
-  candidate_.filter = PhysicalFilter<Real>(setup);
   candidate_.noise = run_.noise;
-  linearised_about_ = run_.filter.state();
-  candidate_.filter.freeze(linearised_about_);
+  const bool polish = polished_ < kPolishInRow && moved_far();
+  if (polish) {
+    ++polished_;
+    candidate_about_ = run_.filter.state();
+    candidate_.filter = PhysicalFilter<Real>(setup);
+    candidate_.filter.freeze(candidate_about_);
+  } else {
+    polished_ = 0;
+    const double factor = kOtherStarts[attempts_++ % kOtherStarts.size()];
+    setup.state[kLogStiffness] += static_cast<Real>(std::log(factor));
+    candidate_about_ = setup.state;
+    candidate_.noise.doubt();
+    candidate_.filter = PhysicalFilter<Real>(setup);
+  }
   candidate_.take_in(static_cast<Real>(memory_[0].y), static_cast<Real>(memory_[0].u));
   next_ = 1;
   replaying_ = true;
@@ -208,8 +228,8 @@ auto PhysicalTracker<Real, ReplaySamples>::log_covariance() const noexcept -> Co
   const auto& p = run_.filter.covariance();
   for (std::size_t i = 0; i < kParameters; ++i)
     for (std::size_t j = 0; j < kParameters; ++j)
-      c(static_cast<int>(i), static_cast<int>(j)) = static_cast<double>(
-          p[HeldTwoMass<Real>::kStates + i][HeldTwoMass<Real>::kStates + j]);
+      c(static_cast<int>(i), static_cast<int>(j)) =
+          static_cast<double>(p[HeldTwoMass<Real>::kStates + i][HeldTwoMass<Real>::kStates + j]);
   return c;
 }
 
@@ -227,7 +247,8 @@ auto PhysicalTracker<Real, ReplaySamples>::covariance() const noexcept -> Covari
 template <class Real, std::size_t ReplaySamples>
 double PhysicalTracker<Real, ReplaySamples>::resonance_hz() const noexcept {
   using P = PhysicalParameter;
-  return std::sqrt(value(P::stiffness) * (1.0 / value(P::driven_inertia) + 1.0 / value(P::load_inertia))) / kTwoPi;
+  return std::sqrt(value(P::stiffness) * (1.0 / value(P::driven_inertia) + 1.0 / value(P::load_inertia))) /
+         kTwoPi;
 }
 
 template <class Real, std::size_t ReplaySamples>
