@@ -4,12 +4,22 @@
 #include <resonid/recursive/discrete_model.hpp>
 #include <resonid/recursive/model_response.hpp>
 #include <resonid/recursive/modes.hpp>
+#include <resonid/recursive/physical_tracker.hpp>
+#include <resonid/recursive/recursive_response_fit.hpp>
+#include <resonid/recursive/response_fit.hpp>
 #include <resonid/recursive/rls.hpp>
 
 namespace resonid::recursive {
 
 template struct DiscreteModel<double, 3>;
 template struct DiscreteModel<float, 3>;
+template class PhysicalTracker<double>;
+template class PhysicalTracker<double, 0>;
+template class PhysicalTracker<float, 4096>;
+template class PhysicalTracker<float, 0>;
+
+static_assert(std::is_trivially_copyable_v<PhysicalTracker<double>>);
+static_assert(std::is_trivially_copyable_v<PhysicalTracker<float, 0>>);
 
 template class RecursiveLeastSquares<double, 6>;
 template class RecursiveLeastSquares<float, 6>;
@@ -18,5 +28,10 @@ template class SampledModes<2>;
 template class SampledModes<3>;
 template class SampledModes<4>;
 template class SampledModes<5>;
+
+template class ResponseFit<double, 3, 21>;
+template class ResponseFit<float, 3, 21>;
+template class RecursiveResponseFit<double, 3, 21>;
+template class RecursiveResponseFit<float, 3, 21>;
 
 }  // namespace resonid::recursive
