@@ -27,6 +27,24 @@ json estimate(const fit::Estimate& e, const std::string& unit) {
   return j;
 }
 
+/// Of the estimated parameters; nothing where one is not known at all.
+json covariance_json(const fit::DriveModel& drive) {
+  json names = json::array(), matrix = json::array();
+  for (int i = 0; i < fit::kParameterCount; ++i) {
+    if (!drive.estimated[static_cast<std::size_t>(i)]) continue;
+    names.push_back(fit::kParameterNames[static_cast<std::size_t>(i)]);
+    json row = json::array();
+    for (int j = 0; j < fit::kParameterCount; ++j) {
+      if (!drive.estimated[static_cast<std::size_t>(j)]) continue;
+      if (!std::isfinite(drive.covariance(i, j))) return {};
+      row.push_back(drive.covariance(i, j));
+    }
+    matrix.push_back(std::move(row));
+  }
+  if (names.empty()) return {};
+  return {{"parameters", std::move(names)}, {"matrix", std::move(matrix)}};
+}
+
 json model_json(const identification::ModelResult& model, const identification::Units& units,
                 const std::optional<double>& radius_m) {
   const auto& drive = model.drive;
@@ -59,12 +77,15 @@ json model_json(const identification::ModelResult& model, const identification::
     parameters["coulomb_friction"] = estimate(*model.coulomb_friction, units.torque);
   if (model.offset) parameters["offset"] = estimate(*model.offset, units.torque);
   const auto g = drive.transfer_function();
-  return {{"structure", two ? "two-mass" : "rigid"},
-          {"fitted_to", model.from_record ? "record" : "response"},
-          {"model_error", model.model_error},
-          {"parameters", parameters},
-          {"transfer_function",
-           {{"numerator", g.numerator}, {"denominator", g.denominator}, {"sample_time_s", g.sample_time_s}}}};
+  json j{{"structure", two ? "two-mass" : "rigid"},
+         {"fitted_to", model.from_record ? "record" : "response"},
+         {"model_error", model.model_error},
+         {"parameters", parameters},
+         {"transfer_function",
+          {{"numerator", g.numerator}, {"denominator", g.denominator}, {"sample_time_s", g.sample_time_s}}}};
+  if (auto covariance = covariance_json(drive); !covariance.is_null())
+    j["covariance"] = std::move(covariance);
+  return j;
 }
 
 json loop_json(const identification::LoopResult& loop) {
@@ -128,6 +149,7 @@ json to_json(const Result& result) {
          {"record", record_json(result.record)},
          {"method", result.method},
          {"approach", result.approach},
+         {"confidence", result.confidence},
          {"units",
           {{"input", result.units.input},
            {"velocity", result.units.velocity},
@@ -137,6 +159,7 @@ json to_json(const Result& result) {
          {"trusted", result.trusted},
          {"findings", findings_json(result.findings)}};
   if (result.known_delay_s > 0.0) j["known_delay_s"] = result.known_delay_s;
+  if (result.radius_m) j["radius_m"] = *result.radius_m;
   for (const auto& r : result.resonances) {
     json entry{{"kind", r.anti ? "antiresonance" : "resonance"},
                {"frequency_hz", r.frequency_hz},

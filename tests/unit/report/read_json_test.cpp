@@ -1,0 +1,148 @@
+// SPDX-License-Identifier: MIT
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+#include <resonid/report/json.hpp>
+
+#include "results.hpp"
+
+namespace resonid::report {
+namespace {
+
+using nlohmann::json;
+
+identification::Result correlated() {
+  auto r = test::full();
+  r.model->drive.covariance(0, 2) = r.model->drive.covariance(2, 0) = 5e-9;
+  r.radius_m = 0.05;
+  r.confidence = 0.9;
+  return r;
+}
+
+identification::Result rigid() {
+  auto r = test::bare();
+  identification::ModelResult model;
+  model.drive.structure = fit::Structure::rigid;
+  model.drive.parameters.driven_inertia = 0.064;
+  model.drive.parameters.viscous_friction = 0.05;
+  model.drive.sample_time_s = 0.002;
+  model.drive.estimated = fit::estimated_parameters(fit::Structure::rigid, true, false);
+  model.drive.covariance(fit::kDrivenInertia, fit::kDrivenInertia) = 1e-8;
+  model.drive.covariance(fit::kViscousFriction, fit::kViscousFriction) = 1e-6;
+  model.coulomb_friction = fit::Estimate{0.2, 0.01};
+  model.from_record = false;
+  r.model = model;
+  r.validation = identification::Validation{80.0, false, std::nullopt, std::nullopt};
+  return r;
+}
+
+std::string message(const json& j) {
+  const auto result = result_from_json(j);
+  return result ? std::string() : result.error().message();
+}
+
+TEST(ReadJson, GivesBackWhatWasWritten) {
+  for (const auto& result : {test::bare(), test::full(), correlated(), rigid()}) {
+    const json j = to_json(result);
+    const auto again = result_from_json(j);
+    ASSERT_TRUE(again) << again.error().message();
+    EXPECT_EQ(to_json(*again), j);
+  }
+}
+
+TEST(ReadJson, KeepsTheCovariance) {
+  const auto again = result_from_json(to_json(correlated()));
+  ASSERT_TRUE(again);
+  EXPECT_DOUBLE_EQ(again->model->drive.covariance(0, 2), 5e-9);
+  EXPECT_DOUBLE_EQ(again->model->drive.resonance().standard_deviation,
+                   correlated().model->drive.resonance().standard_deviation);
+}
+
+TEST(ReadJson, TakesResultsWithoutCovariance) {
+  json j = to_json(correlated());
+  j["model"].erase("covariance");
+  const auto again = result_from_json(j);
+  ASSERT_TRUE(again);
+  EXPECT_DOUBLE_EQ(again->model->drive.covariance(0, 2), 0.0);
+  EXPECT_NEAR(again->model->drive.estimate(fit::kStiffness).standard_deviation, 1e-4, 1e-12);
+}
+
+TEST(ReadJson, PassesOverWhatTheSchemaDoesNotName) {
+  json j = to_json(test::full());
+  j["page"] = {{"title", "x"}};
+  j["model"]["remark"] = 3;
+  EXPECT_TRUE(result_from_json(j));
+}
+
+TEST(ReadJson, NamesEveryKeyThatIsMissing) {
+  const json whole = to_json(test::full());
+  for (const char* pointer :
+       {"/schema", "/record", "/record/file", "/record/samples", "/record/sample_rate_hz", "/record/signals",
+        "/record/signals/input", "/record/signals/output", "/method", "/approach", "/frequency_response",
+        "/frequency_response/frequency_hz", "/frequency_response/real", "/frequency_response/imag",
+        "/resonances", "/resonances/0/kind", "/resonances/1/frequency_hz", "/resonances/0/source",
+        "/model/structure", "/model/parameters", "/model/parameters/driven_inertia",
+        "/model/parameters/load_inertia", "/model/parameters/stiffness", "/model/parameters/damping/value",
+        "/model/transfer_function", "/model/transfer_function/sample_time_s", "/loop/modulus_margin",
+        "/validation/fit_percent", "/trusted", "/findings", "/findings/0/id", "/findings/0/meaning"}) {
+    const json::json_pointer at(pointer);
+    json j = whole;
+    j.at(at.parent_pointer()).erase(at.back());
+    std::string path = "$";
+    for (const char* c = pointer; *c != 0; ++c) path += *c == '/' ? '.' : *c;
+    for (const char* digit : {"0", "1"})
+      if (const auto i = path.find("." + std::string(digit) + "."); i != std::string::npos)
+        path.replace(i, 3, "[" + std::string(digit) + "].");
+    EXPECT_EQ(message(j).rfind(path + ": found nothing, required this key", 0), 0U) << path << "\n" << message(j);
+  }
+}
+
+TEST(ReadJson, NamesWhatWasFoundAndWhatIsRequired) {
+  const json whole = to_json(test::full());
+  const auto with = [&](const char* pointer, const json& value) {
+    json j = whole;
+    j[json::json_pointer(pointer)] = value;
+    return message(j);
+  };
+  EXPECT_EQ(with("/schema", "resonid.track/1"),
+            "$.schema: found \"resonid.track/1\", required \"resonid.identification/1\"");
+  EXPECT_EQ(with("/model/parameters/stiffness/value", "143.75"),
+            "$.model.parameters.stiffness.value: found \"143.75\", required a number");
+  EXPECT_EQ(with("/model/parameters/stiffness/value", -3.0),
+            "$.model.parameters.stiffness.value: found -3.0, required a number > 0");
+  EXPECT_EQ(with("/model/parameters/stiffness", 143.75),
+            "$.model.parameters.stiffness: found 143.75, required an object");
+  EXPECT_EQ(with("/model/structure", "two-masses"),
+            "$.model.structure: found \"two-masses\", required one of \"rigid\", \"two-mass\"");
+  EXPECT_EQ(with("/record/sample_rate_hz", 0), "$.record.sample_rate_hz: found 0, required a number > 0");
+  EXPECT_EQ(with("/record/samples", -1), "$.record.samples: found -1, required a whole number >= 0");
+  EXPECT_EQ(with("/trusted", nullptr), "$.trusted: found null, required true or false");
+  EXPECT_EQ(with("/frequency_response/real", json{1.0, 2.0}),
+            "$.frequency_response.real: found an array of 2, required as many numbers as frequency_hz has, 3");
+  EXPECT_EQ(with("/frequency_response/frequency_hz", json{1.0, 3.0, 2.0}),
+            "$.frequency_response.frequency_hz: found an array of 3, required ascending frequencies >= 0");
+  EXPECT_EQ(with("/frequency_response/imag/1", "x"),
+            "$.frequency_response.imag[1]: found \"x\", required a number");
+  EXPECT_EQ(with("/frequency_response/std/2", -0.1),
+            "$.frequency_response.std[2]: found -0.1, required a number >= 0");
+  EXPECT_EQ(with("/resonances/1/kind", 7),
+            "$.resonances[1].kind: found 7, required one of \"resonance\", \"antiresonance\"");
+  EXPECT_EQ(with("/method", json::array()), "$.method: found an array of 0, required a text");
+  EXPECT_EQ(message(json::array({1, 2})), "$: found an array of 2, required an object");
+}
+
+TEST(ReadJson, NamesAllThatIsWrong) {
+  json j = to_json(test::full());
+  j["method"] = 1;
+  j["record"].erase("file");
+  j["loop"]["modulus_margin"] = "much";
+  const auto result = result_from_json(j);
+  ASSERT_FALSE(result);
+  ASSERT_EQ(result.error().problems.size(), 3U);
+  EXPECT_EQ(result.error().problems[0].path, "$.record.file");
+  EXPECT_EQ(result.error().problems[1].path, "$.method");
+  EXPECT_EQ(result.error().problems[2].path, "$.loop.modulus_margin");
+}
+
+}  // namespace
+}  // namespace resonid::report
