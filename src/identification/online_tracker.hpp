@@ -51,6 +51,11 @@ class OnlineTracker {
   [[nodiscard]] virtual bool white_residual() const { return false; }
   [[nodiscard]] virtual OnlineValue resonance() { return {}; }
   [[nodiscard]] virtual OnlineValue antiresonance() { return {}; }
+  /// Relative uncertainty of what is mainly reported, and what it must be below to count as converged: that of
+  /// the resonance, unless a tracker has something else.
+  [[nodiscard]] virtual bool finds_resonance() const { return true; }
+  [[nodiscard]] virtual double uncertainty() { return resonance().deviation / resonance().value; }
+  [[nodiscard]] virtual double most_uncertainty() const { return 0.02; }
   /// Whether the estimate could be a machine: stable, signs of inertia, stiffness and damping.
   [[nodiscard]] virtual bool physical() const { return true; }
   /// Whether the estimator itself saw enough excitation lately.

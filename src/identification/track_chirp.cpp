@@ -14,6 +14,7 @@ namespace {
 
 using Complex = std::complex<double>;
 using Tracker = tracking::ChirpTracker<double>;
+constexpr double kMostUncertainLine = 0.2;
 
 /// The response along a sweep: the value at the frequency that the chirp just passed, and the curve so far.
 class Sweep final : public OnlineTracker {
@@ -47,6 +48,9 @@ class Sweep final : public OnlineTracker {
   [[nodiscard]] double lag_samples() const override { return line_.lag_samples(0); }
   [[nodiscard]] OnlineValue resonance() override { return extremum(false); }
   [[nodiscard]] OnlineValue antiresonance() override { return extremum(true); }
+  [[nodiscard]] bool finds_resonance() const override { return false; }
+  [[nodiscard]] double uncertainty() override { return deviation() / std::abs(value()); }
+  [[nodiscard]] double most_uncertainty() const override { return kMostUncertainLine; }
   [[nodiscard]] std::span<const double> own_frequencies_hz() const override { return curve_.frequency_hz; }
   void response(std::span<const double>, std::span<Complex> values) override {
     std::copy(curve_.value.begin(), curve_.value.end(), values.begin());

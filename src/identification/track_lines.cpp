@@ -17,6 +17,7 @@ namespace {
 using Complex = std::complex<double>;
 constexpr std::size_t kMostLines = 256;
 constexpr std::size_t kMostWindow = 16384;
+constexpr double kMostUncertainLine = 0.2;
 
 tl::unexpected<Refusal> refused(const ConfigError& error, const char* option) {
   return tl::unexpected(Refusal{option, fmt::format("{} {} (found {:.6g})", error.field, error.requirement, error.value)});
@@ -79,6 +80,20 @@ class FixedLines final : public OnlineTracker {
     refresh();
     return ready() ? extremum(now_, true) : OnlineValue{};
   }
+  [[nodiscard]] bool finds_resonance() const override { return false; }
+  /// Of the median line.
+  [[nodiscard]] double uncertainty() override {
+    refresh();
+    std::vector<double> relative;
+    for (std::size_t i = 0; i < now_.lines(); ++i)
+      relative.push_back(now_.standard_deviation[i] / std::abs(now_.value[i]));
+    std::erase_if(relative, [](double r) { return std::isnan(r); });
+    if (relative.empty()) return kUnknown;
+    const auto middle = relative.begin() + static_cast<std::ptrdiff_t>(relative.size() / 2);
+    std::nth_element(relative.begin(), middle, relative.end());
+    return *middle;
+  }
+  [[nodiscard]] double most_uncertainty() const override { return kMostUncertainLine; }
   [[nodiscard]] std::span<const double> own_frequencies_hz() const override { return now_.frequency_hz; }
   void response(std::span<const double>, std::span<Complex> values) override {
     refresh();
