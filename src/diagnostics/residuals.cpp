@@ -5,36 +5,81 @@
 #include <resonid/diagnostics/residuals.hpp>
 
 namespace resonid::diagnostics {
+namespace {
 
-ResidualTest test_residual(std::span<const double> residual, std::span<const double> simulated,
-                           std::size_t max_lag, std::size_t judged_lags) {
+double mean_of(std::span<const double> x) {
+  return x.empty() ? 0.0 : std::accumulate(x.begin(), x.end(), 0.0) / static_cast<double>(x.size());
+}
+
+std::vector<double> centred(std::span<const double> x) {
+  std::vector<double> out(x.begin(), x.end());
+  const double mean = mean_of(x);
+  for (double& v : out) v -= mean;
+  return out;
+}
+
+double power(const std::vector<double>& x) { return std::inner_product(x.begin(), x.end(), x.begin(), 0.0); }
+
+/// sum a(k) b(k - lag), lag >= 0
+double product(const std::vector<double>& a, const std::vector<double>& b, std::size_t lag) {
+  return std::inner_product(a.begin() + static_cast<std::ptrdiff_t>(lag), a.end(), b.begin(), 0.0);
+}
+
+/// Variance of a correlation of two independent coloured signals over that of white ones,
+/// sum_t Ree(t) Rxx(t): Bartlett's formula. Lags beyond M are taken for 0.
+double bartlett(const std::vector<double>& e, const std::vector<double>& x, std::size_t max_lag) {
+  const double scale = power(e) * power(x);
+  double sum = 1.0;
+  for (std::size_t lag = 1; lag <= max_lag && scale > 0.0; ++lag)
+    sum += 2.0 * product(e, e, lag) * product(x, x, lag) / scale;
+  return std::max(1.0, sum);
+}
+
+ResidualCorrelation correlate(const std::vector<double>& e, const std::vector<double>& x,
+                              const ResidualTest& test, bool itself) {
+  ResidualCorrelation c;
+  const double scale = std::sqrt(power(e) * power(x));
+  const auto normalised = [&](double sum) { return scale > 0.0 ? sum / scale : 0.0; };
+  c.value.resize(2 * test.max_lag + 1);
+  for (std::size_t lag = 0; lag <= test.max_lag; ++lag) {
+    c.value[test.max_lag + lag] = normalised(product(e, x, lag));
+    c.value[test.max_lag - lag] = normalised(product(x, e, lag));
+  }
+  if (!itself) c.colour = std::sqrt(bartlett(e, x, test.max_lag));
+  for (std::size_t lag = 1; lag <= test.judged_lags; ++lag) {
+    const double size = std::abs(c.value[test.max_lag + lag]);
+    if (size > test.limit) ++c.beyond;
+    if (size <= c.largest) continue;
+    c.largest = size;
+    c.largest_lag = static_cast<int>(lag);
+  }
+  return c;
+}
+
+}  // namespace
+
+ResidualTest test_residual(const ResidualSignals& signals, std::size_t max_lag, std::size_t judged_lags) {
   ResidualTest test;
-  const std::size_t n = std::min(residual.size(), simulated.size());
+  std::size_t n = signals.residual.size();
+  for (const auto& s : {signals.simulated, signals.input, signals.excitation})
+    if (!s.empty()) n = std::min(n, s.size());
   if (n == 0) return test;
-  max_lag = std::min(max_lag, n - 1);
-  const double mean =
-      std::accumulate(simulated.begin(), simulated.begin() + static_cast<std::ptrdiff_t>(n), 0.0) /
-      static_cast<double>(n);
-  double residual_power = 0.0, simulated_power = 0.0;
-  for (std::size_t k = 0; k < n; ++k) {
-    residual_power += residual[k] * residual[k];
-    simulated_power += (simulated[k] - mean) * (simulated[k] - mean);
-  }
+  test.samples = n;
+  test.max_lag = std::min(max_lag, n - 1);
+  test.judged_lags = std::min(judged_lags, test.max_lag);
   test.limit = 2.17 / std::sqrt(static_cast<double>(n));
-  for (std::size_t lag = 0; lag <= max_lag; ++lag) {
-    double self = 0.0, cross = 0.0;
-    for (std::size_t k = lag; k < n; ++k) {
-      self += residual[k] * residual[k - lag];
-      cross += residual[k] * (simulated[k - lag] - mean);
-    }
-    test.autocorrelation.push_back(residual_power > 0.0 ? self / residual_power : 0.0);
-    if (lag == 0) continue;
-    const double scale = std::sqrt(residual_power * simulated_power);
-    test.cross_correlation.push_back(scale > 0.0 ? cross / scale : 0.0);
-    if (lag <= judged_lags)
-      test.cross_correlation_max =
-          std::max(test.cross_correlation_max, std::abs(test.cross_correlation.back()));
-  }
+  const auto e = centred(signals.residual.first(n));
+  test.mean = mean_of(signals.residual.first(n));
+  test.rms = std::sqrt(power(e) / static_cast<double>(n));
+  test.self = correlate(e, e, test, true);
+  const auto with = [&](std::span<const double> x) {
+    return x.empty() ? ResidualCorrelation{} : correlate(e, centred(x.first(n)), test, false);
+  };
+  test.with_simulated = with(signals.simulated);
+  test.with_input = with(signals.input);
+  test.with_excitation = with(signals.excitation);
+  if (!signals.simulated.empty() && test.rms > 0.0)
+    test.snr_db = 10.0 * std::log10(power(centred(signals.simulated.first(n))) / power(e));
   return test;
 }
 

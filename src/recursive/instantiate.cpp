@@ -4,6 +4,8 @@
 #include <resonid/recursive/discrete_model.hpp>
 #include <resonid/recursive/model_response.hpp>
 #include <resonid/recursive/modes.hpp>
+#include <resonid/recursive/recursive_response_fit.hpp>
+#include <resonid/recursive/response_fit.hpp>
 #include <resonid/recursive/rls.hpp>
 
 namespace resonid::recursive {
@@ -18,5 +20,10 @@ template class SampledModes<2>;
 template class SampledModes<3>;
 template class SampledModes<4>;
 template class SampledModes<5>;
+
+template class ResponseFit<double, 3, 21>;
+template class ResponseFit<float, 3, 21>;
+template class RecursiveResponseFit<double, 3, 21>;
+template class RecursiveResponseFit<float, 3, 21>;
 
 }  // namespace resonid::recursive

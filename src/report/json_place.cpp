@@ -130,8 +130,8 @@ std::string JsonError::message() const {
   constexpr std::size_t kShown = 8;
   std::string text;
   for (std::size_t i = 0; i < std::min(problems.size(), kShown); ++i)
-    text += fmt::format("{}{}: found {}, required {}", i == 0 ? "" : "\n", problems[i].path, problems[i].found,
-                        problems[i].required);
+    text += fmt::format("{}{}: found {}, required {}", i == 0 ? "" : "\n", problems[i].path,
+                        problems[i].found, problems[i].required);
   if (problems.size() > kShown) text += fmt::format("\nand {} more", problems.size() - kShown);
   return text;
 }

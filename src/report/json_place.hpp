@@ -25,10 +25,10 @@ class JsonPlace {
   /// The elements of an array.
   [[nodiscard]] std::vector<JsonPlace> elements() const;
 
-  [[nodiscard]] double number() const;       ///< Finite.
-  [[nodiscard]] double positive() const;     ///< > 0
+  [[nodiscard]] double number() const;        ///< Finite.
+  [[nodiscard]] double positive() const;      ///< > 0
   [[nodiscard]] double not_negative() const;  ///< >= 0
-  [[nodiscard]] std::size_t count() const;   ///< Whole, >= 0.
+  [[nodiscard]] std::size_t count() const;    ///< Whole, >= 0.
   [[nodiscard]] bool flag() const;
   [[nodiscard]] std::string text() const;
   [[nodiscard]] std::vector<double> numbers() const;

@@ -22,7 +22,8 @@ data::FrequencyResponse read_response(const JsonPlace& j) {
   for (std::size_t i = 1; i < n; ++i)
     if (!(g.frequency_hz[i] > g.frequency_hz[i - 1]) || !(g.frequency_hz[0] >= 0.0))
       j.at("frequency_hz").refuse("ascending frequencies >= 0");
-  for (std::size_t i = 0; i < std::min({n, real.size(), imag.size()}); ++i) g.value.emplace_back(real[i], imag[i]);
+  for (std::size_t i = 0; i < std::min({n, real.size(), imag.size()}); ++i)
+    g.value.emplace_back(real[i], imag[i]);
   const auto fill = [&](const char* key, std::vector<double>& target) {
     const auto place = j.maybe(key);
     if (!place.present()) return;
@@ -31,7 +32,8 @@ data::FrequencyResponse read_response(const JsonPlace& j) {
   };
   fill("std", g.standard_deviation);
   fill("coherence", g.coherence);
-  if (const auto unsettled = j.maybe("unsettled_hz"); unsettled.present()) g.unsettled_hz = unsettled.numbers();
+  if (const auto unsettled = j.maybe("unsettled_hz"); unsettled.present())
+    g.unsettled_hz = unsettled.numbers();
   return g;
 }
 
@@ -117,7 +119,8 @@ identification::ModelResult read_model(const JsonPlace& j, identification::Units
   units.inertia = parameters.maybe("driven_inertia").maybe_text("unit");
   units.stiffness = parameters.maybe("stiffness").maybe_text("unit");
   units.damping = parameters.maybe(two ? "damping" : "viscous_friction").maybe_text("unit");
-  if (const auto c = parameters.maybe("coulomb_friction"); c.present()) model.coulomb_friction = read_estimate(c);
+  if (const auto c = parameters.maybe("coulomb_friction"); c.present())
+    model.coulomb_friction = read_estimate(c);
   if (const auto o = parameters.maybe("offset"); o.present()) model.offset = read_estimate(o);
   if (const auto covariance = j.maybe("covariance"); covariance.present()) read_covariance(covariance, drive);
   drive.sample_time_s = j.at("transfer_function").at("sample_time_s").positive();
@@ -174,8 +177,8 @@ void read_units(const JsonPlace& j, identification::Units& units) {
   units.input = units.torque = j.at("input").text();
   units.velocity = j.at("velocity").text();
   units.response = j.at("response").text();
-  units.physical = (units.input == "Nm" && units.velocity == "rad/s") ||
-                   (units.input == "N" && units.velocity == "m/s");
+  units.physical =
+      (units.input == "Nm" && units.velocity == "rad/s") || (units.input == "N" && units.velocity == "m/s");
 }
 
 }  // namespace

@@ -58,7 +58,8 @@ template <class Real, std::size_t Order>
 
 /// The model with every pole outside of |z| = radius drawn radially onto it; the numerator stays.
 template <class Real, std::size_t Order>
-[[nodiscard]] DiscreteModel<Real, Order> stabilized(DiscreteModel<Real, Order> model, double radius) noexcept {
+[[nodiscard]] DiscreteModel<Real, Order> stabilized(DiscreteModel<Real, Order> model,
+                                                    double radius) noexcept {
   if (poles_within(model, static_cast<Real>(radius))) return model;
   Monic<Order> a;
   for (std::size_t i = 0; i < Order; ++i) a[i] = static_cast<double>(model.a[i]);

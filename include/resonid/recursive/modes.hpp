@@ -36,8 +36,8 @@ struct DiscreteModes {
 ///   G(z) = sum rho_i/(z - z_i) is the zero-order-hold equivalent of
 ///   G(s) = sum R_i/(s - p_i)  with  p_i = ln(z_i)/Ts,  R_i = rho_i p_i/(z_i - 1)
 ///
-/// so that resonances are the p_i, and anti-resonances the s with G(s) = 0: exact, unlike the logarithm of the
-/// sampled zeros, which misses a resonance at a quarter of the sample rate by several per cent. Standard
+/// so that resonances are the p_i, and anti-resonances the s with G(s) = 0: exact, unlike the logarithm of
+/// the sampled zeros, which misses a resonance at a quarter of the sample rate by several per cent. Standard
 /// deviations by the delta method with exact derivatives. Limit: distinct poles, none on the negative real
 /// axis, for which there is no continuous machine; there the logarithm of the sampled zero is taken.
 template <std::size_t Order>
@@ -64,7 +64,8 @@ class SampledModes {
 
   [[nodiscard]] DiscreteModes<kPairs> resonances() const noexcept { return resonances(nullptr); }
   template <class Real>
-  [[nodiscard]] DiscreteModes<kPairs> resonances(const ModelCovariance<Real, Order>& covariance) const noexcept {
+  [[nodiscard]] DiscreteModes<kPairs> resonances(
+      const ModelCovariance<Real, Order>& covariance) const noexcept {
     const Square c = covariance.template cast<double>();
     return resonances(&c);
   }
@@ -97,7 +98,8 @@ class SampledModes {
     DiscreteModes<kPairs> modes;
     for (std::size_t i = 0; finite_ && i < Order; ++i)
       if (pole_[i].imag() > 0.0)
-        insert(modes, std::log(pole_[i]) * sample_rate_hz_, continuous(pole_gradient(i), pole_[i]), covariance);
+        insert(modes, std::log(pole_[i]) * sample_rate_hz_, continuous(pole_gradient(i), pole_[i]),
+               covariance);
     return modes;
   }
 
@@ -130,7 +132,7 @@ class SampledModes {
 
   /// Partial fractions of both responses; R carries the factor fs, which no zero depends on.
   struct Expansion {
-    std::array<Complex, Order> p{}, residue{};     // of the continuous machine
+    std::array<Complex, Order> p{}, residue{};  // of the continuous machine
     std::array<Gradient, Order> dp{}, dresidue{};
     bool continuous = true;
   };
@@ -236,7 +238,8 @@ class SampledModes {
     return continuous(gradient, z);
   }
 
-  [[nodiscard]] static std::array<double, 2 * Order> frequency_gradient(Complex s, const Gradient& ds) noexcept {
+  [[nodiscard]] static std::array<double, 2 * Order> frequency_gradient(Complex s,
+                                                                        const Gradient& ds) noexcept {
     std::array<double, 2 * Order> gradient;
     for (std::size_t j = 0; j < 2 * Order; ++j)
       gradient[j] = (std::conj(s) * ds[j]).real() / (std::abs(s) * kTwoPi);

@@ -28,13 +28,13 @@ struct RecursiveLeastSquaresConfig {
   std::span<const double> start{};  ///< Parameters before the first sample; empty: 0.
   /// Variance of each parameter's start per unit variance of the residual, times its scale squared; > 0.
   double start_variance = 1.0;
-  std::span<const double> scale{};    ///< Typical size of each regressor, > 0; empty: 1.
-  std::span<const bool> held{};       ///< Parameters that stay at their start; empty: none.
+  std::span<const double> scale{};  ///< Typical size of each regressor, > 0; empty: 1.
+  std::span<const bool> held{};     ///< Parameters that stay at their start; empty: none.
   Forgetting forgetting = Forgetting::constant;
-  double factor = 0.99;           ///< Weight that a sample keeps per sample, in (0, 1]; not used by `none`.
-  double smallest_factor = 0.8;   ///< Least factor of `variable`, in (0, factor].
-  double noise_variance = 0.0;    ///< Usual variance of the error, for `variable`; 0: learned.
-  double largest_variance = 1e4;  ///< Upper limit of each parameter's variance over its start's, >= 1.
+  double factor = 0.99;            ///< Weight that a sample keeps per sample, in (0, 1]; not used by `none`.
+  double smallest_factor = 0.8;    ///< Least factor of `variable`, in (0, factor].
+  double noise_variance = 0.0;     ///< Usual variance of the error, for `variable`; 0: learned.
+  double largest_variance = 1e4;   ///< Upper limit of each parameter's variance over its start's, >= 1.
   double smallest_variance = 0.0;  ///< Lower limit likewise: stays alert without forgetting; 0 ... 1.
 };
 
@@ -45,9 +45,9 @@ struct RecursiveLeastSquaresConfig {
 /// P = U D U' (Bierman); w: weight of the sample. P is per unit residual variance.
 ///
 /// Without excitation, forgetting would make P grow without bound. A parameter whose variance passes its
-/// upper limit is therefore told, once more, its present estimate, with the certainty that brings its variance
-/// back to the limit: theta stays, the other directions go on being tracked, and excited() turns false. The
-/// limits are looked at every kLimitInterval samples.
+/// upper limit is therefore told, once more, its present estimate, with the certainty that brings its
+/// variance back to the limit: theta stays, the other directions go on being tracked, and excited() turns
+/// false. The limits are looked at every kLimitInterval samples.
 ///
 /// A sample that is not finite counts as missing. Trivially copyable, no heap. Limit: the covariance is right
 /// for white equation errors, and for pseudo-linear regressions only near them. Source: METHOD 6.1; Bierman
@@ -131,11 +131,10 @@ class RecursiveLeastSquares {
 
   /// P: per unit residual variance, and as if all remembered samples had the same weight.
   [[nodiscard]] Matrix information_inverse() const noexcept { return factors_.dense(); }
-  /// Of the parameters: residual variance times P times the loss that unequal weights bring (1/(1 + lambda) in
-  /// the steady state of constant forgetting). Infinite until there are more samples than parameters.
+  /// Of the parameters: residual variance times P times the loss that unequal weights bring (1/(1 + lambda)
+  /// in the steady state of constant forgetting). Infinite until there are more samples than parameters.
   [[nodiscard]] Matrix covariance() const noexcept {
-    if (used_samples() <= Parameters)
-      return Matrix::Identity() * std::numeric_limits<Real>::infinity();
+    if (used_samples() <= Parameters) return Matrix::Identity() * std::numeric_limits<Real>::infinity();
     return factors_.dense() * (residual_variance() * weight_squares_ / weights_);
   }
   /// Of the equation error at weight 1, over the memory; infinite before the first sample.

@@ -38,7 +38,8 @@ TEST(SampledModes, AreThoseOfTheContinuousMachine) {
       const SampledModes<3> modes(model_of(machine.at(key)), rate_hz);
       ASSERT_EQ(modes.resonances().count, 1U) << name << key;
       ASSERT_EQ(modes.antiresonances().count, 1U) << name << key;
-      EXPECT_NEAR(modes.resonances()[0].frequency_hz / machine.at("fres").get<double>(), 1.0, 1e-6) << name << key;
+      EXPECT_NEAR(modes.resonances()[0].frequency_hz / machine.at("fres").get<double>(), 1.0, 1e-6)
+          << name << key;
       EXPECT_NEAR(modes.antiresonances()[0].frequency_hz / machine.at("fares").get<double>(), 1.0, 1e-6)
           << name << key;
       ++cases;
@@ -59,9 +60,9 @@ TEST(SampledModes, GiveTheDampingRatio) {
 
 TEST(SampledModes, StandardDeviationsAreThoseOfDifferences) {
   const auto golden = test::golden_json("models.json");
-  for (const auto& [name, key, rate_hz] : {std::tuple{"tooth_x0.38", "Ts=0.004", 250.0},
-                                           std::tuple{"tooth_x1.4", "Ts=0.002", 500.0},
-                                           std::tuple{"belt3", "Ts=0.002", 500.0}}) {
+  for (const auto& [name, key, rate_hz] :
+       {std::tuple{"tooth_x0.38", "Ts=0.004", 250.0}, std::tuple{"tooth_x1.4", "Ts=0.002", 500.0},
+        std::tuple{"belt3", "Ts=0.002", 500.0}}) {
     const Model m = model_of(golden.at(name).at(key));
     for (int i = 0; i < 6; ++i) {
       ModelCovariance<double, 3> one = ModelCovariance<double, 3>::Zero();

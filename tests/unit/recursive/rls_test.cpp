@@ -64,7 +64,8 @@ TEST(RecursiveLeastSquares, EqualsTheBatchSolution) {
       batch.add(e, factor, 0.7);
     }
     const Eigen::Vector4d solution = batch.information.ldlt().solve(batch.moment);
-    for (std::size_t i = 0; i < kN; ++i) EXPECT_NEAR(rls.parameters()[i], solution(static_cast<int>(i)), 1e-10);
+    for (std::size_t i = 0; i < kN; ++i)
+      EXPECT_NEAR(rls.parameters()[i], solution(static_cast<int>(i)), 1e-10);
     const Eigen::Matrix4d inverse = batch.information.inverse();
     EXPECT_LT((rls.information_inverse() - inverse).norm(), 1e-10 * inverse.norm());
   }
@@ -106,7 +107,8 @@ TEST(RecursiveLeastSquares, CovarianceIsTheScatterOverSeeds) {
       }
     }
     // A variance over 400 seeds is known to 7 %.
-    for (std::size_t i = 0; i < kN; ++i) EXPECT_NEAR(scatter[i] / claimed[i], 1.0, 0.25) << factor << " " << i;
+    for (std::size_t i = 0; i < kN; ++i)
+      EXPECT_NEAR(scatter[i] / claimed[i], 1.0, 0.25) << factor << " " << i;
   }
 }
 
@@ -171,7 +173,8 @@ TEST(RecursiveLeastSquares, OneSilentDirectionDoesNotStopTheOthers) {
 TEST(RecursiveLeastSquares, TheLowerLimitKeepsItAlert) {
   std::array<double, 2> error{};
   for (int limited = 0; limited < 2; ++limited) {
-    auto rls = Rls::create({.forgetting = Forgetting::none, .smallest_variance = limited == 1 ? 1e-3 : 0.0}).value();
+    auto rls =
+        Rls::create({.forgetting = Forgetting::none, .smallest_variance = limited == 1 ? 1e-3 : 0.0}).value();
     run(rls, equations(20000, 0.1, 9));
     auto changed = equations(3000, 0.1, 10);
     for (Equation& e : changed) e.value += e.regressor[0];
@@ -255,8 +258,7 @@ void expect_endurance(Forgetting forgetting, double largest) {
     for (int i = 0; i < 6; ++i) ASSERT_GT(p(i, i), Real(0));
     ASSERT_LT(p.trace(), Real(6.0 * 1.2 * largest));
     ASSERT_EQ(rls.excited(), excited) << block;
-    for (std::size_t i = 0; i < 6; ++i)
-      ASSERT_NEAR(rls.parameters()[i], excited ? truth[i] : held[i], 0.05);
+    for (std::size_t i = 0; i < 6; ++i) ASSERT_NEAR(rls.parameters()[i], excited ? truth[i] : held[i], 0.05);
   }
 }
 

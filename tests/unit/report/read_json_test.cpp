@@ -76,15 +76,38 @@ TEST(ReadJson, PassesOverWhatTheSchemaDoesNotName) {
 
 TEST(ReadJson, NamesEveryKeyThatIsMissing) {
   const json whole = to_json(test::full());
-  for (const char* pointer :
-       {"/schema", "/record", "/record/file", "/record/samples", "/record/sample_rate_hz", "/record/signals",
-        "/record/signals/input", "/record/signals/output", "/method", "/approach", "/frequency_response",
-        "/frequency_response/frequency_hz", "/frequency_response/real", "/frequency_response/imag",
-        "/resonances", "/resonances/0/kind", "/resonances/1/frequency_hz", "/resonances/0/source",
-        "/model/structure", "/model/parameters", "/model/parameters/driven_inertia",
-        "/model/parameters/load_inertia", "/model/parameters/stiffness", "/model/parameters/damping/value",
-        "/model/transfer_function", "/model/transfer_function/sample_time_s", "/loop/modulus_margin",
-        "/validation/fit_percent", "/trusted", "/findings", "/findings/0/id", "/findings/0/meaning"}) {
+  for (const char* pointer : {"/schema",
+                              "/record",
+                              "/record/file",
+                              "/record/samples",
+                              "/record/sample_rate_hz",
+                              "/record/signals",
+                              "/record/signals/input",
+                              "/record/signals/output",
+                              "/method",
+                              "/approach",
+                              "/frequency_response",
+                              "/frequency_response/frequency_hz",
+                              "/frequency_response/real",
+                              "/frequency_response/imag",
+                              "/resonances",
+                              "/resonances/0/kind",
+                              "/resonances/1/frequency_hz",
+                              "/resonances/0/source",
+                              "/model/structure",
+                              "/model/parameters",
+                              "/model/parameters/driven_inertia",
+                              "/model/parameters/load_inertia",
+                              "/model/parameters/stiffness",
+                              "/model/parameters/damping/value",
+                              "/model/transfer_function",
+                              "/model/transfer_function/sample_time_s",
+                              "/loop/modulus_margin",
+                              "/validation/fit_percent",
+                              "/trusted",
+                              "/findings",
+                              "/findings/0/id",
+                              "/findings/0/meaning"}) {
     const json::json_pointer at(pointer);
     json j = whole;
     j.at(at.parent_pointer()).erase(at.back());
@@ -93,7 +116,8 @@ TEST(ReadJson, NamesEveryKeyThatIsMissing) {
     for (const char* digit : {"0", "1"})
       if (const auto i = path.find("." + std::string(digit) + "."); i != std::string::npos)
         path.replace(i, 3, "[" + std::string(digit) + "].");
-    EXPECT_EQ(message(j).rfind(path + ": found nothing, required this key", 0), 0U) << path << "\n" << message(j);
+    EXPECT_EQ(message(j).rfind(path + ": found nothing, required this key", 0), 0U) << path << "\n"
+                                                                                    << message(j);
   }
 }
 
@@ -117,8 +141,9 @@ TEST(ReadJson, NamesWhatWasFoundAndWhatIsRequired) {
   EXPECT_EQ(with("/record/sample_rate_hz", 0), "$.record.sample_rate_hz: found 0, required a number > 0");
   EXPECT_EQ(with("/record/samples", -1), "$.record.samples: found -1, required a whole number >= 0");
   EXPECT_EQ(with("/trusted", nullptr), "$.trusted: found null, required true or false");
-  EXPECT_EQ(with("/frequency_response/real", json{1.0, 2.0}),
-            "$.frequency_response.real: found an array of 2, required as many numbers as frequency_hz has, 3");
+  EXPECT_EQ(
+      with("/frequency_response/real", json{1.0, 2.0}),
+      "$.frequency_response.real: found an array of 2, required as many numbers as frequency_hz has, 3");
   EXPECT_EQ(with("/frequency_response/frequency_hz", json{1.0, 3.0, 2.0}),
             "$.frequency_response.frequency_hz: found an array of 3, required ascending frequencies >= 0");
   EXPECT_EQ(with("/frequency_response/imag/1", "x"),
