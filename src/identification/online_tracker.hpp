@@ -57,7 +57,7 @@ class OnlineTracker {
   [[nodiscard]] virtual double uncertainty() { return resonance().deviation / resonance().value; }
   [[nodiscard]] virtual double most_uncertainty() const { return 0.02; }
   /// Whether the estimate could be a machine: stable, signs of inertia, stiffness and damping.
-  [[nodiscard]] virtual bool physical() const { return true; }
+  [[nodiscard]] virtual bool physical() { return true; }
   /// Whether the estimator itself saw enough excitation lately.
   [[nodiscard]] virtual bool excited() const { return true; }
   /// Frequencies at which response() answers by itself; empty: at any that it is asked for.

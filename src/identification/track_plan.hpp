@@ -44,5 +44,12 @@ struct Velocity {
                                             const TrackPlan& plan);
 [[nodiscard]] TrackerMade make_chirp_tracker(const data::Record& record, const TrackOptions& options,
                                              const TrackPlan& plan);
+[[nodiscard]] TrackerMade make_physical_tracker(const data::Record& record, const TrackOptions& options,
+                                                const TrackPlan& plan);
+[[nodiscard]] TrackerMade make_discrete_tracker(const data::Record& record, const TrackOptions& options,
+                                                const TrackPlan& plan);
+/// The one that the plan names.
+[[nodiscard]] TrackerMade make_tracker(const data::Record& record, const TrackOptions& options,
+                                       const TrackPlan& plan);
 
 }  // namespace resonid::identification::detail
