@@ -7,11 +7,19 @@
 #include <resonid/recursive/recursive_response_fit.hpp>
 #include <resonid/recursive/response_fit.hpp>
 #include <resonid/recursive/rls.hpp>
+#include <resonid/recursive/physical_tracker.hpp>
 
 namespace resonid::recursive {
 
 template struct DiscreteModel<double, 3>;
 template struct DiscreteModel<float, 3>;
+template class PhysicalTracker<double>;
+template class PhysicalTracker<double, 0>;
+template class PhysicalTracker<float, 4096>;
+template class PhysicalTracker<float, 0>;
+
+static_assert(std::is_trivially_copyable_v<PhysicalTracker<double>>);
+static_assert(std::is_trivially_copyable_v<PhysicalTracker<float, 0>>);
 
 template class RecursiveLeastSquares<double, 6>;
 template class RecursiveLeastSquares<float, 6>;

@@ -1,0 +1,284 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <resonid/recursive/held_two_mass.hpp>
+
+namespace resonid::recursive {
+
+/// State of the physical filter: three of the plant, then what is estimated.
+enum PhysicalState : std::size_t {
+  kDrivenVelocity,
+  kLoadVelocity,
+  kScaledTwist,        ///< twist times a constant, in the unit of a velocity
+  kLogDrivenInertia,   ///< ln J1
+  kLogLoadInertia,     ///< ln J2
+  kLogStiffness,       ///< ln K
+  kLogDamping,         ///< ln D
+  kViscousFriction,    ///< B
+  kCoulombFriction,    ///< Tc
+  kTorqueOffset,       ///< T0, constant torque at the input that is not in u
+  kStiffnessRate,      ///< d(ln K)/dt, 1/s
+  kPhysicalStates
+};
+
+/// How the filter's states wander between two samples.
+template <class Real>
+struct PhysicalNoise {
+  Real plant_variance{};      ///< Of each plant state, per sample.
+  Real stiffness_variance{};  ///< Of ln K, per sample.
+  Real damping_variance{};    ///< Of ln D, per sample.
+  Real rate_variance{};       ///< Of the rate, per sample.
+  Real rate_memory = Real(1);  ///< What of the rate is left after a sample.
+  Real offset_variance{};     ///< Of the torque offset, per sample.
+};
+
+/// Extended Kalman filter of a two-mass drive's states and parameters together; the engine of PhysicalTracker.
+///
+///   x+ = A(p) x + b(p) (u + T0 - Tc sign v1)        y = v1, a fraction of a sample earlier where asked for
+///   ln K+ = ln K + Ts rate
+///
+/// A, b and their derivatives are refreshed every few samples and corrected to first order in between. With
+/// `freeze()` the derivatives are those along a trajectory of fixed parameters: the filter then solves the
+/// linear least-squares problem of one Gauss-Newton step, exactly and in one pass.
+///
+/// Measurement updates in Joseph's form on a symmetric matrix: it stays positive. Source: METHOD 6.9.
+template <class Real>
+class PhysicalFilter {
+ public:
+  static constexpr std::size_t kN = kPhysicalStates;
+  static constexpr std::size_t kX = HeldTwoMass<Real>::kStates;
+  using Vector = std::array<Real, kN>;
+  using Matrix = std::array<Vector, kN>;
+
+  struct Setup {
+    Real sample_time_s{};
+    Real fraction{};       ///< Of a sample, [0, 1): how much earlier than the state the output was sampled.
+    Real twist_scale{};    ///< rad/s
+    std::uint32_t refresh_samples = 10;
+    PhysicalNoise<Real> noise;
+    Vector state{};
+    Vector deviation{};    ///< Standard deviations at the start; 0: known, stays as it is.
+  };
+
+  PhysicalFilter() = default;
+  explicit PhysicalFilter(const Setup& setup) noexcept : setup_(setup), state_(setup.state), along_(setup.state) {
+    for (std::size_t i = 0; i < kN; ++i) p_[i][i] = setup.deviation[i] * setup.deviation[i];
+    refresh();
+  }
+
+  /// Linearises about the given parameters from here on, instead of about the estimate.
+  void freeze(const Vector& about) noexcept {
+    along_ = about;
+    std::copy_n(state_.begin(), kX, along_.begin());
+    frozen_ = true;
+    refresh();
+  }
+  /// Linearises about the estimate again.
+  void thaw() noexcept {
+    frozen_ = false;
+    along_ = state_;
+    refresh();
+  }
+
+  /// From one sample to the next under the torque u. `wander`: whether parameters may have changed.
+  void predict(Real u, Real extra_torque_variance, bool wander) noexcept {
+    if (!frozen_ && ++since_refresh_ >= setup_.refresh_samples) refresh();
+    const Real sign = sign_of(state_[kDrivenVelocity]);
+    linearise(u, sign);
+    Vector next = state_;
+    for (std::size_t i = 0; i < kX; ++i) next[i] = deviated(held_, gradient_, i, u, sign);
+    propagate_covariance(extra_torque_variance, wander);
+    if (frozen_)
+      for (std::size_t i = 0; i < kX; ++i) along_[i] = reference_[i];
+    next[kLogStiffness] += setup_.sample_time_s * state_[kStiffnessRate];
+    next[kStiffnessRate] *= setup_.noise.rate_memory;
+    state_ = next;
+  }
+
+  /// Takes in an output. With a fraction it belongs between this state and the next, which u leads to.
+  void update(Real y, Real u, Real variance) noexcept {
+    Vector row{};
+    Real expected;
+    if (setup_.fraction > Real(0)) {
+      const Real sign = sign_of(state_[kDrivenVelocity]);
+      linearise(u, sign);
+      const auto g = gradient_of(partial_, u, sign);
+      for (std::size_t j = 0; j < kX; ++j) row[j] = partial_.ab[0][j];
+      for (std::size_t j = 0; j < kGradient; ++j) row[kX + j] = g[0][j];
+      expected = deviated(partial_, g, 0, u, sign);
+    } else {
+      row[kDrivenVelocity] = Real(1);
+      expected = state_[kDrivenVelocity];
+    }
+    correct(row, y - expected, variance);
+  }
+
+  [[nodiscard]] const Vector& state() const noexcept { return state_; }
+  [[nodiscard]] const Matrix& covariance() const noexcept { return p_; }
+  [[nodiscard]] const Vector& linearised_about() const noexcept { return along_; }
+  [[nodiscard]] Real innovation() const noexcept { return innovation_; }
+  [[nodiscard]] Real innovation_variance() const noexcept { return innovation_variance_; }
+  /// Change of the driven velocity within the last sample per relative change of the stiffness.
+  [[nodiscard]] Real stiffness_effect() const noexcept { return gradient_[0][kLogStiffness - kX]; }
+  /// Share of what is known of the stiffness that came with the newest output.
+  [[nodiscard]] Real stiffness_gain() const noexcept { return stiffness_gain_; }
+  [[nodiscard]] bool finite() const noexcept {
+    for (std::size_t i = 0; i < kN; ++i)
+      if (!std::isfinite(state_[i]) || !std::isfinite(p_[i][i])) return false;
+    return true;
+  }
+
+  /// Keeps a variance below a limit, correlations kept.
+  void limit_variance(std::size_t i, Real limit) noexcept {
+    if (!(p_[i][i] > limit)) return;
+    const Real scale = std::sqrt(limit / p_[i][i]);
+    for (std::size_t j = 0; j < kN; ++j) {
+      p_[i][j] *= scale;
+      p_[j][i] = p_[i][j];
+    }
+    p_[i][i] = limit;
+  }
+  void forget_rate() noexcept { state_[kStiffnessRate] *= setup_.noise.rate_memory; }
+
+ private:
+  static constexpr std::size_t kGradient = kStiffnessRate - kX;  // parameters that enter the plant's step
+  static constexpr std::size_t kNonlinear = HeldTwoMass<Real>::kDerivatives;
+  using Gradient = std::array<std::array<Real, kGradient>, kX>;
+
+  static Real sign_of(Real v) noexcept { return v > Real(0) ? Real(1) : v < Real(0) ? Real(-1) : Real(0); }
+
+  void refresh() noexcept {
+    const Vector& about = frozen_ ? along_ : state_;
+    const TwoMassPoint<Real> point{std::exp(about[kLogDrivenInertia]), std::exp(about[kLogLoadInertia]),
+                                   std::exp(about[kLogStiffness]), std::exp(about[kLogDamping]),
+                                   about[kViscousFriction]};
+    held_ = HeldTwoMass<Real>::over(point, setup_.twist_scale, setup_.sample_time_s);
+    if (setup_.fraction > Real(0))
+      partial_ = HeldTwoMass<Real>::over(point, setup_.twist_scale,
+                                         (Real(1) - setup_.fraction) * setup_.sample_time_s);
+    for (std::size_t j = kX; j < kX + kNonlinear; ++j) along_[j] = about[j];
+    since_refresh_ = 0;
+  }
+
+  /// The trajectory that derivatives are taken along, and its next plant state.
+  void linearise(Real u, Real sign) noexcept {
+    if (!frozen_) {
+      for (std::size_t i = 0; i < kX; ++i) along_[i] = state_[i];
+      along_[kCoulombFriction] = state_[kCoulombFriction];
+      along_[kTorqueOffset] = state_[kTorqueOffset];
+    }
+    gradient_ = gradient_of(held_, u, sign);
+    const Real torque = torque_along(u, sign);
+    for (std::size_t i = 0; i < kX; ++i) reference_[i] = step_of(held_.ab[i], torque);
+  }
+  [[nodiscard]] Real torque_along(Real u, Real sign) const noexcept {
+    return u + along_[kTorqueOffset] - along_[kCoulombFriction] * sign;
+  }
+  [[nodiscard]] Real step_of(const std::array<Real, kX + 1>& row, Real torque) const noexcept {
+    return row[0] * along_[0] + row[1] * along_[1] + row[2] * along_[2] + row[3] * torque;
+  }
+  [[nodiscard]] Gradient gradient_of(const HeldTwoMass<Real>& held, Real u, Real sign) const noexcept {
+    Gradient g;
+    const Real torque = torque_along(u, sign);
+    for (std::size_t i = 0; i < kX; ++i) {
+      for (std::size_t j = 0; j < kNonlinear; ++j) g[i][j] = step_of(held.by_log[j][i], torque);
+      g[i][kCoulombFriction - kX] = -sign * held.ab[i][kX];
+      g[i][kTorqueOffset - kX] = held.ab[i][kX];
+    }
+    return g;
+  }
+  /// Row i of the step, to first order about the trajectory.
+  [[nodiscard]] Real deviated(const HeldTwoMass<Real>& held, const Gradient& g, std::size_t i, Real u,
+                              Real sign) const noexcept {
+    Real value = step_of(held.ab[i], torque_along(u, sign));
+    for (std::size_t j = 0; j < kX; ++j) value += held.ab[i][j] * (state_[j] - along_[j]);
+    for (std::size_t j = 0; j < kGradient; ++j) value += g[i][j] * (state_[kX + j] - along_[kX + j]);
+    return value;
+  }
+
+  /// P = F P F^T + Q with F = [A G; 0 T]: only the plant's rows, and the stiffness with its rate, move.
+  void propagate_covariance(Real extra_torque_variance, bool wander) noexcept {
+    std::array<Vector, kX> moved;  // [A G] P
+    for (std::size_t i = 0; i < kX; ++i)
+      for (std::size_t j = 0; j < kN; ++j) {
+        Real sum = held_.ab[i][0] * p_[0][j] + held_.ab[i][1] * p_[1][j] + held_.ab[i][2] * p_[2][j];
+        for (std::size_t l = 0; l < kGradient; ++l) sum += gradient_[i][l] * p_[kX + l][j];
+        moved[i][j] = sum;
+      }
+    for (std::size_t i = 0; i < kX; ++i) {
+      for (std::size_t j = i; j < kX; ++j) {
+        Real sum = moved[i][0] * held_.ab[j][0] + moved[i][1] * held_.ab[j][1] + moved[i][2] * held_.ab[j][2];
+        for (std::size_t l = 0; l < kGradient; ++l) sum += moved[i][kX + l] * gradient_[j][l];
+        p_[i][j] = p_[j][i] = sum + held_.ab[i][kX] * held_.ab[j][kX] * extra_torque_variance;
+      }
+      p_[i][i] += setup_.noise.plant_variance;
+      for (std::size_t j = kX; j < kN; ++j) p_[j][i] = p_[i][j] = moved[i][j];
+    }
+    drift(wander);
+  }
+
+  void drift(bool wander) noexcept {
+    if (setup_.noise.rate_variance > Real(0) || p_[kStiffnessRate][kStiffnessRate] > Real(0)) {
+      const Real ts = setup_.sample_time_s;
+      const Real keep = setup_.noise.rate_memory;
+      for (std::size_t j = 0; j < kN; ++j) p_[kLogStiffness][j] += ts * p_[kStiffnessRate][j];
+      for (std::size_t j = 0; j < kN; ++j) p_[j][kLogStiffness] += ts * p_[j][kStiffnessRate];
+      for (std::size_t j = 0; j < kN; ++j) p_[kStiffnessRate][j] *= keep;
+      for (std::size_t j = 0; j < kN; ++j) p_[j][kStiffnessRate] *= keep;
+      for (std::size_t j = 0; j < kN; ++j) p_[j][kLogStiffness] = p_[kLogStiffness][j];
+    }
+    p_[kTorqueOffset][kTorqueOffset] += setup_.noise.offset_variance;
+    if (!wander) return;
+    p_[kLogStiffness][kLogStiffness] += setup_.noise.stiffness_variance;
+    p_[kLogDamping][kLogDamping] += setup_.noise.damping_variance;
+    p_[kStiffnessRate][kStiffnessRate] += setup_.noise.rate_variance;
+  }
+
+  void correct(const Vector& row, Real innovation, Real variance) noexcept {
+    Vector ph;
+    for (std::size_t i = 0; i < kN; ++i) ph[i] = row_product(i, row);
+    Real s = variance;
+    for (std::size_t j = 0; j < kStiffnessRate; ++j) s += row[j] * ph[j];
+    innovation_ = innovation;
+    innovation_variance_ = s;
+    if (!(s > Real(0)) || !std::isfinite(s) || !std::isfinite(innovation)) return;
+    Vector gain;
+    for (std::size_t i = 0; i < kN; ++i) gain[i] = ph[i] / s;
+    const Real before = p_[kLogStiffness][kLogStiffness];
+    // Joseph: (I - K h) P (I - K h)^T + K r K^T, the upper half, mirrored
+    for (std::size_t i = 0; i < kN; ++i)
+      for (std::size_t j = 0; j < kN; ++j) p_[i][j] -= gain[i] * ph[j];
+    for (std::size_t i = 0; i < kN; ++i) ph[i] = row_product(i, row) - variance * gain[i];
+    for (std::size_t i = 0; i < kN; ++i)
+      for (std::size_t j = i; j < kN; ++j) p_[i][j] = p_[j][i] = p_[i][j] - ph[i] * gain[j];
+    stiffness_gain_ = before > Real(0) ? Real(1) - p_[kLogStiffness][kLogStiffness] / before : Real(0);
+    for (std::size_t i = 0; i < kN; ++i) state_[i] += gain[i] * innovation;
+  }
+  [[nodiscard]] Real row_product(std::size_t i, const Vector& row) const noexcept {
+    if (!(setup_.fraction > Real(0))) return p_[i][kDrivenVelocity];
+    Real sum(0);
+    for (std::size_t j = 0; j < kStiffnessRate; ++j) sum += p_[i][j] * row[j];
+    return sum;
+  }
+
+  Setup setup_{};
+  Vector state_{};
+  Vector along_{};  // what derivatives are taken at: plant states of the trajectory, parameters of the model
+  Matrix p_{};
+  HeldTwoMass<Real> held_{};
+  HeldTwoMass<Real> partial_{};  // over the part of a sample until the output was sampled
+  Gradient gradient_{};
+  std::array<Real, kX> reference_{};
+  Real innovation_{};
+  Real innovation_variance_{};
+  Real stiffness_gain_{};
+  std::uint32_t since_refresh_ = 0;
+  bool frozen_ = false;
+};
+
+}  // namespace resonid::recursive

@@ -1,0 +1,87 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <resonid/recursive/physical_filter.hpp>
+
+namespace resonid::recursive {
+
+/// Variance of the output noise, from the innovations e and their expected variance s = h P h^T + r:
+///
+///   r <- r + g (e^2 r/s - r)        g = max(2/(n + 10), 1/memory)
+///
+/// Unbiased once the filter is consistent; samples that tell about the parameters rather than about the noise
+/// hardly weigh. Starts from the output's second differences, which hold the machine's motion as well: too
+/// large a noise only wastes some of the first samples, too small a one makes the filter overconfident.
+template <class Real>
+class NoiseEstimate {
+ public:
+  NoiseEstimate() = default;
+  NoiseEstimate(Real given, Real slowest_gain) noexcept
+      : variance_(given), slowest_gain_(slowest_gain), given_(given > Real(0)) {}
+
+  /// Before the update; y as measured.
+  void see(Real y) noexcept {
+    if (given_ || seen_ >= kFirst) return;
+    if (seen_ >= 2) {
+      const Real second = y - Real(2) * before_ + last_;
+      curvature_ += second * second / Real(6);
+      variance_ = std::max(curvature_ / static_cast<Real>(seen_ - 1), kLeast);
+    }
+    last_ = before_;
+    before_ = y;
+    ++seen_;
+  }
+  void learn(Real innovation, Real expected_variance) noexcept {
+    if (given_ || seen_ < kFirst) return;
+    ++learnt_;
+    const Real gain = std::max(Real(2) / (static_cast<Real>(learnt_) + Real(10)), slowest_gain_);
+    variance_ += gain * (innovation * innovation * variance_ / expected_variance - variance_);
+    variance_ = std::max(variance_, kLeast);
+  }
+  [[nodiscard]] bool usable() const noexcept { return given_ || seen_ > 2; }
+  [[nodiscard]] Real variance() const noexcept { return variance_; }
+
+ private:
+  static constexpr std::uint32_t kFirst = 32;
+  static constexpr Real kLeast = Real(1e-30);
+  Real variance_{};
+  Real slowest_gain_{};
+  Real curvature_{};
+  Real last_{};
+  Real before_{};
+  std::uint32_t seen_ = 0;
+  std::uint64_t learnt_ = 0;
+  bool given_ = false;
+};
+
+/// A filter on its way through the samples, with its noise and its likelihood.
+template <class Real>
+struct PhysicalRun {
+  PhysicalFilter<Real> filter;
+  NoiseEstimate<Real> noise;
+  double misfit = 0.0;        ///< sum of e^2/s + ln s: -2 ln likelihood.
+  double surprise = 1.0;      ///< Mean of e^2/s over the last samples: 1 when all is well.
+  std::uint64_t outputs = 0;  ///< Taken in.
+
+  static constexpr double kSurpriseGain = 0.005;
+
+  /// y at the state that the filter is in; u: torque that follows.
+  void take_in(Real y, Real u) noexcept {
+    noise.see(y);
+    if (!noise.usable()) return;
+    filter.update(y, u, noise.variance());
+    const Real e = filter.innovation();
+    const Real s = filter.innovation_variance();
+    if (!(s > Real(0)) || !std::isfinite(e)) return;
+    noise.learn(e, s);
+    const double ratio = static_cast<double>(e) * static_cast<double>(e) / static_cast<double>(s);
+    misfit += ratio + std::log(static_cast<double>(s));
+    surprise += kSurpriseGain * (ratio - surprise);
+    ++outputs;
+  }
+};
+
+}  // namespace resonid::recursive
