@@ -51,8 +51,8 @@ class OnlineTracker {
   [[nodiscard]] virtual bool white_residual() const { return false; }
   [[nodiscard]] virtual OnlineValue resonance() { return {}; }
   [[nodiscard]] virtual OnlineValue antiresonance() { return {}; }
-  /// Relative uncertainty of what is mainly reported, and what it must be below to count as converged: that of
-  /// the resonance, unless a tracker has something else.
+  /// Relative uncertainty of what is mainly reported, and what it must be below to count as converged: that
+  /// of the resonance, unless a tracker has something else.
   [[nodiscard]] virtual bool finds_resonance() const { return true; }
   [[nodiscard]] virtual double uncertainty() { return resonance().deviation / resonance().value; }
   [[nodiscard]] virtual double most_uncertainty() const { return 0.02; }

@@ -69,7 +69,9 @@ class Run {
 
   void add_row(std::size_t k) {
     const double lag = std::max(0.0, tracker_.lag_samples());
-    const double described = static_cast<double>(k) - (options_.raw_time ? 0.0 : std::isfinite(lag) ? lag : 0.0);
+    const double described = static_cast<double>(k) - (options_.raw_time    ? 0.0
+                                                       : std::isfinite(lag) ? lag
+                                                                            : 0.0);
     row_.lag_s = lag / record_.sample_rate_hz;
     // A lag that grows by more than a sample a sample must not turn time back.
     row_.time_s = std::max(newest_time_s_, record_.start_time_s + described / record_.sample_rate_hz);
@@ -111,19 +113,20 @@ void inspect_start(const detail::TrackPlan& plan, Track& track) {
   if (!plan.start) return;
   track.start = plan.start->source;
   if (plan.start->whole_record)
-    track.findings.push_back({"start-from-whole-record",
-                              diagnostics::Severity::info,
-                              {},
-                              {},
-                              "No shorter part of the record shows a model to begin with: the estimator began with what "
-                              "the whole record says, which a drive would not have known. Give --start."});
+    track.findings.push_back(
+        {"start-from-whole-record",
+         diagnostics::Severity::info,
+         {},
+         {},
+         "No shorter part of the record shows a model to begin with: the estimator began with what "
+         "the whole record says, which a drive would not have known. Give --start."});
 }
 
 std::optional<Refusal> check(const data::Record& record, const TrackOptions& options) {
   if (options.every == 0) return Refusal{"every", "must be 1 or more, found 0"};
   if (options.every > record.samples())
-    return Refusal{"every", fmt::format("must not be more than the record's {} samples, found {}", record.samples(),
-                                        options.every)};
+    return Refusal{"every", fmt::format("must not be more than the record's {} samples, found {}",
+                                        record.samples(), options.every)};
   if (!(options.memory_s >= 0.0) || !std::isfinite(options.memory_s))
     return Refusal{"memory", fmt::format("must be above 0 s, found {:g}", options.memory_s)};
   if (options.memory_s > 0.0 && options.memory_s * record.sample_rate_hz < 4.0)
@@ -169,17 +172,17 @@ expected<Track, Refusal> track(const data::Record& record, const TrackOptions& o
   const std::size_t columns = 12 + 2 * (*tracker)->columns().size();
   const std::size_t rows = record.samples() / options.every;
   if (options.kept_rows == 0 && rows > detail::kMostValues / columns)
-    return tl::unexpected(Refusal{"every", fmt::format("{} rows of {} values are too many to be kept at once: {} is "
-                                                       "possible",
-                                                       rows, columns, record.samples() * columns / detail::kMostValues + 1)});
+    return tl::unexpected(
+        Refusal{"every", fmt::format("{} rows of {} values are too many to be kept at once: {} is "
+                                     "possible",
+                                     rows, columns, record.samples() * columns / detail::kMostValues + 1)});
   progress("tracking");
-  Run run(record, options, *plan, lines || !velocity ? record.output.samples : std::move(velocity->samples), **tracker,
-          result);
+  Run run(record, options, *plan, lines || !velocity ? record.output.samples : std::move(velocity->samples),
+          **tracker, result);
   run.run();
   (*tracker)->inspect(result.findings);
-  result.trusted = std::none_of(result.findings.begin(), result.findings.end(), [](const auto& f) {
-    return f.severity == diagnostics::Severity::error;
-  });
+  result.trusted = std::none_of(result.findings.begin(), result.findings.end(),
+                                [](const auto& f) { return f.severity == diagnostics::Severity::error; });
   return result;
 }
 

@@ -109,14 +109,15 @@ class Sweep final : public OnlineTracker {
   data::OutputQuantity quantity_;
   double sample_time_s_, known_delay_s_;
   std::string unit_;
-  data::FrequencyResponse curve_;  // so far, ascending
+  data::FrequencyResponse curve_;                    // so far, ascending
   std::array<double, 2> found_{kUnknown, kUnknown};  // anti-resonance, resonance
   bool stale_ = false;
 };
 
 }  // namespace
 
-TrackerMade make_chirp_tracker(const data::Record& record, const TrackOptions& options, const TrackPlan& plan) {
+TrackerMade make_chirp_tracker(const data::Record& record, const TrackOptions& options,
+                               const TrackPlan& plan) {
   const auto& law = *plan.measurement.sweep;
   const auto& wanted = options.common.tracker;
   tracking::ChirpTrackerConfig config;
@@ -130,7 +131,8 @@ TrackerMade make_chirp_tracker(const data::Record& record, const TrackOptions& o
     config.lambda = *wanted.lambda;
   } else {
     config.gain = tracking::GainRule::placed_poles;
-    if (options.memory_s > 0.0) config.pole_radius = std::exp(-1.0 / (options.memory_s * record.sample_rate_hz));
+    if (options.memory_s > 0.0)
+      config.pole_radius = std::exp(-1.0 / (options.memory_s * record.sample_rate_hz));
     config.pole_radius = wanted.pole_radius.value_or(config.pole_radius);
   }
   const auto refused = [](const ConfigError& error, const char* option) {
@@ -138,7 +140,8 @@ TrackerMade make_chirp_tracker(const data::Record& record, const TrackOptions& o
         Refusal{option, fmt::format("{} {} (found {:.6g})", error.field, error.requirement, error.value)});
   };
   auto tracker = Tracker::create(config);
-  if (!tracker) return refused(tracker.error(), tracker.error().field == "pole_radius" ? "pole-radius" : "chirp");
+  if (!tracker)
+    return refused(tracker.error(), tracker.error().field == "pole_radius" ? "pole-radius" : "chirp");
   tracking::ResponseTrackerConfig response;
   response.known_delay_s = options.common.delay_s;
   if (options.common.controller) {

@@ -18,8 +18,8 @@ struct DiscreteFigures {
   bool physical = false;
 };
 
-/// First resonance and anti-resonance; a machine has its poles inside the unit circle (an integrator may lie a
-/// little outside), a torque that accelerates it, and oscillates with a positive damping.
+/// First resonance and anti-resonance; a machine has its poles inside the unit circle (an integrator may lie
+/// a little outside), a torque that accelerates it, and oscillates with a positive damping.
 template <class Real, std::size_t Order>
 DiscreteFigures<Order> figures_of(const recursive::DiscreteModel<Real, Order>& model,
                                   const recursive::ModelCovariance<Real, Order>& covariance,
@@ -58,7 +58,8 @@ class DiscreteTracker : public OnlineTracker {
   [[nodiscard]] std::vector<OnlineColumn> columns() const override {
     std::vector<OnlineColumn> columns;
     for (const char* name : {"b", "a"})
-      for (std::size_t i = 1; i <= kOrder; ++i) columns.push_back({fmt::format("{}{}", name, i), "", true, false});
+      for (std::size_t i = 1; i <= kOrder; ++i)
+        columns.push_back({fmt::format("{}{}", name, i), "", true, false});
     return columns;
   }
   void read(std::span<OnlineValue> values) override {

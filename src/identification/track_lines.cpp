@@ -20,7 +20,8 @@ constexpr std::size_t kMostWindow = 16384;
 constexpr double kMostUncertainLine = 0.2;
 
 tl::unexpected<Refusal> refused(const ConfigError& error, const char* option) {
-  return tl::unexpected(Refusal{option, fmt::format("{} {} (found {:.6g})", error.field, error.requirement, error.value)});
+  return tl::unexpected(
+      Refusal{option, fmt::format("{} {} (found {:.6g})", error.field, error.requirement, error.value)});
 }
 
 /// First extremum of a kind of the measured response.
@@ -35,8 +36,8 @@ OnlineValue extremum(const data::FrequencyResponse& response, bool minimum) {
 template <class Tracker>
 class FixedLines final : public OnlineTracker {
  public:
-  FixedLines(const tracking::ResponseTracker<Tracker>& lines, Approach approach, data::OutputQuantity quantity,
-             double sample_time_s, std::string unit)
+  FixedLines(const tracking::ResponseTracker<Tracker>& lines, Approach approach,
+             data::OutputQuantity quantity, double sample_time_s, std::string unit)
       : lines_(lines), approach_(approach), unit_(std::move(unit)) {
     for (std::size_t i = 0; i < lines_.lines(); ++i) {
       now_.frequency_hz.push_back(lines_.frequency_hz(i));
@@ -123,8 +124,7 @@ expected<std::vector<double>, Refusal> lines_of(const data::Record& record, cons
                                                 const TrackOptions& options) {
   if (!plan.measurement.grid_hz.empty()) return plan.measurement.grid_hz;
   const std::size_t period = plan.measurement.period_samples;
-  if (period == 0)
-    return tl::unexpected(Refusal{"lines", "must be given: the excitation shows no period"});
+  if (period == 0) return tl::unexpected(Refusal{"lines", "must be given: the excitation shows no period"});
   response::PeriodicConfig config;
   config.period_samples = period;
   if (options.common.band_hz) {
@@ -190,7 +190,8 @@ TrackerMade make_sliding(const data::Record& record, const TrackOptions& options
   auto window = static_cast<std::size_t>(std::llround(options.memory_s * record.sample_rate_hz));
   if (period > 0) window = std::max<std::size_t>(1, (window + period / 2) / period) * period;
   if (window == 0)
-    return tl::unexpected(Refusal{"memory", "must be given: the excitation shows no period to be the window"});
+    return tl::unexpected(
+        Refusal{"memory", "must be given: the excitation shows no period to be the window"});
   tracking::SlidingDftConfig config;
   config.sample_rate_hz = record.sample_rate_hz;
   config.window_samples = window;
@@ -204,7 +205,8 @@ TrackerMade make_sliding(const data::Record& record, const TrackOptions& options
 
 }  // namespace
 
-TrackerMade make_line_tracker(const data::Record& record, const TrackOptions& options, const TrackPlan& plan) {
+TrackerMade make_line_tracker(const data::Record& record, const TrackOptions& options,
+                              const TrackPlan& plan) {
   auto lines = lines_of(record, plan, options);
   if (!lines) return tl::unexpected(lines.error());
   if (plan.method == TrackMethod::sliding_dft) return make_sliding(record, options, plan, std::move(*lines));

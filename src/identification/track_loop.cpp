@@ -61,7 +61,8 @@ std::optional<data::FrequencyResponse> LoopFigures::baseline_loop() const {
 }
 
 void LoopFigures::use_frequencies(std::span<const double> frequency_hz) {
-  if (std::equal(frequency_hz.begin(), frequency_hz.end(), frequency_hz_.begin(), frequency_hz_.end())) return;
+  if (std::equal(frequency_hz.begin(), frequency_hz.end(), frequency_hz_.begin(), frequency_hz_.end()))
+    return;
   frequency_hz_.assign(frequency_hz.begin(), frequency_hz.end());
   const std::size_t points = frequency_hz_.size();
   factor_.assign(points, 1.0);

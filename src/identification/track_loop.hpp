@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <identification/measurement.hpp>
 #include <identification/online_tracker.hpp>
 #include <resonid/diagnostics/margins.hpp>
 

@@ -49,12 +49,14 @@ class Physical final : public OnlineTracker {
   void step(double ru, double u, double y) noexcept override { tracker_->step(ru, u, y); }
   [[nodiscard]] std::vector<OnlineColumn> columns() const override {
     std::vector<OnlineColumn> columns;
-    for (std::size_t i = 0; i < kReported.size(); ++i) columns.push_back({kReported[i].name, units_[i], true, false});
+    for (std::size_t i = 0; i < kReported.size(); ++i)
+      columns.push_back({kReported[i].name, units_[i], true, false});
     return columns;
   }
   void read(std::span<OnlineValue> values) override {
     for (std::size_t i = 0; i < kReported.size(); ++i)
-      values[i] = {tracker_->value(kReported[i].parameter), tracker_->standard_deviation(kReported[i].parameter)};
+      values[i] = {tracker_->value(kReported[i].parameter),
+                   tracker_->standard_deviation(kReported[i].parameter)};
   }
   [[nodiscard]] bool ready() const override { return tracker_->ready(); }
   [[nodiscard]] double lag_samples() const override { return tracker_->lag_samples(); }
@@ -71,11 +73,10 @@ class Physical final : public OnlineTracker {
   void response(std::span<const double> frequency_hz, std::span<std::complex<double>> values) override {
     fit::DriveModel drive;
     drive.sample_time_s = 1.0 / sample_rate_hz_;
-    drive.parameters = {tracker_->value(PhysicalParameter::driven_inertia),
-                        tracker_->value(PhysicalParameter::load_inertia),
-                        tracker_->value(PhysicalParameter::stiffness),
-                        tracker_->value(PhysicalParameter::damping),
-                        tracker_->value(PhysicalParameter::viscous_friction)};
+    drive.parameters = {
+        tracker_->value(PhysicalParameter::driven_inertia), tracker_->value(PhysicalParameter::load_inertia),
+        tracker_->value(PhysicalParameter::stiffness), tracker_->value(PhysicalParameter::damping),
+        tracker_->value(PhysicalParameter::viscous_friction)};
     const auto g = drive.transfer_function();
     for (std::size_t i = 0; i < values.size(); ++i) values[i] = g.response(frequency_hz[i]);
   }
@@ -86,8 +87,8 @@ class Physical final : public OnlineTracker {
   double sample_rate_hz_;
 };
 
-/// How far off the start may be: ten times what its own covariance says, a tenth at least, in case the machine
-/// changed since.
+/// How far off the start may be: ten times what its own covariance says, a tenth at least, in case the
+/// machine changed since.
 recursive::StartingValue starting(const fit::DriveModel& drive, fit::Parameter parameter) {
   const auto e = drive.estimate(parameter);
   return {e.value, std::clamp(10.0 * e.standard_deviation / std::max(e.value, 1e-300), 0.1, 1.0)};
@@ -95,8 +96,11 @@ recursive::StartingValue starting(const fit::DriveModel& drive, fit::Parameter p
 
 }  // namespace
 
-TrackerMade make_physical_tracker(const data::Record& record, const TrackOptions& options, const TrackPlan& plan) {
-  const auto refused = [](std::string message) { return tl::unexpected(Refusal{"method", std::move(message)}); };
+TrackerMade make_physical_tracker(const data::Record& record, const TrackOptions& options,
+                                  const TrackPlan& plan) {
+  const auto refused = [](std::string message) {
+    return tl::unexpected(Refusal{"method", std::move(message)});
+  };
   if (!plan.start || plan.start->drive.structure != fit::Structure::two_mass)
     return refused("physical needs a two-mass model to begin with, and the record shows none: give --start");
   const auto& drive = plan.start->drive;
@@ -105,8 +109,8 @@ TrackerMade make_physical_tracker(const data::Record& record, const TrackOptions
   config.sample_rate_hz = record.sample_rate_hz;
   // A model that came from this record may have found a further delay in it.
   const double found = plan.start->samples > 0 ? drive.delay_s : 0.0;
-  config.delay_s = std::max(
-      0.0, options.common.delay_s + found + velocity->further_delay_samples / record.sample_rate_hz);
+  config.delay_s =
+      std::max(0.0, options.common.delay_s + found + velocity->further_delay_samples / record.sample_rate_hz);
   config.driven_inertia = starting(drive, fit::kDrivenInertia);
   config.load_inertia = starting(drive, fit::kLoadInertia);
   config.stiffness = starting(drive, fit::kStiffness);
@@ -119,9 +123,10 @@ TrackerMade make_physical_tracker(const data::Record& record, const TrackOptions
   config.stiffness_drift_per_s = drift_per_s(record, plan);
   auto tracker = Tracker::create(config);
   if (!tracker)
-    return refused(fmt::format("physical: {} {} (found {:.6g})", tracker.error().field, tracker.error().requirement,
-                               tracker.error().value));
-  return std::make_unique<Physical>(std::make_unique<Tracker>(*tracker), units_of(record), record.sample_rate_hz);
+    return refused(fmt::format("physical: {} {} (found {:.6g})", tracker.error().field,
+                               tracker.error().requirement, tracker.error().value));
+  return std::make_unique<Physical>(std::make_unique<Tracker>(*tracker), units_of(record),
+                                    record.sample_rate_hz);
 }
 
 }  // namespace resonid::identification::detail

@@ -56,9 +56,10 @@ void choose(const data::Record& record, const TrackOptions& options, TrackPlan& 
   const bool velocity = record.output_quantity != data::OutputQuantity::acceleration;
   if (velocity && has_two_masses(plan.start)) {
     plan.method = TrackMethod::physical;
-    plan.reason = plan.measurement.sweep
-                      ? "a two-mass model to begin with is known; the machine is taken to stay while the chirp runs"
-                      : "a two-mass model to begin with is known; stiffness drift and load torque are tracked with it";
+    plan.reason =
+        plan.measurement.sweep
+            ? "a two-mass model to begin with is known; the machine is taken to stay while the chirp runs"
+            : "a two-mass model to begin with is known; stiffness drift and load torque are tracked with it";
     return;
   }
   if (velocity && options.common.controller && record.excitation.present() && !plan.measurement.sweep) {
@@ -75,8 +76,10 @@ std::optional<Refusal> contradiction(const data::Record& record, const TrackOpti
   const auto name = name_of(m);
   if (is_lines(m)) return std::nullopt;
   if (record.output_quantity == data::OutputQuantity::acceleration)
-    return Refusal{"method", fmt::format("{} needs a velocity or a position, found an acceleration; kalman and "
-                                         "sliding-dft take it", name)};
+    return Refusal{"method",
+                   fmt::format("{} needs a velocity or a position, found an acceleration; kalman and "
+                               "sliding-dft take it",
+                               name)};
   if (options.common.approach && *options.common.approach != approach_of(m))
     return Refusal{"approach", fmt::format("{} is {}, found {}", name, name_of(approach_of(m)),
                                            name_of(*options.common.approach))};

@@ -9,9 +9,9 @@ namespace resonid::identification::detail {
 /// Where estimators begin.
 struct StartModel {
   fit::DriveModel drive;
-  std::string source;        ///< In words.
-  std::size_t samples = 0;   ///< Of the record that went into it.
-  bool whole_record = false; ///< The rows then know what came after them.
+  std::string source;         ///< In words.
+  std::size_t samples = 0;    ///< Of the record that went into it.
+  bool whole_record = false;  ///< The rows then know what came after them.
 };
 
 /// What will be done with a record, every choice made.
@@ -32,7 +32,8 @@ struct TrackPlan {
 [[nodiscard]] std::optional<StartModel> find_start(const data::Record& record, const TrackOptions& options,
                                                    const Plan& plan);
 
-/// The velocity that estimators of parameters work on: differences of a position. Nothing for an acceleration.
+/// The velocity that estimators of parameters work on: differences of a position. Nothing for an
+/// acceleration.
 struct Velocity {
   std::vector<double> samples;
   double further_delay_samples = 0.0;  ///< Half a sample for a difference.

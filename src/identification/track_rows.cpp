@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: MIT
+#include <algorithm>
+#include <array>
 #include <identification/track_rows.hpp>
 
 namespace resonid::identification::detail {
@@ -17,12 +19,14 @@ Rows::Rows(const data::Record& record, const TrackOptions& options, std::vector<
       has_gap_(loop.has_gap()),
       has_position_(record.position.present()),
       track_(track) {
-  if (options.kept_rows > 0) stride_ = std::max<std::size_t>(1, (expected_rows + options.kept_rows - 1) / options.kept_rows);
+  if (options.kept_rows > 0)
+    stride_ = std::max<std::size_t>(1, (expected_rows + options.kept_rows - 1) / options.kept_rows);
   for (const auto& column : columns_)
     (column.line ? track.lines : track.parameters).push_back({column.name, column.unit, {}, {}});
   track.figures = {{"resonance_hz", "Hz", {}, {}}, {"antiresonance_hz", "Hz", {}, {}}};
   if (has_loop_)
-    for (std::size_t i = 0; i < kMargins.size(); ++i) track.figures.push_back({kMargins[i], kMarginUnits[i], {}, {}});
+    for (std::size_t i = 0; i < kMargins.size(); ++i)
+      track.figures.push_back({kMargins[i], kMarginUnits[i], {}, {}});
   if (has_gap_) track.figures.push_back({"gap", "", {}, {}});
   if (options.on_columns) options.on_columns(names());
 }
@@ -91,7 +95,8 @@ void Rows::keep(const Row& row, const LoopFigures& loop) {
     track_.figures[i].standard_deviation.push_back(first[i].deviation);
   }
   const auto values = margins(loop);
-  for (std::size_t i = 0; has_loop_ && i < values.size(); ++i) track_.figures[2 + i].value.push_back(values[i]);
+  for (std::size_t i = 0; has_loop_ && i < values.size(); ++i)
+    track_.figures[2 + i].value.push_back(values[i]);
   if (has_gap_) track_.figures.back().value.push_back(loop.gap());
 }
 

@@ -11,7 +11,7 @@ namespace {
 
 constexpr double kFirstSeconds = 0.5;
 constexpr std::size_t kFirstSamples = 200;
-constexpr double kPeriodsSeen = 8.0;       // of the resonance
+constexpr double kPeriodsSeen = 8.0;          // of the resonance
 constexpr double kUncertainResonance = 0.01;  // relative standard deviation
 
 data::Record first_part(const data::Record& record, std::size_t samples) {
@@ -45,7 +45,8 @@ std::optional<fit::DriveModel> usable(const Result& result, double seconds) {
 
 }  // namespace
 
-std::optional<StartModel> find_start(const data::Record& record, const TrackOptions& options, const Plan& plan) {
+std::optional<StartModel> find_start(const data::Record& record, const TrackOptions& options,
+                                     const Plan& plan) {
   if (options.start) return StartModel{*options.start, "given", 0, false};
   if (options.baseline && options.baseline->model)
     return StartModel{options.baseline->model->drive, "the baseline's model", 0, false};
@@ -56,10 +57,11 @@ std::optional<StartModel> find_start(const data::Record& record, const TrackOpti
     const bool whole = samples >= all;
     samples = std::min(samples, all);
     const double seconds = static_cast<double>(samples) / record.sample_rate_hz;
-    const auto result = identify(whole ? record : first_part(record, samples), options_of_part(options, plan, seconds));
+    const auto result =
+        identify(whole ? record : first_part(record, samples), options_of_part(options, plan, seconds));
     if (result) {
-      const std::string source = whole ? std::string("the whole record")
-                                       : fmt::format("the first {:.3g} s of the record", seconds);
+      const std::string source =
+          whole ? std::string("the whole record") : fmt::format("the first {:.3g} s of the record", seconds);
       if (auto drive = usable(*result, seconds)) return StartModel{*drive, source, samples, whole};
       if (whole && result->model) return StartModel{result->model->drive, source, samples, whole};
     }

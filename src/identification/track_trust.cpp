@@ -130,33 +130,38 @@ void TrustGates::inspect(const OnlineTracker& tracker, std::vector<Finding>& fin
   };
   if (ready_ == 0) {
     say("never-ready", true, static_cast<double>(rows_), 0.0,
-        "The estimator never got beyond its start: the record is too short for it, or nothing excited the drive.");
+        "The estimator never got beyond its start: the record is too short for it, or nothing excited the "
+        "drive.");
     return;
   }
   const TrustShares s = shares();
   if (s.excited < 1.0)
     say("no-excitation", s.excited < kEnough, weakest_, kWeakExcitation,
-        fmt::format("For {:.0f} % of the time the excitation around the resonance was below a tenth of what it "
-                    "had been: the estimate is held there and not trusted.",
-                    100.0 * (1.0 - s.excited)));
+        fmt::format(
+            "For {:.0f} % of the time the excitation around the resonance was below a tenth of what it "
+            "had been: the estimate is held there and not trusted.",
+            100.0 * (1.0 - s.excited)));
   if (s.converged < 1.0) {
     const bool known = std::isfinite(uncertainty_);
     say("not-converged", s.converged < kEnough, known ? uncertainty_ : s.converged,
         known ? most_uncertainty_ : 1.0,
-        fmt::format("For {:.0f} % of the time the estimate was too uncertain ({:.2g} % is required), not at rest, "
-                    "or showed no resonance.",
-                    100.0 * (1.0 - s.converged), 100.0 * most_uncertainty_));
+        fmt::format(
+            "For {:.0f} % of the time the estimate was too uncertain ({:.2g} % is required), not at rest, "
+            "or showed no resonance.",
+            100.0 * (1.0 - s.converged), 100.0 * most_uncertainty_));
   }
   if (s.physical < 1.0)
     say("unphysical", s.physical < kEnough, s.physical, 1.0,
-        fmt::format("For {:.0f} % of the time the estimate was no machine: unstable, or an inertia, stiffness "
-                    "or damping below zero.",
-                    100.0 * (1.0 - s.physical)));
+        fmt::format(
+            "For {:.0f} % of the time the estimate was no machine: unstable, or an inertia, stiffness "
+            "or damping below zero.",
+            100.0 * (1.0 - s.physical)));
   if (s.residual < 1.0)
     say("residual-grown", s.residual < kEnough, worst_growth_, kResidualGrowth,
-        fmt::format("The residual grew to {:.1f} times its usual rms: the machine did something that the model "
-                    "does not know, or changed faster than the estimate follows.",
-                    worst_growth_));
+        fmt::format(
+            "The residual grew to {:.1f} times its usual rms: the machine did something that the model "
+            "does not know, or changed faster than the estimate follows.",
+            worst_growth_));
   if (tracker.white_residual() && lagged_power_.value() > 0.0) {
     const double r = correlation_.value() / lagged_power_.value();
     if (std::abs(r) > kColoured)

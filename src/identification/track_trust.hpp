@@ -57,14 +57,15 @@ class TrustGates {
 
   bool has_excitation_;
   bool sweep_;
-  double high_pass_, low_pass_;              // of the band, per sample
-  double slow_ = 0.0, smooth_ = 0.0;         // their states
+  double high_pass_, low_pass_;       // of the band, per sample
+  double slow_ = 0.0, smooth_ = 0.0;  // their states
   FadingLevel excitation_, residual_, usual_residual_, correlation_, lagged_power_;
   FadingLevel resonance_;
   double strongest_ = 0.0;
   double last_residual_ = kUnknown;
   double worst_growth_ = 0.0, uncertainty_ = kUnknown, most_uncertainty_ = kUnknown, weakest_ = 1.0;
-  std::size_t rows_ = 0, ready_ = 0, excited_rows_ = 0, converged_ = 0, physical_ = 0, residual_rows_ = 0, all_ = 0;
+  std::size_t rows_ = 0, ready_ = 0, excited_rows_ = 0, converged_ = 0, physical_ = 0, residual_rows_ = 0,
+              all_ = 0;
   std::size_t start_samples_ = 0, samples_ = 0;
 };
 

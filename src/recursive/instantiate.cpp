@@ -4,10 +4,10 @@
 #include <resonid/recursive/discrete_model.hpp>
 #include <resonid/recursive/model_response.hpp>
 #include <resonid/recursive/modes.hpp>
+#include <resonid/recursive/physical_tracker.hpp>
 #include <resonid/recursive/recursive_response_fit.hpp>
 #include <resonid/recursive/response_fit.hpp>
 #include <resonid/recursive/rls.hpp>
-#include <resonid/recursive/physical_tracker.hpp>
 
 namespace resonid::recursive {
 

@@ -40,7 +40,7 @@ struct TrackOptions {
   std::size_t every = 1;  ///< Samples per row, >= 1.
   bool raw_time = false;  ///< Rows at the newest sample instead of the time that the estimate describes.
   std::optional<fit::DriveModel> start;  ///< Where estimators begin; absent: identified from the first part.
-  std::optional<Result> baseline;        ///< For the gap column; its model is the start when `start` is absent.
+  std::optional<Result> baseline;  ///< For the gap column; its model is the start when `start` is absent.
   /// Track keeps at most so many rows, evenly spread; 0: all of them.
   std::size_t kept_rows = 0;
   /// Every row as it is made, for records whose rows are too many to be kept: first the names of the columns,
@@ -82,13 +82,13 @@ struct Track {
   std::vector<double> time_s;      ///< [row], what the estimate describes (with raw_time: the newest sample).
   std::vector<double> lag_s;       ///< [row], the newest sample's time minus the one described.
   std::vector<double> position_m;  ///< [row], at time_s; empty when the record has none.
-  std::vector<double> residual;    ///< [row], rms of the residual over the last stretch, in the output's unit.
+  std::vector<double> residual;  ///< [row], rms of the residual over the last stretch, in the output's unit.
   std::vector<TrackSeries>
       lines;  ///< Response: re_F, im_F, std_F per fixed line, or frequency_hz, real, imag, std.
   std::vector<TrackSeries> parameters;  ///< b1 ..., a1 ..., or physical ones.
-  std::vector<TrackSeries> figures;     ///< resonance_hz, antiresonance_hz, margins, gap: those that there are.
-  std::vector<bool> trusted_rows;       ///< [row]
-  std::vector<LoopSnapshot> loop;       ///< Along the record; empty without a controller.
+  std::vector<TrackSeries> figures;  ///< resonance_hz, antiresonance_hz, margins, gap: those that there are.
+  std::vector<bool> trusted_rows;    ///< [row]
+  std::vector<LoopSnapshot> loop;    ///< Along the record; empty without a controller.
   std::optional<data::FrequencyResponse> baseline_loop;
   TrustShares shares;
   bool trusted = false;  ///< No finding is an error.
