@@ -41,7 +41,7 @@ class OnlineTracker {
 
   virtual void step(double ru, double u, double y) noexcept = 0;
   [[nodiscard]] virtual std::vector<OnlineColumn> columns() const = 0;
-  /// One value for each column; unknown before ready().
+  /// One value for each column.
   virtual void read(std::span<OnlineValue> values) = 0;
   [[nodiscard]] virtual bool ready() const = 0;
   [[nodiscard]] virtual double lag_samples() const = 0;
@@ -60,7 +60,8 @@ class OnlineTracker {
   [[nodiscard]] virtual bool physical() { return true; }
   /// Whether the estimator itself saw enough excitation lately.
   [[nodiscard]] virtual bool excited() const { return true; }
-  /// Frequencies at which response() answers by itself; empty: at any that it is asked for.
+  /// Whether response() answers at any frequency, or at own_frequencies_hz() only.
+  [[nodiscard]] virtual bool answers_anywhere() const { return true; }
   [[nodiscard]] virtual std::span<const double> own_frequencies_hz() const { return {}; }
   /// The plant's response without the known delay; not a number where it is not known.
   virtual void response(std::span<const double> frequency_hz, std::span<std::complex<double>> values) = 0;

@@ -79,8 +79,8 @@ class Run {
     row_.position_m = at_sample(record_.position, described);
     std::fill(row_.reported.begin(), row_.reported.end(), detail::OnlineValue{});
     tracker_.read(row_.reported);
-    row_.resonance = tracker_.ready() ? tracker_.resonance() : detail::OnlineValue{};
-    row_.antiresonance = tracker_.ready() ? tracker_.antiresonance() : detail::OnlineValue{};
+    row_.resonance = tracker_.resonance();
+    row_.antiresonance = tracker_.antiresonance();
     loop_.update(tracker_);
     row_.trusted = gates_.judge(tracker_, row_.resonance).all();
     row_.residual = gates_.residual_rms();

@@ -48,6 +48,7 @@ class Sweep final : public OnlineTracker {
   [[nodiscard]] double lag_samples() const override { return line_.lag_samples(0); }
   [[nodiscard]] OnlineValue resonance() override { return extremum(false); }
   [[nodiscard]] OnlineValue antiresonance() override { return extremum(true); }
+  [[nodiscard]] bool answers_anywhere() const override { return false; }
   [[nodiscard]] bool finds_resonance() const override { return false; }
   [[nodiscard]] double uncertainty() override { return deviation() / std::abs(value()); }
   [[nodiscard]] double most_uncertainty() const override { return kMostUncertainLine; }

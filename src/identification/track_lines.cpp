@@ -81,6 +81,7 @@ class FixedLines final : public OnlineTracker {
     refresh();
     return ready() ? extremum(now_, true) : OnlineValue{};
   }
+  [[nodiscard]] bool answers_anywhere() const override { return false; }
   [[nodiscard]] bool finds_resonance() const override { return false; }
   /// Of the median line.
   [[nodiscard]] double uncertainty() override {

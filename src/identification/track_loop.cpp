@@ -85,11 +85,11 @@ void LoopFigures::update(OnlineTracker& tracker) {
   gap_ = kUnknown;
   if (!controller_ && !baseline_) return;
   const auto own = tracker.own_frequencies_hz();
-  if (!own.empty() || !tracker.ready()) {
+  if (tracker.answers_anywhere()) {
+    use_frequencies(grid_hz_);
+  } else {
     if (own.size() < 2 || !tracker.ready()) return;
     use_frequencies(own);
-  } else {
-    use_frequencies(grid_hz_);
   }
   tracker.response(frequency_hz_, plant_);
   if (!std::all_of(plant_.begin(), plant_.end(), finite)) return;

@@ -54,7 +54,8 @@ std::string findings_text(const std::vector<diagnostics::Finding>& findings) {
   constexpr const char* kMarks[] = {"note", "warning", "ERROR"};
   std::string text = "\nFindings\n";
   for (const auto& f : findings)
-    text += wrapped(fmt::format("{}: {} ({})", kMarks[static_cast<int>(f.severity)], f.meaning, f.id), "  ", "    ") +
+    text += wrapped(fmt::format("{}: {} ({})", kMarks[static_cast<int>(f.severity)], f.meaning, f.id), "  ",
+                    "    ") +
             "\n";
   return text;
 }

@@ -17,7 +17,8 @@ namespace resonid::report {
 
 /// Text broken at spaces so that no line is longer than 100 characters; `first` stands before the first line,
 /// `indent` before the others.
-[[nodiscard]] std::string wrapped(const std::string& text, const std::string& first, const std::string& indent);
+[[nodiscard]] std::string wrapped(const std::string& text, const std::string& first,
+                                  const std::string& indent);
 
 /// The findings under their heading, for a terminal; empty without any.
 [[nodiscard]] std::string findings_text(const std::vector<diagnostics::Finding>& findings);
