@@ -91,7 +91,8 @@ identification::Result read_result(const char* option, const std::string& path) 
   if (!file) throw InputError(fmt::format("{}: '{}': cannot be read", option, path));
   const auto json = nlohmann::json::parse(file, nullptr, false);
   if (json.is_discarded())
-    throw InputError(fmt::format("{}: '{}': is no JSON; the result of 'resonid identify --json' is required", option, path));
+    throw InputError(fmt::format("{}: '{}': is no JSON; the result of 'resonid identify --json' is required",
+                                 option, path));
   auto result = report::result_from_json(json);
   if (!result) throw InputError(fmt::format("{}: '{}': {}", option, path, result.error().message()));
   return std::move(*result);
@@ -108,8 +109,8 @@ void read_models(TrackVerbOptions& o) {
 }
 
 void add_method(CLI::App& verb, TrackVerbOptions& o) {
-  static constexpr std::array<std::string_view, 9> kMethods = {"auto", "arx",      "oe",     "cloe",       "f-cloe",
-                                                               "iv",   "physical", "kalman", "sliding-dft"};
+  static constexpr std::array<std::string_view, 9> kMethods = {
+      "auto", "arx", "oe", "cloe", "f-cloe", "iv", "physical", "kalman", "sliding-dft"};
   auto& t = o.track;
   add_choice(
       verb, "--method", kMethods, [&t](std::size_t i) { t.method = static_cast<TrackMethod>(i); },
@@ -118,9 +119,12 @@ void add_method(CLI::App& verb, TrackVerbOptions& o) {
   add_number(verb, "--memory", t.memory_s, "SECONDS", "how long the estimate remembers; otherwise chosen");
   static_assert(std::is_same_v<std::size_t, std::uint64_t>);
   add_count(verb, "--every", t.every, "a row every so many samples", 1);
-  verb.add_flag("--raw-time", t.raw_time, "time of the newest sample instead of the time that the estimate describes");
-  verb.add_option("--start", o.start, "result of identify whose model the estimate begins with")->type_name("FILE.json");
-  verb.add_option("--baseline", o.baseline, "result of identify to which the gap is taken")->type_name("FILE.json");
+  verb.add_flag("--raw-time", t.raw_time,
+                "time of the newest sample instead of the time that the estimate describes");
+  verb.add_option("--start", o.start, "result of identify whose model the estimate begins with")
+      ->type_name("FILE.json");
+  verb.add_option("--baseline", o.baseline, "result of identify to which the gap is taken")
+      ->type_name("FILE.json");
 }
 
 void run_track(const CLI::App& verb, TrackVerbOptions& o) {
@@ -162,11 +166,13 @@ void run_track(const CLI::App& verb, TrackVerbOptions& o) {
 }  // namespace
 
 void add_track(CLI::App& app) {
-  auto* verb = app.add_subcommand("track", "Follows response, resonance, parameters and margins sample by sample");
+  auto* verb =
+      app.add_subcommand("track", "Follows response, resonance, parameters and margins sample by sample");
   verb->footer(
       "Examples:\n"
       "  resonid track belt.csv --out rows.csv --delay 0.004 --report belt.html\n"
-      "  resonid track today.csv --controller pi:1.036,0.147 --delay 0.004 --baseline first.json --every 50 --json -\n"
+      "  resonid track today.csv --controller pi:1.036,0.147 --delay 0.004 --baseline first.json --every 50 "
+      "--json -\n"
       "  resonid track axis.csv --method iv --controller pi.json --out rows.csv\n"
       "Times are those that the estimate describes. Columns: time_s, what the method tracks, resonance_hz,\n"
       "antiresonance_hz with _std, margins with --controller, gap with --baseline, position_m, trusted.");
@@ -179,7 +185,8 @@ void add_track(CLI::App& app) {
   add_tracker_options(*verb, o->method);
   verb->add_option("--out", o->out, "the rows as CSV ('-': standard output)")->type_name("FILE");
   verb->add_option("--report", o->report, "self-contained HTML report")->type_name("FILE");
-  verb->add_option("--json", o->json, "summary and thinned rows for machines ('-': standard output)")->type_name("FILE");
+  verb->add_option("--json", o->json, "summary and thinned rows for machines ('-': standard output)")
+      ->type_name("FILE");
   verb->add_flag("--require-trusted", o->require_trusted, "exit code 3 when the rows are not to be trusted");
   verb->callback([verb, o] { run_track(*verb, *o); });
 }

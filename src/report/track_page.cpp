@@ -47,7 +47,8 @@ std::vector<Shape> untrusted(const Track& track) {
     std::size_t end = i;
     while (end < trusted.size() && !trusted[end]) ++end;
     const double until = end < trusted.size() ? track.time_s[end] : track.time_s.back();
-    shapes.push_back({Shape::Kind::rectangle, "not trusted", track.time_s[i], -kInfinity, 0.0, until, kInfinity});
+    shapes.push_back(
+        {Shape::Kind::rectangle, "not trusted", track.time_s[i], -kInfinity, 0.0, until, kInfinity});
     i = end;
   }
   // Rows that change their minds all the time would hide the curves.
@@ -147,7 +148,8 @@ Section resonance_section(const Track& track, const Axis& time, const Axis& alon
   for (const char* name : {"resonance_hz", "antiresonance_hz"})
     if (known(track.find(name))) list.push_back(track.find(name));
   if (list.empty()) return section;
-  const std::string caption = fmt::format("Shaded around a curve: {:.0f} % confidence.", 100.0 * track.confidence);
+  const std::string caption =
+      fmt::format("Shaded around a curve: {:.0f} % confidence.", 100.0 * track.confidence);
   section.charts.push_back(chart_of(track, "Over time", "frequency (Hz)", list, time));
   if (!along.time) section.charts.push_back(chart_of(track, "Over position", "frequency (Hz)", list, along));
   for (Chart& chart : section.charts) chart.caption = caption;
@@ -160,7 +162,8 @@ Section parameter_section(const Track& track, const Axis& axis) {
   const bool physical = known(track.find("stiffness"));
   if (physical) {
     for (const auto& series : track.parameters)
-      if (known(&series)) section.charts.push_back(chart_of(track, label(series), with_unit(series), {&series}, axis));
+      if (known(&series))
+        section.charts.push_back(chart_of(track, label(series), with_unit(series), {&series}, axis));
     return section;
   }
   for (const char* letter : {"b", "a"}) {
@@ -261,19 +264,24 @@ Chart nyquist(const Track& track) {
   chart.equal_axes = true;
   chart.x_range = AxisRange{-1.5, 1.5};
   chart.y_range = AxisRange{-1.5, 1.0};
-  chart.shapes = {{Shape::Kind::rectangle, "region I: crossover and margins are read here", -1.0, -1.0, 0.0, 0.0, 0.0},
-                  {Shape::Kind::rectangle, "region II: anti-resonance and resonance are read here", 0.0, -1.0, 0.0, 1.0,
-                   0.0},
-                  {Shape::Kind::circle, "unit circle", 0.0, 0.0, 1.0},
-                  {Shape::Kind::cross, "the point -1", -1.0, 0.0}};
+  chart.shapes = {
+      {Shape::Kind::rectangle, "region I: crossover and margins are read here", -1.0, -1.0, 0.0, 0.0, 0.0},
+      {Shape::Kind::rectangle, "region II: anti-resonance and resonance are read here", 0.0, -1.0, 0.0, 1.0,
+       0.0},
+      {Shape::Kind::circle, "unit circle", 0.0, 0.0, 1.0},
+      {Shape::Kind::cross, "the point -1", -1.0, 0.0}};
   if (const auto* margin = track.find("modulus_margin"))
     if (const auto s = summary_of(track, *margin))
       chart.shapes.push_back({Shape::Kind::circle, "modulus margin, at the end", -1.0, 0.0, s->last});
-  if (track.baseline_loop) chart.curves.push_back(nyquist_curve(*track.baseline_loop, "baseline", Curve::Mark::dashed));
+  if (track.baseline_loop)
+    chart.curves.push_back(nyquist_curve(*track.baseline_loop, "baseline", Curve::Mark::dashed));
   for (const auto& snapshot : track.loop)
-    chart.curves.push_back(nyquist_curve(snapshot.curve, fmt::format("at {:.4g} s", snapshot.time_s), Curve::Mark::line));
-  chart.caption = "L = C G with its delay, as it was known at these times. The phase margin is the angle at the crossing of "
-                  "the unit circle; the circle around -1 touches the curve where it comes nearest.";
+    chart.curves.push_back(
+        nyquist_curve(snapshot.curve, fmt::format("at {:.4g} s", snapshot.time_s), Curve::Mark::line));
+  chart.caption =
+      "L = C G with its delay, as it was known at these times. The phase margin is the angle at the crossing "
+      "of "
+      "the unit circle; the circle around -1 touches the curve where it comes nearest.";
   return chart;
 }
 
@@ -292,8 +300,9 @@ Section gap_section(const Track& track, const Axis& axis) {
   section.title = "Distance from the baseline";
   const auto* gap = track.find("gap");
   if (!known(gap)) return section;
-  section.text = {"Largest chordal distance over frequency between this response and the baseline's, each times the "
-                  "controller where it is known: 0 the same, 1 as different as can be."};
+  section.text = {
+      "Largest chordal distance over frequency between this response and the baseline's, each times the "
+      "controller where it is known: 0 the same, 1 as different as can be."};
   section.charts.push_back(chart_of(track, "Gap", "gap", {gap}, axis));
   return section;
 }
@@ -304,25 +313,35 @@ Section trust_section(const Track& track, const Axis& time) {
   Section section;
   section.title = "Trust";
   const auto& s = track.shares;
-  section.plain_tables.push_back({"Rows after the start that passed",
-                                  {"gate", "share", "what it asks"},
-                                  {{"excitation", percent(s.excited), "excitation around the resonance as strong as a "
-                                                                      "tenth of what it was at its strongest"},
-                                   {"converged", percent(s.converged), "certain enough, and at rest"},
-                                   {"physical", percent(s.physical), "stable; inertia, stiffness and damping above 0"},
-                                   {"residual", percent(s.residual), "not above three times its usual rms"},
-                                   {"all", percent(s.all), ""}}});
+  section.plain_tables.push_back(
+      {"Rows after the start that passed",
+       {"gate", "share", "what it asks"},
+       {{"excitation", percent(s.excited),
+         "excitation around the resonance as strong as a "
+         "tenth of what it was at its strongest"},
+        {"converged", percent(s.converged), "certain enough, and at rest"},
+        {"physical", percent(s.physical), "stable; inertia, stiffness and damping above 0"},
+        {"residual", percent(s.residual), "not above three times its usual rms"},
+        {"all", percent(s.all), ""}}});
   Table findings{"Findings", {"finding", "value", "threshold", "meaning"}, {}};
   for (const auto& f : track.findings)
-    findings.rows.push_back({f.id, f.value ? number_text(*f.value) : "", f.threshold ? number_text(*f.threshold) : "",
-                             f.meaning});
+    findings.rows.push_back({f.id, f.value ? number_text(*f.value) : "",
+                             f.threshold ? number_text(*f.threshold) : "", f.meaning});
   if (!findings.rows.empty()) section.plain_tables.push_back(std::move(findings));
   Chart residual{"Residual", time.label, "rms in the output's unit", false, false, {}, ""};
-  residual.curves.push_back({"residual, rms over the last stretch", Curve::Mark::line, time.x, track.residual});
+  residual.curves.push_back(
+      {"residual, rms over the last stretch", Curve::Mark::line, time.x, track.residual});
   residual.shapes = untrusted(track);
   const auto finite = [](double v) { return std::isfinite(v); };
-  if (std::any_of(track.residual.begin(), track.residual.end(), finite)) section.charts.push_back(std::move(residual));
-  Chart lag{"Age of the estimate", time.label, "lag (s)", false, false, {}, "The time axes have it taken out already."};
+  if (std::any_of(track.residual.begin(), track.residual.end(), finite))
+    section.charts.push_back(std::move(residual));
+  Chart lag{"Age of the estimate",
+            time.label,
+            "lag (s)",
+            false,
+            false,
+            {},
+            "The time axes have it taken out already."};
   lag.curves.push_back({"lag", Curve::Mark::line, time.x, track.lag_s});
   if (std::any_of(track.lag_s.begin(), track.lag_s.end(), [](double v) { return v > 0.0; }))
     section.charts.push_back(std::move(lag));
@@ -350,16 +369,22 @@ Document track_document(const Track& track) {
   document.title = fmt::format("{}, tracked by {}", track.record.file, track.method);
   document.summary = track_sentences(track);
   document.summary.push_back(track.trusted ? "Trusted." : "Not trusted: the findings say why.");
-  if (!track.reason.empty()) document.summary.push_back(fmt::format("{} was chosen: {}.", track.method, track.reason));
+  if (!track.reason.empty())
+    document.summary.push_back(fmt::format("{} was chosen: {}.", track.method, track.reason));
   if (!track.start.empty()) document.summary.push_back("The start came from: " + track.start + ".");
   const Axis time{"time (s)", track.time_s, true};
   const Axis along = moves(track) ? Axis{"position (m)", track.position_m, false} : time;
   Section values{"Values", {}, {}, {}, {final_table(track)}};
-  std::vector<Section> sections{resonance_section(track, time, along), parameter_section(track, along),
-                                response_section(track, time), loop_section(track, time), gap_section(track, time),
-                                trust_section(track, time), values};
+  std::vector<Section> sections{resonance_section(track, time, along),
+                                parameter_section(track, along),
+                                response_section(track, time),
+                                loop_section(track, time),
+                                gap_section(track, time),
+                                trust_section(track, time),
+                                values};
   for (auto& section : sections)
-    if (!section.charts.empty() || !section.plain_tables.empty()) document.sections.push_back(std::move(section));
+    if (!section.charts.empty() || !section.plain_tables.empty())
+      document.sections.push_back(std::move(section));
   return document;
 }
 

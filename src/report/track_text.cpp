@@ -24,16 +24,21 @@ json numbers(const std::vector<double>& values, std::size_t stride) {
 }
 
 json over_time(const Track& track, std::size_t rows) {
-  const std::size_t stride = std::max<std::size_t>(1, (track.time_s.size() + rows - 1) / std::max<std::size_t>(1, rows));
-  json j{{"time_s", numbers(track.time_s, stride)}, {"lag_s", numbers(track.lag_s, stride)}, {"trusted", json::array()}};
-  for (std::size_t i = 0; i < track.trusted_rows.size(); i += stride) j["trusted"].push_back(bool(track.trusted_rows[i]));
+  const std::size_t stride =
+      std::max<std::size_t>(1, (track.time_s.size() + rows - 1) / std::max<std::size_t>(1, rows));
+  json j{{"time_s", numbers(track.time_s, stride)},
+         {"lag_s", numbers(track.lag_s, stride)},
+         {"trusted", json::array()}};
+  for (std::size_t i = 0; i < track.trusted_rows.size(); i += stride)
+    j["trusted"].push_back(bool(track.trusted_rows[i]));
   if (!track.position_m.empty()) j["position_m"] = numbers(track.position_m, stride);
   if (std::any_of(track.residual.begin(), track.residual.end(), [](double r) { return std::isfinite(r); }))
     j["residual_rms"] = numbers(track.residual, stride);
   for (const auto* group : {&track.lines, &track.parameters, &track.figures})
     for (const TrackSeries& series : *group) {
       j[series.name] = numbers(series.value, stride);
-      if (!series.standard_deviation.empty()) j[series.name + "_std"] = numbers(series.standard_deviation, stride);
+      if (!series.standard_deviation.empty())
+        j[series.name + "_std"] = numbers(series.standard_deviation, stride);
     }
   return j;
 }
@@ -49,7 +54,8 @@ std::string line_of(const Track& track, const TrackSeries& series, double z) {
 }  // namespace
 
 std::optional<SeriesSummary> summary_of(const Track& track, const TrackSeries& series) {
-  const bool any = std::find(track.trusted_rows.begin(), track.trusted_rows.end(), true) != track.trusted_rows.end();
+  const bool any =
+      std::find(track.trusted_rows.begin(), track.trusted_rows.end(), true) != track.trusted_rows.end();
   SeriesSummary s;
   std::size_t count = 0;
   for (std::size_t i = 0; i < series.value.size(); ++i) {
@@ -77,7 +83,8 @@ std::vector<std::string> track_sentences(const Track& track) {
     const double moved = s->greatest - s->least;
     std::string text = fmt::format("The resonance is {} Hz at the end", with_error(s->last, half));
     text += moved > std::max(4.0 * half, 0.005 * s->last)
-                ? fmt::format("; it went from {:.4g} Hz through {:.4g} ... {:.4g} Hz.", s->first, s->least, s->greatest)
+                ? fmt::format("; it went from {:.4g} Hz through {:.4g} ... {:.4g} Hz.", s->first, s->least,
+                              s->greatest)
                 : std::string("; it stayed there.");
     list.push_back(text);
   } else {
@@ -89,13 +96,15 @@ std::vector<std::string> track_sentences(const Track& track) {
   };
   if (const auto margin = last_of("modulus_margin")) {
     const auto phase = last_of("phase_margin_deg");
-    list.push_back(fmt::format("The loop came no nearer to -1 than {:.2f}{}.", margin->least,
-                               phase ? fmt::format(", its phase margin was {:.1f} deg at least", phase->least) : ""));
+    list.push_back(
+        fmt::format("The loop came no nearer to -1 than {:.2f}{}.", margin->least,
+                    phase ? fmt::format(", its phase margin was {:.1f} deg at least", phase->least) : ""));
   }
   if (const auto gap = last_of("gap"))
-    list.push_back(fmt::format("The gap to the baseline is {:.3g} at the end, {:.3g} at most.", gap->last, gap->greatest));
-  list.push_back(fmt::format("{:.0f} % of the {} rows after the start are to be trusted.", 100.0 * track.shares.all,
-                             track.rows));
+    list.push_back(fmt::format("The gap to the baseline is {:.3g} at the end, {:.3g} at most.", gap->last,
+                               gap->greatest));
+  list.push_back(fmt::format("{:.0f} % of the {} rows after the start are to be trusted.",
+                             100.0 * track.shares.all, track.rows));
   return list;
 }
 
@@ -107,7 +116,9 @@ json track_json(const Track& track, std::size_t rows) {
          {"known_delay_s", track.known_delay_s},
          {"confidence", track.confidence},
          {"units",
-          {{"input", track.units.input}, {"velocity", track.units.velocity}, {"response", track.units.response}}},
+          {{"input", track.units.input},
+           {"velocity", track.units.velocity},
+           {"response", track.units.response}}},
          {"rows", track.rows},
          {"trusted", track.trusted},
          {"trust",
@@ -146,7 +157,8 @@ std::string track_text(const Track& track) {
   text += "\n";
   for (const auto& sentence : track_sentences(track)) text += wrapped(sentence, "", "") + "\n";
   const double z = quantile(track.confidence);
-  text += fmt::format("\nLast trusted row, {:.0f} % confidence (and the range over all)\n", 100.0 * track.confidence);
+  text += fmt::format("\nLast trusted row, {:.0f} % confidence (and the range over all)\n",
+                      100.0 * track.confidence);
   for (const auto* group : {&track.figures, &track.parameters})
     for (const TrackSeries& series : *group) text += line_of(track, series, z);
   text += findings_text(track.findings);

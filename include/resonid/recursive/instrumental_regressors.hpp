@@ -29,13 +29,13 @@ struct EquationTerms {
 
 /// The equations t = f' theta + error of a discrete model, and their instruments z, sample by sample.
 ///
-///   free integrator    t = y(k)             f = [-y(k-1) ... -y(k-n), u(k-d-1) ... u(k-d-n), 1, -sign y(k-1)]
-///   fixed integrator   t = y(k) - y(k-1)    f = [differences of y likewise, one less, u ...]
+///   free integrator    t = y(k)             f = [-y(k-1) ... -y(k-n), u(k-d-1) ... u(k-d-n), 1, -sign
+///   y(k-1)] fixed integrator   t = y(k) - y(k-1)    f = [differences of y likewise, one less, u ...]
 ///
 /// z holds the same of the auxiliary loop. Filtered are whole equations, never the signals: t, f and z pass
-/// 1/((1 - 0.98 z^-1) C) with the auxiliary model's C, and an equation that held before the filter holds after
-/// it even while C changes. 0.98 makes the integrator leak, so that constants do not grow without bound.
-/// Source: METHOD 6.8.
+/// 1/((1 - 0.98 z^-1) C) with the auxiliary model's C, and an equation that held before the filter holds
+/// after it even while C changes. 0.98 makes the integrator leak, so that constants do not grow without
+/// bound. Source: METHOD 6.8.
 template <class Real, std::size_t Order>
 class InstrumentalRegressors {
  public:
@@ -89,8 +89,7 @@ class InstrumentalRegressors {
   void set_filter(const Model& model) noexcept {
     const auto c = quotient(model);
     const Real leak = static_cast<Real>(kLeak);
-    for (std::size_t i = 0; i < Order; ++i)
-      filter_[i] = (i + 1 < Order ? c[i + 1] : Real(0)) - leak * c[i];
+    for (std::size_t i = 0; i < Order; ++i) filter_[i] = (i + 1 < Order ? c[i + 1] : Real(0)) - leak * c[i];
   }
   [[nodiscard]] static bool filter_stable(const Model& model) noexcept {
     return roots_inside(quotient(model), Order - 1);
@@ -140,9 +139,8 @@ class InstrumentalRegressors {
     Vector size{};
     const bool powers = terms_.basis == Basis::powers;
     const auto modes = SampledModes<Order>(model, 1.0).resonances();
-    const Real angle = powers || modes.empty()
-                           ? Real(1)
-                           : static_cast<Real>(std::min(1.0, kTwoPi * modes[0].frequency_hz));
+    const Real angle =
+        powers || modes.empty() ? Real(1) : static_cast<Real>(std::min(1.0, kTwoPi * modes[0].frequency_hz));
     Real gain(0);
     for (const Real b : model.b) gain = std::max(gain, std::abs(b));
     Real power(1);
@@ -174,7 +172,9 @@ class InstrumentalRegressors {
   using Row = std::array<Real, 1 + 2 * kParameters>;  // t, f, z
   using History = SignalHistory<Real>;
 
-  [[nodiscard]] std::size_t coefficients() const noexcept { return terms_.fixed_integrator ? Order - 1 : Order; }
+  [[nodiscard]] std::size_t coefficients() const noexcept {
+    return terms_.fixed_integrator ? Order - 1 : Order;
+  }
 
   /// 1, c_1 ... c_{n-1} of A/(1 - z^-1), the remainder left out.
   static std::array<Real, Order> quotient(const Model& model) noexcept {

@@ -32,7 +32,8 @@ struct InstrumentalVariablesConfig {
   /// Estimate 2 theta(memory) - theta(2 memory), which has no lag but that of the oscillation: 1.8 times the
   /// variance.
   bool extrapolate = false;
-  /// Variance of the start per unit residual variance, relative to each parameter's typical size squared, > 0.
+  /// Variance of the start per unit residual variance, relative to each parameter's typical size squared, >
+  /// 0.
   double start_variance = 10.0;
   /// Limit of each parameter's variance over that of its start, > 0.
   double largest_variance = 1.0;
@@ -45,9 +46,9 @@ struct InstrumentalVariablesConfig {
 ///
 /// f holds the measured u and y (differences of y when the integrator is fixed), z the same entries of the
 /// AuxiliaryLoop, which knows nothing of the noise. Refined: t, f and z are filtered by 1/A of the auxiliary
-/// model, with a leaky integrator, which makes white output noise white again. The auxiliary model follows the
-/// estimate every kRefresh samples, while it and its loop are stable. Offsets: constant velocities vanish in
-/// the differences; a constant load torque is a regressor that is its own instrument.
+/// model, with a leaky integrator, which makes white output noise white again. The auxiliary model follows
+/// the estimate every kRefresh samples, while it and its loop are stable. Offsets: constant velocities vanish
+/// in the differences; a constant load torque is a regressor that is its own instrument.
 ///
 /// For a missing sample (anything in it not finite) the prediction is put in its place, and equations that
 /// would hold it are left out. Trivially copyable, no heap. Limits: needs ru and the controller; a free
@@ -62,9 +63,11 @@ class InstrumentalVariables {
   static constexpr std::size_t kOrder = Order;
   static constexpr std::size_t kRefresh = 10;  ///< Samples between changes of the auxiliary model.
 
-  static expected<InstrumentalVariables, ConfigError> create(const InstrumentalVariablesConfig<Order>& config) {
+  static expected<InstrumentalVariables, ConfigError> create(
+      const InstrumentalVariablesConfig<Order>& config) {
     if (auto fault = check(config)) return unexpected<ConfigError>(*fault);
-    auto loop = Loop::create(config.controller_numerator, config.controller_denominator, config.delay_samples);
+    auto loop =
+        Loop::create(config.controller_numerator, config.controller_denominator, config.delay_samples);
     if (!loop) return unexpected<ConfigError>(loop.error());
     InstrumentalVariables iv(*loop, Regressors(config.terms, config.delay_samples));
     for (std::size_t i = 0; i < Order; ++i) {
@@ -82,8 +85,9 @@ class InstrumentalVariables {
     const Vector size = iv.regressors_.sizes(iv.start_model_);
     for (std::size_t i = 0; i < kParameters; ++i) {
       iv.estimated_ += size[i] > Real(0) ? 1 : 0;
-      iv.information_[i] =
-          size[i] > Real(0) ? Real(1) / (static_cast<Real>(config.start_variance) * size[i] * size[i]) : Real(1);
+      iv.information_[i] = size[i] > Real(0)
+                               ? Real(1) / (static_cast<Real>(config.start_variance) * size[i] * size[i])
+                               : Real(1);
       iv.hold_[i] = iv.information_[i] / static_cast<Real>(config.largest_variance);
     }
     iv.reset();
@@ -143,7 +147,8 @@ class InstrumentalVariables {
   }
   /// The equations' mean age (none when extrapolated) plus what the oscillation itself remembers.
   [[nodiscard]] double lag_samples() const noexcept {
-    const double age = static_cast<double>(extrapolate_ ? Real(2) * sums_.age() - long_sums_.age() : sums_.age());
+    const double age =
+        static_cast<double>(extrapolate_ ? Real(2) * sums_.age() - long_sums_.age() : sums_.age());
     const auto modes = SampledModes<Order>(loop_.model(), 1.0).resonances();
     if (modes.empty()) return age;
     return age + kOscillationLag / (modes[0].damping_ratio * kTwoPi * modes[0].frequency_hz);
@@ -196,8 +201,7 @@ class InstrumentalVariables {
     squared_errors_ = slow * squared_errors_ + error * error / (Real(1) + share);
     error_weight_ = slow * error_weight_ + Real(1);
     sums_.add(equation.instrument, equation.regressor, equation.target, factor_);
-    if (extrapolate_)
-      long_sums_.add(equation.instrument, equation.regressor, equation.target, long_factor_);
+    if (extrapolate_) long_sums_.add(equation.instrument, equation.regressor, equation.target, long_factor_);
   }
 
   void refresh() noexcept {

@@ -16,14 +16,15 @@ namespace resonid::report {
 ///      trust: {excited, converged, physical, residual, all},        shares of the rows after the start
 ///      final: {NAME: {value, std, unit}},                            of the last row
 ///      range: {NAME: {least, greatest, mean}},                       over the trusted rows
-///      over_time: {time_s, lag_s, position_m, trusted, residual_rms, NAME, NAME_std}}   at most `rows` of them
+///      over_time: {time_s, lag_s, position_m, trusted, residual_rms, NAME, NAME_std}}   at most `rows` of
+///      them
 [[nodiscard]] nlohmann::json track_json(const identification::Track& track, std::size_t rows = 2000);
 
 /// Readable summary for a terminal, lines of at most 100 characters.
 [[nodiscard]] std::string track_text(const identification::Track& track);
 
-/// The page of `track --report`: what is tracked over time, or over position where the machine moves, with bands;
-/// the loop's Nyquist curve along the record, and the trust in it.
+/// The page of `track --report`: what is tracked over time, or over position where the machine moves, with
+/// bands; the loop's Nyquist curve along the record, and the trust in it.
 [[nodiscard]] Document track_document(const identification::Track& track);
 
 }  // namespace resonid::report
