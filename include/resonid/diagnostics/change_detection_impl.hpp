@@ -26,7 +26,8 @@ expected<ChangeDetector<Real, MaxWindow>, ConfigError> ChangeDetector<Real, MaxW
 }
 
 template <class Real, std::size_t MaxWindow>
-ChangeDetector<Real, MaxWindow>::ChangeDetector(const ChangeDetectorConfig& config) noexcept : config_(config) {
+ChangeDetector<Real, MaxWindow>::ChangeDetector(const ChangeDetectorConfig& config) noexcept
+    : config_(config) {
   block_samples_ = static_cast<std::size_t>(std::lround(config.block_s * config.sample_rate_hz));
   const double run_length = config.false_alarm_interval_s / config.block_s;
   if (config.statistic == ChangeStatistic::cusum)
@@ -73,7 +74,8 @@ void ChangeDetector<Real, MaxWindow>::watch(double mean, double precision) noexc
   const bool watching = ready();
   const double standard = baseline_.step(mean, precision);
   if (!watching) return;
-  judge(config_.statistic == ChangeStatistic::cusum ? cusum_.step(standard) : likelihood_ratio_.step(standard));
+  judge(config_.statistic == ChangeStatistic::cusum ? cusum_.step(standard)
+                                                    : likelihood_ratio_.step(standard));
 }
 
 template <class Real, std::size_t MaxWindow>
@@ -83,7 +85,8 @@ void ChangeDetector<Real, MaxWindow>::judge(const ChangeStatisticState& state) n
   alarm_ = true;
   alarm_sample_ = samples_;
   // The mean before the change is that of the baseline without the blocks since.
-  const std::uint64_t since = std::min<std::uint64_t>(state.since, std::min<std::uint64_t>(blocks_, MaxWindow));
+  const std::uint64_t since =
+      std::min<std::uint64_t>(state.since, std::min<std::uint64_t>(blocks_, MaxWindow));
   after_sum_ = after_precision_ = 0.0;
   for (std::uint64_t i = blocks_ - since; i < blocks_; ++i) {
     const Block& block = past_[i % MaxWindow];

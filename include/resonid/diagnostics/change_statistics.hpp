@@ -23,8 +23,8 @@ namespace resonid::diagnostics {
   return (std::expm1(-2.0 * d * b) + 2.0 * d * b) / (2.0 * d * d);
 }
 
-/// The threshold at which a two-sided CUSUM of undisturbed observations gives a false alarm every `run_length`
-/// observations in the mean.
+/// The threshold at which a two-sided CUSUM of undisturbed observations gives a false alarm every
+/// `run_length` observations in the mean.
 [[nodiscard]] inline double cusum_threshold(double reference, double run_length) noexcept {
   double low = 0.0, high = 1.0;
   while (0.5 * cusum_run_length(0.0, reference, high) < run_length && high < 1e4) high *= 2.0;
@@ -39,8 +39,9 @@ namespace resonid::diagnostics {
 ///
 ///   run length = sqrt(8 pi) exp(c^2/2) / ( c^3 sum_w nu(c/sqrt w)^2 / w^2 )
 ///
-/// nu(x) = (2/x) (Phi(x/2) - 1/2) / ((x/2) Phi(x/2) + phi(x/2)). Source: Siegmund and Venkatraman 1995, Annals of
-/// Statistics 23, 255, with the sum in place of its integral; within a tenth for run lengths above some hundred.
+/// nu(x) = (2/x) (Phi(x/2) - 1/2) / ((x/2) Phi(x/2) + phi(x/2)). Source: Siegmund and Venkatraman 1995,
+/// Annals of Statistics 23, 255, with the sum in place of its integral; within a tenth for run lengths above
+/// some hundred.
 [[nodiscard]] inline double likelihood_ratio_run_length(double threshold, std::size_t window) noexcept {
   const auto nu = [](double x) {
     const double half = 0.5 * x;
@@ -54,7 +55,8 @@ namespace resonid::diagnostics {
     const double overshoot = nu(threshold / std::sqrt(size));
     sum += overshoot * overshoot / (size * size);
   }
-  return std::sqrt(4.0 * kTwoPi) * std::exp(0.5 * threshold * threshold) / (threshold * threshold * threshold * sum);
+  return std::sqrt(4.0 * kTwoPi) * std::exp(0.5 * threshold * threshold) /
+         (threshold * threshold * threshold * sum);
 }
 
 [[nodiscard]] inline double likelihood_ratio_threshold(std::size_t window, double run_length) noexcept {
@@ -72,8 +74,8 @@ struct ChangeStatisticState {
   std::uint32_t since = 0;  ///< Observations since the most likely time of change, this one included.
 };
 
-/// Two-sided CUSUM: g+ = max(0, g+ + x - k), g- = max(0, g- - x - k), alarm above h. Optimal for a step of 2k,
-/// with x standard normal before it.
+/// Two-sided CUSUM: g+ = max(0, g+ + x - k), g- = max(0, g- - x - k), alarm above h. Optimal for a step of
+/// 2k, with x standard normal before it.
 class Cusum {
  public:
   Cusum() = default;
@@ -103,8 +105,8 @@ class Cusum {
 };
 
 /// Generalised likelihood ratio for a step of unknown size at an unknown time within the last `window`
-/// observations: max_w |S(n) - S(n-w)|/sqrt(w). Finds large changes at once and small ones as soon as the window
-/// allows, without being told their size.
+/// observations: max_w |S(n) - S(n-w)|/sqrt(w). Finds large changes at once and small ones as soon as the
+/// window allows, without being told their size.
 template <std::size_t MaxWindow>
 class LikelihoodRatio {
  public:

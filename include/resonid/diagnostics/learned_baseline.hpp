@@ -7,16 +7,16 @@
 
 namespace resonid::diagnostics {
 
-/// What a figure does while nothing changes, learned from itself: mean, spread and correlation from one value to
-/// the next. Each new value becomes a standard normal one, independent of those before, as long as the figure goes on
-/// as it did.
+/// What a figure does while nothing changes, learned from itself: mean, spread and correlation from one value
+/// to the next. Each new value becomes a standard normal one, independent of those before, as long as the
+/// figure goes on as it did.
 ///
 ///   x(n) = c + phi x(n-1) + e(n),   e(n) of variance s^2/p(n)
 ///
-/// c and phi by weighted recursive least squares, p(n) the value's precision. The innovation is divided by what all
-/// that is known before it makes of its spread, the uncertainty of c, phi and s included (recursive residuals, Brown,
-/// Durbin and Evans 1975; Hawkins 1987): so a short baseline costs no false alarms, it makes the first values speak
-/// less. Limits: correlation beyond one value, tails heavier than normal ones.
+/// c and phi by weighted recursive least squares, p(n) the value's precision. The innovation is divided by
+/// what all that is known before it makes of its spread, the uncertainty of c, phi and s included (recursive
+/// residuals, Brown, Durbin and Evans 1975; Hawkins 1987): so a short baseline costs no false alarms, it
+/// makes the first values speak less. Limits: correlation beyond one value, tails heavier than normal ones.
 class LearnedBaseline {
  public:
   /// The next value, standardised; 0 until there are 6.
@@ -45,10 +45,13 @@ class LearnedBaseline {
     return last_last_ > 0.0 ? std::clamp(last_x_ / last_last_, -0.95, 0.95) : 0.0;
   }
   /// Correlation that is left from one standardised value to the next, 0 where all of it is learned.
-  [[nodiscard]] double left_over() const noexcept { return squares_std_ > 0.0 ? products_ / squares_std_ : 0.0; }
+  [[nodiscard]] double left_over() const noexcept {
+    return squares_std_ > 0.0 ? products_ / squares_std_ : 0.0;
+  }
 
  private:
-  /// One equation x = c + phi last; returns the standardised innovation. Weighted least squares by its moments.
+  /// One equation x = c + phi last; returns the standardised innovation. Weighted least squares by its
+  /// moments.
   double learn(double x, double last, double precision) noexcept {
     double standard = 0.0;
     if (equations_ >= 2 && last_last_ > 0.0) {

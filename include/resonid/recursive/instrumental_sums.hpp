@@ -93,8 +93,9 @@ class InstrumentalSums {
   using Column = Eigen::Matrix<Real, static_cast<int>(N), 1>;
 
   [[nodiscard]] Matrix matrix(const Vector& hold) const noexcept {
-    Matrix m = Eigen::Map<const Eigen::Matrix<Real, static_cast<int>(N), static_cast<int>(N), Eigen::RowMajor>>(
-        r_.data());
+    Matrix m =
+        Eigen::Map<const Eigen::Matrix<Real, static_cast<int>(N), static_cast<int>(N), Eigen::RowMajor>>(
+            r_.data());
     for (std::size_t i = 0; i < N; ++i) m(static_cast<int>(i), static_cast<int>(i)) += hold[i];
     return m;
   }

@@ -32,7 +32,8 @@ struct InstrumentalVariablesConfig {
   /// Estimate 2 theta(memory) - theta(2 memory), which has no lag but that of the oscillation: 1.8 times the
   /// variance.
   bool extrapolate = false;
-  /// Variance of the start per unit residual variance, relative to each parameter's typical size squared, > 0.
+  /// Variance of the start per unit residual variance, relative to each parameter's typical size squared, >
+  /// 0.
   double start_variance = 10.0;
   /// Limit of each parameter's variance over that of its start, > 0.
   double largest_variance = 1.0;
@@ -45,9 +46,9 @@ struct InstrumentalVariablesConfig {
 ///
 /// f holds the measured u and y (differences of y when the integrator is fixed), z the same entries of the
 /// AuxiliaryLoop, which knows nothing of the noise. Refined: t, f and z are filtered by 1/A of the auxiliary
-/// model, with a leaky integrator, which makes white output noise white again. The auxiliary model follows the
-/// estimate every kRefresh samples, while it and its loop are stable. Offsets: constant velocities vanish in
-/// the differences; a constant load torque is a regressor that is its own instrument.
+/// model, with a leaky integrator, which makes white output noise white again. The auxiliary model follows
+/// the estimate every kRefresh samples, while it and its loop are stable. Offsets: constant velocities vanish
+/// in the differences; a constant load torque is a regressor that is its own instrument.
 ///
 /// For a missing sample (anything in it not finite) the prediction is put in its place, and equations that
 /// would hold it are left out. Trivially copyable, no heap. Limits: needs ru and the controller; a free
@@ -62,9 +63,11 @@ class InstrumentalVariables {
   static constexpr std::size_t kOrder = Order;
   static constexpr std::size_t kRefresh = 10;  ///< Samples between changes of the auxiliary model.
 
-  static expected<InstrumentalVariables, ConfigError> create(const InstrumentalVariablesConfig<Order>& config) {
+  static expected<InstrumentalVariables, ConfigError> create(
+      const InstrumentalVariablesConfig<Order>& config) {
     if (auto fault = check(config)) return unexpected<ConfigError>(*fault);
-    auto loop = Loop::create(config.controller_numerator, config.controller_denominator, config.delay_samples);
+    auto loop =
+        Loop::create(config.controller_numerator, config.controller_denominator, config.delay_samples);
     if (!loop) return unexpected<ConfigError>(loop.error());
     Model start;
     for (std::size_t i = 0; i < Order; ++i) {
@@ -85,8 +88,9 @@ class InstrumentalVariables {
     for (std::size_t i = 0; i < kParameters; ++i) {
       iv.adjusted_[i] = size[i] > Real(0);
       iv.estimated_ += iv.adjusted_[i] ? 1 : 0;
-      iv.information_[i] =
-          size[i] > Real(0) ? Real(1) / (static_cast<Real>(config.start_variance) * size[i] * size[i]) : Real(1);
+      iv.information_[i] = size[i] > Real(0)
+                               ? Real(1) / (static_cast<Real>(config.start_variance) * size[i] * size[i])
+                               : Real(1);
       iv.hold_[i] = iv.information_[i] / static_cast<Real>(config.largest_variance);
     }
     const double forgotten = std::isinf(memory) ? 0.0 : (config.extrapolate ? 6.0 : 3.0) * memory;
@@ -172,7 +176,8 @@ class InstrumentalVariables {
     return theta[2 * Order + 1] / gain;
   }
 
-  /// The start is forgotten (without forgetting: outweighed), all directions are excited, the model is stable.
+  /// The start is forgotten (without forgetting: outweighed), all directions are excited, the model is
+  /// stable.
   [[nodiscard]] bool ready() const noexcept {
     return excited_ && following_ && samples_ - skipped_ >= settling_;
   }
@@ -208,8 +213,7 @@ class InstrumentalVariables {
     squared_errors_ = slow * squared_errors_ + error * error / (Real(1) + share);
     error_weight_ = slow * error_weight_ + Real(1);
     sums_.add(equation.instrument, equation.regressor, equation.target, factor_);
-    if (extrapolate_)
-      long_sums_.add(equation.instrument, equation.regressor, equation.target, long_factor_);
+    if (extrapolate_) long_sums_.add(equation.instrument, equation.regressor, equation.target, long_factor_);
   }
 
   void refresh() noexcept {

@@ -38,9 +38,9 @@ ChangeDetectorConfig by_value(ChangeStatistic statistic, double interval) {
 }
 constexpr ChangeStatistic kBoth[] = {ChangeStatistic::cusum, ChangeStatistic::likelihood_ratio};
 
-/// Mean run length of a two-sided CUSUM of standard normal values from its Markov chain (Brook and Evans 1972), an
-/// account of it that shares nothing with Siegmund's formula. The sides never are above 0 at once, so 1/ARL is twice
-/// that of one.
+/// Mean run length of a two-sided CUSUM of standard normal values from its Markov chain (Brook and Evans
+/// 1972), an account of it that shares nothing with Siegmund's formula. The sides never are above 0 at once,
+/// so 1/ARL is twice that of one.
 double markov_run_length(double reference, double threshold) {
   constexpr int kStates = 400;
   const double width = 2.0 * threshold / (2.0 * kStates - 1.0);
@@ -51,15 +51,17 @@ double markov_run_length(double reference, double threshold) {
       const double upper = below((j - i + 0.5) * width + reference);
       stay(i, j) = j == 0 ? upper : upper - below((j - i - 0.5) * width + reference);
     }
-  const Eigen::VectorXd length =
-      (Eigen::MatrixXd::Identity(kStates, kStates) - stay).partialPivLu().solve(Eigen::VectorXd::Ones(kStates));
+  const Eigen::VectorXd length = (Eigen::MatrixXd::Identity(kStates, kStates) - stay)
+                                     .partialPivLu()
+                                     .solve(Eigen::VectorXd::Ones(kStates));
   return 0.5 * length(0);
 }
 
 TEST(ChangeStatistics, ThresholdOfTheCusumIsThatOfItsMarkovChain) {
   for (const double reference : {0.25, 0.5, 1.0})
     for (const double run_length : {200.0, 1e4, 1e6})
-      EXPECT_NEAR(markov_run_length(reference, cusum_threshold(reference, run_length)) / run_length, 1.0, 0.09)
+      EXPECT_NEAR(markov_run_length(reference, cusum_threshold(reference, run_length)) / run_length, 1.0,
+                  0.09)
           << reference << " " << run_length;
 }
 
