@@ -227,7 +227,7 @@ class FullKalmanBank {
 
   LineCovariance<Scalar, MaxLines> covariance_, start_, steady_;
   std::array<std::complex<Scalar>, MaxLines> phasor_{}, rotation_{};  // [line]
-  std::array<double, MaxLines> frequency_hz_{};                      // [line]
+  std::array<double, MaxLines> frequency_hz_{};                       // [line]
   std::array<LinePhase, MaxLines> phase_{};
   std::array<ImpulseFigures, MaxLines> figures_{};
   Scalar constant_{}, innovation_{};

@@ -35,9 +35,10 @@ Bank bank(RiccatiForm form) {
 TEST(FullKalmanBank, SteadyStateMeetsScipy) {
   const std::array<double, 7> gain{0.01021254004,  -0.016125816007, 0.07592150295, 0.008082824085,
                                    0.094837473455, -0.119680743023, 0.114525826671};
-  const std::array<std::array<double, 3>, 3> covariance{{{8.790274293385e-04, 1.796250617547e-05, 9.374877699496e-04},
-                                                         {0.002920413993, -0.000130506848, 0.002983318941},
-                                                         {0.00406745379, 0.00030598492, 0.004671023412}}};
+  const std::array<std::array<double, 3>, 3> covariance{
+      {{8.790274293385e-04, 1.796250617547e-05, 9.374877699496e-04},
+       {0.002920413993, -0.000130506848, 0.002983318941},
+       {0.00406745379, 0.00030598492, 0.004671023412}}};
   const auto steady = bank(RiccatiForm::steady_state);
   auto varying = bank(RiccatiForm::time_varying);
   for (int k = 0; k < 12000; ++k) varying.step(0.0);
