@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The physical tracker beside recursive least squares of six parameters, whose time is the unit of its budget (at
-// most 40 times).
+// The physical tracker beside recursive least squares of six parameters, whose time is the unit of its budget
+// (at most 40 times).
 #include <benchmark/benchmark.h>
 
 #include <array>

@@ -96,7 +96,7 @@ class PhysicalFilter {
     const Real sign = sign_of(state_[kDrivenVelocity]);
     linearise(u, sign);
     Vector next = state_;
-    for (std::size_t i = 0; i < kX; ++i) next[i] = deviated(held_, gradient_, i, u, sign);
+    for (std::size_t i = 0; i < kX; ++i) next[i] = normal(deviated(held_, gradient_, i, u, sign));
     propagate_covariance(extra_torque_variance);
     p_[kTorqueOffset][kTorqueOffset] += setup_.noise.offset_variance;
     if (frozen_)
@@ -162,6 +162,10 @@ class PhysicalFilter {
   static constexpr std::size_t kWithoutFriction = kViscousFriction;
   using Gradient = std::array<std::array<Real, kGradient>, kX>;
 
+  /// What dies away would end in subnormal numbers, which take twenty times as long.
+  static Real normal(Real v) noexcept {
+    return std::abs(v) < (sizeof(Real) > 4 ? Real(1e-30) : Real(1e-20)) ? Real(0) : v;
+  }
   static Real sign_of(Real v) noexcept { return v > Real(0) ? Real(1) : v < Real(0) ? Real(-1) : Real(0); }
 
   /// Whether the first-order correction between discretisations is no longer exact enough.
@@ -242,7 +246,7 @@ class PhysicalFilter {
         p_[i][j] = p_[j][i] = sum + held_.ab[i][kX] * held_.ab[j][kX] * extra_torque_variance;
       }
       p_[i][i] += setup_.noise.plant_variance;
-      for (std::size_t j = kX; j < N; ++j) p_[j][i] = p_[i][j] = moved[i][j];
+      for (std::size_t j = kX; j < N; ++j) p_[j][i] = p_[i][j] = normal(moved[i][j]);
     }
   }
   void propagate_covariance(Real extra_torque_variance) noexcept {

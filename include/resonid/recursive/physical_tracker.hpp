@@ -108,6 +108,7 @@ class PhysicalTracker {
   static constexpr std::size_t kBetweenReplays = 16;
   static constexpr double kLinearityShare = 0.1;
   static constexpr double kLeastEffect = 0.02;
+  static constexpr double kEffectPeriods = 2.0;  // of the resonance
   static constexpr std::size_t kPolishInRow = 2;
   static constexpr double kTrendPeriods = 15.0;                                // of the resonance
   static constexpr std::array<double, 4> kOtherStarts = {0.5, 2.0, 0.7, 1.4};  // times the stiffness given
