@@ -23,8 +23,7 @@ void expect_nominal(double ratio) {
 }
 
 TEST(TrackingErrorBars, KalmanBank) {
-  const auto bank =
-      Bank::create({.sample_rate_hz = kRate, .frequency_hz = kLines, .lambda = 100.0}).value();
+  const auto bank = Bank::create({.sample_rate_hz = kRate, .frequency_hz = kLines, .lambda = 100.0}).value();
   expect_nominal(error_ratio(bank, multisine(15000), kSeeds, kNoise));
 }
 

@@ -119,8 +119,7 @@ class Arx {
   void miss(Real u, Real y) noexcept {
     ++skipped_;
     const Real input = std::isfinite(u) ? input_filter_.step(u) : Real(0);
-    const Real output =
-        std::isfinite(y) ? output_filter_.step(y) : past_.base() + rls_.predict(regressor());
+    const Real output = std::isfinite(y) ? output_filter_.step(y) : past_.base() + rls_.predict(regressor());
     residual_ = Real(0);
     past_.push(input, std::isfinite(output) ? output : Real(0));
     stale_ = spoiled_samples_;

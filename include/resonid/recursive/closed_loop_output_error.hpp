@@ -62,8 +62,8 @@ class ClosedLoopOutputError {
     auto controller = Controller::create(config.controller_numerator, config.controller_denominator);
     if (!controller) {
       const bool above = controller.error().field == "numerator";
-      return refuse(above ? "controller_numerator" : "controller_denominator",
-                    controller.error().requirement, controller.error().value);
+      return refuse(above ? "controller_numerator" : "controller_denominator", controller.error().requirement,
+                    controller.error().value);
     }
     auto rls = make_least_squares<Real, Order, 0>(config.common, {});
     if (!rls) return unexpected<ConfigError>(rls.error());

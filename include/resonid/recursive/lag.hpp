@@ -19,7 +19,8 @@ template <class Real, std::size_t Order>
   double slowest = 0.0;
   const SampledModes<Order> modes(model, 1.0);
   for (const std::complex<double>& z : modes.poles())
-    if (z.imag() > 0.0) slowest = std::max(slowest, std::abs(z) < 1.0 ? -kShare / std::log(std::abs(z)) : kMost);
+    if (z.imag() > 0.0)
+      slowest = std::max(slowest, std::abs(z) < 1.0 ? -kShare / std::log(std::abs(z)) : kMost);
   return std::min(slowest, kMost);
 }
 

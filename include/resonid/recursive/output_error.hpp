@@ -35,9 +35,9 @@ struct OutputErrorConfig {
 /// where E[f (f/A)'] is positive (positive_real.hpp): not on a lightly damped machine that is sampled fast.
 /// Follows changes along the resonance much faster than the memory (lag.hpp).
 ///
-/// Limits: direct, so the noise that feedback brings into u is a bias, small with a soft loop; an unknown load
-/// torque hurts unless it is estimated or filtered out. Source: METHOD 6.3; Nevaranta 2016, Pub. II; Ljung and
-/// Soderstrom 1983.
+/// Limits: direct, so the noise that feedback brings into u is a bias, small with a soft loop; an unknown
+/// load torque hurts unless it is estimated or filtered out. Source: METHOD 6.3; Nevaranta 2016, Pub. II;
+/// Ljung and Soderstrom 1983.
 template <class Real, std::size_t Order>
 class OutputError {
  public:

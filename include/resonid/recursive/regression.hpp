@@ -15,14 +15,14 @@ namespace resonid::recursive {
 
 /// What every estimator of a discrete model is told.
 struct ModelEstimatorConfig {
-  double sample_rate_hz = 0.0;             ///< Rate at which step() is called, > 0.
-  std::size_t delay_samples = 0;           ///< d: known delay of the output, at most kMaxDelaySamples.
-  std::span<const double> start_b{};       ///< b_1 ... b_n before the first sample; empty: 0.
-  std::span<const double> start_a{};       ///< a_1 ... a_n likewise.
-  bool fixed_integrator = false;           ///< The machine's integrator, z = 1, is known, not estimated.
-  double high_pass_hz = 0.0;               ///< Corner of what takes offsets out of ru, u and y alike; 0: none.
-  double hold_below = 0.05;                ///< Estimates are held while the excitation's rms is below this
-                                           ///< share of its largest; 0: never.
+  double sample_rate_hz = 0.0;        ///< Rate at which step() is called, > 0.
+  std::size_t delay_samples = 0;      ///< d: known delay of the output, at most kMaxDelaySamples.
+  std::span<const double> start_b{};  ///< b_1 ... b_n before the first sample; empty: 0.
+  std::span<const double> start_a{};  ///< a_1 ... a_n likewise.
+  bool fixed_integrator = false;      ///< The machine's integrator, z = 1, is known, not estimated.
+  double high_pass_hz = 0.0;          ///< Corner of what takes offsets out of ru, u and y alike; 0: none.
+  double hold_below = 0.05;           ///< Estimates are held while the excitation's rms is below this
+                                      ///< share of its largest; 0: never.
   /// Forgetting and certainty of the start; `start` and `held` must be empty, `scale` is that of b, then a.
   RecursiveLeastSquaresConfig adaptation{};
 };
@@ -162,7 +162,8 @@ expected<RecursiveLeastSquares<Real, 2 * Order + Extra>, ConfigError> make_least
     return refuse("high_pass_hz", "must be >= 0 and below half the sample rate", c.high_pass_hz);
   if (!(c.hold_below >= 0.0 && c.hold_below < 1.0))
     return refuse("hold_below", "must lie in [0, 1)", c.hold_below);
-  if (!c.adaptation.start.empty()) return refuse("adaptation.start", "must be empty: give start_b and start_a");
+  if (!c.adaptation.start.empty())
+    return refuse("adaptation.start", "must be empty: give start_b and start_a");
   if (!c.adaptation.held.empty()) return refuse("adaptation.held", "must be empty");
   if (!c.adaptation.scale.empty() && c.adaptation.scale.size() != 2 * Order)
     return refuse("adaptation.scale", "needs a value per coefficient of b and a",

@@ -18,7 +18,8 @@ namespace {
 
 struct Golden {
   nlohmann::json expected = test::golden_json("e_expected.json");
-  std::vector<double> ru = test::golden_column("e_tooth.csv", "ru"), u = test::golden_column("e_tooth.csv", "u"),
+  std::vector<double> ru = test::golden_column("e_tooth.csv", "ru"),
+                      u = test::golden_column("e_tooth.csv", "u"),
                       y = test::golden_column("e_tooth.csv", "y");
   std::array<double, 3> b{}, a{};
   std::array<double, 3> numerator{}, denominator{};
@@ -30,7 +31,8 @@ struct Golden {
     }
     // PI with an outer position loop.
     const double ts = number("Ts"), kp = number("Kp");
-    const std::array<double, 2> pi{kp * (1.0 + ts / number("Ti")), -kp}, outer{1.0 + number("Kpc") * ts, -1.0};
+    const std::array<double, 2> pi{kp * (1.0 + ts / number("Ti")), -kp},
+        outer{1.0 + number("Kpc") * ts, -1.0};
     numerator = {pi[0] * outer[0], pi[0] * outer[1] + pi[1] * outer[0], pi[1] * outer[1]};
     denominator = {1.0, -2.0, 1.0};
   }

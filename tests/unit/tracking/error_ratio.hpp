@@ -12,9 +12,9 @@
 
 namespace resonid::test {
 
-/// Normalised estimation error squared: mean of |error|^2/std^2, which is 1 +- 1/sqrt(n) for circular Gaussian
-/// errors of that deviation, at the end of the record or, with `every` > 0, also every so many samples from
-/// the moment on when the tracker is ready. `error` is the effect of the noise alone.
+/// Normalised estimation error squared: mean of |error|^2/std^2, which is 1 +- 1/sqrt(n) for circular
+/// Gaussian errors of that deviation, at the end of the record or, with `every` > 0, also every so many
+/// samples from the moment on when the tracker is ready. `error` is the effect of the noise alone.
 template <class Tracker>
 double error_ratio(const Tracker& pattern, const std::vector<double>& ru, std::uint64_t seeds, double noise,
                    std::size_t every = 0) {
