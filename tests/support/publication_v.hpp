@@ -59,7 +59,8 @@ inline ResonanceErrors resonance_errors(const TrackedTooth& what, std::uint64_t 
     known.controller_numerator = run->truth.controller->numerator;
     known.controller_denominator = run->truth.controller->denominator;
     auto tracker = std::make_unique<tracking::ResponseTracker<Dft>>(
-        tracking::ResponseTracker<Dft>::create(Dft::create({kRate, kWindow, lines, what.window}).value(), known)
+        tracking::ResponseTracker<Dft>::create(Dft::create({kRate, kWindow, lines, what.window}).value(),
+                                               known)
             .value());
     auto fit = recursive::ResponseFit<double, 3, 21>::create({.sample_rate_hz = kRate,
                                                               .frequency_hz = lines,
@@ -70,18 +71,17 @@ inline ResonanceErrors resonance_errors(const TrackedTooth& what, std::uint64_t 
                        {.sample_rate_hz = kRate, .frequency_hz = lines, .correlated_steps = double(kWindow)})
                        .value();
 
-    const auto& x = record.position.samples;
-    const auto steady = [&](std::size_t k) {  // a step of the position as long as that at 0.38 m/s
-      return std::abs((x[k + 1] - x[k]) * kRate - 0.38) < 0.002;
-    };
-    std::size_t from = 2000, to = 7000;  // 1.0 and 3.5 s: well within the run
-    while (steady(from - 1)) --from;
-    while (steady(to)) ++to;
+    // r is the velocity reference: at its greatest value between the ramps.
+    const auto& r = record.reference.samples;
+    const double greatest = *std::max_element(r.begin(), r.end());
+    const auto steady = [&](double reference) { return reference > 0.999999 * greatest; };
+    const auto from = static_cast<std::size_t>(std::find_if(r.begin(), r.end(), steady) - r.begin());
+    const auto to = static_cast<std::size_t>(r.rend() - std::find_if(r.rbegin(), r.rend(), steady));
     const auto true_hz = [&](double sample) {
       const double t = sample / kRate;
       const auto above = std::upper_bound(truth.time_s.begin(), truth.time_s.end(), t);
-      const auto i = static_cast<std::size_t>(
-          std::clamp<std::ptrdiff_t>(above - truth.time_s.begin(), 1, std::ptrdiff_t(truth.time_s.size()) - 1));
+      const auto i = static_cast<std::size_t>(std::clamp<std::ptrdiff_t>(
+          above - truth.time_s.begin(), 1, std::ptrdiff_t(truth.time_s.size()) - 1));
       const double part = (t - truth.time_s[i - 1]) / (truth.time_s[i] - truth.time_s[i - 1]);
       return truth.resonance_hz[i - 1] + part * (truth.resonance_hz[i] - truth.resonance_hz[i - 1]);
     };
@@ -92,17 +92,18 @@ inline ResonanceErrors resonance_errors(const TrackedTooth& what, std::uint64_t 
       if (what.line_by_line) {
         by_line.step(tracker->response(by_line.next_line(), Approach::indirect));
       } else {
-        for (std::size_t l = 0; l < lines.size(); ++l)
-          response[l] = tracker->response(l, Approach::indirect);
+        for (std::size_t l = 0; l < lines.size(); ++l) response[l] = tracker->response(l, Approach::indirect);
         fit.step(response);
       }
-      if (k < from + kWindow) continue;
+      if (k + 1 < from + kWindow) continue;
       const auto model = what.line_by_line ? by_line.model() : fit.model();
       const auto modes = recursive::SampledModes<3>(model, kRate).resonances();
       const double found = modes.empty() ? 0.0 : modes[0].frequency_hz;
       const double own = what.line_by_line ? by_line.lag_samples() : fit.lag_samples();
       const auto now = static_cast<double>(k), centre = now - tracker->lag_samples(0);
-      const auto squared = [&](double sample) { return std::pow(100.0 * (found / true_hz(sample) - 1.0), 2); };
+      const auto squared = [&](double sample) {
+        return std::pow(100.0 * (found / true_hz(sample) - 1.0), 2);
+      };
       const double label = squared(centre - own);
       errors.at_label += label;
       errors.at_centre += squared(centre);
