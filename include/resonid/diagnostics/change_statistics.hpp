@@ -7,6 +7,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <resonid/base/constants.hpp>
+#include <resonid/diagnostics/learned_baseline.hpp>
 
 namespace resonid::diagnostics {
 
@@ -23,8 +24,8 @@ namespace resonid::diagnostics {
   return (std::expm1(-2.0 * d * b) + 2.0 * d * b) / (2.0 * d * d);
 }
 
-/// The threshold at which a two-sided CUSUM of undisturbed observations gives a false alarm every `run_length`
-/// observations in the mean.
+/// The threshold at which a two-sided CUSUM of undisturbed observations gives a false alarm every
+/// `run_length` observations in the mean.
 [[nodiscard]] inline double cusum_threshold(double reference, double run_length) noexcept {
   double low = 0.0, high = 1.0;
   while (0.5 * cusum_run_length(0.0, reference, high) < run_length && high < 1e4) high *= 2.0;
@@ -39,8 +40,9 @@ namespace resonid::diagnostics {
 ///
 ///   run length = sqrt(8 pi) exp(c^2/2) / ( c^3 sum_w nu(c/sqrt w)^2 / w^2 )
 ///
-/// nu(x) = (2/x) (Phi(x/2) - 1/2) / ((x/2) Phi(x/2) + phi(x/2)). Source: Siegmund and Venkatraman 1995, Annals of
-/// Statistics 23, 255, with the sum in place of its integral; within a tenth for run lengths above some hundred.
+/// nu(x) = (2/x) (Phi(x/2) - 1/2) / ((x/2) Phi(x/2) + phi(x/2)). Source: Siegmund and Venkatraman 1995,
+/// Annals of Statistics 23, 255, with the sum in place of its integral; within a tenth for run lengths above
+/// some hundred.
 [[nodiscard]] inline double likelihood_ratio_run_length(double threshold, std::size_t window) noexcept {
   const auto nu = [](double x) {
     const double half = 0.5 * x;
@@ -54,7 +56,8 @@ namespace resonid::diagnostics {
     const double overshoot = nu(threshold / std::sqrt(size));
     sum += overshoot * overshoot / (size * size);
   }
-  return std::sqrt(4.0 * kTwoPi) * std::exp(0.5 * threshold * threshold) / (threshold * threshold * threshold * sum);
+  return std::sqrt(4.0 * kTwoPi) * std::exp(0.5 * threshold * threshold) /
+         (threshold * threshold * threshold * sum);
 }
 
 [[nodiscard]] inline double likelihood_ratio_threshold(std::size_t window, double run_length) noexcept {
@@ -66,22 +69,31 @@ namespace resonid::diagnostics {
   return high;
 }
 
+/// How well the level and spread are known that made observations standard normal ones.
+struct Certainty {
+  double shared = 0.0;   ///< Variance of the level's error, in variances of an observation; 0: known.
+  double degrees = 1e9;  ///< Of freedom of the spread.
+};
+
 /// Where a statistic stands after an observation.
 struct ChangeStatisticState {
   double level = 0.0;       ///< Over the threshold 1 it is an alarm.
   std::uint32_t since = 0;  ///< Observations since the most likely time of change, this one included.
 };
 
-/// Two-sided CUSUM: g+ = max(0, g+ + x - k), g- = max(0, g- - x - k), alarm above h. Optimal for a step of 2k,
-/// with x standard normal before it.
+/// Two-sided CUSUM: g+ = max(0, g+ + x - k), g- = max(0, g- - x - k), alarm above h. Optimal for a step of
+/// 2k, with x standard normal before it.
 class Cusum {
  public:
   Cusum() = default;
   Cusum(double reference, double threshold) noexcept : reference_(reference), threshold_(threshold) {}
 
-  ChangeStatisticState step(double x) noexcept {
-    up_ = next(up_, x);
-    down_ = next(down_, -x);
+  ChangeStatisticState step(double x, const Certainty& known = {}) noexcept {
+    constexpr double kOneSided95 = 1.645;
+    const double scale = 1.0 / (1.0 + kOneSided95 / std::sqrt(2.0 * known.degrees));
+    const double reference = reference_ + kOneSided95 * std::sqrt(known.shared);
+    up_ = next(up_, scale * x - reference);
+    down_ = next(down_, -scale * x - reference);
     const Side& higher = up_.sum > down_.sum ? up_ : down_;
     return {higher.sum / threshold_, higher.since};
   }
@@ -93,8 +105,8 @@ class Cusum {
     double sum = 0.0;
     std::uint32_t since = 0;
   };
-  [[nodiscard]] Side next(Side side, double x) const noexcept {
-    const double sum = side.sum + x - reference_;
+  [[nodiscard]] static Side next(Side side, double by) noexcept {
+    const double sum = side.sum + by;
     return sum > 0.0 ? Side{sum, side.since + 1} : Side{};
   }
   double reference_ = 0.5;
@@ -103,8 +115,8 @@ class Cusum {
 };
 
 /// Generalised likelihood ratio for a step of unknown size at an unknown time within the last `window`
-/// observations: max_w |S(n) - S(n-w)|/sqrt(w). Finds large changes at once and small ones as soon as the window
-/// allows, without being told their size.
+/// observations: max_w |S(n) - S(n-w)|/sqrt(w). Finds large changes at once and small ones as soon as the
+/// window allows, without being told their size.
 template <std::size_t MaxWindow>
 class LikelihoodRatio {
  public:
@@ -112,7 +124,7 @@ class LikelihoodRatio {
   /// `window` 1 ... MaxWindow
   LikelihoodRatio(std::size_t window, double threshold) noexcept : window_(window), threshold_(threshold) {}
 
-  ChangeStatisticState step(double x) noexcept {
+  ChangeStatisticState step(double x, const Certainty& known = {}) noexcept {
     past_[next_] = x;
     next_ = (next_ + 1) % window_;
     filled_ = std::min(filled_ + 1, window_);
@@ -122,12 +134,13 @@ class LikelihoodRatio {
     for (std::size_t w = 1; w <= filled_; ++w) {
       at = (at == 0 ? window_ : at) - 1;
       sum += past_[at];
-      const double squared = sum * sum / static_cast<double>(w);
+      const double size = static_cast<double>(w);
+      const double squared = sum * sum / (size * (1.0 + known.shared * size));
       if (squared <= highest) continue;
       highest = squared;
       best.since = static_cast<std::uint32_t>(w);
     }
-    best.level = std::sqrt(highest) / threshold_;
+    best.level = normal_of_t(highest, known.degrees) / threshold_;
     return best;
   }
   void reset() noexcept { next_ = filled_ = 0; }

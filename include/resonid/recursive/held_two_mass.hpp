@@ -21,19 +21,19 @@ struct TwoMassPoint {
 
 /// Exact zero-order hold of a two-mass drive over a time step, with its derivatives.
 ///
-///   x' = Ac x + bc T,   x = [v1, v2, w0 (p1 - p2)],   x(t + h) = A x(t) + b T,   [A b; 0 1] = exp([Ac bc; 0 0]
-///   h)
+///   x' = Ac x + bc T,   x = [v1, v2, w0 (p1 - p2)],   x(t + h) = A x(t) + b T,   [A b; 0 1] = exp([Ac bc; 0
+///   0] h)
 ///
-/// w0 is a constant that only scales the twist. Derivatives by ln J1, ln J2, ln K, ln D and B are those of the
-/// exponential's Taylor series and of its squarings (Frechet derivative). Source: METHOD 2.5, 6.9.
+/// w0 is a constant that only scales the twist. Derivatives by ln J1, ln J2, ln K, ln D and B are those of
+/// the exponential's Taylor series and of its squarings (Frechet derivative). Source: METHOD 2.5, 6.9.
 template <class Real>
 struct HeldTwoMass {
   static constexpr std::size_t kStates = 3;
   static constexpr std::size_t kDerivatives = 5;
   using Block = std::array<std::array<Real, kStates + 1>, kStates>;  // [row][column], column 3 is b
 
-  Block ab{};                                 ///< [A b]
-  std::array<Block, kDerivatives> by_log{};   ///< d[A b] / d(ln J1, ln J2, ln K, ln D, B)
+  Block ab{};                                ///< [A b]
+  std::array<Block, kDerivatives> by_log{};  ///< d[A b] / d(ln J1, ln J2, ln K, ln D, B)
 
   static HeldTwoMass over(const TwoMassPoint<Real>& p, Real twist_scale_rad_s, Real step_s) noexcept {
     std::array<Block, kDerivatives + 1> x{};  // continuous matrices times the step: value, derivatives
@@ -66,7 +66,8 @@ struct HeldTwoMass {
       const Real inverse = Real(1) / static_cast<Real>(k);
       std::array<Block, kDerivatives + 1> next;
       next[0] = product(x[0], e[0], x[0]);
-      for (std::size_t d = 1; d < next.size(); ++d) next[d] = sum(product(x[d], e[0], x[d]), linear(x[0], e[d]));
+      for (std::size_t d = 1; d < next.size(); ++d)
+        next[d] = sum(product(x[d], e[0], x[d]), linear(x[0], e[d]));
       for (auto& block : next)
         for (auto& row : block)
           for (Real& entry : row) entry *= inverse;
@@ -76,7 +77,8 @@ struct HeldTwoMass {
     for (int s = 0; s < squarings; ++s) {
       std::array<Block, kDerivatives + 1> next;
       next[0] = product(e[0], e[0], e[0]);
-      for (std::size_t d = 1; d < next.size(); ++d) next[d] = sum(product(e[d], e[0], e[d]), linear(e[0], e[d]));
+      for (std::size_t d = 1; d < next.size(); ++d)
+        next[d] = sum(product(e[d], e[0], e[d]), linear(e[0], e[d]));
       e = next;
     }
     HeldTwoMass held;

@@ -26,10 +26,10 @@ struct PhysicalTrackerConfig {
   double sample_rate_hz = 0.0;  ///< Rate at which step() is called, > 0.
   double delay_s = 0.0;         ///< Known delay of the measured velocity, 0 ... 64 samples; any fraction.
 
-  StartingValue driven_inertia;  ///< J1, kgm2
-  StartingValue load_inertia;    ///< J2, kgm2
-  StartingValue stiffness;       ///< K, Nm/rad
-  StartingValue damping;         ///< D, Nms/rad
+  StartingValue driven_inertia;               ///< J1, kgm2
+  StartingValue load_inertia;                 ///< J2, kgm2
+  StartingValue stiffness;                    ///< K, Nm/rad
+  StartingValue damping;                      ///< D, Nms/rad
   StartingFriction viscous_friction_nms_rad;  ///< B on the driven side.
   StartingFriction coulomb_friction_nm;       ///< Tc on the driven side, times the sign of its velocity.
 
@@ -43,12 +43,12 @@ struct PhysicalTrackerConfig {
   double stiffness_drift_per_s = 0.0;
   double damping_drift_per_rt_s = 0.0;  ///< How ln D wanders: standard deviation after a second.
 
-  double noise_rms = 0.0;               ///< White noise of the output; 0: estimated from the innovations.
-  double noise_memory_s = 0.0;          ///< Of that estimate; 0: all samples.
-  double start_velocity_std = 1.0;      ///< Of both velocities and the scaled twist about the first output, > 0.
-  double plant_noise_variance = 1e-9;   ///< Of each plant state per sample, >= 0: hardly any.
-  std::uint32_t refresh_samples = 10;   ///< Between two exact discretisations, >= 1.
-  std::uint32_t replay_speed = 4;       ///< Old samples per new one while the start is gone over; 0: never.
+  double noise_rms = 0.0;           ///< White noise of the output; 0: estimated from the innovations.
+  double noise_memory_s = 0.0;      ///< Of that estimate; 0: all samples.
+  double start_velocity_std = 1.0;  ///< Of both velocities and the scaled twist about the first output, > 0.
+  double plant_noise_variance = 1e-9;  ///< Of each plant state per sample, >= 0: hardly any.
+  std::uint32_t refresh_samples = 10;  ///< Between two exact discretisations, >= 1.
+  std::uint32_t replay_speed = 4;      ///< Old samples per new one while the start is gone over; 0: never.
 
   static constexpr double kMaxDelaySamples = 64.0;
 };

@@ -14,30 +14,31 @@ namespace resonid::recursive {
 enum PhysicalState : std::size_t {
   kDrivenVelocity,
   kLoadVelocity,
-  kScaledTwist,        ///< twist times a constant, in the unit of a velocity
-  kLogDrivenInertia,   ///< ln J1
-  kLogLoadInertia,     ///< ln J2
-  kLogStiffness,       ///< ln K
-  kLogDamping,         ///< ln D
-  kViscousFriction,    ///< B
-  kCoulombFriction,    ///< Tc
-  kTorqueOffset,       ///< T0, constant torque at the input that is not in u
-  kStiffnessRate,      ///< d(ln K)/dt, 1/s
+  kScaledTwist,       ///< twist times a constant, in the unit of a velocity
+  kLogDrivenInertia,  ///< ln J1
+  kLogLoadInertia,    ///< ln J2
+  kLogStiffness,      ///< ln K
+  kLogDamping,        ///< ln D
+  kViscousFriction,   ///< B
+  kCoulombFriction,   ///< Tc
+  kTorqueOffset,      ///< T0, constant torque at the input that is not in u
+  kStiffnessRate,     ///< d(ln K)/dt, 1/s
   kPhysicalStates
 };
 
 /// How the filter's states wander between two samples.
 template <class Real>
 struct PhysicalNoise {
-  Real plant_variance{};      ///< Of each plant state, per sample.
-  Real stiffness_variance{};  ///< Of ln K, per sample.
-  Real damping_variance{};    ///< Of ln D, per sample.
-  Real rate_variance{};       ///< Of the rate, per sample.
+  Real plant_variance{};       ///< Of each plant state, per sample.
+  Real stiffness_variance{};   ///< Of ln K, per sample.
+  Real damping_variance{};     ///< Of ln D, per sample.
+  Real rate_variance{};        ///< Of the rate, per sample.
   Real rate_memory = Real(1);  ///< What of the rate is left after a sample.
-  Real offset_variance{};     ///< Of the torque offset, per sample.
+  Real offset_variance{};      ///< Of the torque offset, per sample.
 };
 
-/// Extended Kalman filter of a two-mass drive's states and parameters together; the engine of PhysicalTracker.
+/// Extended Kalman filter of a two-mass drive's states and parameters together; the engine of
+/// PhysicalTracker.
 ///
 ///   x+ = A(p) x + b(p) (u + T0 - Tc sign v1)        y = v1, a fraction of a sample earlier where asked for
 ///   ln K+ = ln K + Ts rate
@@ -57,16 +58,17 @@ class PhysicalFilter {
 
   struct Setup {
     Real sample_time_s{};
-    Real fraction{};       ///< Of a sample, [0, 1): how much earlier than the state the output was sampled.
-    Real twist_scale{};    ///< rad/s
+    Real fraction{};     ///< Of a sample, [0, 1): how much earlier than the state the output was sampled.
+    Real twist_scale{};  ///< rad/s
     std::uint32_t refresh_samples = 10;
     PhysicalNoise<Real> noise;
     Vector state{};
-    Vector deviation{};    ///< Standard deviations at the start; 0: known, stays as it is.
+    Vector deviation{};  ///< Standard deviations at the start; 0: known, stays as it is.
   };
 
   PhysicalFilter() = default;
-  explicit PhysicalFilter(const Setup& setup) noexcept : setup_(setup), state_(setup.state), along_(setup.state) {
+  explicit PhysicalFilter(const Setup& setup) noexcept
+      : setup_(setup), state_(setup.state), along_(setup.state) {
     for (std::size_t i = 0; i < kN; ++i) p_[i][i] = setup.deviation[i] * setup.deviation[i];
     refresh();
   }

@@ -27,18 +27,18 @@ enum class PhysicalParameter : std::size_t {
   stiffness_rate
 };
 
-/// J1, J2, K, D of a two-mass drive sample by sample, directly: extended Kalman filter of the plant's states and
-/// the parameters' logarithms.
+/// J1, J2, K, D of a two-mass drive sample by sample, directly: extended Kalman filter of the plant's states
+/// and the parameters' logarithms.
 ///
 ///   J1 v1' = u + T0 - Tc sign v1 - B v1 - K w - D (v1 - v2)     J2 v2' = K w + D (v1 - v2)     w' = v1 - v2
 ///   y(t) = v1(t - delay) + white noise
 ///
-/// In closed loop with white output noise the measured u is exact, whatever the controller: the filter needs u, y
-/// and the known delay only, and is not biased by the feedback. Hardly any noise on the plant's states makes it a
-/// recursive maximum-likelihood estimator. Any parameter can be held (standard deviation 0). A machine that stays:
-/// as long as the record's start fits in the replay buffer, it is gone over again, beside the new samples, whenever
-/// the estimate has moved far from where it was linearised. A machine that moves: `stiffness_drift_per_s` gives K a
-/// rate of change of its own, and there is no lag.
+/// In closed loop with white output noise the measured u is exact, whatever the controller: the filter needs
+/// u, y and the known delay only, and is not biased by the feedback. Hardly any noise on the plant's states
+/// makes it a recursive maximum-likelihood estimator. Any parameter can be held (standard deviation 0). A
+/// machine that stays: as long as the record's start fits in the replay buffer, it is gone over again, beside
+/// the new samples, whenever the estimate has moved far from where it was linearised. A machine that moves:
+/// `stiffness_drift_per_s` gives K a rate of change of its own, and there is no lag.
 ///
 /// Limits: two masses, white output noise, delay and sample rate known. From a start several times off it can
 /// settle wrongly: `consistent()` tells. Source: METHOD 6.9.
@@ -91,8 +91,8 @@ class PhysicalTracker {
   [[nodiscard]] bool consistent() const noexcept { return run_.surprise < 2.0; }
   /// The twist moves enough to tell about the stiffness; while it does not, the estimate is held.
   [[nodiscard]] bool excited() const noexcept { return excited_; }
-  /// No friction below 0 by more than twice its error, a resonance below half the sample rate and less damped than
-  /// critically.
+  /// No friction below 0 by more than twice its error, a resonance below half the sample rate and less damped
+  /// than critically.
   [[nodiscard]] bool plausible() const noexcept;
   [[nodiscard]] bool ready() const noexcept { return converged() && consistent(); }
 
@@ -101,7 +101,8 @@ class PhysicalTracker {
   [[nodiscard]] std::uint64_t replays() const noexcept { return replays_; }  ///< Taken over so far.
 
  private:
-  static constexpr std::size_t kDelayLine = static_cast<std::size_t>(PhysicalTrackerConfig::kMaxDelaySamples) + 2;
+  static constexpr std::size_t kDelayLine =
+      static_cast<std::size_t>(PhysicalTrackerConfig::kMaxDelaySamples) + 2;
   static constexpr bool kReplays = ReplaySamples > 0;
   static constexpr std::size_t kFirstReplay = 256;  // remembered samples
   static constexpr double kLinearityShare = 0.1;
@@ -149,7 +150,7 @@ class PhysicalTracker {
   typename PhysicalFilter<Scalar>::Vector linearised_about_{};
   std::array<Remembered, kReplays ? ReplaySamples : 1> memory_{};
   std::size_t remembered_ = 0;
-  std::size_t next_ = 0;  // remembered sample that the candidate takes next
+  std::size_t next_ = 0;         // remembered sample that the candidate takes next
   std::size_t next_replay_ = 0;  // remembered samples at which one may begin
   bool replaying_ = false;
   bool memory_full_ = false;

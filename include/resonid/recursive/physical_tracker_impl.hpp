@@ -117,7 +117,8 @@ void PhysicalTracker<Real, ReplaySamples>::advance(Run& run, Scalar previous_u, 
     limit(kLogDamping, Real(0.25));
   }
   if (config_.torque_offset_std_nm > 0.0)
-    run.filter.limit_variance(kTorqueOffset, setup_.deviation[kTorqueOffset] * setup_.deviation[kTorqueOffset]);
+    run.filter.limit_variance(kTorqueOffset,
+                              setup_.deviation[kTorqueOffset] * setup_.deviation[kTorqueOffset]);
 }
 
 /// How much the stiffness shows in a sample: rms of the driven velocity's change per relative change of K,
@@ -153,8 +154,8 @@ void PhysicalTracker<Real, ReplaySamples>::replay() noexcept {
     }
     for (std::uint32_t i = 0; i < config_.replay_speed && next_ < remembered_; ++i) {
       const Remembered& old = memory_[next_++];
-      advance(candidate_, static_cast<Real>(old.previous_u), static_cast<Real>(old.u), static_cast<Real>(old.y),
-              true);
+      advance(candidate_, static_cast<Real>(old.previous_u), static_cast<Real>(old.u),
+              static_cast<Real>(old.y), true);
     }
     if (next_ < remembered_) return;
     replaying_ = false;
@@ -208,8 +209,8 @@ auto PhysicalTracker<Real, ReplaySamples>::log_covariance() const noexcept -> Co
   const auto& p = run_.filter.covariance();
   for (std::size_t i = 0; i < kParameters; ++i)
     for (std::size_t j = 0; j < kParameters; ++j)
-      c(static_cast<int>(i), static_cast<int>(j)) = static_cast<double>(
-          p[HeldTwoMass<Real>::kStates + i][HeldTwoMass<Real>::kStates + j]);
+      c(static_cast<int>(i), static_cast<int>(j)) =
+          static_cast<double>(p[HeldTwoMass<Real>::kStates + i][HeldTwoMass<Real>::kStates + j]);
   return c;
 }
 
@@ -227,7 +228,8 @@ auto PhysicalTracker<Real, ReplaySamples>::covariance() const noexcept -> Covari
 template <class Real, std::size_t ReplaySamples>
 double PhysicalTracker<Real, ReplaySamples>::resonance_hz() const noexcept {
   using P = PhysicalParameter;
-  return std::sqrt(value(P::stiffness) * (1.0 / value(P::driven_inertia) + 1.0 / value(P::load_inertia))) / kTwoPi;
+  return std::sqrt(value(P::stiffness) * (1.0 / value(P::driven_inertia) + 1.0 / value(P::load_inertia))) /
+         kTwoPi;
 }
 
 template <class Real, std::size_t ReplaySamples>
