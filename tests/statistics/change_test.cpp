@@ -11,8 +11,9 @@ namespace {
 
 using diagnostics::ChangeDetector;
 
-/// One false alarm in 1000 h, blocks of half a second: 10 of them in 10 000 h of independent normal blocks, each of
-/// which goes through the whole detector. Poisson: 2 ... 20 with probability 0.998. Every baseline is new.
+/// One false alarm in 1000 h, blocks of half a second: 10 of them in 10 000 h of independent normal blocks,
+/// each of which goes through the whole detector. Poisson: 2 ... 20 with probability 0.998. Every baseline is
+/// new.
 TEST(ChangeStatistics, OneFalseAlarmInAThousandHours) {
   diagnostics::ChangeDetectorConfig config = test::belt_detector(600.0, 3.6e6);
   config.sample_rate_hz = 2.0;  // a value is a block
@@ -34,7 +35,8 @@ TEST(ChangeStatistics, OneFalseAlarmInAThousandHours) {
   EXPECT_LE(alarms, 20);
 }
 
-/// Of the tracked drive itself, whose estimates are correlated and not quite normal: a rate that can be counted.
+/// Of the tracked drive itself, whose estimates are correlated and not quite normal: a rate that can be
+/// counted.
 TEST(ChangeStatistics, FalseAlarmsOfATrackedDriveComeAsStated) {
   constexpr double kInterval = 100.0;
   double watched = 0.0;

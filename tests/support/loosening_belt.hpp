@@ -8,7 +8,8 @@
 
 namespace resonid::test {
 
-/// The coupled belt under a PRBS of 2.1 Nm and noise of 0.1 rad/s, watched by the physical tracker's resonance.
+/// The coupled belt under a PRBS of 2.1 Nm and noise of 0.1 rad/s, watched by the physical tracker's
+/// resonance.
 inline plant::ExperimentConfig watched_belt(double duration_s, std::uint64_t seed) {
   auto c = published_drive(0.1, 10.0, seed);
   c.excitation.kind = excitation::Kind::prbs;

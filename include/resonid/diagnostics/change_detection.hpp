@@ -83,16 +83,16 @@ class ChangeDetector {
   [[nodiscard]] double baseline() const noexcept { return alarm_ ? before_mean_ : baseline_.mean(); }
   /// Standard deviation of what is new in a block: what the statistic's figures are in.
   [[nodiscard]] double block_std() const noexcept;
-  /// Whether blocks are as independent as the stated rate of false alarms needs: the sum of 8 of them spreads
-  /// as it should. Otherwise take longer blocks, or an estimator of shorter memory.
+  /// Whether blocks are as independent as the stated rate of false alarms needs: the sum of 16 of them
+  /// spreads as it should. Otherwise take longer blocks, or an estimator of shorter memory.
   [[nodiscard]] bool reliable() const noexcept {
-    return groups_ < 4.0 || group_squares_ / (8.0 * groups_) < 1.5 + 3.0 * std::sqrt(2.0 / groups_);
+    return groups_ < 4.0 || group_squares_ / (kGroup * groups_) < 1.2 + 3.0 * std::sqrt(2.0 / groups_);
   }
   [[nodiscard]] std::uint64_t samples() const noexcept { return samples_; }
   [[nodiscard]] std::uint64_t skipped_samples() const noexcept { return skipped_; }
 
  private:
-  static constexpr std::size_t kGroup = 8;
+  static constexpr int kGroup = 16;
   /// Blocks of the recent past, for the mean since a change and before it.
   struct Block {
     double sum = 0.0;  // precision times mean
@@ -114,9 +114,10 @@ class ChangeDetector {
   LearnedBaseline baseline_;
 
   double sum_ = 0.0, precision_ = 0.0;  // of the running block
-  std::size_t in_block_ = 0, seen_in_block_ = 0, in_group_ = 0;
+  std::size_t in_block_ = 0, seen_in_block_ = 0;
   std::array<Block, MaxWindow + 1> past_{};  // ring
   std::uint64_t blocks_ = 0, learned_ = 0;
+  int in_group_ = 0;
   double group_sum_ = 0.0, group_squares_ = 0.0, groups_ = 0.0;
 
   double level_ = 0.0;

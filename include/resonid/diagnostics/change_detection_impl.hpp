@@ -82,7 +82,7 @@ void ChangeDetector<Real, MaxWindow>::learn() noexcept {
               : blocks_;
   for (; learned_ < until; ++learned_) {
     const Block& block = past_[learned_ % past_.size()];
-    if (baseline_.values() >= 2 * kGroup)
+    if (baseline_.values() >= kGroup)
       gather(
           baseline_.standardised(block.mean(), past_[(learned_ - 1) % past_.size()].mean(), block.precision));
     baseline_.learn(block.mean(), block.precision);
