@@ -1,9 +1,12 @@
 // SPDX-License-Identifier: MIT
 // Compiles every estimator in both precisions, so that the header-only stage is built by every preset, above
 // all by the one without exceptions and RTTI.
+#include <resonid/recursive/arx.hpp>
+#include <resonid/recursive/closed_loop_output_error.hpp>
 #include <resonid/recursive/discrete_model.hpp>
 #include <resonid/recursive/model_response.hpp>
 #include <resonid/recursive/modes.hpp>
+#include <resonid/recursive/output_error.hpp>
 #include <resonid/recursive/physical_tracker.hpp>
 #include <resonid/recursive/recursive_response_fit.hpp>
 #include <resonid/recursive/response_fit.hpp>
@@ -33,5 +36,23 @@ template class ResponseFit<double, 3, 21>;
 template class ResponseFit<float, 3, 21>;
 template class RecursiveResponseFit<double, 3, 21>;
 template class RecursiveResponseFit<float, 3, 21>;
+template class Arx<double, 1>;
+template class Arx<float, 1>;
+template class Arx<double, 3>;
+template class Arx<float, 3>;
+template class Arx<double, 5>;
+template class Arx<float, 5>;
+template class OutputError<double, 1>;
+template class OutputError<float, 1>;
+template class OutputError<double, 3>;
+template class OutputError<float, 3>;
+template class OutputError<double, 5>;
+template class OutputError<float, 5>;
+template class ClosedLoopOutputError<double, 1>;
+template class ClosedLoopOutputError<float, 1>;
+template class ClosedLoopOutputError<double, 3>;
+template class ClosedLoopOutputError<float, 3>;
+template class ClosedLoopOutputError<double, 5>;
+template class ClosedLoopOutputError<float, 5>;
 
 }  // namespace resonid::recursive

@@ -2,6 +2,7 @@
 // Compiles every tracker in both precisions, so that the header-only stage is built by every preset, above
 // all by the one without exceptions and RTTI.
 #include <resonid/tracking/chirp_tracker.hpp>
+#include <resonid/tracking/full_kalman_bank.hpp>
 #include <resonid/tracking/kalman_bank.hpp>
 #include <resonid/tracking/response_tracker.hpp>
 #include <resonid/tracking/sliding_dft.hpp>
@@ -14,8 +15,12 @@ template class ChirpTracker<double>;
 template class ChirpTracker<float>;
 template class SlidingDft<double, 8, 512>;
 template class SlidingDft<float, 8, 512>;
+template class FullKalmanBank<double, 8>;
+template class FullKalmanBank<float, 8>;
 template class ResponseTracker<KalmanBank<double, 8>>;
 template class ResponseTracker<KalmanBank<float, 8>>;
+template class ResponseTracker<FullKalmanBank<double, 8>>;
+template class ResponseTracker<FullKalmanBank<float, 8>>;
 template class ResponseTracker<ChirpTracker<double>>;
 template class ResponseTracker<ChirpTracker<float>>;
 template class ResponseTracker<SlidingDft<double, 8, 512>>;

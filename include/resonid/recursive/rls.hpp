@@ -101,6 +101,7 @@ class RecursiveLeastSquares {
     const Real share = weight_squares_ > Real(0) ? weight_squares_ / weights_ : Real(1);
     const Real normalized = weight * error * error / (Real(1) + weight * share * spread);
     const Real forgotten = update(f, spread, error, weight, normalized);
+    ages_ = forgotten * (ages_ + weights_);
     weights_ = forgotten * weights_ + Real(1);
     weight_squares_ = forgotten * forgotten * weight_squares_ + Real(1);
     squared_errors_ = forgotten * squared_errors_ + normalized;
@@ -113,7 +114,7 @@ class RecursiveLeastSquares {
   void reset() noexcept {
     theta_ = start_;
     factors_.reset(start_variance_);
-    weights_ = weight_squares_ = squared_errors_ = error_ = usual_error_ = leverage_ = Real(0);
+    weights_ = weight_squares_ = squared_errors_ = error_ = usual_error_ = leverage_ = ages_ = Real(0);
     samples_ = skipped_ = 0;
     since_limits_ = 0;
     limited_ = false;
@@ -145,6 +146,10 @@ class RecursiveLeastSquares {
   [[nodiscard]] Real residual() const noexcept { return error_; }
   /// Sum of the weights that forgetting has left: 1/(1 - lambda) in the steady state.
   [[nodiscard]] Real memory_samples() const noexcept { return weights_; }
+  /// Mean age of the remembered samples by their weights: lambda/(1 - lambda) in the steady state.
+  [[nodiscard]] Real mean_age_samples() const noexcept {
+    return weights_ > Real(0) ? ages_ / weights_ : Real(0);
+  }
   [[nodiscard]] Real factor() const noexcept { return factor_; }
   /// False while the samples of the memory tell next to nothing new, or some direction of the parameters has
   /// been without excitation for so long that its variance is at the limit. Without forgetting always true.
@@ -243,7 +248,8 @@ class RecursiveLeastSquares {
   Vector theta_{}, start_{}, start_variance_{}, largest_{}, smallest_{};
   Forgetting forgetting_ = Forgetting::constant;
   Real factor_ = Real(1), smallest_factor_ = Real(1), noise_variance_ = Real(0);
-  Real weights_ = Real(0), weight_squares_ = Real(0);  // sums over the remembered samples
+  // Sums over the remembered samples: of their weights, the squares of these, weight times age.
+  Real weights_ = Real(0), weight_squares_ = Real(0), ages_ = Real(0);
   Real squared_errors_ = Real(0), usual_error_ = Real(0), error_ = Real(0);
   Real leverage_ = Real(0), active_ = Real(0);  // parameters that are not held
   std::uint64_t samples_ = 0, skipped_ = 0;

@@ -10,6 +10,7 @@
 #include <random>
 #include <resonid/base/constants.hpp>
 #include <resonid/tracking/chirp_tracker.hpp>
+#include <resonid/tracking/full_kalman_bank.hpp>
 #include <resonid/tracking/kalman_bank.hpp>
 #include <resonid/tracking/response_tracker.hpp>
 #include <resonid/tracking/sliding_dft.hpp>
@@ -30,6 +31,13 @@ constexpr std::size_t kSettled = 3000;
 template <class Scalar>
 KalmanBank<Scalar, 4> make(std::type_identity<KalmanBank<Scalar, 4>>) {
   return KalmanBank<Scalar, 4>::create({.sample_rate_hz = 500.0, .frequency_hz = kLines, .lambda = 50.0})
+      .value();
+}
+template <class Scalar>
+FullKalmanBank<Scalar, 4> make(std::type_identity<FullKalmanBank<Scalar, 4>>) {
+  static constexpr std::array<double, 1> kDrift{0.5};
+  return FullKalmanBank<Scalar, 4>::create(
+             {.sample_rate_hz = 500.0, .frequency_hz = kLines, .drift = kDrift, .start_deviation = 10.0})
       .value();
 }
 template <class Scalar>
@@ -73,8 +81,9 @@ class TrackerContract : public testing::Test {
   }
 };
 
-using Trackers = testing::Types<KalmanBank<double, 4>, KalmanBank<float, 4>, ChirpTracker<double>,
-                                ChirpTracker<float>, SlidingDft<double, 4, 500>, SlidingDft<float, 4, 500>>;
+using Trackers = testing::Types<KalmanBank<double, 4>, KalmanBank<float, 4>, FullKalmanBank<double, 4>,
+                                FullKalmanBank<float, 4>, ChirpTracker<double>, ChirpTracker<float>,
+                                SlidingDft<double, 4, 500>, SlidingDft<float, 4, 500>>;
 TYPED_TEST_SUITE(TrackerContract, Trackers);
 
 TYPED_TEST(TrackerContract, IsAValueThatNeedsNoHeap) {

@@ -1,0 +1,145 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <resonid/recursive/excitation_gate.hpp>
+#include <resonid/recursive/lag.hpp>
+#include <resonid/recursive/regression.hpp>
+#include <type_traits>
+
+namespace resonid::recursive {
+
+struct ArxConfig {
+  ModelEstimatorConfig common{};
+  bool load_torque = false;  ///< Also estimates a constant torque beside u.
+  bool coulomb = false;      ///< Also estimates a torque that opposes the sign of the velocity.
+};
+
+/// Model of a drive by recursive least squares on measured inputs and outputs: direct, one equation error.
+///
+///   y(k) = -a_1 y(k-1) - ... + b_1 u(k-d-1) + ... [+ c + f sign y(k-1)] + e(k)
+///
+/// Constant load torque: c/sum b_i; Coulomb torque: -f/sum b_i (a sum over the few samples of b, exact while
+/// the sign lasts). Viscous friction is part of the model.
+///
+/// Limits: biased by output noise, which is no equation error, and the more so the faster the sampling;
+/// sluggish: lags by the whole memory. ru is not used, but tells whether there is excitation, where it is
+/// given (else u does). Source: METHOD 6.2; Nevaranta 2016, eqs. 3.9-3.12.
+template <class Real, std::size_t Order>
+class Arx {
+ public:
+  using Scalar = Real;
+  static constexpr std::size_t kOrder = Order;
+  static constexpr std::size_t kExtra = 2;
+
+  static expected<Arx, ConfigError> create(const ArxConfig& config) {
+    auto rls = make_least_squares<Real, Order, kExtra>(config.common, {config.load_torque, config.coulomb});
+    if (!rls) return unexpected<ConfigError>(rls.error());
+    return Arx(config, *rls);
+  }
+
+  void step(Real ru, Real u, Real y) noexcept {
+    ++samples_;
+    if (!std::isfinite(u) || !std::isfinite(y)) {
+      miss(u, y);
+      return;
+    }
+    gate_.step(ru, u);
+    const Real input = input_filter_.step(u), output = output_filter_.step(y);
+    Vector f = regressor();
+    if (gate_.open() && stale_ == 0) {
+      rls_.step(f, output - past_.base());
+      residual_ = rls_.residual();
+    } else {
+      residual_ = output - past_.base() - rls_.predict(f);
+    }
+    if (stale_ > 0) --stale_;
+    predicted_ = past_.base() + rls_.predict(f);
+    past_.push(input, output);
+    sign_ = static_cast<Real>((y > Real(0)) - (y < Real(0)));
+  }
+
+  void reset() noexcept {
+    rls_.reset();
+    past_.reset();
+    gate_.reset();
+    input_filter_.reset();
+    output_filter_.reset();
+    residual_ = predicted_ = sign_ = Real(0);
+    samples_ = skipped_ = 0;
+    stale_ = 0;
+  }
+
+  [[nodiscard]] DiscreteModel<Real, Order> model() const noexcept { return past_.model(rls_.parameters()); }
+  /// Right for white equation errors. Output noise adds a bias that is not in it.
+  [[nodiscard]] ModelCovariance<Real, Order> covariance() const noexcept {
+    return past_.covariance(rls_.covariance());
+  }
+  [[nodiscard]] double lag_samples() const noexcept {
+    return static_cast<double>(rls_.mean_age_samples()) + oscillation_memory_samples(model());
+  }
+  [[nodiscard]] Real residual() const noexcept { return residual_; }
+  /// Newest output as predicted from the newest estimate.
+  [[nodiscard]] Real predicted() const noexcept { return predicted_; }
+  [[nodiscard]] bool ready() const noexcept { return started(rls_) && excited(); }
+  [[nodiscard]] bool excited() const noexcept { return gate_.open() && rls_.excited(); }
+  [[nodiscard]] std::uint64_t samples() const noexcept { return samples_; }
+  [[nodiscard]] std::uint64_t skipped_samples() const noexcept { return skipped_ + rls_.skipped_samples(); }
+
+  /// Constant torque that acts beside u, and Coulomb friction, in the unit of u; 0 where not estimated.
+  [[nodiscard]] Real load_torque() const noexcept { return rls_.parameters()[2 * Order] / gain(); }
+  [[nodiscard]] Real coulomb_torque() const noexcept { return -rls_.parameters()[2 * Order + 1] / gain(); }
+  [[nodiscard]] const RecursiveLeastSquares<Real, 2 * Order + kExtra>& least_squares() const noexcept {
+    return rls_;
+  }
+
+ private:
+  using Past = Regression<Real, Order, kExtra>;
+  using Vector = typename Past::Vector;
+
+  Arx(const ArxConfig& c, const RecursiveLeastSquares<Real, 2 * Order + kExtra>& rls)
+      : rls_(rls),
+        past_(c.common.delay_samples, c.common.fixed_integrator),
+        gate_(c.common.hold_below),
+        input_filter_(c.common.high_pass_hz, c.common.sample_rate_hz),
+        output_filter_(c.common.high_pass_hz, c.common.sample_rate_hz),
+        spoiled_samples_(Order + c.common.delay_samples) {}
+
+  [[nodiscard]] Vector regressor() const noexcept {
+    Vector f;
+    past_.fill(f);
+    f[2 * Order] = Real(1);
+    f[2 * Order + 1] = sign_;
+    return f;
+  }
+  /// A missing output is taken as predicted, a missing input as 0; nothing is learned while they are in use.
+  void miss(Real u, Real y) noexcept {
+    ++skipped_;
+    const Real input = std::isfinite(u) ? input_filter_.step(u) : Real(0);
+    const Real output = std::isfinite(y) ? output_filter_.step(y) : past_.base() + rls_.predict(regressor());
+    residual_ = Real(0);
+    past_.push(input, std::isfinite(output) ? output : Real(0));
+    stale_ = spoiled_samples_;
+  }
+  [[nodiscard]] Real gain() const noexcept {
+    Real sum(0);
+    for (std::size_t i = 0; i < Order; ++i) sum += rls_.parameters()[i];
+    return sum;
+  }
+
+  RecursiveLeastSquares<Real, 2 * Order + kExtra> rls_;
+  Past past_;
+  InputGate<Real> gate_;
+  HighPass<Real> input_filter_, output_filter_;
+  Real residual_ = Real(0), predicted_ = Real(0), sign_ = Real(0);
+  std::uint64_t samples_ = 0, skipped_ = 0;
+  std::size_t spoiled_samples_, stale_ = 0;
+};
+
+static_assert(DiscreteEstimator<Arx<double, 3>>);
+static_assert(DiscreteEstimator<Arx<float, 3>>);
+
+}  // namespace resonid::recursive

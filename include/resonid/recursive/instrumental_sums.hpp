@@ -1,0 +1,110 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <Eigen/Core>
+#include <Eigen/LU>
+#include <array>
+#include <cmath>
+#include <cstddef>
+
+namespace resonid::recursive {
+
+/// The weighted normal equations of the instrumental-variable estimate, R theta = q, that the recursion
+/// P = R^-1, theta = P q of METHOD 6.8 solves:
+///
+///   R <- lambda R + z f'        q <- lambda q + z t
+///
+/// R is not symmetric, so that P has no factors that would keep it well-formed over long runs; R itself needs
+/// none: what rounding has done to it is forgotten like all else.
+///
+/// Solved is (R + H) theta = q + H held, with a small diagonal H: as certain as 1/H per unit residual
+/// variance, each parameter stays where it was held. That limits the covariance, and without excitation
+/// (R -> 0, q -> 0) it keeps the estimate, one direction at a time.
+template <class Real, std::size_t N>
+class InstrumentalSums {
+ public:
+  using Vector = std::array<Real, N>;
+  using Matrix = Eigen::Matrix<Real, static_cast<int>(N), static_cast<int>(N)>;
+
+  /// Starts from `theta`, certain as 1/information per unit residual variance.
+  void reset(const Vector& theta, const Vector& information) noexcept {
+    r_.fill(Real(0));
+    for (std::size_t i = 0; i < N; ++i) {
+      r_[i * N + i] = information[i];
+      q_[i] = information[i] * theta[i];
+    }
+    weight_ = squares_ = ages_ = Real(0);
+  }
+
+  /// One equation target = regressor' theta + error. Older ones keep `factor` of their weight.
+  void add(const Vector& instrument, const Vector& regressor, Real target, Real factor) noexcept {
+    for (std::size_t i = 0; i < N; ++i)
+      for (std::size_t j = 0; j < N; ++j)
+        r_[i * N + j] = factor * r_[i * N + j] + instrument[i] * regressor[j];
+    for (std::size_t i = 0; i < N; ++i) q_[i] = factor * q_[i] + instrument[i] * target;
+    ages_ = factor * (ages_ + weight_);
+    weight_ = factor * weight_ + Real(1);
+    squares_ = factor * factor * squares_ + Real(1);
+  }
+
+  struct Solution {
+    Vector theta;
+    /// Information about each parameter over what holds it, those before it taken as known; 1: none but that.
+    Vector gain;
+  };
+  [[nodiscard]] Solution solve(const Vector& hold, const Vector& held) const noexcept {
+    Column right;
+    for (std::size_t i = 0; i < N; ++i) right(static_cast<int>(i)) = q_[i] + hold[i] * held[i];
+    const Eigen::PartialPivLU<Matrix> factors(matrix(hold));
+    const Column solution = factors.solve(right);
+    Solution s;
+    for (std::size_t i = 0; i < N; ++i) {
+      const int j = static_cast<int>(i);
+      s.theta[i] = solution(j);
+      s.gain[i] = std::abs(factors.matrixLU()(j, j)) / hold[i];
+    }
+    return s;
+  }
+
+  /// Without excitation the sums fade; this keeps them from fading into slow denormal numbers.
+  void flush() noexcept {
+    for (Real& x : r_) x = std::abs(x) < kNothing ? Real(0) : x;
+    for (Real& x : q_) x = std::abs(x) < kNothing ? Real(0) : x;
+  }
+
+  /// R^-1 E[z z'] R^-T per unit residual variance of white noise: the weights' squares against the weights,
+  /// E[z f'] taken for E[z z'].
+  [[nodiscard]] Matrix covariance(const Vector& hold) const noexcept {
+    const Matrix inverse = matrix(hold).inverse();
+    const Matrix symmetric = Real(0.5) * (inverse + inverse.transpose());
+    return weight_ > Real(0) ? Matrix(symmetric * (squares_ / weight_)) : symmetric;
+  }
+
+  /// Sum of the weights: 1/(1 - lambda) in the steady state.
+  [[nodiscard]] Real weight() const noexcept { return weight_; }
+  /// Mean age of the equations in samples: lambda/(1 - lambda) in the steady state.
+  [[nodiscard]] Real age() const noexcept { return weight_ > Real(0) ? ages_ / weight_ : Real(0); }
+  /// Sum of squared weights over the square of their sum: the part of an equation's error in the estimate.
+  [[nodiscard]] Real share() const noexcept {
+    return weight_ > Real(0) ? squares_ / (weight_ * weight_) : Real(1);
+  }
+
+ private:
+  using Column = Eigen::Matrix<Real, static_cast<int>(N), 1>;
+
+  [[nodiscard]] Matrix matrix(const Vector& hold) const noexcept {
+    Matrix m =
+        Eigen::Map<const Eigen::Matrix<Real, static_cast<int>(N), static_cast<int>(N), Eigen::RowMajor>>(
+            r_.data());
+    for (std::size_t i = 0; i < N; ++i) m(static_cast<int>(i), static_cast<int>(i)) += hold[i];
+    return m;
+  }
+
+  static constexpr Real kNothing = Real(1e-30);
+
+  std::array<Real, N * N> r_{};
+  Vector q_{};
+  Real weight_ = Real(0), squares_ = Real(0), ages_ = Real(0);
+};
+
+}  // namespace resonid::recursive
