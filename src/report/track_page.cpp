@@ -21,6 +21,7 @@ using identification::TrackSeries;
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr std::size_t kMostCurves = 6;
+constexpr std::size_t kLeastRows = 8;  // of a passage
 
 /// What the charts run over: the position of a machine that moves, else time.
 struct Axis {
@@ -74,7 +75,6 @@ std::vector<std::vector<std::size_t>> passages(const Track& track, const Axis& a
     return list;
   }
   constexpr double kTurn = 0.05;
-  static constexpr std::size_t kLeastRows = 8;
   const auto [low, high] = std::minmax_element(axis.x.begin(), axis.x.end());
   const double turn = kTurn * (*high - *low);
   double direction = 0.0;
