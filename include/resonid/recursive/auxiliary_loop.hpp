@@ -20,6 +20,9 @@ class SignalHistory {
 
   void push(Real x) noexcept { value_[++newest_ % kLength] = x; }
   [[nodiscard]] Real at(std::size_t age) const noexcept { return value_[(newest_ - age) % kLength]; }
+  [[nodiscard]] bool below(Real limit) const noexcept {
+    return std::all_of(value_.begin(), value_.end(), [limit](Real x) { return std::abs(x) < limit; });
+  }
 
  private:
   std::array<Real, kLength> value_{};
@@ -97,6 +100,11 @@ class AuxiliaryLoop {
   void reset() noexcept {
     controller_.reset();
     input_ = output_ = {};
+  }
+
+  /// Rests at last where the excitation is off, instead of fading into slow denormal numbers.
+  void flush() noexcept {
+    if (input_.below(Real(1e-30)) && output_.below(Real(1e-30))) reset();
   }
 
   /// uh and yh; at(0) is of the newest step().

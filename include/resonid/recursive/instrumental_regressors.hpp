@@ -22,8 +22,10 @@ enum class Basis {
 /// What is part of the equation besides the model of a drive.
 struct EquationTerms {
   bool fixed_integrator = true;  ///< A = (1 - z^-1) C: the equation is one between differences of y.
-  bool offset = true;            ///< A constant torque at the plant's input.
-  bool coulomb = false;          ///< Friction of constant size against the measured velocity.
+  /// There are offsets and slow loads: all signals pass one high-pass, and what it leaves of a load that
+  /// changes is a constant in the equation.
+  bool offsets = true;
+  bool coulomb = false;  ///< Friction of constant size against the measured velocity.
   Basis basis = Basis::differences;
 };
 
@@ -33,9 +35,9 @@ struct EquationTerms {
 ///   y(k-1)] fixed integrator   t = y(k) - y(k-1)    f = [differences of y likewise, one less, u ...]
 ///
 /// z holds the same of the auxiliary loop. Filtered are whole equations, never the signals: t, f and z pass
-/// 1/((1 - 0.98 z^-1) C) with the auxiliary model's C, and an equation that held before the filter holds
-/// after it even while C changes. 0.98 makes the integrator leak, so that constants do not grow without
-/// bound. Source: METHOD 6.8.
+/// 1/((1 - rho z^-1) C) with the auxiliary model's C, and an equation that held before the filter holds after
+/// it even while C changes. rho makes the integrator leak, so that constants do not grow without bound. The
+/// high-pass (1 - z^-1)/(1 - rho z^-1) stands before everything, ru included. Source: METHOD 6.7, 6.8.
 template <class Real, std::size_t Order>
 class InstrumentalRegressors {
  public:
@@ -43,7 +45,6 @@ class InstrumentalRegressors {
   using Loop = AuxiliaryLoop<Real, Order>;
   /// Entries: n of A (the last one unused with a fixed integrator), n of B, offset, Coulomb friction.
   static constexpr std::size_t kParameters = 2 * Order + 2;
-  static constexpr double kLeak = 0.98;
   using Vector = std::array<Real, kParameters>;
 
   struct Equation {
@@ -51,16 +52,40 @@ class InstrumentalRegressors {
     Vector regressor, instrument;
   };
 
-  InstrumentalRegressors(const EquationTerms& terms, std::size_t delay_samples) noexcept
-      : terms_(terms), delay_(delay_samples) {}
+  struct Sample {
+    Real excitation, input, output;
+  };
 
-  /// The unfiltered f of the sample that comes, and what it says about its output.
-  [[nodiscard]] Real predicted_output(const Vector& theta) const noexcept {
+  /// `start` places rho: at 0.98, or nearer to 1 if that is not far below the resonance.
+  InstrumentalRegressors(const EquationTerms& terms, std::size_t delay_samples, const Model& start) noexcept
+      : terms_(terms), delay_(delay_samples), angle_(resonance_angle(start)) {
+    leak_ = Real(1) - std::min(Real(0.02), Real(0.1) * angle_);
+  }
+
+  /// The high-pass: what everything else gets.
+  [[nodiscard]] Sample without_offsets(const Sample& s) noexcept {
+    sign_ = static_cast<Real>((s.output > Real(0)) - (s.output < Real(0)));
+    if (!terms_.offsets) return s;
+    if (!started_) {  // the excitation begins here, the rest has been as it is
+      excitation_pass_.past = Real(0);
+      input_pass_.past = s.input - s.excitation;
+      output_pass_.past = s.output;
+      sign_pass_.past = sign_;
+      started_ = true;
+    }
+    sign_ = sign_pass_.step(sign_, leak_);
+    return {excitation_pass_.step(s.excitation, leak_), input_pass_.step(s.input, leak_),
+            output_pass_.step(s.output, leak_)};
+  }
+
+  /// What takes the place of a missing sample, in high-passed signals: no excitation, the last input, the
+  /// output that `theta` expects.
+  [[nodiscard]] Sample missing(const Vector& theta) noexcept {
     Vector f;
     fill(output_, input_, f.data());
     Real y = terms_.fixed_integrator ? output_.at(0) : Real(0);
     for (std::size_t i = 0; i < kParameters; ++i) y += f[i] * theta[i];
-    return y;
+    return {Real(0), input_.at(0), y};
   }
 
   /// The equation of a sample, filtered. `loop` has not been stepped to it yet.
@@ -78,6 +103,7 @@ class InstrumentalRegressors {
     past_[newest_] = row;
     input_.push(u);
     output_.push(y);
+    newest_sign_ = sign_;
     Equation equation;
     equation.target = row[0];
     std::copy_n(row.begin() + 1, kParameters, equation.regressor.begin());
@@ -88,19 +114,25 @@ class InstrumentalRegressors {
   /// From now on 1/A of this model filters.
   void set_filter(const Model& model) noexcept {
     const auto c = quotient(model);
-    const Real leak = static_cast<Real>(kLeak);
-    for (std::size_t i = 0; i < Order; ++i) filter_[i] = (i + 1 < Order ? c[i + 1] : Real(0)) - leak * c[i];
+    for (std::size_t i = 0; i < Order; ++i) filter_[i] = (i + 1 < Order ? c[i + 1] : Real(0)) - leak_ * c[i];
+  }
+  /// Keeps what fades without excitation from fading into slow denormal numbers.
+  void flush() noexcept {
+    for (Row& row : past_)
+      for (Real& x : row) x = std::abs(x) < Real(1e-30) ? Real(0) : x;
   }
   [[nodiscard]] static bool filter_stable(const Model& model) noexcept {
     return roots_inside(quotient(model), Order - 1);
   }
   void reset() noexcept {
     input_ = output_ = {};
+    excitation_pass_ = input_pass_ = output_pass_ = sign_pass_ = {};
+    sign_ = newest_sign_ = Real(0);
+    started_ = false;
     for (Row& row : past_) row.fill(Real(0));
     newest_ = 0;
   }
 
-  [[nodiscard]] Real newest_input() const noexcept { return input_.at(0); }
   /// For how many samples after it a sample is part of the equations.
   [[nodiscard]] std::size_t span() const noexcept { return Order + delay_; }
 
@@ -138,16 +170,14 @@ class InstrumentalRegressors {
   [[nodiscard]] Vector sizes(const Model& model) const noexcept {
     Vector size{};
     const bool powers = terms_.basis == Basis::powers;
-    const auto modes = SampledModes<Order>(model, 1.0).resonances();
-    const Real angle =
-        powers || modes.empty() ? Real(1) : static_cast<Real>(std::min(1.0, kTwoPi * modes[0].frequency_hz));
+    const Real angle = powers ? Real(1) : angle_;
     Real gain(0);
     for (const Real b : model.b) gain = std::max(gain, std::abs(b));
     Real power(1);
     for (std::size_t i = Order; i-- > 0; power *= angle) size[Order + i] = (powers ? Real(1) : gain) * power;
     power = Real(1);
     for (std::size_t i = coefficients(); i-- > 0; power *= angle) size[i] = power;
-    if (terms_.offset) size[2 * Order] = size[Order];
+    if (terms_.offsets) size[2 * Order] = size[Order];
     if (terms_.coulomb) size[2 * Order + 1] = size[Order];
     return size;
   }
@@ -171,7 +201,20 @@ class InstrumentalRegressors {
  private:
   using Row = std::array<Real, 1 + 2 * kParameters>;  // t, f, z
   using History = SignalHistory<Real>;
+  struct HighPass {
+    Real past = Real(0), value = Real(0);
+    Real step(Real x, Real pole) noexcept {
+      value = pole * value + x - past;
+      past = x;
+      return value;
+    }
+  };
 
+  /// Of the first resonance per sample, at most 1, which it also is without one.
+  static Real resonance_angle(const Model& model) noexcept {
+    const auto modes = SampledModes<Order>(model, 1.0).resonances();
+    return modes.empty() ? Real(1) : static_cast<Real>(std::min(1.0, kTwoPi * modes[0].frequency_hz));
+  }
   [[nodiscard]] std::size_t coefficients() const noexcept {
     return terms_.fixed_integrator ? Order - 1 : Order;
   }
@@ -208,13 +251,16 @@ class InstrumentalRegressors {
       difference(f, n);
       difference(f + Order, Order);
     }
-    f[2 * Order] = terms_.offset ? Real(1) : Real(0);
-    const Real y = output.at(0);
-    f[2 * Order + 1] = terms_.coulomb ? static_cast<Real>((y < Real(0)) - (y > Real(0))) : Real(0);
+    f[2 * Order] = terms_.offsets ? Real(1) : Real(0);
+    f[2 * Order + 1] = terms_.coulomb ? -newest_sign_ : Real(0);
   }
 
   EquationTerms terms_;
   std::size_t delay_;
+  Real angle_, leak_ = Real(0);
+  HighPass excitation_pass_, input_pass_, output_pass_, sign_pass_;
+  Real sign_ = Real(0), newest_sign_ = Real(0);
+  bool started_ = false;
   History input_, output_;
   std::array<Real, Order> filter_{};
   std::array<Row, Order> past_{};

@@ -4,6 +4,7 @@
 #include <Eigen/Core>
 #include <Eigen/LU>
 #include <array>
+#include <cmath>
 #include <cstddef>
 
 namespace resonid::recursive {
@@ -46,13 +47,29 @@ class InstrumentalSums {
     squares_ = factor * factor * squares_ + Real(1);
   }
 
-  [[nodiscard]] Vector solve(const Vector& hold, const Vector& held) const noexcept {
-    Eigen::Matrix<Real, static_cast<int>(N), 1> right;
-    for (std::size_t i = 0; i < N; ++i) right(static_cast<int>(i)) = q_[i] + hold[i] * held[i];
-    const Eigen::Matrix<Real, static_cast<int>(N), 1> solution = matrix(hold).partialPivLu().solve(right);
+  struct Solution {
     Vector theta;
-    for (std::size_t i = 0; i < N; ++i) theta[i] = solution(static_cast<int>(i));
-    return theta;
+    /// Information about each parameter over what holds it, those before it taken as known; 1: none but that.
+    Vector gain;
+  };
+  [[nodiscard]] Solution solve(const Vector& hold, const Vector& held) const noexcept {
+    Column right;
+    for (std::size_t i = 0; i < N; ++i) right(static_cast<int>(i)) = q_[i] + hold[i] * held[i];
+    const Eigen::PartialPivLU<Matrix> factors(matrix(hold));
+    const Column solution = factors.solve(right);
+    Solution s;
+    for (std::size_t i = 0; i < N; ++i) {
+      const int j = static_cast<int>(i);
+      s.theta[i] = solution(j);
+      s.gain[i] = std::abs(factors.matrixLU()(j, j)) / hold[i];
+    }
+    return s;
+  }
+
+  /// Without excitation the sums fade; this keeps them from fading into slow denormal numbers.
+  void flush() noexcept {
+    for (Real& x : r_) x = std::abs(x) < kNothing ? Real(0) : x;
+    for (Real& x : q_) x = std::abs(x) < kNothing ? Real(0) : x;
   }
 
   /// R^-1 E[z z'] R^-T per unit residual variance of white noise: the weights' squares against the weights,
@@ -73,6 +90,8 @@ class InstrumentalSums {
   }
 
  private:
+  using Column = Eigen::Matrix<Real, static_cast<int>(N), 1>;
+
   [[nodiscard]] Matrix matrix(const Vector& hold) const noexcept {
     Matrix m =
         Eigen::Map<const Eigen::Matrix<Real, static_cast<int>(N), static_cast<int>(N), Eigen::RowMajor>>(
@@ -80,6 +99,8 @@ class InstrumentalSums {
     for (std::size_t i = 0; i < N; ++i) m(static_cast<int>(i), static_cast<int>(i)) += hold[i];
     return m;
   }
+
+  static constexpr Real kNothing = Real(1e-30);
 
   std::array<Real, N * N> r_{};
   Vector q_{};

@@ -69,11 +69,13 @@ class InstrumentalVariables {
     auto loop =
         Loop::create(config.controller_numerator, config.controller_denominator, config.delay_samples);
     if (!loop) return unexpected<ConfigError>(loop.error());
-    InstrumentalVariables iv(*loop, Regressors(config.terms, config.delay_samples));
+    Model start;
     for (std::size_t i = 0; i < Order; ++i) {
-      iv.start_model_.b[i] = static_cast<Real>(config.start.b[i]);
-      iv.start_model_.a[i] = static_cast<Real>(config.start.a[i]);
+      start.b[i] = static_cast<Real>(config.start.b[i]);
+      start.a[i] = static_cast<Real>(config.start.a[i]);
     }
+    InstrumentalVariables iv(*loop, Regressors(config.terms, config.delay_samples, start));
+    iv.start_model_ = start;
     if (!iv.usable(iv.start_model_)) return refuse("start", "must be a model whose loop and 1/A are stable");
     const double memory =
         config.memory_samples > 0.0 ? config.memory_samples : default_memory_samples(config.start);
@@ -84,12 +86,16 @@ class InstrumentalVariables {
     iv.start_ = iv.regressors_.parameters(iv.start_model_);
     const Vector size = iv.regressors_.sizes(iv.start_model_);
     for (std::size_t i = 0; i < kParameters; ++i) {
-      iv.estimated_ += size[i] > Real(0) ? 1 : 0;
+      iv.adjusted_[i] = size[i] > Real(0);
+      iv.estimated_ += iv.adjusted_[i] ? 1 : 0;
       iv.information_[i] = size[i] > Real(0)
                                ? Real(1) / (static_cast<Real>(config.start_variance) * size[i] * size[i])
                                : Real(1);
       iv.hold_[i] = iv.information_[i] / static_cast<Real>(config.largest_variance);
     }
+    const double forgotten = std::isinf(memory) ? 0.0 : (config.extrapolate ? 6.0 : 3.0) * memory;
+    iv.settling_ = static_cast<std::uint64_t>(
+        std::max(forgotten, (std::isinf(memory) ? 20.0 : 4.0) * static_cast<double>(iv.estimated_)));
     iv.reset();
     return iv;
   }
@@ -104,15 +110,14 @@ class InstrumentalVariables {
   /// One sample of excitation, input and output.
   void step(Real ru, Real u, Real y) noexcept {
     ++samples_;
-    if (!std::isfinite(ru + u + y)) {
+    const bool whole = std::isfinite(ru + u + y);
+    auto sample = whole ? regressors_.without_offsets({ru, u, y}) : regressors_.missing(theta_);
+    if (!whole) {
       ++skipped_;
       paused_ = regressors_.span() + 1;
-      if (!std::isfinite(ru)) ru = Real(0);
-      if (!std::isfinite(u)) u = regressors_.newest_input();
-      if (!std::isfinite(y)) y = regressors_.predicted_output(theta_);
     }
-    const auto equation = regressors_.step(loop_, u, y);
-    loop_.step(ru);
+    const auto equation = regressors_.step(loop_, sample.input, sample.output);
+    loop_.step(sample.excitation);
     if (paused_ > 0) {
       --paused_;
       residual_ = Real(0);
@@ -131,7 +136,7 @@ class InstrumentalVariables {
     long_sums_.reset(start_, information_);
     theta_ = held_ = long_held_ = start_;
     residual_ = squared_errors_ = error_weight_ = Real(0);
-    samples_ = skipped_ = refused_models_ = 0;
+    samples_ = skipped_ = 0;
     paused_ = since_refresh_ = 0;
     excited_ = following_ = true;
   }
@@ -145,10 +150,12 @@ class InstrumentalVariables {
     return gradient * (sums_.covariance(hold_) * (residual_variance() * variance_growth())) *
            gradient.transpose();
   }
-  /// The equations' mean age (none when extrapolated) plus what the oscillation itself remembers.
+  /// The equations' mean age (none when extrapolated), the known delay, half a sample of the held input, and
+  /// what the oscillation remembers: the equation of k weighs the machine of k - i by
+  /// e^{-2 i zeta w}(i + 1/(2 zeta w)), of mean age 0.75/(zeta w).
   [[nodiscard]] double lag_samples() const noexcept {
-    const double age =
-        static_cast<double>(extrapolate_ ? Real(2) * sums_.age() - long_sums_.age() : sums_.age());
+    const Real equations = extrapolate_ ? Real(2) * sums_.age() - long_sums_.age() : sums_.age();
+    const double age = static_cast<double>(equations) + static_cast<double>(loop_.delay_samples()) + 0.5;
     const auto modes = SampledModes<Order>(loop_.model(), 1.0).resonances();
     if (modes.empty()) return age;
     return age + kOscillationLag / (modes[0].damping_ratio * kTwoPi * modes[0].frequency_hz);
@@ -161,14 +168,18 @@ class InstrumentalVariables {
     if (!(error_weight_ > Real(0))) return std::numeric_limits<Real>::infinity();
     return squared_errors_ / error_weight_;
   }
-  /// Constant torque that the plant gets besides u, as far as the model tells: its effect over B(1).
-  [[nodiscard]] Real load_torque() const noexcept { return torque(newest(), 2 * Order); }
-  /// Coulomb friction, positive against the motion.
-  [[nodiscard]] Real coulomb_torque() const noexcept { return torque(newest(), 2 * Order + 1); }
+  /// Coulomb friction, positive against the motion: its effect over B(1).
+  [[nodiscard]] Real coulomb_torque() const noexcept {
+    const Vector theta = newest();
+    Real gain(0);
+    for (const Real b : regressors_.model(theta).b) gain += b;
+    return theta[2 * Order + 1] / gain;
+  }
 
-  /// Enough equations, all directions excited, and a stable model.
+  /// The start is forgotten (without forgetting: outweighed), all directions are excited, the model is
+  /// stable.
   [[nodiscard]] bool ready() const noexcept {
-    return excited_ && following_ && sums_.weight() > Real(4) * static_cast<Real>(estimated_);
+    return excited_ && following_ && samples_ - skipped_ >= settling_;
   }
   /// False while some direction of the parameters has been without excitation for so long that it is held.
   [[nodiscard]] bool excited() const noexcept { return excited_; }
@@ -182,7 +193,8 @@ class InstrumentalVariables {
   using Regressors = InstrumentalRegressors<Real, Order>;
   using Vector = typename Regressors::Vector;
   static constexpr std::size_t kParameters = Regressors::kParameters;
-  static constexpr double kOscillationLag = 0.7;  // of 1/(zeta omega)
+  static constexpr Real kLeastGain = Real(10);
+  static constexpr double kOscillationLag = 0.75;  // of 1/(zeta w)
 
   InstrumentalVariables(const Loop& loop, const Regressors& regressors) noexcept
       : loop_(loop), regressors_(regressors) {}
@@ -206,22 +218,27 @@ class InstrumentalVariables {
 
   void refresh() noexcept {
     since_refresh_ = 0;
-    held_ = sums_.solve(hold_, held_);
-    if (extrapolate_) long_held_ = long_sums_.solve(hold_, long_held_);
+    const auto solution = sums_.solve(hold_, held_);
+    held_ = solution.theta;
+    if (extrapolate_) long_held_ = long_sums_.solve(hold_, long_held_).theta;
+    excited_ = true;
+    for (std::size_t i = 0; i < 2 * Order; ++i)
+      excited_ = excited_ && (solution.gain[i] > kLeastGain || !adjusted_[i]);
+    sums_.flush();
+    long_sums_.flush();
+    regressors_.flush();
+    loop_.flush();
     theta_ = extrapolate_ ? extrapolated(held_, long_held_) : held_;
     const Model model = regressors_.model(held_);
     following_ = usable(model);
-    if (!following_) {
-      ++refused_models_;
-      return;
-    }
+    if (!following_) return;
     loop_.set_model(model);
     if (refined_) regressors_.set_filter(model);
   }
 
   [[nodiscard]] Vector newest() const noexcept {
-    const Vector theta = sums_.solve(hold_, held_);
-    return extrapolate_ ? extrapolated(theta, long_sums_.solve(hold_, long_held_)) : theta;
+    const Vector theta = sums_.solve(hold_, held_).theta;
+    return extrapolate_ ? extrapolated(theta, long_sums_.solve(hold_, long_held_).theta) : theta;
   }
   static Vector extrapolated(const Vector& newer, const Vector& older) noexcept {
     Vector theta;
@@ -236,12 +253,6 @@ class InstrumentalVariables {
     const Real s = Real(1) - factor_, l = Real(1) - long_factor_;
     const Real both = s * l / (s + l - s * l), ours = s / (Real(1) + factor_);
     return Real(4) + (l / (Real(1) + long_factor_) - Real(4) * both) / ours;
-  }
-
-  [[nodiscard]] Real torque(const Vector& theta, std::size_t i) const noexcept {
-    Real gain(0);
-    for (const Real b : regressors_.model(theta).b) gain += b;
-    return theta[i] / gain;
   }
 
   static std::optional<ConfigError> check(const InstrumentalVariablesConfig<Order>& c) {
@@ -263,10 +274,11 @@ class InstrumentalVariables {
   Regressors regressors_;
   InstrumentalSums<Real, kParameters> sums_, long_sums_;
   Vector theta_{}, held_{}, long_held_{}, start_{}, information_{}, hold_{};
+  std::array<bool, kParameters> adjusted_{};
   Model start_model_{};
   Real factor_ = Real(1), long_factor_ = Real(1);
   Real residual_ = Real(0), squared_errors_ = Real(0), error_weight_ = Real(0);
-  std::uint64_t samples_ = 0, skipped_ = 0, refused_models_ = 0;
+  std::uint64_t samples_ = 0, skipped_ = 0, settling_ = 0;
   std::size_t paused_ = 0, since_refresh_ = 0, estimated_ = 0;
   bool refined_ = true, extrapolate_ = false, excited_ = true, following_ = true;
 };

@@ -30,7 +30,6 @@ enum PhysicalState : std::size_t {
 template <class Real>
 struct PhysicalNoise {
   Real plant_variance{};       ///< Of each plant state, per sample.
-  Real stiffness_variance{};   ///< Of ln K, per sample.
   Real damping_variance{};     ///< Of ln D, per sample.
   Real rate_variance{};        ///< Of the rate, per sample.
   Real rate_memory = Real(1);  ///< What of the rate is left after a sample.
@@ -87,18 +86,23 @@ class PhysicalFilter {
     refresh();
   }
 
-  /// From one sample to the next under the torque u. `wander`: whether parameters may have changed.
-  void predict(Real u, Real extra_torque_variance, bool wander) noexcept {
-    if (!frozen_ && ++since_refresh_ >= setup_.refresh_samples) refresh();
+  /// From one sample to the next under the torque u. `agility` multiplies the noise of the drift rate; 0:
+  /// nothing is to be seen of the stiffness, and it is held with what is known of it.
+  void predict(Real u, Real extra_torque_variance, Real agility) noexcept {
+    if (!frozen_ && ++since_refresh_ >= setup_.refresh_samples && stale()) refresh();
     const Real sign = sign_of(state_[kDrivenVelocity]);
     linearise(u, sign);
     Vector next = state_;
     for (std::size_t i = 0; i < kX; ++i) next[i] = deviated(held_, gradient_, i, u, sign);
-    propagate_covariance(extra_torque_variance, wander);
+    propagate_covariance(extra_torque_variance);
+    p_[kTorqueOffset][kTorqueOffset] += setup_.noise.offset_variance;
     if (frozen_)
       for (std::size_t i = 0; i < kX; ++i) along_[i] = reference_[i];
-    next[kLogStiffness] += setup_.sample_time_s * state_[kStiffnessRate];
-    next[kStiffnessRate] *= setup_.noise.rate_memory;
+    if (agility > Real(0) && setup_.noise.rate_variance > Real(0)) {
+      next[kLogStiffness] += setup_.sample_time_s * state_[kStiffnessRate];
+      next[kStiffnessRate] *= setup_.noise.rate_memory;
+      drift(agility);
+    }
     state_ = next;
   }
 
@@ -128,6 +132,8 @@ class PhysicalFilter {
   /// Change of the driven velocity within the last sample per relative change of the stiffness.
   [[nodiscard]] Real stiffness_effect() const noexcept { return gradient_[0][kLogStiffness - kX]; }
   /// Share of what is known of the stiffness that came with the newest output.
+  [[nodiscard]] Real stiffness_news() const noexcept { return stiffness_news_; }
+  /// Correction of ln K per innovation.
   [[nodiscard]] Real stiffness_gain() const noexcept { return stiffness_gain_; }
   [[nodiscard]] bool finite() const noexcept {
     for (std::size_t i = 0; i < kN; ++i)
@@ -145,7 +151,6 @@ class PhysicalFilter {
     }
     p_[i][i] = limit;
   }
-  void forget_rate() noexcept { state_[kStiffnessRate] *= setup_.noise.rate_memory; }
 
  private:
   static constexpr std::size_t kGradient = kStiffnessRate - kX;  // parameters that enter the plant's step
@@ -154,6 +159,12 @@ class PhysicalFilter {
 
   static Real sign_of(Real v) noexcept { return v > Real(0) ? Real(1) : v < Real(0) ? Real(-1) : Real(0); }
 
+  /// Whether the first-order correction between discretisations is no longer exact enough.
+  [[nodiscard]] bool stale() const noexcept {
+    for (std::size_t i = kX; i < kX + kNonlinear; ++i)
+      if (std::abs(state_[i] - along_[i]) > Real(1e-4)) return true;
+    return false;
+  }
   void refresh() noexcept {
     const Vector& about = frozen_ ? along_ : state_;
     const TwoMassPoint<Real> point{std::exp(about[kLogDrivenInertia]), std::exp(about[kLogLoadInertia]),
@@ -204,7 +215,7 @@ class PhysicalFilter {
   }
 
   /// P = F P F^T + Q with F = [A G; 0 T]: only the plant's rows, and the stiffness with its rate, move.
-  void propagate_covariance(Real extra_torque_variance, bool wander) noexcept {
+  void propagate_covariance(Real extra_torque_variance) noexcept {
     std::array<Vector, kX> moved;  // [A G] P
     for (std::size_t i = 0; i < kX; ++i)
       for (std::size_t j = 0; j < kN; ++j) {
@@ -221,24 +232,23 @@ class PhysicalFilter {
       p_[i][i] += setup_.noise.plant_variance;
       for (std::size_t j = kX; j < kN; ++j) p_[j][i] = p_[i][j] = moved[i][j];
     }
-    drift(wander);
   }
 
-  void drift(bool wander) noexcept {
-    if (setup_.noise.rate_variance > Real(0) || p_[kStiffnessRate][kStiffnessRate] > Real(0)) {
-      const Real ts = setup_.sample_time_s;
-      const Real keep = setup_.noise.rate_memory;
-      for (std::size_t j = 0; j < kN; ++j) p_[kLogStiffness][j] += ts * p_[kStiffnessRate][j];
-      for (std::size_t j = 0; j < kN; ++j) p_[j][kLogStiffness] += ts * p_[j][kStiffnessRate];
-      for (std::size_t j = 0; j < kN; ++j) p_[kStiffnessRate][j] *= keep;
-      for (std::size_t j = 0; j < kN; ++j) p_[j][kStiffnessRate] *= keep;
-      for (std::size_t j = 0; j < kN; ++j) p_[j][kLogStiffness] = p_[kLogStiffness][j];
+  void drift(Real agility) noexcept {
+    const Real ts = setup_.sample_time_s;
+    const Real keep = setup_.noise.rate_memory;
+    for (std::size_t j = 0; j < kN; ++j) p_[kLogStiffness][j] += ts * p_[kStiffnessRate][j];
+    p_[kLogStiffness][kLogStiffness] += ts * p_[kLogStiffness][kStiffnessRate];
+    for (std::size_t j = 0; j < kN; ++j) p_[kStiffnessRate][j] *= keep;
+    p_[kStiffnessRate][kStiffnessRate] *= keep;
+    p_[kStiffnessRate][kLogStiffness] = p_[kLogStiffness][kStiffnessRate] * keep;
+    for (std::size_t j = 0; j < kN; ++j) {
+      p_[j][kLogStiffness] = p_[kLogStiffness][j];
+      p_[j][kStiffnessRate] = p_[kStiffnessRate][j];
     }
-    p_[kTorqueOffset][kTorqueOffset] += setup_.noise.offset_variance;
-    if (!wander) return;
-    p_[kLogStiffness][kLogStiffness] += setup_.noise.stiffness_variance;
+    p_[kLogStiffness][kStiffnessRate] = p_[kStiffnessRate][kLogStiffness];
     p_[kLogDamping][kLogDamping] += setup_.noise.damping_variance;
-    p_[kStiffnessRate][kStiffnessRate] += setup_.noise.rate_variance;
+    p_[kStiffnessRate][kStiffnessRate] += agility * setup_.noise.rate_variance;
   }
 
   void correct(const Vector& row, Real innovation, Real variance) noexcept {
@@ -251,6 +261,7 @@ class PhysicalFilter {
     if (!(s > Real(0)) || !std::isfinite(s) || !std::isfinite(innovation)) return;
     Vector gain;
     for (std::size_t i = 0; i < kN; ++i) gain[i] = ph[i] / s;
+    stiffness_gain_ = gain[kLogStiffness];
     const Real before = p_[kLogStiffness][kLogStiffness];
     // Joseph: (I - K h) P (I - K h)^T + K r K^T, the upper half, mirrored
     for (std::size_t i = 0; i < kN; ++i)
@@ -258,7 +269,7 @@ class PhysicalFilter {
     for (std::size_t i = 0; i < kN; ++i) ph[i] = row_product(i, row) - variance * gain[i];
     for (std::size_t i = 0; i < kN; ++i)
       for (std::size_t j = i; j < kN; ++j) p_[i][j] = p_[j][i] = p_[i][j] - ph[i] * gain[j];
-    stiffness_gain_ = before > Real(0) ? Real(1) - p_[kLogStiffness][kLogStiffness] / before : Real(0);
+    stiffness_news_ = before > Real(0) ? Real(1) - p_[kLogStiffness][kLogStiffness] / before : Real(0);
     for (std::size_t i = 0; i < kN; ++i) state_[i] += gain[i] * innovation;
   }
   [[nodiscard]] Real row_product(std::size_t i, const Vector& row) const noexcept {
@@ -279,6 +290,7 @@ class PhysicalFilter {
   Real innovation_{};
   Real innovation_variance_{};
   Real stiffness_gain_{};
+  Real stiffness_news_{};
   std::uint32_t since_refresh_ = 0;
   bool frozen_ = false;
 };

@@ -89,22 +89,28 @@ class LineCovariance {
     }
   }
 
-  /// Goes on to the steady state; false when it is not reached within a bounded number of steps.
+  /// Goes on to the steady state; false when it is not reached within a bounded number of steps. A small
+  /// change per step is not enough for slow lines, so as many steps again follow as that took.
   bool settle() noexcept {
-    constexpr std::size_t kMost = 1000000;
-    constexpr Scalar kSame = static_cast<Scalar>(1e-13);
-    for (std::size_t step = 0; step < kMost; ++step) {
+    constexpr std::size_t kMost = 500000;
+    constexpr Scalar kSame = static_cast<Scalar>(1e-12);
+    std::size_t taken = 0;
+    for (Scalar change(1), size(0); change > kSame * kSame * size; ++taken) {
+      if (taken == kMost) return false;
       const auto before = gain_;
+      predict();
       correct();
-      Scalar change(0), size(0);
+      change = size = Scalar(0);
       for (std::size_t i = 0; i < states_; ++i) {
         change += (gain_[i] - before[i]) * (gain_[i] - before[i]);
         size += gain_[i] * gain_[i];
       }
-      if (change <= kSame * kSame * size) return true;
-      predict();
     }
-    return false;
+    for (; taken > 0; --taken) {
+      predict();
+      correct();
+    }
+    return true;
   }
 
   /// Of the filter form.

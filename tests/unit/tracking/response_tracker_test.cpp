@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "closed_loop_fixture.hpp"
+#include "error_ratio.hpp"
 
 namespace resonid::tracking {
 namespace {
@@ -133,57 +134,17 @@ TEST(ResponseTracker, ErrorBarsHoldTheTruth) {
   EXPECT_LE(in_50, 104);
 }
 
-// Mean of |error|^2/std^2 over circular Gaussian errors: 1 +- 1/sqrt(n). `error` is the effect of the noise
-// alone.
-template <class Tracker>
-double error_ratio(const Tracker& pattern, const std::vector<double>& ru, std::uint64_t seeds, double noise) {
-  auto tracker = ResponseTracker<Tracker>::create(pattern, {.known_delay_s = kDelay}).value();
-  const auto run = [&](double level, std::uint64_t seed) {
-    const auto record = test::run_loop(test::system_a(), ru, level, seed);
-    tracker.reset();
-    for (std::size_t k = 0; k < ru.size(); ++k)
-      tracker.step(static_cast<typename Tracker::Scalar>(ru[k]),
-                   static_cast<typename Tracker::Scalar>(record.u[k]),
-                   static_cast<typename Tracker::Scalar>(record.y[k]));
-    std::vector<Complex> response;
-    for (std::size_t i = 0; i < pattern.lines(); ++i)
-      response.push_back(Complex(tracker.response(i, Approach::joint)));
-    return response;
-  };
-  const auto clean = run(0.0, 0);
-  double sum = 0.0;
-  for (std::uint64_t seed = 1; seed <= seeds; ++seed) {
-    const auto noisy = run(noise, seed);
-    for (std::size_t i = 0; i < clean.size(); ++i)
-      sum += std::norm(noisy[i] - clean[i]) / std::pow(static_cast<double>(tracker.standard_deviation(i)), 2);
-  }
-  return sum / static_cast<double>(seeds * clean.size());
-}
-
-std::vector<double> chirp(std::size_t samples) {
-  std::vector<double> ru(samples);
-  for (std::size_t k = 0; k < samples; ++k) {
-    const double t = static_cast<double>(k) * kSampleTime;
-    ru[k] = std::cos(kTwoPi * t * (35.0 - 33.5 / 17.0 * 0.5 * t));
-  }
-  return ru;
-}
-
 // 160 values with 60 windows or more behind each standard deviation: the ratio's mean is 1/(1 - 1/60), its
 // deviation 0.08.
 TEST(ResponseTracker, ErrorBarsOfTheSlidingDft) {
-  std::vector<double> lines;
-  lines.reserve(kLines.size());
-  for (const double f : kLines) lines.push_back(std::round(f));
-  std::vector<double> ru(30500);
-  for (std::size_t k = 0; k < ru.size(); ++k)
-    for (const double f : lines) ru[k] += std::cos(kTwoPi * f * static_cast<double>(k) * kSampleTime + f * f);
+  const auto lines = test::whole_lines();
+  const auto ru = test::whole_multisine(30500);
   for (const auto window : {DftWindow::rectangular, DftWindow::hann}) {
     const auto dft =
         SlidingDft<double, 8, 500>::create(
             {.sample_rate_hz = kRate, .window_samples = 500, .frequency_hz = lines, .window = window})
             .value();
-    EXPECT_NEAR(error_ratio(dft, ru, 20, kNoise), 1.0, 4.0 * 0.08);
+    EXPECT_NEAR(test::error_ratio(dft, ru, 20, kNoise), 1.0, 4.0 * 0.08);
   }
 }
 
@@ -196,7 +157,7 @@ TEST(ResponseTracker, ErrorBarsOfTheChirpTracker) {
             {.sample_rate_hz = kRate, .from_hz = 35.0, .to_hz = 1.5, .duration_s = 17.0, .gain = gain})
             .value();
     for (const std::size_t samples : {2150, 4300})
-      EXPECT_NEAR(error_ratio(tracker, chirp(samples), 200, kNoise), 1.0, 4.0 * 0.07 + 0.07);
+      EXPECT_NEAR(test::error_ratio(tracker, test::chirp(samples), 200, kNoise), 1.0, 4.0 * 0.07 + 0.07);
   }
 }
 
