@@ -117,6 +117,9 @@ void add_method(CLI::App& verb, TrackVerbOptions& o) {
       "the on-line estimator")
       ->default_str("auto");
   add_number(verb, "--memory", t.memory_s, "SECONDS", "how long the estimate remembers; otherwise chosen");
+  add_number(
+      verb, "--drift", t.drift_per_s, "1/S",
+      "physical: relative change of the stiffness per second that the machine can reach; otherwise chosen");
   static_assert(std::is_same_v<std::size_t, std::uint64_t>);
   add_count(verb, "--every", t.every, "a row every so many samples", 1);
   verb.add_flag("--raw-time", t.raw_time,

@@ -127,6 +127,8 @@ std::optional<Refusal> check(const data::Record& record, const TrackOptions& opt
   if (options.every > record.samples())
     return Refusal{"every", fmt::format("must not be more than the record's {} samples, found {}",
                                         record.samples(), options.every)};
+  if (options.drift_per_s && (!(*options.drift_per_s >= 0.0) || !std::isfinite(*options.drift_per_s)))
+    return Refusal{"drift", fmt::format("must be 0 1/s or more, found {:g}", *options.drift_per_s)};
   if (!(options.memory_s >= 0.0) || !std::isfinite(options.memory_s))
     return Refusal{"memory", fmt::format("must be above 0 s, found {:g}", options.memory_s)};
   if (options.memory_s > 0.0 && options.memory_s * record.sample_rate_hz < 4.0)

@@ -2,9 +2,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <identification/track_discrete.hpp>
 #include <identification/track_plan.hpp>
 #include <resonid/base/constants.hpp>
-#include <resonid/diagnostics/response_extrema.hpp>
+#include <resonid/recursive/response_fit.hpp>
 #include <resonid/response/line_estimates.hpp>
 #include <resonid/response/periodic_averaging.hpp>
 #include <resonid/tracking/kalman_bank.hpp>
@@ -24,27 +25,25 @@ tl::unexpected<Refusal> refused(const ConfigError& error, const char* option) {
       Refusal{option, fmt::format("{} {} (found {:.6g})", error.field, error.requirement, error.value)});
 }
 
-/// First extremum of a kind of the measured response.
-OnlineValue extremum(const data::FrequencyResponse& response, bool minimum) {
-  if (response.lines() < 5) return {};
-  for (const auto& e : diagnostics::response_extrema(response))
-    if (e.minimum == minimum) return {e.frequency_hz, kUnknown};
-  return {};
-}
-
-/// Trackers of fixed lines on ru, u and y.
+/// Trackers of fixed lines on ru, u and y, and the rational model of order 3 that fits the lines of each row.
 template <class Tracker>
 class FixedLines final : public OnlineTracker {
  public:
+  using Fit = recursive::ResponseFit<double, 3, kMostLines>;
+
   FixedLines(const tracking::ResponseTracker<Tracker>& lines, Approach approach,
-             data::OutputQuantity quantity, double sample_time_s, std::string unit)
-      : lines_(lines), approach_(approach), unit_(std::move(unit)) {
+             data::OutputQuantity quantity, double sample_rate_hz)
+      : lines_(lines), approach_(approach), sample_rate_hz_(sample_rate_hz) {
     for (std::size_t i = 0; i < lines_.lines(); ++i) {
       now_.frequency_hz.push_back(lines_.frequency_hz(i));
-      factor_.push_back(response::velocity_factor(quantity, lines_.frequency_hz(i), sample_time_s));
+      factor_.push_back(response::velocity_factor(quantity, lines_.frequency_hz(i), 1.0 / sample_rate_hz));
     }
     now_.value.resize(lines_.lines());
     now_.standard_deviation.resize(lines_.lines());
+    recursive::ResponseFitConfig config;
+    config.sample_rate_hz = sample_rate_hz;
+    config.frequency_hz = now_.frequency_hz;
+    if (auto fit = Fit::create(config)) fit_ = std::make_unique<Fit>(*fit);
   }
 
   void step(double ru, double u, double y) noexcept override {
@@ -55,7 +54,7 @@ class FixedLines final : public OnlineTracker {
     std::vector<OnlineColumn> columns;
     for (const double f : now_.frequency_hz)
       for (const char* part : {"re", "im", "std"})
-        columns.push_back({fmt::format("{}_{:g}", part, f), unit_, false, true});
+        columns.push_back({fmt::format("{}_{:g}", part, f), "", false, true});
     return columns;
   }
   void read(std::span<OnlineValue> values) override {
@@ -68,24 +67,25 @@ class FixedLines final : public OnlineTracker {
     }
   }
   [[nodiscard]] bool ready() const override { return lines_.ready(); }
+  /// Of the lines, and what the machine's own oscillation adds to a change.
   [[nodiscard]] double lag_samples() const override {
     double sum = 0.0;
     for (std::size_t i = 0; i < lines_.lines(); ++i) sum += lines_.lag_samples(i);
-    return sum / static_cast<double>(lines_.lines());
+    return sum / static_cast<double>(lines_.lines()) + (has_model() ? fit_->lag_samples() : 0.0);
   }
   [[nodiscard]] OnlineValue resonance() override {
     refresh();
-    return ready() ? extremum(now_, false) : OnlineValue{};
+    return has_model() ? figures_.resonance : OnlineValue{};
   }
   [[nodiscard]] OnlineValue antiresonance() override {
     refresh();
-    return ready() ? extremum(now_, true) : OnlineValue{};
+    return has_model() ? figures_.antiresonance : OnlineValue{};
   }
-  [[nodiscard]] bool answers_anywhere() const override { return false; }
-  [[nodiscard]] bool finds_resonance() const override { return false; }
-  /// Of the median line.
+  [[nodiscard]] bool finds_resonance() const override { return has_model(); }
+  /// Of the resonance, or of the median line where no model fits.
   [[nodiscard]] double uncertainty() override {
     refresh();
+    if (has_model()) return figures_.resonance.deviation / figures_.resonance.value;
     std::vector<double> relative;
     for (std::size_t i = 0; i < now_.lines(); ++i)
       relative.push_back(now_.standard_deviation[i] / std::abs(now_.value[i]));
@@ -95,28 +95,51 @@ class FixedLines final : public OnlineTracker {
     std::nth_element(relative.begin(), middle, relative.end());
     return *middle;
   }
-  [[nodiscard]] double most_uncertainty() const override { return kMostUncertainLine; }
+  [[nodiscard]] double most_uncertainty() const override {
+    return has_model() ? OnlineTracker::most_uncertainty() : kMostUncertainLine;
+  }
+  [[nodiscard]] bool answers_anywhere() const override { return has_model(); }
   [[nodiscard]] std::span<const double> own_frequencies_hz() const override { return now_.frequency_hz; }
-  void response(std::span<const double>, std::span<Complex> values) override {
+  void response(std::span<const double> frequency_hz, std::span<Complex> values) override {
     refresh();
-    std::copy(now_.value.begin(), now_.value.end(), values.begin());
+    if (!has_model()) {
+      std::copy(now_.value.begin(), now_.value.end(), values.begin());
+      return;
+    }
+    const auto model = fit_->model();
+    for (std::size_t i = 0; i < values.size(); ++i)
+      values[i] = recursive::response(model, frequency_hz[i], sample_rate_hz_);
   }
 
  private:
+  /// A fit without a resonance, or an unstable one, is none.
+  [[nodiscard]] bool has_model() const {
+    return fit_ && ready() && fit_->ready() && figures_.physical && std::isfinite(figures_.resonance.value);
+  }
   void refresh() {
     if (fresh_) return;
+    bool known = true;
     for (std::size_t i = 0; i < now_.lines(); ++i) {
       now_.value[i] = factor_[i] * Complex(lines_.response(i, approach_));
       now_.standard_deviation[i] = std::abs(factor_[i]) * lines_.standard_deviation(i);
+      known = known && std::isfinite(now_.standard_deviation[i]);
     }
     fresh_ = true;
+    if (!fit_ || !ready()) return;
+    fit_->step(now_.value,
+               known ? std::span<const double>(now_.standard_deviation) : std::span<const double>());
+    if (fit_->ready())
+      figures_ = figures_of(recursive::DiscreteModel<double, 3>(fit_->model()),
+                            recursive::ModelCovariance<double, 3>(fit_->covariance()), sample_rate_hz_);
   }
 
   tracking::ResponseTracker<Tracker> lines_;
   Approach approach_;
-  std::string unit_;
+  double sample_rate_hz_;
   std::vector<Complex> factor_;
   data::FrequencyResponse now_;
+  std::unique_ptr<Fit> fit_;  // none for too few lines
+  DiscreteFigures<3> figures_;
   bool fresh_ = false;
 };
 
@@ -158,7 +181,7 @@ TrackerMade made(const Tracker& pattern, const data::Record& record, const Track
   auto response = tracking::ResponseTracker<Tracker>::create(pattern, config);
   if (!response) return refused(response.error(), "method");
   return std::make_unique<FixedLines<Tracker>>(*response, plan.approach, record.output_quantity,
-                                               record.sample_time_s(), "");
+                                               record.sample_rate_hz);
 }
 
 template <std::size_t MaxLines>
@@ -189,7 +212,10 @@ TrackerMade make_sliding(const data::Record& record, const TrackOptions& options
                          std::vector<double> lines_hz) {
   const std::size_t period = plan.measurement.period_samples;
   auto window = static_cast<std::size_t>(std::llround(options.memory_s * record.sample_rate_hz));
-  if (period > 0) window = std::max<std::size_t>(1, (window + period / 2) / period) * period;
+  // Two periods unless told otherwise: no line then stands beside another one, and a Hann window takes out
+  // what a machine that changes spreads between them.
+  if (period > 0)
+    window = window == 0 ? 2 * period : std::max<std::size_t>(1, (window + period / 2) / period) * period;
   if (window == 0)
     return tl::unexpected(
         Refusal{"memory", "must be given: the excitation shows no period to be the window"});
@@ -197,7 +223,6 @@ TrackerMade make_sliding(const data::Record& record, const TrackOptions& options
   config.sample_rate_hz = record.sample_rate_hz;
   config.window_samples = window;
   config.frequency_hz = lines_hz;
-  // Over two periods and more no line stands beside another one: a Hann window then only smooths.
   if (period > 0 && window >= 2 * period) config.window = tracking::DftWindow::hann;
   auto dft = tracking::SlidingDft<double, kMostLines, kMostWindow>::create(config);
   if (!dft) return refused(dft.error(), dft.error().field == "window_samples" ? "memory" : "lines");

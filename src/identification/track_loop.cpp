@@ -10,15 +10,17 @@ namespace resonid::identification::detail {
 namespace {
 
 using Complex = std::complex<double>;
-constexpr int kGridPoints = 320;
+constexpr int kGridPoints = 200;
+constexpr int kNearPoints = 160;   // further ones around the resonance
+constexpr double kNearSpan = 1.4;  // as far as this factor
+constexpr double kMovedBy = 0.01;  // relative: the points follow then
 
 bool finite(Complex z) { return std::isfinite(z.real()) && std::isfinite(z.imag()); }
 
-/// Logarithmic; dense enough that margins on its chords are good to three digits for damping ratios of 2 %.
-std::vector<double> log_grid(double low_hz, double high_hz) {
+std::vector<double> log_grid(double low_hz, double high_hz, int points) {
   std::vector<double> grid;
-  for (int i = 0; i < kGridPoints; ++i)
-    grid.push_back(low_hz * std::pow(high_hz / low_hz, static_cast<double>(i) / (kGridPoints - 1)));
+  for (int i = 0; i < points; ++i)
+    grid.push_back(low_hz * std::pow(high_hz / low_hz, static_cast<double>(i) / (points - 1)));
   return grid;
 }
 
@@ -28,8 +30,14 @@ LoopFigures::LoopFigures(const data::Record& record, const TrackOptions& options
     : controller_(options.common.controller), baseline_(options.baseline), delay_s_(options.common.delay_s) {
   const double nyquist = 0.5 * record.sample_rate_hz;
   const double low = plan.low_hz > 0.0 ? std::min(0.1 * plan.low_hz, 0.01 * nyquist) : 0.001 * nyquist;
-  grid_hz_ = log_grid(std::max(low, 1e-5 * nyquist), 0.998 * nyquist);
+  grid_hz_ = log_grid(std::max(low, 1e-5 * nyquist), 0.998 * nyquist, kGridPoints);
+  model_hz_ = grid_hz_;
   if (!baseline_) return;
+  if (baseline_->model) {
+    auto drive = baseline_->model->drive;
+    drive.sample_time_s = record.sample_time_s();
+    baseline_model_ = drive.transfer_function();
+  }
   const auto& response = baseline_->response;
   if (response.lines() == 0 && !baseline_->model) {
     baseline_.reset();
@@ -46,7 +54,7 @@ LoopFigures::LoopFigures(const data::Record& record, const TrackOptions& options
 }
 
 Complex LoopFigures::baseline_at(double f) const {
-  return baseline_->model ? baseline_->model->drive.response(f) : baseline_->response.at(f);
+  return baseline_model_ ? baseline_model_->response(f) : baseline_->response.at(f);
 }
 
 std::optional<data::FrequencyResponse> LoopFigures::baseline_loop() const {
@@ -58,6 +66,18 @@ std::optional<data::FrequencyResponse> LoopFigures::baseline_loop() const {
     loop.value.push_back(baseline_at(f) * controller_->response(f) * std::polar(1.0, -kTwoPi * f * delay_s_));
   }
   return loop;
+}
+
+/// A resonance turns the curve within a small part of its frequency: more points there, so that margins on
+/// the chords between them are good to three digits.
+void LoopFigures::follow(double resonance_hz) {
+  if (!(resonance_hz > 0.0) || std::abs(resonance_hz - near_hz_) <= kMovedBy * near_hz_) return;
+  near_hz_ = resonance_hz;
+  model_hz_ = grid_hz_;
+  const auto near = log_grid(resonance_hz / kNearSpan, resonance_hz * kNearSpan, kNearPoints);
+  for (const double f : near)
+    if (f > grid_hz_.front() && f < grid_hz_.back()) model_hz_.push_back(f);
+  std::sort(model_hz_.begin(), model_hz_.end());
 }
 
 void LoopFigures::use_frequencies(std::span<const double> frequency_hz) {
@@ -86,7 +106,8 @@ void LoopFigures::update(OnlineTracker& tracker) {
   if (!controller_ && !baseline_) return;
   const auto own = tracker.own_frequencies_hz();
   if (tracker.answers_anywhere()) {
-    use_frequencies(grid_hz_);
+    follow(tracker.resonance().value);
+    use_frequencies(model_hz_);
   } else {
     if (own.size() < 2 || !tracker.ready()) return;
     use_frequencies(own);

@@ -29,13 +29,17 @@ class LoopFigures {
   [[nodiscard]] std::optional<data::FrequencyResponse> baseline_loop() const;
 
  private:
+  void follow(double resonance_hz);
   void use_frequencies(std::span<const double> frequency_hz);
   [[nodiscard]] std::complex<double> baseline_at(double frequency_hz) const;
 
   std::optional<data::TransferFunction> controller_;
   std::optional<Result> baseline_;
   double delay_s_;
-  std::vector<double> grid_hz_;                  // for trackers that answer anywhere
+  std::optional<data::TransferFunction> baseline_model_;
+  std::vector<double> grid_hz_;   // for trackers that answer anywhere
+  std::vector<double> model_hz_;  // the same with points about near_hz_
+  double near_hz_ = 0.0;
   double gap_low_hz_ = 0.0, gap_high_hz_ = 0.0;  // where the baseline was measured
   double scale_ = 1.0;                           // of the gap without a controller
   std::vector<double> frequency_hz_;             // [point] in use

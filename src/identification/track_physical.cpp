@@ -26,7 +26,7 @@ constexpr std::array kReported = {Reported{PhysicalParameter::driven_inertia, "d
 /// Relative change of the stiffness per second to reckon with: a machine that is recorded to move may go
 /// through its whole range at its greatest speed.
 double drift_per_s(const data::Record& record, const TrackPlan& plan) {
-  constexpr double kUnknownMachine = 0.05;
+  constexpr double kUnknownMachine = 0.03;
   if (plan.measurement.sweep) return 0.0;  // what a sweep says of the stiffness it says once
   if (!record.position.present()) return kUnknownMachine;
   const auto& x = record.position.samples;
@@ -120,7 +120,7 @@ TrackerMade make_physical_tracker(const data::Record& record, const TrackOptions
   for (const double u : record.input.samples) largest = std::max(largest, std::abs(u));
   config.torque_offset_std_nm = std::max(largest, 1e-12);
   config.torque_offset_drift_nm_rt_s = 0.005 * config.torque_offset_std_nm;
-  config.stiffness_drift_per_s = drift_per_s(record, plan);
+  config.stiffness_drift_per_s = options.drift_per_s.value_or(drift_per_s(record, plan));
   auto tracker = Tracker::create(config);
   if (!tracker)
     return refused(fmt::format("physical: {} {} (found {:.6g})", tracker.error().field,

@@ -54,7 +54,7 @@ bool has_two_masses(const std::optional<StartModel>& start) {
 /// (oe, cloe) are never chosen.
 void choose(const data::Record& record, const TrackOptions& options, TrackPlan& plan) {
   const bool velocity = record.output_quantity != data::OutputQuantity::acceleration;
-  if (velocity && has_two_masses(plan.start)) {
+  if (velocity && has_two_masses(plan.start) && !(options.memory_s > 0.0)) {
     plan.method = TrackMethod::physical;
     plan.reason =
         plan.measurement.sweep
@@ -62,18 +62,27 @@ void choose(const data::Record& record, const TrackOptions& options, TrackPlan& 
             : "a two-mass model to begin with is known; stiffness drift and load torque are tracked with it";
     return;
   }
-  if (velocity && options.common.controller && record.excitation.present() && !plan.measurement.sweep) {
+  if (velocity && plan.start && options.common.controller && record.excitation.present() &&
+      !plan.measurement.sweep) {
     plan.method = TrackMethod::instrumental_variables;
-    plan.reason = "no two-mass model to begin with, but excitation and controller are known";
+    plan.reason =
+        options.memory_s > 0.0
+            ? "excitation and controller are known, and a memory is wanted"
+            : "the model to begin with is not a two-mass one, but excitation and controller are known";
     return;
   }
   plan.method = TrackMethod::kalman;
-  plan.reason = plan.measurement.sweep ? "no two-mass model to begin with: the line of the chirp is followed"
-                                       : "no two-mass model to begin with, no controller: lines are tracked";
+  plan.reason = plan.measurement.sweep
+                    ? "no two-mass model to begin with: the line of the chirp is followed"
+                    : "nothing to begin with that other methods could use: lines are tracked";
 }
 
 std::optional<Refusal> contradiction(const data::Record& record, const TrackOptions& options, TrackMethod m) {
   const auto name = name_of(m);
+  if (m == TrackMethod::physical && options.memory_s > 0.0)
+    return Refusal{
+        "memory",
+        "physical forgets by the rate at which the stiffness may change, not by a memory: leave it out"};
   if (is_lines(m)) return std::nullopt;
   if (record.output_quantity == data::OutputQuantity::acceleration)
     return Refusal{"method",

@@ -18,7 +18,8 @@ constexpr double kRestless = 0.1;         // relative distance from its mean ove
 constexpr double kResidualGrowth = 3.0;   // rms, against the usual one
 constexpr double kUsualStretches = 20.0;  // memory of what is usual, in stretches
 constexpr double kColoured = 0.15;        // practical limit of a correlation (METHOD 9)
-constexpr double kEnough = 0.5;           // share of the rows
+constexpr double kEnough = 0.8;           // share of the rows
+constexpr double kEnoughExcited = 0.5;    // likewise: a drive need not be excited all the time
 
 /// Frequency about which excitation is looked for.
 double centre_hz(const data::Record& record, const TrackPlan& plan) {
@@ -136,7 +137,7 @@ void TrustGates::inspect(const OnlineTracker& tracker, std::vector<Finding>& fin
   }
   const TrustShares s = shares();
   if (s.excited < 1.0)
-    say("no-excitation", s.excited < kEnough, weakest_, kWeakExcitation,
+    say("no-excitation", s.excited < kEnoughExcited, weakest_, kWeakExcitation,
         fmt::format(
             "For {:.0f} % of the time the excitation around the resonance was below a tenth of what it "
             "had been: the estimate is held there and not trusted.",

@@ -21,6 +21,7 @@ using identification::TrackSeries;
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr std::size_t kMostCurves = 6;
+constexpr std::size_t kLeastRows = 8;  // of a passage
 
 /// What the charts run over: the position of a machine that moves, else time.
 struct Axis {
@@ -33,6 +34,14 @@ bool moves(const Track& track) {
   if (track.position_m.size() < 2) return false;
   const auto [low, high] = std::minmax_element(track.position_m.begin(), track.position_m.end());
   return *high - *low > 1e-3 * std::max(std::abs(*low), std::abs(*high));
+}
+
+std::string label(const TrackSeries& series) {
+  std::string text = series.name;
+  std::replace(text.begin(), text.end(), '_', ' ');
+  for (const char* unit : {" hz", " deg"})
+    if (text.ends_with(unit)) text.resize(text.size() - std::string_view(unit).size());
+  return text;
 }
 
 /// Stretches of rows that are not trusted, over time.
@@ -57,37 +66,53 @@ std::vector<Shape> untrusted(const Track& track) {
   return shapes;
 }
 
+/// The rows that a curve over `axis` runs through, passage by passage: all of them over time; over a position
+/// those that are trusted and go on in its direction, until it has turned back by a twentieth of its range.
+std::vector<std::vector<std::size_t>> passages(const Track& track, const Axis& axis) {
+  std::vector<std::vector<std::size_t>> list(1);
+  if (axis.time) {
+    for (std::size_t i = 0; i < axis.x.size(); ++i) list[0].push_back(i);
+    return list;
+  }
+  constexpr double kTurn = 0.05;
+  const auto [low, high] = std::minmax_element(axis.x.begin(), axis.x.end());
+  const double turn = kTurn * (*high - *low);
+  double direction = 0.0;
+  for (std::size_t i = 0; i < axis.x.size(); ++i) {
+    if (!track.trusted_rows[i]) continue;
+    if (!list.back().empty()) {
+      const double step = axis.x[i] - axis.x[list.back().back()];
+      if (direction == 0.0) direction = step;
+      if (direction * step <= 0.0) {
+        if (std::abs(step) < turn) continue;
+        list.emplace_back();
+        direction = step;
+      }
+    }
+    list.back().push_back(i);
+  }
+  std::erase_if(list, [](const auto& rows) { return rows.size() < kLeastRows; });
+  return list;
+}
+
 /// In ascending x, as charts want it; a machine that goes back and forth gives several curves.
 std::vector<Curve> curves_of(const Track& track, const TrackSeries& series, const Axis& axis, double z) {
   std::vector<Curve> curves;
-  double direction = 0.0;
   const bool band = !series.standard_deviation.empty();
-  for (std::size_t i = 0; i < series.value.size(); ++i) {
-    if (!axis.time && !track.trusted_rows[i]) continue;
-    if (!std::isfinite(axis.x[i])) continue;
-    const double step = curves.empty() || curves.back().x.empty() ? 0.0 : axis.x[i] - curves.back().x.back();
-    if (!axis.time && step == 0.0 && !curves.empty()) continue;
-    const bool turned = !axis.time && direction * step < 0.0;
-    if (curves.empty() || turned) {
-      curves.emplace_back();
-      curves.back().name = series.name;
+  for (auto& rows : passages(track, axis)) {
+    if (!axis.time && axis.x[rows.front()] > axis.x[rows.back()]) std::reverse(rows.begin(), rows.end());
+    Curve& c = curves.emplace_back();
+    c.name = label(series);
+    for (const std::size_t i : rows) {
+      c.x.push_back(axis.x[i]);
+      c.y.push_back(series.value[i]);
+      if (!band) continue;
+      c.lower.push_back(series.value[i] - z * series.standard_deviation[i]);
+      c.upper.push_back(series.value[i] + z * series.standard_deviation[i]);
     }
-    direction = turned ? 0.0 : step != 0.0 ? step : direction;
-    Curve& c = curves.back();
-    c.x.push_back(axis.x[i]);
-    c.y.push_back(series.value[i]);
-    if (!band) continue;
-    c.lower.push_back(series.value[i] - z * series.standard_deviation[i]);
-    c.upper.push_back(series.value[i] + z * series.standard_deviation[i]);
   }
-  constexpr std::size_t kLeastPoints = 8;
-  if (!axis.time) std::erase_if(curves, [](const Curve& c) { return c.x.size() < kLeastPoints; });
-  for (std::size_t n = 0; n < curves.size(); ++n) {
-    Curve& c = curves[n];
-    if (c.x.front() > c.x.back())
-      for (auto* v : {&c.x, &c.y, &c.lower, &c.upper}) std::reverse(v->begin(), v->end());
-    if (curves.size() > 1) c.name += fmt::format(", passage {}", n + 1);
-  }
+  for (std::size_t n = 0; n < curves.size() && curves.size() > 1; ++n)
+    curves[n].name += fmt::format(", passage {}", n + 1);
   return curves;
 }
 
@@ -124,14 +149,6 @@ Chart chart_of(const Track& track, std::string title, const std::string& unit,
   return chart;
 }
 
-std::string label(const TrackSeries& series) {
-  std::string text = series.name;
-  std::replace(text.begin(), text.end(), '_', ' ');
-  for (const char* unit : {" hz", " deg"})
-    if (text.ends_with(unit)) text.resize(text.size() - std::string_view(unit).size());
-  return text;
-}
-
 std::string with_unit(const TrackSeries& series) {
   return series.unit.empty() ? label(series) : fmt::format("{} ({})", label(series), series.unit);
 }
@@ -156,14 +173,15 @@ Section resonance_section(const Track& track, const Axis& time, const Axis& alon
   return section;
 }
 
-Section parameter_section(const Track& track, const Axis& axis) {
+Section parameter_section(const Track& track, const Axis& time, const Axis& along) {
   Section section;
   section.title = "Parameters";
   const bool physical = known(track.find("stiffness"));
   if (physical) {
     for (const auto& series : track.parameters)
       if (known(&series))
-        section.charts.push_back(chart_of(track, label(series), with_unit(series), {&series}, axis));
+        section.charts.push_back(chart_of(track, label(series), with_unit(series), {&series},
+                                          series.name == "torque_offset" ? time : along));
     return section;
   }
   for (const char* letter : {"b", "a"}) {
@@ -171,7 +189,7 @@ Section parameter_section(const Track& track, const Axis& axis) {
     for (const auto& series : track.parameters)
       if (series.name.starts_with(letter) && known(&series)) list.push_back(&series);
     if (list.empty()) continue;
-    section.charts.push_back(chart_of(track, fmt::format("Coefficients {}", letter), "", list, axis));
+    section.charts.push_back(chart_of(track, fmt::format("Coefficients {}", letter), "", list, along));
     section.text = {"Of y(k) = -a1 y(k-1) - ... + b1 u(k-1) + ..., the known delay left out."};
   }
   return section;
@@ -376,7 +394,7 @@ Document track_document(const Track& track) {
   const Axis along = moves(track) ? Axis{"position (m)", track.position_m, false} : time;
   Section values{"Values", {}, {}, {}, {final_table(track)}};
   std::vector<Section> sections{resonance_section(track, time, along),
-                                parameter_section(track, along),
+                                parameter_section(track, time, along),
                                 response_section(track, time),
                                 loop_section(track, time),
                                 gap_section(track, time),

@@ -37,6 +37,9 @@ struct TrackOptions {
   Options common;  ///< Excitation, controller, delay, lines, band, approach ... as for identify().
   TrackMethod method = TrackMethod::automatic;
   double memory_s = 0.0;  ///< How long the estimate remembers; 0 chooses.
+  /// physical: relative change of the stiffness per second to reckon with, 1/s; absent: chosen from the
+  /// motion.
+  std::optional<double> drift_per_s;
   std::size_t every = 1;  ///< Samples per row, >= 1.
   bool raw_time = false;  ///< Rows at the newest sample instead of the time that the estimate describes.
   std::optional<fit::DriveModel> start;  ///< Where estimators begin; absent: identified from the first part.
