@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The physical tracker against the Cramer-Rao bound of the published sweep (Nevaranta 2016, Pub. VI), in one pass:
-// 400 seeds, each from a start of its own, on the systems 2 and 3; and whether its covariance is right.
+// The physical tracker against the Cramer-Rao bound of the published sweep (Nevaranta 2016, Pub. VI), in one
+// pass: 400 seeds, each from a start of its own, on the systems 2 and 3; and whether its covariance is right.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -14,8 +14,7 @@ namespace {
 constexpr std::uint64_t kSeeds = 400;
 
 void expect_efficient(const char* name, double least, double most, const std::array<double, 5>& bound) {
-  const auto s =
-      test::parameter_scatter(reproduction::shipped_experiment(name), least, most, kSeeds);
+  const auto s = test::parameter_scatter(reproduction::shipped_experiment(name), least, most, kSeeds);
   for (std::size_t i = 0; i < 5; ++i) {
     const double ratio = s.rms_percent[i] / bound[i];
     testing::Test::RecordProperty("rmse_over_bound_" + std::to_string(i), std::to_string(ratio));

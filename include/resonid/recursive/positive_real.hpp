@@ -26,7 +26,8 @@ struct ControllerCoefficients {
 inline ControllerCoefficients controller_coefficients(std::span<const double> numerator,
                                                       std::span<const double> denominator) noexcept {
   ControllerCoefficients c;
-  for (std::size_t i = 0; i < std::min(numerator.size(), c.numerator.size()); ++i) c.numerator[i] = numerator[i];
+  for (std::size_t i = 0; i < std::min(numerator.size(), c.numerator.size()); ++i)
+    c.numerator[i] = numerator[i];
   for (std::size_t i = 0; i < std::min(denominator.size(), c.denominator.size()); ++i)
     c.denominator[i] = denominator[i];
   return c;
@@ -41,18 +42,19 @@ struct PseudoLinearRecursion {
   DiscreteModel<double, Order> model{};  ///< The machine, or the estimate that stands for it.
   std::size_t delay_samples = 0;
   bool fixed_integrator = false;
-  ControllerCoefficients controller{};                ///< Of the loop that the data comes from.
+  ControllerCoefficients controller{};                 ///< Of the loop that the data comes from.
   RegressorFilter error = RegressorFilter::inverse_a;  ///< F: 1/A of output error, S/A of CLOE.
   RegressorFilter gradient = RegressorFilter::none;    ///< H
-  DiscreteModel<double, Order> gradient_model{};      ///< That H is built from.
-  double gradient_contraction = 1.0;                  ///< Factor that draws in the poles of H = 1/A.
-  double from = 0.0, to = 0.5;                        ///< Excited band in cycles per sample.
+  DiscreteModel<double, Order> gradient_model{};       ///< That H is built from.
+  double gradient_contraction = 1.0;                   ///< Factor that draws in the poles of H = 1/A.
+  double from = 0.0, to = 0.5;                         ///< Excited band in cycles per sample.
 };
 
 /// What becomes of a small error of the parameters: on average theta' = -(1 - lambda) M (theta - theta*).
 struct LocalStability {
   bool stable = false;
-  double least_eigenvalue = -std::numeric_limits<double>::infinity();  ///< Least real part, of M; > 0: stable.
+  double least_eigenvalue =
+      -std::numeric_limits<double>::infinity();  ///< Least real part, of M; > 0: stable.
   /// Least Re F/H - 1/2 over the excited band; >= 0 is sufficient for stability, but not necessary.
   double least_real_part = -std::numeric_limits<double>::infinity();
   /// Lag of the first resonance over the mean age of the memory, when the stiffness changes and the damping
@@ -102,8 +104,7 @@ class PositiveReal {
       const Complex input = 1.0 / (1.0 + loop);
       const Complex output = delayed(at_.model, back) * input;
       const Complex error = filter(at_.error, at_.model, 1.0, back);
-      const Complex gradient =
-          filter(at_.gradient, at_.gradient_model, at_.gradient_contraction, back);
+      const Complex gradient = filter(at_.gradient, at_.gradient_model, at_.gradient_contraction, back);
       accumulate(back, input, output, error, gradient);
       least_real_part_ = std::min(least_real_part_, (error / gradient).real() - 0.5);
     }
@@ -154,11 +155,12 @@ class PositiveReal {
     }
     return n / d;
   }
-  [[nodiscard]] Complex filter(RegressorFilter kind, const DiscreteModel<double, Order>& m, double contraction,
-                               Complex back) const noexcept {
+  [[nodiscard]] Complex filter(RegressorFilter kind, const DiscreteModel<double, Order>& m,
+                               double contraction, Complex back) const noexcept {
     if (kind == RegressorFilter::none) return 1.0;
     const Complex a = denominator(m, contraction * back);
-    return kind == RegressorFilter::inverse_a ? 1.0 / a : 1.0 / (a * (1.0 + delayed(m, back) * controller(back)));
+    return kind == RegressorFilter::inverse_a ? 1.0 / a
+                                              : 1.0 / (a * (1.0 + delayed(m, back) * controller(back)));
   }
 
   [[nodiscard]] double lag_share(const Matrix& m) const noexcept {
