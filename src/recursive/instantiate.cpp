@@ -4,6 +4,7 @@
 #include <resonid/recursive/arx.hpp>
 #include <resonid/recursive/closed_loop_output_error.hpp>
 #include <resonid/recursive/discrete_model.hpp>
+#include <resonid/recursive/instrumental_variables.hpp>
 #include <resonid/recursive/model_response.hpp>
 #include <resonid/recursive/modes.hpp>
 #include <resonid/recursive/output_error.hpp>
@@ -40,5 +41,12 @@ template class ClosedLoopOutputError<double, 3>;
 template class ClosedLoopOutputError<float, 3>;
 template class ClosedLoopOutputError<double, 5>;
 template class ClosedLoopOutputError<float, 5>;
+
+template class InstrumentalVariables<double, 1>;
+template class InstrumentalVariables<float, 1>;
+template class InstrumentalVariables<double, 3>;
+template class InstrumentalVariables<float, 3>;
+template class InstrumentalVariables<double, 5>;
+template class InstrumentalVariables<float, 5>;
 
 }  // namespace resonid::recursive

@@ -45,7 +45,8 @@ template <class Real, std::size_t Size>
   return true;
 }
 
-/// Noise-free closed loop of a model, the known controller and the known delay, driven by the excitation alone:
+/// Noise-free closed loop of a model, the known controller and the known delay, driven by the excitation
+/// alone:
 ///
 ///   yh(k) = B/A uh(k-d)        uh(k) = ru(k) - C yh(k)
 ///

@@ -25,14 +25,14 @@ struct EquationTerms {
   /// There are offsets and slow loads: all signals pass one high-pass, and what it leaves of a load that
   /// changes is a constant in the equation.
   bool offsets = true;
-  bool coulomb = false;          ///< Friction of constant size against the measured velocity.
+  bool coulomb = false;  ///< Friction of constant size against the measured velocity.
   Basis basis = Basis::differences;
 };
 
 /// The equations t = f' theta + error of a discrete model, and their instruments z, sample by sample.
 ///
-///   free integrator    t = y(k)             f = [-y(k-1) ... -y(k-n), u(k-d-1) ... u(k-d-n), 1, -sign y(k-1)]
-///   fixed integrator   t = y(k) - y(k-1)    f = [differences of y likewise, one less, u ...]
+///   free integrator    t = y(k)             f = [-y(k-1) ... -y(k-n), u(k-d-1) ... u(k-d-n), 1, -sign
+///   y(k-1)] fixed integrator   t = y(k) - y(k-1)    f = [differences of y likewise, one less, u ...]
 ///
 /// z holds the same of the auxiliary loop. Filtered are whole equations, never the signals: t, f and z pass
 /// 1/((1 - rho z^-1) C) with the auxiliary model's C, and an equation that held before the filter holds after
@@ -114,8 +114,7 @@ class InstrumentalRegressors {
   /// From now on 1/A of this model filters.
   void set_filter(const Model& model) noexcept {
     const auto c = quotient(model);
-    for (std::size_t i = 0; i < Order; ++i)
-      filter_[i] = (i + 1 < Order ? c[i + 1] : Real(0)) - leak_ * c[i];
+    for (std::size_t i = 0; i < Order; ++i) filter_[i] = (i + 1 < Order ? c[i + 1] : Real(0)) - leak_ * c[i];
   }
   /// Keeps what fades without excitation from fading into slow denormal numbers.
   void flush() noexcept {
@@ -216,7 +215,9 @@ class InstrumentalRegressors {
     const auto modes = SampledModes<Order>(model, 1.0).resonances();
     return modes.empty() ? Real(1) : static_cast<Real>(std::min(1.0, kTwoPi * modes[0].frequency_hz));
   }
-  [[nodiscard]] std::size_t coefficients() const noexcept { return terms_.fixed_integrator ? Order - 1 : Order; }
+  [[nodiscard]] std::size_t coefficients() const noexcept {
+    return terms_.fixed_integrator ? Order - 1 : Order;
+  }
 
   /// 1, c_1 ... c_{n-1} of A/(1 - z^-1), the remainder left out.
   static std::array<Real, Order> quotient(const Model& model) noexcept {

@@ -17,10 +17,10 @@ namespace resonid::recursive {
 /// R is not symmetric, so that P has no factors that would keep it well-formed over long runs; R itself needs
 /// none: what rounding has done to it is forgotten like all else.
 ///
-/// Solved is (R + lambda^k H0 + H) theta = q + lambda^k H0 start + H held with small diagonal H0, H: what is known
-/// at the start, forgotten like all else, and a tie of each parameter to its present estimate. That limits the
-/// covariance to 1/H per unit residual variance, and without excitation (R -> 0, q -> 0) it keeps the estimate,
-/// one direction at a time.
+/// Solved is (R + lambda^k H0 + H) theta = q + lambda^k H0 start + H held with small diagonal H0, H: what is
+/// known at the start, forgotten like all else, and a tie of each parameter to its present estimate. That
+/// limits the covariance to 1/H per unit residual variance, and without excitation (R -> 0, q -> 0) it keeps
+/// the estimate, one direction at a time.
 template <class Real, std::size_t N>
 class InstrumentalSums {
  public:
@@ -102,10 +102,11 @@ class InstrumentalSums {
   using Column = Eigen::Matrix<Real, static_cast<int>(N), 1>;
 
   [[nodiscard]] Matrix matrix(const Prior& prior) const noexcept {
-    Matrix m = Eigen::Map<const Eigen::Matrix<Real, static_cast<int>(N), static_cast<int>(N), Eigen::RowMajor>>(
-        r_.data());
-    for (std::size_t i = 0; i < N; ++i) m(static_cast<int>(i), static_cast<int>(i)) +=
-          start_weight_ * prior.start[i] + prior.hold[i];
+    Matrix m =
+        Eigen::Map<const Eigen::Matrix<Real, static_cast<int>(N), static_cast<int>(N), Eigen::RowMajor>>(
+            r_.data());
+    for (std::size_t i = 0; i < N; ++i)
+      m(static_cast<int>(i), static_cast<int>(i)) += start_weight_ * prior.start[i] + prior.hold[i];
     return m;
   }
 
