@@ -48,8 +48,8 @@ struct InstrumentalVariablesConfig {
 ///
 /// f holds the measured u and y (differences of y when the integrator is fixed), z the same entries of the
 /// AuxiliaryLoop, which knows nothing of the noise. Refined: t, f and z are filtered by 1/A of the auxiliary
-/// model, with a leaky integrator, which makes white output noise white again. The auxiliary model follows the
-/// estimate every few periods of the resonance, while it and its loop are stable. Offsets, loads and slow
+/// model, with a leaky integrator, which makes white output noise white again. The auxiliary model follows
+/// the estimate every few periods of the resonance, while it and its loop are stable. Offsets, loads and slow
 /// motion are taken off all signals by one high-pass (EquationTerms).
 ///
 /// For a missing sample (anything in it not finite) the prediction is put in its place, and equations that
