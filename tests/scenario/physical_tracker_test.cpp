@@ -60,15 +60,16 @@ TEST(PhysicalTrackerScenario, ComesToTheBoundInOneSweepFromFar) {
   expect_near_bound(test::parameter_scatter(experiment, 0.3, 1.0, kSeeds), test::kSweepBoundSystem3);
 }
 
-/// Noise of 1 rad/s and three times the gain: what goes round the loop is as large as the excitation, and equation-error
-/// estimates from u and y are biased by more than their error bars.
+/// Noise of 1 rad/s and three times the gain: what goes round the loop is as large as the excitation, and
+/// equation-error estimates from u and y are biased by more than their error bars.
 TEST(PhysicalTrackerScenario, IsUnbiasedInATightNoisyLoop) {
   auto experiment = reproduction::shipped_experiment("vi_prbs_a");
   experiment.measurement.noise_rms = 1.0;
   experiment.controller.gain *= 3.0;
   const auto s = test::parameter_scatter(experiment, 0.1, 0.2, kSeeds);
   for (std::size_t i = 0; i < 5; ++i)
-    EXPECT_LT(std::abs(s.mean_percent[i]), 3.0 * s.rms_percent[i] / std::sqrt(static_cast<double>(kSeeds))) << i;
+    EXPECT_LT(std::abs(s.mean_percent[i]), 3.0 * s.rms_percent[i] / std::sqrt(static_cast<double>(kSeeds)))
+        << i;
   EXPECT_LT(s.rms_percent[4], 1.0);  // the error bars hold, and are no excuse
   EXPECT_GT(s.normalised, 0.5);
   EXPECT_LT(s.normalised, 1.6);

@@ -41,8 +41,8 @@ std::unique_ptr<T> make(const PhysicalTrackerConfig& c) {
   return std::make_unique<T>(T::create(c).value());
 }
 
-/// A drive in open loop by the base stage's hold: torque in, velocity `fraction` of a sample before the newest one
-/// out; `load` and Coulomb friction beside the torque.
+/// A drive in open loop by the base stage's hold: torque in, velocity `fraction` of a sample before the
+/// newest one out; `load` and Coulomb friction beside the torque.
 class Machine {
  public:
   explicit Machine(const data::TwoMassParameters& p, double fraction = 0.0)
@@ -67,7 +67,8 @@ class Machine {
 struct Signals {
   std::vector<double> u, y;
 };
-Signals excited(Machine machine, std::size_t samples, double noise, std::uint64_t seed, double reference = 10.0) {
+Signals excited(Machine machine, std::size_t samples, double noise, std::uint64_t seed,
+                double reference = 10.0) {
   std::mt19937_64 generator(seed);
   std::normal_distribution<double> normal;
   Signals s;
@@ -145,8 +146,12 @@ TEST(PhysicalTracker, ComesToTheMaximumLikelihoodEstimateOfTheGoldenSweep) {
     EXPECT_NEAR(std::log(tracker->value(static_cast<P>(i)) / best), 0.0, 0.4 * deviation) << i;
     EXPECT_NEAR(std::sqrt(covariance(i, i)) / deviation, 1.0, 0.05) << i;
   }
-  EXPECT_NEAR(tracker->noise_rms(), expected.at("noise_sd").get<double>(), 0.002);
-  EXPECT_TRUE(tracker->ready() && tracker->excited() && tracker->plausible());
+  // weights that rise linearly over 8500 samples: an rms with a standard deviation of 0.9 %, three of which
+  EXPECT_NEAR(tracker->noise_rms(), expected.at("noise_sd").get<double>(), 0.0027);
+  EXPECT_TRUE(tracker->converged());
+  EXPECT_TRUE(tracker->consistent());
+  EXPECT_TRUE(tracker->excited());
+  EXPECT_TRUE(tracker->plausible());
 }
 
 TEST(PhysicalTracker, FollowsTheGoldenToothBeltAsTheGoldenFilterDoes) {
@@ -192,7 +197,8 @@ TEST(PhysicalTracker, TakesFractionsOfASampleAsDelay) {
     expect_within(*tracker, P::load_inertia, kBelt.load_inertia, 3.5, 0.0003);
     expect_within(*tracker, P::stiffness, kBelt.stiffness, 3.5, 1.0);
     expect_within(*tracker, P::damping, kBelt.damping, 3.5, 0.01);
-    EXPECT_GT(std::abs(deaf->value(P::damping) - kBelt.damping), 3.5 * tracker->standard_deviation(P::damping));
+    EXPECT_GT(std::abs(deaf->value(P::damping) - kBelt.damping),
+              3.5 * tracker->standard_deviation(P::damping));
   }
 }
 
