@@ -108,7 +108,9 @@ inline ParameterScatter parameter_scatter(plant::ExperimentConfig experiment, do
       error(static_cast<int>(i)) =
           std::log(tracker->value(static_cast<recursive::PhysicalParameter>(i)) / truth[i]);
     const Eigen::Matrix4d covariance = tracker->log_covariance().topLeftCorner<4, 4>();
-    scatter.normalised += error.dot(covariance.ldlt().solve(error)) / (4.0 * n);
+    const double normalised = error.dot(covariance.ldlt().solve(error)) / 4.0;
+    if (normalised > 10.0) ++scatter.astray;
+    scatter.normalised += normalised / n;
     for (std::size_t i = 0; i < 5; ++i) {
       const double percent =
           100.0 * (i < 4 ? error(static_cast<int>(i)) : std::log(tracker->resonance_hz() / resonance));
