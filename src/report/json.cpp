@@ -3,6 +3,8 @@
 #include <nlohmann/json.hpp>
 #include <resonid/report/json.hpp>
 
+#include "report/words.hpp"
+
 namespace resonid::report {
 namespace {
 
@@ -112,6 +114,8 @@ json loop_json(const identification::LoopResult& loop) {
   return j;
 }
 
+}  // namespace
+
 json record_json(const identification::RecordFacts& record) {
   json signals;
   const auto put = [&](const char* role, const std::string& name) {
@@ -141,8 +145,6 @@ json findings_json(const std::vector<diagnostics::Finding>& findings) {
   }
   return list;
 }
-
-}  // namespace
 
 json to_json(const Result& result) {
   json j{{"schema", "resonid.identification/1"},

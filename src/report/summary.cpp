@@ -4,33 +4,13 @@
 #include <cmath>
 #include <resonid/report/json.hpp>
 
+#include "report/words.hpp"
+
 namespace resonid::report {
 namespace {
 
 using identification::Resonance;
 using identification::Result;
-
-/// Half width of the two-sided Gaussian interval of the given confidence, in standard deviations.
-double quantile(double confidence) {
-  double low = 0.0, high = 10.0;
-  for (int i = 0; i < 80; ++i) {
-    const double middle = 0.5 * (low + high);
-    (std::erf(middle / std::sqrt(2.0)) < confidence ? low : high) = middle;
-  }
-  return low;
-}
-
-/// "15.106 +- 0.031": as many decimals as the uncertainty has two digits.
-std::string with_error(double value, double half_width) {
-  if (!(half_width > 0.0) || !std::isfinite(half_width)) return fmt::format("{:.5g}", value);
-  const int decimals = 1 - static_cast<int>(std::floor(std::log10(half_width)));
-  if (decimals < 0 || decimals > 6 || std::abs(value) < 1e-3 || std::abs(value) >= 1e5) {
-    const int digits =
-        std::max(2, 2 + static_cast<int>(std::floor(std::log10(std::abs(value) / half_width))));
-    return fmt::format("{:.{}g} +- {:.2g}", value, digits, half_width);
-  }
-  return fmt::format("{:.{}f} +- {:.{}f}", value, decimals, half_width, decimals);
-}
 
 const Resonance* find(const Result& result, bool anti) {
   for (const auto& r : result.resonances)
@@ -111,29 +91,6 @@ std::string parameter_lines(const Result& result, double z) {
   return text;
 }
 
-/// Text broken at spaces so that no line is longer than 100 characters; `first` stands before the first line,
-/// `indent` before the others.
-std::string wrapped(const std::string& text, const std::string& first, const std::string& indent) {
-  constexpr std::size_t kWidth = 100;
-  std::string out = first;
-  std::size_t column = first.size(), start = 0;
-  while (start < text.size()) {
-    const std::size_t end = std::min(text.find(' ', start), text.size());
-    const std::size_t length = end - start;
-    if (start > 0 && column + 1 + length > kWidth) {
-      out += "\n" + indent;
-      column = indent.size();
-    } else if (start > 0) {
-      out += ' ';
-      ++column;
-    }
-    out.append(text, start, length);
-    column += length;
-    start = end + 1;
-  }
-  return out;
-}
-
 }  // namespace
 
 std::vector<std::string> sentences(const Result& result) {
@@ -164,14 +121,7 @@ std::string summary_text(const Result& result) {
   if (result.model)
     text += fmt::format("\nParameters, {:.0f} % confidence\n", 100.0 * result.confidence) +
             parameter_lines(result, z);
-  if (!result.findings.empty()) {
-    text += "\nFindings\n";
-    constexpr const char* kMarks[] = {"note", "warning", "ERROR"};
-    for (const auto& f : result.findings)
-      text += wrapped(fmt::format("{}: {} ({})", kMarks[static_cast<int>(f.severity)], f.meaning, f.id), "  ",
-                      "    ") +
-              "\n";
-  }
+  text += findings_text(result.findings);
   text += result.trusted ? "\nTrusted.\n" : "\nNOT trusted: see the errors above.\n";
   return text;
 }

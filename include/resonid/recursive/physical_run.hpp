@@ -41,11 +41,14 @@ class NoiseEstimate {
     variance_ += gain * (innovation * innovation * variance_ / expected_variance - variance_);
     variance_ = std::max(variance_, kLeast);
   }
+  /// Keeps the value, but believes in it little.
+  void doubt() noexcept { learnt_ = std::min(learnt_, kDoubted); }
   [[nodiscard]] bool usable() const noexcept { return given_ || seen_ > 2; }
   [[nodiscard]] Real variance() const noexcept { return variance_; }
 
  private:
   static constexpr std::uint32_t kFirst = 32;
+  static constexpr std::uint64_t kDoubted = 50;
   static constexpr Real kLeast = Real(1e-30);
   Real variance_{};
   Real slowest_gain_{};
@@ -58,14 +61,46 @@ class NoiseEstimate {
 };
 
 /// A filter on its way through the samples, with its noise and its likelihood.
+/// How much faster than expected a drifting stiffness drifts now, from the corrections that it gets:
+///
+///   m <- l m + g e      V <- l^2 V + g^2 s      z^2 = m^2/V      agility = min(max(1, z^2), 100)^2
+///
+/// with g the gain for ln K, e the innovation and s its expected variance. As long as the filter follows, the
+/// corrections are as often up as down and z^2 is about 1; corrections that all go one way say that the
+/// machine has begun to move, or moves otherwise than before. The process noise of the drift rate is
+/// multiplied by it, and so the noise estimate never takes for noise what is lag.
+class TrendWatch {
+ public:
+  TrendWatch() = default;
+  explicit TrendWatch(double keep) noexcept : keep_(keep) {}
+
+  void see(double gain, double innovation, double expected_variance) noexcept {
+    if (!(keep_ > 0.0)) return;
+    sum_ = keep_ * sum_ + gain * innovation;
+    variance_ = keep_ * keep_ * variance_ + gain * gain * expected_variance + kLeast;
+    const double ratio = sum_ * sum_ / variance_;
+    const double factor = std::clamp(ratio, 1.0, kMost);
+    agility_ = factor * factor;
+  }
+  [[nodiscard]] double agility() const noexcept { return agility_; }
+
+ private:
+  static constexpr double kMost = 100.0;
+  static constexpr double kLeast = 1e-60;
+  double keep_ = 0.0;
+  double sum_ = 0.0;
+  double variance_ = 0.0;
+  double agility_ = 1.0;
+};
+
 template <class Real>
 struct PhysicalRun {
   PhysicalFilter<Real> filter;
   NoiseEstimate<Real> noise;
+  TrendWatch trend;
   double misfit = 0.0;        ///< sum of e^2/s + ln s: -2 ln likelihood.
   double surprise = 1.0;      ///< Mean of e^2/s over the last samples: 1 when all is well.
   std::uint64_t outputs = 0;  ///< Taken in.
-
   static constexpr double kSurpriseGain = 0.005;
 
   /// y at the state that the filter is in; u: torque that follows.
@@ -81,6 +116,7 @@ struct PhysicalRun {
     misfit += ratio + std::log(static_cast<double>(s));
     surprise += kSurpriseGain * (ratio - surprise);
     ++outputs;
+    trend.see(static_cast<double>(filter.stiffness_gain()), static_cast<double>(e), static_cast<double>(s));
   }
 };
 

@@ -44,7 +44,7 @@ PhysicalTracker<Real, ReplaySamples>::PhysicalTracker(const PhysicalTrackerConfi
   set(P::stiffness_rate, 0.0, drift);
   for (std::size_t i = 0; i < HeldTwoMass<Real>::kStates; ++i)
     setup_.deviation[i] = static_cast<Real>(c.start_velocity_std);
-  effect_gain_ = 1.0 - std::exp(-ts * static_cast<double>(setup_.twist_scale) / (kTwoPi * 10.0));
+  effect_gain_ = 1.0 - std::exp(-ts * static_cast<double>(setup_.twist_scale) / (kTwoPi * kEffectPeriods));
   reset();
 }
 
@@ -55,6 +55,9 @@ void PhysicalTracker<Real, ReplaySamples>::reset() noexcept {
   run_.filter = PhysicalFilter<Real>(setup_);
   run_.noise = NoiseEstimate<Real>(static_cast<Real>(config_.noise_rms * config_.noise_rms),
                                    static_cast<Real>(memory > 1.0 ? 1.0 / memory : 0.0));
+  if (config_.stiffness_drift_per_s > 0.0)
+    run_.trend = TrendWatch(std::exp(-static_cast<double>(setup_.twist_scale) /
+                                     (kTwoPi * kTrendPeriods * config_.sample_rate_hz)));
   candidate_ = run_;
   linearised_about_ = setup_.state;
   inputs_.fill(Real(0));
@@ -64,6 +67,7 @@ void PhysicalTracker<Real, ReplaySamples>::reset() noexcept {
   samples_ = skipped_ = replays_ = 0;
   remembered_ = next_ = 0;
   next_replay_ = kFirstReplay;
+  attempts_ = polished_ = 0;
 }
 
 template <class Real, std::size_t ReplaySamples>
@@ -89,7 +93,7 @@ void PhysicalTracker<Real, ReplaySamples>::step(Scalar, Scalar u, Scalar y) noex
   advance(run_, previous_u, next_u, y, known);
   if (std::isfinite(y)) residual_ = run_.filter.innovation();
   watch_excitation();
-  stiffness_age_ = (1.0 - static_cast<double>(run_.filter.stiffness_gain())) * (stiffness_age_ + 1.0);
+  stiffness_age_ = (1.0 - static_cast<double>(run_.filter.stiffness_news())) * (stiffness_age_ + 1.0);
   remember(previous_u, next_u, y);
   replay();
 }
@@ -107,7 +111,8 @@ void PhysicalTracker<Real, ReplaySamples>::start(Scalar y) noexcept {
 template <class Real, std::size_t ReplaySamples>
 void PhysicalTracker<Real, ReplaySamples>::advance(Run& run, Scalar previous_u, Scalar u, Scalar y,
                                                    bool u_known) noexcept {
-  run.filter.predict(previous_u, u_known ? Real(0) : input_power_, excited_);
+  run.filter.predict(previous_u, u_known ? Real(0) : input_power_,
+                     excited_ ? static_cast<Real>(run.trend.agility()) : Real(0));
   if (std::isfinite(y)) run.take_in(y, u);
   if (config_.stiffness_drift_per_s > 0.0) {
     const auto limit = [&](std::size_t i, Real least) {
@@ -128,6 +133,7 @@ void PhysicalTracker<Real, ReplaySamples>::watch_excitation() noexcept {
   const double effect = static_cast<double>(run_.filter.stiffness_effect());
   effect_mean_ += effect_gain_ * (effect - effect_mean_);
   effect_power_ += effect_gain_ * ((effect - effect_mean_) * (effect - effect_mean_) - effect_power_);
+  if (std::abs(effect_mean_) < 1e-30) effect_mean_ = 0.0;
   excited_ = effect_power_ > kLeastEffect * kLeastEffect * static_cast<double>(run_.noise.variance());
 }
 
@@ -149,7 +155,7 @@ void PhysicalTracker<Real, ReplaySamples>::replay() noexcept {
   if constexpr (kReplays) {
     if (memory_full_ || remembered_ == 0) return;
     if (!replaying_) {
-      if (remembered_ < next_replay_ || !moved_far()) return;
+      if (remembered_ < next_replay_) return;
       begin_replay();
     }
     for (std::uint32_t i = 0; i < config_.replay_speed && next_ < remembered_; ++i) {
@@ -159,23 +165,37 @@ void PhysicalTracker<Real, ReplaySamples>::replay() noexcept {
     }
     if (next_ < remembered_) return;
     replaying_ = false;
-    next_replay_ = remembered_ + remembered_ / 10;
+    next_replay_ = remembered_ + kBetweenReplays;
     candidate_.filter.thaw();
     if (!candidate_.filter.finite() || !(candidate_.misfit < run_.misfit)) return;
     run_ = candidate_;
+    linearised_about_ = candidate_about_;
     ++replays_;
   }
 }
 
+/// Either a Gauss-Newton step about the estimate, while it has moved far from where it was linearised; or the
+/// filter again from another stiffness, in case it has settled on a wrong one.
 template <class Real, std::size_t ReplaySamples>
 void PhysicalTracker<Real, ReplaySamples>::begin_replay() noexcept {
   auto setup = setup_;
   setup.state[kDrivenVelocity] = setup.state[kLoadVelocity] = static_cast<Real>(memory_[0].y);
   candidate_ = Run{};
-  candidate_.filter = PhysicalFilter<Real>(setup);
   candidate_.noise = run_.noise;
-  linearised_about_ = run_.filter.state();
-  candidate_.filter.freeze(linearised_about_);
+  const bool polish = polished_ < kPolishInRow && moved_far();
+  if (polish) {
+    ++polished_;
+    candidate_about_ = run_.filter.state();
+    candidate_.filter = PhysicalFilter<Real>(setup);
+    candidate_.filter.freeze(candidate_about_);
+  } else {
+    polished_ = 0;
+    const double factor = kOtherStarts[attempts_++ % kOtherStarts.size()];
+    setup.state[kLogStiffness] += static_cast<Real>(std::log(factor));
+    candidate_about_ = setup.state;
+    candidate_.noise.doubt();
+    candidate_.filter = PhysicalFilter<Real>(setup);
+  }
   candidate_.take_in(static_cast<Real>(memory_[0].y), static_cast<Real>(memory_[0].u));
   next_ = 1;
   replaying_ = true;

@@ -67,7 +67,8 @@ export function drawChart(place, chart) {
     scales: { x: xScale(extent, log), y: { range: (u) => yLimits(u, curves, extent.x, given.y) } },
     hooks: { drawAxes: [(u) => drawBehind(u, curves, shapes)] },
     axes: [xAxis(chart.x_label, log), axis({
-      size: AXIS_WIDTH, splits: (u, i, low, high) => linearTicks(low, high, Math.max(2, Math.floor(u.height / 44))),
+      size: (u, labels) => Math.max(AXIS_WIDTH, ...(labels ?? []).map((text) => 13 + 7 * text.length)),
+      splits: (u, i, low, high) => linearTicks(low, high, Math.max(2, Math.floor(u.height / 44))),
       values: (u, splits) => splits.map((v) => plain(v)),
     })],
     series: [{}, ...curves.map(seriesOf)],

@@ -1,0 +1,197 @@
+// SPDX-License-Identifier: MIT
+#include <fmt/format.h>
+
+#include <CLI/App.hpp>
+#include <array>
+#include <cmath>
+#include <fstream>
+#include <iterator>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <resonid/identification/track.hpp>
+#include <resonid/io/atomic_file.hpp>
+#include <resonid/report/json.hpp>
+#include <resonid/report/track.hpp>
+
+#include "errors.hpp"
+#include "options.hpp"
+#include "output.hpp"
+#include "progress.hpp"
+#include "record_options.hpp"
+#include "verbs.hpp"
+
+namespace resonid::cli {
+namespace {
+
+using identification::TrackMethod;
+
+/// Rows that page, JSON and summary are made of; the CSV file holds all.
+constexpr std::size_t kKeptRows = 2000;
+
+struct TrackVerbOptions {
+  RecordOptions record;
+  MethodOptions method;
+  identification::TrackOptions track;
+  std::string out, json, report, start, baseline;
+  bool require_trusted = false;
+};
+
+/// The rows as CSV, written as they come: a record's rows may not fit in memory.
+class RowWriter {
+ public:
+  explicit RowWriter(const std::string& path) : standard_output_(path == "-") {
+    if (standard_output_) return;
+    auto file = io::AtomicFile::create(path);
+    if (!file) throw std::runtime_error(file.error().message);
+    file_.emplace(std::move(*file));
+  }
+
+  void columns(std::span<const std::string> names) {
+    for (std::size_t i = 0; i < names.size(); ++i)
+      fmt::format_to(std::back_inserter(text_), "{}{}", i == 0 ? "" : ",", names[i]);
+    end_line();
+  }
+  void row(std::span<const double> values) {
+    for (std::size_t i = 0; i < values.size(); ++i) {
+      if (i > 0) text_.push_back(',');
+      if (std::isfinite(values[i])) fmt::format_to(std::back_inserter(text_), "{:.10g}", values[i]);
+    }
+    end_line();
+  }
+  void finish() {
+    flush();
+    if (!file_) return;
+    if (const auto done = file_->commit(); !done) throw std::runtime_error(done.error().message);
+  }
+
+ private:
+  void end_line() {
+    constexpr std::size_t kPiece = std::size_t{1} << 20U;
+    text_.push_back('\n');
+    if (text_.size() >= kPiece) flush();
+  }
+  void flush() {
+    const std::string_view piece(text_.data(), text_.size());
+    if (standard_output_) {
+      print(piece);
+    } else if (const auto written = file_->write(piece); !written) {
+      throw std::runtime_error(written.error().message);
+    }
+    text_.clear();
+  }
+
+  bool standard_output_;
+  std::optional<io::AtomicFile> file_;
+  fmt::memory_buffer text_;
+};
+
+identification::Result read_result(const char* option, const std::string& path) {
+  std::ifstream file(path, std::ios::binary);
+  if (!file) throw InputError(fmt::format("{}: '{}': cannot be read", option, path));
+  const auto json = nlohmann::json::parse(file, nullptr, false);
+  if (json.is_discarded())
+    throw InputError(fmt::format("{}: '{}': is no JSON; the result of 'resonid identify --json' is required",
+                                 option, path));
+  auto result = report::result_from_json(json);
+  if (!result) throw InputError(fmt::format("{}: '{}': {}", option, path, result.error().message()));
+  return std::move(*result);
+}
+
+void read_models(TrackVerbOptions& o) {
+  if (!o.start.empty()) {
+    const auto result = read_result("--start", o.start);
+    if (!result.model)
+      throw InputError(fmt::format("--start: '{}': holds no model; one is required to begin with", o.start));
+    o.track.start = result.model->drive;
+  }
+  if (!o.baseline.empty()) o.track.baseline = read_result("--baseline", o.baseline);
+}
+
+void add_method(CLI::App& verb, TrackVerbOptions& o) {
+  static constexpr std::array<std::string_view, 9> kMethods = {
+      "auto", "arx", "oe", "cloe", "f-cloe", "iv", "physical", "kalman", "sliding-dft"};
+  auto& t = o.track;
+  add_choice(
+      verb, "--method", kMethods, [&t](std::size_t i) { t.method = static_cast<TrackMethod>(i); },
+      "the on-line estimator")
+      ->default_str("auto");
+  add_number(verb, "--memory", t.memory_s, "SECONDS", "how long the estimate remembers; otherwise chosen");
+  add_number(
+      verb, "--drift", t.drift_per_s, "1/S",
+      "physical: relative change of the stiffness per second that the machine can reach; otherwise chosen");
+  static_assert(std::is_same_v<std::size_t, std::uint64_t>);
+  add_count(verb, "--every", t.every, "a row every so many samples", 1);
+  verb.add_flag("--raw-time", t.raw_time,
+                "time of the newest sample instead of the time that the estimate describes");
+  verb.add_option("--start", o.start, "result of identify whose model the estimate begins with")
+      ->type_name("FILE.json");
+  verb.add_option("--baseline", o.baseline, "result of identify to which the gap is taken")
+      ->type_name("FILE.json");
+}
+
+void run_track(const CLI::App& verb, TrackVerbOptions& o) {
+  const bool quiet = standard_output_taken({{"--out", o.out}, {"--report", o.report}, {"--json", o.json}});
+  refuse_shared_files({o.record.record, o.start, o.baseline},
+                      {{"--out", o.out}, {"--report", o.report}, {"--json", o.json}});
+  check(verb, o.method);
+  if (verb.get_option("--memory")->count() > 0 && !(o.track.memory_s > 0.0))
+    throw UsageError(fmt::format("--memory: found {:g} s, required > 0", o.track.memory_s));
+  refuse_unwritable({o.out, o.report, o.json});
+  Progress progress;
+  progress.stage("reading " + o.record.record);
+  read_models(o);
+  const auto record = read_record(verb, o.record);
+  complete(o.method, record);
+  o.track.common = o.method.options;
+  o.track.common.progress = [&progress](std::string_view stage) { progress.stage(stage); };
+  o.track.kept_rows = kKeptRows;
+  std::optional<RowWriter> writer;
+  if (!o.out.empty()) {
+    o.track.on_columns = [&](std::span<const std::string> names) { writer.emplace(o.out).columns(names); };
+    o.track.on_row = [&](std::span<const double> values) { writer->row(values); };
+  }
+  const auto track = identification::track(record, o.track);
+  if (!track) throw UsageError("--" + track.error().option + ": " + track.error().message);
+  progress.stage("writing");
+  if (writer) writer->finish();
+  if (!o.report.empty()) write_output(o.report, report::document_page(report::track_document(*track)));
+  if (!o.json.empty()) write_json(o.json, report::track_json(*track));
+  if (!quiet) {
+    print(report::track_text(*track));
+    if (!o.out.empty()) print(fmt::format("{} rows written to {}\n", track->rows, o.out));
+    if (!o.report.empty()) print(fmt::format("Report written to {}\n", o.report));
+  }
+  if (o.require_trusted && !track->trusted)
+    throw NotTrustedError("the rows are not to be trusted; the findings say why");
+}
+
+}  // namespace
+
+void add_track(CLI::App& app) {
+  auto* verb =
+      app.add_subcommand("track", "Follows response, resonance, parameters and margins sample by sample");
+  verb->footer(
+      "Examples:\n"
+      "  resonid track belt.csv --out rows.csv --delay 0.004 --report belt.html\n"
+      "  resonid track today.csv --controller pi:1.036,0.147 --delay 0.004 --baseline first.json --every 50 "
+      "--json -\n"
+      "  resonid track axis.csv --method iv --controller pi.json --out rows.csv\n"
+      "Times are those that the estimate describes. Columns: time_s, what the method tracks, resonance_hz,\n"
+      "antiresonance_hz with _std, margins with --controller, gap with --baseline, position_m, trusted.");
+  const auto o = std::make_shared<TrackVerbOptions>();
+  add_record_options(*verb, o->record);
+  add_excitation_options(*verb, o->method);
+  add_method(*verb, *o);
+  add_loop_options(*verb, o->method);
+  add_model_options(*verb, o->method);
+  add_tracker_options(*verb, o->method);
+  verb->add_option("--out", o->out, "the rows as CSV ('-': standard output)")->type_name("FILE");
+  verb->add_option("--report", o->report, "self-contained HTML report")->type_name("FILE");
+  verb->add_option("--json", o->json, "summary and thinned rows for machines ('-': standard output)")
+      ->type_name("FILE");
+  verb->add_flag("--require-trusted", o->require_trusted, "exit code 3 when the rows are not to be trusted");
+  verb->callback([verb, o] { run_track(*verb, *o); });
+}
+
+}  // namespace resonid::cli

@@ -1,0 +1,169 @@
+// SPDX-License-Identifier: MIT
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <resonid/report/track.hpp>
+
+#include "report/track_words.hpp"
+#include "report/words.hpp"
+
+namespace resonid::report {
+namespace {
+
+using identification::Track;
+using identification::TrackSeries;
+using nlohmann::json;
+
+json numbers(const std::vector<double>& values, std::size_t stride) {
+  json list = json::array();
+  for (std::size_t i = 0; i < values.size(); i += stride)
+    list.push_back(std::isfinite(values[i]) ? json(values[i]) : json());
+  return list;
+}
+
+json over_time(const Track& track, std::size_t rows) {
+  const std::size_t stride =
+      std::max<std::size_t>(1, (track.time_s.size() + rows - 1) / std::max<std::size_t>(1, rows));
+  json j{{"time_s", numbers(track.time_s, stride)},
+         {"lag_s", numbers(track.lag_s, stride)},
+         {"trusted", json::array()}};
+  for (std::size_t i = 0; i < track.trusted_rows.size(); i += stride)
+    j["trusted"].push_back(bool(track.trusted_rows[i]));
+  if (!track.position_m.empty()) j["position_m"] = numbers(track.position_m, stride);
+  if (std::any_of(track.residual.begin(), track.residual.end(), [](double r) { return std::isfinite(r); }))
+    j["residual_rms"] = numbers(track.residual, stride);
+  for (const auto* group : {&track.lines, &track.parameters, &track.figures})
+    for (const TrackSeries& series : *group) {
+      j[series.name] = numbers(series.value, stride);
+      if (!series.standard_deviation.empty())
+        j[series.name + "_std"] = numbers(series.standard_deviation, stride);
+    }
+  return j;
+}
+
+std::string line_of(const Track& track, const TrackSeries& series, double z) {
+  const auto s = summary_of(track, series);
+  if (!s) return "";
+  const std::string unit = series.unit.empty() ? "" : " " + series.unit;
+  return fmt::format("  {:<18} {}{}   ({:.4g} ... {:.4g})\n", series.name,
+                     with_error(s->last, z * s->last_deviation.value_or(0.0)), unit, s->least, s->greatest);
+}
+
+}  // namespace
+
+std::optional<SeriesSummary> summary_of(const Track& track, const TrackSeries& series) {
+  const bool any =
+      std::find(track.trusted_rows.begin(), track.trusted_rows.end(), true) != track.trusted_rows.end();
+  SeriesSummary s;
+  std::size_t count = 0;
+  for (std::size_t i = 0; i < series.value.size(); ++i) {
+    const double v = series.value[i];
+    if (!std::isfinite(v) || (any && !track.trusted_rows[i])) continue;
+    if (count++ == 0) s.first = s.least = s.greatest = v;
+    s.last = v;
+    s.least = std::min(s.least, v);
+    s.greatest = std::max(s.greatest, v);
+    s.mean += (v - s.mean) / static_cast<double>(count);
+    s.last_deviation.reset();
+    if (!series.standard_deviation.empty() && std::isfinite(series.standard_deviation[i]))
+      s.last_deviation = series.standard_deviation[i];
+  }
+  return count == 0 ? std::nullopt : std::optional(s);
+}
+
+std::vector<std::string> track_sentences(const Track& track) {
+  std::vector<std::string> list;
+  const double z = quantile(track.confidence);
+  const auto* resonance = track.find("resonance_hz");
+  const auto s = resonance == nullptr ? std::nullopt : summary_of(track, *resonance);
+  if (s) {
+    const double half = z * s->last_deviation.value_or(0.0);
+    const double moved = s->greatest - s->least;
+    std::string text = fmt::format("The resonance is {} Hz at the end", with_error(s->last, half));
+    text += moved > std::max(4.0 * half, 0.005 * s->last)
+                ? fmt::format("; it went from {:.4g} Hz through {:.4g} ... {:.4g} Hz.", s->first, s->least,
+                              s->greatest)
+                : std::string("; it stayed there.");
+    list.push_back(text);
+  } else {
+    list.emplace_back("No resonance was found.");
+  }
+  const auto last_of = [&](const char* name) {
+    const auto* series = track.find(name);
+    return series == nullptr ? std::nullopt : summary_of(track, *series);
+  };
+  if (const auto margin = last_of("modulus_margin")) {
+    const auto phase = last_of("phase_margin_deg");
+    list.push_back(
+        fmt::format("The loop came no nearer to -1 than {:.2f}{}.", margin->least,
+                    phase ? fmt::format(", its phase margin was {:.1f} deg at least", phase->least) : ""));
+  }
+  if (const auto gap = last_of("gap"))
+    list.push_back(fmt::format("The gap to the baseline is {:.3g} at the end, {:.3g} at most.", gap->last,
+                               gap->greatest));
+  list.push_back(fmt::format("{:.0f} % of the {} rows after the start are to be trusted.",
+                             100.0 * track.shares.all, track.rows));
+  return list;
+}
+
+json track_json(const Track& track, std::size_t rows) {
+  json j{{"schema", "resonid.track/1"},
+         {"record", record_json(track.record)},
+         {"method", track.method},
+         {"approach", track.approach},
+         {"known_delay_s", track.known_delay_s},
+         {"confidence", track.confidence},
+         {"units",
+          {{"input", track.units.input},
+           {"velocity", track.units.velocity},
+           {"response", track.units.response}}},
+         {"rows", track.rows},
+         {"trusted", track.trusted},
+         {"trust",
+          {{"excited", track.shares.excited},
+           {"converged", track.shares.converged},
+           {"physical", track.shares.physical},
+           {"residual", track.shares.residual},
+           {"all", track.shares.all}}},
+         {"findings", findings_json(track.findings)},
+         {"final", json::object()},
+         {"range", json::object()},
+         {"over_time", over_time(track, rows)}};
+  if (!track.reason.empty()) j["reason"] = track.reason;
+  if (!track.start.empty()) j["start"] = track.start;
+  for (const auto* group : {&track.parameters, &track.figures})
+    for (const TrackSeries& series : *group) {
+      const auto s = summary_of(track, series);
+      if (!s) continue;
+      json last{{"value", s->last}};
+      if (s->last_deviation) last["std"] = *s->last_deviation;
+      if (!series.unit.empty()) last["unit"] = series.unit;
+      j["final"][series.name] = std::move(last);
+      j["range"][series.name] = {{"least", s->least}, {"greatest", s->greatest}, {"mean", s->mean}};
+    }
+  return j;
+}
+
+std::string track_text(const Track& track) {
+  const auto& r = track.record;
+  std::string text = fmt::format("{}: {} samples at {:g} Hz\n", r.file, r.samples, r.sample_rate_hz);
+  text += fmt::format("  input {}, output {}", r.input, r.output);
+  if (!r.excitation.empty()) text += fmt::format(", excitation {}", r.excitation);
+  text += fmt::format("\n  tracked by {}, {} approach, {} rows\n", track.method, track.approach, track.rows);
+  if (!track.reason.empty()) text += wrapped("chosen: " + track.reason, "  ", "    ") + "\n";
+  if (!track.start.empty()) text += "  begins with the model: " + track.start + "\n";
+  text += "\n";
+  for (const auto& sentence : track_sentences(track)) text += wrapped(sentence, "", "") + "\n";
+  const double z = quantile(track.confidence);
+  text += fmt::format("\nLast trusted row, {:.0f} % confidence (and the range over all)\n",
+                      100.0 * track.confidence);
+  for (const auto* group : {&track.figures, &track.parameters})
+    for (const TrackSeries& series : *group) text += line_of(track, series, z);
+  text += findings_text(track.findings);
+  text += track.trusted ? "\nTrusted.\n" : "\nNOT trusted: see the errors above.\n";
+  return text;
+}
+
+}  // namespace resonid::report

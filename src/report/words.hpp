@@ -1,0 +1,30 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <nlohmann/json_fwd.hpp>
+#include <resonid/identification/result.hpp>
+#include <string>
+#include <vector>
+
+// Words and parts that the results of several verbs share.
+namespace resonid::report {
+
+/// Half width of the two-sided Gaussian interval of the given confidence, in standard deviations.
+[[nodiscard]] double quantile(double confidence);
+
+/// "15.106 +- 0.031": as many decimals as the uncertainty has two digits.
+[[nodiscard]] std::string with_error(double value, double half_width);
+
+/// Text broken at spaces so that no line is longer than 100 characters; `first` stands before the first line,
+/// `indent` before the others.
+[[nodiscard]] std::string wrapped(const std::string& text, const std::string& first,
+                                  const std::string& indent);
+
+/// The findings under their heading, for a terminal; empty without any.
+[[nodiscard]] std::string findings_text(const std::vector<diagnostics::Finding>& findings);
+
+/// "record" and "findings" of a result's JSON.
+[[nodiscard]] nlohmann::json record_json(const identification::RecordFacts& record);
+[[nodiscard]] nlohmann::json findings_json(const std::vector<diagnostics::Finding>& findings);
+
+}  // namespace resonid::report
