@@ -19,8 +19,8 @@ using report::Section;
 using v::Method;
 using Mark = report::Curve::Mark;
 
-constexpr double kNoise = 0.1;         // rad/s, of all figures over seeds
-constexpr std::size_t kEvery = 20;     // samples from fit to fit there
+constexpr double kNoise = 0.1;          // rad/s, of all figures over seeds
+constexpr std::size_t kEvery = 20;      // samples from fit to fit there
 constexpr std::size_t kSamples = 3000;  // L of figure 4.7
 /// Of the source's reference model (Publications III and V).
 constexpr double kStiffnessBand = 0.05, kDampingBand = 0.20, kInertiaBand = 0.15;
@@ -83,7 +83,8 @@ Section responses() {
   section.title = "Response while the cart goes by";
   section.text = {
       "Indirect response, Y/Ru over 1 - C Y/Ru, from sliding DFTs of excitation and velocity over one period "
-      "of 0.2 s, noise 0.02 rad/s, at the moments when the middle of the window passes the positions of figure "
+      "of 0.2 s, noise 0.02 rad/s, at the moments when the middle of the window passes the positions of "
+      "figure "
       "2.4; the printed 0.35 m lies before the stroke. The lines are those of the machine resting there."};
   report::Chart chart;
   chart.title = "Counterpart of figure 2.4 and of the tracked responses of Publication V";
@@ -96,9 +97,9 @@ Section responses() {
       double sum = 0.0;
       for (std::size_t l = 0; l < at.frequency_hz.size(); ++l)
         sum += std::pow(at.estimated_db[l] - at.true_db[l], 2) / static_cast<double>(at.frequency_hz.size());
-      table.rows.push_back(row(fmt::format("{:.1f} m, {}", position,
-                                           method.step_hz == 5.0 ? "5 Hz, rectangular" : "10 Hz, Hann"),
-                               "dB", std::sqrt(sum)));
+      table.rows.push_back(row(
+          fmt::format("{:.1f} m, {}", position, method.step_hz == 5.0 ? "5 Hz, rectangular" : "10 Hz, Hann"),
+          "dB", std::sqrt(sum)));
       if (method.step_hz != 5.0) continue;
       chart.curves.push_back(
           {fmt::format("at rest, {:.1f} m", position), Mark::line, at.frequency_hz, at.true_db});
@@ -153,7 +154,8 @@ Section parameters(std::size_t seeds) {
       "A third-order model fitted to the lines at every fit; the two-mass parameters follow from its "
       "resonance, its anti-resonance and its integrator. The reference is the simulated machine, with the "
       "source's bands: 5 % for the stiffness (2.5 % for the resonance), 20 % for the damping, 15 % for the "
-      "inertia. Published: Levy's fit of 21 lines, drawn over the position at the newest sample. Improved: 11 "
+      "inertia. Published: Levy's fit of 21 lines, drawn over the position at the newest sample. Improved: "
+      "11 "
       "lines of the same amplitude, Hann, weights 1/|A|, drawn over the position that the model describes."};
   report::ComparisonTable table{"Estimates within the reference's band, noise 0.1 rad/s", {}};
   for (const bool improved : {false, true}) {
@@ -165,8 +167,9 @@ Section parameters(std::size_t seeds) {
         inside[p].push_back(within(run, kParameters[p], improved));
     }
     for (std::size_t p = 0; p < std::size(kParameters); ++p)
-      table.rows.push_back(row(
-          fmt::format("{}: {}", improved ? "improved" : "published", kParameters[p].name), "%", spread(inside[p])));
+      table.rows.push_back(
+          row(fmt::format("{}: {}", improved ? "improved" : "published", kParameters[p].name), "%",
+              spread(inside[p])));
   }
   section.tables = {std::move(table)};
   const auto published = v::run(v::published(), 0.02, 1, kEvery);
@@ -219,7 +222,8 @@ diagnostics::ResidualTest validated(const v::Run& run, bool described) {
   const auto time = [&](const v::Estimate& x) {
     return described ? x.described : static_cast<double>(x.sample);
   };
-  const auto delay = static_cast<std::size_t>(std::lround(run.simulation.truth.delay_s * record.sample_rate_hz));
+  const auto delay =
+      static_cast<std::size_t>(std::lround(run.simulation.truth.delay_s * record.sample_rate_hz));
   const std::size_t start = static_cast<std::size_t>(std::ceil(time(run.estimates.front())));
   constexpr std::size_t kSettle = 400;
   std::vector<double> simulated(y.size(), 0.0), residual, shown, input;
@@ -241,9 +245,11 @@ Section validation(std::size_t seeds) {
   Section section;
   section.title = "Figure 4.7: validation";
   section.text = {fmt::format(
-      "Cross-correlation of the residual with the simulated output over {} samples (1.5 s, some 0.57 m), motion "
+      "Cross-correlation of the residual with the simulated output over {} samples (1.5 s, some 0.57 m), "
+      "motion "
       "taken out of input and output by the same high-pass. Judged are the lags 1 to 4. The limit of 3 % is "
-      "2.17/sqrt(L) = {:.4f}, the source's practical one 0.15. The source finds its own correlations close to "
+      "2.17/sqrt(L) = {:.4f}, the source's practical one 0.15. The source finds its own correlations close "
+      "to "
       "the first.",
       kSamples, 2.17 / std::sqrt(static_cast<double>(kSamples)))};
   report::ComparisonTable table{"Largest cross-correlation at the judged lags", {}};
@@ -255,10 +261,9 @@ Section validation(std::size_t seeds) {
     const Method method = improved ? v::best() : v::published();
     std::vector<double> largest;
     for (std::size_t seed = 1; seed <= seeds; ++seed)
-      largest.push_back(
-          validated(v::run(method, kNoise, seed, kEvery), improved).with_simulated.largest);
-    table.rows.push_back(
-        row(improved ? "improved, at the time described" : "published, at the newest sample", "", spread(largest)));
+      largest.push_back(validated(v::run(method, kNoise, seed, kEvery), improved).with_simulated.largest);
+    table.rows.push_back(row(improved ? "improved, at the time described" : "published, at the newest sample",
+                             "", spread(largest)));
     const auto test = validated(v::run(method, 0.02, 1, kEvery), improved);
     report::Curve c{improved ? "improved" : "published", Mark::line, {}, test.with_simulated.value};
     for (std::size_t i = 0; i < c.y.size(); ++i)
@@ -307,11 +312,15 @@ Comparisons comparisons(std::size_t seeds, const std::function<void(double)>& pr
   auto& section = result.section;
   section.title = "Windows, grids, approaches, and the time that an estimate describes";
   section.text = {
-      "Error of the resonance while the whole window lies where the cart goes at 0.38 m/s, noise 0.1 rad/s, the "
-      "same amplitude of 0.3 Nm per line. The model describes the machine neither at the newest sample nor in "
-      "the window's middle but 0.7/(zeta w) earlier still, taken from the model itself: so long the oscillator "
+      "Error of the resonance while the whole window lies where the cart goes at 0.38 m/s, noise 0.1 rad/s, "
+      "the "
+      "same amplitude of 0.3 Nm per line. The model describes the machine neither at the newest sample nor "
+      "in "
+      "the window's middle but 0.7/(zeta w) earlier still, taken from the model itself: so long the "
+      "oscillator "
       "remembers.",
-      "Direct and indirect agree: sliding DFTs of a periodic excitation are locked to it, so that noise which the "
+      "Direct and indirect agree: sliding DFTs of a periodic excitation are locked to it, so that noise "
+      "which the "
       "loop feeds back does not bias their ratio. With a rectangular window over one period, what the moving "
       "machine does to one line leaks into its neighbours; two periods and a Hann window keep them apart."};
   double done = 0.0;
@@ -334,12 +343,13 @@ Section printed(const v::Run& run) {
   report::ComparisonTable table{"Machine and excitation", {}};
   const auto ends = *run.simulation.truth.over_time;
   const auto [least, most] = std::minmax_element(ends.resonance_hz.begin(), ends.resonance_hz.end());
-  table.rows = {row("lowest resonance of the run", "Hz", *least, *least, 54.0, "printed for the whole stroke"),
-                row("highest resonance of the run", "Hz", *most, *most, 91.0,
-                    "printed for the whole stroke; the run begins at 0.4 m"),
-                row("lines", "", static_cast<double>(run.lines_hz.size()), {}, 21.0),
-                row("crest factor of the excitation, Schroeder phases", "",
-                    excitation::measure(run.simulation.record.excitation.samples).crest_factor)};
+  table.rows = {
+      row("lowest resonance of the run", "Hz", *least, *least, 54.0, "printed for the whole stroke"),
+      row("highest resonance of the run", "Hz", *most, *most, 91.0,
+          "printed for the whole stroke; the run begins at 0.4 m"),
+      row("lines", "", static_cast<double>(run.lines_hz.size()), {}, 21.0),
+      row("crest factor of the excitation, Schroeder phases", "",
+          excitation::measure(run.simulation.record.excitation.samples).crest_factor)};
   section.tables = {std::move(table)};
   return section;
 }
@@ -351,7 +361,8 @@ std::vector<report::Discrepancy> v_discrepancies() {
       {"Eqs. (3.15), (3.19)", "2 q + 1 columns", "2 q", "The model (3.7) has no direct term."},
       {"Eq. (3.3)", "phases -pi k/kmax", "Schroeder, -pi k (k - 1)/kmax",
        "A linear phase only shifts the signal in time: crest factor 6.4 instead of 1.8."},
-      {"Appendix, eqs. (B.2), (B.4)", "x(n - 1) as the newest sample", "x(n)", "Else the window is one too old."},
+      {"Appendix, eqs. (B.2), (B.4)", "x(n - 1) as the newest sample", "x(n)",
+       "Else the window is one too old."},
       {"Sample time", "not printed; 500 us for the profile", "0.5 ms",
        "3000 validation samples at 0.38 m/s lie within the stroke below 1.4 ms only."},
       {"Table 2.2, r", "0.019 m", "0.0199 m",
@@ -370,17 +381,20 @@ report::Document publication_v(const Options& options) {
   };
   auto compared = comparisons(options.seeds, [&](double part) { progress(0.6 * part); });
   report::Document document;
-  document.title = "Publication V: sliding DFTs of a multisine, and a model fitted to them while the cart runs";
+  document.title =
+      "Publication V: sliding DFTs of a multisine, and a model fitted to them while the cart runs";
   document.command = fmt::format("resonid reproduce v --seeds {}", options.seeds);
   document.seeds = options.seeds;
   document.summary = {
-      fmt::format("The published method works: at 0.38 m/s and with noise of 0.1 rad/s its resonance is off by "
-                  "{:.2f} % rms against the middle of the window ({:.1f} % against the newest sample).",
-                  compared.published.centre.mean, compared.published.end.mean),
-      fmt::format("Half as many lines of the same amplitude, a Hann window over two periods, weights 1/|A| and "
-                  "the time that the model describes bring that to {:.2f} %; one line per sample in a recursive "
-                  "fit, the source's suggestion for future work, to {:.2f} %.",
-                  compared.best.described.mean, compared.by_line.described.mean)};
+      fmt::format(
+          "The published method works: at 0.38 m/s and with noise of 0.1 rad/s its resonance is off by "
+          "{:.2f} % rms against the middle of the window ({:.1f} % against the newest sample).",
+          compared.published.centre.mean, compared.published.end.mean),
+      fmt::format(
+          "Half as many lines of the same amplitude, a Hann window over two periods, weights 1/|A| and "
+          "the time that the model describes bring that to {:.2f} %; one line per sample in a recursive "
+          "fit, the source's suggestion for future work, to {:.2f} %.",
+          compared.best.described.mean, compared.by_line.described.mean)};
   const auto run = v::run(v::published(), 0.02, 1, kEvery);
   auto figure_6 = parameters(options.seeds);
   progress(0.8);

@@ -70,8 +70,7 @@ Drive drive_of(const recursive::DiscreteModel<double, 3>& m, double rate_hz, dou
   d.inertia = total * (low / high) * (low / high);
   const double cart_kg = (total - d.inertia) / (radius_m * radius_m);
   d.stiffness = low * low * cart_kg;
-  d.damping = 2.0 * resonances[0].damping_ratio * high /
-              (1.0 / cart_kg + radius_m * radius_m / d.inertia);
+  d.damping = 2.0 * resonances[0].damping_ratio * high / (1.0 / cart_kg + radius_m * radius_m / d.inertia);
   return d;
 }
 
@@ -119,10 +118,10 @@ Run run(const Method& method, double noise_rms, std::uint64_t seed, std::size_t 
   const auto& reference = r.simulation.record.reference.samples;
   const double greatest = *std::max_element(reference.begin(), reference.end());
   const auto steady = [&](double x) { return x > 0.999999 * greatest; };
-  r.from = static_cast<std::size_t>(std::find_if(reference.begin(), reference.end(), steady) -
-                                    reference.begin());
-  r.to = static_cast<std::size_t>(reference.rend() -
-                                  std::find_if(reference.rbegin(), reference.rend(), steady));
+  r.from =
+      static_cast<std::size_t>(std::find_if(reference.begin(), reference.end(), steady) - reference.begin());
+  r.to =
+      static_cast<std::size_t>(reference.rend() - std::find_if(reference.rbegin(), reference.rend(), steady));
   const std::size_t iterations = method.levy ? 0 : 2;
   auto fit = *Fit::create({.sample_rate_hz = rate,
                            .frequency_hz = r.lines_hz,
