@@ -32,7 +32,8 @@ identification::CandidateModel read_candidate(const std::string& path) {
   if (!json) throw InputError(json.error().message);
   auto candidate = report::candidate_from_json(*json);
   if (!candidate)
-    throw InputError(path + ": holds neither a result of 'resonid identify --json' nor a transfer function\n" +
+    throw InputError(path +
+                     ": holds neither a result of 'resonid identify --json' nor a transfer function\n" +
                      candidate.error().message());
   candidate->source = path;
   return std::move(*candidate);
@@ -44,7 +45,8 @@ std::string residual_csv(const identification::ModelValidation& v, const data::R
     time.push_back(record.start_time_s + static_cast<double>(v.first_sample + k) / record.sample_rate_hz);
     output.push_back(record.output.samples[v.first_sample + k]);
   }
-  return csv_text({{"time_s", time}, {"output", output}, {"simulated", v.simulated}, {"residual", v.residual}});
+  return csv_text(
+      {{"time_s", time}, {"output", output}, {"simulated", v.simulated}, {"residual", v.residual}});
 }
 
 void run_validate(const CLI::App& verb, ValidateVerb& o) {
@@ -65,7 +67,8 @@ void run_validate(const CLI::App& verb, ValidateVerb& o) {
   progress.stage("simulating");
   const auto v = identification::validate(record, candidate, {o.method.options, o.max_lag});
   if (!v)
-    throw UsageError((v.error().option == "MODEL" ? o.model : "--" + v.error().option) + ": " + v.error().message);
+    throw UsageError((v.error().option == "MODEL" ? o.model : "--" + v.error().option) + ": " +
+                     v.error().message);
   if (!o.residual.empty()) write_output(o.residual, residual_csv(*v, record));
   if (!o.report.empty()) {
     auto page = report::document(*v, record);
@@ -89,8 +92,10 @@ void add_validate(CLI::App& app) {
       "Examples:\n"
       "  resonid validate result.json tomorrow.csv --controller pi:1.036,0.147 --report validation.html\n"
       "  resonid validate result.json tomorrow.csv --controller pi:1.036,0.147 --approach indirect\n"
-      "MODEL.json is what 'resonid identify ... --json FILE' writes, or {\"numerator\": [], \"denominator\": [],\n"
-      "\"sample_time_s\": T} in powers of z^-1 from input to velocity. The known delay is the model's unless given.");
+      "MODEL.json is what 'resonid identify ... --json FILE' writes, or {\"numerator\": [], \"denominator\": "
+      "[],\n"
+      "\"sample_time_s\": T} in powers of z^-1 from input to velocity. The known delay is the model's unless "
+      "given.");
   const auto o = std::make_shared<ValidateVerb>();
   verb->add_option("MODEL", o->model, "result of identify --json, or a transfer function")
       ->required()
@@ -103,7 +108,8 @@ void add_validate(CLI::App& app) {
   verb->add_option("--json", o->json, "validation for machines ('-': standard output)")->type_name("FILE");
   verb->add_option("--residual", o->residual, "recorded and simulated output and their difference as CSV")
       ->type_name("FILE");
-  verb->add_flag("--require-trusted", o->require_trusted, "exit code 3 when the model does not hold on the record");
+  verb->add_flag("--require-trusted", o->require_trusted,
+                 "exit code 3 when the model does not hold on the record");
   verb->callback([verb, o] { run_validate(*verb, *o); });
 }
 

@@ -40,8 +40,10 @@ LinearSimulation simulate_nearest(const data::TransferFunction& g, std::span<con
   // In closed loop with an integrating controller a constant torque leaves no trace to tell it by.
   if (!constant && qr.rank() == basis.cols()) {
     const Eigen::MatrixXd normal = (basis.transpose() * basis).inverse();
-    const double variance = (left - correction).squaredNorm() / static_cast<double>(std::max<Eigen::Index>(1, n - basis.cols()));
-    result.offset = fit::Estimate{weights(0) / scale(0), std::sqrt(std::max(0.0, variance * normal(0, 0))) / scale(0)};
+    const double variance =
+        (left - correction).squaredNorm() / static_cast<double>(std::max<Eigen::Index>(1, n - basis.cols()));
+    result.offset =
+        fit::Estimate{weights(0) / scale(0), std::sqrt(std::max(0.0, variance * normal(0, 0))) / scale(0)};
   }
   return result;
 }
@@ -51,7 +53,8 @@ data::TransferFunction delayed(data::TransferFunction g, std::size_t samples) {
   return g;
 }
 
-data::TransferFunction closed_loop(const data::TransferFunction& g, const data::TransferFunction& controller) {
+data::TransferFunction closed_loop(const data::TransferFunction& g,
+                                   const data::TransferFunction& controller) {
   const auto loop = diagnostics::weighted(controller, g);
   auto denominator = loop.denominator;
   denominator.resize(std::max(denominator.size(), loop.numerator.size()), 0.0);

@@ -27,7 +27,9 @@ double deviation(std::span<const double> x) {
   return std::sqrt(sum);
 }
 
-double norm(std::span<const double> x) { return std::sqrt(std::inner_product(x.begin(), x.end(), x.begin(), 0.0)); }
+double norm(std::span<const double> x) {
+  return std::sqrt(std::inner_product(x.begin(), x.end(), x.begin(), 0.0));
+}
 
 class Simulator {
  public:
@@ -40,7 +42,8 @@ class Simulator {
   expected<ModelValidation, Refusal> run() {
     const bool indirect = options_.common.approach == Approach::indirect;
     v_.approach = indirect ? "indirect" : "direct";
-    const auto done = indirect ? in_closed_loop() : (v_.candidate.model ? of_drive() : of_transfer_function());
+    const auto done =
+        indirect ? in_closed_loop() : (v_.candidate.model ? of_drive() : of_transfer_function());
     if (!done) return tl::unexpected(done.error());
     for (const double e : v_.residual)
       if (!std::isfinite(e)) return refused("model", "the simulated output is not finite");
@@ -54,8 +57,9 @@ class Simulator {
     const double samples = seconds * record_.sample_rate_hz;
     const double whole = std::round(samples);
     if (std::abs(samples - whole) > 0.1)
-      v_.findings.push_back({"delay-rounded", Severity::info, samples, whole,
-                             fmt::format("A delay of {:.2f} samples is simulated as {:.0f}.", samples, whole)});
+      v_.findings.push_back(
+          {"delay-rounded", Severity::info, samples, whole,
+           fmt::format("A delay of {:.2f} samples is simulated as {:.0f}.", samples, whole)});
     return static_cast<std::size_t>(std::max(0.0, whole));
   }
 
@@ -69,8 +73,9 @@ class Simulator {
     config.coulomb_friction = v_.candidate.model->coulomb_friction.has_value();
     auto simulation = fit::fit_output_error(record_, config);
     if (!simulation)
-      return refused(simulation.error().field == "known_delay_s" ? "delay" : std::string(simulation.error().field),
-                     std::string(simulation.error().requirement));
+      return refused(
+          simulation.error().field == "known_delay_s" ? "delay" : std::string(simulation.error().field),
+          std::string(simulation.error().requirement));
     v_.offset = simulation->offset;
     v_.coulomb_friction = simulation->coulomb_friction;
     v_.first_sample = simulation->first_sample;
@@ -87,13 +92,15 @@ class Simulator {
     if (v_.candidate.model) {
       auto drive = v_.candidate.model->drive;
       drive.sample_time_s = record_.sample_time_s();
-      return detail::delayed(drive.transfer_function(), delay_samples(options_.common.delay_s + drive.delay_s));
+      return detail::delayed(drive.transfer_function(),
+                             delay_samples(options_.common.delay_s + drive.delay_s));
     }
     const auto& g = *v_.candidate.transfer_function;
     if (std::abs(g.sample_time_s - record_.sample_time_s()) > 0.01 * record_.sample_time_s())
-      return refused("MODEL", fmt::format("the transfer function runs at {:g} s, the record at {:g} s; required the "
-                                          "record's sample time",
-                                          g.sample_time_s, record_.sample_time_s()));
+      return refused("MODEL",
+                     fmt::format("the transfer function runs at {:g} s, the record at {:g} s; required the "
+                                 "record's sample time",
+                                 g.sample_time_s, record_.sample_time_s()));
     return detail::delayed(g, delay_samples(options_.common.delay_s));
   }
 
@@ -109,8 +116,9 @@ class Simulator {
     if (!g) return tl::unexpected(g.error());
     constexpr double kRounding = 1e-6;
     if (detail::largest_pole(*g) > 1.0 + kRounding)
-      return refused("MODEL", "the transfer function is unstable and cannot be simulated; required poles on or inside "
-                              "the unit circle, or --approach indirect");
+      return refused("MODEL",
+                     "the transfer function is unstable and cannot be simulated; required poles on or inside "
+                     "the unit circle, or --approach indirect");
     keep(detail::simulate_nearest(*g, record_.input.samples, record_.output.samples, false));
     return {};
   }
@@ -118,13 +126,15 @@ class Simulator {
   expected<void, Refusal> in_closed_loop() {
     const auto& controller = options_.common.controller;
     if (!controller) return refused("approach", "indirect needs --controller");
-    if (!record_.excitation.present()) return refused("approach", "indirect needs an excitation in the record");
+    if (!record_.excitation.present())
+      return refused("approach", "indirect needs an excitation in the record");
     const auto g = plant();
     if (!g) return tl::unexpected(g.error());
     const auto loop = detail::closed_loop(*g, *controller);
     if (!(detail::largest_pole(loop) < 1.0))
-      return refused("approach", "indirect: the loop of this model with this controller is unstable, so it cannot be "
-                                 "simulated; required a stable one, or --approach direct");
+      return refused("approach",
+                     "indirect: the loop of this model with this controller is unstable, so it cannot be "
+                     "simulated; required a stable one, or --approach direct");
     auto input = record_.excitation.samples;
     if (record_.reference.present()) {
       auto reference = record_.reference.samples;
@@ -158,13 +168,14 @@ class Simulator {
       const auto& g = *v_.candidate.transfer_function;
       poles = std::max(g.denominator.size(), g.numerator.size()) - 1;
     }
-    const auto judged = poles + static_cast<std::size_t>(std::max(0.0, std::round(delay * record_.sample_rate_hz)));
+    const auto judged =
+        poles + static_cast<std::size_t>(std::max(0.0, std::round(delay * record_.sample_rate_hz)));
     const auto part = [&](const data::Channel& c) {
       return c.present() ? std::span(c.samples).subspan(v_.first_sample) : std::span<const double>();
     };
-    v_.residual_test = diagnostics::test_residual(
-        {v_.residual, v_.simulated, part(record_.input), part(record_.excitation)},
-        std::max(options_.max_lag, judged), judged);
+    v_.residual_test =
+        diagnostics::test_residual({v_.residual, v_.simulated, part(record_.input), part(record_.excitation)},
+                                   std::max(options_.max_lag, judged), judged);
   }
 
   const data::Record& record_;
@@ -199,6 +210,18 @@ void compare_with_response(const Result& own, ModelValidation& v) {
   }
   if (lines > 0) v.response_error = std::sqrt(std::max(0.0, sum / static_cast<double>(lines)));
   v.gap = diagnostics::gap_curve(g, model);
+  if (!v.gap->noise.empty()) {
+    // In plant units distance over noise is |difference| over its standard deviation.
+    std::size_t worst = 0;
+    const auto ratio = [&](std::size_t i) { return v.gap->distance[i] / std::max(v.gap->noise[i], 1e-300); };
+    for (std::size_t i = 1; i < v.gap->distance.size(); ++i)
+      if (ratio(i) > ratio(worst)) worst = i;
+    const double f = v.gap->frequency_hz[worst];
+    const double relative = std::abs(g.at(f) - model.at(f)) / std::max(std::abs(g.at(f)), 1e-300);
+    v.worst_line_hz = f;
+    v.worst_line_error = relative * std::sqrt(std::max(0.0, 1.0 - std::pow(ratio(worst), -2)));
+    v.response_probability = v.gap->chance();
+  }
   v.measured = g;
   v.modelled = std::move(model);
 }
@@ -218,7 +241,8 @@ expected<ModelValidation, Refusal> validate(const data::Record& record, const Ca
     validation->record = result->record;
     validation->units = result->units;
     compare_with_response(*result, *validation);
-    validation->findings.insert(validation->findings.begin(), result->findings.begin(), result->findings.end());
+    validation->findings.insert(validation->findings.begin(), result->findings.begin(),
+                                result->findings.end());
   } else {
     return tl::unexpected(result.error());
   }

@@ -59,10 +59,10 @@ std::string correlation_sentence(const ModelValidation& v) {
   put(t.with_simulated, "simulated output");
   put(t.with_input, "input");
   put(t.with_excitation, "excitation");
-  return fmt::format("Residual: {:.4g} {} rms, {:.1f} dB below the simulated output. Largest correlation over lags 1 ... "
-                     "{}: {} (limits {:.3f} per lag at 3 %, {:.2f} practical).",
-                     t.rms, v.units.velocity, t.snr_db, t.judged_lags, text, t.limit,
-                     diagnostics::kPracticalCorrelation);
+  return fmt::format(
+      "Residual: {:.4g} {} rms, {:.1f} dB below the simulated output. Largest correlation over lags 1 ... "
+      "{}: {} (limits {:.3f} per lag at 3 %, {:.2f} practical).",
+      t.rms, v.units.velocity, t.snr_db, t.judged_lags, text, t.limit, diagnostics::kPracticalCorrelation);
 }
 
 }  // namespace
@@ -70,29 +70,33 @@ std::string correlation_sentence(const ModelValidation& v) {
 std::vector<std::string> sentences(const ModelValidation& v) {
   std::vector<std::string> list;
   list.push_back(fmt::format("{} on this record: {}.", v.candidate.source,
-                             v.verdict == identification::Verdict::accepted   ? "accepted"
-                             : v.verdict == identification::Verdict::doubtful ? "doubtful, it misses something of the drive"
-                                                                              : "rejected"));
-  list.push_back(fmt::format("Simulated from the {} alone it reproduces {:.1f} % of the output; one step ahead, past outputs "
-                             "known, {:.1f} %.",
-                             v.approach == "indirect" ? "excitation (closed-loop predictor)" : "input",
-                             v.simulation_fit_percent, v.prediction_fit_percent));
+                             v.verdict == identification::Verdict::accepted ? "accepted"
+                             : v.verdict == identification::Verdict::doubtful
+                                 ? "doubtful, it misses something of the drive"
+                                 : "rejected"));
+  list.push_back(fmt::format(
+      "Simulated from the {} alone it reproduces {:.1f} % of the output; one step ahead, past outputs "
+      "known, {:.1f} %.",
+      v.approach == "indirect" ? "excitation (closed-loop predictor)" : "input", v.simulation_fit_percent,
+      v.prediction_fit_percent));
   list.push_back(correlation_sentence(v));
   if (v.gap && !v.gap->distance.empty()) {
     const auto i = v.gap->largest();
-    list.push_back(fmt::format("Model and measured response differ by {:.1f} % beyond the noise (rms over the lines), by at "
-                               "most {:.3f} in chordal distance (at {:.4g} Hz; pointwise, no v-gap).",
-                               100.0 * v.response_error.value_or(0.0), v.gap->distance[i], v.gap->frequency_hz[i]));
+    list.push_back(fmt::format(
+        "Model and measured response differ by {:.1f} % beyond the noise (rms over the lines), by at "
+        "most {:.3f} in chordal distance (at {:.4g} Hz; pointwise, no v-gap).",
+        100.0 * v.response_error.value_or(0.0), v.gap->distance[i], v.gap->frequency_hz[i]));
   }
   if (v.offset && std::abs(v.offset->value) > 2.0 * v.offset->standard_deviation)
-    list.push_back(fmt::format("A constant torque of {} {} was estimated with the initial state; nothing else was.",
-                               with_error(v.offset->value, 1.96 * v.offset->standard_deviation), v.units.torque));
+    list.push_back(
+        fmt::format("A constant torque of {} {} was estimated with the initial state; nothing else was.",
+                    with_error(v.offset->value, 1.96 * v.offset->standard_deviation), v.units.torque));
   return list;
 }
 
 std::string summary_text(const ModelValidation& v) {
-  std::string text = fmt::format("{}: {} samples at {:g} Hz, {} approach\n\n", v.record.file, v.record.samples,
-                                 v.record.sample_rate_hz, v.approach);
+  std::string text = fmt::format("{}: {} samples at {:g} Hz, {} approach\n\n", v.record.file,
+                                 v.record.samples, v.record.sample_rate_hz, v.approach);
   for (const auto& s : sentences(v)) text += wrapped(s, "", "  ") + "\n";
   text += findings_text(v.findings);
   return text + fmt::format("\n{}{}.{}\n", static_cast<char>(std::toupper(verdict(v)[0])), verdict(v) + 1,
@@ -123,6 +127,11 @@ json to_json(const ModelValidation& v) {
            {"largest_hz", v.gap->frequency_hz[v.gap->largest()]}};
     if (!v.gap->standard_deviation.empty()) r["std"] = v.gap->standard_deviation;
     if (v.response_error) r["error"] = *v.response_error;
+    if (v.response_probability) {
+      r["probability"] = *v.response_probability;
+      r["worst_line_hz"] = *v.worst_line_hz;
+      r["worst_line_error"] = *v.worst_line_error;
+    }
     j["response"] = std::move(r);
   }
   return j;
@@ -149,7 +158,8 @@ expected<identification::CandidateModel, JsonError> candidate_from_json(const js
   }
   auto result = result_from_json(j);
   if (!result) return unexpected(result.error());
-  if (!result->model) return unexpected(JsonError{{{"$.model", "nothing", "a model, or a transfer function"}}});
+  if (!result->model)
+    return unexpected(JsonError{{{"$.model", "nothing", "a model, or a transfer function"}}});
   candidate.model = std::move(result->model);
   candidate.units_response = result->units.response;
   candidate.trusted = result->trusted;

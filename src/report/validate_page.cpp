@@ -16,7 +16,8 @@ using diagnostics::ResidualCorrelation;
 using identification::ModelValidation;
 
 /// Lowest and highest value per bin, drawn one after the other: every peak shows, whatever the length.
-Curve thinned(const std::string& name, const std::vector<double>& x, double start_s, double rate_hz, Curve::Mark mark) {
+Curve thinned(const std::string& name, const std::vector<double>& x, double start_s, double rate_hz,
+              Curve::Mark mark) {
   Curve curve{name, mark, {}, {}};
   constexpr std::size_t kBins = 1500;
   const std::size_t bins = std::min(kBins, x.size());
@@ -57,8 +58,8 @@ Section signal_section(const ModelValidation& v, const data::Record& record) {
   return s;
 }
 
-Chart correlation_chart(const std::string& title, const ResidualCorrelation& c, const diagnostics::ResidualTest& t,
-                        bool judged) {
+Chart correlation_chart(const std::string& title, const ResidualCorrelation& c,
+                        const diagnostics::ResidualTest& t, bool judged) {
   Chart chart;
   chart.title = title;
   chart.x_label = "Lag in samples";
@@ -68,12 +69,17 @@ Chart correlation_chart(const std::string& title, const ResidualCorrelation& c, 
   for (std::size_t i = 0; i < c.value.size(); ++i) points.x.push_back(static_cast<double>(i) - m);
   chart.curves = {points};
   for (const double sign : {1.0, -1.0}) {
-    chart.curves.push_back(Curve{sign > 0.0 ? fmt::format("limit of 3 % per lag, {:.3f}", t.limit) : "its negative",
-                                 Curve::Mark::dashed, {-m, m}, {sign * t.limit, sign * t.limit}});
+    chart.curves.push_back(
+        Curve{sign > 0.0 ? fmt::format("limit of 3 % per lag, {:.3f}", t.limit) : "its negative",
+              Curve::Mark::dashed,
+              {-m, m},
+              {sign * t.limit, sign * t.limit}});
     if (judged)
-      chart.curves.push_back(Curve{sign > 0.0 ? "practical limit, 0.15" : "its negative", Curve::Mark::line, {-m, m},
-                                   {sign * diagnostics::kPracticalCorrelation,
-                                    sign * diagnostics::kPracticalCorrelation}});
+      chart.curves.push_back(
+          Curve{sign > 0.0 ? "practical limit, 0.15" : "its negative",
+                Curve::Mark::line,
+                {-m, m},
+                {sign * diagnostics::kPracticalCorrelation, sign * diagnostics::kPracticalCorrelation}});
   }
   if (judged) {
     Shape shape;
@@ -84,9 +90,9 @@ Chart correlation_chart(const std::string& title, const ResidualCorrelation& c, 
     shape.y = -HUGE_VAL;
     shape.y_end = HUGE_VAL;
     chart.shapes.push_back(shape);
-    const double most = std::max(0.2, 1.1 * std::abs(*std::max_element(
-                                            c.value.begin(), c.value.end(),
-                                            [](double a, double b) { return std::abs(a) < std::abs(b); })));
+    const double most = std::max(
+        0.2, 1.1 * std::abs(*std::max_element(c.value.begin(), c.value.end(),
+                                              [](double a, double b) { return std::abs(a) < std::abs(b); })));
     chart.y_range = AxisRange{-most, most};
   }
   return chart;
@@ -96,11 +102,12 @@ Section correlation_section(const ModelValidation& v) {
   const auto& t = v.residual_test;
   Section s;
   s.title = "Residual tests";
-  s.text = {fmt::format("Lags 1 ... {} are judged: max(na, nb + d). Negative lags are shown only; in closed loop the noise "
-                        "acts on later inputs through the controller, and that rejects nothing. The limit of 3 % holds per "
-                        "lag; at the {:.0f} dB of this record between simulated output and residual even small errors of "
-                        "the true structure pass it.",
-                        t.judged_lags, t.snr_db)};
+  s.text = {fmt::format(
+      "Lags 1 ... {} are judged: max(na, nb + d). Negative lags are shown only; in closed loop the noise "
+      "acts on later inputs through the controller, and that rejects nothing. The limit of 3 % holds per "
+      "lag; at the {:.0f} dB of this record between simulated output and residual even small errors of "
+      "the true structure pass it.",
+      t.judged_lags, t.snr_db)};
   const auto add = [&](const char* title, const ResidualCorrelation& c) {
     if (!c.value.empty()) s.charts.push_back(correlation_chart(title, c, t, true));
   };
@@ -133,8 +140,10 @@ Section response_section(const ModelValidation& v) {
   gap.y_label = "Distance, 0 ... 1";
   gap.log_x = true;
   gap.curves = {Curve{"distance", Curve::Mark::line, v.gap->frequency_hz, v.gap->distance}};
-  if (!v.gap->noise.empty()) gap.curves.push_back({"noise alone (rms)", Curve::Mark::dashed, v.gap->frequency_hz, v.gap->noise});
-  gap.caption = "Pointwise, in the units of the record. Lines cannot tell the winding number, so this is no v-gap.";
+  if (!v.gap->noise.empty())
+    gap.curves.push_back({"noise alone (rms)", Curve::Mark::dashed, v.gap->frequency_hz, v.gap->noise});
+  gap.caption =
+      "Pointwise, in the units of the record. Lines cannot tell the winding number, so this is no v-gap.";
   s.charts = {magnitude, gap};
   return s;
 }

@@ -24,16 +24,19 @@ namespace resonid::report {
 ///      residual: {samples, mean, rms, snr_db, unit, limit, practical_limit, judged_lags, lags: [],
 ///                 autocorrelation: [], simulated|input|excitation: {correlation: [], largest, largest_lag,
 ///                 beyond_limit, colour}},
-///      response: {error, frequency_hz: [], distance: [], std: [], largest, largest_hz}, findings}
+///      response: {error, frequency_hz: [], distance: [], std: [], largest, largest_hz,
+///                 worst_line_hz, worst_line_error, probability}, findings}
 ///
 /// What is not there is absent.
 [[nodiscard]] nlohmann::json to_json(const identification::ModelValidation& validation);
 
 /// The page of `validate --report`: record and simulation, residual, its correlations, the responses.
-[[nodiscard]] Document document(const identification::ModelValidation& validation, const data::Record& record);
+[[nodiscard]] Document document(const identification::ModelValidation& validation,
+                                const data::Record& record);
 
 /// The model of a file: a result of `identify --json`, or a bare transfer function `{"numerator": [],
 /// "denominator": [], "sample_time_s": T}` in powers of z^-1.
-[[nodiscard]] expected<identification::CandidateModel, JsonError> candidate_from_json(const nlohmann::json& json);
+[[nodiscard]] expected<identification::CandidateModel, JsonError> candidate_from_json(
+    const nlohmann::json& json);
 
 }  // namespace resonid::report
