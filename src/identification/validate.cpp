@@ -211,15 +211,11 @@ void compare_with_response(const Result& own, ModelValidation& v) {
   if (lines > 0) v.response_error = std::sqrt(std::max(0.0, sum / static_cast<double>(lines)));
   v.gap = diagnostics::gap_curve(g, model);
   if (!v.gap->noise.empty()) {
-    // In plant units distance over noise is |difference| over its standard deviation.
-    std::size_t worst = 0;
-    const auto ratio = [&](std::size_t i) { return v.gap->distance[i] / std::max(v.gap->noise[i], 1e-300); };
-    for (std::size_t i = 1; i < v.gap->distance.size(); ++i)
-      if (ratio(i) > ratio(worst)) worst = i;
+    const std::size_t worst = v.gap->most_excessive();
     const double f = v.gap->frequency_hz[worst];
     const double relative = std::abs(g.at(f) - model.at(f)) / std::max(std::abs(g.at(f)), 1e-300);
     v.worst_line_hz = f;
-    v.worst_line_error = relative * std::sqrt(std::max(0.0, 1.0 - std::pow(ratio(worst), -2)));
+    v.worst_line_error = relative * std::sqrt(std::max(0.0, 1.0 - std::pow(v.gap->excess(worst), -2)));
     v.response_probability = v.gap->chance();
   }
   v.measured = g;

@@ -68,19 +68,14 @@ Chart correlation_chart(const std::string& title, const ResidualCorrelation& c,
   Curve points{"correlation", Curve::Mark::points, {}, c.value};
   for (std::size_t i = 0; i < c.value.size(); ++i) points.x.push_back(static_cast<double>(i) - m);
   chart.curves = {points};
-  for (const double sign : {1.0, -1.0}) {
-    chart.curves.push_back(
-        Curve{sign > 0.0 ? fmt::format("limit of 3 % per lag, {:.3f}", t.limit) : "its negative",
-              Curve::Mark::dashed,
-              {-m, m},
-              {sign * t.limit, sign * t.limit}});
-    if (judged)
-      chart.curves.push_back(
-          Curve{sign > 0.0 ? "practical limit, 0.15" : "its negative",
-                Curve::Mark::line,
-                {-m, m},
-                {sign * diagnostics::kPracticalCorrelation, sign * diagnostics::kPracticalCorrelation}});
-  }
+  const auto within = [&](const std::string& name, double limit) {
+    Curve band{name, Curve::Mark::band, {-m, m}, {}};
+    band.lower = {-limit, -limit};
+    band.upper = {limit, limit};
+    chart.curves.push_back(std::move(band));
+  };
+  if (judged) within("practical limit, 0.15", diagnostics::kPracticalCorrelation);
+  within(fmt::format("limit of 3 % per lag, {:.3f}", t.limit), t.limit);
   if (judged) {
     Shape shape;
     shape.kind = Shape::Kind::rectangle;
