@@ -21,12 +21,13 @@ class Validate : public test::ProgramTest {
          << "run = {sample_rate_hz = 500, duration_s = 16, seed = " << seed
          << "}\nmotion = {kind = 'constant', velocity = 10.0}\n";
     write(name + ".toml", toml.str());
-    const auto done = run("simulate " + name + ".toml --out " + name + ".csv --truth " + name + "_truth.json");
+    const auto done =
+        run("simulate " + name + ".toml --out " + name + ".csv --truth " + name + "_truth.json");
     ASSERT_EQ(done.exit_code, 0) << done.error;
   }
   void identify(const std::string& name) const {
-    const auto done = run("identify " + name + ".csv --controller pi:1.036,0.147 --delay 0.004 --json " + name +
-                          ".json --excitation-type other");
+    const auto done = run("identify " + name + ".csv --controller pi:1.036,0.147 --delay 0.004 --json " +
+                          name + ".json --excitation-type other");
     ASSERT_EQ(done.exit_code, 0) << done.error;
   }
   [[nodiscard]] json validated(const std::string& arguments) const {
@@ -52,7 +53,8 @@ TEST_F(Validate, AcceptsTheModelOfTheSameDrive) {
     EXPECT_EQ(r.at("lags").size(), 51U);
     EXPECT_EQ(r.at("simulated").at("correlation").size(), 51U);
     EXPECT_LT(r.at("simulated").at("largest").get<double>(), 1.5 * r.at("limit").get<double>());
-    EXPECT_NEAR(v.at("simulation_fit_percent").get<double>(), v.at("prediction_fit_percent").get<double>(), 1.0);
+    EXPECT_NEAR(v.at("simulation_fit_percent").get<double>(), v.at("prediction_fit_percent").get<double>(),
+                1.0);
     EXPECT_GT(v.at("response").at("probability").get<double>(), 1e-4);
   }
 }
@@ -101,7 +103,8 @@ TEST_F(Validate, TakesABareTransferFunction) {
 TEST_F(Validate, WritesPageAndResidual) {
   simulate("fitted", 143.75, 1);
   identify("fitted");
-  const auto done = run("validate fitted.json fitted.csv --report v.html --residual e.csv --max-lag 10 --json v.json");
+  const auto done =
+      run("validate fitted.json fitted.csv --report v.html --residual e.csv --max-lag 10 --json v.json");
   ASSERT_EQ(done.exit_code, 0) << done.error;
   EXPECT_NE(done.out.find("one step"), std::string::npos) << done.out;
   EXPECT_NE(text("v.html").find("Residual with simulated output"), std::string::npos);
@@ -131,7 +134,8 @@ TEST_F(Validate, RefusesNamingWhatWasFoundAndIsRequired) {
   expect_refused("validate slow.json r.csv", {"slow.json", "0.004", "0.002"});
   expect_refused("validate wild.json r.csv", {"wild.json", "unstable"});
   expect_refused("validate tf.json r.csv --approach indirect", {"--approach", "--controller"});
-  expect_refused("validate tf.json r.csv --approach indirect --controller pi:-1,0.1", {"--approach", "unstable"});
+  expect_refused("validate tf.json r.csv --approach indirect --controller pi:-1,0.1",
+                 {"--approach", "unstable"});
   expect_refused("validate tf.json r.csv --max-lag 0", {"--max-lag", ">= 1"});
   expect_refused("validate tf.json r.csv --delay 100", {"--delay"});
   expect_refused("validate tf.json r.csv --json tf.json", {"--json", "a file of its own"});
