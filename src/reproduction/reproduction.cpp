@@ -6,6 +6,8 @@ namespace resonid::reproduction {
 const std::vector<Entry>& entries() {
   static const std::vector<Entry> kEntries{
       {"iv", "Publication IV: multisine, bank of Kalman filters, gap between two belts", publication_iv},
+      {"v", "Publication V: sliding DFT of a multisine, model fitted to it while the cart runs",
+       publication_v},
       {"vi", "Publication VI: chirp, one Kalman filter that follows it, Nyquist distances", publication_vi},
   };
   return kEntries;

@@ -43,14 +43,16 @@ struct Change {
 /// of false alarms. What the figure is while nothing changes is learned from itself: level, spread and
 /// correlation.
 ///
-/// 1. blocks: values weighted by 1/std^2 are averaged over `block_s`, so that what is left correlates from
-/// one
-///    block to the next only;
-/// 2. each block becomes a standard normal value, independent of those before (LearnedBaseline); learning
-/// never
-///    stops before an alarm;
+/// 1. blocks: values weighted by 1/std^2 are averaged over `block_s`, so that hardly more than the
+/// correlation from one
+///    block to the next is left;
+/// 2. what is new in each block, in standard deviations (LearnedBaseline), is next to standard normal and
+/// independent.
+///    Learning goes on after `baseline_s`, `window_blocks` behind, so that it does not take in what is to be
+///    found;
 /// 3. two-sided CUSUM, or the likelihood ratio over a window, with the threshold that makes false alarms
-///    `false_alarm_interval_s` apart in the mean (Siegmund's formulas).
+///    `false_alarm_interval_s` apart in the mean (Siegmund's formulas). What the baseline does not know yet
+///    about level, spread and correlation is allowed for: a short baseline finds less, it does not cry wolf.
 ///
 /// A value that is not finite counts as missing, and what an estimator merely holds should be given as
 /// missing; a block with less than half of its values is passed over. After an alarm the change is measured
@@ -72,32 +74,38 @@ class ChangeDetector {
 
   /// Whether the baseline is learned: changes can be found from now on.
   [[nodiscard]] bool ready() const noexcept {
-    return static_cast<double>(baseline_.values()) * config_.block_s >= config_.baseline_s;
+    return static_cast<double>(blocks_) * config_.block_s >= config_.baseline_s;
   }
   [[nodiscard]] bool alarm() const noexcept { return alarm_; }
   [[nodiscard]] Change change() const noexcept;                   ///< After an alarm.
   [[nodiscard]] double level() const noexcept { return level_; }  ///< Of the statistic; an alarm from 1 on.
   [[nodiscard]] double threshold() const noexcept;                ///< Of the statistic in its own terms.
   [[nodiscard]] double baseline() const noexcept { return alarm_ ? before_mean_ : baseline_.mean(); }
-  /// Standard deviation of one block about the baseline.
+  /// Standard deviation of what is new in a block: what the statistic's figures are in.
   [[nodiscard]] double block_std() const noexcept;
-  /// Whether blocks are as independent as the stated rate of false alarms needs.
-  [[nodiscard]] bool reliable() const noexcept { return std::abs(baseline_.left_over()) < 0.3; }
+  /// Whether blocks are as independent as the stated rate of false alarms needs: the sum of 16 of them
+  /// spreads as it should. Otherwise take longer blocks, or an estimator of shorter memory.
+  [[nodiscard]] bool reliable() const noexcept {
+    return groups_ < 4.0 || group_squares_ / (kGroup * groups_) < 1.2 + 3.0 * std::sqrt(2.0 / groups_);
+  }
   [[nodiscard]] std::uint64_t samples() const noexcept { return samples_; }
   [[nodiscard]] std::uint64_t skipped_samples() const noexcept { return skipped_; }
 
  private:
-  explicit ChangeDetector(const ChangeDetectorConfig& config) noexcept;
-  void end_block() noexcept;
-  void watch(double mean, double precision) noexcept;
-  void judge(const ChangeStatisticState& state) noexcept;
-
+  static constexpr int kGroup = 16;
   /// Blocks of the recent past, for the mean since a change and before it.
   struct Block {
     double sum = 0.0;  // precision times mean
     double precision = 0.0;
     std::uint64_t end_sample = 0;
+    [[nodiscard]] double mean() const noexcept { return sum / precision; }
   };
+  explicit ChangeDetector(const ChangeDetectorConfig& config) noexcept;
+  void end_block() noexcept;
+  void learn() noexcept;
+  void gather(double standardised) noexcept;
+  void watch(const Block& now, const Block& before) noexcept;
+  void judge(const ChangeStatisticState& state) noexcept;
 
   ChangeDetectorConfig config_{};
   std::size_t block_samples_ = 1;
@@ -107,8 +115,10 @@ class ChangeDetector {
 
   double sum_ = 0.0, precision_ = 0.0;  // of the running block
   std::size_t in_block_ = 0, seen_in_block_ = 0;
-  std::array<Block, MaxWindow> past_{};  // ring
-  std::uint64_t blocks_ = 0;
+  std::array<Block, MaxWindow + 1> past_{};  // ring
+  std::uint64_t blocks_ = 0, learned_ = 0;
+  int in_group_ = 0;
+  double group_sum_ = 0.0, group_squares_ = 0.0, groups_ = 0.0;
 
   double level_ = 0.0;
   bool alarm_ = false;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <algorithm>
 #include <resonid/diagnostics/change_detection.hpp>
 
 namespace resonid::diagnostics {
@@ -59,23 +60,51 @@ void ChangeDetector<Real, MaxWindow>::end_block() noexcept {
   sum_ = precision_ = 0.0;
   in_block_ = seen_in_block_ = 0;
   if (!enough || !std::isfinite(sum)) return;
-  past_[blocks_ % MaxWindow] = {sum, precision, samples_};
+  const bool watching = ready() && blocks_ > 0;
+  const Block now{sum, precision, samples_};
+  const Block before = blocks_ > 0 ? past_[(blocks_ - 1) % past_.size()] : now;
+  past_[blocks_ % past_.size()] = now;
   ++blocks_;
   if (alarm_) {
     after_sum_ += sum;
     after_precision_ += precision;
     return;
   }
-  watch(sum / precision, precision);
+  learn();
+  if (watching) watch(now, before);
 }
 
 template <class Real, std::size_t MaxWindow>
-void ChangeDetector<Real, MaxWindow>::watch(double mean, double precision) noexcept {
-  const bool watching = ready();
-  const double standard = baseline_.step(mean, precision);
-  if (!watching) return;
-  judge(config_.statistic == ChangeStatistic::cusum ? cusum_.step(standard)
-                                                    : likelihood_ratio_.step(standard));
+void ChangeDetector<Real, MaxWindow>::learn() noexcept {
+  // All of the baseline at once, then one block for one that leaves the window.
+  const std::uint64_t until =
+      ready() ? std::max(learned_, blocks_ - std::min<std::uint64_t>(blocks_, config_.window_blocks))
+              : blocks_;
+  for (; learned_ < until; ++learned_) {
+    const Block& block = past_[learned_ % past_.size()];
+    if (baseline_.values() >= kGroup)
+      gather(
+          baseline_.standardised(block.mean(), past_[(learned_ - 1) % past_.size()].mean(), block.precision));
+    baseline_.learn(block.mean(), block.precision);
+  }
+}
+
+template <class Real, std::size_t MaxWindow>
+void ChangeDetector<Real, MaxWindow>::gather(double standardised) noexcept {
+  group_sum_ += standardised;
+  if (++in_group_ < kGroup) return;
+  group_squares_ += group_sum_ * group_sum_;
+  groups_ += 1.0;
+  group_sum_ = 0.0;
+  in_group_ = 0;
+}
+
+template <class Real, std::size_t MaxWindow>
+void ChangeDetector<Real, MaxWindow>::watch(const Block& now, const Block& before) noexcept {
+  const double x = baseline_.standardised(now.mean(), before.mean(), now.precision);
+  const Certainty known{baseline_.shared(), baseline_.degrees()};
+  judge(config_.statistic == ChangeStatistic::cusum ? cusum_.step(x, known)
+                                                    : likelihood_ratio_.step(x, known));
 }
 
 template <class Real, std::size_t MaxWindow>
@@ -84,23 +113,16 @@ void ChangeDetector<Real, MaxWindow>::judge(const ChangeStatisticState& state) n
   if (level_ < 1.0) return;
   alarm_ = true;
   alarm_sample_ = samples_;
-  // The mean before the change is that of the baseline without the blocks since.
-  const std::uint64_t since =
-      std::min<std::uint64_t>(state.since, std::min<std::uint64_t>(blocks_, MaxWindow));
-  after_sum_ = after_precision_ = 0.0;
-  for (std::uint64_t i = blocks_ - since; i < blocks_; ++i) {
-    const Block& block = past_[i % MaxWindow];
-    after_sum_ += block.sum;
-    after_precision_ += block.precision;
-  }
-  const double all = baseline_.total_precision();
-  const double before = std::max(all - after_precision_, 1e-9 * all);
-  before_mean_ = (all * baseline_.mean() - after_sum_) / before;
-  const double unit = baseline_.mean_std(1.0);
-  before_variance_ = unit * unit / before;
+  const std::uint64_t since = std::min<std::uint64_t>({state.since, blocks_ - 1, MaxWindow});
   const std::uint64_t first = blocks_ - since;
-  change_sample_ = since < MaxWindow && first > 0 ? past_[(first - 1) % MaxWindow].end_sample
-                                                  : samples_ - std::min(samples_, since * block_samples_);
+  after_sum_ = after_precision_ = 0.0;
+  for (std::uint64_t i = first; i < blocks_; ++i) {
+    after_sum_ += past_[i % past_.size()].sum;
+    after_precision_ += past_[i % past_.size()].precision;
+  }
+  change_sample_ = past_[(first - 1) % past_.size()].end_sample;
+  before_mean_ = baseline_.mean();
+  before_variance_ = std::pow(baseline_.mean_std(baseline_.total_precision()), 2);
 }
 
 template <class Real, std::size_t MaxWindow>
@@ -128,11 +150,9 @@ double ChangeDetector<Real, MaxWindow>::threshold() const noexcept {
 
 template <class Real, std::size_t MaxWindow>
 double ChangeDetector<Real, MaxWindow>::block_std() const noexcept {
-  if (baseline_.values() == 0 || blocks_ == 0) return std::numeric_limits<double>::infinity();
-  const double phi = baseline_.phi();
-  // A block about its mean: of an autoregression of first order, sqrt(1/(1 - phi^2)) times its innovation.
+  if (blocks_ == 0) return std::numeric_limits<double>::infinity();
   const double typical = baseline_.total_precision() / static_cast<double>(baseline_.values());
-  return baseline_.mean_std(typical) * (1.0 - phi) / std::sqrt(1.0 - phi * phi);
+  return baseline_.innovation_std() / std::sqrt(typical);
 }
 
 }  // namespace resonid::diagnostics

@@ -7,6 +7,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <resonid/base/constants.hpp>
+#include <resonid/diagnostics/learned_baseline.hpp>
 
 namespace resonid::diagnostics {
 
@@ -68,6 +69,12 @@ namespace resonid::diagnostics {
   return high;
 }
 
+/// How well the level and spread are known that made observations standard normal ones.
+struct Certainty {
+  double shared = 0.0;   ///< Variance of the level's error, in variances of an observation; 0: known.
+  double degrees = 1e9;  ///< Of freedom of the spread.
+};
+
 /// Where a statistic stands after an observation.
 struct ChangeStatisticState {
   double level = 0.0;       ///< Over the threshold 1 it is an alarm.
@@ -81,9 +88,12 @@ class Cusum {
   Cusum() = default;
   Cusum(double reference, double threshold) noexcept : reference_(reference), threshold_(threshold) {}
 
-  ChangeStatisticState step(double x) noexcept {
-    up_ = next(up_, x);
-    down_ = next(down_, -x);
+  ChangeStatisticState step(double x, const Certainty& known = {}) noexcept {
+    constexpr double kOneSided95 = 1.645;
+    const double scale = 1.0 / (1.0 + kOneSided95 / std::sqrt(2.0 * known.degrees));
+    const double reference = reference_ + kOneSided95 * std::sqrt(known.shared);
+    up_ = next(up_, scale * x - reference);
+    down_ = next(down_, -scale * x - reference);
     const Side& higher = up_.sum > down_.sum ? up_ : down_;
     return {higher.sum / threshold_, higher.since};
   }
@@ -95,8 +105,8 @@ class Cusum {
     double sum = 0.0;
     std::uint32_t since = 0;
   };
-  [[nodiscard]] Side next(Side side, double x) const noexcept {
-    const double sum = side.sum + x - reference_;
+  [[nodiscard]] static Side next(Side side, double by) noexcept {
+    const double sum = side.sum + by;
     return sum > 0.0 ? Side{sum, side.since + 1} : Side{};
   }
   double reference_ = 0.5;
@@ -114,7 +124,7 @@ class LikelihoodRatio {
   /// `window` 1 ... MaxWindow
   LikelihoodRatio(std::size_t window, double threshold) noexcept : window_(window), threshold_(threshold) {}
 
-  ChangeStatisticState step(double x) noexcept {
+  ChangeStatisticState step(double x, const Certainty& known = {}) noexcept {
     past_[next_] = x;
     next_ = (next_ + 1) % window_;
     filled_ = std::min(filled_ + 1, window_);
@@ -124,12 +134,13 @@ class LikelihoodRatio {
     for (std::size_t w = 1; w <= filled_; ++w) {
       at = (at == 0 ? window_ : at) - 1;
       sum += past_[at];
-      const double squared = sum * sum / static_cast<double>(w);
+      const double size = static_cast<double>(w);
+      const double squared = sum * sum / (size * (1.0 + known.shared * size));
       if (squared <= highest) continue;
       highest = squared;
       best.since = static_cast<std::uint32_t>(w);
     }
-    best.level = std::sqrt(highest) / threshold_;
+    best.level = normal_of_t(highest, known.degrees) / threshold_;
     return best;
   }
   void reset() noexcept { next_ = filled_ = 0; }

@@ -7,9 +7,11 @@
 #include <cstddef>
 #include <cstdint>
 #include <resonid/base/discrete_filter.hpp>
+#include <resonid/recursive/damped_gradient.hpp>
 #include <resonid/recursive/excitation_gate.hpp>
 #include <resonid/recursive/lag.hpp>
 #include <resonid/recursive/predictor_guard.hpp>
+#include <resonid/recursive/pseudo_linear.hpp>
 #include <resonid/recursive/regression.hpp>
 
 namespace resonid::recursive {
@@ -22,9 +24,9 @@ enum class PredictorInput {
 
 /// What the parameters of CLOE move along.
 enum class ClosedLoopGradient {
-  regressor,       ///< The regressor: CLOE, Publication III.
-  fixed_filter,    ///< Filtered by S/A of the start model: F-CLOE.
-  current_filter,  ///< Filtered by S/A of the current model: AF-CLOE.
+  regressor,      ///< The regressor: CLOE, Publication III.
+  fixed_filter,   ///< Filtered by S/A of the start model: F-CLOE.
+  damped_filter,  ///< Filtered by 1/A of the current model with its poles drawn in (damped_gradient.hpp).
 };
 
 struct ClosedLoopOutputErrorConfig {
@@ -34,6 +36,7 @@ struct ClosedLoopOutputErrorConfig {
   std::span<const double> controller_numerator{}, controller_denominator{};
   PredictorInput input = PredictorInput::excitation;
   ClosedLoopGradient gradient = ClosedLoopGradient::regressor;
+  double filter_contraction = 0.8;    ///< Of `damped_filter`, in (0, 1].
   double largest_pole_radius = 1.02;  ///< Of A; above 1 leaves room to an estimated integrator.
 };
 
@@ -46,8 +49,9 @@ struct ClosedLoopOutputErrorConfig {
 /// u = C (r - y) + ru: noise cancels in it.
 ///
 /// Limits: needs the true controller; locally stable only where E[f (S f/A)'] is positive
-/// (positive_real.hpp); F-CLOE and AF-CLOE mend that with a filter that must fit the machine. Source: METHOD
-/// 6.4, 6.5; Nevaranta 2016, Pub. III and eq. 3.13; Landau and Karimi 1997.
+/// (positive_real.hpp). F-CLOE mends that with a filter that must fit the machine; `damped_filter` with one
+/// that follows it, and is the most accurate of all: use it unless the published methods are wanted. Source:
+/// METHOD 6.4, 6.5; Nevaranta 2016, Pub. III and eq. 3.13; Landau and Karimi 1997.
 template <class Real, std::size_t Order>
 class ClosedLoopOutputError {
  public:
@@ -55,6 +59,8 @@ class ClosedLoopOutputError {
   static constexpr std::size_t kOrder = Order;
 
   static expected<ClosedLoopOutputError, ConfigError> create(const ClosedLoopOutputErrorConfig& config) {
+    if (!(config.filter_contraction > 0.0 && config.filter_contraction <= 1.0))
+      return refuse("filter_contraction", "must lie in (0, 1]", config.filter_contraction);
     if (!(config.largest_pole_radius > 0.0 && std::isfinite(config.largest_pole_radius)))
       return refuse("largest_pole_radius", "must be > 0", config.largest_pole_radius);
     if (config.gradient == ClosedLoopGradient::fixed_filter && config.common.start_a.empty())
@@ -85,13 +91,13 @@ class ClosedLoopOutputError {
     residual_ = known ? output - before : Real(0);
     if (known && gate_.open()) {
       const Vector former = rls_.parameters();
-      rls_.correct(filtered_ ? gradient() : f, residual_);
+      rls_.correct(filtered() ? gradient() : f, residual_);
       guard_.keep_stable(rls_, simulated_, former);
     }
     predicted_ = simulated_.base() + rls_.predict(f);
     const Real input = drive + controller_.step(measured ? output - predicted_ : -predicted_);
     simulated_.push(input, predicted_);
-    if (filtered_) push_gradient(input, predicted_);
+    if (filtered()) push_gradient(input, predicted_);
     if (guard_.lost(output, predicted_)) restart();
   }
 
@@ -109,13 +115,17 @@ class ClosedLoopOutputError {
   [[nodiscard]] DiscreteModel<Real, Order> model() const noexcept {
     return simulated_.model(rls_.parameters());
   }
-  /// As if the residual were white and the gradient right: of plain CLOE an order of magnitude only.
+  /// For white residuals and an excitation that is white in its band, by recursion_covariance(). Infinite
+  /// where the recursion is not stable. Takes some 60 us.
   [[nodiscard]] ModelCovariance<Real, Order> covariance() const noexcept {
-    return simulated_.covariance(rls_.covariance());
+    return pseudo_linear_covariance(rls_, simulated_, recursion());
   }
   [[nodiscard]] double lag_samples() const noexcept {
-    return static_cast<double>(rls_.mean_age_samples()) + oscillation_memory_samples(model());
+    return recursion_lag_samples(stability(), rls_.mean_age_samples(), model(), filtered());
   }
+  /// Of the recursion at the newest estimate. Takes some 50 us, as does the lag that follows from it.
+  [[nodiscard]] LocalStability stability() const noexcept { return local_stability(recursion()); }
+  [[nodiscard]] bool locally_stable() const noexcept { return stability().stable; }
   [[nodiscard]] Real residual() const noexcept { return residual_; }
   /// Newest output of the simulated loop.
   [[nodiscard]] Real predicted() const noexcept { return predicted_; }
@@ -154,7 +164,9 @@ class ClosedLoopOutputError {
       : rls_(rls),
         simulated_(c.common.delay_samples, c.common.fixed_integrator),
         smooth_(simulated_),
+        damped_(c.common.delay_samples, c.common.fixed_integrator, c.filter_contraction),
         controller_(controller),
+        coefficients_(controller_coefficients(c.controller_numerator, c.controller_denominator)),
         smooth_input_{Past(c.common.delay_samples, false), controller},
         smooth_output_(smooth_input_),
         gate_(c.common.hold_below),
@@ -162,17 +174,20 @@ class ClosedLoopOutputError {
         input_filter_(c.common.high_pass_hz, c.common.sample_rate_hz),
         output_filter_(c.common.high_pass_hz, c.common.sample_rate_hz),
         input_(c.input),
-        filtered_(c.gradient != ClosedLoopGradient::regressor),
-        fixed_filter_(c.gradient == ClosedLoopGradient::fixed_filter),
+        gradient_(c.gradient),
         filter_model_(simulated_.model(rls.parameters())) {}
 
+  [[nodiscard]] bool filtered() const noexcept { return gradient_ != ClosedLoopGradient::regressor; }
   [[nodiscard]] Vector gradient() const noexcept {
     Vector psi;
-    smooth_.fill(psi);
+    gradient_ == ClosedLoopGradient::damped_filter ? damped_.fill(psi) : smooth_.fill(psi);
     return psi;
   }
   void push_gradient(Real input, Real output) noexcept {
-    if (!fixed_filter_) filter_model_ = model();
+    if (gradient_ == ClosedLoopGradient::damped_filter) {
+      damped_.push(input, output, model());
+      return;
+    }
     const Real smooth_input = smooth_input_.step(input, filter_model_);
     smooth_.push(smooth_input, smooth_output_.step(output, filter_model_));
   }
@@ -180,20 +195,38 @@ class ClosedLoopOutputError {
   void restart() noexcept {
     simulated_.reset();
     smooth_.reset();
+    damped_.reset();
     controller_.reset();
     smooth_input_.reset();
     smooth_output_.reset();
   }
 
+  [[nodiscard]] PseudoLinearRecursion<Order> recursion() const noexcept {
+    PseudoLinearRecursion<Order> r;
+    r.model = widened(model());
+    r.delay_samples = simulated_.delay_samples();
+    r.fixed_integrator = simulated_.fixed_integrator();
+    r.controller = coefficients_;
+    r.error = RegressorFilter::sensitivity;
+    const bool damped = gradient_ == ClosedLoopGradient::damped_filter;
+    r.gradient = damped ? RegressorFilter::inverse_a
+                        : (filtered() ? RegressorFilter::sensitivity : RegressorFilter::none);
+    r.gradient_model = gradient_ == ClosedLoopGradient::fixed_filter ? widened(filter_model_) : r.model;
+    r.gradient_contraction = damped ? damped_.contraction() : 1.0;
+    return r;
+  }
+
   RecursiveLeastSquares<Real, 2 * Order> rls_;
-  Past simulated_, smooth_;  // of the simulated loop, and of its filtered signals
+  Past simulated_, smooth_;  // of the simulated loop, and of its signals filtered by S/A
+  DampedGradient<Real, Order> damped_;
   Controller controller_;
+  ControllerCoefficients coefficients_;
   SensitivityFilter smooth_input_, smooth_output_;
   InputGate<Real> gate_;
   PredictorGuard<Real> guard_;
   HighPass<Real> input_filter_, output_filter_;
   PredictorInput input_;
-  bool filtered_, fixed_filter_;
+  ClosedLoopGradient gradient_;
   DiscreteModel<Real, Order> filter_model_;
   Real residual_ = Real(0), predicted_ = Real(0);
   std::uint64_t samples_ = 0, skipped_ = 0;

@@ -35,7 +35,9 @@ struct HeldTwoMass {
   Block ab{};                                ///< [A b]
   std::array<Block, kDerivatives> by_log{};  ///< d[A b] / d(ln J1, ln J2, ln K, ln D, B)
 
-  static HeldTwoMass over(const TwoMassPoint<Real>& p, Real twist_scale_rad_s, Real step_s) noexcept {
+  /// `derivatives`: how many of them, in the order above; the others are 0.
+  static HeldTwoMass over(const TwoMassPoint<Real>& p, Real twist_scale_rad_s, Real step_s,
+                          std::size_t derivatives = kDerivatives) noexcept {
     std::array<Block, kDerivatives + 1> x{};  // continuous matrices times the step: value, derivatives
     const Real j1 = step_s / p.driven_inertia;
     const Real j2 = step_s / p.load_inertia;
@@ -64,20 +66,20 @@ struct HeldTwoMass {
     for (std::size_t i = 0; i < kStates; ++i) e[0][i][i] = Real(1);
     for (int k = kTerms; k >= 1; --k) {  // Horner: I + X/1 (I + X/2 (I + ...))
       const Real inverse = Real(1) / static_cast<Real>(k);
-      std::array<Block, kDerivatives + 1> next;
+      std::array<Block, kDerivatives + 1> next{};
       next[0] = product(x[0], e[0], x[0]);
-      for (std::size_t d = 1; d < next.size(); ++d)
+      for (std::size_t d = 1; d <= derivatives; ++d)
         next[d] = sum(product(x[d], e[0], x[d]), linear(x[0], e[d]));
-      for (auto& block : next)
-        for (auto& row : block)
+      for (std::size_t d = 0; d <= derivatives; ++d)
+        for (auto& row : next[d])
           for (Real& entry : row) entry *= inverse;
       for (std::size_t i = 0; i < kStates; ++i) next[0][i][i] += Real(1);
       e = next;
     }
     for (int s = 0; s < squarings; ++s) {
-      std::array<Block, kDerivatives + 1> next;
+      std::array<Block, kDerivatives + 1> next{};
       next[0] = product(e[0], e[0], e[0]);
-      for (std::size_t d = 1; d < next.size(); ++d)
+      for (std::size_t d = 1; d <= derivatives; ++d)
         next[d] = sum(product(e[d], e[0], e[d]), linear(e[0], e[d]));
       e = next;
     }
@@ -88,7 +90,7 @@ struct HeldTwoMass {
   }
 
  private:
-  static constexpr int kTerms = sizeof(Real) > 4 ? 13 : 8;  // 0.5^14/14! = 7e-16, 0.5^9/9! = 5e-9
+  static constexpr int kTerms = sizeof(Real) > 4 ? 10 : 7;  // left out: 0.5^11/11! = 1e-11, 0.5^8/8! = 1e-7
 
   /// Upper rows of [l; 0] [r; 0 1]: the last column of `l` passes through.
   static Block product(const Block& l, const Block& r, const Block& last) noexcept {

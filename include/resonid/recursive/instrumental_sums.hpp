@@ -17,22 +17,22 @@ namespace resonid::recursive {
 /// R is not symmetric, so that P has no factors that would keep it well-formed over long runs; R itself needs
 /// none: what rounding has done to it is forgotten like all else.
 ///
-/// Solved is (R + H) theta = q + H held, with a small diagonal H: as certain as 1/H per unit residual
-/// variance, each parameter stays where it was held. That limits the covariance, and without excitation
-/// (R -> 0, q -> 0) it keeps the estimate, one direction at a time.
+/// Solved is (R + lambda^k H0 + H) theta = q + lambda^k H0 start + H held with small diagonal H0, H: what is
+/// known at the start, forgotten like all else, and a tie of each parameter to its present estimate. That
+/// limits the covariance to 1/H per unit residual variance, and without excitation (R -> 0, q -> 0) it keeps
+/// the estimate, one direction at a time.
 template <class Real, std::size_t N>
 class InstrumentalSums {
  public:
   using Vector = std::array<Real, N>;
   using Matrix = Eigen::Matrix<Real, static_cast<int>(N), static_cast<int>(N)>;
 
-  /// Starts from `theta`, certain as 1/information per unit residual variance.
-  void reset(const Vector& theta, const Vector& information) noexcept {
+  /// Starts from `theta`.
+  void reset(const Vector& theta) noexcept {
     r_.fill(Real(0));
-    for (std::size_t i = 0; i < N; ++i) {
-      r_[i * N + i] = information[i];
-      q_[i] = information[i] * theta[i];
-    }
+    q_.fill(Real(0));
+    start_ = held_ = theta;
+    start_weight_ = Real(1);
     weight_ = squares_ = ages_ = Real(0);
   }
 
@@ -45,26 +45,35 @@ class InstrumentalSums {
     ages_ = factor * (ages_ + weight_);
     weight_ = factor * weight_ + Real(1);
     squares_ = factor * factor * squares_ + Real(1);
+    start_weight_ *= factor;
   }
 
+  /// Certainty of the start and of the present estimate, per unit residual variance; all > 0.
+  struct Prior {
+    Vector start, hold;
+  };
   struct Solution {
     Vector theta;
     /// Information about each parameter over what holds it, those before it taken as known; 1: none but that.
     Vector gain;
   };
-  [[nodiscard]] Solution solve(const Vector& hold, const Vector& held) const noexcept {
+  [[nodiscard]] Solution solve(const Prior& prior) const noexcept {
     Column right;
-    for (std::size_t i = 0; i < N; ++i) right(static_cast<int>(i)) = q_[i] + hold[i] * held[i];
-    const Eigen::PartialPivLU<Matrix> factors(matrix(hold));
+    for (std::size_t i = 0; i < N; ++i)
+      right(static_cast<int>(i)) =
+          q_[i] + start_weight_ * prior.start[i] * start_[i] + prior.hold[i] * held_[i];
+    const Eigen::PartialPivLU<Matrix> factors(matrix(prior));
     const Column solution = factors.solve(right);
     Solution s;
     for (std::size_t i = 0; i < N; ++i) {
       const int j = static_cast<int>(i);
       s.theta[i] = solution(j);
-      s.gain[i] = std::abs(factors.matrixLU()(j, j)) / hold[i];
+      s.gain[i] = std::abs(factors.matrixLU()(j, j)) / prior.hold[i];
     }
     return s;
   }
+  /// From now on what is not excited stays here.
+  void hold(const Vector& theta) noexcept { held_ = theta; }
 
   /// Without excitation the sums fade; this keeps them from fading into slow denormal numbers.
   void flush() noexcept {
@@ -74,8 +83,8 @@ class InstrumentalSums {
 
   /// R^-1 E[z z'] R^-T per unit residual variance of white noise: the weights' squares against the weights,
   /// E[z f'] taken for E[z z'].
-  [[nodiscard]] Matrix covariance(const Vector& hold) const noexcept {
-    const Matrix inverse = matrix(hold).inverse();
+  [[nodiscard]] Matrix covariance(const Prior& prior) const noexcept {
+    const Matrix inverse = matrix(prior).inverse();
     const Matrix symmetric = Real(0.5) * (inverse + inverse.transpose());
     return weight_ > Real(0) ? Matrix(symmetric * (squares_ / weight_)) : symmetric;
   }
@@ -92,18 +101,20 @@ class InstrumentalSums {
  private:
   using Column = Eigen::Matrix<Real, static_cast<int>(N), 1>;
 
-  [[nodiscard]] Matrix matrix(const Vector& hold) const noexcept {
+  [[nodiscard]] Matrix matrix(const Prior& prior) const noexcept {
     Matrix m =
         Eigen::Map<const Eigen::Matrix<Real, static_cast<int>(N), static_cast<int>(N), Eigen::RowMajor>>(
             r_.data());
-    for (std::size_t i = 0; i < N; ++i) m(static_cast<int>(i), static_cast<int>(i)) += hold[i];
+    for (std::size_t i = 0; i < N; ++i)
+      m(static_cast<int>(i), static_cast<int>(i)) += start_weight_ * prior.start[i] + prior.hold[i];
     return m;
   }
 
   static constexpr Real kNothing = Real(1e-30);
 
   std::array<Real, N * N> r_{};
-  Vector q_{};
+  Vector q_{}, start_{}, held_{};
+  Real start_weight_ = Real(1);
   Real weight_ = Real(0), squares_ = Real(0), ages_ = Real(0);
 };
 

@@ -32,11 +32,11 @@ struct InstrumentalVariablesConfig {
   /// Estimate 2 theta(memory) - theta(2 memory), which has no lag but that of the oscillation: 1.8 times the
   /// variance.
   bool extrapolate = false;
-  /// Variance of the start per unit residual variance, relative to each parameter's typical size squared, >
-  /// 0.
-  double start_variance = 10.0;
-  /// Limit of each parameter's variance over that of its start, > 0.
-  double largest_variance = 1.0;
+  /// How far the start may be off: standard deviation of each parameter over its typical size, > 0.
+  double start_deviation = 0.1;
+  /// The same for what is no longer excited: certainty falls down to here, and not further, > 0.
+  double largest_deviation = 0.1;
+  double noise_rms = 0.0;  ///< Of the measured output, for these two; 0: learned.
 };
 
 /// Closed-loop instrumental variables: linear in theta, consistent under feedback whatever the noise, without
@@ -88,11 +88,12 @@ class InstrumentalVariables {
     for (std::size_t i = 0; i < kParameters; ++i) {
       iv.adjusted_[i] = size[i] > Real(0);
       iv.estimated_ += iv.adjusted_[i] ? 1 : 0;
-      iv.information_[i] = size[i] > Real(0)
-                               ? Real(1) / (static_cast<Real>(config.start_variance) * size[i] * size[i])
-                               : Real(1);
-      iv.hold_[i] = iv.information_[i] / static_cast<Real>(config.largest_variance);
+      const Real start = static_cast<Real>(config.start_deviation) * size[i];
+      const Real hold = static_cast<Real>(config.largest_deviation) * size[i];
+      iv.unit_prior_.start[i] = iv.adjusted_[i] ? Real(1) / (start * start) : Real(1);
+      iv.unit_prior_.hold[i] = iv.adjusted_[i] ? Real(1) / (hold * hold) : Real(1);
     }
+    iv.noise_variance_ = static_cast<Real>(config.noise_rms * config.noise_rms);
     const double forgotten = std::isinf(memory) ? 0.0 : (config.extrapolate ? 6.0 : 3.0) * memory;
     iv.settling_ = static_cast<std::uint64_t>(
         std::max(forgotten, (std::isinf(memory) ? 20.0 : 4.0) * static_cast<double>(iv.estimated_)));
@@ -132,12 +133,12 @@ class InstrumentalVariables {
     loop_.set_model(start_model_);
     regressors_.reset();
     if (refined_) regressors_.set_filter(start_model_);
-    sums_.reset(start_, information_);
-    long_sums_.reset(start_, information_);
-    theta_ = held_ = long_held_ = start_;
+    sums_.reset(start_);
+    long_sums_.reset(start_);
+    theta_ = start_;
     residual_ = squared_errors_ = error_weight_ = Real(0);
     samples_ = skipped_ = 0;
-    paused_ = since_refresh_ = 0;
+    paused_ = since_refresh_ = unusable_ = 0;
     excited_ = following_ = true;
   }
 
@@ -147,7 +148,7 @@ class InstrumentalVariables {
     if (!(error_weight_ > Real(0)) || samples_ - skipped_ <= estimated_) {
       return Covariance::Identity() * std::numeric_limits<Real>::infinity();
     }
-    return gradient * (sums_.covariance(hold_) * (residual_variance() * variance_growth())) *
+    return gradient * (sums_.covariance(prior()) * (residual_variance() * variance_growth())) *
            gradient.transpose();
   }
   /// The equations' mean age (none when extrapolated), the known delay, half a sample of the held input, and
@@ -193,7 +194,10 @@ class InstrumentalVariables {
   using Regressors = InstrumentalRegressors<Real, Order>;
   using Vector = typename Regressors::Vector;
   static constexpr std::size_t kParameters = Regressors::kParameters;
-  static constexpr Real kLeastGain = Real(10);
+  using Sums = InstrumentalSums<Real, kParameters>;
+  using Prior = typename Sums::Prior;
+  static constexpr Real kLeastVariance = Real(1e-20);
+  static constexpr Real kLeastGain = Real(2);      // half the limit's variance
   static constexpr double kOscillationLag = 0.75;  // of 1/(zeta w)
 
   InstrumentalVariables(const Loop& loop, const Regressors& regressors) noexcept
@@ -218,27 +222,53 @@ class InstrumentalVariables {
 
   void refresh() noexcept {
     since_refresh_ = 0;
-    const auto solution = sums_.solve(hold_, held_);
-    held_ = solution.theta;
-    if (extrapolate_) long_held_ = long_sums_.solve(hold_, long_held_).theta;
-    excited_ = true;
+    const auto solution = sums_.solve(prior());
+    theta_ = solution.theta;
+    sums_.hold(theta_);
+    if (extrapolate_) {
+      const Vector older = long_sums_.solve(prior()).theta;
+      long_sums_.hold(older);
+      theta_ = extrapolated(theta_, older);
+    }
+    Real gain = std::numeric_limits<Real>::infinity();
     for (std::size_t i = 0; i < 2 * Order; ++i)
-      excited_ = excited_ && (solution.gain[i] > kLeastGain || !adjusted_[i]);
+      if (adjusted_[i]) gain = std::min(gain, solution.gain[i]);
+    excited_ = gain > kLeastGain;
     sums_.flush();
     long_sums_.flush();
     regressors_.flush();
     loop_.flush();
-    theta_ = extrapolate_ ? extrapolated(held_, long_held_) : held_;
-    const Model model = regressors_.model(held_);
+    const Model model = regressors_.model(solution.theta);
     following_ = usable(model);
-    if (!following_) return;
+    if (following_) {
+      follow(model);
+      unusable_ = 0;
+    } else if (++unusable_ * kRefresh >
+               settling_) {  // lost: starts again from the last model that was usable
+      sums_.reset(regressors_.parameters(loop_.model()));
+      long_sums_.reset(regressors_.parameters(loop_.model()));
+      unusable_ = 0;
+    }
+  }
+  void follow(const Model& model) noexcept {
     loop_.set_model(model);
     if (refined_) regressors_.set_filter(model);
   }
 
   [[nodiscard]] Vector newest() const noexcept {
-    const Vector theta = sums_.solve(hold_, held_).theta;
-    return extrapolate_ ? extrapolated(theta, long_sums_.solve(hold_, long_held_).theta) : theta;
+    const Vector theta = sums_.solve(prior()).theta;
+    return extrapolate_ ? extrapolated(theta, long_sums_.solve(prior()).theta) : theta;
+  }
+  /// In units of the noise, so that deviations of the parameters are meant.
+  [[nodiscard]] Prior prior() const noexcept {
+    const Real learned = error_weight_ > Real(0) ? squared_errors_ / error_weight_ : Real(1);
+    const Real variance = std::max(noise_variance_ > Real(0) ? noise_variance_ : learned, kLeastVariance);
+    Prior scaled = unit_prior_;
+    for (std::size_t i = 0; i < kParameters; ++i) {
+      scaled.start[i] *= adjusted_[i] ? variance : Real(1);
+      scaled.hold[i] *= adjusted_[i] ? variance : Real(1);
+    }
+    return scaled;
   }
   static Vector extrapolated(const Vector& newer, const Vector& older) noexcept {
     Vector theta;
@@ -263,23 +293,26 @@ class InstrumentalVariables {
     if (c.controller_denominator.empty()) return ConfigError{"controller_denominator", "must be given"};
     if (c.memory_samples != 0.0 && !(c.memory_samples > 1.0))
       return ConfigError{"memory_samples", "must be > 1, or 0 to choose", c.memory_samples};
-    if (!(c.start_variance > 0.0) || !std::isfinite(c.start_variance))
-      return ConfigError{"start_variance", "must be > 0", c.start_variance};
-    if (!(c.largest_variance > 0.0) || !std::isfinite(c.largest_variance))
-      return ConfigError{"largest_variance", "must be > 0", c.largest_variance};
+    if (!(c.start_deviation > 0.0) || !std::isfinite(c.start_deviation))
+      return ConfigError{"start_deviation", "must be > 0", c.start_deviation};
+    if (!(c.largest_deviation > 0.0) || !std::isfinite(c.largest_deviation))
+      return ConfigError{"largest_deviation", "must be > 0", c.largest_deviation};
+    if (!(c.noise_rms >= 0.0) || !std::isfinite(c.noise_rms))
+      return ConfigError{"noise_rms", "must be >= 0", c.noise_rms};
     return std::nullopt;
   }
 
   Loop loop_;
   Regressors regressors_;
-  InstrumentalSums<Real, kParameters> sums_, long_sums_;
-  Vector theta_{}, held_{}, long_held_{}, start_{}, information_{}, hold_{};
+  Sums sums_, long_sums_;
+  Prior unit_prior_{};
+  Vector theta_{}, start_{};
   std::array<bool, kParameters> adjusted_{};
   Model start_model_{};
   Real factor_ = Real(1), long_factor_ = Real(1);
-  Real residual_ = Real(0), squared_errors_ = Real(0), error_weight_ = Real(0);
+  Real noise_variance_ = Real(0), residual_ = Real(0), squared_errors_ = Real(0), error_weight_ = Real(0);
   std::uint64_t samples_ = 0, skipped_ = 0, settling_ = 0;
-  std::size_t paused_ = 0, since_refresh_ = 0, estimated_ = 0;
+  std::size_t paused_ = 0, since_refresh_ = 0, unusable_ = 0, estimated_ = 0;
   bool refined_ = true, extrapolate_ = false, excited_ = true, following_ = true;
 };
 

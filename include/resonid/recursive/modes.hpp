@@ -77,6 +77,29 @@ class SampledModes {
     return antiresonances(&c);
   }
 
+  /// The model of the machine whose first resonance lies higher by `factor`, with the same damping ratio and
+  /// the same masses: what a stiffness does that changes. Itself where nothing oscillates.
+  [[nodiscard]] DiscreteModel<double, Order> with_first_resonance_scaled(double factor) const noexcept {
+    DiscreteModel<double, Order> m{b_, a_};
+    std::size_t first = Order;
+    for (std::size_t i = 0; finite_ && i < Order; ++i)
+      if (pole_[i].imag() > 0.0 &&
+          (first == Order || std::abs(std::log(pole_[i])) < std::abs(std::log(pole_[first]))))
+        first = i;
+    const Expansion e = expand();
+    if (first == Order || !e.continuous) return m;
+    Roots<Order> moved = pole_;
+    for (const std::size_t i : {first, first + 1}) moved[i] = std::exp(std::log(pole_[i]) * factor);
+    m.a = from_roots<Order>(moved);
+    std::array<Complex, Order> b{};
+    for (std::size_t i = 0; i < Order; ++i) {
+      const auto product = without(moved, i);
+      for (std::size_t l = 0; l < Order; ++l) b[l] += e.residue[i] / hold_factor(moved[i]) * product[l];
+    }
+    for (std::size_t l = 0; l < Order; ++l) m.b[l] = b[l].real();
+    return m;
+  }
+
   /// Gradient of the undamped frequency of the first resonance, in Hz; all 0 where there is none.
   [[nodiscard]] std::array<double, 2 * Order> resonance_gradient() const noexcept {
     std::array<double, 2 * Order> gradient{};
@@ -179,18 +202,21 @@ class SampledModes {
     return near_one(z) ? 1.0 - 0.5 * x : std::log(z) / x;
   }
 
+  /// prod_{j != i} (x - x_j), highest power first.
+  static std::array<Complex, Order> without(const std::array<Complex, Order>& x, std::size_t i) noexcept {
+    std::array<Complex, Order> product{};
+    product[0] = 1.0;
+    for (std::size_t j = 0; j < Order; ++j) {
+      if (j == i) continue;
+      for (std::size_t l = Order - 1; l > 0; --l) product[l] -= x[j] * product[l - 1];
+    }
+    return product;
+  }
   /// Roots of sum_i R_i prod_{j != i} (s - p_j).
   [[nodiscard]] Roots<Order - 1> continuous_zeros(const Expansion& e) const noexcept {
     std::array<Complex, Order> sum{};
     for (std::size_t i = 0; i < Order; ++i) {
-      std::array<Complex, Order> product{};
-      product[0] = 1.0;
-      std::size_t degree = 0;
-      for (std::size_t j = 0; j < Order; ++j) {
-        if (j == i) continue;
-        ++degree;
-        for (std::size_t l = degree; l > 0; --l) product[l] -= e.p[j] * product[l - 1];
-      }
+      const auto product = without(e.p, i);
       for (std::size_t l = 0; l < Order; ++l) sum[l] += e.residue[i] * product[l];
     }
     // A two-mass drive's numerator is of second order in s, s^2 being the highest power for n = 3. In units

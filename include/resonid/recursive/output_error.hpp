@@ -5,9 +5,11 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <resonid/recursive/damped_gradient.hpp>
 #include <resonid/recursive/excitation_gate.hpp>
 #include <resonid/recursive/lag.hpp>
 #include <resonid/recursive/predictor_guard.hpp>
+#include <resonid/recursive/pseudo_linear.hpp>
 #include <resonid/recursive/regression.hpp>
 
 namespace resonid::recursive {
@@ -22,9 +24,11 @@ struct OutputErrorConfig {
   ModelEstimatorConfig common{};
   OutputErrorGradient gradient = OutputErrorGradient::regressor;
   /// RPEM: 1/A is taken with its poles drawn in by this factor, in (0, 1], so that the integrator leaks.
-  double filter_contraction = 0.98;
+  double filter_contraction = 0.8;
   double largest_pole_radius = 1.02;  ///< Of the predictor; above 1 leaves room to an estimated integrator.
   bool load_torque = false;           ///< Also estimates a constant torque beside u.
+  /// The loop's controller in powers of z^-1, up to order 4; empty: none. Only stability() uses it.
+  std::span<const double> controller_numerator{}, controller_denominator{};
 };
 
 /// Model of a drive from inputs and its own simulated output: direct output error.
@@ -75,7 +79,7 @@ class OutputError {
     predicted_ = simulated_.base() + rls_.predict(f);
     simulated_.push(input, predicted_);
     measured_.push(input, output);
-    if (filtered_) push_gradient(input, predicted_);
+    if (filtered_) damped_.push(input, predicted_, model());
     if (guard_.lost(output, predicted_)) simulated_ = measured_;
   }
 
@@ -83,12 +87,11 @@ class OutputError {
     rls_.reset();
     simulated_.reset();
     measured_.reset();
-    smooth_.reset();
+    damped_.reset();
     gate_.reset();
     guard_.reset();
     input_filter_.reset();
     output_filter_.reset();
-    smooth_input_ = smooth_output_ = Tail{};
     residual_ = predicted_ = Real(0);
     samples_ = skipped_ = 0;
   }
@@ -96,13 +99,17 @@ class OutputError {
   [[nodiscard]] DiscreteModel<Real, Order> model() const noexcept {
     return simulated_.model(rls_.parameters());
   }
-  /// As if the residual were white and the gradient right: of RPLR an order of magnitude only.
+  /// For white residuals and an excitation that is white in its band, by recursion_covariance(). Infinite
+  /// where the recursion is not stable. Takes some 60 us.
   [[nodiscard]] ModelCovariance<Real, Order> covariance() const noexcept {
-    return simulated_.covariance(rls_.covariance());
+    return pseudo_linear_covariance(rls_, simulated_, recursion());
   }
   [[nodiscard]] double lag_samples() const noexcept {
-    return static_cast<double>(rls_.mean_age_samples()) + oscillation_memory_samples(model());
+    return recursion_lag_samples(stability(), rls_.mean_age_samples(), model(), filtered_);
   }
+  /// Of the recursion at the newest estimate. Takes some 50 us, as does the lag that follows from it.
+  [[nodiscard]] LocalStability stability() const noexcept { return local_stability(recursion()); }
+  [[nodiscard]] bool locally_stable() const noexcept { return stability().stable; }
   [[nodiscard]] Real residual() const noexcept { return residual_; }
   /// Newest output as simulated with the newest estimate.
   [[nodiscard]] Real predicted() const noexcept { return predicted_; }
@@ -125,46 +132,43 @@ class OutputError {
  private:
   using Past = Regression<Real, Order, kExtra>;
   using Vector = typename Past::Vector;
-  using Tail = std::array<Real, Order>;
 
   OutputError(const OutputErrorConfig& c, const RecursiveLeastSquares<Real, 2 * Order + kExtra>& rls)
       : rls_(rls),
         simulated_(c.common.delay_samples, c.common.fixed_integrator),
         measured_(simulated_),
-        smooth_(simulated_),
+        damped_(c.common.delay_samples, c.common.fixed_integrator, c.filter_contraction),
         gate_(c.common.hold_below),
         guard_(c.largest_pole_radius),
         input_filter_(c.common.high_pass_hz, c.common.sample_rate_hz),
         output_filter_(c.common.high_pass_hz, c.common.sample_rate_hz),
-        contraction_(static_cast<Real>(c.filter_contraction)),
+        controller_(controller_coefficients(c.controller_numerator, c.controller_denominator)),
         filtered_(c.gradient == OutputErrorGradient::filtered) {}
 
-  /// The regressor of filtered signals is the filtered regressor.
-  [[nodiscard]] Vector gradient(const Vector& f) const noexcept {
-    Vector psi = f;
-    smooth_.fill(psi);
+  [[nodiscard]] Vector gradient(Vector psi) const noexcept {
+    damped_.fill(psi);
     return psi;
   }
-  void push_gradient(Real input, Real output) noexcept {
-    const auto a = model().a;
-    const auto filter = [&](Tail& tail, Real x) {
-      Real power = contraction_;
-      for (std::size_t i = 0; i < Order; ++i, power *= contraction_) x -= a[i] * power * tail[i];
-      for (std::size_t i = Order - 1; i > 0; --i) tail[i] = tail[i - 1];
-      tail[0] = x;
-      return x;
-    };
-    const Real smooth_input = filter(smooth_input_, input);
-    smooth_.push(smooth_input, filter(smooth_output_, output));
+
+  [[nodiscard]] PseudoLinearRecursion<Order> recursion() const noexcept {
+    PseudoLinearRecursion<Order> r;
+    r.model = r.gradient_model = widened(model());
+    r.delay_samples = simulated_.delay_samples();
+    r.fixed_integrator = simulated_.fixed_integrator();
+    r.controller = controller_;
+    r.error = RegressorFilter::inverse_a;
+    r.gradient = filtered_ ? RegressorFilter::inverse_a : RegressorFilter::none;
+    r.gradient_contraction = damped_.contraction();
+    return r;
   }
 
   RecursiveLeastSquares<Real, 2 * Order + kExtra> rls_;
-  Past simulated_, measured_, smooth_;  // inputs with simulated, measured, filtered outputs
-  Tail smooth_input_{}, smooth_output_{};
+  Past simulated_, measured_;  // inputs with simulated and with measured outputs
+  DampedGradient<Real, Order, kExtra> damped_;
   InputGate<Real> gate_;
   PredictorGuard<Real> guard_;
   HighPass<Real> input_filter_, output_filter_;
-  Real contraction_;
+  ControllerCoefficients controller_;
   bool filtered_;
   Real residual_ = Real(0), predicted_ = Real(0);
   std::uint64_t samples_ = 0, skipped_ = 0;

@@ -48,7 +48,7 @@ struct PhysicalTrackerConfig {
   double start_velocity_std = 1.0;  ///< Of both velocities and the scaled twist about the first output, > 0.
   double plant_noise_variance = 1e-9;  ///< Of each plant state per sample, >= 0: hardly any.
   std::uint32_t refresh_samples = 10;  ///< Between two exact discretisations, >= 1.
-  std::uint32_t replay_speed = 8;      ///< Old samples per new one while the start is gone over; 0: never.
+  std::uint32_t replay_speed = 6;      ///< Old samples per new one while the start is gone over; 0: never.
 
   static constexpr double kMaxDelaySamples = 64.0;
 };

@@ -19,10 +19,10 @@ enum PhysicalState : std::size_t {
   kLogLoadInertia,    ///< ln J2
   kLogStiffness,      ///< ln K
   kLogDamping,        ///< ln D
-  kViscousFriction,   ///< B
-  kCoulombFriction,   ///< Tc
   kTorqueOffset,      ///< T0, constant torque at the input that is not in u
   kStiffnessRate,     ///< d(ln K)/dt, 1/s
+  kViscousFriction,   ///< B
+  kCoulombFriction,   ///< Tc
   kPhysicalStates
 };
 
@@ -69,6 +69,9 @@ class PhysicalFilter {
   explicit PhysicalFilter(const Setup& setup) noexcept
       : setup_(setup), state_(setup.state), along_(setup.state) {
     for (std::size_t i = 0; i < kN; ++i) p_[i][i] = setup.deviation[i] * setup.deviation[i];
+    if (p_[kViscousFriction][kViscousFriction] == Real(0) &&
+        p_[kCoulombFriction][kCoulombFriction] == Real(0))
+      estimated_ = setup.noise.rate_variance > Real(0) ? kWithoutFriction : kWithoutRate;
     refresh();
   }
 
@@ -93,7 +96,7 @@ class PhysicalFilter {
     const Real sign = sign_of(state_[kDrivenVelocity]);
     linearise(u, sign);
     Vector next = state_;
-    for (std::size_t i = 0; i < kX; ++i) next[i] = deviated(held_, gradient_, i, u, sign);
+    for (std::size_t i = 0; i < kX; ++i) next[i] = normal(deviated(held_, gradient_, i, u, sign));
     propagate_covariance(extra_torque_variance);
     p_[kTorqueOffset][kTorqueOffset] += setup_.noise.offset_variance;
     if (frozen_)
@@ -153,28 +156,37 @@ class PhysicalFilter {
   }
 
  private:
-  static constexpr std::size_t kGradient = kStiffnessRate - kX;  // parameters that enter the plant's step
-  static constexpr std::size_t kNonlinear = HeldTwoMass<Real>::kDerivatives;
+  static constexpr std::size_t kGradient = kN - kX;  // the rate's part is 0
+  static constexpr std::size_t kLogs = 4;
+  static constexpr std::size_t kWithoutRate = kStiffnessRate;
+  static constexpr std::size_t kWithoutFriction = kViscousFriction;
   using Gradient = std::array<std::array<Real, kGradient>, kX>;
 
+  /// What dies away would end in subnormal numbers, which take twenty times as long.
+  static Real normal(Real v) noexcept {
+    return std::abs(v) < (sizeof(Real) > 4 ? Real(1e-30) : Real(1e-20)) ? Real(0) : v;
+  }
   static Real sign_of(Real v) noexcept { return v > Real(0) ? Real(1) : v < Real(0) ? Real(-1) : Real(0); }
 
   /// Whether the first-order correction between discretisations is no longer exact enough.
   [[nodiscard]] bool stale() const noexcept {
-    for (std::size_t i = kX; i < kX + kNonlinear; ++i)
-      if (std::abs(state_[i] - along_[i]) > Real(1e-4)) return true;
-    return false;
+    for (std::size_t i = kX; i < kX + kLogs; ++i)
+      if (std::abs(state_[i] - along_[i]) > Real(1e-3)) return true;
+    return std::abs(state_[kViscousFriction] - along_[kViscousFriction]) >
+           Real(1e-3) * std::exp(along_[kLogDamping]);
   }
   void refresh() noexcept {
     const Vector& about = frozen_ ? along_ : state_;
     const TwoMassPoint<Real> point{std::exp(about[kLogDrivenInertia]), std::exp(about[kLogLoadInertia]),
                                    std::exp(about[kLogStiffness]), std::exp(about[kLogDamping]),
                                    about[kViscousFriction]};
-    held_ = HeldTwoMass<Real>::over(point, setup_.twist_scale, setup_.sample_time_s);
+    const std::size_t derivatives = estimated_ == kN ? kLogs + 1 : kLogs;
+    held_ = HeldTwoMass<Real>::over(point, setup_.twist_scale, setup_.sample_time_s, derivatives);
     if (setup_.fraction > Real(0))
       partial_ = HeldTwoMass<Real>::over(point, setup_.twist_scale,
-                                         (Real(1) - setup_.fraction) * setup_.sample_time_s);
-    for (std::size_t j = kX; j < kX + kNonlinear; ++j) along_[j] = about[j];
+                                         (Real(1) - setup_.fraction) * setup_.sample_time_s, derivatives);
+    for (std::size_t j = kX; j < kX + kLogs; ++j) along_[j] = about[j];
+    along_[kViscousFriction] = about[kViscousFriction];
     since_refresh_ = 0;
   }
 
@@ -199,7 +211,9 @@ class PhysicalFilter {
     Gradient g;
     const Real torque = torque_along(u, sign);
     for (std::size_t i = 0; i < kX; ++i) {
-      for (std::size_t j = 0; j < kNonlinear; ++j) g[i][j] = step_of(held.by_log[j][i], torque);
+      for (std::size_t j = 0; j < kLogs; ++j) g[i][j] = step_of(held.by_log[j][i], torque);
+      g[i][kStiffnessRate - kX] = Real(0);
+      g[i][kViscousFriction - kX] = step_of(held.by_log[kLogs][i], torque);
       g[i][kCoulombFriction - kX] = -sign * held.ab[i][kX];
       g[i][kTorqueOffset - kX] = held.ab[i][kX];
     }
@@ -214,24 +228,34 @@ class PhysicalFilter {
     return value;
   }
 
-  /// P = F P F^T + Q with F = [A G; 0 T]: only the plant's rows, and the stiffness with its rate, move.
-  void propagate_covariance(Real extra_torque_variance) noexcept {
+  /// P = F P F^T + Q with F = [A G; 0 T]: only the plant's rows move here. `N`: states that are estimated,
+  /// the others' covariance is 0.
+  template <std::size_t N>
+  void propagate(Real extra_torque_variance) noexcept {
     std::array<Vector, kX> moved;  // [A G] P
-    for (std::size_t i = 0; i < kX; ++i)
-      for (std::size_t j = 0; j < kN; ++j) {
-        Real sum = held_.ab[i][0] * p_[0][j] + held_.ab[i][1] * p_[1][j] + held_.ab[i][2] * p_[2][j];
-        for (std::size_t l = 0; l < kGradient; ++l) sum += gradient_[i][l] * p_[kX + l][j];
-        moved[i][j] = sum;
-      }
+    for (std::size_t i = 0; i < kX; ++i) {
+      for (std::size_t j = 0; j < N; ++j)
+        moved[i][j] = held_.ab[i][0] * p_[0][j] + held_.ab[i][1] * p_[1][j] + held_.ab[i][2] * p_[2][j];
+      for (std::size_t l = kX; l < N; ++l)
+        for (std::size_t j = 0; j < N; ++j) moved[i][j] += gradient_[i][l - kX] * p_[l][j];
+    }
     for (std::size_t i = 0; i < kX; ++i) {
       for (std::size_t j = i; j < kX; ++j) {
         Real sum = moved[i][0] * held_.ab[j][0] + moved[i][1] * held_.ab[j][1] + moved[i][2] * held_.ab[j][2];
-        for (std::size_t l = 0; l < kGradient; ++l) sum += moved[i][kX + l] * gradient_[j][l];
+        for (std::size_t l = kX; l < N; ++l) sum += moved[i][l] * gradient_[j][l - kX];
         p_[i][j] = p_[j][i] = sum + held_.ab[i][kX] * held_.ab[j][kX] * extra_torque_variance;
       }
       p_[i][i] += setup_.noise.plant_variance;
-      for (std::size_t j = kX; j < kN; ++j) p_[j][i] = p_[i][j] = moved[i][j];
+      for (std::size_t j = kX; j < N; ++j) p_[j][i] = p_[i][j] = normal(moved[i][j]);
     }
+  }
+  void propagate_covariance(Real extra_torque_variance) noexcept {
+    if (estimated_ == kWithoutRate)
+      propagate<kWithoutRate>(extra_torque_variance);
+    else if (estimated_ == kWithoutFriction)
+      propagate<kWithoutFriction>(extra_torque_variance);
+    else
+      propagate<kN>(extra_torque_variance);
   }
 
   void drift(Real agility) noexcept {
@@ -252,31 +276,44 @@ class PhysicalFilter {
   }
 
   void correct(const Vector& row, Real innovation, Real variance) noexcept {
+    if (estimated_ == kWithoutRate)
+      correct<kWithoutRate>(row, innovation, variance);
+    else if (estimated_ == kWithoutFriction)
+      correct<kWithoutFriction>(row, innovation, variance);
+    else
+      correct<kN>(row, innovation, variance);
+  }
+  template <std::size_t N>
+  void correct(const Vector& row, Real innovation, Real variance) noexcept {
     Vector ph;
-    for (std::size_t i = 0; i < kN; ++i) ph[i] = row_product(i, row);
+    times<N>(row, ph);
     Real s = variance;
-    for (std::size_t j = 0; j < kStiffnessRate; ++j) s += row[j] * ph[j];
+    for (std::size_t j = 0; j < N; ++j) s += row[j] * ph[j];
     innovation_ = innovation;
     innovation_variance_ = s;
     if (!(s > Real(0)) || !std::isfinite(s) || !std::isfinite(innovation)) return;
     Vector gain;
-    for (std::size_t i = 0; i < kN; ++i) gain[i] = ph[i] / s;
-    stiffness_gain_ = gain[kLogStiffness];
+    for (std::size_t i = 0; i < N; ++i) gain[i] = ph[i] / s;
     const Real before = p_[kLogStiffness][kLogStiffness];
     // Joseph: (I - K h) P (I - K h)^T + K r K^T, the upper half, mirrored
-    for (std::size_t i = 0; i < kN; ++i)
-      for (std::size_t j = 0; j < kN; ++j) p_[i][j] -= gain[i] * ph[j];
-    for (std::size_t i = 0; i < kN; ++i) ph[i] = row_product(i, row) - variance * gain[i];
-    for (std::size_t i = 0; i < kN; ++i)
-      for (std::size_t j = i; j < kN; ++j) p_[i][j] = p_[j][i] = p_[i][j] - ph[i] * gain[j];
+    for (std::size_t i = 0; i < N; ++i)
+      for (std::size_t j = 0; j < N; ++j) p_[i][j] -= gain[i] * ph[j];
+    times<N>(row, ph);
+    for (std::size_t i = 0; i < N; ++i) ph[i] -= variance * gain[i];
+    for (std::size_t i = 0; i < N; ++i)
+      for (std::size_t j = i; j < N; ++j) p_[i][j] = p_[j][i] = p_[i][j] - ph[i] * gain[j];
+    stiffness_gain_ = gain[kLogStiffness];
     stiffness_news_ = before > Real(0) ? Real(1) - p_[kLogStiffness][kLogStiffness] / before : Real(0);
-    for (std::size_t i = 0; i < kN; ++i) state_[i] += gain[i] * innovation;
+    for (std::size_t i = 0; i < N; ++i) state_[i] += gain[i] * innovation;
   }
-  [[nodiscard]] Real row_product(std::size_t i, const Vector& row) const noexcept {
-    if (!(setup_.fraction > Real(0))) return p_[i][kDrivenVelocity];
-    Real sum(0);
-    for (std::size_t j = 0; j < kStiffnessRate; ++j) sum += p_[i][j] * row[j];
-    return sum;
+  /// P h^T
+  template <std::size_t N>
+  void times(const Vector& row, Vector& product) const noexcept {
+    for (std::size_t i = 0; i < N; ++i) {
+      product[i] = p_[i][kDrivenVelocity] * row[kDrivenVelocity];
+      if (!(setup_.fraction > Real(0))) continue;
+      for (std::size_t j = 1; j < N; ++j) product[i] += p_[i][j] * row[j];
+    }
   }
 
   Setup setup_{};
@@ -292,6 +329,7 @@ class PhysicalFilter {
   Real stiffness_gain_{};
   Real stiffness_news_{};
   std::uint32_t since_refresh_ = 0;
+  std::size_t estimated_ = kN;
   bool frozen_ = false;
 };
 

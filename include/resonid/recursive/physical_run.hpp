@@ -77,14 +77,16 @@ class TrendWatch {
   void see(double gain, double innovation, double expected_variance) noexcept {
     if (!(keep_ > 0.0)) return;
     sum_ = keep_ * sum_ + gain * innovation;
-    variance_ = keep_ * keep_ * variance_ + gain * gain * expected_variance;
-    const double ratio = variance_ > 0.0 ? sum_ * sum_ / variance_ : 1.0;
-    agility_ = std::clamp(ratio, 1.0, kMost) * std::clamp(ratio, 1.0, kMost);
+    variance_ = keep_ * keep_ * variance_ + gain * gain * expected_variance + kLeast;
+    const double ratio = sum_ * sum_ / variance_;
+    const double factor = std::clamp(ratio, 1.0, kMost);
+    agility_ = factor * factor;
   }
   [[nodiscard]] double agility() const noexcept { return agility_; }
 
  private:
   static constexpr double kMost = 100.0;
+  static constexpr double kLeast = 1e-60;
   double keep_ = 0.0;
   double sum_ = 0.0;
   double variance_ = 0.0;

@@ -21,10 +21,10 @@ enum class PhysicalParameter : std::size_t {
   load_inertia,
   stiffness,
   damping,
-  viscous_friction,
-  coulomb_friction,
   torque_offset,
-  stiffness_rate
+  stiffness_rate,
+  viscous_friction,
+  coulomb_friction
 };
 
 /// J1, J2, K, D of a two-mass drive sample by sample, directly: extended Kalman filter of the plant's states
@@ -57,7 +57,7 @@ class PhysicalTracker {
   void step(Scalar excitation, Scalar u, Scalar y) noexcept;
   void reset() noexcept;
 
-  /// Value in SI units: kgm2, kgm2, Nm/rad, Nms/rad, Nms/rad, Nm, Nm, 1/s.
+  /// Value in SI units: kgm2, kgm2, Nm/rad, Nms/rad, Nm, 1/s, Nms/rad, Nm.
   [[nodiscard]] double value(PhysicalParameter p) const noexcept;
   [[nodiscard]] double standard_deviation(PhysicalParameter p) const noexcept {
     return std::sqrt(covariance()(index(p), index(p)));
@@ -108,6 +108,7 @@ class PhysicalTracker {
   static constexpr std::size_t kBetweenReplays = 16;
   static constexpr double kLinearityShare = 0.1;
   static constexpr double kLeastEffect = 0.02;
+  static constexpr double kEffectPeriods = 2.0;  // of the resonance
   static constexpr std::size_t kPolishInRow = 2;
   static constexpr double kTrendPeriods = 15.0;                                // of the resonance
   static constexpr std::array<double, 4> kOtherStarts = {0.5, 2.0, 0.7, 1.4};  // times the stiffness given

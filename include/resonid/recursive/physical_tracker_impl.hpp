@@ -44,7 +44,7 @@ PhysicalTracker<Real, ReplaySamples>::PhysicalTracker(const PhysicalTrackerConfi
   set(P::stiffness_rate, 0.0, drift);
   for (std::size_t i = 0; i < HeldTwoMass<Real>::kStates; ++i)
     setup_.deviation[i] = static_cast<Real>(c.start_velocity_std);
-  effect_gain_ = 1.0 - std::exp(-ts * static_cast<double>(setup_.twist_scale) / (kTwoPi * 10.0));
+  effect_gain_ = 1.0 - std::exp(-ts * static_cast<double>(setup_.twist_scale) / (kTwoPi * kEffectPeriods));
   reset();
 }
 
@@ -133,6 +133,7 @@ void PhysicalTracker<Real, ReplaySamples>::watch_excitation() noexcept {
   const double effect = static_cast<double>(run_.filter.stiffness_effect());
   effect_mean_ += effect_gain_ * (effect - effect_mean_);
   effect_power_ += effect_gain_ * ((effect - effect_mean_) * (effect - effect_mean_) - effect_power_);
+  if (std::abs(effect_mean_) < 1e-30) effect_mean_ = 0.0;
   excited_ = effect_power_ > kLeastEffect * kLeastEffect * static_cast<double>(run_.noise.variance());
 }
 

@@ -10,8 +10,8 @@
 #include <limits>
 #include <resonid/base/expected.hpp>
 #include <resonid/recursive/discrete_model.hpp>
+#include <resonid/recursive/lag.hpp>
 #include <resonid/recursive/line_rows.hpp>
-#include <resonid/recursive/oscillation_lag.hpp>
 #include <resonid/recursive/response_fit.hpp>
 #include <resonid/recursive/weighted_rows.hpp>
 #include <span>
@@ -61,12 +61,12 @@ class RecursiveResponseFit {
     for (std::size_t l = 0; l < fit.count_; ++l)
       fit.line_[l] = LineRows<Real, Order>(config.frequency_hz[l] / config.sample_rate_hz);
     fit.levy_ = config.levy;
-    fit.sample_rate_hz_ = config.sample_rate_hz;
     fit.integrator_ = config.integrator;
     fit.memory_ = config.memory_steps > 0.0 ? config.memory_steps : 4.0 * count;
     fit.forgetting_ = static_cast<Real>(1.0 - 1.0 / fit.memory_);
-    const double n = config.correlated_steps;
-    fit.repeated_ = n > 0.0 ? 1.0 - fit.memory_ / n * -std::expm1(-n / fit.memory_) : count / fit.memory_;
+    // Mean over an exponential memory of noise whose correlation falls linearly within n steps.
+    const double n = std::max(config.correlated_steps, count);
+    fit.repeated_ = 1.0 + fit.memory_ / n * std::expm1(-n / fit.memory_);
     return fit;
   }
 
@@ -117,7 +117,8 @@ class RecursiveResponseFit {
     if (!ready_) return ModelCovariance<Real, Order>::Constant(std::numeric_limits<Real>::infinity());
     const Real rows = std::max(Real(1), sum_.rows());
     const Real turns = rows / Real(2 * count_);
-    const Real spare = Real(1) - Real(columns_) / std::max(Real(columns_ + 1), Real(2 * count_));
+    const Real fitted = static_cast<Real>(repeated_) * Real(columns_) / Real(2 * count_);
+    const Real spare = Real(1) - std::min(fitted, static_cast<Real>(0.9));
     const Real variance = sum_.squares() / rows / spare;
     return model_covariance<Real, Order>(sum_.covariance() * variance * turns * static_cast<Real>(repeated_));
   }
@@ -125,7 +126,7 @@ class RecursiveResponseFit {
   /// How far the model lags behind slow changes of the machine, beyond the lag of the lines that it is given;
   /// with step() called at every sample.
   [[nodiscard]] double lag_samples() const noexcept {
-    return ready_ ? memory_ - 1.0 + oscillation_lag_samples(model(), sample_rate_hz_) : 0.0;
+    return ready_ ? memory_ - 1.0 + oscillation_memory_samples(model()) : 0.0;
   }
   [[nodiscard]] std::size_t lines() const noexcept { return count_; }
   [[nodiscard]] std::size_t next_line() const noexcept { return next_; }
@@ -139,7 +140,7 @@ class RecursiveResponseFit {
   WeightedRows<Real, 2 * Order> sum_;
   DifferenceModel<Real, Order> model_{};
   Real forgetting_{1};
-  double sample_rate_hz_ = 0.0, memory_ = 0.0,
+  double memory_ = 0.0,
          repeated_ = 1.0;  // repeated_: variance of the mean over the memory, per turn
   std::size_t count_ = 0, columns_ = 0, next_ = 0;
   bool levy_ = false, integrator_ = true, ready_ = false;

@@ -82,6 +82,8 @@ class Regression {
   }
   void reset() noexcept { *this = Regression(delay_, fixed_); }
 
+  [[nodiscard]] std::size_t delay_samples() const noexcept { return delay_; }
+  [[nodiscard]] bool fixed_integrator() const noexcept { return fixed_; }
   [[nodiscard]] Real base() const noexcept { return fixed_ ? last_ : Real(0); }
   /// The entries of b and a; the extra ones stay as they are.
   void fill(Vector& f) const noexcept {

@@ -11,8 +11,8 @@
 #include <optional>
 #include <resonid/base/expected.hpp>
 #include <resonid/recursive/discrete_model.hpp>
+#include <resonid/recursive/lag.hpp>
 #include <resonid/recursive/line_rows.hpp>
-#include <resonid/recursive/oscillation_lag.hpp>
 #include <resonid/recursive/weighted_rows.hpp>
 #include <span>
 
@@ -54,7 +54,6 @@ class ResponseFit {
     fit.iterations_ = config.iterations;
     fit.warm_ = config.warm_start;
     fit.integrator_ = config.integrator;
-    fit.sample_rate_hz_ = config.sample_rate_hz;
     fit.weigh_ = config.weigh_deviations;
     fit.columns_ = 2 * Order - (config.integrator ? 1 : 0);
     for (std::size_t l = 0; l < fit.count_; ++l)
@@ -120,9 +119,9 @@ class ResponseFit {
     return used > Real(0) ? std::sqrt(sum / used) : std::numeric_limits<Real>::quiet_NaN();
   }
   /// How far the model lags behind slow changes of the machine, beyond the lag of the lines that it is given
-  /// (half a window for the sliding DFT): see oscillation_lag_samples().
+  /// (half a window for the sliding DFT): see oscillation_memory_samples().
   [[nodiscard]] double lag_samples() const noexcept {
-    return ready_ ? oscillation_lag_samples(model(), sample_rate_hz_) : 0.0;
+    return ready_ ? oscillation_memory_samples(model()) : 0.0;
   }
   /// Whether there is a model.
   [[nodiscard]] bool ready() const noexcept { return ready_; }
@@ -199,7 +198,6 @@ class ResponseFit {
   std::array<LineRows<Real, Order>, MaxLines> line_{};
   Lines lines_{};
   DifferenceModel<Real, Order> model_{};
-  double sample_rate_hz_ = 0.0;
   std::size_t count_ = 0, columns_ = 0, iterations_ = 1;
   bool warm_ = true, integrator_ = true, weigh_ = false, ready_ = false;
   std::uint64_t steps_ = 0, skipped_ = 0;

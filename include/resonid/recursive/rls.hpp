@@ -98,7 +98,7 @@ class RecursiveLeastSquares {
       return false;
     }
     error_ = error;
-    const Real share = weight_squares_ > Real(0) ? weight_squares_ / weights_ : Real(1);
+    const Real share = weight_share();
     const Real normalized = weight * error * error / (Real(1) + weight * share * spread);
     const Real forgotten = update(f, spread, error, weight, normalized);
     ages_ = forgotten * (ages_ + weights_);
@@ -136,7 +136,11 @@ class RecursiveLeastSquares {
   /// in the steady state of constant forgetting). Infinite until there are more samples than parameters.
   [[nodiscard]] Matrix covariance() const noexcept {
     if (used_samples() <= Parameters) return Matrix::Identity() * std::numeric_limits<Real>::infinity();
-    return factors_.dense() * (residual_variance() * weight_squares_ / weights_);
+    return factors_.dense() * (residual_variance() * weight_share());
+  }
+  /// Sum of the squared weights over the sum of the weights: 1 without forgetting, 1/(1 + lambda) with.
+  [[nodiscard]] Real weight_share() const noexcept {
+    return weights_ > Real(0) ? weight_squares_ / weights_ : Real(1);
   }
   /// Of the equation error at weight 1, over the memory; infinite before the first sample.
   [[nodiscard]] Real residual_variance() const noexcept {

@@ -28,6 +28,9 @@ struct Entry {
 /// Publication IV: a multisine tracked by a bank of fixed-gain Kalman filters, and the gap between two belts.
 [[nodiscard]] report::Document publication_iv(const Options& options);
 
+/// Publication V: sliding DFTs of a multisine on a tooth belt, and a model fitted to them over the position.
+[[nodiscard]] report::Document publication_v(const Options& options);
+
 /// Publication VI: a chirp tracked by one Kalman filter that follows it, the Nyquist plot's distances, and a
 /// two-mass fit.
 [[nodiscard]] report::Document publication_vi(const Options& options);

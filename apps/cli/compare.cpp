@@ -1,0 +1,106 @@
+// SPDX-License-Identifier: MIT
+#include <fmt/format.h>
+
+#include <CLI/App.hpp>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <resonid/identification/compare.hpp>
+#include <resonid/io/controller_file.hpp>
+#include <resonid/io/number_list.hpp>
+#include <resonid/report/compare.hpp>
+
+#include "errors.hpp"
+#include "options.hpp"
+#include "output.hpp"
+#include "result_file.hpp"
+#include "verbs.hpp"
+
+namespace resonid::cli {
+namespace {
+
+struct CompareVerb {
+  std::string first, second;
+  std::string controller, weight;
+  identification::CompareOptions options;
+  std::string report, json;
+  bool require_trusted = false, require_unchanged = false;
+};
+
+/// A plain factor, or a transfer function.
+data::TransferFunction weight_of(const std::string& text, double sample_time_s) {
+  if (const auto factor = io::parse_number(text)) {
+    if (*factor == 0.0) throw UsageError("--weight: found 0, required a number other than 0 or a JSON file");
+    return {{*factor}, {1.0}, sample_time_s};
+  }
+  const auto file = io::read_controller(text, sample_time_s);
+  if (!file) throw UsageError("--weight: " + file.error().message);
+  return *file;
+}
+
+void run_compare(CompareVerb& o) {
+  const bool quiet = standard_output_taken({{"--report", o.report}, {"--json", o.json}});
+  refuse_shared_files({o.first, o.second}, {{"--report", o.report}, {"--json", o.json}});
+  if (!o.controller.empty() && !o.weight.empty())
+    throw UsageError("--weight: found beside --controller, required one of the two");
+  if (!(o.options.confidence > 0.0 && o.options.confidence < 1.0))
+    throw UsageError(fmt::format("--confidence: found {:g}, required between 0 and 1", o.options.confidence));
+  refuse_unwritable({o.report, o.json});
+  const auto first = read_result(o.first), second = read_result(o.second);
+  const double sample_time_s = 1.0 / first.record.sample_rate_hz;
+  if (!o.controller.empty()) {
+    auto controller = io::read_controller(o.controller, sample_time_s);
+    if (!controller) throw UsageError("--controller: " + controller.error().message);
+    o.options.weight = std::move(*controller);
+  } else if (!o.weight.empty()) {
+    o.options.weight = weight_of(o.weight, sample_time_s);
+  }
+  const auto comparison = identification::compare(first, second, o.options);
+  if (!o.report.empty()) {
+    auto page = report::document(comparison);
+    page.command = fmt::format("resonid compare {} {} --report {}", o.first, o.second, o.report);
+    write_output(o.report, report::document_page(page));
+  }
+  if (!o.json.empty()) write_json(o.json, report::to_json(comparison));
+  if (!quiet) {
+    print(report::summary_text(comparison));
+    if (!o.report.empty()) print(fmt::format("Report written to {}\n", o.report));
+  }
+  if (o.require_trusted && !comparison.trusted)
+    throw NotTrustedError("the comparison is not to be trusted; the findings say why");
+  if (o.require_unchanged && comparison.changed)
+    throw NotTrustedError("the two results differ significantly");
+}
+
+}  // namespace
+
+void add_compare(CLI::App& app) {
+  auto* verb = app.add_subcommand("compare", "Tells what changed between two results, and how surely");
+  verb->footer(
+      "Example:\n"
+      "  resonid compare january.json june.json --controller pi:1.036,0.147 --report changes.html\n"
+      "A.json and B.json are what 'resonid identify ... --json FILE' writes. Responses are compared by their "
+      "chordal\n"
+      "distance, which depends on the unit: scale them by the controller, or by a weight.");
+  const auto o = std::make_shared<CompareVerb>();
+  verb->add_option("A", o->first, "result of identify --json, the baseline")->required()->type_name("A.json");
+  verb->add_option("B", o->second, "result of identify --json, what it is now")
+      ->required()
+      ->type_name("B.json");
+  verb->add_option("--controller", o->controller,
+                   "scale both responses by the controller: pi:KP,TI or a JSON file")
+      ->type_name("SPEC");
+  verb->add_option("--weight", o->weight,
+                   "scale them by a number, or by the transfer function of a JSON file")
+      ->type_name("X|FILE");
+  add_number(*verb, "--confidence", o->options.confidence, "P",
+             "of the verdict over all differences together");
+  verb->add_option("--report", o->report, "self-contained HTML report")->type_name("FILE");
+  verb->add_option("--json", o->json, "comparison for machines ('-': standard output)")->type_name("FILE");
+  verb->add_flag("--require-trusted", o->require_trusted,
+                 "exit code 3 when the comparison is not to be trusted");
+  verb->add_flag("--require-unchanged", o->require_unchanged,
+                 "exit code 3 when anything changed significantly");
+  verb->callback([o] { run_compare(*o); });
+}
+
+}  // namespace resonid::cli

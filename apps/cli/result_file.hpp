@@ -1,0 +1,13 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <resonid/identification/result.hpp>
+#include <string>
+
+namespace resonid::cli {
+
+/// The result that `identify --json` wrote; a file that holds none is an InputError that names every wrong or
+/// missing field by its JSON path.
+[[nodiscard]] identification::Result read_result(const std::string& path);
+
+}  // namespace resonid::cli

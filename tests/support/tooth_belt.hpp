@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <Eigen/Dense>
+#include <array>
+#include <cmath>
+#include <resonid/base/constants.hpp>
+#include <resonid/base/linear_system.hpp>
+#include <resonid/recursive/discrete_model.hpp>
+#include <resonid/recursive/positive_real.hpp>
+
+namespace resonid::test {
+
+/// The tooth belt of Publications II, III and V with its cart at `place_m`, sampled (METHOD 2.2).
+inline recursive::DiscreteModel<double, 3> tooth_belt(double place_m, double sample_time_s,
+                                                      double quality = 10.0) {
+  constexpr double kPulley = 0.0028, kCart = 6.7, kRadius = 0.0199, kSpecific = 376406.25;
+  const double near = kSpecific / place_m, far = kSpecific / (1.7 - place_m), below = kSpecific / 2.14;
+  const double stiffness = (near + far * below / (far + below)) * kRadius * kRadius;
+  const double load = kCart * kRadius * kRadius;
+  const double omega = std::sqrt(stiffness * (1.0 / kPulley + 1.0 / load)),
+               damping = stiffness / (omega * quality);
+  LinearSystem<double, 3> machine;  // velocities of pulley and cart, twist
+  machine.a << -damping / kPulley, damping / kPulley, -stiffness / kPulley, damping / load, -damping / load,
+      stiffness / load, 1.0, -1.0, 0.0;
+  machine.b << 1.0 / kPulley, 0.0, 0.0;
+  machine.c << 1.0, 0.0, 0.0;
+  const auto sampled = zero_order_hold(machine, sample_time_s);
+  // Faddeev and Leverrier: coefficients of det(z - A) and of c adj(z - A) b.
+  recursive::DiscreteModel<double, 3> m;
+  Eigen::Matrix3d adjoint = Eigen::Matrix3d::Identity();
+  for (int i = 0; i < 3; ++i) {
+    m.b[static_cast<std::size_t>(i)] = sampled.c * adjoint * sampled.b;
+    const double a = -(sampled.a * adjoint).trace() / (i + 1);
+    m.a[static_cast<std::size_t>(i)] = a;
+    adjoint = sampled.a * adjoint + a * Eigen::Matrix3d::Identity();
+  }
+  return m;
+}
+
+/// Its soft PI within a position loop, as in the golden files and in experiments/ii_iii_tooth_prbs.toml.
+inline recursive::ControllerCoefficients tooth_belt_controller(double sample_time_s, double gain = 0.12) {
+  const double proportional = gain * (1.0 + sample_time_s / 0.2), outer = 1.0 + 5.0 * sample_time_s;
+  recursive::ControllerCoefficients c;
+  c.numerator = {proportional * outer, -proportional - gain * outer, gain};
+  c.denominator = {1.0, -2.0, 1.0};
+  return c;
+}
+
+}  // namespace resonid::test
