@@ -6,10 +6,8 @@
 namespace resonid::recursive {
 
 template class ClosedLoopOutputError<double, 1>;
-template class ClosedLoopOutputError<float, 1>;
 template class ClosedLoopOutputError<double, 3>;
 template class ClosedLoopOutputError<float, 3>;
 template class ClosedLoopOutputError<double, 5>;
-template class ClosedLoopOutputError<float, 5>;
 
 }  // namespace resonid::recursive

@@ -6,10 +6,8 @@
 namespace resonid::recursive {
 
 template class InstrumentalVariables<double, 1>;
-template class InstrumentalVariables<float, 1>;
 template class InstrumentalVariables<double, 3>;
 template class InstrumentalVariables<float, 3>;
 template class InstrumentalVariables<double, 5>;
-template class InstrumentalVariables<float, 5>;
 
 }  // namespace resonid::recursive

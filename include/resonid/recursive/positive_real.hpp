@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <Eigen/Dense>
+#include <Eigen/Core>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -9,6 +9,7 @@
 #include <cstddef>
 #include <limits>
 #include <resonid/base/constants.hpp>
+#include <resonid/recursive/bounded_algebra.hpp>
 #include <resonid/recursive/discrete_model.hpp>
 #include <resonid/recursive/modes.hpp>
 #include <span>
@@ -80,11 +81,10 @@ class PositiveReal {
 
   explicit PositiveReal(const PseudoLinearRecursion<Order>& recursion) noexcept : at_(recursion) {
     integrate();
-    const Matrix m = own_.ldlt().solve(cross_);
+    const Matrix m = solve_positive(own_, cross_);
     if (!m.allFinite()) return;
     m_ = m;
-    const Eigen::EigenSolver<Matrix> eigen(m, false);
-    result_.least_eigenvalue = eigen.eigenvalues().real().minCoeff();
+    result_.least_eigenvalue = least_real_eigenvalue(m);
     result_.stable = result_.least_eigenvalue > 0.0;
     result_.least_real_part = least_real_part_;
     result_.lag_share = lag_share(m);
@@ -177,7 +177,7 @@ class PositiveReal {
     const double moved = along(gradient, motion);
     if (at_.fixed_integrator)
       for (int i = static_cast<int>(Order) + 1; i < kN; ++i) motion(i) += motion(i - 1);
-    Vector lag = m.partialPivLu().solve(motion);
+    Vector lag = solve_square(m, motion);
     if (at_.fixed_integrator)
       for (int i = kN - 1; i > static_cast<int>(Order); --i) lag(i) -= lag(i - 1);
     return along(gradient, lag) / moved;
@@ -194,35 +194,6 @@ class PositiveReal {
   Matrix m_ = Matrix::Zero();
   LocalStability result_;
 };
-
-/// Covariance X that white residuals leave in the parameters of a pseudo-linear recursion, P being per unit
-/// residual variance and `share` = sum of squared weights over sum of weights (1 without forgetting, 1/(1 +
-/// lambda) with):
-///
-///   (M - d) X + X (M - d)' = variance P      d = 1 - 1/(2 share)
-///
-/// which is variance P share for M = I. Infinite where the recursion does not settle, Re eig M <= d.
-template <int N>
-[[nodiscard]] Eigen::Matrix<double, N, N> recursion_covariance(const Eigen::Matrix<double, N, N>& m,
-                                                               const Eigen::Matrix<double, N, N>& p,
-                                                               double variance, double share) noexcept {
-  using Matrix = Eigen::Matrix<double, N, N>;
-  using ComplexMatrix = Eigen::Matrix<std::complex<double>, N, N>;
-  const Matrix infinite = Matrix::Identity() * std::numeric_limits<double>::infinity();
-  if (!m.allFinite() || !p.allFinite() || !std::isfinite(variance)) return infinite;
-  const Eigen::EigenSolver<Matrix> eigen(m);
-  const double shift = 1.0 - 0.5 / share;
-  if (!(eigen.eigenvalues().real().minCoeff() > shift)) return infinite;
-  const ComplexMatrix v = eigen.eigenvectors();
-  const auto lu = v.partialPivLu();
-  const ComplexMatrix half = lu.solve(p.template cast<std::complex<double>>());
-  ComplexMatrix x = lu.solve(half.adjoint()).adjoint();
-  for (int i = 0; i < N; ++i)
-    for (int j = 0; j < N; ++j)
-      x(i, j) *= variance / (eigen.eigenvalues()(i) + std::conj(eigen.eigenvalues()(j)) - 2.0 * shift);
-  const Matrix result = (v * x * v.adjoint()).real();
-  return 0.5 * (result + result.transpose());
-}
 
 /// A model in double precision.
 template <class Real, std::size_t Order>

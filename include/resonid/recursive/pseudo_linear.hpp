@@ -20,8 +20,8 @@ template <class Rls, class Past, std::size_t Order>
   Matrix m = Matrix::Identity();
   m.template topLeftCorner<kModel, kModel>() = PositiveReal<Order>(recursion).matrix();
   const Matrix p = rls.information_inverse().template cast<double>();
-  const Matrix x = recursion_covariance<kAll>(m, p, static_cast<double>(rls.residual_variance()),
-                                              static_cast<double>(rls.weight_share()));
+  const Matrix x = recursion_covariance(m, p, static_cast<double>(rls.residual_variance()),
+                                        static_cast<double>(rls.weight_share()));
   return past.covariance(x.template cast<typename Rls::Scalar>().eval());
 }
 
