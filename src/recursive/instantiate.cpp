@@ -23,22 +23,16 @@ template class SampledModes<4>;
 template class SampledModes<5>;
 
 template class Arx<double, 1>;
-template class Arx<float, 1>;
 template class Arx<double, 3>;
 template class Arx<float, 3>;
 template class Arx<double, 5>;
-template class Arx<float, 5>;
 template class OutputError<double, 1>;
-template class OutputError<float, 1>;
 template class OutputError<double, 3>;
 template class OutputError<float, 3>;
 template class OutputError<double, 5>;
-template class OutputError<float, 5>;
 template class ClosedLoopOutputError<double, 1>;
-template class ClosedLoopOutputError<float, 1>;
 template class ClosedLoopOutputError<double, 3>;
 template class ClosedLoopOutputError<float, 3>;
 template class ClosedLoopOutputError<double, 5>;
-template class ClosedLoopOutputError<float, 5>;
 
 }  // namespace resonid::recursive

@@ -18,7 +18,8 @@ inline recursive::DiscreteModel<double, 3> tooth_belt(double place_m, double sam
   const double near = kSpecific / place_m, far = kSpecific / (1.7 - place_m), below = kSpecific / 2.14;
   const double stiffness = (near + far * below / (far + below)) * kRadius * kRadius;
   const double load = kCart * kRadius * kRadius;
-  const double omega = std::sqrt(stiffness * (1.0 / kPulley + 1.0 / load)), damping = stiffness / (omega * quality);
+  const double omega = std::sqrt(stiffness * (1.0 / kPulley + 1.0 / load)),
+               damping = stiffness / (omega * quality);
   LinearSystem<double, 3> machine;  // velocities of pulley and cart, twist
   machine.a << -damping / kPulley, damping / kPulley, -stiffness / kPulley, damping / load, -damping / load,
       stiffness / load, 1.0, -1.0, 0.0;

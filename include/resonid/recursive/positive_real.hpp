@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <Eigen/Dense>
+#include <Eigen/Core>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -15,6 +15,26 @@
 
 namespace resonid::recursive {
 
+/// Matrix of run-time size without heap: compiled once for all orders.
+inline constexpr int kMostParameters = 12;
+using BoundedMatrix =
+    Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, kMostParameters, kMostParameters>;
+
+/// Least real part of the eigenvalues; not a number of a matrix that is not finite.
+[[nodiscard]] double least_real_eigenvalue(const BoundedMatrix& m) noexcept;
+/// a^-1 b; not a number where a is singular.
+[[nodiscard]] BoundedMatrix solved(const BoundedMatrix& a, const BoundedMatrix& b) noexcept;
+
+/// Covariance X that white residuals leave in the parameters of a pseudo-linear recursion, P being per unit
+/// residual variance and `share` = sum of squared weights over sum of weights (1 without forgetting, 1/(1 +
+/// lambda) with):
+///
+///   (M - d) X + X (M - d)' = variance P      d = 1 - 1/(2 share)
+///
+/// which is variance P share for M = I. Infinite where the recursion does not settle, Re eig M <= d.
+[[nodiscard]] BoundedMatrix recursion_covariance(const BoundedMatrix& m, const BoundedMatrix& p,
+                                                 double variance, double share) noexcept;
+
 /// A controller in powers of z^-1, from measured output to -u; all 0 in the numerator: none.
 struct ControllerCoefficients {
   static constexpr std::size_t kMaxOrder = 4;
@@ -26,7 +46,8 @@ struct ControllerCoefficients {
 inline ControllerCoefficients controller_coefficients(std::span<const double> numerator,
                                                       std::span<const double> denominator) noexcept {
   ControllerCoefficients c;
-  for (std::size_t i = 0; i < std::min(numerator.size(), c.numerator.size()); ++i) c.numerator[i] = numerator[i];
+  for (std::size_t i = 0; i < std::min(numerator.size(), c.numerator.size()); ++i)
+    c.numerator[i] = numerator[i];
   for (std::size_t i = 0; i < std::min(denominator.size(), c.denominator.size()); ++i)
     c.denominator[i] = denominator[i];
   return c;
@@ -41,18 +62,19 @@ struct PseudoLinearRecursion {
   DiscreteModel<double, Order> model{};  ///< The machine, or the estimate that stands for it.
   std::size_t delay_samples = 0;
   bool fixed_integrator = false;
-  ControllerCoefficients controller{};                ///< Of the loop that the data comes from.
+  ControllerCoefficients controller{};                 ///< Of the loop that the data comes from.
   RegressorFilter error = RegressorFilter::inverse_a;  ///< F: 1/A of output error, S/A of CLOE.
   RegressorFilter gradient = RegressorFilter::none;    ///< H
-  DiscreteModel<double, Order> gradient_model{};      ///< That H is built from.
-  double gradient_contraction = 1.0;                  ///< Factor that draws in the poles of H = 1/A.
-  double from = 0.0, to = 0.5;                        ///< Excited band in cycles per sample.
+  DiscreteModel<double, Order> gradient_model{};       ///< That H is built from.
+  double gradient_contraction = 1.0;                   ///< Factor that draws in the poles of H = 1/A.
+  double from = 0.0, to = 0.5;                         ///< Excited band in cycles per sample.
 };
 
 /// What becomes of a small error of the parameters: on average theta' = -(1 - lambda) M (theta - theta*).
 struct LocalStability {
   bool stable = false;
-  double least_eigenvalue = -std::numeric_limits<double>::infinity();  ///< Least real part, of M; > 0: stable.
+  double least_eigenvalue =
+      -std::numeric_limits<double>::infinity();  ///< Least real part, of M; > 0: stable.
   /// Least Re F/H - 1/2 over the excited band; >= 0 is sufficient for stability, but not necessary.
   double least_real_part = -std::numeric_limits<double>::infinity();
   /// Lag of the first resonance over the mean age of the memory, when the stiffness changes and the damping
@@ -78,11 +100,10 @@ class PositiveReal {
 
   explicit PositiveReal(const PseudoLinearRecursion<Order>& recursion) noexcept : at_(recursion) {
     integrate();
-    const Matrix m = own_.ldlt().solve(cross_);
+    const Matrix m = solved(own_, cross_);
     if (!m.allFinite()) return;
     m_ = m;
-    const Eigen::EigenSolver<Matrix> eigen(m, false);
-    result_.least_eigenvalue = eigen.eigenvalues().real().minCoeff();
+    result_.least_eigenvalue = least_real_eigenvalue(m);
     result_.stable = result_.least_eigenvalue > 0.0;
     result_.least_real_part = least_real_part_;
     result_.lag_share = lag_share(m);
@@ -102,8 +123,7 @@ class PositiveReal {
       const Complex input = 1.0 / (1.0 + loop);
       const Complex output = delayed(at_.model, back) * input;
       const Complex error = filter(at_.error, at_.model, 1.0, back);
-      const Complex gradient =
-          filter(at_.gradient, at_.gradient_model, at_.gradient_contraction, back);
+      const Complex gradient = filter(at_.gradient, at_.gradient_model, at_.gradient_contraction, back);
       accumulate(back, input, output, error, gradient);
       least_real_part_ = std::min(least_real_part_, (error / gradient).real() - 0.5);
     }
@@ -154,11 +174,12 @@ class PositiveReal {
     }
     return n / d;
   }
-  [[nodiscard]] Complex filter(RegressorFilter kind, const DiscreteModel<double, Order>& m, double contraction,
-                               Complex back) const noexcept {
+  [[nodiscard]] Complex filter(RegressorFilter kind, const DiscreteModel<double, Order>& m,
+                               double contraction, Complex back) const noexcept {
     if (kind == RegressorFilter::none) return 1.0;
     const Complex a = denominator(m, contraction * back);
-    return kind == RegressorFilter::inverse_a ? 1.0 / a : 1.0 / (a * (1.0 + delayed(m, back) * controller(back)));
+    return kind == RegressorFilter::inverse_a ? 1.0 / a
+                                              : 1.0 / (a * (1.0 + delayed(m, back) * controller(back)));
   }
 
   [[nodiscard]] double lag_share(const Matrix& m) const noexcept {
@@ -175,7 +196,7 @@ class PositiveReal {
     const double moved = along(gradient, motion);
     if (at_.fixed_integrator)
       for (int i = static_cast<int>(Order) + 1; i < kN; ++i) motion(i) += motion(i - 1);
-    Vector lag = m.partialPivLu().solve(motion);
+    Vector lag = solved(m, motion);
     if (at_.fixed_integrator)
       for (int i = kN - 1; i > static_cast<int>(Order); --i) lag(i) -= lag(i - 1);
     return along(gradient, lag) / moved;
@@ -192,35 +213,6 @@ class PositiveReal {
   Matrix m_ = Matrix::Zero();
   LocalStability result_;
 };
-
-/// Covariance X that white residuals leave in the parameters of a pseudo-linear recursion, P being per unit
-/// residual variance and `share` = sum of squared weights over sum of weights (1 without forgetting, 1/(1 +
-/// lambda) with):
-///
-///   (M - d) X + X (M - d)' = variance P      d = 1 - 1/(2 share)
-///
-/// which is variance P share for M = I. Infinite where the recursion does not settle, Re eig M <= d.
-template <int N>
-[[nodiscard]] Eigen::Matrix<double, N, N> recursion_covariance(const Eigen::Matrix<double, N, N>& m,
-                                                               const Eigen::Matrix<double, N, N>& p,
-                                                               double variance, double share) noexcept {
-  using Matrix = Eigen::Matrix<double, N, N>;
-  using ComplexMatrix = Eigen::Matrix<std::complex<double>, N, N>;
-  const Matrix infinite = Matrix::Identity() * std::numeric_limits<double>::infinity();
-  if (!m.allFinite() || !p.allFinite() || !std::isfinite(variance)) return infinite;
-  const Eigen::EigenSolver<Matrix> eigen(m);
-  const double shift = 1.0 - 0.5 / share;
-  if (!(eigen.eigenvalues().real().minCoeff() > shift)) return infinite;
-  const ComplexMatrix v = eigen.eigenvectors();
-  const auto lu = v.partialPivLu();
-  const ComplexMatrix half = lu.solve(p.template cast<std::complex<double>>());
-  ComplexMatrix x = lu.solve(half.adjoint()).adjoint();
-  for (int i = 0; i < N; ++i)
-    for (int j = 0; j < N; ++j)
-      x(i, j) *= variance / (eigen.eigenvalues()(i) + std::conj(eigen.eigenvalues()(j)) - 2.0 * shift);
-  const Matrix result = (v * x * v.adjoint()).real();
-  return 0.5 * (result + result.transpose());
-}
 
 /// A model in double precision.
 template <class Real, std::size_t Order>
