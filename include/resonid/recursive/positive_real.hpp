@@ -9,12 +9,31 @@
 #include <cstddef>
 #include <limits>
 #include <resonid/base/constants.hpp>
-#include <resonid/recursive/bounded_algebra.hpp>
 #include <resonid/recursive/discrete_model.hpp>
 #include <resonid/recursive/modes.hpp>
 #include <span>
 
 namespace resonid::recursive {
+
+/// Matrix of run-time size without heap: compiled once for all orders.
+inline constexpr int kMostParameters = 12;
+using BoundedMatrix =
+    Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, kMostParameters, kMostParameters>;
+
+/// Least real part of the eigenvalues; not a number of a matrix that is not finite.
+[[nodiscard]] double least_real_eigenvalue(const BoundedMatrix& m) noexcept;
+/// a^-1 b; not a number where a is singular.
+[[nodiscard]] BoundedMatrix solved(const BoundedMatrix& a, const BoundedMatrix& b) noexcept;
+
+/// Covariance X that white residuals leave in the parameters of a pseudo-linear recursion, P being per unit
+/// residual variance and `share` = sum of squared weights over sum of weights (1 without forgetting, 1/(1 +
+/// lambda) with):
+///
+///   (M - d) X + X (M - d)' = variance P      d = 1 - 1/(2 share)
+///
+/// which is variance P share for M = I. Infinite where the recursion does not settle, Re eig M <= d.
+[[nodiscard]] BoundedMatrix recursion_covariance(const BoundedMatrix& m, const BoundedMatrix& p,
+                                                 double variance, double share) noexcept;
 
 /// A controller in powers of z^-1, from measured output to -u; all 0 in the numerator: none.
 struct ControllerCoefficients {
@@ -81,7 +100,7 @@ class PositiveReal {
 
   explicit PositiveReal(const PseudoLinearRecursion<Order>& recursion) noexcept : at_(recursion) {
     integrate();
-    const Matrix m = solve_positive(own_, cross_);
+    const Matrix m = solved(own_, cross_);
     if (!m.allFinite()) return;
     m_ = m;
     result_.least_eigenvalue = least_real_eigenvalue(m);
@@ -177,7 +196,7 @@ class PositiveReal {
     const double moved = along(gradient, motion);
     if (at_.fixed_integrator)
       for (int i = static_cast<int>(Order) + 1; i < kN; ++i) motion(i) += motion(i - 1);
-    Vector lag = solve_square(m, motion);
+    Vector lag = solved(m, motion);
     if (at_.fixed_integrator)
       for (int i = kN - 1; i > static_cast<int>(Order); --i) lag(i) -= lag(i - 1);
     return along(gradient, lag) / moved;

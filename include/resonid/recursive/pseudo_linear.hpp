@@ -14,6 +14,7 @@ namespace resonid::recursive {
 template <class Rls, class Past, std::size_t Order>
 [[nodiscard]] ModelCovariance<typename Rls::Scalar, Order> pseudo_linear_covariance(
     const Rls& rls, const Past& past, const PseudoLinearRecursion<Order>& recursion) noexcept {
+  static_assert(Rls::kParameters <= kMostParameters);
   constexpr int kAll = static_cast<int>(Rls::kParameters), kModel = static_cast<int>(2 * Order);
   using Matrix = Eigen::Matrix<double, kAll, kAll>;
   if (!rls.covariance().allFinite()) return past.covariance(rls.covariance());
