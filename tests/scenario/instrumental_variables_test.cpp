@@ -165,7 +165,8 @@ TEST(InstrumentalTracking, UnbiasedInATightNoisyLoop) {
 // deviation is 14 %.
 TEST(InstrumentalTracking, NearTheCramerRaoBoundWithRightErrorBars) {
   const Efficiency e = efficiency(250.0, 24, true);
-  EXPECT_NEAR(e.bound_percent, 0.0117, 0.0006);  // as the independent implementation finds for the resting cart
+  EXPECT_NEAR(e.bound_percent, 0.0117,
+              0.0006);  // as the independent implementation finds for the resting cart
   EXPECT_LE(e.ratio, 1.15);
   EXPECT_GE(e.ratio, 0.6);
   EXPECT_LE(e.resonance_nees, 1.8);

@@ -51,8 +51,8 @@ struct Efficiency {
   double parameter_nees = 0.0;  ///< The same of all free parameters, per parameter.
 };
 
-/// Refined instrumental variables without forgetting on the constant belt, 4500 samples, noise 0.1 rad/s, start
-/// 3 % too stiff.
+/// Refined instrumental variables without forgetting on the constant belt, 4500 samples, noise 0.1 rad/s,
+/// start 3 % too stiff.
 inline Efficiency efficiency(double sample_rate_hz, std::uint64_t seeds, bool fixed_integrator) {
   constexpr double kNoise = 0.1;
   Efficiency e;
