@@ -142,9 +142,8 @@ class InstrumentalVariables {
 
   void reset() noexcept {
     loop_.reset();
-    loop_.set_model(start_model_);
     regressors_.reset();
-    if (refined_) regressors_.set_filter(start_model_);
+    follow(start_model_);
     sums_.reset(start_);
     long_sums_.reset(start_);
     theta_ = start_;
@@ -181,13 +180,8 @@ class InstrumentalVariables {
     if (!(error_weight_ > Real(0))) return std::numeric_limits<Real>::infinity();
     return squared_errors_ / error_weight_;
   }
-  /// Coulomb friction, positive against the motion: its effect over B(1).
-  [[nodiscard]] Real coulomb_torque() const noexcept {
-    const Vector theta = newest();
-    Real gain(0);
-    for (const Real b : regressors_.model(theta).b) gain += b;
-    return theta[2 * Order + 1] / gain;
-  }
+  /// Coulomb friction, positive against the motion; 0 when it is not estimated.
+  [[nodiscard]] Real coulomb_torque() const noexcept { return newest()[2 * Order + 1]; }
 
   /// The start is forgotten (without forgetting: outweighed), all directions are excited, the model is
   /// stable.
@@ -264,6 +258,7 @@ class InstrumentalVariables {
   }
   void follow(const Model& model) noexcept {
     loop_.set_model(model);
+    regressors_.set_gain(model);
     if (refined_) regressors_.set_filter(model);
   }
 
