@@ -177,6 +177,9 @@ void add_track(CLI::App& app) {
       "  resonid track today.csv --controller pi:1.036,0.147 --delay 0.004 --baseline first.json --every 50 "
       "--json -\n"
       "  resonid track axis.csv --method iv --controller pi.json --out rows.csv\n"
+      "Methods: physical (inertias, stiffness, damping), iv, arx, oe, cloe, f-cloe (coefficients b, a), "
+      "kalman,\n"
+      "sliding-dft (response at lines, or along a chirp).\n"
       "Times are those that the estimate describes. Columns: time_s, what the method tracks, resonance_hz,\n"
       "antiresonance_hz with _std, margins with --controller, gap with --baseline, position_m, trusted.");
   const auto o = std::make_shared<TrackVerbOptions>();

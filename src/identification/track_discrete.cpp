@@ -22,6 +22,12 @@ constexpr double kLeastMemorySamples = 50.0;
 constexpr double kStartVariance = 0.01;
 
 tl::unexpected<Refusal> refused(std::string_view method, const ConfigError& error) {
+  if (error.field == "start")
+    return tl::unexpected(
+        Refusal{"controller", fmt::format("{}: the loop of the start model and this controller is "
+                                          "unstable: controller, delay or sign do not belong to "
+                                          "this record",
+                                          method)});
   const bool controller = error.field.find("controller") != std::string_view::npos;
   std::string message = fmt::format("{}: {} {}", method, error.field, error.requirement);
   if (std::isfinite(error.value)) message += fmt::format(" (found {:.6g})", error.value);

@@ -82,6 +82,15 @@ class DiscreteTracker : public OnlineTracker {
     return figures_.antiresonance;
   }
   [[nodiscard]] bool finds_resonance() const override { return kOrder >= 2; }
+  /// Of a machine without a resonance: that of its gain.
+  [[nodiscard]] double uncertainty() override {
+    if (finds_resonance()) return OnlineTracker::uncertainty();
+    return deviation(estimator_.covariance(), 0) / std::abs(static_cast<double>(estimator_.model().b[0]));
+  }
+  [[nodiscard]] double most_uncertainty() const override {
+    constexpr double kMostUncertainGain = 0.1;
+    return finds_resonance() ? OnlineTracker::most_uncertainty() : kMostUncertainGain;
+  }
   [[nodiscard]] bool physical() override {
     refresh();
     return figures_.physical;

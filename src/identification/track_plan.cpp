@@ -105,7 +105,7 @@ std::optional<Refusal> contradiction(const data::Record& record, const TrackOpti
 expected<TrackPlan, Refusal> make_track_plan(const data::Record& record, const TrackOptions& options) {
   Options common = options.common;
   common.method = Method::automatic;
-  if (!is_lines(options.method)) common.lines_hz.clear();
+  if (!is_lines(options.method) && options.method != TrackMethod::automatic) common.lines_hz.clear();
   auto measurement = make_plan(record, common);
   if (!measurement) return Refused(measurement.error());
   TrackPlan plan;
@@ -114,7 +114,16 @@ expected<TrackPlan, Refusal> make_track_plan(const data::Record& record, const T
   if (!is_lines(options.method)) plan.start = find_start(record, options, plan.measurement);
   if (options.method == TrackMethod::automatic) choose(record, options, plan);
   if (auto refusal = contradiction(record, options, plan.method)) return Refused(std::move(*refusal));
+  if (is_lines(plan.method)) plan.start.reset();
   plan.approach = is_lines(plan.method) ? plan.measurement.approach : approach_of(plan.method);
+  const auto& m = plan.measurement;
+  if (options.method == TrackMethod::automatic && plan.method == TrackMethod::kalman && !m.sweep &&
+      m.period_samples == 0 && m.grid_hz.empty())
+    return Refused(
+        Refusal{"method", fmt::format("auto found nothing to track in these {} samples: no model shows in "
+                                      "them, and the excitation has no period; give --start, --lines, or "
+                                      "a longer record",
+                                      record.samples())});
   return plan;
 }
 
