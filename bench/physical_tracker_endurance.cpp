@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-// A thousand million samples through the physical tracker, excitation off half of the time: the covariance stays
-// symmetric, positive and bounded, the estimate stays near the truth and is held in silence. Minutes; usage:
-// endurance_physical_tracker [SAMPLES].
+// A thousand million samples through the physical tracker, excitation off half of the time: the covariance
+// stays symmetric, positive and bounded, the estimate stays near the truth and is held in silence. Minutes;
+// usage: endurance_physical_tracker [SAMPLES].
 #include <array>
 #include <cmath>
 #include <cstdint>

@@ -77,6 +77,7 @@ inline ResonanceError tooth_belt_error(plant::ExperimentConfig experiment, doubl
 struct ParameterScatter {
   std::array<double, 5> rms_percent{};
   std::array<double, 5> mean_percent{};
+  std::uint64_t astray = 0;  ///< Seeds whose squared error is more than ten times what the filter says.
   double normalised =
       0.0;  ///< Squared error over the filter's own covariance, per parameter: 1 when it is right.
 };
