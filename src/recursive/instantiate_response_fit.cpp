@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Compiled in both precisions, so that the header-only stage is built by every preset, above all by the one without
-// exceptions and RTTI.
+// Compiled in both precisions, so that the header-only stage is built by every preset, above all by the one
+// without exceptions and RTTI.
 #include <resonid/recursive/recursive_response_fit.hpp>
 #include <resonid/recursive/response_fit.hpp>
 

@@ -79,7 +79,8 @@ TEST(ToothBelt, ClosedLoopErrorIsUnbiasedWhereArxIsNot) {
   for (int seed = 1; seed <= kSeeds; ++seed) {
     const auto run = test::resting_tooth_belt(static_cast<std::uint64_t>(seed), 1.0, 3.0, 18.0);
     arx.add(test::last_resonance(test::arx(run, Forgetting::none), run), run.resonance_hz.back());
-    damped.add(test::last_resonance(test::closed_loop(run, ClosedLoopGradient::damped_filter, Forgetting::none), run),
+    damped.add(test::last_resonance(
+                   test::closed_loop(run, ClosedLoopGradient::damped_filter, Forgetting::none), run),
                run.resonance_hz.back());
   }
   EXPECT_GT(arx.rms(), 5.0);

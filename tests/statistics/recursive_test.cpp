@@ -57,8 +57,11 @@ TEST(RecursiveStatistics, ErrorBarsHoldUnderATightLoopWhereThoseOfArxDoNot) {
       const auto run = test::resting_tooth_belt(static_cast<std::uint64_t>(3000 + seed), noise, gain, 18.0);
       const double truth = run.resonance_hz.back();
       errors[0].add(test::last_resonance(test::arx(run, Forgetting::none), run), truth);
-      errors[1].add(test::last_resonance(test::closed_loop(run, ClosedLoopGradient::damped_filter, Forgetting::none), run), truth);
-      errors[2].add(test::last_resonance(test::closed_loop(run, ClosedLoopGradient::damped_filter), run), truth);
+      errors[1].add(test::last_resonance(
+                        test::closed_loop(run, ClosedLoopGradient::damped_filter, Forgetting::none), run),
+                    truth);
+      errors[2].add(test::last_resonance(test::closed_loop(run, ClosedLoopGradient::damped_filter), run),
+                    truth);
       errors[3].add(test::last_resonance(test::closed_loop(run, ClosedLoopGradient::regressor), run), truth);
     }
     const std::string with = ", noise " + std::to_string(noise);

@@ -130,7 +130,9 @@ class Deviation {
     most_ = std::max(most_, other.most_);
     count_ += other.count_;
   }
-  [[nodiscard]] double rms_percent() const { return 100.0 * std::sqrt(square_ / static_cast<double>(count_)); }
+  [[nodiscard]] double rms_percent() const {
+    return 100.0 * std::sqrt(square_ / static_cast<double>(count_));
+  }
   [[nodiscard]] double most_percent() const { return 100.0 * most_; }
 
  private:
@@ -146,13 +148,12 @@ Deviation follow(Estimator estimator, const ToothBeltRun& run) {
   for (std::size_t k = 0; k < run.y.size(); ++k) {
     estimator.step(run.ru[k], run.u[k], run.y[k]);
     if (k < first || k % 5 != 0) continue;
-    const auto found =
-        recursive::SampledModes<3>(estimator.model(), run.sample_rate_hz).resonances();
+    const auto found = recursive::SampledModes<3>(estimator.model(), run.sample_rate_hz).resonances();
     const double described = std::clamp(static_cast<double>(k) - estimator.lag_samples(), 0.0,
                                         static_cast<double>(run.y.size() - 2));
     const auto i = static_cast<std::size_t>(described);
-    const double truth = run.resonance_hz[i] +
-                         (described - static_cast<double>(i)) * (run.resonance_hz[i + 1] - run.resonance_hz[i]);
+    const double truth = run.resonance_hz[i] + (described - static_cast<double>(i)) *
+                                                   (run.resonance_hz[i + 1] - run.resonance_hz[i]);
     deviation.add(found.empty() ? -1.0 : found[0].frequency_hz / truth - 1.0);
   }
   return deviation;
@@ -162,8 +163,8 @@ Deviation follow(Estimator estimator, const ToothBeltRun& run) {
 template <class Estimator>
 recursive::DiscreteMode last_resonance(Estimator estimator, const ToothBeltRun& run) {
   for (std::size_t k = 0; k < run.y.size(); ++k) estimator.step(run.ru[k], run.u[k], run.y[k]);
-  const auto found = recursive::SampledModes<3>(estimator.model(), run.sample_rate_hz)
-                         .resonances(estimator.covariance());
+  const auto found =
+      recursive::SampledModes<3>(estimator.model(), run.sample_rate_hz).resonances(estimator.covariance());
   return found.empty() ? recursive::DiscreteMode{} : found[0];
 }
 
