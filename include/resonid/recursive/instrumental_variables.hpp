@@ -7,39 +7,16 @@
 #include <cstddef>
 #include <cstdint>
 #include <limits>
-#include <optional>
 #include <resonid/base/expected.hpp>
 #include <resonid/recursive/auxiliary_loop.hpp>
 #include <resonid/recursive/discrete_model.hpp>
 #include <resonid/recursive/instrumental_regressors.hpp>
 #include <resonid/recursive/instrumental_sums.hpp>
+#include <resonid/recursive/instrumental_variables_config.hpp>
 #include <resonid/recursive/modes.hpp>
-#include <span>
 #include <type_traits>
 
 namespace resonid::recursive {
-
-template <std::size_t Order>
-struct InstrumentalVariablesConfig {
-  DiscreteModel<double, Order> start;  ///< First model; its loop must be stable.
-  /// Of the known controller C, u = C (r - y) + ru, in powers of z^-1; up to order 6.
-  std::span<const double> controller_numerator{}, controller_denominator{};
-  std::size_t delay_samples = 0;  ///< Known delay of the measured output, whole samples.
-  bool refined = true;            ///< Filter by 1/A of the auxiliary model: the noise-optimal instruments.
-  EquationTerms terms;            ///< Integrator, load torque, friction, and the basis.
-  /// 1/(1 - lambda), > 1; infinite: no forgetting; 0: chosen from the start model.
-  double memory_samples = 0.0;
-  /// Estimate 2 theta(memory) - theta(2 memory), which has no lag but that of the oscillation: 1.8 times the
-  /// variance.
-  bool extrapolate = false;
-  /// How far the start may be off: standard deviation of each parameter over its typical size, > 0.
-  double start_deviation = 0.1;
-  /// The same for what is no longer excited: certainty falls down to here, and not further, > 0.
-  double largest_deviation = 0.1;
-  double noise_rms = 0.0;  ///< Of the measured output, for these two; 0: learned.
-  std::size_t refresh_samples =
-      0;  ///< Between changes of the auxiliary model; 0: chosen from the start model.
-};
 
 /// Closed-loop instrumental variables: linear in theta, consistent under feedback whatever the noise, without
 /// a positive-real condition.
@@ -67,7 +44,7 @@ class InstrumentalVariables {
 
   static expected<InstrumentalVariables, ConfigError> create(
       const InstrumentalVariablesConfig<Order>& config) {
-    if (auto fault = check(config)) return unexpected<ConfigError>(*fault);
+    if (auto fault = fault_of(config)) return unexpected<ConfigError>(*fault);
     auto loop =
         Loop::create(config.controller_numerator, config.controller_denominator, config.delay_samples);
     if (!loop) return unexpected<ConfigError>(loop.error());
@@ -102,22 +79,6 @@ class InstrumentalVariables {
         std::max(forgotten, (std::isinf(memory) ? 20.0 : 4.0) * static_cast<double>(iv.estimated_)));
     iv.reset();
     return iv;
-  }
-
-  /// Six periods of the first resonance, and at least five samples per parameter; 100 samples where nothing
-  /// oscillates.
-  [[nodiscard]] static double default_memory_samples(const DiscreteModel<double, Order>& start) noexcept {
-    const auto modes = SampledModes<Order>(start, 1.0).resonances();
-    return modes.empty() ? 100.0 : std::max(6.0 / modes[0].frequency_hz, 10.0 * Order - 5.0);
-  }
-
-  /// Three periods of the first resonance, at least ten samples: an auxiliary model that changes faster than
-  /// its own oscillation decays follows the noise, and at many samples per period loses its way.
-  [[nodiscard]] static std::size_t default_refresh_samples(
-      const DiscreteModel<double, Order>& start) noexcept {
-    const auto modes = SampledModes<Order>(start, 1.0).resonances();
-    return modes.empty() ? 10
-                         : std::max<std::size_t>(10, static_cast<std::size_t>(3.0 / modes[0].frequency_hz));
   }
 
   /// One sample of excitation, input and output.
@@ -290,23 +251,6 @@ class InstrumentalVariables {
     const Real s = Real(1) - factor_, l = Real(1) - long_factor_;
     const Real both = s * l / (s + l - s * l), ours = s / (Real(1) + factor_);
     return Real(4) + (l / (Real(1) + long_factor_) - Real(4) * both) / ours;
-  }
-
-  static std::optional<ConfigError> check(const InstrumentalVariablesConfig<Order>& c) {
-    for (const auto& coefficients : {c.start.b, c.start.a})
-      for (const double x : coefficients)
-        if (!std::isfinite(x)) return ConfigError{"start", "must be finite", x};
-    if (c.controller_numerator.empty()) return ConfigError{"controller_numerator", "must be given"};
-    if (c.controller_denominator.empty()) return ConfigError{"controller_denominator", "must be given"};
-    if (c.memory_samples != 0.0 && !(c.memory_samples > 1.0))
-      return ConfigError{"memory_samples", "must be > 1, or 0 to choose", c.memory_samples};
-    if (!(c.start_deviation > 0.0) || !std::isfinite(c.start_deviation))
-      return ConfigError{"start_deviation", "must be > 0", c.start_deviation};
-    if (!(c.largest_deviation > 0.0) || !std::isfinite(c.largest_deviation))
-      return ConfigError{"largest_deviation", "must be > 0", c.largest_deviation};
-    if (!(c.noise_rms >= 0.0) || !std::isfinite(c.noise_rms))
-      return ConfigError{"noise_rms", "must be >= 0", c.noise_rms};
-    return std::nullopt;
   }
 
   Loop loop_;

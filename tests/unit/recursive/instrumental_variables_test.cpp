@@ -155,7 +155,7 @@ TEST(InstrumentalVariables, KnowsWhenItsStartNoLongerMatters) {
   EXPECT_TRUE(iv.ready());
   EXPECT_TRUE(iv.excited());
   // Age of the forgetting, delay, half a sample, and 0.75/(zeta w) of the oscillation: zeta 0.05, 84 Hz.
-  const double memory = Iv::default_memory_samples(belt.config.start);
+  const double memory = default_memory_samples(belt.config.start);
   EXPECT_NEAR(iv.lag_samples(), memory - 1.0 + 1.5 + 0.75 / (0.05 * kTwoPi * 84.4 / 250.0), 3.0);
 }
 
