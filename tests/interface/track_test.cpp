@@ -36,7 +36,9 @@ struct Rows {
     }
   }
   [[nodiscard]] std::size_t size() const { return column.at("time_s").size(); }
-  [[nodiscard]] const std::vector<double>& operator[](const std::string& name) const { return column.at(name); }
+  [[nodiscard]] const std::vector<double>& operator[](const std::string& name) const {
+    return column.at(name);
+  }
   [[nodiscard]] std::string header() const {
     std::string all;
     for (const auto& name : names) all += (all.empty() ? "" : ",") + name;
@@ -60,8 +62,8 @@ class Track : public test::ProgramTest {
 TEST_F(Track, HelpShowsAnExampleAndTheMethods) {
   const auto help = run("track --help");
   EXPECT_EQ(help.exit_code, 0);
-  for (const char* part : {"resonid track belt.csv --out rows.csv", "--raw-time", "--every", "--baseline", "--start",
-                           "--memory", "--controller", "sliding-dft", "f-cloe"})
+  for (const char* part : {"resonid track belt.csv --out rows.csv", "--raw-time", "--every", "--baseline",
+                           "--start", "--memory", "--controller", "sliding-dft", "f-cloe"})
     EXPECT_NE(help.out.find(part), std::string::npos) << part;
   EXPECT_NE(run("--help").out.find("track"), std::string::npos);
 }
@@ -70,7 +72,8 @@ TEST_F(Track, PhysicalRowsHoldParametersFiguresMarginsAndPosition) {
   simulate("ii_iii_tooth_prbs", "--duration 4");
   const Rows r = rows("--delay 0.004 --controller pi:0.12,0.2 --json t.json");
   EXPECT_EQ(r.header(),
-            "time_s,driven_inertia,driven_inertia_std,load_inertia,load_inertia_std,stiffness,stiffness_std,damping,"
+            "time_s,driven_inertia,driven_inertia_std,load_inertia,load_inertia_std,stiffness,stiffness_std,"
+            "damping,"
             "damping_std,torque_offset,torque_offset_std,resonance_hz,resonance_hz_std,antiresonance_hz,"
             "antiresonance_hz_std,crossover_hz,phase_margin_deg,modulus_margin,position_m,trusted");
   ASSERT_EQ(r.size(), 1000U);
@@ -97,10 +100,11 @@ TEST_F(Track, PhysicalRowsHoldParametersFiguresMarginsAndPosition) {
 TEST_F(Track, FixedLinesHaveThreeColumnsEach) {
   simulate("iv_multisine_a", "--duration 6");
   const Rows r = rows("--method kalman --lines 2.976190476,5.952380952,8.928571429,11.9047619");
-  EXPECT_EQ(r.header(),
-            "time_s,re_2.97619,im_2.97619,std_2.97619,re_5.95238,im_5.95238,std_5.95238,re_8.92857,im_8.92857,"
-            "std_8.92857,re_11.9048,im_11.9048,std_11.9048,resonance_hz,resonance_hz_std,antiresonance_hz,"
-            "antiresonance_hz_std,trusted");
+  EXPECT_EQ(
+      r.header(),
+      "time_s,re_2.97619,im_2.97619,std_2.97619,re_5.95238,im_5.95238,std_5.95238,re_8.92857,im_8.92857,"
+      "std_8.92857,re_11.9048,im_11.9048,std_11.9048,resonance_hz,resonance_hz_std,antiresonance_hz,"
+      "antiresonance_hz_std,trusted");
   EXPECT_TRUE(std::isnan(r["re_2.97619"].front()));  // not settled: unknown, and an empty cell
   EXPECT_TRUE(std::isfinite(r["re_2.97619"].back()));
 }
@@ -108,12 +112,14 @@ TEST_F(Track, FixedLinesHaveThreeColumnsEach) {
 TEST_F(Track, AChirpTellsTheFrequencyThatItDescribes) {
   simulate("vi_chirp_a");
   const Rows r = rows("--method kalman --delay 0.004 --controller pi:1.036,0.147");
-  EXPECT_EQ(r.header(),
-            "time_s,frequency_hz,real,imag,std,resonance_hz,resonance_hz_std,antiresonance_hz,antiresonance_hz_std,"
-            "crossover_hz,phase_margin_deg,modulus_margin,trusted");
+  EXPECT_EQ(
+      r.header(),
+      "time_s,frequency_hz,real,imag,std,resonance_hz,resonance_hz_std,antiresonance_hz,antiresonance_hz_std,"
+      "crossover_hz,phase_margin_deg,modulus_margin,trusted");
   const std::size_t k = 5000;
   EXPECT_NEAR(r["frequency_hz"][k], 35.0 - 33.5 / 17.0 * r["time_s"][k], 1e-6);
-  // On the described time the response at the resonance's flank is near the truth; the truth is the simulator's.
+  // On the described time the response at the resonance's flank is near the truth; the truth is the
+  // simulator's.
   const Json truth = Json::parse(text("truth.json"));
   const auto& f = truth["frequency_response"]["frequency_hz"];
   std::size_t i = 0;
@@ -147,7 +153,8 @@ TEST_F(Track, DescribedTimeIsTheNewestLessTheLag) {
     EXPECT_NEAR(raw["time_s"][k], 0.004 * static_cast<double>(k), 1e-9);
     const double lag = t["over_time"]["lag_s"][k];
     EXPECT_GT(lag, 0.05);
-    EXPECT_NEAR(raw["time_s"][k] - described["time_s"][k], lag, 0.02);  // time does not turn back for a lag that grows
+    EXPECT_NEAR(raw["time_s"][k] - described["time_s"][k], lag,
+                0.02);  // time does not turn back for a lag that grows
     EXPECT_EQ(raw["resonance_hz"][k], described["resonance_hz"][k]);
   }
   EXPECT_TRUE(std::is_sorted(described["time_s"].begin(), described["time_s"].end()));
@@ -211,7 +218,8 @@ TEST_F(Track, WithoutExcitationTheDirectMethodsRemain) {
     without += std::to_string(full["time_s"][k]) + "," + std::to_string(full["u"][k]) + "," +
                std::to_string(full["y"][k]) + "\n";
   write("r.csv", without);
-  expect_refused("track r.csv --method iv --controller pi:0.12,0.2", {"--excitation", "iv needs the excitation"});
+  expect_refused("track r.csv --method iv --controller pi:0.12,0.2",
+                 {"--excitation", "iv needs the excitation"});
   const Rows r = rows("--delay 0.004");
   const double true_hz = truth["over_time"]["resonance_hz"].back();
   EXPECT_NEAR(r["resonance_hz"].back(), true_hz, 0.02 * true_hz);
@@ -231,7 +239,8 @@ TEST_F(Track, WrongUseNamesWhatWasFoundAndWhatIsRequired) {
   expect_refused("track r.csv --method cloe", {"--controller", "cloe needs the controller"});
   expect_refused("track r.csv --method iv", {"--controller", "iv needs the controller"});
   expect_refused("track r.csv --method arx --approach joint", {"--approach", "arx is direct", "joint"});
-  expect_refused("track r.csv --method iv --delay 0.004 --controller pi:100,0.0001", {"--controller", "unstable"});
+  expect_refused("track r.csv --method iv --delay 0.004 --controller pi:100,0.0001",
+                 {"--controller", "unstable"});
   expect_refused("track r.csv --method kalman", {"--lines", "no period"});
   expect_refused("track r.csv --method kalman --lines 10,10:200:10", {"--lines"});
   expect_refused("track r.csv --raw-times", {"--raw-times", "did you mean '--raw-time'"});
@@ -263,7 +272,8 @@ TEST_F(Track, TooShortARecordSaysSo) {
 
 TEST_F(Track, RowsThatAreNotToBeTrustedEndWithThree) {
   simulate("ii_iii_tooth_prbs_2ms", "--duration 4");
-  const auto cloe = run("track r.csv --delay 0.004 --controller pi:0.12,0.2 --method cloe --require-trusted --json t.json");
+  const auto cloe =
+      run("track r.csv --delay 0.004 --controller pi:0.12,0.2 --method cloe --require-trusted --json t.json");
   EXPECT_EQ(cloe.exit_code, 3);
   EXPECT_EQ(Json::parse(text("t.json"))["trusted"], false);
   EXPECT_EQ(run("track r.csv --delay 0.004 --require-trusted").exit_code, 0);
