@@ -51,6 +51,7 @@ int run(int argc, char** argv) {
   add_simulate(app);
   add_identify(app);
   add_track(app);
+  add_validate(app);
   add_compare(app);
   add_reproduce(app);
   try {

@@ -10,6 +10,7 @@ void add_excite(CLI::App& app);
 void add_simulate(CLI::App& app);
 void add_identify(CLI::App& app);
 void add_track(CLI::App& app);
+void add_validate(CLI::App& app);
 void add_compare(CLI::App& app);
 void add_reproduce(CLI::App& app);
 

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <resonid/base/constants.hpp>
 #include <resonid/diagnostics/gap.hpp>
@@ -122,13 +123,31 @@ std::size_t GapCurve::largest() const {
   return static_cast<std::size_t>(std::max_element(distance.begin(), distance.end()) - distance.begin());
 }
 
+double GapCurve::excess(std::size_t line) const {
+  if (line >= noise.size()) return 0.0;
+  constexpr std::size_t kAside = 4;
+  const std::size_t from = line < kAside ? 0 : line - kAside;
+  const std::size_t to = std::min(line + kAside + 1, noise.size());
+  std::array<double, 2 * kAside + 1> around{};
+  std::copy(noise.begin() + static_cast<std::ptrdiff_t>(from),
+            noise.begin() + static_cast<std::ptrdiff_t>(to), around.begin());
+  const auto middle = around.begin() + static_cast<std::ptrdiff_t>((to - from) / 2);
+  std::nth_element(around.begin(), middle, around.begin() + static_cast<std::ptrdiff_t>(to - from));
+  const double floor = std::max(noise[line], *middle);
+  return floor > 0.0 ? distance[line] / floor : 0.0;
+}
+
+std::size_t GapCurve::most_excessive() const {
+  std::size_t most = 0;
+  for (std::size_t i = 1; i < noise.size(); ++i)
+    if (excess(i) > excess(most)) most = i;
+  return most;
+}
+
 double GapCurve::chance() const {
-  double largest_ratio = 0.0;
-  for (std::size_t i = 0; i < noise.size(); ++i)
-    if (noise[i] > 0.0) largest_ratio = std::max(largest_ratio, distance[i] / noise[i]);
   if (noise.empty()) return 1.0;
   // |difference|^2 over its mean is exponential for circular errors.
-  const double single = std::exp(-largest_ratio * largest_ratio);
+  const double single = std::exp(-std::pow(excess(most_excessive()), 2));
   return -std::expm1(static_cast<double>(noise.size()) * std::log1p(-std::min(single, 1.0 - 1e-16)));
 }
 

@@ -214,7 +214,7 @@ std::string summary_text(const Changes& c) {
     const double z = quantile(c.confidence);
     text += fmt::format("\nChanges, {:.0f} % confidence\n", 100.0 * c.confidence);
     for (const auto& d : all)
-      text += fmt::format("  {:<18} {:>10.5g} -> {:>10.5g} {:<8} {} {}{}\n", words(d.name), d.first.value,
+      text += fmt::format("  {:<18} {:>10.5g} -> {:>10.5g} {:<8} {}{}{}\n", words(d.name), d.first.value,
                           d.second.value, d.unit, d.change < 0.0 ? "" : "+",
                           with_error(d.change, z * d.std.value_or(0.0)),
                           d.significant ? "  changed" : (d.probability ? "" : "  not judged"));

@@ -77,6 +77,7 @@ inline ResonanceError tooth_belt_error(plant::ExperimentConfig experiment, doubl
 struct ParameterScatter {
   std::array<double, 5> rms_percent{};
   std::array<double, 5> mean_percent{};
+  std::uint64_t astray = 0;  ///< Seeds whose squared error is more than ten times what the filter says.
   double normalised =
       0.0;  ///< Squared error over the filter's own covariance, per parameter: 1 when it is right.
 };
@@ -108,7 +109,9 @@ inline ParameterScatter parameter_scatter(plant::ExperimentConfig experiment, do
       error(static_cast<int>(i)) =
           std::log(tracker->value(static_cast<recursive::PhysicalParameter>(i)) / truth[i]);
     const Eigen::Matrix4d covariance = tracker->log_covariance().topLeftCorner<4, 4>();
-    scatter.normalised += error.dot(covariance.ldlt().solve(error)) / (4.0 * n);
+    const double normalised = error.dot(covariance.ldlt().solve(error)) / 4.0;
+    if (normalised > 10.0) ++scatter.astray;
+    scatter.normalised += normalised / n;
     for (std::size_t i = 0; i < 5; ++i) {
       const double percent =
           100.0 * (i < 4 ? error(static_cast<int>(i)) : std::log(tracker->resonance_hz() / resonance));

@@ -40,9 +40,13 @@ struct GapCurve {
 
   /// The line with the largest distance; 0 when there is none.
   [[nodiscard]] std::size_t largest() const;
-  /// Probability that equal plants show a distance as many times the noise as the largest such ratio here, by
-  /// noise alone, all lines counted (Sidak); 1 without standard deviations. Lines that share noise make it
-  /// larger than it is.
+  /// Distance over what noise alone makes there, in rms. Standard deviations that were measured from few
+  /// periods are uncertain themselves: a line's noise counts as no less than the median of 9 lines around it.
+  [[nodiscard]] double excess(std::size_t line) const;
+  /// The line with the largest excess.
+  [[nodiscard]] std::size_t most_excessive() const;
+  /// Probability that equal plants show so large an excess at any line by noise alone (Sidak); 1 without
+  /// standard deviations. Lines that share noise make it larger than it is.
   [[nodiscard]] double chance() const;
 };
 /// The denser response is interpolated (linear in real and imaginary part) at the lines of the other.

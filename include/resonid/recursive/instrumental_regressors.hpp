@@ -103,7 +103,7 @@ class InstrumentalRegressors {
     past_[newest_] = row;
     input_.push(u);
     output_.push(y);
-    newest_sign_ = sign_;
+    signs_.push(sign_);
     Equation equation;
     equation.target = row[0];
     std::copy_n(row.begin() + 1, kParameters, equation.regressor.begin());
@@ -111,7 +111,9 @@ class InstrumentalRegressors {
     return equation;
   }
 
-  /// From now on 1/A of this model filters.
+  /// From now on friction has its effect through B of this model,
+  void set_gain(const Model& model) noexcept { gain_ = model.b; }
+  /// and 1/A of this model filters.
   void set_filter(const Model& model) noexcept {
     const auto c = quotient(model);
     for (std::size_t i = 0; i < Order; ++i) filter_[i] = (i + 1 < Order ? c[i + 1] : Real(0)) - leak_ * c[i];
@@ -127,7 +129,8 @@ class InstrumentalRegressors {
   void reset() noexcept {
     input_ = output_ = {};
     excitation_pass_ = input_pass_ = output_pass_ = sign_pass_ = {};
-    sign_ = newest_sign_ = Real(0);
+    sign_ = Real(0);
+    signs_ = {};
     started_ = false;
     for (Row& row : past_) row.fill(Real(0));
     newest_ = 0;
@@ -178,7 +181,7 @@ class InstrumentalRegressors {
     power = Real(1);
     for (std::size_t i = coefficients(); i-- > 0; power *= angle) size[i] = power;
     if (terms_.offsets) size[2 * Order] = size[Order];
-    if (terms_.coulomb) size[2 * Order + 1] = size[Order];
+    if (terms_.coulomb) size[2 * Order + 1] = Real(10);  // in units of torque
     return size;
   }
   /// d[b_1 ... b_n, a_1 ... a_n]/d theta, column by column through model(), which is affine.
@@ -252,16 +255,19 @@ class InstrumentalRegressors {
       difference(f + Order, Order);
     }
     f[2 * Order] = terms_.offsets ? Real(1) : Real(0);
-    f[2 * Order + 1] = terms_.coulomb ? -newest_sign_ : Real(0);
+    f[2 * Order + 1] = Real(0);
+    if (terms_.coulomb)  // -B sign of the velocity: y(k-1) is that at the torque u(k-d-1)
+      for (std::size_t i = 0; i < Order; ++i) f[2 * Order + 1] -= gain_[i] * signs_.at(i);
   }
 
   EquationTerms terms_;
   std::size_t delay_;
   Real angle_, leak_ = Real(0);
   HighPass excitation_pass_, input_pass_, output_pass_, sign_pass_;
-  Real sign_ = Real(0), newest_sign_ = Real(0);
+  Real sign_ = Real(0);
   bool started_ = false;
-  History input_, output_;
+  History input_, output_, signs_;
+  std::array<Real, Order> gain_{};  // b_i for the friction
   std::array<Real, Order> filter_{};
   std::array<Row, Order> past_{};
   std::size_t newest_ = 0;

@@ -37,6 +37,8 @@ struct InstrumentalVariablesConfig {
   /// The same for what is no longer excited: certainty falls down to here, and not further, > 0.
   double largest_deviation = 0.1;
   double noise_rms = 0.0;  ///< Of the measured output, for these two; 0: learned.
+  std::size_t refresh_samples =
+      0;  ///< Between changes of the auxiliary model; 0: chosen from the start model.
 };
 
 /// Closed-loop instrumental variables: linear in theta, consistent under feedback whatever the noise, without
@@ -47,13 +49,14 @@ struct InstrumentalVariablesConfig {
 /// f holds the measured u and y (differences of y when the integrator is fixed), z the same entries of the
 /// AuxiliaryLoop, which knows nothing of the noise. Refined: t, f and z are filtered by 1/A of the auxiliary
 /// model, with a leaky integrator, which makes white output noise white again. The auxiliary model follows
-/// the estimate every kRefresh samples, while it and its loop are stable. Offsets: constant velocities vanish
-/// in the differences; a constant load torque is a regressor that is its own instrument.
+/// the estimate every few periods of the resonance, while it and its loop are stable. Offsets, loads and slow
+/// motion are taken off all signals by one high-pass (EquationTerms).
 ///
 /// For a missing sample (anything in it not finite) the prediction is put in its place, and equations that
-/// would hold it are left out. Trivially copyable, no heap. Limits: needs ru and the controller; a free
-/// integrator needs the velocity's offset to be constant. Source: METHOD 6.8; Young 2011, ch. 9; Gilson and
-/// Van den Hof 2005; the memory and lag rules are this project's (docs/methods/instrumental_variables.md).
+/// would hold it are left out. Trivially copyable, no heap. Limits: needs ru and the controller, and a start
+/// whose resonance is right within about 15 %, since the first instruments come from it. Source: METHOD 6.8;
+/// Young 2011, ch. 9; Gilson and Van den Hof 2005; the rules for memory, refresh and lag are this project's
+/// (docs/methods/instrumental_variables.md).
 template <class Real, std::size_t Order>
 class InstrumentalVariables {
  public:
@@ -61,7 +64,6 @@ class InstrumentalVariables {
   using Model = DiscreteModel<Real, Order>;
   using Covariance = ModelCovariance<Real, Order>;
   static constexpr std::size_t kOrder = Order;
-  static constexpr std::size_t kRefresh = 10;  ///< Samples between changes of the auxiliary model.
 
   static expected<InstrumentalVariables, ConfigError> create(
       const InstrumentalVariablesConfig<Order>& config) {
@@ -81,6 +83,7 @@ class InstrumentalVariables {
         config.memory_samples > 0.0 ? config.memory_samples : default_memory_samples(config.start);
     iv.factor_ = std::isinf(memory) ? Real(1) : static_cast<Real>(1.0 - 1.0 / memory);
     iv.long_factor_ = Real(1) - Real(0.5) * (Real(1) - iv.factor_);
+    iv.refresh_ = config.refresh_samples > 0 ? config.refresh_samples : default_refresh_samples(config.start);
     iv.refined_ = config.refined;
     iv.extrapolate_ = config.extrapolate;
     iv.start_ = iv.regressors_.parameters(iv.start_model_);
@@ -88,10 +91,10 @@ class InstrumentalVariables {
     for (std::size_t i = 0; i < kParameters; ++i) {
       iv.adjusted_[i] = size[i] > Real(0);
       iv.estimated_ += iv.adjusted_[i] ? 1 : 0;
-      const Real start = static_cast<Real>(config.start_deviation) * size[i];
-      const Real hold = static_cast<Real>(config.largest_deviation) * size[i];
-      iv.unit_prior_.start[i] = iv.adjusted_[i] ? Real(1) / (start * start) : Real(1);
-      iv.unit_prior_.hold[i] = iv.adjusted_[i] ? Real(1) / (hold * hold) : Real(1);
+      const Real off = static_cast<Real>(config.start_deviation) * size[i];
+      const Real held = static_cast<Real>(config.largest_deviation) * size[i];
+      iv.unit_prior_.start[i] = iv.adjusted_[i] ? Real(1) / (off * off) : Real(1);
+      iv.unit_prior_.hold[i] = iv.adjusted_[i] ? Real(1) / (held * held) : Real(1);
     }
     iv.noise_variance_ = static_cast<Real>(config.noise_rms * config.noise_rms);
     const double forgotten = std::isinf(memory) ? 0.0 : (config.extrapolate ? 6.0 : 3.0) * memory;
@@ -106,6 +109,15 @@ class InstrumentalVariables {
   [[nodiscard]] static double default_memory_samples(const DiscreteModel<double, Order>& start) noexcept {
     const auto modes = SampledModes<Order>(start, 1.0).resonances();
     return modes.empty() ? 100.0 : std::max(6.0 / modes[0].frequency_hz, 10.0 * Order - 5.0);
+  }
+
+  /// Three periods of the first resonance, at least ten samples: an auxiliary model that changes faster than
+  /// its own oscillation decays follows the noise, and at many samples per period loses its way.
+  [[nodiscard]] static std::size_t default_refresh_samples(
+      const DiscreteModel<double, Order>& start) noexcept {
+    const auto modes = SampledModes<Order>(start, 1.0).resonances();
+    return modes.empty() ? 10
+                         : std::max<std::size_t>(10, static_cast<std::size_t>(3.0 / modes[0].frequency_hz));
   }
 
   /// One sample of excitation, input and output.
@@ -125,14 +137,13 @@ class InstrumentalVariables {
     } else {
       learn(equation);
     }
-    if (++since_refresh_ == kRefresh) refresh();
+    if (++since_refresh_ >= refresh_) refresh();
   }
 
   void reset() noexcept {
     loop_.reset();
-    loop_.set_model(start_model_);
     regressors_.reset();
-    if (refined_) regressors_.set_filter(start_model_);
+    follow(start_model_);
     sums_.reset(start_);
     long_sums_.reset(start_);
     theta_ = start_;
@@ -169,13 +180,8 @@ class InstrumentalVariables {
     if (!(error_weight_ > Real(0))) return std::numeric_limits<Real>::infinity();
     return squared_errors_ / error_weight_;
   }
-  /// Coulomb friction, positive against the motion: its effect over B(1).
-  [[nodiscard]] Real coulomb_torque() const noexcept {
-    const Vector theta = newest();
-    Real gain(0);
-    for (const Real b : regressors_.model(theta).b) gain += b;
-    return theta[2 * Order + 1] / gain;
-  }
+  /// Coulomb friction, positive against the motion; 0 when it is not estimated.
+  [[nodiscard]] Real coulomb_torque() const noexcept { return newest()[2 * Order + 1]; }
 
   /// The start is forgotten (without forgetting: outweighed), all directions are excited, the model is
   /// stable.
@@ -243,7 +249,7 @@ class InstrumentalVariables {
     if (following_) {
       follow(model);
       unusable_ = 0;
-    } else if (++unusable_ * kRefresh >
+    } else if (++unusable_ * refresh_ >
                settling_) {  // lost: starts again from the last model that was usable
       sums_.reset(regressors_.parameters(loop_.model()));
       long_sums_.reset(regressors_.parameters(loop_.model()));
@@ -252,6 +258,7 @@ class InstrumentalVariables {
   }
   void follow(const Model& model) noexcept {
     loop_.set_model(model);
+    regressors_.set_gain(model);
     if (refined_) regressors_.set_filter(model);
   }
 
@@ -312,7 +319,7 @@ class InstrumentalVariables {
   Real factor_ = Real(1), long_factor_ = Real(1);
   Real noise_variance_ = Real(0), residual_ = Real(0), squared_errors_ = Real(0), error_weight_ = Real(0);
   std::uint64_t samples_ = 0, skipped_ = 0, settling_ = 0;
-  std::size_t paused_ = 0, since_refresh_ = 0, unusable_ = 0, estimated_ = 0;
+  std::size_t paused_ = 0, since_refresh_ = 0, unusable_ = 0, estimated_ = 0, refresh_ = 10;
   bool refined_ = true, extrapolate_ = false, excited_ = true, following_ = true;
 };
 

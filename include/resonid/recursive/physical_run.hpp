@@ -98,6 +98,7 @@ struct PhysicalRun {
   PhysicalFilter<Real> filter;
   NoiseEstimate<Real> noise;
   TrendWatch trend;
+  Real caution{1};            ///< How much more noise is assumed than there is.
   double misfit = 0.0;        ///< sum of e^2/s + ln s: -2 ln likelihood.
   double surprise = 1.0;      ///< Mean of e^2/s over the last samples: 1 when all is well.
   std::uint64_t outputs = 0;  ///< Taken in.
@@ -107,11 +108,11 @@ struct PhysicalRun {
   void take_in(Real y, Real u) noexcept {
     noise.see(y);
     if (!noise.usable()) return;
-    filter.update(y, u, noise.variance());
+    filter.update(y, u, caution * noise.variance());
     const Real e = filter.innovation();
     const Real s = filter.innovation_variance();
     if (!(s > Real(0)) || !std::isfinite(e)) return;
-    noise.learn(e, s);
+    if (caution == Real(1)) noise.learn(e, s);
     const double ratio = static_cast<double>(e) * static_cast<double>(e) / static_cast<double>(s);
     misfit += ratio + std::log(static_cast<double>(s));
     surprise += kSurpriseGain * (ratio - surprise);

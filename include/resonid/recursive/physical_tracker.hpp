@@ -109,6 +109,7 @@ class PhysicalTracker {
   static constexpr double kLinearityShare = 0.1;
   static constexpr double kLeastEffect = 0.02;
   static constexpr double kEffectPeriods = 2.0;  // of the resonance
+  static constexpr double kCaution = 10.0;
   static constexpr std::size_t kPolishInRow = 2;
   static constexpr double kTrendPeriods = 15.0;                                // of the resonance
   static constexpr std::array<double, 4> kOtherStarts = {0.5, 2.0, 0.7, 1.4};  // times the stiffness given
@@ -161,6 +162,7 @@ class PhysicalTracker {
   std::size_t next_ = 0;         // remembered sample that the candidate takes next
   std::size_t next_replay_ = 0;  // remembered samples at which one may begin
   bool replaying_ = false;
+  bool exploring_ = false;  // the candidate comes from another start
   bool memory_full_ = false;
   std::uint64_t replays_ = 0;
 };

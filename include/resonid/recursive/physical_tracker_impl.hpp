@@ -63,7 +63,7 @@ void PhysicalTracker<Real, ReplaySamples>::reset() noexcept {
   inputs_.fill(Real(0));
   last_input_ = input_power_ = residual_ = Real(0);
   effect_mean_ = effect_power_ = stiffness_age_ = 0.0;
-  excited_ = started_ = replaying_ = memory_full_ = false;
+  excited_ = started_ = replaying_ = exploring_ = memory_full_ = false;
   samples_ = skipped_ = replays_ = 0;
   remembered_ = next_ = 0;
   next_replay_ = kFirstReplay;
@@ -167,35 +167,43 @@ void PhysicalTracker<Real, ReplaySamples>::replay() noexcept {
     replaying_ = false;
     next_replay_ = remembered_ + kBetweenReplays;
     candidate_.filter.thaw();
-    if (!candidate_.filter.finite() || !(candidate_.misfit < run_.misfit)) return;
-    run_ = candidate_;
-    linearised_about_ = candidate_about_;
-    ++replays_;
+    if (!candidate_.filter.finite()) {
+      exploring_ = false;
+    } else if (exploring_) {
+      return;  // to be polished before it is judged
+    } else if (candidate_.misfit < run_.misfit) {
+      run_ = candidate_;
+      linearised_about_ = candidate_about_;
+      ++replays_;
+    }
   }
 }
 
-/// Either a Gauss-Newton step about the estimate, while it has moved far from where it was linearised; or the
-/// filter again from another stiffness, in case it has settled on a wrong one.
+/// Either a Gauss-Newton step about the estimate, while it has moved far from where it was linearised; or, in
+/// case it has settled on a wrong one, the filter again from another stiffness and with more noise assumed
+/// than there is, which keeps it from trusting its first steps, and then a Gauss-Newton step about what that
+/// came to.
 template <class Real, std::size_t ReplaySamples>
 void PhysicalTracker<Real, ReplaySamples>::begin_replay() noexcept {
   auto setup = setup_;
   setup.state[kDrivenVelocity] = setup.state[kLoadVelocity] = static_cast<Real>(memory_[0].y);
+  const auto explored = candidate_.filter.state();
   candidate_ = Run{};
   candidate_.noise = run_.noise;
-  const bool polish = polished_ < kPolishInRow && moved_far();
+  const bool polish = exploring_ || (polished_ < kPolishInRow && moved_far());
   if (polish) {
-    ++polished_;
-    candidate_about_ = run_.filter.state();
-    candidate_.filter = PhysicalFilter<Real>(setup);
-    candidate_.filter.freeze(candidate_about_);
+    candidate_about_ = exploring_ ? explored : run_.filter.state();
+    if (exploring_) candidate_.noise.doubt();
+    polished_ = exploring_ ? 0 : polished_ + 1;
+    exploring_ = false;
   } else {
-    polished_ = 0;
-    const double factor = kOtherStarts[attempts_++ % kOtherStarts.size()];
-    setup.state[kLogStiffness] += static_cast<Real>(std::log(factor));
-    candidate_about_ = setup.state;
-    candidate_.noise.doubt();
-    candidate_.filter = PhysicalFilter<Real>(setup);
+    setup.state[kLogStiffness] +=
+        static_cast<Real>(std::log(kOtherStarts[attempts_++ % kOtherStarts.size()]));
+    candidate_.caution = Real(kCaution);
+    exploring_ = true;
   }
+  candidate_.filter = PhysicalFilter<Real>(setup);
+  if (polish) candidate_.filter.freeze(candidate_about_);
   candidate_.take_in(static_cast<Real>(memory_[0].y), static_cast<Real>(memory_[0].u));
   next_ = 1;
   replaying_ = true;

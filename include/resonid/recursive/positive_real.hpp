@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <Eigen/Dense>
+#include <Eigen/Core>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -14,6 +14,26 @@
 #include <span>
 
 namespace resonid::recursive {
+
+/// Matrix of run-time size without heap: compiled once for all orders.
+inline constexpr int kMostParameters = 12;
+using BoundedMatrix =
+    Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, kMostParameters, kMostParameters>;
+
+/// Least real part of the eigenvalues; not a number of a matrix that is not finite.
+[[nodiscard]] double least_real_eigenvalue(const BoundedMatrix& m) noexcept;
+/// a^-1 b; not a number where a is singular.
+[[nodiscard]] BoundedMatrix solved(const BoundedMatrix& a, const BoundedMatrix& b) noexcept;
+
+/// Covariance X that white residuals leave in the parameters of a pseudo-linear recursion, P being per unit
+/// residual variance and `share` = sum of squared weights over sum of weights (1 without forgetting, 1/(1 +
+/// lambda) with):
+///
+///   (M - d) X + X (M - d)' = variance P      d = 1 - 1/(2 share)
+///
+/// which is variance P share for M = I. Infinite where the recursion does not settle, Re eig M <= d.
+[[nodiscard]] BoundedMatrix recursion_covariance(const BoundedMatrix& m, const BoundedMatrix& p,
+                                                 double variance, double share) noexcept;
 
 /// A controller in powers of z^-1, from measured output to -u; all 0 in the numerator: none.
 struct ControllerCoefficients {
@@ -80,11 +100,10 @@ class PositiveReal {
 
   explicit PositiveReal(const PseudoLinearRecursion<Order>& recursion) noexcept : at_(recursion) {
     integrate();
-    const Matrix m = own_.ldlt().solve(cross_);
+    const Matrix m = solved(own_, cross_);
     if (!m.allFinite()) return;
     m_ = m;
-    const Eigen::EigenSolver<Matrix> eigen(m, false);
-    result_.least_eigenvalue = eigen.eigenvalues().real().minCoeff();
+    result_.least_eigenvalue = least_real_eigenvalue(m);
     result_.stable = result_.least_eigenvalue > 0.0;
     result_.least_real_part = least_real_part_;
     result_.lag_share = lag_share(m);
@@ -177,7 +196,7 @@ class PositiveReal {
     const double moved = along(gradient, motion);
     if (at_.fixed_integrator)
       for (int i = static_cast<int>(Order) + 1; i < kN; ++i) motion(i) += motion(i - 1);
-    Vector lag = m.partialPivLu().solve(motion);
+    Vector lag = solved(m, motion);
     if (at_.fixed_integrator)
       for (int i = kN - 1; i > static_cast<int>(Order); --i) lag(i) -= lag(i - 1);
     return along(gradient, lag) / moved;
@@ -194,35 +213,6 @@ class PositiveReal {
   Matrix m_ = Matrix::Zero();
   LocalStability result_;
 };
-
-/// Covariance X that white residuals leave in the parameters of a pseudo-linear recursion, P being per unit
-/// residual variance and `share` = sum of squared weights over sum of weights (1 without forgetting, 1/(1 +
-/// lambda) with):
-///
-///   (M - d) X + X (M - d)' = variance P      d = 1 - 1/(2 share)
-///
-/// which is variance P share for M = I. Infinite where the recursion does not settle, Re eig M <= d.
-template <int N>
-[[nodiscard]] Eigen::Matrix<double, N, N> recursion_covariance(const Eigen::Matrix<double, N, N>& m,
-                                                               const Eigen::Matrix<double, N, N>& p,
-                                                               double variance, double share) noexcept {
-  using Matrix = Eigen::Matrix<double, N, N>;
-  using ComplexMatrix = Eigen::Matrix<std::complex<double>, N, N>;
-  const Matrix infinite = Matrix::Identity() * std::numeric_limits<double>::infinity();
-  if (!m.allFinite() || !p.allFinite() || !std::isfinite(variance)) return infinite;
-  const Eigen::EigenSolver<Matrix> eigen(m);
-  const double shift = 1.0 - 0.5 / share;
-  if (!(eigen.eigenvalues().real().minCoeff() > shift)) return infinite;
-  const ComplexMatrix v = eigen.eigenvectors();
-  const auto lu = v.partialPivLu();
-  const ComplexMatrix half = lu.solve(p.template cast<std::complex<double>>());
-  ComplexMatrix x = lu.solve(half.adjoint()).adjoint();
-  for (int i = 0; i < N; ++i)
-    for (int j = 0; j < N; ++j)
-      x(i, j) *= variance / (eigen.eigenvalues()(i) + std::conj(eigen.eigenvalues()(j)) - 2.0 * shift);
-  const Matrix result = (v * x * v.adjoint()).real();
-  return 0.5 * (result + result.transpose());
-}
 
 /// A model in double precision.
 template <class Real, std::size_t Order>

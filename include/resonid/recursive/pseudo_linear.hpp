@@ -14,14 +14,15 @@ namespace resonid::recursive {
 template <class Rls, class Past, std::size_t Order>
 [[nodiscard]] ModelCovariance<typename Rls::Scalar, Order> pseudo_linear_covariance(
     const Rls& rls, const Past& past, const PseudoLinearRecursion<Order>& recursion) noexcept {
+  static_assert(Rls::kParameters <= kMostParameters);
   constexpr int kAll = static_cast<int>(Rls::kParameters), kModel = static_cast<int>(2 * Order);
   using Matrix = Eigen::Matrix<double, kAll, kAll>;
   if (!rls.covariance().allFinite()) return past.covariance(rls.covariance());
   Matrix m = Matrix::Identity();
   m.template topLeftCorner<kModel, kModel>() = PositiveReal<Order>(recursion).matrix();
   const Matrix p = rls.information_inverse().template cast<double>();
-  const Matrix x = recursion_covariance<kAll>(m, p, static_cast<double>(rls.residual_variance()),
-                                              static_cast<double>(rls.weight_share()));
+  const Matrix x = recursion_covariance(m, p, static_cast<double>(rls.residual_variance()),
+                                        static_cast<double>(rls.weight_share()));
   return past.covariance(x.template cast<typename Rls::Scalar>().eval());
 }
 

@@ -146,8 +146,12 @@ TEST(PhysicalTracker, ComesToTheMaximumLikelihoodEstimateOfTheGoldenSweep) {
     EXPECT_NEAR(std::log(tracker->value(static_cast<P>(i)) / best), 0.0, 0.4 * deviation) << i;
     EXPECT_NEAR(std::sqrt(covariance(i, i)) / deviation, 1.0, 0.05) << i;
   }
-  EXPECT_NEAR(tracker->noise_rms(), expected.at("noise_sd").get<double>(), 0.002);
-  EXPECT_TRUE(tracker->ready() && tracker->excited() && tracker->plausible());
+  // weights that rise linearly over 8500 samples: an rms with a standard deviation of 0.9 %, three of which
+  EXPECT_NEAR(tracker->noise_rms(), expected.at("noise_sd").get<double>(), 0.0027);
+  EXPECT_TRUE(tracker->converged());
+  EXPECT_TRUE(tracker->consistent());
+  EXPECT_TRUE(tracker->excited());
+  EXPECT_TRUE(tracker->plausible());
 }
 
 TEST(PhysicalTracker, FollowsTheGoldenToothBeltAsTheGoldenFilterDoes) {

@@ -1,0 +1,116 @@
+// SPDX-License-Identifier: MIT
+#include <fmt/format.h>
+
+#include <CLI/App.hpp>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <resonid/identification/validate.hpp>
+#include <resonid/io/json_file.hpp>
+#include <resonid/report/validate.hpp>
+
+#include "errors.hpp"
+#include "options.hpp"
+#include "output.hpp"
+#include "progress.hpp"
+#include "record_options.hpp"
+#include "verbs.hpp"
+
+namespace resonid::cli {
+namespace {
+
+struct ValidateVerb {
+  std::string model;
+  RecordOptions record;
+  MethodOptions method;
+  std::uint64_t max_lag = 25;
+  std::string report, json, residual;
+  bool require_trusted = false;
+};
+
+identification::CandidateModel read_candidate(const std::string& path) {
+  const auto json = io::read_json(path);
+  if (!json) throw InputError(json.error().message);
+  auto candidate = report::candidate_from_json(*json);
+  if (!candidate)
+    throw InputError(path +
+                     ": holds neither a result of 'resonid identify --json' nor a transfer function\n" +
+                     candidate.error().message());
+  candidate->source = path;
+  return std::move(*candidate);
+}
+
+std::string residual_csv(const identification::ModelValidation& v, const data::Record& record) {
+  std::vector<double> time, output;
+  for (std::size_t k = 0; k < v.residual.size(); ++k) {
+    time.push_back(record.start_time_s + static_cast<double>(v.first_sample + k) / record.sample_rate_hz);
+    output.push_back(record.output.samples[v.first_sample + k]);
+  }
+  return csv_text(
+      {{"time_s", time}, {"output", output}, {"simulated", v.simulated}, {"residual", v.residual}});
+}
+
+void run_validate(const CLI::App& verb, ValidateVerb& o) {
+  const bool quiet =
+      standard_output_taken({{"--report", o.report}, {"--json", o.json}, {"--residual", o.residual}});
+  refuse_shared_files({o.model, o.record.record},
+                      {{"--report", o.report}, {"--json", o.json}, {"--residual", o.residual}});
+  check(verb, o.method);
+  refuse_unwritable({o.report, o.json, o.residual});
+  Progress progress;
+  progress.stage("reading " + o.record.record);
+  const auto candidate = read_candidate(o.model);
+  const auto record = read_record(verb, o.record);
+  complete(o.method, record);
+  if (candidate.model && verb.get_option("--delay")->count() == 0)
+    o.method.options.delay_s = candidate.model->drive.known_delay_s;
+  o.method.options.progress = [&progress](std::string_view stage) { progress.stage(stage); };
+  progress.stage("simulating");
+  const auto v = identification::validate(record, candidate, {o.method.options, o.max_lag});
+  if (!v)
+    throw UsageError((v.error().option == "MODEL" ? o.model : "--" + v.error().option) + ": " +
+                     v.error().message);
+  if (!o.residual.empty()) write_output(o.residual, residual_csv(*v, record));
+  if (!o.report.empty()) {
+    auto page = report::document(*v, record);
+    page.command = fmt::format("resonid validate {} {} --report {}", o.model, o.record.record, o.report);
+    write_output(o.report, report::document_page(page));
+  }
+  if (!o.json.empty()) write_json(o.json, report::to_json(*v));
+  if (!quiet) {
+    print(report::summary_text(*v));
+    if (!o.report.empty()) print(fmt::format("Report written to {}\n", o.report));
+  }
+  if (o.require_trusted && !v->trusted)
+    throw NotTrustedError("the model does not hold on this record; the findings say why");
+}
+
+}  // namespace
+
+void add_validate(CLI::App& app) {
+  auto* verb = app.add_subcommand("validate", "Tests a model on a record that it was not fitted to");
+  verb->footer(
+      "Examples:\n"
+      "  resonid validate result.json tomorrow.csv --controller pi:1.036,0.147 --report validation.html\n"
+      "  resonid validate result.json tomorrow.csv --controller pi:1.036,0.147 --approach indirect\n"
+      "MODEL.json is what 'resonid identify ... --json FILE' writes, or {\"numerator\": [], \"denominator\": "
+      "[],\n"
+      "\"sample_time_s\": T} in powers of z^-1 from input to velocity. The known delay is the model's unless "
+      "given.");
+  const auto o = std::make_shared<ValidateVerb>();
+  verb->add_option("MODEL", o->model, "result of identify --json, or a transfer function")
+      ->required()
+      ->type_name("MODEL.json");
+  add_record_options(*verb, o->record);
+  add_excitation_options(*verb, o->method);
+  add_loop_options(*verb, o->method);
+  add_count(*verb, "--max-lag", o->max_lag, "correlations are shown for lags -N ... N", 1);
+  verb->add_option("--report", o->report, "self-contained HTML report")->type_name("FILE");
+  verb->add_option("--json", o->json, "validation for machines ('-': standard output)")->type_name("FILE");
+  verb->add_option("--residual", o->residual, "recorded and simulated output and their difference as CSV")
+      ->type_name("FILE");
+  verb->add_flag("--require-trusted", o->require_trusted,
+                 "exit code 3 when the model does not hold on the record");
+  verb->callback([verb, o] { run_validate(*verb, *o); });
+}
+
+}  // namespace resonid::cli

@@ -1,0 +1,160 @@
+// SPDX-License-Identifier: MIT
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <resonid/base/constants.hpp>
+#include <resonid/report/validate.hpp>
+
+#include "report/result_parts.hpp"
+#include "report/words.hpp"
+
+namespace resonid::report {
+namespace {
+
+using diagnostics::ResidualCorrelation;
+using identification::ModelValidation;
+
+/// Lowest and highest value per bin, drawn one after the other: every peak shows, whatever the length.
+Curve thinned(const std::string& name, const std::vector<double>& x, double start_s, double rate_hz,
+              Curve::Mark mark) {
+  Curve curve{name, mark, {}, {}};
+  constexpr std::size_t kBins = 1500;
+  const std::size_t bins = std::min(kBins, x.size());
+  for (std::size_t b = 0; b < bins; ++b) {
+    const auto from = x.begin() + static_cast<std::ptrdiff_t>(b * x.size() / bins);
+    const auto to = x.begin() + static_cast<std::ptrdiff_t>((b + 1) * x.size() / bins);
+    auto [low, high] = std::minmax_element(from, to);
+    if (high < low) std::swap(low, high);
+    for (const auto at : {low, high}) {
+      const double time = start_s + static_cast<double>(at - x.begin()) / rate_hz;
+      if (!curve.x.empty() && time <= curve.x.back()) continue;
+      curve.x.push_back(time);
+      curve.y.push_back(*at);
+    }
+  }
+  return curve;
+}
+
+Section signal_section(const ModelValidation& v, const data::Record& record) {
+  Section s;
+  s.title = "Record and simulation";
+  const double start = record.start_time_s + static_cast<double>(v.first_sample) / record.sample_rate_hz;
+  std::vector<double> output(v.residual.size());
+  for (std::size_t k = 0; k < output.size(); ++k) output[k] = v.simulated[k] + v.residual[k];
+  Chart outputs;
+  outputs.title = "Output, recorded and simulated";
+  outputs.x_label = "Time in s";
+  outputs.y_label = fmt::format("Output in {}", record.output.unit);
+  outputs.curves = {thinned("recorded", output, start, record.sample_rate_hz, Curve::Mark::line),
+                    thinned("simulated", v.simulated, start, record.sample_rate_hz, Curve::Mark::line)};
+  outputs.caption = "Drag sideways to enlarge.";
+  Chart residual;
+  residual.title = "Residual";
+  residual.x_label = outputs.x_label;
+  residual.y_label = fmt::format("Recorded less simulated, in {}", record.output.unit);
+  residual.curves = {thinned("residual", v.residual, start, record.sample_rate_hz, Curve::Mark::line)};
+  s.charts = {outputs, residual};
+  return s;
+}
+
+Chart correlation_chart(const std::string& title, const ResidualCorrelation& c,
+                        const diagnostics::ResidualTest& t, bool judged) {
+  Chart chart;
+  chart.title = title;
+  chart.x_label = "Lag in samples";
+  chart.y_label = "Correlation";
+  const auto m = static_cast<double>(t.max_lag);
+  Curve points{"correlation", Curve::Mark::points, {}, c.value};
+  for (std::size_t i = 0; i < c.value.size(); ++i) points.x.push_back(static_cast<double>(i) - m);
+  chart.curves = {points};
+  const auto within = [&](const std::string& name, double limit) {
+    Curve band{name, Curve::Mark::band, {-m, m}, {}};
+    band.lower = {-limit, -limit};
+    band.upper = {limit, limit};
+    chart.curves.push_back(std::move(band));
+  };
+  if (judged) within("practical limit, 0.15", diagnostics::kPracticalCorrelation);
+  within(fmt::format("limit of 3 % per lag, {:.3f}", t.limit), t.limit);
+  if (judged) {
+    Shape shape;
+    shape.kind = Shape::Kind::rectangle;
+    shape.name = fmt::format("judged, lags 1 ... {}", t.judged_lags);
+    shape.x = 0.5;
+    shape.x_end = static_cast<double>(t.judged_lags) + 0.5;
+    shape.y = -HUGE_VAL;
+    shape.y_end = HUGE_VAL;
+    chart.shapes.push_back(shape);
+    const double most = std::max(
+        0.2, 1.1 * std::abs(*std::max_element(c.value.begin(), c.value.end(),
+                                              [](double a, double b) { return std::abs(a) < std::abs(b); })));
+    chart.y_range = AxisRange{-most, most};
+  }
+  return chart;
+}
+
+Section correlation_section(const ModelValidation& v) {
+  const auto& t = v.residual_test;
+  Section s;
+  s.title = "Residual tests";
+  s.text = {fmt::format(
+      "Lags 1 ... {} are judged: max(na, nb + d). Negative lags are shown only; in closed loop the noise "
+      "acts on later inputs through the controller, and that rejects nothing. The limit of 3 % holds per "
+      "lag; at the {:.0f} dB of this record between simulated output and residual even small errors of "
+      "the true structure pass it.",
+      t.judged_lags, t.snr_db)};
+  const auto add = [&](const char* title, const ResidualCorrelation& c) {
+    if (!c.value.empty()) s.charts.push_back(correlation_chart(title, c, t, true));
+  };
+  add("Residual with simulated output", t.with_simulated);
+  add("Residual with input", t.with_input);
+  add("Residual with excitation", t.with_excitation);
+  s.charts.push_back(correlation_chart("Residual with itself", t.self, t, false));
+  return s;
+}
+
+Curve level_db(const std::string& name, const data::FrequencyResponse& g, Curve::Mark mark) {
+  Curve curve{name, mark, g.frequency_hz, {}};
+  for (const auto& value : g.value) curve.y.push_back(20.0 * std::log10(std::abs(value)));
+  return curve;
+}
+
+Section response_section(const ModelValidation& v) {
+  Section s;
+  s.title = "Responses";
+  Chart magnitude;
+  magnitude.title = "Magnitude";
+  magnitude.x_label = "Frequency in Hz";
+  magnitude.y_label = "Magnitude in dB";
+  magnitude.log_x = true;
+  magnitude.curves = {level_db("measured on this record", *v.measured, Curve::Mark::line),
+                      level_db("model", *v.modelled, Curve::Mark::dashed)};
+  Chart gap;
+  gap.title = "Chordal distance";
+  gap.x_label = magnitude.x_label;
+  gap.y_label = "Distance, 0 ... 1";
+  gap.log_x = true;
+  gap.curves = {Curve{"distance", Curve::Mark::line, v.gap->frequency_hz, v.gap->distance}};
+  if (!v.gap->noise.empty())
+    gap.curves.push_back({"noise alone (rms)", Curve::Mark::dashed, v.gap->frequency_hz, v.gap->noise});
+  gap.caption =
+      "Pointwise, in the units of the record. Lines cannot tell the winding number, so this is no v-gap.";
+  s.charts = {magnitude, gap};
+  return s;
+}
+
+}  // namespace
+
+Document document(const ModelValidation& v, const data::Record& record) {
+  Document d;
+  d.kind = "validation";
+  d.title = fmt::format("{} on {}", v.candidate.source, v.record.file);
+  d.summary = sentences(v);
+  d.summary.push_back(v.trusted ? "Trusted." : "Not trusted: the findings say why.");
+  d.sections = {correlation_section(v), signal_section(v, record)};
+  if (v.gap && !v.gap->distance.empty()) d.sections.push_back(response_section(v));
+  if (!v.findings.empty()) d.sections.push_back(findings_section(v.findings));
+  return d;
+}
+
+}  // namespace resonid::report

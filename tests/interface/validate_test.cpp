@@ -1,0 +1,148 @@
+// SPDX-License-Identifier: MIT
+#include <algorithm>
+#include <nlohmann/json.hpp>
+#include <sstream>
+
+#include "program.hpp"
+
+namespace resonid {
+namespace {
+
+using nlohmann::json;
+
+class Validate : public test::ProgramTest {
+ protected:
+  void simulate(const std::string& name, double stiffness, int seed, double noise = 0.1) const {
+    std::ostringstream toml;
+    toml << "drive = {driven_inertia = 0.032, load_inertia = 0.032, stiffness = " << stiffness
+         << ", damping = 0.3}\ncontroller = {kind = 'pi', gain = 1.036, integral_time_s = 0.147}\n"
+         << "excitation = {kind = 'prbs', register_length = 13, amplitude = 2.1}\n"
+         << "measurement = {delay_s = 0.004, noise_rms = " << noise << "}\n"
+         << "run = {sample_rate_hz = 500, duration_s = 16, seed = " << seed
+         << "}\nmotion = {kind = 'constant', velocity = 10.0}\n";
+    write(name + ".toml", toml.str());
+    const auto done =
+        run("simulate " + name + ".toml --out " + name + ".csv --truth " + name + "_truth.json");
+    ASSERT_EQ(done.exit_code, 0) << done.error;
+  }
+  void identify(const std::string& name) const {
+    const auto done = run("identify " + name + ".csv --controller pi:1.036,0.147 --delay 0.004 --json " +
+                          name + ".json --excitation-type other");
+    ASSERT_EQ(done.exit_code, 0) << done.error;
+  }
+  [[nodiscard]] json validated(const std::string& arguments) const {
+    const auto done = run("validate " + arguments + " --controller pi:1.036,0.147 --json -");
+    EXPECT_EQ(done.exit_code, 0) << done.error;
+    return json::parse(done.out, nullptr, false);
+  }
+};
+
+TEST_F(Validate, AcceptsTheModelOfTheSameDrive) {
+  simulate("fitted", 143.75, 1);
+  identify("fitted");
+  simulate("other", 143.75, 2);
+  for (const char* approach : {"", " --approach indirect"}) {
+    const auto v = validated(std::string("fitted.json other.csv") + approach);
+    EXPECT_EQ(v.at("schema"), "resonid.validation/1");
+    EXPECT_EQ(v.at("verdict"), "accepted") << v.at("findings");
+    EXPECT_TRUE(v.at("trusted"));
+    const auto& r = v.at("residual");
+    // What is left is the noise of the record.
+    EXPECT_NEAR(r.at("rms").get<double>(), 0.1, 0.006);
+    EXPECT_EQ(r.at("judged_lags"), 5);  // 3 poles, 2 samples of delay
+    EXPECT_EQ(r.at("lags").size(), 51U);
+    EXPECT_EQ(r.at("simulated").at("correlation").size(), 51U);
+    EXPECT_LT(r.at("simulated").at("largest").get<double>(), 1.5 * r.at("limit").get<double>());
+    EXPECT_NEAR(v.at("simulation_fit_percent").get<double>(), v.at("prediction_fit_percent").get<double>(),
+                1.0);
+    EXPECT_GT(v.at("response").at("probability").get<double>(), 1e-4);
+  }
+}
+
+TEST_F(Validate, TellsAnotherDrive) {
+  simulate("fitted", 143.75, 1);
+  identify("fitted");
+  simulate("softer", 0.9 * 143.75, 3);
+  const auto doubtful = validated("fitted.json softer.csv");
+  EXPECT_EQ(doubtful.at("verdict"), "doubtful");
+  EXPECT_TRUE(doubtful.at("trusted"));
+  EXPECT_NEAR(doubtful.at("response").at("worst_line_hz").get<double>(), 15.0, 2.0);
+  simulate("another", 0.5 * 143.75, 4);
+  const auto rejected = validated("fitted.json another.csv");
+  EXPECT_EQ(rejected.at("verdict"), "rejected");
+  EXPECT_FALSE(rejected.at("trusted"));
+  EXPECT_GT(rejected.at("residual").at("simulated").at("largest").get<double>(), 0.15);
+  EXPECT_EQ(run("validate fitted.json another.csv --require-trusted").exit_code, 3);
+}
+
+TEST_F(Validate, HighSignalToNoiseFailsThePerLagLimitAndRejectsNothing) {
+  simulate("fitted", 143.75, 1);
+  identify("fitted");
+  simulate("quiet", 1.01 * 143.75, 5, 0.001);
+  const auto v = validated("fitted.json quiet.csv");
+  const auto& r = v.at("residual");
+  EXPECT_GT(r.at("simulated").at("largest").get<double>(), r.at("limit").get<double>());
+  EXPECT_GT(r.at("snr_db").get<double>(), 25.0);
+  EXPECT_NE(v.at("verdict"), "rejected");
+  EXPECT_TRUE(v.at("trusted"));
+}
+
+TEST_F(Validate, TakesABareTransferFunction) {
+  simulate("fitted", 143.75, 1);
+  simulate("other", 143.75, 2);
+  const auto truth = json::parse(text("fitted_truth.json"));
+  write("tf.json", truth.at("model").at("transfer_function").dump());
+  for (const char* approach : {"", " --approach indirect"}) {
+    const auto v = validated(std::string("tf.json other.csv --delay 0.004") + approach);
+    EXPECT_EQ(v.at("verdict"), "accepted") << v.at("findings");
+    EXPECT_NEAR(v.at("residual").at("rms").get<double>(), 0.1, 0.006);
+    EXPECT_EQ(v.at("residual").at("judged_lags"), 5);
+  }
+}
+
+TEST_F(Validate, WritesPageAndResidual) {
+  simulate("fitted", 143.75, 1);
+  identify("fitted");
+  const auto done =
+      run("validate fitted.json fitted.csv --report v.html --residual e.csv --max-lag 10 --json v.json");
+  ASSERT_EQ(done.exit_code, 0) << done.error;
+  EXPECT_NE(done.out.find("one step"), std::string::npos) << done.out;
+  EXPECT_NE(text("v.html").find("Residual with simulated output"), std::string::npos);
+  const auto csv = text("e.csv");
+  EXPECT_EQ(csv.substr(0, csv.find('\n')), "time_s,output,simulated,residual");
+  const auto rows = static_cast<std::size_t>(std::count(csv.begin(), csv.end(), '\n')) - 1;
+  const auto v = json::parse(text("v.json"));
+  EXPECT_EQ(rows, v.at("residual").at("samples").get<std::size_t>());
+  EXPECT_EQ(v.at("residual").at("lags").size(), 21U);
+}
+
+TEST_F(Validate, RefusesNamingWhatWasFoundAndIsRequired) {
+  simulate("r", 143.75, 1);
+  write("tf.json", R"({"numerator": [0, 0.1], "denominator": [1, -1], "sample_time_s": 0.002})");
+  write("slow.json", R"({"numerator": [0, 0.1], "denominator": [1, -1], "sample_time_s": 0.004})");
+  write("wild.json", R"({"numerator": [0, 0.1], "denominator": [1, -1.1], "sample_time_s": 0.002})");
+  write("half.json", R"({"numerator": [0, "x"], "sample_time_s": 0})");
+  write("no_model.json", R"({"schema": "resonid.identification/1"})");
+  write("broken.json", "[1,");
+  expect_refused("validate tf.json", {"RECORD"});
+  expect_refused("validate nowhere.json r.csv", {"nowhere.json", "no such file"});
+  expect_refused("validate broken.json r.csv", {"broken.json", "line 1"});
+  expect_refused("validate half.json r.csv",
+                 {"$.numerator[1]: found \"x\", required a number", "$.denominator: found nothing",
+                  "$.sample_time_s: found 0, required a number > 0"});
+  expect_refused("validate no_model.json r.csv", {"$.record: found nothing"});
+  expect_refused("validate slow.json r.csv", {"slow.json", "0.004", "0.002"});
+  expect_refused("validate wild.json r.csv", {"wild.json", "unstable"});
+  expect_refused("validate tf.json r.csv --approach indirect", {"--approach", "--controller"});
+  expect_refused("validate tf.json r.csv --approach indirect --controller pi:-1,0.1",
+                 {"--approach", "unstable"});
+  expect_refused("validate tf.json r.csv --max-lag 0", {"--max-lag", ">= 1"});
+  expect_refused("validate tf.json r.csv --delay 100", {"--delay"});
+  expect_refused("validate tf.json r.csv --json tf.json", {"--json", "a file of its own"});
+  expect_refused("validate tf.json r.csv --output-quantity position", {"--output-quantity", "velocity"});
+  expect_refused("validate tf.json absent.csv", {"absent.csv"});
+  EXPECT_EQ(run("validate tf.json r.csv --json nowhere/v.json").exit_code, 1);
+}
+
+}  // namespace
+}  // namespace resonid
