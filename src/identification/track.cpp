@@ -43,7 +43,7 @@ class Run {
         options_(options),
         output_(std::move(output)),
         tracker_(tracker),
-        loop_(record, options, plan.measurement),
+        loop_(record, options, plan),
         gates_(record, plan),
         rows_(record, options, tracker.columns(), loop_, row_count(), track),
         track_(track) {
@@ -111,6 +111,17 @@ class Run {
 
 void inspect_start(const detail::TrackPlan& plan, Track& track) {
   if (!plan.start) return;
+  const double further = plan.delay_s - track.known_delay_s;
+  constexpr double kNoticeable = 0.05;  // samples
+  if (std::abs(further) * track.record.sample_rate_hz > kNoticeable)
+    track.findings.push_back(
+        {"further-delay",
+         diagnostics::Severity::info,
+         further,
+         {},
+         fmt::format("The model to begin with has {:.3g} ms of delay where {:.3g} ms were given: "
+                     "its own is used, in the margins too.",
+                     1e3 * plan.delay_s, 1e3 * track.known_delay_s)});
   track.start = plan.start->source;
   if (plan.start->whole_record)
     track.findings.push_back(

@@ -1,207 +1,24 @@
 // SPDX-License-Identifier: MIT
 #include <fmt/format.h>
 
-#include <algorithm>
-#include <array>
-#include <cmath>
-#include <identification/track_discrete.hpp>
-#include <identification/track_plan.hpp>
-#include <resonid/recursive/arx.hpp>
-#include <resonid/recursive/closed_loop_output_error.hpp>
-#include <resonid/recursive/instrumental_variables.hpp>
-#include <resonid/recursive/output_error.hpp>
+#include <identification/track_discrete_maker.hpp>
 
 namespace resonid::identification::detail {
-namespace {
-
-using diagnostics::Finding;
-using diagnostics::Severity;
-
-constexpr double kPeriodsRemembered = 24.0;  // of the resonance
-constexpr double kLeastMemorySamples = 50.0;
-constexpr double kStartVariance = 0.01;
-
-tl::unexpected<Refusal> refused(std::string_view method, const ConfigError& error) {
-  if (error.field == "start")
-    return tl::unexpected(
-        Refusal{"controller", fmt::format("{}: the loop of the start model and this controller is "
-                                          "unstable: controller, delay or sign do not belong to "
-                                          "this record",
-                                          method)});
-  const bool controller = error.field.find("controller") != std::string_view::npos;
-  std::string message = fmt::format("{}: {} {}", method, error.field, error.requirement);
-  if (std::isfinite(error.value)) message += fmt::format(" (found {:.6g})", error.value);
-  return tl::unexpected(Refusal{controller ? "controller" : "method", std::move(message)});
-}
-
-/// What all makers need to know.
-template <std::size_t Order>
-struct Known {
-  std::string_view name;
-  std::array<double, Order> b{}, a{};
-  std::vector<double> numerator, denominator;  // of the controller
-  std::size_t delay_samples = 0;
-  double left_of_delay = 0.0;  // in samples
-  bool integrator = false;     // the start has one at z = 1
-  double memory_samples = 0.0;
-  bool memory_given = false;
-  double sample_rate_hz = 0.0;
-
-  [[nodiscard]] recursive::ModelEstimatorConfig common() const {
-    recursive::ModelEstimatorConfig c;
-    c.sample_rate_hz = sample_rate_hz;
-    c.delay_samples = delay_samples;
-    c.start_b = b;
-    c.start_a = a;
-    c.fixed_integrator = integrator;
-    c.adaptation.start_variance = kStartVariance;
-    c.adaptation.factor = 1.0 - 1.0 / memory_samples;
-    return c;
-  }
-};
-
-template <std::size_t Order>
-Known<Order> known(const data::Record& record, const TrackOptions& options, const TrackPlan& plan) {
-  Known<Order> k;
-  k.name = name_of(plan.method);
-  k.sample_rate_hz = record.sample_rate_hz;
-  const auto& drive = plan.start->drive;
-  fit::DriveModel resampled = drive;
-  resampled.sample_time_s = record.sample_time_s();
-  const auto g = resampled.transfer_function();
-  double sum = 1.0;
-  for (std::size_t i = 0; i < Order; ++i) {
-    k.b[i] = i + 1 < g.numerator.size() ? g.numerator[i + 1] : 0.0;
-    k.a[i] = i + 1 < g.denominator.size() ? g.denominator[i + 1] : 0.0;
-    sum += k.a[i];
-  }
-  k.integrator = std::abs(sum) < 1e-9;
-  if (options.common.controller) {
-    k.numerator = options.common.controller->numerator;
-    k.denominator = options.common.controller->denominator;
-  }
-  const double found = plan.start->samples > 0 ? drive.delay_s : 0.0;
-  const double delay =
-      (options.common.delay_s + found) * record.sample_rate_hz + velocity_of(record)->further_delay_samples;
-  k.delay_samples = static_cast<std::size_t>(std::max(0.0, std::round(delay)));
-  k.left_of_delay = delay - std::round(delay);
-  k.memory_given = options.memory_s > 0.0;
-  const double periods =
-      Order >= 2 ? kPeriodsRemembered / drive.resonance().value * record.sample_rate_hz : 0.0;
-  k.memory_samples =
-      k.memory_given ? options.memory_s * record.sample_rate_hz : std::max(kLeastMemorySamples, periods);
-  return k;
-}
-
-/// An estimator with what its maker has to say about the run.
-template <recursive::DiscreteEstimator Estimator>
-class Discrete final : public DiscreteTracker<Estimator> {
- public:
-  Discrete(const Estimator& estimator, double sample_rate_hz, bool white, std::vector<Finding> findings)
-      : DiscreteTracker<Estimator>(estimator, sample_rate_hz),
-        white_(white),
-        findings_(std::move(findings)) {}
-
-  [[nodiscard]] bool white_residual() const override { return white_; }
-  void inspect(std::vector<Finding>& findings) const override {
-    findings.insert(findings.end(), findings_.begin(), findings_.end());
-    if constexpr (requires { this->estimator().guard().restarts(); }) {
-      const auto lost = this->estimator().guard().restarts();
-      if (lost > 0)
-        findings.push_back(
-            {"predictor-lost", Severity::error, static_cast<double>(lost), 0.0,
-             "The predictor ran away from the measured output and was started again: the estimate "
-             "is not to be trusted. Use iv or physical."});
-    }
-  }
-
- private:
-  bool white_;
-  std::vector<Finding> findings_;
-};
-
-template <recursive::DiscreteEstimator Estimator, std::size_t Order>
-TrackerMade made(const expected<Estimator, ConfigError>& estimator, const Known<Order>& k, bool white,
-                 std::vector<Finding> findings = {}) {
-  if (!estimator) return refused(k.name, estimator.error());
-  constexpr double kNoticeable = 0.05;
-  if (std::abs(k.left_of_delay) > kNoticeable)
-    findings.push_back(
-        {"fractional-delay", Severity::info, k.left_of_delay, kNoticeable,
-         fmt::format("{} knows whole samples of delay only: {:+.2f} samples of it became part of the "
-                     "model's zeros. physical takes any delay.",
-                     k.name, k.left_of_delay)});
-  return std::make_unique<Discrete<Estimator>>(*estimator, k.sample_rate_hz, white, std::move(findings));
-}
-
-template <std::size_t Order>
-TrackerMade make_arx(const Known<Order>& k) {
-  recursive::ArxConfig config;
-  config.common = k.common();
-  config.load_torque = true;
-  return made(recursive::Arx<double, Order>::create(config), k, false);
-}
-
-template <std::size_t Order>
-TrackerMade make_output_error(const Known<Order>& k) {
-  recursive::OutputErrorConfig config;
-  config.common = k.common();
-  config.load_torque = true;
-  return made(recursive::OutputError<double, Order>::create(config), k, true);
-}
-
-template <std::size_t Order>
-TrackerMade make_closed_loop(const Known<Order>& k, bool filtered) {
-  recursive::ClosedLoopOutputErrorConfig config;
-  config.common = k.common();
-  config.controller_numerator = k.numerator;
-  config.controller_denominator = k.denominator;
-  config.input = recursive::PredictorInput::measured;
-  if (filtered) config.gradient = recursive::ClosedLoopGradient::fixed_filter;
-  return made(recursive::ClosedLoopOutputError<double, Order>::create(config), k, true);
-}
-
-template <std::size_t Order>
-TrackerMade make_instrumental(const Known<Order>& k) {
-  recursive::InstrumentalVariablesConfig<Order> config;
-  config.start.b = k.b;
-  config.start.a = k.a;
-  config.controller_numerator = k.numerator;
-  config.controller_denominator = k.denominator;
-  config.delay_samples = k.delay_samples;
-  config.terms.fixed_integrator = k.integrator;
-  if (k.memory_given) config.memory_samples = k.memory_samples;
-  return made(recursive::InstrumentalVariables<double, Order>::create(config), k, true);
-}
-
-template <std::size_t Order>
-TrackerMade make(const data::Record& record, const TrackOptions& options, const TrackPlan& plan) {
-  const auto k = known<Order>(record, options, plan);
-  switch (plan.method) {
-    case TrackMethod::arx:
-      return make_arx(k);
-    case TrackMethod::output_error:
-      return make_output_error(k);
-    case TrackMethod::closed_loop_output_error:
-      return make_closed_loop(k, false);
-    case TrackMethod::filtered_closed_loop_output_error:
-      return make_closed_loop(k, true);
-    default:
-      return make_instrumental(k);
-  }
-}
-
-}  // namespace
 
 TrackerMade make_discrete_tracker(const data::Record& record, const TrackOptions& options,
                                   const TrackPlan& plan) {
-  if (!plan.start)
+  const auto needs = [&](const char* what) {
     return tl::unexpected(
-        Refusal{"method", fmt::format("{} needs a model to begin with, and the record shows none: "
-                                      "give --start",
-                                      name_of(plan.method))});
-  const bool rigid = plan.start->drive.structure == fit::Structure::rigid;
-  return rigid ? make<1>(record, options, plan) : make<3>(record, options, plan);
+        Refusal{"method", fmt::format("{} needs {} to begin with, and the record shows none: give --start",
+                                      name_of(plan.method), what)});
+  };
+  if (!plan.start) return needs("a model");
+  if (plan.method == TrackMethod::arx) return make_arx_tracker(record, options, plan);
+  if (plan.method == TrackMethod::instrumental_variables)
+    return make_instrumental_tracker(record, options, plan);
+  if (is_rigid(plan)) return needs("a two-mass model");
+  if (plan.method == TrackMethod::output_error) return make_output_error_tracker(record, options, plan);
+  return make_closed_loop_tracker(record, options, plan);
 }
 
 }  // namespace resonid::identification::detail

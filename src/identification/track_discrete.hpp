@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cstdint>
 #include <identification/online_tracker.hpp>
 #include <resonid/recursive/discrete_model.hpp>
 #include <resonid/recursive/model_response.hpp>
@@ -54,6 +55,7 @@ class DiscreteTracker : public OnlineTracker {
   void step(double ru, double u, double y) noexcept override {
     estimator_.step(static_cast<Real>(ru), static_cast<Real>(u), static_cast<Real>(y));
     fresh_ = false;
+    if (++samples_ % kLagSamples == 0) lag_due_ = true;
   }
   [[nodiscard]] std::vector<OnlineColumn> columns() const override {
     std::vector<OnlineColumn> columns;
@@ -71,7 +73,11 @@ class DiscreteTracker : public OnlineTracker {
     }
   }
   [[nodiscard]] bool ready() const override { return estimator_.ready(); }
-  [[nodiscard]] double lag_samples() const override { return estimator_.lag_samples(); }
+  [[nodiscard]] double lag_samples() const override {
+    if (lag_due_) lag_ = estimator_.lag_samples();
+    lag_due_ = false;
+    return lag_;
+  }
   [[nodiscard]] double residual() const override { return static_cast<double>(estimator_.residual()); }
   [[nodiscard]] OnlineValue resonance() override {
     refresh();
@@ -124,6 +130,10 @@ class DiscreteTracker : public OnlineTracker {
   double sample_rate_hz_;
   DiscreteFigures<kOrder> figures_;
   bool fresh_ = false;
+  static constexpr std::uint64_t kLagSamples = 10;  // a lag costs more than many steps, and changes slowly
+  std::uint64_t samples_ = 0;
+  mutable double lag_ = 0.0;
+  mutable bool lag_due_ = true;
 };
 
 }  // namespace resonid::identification::detail

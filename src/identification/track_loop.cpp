@@ -26,10 +26,11 @@ std::vector<double> log_grid(double low_hz, double high_hz, int points) {
 
 }  // namespace
 
-LoopFigures::LoopFigures(const data::Record& record, const TrackOptions& options, const Plan& plan)
-    : controller_(options.common.controller), baseline_(options.baseline), delay_s_(options.common.delay_s) {
+LoopFigures::LoopFigures(const data::Record& record, const TrackOptions& options, const TrackPlan& plan)
+    : controller_(options.common.controller), baseline_(options.baseline), delay_s_(plan.delay_s) {
   const double nyquist = 0.5 * record.sample_rate_hz;
-  const double low = plan.low_hz > 0.0 ? std::min(0.1 * plan.low_hz, 0.01 * nyquist) : 0.001 * nyquist;
+  const double low = plan.measurement.low_hz > 0.0 ? std::min(0.1 * plan.measurement.low_hz, 0.01 * nyquist)
+                                                   : 0.001 * nyquist;
   grid_hz_ = log_grid(std::max(low, 1e-5 * nyquist), 0.998 * nyquist, kGridPoints);
   model_hz_ = grid_hz_;
   if (!baseline_) return;

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <identification/measurement.hpp>
 #include <identification/online_tracker.hpp>
+#include <identification/track_plan.hpp>
 #include <resonid/diagnostics/margins.hpp>
 
 namespace resonid::identification::detail {
@@ -14,7 +14,7 @@ namespace resonid::identification::detail {
 /// baseline's median gain (METHOD 10.1: the distance needs a scale). It is pointwise: no winding numbers.
 class LoopFigures {
  public:
-  LoopFigures(const data::Record& record, const TrackOptions& options, const Plan& plan);
+  LoopFigures(const data::Record& record, const TrackOptions& options, const TrackPlan& plan);
 
   [[nodiscard]] bool has_loop() const { return controller_.has_value(); }
   [[nodiscard]] bool has_gap() const { return baseline_.has_value(); }

@@ -107,10 +107,7 @@ TrackerMade make_physical_tracker(const data::Record& record, const TrackOptions
   const auto velocity = velocity_of(record);
   recursive::PhysicalTrackerConfig config;
   config.sample_rate_hz = record.sample_rate_hz;
-  // A model that came from this record may have found a further delay in it.
-  const double found = plan.start->samples > 0 ? drive.delay_s : 0.0;
-  config.delay_s =
-      std::max(0.0, options.common.delay_s + found + velocity->further_delay_samples / record.sample_rate_hz);
+  config.delay_s = std::max(0.0, plan.delay_s + velocity->further_delay_samples / record.sample_rate_hz);
   config.driven_inertia = starting(drive, fit::kDrivenInertia);
   config.load_inertia = starting(drive, fit::kLoadInertia);
   config.stiffness = starting(drive, fit::kStiffness);

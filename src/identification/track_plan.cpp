@@ -77,6 +77,14 @@ void choose(const data::Record& record, const TrackOptions& options, TrackPlan& 
                     : "nothing to begin with that other methods could use: lines are tracked";
 }
 
+/// A fitted delay belongs to the machine, whichever record showed it.
+double delay_of(const TrackOptions& options, const TrackPlan& plan) {
+  if (!plan.start) return options.common.delay_s;
+  const auto& drive = plan.start->drive;
+  if (drive.estimated[fit::kDelay]) return drive.known_delay_s + drive.delay_s;
+  return options.common.delay_s > 0.0 ? options.common.delay_s : drive.known_delay_s;
+}
+
 std::optional<Refusal> contradiction(const data::Record& record, const TrackOptions& options, TrackMethod m) {
   const auto name = name_of(m);
   if (m == TrackMethod::physical && options.memory_s > 0.0)
@@ -116,6 +124,7 @@ expected<TrackPlan, Refusal> make_track_plan(const data::Record& record, const T
   if (auto refusal = contradiction(record, options, plan.method)) return Refused(std::move(*refusal));
   if (is_lines(plan.method)) plan.start.reset();
   plan.approach = is_lines(plan.method) ? plan.measurement.approach : approach_of(plan.method);
+  plan.delay_s = delay_of(options, plan);
   const auto& m = plan.measurement;
   if (options.method == TrackMethod::automatic && plan.method == TrackMethod::kalman && !m.sweep &&
       m.period_samples == 0 && m.grid_hz.empty())

@@ -21,6 +21,7 @@ struct TrackPlan {
   std::string reason;  ///< Why it was chosen.
   Plan measurement;    ///< Excitation, band, lines.
   std::optional<StartModel> start;
+  double delay_s = 0.0;  ///< In the measured output: the known one, and what the start model found beyond it.
 };
 
 [[nodiscard]] expected<TrackPlan, Refusal> make_track_plan(const data::Record& record,
