@@ -86,7 +86,8 @@ void rls(benchmark::State& state) {
   for (std::size_t k = 0; k < kSamples; ++k)
     for (std::size_t i = 0; i < 6; ++i) narrow[k][i] = static_cast<Scalar>(list[k][i]);
   auto estimator =
-      RecursiveLeastSquares<Scalar, 6>::create({.forgetting = static_cast<Forgetting>(state.range(0))}).value();
+      RecursiveLeastSquares<Scalar, 6>::create({.forgetting = static_cast<Forgetting>(state.range(0))})
+          .value();
   for (auto _ : state) {
     for (std::size_t k = 0; k < kSamples; ++k) estimator.step(narrow[k], static_cast<Scalar>(s.y[k]));
     benchmark::DoNotOptimize(estimator);

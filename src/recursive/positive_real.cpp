@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: MIT
-#include <resonid/recursive/positive_real.hpp>
-
 #include <Eigen/Eigenvalues>
 #include <Eigen/LU>
 #include <complex>
 #include <limits>
+#include <resonid/recursive/positive_real.hpp>
 
 namespace resonid::recursive {
 
@@ -25,7 +24,8 @@ BoundedMatrix solved(const BoundedMatrix& a, const BoundedMatrix& b) noexcept {
   return Eigen::PartialPivLU<BoundedMatrix>(a).solve(b);
 }
 
-// With M = V diag(m) V^-1 the equation falls apart: (V^-1 X V^-H)_ij = variance (V^-1 P V^-H)_ij / (m_i + m_j*).
+// With M = V diag(m) V^-1 the equation falls apart: (V^-1 X V^-H)_ij = variance (V^-1 P V^-H)_ij / (m_i +
+// m_j*).
 BoundedMatrix recursion_covariance(const BoundedMatrix& m, const BoundedMatrix& p, double variance,
                                    double share) noexcept {
   const auto n = m.rows();
@@ -42,8 +42,7 @@ BoundedMatrix recursion_covariance(const BoundedMatrix& m, const BoundedMatrix& 
   const BoundedComplex turned = half.adjoint();
   BoundedComplex x = BoundedComplex(lu.solve(turned)).adjoint();
   for (Eigen::Index i = 0; i < n; ++i)
-    for (Eigen::Index j = 0; j < n; ++j)
-      x(i, j) *= variance / (value(i) + std::conj(value(j)) - 2.0 * shift);
+    for (Eigen::Index j = 0; j < n; ++j) x(i, j) *= variance / (value(i) + std::conj(value(j)) - 2.0 * shift);
   const BoundedComplex inner = x * v.adjoint();
   const BoundedMatrix result = BoundedComplex(v * inner).real();
   const BoundedMatrix mirrored = result.transpose();
