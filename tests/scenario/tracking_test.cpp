@@ -101,6 +101,19 @@ TEST(Tracking, UnstableRecursionsAreNotTrusted) {
   }
 }
 
+// A belt that loosens stays trusted while it does, however far apart the rows are.
+TEST(Tracking, TrustDoesNotDependOnTheDistanceOfTheRows) {
+  const auto config = reproduction::shipped_experiment("belt_loosens");
+  const auto simulation = test::simulated(config);
+  auto options = known(config);
+  for (const std::size_t every : {1U, 25U, 100U}) {
+    options.every = every;
+    const Track track = tracked(simulation.record, options);
+    EXPECT_TRUE(track.trusted) << every;
+    EXPECT_GT(track.shares.converged, 0.98) << every;
+  }
+}
+
 // On the described time the instrumental variables have no lag: with raw time they have.
 TEST(Tracking, DescribedTimeTakesTheLagOut) {
   const auto config = reproduction::shipped_experiment("ii_iii_tooth_prbs");
