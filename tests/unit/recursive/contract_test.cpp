@@ -199,7 +199,8 @@ TYPED_TEST(EstimatorContract, HoldsWithoutExcitation) {
   std::normal_distribution<double> normal;
   using Number = typename TypeParam::Scalar;
   for (int k = 0; k < 20000; ++k)
-    e.step(Number(0), static_cast<Number>(1e-3 * normal(generator)), static_cast<Number>(0.02 * normal(generator)));
+    e.step(Number(0), static_cast<Number>(1e-3 * normal(generator)),
+           static_cast<Number>(0.02 * normal(generator)));
   EXPECT_FALSE(e.excited());
   EXPECT_FALSE(e.ready());
   for (std::size_t i = 0; i < 3; ++i) EXPECT_NEAR(e.model().a[i], before.a[i], 0.1);
