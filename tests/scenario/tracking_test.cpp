@@ -8,7 +8,7 @@
 #include <resonid/plant/white_noise.hpp>
 #include <resonid/reproduction/experiments.hpp>
 
-#include "support/experiments.hpp"
+#include "experiments.hpp"
 
 // `track` as a user runs it, over experiments whose truth the simulator knows.
 namespace resonid {
