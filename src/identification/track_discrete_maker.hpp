@@ -91,7 +91,8 @@ Known<Order> known(const data::Record& record, const TrackOptions& options, cons
 template <recursive::DiscreteEstimator Estimator>
 class Discrete final : public DiscreteTracker<Estimator> {
  public:
-  Discrete(const Estimator& estimator, double sample_rate_hz, bool white, std::vector<diagnostics::Finding> findings)
+  Discrete(const Estimator& estimator, double sample_rate_hz, bool white,
+           std::vector<diagnostics::Finding> findings)
       : DiscreteTracker<Estimator>(estimator, sample_rate_hz),
         white_(white),
         findings_(std::move(findings)) {}
@@ -122,10 +123,11 @@ TrackerMade made(const expected<Estimator, ConfigError>& estimator, const Known<
     // At the start, which is near the machine: an estimate that ran away may well look stable.
     const auto stability = estimator->stability();
     if (!stability.stable)
-      findings.push_back({"locally-unstable", diagnostics::Severity::error, stability.least_eigenvalue, 0.0,
-                          fmt::format("{} is driven away from the right parameters of this machine: it is damped too "
-                                      "little for so fast a sampling. Use iv or physical.",
-                                      k.name)});
+      findings.push_back(
+          {"locally-unstable", diagnostics::Severity::error, stability.least_eigenvalue, 0.0,
+           fmt::format("{} is driven away from the right parameters of this machine: it is damped too "
+                       "little for so fast a sampling. Use iv or physical.",
+                       k.name)});
   }
   constexpr double kNoticeable = 0.05;
   if (std::abs(k.left_of_delay) > kNoticeable)
