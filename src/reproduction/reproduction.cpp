@@ -5,6 +5,8 @@ namespace resonid::reproduction {
 
 const std::vector<Entry>& entries() {
   static const std::vector<Entry> kEntries{
+      {"ii", "Publication II: PRBS on a moving belt, direct recursive output error", publication_ii},
+      {"iii", "Publication III: PRBS on a moving belt, indirect closed-loop output error", publication_iii},
       {"iv", "Publication IV: multisine, bank of Kalman filters, gap between two belts", publication_iv},
       {"v", "Publication V: sliding DFT of a multisine, model fitted to it while the cart runs",
        publication_v},

@@ -25,6 +25,12 @@ struct Entry {
 /// In the order of the source.
 [[nodiscard]] const std::vector<Entry>& entries();
 
+/// Publication II: direct recursive output error of a tooth belt whose cart moves, in closed and open loop.
+[[nodiscard]] report::Document publication_ii(const Options& options);
+
+/// Publication III: the same belt indirectly, by closed-loop output error, against direct estimates.
+[[nodiscard]] report::Document publication_iii(const Options& options);
+
 /// Publication IV: a multisine tracked by a bank of fixed-gain Kalman filters, and the gap between two belts.
 [[nodiscard]] report::Document publication_iv(const Options& options);
 
