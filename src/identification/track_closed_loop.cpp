@@ -17,7 +17,8 @@ TrackerMade make_closed_loop(const Known<3>& k, bool filtered) {
 
 }  // namespace
 
-TrackerMade make_closed_loop_tracker(const data::Record& record, const TrackOptions& options, const TrackPlan& plan) {
+TrackerMade make_closed_loop_tracker(const data::Record& record, const TrackOptions& options,
+                                     const TrackPlan& plan) {
   const bool filtered = plan.method == TrackMethod::filtered_closed_loop_output_error;
   return make_closed_loop(known<3>(record, options, plan), filtered);
 }

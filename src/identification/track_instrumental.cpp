@@ -20,7 +20,8 @@ TrackerMade make_instrumental(const Known<Order>& k) {
 
 }  // namespace
 
-TrackerMade make_instrumental_tracker(const data::Record& record, const TrackOptions& options, const TrackPlan& plan) {
+TrackerMade make_instrumental_tracker(const data::Record& record, const TrackOptions& options,
+                                      const TrackPlan& plan) {
   if (is_rigid(plan)) return make_instrumental(known<1>(record, options, plan));
   return make_instrumental(known<3>(record, options, plan));
 }

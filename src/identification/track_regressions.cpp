@@ -31,7 +31,8 @@ TrackerMade make_arx_tracker(const data::Record& record, const TrackOptions& opt
   return make_arx(known<3>(record, options, plan));
 }
 
-TrackerMade make_output_error_tracker(const data::Record& record, const TrackOptions& options, const TrackPlan& plan) {
+TrackerMade make_output_error_tracker(const data::Record& record, const TrackOptions& options,
+                                      const TrackPlan& plan) {
   return make_output_error(known<3>(record, options, plan));
 }
 

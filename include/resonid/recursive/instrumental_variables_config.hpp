@@ -46,8 +46,7 @@ template <std::size_t Order>
 /// Three periods of the first resonance, at least ten samples: an auxiliary model that changes faster than
 /// its own oscillation decays follows the noise, and at many samples per period loses its way.
 template <std::size_t Order>
-[[nodiscard]] std::size_t default_refresh_samples(
-    const DiscreteModel<double, Order>& start) noexcept {
+[[nodiscard]] std::size_t default_refresh_samples(const DiscreteModel<double, Order>& start) noexcept {
   const auto modes = SampledModes<Order>(start, 1.0).resonances();
   return modes.empty() ? 10
                        : std::max<std::size_t>(10, static_cast<std::size_t>(3.0 / modes[0].frequency_hz));
