@@ -66,15 +66,16 @@ struct Estimate {
 
 /// The estimates against the machine.
 struct Errors {
-  double newest = 0.0, described = 0.0, largest = 0.0;  ///< Resonance, in %; rms, rms, magnitude of the latter.
-  double a = 0.0, b = 0.0;                              ///< rms of the coefficients, at the newest sample.
-  double b_change = 0.0;                                ///< rms of the change of b within 0.2 s.
-  double a_within = 0.0, b_within = 0.0;                ///< % within the reference's band, described time.
+  double newest = 0.0, described = 0.0,
+         largest = 0.0;                   ///< Resonance, in %; rms, rms, magnitude of the latter.
+  double a = 0.0, b = 0.0;                ///< rms of the coefficients, at the newest sample.
+  double b_change = 0.0;                  ///< rms of the change of b within 0.2 s.
+  double a_within = 0.0, b_within = 0.0;  ///< % within the reference's band, described time.
 };
 [[nodiscard]] Errors errors(const Run& run, const std::vector<Estimate>& estimates);
 
-/// Residual of the closed loop as simulated with the models tracked in one run on the signals of another, over
-/// `kValidationSamples` at constant velocity. METHOD 9.
+/// Residual of the closed loop as simulated with the models tracked in one run on the signals of another,
+/// over `kValidationSamples` at constant velocity. METHOD 9.
 struct Validation {
   diagnostics::ResidualTest test;
   double noise_share = 0.0;  ///< rms of the residual over that of the measurement noise.

@@ -28,13 +28,16 @@ Section positions(std::size_t seeds) {
   Section section;
   section.title = "At a standstill and while the cart passes";
   section.text = {
-      "The source estimates the belt at a standstill and in operation, and verifies the one by models found at "
-      "several positions. Here the cart rests for 18 s (no forgetting; start from the model 0.05 m further), or "
+      "The source estimates the belt at a standstill and in operation, and verifies the one by models found "
+      "at "
+      "several positions. Here the cart rests for 18 s (no forgetting; start from the model 0.05 m further), "
+      "or "
       "passes at 0.06 m/s (forgetting over 0.4 s, at the time described)."};
   constexpr struct {
     const char* experiment;
     double position_m;
-  } kPlaces[] = {{"ii_tooth_standstill_near", 0.5}, {"ii_tooth_standstill", 1.0}, {"ii_tooth_standstill_far", 1.5}};
+  } kPlaces[] = {
+      {"ii_tooth_standstill_near", 0.5}, {"ii_tooth_standstill", 1.0}, {"ii_tooth_standstill_far", 1.5}};
   for (const Method method : {Method::arx, Method::output_error, Method::physical}) {
     std::vector<double> resting[3], passing[3];
     for (std::size_t seed = 1; seed <= seeds; ++seed) {
@@ -52,7 +55,8 @@ Section positions(std::size_t seeds) {
     }
     report::ComparisonTable table{fmt::format("Resonance, {}", ii_iii::name(method)), {}};
     for (std::size_t i = 0; i < 3; ++i) {
-      const auto machine = ii_iii::machine_at(shipped_experiment(kPlaces[i].experiment).drive, kPlaces[i].position_m);
+      const auto machine =
+          ii_iii::machine_at(shipped_experiment(kPlaces[i].experiment).drive, kPlaces[i].position_m);
       const double truth =
           std::sqrt(machine.stiffness * (1.0 / machine.driven_inertia + 1.0 / machine.load_inertia)) /
           (2.0 * std::acos(-1.0));
@@ -71,9 +75,12 @@ Section open_and_closed_loop(std::size_t seeds) {
   Section section;
   section.title = "Open loop against closed loop";
   section.text = {
-      "One second of PRBS without a controller: nothing holds the cart, and the experiment must end before it has "
-      "gone far. The same second under the soft position control of the closed-loop experiments, at 2 kHz as the "
-      "open-loop experiment has it, and at 4 ms. Cart at 1 m, start from the model at 1.05 m, no forgetting, last "
+      "One second of PRBS without a controller: nothing holds the cart, and the experiment must end before "
+      "it has "
+      "gone far. The same second under the soft position control of the closed-loop experiments, at 2 kHz as "
+      "the "
+      "open-loop experiment has it, and at 4 ms. Cart at 1 m, start from the model at 1.05 m, no forgetting, "
+      "last "
       "estimate. A constant torque of 0.1 Nm that nobody asked for shows what an offset does to each."};
   for (const double rate_hz : {2000.0, 250.0}) {
     for (const bool closed : {false, true}) {
@@ -105,8 +112,8 @@ Section open_and_closed_loop(std::size_t seeds) {
         }
       }
       for (std::size_t m = 0; m < std::size(kMethods); ++m)
-        table.rows.push_back(
-            row(fmt::format("error of the resonance, {}", ii_iii::name(kMethods[m])), "%", spread(error[m]), 0.0));
+        table.rows.push_back(row(fmt::format("error of the resonance, {}", ii_iii::name(kMethods[m])), "%",
+                                 spread(error[m]), 0.0));
       table.rows.push_back(row("way of the cart", "mm", spread(travel)));
       table.rows.push_back(row("way of the cart, with the constant torque", "mm", spread(pushed)));
       section.tables.push_back(std::move(table));
@@ -121,9 +128,8 @@ report::Document publication_ii(const Options& options) {
   const auto progress = [&](double done) {
     if (options.progress) options.progress(done);
   };
-  const ii_iii::Study study(
-      {Method::arx, Method::output_error, Method::physical, Method::simulated_truth}, options.seeds,
-      [&](double part) { progress(0.5 * part); });
+  const ii_iii::Study study({Method::arx, Method::output_error, Method::physical, Method::simulated_truth},
+                            options.seeds, [&](double part) { progress(0.5 * part); });
   report::Document document;
   document.title = "Publication II: direct identification of a belt drive by recursive output error";
   document.command = fmt::format("resonid reproduce ii --seeds {}", options.seeds);
@@ -132,10 +138,11 @@ report::Document publication_ii(const Options& options) {
   const auto& error = study.of(Method::output_error);
   const auto& physical = study.of(Method::physical);
   document.summary = {
-      fmt::format("The published method works at 4 ms: direct output error follows the resonance of the moving belt "
-                  "to {:.2f} % rms at the time that its estimate describes, least squares to {:.2f} %, and to {:.2f} "
-                  "% and {:.2f} % at the newest sample.",
-                  error.described.mean, arx.described.mean, error.newest.mean, arx.newest.mean),
+      fmt::format(
+          "The published method works at 4 ms: direct output error follows the resonance of the moving belt "
+          "to {:.2f} % rms at the time that its estimate describes, least squares to {:.2f} %, and to {:.2f} "
+          "% and {:.2f} % at the newest sample.",
+          error.described.mean, arx.described.mean, error.newest.mean, arx.newest.mean),
       fmt::format("Direct too, but with the machine's own parameters and the stiffness's rate of change, the "
                   "physical tracker has no lag and errs by {:.2f} %.",
                   physical.newest.mean),
@@ -146,19 +153,20 @@ report::Document publication_ii(const Options& options) {
   progress(0.9);
   document.sections = {
       study.printed(),
-      study.tracking("Figure 4.4: directly estimated parameters",
-                     {"Cart at 0.06 m/s, PRBS of 1 Nm on the torque reference, 4 ms, noise 0.1 rad/s, forgetting "
-                      "over 0.4 s. Output error simulates the machine on the measured torque; least squares predict "
-                      "one step from measured outputs, lag by their whole memory and are biased by the noise. Every "
-                      "estimator reports the time that its estimate describes.",
-                      "Where a model does not oscillate its error counts as 100 %."}),
+      study.tracking(
+          "Figure 4.4: directly estimated parameters",
+          {"Cart at 0.06 m/s, PRBS of 1 Nm on the torque reference, 4 ms, noise 0.1 rad/s, forgetting "
+           "over 0.4 s. Output error simulates the machine on the measured torque; least squares predict "
+           "one step from measured outputs, lag by their whole memory and are biased by the noise. Every "
+           "estimator reports the time that its estimate describes.",
+           "Where a model does not oscillate its error counts as 100 %."}),
       study.validation("Figure 4.5: validation of the directly estimated parameters", {}),
       std::move(rest),
       std::move(open),
       ii_iii::stability({Method::arx, Method::output_error, Method::physical}, options.seeds)};
   document.discrepancies = ii_iii::discrepancies();
-  document.discrepancies.push_back({"Positions of the standstill experiments, open-loop excitation", "not printed",
-                                    "0.5, 1.0 and 1.5 m; 1 Nm, nine cells at 2 kHz",
+  document.discrepancies.push_back({"Positions of the standstill experiments, open-loop excitation",
+                                    "not printed", "0.5, 1.0 and 1.5 m; 1 Nm, nine cells at 2 kHz",
                                     "experiments/ii_tooth_*.toml"});
   return document;
 }

@@ -19,8 +19,10 @@ Section tight_loop(std::size_t seeds) {
   Section section;
   section.title = "A tight, noisy loop: why indirect";
   section.text = {
-      "The cart rests at 1 m; three times the controller's gain, ten times the noise (1 rad/s), 4500 samples, no "
-      "forgetting, start at 1.05 m. What the controller makes of the noise is in u: direct least squares take it "
+      "The cart rests at 1 m; three times the controller's gain, ten times the noise (1 rad/s), 4500 "
+      "samples, no "
+      "forgetting, start at 1.05 m. What the controller makes of the noise is in u: direct least squares "
+      "take it "
       "for the machine. Errors of the last estimate's resonance."};
   constexpr Method kMethods[] = {Method::arx,           Method::output_error, Method::closed_loop,
                                  Method::damped_filter, Method::refined_iv,   Method::physical};
@@ -52,10 +54,10 @@ report::Document publication_iii(const Options& options) {
   const auto progress = [&](double done) {
     if (options.progress) options.progress(done);
   };
-  const ii_iii::Study study({Method::arx, Method::output_error, Method::closed_loop, Method::fixed_filter,
-                             Method::damped_filter, Method::refined_iv, Method::physical,
-                             Method::simulated_truth},
-                            options.seeds, [&](double part) { progress(0.75 * part); });
+  const ii_iii::Study study(
+      {Method::arx, Method::output_error, Method::closed_loop, Method::fixed_filter, Method::damped_filter,
+       Method::refined_iv, Method::physical, Method::simulated_truth},
+      options.seeds, [&](double part) { progress(0.75 * part); });
   report::Document document;
   document.title = "Publication III: indirect identification of a belt drive by closed-loop output error";
   document.command = fmt::format("resonid reproduce iii --seeds {}", options.seeds);
@@ -64,36 +66,43 @@ report::Document publication_iii(const Options& options) {
   const auto& direct = study.of(Method::output_error);
   const auto& indirect = study.of(Method::closed_loop);
   document.summary = {
-      fmt::format("The published method works at 4 ms: CLOE follows the resonance to {:.2f} % rms, with a largest "
-                  "error of {:.1f} % on average over the runs; {:.0f} % of its coefficients lie within the "
-                  "reference's band.",
-                  indirect.described.mean, indirect.largest.mean,
-                  0.5 * (indirect.a_within.mean + indirect.b_within.mean)),
+      fmt::format(
+          "The published method works at 4 ms: CLOE follows the resonance to {:.2f} % rms, with a largest "
+          "error of {:.1f} % on average over the runs; {:.0f} % of its coefficients lie within the "
+          "reference's band.",
+          indirect.described.mean, indirect.largest.mean,
+          0.5 * (indirect.a_within.mean + indirect.b_within.mean)),
       fmt::format(
           "The source finds that indirect outperforms direct. Against least squares that holds: largest "
-          "cross-correlation {:.2f} against {:.2f}. Against direct output error it does not show in this soft loop "
-          "with white noise: {:.2f} against {:.2f}, and a resonance of {:.2f} % against {:.2f} %. Nor are the "
-          "numerator's coefficients smoother: they change by {:.4f} within 0.2 s, those of direct output error by "
+          "cross-correlation {:.2f} against {:.2f}. Against direct output error it does not show in this "
+          "soft loop "
+          "with white noise: {:.2f} against {:.2f}, and a resonance of {:.2f} % against {:.2f} %. Nor are "
+          "the "
+          "numerator's coefficients smoother: they change by {:.4f} within 0.2 s, those of direct output "
+          "error by "
           "{:.4f}.",
           indirect.correlation.mean, arx.correlation.mean, indirect.correlation.mean, direct.correlation.mean,
           indirect.described.mean, direct.described.mean, indirect.b_change.mean, direct.b_change.mean),
-      fmt::format("Better than all of them: a gradient damped by the current model ({:.2f} %), refined instrumental "
-                  "variables ({:.2f} %), and the physical tracker, which has no lag ({:.2f} %).",
-                  study.of(Method::damped_filter).described.mean, study.of(Method::refined_iv).described.mean,
-                  study.of(Method::physical).described.mean)};
+      fmt::format(
+          "Better than all of them: a gradient damped by the current model ({:.2f} %), refined instrumental "
+          "variables ({:.2f} %), and the physical tracker, which has no lag ({:.2f} %).",
+          study.of(Method::damped_filter).described.mean, study.of(Method::refined_iv).described.mean,
+          study.of(Method::physical).described.mean)};
   auto tight = tight_loop(options.seeds);
   progress(0.9);
   document.sections = {
       study.printed(),
-      study.tracking("Figure 4.4: indirectly and directly estimated parameters",
-                     {"Cart at 0.06 m/s, PRBS of 1 Nm on the torque reference, 4 ms, noise 0.1 rad/s, forgetting "
-                      "over 0.4 s. CLOE simulates the closed loop with the known controller and its own model; no "
-                      "measured signal is in its regressor. Every estimator reports the time that its estimate "
-                      "describes. F-CLOE's filter is that of the start, and does not fit the machine for long.",
-                      "Where a model does not oscillate its error counts as 100 %."}),
-      study.validation("Figure 4.5: validation",
-                       {"Drawn at the newest sample, as in the source: what a lag leaves in the residual is part "
-                        "of the verdict."}),
+      study.tracking(
+          "Figure 4.4: indirectly and directly estimated parameters",
+          {"Cart at 0.06 m/s, PRBS of 1 Nm on the torque reference, 4 ms, noise 0.1 rad/s, forgetting "
+           "over 0.4 s. CLOE simulates the closed loop with the known controller and its own model; no "
+           "measured signal is in its regressor. Every estimator reports the time that its estimate "
+           "describes. F-CLOE's filter is that of the start, and does not fit the machine for long.",
+           "Where a model does not oscillate its error counts as 100 %."}),
+      study.validation(
+          "Figure 4.5: validation",
+          {"Drawn at the newest sample, as in the source: what a lag leaves in the residual is part "
+           "of the verdict."}),
       std::move(tight),
       ii_iii::stability({Method::arx, Method::output_error, Method::closed_loop, Method::fixed_filter,
                          Method::damped_filter, Method::refined_iv, Method::physical},
