@@ -109,6 +109,18 @@ class Run {
   double newest_time_s_ = -std::numeric_limits<double>::infinity();
 };
 
+/// Samples that are missing shift every later row.
+void inspect_gaps(const data::Record& record, Track& track) {
+  if (record.sampling.gaps == 0) return;
+  track.findings.push_back(
+      {"shifted-times", diagnostics::Severity::error, static_cast<double>(record.sampling.gaps), 0.0,
+       fmt::format(
+           "Samples are missing (the longest gap is {:.3g} s, the first at {:.6g} s): rows after a gap carry "
+           "times that are too early by it, and estimators ran on as if nothing were missing. Track "
+           "the parts by themselves with --from and --to.",
+           record.sampling.largest_gap_s, record.sampling.first_gap_at_s)});
+}
+
 void inspect_start(const detail::TrackPlan& plan, Track& track) {
   if (!plan.start) return;
   const double further = plan.delay_s - track.known_delay_s;
@@ -123,6 +135,15 @@ void inspect_start(const detail::TrackPlan& plan, Track& track) {
                      "its own is used, in the margins too.",
                      1e3 * plan.delay_s, 1e3 * track.known_delay_s)});
   track.start = plan.start->source;
+  if (!plan.start->trusted)
+    track.findings.push_back(
+        {"untrusted-start",
+         diagnostics::Severity::error,
+         {},
+         {},
+         "The model to begin with is itself not to be trusted (`identify` says why), and what is tracked "
+         "from "
+         "it has its structure and its delay. Give --start, or input, output and delay as they are."});
   if (plan.start->whole_record)
     track.findings.push_back(
         {"start-from-whole-record",
@@ -180,6 +201,7 @@ expected<Track, Refusal> track(const data::Record& record, const TrackOptions& o
   result.confidence = options.common.confidence;
   auto findings = diagnostics::inspect(record);
   std::move(findings.begin(), findings.end(), std::back_inserter(result.findings));
+  inspect_gaps(record, result);
   inspect_start(*plan, result);
 
   const std::size_t columns = 12 + 2 * (*tracker)->columns().size();

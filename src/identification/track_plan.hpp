@@ -12,6 +12,7 @@ struct StartModel {
   std::string source;         ///< In words.
   std::size_t samples = 0;    ///< Of the record that went into it.
   bool whole_record = false;  ///< The rows then know what came after them.
+  bool trusted = true;        ///< False: what was identified there is not to be trusted itself.
 };
 
 /// What will be done with a record, every choice made.

@@ -63,7 +63,8 @@ std::optional<StartModel> find_start(const data::Record& record, const TrackOpti
       const std::string source =
           whole ? std::string("the whole record") : fmt::format("the first {:.3g} s of the record", seconds);
       if (auto drive = usable(*result, seconds)) return StartModel{*drive, source, samples, whole};
-      if (whole && result->model) return StartModel{result->model->drive, source, samples, whole};
+      if (whole && result->model)
+        return StartModel{result->model->drive, source, samples, whole, result->trusted};
     }
     if (whole) return std::nullopt;
   }

@@ -19,6 +19,7 @@ constexpr double kResidualGrowth = 3.0;   // rms, against the usual one
 constexpr double kUsualStretches = 20.0;  // memory of what is usual, in stretches
 constexpr double kColoured = 0.15;        // practical limit of a correlation (METHOD 9)
 constexpr double kEnough = 0.8;           // share of the rows
+constexpr double kLost = 0.05;            // share of the rows
 constexpr double kEnoughExcited = 0.5;    // likewise: a drive need not be excited all the time
 
 /// Frequency about which excitation is looked for.
@@ -106,8 +107,9 @@ Gates TrustGates::judge(OnlineTracker& tracker, OnlineValue resonance) {
   gates.physical = tracker.physical();
   gates.residual = residual_holds(std::isfinite(last_residual_));
   ++rows_;
-  if (!gates.ready) return gates;
-  ++ready_;
+  if (ready_ == 0 && !gates.ready) return gates;
+  ++ready_;  // from the first one on every row counts: an estimator that loses its way is not ready again
+  if (!gates.ready && gates.excited) ++lost_;
   if (gates.excited) ++excited_rows_;
   if (gates.converged) ++converged_;
   if (gates.physical) ++physical_;
@@ -152,6 +154,12 @@ void TrustGates::inspect(const OnlineTracker& tracker, std::vector<Finding>& fin
             "or showed no resonance.",
             100.0 * (1.0 - s.converged), 100.0 * most_uncertainty_));
   }
+  if (lost_ > 0)
+    say("lost", share(lost_, ready_) > kLost, share(lost_, ready_), kLost,
+        fmt::format("For {:.2g} % of the time after it had begun, the estimator was not in step with the "
+                    "machine: what it "
+                    "predicted did not happen, or it had to begin anew.",
+                    100.0 * share(lost_, ready_)));
   if (s.physical < 1.0)
     say("unphysical", s.physical < kEnough, s.physical, 1.0,
         fmt::format(

@@ -66,8 +66,8 @@ class TrustGates {
   double strongest_ = 0.0;
   double last_residual_ = kUnknown;
   double worst_growth_ = 0.0, uncertainty_ = kUnknown, most_uncertainty_ = kUnknown, weakest_ = 1.0;
-  std::size_t rows_ = 0, ready_ = 0, excited_rows_ = 0, converged_ = 0, physical_ = 0, residual_rows_ = 0,
-              all_ = 0;
+  std::size_t rows_ = 0, ready_ = 0, lost_ = 0, excited_rows_ = 0, converged_ = 0, physical_ = 0,
+              residual_rows_ = 0, all_ = 0;
   std::size_t start_samples_ = 0, samples_ = 0, judged_samples_ = 0;
 };
 

@@ -281,7 +281,8 @@ class SampledModes {
     if (covariance != nullptr) {
       const auto gradient = frequency_gradient(s, ds);
       const Eigen::Map<const Eigen::Matrix<double, static_cast<int>(2 * Order), 1>> g(gradient.data());
-      m.std_hz = std::sqrt(std::max(0.0, g.dot(*covariance * g)));
+      const double variance = g.dot(*covariance * g);
+      if (std::isfinite(variance)) m.std_hz = std::sqrt(std::max(0.0, variance));
     }
     modes.mode[modes.count++] = m;
     for (std::size_t i = kPairs - 1; i > 0; --i)

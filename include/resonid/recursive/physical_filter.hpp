@@ -109,8 +109,9 @@ class PhysicalFilter {
     state_ = next;
   }
 
-  /// Takes in an output. With a fraction it belongs between this state and the next, which u leads to.
-  void update(Real y, Real u, Real variance) noexcept {
+  /// Takes in an output, unless its innovation is more than `most_deviations` times what is expected; false
+  /// then. With a fraction it belongs between this state and the next, which u leads to.
+  bool update(Real y, Real u, Real variance, Real most_deviations) noexcept {
     Vector row{};
     Real expected;
     if (setup_.fraction > Real(0)) {
@@ -124,7 +125,7 @@ class PhysicalFilter {
       row[kDrivenVelocity] = Real(1);
       expected = state_[kDrivenVelocity];
     }
-    correct(row, y - expected, variance);
+    return correct(row, y - expected, variance, most_deviations);
   }
 
   [[nodiscard]] const Vector& state() const noexcept { return state_; }
@@ -275,23 +276,20 @@ class PhysicalFilter {
     p_[kStiffnessRate][kStiffnessRate] += agility * setup_.noise.rate_variance;
   }
 
-  void correct(const Vector& row, Real innovation, Real variance) noexcept {
-    if (estimated_ == kWithoutRate)
-      correct<kWithoutRate>(row, innovation, variance);
-    else if (estimated_ == kWithoutFriction)
-      correct<kWithoutFriction>(row, innovation, variance);
-    else
-      correct<kN>(row, innovation, variance);
+  bool correct(const Vector& row, Real innovation, Real variance, Real most) noexcept {
+    if (estimated_ == kWithoutRate) return correct<kWithoutRate>(row, innovation, variance, most);
+    if (estimated_ == kWithoutFriction) return correct<kWithoutFriction>(row, innovation, variance, most);
+    return correct<kN>(row, innovation, variance, most);
   }
   template <std::size_t N>
-  void correct(const Vector& row, Real innovation, Real variance) noexcept {
+  bool correct(const Vector& row, Real innovation, Real variance, Real most) noexcept {
     Vector ph;
     times<N>(row, ph);
     Real s = variance;
     for (std::size_t j = 0; j < N; ++j) s += row[j] * ph[j];
     innovation_ = innovation;
     innovation_variance_ = s;
-    if (!(s > Real(0)) || !std::isfinite(s) || !std::isfinite(innovation)) return;
+    if (!(s > Real(0)) || !std::isfinite(s) || !(std::abs(innovation) <= most * std::sqrt(s))) return false;
     Vector gain;
     for (std::size_t i = 0; i < N; ++i) gain[i] = ph[i] / s;
     const Real before = p_[kLogStiffness][kLogStiffness];
@@ -305,6 +303,7 @@ class PhysicalFilter {
     stiffness_gain_ = gain[kLogStiffness];
     stiffness_news_ = before > Real(0) ? Real(1) - p_[kLogStiffness][kLogStiffness] / before : Real(0);
     for (std::size_t i = 0; i < N; ++i) state_[i] += gain[i] * innovation;
+    return true;
   }
   /// P h^T
   template <std::size_t N>

@@ -27,6 +27,7 @@ class NoiseEstimate {
     if (given_ || seen_ >= kFirst) return;
     if (seen_ >= 2) {
       const Real second = y - Real(2) * before_ + last_;
+      if (!std::isfinite(second * second)) return;
       curvature_ += second * second / Real(6);
       variance_ = std::max(curvature_ / static_cast<Real>(seen_ - 1), kLeast);
     }
@@ -60,7 +61,6 @@ class NoiseEstimate {
   bool given_ = false;
 };
 
-/// A filter on its way through the samples, with its noise and its likelihood.
 /// How much faster than expected a drifting stiffness drifts now, from the corrections that it gets:
 ///
 ///   m <- l m + g e      V <- l^2 V + g^2 s      z^2 = m^2/V      agility = min(max(1, z^2), 100)^2
@@ -93,6 +93,10 @@ class TrendWatch {
   double agility_ = 1.0;
 };
 
+/// A filter on its way through the samples, with its noise and its likelihood.
+///
+/// An output far from what a filter expects that was right so far is an outlier (a spike of the encoder) and
+/// is left out; several in a row are the machine.
 template <class Real>
 struct PhysicalRun {
   PhysicalFilter<Real> filter;
@@ -102,16 +106,26 @@ struct PhysicalRun {
   double misfit = 0.0;        ///< sum of e^2/s + ln s: -2 ln likelihood.
   double surprise = 1.0;      ///< Mean of e^2/s over the last samples: 1 when all is well.
   std::uint64_t outputs = 0;  ///< Taken in.
+  std::uint32_t outliers_in_row = 0;
   static constexpr double kSurpriseGain = 0.005;
+  static constexpr double kCalm = 2.0;            // of surprise: the filter was right so far
+  static constexpr std::uint64_t kKnowing = 200;  // outputs from which on that can be said
+  static constexpr std::uint32_t kOutliersInRow = 3;
+  static constexpr Real kOutlier = Real(10);  // standard deviations
+  static constexpr Real kAbsurd = Real(1e8);  // never taken in: its square would drown everything
 
   /// y at the state that the filter is in; u: torque that follows.
   void take_in(Real y, Real u) noexcept {
     noise.see(y);
     if (!noise.usable()) return;
-    filter.update(y, u, caution * noise.variance());
+    const bool knowing = outputs >= kKnowing && surprise < kCalm && outliers_in_row < kOutliersInRow;
+    if (!filter.update(y, u, caution * noise.variance(), knowing ? kOutlier : kAbsurd)) {
+      ++outliers_in_row;
+      return;
+    }
+    outliers_in_row = 0;
     const Real e = filter.innovation();
     const Real s = filter.innovation_variance();
-    if (!(s > Real(0)) || !std::isfinite(e)) return;
     if (caution == Real(1)) noise.learn(e, s);
     const double ratio = static_cast<double>(e) * static_cast<double>(e) / static_cast<double>(s);
     misfit += ratio + std::log(static_cast<double>(s));
