@@ -15,10 +15,10 @@ namespace resonid::reproduction::ii_iii {
 /// One estimator over all seeds.
 struct Figures {
   Method method = Method::arx;
-  Spread newest, described, largest;           ///< Error of the resonance, %
-  Spread a, b, b_change, a_within, b_within;   ///< As in Errors.
-  Spread correlation, correlation_described;   ///< Largest with the simulated output, judged lags.
-  Spread noise_share, noise_share_described;   ///< Of the residual.
+  Spread newest, described, largest;          ///< Error of the resonance, %
+  Spread a, b, b_change, a_within, b_within;  ///< As in Errors.
+  Spread correlation, correlation_described;  ///< Largest with the simulated output, judged lags.
+  Spread noise_share, noise_share_described;  ///< Of the residual.
 };
 
 /// Tracks experiments/ii_iii_tooth_prbs over the seeds and validates on other runs; the first run is drawn.

@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
-#include <functional>
 #include <limits>
 #include <memory>
 #include <resonid/base/constants.hpp>
@@ -16,7 +15,6 @@
 #include <resonid/recursive/modes.hpp>
 #include <resonid/recursive/output_error.hpp>
 #include <resonid/recursive/physical_tracker.hpp>
-#include <utility>
 
 #include "reproduction/runs.hpp"
 
@@ -146,7 +144,10 @@ std::vector<Estimate> follow_physical(const Run& run, bool forget) {
 class Controller {
  public:
   explicit Controller(const data::TransferFunction& c)
-      : numerator_(c.numerator), denominator_(c.denominator), in_(numerator_.size()), out_(denominator_.size()) {}
+      : numerator_(c.numerator),
+        denominator_(c.denominator),
+        in_(numerator_.size()),
+        out_(denominator_.size()) {}
   double step(double x) {
     std::rotate(in_.rbegin(), in_.rbegin() + 1, in_.rend());
     std::rotate(out_.rbegin(), out_.rbegin() + 1, out_.rend());
@@ -220,11 +221,17 @@ TwoMass machine_at(const plant::DriveConfig& drive, double position_m) {
   return m;
 }
 
+double resonance_hz(const TwoMass& m) {
+  return std::sqrt(m.stiffness * (1.0 / m.driven_inertia + 1.0 / m.load_inertia)) / kTwoPi;
+}
+
 Reference reference(const TwoMass& machine, double sample_rate_hz) {
   Reference r;
   r.value = r.lower = r.upper = coefficients(sampled(machine, sample_rate_hz));
   for (int corner = 0; corner < 8; ++corner) {
-    const auto scaled = [&](int bit, double band) { return (corner >> bit & 1) != 0 ? 1.0 + band : 1.0 - band; };
+    const auto scaled = [&](int bit, double band) {
+      return (corner >> bit & 1) != 0 ? 1.0 + band : 1.0 - band;
+    };
     auto m = machine;
     m.stiffness *= scaled(0, kStiffnessBand);
     m.damping *= scaled(1, kDampingBand);
@@ -282,7 +289,7 @@ std::vector<Estimate> track(const Run& run, Method method, bool forget) {
 
 std::vector<Estimate> truth(const Run& run) {
   std::vector<Estimate> estimates;
-  for (auto k = static_cast<std::size_t>(run.rate_hz()); k < run.simulation.record.samples(); ++k) {
+  for (auto k = static_cast<std::size_t>(run.rate_hz()); k < run.simulation.record.samples(); k += 5) {
     const auto sample = static_cast<double>(k);
     estimates.push_back({k, sample, sampled(run.machine(sample), run.rate_hz()), run.resonance_hz(sample)});
   }
@@ -318,7 +325,9 @@ Errors errors(const Run& run, const std::vector<Estimate>& estimates) {
 
 Validation validate(const std::vector<Estimate>& estimates, const Run& on, bool described) {
   const auto& record = on.simulation.record;
-  const auto time = [&](const Estimate& e) { return described ? e.described : static_cast<double>(e.sample); };
+  const auto time = [&](const Estimate& e) {
+    return described ? e.described : static_cast<double>(e.sample);
+  };
   const std::size_t delay = delay_samples(on), begin = static_cast<std::size_t>(on.rate_hz());
   const std::size_t from = 2 * begin;  // a second at constant velocity is for the loop to settle
   Controller controller(*on.simulation.truth.controller);

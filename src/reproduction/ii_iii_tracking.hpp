@@ -32,6 +32,9 @@ struct TwoMass {
 [[nodiscard]] Model sampled(const TwoMass& machine, double sample_rate_hz);
 [[nodiscard]] TwoMass machine_at(const plant::DriveConfig& drive, double position_m);
 
+/// Undamped, sqrt(K (1/J1 + 1/J2)).
+[[nodiscard]] double resonance_hz(const TwoMass& machine);
+
 /// The source's reference model with its uncertainty: K 5 %, damping 20 %, inertia of the driven side 15 %.
 struct Reference {
   std::array<double, 6> value{}, lower{}, upper{};  ///< b1 ... b3, a1 ... a3
@@ -66,22 +69,23 @@ struct Estimate {
 
 /// The estimates against the machine.
 struct Errors {
-  double newest = 0.0, described = 0.0, largest = 0.0;  ///< Resonance, in %; rms, rms, magnitude of the latter.
-  double a = 0.0, b = 0.0;                              ///< rms of the coefficients, at the newest sample.
-  double b_change = 0.0;                                ///< rms of the change of b within 0.2 s.
-  double a_within = 0.0, b_within = 0.0;                ///< % within the reference's band, described time.
+  double newest = 0.0, described = 0.0,
+         largest = 0.0;                   ///< Resonance, in %; rms, rms, magnitude of the latter.
+  double a = 0.0, b = 0.0;                ///< rms of the coefficients, at the newest sample.
+  double b_change = 0.0;                  ///< rms of the change of b within 0.2 s.
+  double a_within = 0.0, b_within = 0.0;  ///< % within the reference's band, described time.
 };
 [[nodiscard]] Errors errors(const Run& run, const std::vector<Estimate>& estimates);
 
-/// Residual of the closed loop as simulated with the models tracked in one run on the signals of another, over
-/// `kValidationSamples` at constant velocity. METHOD 9.
+/// Residual of the closed loop as simulated with the models tracked in one run on the signals of another,
+/// over `kValidationSamples` at constant velocity. METHOD 9.
 struct Validation {
   diagnostics::ResidualTest test;
   double noise_share = 0.0;  ///< rms of the residual over that of the measurement noise.
 };
 inline constexpr std::size_t kValidationSamples = 4500;
 [[nodiscard]] Validation validate(const std::vector<Estimate>& estimates, const Run& on, bool described);
-/// As estimates: what the machine is at each sample.
+/// As estimates: the machine itself.
 [[nodiscard]] std::vector<Estimate> truth(const Run& run);
 
 }  // namespace resonid::reproduction::ii_iii

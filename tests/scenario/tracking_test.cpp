@@ -37,9 +37,11 @@ Errors errors_of(const Track& track, const plant::OverTime& truth, double from_s
     const double t = track.time_s[i];
     if (t < from_s) continue;
     const auto above = std::upper_bound(truth.time_s.begin(), truth.time_s.end(), t) - truth.time_s.begin();
-    const auto k = static_cast<std::size_t>(std::clamp<std::ptrdiff_t>(above, 1, std::ssize(truth.time_s) - 1));
+    const auto k =
+        static_cast<std::size_t>(std::clamp<std::ptrdiff_t>(above, 1, std::ssize(truth.time_s) - 1));
     const double part = (t - truth.time_s[k - 1]) / (truth.time_s[k] - truth.time_s[k - 1]);
-    const double true_hz = truth.resonance_hz[k - 1] + part * (truth.resonance_hz[k] - truth.resonance_hz[k - 1]);
+    const double true_hz =
+        truth.resonance_hz[k - 1] + part * (truth.resonance_hz[k] - truth.resonance_hz[k - 1]);
     const double error = std::isfinite(resonance[i]) ? resonance[i] / true_hz - 1.0 : 1.0;
     squares += error * error;
     e.greatest = std::max(e.greatest, std::abs(error));
@@ -59,8 +61,8 @@ TrackOptions known(const plant::ExperimentConfig& c) {
 
 class ToothBelt : public ::testing::TestWithParam<const char*> {};
 
-// Nothing that auto picks is off by more than 2 % after the first second: as it is, and where physical is ruled
-// out because a memory is wanted.
+// Nothing that auto picks is off by more than 2 % after the first second: as it is, and where physical is
+// ruled out because a memory is wanted.
 TEST_P(ToothBelt, WhatAutoPicksIsNeverOffByMoreThanTwoPerCent) {
   auto config = reproduction::shipped_experiment(GetParam());
   for (std::uint64_t seed = 301; seed <= 306; ++seed) {
@@ -78,11 +80,13 @@ TEST_P(ToothBelt, WhatAutoPicksIsNeverOffByMoreThanTwoPerCent) {
     options.memory_s = 0.1;
     const Track iv = tracked(simulation.record, options);
     EXPECT_EQ(iv.method, "iv");
-    EXPECT_LT(errors_of(iv, *simulation.truth.over_time, 1.0).greatest, 0.02) << GetParam() << " seed " << seed;
+    EXPECT_LT(errors_of(iv, *simulation.truth.over_time, 1.0).greatest, 0.02)
+        << GetParam() << " seed " << seed;
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(SampleTimes, ToothBelt, ::testing::Values("ii_iii_tooth_prbs", "ii_iii_tooth_prbs_2ms"));
+INSTANTIATE_TEST_SUITE_P(SampleTimes, ToothBelt,
+                         ::testing::Values("ii_iii_tooth_prbs", "ii_iii_tooth_prbs_2ms"));
 
 // The recursions that are locally unstable there say so, are not trusted, and are not what auto takes.
 TEST(Tracking, UnstableRecursionsAreNotTrusted) {
@@ -161,7 +165,8 @@ TEST(Tracking, WithoutExcitationTheEstimateIsHeldAndNotTrusted) {
     EXPECT_NEAR(after, before, 0.02 * true_hz) << track.method;
     EXPECT_TRUE(track.trusted_rows[2490]) << track.method;
     const std::size_t quiet = 3500;  // four seconds later
-    EXPECT_EQ(std::count(track.trusted_rows.begin() + quiet, track.trusted_rows.end(), true), 0) << track.method;
+    EXPECT_EQ(std::count(track.trusted_rows.begin() + quiet, track.trusted_rows.end(), true), 0)
+        << track.method;
     const auto found = std::find_if(track.findings.begin(), track.findings.end(),
                                     [](const auto& f) { return f.id == "no-excitation"; });
     ASSERT_NE(found, track.findings.end()) << track.method;
