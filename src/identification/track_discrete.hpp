@@ -29,7 +29,8 @@ DiscreteFigures<Order> figures_of(const recursive::DiscreteModel<Real, Order>& m
   const recursive::SampledModes<Order> modes(model, sample_rate_hz);
   const auto first = [](const auto& list) {
     if (list.empty()) return OnlineValue{};
-    return OnlineValue{list[0].frequency_hz, std::isfinite(list[0].std_hz) ? list[0].std_hz : kUnknown};
+    return OnlineValue{list[0].frequency_hz,
+                       std::isfinite(list[0].std_hz) && list[0].std_hz > 0.0 ? list[0].std_hz : kUnknown};
   };
   const auto resonances = modes.resonances(covariance);
   DiscreteFigures<Order> f{first(resonances), first(modes.antiresonances(covariance)), false};

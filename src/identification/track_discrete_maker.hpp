@@ -87,19 +87,33 @@ Known<Order> known(const data::Record& record, const TrackOptions& options, cons
   return k;
 }
 
-/// An estimator with what its maker has to say about the run.
+/// An estimator with what its maker has to say about the run. A pseudo-linear recursion is judged at its
+/// start and every kWatchSamples: whether a small error of its parameters would grow.
 template <recursive::DiscreteEstimator Estimator>
 class Discrete final : public DiscreteTracker<Estimator> {
  public:
-  Discrete(const Estimator& estimator, double sample_rate_hz, bool white,
+  Discrete(const Estimator& estimator, std::string_view name, double sample_rate_hz, bool white,
            std::vector<diagnostics::Finding> findings)
       : DiscreteTracker<Estimator>(estimator, sample_rate_hz),
+        name_(name),
         white_(white),
-        findings_(std::move(findings)) {}
+        findings_(std::move(findings)) {
+    watch();
+  }
 
+  void step(double ru, double u, double y) noexcept override {
+    DiscreteTracker<Estimator>::step(ru, u, y);
+    if (++samples_ % kWatchSamples == 0) watch();
+  }
   [[nodiscard]] bool white_residual() const override { return white_; }
   void inspect(std::vector<diagnostics::Finding>& findings) const override {
     findings.insert(findings.end(), findings_.begin(), findings_.end());
+    if (kLeastShare * static_cast<double>(watched_) < static_cast<double>(unstable_))
+      findings.push_back(
+          {"locally-unstable", diagnostics::Severity::error, least_eigenvalue_, 0.0,
+           fmt::format("{} is driven away from the right parameters of this machine: it is damped too "
+                       "little for so fast a sampling. Use iv or physical.",
+                       name_)});
     if constexpr (requires { this->estimator().guard().restarts(); }) {
       const auto lost = this->estimator().guard().restarts();
       if (lost > 0)
@@ -111,24 +125,30 @@ class Discrete final : public DiscreteTracker<Estimator> {
   }
 
  private:
+  static constexpr std::uint64_t kWatchSamples = 250;
+  static constexpr double kLeastShare = 0.05;  // of the times, that a noisy estimate may look unstable
+
+  void watch() noexcept {
+    if constexpr (requires { this->estimator().stability(); }) {
+      const auto stability = this->estimator().stability();
+      ++watched_;
+      if (!std::isfinite(stability.least_eigenvalue)) return;
+      least_eigenvalue_ = std::min(least_eigenvalue_, stability.least_eigenvalue);
+      if (!stability.stable) ++unstable_;
+    }
+  }
+
+  std::string_view name_;
   bool white_;
   std::vector<diagnostics::Finding> findings_;
+  std::uint64_t samples_ = 0, watched_ = 0, unstable_ = 0;
+  double least_eigenvalue_ = std::numeric_limits<double>::infinity();
 };
 
 template <recursive::DiscreteEstimator Estimator, std::size_t Order>
 TrackerMade made(const expected<Estimator, ConfigError>& estimator, const Known<Order>& k, bool white,
                  std::vector<diagnostics::Finding> findings = {}) {
   if (!estimator) return refused_estimator(k.name, estimator.error());
-  if constexpr (requires { estimator->stability(); }) {
-    // At the start, which is near the machine: an estimate that ran away may well look stable.
-    const auto stability = estimator->stability();
-    if (!stability.stable)
-      findings.push_back(
-          {"locally-unstable", diagnostics::Severity::error, stability.least_eigenvalue, 0.0,
-           fmt::format("{} is driven away from the right parameters of this machine: it is damped too "
-                       "little for so fast a sampling. Use iv or physical.",
-                       k.name)});
-  }
   constexpr double kNoticeable = 0.05;
   if (std::abs(k.left_of_delay) > kNoticeable)
     findings.push_back(
@@ -136,7 +156,8 @@ TrackerMade made(const expected<Estimator, ConfigError>& estimator, const Known<
          fmt::format("{} knows whole samples of delay only: {:+.2f} samples of it became part of the "
                      "model's zeros. physical takes any delay.",
                      k.name, k.left_of_delay)});
-  return std::make_unique<Discrete<Estimator>>(*estimator, k.sample_rate_hz, white, std::move(findings));
+  return std::make_unique<Discrete<Estimator>>(*estimator, k.name, k.sample_rate_hz, white,
+                                               std::move(findings));
 }
 
 [[nodiscard]] inline bool is_rigid(const TrackPlan& plan) {

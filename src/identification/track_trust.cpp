@@ -85,7 +85,8 @@ bool TrustGates::converged(OnlineTracker& tracker, OnlineValue resonance) {
   most_uncertainty_ = tracker.most_uncertainty();
   if (!tracker.finds_resonance()) return uncertainty_ <= most_uncertainty_;
   if (!std::isfinite(resonance.value)) return false;
-  resonance_.add(resonance.value);
+  resonance_.add(resonance.value, static_cast<double>(samples_ - judged_samples_));
+  judged_samples_ = samples_;
   const double mean = resonance_.value();
   return !(uncertainty_ > most_uncertainty_) && std::abs(resonance.value - mean) <= kRestless * mean;
 }

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <cstdint>
+#include <algorithm>
+#include <cstddef>
 #include <identification/online_tracker.hpp>
 #include <resonid/base/expected.hpp>
 #include <vector>
@@ -23,18 +24,19 @@ struct Gates {
 /// Mean that fades with a time constant in samples; a plain mean until then.
 class FadingLevel {
  public:
-  explicit FadingLevel(double samples = 1.0) : weight_(1.0 / std::max(1.0, samples)) {}
-  void add(double x) {
-    ++count_;
-    value_ += std::max(weight_, 1.0 / static_cast<double>(count_)) * (x - value_);
+  explicit FadingLevel(double samples = 1.0) : samples_(std::max(1.0, samples)) {}
+  /// `x` stands for so many samples.
+  void add(double x, double count = 1.0) {
+    count_ += count;
+    value_ += count / std::min(count_, std::max(samples_, count)) * (x - value_);
   }
   [[nodiscard]] double value() const { return value_; }
-  [[nodiscard]] bool filled() const { return static_cast<double>(count_) * weight_ >= 1.0; }
+  [[nodiscard]] bool filled() const { return count_ >= samples_; }
 
  private:
-  double weight_;
+  double samples_;
   double value_ = 0.0;
-  std::uint64_t count_ = 0;
+  double count_ = 0.0;
 };
 
 /// Follows excitation and residual through the record and judges every row.
@@ -66,7 +68,7 @@ class TrustGates {
   double worst_growth_ = 0.0, uncertainty_ = kUnknown, most_uncertainty_ = kUnknown, weakest_ = 1.0;
   std::size_t rows_ = 0, ready_ = 0, excited_rows_ = 0, converged_ = 0, physical_ = 0, residual_rows_ = 0,
               all_ = 0;
-  std::size_t start_samples_ = 0, samples_ = 0;
+  std::size_t start_samples_ = 0, samples_ = 0, judged_samples_ = 0;
 };
 
 }  // namespace resonid::identification::detail

@@ -8,7 +8,7 @@
 #include <resonid/plant/white_noise.hpp>
 #include <resonid/reproduction/experiments.hpp>
 
-#include "support/experiments.hpp"
+#include "experiments.hpp"
 
 // `track` as a user runs it, over experiments whose truth the simulator knows.
 namespace resonid {
@@ -102,6 +102,19 @@ TEST(Tracking, UnstableRecursionsAreNotTrusted) {
                                     [](const auto& f) { return f.id == "locally-unstable"; });
     ASSERT_NE(found, track.findings.end()) << track.method;
     EXPECT_LT(*found->value, 0.0);
+  }
+}
+
+// A belt that loosens stays trusted while it does, however far apart the rows are.
+TEST(Tracking, TrustDoesNotDependOnTheDistanceOfTheRows) {
+  const auto config = reproduction::shipped_experiment("belt_loosens");
+  const auto simulation = test::simulated(config);
+  auto options = known(config);
+  for (const std::size_t every : {1U, 25U, 100U}) {
+    options.every = every;
+    const Track track = tracked(simulation.record, options);
+    EXPECT_TRUE(track.trusted) << every;
+    EXPECT_GT(track.shares.converged, 0.98) << every;
   }
 }
 

@@ -20,10 +20,9 @@ struct ArxConfig {
 
 /// Model of a drive by recursive least squares on measured inputs and outputs: direct, one equation error.
 ///
-///   y(k) = -a_1 y(k-1) - ... + b_1 u(k-d-1) + ... [+ c + f sign y(k-1)] + e(k)
+///   y(k) = -a_1 y(k-1) - ... + b_1 u(k-d-1) + ... [+ c + f_1 sign y(k-1) + ...] + e(k)
 ///
-/// Constant load torque: c/sum b_i; Coulomb torque: -f/sum b_i (a sum over the few samples of b, exact while
-/// the sign lasts). Viscous friction is part of the model.
+/// Constant load torque: c/sum b_i; Coulomb torque: -sum f_i/sum b_i. Viscous friction is part of the model.
 ///
 /// Limits: biased by output noise, which is no equation error, and the more so the faster the sampling;
 /// sluggish: lags by the whole memory. ru is not used, but tells whether there is excitation, where it is
@@ -33,10 +32,10 @@ class Arx {
  public:
   using Scalar = Real;
   static constexpr std::size_t kOrder = Order;
-  static constexpr std::size_t kExtra = 2;
+  static constexpr std::size_t kExtra = 1 + Order;  ///< c, f_1 ... f_n
 
   static expected<Arx, ConfigError> create(const ArxConfig& config) {
-    auto rls = make_least_squares<Real, Order, kExtra>(config.common, {config.load_torque, config.coulomb});
+    auto rls = make_least_squares<Real, Order, kExtra>(config.common, extra_on(config));
     if (!rls) return unexpected<ConfigError>(rls.error());
     return Arx(config, *rls);
   }
@@ -59,7 +58,8 @@ class Arx {
     if (stale_ > 0) --stale_;
     predicted_ = past_.base() + rls_.predict(f);
     past_.push(input, output);
-    sign_ = static_cast<Real>((y > Real(0)) - (y < Real(0)));
+    for (std::size_t i = Order - 1; i > 0; --i) sign_[i] = sign_[i - 1];
+    sign_[0] = static_cast<Real>((y > Real(0)) - (y < Real(0)));
   }
 
   void reset() noexcept {
@@ -68,7 +68,8 @@ class Arx {
     gate_.reset();
     input_filter_.reset();
     output_filter_.reset();
-    residual_ = predicted_ = sign_ = Real(0);
+    residual_ = predicted_ = Real(0);
+    sign_.fill(Real(0));
     samples_ = skipped_ = 0;
     stale_ = 0;
   }
@@ -91,7 +92,11 @@ class Arx {
 
   /// Constant torque that acts beside u, and Coulomb friction, in the unit of u; 0 where not estimated.
   [[nodiscard]] Real load_torque() const noexcept { return rls_.parameters()[2 * Order] / gain(); }
-  [[nodiscard]] Real coulomb_torque() const noexcept { return -rls_.parameters()[2 * Order + 1] / gain(); }
+  [[nodiscard]] Real coulomb_torque() const noexcept {
+    Real sum(0);
+    for (std::size_t i = 0; i < Order; ++i) sum += rls_.parameters()[2 * Order + 1 + i];
+    return -sum / gain();
+  }
   [[nodiscard]] const RecursiveLeastSquares<Real, 2 * Order + kExtra>& least_squares() const noexcept {
     return rls_;
   }
@@ -108,11 +113,17 @@ class Arx {
         output_filter_(c.common.high_pass_hz, c.common.sample_rate_hz),
         spoiled_samples_(Order + c.common.delay_samples) {}
 
+  static std::array<bool, kExtra> extra_on(const ArxConfig& c) {
+    std::array<bool, kExtra> on;
+    on.fill(c.coulomb);
+    on[0] = c.load_torque;
+    return on;
+  }
   [[nodiscard]] Vector regressor() const noexcept {
     Vector f;
     past_.fill(f);
     f[2 * Order] = Real(1);
-    f[2 * Order + 1] = sign_;
+    for (std::size_t i = 0; i < Order; ++i) f[2 * Order + 1 + i] = sign_[i];
     return f;
   }
   /// A missing output is taken as predicted, a missing input as 0; nothing is learned while they are in use.
@@ -134,7 +145,8 @@ class Arx {
   Past past_;
   InputGate<Real> gate_;
   HighPass<Real> input_filter_, output_filter_;
-  Real residual_ = Real(0), predicted_ = Real(0), sign_ = Real(0);
+  Real residual_ = Real(0), predicted_ = Real(0);
+  std::array<Real, Order> sign_{};  // of the last outputs
   std::uint64_t samples_ = 0, skipped_ = 0;
   std::size_t spoiled_samples_, stale_ = 0;
 };

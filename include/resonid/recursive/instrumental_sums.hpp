@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <Eigen/Cholesky>
 #include <Eigen/Core>
 #include <Eigen/LU>
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <limits>
 
 namespace resonid::recursive {
 
@@ -82,11 +84,13 @@ class InstrumentalSums {
   }
 
   /// R^-1 E[z z'] R^-T per unit residual variance of white noise: the weights' squares against the weights,
-  /// E[z f'] taken for E[z z'].
+  /// the symmetric part of E[z f'] taken for E[z z']. Infinite while that is not positive definite.
   [[nodiscard]] Matrix covariance(const Prior& prior) const noexcept {
-    const Matrix inverse = matrix(prior).inverse();
-    const Matrix symmetric = Real(0.5) * (inverse + inverse.transpose());
-    return weight_ > Real(0) ? Matrix(symmetric * (squares_ / weight_)) : symmetric;
+    const Matrix r = matrix(prior);
+    const Eigen::LLT<Matrix> factor(Matrix(Real(0.5) * (r + r.transpose())));
+    if (factor.info() != Eigen::Success) return Matrix::Identity() * std::numeric_limits<Real>::infinity();
+    const Matrix inverse = factor.solve(Matrix::Identity());
+    return weight_ > Real(0) ? Matrix(inverse * (squares_ / weight_)) : inverse;
   }
 
   /// Sum of the weights: 1/(1 - lambda) in the steady state.

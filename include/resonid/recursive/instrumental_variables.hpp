@@ -114,7 +114,12 @@ class InstrumentalVariables {
     excited_ = following_ = true;
   }
 
-  [[nodiscard]] Model model() const noexcept { return regressors_.model(newest()); }
+  /// The newest estimate, or while that is unstable the last one that was not: a short memory makes the
+  /// equations nearly singular for single samples.
+  [[nodiscard]] Model model() const noexcept {
+    const Model estimate = regressors_.model(newest());
+    return usable(estimate) ? estimate : loop_.model();
+  }
   [[nodiscard]] Covariance covariance() const noexcept {
     const auto gradient = regressors_.gradient();
     if (!(error_weight_ > Real(0)) || samples_ - skipped_ <= estimated_) {
