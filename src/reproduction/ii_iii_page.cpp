@@ -226,13 +226,8 @@ Section Study::validation(std::string title, std::vector<std::string> text) cons
       "another PRBS and other noise, over {} samples at constant velocity. Largest magnitude of its "
       "cross-correlation with the simulated output at the lags 1 to 4. Limits: 2.17/sqrt(L) = {:.4f} (3 %), "
       "and "
-<<<<<<< HEAD
       "the source's practical 0.15. The first one rejects models whose resonance is off by less than a per "
       "cent, too; the machine itself keeps near it.",
-=======
-      "the source's practical 0.15. At this signal-to-noise ratio the first one finds every lag of some per "
-      "cent in a resonance; the machine itself keeps near it.",
->>>>>>> main
       kValidationSamples, 2.17 / std::sqrt(static_cast<double>(kValidationSamples)))};
   for (auto& paragraph : text) section.text.push_back(std::move(paragraph));
   const auto rows = [&](std::string what, std::string unit, Spread Figures::*value) {

@@ -39,7 +39,6 @@ Section positions(std::size_t seeds) {
     double position_m;
   } kPlaces[] = {
       {"ii_tooth_standstill_near", 0.5}, {"ii_tooth_standstill", 1.0}, {"ii_tooth_standstill_far", 1.5}};
-<<<<<<< HEAD
   constexpr Method kMethods[] = {Method::arx, Method::output_error, Method::physical};
   std::vector<double> resting[std::size(kMethods)][3], passing[std::size(kMethods)][3];
   for (std::size_t seed = 1; seed <= seeds; ++seed) {
@@ -55,37 +54,14 @@ Section positions(std::size_t seeds) {
       for (std::size_t m = 0; m < std::size(kMethods); ++m) {
         resting[m][i].push_back(ii_iii::track(rest, kMethods[m], false).back().resonance_hz);
         passing[m][i].push_back(resonance_passing(run, tracked[m], kPlaces[i].position_m));
-=======
-  for (const Method method : {Method::arx, Method::output_error, Method::physical}) {
-    std::vector<double> resting[3], passing[3];
-    for (std::size_t seed = 1; seed <= seeds; ++seed) {
-      auto moving = shipped_experiment("ii_iii_tooth_prbs");
-      moving.run.seed = seed;
-      const auto run = ii_iii::run(moving, 0.6);
-      const auto estimates = ii_iii::track(run, method);
-      for (std::size_t i = 0; i < 3; ++i) {
-        auto config = shipped_experiment(kPlaces[i].experiment);
-        config.run.seed = seed;
-        const auto rest = ii_iii::run(config, kPlaces[i].position_m + 0.05);
-        resting[i].push_back(ii_iii::track(rest, method, false).back().resonance_hz);
-        passing[i].push_back(resonance_passing(run, estimates, kPlaces[i].position_m));
->>>>>>> main
       }
     }
   }
   for (std::size_t m = 0; m < std::size(kMethods); ++m) {
     report::ComparisonTable table{fmt::format("Resonance, {}", ii_iii::name(kMethods[m])), {}};
     for (std::size_t i = 0; i < 3; ++i) {
-<<<<<<< HEAD
       const auto& drive = shipped_experiment(kPlaces[i].experiment).drive;
       const double truth = ii_iii::resonance_hz(ii_iii::machine_at(drive, kPlaces[i].position_m));
-=======
-      const auto machine =
-          ii_iii::machine_at(shipped_experiment(kPlaces[i].experiment).drive, kPlaces[i].position_m);
-      const double truth =
-          std::sqrt(machine.stiffness * (1.0 / machine.driven_inertia + 1.0 / machine.load_inertia)) /
-          (2.0 * std::acos(-1.0));
->>>>>>> main
       table.rows.push_back(
           row(fmt::format("at rest at {:.1f} m", kPlaces[i].position_m), "Hz", spread(resting[m][i]), truth));
       table.rows.push_back(
@@ -135,7 +111,6 @@ Section open_and_closed_loop(std::size_t seeds) {
   section.title = "Open loop against closed loop";
   section.text = {
       "One second of PRBS without a controller: nothing holds the cart, and the experiment must end before "
-<<<<<<< HEAD
       "it "
       "has gone far. The same second under the soft position control of the closed-loop experiments, both at "
       "2 kHz as the open-loop experiment has it and at 4 ms, noise 0.02 rad/s. Cart at 1 m, start from the "
@@ -147,51 +122,6 @@ Section open_and_closed_loop(std::size_t seeds) {
       "resonance, in open loop or closed; an estimator of the machine's own parameters does."};
   for (const double rate_hz : {2000.0, 250.0})
     for (const bool closed : {false, true}) section.tables.push_back(one_second(closed, rate_hz, seeds));
-=======
-      "it has "
-      "gone far. The same second under the soft position control of the closed-loop experiments, at 2 kHz as "
-      "the "
-      "open-loop experiment has it, and at 4 ms. Cart at 1 m, start from the model at 1.05 m, no forgetting, "
-      "last "
-      "estimate. A constant torque of 0.1 Nm that nobody asked for shows what an offset does to each."};
-  for (const double rate_hz : {2000.0, 250.0}) {
-    for (const bool closed : {false, true}) {
-      report::ComparisonTable table{
-          fmt::format("{} loop, {}", closed ? "closed" : "open", rate_hz > 1000.0 ? "0.5 ms" : "4 ms"), {}};
-      auto config = shipped_experiment("ii_tooth_open_loop_prbs");
-      config.run.sample_rate_hz = rate_hz;
-      if (closed) config.controller = shipped_experiment("ii_tooth_standstill").controller;
-      std::vector<double> travel, pushed;
-      constexpr Method kMethods[] = {Method::arx, Method::output_error, Method::physical};
-      std::vector<double> error[std::size(kMethods)];
-      for (config.run.seed = 1; config.run.seed <= seeds; ++config.run.seed) {
-        const auto run = ii_iii::run(config, 1.05);
-        auto loaded = config;
-        loaded.disturbance.load_torque = 0.1;
-        const auto moved = [](const ii_iii::Run& r) {
-          double way = 0.0, most = 0.0;
-          for (const double v : r.simulation.record.output.samples) {
-            way += v * r.experiment.drive.radius_m / r.rate_hz();
-            most = std::max(most, std::abs(way));
-          }
-          return 1000.0 * most;
-        };
-        travel.push_back(moved(run));
-        pushed.push_back(moved(ii_iii::run(loaded, 1.05)));
-        for (std::size_t m = 0; m < std::size(kMethods); ++m) {
-          const double found = ii_iii::track(run, kMethods[m], false).back().resonance_hz;
-          error[m].push_back(100.0 * (found / run.resonance_hz(0.0) - 1.0));
-        }
-      }
-      for (std::size_t m = 0; m < std::size(kMethods); ++m)
-        table.rows.push_back(row(fmt::format("error of the resonance, {}", ii_iii::name(kMethods[m])), "%",
-                                 spread(error[m]), 0.0));
-      table.rows.push_back(row("way of the cart", "mm", spread(travel)));
-      table.rows.push_back(row("way of the cart, with the constant torque", "mm", spread(pushed)));
-      section.tables.push_back(std::move(table));
-    }
-  }
->>>>>>> main
   return section;
 }
 
