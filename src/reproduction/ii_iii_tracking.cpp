@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
-#include <functional>
 #include <limits>
 #include <memory>
 #include <resonid/base/constants.hpp>
@@ -16,7 +15,6 @@
 #include <resonid/recursive/modes.hpp>
 #include <resonid/recursive/output_error.hpp>
 #include <resonid/recursive/physical_tracker.hpp>
-#include <utility>
 
 #include "reproduction/runs.hpp"
 
@@ -223,6 +221,10 @@ TwoMass machine_at(const plant::DriveConfig& drive, double position_m) {
   return m;
 }
 
+double resonance_hz(const TwoMass& m) {
+  return std::sqrt(m.stiffness * (1.0 / m.driven_inertia + 1.0 / m.load_inertia)) / kTwoPi;
+}
+
 Reference reference(const TwoMass& machine, double sample_rate_hz) {
   Reference r;
   r.value = r.lower = r.upper = coefficients(sampled(machine, sample_rate_hz));
@@ -287,7 +289,7 @@ std::vector<Estimate> track(const Run& run, Method method, bool forget) {
 
 std::vector<Estimate> truth(const Run& run) {
   std::vector<Estimate> estimates;
-  for (auto k = static_cast<std::size_t>(run.rate_hz()); k < run.simulation.record.samples(); ++k) {
+  for (auto k = static_cast<std::size_t>(run.rate_hz()); k < run.simulation.record.samples(); k += 5) {
     const auto sample = static_cast<double>(k);
     estimates.push_back({k, sample, sampled(run.machine(sample), run.rate_hz()), run.resonance_hz(sample)});
   }

@@ -32,6 +32,9 @@ struct TwoMass {
 [[nodiscard]] Model sampled(const TwoMass& machine, double sample_rate_hz);
 [[nodiscard]] TwoMass machine_at(const plant::DriveConfig& drive, double position_m);
 
+/// Undamped, sqrt(K (1/J1 + 1/J2)).
+[[nodiscard]] double resonance_hz(const TwoMass& machine);
+
 /// The source's reference model with its uncertainty: K 5 %, damping 20 %, inertia of the driven side 15 %.
 struct Reference {
   std::array<double, 6> value{}, lower{}, upper{};  ///< b1 ... b3, a1 ... a3
@@ -82,7 +85,7 @@ struct Validation {
 };
 inline constexpr std::size_t kValidationSamples = 4500;
 [[nodiscard]] Validation validate(const std::vector<Estimate>& estimates, const Run& on, bool described);
-/// As estimates: what the machine is at each sample.
+/// As estimates: the machine itself.
 [[nodiscard]] std::vector<Estimate> truth(const Run& run);
 
 }  // namespace resonid::reproduction::ii_iii

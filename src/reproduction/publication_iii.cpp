@@ -19,19 +19,20 @@ Section tight_loop(std::size_t seeds) {
   Section section;
   section.title = "A tight, noisy loop: why indirect";
   section.text = {
-      "The cart rests at 1 m; three times the controller's gain, ten times the noise (1 rad/s), 4500 "
+      "The cart rests at 0.4 m; three times the controller's gain, ten times the noise (1 rad/s), 4500 "
       "samples, no "
-      "forgetting, start at 1.05 m. What the controller makes of the noise is in u: direct least squares "
+      "forgetting, start at 0.42 m. What the controller makes of the noise is in u: direct least squares "
       "take it "
       "for the machine. Errors of the last estimate's resonance."};
   constexpr Method kMethods[] = {Method::arx,           Method::output_error, Method::closed_loop,
                                  Method::damped_filter, Method::refined_iv,   Method::physical};
   std::vector<std::vector<double>> errors(std::size(kMethods));
   auto config = shipped_experiment("ii_tooth_standstill");
+  config.motion.from = 0.4;
   config.controller.gain *= 3.0;
   config.measurement.noise_rms = 1.0;
   for (config.run.seed = 1; config.run.seed <= seeds; ++config.run.seed) {
-    const auto run = ii_iii::run(config, 1.05);
+    const auto run = ii_iii::run(config, 0.42);
     for (std::size_t m = 0; m < std::size(kMethods); ++m) {
       const auto last = ii_iii::track(run, kMethods[m], false).back();
       errors[m].push_back(100.0 * (last.resonance_hz / run.resonance_hz(0.0) - 1.0));
@@ -73,16 +74,21 @@ report::Document publication_iii(const Options& options) {
           indirect.described.mean, indirect.largest.mean,
           0.5 * (indirect.a_within.mean + indirect.b_within.mean)),
       fmt::format(
-          "The source finds that indirect outperforms direct. Against least squares that holds: largest "
-          "cross-correlation {:.2f} against {:.2f}. Against direct output error it does not show in this "
-          "soft loop "
-          "with white noise: {:.2f} against {:.2f}, and a resonance of {:.2f} % against {:.2f} %. Nor are "
+          "The source finds that indirect outperforms direct, by cross-correlation. Here the largest one is "
+          "{:.2f} of CLOE, {:.2f} of direct output error and {:.2f} of least squares, its limit being 0.15. "
+          "Other measures tell otherwise, in this soft loop with white noise: the resonance of CLOE errs by "
+          "{:.2f} %, that of direct output error by {:.2f} %; the residual's rms is {:.2f} and {:.2f} times "
           "the "
-          "numerator's coefficients smoother: they change by {:.4f} within 0.2 s, those of direct output "
-          "error by "
-          "{:.4f}.",
-          indirect.correlation.mean, arx.correlation.mean, indirect.correlation.mean, direct.correlation.mean,
-          indirect.described.mean, direct.described.mean, indirect.b_change.mean, direct.b_change.mean),
+          "noise; within 0.2 s the numerator's coefficients change by {:.4f} and {:.4f}, so that the "
+          "indirect "
+          "ones are not the smoother.",
+          indirect.correlation.mean, direct.correlation.mean, arx.correlation.mean, indirect.described.mean,
+          direct.described.mean, indirect.noise_share.mean, direct.noise_share.mean, indirect.b_change.mean,
+          direct.b_change.mean),
+      fmt::format(
+          "A small correlation alone is no verdict: F-CLOE's is {:.2f} with a residual of {:.1f} times "
+          "the noise.",
+          study.of(Method::fixed_filter).correlation.mean, study.of(Method::fixed_filter).noise_share.mean),
       fmt::format(
           "Better than all of them: a gradient damped by the current model ({:.2f} %), refined instrumental "
           "variables ({:.2f} %), and the physical tracker, which has no lag ({:.2f} %).",
@@ -109,8 +115,9 @@ report::Document publication_iii(const Options& options) {
                         options.seeds)};
   document.discrepancies = ii_iii::discrepancies();
   document.discrepancies.push_back(
-      {"Section 4.2.1, fig. 4.5", "indirect outperforms direct", "true against RLS-ARX, not against OE",
-       "White noise and a soft loop bias direct output error hardly at all; see the tight loop."});
+      {"Section 4.2.1, fig. 4.5", "indirect outperforms direct",
+       "by cross-correlation; not by resonance and residual against OE",
+       "White noise and a soft loop bias direct output error hardly at all; the tight loop does a little."});
   return document;
 }
 

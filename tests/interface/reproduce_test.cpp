@@ -55,11 +55,11 @@ TEST_F(Reproduce, PutsPagesIntoAFolder) {
 }
 
 TEST_F(Reproduce, WrongUseNamesWhatWasFoundAndWhatIsKnown) {
-  expect_refused("reproduce ix", {"NAME", "'ix'", "iv, vi", "did you mean 'iv'"});
-  expect_refused("reproduce publication", {"NAME", "'publication'", "iv, vi"});
+  expect_refused("reproduce ix", {"NAME", "'ix'", "ii, iii, iv, v, vi", "did you mean 'ii'"});
+  expect_refused("reproduce publication", {"NAME", "'publication'", "iv, v, vi"});
   expect_refused("reproduce iv --seeds 1", {"--seeds", "found 1", ">= 2"});
   expect_refused("reproduce iv --seeds two", {"--seeds", "'two'", "a whole number >= 2"});
-  expect_refused("reproduce --report x.html", {"--report", "a NAME", "iv, vi", "--out FOLDER"});
+  expect_refused("reproduce --report x.html", {"--report", "a NAME", "iv, v, vi", "--out FOLDER"});
   expect_refused("reproduce iv --json - --markdown -", {"--markdown", "--json", "standard output"});
   expect_refused("reproduce iv --json a --markdown a", {"--json", "'a'", "a file of its own"});
   expect_refused("reproduce iv --json a --markdown ./a", {"--json", "a file of its own"});
