@@ -104,6 +104,7 @@ void read_models(TrackVerbOptions& o) {
     if (!result.model)
       throw InputError(fmt::format("--start: '{}': holds no model; one is required to begin with", o.start));
     o.track.start = result.model->drive;
+    o.track.start_units = result.units;
   }
   if (!o.baseline.empty()) o.track.baseline = read_result("--baseline", o.baseline);
 }

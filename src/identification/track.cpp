@@ -178,11 +178,30 @@ const TrackSeries* Track::find(std::string_view name) const {
   return nullptr;
 }
 
+namespace {
+
+/// A model of volts cannot begin a record of torques.
+std::optional<Refusal> foreign_units(const Units& ours, const std::optional<Units>& theirs,
+                                     const char* option) {
+  if (!theirs || theirs->response == ours.response) return std::nullopt;
+  return Refusal{option, fmt::format("its response is in {}, the record's in {}; required are the same units "
+                                     "(--input-scale, --input-unit, --output-unit)",
+                                     theirs->response, ours.response)};
+}
+
+}  // namespace
+
 expected<Track, Refusal> track(const data::Record& record, const TrackOptions& options) {
   const auto progress = [&](std::string_view stage) {
     if (options.common.progress) options.common.progress(stage);
   };
   if (auto refusal = check(record, options)) return tl::unexpected(std::move(*refusal));
+  const Units units = detail::units_of(record);
+  if (auto refusal = foreign_units(units, options.start_units, "start"))
+    return tl::unexpected(std::move(*refusal));
+  if (options.baseline)
+    if (auto refusal = foreign_units(units, options.baseline->units, "baseline"))
+      return tl::unexpected(std::move(*refusal));
   progress("start");
   auto plan = detail::make_track_plan(record, options);
   if (!plan) return tl::unexpected(plan.error());
@@ -193,7 +212,7 @@ expected<Track, Refusal> track(const data::Record& record, const TrackOptions& o
 
   Track result;
   result.record = facts_of(record);
-  result.units = detail::units_of(record);
+  result.units = units;
   result.method = name_of(plan->method);
   result.approach = detail::name_of(plan->approach);
   result.reason = plan->reason;

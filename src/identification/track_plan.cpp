@@ -54,6 +54,13 @@ bool has_two_masses(const std::optional<StartModel>& start) {
 /// (oe, cloe) are never chosen.
 void choose(const data::Record& record, const TrackOptions& options, TrackPlan& plan) {
   const bool velocity = record.output_quantity != data::OutputQuantity::acceleration;
+  const auto& m = plan.measurement;
+  const bool lines = m.sweep || !m.grid_hz.empty() || m.period_samples > 0;
+  if (plan.start && !plan.start->trusted && lines) {
+    plan.method = TrackMethod::kalman;
+    plan.reason = "the model that the record shows is not to be trusted itself, so lines are tracked";
+    return;
+  }
   if (velocity && has_two_masses(plan.start) && !(options.memory_s > 0.0)) {
     plan.method = TrackMethod::physical;
     plan.reason =

@@ -134,8 +134,9 @@ void TrustGates::inspect(const OnlineTracker& tracker, std::vector<Finding>& fin
   };
   if (ready_ == 0) {
     say("never-ready", true, static_cast<double>(rows_), 0.0,
-        "The estimator never got beyond its start: the record is too short for it, or nothing excited the "
-        "drive.");
+        "The estimator never got beyond its start: the record is too short, nothing excited the drive, or "
+        "the model to "
+        "begin with is not that of this machine.");
     return;
   }
   const TrustShares s = shares();

@@ -75,6 +75,8 @@ std::optional<SeriesSummary> summary_of(const Track& track, const TrackSeries& s
 
 std::vector<std::string> track_sentences(const Track& track) {
   std::vector<std::string> list;
+  if (!(track.shares.all > 0.0))
+    list.emplace_back("No row is to be trusted: what follows are the last values, not a result.");
   const double z = quantile(track.confidence);
   const auto* resonance = track.find("resonance_hz");
   const auto s = resonance == nullptr ? std::nullopt : summary_of(track, *resonance);
@@ -157,8 +159,11 @@ std::string track_text(const Track& track) {
   text += "\n";
   for (const auto& sentence : track_sentences(track)) text += wrapped(sentence, "", "") + "\n";
   const double z = quantile(track.confidence);
-  text += fmt::format("\nLast trusted row, {:.0f} % confidence (and the range over all)\n",
-                      100.0 * track.confidence);
+  text += track.shares.all > 0.0
+              ? fmt::format("\nLast trusted row, {:.0f} % confidence (and the range over the trusted rows)\n",
+                            100.0 * track.confidence)
+              : fmt::format("\nLast row, {:.0f} % confidence (and the range); no row is to be trusted\n",
+                            100.0 * track.confidence);
   for (const auto* group : {&track.figures, &track.parameters})
     for (const TrackSeries& series : *group) text += line_of(track, series, z);
   text += findings_text(track.findings);

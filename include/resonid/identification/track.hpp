@@ -43,6 +43,7 @@ struct TrackOptions {
   std::size_t every = 1;  ///< Samples per row, >= 1.
   bool raw_time = false;  ///< Rows at the newest sample instead of the time that the estimate describes.
   std::optional<fit::DriveModel> start;  ///< Where estimators begin; absent: identified from the first part.
+  std::optional<Units> start_units;      ///< Of `start`; other ones than the record's are refused.
   std::optional<Result> baseline;  ///< For the gap column; its model is the start when `start` is absent.
   /// Track keeps at most so many rows, evenly spread; 0: all of them.
   std::size_t kept_rows = 0;
