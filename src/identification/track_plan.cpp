@@ -84,12 +84,13 @@ void choose(const data::Record& record, const TrackOptions& options, TrackPlan& 
                     : "nothing to begin with that other methods could use: lines are tracked";
 }
 
-/// A fitted delay belongs to the machine, whichever record showed it.
+/// The known delay is the record's own; what was fitted beyond it belongs to the machine, whichever record
+/// showed it.
 double delay_of(const TrackOptions& options, const TrackPlan& plan) {
   if (!plan.start) return options.common.delay_s;
   const auto& drive = plan.start->drive;
-  if (drive.estimated[fit::kDelay]) return drive.known_delay_s + drive.delay_s;
-  return options.common.delay_s > 0.0 ? options.common.delay_s : drive.known_delay_s;
+  const double known = options.common.delay_s > 0.0 ? options.common.delay_s : drive.known_delay_s;
+  return std::max(0.0, known + (drive.estimated[fit::kDelay] ? drive.delay_s : 0.0));
 }
 
 std::optional<Refusal> contradiction(const data::Record& record, const TrackOptions& options, TrackMethod m) {
