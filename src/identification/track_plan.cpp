@@ -84,13 +84,15 @@ void choose(const data::Record& record, const TrackOptions& options, TrackPlan& 
                     : "nothing to begin with that other methods could use: lines are tracked";
 }
 
-/// The known delay is the record's own; what was fitted beyond it belongs to the machine, whichever record
-/// showed it.
+/// What the start model found beyond its known delay counts as long as that known delay is the one told now:
+/// with another one, the model comes from another loop.
 double delay_of(const TrackOptions& options, const TrackPlan& plan) {
-  if (!plan.start) return options.common.delay_s;
+  const double told = options.common.delay_s;
+  if (!plan.start) return told;
   const auto& drive = plan.start->drive;
-  const double known = options.common.delay_s > 0.0 ? options.common.delay_s : drive.known_delay_s;
-  return std::max(0.0, known + (drive.estimated[fit::kDelay] ? drive.delay_s : 0.0));
+  constexpr double kSame = 1e-9;
+  if (told > 0.0 && std::abs(told - drive.known_delay_s) > kSame) return told;
+  return drive.known_delay_s + (drive.estimated[fit::kDelay] ? drive.delay_s : 0.0);
 }
 
 std::optional<Refusal> contradiction(const data::Record& record, const TrackOptions& options, TrackMethod m) {
