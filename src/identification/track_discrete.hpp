@@ -131,7 +131,7 @@ class DiscreteTracker : public OnlineTracker {
   double sample_rate_hz_;
   DiscreteFigures<kOrder> figures_;
   bool fresh_ = false;
-  static constexpr std::uint64_t kLagSamples = 10;  // a lag costs more than many steps, and changes slowly
+  static constexpr std::uint64_t kLagSamples = 50;  // a lag costs more than many steps, and changes slowly
   std::uint64_t samples_ = 0;
   mutable double lag_ = 0.0;
   mutable bool lag_due_ = true;

@@ -23,20 +23,24 @@ constexpr std::array kReported = {Reported{PhysicalParameter::driven_inertia, "d
                                   Reported{PhysicalParameter::damping, "damping"},
                                   Reported{PhysicalParameter::torque_offset, "torque_offset"}};
 
-/// Relative change of the stiffness per second to reckon with: a machine that is recorded to move may go
-/// through its whole range at its greatest speed.
+/// Relative change of the stiffness per second to reckon with. A machine that is recorded to move goes
+/// through its range at its greatest speed; a belt's stiffness goes with one over its length, so that at the
+/// end where it is short it changes faster than that.
 double drift_per_s(const data::Record& record, const TrackPlan& plan) {
   constexpr double kUnknownMachine = 0.03;
+  constexpr double kUneven = 1.6;
   if (plan.measurement.sweep) return 0.0;  // what a sweep says of the stiffness it says once
   if (!record.position.present()) return kUnknownMachine;
   const auto& x = record.position.samples;
   const auto [low, high] = std::minmax_element(x.begin(), x.end());
-  const auto window = std::max<std::size_t>(1, static_cast<std::size_t>(0.1 * record.sample_rate_hz));
+  // Long enough for the excitation's own shaking to average out.
+  const double window_s = std::min(1.0, 0.1 * record.duration_s());
+  const auto window = std::max<std::size_t>(1, static_cast<std::size_t>(window_s * record.sample_rate_hz));
   double fastest = 0.0;
   for (std::size_t k = window; k < x.size(); ++k) fastest = std::max(fastest, std::abs(x[k] - x[k - window]));
   const double speed = fastest * record.sample_rate_hz / static_cast<double>(window);
   const double range = *high - *low;
-  return range > 0.0 ? std::max(speed / range, kUnknownMachine) : kUnknownMachine;
+  return range > 0.0 ? std::max(kUneven * speed / range, kUnknownMachine) : kUnknownMachine;
 }
 
 class Physical final : public OnlineTracker {

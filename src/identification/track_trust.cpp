@@ -109,11 +109,13 @@ Gates TrustGates::judge(OnlineTracker& tracker, OnlineValue resonance) {
   ++rows_;
   if (ready_ == 0 && !gates.ready) return gates;
   ++ready_;  // from the first one on every row counts: an estimator that loses its way is not ready again
-  if (!gates.ready && gates.excited) ++lost_;
-  if (gates.excited) ++excited_rows_;
-  if (gates.converged) ++converged_;
-  if (gates.physical) ++physical_;
-  if (gates.residual) ++residual_rows_;
+  if (gates.excited) {
+    ++excited_rows_;
+    if (!gates.ready) ++lost_;
+    if (gates.ready && gates.converged) ++converged_;
+    if (gates.physical) ++physical_;
+    if (gates.residual) ++residual_rows_;
+  }
   if (gates.all()) ++all_;
   if (strongest_ > 0.0) weakest_ = std::min(weakest_, std::sqrt(excitation_.value() / strongest_));
   return gates;
@@ -124,8 +126,8 @@ double TrustGates::residual_rms() const {
 }
 
 TrustShares TrustGates::shares() const {
-  return {share(excited_rows_, ready_), share(converged_, ready_), share(physical_, ready_),
-          share(residual_rows_, ready_), share(all_, ready_)};
+  return {share(excited_rows_, ready_), share(converged_, excited_rows_), share(physical_, excited_rows_),
+          share(residual_rows_, excited_rows_), share(all_, ready_)};
 }
 
 void TrustGates::inspect(const OnlineTracker& tracker, std::vector<Finding>& findings) const {
@@ -143,15 +145,16 @@ void TrustGates::inspect(const OnlineTracker& tracker, std::vector<Finding>& fin
   if (s.excited < 1.0)
     say("no-excitation", s.excited < kEnoughExcited, weakest_, kWeakExcitation,
         fmt::format(
-            "For {:.0f} % of the time the excitation around the resonance was below a tenth of what it "
+            "For {:.1f} % of the time the excitation around the resonance was below a tenth of what it "
             "had been: the estimate is held there and not trusted.",
             100.0 * (1.0 - s.excited)));
+  if (excited_rows_ == 0) return;
   if (s.converged < 1.0) {
     const bool known = std::isfinite(uncertainty_);
     say("not-converged", s.converged < kEnough, known ? uncertainty_ : s.converged,
         known ? most_uncertainty_ : 1.0,
         fmt::format(
-            "For {:.0f} % of the time the estimate was too uncertain ({:.2g} % is required), not at rest, "
+            "For {:.1f} % of the time the estimate was too uncertain ({:.2g} % is required), not at rest, "
             "or showed no resonance.",
             100.0 * (1.0 - s.converged), 100.0 * most_uncertainty_));
   }
@@ -164,7 +167,7 @@ void TrustGates::inspect(const OnlineTracker& tracker, std::vector<Finding>& fin
   if (s.physical < 1.0)
     say("unphysical", s.physical < kEnough, s.physical, 1.0,
         fmt::format(
-            "For {:.0f} % of the time the estimate was no machine: unstable, or an inertia, stiffness "
+            "For {:.1f} % of the time the estimate was no machine: unstable, or an inertia, stiffness "
             "or damping below zero.",
             100.0 * (1.0 - s.physical)));
   if (s.residual < 1.0)

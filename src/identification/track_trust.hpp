@@ -47,6 +47,7 @@ class TrustGates {
   void sample(double ru, double u, double residual);
   [[nodiscard]] Gates judge(OnlineTracker& tracker, OnlineValue resonance);
   [[nodiscard]] double residual_rms() const;
+  /// Excitation: of the rows from the first one that was ready; the others: of those of them with excitation.
   [[nodiscard]] TrustShares shares() const;
   /// Findings about the run as a whole, from the rows that were judged.
   void inspect(const OnlineTracker& tracker, std::vector<diagnostics::Finding>& findings) const;

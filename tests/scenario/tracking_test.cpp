@@ -9,6 +9,7 @@
 #include <resonid/reproduction/experiments.hpp>
 
 #include "experiments.hpp"
+#include "track_errors.hpp"
 
 // `track` as a user runs it, over experiments whose truth the simulator knows.
 namespace resonid {
@@ -17,47 +18,9 @@ namespace {
 using identification::Track;
 using identification::TrackMethod;
 using identification::TrackOptions;
-
-Track tracked(const data::Record& record, const TrackOptions& options) {
-  auto track = identification::track(record, options);
-  if (!track) throw std::runtime_error("--" + track.error().option + ": " + track.error().message);
-  return std::move(*track);
-}
-
-/// Relative errors of the resonance at the described times from `from_s` on.
-struct Errors {
-  double rms = 0.0, greatest = 0.0;
-};
-Errors errors_of(const Track& track, const plant::OverTime& truth, double from_s) {
-  const auto& resonance = track.find("resonance_hz")->value;
-  double squares = 0.0;
-  std::size_t count = 0;
-  Errors e;
-  for (std::size_t i = 0; i < resonance.size(); ++i) {
-    const double t = track.time_s[i];
-    if (t < from_s) continue;
-    const auto above = std::upper_bound(truth.time_s.begin(), truth.time_s.end(), t) - truth.time_s.begin();
-    const auto k =
-        static_cast<std::size_t>(std::clamp<std::ptrdiff_t>(above, 1, std::ssize(truth.time_s) - 1));
-    const double part = (t - truth.time_s[k - 1]) / (truth.time_s[k] - truth.time_s[k - 1]);
-    const double true_hz =
-        truth.resonance_hz[k - 1] + part * (truth.resonance_hz[k] - truth.resonance_hz[k - 1]);
-    const double error = std::isfinite(resonance[i]) ? resonance[i] / true_hz - 1.0 : 1.0;
-    squares += error * error;
-    e.greatest = std::max(e.greatest, std::abs(error));
-    ++count;
-  }
-  e.rms = std::sqrt(squares / static_cast<double>(count));
-  return e;
-}
-
-TrackOptions known(const plant::ExperimentConfig& c) {
-  TrackOptions o;
-  o.common.delay_s = c.measurement.delay_s;
-  o.common.controller =
-      data::pi_controller(c.controller.gain, c.controller.integral_time_s, 1.0 / c.run.sample_rate_hz);
-  return o;
-}
+using test::errors_of;
+using test::tracked;
+using test::TrackErrors;
 
 class ToothBelt : public ::testing::TestWithParam<const char*> {};
 
@@ -68,10 +31,10 @@ TEST_P(ToothBelt, WhatAutoPicksIsNeverOffByMoreThanTwoPerCent) {
   for (const std::uint64_t seed : {301U, 303U, 306U}) {
     config.run.seed = seed;
     const auto simulation = test::simulated(config);
-    auto options = known(config);
+    auto options = test::known_to_track(config);
     const Track physical = tracked(simulation.record, options);
     EXPECT_EQ(physical.method, "physical");
-    const Errors p = errors_of(physical, *simulation.truth.over_time, 1.0);
+    const TrackErrors p = errors_of(physical, *simulation.truth.over_time, 1.0);
     EXPECT_LT(p.greatest, 0.02) << GetParam() << " seed " << seed;
     EXPECT_LT(p.rms, 0.003) << GetParam() << " seed " << seed;
     EXPECT_TRUE(physical.trusted);
@@ -92,7 +55,7 @@ INSTANTIATE_TEST_SUITE_P(SampleTimes, ToothBelt,
 TEST(Tracking, UnstableRecursionsAreNotTrusted) {
   const auto config = reproduction::shipped_experiment("ii_iii_tooth_prbs_2ms");
   const auto simulation = test::simulated(config);
-  auto options = known(config);
+  auto options = test::known_to_track(config);
   for (const auto method : {TrackMethod::output_error, TrackMethod::closed_loop_output_error}) {
     options.method = method;
     const Track track = tracked(simulation.record, options);
@@ -109,7 +72,7 @@ TEST(Tracking, UnstableRecursionsAreNotTrusted) {
 TEST(Tracking, TrustDoesNotDependOnTheDistanceOfTheRows) {
   const auto config = reproduction::shipped_experiment("belt_loosens");
   const auto simulation = test::simulated(config);
-  auto options = known(config);
+  auto options = test::known_to_track(config);
   for (const std::size_t every : {1U, 25U, 100U}) {
     options.every = every;
     const Track track = tracked(simulation.record, options);
@@ -122,12 +85,13 @@ TEST(Tracking, TrustDoesNotDependOnTheDistanceOfTheRows) {
 TEST(Tracking, DescribedTimeTakesTheLagOut) {
   const auto config = reproduction::shipped_experiment("ii_iii_tooth_prbs");
   const auto simulation = test::simulated(config);
-  auto options = known(config);
+  auto options = test::known_to_track(config);
   options.method = TrackMethod::instrumental_variables;
   options.memory_s = 0.4;
-  const Errors described = errors_of(tracked(simulation.record, options), *simulation.truth.over_time, 2.0);
+  const TrackErrors described =
+      errors_of(tracked(simulation.record, options), *simulation.truth.over_time, 2.0);
   options.raw_time = true;
-  const Errors raw = errors_of(tracked(simulation.record, options), *simulation.truth.over_time, 2.0);
+  const TrackErrors raw = errors_of(tracked(simulation.record, options), *simulation.truth.over_time, 2.0);
   EXPECT_LT(described.rms, 0.5 * raw.rms);
 }
 
@@ -193,7 +157,7 @@ TEST(Tracking, RowsAreHandedOutAndThinned) {
   auto config = reproduction::shipped_experiment("ii_iii_tooth_prbs");
   config.run.duration_s = 8.0;
   const auto simulation = test::simulated(config);
-  auto options = known(config);
+  auto options = test::known_to_track(config);
   options.kept_rows = 100;
   std::size_t columns = 0, rows = 0;
   bool same = true;

@@ -67,7 +67,8 @@ struct LoopSnapshot {
   data::FrequencyResponse curve;  ///< Delay included.
 };
 
-/// Shares of the rows after the start that passed each gate, 0 ... 1.
+/// Shares of the rows that passed each gate, 0 ... 1: excitation and all of the rows after the start, the
+/// others of those of them that had excitation.
 struct TrustShares {
   double excited = 0.0, converged = 0.0, physical = 0.0, residual = 0.0, all = 0.0;
 };
