@@ -162,6 +162,10 @@ std::string name_of(Method method) {
       return "least-squares";
     case Method::model:
       return "model";
+    case Method::local_rational:
+      return "local-rational";
+    case Method::simulate_and_correct:
+      return "simulate-and-correct";
     case Method::automatic:
       break;
   }

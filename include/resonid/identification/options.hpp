@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <functional>
 #include <optional>
 #include <resonid/base/approach.hpp>
@@ -24,10 +25,13 @@ enum class Method {
   local_polynomial,
   local_cubic,
   least_squares,
-  model
+  model,
+  local_rational,
+  simulate_and_correct
 };
 
-enum class ModelChoice { automatic, none, rigid, two_mass };
+/// black_box: a rational model of any order, for what no drive structure describes.
+enum class ModelChoice { automatic, none, rigid, two_mass, three_mass, black_box };
 
 /// Linear chirp from the record's first sample on; the stop may be the lower frequency.
 struct Chirp {
@@ -57,7 +61,10 @@ struct Options {
   double delay_s = 0.0;                              ///< Known delay in the measured output.
   std::optional<std::pair<double, double>> band_hz;
   ModelChoice model = ModelChoice::automatic;
-  double confidence = 0.95;  ///< Of the regions in report and summary, inside (0, 1).
+  std::size_t order = 0;      ///< Of the black-box model, 1 ... 20; 0: chosen on a validation part.
+  std::size_t bootstrap = 0;  ///< Replicas of a parametric bootstrap; 0: error bars by covariance only.
+  std::uint64_t seed = 1;     ///< Of the bootstrap.
+  double confidence = 0.95;   ///< Of the regions in report and summary, inside (0, 1).
   Tracker tracker;
   std::optional<double>
       radius_m;  ///< Of the driven roller: stiffness and damping are reported at the belt too.

@@ -1,10 +1,13 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <Eigen/Core>
+#include <complex>
 #include <optional>
 #include <resonid/data/record.hpp>
 #include <resonid/diagnostics/finding.hpp>
 #include <resonid/diagnostics/margins.hpp>
+#include <resonid/fit/black_box.hpp>
 #include <resonid/fit/drive_model.hpp>
 #include <resonid/fit/output_error.hpp>
 #include <string>
@@ -66,6 +69,50 @@ struct Validation {
   std::optional<double> limit;
 };
 
+/// One decision that was left to the program.
+struct Choice {
+  std::string what;     ///< "method", "approach", "structure", "noise model" ...
+  std::string chosen;   ///< "local-cubic"
+  std::string because;  ///< A sentence: what of the record decided.
+};
+
+/// One structure that was tried, for the comparison side by side.
+struct StructureTrial {
+  std::string name;            ///< "two-mass with friction and delay", "black-box of order 5"
+  std::size_t parameters = 0;  ///< Estimated ones, initial state and offset not counted.
+  double information = 0.0;    ///< Bayesian information criterion of the record (response: of its lines).
+  std::optional<double> validation_fit_percent;  ///< Simulated on the part that was held back.
+  std::optional<double> validation_information;  ///< N ln(mean square) there, smaller is better.
+  bool chosen = false;
+  std::string remark;  ///< Why not: "no third mode in the band".
+};
+
+/// A pole or zero in the s-plane (1/s), of sampled models by s = ln(z)/Ts.
+struct Root {
+  std::complex<double> value;
+  Eigen::Matrix2d covariance = Eigen::Matrix2d::Zero();  ///< Of (real, imaginary).
+  std::string kind;                                      ///< "pole" or "zero".
+};
+
+/// Rational model of the record, without drive structure.
+struct BlackBoxResult {
+  fit::BlackBoxModel model;
+  double fit_percent = 0.0;  ///< Of the simulation.
+};
+
+/// What a figure would be in repetitions of the experiment on the fitted model.
+struct BootstrapInterval {
+  std::string name;  ///< As in JSON: "stiffness", "resonance_hz", "phase_margin_deg".
+  std::string unit;
+  double low = 0.0, high = 0.0;     ///< Of the result's confidence.
+  double standard_deviation = 0.0;  ///< Over the replicas.
+};
+struct Bootstrap {
+  std::size_t replicas = 0;
+  std::size_t failed = 0;  ///< Replicas whose fit did not converge; left out.
+  std::vector<BootstrapInterval> intervals;
+};
+
 struct Result {
   RecordFacts record;
   Units units;
@@ -77,6 +124,11 @@ struct Result {
   data::FrequencyResponse response;
   std::vector<Resonance> resonances;  ///< Ascending.
   std::optional<ModelResult> model;
+  std::optional<BlackBoxResult> black_box;  ///< In place of `model` when no drive structure was asked for.
+  std::vector<Root> roots;                  ///< Of the model, poles first.
+  std::vector<Choice> choices;              ///< What was chosen by the record, in the order of the work.
+  std::vector<StructureTrial> structures;   ///< All that were fitted.
+  std::optional<Bootstrap> bootstrap;
   std::optional<LoopResult> loop;
   std::optional<data::FrequencyResponse> measured_loop;  ///< L = Ru/U - 1 at the lines.
   std::optional<Validation> validation;

@@ -1,0 +1,72 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <Eigen/Core>
+#include <complex>
+#include <optional>
+#include <resonid/base/expected.hpp>
+#include <resonid/data/frequency_response.hpp>
+#include <resonid/data/record.hpp>
+#include <resonid/data/transfer_function.hpp>
+#include <resonid/fit/noise_model.hpp>
+#include <span>
+#include <vector>
+
+namespace resonid::fit {
+
+/// How the record's input reaches the model.
+enum class Predictor {
+  open_loop,    ///< The recorded input drives the simulation; with the noise modelled also right in closed loop.
+  closed_loop,  ///< Excitation and reference drive the simulated loop with the known controller.
+  joint,        ///< What of the input the excitation explains drives it: no controller is needed.
+};
+
+struct BlackBoxConfig {
+  int order = 3;                  ///< Of A and B, 1 ... 20.
+  std::size_t delay_samples = 0;  ///< Whole samples in front of b1: known delay of the measured output.
+  bool direct_term = false;       ///< Estimate b0 too; a sampled drive has none.
+  bool integrator = false;        ///< Fix one pole at z = 1 (a free drive); it counts in the order.
+  bool initial_state = true;      ///< Estimate the state at the record's start; otherwise it is rest.
+  bool offset = true;             ///< Estimate a constant at the output.
+  bool noise_model = true;        ///< Weight by an autoregressive model of the residual.
+  std::size_t max_noise_order = 32;
+  Predictor predictor = Predictor::open_loop;
+  std::optional<data::TransferFunction> controller;  ///< From velocity error to torque; closed_loop needs it.
+  std::optional<data::TransferFunction> initial;     ///< Start; found from the record when absent.
+};
+
+/// A pole or zero in the z-plane with the covariance of its real and imaginary part.
+struct UncertainRoot {
+  std::complex<double> value;
+  Eigen::Matrix2d covariance = Eigen::Matrix2d::Zero();
+};
+
+/// Rational sampled model B/A of the recorded output, delay apart.
+struct BlackBoxModel {
+  data::TransferFunction transfer_function;
+  std::size_t delay_samples = 0;
+  Eigen::MatrixXd covariance;  ///< Of [b0, b1, ..., a1, a2, ...]; rows of what is not estimated are zero.
+
+  /// Without delay, with total standard deviation.
+  [[nodiscard]] data::FrequencyResponse response(std::span<const double> frequencies_hz) const;
+  [[nodiscard]] std::vector<UncertainRoot> poles() const;
+  [[nodiscard]] std::vector<UncertainRoot> zeros() const;
+};
+
+struct BlackBoxFit {
+  BlackBoxModel model;
+  bool converged = false;
+  bool stable = false;             ///< No pole outside the unit circle.
+  std::size_t samples = 0;         ///< Residuals used.
+  std::vector<double> residual;    ///< [sample] output minus simulated output, from first_sample on.
+  std::size_t first_sample = 0;
+  double fit_percent = 0.0;        ///< 100 (1 - |y - yh|/|y - mean y|), of the simulation.
+  NoiseModel noise;
+  double information = 0.0;        ///< Bayesian information criterion; comparable on the same record.
+};
+
+/// Prediction-error fit of an output-error model of any order, y = q^-d B/A u + noise (METHOD 8.4).
+[[nodiscard]] expected<BlackBoxFit, ConfigError> fit_black_box(const data::Record& record,
+                                                               const BlackBoxConfig& config);
+
+}  // namespace resonid::fit
