@@ -3,12 +3,14 @@
 
 #include <algorithm>
 #include <cmath>
+#include <identification/bootstrap.hpp>
 #include <identification/choices.hpp>
 #include <identification/excitation_source.hpp>
 #include <identification/loop.hpp>
 #include <identification/measurement.hpp>
 #include <identification/model_selection.hpp>
 #include <identification/trust.hpp>
+#include <identification/uncertainty.hpp>
 #include <identification/units.hpp>
 #include <resonid/diagnostics/data_findings.hpp>
 #include <resonid/diagnostics/residuals.hpp>
@@ -57,15 +59,7 @@ expected<data::Record, Refusal> without_transient(data::Record record, const Opt
 std::vector<Resonance> resonances_of(const Result& result) {
   std::vector<Resonance> found;
   if (result.model) {
-    const auto& drive = result.model->drive;
-    if (drive.structure == fit::Structure::two_mass) {
-      const auto anti = drive.antiresonance();
-      const auto main = drive.resonance();
-      found.push_back({true, anti.value, anti.standard_deviation,
-                       data::antiresonance_damping_ratio(drive.parameters), true});
-      found.push_back({false, main.value, main.standard_deviation,
-                       data::resonance_damping_ratio(drive.parameters), true});
-    }
+    return detail::resonances_of(result.model->drive);
   } else {
     for (const auto& e : diagnostics::response_extrema(result.response))
       found.push_back({e.minimum, e.frequency_hz, std::nullopt, std::nullopt, false});
@@ -159,6 +153,12 @@ expected<Result, Refusal> identify(const data::Record& whole, const Options& opt
   if (auto measured = response::loop_response(*lines)) result.measured_loop = std::move(*measured);
   result.loop = detail::loop_of(*plan, options, *lines, result.response, result.model);
   detail::inspect_loop(result);
+  if (result.model && options.bootstrap > 0) {
+    progress("bootstrap");
+    result.bootstrap = detail::bootstrap(record, options, result, [&](const ModelResult& model) {
+      return detail::loop_of(*plan, options, *lines, result.response, model);
+    });
+  }
   if (options.method == Method::model) {
     if (!result.model)
       return tl::unexpected(Refusal{"method", "model needs --model other than none, and a fit"});

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
+#include <resonid/identification/figures.hpp>
 
 #include "report/words.hpp"
 
@@ -210,14 +211,20 @@ std::string structures_text(const Result& result) {
 std::string bootstrap_text(const Result& result) {
   if (!result.bootstrap) return "";
   const auto& b = *result.bootstrap;
-  std::string text =
-      fmt::format("\nBootstrap, {} replicas{}: {:.0f} % of them lie in\n", b.replicas,
-                  b.failed > 0 ? fmt::format(" ({} more failed)", b.failed) : "", 100.0 * result.confidence);
+  std::string text = fmt::format("\nBootstrap, {} replicas{}; {:.0f} % intervals\n  {:<28}  {:<24}  {}\n",
+                                 b.replicas, b.failed > 0 ? fmt::format(" ({} more failed)", b.failed) : "",
+                                 100.0 * result.confidence, "", "of the replicas", "by the covariance");
+  const double z = quantile(result.confidence);
+  const auto told = identification::figures(result);
   for (const auto& i : b.intervals) {
     std::string name = i.name;
     std::replace(name.begin(), name.end(), '_', ' ');
-    text += fmt::format("  {:<22} {:.5g} ... {:.5g}{}{}\n", name, i.low, i.high, i.unit.empty() ? "" : " ",
-                        i.unit);
+    text += fmt::format("  {:<28}  {:<24}", name, fmt::format("{:.5g} ... {:.5g}", i.low, i.high));
+    const auto* figure = identification::find(told, i.name);
+    if (figure != nullptr && figure->std)
+      text += fmt::format("  {:.5g} ... {:.5g}", figure->value - z * *figure->std,
+                          figure->value + z * *figure->std);
+    text += "\n";
   }
   return text;
 }
