@@ -55,15 +55,9 @@ expected<data::Record, Refusal> without_transient(data::Record record, const Opt
 std::vector<Resonance> resonances_of(const Result& result) {
   std::vector<Resonance> found;
   if (result.model) {
-    const auto& drive = result.model->drive;
-    if (drive.structure == fit::Structure::two_mass) {
-      const auto anti = drive.antiresonance();
-      const auto main = drive.resonance();
-      found.push_back({true, anti.value, anti.standard_deviation,
-                       data::antiresonance_damping_ratio(drive.parameters), true});
-      found.push_back({false, main.value, main.standard_deviation,
-                       data::resonance_damping_ratio(drive.parameters), true});
-    }
+    for (const auto& mode : result.model->drive.modes())
+      found.push_back({mode.anti, mode.frequency_hz.value, mode.frequency_hz.standard_deviation,
+                       mode.damping_ratio.value, true});
   } else {
     for (const auto& e : diagnostics::response_extrema(result.response))
       found.push_back({e.minimum, e.frequency_hz, std::nullopt, std::nullopt, false});
@@ -77,7 +71,7 @@ void validate_on_record(const data::Record& record, detail::Selection& selection
   for (std::size_t k = 0; k < simulated.size(); ++k)
     simulated[k] = y[selection.residual_start + k] - selection.residual[k];
   const auto delay = static_cast<std::size_t>(std::lround(result.known_delay_s * record.sample_rate_hz));
-  const std::size_t order = result.model->drive.structure == fit::Structure::two_mass ? 3 : 1;
+  const auto order = static_cast<std::size_t>(fit::order_of(result.model->drive.structure));
   const auto test =
       diagnostics::test_residual({selection.residual, simulated, {}, {}}, 40 + delay, order + delay);
   result.validation = Validation{selection.fit_percent, true, test.with_simulated.largest, test.limit};

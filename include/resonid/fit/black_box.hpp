@@ -2,13 +2,13 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <complex>
 #include <optional>
 #include <resonid/base/expected.hpp>
 #include <resonid/data/frequency_response.hpp>
 #include <resonid/data/record.hpp>
 #include <resonid/data/transfer_function.hpp>
 #include <resonid/fit/noise_model.hpp>
+#include <resonid/fit/uncertain_root.hpp>
 #include <span>
 #include <vector>
 
@@ -16,7 +16,8 @@ namespace resonid::fit {
 
 /// How the record's input reaches the model.
 enum class Predictor {
-  open_loop,    ///< The recorded input drives the simulation; with the noise modelled also right in closed loop.
+  open_loop,    ///< The recorded input drives the simulation; with the noise modelled also right in closed
+                ///< loop.
   closed_loop,  ///< Excitation and reference drive the simulated loop with the known controller.
   joint,        ///< What of the input the excitation explains drives it: no controller is needed.
 };
@@ -35,12 +36,6 @@ struct BlackBoxConfig {
   std::optional<data::TransferFunction> initial;     ///< Start; found from the record when absent.
 };
 
-/// A pole or zero in the z-plane with the covariance of its real and imaginary part.
-struct UncertainRoot {
-  std::complex<double> value;
-  Eigen::Matrix2d covariance = Eigen::Matrix2d::Zero();
-};
-
 /// Rational sampled model B/A of the recorded output, delay apart.
 struct BlackBoxModel {
   data::TransferFunction transfer_function;
@@ -49,6 +44,7 @@ struct BlackBoxModel {
 
   /// Without delay, with total standard deviation.
   [[nodiscard]] data::FrequencyResponse response(std::span<const double> frequencies_hz) const;
+  /// In the z-plane.
   [[nodiscard]] std::vector<UncertainRoot> poles() const;
   [[nodiscard]] std::vector<UncertainRoot> zeros() const;
 };
@@ -56,13 +52,13 @@ struct BlackBoxModel {
 struct BlackBoxFit {
   BlackBoxModel model;
   bool converged = false;
-  bool stable = false;             ///< No pole outside the unit circle.
-  std::size_t samples = 0;         ///< Residuals used.
-  std::vector<double> residual;    ///< [sample] output minus simulated output, from first_sample on.
+  bool stable = false;           ///< No pole outside the unit circle.
+  std::size_t samples = 0;       ///< Residuals used.
+  std::vector<double> residual;  ///< [sample] output minus simulated output, from first_sample on.
   std::size_t first_sample = 0;
-  double fit_percent = 0.0;        ///< 100 (1 - |y - yh|/|y - mean y|), of the simulation.
+  double fit_percent = 0.0;  ///< 100 (1 - |y - yh|/|y - mean y|), of the simulation.
   NoiseModel noise;
-  double information = 0.0;        ///< Bayesian information criterion; comparable on the same record.
+  double information = 0.0;  ///< Bayesian information criterion; comparable on the same record.
 };
 
 /// Prediction-error fit of an output-error model of any order, y = q^-d B/A u + noise (METHOD 8.4).
