@@ -14,7 +14,8 @@ namespace {
 constexpr int kMaximumIterations = 60;
 
 // The fit's parameter vector: the physical ones, then those that enter linearly.
-enum : int { kInitialState = kParameterCount, kOffset = kInitialState + detail::kStates, kCoulomb, kAll };
+constexpr int kMostStates = detail::Sizes<3>::kStates;
+enum : int { kInitialState = kParameterCount, kOffset = kInitialState + kMostStates, kCoulomb, kAll };
 
 /// Signals as the fit sees them: whitened by the noise model, which commutes with the drive because both are
 /// linear.
@@ -53,7 +54,8 @@ class OutputErrorCost : public ceres::CostFunction {
   }
 
   bool Evaluate(double const* const* blocks, double* residuals, double** jacobians) const override {
-    if (!range_.contains(blocks[0])) return false;
+    if (!range_.contains(blocks[0], structure_ == Structure::three_mass ? kParameterCount : kDelay + 1))
+      return false;
     std::fill(residuals, residuals + kAll + 1, 0.0);
     if (jacobians == nullptr || jacobians[0] == nullptr) {
       double sum = 0.0;
@@ -72,42 +74,40 @@ class OutputErrorCost : public ceres::CostFunction {
   /// Calls sink(output - simulated output) for every sample that the delay leaves.
   template <class T, class Sink>
   void simulate(const T* x, Sink&& sink) const {
-    const auto drive = detail::sampled_drive(structure_, coordinates_.parameters(x), quantity_,
-                                             coordinates_.delay_samples(x) + T(known_delay_samples_),
-                                             coordinates_.sample_time_s);
+    detail::with_masses(structure_, [&](auto masses) { simulate_drive<masses>(x, sink); });
+  }
+
+ private:
+  template <int Masses, class T, class Sink>
+  void simulate_drive(const T* x, Sink&& sink) const {
+    constexpr int kOrder = detail::Sizes<Masses>::kOrder;
+    const auto drive = detail::sampled_drive<Masses>(coordinates_.parameters(x, Masses == 3), quantity_,
+                                                     coordinates_.delay_samples(x) + T(known_delay_samples_),
+                                                     coordinates_.sample_time_s);
     const auto& s = drive.system;
-    Eigen::Matrix<T, detail::kStates, 1> state;
-    for (int i = 0; i < detail::kStates; ++i) state(i) = x[kInitialState + i];
+    const bool position = quantity_ == data::OutputQuantity::position;
+    std::array<T, kOrder> state;
+    for (int i = 0; i < kOrder; ++i) state[static_cast<std::size_t>(i)] = x[kInitialState + i];
+    T place = x[kOffset - 1];
     const T constant = x[kOffset] * T(signals_.constant);
     const auto first = static_cast<std::size_t>(drive.whole_delay + 1);
-    const int order = structure_ == Structure::two_mass ? 3 : 1;
     for (std::size_t k = first; k < signals_.output.size(); ++k) {
       const std::size_t j = k - first;
       T torque = constant + T(signals_.input[j]);
       if (!signals_.direction.empty()) torque -= x[kCoulomb] * signals_.direction[j];
-      T output = s.c(0) * state(0) + s.d * torque;
-      if (order == 3) output += s.c(1) * state(1) + s.c(2) * state(2);
-      if (quantity_ == data::OutputQuantity::position) output += s.c(3) * state(3);
+      T output = s.d * torque;
+      for (int i = 0; i < kOrder; ++i) output += s.c(i) * state[static_cast<std::size_t>(i)];
+      if (position) output += s.c(kOrder) * place;
       sink(T(signals_.output[k]) - output);
-      advance(s, torque, order, state);
+      const auto past = state;
+      const auto next = [&](int i) {
+        T sum = s.b(i) * torque;
+        for (int c = 0; c < kOrder; ++c) sum += s.a(i, c) * past[static_cast<std::size_t>(c)];
+        return sum;
+      };
+      if (position) place += next(kOrder);
+      for (int i = 0; i < kOrder; ++i) state[static_cast<std::size_t>(i)] = next(i);
     }
-  }
-
- private:
-  /// One step of the state, without the entries that are zero by structure.
-  template <class T>
-  void advance(const LinearSystem<T, detail::kStates>& s, const T& torque, int order,
-               Eigen::Matrix<T, detail::kStates, 1>& x) const {
-    const T a = x(0), b = x(1), c = x(2);
-    if (quantity_ == data::OutputQuantity::position) {
-      x(3) += s.a(3, 0) * a + s.b(3) * torque;
-      if (order == 3) x(3) += s.a(3, 1) * b + s.a(3, 2) * c;
-    }
-    if (order == 1) {
-      x(0) = s.a(0, 0) * a + s.b(0) * torque;
-      return;
-    }
-    for (int i = 0; i < 3; ++i) x(i) = s.a(i, 0) * a + s.a(i, 1) * b + s.a(i, 2) * c + s.b(i) * torque;
   }
 
   class Compressed {
@@ -178,9 +178,9 @@ class OutputErrorFitter {
     raw_.output = record.output.samples;
     if (config.coulomb_friction) raw_.direction = direction_of(record);
     const auto& start = config.initial;
-    const double fastest = start.structure == Structure::two_mass
-                               ? kTwoPi * data::antiresonance_hz(start.parameters)
-                               : kTwoPi / record.duration_s();
+    const double fastest = start.structure == Structure::rigid
+                               ? kTwoPi / record.duration_s()
+                               : kTwoPi * start.modes().front().frequency_hz.value;
     coordinates_ = {start.parameters.driven_inertia * fastest, record.sample_time_s()};
     fit_.model = start;
     fit_.model.sample_time_s = record.sample_time_s();
@@ -194,11 +194,9 @@ class OutputErrorFitter {
     start_state();
     active_.fill(false);
     std::copy(fit_.model.estimated.begin(), fit_.model.estimated.end(), active_.begin());
-    const bool two = start.structure == Structure::two_mass;
-    for (int i = 0; i < detail::kStates; ++i)
-      active_[static_cast<std::size_t>(kInitialState + i)] =
-          config.initial_state &&
-          (i == 0 || (i == 3 ? record.output_quantity == data::OutputQuantity::position : two));
+    for (int i = 0; i < order_of(start.structure); ++i)
+      active_[static_cast<std::size_t>(kInitialState + i)] = config.initial_state;
+    active_[kOffset - 1] = config.initial_state && record.output_quantity == data::OutputQuantity::position;
     active_[kOffset] = config.offset;
     active_[kCoulomb] = config.coulomb_friction;
   }
@@ -266,10 +264,11 @@ class OutputErrorFitter {
       velocity = config_.initial_state ? y.front() : 0.0;
     } else if (record_.output_quantity == data::OutputQuantity::position && config_.initial_state) {
       velocity = (y.back() - y.front()) / record_.duration_s();
-      x_[kInitialState + 3] = y.front();
+      x_[kOffset - 1] = y.front();
     }
     x_[kInitialState] = velocity;
-    if (config_.initial.structure == Structure::two_mass) x_[kInitialState + 1] = velocity;
+    for (int i = 1; i < (order_of(config_.initial.structure) + 1) / 2; ++i)
+      x_[static_cast<std::size_t>(kInitialState + i)] = velocity;  // all masses turn alike
   }
 
   [[nodiscard]] Mask linear_part() const {
@@ -389,11 +388,11 @@ expected<OutputErrorFit, ConfigError> fit_output_error(const data::Record& recor
   if (!(config.known_delay_s >= 0.0)) return refuse("known_delay_s", "must be >= 0", config.known_delay_s);
   if (config.known_delay_s > 0.25 * record.duration_s())
     return refuse("known_delay_s", "must be a small part of the record", config.known_delay_s);
-  const auto& p = config.initial.parameters;
-  const bool two = config.initial.structure == Structure::two_mass;
-  if (!(p.driven_inertia > 0.0) || !std::isfinite(p.driven_inertia) ||
-      (two && !(p.load_inertia > 0.0 && p.stiffness > 0.0 && p.damping > 0.0)))
-    return refuse("initial", "must have positive inertias, stiffness and damping");
+  for (int i = 0; i < kParameterCount; ++i) {
+    const double value = config.initial.value(static_cast<Parameter>(i));
+    if (has_parameter(config.initial.structure, i) && !(value > 0.0 && std::isfinite(value)))
+      return refuse("initial", "must have positive inertias, stiffnesses and dampings");
+  }
   return OutputErrorFitter(record, config).run();
 }
 

@@ -2,6 +2,7 @@
 #include <ceres/autodiff_cost_function.h>
 
 #include <algorithm>
+#include <fit/initial_models.hpp>
 #include <fit/least_squares.hpp>
 #include <fit/sampled_drive.hpp>
 #include <resonid/fit/response_fit.hpp>
@@ -10,21 +11,20 @@ namespace resonid::fit {
 namespace {
 
 /// Weighted differences, real and imaginary part per line.
+template <int Masses>
 struct ResponseResiduals {
   const data::FrequencyResponse* response;
   std::vector<double> weight;
   detail::Coordinates coordinates;
-  Structure structure;
   detail::SearchRange range;
   double known_delay_s = 0.0;
 
   template <class T>
   bool operator()(const T* x, T* residual) const {
-    if (!range.contains(x)) return false;
+    if (!range.contains(x, detail::Sizes<Masses>::kParameters)) return false;
     const double step = coordinates.sample_time_s;
-    const auto parameters = coordinates.parameters(x);
-    const detail::MeasuredResponse<T> measured(structure, parameters, coordinates.delay_samples(x),
-                                               known_delay_s / step, step);
+    const detail::MeasuredResponse<Masses, T> measured(
+        coordinates.parameters(x, Masses == 3), coordinates.delay_samples(x), known_delay_s / step, step);
     for (std::size_t i = 0; i < response->lines(); ++i) {
       const auto g = measured(response->frequency_hz[i]);
       residual[2 * i] = (g.re - T(response->value[i].real())) * T(weight[i]);
@@ -88,15 +88,18 @@ struct Fitter {
     detail::Coordinates coordinates{start.parameters.driven_inertia * kTwoPi * lines.frequency_hz.front(),
                                     config.sample_time_s};
     auto x = coordinates.from(fit.model);
-    auto* functor =
-        new ResponseResiduals{&lines,           weights(lines, weighting, error), coordinates,
-                              config.structure, detail::SearchRange(x),           config.known_delay_s};
-    auto cost =
-        std::make_unique<ceres::AutoDiffCostFunction<ResponseResiduals, ceres::DYNAMIC, kParameterCount>>(
-            functor, static_cast<int>(2 * lines.lines()));
     std::vector<detail::Bound> bounds;
     if (config.delay) bounds.push_back({kDelay, detail::kMinimumDelaySamples, detail::kMaximumDelaySamples});
-    const auto solution = detail::minimise(std::move(cost), x, fit.model.estimated, bounds);
+    const auto solution = detail::with_masses(config.structure, [&](auto masses) {
+      using Residuals = ResponseResiduals<masses>;
+      constexpr int kParameters = detail::Sizes<masses>::kParameters;
+      auto* functor = new Residuals{&lines, weights(lines, weighting, error), coordinates,
+                                    detail::SearchRange(x), config.known_delay_s};
+      auto cost = std::make_unique<ceres::AutoDiffCostFunction<Residuals, ceres::DYNAMIC, kParameters>>(
+          functor, static_cast<int>(2 * lines.lines()));
+      return detail::minimise(std::move(cost), std::span(x).template first<kParameters>(),
+                              fit.model.estimated, bounds);
+    });
     coordinates.store(x.data(), fit.model);
     fit.converged = solution.converged;
     fit.cost = solution.cost;
@@ -190,21 +193,32 @@ expected<ResponseFit, ConfigError> fit_response(const data::FrequencyResponse& r
   if (!(config.sample_time_s > 0.0)) return refuse("sample_time_s", "must be > 0", config.sample_time_s);
   if (!(config.known_delay_s >= 0.0)) return refuse("known_delay_s", "must be >= 0", config.known_delay_s);
   auto lines = response.band(config.low_hz, config.high_hz);
-  const auto wanted = config.structure == Structure::two_mass ? 4U : 2U;
+  const auto wanted = static_cast<std::size_t>(order_of(config.structure) + 1);
   if (lines.lines() < wanted)
-    return refuse("response", "needs at least 4 lines (rigid: 2) in the band",
+    return refuse("response", "needs at least 4 lines (rigid: 2, three masses: 6) in the band",
                   static_cast<double>(lines.lines()));
   if (config.weighting != Weighting::none && lines.standard_deviation.size() != lines.lines())
     return refuse("response", "needs standard deviations for this weighting");
-  DriveModel start =
-      config.initial ? *config.initial
-                     : initial_model(lines, config.structure, config.sample_time_s, config.viscous_friction);
-  if (config.delay && !config.initial) start.delay_s = scanned_delay_s(lines, start);
+  std::vector<DriveModel> starts;
+  if (config.initial)
+    starts.push_back(*config.initial);
+  else
+    starts = detail::initial_models(lines, config.structure, config.sample_time_s, config.viscous_friction);
+  if (config.delay && !config.initial)
+    for (auto& start : starts) start.delay_s = scanned_delay_s(lines, start);
 
   const Fitter fitter{lines, config};
-  if (config.weighting != Weighting::model_error) return fitter.run(start, config.weighting, 0.0);
   // From a soft weighting towards the data's own: a start far off must not follow its best-measured lines.
-  auto fit = fitter.run(start, Weighting::model_error, 0.3);
+  const bool soft = config.weighting == Weighting::model_error;
+  constexpr double kSoft = 0.3;
+  std::optional<ResponseFit> best;
+  for (const auto& start : starts) {
+    auto fit = fitter.run(start, config.weighting, soft ? kSoft : 0.0);
+    const bool better = !best || (fit.converged && (!best->converged || fit.cost < best->cost));
+    if (better) best = std::move(fit);
+  }
+  auto fit = std::move(*best);
+  if (!soft) return fit;
   for (int round = 0; round < 12; ++round) {
     const double parameters =
         static_cast<double>(std::count(fit.model.estimated.begin(), fit.model.estimated.end(), true));

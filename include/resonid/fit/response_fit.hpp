@@ -43,8 +43,8 @@ struct ResponseFit {
 
 /// Levenberg-Marquardt fit of the physical drive, sampled by zero-order hold, to a measured response
 /// (METHOD 7.4; Nevaranta 2016, Pub. VI, eq. 28 uses the continuous model, which is biased on sampled data).
-/// The response is that of the velocity, with its known delay taken out. Needs at least 4 lines (rigid: 2) in
-/// the band, and standard deviations for every weighting but none.
+/// The response is that of the velocity, with its known delay taken out. Needs at least 4 lines (rigid: 2,
+/// three masses: 6) in the band, and standard deviations for every weighting but none.
 [[nodiscard]] expected<ResponseFit, ConfigError> fit_response(const data::FrequencyResponse& response,
                                                               const ResponseFitConfig& config);
 
