@@ -5,6 +5,15 @@
 
 namespace resonid::data {
 
+double LineCorrelation::at(double distance) const {
+  const auto above = std::lower_bound(distance_hz.begin(), distance_hz.end(), distance);
+  if (above == distance_hz.end()) return distance > 0.0 ? 0.0 : 1.0;
+  const auto i = static_cast<std::size_t>(above - distance_hz.begin());
+  if (i == 0) return value.front();
+  const double t = (distance - distance_hz[i - 1]) / (distance_hz[i] - distance_hz[i - 1]);
+  return (1.0 - t) * value[i - 1] + t * value[i];
+}
+
 std::complex<double> FrequencyResponse::at(double frequency) const {
   if (frequency_hz.empty()) return {};
   const auto above = std::lower_bound(frequency_hz.begin(), frequency_hz.end(), frequency);
@@ -17,12 +26,15 @@ std::complex<double> FrequencyResponse::at(double frequency) const {
 
 FrequencyResponse FrequencyResponse::band(double low_hz, double high_hz) const {
   FrequencyResponse part;
+  part.correlation = correlation;
+  part.smoothing.width_hz = smoothing.width_hz;
   for (std::size_t i = 0; i < lines(); ++i) {
     if (frequency_hz[i] < low_hz || frequency_hz[i] > high_hz) continue;
     part.frequency_hz.push_back(frequency_hz[i]);
     part.value.push_back(value[i]);
     if (!standard_deviation.empty()) part.standard_deviation.push_back(standard_deviation[i]);
     if (!coherence.empty()) part.coherence.push_back(coherence[i]);
+    if (!smoothing.slope.empty()) part.smoothing.slope.push_back(smoothing.slope[i]);
   }
   for (const double f : unsettled_hz)
     if (f >= low_hz && f <= high_hz) part.unsettled_hz.push_back(f);

@@ -10,11 +10,50 @@
 namespace resonid::fit {
 namespace {
 
+using Complex = std::complex<double>;
+
+/// One of the two points that stand for a smoothed line, and its share (data::Smoothing). Known and smoothed
+/// phasors differ by the delay's phase over the distance.
+struct Point {
+  double frequency_hz = 0.0;
+  Complex share = 1.0;
+};
+
+std::array<Point, 2> points_of(const data::FrequencyResponse& g, std::size_t line, double known_delay_s) {
+  const double f = g.frequency_hz[line];
+  const double distance = g.smoothing.width_hz;
+  if (!(distance > 0.0) || distance >= f) return {Point{f, 1.0}, Point{f, 0.0}};
+  const Complex slope = g.smoothing.slope.empty() ? 0.0 : g.smoothing.slope[line];
+  const Complex delay(0.0, -kTwoPi * known_delay_s);
+  const Complex whole = 2.0 * std::cosh(distance * slope);
+  return {Point{f + distance, std::exp(distance * (slope + delay)) / whole},
+          Point{f - distance, std::exp(-distance * (slope + delay)) / whole}};
+}
+
+/// The model as the response shows it.
+std::vector<Complex> as_measured(const data::FrequencyResponse& g, const DriveModel& model) {
+  std::vector<double> above, below;
+  for (std::size_t i = 0; i < g.lines(); ++i) {
+    const auto points = points_of(g, i, model.known_delay_s);
+    above.push_back(points[0].frequency_hz);
+    below.push_back(points[1].frequency_hz);
+  }
+  auto values = model.values(above, true);
+  if (!(g.smoothing.width_hz > 0.0)) return values;
+  const auto other = model.values(below, true);
+  for (std::size_t i = 0; i < g.lines(); ++i) {
+    const auto points = points_of(g, i, model.known_delay_s);
+    values[i] = points[0].share * values[i] + points[1].share * other[i];
+  }
+  return values;
+}
+
 /// Weighted differences, real and imaginary part per line.
 template <int Masses>
 struct ResponseResiduals {
   const data::FrequencyResponse* response;
   std::vector<double> weight;
+  std::vector<std::array<Point, 2>> points;
   detail::Coordinates coordinates;
   detail::SearchRange range;
   double known_delay_s = 0.0;
@@ -26,18 +65,26 @@ struct ResponseResiduals {
     const detail::MeasuredResponse<Masses, T> measured(
         coordinates.parameters(x, Masses == 3), coordinates.delay_samples(x), known_delay_s / step, step);
     for (std::size_t i = 0; i < response->lines(); ++i) {
-      const auto g = measured(response->frequency_hz[i]);
-      residual[2 * i] = (g.re - T(response->value[i].real())) * T(weight[i]);
-      residual[2 * i + 1] = (g.im - T(response->value[i].imag())) * T(weight[i]);
+      T re(-response->value[i].real());
+      T im(-response->value[i].imag());
+      for (const Point& point : points[i]) {
+        if (point.share == 0.0) continue;
+        const auto g = measured(point.frequency_hz);
+        re += g.re * T(point.share.real()) - g.im * T(point.share.imag());
+        im += g.re * T(point.share.imag()) + g.im * T(point.share.real());
+      }
+      residual[2 * i] = re * T(weight[i]);
+      residual[2 * i + 1] = im * T(weight[i]);
       if (!detail::finite(residual[2 * i]) || !detail::finite(residual[2 * i + 1])) return false;
     }
     return true;
   }
 };
 
-/// Smallest relative model error e with mean |error|^2 / (std^2 + (e |G|)^2) = (degrees of freedom)/(data).
-double explaining_error(const data::FrequencyResponse& g, const std::vector<std::complex<double>>& fitted,
-                        double wanted) {
+/// Smallest relative model error e with mean |error|^2 / (std^2 + (e |G|)^2) = (degrees of freedom)/(data); 0
+/// while the mean exceeds that by no more than chance does, two standard deviations of `independent` lines.
+double explaining_error(const data::FrequencyResponse& g, const std::vector<Complex>& fitted, double wanted,
+                        double independent) {
   const auto mean = [&](double e) {
     double sum = 0.0;
     for (std::size_t i = 0; i < g.lines(); ++i) {
@@ -47,7 +94,7 @@ double explaining_error(const data::FrequencyResponse& g, const std::vector<std:
     }
     return sum / static_cast<double>(g.lines());
   };
-  if (mean(0.0) <= wanted) return 0.0;
+  if (mean(0.0) <= wanted * (1.0 + 2.0 / std::sqrt(independent))) return 0.0;
   double low = 0.0;
   double high = 1e-6;
   while (mean(high) > wanted && high < 1e3) high *= 4.0;
@@ -70,6 +117,17 @@ std::vector<double> weights(const data::FrequencyResponse& g, Weighting weightin
   return w;
 }
 
+/// How many correlated lines are worth one independent line: n/(sum of all correlations) of them are there.
+double known_repetition(const data::FrequencyResponse& g) {
+  if (g.correlation.value.empty() || g.lines() == 0) return 1.0;
+  const double reach = g.correlation.distance_hz.back();
+  double sum = 0.0;
+  for (std::size_t i = 0; i < g.lines(); ++i)
+    for (std::size_t k = i + 1; k < g.lines() && g.frequency_hz[k] - g.frequency_hz[i] < reach; ++k)
+      sum += 2.0 * g.correlation.at(g.frequency_hz[k] - g.frequency_hz[i]);
+  return std::max(1.0, 1.0 + sum / static_cast<double>(g.lines()));
+}
+
 struct Fitter {
   const data::FrequencyResponse& lines;
   const ResponseFitConfig& config;
@@ -88,13 +146,16 @@ struct Fitter {
     detail::Coordinates coordinates{start.parameters.driven_inertia * kTwoPi * lines.frequency_hz.front(),
                                     config.sample_time_s};
     auto x = coordinates.from(fit.model);
+    std::vector<std::array<Point, 2>> points;
+    for (std::size_t i = 0; i < lines.lines(); ++i)
+      points.push_back(points_of(lines, i, config.known_delay_s));
     std::vector<detail::Bound> bounds;
     if (config.delay) bounds.push_back({kDelay, detail::kMinimumDelaySamples, detail::kMaximumDelaySamples});
     const auto solution = detail::with_masses(config.structure, [&](auto masses) {
       using Residuals = ResponseResiduals<masses>;
       constexpr int kParameters = detail::Sizes<masses>::kParameters;
-      auto* functor = new Residuals{&lines, weights(lines, weighting, error), coordinates,
-                                    detail::SearchRange(x), config.known_delay_s};
+      auto* functor = new Residuals{&lines,      weights(lines, weighting, error), points,
+                                    coordinates, detail::SearchRange(x),           config.known_delay_s};
       auto cost = std::make_unique<ceres::AutoDiffCostFunction<Residuals, ceres::DYNAMIC, kParameters>>(
           functor, static_cast<int>(2 * lines.lines()));
       return detail::minimise(std::move(cost), std::span(x).template first<kParameters>(),
@@ -104,7 +165,7 @@ struct Fitter {
     fit.converged = solution.converged;
     fit.cost = solution.cost;
 
-    ParameterCovariance covariance = detail::covariance(solution, kParameterCount);
+    ParameterCovariance covariance = correlated_covariance(solution);
     const double count = static_cast<double>(2 * lines.lines());
     const double free = count - static_cast<double>(solution.active.size());
     if (weighting == Weighting::none && free > 0.0) covariance *= 2.0 * fit.cost / free;
@@ -117,8 +178,29 @@ struct Fitter {
     return fit;
   }
 
+  /// (J'J)^-1 J'C J (J'J)^-1: the weighting takes lines for independent; C is how they are correlated.
+  ParameterCovariance correlated_covariance(const detail::LeastSquaresResult& solution) const {
+    ParameterCovariance covariance = detail::covariance(solution, kParameterCount);
+    if (lines.correlation.value.empty()) return covariance;
+    Eigen::MatrixXd jacobian = Eigen::MatrixXd::Zero(solution.jacobian.rows(), kParameterCount);
+    for (std::size_t k = 0; k < solution.active.size(); ++k)
+      jacobian.col(solution.active[k]) = solution.jacobian.col(static_cast<Eigen::Index>(k));
+    Eigen::MatrixXd correlated = jacobian;
+    const double reach = lines.correlation.distance_hz.back();
+    for (std::size_t i = 0; i < lines.lines(); ++i)
+      for (std::size_t k = i + 1; k < lines.lines() && lines.frequency_hz[k] - lines.frequency_hz[i] < reach;
+           ++k) {
+        const double rho = lines.correlation.at(lines.frequency_hz[k] - lines.frequency_hz[i]);
+        const auto a = static_cast<Eigen::Index>(2 * i);
+        const auto b = static_cast<Eigen::Index>(2 * k);
+        correlated.middleRows(a, 2) += rho * jacobian.middleRows(b, 2);
+        correlated.middleRows(b, 2) += rho * jacobian.middleRows(a, 2);
+      }
+    return covariance * (jacobian.transpose() * correlated) * covariance;
+  }
+
   void assess(ResponseFit& fit, double parameters) const {
-    const auto fitted = fit.model.values(lines.frequency_hz, true);
+    const auto fitted = as_measured(lines, fit.model);
     double misfit = 0.0;
     double likelihood = 0.0;
     const bool known = lines.standard_deviation.size() == lines.lines();
@@ -132,7 +214,8 @@ struct Fitter {
     }
     const double n = static_cast<double>(lines.lines());
     fit.misfit = std::sqrt(misfit / n);
-    fit.information = likelihood + parameters * std::log(2.0 * n);
+    const double repeated = known_repetition(lines);
+    fit.information = likelihood / repeated + parameters * std::log(std::max(2.0 * n / repeated, 2.0));
   }
 };
 
@@ -166,8 +249,8 @@ double scanned_delay_s(const data::FrequencyResponse& g, const DriveModel& model
 /// differences over the lines, up to where it has died out. Smoothed responses, and models that are wrong in
 /// a smooth way, have many lines and little information.
 double repetition(const data::FrequencyResponse& g, const ResponseFit& fit) {
-  const auto fitted = fit.model.values(g.frequency_hz, true);
-  std::vector<std::complex<double>> e;
+  const auto fitted = as_measured(g, fit.model);
+  std::vector<Complex> e;
   double power = 0.0;
   for (std::size_t i = 0; i < g.lines(); ++i) {
     const double sd = std::hypot(g.standard_deviation[i], fit.model_error * std::abs(g.value[i]));
@@ -223,12 +306,14 @@ expected<ResponseFit, ConfigError> fit_response(const data::FrequencyResponse& r
     const double parameters =
         static_cast<double>(std::count(fit.model.estimated.begin(), fit.model.estimated.end(), true));
     const double free = std::max(0.1, 1.0 - parameters / static_cast<double>(2 * lines.lines()));
-    const double error = explaining_error(lines, fit.model.values(lines.frequency_hz, true), free);
+    const double error = explaining_error(lines, as_measured(lines, fit.model), free,
+                                          static_cast<double>(lines.lines()) / known_repetition(lines));
     const double before = fit.model_error;
     fit = fitter.run(fit.model, Weighting::model_error, error);
     if (std::abs(error - before) <= 1e-3 * before + 1e-9) break;
   }
-  fit.model.covariance *= repetition(lines, fit);
+  // What lines repeat beyond what their method's smoothing explains: a model that is wrong in a smooth way.
+  fit.model.covariance *= std::max(1.0, repetition(lines, fit) / known_repetition(lines));
   return fit;
 }
 

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+#include <algorithm>
 #include <cmath>
 #include <resonid/base/constants.hpp>
 #include <resonid/response/line_estimates.hpp>
@@ -39,6 +40,7 @@ data::FrequencyResponse collect(const LineEstimates& estimates, Form&& form) {
   data::FrequencyResponse response;
   for (const LineEstimate& line : estimates.lines) append(response, line, form(line));
   response.unsettled_hz = estimates.unsettled_hz;
+  response.correlation = estimates.correlation;
   return response;
 }
 
@@ -55,6 +57,54 @@ Value indirect(const LineEstimate& line, Complex velocity, Complex controller) {
   const Complex slope = 1.0 / (difference * difference);
   return {closed / difference,
           Gradient(-slope * closed / line.excitation, 0.0, slope * velocity / line.excitation)};
+}
+
+/// w'/w at every line by a straight line through its neighbours.
+std::vector<Complex> slopes(const std::vector<double>& frequency_hz, const std::vector<Complex>& weight) {
+  constexpr std::size_t kReach = 3;
+  std::vector<Complex> slope(weight.size(), 0.0);
+  for (std::size_t i = 0; i < weight.size(); ++i) {
+    const std::size_t reach = std::min({kReach, i, weight.size() - 1 - i});  // even-sided: no curvature in it
+    Complex sum = 0.0, mean = 0.0;
+    double square = 0.0;
+    for (std::size_t k = i - reach; k <= i + reach; ++k) {
+      const double distance = frequency_hz[k] - frequency_hz[i];
+      sum += distance * weight[k];
+      mean += weight[k] / static_cast<double>(2 * reach + 1);
+      square += distance * distance;
+    }
+    if (square > 0.0 && std::abs(mean) > 0.0) slope[i] = sum / (square * mean);
+  }
+  return slope;
+}
+
+/// What weights the response of a smoothed line (docs of plant_response).
+Complex smoothing_weight(const LineEstimate& line, const ResponseOptions& options, Complex velocity) {
+  switch (options.approach) {
+    case Approach::direct:
+      return std::norm(line.input);
+    case Approach::indirect:
+      return 1.0 - options.controller->response(line.frequency_hz) * velocity * line.output / line.excitation;
+    case Approach::joint:
+      break;
+  }
+  return line.input / line.excitation;
+}
+
+data::Smoothing smoothing_of(const LineEstimates& estimates, const ResponseOptions& options,
+                             const std::vector<double>& kept_hz) {
+  data::Smoothing smoothing;
+  smoothing.width_hz = estimates.smoothing_hz;
+  if (!(smoothing.width_hz > 0.0)) return smoothing;
+  std::vector<Complex> weight;
+  for (const LineEstimate& line : estimates.lines) {
+    if (weight.size() == kept_hz.size() || line.frequency_hz != kept_hz[weight.size()]) continue;
+    const Complex velocity =
+        velocity_factor(estimates.output_quantity, line.frequency_hz, estimates.sample_time_s);
+    weight.push_back(smoothing_weight(line, options, velocity));
+  }
+  smoothing.slope = slopes(kept_hz, weight);
+  return smoothing;
 }
 
 }  // namespace
@@ -92,7 +142,7 @@ expected<data::FrequencyResponse, ConfigError> plant_response(const LineEstimate
     return refuse("excitation", "is needed by the indirect and the joint approach");
   if (!is_indirect && !estimates.has_input)
     return refuse("input", "is needed by the direct and the joint approach");
-  return collect(estimates, [&](const LineEstimate& line) {
+  auto response = collect(estimates, [&](const LineEstimate& line) {
     const double f = line.frequency_hz;
     const Complex velocity = velocity_factor(estimates.output_quantity, f, estimates.sample_time_s);
     const Complex advance = std::polar(1.0, kTwoPi * f * options.delay_s);
@@ -103,6 +153,8 @@ expected<data::FrequencyResponse, ConfigError> plant_response(const LineEstimate
     result.gradient *= factor;
     return result;
   });
+  response.smoothing = smoothing_of(estimates, options, response.frequency_hz);
+  return response;
 }
 
 expected<data::FrequencyResponse, ConfigError> loop_response(const LineEstimates& estimates) {

@@ -74,6 +74,34 @@ std::vector<Eigen::Matrix3cd> spectral_matrices(const data::Record& record, cons
   return matrices;
 }
 
+/// Correlation of the errors of responses d bins apart for an input that is white around them: both input and
+/// noise have correlated bins, c(m, d) between segments m hops apart, and the errors are products of the two:
+///   rho(d) = sum_m (1 - |m|/K) |c(m, d)|^2 / sum_m (1 - |m|/K) |c(m, 0)|^2
+data::LineCorrelation correlation_of(const Segments& segments, double spacing_hz) {
+  const auto& w = segments.window;
+  const std::size_t length = w.size();
+  const auto share = [&](std::size_t bins) {
+    double sum = 0.0;
+    for (std::size_t m = 0; m < segments.count && m * segments.hop < length; ++m) {
+      Complex c = 0.0;
+      for (std::size_t n = 0; n + m * segments.hop < length; ++n)
+        c += w[n] * w[n + m * segments.hop] *
+             std::polar(1.0, kTwoPi * static_cast<double>(bins * n % length) / static_cast<double>(length));
+      const double pairs = 1.0 - static_cast<double>(m) / static_cast<double>(segments.count);
+      sum += (m == 0 ? 1.0 : 2.0) * pairs * std::norm(c);
+    }
+    return sum;
+  };
+  constexpr std::size_t kReach = 4;
+  data::LineCorrelation correlation;
+  const double whole = share(0);
+  for (std::size_t bins = 0; bins <= kReach; ++bins) {
+    correlation.distance_hz.push_back(static_cast<double>(bins) * spacing_hz);
+    correlation.value.push_back(bins == kReach ? 0.0 : share(bins) / whole);
+  }
+  return correlation;
+}
+
 LineEstimate refer(const Eigen::Matrix3cd& spectra, Eigen::Index reference, double averages) {
   const double power = spectra(reference, reference).real();
   const Eigen::Vector3cd cross = spectra.col(reference);
@@ -92,7 +120,8 @@ LineEstimate refer(const Eigen::Matrix3cd& spectra, Eigen::Index reference, doub
 
 std::size_t default_segment(std::size_t samples, double sample_rate_hz) {
   const std::size_t finest = std::bit_ceil(static_cast<std::size_t>(std::ceil(10.0 * sample_rate_hz)));
-  return std::clamp<std::size_t>(std::bit_floor(std::max<std::size_t>(samples / 8, 1)), 64,
+  const double eighth = std::max(static_cast<double>(samples) / 8.0, 1.0);
+  return std::clamp<std::size_t>(std::size_t{1} << std::lround(std::log2(eighth)), 64,
                                  std::max<std::size_t>(finest, 64));
 }
 
@@ -133,6 +162,10 @@ expected<LineEstimates, ConfigError> welch_lines(const data::Record& record, con
   LineEstimates estimates = empty_estimates(record, *signals);
   estimates.has_excitation = estimates.has_excitation && approach != Approach::direct;  // not referred to it
   const double spacing_hz = record.sample_rate_hz / static_cast<double>(segments->window.size());
+  if (!segments->periodic) {
+    estimates.correlation = correlation_of(*segments, spacing_hz);
+    estimates.smoothing_hz = spacing_hz / std::sqrt(3.0);  // Hann: mean of (w'/2pi)^2 over that of w^2
+  }
   for (std::size_t b = 1; b < matrices.size(); ++b) {
     const double f = static_cast<double>(b) * spacing_hz;
     if (f < config.band_low_hz || f > *high_hz) continue;

@@ -40,6 +40,8 @@ struct LineEstimates {
   double sample_time_s = 0.0;
   bool has_excitation = false;
   bool has_input = false;
+  data::LineCorrelation correlation;  ///< Of the errors of different lines.
+  double smoothing_hz = 0.0;          ///< Width of the smoothing over frequency; 0: none (data::Smoothing).
 };
 
 /// How a response is formed and what is known about the loop.
@@ -57,7 +59,8 @@ struct ResponseOptions {
 /// by first-order propagation of the covariance. With nu degrees of freedom |error|^2/s^2 follows F(2, 2 nu),
 /// whose tail is (1 + x/nu)^-nu; s is widened by sqrt(nu (p^(-1/nu) - 1)/(-ln p)) at p = 0.05, so that the
 /// circle std sqrt(-ln p) keeps its 95 % coverage also after few averages. Lines that are not finite are left
-/// out.
+/// out. Of smoothed lines w is the sensitivity, U/Ru or 1 - C Gcl (direct: the input's power), its slope
+/// taken over seven lines.
 [[nodiscard]] expected<data::FrequencyResponse, ConfigError> plant_response(const LineEstimates& lines,
                                                                             const ResponseOptions& options);
 

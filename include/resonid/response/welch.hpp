@@ -25,8 +25,8 @@ void describe(Visitor&& v, WelchConfig& c) {
   v("band_high_hz", c.band_high_hz, "highest line in Hz; 0: half the sample rate");
 }
 
-/// Power of two near an eighth of the record (so 15 or more half-overlapping segments), but no longer than a
-/// resolution of 0.1 Hz takes and no shorter than 64 samples.
+/// Power of two nearest to an eighth of the record (so 10 ... 22 half-overlapping segments), but no longer
+/// than a resolution of 0.1 Hz takes and no shorter than 64 samples.
 [[nodiscard]] std::size_t default_segment(std::size_t samples, double sample_rate_hz);
 
 /// How many independent averages K overlapping segments are worth (Welch 1967, IEEE Trans. AU-15, p. 70):
@@ -41,6 +41,8 @@ void describe(Visitor&& v, WelchConfig& c) {
 /// the reference R (input for direct, else excitation): X = S_xr/sqrt(S_rr), so Y/U is S_yu/S_uu (direct) or
 /// S_yru/S_uru (joint), and Y/Ru is S_yru/S_ruru. Covariance from what the reference does not explain,
 /// (S_xx - S_xr S_rx/S_rr)/(n - 1) with n equivalent averages.
+/// The correlation of neighbouring lines and the smoothing by the window (its width is 1/sqrt(3) of the line
+/// spacing) go with the lines, for fits to them.
 /// Limits: leakage biases sharp resonances until the segment lasts several 1/(zeta w); direct is biased under
 /// feedback when the noise is not small. Needs at least two segments.
 [[nodiscard]] expected<LineEstimates, ConfigError> welch_lines(const data::Record& record,
