@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 #include <identification/bootstrap.hpp>
+#include <identification/choices.hpp>
+#include <identification/excitation_source.hpp>
 #include <identification/loop.hpp>
 #include <identification/measurement.hpp>
 #include <identification/model_selection.hpp>
@@ -100,12 +102,15 @@ expected<Result, Refusal> identify(const data::Record& whole, const Options& opt
   };
   auto cut = without_transient(whole, options);
   if (!cut) return tl::unexpected(cut.error());
+  const auto facts = facts_of(*cut);
+  const auto source = detail::complete_excitation(*cut, options);
   const data::Record& record = *cut;
   auto plan = detail::make_plan(record, options);
   if (!plan) return tl::unexpected(plan.error());
 
   Result result;
-  result.record = facts_of(record);
+  result.record = facts;
+  result.choices = detail::explain(record, options, *plan, source);
   result.units = detail::units_of(record);
   result.method = detail::name_of(options.method == Method::model ? Method::model : plan->method);
   result.approach = detail::name_of(plan->approach);
@@ -144,6 +149,7 @@ expected<Result, Refusal> identify(const data::Record& whole, const Options& opt
   result.resonances = resonances_of(result);
 
   progress("loop");
+  if (source == detail::ExcitationSource::reference) lines->has_excitation = false;  // L = Ru/U - 1 needs ru
   if (auto measured = response::loop_response(*lines)) result.measured_loop = std::move(*measured);
   result.loop = detail::loop_of(*plan, options, *lines, result.response, result.model);
   detail::inspect_loop(result);

@@ -16,7 +16,8 @@ namespace resonid::fit {
 
 /// How the record's input reaches the model.
 enum class Predictor {
-  open_loop,    ///< The recorded input drives the simulation; with the noise modelled also right in closed loop.
+  open_loop,    ///< The recorded input drives the simulation; with the noise modelled also right in closed
+                ///< loop.
   closed_loop,  ///< Excitation and reference drive the simulated loop with the known controller.
   joint,        ///< What of the input the excitation explains drives it: no controller is needed.
 };
@@ -41,14 +42,34 @@ struct UncertainRoot {
   Eigen::Matrix2d covariance = Eigen::Matrix2d::Zero();
 };
 
+/// The model in coordinates that keep their digits at any order: powers of z^-1 lose two of them per state at
+/// ten samples per period, and more the faster one samples.
+///
+///   G(z) = (h0 + h1 z^-1 + z^-m sum c_i F_i(z)) [z^-d/(1 - z^-1)],   F_i(z) = e_i^T (zI - transition)^-1
+///   input
+///
+/// m: 1 with two taps h, else 0. The bracket belongs to a fixed integrator, d: 1 with one tap, else 0.
+struct BlackBoxRealisation {
+  Eigen::MatrixXd transition;
+  Eigen::VectorXd input;
+  Eigen::VectorXd output;  ///< c
+  Eigen::VectorXd taps;    ///< h
+  bool integrator = false;
+  Eigen::MatrixXd covariance;  ///< Of [alpha, c, h]: G is divided by 1 + sum alpha_i F_i; alpha is zero here.
+
+  [[nodiscard]] bool present() const noexcept { return output.size() + taps.size() > 0; }
+};
+
 /// Rational sampled model B/A of the recorded output, delay apart.
 struct BlackBoxModel {
   data::TransferFunction transfer_function;
   std::size_t delay_samples = 0;
   Eigen::MatrixXd covariance;  ///< Of [b0, b1, ..., a1, a2, ...]; rows of what is not estimated are zero.
+  BlackBoxRealisation realisation;  ///< What response, poles and zeros are computed from, if it is present.
 
   /// Without delay, with total standard deviation.
   [[nodiscard]] data::FrequencyResponse response(std::span<const double> frequencies_hz) const;
+  /// First-order covariances; those of nearly cancelling or nearly double roots are far too small or large.
   [[nodiscard]] std::vector<UncertainRoot> poles() const;
   [[nodiscard]] std::vector<UncertainRoot> zeros() const;
 };
@@ -56,13 +77,13 @@ struct BlackBoxModel {
 struct BlackBoxFit {
   BlackBoxModel model;
   bool converged = false;
-  bool stable = false;             ///< No pole outside the unit circle.
-  std::size_t samples = 0;         ///< Residuals used.
-  std::vector<double> residual;    ///< [sample] output minus simulated output, from first_sample on.
+  bool stable = false;           ///< No pole outside the unit circle.
+  std::size_t samples = 0;       ///< Residuals used.
+  std::vector<double> residual;  ///< [sample] output minus simulated output, from first_sample on.
   std::size_t first_sample = 0;
-  double fit_percent = 0.0;        ///< 100 (1 - |y - yh|/|y - mean y|), of the simulation.
+  double fit_percent = 0.0;  ///< 100 (1 - |y - yh|/|y - mean y|), of the simulation.
   NoiseModel noise;
-  double information = 0.0;        ///< Bayesian information criterion; comparable on the same record.
+  double information = 0.0;  ///< Bayesian information criterion; comparable on the same record.
 };
 
 /// Prediction-error fit of an output-error model of any order, y = q^-d B/A u + noise (METHOD 8.4).
