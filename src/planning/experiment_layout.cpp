@@ -69,7 +69,8 @@ std::pair<double, std::string> most_used(const Limits& limits, const Extremes& e
   const auto consider = [&](double use, const char* name) {
     if (use > most.first) most = {use, name};
   };
-  consider(std::max(e.excitation, e.torque) / limits.torque, "torque");
+  consider(e.torque / limits.torque, "torque");
+  consider(e.excitation / limits.excitation, "excitation");
   consider(e.torque_rms / limits.torque_rms, "torque rms");
   consider(e.velocity / limits.velocity, "velocity");
   consider(e.stroke / limits.stroke, "stroke");

@@ -4,15 +4,15 @@
 #include <resonid/base/constants.hpp>
 #include <resonid/excitation/excitation.hpp>
 #include <resonid/excitation/metrics.hpp>
-#include <resonid/planning/crest_factor.hpp>
 
 #include "planning/experiment_layout.hpp"
+#include "planning/waveform.hpp"
 
 namespace resonid::planning::detail {
 namespace {
 
-constexpr std::size_t kMostGridLines = 600;
-constexpr double kWeakLine = 2e-3;  // of the strongest line's power: left out
+constexpr std::size_t kMostGridLines = excitation::kMaxLines;
+constexpr double kWeakLine = 1e-5;  // of the strongest line's power: left out
 constexpr std::size_t kFewestPeriods = 2;
 
 /// Peak over rms of what the limits hold for.
@@ -35,13 +35,19 @@ class Layout {
            task_.most_samples >= kFewestPeriods * period_;
   }
 
-  [[nodiscard]] expected<Experiment, ConfigError> run(Plan& plan) {
+  [[nodiscard]] Experiment run(Plan& plan) {
     Crests crests;
-    for (const std::size_t starts : {std::size_t{5}, std::size_t{23}}) {
-      design(crests, plan);
-      if (const auto phases = choose_phases(crests, starts); !phases) return unexpected(phases.error());
-      crests = measured_crests();
-    }
+    DesignProblem problem;
+    problem.criterion = task_.config.criterion;
+    problem.use = uses(crests);
+    for (std::size_t s = 0; s < task_.drives.size(); ++s)
+      problem.models.push_back({line_sensitivities(task_.drives[s], grid_hz_), task_.wishes[s]});
+    const auto distribution = distribute_power(problem);
+    plan.grid_hz = grid_hz_;
+    plan.grid_power.assign(distribution.power.begin(), distribution.power.end());
+    plan.design_gap = distribution.gap;
+    choose_waveform(problem, distribution.power);
+    settle();
     choose_start();
     return counted();
   }
@@ -54,7 +60,7 @@ class Layout {
     Eigen::MatrixXd use(5, lines);
     for (Eigen::Index k = 0; k < lines; ++k) {
       const auto i = static_cast<std::size_t>(k);
-      use(0, k) = std::pow(crests.excitation / limits.torque, 2);
+      use(0, k) = std::pow(crests.excitation / limits.excitation, 2);
       use(1, k) = std::norm(loop.torque[i]) * std::pow(crests.torque / limits.torque, 2);
       use(2, k) = std::norm(loop.torque[i]) * std::pow(1.0 / limits.torque_rms, 2);
       use(3, k) = std::norm(loop.velocity[i]) * std::pow(crests.velocity / limits.velocity, 2);
@@ -63,43 +69,36 @@ class Layout {
     return use;
   }
 
-  void design(const Crests& crests, Plan& plan) {
-    DesignProblem problem;
-    problem.criterion = task_.config.criterion;
-    problem.use = uses(crests);
-    for (std::size_t s = 0; s < task_.drives.size(); ++s)
-      problem.models.push_back({line_sensitivities(task_.drives[s], grid_hz_), task_.wishes[s]});
-    const auto distribution = distribute_power(problem);
-    x_.frequency_hz.clear();
-    x_.line_amplitude.clear();
-    const double weakest = kWeakLine * distribution.power.maxCoeff();
-    for (Eigen::Index k = 0; k < distribution.power.size(); ++k)
-      if (distribution.power(k) > weakest) {
-        x_.frequency_hz.push_back(grid_hz_[static_cast<std::size_t>(k)]);
-        x_.line_amplitude.push_back(std::sqrt(2.0 * distribution.power(k)));
-      }
-    plan.grid_hz = grid_hz_;
-    plan.grid_power.assign(distribution.power.begin(), distribution.power.end());
-    plan.design_gap = distribution.gap;
-  }
-
-  expected<void, ConfigError> choose_phases(const Crests&, std::size_t starts) {
-    const auto loop = loop_response(task_.config.drive, x_.frequency_hz);
+  void choose_waveform(const DesignProblem& design, const Eigen::VectorXd& power) {
     const auto& limits = task_.config.limits;
-    PhaseConfig c;
-    c.sample_rate_hz = task_.sample_rate_hz;
-    c.frequency_hz = x_.frequency_hz;
-    c.amplitude = x_.line_amplitude;
-    c.random_starts = starts;
-    c.seed = task_.config.seed;
-    c.signals.push_back({std::vector<std::complex<double>>(x_.frequency_hz.size(), 1.0), limits.torque});
-    if (task_.config.drive.controller) c.signals.push_back({loop.torque, limits.torque});
-    if (std::isfinite(limits.velocity)) c.signals.push_back({loop.velocity, limits.velocity});
-    if (std::isfinite(limits.stroke)) c.signals.push_back({loop.position, 0.5 * limits.stroke});
-    const auto phases = optimise_phases(c);
-    if (!phases) return unexpected(phases.error());
-    x_.phase_rad = phases->phase_rad;
-    return {};
+    WaveformProblem w;
+    w.design = &design;
+    w.seed = task_.config.seed;
+    for (const double f : grid_hz_)
+      w.harmonic.push_back(
+          static_cast<std::size_t>(std::llround(f / task_.sample_rate_hz * static_cast<double>(period_))));
+    const auto add = [&](const std::vector<std::complex<double>>& gain, double limit, double rms) {
+      if (!std::isfinite(limit)) return;
+      w.signals.push_back({gain, limit});
+      w.rms_limit.push_back(rms);
+    };
+    constexpr double kNone = std::numeric_limits<double>::infinity();
+    add(std::vector<std::complex<double>>(grid_hz_.size(), 1.0), limits.excitation, kNone);
+    for (const auto& drive : task_.drives) {  // what is flat for one of them need not be so for another
+      const auto loop = loop_response(drive, grid_hz_);
+      add(loop.torque, limits.torque, limits.torque_rms);
+      add(loop.velocity, limits.velocity, kNone);
+      add(loop.position, 0.5 * limits.stroke, kNone);
+    }
+    const auto waveform = optimise_waveform(w, power);
+    double strongest = 0.0;
+    for (const auto& a : waveform.amplitude) strongest = std::max(strongest, std::norm(a));
+    for (std::size_t k = 0; k < grid_hz_.size(); ++k) {
+      if (std::norm(waveform.amplitude[k]) < kWeakLine * strongest) continue;
+      x_.frequency_hz.push_back(grid_hz_[k]);
+      x_.line_amplitude.push_back(std::abs(waveform.amplitude[k]));
+      x_.phase_rad.push_back(std::arg(waveform.amplitude[k]));
+    }
   }
 
   [[nodiscard]] std::vector<double> samples(std::size_t count) const {
@@ -110,32 +109,19 @@ class Layout {
     return out;
   }
 
-  /// Of the steady state, the last of as many periods as it takes to settle.
-  [[nodiscard]] Crests measured_crests() {
+  /// Counts the periods until the drive repeats itself within 1 %.
+  void settle() {
     constexpr std::size_t kMostSettling = 40;
-    std::size_t periods = 2;
-    for (; periods < kMostSettling; ++periods) {
-      const auto motion = simulate(task_.config.drive, samples(periods * period_));
+    for (x_.settle_periods = 1; x_.settle_periods < kMostSettling; ++x_.settle_periods) {
+      const auto motion = simulate(task_.config.drive, samples((x_.settle_periods + 1) * period_));
+      const auto* last = motion.velocity.data() + x_.settle_periods * period_;
       double largest = 0.0, change = 0.0;
       for (std::size_t k = 0; k < period_; ++k) {
-        const double now = motion.velocity[(periods - 1) * period_ + k];
-        largest = std::max(largest, std::abs(now));
-        change = std::max(change, std::abs(now - motion.velocity[(periods - 2) * period_ + k]));
+        largest = std::max(largest, std::abs(last[k]));
+        change = std::max(change, std::abs(last[k] - *(last + k - period_)));
       }
-      if (change > 0.01 * largest) continue;
-      x_.settle_periods = periods - 1;
-      const auto crest = [&](const std::vector<double>& signal) {
-        std::vector<double> last(signal.end() - static_cast<std::ptrdiff_t>(period_), signal.end());
-        double mean = 0.0;
-        for (const double v : last) mean += v / static_cast<double>(period_);
-        for (double& v : last) v -= mean;
-        return excitation::measure(last).crest_factor;
-      };
-      return {excitation::measure(samples(period_)).crest_factor, crest(motion.torque),
-              crest(motion.velocity), crest(motion.position)};
+      if (change <= 0.01 * largest) break;
     }
-    x_.settle_periods = periods - 1;
-    return {};
   }
 
   /// Turns the signal in time so that its start asks least of the drive.
@@ -214,7 +200,7 @@ std::vector<std::size_t> periods_to_try(const Task& task) {
     step = std::clamp(step, task.high_hz / 300.0, task.high_hz / 8.0);
   }
   std::vector<std::size_t> periods;
-  for (const double factor : {0.5, 0.75, 1.0, 1.5, 2.0})
+  for (const double factor : {0.75, 1.0, 1.5})
     periods.push_back(static_cast<std::size_t>(std::llround(factor * rate / step)));
   // A short time asks for short periods.
   const std::size_t longest = task.most_samples / (kFewestPeriods + 1);
@@ -230,13 +216,12 @@ expected<Experiment, ConfigError> plan_multisine(const Task& task, Plan& plan) {
     Layout layout(task, period);
     if (!layout.possible()) continue;
     Plan design = plan;
-    auto x = layout.run(design);
-    if (!x) return unexpected(x.error());
+    Experiment x = layout.run(design);
     const auto rank = [](const Experiment& e) {
       return std::pair(e.ratio > 1.0, e.ratio > 1.0 ? e.ratio : e.duration_s);
     };
-    if (!best || rank(*x) < rank(*best)) {
-      best = std::move(*x);
+    if (!best || rank(x) < rank(*best)) {
+      best = std::move(x);
       plan.grid_hz = design.grid_hz;
       plan.grid_power = design.grid_power;
       plan.design_gap = design.design_gap;

@@ -13,7 +13,10 @@ using detail::Task;
 expected<void, ConfigError> check(const PlanConfig& c) {
   if (const auto ok = check(c.drive); !ok) return ok;
   const auto& l = c.limits;
-  if (!(l.torque > 0.0) || !std::isfinite(l.torque)) return refuse("max_torque", "must be > 0", l.torque);
+  if (!(l.torque > 0.0)) return refuse("max_torque", "must be > 0", l.torque);
+  if (!(l.excitation > 0.0)) return refuse("max_excitation", "must be > 0", l.excitation);
+  if (!std::isfinite(std::min({l.torque, l.excitation, l.velocity, l.stroke, l.torque_rms})))
+    return refuse("max_torque", "must be given, or another limit that an amplitude follows from");
   if (!(l.torque_rms > 0.0)) return refuse("max_torque_rms", "must be > 0", l.torque_rms);
   if (!(l.velocity > 0.0)) return refuse("max_velocity", "must be > 0", l.velocity);
   if (!(l.stroke > 0.0)) return refuse("max_stroke", "must be > 0", l.stroke);

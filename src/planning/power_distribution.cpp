@@ -4,6 +4,8 @@
 #include <cmath>
 #include <resonid/planning/power_distribution.hpp>
 
+#include "planning/waveform.hpp"
+
 namespace resonid::planning {
 namespace {
 
@@ -37,6 +39,24 @@ class Design {
     }
     s.value = s.gain.dot(power);
     return s;
+  }
+
+  /// Logarithm of the criterion in the dimension of a variance, averaged over the models (not for accuracy).
+  [[nodiscard]] double log_value(const VectorXd& power) const {
+    double sum = 0.0;
+    for (const auto& model : problem_.models) {
+      const MatrixXd v = covariance(model, power);
+      const auto n = static_cast<double>(v.rows());
+      if (problem_.criterion == Criterion::d) sum += v.ldlt().vectorD().array().log().sum() / n;
+      if (problem_.criterion == Criterion::a) sum += v.trace();
+      if (problem_.criterion == Criterion::e) {
+        MatrixXd product = v / v.trace();
+        for (int i = 1; i < kEigenvaluePower; i *= 2) product = (product * product).eval();
+        sum += std::pow(product.trace(), 1.0 / kEigenvaluePower) * v.trace();
+      }
+    }
+    sum /= static_cast<double>(problem_.models.size());
+    return problem_.criterion == Criterion::d ? sum : std::log(sum);
   }
 
   /// Power of the multiplicative step that neither crawls nor swings.
@@ -86,6 +106,32 @@ class Design {
 };
 
 }  // namespace
+
+namespace detail {
+
+Criterial criterial(const DesignProblem& problem, const VectorXd& power) {
+  const Design design(problem);
+  const auto wishes = problem.models.front().wishes.rows();
+  VectorXd weight = VectorXd::Ones(wishes);
+  Criterial result;
+  if (problem.criterion == Criterion::accuracy) {
+    // The largest wish, smoothly: (sum of v^r)^(1/r).
+    constexpr double kSmooth = 12.0;
+    const VectorXd v = design.slopes(power, weight).wish;
+    const VectorXd part = v / v.maxCoeff();
+    const double sum = part.array().pow(kSmooth).sum();
+    result.log_value = std::log(v.maxCoeff()) + std::log(sum) / kSmooth;
+    weight = part.array().pow(kSmooth - 1.0) / (sum * v.maxCoeff());
+    result.slope = -design.slopes(power, weight).gain;
+    return result;
+  }
+  const Slopes s = design.slopes(power, weight);
+  result.log_value = design.log_value(power);
+  result.slope = -s.gain / s.value;
+  return result;
+}
+
+}  // namespace detail
 
 PowerDistribution distribute_power(const DesignProblem& problem) {
   const Design design(problem);

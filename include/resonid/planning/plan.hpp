@@ -17,7 +17,8 @@ namespace resonid::planning {
 
 /// What the drive stands, as deviations from the operating point. Infinite: no limit.
 struct Limits {
-  double torque = 0.0;  ///< Peak of the excitation, and of the torque that it makes in the loop; > 0.
+  double torque = std::numeric_limits<double>::infinity();      ///< Peak of what the machine gets.
+  double excitation = std::numeric_limits<double>::infinity();  ///< Peak of what is added to the controller.
   double torque_rms = std::numeric_limits<double>::infinity();  ///< Of that torque over the experiment.
   double velocity = std::numeric_limits<double>::infinity();    ///< Peak.
   double stroke = std::numeric_limits<double>::infinity();      ///< Largest less smallest position.
