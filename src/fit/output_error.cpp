@@ -24,7 +24,17 @@ struct Signals {
   std::vector<double> output;
   std::vector<double> direction;  // sign of the velocity; empty without dry friction
   double constant = 1.0;          // what a constant becomes
+  std::vector<bool> unused;       // [sample] of the output: no residual is taken there; empty: none
 };
+
+/// Past the first `order` samples: whether any of the samples that the whitened one is made of is marked.
+std::vector<bool> marked(const std::vector<bool>& samples, std::size_t order) {
+  if (samples.size() <= order) return {};
+  std::vector<bool> any(samples.size() - order, false);
+  for (std::size_t k = 0; k < any.size(); ++k)
+    for (std::size_t i = k; i <= k + order && !any[k]; ++i) any[k] = samples[i];
+  return any;
+}
 
 Signals whitened(const Signals& raw, const NoiseModel& noise) {
   Signals s;
@@ -32,6 +42,7 @@ Signals whitened(const Signals& raw, const NoiseModel& noise) {
   s.output = whiten(raw.output, noise);
   if (!raw.direction.empty()) s.direction = whiten(raw.direction, noise);
   s.constant = std::accumulate(noise.polynomial.begin(), noise.polynomial.end(), 0.0);
+  s.unused = marked(raw.unused, noise.order());
   return s;
 }
 
@@ -98,7 +109,7 @@ class OutputErrorCost : public ceres::CostFunction {
       T output = s.d * torque;
       for (int i = 0; i < kOrder; ++i) output += s.c(i) * state[static_cast<std::size_t>(i)];
       if (position) output += s.c(kOrder) * place;
-      sink(T(signals_.output[k]) - output);
+      if (signals_.unused.empty() || !signals_.unused[k]) sink(T(signals_.output[k]) - output);
       const auto past = state;
       const auto next = [&](int i) {
         T sum = s.b(i) * torque;
@@ -176,6 +187,9 @@ class OutputErrorFitter {
       : record_(record), config_(config), known_delay_samples_(config.known_delay_s * record.sample_rate_hz) {
     raw_.input = record.input.samples;
     raw_.output = record.output.samples;
+    if (!config.held_back.empty()) raw_.unused.assign(raw_.output.size(), false);
+    for (const auto& [from, to] : config.held_back)
+      for (std::size_t k = from; k < std::min(to, raw_.output.size()); ++k) raw_.unused[k] = true;
     if (config.coulomb_friction) raw_.direction = direction_of(record);
     const auto& start = config.initial;
     const double fastest = start.structure == Structure::rigid
@@ -310,12 +324,37 @@ class OutputErrorFitter {
     fit_.samples = count;
   }
 
-  [[nodiscard]] std::vector<double> raw_residual() const {
+  [[nodiscard]] std::vector<double> raw_residual() const { return raw_residual(raw_); }
+  [[nodiscard]] std::vector<double> raw_residual(const Signals& raw) const {
     std::vector<double> residual;
-    residual.reserve(raw_.output.size());
+    residual.reserve(raw.output.size());
     const Vector& x = noise_.order() == 0 ? x_ : raw_x_;
-    cost(raw_)->simulate(x.data(), [&](double r) { residual.push_back(r); });
+    cost(raw)->simulate(x.data(), [&](double r) { residual.push_back(r); });
     return residual;
+  }
+
+  /// What the samples that were held back say of the fit to the others.
+  [[nodiscard]] HeldBackFit judge_held_back() const {
+    HeldBackFit judged;
+    Signals rest = raw_;
+    rest.unused.flip();
+    const auto residual = raw_residual(rest);
+    judged.samples = residual.size();
+    double mean = 0.0, total = 0.0;
+    for (std::size_t k = 0; k < raw_.output.size(); ++k)
+      if (raw_.unused[k]) mean += raw_.output[k] / static_cast<double>(std::max<std::size_t>(1, judged.samples));
+    for (std::size_t k = 0; k < raw_.output.size(); ++k)
+      if (raw_.unused[k]) total += std::pow(raw_.output[k] - mean, 2);
+    const double left = power(residual) * static_cast<double>(residual.size());
+    judged.fit_percent = total > 0.0 ? 100.0 * (1.0 - std::sqrt(left / total)) : 0.0;
+    const Signals white = whitened(rest, noise_);
+    double sum = 0.0, count = 0.0;
+    cost(white)->simulate(x_.data(), [&](double r) {
+      sum += r * r;
+      count += 1.0;
+    });
+    judged.information = count * std::log(std::max(sum / std::max(1.0, count), 1e-300));
+    return judged;
   }
 
   static double difference(const NoiseModel& a, const NoiseModel& b) {
@@ -348,7 +387,10 @@ class OutputErrorFitter {
     if (config_.coulomb_friction)
       fit_.coulomb_friction =
           Estimate{x_[kCoulomb], std::sqrt(std::max(0.0, covariance(kCoulomb, kCoulomb)))};
-    fit_.residual = raw_residual();
+    if (!raw_.unused.empty()) fit_.held_back = judge_held_back();
+    Signals all = raw_;
+    all.unused.clear();
+    fit_.residual = raw_residual(all);
     fit_.first_sample = raw_.output.size() - fit_.residual.size();
     fit_.noise = noise_;
     fit_.noise.innovation_variance = variance;

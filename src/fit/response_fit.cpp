@@ -174,7 +174,9 @@ struct Fitter {
       for (int j = 0; j < kParameterCount; ++j)
         covariance(i, j) *= scale[static_cast<std::size_t>(i)] * scale[static_cast<std::size_t>(j)];
     fit.model.covariance = covariance;
-    assess(fit, static_cast<double>(solution.active.size()));
+    fit.lines = lines.lines();
+    fit.parameters = solution.active.size();
+    assess(fit);
     return fit;
   }
 
@@ -199,7 +201,7 @@ struct Fitter {
     return covariance * (jacobian.transpose() * correlated) * covariance;
   }
 
-  void assess(ResponseFit& fit, double parameters) const {
+  void assess(ResponseFit& fit) const {
     const auto fitted = as_measured(lines, fit.model);
     double misfit = 0.0;
     double likelihood = 0.0;
@@ -215,7 +217,8 @@ struct Fitter {
     const double n = static_cast<double>(lines.lines());
     fit.misfit = std::sqrt(misfit / n);
     const double repeated = known_repetition(lines);
-    fit.information = likelihood / repeated + parameters * std::log(std::max(2.0 * n / repeated, 2.0));
+    fit.likelihood = likelihood;
+    fit.information = fit.information_for(repeated);
   }
 };
 
@@ -271,6 +274,12 @@ double repetition(const data::FrequencyResponse& g, const ResponseFit& fit) {
 
 }  // namespace
 
+double ResponseFit::information_for(double lines_per_independent_line) const {
+  const double independent = 2.0 * static_cast<double>(lines) / lines_per_independent_line;
+  return likelihood / lines_per_independent_line +
+         static_cast<double>(parameters) * std::log(std::max(independent, 2.0));
+}
+
 expected<ResponseFit, ConfigError> fit_response(const data::FrequencyResponse& response,
                                                 const ResponseFitConfig& config) {
   if (!(config.sample_time_s > 0.0)) return refuse("sample_time_s", "must be > 0", config.sample_time_s);
@@ -313,7 +322,9 @@ expected<ResponseFit, ConfigError> fit_response(const data::FrequencyResponse& r
     if (std::abs(error - before) <= 1e-3 * before + 1e-9) break;
   }
   // What lines repeat beyond what their method's smoothing explains: a model that is wrong in a smooth way.
-  fit.model.covariance *= std::max(1.0, repetition(lines, fit) / known_repetition(lines));
+  const double known = known_repetition(lines);
+  fit.repetition = std::max(known, repetition(lines, fit));
+  fit.model.covariance *= fit.repetition / known;
   return fit;
 }
 

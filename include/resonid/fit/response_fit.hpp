@@ -39,6 +39,13 @@ struct ResponseFit {
   double cost = 0.0;         ///< Half the weighted sum of squares.
   double information =
       0.0;  ///< Bayesian information criterion, smaller is better; comparable on the same lines.
+  double likelihood = 0.0;  ///< -2 ln of it, all lines taken for independent.
+  /// How many neighbouring lines say the same: by smoothing, or since the model is wrong in a smooth way.
+  double repetition = 1.0;
+  std::size_t lines = 0, parameters = 0;  ///< Fitted lines, estimated parameters.
+
+  /// The criterion when so many neighbouring lines are worth one.
+  [[nodiscard]] double information_for(double lines_per_independent_line) const;
 };
 
 /// Levenberg-Marquardt fit of the physical drive, sampled by zero-order hold, to a measured response
