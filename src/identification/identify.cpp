@@ -139,7 +139,11 @@ expected<Result, Refusal> identify(const data::Record& whole, const Options& opt
   if (options.model != ModelChoice::none) {
     progress("model");
     selection = detail::select_model(record, *plan, options, result.response);
-    if (selection) result.model = selection->result;
+    if (selection) {
+      result.model = selection->result;
+      result.structures = std::move(selection->structures);
+      result.choices.push_back(std::move(selection->choice));
+    }
   }
   detail::inspect_model(*plan, options, selection, result);
   if (selection && !selection->residual.empty())

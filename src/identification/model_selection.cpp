@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 #include <identification/model_selection.hpp>
+#include <limits>
 #include <numbers>
 
 namespace resonid::identification::detail {
@@ -20,6 +21,9 @@ struct Candidate {
   Structure structure = Structure::two_mass;
   std::vector<std::pair<Variant, fit::ResponseFit>> variants;  ///< Best first.
   std::optional<fit::OutputErrorFit> record_fit;
+  Variant record_variant;
+  std::optional<fit::HeldBackFit> validated;  ///< Of the same variant, fitted to the rest of the record.
+  std::string remark;                         ///< Why it went no further.
 
   [[nodiscard]] const fit::ResponseFit& response_fit() const { return variants.front().second; }
   [[nodiscard]] const fit::DriveModel& model() const {
@@ -76,21 +80,68 @@ data::FrequencyResponse thinned(const data::FrequencyResponse& g) {
 }
 
 std::vector<Structure> structures(ModelChoice choice) {
-  if (choice == ModelChoice::rigid) return {Structure::rigid};
-  if (choice == ModelChoice::two_mass) return {Structure::two_mass};
-  return {Structure::rigid, Structure::two_mass};
+  switch (choice) {
+    case ModelChoice::rigid:
+      return {Structure::rigid};
+    case ModelChoice::two_mass:
+      return {Structure::two_mass};
+    case ModelChoice::three_mass:
+      return {Structure::three_mass};
+    default:
+      return {Structure::rigid, Structure::two_mass, Structure::three_mass};
+  }
 }
 
-/// A two-mass model whose resonance nothing in the band shows is a rigid machine with three idle parameters.
-bool resonance_is_seen(const fit::DriveModel& model, const Plan& plan) {
-  const auto f = model.resonance();
-  const auto a = model.antiresonance();
-  const auto gap = [](const fit::DriveModel& m) {
-    return data::resonance_hz(m.parameters) - data::antiresonance_hz(m.parameters);
-  };
-  const double spread = model.standard_deviation_of(gap);
-  return std::isfinite(f.value) && f.value < 1.5 * plan.high_hz && a.value > 0.3 * plan.low_hz &&
-         f.value - a.value > 3.0 * spread && data::resonance_damping_ratio(model.parameters) < 1.0;
+const char* plain_name(Structure structure) {
+  switch (structure) {
+    case Structure::rigid:
+      return "rigid";
+    case Structure::two_mass:
+      return "two-mass";
+    case Structure::three_mass:
+      break;
+  }
+  return "three-mass";
+}
+
+std::string name_of(const Variant& v) {
+  std::string name = plain_name(v.structure);
+  if (v.friction) name += " with viscous friction";
+  if (v.delay) name += v.friction ? " and delay" : " with delay";
+  return name;
+}
+
+/// Whether the band shows every mode: one that nothing in it shows is idle parameters of a simpler machine.
+bool modes_are_seen(const fit::DriveModel& model, const Plan& plan) {
+  const auto modes = model.modes();
+  for (std::size_t i = 0; i < modes.size(); ++i) {
+    const auto& m = modes[i];
+    const double f = m.frequency_hz.value;
+    if (!std::isfinite(f) || !(m.damping_ratio.value < 1.0)) return false;
+    // The first pair may lie a little beside the band, a further one must show in it.
+    const bool first = i < 2;
+    if (m.anti ? f < (first ? 0.3 : 1.0) * plan.low_hz : f > (first ? 1.5 : 1.0) * plan.high_hz) return false;
+    if (!first && m.frequency_hz.standard_deviation > 0.1 * f) return false;
+    if (!m.anti || i + 1 == modes.size()) continue;
+    // A pair that cancels within its error bars is none.
+    const auto gap = [i](const fit::DriveModel& d) {
+      const auto moved = d.modes();
+      return moved[i + 1].frequency_hz.value - moved[i].frequency_hz.value;
+    };
+    if (!(gap(model) > 3.0 * model.standard_deviation_of(gap))) return false;
+  }
+  return true;
+}
+
+/// The last 30 % of each tenth of the record, so that a sweep too is seen over its whole band; nothing for
+/// records that are too short to spare any.
+std::vector<std::pair<std::size_t, std::size_t>> held_back_of(std::size_t samples) {
+  constexpr std::size_t kParts = 10, kShortest = 1000;
+  std::vector<std::pair<std::size_t, std::size_t>> parts;
+  if (samples < kShortest) return parts;
+  for (std::size_t i = 0; i < kParts; ++i)
+    parts.emplace_back((10 * i + 7) * samples / (10 * kParts), (i + 1) * samples / kParts);
+  return parts;
 }
 
 class Selector {
@@ -101,16 +152,25 @@ class Selector {
 
   std::optional<Selection> run() {
     std::vector<Candidate> candidates;
-    for (const Structure structure : structures(options_.model))
+    for (const Structure structure : structures(options_.model)) {
+      if (spare(structure, candidates)) continue;
       if (auto candidate = fit_structure(structure); !candidate.variants.empty())
         candidates.push_back(std::move(candidate));
+    }
     if (candidates.empty()) return std::nullopt;
-    if (candidates.size() == 2) drop_the_hopeless(candidates);
-    for (auto& candidate : candidates) refine(candidate);
-    std::size_t chosen = 0;
-    for (std::size_t i = 1; i < candidates.size(); ++i)
-      if (prefer_later(candidates[chosen], candidates[i])) chosen = i;
-    return finish(std::move(candidates[chosen]));
+    if (candidates.size() > 1) drop_the_hopeless(candidates);
+    for (auto& candidate : candidates)
+      if (candidate.remark.empty()) refine(candidate);
+    const auto still_open = std::count_if(candidates.begin(), candidates.end(),
+                                          [](const Candidate& c) { return c.record_fit.has_value(); });
+    for (auto& candidate : candidates)
+      if (still_open > 1 && candidate.record_fit) validate(candidate);
+    std::size_t chosen = candidates.size();
+    for (std::size_t i = 0; i < candidates.size(); ++i) {
+      if (!candidates[i].remark.empty()) continue;
+      if (chosen == candidates.size() || prefer_later(candidates[chosen], candidates[i])) chosen = i;
+    }
+    return finish(candidates, chosen);
   }
 
  private:
@@ -133,7 +193,8 @@ class Selector {
 
   /// With and without friction and a further delay, in the order in which the response prefers them.
   [[nodiscard]] Candidate fit_structure(Structure structure) const {
-    Candidate candidate{structure, {}, std::nullopt};
+    Candidate candidate;
+    candidate.structure = structure;
     for (const bool friction : {false, true}) {
       std::optional<fit::DriveModel> start;
       for (const bool delay : {false, true}) {
@@ -148,10 +209,14 @@ class Selector {
         candidate.variants.emplace_back(variant, std::move(*fit));
       }
     }
-    // Neighbouring lines of a smoothed response repeat one another: ask for more than the plain criterion.
+    // Lines that repeat one another, smoothed ones or those that a model misses in a smooth way, count as the
+    // fewer that they are worth; by the variant that leaves least unexplained.
+    double repeated = std::numeric_limits<double>::infinity();
+    for (const auto& v : candidate.variants) repeated = std::min(repeated, v.second.repetition);
     constexpr double kCaution = 8.0;
-    const auto price = [](const std::pair<Variant, fit::ResponseFit>& v) {
-      return v.second.information + (v.first.friction ? kCaution : 0.0) + (v.first.delay ? kCaution : 0.0);
+    const auto price = [&](const std::pair<Variant, fit::ResponseFit>& v) {
+      return v.second.information_for(repeated) + (v.first.friction ? kCaution : 0.0) +
+             (v.first.delay ? kCaution : 0.0);
     };
     std::sort(candidate.variants.begin(), candidate.variants.end(),
               [&](const auto& a, const auto& b) { return price(a) < price(b); });
@@ -200,31 +265,107 @@ class Selector {
         auto fit = fit_record(variant, start);
         if (!fit) continue;
         if (difference(fit->model, response_).whole > allowed && fit->fit_percent < enough) continue;
-        if (!candidate.record_fit || fit->information < candidate.record_fit->information)
-          candidate.record_fit = std::move(*fit);
+        if (candidate.record_fit && fit->information >= candidate.record_fit->information) continue;
+        candidate.record_fit = std::move(*fit);
+        candidate.record_variant = variant;
       }
     }
   }
 
+  /// The same variant fitted without the samples held back, and judged by them.
+  void validate(Candidate& candidate) const {
+    const auto parts = held_back_of(record_.samples());
+    if (parts.empty()) return;
+    fit::OutputErrorConfig config;
+    config.initial = candidate.record_fit->model;
+    config.viscous_friction = candidate.record_variant.friction;
+    config.delay = candidate.record_variant.delay;
+    config.known_delay_s = options_.delay_s;
+    config.held_back = parts;
+    if (const auto fit = fit::fit_output_error(record_, config); fit && fit->converged)
+      candidate.validated = fit->held_back;
+  }
+
+  /// Three masses are tried only where two leave something unexplained, or were asked for.
+  [[nodiscard]] bool spare(Structure structure, const std::vector<Candidate>& before) const {
+    if (structure != Structure::three_mass || before.empty()) return false;
+    constexpr double kExplained = 0.005;
+    const auto& two = before.back();
+    return two.structure != Structure::two_mass || !modes_are_seen(two.response_fit().model, plan_) ||
+           two.response_fit().model_error < kExplained;
+  }
+
+  /// On what was held back where both could be judged by it, else by the criterion of the record, else of the
+  /// lines.
   bool prefer_later(const Candidate& simple, const Candidate& rich) const {
-    if (!resonance_is_seen(rich.model(), plan_)) return false;
+    constexpr double kClearly = 10.0;
+    if (simple.validated && rich.validated)
+      return rich.validated->information + kClearly < simple.validated->information;
     if (simple.record_fit && rich.record_fit)
       return rich.record_fit->information < simple.record_fit->information;
-    return rich.response_fit().information < simple.response_fit().information;
+    const double repeated = rich.response_fit().repetition;
+    return rich.response_fit().information_for(repeated) < simple.response_fit().information_for(repeated);
   }
 
   /// Spares the fits to the record of a structure that the response already rules out.
   void drop_the_hopeless(std::vector<Candidate>& candidates) const {
     constexpr double kDecisive = 300.0;  // in the criterion, for lines that may repeat one another
-    const auto& rich = candidates[1].response_fit();
-    if (!resonance_is_seen(rich.model, plan_))
-      candidates.erase(candidates.begin() + 1);
-    else if (rich.information + kDecisive < candidates[0].response_fit().information)
-      candidates.erase(candidates.begin());
+    for (auto& candidate : candidates)
+      if (candidate.structure != Structure::rigid && !modes_are_seen(candidate.response_fit().model, plan_))
+        candidate.remark = "a resonance of it does not show in the band";
+    double least = std::numeric_limits<double>::infinity();
+    for (const auto& candidate : candidates)
+      if (candidate.remark.empty()) least = std::min(least, candidate.response_fit().information);
+    for (auto& candidate : candidates)
+      if (candidate.remark.empty() && candidate.response_fit().information > least + kDecisive)
+        candidate.remark = "the measured response rules it out";
   }
 
-  Selection finish(Candidate candidate) const {
+  std::vector<StructureTrial> trials_of(const std::vector<Candidate>& candidates, std::size_t chosen) const {
+    std::vector<StructureTrial> trials;
+    for (std::size_t i = 0; i < candidates.size(); ++i) {
+      const auto& c = candidates[i];
+      const auto& mask = c.model().estimated;
+      StructureTrial trial;
+      trial.name = name_of(c.record_fit ? c.record_variant : c.variants.front().first);
+      trial.parameters = static_cast<std::size_t>(std::count(mask.begin(), mask.end(), true));
+      trial.information = c.record_fit ? c.record_fit->information : c.response_fit().information;
+      if (c.validated) {
+        trial.validation_fit_percent = c.validated->fit_percent;
+        trial.validation_information = c.validated->information;
+      }
+      trial.chosen = i == chosen;
+      trial.remark = c.remark;
+      if (!trial.chosen && c.remark.empty())
+        trial.remark = c.validated    ? "predicts the samples held back less well"
+                       : c.record_fit ? "the record's criterion is larger"
+                                      : "the lines' criterion is larger";
+      trials.push_back(std::move(trial));
+    }
+    return trials;
+  }
+
+  [[nodiscard]] Choice reason(const std::vector<Candidate>& candidates, std::size_t chosen) const {
+    const auto& c = candidates[chosen];
+    Choice choice{"structure", name_of(c.record_fit ? c.record_variant : c.variants.front().first), ""};
+    if (options_.model != ModelChoice::automatic)
+      choice.because = "asked for";
+    else if (c.validated)
+      choice.because = "predicts the 30 % of the record best that no fit had seen";
+    else if (std::count_if(candidates.begin(), candidates.end(),
+                           [](const Candidate& x) { return x.remark.empty(); }) == 1)
+      choice.because = "the measured response leaves no other";
+    else
+      choice.because = c.record_fit ? "least information criterion of the record"
+                                    : "least information criterion of the lines";
+    return choice;
+  }
+
+  Selection finish(std::vector<Candidate>& candidates, std::size_t chosen) const {
     Selection s;
+    s.structures = trials_of(candidates, chosen);
+    s.choice = reason(candidates, chosen);
+    auto& candidate = candidates[chosen];
     s.result.drive = candidate.model();
     s.result.from_record = candidate.record_fit.has_value();
     s.result.model_error = difference(candidate.model(), response_).unexplained;

@@ -14,9 +14,12 @@ struct Selection {
       residual;  ///< Of the simulation, from residual_start on; empty for a model of the response.
   std::size_t residual_start = 0;
   double fit_percent = 0.0;
+  std::vector<StructureTrial> structures;  ///< All that were fitted, the simplest first.
+  Choice choice;                           ///< Of the structure.
 };
 
-/// Fits rigid and two-mass structures and chooses; nothing when no fit came out (the findings say why).
+/// Fits rigid, two-mass and three-mass structures and chooses by what each says of samples that it has not
+/// seen; nothing when no fit came out (the findings say why).
 [[nodiscard]] std::optional<Selection> select_model(const data::Record& record, const Plan& plan,
                                                     const Options& options,
                                                     const data::FrequencyResponse& response);
