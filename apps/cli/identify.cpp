@@ -30,9 +30,10 @@ struct IdentifyOptions {
 };
 
 void add_method(CLI::App& verb, MethodOptions& o) {
-  static constexpr std::array<std::string_view, 9> kMethods = {
-      "auto",        "kalman",        "sliding-dft", "welch", "periodic", "local-polynomial",
-      "local-cubic", "least-squares", "model"};
+  static constexpr std::array<std::string_view, 11> kMethods = {
+      "auto",     "kalman",           "sliding-dft",         "welch",
+      "periodic", "local-polynomial", "local-cubic",         "least-squares",
+      "model",    "local-rational",   "simulate-and-correct"};
   auto& k = o.options;
   add_choice(
       verb, "--method", kMethods, [&k](std::size_t i) { k.method = static_cast<Method>(i); },
@@ -83,6 +84,7 @@ void add_identify(CLI::App& app) {
   add_excitation_options(*verb, o->method);
   add_method(*verb, o->method);
   add_loop_options(*verb, o->method);
+  add_result_options(*verb, o->method);
   add_model_options(*verb, o->method);
   add_tracker_options(*verb, o->method);
   verb->add_option("--report", o->report, "self-contained HTML report")->type_name("FILE");

@@ -14,6 +14,16 @@ namespace resonid::cli {
 using identification::ExcitationType;
 using identification::ModelChoice;
 
+namespace {
+
+constexpr std::array<std::string_view, 6> kModels = {"auto",     "none",       "rigid",
+                                                     "two-mass", "three-mass", "black-box"};
+constexpr std::size_t kTrackedModels = 4;
+constexpr std::uint64_t kFewestReplicas = 20;  // fewer have no tails
+constexpr std::size_t kHighestOrder = 20;
+
+}  // namespace
+
 void add_record_options(CLI::App& verb, RecordOptions& o) {
   static constexpr std::array<std::string_view, 3> kQuantities = {"velocity", "position", "acceleration"};
   static constexpr std::array<std::string_view, 2> kMotions = {"rotary", "linear"};
@@ -91,8 +101,7 @@ void add_loop_options(CLI::App& verb, MethodOptions& o) {
   add_number(verb, "--delay", k.delay_s, "SECONDS", "known delay in the measured output");
 }
 
-void add_model_options(CLI::App& verb, MethodOptions& o) {
-  static constexpr std::array<std::string_view, 4> kModels = {"auto", "none", "rigid", "two-mass"};
+void add_result_options(CLI::App& verb, MethodOptions& o) {
   auto& k = o.options;
   add_colons(
       verb, "--band", 2, "LO:HI",
@@ -100,12 +109,31 @@ void add_model_options(CLI::App& verb, MethodOptions& o) {
         k.band_hz = {v[0], v[1]};
       },
       "frequencies to use, in Hz");
-  add_choice(
-      verb, "--model", kModels, [&k](std::size_t i) { k.model = static_cast<ModelChoice>(i); },
-      "drive model to fit")
-      ->default_str("auto");
   add_number(verb, "--confidence", k.confidence, "P", "of the error bars");
   add_number(verb, "--radius", k.radius_m, "M", "radius of the driven roller: also report stiffness in N/m");
+}
+
+void add_drive_model_option(CLI::App& verb, MethodOptions& o) {
+  add_choice(
+      verb, "--model", std::span(kModels).first(kTrackedModels),
+      [&o](std::size_t i) { o.options.model = static_cast<ModelChoice>(i); }, "drive model to fit")
+      ->default_str("auto");
+}
+
+void add_model_options(CLI::App& verb, MethodOptions& o) {
+  auto& k = o.options;
+  add_choice(
+      verb, "--model", kModels, [&k](std::size_t i) { k.model = static_cast<ModelChoice>(i); },
+      "drive model to fit, or a black box without drive structure")
+      ->default_str("auto");
+  static_assert(std::is_same_v<std::size_t, std::uint64_t>);
+  add_count(verb, "--order", k.order, "of the black-box model, 1 ... 20; otherwise chosen", 1)
+      ->default_str("");
+  add_count(verb, "--bootstrap", k.bootstrap,
+            "repeat the experiment so often on the fitted model: intervals without linearisation",
+            kFewestReplicas)
+      ->default_str("");
+  add_count(verb, "--seed", k.seed, "of the bootstrap");
 }
 
 void add_tracker_options(CLI::App& verb, MethodOptions& o) {
@@ -127,6 +155,16 @@ void check(const CLI::App& verb, MethodOptions& o) {
   };
   if (given("--lambda")) o.options.tracker.lambda = o.lambda;
   if (given("--pole-radius")) o.options.tracker.pole_radius = o.pole_radius;
+  if (given("--order")) {
+    if (o.options.model != ModelChoice::black_box)
+      throw UsageError("--order: is the order of a black-box model; required --model black-box with it");
+    if (o.options.order > kHighestOrder)
+      throw UsageError(fmt::format("--order: found {}, required 1 ... {}", o.options.order, kHighestOrder));
+  }
+  if (given("--seed") && !given("--bootstrap"))
+    throw UsageError("--seed: is the seed of the bootstrap; required --bootstrap N with it");
+  if (given("--bootstrap") && o.options.model == ModelChoice::none)
+    throw UsageError("--bootstrap: repeats the experiment on the model; required --model other than none");
   const double radius = o.options.radius_m.value_or(1.0);
   if (!(radius > 0.0)) throw UsageError(fmt::format("--radius: found {:g} m, required > 0", radius));
 }

@@ -32,7 +32,11 @@ struct MethodOptions {
 void add_excitation_options(CLI::App& verb, MethodOptions& o);
 /// --approach, --controller, --delay.
 void add_loop_options(CLI::App& verb, MethodOptions& o);
-/// --band, --model, --confidence, --radius.
+/// --band, --confidence, --radius.
+void add_result_options(CLI::App& verb, MethodOptions& o);
+/// --model of what can be tracked.
+void add_drive_model_option(CLI::App& verb, MethodOptions& o);
+/// --model of all that can be fitted off line, --order, --bootstrap, --seed.
 void add_model_options(CLI::App& verb, MethodOptions& o);
 /// --lambda, --pole-radius, --no-smoothing, --no-offset of the kalman method.
 void add_tracker_options(CLI::App& verb, MethodOptions& o);

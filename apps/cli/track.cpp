@@ -188,7 +188,8 @@ void add_track(CLI::App& app) {
   add_excitation_options(*verb, o->method);
   add_method(*verb, *o);
   add_loop_options(*verb, o->method);
-  add_model_options(*verb, o->method);
+  add_result_options(*verb, o->method);
+  add_drive_model_option(*verb, o->method);
   add_tracker_options(*verb, o->method);
   verb->add_option("--out", o->out, "the rows as CSV ('-': standard output)")->type_name("FILE");
   verb->add_option("--report", o->report, "self-contained HTML report")->type_name("FILE");

@@ -3,10 +3,14 @@
 
 #include <algorithm>
 #include <cmath>
+#include <identification/bootstrap.hpp>
+#include <identification/choices.hpp>
+#include <identification/excitation_source.hpp>
 #include <identification/loop.hpp>
 #include <identification/measurement.hpp>
 #include <identification/model_selection.hpp>
 #include <identification/trust.hpp>
+#include <identification/uncertainty.hpp>
 #include <identification/units.hpp>
 #include <resonid/diagnostics/data_findings.hpp>
 #include <resonid/diagnostics/residuals.hpp>
@@ -55,9 +59,7 @@ expected<data::Record, Refusal> without_transient(data::Record record, const Opt
 std::vector<Resonance> resonances_of(const Result& result) {
   std::vector<Resonance> found;
   if (result.model) {
-    for (const auto& mode : result.model->drive.modes())
-      found.push_back({mode.anti, mode.frequency_hz.value, mode.frequency_hz.standard_deviation,
-                       mode.damping_ratio.value, true});
+    return detail::resonances_of(result.model->drive);
   } else {
     for (const auto& e : diagnostics::response_extrema(result.response))
       found.push_back({e.minimum, e.frequency_hz, std::nullopt, std::nullopt, false});
@@ -100,12 +102,15 @@ expected<Result, Refusal> identify(const data::Record& whole, const Options& opt
   };
   auto cut = without_transient(whole, options);
   if (!cut) return tl::unexpected(cut.error());
+  const auto facts = facts_of(*cut);
+  const auto source = detail::complete_excitation(*cut, options);
   const data::Record& record = *cut;
   auto plan = detail::make_plan(record, options);
   if (!plan) return tl::unexpected(plan.error());
 
   Result result;
-  result.record = facts_of(record);
+  result.record = facts;
+  result.choices = detail::explain(record, options, *plan, source);
   result.units = detail::units_of(record);
   result.method = detail::name_of(options.method == Method::model ? Method::model : plan->method);
   result.approach = detail::name_of(plan->approach);
@@ -144,9 +149,16 @@ expected<Result, Refusal> identify(const data::Record& whole, const Options& opt
   result.resonances = resonances_of(result);
 
   progress("loop");
+  if (source == detail::ExcitationSource::reference) lines->has_excitation = false;  // L = Ru/U - 1 needs ru
   if (auto measured = response::loop_response(*lines)) result.measured_loop = std::move(*measured);
   result.loop = detail::loop_of(*plan, options, *lines, result.response, result.model);
   detail::inspect_loop(result);
+  if (result.model && options.bootstrap > 0) {
+    progress("bootstrap");
+    result.bootstrap = detail::bootstrap(record, options, result, [&](const ModelResult& model) {
+      return detail::loop_of(*plan, options, *lines, result.response, model);
+    });
+  }
   if (options.method == Method::model) {
     if (!result.model)
       return tl::unexpected(Refusal{"method", "model needs --model other than none, and a fit"});

@@ -64,6 +64,11 @@ LoopResult from_model(const Loop& loop, const std::vector<double>& grid, const f
       return value(m, [](const LoopMargins& l) { return l.phase_margin_deg().value_or(0.0); });
     });
   }
+  if (result.margins.gain_margin_db) {
+    result.gain_margin_std_db = drive.standard_deviation_of([&](const fit::DriveModel& m) {
+      return value(m, [](const LoopMargins& l) { return l.gain_margin_db.value_or(0.0); });
+    });
+  }
   result.modulus_margin_std = drive.standard_deviation_of([&](const fit::DriveModel& m) {
     return value(m, [](const LoopMargins& l) { return l.modulus_margin; });
   });

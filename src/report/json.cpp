@@ -3,6 +3,7 @@
 #include <nlohmann/json.hpp>
 #include <resonid/report/json.hpp>
 
+#include "report/result_lists.hpp"
 #include "report/words.hpp"
 
 namespace resonid::report {
@@ -115,6 +116,7 @@ json loop_json(const identification::LoopResult& loop) {
   put("crossover_std_hz", loop.crossover_std_hz);
   put("phase_margin_std_deg", loop.phase_margin_std_deg);
   put("modulus_margin_std", loop.modulus_margin_std);
+  put("gain_margin_std_db", loop.gain_margin_std_db);
   if (m.crossovers.size() > 1) {
     j["crossovers"] = json::array();
     for (const auto& c : m.crossovers)
@@ -177,9 +179,12 @@ json to_json(const Result& result) {
                {"source", r.from_model ? "model" : "response"}};
     if (r.std_hz && std::isfinite(*r.std_hz)) entry["std_hz"] = *r.std_hz;
     if (r.damping_ratio && std::isfinite(*r.damping_ratio)) entry["damping_ratio"] = *r.damping_ratio;
+    if (r.damping_ratio_std && std::isfinite(*r.damping_ratio_std))
+      entry["damping_ratio_std"] = *r.damping_ratio_std;
     j["resonances"].push_back(std::move(entry));
   }
   if (result.model) j["model"] = model_json(*result.model, result.units, result.radius_m);
+  if (result.black_box && !result.model) j["model"] = black_box_json(*result.black_box);
   if (result.loop) j["loop"] = loop_json(*result.loop);
   if (result.validation) {
     const auto& v = *result.validation;
@@ -187,6 +192,7 @@ json to_json(const Result& result) {
     if (v.cross_correlation_max) j["validation"]["cross_correlation_max"] = *v.cross_correlation_max;
     if (v.limit) j["validation"]["limit"] = *v.limit;
   }
+  put_lists(result, j);
   return j;
 }
 

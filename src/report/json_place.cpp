@@ -100,6 +100,10 @@ std::vector<double> JsonPlace::numbers() const {
   return list;
 }
 
+bool JsonPlace::is(const std::string& text) const {
+  return value_ != nullptr && value_->is_string() && value_->get<std::string>() == text;
+}
+
 std::size_t JsonPlace::choice(const std::vector<std::string>& names) const {
   if (value_ == nullptr) return 0;
   if (value_->is_string()) {

@@ -32,6 +32,7 @@ class JsonPlace {
   [[nodiscard]] bool flag() const;
   [[nodiscard]] std::string text() const;
   [[nodiscard]] std::vector<double> numbers() const;
+  [[nodiscard]] bool is(const std::string& text) const;  ///< A text and this one; nothing is noted.
   /// The index of a text among `names`.
   [[nodiscard]] std::size_t choice(const std::vector<std::string>& names) const;
   /// The same of a key that may be missing.

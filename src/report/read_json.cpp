@@ -2,6 +2,7 @@
 #include <cmath>
 
 #include "report/json_place.hpp"
+#include "report/result_lists.hpp"
 
 namespace resonid::report {
 namespace {
@@ -62,6 +63,7 @@ std::vector<identification::Resonance> read_resonances(const JsonPlace& j) {
     r.frequency_hz = e.at("frequency_hz").positive();
     if (const auto std = e.maybe("std_hz"); std.present()) r.std_hz = std.not_negative();
     r.damping_ratio = e.maybe_number("damping_ratio");
+    r.damping_ratio_std = e.maybe_number("damping_ratio_std");
     r.from_model = e.at("source").choice({"response", "model"}) == 1;
     list.push_back(r);
   }
@@ -100,7 +102,7 @@ identification::ModelResult read_model(const JsonPlace& j, identification::Units
   identification::ModelResult model;
   auto& drive = model.drive;
   drive.structure =
-      static_cast<fit::Structure>(j.at("structure").choice({"rigid", "two-mass", "three-mass"}));
+      static_cast<fit::Structure>(j.at("structure").choice({"rigid", "two-mass", "three-mass", "black-box"}));
   const bool flexible = drive.structure != fit::Structure::rigid;
   if (const auto to = j.maybe("fitted_to"); to.present())
     model.from_record = to.choice({"response", "record"}) == 1;
@@ -148,6 +150,7 @@ identification::LoopResult read_loop(const JsonPlace& j) {
   loop.crossover_std_hz = j.maybe_number("crossover_std_hz");
   loop.phase_margin_std_deg = j.maybe_number("phase_margin_std_deg");
   loop.modulus_margin_std = j.maybe_number("modulus_margin_std");
+  loop.gain_margin_std_db = j.maybe_number("gain_margin_std_db");
   return loop;
 }
 
@@ -203,11 +206,17 @@ expected<Result, JsonError> result_from_json(const nlohmann::json& json) {
   result.response = read_response(root.at("frequency_response"));
   result.resonances = read_resonances(root.at("resonances"));
   if (const auto model = root.maybe("model"); model.present()) {
-    result.model = read_model(model, result.units);
-    result.model->drive.known_delay_s = result.known_delay_s;
+    const auto structure = model.maybe("structure");
+    if (structure.present() && structure.is("black-box")) {
+      result.black_box = read_black_box(model);
+    } else {
+      result.model = read_model(model, result.units);
+      result.model->drive.known_delay_s = result.known_delay_s;
+    }
   }
   if (const auto loop = root.maybe("loop"); loop.present()) result.loop = read_loop(loop);
   if (const auto v = root.maybe("validation"); v.present()) result.validation = read_validation(v);
+  read_lists(root, result);
   result.trusted = root.at("trusted").flag();
   result.findings = read_findings(root.at("findings"));
   if (!error.problems.empty()) return unexpected(std::move(error));

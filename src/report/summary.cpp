@@ -4,6 +4,7 @@
 #include <cmath>
 #include <resonid/report/json.hpp>
 
+#include "report/result_lists.hpp"
 #include "report/words.hpp"
 
 namespace resonid::report {
@@ -17,6 +18,11 @@ std::string resonance_text(const Resonance& r, double z) {
 }
 
 std::string structure_sentence(const Result& result) {
+  if (result.black_box && !result.model)
+    return fmt::format(
+        "A black-box model of order {} describes the record: {:.1f} % of the output in simulation. It has no "
+        "drive structure, so it gives no inertias and no stiffness.",
+        result.black_box->model.transfer_function.denominator.size() - 1, result.black_box->fit_percent);
   if (!result.model) {
     if (result.resonances.empty()) return "The measured response shows no resonance.";
     std::string text = "The measured response has ";
@@ -124,6 +130,7 @@ std::string summary_text(const Result& result) {
   if (result.model)
     text += fmt::format("\nParameters, {:.0f} % confidence\n", 100.0 * result.confidence) +
             parameter_lines(result, z);
+  text += bootstrap_text(result) + structures_text(result) + choices_text(result);
   text += findings_text(result.findings);
   text += result.trusted ? "\nTrusted.\n" : "\nNOT trusted: see the errors above.\n";
   return text;

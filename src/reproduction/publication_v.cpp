@@ -10,6 +10,7 @@
 #include <resonid/reproduction/reproduction.hpp>
 
 #include "reproduction/spread.hpp"
+#include "reproduction/v_offline.hpp"
 #include "reproduction/v_tracking.hpp"
 
 namespace resonid::reproduction {
@@ -400,8 +401,8 @@ report::Document publication_v(const Options& options) {
   progress(0.8);
   auto figure_7 = validation(options.seeds);
   progress(0.98);
-  document.sections = {printed(run), responses(), std::move(figure_6), std::move(figure_7),
-                       std::move(compared.section)};
+  document.sections = {printed(run),        responses(),         v::offline(options.seeds),
+                       std::move(figure_6), std::move(figure_7), std::move(compared.section)};
   document.discrepancies = v_discrepancies();
   return document;
 }

@@ -36,15 +36,35 @@ struct BlackBoxConfig {
   std::optional<data::TransferFunction> initial;     ///< Start; found from the record when absent.
 };
 
+/// The model in coordinates that keep their digits at any order: powers of z^-1 lose two of them per state at
+/// ten samples per period, and more the faster one samples.
+///
+///   G(z) = (h0 + h1 z^-1 + z^-m sum c_i F_i(z)) [z^-d/(1 - z^-1)],   F_i(z) = e_i^T (zI - transition)^-1
+///   input
+///
+/// m: 1 with two taps h, else 0. The bracket belongs to a fixed integrator, d: 1 with one tap, else 0.
+struct BlackBoxRealisation {
+  Eigen::MatrixXd transition;
+  Eigen::VectorXd input;
+  Eigen::VectorXd output;  ///< c
+  Eigen::VectorXd taps;    ///< h
+  bool integrator = false;
+  Eigen::MatrixXd covariance;  ///< Of [alpha, c, h]: G is divided by 1 + sum alpha_i F_i; alpha is zero here.
+
+  [[nodiscard]] bool present() const noexcept { return output.size() + taps.size() > 0; }
+};
+
 /// Rational sampled model B/A of the recorded output, delay apart.
 struct BlackBoxModel {
   data::TransferFunction transfer_function;
   std::size_t delay_samples = 0;
   Eigen::MatrixXd covariance;  ///< Of [b0, b1, ..., a1, a2, ...]; rows of what is not estimated are zero.
+  BlackBoxRealisation realisation;  ///< What response, poles and zeros are computed from, if it is present.
 
   /// Without delay, with total standard deviation.
   [[nodiscard]] data::FrequencyResponse response(std::span<const double> frequencies_hz) const;
-  /// In the z-plane.
+  /// In the z-plane. First-order covariances; those of nearly cancelling or nearly double roots are far too
+  /// small or large.
   [[nodiscard]] std::vector<UncertainRoot> poles() const;
   [[nodiscard]] std::vector<UncertainRoot> zeros() const;
 };

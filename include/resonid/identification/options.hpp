@@ -64,7 +64,8 @@ struct Options {
   std::size_t order = 0;      ///< Of the black-box model, 1 ... 20; 0: chosen on a validation part.
   std::size_t bootstrap = 0;  ///< Replicas of a parametric bootstrap; 0: error bars by covariance only.
   std::uint64_t seed = 1;     ///< Of the bootstrap.
-  double confidence = 0.95;   ///< Of the regions in report and summary, inside (0, 1).
+  std::size_t jobs = 1;      ///< Threads of the bootstrap; 0: one per core. The result does not depend on it.
+  double confidence = 0.95;  ///< Of the regions in report and summary, inside (0, 1).
   Tracker tracker;
   std::optional<double>
       radius_m;  ///< Of the driven roller: stiffness and damping are reported at the belt too.

@@ -43,6 +43,7 @@ struct Resonance {
   std::optional<double> damping_ratio;
   bool from_model =
       true;  ///< Undamped value of the fitted model; otherwise extremum of the measured response.
+  std::optional<double> damping_ratio_std = {};
 };
 
 struct ModelResult {
@@ -57,8 +58,8 @@ struct LoopResult {
   diagnostics::LoopMargins margins;
   data::FrequencyResponse curve;  ///< L, delay included.
   std::string source;             ///< "model" or "response".
-  std::optional<double> crossover_std_hz, phase_margin_std_deg,
-      modulus_margin_std;  ///< From the model's covariance.
+  std::optional<double> crossover_std_hz, phase_margin_std_deg, modulus_margin_std,
+      gain_margin_std_db;  ///< From the model's covariance.
 };
 
 /// How well the model reproduces what it was fitted to.

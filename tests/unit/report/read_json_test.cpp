@@ -42,7 +42,8 @@ std::string message(const json& j) {
 }
 
 TEST(ReadJson, GivesBackWhatWasWritten) {
-  for (const auto& result : {test::bare(), test::full(), correlated(), rigid()}) {
+  for (const auto& result :
+       {test::bare(), test::full(), correlated(), rigid(), test::listed(), test::black_box()}) {
     const json j = to_json(result);
     const auto again = result_from_json(j);
     ASSERT_TRUE(again) << again.error().message();
@@ -56,6 +57,43 @@ TEST(ReadJson, KeepsTheCovariance) {
   EXPECT_DOUBLE_EQ(again->model->drive.covariance(0, 2), 5e-9);
   EXPECT_DOUBLE_EQ(again->model->drive.resonance().standard_deviation,
                    correlated().model->drive.resonance().standard_deviation);
+}
+
+TEST(ReadJson, KeepsTheLists) {
+  const auto again = result_from_json(to_json(test::listed()));
+  ASSERT_TRUE(again) << again.error().message();
+  ASSERT_EQ(again->structures.size(), 3U);
+  EXPECT_TRUE(again->structures[1].chosen);
+  EXPECT_DOUBLE_EQ(again->structures[1].information, -300.25);
+  EXPECT_FALSE(again->structures[2].validation_fit_percent);
+  ASSERT_EQ(again->roots.size(), 3U);
+  EXPECT_EQ(again->roots[2].kind, "zero");
+  EXPECT_DOUBLE_EQ(again->roots[0].covariance(0, 1), 0.01);
+  ASSERT_TRUE(again->bootstrap);
+  EXPECT_EQ(again->bootstrap->failed, 3U);
+  EXPECT_DOUBLE_EQ(again->bootstrap->intervals[0].high, 144.6);
+  EXPECT_EQ(again->choices[1].because, "It has the least criterion.");
+  EXPECT_DOUBLE_EQ(*again->loop->gain_margin_std_db, 0.2);
+}
+
+TEST(ReadJson, KeepsTheBlackBox) {
+  const auto again = result_from_json(to_json(test::black_box()));
+  ASSERT_TRUE(again) << again.error().message();
+  ASSERT_TRUE(again->black_box);
+  EXPECT_FALSE(again->model);
+  EXPECT_EQ(again->black_box->model.delay_samples, 2U);
+  EXPECT_DOUBLE_EQ(again->black_box->model.covariance(1, 4), 2e-7);
+}
+
+TEST(ReadJson, RefusesListsThatAreWrong) {
+  nlohmann::json j = to_json(test::listed());
+  j["poles"][0]["covariance"] = {{1.0, 0.0}};
+  j["bootstrap"]["intervals"][0]["std"] = -1.0;
+  j["structures"][0].erase("chosen");
+  EXPECT_EQ(message(j),
+            "$.structures[0].chosen: found nothing, required this key\n"
+            "$.poles[0].covariance: found an array of 1, required 2 rows\n"
+            "$.bootstrap.intervals[0].std: found -1.0, required a number >= 0");
 }
 
 TEST(ReadJson, TakesResultsWithoutCovariance) {
@@ -136,9 +174,9 @@ TEST(ReadJson, NamesWhatWasFoundAndWhatIsRequired) {
             "$.model.parameters.stiffness.value: found -3.0, required a number > 0");
   EXPECT_EQ(with("/model/parameters/stiffness", 143.75),
             "$.model.parameters.stiffness: found 143.75, required an object");
-  EXPECT_EQ(
-      with("/model/structure", "two-masses"),
-      "$.model.structure: found \"two-masses\", required one of \"rigid\", \"two-mass\", \"three-mass\"");
+  EXPECT_EQ(with("/model/structure", "two-masses"),
+            "$.model.structure: found \"two-masses\", required one of \"rigid\", \"two-mass\", "
+            "\"three-mass\", \"black-box\"");
   EXPECT_EQ(with("/record/sample_rate_hz", 0), "$.record.sample_rate_hz: found 0, required a number > 0");
   EXPECT_EQ(with("/record/samples", -1), "$.record.samples: found -1, required a whole number >= 0");
   EXPECT_EQ(with("/trusted", nullptr), "$.trusted: found null, required true or false");

@@ -52,4 +52,36 @@ inline identification::Result full() {
   return r;
 }
 
+/// full() with all lists: choices, structures, poles and zeros, bootstrap.
+inline identification::Result listed() {
+  identification::Result r = full();
+  r.resonances[1].damping_ratio_std = 0.004;
+  r.loop->gain_margin_std_db = 0.2;
+  r.choices = {{"method", "local-cubic", "The excitation is a chirp."},
+               {"structure", "two-mass", "It has the least criterion."}};
+  r.structures = {{"rigid", 2, 120.5, 60.0, -800.0, false, "A resonance shows."},
+                  {"two-mass", 4, -300.25, 92.0, -2000.0, true, ""},
+                  {"three-mass", 7, -290.0, std::nullopt, std::nullopt, false, ""}};
+  Eigen::Matrix2d c;
+  c << 0.04, 0.01, 0.01, 0.09;
+  r.roots = {{{-9.4, 94.3}, c, "pole"}, {{-9.4, -94.3}, c, "pole"}, {{-4.7, 66.9}, c, "zero"}};
+  r.bootstrap = identification::Bootstrap{
+      200, 3, {{"stiffness", "Nm/rad", 142.9, 144.6, 0.4}, {"modulus_margin", "", 0.84, 0.86, 0.004}}};
+  return r;
+}
+
+/// A model without drive structure.
+inline identification::Result black_box() {
+  identification::Result r = bare();
+  identification::BlackBoxResult box;
+  box.model.transfer_function = {{0.0, 0.03, -0.05}, {1.0, -1.9, 0.95}, 0.002};
+  box.model.delay_samples = 2;
+  box.model.covariance = Eigen::MatrixXd::Identity(5, 5) * 1e-6;
+  box.model.covariance(0, 0) = 0.0;
+  box.model.covariance(1, 4) = box.model.covariance(4, 1) = 2e-7;
+  box.fit_percent = 87.5;
+  r.black_box = box;
+  return r;
+}
+
 }  // namespace resonid::report::test

@@ -1,0 +1,233 @@
+// SPDX-License-Identifier: MIT
+#include <Eigen/QR>
+#include <algorithm>
+#include <cmath>
+#include <fit/black_box_problem.hpp>
+#include <memory>
+
+namespace resonid::fit::detail {
+namespace {
+
+constexpr Eigen::Index kBlock = 512;
+
+/// Linear controller of any order, transposed direct form II.
+class Controller {
+ public:
+  explicit Controller(const data::TransferFunction& c) {
+    const std::size_t size = std::max(c.numerator.size(), c.denominator.size());
+    b_.assign(size, 0.0);
+    a_.assign(size, 0.0);
+    for (std::size_t i = 0; i < c.numerator.size(); ++i) b_[i] = c.numerator[i] / c.denominator[0];
+    for (std::size_t i = 0; i < c.denominator.size(); ++i) a_[i] = c.denominator[i] / c.denominator[0];
+    state_.assign(size, 0.0);
+  }
+  double step(double e) {
+    const double u = b_[0] * e + state_[0];
+    for (std::size_t i = 1; i < b_.size(); ++i)
+      state_[i - 1] = b_[i] * e - a_[i] * u + (i + 1 < b_.size() ? state_[i] : 0.0);
+    return u;
+  }
+  [[nodiscard]] Eigen::Index order() const { return static_cast<Eigen::Index>(b_.size()) - 1; }
+
+ private:
+  std::vector<double> b_, a_, state_;
+};
+
+/// x = G w, yh(k) = x(k - delay), w = e_w + C (r - yh), from rest; e_v enters behind the fixed integrator.
+class Loop {
+ public:
+  Loop(const BlackBoxState& model, const BlackBoxLayout& layout)
+      : model_(model),
+        integrator_(layout.integrator),
+        controller_(*layout.controller),
+        state_(Eigen::VectorXd::Zero(layout.order)),
+        late_(layout.delay_samples, 0.0) {}
+
+  void step(double e_w, double e_v, double r) {
+    before_ = state_;
+    double x = model_.weights.dot(state_);
+    if (integrator_) {
+      v_ = e_v + sum_;
+      x += model_.taps(0) * v_;
+    }
+    output_ = x;
+    if (!late_.empty()) {
+      output_ = late_[at_];
+      late_[at_] = x;
+      at_ = (at_ + 1) % late_.size();
+    }
+    const double w = e_w + controller_.step(r - output_);
+    if (integrator_)
+      sum_ += w;
+    else
+      v_ = e_v + w;
+    state_ = model_.basis.transition * before_ + model_.basis.input * v_;
+  }
+
+  [[nodiscard]] const Eigen::VectorXd& states() const { return before_; }  ///< At the sample just stepped.
+  [[nodiscard]] double plant_input() const { return v_; }
+  [[nodiscard]] double output() const { return output_; }
+
+ private:
+  const BlackBoxState& model_;
+  bool integrator_;
+  Controller controller_;
+  Eigen::VectorXd state_, before_;
+  std::vector<double> late_;
+  std::size_t at_ = 0;
+  double sum_ = 0.0, v_ = 0.0, output_ = 0.0;
+};
+
+/// The loop simulated with the known controller from excitation and reference. With S = 1/(1 + C q^-d G):
+///
+///   d yh/d alpha_i = -S F_i yh,   d yh/d c_i = S q^-d F_i w
+///
+/// which are the states of the same loop driven by yh and by w. What plant, delay and controller remember
+/// from before the record is a free response of the loop, spanned by its shifted impulse responses.
+class ClosedLoop : public BlackBoxProblem {
+ public:
+  ClosedLoop(const BlackBoxSignals& signals, const BlackBoxLayout& layout)
+      : signals_(signals), layout_(layout) {}
+
+  BlackBoxEvaluation evaluate(BlackBoxState& state, Regressor) const override {
+    BlackBoxEvaluation result;
+    const Eigen::MatrixXd free = free_responses(state);
+    if (!free.allFinite()) return result;
+    const auto n = nonlinear(), extras = free.cols() + (layout_.constant ? 1 : 0);
+    if (state.extra.size() != extras) state.extra = Eigen::VectorXd::Zero(extras);
+    if (!solve_extras(state, free)) return result;
+    Gram gram(n + extras + 1, kBlock);
+    linearise(state, free, gram);
+    const Eigen::MatrixXd m = gram.matrix();
+    result.valid = m.allFinite();
+    result.cost = m(n + extras, n + extras);
+    result.normal = m.topLeftCorner(n + extras, n + extras);
+    result.gradient = m.col(n + extras).head(n + extras);
+    return result;
+  }
+
+  std::vector<double> residual(BlackBoxState& state) const override {
+    const Eigen::MatrixXd free = free_responses(state);
+    state.extra = Eigen::VectorXd::Zero(free.cols() + (layout_.constant ? 1 : 0));
+    solve_extras(state, free);
+    solve_extras(state, free);
+    std::vector<double> left(samples());
+    Loop loop(state, layout_);
+    for (std::size_t k = 0; k < left.size(); ++k) {
+      loop.step(signals_.excitation[k], 0.0, signals_.reference[k]);
+      left[k] = signals_.output[k] - loop.output() - transient(state, free, k) - constant(state);
+    }
+    return left;
+  }
+
+  [[nodiscard]] const std::vector<double>& output() const override { return signals_.output; }
+  [[nodiscard]] Eigen::Index nonlinear() const override { return 2 * layout_.order + layout_.taps; }
+  [[nodiscard]] const BlackBoxLayout& layout() const override { return layout_; }
+
+ private:
+  [[nodiscard]] double constant(const BlackBoxState& s) const {
+    return layout_.constant ? s.extra(s.extra.size() - 1) : 0.0;
+  }
+  static double transient(const BlackBoxState& s, const Eigen::MatrixXd& free, std::size_t k) {
+    const auto row = static_cast<Eigen::Index>(k);
+    return row < free.rows() ? free.row(row).dot(s.extra.head(free.cols())) : 0.0;
+  }
+
+  /// Orthonormal columns [sample, response] as far as the responses last.
+  [[nodiscard]] Eigen::MatrixXd free_responses(const BlackBoxState& state) const {
+    if (!layout_.initial_state) return Eigen::MatrixXd(0, 0);
+    const Eigen::Index count = layout_.order + (layout_.integrator ? 1 : 0) +
+                               Controller(*layout_.controller).order() +
+                               static_cast<Eigen::Index>(layout_.delay_samples);
+    Loop loop(state, layout_);
+    std::vector<double> impulse;
+    double largest = 0.0;
+    std::size_t last = 0;
+    for (std::size_t k = 0; k < samples() + static_cast<std::size_t>(count); ++k) {
+      loop.step(k == 0 ? 1.0 : 0.0, 0.0, 0.0);
+      impulse.push_back(loop.output());
+      largest = std::max(largest, std::abs(impulse.back()));
+      if (!std::isfinite(largest)) return Eigen::MatrixXd::Constant(1, 1, largest);
+      if (std::abs(impulse.back()) > 1e-16 * largest) last = k;
+      if (k > last + 200) break;
+    }
+    const auto rows = std::max<Eigen::Index>(count, static_cast<Eigen::Index>(last));
+    impulse.resize(static_cast<std::size_t>(rows + count) + 1, 0.0);
+    Eigen::MatrixXd columns(std::min(rows, static_cast<Eigen::Index>(samples())), count);
+    for (Eigen::Index i = 0; i < columns.rows(); ++i)
+      for (Eigen::Index j = 0; j < count; ++j) columns(i, j) = impulse[static_cast<std::size_t>(i + j) + 1];
+    Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(columns);
+    qr.setThreshold(1e-11);
+    Eigen::MatrixXd thin = qr.householderQ() * Eigen::MatrixXd::Identity(columns.rows(), count);
+    thin.rightCols(count - qr.rank()).setZero();
+    return thin;
+  }
+
+  bool solve_extras(BlackBoxState& state, const Eigen::MatrixXd& free) const {
+    const auto extras = state.extra.size();
+    Gram gram(extras + 1, kBlock);
+    Loop loop(state, layout_);
+    Eigen::Index row = 0;
+    for (std::size_t k = 0; k < samples(); ++k) {
+      loop.step(signals_.excitation[k], 0.0, signals_.reference[k]);
+      write_extras(gram, 0, row, free, k);
+      gram.column(extras)[row] =
+          signals_.output[k] - loop.output() - transient(state, free, k) - constant(state);
+      if (++row == kBlock || k + 1 == samples()) {
+        gram.add(row);
+        row = 0;
+      }
+    }
+    const Eigen::MatrixXd m = gram.matrix();
+    if (!m.allFinite()) return false;
+    state.extra += solve_normal(m.topLeftCorner(extras, extras), m.col(extras).head(extras));
+    return state.extra.allFinite();
+  }
+
+  void write_extras(Gram& gram, Eigen::Index first, Eigen::Index row, const Eigen::MatrixXd& free,
+                    std::size_t k) const {
+    const auto at = static_cast<Eigen::Index>(k);
+    for (Eigen::Index j = 0; j < free.cols(); ++j)
+      gram.column(first + j)[row] = at < free.rows() ? free(at, j) : 0.0;
+    if (layout_.constant) gram.column(first + free.cols())[row] = 1.0;
+  }
+
+  /// Columns [alpha | weights, tap | extras | residual].
+  void linearise(const BlackBoxState& state, const Eigen::MatrixXd& free, Gram& gram) const {
+    const auto n = layout_.order, first = nonlinear(), extras = state.extra.size();
+    Loop loop(state, layout_), by_input(state, layout_), by_output(state, layout_);
+    Controller controller(*layout_.controller);
+    std::vector<double> late(layout_.delay_samples + 1, 0.0);
+    Eigen::Index row = 0;
+    for (std::size_t k = 0; k < samples(); ++k) {
+      loop.step(signals_.excitation[k], 0.0, signals_.reference[k]);
+      const double y = loop.output() + transient(state, free, k);
+      late[k % late.size()] = signals_.excitation[k] + controller.step(signals_.reference[k] - y);
+      by_input.step(late[(k + 1) % late.size()], 0.0, 0.0);
+      by_output.step(0.0, y, 0.0);
+      for (Eigen::Index i = 0; i < n; ++i) {
+        gram.column(i)[row] = -by_output.states()(i);
+        gram.column(n + i)[row] = by_input.states()(i);
+      }
+      if (layout_.taps > 0) gram.column(2 * n)[row] = by_input.plant_input();
+      write_extras(gram, first, row, free, k);
+      gram.column(first + extras)[row] = signals_.output[k] - y - constant(state);
+      if (++row == kBlock || k + 1 == samples()) {
+        gram.add(row);
+        row = 0;
+      }
+    }
+  }
+
+  const BlackBoxSignals& signals_;
+  BlackBoxLayout layout_;
+};
+
+}  // namespace
+
+std::unique_ptr<BlackBoxProblem> closed_loop_problem(const BlackBoxSignals& signals,
+                                                     const BlackBoxLayout& layout) {
+  return std::make_unique<ClosedLoop>(signals, layout);
+}
+
+}  // namespace resonid::fit::detail

@@ -1,0 +1,161 @@
+// SPDX-License-Identifier: MIT
+#include <algorithm>
+#include <cmath>
+#include <fit/black_box_problem.hpp>
+#include <memory>
+
+namespace resonid::fit::detail {
+namespace {
+
+constexpr Eigen::Index kBlock = 512;
+
+/// Everything but the denominator enters linearly. One pass solves that part, a second one makes the
+/// derivatives
+///
+///   d yh/d alpha_i = -F_i x,   d yh/d c_i = F_i w,   x = G w + free response
+///
+/// (for the coefficients themselves: d yh/d b_i = q^-i u/A, d yh/d a_i = -q^-i yh/A). Memory does not grow
+/// with the record.
+class OpenLoop : public BlackBoxProblem {
+ public:
+  OpenLoop(const BlackBoxSignals& signals, const BlackBoxLayout& layout)
+      : signals_(signals), layout_(layout) {}
+
+  BlackBoxEvaluation evaluate(BlackBoxState& state, Regressor regressor) const override {
+    BlackBoxEvaluation result;
+    Eigen::VectorXd linear = pack(state);
+    const auto p = linear.size();
+    const auto n = layout_.order;
+    {
+      Gram gram(p + 1, kBlock);
+      pass(state, linear, gram, 0, std::nullopt);
+      const Eigen::MatrixXd m = gram.matrix();
+      if (!m.allFinite()) return result;
+      linear += solve_normal(m.topLeftCorner(p, p), m.col(p).head(p));
+    }
+    unpack(linear, state);
+    Gram gram(n + p + 1, kBlock);
+    pass(state, linear, gram, n, regressor);
+    const Eigen::MatrixXd m = gram.matrix();
+    result.valid = m.allFinite();
+    result.cost = m(n + p, n + p);
+    result.normal = m.topLeftCorner(n + p, n + p);
+    result.gradient = m.col(n + p).head(n + p);
+    return result;
+  }
+
+  std::vector<double> residual(BlackBoxState& state) const override {
+    Eigen::VectorXd linear = pack(state);
+    const auto p = linear.size(), fixed = layout_.order + layout_.taps;
+    const auto extras = p - fixed;
+    for (int refinement = 0; refinement < 2; ++refinement) {
+      Gram gram(p + 1, kBlock);
+      pass(state, linear, gram, 0, std::nullopt);
+      const Eigen::MatrixXd m = gram.matrix();
+      linear.tail(extras) +=
+          solve_normal(m.block(fixed, fixed, extras, extras), m.col(p).segment(fixed, extras));
+    }
+    unpack(linear, state);
+    std::vector<double> values;
+    values.reserve(samples());
+    Gram gram(p + 1, kBlock);
+    pass(state, linear, gram, 0, std::nullopt, &values);
+    return values;
+  }
+
+  [[nodiscard]] const std::vector<double>& output() const override { return signals_.output; }
+  [[nodiscard]] Eigen::Index nonlinear() const override { return layout_.order; }
+  [[nodiscard]] const BlackBoxLayout& layout() const override { return layout_; }
+
+ private:
+  [[nodiscard]] Eigen::VectorXd pack(const BlackBoxState& s) const {
+    const auto extras =
+        (layout_.initial_state ? layout_.order : 0) + (layout_.constant ? 1 : 0) + (layout_.ramp ? 1 : 0);
+    Eigen::VectorXd linear = Eigen::VectorXd::Zero(layout_.order + layout_.taps + extras);
+    if (s.weights.size() == layout_.order) linear.head(layout_.order) = s.weights;
+    if (s.taps.size() == layout_.taps) linear.segment(layout_.order, layout_.taps) = s.taps;
+    if (s.extra.size() == extras) linear.tail(extras) = s.extra;
+    return linear;
+  }
+  void unpack(const Eigen::VectorXd& linear, BlackBoxState& s) const {
+    s.weights = linear.head(layout_.order);
+    s.taps = linear.segment(layout_.order, layout_.taps);
+    s.extra = linear.tail(linear.size() - layout_.order - layout_.taps);
+  }
+
+  /// Columns [alpha (first) | linear | residual] into the sums.
+  void pass(const BlackBoxState& state, const Eigen::VectorXd& linear, Gram& gram, Eigen::Index first,
+            std::optional<Regressor> regressor, std::vector<double>* residuals = nullptr) const {
+    const auto n = layout_.order;
+    const Eigen::VectorXd rest = Eigen::VectorXd::Zero(n);
+    Chain forced(state.basis, rest), free(state.basis, state.basis.input), output(state.basis, rest);
+    const auto count = static_cast<Eigen::Index>(samples());
+    const auto p = linear.size();
+    Eigen::VectorXd simulated(kBlock);
+    for (Eigen::Index k = 0; k < count; k += kBlock) {
+      const Eigen::Index rows = std::min(kBlock, count - k);
+      const Eigen::Index constants = fill(forced, free, gram, first, k, rows);
+      simulated.setZero();
+      for (Eigen::Index j = 0; j < constants; ++j)
+        add_scaled(gram.column(first + j), linear(j), rows, simulated);
+      if (regressor) {
+        const double* from = *regressor == Regressor::model ? simulated.data() : &signals_.output[k];
+        output.run(from, rows, gram.column(0), kBlock);
+        for (Eigen::Index i = 0; i < n; ++i) negate(gram.column(i), rows);
+      }
+      for (Eigen::Index j = constants; j < p; ++j)
+        add_scaled(gram.column(first + j), linear(j), rows, simulated);
+      double* r = gram.column(first + p);
+      for (Eigen::Index i = 0; i < rows; ++i)
+        r[i] = signals_.output[static_cast<std::size_t>(k + i)] - simulated(i);
+      if (residuals != nullptr) residuals->insert(residuals->end(), r, r + rows);
+      gram.add(rows);
+    }
+  }
+
+  /// The linear columns of one block; returns how many of them pass through the denominator.
+  Eigen::Index fill(Chain& forced, Chain& free, Gram& gram, Eigen::Index first, Eigen::Index k,
+                    Eigen::Index rows) const {
+    const auto n = layout_.order;
+    const double* w = &signals_.input[static_cast<std::size_t>(k)];
+    std::vector<double> delayed;
+    if (layout_.taps == 2) {
+      delayed.assign(w, w + rows);
+      std::rotate(delayed.begin(), delayed.end() - 1, delayed.end());
+      delayed[0] = k > 0 ? w[-1] : 0.0;
+    }
+    forced.run(delayed.empty() ? w : delayed.data(), rows, gram.column(first), kBlock);
+    Eigen::Index column = first + n;
+    if (layout_.taps > 0) std::copy_n(w, rows, gram.column(column++));
+    if (layout_.taps > 1) std::copy_n(delayed.data(), rows, gram.column(column++));
+    if (layout_.initial_state) {
+      free.run(nullptr, rows, gram.column(column), kBlock);
+      column += n;
+    }
+    const Eigen::Index through = column - first;
+    if (layout_.constant) std::fill_n(gram.column(column++), rows, 1.0);
+    if (layout_.ramp) {
+      double* ramp = gram.column(column++);
+      for (Eigen::Index i = 0; i < rows; ++i)
+        ramp[i] = static_cast<double>(k + i) / static_cast<double>(samples());
+    }
+    return through;
+  }
+
+  static void add_scaled(const double* column, double factor, Eigen::Index rows, Eigen::VectorXd& sum) {
+    sum.head(rows) += factor * Eigen::Map<const Eigen::VectorXd>(column, rows);
+  }
+  static void negate(double* column, Eigen::Index rows) { Eigen::Map<Eigen::VectorXd>(column, rows) *= -1.0; }
+
+  const BlackBoxSignals& signals_;
+  BlackBoxLayout layout_;
+};
+
+}  // namespace
+
+std::unique_ptr<BlackBoxProblem> open_loop_problem(const BlackBoxSignals& signals,
+                                                   const BlackBoxLayout& layout) {
+  return std::make_unique<OpenLoop>(signals, layout);
+}
+
+}  // namespace resonid::fit::detail

@@ -1,0 +1,111 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <Eigen/Core>
+#include <fit/realisation.hpp>
+#include <memory>
+#include <optional>
+#include <resonid/data/transfer_function.hpp>
+#include <vector>
+
+namespace resonid::fit::detail {
+
+/// Model of one problem: taps on the base input, basis and its weights.
+struct BlackBoxState {
+  Realisation basis;
+  Eigen::VectorXd weights;  ///< of F_i
+  Eigen::VectorXd taps;     ///< of w(k), w(k-1): none, one or two
+  Eigen::VectorXd extra;    ///< weights of initial state, constant and ramp
+};
+
+/// What a model is compared with. Signals are aligned: the known delay is out, so output[k] belongs to
+/// input[k].
+struct BlackBoxSignals {
+  std::vector<double> input;   ///< open loop: base input w, summed when the integrator is fixed
+  std::vector<double> output;  ///< closed loop: not shifted, the delay is in the loop
+  std::vector<double> excitation, reference;  ///< closed loop only
+};
+
+struct BlackBoxLayout {
+  Eigen::Index order = 0;  ///< of the basis: without the fixed integrator
+  Eigen::Index taps = 0;
+  bool initial_state = true;
+  bool constant = true;
+  bool ramp = false;
+  bool integrator = false;
+  std::size_t delay_samples = 0;                     ///< inside the loop; open loop: 0
+  std::optional<data::TransferFunction> controller;  ///< closed loop when present
+};
+
+/// What J_alpha is filtered from: the model's output (output error) or the recorded one (Steiglitz-McBride).
+enum class Regressor { model, record };
+
+/// Normal equations at a state. Columns: [alpha | weights, taps | extra].
+struct BlackBoxEvaluation {
+  double cost = 0.0;         ///< sum of squares
+  Eigen::MatrixXd normal;    ///< J^T J
+  Eigen::VectorXd gradient;  ///< J^T r
+  bool valid = false;
+};
+
+class BlackBoxProblem {
+ public:
+  virtual ~BlackBoxProblem() = default;
+
+  /// Solves what enters linearly (open loop: everything but the denominator; closed loop: the extras) for
+  /// the given basis, starting from the state's values, and linearises there.
+  virtual BlackBoxEvaluation evaluate(BlackBoxState& state, Regressor regressor) const = 0;
+
+  /// Solves the extras only and returns output minus simulated output.
+  virtual std::vector<double> residual(BlackBoxState& state) const = 0;
+
+  /// What the model is compared with, one value per sample.
+  [[nodiscard]] virtual const std::vector<double>& output() const = 0;
+  [[nodiscard]] std::size_t samples() const { return output().size(); }
+  /// How many of the leading columns [alpha | weights, taps] are non-linear.
+  [[nodiscard]] virtual Eigen::Index nonlinear() const = 0;
+  [[nodiscard]] virtual const BlackBoxLayout& layout() const = 0;
+};
+
+[[nodiscard]] std::unique_ptr<BlackBoxProblem> open_loop_problem(const BlackBoxSignals& signals,
+                                                                 const BlackBoxLayout& layout);
+[[nodiscard]] std::unique_ptr<BlackBoxProblem> closed_loop_problem(const BlackBoxSignals& signals,
+                                                                   const BlackBoxLayout& layout);
+
+/// Minimum-norm solution of N x = g for a positive semidefinite N, columns scaled first.
+[[nodiscard]] Eigen::VectorXd solve_normal(const Eigen::MatrixXd& normal, const Eigen::VectorXd& gradient);
+/// Its pseudo-inverse; `full_rank` tells whether nothing was dropped.
+[[nodiscard]] Eigen::MatrixXd invert_normal(const Eigen::MatrixXd& normal, bool* full_rank = nullptr);
+
+/// Accumulates M^T M of row blocks.
+class Gram {
+ public:
+  Gram(Eigen::Index columns, Eigen::Index block_rows)
+      : block_(block_rows, columns), sum_(Eigen::MatrixXd::Zero(columns, columns)) {}
+
+  [[nodiscard]] double* column(Eigen::Index j) { return block_.col(j).data(); }
+  void add(Eigen::Index rows);
+  /// The full symmetric matrix.
+  [[nodiscard]] Eigen::MatrixXd matrix() const;
+
+ private:
+  Eigen::MatrixXd block_;
+  Eigen::MatrixXd sum_;
+};
+
+/// Runs the states of a realisation; specialised for small orders.
+class Chain {
+ public:
+  explicit Chain(const Realisation& r, const Eigen::VectorXd& start);
+
+  /// column[i * stride + k] = s_i(k), then s(k+1) = A s(k) + b v(k), k = 0 ... count - 1. v may be null (zero
+  /// input).
+  void run(const double* v, Eigen::Index count, double* columns, Eigen::Index stride);
+
+ private:
+  using Matrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+  Matrix a_;
+  Eigen::VectorXd b_, state_, next_;
+};
+
+}  // namespace resonid::fit::detail

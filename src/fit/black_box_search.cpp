@@ -1,0 +1,168 @@
+// SPDX-License-Identifier: MIT
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+#include <fit/black_box_search.hpp>
+#include <limits>
+
+namespace resonid::fit::detail {
+namespace {
+
+/// Normal equations with the linear part eliminated.
+struct Reduced {
+  Eigen::MatrixXd normal;
+  Eigen::VectorXd gradient;
+  Eigen::MatrixXd back;  ///< linear step = own - back * non-linear step
+  Eigen::VectorXd own;
+};
+
+Reduced reduce(const BlackBoxEvaluation& e, Eigen::Index n) {
+  const auto p = e.gradient.size() - n;
+  const Eigen::MatrixXd inverse = invert_normal(e.normal.bottomRightCorner(p, p));
+  const Eigen::MatrixXd across = e.normal.bottomLeftCorner(p, n);
+  Reduced r;
+  r.back = inverse * across;
+  r.own = inverse * e.gradient.tail(p);
+  r.normal = e.normal.topLeftCorner(n, n) - across.transpose() * r.back;
+  r.gradient = e.gradient.head(n) - across.transpose() * r.own;
+  return r;
+}
+
+/// The state after a step in [alpha | weights, taps | extra]; nothing when its poles leave the limit.
+std::optional<BlackBoxState> moved(const BlackBoxProblem& problem, const BlackBoxState& from,
+                                   const Eigen::VectorXd& step) {
+  const auto& layout = problem.layout();
+  const auto n = layout.order;
+  const auto horizon = static_cast<double>(problem.samples());
+  const Eigen::VectorXd alpha = step.head(n);
+  auto next = renewed(from.basis, alpha, horizon, 1.0 + 3.0 / horizon);
+  if (!next) return std::nullopt;
+  BlackBoxState state;
+  state.taps = from.taps + step.segment(2 * n, layout.taps);
+  state.weights = from.weights + step.segment(n, n);
+  // (c F + h)/(1 + alpha F) in the renewed basis
+  if (layout.taps == 1) state.weights -= state.taps(0) * alpha;
+  state.extra = from.extra;
+  const auto extras = step.size() - 2 * n - layout.taps;
+  if (state.extra.size() == extras) state.extra += step.tail(extras);
+  if (n > 0) {
+    state.weights = (next->states.transpose() * state.weights).eval();
+    if (!layout.controller && layout.initial_state)
+      state.extra.head(n) = (next->states.transpose() * state.extra.head(n)).eval();
+  }
+  state.basis = std::move(next->realisation);
+  return state;
+}
+
+bool finished(const BlackBoxEvaluation& e, double predicted, double energy, double tolerance) {
+  return predicted <= tolerance * e.cost || e.cost <= 1e-30 * energy;
+}
+
+double output_energy(const BlackBoxProblem& problem) {
+  double sum = 0.0;
+  for (const double v : problem.output()) sum += v * v;
+  return sum;
+}
+
+/// Poles outside the unit circle mirrored into it.
+std::vector<std::complex<double>> mirrored(const Eigen::VectorXcd& poles) {
+  std::vector<std::complex<double>> result;
+  for (std::complex<double> p : poles) {
+    const double radius = std::abs(p);
+    if (radius > 1.0) p /= radius * radius;
+    result.push_back(p);
+  }
+  return result;
+}
+
+/// (A_new/A) y = (B_new/A) u, solved for A_new and repeated (Steiglitz, McBride 1965).
+std::optional<BlackBoxSearch> steiglitz_mcbride(const BlackBoxProblem& problem, BlackBoxState state,
+                                                int iterations) {
+  const auto n = problem.layout().order;
+  std::optional<BlackBoxSearch> best;
+  for (int i = 0; i < iterations; ++i) {
+    auto e = problem.evaluate(state, Regressor::record);
+    if (!e.valid) return best;
+    if (!best || e.cost < best->evaluation.cost) best = BlackBoxSearch{state, e, false};
+    const Eigen::VectorXd alpha = solve_normal(e.normal, e.gradient).head(n);
+    const Realisation next{state.basis.transition - state.basis.input * alpha.transpose(), state.basis.input};
+    if (!next.transition.allFinite()) return best;
+    state = state_with_poles(problem, mirrored(next.poles()));
+    if (alpha.norm() < 1e-9) break;
+  }
+  return best;
+}
+
+}  // namespace
+
+BlackBoxState state_with_poles(const BlackBoxProblem& problem,
+                               const std::vector<std::complex<double>>& poles) {
+  BlackBoxState state;
+  state.basis = realisation_of(poles, static_cast<double>(problem.samples()));
+  return state;
+}
+
+BlackBoxSearch search(const BlackBoxProblem& problem, BlackBoxState start, const SearchEffort& effort) {
+  BlackBoxSearch result{std::move(start), {}, false};
+  result.evaluation = problem.evaluate(result.state, Regressor::model);
+  if (!result.evaluation.valid) return result;
+  const double energy = output_energy(problem);
+  const auto n = problem.nonlinear();
+  double damping = 0.0;
+  for (int iteration = 0; iteration < effort.iterations; ++iteration) {
+    const Reduced r = reduce(result.evaluation, n);
+    Eigen::MatrixXd normal = r.normal;
+    normal.diagonal() += damping * r.normal.diagonal();
+    const Eigen::VectorXd step = solve_normal(normal, r.gradient);
+    const double predicted = step.dot(r.gradient);
+    if (n == 0 || finished(result.evaluation, predicted, energy, effort.tolerance)) {
+      result.converged = true;
+      return result;
+    }
+    Eigen::VectorXd whole(result.evaluation.gradient.size());
+    whole << step, r.own - r.back * step;
+    auto trial = moved(problem, result.state, whole);
+    BlackBoxEvaluation e;
+    if (trial) e = problem.evaluate(*trial, Regressor::model);
+    if (e.valid && e.cost < result.evaluation.cost) {
+      result.state = std::move(*trial);
+      result.evaluation = std::move(e);
+      damping = damping < 1e-6 ? 0.0 : 0.1 * damping;
+    } else {
+      // At the rounding floor no step helps: that is an end, not a failure.
+      if (predicted <= 1e-9 * result.evaluation.cost || damping > 1e12) {
+        result.converged = predicted <= 1e-6 * result.evaluation.cost;
+        return result;
+      }
+      damping = std::max(10.0 * damping, 1e-4);
+    }
+  }
+  return result;
+}
+
+std::optional<BlackBoxSearch> search_from_scratch(const BlackBoxProblem& problem,
+                                                  const SearchEffort& effort) {
+  const auto n = static_cast<std::size_t>(problem.layout().order);
+  std::vector<BlackBoxSearch> starts;
+  constexpr int kRounds = 10;
+  for (const double pole : {0.0, 0.5, 0.8, 0.9, 0.95, 0.98}) {
+    auto start = steiglitz_mcbride(
+        problem, state_with_poles(problem, std::vector<std::complex<double>>(n, pole)), kRounds);
+    if (start) starts.push_back(std::move(*start));
+    if (n == 0) break;
+  }
+  std::sort(starts.begin(), starts.end(), [](const BlackBoxSearch& a, const BlackBoxSearch& b) {
+    return a.evaluation.cost < b.evaluation.cost;
+  });
+  constexpr std::size_t kRefined = 3;
+  if (starts.size() > kRefined) starts.resize(kRefined);
+  std::optional<BlackBoxSearch> best;
+  for (auto& start : starts) {
+    auto refined = search(problem, std::move(start.state), effort);
+    if (refined.evaluation.valid && (!best || refined.evaluation.cost < best->evaluation.cost))
+      best = std::move(refined);
+  }
+  return best;
+}
+
+}  // namespace resonid::fit::detail

@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <functional>
+#include <optional>
+#include <resonid/data/record.hpp>
+#include <resonid/identification/options.hpp>
+#include <resonid/identification/result.hpp>
+
+namespace resonid::identification::detail {
+
+/// The loop of a model, as the result's own was found.
+using LoopOfModel = std::function<std::optional<LoopResult>(const ModelResult&)>;
+
+/// Parametric bootstrap (Efron 1993, chapter 6): the experiment repeated on the fitted model.
+///
+/// A model of the record: with the simulated output yh, the residual's autoregressive model and new white
+/// noise w,
+///
+///   y* = yh + n*,  A(z) n* = w,  w ~ N(0, variance)        u* = u                        open loop
+///   y* = yh + G du + n*,  u* = u + du,  du = -C/(1 + C G) (n* - (y - yh))                controller known
+///
+/// and the model is fitted to (u*, y*) again, from where it is. Initial state and offset are in yh, and in
+/// the loop only differences to the record pass through G, so no state has to be known. A model of the
+/// response is fitted to lines around the model's own, each with its standard deviation.
+///
+/// Intervals lie between the (1-c)/2 and (1+c)/2 quantiles of the replicas. They follow the shape that the
+/// estimates really have, which the covariance cannot: short records, a damping near zero, margins that jump
+/// from one crossover to another. Limits: noise is Gaussian and the structure is right; what the model leaves
+/// out is noise. Replica i depends on seed and i only.
+[[nodiscard]] Bootstrap bootstrap(const data::Record& record, const Options& options, const Result& result,
+                                  const LoopOfModel& loop_of_model);
+
+}  // namespace resonid::identification::detail

@@ -1,0 +1,85 @@
+// SPDX-License-Identifier: MIT
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <resonid/identification/figures.hpp>
+
+namespace resonid::identification {
+namespace {
+
+class List {
+ public:
+  void put(std::string name, std::string unit, double value, std::optional<double> std) {
+    if (!std::isfinite(value)) return;
+    if (std && !(std::isfinite(*std) && *std > 0.0)) std.reset();
+    figures_.push_back({std::move(name), std::move(unit), value, std});
+  }
+  void put(std::string name, std::string unit, const std::optional<double>& value,
+           std::optional<double> std) {
+    if (value) put(std::move(name), std::move(unit), *value, std);
+  }
+  [[nodiscard]] std::vector<Figure> take() { return std::move(figures_); }
+
+ private:
+  std::vector<Figure> figures_;
+};
+
+void put_resonances(const Result& result, List& list) {
+  int seen[2] = {0, 0};
+  for (const auto& r : result.resonances) {
+    const int number = ++seen[r.anti ? 1 : 0];
+    const std::string name = fmt::format("{}resonance{}", r.anti ? "anti" : "",
+                                         number > 1 ? fmt::format("_{}", number) : std::string());
+    list.put(name + "_hz", "Hz", r.frequency_hz, r.std_hz);
+    list.put(name + "_damping_ratio", "", r.damping_ratio, r.damping_ratio_std);
+  }
+}
+
+std::string unit_of(std::string_view parameter, const Units& units) {
+  const auto ends = [&](std::string_view word) { return parameter.find(word) != std::string_view::npos; };
+  if (ends("inertia")) return units.inertia;
+  if (ends("stiffness")) return units.stiffness;
+  return ends("delay") ? "s" : units.damping;
+}
+
+void put_parameters(const Result& result, List& list) {
+  const auto& drive = result.model->drive;
+  for (int i = 0; i < fit::kParameterCount; ++i) {
+    if (!drive.estimated[static_cast<std::size_t>(i)]) continue;
+    const auto name = fit::kParameterNames[static_cast<std::size_t>(i)];
+    const auto e = drive.estimate(static_cast<fit::Parameter>(i));
+    list.put(std::string(name), unit_of(name, result.units), e.value, e.standard_deviation);
+  }
+  const auto put = [&](const char* name, const std::optional<fit::Estimate>& e) {
+    if (e) list.put(name, result.units.torque, e->value, e->standard_deviation);
+  };
+  put("coulomb_friction", result.model->coulomb_friction);
+  put("offset", result.model->offset);
+}
+
+void put_margins(const LoopResult& loop, List& list) {
+  const auto& m = loop.margins;
+  list.put("crossover_hz", "Hz", m.crossover_hz(), loop.crossover_std_hz);
+  list.put("phase_margin_deg", "deg", m.phase_margin_deg(), loop.phase_margin_std_deg);
+  list.put("modulus_margin", "", m.modulus_margin, loop.modulus_margin_std);
+  list.put("gain_margin_db", "dB", m.gain_margin_db, loop.gain_margin_std_db);
+}
+
+}  // namespace
+
+std::vector<Figure> figures(const Result& result) {
+  List list;
+  put_resonances(result, list);
+  if (result.model) put_parameters(result, list);
+  if (result.loop) put_margins(*result.loop, list);
+  return list.take();
+}
+
+const Figure* find(const std::vector<Figure>& figures, const std::string& name) {
+  const auto found =
+      std::find_if(figures.begin(), figures.end(), [&](const Figure& f) { return f.name == name; });
+  return found == figures.end() ? nullptr : &*found;
+}
+
+}  // namespace resonid::identification
