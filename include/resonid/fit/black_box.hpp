@@ -8,19 +8,12 @@
 #include <resonid/data/record.hpp>
 #include <resonid/data/transfer_function.hpp>
 #include <resonid/fit/noise_model.hpp>
+#include <resonid/fit/predictor.hpp>
 #include <resonid/fit/uncertain_root.hpp>
 #include <span>
 #include <vector>
 
 namespace resonid::fit {
-
-/// How the record's input reaches the model.
-enum class Predictor {
-  open_loop,    ///< The recorded input drives the simulation; with the noise modelled also right in closed
-                ///< loop.
-  closed_loop,  ///< Excitation and reference drive the simulated loop with the known controller.
-  joint,        ///< What of the input the excitation explains drives it: no controller is needed.
-};
 
 struct BlackBoxConfig {
   int order = 3;                  ///< Of A and B, 1 ... 20.
@@ -63,7 +56,7 @@ struct BlackBoxModel {
 
   /// Without delay, with total standard deviation.
   [[nodiscard]] data::FrequencyResponse response(std::span<const double> frequencies_hz) const;
-  /// In the z-plane; first-order covariances: those of nearly cancelling or nearly double roots are far too
+  /// In the z-plane. First-order covariances; those of nearly cancelling or nearly double roots are far too
   /// small or large.
   [[nodiscard]] std::vector<UncertainRoot> poles() const;
   [[nodiscard]] std::vector<UncertainRoot> zeros() const;

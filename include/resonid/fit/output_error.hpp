@@ -4,8 +4,11 @@
 #include <optional>
 #include <resonid/base/expected.hpp>
 #include <resonid/data/record.hpp>
+#include <resonid/data/transfer_function.hpp>
 #include <resonid/fit/drive_model.hpp>
 #include <resonid/fit/noise_model.hpp>
+#include <resonid/fit/predictor.hpp>
+#include <span>
 #include <utility>
 #include <vector>
 
@@ -14,10 +17,11 @@ namespace resonid::fit {
 struct OutputErrorConfig {
   DriveModel initial;             ///< Structure and start; a fit to the response is a good one.
   bool viscous_friction = false;  ///< Estimate friction on the driven side.
-  bool coulomb_friction = false;  ///< Estimate dry friction (torque times sign of the measured velocity).
-  bool delay = false;             ///< Estimate a delay of -1 ... 50 samples on top of the known one.
-  double known_delay_s = 0.0;     ///< In the measured output, >= 0.
-  bool initial_state = true;      ///< Estimate the state at the record's start; otherwise it is rest.
+  bool coulomb_friction =
+      false;                   ///< Estimate dry friction there, with the direction of the simulated motion.
+  bool delay = false;          ///< Estimate a delay of -1 ... 50 samples on top of the known one.
+  double known_delay_s = 0.0;  ///< In the measured output, >= 0.
+  bool initial_state = true;   ///< Estimate the state at the record's start; otherwise it is rest.
   bool offset = true;  ///< Estimate a constant torque at the input (load, friction at an operating point).
   bool noise_model = true;  ///< Weight by an autoregressive model of the residual (order 0 if it is white).
   std::size_t max_noise_order = 32;
@@ -25,6 +29,8 @@ struct OutputErrorConfig {
   std::vector<std::pair<std::size_t, std::size_t>> held_back;
   bool fixed_model =
       false;  ///< Estimate initial state and offset only: simulate a given model on the record.
+  Predictor predictor = Predictor::open_loop;
+  std::optional<data::TransferFunction> controller;  ///< From velocity error to torque; closed_loop needs it.
 };
 
 /// What the samples that were held back say of a fit to the others.
@@ -37,9 +43,12 @@ struct HeldBackFit {
 struct OutputErrorFit {
   DriveModel model;
   bool converged = false;
-  std::size_t samples = 0;         ///< Residuals used.
-  std::optional<Estimate> offset;  ///< Torque added to the input.
+  std::size_t samples = 0;  ///< Residuals used.
+  std::optional<Estimate>
+      offset;  ///< Torque added to the input; an integrating controller in the loop hides it.
   std::optional<Estimate> coulomb_friction;
+  bool one_direction =
+      false;  ///< The motion never reverses: dry friction, if asked for, is part of the offset.
   std::vector<double> residual;  ///< [sample] output minus simulated output, from first_sample on.
   std::size_t first_sample = 0;
   double fit_percent = 0.0;  ///< 100 (1 - |y - yh| / |y - mean y|), of the simulation, not one step ahead.
@@ -52,8 +61,33 @@ struct OutputErrorFit {
 /// input (METHOD 8.4). With white output noise it reaches the Cramer-Rao bound, in closed loop too; coloured
 /// noise is whitened by an autoregressive model found from the residual. Initial state and load torque are
 /// estimated with it, so an operating point does no harm. Errors: fewer than 50 samples, a start that is not
-/// finite and positive, a delay longer than the record.
+/// finite and positive, a delay longer than the record, dry friction from an acceleration, a closed loop
+/// without its controller or of anything but velocity.
 [[nodiscard]] expected<OutputErrorFit, ConfigError> fit_output_error(const data::Record& record,
                                                                      const OutputErrorConfig& config);
+
+/// Whether records agree on the parameters: the squared distances of their own fits to the common one, each
+/// in its own covariance, are chi-square distributed when they do.
+struct Consistency {
+  double chi_square = 0.0;
+  int degrees = 0;           ///< (records - 1) times estimated parameters.
+  double probability = 1.0;  ///< Of so large a value among records of one drive.
+};
+
+struct JointOutputErrorFit {
+  DriveModel model;
+  bool converged = false;
+  std::optional<Estimate> coulomb_friction;
+  std::vector<OutputErrorFit> records;  ///< [record] The common model, with each one's offset and residual.
+  std::vector<DriveModel> own;          ///< [record] What each says alone; empty if one cannot be fitted.
+  std::optional<Consistency> consistency;  ///< With all of `own`.
+  double information = 0.0;
+};
+
+/// One drive from several records: one likelihood over all of them, with each one's own initial state, offset
+/// and noise. Lengths may differ; sample rates and output quantities must be equal. Errors: as above, and
+/// records that differ in these.
+[[nodiscard]] expected<JointOutputErrorFit, ConfigError> fit_output_error(
+    std::span<const data::Record> records, const OutputErrorConfig& config);
 
 }  // namespace resonid::fit
