@@ -125,10 +125,24 @@ class Fitter {
   void start() {
     if (config_.predictor == Predictor::closed_loop) return start_in_loop();
     if (config_.initial) {
-      found_ = detail::search(*problem_, detail::state_with_poles(*problem_, given_poles()), effort());
-    } else if (auto found = detail::search_from_scratch(*problem_, effort())) {
-      found_ = std::move(*found);
+      found_ = detail::search_near(*problem_, detail::state_with_poles(*problem_, given_poles()), effort());
+    } else {
+      found_ = from_scratch(*problem_, signals_);
     }
+  }
+
+  /// Looks for a start in the first part of a long record only.
+  [[nodiscard]] BlackBoxSearch from_scratch(const BlackBoxProblem& problem,
+                                            const BlackBoxSignals& signals) const {
+    constexpr std::size_t kEnough = 20000;
+    if (signals.output.size() < 2 * kEnough) return detail::search_from_scratch(problem, effort());
+    BlackBoxSignals part;
+    part.input.assign(signals.input.begin(), signals.input.begin() + kEnough);
+    part.output.assign(signals.output.begin(), signals.output.begin() + kEnough);
+    auto found = detail::search_from_scratch(*detail::open_loop_problem(part, problem.layout()), kNoisy);
+    if (!found.evaluation.valid) return found;
+    found.state.extra.resize(0);
+    return detail::search(problem, std::move(found.state), effort());
   }
 
   /// The loop's predictor needs a model whose loop is stable: that of the open-loop problem.
@@ -141,10 +155,10 @@ class Fitter {
     if (config_.initial) {
       state = detail::state_with_poles(*problem, given_poles());
       if (!problem->evaluate(state, detail::Regressor::model).valid) return;
-    } else if (auto found = detail::search_from_scratch(*problem, kNoisy)) {
-      state = std::move(found->state);
     } else {
-      return;
+      auto found = from_scratch(*problem, signals);
+      if (!found.evaluation.valid) return;
+      state = std::move(found.state);
     }
     state.extra.resize(0);
     found_ = detail::search(*problem_, std::move(state), effort());
