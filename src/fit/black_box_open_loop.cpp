@@ -113,7 +113,8 @@ class OpenLoop : public BlackBoxProblem {
           add_scaled(gram.column(last + j), linear(forced() + j), rows, simulated);
       }
       if (regressor) {
-        const double* from = *regressor == Regressor::model ? simulated.data() : &signals_.output[static_cast<std::size_t>(k)];
+        const double* from =
+            *regressor == Regressor::model ? simulated.data() : &signals_.output[static_cast<std::size_t>(k)];
         output.run(from, rows, gram.column(0), kBlock);
         for (Eigen::Index i = 0; i < n; ++i) negate(gram.column(i), rows);
       }

@@ -156,12 +156,11 @@ BlackBoxSearch search_from_scratch(const BlackBoxProblem& problem, const SearchE
   std::vector<std::unique_ptr<Start>> starts;
   const auto advance = [&](std::size_t kept, int rounds) {
     for (auto& s : starts) steiglitz_mcbride(problem, s->at, s->best, rounds);
-    starts.erase(std::remove_if(starts.begin(), starts.end(),
-                                [](const auto& s) { return !s->best.evaluation.valid; }),
-                 starts.end());
-    std::sort(starts.begin(), starts.end(), [](const auto& a, const auto& b) {
-      return a->best.evaluation.cost < b->best.evaluation.cost;
-    });
+    starts.erase(
+        std::remove_if(starts.begin(), starts.end(), [](const auto& s) { return !s->best.evaluation.valid; }),
+        starts.end());
+    std::sort(starts.begin(), starts.end(),
+              [](const auto& a, const auto& b) { return a->best.evaluation.cost < b->best.evaluation.cost; });
     if (starts.size() > kept) starts.resize(kept);
   };
   for (const double pole : {0.0, 0.5, 0.8, 0.9, 0.95, 0.98}) {
