@@ -80,10 +80,13 @@ class Fitter {
   [[nodiscard]] BlackBoxSearch from_scratch(const BlackBoxProblem& problem,
                                             const BlackBoxSignals& signals) const {
     constexpr std::size_t kEnough = 20000;
-    if (signals.output.size() < 2 * kEnough) return detail::search_from_scratch(problem, effort());
+    const bool whole = signals.output.size() < 2 * kEnough;
+    if (whole && signals.instrument.empty()) return detail::search_from_scratch(problem, effort());
+    // The instruments' equations have several roots; the one that counts lies near the direct fit.
     BlackBoxSignals part;
-    part.input.assign(signals.input.begin(), signals.input.begin() + kEnough);
-    part.output.assign(signals.output.begin(), signals.output.begin() + kEnough);
+    const auto count = static_cast<std::ptrdiff_t>(whole ? signals.output.size() : kEnough);
+    part.input.assign(signals.input.begin(), signals.input.begin() + count);
+    part.output.assign(signals.output.begin(), signals.output.begin() + count);
     auto found = detail::search_from_scratch(*detail::open_loop_problem(part, problem.layout()), kNoisy);
     if (!found.evaluation.valid) return found;
     found.state.extra.resize(0);
@@ -172,7 +175,7 @@ class Fitter {
     if (!found_.evaluation.valid) return std::move(fit_);
     const double n = static_cast<double>(problem_->samples());
     const double parameters = static_cast<double>(found_.evaluation.gradient.size());
-    const double variance = found_.evaluation.cost / std::max(1.0, n - parameters);
+    const double variance = found_.evaluation.squares / std::max(1.0, n - parameters);
     store_model(variance);
     fit_.converged = found_.converged;
     const auto poles = found_.state.basis.poles();
@@ -182,7 +185,7 @@ class Fitter {
     fit_.first_sample = raw_.output.size() - fit_.residual.size();
     fit_.noise = noise_;
     fit_.noise.innovation_variance = variance;
-    fit_.information = n * std::log(std::max(found_.evaluation.cost / n, 1e-300)) +
+    fit_.information = n * std::log(std::max(found_.evaluation.squares / n, 1e-300)) +
                        (parameters + static_cast<double>(noise_.order())) * std::log(n);
     const auto first = raw_.output.begin() + static_cast<std::ptrdiff_t>(fit_.first_sample);
     const double mean =

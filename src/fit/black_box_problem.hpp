@@ -23,6 +23,9 @@ struct BlackBoxState {
 struct BlackBoxSignals {
   std::vector<double> input;   ///< open loop: base input w, summed when the integrator is fixed
   std::vector<double> output;  ///< closed loop: not shifted, the delay is in the loop
+  /// Open loop: the input without what noise makes of it; when present, the equations are those of
+  /// instrumental variables.
+  std::vector<double> instrument;
   std::vector<double> excitation, reference;  ///< closed loop only
 };
 
@@ -37,14 +40,16 @@ struct BlackBoxLayout {
   std::optional<data::TransferFunction> controller;  ///< closed loop when present
 };
 
-/// What J_alpha is filtered from: the model's output (output error) or the recorded one (Steiglitz-McBride).
-enum class Regressor { model, record };
+/// What J_alpha is filtered from: the model's output (output error), the recorded one (Steiglitz-McBride), or
+/// that it is left out.
+enum class Regressor { model, record, none };
 
 /// Normal equations at a state. Columns: [alpha | weights, taps | extra].
 struct BlackBoxEvaluation {
-  double cost = 0.0;         ///< sum of squares
-  Eigen::MatrixXd normal;    ///< J^T J
-  Eigen::VectorXd gradient;  ///< J^T r
+  double cost = 0.0;         ///< what is minimised: the sum of squares, or its part that the instruments see
+  double squares = 0.0;      ///< sum of squares
+  Eigen::MatrixXd normal;    ///< J^T J, or J^T P J with the projection P on the instruments
+  Eigen::VectorXd gradient;  ///< J^T r, or J^T P r
   bool valid = false;
 };
 

@@ -55,7 +55,7 @@ std::optional<BlackBoxState> moved(const BlackBoxProblem& problem, const BlackBo
 }
 
 bool finished(const BlackBoxEvaluation& e, double predicted, double energy, double tolerance) {
-  return predicted <= tolerance * e.cost || e.cost <= 1e-30 * energy;
+  return predicted <= tolerance * e.squares || e.squares <= 1e-30 * energy;
 }
 
 double output_energy(const BlackBoxProblem& problem) {
@@ -129,8 +129,8 @@ BlackBoxSearch search(const BlackBoxProblem& problem, BlackBoxState start, const
       damping = damping < 1e-6 ? 0.0 : 0.1 * damping;
     } else {
       // At the rounding floor no step helps: that is an end, not a failure.
-      if (predicted <= 1e-9 * result.evaluation.cost || damping > 1e12) {
-        result.converged = predicted <= 1e-6 * result.evaluation.cost;
+      if (predicted <= 1e-9 * result.evaluation.squares || damping > 1e12) {
+        result.converged = predicted <= 1e-6 * result.evaluation.squares;
         return result;
       }
       damping = std::max(10.0 * damping, 1e-4);

@@ -81,9 +81,14 @@ BlackBoxSignals prepared(const Recorded& raw, const NoiseModel& noise, const Bla
     s.reference = filtered(raw.reference, noise);
     return s;
   }
-  s.input = filtered(raw.input, noise);
-  if (config.integrator) s.input = summed(s.input, config.direct_term);
-  s.input.resize(s.input.size() - config.delay_samples);
+  const auto input = [&](const std::vector<double>& u) {
+    auto x = filtered(u, noise);
+    if (config.integrator) x = summed(x, config.direct_term);
+    x.resize(x.size() - config.delay_samples);
+    return x;
+  };
+  s.input = input(raw.input);
+  if (config.predictor == Predictor::joint) s.instrument = input(raw.projected);
   s.output.erase(s.output.begin(), s.output.begin() + static_cast<std::ptrdiff_t>(config.delay_samples));
   return s;
 }
@@ -91,7 +96,7 @@ BlackBoxSignals prepared(const Recorded& raw, const NoiseModel& noise, const Bla
 expected<Recorded, ConfigError> recorded(const data::Record& record, const BlackBoxConfig& config) {
   if (const auto error = error_of(record, config)) return unexpected(*error);
   const std::size_t n = record.samples();
-  Recorded raw{record.input.samples, record.output.samples, {}, {}};
+  Recorded raw{record.input.samples, record.output.samples, {}, {}, {}};
   if (!usable(raw.output, n) || !varies(raw.output))
     return refuse("record", "needs a finite output that varies");
   if (!usable(raw.input, n) || !varies(raw.input))
@@ -99,7 +104,7 @@ expected<Recorded, ConfigError> recorded(const data::Record& record, const Black
   if (config.predictor == Predictor::open_loop) return raw;
   auto projected = projected_input(record);
   if (!projected) return unexpected(projected.error());
-  raw.input = std::move(*projected);
+  raw.projected = std::move(*projected);
   const auto channel = [n](const data::Channel& c) {
     return c.present() ? c.samples : std::vector<double>(n, 0.0);
   };

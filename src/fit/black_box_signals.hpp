@@ -10,6 +10,7 @@ namespace resonid::fit::detail {
 /// The recorded signals that the predictor uses.
 struct Recorded {
   std::vector<double> input, output, excitation, reference;
+  std::vector<double> projected;  ///< The input without noise; empty in open loop.
 };
 
 /// Checks record and configuration, projects the input where the predictor asks for it.

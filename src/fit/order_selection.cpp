@@ -3,7 +3,6 @@
 #include <cmath>
 #include <limits>
 #include <resonid/fit/order_selection.hpp>
-#include <resonid/fit/projected_input.hpp>
 
 namespace resonid::fit {
 namespace {
@@ -60,7 +59,10 @@ std::optional<Squares> tried(const data::Record& first, const data::Record& rest
   s.trial.converged = fit->converged;
   s.trial.stable = fit->stable;
   s.trial.information = fit->information;
-  for (const double e : *left) s.values.push_back(e * e);
+  // The initial state and the constant were fitted to the rest itself.
+  const double n = static_cast<double>(left->size());
+  const double lost = model.order + 1.0;
+  for (const double e : *left) s.values.push_back(e * e * n / std::max(1.0, n - lost));
   for (const double v : s.values) s.trial.mean_square += v / static_cast<double>(s.values.size());
   if (!std::isfinite(s.trial.mean_square)) return std::nullopt;
   s.trial.fit_percent = 100.0 * (1.0 - std::sqrt(s.trial.mean_square / variance_of(rest.output.samples)));
@@ -75,16 +77,10 @@ expected<OrderSelection, ConfigError> select_order(const data::Record& record,
     return refuse("highest", "orders must be 1 ... 20, the lowest first", config.highest);
   if (!(config.estimation_share >= 0.3 && config.estimation_share <= 0.9))
     return refuse("estimation_share", "must be 0.3 ... 0.9", config.estimation_share);
-  data::Record used = record;
   BlackBoxConfig model = config.model;
-  if (model.predictor == Predictor::joint) {  // once for the whole record
-    auto projected = projected_input(record);
-    if (!projected) return unexpected(projected.error());
-    used.input.samples = std::move(*projected);
-    model.predictor = Predictor::open_loop;
-  }
-  const auto split = static_cast<std::size_t>(config.estimation_share * static_cast<double>(used.samples()));
-  const auto first = part_of(used, 0, split), rest = part_of(used, split, used.samples());
+  const auto split =
+      static_cast<std::size_t>(config.estimation_share * static_cast<double>(record.samples()));
+  const auto first = part_of(record, 0, split), rest = part_of(record, split, record.samples());
   std::vector<Squares> all;
   for (model.order = config.lowest; model.order <= config.highest; ++model.order)
     if (auto s = tried(first, rest, model)) all.push_back(std::move(*s));
@@ -97,16 +93,17 @@ expected<OrderSelection, ConfigError> select_order(const data::Record& record,
     return a.trial.mean_square < b.trial.mean_square;
   });
   OrderSelection selection;
+  constexpr double kStandardErrors = 2.0;
   // Errors of the size of rounding tell nothing apart.
   const double rounding = 1e-18 * variance_of(rest.output.samples);
   for (auto& s : all) {
     compare(s, best);
-    if (selection.order == 0 && s.trial.excess <= s.trial.standard_error + rounding)
+    if (selection.order == 0 && s.trial.excess <= kStandardErrors * s.trial.standard_error + rounding)
       selection.order = s.trial.order;
     selection.trials.push_back(s.trial);
   }
   model.order = selection.order;
-  auto fit = fit_black_box(used, model);
+  auto fit = fit_black_box(record, model);
   if (!fit) return unexpected(fit.error());
   selection.fit = std::move(*fit);
   return selection;
