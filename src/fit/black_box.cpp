@@ -2,9 +2,9 @@
 #include <algorithm>
 #include <cmath>
 #include <fit/black_box_search.hpp>
+#include <fit/black_box_signals.hpp>
 #include <numeric>
 #include <resonid/fit/black_box.hpp>
-#include <resonid/fit/projected_input.hpp>
 
 namespace resonid::fit {
 namespace {
@@ -13,60 +13,7 @@ using detail::BlackBoxProblem;
 using detail::BlackBoxSearch;
 using detail::BlackBoxSignals;
 using detail::BlackBoxState;
-
-/// The recorded signals that the predictor uses.
-struct Recorded {
-  std::vector<double> input, output, excitation, reference;
-};
-
-std::vector<double> filtered(const std::vector<double>& signal, const NoiseModel& noise) {
-  return noise.order() == 0 ? signal : whiten(signal, noise);
-}
-
-/// Running sum, one sample late unless the present sample acts at once.
-std::vector<double> summed(const std::vector<double>& x, bool at_once) {
-  std::vector<double> result(x.size());
-  double sum = 0.0;
-  for (std::size_t k = 0; k < x.size(); ++k) {
-    if (at_once) sum += x[k];
-    result[k] = sum;
-    if (!at_once) sum += x[k];
-  }
-  return result;
-}
-
-/// Aligned so that input[k] and output[k] belong together. Filtering by the noise model commutes with the
-/// plant and the controller, all being linear.
-BlackBoxSignals prepared(const Recorded& raw, const NoiseModel& noise, const BlackBoxConfig& config) {
-  BlackBoxSignals s;
-  s.output = filtered(raw.output, noise);
-  if (config.predictor == Predictor::closed_loop) {
-    s.excitation = filtered(raw.excitation, noise);
-    s.reference = filtered(raw.reference, noise);
-    return s;
-  }
-  s.input = filtered(raw.input, noise);
-  if (config.integrator) s.input = summed(s.input, config.direct_term);
-  s.input.resize(s.input.size() - config.delay_samples);
-  s.output.erase(s.output.begin(), s.output.begin() + static_cast<std::ptrdiff_t>(config.delay_samples));
-  return s;
-}
-
-detail::BlackBoxLayout layout_of(const BlackBoxConfig& config, bool in_loop) {
-  detail::BlackBoxLayout layout;
-  layout.order = config.order - (config.integrator ? 1 : 0);
-  layout.taps = (config.integrator ? 1 : 0) + (config.direct_term ? 1 : 0);
-  layout.initial_state = config.initial_state;
-  layout.integrator = config.integrator;
-  // A constant torque makes a ramp behind an integrator, whose initial value is a constant.
-  layout.constant = config.offset || (config.integrator && config.initial_state);
-  layout.ramp = config.integrator && config.offset && !in_loop;
-  if (in_loop) {
-    layout.delay_samples = config.delay_samples;
-    layout.controller = config.controller;
-  }
-  return layout;
-}
+using detail::Recorded;
 
 double rms(const std::vector<double>& x) {
   const double sum = std::inner_product(x.begin(), x.end(), x.begin(), 0.0);
@@ -103,10 +50,8 @@ class Fitter {
 
   void use(const NoiseModel& noise) {
     noise_ = noise;
-    signals_ = prepared(raw_, noise, config_);
-    const bool in_loop = config_.predictor == Predictor::closed_loop;
-    problem_ = in_loop ? detail::closed_loop_problem(signals_, layout_of(config_, true))
-                       : detail::open_loop_problem(signals_, layout_of(config_, false));
+    signals_ = detail::prepared(raw_, noise, config_);
+    problem_ = detail::problem_of(signals_, config_);
   }
 
   [[nodiscard]] const detail::SearchEffort& effort() const { return config_.noise_model ? kNoisy : kExact; }
@@ -125,26 +70,43 @@ class Fitter {
   void start() {
     if (config_.predictor == Predictor::closed_loop) return start_in_loop();
     if (config_.initial) {
-      found_ = detail::search(*problem_, detail::state_with_poles(*problem_, given_poles()), effort());
-    } else if (auto found = detail::search_from_scratch(*problem_, effort())) {
-      found_ = std::move(*found);
+      found_ = detail::search_near(*problem_, detail::state_with_poles(*problem_, given_poles()), effort());
+    } else {
+      found_ = from_scratch(*problem_, signals_);
     }
+  }
+
+  /// Looks for a start in the first part of a long record only.
+  [[nodiscard]] BlackBoxSearch from_scratch(const BlackBoxProblem& problem,
+                                            const BlackBoxSignals& signals) const {
+    constexpr std::size_t kEnough = 20000;
+    const bool whole = signals.output.size() < 2 * kEnough;
+    if (whole && signals.instrument.empty()) return detail::search_from_scratch(problem, effort());
+    // The instruments' equations have several roots; the one that counts lies near the direct fit.
+    BlackBoxSignals part;
+    const auto count = static_cast<std::ptrdiff_t>(whole ? signals.output.size() : kEnough);
+    part.input.assign(signals.input.begin(), signals.input.begin() + count);
+    part.output.assign(signals.output.begin(), signals.output.begin() + count);
+    auto found = detail::search_from_scratch(*detail::open_loop_problem(part, problem.layout()), kNoisy);
+    if (!found.evaluation.valid) return found;
+    found.state.extra.resize(0);
+    return detail::search(problem, std::move(found.state), effort());
   }
 
   /// The loop's predictor needs a model whose loop is stable: that of the open-loop problem.
   void start_in_loop() {
     BlackBoxConfig open = config_;
     open.predictor = Predictor::joint;
-    const BlackBoxSignals signals = prepared(raw_, NoiseModel{}, open);
-    const auto problem = detail::open_loop_problem(signals, layout_of(open, false));
+    const BlackBoxSignals signals = detail::prepared(raw_, NoiseModel{}, open);
+    const auto problem = detail::problem_of(signals, open);
     BlackBoxState state;
     if (config_.initial) {
       state = detail::state_with_poles(*problem, given_poles());
       if (!problem->evaluate(state, detail::Regressor::model).valid) return;
-    } else if (auto found = detail::search_from_scratch(*problem, kNoisy)) {
-      state = std::move(found->state);
     } else {
-      return;
+      auto found = from_scratch(*problem, signals);
+      if (!found.evaluation.valid) return;
+      state = std::move(found.state);
     }
     state.extra.resize(0);
     found_ = detail::search(*problem_, std::move(state), effort());
@@ -155,11 +117,8 @@ class Fitter {
     BlackBoxState state = found_.state;
     if (noise_.order() == 0) return problem_->residual(state);
     state.extra.resize(0);
-    const BlackBoxSignals signals = prepared(raw_, NoiseModel{}, config_);
-    const auto problem = config_.predictor == Predictor::closed_loop
-                             ? detail::closed_loop_problem(signals, problem_->layout())
-                             : detail::open_loop_problem(signals, problem_->layout());
-    return problem->residual(state);
+    const BlackBoxSignals signals = detail::prepared(raw_, NoiseModel{}, config_);
+    return detail::problem_of(signals, config_)->residual(state);
   }
 
   static double difference(const NoiseModel& a, const NoiseModel& b) {
@@ -216,7 +175,7 @@ class Fitter {
     if (!found_.evaluation.valid) return std::move(fit_);
     const double n = static_cast<double>(problem_->samples());
     const double parameters = static_cast<double>(found_.evaluation.gradient.size());
-    const double variance = found_.evaluation.cost / std::max(1.0, n - parameters);
+    const double variance = found_.evaluation.squares / std::max(1.0, n - parameters);
     store_model(variance);
     fit_.converged = found_.converged;
     const auto poles = found_.state.basis.poles();
@@ -226,7 +185,7 @@ class Fitter {
     fit_.first_sample = raw_.output.size() - fit_.residual.size();
     fit_.noise = noise_;
     fit_.noise.innovation_variance = variance;
-    fit_.information = n * std::log(std::max(found_.evaluation.cost / n, 1e-300)) +
+    fit_.information = n * std::log(std::max(found_.evaluation.squares / n, 1e-300)) +
                        (parameters + static_cast<double>(noise_.order())) * std::log(n);
     const auto first = raw_.output.begin() + static_cast<std::ptrdiff_t>(fit_.first_sample);
     const double mean =
@@ -247,57 +206,33 @@ class Fitter {
   BlackBoxFit fit_;
 };
 
-bool usable(const std::vector<double>& x, std::size_t samples) {
-  return x.size() == samples && std::all_of(x.begin(), x.end(), [](double v) { return std::isfinite(v); });
-}
-
-bool varies(const std::vector<double>& x) {
-  return std::any_of(x.begin(), x.end(), [&](double v) { return v != x.front(); });
-}
-
-expected<Recorded, ConfigError> recorded(const data::Record& record, const BlackBoxConfig& config) {
-  const std::size_t n = record.samples();
-  Recorded raw{record.input.samples, record.output.samples, {}, {}};
-  if (!usable(raw.output, n) || !varies(raw.output))
-    return refuse("record", "needs a finite output that varies");
-  if (!usable(raw.input, n) || !varies(raw.input))
-    return refuse("record", "needs a finite input of the output's length that varies");
-  if (config.predictor == Predictor::open_loop) return raw;
-  auto projected = projected_input(record);
-  if (!projected) return unexpected(projected.error());
-  raw.input = std::move(*projected);
-  const auto channel = [n](const data::Channel& c) {
-    return c.present() ? c.samples : std::vector<double>(n, 0.0);
-  };
-  raw.excitation = channel(record.excitation);
-  raw.reference = channel(record.reference);
-  return raw;
-}
-
 }  // namespace
 
 expected<BlackBoxFit, ConfigError> fit_black_box(const data::Record& record, const BlackBoxConfig& config) {
-  if (config.order < 1 || config.order > 20) return refuse("order", "must be 1 ... 20", config.order);
-  if (!(record.sample_rate_hz > 0.0)) return refuse("record", "needs a sample rate", record.sample_rate_hz);
-  const auto samples = record.samples();
-  if (samples < 50 + 4 * static_cast<std::size_t>(config.order) + config.delay_samples)
-    return refuse("record", "needs at least 50 + 4 order + delay samples", static_cast<double>(samples));
-  if (config.predictor == Predictor::closed_loop) {
-    if (!config.controller || config.controller->numerator.empty() ||
-        config.controller->denominator.empty() || config.controller->denominator.front() == 0.0)
-      return refuse("controller", "is needed by the closed-loop predictor, with a denominator that starts");
-    if (config.direct_term) return refuse("direct_term", "is not possible in a loop");
-  }
-  if (config.initial) {
-    const auto& given = config.initial->denominator;
-    if (given.empty() || given.front() == 0.0 || given.size() > static_cast<std::size_t>(config.order) + 1)
-      return refuse("initial", "must have at most the model's order");
-  }
-  auto raw = recorded(record, config);
+  auto raw = detail::recorded(record, config);
   if (!raw) return unexpected(raw.error());
   auto fit = Fitter(std::move(*raw), config).run();
   fit.model.transfer_function.sample_time_s = record.sample_time_s();
   return fit;
+}
+
+expected<std::vector<double>, ConfigError> simulation_residual(const data::Record& record,
+                                                               const BlackBoxModel& model,
+                                                               const BlackBoxConfig& config) {
+  const auto& r = model.realisation;
+  BlackBoxConfig same = config;
+  same.initial.reset();
+  same.delay_samples = model.delay_samples;
+  same.integrator = r.integrator;
+  same.direct_term = r.taps.size() > (r.integrator ? 1 : 0);
+  same.order = static_cast<int>(r.output.size()) + (r.integrator ? 1 : 0);
+  if (!r.present()) return refuse("model", "needs its realisation");
+  auto raw = detail::recorded(record, same);
+  if (!raw) return unexpected(raw.error());
+  const auto signals = detail::prepared(*raw, NoiseModel{}, same);
+  const auto problem = detail::problem_of(signals, same);
+  BlackBoxState state{{r.transition, r.input}, r.output, r.taps, {}};
+  return problem->residual(state);
 }
 
 }  // namespace resonid::fit

@@ -100,7 +100,7 @@ class ClosedLoop : public BlackBoxProblem {
     linearise(state, free, gram);
     const Eigen::MatrixXd m = gram.matrix();
     result.valid = m.allFinite();
-    result.cost = m(n + extras, n + extras);
+    result.cost = result.squares = m(n + extras, n + extras);
     result.normal = m.topLeftCorner(n + extras, n + extras);
     result.gradient = m.col(n + extras).head(n + extras);
     return result;

@@ -62,18 +62,25 @@ void Chain::run(const double* v, Eigen::Index count, double* columns, Eigen::Ind
   }
 }
 
-void Gram::add(Eigen::Index rows) {
-  const auto block = block_.topRows(rows);
-  const auto columns = block_.cols();
-  if (columns > 16) {
-    sum_.selfadjointView<Eigen::Lower>().rankUpdate(block.transpose());
+void Gram::add(Eigen::Index rows, Eigen::Index used) {
+  const auto block = block_.topLeftCorner(rows, used);
+  constexpr Eigen::Index kFew = 16;
+  if (used > kFew) {
+    sum_.topLeftCorner(used, used).selfadjointView<Eigen::Lower>().rankUpdate(block.transpose());
     return;
   }
-  for (Eigen::Index j = 0; j < columns; ++j)
-    for (Eigen::Index i = j; i < columns; ++i) sum_(i, j) += block.col(i).dot(block.col(j));
+  for (Eigen::Index j = 0; j < used; ++j)
+    for (Eigen::Index i = j; i < used; ++i) sum_(i, j) += block.col(i).dot(block.col(j));
 }
 
 Eigen::MatrixXd Gram::matrix() const { return sum_.selfadjointView<Eigen::Lower>(); }
+
+Eigen::MatrixXd Gram::matrix_with_last(Eigen::Index from) const {
+  Eigen::VectorXi order(sum_.cols());
+  for (Eigen::Index i = 0; i < order.size(); ++i) order(i) = static_cast<int>(i < from ? i : i + 1);
+  order(order.size() - 1) = static_cast<int>(from);
+  return matrix()(order, order);
+}
 
 Eigen::MatrixXd invert_normal(const Eigen::MatrixXd& normal, bool* full_rank) {
   const auto n = normal.rows();

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <Eigen/Eigenvalues>
 #include <Eigen/LU>
+#include <algorithm>
 #include <cmath>
 #include <fit/realisation.hpp>
 #include <resonid/base/constants.hpp>
@@ -151,10 +152,15 @@ std::vector<UncertainRoot> BlackBoxModel::zeros() const {
   if (m == 1) pencil(n, n) = realisation.taps(0);
   unit.topLeftCorner(n, n).setIdentity();
   constexpr double kShift = 1.0371;  // nothing special: no zero is expected exactly there
-  const Eigen::VectorXcd values = (pencil - kShift * unit).partialPivLu().solve(unit).eigenvalues();
+  const Eigen::VectorXcd found = (pencil - kShift * unit).partialPivLu().solve(unit).eigenvalues();
+  // The rest lie at infinity: two of them without a tap, one with it.
+  std::vector<Complex> values(found.begin(), found.end());
+  std::sort(values.begin(), values.end(),
+            [](const Complex& p, const Complex& q) { return std::abs(p) > std::abs(q); });
+  values.resize(static_cast<std::size_t>(m == 1 ? n : n - 1));
   std::vector<UncertainRoot> roots;
   for (const Complex& value : values) {
-    if (!(std::abs(value) > 1e-9)) continue;  // at infinity
+    if (!(std::abs(value) > 1e-12)) continue;
     const Complex z = kShift + 1.0 / value;
     const Eigen::VectorXcd f = detail::basis({realisation.transition, realisation.input}, z);
     Eigen::MatrixXcd shifted = -realisation.transition.cast<Complex>();

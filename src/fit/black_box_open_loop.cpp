@@ -26,19 +26,20 @@ class OpenLoop : public BlackBoxProblem {
     Eigen::VectorXd linear = pack(state);
     const auto p = linear.size();
     const auto n = layout_.order;
+    if (!signals_.instrument.empty()) return evaluate_with_instruments(state, linear, regressor);
     {
       Gram gram(p + 1, kBlock);
-      pass(state, linear, gram, 0, std::nullopt);
-      const Eigen::MatrixXd m = gram.matrix();
+      pass(state, linear, gram, 0, Regressor::none);
+      const Eigen::MatrixXd m = gram.matrix_with_last(forced());
       if (!m.allFinite()) return result;
       linear += solve_normal(m.topLeftCorner(p, p), m.col(p).head(p));
     }
     unpack(linear, state);
     Gram gram(n + p + 1, kBlock);
     pass(state, linear, gram, n, regressor);
-    const Eigen::MatrixXd m = gram.matrix();
+    const Eigen::MatrixXd m = gram.matrix_with_last(n + forced());
     result.valid = m.allFinite();
-    result.cost = m(n + p, n + p);
+    result.cost = result.squares = m(n + p, n + p);
     result.normal = m.topLeftCorner(n + p, n + p);
     result.gradient = m.col(n + p).head(n + p);
     return result;
@@ -50,8 +51,8 @@ class OpenLoop : public BlackBoxProblem {
     const auto extras = p - fixed;
     for (int refinement = 0; refinement < 2; ++refinement) {
       Gram gram(p + 1, kBlock);
-      pass(state, linear, gram, 0, std::nullopt);
-      const Eigen::MatrixXd m = gram.matrix();
+      pass(state, linear, gram, 0, Regressor::none);
+      const Eigen::MatrixXd m = gram.matrix_with_last(forced());
       linear.tail(extras) +=
           solve_normal(m.block(fixed, fixed, extras, extras), m.col(p).segment(fixed, extras));
     }
@@ -59,7 +60,7 @@ class OpenLoop : public BlackBoxProblem {
     std::vector<double> values;
     values.reserve(samples());
     Gram gram(p + 1, kBlock);
-    pass(state, linear, gram, 0, std::nullopt, &values);
+    pass(state, linear, gram, 0, Regressor::none, &values);
     return values;
   }
 
@@ -68,10 +69,88 @@ class OpenLoop : public BlackBoxProblem {
   [[nodiscard]] const BlackBoxLayout& layout() const override { return layout_; }
 
  private:
+  /// Columns J from the recorded input, Z from the instrument, residual r from the recorded input: solves
+  /// Z^T r = 0, which holds at the truth however poor the instrument is.
+  BlackBoxEvaluation evaluate_with_instruments(BlackBoxState& state, Eigen::VectorXd linear,
+                                               Regressor regressor) const {
+    BlackBoxEvaluation result;
+    const auto p = linear.size(), n = layout_.order;
+    for (const bool last : {false, true}) {
+      const auto q = p + (last ? n : 0);
+      Gram gram(2 * q + 1, kBlock);
+      const Regressor asked = last ? regressor : Regressor::none;
+      pass_with_instruments(state, linear, gram, asked);
+      const Eigen::MatrixXd m = gram.matrix();
+      if (!m.allFinite()) return result;
+      const Eigen::MatrixXd across = m.block(q, 0, q, q);  // Z^T J
+      const Eigen::VectorXd seen = m.col(2 * q).segment(q, q);
+      const Eigen::MatrixXd inverse = invert_normal(m.block(q, q, q, q));
+      result.normal = across.transpose() * inverse * across;
+      result.gradient = across.transpose() * inverse * seen;
+      result.cost = seen.dot(inverse * seen);
+      result.squares = m(2 * q, 2 * q);
+      if (!last) {
+        linear += solve_normal(result.normal, result.gradient);
+        unpack(linear, state);
+      }
+    }
+    result.valid = std::isfinite(result.cost) && result.normal.allFinite();
+    return result;
+  }
+
+  /// Columns [J | Z | r], each of J and Z as [alpha (when asked for) | weights, taps, constant, ramp | free].
+  void pass_with_instruments(const BlackBoxState& state, const Eigen::VectorXd& linear, Gram& gram,
+                             Regressor regressor) const {
+    const auto n = layout_.order;
+    const Eigen::Index first = regressor != Regressor::none ? n : 0, q = first + linear.size();
+    const Eigen::VectorXd rest = Eigen::VectorXd::Zero(n);
+    Chain real(state.basis, rest), clean(state.basis, rest), free(state.basis, state.basis.input);
+    Chain of_real(state.basis, rest), of_clean(state.basis, rest);
+    const auto count = static_cast<Eigen::Index>(samples());
+    const Eigen::Index through = n + layout_.taps;
+    const Eigen::Index frees = layout_.initial_state ? n : 0;
+    Eigen::VectorXd simulated(kBlock), instrument(kBlock);
+    for (Eigen::Index k = 0; k < count; k += kBlock) {
+      const Eigen::Index rows = std::min(kBlock, count - k);
+      const double* y = &signals_.output[static_cast<std::size_t>(k)];
+      fill(real, signals_.input, gram, first, k, rows);
+      fill(clean, signals_.instrument, gram, q + first, k, rows);
+      if (frees > 0) free.run(nullptr, rows, gram.column(first + forced()), kBlock);
+      for (Eigen::Index j = 0; j < frees; ++j)
+        std::copy_n(gram.column(first + forced() + j), rows, gram.column(q + first + forced() + j));
+      simulated.setZero();
+      instrument.setZero();
+      for (Eigen::Index j = 0; j < linear.size(); ++j) {
+        if (j >= through && j < forced()) continue;
+        add_scaled(gram.column(first + j), linear(j), rows, simulated);
+        add_scaled(gram.column(q + first + j), linear(j), rows, instrument);
+      }
+      if (regressor != Regressor::none) {
+        of_real.run(regressor == Regressor::model ? simulated.data() : y, rows, gram.column(0), kBlock);
+        of_clean.run(instrument.data(), rows, gram.column(q), kBlock);
+        for (Eigen::Index i = 0; i < n; ++i) {
+          negate(gram.column(i), rows);
+          negate(gram.column(q + i), rows);
+        }
+      }
+      for (Eigen::Index j = through; j < forced(); ++j)
+        add_scaled(gram.column(first + j), linear(j), rows, simulated);
+      Eigen::Map<Eigen::VectorXd>(gram.column(2 * q), rows) =
+          Eigen::Map<const Eigen::VectorXd>(y, rows) - simulated.head(rows);
+      gram.add(rows);
+    }
+  }
+
+  /// Columns that do not die out: weights, taps, constant, ramp. The residual's column follows them, and the
+  /// free responses come last, so that they can be left out once they are over.
+  [[nodiscard]] Eigen::Index forced() const {
+    return layout_.order + layout_.taps + (layout_.constant ? 1 : 0) + (layout_.ramp ? 1 : 0);
+  }
+
   [[nodiscard]] Eigen::VectorXd pack(const BlackBoxState& s) const {
-    const auto extras =
-        (layout_.initial_state ? layout_.order : 0) + (layout_.constant ? 1 : 0) + (layout_.ramp ? 1 : 0);
-    Eigen::VectorXd linear = Eigen::VectorXd::Zero(layout_.order + layout_.taps + extras);
+    const auto fixed = layout_.order + layout_.taps;
+    const auto extras = forced() - fixed + (layout_.initial_state ? layout_.order : 0);
+    Eigen::VectorXd linear = Eigen::VectorXd::Zero(fixed + extras);
     if (s.weights.size() == layout_.order) linear.head(layout_.order) = s.weights;
     if (s.taps.size() == layout_.taps) linear.segment(layout_.order, layout_.taps) = s.taps;
     if (s.extra.size() == extras) linear.tail(extras) = s.extra;
@@ -83,63 +162,67 @@ class OpenLoop : public BlackBoxProblem {
     s.extra = linear.tail(linear.size() - layout_.order - layout_.taps);
   }
 
-  /// Columns [alpha (first) | linear | residual] into the sums.
+  /// Columns [alpha (first of them) | weights, taps, constant, ramp | residual | free responses] into the
+  /// sums.
   void pass(const BlackBoxState& state, const Eigen::VectorXd& linear, Gram& gram, Eigen::Index first,
-            std::optional<Regressor> regressor, std::vector<double>* residuals = nullptr) const {
+            Regressor regressor, std::vector<double>* residuals = nullptr) const {
     const auto n = layout_.order;
     const Eigen::VectorXd rest = Eigen::VectorXd::Zero(n);
-    Chain forced(state.basis, rest), free(state.basis, state.basis.input), output(state.basis, rest);
+    Chain chain(state.basis, rest), free(state.basis, state.basis.input), output(state.basis, rest);
     const auto count = static_cast<Eigen::Index>(samples());
-    const auto p = linear.size();
+    const Eigen::Index last = first + forced() + 1;
+    const Eigen::Index through = n + layout_.taps;
     Eigen::VectorXd simulated(kBlock);
     for (Eigen::Index k = 0; k < count; k += kBlock) {
       const Eigen::Index rows = std::min(kBlock, count - k);
-      const Eigen::Index constants = fill(forced, free, gram, first, k, rows);
+      const bool transient = layout_.initial_state && free.alive();
+      fill(chain, signals_.input, gram, first, k, rows);
       simulated.setZero();
-      for (Eigen::Index j = 0; j < constants; ++j)
+      for (Eigen::Index j = 0; j < through; ++j)
         add_scaled(gram.column(first + j), linear(j), rows, simulated);
-      if (regressor) {
-        const double* from = *regressor == Regressor::model ? simulated.data() : &signals_.output[k];
+      if (transient) {
+        free.run(nullptr, rows, gram.column(last), kBlock);
+        for (Eigen::Index j = 0; j < n; ++j)
+          add_scaled(gram.column(last + j), linear(forced() + j), rows, simulated);
+      }
+      if (regressor != Regressor::none) {
+        const double* from =
+            regressor == Regressor::model ? simulated.data() : &signals_.output[static_cast<std::size_t>(k)];
         output.run(from, rows, gram.column(0), kBlock);
         for (Eigen::Index i = 0; i < n; ++i) negate(gram.column(i), rows);
       }
-      for (Eigen::Index j = constants; j < p; ++j)
+      for (Eigen::Index j = through; j < forced(); ++j)
         add_scaled(gram.column(first + j), linear(j), rows, simulated);
-      double* r = gram.column(first + p);
-      for (Eigen::Index i = 0; i < rows; ++i)
-        r[i] = signals_.output[static_cast<std::size_t>(k + i)] - simulated(i);
+      double* r = gram.column(last - 1);
+      Eigen::Map<Eigen::VectorXd>(r, rows) =
+          Eigen::Map<const Eigen::VectorXd>(&signals_.output[static_cast<std::size_t>(k)], rows) -
+          simulated.head(rows);
       if (residuals != nullptr) residuals->insert(residuals->end(), r, r + rows);
-      gram.add(rows);
+      gram.add(rows, transient ? last + n : last);
     }
   }
 
-  /// The linear columns of one block; returns how many of them pass through the denominator.
-  Eigen::Index fill(Chain& forced, Chain& free, Gram& gram, Eigen::Index first, Eigen::Index k,
-                    Eigen::Index rows) const {
+  /// Weights', taps', constant's and ramp's columns of one block.
+  void fill(Chain& chain, const std::vector<double>& input, Gram& gram, Eigen::Index first, Eigen::Index k,
+            Eigen::Index rows) const {
     const auto n = layout_.order;
-    const double* w = &signals_.input[static_cast<std::size_t>(k)];
+    const double* w = &input[static_cast<std::size_t>(k)];
     std::vector<double> delayed;
     if (layout_.taps == 2) {
       delayed.assign(w, w + rows);
       std::rotate(delayed.begin(), delayed.end() - 1, delayed.end());
       delayed[0] = k > 0 ? w[-1] : 0.0;
     }
-    forced.run(delayed.empty() ? w : delayed.data(), rows, gram.column(first), kBlock);
+    chain.run(delayed.empty() ? w : delayed.data(), rows, gram.column(first), kBlock);
     Eigen::Index column = first + n;
     if (layout_.taps > 0) std::copy_n(w, rows, gram.column(column++));
     if (layout_.taps > 1) std::copy_n(delayed.data(), rows, gram.column(column++));
-    if (layout_.initial_state) {
-      free.run(nullptr, rows, gram.column(column), kBlock);
-      column += n;
-    }
-    const Eigen::Index through = column - first;
     if (layout_.constant) std::fill_n(gram.column(column++), rows, 1.0);
     if (layout_.ramp) {
       double* ramp = gram.column(column++);
       for (Eigen::Index i = 0; i < rows; ++i)
         ramp[i] = static_cast<double>(k + i) / static_cast<double>(samples());
     }
-    return through;
   }
 
   static void add_scaled(const double* column, double factor, Eigen::Index rows, Eigen::VectorXd& sum) {

@@ -15,7 +15,7 @@ struct BlackBoxState {
   Realisation basis;
   Eigen::VectorXd weights;  ///< of F_i
   Eigen::VectorXd taps;     ///< of w(k), w(k-1): none, one or two
-  Eigen::VectorXd extra;    ///< weights of initial state, constant and ramp
+  Eigen::VectorXd extra;    ///< weights of constant, ramp and free responses
 };
 
 /// What a model is compared with. Signals are aligned: the known delay is out, so output[k] belongs to
@@ -23,6 +23,9 @@ struct BlackBoxState {
 struct BlackBoxSignals {
   std::vector<double> input;   ///< open loop: base input w, summed when the integrator is fixed
   std::vector<double> output;  ///< closed loop: not shifted, the delay is in the loop
+  /// Open loop: the input without what noise makes of it; when present, the equations are those of
+  /// instrumental variables.
+  std::vector<double> instrument;
   std::vector<double> excitation, reference;  ///< closed loop only
 };
 
@@ -37,14 +40,16 @@ struct BlackBoxLayout {
   std::optional<data::TransferFunction> controller;  ///< closed loop when present
 };
 
-/// What J_alpha is filtered from: the model's output (output error) or the recorded one (Steiglitz-McBride).
-enum class Regressor { model, record };
+/// What J_alpha is filtered from: the model's output (output error), the recorded one (Steiglitz-McBride), or
+/// that it is left out.
+enum class Regressor { model, record, none };
 
 /// Normal equations at a state. Columns: [alpha | weights, taps | extra].
 struct BlackBoxEvaluation {
-  double cost = 0.0;         ///< sum of squares
-  Eigen::MatrixXd normal;    ///< J^T J
-  Eigen::VectorXd gradient;  ///< J^T r
+  double cost = 0.0;         ///< what is minimised: the sum of squares, or its part that the instruments see
+  double squares = 0.0;      ///< sum of squares
+  Eigen::MatrixXd normal;    ///< J^T J, or J^T P J with the projection P on the instruments
+  Eigen::VectorXd gradient;  ///< J^T r, or J^T P r
   bool valid = false;
 };
 
@@ -84,9 +89,13 @@ class Gram {
       : block_(block_rows, columns), sum_(Eigen::MatrixXd::Zero(columns, columns)) {}
 
   [[nodiscard]] double* column(Eigen::Index j) { return block_.col(j).data(); }
-  void add(Eigen::Index rows);
+  /// Adds the block's first rows; columns from `used` on are taken as zero.
+  void add(Eigen::Index rows, Eigen::Index used);
+  void add(Eigen::Index rows) { add(rows, block_.cols()); }
   /// The full symmetric matrix.
   [[nodiscard]] Eigen::MatrixXd matrix() const;
+  /// The same with column `from` moved to the end.
+  [[nodiscard]] Eigen::MatrixXd matrix_with_last(Eigen::Index from) const;
 
  private:
   Eigen::MatrixXd block_;
@@ -101,6 +110,9 @@ class Chain {
   /// column[i * stride + k] = s_i(k), then s(k+1) = A s(k) + b v(k), k = 0 ... count - 1. v may be null (zero
   /// input).
   void run(const double* v, Eigen::Index count, double* columns, Eigen::Index stride);
+
+  /// False once the states are too small to be seen beside those of unit size.
+  [[nodiscard]] bool alive() const { return state_.cwiseAbs().sum() > 1e-18; }
 
  private:
   using Matrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;

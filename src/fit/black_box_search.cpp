@@ -47,15 +47,15 @@ std::optional<BlackBoxState> moved(const BlackBoxProblem& problem, const BlackBo
   if (state.extra.size() == extras) state.extra += step.tail(extras);
   if (n > 0) {
     state.weights = (next->states.transpose() * state.weights).eval();
-    if (!layout.controller && layout.initial_state)
-      state.extra.head(n) = (next->states.transpose() * state.extra.head(n)).eval();
+    if (!layout.controller && layout.initial_state && state.extra.size() == extras)
+      state.extra.tail(n) = (next->states.transpose() * state.extra.tail(n)).eval();
   }
   state.basis = std::move(next->realisation);
   return state;
 }
 
 bool finished(const BlackBoxEvaluation& e, double predicted, double energy, double tolerance) {
-  return predicted <= tolerance * e.cost || e.cost <= 1e-30 * energy;
+  return predicted <= tolerance * e.squares || e.squares <= 1e-30 * energy;
 }
 
 double output_energy(const BlackBoxProblem& problem) {
@@ -75,22 +75,21 @@ std::vector<std::complex<double>> mirrored(const Eigen::VectorXcd& poles) {
   return result;
 }
 
-/// (A_new/A) y = (B_new/A) u, solved for A_new and repeated (Steiglitz, McBride 1965).
-std::optional<BlackBoxSearch> steiglitz_mcbride(const BlackBoxProblem& problem, BlackBoxState state,
-                                                int iterations) {
+/// (A_new/A) y = (B_new/A) u, solved for A_new and repeated (Steiglitz, McBride 1965). Goes on from `at` and
+/// keeps the best state in `best`.
+void steiglitz_mcbride(const BlackBoxProblem& problem, BlackBoxState& at, BlackBoxSearch& best,
+                       int iterations) {
   const auto n = problem.layout().order;
-  std::optional<BlackBoxSearch> best;
   for (int i = 0; i < iterations; ++i) {
-    auto e = problem.evaluate(state, Regressor::record);
-    if (!e.valid) return best;
-    if (!best || e.cost < best->evaluation.cost) best = BlackBoxSearch{state, e, false};
+    auto e = problem.evaluate(at, Regressor::record);
+    if (!e.valid) return;
+    if (!best.evaluation.valid || e.cost < best.evaluation.cost) best = BlackBoxSearch{at, e, false};
     const Eigen::VectorXd alpha = solve_normal(e.normal, e.gradient).head(n);
-    const Realisation next{state.basis.transition - state.basis.input * alpha.transpose(), state.basis.input};
-    if (!next.transition.allFinite()) return best;
-    state = state_with_poles(problem, mirrored(next.poles()));
-    if (alpha.norm() < 1e-9) break;
+    const Realisation next{at.basis.transition - at.basis.input * alpha.transpose(), at.basis.input};
+    if (!next.transition.allFinite()) return;
+    at = state_with_poles(problem, mirrored(next.poles()));
+    if (alpha.norm() < 1e-9) return;
   }
-  return best;
 }
 
 }  // namespace
@@ -130,8 +129,8 @@ BlackBoxSearch search(const BlackBoxProblem& problem, BlackBoxState start, const
       damping = damping < 1e-6 ? 0.0 : 0.1 * damping;
     } else {
       // At the rounding floor no step helps: that is an end, not a failure.
-      if (predicted <= 1e-9 * result.evaluation.cost || damping > 1e12) {
-        result.converged = predicted <= 1e-6 * result.evaluation.cost;
+      if (predicted <= 1e-9 * result.evaluation.squares || damping > 1e12) {
+        result.converged = predicted <= 1e-6 * result.evaluation.squares;
         return result;
       }
       damping = std::max(10.0 * damping, 1e-4);
@@ -140,26 +139,45 @@ BlackBoxSearch search(const BlackBoxProblem& problem, BlackBoxState start, const
   return result;
 }
 
-std::optional<BlackBoxSearch> search_from_scratch(const BlackBoxProblem& problem,
-                                                  const SearchEffort& effort) {
+BlackBoxSearch search_near(const BlackBoxProblem& problem, BlackBoxState start, const SearchEffort& effort) {
+  constexpr int kRounds = 3;
+  BlackBoxSearch best;
+  BlackBoxState at = start;
+  steiglitz_mcbride(problem, at, best, kRounds);
+  return search(problem, best.evaluation.valid ? std::move(best.state) : std::move(start), effort);
+}
+
+BlackBoxSearch search_from_scratch(const BlackBoxProblem& problem, const SearchEffort& effort) {
+  struct Start {
+    BlackBoxState at;
+    BlackBoxSearch best;
+  };
   const auto n = static_cast<std::size_t>(problem.layout().order);
-  std::vector<BlackBoxSearch> starts;
-  constexpr int kRounds = 10;
+  std::vector<std::unique_ptr<Start>> starts;
+  const auto advance = [&](std::size_t kept, int rounds) {
+    for (auto& s : starts) steiglitz_mcbride(problem, s->at, s->best, rounds);
+    starts.erase(
+        std::remove_if(starts.begin(), starts.end(), [](const auto& s) { return !s->best.evaluation.valid; }),
+        starts.end());
+    std::sort(starts.begin(), starts.end(),
+              [](const auto& a, const auto& b) { return a->best.evaluation.cost < b->best.evaluation.cost; });
+    if (starts.size() > kept) starts.resize(kept);
+  };
   for (const double pole : {0.0, 0.5, 0.8, 0.9, 0.95, 0.98}) {
-    auto start = steiglitz_mcbride(
-        problem, state_with_poles(problem, std::vector<std::complex<double>>(n, pole)), kRounds);
-    if (start) starts.push_back(std::move(*start));
+    starts.push_back(std::make_unique<Start>());
+    starts.back()->at = state_with_poles(problem, std::vector<std::complex<double>>(n, pole));
     if (n == 0) break;
   }
-  std::sort(starts.begin(), starts.end(), [](const BlackBoxSearch& a, const BlackBoxSearch& b) {
-    return a.evaluation.cost < b.evaluation.cost;
-  });
-  constexpr std::size_t kRefined = 3;
-  if (starts.size() > kRefined) starts.resize(kRefined);
-  std::optional<BlackBoxSearch> best;
+  advance(3, 4);
+  advance(2, 6);
+  BlackBoxSearch best;
   for (auto& start : starts) {
-    auto refined = search(problem, std::move(start.state), effort);
-    if (refined.evaluation.valid && (!best || refined.evaluation.cost < best->evaluation.cost))
+    const double cost = start->best.evaluation.cost;
+    // A start that Steiglitz-McBride has already brought to the same place need not be refined twice.
+    if (best.evaluation.valid && cost > best.evaluation.cost && cost < 1.02 * best.evaluation.cost) continue;
+    auto refined = search(problem, std::move(start->best.state), effort);
+    if (refined.evaluation.valid &&
+        (!best.evaluation.valid || refined.evaluation.cost < best.evaluation.cost))
       best = std::move(refined);
   }
   return best;

@@ -3,7 +3,6 @@
 
 #include <complex>
 #include <fit/black_box_problem.hpp>
-#include <optional>
 #include <vector>
 
 namespace resonid::fit::detail {
@@ -24,10 +23,13 @@ struct SearchEffort {
 [[nodiscard]] BlackBoxSearch search(const BlackBoxProblem& problem, BlackBoxState start,
                                     const SearchEffort& effort);
 
+/// The same from poles that may be far off: Steiglitz-McBride iterations first.
+[[nodiscard]] BlackBoxSearch search_near(const BlackBoxProblem& problem, BlackBoxState start,
+                                         const SearchEffort& effort);
+
 /// Poles of several starts, each brought near by Steiglitz-McBride iterations, the best ones refined by
 /// search().
-[[nodiscard]] std::optional<BlackBoxSearch> search_from_scratch(const BlackBoxProblem& problem,
-                                                                const SearchEffort& effort);
+[[nodiscard]] BlackBoxSearch search_from_scratch(const BlackBoxProblem& problem, const SearchEffort& effort);
 
 /// A state at rest with given poles; its weights are found by the first evaluation.
 [[nodiscard]] BlackBoxState state_with_poles(const BlackBoxProblem& problem,
