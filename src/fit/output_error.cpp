@@ -14,7 +14,8 @@ namespace {
 constexpr int kMaximumIterations = 60;
 
 // The fit's parameter vector: the physical ones, then those that enter linearly.
-enum : int { kInitialState = kParameterCount, kOffset = kInitialState + detail::kStates, kCoulomb, kAll };
+constexpr int kMostStates = detail::Sizes<3>::kStates;
+enum : int { kInitialState = kParameterCount, kOffset = kInitialState + kMostStates, kCoulomb, kAll };
 
 /// Signals as the fit sees them: whitened by the noise model, which commutes with the drive because both are
 /// linear.
@@ -23,7 +24,17 @@ struct Signals {
   std::vector<double> output;
   std::vector<double> direction;  // sign of the velocity; empty without dry friction
   double constant = 1.0;          // what a constant becomes
+  std::vector<bool> unused;       // [sample] of the output: no residual is taken there; empty: none
 };
+
+/// Past the first `order` samples: whether any of the samples that the whitened one is made of is marked.
+std::vector<bool> marked(const std::vector<bool>& samples, std::size_t order) {
+  if (samples.size() <= order) return {};
+  std::vector<bool> any(samples.size() - order, false);
+  for (std::size_t k = 0; k < any.size(); ++k)
+    for (std::size_t i = k; i <= k + order && !any[k]; ++i) any[k] = samples[i];
+  return any;
+}
 
 Signals whitened(const Signals& raw, const NoiseModel& noise) {
   Signals s;
@@ -31,6 +42,7 @@ Signals whitened(const Signals& raw, const NoiseModel& noise) {
   s.output = whiten(raw.output, noise);
   if (!raw.direction.empty()) s.direction = whiten(raw.direction, noise);
   s.constant = std::accumulate(noise.polynomial.begin(), noise.polynomial.end(), 0.0);
+  s.unused = marked(raw.unused, noise.order());
   return s;
 }
 
@@ -53,7 +65,8 @@ class OutputErrorCost : public ceres::CostFunction {
   }
 
   bool Evaluate(double const* const* blocks, double* residuals, double** jacobians) const override {
-    if (!range_.contains(blocks[0])) return false;
+    if (!range_.contains(blocks[0], structure_ == Structure::three_mass ? kParameterCount : kDelay + 1))
+      return false;
     std::fill(residuals, residuals + kAll + 1, 0.0);
     if (jacobians == nullptr || jacobians[0] == nullptr) {
       double sum = 0.0;
@@ -72,42 +85,40 @@ class OutputErrorCost : public ceres::CostFunction {
   /// Calls sink(output - simulated output) for every sample that the delay leaves.
   template <class T, class Sink>
   void simulate(const T* x, Sink&& sink) const {
-    const auto drive = detail::sampled_drive(structure_, coordinates_.parameters(x), quantity_,
-                                             coordinates_.delay_samples(x) + T(known_delay_samples_),
-                                             coordinates_.sample_time_s);
+    detail::with_masses(structure_, [&](auto masses) { simulate_drive<masses>(x, sink); });
+  }
+
+ private:
+  template <int Masses, class T, class Sink>
+  void simulate_drive(const T* x, Sink&& sink) const {
+    constexpr int kOrder = detail::Sizes<Masses>::kOrder;
+    const auto drive = detail::sampled_drive<Masses>(coordinates_.parameters(x, Masses == 3), quantity_,
+                                                     coordinates_.delay_samples(x) + T(known_delay_samples_),
+                                                     coordinates_.sample_time_s);
     const auto& s = drive.system;
-    Eigen::Matrix<T, detail::kStates, 1> state;
-    for (int i = 0; i < detail::kStates; ++i) state(i) = x[kInitialState + i];
+    const bool position = quantity_ == data::OutputQuantity::position;
+    std::array<T, kOrder> state;
+    for (int i = 0; i < kOrder; ++i) state[static_cast<std::size_t>(i)] = x[kInitialState + i];
+    T place = x[kOffset - 1];
     const T constant = x[kOffset] * T(signals_.constant);
     const auto first = static_cast<std::size_t>(drive.whole_delay + 1);
-    const int order = structure_ == Structure::two_mass ? 3 : 1;
     for (std::size_t k = first; k < signals_.output.size(); ++k) {
       const std::size_t j = k - first;
       T torque = constant + T(signals_.input[j]);
       if (!signals_.direction.empty()) torque -= x[kCoulomb] * signals_.direction[j];
-      T output = s.c(0) * state(0) + s.d * torque;
-      if (order == 3) output += s.c(1) * state(1) + s.c(2) * state(2);
-      if (quantity_ == data::OutputQuantity::position) output += s.c(3) * state(3);
-      sink(T(signals_.output[k]) - output);
-      advance(s, torque, order, state);
+      T output = s.d * torque;
+      for (int i = 0; i < kOrder; ++i) output += s.c(i) * state[static_cast<std::size_t>(i)];
+      if (position) output += s.c(kOrder) * place;
+      if (signals_.unused.empty() || !signals_.unused[k]) sink(T(signals_.output[k]) - output);
+      const auto past = state;
+      const auto next = [&](int i) {
+        T sum = s.b(i) * torque;
+        for (int c = 0; c < kOrder; ++c) sum += s.a(i, c) * past[static_cast<std::size_t>(c)];
+        return sum;
+      };
+      if (position) place += next(kOrder);
+      for (int i = 0; i < kOrder; ++i) state[static_cast<std::size_t>(i)] = next(i);
     }
-  }
-
- private:
-  /// One step of the state, without the entries that are zero by structure.
-  template <class T>
-  void advance(const LinearSystem<T, detail::kStates>& s, const T& torque, int order,
-               Eigen::Matrix<T, detail::kStates, 1>& x) const {
-    const T a = x(0), b = x(1), c = x(2);
-    if (quantity_ == data::OutputQuantity::position) {
-      x(3) += s.a(3, 0) * a + s.b(3) * torque;
-      if (order == 3) x(3) += s.a(3, 1) * b + s.a(3, 2) * c;
-    }
-    if (order == 1) {
-      x(0) = s.a(0, 0) * a + s.b(0) * torque;
-      return;
-    }
-    for (int i = 0; i < 3; ++i) x(i) = s.a(i, 0) * a + s.a(i, 1) * b + s.a(i, 2) * c + s.b(i) * torque;
   }
 
   class Compressed {
@@ -176,11 +187,14 @@ class OutputErrorFitter {
       : record_(record), config_(config), known_delay_samples_(config.known_delay_s * record.sample_rate_hz) {
     raw_.input = record.input.samples;
     raw_.output = record.output.samples;
+    if (!config.held_back.empty()) raw_.unused.assign(raw_.output.size(), false);
+    for (const auto& [from, to] : config.held_back)
+      for (std::size_t k = from; k < std::min(to, raw_.output.size()); ++k) raw_.unused[k] = true;
     if (config.coulomb_friction) raw_.direction = direction_of(record);
     const auto& start = config.initial;
-    const double fastest = start.structure == Structure::two_mass
-                               ? kTwoPi * data::antiresonance_hz(start.parameters)
-                               : kTwoPi / record.duration_s();
+    const double fastest = start.structure == Structure::rigid
+                               ? kTwoPi / record.duration_s()
+                               : kTwoPi * start.modes().front().frequency_hz.value;
     coordinates_ = {start.parameters.driven_inertia * fastest, record.sample_time_s()};
     fit_.model = start;
     fit_.model.sample_time_s = record.sample_time_s();
@@ -194,11 +208,9 @@ class OutputErrorFitter {
     start_state();
     active_.fill(false);
     std::copy(fit_.model.estimated.begin(), fit_.model.estimated.end(), active_.begin());
-    const bool two = start.structure == Structure::two_mass;
-    for (int i = 0; i < detail::kStates; ++i)
-      active_[static_cast<std::size_t>(kInitialState + i)] =
-          config.initial_state &&
-          (i == 0 || (i == 3 ? record.output_quantity == data::OutputQuantity::position : two));
+    for (int i = 0; i < order_of(start.structure); ++i)
+      active_[static_cast<std::size_t>(kInitialState + i)] = config.initial_state;
+    active_[kOffset - 1] = config.initial_state && record.output_quantity == data::OutputQuantity::position;
     active_[kOffset] = config.offset;
     active_[kCoulomb] = config.coulomb_friction;
   }
@@ -266,10 +278,11 @@ class OutputErrorFitter {
       velocity = config_.initial_state ? y.front() : 0.0;
     } else if (record_.output_quantity == data::OutputQuantity::position && config_.initial_state) {
       velocity = (y.back() - y.front()) / record_.duration_s();
-      x_[kInitialState + 3] = y.front();
+      x_[kOffset - 1] = y.front();
     }
     x_[kInitialState] = velocity;
-    if (config_.initial.structure == Structure::two_mass) x_[kInitialState + 1] = velocity;
+    for (int i = 1; i < (order_of(config_.initial.structure) + 1) / 2; ++i)
+      x_[static_cast<std::size_t>(kInitialState + i)] = velocity;  // all masses turn alike
   }
 
   [[nodiscard]] Mask linear_part() const {
@@ -311,12 +324,37 @@ class OutputErrorFitter {
     fit_.samples = count;
   }
 
-  [[nodiscard]] std::vector<double> raw_residual() const {
+  [[nodiscard]] std::vector<double> raw_residual() const { return raw_residual(raw_); }
+  [[nodiscard]] std::vector<double> raw_residual(const Signals& raw) const {
     std::vector<double> residual;
-    residual.reserve(raw_.output.size());
+    residual.reserve(raw.output.size());
     const Vector& x = noise_.order() == 0 ? x_ : raw_x_;
-    cost(raw_)->simulate(x.data(), [&](double r) { residual.push_back(r); });
+    cost(raw)->simulate(x.data(), [&](double r) { residual.push_back(r); });
     return residual;
+  }
+
+  /// What the samples that were held back say of the fit to the others.
+  [[nodiscard]] HeldBackFit judge_held_back() const {
+    HeldBackFit judged;
+    Signals rest = raw_;
+    rest.unused.flip();
+    const auto residual = raw_residual(rest);
+    judged.samples = residual.size();
+    double mean = 0.0, total = 0.0;
+    for (std::size_t k = 0; k < raw_.output.size(); ++k)
+      if (raw_.unused[k]) mean += raw_.output[k] / static_cast<double>(std::max<std::size_t>(1, judged.samples));
+    for (std::size_t k = 0; k < raw_.output.size(); ++k)
+      if (raw_.unused[k]) total += std::pow(raw_.output[k] - mean, 2);
+    const double left = power(residual) * static_cast<double>(residual.size());
+    judged.fit_percent = total > 0.0 ? 100.0 * (1.0 - std::sqrt(left / total)) : 0.0;
+    const Signals white = whitened(rest, noise_);
+    double sum = 0.0, count = 0.0;
+    cost(white)->simulate(x_.data(), [&](double r) {
+      sum += r * r;
+      count += 1.0;
+    });
+    judged.information = count * std::log(std::max(sum / std::max(1.0, count), 1e-300));
+    return judged;
   }
 
   static double difference(const NoiseModel& a, const NoiseModel& b) {
@@ -349,7 +387,10 @@ class OutputErrorFitter {
     if (config_.coulomb_friction)
       fit_.coulomb_friction =
           Estimate{x_[kCoulomb], std::sqrt(std::max(0.0, covariance(kCoulomb, kCoulomb)))};
-    fit_.residual = raw_residual();
+    if (!raw_.unused.empty()) fit_.held_back = judge_held_back();
+    Signals all = raw_;
+    all.unused.clear();
+    fit_.residual = raw_residual(all);
     fit_.first_sample = raw_.output.size() - fit_.residual.size();
     fit_.noise = noise_;
     fit_.noise.innovation_variance = variance;
@@ -389,11 +430,11 @@ expected<OutputErrorFit, ConfigError> fit_output_error(const data::Record& recor
   if (!(config.known_delay_s >= 0.0)) return refuse("known_delay_s", "must be >= 0", config.known_delay_s);
   if (config.known_delay_s > 0.25 * record.duration_s())
     return refuse("known_delay_s", "must be a small part of the record", config.known_delay_s);
-  const auto& p = config.initial.parameters;
-  const bool two = config.initial.structure == Structure::two_mass;
-  if (!(p.driven_inertia > 0.0) || !std::isfinite(p.driven_inertia) ||
-      (two && !(p.load_inertia > 0.0 && p.stiffness > 0.0 && p.damping > 0.0)))
-    return refuse("initial", "must have positive inertias, stiffness and damping");
+  for (int i = 0; i < kParameterCount; ++i) {
+    const double value = config.initial.value(static_cast<Parameter>(i));
+    if (has_parameter(config.initial.structure, i) && !(value > 0.0 && std::isfinite(value)))
+      return refuse("initial", "must have positive inertias, stiffnesses and dampings");
+  }
   return OutputErrorFitter(record, config).run();
 }
 

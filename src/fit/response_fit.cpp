@@ -2,6 +2,7 @@
 #include <ceres/autodiff_cost_function.h>
 
 #include <algorithm>
+#include <fit/initial_models.hpp>
 #include <fit/least_squares.hpp>
 #include <fit/sampled_drive.hpp>
 #include <resonid/fit/response_fit.hpp>
@@ -48,22 +49,21 @@ std::vector<Complex> as_measured(const data::FrequencyResponse& g, const DriveMo
 }
 
 /// Weighted differences, real and imaginary part per line.
+template <int Masses>
 struct ResponseResiduals {
   const data::FrequencyResponse* response;
   std::vector<double> weight;
   std::vector<std::array<Point, 2>> points;
   detail::Coordinates coordinates;
-  Structure structure;
   detail::SearchRange range;
   double known_delay_s = 0.0;
 
   template <class T>
   bool operator()(const T* x, T* residual) const {
-    if (!range.contains(x)) return false;
+    if (!range.contains(x, detail::Sizes<Masses>::kParameters)) return false;
     const double step = coordinates.sample_time_s;
-    const auto parameters = coordinates.parameters(x);
-    const detail::MeasuredResponse<T> measured(structure, parameters, coordinates.delay_samples(x),
-                                               known_delay_s / step, step);
+    const detail::MeasuredResponse<Masses, T> measured(
+        coordinates.parameters(x, Masses == 3), coordinates.delay_samples(x), known_delay_s / step, step);
     for (std::size_t i = 0; i < response->lines(); ++i) {
       T re(-response->value[i].real());
       T im(-response->value[i].imag());
@@ -149,15 +149,18 @@ struct Fitter {
     std::vector<std::array<Point, 2>> points;
     for (std::size_t i = 0; i < lines.lines(); ++i)
       points.push_back(points_of(lines, i, config.known_delay_s));
-    auto* functor = new ResponseResiduals{
-        &lines,           weights(lines, weighting, error), std::move(points),   coordinates,
-        config.structure, detail::SearchRange(x),           config.known_delay_s};
-    auto cost =
-        std::make_unique<ceres::AutoDiffCostFunction<ResponseResiduals, ceres::DYNAMIC, kParameterCount>>(
-            functor, static_cast<int>(2 * lines.lines()));
     std::vector<detail::Bound> bounds;
     if (config.delay) bounds.push_back({kDelay, detail::kMinimumDelaySamples, detail::kMaximumDelaySamples});
-    const auto solution = detail::minimise(std::move(cost), x, fit.model.estimated, bounds);
+    const auto solution = detail::with_masses(config.structure, [&](auto masses) {
+      using Residuals = ResponseResiduals<masses>;
+      constexpr int kParameters = detail::Sizes<masses>::kParameters;
+      auto* functor = new Residuals{&lines,      weights(lines, weighting, error), points,
+                                    coordinates, detail::SearchRange(x),           config.known_delay_s};
+      auto cost = std::make_unique<ceres::AutoDiffCostFunction<Residuals, ceres::DYNAMIC, kParameters>>(
+          functor, static_cast<int>(2 * lines.lines()));
+      return detail::minimise(std::move(cost), std::span(x).template first<kParameters>(),
+                              fit.model.estimated, bounds);
+    });
     coordinates.store(x.data(), fit.model);
     fit.converged = solution.converged;
     fit.cost = solution.cost;
@@ -171,7 +174,9 @@ struct Fitter {
       for (int j = 0; j < kParameterCount; ++j)
         covariance(i, j) *= scale[static_cast<std::size_t>(i)] * scale[static_cast<std::size_t>(j)];
     fit.model.covariance = covariance;
-    assess(fit, static_cast<double>(solution.active.size()));
+    fit.lines = lines.lines();
+    fit.parameters = solution.active.size();
+    assess(fit);
     return fit;
   }
 
@@ -196,7 +201,7 @@ struct Fitter {
     return covariance * (jacobian.transpose() * correlated) * covariance;
   }
 
-  void assess(ResponseFit& fit, double parameters) const {
+  void assess(ResponseFit& fit) const {
     const auto fitted = as_measured(lines, fit.model);
     double misfit = 0.0;
     double likelihood = 0.0;
@@ -212,7 +217,8 @@ struct Fitter {
     const double n = static_cast<double>(lines.lines());
     fit.misfit = std::sqrt(misfit / n);
     const double repeated = known_repetition(lines);
-    fit.information = likelihood / repeated + parameters * std::log(std::max(2.0 * n / repeated, 2.0));
+    fit.likelihood = likelihood;
+    fit.information = fit.information_for(repeated);
   }
 };
 
@@ -268,26 +274,43 @@ double repetition(const data::FrequencyResponse& g, const ResponseFit& fit) {
 
 }  // namespace
 
+double ResponseFit::information_for(double lines_per_independent_line) const {
+  const double independent = 2.0 * static_cast<double>(lines) / lines_per_independent_line;
+  return likelihood / lines_per_independent_line +
+         static_cast<double>(parameters) * std::log(std::max(independent, 2.0));
+}
+
 expected<ResponseFit, ConfigError> fit_response(const data::FrequencyResponse& response,
                                                 const ResponseFitConfig& config) {
   if (!(config.sample_time_s > 0.0)) return refuse("sample_time_s", "must be > 0", config.sample_time_s);
   if (!(config.known_delay_s >= 0.0)) return refuse("known_delay_s", "must be >= 0", config.known_delay_s);
   auto lines = response.band(config.low_hz, config.high_hz);
-  const auto wanted = config.structure == Structure::two_mass ? 4U : 2U;
+  const auto wanted = static_cast<std::size_t>(order_of(config.structure) + 1);
   if (lines.lines() < wanted)
-    return refuse("response", "needs at least 4 lines (rigid: 2) in the band",
+    return refuse("response", "needs at least 4 lines (rigid: 2, three masses: 6) in the band",
                   static_cast<double>(lines.lines()));
   if (config.weighting != Weighting::none && lines.standard_deviation.size() != lines.lines())
     return refuse("response", "needs standard deviations for this weighting");
-  DriveModel start =
-      config.initial ? *config.initial
-                     : initial_model(lines, config.structure, config.sample_time_s, config.viscous_friction);
-  if (config.delay && !config.initial) start.delay_s = scanned_delay_s(lines, start);
+  std::vector<DriveModel> starts;
+  if (config.initial)
+    starts.push_back(*config.initial);
+  else
+    starts = detail::initial_models(lines, config.structure, config.sample_time_s, config.viscous_friction);
+  if (config.delay && !config.initial)
+    for (auto& start : starts) start.delay_s = scanned_delay_s(lines, start);
 
   const Fitter fitter{lines, config};
-  if (config.weighting != Weighting::model_error) return fitter.run(start, config.weighting, 0.0);
   // From a soft weighting towards the data's own: a start far off must not follow its best-measured lines.
-  auto fit = fitter.run(start, Weighting::model_error, 0.3);
+  const bool soft = config.weighting == Weighting::model_error;
+  constexpr double kSoft = 0.3;
+  std::optional<ResponseFit> best;
+  for (const auto& start : starts) {
+    auto fit = fitter.run(start, config.weighting, soft ? kSoft : 0.0);
+    const bool better = !best || (fit.converged && (!best->converged || fit.cost < best->cost));
+    if (better) best = std::move(fit);
+  }
+  auto fit = std::move(*best);
+  if (!soft) return fit;
   for (int round = 0; round < 12; ++round) {
     const double parameters =
         static_cast<double>(std::count(fit.model.estimated.begin(), fit.model.estimated.end(), true));
@@ -299,7 +322,9 @@ expected<ResponseFit, ConfigError> fit_response(const data::FrequencyResponse& r
     if (std::abs(error - before) <= 1e-3 * before + 1e-9) break;
   }
   // What lines repeat beyond what their method's smoothing explains: a model that is wrong in a smooth way.
-  fit.model.covariance *= std::max(1.0, repetition(lines, fit) / known_repetition(lines));
+  const double known = known_repetition(lines);
+  fit.repetition = std::max(known, repetition(lines, fit));
+  fit.model.covariance *= fit.repetition / known;
   return fit;
 }
 

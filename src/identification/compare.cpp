@@ -69,10 +69,11 @@ bool comparable_models(const Result& first, const Result& second, Changes& c) {
     return false;
   }
   if (first.model->drive.structure != second.model->drive.structure) {
-    note(c, "different-structures", Severity::warning,
-         "One result is rigid, the other a two-mass system: their parameters mean different things and are "
-         "not "
-         "compared.");
+    note(
+        c, "different-structures", Severity::warning,
+        fmt::format("One result is {}, the other {}: their parameters mean different things and are not "
+                    "compared.",
+                    fit::name_of(first.model->drive.structure), fit::name_of(second.model->drive.structure)));
     return false;
   }
   return true;
@@ -80,13 +81,12 @@ bool comparable_models(const Result& first, const Result& second, Changes& c) {
 
 void compare_parameters(const Result& first, const Result& second, Changes& c) {
   const auto &a = first.model->drive, &b = second.model->drive;
-  const bool two = a.structure == fit::Structure::two_mass;
   const auto& u = first.units;
-  const std::string units[] = {u.inertia, u.inertia, u.stiffness, u.damping, u.damping, "s"};
+  const std::string units[] = {u.inertia, u.inertia, u.stiffness, u.damping, u.damping,
+                               "s",       u.inertia, u.stiffness, u.damping};
   for (int i = 0; i < fit::kParameterCount; ++i) {
     const auto p = static_cast<fit::Parameter>(i);
-    const bool mechanical = i == fit::kDrivenInertia || (two && i <= fit::kDamping);
-    if (!mechanical &&
+    if (!fit::has_parameter(a.structure, i) &&
         !(a.estimated[static_cast<std::size_t>(i)] && b.estimated[static_cast<std::size_t>(i)]))
       continue;
     c.parameters.push_back(difference(std::string(fit::kParameterNames[static_cast<std::size_t>(i)]),

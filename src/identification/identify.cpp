@@ -73,7 +73,7 @@ void validate_on_record(const data::Record& record, detail::Selection& selection
   for (std::size_t k = 0; k < simulated.size(); ++k)
     simulated[k] = y[selection.residual_start + k] - selection.residual[k];
   const auto delay = static_cast<std::size_t>(std::lround(result.known_delay_s * record.sample_rate_hz));
-  const std::size_t order = result.model->drive.structure == fit::Structure::two_mass ? 3 : 1;
+  const auto order = static_cast<std::size_t>(fit::order_of(result.model->drive.structure));
   const auto test =
       diagnostics::test_residual({selection.residual, simulated, {}, {}}, 40 + delay, order + delay);
   result.validation = Validation{selection.fit_percent, true, test.with_simulated.largest, test.limit};

@@ -130,6 +130,13 @@ expected<TrackPlan, Refusal> make_track_plan(const data::Record& record, const T
   plan.measurement = std::move(*measurement);
   plan.method = options.method;
   if (!is_lines(options.method)) plan.start = find_start(record, options, plan.measurement);
+  if (plan.start && plan.start->drive.structure == fit::Structure::three_mass) {
+    if (options.method != TrackMethod::automatic)
+      return Refused(Refusal{"start",
+                             "is a three-mass model; trackers of parameters follow a rigid or a two-mass "
+                             "drive, trackers of lines need no model"});
+    plan.start.reset();
+  }
   if (options.method == TrackMethod::automatic) choose(record, options, plan);
   if (auto refusal = contradiction(record, options, plan.method)) return Refused(std::move(*refusal));
   if (is_lines(plan.method)) plan.start.reset();

@@ -11,35 +11,42 @@ namespace {
 using diagnostics::Finding;
 using diagnostics::Severity;
 
+void inspect_resonance(const Plan& plan, const fit::DriveMode& mode, bool one_of_several, Result& result) {
+  auto& findings = result.findings;
+  const double f = mode.frequency_hz.value;
+  const auto name = one_of_several ? fmt::format("resonance at {:.3g} Hz", f) : std::string("resonance");
+  const double relative = mode.frequency_hz.standard_deviation / f;
+  if (relative > 0.05)
+    findings.push_back(
+        {"uncertain-resonance", Severity::error, relative, 0.05,
+         fmt::format(
+             "The {} is known to {:.0f} % only: excite more strongly around {:.3g} Hz or record longer.",
+             name, 100.0 * relative, f)});
+  const double zeta = mode.damping_ratio.value;
+  if (!(zeta > 0.0) || zeta > 1.0)
+    findings.push_back({"unphysical-damping", Severity::error, zeta, 1.0,
+                        "The fitted damping is not that of a resonance: the model only imitates the data."});
+  if (f < plan.low_hz || f > plan.high_hz)
+    findings.push_back(
+        {"resonance-outside-band", Severity::warning, f, f < plan.low_hz ? plan.low_hz : plan.high_hz,
+         fmt::format("The fitted resonance {:.4g} Hz lies outside the excited band {:.4g} ... {:.4g} Hz: "
+                     "it is an extrapolation.",
+                     f, plan.low_hz, plan.high_hz)});
+}
+
 void inspect_parameters(const Plan& plan, const Options& options, const fit::DriveModel& drive,
                         Result& result) {
   using namespace fit;
   auto& findings = result.findings;
-  if (drive.structure == Structure::two_mass) {
-    const auto resonance = drive.resonance();
-    const double relative = resonance.standard_deviation / resonance.value;
-    if (relative > 0.05)
-      findings.push_back(
-          {"uncertain-resonance", Severity::error, relative, 0.05,
-           fmt::format("The resonance is known to {:.0f} % only: excite more strongly around {:.3g} Hz or "
-                       "record longer.",
-                       100.0 * relative, resonance.value)});
-    const double zeta = data::resonance_damping_ratio(drive.parameters);
-    if (!(zeta > 0.0) || zeta > 1.0)
-      findings.push_back(
-          {"unphysical-damping", Severity::error, zeta, 1.0,
-           "The fitted damping is not that of a resonance: the model only imitates the data."});
-    const double f = resonance.value;
-    if (f < plan.low_hz || f > plan.high_hz)
-      findings.push_back(
-          {"resonance-outside-band", Severity::warning, f, f < plan.low_hz ? plan.low_hz : plan.high_hz,
-           fmt::format("The fitted resonance {:.4g} Hz lies outside the excited band {:.4g} ... {:.4g} Hz: "
-                       "it is an extrapolation.",
-                       f, plan.low_hz, plan.high_hz)});
-    const auto damping = drive.estimate(kDamping);
-    if (damping.standard_deviation > 0.5 * damping.value)
-      findings.push_back({"uncertain-damping", Severity::info, damping.standard_deviation / damping.value,
-                          0.5, "The damping is known in its order of magnitude only."});
+  const auto modes = drive.modes();
+  for (const auto& mode : modes)
+    if (!mode.anti) inspect_resonance(plan, mode, modes.size() > 2, result);
+  for (const auto p : {kDamping, kDamping2}) {
+    const auto damping = drive.estimate(p);
+    if (!has_parameter(drive.structure, p) || !(damping.standard_deviation > 0.5 * damping.value)) continue;
+    findings.push_back({"uncertain-damping", Severity::info, damping.standard_deviation / damping.value, 0.5,
+                        fmt::format("The damping{} is known in its order of magnitude only.",
+                                    p == kDamping2 ? " between middle and load" : "")});
   }
   const auto inertia = drive.estimate(kDrivenInertia);
   if (!(inertia.standard_deviation < 0.2 * inertia.value))
@@ -129,7 +136,9 @@ void inspect_model(const Plan& plan, const Options& options, const std::optional
              "not quite {}. Error bars of the parameters hold this difference as if it were "
              "noise.",
              100.0 * model.model_error,
-             model.drive.structure == fit::Structure::rigid ? "rigid" : "a two-mass system")});
+             model.drive.structure == fit::Structure::rigid
+                 ? std::string("rigid")
+                 : fmt::format("a {} system", fit::name_of(model.drive.structure)))});
   }
   if (!model.from_record)
     findings.push_back(

@@ -163,7 +163,7 @@ class Simulator {
     std::size_t poles = 3;
     if (v_.candidate.model) {
       delay += v_.candidate.model->drive.delay_s;
-      poles = v_.candidate.model->drive.structure == fit::Structure::two_mass ? 3 : 1;
+      poles = static_cast<std::size_t>(fit::order_of(v_.candidate.model->drive.structure));
     } else {
       const auto& g = *v_.candidate.transfer_function;
       poles = std::max(g.denominator.size(), g.numerator.size()) - 1;

@@ -122,13 +122,16 @@ std::string body(const Document& document) {
   std::size_t charts = 0;
   for (std::size_t i = 0; i < document.sections.size(); ++i) {
     const Section& s = document.sections[i];
-    out +=
-        "<section id=\"part-" + std::to_string(i + 1) + "\">\n" + element("<h2>", html(s.title), "h2") + "\n";
+    out += "<section id=\"part-" + std::to_string(i + 1) + "\">\n";
+    if (s.folded)
+      out += "<details><summary>" + html(s.title) + "</summary>\n";
+    else
+      out += element("<h2>", html(s.title), "h2") + "\n";
     for (const auto& text : s.text) out += element("<p class=\"explain\">", html(text), "p") + "\n";
     for (const auto& chart : s.charts) out += chart_place(chart, charts++);
     for (const auto& table : s.tables) out += comparison_table(table);
     for (const auto& table : s.plain_tables) out += plain_table(table);
-    out += "</section>\n";
+    out += s.folded ? "</details></section>\n" : "</section>\n";
   }
   if (!document.discrepancies.empty())
     out += "<section id=\"discrepancies\">\n" + element("<h2>", std::string(kTitleOfDiscrepancies), "h2") +

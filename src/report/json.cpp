@@ -51,17 +51,22 @@ json covariance_json(const fit::DriveModel& drive) {
 json model_json(const identification::ModelResult& model, const identification::Units& units,
                 const std::optional<double>& radius_m) {
   const auto& drive = model.drive;
-  const bool two = drive.structure == fit::Structure::two_mass;
+  const bool flexible = drive.structure != fit::Structure::rigid;
   json parameters;
   const auto put = [&](fit::Parameter p, const std::string& unit) {
     parameters[std::string(fit::kParameterNames[static_cast<std::size_t>(p)])] =
         estimate(drive.estimate(p), unit);
   };
   put(fit::kDrivenInertia, units.inertia);
-  if (two) {
+  if (flexible) {
     put(fit::kLoadInertia, units.inertia);
     put(fit::kStiffness, units.stiffness);
     put(fit::kDamping, units.damping);
+    if (drive.structure == fit::Structure::three_mass) {
+      put(fit::kMiddleInertia, units.inertia);
+      put(fit::kStiffness2, units.stiffness);
+      put(fit::kDamping2, units.damping);
+    }
     put(fit::kDelay, "s");
     if (radius_m) {
       const double square = *radius_m * *radius_m;
@@ -71,16 +76,20 @@ json model_json(const identification::ModelResult& model, const identification::
       };
       parameters["belt_stiffness"] = estimate(at_the_belt(fit::kStiffness), "N/m");
       parameters["belt_damping"] = estimate(at_the_belt(fit::kDamping), "Ns/m");
+      if (drive.structure == fit::Structure::three_mass) {
+        parameters["belt_stiffness_2"] = estimate(at_the_belt(fit::kStiffness2), "N/m");
+        parameters["belt_damping_2"] = estimate(at_the_belt(fit::kDamping2), "Ns/m");
+      }
     }
   } else if (drive.estimated[fit::kDelay]) {
     put(fit::kDelay, "s");
   }
-  if (drive.estimated[fit::kViscousFriction] || !two) put(fit::kViscousFriction, units.damping);
+  if (drive.estimated[fit::kViscousFriction] || !flexible) put(fit::kViscousFriction, units.damping);
   if (model.coulomb_friction)
     parameters["coulomb_friction"] = estimate(*model.coulomb_friction, units.torque);
   if (model.offset) parameters["offset"] = estimate(*model.offset, units.torque);
   const auto g = drive.transfer_function();
-  json j{{"structure", two ? "two-mass" : "rigid"},
+  json j{{"structure", std::string(fit::name_of(drive.structure))},
          {"fitted_to", model.from_record ? "record" : "response"},
          {"model_error", model.model_error},
          {"parameters", parameters},

@@ -78,7 +78,8 @@ fit::Estimate read_estimate(const JsonPlace& j) {
 double& value_of(fit::DriveModel& drive, int parameter) {
   auto& p = drive.parameters;
   double* const all[] = {&p.driven_inertia, &p.load_inertia,     &p.stiffness,
-                         &p.damping,        &p.viscous_friction, &drive.delay_s};
+                         &p.damping,        &p.viscous_friction, &drive.delay_s,
+                         &p.middle_inertia, &p.stiffness_2,      &p.damping_2};
   return *all[parameter];
 }
 
@@ -100,27 +101,29 @@ void read_covariance(const JsonPlace& j, fit::DriveModel& drive) {
 identification::ModelResult read_model(const JsonPlace& j, identification::Units& units) {
   identification::ModelResult model;
   auto& drive = model.drive;
-  const bool two = j.at("structure").choice({"rigid", "two-mass", "black-box"}) == 1;
-  drive.structure = two ? fit::Structure::two_mass : fit::Structure::rigid;
+  drive.structure =
+      static_cast<fit::Structure>(j.at("structure").choice({"rigid", "two-mass", "three-mass", "black-box"}));
+  const bool flexible = drive.structure != fit::Structure::rigid;
   if (const auto to = j.maybe("fitted_to"); to.present())
     model.from_record = to.choice({"response", "record"}) == 1;
   model.model_error = j.maybe_number("model_error").value_or(0.0);
   const auto parameters = j.at("parameters");
   for (int i = 0; i < fit::kParameterCount; ++i) {
     const std::string name(fit::kParameterNames[static_cast<std::size_t>(i)]);
-    const bool needed = i == fit::kDrivenInertia || (two && i <= fit::kDamping);
+    const bool needed = fit::has_parameter(drive.structure, i);
+    const bool always = i == fit::kViscousFriction || i == fit::kDelay;
     const auto place = needed ? parameters.at(name) : parameters.maybe(name);
-    if (!place.present() || (!two && i > fit::kDrivenInertia && i <= fit::kDamping)) continue;
+    if (!place.present() || !(needed || always)) continue;
     const auto e = read_estimate(place);
     if (needed && !(e.value > 0.0)) place.maybe("value").refuse("a number > 0");
     value_of(drive, i) = e.value;
     drive.covariance(i, i) = e.standard_deviation * e.standard_deviation;
-    const bool only_if_estimated = two ? i == fit::kViscousFriction : i == fit::kDelay;
+    const bool only_if_estimated = flexible ? i == fit::kViscousFriction : i == fit::kDelay;
     drive.estimated[static_cast<std::size_t>(i)] = only_if_estimated || e.standard_deviation > 0.0;
   }
   units.inertia = parameters.maybe("driven_inertia").maybe_text("unit");
   units.stiffness = parameters.maybe("stiffness").maybe_text("unit");
-  units.damping = parameters.maybe(two ? "damping" : "viscous_friction").maybe_text("unit");
+  units.damping = parameters.maybe(flexible ? "damping" : "viscous_friction").maybe_text("unit");
   if (const auto c = parameters.maybe("coulomb_friction"); c.present())
     model.coulomb_friction = read_estimate(c);
   if (const auto o = parameters.maybe("offset"); o.present()) model.offset = read_estimate(o);

@@ -13,12 +13,6 @@ namespace {
 using identification::Resonance;
 using identification::Result;
 
-const Resonance* find(const Result& result, bool anti) {
-  for (const auto& r : result.resonances)
-    if (r.anti == anti) return &r;
-  return nullptr;
-}
-
 std::string resonance_text(const Resonance& r, double z) {
   return fmt::format("{} Hz", with_error(r.frequency_hz, z * r.std_hz.value_or(0.0)));
 }
@@ -48,10 +42,14 @@ std::string structure_sentence(const Result& result) {
     return fmt::format("The drive behaves as one rigid {}; no resonance shows in {:.3g} ... {:.3g} Hz.",
                        result.units.physical ? "inertia" : "mass", result.response.frequency_hz.front(),
                        result.response.frequency_hz.back());
-  return fmt::format(
-      "The drive is a two-mass system: anti-resonance {}, resonance {} (undamped, {:.0f} % confidence).",
-      resonance_text(*find(result, true), z), resonance_text(*find(result, false), z),
-      100.0 * result.confidence);
+  std::string text = fmt::format("The drive is a {} system: ", fit::name_of(drive.structure));
+  bool first = true;
+  for (const auto& r : result.resonances) {
+    text += fmt::format("{}{} {}", first ? "" : ", ", r.anti ? "anti-resonance" : "resonance",
+                        resonance_text(r, z));
+    first = false;
+  }
+  return text + fmt::format(" (undamped, {:.0f} % confidence).", 100.0 * result.confidence);
 }
 
 std::string loop_sentence(const Result& result) {
@@ -73,9 +71,8 @@ std::string parameter_lines(const Result& result, double z) {
     text += fmt::format("  {:<18} {} {}\n", label, with_error(e.value, z * e.standard_deviation), unit);
   };
   const auto& u = result.units;
-  const bool two = drive.structure == fit::Structure::two_mass;
   put(u.physical ? "driven inertia" : "driven coefficient", drive.estimate(fit::kDrivenInertia), u.inertia);
-  if (two) {
+  if (drive.structure != fit::Structure::rigid) {
     put(u.physical ? "load inertia" : "load coefficient", drive.estimate(fit::kLoadInertia), u.inertia);
     put("stiffness", drive.estimate(fit::kStiffness), u.stiffness);
     put("damping", drive.estimate(fit::kDamping), u.damping);
@@ -83,6 +80,12 @@ std::string parameter_lines(const Result& result, double z) {
       const double square = *result.radius_m * *result.radius_m;
       const auto stiffness = drive.estimate(fit::kStiffness);
       put("belt stiffness", {stiffness.value / square, stiffness.standard_deviation / square}, "N/m");
+    }
+    if (drive.structure == fit::Structure::three_mass) {
+      put(u.physical ? "middle inertia" : "middle coefficient", drive.estimate(fit::kMiddleInertia),
+          u.inertia);
+      put("stiffness 2", drive.estimate(fit::kStiffness2), u.stiffness);
+      put("damping 2", drive.estimate(fit::kDamping2), u.damping);
     }
   }
   if (drive.estimated[fit::kViscousFriction])

@@ -2,13 +2,13 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <complex>
 #include <optional>
 #include <resonid/base/expected.hpp>
 #include <resonid/data/frequency_response.hpp>
 #include <resonid/data/record.hpp>
 #include <resonid/data/transfer_function.hpp>
 #include <resonid/fit/noise_model.hpp>
+#include <resonid/fit/uncertain_root.hpp>
 #include <span>
 #include <vector>
 
@@ -34,12 +34,6 @@ struct BlackBoxConfig {
   Predictor predictor = Predictor::open_loop;
   std::optional<data::TransferFunction> controller;  ///< From velocity error to torque; closed_loop needs it.
   std::optional<data::TransferFunction> initial;     ///< Start; found from the record when absent.
-};
-
-/// A pole or zero in the z-plane with the covariance of its real and imaginary part.
-struct UncertainRoot {
-  std::complex<double> value;
-  Eigen::Matrix2d covariance = Eigen::Matrix2d::Zero();
 };
 
 /// The model in coordinates that keep their digits at any order: powers of z^-1 lose two of them per state at
@@ -69,7 +63,8 @@ struct BlackBoxModel {
 
   /// Without delay, with total standard deviation.
   [[nodiscard]] data::FrequencyResponse response(std::span<const double> frequencies_hz) const;
-  /// First-order covariances; those of nearly cancelling or nearly double roots are far too small or large.
+  /// In the z-plane; first-order covariances: those of nearly cancelling or nearly double roots are far too
+  /// small or large.
   [[nodiscard]] std::vector<UncertainRoot> poles() const;
   [[nodiscard]] std::vector<UncertainRoot> zeros() const;
 };

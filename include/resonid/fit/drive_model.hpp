@@ -5,8 +5,9 @@
 #include <array>
 #include <complex>
 #include <resonid/data/frequency_response.hpp>
+#include <resonid/data/three_mass.hpp>
 #include <resonid/data/transfer_function.hpp>
-#include <resonid/data/two_mass.hpp>
+#include <resonid/fit/uncertain_root.hpp>
 #include <span>
 #include <string_view>
 #include <vector>
@@ -15,8 +16,9 @@ namespace resonid::fit {
 
 /// What a drive is taken for.
 enum class Structure {
-  rigid,     ///< One inertia with viscous friction.
-  two_mass,  ///< Two inertias, spring and damper, viscous friction on the driven side.
+  rigid,       ///< One inertia with viscous friction.
+  two_mass,    ///< Two inertias, spring and damper, viscous friction on the driven side.
+  three_mass,  ///< Three inertias in a row; "load" is the last, "middle" the one between.
 };
 
 /// Physical parameters in the order of every parameter vector and covariance of this stage.
@@ -27,13 +29,24 @@ enum Parameter : int {
   kDamping,
   kViscousFriction,
   kDelay,
+  kMiddleInertia,
+  kStiffness2,
+  kDamping2,
   kParameterCount
 };
 inline constexpr std::array<std::string_view, kParameterCount> kParameterNames = {
-    "driven_inertia", "load_inertia", "stiffness", "damping", "viscous_friction", "delay"};
+    "driven_inertia", "load_inertia",   "stiffness",   "damping",  "viscous_friction",
+    "delay",          "middle_inertia", "stiffness_2", "damping_2"};
 
 using ParameterMask = std::array<bool, kParameterCount>;
 using ParameterCovariance = Eigen::Matrix<double, kParameterCount, kParameterCount>;
+
+/// "rigid", "two-mass", "three-mass"
+[[nodiscard]] std::string_view name_of(Structure structure) noexcept;
+/// Of the sampled model: 1, 3, 5.
+[[nodiscard]] int order_of(Structure structure) noexcept;
+/// Whether a drive of this structure has the inertia, stiffness or damping at all; always > 0 in a model.
+[[nodiscard]] bool has_parameter(Structure structure, int parameter) noexcept;
 
 /// Which parameters a structure estimates.
 [[nodiscard]] ParameterMask estimated_parameters(Structure structure, bool viscous_friction, bool delay);
@@ -44,12 +57,19 @@ struct Estimate {
   double standard_deviation = 0.0;
 };
 
+/// A resonance or anti-resonance of a model, undamped.
+struct DriveMode {
+  bool anti = false;
+  Estimate frequency_hz;
+  Estimate damping_ratio;
+};
+
 /// Identified drive: physical parameters with covariance, sampled by zero-order hold.
 struct DriveModel {
   Structure structure = Structure::two_mass;
-  data::TwoMassParameters parameters;  ///< Rigid: driven_inertia (the whole one) and viscous_friction only.
-  double delay_s = 0.0;                ///< Fitted delay, on top of the known one; not part of response().
-  double known_delay_s = 0.0;          ///< In the measured output and taken out of its response.
+  data::ThreeMassParameters parameters;  ///< Rigid: driven_inertia (the whole one), viscous_friction only.
+  double delay_s = 0.0;                  ///< Fitted delay, on top of the known one; not part of response().
+  double known_delay_s = 0.0;            ///< In the measured output and taken out of its response.
   double sample_time_s = 0.0;
   ParameterMask estimated{};
   ParameterCovariance covariance =
@@ -69,12 +89,19 @@ struct DriveModel {
   /// Response with the total standard deviation that the covariance gives to each value.
   [[nodiscard]] data::FrequencyResponse response(std::span<const double> frequencies_hz) const;
 
-  /// The same as a discrete transfer function (order 3, or 1 when rigid), without delay.
+  /// The same as a discrete transfer function (order 1, 3 or 5), without delay.
   [[nodiscard]] data::TransferFunction transfer_function() const;
 
-  /// Undamped resonance and anti-resonance in Hz with standard deviation; two-mass only.
+  /// Undamped resonances and anti-resonances, ascending; none when rigid.
+  [[nodiscard]] std::vector<DriveMode> modes() const;
+
+  /// The lowest of them in Hz; not for rigid drives.
   [[nodiscard]] Estimate resonance() const;
   [[nodiscard]] Estimate antiresonance() const;
+
+  /// Poles and zeros from torque to velocity in the s-plane (1/s), viscous friction and dampings included.
+  [[nodiscard]] std::vector<UncertainRoot> poles() const;
+  [[nodiscard]] std::vector<UncertainRoot> zeros() const;
 
   /// Standard deviation of any scalar function of the model, to first order in the covariance.
   template <class Function>
@@ -88,12 +115,13 @@ struct DriveModel {
   /// A copy with one parameter moved.
   [[nodiscard]] DriveModel moved(int parameter, double by) const;
 
+  /// How far to move a parameter for a derivative by differences; 0 where there is nothing to move.
+  [[nodiscard]] double difference_step(int parameter) const;
+
  private:
   template <class Function>
   double derivative(Function&& function, int i) const {
-    const double sd = std::sqrt(covariance(i, i));
-    const double size = std::abs(value(static_cast<Parameter>(i)));
-    const double step = sd > 0.0 ? std::min(0.1 * sd, 1e-4 * size + 1e-3 * sd) : 1e-6 * size;
+    const double step = difference_step(i);
     if (step <= 0.0) return 0.0;
     return (function(moved(i, step)) - function(moved(i, -step))) / (2.0 * step);
   }

@@ -6,6 +6,7 @@
 #include <resonid/data/record.hpp>
 #include <resonid/fit/drive_model.hpp>
 #include <resonid/fit/noise_model.hpp>
+#include <utility>
 #include <vector>
 
 namespace resonid::fit {
@@ -20,8 +21,17 @@ struct OutputErrorConfig {
   bool offset = true;  ///< Estimate a constant torque at the input (load, friction at an operating point).
   bool noise_model = true;  ///< Weight by an autoregressive model of the residual (order 0 if it is white).
   std::size_t max_noise_order = 32;
+  /// [from, to) of samples whose output is not used: a validation part. The simulation runs through them.
+  std::vector<std::pair<std::size_t, std::size_t>> held_back;
   bool fixed_model =
       false;  ///< Estimate initial state and offset only: simulate a given model on the record.
+};
+
+/// What the samples that were held back say of a fit to the others.
+struct HeldBackFit {
+  std::size_t samples = 0;
+  double fit_percent = 0.0;  ///< Of the simulation there.
+  double information = 0.0;  ///< N ln(mean square) of what the noise model leaves there, smaller is better.
 };
 
 struct OutputErrorFit {
@@ -34,6 +44,7 @@ struct OutputErrorFit {
   std::size_t first_sample = 0;
   double fit_percent = 0.0;  ///< 100 (1 - |y - yh| / |y - mean y|), of the simulation, not one step ahead.
   NoiseModel noise;          ///< Of the residual.
+  std::optional<HeldBackFit> held_back;
   double information = 0.0;  ///< Bayesian information criterion; comparable on the same record.
 };
 

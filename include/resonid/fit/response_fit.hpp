@@ -39,12 +39,19 @@ struct ResponseFit {
   double cost = 0.0;         ///< Half the weighted sum of squares.
   double information =
       0.0;  ///< Bayesian information criterion, smaller is better; comparable on the same lines.
+  double likelihood = 0.0;  ///< -2 ln of it, all lines taken for independent.
+  /// How many neighbouring lines say the same: by smoothing, or since the model is wrong in a smooth way.
+  double repetition = 1.0;
+  std::size_t lines = 0, parameters = 0;  ///< Fitted lines, estimated parameters.
+
+  /// The criterion when so many neighbouring lines are worth one.
+  [[nodiscard]] double information_for(double lines_per_independent_line) const;
 };
 
 /// Levenberg-Marquardt fit of the physical drive, sampled by zero-order hold, to a measured response
 /// (METHOD 7.4; Nevaranta 2016, Pub. VI, eq. 28 uses the continuous model, which is biased on sampled data).
-/// The response is that of the velocity, with its known delay taken out. Needs at least 4 lines (rigid: 2) in
-/// the band, and standard deviations for every weighting but none.
+/// The response is that of the velocity, with its known delay taken out. Needs at least 4 lines (rigid: 2,
+/// three masses: 6) in the band, and standard deviations for every weighting but none.
 [[nodiscard]] expected<ResponseFit, ConfigError> fit_response(const data::FrequencyResponse& response,
                                                               const ResponseFitConfig& config);
 

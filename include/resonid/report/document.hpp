@@ -96,6 +96,7 @@ struct Section {
   std::vector<ComparisonTable> tables;
   std::vector<Chart> charts;
   std::vector<Table> plain_tables = {};
+  bool folded = false;  ///< shown by its title until it is opened; without charts
 };
 
 /// A page of text, tables and charts about measured figures.

@@ -139,7 +139,7 @@ function isPhysical(unit) {
 
 function parameterName(name, unit) {
   if (isPhysical(unit)) return words(name);
-  return { driven_inertia: "Driven coefficient", load_inertia: "Load coefficient" }[name] ?? words(name);
+  return { driven_inertia: "Driven coefficient", middle_inertia: "Middle coefficient", load_inertia: "Load coefficient" }[name] ?? words(name);
 }
 
 export function modelTables(root, data) {

@@ -176,7 +176,8 @@ TEST(ReadJson, NamesWhatWasFoundAndWhatIsRequired) {
             "$.model.parameters.stiffness: found 143.75, required an object");
   EXPECT_EQ(
       with("/model/structure", "two-masses"),
-      "$.model.structure: found \"two-masses\", required one of \"rigid\", \"two-mass\", \"black-box\"");
+      "$.model.structure: found \"two-masses\", required one of \"rigid\", \"two-mass\", \"three-mass\", "
+      "\"black-box\"");
   EXPECT_EQ(with("/record/sample_rate_hz", 0), "$.record.sample_rate_hz: found 0, required a number > 0");
   EXPECT_EQ(with("/record/samples", -1), "$.record.samples: found -1, required a whole number >= 0");
   EXPECT_EQ(with("/trusted", nullptr), "$.trusted: found null, required true or false");

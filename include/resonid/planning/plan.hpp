@@ -1,0 +1,107 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <functional>
+#include <limits>
+#include <optional>
+#include <resonid/planning/information.hpp>
+#include <resonid/planning/power_distribution.hpp>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+namespace resonid::planning {
+
+/// What the drive stands, as deviations from the operating point. Infinite: no limit.
+struct Limits {
+  double torque = std::numeric_limits<double>::infinity();      ///< Peak of what the machine gets.
+  double excitation = std::numeric_limits<double>::infinity();  ///< Peak of what is added to the controller.
+  double torque_rms = std::numeric_limits<double>::infinity();  ///< Of that torque over the experiment.
+  double velocity = std::numeric_limits<double>::infinity();    ///< Peak.
+  double stroke = std::numeric_limits<double>::infinity();      ///< Largest less smallest position.
+  double time_s = std::numeric_limits<double>::infinity();      ///< Whole experiment.
+};
+
+/// A figure that is wanted to a certain accuracy, one standard deviation.
+struct Wish {
+  std::string figure;      ///< One of figure_names().
+  double accuracy = 0.01;  ///< > 0, in parts of the figure's value if `relative`, else in its unit.
+  bool relative = true;
+};
+
+enum class ExcitationType { multisine, chirp, prbs };
+inline constexpr std::array<std::string_view, 3> kExcitationNames = {"multisine", "chirp", "prbs"};
+
+struct PlanConfig {
+  RoughDrive drive;
+  Limits limits;
+  std::vector<Wish> wishes;  ///< Empty: 1 % of all estimated parameters.
+  Criterion criterion = Criterion::accuracy;
+  std::optional<ExcitationType> type;  ///< Absent: the one that needs the least time.
+  double spread = 0.2;  ///< Part by which the rough model's parameters may be wrong, 0 ... 0.5.
+  std::optional<std::pair<double, double>> band_hz;  ///< Absent: what the model makes sensible.
+  std::optional<double> period_s;                    ///< Of the multisine; absent: chosen.
+  std::uint64_t seed = 1;                            ///< Of the phases' random starts.
+  std::function<void(std::string_view)> progress;    ///< Called with the name of each stage that begins.
+};
+
+/// Largest values that an experiment reaches in simulation, over all drives that are possible.
+struct Extremes {
+  double excitation = 0.0;  ///< Peak of ru.
+  double torque = 0.0, torque_rms = 0.0, velocity = 0.0, stroke = 0.0;
+};
+
+/// One way to excite the drive within the limits, and what it will tell.
+struct Experiment {
+  ExcitationType type = ExcitationType::multisine;
+  double amplitude = 0.0;          ///< Peak of chirp and PRBS; of the multisine that of its samples.
+  std::vector<double> excitation;  ///< [sample] ru over the whole experiment.
+  double duration_s = 0.0;
+  double crest_factor = 0.0;
+  Extremes extremes;
+  std::string binding;          ///< Limit that keeps the amplitude down: "torque", "velocity" ...
+  std::vector<Figure> figures;  ///< All of figure_names(), with predicted error bars.
+  std::vector<Figure> wished;   ///< In the order of the wishes; those expected over the possible drives.
+  double ratio = 0.0;           ///< Largest of deviation / wanted deviation: at most 1 when reached.
+  /// Time after which all wishes would be met with the same amplitude; absent where that is out of sight.
+  std::optional<double> needed_s;
+
+  // Multisine only.
+  std::vector<double> frequency_hz, line_amplitude, phase_rad;  ///< [line]
+  std::size_t period_samples = 0, periods = 0, settle_periods = 0;
+  // Chirp only.
+  double from_hz = 0.0, to_hz = 0.0;
+  // PRBS only.
+  std::size_t register_length = 0, clock_divider = 1;
+};
+
+struct Plan {
+  PlanConfig config;                    ///< With wishes, band and period filled in.
+  std::vector<Experiment> experiments;  ///< The planned one, then the others at its length, for comparison.
+  bool reached = false;                 ///< All wishes within the limits.
+  std::vector<double> grid_hz, grid_power;  ///< Of the multisine's design, before its weak lines are dropped.
+  double design_gap = 0.0;                  ///< See PowerDistribution.
+  std::size_t drives = 1;                   ///< Possible drives that were averaged over.
+
+  [[nodiscard]] const Experiment& planned() const { return experiments.front(); }
+};
+
+/// The excitation that reaches the wished accuracies in the least time within the limits.
+///
+/// 1. the power of a multisine's lines is distributed (distribute_power) so that all wishes are met at once
+/// as
+///    early as possible, on average over the drives that the rough model may stand for;
+/// 2. its phases are chosen for small peaks of excitation, torque and velocity at once (optimise_phases);
+/// 3. it is scaled until the simulated run from rest uses up the first limit, for every possible drive;
+/// 4. the least whole number of periods is counted, by the information of the whole simulated record
+///    (predicted); chirp and PRBS are laid out in the same way.
+///
+/// Wishes that cannot be met in the time allowed leave `reached` false: then the plan is the best of that
+/// time. Limits: linear drive, deviations without noise's own share of torque and velocity; the error bars
+/// hold for a fit by output error of the whole record with the model's structure.
+[[nodiscard]] expected<Plan, ConfigError> make_plan(const PlanConfig& config);
+
+}  // namespace resonid::planning

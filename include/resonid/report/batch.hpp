@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <nlohmann/json_fwd.hpp>
+#include <optional>
+#include <resonid/identification/batch.hpp>
+#include <resonid/identification/join.hpp>
+#include <resonid/report/document.hpp>
+#include <string>
+
+namespace resonid::report {
+
+/// Many records, and what they come to together.
+struct BatchResult {
+  identification::Batch batch;
+  std::optional<identification::Joint> joint;
+  std::string join_error;  ///< Why there is no joint estimate although one was asked for.
+};
+
+/// The object of `identify A B ... --json`:
+///
+///     {schema: "resonid.identifications/1", confidence,
+///      results: [{file, and the keys of "resonid.identification/1"} or {file, error}],
+///      table: {figures: [{name, unit, values: [{record, value, std}], mean, std, deviation, chi_square,
+///                         degrees_of_freedom, probability, agrees}]},
+///      joint: {result: {"resonid.identification/1"}, response_chi_square,
+///              records: [{file, chi_square, degrees_of_freedom, probability, response_chi_square,
+///              fit_percent,
+///                         agrees}]}}
+///
+/// What is not there is absent. `record` counts from 0.
+[[nodiscard]] nlohmann::json to_json(const BatchResult& result);
+
+/// The tables for a terminal, lines of at most 100 characters.
+[[nodiscard]] std::string summary_text(const BatchResult& result);
+
+/// One page: table first, spread over the records, joint estimate, all responses and loops in one picture
+/// each, then every record folded.
+[[nodiscard]] Document document(const BatchResult& result);
+
+/// "--chirp: what was found", or the message of a file.
+[[nodiscard]] std::string error_text(const identification::Refusal& error);
+
+}  // namespace resonid::report

@@ -1,0 +1,241 @@
+// SPDX-License-Identifier: MIT
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <identification/chi_square.hpp>
+#include <identification/joint_model.hpp>
+#include <identification/loop.hpp>
+#include <identification/uncertainty.hpp>
+#include <numeric>
+#include <resonid/diagnostics/response_extrema.hpp>
+#include <resonid/identification/join.hpp>
+
+namespace resonid::identification {
+namespace {
+
+using diagnostics::Severity;
+
+std::optional<Refusal> mismatch(std::span<const data::Record> records, std::span<const Result> results) {
+  if (records.size() < 2 || records.size() != results.size())
+    return Refusal{"join", fmt::format("found {} record{}, required at least 2", records.size(),
+                                       records.size() == 1 ? "" : "s")};
+  constexpr double kSameRate = 1e-3;
+  const auto& first = records.front();
+  for (std::size_t i = 1; i < records.size(); ++i) {
+    const auto& other = records[i];
+    const auto told = [&](const char* what, const std::string& a, const std::string& b) {
+      return Refusal{"join", fmt::format("{} and {} differ in {}: {} and {}; records of one experiment are "
+                                         "required to be alike in it",
+                                         first.source, other.source, what, a, b)};
+    };
+    if (std::abs(other.sample_rate_hz - first.sample_rate_hz) > kSameRate * first.sample_rate_hz)
+      return told("sample rate", fmt::format("{:g} Hz", first.sample_rate_hz),
+                  fmt::format("{:g} Hz", other.sample_rate_hz));
+    if (other.output_quantity != first.output_quantity) {
+      constexpr const char* kNames[] = {"velocity", "position", "acceleration"};
+      return told("what the output is", kNames[static_cast<int>(first.output_quantity)],
+                  kNames[static_cast<int>(other.output_quantity)]);
+    }
+    if (results[i].units.response != results[0].units.response)
+      return told("units", results[0].units.response, results[i].units.response);
+  }
+  return std::nullopt;
+}
+
+struct Line {
+  double frequency_hz = 0.0;
+  std::complex<double> value;
+  double std = 0.0;
+  std::size_t record = 0;
+};
+
+/// All lines of all records in ascending frequency.
+std::vector<Line> pooled(std::span<const data::FrequencyResponse* const> responses) {
+  std::vector<Line> lines;
+  for (std::size_t r = 0; r < responses.size(); ++r) {
+    const auto& g = *responses[r];
+    if (g.standard_deviation.size() != g.lines()) continue;
+    for (std::size_t i = 0; i < g.lines(); ++i)
+      if (g.standard_deviation[i] > 0.0 && std::isfinite(g.standard_deviation[i]))
+        lines.push_back({g.frequency_hz[i], g.value[i], g.standard_deviation[i], r});
+  }
+  std::stable_sort(lines.begin(), lines.end(),
+                   [](const Line& a, const Line& b) { return a.frequency_hz < b.frequency_hz; });
+  return lines;
+}
+
+struct Average {
+  data::FrequencyResponse response;
+  std::vector<double> chi_square;  ///< [record]
+  std::vector<double> degrees;     ///< [record]
+  double total = 0.0;
+  std::size_t total_degrees = 0;
+};
+
+/// The mean of lines of one frequency, and what each record's contributes to chi-square: of a complex line,
+/// 2 |G - mean|^2/std^2 with two degrees of freedom.
+void average_line(std::span<const Line> same, Average& a) {
+  double weight = 0.0;
+  std::complex<double> sum = 0.0;
+  for (const auto& l : same) {
+    weight += 1.0 / (l.std * l.std);
+    sum += l.value / (l.std * l.std);
+  }
+  const auto mean = sum / weight;
+  for (const auto& l : same) {
+    const double distance = 2.0 * std::norm(l.value - mean) / (l.std * l.std);
+    a.chi_square[l.record] += distance;
+    a.degrees[l.record] += 2.0 * (1.0 - 1.0 / (l.std * l.std * weight));
+    a.total += distance;
+  }
+  a.total_degrees += 2 * (same.size() - 1);
+  a.response.frequency_hz.push_back(same.front().frequency_hz);
+  a.response.value.push_back(mean);
+  a.response.standard_deviation.push_back(1.0 / std::sqrt(weight));
+}
+
+Average average(std::span<const data::FrequencyResponse* const> responses) {
+  constexpr double kSameLine = 1e-6;
+  const auto lines = pooled(responses);
+  Average a;
+  a.chi_square.resize(responses.size());
+  a.degrees.resize(responses.size());
+  for (std::size_t i = 0; i < lines.size();) {
+    std::size_t end = i + 1;
+    while (end < lines.size() &&
+           lines[end].frequency_hz - lines[i].frequency_hz <= kSameLine * lines[i].frequency_hz)
+      ++end;
+    average_line(std::span(lines).subspan(i, end - i), a);
+    i = end;
+  }
+  // Where the records scatter more than their error bars say, the scatter is the error bar (Birge 1932).
+  const double ratio = a.total_degrees > 0 ? a.total / static_cast<double>(a.total_degrees) : 1.0;
+  for (std::size_t i = 0; i < a.response.lines(); ++i) {
+    double& std = a.response.standard_deviation[i];
+    std *= std::sqrt(std::max(1.0, ratio));
+    const double relative = std / std::max(std::abs(a.response.value[i]), 1e-300);
+    a.response.coherence.push_back(1.0 / (1.0 + relative * relative));
+  }
+  return a;
+}
+
+Average average_of(std::span<const Result> results, bool loops) {
+  std::vector<const data::FrequencyResponse*> list;
+  static const data::FrequencyResponse kNone;
+  for (const auto& r : results)
+    list.push_back(!loops ? &r.response : r.measured_loop ? &*r.measured_loop : &kNone);
+  return average(list);
+}
+
+Result frame(std::span<const data::Record> records, std::span<const Result> results, const Options& options) {
+  Result joint;
+  joint.record = results.front().record;
+  joint.record.file = fmt::format("{} records joined", records.size());
+  joint.record.samples = std::accumulate(results.begin(), results.end(), std::size_t{0},
+                                         [](std::size_t n, const Result& r) { return n + r.record.samples; });
+  joint.units = results.front().units;
+  joint.method = results.front().method;
+  joint.approach = results.front().approach;
+  joint.confidence = options.confidence;
+  joint.known_delay_s = options.delay_s;
+  joint.radius_m = options.radius_m;
+  return joint;
+}
+
+void find_loop(const Options& options, Joint& joint) {
+  auto& result = joint.result;
+  const double rate = result.record.sample_rate_hz;
+  if (options.controller) {
+    detail::Plan plan;
+    plan.low_hz = result.response.frequency_hz.front();
+    plan.high_hz = result.response.frequency_hz.back();
+    response::LineEstimates lines;
+    lines.sample_time_s = 1.0 / rate;
+    lines.output_quantity = result.record.output_quantity;
+    result.loop = detail::loop_of(plan, options, lines, result.response, result.model);
+  } else if (result.measured_loop) {
+    result.loop = LoopResult{
+        diagnostics::loop_margins(*result.measured_loop), *result.measured_loop, "response", {}, {}, {}, {}};
+  }
+}
+
+void note(Joint& joint, std::span<const Result> results) {
+  auto& findings = joint.result.findings;
+  std::string apart, untrusted;
+  double worst = 1.0;
+  for (const auto& r : joint.records) {
+    if (r.agrees) continue;
+    apart += (apart.empty() ? "" : ", ") + r.file;
+    worst = std::min(worst, r.probability.value_or(0.0));
+  }
+  if (!apart.empty())
+    findings.push_back({"records-disagree", Severity::error, worst,
+                        (1.0 - joint.result.confidence) / static_cast<double>(joint.records.size()),
+                        fmt::format("Noise does not explain how far the parameters of {} lie from those of "
+                                    "the other records: they are not repetitions of one experiment on an "
+                                    "unchanged machine.",
+                                    apart)});
+  const double scatter = joint.response_chi_square.value_or(0.0);
+  constexpr double kNoticeable = 2.0;
+  if (scatter > kNoticeable)
+    findings.push_back({"responses-scatter", Severity::warning, scatter, kNoticeable,
+                        fmt::format("The lines of the records scatter {:.1f} times more than their error "
+                                    "bars say; the averaged response's error bars hold that.",
+                                    std::sqrt(scatter))});
+  for (const auto& r : results)
+    if (!r.trusted) untrusted += (untrusted.empty() ? "" : ", ") + r.record.file;
+  if (!untrusted.empty())
+    findings.push_back(
+        {"untrusted-record",
+         Severity::warning,
+         {},
+         {},
+         fmt::format("Not to be trusted by themselves, see their own findings: {}.", untrusted)});
+  if (!joint.result.model)
+    findings.push_back({"no-joint-model",
+                        Severity::warning,
+                        {},
+                        {},
+                        "Fewer than two records determine a model of one structure: only the responses are "
+                        "joined."});
+  joint.result.trusted = std::none_of(findings.begin(), findings.end(), [](const diagnostics::Finding& f) {
+    return f.severity == Severity::error;
+  });
+}
+
+}  // namespace
+
+expected<Joint, Refusal> join(std::span<const data::Record> records, std::span<const Result> results,
+                              const Options& options) {
+  if (auto refusal = mismatch(records, results)) return tl::unexpected(std::move(*refusal));
+  Joint joint;
+  joint.result = frame(records, results, options);
+  for (const auto& r : results) joint.records.push_back({r.record.file, {}, 0, {}, {}, {}, true});
+  auto lines = average_of(results, false);
+  if (lines.response.lines() == 0)
+    return tl::unexpected(Refusal{"join", "no record's response has error bars; required for an average"});
+  joint.result.response = std::move(lines.response);
+  joint.response_degrees = lines.total_degrees;
+  if (lines.total_degrees > 0)
+    joint.response_chi_square = lines.total / static_cast<double>(lines.total_degrees);
+  for (std::size_t i = 0; i < records.size(); ++i)
+    if (lines.degrees[i] > 0.0) joint.records[i].response_chi_square = lines.chi_square[i] / lines.degrees[i];
+  if (auto loops = average_of(results, true); loops.response.lines() > 1)
+    joint.result.measured_loop = std::move(loops.response);
+  if (options.model != ModelChoice::none && options.model != ModelChoice::black_box)
+    if (auto model = detail::joint_model(records, results, options, joint.records)) {
+      joint.result.model = std::move(model->model);
+      joint.result.resonances = detail::resonances_of(joint.result.model->drive);
+      if (joint.result.model->from_record)
+        joint.result.validation = Validation{model->fit_percent, true, {}, {}};
+    }
+  if (!joint.result.model)
+    for (const auto& e : diagnostics::response_extrema(joint.result.response))
+      joint.result.resonances.push_back({e.minimum, e.frequency_hz, std::nullopt, std::nullopt, false});
+  find_loop(options, joint);
+  note(joint, results);
+  return joint;
+}
+
+}  // namespace resonid::identification

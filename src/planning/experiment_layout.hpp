@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <resonid/planning/plan.hpp>
+
+// What all kinds of excitation share: scaling to the limits and counting the time.
+namespace resonid::planning::detail {
+
+/// The problem as the layouts see it: drives, gradients of the wished figures over their wanted deviations.
+struct Task {
+  explicit Task(const PlanConfig& config);
+
+  const PlanConfig& config;
+  double sample_rate_hz = 0.0;
+  std::vector<RoughDrive> drives;       ///< The rough one first.
+  std::vector<std::string> names;       ///< Of the wished figures.
+  std::vector<double> wanted;           ///< [wish] deviations, of the rough drive.
+  std::vector<Eigen::MatrixXd> wishes;  ///< [drive]: [wish, parameter]
+  double low_hz = 0.0, high_hz = 0.0;   ///< Where the drive tells most.
+  std::size_t most_samples = 0;         ///< Of an experiment.
+};
+
+/// Largest values over all possible drives.
+[[nodiscard]] Extremes extremes_of(const Task& task, std::span<const double> excitation);
+
+/// Largest use of a limit, and its name: above 1 it is exceeded.
+[[nodiscard]] std::pair<double, std::string> most_used(const Limits& limits, const Extremes& extremes);
+
+/// Scales the excitation so that the first limit is used up.
+void scale_to_limits(const Task& task, Experiment& experiment);
+
+/// Fills in figures, wished, ratio and needed_s of an experiment whose excitation is complete.
+void evaluate(const Task& task, Experiment& experiment);
+
+[[nodiscard]] Experiment lay_out_chirp(const Task& task, std::size_t samples);
+[[nodiscard]] Experiment lay_out_prbs(const Task& task, std::size_t samples);
+
+/// The multisine of the least time, or of `samples` at most; the design goes to `plan`.
+[[nodiscard]] expected<Experiment, ConfigError> plan_multisine(const Task& task, Plan& plan);
+
+}  // namespace resonid::planning::detail

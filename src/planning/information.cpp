@@ -1,0 +1,233 @@
+// SPDX-License-Identifier: MIT
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+#include <resonid/base/constants.hpp>
+#include <resonid/diagnostics/margins.hpp>
+#include <resonid/planning/information.hpp>
+
+namespace resonid::planning {
+namespace {
+
+using Eigen::MatrixXcd;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+constexpr double kRelativeStep = 1e-4;  // of central differences: 1e-8 of error
+
+/// Loop of model and controller on a grid as dense as margins need.
+diagnostics::LoopMargins margins_of(const RoughDrive& drive) {
+  constexpr int kPoints = 1200;
+  const double rate = 1.0 / drive.model.sample_time_s;
+  const double low = 1e-4 * rate, high = 0.499 * rate;
+  data::FrequencyResponse loop;
+  for (int i = 0; i < kPoints; ++i)
+    loop.frequency_hz.push_back(low * std::pow(high / low, static_cast<double>(i) / (kPoints - 1)));
+  loop.value = drive.model.values(loop.frequency_hz, true);
+  for (std::size_t i = 0; i < loop.lines(); ++i) {
+    const double f = loop.frequency_hz[i];
+    loop.value[i] *= drive.controller->response(f) * std::polar(1.0, -kTwoPi * f * drive.model.known_delay_s);
+  }
+  return diagnostics::loop_margins(loop);
+}
+
+int parameter_of(std::string_view name) {
+  for (int i = 0; i < fit::kParameterCount; ++i)
+    if (fit::kParameterNames[static_cast<std::size_t>(i)] == name) return i;
+  return -1;
+}
+
+double value_of(const RoughDrive& drive, std::string_view name) {
+  const auto& p = drive.model.parameters;
+  if (const int i = parameter_of(name); i >= 0) return drive.model.value(static_cast<fit::Parameter>(i));
+  if (name == "resonance") return data::resonance_hz(p);
+  if (name == "antiresonance") return data::antiresonance_hz(p);
+  if (name == "resonance_damping") return data::resonance_damping_ratio(p);
+  if (name == "antiresonance_damping") return data::antiresonance_damping_ratio(p);
+  const auto margins = margins_of(drive);
+  if (name == "crossover") return margins.crossover_hz().value_or(std::nan(""));
+  if (name == "phase_margin") return margins.phase_margin_deg().value_or(std::nan(""));
+  return margins.modulus_margin;
+}
+
+std::string unit_of(std::string_view name, bool linear) {
+  if (name == "driven_inertia" || name == "load_inertia") return linear ? "kg" : "kgm2";
+  if (name == "stiffness") return linear ? "N/m" : "Nm/rad";
+  if (name == "damping" || name == "viscous_friction") return linear ? "Ns/m" : "Nms/rad";
+  if (name == "delay") return "s";
+  if (name == "resonance" || name == "antiresonance" || name == "crossover") return "Hz";
+  return name == "phase_margin" ? "deg" : "";
+}
+
+RoughDrive moved(const RoughDrive& drive, int parameter, double by) {
+  RoughDrive other = drive;
+  other.model = drive.model.moved(parameter, by);
+  return other;
+}
+
+/// Derivatives of the measured response, unweighted. [parameter, line]
+MatrixXcd response_gradients(const fit::DriveModel& model, std::span<const double> frequency_hz) {
+  const auto parameters = estimated_of(model);
+  MatrixXcd gradients(static_cast<Eigen::Index>(parameters.size()),
+                      static_cast<Eigen::Index>(frequency_hz.size()));
+  for (std::size_t i = 0; i < parameters.size(); ++i) {
+    const double step = kRelativeStep * scale(model, parameters[i]);
+    const auto plus = model.moved(parameters[i], step).values(frequency_hz, true);
+    const auto minus = model.moved(parameters[i], -step).values(frequency_hz, true);
+    for (std::size_t k = 0; k < frequency_hz.size(); ++k)
+      gradients(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(k)) =
+          (plus[k] - minus[k]) / (2.0 * kRelativeStep);
+  }
+  return gradients;
+}
+
+/// Variance per sample at a frequency: innovation over |A|^2.
+double noise_density(const fit::NoiseModel& noise, double cycles) {
+  std::complex<double> a = 0.0;
+  for (std::size_t i = 0; i < noise.polynomial.size(); ++i)
+    a += noise.polynomial[i] * std::polar(1.0, -kTwoPi * cycles * static_cast<double>(i));
+  return noise.innovation_variance / std::norm(a);
+}
+
+/// What fed-back noise tells per sample: mean over all frequencies of Re(D* D^T) |C S|^2, whatever its
+/// colour.
+MatrixXd information_of_noise(const RoughDrive& drive) {
+  const auto n = static_cast<Eigen::Index>(estimated_of(drive.model).size());
+  MatrixXd information = MatrixXd::Zero(n, n);
+  if (!drive.controller) return information;
+  constexpr int kPoints = 4000;
+  std::vector<double> f;
+  for (int i = 0; i < kPoints; ++i) f.push_back(0.5 * (i + 0.5) / kPoints / drive.model.sample_time_s);
+  const auto loop = loop_response(drive, f);
+  const MatrixXcd gradients = response_gradients(drive.model, f);
+  for (int i = 0; i < kPoints; ++i) {
+    const auto k = static_cast<std::size_t>(i);
+    const double gain = std::norm(drive.controller->response(f[k]) * loop.torque[k]);
+    information += gain / kPoints * (gradients.col(i).conjugate() * gradients.col(i).transpose()).real();
+  }
+  return information;
+}
+
+/// Columns d y/d parameter, then those of initial state and constant torque, whitened.
+MatrixXd sensitivity_columns(const RoughDrive& drive, const std::vector<double>& torque) {
+  const auto& model = drive.model;
+  std::vector<std::vector<double>> columns;
+  for (const int i : estimated_of(model)) {
+    const double step = kRelativeStep * scale(model, i);
+    auto plus = measured_velocity(model.moved(i, step), torque);
+    const auto minus = measured_velocity(model.moved(i, -step), torque);
+    for (std::size_t k = 0; k < plus.size(); ++k) plus[k] = (plus[k] - minus[k]) / (2.0 * kRelativeStep);
+    columns.push_back(std::move(plus));
+  }
+  const std::vector<double> none(torque.size(), 0.0), constant(torque.size(), 1.0);
+  for (std::size_t i = 0; i < states_of(model); ++i) {
+    std::vector<double> start(states_of(model), 0.0);
+    start[i] = 1.0;
+    columns.push_back(measured_velocity(model, none, start));
+  }
+  columns.push_back(measured_velocity(model, constant));
+  for (auto& column : columns) column = fit::whiten(column, drive.noise);
+  MatrixXd x(static_cast<Eigen::Index>(columns.front().size()), static_cast<Eigen::Index>(columns.size()));
+  for (std::size_t i = 0; i < columns.size(); ++i)
+    x.col(static_cast<Eigen::Index>(i)) = Eigen::Map<const VectorXd>(columns[i].data(), x.rows());
+  return x;
+}
+
+}  // namespace
+
+std::vector<int> estimated_of(const fit::DriveModel& model) {
+  std::vector<int> list;
+  for (int i = 0; i < fit::kParameterCount; ++i)
+    if (model.estimated[static_cast<std::size_t>(i)]) list.push_back(i);
+  return list;
+}
+
+double scale(const fit::DriveModel& model, int parameter) {
+  if (parameter == fit::kDelay) return model.sample_time_s;
+  if (parameter == fit::kViscousFriction) {
+    const double pace = model.structure == fit::Structure::two_mass
+                            ? kTwoPi * data::antiresonance_hz(model.parameters)
+                            : 0.01 / model.sample_time_s;
+    return model.parameters.driven_inertia * pace;
+  }
+  return model.value(static_cast<fit::Parameter>(parameter));
+}
+
+std::vector<std::string> figure_names(const RoughDrive& drive) {
+  std::vector<std::string> names;
+  for (const int i : estimated_of(drive.model))
+    names.emplace_back(fit::kParameterNames[static_cast<std::size_t>(i)]);
+  if (drive.model.structure == fit::Structure::two_mass)
+    names.insert(names.end(), {"resonance", "antiresonance", "resonance_damping", "antiresonance_damping"});
+  if (drive.controller) {
+    const auto margins = margins_of(drive);
+    if (margins.crossover_hz()) names.insert(names.end(), {"crossover", "phase_margin"});
+    names.emplace_back("modulus_margin");
+  }
+  return names;
+}
+
+std::vector<Figure> figures_of(const RoughDrive& drive, const std::vector<std::string>& names,
+                               bool linear_motion) {
+  std::vector<Figure> figures;
+  const auto wanted = names.empty() ? figure_names(drive) : names;
+  const MatrixXd gradients = figure_gradients(drive, wanted);
+  const auto parameters = estimated_of(drive.model);
+  for (std::size_t f = 0; f < wanted.size(); ++f) {
+    double variance = 0.0;
+    for (std::size_t i = 0; i < parameters.size(); ++i)
+      for (std::size_t j = 0; j < parameters.size(); ++j)
+        variance += gradients(static_cast<Eigen::Index>(f), static_cast<Eigen::Index>(i)) *
+                    gradients(static_cast<Eigen::Index>(f), static_cast<Eigen::Index>(j)) *
+                    drive.model.covariance(parameters[i], parameters[j]) / scale(drive.model, parameters[i]) /
+                    scale(drive.model, parameters[j]);
+    figures.push_back({wanted[f], unit_of(wanted[f], linear_motion), value_of(drive, wanted[f]),
+                       std::sqrt(std::max(0.0, variance))});
+  }
+  return figures;
+}
+
+MatrixXd figure_gradients(const RoughDrive& drive, const std::vector<std::string>& names) {
+  const auto parameters = estimated_of(drive.model);
+  MatrixXd gradients(static_cast<Eigen::Index>(names.size()), static_cast<Eigen::Index>(parameters.size()));
+  for (std::size_t i = 0; i < parameters.size(); ++i) {
+    const double step = kRelativeStep * scale(drive.model, parameters[i]);
+    const RoughDrive plus = moved(drive, parameters[i], step), minus = moved(drive, parameters[i], -step);
+    for (std::size_t f = 0; f < names.size(); ++f)
+      gradients(static_cast<Eigen::Index>(f), static_cast<Eigen::Index>(i)) =
+          (value_of(plus, names[f]) - value_of(minus, names[f])) / (2.0 * kRelativeStep);
+  }
+  return gradients;
+}
+
+MatrixXcd line_sensitivities(const RoughDrive& drive, std::span<const double> frequency_hz) {
+  MatrixXcd lines = response_gradients(drive.model, frequency_hz);
+  const auto loop = loop_response(drive, frequency_hz);
+  for (std::size_t k = 0; k < frequency_hz.size(); ++k)
+    lines.col(static_cast<Eigen::Index>(k)) *=
+        loop.torque[k] / std::sqrt(noise_density(drive.noise, frequency_hz[k] * drive.model.sample_time_s));
+  return lines;
+}
+
+RoughDrive predicted(const RoughDrive& drive, std::span<const double> excitation) {
+  const auto parameters = estimated_of(drive.model);
+  const auto n = static_cast<Eigen::Index>(parameters.size());
+  const MatrixXd x = sensitivity_columns(drive, simulate(drive, excitation).torque);
+  MatrixXd information = x.transpose() * x / drive.noise.innovation_variance;
+  information.topLeftCorner(n, n) += static_cast<double>(x.rows()) * information_of_noise(drive);
+  // Columns of very different size: scaled to a unit diagonal before the inversion.
+  const VectorXd size = information.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
+  const MatrixXd scaled = size.asDiagonal() * information * size.asDiagonal();
+  const MatrixXd inverse =
+      size.asDiagonal() * scaled.ldlt().solve(MatrixXd::Identity(x.cols(), x.cols())) * size.asDiagonal();
+  RoughDrive result = drive;
+  result.model.covariance.setZero();
+  for (Eigen::Index i = 0; i < n; ++i)
+    for (Eigen::Index j = 0; j < n; ++j) {
+      const int a = parameters[static_cast<std::size_t>(i)], b = parameters[static_cast<std::size_t>(j)];
+      result.model.covariance(a, b) = inverse(i, j) * scale(drive.model, a) * scale(drive.model, b);
+    }
+  return result;
+}
+
+}  // namespace resonid::planning

@@ -1,0 +1,236 @@
+// SPDX-License-Identifier: MIT
+#include <algorithm>
+#include <cmath>
+#include <resonid/base/constants.hpp>
+#include <resonid/excitation/excitation.hpp>
+#include <resonid/excitation/metrics.hpp>
+
+#include "planning/experiment_layout.hpp"
+#include "planning/waveform.hpp"
+
+namespace resonid::planning::detail {
+namespace {
+
+constexpr std::size_t kMostGridLines = excitation::kMaxLines;
+constexpr double kWeakLine = 1e-5;  // of the strongest line's power: left out
+constexpr std::size_t kFewestPeriods = 2;
+
+/// Peak over rms of what the limits hold for.
+struct Crests {
+  double excitation = 1.45, torque = 1.45, velocity = 1.45, position = 1.45;
+};
+
+/// A multisine with a period of its own.
+class Layout {
+ public:
+  Layout(const Task& task, std::size_t period_samples) : task_(task), period_(period_samples) {
+    const double step = task.sample_rate_hz / static_cast<double>(period_);
+    const auto first = static_cast<std::size_t>(std::max(1.0, std::ceil(task.low_hz / step - 1e-9)));
+    const auto last = static_cast<std::size_t>(std::floor(task.high_hz / step + 1e-9));
+    for (std::size_t l = first; l <= last; ++l) grid_hz_.push_back(static_cast<double>(l) * step);
+  }
+
+  [[nodiscard]] bool possible() const {
+    return grid_hz_.size() >= 2 && grid_hz_.size() <= kMostGridLines &&
+           task_.most_samples >= kFewestPeriods * period_;
+  }
+
+  [[nodiscard]] Experiment run(Plan& plan) {
+    Crests crests;
+    DesignProblem problem;
+    problem.criterion = task_.config.criterion;
+    problem.use = uses(crests);
+    for (std::size_t s = 0; s < task_.drives.size(); ++s)
+      problem.models.push_back({line_sensitivities(task_.drives[s], grid_hz_), task_.wishes[s]});
+    const auto distribution = distribute_power(problem);
+    plan.grid_hz = grid_hz_;
+    plan.grid_power.assign(distribution.power.begin(), distribution.power.end());
+    plan.design_gap = distribution.gap;
+    choose_waveform(problem, distribution.power);
+    settle();
+    choose_start();
+    return counted();
+  }
+
+ private:
+  [[nodiscard]] Eigen::MatrixXd uses(const Crests& crests) const {
+    const auto loop = loop_response(task_.config.drive, grid_hz_);
+    const auto& limits = task_.config.limits;
+    const auto lines = static_cast<Eigen::Index>(grid_hz_.size());
+    Eigen::MatrixXd use(5, lines);
+    for (Eigen::Index k = 0; k < lines; ++k) {
+      const auto i = static_cast<std::size_t>(k);
+      use(0, k) = std::pow(crests.excitation / limits.excitation, 2);
+      use(1, k) = std::norm(loop.torque[i]) * std::pow(crests.torque / limits.torque, 2);
+      use(2, k) = std::norm(loop.torque[i]) * std::pow(1.0 / limits.torque_rms, 2);
+      use(3, k) = std::norm(loop.velocity[i]) * std::pow(crests.velocity / limits.velocity, 2);
+      use(4, k) = std::norm(loop.position[i]) * std::pow(2.0 * crests.position / limits.stroke, 2);
+    }
+    return use;
+  }
+
+  void choose_waveform(const DesignProblem& design, const Eigen::VectorXd& power) {
+    const auto& limits = task_.config.limits;
+    WaveformProblem w;
+    w.design = &design;
+    w.seed = task_.config.seed;
+    for (const double f : grid_hz_)
+      w.harmonic.push_back(
+          static_cast<std::size_t>(std::llround(f / task_.sample_rate_hz * static_cast<double>(period_))));
+    const auto add = [&](const std::vector<std::complex<double>>& gain, double limit, double rms) {
+      if (!std::isfinite(limit)) return;
+      w.signals.push_back({gain, limit});
+      w.rms_limit.push_back(rms);
+    };
+    constexpr double kNone = std::numeric_limits<double>::infinity();
+    add(std::vector<std::complex<double>>(grid_hz_.size(), 1.0), limits.excitation, kNone);
+    for (const auto& drive : task_.drives) {  // what is flat for one of them need not be so for another
+      const auto loop = loop_response(drive, grid_hz_);
+      add(loop.torque, limits.torque, limits.torque_rms);
+      add(loop.velocity, limits.velocity, kNone);
+      add(loop.position, 0.5 * limits.stroke, kNone);
+    }
+    const auto waveform = optimise_waveform(w, power);
+    double strongest = 0.0;
+    for (const auto& a : waveform.amplitude) strongest = std::max(strongest, std::norm(a));
+    for (std::size_t k = 0; k < grid_hz_.size(); ++k) {
+      if (std::norm(waveform.amplitude[k]) < kWeakLine * strongest) continue;
+      x_.frequency_hz.push_back(grid_hz_[k]);
+      x_.line_amplitude.push_back(std::abs(waveform.amplitude[k]));
+      x_.phase_rad.push_back(std::arg(waveform.amplitude[k]));
+    }
+  }
+
+  [[nodiscard]] std::vector<double> samples(std::size_t count) const {
+    std::vector<double> out(count);
+    excitation::Multisine<excitation::kMaxLines>::create(
+        {task_.sample_rate_hz, x_.frequency_hz, x_.line_amplitude, excitation::Phases::given, x_.phase_rad})
+        ->fill(out);
+    return out;
+  }
+
+  /// Counts the periods until the drive repeats itself within 1 %.
+  void settle() {
+    constexpr std::size_t kMostSettling = 40;
+    for (x_.settle_periods = 1; x_.settle_periods < kMostSettling; ++x_.settle_periods) {
+      const auto motion = simulate(task_.config.drive, samples((x_.settle_periods + 1) * period_));
+      const auto* last = motion.velocity.data() + x_.settle_periods * period_;
+      double largest = 0.0, change = 0.0;
+      for (std::size_t k = 0; k < period_; ++k) {
+        largest = std::max(largest, std::abs(last[k]));
+        change = std::max(change, std::abs(last[k] - *(last + k - period_)));
+      }
+      if (change <= 0.01 * largest) break;
+    }
+  }
+
+  /// Turns the signal in time so that its start asks least of the drive.
+  void choose_start() {
+    constexpr int kStarts = 48;
+    const auto phases = x_.phase_rad;
+    double least = HUGE_VAL;
+    int best = 0;
+    const auto turn = [&](int i) {
+      const double time_s = static_cast<double>(period_) / task_.sample_rate_hz * i / kStarts;
+      for (std::size_t k = 0; k < phases.size(); ++k) {
+        const double angle = phases[k] + kTwoPi * x_.frequency_hz[k] * time_s;
+        x_.phase_rad[k] = angle - kTwoPi * std::floor(angle / kTwoPi);
+      }
+    };
+    Task only = task_;
+    only.drives.resize(1);
+    for (int i = 0; i < kStarts; ++i) {
+      turn(i);
+      const double use = most_used(task_.config.limits, extremes_of(only, samples(2 * period_))).first;
+      if (use < least - 1e-9) {
+        least = use;
+        best = i;
+      }
+    }
+    turn(best);
+  }
+
+  [[nodiscard]] Experiment of(std::size_t periods) const {
+    Experiment x = x_;
+    x.type = ExcitationType::multisine;
+    x.periods = periods;
+    x.period_samples = period_;
+    x.excitation = samples(periods * period_);
+    scale_to_limits(task_, x);
+    evaluate(task_, x);
+    return x;
+  }
+
+  [[nodiscard]] Experiment counted() const {
+    const std::size_t most = task_.most_samples / period_;
+    const std::size_t fewest = std::min(most, x_.settle_periods + kFewestPeriods);
+    std::size_t periods = fewest;
+    Experiment x = of(periods);
+    while (x.ratio > 1.0 && periods < most) {
+      const double guess = static_cast<double>(periods) * x.ratio * x.ratio;
+      periods = static_cast<std::size_t>(
+          std::clamp(std::floor(guess), static_cast<double>(periods + 1), static_cast<double>(most)));
+      x = of(periods);
+    }
+    while (periods > fewest) {  // a guess may have gone too far
+      Experiment shorter = of(periods - 1);
+      if (shorter.ratio > 1.0) break;
+      x = std::move(shorter);
+      --periods;
+    }
+    return x;
+  }
+
+  const Task& task_;
+  std::size_t period_;
+  std::vector<double> grid_hz_;
+  Experiment x_;
+};
+
+/// Periods whose line distance resolves the resonances; of a rigid machine, that reach its lowest line.
+std::vector<std::size_t> periods_to_try(const Task& task) {
+  const double rate = task.sample_rate_hz;
+  if (task.config.period_s) return {static_cast<std::size_t>(std::llround(*task.config.period_s * rate))};
+  double step = task.low_hz;
+  const auto& model = task.config.drive.model;
+  if (model.structure == fit::Structure::two_mass) {
+    const auto& p = model.parameters;
+    step = std::min(data::antiresonance_damping_ratio(p) * data::antiresonance_hz(p),
+                    data::resonance_damping_ratio(p) * data::resonance_hz(p));
+    step = std::clamp(step, task.high_hz / 300.0, task.high_hz / 8.0);
+  }
+  std::vector<std::size_t> periods;
+  for (const double factor : {0.75, 1.0, 1.5})
+    periods.push_back(static_cast<std::size_t>(std::llround(factor * rate / step)));
+  // A short time asks for short periods.
+  const std::size_t longest = task.most_samples / (kFewestPeriods + 1);
+  if (longest < periods.front() && longest >= 16) periods.insert(periods.begin(), longest);
+  return periods;
+}
+
+}  // namespace
+
+expected<Experiment, ConfigError> plan_multisine(const Task& task, Plan& plan) {
+  std::optional<Experiment> best;
+  for (const std::size_t period : periods_to_try(task)) {
+    Layout layout(task, period);
+    if (!layout.possible()) continue;
+    Plan design = plan;
+    Experiment x = layout.run(design);
+    const auto rank = [](const Experiment& e) {
+      return std::pair(e.ratio > 1.0, e.ratio > 1.0 ? e.ratio : e.duration_s);
+    };
+    if (!best || rank(x) < rank(*best)) {
+      best = std::move(x);
+      plan.grid_hz = design.grid_hz;
+      plan.grid_power = design.grid_power;
+      plan.design_gap = design.design_gap;
+    }
+  }
+  if (!best)
+    return refuse("max_time_s", "must hold two periods of lines as close as the band and the damping ask for",
+                  task.config.limits.time_s);
+  return std::move(*best);
+}
+
+}  // namespace resonid::planning::detail

@@ -1,0 +1,115 @@
+// SPDX-License-Identifier: MIT
+#include <algorithm>
+#include <cmath>
+#include <resonid/planning/plan.hpp>
+
+#include "planning/experiment_layout.hpp"
+
+namespace resonid::planning {
+namespace {
+
+using detail::Task;
+
+expected<void, ConfigError> check(const PlanConfig& c) {
+  if (const auto ok = check(c.drive); !ok) return ok;
+  const auto& l = c.limits;
+  if (!(l.torque > 0.0)) return refuse("max_torque", "must be > 0", l.torque);
+  if (!(l.excitation > 0.0)) return refuse("max_excitation", "must be > 0", l.excitation);
+  if (!std::isfinite(std::min({l.torque, l.excitation, l.velocity, l.stroke, l.torque_rms})))
+    return refuse("max_torque", "must be given, or another limit that an amplitude follows from");
+  if (!(l.torque_rms > 0.0)) return refuse("max_torque_rms", "must be > 0", l.torque_rms);
+  if (!(l.velocity > 0.0)) return refuse("max_velocity", "must be > 0", l.velocity);
+  if (!(l.stroke > 0.0)) return refuse("max_stroke", "must be > 0", l.stroke);
+  if (!(l.time_s > 0.0)) return refuse("max_time_s", "must be > 0", l.time_s);
+  constexpr double kFewestSamples = 64.0;
+  if (l.time_s < kFewestSamples * c.drive.model.sample_time_s)
+    return refuse("max_time_s", "must be at least 64 samples", l.time_s);
+  if (!(c.spread >= 0.0 && c.spread <= 0.5)) return refuse("spread", "must be 0 ... 0.5", c.spread);
+  const double rate = 1.0 / c.drive.model.sample_time_s;
+  if (c.band_hz &&
+      !(c.band_hz->first > 0.0 && c.band_hz->second > c.band_hz->first && c.band_hz->second < 0.5 * rate))
+    return refuse("band", "must rise from > 0 to below half the sample rate", c.band_hz->second);
+  if (c.period_s && !(*c.period_s * rate >= 16.0 && *c.period_s <= l.time_s))
+    return refuse("period_s", "must be at least 16 samples and at most the time", *c.period_s);
+  const auto known = figure_names(c.drive);
+  for (const auto& wish : c.wishes) {
+    if (std::find(known.begin(), known.end(), wish.figure) == known.end())
+      return refuse("accuracy", "must name figures of this drive");
+    if (!(wish.accuracy > 0.0)) return refuse("accuracy", "must be > 0", wish.accuracy);
+  }
+  return {};
+}
+
+/// The least time of a kind whose length is free, or the longest time allowed.
+template <class LayOut>
+Experiment least_time(const Task& task, LayOut&& lay_out) {
+  const auto at_most = [&](double samples) {
+    return static_cast<std::size_t>(std::clamp(samples, 64.0, static_cast<double>(task.most_samples)));
+  };
+  std::size_t samples = at_most(4.0 * task.sample_rate_hz / task.low_hz);
+  Experiment x = lay_out(samples);
+  constexpr int kRounds = 8;
+  for (int round = 0; round < kRounds; ++round) {
+    const std::size_t next = at_most(std::ceil(static_cast<double>(samples) * x.ratio * x.ratio * 1.002));
+    if (next == samples || (x.ratio <= 1.0 && x.ratio > 0.99)) break;
+    samples = next;
+    x = lay_out(samples);
+  }
+  return x;
+}
+
+expected<Experiment, ConfigError> planned(const Task& task, ExcitationType type, Plan& plan) {
+  switch (type) {
+    case ExcitationType::chirp:
+      return least_time(task, [&](std::size_t n) { return detail::lay_out_chirp(task, n); });
+    case ExcitationType::prbs:
+      return least_time(task, [&](std::size_t n) { return detail::lay_out_prbs(task, n); });
+    case ExcitationType::multisine:
+      break;
+  }
+  return detail::plan_multisine(task, plan);
+}
+
+bool better(const Experiment& a, const Experiment& b) {
+  if ((a.ratio > 1.0) != (b.ratio > 1.0)) return a.ratio <= 1.0;
+  return a.ratio > 1.0 ? a.ratio < b.ratio : a.duration_s < b.duration_s;
+}
+
+}  // namespace
+
+expected<Plan, ConfigError> make_plan(const PlanConfig& config) {
+  Plan plan;
+  plan.config = config;
+  auto& c = plan.config;
+  if (c.wishes.empty())
+    for (const int i : estimated_of(c.drive.model))
+      if (i != fit::kDelay && i != fit::kViscousFriction)
+        c.wishes.push_back({std::string(fit::kParameterNames[static_cast<std::size_t>(i)]), 0.01, true});
+  if (const auto ok = check(c); !ok) return unexpected(ok.error());
+  const auto tell = [&](std::string_view stage) {
+    if (c.progress) c.progress(stage);
+  };
+  const Task task(c);
+  c.band_hz = {task.low_hz, task.high_hz};
+  plan.drives = task.drives.size();
+  using enum ExcitationType;
+  std::optional<Experiment> best;
+  for (const ExcitationType type : {multisine, chirp, prbs}) {
+    if (c.type && *c.type != type) continue;
+    tell(std::string("planning a ").append(kExcitationNames[static_cast<std::size_t>(type)]));
+    auto x = planned(task, type, plan);
+    // Free in its kind, a plan goes without the multisine where the time is too short for one.
+    if (!x && (c.type || type != multisine)) return unexpected(x.error());
+    if (x && (!best || better(*x, *best))) best = std::move(*x);
+  }
+  tell("comparing");
+  plan.reached = best->ratio <= 1.0;
+  const std::size_t samples = best->excitation.size();
+  const ExcitationType chosen = best->type;
+  plan.experiments.push_back(std::move(*best));
+  if (chosen != chirp) plan.experiments.push_back(detail::lay_out_chirp(task, samples));
+  if (chosen != prbs) plan.experiments.push_back(detail::lay_out_prbs(task, samples));
+  return plan;
+}
+
+}  // namespace resonid::planning
