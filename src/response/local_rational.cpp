@@ -164,12 +164,12 @@ std::size_t choose_half_width(const Problem& problem, Approach approach, bool ha
   const double widest = 0.25 * static_cast<double>(problem.spectra.rows());
   std::vector<double> candidates;
   for (double width = 2.5 * static_cast<double>(problem.parameters());
-       candidates.empty() || width <= std::min(widest, 800.0); width *= 1.4)
+       candidates.empty() || width <= std::min(widest, 800.0); width *= 1.5)
     candidates.push_back(std::round(width));
   const double first = std::ceil(frequencies_hz.front() / problem.spacing_hz);
   const double last = std::max(first, std::floor(frequencies_hz.back() / problem.spacing_hz));
   std::vector<double> centres;
-  for (double bin = first; bin <= last; bin += std::max(1.0, std::ceil((last - first) / 120.0)))
+  for (double bin = first; bin <= last; bin += std::max(1.0, std::ceil((last - first) / 60.0)))
     centres.push_back(bin);
   std::vector<double> scores;
   std::vector<double> noise(centres.size(), 0.0);  // of the first usable, narrowest fit
@@ -184,7 +184,7 @@ std::size_t choose_half_width(const Problem& problem, Approach approach, bool ha
                    : 10.0;
     }
     scores.push_back(score);
-    if (score > 1.5 * *std::min_element(scores.begin(), scores.end())) break;  // bias has taken over
+    if (score > 1.25 * *std::min_element(scores.begin(), scores.end())) break;  // bias has taken over
   }
   const double limit = 1.01 * *std::min_element(scores.begin(), scores.end());
   std::size_t best = scores.size();

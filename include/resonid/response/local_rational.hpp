@@ -38,7 +38,7 @@ void describe(Visitor&& v, LocalRationalConfig& c) {
 /// that noise in X biases nothing. Joint: first U from Ru, then Y from U, whose noise-free part is the
 /// instrument. Indirect: Y (and U) from Ru. Direct: Y from U.
 /// Covariance from the residuals (A X - B R - T)/A, degrees of freedom: bins less parameters. Where a fit does
-/// not come out, the line is left out. Automatic n: as local_polynomial, over up to 120 centres.
+/// not come out, the line is left out. Automatic n: as local_polynomial, over up to 60 centres.
 /// Limits: dense excitation; the denominator needs a signal well above the noise in the window, else a local
 /// polynomial has less variance; one resonance and one anti-resonance per window (degree 2).
 [[nodiscard]] expected<LineEstimates, ConfigError> local_rational_lines(const data::Record& record,
