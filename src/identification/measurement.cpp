@@ -202,7 +202,8 @@ expected<Plan, Refusal> make_plan(const data::Record& record, const Options& opt
 
   plan.method = options.method;
   if (plan.method == Method::automatic || plan.method == Method::model) plan.method = choose(plan, record);
-  if (plan.method == Method::simulate_and_correct) {  // of what is measured first; the tracker when it was told
+  if (plan.method ==
+      Method::simulate_and_correct) {  // of what is measured first; the tracker when it was told
     const bool tracker = options.tracker.lambda || options.tracker.pole_radius;
     plan.method = tracker ? Method::kalman : choose(plan, record);
   }

@@ -32,8 +32,7 @@ expected<std::vector<Complex>, Refusal> factor_of(const data::Record& record,
                                                   const Measure& measure) {
   const auto g = recorded_quantity(model, record.output_quantity, known_delay_s);
   data::Record simulated = record;
-  simulated.output.samples =
-      simulate_nearest(g, record.input.samples, record.output.samples, true).output;
+  simulated.output.samples = simulate_nearest(g, record.input.samples, record.output.samples, true).output;
   const auto found = measure(simulated);
   if (!found) return tl::unexpected(found.error());
   std::vector<Complex> factor(measured.lines(), 1.0);
@@ -114,8 +113,7 @@ expected<void, Refusal> simulate_and_correct(const data::Record& record, const P
   for (int round = 0; round < kRounds; ++round) {
     if (!selection)
       return complain("simulate-and-correct needs a model, and none could be fitted to this response");
-    auto corrected =
-        corrected_response(record, measured, selection->result.drive, options.delay_s, measure);
+    auto corrected = corrected_response(record, measured, selection->result.drive, options.delay_s, measure);
     if (!corrected) return tl::unexpected(corrected.error());
     response = std::move(*corrected);
     selection = select_model(record, plan, options, response);

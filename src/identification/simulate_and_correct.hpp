@@ -10,7 +10,8 @@ namespace resonid::identification::detail {
 using Measure = std::function<expected<data::FrequencyResponse, Refusal>(const data::Record&)>;
 
 /// A response freed from the bias of the method that measured it. The method runs once more on the noise-free
-/// record that the model gives for the recorded input; what it makes of the model's known response is its bias:
+/// record that the model gives for the recorded input; what it makes of the model's known response is its
+/// bias:
 ///
 ///   G_corrected = G_measured * G_model/G_measured(model)
 ///

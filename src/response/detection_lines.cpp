@@ -65,9 +65,8 @@ expected<DetectionLines, ConfigError> detection_lines(const data::Record& record
 
   const double base_hz = record.sample_rate_hz / static_cast<double>(periodic.period_samples);
   const auto multiple = [&](double f) { return std::lround(f / base_hz); };
-  const bool odd_only = std::all_of(excited->lines.begin(), excited->lines.end(), [&](const LineEstimate& l) {
-    return multiple(l.frequency_hz) % 2 == 1;
-  });
+  const bool odd_only = std::all_of(excited->lines.begin(), excited->lines.end(),
+                                    [&](const LineEstimate& l) { return multiple(l.frequency_hz) % 2 == 1; });
   std::size_t next = 0;
   for (long k = multiple(excited->lines.front().frequency_hz);
        k <= multiple(excited->lines.back().frequency_hz); ++k)
@@ -84,9 +83,9 @@ expected<DetectionLines, ConfigError> detection_lines(const data::Record& record
     power += std::norm(line.output) / static_cast<double>(excited->lines.size());
   Sum even, odd;
   for (const auto& line : silent->lines) {
-    const auto above =
-        std::find_if(excited->lines.begin(), excited->lines.end(),
-                     [&](const LineEstimate& l) { return l.frequency_hz > line.frequency_hz; });
+    const auto above = std::find_if(excited->lines.begin(), excited->lines.end(), [&](const LineEstimate& l) {
+      return l.frequency_hz > line.frequency_hz;
+    });
     if (above == excited->lines.end() || above == excited->lines.begin()) continue;
     const Complex g = excited->has_input ? between(*std::prev(above), *above, line.frequency_hz) : 0.0;
     const Eigen::RowVector3cd row(0.0, -g, 1.0);

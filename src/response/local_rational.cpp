@@ -24,11 +24,11 @@ struct Problem : LocalSpectra {
 /// Value in the centre of one response, and how it hangs on the noise of the window's bins.
 struct Ratio {
   Complex value;
-  Column weights;          ///< error = weights' noise: the first row of (Z'X)^-1 Z'; 
-  Column noise;            ///< [bin] measured less fitted output
-  Column fitted;           ///< [bin] noise-free output
-  double variance = 0.0;   ///< of the noise, per bin
-  double leverage = 0.0;   ///< of the centre bin upon its own fit
+  Column weights;         ///< error = weights' noise: the first row of (Z'X)^-1 Z';
+  Column noise;           ///< [bin] measured less fitted output
+  Column fitted;          ///< [bin] noise-free output
+  double variance = 0.0;  ///< of the noise, per bin
+  double leverage = 0.0;  ///< of the centre bin upon its own fit
   double degrees = 0.0;
   bool usable = false;
 };
@@ -68,7 +68,8 @@ Column smoothed(const Eigen::MatrixXd& powers, const Column& reference, const Co
   return columns * (columns.adjoint() * columns).ldlt().solve(columns.adjoint() * signal);
 }
 
-/// Refined instrumental variables; `instrument` and `noise_free` are the noise-free parts of input and output.
+/// Refined instrumental variables; `instrument` and `noise_free` are the noise-free parts of input and
+/// output.
 Ratio fit_ratio(const Problem& problem, const Eigen::MatrixXd& powers, const Column& input,
                 const Column& instrument, const Column& output, Column noise_free, Eigen::Index centre_bin) {
   const Eigen::Index count = input.size();
@@ -87,7 +88,7 @@ Ratio fit_ratio(const Problem& problem, const Eigen::MatrixXd& powers, const Col
     x = x * scale.cwiseInverse().asDiagonal();
     z = z * scale.cwiseInverse().asDiagonal();
     const Eigen::PartialPivLU<Eigen::MatrixXcd> solver(z.adjoint() * x);
-    if (!(solver.rcond() > 1e-13)) break;
+    if (!(solver.rcond() > 1e-17)) break;  // pole and zero may cancel: any solution is right then
     Eigen::VectorXcd solution = solver.solve(z.adjoint() * output.cwiseQuotient(denominator));
     solution = solution.cwiseQuotient(scale.transpose().cast<Complex>());
     if (!solution.allFinite()) break;
@@ -128,8 +129,8 @@ Window fit_window(const Problem& problem, Approach approach, bool has_input, dou
   Window window;
   window.first = low;
   if (count <= problem.parameters() + 4) return window;
-  const auto powers = powers_of(low, count, centre, half_width,
-                                std::max({4, problem.degree, problem.transient_degree}));
+  const auto powers =
+      powers_of(low, count, centre, half_width, std::max({4, problem.degree, problem.transient_degree}));
   const auto middle = std::clamp<Eigen::Index>(std::lround(centre) - low, 0, count - 1);
   const Column excitation = problem.spectra.col(0).segment(low, count);
   const Column input = problem.spectra.col(1).segment(low, count);
@@ -154,39 +155,37 @@ Window fit_window(const Problem& problem, Approach approach, bool has_input, dou
 double left_out_error(const Window& window, double centre) {
   const auto middle =
       std::clamp<Eigen::Index>(std::lround(centre) - window.first, 0, window.output.noise.size() - 1);
-  return std::norm(window.output.noise(middle)) /
-         std::pow(std::max(1.0 - window.output.leverage, 1e-6), 2);
+  return std::norm(window.output.noise(middle)) / std::pow(std::max(1.0 - window.output.leverage, 1e-6), 2);
 }
 
 /// Leave-one-out choice of the half width.
 std::size_t choose_half_width(const Problem& problem, Approach approach, bool has_input,
                               const std::vector<double>& frequencies_hz) {
-  const double widest = 0.25 * static_cast<double>(problem.spectra.rows());
+  // Wider, more than one mode may lie in a window.
+  const double widest = 0.25 * (problem.last_excited - problem.first_excited);
   std::vector<double> candidates;
-  for (double width = 2.5 * static_cast<double>(problem.parameters());
+  for (double width = 4.0 * static_cast<double>(problem.parameters());
        candidates.empty() || width <= std::min(widest, 800.0); width *= 1.5)
     candidates.push_back(std::round(width));
   const double first = std::ceil(frequencies_hz.front() / problem.spacing_hz);
   const double last = std::max(first, std::floor(frequencies_hz.back() / problem.spacing_hz));
   std::vector<double> centres;
-  for (double bin = first; bin <= last; bin += std::max(1.0, std::ceil((last - first) / 60.0)))
+  for (double bin = first; bin <= last; bin += std::max(1.0, std::ceil((last - first) / 150.0)))
     centres.push_back(bin);
+  // Mean logarithm of the left-out errors: free of scale, and no line that is lost decides for all others.
   std::vector<double> scores;
-  std::vector<double> noise(centres.size(), 0.0);  // of the first usable, narrowest fit
   for (const double width : candidates) {
     double score = 0.0;
-    for (std::size_t i = 0; i < centres.size(); ++i) {
-      const Window window = fit_window(problem, approach, has_input, centres[i], width);
-      if (window.usable && noise[i] == 0.0) noise[i] = window.output.variance;
-      // Bounded: a line that is lost with one width must not decide for all others.
-      score += window.usable && noise[i] > 0.0
-                   ? std::min(left_out_error(window, centres[i]) / noise[i], 10.0)
-                   : 10.0;
+    for (const double centre : centres) {
+      const Window window = fit_window(problem, approach, has_input, centre, width);
+      const double floor = 1e-12 * std::norm(window.usable ? window.output.value : 1.0) * window.power;
+      const double error = window.usable ? left_out_error(window, centre) : 1e300;
+      score += std::log(std::max(error, floor) + 1e-300) / static_cast<double>(centres.size());
     }
     scores.push_back(score);
-    if (score > 1.25 * *std::min_element(scores.begin(), scores.end())) break;  // bias has taken over
+    if (score > 0.5 + *std::min_element(scores.begin(), scores.end())) break;  // bias has taken over
   }
-  const double limit = 1.01 * *std::min_element(scores.begin(), scores.end());
+  const double limit = 0.03 + *std::min_element(scores.begin(), scores.end());
   std::size_t best = scores.size();
   while (scores[--best] > limit) continue;
   return static_cast<std::size_t>(candidates[best]);

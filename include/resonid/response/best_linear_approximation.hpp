@@ -17,7 +17,8 @@ struct BestLinearConfig {
 
 template <class Visitor>
 void describe(Visitor&& v, BestLinearConfig& c) {
-  v("period_samples", c.period_samples, "period of every realisation in samples; 0: that of the first record");
+  v("period_samples", c.period_samples,
+    "period of every realisation in samples; 0: that of the first record");
   v("drop_periods", c.drop_periods, "periods left out at the start of each record");
   v("band_low_hz", c.band_low_hz, "lowest line in Hz");
   v("band_high_hz", c.band_high_hz, "highest line in Hz; 0: half the sample rate");
@@ -39,9 +40,9 @@ struct BestLinearApproximation {
 ///   G = mean G_m,   var G = sum |G_m - G|^2/(M (M - 1)),   noise: sum s_m^2/M^2,
 ///   distortion of one realisation: M (var G - noise), 0 where that is negative
 ///
-/// Non-linear distortion repeats with the period, so periods do not show it; new phases do. Direct: G_m = Y/U.
-/// Else U and Y are referred to Ru before they are averaged. Needs two records with two whole periods each.
-/// Limits: with M records a level is known to about 1/sqrt(2 (M - 1)).
+/// Non-linear distortion repeats with the period, so periods do not show it; new phases do. Direct: G_m =
+/// Y/U. Else U and Y are referred to Ru before they are averaged. Needs two records with two whole periods
+/// each. Limits: with M records a level is known to about 1/sqrt(2 (M - 1)).
 [[nodiscard]] expected<BestLinearApproximation, ConfigError> best_linear_approximation(
     std::span<const data::Record> records, const BestLinearConfig& config, Approach approach);
 

@@ -17,11 +17,14 @@ constexpr double kRate = 500.0;
 data::TransferFunction resonator(double damping) {
   const double w = kTwoPi * 40.0 / kRate;
   const double radius = std::exp(-damping * w);
-  return {{0.0, 1.0}, {1.0, -2.0 * radius * std::cos(w * std::sqrt(1.0 - damping * damping)), radius * radius}, 1.0 / kRate};
+  return {{0.0, 1.0},
+          {1.0, -2.0 * radius * std::cos(w * std::sqrt(1.0 - damping * damping)), radius * radius},
+          1.0 / kRate};
 }
 
 /// White input from the first sample on (a transient that nobody waits for), white noise on the output.
-data::Record record_of(const data::TransferFunction& g, double noise, std::uint64_t seed, std::size_t samples) {
+data::Record record_of(const data::TransferFunction& g, double noise, std::uint64_t seed,
+                       std::size_t samples) {
   std::mt19937_64 random(seed);
   std::normal_distribution<double> normal;
   data::Record record;
@@ -82,7 +85,8 @@ TEST(LocalRational, ErrorBarsHoldTheTruth) {
     LocalRationalConfig config;
     config.frequencies_hz = {33.0, 37.0, 40.0, 43.0, 47.0};
     config.half_width_bins = 60;
-    const auto found = local_rational(record_of(g, 0.5, seed, 4000), config, {Approach::direct, {}, 0.0}).value();
+    const auto found =
+        local_rational(record_of(g, 0.5, seed, 4000), config, {Approach::direct, {}, 0.0}).value();
     for (std::size_t i = 0; i < found.lines(); ++i, ++count)
       if (std::abs(found.value[i] - g.response(found.frequency_hz[i])) <
           data::confidence_radius(found.standard_deviation[i], 0.95))

@@ -32,7 +32,8 @@ data::Record run(const std::vector<int>& excited, std::uint64_t seed, const Law&
     const double p = phase(random);
     for (std::size_t n = 0; n < kPeriod; ++n)
       u[n] += amplitude * std::cos(kTwoPi * static_cast<double>(static_cast<std::size_t>(k) * n % kPeriod) /
-                                       static_cast<double>(kPeriod) + p);
+                                       static_cast<double>(kPeriod) +
+                                   p);
   }
   data::Record record;
   record.sample_rate_hz = static_cast<double>(kPeriod);  // 1 Hz between the multiples
@@ -65,9 +66,10 @@ double rms(const std::vector<double>& x, const std::vector<double>& scale) {
   return std::sqrt(sum / static_cast<double>(x.size()));
 }
 
-/// Gaussian input of variance 1 (many lines): the best linear approximation of u + c u^3 is 1 + 3 c (Bussgang),
-/// and what is left, c (u^3 - 3 u), has variance 6 c^2, spread over three times the band like the third
-/// convolution of the flat spectrum: density within the band 3/4 - (f/B)^2/4 of 1/(2B) ... see the sum below.
+/// Gaussian input of variance 1 (many lines): the best linear approximation of u + c u^3 is 1 + 3 c
+/// (Bussgang), and what is left, c (u^3 - 3 u), has variance 6 c^2, spread over three times the band like the
+/// third convolution of the flat spectrum: density within the band 3/4 - (f/B)^2/4 of 1/(2B) ... see the sum
+/// below.
 TEST(BestLinearApproximation, SeparatesNoiseFromTheDistortionOfACube) {
   constexpr int kLast = 200;
   constexpr double kCube = 0.05, kNoise = 0.02;
@@ -81,9 +83,10 @@ TEST(BestLinearApproximation, SeparatesNoiseFromTheDistortionOfACube) {
   for (const auto& line : found.lines.lines) {
     const double x = line.frequency_hz / kLast;
     filter_size.push_back(std::abs(filter(line.frequency_hz)));
-    largest = std::max(largest, std::abs(line.output / line.input / filter(line.frequency_hz) / (1.0 + 3.0 * kCube) - 1.0));
-    // Spectrum of u: 1/(2B) over |f| < B; its triple convolution at x = f/B: (3 - x^2)/(8 B); times 6 c^2. Per
-    // line of 1 Hz relative to the power of an excited line, 1/(2B): 6 c^2 (3 - x^2)/4.
+    largest = std::max(
+        largest, std::abs(line.output / line.input / filter(line.frequency_hz) / (1.0 + 3.0 * kCube) - 1.0));
+    // Spectrum of u: 1/(2B) over |f| < B; its triple convolution at x = f/B: (3 - x^2)/(8 B); times 6 c^2.
+    // Per line of 1 Hz relative to the power of an excited line, 1/(2B): 6 c^2 (3 - x^2)/4.
     expected_distortion.push_back(kCube * std::sqrt(6.0 * (3.0 - x * x) / 4.0));
   }
   EXPECT_LT(largest, 0.12);
@@ -115,8 +118,10 @@ TEST(BestLinearApproximation, SplitsARecordWhereThePhasesChange) {
   auto record = run(all_up_to(50), 1, {}, 4);
   for (std::uint64_t seed = 2; seed <= 3; ++seed) {
     const auto next = run(all_up_to(50), seed, {}, 4);
-    record.input.samples.insert(record.input.samples.end(), next.input.samples.begin(), next.input.samples.end());
-    record.output.samples.insert(record.output.samples.end(), next.output.samples.begin(), next.output.samples.end());
+    record.input.samples.insert(record.input.samples.end(), next.input.samples.begin(),
+                                next.input.samples.end());
+    record.output.samples.insert(record.output.samples.end(), next.output.samples.begin(),
+                                 next.output.samples.end());
   }
   const auto parts = realisations_of(record, kPeriod);
   ASSERT_EQ(parts.size(), 3U);
@@ -148,13 +153,14 @@ TEST(DetectionLines, TellEvenFromOddDistortion) {
   EXPECT_FALSE(none.odd.significant);
 }
 
-/// c u^2 of a Gaussian u of variance 1 has variance 2 c^2 around its mean. All of it lies on even multiples. Of
-/// excited odd lines with share q = 3/4 in |f| < B the convolution is triangular over 2 B: within the band three
-/// quarters of the power, on B/2 even lines of 1 Hz; per excited line there is 1/(q B/2).
+/// c u^2 of a Gaussian u of variance 1 has variance 2 c^2 around its mean. All of it lies on even multiples.
+/// Of excited odd lines with share q = 3/4 in |f| < B the convolution is triangular over 2 B: within the band
+/// three quarters of the power, on B/2 even lines of 1 Hz; per excited line there is 1/(q B/2).
 TEST(DetectionLines, LevelOfASquareIsThatOfTheory) {
   constexpr double kSquare = 0.05;
   const auto found = detection_lines(run(odd_with_gaps(), 5, {kSquare, 0.0, 0.0}, 4), {}).value();
-  // The filter weighs both alike to first order: 400 Hz of 2048 changes it from 2 to 1.3, so 15 % are allowed.
+  // The filter weighs both alike to first order: 400 Hz of 2048 changes it from 2 to 1.3, so 15 % are
+  // allowed.
   EXPECT_NEAR(found.even.level / (kSquare * std::sqrt(2.0 * 0.75 * 0.75)), 1.0, 0.15);
 }
 
