@@ -9,6 +9,7 @@
 #include <identification/loop.hpp>
 #include <identification/measurement.hpp>
 #include <identification/model_selection.hpp>
+#include <identification/simulate_and_correct.hpp>
 #include <identification/trust.hpp>
 #include <identification/uncertainty.hpp>
 #include <identification/units.hpp>
@@ -144,6 +145,13 @@ expected<Result, Refusal> identify(const data::Record& whole, const Options& opt
       result.structures = std::move(selection->structures);
       result.choices.push_back(std::move(selection->choice));
     }
+  }
+  if (options.method == Method::simulate_and_correct) {
+    progress("correction");
+    auto done = detail::simulate_and_correct(record, *plan, options, result.response, selection);
+    if (!done) return tl::unexpected(done.error());
+    result.model = selection->result;
+    result.method = detail::name_of(options.method);
   }
   detail::inspect_model(*plan, options, selection, result);
   if (selection && !selection->residual.empty())

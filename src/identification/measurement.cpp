@@ -7,6 +7,7 @@
 #include <identification/measurement.hpp>
 #include <resonid/response/excitation_lines.hpp>
 #include <resonid/response/local_polynomial.hpp>
+#include <resonid/response/local_rational.hpp>
 #include <resonid/response/periodic_averaging.hpp>
 #include <resonid/response/stepped_sine.hpp>
 #include <resonid/response/swept_response.hpp>
@@ -201,6 +202,11 @@ expected<Plan, Refusal> make_plan(const data::Record& record, const Options& opt
 
   plan.method = options.method;
   if (plan.method == Method::automatic || plan.method == Method::model) plan.method = choose(plan, record);
+  if (plan.method ==
+      Method::simulate_and_correct) {  // of what is measured first; the tracker when it was told
+    const bool tracker = options.tracker.lambda || options.tracker.pole_radius;
+    plan.method = tracker ? Method::kalman : choose(plan, record);
+  }
   if (plan.method == Method::periodic) {
     if (plan.period_samples == 0)
       return refused(
@@ -273,6 +279,14 @@ Lines local_polynomial(const data::Record& record, const Plan& plan) {
   config.band_low_hz = plan.low_hz;
   config.band_high_hz = plan.high_hz;
   return response::local_polynomial_lines(record, config, plan.approach);
+}
+
+Lines local_rational(const data::Record& record, const Plan& plan) {
+  response::LocalRationalConfig config;
+  config.frequencies_hz = plan.grid_hz;
+  config.band_low_hz = plan.low_hz;
+  config.band_high_hz = plan.high_hz;
+  return response::local_rational_lines(record, config, plan.approach);
 }
 
 Lines swept(const data::Record& record, const Plan& plan, const Options& options) {
@@ -359,6 +373,8 @@ Lines run(const data::Record& record, const Plan& plan, const Options& options) 
       return swept(record, plan, options);
     case Method::least_squares:
       return least_squares(record, plan, options);
+    case Method::local_rational:
+      return local_rational(record, plan);
     default:
       return local_polynomial(record, plan);
   }

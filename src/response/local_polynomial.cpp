@@ -2,43 +2,19 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
-#include <limits>
-#include <resonid/response/excitation_lines.hpp>
 #include <resonid/response/local_polynomial.hpp>
-#include <utility>
 
-#include "response/fft.hpp"
+#include "response/local_spectra.hpp"
 #include "response/signals.hpp"
 
 namespace resonid::response {
 namespace {
 
 using Complex = std::complex<double>;
-using Spectra = Eigen::MatrixX3cd;  // [bin, excitation input output]
 
-struct Problem {
-  Spectra spectra;
-  Eigen::Index reference = 0;
+struct Problem : LocalSpectra {
   int degree = 2;
-  double spacing_hz = 0.0;
-  double first_excited = 0.0;  ///< bins between which the reference signal has power
-  double last_excited = 0.0;
 };
-
-/// Bins of the window around a centre. Bins without excitation tell nothing about the response: what the
-/// window has of them at an end of the excited band, it grows by at its other side.
-std::pair<Eigen::Index, Eigen::Index> window_of(const Problem& problem, double centre, double half_width) {
-  double low = centre - half_width;
-  double high = centre + half_width;
-  if (centre >= problem.first_excited && centre <= problem.last_excited) {
-    const double lacking_below = std::max(problem.first_excited - low, 0.0);
-    low -= std::max(high - problem.last_excited, 0.0);
-    high += lacking_below;
-  }
-  const auto last = static_cast<double>(problem.spectra.rows() - 1);
-  return {static_cast<Eigen::Index>(std::ceil(std::max(low, 1.0))),
-          static_cast<Eigen::Index>(std::floor(std::min(high, last)))};
-}
 
 /// One local fit. `response` are G_excitation, G_input, G_output in the centre.
 struct Fit {
@@ -52,7 +28,7 @@ struct Fit {
 };
 
 Fit fit_around(const Problem& problem, double centre, double half_width) {
-  const auto [low, high] = window_of(problem, centre, half_width);
+  const auto [low, high] = local_window(problem, centre, half_width);
   const Eigen::Index count = high - low + 1;
   const Eigen::Index terms = problem.degree + 1;
   Fit fit;
@@ -60,7 +36,7 @@ Fit fit_around(const Problem& problem, double centre, double half_width) {
   if (fit.degrees < 2.0) return fit;
 
   Eigen::MatrixXcd regressors(count, 2 * terms);
-  const Spectra measured = problem.spectra.middleRows(low, count);
+  const Eigen::MatrixX3cd measured = problem.spectra.middleRows(low, count);
   for (Eigen::Index k = 0; k < count; ++k) {
     const double t = (static_cast<double>(low + k) - centre) / half_width;
     double power = 1.0;
@@ -132,35 +108,6 @@ std::size_t choose_half_width(const Problem& problem, const std::vector<double>&
   return static_cast<std::size_t>(candidates[best]);
 }
 
-expected<std::vector<double>, ConfigError> grid(const data::Record& record,
-                                                const LocalPolynomialConfig& config,
-                                                std::pair<double, double> excited_hz, double spacing_hz) {
-  const double nyquist = 0.5 * record.sample_rate_hz;
-  for (const double f : config.frequencies_hz)
-    if (!(f > 0.0) || f >= nyquist)
-      return refuse("frequencies_hz", "must lie between 0 and half the sample rate", f);
-  if (!config.frequencies_hz.empty()) {
-    auto frequencies = config.frequencies_hz;
-    std::sort(frequencies.begin(), frequencies.end());
-    return frequencies;
-  }
-  const auto upper = upper_band_edge(record, config.band_low_hz, config.band_high_hz);
-  if (!upper) return unexpected(upper.error());
-  double low_hz = config.band_low_hz;
-  double high_hz = *upper;
-  if (config.band_low_hz == 0.0 && config.band_high_hz == 0.0) {
-    low_hz = excited_hz.first;
-    high_hz = excited_hz.second;
-  }
-  const double first = std::max(1.0, std::ceil(low_hz / spacing_hz - 1e-9));
-  const double last =
-      std::min(std::floor(high_hz / spacing_hz + 1e-9), std::ceil(nyquist / spacing_hz) - 1.0);
-  const double step = std::max(1.0, std::ceil((last - first) / 400.0));
-  std::vector<double> frequencies;
-  for (double bin = first; bin <= last; bin += step) frequencies.push_back(bin * spacing_hz);
-  return frequencies;
-}
-
 LineEstimate estimate(const Fit& fit, double frequency_hz) {
   LineEstimate line;
   line.frequency_hz = frequency_hz;
@@ -182,29 +129,11 @@ expected<LineEstimates, ConfigError> local_polynomial_lines(const data::Record& 
   const auto signals = signals_of(record, approach);
   if (!signals) return unexpected(signals.error());
   if (config.degree < 0 || config.degree > 6) return refuse("degree", "must lie in 0 ... 6", config.degree);
-  const std::size_t length = fast_length(signals->samples);
-  if (length < 64) return refuse("record", "must hold at least 64 samples", static_cast<double>(length));
-
-  Problem problem;
-  problem.degree = config.degree;
-  problem.reference = static_cast<Eigen::Index>(signals->reference);
-  problem.spacing_hz = record.sample_rate_hz / static_cast<double>(length);
-  problem.spectra = Spectra::Zero(static_cast<Eigen::Index>(length / 2 + 1), 3);
-  for (std::size_t i = 0; i < 3; ++i) {
-    // Direct: the excitation plays no part, and would make its own ratio look exact.
-    if (!signals->has(i) || (i == 0 && approach == Approach::direct)) continue;
-    const auto bins = half_spectrum(detrended(signals->signal[i].first(length), trend_degree(record, i)));
-    for (std::size_t b = 0; b < bins.size(); ++b)
-      problem.spectra(static_cast<Eigen::Index>(b), static_cast<Eigen::Index>(i)) =
-          bins[b] / std::sqrt(static_cast<double>(length));
-  }
-  const auto band = excited_band_hz(record, approach);
-  if (!band) return refuse("excitation", "has no power");
-  const auto core =
-      excited_band_hz(record, approach, 0.25).value_or(*band);  // a chirp is at -6 dB where it ends
-  problem.first_excited = core.first / problem.spacing_hz;
-  problem.last_excited = core.second / problem.spacing_hz;
-  const auto frequencies = grid(record, config, *band, problem.spacing_hz);
+  auto spectra = local_spectra(record, *signals, approach);
+  if (!spectra) return unexpected(spectra.error());
+  const Problem problem{*std::move(spectra), config.degree};
+  const auto frequencies =
+      local_grid(record, problem, {config.frequencies_hz, config.band_low_hz, config.band_high_hz});
   if (!frequencies) return unexpected(frequencies.error());
   const std::size_t half_width =
       config.half_width_bins > 0 ? config.half_width_bins : choose_half_width(problem, *frequencies);
