@@ -201,7 +201,7 @@ std::vector<std::size_t> periods_to_try(const Task& task) {
   }
   std::vector<std::size_t> periods;
   const auto most = static_cast<double>(task.most_samples);
-  for (const double factor : {0.75, 1.0, 1.5}) {
+  for (const double factor : {0.5, 0.75, 1.0, 1.5}) {
     const double period = factor * rate / step;
     // Where the time is short, periods that fill it.
     const double count = std::max(std::floor(most / period), static_cast<double>(kFewestPeriods + 1));

@@ -71,22 +71,28 @@ inline double peak(const std::vector<double>& signal) {
   return largest;
 }
 
+/// Fit of one noisy run; its start is what was believed before.
+inline fit::DriveModel fitted_run(plant::ExperimentConfig c, const fit::DriveModel& start, int seed) {
+  c.run.seed = static_cast<std::uint64_t>(seed);
+  const auto run = plant::simulate_closed_loop(c);
+  if (!run) throw std::runtime_error(run.error().text());
+  fit::OutputErrorConfig o;
+  o.initial = start;
+  o.known_delay_s = c.measurement.delay_s;
+  const auto fitted = fit::fit_output_error(run->record, o);
+  if (!fitted) throw std::runtime_error(std::string(fitted.error().field));
+  return fitted->model;
+}
+
 /// Relative root mean square errors of J1, J2, K, D over seeds, fitted from the rough model.
-inline std::array<double, 4> errors(plant::ExperimentConfig c, const fit::DriveModel& start, int seeds) {
+inline std::array<double, 4> errors(const plant::ExperimentConfig& c, const fit::DriveModel& start,
+                                    int seeds) {
   std::array<double, 4> square{};
   for (int seed = 1; seed <= seeds; ++seed) {
-    c.run.seed = static_cast<std::uint64_t>(seed);
-    const auto run = plant::simulate_closed_loop(c);
-    if (!run) throw std::runtime_error(run.error().text());
-    fit::OutputErrorConfig o;
-    o.initial = start;
-    o.known_delay_s = c.measurement.delay_s;
-    const auto fitted = fit::fit_output_error(run->record, o);
-    if (!fitted) throw std::runtime_error(std::string(fitted.error().field));
+    const auto model = fitted_run(c, start, seed);
     for (std::size_t i = 0; i < 4; ++i)
       square[i] +=
-          std::pow(fitted->model.value(static_cast<fit::Parameter>(i)) / kPublishedSystem2[i] - 1.0, 2) /
-          seeds;
+          std::pow(model.value(static_cast<fit::Parameter>(i)) / kPublishedSystem2[i] - 1.0, 2) / seeds;
   }
   for (double& s : square) s = std::sqrt(s);
   return square;
@@ -108,6 +114,63 @@ inline std::array<double, 4> predicted_errors(const std::vector<double>& excitat
     relative[i] = e.standard_deviation / e.value;
   }
   return relative;
+}
+
+/// The best multisine of a given time for the accuracies `wanted` of J1, J2, K, D.
+inline planning::Plan planned_in(const planning::RoughDrive& drive, double spread, double peak_torque,
+                                 double time_s, double period_s, const std::array<double, 4>& wanted) {
+  planning::PlanConfig c;
+  c.drive = drive;
+  c.spread = spread;
+  c.limits.torque = peak_torque;
+  c.limits.time_s = time_s;
+  c.period_s = period_s;
+  c.type = planning::ExcitationType::multisine;
+  for (std::size_t i = 0; i < 4; ++i)
+    c.wishes.push_back({std::string(fit::kParameterNames[i]), wanted[i], true});
+  auto plan = planning::make_plan(c);
+  if (!plan) throw std::runtime_error(std::string(plan.error().field));
+  return std::move(*plan);
+}
+
+/// What two planned runs, the second planned with the model of the first, come to over some seeds.
+struct TwoSteps {
+  std::array<double, 4> error{};      ///< Relative rms errors of J1, J2, K, D of the second run's fit.
+  std::array<double, 4> predicted{};  ///< Deviations predicted by the second plan, rms over the seeds.
+  double time_s = 0.0;                ///< Of both runs, longest.
+  double peak_torque = 0.0;           ///< Of both runs on the true drive, without noise, largest.
+};
+
+/// From a model off by `factor`: 1.75 s to find the drive roughly, then 6.5 s for the wanted accuracies.
+inline TwoSteps two_steps(const std::array<double, 4>& factor, double noise, double peak_torque,
+                          const std::array<double, 4>& wanted, int first_seed, int seeds) {
+  TwoSteps result;
+  const auto rough = rough_drive(factor, noise);
+  const auto first = planned_in(rough, 0.2, peak_torque, 1.75, 0.875, wanted);
+  const auto note = [&](const plant::ExperimentConfig& c) {
+    result.peak_torque = std::max(result.peak_torque, peak(without_noise(c).record.input.samples));
+  };
+  note(planned_experiment(first.planned(), noise));
+  for (int seed = first_seed; seed < first_seed + seeds; ++seed) {
+    auto known = rough;
+    known.model = fitted_run(planned_experiment(first.planned(), noise), rough.model, seed);
+    const auto second = planned_in(known, 0.04, peak_torque, 6.5, 1.3, wanted);
+    const auto& x = second.planned();
+    const auto experiment = planned_experiment(x, noise);
+    note(experiment);
+    result.time_s = std::max(result.time_s, first.planned().duration_s + x.duration_s);
+    const auto model = fitted_run(experiment, known.model, 10000 + seed);
+    for (std::size_t i = 0; i < 4; ++i) {
+      const auto parameter = static_cast<fit::Parameter>(i);
+      result.error[i] += std::pow(model.value(parameter) / kPublishedSystem2[i] - 1.0, 2) / seeds;
+      result.predicted[i] += std::pow(x.figures[i].standard_deviation / x.figures[i].value, 2) / seeds;
+    }
+  }
+  for (std::size_t i = 0; i < 4; ++i) {
+    result.error[i] = std::sqrt(result.error[i]);
+    result.predicted[i] = std::sqrt(result.predicted[i]);
+  }
+  return result;
 }
 
 }  // namespace resonid::test
