@@ -7,6 +7,7 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <resonid/excitation/excitation.hpp>
+#include <resonid/planning/crest_factor.hpp>
 
 #include "errors.hpp"
 #include "options.hpp"
@@ -23,12 +24,70 @@ struct ExciteOptions {
   excitation::ExcitationConfig config;
   double sample_rate_hz = 0.0;
   std::uint64_t periods = 1;
-  double record_s = 0.0;  // --duration of the kinds that have no duration of their own
+  double record_s = 0.0;   // --duration of the kinds that have no duration of their own
+  bool optimised = false;  // --phases optimised
   std::string out;
   std::string json;
 };
 
 constexpr double kMaxSamples = 1e8;
+
+/// The options of a kind's fields. Phases may be optimised here, where there is time for it; firmware takes
+/// them as given.
+class ExciteVisitor {
+ public:
+  ExciteVisitor(CLI::App& app, ExciteOptions& options) : app_(app), all_(app), options_(options) {}
+
+  template <class Field>
+  void operator()(std::string_view field, Field& target, std::string_view doc) {
+    if (field == "phases")
+      add_phases();
+    else if (field == "phases_rad")
+      add_phase_list(std::string(doc));
+    else
+      all_(field, target, doc);
+  }
+
+ private:
+  void add_phases() {
+    std::vector<std::string_view> names;
+    for (const auto name : excitation::enum_names(excitation::Phases{})) names.push_back(name);
+    names.push_back("optimised");
+    const auto assign = [&o = options_](std::size_t i) {
+      o.optimised = i == static_cast<std::size_t>(excitation::Phases::given) + 1;
+      o.config.phases = o.optimised ? excitation::Phases::given : static_cast<excitation::Phases>(i);
+    };
+    add_choice(app_, "--phases", names, assign,
+               "schroeder, random, zero, given (by --phase-list), or optimised: the smallest crest factor")
+        ->default_str("schroeder");
+  }
+  void add_phase_list(const std::string& doc) {
+    add_lines(
+        app_, "--phase-list",
+        [&o = options_](std::span<const double> rad) {
+          if (!o.config.phases_rad.assign(rad)) throw UsageError("--phase-list: holds too many phases");
+        },
+        doc);
+  }
+
+  CLI::App& app_;
+  OptionVisitor all_;
+  ExciteOptions& options_;
+};
+
+/// Phases of the smallest crest factor, as data.
+void optimise(const CLI::App& verb, ExciteOptions& o) {
+  auto& c = o.config;
+  planning::PhaseConfig p;
+  p.sample_rate_hz = o.sample_rate_hz;
+  p.frequency_hz.assign(c.lines_hz.hz().begin(), c.lines_hz.hz().end());
+  p.amplitude.assign(c.line_amplitudes.values().begin(), c.line_amplitudes.values().end());
+  if (p.amplitude.empty()) p.amplitude = {1.0};
+  p.seed = c.seed;
+  const auto phases = planning::optimise_phases(p);
+  if (!phases) refuse_option(verb, phases.error());
+  c.phases_rad.assign(phases->phase_rad);
+}
 
 std::size_t length_of(const CLI::App& verb, const ExciteOptions& o, const Excitation& excitation) {
   if (o.record_s < 0.0) refuse_option(verb, {"duration_s", "must be > 0", o.record_s});
@@ -67,8 +126,9 @@ nlohmann::json lines_json(const Excitation& excitation) {
   return json;
 }
 
-void run_excite(const CLI::App& verb, const ExciteOptions& o) {
+void run_excite(const CLI::App& verb, ExciteOptions& o) {
   if (!(o.sample_rate_hz > 0.0)) refuse_option(verb, {"sample_rate_hz", "must be > 0", o.sample_rate_hz});
+  if (o.optimised) optimise(verb, o);
   auto excitation = Excitation::create(o.config, o.sample_rate_hz);
   if (!excitation) refuse_option(verb, excitation.error());
   const bool quiet = standard_output_taken({{"--out", o.out}, {"--json", o.json}});
@@ -116,7 +176,7 @@ void add_kind(CLI::App& excite, Kind kind, const std::string& doc, const std::st
   o->config.kind = kind;
   add_number(*verb, "--sample-rate", o->sample_rate_hz, "HZ",
              "rate at which the drive plays it, > 0 (Hz); required");
-  describe(OptionVisitor(*verb), o->config);
+  describe(ExciteVisitor(*verb, *o), o->config);
   auto* periods = add_count(*verb, "--periods", o->periods, "periods, sweeps or passes to write, >= 1");
   if (kind != Kind::chirp)
     add_number(*verb, "--duration", o->record_s, "SECONDS", "length, instead of whole periods (s)")
@@ -140,7 +200,7 @@ void add_excite(CLI::App& app) {
            "prbs --sample-rate 500 --amplitude 2.1 --register-length 10 --out prbs.csv");
   add_kind(
       *excite, Kind::multisine, "Sum of sines at chosen lines",
-      "multisine --sample-rate 2000 --lines 20:120:5 --amplitude 0.3 --phases schroeder --out multisine.csv");
+      "multisine --sample-rate 2000 --lines 20:120:5 --amplitude 0.3 --phases optimised --out multisine.csv");
   add_kind(*excite, Kind::chirp, "Sine that sweeps from one frequency to another",
            "chirp --sample-rate 500 --from 35 --to 1.5 --duration 17 --out chirp.csv");
   add_kind(*excite, Kind::stepped_sine, "One sine after another: settle, then measure",

@@ -53,6 +53,7 @@ int run(int argc, char** argv) {
   add_track(app);
   add_validate(app);
   add_compare(app);
+  add_plan(app);
   add_reproduce(app);
   try {
     app.parse(argc, argv);

@@ -21,6 +21,28 @@ expected<Excitation::Generator, ConfigError> widen(const expected<T, ConfigError
   return Excitation::Generator(*made);
 }
 
+expected<Excitation::Generator, ConfigError> make_multisine(const ExcitationConfig& c, double rate) {
+  if (c.phases != Phases::given && c.phases_rad.count > 0)
+    return refuse("phases_rad", "must be empty unless phases is given",
+                  static_cast<double>(c.phases_rad.count));
+  if (c.phases == Phases::given && c.phases_rad.count != c.lines_hz.count)
+    return refuse("phases_rad", "must hold one phase per line", static_cast<double>(c.phases_rad.count));
+  if (c.line_amplitudes.count == 0)
+    return widen(Multisine<kMaxLines>::create(
+        {rate, c.lines_hz.hz(), std::span(&c.amplitude, 1), c.phases, c.phases_rad.values(), c.seed}));
+  if (!(c.amplitude > 0.0)) return refuse("amplitude", "must be > 0", c.amplitude);
+  if (c.line_amplitudes.count != c.lines_hz.count)
+    return refuse("line_amplitudes", "must hold one value per line",
+                  static_cast<double>(c.line_amplitudes.count));
+  LineList scaled = c.line_amplitudes;
+  for (std::size_t i = 0; i < scaled.count; ++i) {
+    if (!(scaled.value[i] > 0.0)) return refuse("line_amplitudes", "must be > 0", scaled.value[i]);
+    scaled.value[i] *= c.amplitude;
+  }
+  return widen(Multisine<kMaxLines>::create(
+      {rate, c.lines_hz.hz(), scaled.values(), c.phases, c.phases_rad.values(), c.seed}));
+}
+
 expected<Excitation::Generator, ConfigError> make(const ExcitationConfig& c, double rate) {
   switch (c.kind) {
     case Kind::none:
@@ -28,9 +50,7 @@ expected<Excitation::Generator, ConfigError> make(const ExcitationConfig& c, dou
     case Kind::prbs:
       return widen(Prbs::create({rate, c.amplitude, c.register_length, c.clock_divider, 1}));
     case Kind::multisine:
-      if (c.phases == Phases::given) return refuse("phases", "must be random, schroeder or zero");
-      return widen(Multisine<kMaxLines>::create(
-          {rate, c.lines_hz.hz(), std::span(&c.amplitude, 1), c.phases, {}, c.seed}));
+      return make_multisine(c, rate);
     case Kind::chirp:
       return widen(
           Chirp::create({rate, c.amplitude, c.from_hz, c.to_hz, c.duration_s, c.sweep, c.repeat, 0.0}));

@@ -33,8 +33,7 @@ std::uint64_t denominator_of(double x) noexcept {
 }  // namespace
 
 std::span<const std::string_view> enum_names(Phases) noexcept {
-  // Phases::given has no name: a file or a command line cannot hold phases.
-  static constexpr std::array<std::string_view, 3> kNames{"random", "schroeder", "zero"};
+  static constexpr std::array<std::string_view, 4> kNames{"random", "schroeder", "zero", "given"};
   return kNames;
 }
 

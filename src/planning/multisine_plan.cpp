@@ -200,11 +200,15 @@ std::vector<std::size_t> periods_to_try(const Task& task) {
     step = std::clamp(step, task.high_hz / 300.0, task.high_hz / 8.0);
   }
   std::vector<std::size_t> periods;
-  for (const double factor : {0.75, 1.0, 1.5})
-    periods.push_back(static_cast<std::size_t>(std::llround(factor * rate / step)));
-  // A short time asks for short periods.
-  const std::size_t longest = task.most_samples / (kFewestPeriods + 1);
-  if (longest < periods.front() && longest >= 16) periods.insert(periods.begin(), longest);
+  const auto most = static_cast<double>(task.most_samples);
+  for (const double factor : {0.5, 0.75, 1.0, 1.5}) {
+    const double period = factor * rate / step;
+    // Where the time is short, periods that fill it.
+    const double count = std::max(std::floor(most / period), static_cast<double>(kFewestPeriods + 1));
+    constexpr double kMany = 20.0;
+    const double samples = count < kMany ? std::floor(most / count) : std::round(period);
+    if (samples >= 16.0) periods.push_back(static_cast<std::size_t>(samples));
+  }
   return periods;
 }
 

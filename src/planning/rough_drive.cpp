@@ -161,13 +161,16 @@ std::vector<RoughDrive> possible_drives(const RoughDrive& drive, double spread) 
   const bool two = drive.model.structure == fit::Structure::two_mass;
   for (int corner = 0; corner < (two ? 8 : 2); ++corner) {
     const auto sign = [&](int bit) { return (corner >> bit & 1) != 0 ? 1.0 : -1.0; };
+    const auto factor = [&](double direction) {
+      return direction > 0.0 ? 1.0 + spread : 1.0 / (1.0 + spread);
+    };
     RoughDrive other = drive;
     auto& p = other.model.parameters;
-    p.driven_inertia *= 1.0 + spread * sign(0);
+    p.driven_inertia *= factor(sign(0));
     if (two) {
-      p.load_inertia *= 1.0 + spread * sign(1);
-      p.stiffness *= 1.0 + spread * sign(2);
-      p.damping *= 1.0 + spread * sign(0) * sign(1) * sign(2);
+      p.load_inertia *= factor(sign(1));
+      p.stiffness *= factor(sign(2));
+      p.damping *= factor(sign(0) * sign(1) * sign(2));
     }
     if (stable(other)) drives.push_back(other);
   }

@@ -21,12 +21,13 @@ inline constexpr std::size_t kMaxLines = 512;  ///< Of an excitation that comes 
 enum class Kind { none, prbs, multisine, chirp, stepped_sine };
 [[nodiscard]] std::span<const std::string_view> enum_names(Kind) noexcept;
 
-/// Frequencies in Hz in a fixed room, so that a configuration needs no heap.
+/// A number per line, most often its frequency in Hz, in a fixed room, so that a configuration needs no heap.
 struct LineList {
   std::array<double, kMaxLines> value{};
   std::size_t count = 0;
 
-  [[nodiscard]] std::span<const double> hz() const noexcept { return {value.data(), count}; }
+  [[nodiscard]] std::span<const double> hz() const noexcept { return values(); }
+  [[nodiscard]] std::span<const double> values() const noexcept { return {value.data(), count}; }
   /// False, and nothing changed, when there are too many.
   bool assign(std::span<const double> hz) noexcept;
 };
@@ -38,7 +39,9 @@ struct ExcitationConfig {
   std::uint64_t register_length = 10;
   std::uint64_t clock_divider = 1;
   LineList lines_hz;
+  LineList line_amplitudes;
   Phases phases = Phases::schroeder;
+  LineList phases_rad;
   std::uint64_t seed = 1;
   double from_hz = 0.0;
   double to_hz = 0.0;
@@ -65,7 +68,10 @@ void describe(Visitor&& v, ExcitationConfig& c) {
       break;
     case Kind::multisine:
       v("lines_hz", c.lines_hz, "frequencies, FIRST:LAST:STEP or a list, ascending (Hz)");
-      v("phases", c.phases, "random, schroeder or zero");
+      v("line_amplitudes", c.line_amplitudes,
+        "peak value of each line, as a part of amplitude, > 0; empty: 1 for all");
+      v("phases", c.phases, "random, schroeder, zero, or given in phases_rad");
+      v("phases_rad", c.phases_rad, "phase of each line's cosine, for phases = given only (rad)");
       v("seed", c.seed, "seed of random phases");
       break;
     case Kind::chirp:

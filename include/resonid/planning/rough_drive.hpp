@@ -46,9 +46,9 @@ struct Motion {
                                                     std::span<const double> start = {});
 [[nodiscard]] std::size_t states_of(const fit::DriveModel& model) noexcept;
 
-/// The drive with one parameter at a time, and some together, moved by the part `spread` of its value: what
-/// it may turn out to be. The drive itself comes first; nothing else when `spread` is 0. Models whose closed
-/// loop would be unstable are left out.
+/// What the drive may turn out to be: itself first, then its parameters each multiplied or divided by
+/// 1 + spread, in half of all combinations (every pair in all four); nothing else when `spread` is 0. Models
+/// whose closed loop would be unstable are left out.
 [[nodiscard]] std::vector<RoughDrive> possible_drives(const RoughDrive& drive, double spread);
 
 /// False when the loop of model and controller is unstable.

@@ -64,7 +64,30 @@ TEST(Excitation, NamesTheFieldThatIsWrong) {
   EXPECT_EQ(Excitation::create(c, 0.0).error().field, "sample_rate_hz");
   c = config_of(Kind::multisine);
   c.phases = Phases::given;
-  EXPECT_EQ(Excitation::create(c, 60.0).error().field, "phases");
+  EXPECT_EQ(Excitation::create(c, 60.0).error().field, "phases_rad");
+  c.phases = Phases::zero;
+  ASSERT_TRUE(c.phases_rad.assign(std::vector<double>{0.1}));
+  EXPECT_EQ(Excitation::create(c, 60.0).error().field, "phases_rad");
+  c = config_of(Kind::multisine);
+  ASSERT_TRUE(c.line_amplitudes.assign(std::vector<double>(c.lines_hz.count + 1, 1.0)));
+  EXPECT_EQ(Excitation::create(c, 60.0).error().field, "line_amplitudes");
+  ASSERT_TRUE(c.line_amplitudes.assign(std::vector<double>(c.lines_hz.count, 0.0)));
+  EXPECT_EQ(Excitation::create(c, 60.0).error().field, "line_amplitudes");
+}
+
+TEST(Excitation, TakesAmplitudeAndPhaseOfEachLine) {
+  ExcitationConfig c;
+  c.kind = Kind::multisine;
+  c.amplitude = 2.0;
+  ASSERT_TRUE(c.lines_hz.assign(std::vector<double>{1.0, 3.0}));
+  ASSERT_TRUE(c.line_amplitudes.assign(std::vector<double>{0.5, 0.25}));
+  c.phases = Phases::given;
+  ASSERT_TRUE(c.phases_rad.assign(std::vector<double>{0.3, -1.2}));
+  auto multisine = Excitation::create(c, 20.0).value();
+  for (int k = 0; k < 40; ++k) {
+    const double t = k / 20.0;
+    EXPECT_NEAR(multisine.step(), std::cos(kTwoPi * t + 0.3) + 0.5 * std::cos(kTwoPi * 3.0 * t - 1.2), 1e-12);
+  }
 }
 
 TEST(Excitation, DescribesTheFieldsOfItsKindOnly) {

@@ -1,0 +1,336 @@
+// SPDX-License-Identifier: MIT
+#include <fmt/format.h>
+
+#include <CLI/App.hpp>
+#include <algorithm>
+#include <cmath>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <resonid/io/controller_file.hpp>
+#include <resonid/io/json_file.hpp>
+#include <resonid/io/number_list.hpp>
+#include <resonid/io/suggestion.hpp>
+#include <resonid/planning/plan.hpp>
+#include <resonid/report/plan.hpp>
+
+#include "errors.hpp"
+#include "options.hpp"
+#include "output.hpp"
+#include "progress.hpp"
+#include "result_file.hpp"
+#include "verbs.hpp"
+
+namespace resonid::cli {
+namespace {
+
+struct PlanOptions {
+  planning::PlanConfig config;
+  std::string model, parameters, controller, accuracy;
+  std::optional<double> noise, sample_rate_hz, delay_s;
+  std::optional<double> max_torque, max_excitation, max_torque_rms, max_velocity, max_stroke, max_time_s;
+  std::optional<double> period_s;
+  std::string out, experiment, json, report;
+};
+
+struct Item {
+  std::string name, value;
+};
+
+/// `name=value,name=value`
+std::vector<Item> items_of(const std::string& option, const std::string& text) {
+  std::vector<Item> items;
+  for (std::size_t from = 0; from <= text.size();) {
+    const std::size_t to = std::min(text.find(',', from), text.size());
+    const std::string item = text.substr(from, to - from);
+    const std::size_t sign = item.find('=');
+    if (sign == std::string::npos || sign == 0 || sign + 1 == item.size())
+      throw UsageError(fmt::format("{}: found '{}', required NAME=VALUE", option, item));
+    items.push_back({item.substr(0, sign), item.substr(sign + 1)});
+    from = to + 1;
+  }
+  return items;
+}
+
+void read_parameters(const std::string& text, fit::DriveModel& model) {
+  std::vector<std::string> known(fit::kParameterNames.begin(), fit::kParameterNames.end());
+  known.resize(fit::kDelay);  // the known delay is an option of its own
+  std::array<std::optional<double>, fit::kDelay> given;
+  for (const auto& [name, value] : items_of("--parameters", text)) {
+    const auto found = std::find(known.begin(), known.end(), name);
+    if (found == known.end())
+      throw UsageError(fmt::format("--parameters: found '{}', required one of {}{}", name,
+                                   fmt::join(known, ", "), io::suggestion(name, known)));
+    const auto number = io::parse_number(value);
+    if (!number)
+      throw UsageError(fmt::format("--parameters: {}: found '{}', required a number", name, value));
+    given[static_cast<std::size_t>(found - known.begin())] = *number;
+  }
+  const bool two = given[fit::kLoadInertia] || given[fit::kStiffness] || given[fit::kDamping];
+  for (int i = 0; i <= (two ? fit::kDamping : fit::kDrivenInertia); ++i)
+    if (!given[static_cast<std::size_t>(i)])
+      throw UsageError(fmt::format("--parameters: {} is required{}", known[static_cast<std::size_t>(i)],
+                                   two ? " of a two-mass drive" : ""));
+  model.structure = two ? fit::Structure::two_mass : fit::Structure::rigid;
+  const auto value = [&](fit::Parameter p) { return given[static_cast<std::size_t>(p)].value_or(0.0); };
+  model.parameters = {value(fit::kDrivenInertia), value(fit::kLoadInertia), value(fit::kStiffness),
+                      value(fit::kDamping), value(fit::kViscousFriction)};
+  model.estimated =
+      fit::estimated_parameters(model.structure, given[fit::kViscousFriction].has_value(), false);
+}
+
+/// Model, known delay, and where the file tells them noise and controller.
+void read_model(PlanOptions& o) {
+  const auto result = read_result(o.model);
+  if (!result.model) throw InputError(o.model + ": holds no drive model; required a result with one");
+  auto& drive = o.config.drive;
+  drive.model = result.model->drive;
+  drive.model.known_delay_s += drive.model.delay_s;
+  drive.model.delay_s = 0.0;
+  const auto json = io::read_json(o.model);
+  const auto number = [&](const char* group, const char* key) -> std::optional<double> {
+    if (!json->contains(group) || !json->at(group).is_object()) return {};
+    const auto found = json->at(group).find(key);
+    return found != json->at(group).end() && found->is_number() ? std::optional(found->get<double>())
+                                                                : std::nullopt;
+  };
+  if (!o.noise) o.noise = number("validation", "residual_rms");
+  if (o.controller.empty() && json->contains("controller") && json->at("controller").is_object()) {
+    const auto& c = json->at("controller");
+    const auto list = [&](const char* key) {
+      std::vector<double> values;
+      if (c.contains(key) && c.at(key).is_array())
+        for (const auto& v : c.at(key))
+          if (v.is_number()) values.push_back(v.get<double>());
+      return values;
+    };
+    data::TransferFunction controller{list("numerator"), list("denominator"), drive.model.sample_time_s};
+    if (!controller.numerator.empty() && !controller.denominator.empty())
+      drive.controller = std::move(controller);
+  }
+}
+
+void read_drive(const CLI::App& verb, PlanOptions& o) {
+  auto& drive = o.config.drive;
+  if (o.model.empty() == o.parameters.empty())
+    throw UsageError(o.model.empty() ? "--model or --parameters is required: a rough model of the drive"
+                                     : "--model and --parameters: required one of them");
+  if (!o.model.empty())
+    read_model(o);
+  else
+    read_parameters(o.parameters, drive.model);
+  if (o.sample_rate_hz && !(*o.sample_rate_hz > 0.0))
+    refuse_option(verb, {"sample_rate_hz", "must be > 0", *o.sample_rate_hz});
+  if (o.sample_rate_hz) drive.model.sample_time_s = 1.0 / *o.sample_rate_hz;
+  if (!(drive.model.sample_time_s > 0.0)) throw UsageError("--sample-rate is required with --parameters");
+  if (o.delay_s) drive.model.known_delay_s = *o.delay_s;
+  if (!o.controller.empty()) {
+    auto controller = io::read_controller(o.controller, drive.model.sample_time_s);
+    if (!controller) throw UsageError("--controller: " + controller.error().message);
+    drive.controller = std::move(*controller);
+  }
+  if (!o.noise)
+    throw UsageError("--noise is required: the standard deviation of the measured velocity's noise");
+  if (!(*o.noise > 0.0)) throw UsageError(fmt::format("--noise: found {:g}, required > 0", *o.noise));
+  drive.noise.innovation_variance = *o.noise * *o.noise;
+}
+
+void read_wishes(PlanOptions& o) {
+  if (o.accuracy.empty()) return;
+  const auto known = planning::figure_names(o.config.drive);
+  for (const auto& [name, value] : items_of("--accuracy", o.accuracy)) {
+    if (std::find(known.begin(), known.end(), name) == known.end())
+      throw UsageError(fmt::format("--accuracy: found '{}', required one of {}{}", name,
+                                   fmt::join(known, ", "), io::suggestion(name, known)));
+    const bool relative = value.back() == '%';
+    const auto number = io::parse_number(relative ? value.substr(0, value.size() - 1) : value);
+    if (!number || !(*number > 0.0))
+      throw UsageError(fmt::format("--accuracy: {}: found '{}', required a number > 0, with % or in its unit",
+                                   name, value));
+    o.config.wishes.push_back({name, relative ? 0.01 * *number : *number, relative});
+  }
+}
+
+void read_limits(PlanOptions& o) {
+  auto& l = o.config.limits;
+  const auto put = [](double& limit, const std::optional<double>& given) {
+    if (given) limit = *given;
+  };
+  put(l.torque, o.max_torque);
+  put(l.excitation, o.max_excitation);
+  put(l.torque_rms, o.max_torque_rms);
+  put(l.velocity, o.max_velocity);
+  put(l.stroke, o.max_stroke);
+  put(l.time_s, o.max_time_s);
+  o.config.period_s = o.period_s;
+}
+
+std::string numbers(const std::vector<double>& values) {
+  return fmt::format("[{:.12g}]", fmt::join(values, ", "));
+}
+
+/// A file for `resonid simulate`: the rough drive, its loop, and the excitation.
+std::string experiment_toml(const planning::Plan& plan) {
+  const auto& drive = plan.config.drive;
+  const auto& p = drive.model.parameters;
+  const auto& x = plan.planned();
+  std::string text = "# Written by 'resonid plan': the planned experiment on the rough model.\n\n[drive]\n";
+  if (drive.model.structure == fit::Structure::two_mass)
+    text += fmt::format(
+        "structure = \"two-mass\"\nload_inertia = {:.12g}\nstiffness = {:.12g}\ndamping = {:.12g}\n",
+        p.load_inertia, p.stiffness, p.damping);
+  else
+    text += "structure = \"rigid\"\n";
+  text += fmt::format("driven_inertia = {:.12g}\nviscous_friction = {:.12g}\n", p.driven_inertia,
+                      p.viscous_friction);
+  if (drive.controller)
+    text += fmt::format("\n[controller]\nkind = \"transfer-function\"\nnumerator = {}\ndenominator = {}\n",
+                        numbers(drive.controller->numerator), numbers(drive.controller->denominator));
+  text += fmt::format("\n[excitation]\nkind = \"{}\"\n",
+                      planning::kExcitationNames[static_cast<std::size_t>(x.type)]);
+  using enum planning::ExcitationType;
+  if (x.type == multisine)
+    text += fmt::format("lines_hz = {}\nline_amplitudes = {}\nphases = \"given\"\nphases_rad = {}\n",
+                        numbers(x.frequency_hz), numbers(x.line_amplitude), numbers(x.phase_rad));
+  else
+    text += fmt::format("amplitude = {:.12g}\n", x.amplitude);
+  if (x.type == chirp)
+    text += fmt::format("from_hz = {:.12g}\nto_hz = {:.12g}\nduration_s = {:.12g}\n", x.from_hz, x.to_hz,
+                        x.duration_s);
+  if (x.type == prbs)
+    text += fmt::format("register_length = {}\nclock_divider = {}\n", x.register_length, x.clock_divider);
+  text += fmt::format("\n[measurement]\ndelay_s = {:.12g}\nnoise_rms = {:.12g}\n", drive.model.known_delay_s,
+                      std::sqrt(drive.noise.innovation_variance));
+  return text + fmt::format("\n[run]\nsample_rate_hz = {:.12g}\nduration_s = {:.12g}\n",
+                            1.0 / drive.model.sample_time_s, x.duration_s);
+}
+
+void write_results(const planning::Plan& plan, const PlanOptions& o) {
+  const auto& x = plan.planned();
+  if (!o.out.empty()) {
+    std::vector<double> time(x.excitation.size());
+    for (std::size_t k = 0; k < time.size(); ++k)
+      time[k] = static_cast<double>(k) * plan.config.drive.model.sample_time_s;
+    write_output(o.out, csv_text({{"time_s", time}, {"ru", x.excitation}}));
+  }
+  if (!o.experiment.empty()) write_output(o.experiment, experiment_toml(plan));
+  if (!o.json.empty()) write_json(o.json, report::to_json(plan));
+  if (!o.report.empty()) {
+    auto page = report::document(plan);
+    page.command = fmt::format("resonid plan ... --report {}", o.report);
+    write_output(o.report, report::document_page(page));
+  }
+}
+
+/// ConfigErrors of the plan in the words of the command line.
+[[noreturn]] void refuse_plan(const CLI::App& verb, const ConfigError& error) {
+  for (const auto name : fit::kParameterNames)
+    if (error.field == name)
+      throw UsageError(fmt::format("--parameters: {}: found {:g}, {}", name, error.value, error.requirement));
+  refuse_option(verb, error);
+}
+
+void run_plan(const CLI::App& verb, PlanOptions& o) {
+  const bool quiet = standard_output_taken(
+      {{"--out", o.out}, {"--experiment", o.experiment}, {"--json", o.json}, {"--report", o.report}});
+  refuse_shared_files(
+      {o.model},
+      {{"--out", o.out}, {"--experiment", o.experiment}, {"--json", o.json}, {"--report", o.report}});
+  refuse_unwritable({o.out, o.experiment, o.json, o.report});
+  read_drive(verb, o);
+  if (const auto ok = planning::check(o.config.drive); !ok) refuse_plan(verb, ok.error());
+  read_wishes(o);
+  read_limits(o);
+  Progress progress;
+  o.config.progress = [&progress](std::string_view stage) { progress.stage(stage); };
+  const auto plan = planning::make_plan(o.config);
+  if (!plan) refuse_plan(verb, plan.error());
+  write_results(*plan, o);
+  if (quiet) return;
+  print(report::summary_text(*plan));
+  for (const auto& path : {o.out, o.experiment, o.report})
+    if (!path.empty()) print(fmt::format("Written to {}\n", path));
+}
+
+void add_drive_options(CLI::App& verb, PlanOptions& o) {
+  verb.add_option("--model", o.model, "rough model: a result of 'resonid identify --json'")
+      ->type_name("RESULT.json");
+  verb.add_option("--parameters", o.parameters,
+                  "or its parameters: driven_inertia=J1,load_inertia=J2,stiffness=K,damping=D"
+                  "[,viscous_friction=B]; a rigid drive: driven_inertia alone")
+      ->type_name("NAME=X,...");
+  add_number(verb, "--sample-rate", o.sample_rate_hz, "HZ", "of the drive; otherwise the model's");
+  verb.add_option("--controller", o.controller,
+                  "controller of the loop: pi:KP,TI or a JSON file; none: open loop")
+      ->type_name("SPEC");
+  add_number(verb, "--delay", o.delay_s, "SECONDS", "delay in the measured velocity; otherwise the model's");
+  add_number(verb, "--noise", o.noise, "SD",
+             "standard deviation of the measured velocity's noise; otherwise the model's residual");
+  add_number(verb, "--spread", o.config.spread, "PART", "by which the rough model may be wrong, 0 ... 0.5");
+}
+
+void add_wish_options(CLI::App& verb, PlanOptions& o) {
+  add_number(verb, "--max-torque", o.max_torque, "NM",
+             "peak torque of the machine, above the operating point");
+  add_number(verb, "--max-excitation", o.max_excitation, "NM",
+             "peak of what is added to the controller's output");
+  add_number(verb, "--max-torque-rms", o.max_torque_rms, "NM", "rms torque over the experiment");
+  add_number(verb, "--max-velocity", o.max_velocity, "RAD/S", "peak velocity, above the operating point");
+  add_number(verb, "--max-stroke", o.max_stroke, "RAD", "travel of the driven side, end to end");
+  add_number(verb, "--max-time", o.max_time_s, "SECONDS", "length of the experiment");
+  verb.add_option("--accuracy", o.accuracy,
+                  "wanted standard deviations, in % or in the figure's unit; otherwise 1 % of all parameters")
+      ->type_name("NAME=X%,...");
+  static constexpr std::array<std::string_view, 4> kCriteria = {"accuracy", "d", "a", "e"};
+  add_choice(
+      verb, "--criterion", kCriteria,
+      [&o](std::size_t i) { o.config.criterion = static_cast<planning::Criterion>(i); },
+      "what the power is distributed for: the wishes, or a D-, A- or E-optimal covariance")
+      ->default_str("accuracy");
+  static constexpr std::array<std::string_view, 4> kTypes = {"auto", "multisine", "chirp", "prbs"};
+  add_choice(
+      verb, "--type", kTypes,
+      [&o](std::size_t i) {
+        o.config.type = i == 0 ? std::nullopt : std::optional(static_cast<planning::ExcitationType>(i - 1));
+      },
+      "auto: what needs the least time")
+      ->default_str("auto");
+  add_colons(
+      verb, "--band", 2, "LO:HI",
+      [&o](const std::vector<double>& v) {
+        o.config.band_hz = {v[0], v[1]};
+      },
+      "frequencies that may be excited, in Hz");
+  add_number(verb, "--period", o.period_s, "SECONDS", "of the multisine; otherwise chosen");
+  add_count(verb, "--seed", o.config.seed, "seed of the search for phases");
+}
+
+}  // namespace
+
+void add_plan(CLI::App& app) {
+  auto* verb =
+      app.add_subcommand("plan", "Plans the excitation that reaches a wanted accuracy in the least time");
+  verb->footer(
+      "Examples:\n"
+      "  resonid plan --model result.json --noise 0.1 --controller pi:1.036,0.147 --max-torque 2 --out "
+      "next.csv\n"
+      "  resonid plan --parameters driven_inertia=0.03,load_inertia=0.03,stiffness=140,damping=0.3 --noise "
+      "0.1\n"
+      "    --sample-rate 500 --controller pi:1.036,0.147 --delay 0.004 --max-torque 1 --max-velocity 2\n"
+      "    --accuracy resonance=0.1%,stiffness=1% --report plan.html\n"
+      "Figures: the drive's parameters, resonance, antiresonance, resonance_damping, antiresonance_damping; "
+      "with\n"
+      "a controller crossover, phase_margin, modulus_margin. Accuracies and error bars are one standard "
+      "deviation.");
+  const auto o = std::make_shared<PlanOptions>();
+  add_drive_options(*verb, *o);
+  add_wish_options(*verb, *o);
+  verb->add_option("--out", o->out, "CSV file with time_s, ru ('-': standard output)")->type_name("FILE");
+  verb->add_option("--experiment", o->experiment,
+                   "TOML file for 'resonid simulate': a rehearsal on the rough model")
+      ->type_name("FILE");
+  verb->add_option("--json", o->json, "the plan for machines ('-': standard output)")->type_name("FILE");
+  verb->add_option("--report", o->report, "self-contained HTML page")->type_name("FILE");
+  verb->callback([verb, o] { run_plan(*verb, *o); });
+}
+
+}  // namespace resonid::cli

@@ -1,0 +1,208 @@
+// SPDX-License-Identifier: MIT
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <resonid/report/plan.hpp>
+
+#include "report/plan_words.hpp"
+#include "report/words.hpp"
+
+namespace resonid::report {
+namespace {
+
+using nlohmann::json;
+using planning::Experiment;
+using planning::Figure;
+using planning::Plan;
+
+json extremes_json(const planning::Extremes& e) {
+  return {{"excitation", e.excitation},
+          {"torque", e.torque},
+          {"torque_rms", e.torque_rms},
+          {"velocity", e.velocity},
+          {"stroke", e.stroke}};
+}
+
+json figures_json(const std::vector<Figure>& figures) {
+  json list = json::array();
+  for (const auto& f : figures) {
+    json j{{"name", f.name}, {"value", f.value}};
+    if (!f.unit.empty()) j["unit"] = f.unit;
+    if (std::isfinite(f.standard_deviation)) j["std"] = f.standard_deviation;
+    list.push_back(std::move(j));
+  }
+  return list;
+}
+
+json excitation_json(const Experiment& x) {
+  using enum planning::ExcitationType;
+  json j{{"peak", x.amplitude}, {"crest_factor", x.crest_factor}};
+  if (x.type == multisine) {
+    j["period_samples"] = x.period_samples;
+    j["periods"] = x.periods;
+    j["settle_periods"] = x.settle_periods;
+    j["lines_hz"] = x.frequency_hz;
+    j["amplitudes"] = x.line_amplitude;
+    j["phases_rad"] = x.phase_rad;
+  } else if (x.type == chirp) {
+    j["from_hz"] = x.from_hz;
+    j["to_hz"] = x.to_hz;
+  } else {
+    j["register_length"] = x.register_length;
+    j["clock_divider"] = x.clock_divider;
+  }
+  return j;
+}
+
+json limits_json(const planning::Limits& l) {
+  json j = json::object();
+  const auto put = [&](const char* name, double value) {
+    if (std::isfinite(value)) j[name] = value;
+  };
+  put("torque", l.torque);
+  put("excitation", l.excitation);
+  put("torque_rms", l.torque_rms);
+  put("velocity", l.velocity);
+  put("stroke", l.stroke);
+  put("time_s", l.time_s);
+  return j;
+}
+
+json model_json(const planning::RoughDrive& drive) {
+  const auto& m = drive.model;
+  json parameters = json::object();
+  for (int i = 0; i < fit::kParameterCount; ++i)
+    if (m.estimated[static_cast<std::size_t>(i)])
+      parameters[std::string(fit::kParameterNames[static_cast<std::size_t>(i)])] =
+          m.value(static_cast<fit::Parameter>(i));
+  return {{"structure", m.structure == fit::Structure::two_mass ? "two-mass" : "rigid"},
+          {"parameters", parameters},
+          {"delay_s", m.known_delay_s},
+          {"noise_rms", std::sqrt(drive.noise.innovation_variance)}};
+}
+
+}  // namespace
+
+std::string_view name_of(planning::ExcitationType type) {
+  return planning::kExcitationNames[static_cast<std::size_t>(type)];
+}
+
+double wanted_of(const Plan& plan, std::size_t i) {
+  const auto& wish = plan.config.wishes[i];
+  return wish.relative ? wish.accuracy * std::abs(plan.planned().wished[i].value) : wish.accuracy;
+}
+
+std::string relative_text(const Figure& f) {
+  if (!std::isfinite(f.standard_deviation)) return "unknown";
+  if (f.unit == "deg" || f.value == 0.0) return fmt::format("{:.3g} {}", f.standard_deviation, f.unit);
+  return fmt::format("{:.3g} %", 100.0 * f.standard_deviation / std::abs(f.value));
+}
+
+std::vector<std::string> sentences(const Plan& plan) {
+  const auto& x = plan.planned();
+  std::vector<std::string> list;
+  if (plan.reached) {
+    list.push_back(fmt::format("All wishes are met by a {} of {:.3g} s.", name_of(x.type), x.duration_s));
+  } else {
+    list.push_back(fmt::format(
+        "The wishes cannot be met within the limits: in {:.3g} s the worst one stays {:.3g} times as wide as "
+        "wanted; what follows is the best of that time.",
+        x.duration_s, x.ratio));
+    std::string way = fmt::format("With the amplitude that the limit of {} leaves, ", x.binding);
+    if (x.needed_s && std::isfinite(*x.needed_s))
+      way += fmt::format("about {:.3g} s would do; ", *x.needed_s);
+    list.push_back(way + fmt::format("in the time given, {:.3g} times the amplitude.", x.ratio));
+  }
+  list.push_back(fmt::format("The limit of {} keeps the amplitude at {:.4g} (peak, crest factor {:.3g}).",
+                             x.binding, x.amplitude, x.crest_factor));
+  for (std::size_t i = 1; i < plan.experiments.size(); ++i) {
+    const auto& other = plan.experiments[i];
+    if (other.needed_s && x.needed_s && std::isfinite(*other.needed_s))
+      list.push_back(fmt::format("A {} within the same limits would take {:.3g} s, {:.2g} times as long.",
+                                 name_of(other.type), *other.needed_s, *other.needed_s / *x.needed_s));
+  }
+  return list;
+}
+
+std::string summary_text(const Plan& plan) {
+  const auto& x = plan.planned();
+  std::string text;
+  for (const auto& sentence : sentences(plan)) text += wrapped(sentence, "", "") + "\n";
+  text += fmt::format("\n{:<24} {:>12} {:>12}", "one standard deviation", "wanted", "expected");
+  text += "\n";
+  for (std::size_t i = 0; i < x.wished.size(); ++i) {
+    Figure wanted = x.wished[i];
+    wanted.standard_deviation = wanted_of(plan, i);
+    text += fmt::format("  {:<22} {:>12} {:>12}\n", wanted.name, relative_text(wanted),
+                        relative_text(x.wished[i]));
+  }
+  text += fmt::format("\n{:<24} {:>12}", "on the rough model", name_of(x.type));
+  for (std::size_t i = 1; i < plan.experiments.size(); ++i)
+    text += fmt::format(" {:>12}", name_of(plan.experiments[i].type));
+  text += "\n";
+  for (std::size_t f = 0; f < x.figures.size(); ++f) {
+    text += fmt::format("  {:<22}", x.figures[f].name);
+    for (const auto& e : plan.experiments) text += fmt::format(" {:>12}", relative_text(e.figures[f]));
+    text += "\n";
+  }
+  if (x.type == planning::ExcitationType::multisine)
+    text += fmt::format(
+        "\n{} lines {:.3g} ... {:.3g} Hz, {} periods of {} samples; the first {} until the drive has "
+        "settled\n",
+        x.frequency_hz.size(), x.frequency_hz.front(), x.frequency_hz.back(), x.periods, x.period_samples,
+        x.settle_periods);
+  text += fmt::format(
+      "torque {:.4g} peak, {:.4g} rms; velocity {:.4g}; stroke {:.4g} (largest of {} possible {})\n",
+      x.extremes.torque, x.extremes.torque_rms, x.extremes.velocity, x.extremes.stroke, plan.drives,
+      plan.drives == 1 ? "drive" : "drives");
+  return text;
+}
+
+json to_json(const Plan& plan) {
+  constexpr const char* kCriteria[] = {"accuracy", "d", "a", "e"};
+  const auto& x = plan.planned();
+  json j{{"schema", "resonid.plan/1"},
+         {"reached", plan.reached},
+         {"type", name_of(x.type)},
+         {"duration_s", x.duration_s},
+         {"sample_rate_hz", 1.0 / plan.config.drive.model.sample_time_s},
+         {"samples", x.excitation.size()},
+         {"binding_limit", x.binding},
+         {"criterion", kCriteria[static_cast<int>(plan.config.criterion)]},
+         {"spread", plan.config.spread},
+         {"drives", plan.drives},
+         {"limits", limits_json(plan.config.limits)},
+         {"model", model_json(plan.config.drive)},
+         {"excitation", excitation_json(x)},
+         {"extremes", extremes_json(x.extremes)},
+         {"wishes", json::array()},
+         {"worst_ratio", x.ratio},
+         {"figures", figures_json(x.figures)},
+         {"alternatives", json::array()}};
+  if (plan.config.band_hz) j["band_hz"] = {plan.config.band_hz->first, plan.config.band_hz->second};
+  if (x.needed_s) j["needed_s"] = *x.needed_s;
+  for (std::size_t i = 0; i < x.wished.size(); ++i) {
+    const double wanted = wanted_of(plan, i);
+    json wish{{"figure", x.wished[i].name},
+              {"wanted_std", wanted},
+              {"expected_std", x.wished[i].standard_deviation},
+              {"reached", x.wished[i].standard_deviation <= wanted * (1.0 + 1e-9)}};
+    if (!x.wished[i].unit.empty()) wish["unit"] = x.wished[i].unit;
+    j["wishes"].push_back(std::move(wish));
+  }
+  for (std::size_t i = 1; i < plan.experiments.size(); ++i) {
+    const auto& other = plan.experiments[i];
+    json entry{{"type", name_of(other.type)},
+               {"peak", other.amplitude},
+               {"worst_ratio", other.ratio},
+               {"extremes", extremes_json(other.extremes)},
+               {"figures", figures_json(other.figures)}};
+    if (other.needed_s) entry["needed_s"] = *other.needed_s;
+    j["alternatives"].push_back(std::move(entry));
+  }
+  return j;
+}
+
+}  // namespace resonid::report

@@ -1,0 +1,109 @@
+// SPDX-License-Identifier: MIT
+#include <nlohmann/json.hpp>
+#include <resonid/io/table.hpp>
+
+#include "program.hpp"
+
+namespace resonid {
+namespace {
+
+using nlohmann::json;
+
+class PlanVerb : public test::ProgramTest {
+ protected:
+  const std::string drive_ =
+      "plan --parameters driven_inertia=0.032,load_inertia=0.032,stiffness=143.75,damping=0.3 --noise 0.1 "
+      "--sample-rate 500 --controller pi:1.036,0.147 --delay 0.004 --spread 0 --period 1 ";
+};
+
+TEST_F(PlanVerb, WritesExcitationRehearsalPlanAndPage) {
+  const auto done = run(drive_ +
+                        "--type multisine --max-torque 1 --accuracy resonance=0.3%,phase_margin=0.2 "
+                        "--out ru.csv --experiment e.toml --json plan.json --report plan.html");
+  ASSERT_EQ(done.exit_code, 0) << done.error;
+  EXPECT_NE(done.out.find("All wishes are met by a multisine"), std::string::npos) << done.out;
+  EXPECT_NE(text("plan.html").find("Predicted error bars"), std::string::npos);
+  const auto plan = json::parse(text("plan.json"));
+  EXPECT_EQ(plan.at("schema"), "resonid.plan/1");
+  EXPECT_TRUE(plan.at("reached"));
+  EXPECT_EQ(plan.at("wishes").size(), 2U);
+  EXPECT_EQ(plan.at("alternatives").size(), 2U);
+  EXPECT_LE(plan.at("extremes").at("torque").get<double>(), 1.0 + 1e-9);
+  const auto csv = io::read_csv(path("ru.csv"));
+  ASSERT_TRUE(csv.has_value());
+  EXPECT_EQ(csv->names, (std::vector<std::string>{"time_s", "ru"}));
+  EXPECT_EQ(csv->columns[0].size(), plan.at("samples").get<std::size_t>());
+
+  // The rehearsal injects the same samples, and what identify finds has the error bars that were foretold.
+  ASSERT_EQ(run("simulate e.toml --out record.csv").exit_code, 0);
+  const auto record = io::read_csv(path("record.csv"));
+  ASSERT_TRUE(record.has_value());
+  ASSERT_EQ(record->columns[1].size(), csv->columns[1].size());
+  for (std::size_t k = 0; k < csv->columns[1].size(); ++k)
+    ASSERT_NEAR(record->columns[1][k], csv->columns[1][k], 1e-8);
+  const auto found = run(
+      "identify record.csv --model two-mass --controller pi:1.036,0.147 --delay 0.004 --json result.json");
+  ASSERT_EQ(found.exit_code, 0) << found.error;
+  const auto result = json::parse(text("result.json"));
+  for (const auto& figure : plan.at("figures")) {
+    if (figure.at("name") != "stiffness") continue;
+    const double told = figure.at("std").get<double>();
+    const auto& stiffness = result.at("model").at("parameters").at("stiffness");
+    EXPECT_NEAR(stiffness.at("std").get<double>() / told, 1.0, 0.15);
+    EXPECT_NEAR(stiffness.at("value").get<double>(), 143.75, 4.0 * told);
+  }
+  // The result is the next plan's rough model.
+  const auto next =
+      run("plan --model result.json --noise 0.1 --controller pi:1.036,0.147 --max-torque 1 "
+          "--spread 0 --period 1 --type chirp --accuracy resonance=0.5% --json -");
+  ASSERT_EQ(next.exit_code, 0) << next.error;
+  const auto second = json::parse(next.out);
+  EXPECT_EQ(second.at("type"), "chirp");
+  EXPECT_EQ(second.at("model").at("delay_s"), 0.004);
+}
+
+TEST_F(PlanVerb, SaysWhatCannotBeReached) {
+  const auto done = run(drive_ + "--type multisine --max-torque 0.2 --max-time 4 --accuracy damping=0.1%");
+  ASSERT_EQ(done.exit_code, 0) << done.error;
+  EXPECT_NE(done.out.find("cannot be met within the limits"), std::string::npos) << done.out;
+  EXPECT_NE(done.out.find("torque"), std::string::npos) << done.out;
+}
+
+TEST_F(PlanVerb, RefusesNamingWhatWasFoundAndIsRequired) {
+  write("broken.json", "[1,");
+  write("other.json", R"({"schema": "resonid.track/1"})");
+  expect_refused("plan --noise 1 --max-torque 1", {"--model or --parameters is required"});
+  expect_refused("plan --model absent.json --max-torque 1", {"absent.json", "no such file"});
+  expect_refused("plan --model broken.json --max-torque 1", {"broken.json", "line 1"});
+  expect_refused("plan --model other.json --max-torque 1", {"other.json", "$.schema"});
+  expect_refused("plan --parameters stifness=1", {"--parameters", "stifness", "did you mean 'stiffness'"});
+  expect_refused("plan --parameters stiffness=1", {"--parameters", "driven_inertia is required"});
+  expect_refused("plan --parameters stiffness", {"--parameters", "NAME=VALUE"});
+  expect_refused("plan --parameters driven_inertia=x", {"--parameters", "'x'", "a number"});
+  expect_refused("plan --parameters driven_inertia=1 --max-torque 1", {"--sample-rate is required"});
+  expect_refused("plan --parameters driven_inertia=1 --sample-rate 500", {"--noise is required"});
+  expect_refused("plan --parameters driven_inertia=-1 --sample-rate 500 --noise 1 --max-torque 1",
+                 {"driven_inertia", "-1", "must be > 0"});
+  expect_refused(drive_, {"--max-torque is required"});
+  expect_refused(drive_ + "--max-torque -1", {"--max-torque", "-1", "must be > 0"});
+  expect_refused(drive_ + "--max-torque 1 --max-time 0.01", {"--max-time", "0.01"});
+  expect_refused(drive_ + "--max-torque 1 --accuracy resonanse=1%",
+                 {"--accuracy", "did you mean 'resonance'"});
+  expect_refused(drive_ + "--max-torque 1 --accuracy resonance=0%", {"--accuracy", "'0%'", "> 0"});
+  expect_refused(drive_ + "--max-torque 1 --type sweep", {"--type", "sweep"});
+  expect_refused(drive_ + "--max-torque 1 --controller pi:50,0.1", {"--controller", "unstable"});
+  expect_refused(drive_ + "--max-torque 1 --json - --out -", {"--json", "--out"});
+}
+
+TEST_F(PlanVerb, ExciteOptimisesPhases) {
+  const auto done =
+      run("excite multisine --sample-rate 2000 --lines 20:120:5 --phases optimised --json - --out e.csv");
+  ASSERT_EQ(done.exit_code, 0) << done.error;
+  EXPECT_LT(json::parse(done.out).at("crest_factor").get<double>(), 1.43);
+  expect_refused("excite multisine --sample-rate 2000 --lines 20,28.284271247,40 --phases optimised",
+                 {"--lines", "common period"});
+  expect_refused("excite multisine --sample-rate 2000 --lines 20,40 --phases given", {"--phase"});
+}
+
+}  // namespace
+}  // namespace resonid

@@ -1,0 +1,176 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <array>
+#include <cmath>
+#include <resonid/fit/output_error.hpp>
+#include <resonid/planning/plan.hpp>
+#include <resonid/plant/experiment.hpp>
+#include <stdexcept>
+
+// The chirp of Nevaranta 2016, Publication VI, against an experiment that is planned from a wrong model.
+namespace resonid::test {
+
+inline constexpr std::array<double, 4> kPublishedSystem2 = {0.032, 0.032, 143.75, 0.3};  // J1, J2, K, D
+
+/// System 2 under its controller, 4 ms of delay, 500 Hz, standing still; nothing injected.
+inline plant::ExperimentConfig planned_drive(double noise) {
+  plant::ExperimentConfig c;
+  c.drive.driven_inertia = kPublishedSystem2[0];
+  c.drive.load_inertia = kPublishedSystem2[1];
+  c.drive.stiffness = kPublishedSystem2[2];
+  c.drive.damping = kPublishedSystem2[3];
+  c.controller.kind = plant::ControllerKind::pi;
+  c.controller.gain = 1.03598193204;
+  c.controller.integral_time_s = 0.147023908851;
+  c.measurement.delay_s = 0.004;
+  c.measurement.noise_rms = noise;
+  c.run.sample_rate_hz = 500.0;
+  return c;
+}
+
+/// The source's sweep, 35 to 1.5 Hz in 17 s with 1 Nm.
+inline plant::ExperimentConfig published_chirp(double noise) {
+  auto c = planned_drive(noise);
+  c.excitation.kind = excitation::Kind::chirp;
+  c.excitation.from_hz = 35.0;
+  c.excitation.to_hz = 1.5;
+  c.excitation.duration_s = 17.0;
+  return c;
+}
+
+inline plant::ExperimentConfig planned_experiment(const planning::Experiment& x, double noise) {
+  auto c = planned_drive(noise);
+  c.excitation.kind = excitation::Kind::multisine;
+  c.excitation.phases = excitation::Phases::given;
+  c.excitation.lines_hz.assign(x.frequency_hz);
+  c.excitation.line_amplitudes.assign(x.line_amplitude);
+  c.excitation.phases_rad.assign(x.phase_rad);
+  c.run.duration_s = x.duration_s;
+  return c;
+}
+
+/// What is believed before: every parameter off by a factor.
+inline planning::RoughDrive rough_drive(const std::array<double, 4>& factor, double noise) {
+  planning::RoughDrive d;
+  d.model.structure = fit::Structure::two_mass;
+  const auto& p = kPublishedSystem2;
+  d.model.parameters = {p[0] * factor[0], p[1] * factor[1], p[2] * factor[2], p[3] * factor[3], 0.0};
+  d.model.sample_time_s = 0.002;
+  d.model.known_delay_s = 0.004;
+  d.model.estimated = fit::estimated_parameters(fit::Structure::two_mass, false, false);
+  const auto c = planned_drive(noise);
+  d.controller = data::pi_controller(c.controller.gain, c.controller.integral_time_s, 0.002);
+  d.noise.innovation_variance = noise * noise;
+  return d;
+}
+
+inline double peak(const std::vector<double>& signal) {
+  double largest = 0.0;
+  for (const double v : signal) largest = std::max(largest, std::abs(v));
+  return largest;
+}
+
+/// Fit of one noisy run; its start is what was believed before.
+inline fit::DriveModel fitted_run(plant::ExperimentConfig c, const fit::DriveModel& start, int seed) {
+  c.run.seed = static_cast<std::uint64_t>(seed);
+  const auto run = plant::simulate_closed_loop(c);
+  if (!run) throw std::runtime_error(run.error().text());
+  fit::OutputErrorConfig o;
+  o.initial = start;
+  o.known_delay_s = c.measurement.delay_s;
+  const auto fitted = fit::fit_output_error(run->record, o);
+  if (!fitted) throw std::runtime_error(std::string(fitted.error().field));
+  return fitted->model;
+}
+
+/// Relative root mean square errors of J1, J2, K, D over seeds, fitted from the rough model.
+inline std::array<double, 4> errors(const plant::ExperimentConfig& c, const fit::DriveModel& start,
+                                    int seeds) {
+  std::array<double, 4> square{};
+  for (int seed = 1; seed <= seeds; ++seed) {
+    const auto model = fitted_run(c, start, seed);
+    for (std::size_t i = 0; i < 4; ++i)
+      square[i] +=
+          std::pow(model.value(static_cast<fit::Parameter>(i)) / kPublishedSystem2[i] - 1.0, 2) / seeds;
+  }
+  for (double& s : square) s = std::sqrt(s);
+  return square;
+}
+
+inline plant::Simulation without_noise(plant::ExperimentConfig c) {
+  c.measurement.noise_rms = 0.0;
+  auto run = plant::simulate_closed_loop(c);
+  if (!run) throw std::runtime_error(run.error().text());
+  return std::move(*run);
+}
+
+/// Relative predicted deviations of J1, J2, K, D when the true drive is excited so.
+inline std::array<double, 4> predicted_errors(const std::vector<double>& excitation, double noise) {
+  const auto told = planning::predicted(rough_drive({1.0, 1.0, 1.0, 1.0}, noise), excitation);
+  std::array<double, 4> relative{};
+  for (std::size_t i = 0; i < 4; ++i) {
+    const auto e = told.model.estimate(static_cast<fit::Parameter>(i));
+    relative[i] = e.standard_deviation / e.value;
+  }
+  return relative;
+}
+
+/// The best multisine of a given time for the accuracies `wanted` of J1, J2, K, D.
+inline planning::Plan planned_in(const planning::RoughDrive& drive, double spread, double peak_torque,
+                                 double time_s, double period_s, const std::array<double, 4>& wanted) {
+  planning::PlanConfig c;
+  c.drive = drive;
+  c.spread = spread;
+  c.limits.torque = peak_torque;
+  c.limits.time_s = time_s;
+  c.period_s = period_s;
+  c.type = planning::ExcitationType::multisine;
+  for (std::size_t i = 0; i < 4; ++i)
+    c.wishes.push_back({std::string(fit::kParameterNames[i]), wanted[i], true});
+  auto plan = planning::make_plan(c);
+  if (!plan) throw std::runtime_error(std::string(plan.error().field));
+  return std::move(*plan);
+}
+
+/// What two planned runs, the second planned with the model of the first, come to over some seeds.
+struct TwoSteps {
+  std::array<double, 4> error{};      ///< Relative rms errors of J1, J2, K, D of the second run's fit.
+  std::array<double, 4> predicted{};  ///< Deviations predicted by the second plan, rms over the seeds.
+  double time_s = 0.0;                ///< Of both runs, longest.
+  double peak_torque = 0.0;           ///< Of both runs on the true drive, without noise, largest.
+};
+
+/// From a model off by `factor`: 1.75 s to find the drive roughly, then 6.5 s for the wanted accuracies.
+inline TwoSteps two_steps(const std::array<double, 4>& factor, double noise, double peak_torque,
+                          const std::array<double, 4>& wanted, int first_seed, int seeds) {
+  TwoSteps result;
+  const auto rough = rough_drive(factor, noise);
+  const auto first = planned_in(rough, 0.2, peak_torque, 1.75, 0.875, wanted);
+  const auto note = [&](const plant::ExperimentConfig& c) {
+    result.peak_torque = std::max(result.peak_torque, peak(without_noise(c).record.input.samples));
+  };
+  note(planned_experiment(first.planned(), noise));
+  for (int seed = first_seed; seed < first_seed + seeds; ++seed) {
+    auto known = rough;
+    known.model = fitted_run(planned_experiment(first.planned(), noise), rough.model, seed);
+    const auto second = planned_in(known, 0.04, peak_torque, 6.5, 1.3, wanted);
+    const auto& x = second.planned();
+    const auto experiment = planned_experiment(x, noise);
+    note(experiment);
+    result.time_s = std::max(result.time_s, first.planned().duration_s + x.duration_s);
+    const auto model = fitted_run(experiment, known.model, 10000 + seed);
+    for (std::size_t i = 0; i < 4; ++i) {
+      const auto parameter = static_cast<fit::Parameter>(i);
+      result.error[i] += std::pow(model.value(parameter) / kPublishedSystem2[i] - 1.0, 2) / seeds;
+      result.predicted[i] += std::pow(x.figures[i].standard_deviation / x.figures[i].value, 2) / seeds;
+    }
+  }
+  for (std::size_t i = 0; i < 4; ++i) {
+    result.error[i] = std::sqrt(result.error[i]);
+    result.predicted[i] = std::sqrt(result.predicted[i]);
+  }
+  return result;
+}
+
+}  // namespace resonid::test

@@ -1,0 +1,124 @@
+// SPDX-License-Identifier: MIT
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <planned_experiment.hpp>
+#include <resonid/planning/plan.hpp>
+
+namespace resonid::planning {
+namespace {
+
+PlanConfig quick() {
+  PlanConfig c;
+  c.drive = test::rough_drive({1.0, 1.0, 1.0, 1.0}, 0.1);
+  c.limits.torque = 1.0;
+  c.period_s = 1.0;
+  c.spread = 0.0;
+  return c;
+}
+
+TEST(Plan, KeepsEveryLimitOnThePlant) {
+  auto c = quick();
+  c.spread = 0.1;
+  c.type = ExcitationType::multisine;
+  c.limits.excitation = 1.2;
+  c.limits.velocity = 0.5;
+  c.limits.stroke = 0.06;
+  c.limits.torque_rms = 0.5;
+  c.wishes = {{"stiffness", 0.02, true}};
+  const auto plan = make_plan(c);
+  ASSERT_TRUE(plan.has_value());
+  EXPECT_TRUE(plan->reached);
+  const auto run = test::without_noise(test::planned_experiment(plan->planned(), 0.1));
+  EXPECT_LE(test::peak(run.record.input.samples), 1.0);
+  EXPECT_LE(test::peak(run.record.excitation.samples), 1.2);
+  EXPECT_LE(test::peak(run.record.output.samples), 0.5);
+  double position = 0.0, low = 0.0, high = 0.0;
+  for (const double v : run.record.output.samples) {
+    position += 0.002 * v;
+    low = std::min(low, position);
+    high = std::max(high, position);
+  }
+  EXPECT_LE(high - low, 0.0605);
+  // One limit is used up, over the drives that it may be.
+  const auto& e = plan->planned().extremes;
+  EXPECT_NEAR(
+      std::max({e.torque / 1.0, e.excitation / 1.2, e.velocity / 0.5, e.stroke / 0.06, e.torque_rms / 0.5}),
+      1.0, 1e-9);
+}
+
+TEST(Plan, TakesTheLeastWholeNumberOfPeriods) {
+  auto c = quick();
+  c.type = ExcitationType::multisine;
+  const auto plan = make_plan(c);
+  ASSERT_TRUE(plan.has_value());
+  const auto& x = plan->planned();
+  EXPECT_TRUE(plan->reached);
+  EXPECT_LE(x.ratio, 1.0);
+  EXPECT_EQ(x.excitation.size(), x.periods * x.period_samples);
+  EXPECT_EQ(x.period_samples, 500U);
+  ASSERT_GT(x.periods, x.settle_periods + 2);
+  c.limits.time_s = x.duration_s - 1.0;  // a period less is too little
+  const auto shorter = make_plan(c);
+  EXPECT_FALSE(shorter->reached);
+  EXPECT_GT(shorter->planned().ratio, 1.0);
+  EXPECT_LT(shorter->planned().ratio, 1.2);
+}
+
+TEST(Plan, NeedsLessTimeThanChirpAndPrbs) {
+  auto c = quick();
+  const auto plan = make_plan(c);
+  ASSERT_TRUE(plan.has_value());
+  EXPECT_EQ(plan->planned().type, ExcitationType::multisine);
+  ASSERT_EQ(plan->experiments.size(), 3U);
+  EXPECT_GT(*plan->experiments[1].needed_s, 1.5 * *plan->planned().needed_s);
+  EXPECT_GT(*plan->experiments[2].needed_s, 1.5 * *plan->planned().needed_s);
+}
+
+TEST(Plan, LaysOutTheKindThatIsAskedFor) {
+  auto c = quick();
+  c.wishes = {{"resonance", 0.01, true}, {"phase_margin", 1.0, false}};
+  for (const auto type : {ExcitationType::chirp, ExcitationType::prbs}) {
+    c.type = type;
+    const auto plan = make_plan(c);
+    ASSERT_TRUE(plan.has_value());
+    EXPECT_EQ(plan->planned().type, type);
+    EXPECT_TRUE(plan->reached);
+  }
+}
+
+TEST(Plan, PlansARigidDriveInOpenLoop) {
+  PlanConfig c;
+  c.drive.model.structure = fit::Structure::rigid;
+  c.drive.model.parameters.driven_inertia = 0.01;
+  c.drive.model.sample_time_s = 0.001;
+  c.drive.model.estimated = fit::estimated_parameters(fit::Structure::rigid, false, false);
+  c.drive.noise.innovation_variance = 0.01;
+  c.limits.torque = 0.5;
+  c.limits.stroke = 0.5;
+  c.type = ExcitationType::multisine;
+  const auto plan = make_plan(c);
+  ASSERT_TRUE(plan.has_value());
+  EXPECT_TRUE(plan->reached);
+  EXPECT_LE(plan->planned().extremes.stroke, 0.5 + 1e-9);
+}
+
+TEST(Plan, RefusesNamingTheField) {
+  const auto refused = [](auto&& change) {
+    auto c = quick();
+    change(c);
+    const auto plan = make_plan(c);
+    return plan ? std::string("nothing") : std::string(plan.error().field);
+  };
+  EXPECT_EQ(refused([](PlanConfig& c) { c.limits.torque = -1.0; }), "max_torque");
+  EXPECT_EQ(refused([](PlanConfig& c) { c.limits.torque = HUGE_VAL; }), "max_torque");
+  EXPECT_EQ(refused([](PlanConfig& c) { c.limits.time_s = 0.01; }), "max_time_s");
+  EXPECT_EQ(refused([](PlanConfig& c) { c.wishes = {{"colour", 0.1, true}}; }), "accuracy");
+  EXPECT_EQ(refused([](PlanConfig& c) { c.spread = 0.9; }), "spread");
+  EXPECT_EQ(refused([](PlanConfig& c) { c.band_hz = {5.0, 400.0}; }), "band");
+  EXPECT_EQ(refused([](PlanConfig& c) { c.drive.noise.innovation_variance = 0.0; }), "noise");
+  EXPECT_EQ(refused([](PlanConfig& c) { c.drive.model.parameters.stiffness = -1.0; }), "stiffness");
+}
+
+}  // namespace
+}  // namespace resonid::planning
