@@ -57,14 +57,19 @@ TEST(Bootstrap, AgreesWithTheCovarianceWhereTheProblemIsNearlyLinear) {
     EXPECT_TRUE(compared.count(name)) << name;
 }
 
-/// Ten repetitions of the experiment itself are the truth that the bootstrap imitates.
+/// Repetitions of the experiment itself are the truth that the bootstrap imitates.
 TEST(Bootstrap, ForetellsTheScatterOfRepeatedExperiments) {
   const auto result = bootstrapped(experiment(3.0, 0.1), 60);
   std::vector<double> stiffness;
   constexpr int kSeeds = 30;
   for (int seed = 1; seed <= kSeeds; ++seed) {
-    const auto repeated = bootstrapped(experiment(3.0, 0.1, static_cast<std::uint64_t>(seed)), 0);
-    stiffness.push_back(repeated.model->drive.parameters.stiffness);
+    fit::OutputErrorConfig config;
+    config.initial = result.model->drive;
+    config.known_delay_s = result.known_delay_s;
+    const auto record = test::simulated(experiment(3.0, 0.1, static_cast<std::uint64_t>(seed))).record;
+    const auto repeated = fit::fit_output_error(record, config);
+    ASSERT_TRUE(repeated && repeated->converged);
+    stiffness.push_back(repeated->model.parameters.stiffness);
   }
   double mean = 0.0, sum = 0.0;
   for (const double k : stiffness) mean += k / kSeeds;
