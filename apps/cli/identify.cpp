@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include <CLI/App.hpp>
+#include <algorithm>
 #include <array>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -11,6 +12,7 @@
 #include <resonid/report/page.hpp>
 
 #include "errors.hpp"
+#include "identify_many.hpp"
 #include "options.hpp"
 #include "output.hpp"
 #include "progress.hpp"
@@ -21,13 +23,6 @@ namespace resonid::cli {
 namespace {
 
 using identification::Method;
-
-struct IdentifyOptions {
-  RecordOptions record;
-  MethodOptions method;
-  std::string report, json, response;
-  bool require_trusted = false;
-};
 
 void add_method(CLI::App& verb, MethodOptions& o) {
   static constexpr std::array<std::string_view, 11> kMethods = {
@@ -41,20 +36,21 @@ void add_method(CLI::App& verb, MethodOptions& o) {
       ->default_str("auto");
 }
 
-void run_identify(const CLI::App& verb, IdentifyOptions& o) {
+void identify_one(const CLI::App& verb, IdentifyOptions& o) {
   const bool quiet =
       standard_output_taken({{"--report", o.report}, {"--json", o.json}, {"--response", o.response}});
-  refuse_shared_files({o.record.record},
+  refuse_shared_files({o.record.record, o.validate_on.empty() ? o.record.record : o.validate_on},
                       {{"--report", o.report}, {"--json", o.json}, {"--response", o.response}});
-  check(verb, o.method);
   refuse_unwritable({o.report, o.json, o.response});
   Progress progress;
   progress.stage("reading " + o.record.record);
   const auto record = read_record(verb, o.record);
   complete(o.method, record);
+  o.method.options.jobs = o.jobs;
   o.method.options.progress = [&progress](std::string_view stage) { progress.stage(stage); };
-  const auto result = identification::identify(record, o.method.options);
+  auto result = identification::identify(record, o.method.options);
   if (!result) throw UsageError("--" + result.error().option + ": " + result.error().message);
+  validate_elsewhere(verb, o, *result);
   progress.stage("writing");
   if (!o.response.empty()) write_output(o.response, io::response_csv(result->response));
   if (!o.report.empty()) write_output(o.report, report::page(report::page_json(*result, record)));
@@ -65,6 +61,19 @@ void run_identify(const CLI::App& verb, IdentifyOptions& o) {
   }
   if (o.require_trusted && !result->trusted)
     throw NotTrustedError("the result is not to be trusted; the findings say why");
+}
+
+void run_identify(const CLI::App& verb, IdentifyOptions& o) {
+  check(verb, o.method);
+  if (!o.validate_on.empty() && o.method.options.model == identification::ModelChoice::none)
+    throw UsageError("--validate-on: simulates the model; required --model other than none");
+  const auto files = expanded(o.records);
+  if (std::find(files.begin(), files.end(), o.validate_on) != files.end())
+    throw UsageError("--validate-on: " + o.validate_on + " is fitted too; required a record of its own");
+  if (files.size() > 1) return identify_many(verb, o, files);
+  if (o.join) throw UsageError("--join: joins repeated experiments; found 1 record, required at least 2");
+  o.record.record = files.front();
+  identify_one(verb, o);
 }
 
 }  // namespace
@@ -78,9 +87,15 @@ void add_identify(CLI::App& app) {
       "demo.html\n"
       "  resonid identify bench.csv --input iq_A --input-scale 0.564 --output theta_rad\n"
       "      --output-quantity position --drop-periods 1\n"
+      "  resonid identify bench/*.csv --join --report bench.html --json bench.json\n"
+      "Several records give one table, one report and one JSON; a record that cannot be read gets a row with "
+      "its\nerror, does not stop the others, and makes the exit code 2.\n"
       "Columns with usual names (time, u, torque, y, velocity, ru, ...) are found without options.");
   const auto o = std::make_shared<IdentifyOptions>();
-  add_record_options(*verb, o->record);
+  verb->add_option("RECORD", o->records, "CSV or MAT files, or folders of them")
+      ->required()
+      ->type_name("FILE ...");
+  add_signal_options(*verb, o->record);
   add_excitation_options(*verb, o->method);
   add_method(*verb, o->method);
   add_loop_options(*verb, o->method);
@@ -89,7 +104,14 @@ void add_identify(CLI::App& app) {
   add_tracker_options(*verb, o->method);
   verb->add_option("--report", o->report, "self-contained HTML report")->type_name("FILE");
   verb->add_option("--json", o->json, "result for machines ('-': standard output)")->type_name("FILE");
-  verb->add_option("--response", o->response, "frequency response as CSV")->type_name("FILE");
+  verb->add_option("--response", o->response, "frequency response as CSV (several records: with --join)")
+      ->type_name("FILE");
+  verb->add_flag("--join", o->join,
+                 "take several records for repetitions of one experiment: one estimate of all");
+  verb->add_option("--validate-on", o->validate_on,
+                   "simulate the model on this record too, to which it is not fitted")
+      ->type_name("FILE");
+  add_count(*verb, "--jobs", o->jobs, "threads for several records or the bootstrap; 0: one per core");
   verb->add_flag("--require-trusted", o->require_trusted, "exit code 3 when the result is not to be trusted");
   verb->callback([verb, o] { run_identify(*verb, *o); });
 }

@@ -73,7 +73,7 @@ bool standard_output_taken(
 }
 
 void refuse_shared_files(
-    std::initializer_list<std::string_view> inputs,
+    const std::vector<std::string_view>& inputs,
     std::initializer_list<std::pair<std::string_view, std::string_view>> option_and_path) {
   const auto canonical = [](std::string_view path) {
     std::error_code ignored;

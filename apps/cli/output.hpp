@@ -28,7 +28,7 @@ struct CsvColumn {
 
 /// Refuses that a result would overwrite an input or another result.
 void refuse_shared_files(
-    std::initializer_list<std::string_view> inputs,
+    const std::vector<std::string_view>& inputs,
     std::initializer_list<std::pair<std::string_view, std::string_view>> option_and_path);
 
 /// Refuses that two results go to standard output; true when one does, so that no summary must be printed.

@@ -25,10 +25,14 @@ constexpr std::size_t kHighestOrder = 20;
 }  // namespace
 
 void add_record_options(CLI::App& verb, RecordOptions& o) {
+  verb.add_option("RECORD", o.record, "CSV or MAT file")->required()->type_name("FILE");
+  add_signal_options(verb, o);
+}
+
+void add_signal_options(CLI::App& verb, RecordOptions& o) {
   static constexpr std::array<std::string_view, 3> kQuantities = {"velocity", "position", "acceleration"};
   static constexpr std::array<std::string_view, 2> kMotions = {"rotary", "linear"};
   auto& c = o.columns;
-  verb.add_option("RECORD", o.record, "CSV or MAT file")->required()->type_name("FILE");
   add_text(verb, "--time", c.time, "time column, in seconds", "COL");
   add_number(verb, "--sample-rate", c.sample_rate_hz, "HZ",
              "sample rate, for a record without a time column");

@@ -17,6 +17,8 @@ struct RecordOptions {
 
 /// RECORD itself, and which column is which signal.
 void add_record_options(CLI::App& verb, RecordOptions& o);
+/// Which column is which signal.
+void add_signal_options(CLI::App& verb, RecordOptions& o);
 
 /// Reads the record that the options name; a wrong one is an InputError.
 [[nodiscard]] data::Record read_record(const CLI::App& verb, const RecordOptions& o);

@@ -159,6 +159,10 @@ expected<Result, Refusal> identify(const data::Record& whole, const Options& opt
   else if (selection && result.response.lines() == lines->lines.size())
     validate_on_lines(*lines, result);
   result.resonances = resonances_of(result);
+  if (result.model)
+    result.roots = detail::roots_of(result.model->drive);
+  else if (result.black_box)
+    result.roots = detail::roots_of(result.black_box->model);
 
   progress("loop");
   if (source == detail::ExcitationSource::reference) lines->has_excitation = false;  // L = Ru/U - 1 needs ru

@@ -227,6 +227,7 @@ expected<Joint, Refusal> join(std::span<const data::Record> records, std::span<c
     if (auto model = detail::joint_model(records, results, options, joint.records)) {
       joint.result.model = std::move(model->model);
       joint.result.resonances = detail::resonances_of(joint.result.model->drive);
+      joint.result.roots = detail::roots_of(joint.result.model->drive);
       if (joint.result.model->from_record)
         joint.result.validation = Validation{model->fit_percent, true, {}, {}};
     }

@@ -110,12 +110,10 @@ std::string summary_text(const BatchResult& result) {
   const double percent = 100.0 * result.batch.confidence;
   std::string text = fmt::format("Records, {:.0f} % confidence\n", percent) + blocks(records_table(result));
   for (const auto& e : result.batch.entries)
-    if (!e.result) text += wrapped(e.file + ": " + error_text(e.error), "\n  ", "    ") + "\n";
+    if (!e.result) text += wrapped(error_line(e), "\n  ", "    ") + "\n";
   const auto spread = spread_table(result);
   if (!spread.rows.empty()) {
-    Table shorter = spread;
-    shorter.columns[4] = "scatter";
-    text += "\nOver the records\n" + blocks(shorter);
+    text += "\nOver the records (scatter: their standard deviation)\n" + blocks(spread);
   }
   if (result.joint) {
     text += "\nJoint estimate, each record against the others\n" + blocks(consistency_table(*result.joint));

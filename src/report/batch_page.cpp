@@ -128,7 +128,7 @@ Section record_section(const BatchEntry& entry) {
   section.title =
       entry.file + (entry.result ? (entry.result->trusted ? ": trusted" : ": not trusted") : ": error");
   if (!entry.result) {
-    section.text = {error_text(entry.error)};
+    section.text = {error_line(entry)};
     return section;
   }
   const auto& r = *entry.result;

@@ -41,6 +41,11 @@ std::string optional_text(const std::optional<double>& value, const char* format
 
 }  // namespace
 
+std::string error_line(const identification::BatchEntry& entry) {
+  const std::string text = error_text(entry.error);
+  return text.rfind(entry.file, 0) == 0 ? text : entry.file + ": " + text;
+}
+
 std::string error_text(const identification::Refusal& error) {
   return error.option.empty() ? error.message : "--" + error.option + ": " + error.message;
 }
@@ -61,21 +66,28 @@ Table records_table(const BatchResult& result) {
   for (const auto& f : batch.figures)
     if (!secondary(f.name)) shown.push_back(&f);
   for (const auto* f : shown) table.columns.push_back(heading(*f));
-  table.columns.insert(table.columns.end(), {"fit, %", "verdict"});
+  const bool elsewhere = std::any_of(batch.entries.begin(), batch.entries.end(),
+                                     [](const auto& e) { return e.result && e.result->independent; });
+  table.columns.emplace_back("fit, %");
+  if (elsewhere) table.columns.emplace_back("fit elsewhere, %");
+  table.columns.emplace_back("verdict");
   for (std::size_t i = 0; i < batch.entries.size(); ++i) {
     const auto& entry = batch.entries[i];
     std::vector<std::string> row = {entry.file};
     for (const auto* f : shown) {
       const auto value = std::find_if(f->values.begin(), f->values.end(),
                                       [&](const Spread::Value& v) { return v.record == i; });
-      row.push_back(value == f->values.end() ? "-" : value_text(value->value, value->std, z));
+      row.push_back(value == f->values.end() ? "" : value_text(value->value, value->std, z));
     }
     if (entry.result) {
       const auto& r = *entry.result;
-      row.push_back(r.validation ? fmt::format("{:.1f}", r.validation->fit_percent) : "-");
+      row.push_back(r.validation ? fmt::format("{:.1f}", r.validation->fit_percent) : "");
+      if (elsewhere)
+        row.push_back(r.independent ? fmt::format("{:.1f}", r.independent->simulation_fit_percent) : "");
       row.emplace_back(r.trusted ? "trusted" : "NOT trusted");
     } else {
-      row.insert(row.end(), {"-", "error"});
+      row.insert(row.end(), elsewhere ? 2 : 1, "");
+      row.emplace_back("error");
     }
     table.rows.push_back(std::move(row));
   }
@@ -84,29 +96,23 @@ Table records_table(const BatchResult& result) {
 
 Table spread_table(const BatchResult& result) {
   const double z = quantile(result.batch.confidence);
-  Table table{"",
-              {"Figure", "Unit", "Records", "Mean", "Standard deviation over the records", "chi2/degrees",
-               "p", "Verdict"},
-              {}};
+  Table table{"", {"Figure", "Mean", "Scatter", "chi2/degrees", "p", "Verdict", "Records"}, {}};
   for (const auto& f : result.batch.figures) {
     if (f.values.size() < 2) continue;
     const std::string ratio =
         f.chi_square ? fmt::format("{:.2f}", *f.chi_square / static_cast<double>(f.degrees)) : "-";
-    table.rows.push_back({spaced(f.name), f.unit, fmt::format("{}", f.values.size()),
-                          value_text(f.mean, f.std, z), fmt::format("{:.3g}", f.deviation), ratio,
+    table.rows.push_back({heading(f), value_text(f.mean, f.std, z), fmt::format("{:.3g}", f.deviation), ratio,
                           probability_text(f.probability),
                           !f.probability ? "not judged"
                           : f.agrees     ? "agrees"
-                                         : "DIFFERS"});
+                                         : "DIFFERS",
+                          fmt::format("{}", f.values.size())});
   }
   return table;
 }
 
 Table consistency_table(const identification::Joint& joint) {
-  Table table{"",
-              {"Record", "chi2 of its parameters", "degrees", "p", "lines' chi2/degrees",
-               "fit of the joint model, %", "Verdict"},
-              {}};
+  Table table{"", {"Record", "chi2", "degrees", "p", "lines' chi2/degrees", "joint fit, %", "Verdict"}, {}};
   for (const auto& r : joint.records)
     table.rows.push_back({r.file, optional_text(r.chi_square, "{:.2f}"),
                           r.chi_square ? fmt::format("{}", r.degrees) : "-", probability_text(r.probability),
@@ -136,13 +142,15 @@ Table figures_table(const identification::Result& result) {
 }
 
 Table structures_table(const std::vector<identification::StructureTrial>& structures) {
-  Table table{"Structures side by side",
-              {"Structure", "Parameters", "BIC", "Fit on the part held back, %", "Remark"},
-              {}};
+  Table table{
+      "Structures side by side",
+      {"Structure", "Parameters", "BIC", "Fit on the part held back, %", "Fit elsewhere, %", "Remark"},
+      {}};
   for (const auto& t : structures)
     table.rows.push_back({t.name + (t.chosen ? " (chosen)" : ""), fmt::format("{}", t.parameters),
                           std::isfinite(t.information) ? fmt::format("{:.1f}", t.information) : "-",
-                          optional_text(t.validation_fit_percent, "{:.2f}"), t.remark});
+                          optional_text(t.validation_fit_percent, "{:.2f}"),
+                          optional_text(t.independent_fit_percent, "{:.2f}"), t.remark});
   return table;
 }
 

@@ -192,6 +192,15 @@ json to_json(const Result& result) {
     if (v.cross_correlation_max) j["validation"]["cross_correlation_max"] = *v.cross_correlation_max;
     if (v.limit) j["validation"]["limit"] = *v.limit;
   }
+  if (result.independent) {
+    const auto& v = *result.independent;
+    j["cross_validation"] = {{"file", v.file},
+                             {"approach", v.approach},
+                             {"simulation_fit_percent", v.simulation_fit_percent},
+                             {"prediction_fit_percent", v.prediction_fit_percent},
+                             {"verdict", v.verdict}};
+    if (v.response_error) j["cross_validation"]["response_error"] = *v.response_error;
+  }
   put_lists(result, j);
   return j;
 }

@@ -38,6 +38,23 @@ void row(std::string& out, std::string_view name, std::string_view value) {
       .append("</td></tr>\n");
 }
 
+/// Rows of texts and numbers of the listed keys, in the order of the list.
+void list_rows(std::string& out, const json& list, std::string_view title,
+               std::initializer_list<const char*> keys) {
+  if (!list.is_array()) return;
+  for (const json& entry : list) {
+    std::string text;
+    for (const char* key : keys) {
+      const json& value = at(entry, key);
+      const std::string part = value.is_number()    ? number(value)
+                               : value.is_boolean() ? (value.get<bool>() ? "chosen" : "")
+                                                    : text_of(value);
+      if (!part.empty()) text += (text.empty() ? "" : ", ") + part;
+    }
+    row(out, title, text);
+  }
+}
+
 void measured_row(std::string& out, std::string_view name, const json& value, const json& std,
                   const std::string& unit) {
   if (!value.is_number()) return;
@@ -58,16 +75,23 @@ std::string figures(const json& data) {
     }
   }
   const json& loop = at(data, "loop");
-  measured_row(out, "crossover", at(loop, "crossover_hz"), json(), "Hz");
-  measured_row(out, "phase margin", at(loop, "phase_margin_deg"), json(), "degrees");
-  measured_row(out, "modulus margin", at(loop, "modulus_margin"), json(), "");
-  measured_row(out, "gain margin", at(loop, "gain_margin_db"), json(), "dB");
+  measured_row(out, "crossover", at(loop, "crossover_hz"), at(loop, "crossover_std_hz"), "Hz");
+  measured_row(out, "phase margin", at(loop, "phase_margin_deg"), at(loop, "phase_margin_std_deg"),
+               "degrees");
+  measured_row(out, "modulus margin", at(loop, "modulus_margin"), at(loop, "modulus_margin_std"), "");
+  measured_row(out, "gain margin", at(loop, "gain_margin_db"), at(loop, "gain_margin_std_db"), "dB");
   const json& parameters = at(at(data, "model"), "parameters");
   if (parameters.is_object()) {
     for (const auto& [name, p] : parameters.items()) {
       measured_row(out, name, at(p, "value"), at(p, "std"), text_of(at(p, "unit")));
     }
   }
+  list_rows(out, at(data, "poles"), "pole, real and imaginary part in 1/s", {"real", "imag"});
+  list_rows(out, at(data, "zeros"), "zero, real and imaginary part in 1/s", {"real", "imag"});
+  list_rows(out, at(at(data, "bootstrap"), "intervals"), "bootstrap interval",
+            {"name", "low", "high", "unit"});
+  list_rows(out, at(data, "structures"), "structure tried", {"name", "chosen", "remark"});
+  list_rows(out, at(data, "choices"), "chosen", {"what", "chosen", "because"});
   out += "</table>\n";
   const json& summary = at(at(data, "page"), "summary");
   if (summary.is_array()) {

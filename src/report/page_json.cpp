@@ -84,7 +84,7 @@ void put_loop(const Result& result, json& page) {
   if (result.measured_loop) page["loop_measured"] = curve(*result.measured_loop, true);
   if (!result.loop) return;
   const auto& loop = *result.loop;
-  page["loop_curve"] = curve(loop.curve, false);
+  page["loop_curve"] = curve(loop.curve, true);
   page["loop_curve"]["source"] = loop.source;
   page["loop_marks"] = json::array();
   if (loop.margins.crossover_hz())
@@ -116,6 +116,9 @@ json page_json(const Result& result, const data::Record& record) {
     model.value = result.model->drive.values(model.frequency_hz, true);  // drawn as it was measured
     page["model_curve"] = curve(model, true);
   }
+  if (result.black_box && !result.model)
+    page["model_curve"] = curve(
+        result.black_box->model.response(model_grid(result.response, 0.5 * record.sample_rate_hz)), true);
   put_loop(result, page);
   if (!result.residual.empty()) {
     const double start =

@@ -216,6 +216,13 @@ expected<Result, JsonError> result_from_json(const nlohmann::json& json) {
   }
   if (const auto loop = root.maybe("loop"); loop.present()) result.loop = read_loop(loop);
   if (const auto v = root.maybe("validation"); v.present()) result.validation = read_validation(v);
+  if (const auto v = root.maybe("cross_validation"); v.present())
+    result.independent = identification::IndependentValidation{v.at("file").text(),
+                                                               v.at("approach").text(),
+                                                               v.at("simulation_fit_percent").number(),
+                                                               v.at("prediction_fit_percent").number(),
+                                                               v.maybe_number("response_error"),
+                                                               v.at("verdict").text()};
   read_lists(root, result);
   result.trusted = root.at("trusted").flag();
   result.findings = read_findings(root.at("findings"));

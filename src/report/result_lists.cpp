@@ -50,6 +50,8 @@ json structures_json(const std::vector<identification::StructureTrial>& trials) 
       j["validation_fit_percent"] = *t.validation_fit_percent;
     if (t.validation_information && std::isfinite(*t.validation_information))
       j["validation_information"] = *t.validation_information;
+    if (t.independent_fit_percent && std::isfinite(*t.independent_fit_percent))
+      j["independent_fit_percent"] = *t.independent_fit_percent;
     if (!t.remark.empty()) j["remark"] = t.remark;
     list.push_back(std::move(j));
   }
@@ -65,6 +67,7 @@ std::vector<identification::StructureTrial> read_structures(const JsonPlace& j) 
     t.information = e.maybe_number("information").value_or(std::nan(""));
     t.validation_fit_percent = e.maybe_number("validation_fit_percent");
     t.validation_information = e.maybe_number("validation_information");
+    t.independent_fit_percent = e.maybe_number("independent_fit_percent");
     t.chosen = e.at("chosen").flag();
     t.remark = e.maybe_text("remark");
     list.push_back(std::move(t));
@@ -202,6 +205,8 @@ std::string structures_text(const Result& result) {
     text += std::isfinite(above) ? fmt::format("  {:>14.1f}", above) : fmt::format("  {:>14}", "-");
     text += t.validation_fit_percent ? fmt::format("  {:>22.2f} %", *t.validation_fit_percent)
                                      : fmt::format("  {:>24}", "-");
+    if (t.independent_fit_percent)
+      text += fmt::format("\n      {:.2f} % of the other record", *t.independent_fit_percent);
     text += "\n";
     if (!t.remark.empty()) text += wrapped(t.remark, "      ", "      ") + "\n";
   }

@@ -114,6 +114,12 @@ std::vector<std::string> sentences(const Result& result) {
                                                   : "; some of the rest still follows the input";
     list.push_back(text + ".");
   }
+  if (result.independent) {
+    const auto& v = *result.independent;
+    list.push_back(
+        fmt::format("On {}, to which it was not fitted, the model simulates {:.1f} % of the output: {}.",
+                    v.file, v.simulation_fit_percent, v.verdict));
+  }
   return list;
 }
 

@@ -85,7 +85,10 @@ struct StructureTrial {
   std::optional<double> validation_fit_percent;  ///< Simulated on the part that was held back.
   std::optional<double> validation_information;  ///< N ln(mean square) there, smaller is better.
   bool chosen = false;
-  std::string remark;  ///< Why not: "no third mode in the band".
+  std::string remark;                                  ///< Why not: "no third mode in the band".
+  std::optional<ModelResult> model = {};               ///< What was fitted, where it was kept.
+  std::optional<fit::BlackBoxModel> black_box = {};    ///< The same without drive structure.
+  std::optional<double> independent_fit_percent = {};  ///< Simulated on another record, see validate_on().
 };
 
 /// A pole or zero in the s-plane (1/s), of sampled models by s = ln(z)/Ts.
@@ -114,6 +117,17 @@ struct Bootstrap {
   std::vector<BootstrapInterval> intervals;
 };
 
+/// How the model holds on a record that it was not fitted to.
+struct IndependentValidation {
+  std::string file;
+  std::string approach;                 ///< "direct" or "indirect", as in validate().
+  double simulation_fit_percent = 0.0;  ///< 100 (1 - |y - yh|/|y - mean y|), not one step ahead.
+  double prediction_fit_percent = 0.0;
+  std::optional<double>
+      response_error;   ///< Relative distance to that record's own response beyond the noise.
+  std::string verdict;  ///< "accepted", "doubtful", "rejected".
+};
+
 struct Result {
   RecordFacts record;
   Units units;
@@ -133,6 +147,7 @@ struct Result {
   std::optional<LoopResult> loop;
   std::optional<data::FrequencyResponse> measured_loop;  ///< L = Ru/U - 1 at the lines.
   std::optional<Validation> validation;
+  std::optional<IndependentValidation> independent;
   std::vector<double> residual;    ///< [sample] of the model's simulation; empty without a model.
   std::size_t residual_start = 0;  ///< Sample of the record at which it begins.
   bool trusted = false;

@@ -40,5 +40,7 @@ struct BatchResult {
 
 /// "--chirp: what was found", or the message of a file.
 [[nodiscard]] std::string error_text(const identification::Refusal& error);
+/// The same after the file's name, which many messages begin with already.
+[[nodiscard]] std::string error_line(const identification::BatchEntry& entry);
 
 }  // namespace resonid::report

@@ -18,7 +18,7 @@ namespace resonid::report {
 ///     confidence       of every band and range drawn, 0.95 unless told
 ///     units            {input, output, excitation, response}
 ///     model_curve      {frequency_hz, real, imag}: the fitted model on a dense grid, known delay removed
-///     loop_curve       {frequency_hz, real, imag, source: "model"|"response"}: L = C G, delay included
+///     loop_curve       {frequency_hz, real, imag, std, source: "model"|"response"}: L = C G, delay included
 ///     loop_measured    {frequency_hz, real, imag, std}: L at the measured lines
 ///     loop_marks       [{kind: "crossover"|"modulus"|"gain", frequency_hz, real, imag}]
 ///     signals          {time_s, channels: [{role, name, unit, min, max}]}: envelopes per bin

@@ -14,7 +14,7 @@ export function drawBode(root, data) {
   const page = data.page ?? {};
   const confidence = page.confidence ?? 0.95;
   const response = data.frequency_response;
-  const model = modelBode(page.model_curve);
+  const model = modelBode(page.model_curve, confidence);
   const measured = measuredBode(response, confidence, model);
   if (measured.length === 0 && model.length === 0) return;
   const unit = prettyUnit(page.units?.response ?? "");
@@ -57,6 +57,7 @@ function legendOf(measured, model, confidence) {
   if (measured.some((p) => !p.settled)) items.push(["hollow", "not settled within the record"]);
   if (measured.some((p) => p.radius !== null)) items.push([measured.length > WHISKERS ? "band" : "whisker", `${percent(confidence)} confidence`]);
   if (model.length) items.push(["line", "model"]);
+  if (model.some((p) => isNumber(p.dbLow))) items.push(["modelBand", `model, ${percent(confidence)} confidence`]);
   return legend(items);
 }
 
@@ -141,7 +142,7 @@ function chartHost(box, title, unit) {
   return host;
 }
 
-/** One of the three charts: series are band (low, high), measured, unsettled, model. */
+/** One of the three charts: series are band (low, high), measured, unsettled, model and its band. */
 function bodeChart(context, { host, label, height, last, key, ticks, scale, showMarks, withModel = true, connect = false }) {
   const { measured, model, marks } = context;
   const has = withModel && model.length > 0;
@@ -152,6 +153,7 @@ function bodeChart(context, { host, label, height, last, key, ticks, scale, show
     column((p) => p[key + "Low"] ?? null), column((p) => p[key + "High"] ?? null),
     column((p) => (p.settled ? p[key] : null)), column((p) => (p.settled ? null : p[key])),
     column((p) => (has ? p[key] : null), 1),
+    column((p) => (has ? p[key + "Low"] ?? null : null), 1), column((p) => (has ? p[key + "High"] ?? null : null), 1),
   ]);
   const size = measured.length > 400 ? 3 : measured.length > 120 ? 4 : 6;
   const dots = (hollow) => ({
@@ -170,8 +172,8 @@ function bodeChart(context, { host, label, height, last, key, ticks, scale, show
     series: [{}, bare, bare,
       { paths: connect ? uPlot.paths.linear() : () => null, spanGaps: true, width: 1, stroke: () => colour("measured"), points: dots(false) },
       { paths: () => null, stroke: () => colour("measured"), points: dots(true) },
-      { spanGaps: true, width: 2, stroke: () => colour("model"), points: { show: false } }],
-    hooks: { drawClear: [(u) => { drawMarks(u, marks); drawBand(u, data); }], draw: [(u) => { if (showMarks) drawMarkLabels(u, marks); }] },
+      { spanGaps: true, width: 2, stroke: () => colour("model"), points: { show: false } }, bare, bare],
+    hooks: { drawClear: [(u) => { drawMarks(u, marks); drawBand(u, data); drawModelBand(u, data); }], draw: [(u) => { if (showMarks) drawMarkLabels(u, marks); }] },
     onCursor: context.onCursor,
   });
 }
@@ -286,12 +288,28 @@ function drawMarkLabels(u, marks) {
   ctx.restore();
 }
 
-function drawBand(u, [x, low, high]) {
+/** Positions of a band's bounds. */
+function bandAt(u, x, low, high) {
   const at = [];
   for (let i = 0; i < x.length; ++i) {
     if (low[i] === null || high[i] === null) continue;
     at.push({ x: u.valToPos(x[i], "x", true), low: u.valToPos(low[i], "y", true), high: u.valToPos(high[i], "y", true) });
   }
+  return at;
+}
+
+function drawModelBand(u, data) {
+  const at = bandAt(u, data[0], data[6], data[7]);
+  if (at.length === 0) return;
+  clipped(u, (ctx) => {
+    ctx.globalAlpha = 0.2;
+    area(ctx, at, "model");
+    ctx.globalAlpha = 1;
+  });
+}
+
+function drawBand(u, [x, low, high]) {
+  const at = bandAt(u, x, low, high);
   if (at.length === 0) return;
   clipped(u, (ctx, bbox, ratio) => {
     if (at.length <= WHISKERS) whiskers(ctx, at, ratio);
@@ -317,8 +335,8 @@ function whiskers(ctx, at, ratio) {
   ctx.stroke();
 }
 
-function area(ctx, at) {
-  ctx.fillStyle = colour("band");
+function area(ctx, at, name = "band") {
+  ctx.fillStyle = colour(name);
   ctx.beginPath();
   at.forEach((p, i) => (i ? ctx.lineTo(p.x, p.high) : ctx.moveTo(p.x, p.high)));
   for (let i = at.length - 1; i >= 0; --i) ctx.lineTo(at[i].x, at[i].low);

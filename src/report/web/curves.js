@@ -60,11 +60,17 @@ export function interpolate(frequencies, values, f) {
   return values[low] + share * (values[high] - values[low]);
 }
 
-/** Magnitude in dB and continuous phase in degrees of a model curve. */
-export function modelBode(columns) {
+/** Magnitude in dB and continuous phase in degrees of a model curve, with the bounds that its covariance gives them. */
+export function modelBode(columns, confidence = 0.95) {
   const line = points(columns);
   const phase = unwrap(line.map((p) => p.phase));
-  return line.map((p, i) => ({ ...p, db: p.abs > 0 ? toDb(p.abs) : null, degrees: phase[i] }));
+  const factor = regionFactor(confidence);
+  return line.map((p, i) => {
+    const point = { ...p, db: p.abs > 0 ? toDb(p.abs) : null, degrees: phase[i] };
+    if (!p.std || point.db === null) return point;
+    const around = bounds(p.abs, p.std * factor);
+    return { ...point, dbLow: around.low, dbHigh: around.high, degreesLow: phase[i] - around.angle, degreesHigh: phase[i] + around.angle };
+  });
 }
 
 /** Measured points with the bounds of their confidence region. The phase follows the model where there is one:
@@ -102,6 +108,20 @@ function bounds(abs, radius) {
     high: toDb(abs + radius),
     angle: radius < abs ? Math.asin(radius / abs) * DEGREES : 180,
   };
+}
+
+/** The tube around a curve in the complex plane that the discs of its points fill, as one closed line. */
+export function tube(curve, radius) {
+  const [left, right] = [[], []];
+  curve.forEach((p, i) => {
+    const [a, b] = [curve[Math.max(0, i - 1)], curve[Math.min(curve.length - 1, i + 1)]];
+    const length = Math.hypot(b.re - a.re, b.im - a.im);
+    if (!(length > 0) || !isNumber(radius[i])) return;
+    const [x, y] = [(-(b.im - a.im) / length) * radius[i], ((b.re - a.re) / length) * radius[i]];
+    left.push({ re: p.re + x, im: p.im + y });
+    right.push({ re: p.re - x, im: p.im - y });
+  });
+  return [...left, ...right.reverse()];
 }
 
 /** One ascending axis for curves of different grids; columns get null where they have no point. */

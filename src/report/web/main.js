@@ -4,7 +4,8 @@ import { drawBode } from "./bode.js";
 import { drawNyquist } from "./nyquist.js";
 import { watchLayout } from "./plot.js";
 import { drawSignals } from "./signals.js";
-import { figures, foot, head, modelTables, recordTable, summaryAndFindings, transferFunction } from "./tables.js";
+import { drawRoots } from "./roots.js";
+import { bootstrapTable, figures, foot, head, modelTables, recordTable, structuresAndChoices, summaryAndFindings, transferFunction } from "./tables.js";
 
 const report = document.getElementById("report");
 const result = JSON.parse(document.getElementById("data").textContent);
@@ -26,5 +27,5 @@ report.append(pair);
 build(modelTables, pair);
 build(recordTable, pair);
 if (pair.children.length < 2) pair.className = "split";
-for (const part of [drawSignals, transferFunction, foot]) build(part, report);
+for (const part of [drawRoots, bootstrapTable, structuresAndChoices, drawSignals, transferFunction, foot]) build(part, report);
 watchLayout(report);

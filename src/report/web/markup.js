@@ -21,6 +21,10 @@ const SWATCH = {
   critical: '<path d="M7 7h10M12 2v10" stroke="var(--bad)" stroke-width="2.4"/>',
   modulus: '<circle cx="12" cy="7" r="5.5" fill="var(--resonance)" fill-opacity=".15" stroke="var(--resonance)" stroke-width="1.5"/>',
   crossover: '<circle cx="12" cy="7" r="4.5" fill="var(--antiresonance)"/>',
+  pole: '<path d="M8 3l8 8M8 11l8 -8" stroke="var(--resonance)" stroke-width="2"/>',
+  zero: '<circle cx="12" cy="7" r="4" fill="none" stroke="var(--antiresonance)" stroke-width="2"/>',
+  ellipse: '<ellipse cx="12" cy="7" rx="10" ry="5.5" fill="var(--resonance)" fill-opacity=".18" stroke="var(--resonance)" stroke-width="1"/>',
+  modelBand: '<rect x="1" y="1" width="22" height="12" rx="2" fill="var(--model)" fill-opacity=".2"/>',
   gain: '<circle cx="12" cy="7" r="4.5" fill="var(--note)"/>',
 };
 

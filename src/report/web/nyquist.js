@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // The open loop in the complex plane, with its three margins drawn where they are measured.
-import { points, nearest } from "./curves.js";
-import { escapeHtml, isNumber, list, plain, regionFactor, significant } from "./format.js";
+import { points, tube } from "./curves.js";
+import { escapeHtml, interval, isNumber, list, normalFactor, percent, plain, regionFactor, significant } from "./format.js";
 import { arcEnds, freeSpot, homeView, viewAround } from "./geometry.js";
 import { legend, section, table } from "./markup.js";
 import { onLayout } from "./plot.js";
@@ -31,9 +31,11 @@ export function drawNyquist(root, data) {
   box.append(grid);
   const marks = marksOf(loop, list(page.loop_marks), curve);
   const radius = measured.map((p) => (p.std === null ? null : p.std * regionFactor(page.confidence ?? 0.95)));
-  fillSide(side, { loop, curve, measured, marks, source, regions: radius.some((r) => r !== null) && measured.length <= REGIONS });
+  fillSide(side, { loop, curve, measured, marks, source, confidence: page.confidence ?? 0.95, regions: radius.some((r) => r !== null) && measured.length <= REGIONS });
   const readout = side.querySelector(".readout");
-  const plane = { host, curve, measured, radius, marks, loop, home: homeView(curve, measured, marks), readout };
+  const factor = regionFactor(page.confidence ?? 0.95);
+  const around = tube(curve, curve.map((p) => (p.std > 0 ? p.std * factor : null)));
+  const plane = { host, around, curve, measured, radius, marks, loop, home: homeView(curve, measured, marks), readout };
   plane.view = plane.home;
   onLayout(host, (width) => { plane.size = Math.min(width, 600); render(plane); }, PRINT_SIZE);
   listen(plane);
@@ -65,21 +67,24 @@ function marksOf(loop, given, curve) {
   return marks;
 }
 
-function fillSide(side, { loop, curve, measured, marks, source, regions }) {
+function fillSide(side, { loop, curve, measured, marks, source, confidence, regions }) {
+  const factor = normalFactor(confidence);
+  const value = (x, std, unit) => (std > 0 ? interval(x, std * factor, unit) : `${significant(x, 3)}${unit ? " " + unit : ""}`);
   const at = (mark) => (isNumber(mark?.frequency_hz) ? `at ${significant(mark.frequency_hz, 3)} Hz` : "");
   const rows = [];
-  if (isNumber(loop.crossover_hz)) rows.push(["Crossover", `${significant(loop.crossover_hz, 3)} Hz`, "|L| = 1: how fast the loop is"]);
+  if (isNumber(loop.crossover_hz)) rows.push(["Crossover", value(loop.crossover_hz, loop.crossover_std_hz, "Hz"), "|L| = 1: how fast the loop is"]);
   if (isNumber(loop.phase_margin_deg)) {
-    rows.push(["Phase margin", `${significant(loop.phase_margin_deg, 3)}°`, `lag that the loop still bears ${at(marks.crossover)}`]);
+    rows.push(["Phase margin", value(loop.phase_margin_deg, loop.phase_margin_std_deg, "°"), `lag that the loop still bears ${at(marks.crossover)}`]);
   }
   if (isNumber(loop.modulus_margin)) {
-    rows.push(["Modulus margin", significant(loop.modulus_margin, 3), `least distance from −1, ${at(marks.modulus)}`]);
+    rows.push(["Modulus margin", value(loop.modulus_margin, loop.modulus_margin_std, ""), `least distance from −1, ${at(marks.modulus)}`]);
   }
   if (isNumber(loop.gain_margin_db)) {
-    rows.push(["Gain margin", `${significant(loop.gain_margin_db, 3)} dB`, `gain that the loop still bears ${at(marks.gain)}`]);
+    rows.push(["Gain margin", value(loop.gain_margin_db, loop.gain_margin_std_db, "dB"), `gain that the loop still bears ${at(marks.gain)}`]);
   }
   const items = [];
   if (curve.length) items.push(["line", `L from ${source}`]);
+  if (curve.some((p) => p.std > 0)) items.push(["modelBand", `its ${percent(confidence)} region`]);
   if (measured.length) items.push(["point", "L measured" + (regions ? ", with its region" : "")]);
   items.push(["unit", "unit circle |L| = 1"], ["critical", "the point −1"]);
   if (marks.modulus) items.push(["modulus", "modulus margin"]);
@@ -96,7 +101,7 @@ function fillSide(side, { loop, curve, measured, marks, source, regions }) {
 const HINT = "Move over the picture, or touch it, to read values. Drag to zoom, double-click to reset.";
 
 function render(plane) {
-  const { size, view, curve, measured, radius, marks } = plane;
+  const { size, view, around, curve, measured, radius, marks } = plane;
   const map = transform(view, size);
   const parts = [gridOf(view, map)];
   const circle = (re, im, r, name) =>
@@ -104,6 +109,7 @@ function render(plane) {
   parts.push(circle(0, 0, 1, "unit"));
   if (marks.modulus) parts.push(circle(-1, 0, marks.modulus.radius, "modulus"));
   if (measured.length <= REGIONS) measured.forEach((p, i) => { if (radius[i]) parts.push(circle(p.re, p.im, radius[i], "region")); });
+  if (around.length > 3) parts.push(`<path class="tube" d="${pathOf(around, map)}Z"/>`);
   if (curve.length > 1) parts.push(`<path class="loop" d="${pathOf(curve, map)}"/>`);
   const dot = measured.length > 120 ? 1.6 : 2.6;
   parts.push(measured.map((p) => dotAt(map, p.re, p.im, dot, "point")).join(""));

@@ -70,12 +70,13 @@ export function keyFigures(data) {
     const rigid = data.model?.structure === "rigid";
     out.push({ name: "Resonance", word: "none", under: rigid ? "moves as one rigid body" : "none found in the band", accent: "resonance" });
   }
-  const addLoop = (name, value, unit, under) => {
-    if (isNumber(value)) out.push({ name, value: significant(value, 3), unit, under, accent: "model" });
+  const addLoop = (name, value, std, unit, under) => {
+    const shown = std > 0 ? plusMinus(value, std * factor) : { value: significant(value, 3) };
+    if (isNumber(value)) out.push({ name, ...shown, unit, under, accent: "model" });
   };
-  addLoop("Crossover", loop.crossover_hz, "Hz", "of the open loop");
-  addLoop("Phase margin", loop.phase_margin_deg, "°", "delay included");
-  addLoop("Modulus margin", loop.modulus_margin, "", "least distance from −1");
+  addLoop("Crossover", loop.crossover_hz, loop.crossover_std_hz, "Hz", "of the open loop");
+  addLoop("Phase margin", loop.phase_margin_deg, loop.phase_margin_std_deg, "°", "delay included");
+  addLoop("Modulus margin", loop.modulus_margin, loop.modulus_margin_std, "", "least distance from −1");
   const parameters = data.model?.parameters ?? {};
   for (const name of ["driven_inertia", "load_inertia", "stiffness", "viscous_friction", "damping"]) {
     const p = parameters[name];
@@ -151,10 +152,10 @@ export function modelTables(root, data) {
   ]);
   const resonances = list(data.resonances).filter((r) => isNumber(r?.frequency_hz)).map((r) => [
     r.kind === "antiresonance" ? "Anti-resonance" : words(r.kind ?? "resonance"), interval(r.frequency_hz, r.std_hz * factor, "Hz"),
-    isNumber(r.damping_ratio) ? significant(r.damping_ratio, 2) : "–",
+    isNumber(r.damping_ratio) ? (r.damping_ratio_std > 0 ? interval(r.damping_ratio, r.damping_ratio_std * factor) : significant(r.damping_ratio, 2)) : "–",
     r.source ?? "–",
   ]);
-  const validation = validationRows(data.validation);
+  const validation = [...validationRows(data.validation), ...elsewhereRows(data.cross_validation)];
   if (rows.length + resonances.length + validation.length === 0) return;
   const structure = data.model?.structure ? ` (${data.model.structure})` : "";
   const box = section(root, "Model" + structure,
@@ -164,6 +165,76 @@ export function modelTables(root, data) {
     box.insertAdjacentHTML("beforeend", "<h3>Resonances</h3>" + table(["Kind", "Frequency", "Damping", "From"], resonances, [2]));
   }
   if (validation.length) box.insertAdjacentHTML("beforeend", "<h3>Validation</h3>" + table(null, validation));
+}
+
+/** Intervals of the bootstrap beside those of the covariance. */
+export function bootstrapTable(root, data) {
+  const confidence = data.page?.confidence ?? 0.95;
+  const rows = bootstrapRows(data, normalFactor(confidence));
+  if (rows.length === 0) return;
+  const { replicas, failed } = data.bootstrap;
+  const box = section(root, "Bootstrap", `The experiment repeated ${plain(replicas)} times on the fitted model` +
+    `${failed ? ` (${plain(failed)} more did not converge)` : ""}: where the intervals differ, those of the covariance are too simple.`);
+  box.insertAdjacentHTML("beforeend", table(["Figure", `${percent(confidence)} of the repetitions`, "By the covariance"], rows));
+}
+
+/** Value and standard deviation of a figure by the name that the bootstrap gives it. */
+function figureOf(data, name) {
+  const parameter = data.model?.parameters?.[name];
+  if (parameter) return parameter;
+  const loop = data.loop ?? {};
+  if (isNumber(loop[name])) {
+    const unit = /_(hz|deg|db)$/.exec(name)?.[0] ?? "";
+    return { value: loop[name], std: loop[name.slice(0, name.length - unit.length) + "_std" + unit] };
+  }
+  const [, anti, number, what] = /^(anti)?resonance(?:_(\d+))?_(hz|damping_ratio)$/.exec(name) ?? [];
+  const kind = anti ? "antiresonance" : "resonance";
+  const r = list(data.resonances).filter((x) => x?.kind === kind)[(Number(number) || 1) - 1] ?? {};
+  if (what === "hz") return { value: r.frequency_hz, std: r.std_hz };
+  return { value: r.damping_ratio, std: r.damping_ratio_std };
+}
+
+function bootstrapRows(data, factor) {
+  return list(data.bootstrap?.intervals).filter((i) => isNumber(i?.low) && isNumber(i?.high)).map((i) => {
+    const told = figureOf(data, i.name);
+    const unit = i.unit ? " " + prettyUnit(i.unit) : "";
+    const range = (low, high) => `${significant(low, 5)} … ${significant(high, 5)}${unit}`;
+    const known = isNumber(told.value) && told.std > 0;
+    return [words(i.name.replace(/_(hz|deg|db)$/, "")), range(i.low, i.high),
+      known ? range(told.value - told.std * factor, told.value + told.std * factor) : "–"];
+  });
+}
+
+function elsewhereRows(v) {
+  if (!v || typeof v !== "object") return [];
+  const rows = [["Another record", String(v.file ?? "")]];
+  if (isNumber(v.simulation_fit_percent)) rows.push(["Fit there, simulated", `${significant(v.simulation_fit_percent, 3)} %`]);
+  if (v.verdict) rows.push(["Verdict there", String(v.verdict)]);
+  return rows;
+}
+
+/** Which structures were tried and how they did, and what else was left to the program. */
+export function structuresAndChoices(root, data) {
+  const trials = list(data.structures).filter((t) => t && typeof t === "object");
+  const choices = list(data.choices).filter((c) => c && typeof c === "object");
+  if (trials.length === 0 && choices.length === 0) return;
+  const box = section(root, "What was chosen, and why");
+  if (choices.length) {
+    box.insertAdjacentHTML("beforeend", table(["What", "Chosen", "Because"],
+      choices.map((c) => [words(c.what ?? ""), String(c.chosen ?? ""), String(c.because ?? "")])));
+  }
+  if (trials.length === 0) return;
+  const best = Math.min(...trials.map((t) => t.information).filter(isNumber));
+  const elsewhere = trials.some((t) => isNumber(t.independent_fit_percent));
+  const fit = (x) => (isNumber(x) ? `${x.toFixed(2)} %` : "–");
+  const rows = trials.map((t) => [
+    `${t.chosen ? "✓ " : ""}${t.name ?? ""}`, isNumber(t.parameters) ? String(t.parameters) : "–",
+    isNumber(t.information) ? (t.information - best).toFixed(1) : "–", fit(t.validation_fit_percent),
+    ...(elsewhere ? [fit(t.independent_fit_percent)] : []), t.remark ?? "",
+  ]);
+  const head = ["Structure", "Parameters", "BIC above best", "Fit on the part held back", ...(elsewhere ? ["Fit on the other record"] : []), "Remark"];
+  box.insertAdjacentHTML("beforeend", "<h3>Structures side by side</h3>" + table(head, rows, elsewhere ? [1, 2, 3, 4] : [1, 2, 3]) +
+    '<p class="explain">BIC: the Bayesian information criterion, smaller is better; a difference of 10 is decisive.</p>');
 }
 
 /** The order in which a reader expects names that JSON keeps sorted; unknown ones follow. */

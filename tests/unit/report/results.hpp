@@ -59,9 +59,11 @@ inline identification::Result listed() {
   r.loop->gain_margin_std_db = 0.2;
   r.choices = {{"method", "local-cubic", "The excitation is a chirp."},
                {"structure", "two-mass", "It has the least criterion."}};
+  r.independent = identification::IndependentValidation{"other.csv", "direct", 88.5, 95.0, 0.02, "accepted"};
   r.structures = {{"rigid", 2, 120.5, 60.0, -800.0, false, "A resonance shows."},
                   {"two-mass", 4, -300.25, 92.0, -2000.0, true, ""},
                   {"three-mass", 7, -290.0, std::nullopt, std::nullopt, false, ""}};
+  r.structures[1].independent_fit_percent = 88.5;
   Eigen::Matrix2d c;
   c << 0.04, 0.01, 0.01, 0.09;
   r.roots = {{{-9.4, 94.3}, c, "pole"}, {{-9.4, -94.3}, c, "pole"}, {{-4.7, 66.9}, c, "zero"}};

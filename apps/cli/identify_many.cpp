@@ -1,0 +1,186 @@
+// SPDX-License-Identifier: MIT
+#include "identify_many.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <resonid/identification/batch.hpp>
+#include <resonid/identification/cross_validation.hpp>
+#include <resonid/io/response_file.hpp>
+#include <resonid/report/batch.hpp>
+#include <resonid/report/json.hpp>
+
+#include "errors.hpp"
+#include "output.hpp"
+#include "progress.hpp"
+
+namespace resonid::cli {
+namespace {
+
+namespace fs = std::filesystem;
+using identification::BatchEntry;
+using identification::Refusal;
+
+bool is_record(const fs::path& file) {
+  std::string extension = file.extension().string();
+  std::transform(extension.begin(), extension.end(), extension.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return extension == ".csv" || extension == ".mat";
+}
+
+/// Reads a file and the options that go with it, on any thread.
+expected<identification::BatchJob, Refusal> load(const CLI::App& verb, const IdentifyOptions& o,
+                                                 const std::string& file) {
+  try {
+    RecordOptions options = o.record;
+    options.record = file;
+    identification::BatchJob job{read_record(verb, options), {}};
+    MethodOptions method = o.method;
+    complete(method, job.record);
+    job.options = std::move(method.options);
+    job.options.jobs = 1;  // the cores are shared by the records already
+    return job;
+  } catch (const std::exception& error) {
+    return tl::unexpected(Refusal{"", error.what()});
+  }
+}
+
+/// The joint estimate of what could be identified.
+void join(const CLI::App& verb, const IdentifyOptions& o, const std::vector<std::string>& files,
+          Progress& progress, report::BatchResult& result) {
+  std::vector<data::Record> records;
+  std::vector<identification::Result> results;
+  std::optional<identification::Options> options;
+  for (std::size_t i = 0; i < files.size(); ++i) {
+    const auto& entry = result.batch.entries[i];
+    if (!entry.result) continue;
+    progress.stage("joining, " + files[i]);
+    auto job = load(verb, o, files[i]);
+    if (!job) continue;  // it was there a moment ago; its row stands
+    if (!options) options = job->options;
+    records.push_back(std::move(job->record));
+    results.push_back(*entry.result);
+  }
+  if (records.size() < 2) {
+    result.join_error =
+        fmt::format("{} of the records could be identified, at least 2 are required", records.size());
+    return;
+  }
+  auto joint = identification::join(records, results, *options);
+  if (!joint) throw UsageError("--" + joint.error().option + ": " + joint.error().message);
+  result.joint = std::move(*joint);
+}
+
+void validate_all(const CLI::App& verb, const IdentifyOptions& o, report::BatchResult& result) {
+  for (auto& entry : result.batch.entries)
+    if (entry.result) validate_elsewhere(verb, o, *entry.result);
+  if (result.joint) validate_elsewhere(verb, o, result.joint->result);
+}
+
+std::string command_of(const IdentifyOptions& o, std::size_t records) {
+  return fmt::format("resonid identify ({} records){} --report {}", records, o.join ? " --join" : "",
+                     o.report);
+}
+
+void write_all(const IdentifyOptions& o, const report::BatchResult& result) {
+  if (!o.response.empty() && result.joint)
+    write_output(o.response, io::response_csv(result.joint->result.response));
+  if (!o.report.empty()) {
+    auto page = report::document(result);
+    page.command = command_of(o, result.batch.entries.size());
+    write_output(o.report, report::document_page(page));
+  }
+  if (!o.json.empty()) write_json(o.json, report::to_json(result));
+}
+
+/// What went wrong, after everything else has been written.
+void complain(const IdentifyOptions& o, const report::BatchResult& result) {
+  std::string broken;
+  std::size_t count = 0;
+  bool trusted = !result.joint || result.joint->result.trusted;
+  for (const BatchEntry& e : result.batch.entries) {
+    if (e.result) {
+      trusted = trusted && e.result->trusted;
+      continue;
+    }
+    ++count;
+    broken += "\n  " + report::error_line(e);
+  }
+  if (count > 0)
+    throw InputError(fmt::format("{} of {} records could not be identified:{}", count,
+                                 result.batch.entries.size(), broken));
+  if (!result.join_error.empty()) throw InputError("--join: " + result.join_error);
+  if (o.require_trusted && !trusted)
+    throw NotTrustedError("not every result is to be trusted; the findings say why");
+}
+
+}  // namespace
+
+std::vector<std::string> expanded(const std::vector<std::string>& arguments) {
+  std::vector<std::string> files;
+  for (const auto& argument : arguments) {
+    std::error_code ignored;
+    if (!fs::is_directory(argument, ignored)) {
+      files.push_back(argument);
+      continue;
+    }
+    std::vector<std::string> inside;
+    for (const auto& entry : fs::directory_iterator(argument, ignored))
+      if (entry.is_regular_file(ignored) && is_record(entry.path())) inside.push_back(entry.path().string());
+    if (inside.empty()) throw InputError(argument + ": the folder holds no .csv and no .mat file");
+    std::sort(inside.begin(), inside.end());
+    files.insert(files.end(), inside.begin(), inside.end());
+  }
+  return files;
+}
+
+void validate_elsewhere(const CLI::App& verb, const IdentifyOptions& o, identification::Result& result) {
+  if (o.validate_on.empty() || !(result.model || result.black_box)) return;
+  auto job = load(verb, o, o.validate_on);
+  if (!job) throw InputError("--validate-on: " + job.error().message);
+  const auto done = identification::validate_on(job->record, job->options, result);
+  if (!done)
+    throw UsageError("--validate-on: " + o.validate_on + ": " + done.error().option + " " +
+                     done.error().message);
+}
+
+void identify_many(const CLI::App& verb, const IdentifyOptions& o, const std::vector<std::string>& files) {
+  if (!o.response.empty() && !o.join)
+    throw UsageError(
+        fmt::format("--response: holds one response, and there are {} records; required a single "
+                    "record, or --join for the averaged one (--json holds all)",
+                    files.size()));
+  const bool quiet =
+      standard_output_taken({{"--report", o.report}, {"--json", o.json}, {"--response", o.response}});
+  std::vector<std::string_view> inputs(files.begin(), files.end());
+  refuse_shared_files(inputs, {{"--report", o.report}, {"--json", o.json}, {"--response", o.response}});
+  refuse_unwritable({o.report, o.json, o.response});
+  Progress progress;
+  progress.stage(fmt::format("identifying {} records", files.size()));
+  identification::BatchTask task;
+  task.files = files;
+  task.jobs = o.jobs;
+  task.load = [&](std::size_t i) { return load(verb, o, files[i]); };
+  task.progress = [&](std::size_t done, const BatchEntry& entry) {
+    progress.stage(fmt::format("{} of {} records done, {}{}", done, files.size(), entry.file,
+                               entry.result ? "" : ": failed"));
+  };
+  report::BatchResult result;
+  result.batch = identification::identify_batch(task);
+  if (std::none_of(result.batch.entries.begin(), result.batch.entries.end(),
+                   [](const BatchEntry& e) { return e.result.has_value(); }))
+    complain(o, result);
+  if (o.join) join(verb, o, files, progress, result);
+  if (!o.validate_on.empty()) validate_all(verb, o, result);
+  progress.stage("writing");
+  write_all(o, result);
+  if (!quiet) {
+    print(report::summary_text(result));
+    if (!o.report.empty()) print(fmt::format("Report written to {}\n", o.report));
+  }
+  complain(o, result);
+}
+
+}  // namespace resonid::cli

@@ -1,0 +1,103 @@
+// SPDX-License-Identifier: MIT
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <identification/linear_simulation.hpp>
+#include <numeric>
+#include <resonid/fit/output_error.hpp>
+#include <resonid/identification/cross_validation.hpp>
+#include <resonid/identification/validate.hpp>
+
+namespace resonid::identification {
+namespace {
+
+using diagnostics::Severity;
+
+std::optional<double> fit_percent(const data::Record& record, const ModelResult& model,
+                                  const Options& options) {
+  fit::OutputErrorConfig config;
+  config.initial = model.drive;
+  config.fixed_model = true;
+  config.noise_model = false;
+  config.known_delay_s = options.delay_s;
+  config.viscous_friction = model.drive.estimated[fit::kViscousFriction];
+  config.coulomb_friction = model.coulomb_friction.has_value();
+  const auto simulation = fit::fit_output_error(record, config);
+  if (!simulation) return std::nullopt;
+  return simulation->fit_percent;
+}
+
+std::optional<double> fit_percent(const data::Record& record, const fit::BlackBoxModel& model) {
+  constexpr double kStable = 1.0 + 1e-6;
+  if (detail::largest_pole(model.transfer_function) > kStable) return std::nullopt;
+  const auto& y = record.output.samples;
+  const auto simulation = detail::simulate_nearest(
+      detail::delayed(model.transfer_function, model.delay_samples), record.input.samples, y, false);
+  const double mean = std::accumulate(y.begin(), y.end(), 0.0) / static_cast<double>(y.size());
+  double left = 0.0, total = 0.0;
+  for (std::size_t k = 0; k < y.size(); ++k) {
+    left += std::pow(y[k] - simulation.output[k], 2);
+    total += std::pow(y[k] - mean, 2);
+  }
+  if (!(total > 0.0) || !std::isfinite(left)) return std::nullopt;
+  return 100.0 * (1.0 - std::sqrt(left / total));
+}
+
+void compare_structures(const data::Record& record, const Options& options, Result& result) {
+  for (auto& trial : result.structures) {
+    if (trial.model)
+      trial.independent_fit_percent = fit_percent(record, *trial.model, options);
+    else if (trial.black_box)
+      trial.independent_fit_percent = fit_percent(record, *trial.black_box);
+    else if (trial.chosen && result.independent)
+      trial.independent_fit_percent = result.independent->simulation_fit_percent;
+  }
+}
+
+void judge(Verdict verdict, Result& result) {
+  const auto& v = *result.independent;
+  if (verdict == Verdict::accepted) return;
+  const bool rejected = verdict == Verdict::rejected;
+  result.findings.push_back(
+      {"fails-elsewhere",
+       rejected ? Severity::error : Severity::warning,
+       v.simulation_fit_percent,
+       {},
+       fmt::format("On {}, to which it was not fitted, the model is {}: it simulates {:.1f} % of the output "
+                   "there.",
+                   v.file, rejected ? "rejected" : "doubtful", v.simulation_fit_percent)});
+  if (rejected) result.trusted = false;
+}
+
+}  // namespace
+
+expected<void, Refusal> validate_on(const data::Record& record, const Options& options, Result& result) {
+  CandidateModel candidate;
+  candidate.source = result.record.file;
+  candidate.units_response = result.units.response;
+  candidate.trusted = result.trusted;
+  if (result.model)
+    candidate.model = result.model;
+  else if (result.black_box)
+    candidate.transfer_function = result.black_box->model.transfer_function;
+  else
+    return tl::unexpected(Refusal{"validate-on", "the result has no model to be validated"});
+  ValidateOptions how;
+  how.common = options;
+  how.common.progress = {};
+  const auto v = validate(record, candidate, how);
+  if (!v) return tl::unexpected(v.error());
+  constexpr const char* kVerdicts[] = {"accepted", "doubtful", "rejected"};
+  result.independent = IndependentValidation{v->record.file,
+                                             v->approach,
+                                             v->simulation_fit_percent,
+                                             v->prediction_fit_percent,
+                                             v->response_error,
+                                             kVerdicts[static_cast<int>(v->verdict)]};
+  compare_structures(record, options, result);
+  judge(v->verdict, result);
+  return {};
+}
+
+}  // namespace resonid::identification
