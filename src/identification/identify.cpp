@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <identification/black_box_selection.hpp>
 #include <identification/bootstrap.hpp>
 #include <identification/choices.hpp>
 #include <identification/excitation_source.hpp>
@@ -68,18 +69,16 @@ std::vector<Resonance> resonances_of(const Result& result) {
   return found;
 }
 
-void validate_on_record(const data::Record& record, detail::Selection& selection, Result& result) {
+void validate_on_record(const data::Record& record, double fit_percent, std::vector<double> residual,
+                        std::size_t residual_start, std::size_t order, Result& result) {
   const auto& y = record.output.samples;
-  std::vector<double> simulated(selection.residual.size());
-  for (std::size_t k = 0; k < simulated.size(); ++k)
-    simulated[k] = y[selection.residual_start + k] - selection.residual[k];
+  std::vector<double> simulated(residual.size());
+  for (std::size_t k = 0; k < simulated.size(); ++k) simulated[k] = y[residual_start + k] - residual[k];
   const auto delay = static_cast<std::size_t>(std::lround(result.known_delay_s * record.sample_rate_hz));
-  const auto order = static_cast<std::size_t>(fit::order_of(result.model->drive.structure));
-  const auto test =
-      diagnostics::test_residual({selection.residual, simulated, {}, {}}, 40 + delay, order + delay);
-  result.validation = Validation{selection.fit_percent, true, test.with_simulated.largest, test.limit};
-  result.residual = std::move(selection.residual);
-  result.residual_start = selection.residual_start;
+  const auto test = diagnostics::test_residual({residual, simulated, {}, {}}, 40 + delay, order + delay);
+  result.validation = Validation{fit_percent, true, test.with_simulated.largest, test.limit};
+  result.residual = std::move(residual);
+  result.residual_start = residual_start;
 }
 
 void validate_on_lines(const response::LineEstimates& lines, Result& result) {
@@ -137,7 +136,16 @@ expected<Result, Refusal> identify(const data::Record& whole, const Options& opt
   append(result.findings, diagnostics::inspect(result.response));
 
   std::optional<detail::Selection> selection;
-  if (options.model != ModelChoice::none) {
+  std::optional<detail::BlackBoxSelection> black_box;
+  if (options.model == ModelChoice::black_box) {
+    progress("model");
+    auto chosen = detail::select_black_box(record, options);
+    if (!chosen) return tl::unexpected(chosen.error());
+    black_box = std::move(*chosen);
+    result.black_box = black_box->result;
+    result.structures = std::move(black_box->structures);
+    result.choices.push_back(std::move(black_box->choice));
+  } else if (options.model != ModelChoice::none) {
     progress("model");
     selection = detail::select_model(record, *plan, options, result.response);
     if (selection) {
@@ -153,12 +161,20 @@ expected<Result, Refusal> identify(const data::Record& whole, const Options& opt
     result.model = selection->result;
     result.method = detail::name_of(options.method);
   }
-  detail::inspect_model(*plan, options, selection, result);
-  if (selection && !selection->residual.empty())
-    validate_on_record(record, *selection, result);
+  if (!black_box) detail::inspect_model(*plan, options, selection, result);
+  if (black_box)
+    validate_on_record(record, black_box->result.fit_percent, std::move(black_box->residual),
+                       black_box->residual_start,
+                       black_box->result.model.transfer_function.denominator.size() - 1, result);
+  else if (selection && !selection->residual.empty())
+    validate_on_record(record, selection->fit_percent, std::move(selection->residual),
+                       selection->residual_start,
+                       static_cast<std::size_t>(fit::order_of(selection->result.drive.structure)), result);
   else if (selection && result.response.lines() == lines->lines.size())
     validate_on_lines(*lines, result);
-  result.resonances = resonances_of(result);
+  result.resonances =
+      black_box ? detail::resonances_of(black_box->result.model, 0.3 * plan->low_hz, 1.5 * plan->high_hz)
+                : resonances_of(result);
   if (result.model)
     result.roots = detail::roots_of(result.model->drive);
   else if (result.black_box)

@@ -14,6 +14,7 @@ struct Variant {
   Structure structure = Structure::two_mass;
   bool friction = false;
   bool delay = false;
+  bool dry = false;  ///< Dry friction; told by the record only.
 };
 
 /// One structure: what the response says of its variants, and the best fit to the record if there is one.
@@ -105,9 +106,13 @@ const char* plain_name(Structure structure) {
 }
 
 std::string name_of(const Variant& v) {
+  std::vector<const char*> parts;
+  if (v.friction) parts.push_back("viscous friction");
+  if (v.dry) parts.push_back("dry friction");
+  if (v.delay) parts.push_back("delay");
   std::string name = plain_name(v.structure);
-  if (v.friction) name += " with viscous friction";
-  if (v.delay) name += v.friction ? " and delay" : " with delay";
+  for (std::size_t i = 0; i < parts.size(); ++i)
+    name += std::string(i == 0 ? " with " : i + 1 == parts.size() ? " and " : ", ") + parts[i];
   return name;
 }
 
@@ -170,6 +175,7 @@ class Selector {
       if (!candidates[i].remark.empty()) continue;
       if (chosen == candidates.size() || prefer_later(candidates[chosen], candidates[i])) chosen = i;
     }
+    try_dry_friction(candidates[chosen]);
     return finish(candidates, chosen);
   }
 
@@ -231,7 +237,9 @@ class Selector {
     config.initial = start;
     config.viscous_friction = variant.friction;
     config.delay = variant.delay;
+    config.coulomb_friction = variant.dry;
     config.known_delay_s = options_.delay_s;
+    use_predictor(config);
     auto fit = fit::fit_output_error(record_, config);
     if (!fit || (!only_simulate && (!fit->converged || pushes_itself(fit->model)))) return std::nullopt;
     return std::move(*fit);
@@ -272,6 +280,38 @@ class Selector {
     }
   }
 
+  /// An approach that was asked for holds for the fit to the record too. By itself the recorded input drives
+  /// the simulation: with the noise modelled that is right in closed loop too, and loses nothing.
+  void use_predictor(fit::OutputErrorConfig& config) const {
+    const bool velocity = record_.output_quantity == data::OutputQuantity::velocity;
+    if (options_.approach == Approach::indirect && options_.controller && velocity) {
+      config.predictor = fit::Predictor::closed_loop;
+      config.controller = options_.controller;
+    }
+    if (options_.approach == Approach::joint && record_.excitation.present())
+      config.predictor = fit::Predictor::joint;
+  }
+
+  /// Dry friction, where the chosen model finds some in the record and the criterion is clearly the better
+  /// for it.
+  void try_dry_friction(Candidate& candidate) const {
+    if (!candidate.record_fit || record_.output_quantity == data::OutputQuantity::acceleration) return;
+    constexpr double kFound = 4.0;     // standard deviations
+    constexpr double kClearly = 20.0;  // in the criterion
+    const auto found = [](const std::optional<fit::OutputErrorFit>& fit) {
+      const auto& c = fit->coulomb_friction;
+      return c && c->value > kFound * c->standard_deviation;
+    };
+    Variant variant = candidate.record_variant;
+    variant.dry = true;
+    const auto& plain = *candidate.record_fit;
+    if (const auto glance = fit_record(variant, plain.model, true); !glance || !found(glance)) return;
+    auto fit = fit_record(variant, plain.model);
+    if (!fit || !found(fit) || fit->information + kClearly > plain.information) return;
+    candidate.record_fit = std::move(*fit);
+    candidate.record_variant = variant;
+  }
+
   /// The same variant fitted without the samples held back, and judged by them.
   void validate(Candidate& candidate) const {
     const auto parts = held_back_of(record_.samples());
@@ -281,6 +321,7 @@ class Selector {
     config.viscous_friction = candidate.record_variant.friction;
     config.delay = candidate.record_variant.delay;
     config.known_delay_s = options_.delay_s;
+    use_predictor(config);
     config.held_back = parts;
     if (const auto fit = fit::fit_output_error(record_, config); fit && fit->converged)
       candidate.validated = fit->held_back;
