@@ -45,6 +45,30 @@ LineEstimate average(const Periods& periods, Eigen::Index reference) {
   return line;
 }
 
+/// Few periods tell little of one line's noise: its scatter is averaged with that of as many neighbours as
+/// give some twelve degrees of freedom, four on either side at most. Signal power plays no part in a scatter,
+/// so that lines without excitation count too.
+void pool_noise(const std::vector<Periods>& spectra, std::size_t bin, LineEstimate& line) {
+  constexpr double kWanted = 12.0;
+  constexpr std::size_t kReach = 4;
+  const double own = line.degrees_of_freedom;
+  const auto reach =
+      std::min(kReach, static_cast<std::size_t>(std::max(0.0, std::ceil(0.5 * (kWanted / own - 1.0)))));
+  if (reach == 0) return;
+  const double count = own + 1.0;
+  Eigen::Matrix3cd sum = Eigen::Matrix3cd::Zero();
+  double bins = 0.0;
+  for (std::size_t b = std::max<std::size_t>(1, bin > reach ? bin - reach : 1);
+       b <= std::min(bin + reach, spectra.size() - 1); ++b) {
+    const Eigen::Vector3cd mean = spectra[b].rowwise().mean();
+    const Periods scatter = spectra[b].colwise() - mean;
+    sum += scatter * scatter.adjoint() / (count * own);
+    bins += 1.0;
+  }
+  line.covariance = sum / bins;
+  line.degrees_of_freedom = own * bins;
+}
+
 /// Whether the mean stands out of its scatter: |mean|^2/variance exceeds the 0.1 % quantile of F(2, 2 nu).
 bool significant(const LineEstimate& line, std::complex<double> mean, Eigen::Index reference) {
   const double degrees = line.degrees_of_freedom;
@@ -95,6 +119,7 @@ expected<LineEstimates, ConfigError> periodic_lines(const data::Record& record, 
     LineEstimate line = average(spectra[b], reference);
     const auto mean = reference == 0 ? line.excitation : line.input;
     if (wanted.empty() && (std::norm(mean) < threshold || !significant(line, mean, reference))) continue;
+    pool_noise(spectra, b, line);
     line.frequency_hz = static_cast<double>(b) * spacing_hz;
     estimates.lines.push_back(line);
   }
