@@ -20,8 +20,7 @@ constexpr int kCommon = kCommonCoulomb + 1;
 class Layout {
  public:
   Layout(std::size_t records, int controller_order)
-      : records_(static_cast<int>(records)),
-        own_(kControllerState - kCommon + controller_order) {}
+      : records_(static_cast<int>(records)), own_(kControllerState - kCommon + controller_order) {}
 
   [[nodiscard]] int size() const { return kCommon + records_ * own_; }
   [[nodiscard]] int local_size() const { return kCommon + own_; }
