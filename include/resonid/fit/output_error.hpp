@@ -66,6 +66,11 @@ struct OutputErrorFit {
 [[nodiscard]] expected<OutputErrorFit, ConfigError> fit_output_error(const data::Record& record,
                                                                      const OutputErrorConfig& config);
 
+/// Two-mass starts for fit_output_error from the record alone, best first, at most three: anti-resonance,
+/// resonance and damping are scanned, and what enters linearly (inertia, load torque, state at the start) is
+/// solved on at most 3000 samples. For records too short for a response; velocity only, else none.
+[[nodiscard]] std::vector<DriveModel> initial_models(const data::Record& record, double known_delay_s);
+
 /// Whether records agree on the parameters: the squared distances of their own fits to the common one, each
 /// in its own covariance, are chi-square distributed when they do.
 struct Consistency {

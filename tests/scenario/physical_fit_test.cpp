@@ -1,0 +1,110 @@
+// SPDX-License-Identifier: MIT
+// A few seeds of what tests/statistics/physical_fit_test.cpp claims, and fits in a tight loop.
+#include <gtest/gtest.h>
+
+#include <record_fits.hpp>
+#include <resonid/response/welch.hpp>
+
+namespace resonid {
+namespace {
+
+using test::simulated;
+
+TEST(PhysicalFit, IsNearTheBoundOverAFewSeeds) {
+  const auto e = test::efficiency("vi_chirp_a", 0.0, 1, 6);
+  double mean = 0.0;
+  for (int i = 0; i < test::kFigures; ++i) mean += e.ratio(i) * e.ratio(i) / test::kFigures;
+  EXPECT_LE(std::sqrt(mean), 1.6);  // chi-square over 6 seeds: 0.1 % of luck
+}
+
+TEST(PhysicalFit, HalfASecondOfPrbsFindsItsOwnStart) {
+  const auto e = test::efficiency("vi_prbs_a", 0.5, 1, 10, true);
+  EXPECT_EQ(e.seeds, 10);
+  EXPECT_LE(e.rms(4), 0.01);
+}
+
+TEST(PhysicalFit, WithoutNoiseTheResponseIsExactAndWithItNearTheBound) {
+  auto c = reproduction::shipped_experiment("vi_chirp_a");
+  std::vector<double> grid;
+  for (double f = 2.0; f <= 33.0; f += 1.0) grid.push_back(f);
+  const auto error = [&](double noise, std::uint64_t seed) {
+    c.measurement.noise_rms = noise;
+    c.run.seed = seed;
+    const auto s = simulated(c, grid);
+    const auto fit = test::fitted_from_scratch(s.record, c.measurement.delay_s);
+    const auto found = fit->model.values(grid);
+    double sum = 0.0;
+    for (std::size_t i = 0; i < grid.size(); ++i)
+      sum += std::norm(found[i] / s.truth.response.value[i] - 1.0) / static_cast<double>(grid.size());
+    return std::sqrt(sum);
+  };
+  EXPECT_LT(error(0.0, 1), 1e-9);
+  double mean = 0.0;
+  for (std::uint64_t seed = 1; seed <= 20; ++seed) mean += error(0.1, seed) / 20.0;
+  RecordProperty("response rms", std::to_string(mean));
+  EXPECT_LE(mean, 0.0145);
+}
+
+/// Noise 1 rad/s and three times the gain, where direct spectral analysis tends to -1/C.
+TEST(PhysicalFit, PredictorsAreFourTimesBetterThanDirectSpectraInATightLoop) {
+  auto c = reproduction::shipped_experiment("vi_prbs_a");
+  c.measurement.noise_rms = 1.0;
+  c.controller.gain *= 3.0;
+  std::vector<double> grid;
+  for (double f = 2.0; f <= 33.0; f += 1.0) grid.push_back(f);
+  constexpr int kSeeds = 2;
+  double direct = 0.0;
+  std::array<double, 2> model{};
+  for (int seed = 1; seed <= kSeeds; ++seed) {
+    c.run.seed = static_cast<std::uint64_t>(seed);
+    const auto s = simulated(c, grid);
+    const auto rms = [&](auto&& value) {
+      double sum = 0.0;
+      for (std::size_t i = 0; i < grid.size(); ++i)
+        sum += std::norm(value(i) / s.truth.response.value[i] - 1.0) / static_cast<double>(grid.size());
+      return std::sqrt(sum) / kSeeds;
+    };
+    auto options = test::known(c);
+    options.method = identification::Method::welch;
+    options.approach = Approach::direct;
+    options.model = identification::ModelChoice::none;
+    const auto welch = test::identified(s.record, options);
+    direct += rms([&](std::size_t i) { return welch.response.at(grid[i]); });
+    for (const auto predictor : {fit::Predictor::open_loop, fit::Predictor::closed_loop}) {
+      fit::OutputErrorConfig config;
+      config.initial.parameters = {0.038, 0.027, 160.0, 0.4, 0.0};
+      config.known_delay_s = c.measurement.delay_s;
+      config.predictor = predictor;
+      config.controller = options.controller;
+      const auto fit = fit::fit_output_error(s.record, config);
+      ASSERT_TRUE(fit.has_value()) << fit.error().requirement;
+      EXPECT_TRUE(fit->converged);
+      const auto values = fit->model.values(grid);
+      model[static_cast<std::size_t>(predictor)] += rms([&](std::size_t i) { return values[i]; });
+    }
+  }
+  for (std::size_t i = 0; i < 2; ++i) {
+    RecordProperty("predictor " + std::to_string(i), std::to_string(model[i]));
+    EXPECT_LT(4.0 * model[i], direct) << i << ": " << model[i];
+  }
+}
+
+TEST(PhysicalFit, ClosedLoopPredictorIsExactWithoutNoise) {
+  auto c = test::published_drive(0.0, 10.0);
+  test::prbs(c);
+  const auto s = simulated(c);
+  fit::OutputErrorConfig config;
+  config.initial.parameters = {0.038, 0.027, 160.0, 0.4, 0.0};
+  config.known_delay_s = c.measurement.delay_s;
+  config.predictor = fit::Predictor::closed_loop;
+  config.controller = test::known(c).controller;
+  config.noise_model = false;
+  const auto fit = fit::fit_output_error(s.record, config);
+  ASSERT_TRUE(fit.has_value());
+  const auto truth = test::drive_parameters(c);
+  for (int i = 0; i < 4; ++i)
+    EXPECT_NEAR(fit->model.value(static_cast<fit::Parameter>(i)) / truth(i), 1.0, 1e-6);
+}
+
+}  // namespace
+}  // namespace resonid

@@ -1,0 +1,115 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <Eigen/Dense>
+#include <cmath>
+#include <experiments.hpp>
+#include <vector>
+
+// Cramer-Rao bound of a simulated two-mass drive, from the simulator's own matrices by differences: nothing
+// of the fits is used.
+namespace resonid::test {
+
+/// Figures that are judged: J1, J2, K, D, resonance, anti-resonance.
+inline constexpr int kFigures = 6;
+inline const std::vector<const char*> kFigureNames = {"driven inertia", "load inertia", "stiffness",
+                                                      "damping",        "resonance",    "anti-resonance"};
+
+/// Parameters at the driven shaft.
+inline Eigen::Vector4d drive_parameters(const plant::ExperimentConfig& c) {
+  const double square = c.drive.radius_m * c.drive.radius_m;
+  return {c.drive.driven_inertia, c.drive.load_inertia, square * c.drive.stiffness, square * c.drive.damping};
+}
+
+inline Eigen::VectorXd drive_figures(const Eigen::Vector4d& p) {
+  constexpr double kTurn = 6.283185307179586;
+  Eigen::VectorXd f(kFigures);
+  f << p, std::sqrt(p(2) * (1.0 / p(0) + 1.0 / p(1))) / kTurn, std::sqrt(p(2) / p(1)) / kTurn;
+  return f;
+}
+
+/// Covariance of the logarithms of the figures for the recorded input and white noise at the output; load
+/// torque and state at the start unknown, unless it starts at rest. The delay must be whole samples.
+inline Eigen::MatrixXd bound_of_logarithms(const plant::ExperimentConfig& c, const data::Record& record,
+                                           bool at_rest = false) {
+  const auto n = static_cast<Eigen::Index>(record.samples());
+  const auto delay = static_cast<Eigen::Index>(std::lround(c.measurement.delay_s * record.sample_rate_hz));
+  const auto sampled = [&](const plant::ExperimentConfig& moved) {
+    auto brief = moved;
+    brief.run.duration_s = 0.2;
+    brief.excitation.kind = excitation::Kind::none;
+    return simulated(brief, std::vector<double>{5.0}).truth.sampled;
+  };
+  // Columns: response to the input, to a constant, to each state.
+  const auto responses = [&](const plant::ExperimentConfig& moved) {
+    const auto s = sampled(moved);
+    const auto states = s.a.rows();
+    Eigen::MatrixXd x = Eigen::MatrixXd::Zero(states, 2 + states);
+    x.rightCols(states).setIdentity();
+    Eigen::MatrixXd out(n - delay, 2 + states);
+    for (Eigen::Index k = 0; k + delay < n; ++k) {
+      out.row(k) = s.velocity * x;
+      x = (s.a * x).eval();
+      x.col(0) += s.b * record.input.samples[static_cast<std::size_t>(k)];
+      x.col(1) += s.b;
+    }
+    return out;
+  };
+  const Eigen::MatrixXd all = responses(c);
+  const Eigen::MatrixXd nuisance = all.rightCols(at_rest ? 0 : all.cols() - 1);
+  Eigen::MatrixXd slopes(n - delay, 4 + nuisance.cols());
+  slopes.rightCols(nuisance.cols()) = nuisance;
+  constexpr double kStep = 1e-4;
+  for (int i = 0; i < 4; ++i) {
+    auto up = c, down = c;
+    double plant::DriveConfig::*const fields[] = {
+        &plant::DriveConfig::driven_inertia, &plant::DriveConfig::load_inertia,
+        &plant::DriveConfig::stiffness, &plant::DriveConfig::damping};
+    up.drive.*fields[i] *= std::exp(kStep);
+    down.drive.*fields[i] *= std::exp(-kStep);
+    slopes.col(i) = (responses(up).col(0) - responses(down).col(0)) / (2.0 * kStep);
+  }
+  const Eigen::VectorXd size = slopes.colwise().norm().transpose().cwiseMax(1e-12);
+  const Eigen::MatrixXd scaled = slopes * size.cwiseInverse().asDiagonal();
+  const Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd> decomposition(scaled.transpose() * scaled);
+  const Eigen::MatrixXd inverse = size.cwiseInverse().asDiagonal() * decomposition.pseudoInverse().eval() *
+                                  size.cwiseInverse().asDiagonal();
+  const double variance = c.measurement.noise_rms * c.measurement.noise_rms;
+  const Eigen::Vector4d at = drive_parameters(c);
+  Eigen::MatrixXd gradient(kFigures, 4);
+  for (int i = 0; i < 4; ++i) {
+    Eigen::Vector4d up = at, down = at;
+    up(i) *= std::exp(kStep);
+    down(i) *= std::exp(-kStep);
+    gradient.col(i) =
+        (drive_figures(up).array().log() - drive_figures(down).array().log()).matrix() / (2.0 * kStep);
+  }
+  return variance * gradient * inverse.topLeftCorner(4, 4) * gradient.transpose();
+}
+
+/// Errors and intervals of the figures over seeds.
+struct Efficiency {
+  Eigen::VectorXd squares = Eigen::VectorXd::Zero(kFigures);  ///< Of relative errors.
+  Eigen::VectorXd bound = Eigen::VectorXd::Zero(kFigures);    ///< Sum of variances.
+  Eigen::VectorXd inside = Eigen::VectorXd::Zero(kFigures);   ///< 95 % intervals that hold the truth.
+  int seeds = 0;
+
+  void add(const fit::DriveModel& model, const plant::ExperimentConfig& c,
+           const Eigen::MatrixXd& covariance) {
+    const Eigen::VectorXd truth = drive_figures(drive_parameters(c));
+    for (int i = 0; i < kFigures; ++i) {
+      const auto e = i < 4 ? model.estimate(static_cast<fit::Parameter>(i))
+                           : (i == 4 ? model.resonance() : model.antiresonance());
+      const double error = e.value / truth(i) - 1.0;
+      squares(i) += error * error;
+      bound(i) += covariance(i, i);
+      if (std::abs(e.value - truth(i)) < 1.96 * e.standard_deviation) inside(i) += 1.0;
+    }
+    ++seeds;
+  }
+  [[nodiscard]] double ratio(int i) const { return std::sqrt(squares(i) / bound(i)); }
+  [[nodiscard]] double coverage(int i) const { return inside(i) / seeds; }
+  [[nodiscard]] double rms(int i) const { return std::sqrt(squares(i) / seeds); }
+};
+
+}  // namespace resonid::test
