@@ -96,7 +96,7 @@ class Fitter {
   /// The loop's predictor needs a model whose loop is stable: that of the open-loop problem.
   void start_in_loop() {
     BlackBoxConfig open = config_;
-    open.predictor = Predictor::joint;
+    open.predictor = Predictor::open_loop;
     const BlackBoxSignals signals = detail::prepared(raw_, NoiseModel{}, open);
     const auto problem = detail::problem_of(signals, open);
     BlackBoxState state;

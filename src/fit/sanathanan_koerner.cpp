@@ -23,13 +23,14 @@ struct LinearStep {
 };
 
 /// Least squares with columns scaled to one; covariance for unit variance of the rows.
-LinearStep solve(const Eigen::MatrixXd& rows, const Eigen::VectorXd& right) {
+LinearStep solve(const Eigen::MatrixXd& rows, const Eigen::VectorXd& right, bool with_covariance) {
   Eigen::VectorXd scale = rows.colwise().norm().transpose();
   for (Eigen::Index i = 0; i < scale.size(); ++i)
     if (!(scale(i) > 0.0)) scale(i) = 1.0;
   const Eigen::VectorXd inverse_scale = scale.cwiseInverse();
   const Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd> qr(rows * inverse_scale.asDiagonal());
-  return {inverse_scale.asDiagonal() * qr.solve(right), detail::inverse_normal_matrix(rows)};
+  return {inverse_scale.asDiagonal() * qr.solve(right),
+          with_covariance ? detail::inverse_normal_matrix(rows) : Eigen::MatrixXd()};
 }
 
 std::vector<Mode> modes(const std::vector<Complex>& roots, double sample_time_s) {
@@ -86,11 +87,12 @@ expected<RationalFit, ConfigError> fit_sanathanan_koerner(const data::FrequencyR
       right(2 * i) = weight * value.real();
       right(2 * i + 1) = weight * value.imag();
     }
-    step = solve(rows, right);
+    const bool last = iteration + 1 == config.iterations;
+    step = solve(rows, right, last);
     for (int j = 0; j < nb; ++j)
       b[static_cast<std::size_t>(j + (config.direct_term ? 0 : 1))] = step.solution(j);
     for (int j = 0; j < na; ++j) a[static_cast<std::size_t>(j) + 1] = step.solution(nb + j);
-    if (!weighted) {
+    if (last && !weighted) {
       const double free = std::max<double>(1.0, static_cast<double>(2 * lines - na - nb));
       step.covariance *= (rows * step.solution - right).squaredNorm() / free;
     }
