@@ -6,6 +6,7 @@
 #include <identification/black_box_selection.hpp>
 #include <identification/bootstrap.hpp>
 #include <identification/choices.hpp>
+#include <identification/distortion.hpp>
 #include <identification/excitation_source.hpp>
 #include <identification/loop.hpp>
 #include <identification/measurement.hpp>
@@ -134,6 +135,7 @@ expected<Result, Refusal> identify(const data::Record& whole, const Options& opt
     plan->high_hz = result.response.frequency_hz.back();
   }
   append(result.findings, diagnostics::inspect(result.response));
+  append(result.findings, detail::inspect_distortion(record, *plan));
 
   std::optional<detail::Selection> selection;
   std::optional<detail::BlackBoxSelection> black_box;
