@@ -91,7 +91,10 @@ TEST_F(PlanVerb, RefusesNamingWhatWasFoundAndIsRequired) {
                  {"--accuracy", "did you mean 'resonance'"});
   expect_refused(drive_ + "--max-torque 1 --accuracy resonance=0%", {"--accuracy", "'0%'", "> 0"});
   expect_refused(drive_ + "--max-torque 1 --type sweep", {"--type", "sweep"});
-  expect_refused(drive_ + "--max-torque 1 --controller pi:50,0.1", {"--controller", "unstable"});
+  expect_refused(
+      "plan --parameters driven_inertia=1 --sample-rate 500 --noise 1 --max-torque 1 --controller "
+      "pi:5000,0.1",
+      {"--controller", "unstable"});
   expect_refused(drive_ + "--max-torque 1 --json - --out -", {"--json", "--out"});
 }
 
