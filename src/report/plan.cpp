@@ -149,10 +149,13 @@ std::string summary_text(const Plan& plan) {
   }
   if (x.type == planning::ExcitationType::multisine)
     text += fmt::format(
-        "\n{} lines {:.3g} ... {:.3g} Hz, {} periods of {} samples; the first {} until the drive has "
-        "settled\n",
-        x.frequency_hz.size(), x.frequency_hz.front(), x.frequency_hz.back(), x.periods, x.period_samples,
-        x.settle_periods);
+                "\n{} lines {:.3g} ... {:.3g} Hz, {} periods of {} samples; the first {} until the drive has "
+                "settled\n",
+                x.frequency_hz.size(), x.frequency_hz.front(), x.frequency_hz.back(), x.periods,
+                x.period_samples, x.settle_periods) +
+            fmt::format("identify the record with --lines {:.10g}:{:.10g}:{:.10g}\n", x.frequency_hz.front(),
+                        x.frequency_hz.back(),
+                        1.0 / plan.config.drive.model.sample_time_s / static_cast<double>(x.period_samples));
   text += fmt::format(
       "torque {:.4g} peak, {:.4g} rms; velocity {:.4g}; stroke {:.4g} (largest of {} possible {})\n",
       x.extremes.torque, x.extremes.torque_rms, x.extremes.velocity, x.extremes.stroke, plan.drives,

@@ -41,8 +41,9 @@ TEST_F(PlanVerb, WritesExcitationRehearsalPlanAndPage) {
   ASSERT_EQ(record->columns[1].size(), csv->columns[1].size());
   for (std::size_t k = 0; k < csv->columns[1].size(); ++k)
     ASSERT_NEAR(record->columns[1][k], csv->columns[1][k], 1e-8);
-  const auto found = run(
-      "identify record.csv --model two-mass --controller pi:1.036,0.147 --delay 0.004 --json result.json");
+  const auto found =
+      run("identify record.csv --model two-mass --lines 2:34:1 --controller pi:1.036,0.147 --delay 0.004 "
+          "--json result.json");
   ASSERT_EQ(found.exit_code, 0) << found.error;
   const auto result = json::parse(text("result.json"));
   for (const auto& figure : plan.at("figures")) {
@@ -54,12 +55,13 @@ TEST_F(PlanVerb, WritesExcitationRehearsalPlanAndPage) {
   }
   // The result is the next plan's rough model.
   const auto next =
-      run("plan --model result.json --noise 0.1 --controller pi:1.036,0.147 --max-torque 1 "
+      run("plan --model result.json --controller pi:1.036,0.147 --max-torque 1 "
           "--spread 0 --period 1 --type chirp --accuracy resonance=0.5% --json -");
   ASSERT_EQ(next.exit_code, 0) << next.error;
   const auto second = json::parse(next.out);
   EXPECT_EQ(second.at("type"), "chirp");
   EXPECT_EQ(second.at("model").at("delay_s"), 0.004);
+  EXPECT_NEAR(second.at("model").at("noise_rms").get<double>(), 0.1, 0.01);
 }
 
 TEST_F(PlanVerb, SaysWhatCannotBeReached) {
@@ -91,7 +93,10 @@ TEST_F(PlanVerb, RefusesNamingWhatWasFoundAndIsRequired) {
                  {"--accuracy", "did you mean 'resonance'"});
   expect_refused(drive_ + "--max-torque 1 --accuracy resonance=0%", {"--accuracy", "'0%'", "> 0"});
   expect_refused(drive_ + "--max-torque 1 --type sweep", {"--type", "sweep"});
-  expect_refused(drive_ + "--max-torque 1 --controller pi:50,0.1", {"--controller", "unstable"});
+  expect_refused(
+      "plan --parameters driven_inertia=1 --sample-rate 500 --noise 1 --max-torque 1 --controller "
+      "pi:5000,0.1",
+      {"--controller", "unstable"});
   expect_refused(drive_ + "--max-torque 1 --json - --out -", {"--json", "--out"});
 }
 

@@ -146,7 +146,7 @@ inline TwoSteps two_steps(const std::array<double, 4>& factor, double noise, dou
                           const std::array<double, 4>& wanted, int first_seed, int seeds) {
   TwoSteps result;
   const auto rough = rough_drive(factor, noise);
-  const auto first = planned_in(rough, 0.2, peak_torque, 1.75, 0.875, wanted);
+  const auto first = planned_in(rough, 0.2, peak_torque, 1.75, 0.874, wanted);
   const auto note = [&](const plant::ExperimentConfig& c) {
     result.peak_torque = std::max(result.peak_torque, peak(without_noise(c).record.input.samples));
   };
