@@ -13,7 +13,8 @@ constexpr int kStates = 3;
 using System = LinearSystem<double, kStates>;
 
 System continuous(const fit::DriveModel& model) {
-  if (model.structure == fit::Structure::two_mass) return data::continuous_system(model.parameters);
+  if (model.structure == fit::Structure::two_mass)
+    return data::continuous_system<double>(static_cast<const data::TwoMassParameters&>(model.parameters));
   System s;
   s.a(0, 0) = -model.parameters.viscous_friction / model.parameters.driven_inertia;
   s.b(0) = 1.0 / model.parameters.driven_inertia;
