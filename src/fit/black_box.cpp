@@ -5,6 +5,7 @@
 #include <fit/black_box_signals.hpp>
 #include <numeric>
 #include <resonid/fit/black_box.hpp>
+#include <resonid/fit/identified_controller.hpp>
 
 namespace resonid::fit {
 namespace {
@@ -208,7 +209,13 @@ class Fitter {
 
 }  // namespace
 
-expected<BlackBoxFit, ConfigError> fit_black_box(const data::Record& record, const BlackBoxConfig& config) {
+expected<BlackBoxFit, ConfigError> fit_black_box(const data::Record& record, const BlackBoxConfig& asked) {
+  BlackBoxConfig config = asked;
+  if (config.predictor == Predictor::joint && !config.direct_term)
+    if (auto controller = identified_controller(record)) {
+      config.predictor = Predictor::closed_loop;
+      config.controller = std::move(controller);
+    }
   auto raw = detail::recorded(record, config);
   if (!raw) return unexpected(raw.error());
   auto fit = Fitter(std::move(*raw), config).run();

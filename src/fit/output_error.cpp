@@ -5,6 +5,7 @@
 #include <fit/chi_square.hpp>
 #include <fit/output_error_fitter.hpp>
 #include <numeric>
+#include <resonid/fit/identified_controller.hpp>
 #include <resonid/fit/output_error.hpp>
 #include <resonid/fit/projected_input.hpp>
 
@@ -87,8 +88,22 @@ expected<void, ConfigError> check(const data::Record& record, const OutputErrorC
   return {};
 }
 
+/// The joint approach by the controller that the record shows, which is exact; by the projected input where
+/// there is none.
+OutputErrorConfig with_controller(const data::Record& record, const OutputErrorConfig& asked) {
+  OutputErrorConfig config = asked;
+  if (config.predictor != Predictor::joint || record.output_quantity != data::OutputQuantity::velocity)
+    return config;
+  auto controller = identified_controller(record);
+  if (!controller) return config;
+  config.predictor = Predictor::closed_loop;
+  config.controller = std::move(controller);
+  return config;
+}
+
 expected<JointOutputErrorFit, ConfigError> solve(std::span<const data::Record> records,
-                                                 const OutputErrorConfig& config) {
+                                                 const OutputErrorConfig& asked) {
+  const OutputErrorConfig config = with_controller(records.front(), asked);
   std::vector<detail::RecordPart> parts;
   bool both_ways = false;
   for (const auto& record : records) {

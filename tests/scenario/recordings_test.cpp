@@ -61,6 +61,55 @@ TEST(TwoMassBench, DefaultFindsWhatIsKnown) {
   EXPECT_EQ(result.units.stiffness, "Nm/rad");
 }
 
+data::Record part(data::Record record, std::size_t first, std::size_t count) {
+  for (auto* channel : {&record.input, &record.output}) {
+    auto& x = channel->samples;
+    x = {x.begin() + static_cast<std::ptrdiff_t>(first),
+         x.begin() + static_cast<std::ptrdiff_t>(first + count)};
+  }
+  return record;
+}
+
+/// The second and third period say what the fourth and fifth say, each parameter within the error bars of the
+/// difference.
+TEST(TwoMassBench, DisjointHalvesAgree) {
+  RESONID_RECORDING_OR_SKIP(path, "utokyo_two_mass_bench/multisine.csv");
+  const auto record = bench(path);
+  identification::Options options;
+  options.period_samples = 2500;
+  std::vector<fit::DriveModel> halves;
+  for (const std::size_t first : {2500U, 7500U}) {
+    const auto result = test::identified(part(record, first, 5000), options);
+    ASSERT_EQ(result.model->drive.structure, fit::Structure::two_mass);
+    halves.push_back(result.model->drive);
+    const auto& p = halves.back().parameters;
+    EXPECT_NEAR(p.load_inertia / p.driven_inertia, 1.0, 0.02);
+  }
+  for (int i = 0; i < fit::kParameterCount; ++i) {
+    const auto parameter = static_cast<fit::Parameter>(i);
+    const auto a = halves[0].estimate(parameter), b = halves[1].estimate(parameter);
+    EXPECT_EQ(halves[0].estimated[static_cast<std::size_t>(i)],
+              halves[1].estimated[static_cast<std::size_t>(i)]);
+    EXPECT_LE(std::abs(a.value - b.value), 1.96 * std::hypot(a.standard_deviation, b.standard_deviation))
+        << fit::kParameterNames[static_cast<std::size_t>(i)];
+  }
+}
+
+TEST(TwoMassBench, ThirdMassIsTriedAndNotChosen) {
+  RESONID_RECORDING_OR_SKIP(path, "utokyo_two_mass_bench/multisine.csv");
+  const auto result = test::identified(bench(path), bench_options());
+  bool tried = false;
+  for (const auto& trial : result.structures) {
+    if (trial.name.rfind("three-mass", 0) != 0) continue;
+    tried = true;
+    EXPECT_FALSE(trial.chosen);
+    EXPECT_NE(trial.remark, "");
+  }
+  EXPECT_TRUE(tried);
+  const auto& p = result.model->drive.parameters;
+  EXPECT_NEAR(p.load_inertia / p.driven_inertia, 1.0, 0.02);
+}
+
 /// Without a word on the excitation the period is found.
 TEST(TwoMassBench, PeriodIsFound) {
   RESONID_RECORDING_OR_SKIP(path, "utokyo_two_mass_bench/multisine.csv");

@@ -10,7 +10,7 @@ namespace resonid {
 namespace {
 
 void expect_efficient(std::string_view experiment, double duration_s) {
-  const auto e = test::efficiency(experiment, duration_s, 1, 400);
+  const auto e = test::efficiency(experiment, 0.0, duration_s, 1, 400);
   EXPECT_EQ(e.seeds, 400);
   for (int i = 0; i < test::kFigures; ++i) {
     const char* name = test::kFigureNames[static_cast<std::size_t>(i)];
@@ -25,13 +25,15 @@ void expect_efficient(std::string_view experiment, double duration_s) {
 TEST(PhysicalFit, ReachesTheBoundOnAMinuteOfPrbs) { expect_efficient("vi_prbs_a", 60.0); }
 TEST(PhysicalFit, ReachesTheBoundOnTheSweep) { expect_efficient("vi_chirp_a", 0.0); }
 
-// From rest and without load. What the bound is depends on which half second of the sequence it is.
+// Cut out of the running machine: state and load unknown. What the bound is depends on which half second of
+// the sequence it is, 0.44 ... 1.6 % over the first ten seconds: the very first ones hold long runs of one
+// sign.
 TEST(PhysicalFit, HalfASecondOfPrbsReachesTheBoundFromItsOwnStart) {
-  const auto e = test::efficiency("vi_prbs_a", 0.5, 1, 200, true);
+  const auto e = test::efficiency("vi_prbs_a", 2.5, 0.5, 1, 200);
   EXPECT_EQ(e.seeds, 200);
   testing::Test::RecordProperty("resonance rmse", std::to_string(e.rms(4)));
   EXPECT_LE(e.ratio(4), 1.10);
-  EXPECT_LE(e.rms(4), 0.01);
+  EXPECT_LE(e.rms(4), 0.006);
 }
 
 }  // namespace

@@ -1,0 +1,111 @@
+// SPDX-License-Identifier: MIT
+// Closed loop in heavy noise: noise sd 1 rad/s, three times the published gain. A direct spectral estimate is
+// biased towards -1/C there; what identify() chooses by itself must not be, whatever was recorded.
+#include <experiments.hpp>
+#include <resonid/response/welch.hpp>
+
+namespace resonid {
+namespace {
+
+constexpr double kNoise = 1.0;
+
+plant::ExperimentConfig tight_loop(std::uint64_t seed) {
+  auto c = test::published_drive(kNoise, 10.0, seed);
+  c.controller.gain *= 3.0;
+  c.excitation.kind = excitation::Kind::prbs;
+  c.excitation.amplitude = 2.1;
+  c.excitation.register_length = 17;
+  c.run.duration_s = 120.0;
+  return c;
+}
+
+/// Every 1 Hz of 2 ... 33 Hz.
+std::vector<double> grid() {
+  std::vector<double> hz;
+  for (int f = 2; f <= 33; ++f) hz.push_back(f);
+  return hz;
+}
+
+/// Relative rms over the grid of |G - truth| / |truth|.
+double error(const std::vector<std::complex<double>>& g, const data::FrequencyResponse& truth) {
+  double sum = 0.0;
+  for (std::size_t i = 0; i < g.size(); ++i) sum += std::norm(g[i] / truth.value[i] - 1.0);
+  return std::sqrt(sum / static_cast<double>(g.size()));
+}
+
+/// The response near each of the grid's frequencies.
+double error_of(const data::FrequencyResponse& g, const data::FrequencyResponse& truth) {
+  std::vector<std::complex<double>> values;
+  for (const double f : truth.frequency_hz) values.push_back(g.at(f));
+  return error(values, truth);
+}
+
+double direct_spectral_error(const data::Record& record, double delay_s,
+                             const data::FrequencyResponse& truth) {
+  response::WelchConfig config;
+  config.segment_samples = 2048;
+  response::ResponseOptions options;
+  options.approach = Approach::direct;
+  options.delay_s = delay_s;
+  return error_of(response::welch(record, config, options).value(), truth);
+}
+
+class TightLoop : public testing::TestWithParam<std::uint64_t> {
+ protected:
+  void SetUp() override {
+    experiment_ = tight_loop(GetParam());
+    simulation_ = test::simulated(experiment_, grid());
+    options_ = test::known(experiment_);
+    direct_ = direct_spectral_error(simulation_.record, options_.delay_s, truth());
+  }
+  const data::FrequencyResponse& truth() const { return simulation_.truth.response; }
+  double model_error(const identification::Result& result) const {
+    return error(result.model.value().drive.values(truth().frequency_hz), truth());
+  }
+  static std::string choice(const identification::Result& result, std::string_view what) {
+    for (const auto& c : result.choices)
+      if (c.what == what) return c.chosen + ": " + c.because;
+    return "";
+  }
+  plant::ExperimentConfig experiment_;
+  plant::Simulation simulation_;
+  identification::Options options_;
+  double direct_ = 0.0;
+};
+
+TEST_P(TightLoop, AutomaticChoiceIsNotTheBiasedOne) {
+  const auto result = test::identified(simulation_.record, options_);
+  EXPECT_EQ(result.approach, "joint");
+  EXPECT_LT(4.0 * error_of(result.response, truth()), direct_);
+  EXPECT_LT(4.0 * model_error(result), direct_);
+}
+
+TEST_P(TightLoop, IndirectIsNotBiasedEither) {
+  options_.approach = Approach::indirect;
+  const auto result = test::identified(simulation_.record, options_);
+  EXPECT_LT(4.0 * error_of(result.response, truth()), direct_);
+  EXPECT_LT(4.0 * model_error(result), direct_);
+}
+
+TEST_P(TightLoop, ExcitationIsReconstructedFromTheController) {
+  auto record = simulation_.record;
+  record.excitation = {};
+  const auto result = test::identified(record, options_);
+  EXPECT_EQ(result.approach, "joint");
+  EXPECT_NE(choice(result, "approach").find("u - C (r - y)"), std::string::npos);
+  EXPECT_LT(4.0 * error_of(result.response, truth()), direct_);
+}
+
+/// With another controller's numbers the rest of u is noise, no excitation, and must not be taken for one.
+TEST_P(TightLoop, WrongControllerGivesNoExcitation) {
+  auto record = simulation_.record;
+  record.excitation = {};
+  options_.controller = data::pi_controller(1.0, 0.2, 0.002);
+  const auto result = test::identified(record, options_);
+  EXPECT_EQ(result.approach, "direct");
+}
+
+INSTANTIATE_TEST_SUITE_P(Seeds, TightLoop, testing::Range<std::uint64_t>(1, 4));
+
+}  // namespace
+}  // namespace resonid
