@@ -265,12 +265,34 @@ Lines periodic(const data::Record& record, const Plan& plan, const Options& opti
   return response::periodic_lines(record, config, plan.approach);
 }
 
-Lines welch(const data::Record& record, const Plan& plan) {
+/// Typical standard deviation of the lines, relative to their values.
+double uncertainty(const response::LineEstimates& lines, const Plan& plan, const Options& options) {
+  const auto g = response::plant_response(lines, {plan.approach, options.controller, options.delay_s});
+  if (!g || g->lines() == 0) return 0.0;
+  std::vector<double> relative;
+  for (std::size_t i = 0; i < g->lines(); ++i)
+    relative.push_back(g->standard_deviation[i] / std::abs(g->value[i]));
+  const auto middle = relative.begin() + static_cast<std::ptrdiff_t>(relative.size() / 2);
+  std::nth_element(relative.begin(), middle, relative.end());
+  return *middle;
+}
+
+/// Lines that drown in noise say less than fewer, broader ones: the segment is halved while they do.
+Lines welch(const data::Record& record, const Plan& plan, const Options& options) {
   response::WelchConfig config;
   config.period_samples = plan.period_samples;
   config.band_low_hz = plan.low_hz;
   config.band_high_hz = plan.high_hz;
-  return response::welch_lines(record, config, plan.approach);
+  auto lines = response::welch_lines(record, config, plan.approach);
+  if (plan.period_samples != 0) return lines;
+  constexpr double kUsable = 0.15;
+  constexpr std::size_t kShortest = 512;
+  std::size_t segment = response::default_segment(record.samples(), record.sample_rate_hz);
+  while (lines && segment >= 2 * kShortest && uncertainty(*lines, plan, options) > kUsable) {
+    config.segment_samples = segment /= 2;
+    lines = response::welch_lines(record, config, plan.approach);
+  }
+  return lines;
 }
 
 Lines local_polynomial(const data::Record& record, const Plan& plan) {
@@ -364,7 +386,7 @@ Lines run(const data::Record& record, const Plan& plan, const Options& options) 
     case Method::periodic:
       return periodic(record, plan, options);
     case Method::welch:
-      return welch(record, plan);
+      return welch(record, plan, options);
     case Method::kalman:
       return plan.sweep ? swept(record, plan, options) : tracked(record, plan, options);
     case Method::sliding_dft:

@@ -4,6 +4,7 @@
 #include <identification/model_selection.hpp>
 #include <limits>
 #include <numbers>
+#include <resonid/diagnostics/residuals.hpp>
 
 namespace resonid::identification::detail {
 namespace {
@@ -133,7 +134,8 @@ bool modes_are_seen(const fit::DriveModel& model, const Plan& plan) {
       const auto moved = d.modes();
       return moved[i + 1].frequency_hz.value - moved[i].frequency_hz.value;
     };
-    if (!(gap(model) > 3.0 * model.standard_deviation_of(gap))) return false;
+    const double least = first ? 0.0 : 1e-3 * f;
+    if (!(gap(model) > std::max(least, 3.0 * model.standard_deviation_of(gap)))) return false;
   }
   return true;
 }
@@ -158,14 +160,20 @@ class Selector {
   std::optional<Selection> run() {
     std::vector<Candidate> candidates;
     for (const Structure structure : structures(options_.model)) {
-      if (spare(structure, candidates)) continue;
-      if (auto candidate = fit_structure(structure); !candidate.variants.empty())
-        candidates.push_back(std::move(candidate));
+      if (structure == Structure::three_mass && !candidates.empty() && !leaves_something(candidates.back()))
+        continue;
+      const bool richest = structure == Structure::three_mass && !candidates.empty();
+      auto candidate =
+          fit_structure(structure, richest ? &candidates.back().variants.front().first : nullptr);
+      if (candidate.variants.empty()) continue;
+      candidates.push_back(std::move(candidate));
+      if (structure == Structure::rigid && options_.model == ModelChoice::automatic) continue;
+      if (candidates.size() > 1) drop_the_hopeless(candidates);
+      for (auto& c : candidates)
+        if (c.remark.empty() && !c.record_fit) refine(c);
     }
     if (candidates.empty()) return std::nullopt;
-    if (candidates.size() > 1) drop_the_hopeless(candidates);
-    for (auto& candidate : candidates)
-      if (candidate.remark.empty()) refine(candidate);
+    if (candidates.size() == 1 && !candidates[0].record_fit) refine(candidates[0]);
     const auto still_open = std::count_if(candidates.begin(), candidates.end(),
                                           [](const Candidate& c) { return c.record_fit.has_value(); });
     for (auto& candidate : candidates)
@@ -198,15 +206,17 @@ class Selector {
   static bool pushes_itself(const fit::DriveModel& model) { return model.parameters.viscous_friction < 0.0; }
 
   /// With and without friction and a further delay, in the order in which the response prefers them.
-  [[nodiscard]] Candidate fit_structure(Structure structure) const {
+  /// Only the variant `like` when that is given: a richer structure is tried as the simpler one came out.
+  [[nodiscard]] Candidate fit_structure(Structure structure, const Variant* like = nullptr) const {
     Candidate candidate;
     candidate.structure = structure;
     for (const bool friction : {false, true}) {
       std::optional<fit::DriveModel> start;
       for (const bool delay : {false, true}) {
+        if (like != nullptr && (friction != like->friction || delay != like->delay)) continue;
         const Variant variant{structure, friction, delay};
         auto fit = fitted(variant, start);
-        if (delay) {  // a delay that was left out may have spoilt the start
+        if (delay && start) {  // a delay that was left out may have spoilt the start
           auto afresh = fitted(variant, std::nullopt);
           if (afresh && (!fit || afresh->information < fit->information)) fit = std::move(afresh);
         }
@@ -327,13 +337,24 @@ class Selector {
       candidate.validated = fit->held_back;
   }
 
-  /// Three masses are tried only where two leave something unexplained, or were asked for.
-  [[nodiscard]] bool spare(Structure structure, const std::vector<Candidate>& before) const {
-    if (structure != Structure::three_mass || before.empty()) return false;
-    constexpr double kExplained = 0.005;
-    const auto& two = before.back();
-    return two.structure != Structure::two_mass || !modes_are_seen(two.response_fit().model, plan_) ||
-           two.response_fit().model_error < kExplained;
+  /// Three masses are tried only where two are seen and leave something unexplained: of the record, if a
+  /// model could be fitted to it, else of the response.
+  [[nodiscard]] bool leaves_something(const Candidate& two) const {
+    if (two.structure != Structure::two_mass || !two.remark.empty()) return false;
+    if (!two.record_fit) {
+      constexpr double kExplained = 0.005;
+      return two.response_fit().model_error > kExplained;
+    }
+    constexpr double kAll = 99.999;  // per cent of fit: what is left is rounding
+    if (two.record_fit->fit_percent > kAll) return false;
+    constexpr std::size_t kLags = 40;
+    constexpr double kBeyondChance = 1.5;  // 0.1 % for each lag instead of 3 %
+    const auto& residual = two.record_fit->residual;
+    std::vector<double> simulated(residual.size());
+    for (std::size_t k = 0; k < simulated.size(); ++k)
+      simulated[k] = record_.output.samples[two.record_fit->first_sample + k] - residual[k];
+    const auto test = diagnostics::test_residual({residual, simulated, {}, {}}, kLags, kLags);
+    return test.with_simulated.largest > kBeyondChance * test.limit;
   }
 
   /// On what was held back where both could be judged by it, else by the criterion of the record, else of the
@@ -352,7 +373,8 @@ class Selector {
   void drop_the_hopeless(std::vector<Candidate>& candidates) const {
     constexpr double kDecisive = 300.0;  // in the criterion, for lines that may repeat one another
     for (auto& candidate : candidates)
-      if (candidate.structure != Structure::rigid && !modes_are_seen(candidate.response_fit().model, plan_))
+      if (candidate.remark.empty() && candidate.structure != Structure::rigid &&
+          !modes_are_seen(candidate.response_fit().model, plan_))
         candidate.remark = "a resonance of it does not show in the band";
     double least = std::numeric_limits<double>::infinity();
     for (const auto& candidate : candidates)

@@ -55,7 +55,7 @@ TEST_F(Reproduce, PutsPagesIntoAFolder) {
 }
 
 TEST_F(Reproduce, WrongUseNamesWhatWasFoundAndWhatIsKnown) {
-  expect_refused("reproduce ix", {"NAME", "'ix'", "ii, iii, iv, v, vi", "did you mean 'ii'"});
+  expect_refused("reproduce ix", {"NAME", "'ix'", "i, ii, iii, iv, v, vi", "did you mean 'i'"});
   expect_refused("reproduce publication", {"NAME", "'publication'", "iv, v, vi"});
   expect_refused("reproduce iv --seeds 1", {"--seeds", "found 1", ">= 2"});
   expect_refused("reproduce iv --seeds two", {"--seeds", "'two'", "a whole number >= 2"});

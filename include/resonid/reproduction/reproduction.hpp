@@ -25,7 +25,8 @@ struct Entry {
 /// In the order of the source.
 [[nodiscard]] const std::vector<Entry>& entries();
 
-/// Publication I: off-line output error of a belt drive under a PRBS, and the controller that follows from it.
+/// Publication I: off-line output error of a belt drive under a PRBS, and the controller that follows from
+/// it.
 [[nodiscard]] report::Document publication_i(const Options& options);
 
 /// Publication II: direct recursive output error of a tooth belt whose cart moves, in closed and open loop.

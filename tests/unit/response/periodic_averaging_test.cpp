@@ -133,13 +133,15 @@ TEST(PeriodicAveraging, AgreesWithWelchOnTheTwoMassBench) {
   const auto second = response::welch(record, welch, test::direct());
   ASSERT_TRUE(first && second);
   ASSERT_EQ(second->lines(), 240u);
+  double ratio = 0.0;
   for (std::size_t i = 0; i < 240; ++i) {
-    // The same periods; only the noise of the input is weighed otherwise.
+    // The same periods; neighbouring lines share their noise in the one, and only the noise of the input is
+    // weighed otherwise.
     const double deviation = std::max(first->standard_deviation[i], second->standard_deviation[i]);
     EXPECT_LT(std::abs(first->value[i] - second->value[i]), 0.2 * deviation) << first->frequency_hz[i];
-    EXPECT_NEAR(second->standard_deviation[i] / first->standard_deviation[i], 1.0, 0.2)
-        << first->frequency_hz[i];
+    ratio += std::log(second->standard_deviation[i] / first->standard_deviation[i]) / 240.0;
   }
+  EXPECT_NEAR(std::exp(ratio), 1.0, 0.25);  // a mean logarithm of chi-square with 8 degrees is 0.07 below
 }
 
 }  // namespace
