@@ -18,6 +18,7 @@
 #include <resonid/diagnostics/data_findings.hpp>
 #include <resonid/diagnostics/residuals.hpp>
 #include <resonid/diagnostics/response_extrema.hpp>
+#include <resonid/fit/identified_controller.hpp>
 #include <resonid/response/excitation_lines.hpp>
 
 namespace resonid::identification {
@@ -174,6 +175,7 @@ expected<Result, Refusal> identify(const data::Record& whole, const Options& opt
                        static_cast<std::size_t>(fit::order_of(selection->result.drive.structure)), result);
   else if (selection && result.response.lines() == lines->lines.size())
     validate_on_lines(*lines, result);
+  detail::inspect_validation(result);
   result.resonances =
       black_box ? detail::resonances_of(black_box->result.model, 0.3 * plan->low_hz, 1.5 * plan->high_hz)
                 : resonances_of(result);
@@ -185,12 +187,21 @@ expected<Result, Refusal> identify(const data::Record& whole, const Options& opt
   progress("loop");
   if (source == detail::ExcitationSource::reference) lines->has_excitation = false;  // L = Ru/U - 1 needs ru
   if (auto measured = response::loop_response(*lines)) result.measured_loop = std::move(*measured);
-  result.loop = detail::loop_of(*plan, options, *lines, result.response, result.model);
+  Options in_loop = options;
+  if (!in_loop.controller && source == detail::ExcitationSource::recorded &&
+      record.output_quantity == data::OutputQuantity::velocity) {
+    in_loop.controller = fit::identified_controller(record);
+    if (in_loop.controller)
+      result.choices.push_back({"controller",
+                                fmt::format("of order {}", in_loop.controller->denominator.size() - 1),
+                                "u - ru = C (r - y) holds in the record without any noise"});
+  }
+  result.loop = detail::loop_of(*plan, in_loop, *lines, result.response, result.model);
   detail::inspect_loop(result);
   if (result.model && options.bootstrap > 0) {
     progress("bootstrap");
     result.bootstrap = detail::bootstrap(record, options, result, [&](const ModelResult& model) {
-      return detail::loop_of(*plan, options, *lines, result.response, model);
+      return detail::loop_of(*plan, in_loop, *lines, result.response, model);
     });
   }
   if (options.method == Method::model) {

@@ -9,6 +9,7 @@
 #include <identification/uncertainty.hpp>
 #include <numeric>
 #include <resonid/diagnostics/response_extrema.hpp>
+#include <resonid/fit/identified_controller.hpp>
 #include <resonid/identification/join.hpp>
 
 namespace resonid::identification {
@@ -234,7 +235,10 @@ expected<Joint, Refusal> join(std::span<const data::Record> records, std::span<c
   if (!joint.result.model)
     for (const auto& e : diagnostics::response_extrema(joint.result.response))
       joint.result.resonances.push_back({e.minimum, e.frequency_hz, std::nullopt, std::nullopt, false});
-  find_loop(options, joint);
+  Options in_loop = options;
+  if (!in_loop.controller && records.front().output_quantity == data::OutputQuantity::velocity)
+    in_loop.controller = fit::identified_controller(records.front());
+  find_loop(in_loop, joint);
   note(joint, results);
   return joint;
 }

@@ -171,6 +171,7 @@ class Selector {
       if (candidates.size() > 1) drop_the_hopeless(candidates);
       for (auto& c : candidates)
         if (c.remark.empty() && !c.record_fit) refine(c);
+      if (structure == Structure::two_mass && candidates.size() == 2) rescue(candidates[0], candidates[1]);
     }
     if (candidates.empty()) return std::nullopt;
     if (candidates.size() == 1 && !candidates[0].record_fit) refine(candidates[0]);
@@ -337,6 +338,33 @@ class Selector {
       candidate.validated = fit->held_back;
   }
 
+  /// A short or noisy record may show its resonance to a fit of its own when its response does not.
+  void rescue(const Candidate& rigid, Candidate& two) const {
+    if (two.remark.empty() || !rigid.record_fit) return;
+    constexpr double kClearly = 20.0;  // in the criterion
+    constexpr double kKnown = 0.05;    // of the resonance
+    Variant chosen;
+    std::optional<fit::OutputErrorFit> best;
+    for (const int further_delay : {0, 1, 2, 4, 8}) {  // in samples; the fit's valley is a few wide
+      const Variant variant{Structure::two_mass, false, further_delay > 0, false};
+      const double further_s = further_delay * record_.sample_time_s();
+      for (auto start : fit::initial_models(record_, options_.delay_s + further_s)) {
+        start.delay_s = further_s;
+        auto fit = fit_record(variant, start);
+        if (!fit || (best && fit->information >= best->information)) continue;
+        best = std::move(fit);
+        chosen = variant;
+      }
+    }
+    if (!best || best->information + kClearly > rigid.record_fit->information) return;
+    const auto resonance = best->model.resonance();
+    if (resonance.standard_deviation > kKnown * resonance.value || !modes_are_seen(best->model, plan_))
+      return;
+    two.record_fit = std::move(best);
+    two.record_variant = chosen;
+    two.remark.clear();
+  }
+
   /// Three masses are tried only where two are seen and leave something unexplained: of the record, if a
   /// model could be fitted to it, else of the response.
   [[nodiscard]] bool leaves_something(const Candidate& two) const {
@@ -392,7 +420,11 @@ class Selector {
       StructureTrial trial;
       trial.name = name_of(c.record_fit ? c.record_variant : c.variants.front().first);
       trial.parameters = static_cast<std::size_t>(std::count(mask.begin(), mask.end(), true));
-      trial.information = c.record_fit ? c.record_fit->information : c.response_fit().information;
+      // Those of record and response are no match for one another.
+      const bool same = c.record_fit.has_value() == candidates[chosen].record_fit.has_value();
+      trial.information = !same          ? std::numeric_limits<double>::quiet_NaN()
+                          : c.record_fit ? c.record_fit->information
+                                         : c.response_fit().information;
       if (c.validated) {
         trial.validation_fit_percent = c.validated->fit_percent;
         trial.validation_information = c.validated->information;

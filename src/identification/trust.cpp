@@ -151,6 +151,37 @@ void inspect_model(const Plan& plan, const Options& options, const std::optional
   inspect_parameters(plan, options, model.drive, result);
 }
 
+void inspect_validation(Result& result) {
+  if (result.model)
+    for (const auto& mode : result.model->drive.modes()) {
+      const double nyquist = 0.5 * result.record.sample_rate_hz, f = mode.frequency_hz.value;
+      if (f < nyquist) continue;
+      result.findings.push_back(
+          {"mode-above-nyquist", Severity::error, f, nyquist,
+           fmt::format(
+               "The model has a mode at {:.4g} Hz, above half the sample rate: the record cannot show it, "
+               "and the model imitates something else.",
+               f)});
+    }
+  const auto& v = result.validation;
+  if (!v || !v->of_record) return;
+  if (v->fit_percent <= 0.0)
+    result.findings.push_back({"explains-nothing", Severity::error, v->fit_percent, 0.0,
+                               "The model's simulation is no nearer to the recorded output than its mean is: "
+                               "the model is not that of "
+                               "this machine."});
+  constexpr double kMuch = 0.4;
+  const double left = v->cross_correlation_max.value_or(0.0);
+  constexpr double kNearlyAll = 99.0;  // what is left then is small, whatever it follows
+  if (v->fit_percent < kNearlyAll && left > kMuch && left > 3.0 * v->limit.value_or(0.0))
+    result.findings.push_back(
+        {"unexplained-response", Severity::error, left, kMuch,
+         fmt::format(
+             "What the model leaves of the output still follows the input (correlation {:.2f}): the model "
+             "lacks something that the machine has.",
+             left)});
+}
+
 void inspect_loop(Result& result) {
   if (!result.loop) return;
   auto& findings = result.findings;

@@ -9,6 +9,8 @@ namespace resonid::identification::detail {
 void inspect_model(const Plan& plan, const Options& options, const std::optional<Selection>& selection,
                    Result& result);
 void inspect_loop(Result& result);
+/// What the simulation of the record says against the model.
+void inspect_validation(Result& result);
 
 /// The verdict: trusted unless a finding is an error.
 [[nodiscard]] bool trusted(const Result& result);

@@ -129,6 +129,36 @@ TEST(TwoMassDrive, IsIdentifiedWithoutAnExcitationSignalToo) {
   }
 }
 
+/// 250 samples, nothing told: no response of them shows the resonance, the fit to the record does.
+TEST(TwoMassDrive, HalfASecondIsEnough) {
+  for (std::uint64_t seed = 1; seed <= 3; ++seed) {
+    auto experiment = test::published_drive(0.1, 10.0, seed);
+    experiment.excitation.kind = excitation::Kind::prbs;
+    experiment.excitation.amplitude = 2.1;
+    experiment.excitation.register_length = 17;
+    experiment.run.duration_s = 0.5;
+    const auto result = test::identified(test::simulated(experiment).record, {});
+    ASSERT_EQ(result.model.value().drive.structure, fit::Structure::two_mass);
+    EXPECT_TRUE(result.trusted);
+    test::expect_within(result.model->drive.resonance(), 15.0857, 4.0, 0.02);
+  }
+}
+
+/// Without being told the controller, margins come from the one that the record shows, with their error bars.
+TEST(TwoMassDrive, MarginsComeFromTheControllerThatTheRecordShows) {
+  auto experiment = test::published_drive(0.1, 10.0, 3);
+  test::prbs(experiment);
+  const auto record = test::simulated(experiment).record;
+  auto options = test::known(experiment);
+  const auto told = test::identified(record, options);
+  options.controller.reset();
+  const auto found = test::identified(record, options);
+  ASSERT_TRUE(found.loop && told.loop && found.loop->crossover_std_hz);
+  EXPECT_NEAR(found.loop->margins.crossover_hz().value(), told.loop->margins.crossover_hz().value(), 1e-3);
+  EXPECT_NEAR(found.loop->margins.modulus_margin, told.loop->margins.modulus_margin, 1e-3);
+  EXPECT_NEAR(*found.loop->crossover_std_hz / *told.loop->crossover_std_hz, 1.0, 0.05);
+}
+
 /// Carriage and load on a spring, 10 and 5 kg, f_res = sqrt(4e4 (1/10 + 1/5))/(2 pi).
 TEST(LinearDrive, IsToldInKilogramsAndNewtonsPerMetre) {
   auto experiment = test::published_drive(2e-4);
