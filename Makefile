@@ -19,7 +19,10 @@ build:         ## Build everything with assertions and tests (build/dev).
 	cmake --preset dev
 	cmake --build --preset dev
 
-statistics: build  ## The claims over hundreds of seeds (minutes).
+statistics:    ## The claims over hundreds of seeds (an hour).
+	tools/install_packages build test
+	cmake --preset dev -DRESONID_STATISTICS=ON
+	cmake --build --preset dev
 	ctest --preset dev --label-regex statistics --verbose
 
 bench:         ## Build optimised and run the benchmarks; results in build/release/bench/*.json.
