@@ -81,7 +81,9 @@ CLI::Option* add_choice(CLI::App& app, const std::string& name, std::span<const 
                   fmt::format("one of {}{}", fmt::join(known, ", "), io::suggestion(text, known)));
     assign(static_cast<std::size_t>(found - known.begin()));
   };
-  return app.add_option_function<std::string>(name, read, doc)->type_name("NAME");
+  return app
+      .add_option_function<std::string>(name, read, fmt::format("{}; one of {}", doc, fmt::join(known, ", ")))
+      ->type_name("NAME");
 }
 
 CLI::Option* add_text(CLI::App& app, const std::string& name, std::optional<std::string>& target,

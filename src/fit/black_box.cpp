@@ -21,6 +21,16 @@ double rms(const std::vector<double>& x) {
   return std::sqrt(sum / static_cast<double>(std::max<std::size_t>(x.size(), 1)));
 }
 
+bool unstable(const UncertainRoot& pole) {
+  constexpr double kRounding = 1e-9, kStandardDeviations = 3.0;
+  if (std::abs(pole.value) <= 1.0 + kRounding) return false;
+  const std::complex<double> left = pole.value - 1.0;
+  const double distance = std::abs(left);
+  const Eigen::Vector2d along(left.real() / distance, left.imag() / distance);
+  const double variance = along.dot(pole.covariance * along);
+  return !(distance <= kStandardDeviations * std::sqrt(std::max(0.0, variance)));
+}
+
 class Fitter {
  public:
   Fitter(Recorded raw, const BlackBoxConfig& config) : raw_(std::move(raw)), config_(config) {}
@@ -179,8 +189,8 @@ class Fitter {
     const double variance = found_.evaluation.squares / std::max(1.0, n - parameters);
     store_model(variance);
     fit_.converged = found_.converged;
-    const auto poles = found_.state.basis.poles();
-    fit_.stable = poles.size() == 0 || poles.cwiseAbs().maxCoeff() <= 1.0 + 1e-9;
+    const auto poles = fit_.model.poles();
+    fit_.stable = std::none_of(poles.begin(), poles.end(), unstable);
     fit_.samples = problem_->samples();
     fit_.residual = raw_residual();
     fit_.first_sample = raw_.output.size() - fit_.residual.size();

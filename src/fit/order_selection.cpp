@@ -40,6 +40,8 @@ void compare(Squares& s, const Squares& best) {
   s.trial.standard_error = std::sqrt(std::max(0.0, squares / n - sum * sum / (n * n)) / (n - 1.0));
 }
 
+bool is_sound(const OrderTrial& trial) { return trial.converged && trial.stable; }
+
 double variance_of(const std::vector<double>& x) {
   double sum = 0.0, squares = 0.0;
   for (const double v : x) sum += v;
@@ -89,23 +91,33 @@ expected<OrderSelection, ConfigError> select_order(const data::Record& record,
     if (auto error = fit_black_box(first, model); !error) return unexpected(error.error());
     return refuse("record", "its last part is too short or does not vary");
   }
-  const Squares best = *std::min_element(all.begin(), all.end(), [](const Squares& a, const Squares& b) {
+  // What neither converged nor is stable competes only when nothing else is left.
+  const bool sound = std::any_of(all.begin(), all.end(), [](const Squares& s) { return is_sound(s.trial); });
+  const Squares best = *std::min_element(all.begin(), all.end(), [=](const Squares& a, const Squares& b) {
+    if (sound && is_sound(a.trial) != is_sound(b.trial)) return is_sound(a.trial);
     return a.trial.mean_square < b.trial.mean_square;
   });
   OrderSelection selection;
   constexpr double kStandardErrors = 2.0;
   // Errors of the size of rounding tell nothing apart.
   const double rounding = 1e-18 * variance_of(rest.output.samples);
+  std::vector<int> equals;
   for (auto& s : all) {
     compare(s, best);
-    if (selection.order == 0 && s.trial.excess <= kStandardErrors * s.trial.standard_error + rounding)
-      selection.order = s.trial.order;
+    if (is_sound(s.trial) == sound && s.trial.excess <= kStandardErrors * s.trial.standard_error + rounding)
+      equals.push_back(s.trial.order);
     selection.trials.push_back(s.trial);
   }
-  model.order = selection.order;
-  auto fit = fit_black_box(record, model);
-  if (!fit) return unexpected(fit.error());
-  selection.fit = std::move(*fit);
+  for (const int order : equals) {
+    model.order = order;
+    auto fit = fit_black_box(record, model);
+    if (!fit) return unexpected(fit.error());
+    const bool done = fit->converged && fit->stable;
+    if (selection.order != 0 && !done) continue;
+    selection.order = order;
+    selection.fit = std::move(*fit);
+    if (done) break;
+  }
   return selection;
 }
 

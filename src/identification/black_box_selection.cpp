@@ -24,9 +24,30 @@ fit::BlackBoxConfig configured(const data::Record& record, const Options& option
 
 std::string name_of_order(int order) { return fmt::format("black-box of order {}", order); }
 
+std::vector<diagnostics::Finding> inspected(const BlackBoxResult& result) {
+  std::vector<diagnostics::Finding> findings;
+  if (!result.converged)
+    findings.push_back({"not-converged",
+                        diagnostics::Severity::error,
+                        {},
+                        {},
+                        "The search for the black-box model ended before it reached a minimum: its order is "
+                        "probably too high for this record. Try a lower --order."});
+  double largest = 0.0;
+  for (const auto& pole : result.model.poles()) largest = std::max(largest, std::abs(pole.value));
+  if (!result.stable)
+    findings.push_back({"unstable-model", diagnostics::Severity::error, largest, 1.0,
+                        fmt::format("The black-box model is unstable (a pole at |z| = {:.6g}), and its error "
+                                    "bar does not excuse it: what the record holds is not that of a drive, "
+                                    "or the order does not suit it. Try another --order.",
+                                    largest)});
+  return findings;
+}
+
 BlackBoxSelection taken(fit::BlackBoxFit fit) {
   BlackBoxSelection s;
-  s.result = {std::move(fit.model), fit.fit_percent};
+  s.result = {std::move(fit.model), fit.fit_percent, fit.converged, fit.stable};
+  s.findings = inspected(s.result);
   s.residual = std::move(fit.residual);
   s.residual_start = fit.first_sample;
   return s;
@@ -53,7 +74,9 @@ expected<BlackBoxSelection, Refusal> select_black_box(const data::Record& record
   if (!selected) return refused(selected.error());
   auto s = taken(std::move(selected->fit));
   s.choice = {"structure", name_of_order(selected->order),
-              "lowest order that simulates the part held back as well as any"};
+              s.findings.empty() ? "lowest order that simulates the part held back as well as any whose fit "
+                                   "converged and is stable"
+                                 : "lowest order that simulates the part held back as well as any"};
   for (const auto& t : selected->trials) {
     StructureTrial trial;
     trial.name = name_of_order(t.order);

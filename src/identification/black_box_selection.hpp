@@ -12,6 +12,7 @@ struct BlackBoxSelection {
   std::size_t residual_start = 0;
   std::vector<StructureTrial> structures;  ///< One for each order that was tried.
   Choice choice;                           ///< Of the order.
+  std::vector<diagnostics::Finding> findings;
 };
 
 /// Output error of the order asked for, else of the order that a held-back part of the record prefers. An

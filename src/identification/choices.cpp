@@ -79,13 +79,25 @@ Choice approach_choice(const data::Record& record, const Options& options, const
   return choice;
 }
 
+Choice method_choice(const data::Record& record, const Options& options, const Plan& plan) {
+  const std::string measured = name_of(plan.method);
+  switch (options.method) {
+    case Method::automatic:
+      return {"method", measured, reason_of(record, plan)};
+    case Method::model:
+    case Method::simulate_and_correct:
+      return {"method", name_of(options.method),
+              fmt::format("asked for; begins with {}: {}", measured, reason_of(record, plan))};
+    default:
+      return {"method", measured, "asked for"};
+  }
+}
+
 }  // namespace
 
 std::vector<Choice> explain(const data::Record& record, const Options& options, const Plan& plan,
                             ExcitationSource source) {
-  const bool told = options.method != Method::automatic && options.method != Method::model;
-  return {excitation_choice(record, options, plan),
-          {"method", name_of(plan.method), told ? "asked for" : reason_of(record, plan)},
+  return {excitation_choice(record, options, plan), method_choice(record, options, plan),
           approach_choice(record, options, plan, source)};
 }
 

@@ -148,6 +148,7 @@ expected<Result, Refusal> identify(const data::Record& whole, const Options& opt
     result.black_box = black_box->result;
     result.structures = std::move(black_box->structures);
     result.choices.push_back(std::move(black_box->choice));
+    append(result.findings, std::move(black_box->findings));
   } else if (options.model != ModelChoice::none) {
     progress("model");
     selection = detail::select_model(record, *plan, options, result.response);

@@ -220,6 +220,12 @@ expected<Plan, Refusal> make_plan(const data::Record& record, const Options& opt
   if (plan.method == Method::local_cubic && !plan.sweep)
     return refused("method", "local-cubic follows a chirp; none was found, give --chirp F0:F1:SECONDS");
 
+  if ((plan.method == Method::sliding_dft || plan.method == Method::least_squares) && plan.sweep &&
+      plan.grid_hz.empty())
+    return refused("method", fmt::format("{} measures lines that stay, found a chirp; required --lines with "
+                                         "it, or another method (local-cubic and kalman follow a chirp)",
+                                         name_of(plan.method)));
+
   const double nyquist = 0.5 * record.sample_rate_hz;
   if (plan.sweep) {
     plan.low_hz = std::min(plan.sweep->from_hz, plan.sweep->to_hz);
@@ -338,6 +344,10 @@ expected<std::vector<double>, ConfigError> lines_to_track(const data::Record& re
   if (!found) return tl::unexpected(found.error());
   std::vector<double> lines;
   for (const auto& line : found->lines) lines.push_back(line.frequency_hz);
+  constexpr std::size_t kMost = 256;
+  if (lines.size() > kMost)
+    return refuse("lines", "must be given: the excitation holds more than the 256 that can be followed",
+                  static_cast<double>(lines.size()));
   return lines;
 }
 

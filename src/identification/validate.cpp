@@ -88,7 +88,11 @@ class Simulator {
   /// From input to velocity, delay included.
   expected<data::TransferFunction, Refusal> plant() {
     if (record_.output_quantity != data::OutputQuantity::velocity)
-      return refused("output-quantity", "a transfer function is simulated from input to velocity only");
+      return refused("output-quantity",
+                     fmt::format("found {}, required velocity: transfer functions and closed loops are "
+                                 "simulated from input to velocity",
+                                 record_.output_quantity == data::OutputQuantity::position ? "position"
+                                                                                           : "acceleration"));
     if (v_.candidate.model) {
       auto drive = v_.candidate.model->drive;
       drive.sample_time_s = record_.sample_time_s();

@@ -65,7 +65,9 @@ struct BlackBoxModel {
 struct BlackBoxFit {
   BlackBoxModel model;
   bool converged = false;
-  bool stable = false;           ///< No pole outside the unit circle.
+  /// No pole outside the unit circle; one that differs from z = 1 by no more than three standard deviations
+  /// is an integrator.
+  bool stable = false;
   std::size_t samples = 0;       ///< Residuals used.
   std::vector<double> residual;  ///< [sample] output minus simulated output, from first_sample on.
   std::size_t first_sample = 0;

@@ -34,8 +34,8 @@ struct OrderSelection {
 /// Chooses the order of a black-box model by simulation on a held-back part of the record: the lowest order
 /// whose mean squared error exceeds the smallest one by at most two standard errors of that difference
 /// (METHOD 8.4; after Breiman et al. 1984). Errors made alike by both orders cancel in that comparison, so
-/// noise does not ask for high orders. Errors: those of fit_black_box, limits out of range, no order that can
-/// be fitted.
+/// noise does not ask for high orders. Orders whose fit converged and is stable are preferred. Errors: those
+/// of fit_black_box, limits out of range, no order that can be fitted.
 [[nodiscard]] expected<OrderSelection, ConfigError> select_order(const data::Record& record,
                                                                  const OrderSelectionConfig& config);
 

@@ -102,6 +102,8 @@ struct Root {
 struct BlackBoxResult {
   fit::BlackBoxModel model;
   double fit_percent = 0.0;  ///< Of the simulation.
+  bool converged = true;
+  bool stable = true;  ///< No pole outside the unit circle but for an integrator within its error bar.
 };
 
 /// What a figure would be in repetitions of the experiment on the fitted model.

@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/LU>
+#include <algorithm>
 #include <cmath>
 #include <golden.hpp>
 #include <limits>
@@ -233,6 +234,24 @@ TEST(BlackBox, MeetsScipyLeastSquares) {
   }
 }
 
+TEST(BlackBox, AnIntegratorIsNotUnstableButAGrowingModeIs) {
+  Plant drive;
+  drive.sections = {{{0.0, 0.01}, {1.0, -1.0}, 1.0 / kRate}};
+  int outside = 0;
+  for (unsigned seed = 1; seed <= 20; ++seed) {
+    const auto fit = fit_black_box(record_of(drive, 1500, 0.05, seed), config_of(1)).value();
+    EXPECT_TRUE(fit.stable) << seed;
+    outside += std::abs(fit.model.poles()[0].value) > 1.0 ? 1 : 0;
+  }
+  EXPECT_GT(outside, 3);  // otherwise this tells nothing
+
+  Plant growing;
+  const double radius = 1.001, angle = 0.1;
+  growing.sections = {{{0.0, 0.05}, {1.0, -2.0 * radius * std::cos(angle), radius * radius}, 1.0 / kRate}};
+  for (unsigned seed = 1; seed <= 3; ++seed)
+    EXPECT_FALSE(fit_black_box(record_of(growing, 1500, 0.05, seed), config_of(2)).value().stable) << seed;
+}
+
 TEST(BlackBox, OrderIsChosenOnTheHeldBackPart) {
   OrderSelectionConfig config;
   config.highest = 6;
@@ -242,6 +261,17 @@ TEST(BlackBox, OrderIsChosenOnTheHeldBackPart) {
     ASSERT_EQ(chosen.trials.size(), 6U);
     EXPECT_GT(chosen.trials[0].excess, chosen.trials[0].standard_error);
     EXPECT_LT(worst_error(chosen.fit.model, modal_plant(order)), 0.1);
+  }
+  for (const auto seed : {7U, 8U, 9U}) {
+    config.highest = 8;
+    const auto chosen = select_order(record_of(modal_plant(2), 600, 0.5, seed), config).value();
+    const auto& t = chosen.trials;
+    if (std::any_of(t.begin(), t.end(), [](const OrderTrial& o) { return o.converged && o.stable; })) {
+      const auto of_choice = [&](const OrderTrial& o) { return o.order == chosen.order; };
+      const auto found = std::find_if(t.begin(), t.end(), of_choice);
+      ASSERT_NE(found, t.end());
+      EXPECT_TRUE(found->converged && found->stable) << seed;
+    }
   }
   config.lowest = 5;
   config.highest = 4;

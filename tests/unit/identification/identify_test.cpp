@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: MIT
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <random>
 #include <resonid/identification/identify.hpp>
 #include <resonid/plant/experiment.hpp>
 
@@ -141,6 +143,49 @@ TEST(IdentifyRefuses, WhatContradictsTheRecord) {
     o.period_samples = 3000;
   });
   refused("method", "--model", [](Options& o) { o.method = Method::model; });
+}
+
+TEST(IdentifyRefuses, ToFollowTheLinesOfAChirp) {
+  auto options = chirp_options();
+  for (const auto method : {Method::sliding_dft, Method::least_squares}) {
+    options.method = method;
+    expect_refused(chirp(), options, "method", "found a chirp");
+  }
+}
+
+TEST(Identify, NamesTheMethodThatWasAskedFor) {
+  auto options = chirp_options();
+  options.model = ModelChoice::automatic;
+  options.method = Method::simulate_and_correct;
+  const auto result = identify(chirp(), options);
+  ASSERT_TRUE(result) << result.error().message;
+  const auto& choice = result->choices.at(1);
+  EXPECT_EQ(choice.what, "method");
+  EXPECT_EQ(choice.chosen, "simulate-and-correct");
+  EXPECT_NE(choice.because.find("begins with local-cubic"), std::string::npos) << choice.because;
+}
+
+TEST(Identify, DoesNotTrustABlackBoxThatIsUnstable) {
+  data::Record record;
+  record.sample_rate_hz = 500.0;
+  const double radius = 1.001;
+  const data::TransferFunction growing{
+      {0.0, 0.05}, {1.0, -2.0 * radius * std::cos(0.1), radius * radius}, 0.002};
+  std::mt19937_64 engine(1);
+  std::normal_distribution<double> normal;
+  for (int k = 0; k < 2000; ++k) record.input.samples.push_back(normal(engine) > 0.0 ? 1.0 : -1.0);
+  record.output.samples = growing.simulate(record.input.samples);
+  for (double& y : record.output.samples) y += 0.05 * normal(engine);
+  Options options;
+  options.model = ModelChoice::black_box;
+  options.order = 2;
+  const auto result = identify(record, options);
+  ASSERT_TRUE(result) << result.error().message;
+  ASSERT_TRUE(result->black_box);
+  EXPECT_FALSE(result->black_box->stable);
+  EXPECT_TRUE(std::any_of(result->findings.begin(), result->findings.end(),
+                          [](const auto& f) { return f.id == "unstable-model"; }));
+  EXPECT_FALSE(result->trusted);
 }
 
 TEST(Identify, DropsPeriodsAtTheStart) {
