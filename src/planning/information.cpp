@@ -2,6 +2,7 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <resonid/base/constants.hpp>
 #include <resonid/diagnostics/margins.hpp>
 #include <resonid/planning/information.hpp>
@@ -181,8 +182,9 @@ std::vector<Figure> figures_of(const RoughDrive& drive, const std::vector<std::s
                     gradients(static_cast<Eigen::Index>(f), static_cast<Eigen::Index>(j)) *
                     drive.model.covariance(parameters[i], parameters[j]) / scale(drive.model, parameters[i]) /
                     scale(drive.model, parameters[j]);
-    figures.push_back({wanted[f], unit_of(wanted[f], linear_motion), value_of(drive, wanted[f]),
-                       std::sqrt(std::max(0.0, variance))});
+    const double deviation = std::isfinite(variance) ? std::sqrt(std::max(0.0, variance))
+                                                     : std::numeric_limits<double>::infinity();
+    figures.push_back({wanted[f], unit_of(wanted[f], linear_motion), value_of(drive, wanted[f]), deviation});
   }
   return figures;
 }
@@ -218,8 +220,13 @@ RoughDrive predicted(const RoughDrive& drive, std::span<const double> excitation
   // Columns of very different size: scaled to a unit diagonal before the inversion.
   const VectorXd size = information.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
   const MatrixXd scaled = size.asDiagonal() * information * size.asDiagonal();
-  const MatrixXd inverse =
-      size.asDiagonal() * scaled.ldlt().solve(MatrixXd::Identity(x.cols(), x.cols())) * size.asDiagonal();
+  const auto factors = scaled.ldlt();
+  // What the record does not tell has no error bar at all; a 0 would promise a perfect one.
+  const bool told = information.diagonal().head(n).minCoeff() > 0.0 && factors.info() == Eigen::Success &&
+                    factors.vectorD().minCoeff() > 1e-15;
+  MatrixXd inverse = MatrixXd::Constant(x.cols(), x.cols(), std::numeric_limits<double>::infinity());
+  if (told)
+    inverse = size.asDiagonal() * factors.solve(MatrixXd::Identity(x.cols(), x.cols())) * size.asDiagonal();
   RoughDrive result = drive;
   result.model.covariance.setZero();
   for (Eigen::Index i = 0; i < n; ++i)

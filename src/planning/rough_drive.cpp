@@ -58,6 +58,9 @@ std::size_t states_of(const fit::DriveModel& model) noexcept {
 expected<void, ConfigError> check(const RoughDrive& drive) {
   const auto& m = drive.model;
   const auto& p = m.parameters;
+  if (m.structure == fit::Structure::three_mass)
+    return refuse("model",
+                  "holds three masses; required a rigid or two-mass drive, which plans are made for");
   if (!(m.sample_time_s > 0.0)) return refuse("sample_rate_hz", "must be > 0", m.sample_time_s);
   if (!(p.driven_inertia > 0.0)) return refuse("driven_inertia", "must be > 0", p.driven_inertia);
   if (m.structure == fit::Structure::two_mass) {

@@ -101,5 +101,13 @@ TEST(Information, OfLinesIsThatOfALongRecord) {
   EXPECT_LT((covariance * information - Eigen::Matrix4d::Identity()).norm(), 0.03);
 }
 
+TEST(Information, CallsUnknownWhatARecordDoesNotTell) {
+  auto drive = rough_drive({1.0, 1.0, 1.0, 1.0}, 0.1);
+  drive.controller.reset();  // with one, its noise would tell something
+  const auto told = predicted(drive, std::vector<double>(500, 0.0));
+  for (const auto& figure : figures_of(told))
+    EXPECT_TRUE(std::isinf(figure.standard_deviation)) << figure.name;
+}
+
 }  // namespace
 }  // namespace resonid::planning

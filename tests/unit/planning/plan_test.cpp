@@ -118,6 +118,7 @@ TEST(Plan, RefusesNamingTheField) {
   EXPECT_EQ(refused([](PlanConfig& c) { c.band_hz = {5.0, 400.0}; }), "band");
   EXPECT_EQ(refused([](PlanConfig& c) { c.drive.noise.innovation_variance = 0.0; }), "noise");
   EXPECT_EQ(refused([](PlanConfig& c) { c.drive.model.parameters.stiffness = -1.0; }), "stiffness");
+  EXPECT_EQ(refused([](PlanConfig& c) { c.drive.model.structure = fit::Structure::three_mass; }), "model");
 }
 
 }  // namespace
