@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <resonid/fit/black_box.hpp>
 #include <resonid/fit/sanathanan_koerner.hpp>
+#include <resonid/response/welch.hpp>
 
 namespace {
 
@@ -56,5 +57,26 @@ void sanathanan_koerner_100_points(benchmark::State& state) {
   for (auto _ : state) benchmark::DoNotOptimize(fit::fit_sanathanan_koerner(g, config));
 }
 BENCHMARK(sanathanan_koerner_100_points)->Unit(benchmark::kMicrosecond);
+
+void welch_two_million_samples(benchmark::State& state) {
+  auto r = record();
+  std::vector<double> u, y;
+  double filtered = 0.0;
+  std::uint64_t seed = 7;
+  for (int k = 0; k < 2000000; ++k) {
+    seed = seed * 6364136223846793005ULL + 1442695040888963407ULL;
+    u.push_back(static_cast<double>(seed >> 11) * 0x1p-53 - 0.5);
+    filtered = 0.95 * filtered + 0.1 * u.back();
+    y.push_back(filtered);
+  }
+  r.input.samples = std::move(u);
+  r.output.samples = std::move(y);
+  response::WelchConfig config;
+  config.segment_samples = 4096;
+  response::ResponseOptions options;
+  options.approach = Approach::direct;
+  for (auto _ : state) benchmark::DoNotOptimize(response::welch(r, config, options));
+}
+BENCHMARK(welch_two_million_samples)->Unit(benchmark::kMicrosecond);
 
 }  // namespace

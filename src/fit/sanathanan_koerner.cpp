@@ -63,12 +63,14 @@ expected<RationalFit, ConfigError> fit_sanathanan_koerner(const data::FrequencyR
   a[0] = 1.0;
   std::vector<double> b(static_cast<std::size_t>(config.order) + 1, 0.0);
   LinearStep step;
+  std::vector<Complex> delays;  // z^-1 at the lines
+  for (const double f : g.frequency_hz) delays.push_back(std::polar(1.0, -kTwoPi * f * config.sample_time_s));
+  Eigen::MatrixXd rows(2 * lines, na + nb);
+  Eigen::VectorXd right(2 * lines);
   for (int iteration = 0; iteration < config.iterations; ++iteration) {
-    Eigen::MatrixXd rows(2 * lines, na + nb);
-    Eigen::VectorXd right(2 * lines);
     for (Eigen::Index i = 0; i < lines; ++i) {
       const auto k = static_cast<std::size_t>(i);
-      const Complex inverse_z = std::polar(1.0, -kTwoPi * g.frequency_hz[k] * config.sample_time_s);
+      const Complex inverse_z = delays[k];
       const Complex fixed = config.integrator ? 1.0 - inverse_z : Complex(1.0);
       double weight = weighted ? std::sqrt(2.0) / std::max(g.standard_deviation[k], 1e-300) : 1.0;
       weight /= std::abs(fixed);

@@ -47,17 +47,35 @@ expected<Segments, ConfigError> segments_of(const WelchConfig& config, std::size
   return segments;
 }
 
+/// Sum of X Y* over the segments, per bin, in real arithmetic: complex products that look after infinities
+/// would take most of the time.
+class CrossPower {
+ public:
+  explicit CrossPower(std::size_t bins) : re_(bins, 0.0), im_(bins, 0.0) {}
+
+  void add(const std::vector<Complex>& x, const std::vector<Complex>& y) {
+    for (std::size_t b = 0; b < re_.size(); ++b) {
+      re_[b] += x[b].real() * y[b].real() + x[b].imag() * y[b].imag();
+      im_[b] += x[b].imag() * y[b].real() - x[b].real() * y[b].imag();
+    }
+  }
+  [[nodiscard]] Complex at(std::size_t bin) const { return {re_[bin], im_[bin]}; }
+
+ private:
+  std::vector<double> re_, im_;
+};
+
 /// Averaged spectral matrices E{X X^H} of (excitation, input, output), per bin.
 std::vector<Eigen::Matrix3cd> spectral_matrices(const data::Record& record, const Signals& signals,
                                                 const Segments& segments) {
   const std::size_t length = segments.window.size();
-  std::vector<Eigen::Matrix3cd> matrices(length / 2 + 1, Eigen::Matrix3cd::Zero());
-  std::vector<Eigen::Vector3cd> bins(matrices.size());
+  const std::size_t bins = length / 2 + 1;
   std::array<std::vector<double>, 3> periodic;
   for (std::size_t i = 0; i < 3 && segments.periodic; ++i)
     if (signals.has(i)) periodic[i] = without_drift(signals.signal[i], length);
+  std::vector<CrossPower> sums(9, CrossPower(bins));  // [3 i + j], j >= i
+  std::array<std::vector<Complex>, 3> spectrum;
   for (std::size_t s = 0; s < segments.count; ++s) {
-    for (auto& bin : bins) bin.setZero();
     for (std::size_t i = 0; i < 3; ++i) {
       if (!signals.has(i)) continue;
       const std::size_t first = s * segments.hop;
@@ -65,12 +83,23 @@ std::vector<Eigen::Matrix3cd> spectral_matrices(const data::Record& record, cons
           segments.periodic ? std::vector<double>(&periodic[i][first], &periodic[i][first] + length)
                             : detrended(signals.signal[i].subspan(first, length), trend_degree(record, i));
       for (std::size_t n = 0; n < length; ++n) part[n] *= segments.window[n];
-      const auto spectrum = half_spectrum(part);
-      for (std::size_t b = 0; b < bins.size(); ++b) bins[b](static_cast<Eigen::Index>(i)) = spectrum[b];
+      spectrum[i] = half_spectrum(part);
     }
-    for (std::size_t b = 0; b < bins.size(); ++b)
-      matrices[b] += bins[b] * bins[b].adjoint() / static_cast<double>(segments.count);
+    for (std::size_t i = 0; i < 3; ++i)
+      for (std::size_t j = i; j < 3; ++j)
+        if (signals.has(i) && signals.has(j)) sums[3 * i + j].add(spectrum[i], spectrum[j]);
   }
+  std::vector<Eigen::Matrix3cd> matrices(bins, Eigen::Matrix3cd::Zero());
+  const auto count = static_cast<double>(segments.count);
+  for (std::size_t i = 0; i < 3; ++i)
+    for (std::size_t j = i; j < 3; ++j) {
+      if (!signals.has(i) || !signals.has(j)) continue;
+      const auto row = static_cast<Eigen::Index>(i), column = static_cast<Eigen::Index>(j);
+      for (std::size_t b = 0; b < bins; ++b) {
+        matrices[b](row, column) = sums[3 * i + j].at(b) / count;
+        matrices[b](column, row) = std::conj(matrices[b](row, column));
+      }
+    }
   return matrices;
 }
 
