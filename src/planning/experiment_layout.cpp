@@ -13,6 +13,7 @@ namespace {
 constexpr double kMostSamples = 2e6;
 
 double resonance_of(const RoughDrive& drive) { return data::resonance_hz(drive.model.parameters); }
+double most_time_s(const Limits& l) { return std::isfinite(l.time_s) ? l.time_s : kMostTime_s; }
 bool elastic(const RoughDrive& drive) { return drive.model.structure == fit::Structure::two_mass; }
 
 }  // namespace
@@ -22,7 +23,7 @@ Task::Task(const PlanConfig& c)
       sample_rate_hz(1.0 / c.drive.model.sample_time_s),
       drives(possible_drives(c.drive, c.spread)),
       most_samples(
-          static_cast<std::size_t>(std::min(kMostSamples, c.limits.time_s * sample_rate_hz + 1e-6))) {
+          static_cast<std::size_t>(std::min(kMostSamples, most_time_s(c.limits) * sample_rate_hz + 1e-6))) {
   for (const auto& wish : c.wishes) names.push_back(wish.figure);
   const auto figures = figures_of(c.drive, names);
   for (std::size_t i = 0; i < names.size(); ++i)
@@ -35,6 +36,7 @@ Task::Task(const PlanConfig& c)
       gradients.row(static_cast<Eigen::Index>(i)) /=
           c.wishes[i].relative ? c.wishes[i].accuracy * std::abs(own[i].value) : c.wishes[i].accuracy;
     wishes.push_back(gradients);
+    noise.push_back(information_of_noise(drive));
   }
   const double most = 0.4 * sample_rate_hz;
   if (c.band_hz) {
@@ -90,29 +92,54 @@ void scale_to_limits(const Task& task, Experiment& x) {
   x.crest_factor = excitation::measure(x.excitation).crest_factor;
 }
 
+namespace {
+
+/// Squares of deviation over wanted deviation, expected over the drives; infinite where unknown. [wish]
+Eigen::VectorXd squares(const Task& task, const std::vector<RecordInformation>& told, double amplitude) {
+  Eigen::VectorXd sum = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(task.names.size()));
+  for (std::size_t s = 0; s < told.size(); ++s) {
+    const auto& gradients = task.wishes[s];
+    sum += (gradients * told[s].covariance(amplitude)).cwiseProduct(gradients).rowwise().sum();
+  }
+  sum /= static_cast<double>(told.size());
+  return sum.unaryExpr([](double v) { return std::isfinite(v) ? std::max(0.0, v) : HUGE_VAL; });
+}
+
+std::vector<RecordInformation> informations(const Task& task, std::span<const double> excitation) {
+  std::vector<RecordInformation> told;
+  for (std::size_t s = 0; s < task.drives.size(); ++s)
+    told.push_back(information_of(task.drives[s], excitation, task.noise[s]));
+  return told;
+}
+
+}  // namespace
+
 void evaluate(const Task& task, Experiment& x) {
   x.duration_s = static_cast<double>(x.excitation.size()) / task.sample_rate_hz;
-  std::vector<double> square(task.names.size(), 0.0);
-  for (std::size_t s = 0; s < task.drives.size(); ++s) {
-    const RoughDrive told = predicted(task.drives[s], x.excitation);
-    if (s == 0) x.figures = figures_of(told);
-    const auto figures = figures_of(told, task.names);
-    for (std::size_t i = 0; i < figures.size(); ++i) {
-      const double wanted = task.config.wishes[i].relative
-                                ? task.config.wishes[i].accuracy * std::abs(figures[i].value)
-                                : task.config.wishes[i].accuracy;
-      square[i] +=
-          std::pow(figures[i].standard_deviation / wanted, 2) / static_cast<double>(task.drives.size());
-    }
-  }
+  const auto told = informations(task, x.excitation);
+  const Eigen::VectorXd square = squares(task, told, 1.0);
+  x.figures = figures_of(with_covariance(task.drives.front(), told.front().covariance()));
   x.wished = figures_of(task.config.drive, task.names);
-  x.ratio = 0.0;
-  for (std::size_t i = 0; i < square.size(); ++i) {
-    x.wished[i].standard_deviation = std::sqrt(square[i]) * task.wanted[i];
-    x.ratio = std::max(x.ratio, std::sqrt(square[i]));
-  }
+  for (std::size_t i = 0; i < task.names.size(); ++i)
+    x.wished[i].standard_deviation = std::sqrt(square(static_cast<Eigen::Index>(i))) * task.wanted[i];
+  x.ratio = std::sqrt(square.maxCoeff());
   x.needed_s.reset();
   if (std::isfinite(x.ratio)) x.needed_s = x.duration_s * x.ratio * x.ratio;
+}
+
+void evaluate_amplitude(const Task& task, Experiment& x) {
+  auto told = informations(task, x.excitation);
+  const auto ratio = [&](double amplitude) { return std::sqrt(squares(task, told, amplitude).maxCoeff()); };
+  constexpr double kMost = 1e6;
+  x.needed_amplitude.reset();
+  if (double low = 0.0, high = kMost; ratio(kMost) <= 1.0) {
+    for (low = 1.0 / kMost; high / low > 1.001;)
+      (ratio(std::sqrt(low * high)) > 1.0 ? low : high) = std::sqrt(low * high);
+    x.needed_amplitude = high;
+  }
+  for (auto& t : told) t.noise.setZero();
+  const double alone = ratio(1.0);  // half of the information: half of the variance is missing
+  x.noise_dominates = alone > std::sqrt(2.0) * x.ratio;
 }
 
 Experiment lay_out_chirp(const Task& task, std::size_t samples) {
@@ -132,30 +159,40 @@ Experiment lay_out_chirp(const Task& task, std::size_t samples) {
   return x;
 }
 
-/// The bit length that serves the wishes best; the register is long enough not to repeat.
+namespace {
+
+Experiment lay_out_prbs(const Task& task, std::size_t samples, std::size_t divider) {
+  Experiment x;
+  x.type = ExcitationType::prbs;
+  x.clock_divider = divider;
+  x.register_length = 7;  // long enough not to repeat
+  while (x.register_length < excitation::Prbs::kMaxRegister &&
+         ((std::size_t{1} << x.register_length) - 1) * divider < samples)
+    ++x.register_length;
+  excitation::PrbsConfig c;
+  c.sample_rate_hz = task.sample_rate_hz;
+  c.register_length = x.register_length;
+  c.clock_divider = divider;
+  x.excitation.resize(samples);
+  excitation::Prbs::create(c)->fill(x.excitation);
+  scale_to_limits(task, x);
+  evaluate(task, x);
+  return x;
+}
+
+}  // namespace
+
 Experiment lay_out_prbs(const Task& task, std::size_t samples) {
+  constexpr std::size_t kEnough = 20000;  // to tell which bit length serves the wishes best
   Experiment best;
-  best.ratio = HUGE_VAL;
   for (std::size_t divider = 1;
        0.44 * task.sample_rate_hz / static_cast<double>(divider) > 0.7 * task.high_hz; divider *= 2) {
-    Experiment x;
-    x.type = ExcitationType::prbs;
-    x.clock_divider = divider;
-    x.register_length = 7;
-    while (x.register_length < excitation::Prbs::kMaxRegister &&
-           ((std::size_t{1} << x.register_length) - 1) * divider < samples)
-      ++x.register_length;
-    excitation::PrbsConfig c;
-    c.sample_rate_hz = task.sample_rate_hz;
-    c.register_length = x.register_length;
-    c.clock_divider = divider;
-    x.excitation.resize(samples);
-    excitation::Prbs::create(c)->fill(x.excitation);
-    scale_to_limits(task, x);
-    evaluate(task, x);
-    if (x.ratio < best.ratio) best = std::move(x);
+    Experiment x = lay_out_prbs(task, std::min(samples, kEnough), divider);
+    if (best.excitation.empty() || x.ratio < best.ratio) best = std::move(x);
   }
-  return best;
+  // A band up to half the sample rate leaves no choice.
+  if (best.excitation.empty()) return lay_out_prbs(task, samples, 1);
+  return samples > kEnough ? lay_out_prbs(task, samples, best.clock_divider) : best;
 }
 
 }  // namespace resonid::planning::detail

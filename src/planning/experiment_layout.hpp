@@ -16,8 +16,9 @@ struct Task {
   std::vector<std::string> names;       ///< Of the wished figures.
   std::vector<double> wanted;           ///< [wish] deviations, of the rough drive.
   std::vector<Eigen::MatrixXd> wishes;  ///< [drive]: [wish, parameter]
+  std::vector<Eigen::MatrixXd> noise;   ///< [drive]: information_of_noise().
   double low_hz = 0.0, high_hz = 0.0;   ///< Where the drive tells most.
-  std::size_t most_samples = 0;         ///< Of an experiment.
+  std::size_t most_samples = 0;         ///< Of an experiment; kMostTime_s where no time is given.
 };
 
 /// Largest values over all possible drives.
@@ -31,6 +32,9 @@ void scale_to_limits(const Task& task, Experiment& experiment);
 
 /// Fills in figures, wished, ratio and needed_s of an experiment whose excitation is complete.
 void evaluate(const Task& task, Experiment& experiment);
+
+/// Fills in needed_amplitude and noise_dominates of an evaluated experiment.
+void evaluate_amplitude(const Task& task, Experiment& experiment);
 
 [[nodiscard]] Experiment lay_out_chirp(const Task& task, std::size_t samples);
 [[nodiscard]] Experiment lay_out_prbs(const Task& task, std::size_t samples);

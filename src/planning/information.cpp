@@ -90,25 +90,6 @@ double noise_density(const fit::NoiseModel& noise, double cycles) {
   return noise.innovation_variance / std::norm(a);
 }
 
-/// What fed-back noise tells per sample: mean over all frequencies of Re(D* D^T) |C S|^2, whatever its
-/// colour.
-MatrixXd information_of_noise(const RoughDrive& drive) {
-  const auto n = static_cast<Eigen::Index>(estimated_of(drive.model).size());
-  MatrixXd information = MatrixXd::Zero(n, n);
-  if (!drive.controller) return information;
-  constexpr int kPoints = 4000;
-  std::vector<double> f;
-  for (int i = 0; i < kPoints; ++i) f.push_back(0.5 * (i + 0.5) / kPoints / drive.model.sample_time_s);
-  const auto loop = loop_response(drive, f);
-  const MatrixXcd gradients = response_gradients(drive.model, f);
-  for (int i = 0; i < kPoints; ++i) {
-    const auto k = static_cast<std::size_t>(i);
-    const double gain = std::norm(drive.controller->response(f[k]) * loop.torque[k]);
-    information += gain / kPoints * (gradients.col(i).conjugate() * gradients.col(i).transpose()).real();
-  }
-  return information;
-}
-
 /// Columns d y/d parameter, then those of initial state and constant torque, whitened.
 MatrixXd sensitivity_columns(const RoughDrive& drive, const std::vector<double>& torque) {
   const auto& model = drive.model;
@@ -211,12 +192,48 @@ MatrixXcd line_sensitivities(const RoughDrive& drive, std::span<const double> fr
   return lines;
 }
 
-RoughDrive predicted(const RoughDrive& drive, std::span<const double> excitation) {
-  const auto parameters = estimated_of(drive.model);
-  const auto n = static_cast<Eigen::Index>(parameters.size());
+MatrixXd information_of_noise(const RoughDrive& drive) {
+  const auto n = static_cast<Eigen::Index>(estimated_of(drive.model).size());
+  MatrixXd information = MatrixXd::Zero(n, n);
+  if (!drive.controller) return information;
+  constexpr int kPoints = 4000;
+  std::vector<double> f;
+  for (int i = 0; i < kPoints; ++i) f.push_back(0.5 * (i + 0.5) / kPoints / drive.model.sample_time_s);
+  const auto loop = loop_response(drive, f);
+  const MatrixXcd gradients = response_gradients(drive.model, f);
+  for (int i = 0; i < kPoints; ++i) {
+    const auto k = static_cast<std::size_t>(i);
+    const double gain = std::norm(drive.controller->response(f[k]) * loop.torque[k]);
+    information += gain / kPoints * (gradients.col(i).conjugate() * gradients.col(i).transpose()).real();
+  }
+  return information;
+}
+
+double torque_of_noise(const RoughDrive& drive) {
+  if (!drive.controller) return 0.0;
+  constexpr int kPoints = 4000;
+  std::vector<double> f;
+  for (int i = 0; i < kPoints; ++i) f.push_back(0.5 * (i + 0.5) / kPoints / drive.model.sample_time_s);
+  const auto loop = loop_response(drive, f);
+  double variance = 0.0;
+  for (std::size_t k = 0; k < f.size(); ++k)
+    variance += std::norm(drive.controller->response(f[k]) * loop.torque[k]) *
+                noise_density(drive.noise, f[k] * drive.model.sample_time_s) / kPoints;
+  return std::sqrt(variance);
+}
+
+RecordInformation information_of(const RoughDrive& drive, std::span<const double> excitation,
+                                 const MatrixXd& noise) {
   const MatrixXd x = sensitivity_columns(drive, simulate(drive, excitation).torque);
-  MatrixXd information = x.transpose() * x / drive.noise.innovation_variance;
-  information.topLeftCorner(n, n) += static_cast<double>(x.rows()) * information_of_noise(drive);
+  return {x.transpose() * x / drive.noise.innovation_variance, static_cast<double>(x.rows()) * noise};
+}
+
+MatrixXd RecordInformation::covariance(double amplitude) const {
+  const Eigen::Index n = noise.rows(), all = excitation.rows();
+  MatrixXd information = excitation;
+  information.topRows(n) *= amplitude;
+  information.leftCols(n) *= amplitude;
+  information.topLeftCorner(n, n) += noise;
   // Columns of very different size: scaled to a unit diagonal before the inversion.
   const VectorXd size = information.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
   const MatrixXd scaled = size.asDiagonal() * information * size.asDiagonal();
@@ -224,15 +241,25 @@ RoughDrive predicted(const RoughDrive& drive, std::span<const double> excitation
   // What the record does not tell has no error bar at all; a 0 would promise a perfect one.
   const bool told = information.diagonal().head(n).minCoeff() > 0.0 && factors.info() == Eigen::Success &&
                     factors.vectorD().minCoeff() > 1e-15;
-  MatrixXd inverse = MatrixXd::Constant(x.cols(), x.cols(), std::numeric_limits<double>::infinity());
-  if (told)
-    inverse = size.asDiagonal() * factors.solve(MatrixXd::Identity(x.cols(), x.cols())) * size.asDiagonal();
+  if (!told) return MatrixXd::Constant(n, n, std::numeric_limits<double>::infinity());
+  const MatrixXd inverse =
+      size.asDiagonal() * factors.solve(MatrixXd::Identity(all, all)) * size.asDiagonal();
+  return inverse.topLeftCorner(n, n);
+}
+
+RoughDrive predicted(const RoughDrive& drive, std::span<const double> excitation) {
+  return with_covariance(drive, information_of(drive, excitation, information_of_noise(drive)).covariance());
+}
+
+RoughDrive with_covariance(const RoughDrive& drive, const MatrixXd& covariance) {
+  const auto parameters = estimated_of(drive.model);
   RoughDrive result = drive;
   result.model.covariance.setZero();
-  for (Eigen::Index i = 0; i < n; ++i)
-    for (Eigen::Index j = 0; j < n; ++j) {
-      const int a = parameters[static_cast<std::size_t>(i)], b = parameters[static_cast<std::size_t>(j)];
-      result.model.covariance(a, b) = inverse(i, j) * scale(drive.model, a) * scale(drive.model, b);
+  for (std::size_t i = 0; i < parameters.size(); ++i)
+    for (std::size_t j = 0; j < parameters.size(); ++j) {
+      const int a = parameters[i], b = parameters[j];
+      result.model.covariance(a, b) = covariance(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(j)) *
+                                      scale(drive.model, a) * scale(drive.model, b);
     }
   return result;
 }

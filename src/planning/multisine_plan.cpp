@@ -35,7 +35,8 @@ class Layout {
            task_.most_samples >= kFewestPeriods * period_;
   }
 
-  [[nodiscard]] Experiment run(Plan& plan) {
+  /// Chooses lines and phases, and lays out a short run that tells about how long is needed.
+  [[nodiscard]] Experiment design(Plan& plan) {
     Crests crests;
     DesignProblem problem;
     problem.criterion = task_.config.criterion;
@@ -49,7 +50,26 @@ class Layout {
     choose_waveform(problem, distribution.power);
     settle();
     choose_start();
-    return counted();
+    return of(fewest());
+  }
+
+  /// The least whole number of periods that meets the wishes, or as many as the time allows.
+  [[nodiscard]] Experiment counted(Experiment x) const {
+    const std::size_t most = task_.most_samples / period_;
+    std::size_t periods = x.periods;
+    while (x.ratio > 1.0 && periods < most) {
+      const double guess = static_cast<double>(periods) * x.ratio * x.ratio;
+      periods = static_cast<std::size_t>(
+          std::clamp(std::floor(guess), static_cast<double>(periods + 1), static_cast<double>(most)));
+      x = of(periods);
+    }
+    while (x.ratio <= 1.0 && periods > fewest()) {  // a guess may have gone too far
+      Experiment shorter = of(periods - 1);
+      if (shorter.ratio > 1.0) break;
+      x = std::move(shorter);
+      --periods;
+    }
+    return x;
   }
 
  private:
@@ -161,24 +181,8 @@ class Layout {
     return x;
   }
 
-  [[nodiscard]] Experiment counted() const {
-    const std::size_t most = task_.most_samples / period_;
-    const std::size_t fewest = std::min(most, x_.settle_periods + kFewestPeriods);
-    std::size_t periods = fewest;
-    Experiment x = of(periods);
-    while (x.ratio > 1.0 && periods < most) {
-      const double guess = static_cast<double>(periods) * x.ratio * x.ratio;
-      periods = static_cast<std::size_t>(
-          std::clamp(std::floor(guess), static_cast<double>(periods + 1), static_cast<double>(most)));
-      x = of(periods);
-    }
-    while (periods > fewest) {  // a guess may have gone too far
-      Experiment shorter = of(periods - 1);
-      if (shorter.ratio > 1.0) break;
-      x = std::move(shorter);
-      --periods;
-    }
-    return x;
+  [[nodiscard]] std::size_t fewest() const {
+    return std::min(task_.most_samples / period_, x_.settle_periods + kFewestPeriods);
   }
 
   const Task& task_;
@@ -215,26 +219,47 @@ std::vector<std::size_t> periods_to_try(const Task& task) {
 }  // namespace
 
 expected<Experiment, ConfigError> plan_multisine(const Task& task, Plan& plan) {
-  std::optional<Experiment> best;
+  struct Candidate {
+    Layout layout;
+    Experiment shortest;
+    Plan design;
+    double needed_s;
+  };
+  std::vector<Candidate> candidates;
+  double least_s = HUGE_VAL;
   for (const std::size_t period : periods_to_try(task)) {
     Layout layout(task, period);
     if (!layout.possible()) continue;
-    Plan design = plan;
-    Experiment x = layout.run(design);
+    Plan design;
+    Experiment x = layout.design(design);
+    const double needed_s = std::max(x.duration_s, x.needed_s.value_or(HUGE_VAL));
+    least_s = std::min(least_s, needed_s);
+    candidates.push_back({std::move(layout), std::move(x), std::move(design), needed_s});
+  }
+  // Only those are laid out in full length that may be the best; one, where the wishes are out of sight.
+  const double most_s = static_cast<double>(task.most_samples) / task.sample_rate_hz;
+  const double close = least_s > 1.5 * most_s ? 1.0 : 1.4;
+  std::optional<Experiment> best;
+  for (auto& candidate : candidates) {
+    if (candidate.needed_s > close * least_s) continue;
+    Experiment x = candidate.layout.counted(std::move(candidate.shortest));
     const auto rank = [](const Experiment& e) {
       return std::pair(e.ratio > 1.0, e.ratio > 1.0 ? e.ratio : e.duration_s);
     };
     if (!best || rank(x) < rank(*best)) {
       best = std::move(x);
-      plan.grid_hz = design.grid_hz;
-      plan.grid_power = design.grid_power;
-      plan.design_gap = design.design_gap;
+      plan.grid_hz = candidate.design.grid_hz;
+      plan.grid_power = candidate.design.grid_power;
+      plan.design_gap = candidate.design.design_gap;
     }
   }
-  if (!best)
-    return refuse("max_time_s", "must hold two periods of lines as close as the band and the damping ask for",
-                  task.config.limits.time_s);
-  return std::move(*best);
+  if (best) return std::move(*best);
+  if (task.config.period_s)
+    return refuse("period_s",
+                  "must leave 2 ... 512 lines in the band and fit twice into the time of the experiment",
+                  *task.config.period_s);
+  return refuse("max_time_s", "must hold two periods of lines as close as the band and the damping ask for",
+                most_s);
 }
 
 }  // namespace resonid::planning::detail

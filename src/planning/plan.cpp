@@ -40,30 +40,44 @@ expected<void, ConfigError> check(const PlanConfig& c) {
   return {};
 }
 
-/// The least time of a kind whose length is free, or the longest time allowed.
+/// The least time of a kind whose length is free, or the longest time allowed. Information grows about with
+/// time, so a short run tells how long is needed; what needs far more than `rival_s` is left at that.
 template <class LayOut>
-Experiment least_time(const Task& task, LayOut&& lay_out) {
+Experiment least_time(const Task& task, double rival_s, LayOut&& lay_out) {
   const auto at_most = [&](double samples) {
     return static_cast<std::size_t>(std::clamp(samples, 64.0, static_cast<double>(task.most_samples)));
   };
+  constexpr double kHopeless = 3.0, kMostGrowth = 8.0;
+  constexpr int kRounds = 12;
   std::size_t samples = at_most(4.0 * task.sample_rate_hz / task.low_hz);
-  Experiment x = lay_out(samples);
-  constexpr int kRounds = 8;
+  Experiment best = lay_out(samples);
+  std::size_t too_short = 63, enough = 0;
+  (best.ratio > 1.0 ? too_short : enough) = samples;
+  Experiment last = best;
   for (int round = 0; round < kRounds; ++round) {
-    const std::size_t next = at_most(std::ceil(static_cast<double>(samples) * x.ratio * x.ratio * 1.002));
-    if (next == samples || (x.ratio <= 1.0 && x.ratio > 0.99)) break;
+    if (last.ratio > 1.0 && round > 0 && last.needed_s.value_or(HUGE_VAL) > kHopeless * rival_s) break;
+    if (last.ratio <= 1.0 && last.ratio > 0.99) break;
+    const double longer = std::min(last.ratio * last.ratio * 1.002, kMostGrowth);
+    std::size_t next = at_most(std::ceil(static_cast<double>(samples) * longer));
+    if (enough > 0 && (next <= too_short || next >= enough)) next = (too_short + enough) / 2;
+    if (next == samples || next == too_short || next == enough) break;
     samples = next;
-    x = lay_out(samples);
+    last = lay_out(samples);
+    if (last.ratio > 1.0)
+      too_short = std::max(too_short, samples);
+    else
+      enough = samples;
+    if (enough == 0 || enough == samples) best = last;
   }
-  return x;
+  return best;
 }
 
-expected<Experiment, ConfigError> planned(const Task& task, ExcitationType type, Plan& plan) {
+expected<Experiment, ConfigError> planned(const Task& task, ExcitationType type, double rival_s, Plan& plan) {
   switch (type) {
     case ExcitationType::chirp:
-      return least_time(task, [&](std::size_t n) { return detail::lay_out_chirp(task, n); });
+      return least_time(task, rival_s, [&](std::size_t n) { return detail::lay_out_chirp(task, n); });
     case ExcitationType::prbs:
-      return least_time(task, [&](std::size_t n) { return detail::lay_out_prbs(task, n); });
+      return least_time(task, rival_s, [&](std::size_t n) { return detail::lay_out_prbs(task, n); });
     case ExcitationType::multisine:
       break;
   }
@@ -94,21 +108,29 @@ expected<Plan, ConfigError> make_plan(const PlanConfig& config) {
   plan.drives = task.drives.size();
   using enum ExcitationType;
   std::optional<Experiment> best;
+  std::array<std::optional<double>, 3> least_s;
   for (const ExcitationType type : {multisine, chirp, prbs}) {
     if (c.type && *c.type != type) continue;
     tell(std::string("planning a ").append(kExcitationNames[static_cast<std::size_t>(type)]));
-    auto x = planned(task, type, plan);
-    // Free in its kind, a plan goes without the multisine where the time is too short for one.
-    if (!x && (c.type || type != multisine)) return unexpected(x.error());
+    const double rival_s = !best                ? HUGE_VAL
+                           : best->ratio <= 1.0 ? best->duration_s
+                                                : best->needed_s.value_or(HUGE_VAL);
+    auto x = planned(task, type, rival_s, plan);
+    // Free in its kind and period, a plan goes without the multisine where the time is too short for one.
+    if (!x && (c.type || c.period_s || type != multisine)) return unexpected(x.error());
+    if (x && x->ratio <= 1.0) least_s[static_cast<std::size_t>(type)] = x->duration_s;
     if (x && (!best || better(*x, *best))) best = std::move(*x);
   }
   tell("comparing");
   plan.reached = best->ratio <= 1.0;
+  detail::evaluate_amplitude(task, *best);
   const std::size_t samples = best->excitation.size();
   const ExcitationType chosen = best->type;
   plan.experiments.push_back(std::move(*best));
   if (chosen != chirp) plan.experiments.push_back(detail::lay_out_chirp(task, samples));
   if (chosen != prbs) plan.experiments.push_back(detail::lay_out_prbs(task, samples));
+  for (auto& x : plan.experiments) x.least_s = least_s[static_cast<std::size_t>(x.type)];
+  plan.noise_torque = torque_of_noise(c.drive);
   return plan;
 }
 

@@ -100,6 +100,23 @@ std::string relative_text(const Figure& f) {
   return fmt::format("{:.3g} %", 100.0 * f.standard_deviation / std::abs(f.value));
 }
 
+namespace {
+
+/// Another kind against the planned one, both as they were laid out.
+std::string compared(const Plan& plan, const Experiment& other) {
+  const auto& x = plan.planned();
+  if (plan.reached && other.least_s)
+    return fmt::format("A {} within the same limits would take {:.3g} s, {:.2g} times as long.",
+                       name_of(other.type), *other.least_s, *other.least_s / x.duration_s);
+  if (!std::isfinite(other.ratio) || !(x.ratio > 0.0))
+    return fmt::format("A {} of the same length would leave a wish unknown.", name_of(other.type));
+  return fmt::format(
+      "A {} of the same length within the same limits would leave error bars {:.2g} times as wide.",
+      name_of(other.type), other.ratio / x.ratio);
+}
+
+}  // namespace
+
 std::vector<std::string> sentences(const Plan& plan) {
   const auto& x = plan.planned();
   std::vector<std::string> list;
@@ -113,16 +130,26 @@ std::vector<std::string> sentences(const Plan& plan) {
     std::string way = fmt::format("With the amplitude that the limit of {} leaves, ", x.binding);
     if (x.needed_s && std::isfinite(*x.needed_s))
       way += fmt::format("about {:.3g} s would do; ", *x.needed_s);
-    list.push_back(way + fmt::format("in the time given, {:.3g} times the amplitude.", x.ratio));
+    list.push_back(way + (x.needed_amplitude ? fmt::format("in the time given, {:.3g} times the amplitude.",
+                                                           *x.needed_amplitude)
+                                             : std::string("in the time given no amplitude would.")));
+    if (!std::isfinite(plan.config.limits.time_s))
+      list.push_back(fmt::format("No time was given: experiments of up to {:g} s were looked at.",
+                                 planning::kMostTime_s));
   }
+  if (x.noise_dominates)
+    list.push_back(
+        "Most of this is told by the noise that the controller feeds back, not by the excitation, which is "
+        "too weak to matter.");
   list.push_back(fmt::format("The limit of {} keeps the amplitude at {:.4g} (peak, crest factor {:.3g}).",
                              x.binding, x.amplitude, x.crest_factor));
-  for (std::size_t i = 1; i < plan.experiments.size(); ++i) {
-    const auto& other = plan.experiments[i];
-    if (other.needed_s && x.needed_s && std::isfinite(*other.needed_s))
-      list.push_back(fmt::format("A {} within the same limits would take {:.3g} s, {:.2g} times as long.",
-                                 name_of(other.type), *other.needed_s, *other.needed_s / *x.needed_s));
-  }
+  if (plan.noise_torque > 0.0)
+    list.push_back(fmt::format(
+        "Limits are held without noise: through the controller it adds a torque of {:.3g} (three standard "
+        "deviations).",
+        3.0 * plan.noise_torque));
+  for (std::size_t i = 1; i < plan.experiments.size(); ++i)
+    list.push_back(compared(plan, plan.experiments[i]));
   return list;
 }
 
@@ -186,6 +213,9 @@ json to_json(const Plan& plan) {
          {"alternatives", json::array()}};
   if (plan.config.band_hz) j["band_hz"] = {plan.config.band_hz->first, plan.config.band_hz->second};
   if (x.needed_s) j["needed_s"] = *x.needed_s;
+  if (x.needed_amplitude) j["needed_amplitude"] = *x.needed_amplitude;
+  j["noise_dominates"] = x.noise_dominates;
+  j["noise_torque"] = plan.noise_torque;
   for (std::size_t i = 0; i < x.wished.size(); ++i) {
     const double wanted = wanted_of(plan, i);
     json wish{{"figure", x.wished[i].name},
@@ -203,6 +233,7 @@ json to_json(const Plan& plan) {
                {"extremes", extremes_json(other.extremes)},
                {"figures", figures_json(other.figures)}};
     if (other.needed_s) entry["needed_s"] = *other.needed_s;
+    if (other.least_s) entry["least_s"] = *other.least_s;
     j["alternatives"].push_back(std::move(entry));
   }
   return j;

@@ -43,6 +43,32 @@ struct Figure {
 [[nodiscard]] Eigen::MatrixXcd line_sensitivities(const RoughDrive& drive,
                                                   std::span<const double> frequency_hz);
 
+/// Fisher's information of a record in its two parts.
+struct RecordInformation {
+  /// Of the excitation; parameters in parts of their scale, then initial state and constant load torque.
+  /// Grows with the square of the amplitude in the first `parameters` rows and columns.
+  Eigen::MatrixXd excitation;
+  Eigen::MatrixXd noise;  ///< [parameter, parameter] of the noise that the controller feeds back.
+
+  /// Covariance of the parameters in parts of their scale, with `amplitude` times the excitation; infinite
+  /// where the record does not tell them all.
+  [[nodiscard]] Eigen::MatrixXd covariance(double amplitude = 1.0) const;
+};
+
+/// What fed-back noise tells per sample: mean over all frequencies of Re(D* D^T) |C S|^2, whatever its
+/// colour.
+[[nodiscard]] Eigen::MatrixXd information_of_noise(const RoughDrive& drive);
+
+/// Standard deviation of the torque that the controller makes of noise; 0 without a controller.
+[[nodiscard]] double torque_of_noise(const RoughDrive& drive);
+
+/// Of the record that the excitation makes from rest; `noise`: information_of_noise(drive).
+[[nodiscard]] RecordInformation information_of(const RoughDrive& drive, std::span<const double> excitation,
+                                               const Eigen::MatrixXd& noise);
+
+/// The model with a covariance of its parameters that is given in parts of their scale.
+[[nodiscard]] RoughDrive with_covariance(const RoughDrive& drive, const Eigen::MatrixXd& covariance);
+
 /// The model with the covariance that an unbiased fit of a record can reach: the inverse of Fisher's
 /// information
 ///

@@ -25,6 +25,9 @@ struct Limits {
   double time_s = std::numeric_limits<double>::infinity();      ///< Whole experiment.
 };
 
+/// Longest experiment that is looked at where no time is given.
+inline constexpr double kMostTime_s = 600.0;
+
 /// A figure that is wanted to a certain accuracy, one standard deviation.
 struct Wish {
   std::string figure;      ///< One of figure_names().
@@ -68,6 +71,11 @@ struct Experiment {
   double ratio = 0.0;           ///< Largest of deviation / wanted deviation: at most 1 when reached.
   /// Time after which all wishes would be met with the same amplitude; absent where that is out of sight.
   std::optional<double> needed_s;
+  /// Factor on the amplitude with which all wishes would be met in the same time; absent: none up to 1e6.
+  /// Filled in for the planned one.
+  std::optional<double> needed_amplitude;
+  bool noise_dominates = false;   ///< Fed-back noise tells more than the excitation; of the planned one.
+  std::optional<double> least_s;  ///< Least time of its kind that was laid out and meets all wishes.
 
   // Multisine only.
   std::vector<double> frequency_hz, line_amplitude, phase_rad;  ///< [line]
@@ -85,6 +93,7 @@ struct Plan {
   std::vector<double> grid_hz, grid_power;  ///< Of the multisine's design, before its weak lines are dropped.
   double design_gap = 0.0;                  ///< See PowerDistribution.
   std::size_t drives = 1;                   ///< Possible drives that were averaged over.
+  double noise_torque = 0.0;  ///< Standard deviation of the torque that the controller makes of noise.
 
   [[nodiscard]] const Experiment& planned() const { return experiments.front(); }
 };

@@ -26,8 +26,9 @@ namespace resonid::report {
 ///                   clock_divider},
 ///      extremes: {excitation, torque, torque_rms, velocity, stroke},
 ///      wishes: [{figure, wanted_std, expected_std, unit, reached}], worst_ratio, needed_s,
+///      needed_amplitude, noise_dominates, noise_torque,
 ///      figures: [{name, value, std, unit}],
-///      alternatives: [{type, peak, worst_ratio, needed_s, extremes, figures}]}
+///      alternatives: [{type, peak, worst_ratio, needed_s, least_s, extremes, figures}]}
 ///
 /// `std` are those of the rough model, `expected_std` those expected over all drives that it may stand for.
 /// What is not there is absent.

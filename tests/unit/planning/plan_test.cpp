@@ -103,6 +103,46 @@ TEST(Plan, PlansARigidDriveInOpenLoop) {
   EXPECT_LE(plan->planned().extremes.stroke, 0.5 + 1e-9);
 }
 
+// The amplitude that is said to do does: fed-back noise, which no amplitude strengthens, is left out.
+TEST(Plan, SaysWhatAmplitudeWouldDo) {
+  auto c = quick();
+  c.type = ExcitationType::multisine;
+  c.limits.torque = 1e-4;
+  c.limits.time_s = 8.0;
+  const auto weak = make_plan(c);
+  ASSERT_TRUE(weak.has_value());
+  EXPECT_FALSE(weak->reached);
+  EXPECT_TRUE(weak->planned().noise_dominates);
+  ASSERT_TRUE(weak->planned().needed_amplitude.has_value());
+  const double factor = *weak->planned().needed_amplitude;
+  EXPECT_GT(factor, 10.0 * weak->planned().ratio);
+  c.limits.torque = 1e-4 * factor;
+  const auto strong = make_plan(c);
+  EXPECT_FALSE(strong->planned().noise_dominates);
+  EXPECT_NEAR(strong->planned().ratio, 1.0, 0.05);
+  EXPECT_GT(strong->noise_torque, 0.0);
+}
+
+TEST(Plan, LooksNoFurtherThanTenMinutesUnlessTold) {
+  auto c = quick();
+  c.type = ExcitationType::multisine;
+  c.limits.stroke = 1e-6;
+  const auto plan = make_plan(c);
+  ASSERT_TRUE(plan.has_value());
+  EXPECT_FALSE(plan->reached);
+  EXPECT_LE(plan->planned().duration_s, kMostTime_s);
+}
+
+TEST(Plan, ComparesWhatIsLaidOut) {
+  auto c = quick();
+  c.wishes = {{"stiffness", 0.02, true}};
+  const auto plan = make_plan(c);
+  ASSERT_TRUE(plan.has_value());
+  ASSERT_TRUE(plan->reached);
+  EXPECT_EQ(plan->planned().least_s, plan->planned().duration_s);
+  for (const auto& x : plan->experiments) EXPECT_GE(x.least_s.value_or(HUGE_VAL), plan->planned().duration_s);
+}
+
 TEST(Plan, RefusesNamingTheField) {
   const auto refused = [](auto&& change) {
     auto c = quick();
@@ -115,6 +155,7 @@ TEST(Plan, RefusesNamingTheField) {
   EXPECT_EQ(refused([](PlanConfig& c) { c.limits.time_s = 0.01; }), "max_time_s");
   EXPECT_EQ(refused([](PlanConfig& c) { c.wishes = {{"colour", 0.1, true}}; }), "accuracy");
   EXPECT_EQ(refused([](PlanConfig& c) { c.spread = 0.9; }), "spread");
+  EXPECT_EQ(refused([](PlanConfig& c) { c.period_s = 100.0; }), "period_s");
   EXPECT_EQ(refused([](PlanConfig& c) { c.band_hz = {5.0, 400.0}; }), "band");
   EXPECT_EQ(refused([](PlanConfig& c) { c.drive.noise.innovation_variance = 0.0; }), "noise");
   EXPECT_EQ(refused([](PlanConfig& c) { c.drive.model.parameters.stiffness = -1.0; }), "stiffness");
