@@ -2,9 +2,9 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
-#include <fit/chi_square.hpp>
 #include <fit/output_error_fitter.hpp>
 #include <numeric>
+#include <resonid/fit/chi_square.hpp>
 #include <resonid/fit/identified_controller.hpp>
 #include <resonid/fit/output_error.hpp>
 #include <resonid/fit/projected_input.hpp>
@@ -166,7 +166,7 @@ void compare(std::span<const data::Record> records, const OutputErrorConfig& con
   const auto& estimated = joint.model.estimated;
   test.degrees = static_cast<int>(records.size() - 1) *
                  static_cast<int>(std::count(estimated.begin(), estimated.end(), true));
-  test.probability = detail::chi_square_tail(test.chi_square, test.degrees);
+  test.probability = chi_square_tail(test.chi_square, static_cast<std::size_t>(test.degrees));
   joint.consistency = test;
 }
 

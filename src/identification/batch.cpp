@@ -2,9 +2,9 @@
 #include <algorithm>
 #include <cmath>
 #include <exception>
-#include <identification/chi_square.hpp>
 #include <identification/parallel.hpp>
 #include <mutex>
+#include <resonid/fit/chi_square.hpp>
 #include <resonid/identification/batch.hpp>
 
 namespace resonid::identification {
@@ -52,7 +52,7 @@ void weigh(Spread& s) {
   s.degrees = s.values.size() - 1;
   s.chi_square = 0.0;
   for (const auto& v : s.values) *s.chi_square += std::pow((v.value - s.mean) / *v.std, 2);
-  s.probability = detail::chi_square_tail(*s.chi_square, s.degrees);
+  s.probability = fit::chi_square_tail(*s.chi_square, s.degrees);
 }
 
 /// Holm 1979: the smallest probability against level/m, the next against level/(m-1) ... until one holds.

@@ -3,12 +3,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <identification/chi_square.hpp>
 #include <identification/joint_model.hpp>
 #include <identification/loop.hpp>
 #include <identification/uncertainty.hpp>
 #include <numeric>
 #include <resonid/diagnostics/response_extrema.hpp>
+#include <resonid/fit/chi_square.hpp>
 #include <resonid/fit/identified_controller.hpp>
 #include <resonid/identification/join.hpp>
 

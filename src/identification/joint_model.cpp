@@ -3,9 +3,9 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
-#include <identification/chi_square.hpp>
 #include <identification/joint_model.hpp>
 #include <numeric>
+#include <resonid/fit/chi_square.hpp>
 #include <resonid/fit/output_error.hpp>
 
 namespace resonid::identification::detail {
@@ -132,7 +132,7 @@ void compare(const std::vector<Coordinates>& all, const std::vector<std::size_t>
     auto& r = told[record[i]];
     r.degrees = static_cast<std::size_t>(d.size());
     r.chi_square = d.dot(covariance.ldlt().solve(d));
-    r.probability = chi_square_tail(*r.chi_square, r.degrees);
+    r.probability = fit::chi_square_tail(*r.chi_square, r.degrees);
     r.agrees = *r.probability > (1.0 - confidence) / static_cast<double>(all.size());
   }
 }
