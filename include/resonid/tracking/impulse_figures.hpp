@@ -21,27 +21,27 @@ struct ImpulseFigures {
 /// Runs the impulse response of a bank until nothing of it is left, twice: the first time for sums, the
 /// second for the sample from which on the rest, sum |h|, stays below kSettledRemainder. No heap; the search
 /// is bounded and what has not decayed by then "never settles" (its noise gain is then a lower bound).
-template <std::size_t MaxLines>
-std::array<ImpulseFigures, MaxLines> impulse_figures(Oscillators<double, MaxLines> bank) noexcept {
-  constexpr double kGone = 1e-9;  // of the largest value so far
+template <class Scalar, std::size_t MaxLines>
+std::array<ImpulseFigures, MaxLines> impulse_figures(Oscillators<Scalar, MaxLines> bank) noexcept {
+  constexpr auto kGone = static_cast<Scalar>(1e-9);  // of the largest value so far
   const std::size_t lines = bank.lines();
   const std::size_t bound =
       std::clamp<std::size_t>((std::size_t{1} << 25U) / lines, std::size_t{1} << 16U, std::size_t{1} << 20U);
   std::array<ImpulseFigures, MaxLines> figures{};
-  std::array<double, MaxLines> total{};
-  std::array<std::complex<double>, MaxLines> turn{};  // e^{-jwk}
-  turn.fill(1.0);
-  double largest = 0.0;
+  std::array<Scalar, MaxLines> total{};
+  std::array<std::complex<Scalar>, MaxLines> turn{};  // e^{-jwk}
+  turn.fill(Scalar(1));
+  Scalar largest(0);
   std::size_t length = 0;
   bool decayed = false;
   for (bank.reset(); length < bound && !decayed; ++length) {
-    bank.step(length == 0 ? 1.0 : 0.0);
-    double present = std::abs(bank.offset());
+    bank.step(Scalar(length == 0 ? 1 : 0));
+    Scalar present = std::abs(bank.offset());
     for (std::size_t i = 0; i < lines; ++i) {
       const auto h = bank.phasor(i);
-      const double size = std::abs(h);
+      const Scalar size = std::abs(h);
       figures[i].noise_gain += size * size;
-      figures[i].lag_samples += 0.5 * static_cast<double>(length) * (h * turn[i]).real();
+      figures[i].lag_samples += 0.5 * static_cast<double>(length) * static_cast<double>((h * turn[i]).real());
       total[i] += size;
       turn[i] *= std::conj(bank.rotation(i));
       present = std::max(present, size);
@@ -53,10 +53,10 @@ std::array<ImpulseFigures, MaxLines> impulse_figures(Oscillators<double, MaxLine
   if (!decayed) return figures;
   bank.reset();
   for (std::size_t k = 0; k < length; ++k) {
-    bank.step(k == 0 ? 1.0 : 0.0);
+    bank.step(Scalar(k == 0 ? 1 : 0));
     for (std::size_t i = 0; i < lines; ++i) {
       total[i] -= std::abs(bank.phasor(i));
-      if (total[i] < kSettledRemainder && figures[i].settling_samples == kNeverSettles)
+      if (total[i] < static_cast<Scalar>(kSettledRemainder) && figures[i].settling_samples == kNeverSettles)
         figures[i].settling_samples = k + 1;
     }
   }

@@ -6,9 +6,9 @@
 #include <complex>
 #include <cstddef>
 #include <cstdint>
-#include <optional>
 #include <resonid/base/constants.hpp>
 #include <resonid/base/expected.hpp>
+#include <resonid/tracking/bank_config.hpp>
 #include <resonid/tracking/gain_rule.hpp>
 #include <resonid/tracking/impulse_figures.hpp>
 #include <resonid/tracking/line_phase.hpp>
@@ -17,15 +17,6 @@
 #include <type_traits>
 
 namespace resonid::tracking {
-
-struct KalmanBankConfig {
-  double sample_rate_hz = 0.0;             ///< Rate at which step() is called, > 0.
-  std::span<const double> frequency_hz{};  ///< Lines in (0, sample_rate_hz/2), no two equal.
-  bool offset = true;                      ///< One shared state for a constant part of the signal.
-  GainRule gain = GainRule::fixed;
-  double lambda = 100.0;      ///< Fixed gain: larger is quieter and slower; > -(lines + offset)/2.
-  double pole_radius = 0.98;  ///< Placed poles: in (0, 1); nearer to 1 is quieter and slower.
-};
 
 /// Complex amplitudes of several spectral lines, sample by sample: Kalman short-time DFT with constant gain.
 ///
@@ -43,7 +34,7 @@ class KalmanBank {
   static constexpr std::size_t kProbes = 1;  ///< See probe().
 
   static expected<KalmanBank, ConfigError> create(const KalmanBankConfig& config) {
-    if (auto fault = check(config)) return unexpected<ConfigError>(*fault);
+    if (auto fault = check(config, MaxLines)) return unexpected<ConfigError>(*fault);
     KalmanBank bank;
     const std::span<const double> frequency = config.frequency_hz;
     std::array<double, MaxLines> angle{};
@@ -53,9 +44,7 @@ class KalmanBank {
       angle[i] = kTwoPi * frequency[i] / config.sample_rate_hz;
     }
     const std::span<const double> angles(angle.data(), frequency.size());
-    const auto gain = config.gain == GainRule::fixed
-                          ? fixed_gain<MaxLines>(angles, config.offset, config.lambda)
-                          : placed_gain<MaxLines>(angles, config.offset, config.pole_radius);
+    const auto gain = bank_gain<MaxLines>(angles, config);
     Oscillators<double, MaxLines> exact;
     exact.configure(angles, gain);
     bank.figures_ = impulse_figures(exact);
@@ -139,28 +128,6 @@ class KalmanBank {
 
  private:
   KalmanBank() = default;
-
-  static std::optional<ConfigError> check(const KalmanBankConfig& c) {
-    const std::span<const double> f = c.frequency_hz;
-    if (!(c.sample_rate_hz > 0.0) || !std::isfinite(c.sample_rate_hz))
-      return ConfigError{"sample_rate_hz", "must be > 0", c.sample_rate_hz};
-    if (f.empty()) return ConfigError{"frequency_hz", "needs at least one line", 0.0};
-    if (f.size() > MaxLines)
-      return ConfigError{"frequency_hz", "has more lines than the bank was built for",
-                         static_cast<double>(f.size())};
-    for (std::size_t i = 0; i < f.size(); ++i) {
-      if (!(f[i] > 0.0 && f[i] < 0.5 * c.sample_rate_hz))
-        return ConfigError{"frequency_hz", "must be > 0 and below half the sample rate", f[i]};
-      for (std::size_t j = 0; j < i; ++j)
-        if (f[i] == f[j]) return ConfigError{"frequency_hz", "must not hold a line twice", f[i]};
-    }
-    const double states = static_cast<double>(f.size()) + (c.offset ? 1.0 : 0.0);
-    if (c.gain == GainRule::fixed && !(c.lambda > -0.5 * states && std::isfinite(c.lambda)))
-      return ConfigError{"lambda", "must be above minus half the number of lines and offset", c.lambda};
-    if (c.gain == GainRule::placed_poles && !(c.pole_radius > 0.0 && c.pole_radius < 1.0))
-      return ConfigError{"pole_radius", "must lie between 0 and 1", c.pole_radius};
-    return std::nullopt;
-  }
 
   Oscillators<Scalar, MaxLines> oscillators_;
   std::array<double, MaxLines> frequency_hz_{};  // [line]

@@ -12,16 +12,20 @@
 
 namespace resonid::tracking {
 
-/// Bank of oscillators with one shared innovation, the recursion of METHOD 4.1 in phasors:
+/// Bank of oscillators for one or more signals (channels) over the same lines; each channel has one
+/// innovation, shared by its lines. The recursion of METHOD 4.1 in phasors:
 ///
 ///   e(k) = z(k) - sum_i Re p_i(k) - offset(k)
 ///   p_i(k+1) = e^{j w_i} p_i(k) + gain_i e(k)          offset(k+1) = offset(k) + gain_0 e(k)
 ///
 /// The state is kept one sample ahead; phasor() turns it back and so is the filtered value, newest sample
-/// included. Structure of arrays in blocks of lanes: one pass, which compilers turn into vector instructions.
-template <class Scalar, std::size_t MaxLines>
+/// included. Structure of arrays in blocks of lanes: one pass over all channels, which wait for their sums
+/// together and share rotations and gains.
+template <class Scalar, std::size_t MaxLines, std::size_t Channels = 1>
 class Oscillators {
  public:
+  using Sample = std::array<Scalar, Channels>;
+
   void configure(std::span<const double> angle_rad, const BankGain<MaxLines>& gain) noexcept {
     lines_ = angle_rad.size();
     for (std::size_t i = 0; i < lines_; ++i) {
@@ -34,24 +38,33 @@ class Oscillators {
     reset();
   }
 
-  void step(Scalar z) noexcept { advance(z - predicted_); }
+  void step(const Sample& z) noexcept {
+    Sample innovation;
+    for (std::size_t c = 0; c < Channels; ++c) innovation[c] = z[c] - predicted_[c];
+    advance(innovation);
+  }
+  void step(Scalar z) noexcept requires(Channels == 1) { step(Sample{z}); }
   /// A sample without measurement.
-  void predict() noexcept { advance(Scalar(0)); }
+  void predict() noexcept { advance(Sample{}); }
 
   void reset() noexcept {
-    re_.fill(Scalar(0));
-    im_.fill(Scalar(0));
-    offset_ = predicted_ = innovation_ = Scalar(0);
+    re_ = im_ = {};
+    offset_ = predicted_ = innovation_ = {};
   }
 
-  [[nodiscard]] std::complex<Scalar> phasor(std::size_t i) const noexcept {
-    return {cos_[i] * re_[i] + sin_[i] * im_[i], cos_[i] * im_[i] - sin_[i] * re_[i]};
+  [[nodiscard]] std::complex<Scalar> phasor(std::size_t i, std::size_t channel = 0) const noexcept {
+    const Scalar re = re_[channel][i], im = im_[channel][i];
+    return {cos_[i] * re + sin_[i] * im, cos_[i] * im - sin_[i] * re};
+  }
+  /// Phasor of the next sample, as predicted: phasor() turned on.
+  [[nodiscard]] std::complex<Scalar> predicted_phasor(std::size_t i, std::size_t channel = 0) const noexcept {
+    return {re_[channel][i], im_[channel][i]};
   }
   [[nodiscard]] std::complex<Scalar> rotation(std::size_t i) const noexcept { return {cos_[i], sin_[i]}; }
   [[nodiscard]] std::complex<Scalar> gain(std::size_t i) const noexcept { return {gain_re_[i], gain_im_[i]}; }
   [[nodiscard]] Scalar offset_gain() const noexcept { return offset_gain_; }
-  [[nodiscard]] Scalar offset() const noexcept { return offset_; }
-  [[nodiscard]] Scalar innovation() const noexcept { return innovation_; }
+  [[nodiscard]] Scalar offset(std::size_t channel = 0) const noexcept { return offset_[channel]; }
+  [[nodiscard]] Scalar innovation(std::size_t channel = 0) const noexcept { return innovation_[channel]; }
   [[nodiscard]] std::size_t lines() const noexcept { return lines_; }
 
  private:
@@ -59,26 +72,31 @@ class Oscillators {
   static constexpr std::size_t kPadded = (MaxLines + kLanes - 1) / kLanes * kLanes;
   using Array = std::array<Scalar, kPadded>;
 
-  void advance(Scalar innovation) noexcept {
-    std::array<Scalar, kLanes> sum{};
+  void advance(const Sample& innovation) noexcept {
+    std::array<std::array<Scalar, kLanes>, Channels> sum{};
     for (std::size_t block = 0; block < lines_; block += kLanes) {
-      for (std::size_t lane = 0; lane < kLanes; ++lane) {  // lines that are not used stay 0
-        const std::size_t i = block + lane;
-        const Scalar re = cos_[i] * re_[i] - sin_[i] * im_[i] + gain_re_[i] * innovation;
-        im_[i] = sin_[i] * re_[i] + cos_[i] * im_[i] + gain_im_[i] * innovation;
-        re_[i] = re;
-        sum[lane] += re;
+      for (std::size_t c = 0; c < Channels; ++c) {
+        for (std::size_t lane = 0; lane < kLanes; ++lane) {  // lines that are not used stay 0
+          const std::size_t i = block + lane;
+          const Scalar re = cos_[i] * re_[c][i] - sin_[i] * im_[c][i] + gain_re_[i] * innovation[c];
+          im_[c][i] = sin_[i] * re_[c][i] + cos_[i] * im_[c][i] + gain_im_[i] * innovation[c];
+          re_[c][i] = re;
+          sum[c][lane] += re;
+        }
       }
     }
-    offset_ += offset_gain_ * innovation;
-    predicted_ = offset_;
-    for (const Scalar s : sum) predicted_ += s;
+    for (std::size_t c = 0; c < Channels; ++c) {
+      offset_[c] += offset_gain_ * innovation[c];
+      predicted_[c] = offset_[c];
+      for (const Scalar s : sum[c]) predicted_[c] += s;
+    }
     innovation_ = innovation;
   }
 
   Array cos_{}, sin_{}, gain_re_{}, gain_im_{};  // [line]
-  Array re_{}, im_{};                            // [line], state for the next sample
-  Scalar offset_gain_{}, offset_{}, predicted_{}, innovation_{};
+  std::array<Array, Channels> re_{}, im_{};      // [channel][line], state for the next sample
+  Scalar offset_gain_{};
+  Sample offset_{}, predicted_{}, innovation_{};  // [channel]
   std::size_t lines_ = 0;
 };
 
