@@ -18,6 +18,14 @@ if(RESONID_COVERAGE)
   target_link_options(resonid_options INTERFACE --coverage)
 endif()
 
+# resonid_unity(TARGET): with RESONID_UNITY, a few sources of the target at a time make one translation unit. For targets
+# whose headers cost more than their code.
+function(resonid_unity target)
+  if(RESONID_UNITY)
+    set_target_properties(${target} PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE 6)
+  endif()
+endfunction()
+
 # resonid_stage(NAME [SOURCES ...] [DEPENDS ...] [PRIVATE ...])
 # One pipeline stage: a static library (or a header-only target) called resonid::NAME whose public headers are
 # include/resonid/NAME. DEPENDS are public link targets, PRIVATE ones stay out of the interface.
