@@ -51,10 +51,14 @@ function(resonid_stage name)
   set_property(GLOBAL APPEND PROPERTY RESONID_STAGE_TARGETS ${target})
 endfunction()
 
-# resonid_test(NAME SOURCES ... [DEPENDS ...] [LABELS ...] [TIMEOUT SECONDS]): one test executable per stage, found by
-# ctest test by test. Tests labelled `statistics` run in `make statistics` only.
+# resonid_test(NAME SOURCES ... [DEPENDS ...] [LABELS ...] [TIMEOUT SECONDS] [LONG]): one test executable per stage, found
+# by ctest test by test. Tests labelled `statistics` run in `make statistics` only. LONG ones are those that take tens of
+# seconds; sanitizers leave them out.
 function(resonid_test name)
-  cmake_parse_arguments(TEST "" "TIMEOUT" "SOURCES;DEPENDS;LABELS" ${ARGN})
+  cmake_parse_arguments(TEST "LONG" "TIMEOUT" "SOURCES;DEPENDS;LABELS" ${ARGN})
+  if(TEST_LONG AND NOT RESONID_LONG_TESTS)
+    return()
+  endif()
   if(NOT TEST_TIMEOUT)
     set(TEST_TIMEOUT 600)
   endif()
