@@ -70,7 +70,7 @@ excitation::StopReport<double> run(double gain, double& largest_velocity) {
 
 int main() {
   bool right = true;
-  for (const double gain : {kWorkingGain, 16.0}) {
+  for (const double gain : {kWorkingGain, 14.5}) {
     double largest_velocity = 0.0;
     const auto report = run(gain, largest_velocity);
     std::cout << "gain " << gain << " Nms/rad: " << to_words(report.reason) << ", at "
