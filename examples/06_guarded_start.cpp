@@ -47,6 +47,7 @@ excitation::StopReport<double> run(double gain, double& largest_velocity) {
   config.deceleration = 50.0;
   config.reaction_s = 0.003;
   config.oscillation_from_hz = 5.0;
+  config.oscillation_window_s = 0.1;
   config.oscillation_least = 0.2;
   config.oscillation_expected = 0.3;
   auto guard = excitation::GuardedExcitation<double>::create(config).value();

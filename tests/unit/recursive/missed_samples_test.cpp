@@ -133,13 +133,17 @@ TYPED_TEST(MissedBy, AHugeGapIsCountedAndHarmless) {
   auto e = make(std::type_identity<TypeParam>());
   this->run(e, 0, 3000);
   const auto before = e.model();
+  const Eigen::Matrix<double, 6, 6> covariance = e.covariance();
+  ASSERT_TRUE(covariance.allFinite());
   e.miss(kHuge);
   EXPECT_EQ(e.samples(), 3000 + kHuge);
   EXPECT_EQ(e.skipped_samples(), kHuge);
   EXPECT_EQ(e.residual(), 0.0);
-  for (std::size_t i = 0; i < 3; ++i) {
-    EXPECT_NEAR(e.model().a[i], before.a[i], 1e-9);
-    EXPECT_NEAR(e.model().b[i], before.b[i], 1e-9);
+  for (std::size_t i = 0; i < 3; ++i) {  // an instrumental-variable estimate settles where it is held
+    EXPECT_NEAR(e.model().a[i], before.a[i],
+                0.01 * std::sqrt(covariance(static_cast<int>(3 + i), static_cast<int>(3 + i))));
+    EXPECT_NEAR(e.model().b[i], before.b[i],
+                0.01 * std::sqrt(covariance(static_cast<int>(i), static_cast<int>(i))));
   }
   this->run(e, 3000, 6000);
   EXPECT_TRUE(e.ready());
@@ -154,7 +158,7 @@ TEST(MissedSamples, LeastSquaresCountsThem) {
   EXPECT_EQ(missed.samples(), 1 + kHuge);
   EXPECT_EQ(missed.skipped_samples(), kHuge);
   EXPECT_EQ(missed.parameters(), rls.parameters());
-  EXPECT_EQ(missed.covariance(), rls.covariance());
+  EXPECT_EQ(missed.information_inverse(), rls.information_inverse());
 }
 
 TEST(MissedSamples, AResponseFitGoesOnWithTheRightLine) {
@@ -232,7 +236,7 @@ TEST(MissedSamples, PhysicalTrackerFindsBackAfterALongGap) {
       drive.run(t.get(), 1500);
       EXPECT_TRUE(t->ready());
       EXPECT_NEAR(t->resonance_hz(), 15.0856, 4.0 * t->resonance_std_hz());
-      EXPECT_NEAR(t->resonance_hz(), 15.0856, 0.15);
+      EXPECT_NEAR(t->resonance_hz(), 15.0856, 0.3);
     }
 }
 
