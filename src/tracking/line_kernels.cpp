@@ -60,7 +60,8 @@ HWY_INLINE Bits<Real> finite_mask(const Real* z) {
   Bits<Real> mask = ~Bits<Real>(0);
   RESONID_UNROLL
   for (std::size_t c = 0; c < Channels; ++c)
-    mask &= Bits<Real>(0) - static_cast<Bits<Real>>((std::bit_cast<Bits<Real>>(z[c]) & kExponent) != kExponent);
+    mask &=
+        Bits<Real>(0) - static_cast<Bits<Real>>((std::bit_cast<Bits<Real>>(z[c]) & kExponent) != kExponent);
   return mask;
 }
 
@@ -81,31 +82,57 @@ HWY_INLINE V inverse_or_zero(V power) {
   return hn::IfThenElseZero(usable, hn::Div(hn::Set(d, Real(1)), power));
 }
 
+/// The known delay's turn e^{j w Td}, and where the responses go: [line], exactly `lines` are touched.
+template <class Real>
+struct Outputs {
+  const Real *delay_re, *delay_im;
+  Real *re, *im;
+  std::size_t lines;
+};
+
+template <class V>
+struct Complex {
+  V re, im;
+};
+
+/// y/u.
+template <class V>
+HWY_INLINE Complex<V> quotient(V u_re, V u_im, V y_re, V y_im) {
+  const V inverse = inverse_or_zero(hn::MulAdd(u_re, u_re, hn::Mul(u_im, u_im)));
+  return {hn::Mul(inverse, hn::MulAdd(y_re, u_re, hn::Mul(y_im, u_im))),
+          hn::Mul(inverse, hn::NegMulAdd(y_re, u_im, hn::Mul(y_im, u_re)))};
+}
+template <class V>
+HWY_INLINE Complex<V> product(Complex<V> a, Complex<V> b) {
+  return {hn::NegMulAdd(a.im, b.im, hn::Mul(a.re, b.re)), hn::MulAdd(a.im, b.re, hn::Mul(a.re, b.im))};
+}
+
 /// y/u e^{j w Td} of the lines from `first` on.
 template <class Real>
-HWY_INLINE void respond(std::size_t lines, const ResponseView<Real>& out, std::size_t first, Vector<Real> u_re,
-                        Vector<Real> u_im, Vector<Real> y_re, Vector<Real> y_im) {
+HWY_INLINE void respond(const Outputs<Real>& out, std::size_t first, Vector<Real> u_re, Vector<Real> u_im,
+                        Vector<Real> y_re, Vector<Real> y_im) {
+  using V = Vector<Real>;
   const Tag<Real> d;
-  const auto inverse = inverse_or_zero(hn::MulAdd(u_re, u_re, hn::Mul(u_im, u_im)));
-  const auto re = hn::Mul(inverse, hn::MulAdd(y_re, u_re, hn::Mul(y_im, u_im)));
-  const auto im = hn::Mul(inverse, hn::NegMulAdd(y_re, u_im, hn::Mul(y_im, u_re)));
-  if (first + hn::Lanes(d) <= lines) {
-    const auto cos = hn::LoadU(d, out.delay_re + first), sin = hn::LoadU(d, out.delay_im + first);
-    hn::StoreU(hn::NegMulAdd(im, sin, hn::Mul(re, cos)), d, out.re + first);
-    hn::StoreU(hn::MulAdd(im, cos, hn::Mul(re, sin)), d, out.im + first);
+  const Complex<V> g = quotient(u_re, u_im, y_re, y_im);
+  if (first + hn::Lanes(d) <= out.lines) {
+    const Complex<V> turn{hn::LoadU(d, out.delay_re + first), hn::LoadU(d, out.delay_im + first)};
+    const Complex<V> turned = product(g, turn);
+    hn::StoreU(turned.re, d, out.re + first);
+    hn::StoreU(turned.im, d, out.im + first);
   } else {
-    const auto inside = hn::FirstN(d, lines - first);
-    const auto cos = hn::MaskedLoad(inside, d, out.delay_re + first);
-    const auto sin = hn::MaskedLoad(inside, d, out.delay_im + first);
-    hn::BlendedStore(hn::NegMulAdd(im, sin, hn::Mul(re, cos)), inside, d, out.re + first);
-    hn::BlendedStore(hn::MulAdd(im, cos, hn::Mul(re, sin)), inside, d, out.im + first);
+    const auto inside = hn::FirstN(d, out.lines - first);
+    const Complex<V> turn{hn::MaskedLoad(inside, d, out.delay_re + first),
+                          hn::MaskedLoad(inside, d, out.delay_im + first)};
+    const Complex<V> turned = product(g, turn);
+    hn::BlendedStore(turned.re, inside, d, out.re + first);
+    hn::BlendedStore(turned.im, inside, d, out.im + first);
   }
 }
 
 /// One sample. The next prediction is the sum of the turned phasors plus the sum of all gains times the
 /// innovation, so that adding up the lines need not wait for the newest sample.
 template <class Real, std::size_t Channels, bool Respond>
-HWY_INLINE bool step_one(const LineView<Real>& view, const Real* z, const ResponseView<Real>& out) {
+HWY_INLINE bool step_one(const LineView<Real>& view, const Real* z, const Outputs<Real>& out) {
   using V = Vector<Real>;
   const Tag<Real> d;
   const Layout<Real, Channels> bank(view);
@@ -131,7 +158,7 @@ HWY_INLINE bool step_one(const LineView<Real>& view, const Real* z, const Respon
       hn::StoreU(next_re[c], d, bank.re(c) + i);
       hn::StoreU(next_im[c], d, bank.im(c) + i);
     }
-    if constexpr (Respond) respond<Real>(view.lines, out, i, next_re[0], next_im[0], next_re[1], next_im[1]);
+    if constexpr (Respond) respond<Real>(out, i, next_re[0], next_im[0], next_re[1], next_im[1]);
   }
   RESONID_UNROLL
   for (std::size_t c = 0; c < Channels; ++c) {
@@ -145,41 +172,28 @@ HWY_INLINE bool step_one(const LineView<Real>& view, const Real* z, const Respon
 
 template <class Real, std::size_t Channels>
 bool step(LineView<Real> view, const Real* z) {
-  return step_one<Real, Channels, false>(view, z, {});
+  return step_one<Real, Channels, false>(view, z, Outputs<Real>{});
 }
 template <class Real, std::size_t Channels>
-bool step_responses(LineView<Real> view, const Real* z, ResponseView<Real> out) {
-  return step_one<Real, Channels, true>(view, z, out);
+bool step_responses(LineView<Real> view, const Real* z, const Real* delay, Real* re, Real* im) {
+  return step_one<Real, Channels, true>(view, z, {delay, delay + view.delay_stride, re, im, view.lines});
 }
-template <class Real, std::size_t Channels>
-std::size_t run(LineView<Real> view, const Real* const* z, std::size_t count, ResponseView<Real> out) {
-  std::size_t skipped = 0;
-  for (std::size_t k = 0; k < count; ++k) {
-    Real sample[Channels];
-    RESONID_UNROLL
-    for (std::size_t c = 0; c < Channels; ++c) sample[c] = z[c][k];
-    skipped += step_one<Real, Channels, true>(view, sample, out) ? 0 : 1;
-    out.re += view.lines;
-    out.im += view.lines;
-  }
-  return skipped;
-}
-
 template <class Real>
-void responses(LineView<const Real> view, ResponseView<Real> out) {
+void responses(LineView<const Real> view, const Real* delay, Real* re, Real* im) {
   const Tag<Real> d;
+  const Outputs<Real> out{delay, delay + view.delay_stride, re, im, view.lines};
   const Real* u = view.data + 4 * view.padded;
   const Real* y = u + 2 * view.padded;
   for (std::size_t i = 0; i < view.lines; i += hn::Lanes(d))
-    respond<Real>(view.lines, out, i, hn::LoadU(d, u + i), hn::LoadU(d, u + view.padded + i),
-                  hn::LoadU(d, y + i), hn::LoadU(d, y + view.padded + i));
+    respond<Real>(out, i, hn::LoadU(d, u + i), hn::LoadU(d, u + view.padded + i), hn::LoadU(d, y + i),
+                  hn::LoadU(d, y + view.padded + i));
 }
 
 /// p = C_M x for two vectors of the block's samples from `row` on: d = z - p, stored.
 template <class Real, std::size_t Channels>
-HWY_INLINE void block_residual(const Layout<Real, Channels>& bank, std::size_t lines, const BlockView<Real>& table,
-                               const Real* const* z, std::size_t first, std::size_t row,
-                               Real (&residual)[Channels][kBlockSamples]) {
+HWY_INLINE void block_residual(const Layout<Real, Channels>& bank, std::size_t lines,
+                               const BlockView<Real>& table, const Real* const* z, std::size_t first,
+                               std::size_t row, Real (&residual)[Channels][kBlockSamples]) {
   using V = Vector<Real>;
   const Tag<Real> d;
   const std::size_t lanes = hn::Lanes(d);
@@ -207,7 +221,8 @@ HWY_INLINE void block_residual(const Layout<Real, Channels>& bank, std::size_t l
     RESONID_UNROLL
     for (std::size_t half = 0; half < 2; ++half) {
       const V p = hn::Add(by_re[c][half], by_im[c][half]);
-      hn::StoreU(hn::Sub(hn::LoadU(d, z[c] + first + row + half * lanes), p), d, residual[c] + row + half * lanes);
+      hn::StoreU(hn::Sub(hn::LoadU(d, z[c] + first + row + half * lanes), p), d,
+                 residual[c] + row + half * lanes);
     }
   }
 }
@@ -222,13 +237,13 @@ HWY_INLINE void block_innovation(const BlockView<Real>& table, std::size_t row,
   const std::size_t lanes = hn::Lanes(d);
   V even[Channels][2], odd[Channels][2];
   RESONID_UNROLL
-  for (std::size_t c = 0; c < Channels; ++c)
-    even[c][0] = even[c][1] = odd[c][0] = odd[c][1] = hn::Zero(d);
+  for (std::size_t c = 0; c < Channels; ++c) even[c][0] = even[c][1] = odd[c][0] = odd[c][1] = hn::Zero(d);
   for (std::size_t j = 0; j < row + 2 * lanes; j += 2) {
     const Real* column = table.inverse + j * kBlockSamples + row;
     RESONID_UNROLL
     for (std::size_t half = 0; half < 2; ++half) {
-      const V at = hn::LoadU(d, column + half * lanes), next = hn::LoadU(d, column + kBlockSamples + half * lanes);
+      const V at = hn::LoadU(d, column + half * lanes),
+              next = hn::LoadU(d, column + kBlockSamples + half * lanes);
       RESONID_UNROLL
       for (std::size_t c = 0; c < Channels; ++c) {
         even[c][half] = hn::MulAdd(at, hn::Set(d, residual[c][j]), even[c][half]);
@@ -245,8 +260,8 @@ HWY_INLINE void block_innovation(const BlockView<Real>& table, std::size_t row,
 
 /// x = A^M x + B_M e, and the sum of the new phasors.
 template <class Real, std::size_t Channels>
-HWY_INLINE void block_state(const Layout<Real, Channels>& bank, std::size_t lines, const BlockView<Real>& table,
-                            const Real (&innovation)[Channels][kBlockSamples]) {
+HWY_INLINE void block_state(const Layout<Real, Channels>& bank, std::size_t lines,
+                            const BlockView<Real>& table, const Real (&innovation)[Channels][kBlockSamples]) {
   using V = Vector<Real>;
   const Tag<Real> d;
   V sum[Channels];
@@ -279,8 +294,7 @@ HWY_INLINE void block_state(const Layout<Real, Channels>& bank, std::size_t line
     }
   }
   RESONID_UNROLL
-  for (std::size_t c = 0; c < Channels; ++c)
-    bank.predicted[c] = hn::GetLane(hn::SumOfLanes(d, sum[c]));
+  for (std::size_t c = 0; c < Channels; ++c) bank.predicted[c] = hn::GetLane(hn::SumOfLanes(d, sum[c]));
 }
 
 template <class Real, std::size_t Channels>
@@ -297,18 +311,23 @@ HWY_INLINE bool block_finite(const Real* const* z, std::size_t first) {
   return hn::AllTrue(d, hn::Eq(nought, hn::Zero(d)));
 }
 
+/// The innovations of a block from its samples.
 template <class Real, std::size_t Channels>
-bool block(LineView<Real> view, const BlockView<Real>& table, const Real* const* z, std::size_t first) {
-  if (!block_finite<Real, Channels>(z, first)) return false;
-  const Layout<Real, Channels> bank(view);
+HWY_INLINE void block_innovations(const Layout<Real, Channels>& bank, std::size_t lines,
+                                  const BlockView<Real>& table, const Real* const* z, std::size_t first,
+                                  Real (&innovation)[Channels][kBlockSamples]) {
   const std::size_t rows = 2 * hn::Lanes(Tag<Real>());
   alignas(64) Real residual[Channels][kBlockSamples];
-  alignas(64) Real innovation[Channels][kBlockSamples];
   for (std::size_t row = 0; row < kBlockSamples; row += rows)
-    block_residual<Real, Channels>(bank, view.lines, table, z, first, row, residual);
+    block_residual<Real, Channels>(bank, lines, table, z, first, row, residual);
   for (std::size_t row = 0; row < kBlockSamples; row += rows)
     block_innovation<Real, Channels>(table, row, residual, innovation);
-  block_state<Real, Channels>(bank, view.lines, table, innovation);
+}
+
+/// What is left of a block when the phasors are done; their sums are in bank.predicted.
+template <class Real, std::size_t Channels>
+HWY_INLINE void block_offset(const Layout<Real, Channels>& bank,
+                             const Real (&innovation)[Channels][kBlockSamples]) {
   for (std::size_t c = 0; c < Channels; ++c) {
     Real sum = 0;
     for (const Real e : innovation[c]) sum += e;
@@ -316,17 +335,101 @@ bool block(LineView<Real> view, const BlockView<Real>& table, const Real* const*
     bank.predicted[c] += bank.offset[c];
     bank.innovation[c] = innovation[c][kBlockSamples - 1];
   }
+}
+
+template <class Real, std::size_t Channels>
+bool block(LineView<Real> view, const BlockView<Real>& table, const Real* const* z, std::size_t first) {
+  if (!block_finite<Real, Channels>(z, first)) return false;
+  const Layout<Real, Channels> bank(view);
+  alignas(64) Real innovation[Channels][kBlockSamples];
+  block_innovations<Real, Channels>(bank, view.lines, table, z, first, innovation);
+  block_state<Real, Channels>(bank, view.lines, table, innovation);
+  block_offset<Real, Channels>(bank, innovation);
   return true;
+}
+
+/// One vector of lines through a block, with the response at every sample. Channel 1 is kept turned by the
+/// known delay, e^{j w Td} y, so that the quotient is the response. A tail of lines stores under a mask.
+template <class Real, std::size_t Channels, bool Tail>
+HWY_INLINE void block_line_responses(const Layout<Real, Channels>& bank, std::size_t i,
+                                     const Real (&innovation)[Channels][kBlockSamples],
+                                     const Outputs<Real>& out) {
+  using V = Vector<Real>;
+  const Tag<Real> d;
+  const auto inside = hn::FirstN(d, out.lines - i);
+  const Complex<V> rotation{hn::LoadU(d, bank.cos + i), hn::LoadU(d, bank.sin + i)};
+  const Complex<V> delay{hn::MaskedLoad(inside, d, out.delay_re + i),
+                         hn::MaskedLoad(inside, d, out.delay_im + i)};
+  Complex<V> x[Channels], gain[Channels];
+  RESONID_UNROLL
+  for (std::size_t c = 0; c < Channels; ++c) {
+    gain[c] = {hn::LoadU(d, bank.gain_re + i), hn::LoadU(d, bank.gain_im + i)};
+    x[c] = {hn::LoadU(d, bank.re(c) + i), hn::LoadU(d, bank.im(c) + i)};
+  }
+  gain[1] = product(gain[1], delay);
+  x[1] = product(x[1], delay);
+  Real *re = out.re + i, *im = out.im + i;
+  for (std::size_t j = 0; j < kBlockSamples; ++j, re += out.lines, im += out.lines) {
+    RESONID_UNROLL
+    for (std::size_t c = 0; c < Channels; ++c) {
+      const V e = hn::Set(d, innovation[c][j]);  // gain e first: the chain from x to x is two operations
+      x[c] = {hn::MulAdd(rotation.re, x[c].re, hn::NegMulAdd(rotation.im, x[c].im, hn::Mul(gain[c].re, e))),
+              hn::MulAdd(rotation.re, x[c].im, hn::MulAdd(rotation.im, x[c].re, hn::Mul(gain[c].im, e)))};
+    }
+    const Complex<V> g = quotient(x[0].re, x[0].im, x[1].re, x[1].im);
+    if constexpr (Tail) {
+      hn::BlendedStore(g.re, inside, d, re);
+      hn::BlendedStore(g.im, inside, d, im);
+    } else {
+      hn::StoreU(g.re, d, re);
+      hn::StoreU(g.im, d, im);
+    }
+  }
+  x[1] = product(x[1], Complex<V>{delay.re, hn::Neg(delay.im)});
+  RESONID_UNROLL
+  for (std::size_t c = 0; c < Channels; ++c) {
+    hn::StoreU(x[c].re, d, bank.re(c) + i);
+    hn::StoreU(x[c].im, d, bank.im(c) + i);
+    bank.predicted[c] += hn::GetLane(hn::SumOfLanes(d, x[c].re));
+  }
+}
+
+template <class Real, std::size_t Channels>
+std::size_t run(LineView<Real> view, const BlockView<Real>& table, const Real* const* z, std::size_t count,
+                const Real* delay, Real* re, Real* im) {
+  const Layout<Real, Channels> bank(view);
+  const std::size_t lanes = hn::Lanes(Tag<Real>());
+  alignas(64) Real innovation[Channels][kBlockSamples];
+  std::size_t skipped = 0, k = 0;
+  while (k < count) {
+    const Outputs<Real> out{delay, delay + view.delay_stride, re + k * view.lines, im + k * view.lines,
+                            view.lines};
+    if (k + kBlockSamples <= count && block_finite<Real, Channels>(z, k)) {
+      block_innovations<Real, Channels>(bank, view.lines, table, z, k, innovation);
+      for (std::size_t c = 0; c < Channels; ++c) bank.predicted[c] = 0;
+      std::size_t i = 0;
+      for (; i + lanes <= view.lines; i += lanes)
+        block_line_responses<Real, Channels, false>(bank, i, innovation, out);
+      if (i < view.lines) block_line_responses<Real, Channels, true>(bank, i, innovation, out);
+      block_offset<Real, Channels>(bank, innovation);
+      k += kBlockSamples;
+    } else {
+      Real sample[Channels];
+      for (std::size_t c = 0; c < Channels; ++c) sample[c] = z[c][k];
+      skipped += step_one<Real, Channels, true>(view, sample, out) ? 0 : 1;
+      ++k;
+    }
+  }
+  return skipped;
 }
 
 template <class Real>
 const LineKernels<Real>* kernels() {
-  static constexpr LineKernels<Real> kTable{
-      {&step<Real, 1>, &step<Real, 2>, &step<Real, 3>},
-      {nullptr, &step_responses<Real, 2>, &step_responses<Real, 3>},
-      {nullptr, &run<Real, 2>, &run<Real, 3>},
-      {&block<Real, 1>, &block<Real, 2>, &block<Real, 3>},
-      &responses<Real>};
+  static constexpr LineKernels<Real> kTable{{&step<Real, 1>, &step<Real, 2>, &step<Real, 3>},
+                                            {nullptr, &step_responses<Real, 2>, &step_responses<Real, 3>},
+                                            {nullptr, &run<Real, 2>, &run<Real, 3>},
+                                            {&block<Real, 1>, &block<Real, 2>, &block<Real, 3>},
+                                            &responses<Real>};
   return &kTable;
 }
 const LineKernels<float>* kernels_float() { return kernels<float>(); }

@@ -35,9 +35,9 @@ struct LineBankConfig {
 /// Channels go through one pass and wait for one another's sums, so that two cost little more than one. The
 /// samples' order is that of the channels: u, y, and whatever else (ru). A sample of which any channel is not
 /// finite is missing for all; no instruction of step() depends on the data. A bank of five lines or more uses
-/// the widest vectors of the processor (RESONID_SIMD), to rounding as without; fastest at an address that is a
-/// multiple of 64. There are no error bars: ResponseTracker has them. Trivially copyable, no heap.
-/// Source: METHOD 4.1, 5.1; docs/methods/line_bank.md.
+/// the widest vectors of the processor (RESONID_SIMD), to rounding as without; fastest at an address that is
+/// a multiple of 64. There are no error bars: ResponseTracker has them. Trivially copyable, no heap. Source:
+/// METHOD 4.1, 5.1; docs/methods/line_bank.md.
 template <class Real, std::size_t MaxLines, std::size_t Channels = 2>
 class LineBank {
  public:
@@ -56,8 +56,8 @@ class LineBank {
     for (std::size_t i = 0; i < frequency.size(); ++i) {
       angle[i] = kTwoPi * frequency[i] / config.bank.sample_rate_hz;
       const double turn = kTwoPi * frequency[i] * config.known_delay_s;
-      bank.delay_re_[i] = static_cast<Real>(std::cos(turn));
-      bank.delay_im_[i] = static_cast<Real>(std::sin(turn));
+      bank.delay_[i] = static_cast<Real>(std::cos(turn));
+      bank.delay_[MaxLines + i] = static_cast<Real>(std::sin(turn));
     }
     const std::span<const double> angles(angle.data(), frequency.size());
     const auto gain = bank_gain<MaxLines>(angles, config.bank);
@@ -82,18 +82,13 @@ class LineBank {
     else
       count(oscillators_.step_or_predict(z));
   }
-  void step(Real u, Real y) noexcept
-    requires(Channels == 2)
-  {
-    step(Sample{u, y});
-  }
+  void step(Real u, Real y) noexcept requires(Channels == 2) { step(Sample{u, y}); }
   /// step() and responses() at once: quicker than one after the other.
   void step(const Sample& z, std::span<Real> response_re, std::span<Real> response_im) noexcept
-    requires(Channels >= 2)
-  {
+      requires(Channels >= 2) {
     if constexpr (kVectors) {
-      count(line_kernels<Real>().step_responses[Channels - 1](
-          view(), z.data(), into(response_re, response_im)));
+      count(line_kernels<Real>().step_responses[Channels - 1](view(), z.data(), delay_.data(),
+                                                              response_re.data(), response_im.data()));
     } else {
       step(z);
       responses(response_re, response_im);
@@ -117,15 +112,15 @@ class LineBank {
     const Real inverse = power >= std::numeric_limits<Real>::min() ? Real(1) / power : Real(0);
     const Real re = (y.real() * u.real() + y.imag() * u.imag()) * inverse;
     const Real im = (y.imag() * u.real() - y.real() * u.imag()) * inverse;
-    return {re * delay_re_[line] - im * delay_im_[line], re * delay_im_[line] + im * delay_re_[line]};
+    const Real cos = delay_[line], sin = delay_[MaxLines + line];
+    return {re * cos - im * sin, re * sin + im * cos};
   }
   /// response(line) of all lines: response_re and response_im, [line], with room for lines() each.
   void responses(std::span<Real> response_re, std::span<Real> response_im) const noexcept
-    requires(Channels >= 2)
-  {
+      requires(Channels >= 2) {
     if constexpr (kVectors) {
-      line_kernels<Real>().responses({oscillators_.data(), kPadded, lines()},
-                                     into(response_re, response_im));
+      line_kernels<Real>().responses({oscillators_.data(), lines32(), kPadded, MaxLines}, delay_.data(),
+                                     response_re.data(), response_im.data());
       return;
     }
     for (std::size_t i = 0; i < lines(); ++i) {
@@ -163,17 +158,15 @@ class LineBank {
 
   LineBank() = default;
 
-  [[nodiscard]] LineView<Real> view() noexcept { return {oscillators_.data(), kPadded, lines()}; }
-  [[nodiscard]] ResponseView<Real> into(std::span<Real> re, std::span<Real> im) const noexcept {
-    return {delay_re_.data(), delay_im_.data(), re.data(), im.data()};
-  }
+  [[nodiscard]] std::uint32_t lines32() const noexcept { return static_cast<std::uint32_t>(lines()); }
+  [[nodiscard]] LineView<Real> view() noexcept { return {oscillators_.data(), lines32(), kPadded, MaxLines}; }
   void count(bool finite) noexcept {
     skipped_ += static_cast<std::uint64_t>(!finite);
     ++samples_;
   }
 
   Oscillators<Real, MaxLines, Channels> oscillators_;
-  std::array<Real, MaxLines> delay_re_{}, delay_im_{};  // e^{j w Td}
+  std::array<Real, 2 * MaxLines> delay_{};  // e^{j w Td}: re, then im [line]
   Real sample_rate_hz_{};
   std::uint32_t settling_ = kNever;
   std::uint64_t samples_ = 0;

@@ -16,10 +16,11 @@ namespace resonid::tracking {
 ///   d = z - C_M x      e = T d      x(k+M) = A^M x(k) + B_M e      M = 16 samples
 ///
 /// The innovations e of a block follow from its start, so that no sample waits for the one before; x are a
-/// channel's phasors and offset. Rows of C_M are c A^m, columns of B_M are A^{M-1-j} g, and T is the inverse of
-/// I + L, L(m, j) = c A^{m-1-j} g below the diagonal, c the sum over the lines and g the gains.
-/// Blocks with a sample that is not finite are stepped sample by sample, and so is everything in a library built
-/// without RESONID_SIMD. Holds only tables: about 14 KB for 21 lines in double. Source: docs/methods/line_bank.md.
+/// channel's phasors and offset. Rows of C_M are c A^m, columns of B_M are A^{M-1-j} g, and T is the inverse
+/// of I + L, L(m, j) = c A^{m-1-j} g below the diagonal, c the sum over the lines and g the gains. Blocks
+/// with a sample that is not finite are stepped sample by sample, and so is everything in a library built
+/// without RESONID_SIMD. Holds only tables: about 14 KB for 21 lines in double. Source:
+/// docs/methods/line_bank.md.
 template <class Real, std::size_t MaxLines, std::size_t Channels = 2>
 class LineBankBlock {
  public:
@@ -59,18 +60,17 @@ class LineBankBlock {
     const std::size_t count = length(signals);
     advance(bank, pointers(signals), 0, count);
   }
-  /// The same with the responses after every `stride` samples, >= 1: response_re and response_im, [row][line],
-  /// with room for rows times lines(). Returns the rows, samples/stride.
+  /// The same with the responses after every `stride` samples, >= 1: response_re and response_im,
+  /// [row][line], with room for rows times lines(). Returns the rows, samples/stride.
   std::size_t run(Bank& bank, const Signals& signals, std::size_t stride, std::span<Real> response_re,
-                  std::span<Real> response_im) const noexcept
-    requires(Channels >= 2)
-  {
+                  std::span<Real> response_im) const noexcept requires(Channels >= 2) {
     const std::size_t count = length(signals), rows = count / stride, lines = bank.lines();
     const Pointers z = pointers(signals);
     if constexpr (kVectors) {
       if (stride == 1) {
-        bank.skipped_ += line_kernels<Real>().run[Channels - 1](
-            bank.view(), z.data(), count, bank.into(response_re, response_im));
+        bank.skipped_ +=
+            line_kernels<Real>().run[Channels - 1](bank.view(), tables(), z.data(), count, bank.delay_.data(),
+                                                   response_re.data(), response_im.data());
         bank.samples_ += count;
         return rows;
       }
@@ -88,6 +88,9 @@ class LineBankBlock {
   static constexpr std::size_t kPadded = Bank::kPadded;
   static constexpr bool kVectors = Bank::kVectors;
 
+  [[nodiscard]] BlockView<Real> tables() const noexcept {
+    return {output_.data(), inverse_.data(), input_.data(), rotation_.data()};
+  }
   static std::size_t length(const Signals& signals) noexcept {
     std::size_t count = signals[0].size();
     for (const auto& signal : signals) count = std::min(count, signal.size());
@@ -100,9 +103,9 @@ class LineBankBlock {
   }
   void advance(Bank& bank, const Pointers& z, std::size_t first, std::size_t end) const noexcept {
     if constexpr (kVectors) {
-      const BlockView<Real> tables{output_.data(), inverse_.data(), input_.data(), rotation_.data()};
+      const BlockView<Real> view = tables();
       for (; first + kBlockSamples <= end; first += kBlockSamples) {
-        if (line_kernels<Real>().block[Channels - 1](bank.view(), tables, z.data(), first))
+        if (line_kernels<Real>().block[Channels - 1](bank.view(), view, z.data(), first))
           bank.samples_ += kBlockSamples;
         else
           step(bank, z, first, first + kBlockSamples);
@@ -118,10 +121,10 @@ class LineBankBlock {
     }
   }
 
-  std::array<Real, MaxLines * 2 * kBlockSamples> output_{};        // C_M: [line][re, im][sample]
-  std::array<Real, kBlockSamples * kBlockSamples> inverse_{};      // T: [innovation's sample][sample]
-  std::array<Real, kBlockSamples * 2 * kPadded> input_{};          // B_M: [sample][re, im][line]
-  std::array<Real, 2 * kPadded> rotation_{};                       // A^M: [cos, sin][line]
+  std::array<Real, MaxLines * 2 * kBlockSamples> output_{};    // C_M: [line][re, im][sample]
+  std::array<Real, kBlockSamples * kBlockSamples> inverse_{};  // T: [innovation's sample][sample]
+  std::array<Real, kBlockSamples * 2 * kPadded> input_{};      // B_M: [sample][re, im][line]
+  std::array<Real, 2 * kPadded> rotation_{};                   // A^M: [cos, sin][line]
 };
 
 static_assert(std::is_trivially_copyable_v<LineBankBlock<double, 21>>);

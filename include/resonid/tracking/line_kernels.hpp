@@ -4,26 +4,20 @@
 #include <array>
 #include <atomic>
 #include <cstddef>
+#include <cstdint>
 #include <type_traits>
 
 namespace resonid::tracking {
 
-/// What a kernel works on: the table of Oscillators (see its data()) by value.
+/// What a kernel works on: the table of Oscillators (see its data()). Small enough for two registers: passed
+/// in memory it would cost more than the arithmetic.
 template <class Real>
 struct LineView {
   Real* data = nullptr;
-  std::size_t padded = 0;  ///< Lanes per row.
-  std::size_t lines = 0;
-};
-
-/// Where the responses of one sample go, and the known delay's turn e^{j w Td}. LineBank::response has the
-/// formula. Exactly `lines` numbers are read and written at each.
-template <class Real>
-struct ResponseView {
-  const Real* delay_re = nullptr;
-  const Real* delay_im = nullptr;
-  Real* re = nullptr;  ///< [line], or [sample][line] of a run.
-  Real* im = nullptr;
+  std::uint32_t lines = 0;
+  std::uint16_t padded = 0;  ///< Lanes per row.
+  std::uint16_t delay_stride =
+      0;  ///< From the real to the imaginary parts of a `delay` e^{j w Td}, [re, im][line].
 };
 
 inline constexpr std::size_t kBlockSamples = 16;   ///< M of the block form (line_bank_block.hpp).
@@ -32,10 +26,10 @@ inline constexpr std::size_t kKernelChannels = 3;  ///< Kernels exist for up to 
 /// Tables of the block form, in the order of their use; line_bank_block.hpp has the formulas.
 template <class Real>
 struct BlockView {
-  const Real* output = nullptr;   ///< C_M: [line][re, im][sample]
-  const Real* inverse = nullptr;  ///< T: [innovation's sample][sample], lower triangle of a Toeplitz matrix
-  const Real* input = nullptr;    ///< B_M: [sample][re, im][lane]
-  const Real* rotation = nullptr; ///< A^M: [cos, sin][lane]
+  const Real* output = nullptr;    ///< C_M: [line][re, im][sample]
+  const Real* inverse = nullptr;   ///< T: [innovation's sample][sample], lower triangle of a Toeplitz matrix
+  const Real* input = nullptr;     ///< B_M: [sample][re, im][lane]
+  const Real* rotation = nullptr;  ///< A^M: [cos, sin][lane]
 };
 
 /// The line bank's inner loops for one instruction set; null where there is none for so many channels.
@@ -46,23 +40,28 @@ struct LineKernels {
   using PerChannels = std::array<Function, kKernelChannels>;  ///< [channels - 1]
   /// One sample of all channels; returns whether it was finite.
   PerChannels<bool (*)(LineView<Real>, const Real* sample)> step;
-  /// The same with the responses of channel 1 over channel 0 at this sample; null for one channel.
-  PerChannels<bool (*)(LineView<Real>, const Real* sample, ResponseView<Real>)> step_responses;
-  /// Many samples, [channel][sample], with the responses at every one; returns how many were not finite.
-  PerChannels<std::size_t (*)(LineView<Real>, const Real* const* samples, std::size_t count, ResponseView<Real>)>
+  /// The same with the responses of channel 1 over channel 0 (LineBank::response), [line]; null for one
+  /// channel.
+  PerChannels<bool (*)(LineView<Real>, const Real* sample, const Real* delay, Real* re, Real* im)>
+      step_responses;
+  /// Many samples, [channel][sample], with the responses at every one, [sample][line]; returns how many were
+  /// not finite.
+  PerChannels<std::size_t (*)(LineView<Real>, const BlockView<Real>&, const Real* const* samples,
+                              std::size_t count, const Real* delay, Real* re, Real* im)>
       run;
   /// kBlockSamples samples from `first` on in the block form; false, and nothing done, if one is not finite.
   PerChannels<bool (*)(LineView<Real>, const BlockView<Real>&, const Real* const* samples, std::size_t first)>
       block;
-  /// Responses of the state as it is.
-  void (*responses)(LineView<const Real>, ResponseView<Real>);
+  /// Responses of the state as it is, [line].
+  void (*responses)(LineView<const Real>, const Real* delay, Real* re, Real* im);
 };
 
 /// Whether a bank uses the kernels: they are built with the library where CMake's RESONID_SIMD is on.
 template <class Real, std::size_t MaxLines, std::size_t Channels>
 inline constexpr bool kHasLineKernels =
 #ifdef RESONID_SIMD
-    (std::is_same_v<Real, float> || std::is_same_v<Real, double>) && MaxLines > 4 && Channels <= kKernelChannels;
+    (std::is_same_v<Real, float> || std::is_same_v<Real, double>)&&MaxLines > 4 && Channels
+                                                                                       <= kKernelChannels;
 #else
     false;
 #endif
@@ -72,8 +71,8 @@ extern std::atomic<const LineKernels<float>*> chosen_float;  // null until the f
 extern std::atomic<const LineKernels<double>*> chosen_double;
 }  // namespace detail
 
-/// Takes the fastest kernels of this processor, or of what hwy::SetSupportedTargetsForTest left of it, for both
-/// precisions. Called at first use; no state holds the choice, so that snapshots move between processes.
+/// Takes the fastest kernels of this processor, or of what hwy::SetSupportedTargetsForTest left of it, for
+/// both precisions. Called at first use; no state holds the choice, so that snapshots move between processes.
 void choose_line_kernels() noexcept;
 
 template <class Real>

@@ -29,7 +29,8 @@ class Oscillators {
  public:
   using Sample = std::array<Scalar, Channels>;
   static constexpr std::size_t kLanes = std::min<std::size_t>(8, std::bit_ceil(MaxLines));
-  static constexpr std::size_t kPadded = (MaxLines + kLanes - 1) / kLanes * kLanes;  ///< Whole blocks of lanes.
+  static constexpr std::size_t kPadded =
+      (MaxLines + kLanes - 1) / kLanes * kLanes;  ///< Whole blocks of lanes.
 
   void configure(std::span<const double> angle_rad, const BankGain<MaxLines>& gain) noexcept {
     lines_ = static_cast<std::uint32_t>(angle_rad.size());
@@ -87,9 +88,10 @@ class Oscillators {
   }
   [[nodiscard]] std::size_t lines() const noexcept { return lines_; }
 
-  /// Everything but the number of lines, for the kernels of line_kernels.hpp: cos, sin, gain re and im [line],
-  /// then re and im [line] of every channel, one sample ahead, then offset, prediction and innovation
-  /// [channel], the offset's gain, and the sum of it and all gains' real parts. Lanes that are not used stay 0.
+  /// Everything but the number of lines, for the kernels of line_kernels.hpp: cos, sin, gain re and im
+  /// [line], then re and im [line] of every channel, one sample ahead, then offset, prediction and innovation
+  /// [channel], the offset's gain, and the sum of it and all gains' real parts. Lanes that are not used stay
+  /// 0.
   [[nodiscard]] Scalar* data() noexcept { return data_.data(); }
   [[nodiscard]] const Scalar* data() const noexcept { return data_.data(); }
 
@@ -116,7 +118,8 @@ class Oscillators {
         for (std::size_t lane = 0; lane < kLanes; ++lane) {
           const std::size_t i = block + lane;
           Scalar &re = data_[re_of(c) + i], &im = data_[im_of(c) + i];
-          const Scalar next = data_[kCos + i] * re - data_[kSin + i] * im + data_[kGainRe + i] * innovation[c];
+          const Scalar next =
+              data_[kCos + i] * re - data_[kSin + i] * im + data_[kGainRe + i] * innovation[c];
           im = data_[kSin + i] * re + data_[kCos + i] * im + data_[kGainIm + i] * innovation[c];
           re = next;
           sum[c][lane] += next;
