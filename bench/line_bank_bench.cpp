@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The line bank beside what else does its work, in one run: 21 lines of u and y, in double unless named float.
-// Compiled with -march=native for the peers' sake; the library chooses its instructions at run time.
+// The line bank beside what else does its work, in one run: 21 lines of u and y, in double unless named
+// float. Compiled with -march=native for the peers' sake; the library chooses its instructions at run time.
 // One item is one sample of both channels. bench/line_bank_ratios.py reads the JSON.
 #include <benchmark/benchmark.h>
 #include <liquid/liquid.h>
@@ -61,8 +61,8 @@ void count_items(benchmark::State& state) {
 template <class Real, std::size_t Offset = 0>
 struct Place {
   alignas(64) std::array<std::byte, sizeof(LineBank<Real, kBenchLines>) + 64> memory;
-  LineBank<Real, kBenchLines>& bank = *::new (static_cast<void*>(memory.data() + Offset))
-      LineBank<Real, kBenchLines>(make<Real>());
+  LineBank<Real, kBenchLines>& bank =
+      *::new (static_cast<void*>(memory.data() + Offset)) LineBank<Real, kBenchLines>(make<Real>());
 };
 
 template <class Real, std::size_t Offset>
@@ -143,8 +143,8 @@ void batch(benchmark::State& state) {
 BENCHMARK(batch<double>)->Name("resonid/batch/responses_every")->Arg(1)->Arg(16)->Arg(kSamples);
 BENCHMARK(batch<float>)->Name("resonid/batch/float/responses_every")->Arg(1)->Arg(16);
 
-/// The printed matrices as they stand: x <- A x + K e, e = z - H x, 2 n + 1 states. `Columns` 2: both channels as
-/// the columns of one state matrix; 1: two filters one after the other.
+/// The printed matrices as they stand: x <- A x + K e, e = z - H x, 2 n + 1 states. `Columns` 2: both
+/// channels as the columns of one state matrix; 1: two filters one after the other.
 template <int Columns>
 void eigen_dense(benchmark::State& state) {
   constexpr int kStates = 2 * static_cast<int>(kBenchLines) + 1;
@@ -245,11 +245,12 @@ void fma_peak(benchmark::State& state) {
   benchmark::DoNotOptimize(a);
   benchmark::DoNotOptimize(b);
   for (auto _ : state) {
-    Wide x0 = x[0], x1 = x[1], x2 = x[2], x3 = x[3], x4 = x[4], x5 = x[5], x6 = x[6], x7 = x[7], x8 = x[8], x9 = x[9],
-         x10 = x[10], x11 = x[11];
+    Wide x0 = x[0], x1 = x[1], x2 = x[2], x3 = x[3], x4 = x[4], x5 = x[5], x6 = x[6], x7 = x[7], x8 = x[8],
+         x9 = x[9], x10 = x[10], x11 = x[11];
     for (std::size_t k = 0; k < kRounds; ++k) {
       x0 = x0 * a + b, x1 = x1 * a + b, x2 = x2 * a + b, x3 = x3 * a + b, x4 = x4 * a + b, x5 = x5 * a + b;
-      x6 = x6 * a + b, x7 = x7 * a + b, x8 = x8 * a + b, x9 = x9 * a + b, x10 = x10 * a + b, x11 = x11 * a + b;
+      x6 = x6 * a + b, x7 = x7 * a + b, x8 = x8 * a + b, x9 = x9 * a + b, x10 = x10 * a + b,
+      x11 = x11 * a + b;
     }
     x = {x0, x1, x2, x3, x4, x5, x6, x7, x8, x9, x10, x11};
     benchmark::DoNotOptimize(x);

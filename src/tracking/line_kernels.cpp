@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 // The line bank's inner loops, compiled once per instruction set by Google Highway.
+#include <algorithm>
 #include <bit>
 #include <cstdint>
 #include <limits>
@@ -90,6 +91,19 @@ struct Outputs {
   std::size_t lines;
 };
 
+/// The numbers at `from` that are inside the mask of the first `count`; nothing else is read.
+template <class D, class Real = hn::TFromD<D>>
+HWY_INLINE hn::Vec<D> load_first(D d, [[maybe_unused]] hn::Mask<D> inside, [[maybe_unused]] std::size_t count,
+                                 const Real* from) {
+#if HWY_TARGET == HWY_AVX2 || HWY_TARGET == HWY_AVX3
+  return hn::MaskedLoad(inside, d, from);
+#else  // Highway's MaskedLoad reads a whole aligned vector there
+  alignas(64) Real copy[8] = {};
+  for (std::size_t i = 0; i < std::min(count, hn::Lanes(d)); ++i) copy[i] = from[i];
+  return hn::Load(d, copy);
+#endif
+}
+
 template <class V>
 struct Complex {
   V re, im;
@@ -121,8 +135,8 @@ HWY_INLINE void respond(const Outputs<Real>& out, std::size_t first, Vector<Real
     hn::StoreU(turned.im, d, out.im + first);
   } else {
     const auto inside = hn::FirstN(d, out.lines - first);
-    const Complex<V> turn{hn::MaskedLoad(inside, d, out.delay_re + first),
-                          hn::MaskedLoad(inside, d, out.delay_im + first)};
+    const Complex<V> turn{load_first(d, inside, out.lines - first, out.delay_re + first),
+                          load_first(d, inside, out.lines - first, out.delay_im + first)};
     const Complex<V> turned = product(g, turn);
     hn::BlendedStore(turned.re, inside, d, out.re + first);
     hn::BlendedStore(turned.im, inside, d, out.im + first);
@@ -358,8 +372,8 @@ HWY_INLINE void block_line_responses(const Layout<Real, Channels>& bank, std::si
   const Tag<Real> d;
   const auto inside = hn::FirstN(d, out.lines - i);
   const Complex<V> rotation{hn::LoadU(d, bank.cos + i), hn::LoadU(d, bank.sin + i)};
-  const Complex<V> delay{hn::MaskedLoad(inside, d, out.delay_re + i),
-                         hn::MaskedLoad(inside, d, out.delay_im + i)};
+  const Complex<V> delay{load_first(d, inside, out.lines - i, out.delay_re + i),
+                         load_first(d, inside, out.lines - i, out.delay_im + i)};
   Complex<V> x[Channels], gain[Channels];
   RESONID_UNROLL
   for (std::size_t c = 0; c < Channels; ++c) {
