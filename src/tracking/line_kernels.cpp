@@ -31,27 +31,26 @@ using Vector = hn::Vec<Tag<Real>>;
 template <class Real>
 using Bits = std::conditional_t<sizeof(Real) == 4, std::uint32_t, std::uint64_t>;
 
-/// Rows and single numbers in the table of Oscillators.
-template <class Real, std::size_t Channels>
+/// Rows and single numbers in the table of Oscillators, all from one base; `Padded` 0: known at run time
+/// only.
+template <class Real, std::size_t Channels, std::size_t Padded = 0>
 struct Layout {
-  Real *cos, *sin, *gain_re, *gain_im, *state, *offset, *predicted, *innovation;
-  Real offset_gain, gain_sum;
-  std::size_t padded;
+  Real* data;
+  std::size_t runtime_padded;
 
-  HWY_INLINE explicit Layout(const LineView<Real>& view)
-      : cos(view.data),
-        sin(cos + view.padded),
-        gain_re(sin + view.padded),
-        gain_im(gain_re + view.padded),
-        state(gain_im + view.padded),
-        offset(state + 2 * Channels * view.padded),
-        predicted(offset + Channels),
-        innovation(predicted + Channels),
-        offset_gain(innovation[Channels]),
-        gain_sum(innovation[Channels + 1]),
-        padded(view.padded) {}
-  HWY_INLINE Real* re(std::size_t channel) const { return state + 2 * channel * padded; }
-  HWY_INLINE Real* im(std::size_t channel) const { return re(channel) + padded; }
+  HWY_INLINE explicit Layout(const LineView<Real>& view) : data(view.data), runtime_padded(view.padded) {}
+  HWY_INLINE std::size_t padded() const { return Padded != 0 ? Padded : runtime_padded; }
+  HWY_INLINE Real* cos() const { return data; }
+  HWY_INLINE Real* sin() const { return data + padded(); }
+  HWY_INLINE Real* gain_re() const { return data + 2 * padded(); }
+  HWY_INLINE Real* gain_im() const { return data + 3 * padded(); }
+  HWY_INLINE Real* re(std::size_t channel) const { return data + (4 + 2 * channel) * padded(); }
+  HWY_INLINE Real* im(std::size_t channel) const { return data + (5 + 2 * channel) * padded(); }
+  HWY_INLINE Real* offset() const { return data + (4 + 2 * Channels) * padded(); }
+  HWY_INLINE Real* predicted() const { return offset() + Channels; }
+  HWY_INLINE Real* innovation() const { return offset() + 2 * Channels; }
+  HWY_INLINE Real offset_gain() const { return offset()[3 * Channels]; }
+  HWY_INLINE Real gain_sum() const { return offset()[3 * Channels + 1]; }
 };
 
 /// All ones where every channel is finite, else 0; in integers, so that no data becomes a branch.
@@ -145,22 +144,22 @@ HWY_INLINE void respond(const Outputs<Real>& out, std::size_t first, Vector<Real
 
 /// One sample. The next prediction is the sum of the turned phasors plus the sum of all gains times the
 /// innovation, so that adding up the lines need not wait for the newest sample.
-template <class Real, std::size_t Channels, bool Respond>
+template <class Real, std::size_t Channels, bool Respond, std::size_t Padded = 0>
 HWY_INLINE bool step_one(const LineView<Real>& view, const Real* z, const Outputs<Real>& out) {
   using V = Vector<Real>;
   const Tag<Real> d;
-  const Layout<Real, Channels> bank(view);
+  const Layout<Real, Channels, Padded> bank(view);
   const Bits<Real> mask = finite_mask<Real, Channels>(z);
   const V present = hn::Set(d, std::bit_cast<Real>(mask));
   V innovation[Channels], sum[Channels];
   RESONID_UNROLL
   for (std::size_t c = 0; c < Channels; ++c) {
-    innovation[c] = hn::And(hn::Sub(hn::Set(d, z[c]), hn::Set(d, bank.predicted[c])), present);
+    innovation[c] = hn::And(hn::Sub(hn::Set(d, z[c]), hn::Set(d, bank.predicted()[c])), present);
     sum[c] = hn::Zero(d);
   }
   for (std::size_t i = 0; i < view.lines; i += hn::Lanes(d)) {
-    const V cos = hn::LoadU(d, bank.cos + i), sin = hn::LoadU(d, bank.sin + i);
-    const V gain_re = hn::LoadU(d, bank.gain_re + i), gain_im = hn::LoadU(d, bank.gain_im + i);
+    const V cos = hn::LoadU(d, bank.cos() + i), sin = hn::LoadU(d, bank.sin() + i);
+    const V gain_re = hn::LoadU(d, bank.gain_re() + i), gain_im = hn::LoadU(d, bank.gain_im() + i);
     V next_re[Channels], next_im[Channels];
     RESONID_UNROLL
     for (std::size_t c = 0; c < Channels; ++c) {
@@ -177,21 +176,32 @@ HWY_INLINE bool step_one(const LineView<Real>& view, const Real* z, const Output
   RESONID_UNROLL
   for (std::size_t c = 0; c < Channels; ++c) {
     const Real e = hn::GetLane(innovation[c]);
-    bank.predicted[c] = (hn::GetLane(hn::SumOfLanes(d, sum[c])) + bank.offset[c]) + bank.gain_sum * e;
-    bank.offset[c] += bank.offset_gain * e;
-    bank.innovation[c] = e;
+    bank.predicted()[c] = (hn::GetLane(hn::SumOfLanes(d, sum[c])) + bank.offset()[c]) + bank.gain_sum() * e;
+    bank.offset()[c] += bank.offset_gain() * e;
+    bank.innovation()[c] = e;
   }
   return (mask & 1U) != 0;
 }
 
+/// A bank for 17 to 24 lines, the published number among them, has its rows at constant distances: fewer
+/// instructions.
+template <class Real, std::size_t Channels, bool Respond>
+HWY_INLINE bool step_any(const LineView<Real>& view, const Real* z, const Outputs<Real>& out) {
+  if constexpr (Channels == 2) {
+    if (view.padded == 24) return step_one<Real, Channels, Respond, 24>(view, z, out);
+  }
+  return step_one<Real, Channels, Respond>(view, z, out);
+}
+
 template <class Real, std::size_t Channels>
 bool step(LineView<Real> view, const Real* z) {
-  return step_one<Real, Channels, false>(view, z, Outputs<Real>{});
+  return step_any<Real, Channels, false>(view, z, Outputs<Real>{});
 }
 template <class Real, std::size_t Channels>
 bool step_responses(LineView<Real> view, const Real* z, const Real* delay, Real* re, Real* im) {
-  return step_one<Real, Channels, true>(view, z, {delay, delay + view.delay_stride, re, im, view.lines});
+  return step_any<Real, Channels, true>(view, z, {delay, delay + view.delay_stride, re, im, view.lines});
 }
+
 template <class Real>
 void responses(LineView<const Real> view, const Real* delay, Real* re, Real* im) {
   const Tag<Real> d;
@@ -214,7 +224,7 @@ HWY_INLINE void block_residual(const Layout<Real, Channels>& bank, std::size_t l
   V by_re[Channels][2], by_im[Channels][2];
   RESONID_UNROLL
   for (std::size_t c = 0; c < Channels; ++c) {
-    by_re[c][0] = by_re[c][1] = hn::Set(d, bank.offset[c]);
+    by_re[c][0] = by_re[c][1] = hn::Set(d, bank.offset()[c]);
     by_im[c][0] = by_im[c][1] = hn::Zero(d);
   }
   const Real* output = table.output + row;
@@ -282,7 +292,7 @@ HWY_INLINE void block_state(const Layout<Real, Channels>& bank, std::size_t line
   RESONID_UNROLL
   for (std::size_t c = 0; c < Channels; ++c) sum[c] = hn::Zero(d);
   for (std::size_t i = 0; i < lines; i += hn::Lanes(d)) {
-    const V cos = hn::LoadU(d, table.rotation + i), sin = hn::LoadU(d, table.rotation + bank.padded + i);
+    const V cos = hn::LoadU(d, table.rotation + i), sin = hn::LoadU(d, table.rotation + bank.padded() + i);
     V re[Channels], im[Channels];
     RESONID_UNROLL
     for (std::size_t c = 0; c < Channels; ++c) {
@@ -291,8 +301,8 @@ HWY_INLINE void block_state(const Layout<Real, Channels>& bank, std::size_t line
       im[c] = hn::MulAdd(sin, x, hn::Mul(cos, y));
     }
     const Real* input = table.input + i;
-    for (std::size_t j = 0; j < kBlockSamples; ++j, input += 2 * bank.padded) {
-      const V gain_re = hn::LoadU(d, input), gain_im = hn::LoadU(d, input + bank.padded);
+    for (std::size_t j = 0; j < kBlockSamples; ++j, input += 2 * bank.padded()) {
+      const V gain_re = hn::LoadU(d, input), gain_im = hn::LoadU(d, input + bank.padded());
       RESONID_UNROLL
       for (std::size_t c = 0; c < Channels; ++c) {
         const V e = hn::Set(d, innovation[c][j]);
@@ -308,7 +318,7 @@ HWY_INLINE void block_state(const Layout<Real, Channels>& bank, std::size_t line
     }
   }
   RESONID_UNROLL
-  for (std::size_t c = 0; c < Channels; ++c) bank.predicted[c] = hn::GetLane(hn::SumOfLanes(d, sum[c]));
+  for (std::size_t c = 0; c < Channels; ++c) bank.predicted()[c] = hn::GetLane(hn::SumOfLanes(d, sum[c]));
 }
 
 template <class Real, std::size_t Channels>
@@ -338,16 +348,16 @@ HWY_INLINE void block_innovations(const Layout<Real, Channels>& bank, std::size_
     block_innovation<Real, Channels>(table, row, residual, innovation);
 }
 
-/// What is left of a block when the phasors are done; their sums are in bank.predicted.
+/// What is left of a block when the phasors are done; their sums are in bank.predicted().
 template <class Real, std::size_t Channels>
 HWY_INLINE void block_offset(const Layout<Real, Channels>& bank,
                              const Real (&innovation)[Channels][kBlockSamples]) {
   for (std::size_t c = 0; c < Channels; ++c) {
     Real sum = 0;
     for (const Real e : innovation[c]) sum += e;
-    bank.offset[c] += bank.offset_gain * sum;
-    bank.predicted[c] += bank.offset[c];
-    bank.innovation[c] = innovation[c][kBlockSamples - 1];
+    bank.offset()[c] += bank.offset_gain() * sum;
+    bank.predicted()[c] += bank.offset()[c];
+    bank.innovation()[c] = innovation[c][kBlockSamples - 1];
   }
 }
 
@@ -371,13 +381,13 @@ HWY_INLINE void block_line_responses(const Layout<Real, Channels>& bank, std::si
   using V = Vector<Real>;
   const Tag<Real> d;
   const auto inside = hn::FirstN(d, out.lines - i);
-  const Complex<V> rotation{hn::LoadU(d, bank.cos + i), hn::LoadU(d, bank.sin + i)};
+  const Complex<V> rotation{hn::LoadU(d, bank.cos() + i), hn::LoadU(d, bank.sin() + i)};
   const Complex<V> delay{load_first(d, inside, out.lines - i, out.delay_re + i),
                          load_first(d, inside, out.lines - i, out.delay_im + i)};
   Complex<V> x[Channels], gain[Channels];
   RESONID_UNROLL
   for (std::size_t c = 0; c < Channels; ++c) {
-    gain[c] = {hn::LoadU(d, bank.gain_re + i), hn::LoadU(d, bank.gain_im + i)};
+    gain[c] = {hn::LoadU(d, bank.gain_re() + i), hn::LoadU(d, bank.gain_im() + i)};
     x[c] = {hn::LoadU(d, bank.re(c) + i), hn::LoadU(d, bank.im(c) + i)};
   }
   gain[1] = product(gain[1], delay);
@@ -404,7 +414,7 @@ HWY_INLINE void block_line_responses(const Layout<Real, Channels>& bank, std::si
   for (std::size_t c = 0; c < Channels; ++c) {
     hn::StoreU(x[c].re, d, bank.re(c) + i);
     hn::StoreU(x[c].im, d, bank.im(c) + i);
-    bank.predicted[c] += hn::GetLane(hn::SumOfLanes(d, x[c].re));
+    bank.predicted()[c] += hn::GetLane(hn::SumOfLanes(d, x[c].re));
   }
 }
 
@@ -420,7 +430,7 @@ std::size_t run(LineView<Real> view, const BlockView<Real>& table, const Real* c
                             view.lines};
     if (k + kBlockSamples <= count && block_finite<Real, Channels>(z, k)) {
       block_innovations<Real, Channels>(bank, view.lines, table, z, k, innovation);
-      for (std::size_t c = 0; c < Channels; ++c) bank.predicted[c] = 0;
+      for (std::size_t c = 0; c < Channels; ++c) bank.predicted()[c] = 0;
       std::size_t i = 0;
       for (; i + lanes <= view.lines; i += lanes)
         block_line_responses<Real, Channels, false>(bank, i, innovation, out);

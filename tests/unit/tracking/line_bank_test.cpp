@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Built twice: with the kernels of line_kernels.cpp, where every instruction set of this processor has its turn,
-// and as a header alone, without RESONID_SIMD.
+// Built twice: with the kernels of line_kernels.cpp, where every instruction set of this processor has its
+// turn, and as a header alone, without RESONID_SIMD.
 #include <gtest/gtest.h>
 
 #include <array>
@@ -109,7 +109,8 @@ void expect_as_plain(std::size_t lines, bool offset, const std::string& kernel) 
   const auto f = lines_hz(lines);
   auto bank = make<Real, MaxLines, Channels>(f, offset);
   auto plain = make_plain<Real, MaxLines, Channels>(f, offset);
-  const std::string where = kernel + ", " + std::to_string(lines) + " lines, " + std::to_string(Channels) + " channels";
+  const std::string where =
+      kernel + ", " + std::to_string(lines) + " lines, " + std::to_string(Channels) + " channels";
   std::uint64_t skipped = 0;
   for (const auto& z : noise<Real, Channels>(300, static_cast<unsigned>(lines), true)) {
     bank.step(z);
@@ -132,7 +133,8 @@ TEST(LineBank, EveryInstructionSetFollowsThePlainLoops) {
     ASSERT_NO_FATAL_FAILURE((expect_as_plain<double, 21, 1>(21, true, kernel)));
     ASSERT_NO_FATAL_FAILURE((expect_as_plain<double, 21, 3>(20, true, kernel)));
     ASSERT_NO_FATAL_FAILURE((expect_as_plain<float, 5, 3>(5, true, kernel)));
-    ASSERT_NO_FATAL_FAILURE((expect_as_plain<double, 21, 4>(21, true, kernel)));  // more than kernels exist for
+    ASSERT_NO_FATAL_FAILURE(
+        (expect_as_plain<double, 21, 4>(21, true, kernel)));  // more than kernels exist for
     ASSERT_NO_FATAL_FAILURE((expect_as_plain<double, 4, 2>(3, true, kernel)));
   });
 }
@@ -179,7 +181,9 @@ double response_error(double scale) {
   const auto f = lines_hz(21);
   auto bank = make<Real, 21>(f);
   std::array<Real, 21> re{}, im{};
-  const auto truth = [](std::size_t i) { return std::polar(0.1 + 0.2 * static_cast<double>(i), 0.3 * static_cast<double>(i)); };
+  const auto truth = [](std::size_t i) {
+    return std::polar(0.1 + 0.2 * static_cast<double>(i), 0.3 * static_cast<double>(i));
+  };
   for (int k = 0; k < 8000; ++k) {
     double u = 0.4, y = -2.0;
     for (std::size_t i = 0; i < f.size(); ++i) {
@@ -219,7 +223,8 @@ TEST(LineBank, ResponseDoesNotDependOnTheScale) {
       for (const auto& s : z) bank.step(s, one_re, one_im);
       for (std::size_t i = 0; i < 29; ++i) {
         const std::complex<double> g(one_re[i], one_im[i]), expected = bank.response(i);
-        ASSERT_NEAR(std::abs(std::complex<double>(re[i], im[i]) - g), 0.0, 1e-12 * std::abs(g)) << kernel << exponent;
+        ASSERT_NEAR(std::abs(std::complex<double>(re[i], im[i]) - g), 0.0, 1e-12 * std::abs(g))
+            << kernel << exponent;
         ASSERT_NEAR(std::abs(expected - g), 0.0, 1e-12 * std::abs(g)) << kernel;
       }
     }
@@ -244,7 +249,8 @@ template <class Real>
 void expect_batch(std::size_t lines, std::size_t stride, bool missing, const std::string& kernel) {
   auto bank = make<Real, 32>(lines_hz(lines)), stepped = bank;
   const LineBankBlock<Real, 32> block(bank);
-  const std::string where = kernel + ", " + std::to_string(lines) + " lines, stride " + std::to_string(stride);
+  const std::string where =
+      kernel + ", " + std::to_string(lines) + " lines, stride " + std::to_string(stride);
   const auto z = noise<Real, 2>(333, 3, missing);
   const auto signal = by_channel(z);
   std::vector<Real> re(lines * (333 / stride) + 8, Real(77)), im(re);
@@ -258,14 +264,18 @@ void expect_batch(std::size_t lines, std::size_t stride, bool missing, const std
       const std::complex<double> g(stepped.response(i)), found(re[row + i], im[row + i]);
       // The quotient magnifies rounding where little is left of the input.
       const double size = std::max(1e-3, std::abs(std::complex<double>(stepped.phasor(0, i))));
-      ASSERT_NEAR(std::abs(g - found), 0.0, 4.0 * kEqual<Real> * (1.0 + std::abs(g)) / size) << where << ", sample " << k;
+      ASSERT_NEAR(std::abs(g - found), 0.0, 4.0 * kEqual<Real> * (1.0 + std::abs(g)) / size)
+          << where << ", sample " << k;
     }
   }
-  for (std::size_t i = rows * lines; i < re.size(); ++i) ASSERT_TRUE(re[i] == Real(77) && im[i] == Real(77)) << where;
+  for (std::size_t i = rows * lines; i < re.size(); ++i)
+    ASSERT_TRUE(re[i] == Real(77) && im[i] == Real(77)) << where;
   for (int more = 0; more < 3; ++more) {  // and it goes on alike
     for (std::size_t c = 0; c < 2; ++c) {
       for (std::size_t i = 0; i < lines; ++i)
-        ASSERT_NEAR(std::abs(std::complex<double>(bank.phasor(c, i) - stepped.phasor(c, i))), 0.0, kEqual<Real>) << where;
+        ASSERT_NEAR(std::abs(std::complex<double>(bank.phasor(c, i) - stepped.phasor(c, i))), 0.0,
+                    kEqual<Real>)
+            << where;
       ASSERT_NEAR(bank.offset(c), stepped.offset(c), kEqual<Real>) << where;
       ASSERT_NEAR(bank.innovation(c), stepped.innovation(c), 10.0 * kEqual<Real>) << where;
     }
