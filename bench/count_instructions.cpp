@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// What tools/count_instructions runs under callgrind: each estimator over the same number of samples of several
-// kinds of data; callgrind writes one file of counts per pair.
+// What tools/count_instructions runs under callgrind: each estimator over the same number of samples of
+// several kinds of data; callgrind writes one file of counts per pair.
 #include <valgrind/callgrind.h>
 
 #include <array>
@@ -87,8 +87,9 @@ void count_trackers() {
     const std::string name = "line_bank_" + std::to_string(n);
     std::array<double, 24> re{}, im{};
     auto bank = LineBank<double, 21>::create(config).value();
-    count(name + "_u_y_responses",
-          [bank, re, im](const Sample& s) mutable { bank.step({s.u, s.y}, re, im); });
+    count(name + "_u_y_responses", [bank, re, im](const Sample& s) mutable {
+      bank.step({s.u, s.y}, re, im);
+    });
     auto narrow = LineBank<float, 21>::create(config).value();
     std::array<float, 24> narrow_re{}, narrow_im{};
     count(name + "_u_y_responses_float", [narrow, narrow_re, narrow_im](const Sample& s) mutable {
@@ -102,16 +103,16 @@ void count_trackers() {
   count("response_tracker_kalman_bank_21",
         [responses](const Sample& s) mutable { responses.step(s.ru, s.u, s.y); });
   auto chirp = ChirpTracker<double>::create(
-                         {.sample_rate_hz = kRateHz, .from_hz = 35.0, .to_hz = 1.5, .duration_s = 17.0})
-                         .value();
+                   {.sample_rate_hz = kRateHz, .from_hz = 35.0, .to_hz = 1.5, .duration_s = 17.0})
+                   .value();
   count("chirp_tracker_ru_u_y", [ru = chirp, u = chirp, y = chirp](const Sample& s) mutable {
     ru.step(s.ru);
     u.step(s.u);
     y.step(s.y);
   });
-  auto dft =
-      SlidingDft<double, 21, 200>::create({.sample_rate_hz = kRateHz, .window_samples = 200, .frequency_hz = f})
-          .value();
+  auto dft = SlidingDft<double, 21, 200>::create(
+                 {.sample_rate_hz = kRateHz, .window_samples = 200, .frequency_hz = f})
+                 .value();
   count("sliding_dft_21", [dft](const Sample& s) mutable { dft.step(s.y); });
 }
 
