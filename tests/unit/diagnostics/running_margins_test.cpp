@@ -113,9 +113,9 @@ TYPED_TEST(RunningMarginsOf, ResonanceOfATwoMassLoop) {
     const std::complex<double> s(0.0, kTwoPi * hz);
     const auto shaft = damping * s + stiffness;
     f.push_back(static_cast<TypeParam>(hz));
-    value.push_back(std::complex<TypeParam>((j2 * s * s + shaft) /
-                                            (s * (j1 * j2 * s * s + (j1 + j2) * shaft)) *
-                                            std::polar(1.0, -0.1)));  // 0.1 rad of lag: into the region
+    value.push_back(
+        std::complex<TypeParam>((j2 * s * s + shaft) / (s * (j1 * j2 * s * s + (j1 + j2) * shaft)) *
+                                std::polar(1.0, -0.1)));  // 0.1 rad of lag: into the region
   }
   const auto found = running_resonance<TypeParam>(f, value);
   EXPECT_NEAR(found.antiresonance_hz, std::sqrt(stiffness / j2) / kTwoPi, 0.03);
