@@ -15,6 +15,7 @@ namespace {
 constexpr double kAbsent = std::numeric_limits<double>::quiet_NaN();
 constexpr double kMostMissing = 0.05;      // of the samples within the trackers' memory
 constexpr double kAveragedMemories = 30.0;  // of the trackers, without a steady line
+constexpr double kNarrower = 3.0;           // their second filter, against the trackers
 constexpr double kMostDamping = 0.9;        // of what is called a resonance
 
 }  // namespace
@@ -135,8 +136,9 @@ void Axis::start(const resonid_axis_settings& settings) noexcept {
   if (kind_ == RESONID_MULTISINE) return;
   const double turn = static_cast<double>(tracker_.lines() + 2);
   const double sweep = kind_ == RESONID_CHIRP ? settings.sweep_s * rate_hz : 0.0;
-  const double memory = std::max(kAveragedMemories * shape_.memory_s * rate_hz, 3.0 * sweep);
-  averages_.configure(1.0 - turn / memory, 2.0 * tracker_.lag_samples(0) / turn);
+  const double tracked = shape_.memory_s * rate_hz;
+  const double memory = std::max(kAveragedMemories * tracked, 3.0 * sweep);
+  averages_.configure(memory / turn, kNarrower * tracked / turn, tracked / turn);
   steady_after_ += static_cast<std::uint64_t>(std::max(sweep, 0.3 * memory));
 }
 
@@ -171,7 +173,8 @@ Axis::Line Axis::measure(std::size_t line) noexcept {
   const Complex ru = tracker_.excitation().phasor(line), u = tracker_.input().phasor(line);
   if (kind_ == RESONID_MULTISINE)
     return {tracker_.response(line, Approach::joint), ru / u - 1.0, tracker_.standard_deviation(line)};
-  averages_.step(line, ru, u, tracker_.output().phasor(line));
+  averages_.step(line, tracker_.excitation().amplitude(line), tracker_.input().amplitude(line),
+                 tracker_.output().amplitude(line));
   return {averages_.response(line), averages_.loop(line), averages_.standard_deviation(line)};
 }
 

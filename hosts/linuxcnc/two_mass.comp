@@ -24,6 +24,7 @@ param rw float d = 0.02 "Damping of the shaft (Nms/rad).";
 param rw float b = 0 "Viscous friction of the motor (Nms/rad).";
 param rw unsigned counts = 0 """Counts of the encoder in a turn; position and velocity then have its steps, and the velocity
 is the difference of positions. 0: no encoder, both are exact.""";
+param rw unsigned delay = 0 "Periods by which the drive takes the torque later, 0 to 7.";
 param rw float noise = 0 "Standard deviation of white noise on the velocity (rad/s); the same in every run.";
 
 function update fp "Takes a step of one period.";
@@ -35,6 +36,7 @@ variable double x2;
 variable double v2;
 variable double phi[20];   // 4 rows: 4 states, then the torque
 variable double made[6];   // what phi was made of
+variable double late[8];     // torques on their way
 variable double shown;
 variable unsigned seed;
 license "MIT";
@@ -96,9 +98,12 @@ FUNCTION(update) {
   const double period_s = period * 1e-9;
   const double j1 = inst->j1, j2 = inst->j2, k = inst->k, d = inst->d;
   const double wanted[6] = {j1, j2, k, d, inst->b, period_s};
-  const double x[N] = {inst->x1, inst->v1, inst->x2, inst->v2, PIN(torque) + PIN(disturbance)};
+  double x[N] = {inst->x1, inst->v1, inst->x2, inst->v2, 0.0};
   double next[4], velocity;
   int i, j;
+  for (i = 7; i > 0; i--) inst->late[i] = inst->late[i - 1];
+  inst->late[0] = PIN(torque);
+  x[4] = inst->late[inst->delay & 7] + PIN(disturbance);
   if (memcmp(inst->made, wanted, sizeof wanted) != 0 && j1 > 0.0 && j2 > 0.0) {
     double a[N][N] = {{0, 1, 0, 0, 0},
                       {-k / j1, -(d + inst->b) / j1, k / j1, d / j1, 1 / j1},
