@@ -13,7 +13,7 @@ namespace resonid::linuxcnc {
 namespace {
 
 constexpr double kAbsent = std::numeric_limits<double>::quiet_NaN();
-constexpr double kMostMissing = 0.05;      // of the samples within the trackers' memory
+constexpr double kMostMissing = 0.05;       // of the samples within the trackers' memory
 constexpr double kAveragedMemories = 30.0;  // of the trackers, without a steady line
 constexpr double kNarrower = 3.0;           // their second filter, against the trackers
 constexpr double kMostDamping = 0.9;        // of what is called a resonance
@@ -24,7 +24,8 @@ expected<Axis, ConfigError> Axis::create(const resonid_axis_shape& shape) {
   if (!(shape.period_s > 0.0)) return refuse("period", "must be > 0", shape.period_s);
   if (shape.lines < 3 || shape.lines > RESONID_MAX_LINES)
     return refuse("lines", "must be 3 to 40 of them", shape.lines);
-  if (!(shape.last_hz > shape.first_hz)) return refuse("lines", "must end above where they begin", shape.last_hz);
+  if (!(shape.last_hz > shape.first_hz))
+    return refuse("lines", "must end above where they begin", shape.last_hz);
   const auto lines = static_cast<std::size_t>(shape.lines);
   std::array<double, kMaxLines> frequency{};
   for (std::size_t i = 0; i < lines; ++i)
@@ -36,7 +37,8 @@ expected<Axis, ConfigError> Axis::create(const resonid_axis_shape& shape) {
   // A line of the bank forgets as (1 - K/2)^k with K = 1/(lines + 1 + lambda).
   const double memory_samples = shape.memory_s * rate_hz;
   const double states = static_cast<double>(lines + 1);
-  if (!(memory_samples > states)) return refuse("memory", "must be longer than a period per line", shape.memory_s);
+  if (!(memory_samples > states))
+    return refuse("memory", "must be longer than a period per line", shape.memory_s);
   const auto bank = tracking::KalmanBank<double, kMaxLines>::create(
       {.sample_rate_hz = rate_hz, .frequency_hz = hz, .lambda = 0.5 * memory_samples - states});
   if (!bank) return unexpected<ConfigError>(bank.error());
@@ -68,12 +70,13 @@ void Axis::forget() noexcept {
   averages_.reset();
   scan_.reset();
   results_ = {};
-  for (double* x : {&results_.resonance_hz, &results_.resonance_std_hz, &results_.resonance_damping,
-                    &results_.antiresonance_hz, &results_.antiresonance_std_hz, &results_.antiresonance_damping,
-                    &results_.motor_inertia, &results_.load_inertia, &results_.stiffness, &results_.crossover_hz,
-                    &results_.phase_margin_deg, &results_.phase_margin_std_deg, &results_.worst_phase_margin_deg,
-                    &results_.modulus_margin, &results_.modulus_margin_std, &results_.modulus_margin_hz,
-                    &results_.gain_margin_db, &results_.gain_margin_hz})
+  for (double* x :
+       {&results_.resonance_hz, &results_.resonance_std_hz, &results_.resonance_damping,
+        &results_.antiresonance_hz, &results_.antiresonance_std_hz, &results_.antiresonance_damping,
+        &results_.motor_inertia, &results_.load_inertia, &results_.stiffness, &results_.crossover_hz,
+        &results_.phase_margin_deg, &results_.phase_margin_std_deg, &results_.worst_phase_margin_deg,
+        &results_.modulus_margin, &results_.modulus_margin_std, &results_.modulus_margin_hz,
+        &results_.gain_margin_db, &results_.gain_margin_hz})
     *x = kAbsent;
   results_.trust_reason = RESONID_NOT_MEASURED;
   coherence_sum_ = missing_ = excitation_ = largest_line_velocity_ = 0.0;
@@ -112,20 +115,21 @@ void Axis::start(const resonid_axis_settings& settings) noexcept {
   guard_.reset();
   const double rate_hz = 1.0 / shape_.period_s;
   kind_ = settings.excitation;
-  const auto guard = Guard::create({.sample_rate_hz = rate_hz,
-                                    .amplitude = settings.amplitude,
-                                    .ramp_in_s = settings.ramp_s,
-                                    .ramp_out_s = settings.ramp_s,
-                                    .margin = settings.margin,
-                                    .torque_limit = settings.max_torque,
-                                    .velocity_limit = settings.max_velocity,
-                                    .position_low = settings.position_low,
-                                    .position_high = settings.position_high,
-                                    .deceleration = settings.deceleration,
-                                    .oscillation_from_hz = settings.max_growth > 0.0 ? shape_.first_hz : 0.0,
-                                    .oscillation_least = settings.least_oscillation,
-                                    .oscillation_growth = settings.max_growth > 0.0 ? settings.max_growth : 2.0,
-                                    .watch_limit = settings.max_line_velocity});
+  const auto guard =
+      Guard::create({.sample_rate_hz = rate_hz,
+                     .amplitude = settings.amplitude,
+                     .ramp_in_s = settings.ramp_s,
+                     .ramp_out_s = settings.ramp_s,
+                     .margin = settings.margin,
+                     .torque_limit = settings.max_torque,
+                     .velocity_limit = settings.max_velocity,
+                     .position_low = settings.position_low,
+                     .position_high = settings.position_high,
+                     .deceleration = settings.deceleration,
+                     .oscillation_from_hz = settings.max_growth > 0.0 ? shape_.first_hz : 0.0,
+                     .oscillation_least = settings.least_oscillation,
+                     .oscillation_growth = settings.max_growth > 0.0 ? settings.max_growth : 2.0,
+                     .watch_limit = settings.max_line_velocity});
   if (!guard || !generator_.start(kind_, settings.amplitude, settings.sweep_s)) {
     results_.trust_reason = RESONID_REFUSED;
     return;
@@ -229,7 +233,8 @@ void Axis::take_modes() noexcept {
 /// J1 + J2 from the residue at z = 1, G -> (Ts/J)/(z - 1); J2/J1 = (w_res/w_ares)^2 - 1.
 void Axis::take_masses() noexcept {
   const auto model = fit_.model();
-  const double slope = 2.0 + model.a[0] - model.a[2];  // of A at z = 1, which is (z - 1)(z^2 + (a1 + 1) z - a3)
+  const double slope =
+      2.0 + model.a[0] - model.a[2];  // of A at z = 1, which is (z - 1)(z^2 + (a1 + 1) z - a3)
   const double inertia = shape_.period_s * slope / (model.b[0] + model.b[1] + model.b[2]);
   const double ratio = results_.resonance_hz / results_.antiresonance_hz;
   const double omega = kTwoPi * results_.antiresonance_hz;
@@ -266,7 +271,8 @@ resonid_trust Axis::verdict(const resonid_axis_settings& settings) const noexcep
   if (missing_ > kMostMissing) return RESONID_SAMPLES_MISSING;
   const auto& r = results_;
   if (!(r.resonance_damping > 0.0) || !(r.resonance_hz > r.antiresonance_hz)) return RESONID_NO_RESONANCE;
-  if (r.antiresonance_hz < shape_.first_hz || r.resonance_hz > shape_.last_hz) return RESONID_OUTSIDE_THE_LINES;
+  if (r.antiresonance_hz < shape_.first_hz || r.resonance_hz > shape_.last_hz)
+    return RESONID_OUTSIDE_THE_LINES;
   const bool certain = r.resonance_std_hz < settings.max_std * r.resonance_hz &&
                        r.antiresonance_std_hz < 2.0 * settings.max_std * r.antiresonance_hz;
   return certain ? RESONID_TRUSTED : RESONID_UNCERTAIN;

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include "core.h"
-
 #include <array>
 #include <complex>
 #include <cstddef>
@@ -17,6 +15,7 @@
 #include <resonid/tracking/response_tracker.hpp>
 #include <type_traits>
 
+#include "core.h"
 #include "generator.hpp"
 #include "line_averages.hpp"
 
@@ -36,7 +35,8 @@ class Axis {
  public:
   static expected<Axis, ConfigError> create(const resonid_axis_shape& shape);
 
-  [[nodiscard]] double excite(const resonid_axis_settings& settings, const resonid_axis_sample& sample) noexcept;
+  [[nodiscard]] double excite(const resonid_axis_settings& settings,
+                              const resonid_axis_sample& sample) noexcept;
   void identify(const resonid_axis_settings& settings, const resonid_axis_sample& sample) noexcept;
   [[nodiscard]] const resonid_axis_results& results() const noexcept { return results_; }
 
@@ -50,7 +50,8 @@ class Axis {
     double std = std::numeric_limits<double>::infinity();
   };
 
-  Axis(const resonid_axis_shape& shape, const Tracker& tracker, const Fit& fit, const Generator& generator) noexcept;
+  Axis(const resonid_axis_shape& shape, const Tracker& tracker, const Fit& fit,
+       const Generator& generator) noexcept;
 
   [[nodiscard]] bool active() const noexcept;
   void start(const resonid_axis_settings& settings) noexcept;
@@ -78,7 +79,7 @@ class Axis {
   double coherence_sum_ = 0.0;
   double excitation_ = 0.0;
   double largest_line_velocity_ = 0.0;  // of this turn
-  double missing_ = 0.0;  // share of missing samples, fading with the trackers' memory
+  double missing_ = 0.0;                // share of missing samples, fading with the trackers' memory
   std::uint64_t steady_samples_ = 0, steady_after_ = 0;
   std::size_t slot_ = 0;  // of the turn
   int kind_ = RESONID_MULTISINE;

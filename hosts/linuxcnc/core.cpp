@@ -41,11 +41,13 @@ int resonid_axis_create(int axis, const resonid_axis_shape* shape, resonid_axis_
   return 0;
 }
 
-double resonid_axis_excite(int axis, const resonid_axis_settings* settings, const resonid_axis_sample* sample) {
+double resonid_axis_excite(int axis, const resonid_axis_settings* settings,
+                           const resonid_axis_sample* sample) {
   return axes[static_cast<std::size_t>(axis)]->excite(*settings, *sample);
 }
 
-void resonid_axis_identify(int axis, const resonid_axis_settings* settings, const resonid_axis_sample* sample) {
+void resonid_axis_identify(int axis, const resonid_axis_settings* settings,
+                           const resonid_axis_sample* sample) {
   axes[static_cast<std::size_t>(axis)]->identify(*settings, *sample);
 }
 

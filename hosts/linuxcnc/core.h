@@ -14,11 +14,11 @@ enum { RESONID_MAX_AXES = 8, RESONID_MAX_LINES = 40 };
 
 /* Fixed when the component is loaded. */
 struct resonid_axis_shape {
-  double period_s;  /* of the servo thread */
-  double first_hz;  /* lowest tracked line */
-  double last_hz;   /* highest one */
-  int lines;        /* evenly spaced, 3 ... RESONID_MAX_LINES */
-  double memory_s;  /* time constant of the trackers */
+  double period_s; /* of the servo thread */
+  double first_hz; /* lowest tracked line */
+  double last_hz;  /* highest one */
+  int lines;       /* evenly spaced, 3 ... RESONID_MAX_LINES */
+  double memory_s; /* time constant of the trackers */
 };
 
 struct resonid_axis_error {
@@ -32,10 +32,10 @@ enum resonid_loop { RESONID_LOOP_MEASURED = 0, RESONID_LOOP_VELOCITY_PID = 1, RE
 
 /* Read in every period; the first part counts from the next start of the excitation on. */
 struct resonid_axis_settings {
-  int excitation;    /* enum resonid_excitation */
-  double amplitude;  /* peak value of the excitation, unit of torque */
-  double ramp_s;     /* time of ramping in and out */
-  double sweep_s;    /* time of one sweep of the chirp */
+  int excitation;   /* enum resonid_excitation */
+  double amplitude; /* peak value of the excitation, unit of torque */
+  double ramp_s;    /* time of ramping in and out */
+  double sweep_s;   /* time of one sweep of the chirp */
   /* Limits of the guard (guarded_excitation.hpp); 0: none. */
   double margin, max_torque, max_velocity;
   double position_low, position_high, deceleration;

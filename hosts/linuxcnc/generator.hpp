@@ -19,7 +19,8 @@ namespace resonid::linuxcnc {
 /// The excitations that an axis can be given, each with the peak value that is asked for.
 class Generator {
  public:
-  static expected<Generator, ConfigError> create(std::span<const double> frequency_hz, double sample_rate_hz) {
+  static expected<Generator, ConfigError> create(std::span<const double> frequency_hz,
+                                                 double sample_rate_hz) {
     constexpr double kWatched_s = 30.0;
     constexpr double kBandOverBits = 0.3;  // up to which a PRBS is flat
     const std::array<double, 1> amplitude{1.0};

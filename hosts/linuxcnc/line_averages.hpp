@@ -48,7 +48,9 @@ class LineAverages {
     s.visits = fading_ * s.visits + 1.0;
   }
 
-  [[nodiscard]] Complex response(std::size_t line) const noexcept { return sums_[line].y_ru / sums_[line].u_ru; }
+  [[nodiscard]] Complex response(std::size_t line) const noexcept {
+    return sums_[line].y_ru / sums_[line].u_ru;
+  }
   [[nodiscard]] Complex loop(std::size_t line) const noexcept {
     return sums_[line].ru / sums_[line].u_ru - 1.0;
   }
