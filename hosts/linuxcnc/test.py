@@ -75,7 +75,8 @@ class Session:
         script.write_text(f"source {HERE}/two_mass.hal\n" + commands.replace("SAMPLES", str(self.samples_file)))
         self.folder.chmod(0o777)
         # halrun refuses root; without real time any other user will do.
-        user = f"runuser -u nobody -- env HOME={self.folder}" if os.getuid() == 0 else f"env RTAPI_UID=65534 HOME={self.folder}"
+        user = "runuser -u nobody --" if os.getuid() == 0 else "unshare --user --map-user=1000"
+        user += f" env HOME={self.folder}"
         self.command = isolated + ["sh", "-c", f"mount --bind {merged} {INSTALLED} && cd {self.folder} && exec {user} "
                                    f"RTAPI_FIFO_PATH={self.folder}/fifo halrun -f {script}"]
 
