@@ -262,6 +262,7 @@ void Axis::conclude(const resonid_axis_settings& settings) noexcept {
   guard_->watch(largest_line_velocity_);
   scan_.reset();
   last_std_ = coherence_sum_ = largest_line_velocity_ = 0.0;
+  if (results_.settled == 0 && results_.updates > 0) return;  // ramping out: what was found stays
   results_.trust_reason = verdict(settings);
   results_.trusted = results_.trust_reason == RESONID_TRUSTED ? 1 : 0;
 }

@@ -44,9 +44,9 @@ class Machine {
     drive_ = zero_order_hold(drive, kPeriod_s);
     state_ << 0.0, 20.0, 0.0, 20.0;
   }
-  void step(Axis& axis, const resonid_axis_settings& s, bool valid = true) {
+  void step(Axis& axis, const resonid_axis_settings& s, bool valid = true, bool enable = true) {
     resonid_axis_sample x{};
-    x.enable = 1;
+    x.enable = enable ? 1 : 0;
     x.valid = valid ? 1 : 0;
     x.position = state_(0);
     x.velocity = state_(1) + (noise_.stddev() > 0.0 ? noise_(random_) : 0.0);
@@ -57,8 +57,8 @@ class Machine {
     axis.identify(s, x);
     state_ = (drive_.a * state_ + drive_.b * x.torque).eval();
   }
-  void run(Axis& axis, const resonid_axis_settings& s, double duration_s) {
-    for (double t = 0.0; t < duration_s; t += kPeriod_s) step(axis, s);
+  void run(Axis& axis, const resonid_axis_settings& s, double duration_s, bool enable = true) {
+    for (double t = 0.0; t < duration_s; t += kPeriod_s) step(axis, s, true, enable);
   }
   [[nodiscard]] double position() const { return state_(0); }
   [[nodiscard]] double largest_excitation() const { return largest_excitation_; }
@@ -86,6 +86,20 @@ TEST(LinuxcncAxis, FindsAResonanceAndTrustsIt) {
   EXPECT_NEAR(r.motor_inertia, kJ1, 0.01 * kJ1);
   EXPECT_NEAR(r.load_inertia, kJ2, 0.01 * kJ2);
   EXPECT_NEAR(machine.largest_excitation(), 0.5, 0.01);
+}
+
+TEST(LinuxcncAxis, KeepsWhatItFoundAfterEnableHasFallen) {
+  Axis a = axis();
+  Machine machine;
+  machine.run(a, settings(), 4.0);
+  const double resonance_hz = a.results().resonance_hz;
+  machine.run(a, settings(), 1.0, false);
+  EXPECT_EQ(a.results().running, 0);
+  EXPECT_EQ(a.results().stop_reason, static_cast<int>(excitation::StopReason::requested));
+  EXPECT_EQ(a.results().trust_reason, RESONID_TRUSTED);
+  EXPECT_NEAR(a.results().resonance_hz, resonance_hz, 0.01);
+  machine.run(a, settings(), 0.1);
+  EXPECT_EQ(a.results().trust_reason, RESONID_NOT_SETTLED);
 }
 
 TEST(LinuxcncAxis, DoesNotTrustNoise) {

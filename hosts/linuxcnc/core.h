@@ -81,7 +81,7 @@ struct resonid_axis_results {
   uint32_t samples, skipped_samples, updates;
 };
 
-/* 0, or -1 with the reason in *error. Not for the servo thread: it takes some milliseconds. */
+/* 0, or -1 with the reason in *error. Not for the servo thread: it takes up to a tenth of a second. */
 int resonid_axis_create(int axis, const struct resonid_axis_shape* shape, struct resonid_axis_error* error);
 /* Before the controller's output is summed: the excitation of this period. */
 double resonid_axis_excite(int axis, const struct resonid_axis_settings* settings,

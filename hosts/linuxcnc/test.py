@@ -192,7 +192,8 @@ RECORD = "loadusr -w halsampler -t -n {} SAMPLES\nshow pin\n"
 SESSIONS = {
     "first": "start\n" + RECORD.format(12000),
     "second": "start\n" + RECORD.format(12000),
-    "gains": "setp resonid.0.loop 1\nsetp resonid.0.pgain 0.15\nsetp resonid.0.igain 1\nstart\n" + RECORD.format(12000),
+    "gains": "setp resonid.0.loop 1\nsetp resonid.0.pgain 0.15\nsetp resonid.0.igain 1\nstart\n" +
+             RECORD.format(12000) + "setp resonid.0.enable 0\nloadusr -w sleep 1\nshow pin\n",
     "prbs": "setp resonid.0.excitation-kind 2\nstart\n" + RECORD.format(18000),
     "chirp": "setp resonid.0.excitation-kind 1\nstart\n" + RECORD.format(20000),
     "limit": "setp resonid.0.max-velocity 30\nstart\nloadusr -w sleep 5\nshow pin\n"
@@ -238,7 +239,10 @@ def main():
         same = [[row[:1 + SAMPLED.index("t_excite")] for row in run[name].rows] for name in ("first", "second")]
         check(same[0] == same[1], "two runs recorded the same, digit by digit")
     if "gains" in run:
-        check_margins(run["gains"].shown[-1], plant.margins(drive, 0.15, 1.0, FIRST_HZ, LAST_HZ), "other gains")
+        pins = run["gains"].shown[-1]
+        check(not pins["running"] and pins["excitation"] == 0 and pins["stop-reason"] == 1 and pins["trusted"],
+              "after enable has fallen: no excitation, and the results stay")
+        check_margins(pins, plant.margins(drive, 0.15, 1.0, FIRST_HZ, LAST_HZ), "other gains")
     for name in ("prbs", "chirp"):
         if name in run:
             identified(run[name].shown[-1], drive, name)
