@@ -81,7 +81,7 @@ class Session:
                                    f"RTAPI_FIFO_PATH={self.folder}/fifo halrun -f {script}"]
 
     def run(self):
-        done = subprocess.run(self.command, capture_output=True, text=True, timeout=60)
+        done = subprocess.run(self.command, capture_output=True, text=True, timeout=120)
         self.output, self.errors, self.code = done.stdout, done.stderr, done.returncode
         self.shown = [self.pins(part) for part in self.output.split("Component Pins:")[1:]]
         rows = self.samples_file.read_text().split("\n") if self.samples_file.exists() else []
