@@ -68,13 +68,18 @@ class Oscillators {
   [[nodiscard]] std::size_t lines() const noexcept { return lines_; }
 
  private:
+#if defined(__arm__) && !defined(__ARM_NEON)
+  static constexpr std::size_t kLanes = 1;  // without vectors lanes only cost: sums go to memory
+#else
   static constexpr std::size_t kLanes = std::min<std::size_t>(8, std::bit_ceil(MaxLines));
+#endif
   static constexpr std::size_t kPadded = (MaxLines + kLanes - 1) / kLanes * kLanes;
   using Array = std::array<Scalar, kPadded>;
 
   void advance(const Sample& innovation) noexcept {
     std::array<std::array<Scalar, kLanes>, Channels> sum{};
     for (std::size_t block = 0; block < lines_; block += kLanes) {
+#pragma GCC unroll 2  // at any level of optimisation, so that the sums stay in registers
       for (std::size_t c = 0; c < Channels; ++c) {
         for (std::size_t lane = 0; lane < kLanes; ++lane) {  // lines that are not used stay 0
           const std::size_t i = block + lane;
