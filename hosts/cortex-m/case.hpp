@@ -26,11 +26,11 @@ class Output {
 /// One estimator as it is measured and compared: its own object, and what is done with it.
 struct Case {
   const char* name;
-  Injection injection;         ///< What excites the drive of its record.
-  std::size_t state_bytes;     ///< Size of the estimator.
-  bool (*create)();            ///< Makes it; false when the configuration was refused.
+  Injection injection;          ///< What excites the drive of its record.
+  std::size_t state_bytes;      ///< Size of the estimator.
+  bool (*create)();             ///< Makes it; false when the configuration was refused.
   void (*step)(const Sample&);  ///< One sample, with whatever result is wanted at every sample.
-  void (*report)(Output&);     ///< Results so far.
+  void (*report)(Output&);      ///< Results so far.
 };
 
 /// Runs the case over its record; the exit code of the program.

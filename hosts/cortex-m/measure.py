@@ -4,6 +4,7 @@
 
     measure.py build   CORE WORK                     cross-compile the images (CORE: m4 or m7) into the folder WORK
     measure.py run     CORE WORK --reference PROGRAM run them all, compare with the host's results, write WORK/results.json
+    measure.py example CORE WORK                     run the example; its exit code tells whether it saw what it should
     measure.py symbols CORE WORK                     no heap; double precision only where it is known to be
     measure.py check   CORE WORK                     floors, and the table in docs/embedded.md against the results
     measure.py write   WORK_M4 WORK_M7               write that table anew
@@ -118,17 +119,19 @@ def sizes(path):
 
 
 def compare(case, target, host):
-    """Largest difference of host and target, relative to the largest value of its group."""
+    """Largest difference of host and target, relative to the largest value of its group, and where."""
     if [(name, len(values)) for name, values in target] != [(name, len(values)) for name, values in host] or not host:
         sys.exit(f"{case}: host and target print different things")
-    largest = 0.0
+    largest, worst = 0.0, ""
     for (name, found), (_, expected) in zip(target, host):
         if not all(math.isfinite(x) for x in found):
             sys.exit(f"{case}: {name} is not finite")
         size = max(abs(x) for x in expected)
         if size > 0.0:
-            largest = max(largest, max(abs(a - b) for a, b in zip(found, expected)) / size)
-    return largest
+            difference = max(abs(a - b) for a, b in zip(found, expected)) / size
+            if difference > largest:
+                largest, worst = difference, f"{name}: {found} here, {expected} on the host"
+    return largest, worst
 
 
 def run(core, work, reference):
@@ -139,10 +142,10 @@ def run(core, work, reference):
         path = images(work) / f"{case}.elf"
         groups, numbers = run_image(core, path)
         host, _ = parse(subprocess.run([reference, case], stdout=subprocess.PIPE, text=True, check=True).stdout)
-        difference = compare(case, groups, host)
+        difference, worst = compare(case, groups, host)
         fault = check_truth(case, groups)
         if difference > TOLERANCE:
-            failed.append(f"{case}: differs from the host by {difference:.1e}")
+            failed.append(f"{case}: differs from the host by {difference:.1e}; {worst}")
         if fault:
             failed.append(f"{case}: {fault}")
         overhead = idle["step_ticks"] / idle["samples"]
@@ -167,7 +170,7 @@ def run(core, work, reference):
 
 
 # Truth about the drive of record.hpp, from its physical parameters alone.
-RATE_HZ, J1, J2, STIFFNESS, DAMPING = 512.0, 0.02, 0.03, 2000.0, 0.5
+RATE_HZ, J1, J2, STIFFNESS, DAMPING = 256.0, 0.02, 0.03, 2000.0, 0.5
 RESONANCE_HZ = math.sqrt(STIFFNESS * (1.0 / J1 + 1.0 / J2)) / (2.0 * math.pi)
 
 
@@ -220,11 +223,11 @@ def check_truth(case, groups):
     """What is wrong with the newest results, by the truth; empty when nothing is."""
     newest = groups[-len(groups) // 4:]  # of four reports
     if case.startswith("line_bank"):
-        lines = [complex(*values) for name, values in newest if name == "line"]
+        lines = [complex(*values) for name, values in newest if name == "response"]
         if len(lines) == 21:
             for i, found in enumerate(lines):
                 expected = true_response(10.0 * (i + 1) * RATE_HZ / 1024.0)
-                if abs(found - expected) > 0.02 * abs(expected):
+                if abs(found - expected) > 0.05 * abs(expected):
                     return f"line {i} is {found}, not {expected}"
     if case in ("arx_3", "cloe_3", "output_error_3", "instrumental_variables_3"):
         found = resonance_hz(dict(newest)["a"])
@@ -237,10 +240,130 @@ def check_truth(case, groups):
     return ""
 
 
+# Double precision in software, from libgcc; hardware on the M7.
+DOUBLE = re.compile(r"__aeabi_(d[a-z2]|[a-z]+2d|cd|l2d|ul2d)|__(add|sub|mul|div|neg)df3|__\w*df2|__\w*(si|di|sf)df2?$")
+HEAP = re.compile(r"^(_?(malloc|calloc|realloc|free)(_r)?|_?sbrk(_r)?|_Zn[wa].*|_Zd[la].*)$")
+# Cases whose steps keep to single precision, and must.
+SINGLE = ["line_bank_8", "line_bank_21", "kalman_bank_8", "sliding_dft_21", "rls_6"]
+
+
+def calls(path):
+    """Function -> functions that it calls or jumps to."""
+    text = subprocess.run(["arm-none-eabi-objdump", "-d", "--no-show-raw-insn", str(path)], stdout=subprocess.PIPE,
+                          text=True, check=True).stdout
+    graph, function = {}, ""
+    for line in text.splitlines():
+        begin = re.match(r"^[0-9a-f]+ <(.+)>:$", line)
+        if begin:
+            function = begin.group(1)
+            graph[function] = set()
+            continue
+        jump = re.search(r"\tb\S*\t[0-9a-f]+ <([^+>]+)>", line)
+        if jump and jump.group(1) != function:
+            graph[function].add(jump.group(1))
+    return graph
+
+
+def reached(graph, begin):
+    """Function -> the one it is first reached from."""
+    found, waiting = {begin: ""}, [begin]
+    while waiting:
+        function = waiting.pop()
+        for target in sorted(graph.get(function, ())):
+            if target not in found:
+                found[target] = function
+                waiting.append(target)
+    return found
+
+
+def symbols(core, work):
+    failed = 0
+    for case in CASES:
+        path = images(work) / f"{case}.elf"
+        names = subprocess.run(["arm-none-eabi-nm", "--format=just-symbols", str(path)], stdout=subprocess.PIPE,
+                               text=True, check=True).stdout.split()
+        heap = [name for name in names if HEAP.match(name)]
+        graph = calls(path)
+        steps = [name for name in graph if re.search(r"Case.*4stepERK6Sample$", name)]
+        if len(steps) != 1:
+            sys.exit(f"{case}: no step in {sorted(graph)}")
+        found = reached(graph, steps[0])
+        double = sorted({found[name] for name in found if DOUBLE.match(name) and found[name].startswith("_Z")})
+        print(f"{case:28} heap: {', '.join(heap) or 'none'}; double precision per sample: {', '.join(double) or 'none'}")
+        if heap or (double and case in SINGLE and core == "m4"):
+            print(f"{case}: must have none")
+            failed = 1
+    return failed
+
+
+CORE_NAMES = {"m4": "M4F", "m7": "M7"}
+COLUMNS = {
+    "instructions per sample": lambda r: f"{r['step']:.0f} ({r['longest']:.0f})",
+    "code": lambda r: f"{r['code']} + {r['libraries']}",
+    "create": lambda r: f"{r['create'] / 1000:.{0 if r['create'] > 1e4 else 2}f}",
+}
+
+
+def table(results):
+    """The table as lines, `results` of both cores."""
+    head = ["estimator", "state"] + [f"{column}, {CORE_NAMES[core]}" for column in COLUMNS for core in results]
+    lines = ["| " + " | ".join(head) + " |", "|---|" + "---:|" * (len(head) - 1)]
+    for case, meaning in CASES.items():
+        cells = [meaning, str(results["m4"][case]["state"])]
+        cells += [cell(r[case]) for cell in COLUMNS.values() for r in results.values()]
+        lines.append("| " + " | ".join(cells) + " |")
+    lines.append("")
+    lines.append("All estimators and generators in one image, the change detector apart: "
+                 + "; ".join(f"{CORE_NAMES[core]} {r['whole_library']['code']} bytes + {r['whole_library']['libraries']} of "
+                             "libm, libgcc and libc" for core, r in results.items()) + ".")
+    return lines
+
+
+def numbers_of(text):
+    return [float(x) for x in re.findall(r"\d+(?:\.\d+)?(?:e[+-]?\d+)?", text)]
+
+
+def check(core, work):
+    results = json.loads((work / "results.json").read_text())
+    failed = []
+    if core == "m4":
+        for case, most in LARGEST_STEP.items():
+            if not 0 < results[case]["step"] < most:
+                failed.append(f"{case}: {results[case]['step']:.0f} instructions per sample, not below {most}")
+        for case, most in LARGEST_STATE.items():
+            if not 0 < results[case]["state"] < most:
+                failed.append(f"{case}: state of {results[case]['state']} bytes, not below {most}")
+        library = results["whole_library"]["code"]
+        if not 0 < library < LARGEST_LIBRARY:
+            failed.append(f"whole library: {library} bytes of code, not below {LARGEST_LIBRARY}")
+    committed = PAGE.read_text().split(BEGIN)[1].split(END)[0].split("\n")
+    fresh = table({"m4": results, "m7": results})
+    if len(committed) != len(fresh) + 2:
+        failed.append("the table has other rows: hosts/cortex-m/measure.py write")
+    own = [i for i, name in enumerate(fresh[0].split("|")) if not name.endswith(("M4F ", "M7 ")) or CORE_NAMES[core] in name]
+    for before, now in zip(committed[1:], fresh):
+        for i in own if before.startswith("|") else []:
+            old, new = before.split("|")[i], now.split("|")[i]
+            if re.sub(r"\d\S*", "", old) != re.sub(r"\d\S*", "", new) or not all(
+                    abs(a - b) <= max(2.0, TABLE_TOLERANCE * a) for a, b in zip(numbers_of(old), numbers_of(new))):
+                failed.append(f"the table says{old}, measured is{new}: {before}")
+    for line in failed:
+        print(line)
+    return 1 if failed else 0
+
+
+def write(works):
+    results = {core: json.loads((work / "results.json").read_text()) for core, work in works.items()}
+    text = PAGE.read_text()
+    before, rest = text.split(BEGIN)
+    PAGE.write_text(before + BEGIN + "\n" + "\n".join(table(results)) + "\n" + END + rest.split(END)[1])
+    return 0
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     verbs = parser.add_subparsers(dest="verb", required=True)
-    for verb in ("build", "run", "symbols", "check"):
+    for verb in ("build", "run", "example", "symbols", "check"):
         part = verbs.add_parser(verb)
         part.add_argument("core", choices=MACHINE)
         part.add_argument("work", type=pathlib.Path)
@@ -255,7 +378,14 @@ def main():
         return build(options.core, options.work)
     if options.verb == "run":
         return run(options.core, options.work, options.reference)
-    return 2
+    if options.verb == "example":
+        run_image(options.core, images(options.work) / "example.elf")
+        return 0
+    if options.verb == "symbols":
+        return symbols(options.core, options.work)
+    if options.verb == "check":
+        return check(options.core, options.work)
+    return write({"m4": options.work_m4, "m7": options.work_m7})
 
 
 if __name__ == "__main__":

@@ -99,9 +99,9 @@ class Source {
   }
   std::int64_t chirp() {
     constexpr auto kFrom = static_cast<std::uint32_t>(drive::kChirpFromHz / drive::kSampleRateHz * 0x1p32);
-    constexpr auto kRate = static_cast<std::uint32_t>((drive::kChirpToHz - drive::kChirpFromHz) /
-                                                      drive::kChirpDurationS / drive::kSampleRateHz /
-                                                      drive::kSampleRateHz * 0x1p32);
+    constexpr auto kRate =
+        static_cast<std::uint32_t>((drive::kChirpToHz - drive::kChirpFromHz) / drive::kChirpDurationS /
+                                   drive::kSampleRateHz / drive::kSampleRateHz * 0x1p32);
     const std::int64_t sine = kSine[(phase_ >> 22U) % kTurn];
     phase_ += kFrom + kRate * static_cast<std::uint32_t>(sample_++);
     return sine;
@@ -132,7 +132,9 @@ class Noise {
 
 constexpr unsigned kResolutionBits = 8;  // signals are rounded to 2^-16: exact as float up to 256
 float measured(std::int64_t x) {
-  return static_cast<float>(static_cast<std::int32_t>((x + (1 << (kResolutionBits - 1))) >> kResolutionBits)) * 0x1p-16F;
+  return static_cast<float>(
+             static_cast<std::int32_t>((x + (1 << (kResolutionBits - 1))) >> kResolutionBits)) *
+         0x1p-16F;
 }
 std::int64_t resolved(std::int64_t x) {
   return ((x + (1 << (kResolutionBits - 1))) >> kResolutionBits) << kResolutionBits;

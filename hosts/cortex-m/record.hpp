@@ -8,7 +8,7 @@
 /// The drive behind every record: two masses, PI velocity loop, small output noise.
 namespace drive {
 
-inline constexpr double kSampleRateHz = 512.0;
+inline constexpr double kSampleRateHz = 256.0;
 inline constexpr double kDrivenInertiaKgm2 = 0.02, kLoadInertiaKgm2 = 0.03;
 inline constexpr double kStiffnessNmPerRad = 2000.0, kDampingNmsPerRad = 0.5;
 /// u = ru - C y in powers of z^-1; exact in binary.
@@ -18,7 +18,7 @@ inline constexpr double kControllerDenominator[2] = {1.0, -1.0};
 inline constexpr std::size_t kLines = 21;
 /// Multisine: lines at 10, 20 ... 210 times this.
 inline constexpr double kLineSpacingHz = kSampleRateHz / 1024.0;
-inline constexpr double kChirpFromHz = 10.0, kChirpToHz = 100.0, kChirpDurationS = 8.0;
+inline constexpr double kChirpFromHz = 10.0, kChirpToHz = 100.0, kChirpDurationS = 16.0;
 
 }  // namespace drive
 

@@ -6,5 +6,7 @@ const Case empty = {"empty",
                     Injection::multisine,
                     0,
                     [] { return true; },
-                    [](const Sample&) { asm volatile("" ::: "memory"); },
+                    [](const Sample&) {
+                      asm volatile("" ::: "memory");
+                    },
                     [](Output&) {}};

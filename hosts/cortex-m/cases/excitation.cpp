@@ -50,7 +50,8 @@ auto make_chirp() {
   return Chirp::create({.sample_rate_hz = drive::kSampleRateHz,
                         .from_hz = drive::kChirpFromHz,
                         .to_hz = drive::kChirpToHz,
-                        .duration_s = drive::kChirpDurationS});
+                        .duration_s = drive::kChirpDurationS,
+                        .repeat = true});
 }
 auto make_stepped_sine() {
   const auto hz = lines();
@@ -80,7 +81,8 @@ struct ChangeDetectorCase {
 }  // namespace
 
 const Case prbs_10 = case_of<GeneratorCase<Prbs, make_prbs>>("prbs_10", Injection::none);
-const Case multisine_21 = case_of<GeneratorCase<Multisine<21>, make_multisine>>("multisine_21", Injection::none);
+const Case multisine_21 =
+    case_of<GeneratorCase<Multisine<21>, make_multisine>>("multisine_21", Injection::none);
 const Case chirp = case_of<GeneratorCase<Chirp, make_chirp>>("chirp", Injection::none);
 const Case stepped_sine_21 =
     case_of<GeneratorCase<SteppedSine<21>, make_stepped_sine>>("stepped_sine_21", Injection::none);

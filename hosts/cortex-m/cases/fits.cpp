@@ -16,7 +16,8 @@ namespace {
 
 constexpr std::array<double, 21> lines() {
   std::array<double, 21> hz{};
-  for (std::size_t i = 0; i < hz.size(); ++i) hz[i] = 10.0 * drive::kLineSpacingHz * static_cast<double>(i + 1);
+  for (std::size_t i = 0; i < hz.size(); ++i)
+    hz[i] = 10.0 * drive::kLineSpacingHz * static_cast<double>(i + 1);
   return hz;
 }
 
@@ -33,8 +34,8 @@ struct InstrumentalVariablesCase {
 
   static bool create() {
     InstrumentalVariablesConfig<3> c;
-    c.start.b = {0.05, -0.07, 0.06};
-    c.start.a = {-2.34, 2.25, -0.91};
+    c.start.b = {0.15, -0.13, 0.13};
+    c.start.a = {-1.0, 0.84, -0.84};
     c.controller_numerator = drive::kControllerNumerator;
     c.controller_denominator = drive::kControllerDenominator;
     return iv.hold(Estimator::create(c));
@@ -43,12 +44,13 @@ struct InstrumentalVariablesCase {
   static void report(Output& out) { model(out, iv); }
 };
 
-/// Response of a model that differs from sample to sample, as a tracker's would.
-void fill(std::span<std::complex<float>> response, float shift) {
-  for (std::size_t i = 0; i < response.size(); ++i) {
-    const float f = static_cast<float>(i) * 0.1F + 0.1F;
-    response[i] = std::complex<float>(1.0F / f + shift, -f) * 0.1F;
-  }
+/// A response at the lines that differs from sample to sample, as a tracker's would: 1/(jw) and jw/(w0^2 -
+/// w^2 + jdw).
+std::complex<float> response_at(std::size_t line, float change) {
+  const float f = static_cast<float>(line + 1) / 21.0F;
+  const float stiff = 0.36F + 0.01F * change - f * f, damping = 0.05F * f;
+  const float size = stiff * stiff + damping * damping;
+  return {0.1F * f * damping / size, 0.1F * f * stiff / size - 0.02F / f};
 }
 
 struct ResponseFitCase {
@@ -61,7 +63,7 @@ struct ResponseFitCase {
     return fit.hold(Estimator::create({.sample_rate_hz = drive::kSampleRateHz, .frequency_hz = hz}));
   }
   static void step(const Sample& s) {
-    fill(response, s.y);
+    for (std::size_t i = 0; i < response.size(); ++i) response[i] = response_at(i, s.y);
     fit->step(response);
   }
   static void report(Output& out) { model(out, fit); }
@@ -75,7 +77,7 @@ struct RecursiveResponseFitCase {
     const auto hz = lines();
     return fit.hold(Estimator::create({.sample_rate_hz = drive::kSampleRateHz, .frequency_hz = hz}));
   }
-  static void step(const Sample& s) { fit->step({s.u, s.y}); }
+  static void step(const Sample& s) { fit->step(response_at(fit->next_line(), s.y)); }
   static void report(Output& out) { model(out, fit); }
 };
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <new>
-#include <resonid/recursive/closed_loop_output_error.hpp>
 #include <resonid/recursive/arx.hpp>
+#include <resonid/recursive/closed_loop_output_error.hpp>
 #include <resonid/recursive/output_error.hpp>
 #include <resonid/recursive/physical_tracker.hpp>
 #include <resonid/recursive/rls.hpp>
@@ -106,9 +106,7 @@ struct CloeCase {
     return cloe.hold(Estimator::create(config));
   }
   static void step(const Sample& s) { cloe->step(s.ru, s.u, s.y); }
-  static void report(Output& out) {
-    model(out, cloe);
-  }
+  static void report(Output& out) { model(out, cloe); }
 };
 
 }  // namespace

@@ -45,8 +45,8 @@ struct LineBankCase {
     bank->responses(re, im);
   }
   static void report(Output& out) {
-    for (std::size_t i = 0; i < Lines; ++i) out.floats("line", std::array{re[i], im[i]});
-    out.floats("innovation", std::array{bank->innovation(1), bank->offset(1)});
+    for (std::size_t i = 0; i < Lines; ++i) out.floats("response", std::array{re[i], im[i]});
+    for (std::size_t i = 0; i < Lines; ++i) line(out, bank->phasor(1, i));
   }
 };
 
@@ -75,7 +75,8 @@ struct ResponseTrackerCase {
 
   static bool create() {
     const auto lines = multisine_lines<8>();
-    const auto bank = KalmanBank<float, 8>::create({.sample_rate_hz = drive::kSampleRateHz, .frequency_hz = lines});
+    const auto bank =
+        KalmanBank<float, 8>::create({.sample_rate_hz = drive::kSampleRateHz, .frequency_hz = lines});
     next = 0;
     return bank && tracker.hold(Estimator::create(*bank, {}));
   }
@@ -124,8 +125,7 @@ struct SlidingDftCase {
   static inline Storage<Estimator> dft;
 
   static bool create() {
-    std::array<double, 21> hz{};  // whole periods in half a period of the multisine
-    for (std::size_t i = 0; i < hz.size(); ++i) hz[i] = 5.0 * static_cast<double>(i + 1);
+    const auto hz = multisine_lines<21>();
     return dft.hold(Estimator::create(
         {.sample_rate_hz = drive::kSampleRateHz, .window_samples = 512, .frequency_hz = hz}));
   }

@@ -5,7 +5,8 @@
 
 namespace {
 
-/// CMSDK timer 0 of the MPS2 boards: counts down at the system clock of 25 MHz. Unlike SysTick it has 32 bits.
+/// CMSDK timer 0 of the MPS2 boards: counts down at the system clock of 25 MHz. Unlike SysTick it has 32
+/// bits.
 struct Timer {
   volatile std::uint32_t control, value, reload;
 };

@@ -3,8 +3,8 @@
 
 #include <cstdint>
 
-/// What a program on a bare target asks of the debugger or emulator that runs it: Arm's semihosting interface,
-/// https://github.com/ARM-software/abi-aa/blob/main/semihosting/semihosting.rst
+/// What a program on a bare target asks of the debugger or emulator that runs it: Arm's semihosting
+/// interface, https://github.com/ARM-software/abi-aa/blob/main/semihosting/semihosting.rst
 namespace semihosting {
 
 enum class Operation : std::uint32_t { write_zero_terminated = 0x04, exit_extended = 0x20 };

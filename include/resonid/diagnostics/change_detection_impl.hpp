@@ -83,8 +83,7 @@ void ChangeDetector<Real, MaxWindow>::learn() noexcept {
   for (; learned_ < until; ++learned_) {
     const Block& block = past_[slot(learned_)];
     if (baseline_.values() >= kGroup)
-      gather(
-          baseline_.standardised(block.mean(), past_[slot(learned_ - 1)].mean(), block.precision));
+      gather(baseline_.standardised(block.mean(), past_[slot(learned_ - 1)].mean(), block.precision));
     baseline_.learn(block.mean(), block.precision);
   }
 }
