@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Least firmware: excite, track, read the response. A real one reads the converter and the encoder where `Plant` is
-// here, and calls servo() from its timer interrupt. Returns 0 when the response is right.
+// Least firmware: excite, track, read the response. A real one reads the converter and the encoder where
+// `Plant` is here, and calls servo() from its timer interrupt. Returns 0 when the response is right.
 #include <array>
 #include <complex>
 #include <new>
@@ -13,7 +13,8 @@ using Bank = resonid::tracking::LineBank<float, 8>;
 using Prbs = resonid::excitation::Prbs;
 
 constexpr double kSampleRateHz = 2000.0;
-constexpr double kPeriodSamples = 127.0;  // of a PRBS of 7 cells: its lines are whole multiples of rate/period
+constexpr double kPeriodSamples =
+    127.0;  // of a PRBS of 7 cells: its lines are whole multiples of rate/period
 constexpr std::size_t kLines = 8;
 
 /// Stands for the machine: y(k+1) = 0.95 y(k) + 0.1 u(k).
@@ -45,7 +46,8 @@ int program() {
   std::array<double, kLines> lines_hz{};
   for (std::size_t i = 0; i < kLines; ++i)
     lines_hz[i] = static_cast<double>(i + 1) * kSampleRateHz / kPeriodSamples;
-  const auto excitation = Prbs::create({.sample_rate_hz = kSampleRateHz, .amplitude = 0.5, .register_length = 7});
+  const auto excitation =
+      Prbs::create({.sample_rate_hz = kSampleRateHz, .amplitude = 0.5, .register_length = 7});
   resonid::tracking::LineBankConfig config;
   config.bank = {.sample_rate_hz = kSampleRateHz, .frequency_hz = lines_hz, .lambda = 500.0};
   const auto bank = Bank::create(config);

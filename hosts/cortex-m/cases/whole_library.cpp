@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Images of many estimators, each at one typical size: for their size. RESONID_WHOLE: all of them; else those that a
-// drive needs to excite, track, and identify sample by sample.
+// Images of many estimators, each at one typical size: for their size. RESONID_WHOLE: all of them; else those
+// that a drive needs to excite, track, and identify sample by sample.
 #include "cases.hpp"
 
 int program();
