@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "../tracking/allocation_counter.hpp"
+#include <allocation_counter.hpp>
 
 namespace resonid::plant {
 namespace {

@@ -6,7 +6,7 @@
 #include <resonid/excitation/excitation.hpp>
 #include <resonid/plant/experiment.hpp>
 
-#include "../tracking/allocation_counter.hpp"
+#include <allocation_counter.hpp>
 #include "machines.hpp"
 
 namespace resonid::plant {
