@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// A thousand million samples of known signals through the trackers in single precision: relative error early and late.
-// A minute or two; usage: endurance_float [SAMPLES]. Exit code 1 when an error is beyond 1e-4.
+// A thousand million samples of known signals through the trackers in single precision: relative error early
+// and late. A minute or two; usage: endurance_float [SAMPLES]. Exit code 1 when an error is beyond 1e-4.
 #include <chrono>
 #include <cstdint>
 #include <cstdio>

@@ -49,6 +49,11 @@ class Contract : public testing::TestWithParam<Case> {
 std::string name_of(const testing::TestParamInfo<Case>& info) { return info.param.name; }
 INSTANTIATE_TEST_SUITE_P(All, Contract, testing::ValuesIn(cases()), name_of);
 
+TEST_P(Contract, IsCreatedWithoutHeap) {
+  GetParam().heap_of_create();  // statics of the suite
+  EXPECT_EQ(GetParam().heap_of_create(), 0U);
+}
+
 TEST_P(Contract, StepsAnswersAndResetsWithoutHeapOrLocks) {
   const auto subject = fresh();
   const auto other = fresh();
@@ -86,7 +91,8 @@ TEST_P(Contract, SamplesThatAreNotFiniteAreSkippedAndCounted) {
       std::uint64_t spoiled = 0;
       for (std::size_t k = 0; k < kEnd; ++k) {
         Sample s = record(k);
-        const bool spoil = k < 3 || k == 1000 || (k >= 2000 && k < 2050) || (k > 4000 && k < 5000 && k % 7 == 0);
+        const bool spoil =
+            k < 3 || k == 1000 || (k >= 2000 && k < 2050) || (k > 4000 && k < 5000 && k % 7 == 0);
         if (spoil) s[argument] = bad;
         if (spoil && (GetParam().arguments >> argument & 1U) != 0) ++spoiled;
         disturbed->step(s);
@@ -106,6 +112,20 @@ TEST_P(Contract, RunsOfNothingButMissingSamplesLeaveItFinite) {
   subject->observe(answers);
   for (std::size_t i = 0; i < answers.figures().size(); ++i)
     EXPECT_TRUE(std::isfinite(answers.figures()[i])) << "figure " << i;
+}
+
+TEST_P(Contract, MissIsAsManySamplesThatAreNotFinite) {
+  for (const std::uint64_t count : {std::uint64_t{1}, std::uint64_t{7}, std::uint64_t{700}}) {
+    const auto stepped = fresh(), told = fresh();
+    run(*stepped, 0, 1500);
+    run(*told, 0, 1500);
+    if (!told->miss(count)) GTEST_SKIP() << "has no such call";
+    for (std::uint64_t k = 0; k < count; ++k) stepped->step({kNan, kNan, kNan});
+    EXPECT_EQ(told->skipped(), stepped->skipped());
+    run(*stepped, 1500 + count, 1500 + kPeriod);
+    run(*told, 1500 + count, 1500 + kPeriod);
+    expect_recovered(*told, *stepped, std::max(1e-3, GetParam().recovered));
+  }
 }
 
 TEST_P(Contract, ASpikeDoesNotPoisonForEver) {

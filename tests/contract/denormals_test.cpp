@@ -48,8 +48,8 @@ TEST_P(Denormals, AreNotMetInLongSilence) {
   // Physical trackers take a microsecond and more.
   const int samples = GetParam().family.starts_with("Physical") ? 100000 : 1000000;
   const auto subject = GetParam().make();
-  run(*subject, 0, 3000);
   const FlushDenormals flush;
+  run(*subject, 0, 3000);
   // Operands as they are, so that the flag tells of any that results, memory or constants bring along.
   _mm_setcsr(_mm_getcsr() & ~kZeroForOperands);
   EXPECT_FALSE(meets_subnormals(*subject, samples));

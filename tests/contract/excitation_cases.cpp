@@ -26,7 +26,8 @@ struct Generator {
 
 struct PrbsTraits : Generator {
   using Listed = Prbs;
-  static constexpr std::string_view kName = "Prbs", kAsListed = "", kCost = "constant but for the clock divider";
+  static constexpr std::string_view kName = "Prbs", kAsListed = "",
+                                    kCost = "constant but for the clock divider";
   static Prbs make() {
     return Prbs::create({.sample_rate_hz = kRateHz, .register_length = 9, .clock_divider = 3}).value();
   }
@@ -37,14 +38,14 @@ struct MultisineTraits : Generator {
                                     kCost = "lines; every 256th sample sets them anew";
   static Multisine<21> make() {
     static constexpr std::array<double, 1> kAmplitude{0.5};
-    return Multisine<21>::create(
-               {.sample_rate_hz = kRateHz, .frequency_hz = kLines, .amplitude = kAmplitude})
+    return Multisine<21>::create({.sample_rate_hz = kRateHz, .frequency_hz = kLines, .amplitude = kAmplitude})
         .value();
   }
 };
 struct ChirpTraits : Generator {
   using Listed = Chirp;
-  static constexpr std::string_view kName = "Chirp", kAsListed = "", kCost = "a cosine; logarithmic: an exponential too";
+  static constexpr std::string_view kName = "Chirp", kAsListed = "",
+                                    kCost = "a cosine; logarithmic: an exponential too";
   static Chirp make() {
     return Chirp::create({.sample_rate_hz = kRateHz,
                           .from_hz = 2.0,

@@ -62,15 +62,19 @@ struct OfModel {
 template <class Real>
 struct ArxTraits : OfModel<Real> {
   using Listed = Arx<Real, 3>;
-  static constexpr std::string_view kName = "Arx", kCost = "parameters squared; every 16th sample looks at the limits";
-  static Listed make() { return Listed::create({.common = common(), .load_torque = true, .coulomb = true}).value(); }
+  static constexpr std::string_view kName = "Arx",
+                                    kCost = "parameters squared; every 16th sample looks at the limits";
+  static Listed make() {
+    return Listed::create({.common = common(), .load_torque = true, .coulomb = true}).value();
+  }
 };
 
 template <class Real, OutputErrorGradient Gradient>
 struct OutputErrorTraits : OfModel<Real> {
   using Listed = OutputError<Real, 3>;
-  static constexpr std::string_view kName = Gradient == OutputErrorGradient::filtered ? "OutputError, filtered"
-                                                                                      : "OutputError, regressor",
+  static constexpr std::string_view kName = Gradient == OutputErrorGradient::filtered
+                                                ? "OutputError, filtered"
+                                                : "OutputError, regressor",
                                     kCost = "as Arx; a step that is not stable is halved up to three times";
   static Listed make() {
     OutputErrorConfig c;
@@ -85,11 +89,13 @@ struct OutputErrorTraits : OfModel<Real> {
 template <class Real, ClosedLoopGradient Gradient>
 struct ClosedLoopTraits : OfModel<Real> {
   using Listed = ClosedLoopOutputError<Real, 3>;
-  static constexpr std::string_view kName = Gradient == ClosedLoopGradient::regressor ? "ClosedLoopOutputError, regressor"
+  static constexpr std::string_view kName = Gradient == ClosedLoopGradient::regressor
+                                                ? "ClosedLoopOutputError, regressor"
                                             : Gradient == ClosedLoopGradient::fixed_filter
                                                 ? "ClosedLoopOutputError, fixed filter"
                                                 : "ClosedLoopOutputError, damped filter",
                                     kCost = "as OutputError";
+  static constexpr double kSpike = 100.0;
   static constexpr unsigned kArguments = kRu | kY;
   static Listed make() {
     ClosedLoopOutputErrorConfig c;

@@ -22,7 +22,8 @@ struct DiscreteFilterTraits {
   using Scalar = Real;
   using Listed = DiscreteFilter<Real, 4>;
   static constexpr bool kTyped = true;
-  static constexpr std::string_view kName = "DiscreteFilter", kAsListed = "order up to 4", kCost = "constant: order";
+  static constexpr std::string_view kName = "DiscreteFilter", kAsListed = "order up to 4",
+                                    kCost = "constant: order";
   static constexpr unsigned kArguments = kU;
   static constexpr double kRecovered = 1e-5;
   static Listed make() {
@@ -30,7 +31,9 @@ struct DiscreteFilterTraits {
     static constexpr std::array<double, 3> kDenominator{1.0, -1.6, 0.8};
     return Listed::create(kNumerator, kDenominator).value();
   }
-  static std::tuple<Real> arguments(const Listed&, const Sample& s) noexcept { return {static_cast<Real>(s[1])}; }
+  static std::tuple<Real> arguments(const Listed&, const Sample& s) noexcept {
+    return {static_cast<Real>(s[1])};
+  }
   static void observe(const Listed& e, Answers& answers) noexcept {
     answers.figure(static_cast<double>(e.output(Real(0))));
   }
@@ -45,15 +48,18 @@ struct RlsTraits {
   static constexpr bool kTyped = true;
   static constexpr std::string_view kName = How == Forgetting::none       ? "RecursiveLeastSquares, none"
                                             : How == Forgetting::constant ? "RecursiveLeastSquares, constant"
-                                            : How == Forgetting::variable ? "RecursiveLeastSquares, variable"
-                                                                          : "RecursiveLeastSquares, directional",
+                                            : How == Forgetting::variable
+                                                ? "RecursiveLeastSquares, variable"
+                                                : "RecursiveLeastSquares, directional",
                                     kAsListed = "6 parameters",
                                     kCost = "parameters squared; every 16th sample looks at the limits";
   static constexpr unsigned kArguments = kRu | kU | kY;
   static constexpr double kRecovered = How == Forgetting::none ? 0.05 : 1e-3;
   static constexpr bool kForgets = How == Forgetting::constant || How == Forgetting::variable;
   static Estimator make() {
-    return Estimator::create({.start_variance = 10.0, .forgetting = How, .factor = 0.99, .noise_variance = 0.01}).value();
+    return Estimator::create(
+               {.start_variance = 10.0, .forgetting = How, .factor = 0.99, .noise_variance = 0.01})
+        .value();
   }
   static std::tuple<std::array<Real, 3>, Real> arguments(const Estimator&, const Sample& s) noexcept {
     return {{Real(1), static_cast<Real>(s[0]), static_cast<Real>(s[2])}, static_cast<Real>(s[1])};
@@ -92,7 +98,8 @@ struct ResponseFitTraits {
       return g;
     }();
     const auto g = kResponse[e.next_line()];
-    return {std::complex<Real>(static_cast<Real>(g.real() + 1e-3 * s[0]), static_cast<Real>(g.imag() + 1e-3 * s[1]))};
+    return {std::complex<Real>(static_cast<Real>(g.real() + 1e-3 * s[0]),
+                               static_cast<Real>(g.imag() + 1e-3 * s[1]))};
   }
   static void observe(const Estimator& e, Answers& answers) noexcept {
     const auto model = e.model();
@@ -112,9 +119,11 @@ struct PhysicalTrackerTraits {
   static constexpr bool kTyped = true;
   static constexpr std::string_view kName = Drifts ? "PhysicalTracker, drifting" : "PhysicalTracker",
                                     kAsListed = Drifts ? "without replay" : "replay of 16384 samples",
-                                    kCost = Drifts ? "states squared; every `refresh_samples`, while the estimate "
-                                                     "moves, one discretisation"
-                                                   : "the same times 1 + `replay_speed` until the memory is full";
+                                    kCost =
+                                        Drifts
+                                            ? "states squared; every `refresh_samples`, while the estimate "
+                                              "moves, one discretisation"
+                                            : "the same times 1 + `replay_speed` until the memory is full";
   static constexpr unsigned kArguments = kU | kY;
   static constexpr double kRecovered = Drifts ? 0.02 : 0.01;
   static constexpr bool kForgets = false;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <allocation_counter.hpp>
 #include <array>
 #include <complex>
 #include <cstddef>
@@ -67,17 +68,19 @@ class Subject {
 
 /// What the documentation says of an estimator, and what the suite may expect of it.
 struct Case {
-  std::string name;       ///< With its number type, as tests are called.
-  std::string family;     ///< The same without.
-  std::string as_listed;  ///< Template arguments for which the table states the size.
-  std::size_t bytes = 0;  ///< Of a snapshot, as listed.
-  std::string cost;       ///< What bounds the instructions of a step.
+  std::string name;        ///< With its number type, as tests are called.
+  std::string family;      ///< The same without.
+  std::string as_listed;   ///< Template arguments for which the table states the size.
+  std::size_t bytes = 0;   ///< Of a snapshot, as listed.
+  std::string cost;        ///< What bounds the instructions of a step.
   unsigned arguments = 0;  ///< A sample is missing when one of these is not finite; 0: takes no samples.
   bool single = false;     ///< float
-  double recovered = 0.0;  ///< Figures are back so near, relatively, when missing samples are 3000 samples ago.
-  bool forgets = true;     ///< Whether it gets over a spike, or has to be reset.
-  double spike = 0.0;      ///< The largest that it gets over, or stays finite with.
+  double recovered =
+      0.0;              ///< Figures are back so near, relatively, when missing samples are 3000 samples ago.
+  bool forgets = true;  ///< Whether it gets over a spike, or has to be reset.
+  double spike = 0.0;   ///< The largest that it gets over, or stays finite with.
   std::unique_ptr<Subject> (*make)() = nullptr;
+  std::size_t (*heap_of_create)() = nullptr;  ///< Allocations.
 };
 
 /// For messages of failed tests.
@@ -145,6 +148,12 @@ template <class Traits>
   c.spike = c.single ? 1e15 : 1e30;
   if constexpr (requires { Traits::kSpike; }) c.spike = Traits::kSpike;
   c.make = [] { return std::unique_ptr<Subject>(std::make_unique<Held<Traits>>()); };
+  c.heap_of_create = [] {
+    const std::size_t before = allocations();
+    const auto estimator = Traits::make();
+    static_cast<void>(estimator);
+    return allocations() - before;
+  };
   return c;
 }
 
@@ -162,7 +171,8 @@ inline constexpr double kRateHz = 250.0;
 const Sample& record(std::size_t k) noexcept;
 
 /// FNV-1a over the bits of all answers.
-inline std::uint64_t fingerprint(const Subject& subject, std::uint64_t hash = 14695981039346656037ULL) noexcept {
+inline std::uint64_t fingerprint(const Subject& subject,
+                                 std::uint64_t hash = 14695981039346656037ULL) noexcept {
   Answers answers;
   subject.observe(answers);
   for (const double x : answers.all()) {
@@ -181,6 +191,9 @@ inline std::uint64_t run(Subject& subject, std::size_t from, std::size_t to) noe
   }
   return fingerprint(subject, hash);
 }
+
+/// Puts the table that the cases give into docs/realtime.md; returns an exit code.
+int write_table();
 
 /// In this process, what the process started by resume_elsewhere() does; returns its exit code.
 int resume_from_standard_input();

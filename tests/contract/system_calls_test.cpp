@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Steps under seccomp's strict mode, in which the kernel kills a process at any system call but read and write.
+// Steps under seccomp's strict mode, in which the kernel kills a process at any system call but read and
+// write.
 #include <gtest/gtest.h>
 
 #include <sanitized.hpp>

@@ -61,10 +61,8 @@ struct FullKalmanBankTraits : OfOneSignal<Real> {
                                     kCost = "lines squared; less at a missing sample";
   static FullKalmanBank<Real, 4> make() {
     static constexpr std::array<double, 1> kDrift{0.5};
-    return FullKalmanBank<Real, 4>::create({.sample_rate_hz = kRateHz,
-                                            .frequency_hz = kLines,
-                                            .drift = kDrift,
-                                            .start_deviation = 10.0})
+    return FullKalmanBank<Real, 4>::create(
+               {.sample_rate_hz = kRateHz, .frequency_hz = kLines, .drift = kDrift, .start_deviation = 10.0})
         .value();
   }
 };
@@ -84,8 +82,9 @@ struct SlidingDftTraits : OfOneSignal<Real> {
 template <class Real>
 struct ChirpTrackerTraits : OfOneSignal<Real> {
   using Listed = ChirpTracker<Real>;
-  static constexpr std::string_view kName = "ChirpTracker", kAsListed = "",
-                                    kCost = "constant; every 256th sample, and all of a logarithmic sweep, a cosine";
+  static constexpr std::string_view
+      kName = "ChirpTracker",
+      kAsListed = "", kCost = "constant; every 256th sample, and all of a logarithmic sweep, a cosine";
   static ChirpTracker<Real> make() {
     return ChirpTracker<Real>::create({.sample_rate_hz = kRateHz,
                                        .from_hz = 12.0,
@@ -102,7 +101,8 @@ struct LineBankTraits {
   using Scalar = Real;
   using Listed = LineBank<Real, 21>;
   static constexpr bool kTyped = true;
-  static constexpr std::string_view kName = "LineBank", kAsListed = "21 lines, u and y", kCost = "constant: lines";
+  static constexpr std::string_view kName = "LineBank", kAsListed = "21 lines, u and y",
+                                    kCost = "constant: lines";
   static constexpr unsigned kArguments = kU | kY;
   static constexpr double kRecovered = 1e-4;
   static LineBank<Real, 4> make() {

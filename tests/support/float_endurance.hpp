@@ -13,9 +13,9 @@
 #include <resonid/tracking/sliding_dft.hpp>
 #include <vector>
 
-/// Trackers in single precision over so many samples of exactly known signals: how far off they are at the end, and
-/// at the worst within the last tenth, where drift would be. The signals come from integer phases, so that the truth
-/// is exact at any sample; they are rounded to float once.
+/// Trackers in single precision over so many samples of exactly known signals: how far off they are at the
+/// end, and at the worst within the last tenth, where drift would be. The signals come from integer phases,
+/// so that the truth is exact at any sample; they are rounded to float once.
 namespace resonid::test {
 
 inline constexpr double kEnduranceRateHz = 8000.0;
@@ -75,9 +75,10 @@ Endurance endure(std::uint64_t samples, Step&& step, Error&& error) {
 
 inline Endurance line_bank_endurance(std::uint64_t samples) {
   const EnduranceSignals s;
-  auto bank = tracking::LineBank<float, 8>::create(
-                  {.bank = {.sample_rate_hz = kEnduranceRateHz, .frequency_hz = kEnduranceLines, .lambda = 200.0}})
-                  .value();
+  auto bank =
+      tracking::LineBank<float, 8>::create(
+          {.bank = {.sample_rate_hz = kEnduranceRateHz, .frequency_hz = kEnduranceLines, .lambda = 200.0}})
+          .value();
   return endure(
       samples, [&](std::uint64_t k) { bank.step(s.u[k % kEndurancePeriod], s.y[k % kEndurancePeriod]); },
       [&](std::uint64_t k) {
@@ -95,8 +96,8 @@ inline Endurance line_bank_endurance(std::uint64_t samples) {
 inline Endurance sliding_dft_endurance(std::uint64_t samples) {
   const EnduranceSignals s;
   auto dft = tracking::SlidingDft<float, 8, kEndurancePeriod>::create({.sample_rate_hz = kEnduranceRateHz,
-                                                                      .window_samples = kEndurancePeriod,
-                                                                      .frequency_hz = kEnduranceLines})
+                                                                       .window_samples = kEndurancePeriod,
+                                                                       .frequency_hz = kEnduranceLines})
                  .value();
   return endure(
       samples, [&](std::uint64_t k) { dft.step(s.u[k % kEndurancePeriod]); },
@@ -112,8 +113,8 @@ inline Endurance sliding_dft_endurance(std::uint64_t samples) {
       });
 }
 
-/// One sweep from 20 to 300 Hz over all of the samples, at its end only as far as the tracker lags behind: the rest is
-/// the line that stays.
+/// One sweep from 20 to 300 Hz over all of the samples, at its end only as far as the tracker lags behind:
+/// the rest is the line that stays.
 inline Endurance chirp_tracker_endurance(std::uint64_t samples) {
   constexpr double kFrom = 20.0, kTo = 300.0;
   const auto swept = static_cast<double>(samples) * 0.8;
@@ -123,8 +124,8 @@ inline Endurance chirp_tracker_endurance(std::uint64_t samples) {
                                                         .duration_s = swept / kEnduranceRateHz,
                                                         .lambda = 200.0})
                      .value();
-  // Frequency and its change as whole numbers of 2^-64 turns: what they are rounded to moves the line by less than
-  // 1e-9 of its frequency over 1e9 samples.
+  // Frequency and its change as whole numbers of 2^-64 turns: what they are rounded to moves the line by less
+  // than 1e-9 of its frequency over 1e9 samples.
   using excitation::Turns;
   const Turns slope = excitation::turns((kTo - kFrom) / kEnduranceRateHz / swept);
   Turns phase = 0, frequency = excitation::turns(kFrom / kEnduranceRateHz) + slope / 2;
@@ -139,7 +140,8 @@ inline Endurance chirp_tracker_endurance(std::uint64_t samples) {
         if (k < end) frequency += slope;
       },
       [&](std::uint64_t) {
-        return std::abs(std::complex<double>(tracker.phasor()) - std::polar(1.0, excitation::radians(newest)));
+        return std::abs(std::complex<double>(tracker.phasor()) -
+                        std::polar(1.0, excitation::radians(newest)));
       });
 }
 

@@ -37,9 +37,7 @@ class PredictorGuard {
   /// Whether the prediction of y is lost.
   bool lost(Real y, Real predicted) noexcept {
     fade_ = fade_ > Real(1e-9) ? fade_ * kKeep : Real(0);
-    // A spike of the output, which would be the largest for ever, must not put the guard out of action.
-    const Real power = largest_ > Real(0) ? std::min(y * y, kSteepest * largest_) : y * y;
-    square_ = kKeep * square_ + (Real(1) - kKeep) * power;
+    square_ = kKeep * square_ + (Real(1) - kKeep) * y * y;
     largest_ = std::max(largest_, square_ / (Real(1) - fade_));
     const Real error = y - predicted;
     if (error * error <= kFar * kFar * largest_) return false;
@@ -53,7 +51,6 @@ class PredictorGuard {
 
  private:
   static constexpr Real kFar = Real(10);
-  static constexpr Real kSteepest = Real(1e4);
   static constexpr Real kKeep = Real(31.0 / 32.0);
   Real radius_;
   Real square_ = Real(0), largest_ = Real(0), fade_ = Real(1);

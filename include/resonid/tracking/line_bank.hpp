@@ -80,11 +80,7 @@ class LineBank {
     }
     ++samples_;
   }
-  void step(Real u, Real y) noexcept
-    requires(Channels == 2)
-  {
-    step(Sample{u, y});
-  }
+  void step(Real u, Real y) noexcept requires(Channels == 2) { step(Sample{u, y}); }
   void reset() noexcept {
     oscillators_.reset();
     samples_ = skipped_ = 0;
