@@ -89,6 +89,7 @@ RESONID_API resonid_status resonid_change_create(const resonid_change_config* co
 /// estimator merely holds should be given as not a number. Real-time safe.
 RESONID_API resonid_status resonid_change_step(resonid_change* handle, double value,
                                                double standard_deviation) RESONID_NOEXCEPT;
+/// Back to the state after init, without the cost of it. Real-time safe.
 RESONID_API resonid_status resonid_change_reset(resonid_change* handle) RESONID_NOEXCEPT;
 /// Takes what comes for a new baseline, keeping the time.
 RESONID_API resonid_status resonid_change_relearn(resonid_change* handle) RESONID_NOEXCEPT;

@@ -84,6 +84,7 @@ RESONID_API resonid_status resonid_excitation_step(resonid_excitation* handle, d
 /// The next `count` samples.
 RESONID_API resonid_status resonid_excitation_fill(resonid_excitation* handle, double* samples,
                                                    size_t count) RESONID_NOEXCEPT;
+/// Back to the state after init, without the cost of it. Real-time safe.
 RESONID_API resonid_status resonid_excitation_reset(resonid_excitation* handle) RESONID_NOEXCEPT;
 /// Fills the first `struct_size` bytes of `info`.
 RESONID_API resonid_status resonid_excitation_get_info(const resonid_excitation* handle,

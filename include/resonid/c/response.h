@@ -66,6 +66,7 @@ RESONID_API resonid_status resonid_response_step(resonid_response* handle, doubl
 /// `count` samples at once, [sample]; `ru` may be NULL.
 RESONID_API resonid_status resonid_response_run(resonid_response* handle, const double* ru, const double* u,
                                                 const double* y, size_t count) RESONID_NOEXCEPT;
+/// Back to the state after init, without the cost of it. Real-time safe.
 RESONID_API resonid_status resonid_response_reset(resonid_response* handle) RESONID_NOEXCEPT;
 /// One line by one approach (RESONID_DIRECT ...): fills the first `struct_size` bytes of `info`. Real-time safe.
 RESONID_API resonid_status resonid_response_get_line(const resonid_response* handle, uint32_t line, uint32_t approach,

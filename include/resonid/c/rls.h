@@ -64,6 +64,7 @@ RESONID_API resonid_status resonid_rls_create(const resonid_rls_config* config, 
 /// Real-time safe.
 RESONID_API resonid_status resonid_rls_step(resonid_rls* handle, const double* regressor, double value,
                                             double weight) RESONID_NOEXCEPT;
+/// Back to the state after init, without the cost of it. Real-time safe.
 RESONID_API resonid_status resonid_rls_reset(resonid_rls* handle) RESONID_NOEXCEPT;
 /// Newest estimate, [parameter]; `count` must be that of the parameters. Real-time safe.
 RESONID_API resonid_status resonid_rls_parameters(const resonid_rls* handle, double* parameters,

@@ -66,6 +66,7 @@ RESONID_API resonid_status resonid_line_bank_run(resonid_line_bank* handle, cons
 /// The same from single-precision signals; the bank's own precision stays.
 RESONID_API resonid_status resonid_line_bank_run_float(resonid_line_bank* handle, const float* ru, const float* u,
                                                        const float* y, size_t count) RESONID_NOEXCEPT;
+/// Back to the state after init, without the cost of it. Real-time safe.
 RESONID_API resonid_status resonid_line_bank_reset(resonid_line_bank* handle) RESONID_NOEXCEPT;
 /// Response Y/U of all lines at the newest sample, delay removed, [line]; 0 while U is 0. `count` must be that of the
 /// lines. Real-time safe.
@@ -151,6 +152,7 @@ RESONID_API resonid_status resonid_tracker_step(resonid_tracker* handle, double 
 /// `count` samples at once.
 RESONID_API resonid_status resonid_tracker_run(resonid_tracker* handle, const double* samples,
                                                size_t count) RESONID_NOEXCEPT;
+/// Back to the state after init, without the cost of it. Real-time safe.
 RESONID_API resonid_status resonid_tracker_reset(resonid_tracker* handle) RESONID_NOEXCEPT;
 /// Phasors of all lines as in resonid_tracker_line, [line]. `count` must be that of the lines. Real-time safe.
 RESONID_API resonid_status resonid_tracker_phasors(const resonid_tracker* handle, resonid_complex* phasor,

@@ -52,9 +52,10 @@ typedef struct resonid_error {
 } resonid_error;
 #define RESONID_ERROR_INIT {(uint32_t)sizeof(resonid_error), 0, 0.0, {0}, {0}}
 
-/// Of the library that runs, which may be newer than these headers: "0.1.0", and major * 65536 + minor * 256 +
-/// patch. Valid for as long as the library is loaded. Any thread, real-time safe.
+/// Version of the library that runs, which may be newer than these headers: "0.1.0". Valid for as long as the
+/// library is loaded. Any thread, real-time safe.
 RESONID_API const char* resonid_version(void) RESONID_NOEXCEPT;
+/// The same as a number, major * 65536 + minor * 256 + patch. Any thread, real-time safe.
 RESONID_API uint32_t resonid_version_number(void) RESONID_NOEXCEPT;
 
 /// The status in words; "unknown status" for any other number. Any thread, real-time safe.
