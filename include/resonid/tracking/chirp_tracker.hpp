@@ -7,6 +7,7 @@
 #include <complex>
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <optional>
 #include <resonid/base/constants.hpp>
 #include <resonid/base/expected.hpp>
@@ -85,6 +86,23 @@ class ChirpTracker {
     }
     ++samples_;
   }
+  /// `count` samples were lost: as so many steps with a sample that is not finite, in a bounded time.
+  void miss(std::uint64_t count) noexcept {
+    constexpr std::uint64_t kStepped = 16;  // so few are stepped, bit for bit
+    if (count > kStepped) {
+      const std::uint64_t turned = count - 1;
+      const auto turn = std::polar(1.0, kTwoPi * law_.turns_over(samples_, turned, sample_time_s_));
+      const auto c = static_cast<Scalar>(turn.real()), s = static_cast<Scalar>(turn.imag());
+      const Scalar re = re_;
+      re_ = c * re - s * im_;
+      im_ = s * re + c * im_;
+      samples_ += turned;
+      skipped_ += turned;
+      set_rotation(samples_ - 1);
+      count = 1;
+    }
+    for (; count > 0; --count) step(std::numeric_limits<Scalar>::quiet_NaN());
+  }
   void reset() noexcept {
     re_ = im_ = offset_ = predicted_ = innovation_ = Scalar(0);
     samples_ = skipped_ = 0;
@@ -129,6 +147,10 @@ class ChirpTracker {
   [[nodiscard]] std::uint64_t skipped_samples() const noexcept { return skipped_; }
 
   /// For ResponseTracker: see KalmanBank.
+  [[nodiscard]] std::complex<double> turn_over(std::size_t, std::uint64_t count) const noexcept {
+    const std::uint64_t newest = samples_ > 0 ? samples_ - 1 : 0;
+    return std::polar(1.0, kTwoPi * law_.turns_over(newest, count, sample_time_s_));
+  }
   [[nodiscard]] std::complex<Scalar> rotation(std::size_t = 0) const noexcept { return {cos_, sin_}; }
   [[nodiscard]] ChirpTracker probe(std::size_t i) const noexcept {
     ChirpTracker frozen = *this;
@@ -169,10 +191,7 @@ class ChirpTracker {
         256;  // rounding of the turns in between stays near 10 units in the last place
     if (law_.sweep != Sweep::linear || samples_ % kAnew == 0 || at_end(samples_)) {
       if (samples_ > 0 && at_end(samples_ - 1) && samples_ % kAnew != 0) return;
-      const double angle =
-          kTwoPi * law_.frequency_hz(static_cast<double>(samples_) * sample_time_s_) * sample_time_s_;
-      cos_ = static_cast<Scalar>(std::cos(angle));
-      sin_ = static_cast<Scalar>(std::sin(angle));
+      set_rotation(samples_);
       return;
     }
     const Scalar c = turn_cos_ * cos_ - turn_sin_ * sin_;
@@ -180,6 +199,13 @@ class ChirpTracker {
     const Scalar scale = Scalar(1.5) - Scalar(0.5) * (c * c + s * s);  // 1/|.| to first order
     cos_ = scale * c;
     sin_ = scale * s;
+  }
+
+  void set_rotation(std::uint64_t sample) noexcept {
+    const double angle =
+        kTwoPi * law_.frequency_hz(static_cast<double>(sample) * sample_time_s_) * sample_time_s_;
+    cos_ = static_cast<Scalar>(std::cos(angle));
+    sin_ = static_cast<Scalar>(std::sin(angle));
   }
 
   void advance(Scalar innovation) noexcept {

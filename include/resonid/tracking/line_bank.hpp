@@ -80,10 +80,12 @@ class LineBank {
     }
     ++samples_;
   }
-  void step(Real u, Real y) noexcept
-    requires(Channels == 2)
-  {
-    step(Sample{u, y});
+  void step(Real u, Real y) noexcept requires(Channels == 2) { step(Sample{u, y}); }
+  /// `count` samples were lost: as so many steps with a sample that is not finite, in a bounded time.
+  void miss(std::uint64_t count) noexcept {
+    oscillators_.predict(count);
+    samples_ += count;
+    skipped_ += count;
   }
   void reset() noexcept {
     oscillators_.reset();

@@ -7,7 +7,10 @@
 #include <cmath>
 #include <complex>
 #include <cstddef>
+#include <cstdint>
+#include <resonid/base/constants.hpp>
 #include <resonid/tracking/gain_rule.hpp>
+#include <resonid/tracking/line_phase.hpp>
 #include <span>
 
 namespace resonid::tracking {
@@ -46,6 +49,24 @@ class Oscillators {
   void step(Scalar z) noexcept requires(Channels == 1) { step(Sample{z}); }
   /// A sample without measurement.
   void predict() noexcept { advance(Sample{}); }
+  /// `count` of them, in a time that does not depend on it: all but the last turn the state at once.
+  void predict(std::uint64_t count) noexcept {
+    constexpr std::uint64_t kStepped = 16;  // so few are stepped, bit for bit
+    if (count > kStepped) {
+      for (std::size_t i = 0; i < lines_; ++i) {
+        const double angle = std::atan2(static_cast<double>(sin_[i]), static_cast<double>(cos_[i]));
+        const auto turn = LinePhase(angle / kTwoPi).forth_to(count - 1);
+        const auto c = static_cast<Scalar>(turn.real()), s = static_cast<Scalar>(turn.imag());
+        for (std::size_t channel = 0; channel < Channels; ++channel) {
+          const Scalar re = re_[channel][i], im = im_[channel][i];
+          re_[channel][i] = c * re - s * im;
+          im_[channel][i] = s * re + c * im;
+        }
+      }
+      count = 1;
+    }
+    for (; count > 0; --count) predict();
+  }
 
   void reset() noexcept {
     re_ = im_ = {};
