@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The C interface: tracks the response of a drive at five lines from input and output, sample by sample, in memory that
-// this program gives; takes the margins of the loop from it, and continues from a snapshot.
+// The C interface: tracks the response of a drive at five lines from input and output, sample by sample, in
+// memory that this program gives; takes the margins of the loop from it, and continues from a snapshot.
 #include <math.h>
 #include <resonid/c/resonid.h>
 #include <stdio.h>

@@ -68,18 +68,22 @@ int main(void) {
                         found.standard_deviation[RESONID_STIFFNESS]);
     if (k == 40000) {
       printf("J1 %.4f kgm2, J2 %.4f kgm2, K %.1f +- %.1f Nm/rad, D %.3f Nms/rad, resonance %.2f Hz\n",
-             found.value[RESONID_DRIVEN_INERTIA], found.value[RESONID_LOAD_INERTIA], found.value[RESONID_STIFFNESS],
-             found.standard_deviation[RESONID_STIFFNESS], found.value[RESONID_DAMPING], found.resonance_hz);
+             found.value[RESONID_DRIVEN_INERTIA], found.value[RESONID_LOAD_INERTIA],
+             found.value[RESONID_STIFFNESS], found.standard_deviation[RESONID_STIFFNESS],
+             found.value[RESONID_DAMPING], found.resonance_hz);
       if (fabs(found.value[RESONID_STIFFNESS] - 120.0) > 3.0) return 1;
       machine.stiffness = 105.0;  // the shaft cracks
     }
     advance(&machine, u);
   }
   resonid_change_get_info(detector, &change, sizeof change);
-  printf("now K %.1f Nm/rad; change of %.1f found, from %.1f s on\n", found.value[RESONID_STIFFNESS], change.size,
-         change.time_s);
+  printf("now K %.1f Nm/rad; change of %.1f found, from %.1f s on\n", found.value[RESONID_STIFFNESS],
+         change.size, change.time_s);
   resonid_destroy(excitation);
   resonid_destroy(detector);
   resonid_destroy(tracker);
-  return change.alarm && fabs(change.time_s - 40.0) < 2.0 && fabs(found.value[RESONID_STIFFNESS] - 105.0) < 3.0 ? 0 : 1;
+  return change.alarm && fabs(change.time_s - 40.0) < 2.0 &&
+                 fabs(found.value[RESONID_STIFFNESS] - 105.0) < 3.0
+             ? 0
+             : 1;
 }

@@ -5,7 +5,7 @@
 
 #define RESONID_TEXT_OF(x) #x
 #define RESONID_TEXT(x) RESONID_TEXT_OF(x)
-#define RESONID_VERSION_TEXT       \
+#define RESONID_VERSION_TEXT          \
   RESONID_TEXT(RESONID_VERSION_MAJOR) \
   "." RESONID_TEXT(RESONID_VERSION_MINOR) "." RESONID_TEXT(RESONID_VERSION_PATCH)
 
@@ -61,7 +61,8 @@ size_t resonid_handle_size(const void* handle) noexcept {
   return h.magic == resonid::c::kMagic && h.version == resonid::c::kVersion ? h.size : 0;
 }
 
-resonid_status resonid_check(const void* memory, size_t size, uint32_t family, resonid_error* error) noexcept {
+resonid_status resonid_check(const void* memory, size_t size, uint32_t family,
+                             resonid_error* error) noexcept {
   using resonid::c::fail;
   if (memory == nullptr) return resonid::c::fail_null(error, "memory");
   if (size < sizeof(Header)) return fail(error, RESONID_ERROR_SIZE, {"size", "is less than a header has"});

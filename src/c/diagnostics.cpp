@@ -51,7 +51,8 @@ using resonid::c::Changes;
 using resonid::c::fail;
 
 resonid_status resonid_margins(const double* frequency_hz, const resonid_complex* loop, size_t count,
-                               resonid_loop_margins* margins, size_t struct_size, resonid_error* error) noexcept {
+                               resonid_loop_margins* margins, size_t struct_size,
+                               resonid_error* error) noexcept {
   if (frequency_hz == nullptr) return resonid::c::fail_null(error, "frequency_hz");
   if (loop == nullptr) return resonid::c::fail_null(error, "loop");
   for (std::size_t i = 0; i < count; ++i)
@@ -71,10 +72,11 @@ resonid_status resonid_margins(const double* frequency_hz, const resonid_complex
   return resonid::c::give(found, margins, struct_size);
 }
 
-resonid_status resonid_loop_response(const double* numerator, size_t numerator_count, const double* denominator,
-                                     size_t denominator_count, double sample_rate_hz, double delay_s,
-                                     const double* frequency_hz, const resonid_complex* response,
-                                     resonid_complex* loop, size_t count, resonid_error* error) noexcept {
+resonid_status resonid_loop_response(const double* numerator, size_t numerator_count,
+                                     const double* denominator, size_t denominator_count,
+                                     double sample_rate_hz, double delay_s, const double* frequency_hz,
+                                     const resonid_complex* response, resonid_complex* loop, size_t count,
+                                     resonid_error* error) noexcept {
   if (numerator == nullptr) return resonid::c::fail_null(error, "numerator");
   if (denominator == nullptr) return resonid::c::fail_null(error, "denominator");
   if (frequency_hz == nullptr) return resonid::c::fail_null(error, "frequency_hz");
@@ -84,8 +86,8 @@ resonid_status resonid_loop_response(const double* numerator, size_t numerator_c
     return fail(error, RESONID_ERROR_CONFIG, {"sample_rate_hz", "must be > 0", sample_rate_hz});
   if (numerator_count == 0 || denominator_count == 0)
     return fail(error, RESONID_ERROR_CONFIG, {"numerator_count", "must be 1 ... 16, as the denominator's"});
-  auto controller = resonid::tracking::ControllerResponse<1>::create(
-      {}, {numerator, numerator_count}, {denominator, denominator_count});
+  auto controller = resonid::tracking::ControllerResponse<1>::create({}, {numerator, numerator_count},
+                                                                     {denominator, denominator_count});
   if (!controller) {
     constexpr std::string_view kPrefix = "controller_";
     controller.error().field.remove_prefix(kPrefix.size());

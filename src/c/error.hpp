@@ -48,8 +48,8 @@ expected<Enum, ConfigError> enumerator(std::string_view field, std::uint32_t num
   return static_cast<Enum>(number);
 }
 
-// Structs begin with their size and consist of slots of this many bytes, so that any prefix of whole slots is one
-// that a caller with older headers may have.
+// Structs begin with their size and consist of slots of this many bytes, so that any prefix of whole slots is
+// one that a caller with older headers may have.
 template <class Struct>
 bool possible_size(std::size_t size) noexcept {
   return size >= alignof(Struct) && size % alignof(Struct) == 0;
@@ -79,8 +79,8 @@ resonid_status give_defaults(Config defaults, Config* out, std::size_t struct_si
   return RESONID_OK;
 }
 
-/// The caller's configuration over `config`, which holds the defaults. Of a longer struct than this library knows,
-/// the rest must be 0: a newer caller that asks for what is not there is refused.
+/// The caller's configuration over `config`, which holds the defaults. Of a longer struct than this library
+/// knows, the rest must be 0: a newer caller that asks for what is not there is refused.
 template <class Config>
 resonid_status take(const Config* given, Config& config, resonid_error* error) noexcept {
   if (given == nullptr) return fail_null(error, "config");
@@ -92,7 +92,8 @@ resonid_status take(const Config* given, Config& config, resonid_error* error) n
   const auto* bytes = reinterpret_cast<const unsigned char*>(given);
   for (std::size_t i = known; i < size; ++i)
     if (bytes[i] != 0)
-      return fail(error, RESONID_ERROR_CONFIG, {"struct_size", "has fields set that this library does not know"});
+      return fail(error, RESONID_ERROR_CONFIG,
+                  {"struct_size", "has fields set that this library does not know"});
   return RESONID_OK;
 }
 

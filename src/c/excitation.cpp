@@ -33,12 +33,13 @@ resonid_excitation_config excitation_defaults(std::uint32_t kind) noexcept {
   return c;
 }
 
-struct Excitations
-    : Variants<RESONID_FAMILY_EXCITATION, Prbs, Multisine, Chirp, SteppedSine> {
+struct Excitations : Variants<RESONID_FAMILY_EXCITATION, Prbs, Multisine, Chirp, SteppedSine> {
   using Config = resonid_excitation_config;
   using Handle = resonid_excitation;
 
-  static Config defaults_for(const Config* given) noexcept { return excitation_defaults(second_field(given)); }
+  static Config defaults_for(const Config* given) noexcept {
+    return excitation_defaults(second_field(given));
+  }
   static expected<std::uint32_t, ConfigError> variant(const Config& c) noexcept {
     if (c.kind >= kCount) return refuse("kind", "must be one of its constants", c.kind);
     return c.kind;
@@ -47,8 +48,9 @@ struct Excitations
   static expected<void, ConfigError> build(void* memory, std::uint32_t kind, const Config& c) noexcept {
     switch (kind) {
       case RESONID_PRBS:
-        return put(memory, kind,
-                   Prbs::create({c.sample_rate_hz, c.amplitude, c.register_length, c.clock_divider, c.start_state}));
+        return put(
+            memory, kind,
+            Prbs::create({c.sample_rate_hz, c.amplitude, c.register_length, c.clock_divider, c.start_state}));
       case RESONID_MULTISINE:
         return multisine(memory, c);
       case RESONID_CHIRP:
@@ -72,8 +74,8 @@ struct Excitations
     const auto sweep = enumerator("sweep", c.sweep, excitation::Sweep::logarithmic);
     if (!sweep) return unexpected<ConfigError>(sweep.error());
     return put(memory, RESONID_CHIRP,
-               Chirp::create({c.sample_rate_hz, c.amplitude, c.from_hz, c.to_hz, c.duration_s, *sweep, c.repeat != 0,
-                              c.phase_rad}));
+               Chirp::create({c.sample_rate_hz, c.amplitude, c.from_hz, c.to_hz, c.duration_s, *sweep,
+                              c.repeat != 0, c.phase_rad}));
   }
   static expected<void, ConfigError> multisine(void* memory, const Config& c) noexcept {
     const auto phases = enumerator("phases", c.phases, excitation::Phases::given);

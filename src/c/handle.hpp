@@ -50,8 +50,8 @@ template <class T>
   return *std::launder(reinterpret_cast<T*>(static_cast<unsigned char*>(handle) + sizeof(Header)));
 }
 
-/// The types that a handle of one family may hold, told apart by their number in the header. What is done with the
-/// estimator goes through a table: one indirect call, however many types there are.
+/// The types that a handle of one family may hold, told apart by their number in the header. What is done
+/// with the estimator goes through a table: one indirect call, however many types there are.
 template <std::uint32_t Id, class... Ts>
 struct Variants {
   static constexpr std::uint32_t kFamily = Id;
@@ -89,8 +89,8 @@ struct Variants {
   }
 };
 
-/// Puts a header and an estimator into memory that was found large enough; every byte is written, so that equal
-/// handles have equal bytes.
+/// Puts a header and an estimator into memory that was found large enough; every byte is written, so that
+/// equal handles have equal bytes.
 template <class T>
 void place(void* memory, std::uint32_t family, std::uint32_t variant, const T& estimator) noexcept {
   std::memset(memory, 0, handle_size<T>());

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include <resonid/c/tracking.h>
+
 #include <resonid/tracking/line_bank.hpp>
 
 #include "handle.hpp"
@@ -21,7 +22,8 @@ resonid_line_bank_config line_bank_defaults() noexcept {
   return c;
 }
 
-struct LineBanks : Variants<RESONID_FAMILY_LINE_BANK, Bank<double, 2>, Bank<double, 3>, Bank<float, 2>, Bank<float, 3>> {
+struct LineBanks
+    : Variants<RESONID_FAMILY_LINE_BANK, Bank<double, 2>, Bank<double, 3>, Bank<float, 2>, Bank<float, 3>> {
   using Config = resonid_line_bank_config;
   using Handle = resonid_line_bank;
 
@@ -36,7 +38,8 @@ struct LineBanks : Variants<RESONID_FAMILY_LINE_BANK, Bank<double, 2>, Bank<doub
     const auto gain = enumerator("gain", c.gain, tracking::GainRule::placed_poles);
     if (!gain) return unexpected<ConfigError>(gain.error());
     tracking::LineBankConfig config;
-    config.bank = {c.sample_rate_hz, array(c.frequency_hz, c.lines), c.offset != 0, *gain, c.lambda, c.pole_radius};
+    config.bank = {c.sample_rate_hz, array(c.frequency_hz, c.lines), c.offset != 0, *gain, c.lambda,
+                   c.pole_radius};
     config.known_delay_s = c.known_delay_s;
     switch (variant) {
       case 0:
@@ -112,7 +115,8 @@ resonid_status resonid_line_bank_step(resonid_line_bank* handle, double u, doubl
     }
   });
 }
-resonid_status resonid_line_bank_step_excited(resonid_line_bank* handle, double ru, double u, double y) noexcept {
+resonid_status resonid_line_bank_step_excited(resonid_line_bank* handle, double ru, double u,
+                                              double y) noexcept {
   return LineBanks::visit(handle, [&](auto& bank) -> resonid_status {
     using Real = typename std::remove_reference_t<decltype(bank)>::Scalar;
     if constexpr (std::remove_reference_t<decltype(bank)>::kChannels == 3) {
@@ -123,13 +127,16 @@ resonid_status resonid_line_bank_step_excited(resonid_line_bank* handle, double 
     }
   });
 }
-resonid_status resonid_line_bank_run(resonid_line_bank* handle, const double* ru, const double* u, const double* y,
-                                     size_t count) noexcept {
+resonid_status resonid_line_bank_run(resonid_line_bank* handle, const double* ru, const double* u,
+                                     const double* y, size_t count) noexcept {
   return resonid::c::run(handle, ru, u, y, count);
 }
 resonid_status resonid_line_bank_run_float(resonid_line_bank* handle, const float* ru, const float* u,
                                            const float* y, size_t count) noexcept {
   return resonid::c::run(handle, ru, u, y, count);
+}
+resonid_status resonid_line_bank_miss(resonid_line_bank* handle, uint64_t count) noexcept {
+  return LineBanks::visit(handle, [&](auto& bank) { bank.miss(count); });
 }
 resonid_status resonid_line_bank_reset(resonid_line_bank* handle) noexcept {
   return LineBanks::visit(handle, [](auto& bank) { bank.reset(); });
@@ -142,8 +149,8 @@ resonid_status resonid_line_bank_responses(const resonid_line_bank* handle, reso
     return RESONID_OK;
   });
 }
-resonid_status resonid_line_bank_ratio(const resonid_line_bank* handle, uint32_t line, uint32_t of, uint32_t over,
-                                       resonid_complex* ratio) noexcept {
+resonid_status resonid_line_bank_ratio(const resonid_line_bank* handle, uint32_t line, uint32_t of,
+                                       uint32_t over, resonid_complex* ratio) noexcept {
   if (ratio == nullptr) return RESONID_ERROR_NULL;
   return LineBanks::visit(handle, [&](const auto& bank) -> resonid_status {
     if (line >= bank.lines() || of >= bank.kChannels || over >= bank.kChannels) return RESONID_ERROR_RANGE;

@@ -102,11 +102,14 @@ resonid_status modes(const resonid_model* handle, bool anti, resonid_mode* mode,
 using resonid::c::ModelOperations;
 using resonid::c::Models;
 
-resonid_status resonid_model_defaults(resonid_model_config* config, size_t struct_size, uint32_t method) noexcept {
+resonid_status resonid_model_defaults(resonid_model_config* config, size_t struct_size,
+                                      uint32_t method) noexcept {
   if (method > RESONID_IV) return RESONID_ERROR_RANGE;
   return resonid::c::give_defaults(resonid::c::model_defaults(method), config, struct_size);
 }
-size_t resonid_model_size(const resonid_model_config* config) noexcept { return resonid::c::size_of<Models>(config); }
+size_t resonid_model_size(const resonid_model_config* config) noexcept {
+  return resonid::c::size_of<Models>(config);
+}
 resonid_status resonid_model_init(void* memory, size_t size, const resonid_model_config* config,
                                   resonid_model** handle, resonid_error* error) noexcept {
   return resonid::c::init<Models>(memory, size, config, handle, error);
@@ -135,7 +138,8 @@ resonid_status resonid_model_reset(resonid_model* handle) noexcept {
     return RESONID_OK;
   });
 }
-resonid_status resonid_model_coefficients(const resonid_model* handle, double* b, double* a, size_t order) noexcept {
+resonid_status resonid_model_coefficients(const resonid_model* handle, double* b, double* a,
+                                          size_t order) noexcept {
   if (b == nullptr || a == nullptr) return RESONID_ERROR_NULL;
   return Models::visit(handle, [&](const ModelOperations& o, void* h) -> resonid_status {
     if (order != o.order) return RESONID_ERROR_RANGE;
@@ -143,7 +147,8 @@ resonid_status resonid_model_coefficients(const resonid_model* handle, double* b
     return RESONID_OK;
   });
 }
-resonid_status resonid_model_covariance(const resonid_model* handle, double* covariance, size_t count) noexcept {
+resonid_status resonid_model_covariance(const resonid_model* handle, double* covariance,
+                                        size_t count) noexcept {
   return Models::visit(handle, [&](const ModelOperations& o, void* h) -> resonid_status {
     const std::size_t n = 2 * std::size_t{o.order};
     if (const resonid_status status = resonid::c::check_array(covariance, count, n * n)) return status;

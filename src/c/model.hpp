@@ -14,8 +14,8 @@
 
 namespace resonid::c {
 
-/// What a handle of the family `model` does, whichever method and order it has. Each type is compiled in a source of
-/// its own, since these templates take long.
+/// What a handle of the family `model` does, whichever method and order it has. Each type is compiled in a
+/// source of its own, since these templates take long.
 struct ModelOperations {
   std::uint32_t order;
   std::size_t size;
@@ -49,7 +49,8 @@ class OperationsOf {
   using Held = HeldModel<Estimator>;
   static Estimator& estimator(void* handle) noexcept { return content<Held>(handle).estimator; }
 
-  static expected<void, ConfigError> build(void* memory, std::uint32_t variant, const resonid_model_config& c) {
+  static expected<void, ConfigError> build(void* memory, std::uint32_t variant,
+                                           const resonid_model_config& c) {
     auto made = make(c);
     if (!made) {
       constexpr std::string_view kInner = "adaptation.";
@@ -110,7 +111,8 @@ class OperationsOf {
 };
 
 /// The fields that all methods but instrumental variables share.
-inline expected<recursive::ModelEstimatorConfig, ConfigError> common_config(const resonid_model_config& c) noexcept {
+inline expected<recursive::ModelEstimatorConfig, ConfigError> common_config(
+    const resonid_model_config& c) noexcept {
   const auto adapted = adaptation(c);
   if (!adapted) return unexpected<ConfigError>(adapted.error());
   recursive::ModelEstimatorConfig common;

@@ -55,7 +55,9 @@ struct Physicals : Variants<RESONID_FAMILY_PHYSICAL, Forgetful, Remembering> {
   }
   static std::size_t size(std::uint32_t variant) noexcept { return kSize[variant]; }
   static expected<void, ConfigError> build(void* memory, std::uint32_t variant, const Config& c) noexcept {
-    const auto start = [](const resonid_start& s) { return recursive::StartingValue{s.value, s.relative_std}; };
+    const auto start = [](const resonid_start& s) {
+      return recursive::StartingValue{s.value, s.relative_std};
+    };
     const auto friction = [](const resonid_start_friction& s) {
       return recursive::StartingFriction{s.value, s.std};
     };
@@ -115,8 +117,8 @@ resonid_status resonid_physical_create(const resonid_physical_config* config, re
 resonid_status resonid_physical_step(resonid_physical* handle, double ru, double u, double y) noexcept {
   return Physicals::visit(handle, [&](auto& tracker) { tracker.step(ru, u, y); });
 }
-resonid_status resonid_physical_run(resonid_physical* handle, const double* ru, const double* u, const double* y,
-                                    size_t count) noexcept {
+resonid_status resonid_physical_run(resonid_physical* handle, const double* ru, const double* u,
+                                    const double* y, size_t count) noexcept {
   if (count > 0 && (u == nullptr || y == nullptr)) return RESONID_ERROR_NULL;
   return Physicals::visit(handle, [&](auto& tracker) {
     for (std::size_t k = 0; k < count; ++k) tracker.step(ru != nullptr ? ru[k] : 0.0, u[k], y[k]);

@@ -19,7 +19,9 @@ struct Responses : Variants<RESONID_FAMILY_RESPONSE, ResponseTracker<KalmanBank>
 
   static Config defaults_for(const Config*) noexcept { return {}; }
   static expected<std::uint32_t, ConfigError> variant(const Config& c) noexcept {
-    return tracker_of(c).and_then(tracker_type).map([](TrackerType type) { return static_cast<std::uint32_t>(type); });
+    return tracker_of(c).and_then(tracker_type).map([](TrackerType type) {
+      return static_cast<std::uint32_t>(type);
+    });
   }
   static std::size_t size(std::uint32_t variant) noexcept { return kSize[variant]; }
   static expected<void, ConfigError> build(void* memory, std::uint32_t variant, const Config& c) noexcept {
@@ -77,12 +79,15 @@ resonid_status resonid_response_create(const resonid_response_config* config, re
 resonid_status resonid_response_step(resonid_response* handle, double ru, double u, double y) noexcept {
   return Responses::visit(handle, [&](auto& tracker) { tracker.step(ru, u, y); });
 }
-resonid_status resonid_response_run(resonid_response* handle, const double* ru, const double* u, const double* y,
-                                    size_t count) noexcept {
+resonid_status resonid_response_run(resonid_response* handle, const double* ru, const double* u,
+                                    const double* y, size_t count) noexcept {
   if (count > 0 && (u == nullptr || y == nullptr)) return RESONID_ERROR_NULL;
   return Responses::visit(handle, [&](auto& tracker) {
     for (std::size_t k = 0; k < count; ++k) tracker.step(ru != nullptr ? ru[k] : 0.0, u[k], y[k]);
   });
+}
+resonid_status resonid_response_miss(resonid_response* handle, uint64_t count) noexcept {
+  return Responses::visit(handle, [&](auto& tracker) { tracker.miss(count); });
 }
 resonid_status resonid_response_reset(resonid_response* handle) noexcept {
   return Responses::visit(handle, [](auto& tracker) { tracker.reset(); });

@@ -59,7 +59,8 @@ struct Rlss : RlsVariants<std::make_index_sequence<kMost>>::Type {
   }
 
  private:
-  using Make = expected<void, ConfigError> (*)(void*, std::uint32_t, const recursive::RecursiveLeastSquaresConfig&);
+  using Make = expected<void, ConfigError> (*)(void*, std::uint32_t,
+                                               const recursive::RecursiveLeastSquaresConfig&);
   template <class T>
   static expected<void, ConfigError> make(void* memory, std::uint32_t variant,
                                           const recursive::RecursiveLeastSquaresConfig& config) noexcept {
@@ -92,16 +93,19 @@ using resonid::c::Rlss;
 resonid_status resonid_rls_defaults(resonid_rls_config* config, size_t struct_size) noexcept {
   return resonid::c::give_defaults(Rlss::defaults(), config, struct_size);
 }
-size_t resonid_rls_size(const resonid_rls_config* config) noexcept { return resonid::c::size_of<Rlss>(config); }
-resonid_status resonid_rls_init(void* memory, size_t size, const resonid_rls_config* config, resonid_rls** handle,
-                                resonid_error* error) noexcept {
+size_t resonid_rls_size(const resonid_rls_config* config) noexcept {
+  return resonid::c::size_of<Rlss>(config);
+}
+resonid_status resonid_rls_init(void* memory, size_t size, const resonid_rls_config* config,
+                                resonid_rls** handle, resonid_error* error) noexcept {
   return resonid::c::init<Rlss>(memory, size, config, handle, error);
 }
 resonid_status resonid_rls_create(const resonid_rls_config* config, resonid_rls** handle,
                                   resonid_error* error) noexcept {
   return resonid::c::create<Rlss>(config, handle, error);
 }
-resonid_status resonid_rls_step(resonid_rls* handle, const double* regressor, double value, double weight) noexcept {
+resonid_status resonid_rls_step(resonid_rls* handle, const double* regressor, double value,
+                                double weight) noexcept {
   if (regressor == nullptr) return RESONID_ERROR_NULL;
   return Rlss::visit(handle, [&](auto& rls) {
     using Estimator = std::remove_reference_t<decltype(rls)>;
@@ -132,7 +136,8 @@ resonid_status resonid_rls_covariance(const resonid_rls* handle, double* covaria
     return RESONID_OK;
   });
 }
-resonid_status resonid_rls_get_info(const resonid_rls* handle, resonid_rls_info* info, size_t struct_size) noexcept {
+resonid_status resonid_rls_get_info(const resonid_rls* handle, resonid_rls_info* info,
+                                    size_t struct_size) noexcept {
   resonid_rls_info found{};
   const resonid_status status = Rlss::visit(handle, [&](const auto& rls) {
     found.parameters = static_cast<std::uint32_t>(resonid::c::parameters_of(rls));

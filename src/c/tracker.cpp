@@ -64,8 +64,8 @@ expected<ChirpTracker, ConfigError> make_tracker(const resonid_tracker_config& c
   if (!gain) return unexpected<ConfigError>(gain.error());
   const auto sweep = enumerator("sweep", c.sweep, tracking::Sweep::logarithmic);
   if (!sweep) return unexpected<ConfigError>(sweep.error());
-  return ChirpTracker::create({c.sample_rate_hz, c.from_hz, c.to_hz, c.duration_s, *sweep, c.offset != 0, *gain,
-                               c.lambda, c.pole_radius});
+  return ChirpTracker::create({c.sample_rate_hz, c.from_hz, c.to_hz, c.duration_s, *sweep, c.offset != 0,
+                               *gain, c.lambda, c.pole_radius});
 }
 
 namespace {
@@ -92,7 +92,8 @@ struct Trackers : Variants<RESONID_FAMILY_TRACKER, KalmanBank, ShortDft, LongDft
 
 using resonid::c::Trackers;
 
-resonid_status resonid_tracker_defaults(resonid_tracker_config* config, size_t struct_size, uint32_t kind) noexcept {
+resonid_status resonid_tracker_defaults(resonid_tracker_config* config, size_t struct_size,
+                                        uint32_t kind) noexcept {
   if (kind > RESONID_CHIRP_TRACKER) return RESONID_ERROR_RANGE;
   return resonid::c::give_defaults(resonid::c::tracker_defaults(kind), config, struct_size);
 }
@@ -116,6 +117,9 @@ resonid_status resonid_tracker_run(resonid_tracker* handle, const double* sample
     for (std::size_t k = 0; k < count; ++k) tracker.step(samples[k]);
   });
 }
+resonid_status resonid_tracker_miss(resonid_tracker* handle, uint64_t count) noexcept {
+  return Trackers::visit(handle, [&](auto& tracker) { tracker.miss(count); });
+}
 resonid_status resonid_tracker_reset(resonid_tracker* handle) noexcept {
   return Trackers::visit(handle, [](auto& tracker) { tracker.reset(); });
 }
@@ -127,8 +131,8 @@ resonid_status resonid_tracker_phasors(const resonid_tracker* handle, resonid_co
     return RESONID_OK;
   });
 }
-resonid_status resonid_tracker_get_line(const resonid_tracker* handle, uint32_t line, resonid_tracker_line* info,
-                                        size_t struct_size) noexcept {
+resonid_status resonid_tracker_get_line(const resonid_tracker* handle, uint32_t line,
+                                        resonid_tracker_line* info, size_t struct_size) noexcept {
   resonid_tracker_line found{};
   const resonid_status status = Trackers::visit(handle, [&](const auto& tracker) -> resonid_status {
     if (line >= tracker.lines()) return RESONID_ERROR_RANGE;

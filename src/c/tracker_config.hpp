@@ -35,7 +35,8 @@ expected<Tracker, ConfigError> make_tracker(const resonid_tracker_config& config
 
 /// f(tracker) with the tracker of the type; gives an error of it or of f.
 template <class F>
-expected<void, ConfigError> with_tracker(TrackerType type, const resonid_tracker_config& config, F&& f) noexcept {
+expected<void, ConfigError> with_tracker(TrackerType type, const resonid_tracker_config& config,
+                                         F&& f) noexcept {
   const auto pass = [&](const auto& made) -> expected<void, ConfigError> {
     if (!made) return unexpected<ConfigError>(made.error());
     return f(*made);

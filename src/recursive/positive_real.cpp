@@ -24,8 +24,8 @@ BoundedMatrix solved(const BoundedMatrix& a, const BoundedMatrix& b) noexcept {
   return Eigen::PartialPivLU<BoundedMatrix>(a).solve(b);
 }
 
-// With M = U T U^H, T triangular, the equation (T - s) Y + Y (T - s)^H = variance U^H P U of Y = U^H X U is solved
-// from its last entry on. Eigenvectors would not do: those of output error are often nearly parallel.
+// With M = U T U^H, T triangular, the equation (T - s) Y + Y (T - s)^H = variance U^H P U of Y = U^H X U is
+// solved from its last entry on. Eigenvectors would not do: those of output error are often nearly parallel.
 BoundedMatrix recursion_covariance(const BoundedMatrix& m, const BoundedMatrix& p, double variance,
                                    double share) noexcept {
   const auto n = m.rows();

@@ -22,19 +22,20 @@ typedef struct resonid_loop_margins {
   double gain_margin_hz;
 } resonid_loop_margins;
 
-/// Margins of a loop L = C Gd, delays included, at ascending frequencies, [line] both. A line that is not finite
-/// is a gap, across which nothing is interpolated. Real-time safe; some 100 ns per line.
+/// Margins of a loop L = C Gd, delays included, at ascending frequencies, [line] both. A line that is not
+/// finite is a gap, across which nothing is interpolated. Real-time safe; some 100 ns per line.
 /// RESONID_ERROR_CONFIG: frequencies that do not ascend.
-RESONID_API resonid_status resonid_margins(const double* frequency_hz, const resonid_complex* loop, size_t count,
-                                           resonid_loop_margins* margins, size_t struct_size,
+RESONID_API resonid_status resonid_margins(const double* frequency_hz, const resonid_complex* loop,
+                                           size_t count, resonid_loop_margins* margins, size_t struct_size,
                                            resonid_error* error) RESONID_NOEXCEPT;
 
-/// L = C G e^{-jw delay_s}, [line], from a measured response G whose known delay was removed, and the controller's
-/// coefficients in powers of z^-1, 1 ... 16 each. `loop` may be `response`. Real-time safe.
+/// L = C G e^{-jw delay_s}, [line], from a measured response G whose known delay was removed, and the
+/// controller's coefficients in powers of z^-1, 1 ... 16 each. `loop` may be `response`. Real-time safe.
 RESONID_API resonid_status resonid_loop_response(const double* numerator, size_t numerator_count,
                                                  const double* denominator, size_t denominator_count,
-                                                 double sample_rate_hz, double delay_s, const double* frequency_hz,
-                                                 const resonid_complex* response, resonid_complex* loop, size_t count,
+                                                 double sample_rate_hz, double delay_s,
+                                                 const double* frequency_hz, const resonid_complex* response,
+                                                 resonid_complex* loop, size_t count,
                                                  resonid_error* error) RESONID_NOEXCEPT;
 
 // ---- Change detection ----
@@ -47,15 +48,15 @@ enum {
 };
 
 typedef struct resonid_change_config {
-  uint32_t struct_size;           ///< Set by resonid_change_defaults().
-  uint32_t statistic;             ///< RESONID_CUSUM or RESONID_LIKELIHOOD_RATIO.
-  double sample_rate_hz;          ///< Rate at which step() is called, > 0.
-  double block_s;                 ///< Values are averaged over so long: twice the memory of their estimator, or more.
-  double baseline_s;              ///< Learning before the first alarm is possible, at least 16 blocks.
+  uint32_t struct_size;   ///< Set by resonid_change_defaults().
+  uint32_t statistic;     ///< RESONID_CUSUM or RESONID_LIKELIHOOD_RATIO.
+  double sample_rate_hz;  ///< Rate at which step() is called, > 0.
+  double block_s;         ///< Values are averaged over so long: twice the memory of their estimator, or more.
+  double baseline_s;      ///< Learning before the first alarm is possible, at least 16 blocks.
   double false_alarm_interval_s;  ///< Mean time between false alarms, at least 50 blocks.
-  double reference;               ///< CUSUM: half the change to be found soonest, in standard deviations of a block.
-  uint32_t window_blocks;         ///< Likelihood ratio: 1 ... 256.
-  uint32_t reserved;              ///< 0.
+  double reference;        ///< CUSUM: half the change to be found soonest, in standard deviations of a block.
+  uint32_t window_blocks;  ///< Likelihood ratio: 1 ... 256.
+  uint32_t reserved;       ///< 0.
 } resonid_change_config;
 
 typedef struct resonid_change_info {
@@ -65,9 +66,9 @@ typedef struct resonid_change_info {
   uint32_t reliable;     ///< Blocks are as independent as the stated rate of false alarms needs.
   uint64_t samples;
   uint64_t skipped_samples;
-  double level;      ///< Of the statistic; an alarm from 1 on.
-  double baseline;   ///< Mean before the change.
-  double block_std;  ///< Standard deviation of what is new in a block.
+  double level;       ///< Of the statistic; an alarm from 1 on.
+  double baseline;    ///< Mean before the change.
+  double block_std;   ///< Standard deviation of what is new in a block.
   double time_s;      ///< After an alarm: when the change began, as far as it shows, since reset.
   double detected_s;  ///< After an alarm: when it came.
   double size;        ///< After an alarm: mean since then minus the mean before.
@@ -81,7 +82,8 @@ RESONID_API resonid_status resonid_change_defaults(resonid_change_config* config
 RESONID_API size_t resonid_change_size(const resonid_change_config* config) RESONID_NOEXCEPT;
 /// As resonid_line_bank_init().
 RESONID_API resonid_status resonid_change_init(void* memory, size_t size, const resonid_change_config* config,
-                                               resonid_change** handle, resonid_error* error) RESONID_NOEXCEPT;
+                                               resonid_change** handle,
+                                               resonid_error* error) RESONID_NOEXCEPT;
 /// As resonid_line_bank_create().
 RESONID_API resonid_status resonid_change_create(const resonid_change_config* config, resonid_change** handle,
                                                  resonid_error* error) RESONID_NOEXCEPT;

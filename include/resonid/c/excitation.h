@@ -9,12 +9,7 @@ RESONID_BEGIN
 
 typedef struct resonid_excitation resonid_excitation;
 
-enum {
-  RESONID_PRBS = 0,
-  RESONID_MULTISINE = 1,
-  RESONID_CHIRP = 2,
-  RESONID_STEPPED_SINE = 3
-};
+enum { RESONID_PRBS = 0, RESONID_MULTISINE = 1, RESONID_CHIRP = 2, RESONID_STEPPED_SINE = 3 };
 enum {
   RESONID_PHASES_RANDOM = 0,
   RESONID_PHASES_SCHROEDER = 1,
@@ -43,12 +38,12 @@ typedef struct resonid_excitation_config {
   uint64_t seed;                  ///< Multisine: of random phases.
   double first_phase_rad;         ///< Multisine: of Schroeder's phases.
 
-  double from_hz;      ///< Chirp: at the start, > 0 and below half the sample rate.
-  double to_hz;        ///< Chirp: at the end, likewise; lower than at the start sweeps down.
-  double duration_s;   ///< Chirp: of one sweep, at least two samples.
-  double phase_rad;    ///< Chirp: phase p of the first sample, which is amplitude * cos(p).
-  uint32_t repeat;     ///< Chirp: not 0: begins again after the end; else 0 from there on.
-  uint32_t reserved;   ///< 0.
+  double from_hz;          ///< Chirp: at the start, > 0 and below half the sample rate.
+  double to_hz;            ///< Chirp: at the end, likewise; lower than at the start sweeps down.
+  double duration_s;       ///< Chirp: of one sweep, at least two samples.
+  double phase_rad;        ///< Chirp: phase p of the first sample, which is amplitude * cos(p).
+  uint32_t repeat;         ///< Chirp: not 0: begins again after the end; else 0 from there on.
+  uint32_t reserved;       ///< 0.
   double settle_periods;   ///< Stepped sine: at each frequency before measuring, 0 ... 1e6.
   double measure_periods;  ///< Stepped sine: measured at each frequency, 1 ... 1e6.
 } resonid_excitation_config;
@@ -59,8 +54,8 @@ typedef struct resonid_excitation_info {
   uint64_t length_samples;  ///< One period, sweep or stepped measurement; 0: there is none.
   uint64_t period_samples;  ///< After which the signal repeats; 0: it does not.
   double low_hz, high_hz;   ///< Band that the signal reaches.
-  uint32_t line;            ///< Stepped sine: index of the frequency of the newest sample; `lines` when all are done.
-  uint32_t measuring;       ///< Stepped sine: whether that sample is to be measured.
+  uint32_t line;  ///< Stepped sine: index of the frequency of the newest sample; `lines` when all are done.
+  uint32_t measuring;  ///< Stepped sine: whether that sample is to be measured.
 } resonid_excitation_info;
 
 /// Fills a configuration of `struct_size` = sizeof(*config) bytes with the kind's defaults.
@@ -69,8 +64,8 @@ RESONID_API resonid_status resonid_excitation_defaults(resonid_excitation_config
                                                        uint32_t kind) RESONID_NOEXCEPT;
 /// Bytes that a handle of this configuration needs; 0 when no handle can be made of its kind.
 RESONID_API size_t resonid_excitation_size(const resonid_excitation_config* config) RESONID_NOEXCEPT;
-/// Makes the generator in the caller's memory of `size` bytes, aligned to RESONID_ALIGNMENT; *handle is then the same
-/// address. `error` may be NULL. RESONID_ERROR_CONFIG, _SIZE, _ALIGNMENT, _NULL.
+/// Makes the generator in the caller's memory of `size` bytes, aligned to RESONID_ALIGNMENT; *handle is then
+/// the same address. `error` may be NULL. RESONID_ERROR_CONFIG, _SIZE, _ALIGNMENT, _NULL.
 RESONID_API resonid_status resonid_excitation_init(void* memory, size_t size,
                                                    const resonid_excitation_config* config,
                                                    resonid_excitation** handle,
@@ -80,7 +75,8 @@ RESONID_API resonid_status resonid_excitation_create(const resonid_excitation_co
                                                      resonid_excitation** handle,
                                                      resonid_error* error) RESONID_NOEXCEPT;
 /// The next sample, in the unit of the amplitude. Real-time safe.
-RESONID_API resonid_status resonid_excitation_step(resonid_excitation* handle, double* sample) RESONID_NOEXCEPT;
+RESONID_API resonid_status resonid_excitation_step(resonid_excitation* handle,
+                                                   double* sample) RESONID_NOEXCEPT;
 /// The next `count` samples.
 RESONID_API resonid_status resonid_excitation_fill(resonid_excitation* handle, double* samples,
                                                    size_t count) RESONID_NOEXCEPT;

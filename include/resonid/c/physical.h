@@ -35,27 +35,27 @@ typedef struct resonid_start_friction {
 
 /// Linear machines: kg, N/m, Ns/m, N in place of kgm2, Nm/rad, Nms/rad, Nm.
 typedef struct resonid_physical_config {
-  uint32_t struct_size;           ///< Set by resonid_physical_defaults().
-  uint32_t replay;                ///< Not 0: remembers the first 16384 samples and goes over them again while the
-                                  ///< estimate moves far; takes 230 kB of memory.
-  double sample_rate_hz;          ///< Rate at which step() is called, > 0.
-  double delay_s;                 ///< Known delay of the measured velocity, 0 ... 64 samples; any fraction.
-  resonid_start driven_inertia;   ///< J1, kgm2
-  resonid_start load_inertia;     ///< J2, kgm2
-  resonid_start stiffness;        ///< K, Nm/rad
-  resonid_start damping;          ///< D, Nms/rad
+  uint32_t struct_size;   ///< Set by resonid_physical_defaults().
+  uint32_t replay;        ///< Not 0: remembers the first 16384 samples and goes over them again while the
+                          ///< estimate moves far; takes 230 kB of memory.
+  double sample_rate_hz;  ///< Rate at which step() is called, > 0.
+  double delay_s;         ///< Known delay of the measured velocity, 0 ... 64 samples; any fraction.
+  resonid_start driven_inertia;  ///< J1, kgm2
+  resonid_start load_inertia;    ///< J2, kgm2
+  resonid_start stiffness;       ///< K, Nm/rad
+  resonid_start damping;         ///< D, Nms/rad
   resonid_start_friction viscous_friction_nms_rad;
   resonid_start_friction coulomb_friction_nm;
   double torque_offset_std_nm;         ///< How far a constant torque that u does not hold may lie from 0.
   double torque_offset_drift_nm_rt_s;  ///< How it wanders: standard deviation after a second.
-  double stiffness_drift_per_s;        ///< Relative change of K per second while the machine moves; 0: it stays.
-  double damping_drift_per_rt_s;       ///< How ln D wanders with it: standard deviation after a second.
-  double noise_rms;                    ///< White noise of the output; 0: estimated.
-  double noise_memory_s;               ///< Of that estimate; 0: all samples.
-  double start_velocity_std;           ///< Of the velocities about the first output, > 0.
-  double plant_noise_variance;         ///< Of each plant state per sample, >= 0: hardly any.
-  uint32_t refresh_samples;            ///< Between two exact discretisations, >= 1.
-  uint32_t replay_speed;               ///< Old samples per new one while the start is gone over; 0: never.
+  double stiffness_drift_per_s;   ///< Relative change of K per second while the machine moves; 0: it stays.
+  double damping_drift_per_rt_s;  ///< How ln D wanders with it: standard deviation after a second.
+  double noise_rms;               ///< White noise of the output; 0: estimated.
+  double noise_memory_s;          ///< Of that estimate; 0: all samples.
+  double start_velocity_std;      ///< Of the velocities about the first output, > 0.
+  double plant_noise_variance;    ///< Of each plant state per sample, >= 0: hardly any.
+  uint32_t refresh_samples;       ///< Between two exact discretisations, >= 1.
+  uint32_t replay_speed;          ///< Old samples per new one while the start is gone over; 0: never.
 } resonid_physical_config;
 
 typedef struct resonid_physical_info {
@@ -78,16 +78,20 @@ typedef struct resonid_physical_info {
   double lag_samples;  ///< The estimate describes the machine of so many samples ago.
 } resonid_physical_info;
 
-/// Fills a configuration of `struct_size` = sizeof(*config) bytes with defaults; the four starting values must be set.
+/// Fills a configuration of `struct_size` = sizeof(*config) bytes with defaults; the four starting values
+/// must be set.
 RESONID_API resonid_status resonid_physical_defaults(resonid_physical_config* config,
                                                      size_t struct_size) RESONID_NOEXCEPT;
 /// Bytes that a handle of this configuration needs; 0: there is no such handle.
 RESONID_API size_t resonid_physical_size(const resonid_physical_config* config) RESONID_NOEXCEPT;
 /// As resonid_line_bank_init().
-RESONID_API resonid_status resonid_physical_init(void* memory, size_t size, const resonid_physical_config* config,
-                                                 resonid_physical** handle, resonid_error* error) RESONID_NOEXCEPT;
+RESONID_API resonid_status resonid_physical_init(void* memory, size_t size,
+                                                 const resonid_physical_config* config,
+                                                 resonid_physical** handle,
+                                                 resonid_error* error) RESONID_NOEXCEPT;
 /// As resonid_line_bank_create().
-RESONID_API resonid_status resonid_physical_create(const resonid_physical_config* config, resonid_physical** handle,
+RESONID_API resonid_status resonid_physical_create(const resonid_physical_config* config,
+                                                   resonid_physical** handle,
                                                    resonid_error* error) RESONID_NOEXCEPT;
 /// One sample of excitation (only tells whether there is any), torque u and velocity y. Real-time safe.
 RESONID_API resonid_status resonid_physical_step(resonid_physical* handle, double ru, double u,
@@ -101,7 +105,8 @@ RESONID_API resonid_status resonid_physical_reset(resonid_physical* handle) RESO
 RESONID_API resonid_status resonid_physical_covariance(const resonid_physical* handle, double* covariance,
                                                        size_t count) RESONID_NOEXCEPT;
 /// Fills the first `struct_size` bytes of `info`. Real-time safe.
-RESONID_API resonid_status resonid_physical_get_info(const resonid_physical* handle, resonid_physical_info* info,
+RESONID_API resonid_status resonid_physical_get_info(const resonid_physical* handle,
+                                                     resonid_physical_info* info,
                                                      size_t struct_size) RESONID_NOEXCEPT;
 
 RESONID_END

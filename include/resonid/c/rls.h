@@ -38,9 +38,9 @@ typedef struct resonid_rls_config {
 } resonid_rls_config;
 
 typedef struct resonid_rls_info {
-  uint32_t struct_size;      ///< Bytes that were filled.
+  uint32_t struct_size;  ///< Bytes that were filled.
   uint32_t parameters;
-  uint32_t excited;          ///< 0 while the samples of the memory tell next to nothing new.
+  uint32_t excited;  ///< 0 while the samples of the memory tell next to nothing new.
   uint32_t reserved;
   uint64_t samples;          ///< Since init or reset, missing ones included.
   uint64_t skipped_samples;  ///< Of these, missing ones: anything in them was not finite.
@@ -51,7 +51,8 @@ typedef struct resonid_rls_info {
 } resonid_rls_info;
 
 /// Fills a configuration of `struct_size` = sizeof(*config) bytes with defaults.
-RESONID_API resonid_status resonid_rls_defaults(resonid_rls_config* config, size_t struct_size) RESONID_NOEXCEPT;
+RESONID_API resonid_status resonid_rls_defaults(resonid_rls_config* config,
+                                                size_t struct_size) RESONID_NOEXCEPT;
 /// Bytes that a handle of this configuration needs, at most RESONID_RLS_SIZE; 0: there is no such handle.
 RESONID_API size_t resonid_rls_size(const resonid_rls_config* config) RESONID_NOEXCEPT;
 /// As resonid_line_bank_init().
@@ -60,8 +61,8 @@ RESONID_API resonid_status resonid_rls_init(void* memory, size_t size, const res
 /// As resonid_line_bank_create().
 RESONID_API resonid_status resonid_rls_create(const resonid_rls_config* config, resonid_rls** handle,
                                               resonid_error* error) RESONID_NOEXCEPT;
-/// One equation  value = regressor' parameters + error,  [parameter], `weight` > 0 times as certain as usual (1).
-/// Real-time safe.
+/// One equation  value = regressor' parameters + error,  [parameter], `weight` > 0 times as certain as usual
+/// (1). Real-time safe.
 RESONID_API resonid_status resonid_rls_step(resonid_rls* handle, const double* regressor, double value,
                                             double weight) RESONID_NOEXCEPT;
 /// Back to the state after init, without the cost of it. Real-time safe.

@@ -27,7 +27,8 @@ typedef struct resonid_complex {
   double re, im;
 } resonid_complex;
 
-/// What every function says that can be called wrongly; 0: it was done. Nothing is changed by a call that fails.
+/// What every function says that can be called wrongly; 0: it was done. Nothing is changed by a call that
+/// fails.
 typedef int32_t resonid_status;
 enum {
   RESONID_OK = 0,
@@ -42,7 +43,8 @@ enum {
   RESONID_STATUS_COUNT = 9
 };
 
-/// Why a call failed. Begin with RESONID_ERROR_INIT; it owns nothing. Functions leave it alone when they succeed.
+/// Why a call failed. Begin with RESONID_ERROR_INIT; it owns nothing. Functions leave it alone when they
+/// succeed.
 typedef struct resonid_error {
   uint32_t struct_size;  ///< sizeof(resonid_error); with less the struct is left alone.
   resonid_status status;
@@ -50,7 +52,10 @@ typedef struct resonid_error {
   char field[64];         ///< Offending field of the configuration, or argument; ends with 0.
   char requirement[128];  ///< What is required of it, as a phrase: "must be > 0"; ends with 0.
 } resonid_error;
-#define RESONID_ERROR_INIT {(uint32_t)sizeof(resonid_error), 0, 0.0, {0}, {0}}
+#define RESONID_ERROR_INIT                              \
+  {                                                     \
+    (uint32_t)sizeof(resonid_error), 0, 0.0, {0}, { 0 } \
+  }
 
 /// Version of the library that runs, which may be newer than these headers: "0.1.0". Valid for as long as the
 /// library is loaded. Any thread, real-time safe.
@@ -61,8 +66,8 @@ RESONID_API uint32_t resonid_version_number(void) RESONID_NOEXCEPT;
 /// The status in words; "unknown status" for any other number. Any thread, real-time safe.
 RESONID_API const char* resonid_status_string(resonid_status status) RESONID_NOEXCEPT;
 
-/// A handle is one block of memory of fixed size that points nowhere: a header, which tells family, version and
-/// size, and behind it the estimator. A copy of its bytes is a snapshot.
+/// A handle is one block of memory of fixed size that points nowhere: a header, which tells family, version
+/// and size, and behind it the estimator. A copy of its bytes is a snapshot.
 #define RESONID_ALIGNMENT 64
 
 /// Memory for a handle as a variable, say static: RESONID_MEMORY(memory, 4096);
@@ -82,24 +87,24 @@ enum {
   RESONID_FAMILY_ENCODER = 10
 };
 
-/// Size in bytes of a handle, 0 when there is none at this address: so many a snapshot takes, by memcpy. Real-time
-/// safe.
+/// Size in bytes of a handle, 0 when there is none at this address: so many a snapshot takes, by memcpy.
+/// Real-time safe.
 RESONID_API size_t resonid_handle_size(const void* handle) RESONID_NOEXCEPT;
 
-/// Whether `memory` holds a handle of the family, made by this version of the library, in all its `size` bytes. What
-/// the bytes behind the header say is not checked. Real-time safe.
+/// Whether `memory` holds a handle of the family, made by this version of the library, in all its `size`
+/// bytes. What the bytes behind the header say is not checked. Real-time safe.
 RESONID_API resonid_status resonid_check(const void* memory, size_t size, uint32_t family,
                                          resonid_error* error) RESONID_NOEXCEPT;
 
-/// Copies a snapshot into `memory` (of at least as many bytes, aligned), which is a handle of the family from then
-/// on and continues bit for bit, in this process or another one. Refused unless resonid_check() holds for the
-/// snapshot, which need not be aligned. Real-time safe.
+/// Copies a snapshot into `memory` (of at least as many bytes, aligned), which is a handle of the family from
+/// then on and continues bit for bit, in this process or another one. Refused unless resonid_check() holds
+/// for the snapshot, which need not be aligned. Real-time safe.
 RESONID_API resonid_status resonid_restore(void* memory, size_t memory_size, const void* snapshot,
                                            size_t snapshot_size, uint32_t family,
                                            resonid_error* error) RESONID_NOEXCEPT;
 
-/// Frees what a resonid_..._create() made, and nothing else (NULL: nothing to do). Memory that the caller gave to
-/// resonid_..._init() needs no such call. Not real-time safe.
+/// Frees what a resonid_..._create() made, and nothing else (NULL: nothing to do). Memory that the caller
+/// gave to resonid_..._init() needs no such call. Not real-time safe.
 RESONID_API void resonid_destroy(void* handle) RESONID_NOEXCEPT;
 
 /// How trackers weigh what they have against the newest sample.

@@ -7,27 +7,28 @@
 RESONID_MEMORY(memory, 1 << 19);
 RESONID_MEMORY(other_memory, 1 << 19);
 
-/// The defaults fill just the struct that the caller has, whatever its size, and refuse sizes that no version has.
-#define CHECK_DEFAULTS(type, ...)                                                                          \
-  do {                                                                                                     \
-    type whole, *part = (type*)malloc(sizeof whole + 64);                                                  \
-    CHECK_OK(type##_call(&whole, sizeof whole, __VA_ARGS__));                                              \
-    CHECK(whole.struct_size == sizeof whole);                                                              \
-    for (size_t size = 8; size <= sizeof whole + 32; size += 8) {                                          \
-      memset(part, 0x5A, sizeof whole + 64);                                                               \
-      CHECK_OK(type##_call(part, size, __VA_ARGS__));                                                      \
-      CHECK(part->struct_size == size);                                                                    \
-      const unsigned char* bytes = (const unsigned char*)part;                                             \
-      const size_t known = size < sizeof whole ? size : sizeof whole;                                      \
-      CHECK(memcmp(bytes + 4, (const unsigned char*)&whole + 4, known - 4) == 0);                          \
-      for (size_t i = known; i < size; ++i) CHECK(bytes[i] == 0);                                          \
-      for (size_t i = size; i < sizeof whole + 64; ++i) CHECK(bytes[i] == 0x5A);                           \
-    }                                                                                                      \
-    CHECK_STATUS(type##_call(part, 0, __VA_ARGS__), RESONID_ERROR_SIZE);                                   \
-    CHECK_STATUS(type##_call(part, 4, __VA_ARGS__), RESONID_ERROR_SIZE);                                   \
-    CHECK_STATUS(type##_call(part, sizeof whole - 1, __VA_ARGS__), RESONID_ERROR_SIZE);                    \
-    CHECK_STATUS(type##_call(NULL, sizeof whole, __VA_ARGS__), RESONID_ERROR_NULL);                        \
-    free(part);                                                                                            \
+/// The defaults fill just the struct that the caller has, whatever its size, and refuse sizes that no version
+/// has.
+#define CHECK_DEFAULTS(type, ...)                                                       \
+  do {                                                                                  \
+    type whole, *part = (type*)malloc(sizeof whole + 64);                               \
+    CHECK_OK(type##_call(&whole, sizeof whole, __VA_ARGS__));                           \
+    CHECK(whole.struct_size == sizeof whole);                                           \
+    for (size_t size = 8; size <= sizeof whole + 32; size += 8) {                       \
+      memset(part, 0x5A, sizeof whole + 64);                                            \
+      CHECK_OK(type##_call(part, size, __VA_ARGS__));                                   \
+      CHECK(part->struct_size == size);                                                 \
+      const unsigned char* bytes = (const unsigned char*)part;                          \
+      const size_t known = size < sizeof whole ? size : sizeof whole;                   \
+      CHECK(memcmp(bytes + 4, (const unsigned char*)&whole + 4, known - 4) == 0);       \
+      for (size_t i = known; i < size; ++i) CHECK(bytes[i] == 0);                       \
+      for (size_t i = size; i < sizeof whole + 64; ++i) CHECK(bytes[i] == 0x5A);        \
+    }                                                                                   \
+    CHECK_STATUS(type##_call(part, 0, __VA_ARGS__), RESONID_ERROR_SIZE);                \
+    CHECK_STATUS(type##_call(part, 4, __VA_ARGS__), RESONID_ERROR_SIZE);                \
+    CHECK_STATUS(type##_call(part, sizeof whole - 1, __VA_ARGS__), RESONID_ERROR_SIZE); \
+    CHECK_STATUS(type##_call(NULL, sizeof whole, __VA_ARGS__), RESONID_ERROR_NULL);     \
+    free(part);                                                                         \
   } while (0)
 #define resonid_excitation_config_call(c, size, kind) resonid_excitation_defaults(c, size, kind)
 #define resonid_line_bank_config_call(c, size, none) resonid_line_bank_defaults(c, size)
@@ -37,9 +38,11 @@ RESONID_MEMORY(other_memory, 1 << 19);
 #define resonid_model_config_call(c, size, method) resonid_model_defaults(c, size, method)
 #define resonid_physical_config_call(c, size, none) resonid_physical_defaults(c, size)
 #define resonid_change_config_call(c, size, none) resonid_change_defaults(c, size)
+#define resonid_guard_config_call(c, size, none) resonid_guard_defaults(c, size)
+#define resonid_encoder_config_call(c, size, none) resonid_encoder_defaults(c, size)
 
-/// A caller whose struct ends before the last fields gets their defaults: the same bytes as one that sets them.
-/// Its struct lies at the end of its memory, where a sanitizer sees every byte that is read too far.
+/// A caller whose struct ends before the last fields gets their defaults: the same bytes as one that sets
+/// them. Its struct lies at the end of its memory, where a sanitizer sees every byte that is read too far.
 static void an_older_struct_serves(void) {
   resonid_physical_config c;
   CHECK_OK(resonid_physical_defaults(&c, sizeof c));
@@ -135,13 +138,15 @@ static void errors_fit_the_callers_struct(void) {
 
 static void versions_and_words(void) {
   char expected[32];
-  snprintf(expected, sizeof expected, "%d.%d.%d", RESONID_VERSION_MAJOR, RESONID_VERSION_MINOR, RESONID_VERSION_PATCH);
+  snprintf(expected, sizeof expected, "%d.%d.%d", RESONID_VERSION_MAJOR, RESONID_VERSION_MINOR,
+           RESONID_VERSION_PATCH);
   CHECK(strcmp(resonid_version(), expected) == 0);
   CHECK(resonid_version_number() ==
         RESONID_VERSION_MAJOR * 65536u + RESONID_VERSION_MINOR * 256u + RESONID_VERSION_PATCH);
   for (resonid_status i = 0; i < RESONID_STATUS_COUNT; ++i) {
     CHECK(strcmp(resonid_status_string(i), "unknown status") != 0);
-    for (resonid_status j = 0; j < i; ++j) CHECK(strcmp(resonid_status_string(i), resonid_status_string(j)) != 0);
+    for (resonid_status j = 0; j < i; ++j)
+      CHECK(strcmp(resonid_status_string(i), resonid_status_string(j)) != 0);
   }
   CHECK(strcmp(resonid_status_string(RESONID_STATUS_COUNT), "unknown status") == 0);
   CHECK(strcmp(resonid_status_string(-1), "unknown status") == 0);
@@ -155,9 +160,12 @@ int main(void) {
     CHECK_DEFAULTS(resonid_tracker_config, kind);
   CHECK_DEFAULTS(resonid_response_config, 0);
   CHECK_DEFAULTS(resonid_rls_config, 0);
-  for (uint32_t method = RESONID_ARX; method <= RESONID_IV; ++method) CHECK_DEFAULTS(resonid_model_config, method);
+  for (uint32_t method = RESONID_ARX; method <= RESONID_IV; ++method)
+    CHECK_DEFAULTS(resonid_model_config, method);
   CHECK_DEFAULTS(resonid_physical_config, 0);
   CHECK_DEFAULTS(resonid_change_config, 0);
+  CHECK_DEFAULTS(resonid_guard_config, 0);
+  CHECK_DEFAULTS(resonid_encoder_config, 0);
   an_older_struct_serves();
   a_kind_keeps_its_own_defaults_in_a_shorter_struct();
   a_newer_struct_serves_while_it_asks_for_nothing_new();

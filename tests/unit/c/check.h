@@ -12,46 +12,48 @@
 
 static int failures = 0;
 
-#define CHECK(condition)                                                   \
-  do {                                                                     \
-    if (!(condition)) {                                                    \
-      ++failures;                                                          \
-      printf("%s:%d: not true: %s\n", __FILE__, __LINE__, #condition);     \
-    }                                                                      \
+#define CHECK(condition)                                               \
+  do {                                                                 \
+    if (!(condition)) {                                                \
+      ++failures;                                                      \
+      printf("%s:%d: not true: %s\n", __FILE__, __LINE__, #condition); \
+    }                                                                  \
   } while (0)
-#define CHECK_NEAR(value, expected, tolerance)                                                          \
-  do {                                                                                                  \
-    const double v_ = (value), e_ = (expected);                                                         \
-    if (!(fabs(v_ - e_) <= (tolerance))) {                                                              \
-      ++failures;                                                                                       \
-      printf("%s:%d: %s is %.9g, not %.9g within %g\n", __FILE__, __LINE__, #value, v_, e_, (double)(tolerance)); \
-    }                                                                                                   \
+#define CHECK_NEAR(value, expected, tolerance)                                              \
+  do {                                                                                      \
+    const double v_ = (value), e_ = (expected);                                             \
+    if (!(fabs(v_ - e_) <= (tolerance))) {                                                  \
+      ++failures;                                                                           \
+      printf("%s:%d: %s is %.9g, not %.9g within %g\n", __FILE__, __LINE__, #value, v_, e_, \
+             (double)(tolerance));                                                          \
+    }                                                                                       \
   } while (0)
 /// Status, and what the error says, if anything was expected of it.
-#define CHECK_OK(call)                                                                          \
-  do {                                                                                          \
-    const resonid_status s_ = (call);                                                           \
-    if (s_ != RESONID_OK) {                                                                     \
-      ++failures;                                                                               \
-      printf("%s:%d: %s: %s\n", __FILE__, __LINE__, #call, resonid_status_string(s_));          \
-    }                                                                                           \
+#define CHECK_OK(call)                                                                 \
+  do {                                                                                 \
+    const resonid_status s_ = (call);                                                  \
+    if (s_ != RESONID_OK) {                                                            \
+      ++failures;                                                                      \
+      printf("%s:%d: %s: %s\n", __FILE__, __LINE__, #call, resonid_status_string(s_)); \
+    }                                                                                  \
   } while (0)
 #define CHECK_STATUS(call, expected) CHECK((call) == (expected))
 
-static inline void check_refused(int line, const resonid_error* error, resonid_status status, const char* field) {
+static inline void check_refused(int line, const resonid_error* error, resonid_status status,
+                                 const char* field) {
   if (status == RESONID_ERROR_CONFIG && error->status == status && strcmp(error->field, field) == 0 &&
       error->requirement[0] != 0)
     return;
   ++failures;
-  printf("line %d: status %d, field '%s', requirement '%s' instead of field '%s'\n", line, (int)status, error->field,
-         error->requirement, field);
+  printf("line %d: status %d, field '%s', requirement '%s' instead of field '%s'\n", line, (int)status,
+         error->field, error->requirement, field);
 }
 /// The call refuses this field of the configuration; `error` must be at hand.
-#define CHECK_REFUSED(call, name)                            \
-  do {                                                       \
-    resonid_error error = RESONID_ERROR_INIT;                \
-    const resonid_status s_ = (call);                        \
-    check_refused(__LINE__, &error, s_, (name));             \
+#define CHECK_REFUSED(call, name)                \
+  do {                                           \
+    resonid_error error = RESONID_ERROR_INIT;    \
+    const resonid_status s_ = (call);            \
+    check_refused(__LINE__, &error, s_, (name)); \
   } while (0)
 
 static const double kTwoPi = 6.283185307179586476925;
@@ -98,7 +100,9 @@ static inline resonid_complex response_of(const difference_equation* e, double w
   return g;
 }
 
-static inline double distance(resonid_complex a, resonid_complex b) { return hypot(a.re - b.re, a.im - b.im); }
+static inline double distance(resonid_complex a, resonid_complex b) {
+  return hypot(a.re - b.re, a.im - b.im);
+}
 
 static inline int verdict(void) {
   if (failures > 0) printf("%d checks failed\n", failures);

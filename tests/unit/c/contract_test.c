@@ -99,8 +99,10 @@ static void snapshots_continue(const subject* s) {
   memcpy(first_memory, second_memory, size);
 
   resonid_error error = RESONID_ERROR_INIT;
-  CHECK_STATUS(resonid_restore(second_memory, size - 1, snapshot + 1, size, s->family, &error), RESONID_ERROR_SIZE);
-  CHECK_STATUS(resonid_restore(second_memory, size, snapshot + 1, size - 1, s->family, &error), RESONID_ERROR_SIZE);
+  CHECK_STATUS(resonid_restore(second_memory, size - 1, snapshot + 1, size, s->family, &error),
+               RESONID_ERROR_SIZE);
+  CHECK_STATUS(resonid_restore(second_memory, size, snapshot + 1, size - 1, s->family, &error),
+               RESONID_ERROR_SIZE);
   CHECK_STATUS(resonid_restore(second_memory, size, snapshot + 1, 63, s->family, &error), RESONID_ERROR_SIZE);
   CHECK_STATUS(resonid_restore(second_memory + 8, size, snapshot + 1, size, s->family, &error),
                RESONID_ERROR_ALIGNMENT);
@@ -108,7 +110,8 @@ static void snapshots_continue(const subject* s) {
   CHECK_STATUS(resonid_restore(second_memory, size, NULL, size, s->family, &error), RESONID_ERROR_NULL);
   for (size_t byte = 0; byte < 12; ++byte) {  // magic, version, family
     snapshot[1 + byte] ^= 0x40;
-    CHECK_STATUS(resonid_restore(second_memory, size, snapshot + 1, size, s->family, &error), RESONID_ERROR_HANDLE);
+    CHECK_STATUS(resonid_restore(second_memory, size, snapshot + 1, size, s->family, &error),
+                 RESONID_ERROR_HANDLE);
     snapshot[1 + byte] ^= 0x40;
   }
   CHECK(error.status == RESONID_ERROR_HANDLE && error.requirement[0] != 0);

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "check.h"
 
-/// L(s) = 2/(s (1 + s)^2) with s in rad/s:  |L| = 2/(w (1 + w^2)) is 1 at w = 1 exactly,  arg L = -90 - 2 atan w,
-/// -180 at w = 1: phase margin 0, and L = 0.8/(...) has gain margin 1/0.4.
+/// L(s) = 2/(s (1 + s)^2) with s in rad/s:  |L| = 2/(w (1 + w^2)) is 1 at w = 1 exactly,  arg L = -90 - 2
+/// atan w, -180 at w = 1: phase margin 0, and L = 0.8/(...) has gain margin 1/0.4.
 static void margins_of_an_analytic_loop(void) {
   enum { kLines = 4000 };
   static double hz[kLines];
@@ -59,8 +59,10 @@ static void loop_is_controller_times_plant_times_delay(void) {
   CHECK_REFUSED(resonid_loop_response(numerator, 2, denominator, 2, 0.0, 0.0, hz, g, loop, 3, &error),
                 "sample_rate_hz");
   const double zero[] = {0.0, 1.0};
-  CHECK_REFUSED(resonid_loop_response(numerator, 2, zero, 2, rate, 0.0, hz, g, loop, 3, &error), "denominator");
-  CHECK_REFUSED(resonid_loop_response(numerator, 17, denominator, 2, rate, 0.0, hz, g, loop, 3, &error), "numerator");
+  CHECK_REFUSED(resonid_loop_response(numerator, 2, zero, 2, rate, 0.0, hz, g, loop, 3, &error),
+                "denominator");
+  CHECK_REFUSED(resonid_loop_response(numerator, 17, denominator, 2, rate, 0.0, hz, g, loop, 3, &error),
+                "numerator");
 }
 
 static void a_change_is_found_and_none_invented(uint32_t statistic) {

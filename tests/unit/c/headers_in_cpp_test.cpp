@@ -17,5 +17,6 @@ int main() {
   double estimate = 0.0;
   for (int k = 0; k < 1000; ++k)
     if (resonid_rls_step(rls, &regressor, 3.0, 1.0) != RESONID_OK) return 1;
-  return resonid_rls_parameters(rls, &estimate, 1) == RESONID_OK && estimate > 1.499 && estimate < 1.501 ? 0 : 1;
+  return resonid_rls_parameters(rls, &estimate, 1) == RESONID_OK && estimate > 1.499 && estimate < 1.501 ? 0
+                                                                                                         : 1;
 }

@@ -7,7 +7,8 @@ static const double kController[] = {0.2}, kOne[] = {1.0};
 /// Drives without the fast sampling and light damping that output-error methods dislike: poles and zeros well
 /// inside the unit circle, from the first `order` of these factors.
 static difference_equation drive(int order) {
-  static const double pole[6][2] = {{0.8, 0.0}, {0.3, 0.5}, {0.3, -0.5}, {-0.4, 0.0}, {0.2, 0.3}, {0.2, -0.3}};
+  static const double pole[6][2] = {{0.8, 0.0},  {0.3, 0.5}, {0.3, -0.5},
+                                    {-0.4, 0.0}, {0.2, 0.3}, {0.2, -0.3}};
   difference_equation e = {0};
   double re[8] = {1.0}, im[8] = {0.0};
   if (order == 2 || order == 5) {  // whole pairs
@@ -81,7 +82,8 @@ static void recovers_the_coefficients(uint32_t method, uint32_t order, double to
   }
   double b[6], a[6], worst = 0.0, largest = 0.0;
   CHECK_OK(resonid_model_coefficients(model, b, a, order));
-  for (uint32_t i = 0; i < order; ++i) worst = fmax(worst, fmax(fabs(b[i] - plant.b[i]), fabs(a[i] - plant.a[i])));
+  for (uint32_t i = 0; i < order; ++i)
+    worst = fmax(worst, fmax(fabs(b[i] - plant.b[i]), fabs(a[i] - plant.a[i])));
   if (!(worst < tolerance)) printf("method %u order %u: coefficients off by %g\n", method, order, worst);
   CHECK(worst < tolerance);
   double covariance[144];
@@ -93,7 +95,8 @@ static void recovers_the_coefficients(uint32_t method, uint32_t order, double to
   CHECK(sqrt(largest) < 100.0 * tolerance);
   resonid_model_info info;
   CHECK_OK(resonid_model_get_info(model, &info, sizeof info));
-  CHECK(info.order == order && info.ready && info.excited && info.samples == 12000 && info.skipped_samples == 0);
+  CHECK(info.order == order && info.ready && info.excited && info.samples == 12000 &&
+        info.skipped_samples == 0);
   CHECK_NEAR(info.residual, 0.0, 100.0 * tolerance);
   CHECK_STATUS(resonid_model_coefficients(model, b, a, order + 1), RESONID_ERROR_RANGE);
   CHECK_STATUS(resonid_model_covariance(model, covariance, 1), RESONID_ERROR_RANGE);
@@ -104,7 +107,8 @@ static void recovers_the_coefficients(uint32_t method, uint32_t order, double to
 /// e^{(-d +- j w) T},  G(s) = (s^2 + 2 za wa s + wa^2)/(J s (s^2 + 2 z w s + w^2)).
 static difference_equation two_mass(double rate, double inertia, double w, double z, double wa, double za) {
   const double t = 1.0 / rate, d = z * w, wd = w * sqrt(1.0 - z * z);
-  // Step response of G: c0 t + c1 + e^{-d t} (p cos wd t + q sin wd t); coefficients by matching at s = 0 and the pair.
+  // Step response of G: c0 t + c1 + e^{-d t} (p cos wd t + q sin wd t); coefficients by matching at s = 0 and
+  // the pair.
   const double c0 = wa * wa / (w * w) / inertia;
   // residue of G(s)/s at the pole p = -d + j wd:  N(p)/(J p^2 (p - p*)),  N = s^2 + 2 za wa s + wa^2
   const double pr = -d, pi = wd;

@@ -65,17 +65,19 @@ static void finds_the_drive(uint32_t replay) {
     CHECK_NEAR(info.value[i], truth[i], 4.0 * info.standard_deviation[i]);
     CHECK(info.standard_deviation[i] > 0.0 && info.standard_deviation[i] < (i == 3 ? 0.05 : 0.01) * truth[i]);
   }
-  const double resonance_hz = sqrt(kK * (1.0 / kJ1 + 1.0 / kJ2)) / kTwoPi, antiresonance_hz = sqrt(kK / kJ2) / kTwoPi;
+  const double resonance_hz = sqrt(kK * (1.0 / kJ1 + 1.0 / kJ2)) / kTwoPi,
+               antiresonance_hz = sqrt(kK / kJ2) / kTwoPi;
   CHECK_NEAR(info.resonance_hz, resonance_hz, 4.0 * info.resonance_std_hz);
   CHECK_NEAR(info.resonance_hz, resonance_hz, 0.01 * resonance_hz);
   CHECK_NEAR(info.antiresonance_hz, antiresonance_hz, 4.0 * info.antiresonance_std_hz);
   CHECK_NEAR(info.noise_rms, 0.005 / sqrt(3.0), 0.1 * 0.005 / sqrt(3.0));
-  CHECK(info.ready && info.converged && info.consistent && info.excited && info.plausible && info.samples == 12000);
+  CHECK(info.ready && info.converged && info.consistent && info.excited && info.plausible &&
+        info.samples == 12000);
   CHECK(info.standard_deviation[RESONID_VISCOUS_FRICTION] == 0.0);
   double covariance[64];
   CHECK_OK(resonid_physical_covariance(tracker, covariance, 64));
-  CHECK_NEAR(sqrt(covariance[8 * RESONID_STIFFNESS + RESONID_STIFFNESS]), info.standard_deviation[RESONID_STIFFNESS],
-             1e-12);
+  CHECK_NEAR(sqrt(covariance[8 * RESONID_STIFFNESS + RESONID_STIFFNESS]),
+             info.standard_deviation[RESONID_STIFFNESS], 1e-12);
   CHECK_STATUS(resonid_physical_covariance(tracker, covariance, 16), RESONID_ERROR_RANGE);
   CHECK_OK(resonid_physical_reset(tracker));
   CHECK_OK(resonid_physical_get_info(tracker, &info, sizeof info));

@@ -42,21 +42,24 @@ typedef struct subject {
 
 static const double kSubjectLines[] = {20.0, 50.0};
 
-#define SUBJECT_FUNCTIONS(name, configure)                                                                      \
-  static inline size_t name##_subject_size(uint32_t kind) {                                                     \
-    resonid_##name##_config c;                                                                                  \
-    configure;                                                                                                  \
-    return resonid_##name##_size(&c);                                                                           \
-  }                                                                                                             \
-  static inline resonid_status name##_subject_init(uint32_t kind, void* memory, size_t size, resonid_error* e) { \
-    resonid_##name##_config c;                                                                                  \
-    resonid_##name* handle = NULL;                                                                              \
-    configure;                                                                                                  \
-    const resonid_status status = resonid_##name##_init(memory, size, &c, &handle, e);                          \
-    if (status == RESONID_OK && (void*)handle != memory) return RESONID_ERROR_HANDLE;                            \
-    return status;                                                                                              \
-  }                                                                                                             \
-  static inline resonid_status name##_subject_reset(void* h) { return resonid_##name##_reset((resonid_##name*)h); }
+#define SUBJECT_FUNCTIONS(name, configure)                                                   \
+  static inline size_t name##_subject_size(uint32_t kind) {                                  \
+    resonid_##name##_config c;                                                               \
+    configure;                                                                               \
+    return resonid_##name##_size(&c);                                                        \
+  }                                                                                          \
+  static inline resonid_status name##_subject_init(uint32_t kind, void* memory, size_t size, \
+                                                   resonid_error* e) {                       \
+    resonid_##name##_config c;                                                               \
+    resonid_##name* handle = NULL;                                                           \
+    configure;                                                                               \
+    const resonid_status status = resonid_##name##_init(memory, size, &c, &handle, e);       \
+    if (status == RESONID_OK && (void*)handle != memory) return RESONID_ERROR_HANDLE;        \
+    return status;                                                                           \
+  }                                                                                          \
+  static inline resonid_status name##_subject_reset(void* h) {                               \
+    return resonid_##name##_reset((resonid_##name*)h);                                       \
+  }
 
 static inline void configure_excitation(resonid_excitation_config* c, uint32_t kind) {
   CHECK_OK(resonid_excitation_defaults(c, sizeof *c, kind));
@@ -135,7 +138,8 @@ static inline resonid_status tracker_subject_step(void* h, double ru, double u, 
   return resonid_tracker_step((resonid_tracker*)h, y);
 }
 
-static inline void configure_response(resonid_response_config* c, resonid_tracker_config* tracker, uint32_t kind) {
+static inline void configure_response(resonid_response_config* c, resonid_tracker_config* tracker,
+                                      uint32_t kind) {
   configure_tracker(tracker, kind);
   CHECK_OK(resonid_response_defaults(c, sizeof *c));
   c->tracker = tracker;
@@ -175,7 +179,8 @@ static inline resonid_status rls_subject_step(void* h, double ru, double u, doub
 }
 
 static inline void configure_model(resonid_model_config* c, uint32_t kind) {
-  static const double start_b[] = {0.28, 0.12}, start_a[] = {-0.68, 0.22}, controller[] = {0.2}, one[] = {1.0};
+  static const double start_b[] = {0.28, 0.12}, start_a[] = {-0.68, 0.22}, controller[] = {0.2},
+                      one[] = {1.0};
   CHECK_OK(resonid_model_defaults(c, sizeof *c, kind));
   c->order = 2;
   c->sample_rate_hz = 500.0;
@@ -242,10 +247,51 @@ static inline resonid_status change_subject_step(void* h, double ru, double u, d
   return resonid_change_step((resonid_change*)h, y, 1.0);
 }
 
-#define SUBJECT(label, name, family, kind)                                                                     \
-  {                                                                                                            \
-    label, family, kind, &name##_subject_size, &name##_subject_init, &name##_subject_step, &name##_subject_reset, \
-        &name##_subject_tell \
+static inline void configure_guard(resonid_guard_config* c, uint32_t kind) {
+  CHECK_OK(resonid_guard_defaults(c, sizeof *c));
+  c->sample_rate_hz = 500.0;
+  c->amplitude = 1.0;
+  c->torque_limit = 50.0;
+  c->velocity_limit = 100.0;
+  c->oscillation_from_hz = 5.0;
+  c->oscillation_least = 10.0;
+  c->torque_is_total = kind;
+}
+SUBJECT_FUNCTIONS(guard, configure_guard(&c, kind))
+static inline void guard_subject_tell(const void* h, told* out) {
+  resonid_guard_info info;
+  CHECK_OK(resonid_guard_get_info((const resonid_guard*)h, &info, sizeof info));
+  memcpy(out->bytes, &info, sizeof info);
+}
+static inline resonid_status guard_subject_step(void* h, double ru, double u, double y) {
+  double injected;
+  return resonid_guard_step((resonid_guard*)h, ru, u, y, 0.0, &injected);
+}
+
+static inline void configure_encoder(resonid_encoder_config* c, uint32_t kind) {
+  CHECK_OK(resonid_encoder_defaults(c, sizeof *c));
+  c->kind = kind;
+  c->sample_rate_hz = 500.0;
+  c->counts_per_turn = 4096;
+  c->bits = 16;
+  c->largest_velocity = 700.0;
+}
+SUBJECT_FUNCTIONS(encoder, configure_encoder(&c, kind))
+static inline void encoder_subject_tell(const void* h, told* out) {
+  resonid_encoder_info info;
+  CHECK_OK(resonid_encoder_get_info((const resonid_encoder*)h, &info, sizeof info));
+  memcpy(out->bytes, &info, sizeof info);
+}
+static inline resonid_status encoder_subject_step(void* h, double ru, double u, double y) {
+  (void)ru, (void)u;
+  if (isnan(y)) return resonid_encoder_miss((resonid_encoder*)h, 1);
+  return resonid_encoder_step((resonid_encoder*)h, (uint64_t)(2048 + (int)(300.0 * y)), NULL);
+}
+
+#define SUBJECT(label, name, family, kind)                                                 \
+  {                                                                                        \
+    label, family, kind, &name##_subject_size, &name##_subject_init, &name##_subject_step, \
+        &name##_subject_reset, &name##_subject_tell                                        \
   }
 static const subject kSubjects[] = {
     SUBJECT("prbs", excitation, RESONID_FAMILY_EXCITATION, RESONID_PRBS),
@@ -279,6 +325,9 @@ static const subject kSubjects[] = {
     SUBJECT("physical, replaying", physical, RESONID_FAMILY_PHYSICAL, 1),
     SUBJECT("CUSUM", change, RESONID_FAMILY_CHANGE, RESONID_CUSUM),
     SUBJECT("likelihood ratio", change, RESONID_FAMILY_CHANGE, RESONID_LIKELIHOOD_RATIO),
+    SUBJECT("guard", guard, RESONID_FAMILY_GUARD, 0),
+    SUBJECT("encoder", encoder, RESONID_FAMILY_ENCODER, RESONID_ENCODER_COUNTER),
+    SUBJECT("encoder, absolute", encoder, RESONID_FAMILY_ENCODER, RESONID_ENCODER_ABSOLUTE_TURN),
 };
 enum { kSubjectCount = sizeof kSubjects / sizeof kSubjects[0] };
 

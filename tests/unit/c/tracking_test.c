@@ -51,7 +51,8 @@ static void line_bank_finds_the_response(uint32_t precision, double tolerance) {
   }
   resonid_line_bank_info info;
   CHECK_OK(resonid_line_bank_get_info(bank, &info, sizeof info));
-  CHECK(info.ready && info.samples == 8000 && info.skipped_samples == 1 && info.lines == kLines && info.channels == 2);
+  CHECK(info.ready && info.samples == 8000 && info.skipped_samples == 1 && info.lines == kLines &&
+        info.channels == 2);
   CHECK_STATUS(resonid_line_bank_step_excited(bank, 0.0, 0.0, 0.0), RESONID_ERROR_UNSUPPORTED);
   CHECK_STATUS(resonid_line_bank_responses(bank, g, kLines - 1), RESONID_ERROR_RANGE);
   CHECK_STATUS(resonid_line_bank_phasor(bank, kLines, 0, g), RESONID_ERROR_RANGE);
@@ -89,6 +90,32 @@ static void line_bank_of_three_channels_shows_the_closed_loop(void) {
     CHECK_NEAR(distance(closed, other), 0.0, 1e-11);
   }
   resonid_destroy(bank);
+  resonid_destroy(stepped);
+}
+
+/// Lost samples, told in one call, are as many missing ones.
+static void lost_samples_are_missing_ones(void) {
+  const resonid_line_bank_config c = bank_config(RESONID_DOUBLE, 2);
+  resonid_line_bank *told = NULL, *stepped = NULL;
+  CHECK_OK(resonid_line_bank_create(&c, &told, NULL));
+  CHECK_OK(resonid_line_bank_create(&c, &stepped, NULL));
+  difference_equation plant = lag();
+  for (int k = 0; k < 3000; ++k) {
+    const double u = excitation_at(k), y = next_output(&plant);
+    const int lost = k >= 2000 && k < 2777;
+    if (k == 2000) CHECK_OK(resonid_line_bank_miss(told, 777));
+    if (!lost) CHECK_OK(resonid_line_bank_step(told, u, y));
+    CHECK_OK(resonid_line_bank_step(stepped, lost ? NAN : u, y));
+    push(&plant, u, y);
+  }
+  resonid_complex g[kLines], h[kLines];
+  resonid_line_bank_info info;
+  CHECK_OK(resonid_line_bank_responses(told, g, kLines));
+  CHECK_OK(resonid_line_bank_responses(stepped, h, kLines));
+  for (int i = 0; i < kLines; ++i) CHECK_NEAR(distance(g[i], h[i]), 0.0, 1e-9);
+  CHECK_OK(resonid_line_bank_get_info(told, &info, sizeof info));
+  CHECK(info.samples == 3000 && info.skipped_samples == 777);
+  resonid_destroy(told);
   resonid_destroy(stepped);
 }
 
@@ -227,6 +254,7 @@ int main(void) {
   line_bank_finds_the_response(RESONID_DOUBLE, 1e-9);
   line_bank_finds_the_response(RESONID_FLOAT, 5e-4);
   line_bank_of_three_channels_shows_the_closed_loop();
+  lost_samples_are_missing_ones();
   float_signals_serve_a_float_bank();
   trackers_find_amplitude_and_phase();
   chirp_tracker_follows_the_chirp();
