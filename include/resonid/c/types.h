@@ -54,7 +54,7 @@ typedef struct resonid_error {
 } resonid_error;
 #define RESONID_ERROR_INIT                              \
   {                                                     \
-    (uint32_t)sizeof(resonid_error), 0, 0.0, {0}, { 0 } \
+    sizeof(resonid_error), 0, 0.0, {0}, { 0 } \
   }
 
 /// Version of the library that runs, which may be newer than these headers: "0.1.0". Valid for as long as the

@@ -141,7 +141,7 @@ class GuardedExcitation {
   /// Of p from 0 to 1.
   static Real ramp(std::uint64_t phase) noexcept {
     if (phase == kFull) return Real(1);
-    const Real p = static_cast<Real>(phase >> 31U) / static_cast<Real>(kFull >> 31U);
+    const Real p = static_cast<Real>(phase) / static_cast<Real>(kFull);
     const Real half = std::sin(Real(0.5) * static_cast<Real>(kPi) * p);  // (1 - cos πp)/2 = sin²(πp/2)
     return half * half;
   }

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstddef>
 #include <cstdint>
 #include <resonid/base/high_pass.hpp>
 #include <resonid/excitation/guarded_excitation_config.hpp>
@@ -15,10 +16,11 @@ namespace resonid::excitation {
 ///   r(k) = rms of the signal above from_hz (two high-passes), e(k) = rms of the excitation, over one window
 ///   known    grown when  r > max(least, growth R)                               R = expected
 ///   learned  grown when  r > max(least, growth R max(1, e/E))                   R, E = largest r, e so far
-///   learning grown when  r > least and q = r/e has risen over each of the last four windows, by `growth` in
-///            all, without slowing down: q4 q0 > 0.75 q2^2
+///   learning grown when  r > least and q = r/e has risen over two equal times h in a row, by `growth` in
+///   all,
+///            without slowing down: q2 q0 > 0.85 q1^2, for h of 1/4, 1/2, 1 or 2 windows
 ///
-/// Exponential growth keeps q4 q0 = q2^2; the build-up of a resonance, A (1 - e^{-st}), slows down, and the
+/// Exponential growth keeps q2 q0 = q1^2; the build-up of a resonance, A (1 - e^{-st}), slows down, and the
 /// ramp of the excitation is no growth of q. A resonance that a chirp sweeps over looks like growth: give
 /// what it is expected to reach.
 template <class Real>
@@ -33,8 +35,9 @@ class OscillationGrowth {
         expected_(static_cast<Real>(c.oscillation_expected)) {
     const double window_s =
         c.oscillation_window_s > 0.0 ? c.oscillation_window_s : 3.0 / c.oscillation_from_hz;
-    window_ = static_cast<std::uint32_t>(std::clamp(window_s * c.sample_rate_hz, 1.0, 1e9));
-    gain_ = Real(1) / static_cast<Real>(window_);
+    const double samples = std::clamp(window_s * c.sample_rate_hz, 1.0, 1e9);
+    kept_every_ = std::max(static_cast<std::uint32_t>(samples) / kPerWindow, 1U);
+    gain_ = static_cast<Real>(1.0 / samples);
   }
 
   /// True when the oscillation has grown. `learning`: what is normal is still being learned.
@@ -56,11 +59,11 @@ class OscillationGrowth {
     largest_ = std::max(largest_, rms_);
     largest_injected_ = std::max(largest_injected_, injected);
     threshold_ = least_;
-    if (++since_ < window_) return false;
+    if (++since_ < kept_every_) return false;
     since_ = 0;
-    for (std::size_t i = 0; i + 1 < ratio_.size(); ++i) ratio_[i] = ratio_[i + 1];
-    ratio_.back() = injected > Real(0) ? rms_ / injected : Real(0);
-    return rms_ > least_ && rising();
+    newest_ = (newest_ + 1) % kKept;
+    ratio_[newest_] = injected > Real(0) ? rms_ / injected : Real(0);
+    return rms_ > least_ && (rising(1) || rising(2) || rising(4) || rising(8));
   }
   void reset() noexcept {
     first_.reset();
@@ -68,6 +71,7 @@ class OscillationGrowth {
     square_ = excitation_square_ = rms_ = largest_ = largest_injected_ = threshold_ = Real(0);
     ratio_.fill(Real(0));
     since_ = 0;
+    newest_ = 0;
   }
 
   [[nodiscard]] Real rms() const noexcept { return rms_; }
@@ -76,24 +80,28 @@ class OscillationGrowth {
 
  private:
   static constexpr Real kRest = Real(1e-30);
-  static constexpr Real kSteady = Real(0.75);
+  static constexpr Real kSteady = Real(0.85);
+  static constexpr std::size_t kKept = 17;        // values of q: over four windows,
+  static constexpr std::uint32_t kPerWindow = 4;  // so many in each
 
   bool above(Real threshold) noexcept {
     threshold_ = std::max(least_, threshold);
     return rms_ > threshold_;
   }
-  [[nodiscard]] bool rising() const noexcept {
-    if (!(ratio_[0] > Real(0)) || ratio_[4] < growth_ * ratio_[0]) return false;
-    for (std::size_t i = 0; i + 1 < ratio_.size(); ++i)
-      if (!(ratio_[i + 1] > ratio_[i])) return false;
-    return ratio_[4] * ratio_[0] > kSteady * ratio_[2] * ratio_[2];
+  /// Over twice so many values that were kept.
+  [[nodiscard]] bool rising(std::size_t steps) const noexcept {
+    const auto ago = [this](std::size_t n) { return ratio_[(newest_ + kKept - n) % kKept]; };
+    const Real before = ago(2 * steps), between = ago(steps), now = ago(0);
+    return before > Real(0) && between > before && now > between && now >= growth_ * before &&
+           now * before > kSteady * between * between;
   }
 
   HighPass<Real> first_, second_;
   Real least_{}, growth_{}, expected_{}, gain_{};
   Real square_{}, excitation_square_{}, rms_{}, largest_{}, largest_injected_{}, threshold_{};
-  std::array<Real, 5> ratio_{};  // q at the ends of the last windows, newest last
-  std::uint32_t window_ = 1, since_ = 0;
+  std::array<Real, kKept> ratio_{};
+  std::size_t newest_ = 0;
+  std::uint32_t kept_every_ = 1, since_ = 0;  // samples
 };
 
 }  // namespace resonid::excitation

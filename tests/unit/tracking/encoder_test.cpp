@@ -31,8 +31,7 @@ EncoderConfig absolute(std::uint64_t counts) {
 
 /// What a counter of `range` values (0: 2^64) shows at a position.
 std::uint64_t shown(std::int64_t position, std::uint64_t range) {
-  if (range == 0 || range > std::uint64_t{1} << 62U)
-    return static_cast<std::uint64_t>(position) & (range - 1);
+  if (range == 0 || range > std::uint64_t{1} << 62U) return static_cast<std::uint64_t>(position) & (range - 1);
   const auto r = static_cast<std::int64_t>(range);
   const std::int64_t rest = position % r;
   return static_cast<std::uint64_t>(rest < 0 ? rest + r : rest);
