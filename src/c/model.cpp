@@ -132,6 +132,12 @@ resonid_status resonid_model_run(resonid_model* handle, const double* ru, const 
     return RESONID_OK;
   });
 }
+resonid_status resonid_model_miss(resonid_model* handle, uint64_t count) noexcept {
+  return Models::visit(handle, [&](const ModelOperations& o, void* h) {
+    o.miss(h, count);
+    return RESONID_OK;
+  });
+}
 resonid_status resonid_model_reset(resonid_model* handle) noexcept {
   return Models::visit(handle, [](const ModelOperations& o, void* h) {
     o.reset(h);

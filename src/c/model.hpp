@@ -21,6 +21,7 @@ struct ModelOperations {
   std::size_t size;
   expected<void, ConfigError> (*build)(void* memory, std::uint32_t variant, const resonid_model_config&);
   void (*step)(void* handle, double ru, double u, double y);
+  void (*miss)(void* handle, std::uint64_t count);
   void (*reset)(void* handle);
   void (*coefficients)(void* handle, double* b, double* a);
   void (*covariance)(void* handle, double* out);
@@ -62,6 +63,7 @@ class OperationsOf {
     return {};
   }
   static void step(void* handle, double ru, double u, double y) { estimator(handle).step(ru, u, y); }
+  static void miss(void* handle, std::uint64_t count) { estimator(handle).miss(count); }
   static void reset(void* handle) { estimator(handle).reset(); }
   static void coefficients(void* handle, double* b, double* a) {
     const auto model = estimator(handle).model();
@@ -102,6 +104,7 @@ class OperationsOf {
                                           handle_size<Held>(),
                                           &build,
                                           &step,
+                                          &miss,
                                           &reset,
                                           &coefficients,
                                           &covariance,

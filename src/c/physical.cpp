@@ -124,6 +124,9 @@ resonid_status resonid_physical_run(resonid_physical* handle, const double* ru, 
     for (std::size_t k = 0; k < count; ++k) tracker.step(ru != nullptr ? ru[k] : 0.0, u[k], y[k]);
   });
 }
+resonid_status resonid_physical_miss(resonid_physical* handle, uint64_t count) noexcept {
+  return Physicals::visit(handle, [&](auto& tracker) { tracker.miss(count); });
+}
 resonid_status resonid_physical_reset(resonid_physical* handle) noexcept {
   return Physicals::visit(handle, [](auto& tracker) { tracker.reset(); });
 }

@@ -115,6 +115,9 @@ resonid_status resonid_rls_step(resonid_rls* handle, const double* regressor, do
     rls.step(f, static_cast<Real>(value), static_cast<Real>(weight));
   });
 }
+resonid_status resonid_rls_miss(resonid_rls* handle, uint64_t count) noexcept {
+  return Rlss::visit(handle, [&](auto& rls) { rls.miss(count); });
+}
 resonid_status resonid_rls_reset(resonid_rls* handle) noexcept {
   return Rlss::visit(handle, [](auto& rls) { rls.reset(); });
 }

@@ -110,6 +110,8 @@ RESONID_API resonid_status resonid_model_step(resonid_model* handle, double ru, 
 /// `count` samples at once, [sample]; `ru` may be NULL: 0.
 RESONID_API resonid_status resonid_model_run(resonid_model* handle, const double* ru, const double* u,
                                              const double* y, size_t count) RESONID_NOEXCEPT;
+/// `count` samples were lost: as many missing ones, in bounded time. Real-time safe.
+RESONID_API resonid_status resonid_model_miss(resonid_model* handle, uint64_t count) RESONID_NOEXCEPT;
 /// Back to the state after init, without the cost of it. Real-time safe.
 RESONID_API resonid_status resonid_model_reset(resonid_model* handle) RESONID_NOEXCEPT;
 /// Newest estimate: b_1 ... b_n and a_1 ... a_n, [order] each; `order` must be the model's. Real-time safe.

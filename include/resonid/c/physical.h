@@ -99,6 +99,8 @@ RESONID_API resonid_status resonid_physical_step(resonid_physical* handle, doubl
 /// `count` samples at once, [sample]; `ru` may be NULL: 0.
 RESONID_API resonid_status resonid_physical_run(resonid_physical* handle, const double* ru, const double* u,
                                                 const double* y, size_t count) RESONID_NOEXCEPT;
+/// `count` samples were lost: as many missing ones, in bounded time. Real-time safe.
+RESONID_API resonid_status resonid_physical_miss(resonid_physical* handle, uint64_t count) RESONID_NOEXCEPT;
 /// Back to the state after init, without the cost of it. Real-time safe.
 RESONID_API resonid_status resonid_physical_reset(resonid_physical* handle) RESONID_NOEXCEPT;
 /// Covariance of the values, [row][column], `count` = 64. Real-time safe.

@@ -65,6 +65,8 @@ RESONID_API resonid_status resonid_rls_create(const resonid_rls_config* config, 
 /// (1). Real-time safe.
 RESONID_API resonid_status resonid_rls_step(resonid_rls* handle, const double* regressor, double value,
                                             double weight) RESONID_NOEXCEPT;
+/// `count` samples were lost: as many missing ones, in bounded time. Real-time safe.
+RESONID_API resonid_status resonid_rls_miss(resonid_rls* handle, uint64_t count) RESONID_NOEXCEPT;
 /// Back to the state after init, without the cost of it. Real-time safe.
 RESONID_API resonid_status resonid_rls_reset(resonid_rls* handle) RESONID_NOEXCEPT;
 /// Newest estimate, [parameter]; `count` must be that of the parameters. Real-time safe.

@@ -52,8 +52,8 @@ typedef struct resonid_error {
   char field[64];         ///< Offending field of the configuration, or argument; ends with 0.
   char requirement[128];  ///< What is required of it, as a phrase: "must be > 0"; ends with 0.
 } resonid_error;
-#define RESONID_ERROR_INIT                              \
-  {                                                     \
+#define RESONID_ERROR_INIT                    \
+  {                                           \
     sizeof(resonid_error), 0, 0.0, {0}, { 0 } \
   }
 

@@ -111,6 +111,11 @@ class RecursiveLeastSquares {
     return true;
   }
 
+  /// `count` samples were lost: counted, nothing is forgotten for them.
+  void miss(std::uint64_t count) noexcept {
+    samples_ += count;
+    skipped_ += count;
+  }
   void reset() noexcept {
     theta_ = start_;
     factors_.reset(start_variance_);

@@ -47,17 +47,36 @@ static void velocity_trips_below_the_limit(void) {
   resonid_destroy(guard);
 }
 
-static void torque_is_cut_to_what_is_left(void) {
+/// The command with the excitation would pass the limit's margin: cut at once, and then taken away.
+static void torque_trips_below_the_limit(void) {
+  const resonid_guard_config c = configuration();
+  resonid_guard* guard = NULL;
+  CHECK_OK(resonid_guard_create(&c, &guard, NULL));
+  resonid_guard_info info;
+  for (int k = 0; k < 500; ++k) {
+    double injected;
+    CHECK_OK(resonid_guard_step(guard, 2.0, 8.5, 0.0, 0.0, &injected));
+    CHECK(8.5 + injected <= c.margin * c.torque_limit + 1e-12);
+  }
+  CHECK_OK(resonid_guard_get_info(guard, &info, sizeof info));
+  CHECK(info.tripped && info.stopped && info.reason == RESONID_STOP_TORQUE);
+  CHECK_NEAR(info.stop_limit, 9.0, 1e-12);
+  resonid_destroy(guard);
+}
+
+static void a_requested_stop_ramps_out(void) {
   const resonid_guard_config c = configuration();
   resonid_guard* guard = NULL;
   CHECK_OK(resonid_guard_create(&c, &guard, NULL));
   double injected = 0.0;
-  for (int k = 0; k < 500; ++k) {
-    CHECK_OK(resonid_guard_step(guard, k % 2 ? 2.0 : -2.0, 8.5, 0.0, 0.0, &injected));
-    CHECK(8.5 + injected <= c.margin * c.torque_limit + 1e-12);
-  }
+  for (int k = 0; k < 500; ++k) CHECK_OK(resonid_guard_step(guard, 1.0, 3.0, 0.0, 0.0, &injected));
+  CHECK(injected == 1.0);
   CHECK_OK(resonid_guard_stop(guard));
-  for (int k = 0; k < 200; ++k) CHECK_OK(resonid_guard_step(guard, 1.0, 0.0, 0.0, 0.0, &injected));
+  for (int k = 0; k < 200; ++k) {
+    const double before = injected;
+    CHECK_OK(resonid_guard_step(guard, 1.0, 3.0, 0.0, 0.0, &injected));
+    CHECK(injected <= before && before - injected < 0.02);
+  }
   resonid_guard_info info;
   CHECK_OK(resonid_guard_get_info(guard, &info, sizeof info));
   CHECK(info.reason == RESONID_STOP_REQUESTED && info.stopped && !info.tripped && injected == 0.0);
@@ -131,7 +150,8 @@ static void refusals_name_the_field(void) {
 
 int main(void) {
   velocity_trips_below_the_limit();
-  torque_is_cut_to_what_is_left();
+  torque_trips_below_the_limit();
+  a_requested_stop_ramps_out();
   a_failed_step_injects_nothing();
   encoder_follows_the_wraps();
   refusals_name_the_field();
