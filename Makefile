@@ -16,7 +16,7 @@ test: build    ## Build with assertions and run all tests but the long statistic
 
 build:         ## Build everything with assertions and tests (build/dev).
 	tools/install_packages build test
-	cmake --preset dev
+	cmake --preset dev $(RESONID_CMAKE)
 	cmake --build --preset dev
 
 statistics:    ## The claims over hundreds of seeds (an hour).
