@@ -52,10 +52,11 @@ struct RecursiveLeastSquaresConfig {
 /// A sample that is not finite counts as missing. Trivially copyable, no heap. Limit: the covariance is right
 /// for white equation errors, and for pseudo-linear regressions only near them. Source: METHOD 6.1; Bierman
 /// 1977; Fortescue, Kershenbaum and Ydstie 1981; Kulhavy 1985.
-template <class Real, std::size_t Parameters>
+template <class Real, std::size_t Parameters, class Factors = UdFactors<Real, Parameters>>
 class RecursiveLeastSquares {
  public:
   using Scalar = Real;
+  using Factorisation = Factors;
   static constexpr std::size_t kParameters = Parameters;
   static constexpr std::size_t kLimitInterval = 16;
   using Vector = std::array<Real, Parameters>;
@@ -90,7 +91,7 @@ class RecursiveLeastSquares {
   /// The same with the error given: for prediction errors that are not linear in theta, `gradient` is then
   /// the derivative of the prediction.
   bool correct(const Vector& gradient, Real error, Real weight = Real(1)) noexcept {
-    const Vector f = factors_.project(gradient);
+    const auto f = factors_.project(gradient);
     const Real spread = factors_.spread(f);  // f' P f
     if (!std::isfinite(spread + error) || !(weight > Real(0))) {
       ++skipped_;
@@ -172,7 +173,8 @@ class RecursiveLeastSquares {
   [[nodiscard]] std::uint64_t used_samples() const noexcept { return samples_ - skipped_; }
 
   /// Changes theta and P; returns the factor by which older samples lost weight.
-  Real update(const Vector& f, Real spread, Real error, Real weight, Real normalized) noexcept {
+  Real update(const typename Factors::Direction& f, Real spread, Real error, Real weight,
+              Real normalized) noexcept {
     const Real noise = Real(1) / weight;
     switch (forgetting_) {
       case Forgetting::none:
@@ -248,7 +250,7 @@ class RecursiveLeastSquares {
     return std::nullopt;
   }
 
-  UdFactors<Real, Parameters> factors_;
+  Factors factors_;
   Vector theta_{}, start_{}, start_variance_{}, largest_{}, smallest_{};
   Forgetting forgetting_ = Forgetting::constant;
   Real factor_ = Real(1), smallest_factor_ = Real(1), noise_variance_ = Real(0);
