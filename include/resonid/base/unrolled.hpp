@@ -11,9 +11,8 @@ namespace resonid {
 /// keep as loops at -O2 and -Os, where their counting costs as much as their work.
 template <std::size_t Count, class Function>
 constexpr void unrolled(Function&& f) noexcept {
-  [&]<std::size_t... I>(std::index_sequence<I...>) {
-    (f(std::integral_constant<std::size_t, I>{}), ...);
-  }(std::make_index_sequence<Count>{});
+  [&]<std::size_t... I>(std::index_sequence<I...>) { (f(std::integral_constant<std::size_t, I>{}), ...); }
+  (std::make_index_sequence<Count>{});
 }
 
 }  // namespace resonid

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <resonid/base/flushed.hpp>
 
 namespace resonid::recursive {
 
@@ -17,7 +18,7 @@ class ExcitationGate {
 
   void step(Real x) noexcept {
     fade_ = fade_ > Real(1e-9) ? fade_ * kKeep : Real(0);
-    square_ = kKeep * square_ + (Real(1) - kKeep) * x * x;
+    square_ = flushed(kKeep * square_ + (Real(1) - kKeep) * x * x);
     largest_ = std::max(largest_, square_ / (Real(1) - fade_));
   }
   void reset() noexcept {

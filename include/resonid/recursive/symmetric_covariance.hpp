@@ -2,8 +2,11 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstddef>
+#include <limits>
 #include <resonid/base/unrolled.hpp>
 
 namespace resonid::recursive {
@@ -63,6 +66,14 @@ class SymmetricCovariance {
     Vector x{};
     x[i] = Real(1);
     absorb(project(x), to * (from / (from - to)), Real(1));
+    // What silence makes fade ends at 0, where it is below rounding, and not in denormal numbers.
+    constexpr Real kRounding = std::numeric_limits<Real>::epsilon();
+    for (std::size_t j = 0; j < N; ++j) {
+      for (std::size_t l = 0; l < j; ++l) {
+        Real& p = p_[place(j, l)];
+        if (std::abs(p) < kRounding * std::min(variance(j), variance(l))) p = Real(0);
+      }
+    }
   }
   /// Adds to the variance of entry i alone.
   void raise(std::size_t i, Real amount) noexcept { p_[place(i, i)] += amount; }

@@ -4,6 +4,7 @@
 #include <Eigen/Core>
 #include <array>
 #include <cstddef>
+#include <limits>
 #include <resonid/base/unrolled.hpp>
 
 namespace resonid::recursive {
@@ -80,6 +81,11 @@ class UdFactors {
     Vector x{};
     x[i] = Real(1);
     absorb(project(x), to * (from / (from - to)), Real(1));
+    // What silence makes fade ends at 0, where it is below rounding, and not in denormal numbers.
+    constexpr Real kRounding = std::numeric_limits<Real>::epsilon();
+    for (std::size_t j = 0; j < N; ++j)
+      for (std::size_t l = 0; l < j; ++l)
+        if (u_[j][l] * u_[j][l] * d_[j] < kRounding * kRounding * d_[l]) u_[j][l] = Real(0);
   }
   /// Adds to the variance of entry i alone (Agee and Turner).
   void raise(std::size_t i, Real amount) noexcept {

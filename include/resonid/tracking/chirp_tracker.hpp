@@ -93,11 +93,7 @@ class ChirpTracker {
     if (!finite) ++skipped_;
     ++samples_;
   }
-  void step(Scalar z) noexcept
-    requires(Channels == 1)
-  {
-    step(Sample{z});
-  }
+  void step(Scalar z) noexcept requires(Channels == 1) { step(Sample{z}); }
   void reset() noexcept {
     channels_ = {};
     samples_ = skipped_ = 0;
@@ -111,7 +107,8 @@ class ChirpTracker {
   /// The same against the chirp cos(phase(t)) of phase 0 at sample 0: constant for a constant gain.
   [[nodiscard]] std::complex<Scalar> amplitude(std::size_t = 0, std::size_t channel = 0) const noexcept {
     const double cycles = law_.cycles(time_s());
-    const auto a = std::complex<double>(phasor(0, channel)) * std::polar(1.0, -kTwoPi * (cycles - std::floor(cycles)));
+    const auto a =
+        std::complex<double>(phasor(0, channel)) * std::polar(1.0, -kTwoPi * (cycles - std::floor(cycles)));
     return {static_cast<Scalar>(a.real()), static_cast<Scalar>(a.imag())};
   }
   [[nodiscard]] Scalar offset(std::size_t channel = 0) const noexcept { return channels_[channel].offset; }
