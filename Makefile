@@ -12,6 +12,7 @@ demo:          ## Simulate the published drive, identify it, write demo/report.h
 	tools/demo build/demo
 
 test: build    ## Build with assertions and run all tests but the long statistics.
+	tools/install_packages --optional hosts
 	ctest --preset dev --label-exclude statistics
 
 build:         ## Build everything with assertions and tests (build/dev).

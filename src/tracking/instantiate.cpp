@@ -6,6 +6,7 @@
 #include <resonid/tracking/full_kalman_bank.hpp>
 #include <resonid/tracking/kalman_bank.hpp>
 #include <resonid/tracking/line_bank.hpp>
+#include <resonid/tracking/line_bank_block.hpp>
 #include <resonid/tracking/response_tracker.hpp>
 #include <resonid/tracking/sliding_dft.hpp>
 
@@ -15,6 +16,8 @@ template class KalmanBank<double, 8>;
 template class KalmanBank<float, 8>;
 template class LineBank<double, 21>;
 template class LineBank<float, 21>;
+template class LineBankBlock<double, 21>;
+template class LineBankBlock<float, 21>;
 template class ChirpTracker<double>;
 template class ChirpTracker<float>;
 template class SlidingDft<double, 8, 512>;

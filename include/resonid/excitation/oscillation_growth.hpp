@@ -36,7 +36,7 @@ class OscillationGrowth {
     const double window_s =
         c.oscillation_window_s > 0.0 ? c.oscillation_window_s : 3.0 / c.oscillation_from_hz;
     const double samples = std::clamp(window_s * c.sample_rate_hz, 1.0, 1e9);
-    kept_every_ = std::max(static_cast<std::uint32_t>(samples) / kPerWindow, 1U);
+    kept_every_ = std::max<std::uint32_t>(static_cast<std::uint32_t>(samples) / kPerWindow, 1U);
     gain_ = static_cast<Real>(1.0 / samples);
   }
 

@@ -79,17 +79,17 @@ void PhysicalTracker<Real, ReplaySamples>::step(Scalar, Scalar u, Scalar y) noex
     input_power_ += Real(0.01) * (u * u - input_power_);
   }
   const std::uint64_t k = samples_++;
-  inputs_[k % kDelayLine] = last_input_;
+  inputs_[static_cast<std::size_t>(k % kDelayLine)] = last_input_;
   residual_ = Real(0);
   if (k < delay_samples_) return;
-  const Scalar next_u = inputs_[(k - delay_samples_) % kDelayLine];
+  const Scalar next_u = inputs_[static_cast<std::size_t>((k - delay_samples_) % kDelayLine)];
   if (!started_) {
     if (std::isfinite(y)) start(y);
     if (started_) run_.take_in(y, next_u);
     if (started_) remember(Real(0), next_u, y);
     return;
   }
-  const Scalar previous_u = inputs_[(k - delay_samples_ - 1) % kDelayLine];
+  const Scalar previous_u = inputs_[static_cast<std::size_t>((k - delay_samples_ - 1) % kDelayLine)];
   if (resuming_ && std::isfinite(y)) {
     run_.filter.resume(y);
     resuming_ = false;

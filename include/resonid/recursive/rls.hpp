@@ -82,7 +82,7 @@ class RecursiveLeastSquares {
   }
 
   /// One equation value = regressor' theta + error, `weight` > 0 times as certain as usual. False when it was
-  /// skipped because something in it is not finite.
+  /// skipped because something in it is not finite, or so large that squares overflow.
   bool step(const Vector& regressor, Real value, Real weight = Real(1)) noexcept {
     return correct(regressor, value - predict(regressor), weight);
   }
@@ -92,7 +92,7 @@ class RecursiveLeastSquares {
   bool correct(const Vector& gradient, Real error, Real weight = Real(1)) noexcept {
     const Vector f = factors_.project(gradient);
     const Real spread = factors_.spread(f);  // f' P f
-    if (!std::isfinite(spread + error) || !(weight > Real(0))) {
+    if (!std::isfinite(spread + error * error) || !(weight > Real(0))) {
       ++skipped_;
       ++samples_;
       return false;

@@ -11,34 +11,34 @@
 namespace resonid::tracking {
 
 enum class EncoderKind {
-  counter,        ///< Register of `bits` bits that a quadrature decoder counts in; where it starts says nothing.
+  counter,  ///< Register of `bits` bits that a quadrature decoder counts in; where it starts says nothing.
   absolute_turn,  ///< 0 ... counts_per_turn - 1 within one turn, right from the first sample on.
 };
 
 struct EncoderConfig {
   double sample_rate_hz = 0.0;  ///< Rate at which step() is called, > 0.
   EncoderKind kind = EncoderKind::counter;
-  unsigned bits = 32;                  ///< Width of the raw value, 8 ... 64; higher bits of it are ignored.
-  std::uint64_t counts_per_turn = 0;   ///< All four edges of a quadrature line count; > 0, below 2^63.
-  double travel_per_turn = kTwoPi;     ///< 2π rad; of a linear scale the metres that these counts stand for.
-  bool reversed = false;               ///< Rising counts are backward motion.
-  double largest_velocity = 0.0;       ///< That the machine can have, > 0 (rad/s, m/s); see EncoderVelocity.
+  unsigned bits = 32;                 ///< Width of the raw value, 8 ... 64; higher bits of it are ignored.
+  std::uint64_t counts_per_turn = 0;  ///< All four edges of a quadrature line count; > 0, below 2^63.
+  double travel_per_turn = kTwoPi;    ///< 2π rad; of a linear scale the metres that these counts stand for.
+  bool reversed = false;              ///< Rising counts are backward motion.
+  double largest_velocity = 0.0;      ///< That the machine can have, > 0 (rad/s, m/s); see EncoderVelocity.
 };
 
 /// Position and velocity from the raw counter of an encoder, wrap-around in either direction included.
 ///
-///   d(k) = raw(k) - raw(k-1), wrapped to the half range on either side     position(k) = position(k-1) + d(k)
-///   velocity(k) = d(k) travel_per_turn / counts_per_turn * sample_rate / n
+///   d(k) = raw(k) - raw(k-1), wrapped to the half range on either side     position(k) = position(k-1) +
+///   d(k) velocity(k) = d(k) travel_per_turn / counts_per_turn * sample_rate / n
 ///
-/// The position is a whole number of 64 bits, so nothing adds up however long it runs. n is 1, and one more for
-/// every sample that was missing before: a mean over the gap. A difference larger than n samples at
+/// The position is a whole number of 64 bits, so nothing adds up however long it runs. n is 1, and one more
+/// for every sample that was missing before: a mean over the gap. A difference larger than n samples at
 /// largest_velocity allow is implausible (a bit error on the line): it is counted, and the sample is missing.
 /// As long as it lasts what is allowed grows, so a counter that was set anew is followed at last.
 ///
 /// Missing samples: tell by miss(), for the raw value has no NaN. A gap in which the machine may have passed
-/// half the counter's range leaves the position uncertain by whole ranges: certain() turns false. The velocity
-/// of differences has half a sample of delay and noise of a count per sample; the trackers want just that.
-/// Trivially copyable, no heap. docs/methods/encoder.md
+/// half the counter's range leaves the position uncertain by whole ranges: certain() turns false. The
+/// velocity of differences has half a sample of delay and noise of a count per sample; the trackers want just
+/// that. Trivially copyable, no heap. docs/methods/encoder.md
 template <class Real>
 class EncoderVelocity {
  public:
@@ -144,7 +144,9 @@ class EncoderVelocity {
   /// False once the machine may have passed half the range unseen.
   [[nodiscard]] bool certain() const noexcept { return certain_; }
   [[nodiscard]] std::uint64_t samples() const noexcept { return samples_; }  ///< Missing ones included.
-  [[nodiscard]] std::uint64_t skipped_samples() const noexcept { return skipped_; }  ///< And implausible ones.
+  [[nodiscard]] std::uint64_t skipped_samples() const noexcept {
+    return skipped_;
+  }  ///< And implausible ones.
   [[nodiscard]] std::uint64_t implausible_samples() const noexcept { return implausible_; }
 
  private:

@@ -58,12 +58,7 @@ class KalmanBank {
   }
 
   void step(Scalar z) noexcept {
-    if (std::isfinite(z)) {
-      oscillators_.step(z);
-    } else {
-      oscillators_.predict();
-      ++skipped_;
-    }
+    skipped_ += static_cast<std::uint64_t>(!oscillators_.step_or_predict({z}));
     ++samples_;
   }
   /// `count` samples were lost: as so many steps with a sample that is not finite, in a bounded time.
