@@ -98,6 +98,11 @@ static void recovers_the_coefficients(uint32_t method, uint32_t order, double to
   CHECK(info.order == order && info.ready && info.excited && info.samples == 12000 &&
         info.skipped_samples == 0);
   CHECK_NEAR(info.residual, 0.0, 100.0 * tolerance);
+  CHECK_OK(resonid_model_miss(model, 30));
+  CHECK_OK(resonid_model_get_info(model, &info, sizeof info));
+  CHECK(info.samples == 12030 && info.skipped_samples == 30);
+  CHECK_OK(resonid_model_coefficients(model, b, a, order));
+  for (uint32_t i = 0; i < order; ++i) CHECK_NEAR(a[i], plant.a[i], 2.0 * tolerance);
   CHECK_STATUS(resonid_model_coefficients(model, b, a, order + 1), RESONID_ERROR_RANGE);
   CHECK_STATUS(resonid_model_covariance(model, covariance, 1), RESONID_ERROR_RANGE);
   resonid_destroy(model);

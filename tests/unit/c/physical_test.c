@@ -79,6 +79,10 @@ static void finds_the_drive(uint32_t replay) {
   CHECK_NEAR(sqrt(covariance[8 * RESONID_STIFFNESS + RESONID_STIFFNESS]),
              info.standard_deviation[RESONID_STIFFNESS], 1e-12);
   CHECK_STATUS(resonid_physical_covariance(tracker, covariance, 16), RESONID_ERROR_RANGE);
+  CHECK_OK(resonid_physical_miss(tracker, 10));
+  CHECK_OK(resonid_physical_get_info(tracker, &info, sizeof info));
+  CHECK(info.samples == 12010 && info.skipped_samples == 10);
+  CHECK_NEAR(info.value[RESONID_STIFFNESS], kK, 0.01 * kK);
   CHECK_OK(resonid_physical_reset(tracker));
   CHECK_OK(resonid_physical_get_info(tracker, &info, sizeof info));
   CHECK_NEAR(info.value[RESONID_STIFFNESS], 1.25 * kK, 1e-9);

@@ -26,6 +26,9 @@ static void recovers_parameters(uint32_t precision, uint32_t parameters, double 
   CHECK_OK(resonid_rls_get_info(rls, &info, sizeof info));
   CHECK(info.parameters == parameters && info.excited && info.samples == 3000 && info.skipped_samples == 1);
   CHECK_NEAR(info.memory_samples, 1.0 / (1.0 - c.factor), 1e-2);
+  CHECK_OK(resonid_rls_miss(rls, 5));
+  CHECK_OK(resonid_rls_get_info(rls, &info, sizeof info));
+  CHECK(info.samples == 3005 && info.skipped_samples == 6);
   CHECK_STATUS(resonid_rls_parameters(rls, found, parameters + 1), RESONID_ERROR_RANGE);
 }
 
