@@ -12,11 +12,12 @@ demo:          ## Simulate the published drive, identify it, write demo/report.h
 	tools/demo build/demo
 
 test: build    ## Build with assertions and run all tests but the long statistics.
+	tools/install_packages --optional hosts
 	ctest --preset dev --label-exclude statistics
 
 build:         ## Build everything with assertions and tests (build/dev).
 	tools/install_packages build test
-	cmake --preset dev
+	cmake --preset dev $(RESONID_CMAKE)
 	cmake --build --preset dev
 
 statistics:    ## The claims over hundreds of seeds (an hour).

@@ -2,9 +2,12 @@
 include(CMakePackageConfigHelpers)
 get_property(stage_targets GLOBAL PROPERTY RESONID_STAGE_TARGETS)
 install(TARGETS ${stage_targets} EXPORT resonid-targets
-        ARCHIVE DESTINATION "${CMAKE_INSTALL_LIBDIR}")
+        LIBRARY DESTINATION "${CMAKE_INSTALL_LIBDIR}" ARCHIVE DESTINATION "${CMAKE_INSTALL_LIBDIR}")
 foreach(target IN LISTS stage_targets)  # headers of the stages that are built: the embedded preset installs three
   get_target_property(stage ${target} EXPORT_NAME)
+  if(stage STREQUAL "c_static")  # has the headers of c
+    continue()
+  endif()
   install(DIRECTORY "${PROJECT_SOURCE_DIR}/include/resonid/${stage}" DESTINATION "${CMAKE_INSTALL_INCLUDEDIR}/resonid")
 endforeach()
 install(FILES "${PROJECT_SOURCE_DIR}/LICENSE" DESTINATION "${CMAKE_INSTALL_DOCDIR}")
@@ -17,6 +20,10 @@ write_basic_package_version_file("${PROJECT_BINARY_DIR}/resonid-config-version.c
   VERSION ${PROJECT_VERSION} COMPATIBILITY SameMinorVersion)
 install(FILES "${PROJECT_BINARY_DIR}/resonid-config.cmake" "${PROJECT_BINARY_DIR}/resonid-config-version.cmake"
         DESTINATION "${CMAKE_INSTALL_LIBDIR}/cmake/resonid")
+if(TARGET resonid_c)
+  configure_file("${PROJECT_SOURCE_DIR}/cmake/resonid.pc.in" "${PROJECT_BINARY_DIR}/resonid.pc" @ONLY)
+  install(FILES "${PROJECT_BINARY_DIR}/resonid.pc" DESTINATION "${CMAKE_INSTALL_LIBDIR}/pkgconfig")
+endif()
 if(TARGET resonid_cli)
   install(TARGETS resonid_cli RUNTIME DESTINATION "${CMAKE_INSTALL_BINDIR}")
 endif()

@@ -18,6 +18,14 @@ if(RESONID_COVERAGE)
   target_link_options(resonid_options INTERFACE --coverage)
 endif()
 
+# resonid_unity(TARGET): with RESONID_UNITY, a few sources of the target at a time make one translation unit. For targets
+# whose headers cost more than their code.
+function(resonid_unity target)
+  if(RESONID_UNITY)
+    set_target_properties(${target} PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE 6)
+  endif()
+endfunction()
+
 # resonid_stage(NAME [SOURCES ...] [DEPENDS ...] [PRIVATE ...])
 # One pipeline stage: a static library (or a header-only target) called resonid::NAME whose public headers are
 # include/resonid/NAME. DEPENDS are public link targets, PRIVATE ones stay out of the interface.
@@ -27,7 +35,9 @@ function(resonid_stage name)
   if(STAGE_SOURCES)
     add_library(${target} STATIC ${STAGE_SOURCES})
     set(scope PUBLIC)
-    set_target_properties(${target} PROPERTIES POSITION_INDEPENDENT_CODE ON)
+    if(NOT CMAKE_CROSSCOMPILING)  # firmware is not loaded anywhere
+      set_target_properties(${target} PROPERTIES POSITION_INDEPENDENT_CODE ON)
+    endif()
     target_link_libraries(${target} PRIVATE $<BUILD_INTERFACE:resonid_options> ${STAGE_PRIVATE})
     target_include_directories(${target} PRIVATE "${PROJECT_SOURCE_DIR}/src")
   else()
@@ -43,10 +53,14 @@ function(resonid_stage name)
   set_property(GLOBAL APPEND PROPERTY RESONID_STAGE_TARGETS ${target})
 endfunction()
 
-# resonid_test(NAME SOURCES ... [DEPENDS ...] [LABELS ...] [TIMEOUT SECONDS]): one test executable per stage, found by
-# ctest test by test. Tests labelled `statistics` run in `make statistics` only.
+# resonid_test(NAME SOURCES ... [DEPENDS ...] [LABELS ...] [TIMEOUT SECONDS] [LONG]): one test executable per stage, found
+# by ctest test by test. Tests labelled `statistics` run in `make statistics` only. LONG ones are those that take tens of
+# seconds; sanitizers leave them out.
 function(resonid_test name)
-  cmake_parse_arguments(TEST "" "TIMEOUT" "SOURCES;DEPENDS;LABELS" ${ARGN})
+  cmake_parse_arguments(TEST "LONG" "TIMEOUT" "SOURCES;DEPENDS;LABELS" ${ARGN})
+  if(TEST_LONG AND NOT RESONID_LONG_TESTS)
+    return()
+  endif()
   if(NOT TEST_TIMEOUT)
     set(TEST_TIMEOUT 600)
   endif()

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include <algorithm>
+#include <limits>
 #include <resonid/excitation/excitation.hpp>
 #include <type_traits>
 
@@ -43,12 +44,17 @@ expected<Excitation::Generator, ConfigError> make_multisine(const ExcitationConf
       {rate, c.lines_hz.hz(), scaled.values(), c.phases, c.phases_rad.values(), c.seed}));
 }
 
+/// Where std::size_t has 32 bits, larger numbers become its largest: as good as endless.
+std::size_t size(std::uint64_t number) {
+  return static_cast<std::size_t>(std::min<std::uint64_t>(number, std::numeric_limits<std::size_t>::max()));
+}
+
 expected<Excitation::Generator, ConfigError> make(const ExcitationConfig& c, double rate) {
   switch (c.kind) {
     case Kind::none:
       break;
     case Kind::prbs:
-      return widen(Prbs::create({rate, c.amplitude, c.register_length, c.clock_divider, 1}));
+      return widen(Prbs::create({rate, c.amplitude, size(c.register_length), size(c.clock_divider), 1}));
     case Kind::multisine:
       return make_multisine(c, rate);
     case Kind::chirp:

@@ -165,6 +165,23 @@ DriveModel three_mass_of_magnitudes(const Lines& lines, double sample_time_s) {
   return of_pairs(std::exp(-second.log_gain), first, second, sample_time_s);
 }
 
+/// Weak second pairs, whose zero nearly cancels its pole, hardly show in magnitudes: the first pair with one
+/// at several places above it.
+std::vector<DriveModel> with_weak_second_pairs(const Lines& lines, double sample_time_s) {
+  std::vector<DriveModel> models;
+  const Candidate first = best_two_mass(lines, false);
+  const double high = lines.frequency_hz.back();
+  if (!(high > 1.5 * first.resonance_hz)) return models;
+  for (const double place : {0.25, 0.5, 0.75}) {
+    Pair second;
+    second.antiresonance_hz = first.resonance_hz * std::pow(high / first.resonance_hz, place);
+    second.resonance_hz = 1.05 * second.antiresonance_hz;
+    second.damping_time_s = damping_time(0.1, second.resonance_hz);
+    models.push_back(of_pairs(std::exp(-first.log_gain), first, second, sample_time_s));
+  }
+  return models;
+}
+
 /// From the modes of a rational model of fifth order, if it has two pairs of each in turn.
 std::optional<DriveModel> three_mass_of_rational(const data::FrequencyResponse& response,
                                                  double sample_time_s) {
@@ -226,8 +243,11 @@ DriveModel initial_model(const data::FrequencyResponse& response, Structure stru
 std::vector<DriveModel> detail::initial_models(const data::FrequencyResponse& response, Structure structure,
                                                double sample_time_s, bool with_friction) {
   std::vector<DriveModel> models = {initial_model(response, structure, sample_time_s, with_friction)};
-  if (structure == Structure::three_mass)
-    if (const auto rational = three_mass_of_rational(response, sample_time_s)) models.push_back(*rational);
+  if (structure != Structure::three_mass) return models;
+  if (const auto rational = three_mass_of_rational(response, sample_time_s)) models.push_back(*rational);
+  const Lines lines = thin(response);
+  if (!lines.frequency_hz.empty())
+    for (const auto& weak : with_weak_second_pairs(lines, sample_time_s)) models.push_back(weak);
   return models;
 }
 

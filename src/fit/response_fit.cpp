@@ -180,6 +180,29 @@ struct Fitter {
     return fit;
   }
 
+  /// From a soft weighting towards the data's own: a start far off must not follow its best-measured lines.
+  ResponseFit settle(const DriveModel& start) const {
+    const bool soft = config.weighting == Weighting::model_error;
+    constexpr double kSoft = 0.3;
+    auto fit = run(start, config.weighting, soft ? kSoft : 0.0);
+    for (int round = 0; soft && round < 12; ++round) {
+      const double parameters =
+          static_cast<double>(std::count(fit.model.estimated.begin(), fit.model.estimated.end(), true));
+      const double free = std::max(0.1, 1.0 - parameters / static_cast<double>(2 * lines.lines()));
+      const double error = explaining_error(lines, as_measured(lines, fit.model), free,
+                                            static_cast<double>(lines.lines()) / known_repetition(lines));
+      const double before = fit.model_error;
+      fit = run(fit.model, Weighting::model_error, error);
+      if (std::abs(error - before) <= 1e-3 * before + 1e-9) break;
+    }
+    return fit;
+  }
+
+  /// Costs compare under one weighting only; a model error of its own makes every fit's cost alike.
+  bool worse(const ResponseFit& a, const ResponseFit& b) const {
+    return config.weighting == Weighting::model_error ? b.likelihood < a.likelihood : b.cost < a.cost;
+  }
+
   /// (J'J)^-1 J'C J (J'J)^-1: the weighting takes lines for independent; C is how they are correlated.
   ParameterCovariance correlated_covariance(const detail::LeastSquaresResult& solution) const {
     ParameterCovariance covariance = detail::covariance(solution, kParameterCount);
@@ -300,27 +323,16 @@ expected<ResponseFit, ConfigError> fit_response(const data::FrequencyResponse& r
     for (auto& start : starts) start.delay_s = scanned_delay_s(lines, start);
 
   const Fitter fitter{lines, config};
-  // From a soft weighting towards the data's own: a start far off must not follow its best-measured lines.
-  const bool soft = config.weighting == Weighting::model_error;
-  constexpr double kSoft = 0.3;
+  constexpr double kExplains = 1.2;  // misfit of a model that needs no other start
   std::optional<ResponseFit> best;
   for (const auto& start : starts) {
-    auto fit = fitter.run(start, config.weighting, soft ? kSoft : 0.0);
-    const bool better = !best || (fit.converged && (!best->converged || fit.cost < best->cost));
+    auto fit = fitter.settle(start);
+    const bool better = !best || (fit.converged && (!best->converged || fitter.worse(*best, fit)));
     if (better) best = std::move(fit);
+    if (best->converged && best->misfit > 0.0 && best->misfit < kExplains) break;
   }
   auto fit = std::move(*best);
-  if (!soft) return fit;
-  for (int round = 0; round < 12; ++round) {
-    const double parameters =
-        static_cast<double>(std::count(fit.model.estimated.begin(), fit.model.estimated.end(), true));
-    const double free = std::max(0.1, 1.0 - parameters / static_cast<double>(2 * lines.lines()));
-    const double error = explaining_error(lines, as_measured(lines, fit.model), free,
-                                          static_cast<double>(lines.lines()) / known_repetition(lines));
-    const double before = fit.model_error;
-    fit = fitter.run(fit.model, Weighting::model_error, error);
-    if (std::abs(error - before) <= 1e-3 * before + 1e-9) break;
-  }
+  if (config.weighting != Weighting::model_error) return fit;
   // What lines repeat beyond what their method's smoothing explains: a model that is wrong in a smooth way.
   const double known = known_repetition(lines);
   fit.repetition = std::max(known, repetition(lines, fit));

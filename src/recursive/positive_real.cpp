@@ -24,27 +24,31 @@ BoundedMatrix solved(const BoundedMatrix& a, const BoundedMatrix& b) noexcept {
   return Eigen::PartialPivLU<BoundedMatrix>(a).solve(b);
 }
 
-// With M = V diag(m) V^-1 the equation falls apart: (V^-1 X V^-H)_ij = variance (V^-1 P V^-H)_ij / (m_i +
-// m_j*).
+// With M = U T U^H, T triangular, the equation (T - s) Y + Y (T - s)^H = variance U^H P U of Y = U^H X U is
+// solved from its last entry on. Eigenvectors would not do: those of output error are often nearly parallel.
 BoundedMatrix recursion_covariance(const BoundedMatrix& m, const BoundedMatrix& p, double variance,
                                    double share) noexcept {
   const auto n = m.rows();
   const BoundedMatrix infinite = BoundedMatrix::Identity(n, n) * std::numeric_limits<double>::infinity();
   if (!m.allFinite() || !p.allFinite() || !std::isfinite(variance)) return infinite;
-  const Eigen::EigenSolver<BoundedMatrix> eigen(m);
-  const auto& value = eigen.eigenvalues();
+  const BoundedComplex wide = m.cast<Complex>();
+  const Eigen::ComplexSchur<BoundedComplex> schur(wide);
+  const BoundedComplex& t = schur.matrixT();
   const double shift = 1.0 - 0.5 / share;
-  if (!(value.real().minCoeff() > shift)) return infinite;
-  const BoundedComplex v = eigen.eigenvectors();
-  const Eigen::PartialPivLU<BoundedComplex> lu(v);
-  const BoundedComplex wide = p.cast<Complex>();
-  const BoundedComplex half = lu.solve(wide);
-  const BoundedComplex turned = half.adjoint();
-  BoundedComplex x = BoundedComplex(lu.solve(turned)).adjoint();
-  for (Eigen::Index i = 0; i < n; ++i)
-    for (Eigen::Index j = 0; j < n; ++j) x(i, j) *= variance / (value(i) + std::conj(value(j)) - 2.0 * shift);
-  const BoundedComplex inner = x * v.adjoint();
-  const BoundedMatrix result = BoundedComplex(v * inner).real();
+  if (schur.info() != Eigen::Success || !(t.diagonal().real().minCoeff() > shift)) return infinite;
+  const BoundedComplex& u = schur.matrixU();
+  const BoundedComplex turned = u.adjoint() * p.cast<Complex>();
+  BoundedComplex y = turned * u;
+  for (Eigen::Index i = n; i-- > 0;) {
+    for (Eigen::Index j = n; j-- > 0;) {
+      Complex rest = variance * y(i, j);
+      for (Eigen::Index k = i + 1; k < n; ++k) rest -= t(i, k) * y(k, j);
+      for (Eigen::Index k = j + 1; k < n; ++k) rest -= y(i, k) * std::conj(t(j, k));
+      y(i, j) = rest / (t(i, i) + std::conj(t(j, j)) - 2.0 * shift);
+    }
+  }
+  const BoundedComplex inner = y * u.adjoint();
+  const BoundedMatrix result = BoundedComplex(u * inner).real();
   const BoundedMatrix mirrored = result.transpose();
   return 0.5 * (result + mirrored);
 }

@@ -8,6 +8,7 @@
 #include <resonid/report/json.hpp>
 
 #include "report/batch_tables.hpp"
+#include "report/put.hpp"
 #include "report/words.hpp"
 
 namespace resonid::report {
@@ -15,10 +16,6 @@ namespace {
 
 using identification::Batch;
 using nlohmann::json;
-
-void put(json& to, const char* key, const std::optional<double>& value) {
-  if (value && std::isfinite(*value)) to[key] = *value;
-}
 
 json spread_json(const identification::Spread& f) {
   json values = json::array();

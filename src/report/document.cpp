@@ -6,14 +6,14 @@
 #include <resonid/report/document.hpp>
 
 #include "report/document_cells.hpp"
+#include "report/put.hpp"
 
 namespace resonid::report {
 namespace {
 
 using nlohmann::json;
 
-constexpr std::string_view kSign = "\xC2\xB1";  // plus-minus
-constexpr std::size_t kWidth = 100;             // columns of a terminal
+constexpr std::size_t kWidth = 100;  // columns of a terminal
 
 // --- Markdown
 
@@ -29,7 +29,7 @@ std::string escaped(const std::string& text) {
     if (std::string_view("\\`*_<[|").find(c) != std::string_view::npos && !inside_word) out += '\\';
     out += c == '\n' ? ' ' : c;
   }
-  return with_sign(out, kSign);
+  return with_sign(out, kPlusMinus);
 }
 
 /// A paragraph must not begin like a list, a heading or a quotation.
@@ -48,7 +48,7 @@ std::string markdown_row(const std::vector<std::string>& cells) {
 std::string markdown_table(const ComparisonTable& table) {
   std::string out = "### " + escaped(table.title) + "\n\n";
   out += "| quantity | published | reproduced | true | note |\n|:--|--:|--:|--:|:--|\n";
-  for (const Cells& c : cells_of(table, kSign))
+  for (const Cells& c : cells_of(table, kPlusMinus))
     out += markdown_row({c.quantity, c.published, c.reproduced, c.truth, c.note});
   return out + "\n";
 }
@@ -169,10 +169,6 @@ std::string text_discrepancies(const std::vector<Discrepancy>& list) {
 }
 
 // --- machines
-
-void put(json& object, const char* key, const std::optional<double>& value) {
-  if (value) object[key] = *value;
-}
 
 json table_json(const ComparisonTable& table) {
   json rows = json::array();

@@ -8,6 +8,8 @@
 
 namespace resonid::report {
 
+inline constexpr std::string_view kPlusMinus = "\xC2\xB1";
+
 /// A line of a table as text: what every form of a document shows.
 struct Cells {
   std::string quantity;    ///< with its unit in brackets

@@ -15,11 +15,10 @@ namespace {
 
 using nlohmann::json;
 
-constexpr std::string_view kSign = "\xC2\xB1";  // plus-minus
 constexpr std::string_view kMinus = "\xE2\x88\x92";
 constexpr std::string_view kTitleOfDiscrepancies = "Where the print contradicts itself, and what was taken";
 
-std::string html(const std::string& text) { return escape_html(with_sign(text, kSign)); }
+std::string html(const std::string& text) { return escape_html(with_sign(text, kPlusMinus)); }
 
 std::string figure(const std::string& text) {
   const std::string escaped = escape_html(text);
@@ -40,7 +39,7 @@ std::string heading_row(std::initializer_list<std::pair<std::string_view, bool>>
 }
 
 std::string comparison_table(const ComparisonTable& table) {
-  const auto rows = cells_of(table, kSign);
+  const auto rows = cells_of(table, kPlusMinus);
   std::string out =
       element("<h3>", html(table.title), "h3") + "\n<div class=\"scroll\"><table class=\"comparison\">\n";
   out += heading_row(
@@ -69,7 +68,7 @@ std::string plain_table(const Table& table) {
     out += "<tr>";
     for (std::size_t i = 0; i < std::min(row.size(), table.columns.size()); ++i)
       out += element(std::string("<td") + class_of(i),
-                     numeric(table, i) ? with_sign(figure(row[i]), kSign) : html(row[i]), "td");
+                     numeric(table, i) ? with_sign(figure(row[i]), kPlusMinus) : html(row[i]), "td");
     out += "</tr>\n";
   }
   return out + "</tbody></table></div>\n";

@@ -20,7 +20,7 @@ using identification::Track;
 using identification::TrackSeries;
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
-constexpr std::size_t kMostCurves = 6;
+constexpr std::size_t kMostLines = 6;
 constexpr std::size_t kLeastRows = 8;  // of a passage
 
 /// What the charts run over: the position of a machine that moves, else time.
@@ -204,7 +204,7 @@ Chart line_chart(const Track& track, const Axis& time) {
   chart.x_label = time.label;
   chart.y_label = "magnitude (dB)";
   const std::size_t lines = track.lines.size() / 3;
-  const std::size_t shown = std::min(lines, kMostCurves);
+  const std::size_t shown = std::min(lines, kMostLines);
   for (std::size_t n = 0; n < shown; ++n) {
     const std::size_t i = shown < 2 ? 0 : n * (lines - 1) / (shown - 1);
     const auto& re = track.lines[3 * i];

@@ -2,9 +2,11 @@
 // Compiles every tracker in both precisions, so that the header-only stage is built by every preset, above
 // all by the one without exceptions and RTTI.
 #include <resonid/tracking/chirp_tracker.hpp>
+#include <resonid/tracking/encoder.hpp>
 #include <resonid/tracking/full_kalman_bank.hpp>
 #include <resonid/tracking/kalman_bank.hpp>
 #include <resonid/tracking/line_bank.hpp>
+#include <resonid/tracking/line_bank_block.hpp>
 #include <resonid/tracking/response_tracker.hpp>
 #include <resonid/tracking/sliding_dft.hpp>
 
@@ -14,6 +16,8 @@ template class KalmanBank<double, 8>;
 template class KalmanBank<float, 8>;
 template class LineBank<double, 21>;
 template class LineBank<float, 21>;
+template class LineBankBlock<double, 21>;
+template class LineBankBlock<float, 21>;
 template class ChirpTracker<double>;
 template class ChirpTracker<float>;
 template class ChirpTracker<double, 3>;
@@ -22,6 +26,8 @@ template class SlidingDft<double, 8, 512>;
 template class SlidingDft<float, 8, 512>;
 template class FullKalmanBank<double, 8>;
 template class FullKalmanBank<float, 8>;
+template class EncoderVelocity<double>;
+template class EncoderVelocity<float>;
 template class ResponseTracker<KalmanBank<double, 8>>;
 template class ResponseTracker<KalmanBank<float, 8>>;
 template class ResponseTracker<FullKalmanBank<double, 8>>;

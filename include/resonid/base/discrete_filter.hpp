@@ -3,7 +3,9 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstddef>
+#include <cstdint>
 #include <resonid/base/expected.hpp>
 #include <span>
 
@@ -14,7 +16,8 @@ namespace resonid {
 ///   y(k) = sum_{i=0} b_i u(k-i) - sum_{i=1} a_i y(k-i),   numerator b, denominator a in powers of z^-1, a_0
 ///   = 1
 ///
-/// Transposed direct form II. A trivially copyable value without heap.
+/// Transposed direct form II. A trivially copyable value without heap. In step() an input that is not finite
+/// is taken for 0, and counted.
 template <class Scalar, std::size_t MaxOrder>
 class DiscreteFilter {
  public:
@@ -39,6 +42,10 @@ class DiscreteFilter {
   }
 
   Scalar step(Scalar input) noexcept {
+    if (!std::isfinite(input)) {
+      input = Scalar(0);
+      ++skipped_;
+    }
     const Scalar y = output(input);
     commit(input, y);
     return y;
@@ -47,12 +54,17 @@ class DiscreteFilter {
   /// The two halves of step(), for an output that does not always take effect, such as one that an actuator
   /// limits. output() gives y(k) and remembers nothing; commit() ends the sample with the y(k) that was
   /// realised, which is what the recursion goes on from. Committing output() itself is step(), bit for bit.
+  /// All must be finite.
   [[nodiscard]] Scalar output(Scalar input) const noexcept { return b_[0] * input + state_[0]; }
   void commit(Scalar input, Scalar realised) noexcept {
     for (std::size_t i = 0; i < order_; ++i)
       state_[i] = b_[i + 1] * input - a_[i + 1] * realised + state_[i + 1];
   }
-  void reset() noexcept { state_.fill(Scalar(0)); }
+  void reset() noexcept {
+    state_.fill(Scalar(0));
+    skipped_ = 0;
+  }
+  [[nodiscard]] std::uint64_t skipped_samples() const noexcept { return skipped_; }
 
   /// Puts the filter in the steady state in which a constant `input` gives `output`; for an integrating
   /// filter `input` must be 0 for that to be a rest.
@@ -65,6 +77,7 @@ class DiscreteFilter {
   std::array<Scalar, MaxOrder + 1> a_{};
   std::array<Scalar, MaxOrder + 1> state_{};  // from order_ on they stay 0
   std::size_t order_ = 0;
+  std::uint64_t skipped_ = 0;
 };
 
 }  // namespace resonid

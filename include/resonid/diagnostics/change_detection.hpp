@@ -101,6 +101,9 @@ class ChangeDetector {
     [[nodiscard]] double mean() const noexcept { return sum / precision; }
   };
   explicit ChangeDetector(const ChangeDetectorConfig& config) noexcept;
+  static constexpr std::size_t slot(std::uint64_t block) noexcept {  // in past_
+    return static_cast<std::size_t>(block % (MaxWindow + 1));
+  }
   void end_block() noexcept;
   void learn() noexcept;
   void gather(double standardised) noexcept;

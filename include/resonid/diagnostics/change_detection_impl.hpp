@@ -62,8 +62,8 @@ void ChangeDetector<Real, MaxWindow>::end_block() noexcept {
   if (!enough || !std::isfinite(sum)) return;
   const bool watching = ready() && blocks_ > 0;
   const Block now{sum, precision, samples_};
-  const Block before = blocks_ > 0 ? past_[(blocks_ - 1) % past_.size()] : now;
-  past_[blocks_ % past_.size()] = now;
+  const Block before = blocks_ > 0 ? past_[slot(blocks_ - 1)] : now;
+  past_[slot(blocks_)] = now;
   ++blocks_;
   if (alarm_) {
     after_sum_ += sum;
@@ -81,10 +81,9 @@ void ChangeDetector<Real, MaxWindow>::learn() noexcept {
       ready() ? std::max(learned_, blocks_ - std::min<std::uint64_t>(blocks_, config_.window_blocks))
               : blocks_;
   for (; learned_ < until; ++learned_) {
-    const Block& block = past_[learned_ % past_.size()];
+    const Block& block = past_[slot(learned_)];
     if (baseline_.values() >= kGroup)
-      gather(
-          baseline_.standardised(block.mean(), past_[(learned_ - 1) % past_.size()].mean(), block.precision));
+      gather(baseline_.standardised(block.mean(), past_[slot(learned_ - 1)].mean(), block.precision));
     baseline_.learn(block.mean(), block.precision);
   }
 }
@@ -117,10 +116,10 @@ void ChangeDetector<Real, MaxWindow>::judge(const ChangeStatisticState& state) n
   const std::uint64_t first = blocks_ - since;
   after_sum_ = after_precision_ = 0.0;
   for (std::uint64_t i = first; i < blocks_; ++i) {
-    after_sum_ += past_[i % past_.size()].sum;
-    after_precision_ += past_[i % past_.size()].precision;
+    after_sum_ += past_[slot(i)].sum;
+    after_precision_ += past_[slot(i)].precision;
   }
-  change_sample_ = past_[(first - 1) % past_.size()].end_sample;
+  change_sample_ = past_[slot(first - 1)].end_sample;
   before_mean_ = baseline_.mean();
   before_variance_ = std::pow(baseline_.mean_std(baseline_.total_precision()), 2);
 }

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <complex>
 #include <optional>
 #include <resonid/data/frequency_response.hpp>
+#include <resonid/diagnostics/running_margins.hpp>
 #include <vector>
 
 namespace resonid::diagnostics {
@@ -33,16 +33,7 @@ struct LoopMargins {
 /// (absent, and a modulus margin of the one line).
 [[nodiscard]] LoopMargins loop_margins(const data::FrequencyResponse& loop);
 
-/// Distances of the source's Nyquist rules at one line: d1 = |L|, d2 = |1 + L|.
-struct NyquistDistances {
-  double d1 = 0.0;
-  double d2 = 0.0;
-};
-[[nodiscard]] NyquistDistances nyquist_distances(std::complex<double> loop);
-
-/// Resonance and anti-resonance by the source's Nyquist rules: anti-resonance at the local minimum of |L|,
-/// resonance at the local maximum of |1 + L|, in the region Im L < 0, Re L > 0 (Nevaranta 2016, Pub. VI).
-/// Grid values.
+/// Resonance and anti-resonance by the source's Nyquist rules (running_resonance()); grid values.
 struct NyquistResonance {
   std::optional<double> antiresonance_hz;
   std::optional<double> resonance_hz;

@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <resonid/recursive/excitation_gate.hpp>
 #include <resonid/recursive/lag.hpp>
+#include <resonid/recursive/missed_samples.hpp>
 #include <resonid/recursive/regression.hpp>
 #include <type_traits>
 
@@ -43,7 +44,7 @@ class Arx {
   void step(Real ru, Real u, Real y) noexcept {
     ++samples_;
     if (!std::isfinite(u) || !std::isfinite(y)) {
-      miss(u, y);
+      bridge(u, y);
       return;
     }
     gate_.step(ru, u);
@@ -62,6 +63,13 @@ class Arx {
     sign_[0] = static_cast<Real>((y > Real(0)) - (y < Real(0)));
   }
 
+  /// `count` samples were lost: as so many steps with samples that are not finite, in a bounded time
+  /// (missed_samples.hpp).
+  void miss(std::uint64_t count) noexcept {
+    const std::uint64_t rest = step_missed(*this, count);
+    samples_ += rest;
+    skipped_ += rest;
+  }
   void reset() noexcept {
     rls_.reset();
     past_.reset();
@@ -127,7 +135,7 @@ class Arx {
     return f;
   }
   /// A missing output is taken as predicted, a missing input as 0; nothing is learned while they are in use.
-  void miss(Real u, Real y) noexcept {
+  void bridge(Real u, Real y) noexcept {
     ++skipped_;
     const Real input = std::isfinite(u) ? input_filter_.step(u) : Real(0);
     const Real output = std::isfinite(y) ? output_filter_.step(y) : past_.base() + rls_.predict(regressor());

@@ -10,6 +10,7 @@
 #include <resonid/recursive/damped_gradient.hpp>
 #include <resonid/recursive/excitation_gate.hpp>
 #include <resonid/recursive/lag.hpp>
+#include <resonid/recursive/missed_samples.hpp>
 #include <resonid/recursive/predictor_guard.hpp>
 #include <resonid/recursive/pseudo_linear.hpp>
 #include <resonid/recursive/regression.hpp>
@@ -101,6 +102,13 @@ class ClosedLoopOutputError {
     if (guard_.lost(output, predicted_)) restart();
   }
 
+  /// `count` samples were lost: as so many steps with samples that are not finite, in a bounded time
+  /// (missed_samples.hpp).
+  void miss(std::uint64_t count) noexcept {
+    const std::uint64_t rest = step_missed(*this, count);
+    samples_ += rest;
+    skipped_ += rest;
+  }
   void reset() noexcept {
     rls_.reset();
     restart();

@@ -18,7 +18,9 @@ class ExcitationGate {
 
   void step(Real x) noexcept {
     fade_ = fade_ > Real(1e-9) ? fade_ * kKeep : Real(0);
-    square_ = flushed(kKeep * square_ + (Real(1) - kKeep) * x * x);
+    // A spike, which would be the largest for ever, counts for no more than it takes to follow a rise.
+    const Real power = largest_ > Real(0) ? std::min(x * x, kSteepest * largest_) : x * x;
+    square_ = flushed(kKeep * square_ + (Real(1) - kKeep) * power);
     largest_ = std::max(largest_, square_ / (Real(1) - fade_));
   }
   void reset() noexcept {
@@ -33,6 +35,7 @@ class ExcitationGate {
 
  private:
   static constexpr Real kKeep = Real(15.0 / 16.0);
+  static constexpr Real kSteepest = Real(16);
   Real least_square_;
   Real square_ = Real(0), largest_ = Real(0);
   Real fade_ = Real(1);  // weight of the zeros before the first sample

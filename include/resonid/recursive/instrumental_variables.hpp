@@ -13,6 +13,7 @@
 #include <resonid/recursive/instrumental_regressors.hpp>
 #include <resonid/recursive/instrumental_sums.hpp>
 #include <resonid/recursive/instrumental_variables_config.hpp>
+#include <resonid/recursive/missed_samples.hpp>
 #include <resonid/recursive/modes.hpp>
 #include <type_traits>
 
@@ -101,6 +102,13 @@ class InstrumentalVariables {
     if (++since_refresh_ >= refresh_) refresh();
   }
 
+  /// `count` samples were lost: as so many steps with samples that are not finite, in a bounded time
+  /// (missed_samples.hpp).
+  void miss(std::uint64_t count) noexcept {
+    const std::uint64_t rest = step_missed(*this, count);
+    samples_ += rest;
+    skipped_ += rest;
+  }
   void reset() noexcept {
     loop_.reset();
     regressors_.reset();

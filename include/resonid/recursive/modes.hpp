@@ -9,6 +9,7 @@
 #include <limits>
 #include <resonid/recursive/discrete_model.hpp>
 #include <resonid/recursive/polynomial.hpp>
+#include <type_traits>
 #include <utility>
 
 namespace resonid::recursive {
@@ -66,15 +67,23 @@ class SampledModes {
   template <class Real>
   [[nodiscard]] DiscreteModes<kPairs> resonances(
       const ModelCovariance<Real, Order>& covariance) const noexcept {
-    const Square c = covariance.template cast<double>();
-    return resonances(&c);
+    if constexpr (std::is_same_v<Real, double>) {
+      return resonances(&covariance);
+    } else {
+      const Square c = covariance.template cast<double>();
+      return resonances(&c);
+    }
   }
   [[nodiscard]] DiscreteModes<kPairs> antiresonances() const noexcept { return antiresonances(nullptr); }
   template <class Real>
   [[nodiscard]] DiscreteModes<kPairs> antiresonances(
       const ModelCovariance<Real, Order>& covariance) const noexcept {
-    const Square c = covariance.template cast<double>();
-    return antiresonances(&c);
+    if constexpr (std::is_same_v<Real, double>) {
+      return antiresonances(&covariance);
+    } else {
+      const Square c = covariance.template cast<double>();
+      return antiresonances(&c);
+    }
   }
 
   /// The model of the machine whose first resonance lies higher by `factor`, with the same damping ratio and

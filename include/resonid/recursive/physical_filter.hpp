@@ -109,6 +109,25 @@ class PhysicalFilter {
     state_ = next;
   }
 
+  /// After many samples without torque and output nothing is known of the plant's states, which resume()
+  /// brings back; the parameters have wandered on.
+  void lose_plant(Real samples, Real agility) noexcept {
+    for (std::size_t i = 0; i < kX; ++i) {
+      for (std::size_t j = 0; j < kN; ++j) p_[i][j] = p_[j][i] = Real(0);
+      p_[i][i] = setup_.deviation[i] * setup_.deviation[i];
+    }
+    p_[kTorqueOffset][kTorqueOffset] += samples * setup_.noise.offset_variance;
+    if (!(agility > Real(0)) || !(setup_.noise.rate_variance > Real(0))) return;
+    const Real time = samples * setup_.sample_time_s;
+    p_[kLogStiffness][kLogStiffness] += time * time * p_[kStiffnessRate][kStiffnessRate];
+    p_[kLogDamping][kLogDamping] += samples * setup_.noise.damping_variance;
+  }
+  /// As at the start: the machine turns at what is measured, without twist.
+  void resume(Real velocity) noexcept {
+    state_[kDrivenVelocity] = state_[kLoadVelocity] = velocity;
+    state_[kScaledTwist] = Real(0);
+  }
+
   /// Takes in an output, unless its innovation is more than `most_deviations` times what is expected; false
   /// then. With a fraction it belongs between this state and the next, which u leads to.
   bool update(Real y, Real u, Real variance, Real most_deviations) noexcept {

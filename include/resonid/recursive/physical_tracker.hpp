@@ -8,6 +8,7 @@
 #include <cstdint>
 #include <resonid/base/constants.hpp>
 #include <resonid/base/expected.hpp>
+#include <resonid/recursive/missed_samples.hpp>
 #include <resonid/recursive/physical_config.hpp>
 #include <resonid/recursive/physical_filter.hpp>
 #include <resonid/recursive/physical_run.hpp>
@@ -55,6 +56,10 @@ class PhysicalTracker {
   }
 
   void step(Scalar excitation, Scalar u, Scalar y) noexcept;
+  /// `count` samples were lost: as so many steps with samples that are not finite. After more than
+  /// kMostMissedSteps the machine's motion is unknown, as at the start, the parameters' covariance has grown
+  /// by the drift over all of them, and the record's start is no longer gone over again.
+  void miss(std::uint64_t count) noexcept;
   void reset() noexcept;
 
   /// Value in SI units: kgm2, kgm2, Nm/rad, Nms/rad, Nm, 1/s, Nms/rad, Nm.
@@ -124,6 +129,7 @@ class PhysicalTracker {
 
   void start(Scalar y) noexcept;
   void advance(Run& run, Scalar previous_u, Scalar u, Scalar y, bool u_known) noexcept;
+  void limit_variances(Run& run) noexcept;
   void watch_excitation() noexcept;
   void remember(Scalar previous_u, Scalar u, Scalar y) noexcept;
   void replay() noexcept;
@@ -149,6 +155,7 @@ class PhysicalTracker {
   double stiffness_age_ = 0.0;
   bool excited_ = false;
   bool started_ = false;
+  bool resuming_ = false;  // the first output after a long gap gives the velocity
   std::uint64_t samples_ = 0;
   std::uint64_t skipped_ = 0;
 

@@ -63,7 +63,7 @@ void PhysicalTracker<Real, ReplaySamples>::reset() noexcept {
   inputs_.fill(Real(0));
   last_input_ = input_power_ = residual_ = Real(0);
   effect_mean_ = effect_power_ = stiffness_age_ = 0.0;
-  excited_ = started_ = replaying_ = exploring_ = memory_full_ = false;
+  excited_ = started_ = resuming_ = replaying_ = exploring_ = memory_full_ = false;
   samples_ = skipped_ = replays_ = 0;
   remembered_ = next_ = 0;
   next_replay_ = kFirstReplay;
@@ -79,23 +79,43 @@ void PhysicalTracker<Real, ReplaySamples>::step(Scalar, Scalar u, Scalar y) noex
     input_power_ += Real(0.01) * (u * u - input_power_);
   }
   const std::uint64_t k = samples_++;
-  inputs_[k % kDelayLine] = last_input_;
+  inputs_[static_cast<std::size_t>(k % kDelayLine)] = last_input_;
   residual_ = Real(0);
   if (k < delay_samples_) return;
-  const Scalar next_u = inputs_[(k - delay_samples_) % kDelayLine];
+  const Scalar next_u = inputs_[static_cast<std::size_t>((k - delay_samples_) % kDelayLine)];
   if (!started_) {
     if (std::isfinite(y)) start(y);
     if (started_) run_.take_in(y, next_u);
     if (started_) remember(Real(0), next_u, y);
     return;
   }
-  const Scalar previous_u = inputs_[(k - delay_samples_ - 1) % kDelayLine];
+  const Scalar previous_u = inputs_[static_cast<std::size_t>((k - delay_samples_ - 1) % kDelayLine)];
+  if (resuming_ && std::isfinite(y)) {
+    run_.filter.resume(y);
+    resuming_ = false;
+  }
   advance(run_, previous_u, next_u, y, known);
   if (std::isfinite(y)) residual_ = run_.filter.innovation();
   watch_excitation();
   stiffness_age_ = (1.0 - static_cast<double>(run_.filter.stiffness_news())) * (stiffness_age_ + 1.0);
   remember(previous_u, next_u, y);
   replay();
+}
+
+template <class Real, std::size_t ReplaySamples>
+void PhysicalTracker<Real, ReplaySamples>::miss(std::uint64_t count) noexcept {
+  const std::uint64_t rest = step_missed(*this, count);
+  if (rest == 0) return;
+  samples_ += rest;
+  skipped_ += rest;
+  memory_full_ = true;  // what is remembered must have no gap
+  replaying_ = exploring_ = false;
+  if (!started_) return;
+  run_.filter.lose_plant(static_cast<Real>(rest),
+                         excited_ ? static_cast<Real>(run_.trend.agility()) : Real(0));
+  resuming_ = true;
+  limit_variances(run_);
+  stiffness_age_ += static_cast<double>(rest);
 }
 
 /// The machine turns at what is measured first, without twist.
@@ -114,6 +134,11 @@ void PhysicalTracker<Real, ReplaySamples>::advance(Run& run, Scalar previous_u, 
   run.filter.predict(previous_u, u_known ? Real(0) : input_power_,
                      excited_ ? static_cast<Real>(run.trend.agility()) : Real(0));
   if (std::isfinite(y)) run.take_in(y, u);
+  limit_variances(run);
+}
+
+template <class Real, std::size_t ReplaySamples>
+void PhysicalTracker<Real, ReplaySamples>::limit_variances(Run& run) noexcept {
   if (config_.stiffness_drift_per_s > 0.0) {
     const auto limit = [&](std::size_t i, Real least) {
       run.filter.limit_variance(i, std::max(setup_.deviation[i] * setup_.deviation[i], least));

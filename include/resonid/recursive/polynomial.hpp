@@ -65,16 +65,24 @@ inline Roots<2> quadratic_roots(double c1, double c2) noexcept {
   return {{{far, 0.0}, {far != 0.0 ? c2 / far : 0.0, 0.0}}};
 }
 
+/// Whether what an iteration still changes is rounding: it has converged and shrinks no more. Waiting for
+/// less would be waiting for luck, a hundred passes at times, which no servo thread can spare.
+inline bool only_rounds(double step, double last_step) noexcept {
+  return step < 1e-9 && step >= 0.5 * last_step;
+}
+
 /// A real root by Newton's method from z = 1, near which an integrator's is; none when it does not settle.
 inline std::optional<double> real_root_near_one(const Monic<3>& c) noexcept {
-  double x = 1.0;
+  double x = 1.0, last = std::numeric_limits<double>::infinity();
   for (int i = 0; i < 12; ++i) {
     const double f = ((x + c[0]) * x + c[1]) * x + c[2];
     const double d = (3.0 * x + 2.0 * c[0]) * x + c[1];
     const double step = f / d;
     x -= step;
     if (!(std::abs(x) < 1e6)) return std::nullopt;
-    if (std::abs(step) <= 4e-16 * (1.0 + std::abs(x))) return x;
+    const double size = std::abs(step) / (1.0 + std::abs(x));
+    if (size <= 4e-16 || only_rounds(size, last)) return x;
+    last = size;
   }
   return std::nullopt;
 }
@@ -88,6 +96,7 @@ Roots<N> aberth_roots(const Monic<N>& c) noexcept {
   for (std::size_t i = 0; i < N; ++i)
     z[i] = std::polar(std::min(1.0, 0.5 * (1.0 + bound)),
                       kTwoPi * static_cast<double>(i) / static_cast<double>(N) + 0.4);
+  double last = std::numeric_limits<double>::infinity();
   for (int pass = 0; pass < 200; ++pass) {
     double largest = 0.0;
     for (std::size_t i = 0; i < N; ++i) {
@@ -101,7 +110,8 @@ Roots<N> aberth_roots(const Monic<N>& c) noexcept {
       z[i] -= step;
       largest = std::max(largest, std::abs(step) / (1.0 + std::abs(z[i])));
     }
-    if (largest < 4e-16) break;
+    if (largest < 4e-16 || only_rounds(largest, last)) break;
+    last = largest;
   }
   return z;
 }

@@ -102,6 +102,12 @@ class RecursiveResponseFit {
     std::copy_n(solution.begin() + Order, Order, model_.alpha.begin());
     ready_ = true;
   }
+  /// `count` lines in turn were lost: as so many steps with a response that is not finite.
+  void miss(std::uint64_t count) noexcept {
+    next_ = static_cast<std::size_t>((next_ + count % count_) % count_);
+    steps_ += count;
+    skipped_ += count;
+  }
   void reset() noexcept {
     sum_.reset();
     model_ = {};

@@ -89,7 +89,7 @@ class RecursiveLeastSquares {
   }
 
   /// One equation value = regressor' theta + error, `weight` > 0 times as certain as usual. False when it was
-  /// skipped because something in it is not finite.
+  /// skipped because something in it is not finite, or so large that squares overflow.
   bool step(const Vector& regressor, Real value, Real weight = Real(1)) noexcept {
     return correct(regressor, value - predict(regressor), weight);
   }
@@ -99,7 +99,7 @@ class RecursiveLeastSquares {
   bool correct(const Vector& gradient, Real error, Real weight = Real(1)) noexcept {
     const auto f = factors_.project(gradient);
     const Real spread = factors_.spread(f);  // f' P f
-    if (!std::isfinite(spread + error) || !(weight > Real(0))) {
+    if (!std::isfinite(spread + error * error) || !(weight > Real(0))) {
       ++skipped_;
       ++samples_;
       return false;
@@ -118,6 +118,11 @@ class RecursiveLeastSquares {
     return true;
   }
 
+  /// `count` samples were lost: counted, nothing is forgotten for them.
+  void miss(std::uint64_t count) noexcept {
+    samples_ += count;
+    skipped_ += count;
+  }
   void reset() noexcept {
     theta_ = start_;
     factors_.reset(start_variance_);

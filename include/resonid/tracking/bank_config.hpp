@@ -20,7 +20,8 @@ struct KalmanBankConfig {
 };
 
 /// Refuses what no bank can be made of; `max_lines` is what it has room for.
-[[nodiscard]] inline std::optional<ConfigError> check(const KalmanBankConfig& c, std::size_t max_lines) noexcept {
+[[nodiscard]] inline std::optional<ConfigError> check(const KalmanBankConfig& c,
+                                                      std::size_t max_lines) noexcept {
   const std::span<const double> f = c.frequency_hz;
   if (!(c.sample_rate_hz > 0.0) || !std::isfinite(c.sample_rate_hz))
     return ConfigError{"sample_rate_hz", "must be > 0", c.sample_rate_hz};

@@ -7,6 +7,7 @@
 #include <complex>
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <optional>
 #include <resonid/base/constants.hpp>
 #include <resonid/base/expected.hpp>
@@ -94,6 +95,27 @@ class ChirpTracker {
     ++samples_;
   }
   void step(Scalar z) noexcept requires(Channels == 1) { step(Sample{z}); }
+  /// `count` samples were lost: as so many steps with a sample that is not finite, in a bounded time.
+  void miss(std::uint64_t count) noexcept {
+    constexpr std::uint64_t kStepped = 16;  // so few are stepped, bit for bit
+    if (count > kStepped) {
+      const std::uint64_t turned = count - 1;
+      const auto turn = std::polar(1.0, kTwoPi * law_.turns_over(samples_, turned, sample_time_s_));
+      const auto cos = static_cast<Scalar>(turn.real()), sin = static_cast<Scalar>(turn.imag());
+      for (Channel& c : channels_) {
+        const Scalar re = c.re;
+        c.re = cos * re - sin * c.im;
+        c.im = sin * re + cos * c.im;
+      }
+      samples_ += turned;
+      skipped_ += turned;
+      set_rotation(samples_ - 1);
+      count = 1;
+    }
+    Sample missing;
+    missing.fill(std::numeric_limits<Scalar>::quiet_NaN());
+    for (; count > 0; --count) step(missing);
+  }
   void reset() noexcept {
     channels_ = {};
     samples_ = skipped_ = 0;
@@ -142,6 +164,10 @@ class ChirpTracker {
   [[nodiscard]] std::uint64_t skipped_samples() const noexcept { return skipped_; }
 
   /// For ResponseTracker: see KalmanBank.
+  [[nodiscard]] std::complex<double> turn_over(std::size_t, std::uint64_t count) const noexcept {
+    const std::uint64_t newest = samples_ > 0 ? samples_ - 1 : 0;
+    return std::polar(1.0, kTwoPi * law_.turns_over(newest, count, sample_time_s_));
+  }
   [[nodiscard]] std::complex<Scalar> rotation(std::size_t = 0) const noexcept { return {cos_, sin_}; }
   [[nodiscard]] ChirpTracker probe(std::size_t i) const noexcept {
     ChirpTracker frozen = *this;
@@ -189,9 +215,7 @@ class ChirpTracker {
     const bool anew = static_cast<std::uint32_t>(samples_) % kAnew == 0 || samples_ == end_;
     if (!anew && samples_ > end_) return;
     if (anew || law_.sweep != Sweep::linear) {
-      const Scalar now = angle();
-      cos_ = std::cos(now);
-      sin_ = std::sin(now);
+      set_rotation(samples_);
       return;
     }
     const Scalar c = turn_cos_ * cos_ - turn_sin_ * sin_;
@@ -200,12 +224,18 @@ class ChirpTracker {
     cos_ = scale * c;
     sin_ = scale * s;
   }
-  /// w of the sample that comes, in rad per sample.
-  [[nodiscard]] Scalar angle() const noexcept {
-    if (samples_ >= end_) return last_angle_;
-    if (law_.sweep == Sweep::linear) return first_angle_ + angle_step_ * static_cast<Scalar>(samples_);
-    const double time = static_cast<double>(samples_) * sample_time_s_;
+  /// w of a sample, in rad per sample.
+  [[nodiscard]] Scalar angle(std::uint64_t sample) const noexcept {
+    if (sample >= end_) return last_angle_;
+    if (law_.sweep == Sweep::linear) return first_angle_ + angle_step_ * static_cast<Scalar>(sample);
+    const double time = static_cast<double>(sample) * sample_time_s_;
     return static_cast<Scalar>(kTwoPi * law_.frequency_hz(time) * sample_time_s_);
+  }
+
+  void set_rotation(std::uint64_t sample) noexcept {
+    const Scalar now = angle(sample);
+    cos_ = std::cos(now);
+    sin_ = std::sin(now);
   }
 
   void advance(const Sample& z, bool finite) noexcept {

@@ -110,6 +110,16 @@ class FullKalmanBank {
     for (std::size_t i = 0; i < lines_; ++i) phasor_[i] += covariance_.gain(i) * innovation_;
     constant_ += covariance_.offset_gain() * innovation_;
   }
+  /// `count` samples were lost: as so many steps with a sample that is not finite, in a bounded time.
+  void miss(std::uint64_t count) noexcept {
+    if (count == 0) return;
+    for (std::size_t i = 0; i < lines_; ++i)
+      phasor_[i] *= static_cast<std::complex<Scalar>>(phase_[i].forth_to(count));
+    if (form_ == RiccatiForm::time_varying) covariance_.predict(samples_ > 0 ? count : count - 1);
+    innovation_ = Scalar(0);
+    samples_ += count;
+    skipped_ += count;
+  }
   void reset() noexcept {
     covariance_ = form_ == RiccatiForm::time_varying ? start_ : steady_;
     phasor_.fill({});
@@ -172,6 +182,9 @@ class FullKalmanBank {
   [[nodiscard]] Scalar offset_gain() const noexcept { return covariance_.offset_gain(); }
 
   /// For ResponseTracker: see KalmanBank.
+  [[nodiscard]] std::complex<double> turn_over(std::size_t line, std::uint64_t count) const noexcept {
+    return phase_[line].forth_to(count);
+  }
   [[nodiscard]] std::complex<Scalar> rotation(std::size_t line) const noexcept { return rotation_[line]; }
   [[nodiscard]] FullKalmanBank probe(std::size_t) const noexcept {
     FullKalmanBank copy = *this;

@@ -25,8 +25,8 @@ template <class Scalar, std::size_t MaxLines>
 std::array<ImpulseFigures, MaxLines> impulse_figures(Oscillators<Scalar, MaxLines> bank) noexcept {
   constexpr auto kGone = static_cast<Scalar>(1e-9);  // of the largest value so far
   const std::size_t lines = bank.lines();
-  const std::size_t bound =
-      std::clamp<std::size_t>((std::size_t{1} << 25U) / lines, std::size_t{1} << 16U, std::size_t{1} << 20U);
+  const std::size_t bound = std::clamp<std::size_t>((std::size_t{1} << 25U) / std::max<std::size_t>(lines, 1),
+                                                    std::size_t{1} << 16U, std::size_t{1} << 20U);
   std::array<ImpulseFigures, MaxLines> figures{};
   std::array<Scalar, MaxLines> total{};
   std::array<std::complex<Scalar>, MaxLines> turn{};  // e^{-jwk}

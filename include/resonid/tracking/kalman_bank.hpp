@@ -58,13 +58,14 @@ class KalmanBank {
   }
 
   void step(Scalar z) noexcept {
-    if (std::isfinite(z)) {
-      oscillators_.step(z);
-    } else {
-      oscillators_.predict();
-      ++skipped_;
-    }
+    skipped_ += static_cast<std::uint64_t>(!oscillators_.step_or_predict({z}));
     ++samples_;
+  }
+  /// `count` samples were lost: as so many steps with a sample that is not finite, in a bounded time.
+  void miss(std::uint64_t count) noexcept {
+    oscillators_.predict(count);
+    samples_ += count;
+    skipped_ += count;
   }
   void reset() noexcept {
     oscillators_.reset();
@@ -114,8 +115,11 @@ class KalmanBank {
   [[nodiscard]] std::complex<Scalar> gain(std::size_t line) const noexcept { return oscillators_.gain(line); }
   [[nodiscard]] Scalar offset_gain() const noexcept { return oscillators_.offset_gain(); }
 
-  /// For ResponseTracker: turn of a line per sample, time-invariant trackers that stand for this one, and
-  /// which of them holds now.
+  /// For ResponseTracker: turn of a line over the next `count` samples and per sample, time-invariant
+  /// trackers that stand for this one, and which of them holds now.
+  [[nodiscard]] std::complex<double> turn_over(std::size_t line, std::uint64_t count) const noexcept {
+    return phase_[line].forth_to(count);
+  }
   [[nodiscard]] std::complex<Scalar> rotation(std::size_t line) const noexcept {
     return oscillators_.rotation(line);
   }

@@ -7,15 +7,20 @@
 #include <complex>
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <resonid/base/constants.hpp>
 #include <resonid/base/expected.hpp>
 #include <resonid/tracking/bank_config.hpp>
 #include <resonid/tracking/impulse_figures.hpp>
+#include <resonid/tracking/line_kernels.hpp>
 #include <resonid/tracking/oscillators.hpp>
 #include <span>
 #include <type_traits>
 
 namespace resonid::tracking {
+
+template <class Real, std::size_t MaxLines, std::size_t Channels>
+class LineBankBlock;
 
 struct LineBankConfig {
   KalmanBankConfig bank{};
@@ -29,8 +34,10 @@ struct LineBankConfig {
 ///
 /// Channels go through one pass and wait for one another's sums, so that two cost little more than one. The
 /// samples' order is that of the channels: u, y, and whatever else (ru). A sample of which any channel is not
-/// finite is missing for all. There are no error bars: ResponseTracker has them. Trivially copyable, no heap.
-/// Source: METHOD 4.1, 5.1.
+/// finite is missing for all; no instruction of step() depends on the data. A bank of five lines or more uses
+/// the widest vectors of the processor (RESONID_SIMD), to rounding as without; fastest at an address that is
+/// a multiple of 64. There are no error bars: ResponseTracker has them. Trivially copyable, no heap. Source:
+/// METHOD 4.1, 5.1; docs/methods/line_bank.md.
 template <class Real, std::size_t MaxLines, std::size_t Channels = 2>
 class LineBank {
  public:
@@ -49,8 +56,8 @@ class LineBank {
     for (std::size_t i = 0; i < frequency.size(); ++i) {
       angle[i] = kTwoPi * frequency[i] / config.bank.sample_rate_hz;
       const double turn = kTwoPi * frequency[i] * config.known_delay_s;
-      bank.delay_re_[i] = static_cast<Real>(std::cos(turn));
-      bank.delay_im_[i] = static_cast<Real>(std::sin(turn));
+      bank.delay_[i] = static_cast<Real>(std::cos(turn));
+      bank.delay_[MaxLines + i] = static_cast<Real>(std::sin(turn));
     }
     const std::span<const double> angles(angle.data(), frequency.size());
     const auto gain = bank_gain<MaxLines>(angles, config.bank);
@@ -70,20 +77,28 @@ class LineBank {
   }
 
   void step(const Sample& z) noexcept {
-    bool finite = true;
-    for (const Real x : z) finite = finite && std::isfinite(x);
-    if (finite) {
-      oscillators_.step(z);
-    } else {
-      oscillators_.predict();
-      ++skipped_;
-    }
-    ++samples_;
+    if constexpr (kVectors)
+      count(line_kernels<Real>().step[Channels - 1](view(), z.data()));
+    else
+      count(oscillators_.step_or_predict(z));
   }
-  void step(Real u, Real y) noexcept
-    requires(Channels == 2)
-  {
-    step(Sample{u, y});
+  void step(Real u, Real y) noexcept requires(Channels == 2) { step(Sample{u, y}); }
+  /// `lost` samples were lost: as so many steps with a sample that is not finite, in a bounded time.
+  void miss(std::uint64_t lost) noexcept {
+    oscillators_.predict(lost);
+    samples_ += lost;
+    skipped_ += lost;
+  }
+  /// step() and responses() at once: quicker than one after the other.
+  void step(const Sample& z, std::span<Real> response_re, std::span<Real> response_im) noexcept
+      requires(Channels >= 2) {
+    if constexpr (kVectors) {
+      count(line_kernels<Real>().step_responses[Channels - 1](view(), z.data(), delay_.data(),
+                                                              response_re.data(), response_im.data()));
+    } else {
+      step(z);
+      responses(response_re, response_im);
+    }
   }
   void reset() noexcept {
     oscillators_.reset();
@@ -94,18 +109,26 @@ class LineBank {
   [[nodiscard]] std::complex<Real> phasor(std::size_t channel, std::size_t line) const noexcept {
     return oscillators_.phasor(line, channel);
   }
-  /// Phasor of one channel over that of another, delay removed; 0 while the latter is 0.
+  /// Phasor of one channel over that of another, delay removed; 0 while the latter's square is below the
+  /// smallest normal number (2e-308, in float 1e-38).
   [[nodiscard]] std::complex<Real> response(std::size_t line, std::size_t over = 0,
                                             std::size_t of = 1) const noexcept {
     const auto u = oscillators_.predicted_phasor(line, over), y = oscillators_.predicted_phasor(line, of);
     const Real power = u.real() * u.real() + u.imag() * u.imag();
-    const Real inverse = power > Real(0) ? Real(1) / power : Real(0);
+    const Real inverse = power >= std::numeric_limits<Real>::min() ? Real(1) / power : Real(0);
     const Real re = (y.real() * u.real() + y.imag() * u.imag()) * inverse;
     const Real im = (y.imag() * u.real() - y.real() * u.imag()) * inverse;
-    return {re * delay_re_[line] - im * delay_im_[line], re * delay_im_[line] + im * delay_re_[line]};
+    const Real cos = delay_[line], sin = delay_[MaxLines + line];
+    return {re * cos - im * sin, re * sin + im * cos};
   }
   /// response(line) of all lines: response_re and response_im, [line], with room for lines() each.
-  void responses(std::span<Real> response_re, std::span<Real> response_im) const noexcept {
+  void responses(std::span<Real> response_re, std::span<Real> response_im) const noexcept
+      requires(Channels >= 2) {
+    if constexpr (kVectors) {
+      line_kernels<Real>().responses({oscillators_.data(), lines32(), kPadded, MaxLines}, delay_.data(),
+                                     response_re.data(), response_im.data());
+      return;
+    }
     for (std::size_t i = 0; i < lines(); ++i) {
       const auto g = response(i);
       response_re[i] = g.real();
@@ -134,12 +157,22 @@ class LineBank {
   [[nodiscard]] std::uint64_t skipped_samples() const noexcept { return skipped_; }
 
  private:
+  friend class LineBankBlock<Real, MaxLines, Channels>;
   static constexpr std::uint32_t kNever = static_cast<std::uint32_t>(-1);
+  static constexpr std::size_t kPadded = Oscillators<Real, MaxLines, Channels>::kPadded;
+  static constexpr bool kVectors = kHasLineKernels<Real, MaxLines, Channels>;
 
   LineBank() = default;
 
+  [[nodiscard]] std::uint32_t lines32() const noexcept { return static_cast<std::uint32_t>(lines()); }
+  [[nodiscard]] LineView<Real> view() noexcept { return {oscillators_.data(), lines32(), kPadded, MaxLines}; }
+  void count(bool finite) noexcept {
+    skipped_ += static_cast<std::uint64_t>(!finite);
+    ++samples_;
+  }
+
   Oscillators<Real, MaxLines, Channels> oscillators_;
-  std::array<Real, MaxLines> delay_re_{}, delay_im_{};  // e^{j w Td}
+  std::array<Real, 2 * MaxLines> delay_{};  // e^{j w Td}: re, then im [line]
   Real sample_rate_hz_{};
   std::uint32_t settling_ = kNever;
   std::uint64_t samples_ = 0;
@@ -148,6 +181,6 @@ class LineBank {
 
 static_assert(std::is_trivially_copyable_v<LineBank<double, 21>>);
 static_assert(std::is_trivially_copyable_v<LineBank<float, 21>>);
-static_assert(sizeof(LineBank<float, 21>) <= 1024);
+static_assert(sizeof(LineBank<float, 21>) < 1024);
 
 }  // namespace resonid::tracking

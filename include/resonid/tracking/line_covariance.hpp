@@ -7,7 +7,10 @@
 #include <cmath>
 #include <complex>
 #include <cstddef>
+#include <cstdint>
+#include <resonid/base/constants.hpp>
 #include <resonid/tracking/gain_rule.hpp>
+#include <resonid/tracking/line_phase.hpp>
 #include <span>
 
 namespace resonid::tracking {
@@ -56,18 +59,17 @@ class LineCovariance {
   }
 
   /// P <- Phi P Phi' + Q
-  void predict() noexcept {
+  void predict() noexcept { predict(cos_, sin_, Scalar(1)); }
+  /// `count` of them at once: Q is the same for Re and Im of a line, so turning leaves it as it is.
+  void predict(std::uint64_t count) noexcept {
+    std::array<Scalar, MaxLines> c{}, s{};
     for (std::size_t l = 0; l < lines_; ++l) {
-      auto& re = p_[2 * l];
-      auto& im = p_[2 * l + 1];
-      for (std::size_t k = 0; k < states_; ++k) turn(re[k], im[k], l);
+      const double angle = std::atan2(static_cast<double>(sin_[l]), static_cast<double>(cos_[l]));
+      const auto turned = LinePhase(angle / kTwoPi).forth_to(count);
+      c[l] = static_cast<Scalar>(turned.real());
+      s[l] = static_cast<Scalar>(turned.imag());
     }
-    for (std::size_t k = 0; k < states_; ++k)
-      for (std::size_t l = 0; l < lines_; ++l) turn(p_[k][2 * l], p_[k][2 * l + 1], l);
-    for (std::size_t i = 0; i < states_; ++i) {
-      p_[i][i] += drift_[i];
-      for (std::size_t k = 0; k < i; ++k) p_[i][k] = p_[k][i];
-    }
+    predict(c, s, static_cast<Scalar>(count));
   }
 
   /// One sample: the gain, and P <- P - P H' H P/s.
@@ -138,10 +140,25 @@ class LineCovariance {
   template <class, std::size_t>
   friend class LineCovariance;
 
-  void turn(Scalar& re, Scalar& im, std::size_t l) const noexcept {
-    const Scalar x = cos_[l] * re - sin_[l] * im;
-    im = sin_[l] * re + cos_[l] * im;
-    re = x;
+  /// Over so many samples that the lines turn by (c, s).
+  void predict(const std::array<Scalar, MaxLines>& c, const std::array<Scalar, MaxLines>& s,
+               Scalar samples) noexcept {
+    const auto turn = [&](Scalar& re, Scalar& im, std::size_t l) {
+      const Scalar x = c[l] * re - s[l] * im;
+      im = s[l] * re + c[l] * im;
+      re = x;
+    };
+    for (std::size_t l = 0; l < lines_; ++l) {
+      auto& re = p_[2 * l];
+      auto& im = p_[2 * l + 1];
+      for (std::size_t k = 0; k < states_; ++k) turn(re[k], im[k], l);
+    }
+    for (std::size_t k = 0; k < states_; ++k)
+      for (std::size_t l = 0; l < lines_; ++l) turn(p_[k][2 * l], p_[k][2 * l + 1], l);
+    for (std::size_t i = 0; i < states_; ++i) {
+      p_[i][i] += samples * drift_[i];
+      for (std::size_t k = 0; k < i; ++k) p_[i][k] = p_[k][i];
+    }
   }
 
   std::array<std::array<Scalar, kMaxStates>, kMaxStates> p_{};

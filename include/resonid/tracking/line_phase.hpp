@@ -17,6 +17,10 @@ class LinePhase {
   explicit LinePhase(double cycles_per_sample) noexcept
       : step_(static_cast<std::uint64_t>(cycles_per_sample * 0x1p64)) {}
 
+  /// e^{jwk}: turns a phasor on by k samples.
+  [[nodiscard]] std::complex<double> forth_to(std::uint64_t sample) const noexcept {
+    return std::conj(back_from(sample));
+  }
   /// e^{-jwk}: turns the phasor at sample k back to sample 0.
   [[nodiscard]] std::complex<double> back_from(std::uint64_t sample) const noexcept {
     const double turns = static_cast<double>((step_ * sample) >> 11U) * 0x1p-53;

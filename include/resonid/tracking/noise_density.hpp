@@ -43,6 +43,12 @@ class LinePower {
   }
   void reset() noexcept { first_ = second_ = mean_ = {}; }
 
+  /// Samples without a value, over which the line turns: what stands in its coordinates stays.
+  void hold(std::complex<Scalar> turn) noexcept {
+    follow(first_, {}, Scalar(0), turn);
+    follow(second_, {}, Scalar(0), turn);
+    follow(mean_, {}, Scalar(0), turn);
+  }
   /// Takes the next value, gives the power. `rotation` is the line's e^{jw}.
   Scalar step(std::complex<Scalar> v, std::complex<Scalar> rotation) noexcept {
     follow(first_, v, wide_, rotation);

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <complex>
 #include <cstddef>
+#include <cstdint>
 #include <limits>
 #include <resonid/base/constants.hpp>
 #include <resonid/tracking/gain_rule.hpp>
@@ -57,6 +58,13 @@ class InnovationNoise {
       if (y.settled(i)) power_[i].add(power / white(i, white_part), memory_);
     }
   }
+
+  /// `count` missing samples, before and after the trackers have missed them: they tell nothing of the noise.
+  void before_gap(const Tracker& y, std::uint64_t count) noexcept {
+    for (std::size_t i = 0; i < y.lines(); ++i)
+      band_[i].hold(static_cast<std::complex<Scalar>>(y.turn_over(i, count)));
+  }
+  void after_gap(const Tracker&, const Tracker&, std::uint64_t) noexcept {}
 
   [[nodiscard]] Scalar phasor_error(std::size_t line, const Tracker& y) const noexcept {
     if (power_[line].empty()) return std::numeric_limits<Scalar>::infinity();
@@ -129,23 +137,23 @@ class WindowNoise {
   }
   void reset() noexcept {
     for (auto& power : power_) power.reset();
+    missing_ = 0;
   }
 
   void step(const Tracker& u, const Tracker& y) noexcept {
-    if (y.samples() % y.window_samples() != 0) return;
-    const bool compare = y.samples() >= 2 * y.window_samples();
-    for (std::size_t i = 0; i < y.lines(); ++i) {
-      const auto now_u = u.amplitude(i), now_y = y.amplitude(i);
-      if (compare) {
-        const auto gd = quotient(now_y + last_y_[i], now_u + last_u_[i]);
-        const auto change_u = now_u - last_u_[i], change_y = now_y - last_y_[i];
-        const Scalar re = change_y.real() - (gd.real() * change_u.real() - gd.imag() * change_u.imag());
-        const Scalar im = change_y.imag() - (gd.real() * change_u.imag() + gd.imag() * change_u.real());
-        power_[i].add(Scalar(0.5) * (re * re + im * im), memory_);
-      }
-      last_u_[i] = now_u;
-      last_y_[i] = now_y;
+    if (y.samples() % y.window_samples() == 0) end_window(u, y, y.samples());
+  }
+  /// `count` missing samples, before and after the trackers have missed them.
+  void before_gap(const Tracker&, std::uint64_t) noexcept {}
+  void after_gap(const Tracker& u, const Tracker& y, std::uint64_t count) noexcept {
+    const std::uint64_t n = y.window_samples(), before = y.samples() - count, into = before % n;
+    if (into + count < n) {
+      missing_ += count;
+      return;
     }
+    missing_ += n - into;
+    end_window(u, y, before - into + n);
+    missing_ = y.samples() % n;
   }
 
   [[nodiscard]] Scalar phasor_error(std::size_t line, const Tracker&) const noexcept {
@@ -156,9 +164,33 @@ class WindowNoise {
  private:
   static constexpr double kMemoryWindows = 100.0;
 
+  /// In place of missing samples stand those of the window before, which do not scatter: the others do in
+  /// proportion. A window that is missing for the most part is left out.
+  void end_window(const Tracker& u, const Tracker& y, std::uint64_t samples) noexcept {
+    const std::uint64_t n = y.window_samples();
+    const bool compare = samples >= 2 * n && 2 * missing_ <= n;
+    const Scalar scale = missing_ == 0 || !compare
+                             ? Scalar(0.5)
+                             : Scalar(0.5) * static_cast<Scalar>(n) / static_cast<Scalar>(n - missing_);
+    missing_ = 0;
+    for (std::size_t i = 0; i < y.lines(); ++i) {
+      const auto now_u = u.amplitude(i), now_y = y.amplitude(i);
+      if (compare) {
+        const auto gd = quotient(now_y + last_y_[i], now_u + last_u_[i]);
+        const auto change_u = now_u - last_u_[i], change_y = now_y - last_y_[i];
+        const Scalar re = change_y.real() - (gd.real() * change_u.real() - gd.imag() * change_u.imag());
+        const Scalar im = change_y.imag() - (gd.real() * change_u.imag() + gd.imag() * change_u.real());
+        power_[i].add(scale * (re * re + im * im), memory_);
+      }
+      last_u_[i] = now_u;
+      last_y_[i] = now_y;
+    }
+  }
+
   std::array<std::complex<Scalar>, Tracker::kMaxLines> last_u_{}, last_y_{};  // [line]
   std::array<FadingMean<Scalar>, Tracker::kMaxLines> power_{};                // [line]
   Scalar memory_{};
+  std::uint64_t missing_ = 0;  // samples of this window
 };
 
 template <class Tracker>

@@ -61,8 +61,10 @@ class ResponseTracker {
   }
 
   void step(Scalar ru, Scalar u, Scalar y) noexcept {
-    if (!(std::isfinite(ru) && std::isfinite(u) && std::isfinite(y)))
-      ru = u = y = std::numeric_limits<Scalar>::quiet_NaN();
+    if (!(std::isfinite(ru) && std::isfinite(u) && std::isfinite(y))) {
+      miss(1);
+      return;
+    }
     ru_.step(ru);
     u_.step(u);
     y_.step(y);
@@ -70,6 +72,16 @@ class ResponseTracker {
   }
   /// Without an excitation signal: direct only.
   void step(Scalar u, Scalar y) noexcept { step(Scalar(0), u, y); }
+  /// `count` samples were lost: as so many steps with a sample that is not finite, in a bounded time. They
+  /// leave the standard deviation as it is.
+  void miss(std::uint64_t count) noexcept {
+    if (count == 0) return;
+    noise_.before_gap(y_, count);
+    ru_.miss(count);
+    u_.miss(count);
+    y_.miss(count);
+    noise_.after_gap(u_, y_, count);
+  }
   void reset() noexcept {
     ru_.reset();
     u_.reset();

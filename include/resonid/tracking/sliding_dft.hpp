@@ -7,6 +7,7 @@
 #include <complex>
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <optional>
 #include <resonid/base/constants.hpp>
 #include <resonid/base/expected.hpp>
@@ -87,6 +88,14 @@ class SlidingDft {
     if (position_ % kBlock != 0 && position_ < window_) return;
     close_block();
     if (position_ == window_) close_window();
+  }
+  /// `count` samples were lost: as so many steps with a sample that is not finite. Those repeat the window,
+  /// so whole windows change nothing and at most one is stepped.
+  void miss(std::uint64_t count) noexcept {
+    const std::uint64_t stepped = count % window_;
+    for (std::uint64_t i = 0; i < stepped; ++i) step(std::numeric_limits<Scalar>::quiet_NaN());
+    samples_ += count - stepped;
+    skipped_ += count - stepped;
   }
   void reset() noexcept {
     history_.fill(Scalar(0));

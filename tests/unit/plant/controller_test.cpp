@@ -2,13 +2,12 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <allocation_counter.hpp>
 #include <cmath>
 #include <resonid/base/constants.hpp>
 #include <resonid/plant/controller.hpp>
 #include <string>
 #include <vector>
-
-#include "../tracking/allocation_counter.hpp"
 
 namespace resonid::plant {
 namespace {

@@ -2,11 +2,11 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <allocation_counter.hpp>
 #include <cmath>
 #include <resonid/excitation/excitation.hpp>
 #include <resonid/plant/experiment.hpp>
 
-#include "../tracking/allocation_counter.hpp"
 #include "machines.hpp"
 
 namespace resonid::plant {

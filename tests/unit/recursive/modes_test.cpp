@@ -149,6 +149,21 @@ TEST(Polynomial, RootsAreThoseItWasMadeFrom) {
   EXPECT_EQ(test::allocations(), before);
 }
 
+// Beside an integrator the slope is that of the resonance, (w Ts)^2: rounding alone makes steps far above
+// 1e-16.
+TEST(Polynomial, FindsTheIntegratorsRootInAFewStepsWhateverTheRounding) {
+  std::mt19937_64 random(5);
+  std::uniform_real_distribution<double> angle(0.02, 1.0), damping(0.001, 0.2), off(0.97, 1.0);
+  for (int run = 0; run < 20'000; ++run) {
+    const double w = angle(random), zeta = damping(random), pole = run % 2 == 0 ? 1.0 : off(random);
+    const double c1 = -2.0 * std::exp(-zeta * w) * std::cos(w * std::sqrt(1.0 - zeta * zeta));
+    const double c2 = std::exp(-2.0 * zeta * w);
+    const auto root = detail::real_root_near_one({c1 - pole, c2 - pole * c1, -pole * c2});
+    ASSERT_TRUE(root.has_value()) << run;
+    EXPECT_NEAR(*root, pole, 1e-15 / (w * w)) << run;
+  }
+}
+
 TEST(ModelResponse, IsTheGoldenOne) {
   const auto golden = test::golden_json("models.json");
   const auto& machine = golden.at("tooth_x0.8");

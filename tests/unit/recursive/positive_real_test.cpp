@@ -93,6 +93,26 @@ TEST(PositiveReal, NeedsNoHeap) {
   EXPECT_EQ(test::allocations(), before);
 }
 
+// Output error's M often has parallel eigenvectors: here all of a block's are one.
+TEST(PositiveReal, TheCovarianceSolvesItsEquationWithoutEigenvectorsToo) {
+  for (const int n : {2, 6, 12}) {
+    BoundedMatrix m = BoundedMatrix::Identity(n, n), root = BoundedMatrix::Zero(n, n);
+    for (int i = 0; i < n; ++i) {
+      if (i > 0) m(i - 1, i) = 2.0;
+      for (int j = 0; j < n; ++j) root(i, j) = std::sin(1.0 + 3.0 * i + 7.0 * j * j);
+    }
+    const BoundedMatrix p = root * root.transpose();
+    constexpr double kShare = 1.0 / 1.99, kVariance = 0.3;
+    const std::size_t before = test::allocations();
+    const BoundedMatrix x = recursion_covariance(m, p, kVariance, kShare);
+    EXPECT_EQ(test::allocations(), before);
+    const BoundedMatrix moved = m - (1.0 - 0.5 / kShare) * BoundedMatrix::Identity(n, n);
+    const BoundedMatrix rest = moved * x + x * moved.transpose() - kVariance * p;
+    EXPECT_LT(rest.cwiseAbs().maxCoeff(), 1e-12 * x.cwiseAbs().maxCoeff()) << n;
+    EXPECT_GT(x.diagonal().minCoeff(), 0.0) << n;
+  }
+}
+
 // The machine at two places differs in stiffness alone, with the same damping ratio.
 TEST(PositiveReal, AScaledResonanceIsAChangedStiffness) {
   const auto here = test::tooth_belt(0.8, 0.004, 10.0), there = test::tooth_belt(0.81, 0.004, 10.0);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What holds for every tracker alike.
+// What holds for every tracker alike, beside the contract of all estimators (contract_test.cpp).
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -12,13 +12,9 @@
 #include <resonid/tracking/chirp_tracker.hpp>
 #include <resonid/tracking/full_kalman_bank.hpp>
 #include <resonid/tracking/kalman_bank.hpp>
-#include <resonid/tracking/response_tracker.hpp>
 #include <resonid/tracking/sliding_dft.hpp>
 #include <type_traits>
-#include <utility>
 #include <vector>
-
-#include "allocation_counter.hpp"
 
 namespace resonid::tracking {
 namespace {
@@ -86,51 +82,6 @@ using Trackers = testing::Types<KalmanBank<double, 4>, KalmanBank<float, 4>, Ful
                                 SlidingDft<double, 4, 500>, SlidingDft<float, 4, 500>>;
 TYPED_TEST_SUITE(TrackerContract, Trackers);
 
-TYPED_TEST(TrackerContract, IsAValueThatNeedsNoHeap) {
-  static_assert(std::is_trivially_copyable_v<TypeParam>);
-  static_assert(std::is_trivially_copyable_v<ResponseTracker<TypeParam>>);
-  static_assert(noexcept(std::declval<TypeParam&>().step(0)));
-  static_assert(noexcept(std::declval<TypeParam&>().reset()));
-  const auto x = signal(1);
-  auto tracker = this->fresh();
-  auto response = ResponseTracker<TypeParam>::create(tracker, {}).value();
-  const std::size_t before = test::allocations();
-  double sum = 0.0;
-  for (const double value : x) {
-    const auto z = static_cast<typename TypeParam::Scalar>(value);
-    tracker.step(z);
-    response.step(z, z, z);
-    sum += std::abs(tracker.amplitude(0)) + std::abs(response.response(0, Approach::joint)) +
-           response.coherence(0);
-  }
-  EXPECT_EQ(test::allocations(), before);
-  EXPECT_GT(sum, 0.0);
-  const std::vector<double> counted(3);  // the counter does count
-  EXPECT_GT(test::allocations(), before);
-}
-
-TYPED_TEST(TrackerContract, ResetReproducesBitForBit) {
-  const auto x = signal(1);
-  auto tracker = this->fresh();
-  this->run(tracker, x);
-  std::vector<typename TypeParam::Scalar> first;
-  tracker.reset();
-  for (int pass = 0; pass < 2; ++pass) {
-    for (std::size_t k = 0; k < x.size(); ++k) {
-      tracker.step(static_cast<typename TypeParam::Scalar>(x[k]));
-      const auto p = tracker.phasor(tracker.lines() - 1);
-      if (pass == 0) {
-        first.push_back(p.real());
-        first.push_back(p.imag());
-      } else {
-        ASSERT_EQ(first[2 * k], p.real());
-        ASSERT_EQ(first[2 * k + 1], p.imag());
-      }
-    }
-    tracker = this->fresh();  // after reset() as after create()
-  }
-}
-
 TYPED_TEST(TrackerContract, IsLinear) {
   const auto x = signal(1), y = signal(2);
   std::vector<double> sum(x.size());
@@ -142,27 +93,6 @@ TYPED_TEST(TrackerContract, IsLinear) {
   for (std::size_t i = 0; i < of_x.lines(); ++i) {
     const std::complex<double> a(of_x.amplitude(i)), b(of_y.amplitude(i)), c(of_sum.amplitude(i));
     EXPECT_LT(std::abs(2.0 * a - 3.0 * b - c), 200.0 * this->kEpsilon);
-  }
-}
-
-TYPED_TEST(TrackerContract, MissingSamplesDoNotPoison) {
-  const auto x = signal(1);
-  auto whole = this->fresh(), holed = whole;
-  this->run(whole, x);
-  const double nan = std::numeric_limits<double>::quiet_NaN(),
-               infinite = std::numeric_limits<double>::infinity();
-  auto y = x;
-  y[5] = nan;
-  y[1000] = infinite;
-  y[2000] = -infinite;
-  this->run(holed, y);
-  EXPECT_EQ(whole.skipped_samples(), 0U);
-  EXPECT_EQ(holed.skipped_samples(), 3U);
-  EXPECT_EQ(holed.samples(), x.size());
-  for (std::size_t i = 0; i < whole.lines(); ++i) {
-    // Long forgotten. The sliding DFT holds no more than rounding of it either.
-    EXPECT_LT(std::abs(whole.amplitude(i) - holed.amplitude(i)), 5e-3);
-    EXPECT_GT(std::abs(holed.phasor(i)), 0.1);
   }
 }
 

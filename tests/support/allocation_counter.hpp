@@ -5,7 +5,8 @@
 
 namespace resonid::test {
 
-/// Calls of operator new so far in this executable.
+/// Times that this executable has asked for heap so far: operator new and, unless a sanitizer holds them,
+/// malloc and its family, which Eigen uses.
 std::size_t allocations() noexcept;
 
 }  // namespace resonid::test

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// What holds for every estimator of a discrete model, and what each of them is for.
+// What holds for every estimator of a discrete model, beside the contract of all estimators
+// (contract_test.cpp), and what each of them is for.
 #include <gtest/gtest.h>
 
 #include <array>
@@ -13,8 +14,6 @@
 #include <tooth_belt.hpp>
 #include <type_traits>
 #include <vector>
-
-#include "allocation_counter.hpp"
 
 namespace resonid::recursive {
 namespace {
@@ -143,38 +142,6 @@ TYPED_TEST(EstimatorContract, AFixedIntegratorStays) {
   const Eigen::Matrix<double, 6, 6> covariance = e.covariance().template cast<double>();
   const Eigen::Matrix3d of_a = covariance.template bottomRightCorner<3, 3>();
   EXPECT_NEAR(of_a.sum(), 0.0, 1e-4 * of_a.trace());
-}
-
-TYPED_TEST(EstimatorContract, IsAValueThatNeedsNoHeapAndResets) {
-  static_assert(std::is_trivially_copyable_v<TypeParam>);
-  auto e = this->fresh();
-  const Loop& loop = plain();  // built by its first use
-  const std::size_t before = test::allocations();
-  this->run(e, loop);
-  const auto first = e.model();
-  const auto covariance = e.covariance();
-  const double lag = e.lag_samples();
-  e.reset();
-  this->run(e, loop);
-  EXPECT_EQ(test::allocations(), before);
-  EXPECT_EQ(e.model().a, first.a);
-  EXPECT_EQ(e.model().b, first.b);
-  EXPECT_EQ(e.covariance(), covariance);
-  EXPECT_EQ(e.lag_samples(), lag);
-}
-
-TYPED_TEST(EstimatorContract, MissingSamplesDoNotPoison) {
-  Loop holed = plain();
-  const double nan = std::numeric_limits<double>::quiet_NaN();
-  holed.y[100] = nan;
-  holed.ru[2000] = holed.u[2000] = nan;
-  holed.y[3000] = holed.u[3000] = holed.ru[3000] = std::numeric_limits<double>::infinity();
-  auto e = this->fresh();
-  this->run(e, holed);
-  EXPECT_EQ(e.skipped_samples(), 3U);
-  EXPECT_EQ(e.samples(), plain().y.size());
-  EXPECT_TRUE(e.ready());
-  EXPECT_LT(this->error(e, plain()), 0.04);
 }
 
 TYPED_TEST(EstimatorContract, OffsetsAreRemovedAlike) {

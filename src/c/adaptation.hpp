@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <resonid/recursive/rls.hpp>
+
+#include "error.hpp"
+
+namespace resonid::c {
+
+/// What configurations of least squares and of models say about forgetting, in the same fields.
+template <class Config>
+expected<recursive::RecursiveLeastSquaresConfig, ConfigError> adaptation(const Config& c) noexcept {
+  const auto forgetting = enumerator("forgetting", c.forgetting, recursive::Forgetting::directional);
+  if (!forgetting) return unexpected<ConfigError>(forgetting.error());
+  recursive::RecursiveLeastSquaresConfig r;
+  r.start_variance = c.start_variance;
+  r.forgetting = *forgetting;
+  r.factor = c.factor;
+  r.smallest_factor = c.smallest_factor;
+  r.noise_variance = c.noise_variance;
+  r.largest_variance = c.largest_variance;
+  r.smallest_variance = c.smallest_variance;
+  return r;
+}
+
+}  // namespace resonid::c

@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: MIT
+#include <resonid/recursive/output_error.hpp>
+
+#include "model.hpp"
+
+namespace resonid::c {
+namespace {
+
+template <std::size_t Order>
+using OutputError = recursive::OutputError<double, Order>;
+
+template <std::size_t Order>
+expected<OutputError<Order>, ConfigError> make(const resonid_model_config& c) {
+  constexpr std::uint32_t kMost = recursive::ControllerCoefficients::kMaxOrder + 1;
+  if (c.controller_numerator_count > kMost)
+    return refuse("controller_numerator_count", "must be at most 5", c.controller_numerator_count);
+  if (c.controller_denominator_count > kMost)
+    return refuse("controller_denominator_count", "must be at most 5", c.controller_denominator_count);
+  const auto common = common_config(c);
+  if (!common) return unexpected<ConfigError>(common.error());
+  recursive::OutputErrorConfig config;
+  config.common = *common;
+  config.gradient = c.method == RESONID_OE_FILTERED ? recursive::OutputErrorGradient::filtered
+                                                    : recursive::OutputErrorGradient::regressor;
+  config.filter_contraction = c.filter_contraction;
+  config.largest_pole_radius = c.largest_pole_radius;
+  config.load_torque = c.load_torque != 0;
+  config.controller_numerator = array(c.controller_numerator, c.controller_numerator_count);
+  config.controller_denominator = array(c.controller_denominator, c.controller_denominator_count);
+  return OutputError<Order>::create(config);
+}
+
+template <std::size_t Order>
+constexpr ModelOperations kOperations = OperationsOf<OutputError<Order>, &make<Order>>::kTable;
+
+constexpr ModelOperations kAll[] = {kOperations<1>, kOperations<2>, kOperations<3>, kOperations<4>,
+                                    kOperations<5>};
+
+}  // namespace
+
+std::span<const ModelOperations> output_error_operations() noexcept { return kAll; }
+
+}  // namespace resonid::c

@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <resonid/c/tracking.h>
+
+#include <complex>
+#include <resonid/tracking/chirp_tracker.hpp>
+#include <resonid/tracking/kalman_bank.hpp>
+#include <resonid/tracking/sliding_dft.hpp>
+
+#include "error.hpp"
+
+namespace resonid::c {
+
+template <class Real>
+resonid_complex plain(std::complex<Real> z) noexcept {
+  return {static_cast<double>(z.real()), static_cast<double>(z.imag())};
+}
+
+// A sliding DFT holds its whole window: the short one serves most, in an eighth of the memory.
+inline constexpr std::size_t kShortWindow = 512;
+using KalmanBank = tracking::KalmanBank<double, RESONID_TRACKER_MAX_LINES>;
+using ShortDft = tracking::SlidingDft<double, RESONID_TRACKER_MAX_LINES, kShortWindow>;
+using LongDft = tracking::SlidingDft<double, RESONID_TRACKER_MAX_LINES, RESONID_TRACKER_MAX_WINDOW>;
+using ChirpTracker = tracking::ChirpTracker<double>;
+
+/// Which of these four, in this order, the configuration asks for.
+enum class TrackerType : std::uint32_t { kalman_bank, short_dft, long_dft, chirp };
+expected<TrackerType, ConfigError> tracker_type(const resonid_tracker_config& config) noexcept;
+
+resonid_tracker_config tracker_defaults(std::uint32_t kind) noexcept;
+
+template <class Tracker>
+expected<Tracker, ConfigError> make_tracker(const resonid_tracker_config& config) noexcept;
+
+/// f(tracker) with the tracker of the type; gives an error of it or of f.
+template <class F>
+expected<void, ConfigError> with_tracker(TrackerType type, const resonid_tracker_config& config,
+                                         F&& f) noexcept {
+  const auto pass = [&](const auto& made) -> expected<void, ConfigError> {
+    if (!made) return unexpected<ConfigError>(made.error());
+    return f(*made);
+  };
+  switch (type) {
+    case TrackerType::kalman_bank:
+      return pass(make_tracker<KalmanBank>(config));
+    case TrackerType::short_dft:
+      return pass(make_tracker<ShortDft>(config));
+    case TrackerType::long_dft:
+      return pass(make_tracker<LongDft>(config));
+    case TrackerType::chirp:
+      break;
+  }
+  return pass(make_tracker<ChirpTracker>(config));
+}
+
+}  // namespace resonid::c
