@@ -12,6 +12,7 @@
 #include <resonid/recursive/modes.hpp>
 #include <resonid/recursive/output_error.hpp>
 #include <resonid/recursive/rls.hpp>
+#include <resonid/recursive/symmetric_covariance.hpp>
 #include <vector>
 
 namespace resonid::recursive {
@@ -78,16 +79,15 @@ std::vector<std::array<double, 6>> regressors(const Signals& s) {
   return list;
 }
 
-template <class Scalar>
+template <class Scalar, template <class, std::size_t> class Factors = UdFactors>
 void rls(benchmark::State& state) {
   const Signals s;
   const auto list = regressors(s);
   std::vector<std::array<Scalar, 6>> narrow(kSamples);
   for (std::size_t k = 0; k < kSamples; ++k)
     for (std::size_t i = 0; i < 6; ++i) narrow[k][i] = static_cast<Scalar>(list[k][i]);
-  auto estimator =
-      RecursiveLeastSquares<Scalar, 6>::create({.forgetting = static_cast<Forgetting>(state.range(0))})
-          .value();
+  using Rls = RecursiveLeastSquares<Scalar, 6, Factors<Scalar, 6>>;
+  auto estimator = Rls::create({.forgetting = static_cast<Forgetting>(state.range(0))}).value();
   for (auto _ : state) {
     for (std::size_t k = 0; k < kSamples; ++k) estimator.step(narrow[k], static_cast<Scalar>(s.y[k]));
     benchmark::DoNotOptimize(estimator);
@@ -96,6 +96,8 @@ void rls(benchmark::State& state) {
 }
 BENCHMARK(rls<double>)->ArgName("forgetting")->DenseRange(0, 3);
 BENCHMARK(rls<float>)->ArgName("forgetting")->Arg(1);
+BENCHMARK(rls<double, SymmetricCovariance>)->ArgName("forgetting")->DenseRange(0, 3);
+BENCHMARK(rls<float, SymmetricCovariance>)->ArgName("forgetting")->Arg(1);
 
 /// Peer: the covariance form, kept symmetric by writing both halves.
 void plain_symmetric_rls(benchmark::State& state) {

@@ -247,7 +247,8 @@ def check_truth(case, groups):
 DOUBLE = re.compile(r"__aeabi_(d[a-z2]|[a-z]+2d|cd|l2d|ul2d)|__(add|sub|mul|div|neg)df3|__\w*df2|__\w*(si|di|sf)df2?$")
 HEAP = re.compile(r"^(_?(malloc|calloc|realloc|free)(_r)?|_?sbrk(_r)?|_Zn[wa].*|_Zd[la].*)$")
 # Cases whose steps keep to single precision, and must.
-SINGLE = ["line_bank_8", "line_bank_21", "kalman_bank_8", "sliding_dft_21", "rls_6"]
+SINGLE = ["line_bank_8", "line_bank_21", "kalman_bank_8", "sliding_dft_21", "rls_6", "arx_3", "output_error_3", "cloe_3",
+          "instrumental_variables_3", "response_fit_3_21", "recursive_response_fit_3_21"]
 
 
 def calls(path):

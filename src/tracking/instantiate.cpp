@@ -20,6 +20,8 @@ template class LineBankBlock<double, 21>;
 template class LineBankBlock<float, 21>;
 template class ChirpTracker<double>;
 template class ChirpTracker<float>;
+template class ChirpTracker<double, 3>;
+template class ChirpTracker<float, 3>;
 template class SlidingDft<double, 8, 512>;
 template class SlidingDft<float, 8, 512>;
 template class FullKalmanBank<double, 8>;

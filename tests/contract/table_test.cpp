@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The table of docs/realtime.md says what the code is. `test_contract --write-table` puts it in its place anew.
+// The table of docs/realtime.md says what the code is. `test_contract --write-table` puts it in its place
+// anew.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -27,7 +28,8 @@ std::string missing_of(const Case& c) {
 std::string spike_of(const Case& one, const Case& single) {
   if (one.arguments == 0) return "-";
   if (!one.forgets) return "`reset()`";
-  return power_of_ten(one.spike) + (single.spike == one.spike ? "" : " (float: " + power_of_ten(single.spike) + ")");
+  return power_of_ten(one.spike) +
+         (single.spike == one.spike ? "" : " (float: " + power_of_ten(single.spike) + ")");
 }
 
 std::string page() {
@@ -37,12 +39,14 @@ std::string page() {
 
 std::string table() {
   std::ostringstream out;
-  out << "| class | built for | bytes, double | bytes, float | instructions of a step | missing if not finite | gets "
+  out << "| class | built for | bytes, double | bytes, float | instructions of a step | missing if not "
+         "finite | gets "
          "over a spike of |\n|---|---|---|---|---|---|---|\n";
   for (const Case& c : cases()) {
     if (c.single) continue;
-    const auto same = std::find_if(cases().begin(), cases().end(),
-                                   [&c](const Case& other) { return other.single && other.family == c.family; });
+    const auto same = std::find_if(cases().begin(), cases().end(), [&c](const Case& other) {
+      return other.single && other.family == c.family;
+    });
     const bool typed = same != cases().end();
     out << "| " << c.family << " | " << c.as_listed << " | " << c.bytes << " | "
         << (typed ? std::to_string(same->bytes) : "-") << " | " << c.cost << " | " << missing_of(c) << " | "

@@ -3,6 +3,7 @@
 
 #include <cmath>
 #include <resonid/base/constants.hpp>
+#include <resonid/base/flushed.hpp>
 
 namespace resonid {
 
@@ -18,8 +19,7 @@ class HighPass {
     if (!on_) return x;
     if (!started_) last_ = x;
     started_ = true;
-    output_ = Real(0.5) * (Real(1) + pole_) * (x - last_) + pole_ * output_;
-    if (std::abs(output_) < kRest) output_ = Real(0);
+    output_ = flushed_signal(Real(0.5) * (Real(1) + pole_) * (x - last_) + pole_ * output_);
     last_ = x;
     return output_;
   }
@@ -29,7 +29,6 @@ class HighPass {
   }
 
  private:
-  static constexpr Real kRest = Real(1e-30);
   bool on_ = false, started_ = false;
   Real pole_ = Real(0), last_ = Real(0), output_ = Real(0);
 };

@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstddef>
+#include <resonid/base/flushed.hpp>
 #include <resonid/recursive/discrete_model.hpp>
 #include <resonid/recursive/regression.hpp>
 
@@ -42,8 +43,8 @@ class DampedGradient {
     Real power = contraction_;
     for (std::size_t i = 0; i < Order; ++i, power *= contraction_) x -= model.a[i] * power * tail[i];
     for (std::size_t i = Order - 1; i > 0; --i) tail[i] = tail[i - 1];
-    tail[0] = x;
-    return x;
+    tail[0] = flushed_signal(x);
+    return tail[0];
   }
 
   Past past_;

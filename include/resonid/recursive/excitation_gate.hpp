@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <resonid/base/flushed.hpp>
 
 namespace resonid::recursive {
 
@@ -19,7 +20,7 @@ class ExcitationGate {
     fade_ = fade_ > Real(1e-9) ? fade_ * kKeep : Real(0);
     // A spike, which would be the largest for ever, counts for no more than it takes to follow a rise.
     const Real power = largest_ > Real(0) ? std::min(x * x, kSteepest * largest_) : x * x;
-    square_ = kKeep * square_ + (Real(1) - kKeep) * power;
+    square_ = flushed(kKeep * square_ + (Real(1) - kKeep) * power);
     largest_ = std::max(largest_, square_ / (Real(1) - fade_));
   }
   void reset() noexcept {

@@ -26,8 +26,8 @@ template <class Real, std::size_t Order>
 
 /// Whether the start no longer matters: as many samples as parameters have been seen ten times over, or the
 /// memory three times, whichever takes longer.
-template <class Real, std::size_t Parameters>
-[[nodiscard]] bool started(const RecursiveLeastSquares<Real, Parameters>& rls) noexcept {
+template <class Real, std::size_t Parameters, class Factors>
+[[nodiscard]] bool started(const RecursiveLeastSquares<Real, Parameters, Factors>& rls) noexcept {
   const double used = static_cast<double>(rls.samples() - rls.skipped_samples());
   const double memory = rls.factor() < Real(1) ? 3.0 / (1.0 - static_cast<double>(rls.factor())) : 0.0;
   return used >= std::max(10.0 * static_cast<double>(Parameters), memory);

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <resonid/base/flushed.hpp>
 #include <resonid/recursive/model_response.hpp>
 
 namespace resonid::recursive {
@@ -37,7 +38,7 @@ class PredictorGuard {
   /// Whether the prediction of y is lost.
   bool lost(Real y, Real predicted) noexcept {
     fade_ = fade_ > Real(1e-9) ? fade_ * kKeep : Real(0);
-    square_ = kKeep * square_ + (Real(1) - kKeep) * y * y;
+    square_ = flushed(kKeep * square_ + (Real(1) - kKeep) * y * y);
     largest_ = std::max(largest_, square_ / (Real(1) - fade_));
     const Real error = y - predicted;
     if (error * error <= kFar * kFar * largest_) return false;

@@ -7,6 +7,7 @@
 #include <optional>
 #include <resonid/base/constants.hpp>
 #include <resonid/base/expected.hpp>
+#include <resonid/base/flushed.hpp>
 #include <resonid/base/high_pass.hpp>
 #include <resonid/recursive/discrete_model.hpp>
 #include <resonid/recursive/rls.hpp>
@@ -50,10 +51,10 @@ class Regression {
 
   void push(Real input, Real output) noexcept {
     for (std::size_t i = Order - 1; i > 0; --i) input_[i] = input_[i - 1];
-    input_[0] = delayed(input);
+    input_[0] = flushed_signal(delayed(input));
     const Real entry = fixed_ ? output - last_ : output;
     for (std::size_t i = Order - 1; i > 0; --i) output_[i] = output_[i - 1];
-    output_[0] = entry;
+    output_[0] = flushed_signal(entry);
     last_ = output;
   }
   void reset() noexcept { *this = Regression(delay_, fixed_); }

@@ -10,6 +10,7 @@
 #include <limits>
 #include <optional>
 #include <resonid/base/expected.hpp>
+#include <resonid/base/flushed.hpp>
 #include <resonid/recursive/ud_factors.hpp>
 #include <span>
 #include <type_traits>
@@ -38,24 +39,30 @@ struct RecursiveLeastSquaresConfig {
   double smallest_variance = 0.0;  ///< Lower limit likewise: stays alert without forgetting; 0 ... 1.
 };
 
-/// Recursive least squares in factorised form, which cannot lose symmetry or positive definiteness:
+/// Recursive least squares whose covariance cannot lose its symmetry:
 ///
 ///   e = y - f' theta      L = P f/(lambda/w + f' P f)      theta += L e      P = (P - L f' P)/lambda
 ///
-/// P = U D U' (Bierman); w: weight of the sample. P is per unit residual variance.
+/// w: weight of the sample. P is per unit residual variance.
 ///
 /// Without excitation, forgetting would make P grow without bound. A parameter whose variance passes its
 /// upper limit is therefore told, once more, its present estimate, with the certainty that brings its
 /// variance back to the limit: theta stays, the other directions go on being tracked, and excited() turns
 /// false. The limits are looked at every kLimitInterval samples.
 ///
+/// P is kept as U D U' (UdFactors, the default), or as itself (SymmetricCovariance): shorter, but only where
+/// P is well conditioned. The steps do the same work whatever the data, but for the limits: there each
+/// parameter that passes one costs an update more. Sums that fade in silence end at 0, not in denormal
+/// numbers; the regressors are the caller's.
+///
 /// A sample that is not finite counts as missing. Trivially copyable, no heap. Limit: the covariance is right
 /// for white equation errors, and for pseudo-linear regressions only near them. Source: METHOD 6.1; Bierman
 /// 1977; Fortescue, Kershenbaum and Ydstie 1981; Kulhavy 1985.
-template <class Real, std::size_t Parameters>
+template <class Real, std::size_t Parameters, class Factors = UdFactors<Real, Parameters>>
 class RecursiveLeastSquares {
  public:
   using Scalar = Real;
+  using Factorisation = Factors;
   static constexpr std::size_t kParameters = Parameters;
   static constexpr std::size_t kLimitInterval = 16;
   using Vector = std::array<Real, Parameters>;
@@ -90,7 +97,7 @@ class RecursiveLeastSquares {
   /// The same with the error given: for prediction errors that are not linear in theta, `gradient` is then
   /// the derivative of the prediction.
   bool correct(const Vector& gradient, Real error, Real weight = Real(1)) noexcept {
-    const Vector f = factors_.project(gradient);
+    const auto f = factors_.project(gradient);
     const Real spread = factors_.spread(f);  // f' P f
     if (!std::isfinite(spread + error * error) || !(weight > Real(0))) {
       ++skipped_;
@@ -104,8 +111,8 @@ class RecursiveLeastSquares {
     ages_ = forgotten * (ages_ + weights_);
     weights_ = forgotten * weights_ + Real(1);
     weight_squares_ = forgotten * forgotten * weight_squares_ + Real(1);
-    squared_errors_ = forgotten * squared_errors_ + normalized;
-    leverage_ = factor_ * leverage_ + weight * spread / (Real(1) + weight * spread);
+    squared_errors_ = flushed(forgotten * squared_errors_ + normalized);
+    leverage_ = flushed(factor_ * leverage_ + weight * spread / (Real(1) + weight * spread));
     ++samples_;
     if (++since_limits_ == kLimitInterval) enforce_limits();
     return true;
@@ -177,7 +184,8 @@ class RecursiveLeastSquares {
   [[nodiscard]] std::uint64_t used_samples() const noexcept { return samples_ - skipped_; }
 
   /// Changes theta and P; returns the factor by which older samples lost weight.
-  Real update(const Vector& f, Real spread, Real error, Real weight, Real normalized) noexcept {
+  Real update(const typename Factors::Direction& f, Real spread, Real error, Real weight,
+              Real normalized) noexcept {
     const Real noise = Real(1) / weight;
     switch (forgetting_) {
       case Forgetting::none:
@@ -210,7 +218,7 @@ class RecursiveLeastSquares {
     const Real rate = Real(0.1) * (Real(1) - factor_);
     const Real count = static_cast<Real>(used_samples() + 1);
     const Real level = noise_variance_ > Real(0) ? noise_variance_ : usual_error_;
-    usual_error_ += std::max(rate, Real(1) / count) * (normalized - usual_error_);
+    usual_error_ = flushed(usual_error_ + std::max(rate, Real(1) / count) * (normalized - usual_error_));
     if (!(level > Real(0))) return factor_;
     return std::clamp(Real(1) - (Real(1) - factor_) * normalized / level, smallest_factor_, Real(1));
   }
@@ -253,7 +261,7 @@ class RecursiveLeastSquares {
     return std::nullopt;
   }
 
-  UdFactors<Real, Parameters> factors_;
+  Factors factors_;
   Vector theta_{}, start_{}, start_variance_{}, largest_{}, smallest_{};
   Forgetting forgetting_ = Forgetting::constant;
   Real factor_ = Real(1), smallest_factor_ = Real(1), noise_variance_ = Real(0);

@@ -4,6 +4,8 @@
 #include <Eigen/Core>
 #include <array>
 #include <cstddef>
+#include <limits>
+#include <resonid/base/unrolled.hpp>
 
 namespace resonid::recursive {
 
@@ -15,6 +17,7 @@ class UdFactors {
  public:
   using Vector = std::array<Real, N>;
   using Matrix = Eigen::Matrix<Real, static_cast<int>(N), static_cast<int>(N)>;
+  using Direction = Vector;  ///< U' x
 
   /// Diagonal.
   void reset(const Vector& variance) noexcept {
@@ -23,54 +26,48 @@ class UdFactors {
   }
 
   /// U' x
-  [[nodiscard]] Vector project(const Vector& x) const noexcept {
+  [[nodiscard]] Direction project(const Vector& x) const noexcept {
     Vector f;
-    for (std::size_t j = 0; j < N; ++j) {
+    unrolled<N>([&](auto j) {
       Real sum = x[j];
-      for (std::size_t i = 0; i < j; ++i) sum += u_[j][i] * x[i];
+      unrolled<j>([&](auto i) { sum += u_[j][i] * x[i]; });
       f[j] = sum;
-    }
+    });
     return f;
   }
   /// x' P x, and P x, of f = project(x).
-  [[nodiscard]] Real spread(const Vector& f) const noexcept {
+  [[nodiscard]] Real spread(const Direction& f) const noexcept {
     Real sum(0);
-    for (std::size_t j = 0; j < N; ++j) sum += d_[j] * f[j] * f[j];
+    unrolled<N>([&](auto j) { sum += d_[j] * f[j] * f[j]; });
     return sum;
   }
-  [[nodiscard]] Vector image(const Vector& f) const noexcept {
+  [[nodiscard]] Vector image(const Direction& f) const noexcept {
     Vector k;
-    for (std::size_t j = 0; j < N; ++j) {
+    unrolled<N>([&](auto j) {
       const Real g = d_[j] * f[j];
       k[j] = g;
-      for (std::size_t i = 0; i < j; ++i) k[i] += g * u_[j][i];
-    }
+      unrolled<j>([&](auto i) { k[i] += g * u_[j][i]; });
+    });
     return k;
   }
 
   /// P <- growth (P - P x x' P/(noise + x' P x)); f = project(x). A negative noise, of more than x' P x,
   /// takes information away. Returns P x of the former P.
-  Vector absorb(const Vector& f, Real noise, Real growth) noexcept {
-    Vector g;
-    std::array<Real, N + 1> alpha;
-    alpha[0] = noise;
-    for (std::size_t j = 0; j < N; ++j) {
-      g[j] = d_[j] * f[j];
-      alpha[j + 1] = alpha[j] + f[j] * g[j];
-    }
-    std::array<Real, N + 1> inverse;
-    for (std::size_t j = 0; j <= N; ++j) inverse[j] = Real(1) / alpha[j];
-    for (std::size_t j = 0; j < N; ++j) d_[j] *= alpha[j] * inverse[j + 1] * growth;
+  Vector absorb(const Direction& f, Real noise, Real growth) noexcept {
     Vector k;
-    for (std::size_t j = 0; j < N; ++j) {
-      const Real slope = f[j] * inverse[j];
-      k[j] = g[j];
-      for (std::size_t i = 0; i < j; ++i) {
+    Real alpha = noise, inverse = Real(1) / noise;
+    unrolled<N>([&](auto j) {
+      const Real g = d_[j] * f[j], next = alpha + f[j] * g, slope = f[j] * inverse;
+      inverse = Real(1) / next;
+      d_[j] *= alpha * inverse * growth;
+      alpha = next;
+      k[j] = g;
+      unrolled<j>([&](auto i) {
         const Real u = u_[j][i];
         u_[j][i] = u - slope * k[i];
-        k[i] += g[j] * u;
-      }
-    }
+        k[i] += g * u;
+      });
+    });
     return k;
   }
 
@@ -84,6 +81,11 @@ class UdFactors {
     Vector x{};
     x[i] = Real(1);
     absorb(project(x), to * (from / (from - to)), Real(1));
+    // What silence makes fade ends at 0, where it is below rounding, and not in denormal numbers.
+    constexpr Real kRounding = std::numeric_limits<Real>::epsilon();
+    for (std::size_t j = 0; j < N; ++j)
+      for (std::size_t l = 0; l < j; ++l)
+        if (u_[j][l] * u_[j][l] * d_[j] < kRounding * kRounding * d_[l]) u_[j][l] = Real(0);
   }
   /// Adds to the variance of entry i alone (Agee and Turner).
   void raise(std::size_t i, Real amount) noexcept {

@@ -39,12 +39,18 @@ struct ChirpTrackerConfig {
 /// Reported is the filtered phasor. It lags the line by lag_samples() and, what is more, a sweep through a
 /// resonance biases Y/U to first order in the sweep rate (METHOD 4.3): slower sweeps are better ones. A
 /// linear chirp needs no trigonometry per sample: the rotation is itself rotated, and set anew every 256
-/// samples. A sample that is not finite counts as missing. Source: METHOD 4.3; Nevaranta 2016, Pub. VI, eqs.
+/// samples. A logarithmic one takes an exponential, a cosine and a sine in double precision per sample: not
+/// for microcontrollers. A sample that is not finite counts as missing.
+///
+/// Several signals (ru, u, y) share one rotation and one gain as the channels of one tracker; a sample of
+/// which any channel is not finite is then missing for all. Source: METHOD 4.3; Nevaranta 2016, Pub. VI, eqs.
 /// 8-17.
-template <class Real>
+template <class Real, std::size_t Channels = 1>
 class ChirpTracker {
  public:
   using Scalar = Real;
+  using Sample = std::array<Real, Channels>;  ///< [channel]
+  static constexpr std::size_t kChannels = Channels;
   using MovingLine = void;  ///< Says that frequency_hz() changes with time.
   static constexpr std::size_t kMaxLines = 1;
   static constexpr std::size_t kProbes = 9;  ///< Frequencies at which the figures are computed.
@@ -62,6 +68,10 @@ class ChirpTracker {
                             ? kTwoPi * (config.to_hz - config.from_hz) / config.duration_s *
                                   tracker.sample_time_s_ * tracker.sample_time_s_
                             : 0.0;
+    tracker.first_angle_ = static_cast<Scalar>(kTwoPi * config.from_hz * tracker.sample_time_s_);
+    tracker.last_angle_ = static_cast<Scalar>(kTwoPi * config.to_hz * tracker.sample_time_s_);
+    tracker.angle_step_ = static_cast<Scalar>(turn);
+    tracker.end_ = tracker.first_at_end();
     tracker.turn_cos_ = static_cast<Scalar>(std::cos(turn));
     tracker.turn_sin_ = static_cast<Scalar>(std::sin(turn));
     for (std::size_t i = 0; i < kProbes; ++i) {
@@ -76,51 +86,58 @@ class ChirpTracker {
     return tracker;
   }
 
-  void step(Scalar z) noexcept {
+  void step(const Sample& z) noexcept {
     turn();
-    if (std::isfinite(z)) {
-      advance(z - predicted_);
-    } else {
-      advance(Scalar(0));
-      ++skipped_;
-    }
+    bool finite = true;
+    for (const Scalar x : z) finite = finite && std::isfinite(x);
+    advance(z, finite);
+    if (!finite) ++skipped_;
     ++samples_;
   }
+  void step(Scalar z) noexcept requires(Channels == 1) { step(Sample{z}); }
   /// `count` samples were lost: as so many steps with a sample that is not finite, in a bounded time.
   void miss(std::uint64_t count) noexcept {
     constexpr std::uint64_t kStepped = 16;  // so few are stepped, bit for bit
     if (count > kStepped) {
       const std::uint64_t turned = count - 1;
       const auto turn = std::polar(1.0, kTwoPi * law_.turns_over(samples_, turned, sample_time_s_));
-      const auto c = static_cast<Scalar>(turn.real()), s = static_cast<Scalar>(turn.imag());
-      const Scalar re = re_;
-      re_ = c * re - s * im_;
-      im_ = s * re + c * im_;
+      const auto cos = static_cast<Scalar>(turn.real()), sin = static_cast<Scalar>(turn.imag());
+      for (Channel& c : channels_) {
+        const Scalar re = c.re;
+        c.re = cos * re - sin * c.im;
+        c.im = sin * re + cos * c.im;
+      }
       samples_ += turned;
       skipped_ += turned;
       set_rotation(samples_ - 1);
       count = 1;
     }
-    for (; count > 0; --count) step(std::numeric_limits<Scalar>::quiet_NaN());
+    Sample missing;
+    missing.fill(std::numeric_limits<Scalar>::quiet_NaN());
+    for (; count > 0; --count) step(missing);
   }
   void reset() noexcept {
-    re_ = im_ = offset_ = predicted_ = innovation_ = Scalar(0);
+    channels_ = {};
     samples_ = skipped_ = 0;
   }
 
   /// Rotating phasor at the newest sample, in the unit of the signal (peak value).
-  [[nodiscard]] std::complex<Scalar> phasor(std::size_t = 0) const noexcept {
-    return {cos_ * re_ + sin_ * im_, cos_ * im_ - sin_ * re_};
+  [[nodiscard]] std::complex<Scalar> phasor(std::size_t = 0, std::size_t channel = 0) const noexcept {
+    const Channel& c = channels_[channel];
+    return {cos_ * c.re + sin_ * c.im, cos_ * c.im - sin_ * c.re};
   }
   /// The same against the chirp cos(phase(t)) of phase 0 at sample 0: constant for a constant gain.
-  [[nodiscard]] std::complex<Scalar> amplitude(std::size_t = 0) const noexcept {
+  [[nodiscard]] std::complex<Scalar> amplitude(std::size_t = 0, std::size_t channel = 0) const noexcept {
     const double cycles = law_.cycles(time_s());
-    const auto a = std::complex<double>(phasor()) * std::polar(1.0, -kTwoPi * (cycles - std::floor(cycles)));
+    const auto a =
+        std::complex<double>(phasor(0, channel)) * std::polar(1.0, -kTwoPi * (cycles - std::floor(cycles)));
     return {static_cast<Scalar>(a.real()), static_cast<Scalar>(a.imag())};
   }
-  [[nodiscard]] Scalar offset() const noexcept { return offset_; }
+  [[nodiscard]] Scalar offset(std::size_t channel = 0) const noexcept { return channels_[channel].offset; }
   /// Newest sample minus what was predicted for it; 0 for a missing one.
-  [[nodiscard]] Scalar innovation() const noexcept { return innovation_; }
+  [[nodiscard]] Scalar innovation(std::size_t channel = 0) const noexcept {
+    return channels_[channel].innovation;
+  }
 
   /// Whether the start no longer matters (kSettledRemainder).
   [[nodiscard]] bool settled(std::size_t = 0) const noexcept {
@@ -155,6 +172,8 @@ class ChirpTracker {
   [[nodiscard]] ChirpTracker probe(std::size_t i) const noexcept {
     ChirpTracker frozen = *this;
     frozen.law_.from_hz = frozen.law_.to_hz = probe_hz(i);
+    frozen.first_angle_ = frozen.last_angle_ = static_cast<Scalar>(kTwoPi * probe_hz(i) * sample_time_s_);
+    frozen.angle_step_ = Scalar(0);
     frozen.turn_cos_ = Scalar(1);
     frozen.turn_sin_ = Scalar(0);
     frozen.reset();
@@ -185,12 +204,17 @@ class ChirpTracker {
     return std::nullopt;
   }
 
+  struct Channel {
+    Scalar re{}, im{}, offset{}, predicted{}, innovation{};
+  };
+
   /// Brings e^{jw} to the sample that comes.
   void turn() noexcept {
-    constexpr std::uint64_t kAnew =
+    constexpr std::uint32_t kAnew =
         256;  // rounding of the turns in between stays near 10 units in the last place
-    if (law_.sweep != Sweep::linear || samples_ % kAnew == 0 || at_end(samples_)) {
-      if (samples_ > 0 && at_end(samples_ - 1) && samples_ % kAnew != 0) return;
+    const bool anew = static_cast<std::uint32_t>(samples_) % kAnew == 0 || samples_ == end_;
+    if (!anew && samples_ > end_) return;
+    if (anew || law_.sweep != Sweep::linear) {
       set_rotation(samples_);
       return;
     }
@@ -200,24 +224,34 @@ class ChirpTracker {
     cos_ = scale * c;
     sin_ = scale * s;
   }
-
-  void set_rotation(std::uint64_t sample) noexcept {
-    const double angle =
-        kTwoPi * law_.frequency_hz(static_cast<double>(sample) * sample_time_s_) * sample_time_s_;
-    cos_ = static_cast<Scalar>(std::cos(angle));
-    sin_ = static_cast<Scalar>(std::sin(angle));
+  /// w of a sample, in rad per sample.
+  [[nodiscard]] Scalar angle(std::uint64_t sample) const noexcept {
+    if (sample >= end_) return last_angle_;
+    if (law_.sweep == Sweep::linear) return first_angle_ + angle_step_ * static_cast<Scalar>(sample);
+    const double time = static_cast<double>(sample) * sample_time_s_;
+    return static_cast<Scalar>(kTwoPi * law_.frequency_hz(time) * sample_time_s_);
   }
 
-  void advance(Scalar innovation) noexcept {
+  void set_rotation(std::uint64_t sample) noexcept {
+    const Scalar now = angle(sample);
+    cos_ = std::cos(now);
+    sin_ = std::sin(now);
+  }
+
+  void advance(const Sample& z, bool finite) noexcept {
     Scalar gain_re = weight_ * cos_, gain_im = weight_ * sin_;
     Scalar offset_gain = has_offset_ ? weight_ : Scalar(0);
     if (rule_ == GainRule::placed_poles) placed(gain_re, gain_im, offset_gain);
-    const Scalar re = cos_ * re_ - sin_ * im_ + gain_re * innovation;
-    im_ = sin_ * re_ + cos_ * im_ + gain_im * innovation;
-    re_ = re;
-    offset_ += offset_gain * innovation;
-    predicted_ = re_ + offset_;
-    innovation_ = innovation;
+    for (std::size_t i = 0; i < Channels; ++i) {
+      Channel& c = channels_[i];
+      const Scalar innovation = finite ? z[i] - c.predicted : Scalar(0);
+      const Scalar re = cos_ * c.re - sin_ * c.im + gain_re * innovation;
+      c.im = sin_ * c.re + cos_ * c.im + gain_im * innovation;
+      c.re = re;
+      c.offset += offset_gain * innovation;
+      c.predicted = re + c.offset;
+      c.innovation = innovation;
+    }
   }
 
   /// placed_gain() of one line in real numbers; l = c + js on the unit circle.
@@ -238,8 +272,13 @@ class ChirpTracker {
     offset_gain = (one - rho) * (one - Scalar(2) * rho * c + rho * rho) / away;
   }
 
-  [[nodiscard]] bool at_end(std::uint64_t sample) const noexcept {
-    return static_cast<double>(sample) * sample_time_s_ >= law_.duration_s;
+  /// First sample at which the sweep has ended.
+  [[nodiscard]] std::uint64_t first_at_end() const noexcept {
+    const double count = law_.duration_s / sample_time_s_;
+    if (!(count < 9e15)) return static_cast<std::uint64_t>(-1);
+    auto sample = static_cast<std::uint64_t>(count);
+    while (static_cast<double>(sample) * sample_time_s_ < law_.duration_s) ++sample;
+    return sample;
   }
   [[nodiscard]] double time_s() const noexcept {
     return samples_ == 0 ? 0.0 : static_cast<double>(samples_ - 1) * sample_time_s_;
@@ -260,9 +299,12 @@ class ChirpTracker {
   bool has_offset_ = false;
   GainRule rule_ = GainRule::fixed;
   Scalar weight_{}, radius_{}, turn_cos_{}, turn_sin_{};
-  Scalar cos_{}, sin_{}, re_{}, im_{}, offset_{}, predicted_{}, innovation_{};
+  Scalar first_angle_{}, last_angle_{}, angle_step_{};  // rad per sample
+  Scalar cos_{}, sin_{};
+  std::array<Channel, Channels> channels_{};
   std::array<ImpulseFigures, kProbes> figures_{};
   std::size_t settling_ = 0;
+  std::uint64_t end_ = 0;  // first sample at the last frequency
   std::uint64_t samples_ = 0;
   std::uint64_t skipped_ = 0;
 };

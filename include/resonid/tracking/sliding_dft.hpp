@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <complex>
@@ -29,13 +30,20 @@ struct SlidingDftConfig {
 
 /// Complex amplitude of spectral lines over the last N samples: modulated sliding DFT. O(lines) per sample.
 ///
-///   S(n) = S(n-1) + (x(n) - x(n-N)) e^{-j2πkn/N},    amplitude = 2/N S(n)
+///   S(n) = Σ_{m = n-N+1 ... n} x(m) e^{-j2πkm/N},    amplitude = 2/N S(n)
 ///   Hann:  amplitude = 2/N ( S_k - (S_{k-1} e^{-jv} + S_{k+1} e^{jv})/2 ),   v = 2π (n+1)/N
 ///
 /// Peak value in the unit of x, phase referred to sample 0. k is whole, so a periodic excitation does not
-/// leak, and an offset drops out. S cannot become unstable, and its rounding errors do not add up either: a
-/// second sum, begun anew every N samples, replaces it when it holds a whole window; both carry their
-/// rounding along. A sample that is not finite is taken to be what it was one window ago. Source: METHOD 4.4.
+/// leak, and an offset drops out. S is the sum F of what came since the last multiple of N and the sum R of
+/// what is still to leave; at each multiple of N, F becomes R and the next F begins at 0. So no rounding
+/// error lives longer than 2 N samples. Blocks of kBlock samples are summed by themselves before they are
+/// added to F and taken from R: then the sums are short ones, and
+///
+///   e^{-j2πkm/N} = e^{-j2πka/N} e^{-j2πkb/N},   a: first sample of the block, b < kBlock
+///
+/// is one table for all samples and one factor per block. Each step does the same work whatever the data; the
+/// last of a block adds the block, as much again as about two steps. Nothing fades, so nothing becomes
+/// denormal. A sample that is not finite is taken to be what it was one window ago. Source: METHOD 4.4.
 template <class Real, std::size_t MaxLines, std::size_t MaxWindow>
 class SlidingDft {
  public:
@@ -54,15 +62,15 @@ class SlidingDft {
       dft.cos_[m] = static_cast<Scalar>(std::cos(angle));
       dft.sin_[m] = static_cast<Scalar>(std::sin(angle));
     }
+    const std::size_t parts = dft.hann_ ? 3 : 1;
     for (std::size_t i = 0; i < dft.lines_; ++i) {
       const auto k = static_cast<std::size_t>(std::llround(bin(config, i)));
       dft.bins_[i] = k;
-      if (!dft.hann_) {
-        dft.sums_[i].bin = k;
-        continue;
-      }
-      for (std::size_t part = 0; part < 3; ++part) dft.sums_[3 * i + part].bin = k + part - 1;
+      for (std::size_t part = 0; part < parts; ++part)
+        dft.make_column(parts * i + part, dft.hann_ ? k + part - 1 : k);
     }
+    dft.columns_ = (parts * dft.lines_ + kLanes - 1) / kLanes * kLanes;
+    dft.reset();
     return dft;
   }
 
@@ -73,26 +81,13 @@ class SlidingDft {
       ++skipped_;
     }
     history_[position_] = x;
-    const std::size_t sums = hann_ ? 3 * lines_ : lines_;
-    const bool whole = position_ + 1 == window_;
-    for (std::size_t i = 0; i < sums; ++i) {
-      BinSum& sum = sums_[i];
-      const Scalar c = cos_[sum.twiddle], s = sin_[sum.twiddle];
-      sum.twiddle += sum.bin;
-      if (sum.twiddle >= window_) sum.twiddle -= window_;
-      sum.fresh_re.add(x * c);
-      sum.fresh_im.add(-x * s);
-      sum.re.add(x * c);
-      sum.im.add(-x * s);
-      sum.re.add(-(oldest * c));
-      sum.im.add(oldest * s);
-      if (!whole) continue;
-      sum.re = sum.fresh_re;
-      sum.im = sum.fresh_im;
-      sum.fresh_re = sum.fresh_im = {};
-    }
-    position_ = whole ? 0 : position_ + 1;
+    accumulate(come_, gone_, twiddle_[position_ % kBlock], x, oldest, columns_);
+    prepare_next_block();
+    ++position_;
     ++samples_;
+    if (position_ % kBlock != 0 && position_ < window_) return;
+    close_block();
+    if (position_ == window_) close_window();
   }
   /// `count` samples were lost: as so many steps with a sample that is not finite. Those repeat the window,
   /// so whole windows change nothing and at most one is stepped.
@@ -104,18 +99,19 @@ class SlidingDft {
   }
   void reset() noexcept {
     history_.fill(Scalar(0));
-    for (BinSum& sum : sums_) sum = BinSum{.bin = sum.bin};
-    position_ = 0;
+    come_ = gone_ = {};
+    sums_ = {};
+    fresh_ = 0;
+    first_block();
     samples_ = skipped_ = 0;
   }
 
   /// Phase referred to sample 0: constant for a constant line.
   [[nodiscard]] std::complex<Scalar> amplitude(std::size_t line) const noexcept {
     const Scalar scale = Scalar(2) / static_cast<Scalar>(window_);
-    if (!hann_) return scale * sums_[line].value();
+    if (!hann_) return scale * sum(line);
     const Scalar c = cos_[position_], s = sin_[position_];  // v = 2π (n+1)/N
-    const auto below = sums_[3 * line].value(), own = sums_[3 * line + 1].value();
-    const auto above = sums_[3 * line + 2].value();
+    const auto below = sum(3 * line), own = sum(3 * line + 1), above = sum(3 * line + 2);
     const Scalar half(0.5);
     return {
         scale * (own.real() - half * (c * (below.real() + above.real()) + s * (below.imag() - above.imag()))),
@@ -155,23 +151,93 @@ class SlidingDft {
  private:
   SlidingDft() = default;
 
-  /// A sum that keeps what rounding took from it (two-sum; Knuth).
-  struct Sum {
-    Scalar high{}, low{};
-    void add(Scalar x) noexcept {
-      const Scalar sum = high + x;
-      const Scalar part = sum - high;
-      low += (high - (sum - part)) + (x - part);
-      high = sum;
+  static constexpr std::size_t kBlock = 16;
+  static constexpr std::size_t kLanes = 64 / sizeof(Scalar);  // columns come in whole cache lines
+  static constexpr std::size_t kColumns = (3 * MaxLines + kLanes - 1) / kLanes * kLanes;
+  using Row = std::array<Scalar, kColumns>;  // [line], with a Hann window [3 line + 0, 1, 2]
+  struct alignas(64) Rows {
+    Row re{}, im{};
+  };
+  struct Sums {
+    Rows sum, lost;  // what rounding took from the sum
+  };
+
+  void make_column(std::size_t column, std::size_t k) noexcept {
+    for (std::size_t b = 0; b < kBlock; ++b) {
+      twiddle_[b].re[column] = cos_[k * b % window_];
+      twiddle_[b].im[column] = -sin_[k * b % window_];
     }
-    [[nodiscard]] Scalar value() const noexcept { return high + low; }
-  };
-  struct BinSum {
-    std::size_t bin = 0;
-    std::size_t twiddle = 0;  ///< bin * n mod N
-    Sum re{}, im{}, fresh_re{}, fresh_im{};
-    [[nodiscard]] std::complex<Scalar> value() const noexcept { return {re.value(), im.value()}; }
-  };
+    advance_[column] = static_cast<std::uint32_t>(k * kBlock % window_);
+  }
+
+  static void accumulate(Rows& __restrict sum, Rows& __restrict left, const Rows& __restrict turn,
+                         Scalar newest, Scalar oldest, std::size_t columns) noexcept {
+    for (std::size_t c = 0; c < columns; ++c) {
+      const Scalar re = turn.re[c], im = turn.im[c];
+      sum.re[c] += newest * re;
+      sum.im[c] += newest * im;
+      left.re[c] += oldest * re;
+      left.im[c] += oldest * im;
+    }
+  }
+  /// The factor of the next block, as many columns per sample as make all of them within a block.
+  void prepare_next_block() noexcept {
+    for (std::size_t c = position_ % kBlock; c < columns_; c += kBlock) {
+      std::uint32_t place = place_[c] + advance_[c];
+      if (place >= window_) place -= static_cast<std::uint32_t>(window_);
+      place_[c] = place;
+      next_.re[c] = cos_[place];
+      next_.im[c] = -sin_[place];
+    }
+  }
+  void close_block() noexcept {
+    add_block(sums_[fresh_], come_, block_, Scalar(1), columns_);
+    add_block(sums_[1 - fresh_], gone_, block_, Scalar(-1), columns_);
+    for (std::size_t c = 0; c < columns_; ++c) {
+      come_.re[c] = come_.im[c] = gone_.re[c] = gone_.im[c] = Scalar(0);
+      block_.re[c] = next_.re[c];
+      block_.im[c] = next_.im[c];
+    }
+  }
+  /// sums += sign part turn
+  static void add_block(Sums& __restrict sums, const Rows& __restrict part, const Rows& __restrict turn,
+                        Scalar sign, std::size_t columns) noexcept {
+    for (std::size_t c = 0; c < columns; ++c) {
+      const Scalar re = sign * (part.re[c] * turn.re[c] - part.im[c] * turn.im[c]);
+      const Scalar im = sign * (part.re[c] * turn.im[c] + part.im[c] * turn.re[c]);
+      sums.lost.re[c] += two_sum(sums.sum.re[c], re);
+      sums.lost.im[c] += two_sum(sums.sum.im[c], im);
+    }
+  }
+  /// sum += x; returns what rounding took from it (Knuth).
+  static Scalar two_sum(Scalar& sum, Scalar x) noexcept {
+    const Scalar before = sum, after = before + x, part = after - before;
+    sum = after;
+    return (before - (after - part)) + (x - part);
+  }
+  void close_window() noexcept {
+    fresh_ = 1 - fresh_;
+    Sums& fresh = sums_[fresh_];
+    for (std::size_t c = 0; c < columns_; ++c)
+      fresh.sum.re[c] = fresh.sum.im[c] = fresh.lost.re[c] = fresh.lost.im[c] = Scalar(0);
+    first_block();
+  }
+  void first_block() noexcept {
+    position_ = 0;
+    for (std::size_t c = 0; c < columns_; ++c) {
+      place_[c] = 0;
+      block_.re[c] = Scalar(1);
+      block_.im[c] = Scalar(0);
+    }
+  }
+
+  [[nodiscard]] std::complex<Scalar> sum(std::size_t c) const noexcept {
+    const Scalar re = come_.re[c] - gone_.re[c], im = come_.im[c] - gone_.im[c];
+    const Sums &a = sums_[0], &b = sums_[1];
+    return {
+        a.sum.re[c] + b.sum.re[c] + (block_.re[c] * re - block_.im[c] * im) + (a.lost.re[c] + b.lost.re[c]),
+        a.sum.im[c] + b.sum.im[c] + (block_.re[c] * im + block_.im[c] * re) + (a.lost.im[c] + b.lost.im[c])};
+  }
 
   static double bin(const SlidingDftConfig& c, std::size_t i) noexcept {
     return c.frequency_hz[i] * static_cast<double>(c.window_samples) / c.sample_rate_hz;
@@ -207,12 +273,16 @@ class SlidingDft {
     return std::nullopt;
   }
 
-  std::array<Scalar, MaxWindow> cos_{}, sin_{};  // [m] of 2π m/N
-  std::array<Scalar, MaxWindow> history_{};      // [n mod N]
-  std::array<BinSum, 3 * MaxLines> sums_{};      // [line], with a Hann window [3 line + 0, 1, 2]
-  std::array<std::size_t, MaxLines> bins_{};     // [line]
+  std::array<Scalar, MaxWindow> cos_{}, sin_{};              // [m] of 2π m/N
+  std::array<Scalar, MaxWindow> history_{};                  // [n mod N]
+  std::array<Rows, kBlock> twiddle_{};                       // [sample of the block] e^{-j2πkb/N}
+  Rows block_{}, next_{};                                    // e^{-j2πka/N} of this block and of the next
+  Rows come_{}, gone_{};                                     // sums of the block, without its factor
+  std::array<Sums, 2> sums_{};                               // F and R, by turns
+  std::array<std::uint32_t, kColumns> place_{}, advance_{};  // ka mod N, and its growth per block
+  std::array<std::size_t, MaxLines> bins_{};                 // [line]
   double sample_rate_hz_ = 0.0;
-  std::size_t window_ = 0, lines_ = 0, position_ = 0;
+  std::size_t window_ = 0, lines_ = 0, columns_ = 0, position_ = 0, fresh_ = 0;
   bool hann_ = false;
   std::uint64_t samples_ = 0, skipped_ = 0;
 };

@@ -162,6 +162,29 @@ TEST(ChirpTracker, RotationStaysExact) {
   EXPECT_LT(worst_single, 5e-6);
 }
 
+TEST(ChirpTracker, ChannelsAreTrackersThatShareARotation) {
+  for (const GainRule gain : {GainRule::fixed, GainRule::placed_poles}) {
+    ChirpTrackerConfig config = publication_vi(gain);
+    config.offset = gain == GainRule::placed_poles;
+    const Tracker fresh = Tracker::create(config).value();
+    std::array<Tracker, 3> single{fresh, fresh, fresh};
+    auto together = ChirpTracker<double, 3>::create(config).value();
+    const double nan = std::numeric_limits<double>::quiet_NaN();
+    for (int k = 0; k < 9000; ++k) {  // beyond the end of the sweep
+      std::array<double, 3> z{std::sin(0.3 * k), 0.7 + std::cos(0.1 * k), 0.01 * (k % 7)};
+      if (k == 4000) z[1] = nan;
+      together.step(z);
+      for (std::size_t i = 0; i < 3; ++i) single[i].step(k == 4000 ? nan : z[i]);  // missing for all
+      for (std::size_t i = 0; i < 3; ++i) {
+        ASSERT_EQ(together.phasor(0, i), single[i].phasor()) << k;
+        ASSERT_EQ(together.offset(i), single[i].offset()) << k;
+      }
+    }
+    EXPECT_EQ(together.amplitude(0, 2), single[2].amplitude());
+    EXPECT_EQ(together.skipped_samples(), 1U);
+  }
+}
+
 TEST(ChirpTracker, LagIsThatOfTheSource) {
   Tracker fixed = Tracker::create(publication_vi()).value();
   Tracker placed = Tracker::create(publication_vi(GainRule::placed_poles)).value();

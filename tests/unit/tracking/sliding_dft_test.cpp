@@ -8,6 +8,7 @@
 #include <random>
 #include <resonid/base/constants.hpp>
 #include <resonid/tracking/sliding_dft.hpp>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -95,6 +96,31 @@ TEST(SlidingDft, IsTheDftOfTheLastWindow) {
         EXPECT_LT(std::abs(std::complex<long double>(dft.amplitude(i)) - truth), 1e-14L);
         const auto turn = std::polar(1.0L, 2.0L * 3.14159265358979323846L * lines[i] * k / 64.0L);
         EXPECT_LT(std::abs(std::complex<long double>(dft.phasor(i)) - truth * turn), 1e-13L);
+      }
+    }
+  }
+}
+
+// Windows shorter than a block, of whole blocks and of blocks and a rest; before, at and after their ends.
+TEST(SlidingDft, HoldsForEveryLengthOfTheWindow) {
+  for (const std::size_t window : {3U, 4U, 15U, 16U, 17U, 31U, 33U, 48U, 61U}) {
+    const std::array<double, 2> lines{1.0, static_cast<double>((window - 1) / 2)};
+    const std::size_t count = window < 5 ? 1 : 2;
+    auto dft = SlidingDft<double, 2, 64>::create({.sample_rate_hz = static_cast<double>(window),
+                                                  .window_samples = window,
+                                                  .frequency_hz = std::span(lines.data(), count)})
+                   .value();
+    Noise noise;
+    std::vector<long double> all(window, 0.0L);
+    for (std::uint64_t k = 0; k < 5 * window; ++k) {
+      const double x = static_cast<double>(noise.next());
+      all.push_back(x);
+      dft.step(x);
+      const std::vector<long double> last(all.end() - static_cast<std::ptrdiff_t>(window), all.end());
+      for (std::size_t i = 0; i < count && k + 1 >= window; ++i) {
+        const auto truth = exact_amplitude(last, k, static_cast<std::size_t>(lines[i]), false);
+        ASSERT_LT(std::abs(std::complex<long double>(dft.amplitude(i)) - truth), 2e-15L)
+            << window << " " << k;
       }
     }
   }
