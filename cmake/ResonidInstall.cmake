@@ -21,6 +21,10 @@ write_basic_package_version_file("${PROJECT_BINARY_DIR}/resonid-config-version.c
 install(FILES "${PROJECT_BINARY_DIR}/resonid-config.cmake" "${PROJECT_BINARY_DIR}/resonid-config-version.cmake"
         DESTINATION "${CMAKE_INSTALL_LIBDIR}/cmake/resonid")
 if(TARGET resonid_c)
+  set(RESONID_PC_PRIVATE "")
+  if(hwy_FOUND)
+    set(RESONID_PC_PRIVATE "-lhwy")
+  endif()
   configure_file("${PROJECT_SOURCE_DIR}/cmake/resonid.pc.in" "${PROJECT_BINARY_DIR}/resonid.pc" @ONLY)
   install(FILES "${PROJECT_BINARY_DIR}/resonid.pc" DESTINATION "${CMAKE_INSTALL_LIBDIR}/pkgconfig")
 endif()

@@ -377,7 +377,7 @@ bool block(LineView<Real> view, const BlockView<Real>& table, const Real* const*
 template <class Real, std::size_t Channels, bool Tail>
 HWY_INLINE void block_line_responses(const Layout<Real, Channels>& bank, std::size_t i,
                                      const Real (&innovation)[Channels][kBlockSamples],
-                                     const Outputs<Real>& out) {
+                                     const Outputs<Real>& out, std::size_t row) {
   using V = Vector<Real>;
   const Tag<Real> d;
   const auto inside = hn::FirstN(d, out.lines - i);
@@ -393,7 +393,7 @@ HWY_INLINE void block_line_responses(const Layout<Real, Channels>& bank, std::si
   gain[1] = product(gain[1], delay);
   x[1] = product(x[1], delay);
   Real *re = out.re + i, *im = out.im + i;
-  for (std::size_t j = 0; j < kBlockSamples; ++j, re += out.lines, im += out.lines) {
+  for (std::size_t j = 0; j < kBlockSamples; ++j, re += row, im += row) {
     RESONID_UNROLL
     for (std::size_t c = 0; c < Channels; ++c) {
       const V e = hn::Set(d, innovation[c][j]);  // gain e first: the chain from x to x is two operations
@@ -420,21 +420,20 @@ HWY_INLINE void block_line_responses(const Layout<Real, Channels>& bank, std::si
 
 template <class Real, std::size_t Channels>
 std::size_t run(LineView<Real> view, const BlockView<Real>& table, const Real* const* z, std::size_t count,
-                const Real* delay, Real* re, Real* im) {
+                const Real* delay, Real* re, Real* im, std::size_t row) {
   const Layout<Real, Channels> bank(view);
   const std::size_t lanes = hn::Lanes(Tag<Real>());
   alignas(64) Real innovation[Channels][kBlockSamples];
   std::size_t skipped = 0, k = 0;
   while (k < count) {
-    const Outputs<Real> out{delay, delay + view.delay_stride, re + k * view.lines, im + k * view.lines,
-                            view.lines};
+    const Outputs<Real> out{delay, delay + view.delay_stride, re + k * row, im + k * row, view.lines};
     if (k + kBlockSamples <= count && block_finite<Real, Channels>(z, k)) {
       block_innovations<Real, Channels>(bank, view.lines, table, z, k, innovation);
       for (std::size_t c = 0; c < Channels; ++c) bank.predicted()[c] = 0;
       std::size_t i = 0;
       for (; i + lanes <= view.lines; i += lanes)
-        block_line_responses<Real, Channels, false>(bank, i, innovation, out);
-      if (i < view.lines) block_line_responses<Real, Channels, true>(bank, i, innovation, out);
+        block_line_responses<Real, Channels, false>(bank, i, innovation, out, row);
+      if (i < view.lines) block_line_responses<Real, Channels, true>(bank, i, innovation, out, row);
       block_offset<Real, Channels>(bank, innovation);
       k += kBlockSamples;
     } else {

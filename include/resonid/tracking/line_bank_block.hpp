@@ -61,23 +61,27 @@ class LineBankBlock {
     advance(bank, pointers(signals), 0, count);
   }
   /// The same with the responses after every `stride` samples, >= 1: response_re and response_im,
-  /// [row][line], with room for rows times lines(). Returns the rows, samples/stride.
+  /// [row][line], in rows of `row_length` numbers, >= lines() (0: lines()), with room for whole rows. Returns
+  /// the rows, samples/stride. Quickest where rows begin at multiples of 64 bytes; what is behind a row's
+  /// lines stays.
   std::size_t run(Bank& bank, const Signals& signals, std::size_t stride, std::span<Real> response_re,
-                  std::span<Real> response_im) const noexcept requires(Channels >= 2) {
+                  std::span<Real> response_im, std::size_t row_length = 0) const noexcept
+      requires(Channels >= 2) {
     const std::size_t count = length(signals), rows = count / stride, lines = bank.lines();
+    const std::size_t apart = row_length == 0 ? lines : row_length;
     const Pointers z = pointers(signals);
     if constexpr (kVectors) {
       if (stride == 1) {
         bank.skipped_ +=
             line_kernels<Real>().run[Channels - 1](bank.view(), tables(), z.data(), count, bank.delay_.data(),
-                                                   response_re.data(), response_im.data());
+                                                   response_re.data(), response_im.data(), apart);
         bank.samples_ += count;
         return rows;
       }
     }
     for (std::size_t row = 0; row < rows; ++row) {
       advance(bank, z, row * stride, (row + 1) * stride);
-      bank.responses(response_re.subspan(row * lines, lines), response_im.subspan(row * lines, lines));
+      bank.responses(response_re.subspan(row * apart, lines), response_im.subspan(row * apart, lines));
     }
     advance(bank, z, rows * stride, count);
     return rows;

@@ -44,10 +44,11 @@ struct LineKernels {
   /// channel.
   PerChannels<bool (*)(LineView<Real>, const Real* sample, const Real* delay, Real* re, Real* im)>
       step_responses;
-  /// Many samples, [channel][sample], with the responses at every one, [sample][line]; returns how many were
+  /// Many samples, [channel][sample], with the responses at every one, [sample][line] in rows
+  /// of `row` numbers; returns how many were
   /// not finite.
   PerChannels<std::size_t (*)(LineView<Real>, const BlockView<Real>&, const Real* const* samples,
-                              std::size_t count, const Real* delay, Real* re, Real* im)>
+                              std::size_t count, const Real* delay, Real* re, Real* im, std::size_t row)>
       run;
   /// kBlockSamples samples from `first` on in the block form; false, and nothing done, if one is not finite.
   PerChannels<bool (*)(LineView<Real>, const BlockView<Real>&, const Real* const* samples, std::size_t first)>

@@ -139,7 +139,9 @@ class Oscillators {
   void advance(const Sample& innovation) noexcept {
     std::array<std::array<Scalar, kLanes>, Channels> sum{};
     for (std::size_t block = 0; block < lines_; block += kLanes) {
+#if defined(__arm__) && !defined(__ARM_NEON)
 #pragma GCC unroll 2  // at any level of optimisation, so that the sums stay in registers
+#endif
       for (std::size_t c = 0; c < Channels; ++c) {
         for (std::size_t lane = 0; lane < kLanes; ++lane) {
           const std::size_t i = block + lane;
