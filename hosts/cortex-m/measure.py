@@ -37,7 +37,7 @@ CASES = {
     "line_bank_21": "`LineBank<float, 21>`: u, y and the response at all lines",
     "kalman_bank_8": "`KalmanBank<float, 8>`: one signal",
     "response_tracker_8": "`ResponseTracker<KalmanBank<float, 8>>`: ru, u, y, one response with its deviation",
-    "chirp_tracker_3": "`ChirpTracker<float>`, three: ru, u and y",
+    "chirp_tracker_3": "`ChirpTracker<float, 3>`: ru, u and y",
     "sliding_dft_21": "`SlidingDft<float, 21, 512>`: one signal",
     "rls_6": "`RecursiveLeastSquares<float, 6>`",
     "arx_3": "`Arx<float, 3>`",
@@ -317,7 +317,7 @@ def table(results):
         cells += [cell(r[case]) for cell in COLUMNS.values() for r in results.values()]
         lines.append("| " + " | ".join(cells) + " |")
     lines.append("")
-    for name, meaning in (("core_set", "`LineBank` of 21 lines, three `ChirpTracker`, `SlidingDft`, `RecursiveLeastSquares`, "
+    for name, meaning in (("core_set", "`LineBank` of 21 lines, `ChirpTracker`, `SlidingDft`, `RecursiveLeastSquares`, "
                            "`ClosedLoopOutputError`, `PhysicalTracker` and the generators"),
                           ("whole_library", "All of the table but the change detector, `LineBank` of 8 lines and the lone "
                            "`KalmanBank`")):

@@ -91,32 +91,24 @@ struct ResponseTrackerCase {
   }
 };
 
-/// Three trackers, the phasors of ru, u and y at every sample.
+/// The phasors of ru, u and y at every sample.
 struct ChirpTrackerCase {
-  using Tracker = ChirpTracker<float>;
-  using Estimator = std::array<Tracker, 3>;
-  static inline Storage<Tracker> ru, u, y;
-  static inline std::complex<float> at_ru, at_u, at_y;
+  using Estimator = ChirpTracker<float, 3>;
+  static inline Storage<Estimator> tracker;
+  static inline std::array<std::complex<float>, 3> phasor;
 
   static bool create() {
-    const auto made = Tracker::create({.sample_rate_hz = drive::kSampleRateHz,
-                                       .from_hz = drive::kChirpFromHz,
-                                       .to_hz = drive::kChirpToHz,
-                                       .duration_s = drive::kChirpDurationS});
-    return ru.hold(made) && u.hold(made) && y.hold(made);
+    return tracker.hold(Estimator::create({.sample_rate_hz = drive::kSampleRateHz,
+                                           .from_hz = drive::kChirpFromHz,
+                                           .to_hz = drive::kChirpToHz,
+                                           .duration_s = drive::kChirpDurationS}));
   }
   static void step(const Sample& s) {
-    ru->step(s.ru);
-    u->step(s.u);
-    y->step(s.y);
-    at_ru = ru->phasor();
-    at_u = u->phasor();
-    at_y = y->phasor();
+    tracker->step({s.ru, s.u, s.y});
+    for (std::size_t i = 0; i < 3; ++i) phasor[i] = tracker->phasor(0, i);
   }
   static void report(Output& out) {
-    line(out, at_ru);
-    line(out, at_u);
-    line(out, at_y);
+    for (const auto& p : phasor) line(out, p);
   }
 };
 

@@ -38,7 +38,7 @@ struct ChirpTrackerConfig {
 ///
 /// Reported is the filtered phasor. It lags the line by lag_samples() and, what is more, a sweep through a
 /// resonance biases Y/U to first order in the sweep rate (METHOD 4.3): slower sweeps are better ones. A
-/// linear chirp needs no trigonometry per sample: the rotation is itself rotated, and set anew every 256
+/// linear chirp needs no trigonometry per sample: the rotation is itself rotated, and set anew every 32
 /// samples. A logarithmic one takes an exponential, a cosine and a sine in double precision per sample: not
 /// for microcontrollers. A sample that is not finite counts as missing.
 ///
@@ -211,7 +211,7 @@ class ChirpTracker {
   /// Brings e^{jw} to the sample that comes.
   void turn() noexcept {
     constexpr std::uint32_t kAnew =
-        256;  // rounding of the turns in between stays near 10 units in the last place
+        32;  // float: 1e-5 of rounding in the phasor; 256 would let it grow to 9e-5
     const bool anew = static_cast<std::uint32_t>(samples_) % kAnew == 0 || samples_ == end_;
     if (!anew && samples_ > end_) return;
     if (anew || law_.sweep != Sweep::linear) {
