@@ -57,7 +57,8 @@ template <class Step>
 
 /// Counts one step per sample, and writes the file `name/kind`.
 template <class Step>
-void count_one(const std::string& name, const std::string& kind, Step step, const Signal& signal) {
+void count_one(const std::string& name, const std::string& kind, const Step& start, const Signal& signal) {
+  Step step = start;
   const std::string label = name + "/" + kind;
   measured(step, signal);  // the first call chooses kernels and binds symbols
   CALLGRIND_ZERO_STATS;
