@@ -1,6 +1,6 @@
 # Two commands are enough on a fresh Debian 12 machine: `make demo` and `make test`. Both do their own set-up.
 .DEFAULT_GOAL := help
-.PHONY: help demo test build statistics bench format check clean
+.PHONY: help demo test build statistics sanitize bench format check clean
 
 help:          ## This list.
 	@awk -F ':|## ' '/^[a-z]+:.*## / {printf "  make %-11s %s\n", $$1, $$NF}' Makefile
@@ -25,6 +25,12 @@ statistics:    ## The claims over hundreds of seeds (an hour).
 	cmake --preset dev -DRESONID_STATISTICS=ON
 	cmake --build --preset dev
 	ctest --preset dev --label-regex statistics --verbose
+
+sanitize:      ## All short tests under clang's address and undefined-behaviour sanitizers (an hour).
+	tools/install_packages build test ci
+	cmake --preset clang-asan
+	cmake --build --preset clang-asan
+	ctest --preset clang-asan --label-exclude statistics --exclude-regex DocumentationIsUpToDate
 
 bench:         ## Build optimised and run the benchmarks; results in build/release/bench/*.json.
 	tools/install_packages build test bench
