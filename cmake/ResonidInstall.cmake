@@ -22,6 +22,7 @@ install(FILES "${PROJECT_BINARY_DIR}/resonid-config.cmake" "${PROJECT_BINARY_DIR
         DESTINATION "${CMAKE_INSTALL_LIBDIR}/cmake/resonid")
 if(TARGET resonid_c)
   set(RESONID_PC_PRIVATE "")
+  file(RELATIVE_PATH RESONID_PC_UP "/${CMAKE_INSTALL_LIBDIR}/pkgconfig" "/")
   if(hwy_FOUND)
     set(RESONID_PC_PRIVATE "-lhwy")
   endif()

@@ -33,25 +33,30 @@ resonid_tracker_config tracker_defaults(std::uint32_t kind) noexcept;
 template <class Tracker>
 expected<Tracker, ConfigError> make_tracker(const resonid_tracker_config& config) noexcept;
 
+/// f(tracker) with a tracker of one type. Not inline: else the stack of a small one were that of the largest.
+template <class Tracker, class F>
+[[gnu::noinline]] expected<void, ConfigError> with_one_tracker(const resonid_tracker_config& config,
+                                                               F& f) noexcept {
+  const auto made = make_tracker<Tracker>(config);
+  if (!made) return unexpected<ConfigError>(made.error());
+  return f(*made);
+}
+
 /// f(tracker) with the tracker of the type; gives an error of it or of f.
 template <class F>
 expected<void, ConfigError> with_tracker(TrackerType type, const resonid_tracker_config& config,
                                          F&& f) noexcept {
-  const auto pass = [&](const auto& made) -> expected<void, ConfigError> {
-    if (!made) return unexpected<ConfigError>(made.error());
-    return f(*made);
-  };
   switch (type) {
     case TrackerType::kalman_bank:
-      return pass(make_tracker<KalmanBank>(config));
+      return with_one_tracker<KalmanBank>(config, f);
     case TrackerType::short_dft:
-      return pass(make_tracker<ShortDft>(config));
+      return with_one_tracker<ShortDft>(config, f);
     case TrackerType::long_dft:
-      return pass(make_tracker<LongDft>(config));
+      return with_one_tracker<LongDft>(config, f);
     case TrackerType::chirp:
       break;
   }
-  return pass(make_tracker<ChirpTracker>(config));
+  return with_one_tracker<ChirpTracker>(config, f);
 }
 
 }  // namespace resonid::c
