@@ -152,7 +152,7 @@ resonid_status create(const typename Family::Config* given, typename Family::Han
 template <class Config>
 std::uint32_t second_field(const Config* given) noexcept {
   if (given == nullptr || given->struct_size < 2 * sizeof(std::uint32_t)) return 0;
-  std::uint32_t kind;
+  std::uint32_t kind = 0;
   std::memcpy(&kind, reinterpret_cast<const unsigned char*>(given) + sizeof(std::uint32_t), sizeof kind);
   return kind;
 }
