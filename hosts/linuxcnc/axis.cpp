@@ -93,9 +93,11 @@ double Axis::excite(const resonid_axis_settings& settings, const resonid_axis_sa
     forget();
   }
   const bool tripped = guard_ && guard_->tripped();
+  const bool ramping_out = active() && guard_->reason() != excitation::StopReason::none;
   if (enable && !was_enabled_ && !active() && !tripped) start(settings);
   if (!enable && guard_) guard_->stop();
-  was_enabled_ = enable;
+  // Enabled again while it still ramps out: that waits for the end of the ramp.
+  was_enabled_ = enable && (was_enabled_ || !ramping_out || tripped);
   was_reset_ = reset;
   excitation_ = 0.0;
   if (active()) {

@@ -101,6 +101,18 @@ TEST(LinuxcncAxis, KeepsWhatItFoundAfterEnableHasFallen) {
   EXPECT_EQ(a.results().trust_reason, RESONID_NOT_SETTLED);
 }
 
+TEST(LinuxcncAxis, StartsAgainWhenEnabledDuringTheRampOut) {
+  Axis a = axis();
+  Machine machine;
+  const auto s = settings();
+  machine.run(a, s, 1.0);
+  machine.run(a, s, 0.1, false);
+  ASSERT_TRUE(a.active());
+  machine.run(a, s, 2.0);
+  EXPECT_TRUE(a.active());
+  EXPECT_EQ(a.results().stop_reason, 0);
+}
+
 TEST(LinuxcncAxis, DoesNotTrustNoise) {
   Axis a = axis();
   Machine(kStiffness, 20.0).run(a, settings(), 4.0);

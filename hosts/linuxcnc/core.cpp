@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <optional>
+#include <resonid/base/flush_denormals.hpp>
 #include <string_view>
 
 #include "axis.hpp"
@@ -43,11 +44,13 @@ int resonid_axis_create(int axis, const resonid_axis_shape* shape, resonid_axis_
 
 double resonid_axis_excite(int axis, const resonid_axis_settings* settings,
                            const resonid_axis_sample* sample) {
+  const resonid::FlushDenormals flush;
   return axes[static_cast<std::size_t>(axis)]->excite(*settings, *sample);
 }
 
 void resonid_axis_identify(int axis, const resonid_axis_settings* settings,
                            const resonid_axis_sample* sample) {
+  const resonid::FlushDenormals flush;
   axes[static_cast<std::size_t>(axis)]->identify(*settings, *sample);
 }
 

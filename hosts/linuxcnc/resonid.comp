@@ -52,7 +52,7 @@ pin out bit trusted "The results can be relied upon: trust-reason is 0.";
 pin out signed trust_reason """0: trusted. 1: nothing measured yet. 2: not settled. 3: stopped by a limit. 4: more than 5 % of
 the newest samples are missing. 5: the response shows no anti-resonance below a damped resonance. 6: they lie outside
 the lines. 7: their standard deviation is larger than max-std (resonance) or twice that (anti-resonance). 8: a
-parameter was refused at the start.""";
+parameter was refused, or period_ns is not the thread's period (see the log).""";
 pin out signed stop_reason """Why the excitation ended: 0 it has not. 1: enable fell. 2: finished as planned. 3: torque. 4: velocity.
 5: end of travel. 6: growing oscillation. 7: velocity or position missing for too long. 8: velocity at a line. 9: not
 watched any more. From 3 on nothing is injected before a reset.""";
@@ -106,6 +106,7 @@ option extra_setup yes;
 option no_convenience_defines yes;
 variable int axis;
 variable unsigned last_clocks;
+variable int wrong_period;
 license "MIT";
 author "resonid contributors";
 ;;
@@ -191,7 +192,13 @@ FUNCTION(excite) {
   read_settings(inst, &settings);
   read_sample(inst, &sample);
   /* The lines stand where they should only in a thread of the period that was told. */
-  if (labs(period - period_ns) > period_ns / 100) sample.enable = 0;
+  if (labs(period - period_ns) > period_ns / 100) {
+    if (!inst->wrong_period)
+      rtapi_print_msg(RTAPI_MSG_ERR, "resonid: the thread's period is %ld ns, period_ns says %ld: nothing is injected\n",
+                      period, (long)period_ns);
+    inst->wrong_period = 1;
+    sample.enable = 0;
+  }
   PIN(excitation) = resonid_axis_excite(inst->axis, &settings, &sample);
   PIN(running) = r->running;
   PIN(stop_reason) = r->stop_reason;
@@ -226,7 +233,7 @@ FUNCTION(identify) {
   PIN(coherence) = r->coherence;
   PIN(settled) = r->settled;
   PIN(trusted) = r->trusted;
-  PIN(trust_reason) = r->trust_reason;
+  PIN(trust_reason) = inst->wrong_period ? RESONID_REFUSED : r->trust_reason;
   PIN(samples) = r->samples;
   PIN(skipped_samples) = r->skipped_samples;
   PIN(updates) = r->updates;

@@ -72,7 +72,8 @@ class Session:
             shutil.copy(modules / module, merged)
         self.samples_file = self.folder / "samples"
         script = self.folder / "session.hal"
-        script.write_text(f"source {HERE}/two_mass.hal\n" + commands.replace("SAMPLES", str(self.samples_file)))
+        shutil.copy(HERE / "two_mass.hal", self.folder)  # the user that runs it may not see the clone
+        script.write_text(f"source {self.folder}/two_mass.hal\n" + commands.replace("SAMPLES", str(self.samples_file)))
         self.folder.chmod(0o777)
         # halrun refuses root; without real time any other user will do.
         user = "runuser -u nobody --" if os.getuid() == 0 else "unshare --user --map-user=1000"

@@ -3,6 +3,7 @@
 
 #include <resonid/c/types.h>
 
+#include <algorithm>
 #include <cstddef>
 #include <cstring>
 #include <limits>
@@ -23,11 +24,14 @@ void copy_text(char (&to)[Room], std::string_view text) noexcept {
 
 /// Writes the reason where the caller wants it, and returns the status.
 inline resonid_status fail(resonid_error* error, resonid_status status, const ConfigError& reason) noexcept {
-  if (error == nullptr || error->struct_size < sizeof(resonid_error)) return status;
-  error->status = status;
-  error->value = reason.value;
-  copy_text(error->field, reason.field);
-  copy_text(error->requirement, reason.requirement);
+  if (error == nullptr || error->struct_size < sizeof error->struct_size) return status;
+  resonid_error whole{};
+  whole.struct_size = error->struct_size;
+  whole.status = status;
+  whole.value = reason.value;
+  copy_text(whole.field, reason.field);
+  copy_text(whole.requirement, reason.requirement);
+  std::memcpy(error, &whole, std::min<std::size_t>(error->struct_size, sizeof whole));
   return status;
 }
 inline resonid_status fail_null(resonid_error* error, std::string_view argument) noexcept {
@@ -52,7 +56,8 @@ expected<Enum, ConfigError> enumerator(std::string_view field, std::uint32_t num
 // one that a caller with older headers may have.
 template <class Struct>
 bool possible_size(std::size_t size) noexcept {
-  return size >= alignof(Struct) && size % alignof(Struct) == 0;
+  constexpr std::size_t kLargest = 65536;  // beyond it, memory that was never set
+  return size >= alignof(Struct) && size % alignof(Struct) == 0 && size <= kLargest;
 }
 
 /// `result` to the caller, as much of it as there is room for.
@@ -69,9 +74,8 @@ resonid_status give(Struct result, Struct* out, std::size_t struct_size) noexcep
 /// A configuration of defaults in the caller's struct; what only a newer header knows is set to 0.
 template <class Config>
 resonid_status give_defaults(Config defaults, Config* out, std::size_t struct_size) noexcept {
-  constexpr std::size_t kLargest = 65536;
   if (out == nullptr) return RESONID_ERROR_NULL;
-  if (!possible_size<Config>(struct_size) || struct_size > kLargest) return RESONID_ERROR_SIZE;
+  if (!possible_size<Config>(struct_size)) return RESONID_ERROR_SIZE;
   const std::size_t known = struct_size < sizeof(Config) ? struct_size : sizeof(Config);
   defaults.struct_size = static_cast<std::uint32_t>(struct_size);
   if (struct_size > known) std::memset(static_cast<void*>(out), 0, struct_size);

@@ -89,8 +89,8 @@ struct Variants {
   }
 };
 
-/// Puts a header and an estimator into memory that was found large enough; every byte is written, so that
-/// equal handles have equal bytes.
+/// Puts a header and an estimator into memory that was found large enough; nothing of what was there
+/// before shows beside what they leave out.
 template <class T>
 void place(void* memory, std::uint32_t family, std::uint32_t variant, const T& estimator) noexcept {
   std::memset(memory, 0, handle_size<T>());

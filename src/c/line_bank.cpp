@@ -59,9 +59,6 @@ struct LineBanks
                                           const tracking::LineBankConfig& config) noexcept {
     const auto made = T::create(config);
     if (!made) return unexpected<ConfigError>(made.error());
-    // Else the first step would look for the fastest kernels.
-    if constexpr (tracking::kHasLineKernels<typename T::Scalar, T::kMaxLines, T::kChannels>)
-      tracking::choose_line_kernels();
     place(memory, kFamily, variant, *made);
     return {};
   }

@@ -110,12 +110,13 @@ TEST(Snapshot, OfEveryEstimatorGoesOnInAnotherProcess) {
   }
 }
 
-TEST(Snapshot, WithAWrongByteWouldBeSeen) {
+TEST(Snapshot, OfOneSampleEarlierWouldBeSeen) {
   const auto whole = cases().back().make();
-  run(*whole, 0, 2345);
+  run(*whole, 0, 2344);
   const auto bytes = whole->bytes();
-  const std::vector<std::byte> late(bytes.begin(), bytes.end());
-  EXPECT_NE(resume_elsewhere(cases().size() - 1, late, 2346, 3001), run(*whole, 2345, 3000));
+  const std::vector<std::byte> earlier(bytes.begin(), bytes.end());
+  run(*whole, 2344, 2345);
+  EXPECT_NE(resume_elsewhere(cases().size() - 1, earlier, 2345, 3000), run(*whole, 2345, 3000));
 }
 
 }  // namespace

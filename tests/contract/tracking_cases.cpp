@@ -84,7 +84,7 @@ struct ChirpTrackerTraits : OfOneSignal<Real> {
   using Listed = ChirpTracker<Real>;
   static constexpr std::string_view
       kName = "ChirpTracker",
-      kAsListed = "", kCost = "constant; every 256th sample, and all of a logarithmic sweep, a cosine";
+      kAsListed = "", kCost = "constant; every 32nd sample, and all of a logarithmic sweep, a cosine";
   static ChirpTracker<Real> make() {
     return ChirpTracker<Real>::create({.sample_rate_hz = kRateHz,
                                        .from_hz = 12.0,
@@ -105,16 +105,16 @@ struct LineBankTraits {
                                     kCost = "constant: lines";
   static constexpr unsigned kArguments = kU | kY;
   static constexpr double kRecovered = 1e-4;
-  static LineBank<Real, 4> make() {
-    return LineBank<Real, 4>::create(
+  static LineBank<Real, 8> make() {
+    return LineBank<Real, 8>::create(
                {.bank = {.sample_rate_hz = kRateHz, .frequency_hz = kLines, .lambda = 50.0},
                 .known_delay_s = 0.004})
         .value();
   }
-  static std::tuple<Real, Real> arguments(const LineBank<Real, 4>&, const Sample& s) noexcept {
+  static std::tuple<Real, Real> arguments(const LineBank<Real, 8>&, const Sample& s) noexcept {
     return {static_cast<Real>(s[1]), static_cast<Real>(s[2])};
   }
-  static void observe(const LineBank<Real, 4>& e, Answers& answers) noexcept {
+  static void observe(const LineBank<Real, 8>& e, Answers& answers) noexcept {
     for (std::size_t i = 0; i < e.lines(); ++i) answers.figure(std::complex<double>(e.response(i)));
     for (std::size_t i = 0; i < e.lines(); ++i) {
       answers.add(static_cast<double>(e.phasor(0, i).real()));

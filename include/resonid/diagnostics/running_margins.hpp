@@ -42,7 +42,10 @@ class MarginScan {
   /// newest_crossover_hz() and newest_phase_margin_deg() are then of this crossing.
   bool step(Real frequency_hz, Complex loop) noexcept {
     const bool usable = std::isfinite(loop.real()) && std::isfinite(loop.imag());
-    if (usable && std::isnan(margins_.modulus_margin)) take_modulus(std::abs(Real(1) + loop), frequency_hz);
+    if (usable) {
+      const Real distance = std::abs(Real(1) + loop);
+      if (!(distance >= margins_.modulus_margin)) take_modulus(distance, frequency_hz);
+    }
     bool crossed = false;
     if (usable && last_usable_ && last_ != Complex(0) && loop != Complex(0)) {
       const Real step_hz = frequency_hz - last_hz_;

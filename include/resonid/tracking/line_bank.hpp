@@ -73,6 +73,7 @@ class LineBank {
     bank.settling_ = static_cast<std::uint32_t>(std::min<std::size_t>(settling, kNever));
     bank.oscillators_.configure(angles, gain);
     bank.sample_rate_hz_ = static_cast<Real>(config.bank.sample_rate_hz);
+    if constexpr (kVectors) static_cast<void>(line_kernels<Real>());  // chosen here, not in the first step
     return bank;
   }
 

@@ -73,7 +73,9 @@ extern std::atomic<const LineKernels<double>*> chosen_double;
 }  // namespace detail
 
 /// Takes the fastest kernels of this processor, or of what hwy::SetSupportedTargetsForTest left of it, for
-/// both precisions. Called at first use; no state holds the choice, so that snapshots move between processes.
+/// both precisions. Called by create() of the first
+/// bank; no state holds the choice, so that snapshots move between processes. A process that only restores
+/// snapshots calls it itself, or else its first step does.
 void choose_line_kernels() noexcept;
 
 template <class Real>

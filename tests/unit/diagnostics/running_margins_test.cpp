@@ -30,6 +30,15 @@ struct Lag {
   }
 };
 
+TEST(RunningMargins, ALineBetweenTwoGapsCounts) {
+  const std::complex<double> gap(kNan, 0.0);
+  const std::array<double, 5> hz{1.0, 2.0, 3.0, 4.0, 5.0};
+  const std::array<std::complex<double>, 5> loop{{{2.0, 0.0}, gap, {-0.75, 0.0}, gap, {0.5, 0.0}}};
+  const auto m = running_margins<double>(hz, loop);
+  EXPECT_EQ(m.modulus_margin, 0.25);
+  EXPECT_EQ(m.modulus_margin_hz, 3.0);
+}
+
 template <class Real>
 class RunningMarginsOf : public testing::Test {};
 using Reals = testing::Types<float, double>;
