@@ -86,7 +86,7 @@ class RowWriter {
   fmt::memory_buffer text_;
 };
 
-identification::Result read_result(const char* option, const std::string& path) {
+identification::Result read_result_for(const char* option, const std::string& path) {
   std::ifstream file(path, std::ios::binary);
   if (!file) throw InputError(fmt::format("{}: '{}': cannot be read", option, path));
   const auto json = nlohmann::json::parse(file, nullptr, false);
@@ -100,13 +100,13 @@ identification::Result read_result(const char* option, const std::string& path) 
 
 void read_models(TrackVerbOptions& o) {
   if (!o.start.empty()) {
-    const auto result = read_result("--start", o.start);
+    const auto result = read_result_for("--start", o.start);
     if (!result.model)
       throw InputError(fmt::format("--start: '{}': holds no model; one is required to begin with", o.start));
     o.track.start = result.model->drive;
     o.track.start_units = result.units;
   }
-  if (!o.baseline.empty()) o.track.baseline = read_result("--baseline", o.baseline);
+  if (!o.baseline.empty()) o.track.baseline = read_result_for("--baseline", o.baseline);
 }
 
 void add_method(CLI::App& verb, TrackVerbOptions& o) {
