@@ -23,7 +23,6 @@ endif()
 function(resonid_unity target)
   if(RESONID_UNITY)
     set_target_properties(${target} PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE 6)
-    target_compile_options(${target} PRIVATE -Wno-shadow)  # of names that other sources have
   endif()
 endfunction()
 

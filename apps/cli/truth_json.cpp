@@ -10,18 +10,16 @@
 namespace resonid::cli {
 namespace {
 
-using nlohmann::json;
+nlohmann::json parameter(double value, const char* unit) { return {{"value", value}, {"unit", unit}}; }
 
-json parameter(double value, const char* unit) { return {{"value", value}, {"unit", unit}}; }
-
-json coupling_json(const plant::Coupling& c, const char* stiffness, const char* damping) {
+nlohmann::json coupling_json(const plant::Coupling& c, const char* stiffness, const char* damping) {
   return {{"between", {c.from, c.to}},
           {"stiffness", parameter(c.stiffness, stiffness)},
           {"damping", parameter(c.damping, damping)}};
 }
 
 /// Names of INTERFACES 1; a chain gives lists, from the driven side to the load.
-json parameters_json(const plant::Truth& truth) {
+nlohmann::json parameters_json(const plant::Truth& truth) {
   const bool rotary = truth.motion == data::Motion::rotary;
   const char* inertia = rotary ? "kgm2" : "kg";
   const char* stiffness = rotary ? "Nm/rad" : "N/m";
@@ -29,11 +27,11 @@ json parameters_json(const plant::Truth& truth) {
   const char* torque = rotary ? "Nm" : "N";
   const auto& masses = truth.system.inertia;
   const auto& couplings = truth.system.couplings;
-  json parameters{{"driven_inertia", parameter(masses.front(), inertia)}};
+  nlohmann::json parameters{{"driven_inertia", parameter(masses.front(), inertia)}};
   if (masses.size() > 1) parameters["load_inertia"] = parameter(masses.back(), inertia);
   if (truth.structure == plant::Structure::chain) {
     for (const double mass : masses) parameters["inertias"].push_back(parameter(mass, inertia));
-    parameters["couplings"] = json::array();
+    parameters["couplings"] = nlohmann::json::array();
     for (const auto& c : couplings) parameters["couplings"].push_back(coupling_json(c, stiffness, damping));
   } else if (!couplings.empty()) {
     parameters["stiffness"] = parameter(couplings[0].stiffness, stiffness);
@@ -59,7 +57,7 @@ json parameters_json(const plant::Truth& truth) {
   return parameters;
 }
 
-json transfer_function_json(const data::TransferFunction& g) {
+nlohmann::json transfer_function_json(const data::TransferFunction& g) {
   return {{"numerator", g.numerator}, {"denominator", g.denominator}, {"sample_time_s", g.sample_time_s}};
 }
 
@@ -75,8 +73,8 @@ bool is_accurate(const plant::Truth& truth) {
   return true;
 }
 
-json resonances_json(const plant::Truth& truth) {
-  json list = json::array();
+nlohmann::json resonances_json(const plant::Truth& truth) {
+  nlohmann::json list = nlohmann::json::array();
   const auto add = [&](const std::vector<plant::Mode>& modes, const char* kind) {
     for (const auto& mode : modes)
       list.push_back({{"kind", kind},
@@ -86,21 +84,22 @@ json resonances_json(const plant::Truth& truth) {
   };
   add(truth.antiresonances, "antiresonance");
   add(truth.resonances, "resonance");
-  std::sort(list.begin(), list.end(),
-            [](const json& a, const json& b) { return a["frequency_hz"] < b["frequency_hz"]; });
+  std::sort(list.begin(), list.end(), [](const nlohmann::json& a, const nlohmann::json& b) {
+    return a["frequency_hz"] < b["frequency_hz"];
+  });
   return list;
 }
 
-json over_time_json(const plant::OverTime& over_time) {
-  json result{{"time_s", over_time.time_s}, {"resonance_hz", over_time.resonance_hz}};
+nlohmann::json over_time_json(const plant::OverTime& over_time) {
+  nlohmann::json result{{"time_s", over_time.time_s}, {"resonance_hz", over_time.resonance_hz}};
   if (!over_time.position_m.empty()) result["position_m"] = over_time.position_m;
   return result;
 }
 
 /// Margins of the real loop (METHOD 10.2).
-json loop_json(const data::FrequencyResponse& loop) {
+nlohmann::json loop_json(const data::FrequencyResponse& loop) {
   const auto margins = diagnostics::loop_margins(loop);
-  json result{{"modulus_margin", margins.modulus_margin}};
+  nlohmann::json result{{"modulus_margin", margins.modulus_margin}};
   if (const auto value = margins.crossover_hz()) result["crossover_hz"] = *value;
   if (const auto value = margins.phase_margin_deg()) result["phase_margin_deg"] = *value;
   auto gain_margin = margins.gain_margin_db;
@@ -114,9 +113,9 @@ json loop_json(const data::FrequencyResponse& loop) {
   return result;
 }
 
-json response_json(const data::FrequencyResponse& response) {
-  json re = json::array();
-  json im = json::array();
+nlohmann::json response_json(const data::FrequencyResponse& response) {
+  nlohmann::json re = nlohmann::json::array();
+  nlohmann::json im = nlohmann::json::array();
   for (const auto& value : response.value) {
     re.push_back(value.real());
     im.push_back(value.imag());
@@ -126,12 +125,12 @@ json response_json(const data::FrequencyResponse& response) {
 
 }  // namespace
 
-json truth_json(const plant::Truth& truth) {
-  json result{{"schema", "resonid.truth/1"},
-              {"seed", truth.seed},
-              {"delay_s", truth.delay_s},
-              {"frequency_response", response_json(truth.response)},
-              {"resonances", resonances_json(truth)}};
+nlohmann::json truth_json(const plant::Truth& truth) {
+  nlohmann::json result{{"schema", "resonid.truth/1"},
+                        {"seed", truth.seed},
+                        {"delay_s", truth.delay_s},
+                        {"frequency_response", response_json(truth.response)},
+                        {"resonances", resonances_json(truth)}};
   // A tooth belt is a two-mass drive at every place.
   const auto structure =
       truth.structure == plant::Structure::tooth_belt ? plant::Structure::two_mass : truth.structure;

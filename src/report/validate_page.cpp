@@ -19,8 +19,8 @@ using identification::ModelValidation;
 Curve thinned(const std::string& name, const std::vector<double>& x, double start_s, double rate_hz,
               Curve::Mark mark) {
   Curve curve{name, mark, {}, {}};
-  constexpr std::size_t kBins = 1500;
-  const std::size_t bins = std::min(kBins, x.size());
+  constexpr std::size_t kHistogramBins = 1500;
+  const std::size_t bins = std::min(kHistogramBins, x.size());
   for (std::size_t b = 0; b < bins; ++b) {
     const auto from = x.begin() + static_cast<std::ptrdiff_t>(b * x.size() / bins);
     const auto to = x.begin() + static_cast<std::ptrdiff_t>((b + 1) * x.size() / bins);
