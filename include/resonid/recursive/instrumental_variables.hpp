@@ -46,6 +46,7 @@ class InstrumentalVariables {
   static expected<InstrumentalVariables, ConfigError> create(
       const InstrumentalVariablesConfig<Order>& config) {
     if (auto fault = fault_of(config)) return unexpected<ConfigError>(*fault);
+    static_cast<void>(Eigen::l1CacheSize());  // looked up once, under a lock: here, not in the first step
     auto loop =
         Loop::create(config.controller_numerator, config.controller_denominator, config.delay_samples);
     if (!loop) return unexpected<ConfigError>(loop.error());
