@@ -43,8 +43,8 @@ std::span<const ModelOperations> output_error_operations() noexcept;            
 std::span<const ModelOperations> closed_loop_output_error_operations() noexcept;  // from 1
 std::span<const ModelOperations> instrumental_operations() noexcept;              // from 2
 
-/// make<Estimator>(config) gives the estimator; the operations follow from the concept DiscreteEstimator.
-template <class Estimator, expected<Estimator, ConfigError> (*make)(const resonid_model_config&)>
+/// Make(config) gives the estimator; the operations follow from the concept DiscreteEstimator.
+template <class Estimator, expected<Estimator, ConfigError> (*Make)(const resonid_model_config&)>
 class OperationsOf {
   static constexpr std::size_t kOrder = Estimator::kOrder;
   using Held = HeldModel<Estimator>;
@@ -52,7 +52,7 @@ class OperationsOf {
 
   static expected<void, ConfigError> build(void* memory, std::uint32_t variant,
                                            const resonid_model_config& c) {
-    auto made = make(c);
+    auto made = Make(c);
     if (!made) {
       constexpr std::string_view kInner = "adaptation.";
       std::string_view& field = made.error().field;

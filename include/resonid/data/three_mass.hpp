@@ -16,6 +16,7 @@ struct ThreeMass : TwoMass<Scalar> {
   Scalar damping_2{};
 
   ThreeMass() = default;
+  // NOLINTNEXTLINE(google-explicit-constructor): two masses are three with nothing between
   ThreeMass(const TwoMass<Scalar>& two, const Scalar& middle = {}, const Scalar& k2 = {},
             const Scalar& d2 = {})
       : TwoMass<Scalar>(two), middle_inertia(middle), stiffness_2(k2), damping_2(d2) {}
