@@ -65,8 +65,9 @@ struct Variants {
     using Call = resonid_status (*)(void*, Function&);
     static constexpr Call kCall[] = {&call<Ts, Function>...};
     if (const resonid_status status = check_handle(handle, Id)) return status;
-    const std::uint32_t variant = static_cast<const Header*>(handle)->variant;
-    return variant < kCount ? kCall[variant](handle, f) : RESONID_ERROR_HANDLE;
+    const Header& h = *static_cast<const Header*>(handle);
+    const bool known = h.variant < kCount && h.size == kSize[h.variant];
+    return known ? kCall[h.variant](handle, f) : RESONID_ERROR_HANDLE;
   }
   template <class F>
   static resonid_status visit(const void* handle, F&& f) noexcept {

@@ -82,8 +82,10 @@ struct Models {
   template <class F>
   static resonid_status visit(const void* handle, F&& f) noexcept {
     if (const resonid_status status = check_handle(handle, RESONID_FAMILY_MODEL)) return status;
-    const ModelOperations* found = operations(static_cast<const Header*>(handle)->variant);
-    return found != nullptr ? f(*found, const_cast<void*>(handle)) : RESONID_ERROR_HANDLE;
+    const Header& h = *static_cast<const Header*>(handle);
+    const ModelOperations* found = operations(h.variant);
+    const bool known = found != nullptr && found->size == h.size;
+    return known ? f(*found, const_cast<void*>(handle)) : RESONID_ERROR_HANDLE;
   }
 };
 

@@ -46,7 +46,7 @@ enum {
 /// Why a call failed. Begin with RESONID_ERROR_INIT; it owns nothing. Functions leave it alone when they
 /// succeed.
 typedef struct resonid_error {
-  uint32_t struct_size;  ///< sizeof(resonid_error); with less the struct is left alone.
+  uint32_t struct_size;  ///< sizeof(resonid_error); 0 leaves the struct alone.
   resonid_status status;
   double value;           ///< The value found, not a number where it is none.
   char field[64];         ///< Offending field of the configuration, or argument; ends with 0.

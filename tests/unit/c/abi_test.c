@@ -97,6 +97,8 @@ static void a_newer_struct_serves_while_it_asks_for_nothing_new(void) {
   newer.known.struct_size = 0;  // defaults were never called
   CHECK_STATUS(resonid_rls_init(memory, sizeof memory, &newer.known, &rls, &error), RESONID_ERROR_SIZE);
   CHECK(strcmp(error.field, "struct_size") == 0);
+  newer.known.struct_size = 0xFFFFFFF8U;  // nor any other memory that was never set
+  CHECK_STATUS(resonid_rls_init(memory, sizeof memory, &newer.known, &rls, &error), RESONID_ERROR_SIZE);
   CHECK(resonid_rls_size(&newer.known) == 0 && resonid_rls_size(NULL) == 0);
 }
 
@@ -130,6 +132,9 @@ static void errors_fit_the_callers_struct(void) {
   memset(&error, 0, sizeof error);  // not begun with RESONID_ERROR_INIT: left alone
   CHECK_STATUS(resonid_rls_create(&c, &rls, &error), RESONID_ERROR_CONFIG);
   CHECK(error.status == 0 && error.field[0] == 0);
+  error.struct_size = offsetof(resonid_error, field);  // an older, shorter one: filled as far as it goes
+  CHECK_STATUS(resonid_rls_create(&c, &rls, &error), RESONID_ERROR_CONFIG);
+  CHECK(error.status == RESONID_ERROR_CONFIG && error.field[0] == 0);
   CHECK_STATUS(resonid_rls_create(&c, &rls, NULL), RESONID_ERROR_CONFIG);
   CHECK_STATUS(resonid_rls_create(&c, NULL, NULL), RESONID_ERROR_NULL);
   CHECK_STATUS(resonid_rls_create(NULL, &rls, NULL), RESONID_ERROR_NULL);

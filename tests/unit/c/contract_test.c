@@ -78,6 +78,14 @@ static void wrong_handles_are_refused(const subject* s) {
   const uint32_t variant = 0x7fffffff;
   memcpy(second_memory + 12, &variant, sizeof variant);
   CHECK_STATUS(s->step(second_memory, 0, 0, 0), RESONID_ERROR_HANDLE);
+  // One whose size is not that of its type: restored into less memory, steps would write beyond it.
+  CHECK_OK(s->init(s->kind, second_memory, sizeof second_memory, NULL));
+  const uint64_t header_alone = RESONID_ALIGNMENT;
+  memcpy(second_memory + 16, &header_alone, sizeof header_alone);
+  CHECK_OK(
+      resonid_restore(first_memory, RESONID_ALIGNMENT, second_memory, RESONID_ALIGNMENT, s->family, NULL));
+  CHECK_STATUS(s->step(first_memory, 0, 0, 0), RESONID_ERROR_HANDLE);
+  CHECK_STATUS(s->reset(first_memory), RESONID_ERROR_HANDLE);
 }
 
 /// A copy of the bytes is the handle: it continues bit for bit, wherever it is put.
