@@ -130,6 +130,12 @@ void add_model_options(CLI::App& verb, MethodOptions& o) {
       verb, "--model", kModels, [&k](std::size_t i) { k.model = static_cast<ModelChoice>(i); },
       "drive model to fit, or a black box without drive structure")
       ->default_str("auto");
+  static constexpr std::array<std::string_view, 5> kFriction = {"auto", "none", "viscous", "dry", "both"};
+  add_choice(
+      verb, "--friction", kFriction,
+      [&k](std::size_t i) { k.friction = static_cast<identification::Friction>(i); },
+      "friction of the drive model on the driven side")
+      ->default_str("auto");
   static_assert(std::is_same_v<std::size_t, std::uint64_t>);
   add_count(verb, "--order", k.order, "of the black-box model, 1 ... 20; otherwise chosen", 1)
       ->default_str("");
@@ -165,6 +171,9 @@ void check(const CLI::App& verb, MethodOptions& o) {
     if (o.options.order > kHighestOrder)
       throw UsageError(fmt::format("--order: found {}, required 1 ... {}", o.options.order, kHighestOrder));
   }
+  const bool drive = o.options.model != ModelChoice::none && o.options.model != ModelChoice::black_box;
+  if (given("--friction") && !drive)
+    throw UsageError("--friction: is that of a drive model; required --model other than none and black-box");
   if (given("--seed") && !given("--bootstrap"))
     throw UsageError("--seed: is the seed of the bootstrap; required --bootstrap N with it");
   if (given("--bootstrap") && o.options.model == ModelChoice::none)

@@ -40,6 +40,12 @@ std::string reason_of(const data::Record& record, const Plan& plan) {
   const std::size_t periods = plan.period_samples == 0 ? 0 : record.samples() / plan.period_samples;
   switch (plan.method) {
     case Method::periodic:
+      if (plan.transient_periods > 0)
+        return fmt::format(
+            "{} whole periods without the first {}, in which the drive has not settled: no leakage, "
+            "and their scatter is the noise",
+            periods - plan.transient_periods,
+            plan.transient_periods == 1 ? std::string("one") : std::to_string(plan.transient_periods));
       return fmt::format("{} whole periods: no leakage, and their scatter is the noise", periods);
     case Method::kalman:
       return "less than two periods: lines are tracked";

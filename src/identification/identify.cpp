@@ -60,6 +60,49 @@ expected<data::Record, Refusal> without_transient(data::Record record, const Opt
   return record;
 }
 
+struct Measured {
+  response::LineEstimates lines;
+  data::FrequencyResponse response;
+};
+
+expected<Measured, Refusal> measure_response(const data::Record& record, const detail::Plan& plan,
+                                             const Options& options) {
+  auto lines = detail::measure(record, plan, options);
+  if (!lines) return tl::unexpected(lines.error());
+  auto response = response::plant_response(*lines, {plan.approach, options.controller, options.delay_s});
+  if (!response) return tl::unexpected(Refusal{"approach", std::string(response.error().requirement)});
+  return Measured{std::move(*lines), std::move(*response)};
+}
+
+/// Averages take for noise whatever does not repeat with the excitation, such as a motion. Where they leave
+/// next to nothing, local polynomials take its smooth spectrum out.
+void try_local_polynomials(const data::Record& record, const Options& options, detail::Plan& plan,
+                           Measured& measured, Result& result) {
+  constexpr double kNextToNothing = 0.3, kClearlyMore = 2.0;
+  const auto usable = [](const data::FrequencyResponse& g) {
+    std::size_t count = 0;
+    for (std::size_t i = 0; i < g.lines(); ++i)
+      count += g.standard_deviation[i] < 0.5 * std::abs(g.value[i]) ? 1 : 0;
+    return static_cast<double>(count) / static_cast<double>(std::max<std::size_t>(1, g.lines()));
+  };
+  if (plan.method != Method::periodic && plan.method != Method::welch) return;
+  const double before = usable(measured.response);
+  if (before > kNextToNothing) return;
+  auto other = plan;
+  other.method = Method::local_polynomial;
+  auto again = measure_response(record, other, options);
+  if (!again || usable(again->response) < kClearlyMore * before) return;
+  measured = std::move(*again);
+  plan = std::move(other);
+  result.method = detail::name_of(plan.method);
+  for (auto& choice : result.choices)
+    if (choice.what == "method")
+      choice = {
+          "method", result.method,
+          "averages leave hardly a line: the machine moves in a rhythm of its own; local polynomials take "
+          "that out"};
+}
+
 std::vector<Resonance> resonances_of(const Result& result) {
   std::vector<Resonance> found;
   if (result.model) {
@@ -122,11 +165,11 @@ expected<Result, Refusal> identify(const data::Record& whole, const Options& opt
   append(result.findings, diagnostics::inspect(record));
 
   progress("response");
-  auto lines = detail::measure(record, *plan, options);
-  if (!lines) return tl::unexpected(lines.error());
-  auto response = response::plant_response(*lines, {plan->approach, options.controller, options.delay_s});
-  if (!response) return tl::unexpected(Refusal{"approach", std::string(response.error().requirement)});
-  result.response = std::move(*response);
+  auto measured = measure_response(record, *plan, options);
+  if (!measured) return tl::unexpected(measured.error());
+  if (options.method == Method::automatic) try_local_polynomials(record, options, *plan, *measured, result);
+  auto* lines = &measured->lines;
+  result.response = std::move(measured->response);
   if (result.response.lines() == 0)
     return tl::unexpected(Refusal{"input",
                                   "gives no finite response: the input does not move, or its numbers are too "
@@ -187,7 +230,7 @@ expected<Result, Refusal> identify(const data::Record& whole, const Options& opt
 
   progress("loop");
   if (source == detail::ExcitationSource::reference) lines->has_excitation = false;  // L = Ru/U - 1 needs ru
-  if (auto measured = response::loop_response(*lines)) result.measured_loop = std::move(*measured);
+  if (auto loop = response::loop_response(*lines)) result.measured_loop = std::move(*loop);
   Options in_loop = options;
   if (!in_loop.controller && source == detail::ExcitationSource::recorded &&
       record.output_quantity == data::OutputQuantity::velocity) {

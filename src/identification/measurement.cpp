@@ -215,6 +215,8 @@ expected<Plan, Refusal> make_plan(const data::Record& record, const Options& opt
     if (record.samples() < 2 * plan.period_samples)
       return refused("method", fmt::format("periodic needs two whole periods of {} samples, found {} samples",
                                            plan.period_samples, record.samples()));
+    if (options.drop_periods == 0)
+      plan.transient_periods = response::transient_periods(record, plan.period_samples);
   }
 
   if (plan.method == Method::local_cubic && !plan.sweep)
@@ -263,6 +265,7 @@ using Lines = expected<response::LineEstimates, ConfigError>;
 Lines periodic(const data::Record& record, const Plan& plan, const Options& options) {
   response::PeriodicConfig config;
   config.period_samples = plan.period_samples;
+  config.drop_periods = plan.transient_periods;
   config.lines_hz = plan.grid_hz;
   if (options.band_hz) {  // otherwise every excited line
     config.band_low_hz = plan.low_hz;

@@ -13,6 +13,7 @@ struct Plan {
   Method method = Method::welch;  ///< Never automatic; for Method::model, how the response is measured first.
   Approach approach = Approach::direct;
   std::size_t period_samples = 0;           ///< 0: not periodic.
+  std::size_t transient_periods = 0;        ///< At the start, left out of the averages.
   std::optional<tracking::SweepLaw> sweep;  ///< Of a chirp that is known.
   double low_hz = 0.0;
   double high_hz = 0.0;

@@ -1,28 +1,43 @@
 // SPDX-License-Identifier: MIT
+#include <fmt/format.h>
+
 #include <Eigen/Eigenvalues>
 #include <cmath>
-#include <identification/linear_simulation.hpp>
 #include <identification/simulate_and_correct.hpp>
-#include <resonid/base/constants.hpp>
-#include <resonid/diagnostics/gap.hpp>
+#include <resonid/fit/output_error.hpp>
 
 namespace resonid::identification::detail {
 namespace {
 
 using Complex = std::complex<double>;
 
-/// The model from torque to the recorded quantity, its delays in whole samples.
-data::TransferFunction recorded_quantity(const fit::DriveModel& model, data::OutputQuantity quantity,
-                                         double known_delay_s) {
-  auto g = model.transfer_function();
-  const double step = g.sample_time_s;
-  // Inverse of response::velocity_factor.
-  if (quantity == data::OutputQuantity::position)
-    g = diagnostics::weighted({{0.5 * step, 0.5 * step}, {1.0, -1.0}, step}, g);
-  if (quantity == data::OutputQuantity::acceleration)
-    g = diagnostics::weighted({{1.0 / step, -1.0 / step}, {1.0}, step}, g);
-  const double samples = std::round((known_delay_s + model.delay_s) / step);
-  return delayed(std::move(g), static_cast<std::size_t>(std::max(0.0, samples)));
+/// The record with the output that the model gives for its input, without noise, from the state and with the
+/// load torque that come nearest to the record; every delay to the fraction of a sample.
+expected<data::Record, Refusal> simulated_on(const data::Record& record, const fit::DriveModel& model,
+                                             double known_delay_s) {
+  fit::OutputErrorConfig config;
+  config.initial = model;
+  config.fixed_model = true;
+  config.delay = model.delay_s != 0.0;
+  config.viscous_friction = model.parameters.viscous_friction != 0.0;
+  config.noise_model = false;
+  config.known_delay_s = known_delay_s;
+  const auto fit = fit::fit_output_error(record, config);
+  if (!fit)
+    return tl::unexpected(Refusal{
+        "method", fmt::format("simulate-and-correct: {} {}", fit.error().field, fit.error().requirement)});
+  // A position that drifts otherwise than its model leaks into every line otherwise, too.
+  constexpr double kNearlyAll = 90.0;
+  if (record.output_quantity == data::OutputQuantity::position && fit->fit_percent < kNearlyAll)
+    return tl::unexpected(Refusal{
+        "method",
+        fmt::format("simulate-and-correct: the model follows {:.0f} % of the recorded position, which drifts "
+                    "by friction or disturbances; required {:.0f} %, or another method",
+                    fit->fit_percent, kNearlyAll)});
+  data::Record simulated = record;
+  for (std::size_t k = 0; k < fit->residual.size(); ++k)
+    simulated.output.samples[fit->first_sample + k] -= fit->residual[k];
+  return simulated;
 }
 
 /// Factor that takes the method's bias out, at every line of `measured`.
@@ -30,20 +45,17 @@ expected<std::vector<Complex>, Refusal> factor_of(const data::Record& record,
                                                   const data::FrequencyResponse& measured,
                                                   const fit::DriveModel& model, double known_delay_s,
                                                   const Measure& measure) {
-  const auto g = recorded_quantity(model, record.output_quantity, known_delay_s);
-  data::Record simulated = record;
-  simulated.output.samples = simulate_nearest(g, record.input.samples, record.output.samples, true).output;
-  const auto found = measure(simulated);
+  const auto simulated = simulated_on(record, model, known_delay_s);
+  if (!simulated) return tl::unexpected(simulated.error());
+  const auto found = measure(*simulated);
   if (!found) return tl::unexpected(found.error());
+  const auto known = model.values(measured.frequency_hz, true);
   std::vector<Complex> factor(measured.lines(), 1.0);
   std::size_t k = 0;
   for (std::size_t i = 0; i < measured.lines(); ++i) {
     const double f = measured.frequency_hz[i];
     while (k < found->lines() && found->frequency_hz[k] < f) ++k;
-    if (k == found->lines() || found->frequency_hz[k] != f) continue;
-    const Complex advance = std::polar(1.0, kTwoPi * f * known_delay_s);
-    const Complex velocity = response::velocity_factor(record.output_quantity, f, model.sample_time_s);
-    factor[i] = g.response(f) * velocity * advance / found->value[k];
+    if (k < found->lines() && found->frequency_hz[k] == f) factor[i] = known[i] / found->value[k];
   }
   return factor;
 }

@@ -126,7 +126,14 @@ void inspect_model(const Plan& plan, const Options& options, const std::optional
   const auto& model = selection->result;
   constexpr double kNoticeable = 0.1;
   constexpr double kWorthless = 0.3;
-  if (model.model_error > kNoticeable) {
+  if (model.model_error > kNoticeable && model.coulomb_friction) {
+    findings.push_back(
+        {"friction-in-response", Severity::info, model.model_error, kNoticeable,
+         fmt::format(
+             "Dry friction bends the measured response: it typically differs by {:.0f} % from the model, "
+             "which describes the drive beside its dry friction.",
+             100.0 * model.model_error)});
+  } else if (model.model_error > kNoticeable) {
     const bool bad = model.model_error > kWorthless;
     findings.push_back(
         {"misfit", bad ? Severity::error : Severity::warning, model.model_error,
@@ -170,6 +177,12 @@ void inspect_validation(Result& result) {
                                "The model's simulation is no nearer to the recorded output than its mean is: "
                                "the model is not that of "
                                "this machine."});
+  for (const auto& trial : result.structures)
+    if (trial.chosen && v->fit_percent > 0.0 && trial.validation_fit_percent.value_or(1.0) <= 0.0)
+      result.findings.push_back(
+          {"fails-on-held-back", Severity::error, trial.validation_fit_percent, 0.0,
+           "Fitted to the rest of the record, the model's simulation is no nearer to the "
+           "samples held back than their mean is: it imitates the record."});
   constexpr double kMuch = 0.4;
   const double left = v->cross_correlation_max.value_or(0.0);
   constexpr double kNearlyAll = 99.0;  // what is left then is small, whatever it follows

@@ -110,6 +110,32 @@ TEST(TwoMassBench, ThirdMassIsTriedAndNotChosen) {
   EXPECT_NEAR(p.load_inertia / p.driven_inertia, 1.0, 0.02);
 }
 
+/// Whatever measures the response.
+TEST(TwoMassBench, NoMethodMakesItAThreeMassSystem) {
+  RESONID_RECORDING_OR_SKIP(path, "utokyo_two_mass_bench/multisine.csv");
+  using identification::Method;
+  for (const auto method :
+       {Method::periodic, Method::welch, Method::local_polynomial, Method::local_rational}) {
+    auto options = bench_options();
+    options.method = method;
+    const auto result = test::identified(bench(path), options);
+    ASSERT_TRUE(result.model.has_value()) << result.method;
+    EXPECT_EQ(result.model->drive.structure, fit::Structure::two_mass) << result.method;
+    EXPECT_NEAR(result.resonances.at(1).frequency_hz, 76.2, 0.5) << result.method;
+  }
+}
+
+/// Nothing is told but the columns: the period is found, and the first one, in which the bench still turns
+/// up, is left out.
+TEST(TwoMassBench, FirstPeriodIsLeftOut) {
+  RESONID_RECORDING_OR_SKIP(path, "utokyo_two_mass_bench/multisine.csv");
+  const auto result = test::identified(bench(path), {});
+  const auto told = test::identified(bench(path), bench_options());
+  EXPECT_EQ(result.response.lines(), told.response.lines());
+  EXPECT_NEAR(result.resonances.at(1).frequency_hz, told.resonances.at(1).frequency_hz, 0.02);
+  EXPECT_TRUE(result.trusted);
+}
+
 /// Without a word on the excitation the period is found.
 TEST(TwoMassBench, PeriodIsFound) {
   RESONID_RECORDING_OR_SKIP(path, "utokyo_two_mass_bench/multisine.csv");

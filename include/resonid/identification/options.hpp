@@ -33,6 +33,9 @@ enum class Method {
 /// black_box: a rational model of any order, for what no drive structure describes.
 enum class ModelChoice { automatic, none, rigid, two_mass, three_mass, black_box };
 
+/// What is estimated of friction on the driven side. automatic: what the record shows.
+enum class Friction { automatic, none, viscous, dry, both };
+
 /// Linear chirp from the record's first sample on; the stop may be the lower frequency.
 struct Chirp {
   double start_hz = 0.0;
@@ -61,6 +64,7 @@ struct Options {
   double delay_s = 0.0;                              ///< Known delay in the measured output.
   std::optional<std::pair<double, double>> band_hz;
   ModelChoice model = ModelChoice::automatic;
+  Friction friction = Friction::automatic;  ///< Of drive models; dry friction needs a fit to the record.
   std::size_t order = 0;      ///< Of the black-box model, 1 ... 20; 0: chosen on a validation part.
   std::size_t bootstrap = 0;  ///< Replicas of a parametric bootstrap; 0: error bars by covariance only.
   std::uint64_t seed = 1;     ///< Of the bootstrap.

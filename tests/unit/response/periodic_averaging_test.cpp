@@ -35,6 +35,32 @@ TEST(PeriodicAveraging, IsExactForAnExactSteadyState) {
   }
 }
 
+/// From rest into 10 rad/s without noise: what the loop does with the jump dies down by 1e-10 in 12 s.
+TEST(TransientPeriods, AreThoseInWhichTheDriveHasNotSettled) {
+  const test::BeltDrive drive;
+  const auto settled_after = [&](double noise) {
+    const auto record = drive.run(test::multisine(500, 16, {3, 5, 8, 12}), noise, 1, 10.0);
+    return response::transient_periods(record, 500);
+  };
+  const auto quiet = settled_after(0.0), noisy = settled_after(0.05);
+  EXPECT_GE(quiet, 10U);
+  EXPECT_LE(quiet, 14U);
+  EXPECT_GE(noisy, 1U);
+  EXPECT_LT(noisy, 8U);
+}
+
+TEST(TransientPeriods, AreNoneInARecordThatHasSettled) {
+  const test::BeltDrive drive;
+  for (std::uint64_t seed = 1; seed <= 50; ++seed) {
+    auto record = drive.run(test::multisine(500, 16, {3, 5, 8, 12}), 0.05, seed, 10.0);
+    for (auto* channel : {&record.input, &record.output, &record.excitation})
+      channel->samples.erase(channel->samples.begin(), channel->samples.begin() + 12 * 500);
+    EXPECT_EQ(response::transient_periods(record, 500), 0U) << "seed " << seed;
+    record.output.samples.resize(1499);
+    EXPECT_EQ(response::transient_periods(record, 500), 0U) << "less than three";
+  }
+}
+
 TEST(PeriodicAveraging, RegionsHoldTheTruthWithFewPeriods) {
   const test::BeltDrive drive;
   const std::vector<int> lines{3, 5, 8, 12, 17, 23, 31, 40};

@@ -1,0 +1,365 @@
+// SPDX-License-Identifier: MIT
+#include <algorithm>
+#include <cmath>
+#include <identification/drive_candidate.hpp>
+#include <limits>
+#include <numbers>
+
+namespace resonid::identification::detail {
+namespace {
+
+using fit::Structure;
+
+const char* plain_name(Structure structure) {
+  switch (structure) {
+    case Structure::rigid:
+      return "rigid";
+    case Structure::two_mass:
+      return "two-mass";
+    case Structure::three_mass:
+      break;
+  }
+  return "three-mass";
+}
+
+double median(std::vector<double> values) {
+  if (values.empty()) return 0.0;
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+/// At most kLines of the usable lines, evenly taken: the fits' cost must not grow with the 65 535 lines of a
+/// long PRBS, most of them noise. What is left out comes back in the fit to the record.
+data::FrequencyResponse thinned(const data::FrequencyResponse& g) {
+  constexpr std::size_t kLines = 2000;
+  if (g.lines() <= kLines) return g;
+  std::vector<std::size_t> usable;
+  for (std::size_t k = 0; k < g.lines(); ++k)
+    if (g.standard_deviation[k] < 0.5 * std::abs(g.value[k])) usable.push_back(k);
+  if (usable.size() < 10) return g;
+  data::FrequencyResponse few;
+  const std::size_t count = std::min(kLines, usable.size());
+  for (std::size_t i = 0; i < count; ++i) {
+    const std::size_t k = usable[i * usable.size() / count];
+    few.frequency_hz.push_back(g.frequency_hz[k]);
+    few.value.push_back(g.value[k]);
+    few.standard_deviation.push_back(g.standard_deviation[k]);
+  }
+  return few;
+}
+
+/// The last 30 % of each tenth of the record, so that a sweep too is seen over its whole band; nothing for
+/// records that are too short to spare any.
+std::vector<std::pair<std::size_t, std::size_t>> held_back_of(std::size_t samples) {
+  constexpr std::size_t kParts = 10, kShortest = 1000;
+  std::vector<std::pair<std::size_t, std::size_t>> parts;
+  if (samples < kShortest) return parts;
+  for (std::size_t i = 0; i < kParts; ++i)
+    parts.emplace_back((10 * i + 7) * samples / (10 * kParts), (i + 1) * samples / kParts);
+  return parts;
+}
+
+/// Friction that pushes: such a fit imitates noise. Beside dry friction viscous friction may well be nothing,
+/// and its estimate on either side of it.
+bool pushes_itself(const fit::DriveModel& model, bool dry) {
+  const auto viscous = model.estimate(fit::kViscousFriction);
+  return viscous.value < (dry ? -3.0 * viscous.standard_deviation : 0.0);
+}
+
+/// Dry friction that the fit tells from none.
+bool finds_dry_friction(const std::optional<fit::OutputErrorFit>& fit) {
+  constexpr double kFound = 4.0;  // standard deviations
+  return fit && fit->coulomb_friction &&
+         fit->coulomb_friction->value > kFound * fit->coulomb_friction->standard_deviation;
+}
+
+}  // namespace
+
+std::string name_of(const Variant& v) {
+  std::vector<const char*> parts;
+  if (v.friction) parts.push_back("viscous friction");
+  if (v.dry) parts.push_back("dry friction");
+  if (v.delay) parts.push_back("delay");
+  std::string name = plain_name(v.structure);
+  for (std::size_t i = 0; i < parts.size(); ++i)
+    name += std::string(i == 0 ? " with " : i + 1 == parts.size() ? " and " : ", ") + parts[i];
+  return name;
+}
+
+Difference difference(const fit::DriveModel& model, const data::FrequencyResponse& response) {
+  const auto fitted = model.values(response.frequency_hz, true);
+  std::vector<double> squares, noise;
+  for (std::size_t i = 0; i < response.lines(); ++i) {
+    const double size = std::abs(response.value[i]);
+    if (!(response.standard_deviation[i] < 0.5 * size)) continue;
+    squares.push_back(std::norm((fitted[i] - response.value[i]) / size));
+    noise.push_back(std::pow(response.standard_deviation[i] / size, 2));
+  }
+  // The median of n exponential squares scatters by 1/(sqrt(n) ln 2) of itself.
+  constexpr double kOneInThousand = 3.1;
+  const double chance =
+      1.0 + kOneInThousand / (std::numbers::ln2 * std::sqrt(std::max(1.0, static_cast<double>(squares.size()))));
+  const double whole = median(squares) / std::numbers::ln2;
+  return {std::sqrt(whole), std::sqrt(std::max(0.0, whole - chance * median(noise)))};
+}
+
+bool modes_are_seen(const fit::DriveModel& model, const Plan& plan) {
+  const auto modes = model.modes();
+  const bool one_pair = modes.size() == 2;
+  for (std::size_t i = 0; i < modes.size(); ++i) {
+    const auto& m = modes[i];
+    const double f = m.frequency_hz.value;
+    if (!std::isfinite(f) || !(m.damping_ratio.value < 1.0)) return false;
+    // A single pair may lie a little beside the band, of several each must show in it.
+    if (one_pair && (m.anti ? f < 0.3 * plan.low_hz : f > 1.5 * plan.high_hz)) return false;
+    if (!one_pair && (f < plan.low_hz || f > plan.high_hz)) return false;
+    if (!one_pair && m.frequency_hz.standard_deviation > 0.1 * f) return false;
+    if (!m.anti || i + 1 == modes.size()) continue;
+    // A pair that cancels within its error bars is none.
+    const auto gap = [i](const fit::DriveModel& d) {
+      const auto moved = d.modes();
+      return moved[i + 1].frequency_hz.value - moved[i].frequency_hz.value;
+    };
+    const double least = one_pair ? 0.0 : 1e-3 * f;
+    if (!(gap(model) > std::max(least, 3.0 * model.standard_deviation_of(gap)))) return false;
+  }
+  return true;
+}
+
+/// Whether such friction may be estimated.
+bool CandidateFits::allowed(bool viscous) const {
+  switch (options_.friction) {
+    case Friction::automatic:
+      return true;
+    case Friction::none:
+    case Friction::dry:
+      return !viscous;
+    case Friction::viscous:
+    case Friction::both:
+      break;
+  }
+  return viscous;
+}
+
+/// What a fit to the record must hold against the measured response.
+struct CandidateFits::Acceptance {
+  bool by_the_lines = true;  ///< False: the lines have already said that the drive is not linear.
+  double difference = 0.0;   ///< Largest one.
+  double fit_percent = 0.0;  ///< That of the simulation with which a larger one is a correction.
+};
+
+CandidateFits::CandidateFits(const data::Record& record, const Plan& plan, const Options& options,
+                             const data::FrequencyResponse& response)
+    : record_(record), plan_(plan), options_(options), response_(thinned(response)) {}
+
+std::optional<fit::ResponseFit> CandidateFits::response_fit(const Variant& variant,
+                                                            const std::optional<fit::DriveModel>& start) const {
+  fit::ResponseFitConfig config;
+  config.structure = variant.structure;
+  config.sample_time_s = record_.sample_time_s();
+  config.known_delay_s = options_.delay_s;
+  config.viscous_friction = variant.friction;
+  config.delay = variant.delay;
+  config.initial = start;
+  auto fit = fit::fit_response(response_, config);
+  if (!fit || !std::isfinite(fit->information) || pushes_itself(fit->model, false)) return std::nullopt;
+  return std::move(*fit);
+}
+
+DriveCandidate CandidateFits::to_the_response(Structure structure, const Variant* like) const {
+  DriveCandidate candidate;
+  candidate.structure = structure;
+  for (const bool friction : {false, true}) {
+    if (!allowed(friction)) continue;
+    std::optional<fit::DriveModel> start;
+    for (const bool delay : {false, true}) {
+      if (like != nullptr && (friction != like->friction || delay != like->delay)) continue;
+      const Variant variant{structure, friction, delay, false};
+      auto fit = response_fit(variant, start);
+      if (delay && start) {  // a delay that was left out may have spoilt the start
+        auto afresh = response_fit(variant, std::nullopt);
+        if (afresh && (!fit || afresh->information < fit->information)) fit = std::move(afresh);
+      }
+      if (!fit) continue;
+      start = fit->model;
+      candidate.variants.emplace_back(variant, std::move(*fit));
+    }
+  }
+  // Lines that repeat one another, smoothed ones or those that a model misses in a smooth way, count as the
+  // fewer that they are worth; by the variant that leaves least unexplained.
+  double repeated = std::numeric_limits<double>::infinity();
+  for (const auto& v : candidate.variants) repeated = std::min(repeated, v.second.repetition);
+  constexpr double kCaution = 8.0;
+  const auto price = [&](const std::pair<Variant, fit::ResponseFit>& v) {
+    return v.second.information_for(repeated) + (v.first.friction ? kCaution : 0.0) +
+           (v.first.delay ? kCaution : 0.0);
+  };
+  std::sort(candidate.variants.begin(), candidate.variants.end(),
+            [&](const auto& a, const auto& b) { return price(a) < price(b); });
+  return candidate;
+}
+
+/// An approach that was asked for holds for the fit to the record too. By itself the recorded input drives
+/// the simulation: with the noise modelled that is right in closed loop too, and loses nothing.
+void CandidateFits::use_predictor(fit::OutputErrorConfig& config) const {
+  const bool velocity = record_.output_quantity == data::OutputQuantity::velocity;
+  if (options_.approach == Approach::indirect && options_.controller && velocity) {
+    config.predictor = fit::Predictor::closed_loop;
+    config.controller = options_.controller;
+  }
+  if (options_.approach == Approach::joint && record_.excitation.present())
+    config.predictor = fit::Predictor::joint;
+}
+
+fit::OutputErrorConfig CandidateFits::config_of(const Variant& variant, const fit::DriveModel& start) const {
+  fit::OutputErrorConfig config;
+  config.initial = start;
+  config.viscous_friction = variant.friction;
+  config.delay = variant.delay;
+  config.coulomb_friction = variant.dry;
+  config.known_delay_s = options_.delay_s;
+  use_predictor(config);
+  return config;
+}
+
+std::optional<fit::OutputErrorFit> CandidateFits::record_fit(const Variant& variant,
+                                                             const fit::DriveModel& start) const {
+  auto fit = fit::fit_output_error(record_, config_of(variant, start));
+  if (!fit || !fit->converged || pushes_itself(fit->model, variant.dry)) return std::nullopt;
+  return std::move(*fit);
+}
+
+CandidateFits::Acceptance CandidateFits::acceptance(const DriveCandidate& candidate) const {
+  const auto& told = candidate.response_fit();
+  // Unbiased lines that differ from the model far beyond their noise have already said that the drive is
+  // another.
+  constexpr double kTrueEnough = 0.05;
+  constexpr double kBeyondNoise = 5.0;
+  const bool lines_are_unbiased = plan_.period_samples != 0 && plan_.method != Method::local_polynomial;
+  constexpr double kClearlyBetter = 3.0, kHalf = 50.0;  // per cent of fit
+  auto simulation = config_of(candidate.variants.front().first, told.model);
+  simulation.fixed_model = true;
+  const auto simulated = fit::fit_output_error(record_, simulation);
+  return {!(lines_are_unbiased && told.model_error > kTrueEnough && told.misfit > kBeyondNoise),
+          1.5 * difference(told.model, response_).whole + 0.02,
+          simulated ? std::max(simulated->fit_percent + kClearlyBetter, kHalf) : 100.0};
+}
+
+void CandidateFits::fit_variants(DriveCandidate& candidate, const Acceptance& acceptable) const {
+  const bool ask_for_delay = candidate.variants.front().first.delay;
+  auto variants = candidate.variants;
+  std::stable_sort(variants.begin(), variants.end(),
+                   [](const auto& a, const auto& b) { return a.first.delay < b.first.delay; });
+  for (const auto& [variant, told] : variants) {
+    if (variant.delay && !ask_for_delay) continue;
+    std::vector<fit::DriveModel> starts = {told.model};
+    if (candidate.record_fit) starts.push_back(candidate.record_fit->model);
+    for (const auto& start : starts) {
+      auto fit = record_fit(variant, start);
+      if (!fit) continue;
+      if (difference(fit->model, response_).whole > acceptable.difference &&
+          fit->fit_percent < acceptable.fit_percent)
+        continue;
+      if (candidate.record_fit && fit->information >= candidate.record_fit->information) continue;
+      candidate.record_fit = std::move(*fit);
+      candidate.record_variant = variant;
+    }
+  }
+}
+
+void CandidateFits::to_the_record(DriveCandidate& candidate) const {
+  const auto acceptable = acceptance(candidate);
+  if (acceptable.by_the_lines) fit_variants(candidate, acceptable);
+  try_dry_friction(candidate, acceptable);
+}
+
+/// Dry friction passes for viscous friction, colours the residual, or keeps a linear fit from coming out. A
+/// motion that never reverses shows none.
+bool CandidateFits::dry_friction_is_likely(const DriveCandidate& candidate) const {
+  if (options_.friction == Friction::none || options_.friction == Friction::viscous) return false;
+  if (record_.output_quantity == data::OutputQuantity::acceleration) return false;
+  // A position that no linear drive explains drifts by more than friction.
+  if (!candidate.record_fit) return record_.output_quantity == data::OutputQuantity::velocity;
+  return candidate.record_fit->noise.order() > 0 || candidate.record_variant.friction;
+}
+
+std::optional<fit::OutputErrorFit> CandidateFits::with_dry_friction(Variant& variant,
+                                                                    const fit::DriveModel& start) const {
+  variant.dry = true;
+  variant.friction = options_.friction != Friction::dry;
+  auto fit = record_fit(variant, start);
+  if (options_.friction != Friction::automatic) return fit;
+  if (!finds_dry_friction(fit)) return std::nullopt;
+  const auto viscous = fit->model.estimate(fit::kViscousFriction);
+  constexpr double kFound = 2.0;  // standard deviations
+  if (viscous.value > kFound * viscous.standard_deviation) return fit;
+  Variant alone = variant;
+  alone.friction = false;
+  auto without = record_fit(alone, fit->model);
+  if (!finds_dry_friction(without) || without->information > fit->information) return fit;
+  variant = alone;
+  return without;
+}
+
+void CandidateFits::try_dry_friction(DriveCandidate& candidate, const Acceptance& acceptable) const {
+  if (!dry_friction_is_likely(candidate)) return;
+  Variant variant = candidate.variant();
+  auto fit = with_dry_friction(variant, candidate.model());
+  if (!fit) return;
+  constexpr double kClearly = 20.0;  // in the criterion
+  const bool better = options_.friction != Friction::automatic ? true
+                      : candidate.record_fit
+                          ? fit->information + kClearly < candidate.record_fit->information
+                          : fit->fit_percent >= acceptable.fit_percent ||
+                                difference(fit->model, response_).whole <= acceptable.difference;
+  if (!better) return;
+  candidate.record_fit = std::move(*fit);
+  candidate.record_variant = variant;
+}
+
+void CandidateFits::validate(DriveCandidate& candidate) const {
+  const auto parts = held_back_of(record_.samples());
+  if (parts.empty()) return;
+  auto config = config_of(candidate.record_variant, candidate.record_fit->model);
+  config.held_back = parts;
+  if (const auto fit = fit::fit_output_error(record_, config); fit && fit->converged)
+    candidate.validated = fit->held_back;
+}
+
+void CandidateFits::rescue(const DriveCandidate& rigid, DriveCandidate& two) const {
+  if (two.remark.empty() || !rigid.record_fit) return;
+  constexpr double kClearly = 20.0;  // in the criterion
+  constexpr double kKnown = 0.05;    // of the resonance
+  Variant chosen;
+  std::optional<fit::OutputErrorFit> best;
+  for (const int further_delay : {0, 1, 2, 4, 8}) {  // in samples; the fit's valley is a few wide
+    const Variant variant{Structure::two_mass, !allowed(false), further_delay > 0, false};
+    const double further_s = further_delay * record_.sample_time_s();
+    for (auto start : fit::initial_models(record_, options_.delay_s + further_s)) {
+      start.delay_s = further_s;
+      auto fit = record_fit(variant, start);
+      if (!fit || (best && fit->information >= best->information)) continue;
+      best = std::move(fit);
+      chosen = variant;
+    }
+  }
+  if (!best || best->information + kClearly > rigid.record_fit->information) return;
+  const auto resonance = best->model.resonance();
+  if (resonance.standard_deviation > kKnown * resonance.value || !modes_are_seen(best->model, plan_)) return;
+  two.record_fit = std::move(best);
+  two.record_variant = chosen;
+  two.remark.clear();
+}
+
+void CandidateFits::for_comparison(DriveCandidate& candidate, const Variant& chosen) const {
+  Variant variant = chosen;
+  variant.structure = candidate.structure;
+  auto fit = fit::fit_output_error(record_, config_of(variant, candidate.response_fit().model));
+  if (!fit || !fit->converged) return;
+  candidate.record_fit = std::move(*fit);
+  candidate.record_variant = variant;
+  validate(candidate);
+}
+
+}  // namespace resonid::identification::detail
