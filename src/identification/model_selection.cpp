@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: MIT
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <identification/model_selection.hpp>
+#include <identification/record_fit.hpp>
 #include <limits>
 #include <numbers>
 #include <resonid/diagnostics/residuals.hpp>
@@ -22,7 +25,7 @@ struct Variant {
 struct Candidate {
   Structure structure = Structure::two_mass;
   std::vector<std::pair<Variant, fit::ResponseFit>> variants;  ///< Best first.
-  std::optional<fit::OutputErrorFit> record_fit;
+  std::optional<RecordFit> record_fit;
   Variant record_variant;
   std::optional<fit::HeldBackFit> validated;  ///< Of the same variant, fitted to the rest of the record.
   std::string remark;                         ///< Why it went no further.
@@ -153,9 +156,9 @@ std::vector<std::pair<std::size_t, std::size_t>> held_back_of(std::size_t sample
 
 class Selector {
  public:
-  Selector(const data::Record& record, const Plan& plan, const Options& options,
-           const data::FrequencyResponse& response)
-      : record_(record), plan_(plan), options_(options), response_(thinned(response)) {}
+  Selector(std::span<const data::Record> records, const Plan& plan, const Options& options,
+           const data::FrequencyResponse& response, std::span<const fit::DriveModel> starts)
+      : records_(records), plan_(plan), options_(options), response_(thinned(response)), starts_(starts) {}
 
   std::optional<Selection> run() {
     std::vector<Candidate> candidates;
@@ -193,7 +196,7 @@ class Selector {
                                                        const std::optional<fit::DriveModel>& start) const {
     fit::ResponseFitConfig config;
     config.structure = variant.structure;
-    config.sample_time_s = record_.sample_time_s();
+    config.sample_time_s = records_.front().sample_time_s();
     config.known_delay_s = options_.delay_s;
     config.viscous_friction = variant.friction;
     config.delay = variant.delay;
@@ -240,20 +243,24 @@ class Selector {
     return candidate;
   }
 
-  [[nodiscard]] std::optional<fit::OutputErrorFit> fit_record(const Variant& variant,
-                                                              const fit::DriveModel& start,
-                                                              bool only_simulate = false) const {
+  [[nodiscard]] fit::OutputErrorConfig config_of(const Variant& variant, const fit::DriveModel& start) const {
     fit::OutputErrorConfig config;
-    config.fixed_model = only_simulate;
     config.initial = start;
     config.viscous_friction = variant.friction;
     config.delay = variant.delay;
     config.coulomb_friction = variant.dry;
     config.known_delay_s = options_.delay_s;
-    use_predictor(config);
-    auto fit = fit::fit_output_error(record_, config);
+    use_predictor(records_, options_, config);
+    return config;
+  }
+
+  [[nodiscard]] std::optional<RecordFit> fit_record(const Variant& variant, const fit::DriveModel& start,
+                                                    bool only_simulate = false) const {
+    auto config = config_of(variant, start);
+    config.fixed_model = only_simulate;
+    auto fit = fit_records(records_, config);
     if (!fit || (!only_simulate && (!fit->converged || pushes_itself(fit->model)))) return std::nullopt;
-    return std::move(*fit);
+    return fit;
   }
 
   /// From the response's fits to the record's. A fit is kept unless it contradicts the measured response:
@@ -280,6 +287,8 @@ class Selector {
       if (variant.delay && !ask_for_delay) continue;
       std::vector<fit::DriveModel> starts = {response_fit.model};
       if (candidate.record_fit) starts.push_back(candidate.record_fit->model);
+      for (const auto& start : starts_)
+        if (start.structure == variant.structure) starts.push_back(start);
       for (const auto& start : starts) {
         auto fit = fit_record(variant, start);
         if (!fit) continue;
@@ -291,25 +300,14 @@ class Selector {
     }
   }
 
-  /// An approach that was asked for holds for the fit to the record too. By itself the recorded input drives
-  /// the simulation: with the noise modelled that is right in closed loop too, and loses nothing.
-  void use_predictor(fit::OutputErrorConfig& config) const {
-    const bool velocity = record_.output_quantity == data::OutputQuantity::velocity;
-    if (options_.approach == Approach::indirect && options_.controller && velocity) {
-      config.predictor = fit::Predictor::closed_loop;
-      config.controller = options_.controller;
-    }
-    if (options_.approach == Approach::joint && record_.excitation.present())
-      config.predictor = fit::Predictor::joint;
-  }
-
   /// Dry friction, where the chosen model finds some in the record and the criterion is clearly the better
   /// for it.
   void try_dry_friction(Candidate& candidate) const {
-    if (!candidate.record_fit || record_.output_quantity == data::OutputQuantity::acceleration) return;
+    if (!candidate.record_fit || records_.front().output_quantity == data::OutputQuantity::acceleration)
+      return;
     constexpr double kFound = 4.0;     // standard deviations
     constexpr double kClearly = 20.0;  // in the criterion
-    const auto found = [](const std::optional<fit::OutputErrorFit>& fit) {
+    const auto found = [](const std::optional<RecordFit>& fit) {
       const auto& c = fit->coulomb_friction;
       return c && c->value > kFound * c->standard_deviation;
     };
@@ -325,17 +323,27 @@ class Selector {
 
   /// The same variant fitted without the samples held back, and judged by them.
   void validate(Candidate& candidate) const {
-    const auto parts = held_back_of(record_.samples());
-    if (parts.empty()) return;
-    fit::OutputErrorConfig config;
-    config.initial = candidate.record_fit->model;
-    config.viscous_friction = candidate.record_variant.friction;
-    config.delay = candidate.record_variant.delay;
-    config.known_delay_s = options_.delay_s;
-    use_predictor(config);
-    config.held_back = parts;
-    if (const auto fit = fit::fit_output_error(record_, config); fit && fit->converged)
+    std::size_t longest = 0;
+    for (const auto& record : records_) longest = std::max(longest, record.samples());
+    auto config = config_of(candidate.record_variant, candidate.record_fit->model);
+    config.held_back = held_back_of(longest);
+    if (config.held_back.empty()) return;
+    if (const auto fit = fit_records(records_, config); fit && fit->converged)
       candidate.validated = fit->held_back;
+  }
+
+  /// The one that moved most.
+  [[nodiscard]] const data::Record& richest() const {
+    const auto energy = [](const data::Record& record) {
+      const auto& y = record.output.samples;
+      double mean = 0.0, sum = 0.0;
+      for (const double v : y) mean += v / static_cast<double>(y.size());
+      for (const double v : y) sum += (v - mean) * (v - mean);
+      return sum;
+    };
+    return *std::max_element(
+        records_.begin(), records_.end(),
+        [&](const data::Record& a, const data::Record& b) { return energy(a) < energy(b); });
   }
 
   /// A short or noisy record may show its resonance to a fit of its own when its response does not.
@@ -344,11 +352,12 @@ class Selector {
     constexpr double kClearly = 20.0;  // in the criterion
     constexpr double kKnown = 0.05;    // of the resonance
     Variant chosen;
-    std::optional<fit::OutputErrorFit> best;
+    std::optional<RecordFit> best;
+    const data::Record& record = richest();
     for (const int further_delay : {0, 1, 2, 4, 8}) {  // in samples; the fit's valley is a few wide
       const Variant variant{Structure::two_mass, false, further_delay > 0, false};
-      const double further_s = further_delay * record_.sample_time_s();
-      for (auto start : fit::initial_models(record_, options_.delay_s + further_s)) {
+      const double further_s = further_delay * record.sample_time_s();
+      for (auto start : fit::initial_models(record, options_.delay_s + further_s)) {
         start.delay_s = further_s;
         auto fit = fit_record(variant, start);
         if (!fit || (best && fit->information >= best->information)) continue;
@@ -377,12 +386,15 @@ class Selector {
     if (two.record_fit->fit_percent > kAll) return false;
     constexpr std::size_t kLags = 40;
     constexpr double kBeyondChance = 1.5;  // 0.1 % for each lag instead of 3 %
-    const auto& residual = two.record_fit->residual;
-    std::vector<double> simulated(residual.size());
-    for (std::size_t k = 0; k < simulated.size(); ++k)
-      simulated[k] = record_.output.samples[two.record_fit->first_sample + k] - residual[k];
-    const auto test = diagnostics::test_residual({residual, simulated, {}, {}}, kLags, kLags);
-    return test.with_simulated.largest > kBeyondChance * test.limit;
+    for (std::size_t i = 0; i < records_.size(); ++i) {
+      const auto& fit = two.record_fit->records[i];
+      std::vector<double> simulated(fit.residual.size());
+      for (std::size_t k = 0; k < simulated.size(); ++k)
+        simulated[k] = records_[i].output.samples[fit.first_sample + k] - fit.residual[k];
+      const auto test = diagnostics::test_residual({fit.residual, simulated, {}, {}}, kLags, kLags);
+      if (test.with_simulated.largest > kBeyondChance * test.limit) return true;
+    }
+    return false;
   }
 
   /// On what was held back where both could be judged by it, else by the criterion of the record, else of the
@@ -443,16 +455,16 @@ class Selector {
   [[nodiscard]] Choice reason(const std::vector<Candidate>& candidates, std::size_t chosen) const {
     const auto& c = candidates[chosen];
     Choice choice{"structure", name_of(c.record_fit ? c.record_variant : c.variants.front().first), ""};
+    const char* whole = records_.size() == 1 ? "the record" : "the records";
     if (options_.model != ModelChoice::automatic)
       choice.because = "asked for";
     else if (c.validated)
-      choice.because = "predicts the 30 % of the record best that no fit had seen";
+      choice.because = fmt::format("predicts the 30 % of {} best that no fit had seen", whole);
     else if (std::count_if(candidates.begin(), candidates.end(),
                            [](const Candidate& x) { return x.remark.empty(); }) == 1)
       choice.because = "the measured response leaves no other";
     else
-      choice.because = c.record_fit ? "least information criterion of the record"
-                                    : "least information criterion of the lines";
+      choice.because = fmt::format("least information criterion of {}", c.record_fit ? whole : "the lines");
     return choice;
   }
 
@@ -465,27 +477,37 @@ class Selector {
     s.result.from_record = candidate.record_fit.has_value();
     s.result.model_error = difference(candidate.model(), response_).unexplained;
     if (candidate.record_fit) {
-      s.residual = std::move(candidate.record_fit->residual);
-      s.residual_start = candidate.record_fit->first_sample;
-      s.fit_percent = candidate.record_fit->fit_percent;
-      s.result.offset = candidate.record_fit->offset;
-      s.result.coulomb_friction = candidate.record_fit->coulomb_friction;
+      auto& fit = *candidate.record_fit;
+      s.fit_percent = fit.fit_percent;
+      s.result.coulomb_friction = fit.coulomb_friction;
+      for (const auto& record : fit.records) s.fit_percents.push_back(record.fit_percent);
+      if (fit.records.size() == 1) {
+        s.residual = std::move(fit.records[0].residual);
+        s.residual_start = fit.records[0].first_sample;
+        s.result.offset = fit.records[0].offset;
+      }
     }
     return s;
   }
 
-  const data::Record& record_;
+  std::span<const data::Record> records_;
   const Plan& plan_;
   const Options& options_;
   const data::FrequencyResponse response_;
+  std::span<const fit::DriveModel> starts_;
 };
 
 }  // namespace
 
-std::optional<Selection> select_model(const data::Record& record, const Plan& plan, const Options& options,
-                                      const data::FrequencyResponse& response) {
+double unexplained_difference(const fit::DriveModel& model, const data::FrequencyResponse& response) {
+  return difference(model, thinned(response)).unexplained;
+}
+
+std::optional<Selection> select_model(std::span<const data::Record> records, const Plan& plan,
+                                      const Options& options, const data::FrequencyResponse& response,
+                                      std::span<const fit::DriveModel> starts) {
   if (response.standard_deviation.size() != response.lines()) return std::nullopt;
-  return Selector(record, plan, options, response).run();
+  return Selector(records, plan, options, response, starts).run();
 }
 
 }  // namespace resonid::identification::detail

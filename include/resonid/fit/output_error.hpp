@@ -31,6 +31,7 @@ struct OutputErrorConfig {
       false;  ///< Estimate initial state and offset only: simulate a given model on the record.
   Predictor predictor = Predictor::open_loop;
   std::optional<data::TransferFunction> controller;  ///< From velocity error to torque; closed_loop needs it.
+  bool consistency = true;  ///< Of several records: fit each alone too, and test whether they agree.
 };
 
 /// What the samples that were held back say of a fit to the others.
@@ -84,7 +85,8 @@ struct JointOutputErrorFit {
   bool converged = false;
   std::optional<Estimate> coulomb_friction;
   std::vector<OutputErrorFit> records;  ///< [record] The common model, with each one's offset and residual.
-  std::vector<DriveModel> own;          ///< [record] What each says alone; empty if one cannot be fitted.
+  std::vector<DriveModel> own;  ///< [record] What each says alone; empty if not asked for or one cannot be
+                                ///< fitted.
   std::optional<Consistency> consistency;  ///< With all of `own`.
   double information = 0.0;
 };
