@@ -4,6 +4,7 @@
 #include <cmath>
 #include <identification/estimate_combination.hpp>
 #include <iterator>
+#include <resonid/fit/chi_square.hpp>
 
 namespace resonid::identification::detail {
 namespace {
@@ -61,9 +62,8 @@ ParameterEstimate estimate_of(const DriveModel& model) {
     if (!logarithmic(e.parameters[static_cast<std::size_t>(i)]) || covariance(i, i) < kKnown * kKnown)
       e.known.push_back(i);
   // Friction and delay of a machine whose inertia is not known are those of another.
-  if (std::none_of(e.known.begin(), e.known.end(), [&](Eigen::Index i) {
-        return logarithmic(e.parameters[static_cast<std::size_t>(i)]);
-      }))
+  if (std::none_of(e.known.begin(), e.known.end(),
+                   [&](Eigen::Index i) { return logarithmic(e.parameters[static_cast<std::size_t>(i)]); }))
     e.known.clear();
   if (!e.known.empty()) e.information(e.known, e.known) = inverse(covariance(e.known, e.known));
   return e;
@@ -103,7 +103,7 @@ void store(const ParameterEstimate& e, DriveModel& model) {
   model.covariance(at, at) = scale.asDiagonal() * known_covariance(e) * scale.asDiagonal();
 }
 
-Distance distance(const ParameterEstimate& a, const ParameterEstimate& b) {
+fit::Consistency distance(const ParameterEstimate& a, const ParameterEstimate& b) {
   Indices both;
   std::set_intersection(a.known.begin(), a.known.end(), b.known.begin(), b.known.end(),
                         std::back_inserter(both));
@@ -111,7 +111,8 @@ Distance distance(const ParameterEstimate& a, const ParameterEstimate& b) {
   const Indices in_a = places(both, a.known), in_b = places(both, b.known);
   const Eigen::MatrixXd covariance = known_covariance(a)(in_a, in_a) + known_covariance(b)(in_b, in_b);
   const Eigen::VectorXd apart = a.x(both) - b.x(both);
-  return {apart.dot(inverse(covariance) * apart), both.size()};
+  const double chi_square = apart.dot(inverse(covariance) * apart);
+  return {chi_square, static_cast<int>(both.size()), fit::chi_square_tail(chi_square, both.size())};
 }
 
 }  // namespace resonid::identification::detail

@@ -2,7 +2,7 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <resonid/fit/drive_model.hpp>
+#include <resonid/fit/output_error.hpp>
 #include <vector>
 
 namespace resonid::identification::detail {
@@ -29,10 +29,6 @@ void store(const ParameterEstimate& estimate, fit::DriveModel& model);
 
 /// (x_a - x_b)' (C_a + C_b)^-1 (x_a - x_b) over what both know; the degrees of freedom are 0 where that is
 /// nothing.
-struct Distance {
-  double chi_square = 0.0;
-  std::size_t degrees = 0;
-};
-[[nodiscard]] Distance distance(const ParameterEstimate& a, const ParameterEstimate& b);
+[[nodiscard]] fit::Consistency distance(const ParameterEstimate& a, const ParameterEstimate& b);
 
 }  // namespace resonid::identification::detail

@@ -223,13 +223,14 @@ void note(Joint& joint, std::span<const Result> results) {
   for (const auto& r : joint.records)
     if (joint.result.model && !r.own_estimate) weak += (weak.empty() ? "" : ", ") + r.file;
   if (!weak.empty())
-    findings.push_back({"undetermined-record",
-                        Severity::info,
-                        {},
-                        {},
-                        fmt::format("Too weak for an estimate of its own: {}. It cannot be held against the "
-                                    "others.",
-                                    weak)});
+    findings.push_back(
+        {"undetermined-record",
+         Severity::info,
+         {},
+         {},
+         fmt::format("Too weak to say anything of the parameters: {}. It cannot be held against the "
+                     "others.",
+                     weak)});
   if (!untrusted.empty())
     findings.push_back(
         {"untrusted-record",

@@ -6,7 +6,6 @@
 #include <identification/joint_model.hpp>
 #include <identification/model_selection.hpp>
 #include <identification/record_fit.hpp>
-#include <resonid/fit/chi_square.hpp>
 
 namespace resonid::identification::detail {
 namespace {
@@ -71,8 +70,10 @@ class Joiner {
     if (!fitted && !of_responses && kind) fitted = fit(*kind);
     if (!fitted && !kind) return std::nullopt;
     if (!fitted) joint_.model = kind->model();
-    hold_against_one_another();
-    if (!fitted && !combine(*kind)) return std::nullopt;
+    if (!fitted) {
+      hold_against_one_another();
+      if (!combine(*kind)) return std::nullopt;
+    }
     joint_.model.offset.reset();  // each record has its own
     return std::move(joint_);
   }
@@ -123,6 +124,7 @@ class Joiner {
     joint_.model = chosen->result;
     joint_.fit_percent = chosen->fit_percent;
     for (std::size_t i = 0; i < records_.size(); ++i) told_[i].fit_percent = chosen->fit_percents[i];
+    judge(chosen->against_others);
     joint_.structures = std::move(chosen->structures);
     joint_.choices.push_back(std::move(chosen->choice));
     tell_likelihood("structure and model are chosen by all: most records show at most a rigid machine alone");
@@ -150,6 +152,7 @@ class Joiner {
     model.model_error = unexplained_difference(model.drive, response_);
     joint_.model = model;
     take_fits(*fit);
+    judge(fit->against_others);
     tell_likelihood(count < 2 ? std::string("started from the one record that shows such a model")
                               : fmt::format("started from the mean of {} records' own estimates", count));
     return true;
@@ -190,14 +193,24 @@ class Joiner {
       record.push_back(i);
     }
     if (own_.size() < 2) return;
-    for (std::size_t i = 0; i < own_.size(); ++i) {
-      const auto apart = distance(own_[i], combined(own_, i));
-      if (apart.degrees == 0) continue;
-      auto& r = told_[record[i]];
-      r.degrees = apart.degrees;
-      r.chi_square = apart.chi_square;
-      r.probability = fit::chi_square_tail(apart.chi_square, apart.degrees);
-      r.agrees = *r.probability > (1.0 - options_.confidence) / static_cast<double>(own_.size());
+    std::vector<fit::Consistency> list(records_.size());
+    for (std::size_t i = 0; i < own_.size(); ++i) list[record[i]] = distance(own_[i], combined(own_, i));
+    judge(list);
+  }
+
+  /// Bonferroni over the records that say something.
+  void judge(const std::vector<fit::Consistency>& against_others) {
+    const auto judged = std::count_if(against_others.begin(), against_others.end(),
+                                      [](const fit::Consistency& c) { return c.degrees > 0; });
+    for (std::size_t i = 0; i < against_others.size(); ++i) {
+      const auto& c = against_others[i];
+      if (c.degrees == 0) continue;
+      auto& r = told_[i];
+      r.own_estimate = true;
+      r.degrees = static_cast<std::size_t>(c.degrees);
+      r.chi_square = c.chi_square;
+      r.probability = c.probability;
+      r.agrees = c.probability > (1.0 - options_.confidence) / static_cast<double>(judged);
     }
   }
 

@@ -480,6 +480,7 @@ class Selector {
       auto& fit = *candidate.record_fit;
       s.fit_percent = fit.fit_percent;
       s.result.coulomb_friction = fit.coulomb_friction;
+      s.against_others = fit.against_others;
       for (const auto& record : fit.records) s.fit_percents.push_back(record.fit_percent);
       if (fit.records.size() == 1) {
         s.residual = std::move(fit.records[0].residual);

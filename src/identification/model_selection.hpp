@@ -14,10 +14,11 @@ struct Selection {
   std::vector<double> residual;  ///< Of a single record's simulation, from residual_start on; empty for a
                                  ///< model of the response.
   std::size_t residual_start = 0;
-  double fit_percent = 0.0;                ///< Of all records together.
-  std::vector<double> fit_percents;        ///< [record]; empty for a model of the response.
-  std::vector<StructureTrial> structures;  ///< All that were fitted, the simplest first.
-  Choice choice;                           ///< Of the structure.
+  double fit_percent = 0.0;                      ///< Of all records together.
+  std::vector<double> fit_percents;              ///< [record]; empty for a model of the response.
+  std::vector<fit::Consistency> against_others;  ///< [record] Of several, where fitted to them.
+  std::vector<StructureTrial> structures;        ///< All that were fitted, the simplest first.
+  Choice choice;                                 ///< Of the structure.
 };
 
 /// Fits rigid, two-mass and three-mass structures and chooses by what each says of samples that it has not

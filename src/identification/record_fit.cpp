@@ -45,8 +45,9 @@ std::optional<RecordFit> fit_records(std::span<const data::Record> records, fit:
   if (!fit) return std::nullopt;
   const double percent = pooled_fit_percent(fit->records);
   auto held_back = pooled_held_back(fit->records);
-  return RecordFit{std::move(fit->model), fit->converged,  fit->coulomb_friction,  percent,
-                   fit->information,      std::move(held_back), std::move(fit->records)};
+  return RecordFit{
+      std::move(fit->model), fit->converged,       fit->coulomb_friction,   percent,
+      fit->information,      std::move(held_back), std::move(fit->records), std::move(fit->against_others)};
 }
 
 void use_predictor(std::span<const data::Record> records, const Options& options,

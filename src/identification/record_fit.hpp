@@ -14,8 +14,9 @@ struct RecordFit {
   std::optional<fit::Estimate> coulomb_friction;
   double fit_percent = 0.0;  ///< Of the simulations of all records together.
   double information = 0.0;
-  std::optional<fit::HeldBackFit> held_back;  ///< Of all records together.
-  std::vector<fit::OutputErrorFit> records;   ///< [record]
+  std::optional<fit::HeldBackFit> held_back;     ///< Of all records together.
+  std::vector<fit::OutputErrorFit> records;      ///< [record]
+  std::vector<fit::Consistency> against_others;  ///< [record] Of several: each against all others.
 };
 
 /// Nothing where the fit refuses the records. They have one sample rate and one output quantity.

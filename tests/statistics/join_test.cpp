@@ -80,7 +80,7 @@ TEST(JoinedRecords, NarrowBandsReachTheBoundTogether) {
     EXPECT_GT(o.best(i), 2.5) << test::kFigureNames[static_cast<std::size_t>(i)];
 }
 
-TEST(JoinedRecords, ThirdsOfASecondReachTheBoundTogether) {
+TEST(JoinedRecords, HalvesOfASecondReachTheBoundTogether) {
   const auto o = outcome([](std::uint64_t seed) { return test::short_records(seed); });
   expect_at_the_bound(o);
 }

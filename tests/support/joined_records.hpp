@@ -51,8 +51,7 @@ inline Eigen::Matrix4d logarithmic_covariance(const fit::DriveModel& model) {
 inline Eigen::Vector4d logarithmic_error(const fit::DriveModel& model, const plant::ExperimentConfig& c) {
   const Eigen::Vector4d truth = drive_parameters(c);
   Eigen::Vector4d error;
-  for (int i = 0; i < 4; ++i)
-    error(i) = std::log(model.value(static_cast<fit::Parameter>(i)) / truth(i));
+  for (int i = 0; i < 4; ++i) error(i) = std::log(model.value(static_cast<fit::Parameter>(i)) / truth(i));
   return error;
 }
 /// Normalised estimation error squared: chi-square of four degrees of freedom if the covariance is right.
@@ -61,8 +60,8 @@ inline double normalised_error(const fit::DriveModel& model, const plant::Experi
   return e.dot(logarithmic_covariance(model).ldlt().solve(e));
 }
 
-/// Four multisines of 6 s, each over another narrow band of the published drive: none holds both the inertia's
-/// slope and the resonance.
+/// Four multisines of 6 s, each over another narrow band of the published drive: none holds both the
+/// inertia's slope and the resonance.
 inline JoinedRecords narrow_bands(std::uint64_t seed, double noise = 0.1) {
   JoinedRecords bench;
   const std::vector<std::vector<double>> bands = {
@@ -80,7 +79,7 @@ inline JoinedRecords narrow_bands(std::uint64_t seed, double noise = 0.1) {
 }
 
 /// Four short records of a PRBS cut out of the running machine.
-inline JoinedRecords short_records(std::uint64_t seed, double length_s = 0.3, double noise = 0.1) {
+inline JoinedRecords short_records(std::uint64_t seed, double length_s = 0.5, double noise = 0.1) {
   JoinedRecords bench;
   for (int i = 0; i < 4; ++i) {
     auto c = published_drive(noise, 10.0, 10 * seed + bench.records.size());

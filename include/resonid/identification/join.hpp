@@ -18,7 +18,7 @@ struct JoinedRecord {
   std::optional<double> probability;          ///< Of a distance at least so large by the error bars alone.
   std::optional<double> response_chi_square;  ///< Of its lines against the averaged response, per degree.
   std::optional<double> fit_percent;          ///< Of the joint model, simulated on this record.
-  bool own_estimate = false;  ///< It determines parameters by itself (all, or `degrees` of them).
+  bool own_estimate = false;  ///< It says something of `degrees` parameters or combinations of them.
   bool agrees = true;         ///< Judged over all records together (Bonferroni).
 };
 
@@ -41,17 +41,17 @@ struct Joint {
 ///
 /// Model: one likelihood over all records, each with its own initial state, offset and noise; records that do
 /// not determine a model by themselves count in it too. The structure is that which most records show; where
-/// none shows any, or most but a rigid machine, it is chosen by all records as identify() does by one.
-/// Records whose models were fitted to responses, and those whose likelihood finds no optimum, are combined
-/// by inverse covariances, in logarithms of the positive parameters. Every record with an estimate of its own
-/// is held against the others',
+/// none shows any, or most but a rigid machine, it is chosen by all records as identify() does by one. Every
+/// record is held against the others by a score test (fit::JointOutputErrorFit::against_others). Records
+/// whose models were fitted to responses, and those whose likelihood finds no optimum, are combined by
+/// inverse covariances, in logarithms of the positive parameters, and held against one another by
 ///
 ///   x = (sum C_i^-1)^-1 sum C_i^-1 x_i,     chi2_i = d' (C_i + C_-i)^-1 d,  d = x_i - x_-i  (all others)
 ///
-/// over the parameters that both determine: those known better than to a factor of e. The finding
-/// `records-disagree` (an error) names the records whose parameters noise cannot explain,
-/// `undetermined-record` those without an estimate. Refused: fewer than two records, other sample rates,
-/// quantities or units, black boxes, and what identify() refuses to prepare.
+/// over the parameters that both know better than to a factor of e. The finding `records-disagree` (an error)
+/// names the records whose parameters noise cannot explain, `undetermined-record` those that say nothing.
+/// Refused: fewer than two records, other sample rates, quantities or units, black boxes, and what identify()
+/// refuses to prepare.
 [[nodiscard]] expected<Joint, Refusal> join(std::span<const data::Record> records,
                                             std::span<const Result> results, const Options& options);
 

@@ -28,10 +28,9 @@ void expect_at_the_bound(const Joint& joint, const test::JoinedRecords& bench) {
 TEST(Join, RecordsThatSayLittleAloneTellTheMachineTogether) {
   auto bench = test::narrow_bands(1);
   const auto joint = bench.joined();
-  const auto two_masses =
-      std::count_if(bench.results.begin(), bench.results.end(), [](const Result& r) {
-        return r.model && r.model->drive.structure == fit::Structure::two_mass;
-      });
+  const auto two_masses = std::count_if(bench.results.begin(), bench.results.end(), [](const Result& r) {
+    return r.model && r.model->drive.structure == fit::Structure::two_mass;
+  });
   EXPECT_LT(two_masses, 2);
   expect_at_the_bound(joint, bench);
   EXPECT_EQ(chosen(joint.result, "estimate"), "one likelihood over 4 records");
@@ -105,9 +104,9 @@ TEST(Join, TheExcitationIsReconstructedAsForOneRecord) {
   for (auto& record : bench.records) record.excitation = {};
   const auto reconstructed = bench.joined();
   ASSERT_TRUE(recorded.result.model && reconstructed.result.model);
-  EXPECT_NEAR(
-      reconstructed.result.model->drive.parameters.stiffness / recorded.result.model->drive.parameters.stiffness,
-      1.0, 1e-3);
+  EXPECT_NEAR(reconstructed.result.model->drive.parameters.stiffness /
+                  recorded.result.model->drive.parameters.stiffness,
+              1.0, 1e-3);
 }
 
 TEST(Join, DroppedPeriodsAreNotFitted) {
