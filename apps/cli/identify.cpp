@@ -6,7 +6,7 @@
 #include <array>
 #include <memory>
 #include <nlohmann/json.hpp>
-#include <resonid/identification/identify.hpp>
+#include <resonid/identification/join.hpp>
 #include <resonid/io/response_file.hpp>
 #include <resonid/report/json.hpp>
 #include <resonid/report/page.hpp>
@@ -66,6 +66,9 @@ void identify_one(const CLI::App& verb, IdentifyOptions& o) {
 
 void run_identify(const CLI::App& verb, IdentifyOptions& o) {
   check(verb, o.method);
+  if (o.join)
+    if (const auto joinable = identification::check_join(o.method.options); !joinable)
+      throw UsageError("--" + joinable.error().option + ": " + joinable.error().message);
   if (!o.validate_on.empty() && o.method.options.model == identification::ModelChoice::none)
     throw UsageError("--validate-on: simulates the model; required --model other than none");
   const auto files = expanded(o.records);

@@ -189,7 +189,8 @@ expected<JointOutputErrorFit, ConfigError> fit_output_error(std::span<const data
       return refuse("records", "must all measure velocity, position or acceleration");
   }
   auto joint = solve(records, config);
-  if (joint && records.size() > 1 && !config.fixed_model) compare(records, config, *joint);
+  if (joint && records.size() > 1 && config.consistency && !config.fixed_model)
+    compare(records, config, *joint);
   return joint;
 }
 

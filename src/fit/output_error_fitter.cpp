@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: MIT
+#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 #include <fit/least_squares.hpp>
 #include <fit/output_error_fitter.hpp>
+#include <fit/record_consistency.hpp>
 #include <memory>
 #include <numeric>
 
@@ -444,6 +446,29 @@ class OutputErrorFitter {
       fit.records.push_back(std::move(own));
     }
     fit.information = likelihood + (parameters + noise_orders) * std::log(n);
+    if (records() > 1 && !config_.fixed_model) fit.against_others = consistency();
+  }
+
+  [[nodiscard]] std::vector<Consistency> consistency() const {
+    std::vector<RecordInformation> said;
+    for (int r = 0; r < records(); ++r) {
+      std::vector<int> columns, own;
+      for (int i = 0; i < layout_.local_size(); ++i)
+        if (active_[static_cast<std::size_t>(layout_.of(r, i))])
+          (layout_.of(r, i) < kCommon ? columns : own).push_back(i);
+      const auto common = static_cast<Eigen::Index>(columns.size());
+      columns.insert(columns.end(), own.begin(), own.end());
+      const auto signals = with_noise_ ? whitened(part(r).raw, part(r).noise) : part(r).raw;
+      const Eigen::MatrixXd factor =
+          part(r).weight * DriveSimulation(setup_, signals).factor(layout_.local(r, x_), columns);
+      const Eigen::MatrixXd nuisance = factor.middleCols(common, static_cast<Eigen::Index>(own.size()));
+      Eigen::MatrixXd rest(factor.rows(), common + 1);
+      rest << factor.leftCols(common), factor.rightCols(1);
+      if (nuisance.cols() > 0) rest -= nuisance * nuisance.completeOrthogonalDecomposition().solve(rest);
+      const Eigen::MatrixXd slopes = rest.leftCols(common);
+      said.push_back({slopes.transpose() * slopes, slopes.transpose() * rest.rightCols(1)});
+    }
+    return against_others(said);
   }
 
   void describe(int r, OutputErrorFit& own) const {

@@ -29,26 +29,6 @@ double median(std::vector<double> values) {
   return *middle;
 }
 
-/// At most kLines of the usable lines, evenly taken: the fits' cost must not grow with the 65 535 lines of a
-/// long PRBS, most of them noise. What is left out comes back in the fit to the record.
-data::FrequencyResponse thinned(const data::FrequencyResponse& g) {
-  constexpr std::size_t kLines = 2000;
-  if (g.lines() <= kLines) return g;
-  std::vector<std::size_t> usable;
-  for (std::size_t k = 0; k < g.lines(); ++k)
-    if (g.standard_deviation[k] < 0.5 * std::abs(g.value[k])) usable.push_back(k);
-  if (usable.size() < 10) return g;
-  data::FrequencyResponse few;
-  const std::size_t count = std::min(kLines, usable.size());
-  for (std::size_t i = 0; i < count; ++i) {
-    const std::size_t k = usable[i * usable.size() / count];
-    few.frequency_hz.push_back(g.frequency_hz[k]);
-    few.value.push_back(g.value[k]);
-    few.standard_deviation.push_back(g.standard_deviation[k]);
-  }
-  return few;
-}
-
 /// The last 30 % of each tenth of the record, so that a sweep too is seen over its whole band; nothing for
 /// records that are too short to spare any.
 std::vector<std::pair<std::size_t, std::size_t>> held_back_of(std::size_t samples) {
@@ -68,7 +48,7 @@ bool pushes_itself(const fit::DriveModel& model, bool dry) {
 }
 
 /// Dry friction that the fit tells from none.
-bool finds_dry_friction(const std::optional<fit::OutputErrorFit>& fit) {
+bool finds_dry_friction(const std::optional<RecordFit>& fit) {
   constexpr double kFound = 4.0;  // standard deviations
   return fit && fit->coulomb_friction &&
          fit->coulomb_friction->value > kFound * fit->coulomb_friction->standard_deviation;
@@ -99,9 +79,28 @@ Difference difference(const fit::DriveModel& model, const data::FrequencyRespons
   // The median of n exponential squares scatters by 1/(sqrt(n) ln 2) of itself.
   constexpr double kOneInThousand = 3.1;
   const double chance =
-      1.0 + kOneInThousand / (std::numbers::ln2 * std::sqrt(std::max(1.0, static_cast<double>(squares.size()))));
+      1.0 +
+      kOneInThousand / (std::numbers::ln2 * std::sqrt(std::max(1.0, static_cast<double>(squares.size()))));
   const double whole = median(squares) / std::numbers::ln2;
   return {std::sqrt(whole), std::sqrt(std::max(0.0, whole - chance * median(noise)))};
+}
+
+data::FrequencyResponse thinned(const data::FrequencyResponse& g) {
+  constexpr std::size_t kLines = 2000;
+  if (g.lines() <= kLines) return g;
+  std::vector<std::size_t> usable;
+  for (std::size_t k = 0; k < g.lines(); ++k)
+    if (g.standard_deviation[k] < 0.5 * std::abs(g.value[k])) usable.push_back(k);
+  if (usable.size() < 10) return g;
+  data::FrequencyResponse few;
+  const std::size_t count = std::min(kLines, usable.size());
+  for (std::size_t i = 0; i < count; ++i) {
+    const std::size_t k = usable[i * usable.size() / count];
+    few.frequency_hz.push_back(g.frequency_hz[k]);
+    few.value.push_back(g.value[k]);
+    few.standard_deviation.push_back(g.standard_deviation[k]);
+  }
+  return few;
 }
 
 bool modes_are_seen(const fit::DriveModel& model, const Plan& plan) {
@@ -149,15 +148,15 @@ struct CandidateFits::Acceptance {
   double fit_percent = 0.0;  ///< That of the simulation with which a larger one is a correction.
 };
 
-CandidateFits::CandidateFits(const data::Record& record, const Plan& plan, const Options& options,
-                             const data::FrequencyResponse& response)
-    : record_(record), plan_(plan), options_(options), response_(thinned(response)) {}
+CandidateFits::CandidateFits(std::span<const data::Record> records, const Plan& plan, const Options& options,
+                             const data::FrequencyResponse& response, std::span<const fit::DriveModel> starts)
+    : records_(records), plan_(plan), options_(options), response_(thinned(response)), starts_(starts) {}
 
-std::optional<fit::ResponseFit> CandidateFits::response_fit(const Variant& variant,
-                                                            const std::optional<fit::DriveModel>& start) const {
+std::optional<fit::ResponseFit> CandidateFits::response_fit(
+    const Variant& variant, const std::optional<fit::DriveModel>& start) const {
   fit::ResponseFitConfig config;
   config.structure = variant.structure;
-  config.sample_time_s = record_.sample_time_s();
+  config.sample_time_s = records_.front().sample_time_s();
   config.known_delay_s = options_.delay_s;
   config.viscous_friction = variant.friction;
   config.delay = variant.delay;
@@ -200,18 +199,6 @@ DriveCandidate CandidateFits::to_the_response(Structure structure, const Variant
   return candidate;
 }
 
-/// An approach that was asked for holds for the fit to the record too. By itself the recorded input drives
-/// the simulation: with the noise modelled that is right in closed loop too, and loses nothing.
-void CandidateFits::use_predictor(fit::OutputErrorConfig& config) const {
-  const bool velocity = record_.output_quantity == data::OutputQuantity::velocity;
-  if (options_.approach == Approach::indirect && options_.controller && velocity) {
-    config.predictor = fit::Predictor::closed_loop;
-    config.controller = options_.controller;
-  }
-  if (options_.approach == Approach::joint && record_.excitation.present())
-    config.predictor = fit::Predictor::joint;
-}
-
 fit::OutputErrorConfig CandidateFits::config_of(const Variant& variant, const fit::DriveModel& start) const {
   fit::OutputErrorConfig config;
   config.initial = start;
@@ -219,15 +206,15 @@ fit::OutputErrorConfig CandidateFits::config_of(const Variant& variant, const fi
   config.delay = variant.delay;
   config.coulomb_friction = variant.dry;
   config.known_delay_s = options_.delay_s;
-  use_predictor(config);
+  use_predictor(records_, options_, config);
   return config;
 }
 
-std::optional<fit::OutputErrorFit> CandidateFits::record_fit(const Variant& variant,
-                                                             const fit::DriveModel& start) const {
-  auto fit = fit::fit_output_error(record_, config_of(variant, start));
+std::optional<RecordFit> CandidateFits::fit_to_records(const Variant& variant,
+                                                       const fit::DriveModel& start) const {
+  auto fit = fit_records(records_, config_of(variant, start));
   if (!fit || !fit->converged || pushes_itself(fit->model, variant.dry)) return std::nullopt;
-  return std::move(*fit);
+  return fit;
 }
 
 CandidateFits::Acceptance CandidateFits::acceptance(const DriveCandidate& candidate) const {
@@ -240,7 +227,7 @@ CandidateFits::Acceptance CandidateFits::acceptance(const DriveCandidate& candid
   constexpr double kClearlyBetter = 3.0, kHalf = 50.0;  // per cent of fit
   auto simulation = config_of(candidate.variants.front().first, told.model);
   simulation.fixed_model = true;
-  const auto simulated = fit::fit_output_error(record_, simulation);
+  const auto simulated = fit_records(records_, simulation);
   return {!(lines_are_unbiased && told.model_error > kTrueEnough && told.misfit > kBeyondNoise),
           1.5 * difference(told.model, response_).whole + 0.02,
           simulated ? std::max(simulated->fit_percent + kClearlyBetter, kHalf) : 100.0};
@@ -255,8 +242,10 @@ void CandidateFits::fit_variants(DriveCandidate& candidate, const Acceptance& ac
     if (variant.delay && !ask_for_delay) continue;
     std::vector<fit::DriveModel> starts = {told.model};
     if (candidate.record_fit) starts.push_back(candidate.record_fit->model);
+    for (const auto& start : starts_)
+      if (start.structure == variant.structure) starts.push_back(start);
     for (const auto& start : starts) {
-      auto fit = record_fit(variant, start);
+      auto fit = fit_to_records(variant, start);
       if (!fit) continue;
       if (difference(fit->model, response_).whole > acceptable.difference &&
           fit->fit_percent < acceptable.fit_percent)
@@ -278,17 +267,20 @@ void CandidateFits::to_the_record(DriveCandidate& candidate) const {
 /// motion that never reverses shows none.
 bool CandidateFits::dry_friction_is_likely(const DriveCandidate& candidate) const {
   if (options_.friction == Friction::none || options_.friction == Friction::viscous) return false;
-  if (record_.output_quantity == data::OutputQuantity::acceleration) return false;
+  if (records_.front().output_quantity == data::OutputQuantity::acceleration) return false;
   // A position that no linear drive explains drifts by more than friction.
-  if (!candidate.record_fit) return record_.output_quantity == data::OutputQuantity::velocity;
-  return candidate.record_fit->noise.order() > 0 || candidate.record_variant.friction;
+  if (!candidate.record_fit) return records_.front().output_quantity == data::OutputQuantity::velocity;
+  const auto& records = candidate.record_fit->records;
+  return candidate.record_variant.friction ||
+         std::any_of(records.begin(), records.end(),
+                     [](const fit::OutputErrorFit& fit) { return fit.noise.order() > 0; });
 }
 
-std::optional<fit::OutputErrorFit> CandidateFits::with_dry_friction(Variant& variant,
-                                                                    const fit::DriveModel& start) const {
+std::optional<RecordFit> CandidateFits::with_dry_friction(Variant& variant,
+                                                          const fit::DriveModel& start) const {
   variant.dry = true;
   variant.friction = options_.friction != Friction::dry;
-  auto fit = record_fit(variant, start);
+  auto fit = fit_to_records(variant, start);
   if (options_.friction != Friction::automatic) return fit;
   if (!finds_dry_friction(fit)) return std::nullopt;
   const auto viscous = fit->model.estimate(fit::kViscousFriction);
@@ -296,7 +288,7 @@ std::optional<fit::OutputErrorFit> CandidateFits::with_dry_friction(Variant& var
   if (viscous.value > kFound * viscous.standard_deviation) return fit;
   Variant alone = variant;
   alone.friction = false;
-  auto without = record_fit(alone, fit->model);
+  auto without = fit_to_records(alone, fit->model);
   if (!finds_dry_friction(without) || without->information > fit->information) return fit;
   variant = alone;
   return without;
@@ -319,12 +311,27 @@ void CandidateFits::try_dry_friction(DriveCandidate& candidate, const Acceptance
 }
 
 void CandidateFits::validate(DriveCandidate& candidate) const {
-  const auto parts = held_back_of(record_.samples());
-  if (parts.empty()) return;
+  std::size_t longest = 0;
+  for (const auto& record : records_) longest = std::max(longest, record.samples());
   auto config = config_of(candidate.record_variant, candidate.record_fit->model);
-  config.held_back = parts;
-  if (const auto fit = fit::fit_output_error(record_, config); fit && fit->converged)
+  config.held_back = held_back_of(longest);
+  if (config.held_back.empty()) return;
+  if (const auto fit = fit_records(records_, config); fit && fit->converged)
     candidate.validated = fit->held_back;
+}
+
+/// The one that moved most.
+const data::Record& CandidateFits::richest() const {
+  const auto energy = [](const data::Record& record) {
+    const auto& y = record.output.samples;
+    double mean = 0.0, sum = 0.0;
+    for (const double v : y) mean += v / static_cast<double>(y.size());
+    for (const double v : y) sum += (v - mean) * (v - mean);
+    return sum;
+  };
+  return *std::max_element(
+      records_.begin(), records_.end(),
+      [&](const data::Record& a, const data::Record& b) { return energy(a) < energy(b); });
 }
 
 void CandidateFits::rescue(const DriveCandidate& rigid, DriveCandidate& two) const {
@@ -332,13 +339,14 @@ void CandidateFits::rescue(const DriveCandidate& rigid, DriveCandidate& two) con
   constexpr double kClearly = 20.0;  // in the criterion
   constexpr double kKnown = 0.05;    // of the resonance
   Variant chosen;
-  std::optional<fit::OutputErrorFit> best;
+  std::optional<RecordFit> best;
+  const data::Record& record = richest();
   for (const int further_delay : {0, 1, 2, 4, 8}) {  // in samples; the fit's valley is a few wide
     const Variant variant{Structure::two_mass, !allowed(false), further_delay > 0, false};
-    const double further_s = further_delay * record_.sample_time_s();
-    for (auto start : fit::initial_models(record_, options_.delay_s + further_s)) {
+    const double further_s = further_delay * record.sample_time_s();
+    for (auto start : fit::initial_models(record, options_.delay_s + further_s)) {
       start.delay_s = further_s;
-      auto fit = record_fit(variant, start);
+      auto fit = fit_to_records(variant, start);
       if (!fit || (best && fit->information >= best->information)) continue;
       best = std::move(fit);
       chosen = variant;
@@ -355,7 +363,7 @@ void CandidateFits::rescue(const DriveCandidate& rigid, DriveCandidate& two) con
 void CandidateFits::for_comparison(DriveCandidate& candidate, const Variant& chosen) const {
   Variant variant = chosen;
   variant.structure = candidate.structure;
-  auto fit = fit::fit_output_error(record_, config_of(variant, candidate.response_fit().model));
+  auto fit = fit_records(records_, config_of(variant, candidate.response_fit().model));
   if (!fit || !fit->converged) return;
   candidate.record_fit = std::move(*fit);
   candidate.record_variant = variant;

@@ -2,9 +2,11 @@
 #pragma once
 
 #include <identification/measurement.hpp>
+#include <identification/record_fit.hpp>
 #include <optional>
 #include <resonid/fit/output_error.hpp>
 #include <resonid/fit/response_fit.hpp>
+#include <span>
 #include <string>
 #include <utility>
 #include <vector>
@@ -22,11 +24,11 @@ struct Variant {
 /// "two-mass with viscous friction and delay"
 [[nodiscard]] std::string name_of(const Variant& variant);
 
-/// One structure: what the response says of its variants, and the best fit to the record if there is one.
+/// One structure: what the response says of its variants, and the best fit to the records if there is one.
 struct DriveCandidate {
   fit::Structure structure = fit::Structure::two_mass;
   std::vector<std::pair<Variant, fit::ResponseFit>> variants;  ///< Best first.
-  std::optional<fit::OutputErrorFit> record_fit;
+  std::optional<RecordFit> record_fit;
   Variant record_variant;
   std::optional<fit::HeldBackFit> validated;  ///< Of the same variant, fitted to the rest of the record.
   std::string remark;                         ///< Why it went no further.
@@ -41,8 +43,8 @@ struct DriveCandidate {
 };
 
 /// How far a model (its fitted delay included) is from the measured response, relative, over the lines that
-/// are measured better than 50 %: whole, and beyond what noise explains with a probability of 0.1 %. Both from
-/// the median of the squares (for Gaussian errors ln 2 of their mean), since a few lines in the
+/// are measured better than 50 %: whole, and beyond what noise explains with a probability of 0.1 %. Both
+/// from the median of the squares (for Gaussian errors ln 2 of their mean), since a few lines in the
 /// anti-resonance would rule a mean.
 struct Difference {
   double whole = 0.0;
@@ -53,11 +55,16 @@ struct Difference {
 /// Whether the band shows every mode: one that nothing in it shows is idle parameters of a simpler machine.
 [[nodiscard]] bool modes_are_seen(const fit::DriveModel& model, const Plan& plan);
 
-/// Fits the variants of one structure, to the response and from there to the record.
+/// At most 2000 of the usable lines, evenly taken: the fits' cost must not grow with the 65 535 lines of a
+/// long PRBS, most of them noise. What is left out comes back in the fit to the record.
+[[nodiscard]] data::FrequencyResponse thinned(const data::FrequencyResponse& response);
+
+/// Fits the variants of one structure, to the response and from there to the record, or to several records in
+/// one likelihood. Beside the response's fits, `starts` of the same structure begin those to the records.
 class CandidateFits {
  public:
-  CandidateFits(const data::Record& record, const Plan& plan, const Options& options,
-                const data::FrequencyResponse& response);
+  CandidateFits(std::span<const data::Record> records, const Plan& plan, const Options& options,
+                const data::FrequencyResponse& response, std::span<const fit::DriveModel> starts);
 
   [[nodiscard]] const data::FrequencyResponse& response() const { return response_; }
 
@@ -83,23 +90,24 @@ class CandidateFits {
  private:
   struct Acceptance;
   [[nodiscard]] bool allowed(bool viscous_friction) const;
-  [[nodiscard]] std::optional<fit::ResponseFit> response_fit(const Variant& variant,
-                                                             const std::optional<fit::DriveModel>& start) const;
+  [[nodiscard]] std::optional<fit::ResponseFit> response_fit(
+      const Variant& variant, const std::optional<fit::DriveModel>& start) const;
   [[nodiscard]] fit::OutputErrorConfig config_of(const Variant& variant, const fit::DriveModel& start) const;
-  [[nodiscard]] std::optional<fit::OutputErrorFit> record_fit(const Variant& variant,
-                                                              const fit::DriveModel& start) const;
+  [[nodiscard]] std::optional<RecordFit> fit_to_records(const Variant& variant,
+                                                        const fit::DriveModel& start) const;
   [[nodiscard]] Acceptance acceptance(const DriveCandidate& candidate) const;
   void fit_variants(DriveCandidate& candidate, const Acceptance& acceptable) const;
   [[nodiscard]] bool dry_friction_is_likely(const DriveCandidate& candidate) const;
-  [[nodiscard]] std::optional<fit::OutputErrorFit> with_dry_friction(Variant& variant,
-                                                                     const fit::DriveModel& start) const;
+  [[nodiscard]] std::optional<RecordFit> with_dry_friction(Variant& variant,
+                                                           const fit::DriveModel& start) const;
   void try_dry_friction(DriveCandidate& candidate, const Acceptance& acceptable) const;
-  void use_predictor(fit::OutputErrorConfig& config) const;
+  [[nodiscard]] const data::Record& richest() const;
 
-  const data::Record& record_;
+  std::span<const data::Record> records_;
   const Plan& plan_;
   const Options& options_;
   const data::FrequencyResponse response_;
+  std::span<const fit::DriveModel> starts_;
 };
 
 }  // namespace resonid::identification::detail

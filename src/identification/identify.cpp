@@ -7,10 +7,10 @@
 #include <identification/bootstrap.hpp>
 #include <identification/choices.hpp>
 #include <identification/distortion.hpp>
-#include <identification/excitation_source.hpp>
 #include <identification/loop.hpp>
 #include <identification/measurement.hpp>
 #include <identification/model_selection.hpp>
+#include <identification/preparation.hpp>
 #include <identification/simulate_and_correct.hpp>
 #include <identification/trust.hpp>
 #include <identification/uncertainty.hpp>
@@ -19,45 +19,12 @@
 #include <resonid/diagnostics/residuals.hpp>
 #include <resonid/diagnostics/response_extrema.hpp>
 #include <resonid/fit/identified_controller.hpp>
-#include <resonid/response/excitation_lines.hpp>
 
 namespace resonid::identification {
 namespace {
 
 void append(std::vector<diagnostics::Finding>& to, std::vector<diagnostics::Finding> from) {
   std::move(from.begin(), from.end(), std::back_inserter(to));
-}
-
-RecordFacts facts_of(const data::Record& record) {
-  return {record.source,         record.samples(),   record.sample_rate_hz,  record.sampling.time_name,
-          record.input.name,     record.output.name, record.excitation.name, record.reference.name,
-          record.output_quantity};
-}
-
-void cut_front(data::Record& record, std::size_t samples) {
-  for (auto* channel :
-       {&record.input, &record.output, &record.excitation, &record.reference, &record.position})
-    if (channel->present())
-      channel->samples.erase(channel->samples.begin(),
-                             channel->samples.begin() + static_cast<std::ptrdiff_t>(samples));
-  record.start_time_s += static_cast<double>(samples) / record.sample_rate_hz;
-}
-
-/// The record without the periods in which transients last.
-expected<data::Record, Refusal> without_transient(data::Record record, const Options& options) {
-  if (options.drop_periods == 0) return record;
-  const std::size_t period =
-      options.period_samples != 0 ? options.period_samples : response::detect_period(record).value_or(0);
-  if (period == 0)
-    return tl::unexpected(
-        Refusal{"drop-periods", "no period was found in the excitation; give --period-samples N"});
-  if (options.drop_periods >= record.samples() / period)
-    return tl::unexpected(Refusal{
-        "drop-periods",
-        fmt::format("dropping {} periods of {} samples leaves less than one of the record's {} samples",
-                    options.drop_periods, period, record.samples())});
-  cut_front(record, options.drop_periods * period);
-  return record;
 }
 
 struct Measured {
@@ -145,16 +112,15 @@ expected<Result, Refusal> identify(const data::Record& whole, const Options& opt
   const auto progress = [&](std::string_view stage) {
     if (options.progress) options.progress(stage);
   };
-  auto cut = without_transient(whole, options);
-  if (!cut) return tl::unexpected(cut.error());
-  const auto facts = facts_of(*cut);
-  const auto source = detail::complete_excitation(*cut, options);
-  const data::Record& record = *cut;
+  const auto prepared = detail::prepare(whole, options);
+  if (!prepared) return tl::unexpected(prepared.error());
+  const auto source = prepared->source;
+  const data::Record& record = prepared->record;
   auto plan = detail::make_plan(record, options);
   if (!plan) return tl::unexpected(plan.error());
 
   Result result;
-  result.record = facts;
+  result.record = prepared->facts;
   result.choices = detail::explain(record, options, *plan, source);
   result.units = detail::units_of(record);
   result.method = detail::name_of(options.method == Method::model ? Method::model : plan->method);
@@ -194,7 +160,7 @@ expected<Result, Refusal> identify(const data::Record& whole, const Options& opt
     append(result.findings, std::move(black_box->findings));
   } else if (options.model != ModelChoice::none) {
     progress("model");
-    selection = detail::select_model(record, *plan, options, result.response);
+    selection = detail::select_model({&record, 1}, *plan, options, result.response);
     if (selection) {
       result.model = selection->result;
       result.structures = std::move(selection->structures);

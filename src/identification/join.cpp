@@ -5,10 +5,11 @@
 #include <cmath>
 #include <identification/joint_model.hpp>
 #include <identification/loop.hpp>
+#include <identification/preparation.hpp>
+#include <identification/trust.hpp>
 #include <identification/uncertainty.hpp>
 #include <numeric>
 #include <resonid/diagnostics/response_extrema.hpp>
-#include <resonid/fit/chi_square.hpp>
 #include <resonid/fit/identified_controller.hpp>
 #include <resonid/identification/join.hpp>
 
@@ -144,13 +145,45 @@ Result frame(std::span<const data::Record> records, std::span<const Result> resu
   return joint;
 }
 
-void find_loop(const Options& options, Joint& joint) {
+/// The records as identify works on them, at one sample rate: clocks that were read from time columns differ
+/// by rounding.
+expected<std::vector<detail::Prepared>, Refusal> prepared(std::span<const data::Record> records,
+                                                          const Options& options) {
+  std::vector<detail::Prepared> list;
+  for (const auto& record : records) {
+    auto one = detail::prepare(record, options);
+    if (!one) return tl::unexpected(Refusal{one.error().option, record.source + ": " + one.error().message});
+    one->record.sample_rate_hz = records.front().sample_rate_hz;
+    list.push_back(std::move(*one));
+  }
+  return list;
+}
+
+/// Band of the joined response; nothing else of a plan holds for several records.
+detail::Plan plan_of(const data::FrequencyResponse& response) {
+  detail::Plan plan;
+  plan.low_hz = response.frequency_hz.front();
+  plan.high_hz = response.frequency_hz.back();
+  return plan;
+}
+
+void take_model(detail::JointModel model, const detail::Plan& plan, const Options& options, Result& result) {
+  result.model = std::move(model.model);
+  result.choices = std::move(model.choices);
+  result.structures = std::move(model.structures);
+  result.findings = std::move(model.findings);
+  result.resonances = detail::resonances_of(result.model->drive);
+  result.roots = detail::roots_of(result.model->drive);
+  if (result.model->from_record) result.validation = Validation{model.fit_percent, true, {}, {}};
+  detail::Selection selection;
+  selection.result = *result.model;
+  detail::inspect_model(plan, options, selection, result);
+}
+
+void find_loop(const Options& options, const detail::Plan& plan, Joint& joint) {
   auto& result = joint.result;
   const double rate = result.record.sample_rate_hz;
   if (options.controller) {
-    detail::Plan plan;
-    plan.low_hz = result.response.frequency_hz.front();
-    plan.high_hz = result.response.frequency_hz.back();
     response::LineEstimates lines;
     lines.sample_time_s = 1.0 / rate;
     lines.output_quantity = result.record.output_quantity;
@@ -186,6 +219,18 @@ void note(Joint& joint, std::span<const Result> results) {
                                     std::sqrt(scatter))});
   for (const auto& r : results)
     if (!r.trusted) untrusted += (untrusted.empty() ? "" : ", ") + r.record.file;
+  std::string weak;
+  for (const auto& r : joint.records)
+    if (joint.result.model && !r.own_estimate) weak += (weak.empty() ? "" : ", ") + r.file;
+  if (!weak.empty())
+    findings.push_back(
+        {"undetermined-record",
+         Severity::info,
+         {},
+         {},
+         fmt::format("Too weak to say anything of the parameters: {}. It cannot be held against the "
+                     "others.",
+                     weak)});
   if (!untrusted.empty())
     findings.push_back(
         {"untrusted-record",
@@ -198,8 +243,8 @@ void note(Joint& joint, std::span<const Result> results) {
                         Severity::warning,
                         {},
                         {},
-                        "Fewer than two records determine a model of one structure: only the responses are "
-                        "joined."});
+                        "Neither all records together nor two of them determine a model: only the responses "
+                        "are joined."});
   joint.result.trusted = std::none_of(findings.begin(), findings.end(), [](const diagnostics::Finding& f) {
     return f.severity == Severity::error;
   });
@@ -207,12 +252,22 @@ void note(Joint& joint, std::span<const Result> results) {
 
 }  // namespace
 
+expected<void, Refusal> check_join(const Options& options) {
+  if (options.model != ModelChoice::black_box) return {};
+  return tl::unexpected(Refusal{"join",
+                                "black boxes of several records cannot be joined; required a drive model "
+                                "(--model auto, rigid, two-mass or three-mass) or --model none"});
+}
+
 expected<Joint, Refusal> join(std::span<const data::Record> records, std::span<const Result> results,
                               const Options& options) {
+  if (auto joinable = check_join(options); !joinable) return tl::unexpected(std::move(joinable.error()));
   if (auto refusal = mismatch(records, results)) return tl::unexpected(std::move(*refusal));
+  auto same = prepared(records, options);
+  if (!same) return tl::unexpected(std::move(same.error()));
   Joint joint;
   joint.result = frame(records, results, options);
-  for (const auto& r : results) joint.records.push_back({r.record.file, {}, 0, {}, {}, {}, true});
+  for (const auto& r : results) joint.records.push_back({r.record.file, {}, 0, {}, {}, {}, false, true});
   auto lines = average_of(results, false);
   if (lines.response.lines() == 0)
     return tl::unexpected(Refusal{"join", "no record's response has error bars; required for an average"});
@@ -224,21 +279,20 @@ expected<Joint, Refusal> join(std::span<const data::Record> records, std::span<c
     if (lines.degrees[i] > 0.0) joint.records[i].response_chi_square = lines.chi_square[i] / lines.degrees[i];
   if (auto loops = average_of(results, true); loops.response.lines() > 1)
     joint.result.measured_loop = std::move(loops.response);
-  if (options.model != ModelChoice::none && options.model != ModelChoice::black_box)
-    if (auto model = detail::joint_model(records, results, options, joint.records)) {
-      joint.result.model = std::move(model->model);
-      joint.result.resonances = detail::resonances_of(joint.result.model->drive);
-      joint.result.roots = detail::roots_of(joint.result.model->drive);
-      if (joint.result.model->from_record)
-        joint.result.validation = Validation{model->fit_percent, true, {}, {}};
-    }
+  const auto plan = plan_of(joint.result.response);
+  const bool recorded = same->front().source == detail::ExcitationSource::recorded;
+  std::vector<data::Record> list;
+  for (auto& one : *same) list.push_back(std::move(one.record));
+  if (options.model != ModelChoice::none)
+    if (auto model = detail::joint_model(list, results, plan, options, joint.result.response, joint.records))
+      take_model(std::move(*model), plan, options, joint.result);
   if (!joint.result.model)
     for (const auto& e : diagnostics::response_extrema(joint.result.response))
       joint.result.resonances.push_back({e.minimum, e.frequency_hz, std::nullopt, std::nullopt, false});
   Options in_loop = options;
-  if (!in_loop.controller && records.front().output_quantity == data::OutputQuantity::velocity)
-    in_loop.controller = fit::identified_controller(records.front());
-  find_loop(in_loop, joint);
+  if (!in_loop.controller && recorded && list.front().output_quantity == data::OutputQuantity::velocity)
+    in_loop.controller = fit::identified_controller(list.front());
+  find_loop(in_loop, plan, joint);
   note(joint, results);
   return joint;
 }

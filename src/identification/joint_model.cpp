@@ -1,189 +1,256 @@
 // SPDX-License-Identifier: MIT
-#include <Eigen/Cholesky>
-#include <Eigen/LU>
+#include <fmt/format.h>
+
 #include <algorithm>
-#include <cmath>
+#include <identification/estimate_combination.hpp>
 #include <identification/joint_model.hpp>
-#include <numeric>
-#include <resonid/fit/chi_square.hpp>
-#include <resonid/fit/output_error.hpp>
+#include <identification/model_selection.hpp>
+#include <identification/record_fit.hpp>
 
 namespace resonid::identification::detail {
 namespace {
 
 using fit::DriveModel;
 
-/// Estimated parameters in coordinates in which they are nearly Gaussian, with their covariance: logarithms
-/// of the positive ones.
-struct Coordinates {
-  Eigen::VectorXd x;
-  Eigen::MatrixXd covariance;
+bool alike(const DriveModel& a, const DriveModel& b) {
+  return a.structure == b.structure && a.estimated == b.estimated;
+}
+
+/// The model that most records show: structure, friction and delay alike.
+struct Kind {
+  const Result* example = nullptr;
+  std::size_t count = 0;
+  bool of_responses = false;  ///< Most of these models were fitted to a response: the likelihood is ruled by
+                              ///< something else.
+
+  [[nodiscard]] const ModelResult& model() const { return *example->model; }
 };
 
-bool logarithmic(int parameter) { return parameter != fit::kViscousFriction && parameter != fit::kDelay; }
-
-std::vector<int> estimated(const DriveModel& model) {
-  std::vector<int> list;
-  for (int i = 0; i < fit::kParameterCount; ++i)
-    if (model.estimated[static_cast<std::size_t>(i)]) list.push_back(i);
-  return list;
-}
-
-std::optional<Coordinates> coordinates(const DriveModel& model, const std::vector<int>& parameters) {
-  const auto n = static_cast<Eigen::Index>(parameters.size());
-  Coordinates c{Eigen::VectorXd(n), Eigen::MatrixXd(n, n)};
-  Eigen::VectorXd scale(n);
-  for (Eigen::Index i = 0; i < n; ++i) {
-    const int p = parameters[static_cast<std::size_t>(i)];
-    const double value = model.value(static_cast<fit::Parameter>(p));
-    c.x(i) = logarithmic(p) ? std::log(value) : value;
-    scale(i) = logarithmic(p) ? 1.0 / value : 1.0;
-  }
-  for (Eigen::Index i = 0; i < n; ++i)
-    for (Eigen::Index k = 0; k < n; ++k)
-      c.covariance(i, k) =
-          scale(i) * scale(k) *
-          model.covariance(parameters[static_cast<std::size_t>(i)], parameters[static_cast<std::size_t>(k)]);
-  if (!c.x.allFinite() || !c.covariance.allFinite() || c.covariance.llt().info() != Eigen::Success)
-    return std::nullopt;
-  return c;
-}
-
-/// (sum C_i^-1)^-1 sum C_i^-1 x_i over all but one.
-Coordinates combined(const std::vector<Coordinates>& all, std::size_t but) {
-  const auto n = all.front().x.size();
-  Eigen::MatrixXd information = Eigen::MatrixXd::Zero(n, n);
-  Eigen::VectorXd sum = Eigen::VectorXd::Zero(n);
-  for (std::size_t i = 0; i < all.size(); ++i) {
-    if (i == but) continue;
-    const Eigen::MatrixXd inverse = all[i].covariance.inverse();
-    information += inverse;
-    sum += inverse * all[i].x;
-  }
-  const Eigen::MatrixXd covariance = information.inverse();
-  return {covariance * sum, covariance};
-}
-
-void store(const Coordinates& c, const std::vector<int>& parameters, DriveModel& model) {
-  const auto n = static_cast<Eigen::Index>(parameters.size());
-  model.covariance.setZero();
-  Eigen::VectorXd scale(n);
-  for (Eigen::Index i = 0; i < n; ++i) {
-    const int p = parameters[static_cast<std::size_t>(i)];
-    const double value = logarithmic(p) ? std::exp(c.x(i)) : c.x(i);
-    model = model.moved(p, value - model.value(static_cast<fit::Parameter>(p)));
-    scale(i) = logarithmic(p) ? value : 1.0;
-  }
-  for (Eigen::Index i = 0; i < n; ++i)
-    for (Eigen::Index k = 0; k < n; ++k)
-      model.covariance(parameters[static_cast<std::size_t>(i)], parameters[static_cast<std::size_t>(k)]) =
-          scale(i) * scale(k) * c.covariance(i, k);
-}
-
-/// The model that most records show: structure, friction and delay alike. The more richly parametrised one
-/// of two that are equally frequent.
-std::optional<std::size_t> typical(std::span<const Result> results) {
-  std::optional<std::size_t> best;
-  std::size_t best_count = 0;
-  const auto same = [&](const Result& a, const Result& b) {
-    return a.model && b.model && a.model->drive.structure == b.model->drive.structure &&
-           a.model->drive.estimated == b.model->drive.estimated;
+/// The more richly parametrised one of two that are equally frequent.
+std::optional<Kind> typical(std::span<const Result> results) {
+  std::optional<Kind> best;
+  const auto size = [](const Result& r) {
+    return std::count(r.model->drive.estimated.begin(), r.model->drive.estimated.end(), true);
   };
-  const auto size = [&](std::size_t i) { return estimated(results[i].model->drive).size(); };
-  for (std::size_t i = 0; i < results.size(); ++i) {
-    if (!results[i].model) continue;
-    const auto count = static_cast<std::size_t>(
-        std::count_if(results.begin(), results.end(), [&](const Result& r) { return same(r, results[i]); }));
-    if (!best || count > best_count || (count == best_count && size(i) > size(*best))) {
-      best = i;
-      best_count = count;
+  for (const auto& result : results) {
+    if (!result.model) continue;
+    Kind kind{&result, 0, false};
+    std::size_t responses = 0;
+    for (const auto& other : results) {
+      if (!other.model || !alike(other.model->drive, result.model->drive)) continue;
+      ++kind.count;
+      if (!other.model->from_record) ++responses;
     }
+    kind.of_responses = 2 * responses > kind.count;
+    if (!best || kind.count > best->count ||
+        (kind.count == best->count && size(result) > size(*best->example)))
+      best = kind;
   }
   return best;
 }
 
-fit::OutputErrorConfig config_of(const ModelResult& model, const Options& options) {
-  fit::OutputErrorConfig config;
-  config.initial = model.drive;
-  config.viscous_friction = model.drive.estimated[fit::kViscousFriction];
-  config.delay = model.drive.estimated[fit::kDelay];
-  config.coulomb_friction = model.coulomb_friction.has_value();
-  config.known_delay_s = options.delay_s;
-  return config;
-}
+class Joiner {
+ public:
+  Joiner(std::span<const data::Record> records, std::span<const Result> results, const Plan& plan,
+         const Options& options, const data::FrequencyResponse& response, std::vector<JoinedRecord>& told)
+      : records_(records),
+        results_(results),
+        plan_(plan),
+        options_(options),
+        response_(response),
+        told_(told) {}
 
-/// The record's own model when it is of the common kind, else a fit of that kind to the record.
-std::optional<DriveModel> of_the_kind(const data::Record& record, const Result& result,
-                                      const ModelResult& kind, const Options& options) {
-  if (result.model && result.model->drive.structure == kind.drive.structure &&
-      result.model->drive.estimated == kind.drive.estimated)
-    return result.model->drive;
-  auto fit = fit::fit_output_error(record, config_of(kind, options));
-  if (!fit || !fit->converged) return std::nullopt;
-  return fit->model;
-}
-
-void compare(const std::vector<Coordinates>& all, const std::vector<std::size_t>& record, double confidence,
-             std::vector<JoinedRecord>& told) {
-  for (std::size_t i = 0; i < all.size(); ++i) {
-    const auto others = combined(all, i);
-    const Eigen::VectorXd d = all[i].x - others.x;
-    const Eigen::MatrixXd covariance = all[i].covariance + others.covariance;
-    auto& r = told[record[i]];
-    r.degrees = static_cast<std::size_t>(d.size());
-    r.chi_square = d.dot(covariance.ldlt().solve(d));
-    r.probability = fit::chi_square_tail(*r.chi_square, r.degrees);
-    r.agrees = *r.probability > (1.0 - confidence) / static_cast<double>(all.size());
+  std::optional<JointModel> run() {
+    const auto kind = typical(results_);
+    // Records too weak to show more than a rigid machine may do so together.
+    const bool open = !kind || (options_.model == ModelChoice::automatic &&
+                                kind->model().drive.structure == fit::Structure::rigid);
+    const bool of_responses = kind && kind->of_responses;
+    bool fitted = !of_responses && open && select();
+    if (!fitted && !of_responses && kind) fitted = fit(*kind);
+    if (!fitted && !kind) return std::nullopt;
+    if (!fitted) joint_.model = kind->model();
+    if (!fitted) {
+      hold_against_one_another();
+      if (!combine(*kind)) return std::nullopt;
+    }
+    joint_.model.offset.reset();  // each record has its own
+    return std::move(joint_);
   }
-}
 
-/// Simulates the joint model on every record.
-double simulated_fit(std::span<const data::Record> records, const ModelResult& model, const Options& options,
-                     std::vector<JoinedRecord>& told) {
-  double left = 0.0, total = 0.0;
-  for (std::size_t i = 0; i < records.size(); ++i) {
-    auto config = config_of(model, options);
+ private:
+  [[nodiscard]] fit::OutputErrorConfig config_of(const ModelResult& model) const {
+    fit::OutputErrorConfig config;
+    config.initial = model.drive;
+    config.viscous_friction = model.drive.estimated[fit::kViscousFriction];
+    config.delay = model.drive.estimated[fit::kDelay];
+    config.coulomb_friction = model.coulomb_friction.has_value();
+    config.known_delay_s = options_.delay_s;
+    use_predictor(records_, options_, config);
+    return config;
+  }
+
+  /// What the records' own models of one kind say together, in the best of them.
+  [[nodiscard]] DriveModel start_of(const DriveModel& kind, std::size_t& count) const {
+    const DriveModel* best = &kind;
+    std::vector<ParameterEstimate> all;
+    std::size_t most = 0;
+    for (const auto& r : results_) {
+      if (!r.model || !alike(r.model->drive, kind)) continue;
+      auto estimate = estimate_of(r.model->drive);
+      if (estimate.known.empty()) continue;
+      if (estimate.known.size() > most) best = &r.model->drive;
+      most = std::max(most, estimate.known.size());
+      all.push_back(std::move(estimate));
+    }
+    count = all.size();
+    DriveModel start = *best;
+    if (!all.empty()) store(combined(all, all.size()), start);
+    return start;
+  }
+
+  /// Structure and model as identify chooses them for one record.
+  bool select() {
+    std::vector<DriveModel> starts;
+    for (const auto& r : results_) {
+      if (!r.model || std::any_of(starts.begin(), starts.end(),
+                                  [&](const DriveModel& s) { return alike(s, r.model->drive); }))
+        continue;
+      std::size_t count = 0;
+      starts.push_back(start_of(r.model->drive, count));
+    }
+    auto chosen = select_model(records_, plan_, options_, response_, starts);
+    if (!chosen || !chosen->result.from_record) return false;
+    joint_.model = chosen->result;
+    joint_.fit_percent = chosen->fit_percent;
+    for (std::size_t i = 0; i < records_.size(); ++i) told_[i].fit_percent = chosen->fit_percents[i];
+    judge(chosen->against_others);
+    joint_.structures = std::move(chosen->structures);
+    joint_.choices.push_back(std::move(chosen->choice));
+    tell_likelihood("structure and model are chosen by all: most records show at most a rigid machine alone");
+    return true;
+  }
+
+  bool fit(const Kind& kind) {
+    tell_structure(kind);
+    ModelResult model = kind.model();
+    std::size_t count = 0;
+    model.drive = start_of(kind.model().drive, count);
+    const auto fit = fit_records(records_, config_of(model));
+    if (!fit || !fit->converged) {
+      joint_.findings.push_back({"joint-fit-failed",
+                                 diagnostics::Severity::warning,
+                                 {},
+                                 {},
+                                 "The likelihood over all records found no optimum: the records' own "
+                                 "estimates are combined instead."});
+      return false;
+    }
+    model.drive = fit->model;
+    model.coulomb_friction = fit->coulomb_friction;
+    model.from_record = true;
+    model.model_error = unexplained_difference(model.drive, response_);
+    joint_.model = model;
+    take_fits(*fit);
+    judge(fit->against_others);
+    tell_likelihood(count < 2 ? std::string("started from the one record that shows such a model")
+                              : fmt::format("started from the mean of {} records' own estimates", count));
+    return true;
+  }
+
+  void take_fits(const RecordFit& fit) {
+    joint_.fit_percent = fit.fit_percent;
+    for (std::size_t i = 0; i < records_.size(); ++i) told_[i].fit_percent = fit.records[i].fit_percent;
+  }
+
+  void tell_structure(const Kind& kind) {
+    for (const auto& choice : kind.example->choices)
+      if (choice.what == "structure")
+        joint_.choices.push_back({choice.what, choice.chosen,
+                                  fmt::format("{} of {} records show it", kind.count, records_.size())});
+  }
+
+  void tell_likelihood(std::string because) {
+    joint_.choices.push_back(
+        {"estimate", fmt::format("one likelihood over {} records", records_.size()), std::move(because)});
+  }
+
+  /// The record's own model when it is of the common kind, else a fit of that kind from the common one.
+  [[nodiscard]] ParameterEstimate own_estimate(std::size_t i) const {
+    const auto& own = results_[i].model;
+    if (own && alike(own->drive, joint_.model.drive)) return estimate_of(own->drive);
+    const auto fit = fit_records(records_.subspan(i, 1), config_of(joint_.model));
+    return fit && fit->converged ? estimate_of(fit->model) : ParameterEstimate{};
+  }
+
+  void hold_against_one_another() {
+    std::vector<std::size_t> record;
+    for (std::size_t i = 0; i < records_.size(); ++i) {
+      auto estimate = own_estimate(i);
+      told_[i].own_estimate = !estimate.known.empty();
+      if (!told_[i].own_estimate) continue;
+      own_.push_back(std::move(estimate));
+      record.push_back(i);
+    }
+    if (own_.size() < 2) return;
+    std::vector<fit::Consistency> list(records_.size());
+    for (std::size_t i = 0; i < own_.size(); ++i) list[record[i]] = distance(own_[i], combined(own_, i));
+    judge(list);
+  }
+
+  /// Bonferroni over the records that say something.
+  void judge(const std::vector<fit::Consistency>& against_others) {
+    const auto judged = std::count_if(against_others.begin(), against_others.end(),
+                                      [](const fit::Consistency& c) { return c.degrees > 0; });
+    for (std::size_t i = 0; i < against_others.size(); ++i) {
+      const auto& c = against_others[i];
+      if (c.degrees == 0) continue;
+      auto& r = told_[i];
+      r.own_estimate = true;
+      r.degrees = static_cast<std::size_t>(c.degrees);
+      r.chi_square = c.chi_square;
+      r.probability = c.probability;
+      r.agrees = c.probability > (1.0 - options_.confidence) / static_cast<double>(judged);
+    }
+  }
+
+  /// Inverse covariances weigh the records' own estimates.
+  bool combine(const Kind& kind) {
+    if (own_.size() < 2) return false;
+    const auto all = combined(own_, own_.size());
+    if (all.known.size() < all.parameters.size()) return false;
+    store(all, joint_.model.drive);
+    joint_.model.model_error = unexplained_difference(joint_.model.drive, response_);
+    if (joint_.choices.empty()) tell_structure(kind);
+    joint_.choices.push_back({"estimate", fmt::format("mean of {} records' own estimates", own_.size()),
+                              kind.of_responses ? "their models were fitted to responses: a likelihood of "
+                                                  "the records is ruled by something else"
+                                                : "the likelihood over all records found no optimum"});
+    if (!joint_.model.from_record) return true;
+    auto config = config_of(joint_.model);
     config.fixed_model = true;
     config.noise_model = false;
-    const auto simulation = fit::fit_output_error(records[i], config);
-    if (!simulation) continue;
-    told[i].fit_percent = simulation->fit_percent;
-    const double power = std::inner_product(simulation->residual.begin(), simulation->residual.end(),
-                                            simulation->residual.begin(), 0.0);
-    left += power;
-    const double ratio = 1.0 - 0.01 * simulation->fit_percent;
-    if (ratio > 0.0) total += power / (ratio * ratio);
+    if (const auto simulation = fit_records(records_, config)) take_fits(*simulation);
+    return true;
   }
-  return total > 0.0 ? 100.0 * (1.0 - std::sqrt(left / total)) : 0.0;
-}
+
+  std::span<const data::Record> records_;
+  std::span<const Result> results_;
+  const Plan& plan_;
+  const Options& options_;
+  const data::FrequencyResponse& response_;
+  std::vector<JoinedRecord>& told_;
+  std::vector<ParameterEstimate> own_;
+  JointModel joint_;
+};
 
 }  // namespace
 
 std::optional<JointModel> joint_model(std::span<const data::Record> records, std::span<const Result> results,
-                                      const Options& options, std::vector<JoinedRecord>& told) {
-  const auto example = typical(results);
-  if (!example) return std::nullopt;
-  const ModelResult& kind = *results[*example].model;
-  const auto parameters = estimated(kind.drive);
-  std::vector<Coordinates> all;
-  std::vector<std::size_t> record;
-  for (std::size_t i = 0; i < records.size(); ++i) {
-    const auto model = of_the_kind(records[i], results[i], kind, options);
-    const auto c = model ? coordinates(*model, parameters) : std::nullopt;
-    if (!c) {
-      told[i].agrees = false;
-      continue;
-    }
-    all.push_back(*c);
-    record.push_back(i);
-  }
-  if (all.size() < 2) return std::nullopt;
-  compare(all, record, options.confidence, told);
-  JointModel joint{kind, 0.0};
-  joint.model.offset.reset();  // each record has its own
-  store(combined(all, all.size()), parameters, joint.model.drive);
-  if (kind.from_record) joint.fit_percent = simulated_fit(records, joint.model, options, told);
-  return joint;
+                                      const Plan& plan, const Options& options,
+                                      const data::FrequencyResponse& response,
+                                      std::vector<JoinedRecord>& told) {
+  return Joiner(records, results, plan, options, response, told).run();
 }
 
 }  // namespace resonid::identification::detail

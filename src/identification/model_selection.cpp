@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: MIT
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <identification/drive_candidate.hpp>
@@ -27,9 +29,9 @@ std::vector<Structure> structures(ModelChoice choice) {
 
 class Selector {
  public:
-  Selector(const data::Record& record, const Plan& plan, const Options& options,
-           const data::FrequencyResponse& response)
-      : record_(record), plan_(plan), options_(options), fits_(record, plan, options, response) {}
+  Selector(std::span<const data::Record> records, const Plan& plan, const Options& options,
+           const data::FrequencyResponse& response, std::span<const fit::DriveModel> starts)
+      : records_(records), plan_(plan), options_(options), fits_(records, plan, options, response, starts) {}
 
   std::optional<Selection> run() {
     std::vector<Candidate> candidates;
@@ -61,7 +63,7 @@ class Selector {
     constexpr std::size_t kQuick = 50'000;
     for (auto& candidate : candidates)
       if (candidate.structure == Structure::rigid && !candidate.record_fit && candidates[chosen].record_fit &&
-          record_.samples() <= kQuick)
+          records_.front().samples() <= kQuick)
         fits_.for_comparison(candidate, candidates[chosen].record_variant);
     return finish(candidates, chosen);
   }
@@ -79,12 +81,15 @@ class Selector {
     if (two.record_fit->fit_percent > kAll) return false;
     constexpr std::size_t kLags = 40;
     constexpr double kBeyondChance = 1.5;  // 0.1 % for each lag instead of 3 %
-    const auto& residual = two.record_fit->residual;
-    std::vector<double> simulated(residual.size());
-    for (std::size_t k = 0; k < simulated.size(); ++k)
-      simulated[k] = record_.output.samples[two.record_fit->first_sample + k] - residual[k];
-    const auto test = diagnostics::test_residual({residual, simulated, {}, {}}, kLags, kLags);
-    return test.with_simulated.largest > kBeyondChance * test.limit;
+    for (std::size_t i = 0; i < records_.size(); ++i) {
+      const auto& fit = two.record_fit->records[i];
+      std::vector<double> simulated(fit.residual.size());
+      for (std::size_t k = 0; k < simulated.size(); ++k)
+        simulated[k] = records_[i].output.samples[fit.first_sample + k] - fit.residual[k];
+      const auto test = diagnostics::test_residual({fit.residual, simulated, {}, {}}, kLags, kLags);
+      if (test.with_simulated.largest > kBeyondChance * test.limit) return true;
+    }
+    return false;
   }
 
   /// On what was held back where both could be judged by it, else by the criterion of the record, else of the
@@ -149,16 +154,16 @@ class Selector {
   [[nodiscard]] Choice reason(const std::vector<Candidate>& candidates, std::size_t chosen) const {
     const auto& c = candidates[chosen];
     Choice choice{"structure", name_of(c.variant()), ""};
+    const char* whole = records_.size() == 1 ? "the record" : "the records";
     if (options_.model != ModelChoice::automatic)
       choice.because = "asked for";
     else if (c.validated)
-      choice.because = "predicts the 30 % of the record best that no fit had seen";
+      choice.because = fmt::format("predicts the 30 % of {} best that no fit had seen", whole);
     else if (std::count_if(candidates.begin(), candidates.end(),
                            [](const Candidate& x) { return x.remark.empty(); }) == 1)
       choice.because = "the measured response leaves no other";
     else
-      choice.because = c.record_fit ? "least information criterion of the record"
-                                    : "least information criterion of the lines";
+      choice.because = fmt::format("least information criterion of {}", c.record_fit ? whole : "the lines");
     return choice;
   }
 
@@ -171,16 +176,21 @@ class Selector {
     s.result.from_record = candidate.record_fit.has_value();
     s.result.model_error = difference(candidate.model(), fits_.response()).unexplained;
     if (candidate.record_fit) {
-      s.residual = std::move(candidate.record_fit->residual);
-      s.residual_start = candidate.record_fit->first_sample;
-      s.fit_percent = candidate.record_fit->fit_percent;
-      s.result.offset = candidate.record_fit->offset;
-      s.result.coulomb_friction = candidate.record_fit->coulomb_friction;
+      auto& fit = *candidate.record_fit;
+      s.fit_percent = fit.fit_percent;
+      s.result.coulomb_friction = fit.coulomb_friction;
+      s.against_others = fit.against_others;
+      for (const auto& record : fit.records) s.fit_percents.push_back(record.fit_percent);
+      if (fit.records.size() == 1) {
+        s.residual = std::move(fit.records[0].residual);
+        s.residual_start = fit.records[0].first_sample;
+        s.result.offset = fit.records[0].offset;
+      }
     }
     return s;
   }
 
-  const data::Record& record_;
+  std::span<const data::Record> records_;
   const Plan& plan_;
   const Options& options_;
   const CandidateFits fits_;
@@ -188,10 +198,15 @@ class Selector {
 
 }  // namespace
 
-std::optional<Selection> select_model(const data::Record& record, const Plan& plan, const Options& options,
-                                      const data::FrequencyResponse& response) {
+double unexplained_difference(const fit::DriveModel& model, const data::FrequencyResponse& response) {
+  return difference(model, thinned(response)).unexplained;
+}
+
+std::optional<Selection> select_model(std::span<const data::Record> records, const Plan& plan,
+                                      const Options& options, const data::FrequencyResponse& response,
+                                      std::span<const fit::DriveModel> starts) {
   if (response.standard_deviation.size() != response.lines()) return std::nullopt;
-  return Selector(record, plan, options, response).run();
+  return Selector(records, plan, options, response, starts).run();
 }
 
 }  // namespace resonid::identification::detail

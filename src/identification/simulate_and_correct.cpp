@@ -128,7 +128,7 @@ expected<void, Refusal> simulate_and_correct(const data::Record& record, const P
     auto corrected = corrected_response(record, measured, selection->result.drive, options.delay_s, measure);
     if (!corrected) return tl::unexpected(corrected.error());
     response = std::move(*corrected);
-    selection = select_model(record, plan, options, response);
+    selection = select_model({&record, 1}, plan, options, response);
   }
   if (!selection) return complain("simulate-and-correct: no model could be fitted to the corrected response");
   return {};

@@ -38,7 +38,7 @@ json spread_json(const identification::Spread& f) {
 json joint_json(const identification::Joint& joint) {
   json records = json::array();
   for (const auto& r : joint.records) {
-    json j{{"file", r.file}, {"agrees", r.agrees}};
+    json j{{"file", r.file}, {"own_estimate", r.own_estimate}, {"agrees", r.agrees}};
     put(j, "chi_square", r.chi_square);
     if (r.chi_square) j["degrees_of_freedom"] = r.degrees;
     put(j, "probability", r.probability);

@@ -118,9 +118,10 @@ Table consistency_table(const identification::Joint& joint) {
                           r.chi_square ? fmt::format("{}", r.degrees) : "-", probability_text(r.probability),
                           optional_text(r.response_chi_square, "{:.2f}"),
                           optional_text(r.fit_percent, "{:.1f}"),
-                          !r.agrees      ? "DISAGREES"
-                          : r.chi_square ? "agrees"
-                                         : "not judged"});
+                          !r.agrees                               ? "DISAGREES"
+                          : r.chi_square                          ? "agrees"
+                          : joint.result.model && !r.own_estimate ? "no own estimate"
+                                                                  : "not judged"});
   return table;
 }
 

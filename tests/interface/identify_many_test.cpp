@@ -140,7 +140,9 @@ TEST_F(IdentifyMany, JoinsRepetitions) {
   const auto& joint = j.at("joint");
   EXPECT_EQ(joint.at("result").at("schema"), "resonid.identification/1");
   ASSERT_EQ(joint.at("records").size(), 3U);
-  for (const auto& r : joint.at("records")) EXPECT_TRUE(r.at("agrees").get<bool>());
+  for (const auto& r : joint.at("records"))
+    EXPECT_TRUE(r.at("agrees").get<bool>() && r.at("own_estimate").get<bool>());
+  EXPECT_NE(joint.at("result").at("choices").dump().find("one likelihood over 3 records"), std::string::npos);
   const auto stiffness = [](const json& result) {
     return result.at("model").at("parameters").at("stiffness");
   };
@@ -189,6 +191,7 @@ TEST_F(IdentifyMany, RefusesWhatItWouldIgnore) {
   simulate("a", 1);
   simulate("b", 2);
   expect_refused("identify a.csv --join", {"--join", "found 1 record", "at least 2"});
+  expect_refused("identify a.csv b.csv --join --model black-box", {"--join", "black box", "--model auto"});
   expect_refused("identify a.csv b.csv --response o.csv", {"--response", "--join", "2 records"});
   expect_refused("identify a.csv --order 3", {"--order", "--model black-box"});
   expect_refused("identify a.csv --model black-box --order 21", {"--order", "found 21", "1 ... 20"});

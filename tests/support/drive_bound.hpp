@@ -28,10 +28,11 @@ inline Eigen::VectorXd drive_figures(const Eigen::Vector4d& p) {
   return f;
 }
 
-/// Covariance of the logarithms of the figures for the recorded input and white noise at the output; load
-/// torque and state at the start unknown, unless it starts at rest. The delay must be whole samples.
-inline Eigen::MatrixXd bound_of_logarithms(const plant::ExperimentConfig& c, const data::Record& record,
-                                           bool at_rest = false) {
+/// Slopes of the simulated output: columns of the logarithms of the four parameters first, then those of load
+/// torque and state at the start, which are unknown unless it starts at rest. The delay must be whole
+/// samples.
+inline Eigen::MatrixXd output_slopes(const plant::ExperimentConfig& c, const data::Record& record,
+                                     bool at_rest = false) {
   const auto n = static_cast<Eigen::Index>(record.samples());
   const auto delay = static_cast<Eigen::Index>(std::lround(c.measurement.delay_s * record.sample_rate_hz));
   const auto sampled = [&](const plant::ExperimentConfig& moved) {
@@ -69,12 +70,12 @@ inline Eigen::MatrixXd bound_of_logarithms(const plant::ExperimentConfig& c, con
     down.drive.*fields[i] *= std::exp(-kStep);
     slopes.col(i) = (responses(up).col(0) - responses(down).col(0)) / (2.0 * kStep);
   }
-  const Eigen::VectorXd size = slopes.colwise().norm().transpose().cwiseMax(1e-12);
-  const Eigen::MatrixXd scaled = slopes * size.cwiseInverse().asDiagonal();
-  const Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd> decomposition(scaled.transpose() * scaled);
-  const Eigen::MatrixXd inverse = size.cwiseInverse().asDiagonal() * decomposition.pseudoInverse().eval() *
-                                  size.cwiseInverse().asDiagonal();
-  const double variance = c.measurement.noise_rms * c.measurement.noise_rms;
+  return slopes;
+}
+
+/// What the logarithms of the parameters make of the figures'.
+inline Eigen::MatrixXd figure_gradient(const plant::ExperimentConfig& c) {
+  constexpr double kStep = 1e-4;
   const Eigen::Vector4d at = drive_parameters(c);
   Eigen::MatrixXd gradient(kFigures, 4);
   for (int i = 0; i < 4; ++i) {
@@ -84,7 +85,31 @@ inline Eigen::MatrixXd bound_of_logarithms(const plant::ExperimentConfig& c, con
     gradient.col(i) =
         (drive_figures(up).array().log() - drive_figures(down).array().log()).matrix() / (2.0 * kStep);
   }
+  return gradient;
+}
+
+/// Covariance of the logarithms of the figures for the recorded input and white noise at the output.
+inline Eigen::MatrixXd bound_of_logarithms(const plant::ExperimentConfig& c, const data::Record& record,
+                                           bool at_rest = false) {
+  const Eigen::MatrixXd slopes = output_slopes(c, record, at_rest);
+  const Eigen::VectorXd size = slopes.colwise().norm().transpose().cwiseMax(1e-12);
+  const Eigen::MatrixXd scaled = slopes * size.cwiseInverse().asDiagonal();
+  const Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd> decomposition(scaled.transpose() * scaled);
+  const Eigen::MatrixXd inverse = size.cwiseInverse().asDiagonal() * decomposition.pseudoInverse().eval() *
+                                  size.cwiseInverse().asDiagonal();
+  const double variance = c.measurement.noise_rms * c.measurement.noise_rms;
+  const Eigen::MatrixXd gradient = figure_gradient(c);
   return variance * gradient * inverse.topLeftCorner(4, 4) * gradient.transpose();
+}
+
+/// Fisher information of the logarithms of the four parameters, load torque and state at the start unknown:
+/// that of records adds up.
+inline Eigen::Matrix4d information_of_logarithms(const plant::ExperimentConfig& c,
+                                                 const data::Record& record) {
+  const Eigen::MatrixXd slopes = output_slopes(c, record);
+  const Eigen::MatrixXd nuisance = slopes.rightCols(slopes.cols() - 4), own = slopes.leftCols(4);
+  const Eigen::MatrixXd left = own - nuisance * nuisance.completeOrthogonalDecomposition().solve(own);
+  return left.transpose() * left / (c.measurement.noise_rms * c.measurement.noise_rms);
 }
 
 /// Errors and intervals of the figures over seeds.

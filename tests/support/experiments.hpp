@@ -52,6 +52,16 @@ inline plant::Simulation simulated(const plant::ExperimentConfig& c, std::span<c
   return std::move(*simulation);
 }
 
+/// The samples from `from_s` on.
+inline data::Record cut_from(data::Record record, double from_s) {
+  const auto first = static_cast<std::ptrdiff_t>(std::lround(from_s * record.sample_rate_hz));
+  for (auto* channel :
+       {&record.input, &record.output, &record.excitation, &record.reference, &record.position})
+    if (channel->present())
+      channel->samples.erase(channel->samples.begin(), channel->samples.begin() + first);
+  return record;
+}
+
 /// What the user of such an experiment knows.
 inline identification::Options known(const plant::ExperimentConfig& c) {
   identification::Options o;

@@ -24,16 +24,6 @@ inline std::optional<fit::OutputErrorFit> fitted_from_scratch(const data::Record
   return best;
 }
 
-/// The samples from `from_s` on.
-inline data::Record cut_from(data::Record record, double from_s) {
-  const auto first = static_cast<std::ptrdiff_t>(std::lround(from_s * record.sample_rate_hz));
-  for (auto* channel :
-       {&record.input, &record.output, &record.excitation, &record.reference, &record.position})
-    if (channel->present())
-      channel->samples.erase(channel->samples.begin(), channel->samples.begin() + first);
-  return record;
-}
-
 /// Shipped Publication VI experiment with noise 0.1 rad/s, `duration_s` of it (0: all) from `from_s` on.
 inline Efficiency efficiency(std::string_view experiment, double from_s, double duration_s,
                              std::uint64_t first, int seeds) {

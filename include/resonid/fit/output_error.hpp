@@ -31,6 +31,7 @@ struct OutputErrorConfig {
       false;  ///< Estimate initial state and offset only: simulate a given model on the record.
   Predictor predictor = Predictor::open_loop;
   std::optional<data::TransferFunction> controller;  ///< From velocity error to torque; closed_loop needs it.
+  bool consistency = true;  ///< Of several records: fit each alone too, and test whether they agree.
 };
 
 /// What the samples that were held back say of a fit to the others.
@@ -75,7 +76,7 @@ struct OutputErrorFit {
 /// in its own covariance, are chi-square distributed when they do.
 struct Consistency {
   double chi_square = 0.0;
-  int degrees = 0;           ///< (records - 1) times estimated parameters.
+  int degrees = 0;           ///< Of freedom; of all records: (records - 1) times estimated parameters.
   double probability = 1.0;  ///< Of so large a value among records of one drive.
 };
 
@@ -84,8 +85,14 @@ struct JointOutputErrorFit {
   bool converged = false;
   std::optional<Estimate> coulomb_friction;
   std::vector<OutputErrorFit> records;  ///< [record] The common model, with each one's offset and residual.
-  std::vector<DriveModel> own;          ///< [record] What each says alone; empty if one cannot be fitted.
+  std::vector<DriveModel> own;  ///< [record] What each says alone; empty if not asked for or one cannot be
+                                ///< fitted.
   std::optional<Consistency> consistency;  ///< With all of `own`.
+  /// [record] Each against all others, to first order about the common model (score test): right for records
+  /// that say little alone too. Degrees are the directions in which it holds 0.1 ... 99.9 % of the
+  /// information, 0 where it says nothing. Empty for a single record, a given model, and parameters that are
+  /// not determined.
+  std::vector<Consistency> against_others;
   double information = 0.0;
 };
 

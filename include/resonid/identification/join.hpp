@@ -18,7 +18,8 @@ struct JoinedRecord {
   std::optional<double> probability;          ///< Of a distance at least so large by the error bars alone.
   std::optional<double> response_chi_square;  ///< Of its lines against the averaged response, per degree.
   std::optional<double> fit_percent;          ///< Of the joint model, simulated on this record.
-  bool agrees = true;                         ///< Judged over all records together (Bonferroni).
+  bool own_estimate = false;  ///< It says something of `degrees` parameters or combinations of them.
+  bool agrees = true;         ///< Judged over all records together (Bonferroni).
 };
 
 /// Repeated experiments on one machine as one estimate.
@@ -29,18 +30,28 @@ struct Joint {
   std::size_t response_degrees = 0;
 };
 
-/// Joins records of the same machine, operating point and set-up that have been identified one by one.
+/// Refused: black boxes, which are not joined.
+[[nodiscard]] expected<void, Refusal> check_join(const Options& options);
+
+/// Joins records of the same machine, operating point and set-up that have been identified one by one with
+/// these options.
 ///
 /// Response: at every line the mean of the records that have it, weighted by inverse variances; its standard
-/// deviation grows by the scatter where the records scatter more than their error bars say. Model: the
-/// structure that most records show, fitted to each record, and combined by inverse covariances in the
-/// logarithms of the positive parameters,
+/// deviation grows by the scatter where the records scatter more than their error bars say.
+///
+/// Model: one likelihood over all records, each with its own initial state, offset and noise; records that do
+/// not determine a model by themselves count in it too. The structure is that which most records show; where
+/// none shows any, or most but a rigid machine, it is chosen by all records as identify() does by one. Every
+/// record is held against the others by a score test (fit::JointOutputErrorFit::against_others). Records
+/// whose models were fitted to responses, and those whose likelihood finds no optimum, are combined by
+/// inverse covariances, in logarithms of the positive parameters, and held against one another by
 ///
 ///   x = (sum C_i^-1)^-1 sum C_i^-1 x_i,     chi2_i = d' (C_i + C_-i)^-1 d,  d = x_i - x_-i  (all others)
 ///
-/// which has the joint likelihood's accuracy once every record alone determines its parameters. The finding
-/// `records-disagree` (an error) names the records whose parameters noise cannot explain. Refused: fewer than
-/// two records, other sample rates, quantities or units.
+/// over the parameters that both know better than to a factor of e. The finding `records-disagree` (an error)
+/// names the records whose parameters noise cannot explain, `undetermined-record` those that say nothing.
+/// Refused: fewer than two records, other sample rates, quantities or units, black boxes, and what identify()
+/// refuses to prepare.
 [[nodiscard]] expected<Joint, Refusal> join(std::span<const data::Record> records,
                                             std::span<const Result> results, const Options& options);
 

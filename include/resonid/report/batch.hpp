@@ -25,8 +25,7 @@ struct BatchResult {
 ///                         degrees_of_freedom, probability, agrees}]},
 ///      joint: {result: {"resonid.identification/1"}, response_chi_square,
 ///              records: [{file, chi_square, degrees_of_freedom, probability, response_chi_square,
-///              fit_percent,
-///                         agrees}]}}
+///                         fit_percent, own_estimate, agrees}]}}
 ///
 /// What is not there is absent. `record` counts from 0.
 [[nodiscard]] nlohmann::json to_json(const BatchResult& result);

@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: MIT
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
+#include <fit/record_consistency.hpp>
+#include <resonid/fit/chi_square.hpp>
+
+namespace resonid::fit::detail {
+
+std::vector<Consistency> against_others(const std::vector<RecordInformation>& records) {
+  Eigen::MatrixXd information = records.front().information;
+  Eigen::VectorXd gradient = records.front().gradient;
+  for (std::size_t i = 1; i < records.size(); ++i) {
+    information += records[i].information;
+    gradient += records[i].gradient;
+  }
+  const Eigen::LLT<Eigen::MatrixXd> whole(information);
+  if (whole.info() != Eigen::Success || !information.allFinite()) return {};
+  const auto lower = whole.matrixL();
+  std::vector<Consistency> list;
+  for (const auto& r : records) {
+    // In coordinates in which all together have unit information, this record's part of it is 0 ... 1.
+    const Eigen::MatrixXd half = lower.solve(r.information);
+    const Eigen::MatrixXd part = lower.solve(half.transpose());
+    const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> axes(0.5 * (part + part.transpose()));
+    const Eigen::VectorXd left = r.gradient - r.information * whole.solve(gradient);
+    const Eigen::VectorXd pull = axes.eigenvectors().transpose() * lower.solve(left);
+    Consistency c;
+    constexpr double kLeastPart = 1e-3;
+    for (Eigen::Index k = 0; k < pull.size(); ++k) {
+      const double share = axes.eigenvalues()(k);
+      if (share < kLeastPart || share > 1.0 - kLeastPart) continue;
+      c.chi_square += pull(k) * pull(k) / (share * (1.0 - share));
+      ++c.degrees;
+    }
+    if (c.degrees > 0) c.probability = chi_square_tail(c.chi_square, static_cast<std::size_t>(c.degrees));
+    list.push_back(c);
+  }
+  return list;
+}
+
+}  // namespace resonid::fit::detail

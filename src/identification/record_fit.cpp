@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: MIT
+#include <algorithm>
+#include <cmath>
+#include <identification/record_fit.hpp>
+#include <numeric>
+
+namespace resonid::identification::detail {
+namespace {
+
+/// 100 (1 - |y - yh| / |y - mean y|), every record about its own mean.
+double pooled_fit_percent(const std::vector<fit::OutputErrorFit>& records) {
+  if (records.size() == 1) return records.front().fit_percent;
+  double left = 0.0, total = 0.0;
+  for (const auto& r : records) {
+    const double power = std::inner_product(r.residual.begin(), r.residual.end(), r.residual.begin(), 0.0);
+    const double ratio = 1.0 - 0.01 * r.fit_percent;
+    if (!(ratio > 0.0)) continue;
+    left += power;
+    total += power / (ratio * ratio);
+  }
+  return total > 0.0 ? 100.0 * (1.0 - std::sqrt(left / total)) : 100.0;
+}
+
+/// Criteria add up; the fits count by their samples.
+std::optional<fit::HeldBackFit> pooled_held_back(const std::vector<fit::OutputErrorFit>& records) {
+  if (records.size() == 1) return records.front().held_back;
+  fit::HeldBackFit sum;
+  double left = 0.0;
+  for (const auto& r : records) {
+    if (!r.held_back || r.held_back->samples == 0) continue;
+    sum.samples += r.held_back->samples;
+    sum.information += r.held_back->information;
+    left += static_cast<double>(r.held_back->samples) * std::pow(1.0 - 0.01 * r.held_back->fit_percent, 2);
+  }
+  if (sum.samples == 0) return std::nullopt;
+  sum.fit_percent = 100.0 * (1.0 - std::sqrt(left / static_cast<double>(sum.samples)));
+  return sum;
+}
+
+}  // namespace
+
+std::optional<RecordFit> fit_records(std::span<const data::Record> records, fit::OutputErrorConfig config) {
+  config.consistency = false;
+  auto fit = fit::fit_output_error(records, config);
+  if (!fit) return std::nullopt;
+  const double percent = pooled_fit_percent(fit->records);
+  auto held_back = pooled_held_back(fit->records);
+  return RecordFit{
+      std::move(fit->model), fit->converged,       fit->coulomb_friction,   percent,
+      fit->information,      std::move(held_back), std::move(fit->records), std::move(fit->against_others)};
+}
+
+void use_predictor(std::span<const data::Record> records, const Options& options,
+                   fit::OutputErrorConfig& config) {
+  const bool velocity = records.front().output_quantity == data::OutputQuantity::velocity;
+  if (options.approach == Approach::indirect && options.controller && velocity) {
+    config.predictor = fit::Predictor::closed_loop;
+    config.controller = options.controller;
+  }
+  const bool excited = std::all_of(records.begin(), records.end(),
+                                   [](const data::Record& r) { return r.excitation.present(); });
+  if (options.approach == Approach::joint && excited) config.predictor = fit::Predictor::joint;
+}
+
+}  // namespace resonid::identification::detail

@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <resonid/fit/output_error.hpp>
+#include <resonid/identification/options.hpp>
+#include <span>
+
+namespace resonid::identification::detail {
+
+/// One drive fitted to one record or, in one likelihood, to several.
+struct RecordFit {
+  fit::DriveModel model;
+  bool converged = false;
+  std::optional<fit::Estimate> coulomb_friction;
+  double fit_percent = 0.0;  ///< Of the simulations of all records together.
+  double information = 0.0;
+  std::optional<fit::HeldBackFit> held_back;     ///< Of all records together.
+  std::vector<fit::OutputErrorFit> records;      ///< [record]
+  std::vector<fit::Consistency> against_others;  ///< [record] Of several: each against all others.
+};
+
+/// Nothing where the fit refuses the records. They have one sample rate and one output quantity.
+[[nodiscard]] std::optional<RecordFit> fit_records(std::span<const data::Record> records,
+                                                   fit::OutputErrorConfig config);
+
+/// An approach that was asked for holds for the fit to the records too. By itself the recorded input drives
+/// the simulation: with the noise modelled that is right in closed loop too, and loses nothing.
+void use_predictor(std::span<const data::Record> records, const Options& options,
+                   fit::OutputErrorConfig& config);
+
+}  // namespace resonid::identification::detail
