@@ -96,6 +96,8 @@ class Layout {
     WaveformProblem w;
     w.design = &design;
     w.seed = task_.config.seed;
+    // Cost grows with the square of the lines; many of them have few bad starts.
+    w.random_starts = grid_hz_.size() <= 100 ? 3 : grid_hz_.size() <= 200 ? 1 : 0;
     for (const double f : grid_hz_)
       w.harmonic.push_back(
           static_cast<std::size_t>(std::llround(f / task_.sample_rate_hz * static_cast<double>(period_))));
@@ -138,14 +140,16 @@ class Layout {
     std::vector<double> wave(period_);
     for (Eigen::Index column = 0; column < 2 * lines; ++column) {
       const auto k = static_cast<std::size_t>(column % lines);
-      const std::complex<double> phasor = column < lines ? std::complex<double>(1.0) : std::complex<double>(0.0, 1.0);
+      const std::complex<double> phasor =
+          column < lines ? std::complex<double>(1.0) : std::complex<double>(0.0, 1.0);
       const double step = kTwoPi * static_cast<double>(w.harmonic[k]) / static_cast<double>(period_);
       for (std::size_t i = 0; i < period_; ++i)
         wave[i] = (phasor * std::polar(1.0, step * static_cast<double>(i))).real();
       const auto motion = simulate(drive, wave);
       for (Eigen::Index r = 0; r < instants; ++r) {
         const auto i = static_cast<std::size_t>(r) * period_ / static_cast<std::size_t>(instants);
-        const double after = (phasor * steady.gain[k] * std::polar(1.0, step * static_cast<double>(i))).real();
+        const double after =
+            (phasor * steady.gain[k] * std::polar(1.0, step * static_cast<double>(i))).real();
         transient(r, column) = ((of_torque ? motion.torque : motion.velocity)[i] - after) / steady.limit;
       }
     }

@@ -189,8 +189,8 @@ class Descent {
 Waveform optimise_waveform(const WaveformProblem& problem, const VectorXd& power) {
   const Cost cost(problem);
   const auto n = cost.lines();
-  constexpr int kIterations = 120;
-  const Descent descent(cost, kIterations);
+  constexpr Eigen::Index kMany = 150;
+  const Descent descent(cost, n <= kMany ? 120 : 50);
   excitation::SplitMix64 random(problem.seed);
   Waveform best;
   best.value = HUGE_VAL;
