@@ -113,6 +113,7 @@ expected<Plan, ConfigError> detail::plan_once(const PlanConfig& config) {
   };
   const Task task(c);
   c.band_hz = {task.low_hz, task.high_hz};
+  plan.band_given = task.band_given;
   plan.drives = task.drives.size();
   using enum ExcitationType;
   if (const auto reason = detail::prbs_outside_band(task)) {

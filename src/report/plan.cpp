@@ -109,9 +109,9 @@ std::string two_steps_text(const planning::TwoSteps& two) {
   return fmt::format(
       "Two runs would take about {:.3g} s in all instead of {:.3g} s: first one of {:.3g} s (these options "
       "with "
-      "--max-time {:.4g}), identify it, then 'resonid plan --model RESULT.json --spread {:.2g}' for one of "
-      "about "
-      "{:.3g} s.",
+      "--max-time {:.4g}), identify it, then 'resonid plan --model RESULT.json --spread {:.2g}' with the "
+      "same "
+      "limits and wishes for one of about {:.3g} s.",
       two.total_s(), two.one_s, two.first_s, two.first_s, two.spread, two.second_s);
 }
 
@@ -167,7 +167,7 @@ std::vector<std::string> sentences(const Plan& plan) {
   for (const auto& out : plan.left_out)
     list.push_back(fmt::format("No {} was laid out: {}.", name_of(out.type), out.reason));
   for (const auto& e : plan.experiments)
-    if (e.type == planning::ExcitationType::prbs && e.power_below_band + e.power_above_band > 0.0)
+    if (plan.band_given && e.type == planning::ExcitationType::prbs)
       list.push_back(
           fmt::format("Of the PRBS {:.0f} % of the power lie below {:.4g} Hz and {:.0f} % above {:.4g} Hz.",
                       100.0 * e.power_below_band, plan.config.band_hz->first, 100.0 * e.power_above_band,

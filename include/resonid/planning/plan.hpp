@@ -109,6 +109,7 @@ struct Plan {
   PlanConfig config;                    ///< With wishes, band and period filled in.
   std::vector<Experiment> experiments;  ///< The planned one, then the others at its length, for comparison.
   std::vector<LeftOut> left_out;        ///< Kinds that could not be compared.
+  bool band_given = false;              ///< The band of the configuration binds.
   bool reached = false;                 ///< All wishes within the limits.
   std::vector<double> grid_hz, grid_power;  ///< Of the multisine's design, before its weak lines are dropped.
   double design_gap = 0.0;                  ///< See PowerDistribution.
