@@ -53,8 +53,8 @@ std::vector<Item> items_of(const std::string& option, const std::string& text) {
 
 void read_parameters(const std::string& text, fit::DriveModel& model) {
   std::vector<std::string> known(fit::kParameterNames.begin(), fit::kParameterNames.end());
-  known.resize(fit::kDelay);  // the known delay is an option of its own
-  std::array<std::optional<double>, fit::kDelay> given;
+  known.erase(known.begin() + fit::kDelay);  // the known delay is an option of its own
+  std::array<std::optional<double>, fit::kParameterCount> given;
   for (const auto& [name, value] : items_of("--parameters", text)) {
     const auto found = std::find(known.begin(), known.end(), name);
     if (found == known.end())
@@ -63,17 +63,25 @@ void read_parameters(const std::string& text, fit::DriveModel& model) {
     const auto number = io::parse_number(value);
     if (!number)
       throw UsageError(fmt::format("--parameters: {}: found '{}', required a number", name, value));
-    given[static_cast<std::size_t>(found - known.begin())] = *number;
+    given[static_cast<std::size_t>(std::find(fit::kParameterNames.begin(), fit::kParameterNames.end(), name) -
+                                   fit::kParameterNames.begin())] = *number;
   }
+  const bool three = given[fit::kMiddleInertia] || given[fit::kStiffness2] || given[fit::kDamping2];
   const bool two = given[fit::kLoadInertia] || given[fit::kStiffness] || given[fit::kDamping];
-  for (int i = 0; i <= (two ? fit::kDamping : fit::kDrivenInertia); ++i)
-    if (!given[static_cast<std::size_t>(i)])
-      throw UsageError(fmt::format("--parameters: {} is required{}", known[static_cast<std::size_t>(i)],
-                                   two ? " of a two-mass drive" : ""));
-  model.structure = two ? fit::Structure::two_mass : fit::Structure::rigid;
+  model.structure = three ? fit::Structure::three_mass
+                    : two ? fit::Structure::two_mass
+                          : fit::Structure::rigid;
+  for (int i = 0; i < fit::kParameterCount; ++i)
+    if (const auto at = static_cast<std::size_t>(i); i != fit::kDelay && i != fit::kViscousFriction &&
+                                                     fit::has_parameter(model.structure, i) && !given[at])
+      throw UsageError(
+          fmt::format("--parameters: {} is required{}", fit::kParameterNames[at],
+                      two || three ? fmt::format(" of a {} drive", fit::name_of(model.structure)) : ""));
   const auto value = [&](fit::Parameter p) { return given[static_cast<std::size_t>(p)].value_or(0.0); };
-  model.parameters = {value(fit::kDrivenInertia), value(fit::kLoadInertia), value(fit::kStiffness),
-                      value(fit::kDamping), value(fit::kViscousFriction)};
+  model.parameters = {
+      data::TwoMassParameters{value(fit::kDrivenInertia), value(fit::kLoadInertia), value(fit::kStiffness),
+                              value(fit::kDamping), value(fit::kViscousFriction)},
+      value(fit::kMiddleInertia), value(fit::kStiffness2), value(fit::kDamping2)};
   model.estimated =
       fit::estimated_parameters(model.structure, given[fit::kViscousFriction].has_value(), false);
 }
@@ -134,13 +142,27 @@ void read_drive(const CLI::App& verb, PlanOptions& o) {
   drive.noise.innovation_variance = *o.noise * *o.noise;
 }
 
+/// A figure's name as given, or as `identify` has it: with its unit behind, "damping_ratio" for "damping".
+std::string figure_name(const std::string& given, const std::vector<std::string>& known) {
+  for (const std::string_view ending : {"_hz", "_deg", "_ratio"}) {
+    if (given.size() <= ending.size() ||
+        given.compare(given.size() - ending.size(), ending.size(), ending) != 0)
+      continue;
+    const std::string plain = given.substr(0, given.size() - ending.size());
+    if (std::find(known.begin(), known.end(), plain) != known.end()) return plain;
+  }
+  return given;
+}
+
 void read_wishes(PlanOptions& o) {
   if (o.accuracy.empty()) return;
   const auto known = planning::figure_names(o.config.drive);
-  for (const auto& [name, value] : items_of("--accuracy", o.accuracy)) {
+  for (const auto& [given, value] : items_of("--accuracy", o.accuracy)) {
+    const std::string name = figure_name(given, known);
     if (std::find(known.begin(), known.end(), name) == known.end())
-      throw UsageError(fmt::format("--accuracy: found '{}', required one of {}{}", name,
-                                   fmt::join(known, ", "), io::suggestion(name, known)));
+      throw UsageError(fmt::format("--accuracy: found '{}', required one of {} (a {} drive){}", given,
+                                   fmt::join(known, ", "), fit::name_of(o.config.drive.model.structure),
+                                   io::suggestion(given, known)));
     const bool relative = value.back() == '%';
     const auto number = io::parse_number(relative ? value.substr(0, value.size() - 1) : value);
     if (!number || !(*number > 0.0))
@@ -174,12 +196,13 @@ std::string experiment_toml(const planning::Plan& plan) {
   const auto& p = drive.model.parameters;
   const auto& x = plan.planned();
   std::string text = "# Written by 'resonid plan': the planned experiment on the rough model.\n\n[drive]\n";
-  if (drive.model.structure == fit::Structure::two_mass)
-    text += fmt::format(
-        "structure = \"two-mass\"\nload_inertia = {:.12g}\nstiffness = {:.12g}\ndamping = {:.12g}\n",
-        p.load_inertia, p.stiffness, p.damping);
-  else
-    text += "structure = \"rigid\"\n";
+  text += fmt::format("structure = \"{}\"\n", fit::name_of(drive.model.structure));
+  if (drive.model.structure != fit::Structure::rigid)
+    text += fmt::format("load_inertia = {:.12g}\nstiffness = {:.12g}\ndamping = {:.12g}\n", p.load_inertia,
+                        p.stiffness, p.damping);
+  if (drive.model.structure == fit::Structure::three_mass)
+    text += fmt::format("middle_inertia = {:.12g}\nstiffness_2 = {:.12g}\ndamping_2 = {:.12g}\n",
+                        p.middle_inertia, p.stiffness_2, p.damping_2);
   text += fmt::format("driven_inertia = {:.12g}\nviscous_friction = {:.12g}\n", p.driven_inertia,
                       p.viscous_friction);
   if (drive.controller)
@@ -256,7 +279,8 @@ void add_drive_options(CLI::App& verb, PlanOptions& o) {
       ->type_name("RESULT.json");
   verb.add_option("--parameters", o.parameters,
                   "or its parameters: driven_inertia=J1,load_inertia=J2,stiffness=K,damping=D"
-                  "[,viscous_friction=B]; a rigid drive: driven_inertia alone")
+                  "[,viscous_friction=B]; with middle_inertia, stiffness_2, damping_2 too: three masses; "
+                  "driven_inertia alone: rigid")
       ->type_name("NAME=X,...");
   add_number(verb, "--sample-rate", o.sample_rate_hz, "HZ", "of the drive; otherwise the model's");
   verb.add_option("--controller", o.controller,
@@ -299,7 +323,7 @@ void add_wish_options(CLI::App& verb, PlanOptions& o) {
       [&o](const std::vector<double>& v) {
         o.config.band_hz = {v[0], v[1]};
       },
-      "frequencies that may be excited, in Hz");
+      "frequencies that may be excited, in Hz; of a PRBS 90 % of the power keep below HI, 80 % above LO");
   add_number(verb, "--period", o.period_s, "SECONDS", "of the multisine; otherwise chosen");
   add_count(verb, "--seed", o.config.seed, "seed of the search for phases");
 }
@@ -317,9 +341,11 @@ void add_plan(CLI::App& app) {
       "0.1\n"
       "    --sample-rate 500 --controller pi:1.036,0.147 --delay 0.004 --max-torque 1 --max-velocity 2\n"
       "    --accuracy resonance=0.1%,stiffness=1% --report plan.html\n"
-      "Figures: the drive's parameters, resonance, antiresonance, resonance_damping, antiresonance_damping; "
-      "with\n"
-      "a controller crossover, phase_margin, modulus_margin. Accuracies and error bars are one standard "
+      "Figures: the drive's parameters, resonance, antiresonance, resonance_damping, antiresonance_damping, "
+      "of "
+      "three\n"
+      "masses resonance_2 ... too; with a controller crossover, phase_margin, modulus_margin. Accuracies and "
+      "error bars are one standard "
       "deviation.");
   const auto o = std::make_shared<PlanOptions>();
   add_drive_options(*verb, *o);

@@ -1,8 +1,11 @@
 // SPDX-License-Identifier: MIT
 #include "planning/experiment_layout.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
+#include <resonid/base/constants.hpp>
 #include <resonid/excitation/chirp.hpp>
 #include <resonid/excitation/metrics.hpp>
 #include <resonid/excitation/prbs.hpp>
@@ -12,9 +15,7 @@ namespace {
 
 constexpr double kMostSamples = 2e6;
 
-double resonance_of(const RoughDrive& drive) { return data::resonance_hz(drive.model.parameters); }
 double most_time_s(const Limits& l) { return std::isfinite(l.time_s) ? l.time_s : kMostTime_s; }
-bool elastic(const RoughDrive& drive) { return drive.model.structure == fit::Structure::two_mass; }
 
 }  // namespace
 
@@ -39,12 +40,17 @@ Task::Task(const PlanConfig& c)
     noise.push_back(information_of_noise(drive));
   }
   const double most = 0.4 * sample_rate_hz;
-  if (c.band_hz) {
+  band_given = c.band_hz.has_value();
+  if (band_given) {
     low_hz = c.band_hz->first;
     high_hz = c.band_hz->second;
-  } else if (elastic(c.drive)) {
-    low_hz = 0.1 * data::antiresonance_hz(c.drive.model.parameters);
-    high_hz = std::min(2.3 * resonance_of(c.drive), most);
+  } else if (c.drive.model.structure != fit::Structure::rigid) {
+    low_hz = most;
+    for (const auto& drive : drives) {  // the truth may lie as far off as any of them
+      const auto modes = modes_of(drive.model);
+      low_hz = std::min(low_hz, 0.1 * modes.front().frequency_hz.value);
+      high_hz = std::max(high_hz, std::min(2.3 * modes.back().frequency_hz.value, most));
+    }
   } else {
     low_hz = 0.002 * sample_rate_hz;
     high_hz = 0.04 * sample_rate_hz;
@@ -180,19 +186,72 @@ Experiment lay_out_prbs(const Task& task, std::size_t samples, std::size_t divid
   return x;
 }
 
+constexpr double kMostPrbsAbove = 0.1;  // of a PRBS's power: its main lobe holds 90 %
+constexpr double kMostPrbsBelow = 0.2;
+
+/// Part of the power of a long PRBS that lies below a frequency: bits of d samples have the triangle
+/// 1 - |k|/d as autocorrelation, the integral over whose spectrum this is.
+double power_below(double frequency_hz, double sample_rate_hz, std::size_t divider) {
+  const double cycles = frequency_hz / sample_rate_hz;
+  double part = 2.0 * cycles;
+  for (std::size_t k = 1; k < divider; ++k) {
+    const auto lag = static_cast<double>(k);
+    part += 2.0 * (1.0 - lag / static_cast<double>(divider)) * std::sin(kTwoPi * lag * cycles) / (kPi * lag);
+  }
+  return part;
+}
+
+double power_above(const Task& task, std::size_t divider) {
+  return 1.0 - power_below(task.high_hz, task.sample_rate_hz, divider);
+}
+
+/// Clock dividers to choose from. A band that was asked for binds: its upper end holds the main lobe.
+std::vector<std::size_t> dividers_of(const Task& task) {
+  std::vector<std::size_t> list;
+  if (task.band_given) {
+    std::size_t shortest = 1;
+    while (power_above(task, shortest) > kMostPrbsAbove) ++shortest;
+    return {shortest, shortest + (shortest + 1) / 2, 2 * shortest};
+  }
+  for (std::size_t divider = 1;
+       0.44 * task.sample_rate_hz / static_cast<double>(divider) > 0.7 * task.high_hz; divider *= 2)
+    list.push_back(divider);
+  // A band up to half the sample rate leaves no choice.
+  if (list.empty()) list.push_back(1);
+  return list;
+}
+
 }  // namespace
+
+std::optional<std::string> prbs_outside_band(const Task& task) {
+  if (!task.band_given) return {};
+  const std::size_t divider = dividers_of(task).front();
+  const double below = power_below(task.low_hz, task.sample_rate_hz, divider);
+  const double bit_s = static_cast<double>(divider) / task.sample_rate_hz;
+  if (bit_s * task.low_hz > 0.5 || below > kMostPrbsBelow)
+    return fmt::format(
+        "{:.0f} % of its power would lie below {:.4g} Hz with bits of {:.3g} ms, long enough to keep {:.0f} "
+        "% "
+        "below {:.4g} Hz; at most {:.0f} % are let through",
+        100.0 * below, task.low_hz, 1000.0 * bit_s, 100.0 * (1.0 - kMostPrbsAbove), task.high_hz,
+        100.0 * kMostPrbsBelow);
+  return {};
+}
 
 Experiment lay_out_prbs(const Task& task, std::size_t samples) {
   constexpr std::size_t kEnough = 20000;  // to tell which bit length serves the wishes best
   Experiment best;
-  for (std::size_t divider = 1;
-       0.44 * task.sample_rate_hz / static_cast<double>(divider) > 0.7 * task.high_hz; divider *= 2) {
+  for (const std::size_t divider : dividers_of(task)) {
+    const bool first = best.excitation.empty();
+    if (!first && task.band_given && power_below(task.low_hz, task.sample_rate_hz, divider) > kMostPrbsBelow)
+      continue;
     Experiment x = lay_out_prbs(task, std::min(samples, kEnough), divider);
-    if (best.excitation.empty() || x.ratio < best.ratio) best = std::move(x);
+    if (first || x.ratio < best.ratio) best = std::move(x);
   }
-  // A band up to half the sample rate leaves no choice.
-  if (best.excitation.empty()) return lay_out_prbs(task, samples, 1);
-  return samples > kEnough ? lay_out_prbs(task, samples, best.clock_divider) : best;
+  if (samples > kEnough) best = lay_out_prbs(task, samples, best.clock_divider);
+  best.power_below_band = power_below(task.low_hz, task.sample_rate_hz, best.clock_divider);
+  best.power_above_band = power_above(task, best.clock_divider);
+  return best;
 }
 
 }  // namespace resonid::planning::detail

@@ -17,8 +17,9 @@ struct Task {
   std::vector<double> wanted;           ///< [wish] deviations, of the rough drive.
   std::vector<Eigen::MatrixXd> wishes;  ///< [drive]: [wish, parameter]
   std::vector<Eigen::MatrixXd> noise;   ///< [drive]: information_of_noise().
-  double low_hz = 0.0, high_hz = 0.0;   ///< Where the drive tells most.
-  std::size_t most_samples = 0;         ///< Of an experiment; kMostTime_s where no time is given.
+  double low_hz = 0.0, high_hz = 0.0;   ///< Where the drive tells most, or the band that was given.
+  bool band_given = false;
+  std::size_t most_samples = 0;  ///< Of an experiment; kMostTime_s where no time is given.
 };
 
 /// Largest values over all possible drives.
@@ -38,6 +39,16 @@ void evaluate_amplitude(const Task& task, Experiment& experiment);
 
 [[nodiscard]] Experiment lay_out_chirp(const Task& task, std::size_t samples);
 [[nodiscard]] Experiment lay_out_prbs(const Task& task, std::size_t samples);
+
+/// Why no PRBS does within a band that was asked for; absent where one does.
+[[nodiscard]] std::optional<std::string> prbs_outside_band(const Task& task);
+
+/// make_plan() without a look at two steps.
+[[nodiscard]] expected<Plan, ConfigError> plan_once(const PlanConfig& config);
+
+/// A short run and a second one planned with its model, where that takes clearly less time than `plan`, which
+/// was made for `config`.
+[[nodiscard]] std::optional<TwoSteps> two_steps(const PlanConfig& config, const Plan& plan);
 
 /// The multisine of the least time, or of `samples` at most; the design goes to `plan`.
 [[nodiscard]] expected<Experiment, ConfigError> plan_multisine(const Task& task, Plan& plan);

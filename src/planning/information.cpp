@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <optional>
 #include <resonid/base/constants.hpp>
 #include <resonid/diagnostics/margins.hpp>
 #include <resonid/planning/information.hpp>
@@ -38,13 +39,24 @@ int parameter_of(std::string_view name) {
   return -1;
 }
 
+/// Name of the number-th mode of its kind, as identification::figures() has it without its unit.
+std::string mode_name(bool anti, int number) {
+  return std::string(anti ? "anti" : "") + "resonance" + (number > 1 ? "_" + std::to_string(number) : "");
+}
+
+std::optional<double> mode_value(const fit::DriveModel& model, std::string_view name) {
+  int seen[2] = {0, 0};
+  for (const auto& mode : modes_of(model)) {
+    const std::string own = mode_name(mode.anti, ++seen[mode.anti ? 1 : 0]);
+    if (name == own) return mode.frequency_hz.value;
+    if (name == own + "_damping") return mode.damping_ratio.value;
+  }
+  return {};
+}
+
 double value_of(const RoughDrive& drive, std::string_view name) {
-  const auto& p = drive.model.parameters;
   if (const int i = parameter_of(name); i >= 0) return drive.model.value(static_cast<fit::Parameter>(i));
-  if (name == "resonance") return data::resonance_hz(p);
-  if (name == "antiresonance") return data::antiresonance_hz(p);
-  if (name == "resonance_damping") return data::resonance_damping_ratio(p);
-  if (name == "antiresonance_damping") return data::antiresonance_damping_ratio(p);
+  if (const auto mode = mode_value(drive.model, name)) return *mode;
   const auto margins = margins_of(drive);
   if (name == "crossover") return margins.crossover_hz().value_or(std::nan(""));
   if (name == "phase_margin") return margins.phase_margin_deg().value_or(std::nan(""));
@@ -52,11 +64,13 @@ double value_of(const RoughDrive& drive, std::string_view name) {
 }
 
 std::string unit_of(std::string_view name, bool linear) {
-  if (name == "driven_inertia" || name == "load_inertia") return linear ? "kg" : "kgm2";
-  if (name == "stiffness") return linear ? "N/m" : "Nm/rad";
-  if (name == "damping" || name == "viscous_friction") return linear ? "Ns/m" : "Nms/rad";
+  const auto has = [&](std::string_view word) { return name.find(word) != std::string_view::npos; };
+  if (has("resonance")) return has("damping") ? "" : "Hz";
+  if (has("inertia")) return linear ? "kg" : "kgm2";
+  if (has("stiffness")) return linear ? "N/m" : "Nm/rad";
+  if (has("damping") || has("friction")) return linear ? "Ns/m" : "Nms/rad";
   if (name == "delay") return "s";
-  if (name == "resonance" || name == "antiresonance" || name == "crossover") return "Hz";
+  if (name == "crossover") return "Hz";
   return name == "phase_margin" ? "deg" : "";
 }
 
@@ -127,9 +141,9 @@ std::vector<int> estimated_of(const fit::DriveModel& model) {
 double scale(const fit::DriveModel& model, int parameter) {
   if (parameter == fit::kDelay) return model.sample_time_s;
   if (parameter == fit::kViscousFriction) {
-    const double pace = model.structure == fit::Structure::two_mass
-                            ? kTwoPi * data::antiresonance_hz(model.parameters)
-                            : 0.01 / model.sample_time_s;
+    const auto modes = modes_of(model);
+    const double pace =
+        modes.empty() ? 0.01 / model.sample_time_s : kTwoPi * modes.front().frequency_hz.value;
     return model.parameters.driven_inertia * pace;
   }
   return model.value(static_cast<fit::Parameter>(parameter));
@@ -139,8 +153,10 @@ std::vector<std::string> figure_names(const RoughDrive& drive) {
   std::vector<std::string> names;
   for (const int i : estimated_of(drive.model))
     names.emplace_back(fit::kParameterNames[static_cast<std::size_t>(i)]);
-  if (drive.model.structure == fit::Structure::two_mass)
-    names.insert(names.end(), {"resonance", "antiresonance", "resonance_damping", "antiresonance_damping"});
+  const auto pairs = static_cast<int>(modes_of(drive.model).size() / 2);
+  for (int number = 1; number <= pairs; ++number)
+    for (const char* ending : {"", "_damping"})
+      for (const bool anti : {false, true}) names.push_back(mode_name(anti, number) + ending);
   if (drive.controller) {
     const auto margins = margins_of(drive);
     if (margins.crossover_hz()) names.insert(names.end(), {"crossover", "phase_margin"});

@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: MIT
+#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 #include <resonid/base/constants.hpp>
 #include <resonid/excitation/excitation.hpp>
 #include <resonid/excitation/metrics.hpp>
+#include <resonid/excitation/splitmix64.hpp>
 
 #include "planning/experiment_layout.hpp"
 #include "planning/waveform.hpp"
@@ -94,6 +96,8 @@ class Layout {
     WaveformProblem w;
     w.design = &design;
     w.seed = task_.config.seed;
+    // Cost grows with the square of the lines; many of them have few bad starts.
+    w.random_starts = grid_hz_.size() <= 100 ? 3 : grid_hz_.size() <= 200 ? 1 : 0;
     for (const double f : grid_hz_)
       w.harmonic.push_back(
           static_cast<std::size_t>(std::llround(f / task_.sample_rate_hz * static_cast<double>(period_))));
@@ -106,8 +110,12 @@ class Layout {
     add(std::vector<std::complex<double>>(grid_hz_.size(), 1.0), limits.excitation, kNone);
     for (const auto& drive : task_.drives) {  // what is flat for one of them need not be so for another
       const auto loop = loop_response(drive, grid_hz_);
+      const auto first = static_cast<Eigen::Index>(w.signals.size());
       add(loop.torque, limits.torque, limits.torque_rms);
       add(loop.velocity, limits.velocity, kNone);
+      const bool torque = std::isfinite(limits.torque);
+      if (torque) add_start(w, drive, true, first);
+      if (std::isfinite(limits.velocity)) add_start(w, drive, false, first + (torque ? 1 : 0));
       add(loop.position, 0.5 * limits.stroke, kNone);
     }
     const auto waveform = optimise_waveform(w, power);
@@ -119,6 +127,39 @@ class Layout {
       x_.line_amplitude.push_back(std::abs(waveform.amplitude[k]));
       x_.phase_rad.push_back(std::arg(waveform.amplitude[k]));
     }
+  }
+
+  /// The transient of the first period from rest: what a drive needs while it settles, beyond what it needs
+  /// ever after. Few states make it, so a projection on some random combinations of lines holds all of it.
+  void add_start(WaveformProblem& w, const RoughDrive& drive, bool of_torque, Eigen::Index signal) const {
+    constexpr Eigen::Index kStates = 16;
+    const auto lines = static_cast<Eigen::Index>(grid_hz_.size());
+    const auto& steady = w.signals[static_cast<std::size_t>(signal)];
+    const auto instants = static_cast<Eigen::Index>(kInstantsPerLine * w.harmonic.back());
+    Eigen::MatrixXd transient(instants, 2 * lines);
+    std::vector<double> wave(period_);
+    for (Eigen::Index column = 0; column < 2 * lines; ++column) {
+      const auto k = static_cast<std::size_t>(column % lines);
+      const std::complex<double> phasor =
+          column < lines ? std::complex<double>(1.0) : std::complex<double>(0.0, 1.0);
+      const double step = kTwoPi * static_cast<double>(w.harmonic[k]) / static_cast<double>(period_);
+      for (std::size_t i = 0; i < period_; ++i)
+        wave[i] = (phasor * std::polar(1.0, step * static_cast<double>(i))).real();
+      const auto motion = simulate(drive, wave);
+      for (Eigen::Index r = 0; r < instants; ++r) {
+        const auto i = static_cast<std::size_t>(r) * period_ / static_cast<std::size_t>(instants);
+        const double after =
+            (phasor * steady.gain[k] * std::polar(1.0, step * static_cast<double>(i))).real();
+        transient(r, column) = ((of_torque ? motion.torque : motion.velocity)[i] - after) / steady.limit;
+      }
+    }
+    const auto states = std::min({kStates, 2 * lines, instants});
+    excitation::SplitMix64 random(task_.config.seed);
+    Eigen::MatrixXd some(2 * lines, states);
+    for (double& v : some.reshaped()) v = 2.0 * random.uniform() - 1.0;
+    const Eigen::HouseholderQR<Eigen::MatrixXd> factors(transient * some);
+    const Eigen::MatrixXd shape = factors.householderQ() * Eigen::MatrixXd::Identity(instants, states);
+    w.starts.push_back({signal, shape, shape.transpose() * transient});
   }
 
   [[nodiscard]] std::vector<double> samples(std::size_t count) const {
@@ -157,11 +198,9 @@ class Layout {
         x_.phase_rad[k] = angle - kTwoPi * std::floor(angle / kTwoPi);
       }
     };
-    Task only = task_;
-    only.drives.resize(1);
     for (int i = 0; i < kStarts; ++i) {
       turn(i);
-      const double use = most_used(task_.config.limits, extremes_of(only, samples(2 * period_))).first;
+      const double use = most_used(task_.config.limits, extremes_of(task_, samples(2 * period_))).first;
       if (use < least - 1e-9) {
         least = use;
         best = i;
@@ -196,11 +235,10 @@ std::vector<std::size_t> periods_to_try(const Task& task) {
   const double rate = task.sample_rate_hz;
   if (task.config.period_s) return {static_cast<std::size_t>(std::llround(*task.config.period_s * rate))};
   double step = task.low_hz;
-  const auto& model = task.config.drive.model;
-  if (model.structure == fit::Structure::two_mass) {
-    const auto& p = model.parameters;
-    step = std::min(data::antiresonance_damping_ratio(p) * data::antiresonance_hz(p),
-                    data::resonance_damping_ratio(p) * data::resonance_hz(p));
+  const auto modes = modes_of(task.config.drive.model);
+  if (!modes.empty()) {
+    step = HUGE_VAL;
+    for (const auto& mode : modes) step = std::min(step, mode.damping_ratio.value * mode.frequency_hz.value);
     step = std::clamp(step, task.high_hz / 300.0, task.high_hz / 8.0);
   }
   std::vector<std::size_t> periods;

@@ -92,6 +92,14 @@ bool better(const Experiment& a, const Experiment& b) {
 }  // namespace
 
 expected<Plan, ConfigError> make_plan(const PlanConfig& config) {
+  auto plan = detail::plan_once(config);
+  if (!plan) return plan;
+  if (config.progress) config.progress("looking at two steps");
+  plan->two_steps = detail::two_steps(config, *plan);
+  return plan;
+}
+
+expected<Plan, ConfigError> detail::plan_once(const PlanConfig& config) {
   Plan plan;
   plan.config = config;
   auto& c = plan.config;
@@ -105,12 +113,20 @@ expected<Plan, ConfigError> make_plan(const PlanConfig& config) {
   };
   const Task task(c);
   c.band_hz = {task.low_hz, task.high_hz};
+  plan.band_given = task.band_given;
   plan.drives = task.drives.size();
   using enum ExcitationType;
+  if (const auto reason = detail::prbs_outside_band(task)) {
+    if (c.type == prbs)
+      return refuse("band", "must reach lower or higher for a PRBS, whose power spreads from 0 Hz on",
+                    task.low_hz);
+    plan.left_out.push_back({prbs, *reason});
+  }
   std::optional<Experiment> best;
   std::array<std::optional<double>, 3> least_s;
   for (const ExcitationType type : {multisine, chirp, prbs}) {
     if (c.type && *c.type != type) continue;
+    if (type == prbs && !plan.left_out.empty()) continue;
     tell(std::string("planning a ").append(kExcitationNames[static_cast<std::size_t>(type)]));
     const double rival_s = !best                ? HUGE_VAL
                            : best->ratio <= 1.0 ? best->duration_s
@@ -128,7 +144,8 @@ expected<Plan, ConfigError> make_plan(const PlanConfig& config) {
   const ExcitationType chosen = best->type;
   plan.experiments.push_back(std::move(*best));
   if (chosen != chirp) plan.experiments.push_back(detail::lay_out_chirp(task, samples));
-  if (chosen != prbs) plan.experiments.push_back(detail::lay_out_prbs(task, samples));
+  if (chosen != prbs && plan.left_out.empty())
+    plan.experiments.push_back(detail::lay_out_prbs(task, samples));
   for (auto& x : plan.experiments) x.least_s = least_s[static_cast<std::size_t>(x.type)];
   plan.noise_torque = torque_of_noise(c.drive);
   return plan;

@@ -15,14 +15,13 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
 constexpr int kHighestExponent = 64;
-constexpr std::size_t kPointsPerPeriod = 8;
 
 /// Cost and gradient; the variables are real and imaginary parts of all lines' phasors.
 class Cost {
  public:
   explicit Cost(const WaveformProblem& problem) : problem_(problem) {
     const auto lines = static_cast<Eigen::Index>(problem.harmonic.size());
-    const auto instants = static_cast<Eigen::Index>(kPointsPerPeriod * problem.harmonic.back());
+    const auto instants = static_cast<Eigen::Index>(kInstantsPerLine * problem.harmonic.back());
     cosine_.resize(instants, lines);
     sine_.resize(instants, lines);
     for (Eigen::Index k = 0; k < lines; ++k)
@@ -42,17 +41,7 @@ class Cost {
   }
 
   /// Largest use of a limit, of peaks and rms.
-  [[nodiscard]] double use(const VectorXd& x) const {
-    double largest = 0.0;
-    for (std::size_t s = 0; s < problem_.signals.size(); ++s) {
-      const VectorXd signal = signal_of(s, x);
-      const double limit = problem_.signals[s].limit;
-      largest = std::max(largest, signal.lpNorm<Eigen::Infinity>());
-      const double rms = signal.norm() / std::sqrt(static_cast<double>(signal.size()));
-      largest = std::max(largest, rms * limit / problem_.rms_limit[s]);
-    }
-    return largest;
-  }
+  [[nodiscard]] double use(const VectorXd& x) const { return use_of(signals(x)); }
 
   double operator()(int q, const VectorXd& x, VectorXd& gradient) const {
     const auto n = lines();
@@ -60,45 +49,75 @@ class Cost {
     gradient.resize(2 * n);
     gradient.head(n) = c.slope.cwiseProduct(x.head(n));
     gradient.tail(n) = c.slope.cwiseProduct(x.tail(n));
-    const double unit = use(x);
-    double sum = 0.0;
-    VectorXd slope = VectorXd::Zero(2 * n);
-    for (std::size_t s = 0; s < problem_.signals.size(); ++s) {
-      const VectorXd signal = signal_of(s, x) / unit;
-      const VectorXd high = signal.array().square().pow(q - 1);
-      sum += high.cwiseProduct(signal.cwiseAbs2()).sum();
-      add_slope(s, high.cwiseProduct(signal) / unit, slope);
+    MatrixXd all = signals(x);
+    const double unit = use_of(all);
+    all /= unit;
+    MatrixXd square = all.cwiseAbs2(), high = MatrixXd::Ones(all.rows(), all.cols());
+    for (int e = q; e > 1; e /= 2) {  // square^(q - 1), q being a power of two
+      high.array() *= square.array();
+      square = square.cwiseAbs2();
     }
-    gradient += 2.0 / sum * slope;  // 1/q of the derivative of log sum
+    const double sum = (high.array() * all.array().square()).sum();
+    gradient += 2.0 / sum * slope(high.cwiseProduct(all) / unit);  // 1/q of the derivative of log sum
     // Of powers per instant, so that the values of different exponents compare.
     return c.log_value + 2.0 * std::log(unit) + std::log(sum / static_cast<double>(cosine_.rows())) / q;
   }
 
  private:
-  [[nodiscard]] Complex gain(std::size_t s, Eigen::Index k) const {
-    return problem_.signals[s].gain[static_cast<std::size_t>(k)] / problem_.signals[s].limit;
+  [[nodiscard]] Eigen::Index periodic() const { return static_cast<Eigen::Index>(problem_.signals.size()); }
+
+  [[nodiscard]] Complex gain(Eigen::Index s, Eigen::Index k) const {
+    const auto& signal = problem_.signals[static_cast<std::size_t>(s)];
+    return signal.gain[static_cast<std::size_t>(k)] / signal.limit;
   }
 
-  [[nodiscard]] VectorXd signal_of(std::size_t s, const VectorXd& x) const {
+  /// [instant, signal] in parts of their limits: the periodic ones, then those of the start.
+  [[nodiscard]] MatrixXd signals(const VectorXd& x) const {
     const auto n = lines();
-    VectorXd re(n), im(n);
-    for (Eigen::Index k = 0; k < n; ++k) {
-      const Complex a = gain(s, k) * Complex(x(k), x(n + k));
-      re(k) = a.real();
-      im(k) = a.imag();
-    }
-    return cosine_ * re - sine_ * im;
+    MatrixXd re(n, periodic()), im(n, periodic());
+    for (Eigen::Index s = 0; s < periodic(); ++s)
+      for (Eigen::Index k = 0; k < n; ++k) {
+        const Complex a = gain(s, k) * Complex(x(k), x(n + k));
+        re(k, s) = a.real();
+        im(k, s) = a.imag();
+      }
+    MatrixXd all(cosine_.rows(), periodic() + static_cast<Eigen::Index>(problem_.starts.size()));
+    all.leftCols(periodic()).noalias() = cosine_ * re;
+    all.leftCols(periodic()).noalias() -= sine_ * im;
+    Eigen::Index to = periodic();
+    for (const auto& start : problem_.starts)
+      all.col(to++) = all.col(start.signal) + start.shape * (start.weight * x);
+    return all;
   }
 
-  void add_slope(std::size_t s, const VectorXd& by_signal, VectorXd& slope) const {
-    const auto n = lines();
-    const VectorXd re = cosine_.transpose() * by_signal;
-    const VectorXd im = -sine_.transpose() * by_signal;
-    for (Eigen::Index k = 0; k < n; ++k) {
-      const Complex a = std::conj(gain(s, k)) * Complex(re(k), im(k));
-      slope(k) += a.real();
-      slope(n + k) += a.imag();
+  [[nodiscard]] double use_of(const MatrixXd& all) const {
+    double largest = all.cwiseAbs().maxCoeff();
+    for (Eigen::Index s = 0; s < periodic(); ++s) {
+      const auto at = static_cast<std::size_t>(s);
+      const double rms = all.col(s).norm() / std::sqrt(static_cast<double>(all.rows()));
+      largest = std::max(largest, rms * problem_.signals[at].limit / problem_.rms_limit[at]);
     }
+    return largest;
+  }
+
+  /// Derivative by the phasors from that by the signals.
+  [[nodiscard]] VectorXd slope(const MatrixXd& by_signal) const {
+    const auto n = lines();
+    VectorXd sum = VectorXd::Zero(2 * n);
+    MatrixXd own = by_signal.leftCols(periodic());
+    Eigen::Index from = periodic();
+    for (const auto& start : problem_.starts) {
+      own.col(start.signal) += by_signal.col(from);
+      sum += start.weight.transpose() * (start.shape.transpose() * by_signal.col(from++));
+    }
+    const MatrixXd re = cosine_.transpose() * own, im = -(sine_.transpose() * own);
+    for (Eigen::Index s = 0; s < periodic(); ++s)
+      for (Eigen::Index k = 0; k < n; ++k) {
+        const Complex a = std::conj(gain(s, k)) * Complex(re(k, s), im(k, s));
+        sum(k) += a.real();
+        sum(n + k) += a.imag();
+      }
+    return sum;
   }
 
   const WaveformProblem& problem_;
@@ -170,8 +189,8 @@ class Descent {
 Waveform optimise_waveform(const WaveformProblem& problem, const VectorXd& power) {
   const Cost cost(problem);
   const auto n = cost.lines();
-  constexpr int kIterations = 120;
-  const Descent descent(cost, kIterations);
+  constexpr Eigen::Index kMany = 150;
+  const Descent descent(cost, n <= kMany ? 120 : 50);
   excitation::SplitMix64 random(problem.seed);
   Waveform best;
   best.value = HUGE_VAL;

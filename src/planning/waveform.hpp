@@ -16,12 +16,22 @@ struct Criterial {
 };
 [[nodiscard]] Criterial criterial(const DesignProblem& problem, const Eigen::VectorXd& power);
 
+/// A signal in the first period from rest, whose peak counts too: the periodic one plus a transient of few
+/// states, shape * weight * [Re X; Im X] in parts of the limit.
+struct StartSignal {
+  Eigen::Index signal = 0;  ///< Which periodic one.
+  Eigen::MatrixXd shape;    ///< [instant, state], kInstantsPerLine * highest harmonic instants of the period.
+  Eigen::MatrixXd weight;   ///< [state, 2 lines]
+};
+inline constexpr std::size_t kInstantsPerLine = 8;  ///< Per period of the highest line.
+
 struct WaveformProblem {
   const DesignProblem* design =
       nullptr;                        ///< Models over all lines, and the criterion; `use` is not looked at.
   std::vector<std::size_t> harmonic;  ///< [line] of the period, ascending.
   std::vector<PeakSignal> signals;    ///< Whose peaks count, at least one.
   std::vector<double> rms_limit;      ///< [signal]; infinite where there is none.
+  std::vector<StartSignal> starts;    ///< May be none.
   std::size_t random_starts = 3;
   std::uint64_t seed = 1;
 };
@@ -35,6 +45,8 @@ struct Waveform {
 /// limits:
 ///
 ///   log criterion( p_k = |X_k|^2 / 2 ) + 1/q log sum over signals s, instants t of (x_s(t)/limit_s)^2q
+///
+/// with the periodic signals and those of the start (a drive at rest may need more while it settles),
 ///
 /// by L-BFGS for q = 4, 8 ... 64. A distribution of power alone tends to a few lines, whose crest factor is
 /// high; here lines that tell little are used to flatten the peaks, and the signal comes near a square wave

@@ -52,6 +52,8 @@ json excitation_json(const Experiment& x) {
   } else {
     j["register_length"] = x.register_length;
     j["clock_divider"] = x.clock_divider;
+    j["power_below_band"] = x.power_below_band;
+    j["power_above_band"] = x.power_above_band;
   }
   return j;
 }
@@ -77,7 +79,7 @@ json model_json(const planning::RoughDrive& drive) {
     if (m.estimated[static_cast<std::size_t>(i)])
       parameters[std::string(fit::kParameterNames[static_cast<std::size_t>(i)])] =
           m.value(static_cast<fit::Parameter>(i));
-  return {{"structure", m.structure == fit::Structure::two_mass ? "two-mass" : "rigid"},
+  return {{"structure", fit::name_of(m.structure)},
           {"parameters", parameters},
           {"delay_s", m.known_delay_s},
           {"noise_rms", std::sqrt(drive.noise.innovation_variance)}};
@@ -101,6 +103,17 @@ std::string relative_text(const Figure& f) {
 }
 
 namespace {
+
+/// How to go about it in two runs, and what they take.
+std::string two_steps_text(const planning::TwoSteps& two) {
+  return fmt::format(
+      "Two runs would take about {:.3g} s in all instead of {:.3g} s: first one of {:.3g} s (these options "
+      "with "
+      "--max-time {:.4g}), identify it, then 'resonid plan --model RESULT.json --spread {:.2g}' with the "
+      "same "
+      "limits and wishes for one of about {:.3g} s.",
+      two.total_s(), two.one_s, two.first_s, two.first_s, two.spread, two.second_s);
+}
 
 /// Another kind against the planned one, both as they were laid out.
 std::string compared(const Plan& plan, const Experiment& other) {
@@ -148,8 +161,17 @@ std::vector<std::string> sentences(const Plan& plan) {
         "Limits are held without noise: through the controller it adds a torque of {:.3g} (three standard "
         "deviations).",
         3.0 * plan.noise_torque));
+  if (plan.two_steps) list.push_back(two_steps_text(*plan.two_steps));
   for (std::size_t i = 1; i < plan.experiments.size(); ++i)
     list.push_back(compared(plan, plan.experiments[i]));
+  for (const auto& out : plan.left_out)
+    list.push_back(fmt::format("No {} was laid out: {}.", name_of(out.type), out.reason));
+  for (const auto& e : plan.experiments)
+    if (plan.band_given && e.type == planning::ExcitationType::prbs)
+      list.push_back(
+          fmt::format("Of the PRBS {:.0f} % of the power lie below {:.4g} Hz and {:.0f} % above {:.4g} Hz.",
+                      100.0 * e.power_below_band, plan.config.band_hz->first, 100.0 * e.power_above_band,
+                      plan.config.band_hz->second));
   return list;
 }
 
@@ -216,6 +238,14 @@ json to_json(const Plan& plan) {
   if (x.needed_amplitude) j["needed_amplitude"] = *x.needed_amplitude;
   j["noise_dominates"] = x.noise_dominates;
   j["noise_torque"] = plan.noise_torque;
+  for (const auto& out : plan.left_out)
+    j["left_out"].push_back({{"type", name_of(out.type)}, {"reason", out.reason}});
+  if (const auto& two = plan.two_steps)
+    j["two_steps"] = {{"first_s", two->first_s},
+                      {"spread", two->spread},
+                      {"second_s", two->second_s},
+                      {"total_s", two->total_s()},
+                      {"one_s", two->one_s}};
   for (std::size_t i = 0; i < x.wished.size(); ++i) {
     const double wanted = wanted_of(plan, i);
     json wish{{"figure", x.wished[i].name},
@@ -234,6 +264,7 @@ json to_json(const Plan& plan) {
                {"figures", figures_json(other.figures)}};
     if (other.needed_s) entry["needed_s"] = *other.needed_s;
     if (other.least_s) entry["least_s"] = *other.least_s;
+    if (other.type == planning::ExcitationType::prbs) entry["excitation"] = excitation_json(other);
     j["alternatives"].push_back(std::move(entry));
   }
   return j;

@@ -64,6 +64,49 @@ TEST_F(PlanVerb, WritesExcitationRehearsalPlanAndPage) {
   EXPECT_NEAR(second.at("model").at("noise_rms").get<double>(), 0.1, 0.01);
 }
 
+TEST_F(PlanVerb, PlansThreeMassesFromParametersAndFromAResult) {
+  const auto done = run(
+      "plan --parameters driven_inertia=0.02,middle_inertia=0.01,load_inertia=0.03,stiffness=200,damping=0.2,"
+      "stiffness_2=500,damping_2=0.3 --noise 0.05 --sample-rate 1000 --delay 0.001 --controller "
+      "pi:1.036,0.147 "
+      "--max-torque 1 --spread 0 --period 0.5 --band 4:90 --type multisine --max-time 20 "
+      "--accuracy resonance_2_hz=0.3%,resonance_damping_ratio=2%,stiffness_2=3% --experiment e.toml --json "
+      "p.json");
+  ASSERT_EQ(done.exit_code, 0) << done.error;
+  const auto plan = json::parse(text("p.json"));
+  EXPECT_EQ(plan.at("model").at("structure"), "three-mass");
+  EXPECT_EQ(plan.at("wishes").at(0).at("figure"), "resonance_2");
+  EXPECT_EQ(plan.at("wishes").at(1).at("figure"), "resonance_damping");
+  ASSERT_EQ(run("simulate e.toml --out record.csv").exit_code, 0);
+  const auto found =
+      run("identify record.csv --model three-mass --lines 4:90:2 --controller pi:1.036,0.147 --delay 0.001 "
+          "--json result.json");
+  ASSERT_EQ(found.exit_code, 0) << found.error;
+  const auto result = json::parse(text("result.json"));
+  for (const auto& figure : plan.at("figures")) {
+    if (figure.at("name") != "stiffness_2") continue;
+    const auto& stiffness = result.at("model").at("parameters").at("stiffness_2");
+    EXPECT_NEAR(stiffness.at("std").get<double>() / figure.at("std").get<double>(), 1.0, 0.2);
+    EXPECT_NEAR(stiffness.at("value").get<double>(), 500.0, 4.0 * figure.at("std").get<double>());
+  }
+  const auto next =
+      run("plan --model result.json --controller pi:1.036,0.147 --max-torque 1 --spread 0 --period 0.5 "
+          "--type chirp --max-time 10 --accuracy antiresonance_2=5% --json -");
+  ASSERT_EQ(next.exit_code, 0) << next.error;
+  EXPECT_EQ(json::parse(next.out).at("model").at("structure"), "three-mass");
+}
+
+TEST_F(PlanVerb, SaysWhyAPrbsIsLeftOut) {
+  const auto done = run(drive_ + "--max-torque 1 --band 5:30 --accuracy stiffness=3% --json plan.json");
+  ASSERT_EQ(done.exit_code, 0) << done.error;
+  EXPECT_NE(done.out.find("No prbs was laid out"), std::string::npos) << done.out;
+  const auto plan = json::parse(text("plan.json"));
+  ASSERT_EQ(plan.at("left_out").size(), 1U);
+  EXPECT_EQ(plan.at("left_out").at(0).at("type"), "prbs");
+  EXPECT_EQ(plan.at("alternatives").size(), 1U);
+  expect_refused(drive_ + "--max-torque 1 --band 5:30 --type prbs", {"--band", "PRBS"});
+}
+
 TEST_F(PlanVerb, SaysWhatCannotBeReached) {
   const auto done = run(drive_ + "--type multisine --max-torque 0.2 --max-time 4 --accuracy damping=0.1%");
   ASSERT_EQ(done.exit_code, 0) << done.error;
@@ -92,6 +135,15 @@ TEST_F(PlanVerb, RefusesNamingWhatWasFoundAndIsRequired) {
   expect_refused(drive_ + "--max-torque 1 --accuracy resonanse=1%",
                  {"--accuracy", "did you mean 'resonance'"});
   expect_refused(drive_ + "--max-torque 1 --accuracy resonance=0%", {"--accuracy", "'0%'", "> 0"});
+  expect_refused(drive_ + "--max-torque 1 --accuracy resonance_2=1%",
+                 {"--accuracy", "resonance_2", "a two-mass drive"});
+  expect_refused(drive_ + "--max-torque 0", {"--max-torque", "must be > 0"});
+  expect_refused(drive_ + "--max-torque 1 --max-stroke -1", {"--max-stroke", "-1", "must be > 0"});
+  expect_refused(drive_ + "--max-torque 1 --max-velocity 0", {"--max-velocity", "must be > 0"});
+  expect_refused(drive_ + "--max-torque 1 --band 5:400", {"--band", "400", "half the sample rate"});
+  expect_refused(
+      "plan --parameters driven_inertia=1,stiffness_2=3 --sample-rate 500 --noise 1 --max-torque 1",
+      {"--parameters", "load_inertia is required", "three-mass"});
   expect_refused(drive_ + "--max-torque 1 --type sweep", {"--type", "sweep"});
   expect_refused(
       "plan --parameters driven_inertia=1 --sample-rate 500 --noise 1 --max-torque 1 --controller "

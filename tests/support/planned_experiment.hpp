@@ -39,8 +39,7 @@ inline plant::ExperimentConfig published_chirp(double noise) {
   return c;
 }
 
-inline plant::ExperimentConfig planned_experiment(const planning::Experiment& x, double noise) {
-  auto c = planned_drive(noise);
+inline plant::ExperimentConfig planned_experiment(plant::ExperimentConfig c, const planning::Experiment& x) {
   c.excitation.kind = excitation::Kind::multisine;
   c.excitation.phases = excitation::Phases::given;
   c.excitation.lines_hz.assign(x.frequency_hz);
@@ -48,6 +47,9 @@ inline plant::ExperimentConfig planned_experiment(const planning::Experiment& x,
   c.excitation.phases_rad.assign(x.phase_rad);
   c.run.duration_s = x.duration_s;
   return c;
+}
+inline plant::ExperimentConfig planned_experiment(const planning::Experiment& x, double noise) {
+  return planned_experiment(planned_drive(noise), x);
 }
 
 /// What is believed before: every parameter off by a factor.
@@ -131,6 +133,48 @@ inline planning::Plan planned_in(const planning::RoughDrive& drive, double sprea
   auto plan = planning::make_plan(c);
   if (!plan) throw std::runtime_error(std::string(plan.error().field));
   return std::move(*plan);
+}
+
+/// One multisine run of 8.5 s, planned for all that 20 % allow, against the chirp of 17 s. The wishes are
+/// those shares of the chirp's deviations that leave J1, the last to be met, the most weight.
+inline planning::Plan planned_for_half_the_time(const std::array<double, 4>& factor, double noise,
+                                                double peak_torque, const std::array<double, 4>& by_chirp) {
+  const std::array<double, 4> wanted = {0.6 * by_chirp[0], 0.6 * by_chirp[1], 0.6 * by_chirp[2],
+                                        0.7 * by_chirp[3]};
+  return planned_in(rough_drive(factor, noise), 0.2, peak_torque, 8.5, 8.5 / 7.0, wanted);
+}
+
+/// Three masses under a controller, 1 ms of delay, 1 kHz; the second resonance lies above the band of the
+/// first.
+inline plant::ExperimentConfig three_mass_drive(double noise) {
+  auto c = planned_drive(noise);
+  c.drive.structure = plant::Structure::three_mass;
+  c.drive.driven_inertia = 0.02;
+  c.drive.middle_inertia = 0.01;
+  c.drive.load_inertia = 0.03;
+  c.drive.stiffness = 200.0;
+  c.drive.damping = 0.2;
+  c.drive.stiffness_2 = 500.0;
+  c.drive.damping_2 = 0.3;
+  c.measurement.delay_s = 0.001;
+  c.run.sample_rate_hz = 1000.0;
+  return c;
+}
+
+inline planning::RoughDrive rough_three_mass(double noise) {
+  const auto c = three_mass_drive(noise);
+  planning::RoughDrive d;
+  auto& m = d.model;
+  m.structure = fit::Structure::three_mass;
+  m.parameters = {data::TwoMassParameters{c.drive.driven_inertia, c.drive.load_inertia, c.drive.stiffness,
+                                          c.drive.damping, 0.0},
+                  c.drive.middle_inertia, c.drive.stiffness_2, c.drive.damping_2};
+  m.sample_time_s = 1.0 / c.run.sample_rate_hz;
+  m.known_delay_s = c.measurement.delay_s;
+  m.estimated = fit::estimated_parameters(m.structure, false, false);
+  d.controller = data::pi_controller(c.controller.gain, c.controller.integral_time_s, m.sample_time_s);
+  d.noise.innovation_variance = noise * noise;
+  return d;
 }
 
 /// What two planned runs, the second planned with the model of the first, come to over some seeds.

@@ -18,9 +18,10 @@ struct Figure {
   double standard_deviation = 0.0;
 };
 
-/// Names of all figures that a drive has: its estimated parameters, resonance, antiresonance and their
-/// damping ratios (resonance_damping, antiresonance_damping) of two masses, and with a controller crossover,
-/// phase_margin and modulus_margin of the loop.
+/// Names of all figures that a drive has: its estimated parameters; resonance, antiresonance and their
+/// damping ratios (resonance_damping, antiresonance_damping) unless it is rigid, of three masses the higher
+/// ones too (resonance_2, antiresonance_2_damping ...); with a controller crossover, phase_margin and
+/// modulus_margin of the loop.
 [[nodiscard]] std::vector<std::string> figure_names(const RoughDrive& drive);
 
 /// The figures of a model with the error bars that its covariance gives; only `names` when there are any.

@@ -45,10 +45,12 @@ struct PlanConfig {
   Criterion criterion = Criterion::accuracy;
   std::optional<ExcitationType> type;  ///< Absent: the one that needs the least time.
   double spread = 0.2;  ///< Part by which the rough model's parameters may be wrong, 0 ... 0.5.
-  std::optional<std::pair<double, double>> band_hz;  ///< Absent: what the model makes sensible.
-  std::optional<double> period_s;                    ///< Of the multisine; absent: chosen.
-  std::uint64_t seed = 1;                            ///< Of the phases' random starts.
-  std::function<void(std::string_view)> progress;    ///< Called with the name of each stage that begins.
+  /// That may be excited; absent: what the possible drives make sensible. Given, it binds: lines and sweeps
+  /// lie in it, and of a PRBS 90 % of the power lie below its upper end and 80 % above its lower one.
+  std::optional<std::pair<double, double>> band_hz;
+  std::optional<double> period_s;                  ///< Of the multisine; absent: chosen.
+  std::uint64_t seed = 1;                          ///< Of the phases' random starts.
+  std::function<void(std::string_view)> progress;  ///< Called with the name of each stage that begins.
 };
 
 /// Largest values that an experiment reaches in simulation, over all drives that are possible.
@@ -84,15 +86,35 @@ struct Experiment {
   double from_hz = 0.0, to_hz = 0.0;
   // PRBS only.
   std::size_t register_length = 0, clock_divider = 1;
+  double power_below_band = 0.0, power_above_band = 0.0;  ///< Parts of the power of a long one.
+};
+
+/// Two planned runs, the second laid out with the model that the first one gives.
+struct TwoSteps {
+  double first_s = 0.0;   ///< Time limit of the first run, planned with the same options.
+  double spread = 0.0;    ///< Of the second plan: two error bars of the worst known parameter.
+  double second_s = 0.0;  ///< Predicted length of the second, mean over the possible drives.
+  double one_s = 0.0;     ///< What one run takes, or would take, to the same accuracies.
+
+  [[nodiscard]] double total_s() const { return first_s + second_s; }
+};
+
+/// A kind of excitation that was not laid out.
+struct LeftOut {
+  ExcitationType type = ExcitationType::prbs;
+  std::string reason;  ///< Of one sentence, without its full stop.
 };
 
 struct Plan {
   PlanConfig config;                    ///< With wishes, band and period filled in.
   std::vector<Experiment> experiments;  ///< The planned one, then the others at its length, for comparison.
+  std::vector<LeftOut> left_out;        ///< Kinds that could not be compared.
+  bool band_given = false;              ///< The band of the configuration binds.
   bool reached = false;                 ///< All wishes within the limits.
   std::vector<double> grid_hz, grid_power;  ///< Of the multisine's design, before its weak lines are dropped.
   double design_gap = 0.0;                  ///< See PowerDistribution.
   std::size_t drives = 1;                   ///< Possible drives that were averaged over.
+  std::optional<TwoSteps> two_steps;        ///< Where they take clearly less time.
   double noise_torque = 0.0;  ///< Standard deviation of the torque that the controller makes of noise.
 
   [[nodiscard]] const Experiment& planned() const { return experiments.front(); }
@@ -106,7 +128,12 @@ struct Plan {
 /// 2. its phases are chosen for small peaks of excitation, torque and velocity at once (optimise_phases);
 /// 3. it is scaled until the simulated run from rest uses up the first limit, for every possible drive;
 /// 4. the least whole number of periods is counted, by the information of the whole simulated record
-///    (predicted); chirp and PRBS are laid out in the same way.
+///    (predicted); chirp and PRBS are laid out in the same way, unless a PRBS does not fit a given band.
+///
+/// Where `spread` is 0.1 or more and a multisine is planned, two steps are looked at: a first run of a fifth
+/// of the time, then one planned for a spread of two of the error bars that the first leaves. Its length is
+/// that of each possible drive's own best run, averaged, longer by what that spread costs the rough drive.
+/// Two steps are told when they take at most 0.8 of the time.
 ///
 /// Wishes that cannot be met in the time allowed leave `reached` false: then the plan is the best of that
 /// time. Limits: linear drive, deviations without noise's own share of torque and velocity; the error bars

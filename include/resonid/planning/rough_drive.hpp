@@ -39,6 +39,9 @@ struct Motion {
 };
 [[nodiscard]] Motion simulate(const RoughDrive& drive, std::span<const double> excitation);
 
+/// Undamped resonances and anti-resonances without error bars, ascending; none when rigid.
+[[nodiscard]] std::vector<fit::DriveMode> modes_of(const fit::DriveModel& model);
+
 /// What the measured velocity, delay included, makes of a torque: x(0) = `start`, samples 0 ... of the record
 /// that the delay leaves. The states are those of data::continuous_system (rigid: the velocity alone).
 [[nodiscard]] std::vector<double> measured_velocity(const fit::DriveModel& model,
@@ -47,8 +50,8 @@ struct Motion {
 [[nodiscard]] std::size_t states_of(const fit::DriveModel& model) noexcept;
 
 /// What the drive may turn out to be: itself first, then its parameters each multiplied or divided by
-/// 1 + spread, in half of all combinations (every pair in all four); nothing else when `spread` is 0. Models
-/// whose closed loop would be unstable are left out.
+/// 1 + spread, in eight combinations that have every pair of parameters in all four (rigid: in two); nothing
+/// else when `spread` is 0. Models whose closed loop would be unstable are left out.
 [[nodiscard]] std::vector<RoughDrive> possible_drives(const RoughDrive& drive, double spread);
 
 /// False when the loop of model and controller is unstable.

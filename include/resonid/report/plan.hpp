@@ -23,12 +23,13 @@ namespace resonid::report {
 ///      model: {structure, parameters: {driven_inertia, ...}, delay_s, noise_rms},
 ///      excitation: {peak, crest_factor, period_samples, periods, settle_periods, lines_hz: [],
 ///                   amplitudes: [], phases_rad: []} | {peak, from_hz, to_hz} | {peak, register_length,
-///                   clock_divider},
+///                   clock_divider, power_below_band, power_above_band},
 ///      extremes: {excitation, torque, torque_rms, velocity, stroke},
 ///      wishes: [{figure, wanted_std, expected_std, unit, reached}], worst_ratio, needed_s,
 ///      needed_amplitude, noise_dominates, noise_torque,
+///      left_out: [{type, reason}], two_steps: {first_s, spread, second_s, total_s, one_s},
 ///      figures: [{name, value, std, unit}],
-///      alternatives: [{type, peak, worst_ratio, needed_s, least_s, extremes, figures}]}
+///      alternatives: [{type, peak, worst_ratio, needed_s, least_s, extremes, figures, excitation (PRBS)}]}
 ///
 /// `std` are those of the rough model, `expected_std` those expected over all drives that it may stand for.
 /// What is not there is absent.

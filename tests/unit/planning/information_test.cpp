@@ -82,6 +82,47 @@ TEST(Information, IsThatOfTheFit) {
               1e-3 * figures[4].standard_deviation);
 }
 
+// Three masses: the simulation is the plant's, and the bars are those that the fit's own Jacobian gives.
+TEST(Information, IsThatOfTheFitOfThreeMasses) {
+  const auto drive = test::rough_three_mass(0.05);
+  auto c = test::three_mass_drive(0.05);
+  c.excitation.kind = excitation::Kind::chirp;
+  c.excitation.from_hz = 100.0;
+  c.excitation.to_hz = 1.0;
+  c.excitation.duration_s = 10.0;
+  const auto quiet = test::without_noise(c);
+  const auto motion = simulate(drive, quiet.record.excitation.samples);
+  const auto measured = measured_velocity(drive.model, quiet.record.input.samples);
+  for (std::size_t k = 10; k < motion.torque.size(); k += 7) {
+    ASSERT_NEAR(motion.torque[k], quiet.record.input.samples[k], 1e-8) << k;
+    ASSERT_NEAR(measured[k], quiet.record.output.samples[k], 1e-8) << k;
+  }
+  const auto run = plant::simulate_closed_loop(c);
+  ASSERT_TRUE(run.has_value());
+  fit::OutputErrorConfig o;
+  o.initial = drive.model;
+  o.known_delay_s = 0.001;
+  o.noise_model = false;
+  const auto fitted = fit::fit_output_error(run->record, o);
+  ASSERT_TRUE(fitted.has_value());
+  const auto told = predicted(drive, run->record.excitation.samples);
+  for (const int i : estimated_of(drive.model)) {
+    const auto p = static_cast<fit::Parameter>(i);
+    const double ratio = fitted->model.estimate(p).standard_deviation / fitted->model.value(p) /
+                         (told.model.estimate(p).standard_deviation / told.model.value(p));
+    EXPECT_NEAR(ratio, 1.0, 0.1) << fit::kParameterNames[static_cast<std::size_t>(i)];
+  }
+  const auto modes = drive.model.modes();  // ascending: anti-resonance, resonance, and again
+  const auto figures = figures_of(told, {"antiresonance", "resonance", "antiresonance_2", "resonance_2"});
+  for (std::size_t i = 0; i < 4; ++i) {
+    EXPECT_EQ(figures[i].value, modes[i].frequency_hz.value);
+    EXPECT_NEAR(figures[i].standard_deviation, told.model.modes()[i].frequency_hz.standard_deviation,
+                1e-3 * figures[i].standard_deviation);
+  }
+  EXPECT_EQ(figure_names(drive).size(), 7U + 8U + 3U);
+  EXPECT_EQ(possible_drives(drive, 0.05).size(), 9U);
+}
+
 TEST(Information, OfLinesIsThatOfALongRecord) {
   // Without fed-back noise (its variance is small) and over many periods transients do not count.
   const auto drive = rough_drive({1.0, 1.0, 1.0, 1.0}, 0.001);

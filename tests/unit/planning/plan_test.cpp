@@ -3,6 +3,7 @@
 
 #include <cmath>
 #include <planned_experiment.hpp>
+#include <resonid/base/constants.hpp>
 #include <resonid/planning/plan.hpp>
 
 namespace resonid::planning {
@@ -143,6 +144,78 @@ TEST(Plan, ComparesWhatIsLaidOut) {
   for (const auto& x : plan->experiments) EXPECT_GE(x.least_s.value_or(HUGE_VAL), plan->planned().duration_s);
 }
 
+// Measured on the samples themselves, by their discrete Fourier transform.
+double part_of_power(const std::vector<double>& x, double sample_rate_hz, double from_hz, double to_hz) {
+  const std::size_t n = x.size();
+  double inside = 0.0, all = 0.0;
+  for (const double v : x) all += v * v / 2.0;
+  for (std::size_t l = 0; 2 * l < n; ++l) {
+    const double f = static_cast<double>(l) * sample_rate_hz / static_cast<double>(n);
+    if (f < from_hz || f >= to_hz) continue;
+    const std::complex<double> step =
+        std::polar(1.0, -kTwoPi * static_cast<double>(l) / static_cast<double>(n));
+    std::complex<double> turn = 1.0, sum = 0.0;
+    for (const double v : x) {
+      sum += v * turn;
+      turn *= step;
+    }
+    inside += std::norm(sum) / static_cast<double>(n) * (l == 0 ? 0.5 : 1.0);
+  }
+  return inside / all;
+}
+
+TEST(Plan, KeepsAPrbsWithinABandThatIsGiven) {
+  auto c = quick();
+  c.band_hz = {2.0, 40.0};
+  c.type = ExcitationType::prbs;
+  c.limits.time_s = 10.0;
+  const auto plan = make_plan(c);
+  ASSERT_TRUE(plan.has_value());
+  const auto& x = plan->planned();
+  const double above = part_of_power(x.excitation, 500.0, 40.0, 251.0);
+  const double below = part_of_power(x.excitation, 500.0, 0.0, 2.0);
+  EXPECT_LE(x.power_above_band, 0.1);
+  EXPECT_LE(x.power_below_band, 0.2);
+  // A record of 10 s has of a long PRBS's spectrum a sample: 20 lines below 2 Hz.
+  EXPECT_NEAR(above, x.power_above_band, 0.03);
+  EXPECT_NEAR(below, x.power_below_band, 0.05);
+}
+
+TEST(Plan, LeavesOutAPrbsThatDoesNotFitTheBand) {
+  auto c = quick();
+  c.band_hz = {5.0, 30.0};
+  c.wishes = {{"stiffness", 0.02, true}};
+  const auto plan = make_plan(c);
+  ASSERT_TRUE(plan.has_value());
+  ASSERT_EQ(plan->left_out.size(), 1U);
+  EXPECT_EQ(plan->left_out[0].type, ExcitationType::prbs);
+  EXPECT_EQ(plan->experiments.size(), 2U);
+  for (const double f : plan->planned().frequency_hz) {
+    EXPECT_GE(f, 5.0 - 1e-9);
+    EXPECT_LE(f, 30.0 + 1e-9);
+  }
+}
+
+// Two steps are told where the second run, planned for what the first leaves open, is predicted to be short.
+TEST(Plan, TellsTwoStepsWhereTheyTakeClearlyLess) {
+  auto c = quick();
+  c.spread = 0.5;
+  const auto wide = make_plan(c);
+  ASSERT_TRUE(wide.has_value());
+  ASSERT_TRUE(wide->two_steps.has_value());
+  const auto& two = *wide->two_steps;
+  EXPECT_LE(two.total_s(), 0.8 * two.one_s);
+  EXPECT_LE(two.spread, 0.25);
+  EXPECT_GT(two.spread, 0.0);
+  c.spread = two.spread;  // the second run, had the rough model been right
+  c.type = ExcitationType::multisine;
+  const auto second = make_plan(c);
+  EXPECT_TRUE(second->reached);
+  EXPECT_LT(second->planned().duration_s, two.one_s);
+  c.spread = 0.05;
+  EXPECT_FALSE(make_plan(c)->two_steps.has_value());
+}
+
 TEST(Plan, RefusesNamingTheField) {
   const auto refused = [](auto&& change) {
     auto c = quick();
@@ -159,7 +232,15 @@ TEST(Plan, RefusesNamingTheField) {
   EXPECT_EQ(refused([](PlanConfig& c) { c.band_hz = {5.0, 400.0}; }), "band");
   EXPECT_EQ(refused([](PlanConfig& c) { c.drive.noise.innovation_variance = 0.0; }), "noise");
   EXPECT_EQ(refused([](PlanConfig& c) { c.drive.model.parameters.stiffness = -1.0; }), "stiffness");
-  EXPECT_EQ(refused([](PlanConfig& c) { c.drive.model.structure = fit::Structure::three_mass; }), "model");
+  EXPECT_EQ(refused([](PlanConfig& c) { c.drive.model.structure = fit::Structure::three_mass; }),
+            "middle_inertia");
+  EXPECT_EQ(refused([](PlanConfig& c) { c.limits.stroke = 0.0; }), "max_stroke");
+  EXPECT_EQ(refused([](PlanConfig& c) { c.wishes = {{"resonance_2", 0.1, true}}; }), "accuracy");
+  EXPECT_EQ(refused([](PlanConfig& c) {
+              c.band_hz = {5.0, 30.0};
+              c.type = ExcitationType::prbs;
+            }),
+            "band");
 }
 
 }  // namespace
