@@ -76,9 +76,8 @@ std::optional<Estimate> BlackBoxModel::delay() const {
   if (!direct || delay_samples == 0) return Estimate{whole * ts, 0.0};
   const auto at = sampled_at(partial_fractions(realisation));
   if (!at) return std::nullopt;
-  const double deviation = standard_deviation_of([&](const BlackBoxModel& m) {
-    return sampled_at(partial_fractions(m.realisation)).value_or(*at);
-  });
+  const double deviation = standard_deviation_of(
+      [&](const BlackBoxModel& m) { return sampled_at(partial_fractions(m.realisation)).value_or(*at); });
   return Estimate{(whole - *at) * ts, deviation * ts};
 }
 

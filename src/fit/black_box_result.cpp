@@ -20,11 +20,12 @@ bool unstable(const UncertainRoot& pole) {
 
 BlackBoxModel model_of(const BlackBoxState& state, const BlackBoxLayout& layout, const BlackBoxConfig& config,
                        const Eigen::MatrixXd& covariance) {
-    const auto n = layout.order, m = layout.taps;
+  const auto n = layout.order, m = layout.taps;
   BlackBoxModel model;
   model.delay_samples = config.delay_samples;
   model.known_delay_s = config.known_delay_s;
-  model.realisation = {state.basis.transition, state.basis.input, state.weights, state.taps, layout.integrator, covariance};
+  model.realisation = {state.basis.transition, state.basis.input, state.weights, state.taps,
+                       layout.integrator,      covariance};
 
   const auto p = polynomials(state.basis);
   // Columns: coefficients of z^-0 ... of numerator and denominator per [alpha, c, h].

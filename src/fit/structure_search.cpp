@@ -104,8 +104,8 @@ void StructureSearch::find_delay(Attempt& best) const {
     const std::size_t whole = best.config.delay_samples;
     for (const std::size_t late : {0U, 1U, 2U})
       if (whole + late > 0) try_delay(best, whole + late, true);
-  } else if (before_ && (before_->delay_samples != base_.delay_samples ||
-                         before_->direct_term != base_.direct_term)) {
+  } else if (before_ &&
+             (before_->delay_samples != base_.delay_samples || before_->direct_term != base_.direct_term)) {
     try_delay(best, before_->delay_samples, before_->direct_term);
   }
   // The known delay is only given up for one that is clearly better.
