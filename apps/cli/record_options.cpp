@@ -178,9 +178,6 @@ void check(const CLI::App& verb, MethodOptions& o) {
     throw UsageError("--seed: is the seed of the bootstrap; required --bootstrap N with it");
   if (given("--bootstrap") && o.options.model == ModelChoice::none)
     throw UsageError("--bootstrap: repeats the experiment on the model; required --model other than none");
-  if (given("--bootstrap") && o.options.model == ModelChoice::black_box)
-    throw UsageError(
-        "--bootstrap: repeats the experiment on a drive model; required --model other than black-box");
   const double radius = o.options.radius_m.value_or(1.0);
   if (!(radius > 0.0)) throw UsageError(fmt::format("--radius: found {:g} m, required > 0", radius));
 }

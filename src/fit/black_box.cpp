@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: MIT
 #include <algorithm>
 #include <cmath>
+#include <fit/black_box_result.hpp>
 #include <fit/black_box_search.hpp>
 #include <fit/black_box_signals.hpp>
+#include <limits>
 #include <numeric>
 #include <resonid/fit/black_box.hpp>
 #include <resonid/fit/identified_controller.hpp>
@@ -21,16 +23,6 @@ double rms(const std::vector<double>& x) {
   return std::sqrt(sum / static_cast<double>(std::max<std::size_t>(x.size(), 1)));
 }
 
-bool unstable(const UncertainRoot& pole) {
-  constexpr double kRounding = 1e-9, kStandardDeviations = 3.0;
-  if (std::abs(pole.value) <= 1.0 + kRounding) return false;
-  const std::complex<double> left = pole.value - 1.0;
-  const double distance = std::abs(left);
-  const Eigen::Vector2d along(left.real() / distance, left.imag() / distance);
-  const double variance = along.dot(pole.covariance * along);
-  return !(distance <= kStandardDeviations * std::sqrt(std::max(0.0, variance)));
-}
-
 class Fitter {
  public:
   Fitter(Recorded raw, const BlackBoxConfig& config) : raw_(std::move(raw)), config_(config) {}
@@ -39,8 +31,9 @@ class Fitter {
     use(NoiseModel{});
     start();
     const double size = rms(raw_.output);
-    for (int round = 0; config_.noise_model && found_.evaluation.valid && round < kNoiseRounds; ++round) {
-      const auto left = raw_residual();
+    const int rounds = !config_.noise_model ? 0 : config_.quick ? 1 : kNoiseRounds;
+    for (int round = 0; found_.evaluation.valid && round < rounds; ++round) {
+      const auto left = compared(raw_residual());
       if (rms(left) < 1e-9 * size) break;  // what is left is rounding
       const NoiseModel noise = fit_noise_model(left, config_.max_noise_order);
       if (noise.order() == 0 && noise_.order() == 0) break;
@@ -48,7 +41,7 @@ class Fitter {
       use(noise);
       BlackBoxState state = found_.state;
       state.extra.resize(0);
-      found_ = detail::search(*problem_, std::move(state), kNoisy);
+      found_ = detail::search(*problem_, std::move(state), effort());
       if (change < 1e-3) break;
     }
     return finish();
@@ -58,6 +51,7 @@ class Fitter {
   static constexpr int kNoiseRounds = 8;
   static constexpr detail::SearchEffort kExact{60, 1e-13};
   static constexpr detail::SearchEffort kNoisy{60, 1e-10};
+  static constexpr detail::SearchEffort kQuick{30, 1e-6};
 
   void use(const NoiseModel& noise) {
     noise_ = noise;
@@ -65,22 +59,55 @@ class Fitter {
     problem_ = detail::problem_of(signals_, config_);
   }
 
-  [[nodiscard]] const detail::SearchEffort& effort() const { return config_.noise_model ? kNoisy : kExact; }
+  [[nodiscard]] const detail::SearchEffort& effort() const {
+    if (config_.quick) return kQuick;
+    return config_.noise_model ? kNoisy : kExact;
+  }
+
+  /// Of the record's last samples, those that are not held back.
+  [[nodiscard]] std::vector<double> compared(std::vector<double> x) const {
+    if (raw_.unused.empty()) return x;
+    const std::size_t first = raw_.unused.size() - x.size();
+    std::size_t kept = 0;
+    for (std::size_t k = 0; k < x.size(); ++k)
+      if (!raw_.unused[first + k]) x[kept++] = x[k];
+    x.resize(kept);
+    return x;
+  }
+
+  static void drop_integrator(std::vector<std::complex<double>>& poles) {
+    poles.erase(std::min_element(poles.begin(), poles.end(), [](const auto& a, const auto& b) {
+      return std::abs(a - 1.0) < std::abs(b - 1.0);
+    }));
+  }
 
   /// Poles of the given model without the fixed integrator's.
   [[nodiscard]] std::vector<std::complex<double>> given_poles() const {
     auto poles = config_.initial->poles();
-    if (config_.integrator && !poles.empty())
-      poles.erase(std::min_element(poles.begin(), poles.end(), [](const auto& a, const auto& b) {
-        return std::abs(a - 1.0) < std::abs(b - 1.0);
-      }));
+    if (config_.integrator && !poles.empty()) drop_integrator(poles);
     poles.resize(static_cast<std::size_t>(problem_->layout().order), 0.0);
     return poles;
   }
 
+  /// The model that was given; its poles alone and rest at zero when its order is lower.
+  [[nodiscard]] BlackBoxState given_state() const {
+    const auto& r = config_.start;
+    const auto& layout = problem_->layout();
+    if (r.output.size() == layout.order && r.taps.size() == layout.taps && r.integrator == layout.integrator)
+      return {{r.transition, r.input}, r.output, r.taps, {}};
+    const Eigen::VectorXcd of_start = detail::Realisation{r.transition, r.input}.poles();
+    std::vector<std::complex<double>> poles(of_start.begin(), of_start.end());
+    if (r.integrator && !layout.integrator) poles.emplace_back(1.0);
+    if (!r.integrator && layout.integrator && !poles.empty()) drop_integrator(poles);
+    poles.resize(static_cast<std::size_t>(layout.order), 0.5);
+    return detail::state_with_poles(*problem_, poles);
+  }
+
   void start() {
     if (config_.predictor == Predictor::closed_loop) return start_in_loop();
-    if (config_.initial) {
+    if (config_.start.present()) {
+      found_ = detail::search_near(*problem_, given_state(), effort());
+    } else if (config_.initial) {
       found_ = detail::search_near(*problem_, detail::state_with_poles(*problem_, given_poles()), effort());
     } else {
       found_ = from_scratch(*problem_, signals_);
@@ -90,14 +117,15 @@ class Fitter {
   /// Looks for a start in the first part of a long record only.
   [[nodiscard]] BlackBoxSearch from_scratch(const BlackBoxProblem& problem,
                                             const BlackBoxSignals& signals) const {
-    constexpr std::size_t kEnough = 20000;
-    const bool whole = signals.output.size() < 2 * kEnough;
+    const std::size_t enough = config_.quick ? 8000 : 20000;
+    const bool whole = signals.output.size() < 2 * enough;
     if (whole && signals.instrument.empty()) return detail::search_from_scratch(problem, effort());
     // The instruments' equations have several roots; the one that counts lies near the direct fit.
     BlackBoxSignals part;
-    const auto count = static_cast<std::ptrdiff_t>(whole ? signals.output.size() : kEnough);
+    const auto count = static_cast<std::ptrdiff_t>(whole ? signals.output.size() : enough);
     part.input.assign(signals.input.begin(), signals.input.begin() + count);
     part.output.assign(signals.output.begin(), signals.output.begin() + count);
+    if (!signals.unused.empty()) part.unused.assign(signals.unused.begin(), signals.unused.begin() + count);
     auto found = detail::search_from_scratch(*detail::open_loop_problem(part, problem.layout()), kNoisy);
     if (!found.evaluation.valid) return found;
     found.state.extra.resize(0);
@@ -111,7 +139,12 @@ class Fitter {
     const BlackBoxSignals signals = detail::prepared(raw_, NoiseModel{}, open);
     const auto problem = detail::problem_of(signals, open);
     BlackBoxState state;
-    if (config_.initial) {
+    if (config_.start.present()) {
+      state = given_state();
+      const bool whole =
+          state.weights.size() == problem->layout().order && state.taps.size() == problem->layout().taps;
+      if (!whole && !problem->evaluate(state, detail::Regressor::model).valid) return;
+    } else if (config_.initial) {
       state = detail::state_with_poles(*problem, given_poles());
       if (!problem->evaluate(state, detail::Regressor::model).valid) return;
     } else {
@@ -143,68 +176,40 @@ class Fitter {
     return std::sqrt(sum / size);
   }
 
-  void store_model(double variance) {
-    const auto& s = found_.state;
-    const auto& layout = problem_->layout();
-    const auto n = layout.order, m = layout.taps;
-    auto& model = fit_.model;
-    model.delay_samples = config_.delay_samples;
-    const Eigen::MatrixXd covariance =
-        variance * detail::invert_normal(found_.evaluation.normal).topLeftCorner(2 * n + m, 2 * n + m);
-    model.realisation = {s.basis.transition, s.basis.input, s.weights, s.taps, layout.integrator, covariance};
-
-    const auto p = detail::polynomials(s.basis);
-    // Columns: coefficients of z^-0 ... of numerator and denominator per [alpha, c, h].
-    const auto order = static_cast<Eigen::Index>(config_.order);
-    Eigen::MatrixXd b = Eigen::MatrixXd::Zero(order + 1, 2 * n + m);
-    Eigen::MatrixXd a = Eigen::MatrixXd::Zero(order + 1, 2 * n + m);
-    const Eigen::Index late = layout.integrator && m == 1 ? 1 : 0;
-    for (Eigen::Index i = 0; i < n; ++i) {
-      b.col(n + i).segment(1 + late + (m == 2 ? 1 : 0), n) = p.numerators.col(i);
-      a.col(i).segment(1, n) = p.numerators.col(i);
-    }
-    for (Eigen::Index t = 0; t < m; ++t) b.col(2 * n + t).segment(late + t, n + 1) = p.denominator;
-    Eigen::VectorXd parameters(2 * n + m);
-    parameters << Eigen::VectorXd::Zero(n), s.weights, s.taps;
-    const Eigen::VectorXd numerator = b * parameters;
-    Eigen::VectorXd denominator = Eigen::VectorXd::Zero(order + 1);
-    denominator.head(n + 1) = p.denominator;
-    if (layout.integrator) {
-      for (Eigen::Index i = order; i > 0; --i) {
-        denominator(i) -= denominator(i - 1);
-        a.row(i) -= a.row(i - 1).eval();
-      }
-    }
-    model.transfer_function.numerator.assign(numerator.begin(), numerator.end());
-    model.transfer_function.denominator.assign(denominator.begin(), denominator.end());
-    Eigen::MatrixXd both(2 * order + 1, 2 * n + m);
-    both << b, a.bottomRows(order);
-    model.covariance = both * covariance * both.transpose();
-  }
-
   BlackBoxFit finish() {
     if (!found_.evaluation.valid) return std::move(fit_);
-    const double n = static_cast<double>(problem_->samples());
+    const double n = static_cast<double>(problem_->compared());
     const double parameters = static_cast<double>(found_.evaluation.gradient.size());
     const double variance = found_.evaluation.squares / std::max(1.0, n - parameters);
-    store_model(variance);
+    const auto& layout = problem_->layout();
+    const auto parameters_of_model = 2 * layout.order + layout.taps;
+    fit_.model = detail::model_of(found_.state, layout, config_,
+                                  variance * detail::invert_normal(found_.evaluation.normal)
+                                                 .topLeftCorner(parameters_of_model, parameters_of_model));
     fit_.converged = found_.converged;
-    const auto poles = fit_.model.poles();
-    fit_.stable = std::none_of(poles.begin(), poles.end(), unstable);
-    fit_.samples = problem_->samples();
+    fit_.stable = detail::is_stable(fit_.model);
+    fit_.samples = problem_->compared();
     fit_.residual = raw_residual();
     fit_.first_sample = raw_.output.size() - fit_.residual.size();
     fit_.noise = noise_;
     fit_.noise.innovation_variance = variance;
-    fit_.information = n * std::log(std::max(found_.evaluation.squares / n, 1e-300)) +
-                       (parameters + static_cast<double>(noise_.order())) * std::log(n);
-    const auto first = raw_.output.begin() + static_cast<std::ptrdiff_t>(fit_.first_sample);
-    const double mean =
-        std::accumulate(first, raw_.output.end(), 0.0) / static_cast<double>(fit_.residual.size());
-    double total = 0.0;
-    for (auto y = first; y != raw_.output.end(); ++y) total += (*y - mean) * (*y - mean);
-    const double left = rms(fit_.residual) * std::sqrt(static_cast<double>(fit_.residual.size()));
-    fit_.fit_percent = total > 0.0 ? 100.0 * (1.0 - left / std::sqrt(total)) : 0.0;
+    // Per sample of the record: delay and whitening cost some at its start, which must not count.
+    const double count =
+        static_cast<double>(raw_.output.size() - static_cast<std::size_t>(std::count(
+                                                     raw_.unused.begin(), raw_.unused.end(), true)));
+    fit_.information = count * std::log(std::max(found_.evaluation.squares / n, 1e-300)) +
+                       (parameters + static_cast<double>(noise_.order())) * std::log(count);
+    std::vector<bool> seen(raw_.unused);
+    seen.resize(raw_.output.size(), false);
+    fit_.fit_percent = detail::fit_percent(raw_.output, fit_.residual, seen);
+    if (raw_.unused.empty()) return std::move(fit_);
+    seen.flip();
+    fit_.held_back_fit_percent = detail::fit_percent(raw_.output, fit_.residual, seen);
+    BlackBoxState state = found_.state;
+    const auto errors = problem_->residual(state);
+    fit_.held_back.assign(raw_.output.size(), std::numeric_limits<double>::quiet_NaN());
+    for (std::size_t i = 0, k = raw_.output.size() - errors.size(); i < errors.size(); ++i, ++k)
+      if (raw_.unused[k]) fit_.held_back[k] = errors[i];
     return std::move(fit_);
   }
 
@@ -221,7 +226,7 @@ class Fitter {
 
 expected<BlackBoxFit, ConfigError> fit_black_box(const data::Record& record, const BlackBoxConfig& asked) {
   BlackBoxConfig config = asked;
-  if (config.predictor == Predictor::joint && !config.direct_term)
+  if (config.predictor == Predictor::joint && !(config.direct_term && config.delay_samples == 0))
     if (auto controller = identified_controller(record)) {
       config.predictor = Predictor::closed_loop;
       config.controller = std::move(controller);
@@ -239,6 +244,8 @@ expected<std::vector<double>, ConfigError> simulation_residual(const data::Recor
   const auto& r = model.realisation;
   BlackBoxConfig same = config;
   same.initial.reset();
+  same.start = {};
+  same.held_back.clear();
   same.delay_samples = model.delay_samples;
   same.integrator = r.integrator;
   same.direct_term = r.taps.size() > (r.integrator ? 1 : 0);

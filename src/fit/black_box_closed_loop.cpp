@@ -33,57 +33,63 @@ class Controller {
   std::vector<double> b_, a_, state_;
 };
 
-/// x = G w, yh(k) = x(k - delay), w = e_w + C (r - yh), from rest; e_v enters behind the fixed integrator.
+/// x = G w, yh(k) = x(k - delay), w = e + C (r - yh), from rest.
 class Loop {
  public:
   Loop(const BlackBoxState& model, const BlackBoxLayout& layout)
       : model_(model),
         integrator_(layout.integrator),
+        direct_(layout.taps > (layout.integrator ? 1 : 0)),
         controller_(*layout.controller),
         state_(Eigen::VectorXd::Zero(layout.order)),
         late_(layout.delay_samples, 0.0) {}
 
-  void step(double e_w, double e_v, double r) {
+  void step(double e, double r) {
     before_ = state_;
+    v_ = sum_;
     double x = model_.weights.dot(state_);
-    if (integrator_) {
-      v_ = e_v + sum_;
-      x += model_.taps(0) * v_;
-    }
-    output_ = x;
+    if (integrator_) x += model_.taps(model_.taps.size() - 1) * sum_;
+    output_ = late_.empty() ? x : late_[at_];
+    w_ = e + controller_.step(r - output_);
+    if (direct_) x += model_.taps(0) * (sum_ + w_);
     if (!late_.empty()) {
-      output_ = late_[at_];
       late_[at_] = x;
       at_ = (at_ + 1) % late_.size();
     }
-    const double w = e_w + controller_.step(r - output_);
     if (integrator_)
-      sum_ += w;
+      sum_ += w_;
     else
-      v_ = e_v + w;
+      v_ = w_;
     state_ = model_.basis.transition * before_ + model_.basis.input * v_;
   }
 
-  [[nodiscard]] const Eigen::VectorXd& states() const { return before_; }  ///< At the sample just stepped.
-  [[nodiscard]] double plant_input() const { return v_; }
+  // At the sample just stepped.
+  [[nodiscard]] const Eigen::VectorXd& states() const { return before_; }
+  [[nodiscard]] double input() const { return w_; }  ///< w
   [[nodiscard]] double output() const { return output_; }
+  /// What tap i weighs: w or its running sum; that of the sample before, behind an integrator.
+  [[nodiscard]] double tapped(Eigen::Index i) const {
+    if (!integrator_) return w_;
+    return direct_ && i == 0 ? sum_ : v_;
+  }
 
  private:
   const BlackBoxState& model_;
-  bool integrator_;
+  bool integrator_, direct_;
   Controller controller_;
   Eigen::VectorXd state_, before_;
   std::vector<double> late_;
   std::size_t at_ = 0;
-  double sum_ = 0.0, v_ = 0.0, output_ = 0.0;
+  double sum_ = 0.0, v_ = 0.0, w_ = 0.0, output_ = 0.0;
 };
 
 /// The loop simulated with the known controller from excitation and reference. With S = 1/(1 + C q^-d G):
 ///
 ///   d yh/d alpha_i = -S F_i yh,   d yh/d c_i = S q^-d F_i w
 ///
-/// which are the states of the same loop driven by yh and by w. What plant, delay and controller remember
-/// from before the record is a free response of the loop, spanned by its shifted impulse responses.
+/// the states of the same loop driven by w, and F_i of its input when it is driven by yh. What plant, delay
+/// and controller remember from before the record is a free response of the loop, spanned by its shifted
+/// impulse responses.
 class ClosedLoop : public BlackBoxProblem {
  public:
   ClosedLoop(const BlackBoxSignals& signals, const BlackBoxLayout& layout)
@@ -114,17 +120,19 @@ class ClosedLoop : public BlackBoxProblem {
     std::vector<double> left(samples());
     Loop loop(state, layout_);
     for (std::size_t k = 0; k < left.size(); ++k) {
-      loop.step(signals_.excitation[k], 0.0, signals_.reference[k]);
+      loop.step(signals_.excitation[k], signals_.reference[k]);
       left[k] = signals_.output[k] - loop.output() - transient(state, free, k) - constant(state);
     }
     return left;
   }
 
   [[nodiscard]] const std::vector<double>& output() const override { return signals_.output; }
+  [[nodiscard]] std::size_t compared() const override { return compared_in(signals_); }
   [[nodiscard]] Eigen::Index nonlinear() const override { return 2 * layout_.order + layout_.taps; }
   [[nodiscard]] const BlackBoxLayout& layout() const override { return layout_; }
 
  private:
+  [[nodiscard]] bool used(std::size_t k) const { return signals_.unused.empty() || !signals_.unused[k]; }
   [[nodiscard]] double constant(const BlackBoxState& s) const {
     return layout_.constant ? s.extra(s.extra.size() - 1) : 0.0;
   }
@@ -144,7 +152,7 @@ class ClosedLoop : public BlackBoxProblem {
     double largest = 0.0;
     std::size_t last = 0;
     for (std::size_t k = 0; k < samples() + static_cast<std::size_t>(count); ++k) {
-      loop.step(k == 0 ? 1.0 : 0.0, 0.0, 0.0);
+      loop.step(k == 0 ? 1.0 : 0.0, 0.0);
       impulse.push_back(loop.output());
       largest = std::max(largest, std::abs(impulse.back()));
       if (!std::isfinite(largest)) return Eigen::MatrixXd::Constant(1, 1, largest);
@@ -169,11 +177,12 @@ class ClosedLoop : public BlackBoxProblem {
     Loop loop(state, layout_);
     Eigen::Index row = 0;
     for (std::size_t k = 0; k < samples(); ++k) {
-      loop.step(signals_.excitation[k], 0.0, signals_.reference[k]);
+      loop.step(signals_.excitation[k], signals_.reference[k]);
       write_extras(gram, 0, row, free, k);
       gram.column(extras)[row] =
           signals_.output[k] - loop.output() - transient(state, free, k) - constant(state);
-      if (++row == kBlock || k + 1 == samples()) {
+      row += used(k) ? 1 : 0;
+      if (row == kBlock || k + 1 == samples()) {
         gram.add(row);
         row = 0;
       }
@@ -197,22 +206,25 @@ class ClosedLoop : public BlackBoxProblem {
     const auto n = layout_.order, first = nonlinear(), extras = state.extra.size();
     Loop loop(state, layout_), by_input(state, layout_), by_output(state, layout_);
     Controller controller(*layout_.controller);
+    Eigen::VectorXd of_output = Eigen::VectorXd::Zero(n);
     std::vector<double> late(layout_.delay_samples + 1, 0.0);
     Eigen::Index row = 0;
     for (std::size_t k = 0; k < samples(); ++k) {
-      loop.step(signals_.excitation[k], 0.0, signals_.reference[k]);
+      loop.step(signals_.excitation[k], signals_.reference[k]);
       const double y = loop.output() + transient(state, free, k);
       late[k % late.size()] = signals_.excitation[k] + controller.step(signals_.reference[k] - y);
-      by_input.step(late[(k + 1) % late.size()], 0.0, 0.0);
-      by_output.step(0.0, y, 0.0);
+      by_input.step(late[(k + 1) % late.size()], 0.0);
+      by_output.step(y, 0.0);
       for (Eigen::Index i = 0; i < n; ++i) {
-        gram.column(i)[row] = -by_output.states()(i);
+        gram.column(i)[row] = -of_output(i);
         gram.column(n + i)[row] = by_input.states()(i);
       }
-      if (layout_.taps > 0) gram.column(2 * n)[row] = by_input.plant_input();
+      of_output = (state.basis.transition * of_output + state.basis.input * by_output.input()).eval();
+      for (Eigen::Index t = 0; t < layout_.taps; ++t) gram.column(2 * n + t)[row] = by_input.tapped(t);
       write_extras(gram, first, row, free, k);
       gram.column(first + extras)[row] = signals_.output[k] - y - constant(state);
-      if (++row == kBlock || k + 1 == samples()) {
+      row += used(k) ? 1 : 0;
+      if (row == kBlock || k + 1 == samples()) {
         gram.add(row);
         row = 0;
       }

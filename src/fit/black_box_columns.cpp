@@ -8,25 +8,31 @@ namespace {
 
 /// Orders known at compile time keep the state in registers.
 template <int kOrder>
-void run_small(const double* a, const double* b, double* state, const double* v, Eigen::Index count,
-               double* columns, Eigen::Index stride) {
-  std::array<double, kOrder * kOrder> m{};
-  std::array<double, kOrder> g{}, s{};
-  std::copy_n(a, kOrder * kOrder, m.begin());
-  std::copy_n(b, kOrder, g.begin());
-  std::copy_n(state, kOrder, s.begin());
+void run_fixed(const Eigen::MatrixXd& a, const Eigen::VectorXd& b, Eigen::VectorXd& state, const double* v,
+               Eigen::Index count, double* columns, Eigen::Index stride) {
+  using State = Eigen::Matrix<double, kOrder, 1>;
+  const Eigen::Matrix<double, kOrder, kOrder> m = a;
+  const State g = b;
+  State s = state;
   for (Eigen::Index k = 0; k < count; ++k) {
-    const double in = v == nullptr ? 0.0 : v[k];
-    std::array<double, kOrder> next;
-    for (std::size_t i = 0; i < kOrder; ++i) {
-      columns[static_cast<Eigen::Index>(i) * stride + k] = s[i];
-      double sum = g[i] * in;
-      for (std::size_t j = 0; j < kOrder; ++j) sum += m[i * kOrder + j] * s[j];
-      next[i] = sum;
-    }
+    for (int i = 0; i < kOrder; ++i) columns[i * stride + k] = s(i);
+    State next = m.col(0) * s(0);
+    for (int j = 1; j < kOrder; ++j) next += m.col(j) * s(j);
+    if (v != nullptr) next += g * v[k];
     s = next;
   }
-  std::copy_n(s.begin(), kOrder, state);
+  state = s;
+}
+
+template <int kOrder>
+bool run_up_to(const Eigen::MatrixXd& a, const Eigen::VectorXd& b, Eigen::VectorXd& state, const double* v,
+               Eigen::Index count, double* columns, Eigen::Index stride) {
+  if constexpr (kOrder > 0) {
+    if (state.size() != kOrder) return run_up_to<kOrder - 1>(a, b, state, v, count, columns, stride);
+    run_fixed<kOrder>(a, b, state, v, count, columns, stride);
+    return true;
+  }
+  return false;
 }
 
 }  // namespace
@@ -35,24 +41,8 @@ Chain::Chain(const Realisation& r, const Eigen::VectorXd& start)
     : a_(r.transition), b_(r.input), state_(start), next_(start) {}
 
 void Chain::run(const double* v, Eigen::Index count, double* columns, Eigen::Index stride) {
-  switch (state_.size()) {
-    case 0:
-      return;
-    case 1:
-      return run_small<1>(a_.data(), b_.data(), state_.data(), v, count, columns, stride);
-    case 2:
-      return run_small<2>(a_.data(), b_.data(), state_.data(), v, count, columns, stride);
-    case 3:
-      return run_small<3>(a_.data(), b_.data(), state_.data(), v, count, columns, stride);
-    case 4:
-      return run_small<4>(a_.data(), b_.data(), state_.data(), v, count, columns, stride);
-    case 5:
-      return run_small<5>(a_.data(), b_.data(), state_.data(), v, count, columns, stride);
-    case 6:
-      return run_small<6>(a_.data(), b_.data(), state_.data(), v, count, columns, stride);
-    default:
-      break;
-  }
+  constexpr int kMostFixed = 12;
+  if (state_.size() == 0 || run_up_to<kMostFixed>(a_, b_, state_, v, count, columns, stride)) return;
   const auto n = state_.size();
   for (Eigen::Index k = 0; k < count; ++k) {
     for (Eigen::Index i = 0; i < n; ++i) columns[i * stride + k] = state_(i);
@@ -71,6 +61,17 @@ void Gram::add(Eigen::Index rows, Eigen::Index used) {
   }
   for (Eigen::Index j = 0; j < used; ++j)
     for (Eigen::Index i = j; i < used; ++i) sum_(i, j) += block.col(i).dot(block.col(j));
+}
+
+void Gram::add(Eigen::Index rows, Eigen::Index used, const std::vector<bool>& unused, Eigen::Index first) {
+  if (unused.empty()) return add(rows, used);
+  Eigen::Index kept = 0;
+  for (Eigen::Index i = 0; i < rows; ++i) {
+    if (unused[static_cast<std::size_t>(first + i)]) continue;
+    if (kept != i) block_.row(kept).head(used) = block_.row(i).head(used);
+    ++kept;
+  }
+  if (kept > 0) add(kept, used);
 }
 
 Eigen::MatrixXd Gram::matrix() const { return sum_.selfadjointView<Eigen::Lower>(); }

@@ -106,12 +106,14 @@ std::vector<UncertainRoot> polynomial_roots(const std::vector<double>& coefficie
 
 data::FrequencyResponse BlackBoxModel::response(std::span<const double> frequencies_hz) const {
   data::FrequencyResponse result;
+  const double ts = transfer_function.sample_time_s;
+  const double further = static_cast<double>(delay_samples) * ts - known_delay_s;
   for (const double f : frequencies_hz) {
-    const Complex z = std::polar(1.0, kTwoPi * f * transfer_function.sample_time_s);
+    const Complex z = std::polar(1.0, kTwoPi * f * ts);
     const Value v = realisation.present() ? value_at(realisation, z) : value_at(transfer_function, z);
     const auto& c = realisation.present() ? realisation.covariance : covariance;
     result.frequency_hz.push_back(f);
-    result.value.push_back(v.g);
+    result.value.push_back(v.g * std::polar(1.0, -kTwoPi * f * further));
     result.standard_deviation.push_back(
         c.rows() == v.gradient.size() ? std::sqrt(std::max(0.0, total_variance(c, v.gradient))) : 0.0);
   }

@@ -7,7 +7,7 @@
 namespace resonid::fit::detail {
 namespace {
 
-constexpr Eigen::Index kBlock = 512;
+constexpr Eigen::Index kBlock = 250;
 
 /// Everything but the denominator enters linearly. One pass solves that part, a second one makes the
 /// derivatives
@@ -65,6 +65,7 @@ class OpenLoop : public BlackBoxProblem {
   }
 
   [[nodiscard]] const std::vector<double>& output() const override { return signals_.output; }
+  [[nodiscard]] std::size_t compared() const override { return compared_in(signals_); }
   [[nodiscard]] Eigen::Index nonlinear() const override { return layout_.order; }
   [[nodiscard]] const BlackBoxLayout& layout() const override { return layout_; }
 
@@ -137,7 +138,7 @@ class OpenLoop : public BlackBoxProblem {
         add_scaled(gram.column(first + j), linear(j), rows, simulated);
       Eigen::Map<Eigen::VectorXd>(gram.column(2 * q), rows) =
           Eigen::Map<const Eigen::VectorXd>(y, rows) - simulated.head(rows);
-      gram.add(rows);
+      gram.add(rows, 2 * q + 1, signals_.unused, k);
     }
   }
 
@@ -198,7 +199,7 @@ class OpenLoop : public BlackBoxProblem {
           Eigen::Map<const Eigen::VectorXd>(&signals_.output[static_cast<std::size_t>(k)], rows) -
           simulated.head(rows);
       if (residuals != nullptr) residuals->insert(residuals->end(), r, r + rows);
-      gram.add(rows, transient ? last + n : last);
+      gram.add(rows, transient ? last + n : last, signals_.unused, k);
     }
   }
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <algorithm>
 #include <fit/realisation.hpp>
 #include <memory>
 #include <optional>
@@ -27,7 +28,13 @@ struct BlackBoxSignals {
   /// instrumental variables.
   std::vector<double> instrument;
   std::vector<double> excitation, reference;  ///< closed loop only
+  std::vector<bool> unused;                   ///< [sample of output] simulated, but not compared; or empty
 };
+
+[[nodiscard]] inline std::size_t compared_in(const BlackBoxSignals& signals) {
+  const auto left_out = std::count(signals.unused.begin(), signals.unused.end(), true);
+  return signals.output.size() - static_cast<std::size_t>(left_out);
+}
 
 struct BlackBoxLayout {
   Eigen::Index order = 0;  ///< of the basis: without the fixed integrator
@@ -67,6 +74,8 @@ class BlackBoxProblem {
   /// What the model is compared with, one value per sample.
   [[nodiscard]] virtual const std::vector<double>& output() const = 0;
   [[nodiscard]] std::size_t samples() const { return output().size(); }
+  /// Those that take part in the sum of squares.
+  [[nodiscard]] virtual std::size_t compared() const = 0;
   /// How many of the leading columns [alpha | weights, taps] are non-linear.
   [[nodiscard]] virtual Eigen::Index nonlinear() const = 0;
   [[nodiscard]] virtual const BlackBoxLayout& layout() const = 0;
@@ -91,6 +100,8 @@ class Gram {
   [[nodiscard]] double* column(Eigen::Index j) { return block_.col(j).data(); }
   /// Adds the block's first rows; columns from `used` on are taken as zero.
   void add(Eigen::Index rows, Eigen::Index used);
+  /// The same without the rows that are marked from `first` on.
+  void add(Eigen::Index rows, Eigen::Index used, const std::vector<bool>& unused, Eigen::Index first);
   void add(Eigen::Index rows) { add(rows, block_.cols()); }
   /// The full symmetric matrix.
   [[nodiscard]] Eigen::MatrixXd matrix() const;
@@ -102,7 +113,7 @@ class Gram {
   Eigen::MatrixXd sum_;
 };
 
-/// Runs the states of a realisation; specialised for small orders.
+/// Runs the states of a realisation; specialised for orders up to 12.
 class Chain {
  public:
   explicit Chain(const Realisation& r, const Eigen::VectorXd& start);
@@ -115,8 +126,7 @@ class Chain {
   [[nodiscard]] bool alive() const { return state_.cwiseAbs().sum() > 1e-18; }
 
  private:
-  using Matrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
-  Matrix a_;
+  Eigen::MatrixXd a_;
   Eigen::VectorXd b_, state_, next_;
 };
 

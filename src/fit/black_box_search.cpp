@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <fit/black_box_search.hpp>
@@ -28,6 +29,8 @@ Reduced reduce(const BlackBoxEvaluation& e, Eigen::Index n) {
   return r;
 }
 
+double pole_limit(double horizon) { return 1.0 + 3.0 / horizon; }
+
 /// The state after a step in [alpha | weights, taps | extra]; nothing when its poles leave the limit.
 std::optional<BlackBoxState> moved(const BlackBoxProblem& problem, const BlackBoxState& from,
                                    const Eigen::VectorXd& step) {
@@ -35,7 +38,7 @@ std::optional<BlackBoxState> moved(const BlackBoxProblem& problem, const BlackBo
   const auto n = layout.order;
   const auto horizon = static_cast<double>(problem.samples());
   const Eigen::VectorXd alpha = step.head(n);
-  auto next = renewed(from.basis, alpha, horizon, 1.0 + 3.0 / horizon);
+  auto next = renewed(from.basis, alpha, horizon, pole_limit(horizon));
   if (!next) return std::nullopt;
   BlackBoxState state;
   state.taps = from.taps + step.segment(2 * n, layout.taps);
@@ -52,6 +55,38 @@ std::optional<BlackBoxState> moved(const BlackBoxProblem& problem, const BlackBo
   }
   state.basis = std::move(next->realisation);
   return state;
+}
+
+/// How the largest pole grows along alpha, if it is about to leave the limit.
+struct Edge {
+  Eigen::VectorXd outward;  ///< d |p| / d [alpha | ...]
+  double room = 0.0;
+};
+Edge edge_of(const Realisation& basis, double limit, Eigen::Index size) {
+  const Eigen::EigenSolver<Eigen::MatrixXd> eigen(basis.transition);
+  Eigen::Index at = 0;
+  const double radius = eigen.eigenvalues().cwiseAbs().maxCoeff(&at);
+  const Eigen::MatrixXcd right = eigen.eigenvectors();
+  const std::complex<double> through =
+      right.partialPivLu().solve(basis.input.cast<std::complex<double>>())(at);
+  const std::complex<double> direction = std::conj(eigen.eigenvalues()(at)) / radius;
+  Edge edge{Eigen::VectorXd::Zero(size), limit - radius};
+  edge.outward.head(basis.order()) = -(direction * through * right.col(at)).real();
+  return edge;
+}
+
+/// Shortens a step that would carry the largest pole over the limit, along the edge.
+Eigen::VectorXd kept_inside(const Eigen::VectorXd& step, const Eigen::MatrixXd& normal,
+                            const Realisation& basis, double limit) {
+  if (basis.order() == 0) return step;
+  const Edge edge = edge_of(basis, limit, step.size());
+  constexpr double kNearly = 0.9;  // the pole's radius is not linear in alpha
+  const double excess = edge.outward.dot(step) - kNearly * edge.room;
+  if (!(edge.room >= 0.0) || !(excess > 0.0)) return step;
+  const Eigen::VectorXd back = solve_normal(normal, edge.outward);
+  const double slope = edge.outward.dot(back);
+  if (!(slope > 0.0)) return step;
+  return step - back * (excess / slope);
 }
 
 bool finished(const BlackBoxEvaluation& e, double predicted, double energy, double tolerance) {
@@ -112,7 +147,9 @@ BlackBoxSearch search(const BlackBoxProblem& problem, BlackBoxState start, const
     const Reduced r = reduce(result.evaluation, n);
     Eigen::MatrixXd normal = r.normal;
     normal.diagonal() += damping * r.normal.diagonal();
-    const Eigen::VectorXd step = solve_normal(normal, r.gradient);
+    const double limit = pole_limit(static_cast<double>(problem.samples()));
+    const Eigen::VectorXd step =
+        kept_inside(solve_normal(normal, r.gradient), normal, result.state.basis, limit);
     const double predicted = step.dot(r.gradient);
     if (n == 0 || finished(result.evaluation, predicted, energy, effort.tolerance)) {
       result.converged = true;

@@ -61,8 +61,11 @@ std::optional<ConfigError> error_of(const data::Record& record, const BlackBoxCo
       return ConfigError{
           "controller",
           "is needed by the closed-loop predictor, its denominator beginning with another number than 0"};
-    if (config.direct_term) return ConfigError{"direct_term", "is not possible in a loop"};
+    if (config.direct_term && config.delay_samples == 0)
+      return ConfigError{"direct_term", "needs a delay of at least one sample in a loop"};
   }
+  if (config.start.present() && config.start.output.size() > config.order)
+    return ConfigError{"start", "must have at most the model's order"};
   if (config.initial) {
     const auto& given = config.initial->denominator;
     if (given.empty() || given.front() == 0.0 || given.size() > static_cast<std::size_t>(config.order) + 1)
@@ -76,6 +79,7 @@ std::optional<ConfigError> error_of(const data::Record& record, const BlackBoxCo
 BlackBoxSignals prepared(const Recorded& raw, const NoiseModel& noise, const BlackBoxConfig& config) {
   BlackBoxSignals s;
   s.output = filtered(raw.output, noise);
+  s.unused = touched(raw.unused, noise);
   if (config.predictor == Predictor::closed_loop) {
     s.excitation = filtered(raw.excitation, noise);
     s.reference = filtered(raw.reference, noise);
@@ -89,14 +93,19 @@ BlackBoxSignals prepared(const Recorded& raw, const NoiseModel& noise, const Bla
   };
   s.input = input(raw.input);
   if (config.predictor == Predictor::joint) s.instrument = input(raw.projected);
-  s.output.erase(s.output.begin(), s.output.begin() + static_cast<std::ptrdiff_t>(config.delay_samples));
+  const auto late = static_cast<std::ptrdiff_t>(config.delay_samples);
+  s.output.erase(s.output.begin(), s.output.begin() + late);
+  if (!s.unused.empty()) s.unused.erase(s.unused.begin(), s.unused.begin() + late);
   return s;
 }
 
 expected<Recorded, ConfigError> recorded(const data::Record& record, const BlackBoxConfig& config) {
   if (const auto error = error_of(record, config)) return unexpected(*error);
   const std::size_t n = record.samples();
-  Recorded raw{record.input.samples, record.output.samples, {}, {}, {}};
+  Recorded raw{record.input.samples, record.output.samples, {}, {}, {}, {}};
+  if (!config.held_back.empty()) raw.unused.assign(n, false);
+  for (const auto& [from, to] : config.held_back)
+    for (std::size_t k = from; k < std::min(to, n); ++k) raw.unused[k] = true;
   if (!usable(raw.output, n) || !varies(raw.output))
     return refuse("record", "needs a finite output that varies");
   if (!usable(raw.input, n) || !varies(raw.input))

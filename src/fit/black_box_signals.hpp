@@ -11,6 +11,7 @@ namespace resonid::fit::detail {
 struct Recorded {
   std::vector<double> input, output, excitation, reference;
   std::vector<double> projected;  ///< The input without noise; empty in open loop.
+  std::vector<bool> unused;       ///< [sample] held back; or empty.
 };
 
 /// Checks record and configuration, projects the input where the predictor asks for it.

@@ -148,15 +148,6 @@ class Compressed {
   int used_ = 0;
 };
 
-/// Past the first `order` samples: whether any of the samples that a whitened one is made of is marked.
-std::vector<bool> marked(const std::vector<bool>& samples, std::size_t order) {
-  if (samples.size() <= order) return {};
-  std::vector<bool> any(samples.size() - order, false);
-  for (std::size_t k = 0; k < any.size(); ++k)
-    for (std::size_t i = k; i <= k + order && !any[k]; ++i) any[k] = samples[i];
-  return any;
-}
-
 }  // namespace
 
 DriveSignals whitened(const DriveSignals& raw, const NoiseModel& noise) {
@@ -167,7 +158,7 @@ DriveSignals whitened(const DriveSignals& raw, const NoiseModel& noise) {
   s.output = whiten(raw.output, noise);
   s.direction = whiten(raw.direction, noise);
   s.stuck = whiten(raw.stuck, noise);
-  s.unused = marked(raw.unused, noise.order());
+  s.unused = touched(raw.unused, noise);
   s.constant = std::accumulate(noise.polynomial.begin(), noise.polynomial.end(), 0.0);
   return s;
 }

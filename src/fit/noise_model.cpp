@@ -62,4 +62,13 @@ std::vector<double> whiten(std::span<const double> signal, const NoiseModel& noi
   return result;
 }
 
+std::vector<bool> touched(const std::vector<bool>& marked, const NoiseModel& noise) {
+  const std::size_t order = noise.order();
+  if (marked.size() <= order) return {};
+  std::vector<bool> any(marked.size() - order, false);
+  for (std::size_t k = 0; k < any.size(); ++k)
+    for (std::size_t i = k; i <= k + order && !any[k]; ++i) any[k] = marked[i];
+  return any;
+}
+
 }  // namespace resonid::fit

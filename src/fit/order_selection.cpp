@@ -1,120 +1,158 @@
 // SPDX-License-Identifier: MIT
 #include <algorithm>
 #include <cmath>
+#include <fit/structure_search.hpp>
 #include <limits>
+#include <numeric>
 #include <resonid/fit/order_selection.hpp>
 
 namespace resonid::fit {
 namespace {
 
-data::Record part_of(const data::Record& record, std::size_t first, std::size_t last) {
-  data::Record part = record;
-  for (auto* channel : {&part.input, &part.output, &part.excitation, &part.reference, &part.position}) {
-    auto& x = channel->samples;
-    if (x.size() < last) continue;
-    x.assign(x.begin() + static_cast<std::ptrdiff_t>(first), x.begin() + static_cast<std::ptrdiff_t>(last));
-  }
-  return part;
-}
+using detail::Attempt;
+using detail::StructureSearch;
 
-struct Squares {
-  std::vector<double> values;
+struct Candidate {
+  Attempt attempt;
   OrderTrial trial;
 };
 
+double square(double x) { return x * x; }
+
 /// Mean and standard error of the difference of two squared errors; neighbours are correlated, so the error
-/// is that of stretches.
-void compare(Squares& s, const Squares& best) {
-  constexpr std::size_t kStretches = 20;
-  const std::size_t length = s.values.size() / kStretches;
-  double sum = 0.0, squares = 0.0;
-  for (std::size_t i = 0; i < kStretches; ++i) {
-    double mean = 0.0;
-    for (std::size_t k = i * length; k < (i + 1) * length; ++k)
-      mean += (s.values[k] - best.values[k]) / static_cast<double>(length);
-    sum += mean;
-    squares += mean * mean;
+/// is that of stretches: two of each part held back.
+void compare(Candidate& s, const Candidate& best,
+             const std::vector<std::pair<std::size_t, std::size_t>>& parts) {
+  const auto &own = s.attempt.fit.held_back, &other = best.attempt.fit.held_back;
+  double sum = 0.0, squares = 0.0, n = 0.0;
+  const auto add = [&](std::size_t from, std::size_t to) {
+    double mean = 0.0, count = 0.0;
+    for (std::size_t k = from; k < to; ++k)
+      if (std::isfinite(own[k]) && std::isfinite(other[k]))
+        mean += square(own[k]) - square(other[k]), count += 1.0;
+    if (count == 0.0) return;
+    sum += mean / count;
+    squares += square(mean / count);
+    n += 1.0;
+  };
+  for (const auto& [from, to] : parts) {
+    const std::size_t middle = (from + to) / 2;
+    add(from, middle);
+    add(middle, to);
   }
-  const double n = static_cast<double>(kStretches);
   s.trial.excess = s.trial.mean_square - best.trial.mean_square;
-  s.trial.standard_error = std::sqrt(std::max(0.0, squares / n - sum * sum / (n * n)) / (n - 1.0));
+  s.trial.standard_error = std::sqrt(std::max(0.0, squares / n - square(sum / n)) / std::max(1.0, n - 1.0));
 }
 
 bool is_sound(const OrderTrial& trial) { return trial.converged && trial.stable; }
 
-double variance_of(const std::vector<double>& x) {
-  double sum = 0.0, squares = 0.0;
-  for (const double v : x) sum += v;
-  const double mean = sum / static_cast<double>(x.size());
-  for (const double v : x) squares += (v - mean) * (v - mean);
-  return squares / static_cast<double>(x.size());
+double mean_square(const std::vector<double>& x) {
+  double sum = 0.0, count = 0.0;
+  for (const double v : x)
+    if (std::isfinite(v)) sum += square(v), count += 1.0;
+  return count > 0.0 ? sum / count : std::numeric_limits<double>::infinity();
 }
 
-std::optional<Squares> tried(const data::Record& first, const data::Record& rest,
-                             const BlackBoxConfig& model) {
-  const auto fit = fit_black_box(first, model);
-  if (!fit || !fit->model.realisation.present()) return std::nullopt;
-  const auto left = simulation_residual(rest, fit->model, model);
-  if (!left) return std::nullopt;
-  Squares s;
-  s.trial.order = model.order;
-  s.trial.converged = fit->converged;
-  s.trial.stable = fit->stable;
-  s.trial.information = fit->information;
-  // The initial state and the constant were fitted to the rest itself.
-  const double n = static_cast<double>(left->size());
-  const double lost = model.order + 1.0;
-  for (const double e : *left) s.values.push_back(e * e * n / std::max(1.0, n - lost));
-  for (const double v : s.values) s.trial.mean_square += v / static_cast<double>(s.values.size());
-  if (!std::isfinite(s.trial.mean_square)) return std::nullopt;
-  s.trial.fit_percent = 100.0 * (1.0 - std::sqrt(s.trial.mean_square / variance_of(rest.output.samples)));
-  return s;
+OrderTrial trial_of(const Attempt& a) {
+  OrderTrial t;
+  t.order = a.config.order;
+  t.delay_samples = a.config.delay_samples;
+  t.direct_term = a.config.direct_term;
+  t.integrator = a.config.integrator;
+  t.converged = a.fit.converged;
+  t.stable = a.fit.stable;
+  t.mean_square = mean_square(a.fit.held_back);
+  t.fit_percent = a.fit.held_back_fit_percent;
+  t.information = a.fit.information;
+  return t;
+}
+
+bool criterion_has_grown(const std::vector<Candidate>& all) {
+  constexpr std::size_t kTimes = 3;
+  if (all.size() <= kTimes) return false;
+  const auto least = std::min_element(all.begin(), all.end(), [](const Candidate& a, const Candidate& b) {
+    return a.trial.information < b.trial.information;
+  });
+  return static_cast<std::size_t>(all.end() - least) > kTimes;
+}
+
+/// Of the chosen structure, to the whole record. A further delay becomes a parameter.
+expected<BlackBoxFit, ConfigError> whole_fit(const data::Record& record, const Attempt& chosen,
+                                             const BlackBoxConfig& asked, bool further_delay) {
+  BlackBoxConfig config = asked;
+  config.order = chosen.config.order;
+  config.delay_samples = chosen.config.delay_samples;
+  config.direct_term = chosen.config.direct_term;
+  config.integrator = chosen.config.integrator;
+  config.start = chosen.fit.model.realisation;
+  if (further_delay && config.delay_samples > 0) config.direct_term = true;
+  return fit_black_box(record, config);
 }
 
 }  // namespace
+
+double OrderTrial::validation_information(std::size_t held_back) const {
+  return static_cast<double>(held_back) * std::log(std::max(mean_square, 1e-300));
+}
+
+std::vector<std::pair<std::size_t, std::size_t>> held_back_parts(std::size_t samples) {
+  constexpr std::size_t kParts = 10;
+  std::vector<std::pair<std::size_t, std::size_t>> parts;
+  for (std::size_t i = 0; i < kParts; ++i)
+    parts.emplace_back((10 * i + 7) * samples / (10 * kParts), (i + 1) * samples / kParts);
+  return parts;
+}
 
 expected<OrderSelection, ConfigError> select_order(const data::Record& record,
                                                    const OrderSelectionConfig& config) {
   if (config.lowest < 1 || config.highest > 20 || config.lowest > config.highest)
     return refuse("highest", "orders must be 1 ... 20, the lowest first", config.highest);
-  if (!(config.estimation_share >= 0.3 && config.estimation_share <= 0.9))
-    return refuse("estimation_share", "must be 0.3 ... 0.9", config.estimation_share);
-  BlackBoxConfig model = config.model;
-  const auto split =
-      static_cast<std::size_t>(config.estimation_share * static_cast<double>(record.samples()));
-  const auto first = part_of(record, 0, split), rest = part_of(record, split, record.samples());
-  std::vector<Squares> all;
-  for (model.order = config.lowest; model.order <= config.highest; ++model.order)
-    if (auto s = tried(first, rest, model)) all.push_back(std::move(*s));
+  const auto parts = held_back_parts(record.samples());
+  StructureSearch search(record, config);
+  std::vector<Candidate> all;
+  std::optional<ConfigError> why_not;
+  for (int order = config.lowest; order <= config.highest && !criterion_has_grown(all); ++order) {
+    auto attempt = search.of_order(order);
+    if (!attempt && !why_not) why_not = attempt.error();
+    if (!attempt) continue;
+    const auto trial = trial_of(*attempt);
+    if (std::isfinite(trial.mean_square)) all.push_back({std::move(*attempt), trial});
+  }
   if (all.empty()) {
-    model.order = config.lowest;
-    if (auto error = fit_black_box(first, model); !error) return unexpected(error.error());
-    return refuse("record", "its last part is too short or does not vary");
+    if (why_not) return unexpected(*why_not);
+    return refuse("record", "is too short to hold part of it back");
   }
   // What neither converged nor is stable competes only when nothing else is left.
-  const bool sound = std::any_of(all.begin(), all.end(), [](const Squares& s) { return is_sound(s.trial); });
-  const Squares best = *std::min_element(all.begin(), all.end(), [=](const Squares& a, const Squares& b) {
+  const bool sound =
+      std::any_of(all.begin(), all.end(), [](const Candidate& s) { return is_sound(s.trial); });
+  const auto best = std::min_element(all.begin(), all.end(), [=](const Candidate& a, const Candidate& b) {
     if (sound && is_sound(a.trial) != is_sound(b.trial)) return is_sound(a.trial);
     return a.trial.mean_square < b.trial.mean_square;
   });
   OrderSelection selection;
-  constexpr double kStandardErrors = 2.0;
+  selection.held_back = static_cast<std::size_t>(std::count_if(best->attempt.fit.held_back.begin(),
+                                                               best->attempt.fit.held_back.end(),
+                                                               [](double e) { return std::isfinite(e); }));
+  constexpr double kStandardErrors = 2.0, kClearly = 10.0;  // the latter in N ln(mean square)
   // Errors of the size of rounding tell nothing apart.
-  const double rounding = 1e-18 * variance_of(rest.output.samples);
-  std::vector<int> equals;
-  for (auto& s : all) {
-    compare(s, best);
-    if (is_sound(s.trial) == sound && s.trial.excess <= kStandardErrors * s.trial.standard_error + rounding)
-      equals.push_back(s.trial.order);
-    selection.trials.push_back(s.trial);
-  }
-  for (const int order : equals) {
-    model.order = order;
-    auto fit = fit_black_box(record, model);
+  double power = 0.0;
+  for (const double y : record.output.samples) power += y * y / static_cast<double>(record.samples());
+  const double rounding = 1e-18 * power;
+  for (auto& s : all) compare(s, *best, parts);
+  for (const auto& s : all) selection.trials.push_back(s.trial);
+  for (const auto& s : all) {
+    if (is_sound(s.trial) != sound) continue;
+    const bool beyond_chance = s.trial.excess > kStandardErrors * s.trial.standard_error + rounding;
+    const double lost = s.trial.validation_information(selection.held_back) -
+                        best->trial.validation_information(selection.held_back);
+    if (beyond_chance && lost > kClearly) continue;
+    const bool further = search.has_further_delay(s.attempt);
+    auto fit = whole_fit(record, s.attempt, config.model, further);
     if (!fit) return unexpected(fit.error());
     const bool done = fit->converged && fit->stable;
     if (selection.order != 0 && !done) continue;
-    selection.order = order;
+    selection.order = s.trial.order;
+    selection.further_delay = further;
     selection.fit = std::move(*fit);
     if (done) break;
   }

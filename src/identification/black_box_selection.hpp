@@ -11,11 +11,23 @@ struct BlackBoxSelection {
   std::vector<double> residual;  ///< Of the simulation, from residual_start on.
   std::size_t residual_start = 0;
   std::vector<StructureTrial> structures;  ///< One for each order that was tried.
-  Choice choice;                           ///< Of the order.
+  std::vector<Choice> choices;             ///< Order, integrator, delay.
   std::vector<diagnostics::Finding> findings;
 };
 
-/// Output error of the order asked for, else of the order that a held-back part of the record prefers. An
+/// How the record is fitted with the known delay: predictor, controller, delay. A fraction of a sample takes
+/// one coefficient more.
+[[nodiscard]] fit::BlackBoxConfig black_box_config(const data::Record& record, const Options& options);
+
+/// The same with the structure of a model of that record, which is also the start.
+[[nodiscard]] fit::BlackBoxConfig black_box_config(const data::Record& record, const Options& options,
+                                                   const fit::BlackBoxModel& model);
+
+/// Of such a model, the known delay included.
+[[nodiscard]] fit::Estimate delay_of(const fit::BlackBoxModel& model);
+
+/// Output error of the order asked for, else of the order that held-back parts of the record prefer; whether
+/// a pole is fixed as an integrator and whether there is a further delay is found from the record. An
 /// approach that was asked for decides on the predictor too; else the recorded input drives it and the noise
 /// is modelled, which is right in open and in closed loop.
 [[nodiscard]] expected<BlackBoxSelection, Refusal> select_black_box(const data::Record& record,

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <functional>
+#include <identification/loop.hpp>
 #include <optional>
 #include <resonid/data/record.hpp>
 #include <resonid/identification/options.hpp>
@@ -10,7 +11,7 @@
 namespace resonid::identification::detail {
 
 /// The loop of a model, as the result's own was found.
-using LoopOfModel = std::function<std::optional<LoopResult>(const ModelResult&)>;
+using LoopOfModel = std::function<std::optional<LoopResult>(const PlantModel&)>;
 
 /// Parametric bootstrap (Efron 1993, chapter 6): the experiment repeated on the fitted model.
 ///
@@ -27,8 +28,8 @@ using LoopOfModel = std::function<std::optional<LoopResult>(const ModelResult&)>
 /// Intervals lie between the (1-c)/2 and (1+c)/2 quantiles of the replicas. They follow the shape that the
 /// estimates really have, which the covariance cannot: short records, a damping near zero, margins that jump
 /// from one crossover to another. Limits: noise is Gaussian and the structure is right; what the model leaves
-/// out is noise. Replica i depends on seed and i only.
+/// out is noise. Replica i depends on seed and i only. `modes_hz`: where a black box shows its modes.
 [[nodiscard]] Bootstrap bootstrap(const data::Record& record, const Options& options, const Result& result,
-                                  const LoopOfModel& loop_of_model);
+                                  const LoopOfModel& loop_of_model, std::pair<double, double> modes_hz);
 
 }  // namespace resonid::identification::detail

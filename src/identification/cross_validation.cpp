@@ -80,12 +80,14 @@ expected<void, Refusal> validate_on(const data::Record& record, const Options& o
   if (result.model)
     candidate.model = result.model;
   else if (result.black_box)
-    candidate.transfer_function = result.black_box->model.transfer_function;
+    candidate.transfer_function =
+        detail::delayed(result.black_box->model.transfer_function, result.black_box->model.delay_samples);
   else
     return tl::unexpected(Refusal{"validate-on", "the result has no model to be validated"});
   ValidateOptions how;
   how.common = options;
   how.common.progress = {};
+  if (!result.model) how.common.delay_s = 0.0;  // it is in the transfer function, to a fraction of a sample
   const auto v = validate(record, candidate, how);
   if (!v) return tl::unexpected(v.error());
   constexpr const char* kVerdicts[] = {"accepted", "doubtful", "rejected"};

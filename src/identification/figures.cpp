@@ -72,6 +72,10 @@ std::vector<Figure> figures(const Result& result) {
   List list;
   put_resonances(result, list);
   if (result.model) put_parameters(result, list);
+  if (result.black_box && result.black_box->further_delay) {
+    const auto& delay = *result.black_box->further_delay;
+    list.put("delay", "s", delay.value, delay.standard_deviation);
+  }
   if (result.loop) put_margins(*result.loop, list);
   return list.take();
 }

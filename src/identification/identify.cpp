@@ -86,7 +86,11 @@ void validate_on_record(const data::Record& record, double fit_percent, std::vec
   const auto& y = record.output.samples;
   std::vector<double> simulated(residual.size());
   for (std::size_t k = 0; k < simulated.size(); ++k) simulated[k] = y[residual_start + k] - residual[k];
-  const auto delay = static_cast<std::size_t>(std::lround(result.known_delay_s * record.sample_rate_hz));
+  const double further = result.black_box && result.black_box->further_delay
+                             ? std::max(0.0, result.black_box->further_delay->value)
+                             : 0.0;
+  const auto delay =
+      static_cast<std::size_t>(std::lround((result.known_delay_s + further) * record.sample_rate_hz));
   const auto test = diagnostics::test_residual({residual, simulated, {}, {}}, 40 + delay, order + delay);
   result.validation = Validation{fit_percent, true, test.with_simulated.largest, test.limit};
   result.residual = std::move(residual);
@@ -156,7 +160,7 @@ expected<Result, Refusal> identify(const data::Record& whole, const Options& opt
     black_box = std::move(*chosen);
     result.black_box = black_box->result;
     result.structures = std::move(black_box->structures);
-    result.choices.push_back(std::move(black_box->choice));
+    std::move(black_box->choices.begin(), black_box->choices.end(), std::back_inserter(result.choices));
     append(result.findings, std::move(black_box->findings));
   } else if (options.model != ModelChoice::none) {
     progress("model");
@@ -186,9 +190,10 @@ expected<Result, Refusal> identify(const data::Record& whole, const Options& opt
   else if (selection && result.response.lines() == lines->lines.size())
     validate_on_lines(*lines, result);
   detail::inspect_validation(result);
-  result.resonances =
-      black_box ? detail::resonances_of(black_box->result.model, 0.3 * plan->low_hz, 1.5 * plan->high_hz)
-                : resonances_of(result);
+  const std::pair modes_hz(0.3 * plan->low_hz, 1.5 * plan->high_hz);  // those that the record can show
+  result.resonances = black_box
+                          ? detail::resonances_of(black_box->result.model, modes_hz.first, modes_hz.second)
+                          : resonances_of(result);
   if (result.model)
     result.roots = detail::roots_of(result.model->drive);
   else if (result.black_box)
@@ -206,19 +211,21 @@ expected<Result, Refusal> identify(const data::Record& whole, const Options& opt
                                 fmt::format("of order {}", in_loop.controller->denominator.size() - 1),
                                 "u - ru = C (r - y) holds in the record without any noise"});
   }
-  result.loop = detail::loop_of(*plan, in_loop, *lines, result.response, result.model);
+  result.loop = detail::loop_of(*plan, in_loop, *lines, result.response, detail::plant_model(result));
   detail::inspect_loop(result);
-  if (result.model && options.bootstrap > 0) {
+  if ((result.model || result.black_box) && options.bootstrap > 0) {
     progress("bootstrap");
-    result.bootstrap = detail::bootstrap(record, options, result, [&](const ModelResult& model) {
+    const detail::LoopOfModel loop_of_model = [&](const detail::PlantModel& model) {
       return detail::loop_of(*plan, in_loop, *lines, result.response, model);
-    });
+    };
+    result.bootstrap = detail::bootstrap(record, options, result, loop_of_model, modes_hz);
   }
   if (options.method == Method::model) {
-    if (!result.model)
+    if (!result.model && !result.black_box)
       return tl::unexpected(Refusal{"method", "model needs --model other than none, and a fit"});
     const auto coherence = result.response.coherence;
-    result.response = result.model->drive.response(result.response.frequency_hz);
+    const auto& f = result.response.frequency_hz;
+    result.response = result.model ? result.model->drive.response(f) : result.black_box->model.response(f);
     result.response.coherence = coherence;
   }
   result.trusted = detail::trusted(result);

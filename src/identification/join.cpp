@@ -187,7 +187,7 @@ void find_loop(const Options& options, const detail::Plan& plan, Joint& joint) {
     response::LineEstimates lines;
     lines.sample_time_s = 1.0 / rate;
     lines.output_quantity = result.record.output_quantity;
-    result.loop = detail::loop_of(plan, options, lines, result.response, result.model);
+    result.loop = detail::loop_of(plan, options, lines, result.response, detail::plant_model(result));
   } else if (result.measured_loop) {
     result.loop = LoopResult{
         diagnostics::loop_margins(*result.measured_loop), *result.measured_loop, "response", {}, {}, {}, {}};

@@ -27,8 +27,20 @@ class Loop {
 
   [[nodiscard]] data::FrequencyResponse curve(const fit::DriveModel& drive,
                                               const std::vector<double>& grid) const {
-    auto loop = drive.response(grid);
-    const double delay = options_.delay_s + drive.delay_s;
+    return weighted(drive.response(grid), grid, options_.delay_s + drive.delay_s);
+  }
+  [[nodiscard]] data::FrequencyResponse curve(const fit::BlackBoxModel& model,
+                                              const std::vector<double>& grid) const {
+    return weighted(model.response(grid), grid, model.known_delay_s);
+  }
+
+  [[nodiscard]] Complex controller_at(double f) const {
+    return options_.controller ? options_.controller->response(f) : controller_.at(f);
+  }
+
+ private:
+  [[nodiscard]] data::FrequencyResponse weighted(data::FrequencyResponse loop,
+                                                 const std::vector<double>& grid, double delay) const {
     for (std::size_t i = 0; i < grid.size(); ++i) {
       const Complex factor = controller_at(grid[i]) * std::polar(1.0, -kTwoPi * grid[i] * delay);
       loop.value[i] *= factor;
@@ -37,41 +49,39 @@ class Loop {
     return loop;
   }
 
-  [[nodiscard]] Complex controller_at(double f) const {
-    return options_.controller ? options_.controller->response(f) : controller_.at(f);
-  }
-
- private:
   const Options& options_;
   const data::FrequencyResponse& controller_;
 };
 
-LoopResult from_model(const Loop& loop, const std::vector<double>& grid, const fit::DriveModel& drive) {
+/// Without what makes standard deviations, which moved models need not have.
+fit::DriveModel plain(fit::DriveModel model) {
+  model.estimated.fill(false);
+  return model;
+}
+fit::BlackBoxModel plain(fit::BlackBoxModel model) {
+  model.realisation.covariance.resize(0, 0);
+  return model;
+}
+
+template <class Model>
+LoopResult from_model(const Loop& loop, const std::vector<double>& grid, const Model& model) {
   LoopResult result;
   result.source = "model";
-  result.curve = loop.curve(drive, grid);
+  result.curve = loop.curve(model, grid);
   result.margins = diagnostics::loop_margins(result.curve);
-  const auto value = [&](const fit::DriveModel& m, auto&& part) {
-    auto plain = m;
-    plain.estimated.fill(false);  // no standard deviations of the moved model
-    return part(diagnostics::loop_margins(loop.curve(plain, grid)));
+  const auto deviation = [&](auto&& part) {
+    return model.standard_deviation_of(
+        [&](const Model& m) { return part(diagnostics::loop_margins(loop.curve(plain(m), grid))); });
   };
   if (result.margins.crossover_hz()) {
-    result.crossover_std_hz = drive.standard_deviation_of([&](const fit::DriveModel& m) {
-      return value(m, [](const LoopMargins& l) { return l.crossover_hz().value_or(0.0); });
-    });
-    result.phase_margin_std_deg = drive.standard_deviation_of([&](const fit::DriveModel& m) {
-      return value(m, [](const LoopMargins& l) { return l.phase_margin_deg().value_or(0.0); });
-    });
+    result.crossover_std_hz = deviation([](const LoopMargins& l) { return l.crossover_hz().value_or(0.0); });
+    result.phase_margin_std_deg =
+        deviation([](const LoopMargins& l) { return l.phase_margin_deg().value_or(0.0); });
   }
-  if (result.margins.gain_margin_db) {
-    result.gain_margin_std_db = drive.standard_deviation_of([&](const fit::DriveModel& m) {
-      return value(m, [](const LoopMargins& l) { return l.gain_margin_db.value_or(0.0); });
-    });
-  }
-  result.modulus_margin_std = drive.standard_deviation_of([&](const fit::DriveModel& m) {
-    return value(m, [](const LoopMargins& l) { return l.modulus_margin; });
-  });
+  if (result.margins.gain_margin_db)
+    result.gain_margin_std_db =
+        deviation([](const LoopMargins& l) { return l.gain_margin_db.value_or(0.0); });
+  result.modulus_margin_std = deviation([](const LoopMargins& l) { return l.modulus_margin; });
   return result;
 }
 
@@ -85,10 +95,15 @@ LoopResult from_response(const data::FrequencyResponse& curve) {
 
 }  // namespace
 
+PlantModel plant_model(const Result& result) {
+  if (result.model) return result.model->drive;
+  if (result.black_box) return result.black_box->model;
+  return {};
+}
+
 std::optional<LoopResult> loop_of(const Plan& plan, const Options& options,
                                   const response::LineEstimates& lines,
-                                  const data::FrequencyResponse& response,
-                                  const std::optional<ModelResult>& model) {
+                                  const data::FrequencyResponse& response, const PlantModel& model) {
   data::FrequencyResponse controller;
   if (!options.controller) {
     auto measured = response::controller_response(lines);
@@ -102,12 +117,14 @@ std::optional<LoopResult> loop_of(const Plan& plan, const Options& options,
     controller = std::move(*measured);
   }
   const Loop loop(options, controller);
-  if (model) {
+  if (!std::holds_alternative<std::monostate>(model)) {
     const double nyquist = 0.499 / lines.sample_time_s;
     const double low =
         options.controller ? std::min(0.1 * plan.low_hz, 0.01 * nyquist) : controller.frequency_hz.front();
     const double high = options.controller ? nyquist : controller.frequency_hz.back();
-    return from_model(loop, dense_grid(std::max(low, 1e-6 * nyquist), high), model->drive);
+    const auto grid = dense_grid(std::max(low, 1e-6 * nyquist), high);
+    if (const auto* drive = std::get_if<fit::DriveModel>(&model)) return from_model(loop, grid, *drive);
+    return from_model(loop, grid, std::get<fit::BlackBoxModel>(model));
   }
   if (!options.controller) {
     const auto measured = response::loop_response(lines);

@@ -53,29 +53,7 @@ void inspect_parameters(const Plan& plan, const Options& options, const fit::Dri
     findings.push_back({"uncertain-inertia", Severity::error, inertia.standard_deviation / inertia.value, 0.2,
                         "The record does not determine the inertia: excite more strongly or record longer."});
   if (!drive.estimated[kDelay]) return;
-  const double delay_ms = 1e3 * drive.delay_s;
-  if (delay_ms < 0.0)
-    findings.push_back(
-        {"input-ahead", Severity::info, drive.delay_s, 0.0,
-         fmt::format("Against an input held between samples the output comes {:.3g} ms early: the input "
-                     "was measured, not commanded. Taken into account.",
-                     -delay_ms)});
-  else if (options.delay_s > 0.0)
-    findings.push_back({"further-delay",
-                        Severity::info,
-                        drive.delay_s,
-                        {},
-                        fmt::format("The record shows {:.3g} ms more delay than the {:.3g} ms given.",
-                                    delay_ms, 1e3 * options.delay_s)});
-  else
-    findings.push_back(
-        {"further-delay",
-         Severity::info,
-         drive.delay_s,
-         {},
-         fmt::format("The record shows a delay of {:.3g} ms between input and output; it is part of the "
-                     "margins.",
-                     delay_ms)});
+  findings.push_back(further_delay(drive.delay_s, options.delay_s));
 }
 
 /// Whether the output runs against the input: a free drive lags by 90 degrees at low frequencies, a mirrored
@@ -156,6 +134,27 @@ void inspect_model(const Plan& plan, const Options& options, const std::optional
          "The model was fitted to the measured response: slow disturbances or friction that is not "
          "linear would rule a fit to the record itself."});
   inspect_parameters(plan, options, model.drive, result);
+}
+
+Finding further_delay(double delay_s, double known_delay_s) {
+  const double delay_ms = 1e3 * delay_s;
+  Finding finding{"further-delay", Severity::info, delay_s, {}, {}};
+  if (delay_s < 0.0 && known_delay_s > 0.0)
+    finding.meaning = fmt::format("The record shows {:.3g} ms less delay than the {:.3g} ms given.",
+                                  -delay_ms, 1e3 * known_delay_s);
+  else if (delay_s < 0.0)
+    return {"input-ahead", Severity::info, delay_s, 0.0,
+            fmt::format("Against an input held between samples the output comes {:.3g} ms early: the input "
+                        "was measured, not commanded. Taken into account.",
+                        -delay_ms)};
+  else if (known_delay_s > 0.0)
+    finding.meaning = fmt::format("The record shows {:.3g} ms more delay than the {:.3g} ms given.", delay_ms,
+                                  1e3 * known_delay_s);
+  else
+    finding.meaning = fmt::format(
+        "The record shows a delay of {:.3g} ms between input and output; it is part of the margins.",
+        delay_ms);
+  return finding;
 }
 
 void inspect_validation(Result& result) {

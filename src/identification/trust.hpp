@@ -9,6 +9,8 @@ namespace resonid::identification::detail {
 void inspect_model(const Plan& plan, const Options& options, const std::optional<Selection>& selection,
                    Result& result);
 void inspect_loop(Result& result);
+/// A delay that the record shows on top of the one that was told.
+[[nodiscard]] diagnostics::Finding further_delay(double delay_s, double known_delay_s);
 /// What the simulation of the record says against the model.
 void inspect_validation(Result& result);
 

@@ -209,6 +209,7 @@ expected<Result, JsonError> result_from_json(const nlohmann::json& json) {
     const auto structure = model.maybe("structure");
     if (structure.present() && structure.is("black-box")) {
       result.black_box = read_black_box(model);
+      result.black_box->model.known_delay_s = result.known_delay_s;
     } else {
       result.model = read_model(model, result.units);
       result.model->drive.known_delay_s = result.known_delay_s;

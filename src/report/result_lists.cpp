@@ -155,6 +155,10 @@ json black_box_json(const identification::BlackBoxResult& black_box) {
           {{"numerator", g.numerator}, {"denominator", g.denominator}, {"sample_time_s", g.sample_time_s}}}};
   const auto& covariance = black_box.model.covariance;
   const auto names = coefficient_names(g);
+  if (black_box.further_delay)
+    j["delay"] = {{"value", black_box.further_delay->value},
+                  {"std", black_box.further_delay->standard_deviation},
+                  {"unit", "s"}};
   if (covariance.allFinite() && covariance.rows() == static_cast<Eigen::Index>(names.size()))
     j["covariance"] = {{"parameters", names}, {"matrix", matrix_json(covariance)}};
   return j;
@@ -173,6 +177,8 @@ identification::BlackBoxResult read_black_box(const JsonPlace& model) {
   if (g.denominator.empty()) g.denominator = {1.0};
   black_box.model.delay_samples = model.at("delay_samples").count();
   black_box.fit_percent = model.at("fit_percent").number();
+  if (const auto d = model.maybe("delay"); d.present())
+    black_box.further_delay = fit::Estimate{d.at("value").number(), d.at("std").not_negative()};
   const auto names = coefficient_names(g);
   const auto size = static_cast<Eigen::Index>(names.size());
   black_box.model.covariance = Eigen::MatrixXd::Zero(size, size);

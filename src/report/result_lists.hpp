@@ -16,7 +16,8 @@ void put_lists(const identification::Result& result, nlohmann::json& to);
 void read_lists(const JsonPlace& from, identification::Result& result);
 
 /// The model without drive structure: {structure: "black-box", order, delay_samples, fit_percent,
-/// transfer_function, covariance: {parameters: ["b1" ...], matrix}}.
+/// delay (a further one): {value, std, unit}, transfer_function, covariance: {parameters: ["b1" ...],
+/// matrix}}.
 [[nodiscard]] nlohmann::json black_box_json(const identification::BlackBoxResult& black_box);
 [[nodiscard]] identification::BlackBoxResult read_black_box(const JsonPlace& model);
 

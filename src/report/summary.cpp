@@ -18,11 +18,19 @@ std::string resonance_text(const Resonance& r, double z) {
 }
 
 std::string structure_sentence(const Result& result) {
-  if (result.black_box && !result.model)
+  if (result.black_box && !result.model) {
+    const auto& delay = result.black_box->further_delay;
     return fmt::format(
-        "A black-box model of order {} describes the record: {:.1f} % of the output in simulation. It has no "
+        "A black-box model of order {}{} describes the record: {:.1f} % of the output in simulation. It has "
+        "no "
         "drive structure, so it gives no inertias and no stiffness.",
-        result.black_box->model.transfer_function.denominator.size() - 1, result.black_box->fit_percent);
+        result.black_box->model.transfer_function.denominator.size() - 1,
+        delay ? fmt::format(" with a further delay of {} ms",
+                            with_error(1e3 * delay->value,
+                                       1e3 * quantile(result.confidence) * delay->standard_deviation))
+              : "",
+        result.black_box->fit_percent);
+  }
   if (!result.model) {
     if (result.resonances.empty()) return "The measured response shows no resonance.";
     std::string text = "The measured response has ";

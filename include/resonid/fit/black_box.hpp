@@ -2,32 +2,21 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <functional>
 #include <optional>
 #include <resonid/base/expected.hpp>
 #include <resonid/data/frequency_response.hpp>
 #include <resonid/data/record.hpp>
 #include <resonid/data/transfer_function.hpp>
+#include <resonid/fit/estimate.hpp>
 #include <resonid/fit/noise_model.hpp>
 #include <resonid/fit/predictor.hpp>
 #include <resonid/fit/uncertain_root.hpp>
 #include <span>
+#include <utility>
 #include <vector>
 
 namespace resonid::fit {
-
-struct BlackBoxConfig {
-  int order = 3;                  ///< Of A and B, 1 ... 20.
-  std::size_t delay_samples = 0;  ///< Whole samples in front of b1: known delay of the measured output.
-  bool direct_term = false;       ///< Estimate b0 too; a sampled drive has none.
-  bool integrator = false;        ///< Fix one pole at z = 1 (a free drive); it counts in the order.
-  bool initial_state = true;      ///< Estimate the state at the record's start; otherwise it is rest.
-  bool offset = true;             ///< Estimate a constant at the output.
-  bool noise_model = true;        ///< Weight by an autoregressive model of the residual.
-  std::size_t max_noise_order = 32;
-  Predictor predictor = Predictor::open_loop;
-  std::optional<data::TransferFunction> controller;  ///< From velocity error to torque; closed_loop needs it.
-  std::optional<data::TransferFunction> initial;     ///< Start; found from the record when absent.
-};
 
 /// The model in coordinates that keep their digits at any order: powers of z^-1 lose two of them per state at
 /// ten samples per period, and more the faster one samples.
@@ -47,15 +36,53 @@ struct BlackBoxRealisation {
   [[nodiscard]] bool present() const noexcept { return output.size() + taps.size() > 0; }
 };
 
+struct BlackBoxConfig {
+  int order = 3;                  ///< Of A and B, 1 ... 20.
+  std::size_t delay_samples = 0;  ///< Whole samples in front of b1 (of b0 with a direct term).
+  /// Estimate b0 too. With d = delay_samples > 0 it stands for a delay of a fraction of a sample, anything
+  /// from d - 1 to d samples; without delay a sampled drive has none.
+  bool direct_term = false;
+  bool integrator = false;     ///< Fix one pole at z = 1 (a free drive); it counts in the order.
+  bool initial_state = true;   ///< Estimate the state at the record's start; otherwise it is rest.
+  bool offset = true;          ///< Estimate a constant at the output.
+  bool noise_model = true;     ///< Weight by an autoregressive model of the residual.
+  double known_delay_s = 0.0;  ///< In the measured output; part of delay_samples, taken out of the response.
+  std::size_t max_noise_order = 32;
+  Predictor predictor = Predictor::open_loop;
+  std::optional<data::TransferFunction> controller;  ///< From velocity error to torque; closed_loop needs it.
+  std::optional<data::TransferFunction> initial;     ///< Start; found from the record when absent.
+  BlackBoxRealisation start;  ///< The same as a model found before, when present; of this or a lower order.
+  /// Ranges [from, to) of samples that take no part in the fit; simulated over all the same.
+  std::vector<std::pair<std::size_t, std::size_t>> held_back;
+  bool quick = false;  ///< Coarse end of the search and one turn of the noise model: to compare candidates.
+};
+
 /// Rational sampled model B/A of the recorded output, delay apart.
 struct BlackBoxModel {
   data::TransferFunction transfer_function;
   std::size_t delay_samples = 0;
+  double known_delay_s = 0.0;
   Eigen::MatrixXd covariance;  ///< Of [b0, b1, ..., a1, a2, ...]; rows of what is not estimated are zero.
   BlackBoxRealisation realisation;  ///< What response, poles and zeros are computed from, if it is present.
 
-  /// Without delay, with total standard deviation.
+  /// Without the known delay, a further one is in it; with total standard deviation.
   [[nodiscard]] data::FrequencyResponse response(std::span<const double> frequencies_hz) const;
+  /// Whole delay in s, the known one included, of a plant that is driven through a zero-order hold and does
+  /// not answer at once. With a direct term behind at least one sample it is a parameter: of the n + 1
+  /// coefficients of B one tells at which time between two samples the output is taken,
+  ///
+  ///   G(z) = z^-d (h + sum_i r_i/(z - p_i)),   h = sum_i r_i (1 - p_i^-m)/(p_i - 1),   delay = (d - m) Ts
+  ///
+  /// Otherwise whole samples, with standard deviation 0. Nothing where a pole is zero or negative, which no
+  /// such plant has, or no m in (-1, 2) solves this.
+  [[nodiscard]] std::optional<Estimate> delay() const;
+  /// The same model with its parameters moved along [alpha, c, h]; needs the realisation. The covariance
+  /// stays.
+  [[nodiscard]] BlackBoxModel moved(const Eigen::VectorXd& step) const;
+  /// Standard deviation of a scalar function of the model, to first order in the covariance; 0 without a
+  /// realisation.
+  [[nodiscard]] double standard_deviation_of(
+      const std::function<double(const BlackBoxModel&)>& function) const;
   /// In the z-plane. First-order covariances; those of nearly cancelling or nearly double roots are far too
   /// small or large.
   [[nodiscard]] std::vector<UncertainRoot> poles() const;
@@ -74,6 +101,9 @@ struct BlackBoxFit {
   double fit_percent = 0.0;  ///< 100 (1 - |y - yh|/|y - mean y|), of the simulation.
   NoiseModel noise;
   double information = 0.0;  ///< Bayesian information criterion; comparable on the same record.
+  /// [sample of the record] One-step-ahead errors of the samples held back; NaN elsewhere. Empty without any.
+  std::vector<double> held_back;
+  double held_back_fit_percent = 0.0;  ///< fit_percent of the samples held back.
 };
 
 /// Prediction-error fit of an output-error model of any order, y = q^-d B/A u + noise (METHOD 8.4).

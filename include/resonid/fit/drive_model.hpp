@@ -7,6 +7,7 @@
 #include <resonid/data/frequency_response.hpp>
 #include <resonid/data/three_mass.hpp>
 #include <resonid/data/transfer_function.hpp>
+#include <resonid/fit/estimate.hpp>
 #include <resonid/fit/uncertain_root.hpp>
 #include <span>
 #include <string_view>
@@ -50,12 +51,6 @@ using ParameterCovariance = Eigen::Matrix<double, kParameterCount, kParameterCou
 
 /// Which parameters a structure estimates.
 [[nodiscard]] ParameterMask estimated_parameters(Structure structure, bool viscous_friction, bool delay);
-
-/// A value with its standard deviation.
-struct Estimate {
-  double value = 0.0;
-  double standard_deviation = 0.0;
-};
 
 /// A resonance or anti-resonance of a model, undamped.
 struct DriveMode {

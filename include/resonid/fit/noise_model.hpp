@@ -23,4 +23,7 @@ struct NoiseModel {
 /// The signal filtered by the polynomial; the first order() samples, which would need the past, are left out.
 [[nodiscard]] std::vector<double> whiten(std::span<const double> signal, const NoiseModel& noise);
 
+/// [sample of the whitened signal] Whether any of the samples that it is made of is marked.
+[[nodiscard]] std::vector<bool> touched(const std::vector<bool>& marked, const NoiseModel& noise);
+
 }  // namespace resonid::fit

@@ -2,40 +2,58 @@
 #pragma once
 
 #include <resonid/fit/black_box.hpp>
+#include <utility>
 #include <vector>
 
 namespace resonid::fit {
 
 struct OrderSelectionConfig {
-  BlackBoxConfig model;           ///< Everything but the order.
-  int lowest = 1;                 ///< 1 ... highest.
-  int highest = 12;               ///< ... 20.
-  double estimation_share = 0.7;  ///< Of the record, 0.3 ... 0.9; the rest validates.
+  BlackBoxConfig model;  ///< Everything but the order; its delay is the known one.
+  int lowest = 1;        ///< 1 ... highest.
+  int highest = 12;      ///< ... 20.
+  /// Try a fixed integrator where a pole lies within three standard deviations of z = 1.
+  bool integrator = true;
+  bool further_delay = false;  ///< Look for one: from one sample less than the known delay to 50 more.
 };
 
-/// One order, fitted to the first part of the record and simulated on the rest.
+/// One order with the delay and integrator that suit it best by the information criterion, fitted without the
+/// samples held back and judged by them.
 struct OrderTrial {
   int order = 0;
+  std::size_t delay_samples = 0;
+  bool direct_term = false;
+  bool integrator = false;
   bool converged = false;
   bool stable = false;
-  double mean_square = 0.0;     ///< Of the simulation's error on the rest.
+  double mean_square = 0.0;     ///< Of the one-step-ahead errors held back.
   double excess = 0.0;          ///< Mean square above that of the best order.
   double standard_error = 0.0;  ///< Of the excess, from the means of 20 stretches.
-  double fit_percent = 0.0;     ///< On the rest.
-  double information = 0.0;     ///< Bayesian information criterion of the first part.
+  double fit_percent = 0.0;     ///< Of the simulation there.
+  double information = 0.0;     ///< Bayesian information criterion of the other samples.
+
+  /// N ln(mean square) of so many samples, as other models are judged by.
+  [[nodiscard]] double validation_information(std::size_t held_back) const;
 };
 
 struct OrderSelection {
   int order = 0;
+  bool further_delay = false;      ///< Found one; it is a parameter of `fit` then.
+  std::size_t held_back = 0;       ///< Samples.
   std::vector<OrderTrial> trials;  ///< In ascending order.
   BlackBoxFit fit;                 ///< Of the chosen order, to the whole record.
 };
 
-/// Chooses the order of a black-box model by simulation on a held-back part of the record: the lowest order
-/// whose mean squared error exceeds the smallest one by at most two standard errors of that difference
-/// (METHOD 8.4; after Breiman et al. 1984). Errors made alike by both orders cancel in that comparison, so
-/// noise does not ask for high orders. Orders whose fit converged and is stable are preferred. Errors: those
-/// of fit_black_box, limits out of range, no order that can be fitted.
+/// The last 30 % of each tenth of a record, so that a sweep too is seen over its whole band.
+[[nodiscard]] std::vector<std::pair<std::size_t, std::size_t>> held_back_parts(std::size_t samples);
+
+/// Chooses order, integrator and delay of a black-box model. Delay and integrator within an order by the
+/// Bayesian information criterion. Between orders by the parts held back: the lowest order whose mean squared
+/// one-step-ahead error exceeds the smallest one by at most two standard errors of that difference (METHOD
+/// 8.4; after Breiman et al. 1984), or by no more than 10 in N ln(mean square). Errors made alike by both
+/// orders cancel in that comparison, so noise does not ask for high orders. Orders whose fit converged and is
+/// stable are preferred. Orders are tried in ascending order until the criterion has grown three times. All
+/// of that by the open-loop predictor with a noise model, the last fit by the one asked for. Errors: those of
+/// fit_black_box, limits out of range, no order that can be fitted.
 [[nodiscard]] expected<OrderSelection, ConfigError> select_order(const data::Record& record,
                                                                  const OrderSelectionConfig& config);
 

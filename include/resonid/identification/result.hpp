@@ -104,6 +104,7 @@ struct BlackBoxResult {
   double fit_percent = 0.0;  ///< Of the simulation.
   bool converged = true;
   bool stable = true;  ///< No pole outside the unit circle but for an integrator within its error bar.
+  std::optional<fit::Estimate> further_delay = {};  ///< In s, on top of the known one, where one was found.
 };
 
 /// What a figure would be in repetitions of the experiment on the fitted model.

@@ -82,6 +82,8 @@ TEST(ReadJson, KeepsTheBlackBox) {
   ASSERT_TRUE(again->black_box);
   EXPECT_FALSE(again->model);
   EXPECT_EQ(again->black_box->model.delay_samples, 2U);
+  ASSERT_TRUE(again->black_box->further_delay);
+  EXPECT_DOUBLE_EQ(again->black_box->further_delay->standard_deviation, 2e-5);
   EXPECT_DOUBLE_EQ(again->black_box->model.covariance(1, 4), 2e-7);
 }
 
