@@ -19,7 +19,6 @@
 #include <resonid/diagnostics/residuals.hpp>
 #include <resonid/diagnostics/response_extrema.hpp>
 #include <resonid/fit/identified_controller.hpp>
-#include <resonid/response/excitation_lines.hpp>
 
 namespace resonid::identification {
 namespace {
@@ -46,8 +45,10 @@ void cut_front(data::Record& record, std::size_t samples) {
 /// The record without the periods in which transients last.
 expected<data::Record, Refusal> without_transient(data::Record record, const Options& options) {
   if (options.drop_periods == 0) return record;
-  const std::size_t period =
-      options.period_samples != 0 ? options.period_samples : response::detect_period(record).value_or(0);
+  const std::size_t period = detail::period_of(record, options);
+  if (period != 0 && detail::averages_realisations(options.method) &&
+      !detail::realisations_in(record, period).empty())
+    return record;  // each realisation loses its own
   if (period == 0)
     return tl::unexpected(
         Refusal{"drop-periods", "no period was found in the excitation; give --period-samples N"});
@@ -122,8 +123,9 @@ expected<Result, Refusal> identify(const data::Record& whole, const Options& opt
   append(result.findings, diagnostics::inspect(record));
 
   progress("response");
-  auto lines = detail::measure(record, *plan, options);
-  if (!lines) return tl::unexpected(lines.error());
+  auto measured = detail::measure(record, *plan, options);
+  if (!measured) return tl::unexpected(measured.error());
+  response::LineEstimates* const lines = &measured->lines;
   auto response = response::plant_response(*lines, {plan->approach, options.controller, options.delay_s});
   if (!response) return tl::unexpected(Refusal{"approach", std::string(response.error().requirement)});
   result.response = std::move(*response);
@@ -131,12 +133,13 @@ expected<Result, Refusal> identify(const data::Record& whole, const Options& opt
     return tl::unexpected(Refusal{"input",
                                   "gives no finite response: the input does not move, or its numbers are too "
                                   "large to be squared"});
-  if (plan->low_hz <= 0.0 || plan->method == Method::periodic) {
+  if (plan->low_hz <= 0.0 || plan->method == Method::periodic || plan->method == Method::best_linear) {
     plan->low_hz = result.response.frequency_hz.front();
     plan->high_hz = result.response.frequency_hz.back();
   }
   append(result.findings, diagnostics::inspect(result.response));
-  append(result.findings, detail::inspect_distortion(record, *plan));
+  result.distortion = detail::find_distortion(record, *plan, options, *measured, result.response);
+  if (result.distortion) append(result.findings, detail::inspect_distortion(*result.distortion));
 
   std::optional<detail::Selection> selection;
   std::optional<detail::BlackBoxSelection> black_box;
@@ -151,7 +154,8 @@ expected<Result, Refusal> identify(const data::Record& whole, const Options& opt
     append(result.findings, std::move(black_box->findings));
   } else if (options.model != ModelChoice::none) {
     progress("model");
-    selection = detail::select_model(record, *plan, options, result.response);
+    selection = detail::select_model(record, *plan, options, result.response,
+                                     !detail::rules_over_noise(result.distortion));
     if (selection) {
       result.model = selection->result;
       result.structures = std::move(selection->structures);
@@ -187,7 +191,7 @@ expected<Result, Refusal> identify(const data::Record& whole, const Options& opt
 
   progress("loop");
   if (source == detail::ExcitationSource::reference) lines->has_excitation = false;  // L = Ru/U - 1 needs ru
-  if (auto measured = response::loop_response(*lines)) result.measured_loop = std::move(*measured);
+  if (auto loop = response::loop_response(*lines)) result.measured_loop = std::move(*loop);
   Options in_loop = options;
   if (!in_loop.controller && source == detail::ExcitationSource::recorded &&
       record.output_quantity == data::OutputQuantity::velocity) {

@@ -154,8 +154,12 @@ std::vector<std::pair<std::size_t, std::size_t>> held_back_of(std::size_t sample
 class Selector {
  public:
   Selector(const data::Record& record, const Plan& plan, const Options& options,
-           const data::FrequencyResponse& response)
-      : record_(record), plan_(plan), options_(options), response_(thinned(response)) {}
+           const data::FrequencyResponse& response, bool to_record)
+      : record_(record),
+        plan_(plan),
+        options_(options),
+        response_(thinned(response)),
+        to_record_(to_record) {}
 
   std::optional<Selection> run() {
     std::vector<Candidate> candidates;
@@ -261,6 +265,7 @@ class Selector {
   /// response). One that simulates the record clearly better than the response's own model does not
   /// contradict, it corrects.
   void refine(Candidate& candidate) const {
+    if (!to_record_) return;
     // Unbiased lines that differ from the model far beyond their noise have already said that the drive is
     // another.
     constexpr double kTrueEnough = 0.05;
@@ -478,14 +483,15 @@ class Selector {
   const Plan& plan_;
   const Options& options_;
   const data::FrequencyResponse response_;
+  const bool to_record_;
 };
 
 }  // namespace
 
 std::optional<Selection> select_model(const data::Record& record, const Plan& plan, const Options& options,
-                                      const data::FrequencyResponse& response) {
+                                      const data::FrequencyResponse& response, bool to_record) {
   if (response.standard_deviation.size() != response.lines()) return std::nullopt;
-  return Selector(record, plan, options, response).run();
+  return Selector(record, plan, options, response, to_record).run();
 }
 
 }  // namespace resonid::identification::detail

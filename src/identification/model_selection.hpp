@@ -19,9 +19,12 @@ struct Selection {
 };
 
 /// Fits rigid, two-mass and three-mass structures and chooses by what each says of samples that it has not
-/// seen; nothing when no fit came out (the findings say why).
+/// seen; nothing when no fit came out (the findings say why). `to_record` false: the response alone is
+/// fitted. So it must be where its standard deviations hold distortion: the record repeats that with every
+/// period, and its likelihood would take each for new information.
 [[nodiscard]] std::optional<Selection> select_model(const data::Record& record, const Plan& plan,
                                                     const Options& options,
-                                                    const data::FrequencyResponse& response);
+                                                    const data::FrequencyResponse& response,
+                                                    bool to_record = true);
 
 }  // namespace resonid::identification::detail

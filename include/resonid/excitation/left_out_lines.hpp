@@ -22,10 +22,10 @@ struct LeaveOutConfig {
   std::uint64_t seed = 1;   ///< Of that choice; its draws are not those of the phases.
 };
 
-/// Marks the lines that stay. The base frequency is that of the common period, fs/N. odd_random leaves out one
-/// of every `group` odd lines in ascending order; a last group that is not whole keeps all. Refused: lines
-/// without common period, or with no odd multiple among them. `kept`: [line].
-/// Source: Pintelon and Schoukens 2012, System Identification, 4.3.2.
+/// Marks the lines that stay. The base frequency is that of the common period, fs/N. odd_random leaves out
+/// one of every `group` odd lines in ascending order; a last group that is not whole keeps all. Refused:
+/// lines without common period, or with no odd multiple among them. `kept`: [line]. Source: Pintelon and
+/// Schoukens 2012, System Identification, 4.3.2.
 [[nodiscard]] expected<void, ConfigError> mark_kept_lines(const LeaveOutConfig& config,
                                                           std::span<bool> kept) noexcept;
 

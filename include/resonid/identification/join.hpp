@@ -32,7 +32,9 @@ struct Joint {
 /// Joins records of the same machine, operating point and set-up that have been identified one by one.
 ///
 /// Response: at every line the mean of the records that have it, weighted by inverse variances; its standard
-/// deviation grows by the scatter where the records scatter more than their error bars say. Model: the
+/// deviation grows by the scatter where the records scatter more than their error bars say. With
+/// Method::best_linear the records are realisations of one random-phase excitation, each one or several, and
+/// the response is their best linear approximation, with `distortion`. Model: the
 /// structure that most records show, fitted to each record, and combined by inverse covariances in the
 /// logarithms of the positive parameters,
 ///
