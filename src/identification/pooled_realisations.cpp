@@ -29,21 +29,20 @@ expected<Parts, Refusal> parts_of(std::span<const data::Record> records, const O
     const std::size_t period = period_of(record, options);
     if (all.period_samples == 0) all.period_samples = period;
     if (period == 0 || period != all.period_samples)
-      return refused(fmt::format("the excitation of {} {}; required the same period in all records",
-                                 record.source,
-                                 period == 0 ? std::string("shows no period")
-                                             : fmt::format("repeats after {} samples instead of {}", period,
-                                                           all.period_samples)));
+      return refused(fmt::format(
+          "the excitation of {} {}; required the same period in all records", record.source,
+          period == 0 ? std::string("shows no period")
+                      : fmt::format("repeats after {} samples instead of {}", period, all.period_samples)));
     auto parts = response::realisations_of(record, period);
     if (parts.empty())
-      return refused(
-          fmt::format("{} holds fewer than three periods of {} samples", record.source, period));
+      return refused(fmt::format("{} holds fewer than three periods of {} samples", record.source, period));
     std::move(parts.begin(), parts.end(), std::back_inserter(all.records));
   }
   if (const auto pair = response::no_realisations(all.records, all.period_samples))
-    return refused(fmt::format("{} and {} are no realisations of one excitation; required the same amplitudes "
-                               "with other random phases",
-                               all.records[pair->first].source, all.records[pair->second].source));
+    return refused(
+        fmt::format("{} and {} are no realisations of one excitation; required the same amplitudes "
+                    "with other random phases",
+                    all.records[pair->first].source, all.records[pair->second].source));
   return all;
 }
 

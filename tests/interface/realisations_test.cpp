@@ -45,7 +45,8 @@ class Realisations : public test::ProgramTest {
 
 TEST_F(Realisations, AreRecognisedAndTellDistortionFromNoise) {
   simulate_realisations("dry", 0.2);
-  const auto done = run("identify dry.csv" + std::string(kKnown) + "--json o.json --response o.csv --report o.html");
+  const auto done =
+      run("identify dry.csv" + std::string(kKnown) + "--json o.json --response o.csv --report o.html");
   ASSERT_EQ(done.exit_code, 0) << done.error;
   const auto j = parsed("o.json");
   EXPECT_EQ(j.at("method"), "best-linear");
@@ -78,15 +79,16 @@ TEST_F(Realisations, ALinearDriveShowsNone) {
 
 TEST_F(Realisations, AreRefusedWhereThereAreNone) {
   simulate("one", 0.0, "", 8.0, 1);
-  expect_refused("identify one.csv --method best-linear", {"--method", "best-linear", "two realisations", "--join"});
+  expect_refused("identify one.csv --method best-linear",
+                 {"--method", "best-linear", "two realisations", "--join"});
   simulate_realisations("four", 0.0);
   expect_refused("identify four.csv --method periodic", {"--method", "periodic", "best-linear"});
 }
 
 TEST_F(Realisations, RecordsOfOneEachAreJoined) {
   for (int seed = 1; seed <= 4; ++seed) simulate("r" + std::to_string(seed), 0.2, "", 8.0, seed);
-  const auto done = run("identify r1.csv r2.csv r3.csv r4.csv --join --method best-linear" + std::string(kKnown) +
-                        "--json o.json --response o.csv");
+  const auto done = run("identify r1.csv r2.csv r3.csv r4.csv --join --method best-linear" +
+                        std::string(kKnown) + "--json o.json --response o.csv");
   ASSERT_EQ(done.exit_code, 0) << done.error;
   const auto j = parsed("o.json");
   for (const auto& r : j.at("results")) EXPECT_EQ(r.at("method"), "periodic");
