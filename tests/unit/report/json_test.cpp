@@ -15,6 +15,7 @@ namespace {
 using identification::Result;
 using nlohmann::json;
 using test::bare;
+using test::distorted;
 using test::full;
 using test::two_mass;
 
