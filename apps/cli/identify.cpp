@@ -6,6 +6,7 @@
 #include <array>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <resonid/identification/identify.hpp>
 #include <resonid/identification/join.hpp>
 #include <resonid/io/response_file.hpp>
 #include <resonid/report/json.hpp>
@@ -17,6 +18,7 @@
 #include "output.hpp"
 #include "progress.hpp"
 #include "record_options.hpp"
+#include "result_file.hpp"
 #include "verbs.hpp"
 
 namespace resonid::cli {
@@ -25,10 +27,10 @@ namespace {
 using identification::Method;
 
 void add_method(CLI::App& verb, MethodOptions& o) {
-  static constexpr std::array<std::string_view, 11> kMethods = {
-      "auto",     "kalman",           "sliding-dft",         "welch",
-      "periodic", "local-polynomial", "local-cubic",         "least-squares",
-      "model",    "local-rational",   "simulate-and-correct"};
+  static constexpr std::array<std::string_view, 12> kMethods = {
+      "auto",     "kalman",           "sliding-dft",          "welch",
+      "periodic", "local-polynomial", "local-cubic",          "least-squares",
+      "model",    "local-rational",   "simulate-and-correct", "best-linear"};
   auto& k = o.options;
   add_choice(
       verb, "--method", kMethods, [&k](std::size_t i) { k.method = static_cast<Method>(i); },
@@ -53,7 +55,7 @@ void identify_one(const CLI::App& verb, IdentifyOptions& o) {
   if (!result) throw UsageError("--" + result.error().option + ": " + result.error().message);
   validate_elsewhere(verb, o, *result);
   progress.stage("writing");
-  if (!o.response.empty()) write_output(o.response, io::response_csv(result->response));
+  if (!o.response.empty()) write_response(o.response, *result);
   if (!o.report.empty()) write_output(o.report, report::page(report::page_json(*result, record)));
   if (!o.json.empty()) write_json(o.json, report::to_json(*result));
   if (!quiet) {

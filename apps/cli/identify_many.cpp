@@ -8,13 +8,13 @@
 #include <nlohmann/json.hpp>
 #include <resonid/identification/batch.hpp>
 #include <resonid/identification/cross_validation.hpp>
-#include <resonid/io/response_file.hpp>
 #include <resonid/report/batch.hpp>
 #include <resonid/report/json.hpp>
 
 #include "errors.hpp"
 #include "output.hpp"
 #include "progress.hpp"
+#include "result_file.hpp"
 
 namespace resonid::cli {
 namespace {
@@ -30,6 +30,11 @@ bool is_record(const fs::path& file) {
   return extension == ".csv" || extension == ".mat";
 }
 
+/// Each record by itself may be one realisation only; best-linear then is how they are joined.
+bool pools_realisations(const IdentifyOptions& o) {
+  return o.join && o.method.options.method == identification::Method::best_linear;
+}
+
 /// Reads a file and the options that go with it, on any thread.
 expected<identification::BatchJob, Refusal> load(const CLI::App& verb, const IdentifyOptions& o,
                                                  const std::string& file) {
@@ -42,6 +47,7 @@ expected<identification::BatchJob, Refusal> load(const CLI::App& verb, const Ide
     complete(method, job.record);
     job.options = std::move(method.options);
     job.options.jobs = 1;  // the cores are shared by the records already
+    if (pools_realisations(o)) job.options.method = identification::Method::automatic;
     return job;
   } catch (const std::exception& error) {
     return tl::unexpected(Refusal{"", error.what()});
@@ -61,6 +67,7 @@ void join(const CLI::App& verb, const IdentifyOptions& o, const std::vector<std:
     auto job = load(verb, o, files[i]);
     if (!job) continue;  // it was there a moment ago; its row stands
     if (!options) options = job->options;
+    if (pools_realisations(o)) options->method = identification::Method::best_linear;
     records.push_back(std::move(job->record));
     results.push_back(*entry.result);
   }
@@ -86,8 +93,7 @@ std::string command_of(const IdentifyOptions& o, std::size_t records) {
 }
 
 void write_all(const IdentifyOptions& o, const report::BatchResult& result) {
-  if (!o.response.empty() && result.joint)
-    write_output(o.response, io::response_csv(result.joint->result.response));
+  if (!o.response.empty() && result.joint) write_response(o.response, result.joint->result);
   if (!o.report.empty()) {
     auto page = report::document(result);
     page.command = command_of(o, result.batch.entries.size());

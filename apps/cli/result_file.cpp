@@ -3,9 +3,11 @@
 
 #include <nlohmann/json.hpp>
 #include <resonid/io/json_file.hpp>
+#include <resonid/io/response_file.hpp>
 #include <resonid/report/json.hpp>
 
 #include "errors.hpp"
+#include "output.hpp"
 
 namespace resonid::cli {
 
@@ -16,6 +18,14 @@ identification::Result read_result(const std::string& path) {
   if (!result)
     throw InputError(path + ": is no result of 'resonid identify --json'\n" + result.error().message());
   return std::move(*result);
+}
+
+void write_response(const std::string& path, const identification::Result& result) {
+  std::vector<io::ResponseColumn> columns;
+  if (result.distortion && result.distortion->realisations > 0)
+    columns = {{"noise_std", result.distortion->noise_std},
+               {"distortion_std", result.distortion->distortion_std}};
+  write_output(path, io::response_csv(result.response, columns));
 }
 
 }  // namespace resonid::cli

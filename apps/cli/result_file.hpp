@@ -10,4 +10,7 @@ namespace resonid::cli {
 /// missing field by its JSON path.
 [[nodiscard]] identification::Result read_result(const std::string& path);
 
+/// The response as CSV, with noise and distortion per line where they are known.
+void write_response(const std::string& path, const identification::Result& result);
+
 }  // namespace resonid::cli

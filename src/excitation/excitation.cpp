@@ -22,26 +22,50 @@ expected<Excitation::Generator, ConfigError> widen(const expected<T, ConfigError
   return Excitation::Generator(*made);
 }
 
-expected<Excitation::Generator, ConfigError> make_multisine(const ExcitationConfig& c, double rate) {
+/// What is wrong with the lists of a multisine beside its lines.
+expected<void, ConfigError> check_lists(const ExcitationConfig& c) {
   if (c.phases != Phases::given && c.phases_rad.count > 0)
     return refuse("phases_rad", "must be empty unless phases is given",
                   static_cast<double>(c.phases_rad.count));
   if (c.phases == Phases::given && c.phases_rad.count != c.lines_hz.count)
     return refuse("phases_rad", "must hold one phase per line", static_cast<double>(c.phases_rad.count));
-  if (c.line_amplitudes.count == 0)
-    return widen(Multisine<kMaxLines>::create(
-        {rate, c.lines_hz.hz(), std::span(&c.amplitude, 1), c.phases, c.phases_rad.values(), c.seed}));
+  if (c.line_amplitudes.count == 0) return {};
   if (!(c.amplitude > 0.0)) return refuse("amplitude", "must be > 0", c.amplitude);
   if (c.line_amplitudes.count != c.lines_hz.count)
     return refuse("line_amplitudes", "must hold one value per line",
                   static_cast<double>(c.line_amplitudes.count));
-  LineList scaled = c.line_amplitudes;
-  for (std::size_t i = 0; i < scaled.count; ++i) {
-    if (!(scaled.value[i] > 0.0)) return refuse("line_amplitudes", "must be > 0", scaled.value[i]);
-    scaled.value[i] *= c.amplitude;
-  }
-  return widen(Multisine<kMaxLines>::create(
-      {rate, c.lines_hz.hz(), scaled.values(), c.phases, c.phases_rad.values(), c.seed}));
+  for (const double a : c.line_amplitudes.values())
+    if (!(a > 0.0)) return refuse("line_amplitudes", "must be > 0", a);
+  return {};
+}
+
+MultisineConfig multisine_of(const ExcitationConfig& c, double rate, std::span<const double> amplitude) {
+  return {.sample_rate_hz = rate,
+          .frequency_hz = c.lines_hz.hz(),
+          .amplitude = amplitude,
+          .phases = c.phases,
+          .phase_rad = c.phases_rad.values(),
+          .seed = c.seed,
+          .periods_per_realisation = c.periods_per_realisation};
+}
+
+expected<Excitation::Generator, ConfigError> make_multisine(const ExcitationConfig& config, double rate) {
+  const auto kept = with_kept_lines(config, rate);
+  if (!kept) return unexpected(kept.error());
+  if (kept->line_amplitudes.count == 0)
+    return widen(Multisine<kMaxLines>::create(multisine_of(*kept, rate, std::span(&kept->amplitude, 1))));
+  LineList scaled = kept->line_amplitudes;
+  for (std::size_t i = 0; i < scaled.count; ++i) scaled.value[i] *= kept->amplitude;
+  return widen(Multisine<kMaxLines>::create(multisine_of(*kept, rate, scaled.values())));
+}
+
+/// The values of the lines that stay.
+void keep(LineList& list, std::span<const bool> kept) {
+  if (list.count == 0) return;
+  std::size_t count = 0;
+  for (std::size_t i = 0; i < kept.size(); ++i)
+    if (kept[i]) list.value[count++] = list.value[i];
+  list.count = count;
 }
 
 /// Where std::size_t has 32 bits, larger numbers become its largest: as good as endless.
@@ -81,6 +105,25 @@ bool LineList::assign(std::span<const double> hz) noexcept {
   std::copy(hz.begin(), hz.end(), value.begin());
   count = hz.size();
   return true;
+}
+
+expected<ExcitationConfig, ConfigError> with_kept_lines(const ExcitationConfig& config,
+                                                        double sample_rate_hz) {
+  if (config.kind != Kind::multisine) return config;
+  if (const auto ok = check_lists(config); !ok) return unexpected(ok.error());
+  if (config.leave_out == LeaveOut::nothing) return config;
+  const double any = 1.0;
+  if (const auto ok = check(multisine_of(config, sample_rate_hz, std::span(&any, 1)), kMaxLines); !ok)
+    return unexpected(ok.error());
+  std::array<bool, kMaxLines> room{};
+  const auto kept = std::span(room).first(config.lines_hz.count);
+  const LeaveOutConfig left_out{sample_rate_hz, config.lines_hz.hz(), config.leave_out, config.group,
+                                config.seed};
+  if (const auto ok = mark_kept_lines(left_out, kept); !ok) return unexpected(ok.error());
+  ExcitationConfig result = config;
+  result.leave_out = LeaveOut::nothing;
+  for (LineList* list : {&result.lines_hz, &result.line_amplitudes, &result.phases_rad}) keep(*list, kept);
+  return result;
 }
 
 expected<Excitation, ConfigError> Excitation::create(const ExcitationConfig& config, double sample_rate_hz) {

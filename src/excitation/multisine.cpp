@@ -2,7 +2,6 @@
 #include <algorithm>
 #include <numeric>
 #include <resonid/excitation/multisine.hpp>
-#include <resonid/excitation/splitmix64.hpp>
 
 namespace resonid::excitation {
 namespace {
@@ -54,11 +53,17 @@ expected<void, ConfigError> check(const MultisineConfig& c, std::size_t max_line
     if (!(a > 0.0)) return refuse("amplitude", "must be > 0", a);
   if (c.phases == Phases::given && c.phase_rad.size() != f.size())
     return refuse("phase_rad", "must hold one phase per line", static_cast<double>(c.phase_rad.size()));
+  if (c.periods_per_realisation == 0) return {};
+  const auto periods = static_cast<double>(c.periods_per_realisation);
+  if (c.phases != Phases::random)
+    return refuse("periods_per_realisation", "must be 0 unless phases are random", periods);
+  if (common_period_samples(f, c.sample_rate_hz) == 0)
+    return refuse("periods_per_realisation", "must be 0: these lines have no common period", periods);
   return {};
 }
 
 void multisine_phases(const MultisineConfig& c, std::span<double> phase_rad) noexcept {
-  SplitMix64 random(c.seed);
+  SplitMix64 random = phase_generator(c.seed, 0, phase_rad.size());
   const auto power = [&](std::size_t i) {
     const double a = c.amplitude[c.amplitude.size() == 1 ? 0 : i];
     return a * a;
@@ -70,7 +75,7 @@ void multisine_phases(const MultisineConfig& c, std::span<double> phase_rad) noe
   for (std::size_t i = 0; i < phase_rad.size(); ++i) {
     switch (c.phases) {
       case Phases::random:
-        phase_rad[i] = kTwoPi * random.uniform();
+        phase_rad[i] = random_phase_rad(random);
         break;
       case Phases::schroeder:
         phase_rad[i] = c.first_phase_rad - kTwoPi * (sum - std::floor(sum));

@@ -28,7 +28,10 @@ Choice excitation_choice(const data::Record& record, const Options& options, con
     case ExcitationType::multisine:
       if (told) return {"excitation", "multisine", asked};
       return {"excitation", "multisine",
-              fmt::format("{} repeats every {} samples", signal, plan.period_samples)};
+              plan.realisations > 1
+                  ? fmt::format("{} repeats every {} samples, and {} times goes on with other phases", signal,
+                                plan.period_samples, plan.realisations - 1)
+                  : fmt::format("{} repeats every {} samples", signal, plan.period_samples)};
     case ExcitationType::automatic:
     case ExcitationType::other:
       break;
@@ -47,6 +50,11 @@ std::string reason_of(const data::Record& record, const Plan& plan) {
             periods - plan.transient_periods,
             plan.transient_periods == 1 ? std::string("one") : std::to_string(plan.transient_periods));
       return fmt::format("{} whole periods: no leakage, and their scatter is the noise", periods);
+    case Method::best_linear:
+      return fmt::format(
+          "{} realisations with phases of their own: what they scatter beyond their periods' "
+          "noise is non-linear distortion",
+          plan.realisations);
     case Method::kalman:
       return "less than two periods: lines are tracked";
     case Method::least_squares:

@@ -149,8 +149,14 @@ struct CandidateFits::Acceptance {
 };
 
 CandidateFits::CandidateFits(std::span<const data::Record> records, const Plan& plan, const Options& options,
-                             const data::FrequencyResponse& response, std::span<const fit::DriveModel> starts)
-    : records_(records), plan_(plan), options_(options), response_(thinned(response)), starts_(starts) {}
+                             const data::FrequencyResponse& response, std::span<const fit::DriveModel> starts,
+                             bool to_records)
+    : records_(records),
+      plan_(plan),
+      options_(options),
+      response_(thinned(response)),
+      starts_(starts),
+      to_records_(to_records) {}
 
 std::optional<fit::ResponseFit> CandidateFits::response_fit(
     const Variant& variant, const std::optional<fit::DriveModel>& start) const {
@@ -228,9 +234,10 @@ CandidateFits::Acceptance CandidateFits::acceptance(const DriveCandidate& candid
   auto simulation = config_of(candidate.variants.front().first, told.model);
   simulation.fixed_model = true;
   const auto simulated = fit_records(records_, simulation);
-  return {!(lines_are_unbiased && told.model_error > kTrueEnough && told.misfit > kBeyondNoise),
-          1.5 * difference(told.model, response_).whole + 0.02,
-          simulated ? std::max(simulated->fit_percent + kClearlyBetter, kHalf) : 100.0};
+  return {
+      to_records_ && !(lines_are_unbiased && told.model_error > kTrueEnough && told.misfit > kBeyondNoise),
+      1.5 * difference(told.model, response_).whole + 0.02,
+      simulated ? std::max(simulated->fit_percent + kClearlyBetter, kHalf) : 100.0};
 }
 
 void CandidateFits::fit_variants(DriveCandidate& candidate, const Acceptance& acceptable) const {

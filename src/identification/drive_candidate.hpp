@@ -64,7 +64,8 @@ struct Difference {
 class CandidateFits {
  public:
   CandidateFits(std::span<const data::Record> records, const Plan& plan, const Options& options,
-                const data::FrequencyResponse& response, std::span<const fit::DriveModel> starts);
+                const data::FrequencyResponse& response, std::span<const fit::DriveModel> starts,
+                bool to_records);
 
   [[nodiscard]] const data::FrequencyResponse& response() const { return response_; }
 
@@ -108,6 +109,7 @@ class CandidateFits {
   const Options& options_;
   const data::FrequencyResponse response_;
   std::span<const fit::DriveModel> starts_;
+  const bool to_records_;  ///< False: only with dry friction, which explains what the lines cannot.
 };
 
 }  // namespace resonid::identification::detail

@@ -8,7 +8,7 @@
 #include <identification/choices.hpp>
 #include <identification/distortion.hpp>
 #include <identification/loop.hpp>
-#include <identification/measurement.hpp>
+#include <identification/measured_response.hpp>
 #include <identification/model_selection.hpp>
 #include <identification/preparation.hpp>
 #include <identification/simulate_and_correct.hpp>
@@ -25,49 +25,6 @@ namespace {
 
 void append(std::vector<diagnostics::Finding>& to, std::vector<diagnostics::Finding> from) {
   std::move(from.begin(), from.end(), std::back_inserter(to));
-}
-
-struct Measured {
-  response::LineEstimates lines;
-  data::FrequencyResponse response;
-};
-
-expected<Measured, Refusal> measure_response(const data::Record& record, const detail::Plan& plan,
-                                             const Options& options) {
-  auto lines = detail::measure(record, plan, options);
-  if (!lines) return tl::unexpected(lines.error());
-  auto response = response::plant_response(*lines, {plan.approach, options.controller, options.delay_s});
-  if (!response) return tl::unexpected(Refusal{"approach", std::string(response.error().requirement)});
-  return Measured{std::move(*lines), std::move(*response)};
-}
-
-/// Averages take for noise whatever does not repeat with the excitation, such as a motion. Where they leave
-/// next to nothing, local polynomials take its smooth spectrum out.
-void try_local_polynomials(const data::Record& record, const Options& options, detail::Plan& plan,
-                           Measured& measured, Result& result) {
-  constexpr double kNextToNothing = 0.3, kClearlyMore = 2.0;
-  const auto usable = [](const data::FrequencyResponse& g) {
-    std::size_t count = 0;
-    for (std::size_t i = 0; i < g.lines(); ++i)
-      count += g.standard_deviation[i] < 0.5 * std::abs(g.value[i]) ? 1 : 0;
-    return static_cast<double>(count) / static_cast<double>(std::max<std::size_t>(1, g.lines()));
-  };
-  if (plan.method != Method::periodic && plan.method != Method::welch) return;
-  const double before = usable(measured.response);
-  if (before > kNextToNothing) return;
-  auto other = plan;
-  other.method = Method::local_polynomial;
-  auto again = measure_response(record, other, options);
-  if (!again || usable(again->response) < kClearlyMore * before) return;
-  measured = std::move(*again);
-  plan = std::move(other);
-  result.method = detail::name_of(plan.method);
-  for (auto& choice : result.choices)
-    if (choice.what == "method")
-      choice = {
-          "method", result.method,
-          "averages leave hardly a line: the machine moves in a rhythm of its own; local polynomials take "
-          "that out"};
 }
 
 std::vector<Resonance> resonances_of(const Result& result) {
@@ -127,7 +84,6 @@ expected<Result, Refusal> identify(const data::Record& whole, const Options& opt
   result.record = prepared->facts;
   result.choices = detail::explain(record, options, *plan, source);
   result.units = detail::units_of(record);
-  result.method = detail::name_of(options.method == Method::model ? Method::model : plan->method);
   result.approach = detail::name_of(plan->approach);
   result.confidence = options.confidence;
   result.known_delay_s = options.delay_s;
@@ -135,21 +91,22 @@ expected<Result, Refusal> identify(const data::Record& whole, const Options& opt
   append(result.findings, diagnostics::inspect(record));
 
   progress("response");
-  auto measured = measure_response(record, *plan, options);
+  auto measured = detail::measure_response(record, *plan, options, result.choices);
   if (!measured) return tl::unexpected(measured.error());
-  if (options.method == Method::automatic) try_local_polynomials(record, options, *plan, *measured, result);
+  result.method = detail::name_of(options.method == Method::model ? Method::model : plan->method);
   auto* lines = &measured->lines;
   result.response = std::move(measured->response);
   if (result.response.lines() == 0)
     return tl::unexpected(Refusal{"input",
                                   "gives no finite response: the input does not move, or its numbers are too "
                                   "large to be squared"});
-  if (plan->low_hz <= 0.0 || plan->method == Method::periodic) {
+  if (plan->low_hz <= 0.0 || plan->method == Method::periodic || plan->method == Method::best_linear) {
     plan->low_hz = result.response.frequency_hz.front();
     plan->high_hz = result.response.frequency_hz.back();
   }
   append(result.findings, diagnostics::inspect(result.response));
-  append(result.findings, detail::inspect_distortion(record, *plan));
+  result.distortion = detail::find_distortion(record, *plan, options, *measured, result.response);
+  if (result.distortion) append(result.findings, detail::inspect_distortion(*result.distortion));
 
   std::optional<detail::Selection> selection;
   std::optional<detail::BlackBoxSelection> black_box;
@@ -164,7 +121,8 @@ expected<Result, Refusal> identify(const data::Record& whole, const Options& opt
     append(result.findings, std::move(black_box->findings));
   } else if (options.model != ModelChoice::none) {
     progress("model");
-    selection = detail::select_model({&record, 1}, *plan, options, result.response);
+    selection = detail::select_model({&record, 1}, *plan, options, result.response, {},
+                                     !detail::rules_over_noise(result.distortion));
     if (selection) {
       result.model = selection->result;
       result.structures = std::move(selection->structures);

@@ -3,8 +3,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <identification/distortion.hpp>
 #include <identification/joint_model.hpp>
 #include <identification/loop.hpp>
+#include <identification/pooled_realisations.hpp>
 #include <identification/preparation.hpp>
 #include <identification/trust.hpp>
 #include <identification/uncertainty.hpp>
@@ -277,6 +279,15 @@ expected<Joint, Refusal> join(std::span<const data::Record> records, std::span<c
     joint.response_chi_square = lines.total / static_cast<double>(lines.total_degrees);
   for (std::size_t i = 0; i < records.size(); ++i)
     if (lines.degrees[i] > 0.0) joint.records[i].response_chi_square = lines.chi_square[i] / lines.degrees[i];
+  if (options.method == Method::best_linear) {
+    auto pooled = detail::pooled_response(records, options);
+    if (!pooled) return tl::unexpected(pooled.error());
+    joint.result.method = "best-linear";
+    joint.result.response = std::move(pooled->response);
+    joint.result.distortion = std::move(pooled->distortion);
+    joint.result.findings = detail::inspect_distortion(*joint.result.distortion);
+    joint.response_chi_square.reset();  // the scatter is in the error bars, and told as distortion
+  }
   if (auto loops = average_of(results, true); loops.response.lines() > 1)
     joint.result.measured_loop = std::move(loops.response);
   const auto plan = plan_of(joint.result.response);

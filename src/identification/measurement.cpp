@@ -122,6 +122,7 @@ ExcitationType kind_of(const data::Record& record, const Options& options, const
 }
 
 Method choose(const Plan& plan, const data::Record& record) {
+  if (plan.realisations > 1) return Method::best_linear;
   const bool repeats = plan.period_samples != 0 && record.samples() >= 2 * plan.period_samples;
   switch (plan.excitation) {
     case ExcitationType::multisine:
@@ -167,6 +168,8 @@ std::string name_of(Method method) {
       return "local-rational";
     case Method::simulate_and_correct:
       return "simulate-and-correct";
+    case Method::best_linear:
+      return "best-linear";
     case Method::automatic:
       break;
   }
@@ -185,6 +188,43 @@ std::string name_of(Approach approach) {
   return "joint";
 }
 
+std::size_t period_of(const data::Record& record, const Options& options) {
+  return options.period_samples != 0 ? options.period_samples : response::detect_period(record).value_or(0);
+}
+
+std::vector<data::Record> realisations_in(const data::Record& record, std::size_t period_samples) {
+  auto parts = response::realisations_of(record, period_samples);
+  if (parts.size() < 2 || response::no_realisations(parts, period_samples)) parts.clear();
+  return parts;
+}
+
+namespace {
+
+/// What a method that averages over periods lacks.
+std::optional<Refusal> lacks_periods(const data::Record& record, const Plan& plan) {
+  const auto refusal = [&](const char* why) {
+    return Refusal{"method", fmt::format("{} {}", name_of(plan.method), why)};
+  };
+  if (plan.method != Method::periodic && plan.method != Method::best_linear) return std::nullopt;
+  if (plan.period_samples == 0)
+    return refusal("needs an excitation that repeats; no period was found, give --period-samples N");
+  if (plan.method == Method::best_linear && plan.realisations < 2)
+    return refusal(
+        "needs at least two realisations of a random-phase excitation, three periods or more each, found "
+        "fewer "
+        "in this record (several records: --join)");
+  if (plan.method == Method::periodic && plan.realisations > 1)
+    return refusal(
+        "averages over periods of one excitation, and the phases change within this record; take "
+        "best-linear, or cut one realisation out by --from and --to");
+  if (record.samples() < 2 * plan.period_samples)
+    return Refusal{"method", fmt::format("{} needs two whole periods of {} samples, found {} samples",
+                                         name_of(plan.method), plan.period_samples, record.samples())};
+  return std::nullopt;
+}
+
+}  // namespace
+
 expected<Plan, Refusal> make_plan(const data::Record& record, const Options& options) {
   if (auto complaint = check_ranges(record, options)) return Refused(std::move(*complaint));
   Plan plan;
@@ -193,8 +233,8 @@ expected<Plan, Refusal> make_plan(const data::Record& record, const Options& opt
   plan.period_samples = options.period_samples;
   const bool stepped = is_stepped_sine(record, options, plan);
   const bool sweeps = plan.sweep || options.excitation_type == ExcitationType::chirp;
-  if (plan.period_samples == 0 && !sweeps && !stepped)
-    plan.period_samples = response::detect_period(record).value_or(0);
+  if (!sweeps && !stepped) plan.period_samples = period_of(record, options);
+  if (plan.period_samples != 0) plan.realisations = realisations_in(record, plan.period_samples).size();
   plan.excitation = stepped ? ExcitationType::stepped_sine : kind_of(record, options, plan);
   plan.grid_hz = options.lines_hz;
   std::sort(plan.grid_hz.begin(), plan.grid_hz.end());
@@ -207,17 +247,12 @@ expected<Plan, Refusal> make_plan(const data::Record& record, const Options& opt
     const bool tracker = options.tracker.lambda || options.tracker.pole_radius;
     plan.method = tracker ? Method::kalman : choose(plan, record);
   }
-  if (plan.method == Method::periodic) {
-    if (plan.period_samples == 0)
-      return refused(
-          "method",
-          "periodic needs an excitation that repeats; no period was found, give --period-samples N");
-    if (record.samples() < 2 * plan.period_samples)
-      return refused("method", fmt::format("periodic needs two whole periods of {} samples, found {} samples",
-                                           plan.period_samples, record.samples()));
-    if (options.drop_periods == 0)
-      plan.transient_periods = response::transient_periods(record, plan.period_samples);
-  }
+  if (auto refusal = lacks_periods(record, plan)) return Refused(std::move(*refusal));
+  // Nothing repeats over changes of the phases.
+  if (plan.realisations > 1 && plan.method != Method::best_linear && options.period_samples == 0)
+    plan.period_samples = 0;
+  if (plan.method == Method::periodic && options.drop_periods == 0)
+    plan.transient_periods = response::transient_periods(record, plan.period_samples);
 
   if (plan.method == Method::local_cubic && !plan.sweep)
     return refused("method", "local-cubic follows a chirp; none was found, give --chirp F0:F1:SECONDS");
@@ -261,6 +296,21 @@ expected<Plan, Refusal> make_plan(const data::Record& record, const Options& opt
 namespace {
 
 using Lines = expected<response::LineEstimates, ConfigError>;
+
+expected<response::BestLinearApproximation, ConfigError> best_linear(const data::Record& record,
+                                                                     const Plan& plan,
+                                                                     const Options& options) {
+  response::BestLinearConfig config;
+  config.period_samples = plan.period_samples;
+  config.drop_periods = std::max<std::size_t>(options.drop_periods, 1) - 1;  // one is off already
+  config.lines_hz = plan.grid_hz;
+  if (options.band_hz) {
+    config.band_low_hz = plan.low_hz;
+    config.band_high_hz = plan.high_hz;
+  }
+  return response::best_linear_approximation(realisations_in(record, plan.period_samples), config,
+                                             plan.approach);
+}
 
 Lines periodic(const data::Record& record, const Plan& plan, const Options& options) {
   response::PeriodicConfig config;
@@ -437,10 +487,19 @@ const char* option_of(std::string_view field) {
 
 }  // namespace
 
-expected<response::LineEstimates, Refusal> measure(const data::Record& record, const Plan& plan,
-                                                   const Options& options) {
-  auto lines = run(record, plan, options);
-  if (!lines) return refused(lines.error(), option_of(lines.error().field));
+expected<Measured, Refusal> measure(const data::Record& record, const Plan& plan, const Options& options) {
+  Measured measured;
+  if (plan.method == Method::best_linear) {
+    auto found = best_linear(record, plan, options);
+    if (!found) return refused(found.error(), option_of(found.error().field));
+    measured.lines = found->lines;
+    measured.best_linear = std::move(*found);
+  } else {
+    auto found = run(record, plan, options);
+    if (!found) return refused(found.error(), option_of(found.error().field));
+    measured.lines = std::move(*found);
+  }
+  const auto* lines = &measured.lines;
   if (lines->lines.empty() && !lines->unsettled_hz.empty())
     return refused("method",
                    fmt::format("{}: none of the {} lines settled within the record's {:g} s; record longer "
@@ -456,7 +515,7 @@ expected<response::LineEstimates, Refusal> measure(const data::Record& record, c
                    fmt::format("{:.4g} ... {:.4g} Hz holds no line that {} could measure in {} samples",
                                plan.low_hz, plan.high_hz, name_of(plan.method), record.samples()));
   }
-  return std::move(*lines);
+  return measured;
 }
 
 }  // namespace resonid::identification::detail

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <resonid/identification/identify.hpp>
+#include <resonid/response/best_linear_approximation.hpp>
 #include <resonid/response/line_estimates.hpp>
 #include <resonid/tracking/sweep.hpp>
 
@@ -13,6 +14,7 @@ struct Plan {
   Method method = Method::welch;  ///< Never automatic; for Method::model, how the response is measured first.
   Approach approach = Approach::direct;
   std::size_t period_samples = 0;           ///< 0: not periodic.
+  std::size_t realisations = 0;             ///< With that period and phases of their own; 0: fewer than two.
   std::size_t transient_periods = 0;        ///< At the start, left out of the averages.
   std::optional<tracking::SweepLaw> sweep;  ///< Of a chirp that is known.
   double low_hz = 0.0;
@@ -25,8 +27,27 @@ struct Plan {
 [[nodiscard]] std::string name_of(Method method);
 [[nodiscard]] std::string name_of(Approach approach);
 
-/// Ru, U and Y at the lines, by the plan's method.
-[[nodiscard]] expected<response::LineEstimates, Refusal> measure(const data::Record& record, const Plan& plan,
-                                                                 const Options& options);
+/// Period of the excitation: as told, else as found; 0: none.
+[[nodiscard]] std::size_t period_of(const data::Record& record, const Options& options);
+
+/// The record cut into realisations of a random-phase excitation; empty when there are fewer than two.
+[[nodiscard]] std::vector<data::Record> realisations_in(const data::Record& record,
+                                                        std::size_t period_samples);
+
+/// Whether a method may come to average over realisations: best_linear, or one that is chosen by the record.
+[[nodiscard]] constexpr bool averages_realisations(Method method) noexcept {
+  return method == Method::best_linear || method == Method::automatic || method == Method::model ||
+         method == Method::simulate_and_correct;
+}
+
+/// Ru, U and Y at the lines.
+struct Measured {
+  response::LineEstimates lines;
+  std::optional<response::BestLinearApproximation> best_linear;  ///< Of Method::best_linear.
+};
+
+/// By the plan's method.
+[[nodiscard]] expected<Measured, Refusal> measure(const data::Record& record, const Plan& plan,
+                                                  const Options& options);
 
 }  // namespace resonid::identification::detail

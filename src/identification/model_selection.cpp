@@ -30,8 +30,11 @@ std::vector<Structure> structures(ModelChoice choice) {
 class Selector {
  public:
   Selector(std::span<const data::Record> records, const Plan& plan, const Options& options,
-           const data::FrequencyResponse& response, std::span<const fit::DriveModel> starts)
-      : records_(records), plan_(plan), options_(options), fits_(records, plan, options, response, starts) {}
+           const data::FrequencyResponse& response, std::span<const fit::DriveModel> starts, bool to_records)
+      : records_(records),
+        plan_(plan),
+        options_(options),
+        fits_(records, plan, options, response, starts, to_records) {}
 
   std::optional<Selection> run() {
     std::vector<Candidate> candidates;
@@ -204,9 +207,9 @@ double unexplained_difference(const fit::DriveModel& model, const data::Frequenc
 
 std::optional<Selection> select_model(std::span<const data::Record> records, const Plan& plan,
                                       const Options& options, const data::FrequencyResponse& response,
-                                      std::span<const fit::DriveModel> starts) {
+                                      std::span<const fit::DriveModel> starts, bool to_records) {
   if (response.standard_deviation.size() != response.lines()) return std::nullopt;
-  return Selector(records, plan, options, response, starts).run();
+  return Selector(records, plan, options, response, starts, to_records).run();
 }
 
 }  // namespace resonid::identification::detail

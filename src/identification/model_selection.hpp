@@ -24,11 +24,14 @@ struct Selection {
 /// Fits rigid, two-mass and three-mass structures and chooses by what each says of samples that it has not
 /// seen; nothing when no fit came out (the findings say why). Several records of one sample rate are fitted
 /// in one likelihood. Beside the response's fits, `starts` of the same structure begin the fits to the
-/// records.
+/// records. Without `to_records` the response alone is fitted, unless dry friction is found: so it must be
+/// where its standard deviations hold distortion, which records repeat with every period, and their
+/// likelihood would take each for new information.
 [[nodiscard]] std::optional<Selection> select_model(std::span<const data::Record> records, const Plan& plan,
                                                     const Options& options,
                                                     const data::FrequencyResponse& response,
-                                                    std::span<const fit::DriveModel> starts = {});
+                                                    std::span<const fit::DriveModel> starts = {},
+                                                    bool to_records = true);
 
 /// How far a model is from the measured response beyond its noise, relative.
 [[nodiscard]] double unexplained_difference(const fit::DriveModel& model,

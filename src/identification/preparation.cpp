@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include <fmt/format.h>
 
+#include <identification/measurement.hpp>
 #include <identification/preparation.hpp>
-#include <resonid/response/excitation_lines.hpp>
 
 namespace resonid::identification::detail {
 namespace {
@@ -25,8 +25,9 @@ void cut_front(data::Record& record, std::size_t samples) {
 /// The record without the periods in which transients last.
 expected<data::Record, Refusal> without_transient(data::Record record, const Options& options) {
   if (options.drop_periods == 0) return record;
-  const std::size_t period =
-      options.period_samples != 0 ? options.period_samples : response::detect_period(record).value_or(0);
+  const std::size_t period = period_of(record, options);
+  if (period != 0 && averages_realisations(options.method) && !realisations_in(record, period).empty())
+    return record;  // each realisation loses its own
   if (period == 0)
     return tl::unexpected(
         Refusal{"drop-periods", "no period was found in the excitation; give --period-samples N"});

@@ -114,9 +114,9 @@ expected<void, Refusal> simulate_and_correct(const data::Record& record, const P
     return complain("simulate-and-correct needs a model: give --model other than none");
   if (!record.input.present()) return complain("simulate-and-correct needs the recorded input");
   const Measure measure = [&](const data::Record& r) -> expected<data::FrequencyResponse, Refusal> {
-    const auto lines = detail::measure(r, plan, options);
-    if (!lines) return tl::unexpected(lines.error());
-    auto found = response::plant_response(*lines, {plan.approach, options.controller, options.delay_s});
+    const auto done = detail::measure(r, plan, options);
+    if (!done) return tl::unexpected(done.error());
+    auto found = response::plant_response(done->lines, {plan.approach, options.controller, options.delay_s});
     if (!found) return tl::unexpected(Refusal{"approach", std::string(found.error().requirement)});
     return std::move(*found);
   };

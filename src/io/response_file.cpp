@@ -6,12 +6,13 @@
 
 namespace resonid::io {
 
-std::string response_csv(const data::FrequencyResponse& response) {
+std::string response_csv(const data::FrequencyResponse& response, std::span<const ResponseColumn> further) {
   const bool with_std = !response.standard_deviation.empty();
   const bool with_coherence = !response.coherence.empty();
   std::string text = "frequency_hz,real,imag";
   if (with_std) text += ",std";
   if (with_coherence) text += ",coherence";
+  for (const auto& column : further) fmt::format_to(std::back_inserter(text), ",{}", column.name);
   text += '\n';
   auto out = std::back_inserter(text);
   for (std::size_t i = 0; i < response.lines(); ++i) {
@@ -19,6 +20,7 @@ std::string response_csv(const data::FrequencyResponse& response) {
                    response.value[i].imag());
     if (with_std) fmt::format_to(out, ",{}", response.standard_deviation[i]);
     if (with_coherence) fmt::format_to(out, ",{}", response.coherence[i]);
+    for (const auto& column : further) fmt::format_to(out, ",{}", column.values[i]);
     text += '\n';
   }
   return text;

@@ -173,6 +173,7 @@ json to_json(const Result& result) {
          {"findings", findings_json(result.findings)}};
   if (result.known_delay_s > 0.0) j["known_delay_s"] = result.known_delay_s;
   if (result.radius_m) j["radius_m"] = *result.radius_m;
+  if (result.distortion) j["distortion"] = distortion_json(*result.distortion);
   for (const auto& r : result.resonances) {
     json entry{{"kind", r.anti ? "antiresonance" : "resonance"},
                {"frequency_hz", r.frequency_hz},

@@ -94,6 +94,17 @@ void put_loop(const Result& result, json& page) {
     page["loop_marks"].push_back(mark("gain", *loop.margins.gain_margin_hz, loop.curve));
 }
 
+/// Noise and distortion beside the lines that they belong to, so that they are thinned with them.
+void put_levels(json& data) {
+  const auto distortion = data.find("distortion");
+  if (distortion == data.end()) return;
+  for (const char* key : {"noise_std", "distortion_std"})
+    if (const auto column = distortion->find(key); column != distortion->end()) {
+      data["frequency_response"][key] = std::move(*column);
+      distortion->erase(column);
+    }
+}
+
 }  // namespace
 
 json page_json(const Result& result, const data::Record& record) {
@@ -127,6 +138,7 @@ json page_json(const Result& result, const data::Record& record) {
     const auto e = envelope(result.residual, start, record.sample_rate_hz);
     page["residual"] = {{"time_s", e.time_s}, {"min", e.low}, {"max", e.high}, {"unit", record.output.unit}};
   }
+  put_levels(data);
   data["page"] = std::move(page);
   return data;
 }

@@ -204,6 +204,8 @@ expected<Result, JsonError> result_from_json(const nlohmann::json& json) {
   if (const auto r = root.maybe("radius_m"); r.present()) result.radius_m = r.positive();
   read_units(root.maybe("units"), result.units);
   result.response = read_response(root.at("frequency_response"));
+  if (const auto d = root.maybe("distortion"); d.present())
+    result.distortion = read_distortion(d, result.response.lines());
   result.resonances = read_resonances(root.at("resonances"));
   if (const auto model = root.maybe("model"); model.present()) {
     const auto structure = model.maybe("structure");

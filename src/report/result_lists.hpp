@@ -21,6 +21,12 @@ void read_lists(const JsonPlace& from, identification::Result& result);
 [[nodiscard]] nlohmann::json black_box_json(const identification::BlackBoxResult& black_box);
 [[nodiscard]] identification::BlackBoxResult read_black_box(const JsonPlace& model);
 
+/// {realisations, noise_std: [], distortion_std: [], scatter: {level, noise, lines, significant},
+/// detection_lines: {even: {...}, odd: {...}}}, what is not known left out.
+[[nodiscard]] nlohmann::json distortion_json(const identification::Distortion& distortion);
+/// `lines`: of the response.
+[[nodiscard]] identification::Distortion read_distortion(const JsonPlace& from, std::size_t lines);
+
 /// The same lists for a terminal; empty without any.
 [[nodiscard]] std::string choices_text(const identification::Result& result);
 [[nodiscard]] std::string structures_text(const identification::Result& result);

@@ -108,10 +108,33 @@ std::string parameter_lines(const Result& result, double z) {
   return text;
 }
 
+/// "12 % of the output, more than noise explains"
+std::string level_text(const response::DistortionLevel& l) {
+  return l.significant ? fmt::format("{:.2g} % of the output", 100.0 * l.level)
+                       : fmt::format("none beyond the noise ({:.2g} %)", 100.0 * l.noise);
+}
+
+std::string distortion_sentence(const identification::Distortion& d) {
+  std::string text = "Non-linear distortion: ";
+  const char* comma = "";
+  if (d.realisations > 0) {
+    text += fmt::format("by {} realisations {}", d.realisations, level_text(d.scatter));
+    comma = "; ";
+  }
+  for (const auto* level : {&d.even, &d.odd}) {
+    if (level->lines == 0) continue;
+    text += fmt::format("{}at {} {} lines without excitation {}", comma, level->lines,
+                        level == &d.even ? "even" : "odd", level_text(*level));
+    comma = "; ";
+  }
+  return text + ".";
+}
+
 }  // namespace
 
 std::vector<std::string> sentences(const Result& result) {
   std::vector<std::string> list = {structure_sentence(result)};
+  if (result.distortion) list.push_back(distortion_sentence(*result.distortion));
   if (result.loop) list.push_back(loop_sentence(result));
   if (result.validation) {
     const auto& v = *result.validation;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <map>
 #include <resonid/response/best_linear_approximation.hpp>
 #include <resonid/response/excitation_lines.hpp>
@@ -38,17 +39,6 @@ double response_variance(const LineEstimate& line, const Eigen::Matrix3cd& covar
   return (gradient * covariance * gradient.adjoint()).value().real();
 }
 
-data::Record part_of(const data::Record& record, std::size_t first, std::size_t count) {
-  data::Record part = record;
-  for (auto* channel : {&part.input, &part.output, &part.excitation, &part.reference, &part.position})
-    if (channel->present()) {
-      const auto begin = channel->samples.begin() + static_cast<std::ptrdiff_t>(first);
-      channel->samples = std::vector<double>(begin, begin + static_cast<std::ptrdiff_t>(count));
-    }
-  part.start_time_s += static_cast<double>(first) * record.sample_time_s();
-  return part;
-}
-
 /// The lines that all records have.
 void keep_common(std::vector<LineEstimates>& all) {
   std::map<double, std::size_t> holders;
@@ -59,7 +49,56 @@ void keep_common(std::vector<LineEstimates>& all) {
                   [&](const LineEstimate& line) { return holders[line.frequency_hz] < all.size(); });
 }
 
+/// A line's scatter with that of its neighbours, in which the power of the reference plays no part.
+void pool_scatter(BestLinearApproximation& result, const std::vector<double>& reference_power) {
+  auto& lines = result.lines.lines;
+  for (std::size_t i = 0; i < lines.size(); ++i) {
+    const double own = lines[i].degrees_of_freedom;
+    const std::size_t reach = pooling_reach(own);
+    const std::size_t first = i > reach ? i - reach : 0;
+    const std::size_t last = std::min(i + reach, lines.size() - 1);
+    Eigen::Matrix3cd sum = Eigen::Matrix3cd::Zero();
+    for (std::size_t k = first; k <= last; ++k) sum += reference_power[k] * result.scatter[k];
+    const auto count = static_cast<double>(last - first + 1);
+    lines[i].covariance = sum / (count * reference_power[i]);
+    lines[i].degrees_of_freedom = own * count;
+  }
+}
+
+/// Sums over the lines of what the level is made of.
+struct Level {
+  double output = 0.0, distortion = 0.0, noise = 0.0;  ///< powers at the output
+  double ratio = 0.0;                                  ///< scatter over noise
+  std::size_t lines = 0;
+
+  void add(double input_power, double response_power, double scatter, double by_noise, double degrees) {
+    output += input_power * response_power;
+    distortion += input_power * (scatter - by_noise);
+    noise += input_power * by_noise;
+    ratio += scatter / by_noise * (degrees - 1.0) / degrees;  // E{1/chi^2}
+    ++lines;
+  }
+  /// `degrees`: of the noise of one line, neighbours not counted.
+  [[nodiscard]] DistortionLevel of(std::size_t realisations, double degrees) const {
+    DistortionLevel level;
+    level.lines = lines;
+    if (lines == 0 || !(output > 0.0)) return level;
+    const auto m = static_cast<double>(realisations);
+    const auto n = static_cast<double>(lines);
+    level.level = std::sqrt(m * std::max(distortion, 0.0) / output);
+    level.noise = std::sqrt(m * noise / output);
+    constexpr double kComputed = 1e-5;  // a linear drive without noise
+    level.significant =
+        level.level > kComputed && (!(noise > 0.0) || exceeds_chance(ratio / n, n * (m - 1.0), n * degrees));
+    return level;
+  }
+};
+
 }  // namespace
+
+double distortion_variance(double scatter, double noise, std::size_t realisations) {
+  return static_cast<double>(realisations) * std::max(scatter - noise, 0.0);
+}
 
 expected<BestLinearApproximation, ConfigError> best_linear_approximation(
     std::span<const data::Record> records, const BestLinearConfig& config, Approach approach) {
@@ -73,12 +112,18 @@ expected<BestLinearApproximation, ConfigError> best_linear_approximation(
   periodic.drop_periods = config.drop_periods;
   periodic.band_low_hz = config.band_low_hz;
   periodic.band_high_hz = config.band_high_hz;
+  periodic.lines_hz = config.lines_hz;
+  if (no_realisations(records, periodic.period_samples))
+    return refuse("records", "must be excited with one amplitude spectrum and different phases");
   std::vector<LineEstimates> all;
+  double noise_degrees = 0.0;
   for (const auto& record : records) {
     if (record.sample_rate_hz != records[0].sample_rate_hz)
       return refuse("records", "must have one sample rate", record.sample_rate_hz);
     auto lines = periodic_lines(record, periodic, approach);
     if (!lines) return unexpected(lines.error());
+    noise_degrees +=
+        static_cast<double>(record.samples() / periodic.period_samples - config.drop_periods) - 1.0;
     all.push_back(*std::move(lines));
   }
   keep_common(all);
@@ -89,11 +134,18 @@ expected<BestLinearApproximation, ConfigError> best_linear_approximation(
   result.lines = all[0];
   result.lines.has_excitation = result.lines.has_excitation && !direct;
   const auto count = static_cast<double>(all.size());
+  const bool has_input = result.lines.has_input && approach != Approach::indirect;
+  std::vector<double> reference_power;
+  Level level;
   for (std::size_t i = 0; i < all[0].lines.size(); ++i) {
     LineEstimate& line = result.lines.lines[i];
     Eigen::Vector3cd mean = Eigen::Vector3cd::Zero();
     Eigen::Matrix3cd noise = Eigen::Matrix3cd::Zero();
+    double power = 0.0, degrees = 0.0;
     for (auto& estimates : all) {
+      const LineEstimate& measured = estimates.lines[i];
+      power += std::norm(direct ? measured.input : measured.excitation) / count;
+      degrees += measured.degrees_of_freedom;
       estimates.lines[i] = referred(estimates.lines[i], direct);
       mean += vector_of(estimates.lines[i]) / count;
       noise += estimates.lines[i].covariance / (count * count);
@@ -106,37 +158,23 @@ expected<BestLinearApproximation, ConfigError> best_linear_approximation(
     line.excitation = mean(0);
     line.input = mean(1);
     line.output = mean(2);
-    line.covariance = scatter;
     line.degrees_of_freedom = count - 1.0;
-    const bool has_input = result.lines.has_input && approach != Approach::indirect;
-    const double total = response_variance(line, scatter, has_input);
-    const double by_noise = response_variance(line, noise, has_input);
     line.coherence = std::numeric_limits<double>::quiet_NaN();
-    result.noise_std.push_back(std::sqrt(std::max(by_noise, 0.0)));
-    result.distortion_std.push_back(std::sqrt(count * std::max(total - by_noise, 0.0)));
+    const double total = response_variance(line, scatter, has_input);
+    const double by_noise = std::max(response_variance(line, noise, has_input), 0.0);
+    const double input_power = power * std::norm(has_input ? line.input : line.excitation);
+    const double response_power =
+        std::norm(line.output) / std::norm(has_input ? line.input : line.excitation);
+    level.add(input_power, response_power, total, by_noise, degrees);
+    result.noise.push_back(noise);
+    result.scatter.push_back(scatter);
+    result.noise_std.push_back(std::sqrt(by_noise));
+    result.distortion_std.push_back(std::sqrt(distortion_variance(total, by_noise, all.size())));
+    reference_power.push_back(power);
   }
+  pool_scatter(result, reference_power);
+  result.level = level.of(all.size(), noise_degrees);
   return result;
-}
-
-std::vector<data::Record> realisations_of(const data::Record& record, std::size_t period_samples) {
-  std::vector<data::Record> parts;
-  const auto& x = record.excitation.present() ? record.excitation.samples : record.input.samples;
-  if (period_samples < 4) return parts;
-  const std::size_t periods = x.size() / period_samples;
-  std::size_t begin = 0;
-  for (std::size_t p = 1; p <= periods; ++p) {
-    double change = 0.0, power = 0.0;
-    for (std::size_t n = 0; p < periods && n < period_samples; ++n) {
-      const double now = x[p * period_samples + n];
-      change += std::pow(now - x[(p - 1) * period_samples + n], 2);
-      power += now * now;
-    }
-    if (p < periods && change <= 0.01 * power) continue;
-    if (p - begin >= 3)  // a transient and two more
-      parts.push_back(part_of(record, (begin + 1) * period_samples, (p - begin - 1) * period_samples));
-    begin = p;
-  }
-  return parts;
 }
 
 }  // namespace resonid::response

@@ -11,32 +11,32 @@ namespace {
 
 using Complex = std::complex<double>;
 
+/// Over lines and records.
 struct Sum {
   double power = 0.0;  ///< of the means
   double noise = 0.0;  ///< variance of the means
-  std::size_t lines = 0;
+  std::size_t terms = 0;
 };
 
-/// Whether power/noise exceeds the 0.1 % quantile of F(2 n, 2 n nu), by its cube root's normal approximation.
-bool exceeds_noise(const Sum& sum, double degrees) {
-  if (sum.lines == 0 || !(sum.power > 0.0)) return false;
-  if (!(sum.noise > 0.0)) return true;
-  constexpr double kQuantile = 3.09;
-  const double a = 2.0 / (9.0 * 2.0 * static_cast<double>(sum.lines));
-  const double b = a / degrees;
-  const double x = std::cbrt(sum.power / sum.noise);
-  return ((1.0 - b) * x - (1.0 - a)) / std::sqrt(b * x * x + a) > kQuantile;
-}
+struct Sums {
+  Sum even, odd;
+  double excited = 0.0;                       ///< Power per excited line.
+  std::size_t even_lines = 0, odd_lines = 0;  ///< Of one record.
+  double degrees = 0.0;                       ///< Of a line's noise.
+  double base_hz = 0.0;
+};
 
-DistortionLevel level_of(const Sum& sum, double excited, double degrees) {
+DistortionLevel level_of(const Sum& sum, std::size_t lines, double excited, double degrees) {
   DistortionLevel level;
-  level.lines = sum.lines;
-  if (sum.lines == 0 || !(excited > 0.0)) return level;
-  const auto count = static_cast<double>(sum.lines);
+  level.lines = lines;
+  if (sum.terms == 0 || !(excited > 0.0)) return level;
+  const auto count = static_cast<double>(sum.terms);
   level.level = std::sqrt(std::max(sum.power - sum.noise, 0.0) / count / excited);
   level.noise = std::sqrt(sum.noise / count / excited);
   // A linear drive is computed to about 1e-6 when there is no noise at all.
-  level.significant = exceeds_noise(sum, degrees) && level.level > 1e-5;
+  constexpr double kComputed = 1e-5;
+  level.significant = level.level > kComputed &&
+                      (!(sum.noise > 0.0) || exceeds_chance(sum.power / sum.noise, count, count * degrees));
   return level;
 }
 
@@ -47,10 +47,7 @@ Complex between(const LineEstimate& a, const LineEstimate& b, double frequency_h
   return low + (high - low) * (frequency_hz - a.frequency_hz) / (b.frequency_hz - a.frequency_hz);
 }
 
-}  // namespace
-
-expected<DetectionLines, ConfigError> detection_lines(const data::Record& record,
-                                                      const DetectionLinesConfig& config) {
+expected<Sums, ConfigError> sums_of(const data::Record& record, const DetectionLinesConfig& config) {
   const Approach approach = record.excitation.present() && record.input.present() ? Approach::joint
                             : record.input.present()                              ? Approach::direct
                                                                                   : Approach::indirect;
@@ -78,10 +75,9 @@ expected<DetectionLines, ConfigError> detection_lines(const data::Record& record
   const auto silent = periodic_lines(record, periodic, approach);
   if (!silent) return unexpected(silent.error());
 
-  double power = 0.0;
+  Sums sums;
   for (const auto& line : excited->lines)
-    power += std::norm(line.output) / static_cast<double>(excited->lines.size());
-  Sum even, odd;
+    sums.excited += std::norm(line.output) / static_cast<double>(excited->lines.size());
   for (const auto& line : silent->lines) {
     const auto above = std::find_if(excited->lines.begin(), excited->lines.end(), [&](const LineEstimate& l) {
       return l.frequency_hz > line.frequency_hz;
@@ -91,13 +87,47 @@ expected<DetectionLines, ConfigError> detection_lines(const data::Record& record
     const Eigen::RowVector3cd row(0.0, -g, 1.0);
     const bool is_even = multiple(line.frequency_hz) % 2 == 0;
     if (!is_even && !odd_only) continue;
-    Sum& sum = is_even ? even : odd;
+    Sum& sum = is_even ? sums.even : sums.odd;
     sum.power += std::norm(line.output - g * line.input);
     sum.noise += (row * line.covariance * row.adjoint()).value().real();
-    ++sum.lines;
+    ++sum.terms;
+    ++(is_even ? sums.even_lines : sums.odd_lines);
   }
-  const double degrees = excited->lines.front().degrees_of_freedom;
-  return DetectionLines{level_of(even, power, degrees), level_of(odd, power, degrees), base_hz};
+  sums.degrees = excited->lines.front().degrees_of_freedom;
+  sums.base_hz = base_hz;
+  return sums;
+}
+
+void add(Sum& to, const Sum& sum) {
+  to.power += sum.power;
+  to.noise += sum.noise;
+  to.terms += sum.terms;
+}
+
+}  // namespace
+
+expected<DetectionLines, ConfigError> detection_lines(const data::Record& record,
+                                                      const DetectionLinesConfig& config) {
+  return detection_lines(std::span(&record, 1), config);
+}
+
+expected<DetectionLines, ConfigError> detection_lines(std::span<const data::Record> records,
+                                                      const DetectionLinesConfig& config) {
+  if (records.empty()) return refuse("records", "must be at least one", 0.0);
+  Sums all;
+  for (const auto& record : records) {
+    const auto sums = sums_of(record, config);
+    if (!sums) return unexpected(sums.error());
+    add(all.even, sums->even);
+    add(all.odd, sums->odd);
+    all.excited += sums->excited / static_cast<double>(records.size());
+    all.even_lines = std::max(all.even_lines, sums->even_lines);
+    all.odd_lines = std::max(all.odd_lines, sums->odd_lines);
+    all.degrees = sums->degrees;
+    all.base_hz = sums->base_hz;
+  }
+  return DetectionLines{level_of(all.even, all.even_lines, all.excited, all.degrees),
+                        level_of(all.odd, all.odd_lines, all.excited, all.degrees), all.base_hz};
 }
 
 }  // namespace resonid::response

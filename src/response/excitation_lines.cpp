@@ -2,35 +2,13 @@
 #include <algorithm>
 #include <cmath>
 #include <resonid/response/excitation_lines.hpp>
+#include <resonid/response/realisations.hpp>
 
+#include "response/autocorrelation.hpp"
 #include "response/fft.hpp"
 #include "response/signals.hpp"
 
 namespace resonid::response {
-namespace {
-
-/// r(l) = sum x(k) x(k+l) / sqrt(energy of both overlapping parts), l = 0 ... N/2.
-std::vector<double> normalised_autocorrelation(std::span<const double> samples) {
-  const std::size_t count = samples.size();
-  std::vector<double> padded = detrended(samples, 0);
-  std::vector<double> energy(count + 1, 0.0);
-  for (std::size_t k = 0; k < count; ++k) energy[k + 1] = energy[k] + padded[k] * padded[k];
-  std::size_t length = 1;
-  while (length < 2 * count) length *= 2;
-  padded.resize(length, 0.0);
-  auto spectrum = half_spectrum(padded);
-  for (auto& bin : spectrum) bin = std::norm(bin);
-  const auto correlation = from_half_spectrum(spectrum, length);
-  std::vector<double> normalised(count / 2 + 1, 0.0);
-  for (std::size_t lag = 0; lag < normalised.size(); ++lag) {
-    const double scale = std::sqrt(energy[count - lag] * (energy[count] - energy[lag]));
-    if (scale > 0.0) normalised[lag] = correlation[lag] / scale;
-  }
-  return normalised;
-}
-
-}  // namespace
-
 double excited_power_threshold(std::vector<double> powers) {
   if (powers.empty()) return 0.0;
   std::sort(powers.begin(), powers.end());
@@ -47,20 +25,12 @@ double excited_power_threshold(std::vector<double> powers) {
 }
 
 std::optional<std::size_t> detect_period(const data::Record& record) {
+  constexpr double kThroughout = 0.995;
   const auto& samples = record.excitation.present() ? record.excitation.samples : record.input.samples;
-  if (samples.size() < 16) return std::nullopt;
-  const auto correlation = normalised_autocorrelation(samples);
-  const auto is_peak = [&](std::size_t lag) {
-    return correlation[lag] > correlation[lag - 1] &&
-           (lag + 1 >= correlation.size() || correlation[lag] >= correlation[lag + 1]);
-  };
-  double highest = 0.0;
-  for (std::size_t lag = 4; lag < correlation.size(); ++lag)
-    if (is_peak(lag)) highest = std::max(highest, correlation[lag]);
-  if (highest < 0.9) return std::nullopt;
-  for (std::size_t lag = 4; lag < correlation.size(); ++lag)
-    if (is_peak(lag) && correlation[lag] >= 0.995 * highest) return lag;
-  return std::nullopt;
+  const auto whole = repetition_of(samples);
+  if (whole && whole->correlation >= kThroughout) return whole->lag;
+  if (const auto period = detect_realisation_period(record)) return period;
+  return whole ? std::optional(whole->lag) : std::nullopt;
 }
 
 std::optional<std::pair<double, double>> excited_band_hz(const data::Record& record, Approach approach,

@@ -49,11 +49,8 @@ LineEstimate average(const Periods& periods, Eigen::Index reference) {
 /// give some twelve degrees of freedom, four on either side at most. Signal power plays no part in a scatter,
 /// so that lines without excitation count too.
 void pool_noise(const std::vector<Periods>& spectra, std::size_t bin, LineEstimate& line) {
-  constexpr double kWanted = 12.0;
-  constexpr std::size_t kReach = 4;
   const double own = line.degrees_of_freedom;
-  const auto reach =
-      std::min(kReach, static_cast<std::size_t>(std::max(0.0, std::ceil(0.5 * (kWanted / own - 1.0)))));
+  const std::size_t reach = pooling_reach(own);
   if (reach == 0) return;
   const double count = own + 1.0;
   Eigen::Matrix3cd sum = Eigen::Matrix3cd::Zero();

@@ -77,6 +77,12 @@ std::vector<double> without_drift(std::span<const double> samples, std::size_t p
   return values;
 }
 
+std::size_t pooling_reach(double own) {
+  constexpr double kWanted = 12.0;
+  constexpr std::size_t kReach = 4;
+  return std::min(kReach, static_cast<std::size_t>(std::max(0.0, std::ceil(0.5 * (kWanted / own - 1.0)))));
+}
+
 int trend_degree(const data::Record& record, std::size_t signal) {
   return signal == 2 && record.output_quantity == data::OutputQuantity::position ? 1 : 0;
 }

@@ -36,6 +36,10 @@ struct Signals {
 /// two periods.
 [[nodiscard]] std::vector<double> without_drift(std::span<const double> samples, std::size_t period);
 
+/// Neighbours on either side with whose scatter that of a line is averaged: as many as give twelve degrees of
+/// freedom where it has `own`, at most four.
+[[nodiscard]] std::size_t pooling_reach(double own);
+
 /// 1 for positions, whose drift over a record is real; 0 for other quantities of the output and for torques.
 [[nodiscard]] int trend_degree(const data::Record& record, std::size_t signal);
 

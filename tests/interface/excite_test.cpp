@@ -71,6 +71,59 @@ TEST_F(Excite, SameSeedSameBytes) {
   EXPECT_NE(text("a.csv"), text("c.csv"));
 }
 
+TEST_F(Excite, WritesRealisations) {
+  const std::string start =
+      "excite multisine --sample-rate 200 --lines 1:20:1 --phases random --periods-per-realisation 3 ";
+  const auto done = run(start + "--realisations 4 --out r.csv --json r.json");
+  ASSERT_EQ(done.exit_code, 0) << done.error;
+  EXPECT_NE(done.out.find("realisations  4 of 3 periods"), std::string::npos) << done.out;
+  const auto json = nlohmann::json::parse(text("r.json"));
+  EXPECT_EQ(json.at("periods_per_realisation"), 3);
+  EXPECT_EQ(json.at("samples"), 4 * 3 * 200);
+  const auto x = io::read_csv(path("r.csv")).value().columns[1];
+  ASSERT_EQ(x.size(), 2400U);
+  for (std::size_t k = 0; k + 200 < x.size(); ++k) {
+    const bool same_realisation = k / 600 == (k + 200) / 600;
+    if (same_realisation) {
+      ASSERT_EQ(x[k], x[k + 200]) << k;
+    }
+  }
+  EXPECT_NE(x[0], x[600]);
+  EXPECT_NE(x[600], x[1200]);
+  // The phases told are those of the first realisation.
+  double first = 0.0;
+  for (const auto& p : json.at("phases_rad")) first += std::cos(p.get<double>());
+  EXPECT_NEAR(x[0], first, 1e-9);
+  ASSERT_EQ(run(start + "--periods 12 --out p.csv").exit_code, 0);
+  EXPECT_EQ(text("p.csv"), text("r.csv"));
+  expect_refused(start + "--realisations 4 --periods 2", {"--realisations", "--periods"});
+  expect_refused(start + "--realisations 4 --duration 2", {"--realisations", "--duration"});
+  expect_refused("excite multisine --sample-rate 200 --lines 1:20:1 --phases random --realisations 4",
+                 {"--realisations", "--periods-per-realisation", "required"});
+  expect_refused("excite multisine --sample-rate 200 --lines 1:20:1 --periods-per-realisation 3",
+                 {"--periods-per-realisation", "--phases random"});
+}
+
+TEST_F(Excite, LeavesLinesOut) {
+  const std::string start = "excite multisine --sample-rate 200 --lines 1:20:0.5 ";
+  const auto odd = run(start + "--leave-out odd-random --group 5 --seed 3 --json o.json");
+  ASSERT_EQ(odd.exit_code, 0) << odd.error;
+  // Multiples 2 ... 40 of 0.5 Hz: 20 even ones go, and 3 of the 19 odd ones.
+  EXPECT_NE(odd.out.find("left out      23 of 39 lines: 20 even and 3 odd multiples of 0.5 Hz"),
+            std::string::npos)
+      << odd.out;
+  const auto json = nlohmann::json::parse(text("o.json"));
+  EXPECT_EQ(json.at("lines_hz").size(), 16U);
+  EXPECT_EQ(json.at("left_out_hz").size(), 23U);
+  const auto best = run(start + "--leave-out even --phases optimised --json e.json");
+  ASSERT_EQ(best.exit_code, 0) << best.error;
+  EXPECT_EQ(nlohmann::json::parse(text("e.json")).at("lines_hz").size(), 19U);
+  expect_refused(start + "--leave-out odd", {"--leave-out", "'odd'", "odd-random"});
+  expect_refused(start + "--leave-out odd-random --group 1", {"--group", "1", ">= 2"});
+  expect_refused("excite multisine --sample-rate 200 --lines 1,1.41421356237 --leave-out even",
+                 {"--leave-out", "common period"});
+}
+
 TEST_F(Excite, WrongUseNamesOptionFoundAndRequired) {
   const std::string chirp = "excite chirp --sample-rate 500 --duration 17 ";
   expect_refused(chirp + "--from 300 --to 1.5", {"--from", "300", "below half the sample rate"});

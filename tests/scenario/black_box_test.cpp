@@ -98,7 +98,8 @@ TEST(BlackBoxOfADrive, GivesMarginsWithErrorBars) {
   EXPECT_EQ(result.loop->source, "model");
   const auto& m = result.loop->margins;
   const auto t = diagnostics::loop_margins(simulation.truth.loop);
-  const auto check = [](double value, double truth_value, const std::optional<double>& deviation, double most) {
+  const auto check = [](double value, double truth_value, const std::optional<double>& deviation,
+                        double most) {
     ASSERT_TRUE(deviation);
     EXPECT_GT(*deviation, 0.0);
     test::expect_within({value, *deviation}, truth_value, 4.0, most);

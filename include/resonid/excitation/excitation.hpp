@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <resonid/base/expected.hpp>
 #include <resonid/excitation/chirp.hpp>
+#include <resonid/excitation/left_out_lines.hpp>
 #include <resonid/excitation/metrics.hpp>
 #include <resonid/excitation/multisine.hpp>
 #include <resonid/excitation/prbs.hpp>
@@ -43,6 +44,9 @@ struct ExcitationConfig {
   Phases phases = Phases::schroeder;
   LineList phases_rad;
   std::uint64_t seed = 1;
+  std::uint64_t periods_per_realisation = 0;
+  LeaveOut leave_out = LeaveOut::nothing;
+  std::uint64_t group = 4;
   double from_hz = 0.0;
   double to_hz = 0.0;
   double duration_s = 0.0;
@@ -72,7 +76,13 @@ void describe(Visitor&& v, ExcitationConfig& c) {
         "peak value of each line, as a part of amplitude, > 0; empty: 1 for all");
       v("phases", c.phases, "random, schroeder, zero, or given in phases_rad");
       v("phases_rad", c.phases_rad, "phase of each line's cosine, for phases = given only (rad)");
-      v("seed", c.seed, "seed of random phases");
+      v("seed", c.seed, "seed of random phases and of lines left out at random");
+      v("periods_per_realisation", c.periods_per_realisation,
+        "periods after which new random phases are drawn; 0: the same for ever");
+      v("leave_out", c.leave_out,
+        "lines of lines_hz to leave out, to show distortion: nothing, even multiples, or odd-random: even "
+        "ones and one of every group of odd ones");
+      v("group", c.group, "odd lines of which odd-random leaves out one, >= 2");
       break;
     case Kind::chirp:
       v("from_hz", c.from_hz, "frequency at the start, > 0 and below half the sample rate (Hz)");
@@ -89,6 +99,11 @@ void describe(Visitor&& v, ExcitationConfig& c) {
   }
 }
 
+/// The configuration of a multisine with just the lines that `leave_out` leaves, amplitudes and phases with
+/// them, and `leave_out` done with; other kinds as they are.
+[[nodiscard]] expected<ExcitationConfig, ConfigError> with_kept_lines(const ExcitationConfig& config,
+                                                                      double sample_rate_hz);
+
 /// Any of the generators behind one step(). A value without heap.
 class Excitation {
  public:
@@ -102,7 +117,7 @@ class Excitation {
 
   /// Samples of one period, sweep or stepped measurement; 0 when there is no such length.
   [[nodiscard]] std::size_t natural_length_samples() const noexcept;
-  /// Samples after which the signal repeats; 0 when it does not.
+  /// Samples after which the signal repeats, but for phases that are drawn anew; 0 when it does not.
   [[nodiscard]] std::size_t period_samples() const noexcept;
   [[nodiscard]] Band band() const noexcept;
   using Generator = std::variant<std::monostate, Prbs, Multisine<kMaxLines>, Chirp, SteppedSine<kMaxLines>>;

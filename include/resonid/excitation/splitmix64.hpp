@@ -10,10 +10,12 @@ namespace resonid::excitation {
 /// 2014.
 class SplitMix64 {
  public:
-  explicit constexpr SplitMix64(std::uint64_t seed) noexcept : state_(seed) {}
+  /// `drawn`: goes on as after so many numbers.
+  explicit constexpr SplitMix64(std::uint64_t seed, std::uint64_t drawn = 0) noexcept
+      : state_(seed + drawn * kStep) {}
 
   constexpr std::uint64_t next() noexcept {
-    state_ += 0x9E3779B97F4A7C15U;
+    state_ += kStep;
     std::uint64_t z = state_;
     z = (z ^ (z >> 30)) * 0xBF58476D1CE4E5B9U;
     z = (z ^ (z >> 27)) * 0x94D049BB133111EBU;
@@ -23,6 +25,7 @@ class SplitMix64 {
   constexpr double uniform() noexcept { return static_cast<double>(next() >> 11) * 0x1p-53; }
 
  private:
+  static constexpr std::uint64_t kStep = 0x9E3779B97F4A7C15U;
   std::uint64_t state_;
 };
 

@@ -37,7 +37,9 @@ struct Joint {
 /// these options.
 ///
 /// Response: at every line the mean of the records that have it, weighted by inverse variances; its standard
-/// deviation grows by the scatter where the records scatter more than their error bars say.
+/// deviation grows by the scatter where the records scatter more than their error bars say. With
+/// Method::best_linear the records are realisations of one random-phase excitation, each one or several, and
+/// the response is their best linear approximation, with `distortion`.
 ///
 /// Model: one likelihood over all records, each with its own initial state, offset and noise; records that do
 /// not determine a model by themselves count in it too. The structure is that which most records show; where

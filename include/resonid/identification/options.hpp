@@ -27,7 +27,8 @@ enum class Method {
   least_squares,
   model,
   local_rational,
-  simulate_and_correct
+  simulate_and_correct,
+  best_linear
 };
 
 /// black_box: a rational model of any order, for what no drive structure describes.
@@ -57,7 +58,8 @@ struct Options {
   std::optional<Chirp> chirp;
   std::vector<double> lines_hz;    ///< Frequencies to report, ascending; empty: chosen.
   std::size_t period_samples = 0;  ///< Period of a periodic excitation; 0: detected.
-  std::size_t drop_periods = 0;    ///< Periods discarded at the start of the record.
+  /// Periods discarded at the start of the record; best_linear: of each realisation, one at least.
+  std::size_t drop_periods = 0;
   Method method = Method::automatic;
   std::optional<Approach> approach;  ///< Absent: joint with an excitation signal, else direct.
   std::optional<data::TransferFunction> controller;  ///< C, from velocity error to torque.

@@ -10,6 +10,7 @@
 #include <resonid/fit/black_box.hpp>
 #include <resonid/fit/drive_model.hpp>
 #include <resonid/fit/output_error.hpp>
+#include <resonid/response/distortion_level.hpp>
 #include <string>
 #include <vector>
 
@@ -60,6 +61,16 @@ struct LoopResult {
   std::string source;             ///< "model" or "response".
   std::optional<double> crossover_std_hz, phase_margin_std_deg, modulus_margin_std,
       gain_margin_std_db;  ///< From the model's covariance.
+};
+
+/// Non-linear distortion beside noise, from realisations of a random-phase excitation or from lines that it
+/// leaves out (docs/methods/best_linear_approximation.md, detection_lines.md).
+struct Distortion {
+  std::size_t realisations = 0;         ///< 0: only detection lines tell.
+  std::vector<double> noise_std;        ///< [line of the response] of the mean, by noise alone
+  std::vector<double> distortion_std;   ///< [line] of the response of one realisation, by distortion
+  response::DistortionLevel scatter;    ///< Of the realisations over their noise; no lines without them.
+  response::DistortionLevel even, odd;  ///< At detection lines of each kind; no lines: there are none.
 };
 
 /// How well the model reproduces what it was fitted to.
@@ -140,6 +151,7 @@ struct Result {
   double known_delay_s = 0.0;
   std::optional<double> radius_m;
   data::FrequencyResponse response;
+  std::optional<Distortion> distortion;
   std::vector<Resonance> resonances;  ///< Ascending.
   std::optional<ModelResult> model;
   std::optional<BlackBoxResult> black_box;  ///< In place of `model` when no drive structure was asked for.

@@ -2,7 +2,9 @@
 #pragma once
 
 #include <cstddef>
+#include <resonid/response/distortion_level.hpp>
 #include <resonid/response/line_estimates.hpp>
+#include <resonid/response/realisations.hpp>
 #include <span>
 #include <vector>
 
@@ -13,6 +15,7 @@ struct BestLinearConfig {
   std::size_t drop_periods = 0;    ///< Periods left out at the start of each record, while transients last.
   double band_low_hz = 0.0;        ///< Lowest line, >= 0.
   double band_high_hz = 0.0;       ///< Highest line; 0: half the sample rate.
+  std::vector<double> lines_hz;  ///< Lines to report (nearest of the period's grid); empty: the excited ones.
 };
 
 template <class Visitor>
@@ -22,15 +25,25 @@ void describe(Visitor&& v, BestLinearConfig& c) {
   v("drop_periods", c.drop_periods, "periods left out at the start of each record");
   v("band_low_hz", c.band_low_hz, "lowest line in Hz");
   v("band_high_hz", c.band_high_hz, "highest line in Hz; 0: half the sample rate");
+  v("lines_hz", c.lines_hz, "lines to report in Hz; empty: the excited ones");
 }
 
 /// What several realisations of a random-phase excitation tell, line by line.
 struct BestLinearApproximation {
-  LineEstimates lines;                 ///< The mean; its covariance from the scatter of the realisations.
-  std::vector<double> noise_std;       ///< [line] of the mean response by noise alone, recorded quantity
+  LineEstimates lines;                    ///< The mean; its covariance from the scatter of the realisations.
+  std::vector<Eigen::Matrix3cd> noise;    ///< [line] covariance of the mean by noise alone
+  std::vector<Eigen::Matrix3cd> scatter;  ///< [line] covariance of the mean, of that line's scatter alone
+  std::vector<double> noise_std;          ///< [line] of the mean response by noise alone, recorded quantity
   std::vector<double> distortion_std;  ///< [line] of the response of one realisation by non-linear distortion
   std::size_t realisations = 0;
+  /// Distortion of one realisation at the output over the output, rms over the lines, and whether the
+  /// realisations scatter more than their noise explains.
+  DistortionLevel level;
 };
+
+/// distortion^2 of one realisation from the variances of the mean of so many: that of the scatter and that of
+/// the noise; 0 where the difference is negative.
+[[nodiscard]] double distortion_variance(double scatter, double noise, std::size_t realisations);
 
 /// Best linear approximation by the robust method (METHOD 8.5; Pintelon and Schoukens 2012, System
 /// Identification, 4.3.1): M records, each with several periods of one random-phase realisation of the same
@@ -41,15 +54,11 @@ struct BestLinearApproximation {
 ///   distortion of one realisation: M (var G - noise), 0 where that is negative
 ///
 /// Non-linear distortion repeats with the period, so periods do not show it; new phases do. Direct: G_m =
-/// Y/U. Else U and Y are referred to Ru before they are averaged. Needs two records with two whole periods
-/// each. Limits: with M records a level is known to about 1/sqrt(2 (M - 1)).
+/// Y/U. Else U and Y are referred to Ru before they are averaged. Few realisations tell little of one line's
+/// scatter: its covariance is averaged with that of up to four neighbours on either side, as periodic_lines()
+/// does. Needs two records with two whole periods each, and phases that differ (no_realisations()).
+/// Limits: with M records a level is known to about 1/sqrt(2 (M - 1)).
 [[nodiscard]] expected<BestLinearApproximation, ConfigError> best_linear_approximation(
     std::span<const data::Record> records, const BestLinearConfig& config, Approach approach);
-
-/// Parts of one record whose excitation has the same period but different phases, each with the first of its
-/// periods (its transient) taken off: a new part begins where a period differs from the one before by more
-/// than a tenth (rms). A record of one realisation gives one part.
-[[nodiscard]] std::vector<data::Record> realisations_of(const data::Record& record,
-                                                        std::size_t period_samples);
 
 }  // namespace resonid::response

@@ -2,8 +2,9 @@
 #pragma once
 
 #include <cstddef>
+#include <resonid/response/distortion_level.hpp>
 #include <resonid/response/line_estimates.hpp>
-#include <vector>
+#include <span>
 
 namespace resonid::response {
 
@@ -17,14 +18,6 @@ void describe(Visitor&& v, DetectionLinesConfig& c) {
   v("period_samples", c.period_samples, "period of the excitation in samples; 0: detected");
   v("drop_periods", c.drop_periods, "periods left out at the start, while transients last");
 }
-
-/// Output at the lines of one kind that the excitation leaves out.
-struct DistortionLevel {
-  std::size_t lines = 0;     ///< Detection lines of this kind; 0: none, the levels say nothing.
-  double level = 0.0;        ///< rms per line over rms per excited line, noise taken off; 0 or more.
-  double noise = 0.0;        ///< What noise alone gives there, in the same measure.
-  bool significant = false;  ///< More than noise: F test, 0.1 %.
-};
 
 struct DetectionLines {
   DistortionLevel even;  ///< Even multiples: offsets, asymmetric friction, backlash, saturation on one side.
@@ -44,6 +37,11 @@ struct DetectionLines {
 /// reference leaves out no line of the band. Limits: a level is that of the detection lines, not of the
 /// excited ones; odd distortion weighs on the response, even distortion acts like noise.
 [[nodiscard]] expected<DetectionLines, ConfigError> detection_lines(const data::Record& record,
+                                                                    const DetectionLinesConfig& config);
+
+/// The same of several realisations with one amplitude spectrum: powers are averaged over them, the test has
+/// their degrees of freedom together.
+[[nodiscard]] expected<DetectionLines, ConfigError> detection_lines(std::span<const data::Record> records,
                                                                     const DetectionLinesConfig& config);
 
 }  // namespace resonid::response

@@ -20,7 +20,8 @@ namespace resonid::response {
 
 /// Period of the excitation (of the input, when the record has no excitation), in samples; nothing when it
 /// does not repeat at least twice in the record. From the first peak of the normalised autocorrelation that
-/// comes within 0.5 % of the highest one. Limit: a multisine whose lines all lie near multiples of a coarser
+/// comes within 0.5 % of the highest one. Also that of an excitation whose phases change every few periods
+/// (detect_realisation_period()). Limit: a multisine whose lines all lie near multiples of a coarser
 /// spacing needs a signal-to-noise ratio above 200 to be told from one with that shorter period.
 [[nodiscard]] std::optional<std::size_t> detect_period(const data::Record& record);
 

@@ -46,16 +46,23 @@ function explanation(measured, model, marks, confidence, reduced) {
     text.push(`${measured.length > WHISKERS ? "Shaded" : "Bars"}: where the true value lies with ${percent(confidence)} confidence.`);
   }
   if (model.length && measured.length) text.push("Where the line of the model leaves the points, the model misses something.");
+  if (hasLevels(measured)) {
+    text.push("Below it: what noise makes of the response, and what non-linear distortion makes of that of one realisation.");
+  }
   if (marks.length) text.push("Dashed: anti-resonance (the load holds the motor still) and resonance.");
   if (reduced?.lines_total) text.push(`Drawn: ${reduced.lines_shown} of ${reduced.lines_total} lines.`);
   return text.join(" ");
 }
+
+const hasLevels = (measured) => measured.some((p) => p.noiseDb !== null || p.distortionDb !== null);
 
 function legendOf(measured, model, confidence) {
   const items = [];
   if (measured.some((p) => p.settled)) items.push(["point", "measured"]);
   if (measured.some((p) => !p.settled)) items.push(["hollow", "not settled within the record"]);
   if (measured.some((p) => p.radius !== null)) items.push([measured.length > WHISKERS ? "band" : "whisker", `${percent(confidence)} confidence`]);
+  if (measured.some((p) => p.noiseDb !== null)) items.push(["noise", "noise"]);
+  if (measured.some((p) => p.distortionDb !== null)) items.push(["distortion", "non-linear distortion"]);
   if (model.length) items.push(["line", "model"]);
   if (model.some((p) => isNumber(p.dbLow))) items.push(["modelBand", `model, ${percent(confidence)} confidence`]);
   return legend(items);
@@ -81,6 +88,8 @@ function reading(f, measured, model, unit) {
     parts.push(`<span class="m"><b>measured</b> ${point.db.toFixed(2).replace("-", "−")} dB = ` +
       `${significant(point.abs, 3)}${region} ${escapeHtml(unit)}</span>`);
     parts.push(`<span>${plain(Math.round(point.degrees * 10) / 10, 5)}${angle}°</span>`);
+    if (point.noiseDb !== null) parts.push(`<span>noise ${point.noiseDb.toFixed(1).replace("-", "−")} dB</span>`);
+    if (point.distortionDb !== null) parts.push(`<span>distortion ${point.distortionDb.toFixed(1).replace("-", "−")} dB</span>`);
     if (point.coherence !== null) parts.push(`<span>coherence ${significant(point.coherence, 3)}</span>`);
     if (!point.settled) parts.push("<span>not settled</span>");
   }
@@ -143,7 +152,7 @@ function chartHost(box, title, unit) {
 }
 
 /** One of the three charts: series are band (low, high), measured, unsettled, model and its band. */
-function bodeChart(context, { host, label, height, last, key, ticks, scale, showMarks, withModel = true, connect = false }) {
+function bodeChart(context, { host, label, height, last, key, ticks, scale, showMarks, withModel = true, connect = false, levels = [] }) {
   const { measured, model, marks } = context;
   const has = withModel && model.length > 0;
   // All three charts get the same frequencies, so that zoom and cursor mean the same in each.
@@ -154,6 +163,7 @@ function bodeChart(context, { host, label, height, last, key, ticks, scale, show
     column((p) => (p.settled ? p[key] : null)), column((p) => (p.settled ? null : p[key])),
     column((p) => (has ? p[key] : null), 1),
     column((p) => (has ? p[key + "Low"] ?? null : null), 1), column((p) => (has ? p[key + "High"] ?? null : null), 1),
+    ...levels.map((name) => column((p) => p[name + "Db"])),
   ]);
   const size = measured.length > 400 ? 3 : measured.length > 120 ? 4 : 6;
   const dots = (hollow) => ({
@@ -172,19 +182,32 @@ function bodeChart(context, { host, label, height, last, key, ticks, scale, show
     series: [{}, bare, bare,
       { paths: connect ? uPlot.paths.linear() : () => null, spanGaps: true, width: 1, stroke: () => colour("measured"), points: dots(false) },
       { paths: () => null, stroke: () => colour("measured"), points: dots(true) },
-      { spanGaps: true, width: 2, stroke: () => colour("model"), points: { show: false } }, bare, bare],
+      { spanGaps: true, width: 2, stroke: () => colour("model"), points: { show: false } }, bare, bare, ...levels.map((name) => levelSeries(name, size))],
     hooks: { drawClear: [(u) => { drawMarks(u, marks); drawBand(u, data); drawModelBand(u, data); }], draw: [(u) => { if (showMarks) drawMarkLabels(u, marks); }] },
     onCursor: context.onCursor,
   });
 }
 
+/** A level beside |G|: noise as small dots on a thin line, distortion as hollow ones that scatter as estimates do. */
+function levelSeries(name, size) {
+  const noise = name === "noise";
+  return {
+    paths: noise ? uPlot.paths.linear() : () => null, spanGaps: true, width: 1, stroke: () => colour(name),
+    points: {
+      show: true, size: noise ? Math.max(2, size - 3) : Math.max(4, size - 1), width: noise ? 0 : 1.3,
+      stroke: () => colour(name), fill: () => colour(noise ? name : "card"),
+    },
+  };
+}
+
 function magnitude(context, last) {
   const { measured, model, unit } = context;
+  const levels = ["noise", "distortion"].filter((name) => measured.some((p) => p[name + "Db"] !== null));
   const host = chartHost(context.box, "Magnitude", unit ? `in dB, 0 dB = 1 ${unit}` : "in dB");
   bodeChart(context, {
-    host, last, height: 290, key: "db", ticks: decibelTicks, showMarks: true,
+    host, last, height: levels.length ? 380 : 290, key: "db", ticks: decibelTicks, showMarks: true, levels,
     label: "Magnitude of the frequency response in decibels over frequency",
-    scale: (u) => scaleOver(u, measured, model, "db", { allow: 12, least: 3 }),
+    scale: (u) => scaleOver(u, measured, model, "db", { allow: 12, least: 3 }, levelRange(measured)),
   });
 }
 
@@ -208,7 +231,14 @@ function coherenceChart(context, findings) {
   if (limit) host.previousSibling.lastChild.textContent += `; below ${plain(limit.threshold)} the response is doubtful`;
 }
 
-function scaleOver(u, measured, model, key, options) {
+/** What of the levels must be seen: all of the noise, and distortion down to a little below the least of it. */
+function levelRange(measured) {
+  const noise = measured.map((p) => p.noiseDb).filter(isNumber);
+  const floor = noise.length ? Math.min(...noise) - 6 : -Infinity;
+  return (p) => [p.noiseDb, isNumber(p.distortionDb) ? Math.max(p.distortionDb, floor) : null];
+}
+
+function scaleOver(u, measured, model, key, options, more = () => []) {
   const visible = (line) => {
     const data = u.data[0];
     const [i, j] = u.series[0].idxs ?? [0, data.length - 1];
@@ -216,7 +246,7 @@ function scaleOver(u, measured, model, key, options) {
     return line.filter((p) => p.f >= low && p.f <= high);
   };
   const shown = visible(measured);
-  return limits([...shown.map((p) => p[key]), ...visible(model).map((p) => p[key])],
+  return limits([...shown.map((p) => p[key]), ...shown.flatMap(more), ...visible(model).map((p) => p[key])],
     shown.flatMap((p) => [p[key + "Low"], p[key + "High"]]), options);
 }
 

@@ -19,8 +19,13 @@ export function points(columns) {
     if (!isNumber(f) || f <= 0 || !isNumber(re) || !isNumber(im)) return;
     const std = list(columns.std)[i];
     const coherence = list(columns.coherence)[i];
+    const level = (name) => {
+      const value = list(columns[name])[i];
+      return isNumber(value) && value > 0 ? toDb(value) : null;
+    };
     out.push({
       f, re, im, abs: Math.hypot(re, im), phase: Math.atan2(im, re) * DEGREES,
+      noiseDb: level("noise_std"), distortionDb: level("distortion_std"),
       std: isNumber(std) && std >= 0 ? std : null,
       coherence: isNumber(coherence) ? coherence : null,
     });

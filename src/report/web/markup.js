@@ -16,6 +16,8 @@ const SWATCH = {
   hollow: '<circle cx="12" cy="7" r="4" fill="var(--card)" stroke="var(--measured)" stroke-width="1.6"/>',
   band: '<rect x="1" y="1" width="22" height="12" rx="2" fill="var(--band)"/>',
   whisker: '<path d="M12 1v12M8 1h8M8 13h8" fill="none" stroke="var(--measured)" stroke-width="1.4"/>',
+  noise: '<path d="M1 7h22" stroke="var(--noise)" stroke-width="1"/><circle cx="12" cy="7" r="2" fill="var(--noise)"/>',
+  distortion: '<circle cx="12" cy="7" r="3" fill="var(--card)" stroke="var(--distortion)" stroke-width="1.4"/>',
   line: '<path d="M1 7h22" stroke="var(--model)" stroke-width="2.4"/>',
   unit: '<path d="M1 7h22" stroke="var(--soft)" stroke-width="1.6" stroke-dasharray="5 3"/>',
   critical: '<path d="M7 7h10M12 2v10" stroke="var(--bad)" stroke-width="2.4"/>',

@@ -86,6 +86,72 @@ TEST(Multisine, RepeatsBitForBit) {
     for (std::size_t k = 0; k < 400; ++k) ASSERT_EQ(multisine.step(), first[k]);
 }
 
+constexpr std::size_t kPeriodOf21 = 400;
+
+Multisine<21> with_realisations(std::uint64_t seed, std::uint64_t periods) {
+  const auto f = lines(20.0, 5.0, 21);
+  const std::vector<double> amplitude{0.3};
+  MultisineConfig c{2000.0, f, amplitude, Phases::random, {}, seed};
+  c.periods_per_realisation = periods;
+  return Multisine<21>::create(c).value();
+}
+
+TEST(Multisine, DrawsNewPhasesEveryFewPeriods) {
+  auto multisine = with_realisations(7, 3);
+  std::vector<std::vector<double>> first_periods;
+  for (int realisation = 0; realisation < 4; ++realisation) {
+    EXPECT_EQ(multisine.realisation(), static_cast<std::uint64_t>(realisation));
+    std::vector<double> first(kPeriodOf21);
+    multisine.fill(first);
+    for (int repeat = 0; repeat < 2; ++repeat)
+      for (std::size_t k = 0; k < kPeriodOf21; ++k) ASSERT_EQ(multisine.step(), first[k]);
+    first_periods.push_back(std::move(first));
+  }
+  // The first is that of the constant phases; all have the same power and are no repetitions.
+  auto constant = with_realisations(7, 0);
+  for (const double x : first_periods[0]) ASSERT_EQ(constant.step(), x);
+  const double energy = kPeriodOf21 * 21.0 * 0.3 * 0.3 / 2.0;
+  for (std::size_t a = 0; a < 4; ++a)
+    for (std::size_t b = a; b < 4; ++b) {
+      double product = 0.0;
+      for (std::size_t k = 0; k < kPeriodOf21; ++k) product += first_periods[a][k] * first_periods[b][k];
+      if (a == b) EXPECT_NEAR(product / energy, 1.0, 1e-9);
+      // mean of 21 cosines of random angles: standard deviation 1/sqrt(42)
+      else
+        EXPECT_LT(std::abs(product / energy), 4.0 / std::sqrt(42.0));
+    }
+}
+
+TEST(Multisine, PhasesOfARealisationComeFromSeedAndItsNumber) {
+  auto multisine = with_realisations(1234567, 1);
+  for (std::size_t k = 0; k < kPeriodOf21; ++k) multisine.step();
+  // The 22nd number of the seed's stream: each realisation takes one of its 21 numbers per line.
+  SplitMix64 stream(1234567);
+  for (int i = 0; i < 21; ++i) stream.next();
+  for (std::size_t i = 0; i < 21; ++i) EXPECT_EQ(multisine.phase_rad(i), kTwoPi * stream.uniform());
+}
+
+TEST(Multisine, ResetRepeatsAllRealisationsBitForBit) {
+  auto multisine = with_realisations(3, 2);
+  std::vector<double> once(5 * 2 * kPeriodOf21 + 17);
+  multisine.fill(once);
+  multisine.reset();
+  for (const double x : once) ASSERT_EQ(multisine.step(), x);
+}
+
+TEST(Multisine, RefusesRealisationsOfOtherThanRandomPhases) {
+  const auto f = lines(20.0, 5.0, 3);
+  const std::vector<double> amplitude{1.0};
+  MultisineConfig c{2000.0, f, amplitude, Phases::schroeder, {}, 1};
+  c.periods_per_realisation = 4;
+  EXPECT_EQ(Multisine<4>::create(c).error().field, "periods_per_realisation");
+  c.phases = Phases::random;
+  EXPECT_TRUE(Multisine<4>::create(c));
+  const std::vector<double> irrational{10.0 * std::sqrt(2.0)};
+  c.frequency_hz = irrational;
+  EXPECT_EQ(Multisine<4>::create(c).error().field, "periods_per_realisation");
+}
+
 // Without a common period the phase must still be exact after long runs: checked against the cosine of an
 // exactly reduced argument, with a frequency of irrational ratio to the sample rate.
 TEST(Multisine, DoesNotDriftWithoutACommonPeriod) {

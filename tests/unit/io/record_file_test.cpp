@@ -56,6 +56,11 @@ TEST(ResponseFile, WritesWhatIsKnown) {
   response.coherence = {0.99, 1.0};
   EXPECT_EQ(response_csv(response),
             "frequency_hz,real,imag,std,coherence\n2,0.1,-0.25,0.01,0.99\n2.1,1e-07,3,0.02,1\n");
+  response.coherence.clear();
+  const std::vector<double> noise{0.5, 0.25};
+  const std::vector<ResponseColumn> further{{"noise_std", noise}};
+  EXPECT_EQ(response_csv(response, further),
+            "frequency_hz,real,imag,std,noise_std\n2,0.1,-0.25,0.01,0.5\n2.1,1e-07,3,0.02,0.25\n");
 }
 
 TEST(Recordings, TwoMassBenchMultisine) {

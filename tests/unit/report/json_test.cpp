@@ -15,6 +15,7 @@ namespace {
 using identification::Result;
 using nlohmann::json;
 using test::bare;
+using test::distorted;
 using test::full;
 using test::two_mass;
 
@@ -68,7 +69,7 @@ TEST(Json, HoldsWhatTheInterfaceNames) {
 
 TEST(Json, WhatWasNotComputedIsAbsent) {
   const json j = to_json(bare());
-  for (const char* key : {"model", "loop", "validation", "known_delay_s"})
+  for (const char* key : {"model", "loop", "validation", "known_delay_s", "distortion"})
     EXPECT_FALSE(j.contains(key)) << key;
   EXPECT_EQ(keys(j.at("frequency_response")), (std::set<std::string>{"frequency_hz", "real", "imag"}));
   EXPECT_FALSE(j.at("record").at("signals").contains("excitation"));
@@ -129,6 +130,27 @@ TEST(Summary, IsNoWiderThanATerminal) {
                            "warning", "low-coherence", "Trusted."})
     EXPECT_NE(text.find(word), std::string::npos) << word << "\n" << text;
   for (const char* word : {"null", " nan", " inf"}) EXPECT_EQ(text.find(word), std::string::npos) << text;
+}
+
+TEST(Json, DistortionHasWhatWasFound) {
+  auto r = distorted();
+  const json both = to_json(r).at("distortion");
+  EXPECT_EQ(both.at("realisations"), 8);
+  EXPECT_EQ(both.at("distortion_std"), (json{0.1, 0.0, 0.05}));
+  EXPECT_EQ(both.at("scatter").at("level"), 0.12);
+  EXPECT_EQ(both.at("detection_lines").at("even").at("significant"), false);
+  r.distortion->realisations = 0;
+  r.distortion->even = {};
+  const json silent = to_json(r).at("distortion");
+  EXPECT_EQ(keys(silent), (std::set<std::string>{"detection_lines"}));
+  EXPECT_EQ(keys(silent.at("detection_lines")), (std::set<std::string>{"odd"}));
+}
+
+TEST(Summary, TellsOfDistortion) {
+  const std::string text = summary_text(distorted());
+  for (const char* words : {"by 8 realisations 12 % of the output", "40 even lines",
+                            "beyond the noise (0.2 %)", "12 odd lines", "8 % of the output"})
+    EXPECT_NE(text.find(words), std::string::npos) << words << "\n" << text;
 }
 
 TEST(Summary, DistrustIsPlain) {

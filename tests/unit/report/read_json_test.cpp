@@ -42,8 +42,8 @@ std::string message(const json& j) {
 }
 
 TEST(ReadJson, GivesBackWhatWasWritten) {
-  for (const auto& result :
-       {test::bare(), test::full(), correlated(), rigid(), test::listed(), test::black_box()}) {
+  for (const auto& result : {test::bare(), test::full(), correlated(), rigid(), test::listed(),
+                             test::distorted(), test::black_box()}) {
     const json j = to_json(result);
     const auto again = result_from_json(j);
     ASSERT_TRUE(again) << again.error().message();
@@ -96,6 +96,18 @@ TEST(ReadJson, RefusesListsThatAreWrong) {
             "$.structures[0].chosen: found nothing, required this key\n"
             "$.poles[0].covariance: found an array of 1, required 2 rows\n"
             "$.bootstrap.intervals[0].std: found -1.0, required a number >= 0");
+}
+
+TEST(ReadJson, RefusesDistortionThatIsWrong) {
+  nlohmann::json j = to_json(test::distorted());
+  j["distortion"]["noise_std"] = {0.1};
+  j["distortion"]["scatter"].erase("significant");
+  j["distortion"]["detection_lines"]["odd"]["level"] = -1.0;
+  EXPECT_EQ(message(j),
+            "$.distortion.noise_std: found an array of 1, required as many numbers as the frequency response "
+            "has lines\n"
+            "$.distortion.scatter.significant: found nothing, required this key\n"
+            "$.distortion.detection_lines.odd.level: found -1.0, required a number >= 0");
 }
 
 TEST(ReadJson, TakesResultsWithoutCovariance) {

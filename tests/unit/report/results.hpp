@@ -72,6 +72,21 @@ inline identification::Result listed() {
   return r;
 }
 
+/// full() with distortion by realisations and at detection lines.
+inline identification::Result distorted() {
+  identification::Result r = full();
+  r.method = "best-linear";
+  identification::Distortion d;
+  d.realisations = 8;
+  d.noise_std = {0.01, 0.02, 0.015};
+  d.distortion_std = {0.1, 0.0, 0.05};
+  d.scatter = {3, 0.12, 0.01, true};
+  d.odd = {12, 0.08, 0.002, true};
+  d.even = {40, 0.001, 0.002, false};
+  r.distortion = d;
+  return r;
+}
+
 /// A model without drive structure.
 inline identification::Result black_box() {
   identification::Result r = bare();

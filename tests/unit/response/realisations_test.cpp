@@ -3,11 +3,13 @@
 // theory gives the levels, and on the linear filter alone.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <random>
 #include <resonid/base/constants.hpp>
 #include <resonid/response/best_linear_approximation.hpp>
 #include <resonid/response/detection_lines.hpp>
+#include <resonid/response/excitation_lines.hpp>
 
 namespace resonid::response {
 namespace {
@@ -130,6 +132,121 @@ TEST(BestLinearApproximation, SplitsARecordWhereThePhasesChange) {
   const auto found = best_linear_approximation(parts, {}, Approach::direct).value();
   for (const auto& line : found.lines.lines)
     EXPECT_LT(std::abs(line.output / line.input / filter(line.frequency_hz) - 1.0), 1e-6);
+}
+
+data::Record joined(std::vector<data::Record> parts) {
+  for (std::size_t i = 1; i < parts.size(); ++i)
+    for (auto channel : {&data::Record::input, &data::Record::output}) {
+      auto& to = (parts[0].*channel).samples;
+      const auto& from = (parts[i].*channel).samples;
+      to.insert(to.end(), from.begin(), from.end());
+    }
+  return parts[0];
+}
+
+std::vector<int> narrow_band() {
+  std::vector<int> lines;
+  for (int k = 100; k < 130; ++k) lines.push_back(k);
+  return lines;
+}
+
+TEST(Realisations, PeriodIsFoundAlthoughThePhasesChange) {
+  for (const auto& excited : {all_up_to(50), narrow_band()})
+    for (const std::size_t periods : {3U, 4U, 5U, 12U})
+      for (const std::uint64_t count : {2U, 5U, 9U}) {
+        std::vector<data::Record> parts;
+        for (std::uint64_t seed = 1; seed <= count; ++seed) parts.push_back(run(excited, seed, {}, periods));
+        const auto record = joined(parts);
+        EXPECT_EQ(detect_period(record).value_or(0), kPeriod) << periods << " periods, " << count;
+        EXPECT_EQ(realisations_of(record, kPeriod).size(), count);
+      }
+}
+
+TEST(Realisations, ACutRecordLosesOnlyTheRealisationsThatTheCutSpoils) {
+  std::vector<data::Record> parts;
+  for (std::uint64_t seed = 1; seed <= 4; ++seed) parts.push_back(run(all_up_to(50), seed, {}, 6));
+  auto record = joined(parts);
+  for (auto* channel : {&record.input, &record.output})
+    channel->samples.erase(channel->samples.begin(), channel->samples.begin() + 700);
+  EXPECT_EQ(detect_period(record).value_or(0), kPeriod);
+  const auto found = realisations_of(record, kPeriod);
+  ASSERT_EQ(found.size(), 4U);
+  const auto bla = best_linear_approximation(found, {kPeriod, 0, 0.0, 0.0, {}}, Approach::direct).value();
+  for (const auto& line : bla.lines.lines)
+    EXPECT_LT(std::abs(line.output / line.input / filter(line.frequency_hz) - 1.0), 1e-6);
+}
+
+TEST(Realisations, OtherRecordsHaveNone) {
+  // A record that simply repeats, one that never does, a stepped sine and a sweep.
+  EXPECT_FALSE(detect_realisation_period(run(all_up_to(50), 1, {0.0, 0.0, 0.05}, 12)));
+  std::mt19937_64 random(3);
+  std::normal_distribution<double> normal;
+  data::Record noise = run(all_up_to(50), 1, {}, 12), stepped = noise, sweep = noise;
+  double phase = 0.0;
+  for (std::size_t k = 0; k < noise.input.samples.size(); ++k) {
+    noise.input.samples[k] = normal(random);
+    const double t = static_cast<double>(k) / static_cast<double>(noise.input.samples.size());
+    stepped.input.samples[k] =
+        std::sin(kTwoPi * (0.01 + 0.005 * std::floor(8.0 * t)) * static_cast<double>(k));
+    sweep.input.samples[k] = std::sin(phase);
+    phase += kTwoPi * (0.005 + 0.05 * t);
+  }
+  for (const auto* record : {&noise, &stepped, &sweep}) EXPECT_FALSE(detect_realisation_period(*record));
+}
+
+TEST(Realisations, TheSamePhasesAreRefusedAlsoWhenShifted) {
+  const auto one = run(all_up_to(50), 1, {}, 4);
+  auto shifted = one;
+  for (auto* channel : {&shifted.input, &shifted.output})
+    std::rotate(channel->samples.begin(), channel->samples.begin() + 300, channel->samples.end());
+  const auto other = run(all_up_to(50), 2, {}, 4);
+  const auto fewer = run(all_up_to(20), 3, {}, 4);
+  using Pair = std::pair<std::size_t, std::size_t>;
+  EXPECT_EQ(no_realisations(std::vector{one, other}, kPeriod), std::nullopt);
+  EXPECT_EQ(no_realisations(std::vector{one, other, shifted}, kPeriod), (Pair{0, 2}));
+  EXPECT_EQ(no_realisations(std::vector{one, fewer}, kPeriod), (Pair{0, 1}));
+  EXPECT_EQ(best_linear_approximation(std::vector{one, shifted}, {kPeriod, 0, 0.0, 0.0, {}}, Approach::direct)
+                .error()
+                .field,
+            "records");
+}
+
+/// The test must sound once in a thousand by chance, and at a distortion of a tenth of the noise's power it
+/// has to be heard over the 400 x 7 degrees of freedom.
+TEST(BestLinearApproximation, TellsDistortionFromChance) {
+  int alarms = 0;
+  for (std::uint64_t trial = 0; trial < 40; ++trial) {
+    std::vector<data::Record> records;
+    for (std::uint64_t m = 0; m < 4; ++m)
+      records.push_back(run(all_up_to(100), 100 * trial + m + 1, {0.0, 0.0, 0.02}, 5));
+    alarms += best_linear_approximation(records, {}, Approach::direct).value().level.significant ? 1 : 0;
+  }
+  EXPECT_LE(alarms, 1);
+  std::vector<data::Record> records;
+  for (std::uint64_t seed = 1; seed <= 8; ++seed)
+    records.push_back(run(all_up_to(400), seed, {0.0, 0.002, 0.02}, 6));
+  const auto found = best_linear_approximation(records, {}, Approach::direct).value();
+  EXPECT_TRUE(found.level.significant);
+  // c sqrt(6 (3 - x^2)/4), mean square over 0 < x < 1: c^2 6 (3 - 1/3)/4; the filter weighs both alike.
+  EXPECT_NEAR(found.level.level / (0.002 * 2.0), 1.0, 0.15);
+}
+
+/// Few realisations: the circle of the response holds the truth as often as it says.
+TEST(BestLinearApproximation, ErrorBarsHoldWithTwoRealisations) {
+  int held = 0, all = 0;
+  for (std::uint64_t trial = 0; trial < 20; ++trial) {
+    const std::vector<data::Record> records{run(all_up_to(100), 2 * trial + 1, {0.0, 0.0, 0.05}, 4),
+                                            run(all_up_to(100), 2 * trial + 2, {0.0, 0.0, 0.05}, 4)};
+    const auto lines = best_linear_approximation(records, {}, Approach::direct).value().lines;
+    const auto g = plant_response(lines, {Approach::direct, std::nullopt, 0.0}).value();
+    for (std::size_t i = 0; i < g.lines(); ++i) {
+      const double radius = data::confidence_radius(g.standard_deviation[i], 0.95);
+      held += std::abs(g.value[i] - filter(g.frequency_hz[i])) < radius ? 1 : 0;
+      ++all;
+    }
+  }
+  // 2000 lines, neighbours share their noise: some 250 independent ones, so 1.4 % standard deviation.
+  EXPECT_NEAR(static_cast<double>(held) / all, 0.95, 0.04);
 }
 
 /// Odd multiples, one of every four left out.
