@@ -24,8 +24,7 @@ MatrixXd lagged(std::span<const double> x, std::size_t first, std::size_t last, 
   const auto rows = static_cast<Index>(x.size() - skip);
   MatrixXd columns(rows, static_cast<Index>(last - first + 1));
   for (std::size_t lag = first; lag <= last; ++lag)
-    columns.col(static_cast<Index>(lag - first)) =
-        Eigen::Map<const VectorXd>(x.data() + (skip - lag), rows);
+    columns.col(static_cast<Index>(lag - first)) = Eigen::Map<const VectorXd>(x.data() + (skip - lag), rows);
   return columns;
 }
 
@@ -105,8 +104,7 @@ std::vector<std::size_t> bins_of(std::span<const double> over, std::size_t most)
   std::vector<std::size_t> bins;
   bins.reserve(over.size());
   for (const double v : over)
-    bins.push_back(
-        static_cast<std::size_t>(std::upper_bound(edges.begin(), edges.end(), v) - edges.begin()));
+    bins.push_back(static_cast<std::size_t>(std::upper_bound(edges.begin(), edges.end(), v) - edges.begin()));
   return bins;
 }
 

@@ -19,8 +19,7 @@ Eigen::MatrixXd deviations_of(const Eigen::MatrixXd& covariance) {
   const Eigen::VectorXd inverse = (sd.array() > 0.0).select(sd.cwiseMax(1e-300).cwiseInverse(), 0.0);
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(inverse.asDiagonal() * covariance *
                                                              inverse.asDiagonal());
-  return sd.asDiagonal() * eigen.eigenvectors() *
-         eigen.eigenvalues().cwiseMax(0.0).cwiseSqrt().asDiagonal();
+  return sd.asDiagonal() * eigen.eigenvectors() * eigen.eigenvalues().cwiseMax(0.0).cwiseSqrt().asDiagonal();
 }
 
 /// The candidate's response as a measurement shows it, for velocity, with its standard deviation.
@@ -60,8 +59,8 @@ std::optional<data::FrequencyResponse> error_response(const data::Record& record
   if (v.approach != "indirect" || !options.controller) return std::move(error);
   for (std::size_t i = 0; i < error.lines(); ++i) {
     const double f = error.frequency_hz[i];
-    const Complex loop = options.controller->response(f) * model.value[i] *
-                         std::polar(1.0, -kTwoPi * f * options.delay_s);
+    const Complex loop =
+        options.controller->response(f) * model.value[i] * std::polar(1.0, -kTwoPi * f * options.delay_s);
     error.value[i] *= 1.0 + loop;
     if (!error.standard_deviation.empty()) error.standard_deviation[i] *= std::abs(1.0 + loop);
   }
@@ -114,13 +113,15 @@ void put_maps(const data::Record& record, ModelValidation& v) {
   if (v.approach == "indirect" || record.output_quantity != data::OutputQuantity::velocity) return;
   auto g = c.model ? c.model->drive.transfer_function() : *c.transfer_function;
   const double delay_s = v.known_delay_s + (c.model ? c.model->drive.delay_s : 0.0);
-  const auto delay =
-      static_cast<std::size_t>(std::max(0.0, std::round(delay_s * record.sample_rate_hz)));
+  const auto delay = static_cast<std::size_t>(std::max(0.0, std::round(delay_s * record.sample_rate_hz)));
   if (!can_be_simulated(g, v.residual.size()) || delay >= v.residual.size()) return;
   const auto input = std::span(record.input.samples).subspan(v.first_sample);
-  // What acts on the machine now is seen `delay` samples later.
-  std::vector<double> velocity(v.simulated.begin() + static_cast<std::ptrdiff_t>(delay), v.simulated.end());
-  velocity.resize(v.simulated.size(), v.simulated.back());
+  // As measured: friction makes the simulated velocity wrong. What acts now is seen `delay` samples later,
+  // and the answer begins a sample after that, so the noise of this sample is not in it.
+  std::vector<double> velocity(
+      record.output.samples.begin() + static_cast<std::ptrdiff_t>(v.first_sample + delay),
+      record.output.samples.end());
+  velocity.resize(v.simulated.size(), velocity.back());
   const auto answer = delayed(std::move(g), delay);
   constexpr std::size_t kBins = 12;
   const auto add = [&](const char* name, std::span<const double> over) {
@@ -210,13 +211,14 @@ void look_into_residual(const data::Record& record, const ValidateOptions& optio
       v.fit_in_band_percent = 100.0 * (1.0 - std::sqrt(v.residual_spectrum.between(low, high) / all));
   }
   const bool excited = record.excitation.present();
-  const auto lags = std::max(v.residual_test.judged_lags,
-                             std::min(v.residual_test.max_lag, v.residual.size() / 20));
+  const auto lags =
+      std::max(v.residual_test.judged_lags, std::min(v.residual_test.max_lag, v.residual.size() / 20));
   v.dependence = diagnostics::residual_dependence(
       v.residual, part(excited ? record.excitation : record.input), lags, uncertainty);
   v.dependence.on = excited ? "excitation" : "input";
   if (v.candidate.own) {
-    const double mean = std::accumulate(output.begin(), output.end(), 0.0) / static_cast<double>(output.size());
+    const double mean =
+        std::accumulate(output.begin(), output.end(), 0.0) / static_cast<double>(output.size());
     double total = 0.0;
     for (const double y : output) total += (y - mean) * (y - mean);
     if (total > 0.0)

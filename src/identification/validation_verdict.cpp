@@ -119,7 +119,7 @@ void inspect_fit(ModelValidation& v, const Evidence& e) {
 }
 
 void inspect_maps(ModelValidation& v) {
-  constexpr double kImprobable = 1e-3, kShare = 0.05;
+  constexpr double kImprobable = 1e-3, kShare = 0.01;
   for (const auto& map : v.maps) {
     if (map.probability > kImprobable || map.share < kShare) continue;
     const auto [low, high] = std::minmax_element(map.mean.begin(), map.mean.end());
@@ -128,8 +128,8 @@ void inspect_maps(ModelValidation& v) {
          fmt::format("A static function of the {} at the model's input ({:.3g} ... {:.3g} {} off a straight "
                      "line) explains {:.0f} % of what the model leaves: {}.",
                      map.over, *low, *high, v.units.input, 100.0 * map.share,
-                     map.over == "velocity" ? "probably friction that is not viscous"
-                                            : "probably a dead zone or saturation")});
+                     map.over == "velocity" ? "perhaps friction that is not viscous"
+                                            : "perhaps a dead zone or saturation")});
   }
 }
 

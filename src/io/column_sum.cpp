@@ -106,8 +106,8 @@ std::string name_of_sum(const std::string& text, const std::vector<Term>& terms,
 
 expected<std::optional<SummedTable>, Error> add_sums(const Table& table, const ColumnMapping& mapping) {
   std::optional<SummedTable> result;
-  const auto resolve = [&](const char* option, std::optional<std::string> ColumnMapping::* field)
-      -> expected<void, Error> {
+  const auto resolve = [&](const char* option,
+                           std::optional<std::string> ColumnMapping::*field) -> expected<void, Error> {
     const auto& text = mapping.*field;
     if (!text || text->find_first_of("+-*") == std::string::npos) return {};
     const auto is_name = [&](const auto& variable) { return variable.name == *text; };
@@ -119,11 +119,11 @@ expected<std::optional<SummedTable>, Error> add_sums(const Table& table, const C
     const auto terms = parser.parse();
     if (!terms) {
       if (text->find('*') == std::string::npos) return {};  // a name that is not there; said as of any other
-      return fail(fmt::format("{}: {} {} is no sum of columns: found {}, required a column's name or "
-                              "FACTOR*NAME; columns: {}",
-                              table.source, option, in_quotes(*text),
-                              parser.rest().empty() ? "the end" : in_quotes(parser.rest()),
-                              listed(table.names)));
+      return fail(
+          fmt::format("{}: {} {} is no sum of columns: found {}, required a column's name or "
+                      "FACTOR*NAME; columns: {}",
+                      table.source, option, in_quotes(*text),
+                      parser.rest().empty() ? "the end" : in_quotes(parser.rest()), listed(table.names)));
     }
     std::vector<double> sum(table.columns[terms->front().column].size(), 0.0);
     for (const Term& term : *terms) {

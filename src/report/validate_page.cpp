@@ -126,7 +126,7 @@ Chart map_chart(const diagnostics::StaticMap& map, const ModelValidation& v) {
   Chart chart;
   const bool velocity = map.over == "velocity";
   chart.title = fmt::format("Input error over the {}", map.over);
-  chart.x_label = fmt::format("{} in {}", velocity ? "Simulated output" : "Input",
+  chart.x_label = fmt::format("{} in {}", velocity ? "Measured output" : "Input",
                               velocity ? v.units.velocity : v.units.input);
   chart.y_label = fmt::format("Mean in {}", v.units.input);
   Curve curve{"mean of the bin, 95 %", Curve::Mark::points, map.level, map.mean};

@@ -25,8 +25,8 @@ struct Verdicts {
   int seeds = 0, doubted = 0;
 };
 
-/// The model of stiffness 1 on records of a machine of another stiffness. `fitted`: a two-mass model fitted to
-/// a record of the same length and noise, where it is trusted; else the true one.
+/// The model of stiffness 1 on records of a machine of another stiffness. `fitted`: a two-mass model fitted
+/// to a record of the same length and noise, where it is trusted; else the true one.
 Verdicts verdicts(double seconds, double noise, double stiffness, bool fitted, int seeds) {
   Verdicts v;
   for (int i = 0; i < seeds; ++i) {

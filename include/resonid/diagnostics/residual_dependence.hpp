@@ -15,15 +15,15 @@ struct ResidualDependence {
   std::string on;            ///< "input", "excitation"; empty: not tested.
   std::size_t lags = 0;      ///< 1 ... lags of the signal.
   double probability = 1.0;  ///< Of so strong a dependence by chance.
-  double share = 0.0;        ///< Of the whitened residual's power that the lags explain beyond chance, 0 ... 1.
+  double share = 0.0;  ///< Of the whitened residual's power that the lags explain beyond chance, 0 ... 1.
 };
 
 /// Whitens the residual by an autoregressive model A of itself, regresses it on the past of a signal,
-/// A e(k) = sum_t g_t x(k-t) + white, t = 1 ... lags, and tests g = 0. So colour is no evidence, and neither is
-/// feedback: x(k-t) holds past noise only; and the ringing of what the model misses needs no lags of its own.
-/// `uncertainty` ([sample x direction], may be empty) is how the
-/// residual moves with each independent standard deviation of the model's parameters P: then
-/// Cov(e) = noise + P P^T, and a residual that these explain is no evidence either.
+/// A e(k) = sum_t g_t x(k-t) + white, t = 1 ... lags, and tests g = 0. So colour is no evidence, and neither
+/// is feedback: x(k-t) holds past noise only; and the ringing of what the model misses needs no lags of its
+/// own. `uncertainty` ([sample x direction], may be empty) is how the residual moves with each independent
+/// standard deviation of the model's parameters P: then Cov(e) = noise + P P^T, and a residual that these
+/// explain is no evidence either.
 ///
 ///   T = s^T (I + K K^T)^-1 s / sigma^2,   s, K: residual and P in an orthonormal basis of the lags
 ///
@@ -40,8 +40,8 @@ struct StaticMap {
   std::vector<double> level;  ///< [bin] Mean of the signal there, ascending.
   std::vector<double> mean;   ///< [bin] In the unit of the input, beyond a straight line over the bins.
   std::vector<double> standard_deviation;  ///< [bin]
-  double probability = 1.0;   ///< Of so large values by chance.
-  double share = 0.0;         ///< Of the whitened residual's power that they explain beyond chance, 0 ... 1.
+  double probability = 1.0;                ///< Of so large values by chance.
+  double share = 0.0;  ///< Of the whitened residual's power that they explain beyond chance, 0 ... 1.
 };
 
 /// The signals of one simulation, sample by sample.
