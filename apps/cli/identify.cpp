@@ -47,7 +47,6 @@ void identify_one(const CLI::App& verb, IdentifyOptions& o) {
   Progress progress;
   progress.stage("reading " + o.record.record);
   const auto record = read_record(verb, o.record);
-  check_validation(o, record);
   complete(o.method, record);
   o.method.options.jobs = o.jobs;
   o.method.options.progress = [&progress](std::string_view stage) { progress.stage(stage); };

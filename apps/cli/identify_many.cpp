@@ -42,7 +42,6 @@ expected<identification::BatchJob, Refusal> load(const CLI::App& verb, const Ide
     RecordOptions options = o.record;
     options.record = file;
     identification::BatchJob job{read_record(verb, options), {}};
-    check_validation(o, job.record);
     MethodOptions method = o.method;
     complete(method, job.record);
     job.options = std::move(method.options);
@@ -141,17 +140,6 @@ std::vector<std::string> expanded(const std::vector<std::string>& arguments) {
     files.insert(files.end(), inside.begin(), inside.end());
   }
   return files;
-}
-
-void check_validation(const IdentifyOptions& o, const data::Record& record) {
-  if (o.validate_on.empty() || o.method.options.model != identification::ModelChoice::black_box ||
-      record.output_quantity == data::OutputQuantity::velocity)
-    return;
-  throw UsageError(fmt::format(
-      "--validate-on: a black box is simulated from input to velocity, and the output of {} is {}; required "
-      "a drive model (--model auto), or a record of the velocity",
-      record.source,
-      record.output_quantity == data::OutputQuantity::position ? "a position" : "an acceleration"));
 }
 
 void validate_elsewhere(const CLI::App& verb, const IdentifyOptions& o, identification::Result& result) {

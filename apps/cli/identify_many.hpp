@@ -24,9 +24,6 @@ struct IdentifyOptions {
 /// The records that the arguments name: files as they are, folders as their CSV and MAT files in order.
 [[nodiscard]] std::vector<std::string> expanded(const std::vector<std::string>& arguments);
 
-/// Refuses a record whose model could not be simulated on that of --validate-on, before anything is fitted.
-void check_validation(const IdentifyOptions& o, const data::Record& record);
-
 /// Holds a result against the record of --validate-on, if one is given.
 void validate_elsewhere(const CLI::App& verb, const IdentifyOptions& o, identification::Result& result);
 

@@ -37,7 +37,9 @@ void add_signal_options(CLI::App& verb, RecordOptions& o) {
   add_number(verb, "--sample-rate", c.sample_rate_hz, "HZ",
              "sample rate, for a record without a time column");
   add_text(verb, "--input", c.input, "input u: torque (force) that the drive receives", "COL");
-  add_text(verb, "--output", c.output, "output y: what is measured on the driven side", "COL");
+  add_text(verb, "--output", c.output,
+           "output y: what is measured on the driven side; signals may be sums of columns, '34.2*a - 3.3*b'",
+           "COL");
   add_text(verb, "--excitation", c.excitation, "excitation ru, added to the controller's output", "COL");
   add_text(verb, "--reference", c.reference, "reference r of the loop", "COL");
   add_number(verb, "--input-scale", c.input_scale, "X", "factor of the input, for example 0.564 Nm/A");
@@ -45,7 +47,7 @@ void add_signal_options(CLI::App& verb, RecordOptions& o) {
              "factor of the output, for example -1 for a mirrored encoder");
   add_text(verb, "--input-unit", c.input_unit, "unit of the scaled input, if its column's name does not tell",
            "UNIT");
-  add_text(verb, "--output-unit", c.output_unit, "unit of the scaled output", "UNIT");
+  add_text(verb, "--output-unit", c.output_unit, "unit of the scaled (and differentiated) output", "UNIT");
   add_choice(
       verb, "--motion", kMotions, [&c](std::size_t i) { c.motion = static_cast<data::Motion>(i); },
       "kgm2 and Nm/rad, or kg and N/m")
@@ -55,6 +57,8 @@ void add_signal_options(CLI::App& verb, RecordOptions& o) {
       [&c](std::size_t i) { c.output_quantity = static_cast<data::OutputQuantity>(i); },
       "what the output is; the response is always that of the velocity")
       ->default_str("velocity");
+  verb.add_flag("--differentiate", c.differentiate,
+                "turn a position into a velocity by backward differences (half a sample late)");
   add_number(verb, "--from", c.from_s, "SECONDS", "first instant used");
   add_number(verb, "--to", c.to_s, "SECONDS", "first instant no longer used");
 }

@@ -23,6 +23,7 @@ struct ValidateVerb {
   RecordOptions record;
   MethodOptions method;
   std::uint64_t max_lag = 25;
+  std::optional<std::pair<double, double>> fit_band_hz;
   std::string report, json, residual;
   bool require_trusted = false;
 };
@@ -55,17 +56,19 @@ void run_validate(const CLI::App& verb, ValidateVerb& o) {
   refuse_shared_files({o.model, o.record.record},
                       {{"--report", o.report}, {"--json", o.json}, {"--residual", o.residual}});
   check(verb, o.method);
+  if (o.fit_band_hz && !(o.fit_band_hz->first >= 0.0 && o.fit_band_hz->first < o.fit_band_hz->second))
+    throw UsageError(fmt::format("--fit-band: found {:g}:{:g}, required 0 <= LO < HI", o.fit_band_hz->first,
+                                 o.fit_band_hz->second));
   refuse_unwritable({o.report, o.json, o.residual});
   Progress progress;
   progress.stage("reading " + o.record.record);
   const auto candidate = read_candidate(o.model);
   const auto record = read_record(verb, o.record);
   complete(o.method, record);
-  if (candidate.model && verb.get_option("--delay")->count() == 0)
-    o.method.options.delay_s = candidate.model->drive.known_delay_s;
+  if (verb.get_option("--delay")->count() == 0) o.method.options.delay_s = candidate.known_delay_s;
   o.method.options.progress = [&progress](std::string_view stage) { progress.stage(stage); };
   progress.stage("simulating");
-  const auto v = identification::validate(record, candidate, {o.method.options, o.max_lag});
+  const auto v = identification::validate(record, candidate, {o.method.options, o.max_lag, o.fit_band_hz});
   if (!v)
     throw UsageError((v.error().option == "MODEL" ? o.model : "--" + v.error().option) + ": " +
                      v.error().message);
@@ -104,6 +107,12 @@ void add_validate(CLI::App& app) {
   add_excitation_options(*verb, o->method);
   add_loop_options(*verb, o->method);
   add_count(*verb, "--max-lag", o->max_lag, "correlations are shown for lags -N ... N", 1);
+  add_colons(
+      *verb, "--fit-band", 2, "LO:HI",
+      [o](const std::vector<double>& v) {
+        o->fit_band_hz = {v[0], v[1]};
+      },
+      "also tell the fit within these frequencies, in Hz");
   verb->add_option("--report", o->report, "self-contained HTML report")->type_name("FILE");
   verb->add_option("--json", o->json, "validation for machines ('-': standard output)")->type_name("FILE");
   verb->add_option("--residual", o->residual, "recorded and simulated output and their difference as CSV")

@@ -64,7 +64,7 @@ void compare_resonances(const Result& first, const Result& second, Changes& c) {
 bool comparable_models(const Result& first, const Result& second, Changes& c) {
   if (!first.model || !second.model) {
     note(c, "no-model", Severity::info,
-         fmt::format("{} no model: parameters and the v-gap are not compared.",
+         fmt::format("{} no drive model: parameters and the v-gap are not compared.",
                      first.model || second.model ? "One result has" : "Both results have"));
     return false;
   }

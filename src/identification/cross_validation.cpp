@@ -29,8 +29,7 @@ std::optional<double> fit_percent(const data::Record& record, const ModelResult&
 }
 
 std::optional<double> fit_percent(const data::Record& record, const fit::BlackBoxModel& model) {
-  constexpr double kStable = 1.0 + 1e-6;
-  if (detail::largest_pole(model.transfer_function) > kStable) return std::nullopt;
+  if (!detail::can_be_simulated(model.transfer_function, record.samples())) return std::nullopt;
   const auto& y = record.output.samples;
   const auto simulation = detail::simulate_nearest(
       detail::delayed(model.transfer_function, model.delay_samples), record.input.samples, y, false);
@@ -73,21 +72,12 @@ void judge(Verdict verdict, Result& result) {
 }  // namespace
 
 expected<void, Refusal> validate_on(const data::Record& record, const Options& options, Result& result) {
-  CandidateModel candidate;
-  candidate.source = result.record.file;
-  candidate.units_response = result.units.response;
-  candidate.trusted = result.trusted;
-  if (result.model)
-    candidate.model = result.model;
-  else if (result.black_box)
-    candidate.transfer_function =
-        detail::delayed(result.black_box->model.transfer_function, result.black_box->model.delay_samples);
-  else
+  if (!result.model && !result.black_box)
     return tl::unexpected(Refusal{"validate-on", "the result has no model to be validated"});
+  const CandidateModel candidate = candidate_of(result);
   ValidateOptions how;
   how.common = options;
   how.common.progress = {};
-  if (!result.model) how.common.delay_s = 0.0;  // it is in the transfer function, to a fraction of a sample
   const auto v = validate(record, candidate, how);
   if (!v) return tl::unexpected(v.error());
   constexpr const char* kVerdicts[] = {"accepted", "doubtful", "rejected"};

@@ -49,7 +49,8 @@ void validate_on_record(const data::Record& record, double fit_percent, std::vec
   const auto delay =
       static_cast<std::size_t>(std::lround((result.known_delay_s + further) * record.sample_rate_hz));
   const auto test = diagnostics::test_residual({residual, simulated, {}, {}}, 40 + delay, order + delay);
-  result.validation = Validation{fit_percent, true, test.with_simulated.largest, test.limit};
+  result.validation =
+      Validation{fit_percent, true, test.with_simulated.largest, test.limit, std::hypot(test.mean, test.rms)};
   result.residual = std::move(residual);
   result.residual_start = residual_start;
 }
@@ -64,7 +65,7 @@ void validate_on_lines(const response::LineEstimates& lines, Result& result) {
   }
   if (total > 0.0)
     result.validation =
-        Validation{100.0 * (1.0 - std::sqrt(left / total)), false, std::nullopt, std::nullopt};
+        Validation{100.0 * (1.0 - std::sqrt(left / total)), false, std::nullopt, std::nullopt, std::nullopt};
 }
 
 }  // namespace

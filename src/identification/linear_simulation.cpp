@@ -70,4 +70,9 @@ double largest_pole(const data::TransferFunction& g) {
   return largest;
 }
 
+bool can_be_simulated(const data::TransferFunction& g, std::size_t samples) {
+  constexpr double kMostGrowth = 3.0;  // ln 20
+  return static_cast<double>(samples) * std::log(largest_pole(g)) <= kMostGrowth;
+}
+
 }  // namespace resonid::identification::detail

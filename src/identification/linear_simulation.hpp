@@ -30,4 +30,8 @@ struct LinearSimulation {
 
 [[nodiscard]] double largest_pole(const data::TransferFunction& g);
 
+/// Whether free motion stays bounded over so many samples: no pole outside the unit circle, or so little (an
+/// estimated integrator) that it grows at most twentyfold.
+[[nodiscard]] bool can_be_simulated(const data::TransferFunction& g, std::size_t samples);
+
 }  // namespace resonid::identification::detail

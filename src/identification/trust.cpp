@@ -119,11 +119,12 @@ void inspect_model(const Plan& plan, const Options& options, const std::optional
          fmt::format(
              "Model and measured response typically differ by {:.0f} %, beyond the noise: the drive is "
              "not quite {}. Error bars of the parameters hold this difference as if it were "
-             "noise.",
+             "noise.{}",
              100.0 * model.model_error,
              model.drive.structure == fit::Structure::rigid
                  ? std::string("rigid")
-                 : fmt::format("a {} system", fit::name_of(model.drive.structure)))});
+                 : fmt::format("a {} system", fit::name_of(model.drive.structure)),
+             bad ? " A model without drive structure (--model black-box) may describe it." : "")});
   }
   if (!model.from_record)
     findings.push_back(

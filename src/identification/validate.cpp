@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <identification/linear_simulation.hpp>
+#include <identification/validation_evidence.hpp>
 #include <identification/validation_verdict.hpp>
 #include <numeric>
 #include <resonid/diagnostics/data_findings.hpp>
@@ -18,6 +19,11 @@ using diagnostics::Severity;
 
 tl::unexpected<Refusal> refused(std::string option, std::string message) {
   return tl::unexpected(Refusal{std::move(option), std::move(message)});
+}
+
+const char* name_of(data::OutputQuantity quantity) {
+  constexpr const char* kNames[] = {"velocity", "position", "acceleration"};
+  return kNames[static_cast<int>(quantity)];
 }
 
 double deviation(std::span<const double> x) {
@@ -40,6 +46,20 @@ class Simulator {
   }
 
   expected<ModelValidation, Refusal> run() {
+    if (const auto done = simulate(); !done) return tl::unexpected(done.error());
+    fit_percents();
+    residual_tests();
+    return std::move(v_);
+  }
+
+  /// The residual alone.
+  expected<std::vector<double>, Refusal> residual() {
+    if (const auto done = simulate(); !done) return tl::unexpected(done.error());
+    return std::move(v_.residual);
+  }
+
+ private:
+  expected<void, Refusal> simulate() {
     const bool indirect = options_.common.approach == Approach::indirect;
     v_.approach = indirect ? "indirect" : "direct";
     const auto done =
@@ -47,12 +67,9 @@ class Simulator {
     if (!done) return tl::unexpected(done.error());
     for (const double e : v_.residual)
       if (!std::isfinite(e)) return refused("model", "the simulated output is not finite");
-    fit_percents();
-    residual_tests();
-    return std::move(v_);
+    return {};
   }
 
- private:
   [[nodiscard]] std::size_t delay_samples(double seconds) {
     const double samples = seconds * record_.sample_rate_hz;
     const double whole = std::round(samples);
@@ -87,12 +104,13 @@ class Simulator {
 
   /// From input to velocity, delay included.
   expected<data::TransferFunction, Refusal> plant() {
-    if (record_.output_quantity != data::OutputQuantity::velocity)
-      return refused("output-quantity",
-                     fmt::format("found {}, required velocity: transfer functions and closed loops are "
-                                 "simulated from input to velocity",
-                                 record_.output_quantity == data::OutputQuantity::position ? "position"
-                                                                                           : "acceleration"));
+    const auto required = v_.candidate.model ? data::OutputQuantity::velocity : v_.candidate.output_quantity;
+    if (record_.output_quantity != required)
+      return refused(
+          "output-quantity",
+          fmt::format("found {}, required {}: {}", name_of(record_.output_quantity), name_of(required),
+                      v_.candidate.model ? "closed loops are simulated from input to velocity"
+                                         : "the transfer function's output"));
     if (v_.candidate.model) {
       auto drive = v_.candidate.model->drive;
       drive.sample_time_s = record_.sample_time_s();
@@ -105,7 +123,8 @@ class Simulator {
                      fmt::format("the transfer function runs at {:g} s, the record at {:g} s; required the "
                                  "record's sample time",
                                  g.sample_time_s, record_.sample_time_s()));
-    return detail::delayed(g, delay_samples(options_.common.delay_s));
+    const std::size_t own = v_.candidate.delay_samples;
+    return detail::delayed(g, own > 0 ? own : delay_samples(options_.common.delay_s));
   }
 
   void keep(detail::LinearSimulation simulation) {
@@ -118,8 +137,7 @@ class Simulator {
   expected<void, Refusal> of_transfer_function() {
     const auto g = plant();
     if (!g) return tl::unexpected(g.error());
-    constexpr double kRounding = 1e-6;
-    if (detail::largest_pole(*g) > 1.0 + kRounding)
+    if (!detail::can_be_simulated(*g, record_.samples()))
       return refused("MODEL",
                      "the transfer function is unstable and cannot be simulated; required poles on or inside "
                      "the unit circle, or --approach indirect");
@@ -187,46 +205,44 @@ class Simulator {
   ModelValidation v_;
 };
 
-/// Distance to the record's own response.
-void compare_with_response(const Result& own, ModelValidation& v) {
-  const auto& g = own.response;
-  data::FrequencyResponse model;
-  model.frequency_hz = g.frequency_hz;
-  if (v.candidate.model) {
-    auto drive = v.candidate.model->drive;
-    drive.sample_time_s = 1.0 / own.record.sample_rate_hz;
-    drive.known_delay_s = own.known_delay_s;
-    model = drive.response(g.frequency_hz);
-    model.value = drive.values(g.frequency_hz, true);
-  } else {
-    for (const double f : g.frequency_hz) model.value.push_back(v.candidate.transfer_function->response(f));
-    model.standard_deviation.assign(g.lines(), 0.0);
+/// How the residual moves with each independent standard deviation of the model, [sample x direction].
+Eigen::MatrixXd uncertainty_of(const data::Record& record, const CandidateModel& candidate,
+                               const ValidateOptions& options, const std::vector<double>& residual) {
+  constexpr double kStep = 0.01;  // standard deviations
+  const auto n = static_cast<Eigen::Index>(residual.size());
+  std::vector<Eigen::VectorXd> columns;
+  for (const auto& moved : detail::moved_by_deviations(candidate, kStep)) {
+    const auto other = Simulator(record, moved, options).residual();
+    if (!other || other->size() != residual.size()) continue;
+    columns.push_back((Eigen::Map<const Eigen::VectorXd>(other->data(), n) -
+                       Eigen::Map<const Eigen::VectorXd>(residual.data(), n)) /
+                      kStep);
   }
-  double sum = 0.0;
-  std::size_t lines = 0;
-  for (std::size_t i = 0; i < g.lines(); ++i) {
-    const double size = std::norm(g.value[i]);
-    const double noise = g.standard_deviation.empty() ? 0.0 : std::pow(g.standard_deviation[i], 2);
-    constexpr double kUsable = 0.25;  // std below half of |G|
-    if (!(size > 0.0) || noise > kUsable * size || !std::isfinite(std::abs(model.value[i]))) continue;
-    sum += (std::norm(g.value[i] - model.value[i]) - noise) / size;
-    ++lines;
-  }
-  if (lines > 0) v.response_error = std::sqrt(std::max(0.0, sum / static_cast<double>(lines)));
-  v.gap = diagnostics::gap_curve(g, model);
-  if (!v.gap->noise.empty()) {
-    const std::size_t worst = v.gap->most_excessive();
-    const double f = v.gap->frequency_hz[worst];
-    const double relative = std::abs(g.at(f) - model.at(f)) / std::max(std::abs(g.at(f)), 1e-300);
-    v.worst_line_hz = f;
-    v.worst_line_error = relative * std::sqrt(std::max(0.0, 1.0 - std::pow(v.gap->excess(worst), -2)));
-    v.response_probability = v.gap->chance();
-  }
-  v.measured = g;
-  v.modelled = std::move(model);
+  Eigen::MatrixXd uncertainty(n, static_cast<Eigen::Index>(columns.size()));
+  for (std::size_t j = 0; j < columns.size(); ++j) uncertainty.col(static_cast<Eigen::Index>(j)) = columns[j];
+  return uncertainty;
 }
 
 }  // namespace
+
+CandidateModel candidate_of(const Result& result) {
+  CandidateModel candidate;
+  candidate.source = result.record.file;
+  candidate.units_response = result.units.response;
+  candidate.trusted = result.trusted;
+  candidate.known_delay_s = result.known_delay_s;
+  candidate.output_quantity = result.record.output_quantity;
+  if (result.model) {
+    candidate.model = result.model;
+  } else if (result.black_box) {
+    candidate.transfer_function = result.black_box->model.transfer_function;
+    candidate.covariance = result.black_box->model.covariance;
+    candidate.delay_samples = result.black_box->model.delay_samples;
+  }
+  if (const auto& v = result.validation; v && v->residual_rms)
+    candidate.own = OwnResidual{*v->residual_rms, v->fit_percent};
+  return candidate;
+}
 
 expected<ModelValidation, Refusal> validate(const data::Record& record, const CandidateModel& candidate,
                                             const ValidateOptions& options) {
@@ -237,15 +253,14 @@ expected<ModelValidation, Refusal> validate(const data::Record& record, const Ca
   Options own = options.common;
   own.model = ModelChoice::none;
   if (own.approach == Approach::indirect) own.approach.reset();
-  if (const auto result = identify(record, own)) {
-    validation->record = result->record;
-    validation->units = result->units;
-    compare_with_response(*result, *validation);
-    validation->findings.insert(validation->findings.begin(), result->findings.begin(),
-                                result->findings.end());
-  } else {
-    return tl::unexpected(result.error());
-  }
+  const auto result = identify(record, own);
+  if (!result) return tl::unexpected(result.error());
+  validation->record = result->record;
+  validation->units = result->units;
+  validation->findings.insert(validation->findings.begin(), result->findings.begin(), result->findings.end());
+  detail::compare_with_response(record, options.common, own, *result, *validation);
+  detail::look_into_residual(record, options,
+                             uncertainty_of(record, candidate, options, validation->residual), *validation);
   detail::judge(*validation);
   return validation;
 }

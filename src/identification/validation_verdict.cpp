@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <identification/validation_verdict.hpp>
 
 namespace resonid::identification::detail {
@@ -32,9 +33,34 @@ Largest largest_correlation(const diagnostics::ResidualTest& test, bool indirect
   return l;
 }
 
-void inspect_correlation(ModelValidation& v, const Largest& l) {
+/// What speaks against a model: each figure beyond its limit, and beyond chance.
+struct Evidence {
+  Largest correlation;
+  bool line_differs = false;    ///< One line that noise cannot explain.
+  bool significant = false;     ///< That, or a residual that depends on what drives the machine.
+  double response_error = 0.0;  ///< At least.
+
+  [[nodiscard]] bool correlated() const {
+    return significant && correlation.value > diagnostics::kPracticalCorrelation;
+  }
+  [[nodiscard]] bool misfit() const { return significant && response_error > kNoticeable; }
+};
+
+Evidence evidence_of(const ModelValidation& v) {
+  constexpr double kImprobable = 1e-4, kChance = 0.01;
+  Evidence e;
+  e.correlation = largest_correlation(v.residual_test, v.approach == "indirect");
+  e.line_differs =
+      v.response_probability.value_or(1.0) < kImprobable && v.worst_line_error.value_or(0.0) > kNoticeable;
+  e.significant = e.line_differs || v.dependence.probability < kChance;
+  e.response_error = v.response_error_low.value_or(0.0);
+  return e;
+}
+
+void inspect_correlation(ModelValidation& v, const Evidence& e) {
   const auto& test = v.residual_test;
-  if (l.value > diagnostics::kPracticalCorrelation)
+  const auto& l = e.correlation;
+  if (e.correlated())
     v.findings.push_back({"correlated-residual", Severity::warning, l.value,
                           diagnostics::kPracticalCorrelation,
                           fmt::format("What the model leaves follows the {} with a correlation of {:.2f} "
@@ -50,46 +76,71 @@ void inspect_correlation(ModelValidation& v, const Largest& l) {
              l.with, test.snr_db)});
 }
 
-/// One line that noise cannot explain.
-bool line_differs(const ModelValidation& v) {
-  constexpr double kImprobable = 1e-4;
-  return v.response_probability.value_or(1.0) < kImprobable && v.worst_line_error.value_or(0.0) > kNoticeable;
-}
-
-void inspect_response(ModelValidation& v) {
-  if (line_differs(v))
+void inspect_response(ModelValidation& v, const Evidence& e) {
+  if (e.line_differs)
     v.findings.push_back({"response-differs", Severity::warning, v.worst_line_error, kNoticeable,
                           fmt::format("At {:.4g} Hz model and measured response differ by {:.0f} %, more "
                                       "than noise explains: there the "
                                       "drive is another, or has changed.",
                                       *v.worst_line_hz, 100.0 * *v.worst_line_error)});
-  if (!v.response_error || *v.response_error <= kNoticeable) return;
-  const bool bad = *v.response_error > kWorthless;
+  if (!e.misfit()) return;
+  const bool bad = e.response_error > kWorthless;
   v.findings.push_back(
-      {"misfit", bad ? Severity::error : Severity::warning, *v.response_error, bad ? kWorthless : kNoticeable,
-       fmt::format("Model and measured response differ by {:.0f} % (rms over the lines), beyond the "
-                   "noise.",
-                   100.0 * *v.response_error)});
+      {"misfit", bad ? Severity::error : Severity::warning, e.response_error, bad ? kWorthless : kNoticeable,
+       fmt::format(
+           "Model and measured response differ by {:.0f} % (rms over the lines), by {:.0f} % at least, "
+           "beyond the noise.",
+           100.0 * v.response_error.value_or(0.0), 100.0 * e.response_error)});
+}
+
+/// Much less is reproduced than the residual on the model's own record lets expect, and noise is not why.
+bool fits_less_here(const ModelValidation& v, const Evidence& e) {
+  constexpr double kPoints = 10.0;
+  return e.significant && v.expected_fit_percent.value_or(-HUGE_VAL) > v.simulation_fit_percent + kPoints;
+}
+
+void inspect_fit(ModelValidation& v, const Evidence& e) {
+  if (fits_less_here(v, e))
+    v.findings.push_back(
+        {"fits-less-here", Severity::warning, v.simulation_fit_percent, v.expected_fit_percent,
+         fmt::format("The model reproduces {:.0f} % of this output; with what it left of its own record it "
+                     "would be {:.0f} %, and the rest depends on the {}: the drive behaves in another way "
+                     "here.",
+                     v.simulation_fit_percent, *v.expected_fit_percent, v.dependence.on)});
+  if (v.simulation_fit_percent >= kHalf) return;
+  if (e.correlated())
+    v.findings.push_back({"poor-fit", Severity::error, v.simulation_fit_percent, kHalf,
+                          "The model reproduces less than half of the output, and what it leaves is no "
+                          "noise: it is not the model of this drive at this operating point."});
+  else
+    v.findings.push_back({"noisy-record", Severity::warning, v.simulation_fit_percent, kHalf,
+                          "Less than half of the output is reproduced, but what is left does not follow "
+                          "the input: noise or disturbances, which say little for or against the model."});
+}
+
+void inspect_maps(ModelValidation& v) {
+  constexpr double kImprobable = 1e-3, kShare = 0.01;
+  for (const auto& map : v.maps) {
+    if (map.probability > kImprobable || map.share < kShare) continue;
+    const auto [low, high] = std::minmax_element(map.mean.begin(), map.mean.end());
+    v.findings.push_back(
+        {"static-nonlinearity", Severity::warning, map.share, kShare,
+         fmt::format("A static function of the {} at the model's input ({:.3g} ... {:.3g} {} off a straight "
+                     "line) explains {:.0f} % of what the model leaves: {}.",
+                     map.over, *low, *high, v.units.input, 100.0 * map.share,
+                     map.over == "velocity" ? "perhaps friction that is not viscous"
+                                            : "perhaps a dead zone or saturation")});
+  }
 }
 
 }  // namespace
 
 void judge(ModelValidation& v) {
-  const auto l = largest_correlation(v.residual_test, v.approach == "indirect");
-  inspect_correlation(v, l);
-  inspect_response(v);
-  const bool correlated = l.value > diagnostics::kPracticalCorrelation;
-  if (v.simulation_fit_percent < kHalf)
-    v.findings.push_back(
-        correlated
-            ? diagnostics::
-                  Finding{"poor-fit", Severity::error, v.simulation_fit_percent, kHalf,
-                          "The model reproduces less than half of the output, and what it leaves is no "
-                          "noise: it is not the model of this drive at this operating point."}
-            : diagnostics::Finding{
-                  "noisy-record", Severity::warning, v.simulation_fit_percent, kHalf,
-                  "Less than half of the output is reproduced, but what is left does not follow "
-                  "the input: noise or disturbances, which say little for or against the model."});
+  const auto e = evidence_of(v);
+  inspect_correlation(v, e);
+  inspect_response(v, e);
+  inspect_fit(v, e);
+  inspect_maps(v);
   if (!v.candidate.trusted)
     v.findings.push_back({"untrusted-model",
                           Severity::warning,
@@ -103,11 +154,11 @@ void judge(ModelValidation& v) {
          {},
          {},
          fmt::format("The model is in {}, the record in {}.", v.candidate.units_response, v.units.response)});
-  const auto error = [](const diagnostics::Finding& f) { return f.severity == Severity::error; };
-  v.trusted = std::none_of(v.findings.begin(), v.findings.end(), error);
-  const bool noticeable = correlated || line_differs(v) || v.response_error.value_or(0.0) > kNoticeable;
+  const auto is_error = [](const diagnostics::Finding& f) { return f.severity == Severity::error; };
+  v.trusted = std::none_of(v.findings.begin(), v.findings.end(), is_error);
+  const bool noticeable = e.correlated() || e.line_differs || e.misfit() || fits_less_here(v, e);
   const bool wrong = std::any_of(v.findings.begin(), v.findings.end(), [&](const diagnostics::Finding& f) {
-    return error(f) && (f.id == "misfit" || f.id == "poor-fit" || f.id == "different-units");
+    return is_error(f) && (f.id == "misfit" || f.id == "poor-fit" || f.id == "different-units");
   });
   v.verdict = wrong ? Verdict::rejected : noticeable ? Verdict::doubtful : Verdict::accepted;
 }

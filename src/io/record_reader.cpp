@@ -6,6 +6,7 @@
 #include <resonid/io/record_reader.hpp>
 #include <span>
 
+#include "io/column_sum.hpp"
 #include "io/columns.hpp"
 #include "io/text.hpp"
 #include "io/time_grid.hpp"
@@ -27,6 +28,8 @@ expected<void, Error> check_options(const ColumnMapping& m) {
         fmt::format("--output-scale is {}: a finite number other than 0 is required", m.output_scale));
   if (!(m.sample_rate_hz >= 0.0 && std::isfinite(m.sample_rate_hz)))
     return fail(fmt::format("--sample-rate is {}: a number of Hz above 0 is required", m.sample_rate_hz));
+  if (m.differentiate && m.output_quantity != data::OutputQuantity::position)
+    return fail("--differentiate makes a velocity of a position: --output-quantity position is required");
   if (m.from_s && m.to_s && !(*m.from_s < *m.to_s))
     return fail(fmt::format("--from {} is not before --to {}", *m.from_s, *m.to_s));
   return {};
@@ -53,12 +56,13 @@ class RecordMaker {
     if (auto rising = check_time(); !rising) return unexpected<Error>(rising.error());
     rows_ = {0, samples};
     if (auto cut = cut_rows(); !cut) return unexpected<Error>(cut.error());
-    if (rows_.size() < kFewestSamples)
+    if (rows_.size() < kFewestSamples + (mapping_.differentiate ? 1 : 0))
       return fail(fmt::format("{}: has {} samples{}; at least {} are required", table_.source, rows_.size(),
                               rows_.size() == samples ? "" : " in the part chosen with --from and --to",
                               kFewestSamples));
     if (auto rate = set_rate(); !rate) return unexpected<Error>(rate.error());
     fill_channels();
+    if (mapping_.differentiate) differentiate();
     return std::move(record_);
   }
 
@@ -191,6 +195,20 @@ class RecordMaker {
     if (found_.time) record_.sampling.time_name = table_.names[*found_.time];
   }
 
+  /// Backward differences, from the second sample on.
+  void differentiate() {
+    for (auto* channel : {&record_.output, &record_.reference}) {
+      auto& x = channel->samples;
+      for (std::size_t k = x.size(); k-- > 1;) x[k] = (x[k] - x[k - 1]) * record_.sample_rate_hz;
+      if (channel->present() && !mapping_.output_unit) channel->unit += "/s";
+    }
+    record_.start_time_s += record_.sample_time_s();
+    for (auto* channel :
+         {&record_.input, &record_.output, &record_.excitation, &record_.reference, &record_.position})
+      if (channel->present()) channel->samples.erase(channel->samples.begin());
+    record_.output_quantity = data::OutputQuantity::velocity;
+  }
+
   const Table& table_;
   const ColumnMapping& mapping_;
   const FoundColumns& found_;
@@ -202,9 +220,13 @@ class RecordMaker {
 
 expected<data::Record, Error> to_record(const Table& table, const ColumnMapping& mapping) {
   if (auto options = check_options(mapping); !options) return unexpected<Error>(options.error());
-  const auto found = find_columns(table, mapping);
+  const auto sums = add_sums(table, mapping);
+  if (!sums) return unexpected<Error>(sums.error());
+  const Table& columns = *sums ? (*sums)->table : table;
+  const ColumnMapping& names = *sums ? (*sums)->mapping : mapping;
+  const auto found = find_columns(columns, names);
   if (!found) return unexpected<Error>(found.error());
-  return RecordMaker(table, mapping, *found).make();
+  return RecordMaker(columns, names, *found).make();
 }
 
 expected<data::Record, Error> read_record(const std::filesystem::path& path, const ColumnMapping& mapping) {

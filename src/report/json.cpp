@@ -192,11 +192,7 @@ json to_json(const Result& result) {
     j["validation"] = {{"fit_percent", v.fit_percent}, {"of", v.of_record ? "record" : "lines"}};
     if (v.cross_correlation_max) j["validation"]["cross_correlation_max"] = *v.cross_correlation_max;
     if (v.limit) j["validation"]["limit"] = *v.limit;
-    if (!result.residual.empty()) {
-      double square = 0.0;
-      for (const double e : result.residual) square += e * e;
-      j["validation"]["residual_rms"] = std::sqrt(square / static_cast<double>(result.residual.size()));
-    }
+    if (v.residual_rms) j["validation"]["residual_rms"] = *v.residual_rms;
   }
   if (result.independent) {
     const auto& v = *result.independent;

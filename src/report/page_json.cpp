@@ -4,6 +4,7 @@
 #include <nlohmann/json.hpp>
 #include <resonid/base/constants.hpp>
 #include <resonid/report/json.hpp>
+#include <resonid/response/line_estimates.hpp>
 
 namespace resonid::report {
 namespace {
@@ -128,8 +129,11 @@ json page_json(const Result& result, const data::Record& record) {
     page["model_curve"] = curve(model, true);
   }
   if (result.black_box && !result.model)
-    page["model_curve"] = curve(
-        result.black_box->model.response(model_grid(result.response, 0.5 * record.sample_rate_hz)), true);
+    page["model_curve"] =
+        curve(response::to_velocity(
+                  result.black_box->model.response(model_grid(result.response, 0.5 * record.sample_rate_hz)),
+                  record.output_quantity, record.sample_time_s()),
+              true);
   put_loop(result, page);
   if (!result.residual.empty()) {
     const double start =

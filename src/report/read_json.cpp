@@ -160,6 +160,7 @@ identification::Validation read_validation(const JsonPlace& j) {
   if (const auto of = j.maybe("of"); of.present()) v.of_record = of.choice({"lines", "record"}) == 1;
   v.cross_correlation_max = j.maybe_number("cross_correlation_max");
   v.limit = j.maybe_number("limit");
+  v.residual_rms = j.maybe_number("residual_rms");
   return v;
 }
 

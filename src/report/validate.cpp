@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <nlohmann/json.hpp>
@@ -49,6 +50,59 @@ json residual_json(const ResidualTest& t, const std::string& unit) {
   return j;
 }
 
+/// What is left: per band, of what drives the machine, of static functions.
+void put_left(const ModelValidation& v, json& j) {
+  auto& r = j["residual"];
+  for (const auto& b : v.bands)
+    r["bands"].push_back({{"low_hz", b.low_hz},
+                          {"high_hz", b.high_hz},
+                          {"output_share", b.output_share},
+                          {"residual_share", b.residual_share},
+                          {"left", b.left}});
+  if (v.dependence.lags > 0)
+    r["dependence"] = {{"on", v.dependence.on},
+                       {"lags", v.dependence.lags},
+                       {"probability", v.dependence.probability},
+                       {"share", v.dependence.share}};
+  for (const auto& m : v.maps)
+    r["static"].push_back({{"over", m.over},
+                           {"level", m.level},
+                           {"mean", m.mean},
+                           {"std", m.standard_deviation},
+                           {"unit", v.units.input},
+                           {"probability", m.probability},
+                           {"share", m.share}});
+  if (v.fit_in_band_percent)
+    j["fit_in_band"] = {{"low_hz", v.fit_band_hz->first},
+                        {"high_hz", v.fit_band_hz->second},
+                        {"fit_percent", *v.fit_in_band_percent}};
+  if (v.expected_fit_percent) j["expected_fit_percent"] = *v.expected_fit_percent;
+}
+
+/// In which bands most of the residual lies, and whether the input explains any of it.
+std::string left_sentence(const ModelValidation& v) {
+  const auto most = std::max_element(v.bands.begin(), v.bands.end(), [](const auto& a, const auto& b) {
+    return a.residual_share < b.residual_share;
+  });
+  std::string text;
+  if (most != v.bands.end())
+    text = fmt::format(
+        "Of the residual's power {:.0f} % lies in {:.3g} ... {:.3g} Hz, where {:.2g} % of the output's is "
+        "left. ",
+        100.0 * most->residual_share, most->low_hz, most->high_hz, 100.0 * most->left);
+  if (v.dependence.lags > 0)
+    text += v.dependence.probability < 0.01
+                ? fmt::format(
+                      "The past of the {} explains {:.1f} % of the whitened residual beyond chance "
+                      "(probability {:.1g}).",
+                      v.dependence.on, 100.0 * v.dependence.share, v.dependence.probability)
+                : fmt::format(
+                      "It does not depend on the {} beyond chance and the model's own uncertainty "
+                      "(probability {:.2g}).",
+                      v.dependence.on, v.dependence.probability);
+  return text;
+}
+
 std::string correlation_sentence(const ModelValidation& v) {
   const auto& t = v.residual_test;
   std::string text;
@@ -79,7 +133,11 @@ std::vector<std::string> sentences(const ModelValidation& v) {
       "known, {:.1f} %.",
       v.approach == "indirect" ? "excitation (closed-loop predictor)" : "input", v.simulation_fit_percent,
       v.prediction_fit_percent));
+  if (v.fit_in_band_percent)
+    list.push_back(fmt::format("Within {:g} ... {:g} Hz it reproduces {:.1f} %.", v.fit_band_hz->first,
+                               v.fit_band_hz->second, *v.fit_in_band_percent));
   list.push_back(correlation_sentence(v));
+  if (const auto left = left_sentence(v); !left.empty()) list.push_back(left);
   if (v.gap && !v.gap->distance.empty()) {
     const auto i = v.gap->largest();
     list.push_back(fmt::format(
@@ -118,6 +176,7 @@ json to_json(const ModelValidation& v) {
   const auto put = [&](const char* key, const std::optional<fit::Estimate>& e) {
     if (e) j[key] = {{"value", e->value}, {"std", e->standard_deviation}, {"unit", v.units.torque}};
   };
+  put_left(v, j);
   put("offset", v.offset);
   put("coulomb_friction", v.coulomb_friction);
   if (v.gap && !v.gap->distance.empty()) {
@@ -127,6 +186,7 @@ json to_json(const ModelValidation& v) {
            {"largest_hz", v.gap->frequency_hz[v.gap->largest()]}};
     if (!v.gap->standard_deviation.empty()) r["std"] = v.gap->standard_deviation;
     if (v.response_error) r["error"] = *v.response_error;
+    if (v.response_error_low) r["error_at_least"] = *v.response_error_low;
     if (v.response_probability) {
       r["probability"] = *v.response_probability;
       r["worst_line_hz"] = *v.worst_line_hz;
@@ -158,12 +218,9 @@ expected<identification::CandidateModel, JsonError> candidate_from_json(const js
   }
   auto result = result_from_json(j);
   if (!result) return unexpected(result.error());
-  if (!result->model)
+  if (!result->model && !result->black_box)
     return unexpected(JsonError{{{"$.model", "nothing", "a model, or a transfer function"}}});
-  candidate.model = std::move(result->model);
-  candidate.units_response = result->units.response;
-  candidate.trusted = result->trusted;
-  return candidate;
+  return identification::candidate_of(*result);
 }
 
 }  // namespace resonid::report

@@ -113,6 +113,61 @@ Section correlation_section(const ModelValidation& v) {
   return s;
 }
 
+Curve power_db(const std::string& name, const response::PowerSpectrum& spectrum, Curve::Mark mark) {
+  Curve curve{name, mark, {}, {}};
+  for (std::size_t i = 1; i < spectrum.power.size(); ++i) {
+    curve.x.push_back(spectrum.frequency_hz[i]);
+    curve.y.push_back(10.0 * std::log10(spectrum.power[i]));
+  }
+  return curve;
+}
+
+Chart map_chart(const diagnostics::StaticMap& map, const ModelValidation& v) {
+  Chart chart;
+  const bool velocity = map.over == "velocity";
+  chart.title = fmt::format("Input error over the {}", map.over);
+  chart.x_label = fmt::format("{} in {}", velocity ? "Measured output" : "Input",
+                              velocity ? v.units.velocity : v.units.input);
+  chart.y_label = fmt::format("Mean in {}", v.units.input);
+  Curve curve{"mean of the bin, 95 %", Curve::Mark::points, map.level, map.mean};
+  for (std::size_t b = 0; b < map.mean.size(); ++b) {
+    const double half = 1.96 * map.standard_deviation[b];
+    curve.lower.push_back(map.mean[b] - half);
+    curve.upper.push_back(map.mean[b] + half);
+  }
+  chart.curves = {std::move(curve)};
+  chart.caption = fmt::format(
+      "What disturbs the model's input, off a straight line, after all that linear dynamics can explain; "
+      "probability by chance {:.2g}.",
+      map.probability);
+  return chart;
+}
+
+Section left_section(const ModelValidation& v) {
+  Section s;
+  s.title = "What is left";
+  Chart spectrum;
+  spectrum.title = "Power";
+  spectrum.x_label = "Frequency in Hz";
+  spectrum.y_label = fmt::format("dB of ({})^2 per line", v.units.velocity);
+  spectrum.log_x = true;
+  spectrum.curves = {power_db("output", v.output_spectrum, Curve::Mark::line),
+                     power_db("residual", v.residual_spectrum, Curve::Mark::dashed)};
+  s.charts = {std::move(spectrum)};
+  for (const auto& map : v.maps) s.charts.push_back(map_chart(map, v));
+  Table table;
+  table.title = "By bands";
+  table.columns = {"Band in Hz", "Share of the output's power", "Share of the residual's",
+                   "Left of the output"};
+  for (const auto& b : v.bands)
+    table.rows.push_back({fmt::format("{:.3g} ... {:.3g}", b.low_hz, b.high_hz),
+                          fmt::format("{:.2f} %", 100.0 * b.output_share),
+                          fmt::format("{:.2f} %", 100.0 * b.residual_share),
+                          fmt::format("{:.2g} %", 100.0 * b.left)});
+  s.plain_tables = {std::move(table)};
+  return s;
+}
+
 Curve level_db(const std::string& name, const data::FrequencyResponse& g, Curve::Mark mark) {
   Curve curve{name, mark, g.frequency_hz, {}};
   for (const auto& value : g.value) curve.y.push_back(20.0 * std::log10(std::abs(value)));
@@ -138,7 +193,8 @@ Section response_section(const ModelValidation& v) {
   if (!v.gap->noise.empty())
     gap.curves.push_back({"noise alone (rms)", Curve::Mark::dashed, v.gap->frequency_hz, v.gap->noise});
   gap.caption =
-      "Pointwise, in the units of the record. Lines cannot tell the winding number, so this is no v-gap.";
+      "Pointwise, in the units of the record, by the response from input to residual. Lines cannot tell the "
+      "winding number, so this is no v-gap.";
   s.charts = {magnitude, gap};
   return s;
 }
@@ -151,7 +207,7 @@ Document document(const ModelValidation& v, const data::Record& record) {
   d.title = fmt::format("{} on {}", v.candidate.source, v.record.file);
   d.summary = sentences(v);
   d.summary.push_back(v.trusted ? "Trusted." : "Not trusted: the findings say why.");
-  d.sections = {correlation_section(v), signal_section(v, record)};
+  d.sections = {correlation_section(v), signal_section(v, record), left_section(v)};
   if (v.gap && !v.gap->distance.empty()) d.sections.push_back(response_section(v));
   if (!v.findings.empty()) d.sections.push_back(findings_section(v.findings));
   return d;

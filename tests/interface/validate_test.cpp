@@ -2,6 +2,8 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 #include <sstream>
+#include <string>
+#include <vector>
 
 #include "program.hpp"
 
@@ -35,6 +37,8 @@ class Validate : public test::ProgramTest {
     EXPECT_EQ(done.exit_code, 0) << done.error;
     return json::parse(done.out, nullptr, false);
   }
+
+  std::vector<std::string> names_;
 };
 
 TEST_F(Validate, AcceptsTheModelOfTheSameDrive) {
@@ -114,6 +118,79 @@ TEST_F(Validate, WritesPageAndResidual) {
   const auto v = json::parse(text("v.json"));
   EXPECT_EQ(rows, v.at("residual").at("samples").get<std::size_t>());
   EXPECT_EQ(v.at("residual").at("lags").size(), 21U);
+}
+
+TEST_F(Validate, TakesABlackBoxOfAPosition) {
+  simulate("v", 143.75, 1);
+  simulate("w", 143.75, 2);
+  const std::string position =
+      " --output-quantity position --output x --controller pi:1.036,0.147 --delay 0.004";
+  for (const char* name : {"v", "w"}) {  // the angle, summed up from the recorded velocity
+    std::istringstream lines(text(std::string(name) + ".csv"));
+    std::ostringstream out;
+    std::string line;
+    double x = 0.0;
+    while (std::getline(lines, line)) {
+      if (line.empty() || line[0] == '#') continue;
+      const bool header = !(line[0] == '-' || (line[0] >= '0' && line[0] <= '9'));
+      if (header) {
+        names_.clear();
+        std::istringstream fields(line);
+        for (std::string field; std::getline(fields, field, ',');) names_.push_back(field);
+        out << line << ",x\n";
+        continue;
+      }
+      std::istringstream fields(line);
+      std::size_t column = 0;
+      for (std::string field; std::getline(fields, field, ','); ++column)
+        if (names_[column] == "y") x += 0.002 * std::stod(field);
+      out << line << "," << x << "\n";
+    }
+    write(std::string(name) + "_x.csv", out.str());
+  }
+  const auto fitted = run(
+      "identify v_x.csv --model black-box --order 4 --approach direct --json x.json --validate-on w_x.csv" +
+      position);
+  ASSERT_EQ(fitted.exit_code, 0) << fitted.error;
+  EXPECT_GT(json::parse(text("x.json")).at("cross_validation").at("simulation_fit_percent").get<double>(),
+            90.0);
+  const auto v = run("validate x.json w_x.csv --json - --fit-band 1:40" + position);
+  ASSERT_EQ(v.exit_code, 0) << v.error;
+  const auto j = json::parse(v.out);
+  EXPECT_GT(j.at("simulation_fit_percent").get<double>(), 90.0);
+  EXPECT_TRUE(j.contains("fit_in_band"));
+  EXPECT_TRUE(j.contains("expected_fit_percent"));
+  const auto same = run("compare x.json x.json --json -");
+  EXPECT_EQ(same.exit_code, 0) << same.error;
+  expect_refused("validate x.json w.csv", {"--output-quantity", "position"});
+}
+
+TEST_F(Validate, TellsDryFrictionFromWhatIsLeft) {
+  // Open loop around standstill: dry friction of 0.3 Nm against 2.1 Nm of excitation.
+  const auto machine = [&](const std::string& name, double friction, int seed) {
+    std::ostringstream toml;
+    toml << "drive = {driven_inertia = 0.032, load_inertia = 0.032, stiffness = 143.75, damping = 0.3}\n"
+         << "controller = {kind = 'pi', gain = 1.036, integral_time_s = 0.147}\n"
+         << "friction = {coulomb = " << friction << "}\n"
+         << "excitation = {kind = 'prbs', register_length = 13, amplitude = 2.1}\n"
+         << "measurement = {noise_rms = 0.05}\nrun = {sample_rate_hz = 500, duration_s = 16, seed = " << seed
+         << "}\n";
+    write(name + ".toml", toml.str());
+    const auto done =
+        run("simulate " + name + ".toml --out " + name + ".csv --truth " + name + "_truth.json");
+    ASSERT_EQ(done.exit_code, 0) << done.error;
+  };
+  machine("smooth", 0.0, 1);
+  machine("dry", 0.3, 2);
+  write("tf.json", json::parse(text("smooth_truth.json")).at("model").at("transfer_function").dump());
+  const auto found = [&](const std::string& record) {
+    const auto v = validated("tf.json " + record);
+    const auto& list = v.at("findings");
+    return std::any_of(list.begin(), list.end(),
+                       [](const json& f) { return f.at("id") == "static-nonlinearity"; });
+  };
+  EXPECT_TRUE(found("dry.csv"));
+  EXPECT_FALSE(found("smooth.csv"));
 }
 
 TEST_F(Validate, RefusesNamingWhatWasFoundAndIsRequired) {

@@ -79,6 +79,7 @@ struct Validation {
   bool of_record = true;     ///< False: over the excited lines (a model that was fitted to the response).
   std::optional<double> cross_correlation_max;  ///< Residual with simulated output; of the record only.
   std::optional<double> limit;
+  std::optional<double> residual_rms = {};  ///< In the output's unit; of the record only.
 };
 
 /// One decision that was left to the program.

@@ -5,27 +5,54 @@
 #include <resonid/base/expected.hpp>
 #include <resonid/data/record.hpp>
 #include <resonid/diagnostics/gap.hpp>
+#include <resonid/diagnostics/residual_dependence.hpp>
 #include <resonid/diagnostics/residuals.hpp>
 #include <resonid/identification/identify.hpp>
 #include <resonid/identification/options.hpp>
 #include <resonid/identification/result.hpp>
+#include <resonid/response/power_spectrum.hpp>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace resonid::identification {
 
-/// What is to be validated: an identified drive, or any transfer function from input to velocity.
-struct CandidateModel {
-  std::string source;                ///< File it comes from.
-  std::optional<ModelResult> model;  ///< Of a result.
-  std::optional<data::TransferFunction> transfer_function;
-  std::string units_response;  ///< Of the result; empty: unknown.
-  bool trusted = true;         ///< Of the result.
+/// What a model leaves of the record that it was fitted to.
+struct OwnResidual {
+  double rms = 0.0;          ///< In the output's unit.
+  double fit_percent = 0.0;  ///< Of the simulation.
 };
+
+/// What is to be validated: an identified drive, or any transfer function.
+struct CandidateModel {
+  std::string source;                                       ///< File it comes from.
+  std::optional<ModelResult> model;                         ///< Of a result.
+  std::optional<data::TransferFunction> transfer_function;  ///< Without delay.
+  Eigen::MatrixXd covariance;  ///< Of its [b0, b1, ..., a1, a2, ...]; empty: unknown.
+  data::OutputQuantity output_quantity = data::OutputQuantity::velocity;  ///< Of the transfer function.
+  double known_delay_s = 0.0;                                             ///< Of the result.
+  std::size_t delay_samples = 0;  ///< Of a black box, the known ones included; 0: those that are known.
+  std::optional<OwnResidual> own;                                         ///< Of the result.
+  std::string units_response;                                             ///< Of the result; empty: unknown.
+  bool trusted = true;                                                    ///< Of the result.
+};
+
+/// The model of a result that has one, drive or black box.
+[[nodiscard]] CandidateModel candidate_of(const Result& result);
 
 struct ValidateOptions {
   Options common;  ///< Delay, controller, approach, band, excitation ... as for identify().
   std::size_t max_lag = 25;
+  std::optional<std::pair<double, double>> fit_band_hz =
+      {};  ///< Also report the fit within it, 0 <= low < high.
+};
+
+/// What is left of the output in a band of frequencies, low_hz <= f < high_hz.
+struct BandLeft {
+  double low_hz = 0.0, high_hz = 0.0;
+  double output_share = 0.0;    ///< Of the output's power (about its mean), 0 ... 1.
+  double residual_share = 0.0;  ///< Of the residual's power.
+  double left = 0.0;            ///< Residual over output power there.
 };
 
 enum class Verdict {
@@ -48,13 +75,23 @@ struct ModelValidation {
   std::optional<fit::Estimate> offset;            ///< Constant torque, estimated on this record.
   std::optional<fit::Estimate> coulomb_friction;  ///< Where the model has it: estimated on this record again.
   diagnostics::ResidualTest residual_test;
-  std::vector<double> simulated, residual;  ///< [sample] from first_sample on.
+  diagnostics::ResidualDependence dependence;  ///< On the excitation, else on the input.
+  /// What looks like friction (over the velocity) or a dead zone (over the input); none where the output is
+  /// not the model's own, in closed-loop prediction, and in records too short for it.
+  std::vector<diagnostics::StaticMap> maps;
+  response::PowerSpectrum output_spectrum, residual_spectrum;
+  std::vector<BandLeft> bands;                ///< Octaves down from half the sample rate.
+  std::optional<double> fit_in_band_percent;  ///< 100 (1 - sqrt(residual/output power)) in fit_band_hz.
+  std::optional<std::pair<double, double>> fit_band_hz;
+  std::optional<double> expected_fit_percent;  ///< If the model left here what it left of its own record.
+  std::vector<double> simulated, residual;     ///< [sample] from first_sample on.
   std::size_t first_sample = 0;
   std::optional<data::FrequencyResponse> measured;  ///< The record's own response, where it has one.
   std::optional<data::FrequencyResponse> modelled;  ///< The model's at the same lines.
   std::optional<diagnostics::GapCurve> gap;         ///< Between these two.
   std::optional<double>
       response_error;  ///< Relative difference of the two (rms over lines) beyond the noise.
+  std::optional<double> response_error_low;  ///< What it is at least, with 95 %.
   /// The line at which the two differ most in multiples of their noise, by how much of |G| beyond the noise,
   /// and how probable noise alone makes that at any line.
   std::optional<double> worst_line_hz, worst_line_error, response_probability;
@@ -64,15 +101,17 @@ struct ModelValidation {
 };
 
 /// Simulates a model on an independent record; constant torque and initial state are estimated, nothing else.
-/// Residual tests (METHOD 9), distance to the record's own response where there is an excitation to measure
-/// it.
+/// Residual tests (METHOD 9), and the distance to the record's own response where there is an excitation to
+/// measure it. That distance is the response from the input to the residual: its leakage and smoothing are
+/// those of the difference, not of the whole response, so a true model has none.
 ///
-/// A model is rejected when model and measured response differ by more than 30 % (rms over the lines, beyond
-/// the noise), or when it reproduces less than half of the output and the rest follows the input beyond the
-/// practical limit. It is doubtful beyond 10 %, beyond the practical limit, or where a single line differs by
-/// more than 10 % and noise cannot be why (probability below 1e-4, all lines counted). The limit of 3 % per
-/// lag is shown with the signal-to-noise ratio and decides nothing: at high ratios even the true model fails
-/// it.
+/// Nothing counts against a model that chance, or its own uncertainty, explains: the residual must depend on
+/// excitation or input (probability below 1 %, residual_dependence), or the response must differ at one line
+/// (below 1e-4, all lines counted). Then a model is rejected when model and measured response differ by more
+/// than 30 % (rms over the lines, at least), or when it reproduces less than half of the output and the rest
+/// follows the input beyond the practical limit. It is doubtful beyond 10 %, beyond the practical limit,
+/// where a single line differs by more than 10 %, or where it fits 10 points less than the residual on its
+/// own record lets expect.
 ///
 /// `common.approach` indirect: the closed-loop predictor, driven by the excitation (and reference) alone
 /// through the known controller, so that no noise reaches the model's input.

@@ -12,7 +12,8 @@
 namespace resonid::io {
 
 /// Which column is which signal, and in what unit. What is not named is looked for under its usual names
-/// (docs/methods/record_files.md).
+/// (docs/methods/record_files.md). Input, output, excitation and reference may be sums of columns,
+/// `34.18*theta - 3.307*strain`.
 struct ColumnMapping {
   std::optional<std::string> time;        ///< In seconds; "none" ignores a column with a usual name.
   std::optional<std::string> input;       ///< u
@@ -26,9 +27,12 @@ struct ColumnMapping {
   std::optional<double> from_s;           ///< First instant taken, in the time of the record.
   std::optional<double> to_s;             ///< First instant no longer taken.
   data::OutputQuantity output_quantity = data::OutputQuantity::velocity;
+  /// Of a position (and its reference): backward differences, so that the record holds a velocity. The mean
+  /// over the past sample: it comes half a sample late. The first sample is left out.
+  bool differentiate = false;
   data::Motion motion = data::Motion::rotary;
   std::optional<std::string> input_unit;   ///< After scaling; otherwise from the column's name and the scale.
-  std::optional<std::string> output_unit;  ///< The same.
+  std::optional<std::string> output_unit;  ///< The same; with `differentiate` that of the velocity.
 };
 
 /// Calls `visitor(name, field, doc)` for every field.
@@ -46,6 +50,7 @@ void describe(Visitor&& visitor, ColumnMapping& c) {
   visitor("from_s", c.from_s, "first instant taken, in s");
   visitor("to_s", c.to_s, "first instant no longer taken, in s");
   visitor("output_quantity", c.output_quantity, "velocity, position or acceleration");
+  visitor("differentiate", c.differentiate, "backward differences of a position: a velocity");
   visitor("motion", c.motion, "rotary or linear");
   visitor("input_unit", c.input_unit, "unit of the scaled input");
   visitor("output_unit", c.output_unit, "unit of the scaled output");
@@ -54,10 +59,10 @@ void describe(Visitor&& visitor, ColumnMapping& c) {
 /// Makes a record of a table: finds the signals, scales them, tells their units, measures the sample rate,
 /// jitter and gaps from the time column, and cuts.
 ///
-/// Errors: a column that is not there, several candidates for a signal, columns of different lengths, time
-/// that does not rise, more than 5 % of the samples missing, an empty cut, fewer than 16 samples. Gaps and
-/// jitter are no errors: they are reported in Record::sampling, and the samples beside a gap stand next to
-/// each other.
+/// Errors: a column that is not there, a sum that holds anything but columns and factors, several candidates
+/// for a signal, columns of different lengths, time that does not rise, more than 5 % of the samples missing,
+/// an empty cut, fewer than 16 samples. Gaps and jitter are no errors: they are reported in Record::sampling,
+/// and the samples beside a gap stand next to each other.
 [[nodiscard]] expected<data::Record, Error> to_record(const Table& table, const ColumnMapping& mapping);
 
 /// read_table() and to_record().

@@ -23,8 +23,12 @@ namespace resonid::report {
 ///      trusted, simulation_fit_percent, prediction_fit_percent, offset: {value, std, unit}, known_delay_s,
 ///      residual: {samples, mean, rms, snr_db, unit, limit, practical_limit, judged_lags, lags: [],
 ///                 autocorrelation: [], simulated|input|excitation: {correlation: [], largest, largest_lag,
-///                 beyond_limit, colour}},
-///      response: {error, frequency_hz: [], distance: [], std: [], largest, largest_hz,
+///                 beyond_limit, colour},
+///                 bands: [{low_hz, high_hz, output_share, residual_share, left}],
+///                 dependence: {on, lags, probability, share},
+///                 static: [{over, level: [], mean: [], std: [], unit, probability, share}]},
+///      fit_in_band: {low_hz, high_hz, fit_percent}, expected_fit_percent,
+///      response: {error, error_at_least, frequency_hz: [], distance: [], std: [], largest, largest_hz,
 ///                 worst_line_hz, worst_line_error, probability}, findings}
 ///
 /// What is not there is absent.

@@ -150,6 +150,62 @@ TEST(RecordReader, ScalesTheExcitationLikeTheInput) {
   EXPECT_EQ(bare.excitation.unit, "V");
 }
 
+TEST(RecordReader, AddsColumns) {
+  const auto table = table_of({"t", "u", "a_V", "b_V", "a-b", "a"});
+  ColumnMapping mapping;
+  mapping.output = "34.18*a_V - b_V * 2e-1 + a";
+  const auto sum = record_of(table, mapping);
+  EXPECT_DOUBLE_EQ(sum.output.samples[3], 34.18 * 203.0 - 0.2 * 303.0 + 503.0);
+  EXPECT_EQ(sum.output.name, "(34.18*a_V - b_V * 2e-1 + a)");
+  EXPECT_EQ(sum.output.unit, "rad/s");  // a factor makes it the SI unit, as a scale does
+  mapping.output = "a-b";               // a column of that name comes before the difference
+  EXPECT_EQ(record_of(table, mapping).output.samples[0], 400.0);
+  mapping.output = "2*a-b";
+  EXPECT_EQ(record_of(table, mapping).output.samples[0], 800.0);
+  mapping.output = "-b_V + a_V";
+  EXPECT_EQ(record_of(table, mapping).output.samples[0], -100.0);
+  EXPECT_EQ(record_of(table, mapping).output.unit, "V");
+  mapping.output_unit = "deg/s";
+  EXPECT_EQ(record_of(table, mapping).output.unit, "deg/s");
+}
+
+TEST(RecordReader, RefusesWhatIsNoSum) {
+  const auto table = table_of({"t", "u", "a", "b"});
+  for (const auto& [text, found] :
+       std::vector<std::pair<const char*, const char*>>{{"2*a + 3*c", "found 'c'"},
+                                                        {"2*a 3*b", "found '3*b'"},
+                                                        {"2*", "found the end"},
+                                                        {"2*3", "found '3'"}}) {
+    ColumnMapping mapping;
+    mapping.output = text;
+    RESONID_EXPECT_MESSAGE(to_record(table, mapping), found);
+    RESONID_EXPECT_MESSAGE(to_record(table, mapping), "--output");
+  }
+  ColumnMapping mapping;
+  mapping.output = "a-c";
+  RESONID_EXPECT_MESSAGE(to_record(table, mapping), "there is no column 'a-c' (--output)");
+}
+
+TEST(RecordReader, DifferentiatesAPosition) {
+  auto table = table_of({"t", "u", "y_deg", "r"});
+  for (std::size_t k = 0; k < 20; ++k) table.columns[2][k] = 0.5 * static_cast<double>(k * k);
+  ColumnMapping mapping;
+  mapping.output_quantity = data::OutputQuantity::position;
+  mapping.differentiate = true;
+  const auto record = record_of(table, mapping);
+  EXPECT_EQ(record.output_quantity, data::OutputQuantity::velocity);
+  EXPECT_EQ(record.output.unit, "deg/s");
+  ASSERT_EQ(record.samples(), 19U);
+  EXPECT_EQ(record.input.samples.size(), 19U);
+  EXPECT_EQ(record.input.samples[0], 101.0);
+  EXPECT_NEAR(record.start_time_s, 0.001, 1e-12);
+  EXPECT_NEAR(record.output.samples[4], 1000.0 * 4.5,
+              1e-6);  // from sample 4 to 5: the mean, half a sample late
+  EXPECT_NEAR(record.reference.samples[4], 1000.0, 1e-6);
+  mapping.output_quantity = data::OutputQuantity::velocity;
+  RESONID_EXPECT_MESSAGE(to_record(table, mapping), "--output-quantity position is required");
+}
+
 TEST(RecordReader, MeasuresRateAndJitter) {
   auto table = table_of({"t_s", "u", "y"}, 5000, 0.0004);
   auto record = record_of(table);
