@@ -56,6 +56,11 @@ BlackBoxSelection taken(fit::BlackBoxFit fit) {
 }  // namespace
 
 expected<BlackBoxSelection, Refusal> select_black_box(const data::Record& record, const Options& options) {
+  if (options.approach == Approach::indirect && record.output_quantity != data::OutputQuantity::velocity)
+    return tl::unexpected(
+        Refusal{"approach",
+                "indirect with --model black-box needs a recorded velocity, which is what the "
+                "controller is fed; found another output"});
   auto config = configured(record, options);
   const auto refused = [](const ConfigError& error) {
     return tl::unexpected(Refusal{"model", fmt::format("black-box: {} {}", error.field, error.requirement)});

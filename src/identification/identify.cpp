@@ -6,6 +6,7 @@
 #include <identification/black_box_selection.hpp>
 #include <identification/bootstrap.hpp>
 #include <identification/choices.hpp>
+#include <identification/closed_loop.hpp>
 #include <identification/distortion.hpp>
 #include <identification/excitation_source.hpp>
 #include <identification/loop.hpp>
@@ -18,7 +19,6 @@
 #include <resonid/diagnostics/data_findings.hpp>
 #include <resonid/diagnostics/residuals.hpp>
 #include <resonid/diagnostics/response_extrema.hpp>
-#include <resonid/fit/identified_controller.hpp>
 #include <resonid/response/excitation_lines.hpp>
 
 namespace resonid::identification {
@@ -60,11 +60,12 @@ expected<data::Record, Refusal> without_transient(data::Record record, const Opt
   return record;
 }
 
-std::vector<Resonance> resonances_of(const Result& result) {
+/// Of the model, else of the response, unless that is biased.
+std::vector<Resonance> resonances_of(const Result& result, bool biased) {
   std::vector<Resonance> found;
   if (result.model) {
     return detail::resonances_of(result.model->drive);
-  } else {
+  } else if (!biased) {
     for (const auto& e : diagnostics::response_extrema(result.response))
       found.push_back({e.minimum, e.frequency_hz, std::nullopt, std::nullopt, false});
   }
@@ -138,6 +139,14 @@ expected<Result, Refusal> identify(const data::Record& whole, const Options& opt
   append(result.findings, diagnostics::inspect(result.response));
   append(result.findings, detail::inspect_distortion(record, *plan));
 
+  const auto evidence = detail::loop_evidence(record, *plan, source, options, result.response);
+  plan->loop_controller = detail::predictor_controller(evidence, options);
+  if (auto f = detail::inspect_orientation(evidence, result.response))
+    result.findings.push_back(std::move(*f));
+  auto differs = detail::inspect_controller(options, evidence, result.response);
+  const bool controller_differs = differs.has_value();
+  if (differs) result.findings.push_back(std::move(*differs));
+
   std::optional<detail::Selection> selection;
   std::optional<detail::BlackBoxSelection> black_box;
   if (options.model == ModelChoice::black_box) {
@@ -151,7 +160,7 @@ expected<Result, Refusal> identify(const data::Record& whole, const Options& opt
     append(result.findings, std::move(black_box->findings));
   } else if (options.model != ModelChoice::none) {
     progress("model");
-    selection = detail::select_model(record, *plan, options, result.response);
+    selection = detail::select_model(record, *plan, options, detail::without_bias(result.response, evidence));
     if (selection) {
       result.model = selection->result;
       result.structures = std::move(selection->structures);
@@ -165,6 +174,14 @@ expected<Result, Refusal> identify(const data::Record& whole, const Options& opt
     result.model = selection->result;
     result.method = detail::name_of(options.method);
   }
+  const bool fitted_to_record = black_box || (selection && selection->result.from_record);
+  const bool takes_model = options.method == Method::automatic && evidence.biased() && fitted_to_record;
+  if (takes_model) detail::choose_model(evidence, result);
+  if (fitted_to_record) detail::weigh_incoherence(evidence, result.findings);
+  if (plan->loop_controller && fitted_to_record)
+    result.choices.push_back(detail::predictor_choice(options, *evidence.controller));
+  if (auto f = detail::inspect_feedback(evidence, takes_model || options.method == Method::model))
+    result.findings.push_back(std::move(*f));
   if (!black_box) detail::inspect_model(*plan, options, selection, result);
   if (black_box)
     validate_on_record(record, black_box->result.fit_percent, std::move(black_box->residual),
@@ -179,7 +196,7 @@ expected<Result, Refusal> identify(const data::Record& whole, const Options& opt
   detail::inspect_validation(result);
   result.resonances =
       black_box ? detail::resonances_of(black_box->result.model, 0.3 * plan->low_hz, 1.5 * plan->high_hz)
-                : resonances_of(result);
+                : resonances_of(result, evidence.biased());
   if (result.model)
     result.roots = detail::roots_of(result.model->drive);
   else if (result.black_box)
@@ -189,13 +206,9 @@ expected<Result, Refusal> identify(const data::Record& whole, const Options& opt
   if (source == detail::ExcitationSource::reference) lines->has_excitation = false;  // L = Ru/U - 1 needs ru
   if (auto measured = response::loop_response(*lines)) result.measured_loop = std::move(*measured);
   Options in_loop = options;
-  if (!in_loop.controller && source == detail::ExcitationSource::recorded &&
-      record.output_quantity == data::OutputQuantity::velocity) {
-    in_loop.controller = fit::identified_controller(record);
-    if (in_loop.controller)
-      result.choices.push_back({"controller",
-                                fmt::format("of order {}", in_loop.controller->denominator.size() - 1),
-                                "u - ru = C (r - y) holds in the record without any noise"});
+  if (evidence.controller && (!options.controller || controller_differs)) {
+    in_loop.controller = evidence.controller->controller;
+    result.choices.push_back(detail::controller_choice(*evidence.controller));
   }
   result.loop = detail::loop_of(*plan, in_loop, *lines, result.response, result.model);
   detail::inspect_loop(result);
@@ -205,11 +218,12 @@ expected<Result, Refusal> identify(const data::Record& whole, const Options& opt
       return detail::loop_of(*plan, in_loop, *lines, result.response, model);
     });
   }
-  if (options.method == Method::model) {
-    if (!result.model)
-      return tl::unexpected(Refusal{"method", "model needs --model other than none, and a fit"});
+  if (options.method == Method::model && !result.model)
+    return tl::unexpected(Refusal{"method", "model needs --model other than none, and a fit"});
+  if (options.method == Method::model || takes_model) {
     const auto coherence = result.response.coherence;
-    result.response = result.model->drive.response(result.response.frequency_hz);
+    result.response = result.model ? result.model->drive.response(result.response.frequency_hz)
+                                   : result.black_box->model.response(result.response.frequency_hz);
     result.response.coherence = coherence;
   }
   result.trusted = detail::trusted(result);

@@ -9,7 +9,7 @@
 #include <numeric>
 #include <resonid/diagnostics/response_extrema.hpp>
 #include <resonid/fit/chi_square.hpp>
-#include <resonid/fit/identified_controller.hpp>
+#include <resonid/fit/controller_estimate.hpp>
 #include <resonid/identification/join.hpp>
 
 namespace resonid::identification {
@@ -237,7 +237,8 @@ expected<Joint, Refusal> join(std::span<const data::Record> records, std::span<c
       joint.result.resonances.push_back({e.minimum, e.frequency_hz, std::nullopt, std::nullopt, false});
   Options in_loop = options;
   if (!in_loop.controller && records.front().output_quantity == data::OutputQuantity::velocity)
-    in_loop.controller = fit::identified_controller(records.front());
+    if (auto shown = fit::estimate_controller(records.front()))
+      in_loop.controller = std::move(shown->controller);
   find_loop(in_loop, joint);
   note(joint, results);
   return joint;

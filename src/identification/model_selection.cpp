@@ -301,6 +301,10 @@ class Selector {
     }
     if (options_.approach == Approach::joint && record_.excitation.present())
       config.predictor = fit::Predictor::joint;
+    if (plan_.loop_controller) {
+      config.predictor = fit::Predictor::closed_loop;
+      config.controller = plan_.loop_controller;
+    }
   }
 
   /// Dry friction, where the chosen model finds some in the record and the criterion is clearly the better
