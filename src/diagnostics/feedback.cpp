@@ -104,7 +104,8 @@ std::complex<double> Feedback::direct_bias(double frequency_hz) const {
   // But for the common determinant: u = output w + backward e, y = forward w + input e.
   const double by_e = output_variance * std::norm(backward);
   const double power = input_variance * std::norm(output) + by_e;
-  const auto cross = input_variance * forward * std::conj(output) + output_variance * input * std::conj(backward);
+  const auto cross =
+      input_variance * forward * std::conj(output) + output_variance * input * std::conj(backward);
   return cross / power * output / forward - 1.0;
 }
 

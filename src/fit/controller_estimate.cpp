@@ -18,8 +18,8 @@ constexpr std::ptrdiff_t kLags = 20;
 data::Record controller_record(const data::Record& record) {
   const std::size_t n = std::min(kMostSamples, record.samples());
   const auto& y = record.output.samples;
-  const double rest = std::accumulate(y.begin(), y.begin() + static_cast<std::ptrdiff_t>(n), 0.0) /
-                      static_cast<double>(n);
+  const double rest =
+      std::accumulate(y.begin(), y.begin() + static_cast<std::ptrdiff_t>(n), 0.0) / static_cast<double>(n);
   data::Record c;
   c.sample_rate_hz = record.sample_rate_hz;
   for (std::size_t k = 0; k < n; ++k) {
@@ -89,7 +89,8 @@ std::optional<BlackBoxFit> best_fit(const data::Record& controller) {
 }  // namespace
 
 std::optional<ControllerEstimate> estimate_controller(const data::Record& record) {
-  if (auto exact = identified_controller(record)) return ControllerEstimate{std::move(*exact), 0.0, 0.0, {}, {}};
+  if (auto exact = identified_controller(record))
+    return ControllerEstimate{std::move(*exact), 0.0, 0.0, {}, {}};
   const std::size_t n = record.samples();
   if (n < kFewest || record.excitation.samples.size() != n || record.input.samples.size() != n ||
       (record.reference.present() && record.reference.samples.size() != n))

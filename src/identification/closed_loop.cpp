@@ -39,8 +39,7 @@ std::optional<Finding> inspect_gain(const data::TransferFunction& told,
                                     const diagnostics::Feedback& feedback) {
   const double expected = told.numerator.front() / told.denominator.front();
   const double shown = -feedback.d.front();
-  const double deviation =
-      std::sqrt(feedback.input_variance / (feedback.samples * feedback.output_variance));
+  const double deviation = std::sqrt(feedback.input_variance / (feedback.samples * feedback.output_variance));
   constexpr double kRelevant = 0.05, kDeviations = 3.0;
   const double difference = std::abs(shown - expected);
   if (!(difference > kRelevant * std::abs(shown)) || !(difference > kDeviations * deviation))
@@ -94,8 +93,8 @@ data::FrequencyResponse without_bias(const data::FrequencyResponse& response, co
   for (std::size_t i = 0; i < bias.size(); ++i) {
     const double scale = std::max(std::abs(1.0 + bias[i]), 1e-3);
     corrected.value[i] /= 1.0 + bias[i];
-    corrected.standard_deviation[i] = std::hypot(corrected.standard_deviation[i] / scale,
-                                                 kUnsure * std::abs(bias[i] * corrected.value[i]));
+    corrected.standard_deviation[i] =
+        std::hypot(corrected.standard_deviation[i] / scale, kUnsure * std::abs(bias[i] * corrected.value[i]));
   }
   return corrected;
 }
@@ -109,7 +108,8 @@ Choice controller_choice(const fit::ControllerEstimate& shown) {
 }
 
 Choice predictor_choice(const Options& options, const fit::ControllerEstimate& shown) {
-  if (options.approach) return {"predictor", "closed loop with the record's own controller", "asked for joint"};
+  if (options.approach)
+    return {"predictor", "closed loop with the record's own controller", "asked for joint"};
   return {"predictor", "closed loop with the record's own controller",
           fmt::format("the recorded input holds noise ({:.2g} % of what the controller makes), which would "
                       "bias a simulation from it",
@@ -126,8 +126,8 @@ void weigh_incoherence(const LoopEvidence& evidence, std::vector<Finding>& findi
 }
 
 void choose_model(const LoopEvidence& evidence, Result& result) {
-  const auto method =
-      std::find_if(result.choices.begin(), result.choices.end(), [](const Choice& c) { return c.what == "method"; });
+  const auto method = std::find_if(result.choices.begin(), result.choices.end(),
+                                   [](const Choice& c) { return c.what == "method"; });
   if (method != result.choices.end())
     *method = {"method", name_of(Method::model),
                fmt::format("noise is fed back: the response by {} is biased by typically {}; the fit to the "
@@ -156,12 +156,13 @@ std::optional<Finding> inspect_controller(const Options& options, const LoopEvid
   const double typical = median(std::move(relative));
   if (!(typical > kRelevant) || !(median(std::move(bars)) > kDeviations)) return std::nullopt;
   const double middle = response.frequency_hz[response.lines() / 2];
-  return Finding{"controller-differs", Severity::error, typical, kRelevant,
-                 fmt::format("The controller told is not the one that ran: it typically differs by {} from the "
-                             "one that u - ru = C (r - y) shows (gain at {:.3g} Hz: told {:.4g}, shown "
-                             "{:.4g}). The margins are those of the record's own.",
-                             percent(typical), middle, std::abs(options.controller->response(middle)),
-                             std::abs(shown.controller.response(middle)))};
+  return Finding{
+      "controller-differs", Severity::error, typical, kRelevant,
+      fmt::format("The controller told is not the one that ran: it typically differs by {} from the "
+                  "one that u - ru = C (r - y) shows (gain at {:.3g} Hz: told {:.4g}, shown "
+                  "{:.4g}). The margins are those of the record's own.",
+                  percent(typical), middle, std::abs(options.controller->response(middle)),
+                  std::abs(shown.controller.response(middle)))};
 }
 
 std::optional<Finding> inspect_feedback(const LoopEvidence& evidence, bool from_model) {
@@ -172,8 +173,9 @@ std::optional<Finding> inspect_feedback(const LoopEvidence& evidence, bool from_
       "later input). Averaged spectra of input and output are biased by typically {} then",
       percent(evidence.feedback->seen), percent(evidence.bias));
   if (from_model)
-    return Finding{"feedback-bias", Severity::info, evidence.bias, kNoticeable,
-                   what + ". The response given is that of the model fitted to the record, which has no such bias."};
+    return Finding{
+        "feedback-bias", Severity::info, evidence.bias, kNoticeable,
+        what + ". The response given is that of the model fitted to the record, which has no such bias."};
   const char* help =
       ". Record the excitation (ru), or give the controller and the reference, or allow a model (--model).";
   if (!evidence.biased())
@@ -210,13 +212,15 @@ std::optional<Finding> inspect_orientation(const LoopEvidence& evidence,
   const double slope = leads ? (n * xy - x * y) / std::max(n * xx - x * x, 1e-300) : 0.0;
   constexpr double kGrows = 0.3;  // an inertia's response falls with slope -1, its inverse grows with 1
   if (leads && slope > kGrows)
-    return finding("At low frequencies the response leads by about 90 deg and grows with frequency, as the "
-                   "inverse of a drive does: input and output columns are exchanged (--input, --output).");
+    return finding(
+        "At low frequencies the response leads by about 90 deg and grows with frequency, as the "
+        "inverse of a drive does: input and output columns are exchanged (--input, --output).");
   const bool against = evidence.controller && evidence.controller->controller.numerator.front() < 0.0;
   if (leads)
-    return finding(fmt::format("At low frequencies the output leads the input by about 90 deg instead of "
-                               "lagging{}: encoder or torque is mirrored; try --output-scale -1.",
-                               against ? ", and the controller, u - ru = C (r - y), has a negative gain" : ""));
+    return finding(
+        fmt::format("At low frequencies the output leads the input by about 90 deg instead of "
+                    "lagging{}: encoder or torque is mirrored; try --output-scale -1.",
+                    against ? ", and the controller, u - ru = C (r - y), has a negative gain" : ""));
   return std::nullopt;
 }
 

@@ -20,8 +20,9 @@ struct LoopEvidence {
   [[nodiscard]] bool biased() const noexcept { return bias > 0.1 && bias_bars > 1.0; }
 };
 
-[[nodiscard]] LoopEvidence loop_evidence(const data::Record& record, const Plan& plan, ExcitationSource source,
-                                         const Options& options, const data::FrequencyResponse& response);
+[[nodiscard]] LoopEvidence loop_evidence(const data::Record& record, const Plan& plan,
+                                         ExcitationSource source, const Options& options,
+                                         const data::FrequencyResponse& response);
 
 /// The controller that the model's predictor needs, if it is to be the one of the closed loop: the joint
 /// approach was asked for, or none was and the recorded input is noisy, by which the open-loop predictor

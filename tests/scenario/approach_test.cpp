@@ -207,5 +207,26 @@ TEST(LoopEvidence, MirroredAndExchangedSignalsAreNamed) {
   EXPECT_NE(text(exchanged).find("exchanged"), std::string::npos);
 }
 
+/// The controller is fed a velocity, the record holds a position: said for the model, refused for a black
+/// box.
+TEST(LoopEvidence, IndirectOfAPositionIsTold) {
+  auto c = test::published_drive(0.0, 0.0, 3);
+  test::prbs(c);
+  auto record = test::simulated(c).record;
+  double place = 0.0;
+  for (double& y : record.output.samples) y = place += y / record.sample_rate_hz;
+  record.output_quantity = data::OutputQuantity::position;
+  auto options = test::known(c);
+  options.approach = Approach::indirect;
+  options.model = identification::ModelChoice::two_mass;
+  const auto result = test::identified(record, options);
+  ASSERT_TRUE(result.model.value().from_record);
+  EXPECT_NE(test::finding(result, "indirect-response-only"), nullptr);
+  options.model = identification::ModelChoice::black_box;
+  const auto refused = identification::identify(record, options);
+  ASSERT_FALSE(refused.has_value());
+  EXPECT_EQ(refused.error().option, "approach");
+}
+
 }  // namespace
 }  // namespace resonid

@@ -10,8 +10,8 @@
 
 namespace resonid::test {
 
-/// Relative rms of the response, 2 ... 33 Hz, mean over the seeds, and the mean squared distance of (J1, J2, K,
-/// D) from the truth in their covariance, as logarithms: 4 if the error bars hold.
+/// Relative rms of the response, 2 ... 33 Hz, mean over the seeds, and the mean squared distance of (J1, J2,
+/// K, D) from the truth in their covariance, as logarithms: 4 if the error bars hold.
 struct TightLoopErrors {
   double joint = 0.0, direct = 0.0, distance = 0.0;
 };

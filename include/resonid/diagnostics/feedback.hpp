@@ -22,7 +22,7 @@ struct Feedback {
   /// the rate of false alarms of whoever calls smaller values feedback. Of u(k) only the part that opposes
   /// the output counts, since a measured input may look ahead of the hold.
   double probability = 1.0;
-  double seen = 0.0;  ///< Share of e's variance that the later input explains, 0 ... 1.
+  double seen = 0.0;     ///< Share of e's variance that the later input explains, 0 ... 1.
   double samples = 0.0;  ///< Equations that it was estimated from.
   double sample_time_s = 0.0;
   std::vector<double> a, b, c, d;  ///< a, b, c from lag 1, d from lag 0.

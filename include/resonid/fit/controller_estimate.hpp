@@ -11,8 +11,8 @@ namespace resonid::fit {
 /// The controller that a record shows, from velocity error to torque.
 struct ControllerEstimate {
   data::TransferFunction controller;
-  double input_noise = 0.0;            ///< rms of what u - ru lacks to be C (r - y), in units of u; 0: exact.
-  double relative_noise = 0.0;         ///< The same, relative to the rms of u - ru.
+  double input_noise = 0.0;     ///< rms of what u - ru lacks to be C (r - y), in units of u; 0: exact.
+  double relative_noise = 0.0;  ///< The same, relative to the rms of u - ru.
   /// [sample] The noise itself, of the samples that were used; empty: exact. u without it is what the
   /// controller commanded.
   std::vector<double> noise;

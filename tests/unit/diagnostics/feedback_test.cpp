@@ -64,7 +64,8 @@ TEST(Feedback, BiasOfTheDirectResponseIsThatOfTheory) {
     const auto z = std::polar(1.0, -kTwoPi * hz / 500.0);
     const auto g = kGain * z / (1.0 - kPole * z);
     // y = S (G ru + v), u = S (ru - C v): Gd = (G S_ru - C S_v)/(S_ru + C^2 S_v).
-    const auto direct = (g * excitation * excitation - feedback) / (excitation * excitation + feedback * feedback);
+    const auto direct =
+        (g * excitation * excitation - feedback) / (excitation * excitation + feedback * feedback);
     const auto bias = direct / g - 1.0;
     EXPECT_NEAR(std::abs(f->direct_bias(hz) / bias - 1.0), 0.0, 0.25) << hz;
   }
@@ -73,7 +74,8 @@ TEST(Feedback, BiasOfTheDirectResponseIsThatOfTheory) {
 TEST(Feedback, InputThatLooksAheadIsNone) {
   auto record = loop(0.0, 1.0, 20000, 3);
   // The output half a sample early: y(k) answers part of u(k) too.
-  for (std::size_t k = 0; k < record.samples(); ++k) record.output.samples[k] += 0.5 * record.input.samples[k];
+  for (std::size_t k = 0; k < record.samples(); ++k)
+    record.output.samples[k] += 0.5 * record.input.samples[k];
   const auto f = find_feedback(record, 0.0);
   ASSERT_TRUE(f.has_value());
   EXPECT_FALSE(f->present());
