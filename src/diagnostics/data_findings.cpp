@@ -182,8 +182,9 @@ std::vector<Finding> inspect(const data::FrequencyResponse& g) {
   if (usable < std::max(3.0, 0.05 * static_cast<double>(g.lines()))) {
     findings.push_back(
         {"incoherent", Severity::error, usable / static_cast<double>(g.lines()), 0.05,
-         fmt::format("Only {:.0f} of {} lines are coherent (median coherence {:.2f}): the output is not "
-                     "the response to this input (noise, wrong column, no excitation).",
+         fmt::format("Only {:.0f} of {} lines are coherent (median coherence {:.2f}): noise or the motion "
+                     "outweighs the response to the excitation, or the output is no response to it at all "
+                     "(wrong column, no excitation).",
                      usable, g.lines(), middle)});
     return findings;
   }

@@ -7,7 +7,7 @@
 #include <limits>
 #include <numeric>
 #include <resonid/fit/black_box.hpp>
-#include <resonid/fit/identified_controller.hpp>
+#include <resonid/fit/controller_estimate.hpp>
 
 namespace resonid::fit {
 namespace {
@@ -227,9 +227,9 @@ class Fitter {
 expected<BlackBoxFit, ConfigError> fit_black_box(const data::Record& record, const BlackBoxConfig& asked) {
   BlackBoxConfig config = asked;
   if (config.predictor == Predictor::joint && !(config.direct_term && config.delay_samples == 0))
-    if (auto controller = identified_controller(record)) {
+    if (auto shown = estimate_controller(record)) {
       config.predictor = Predictor::closed_loop;
-      config.controller = std::move(controller);
+      config.controller = std::move(shown->controller);
     }
   auto raw = detail::recorded(record, config);
   if (!raw) return unexpected(raw.error());

@@ -5,7 +5,7 @@
 #include <fit/output_error_fitter.hpp>
 #include <numeric>
 #include <resonid/fit/chi_square.hpp>
-#include <resonid/fit/identified_controller.hpp>
+#include <resonid/fit/controller_estimate.hpp>
 #include <resonid/fit/output_error.hpp>
 #include <resonid/fit/projected_input.hpp>
 
@@ -88,16 +88,16 @@ expected<void, ConfigError> check(const data::Record& record, const OutputErrorC
   return {};
 }
 
-/// The joint approach by the controller that the record shows, which is exact; by the projected input where
-/// there is none.
+/// The joint approach by the controller that the record shows, with or without noise on the input; by the
+/// projected input where it shows none.
 OutputErrorConfig with_controller(const data::Record& record, const OutputErrorConfig& asked) {
   OutputErrorConfig config = asked;
   if (config.predictor != Predictor::joint || record.output_quantity != data::OutputQuantity::velocity)
     return config;
-  auto controller = identified_controller(record);
-  if (!controller) return config;
+  auto shown = estimate_controller(record);
+  if (!shown) return config;
   config.predictor = Predictor::closed_loop;
-  config.controller = std::move(controller);
+  config.controller = std::move(shown->controller);
   return config;
 }
 

@@ -213,6 +213,10 @@ fit::OutputErrorConfig CandidateFits::config_of(const Variant& variant, const fi
   config.coulomb_friction = variant.dry;
   config.known_delay_s = options_.delay_s;
   use_predictor(records_, options_, config);
+  if (plan_.loop_controller) {
+    config.predictor = fit::Predictor::closed_loop;
+    config.controller = plan_.loop_controller;
+  }
   return config;
 }
 

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <identification/excitation_source.hpp>
 #include <numeric>
+#include <resonid/diagnostics/feedback.hpp>
 #include <resonid/response/excitation_lines.hpp>
 
 namespace resonid::identification::detail {
@@ -72,6 +73,19 @@ bool repeats(const data::Record& record) {
   return variance(change) < kExactly * variance(x);
 }
 
+/// Whether the input holds noise that is fed back and the reconstructed excitation holds none any more.
+bool is_what_feedback_leaves(const data::Record& record, double delay_s) {
+  constexpr double kSomething = 1e-4;  // of the input
+  if (!(variance(record.excitation.samples) > kSomething * variance(record.input.samples))) return false;
+  const auto before = diagnostics::find_feedback(record, delay_s);
+  if (!before || !before->present()) return false;
+  data::Record without = record;
+  without.input = record.excitation;
+  const auto after = diagnostics::find_feedback(without, delay_s);
+  constexpr double kNone = 1e-3;  // false alarms
+  return after && after->probability > kNone;
+}
+
 }  // namespace
 
 ExcitationSource complete_excitation(data::Record& record, const Options& options) {
@@ -84,6 +98,8 @@ ExcitationSource complete_excitation(data::Record& record, const Options& option
       if (two_level(record.excitation.samples) || response::detect_chirp(record) || repeats(record))
         return ExcitationSource::reconstructed;
     }
+    record.excitation = {"u - C (r - y)", record.input.unit, reconstruct(record, *options.controller)};
+    if (is_what_feedback_leaves(record, options.delay_s)) return ExcitationSource::reconstructed;
     record.excitation = {};
   }
   const bool joint = options.approach.value_or(Approach::joint) == Approach::joint;  // indirect needs ru

@@ -6,6 +6,7 @@
 #include <identification/black_box_selection.hpp>
 #include <identification/bootstrap.hpp>
 #include <identification/choices.hpp>
+#include <identification/closed_loop.hpp>
 #include <identification/distortion.hpp>
 #include <identification/loop.hpp>
 #include <identification/measured_response.hpp>
@@ -18,7 +19,6 @@
 #include <resonid/diagnostics/data_findings.hpp>
 #include <resonid/diagnostics/residuals.hpp>
 #include <resonid/diagnostics/response_extrema.hpp>
-#include <resonid/fit/identified_controller.hpp>
 
 namespace resonid::identification {
 namespace {
@@ -27,11 +27,12 @@ void append(std::vector<diagnostics::Finding>& to, std::vector<diagnostics::Find
   std::move(from.begin(), from.end(), std::back_inserter(to));
 }
 
-std::vector<Resonance> resonances_of(const Result& result) {
+/// Of the model, else of the response, unless that is biased.
+std::vector<Resonance> resonances_of(const Result& result, bool biased) {
   std::vector<Resonance> found;
   if (result.model) {
     return detail::resonances_of(result.model->drive);
-  } else {
+  } else if (!biased) {
     for (const auto& e : diagnostics::response_extrema(result.response))
       found.push_back({e.minimum, e.frequency_hz, std::nullopt, std::nullopt, false});
   }
@@ -109,6 +110,14 @@ expected<Result, Refusal> identify(const data::Record& whole, const Options& opt
   result.distortion = detail::find_distortion(record, *plan, options, *measured, result.response);
   if (result.distortion) append(result.findings, detail::inspect_distortion(*result.distortion));
 
+  const auto evidence = detail::loop_evidence(record, *plan, source, options, result.response);
+  plan->loop_controller = detail::predictor_controller(evidence, options);
+  if (auto f = detail::inspect_orientation(evidence, result.response))
+    result.findings.push_back(std::move(*f));
+  auto differs = detail::inspect_controller(options, evidence, result.response);
+  const bool controller_differs = differs.has_value();
+  if (differs) result.findings.push_back(std::move(*differs));
+
   std::optional<detail::Selection> selection;
   std::optional<detail::BlackBoxSelection> black_box;
   if (options.model == ModelChoice::black_box) {
@@ -122,8 +131,9 @@ expected<Result, Refusal> identify(const data::Record& whole, const Options& opt
     append(result.findings, std::move(black_box->findings));
   } else if (options.model != ModelChoice::none) {
     progress("model");
-    selection = detail::select_model({&record, 1}, *plan, options, result.response, {},
-                                     !detail::rules_over_noise(result.distortion));
+    selection =
+        detail::select_model({&record, 1}, *plan, options, detail::without_bias(result.response, evidence),
+                             {}, !detail::rules_over_noise(result.distortion));
     if (selection) {
       result.model = selection->result;
       result.structures = std::move(selection->structures);
@@ -137,6 +147,14 @@ expected<Result, Refusal> identify(const data::Record& whole, const Options& opt
     result.model = selection->result;
     result.method = detail::name_of(options.method);
   }
+  const bool fitted_to_record = black_box || (selection && selection->result.from_record);
+  const bool takes_model = options.method == Method::automatic && evidence.biased() && fitted_to_record;
+  if (takes_model) detail::choose_model(evidence, result);
+  if (fitted_to_record) detail::weigh_incoherence(evidence, result.findings);
+  if (plan->loop_controller && fitted_to_record)
+    result.choices.push_back(detail::predictor_choice(options, *evidence.controller));
+  if (auto f = detail::inspect_feedback(evidence, takes_model || options.method == Method::model))
+    result.findings.push_back(std::move(*f));
   if (!black_box) detail::inspect_model(*plan, options, selection, result);
   if (black_box)
     validate_on_record(record, black_box->result.fit_percent, std::move(black_box->residual),
@@ -152,7 +170,7 @@ expected<Result, Refusal> identify(const data::Record& whole, const Options& opt
   const std::pair modes_hz(0.3 * plan->low_hz, 1.5 * plan->high_hz);  // those that the record can show
   result.resonances = black_box
                           ? detail::resonances_of(black_box->result.model, modes_hz.first, modes_hz.second)
-                          : resonances_of(result);
+                          : resonances_of(result, evidence.biased());
   if (result.model)
     result.roots = detail::roots_of(result.model->drive);
   else if (result.black_box)
@@ -162,13 +180,9 @@ expected<Result, Refusal> identify(const data::Record& whole, const Options& opt
   if (source == detail::ExcitationSource::reference) lines->has_excitation = false;  // L = Ru/U - 1 needs ru
   if (auto loop = response::loop_response(*lines)) result.measured_loop = std::move(*loop);
   Options in_loop = options;
-  if (!in_loop.controller && source == detail::ExcitationSource::recorded &&
-      record.output_quantity == data::OutputQuantity::velocity) {
-    in_loop.controller = fit::identified_controller(record);
-    if (in_loop.controller)
-      result.choices.push_back({"controller",
-                                fmt::format("of order {}", in_loop.controller->denominator.size() - 1),
-                                "u - ru = C (r - y) holds in the record without any noise"});
+  if (evidence.controller && (!options.controller || controller_differs)) {
+    in_loop.controller = evidence.controller->controller;
+    result.choices.push_back(detail::controller_choice(*evidence.controller));
   }
   result.loop = detail::loop_of(*plan, in_loop, *lines, result.response, detail::plant_model(result));
   detail::inspect_loop(result);
@@ -179,9 +193,9 @@ expected<Result, Refusal> identify(const data::Record& whole, const Options& opt
     };
     result.bootstrap = detail::bootstrap(record, options, result, loop_of_model, modes_hz);
   }
-  if (options.method == Method::model) {
-    if (!result.model && !result.black_box)
-      return tl::unexpected(Refusal{"method", "model needs --model other than none, and a fit"});
+  if (options.method == Method::model && !result.model && !result.black_box)
+    return tl::unexpected(Refusal{"method", "model needs --model other than none, and a fit"});
+  if (options.method == Method::model || takes_model) {
     const auto coherence = result.response.coherence;
     const auto& f = result.response.frequency_hz;
     result.response = result.model ? result.model->drive.response(f) : result.black_box->model.response(f);

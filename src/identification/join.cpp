@@ -12,7 +12,7 @@
 #include <identification/uncertainty.hpp>
 #include <numeric>
 #include <resonid/diagnostics/response_extrema.hpp>
-#include <resonid/fit/identified_controller.hpp>
+#include <resonid/fit/controller_estimate.hpp>
 #include <resonid/identification/join.hpp>
 
 namespace resonid::identification {
@@ -302,7 +302,8 @@ expected<Joint, Refusal> join(std::span<const data::Record> records, std::span<c
       joint.result.resonances.push_back({e.minimum, e.frequency_hz, std::nullopt, std::nullopt, false});
   Options in_loop = options;
   if (!in_loop.controller && recorded && list.front().output_quantity == data::OutputQuantity::velocity)
-    in_loop.controller = fit::identified_controller(list.front());
+    if (auto shown = fit::estimate_controller(list.front()))
+      in_loop.controller = std::move(shown->controller);
   find_loop(in_loop, plan, joint);
   note(joint, results);
   return joint;

@@ -41,7 +41,8 @@ expected<MeasuredResponse, Refusal> measure_response(const data::Record& record,
   for (auto& choice : choices)
     if (choice.what == "method")
       choice = {"method", name_of(plan.method),
-                "averages leave hardly a line: the machine moves in a rhythm of its own; local polynomials take that "
+                "averages leave hardly a line: the machine moves in a rhythm of its own; local polynomials "
+                "take that "
                 "out"};
   return second;
 }

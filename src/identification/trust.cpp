@@ -56,18 +56,6 @@ void inspect_parameters(const Plan& plan, const Options& options, const fit::Dri
   findings.push_back(further_delay(drive.delay_s, options.delay_s));
 }
 
-/// Whether the output runs against the input: a free drive lags by 90 degrees at low frequencies, a mirrored
-/// one leads.
-bool runs_backwards(const data::FrequencyResponse& g) {
-  std::vector<double> leads;
-  for (std::size_t i = 0; i < g.lines() && leads.size() < std::max<std::size_t>(3, g.lines() / 5); ++i)
-    if (!g.standard_deviation.empty() && g.standard_deviation[i] < 0.3 * std::abs(g.value[i]))
-      leads.push_back(std::arg(g.value[i]));
-  if (leads.size() < 3) return false;
-  const auto leading = std::count_if(leads.begin(), leads.end(), [](double a) { return a > 0.5 && a < 2.6; });
-  return 4 * static_cast<std::size_t>(leading) > 3 * leads.size();
-}
-
 }  // namespace
 
 void inspect_model(const Plan& plan, const Options& options, const std::optional<Selection>& selection,
@@ -83,14 +71,6 @@ void inspect_model(const Plan& plan, const Options& options, const std::optional
              "Input in {}, output velocity in {}: the model's coefficients are in these units, they are no "
              "inertias or stiffnesses. Give --input-scale and --output-scale to get physical ones.",
              result.units.input, result.units.velocity)});
-  if (runs_backwards(result.response))
-    findings.push_back(
-        {"reversed",
-         Severity::error,
-         {},
-         {},
-         "At low frequencies the output leads the input by about 90 deg instead of lagging: encoder or "
-         "torque is mirrored (try --output-scale -1), or input and output are exchanged."});
   if (options.model == ModelChoice::none) return;
   if (!selection) {
     findings.push_back(
@@ -118,12 +98,14 @@ void inspect_model(const Plan& plan, const Options& options, const std::optional
          bad ? kWorthless : kNoticeable,
          fmt::format(
              "Model and measured response typically differ by {:.0f} %, beyond the noise: the drive is "
-             "not quite {}. Error bars of the parameters hold this difference as if it were "
-             "noise.{}",
+             "not quite {}. {}{}",
              100.0 * model.model_error,
              model.drive.structure == fit::Structure::rigid
                  ? std::string("rigid")
                  : fmt::format("a {} system", fit::name_of(model.drive.structure)),
+             model.from_record
+                 ? "The parameters' error bars hold the noise of the record, not this difference."
+                 : "Error bars of the parameters hold this difference as if it were noise.",
              bad ? " A model without drive structure (--model black-box) may describe it." : "")});
   }
   if (!model.from_record)
@@ -134,6 +116,16 @@ void inspect_model(const Plan& plan, const Options& options, const std::optional
          {},
          "The model was fitted to the measured response: slow disturbances or friction that is not "
          "linear would rule a fit to the record itself."});
+  if (model.from_record && options.approach == Approach::indirect &&
+      result.record.output_quantity != data::OutputQuantity::velocity)
+    findings.push_back(
+        {"indirect-response-only",
+         Severity::info,
+         {},
+         {},
+         "The measured response is indirect, the model is not: the closed-loop predictor needs "
+         "a recorded velocity, which is what the controller is fed. The model was fitted from the "
+         "recorded input, which is right as far as its noise model is."});
   inspect_parameters(plan, options, model.drive, result);
 }
 
@@ -220,9 +212,10 @@ void inspect_loop(Result& result) {
   if (margins.crossovers.size() > 1)
     findings.push_back(
         {"several-crossovers", Severity::info, static_cast<double>(margins.crossovers.size()), 1.0,
-         fmt::format("|L| falls through 1 {} times; the phase margin given is that of the first, the "
-                     "smallest of all is {:.1f} deg.",
-                     margins.crossovers.size(), worst.value_or(0.0))});
+         fmt::format(
+             "The loop gain |L| falls below 1 at {} frequencies; the phase margin given is that of the "
+             "first, the smallest of all is {:.1f} deg.",
+             margins.crossovers.size(), worst.value_or(0.0))});
 }
 
 bool trusted(const Result& result) {

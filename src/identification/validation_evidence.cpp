@@ -36,7 +36,9 @@ data::FrequencyResponse response_of(const ModelValidation& v, const std::vector<
   }
   data::FrequencyResponse response;
   if (c.covariance.size() > 0) {
-    response = fit::BlackBoxModel{*c.transfer_function, c.delay_samples, v.known_delay_s, c.covariance, {}}.response(frequency_hz);
+    response =
+        fit::BlackBoxModel{*c.transfer_function, c.delay_samples, v.known_delay_s, c.covariance, {}}.response(
+            frequency_hz);
   } else {
     response.frequency_hz = frequency_hz;
     for (const double f : frequency_hz) response.value.push_back(c.transfer_function->response(f));
@@ -113,9 +115,10 @@ void put_maps(const data::Record& record, ModelValidation& v) {
   if (v.approach == "indirect" || record.output_quantity != data::OutputQuantity::velocity) return;
   auto g = c.model ? c.model->drive.transfer_function() : *c.transfer_function;
   const double delay_s = v.known_delay_s + (c.model ? c.model->drive.delay_s : 0.0);
-  const auto delay = c.delay_samples > 0
-                         ? c.delay_samples
-                         : static_cast<std::size_t>(std::max(0.0, std::round(delay_s * record.sample_rate_hz)));
+  const auto delay =
+      c.delay_samples > 0
+          ? c.delay_samples
+          : static_cast<std::size_t>(std::max(0.0, std::round(delay_s * record.sample_rate_hz)));
   if (!can_be_simulated(g, v.residual.size()) || delay >= v.residual.size()) return;
   const auto input = std::span(record.input.samples).subspan(v.first_sample);
   // As measured: friction makes the simulated velocity wrong. What acts now is seen `delay` samples later,

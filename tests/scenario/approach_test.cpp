@@ -2,6 +2,7 @@
 // Closed loop in heavy noise: noise sd 1 rad/s, three times the published gain. A direct spectral estimate is
 // biased towards -1/C there; what identify() chooses by itself must not be, whatever was recorded.
 #include <experiments.hpp>
+#include <resonid/plant/white_noise.hpp>
 #include <resonid/response/welch.hpp>
 
 namespace resonid {
@@ -74,6 +75,11 @@ class TightLoopSeed : public testing::TestWithParam<std::uint64_t> {
     direct_ = spectral_error(simulation_, options_, Approach::direct);
   }
   const data::FrequencyResponse& truth() const { return simulation_.truth.response; }
+  data::Record input_and_output() const {
+    auto record = simulation_.record;
+    record.excitation = record.reference = {};
+    return record;
+  }
   double model_error(const identification::Result& result) const {
     return error(result.model.value().drive.values(truth().frequency_hz), truth());
   }
@@ -111,16 +117,116 @@ TEST_P(TightLoopSeed, ExcitationIsReconstructedFromTheController) {
   EXPECT_LT(3.0 * error_of(result.response, truth()), direct_);
 }
 
-/// With another controller's numbers the rest of u is noise, no excitation, and must not be taken for one.
+/// With another controller's numbers the rest of u is noise, no excitation, and must not be taken for one;
+/// the answer of u to the noise of y tells them from the true ones.
 TEST_P(TightLoopSeed, WrongControllerGivesNoExcitation) {
   auto record = simulation_.record;
   record.excitation = {};
   options_.controller = data::pi_controller(1.0, 0.2, 0.002);
   const auto result = test::identified(record, options_);
   EXPECT_EQ(result.approach, "direct");
+  EXPECT_EQ(result.method, "model");
+  EXPECT_LT(4.0 * error_of(result.response, truth()), direct_);
+  EXPECT_NE(test::finding(result, "controller-differs"), nullptr);
+  EXPECT_FALSE(result.trusted);
+}
+
+TEST_P(TightLoopSeed, OfInputAndOutputAloneTheModelIsReported) {
+  const auto record = input_and_output();
+  options_.controller = {};
+  const auto result = test::identified(record, options_);
+  EXPECT_EQ(result.method, "model");
+  EXPECT_LT(4.0 * error_of(result.response, truth()), direct_);
+  EXPECT_NE(test::finding(result, "feedback-bias"), nullptr);
+  EXPECT_TRUE(result.trusted);
+}
+
+TEST_P(TightLoopSeed, OfInputAndOutputAloneNoSpectrumIsTrusted) {
+  const auto record = input_and_output();
+  options_.controller = {};
+  options_.model = identification::ModelChoice::none;
+  const auto result = test::identified(record, options_);
+  ASSERT_NE(test::finding(result, "feedback-bias"), nullptr);
+  EXPECT_EQ(test::finding(result, "feedback-bias")->severity, diagnostics::Severity::error);
+  EXPECT_TRUE(result.resonances.empty());
+  EXPECT_FALSE(result.trusted);
+}
+
+/// Noise on the recorded torque, which the drive never felt: errors in variables.
+TEST_P(TightLoopSeed, NoiseOnTheInputDoesNotBiasTheAutomaticChoice) {
+  auto record = simulation_.record;
+  plant::WhiteNoise noise(100 + GetParam(), 0.05);
+  for (double& u : record.input.samples) u += noise.step();
+  options_.controller = {};
+  const auto result = test::identified(record, options_);
+  EXPECT_NE(choice(result, "predictor").find("noise"), std::string::npos);
+  EXPECT_LT(4.0 * model_error(result), direct_);
+  const auto& drive = result.model.value().drive;
+  EXPECT_NEAR(drive.value(fit::kLoadInertia), 0.032,
+              4.0 * drive.estimate(fit::kLoadInertia).standard_deviation);
+  EXPECT_TRUE(result.trusted);
 }
 
 INSTANTIATE_TEST_SUITE_P(Seeds, TightLoopSeed, testing::Range<std::uint64_t>(1, 4));
+
+plant::ExperimentConfig published(std::uint64_t seed) {
+  auto c = test::published_drive(0.1, 10.0, seed);
+  test::sweep(c);
+  return c;
+}
+
+TEST(LoopEvidence, WrongControllerIsNotTrustedAndTheMarginsAreTheRecordsOwn) {
+  const auto run = test::simulated(published(1));
+  auto options = test::known(published(1));
+  const auto right = test::identified(run.record, options);
+  EXPECT_EQ(test::finding(right, "controller-differs"), nullptr);
+  options.controller = data::pi_controller(2.0, 0.147, 0.002);
+  const auto wrong = test::identified(run.record, options);
+  EXPECT_NE(test::finding(wrong, "controller-differs"), nullptr);
+  EXPECT_FALSE(wrong.trusted);
+  EXPECT_NEAR(wrong.loop->margins.crossover_hz().value(), 2.69, 0.05);  // Publication VI: 2.7 Hz
+}
+
+TEST(LoopEvidence, MirroredAndExchangedSignalsAreNamed) {
+  auto c = test::published_drive(0.1, 10.0, 2);
+  test::prbs(c);
+  const auto record = test::simulated(c).record;
+  identification::Options options;
+  options.model = identification::ModelChoice::none;
+  EXPECT_EQ(test::finding(test::identified(record, options), "reversed"), nullptr);
+  auto mirrored = record;
+  for (double& y : mirrored.output.samples) y = -y;
+  auto exchanged = record;
+  std::swap(exchanged.input.samples, exchanged.output.samples);
+  const auto text = [&](const data::Record& r) {
+    const auto result = test::identified(r, options);
+    const auto* finding = test::finding(result, "reversed");
+    return finding == nullptr ? std::string() : finding->meaning;
+  };
+  EXPECT_NE(text(mirrored).find("mirrored"), std::string::npos);
+  EXPECT_NE(text(exchanged).find("exchanged"), std::string::npos);
+}
+
+/// The controller is fed a velocity, the record holds a position: said for the model, refused for a black
+/// box.
+TEST(LoopEvidence, IndirectOfAPositionIsTold) {
+  auto c = test::published_drive(0.0, 0.0, 3);
+  test::prbs(c);
+  auto record = test::simulated(c).record;
+  double place = 0.0;
+  for (double& y : record.output.samples) y = place += y / record.sample_rate_hz;
+  record.output_quantity = data::OutputQuantity::position;
+  auto options = test::known(c);
+  options.approach = Approach::indirect;
+  options.model = identification::ModelChoice::two_mass;
+  const auto result = test::identified(record, options);
+  ASSERT_TRUE(result.model.value().from_record);
+  EXPECT_NE(test::finding(result, "indirect-response-only"), nullptr);
+  options.model = identification::ModelChoice::black_box;
+  const auto refused = identification::identify(record, options);
+  ASSERT_FALSE(refused.has_value());
+  EXPECT_EQ(refused.error().option, "approach");
+}
 
 }  // namespace
 }  // namespace resonid

@@ -4,6 +4,7 @@
 
 #include <record_fits.hpp>
 #include <resonid/response/welch.hpp>
+#include <tight_loop.hpp>
 
 namespace resonid {
 namespace {
@@ -88,6 +89,16 @@ TEST(PhysicalFit, PredictorsAreFourTimesBetterThanDirectSpectraInATightLoop) {
     RecordProperty("predictor " + std::to_string(i), std::to_string(model[i]));
     EXPECT_LT(4.0 * model[i], direct) << i << ": " << model[i];
   }
+}
+
+/// The same loop with noise of 0.5 Nm on the recorded torque, a seventh of what the controller makes of the
+/// output's noise: the joint fit takes the controller from the record and keeps its error bars.
+TEST(PhysicalFit, JointFitHoldsWithNoiseOnTheInput) {
+  const auto e = test::joint_in_tight_loop(0.5, 1, 4);
+  RecordProperty("factor", std::to_string(e.direct / e.joint));
+  RecordProperty("squared distance", std::to_string(e.distance));
+  EXPECT_LT(4.0 * e.joint, e.direct);
+  EXPECT_LT(e.distance, 9.8);  // mean of 4 of chi-square of 4 degrees: 0.1 % of luck
 }
 
 TEST(PhysicalFit, ClosedLoopPredictorIsExactWithoutNoise) {

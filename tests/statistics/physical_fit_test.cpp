@@ -5,6 +5,7 @@
 
 #include <record_fits.hpp>
 #include <string>
+#include <tight_loop.hpp>
 
 namespace resonid {
 namespace {
@@ -35,6 +36,14 @@ TEST(PhysicalFit, HalfASecondOfPrbsTellsTheResonance) {
   testing::Test::RecordProperty("resonance over bound",
                                 std::to_string(e.ratio(4)));  // 1.23: 250 samples are few
   EXPECT_LE(e.rms(4), 0.006);
+}
+
+TEST(PhysicalFit, JointFitHoldsWithNoiseOnTheInput) {
+  const auto e = test::joint_in_tight_loop(0.5, 1, 20);
+  testing::Test::RecordProperty("factor", std::to_string(e.direct / e.joint));
+  testing::Test::RecordProperty("squared distance", std::to_string(e.distance));
+  EXPECT_LT(4.0 * e.joint, e.direct);
+  EXPECT_LT(e.distance, 6.3);  // mean of 20 of chi-square of 4 degrees: 0.1 % of luck
 }
 
 }  // namespace

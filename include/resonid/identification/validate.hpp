@@ -31,10 +31,10 @@ struct CandidateModel {
   Eigen::MatrixXd covariance;  ///< Of its [b0, b1, ..., a1, a2, ...]; empty: unknown.
   data::OutputQuantity output_quantity = data::OutputQuantity::velocity;  ///< Of the transfer function.
   double known_delay_s = 0.0;                                             ///< Of the result.
-  std::size_t delay_samples = 0;  ///< Of a black box, the known ones included; 0: those that are known.
-  std::optional<OwnResidual> own;                                         ///< Of the result.
-  std::string units_response;                                             ///< Of the result; empty: unknown.
-  bool trusted = true;                                                    ///< Of the result.
+  std::size_t delay_samples = 0;   ///< Of a black box, the known ones included; 0: those that are known.
+  std::optional<OwnResidual> own;  ///< Of the result.
+  std::string units_response;      ///< Of the result; empty: unknown.
+  bool trusted = true;             ///< Of the result.
 };
 
 /// The model of a result that has one, drive or black box.

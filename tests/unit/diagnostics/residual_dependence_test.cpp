@@ -28,7 +28,7 @@ TEST(ResidualDependence, HasItsLevelForColouredNoise) {
     const auto d = residual_dependence(coloured(white(500, seed)), coloured(white(500, 1000 + seed)), 25, {});
     if (d.probability < 0.05) ++found;
   }
-  EXPECT_GE(found, 2);   // 10 expected, binomial
+  EXPECT_GE(found, 2);  // 10 expected, binomial
   EXPECT_LE(found, 22);
 }
 
@@ -40,7 +40,8 @@ TEST(ResidualDependence, FindsAWeakOneAndSparesTheModelsOwnUncertainty) {
   EXPECT_LT(d.probability, 1e-6);
   EXPECT_NEAR(d.share, 0.04 / 1.04, 0.02);
   Eigen::MatrixXd uncertainty(2000, 1);
-  for (Eigen::Index k = 0; k < 2000; ++k) uncertainty(k, 0) = k < 3 ? 0.0 : 0.2 * x[static_cast<std::size_t>(k - 3)];
+  for (Eigen::Index k = 0; k < 2000; ++k)
+    uncertainty(k, 0) = k < 3 ? 0.0 : 0.2 * x[static_cast<std::size_t>(k - 3)];
   EXPECT_GT(residual_dependence(e, x, 10, uncertainty).probability, 0.01);
 }
 
@@ -55,7 +56,8 @@ TEST(StaticMap, MeasuresACubicAndLeavesALineAlone) {
   for (std::size_t k = 0; k < u.size(); ++k) answers[bins[k]][k] = 1.0;  // G = 1
   const auto map_of = [&](double linear, double cubic) {
     Samples e(u.size());
-    for (std::size_t k = 0; k < e.size(); ++k) e[k] = linear * u[k] + cubic * u[k] * u[k] * u[k] + 0.3 * noise[k];
+    for (std::size_t k = 0; k < e.size(); ++k)
+      e[k] = linear * u[k] + cubic * u[k] * u[k] * u[k] + 0.3 * noise[k];
     return static_map({e, u, u, u, answers}, bins, 5);
   };
   const auto line = map_of(0.5, 0.0);

@@ -1,0 +1,110 @@
+// SPDX-License-Identifier: MIT
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <resonid/fit/controller_estimate.hpp>
+#include <resonid/fit/identified_controller.hpp>
+#include <span>
+#include <vector>
+
+namespace resonid::fit {
+namespace {
+
+constexpr std::size_t kMostSamples = 100000, kFewest = 200;
+constexpr int kHighestOrder = 4;
+constexpr std::ptrdiff_t kLags = 20;
+
+/// Input r - y and output u - ru of the controller, as a record.
+data::Record controller_record(const data::Record& record) {
+  const std::size_t n = std::min(kMostSamples, record.samples());
+  const auto& y = record.output.samples;
+  const double rest =
+      std::accumulate(y.begin(), y.begin() + static_cast<std::ptrdiff_t>(n), 0.0) / static_cast<double>(n);
+  data::Record c;
+  c.sample_rate_hz = record.sample_rate_hz;
+  for (std::size_t k = 0; k < n; ++k) {
+    c.input.samples.push_back((record.reference.present() ? record.reference.samples[k] : rest) - y[k]);
+    c.output.samples.push_back(record.input.samples[k] - record.excitation.samples[k]);
+  }
+  return c;
+}
+
+/// rms without the mean.
+double scatter(std::span<const double> x) {
+  const double n = static_cast<double>(std::max<std::size_t>(1, x.size()));
+  const double mean = std::accumulate(x.begin(), x.end(), 0.0) / n;
+  double sum = 0.0;
+  for (const double v : x) sum += (v - mean) * (v - mean);
+  return std::sqrt(sum / n);
+}
+
+/// Largest correlation of white noise with a signal `first_lag` ... kLags samples before it, beyond chance.
+double correlation(std::span<const double> white, std::span<const double> signal, std::ptrdiff_t first_lag) {
+  const auto n = static_cast<std::ptrdiff_t>(white.size());
+  const double mean = std::accumulate(signal.begin(), signal.end(), 0.0) / static_cast<double>(n);
+  const double scale = scatter(white) * scatter(signal) * static_cast<double>(n);
+  if (!(scale > 0.0)) return 0.0;
+  double largest = 0.0;
+  for (std::ptrdiff_t lag = first_lag; lag <= kLags; ++lag) {
+    double sum = 0.0;
+    for (std::ptrdiff_t k = std::max<std::ptrdiff_t>(0, lag); k < n + std::min<std::ptrdiff_t>(0, lag); ++k)
+      sum += white[static_cast<std::size_t>(k)] * (signal[static_cast<std::size_t>(k - lag)] - mean);
+    largest = std::max(largest, std::abs(sum) / scale);
+  }
+  constexpr double kChance = 4.5;  // standard deviations
+  return largest > kChance / std::sqrt(static_cast<double>(n)) ? largest : 0.0;
+}
+
+/// Whether what the controller leaves of u - ru is noise.
+bool leaves_noise(const BlackBoxFit& fit, const data::Record& controller, const data::Record& record) {
+  constexpr double kFollows = 0.05;
+  const auto white = whiten(fit.residual, fit.noise);
+  const auto with = [&](const std::vector<double>& signal, std::ptrdiff_t first_lag) {
+    const std::size_t end = controller.samples();
+    return correlation(white, std::span(signal).subspan(end - white.size(), white.size()), first_lag);
+  };
+  return with(controller.input.samples, 0) < kFollows && with(record.excitation.samples, -kLags) < kFollows;
+}
+
+std::optional<BlackBoxFit> best_fit(const data::Record& controller) {
+  std::optional<BlackBoxFit> best;
+  for (int order = 1; order <= kHighestOrder; ++order) {
+    bool better = false;
+    for (const bool integrator : {true, false}) {
+      BlackBoxConfig config;
+      config.order = order;
+      config.direct_term = true;
+      config.integrator = integrator;
+      auto fit = fit_black_box(controller, config);
+      if (!fit || !fit->converged || !fit->stable) continue;
+      if (best && fit->information >= best->information) continue;
+      best = std::move(*fit);
+      better = true;
+    }
+    if (!better) break;
+  }
+  return best;
+}
+
+}  // namespace
+
+std::optional<ControllerEstimate> estimate_controller(const data::Record& record) {
+  if (auto exact = identified_controller(record))
+    return ControllerEstimate{std::move(*exact), 0.0, 0.0, {}, {}};
+  const std::size_t n = record.samples();
+  if (n < kFewest || record.excitation.samples.size() != n || record.input.samples.size() != n ||
+      (record.reference.present() && record.reference.samples.size() != n))
+    return std::nullopt;
+  const auto controller = controller_record(record);
+  const double size = scatter(controller.output.samples);
+  constexpr double kExplained = 20.0;  // per cent
+  constexpr double kSilent = 1e-6;
+  if (!(size > kSilent * scatter(record.input.samples))) return std::nullopt;
+  auto fit = best_fit(controller);
+  if (!fit || fit->fit_percent < kExplained || !leaves_noise(*fit, controller, record)) return std::nullopt;
+  const double noise = scatter(fit->residual);
+  return ControllerEstimate{fit->model.transfer_function, noise, noise / size, std::move(fit->residual),
+                            std::move(fit->model)};
+}
+
+}  // namespace resonid::fit
