@@ -10,6 +10,7 @@
 #include <resonid/identification/cross_validation.hpp>
 #include <resonid/report/batch.hpp>
 #include <resonid/report/json.hpp>
+#include <set>
 
 #include "errors.hpp"
 #include "output.hpp"
@@ -139,6 +140,13 @@ std::vector<std::string> expanded(const std::vector<std::string>& arguments) {
     std::sort(inside.begin(), inside.end());
     files.insert(files.end(), inside.begin(), inside.end());
   }
+  // A record beside the folder that holds it would count twice.
+  std::set<fs::path> seen;
+  std::erase_if(files, [&](const std::string& file) {
+    std::error_code unreadable;
+    const auto path = fs::weakly_canonical(file, unreadable);
+    return !unreadable && !seen.insert(path).second;
+  });
   return files;
 }
 

@@ -114,7 +114,8 @@ void compare_margins(const Result& first, const Result& second, Changes& c) {
       b.margins.phase_margin_deg(), b.phase_margin_std_deg);
   put("modulus_margin", "", a.margins.modulus_margin, a.modulus_margin_std, b.margins.modulus_margin,
       b.modulus_margin_std);
-  put("gain_margin", "dB", a.margins.gain_margin_db, {}, b.margins.gain_margin_db, {});
+  put("gain_margin", "dB", a.margins.gain_margin_db, a.gain_margin_std_db, b.margins.gain_margin_db,
+      b.gain_margin_std_db);
 }
 
 /// Whether both plants are far from 1 everywhere, where distances say little.

@@ -24,6 +24,12 @@ std::optional<Refusal> mismatch(std::span<const data::Record> records, std::span
   if (records.size() < 2 || records.size() != results.size())
     return Refusal{"join", fmt::format("found {} record{}, required at least 2", records.size(),
                                        records.size() == 1 ? "" : "s")};
+  for (std::size_t i = 1; i < records.size(); ++i)
+    for (std::size_t k = 0; k < i; ++k)
+      if (records[i].output.samples == records[k].output.samples)
+        return Refusal{"join", fmt::format("{} and {} hold the same samples, which say nothing new; required "
+                                           "repetitions of the experiment",
+                                           records[k].source, records[i].source)};
   constexpr double kSameRate = 1e-3;
   const auto& first = records.front();
   for (std::size_t i = 1; i < records.size(); ++i) {

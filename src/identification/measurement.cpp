@@ -50,6 +50,10 @@ std::optional<Refusal> check_ranges(const data::Record& record, const Options& o
   const auto complain = [](const char* option, std::string message) {
     return Refusal{option, std::move(message)};
   };
+  constexpr std::size_t kFewest = 128;
+  if (record.samples() < kFewest)
+    return complain("input", fmt::format("holds {} samples, too few for a response; required at least {}",
+                                         record.samples(), kFewest));
   if (!(o.delay_s >= 0.0))
     return complain("delay", fmt::format("must be 0 s or more, found {:g}", o.delay_s));
   if (o.delay_s > 0.1 * record.duration_s())
@@ -275,7 +279,7 @@ expected<Plan, Refusal> make_plan(const data::Record& record, const Options& opt
     const double share = plan.excitation == ExcitationType::prbs ? 0.01 : 0.1;
     const auto band = response::excited_band_hz(record, plan.approach, share);
     plan.low_hz = band ? band->first : 0.0;
-    plan.high_hz = band ? band->second : 0.8 * nyquist;
+    plan.high_hz = band ? std::min(band->second, nyquist) : 0.8 * nyquist;
   }
   if (options.band_hz) {
     if (plan.sweep && (options.band_hz->second < plan.low_hz || options.band_hz->first > plan.high_hz))

@@ -185,28 +185,64 @@ class Layout {
     }
   }
 
+  /// Shifts in time at which the signal may start. A free drive without a controller keeps the velocity with which
+  /// its rigid motion would have passed there: where the stroke is limited, only those where that is none.
+  [[nodiscard]] std::vector<double> starts() const {
+    constexpr int kStarts = 48, kFiner = 8;
+    const double period_s = static_cast<double>(period_) / task_.sample_rate_hz;
+    const bool drifts = !task_.config.drive.controller && std::isfinite(task_.config.limits.stroke);
+    std::vector<double> list;
+    if (!drifts) {
+      for (int i = 0; i < kStarts; ++i) list.push_back(period_s * i / kStarts);
+      return list;
+    }
+    const auto velocity = [&](double time_s) {
+      double sum = 0.0;
+      for (std::size_t k = 0; k < x_.phase_rad.size(); ++k) {
+        const double omega = kTwoPi * x_.frequency_hz[k];
+        const auto line = std::polar(x_.line_amplitude[k], x_.phase_rad[k] + omega * time_s);
+        sum += (line / (std::polar(1.0, omega / task_.sample_rate_hz) - 1.0)).real();
+      }
+      return sum;
+    };
+    double before = 0.0, v_before = velocity(0.0);
+    for (int i = 1; i <= kFiner * kStarts; ++i) {
+      const double after = period_s * i / (kFiner * kStarts), v_after = velocity(after);
+      if (v_before * v_after <= 0.0) {
+        double low = before, high = after, v_low = v_before;
+        for (int halving = 0; halving < 60; ++halving) {
+          const double middle = 0.5 * (low + high), v = velocity(middle);
+          (v * v_low > 0.0 ? low : high) = middle;
+          if (v * v_low > 0.0) v_low = v;
+        }
+        list.push_back(low);
+      }
+      before = after;
+      v_before = v_after;
+    }
+    return list;
+  }
+
   /// Turns the signal in time so that its start asks least of the drive.
   void choose_start() {
-    constexpr int kStarts = 48;
     const auto phases = x_.phase_rad;
-    double least = HUGE_VAL;
-    int best = 0;
-    const auto turn = [&](int i) {
-      const double time_s = static_cast<double>(period_) / task_.sample_rate_hz * i / kStarts;
+    const auto list = starts();
+    double least = HUGE_VAL, best_s = 0.0;
+    const auto turn = [&](double time_s) {
       for (std::size_t k = 0; k < phases.size(); ++k) {
         const double angle = phases[k] + kTwoPi * x_.frequency_hz[k] * time_s;
         x_.phase_rad[k] = angle - kTwoPi * std::floor(angle / kTwoPi);
       }
     };
-    for (int i = 0; i < kStarts; ++i) {
-      turn(i);
+    for (const double time_s : list) {
+      turn(time_s);
       const double use = most_used(task_.config.limits, extremes_of(task_, samples(2 * period_))).first;
       if (use < least - 1e-9) {
         least = use;
-        best = i;
+        best_s = time_s;
       }
     }
-    turn(best);
+    turn(best_s);
   }
 
   [[nodiscard]] Experiment of(std::size_t periods) const {

@@ -105,6 +105,25 @@ TEST(Plan, PlansARigidDriveInOpenLoop) {
 }
 
 // The amplitude that is said to do does: fed-back noise, which no amplitude strengthens, is left out.
+/// Without a controller a start with some rigid velocity would carry the drive away, the further the longer.
+TEST(Plan, ALongerTimeTellsMoreWithinTheSameStroke) {
+  auto c = quick();
+  c.drive.controller.reset();
+  c.type = ExcitationType::multisine;
+  c.limits.stroke = 0.05;
+  c.wishes = {{"stiffness", 1e-6, true}};
+  std::vector<double> ratio;
+  for (const double time_s : {5.0, 20.0, 80.0}) {
+    c.limits.time_s = time_s;
+    const auto plan = make_plan(c);
+    ASSERT_TRUE(plan.has_value());
+    EXPECT_LE(plan->planned().extremes.stroke, 0.05 * (1.0 + 1e-9));
+    ratio.push_back(plan->planned().ratio);
+  }
+  EXPECT_LT(ratio[1], 0.6 * ratio[0]);
+  EXPECT_LT(ratio[2], 0.6 * ratio[1]);
+}
+
 TEST(Plan, SaysWhatAmplitudeWouldDo) {
   auto c = quick();
   c.type = ExcitationType::multisine;
