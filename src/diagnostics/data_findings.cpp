@@ -179,7 +179,8 @@ std::vector<Finding> inspect(const data::FrequencyResponse& g) {
   const double middle = median(g.coherence);
   const auto usable = static_cast<double>(
       std::count_if(g.coherence.begin(), g.coherence.end(), [](double c) { return c >= kUsableCoherence; }));
-  if (usable < std::max(3.0, 0.05 * static_cast<double>(g.lines()))) {
+  const double all = static_cast<double>(g.lines());
+  if (usable < std::max(std::min(3.0, all), 0.05 * all)) {
     findings.push_back(
         {"incoherent", Severity::error, usable / static_cast<double>(g.lines()), 0.05,
          fmt::format("Only {:.0f} of {} lines are coherent (median coherence {:.2f}): noise or the motion "

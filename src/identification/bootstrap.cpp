@@ -119,12 +119,13 @@ Bootstrap summary(const std::vector<Figure>& told, const std::vector<std::vector
 
 }  // namespace
 
-Bootstrap bootstrap(const data::Record& record, const Options& options, const Result& result,
-                    const LoopOfModel& loop_of_model, std::pair<double, double> modes_hz) {
+Bootstrap bootstrap(const data::Record& record, const Plan& plan, const Options& options,
+                    const Result& result, const LoopOfModel& loop_of_model,
+                    std::pair<double, double> modes_hz) {
   std::optional<RecordReplicas> of_record;
   std::optional<LineReplicas> of_lines;
   if (result.black_box || (result.model->from_record && !result.residual.empty()))
-    of_record.emplace(record, options, result);
+    of_record.emplace(record, plan, options, result);
   else
     of_lines.emplace(record, options, result);
   std::vector<std::vector<Figure>> replicas(options.bootstrap);

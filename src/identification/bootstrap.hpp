@@ -29,7 +29,8 @@ using LoopOfModel = std::function<std::optional<LoopResult>(const PlantModel&)>;
 /// estimates really have, which the covariance cannot: short records, a damping near zero, margins that jump
 /// from one crossover to another. Limits: noise is Gaussian and the structure is right; what the model leaves
 /// out is noise. Replica i depends on seed and i only. `modes_hz`: where a black box shows its modes.
-[[nodiscard]] Bootstrap bootstrap(const data::Record& record, const Options& options, const Result& result,
-                                  const LoopOfModel& loop_of_model, std::pair<double, double> modes_hz);
+[[nodiscard]] Bootstrap bootstrap(const data::Record& record, const Plan& plan, const Options& options,
+                                  const Result& result, const LoopOfModel& loop_of_model,
+                                  std::pair<double, double> modes_hz);
 
 }  // namespace resonid::identification::detail

@@ -75,14 +75,14 @@ LoopEvidence loop_evidence(const data::Record& record, const Plan& plan, Excitat
   return evidence;
 }
 
-std::optional<data::TransferFunction> predictor_controller(const LoopEvidence& evidence,
-                                                           const Options& options) {
+std::optional<data::TransferFunction> predictor_controller(
+    const std::optional<fit::ControllerEstimate>& shown, const Options& options) {
   constexpr double kNoisy = 2e-3;  // of u - ru, below which the bias stays inside the error bars
-  if (!evidence.controller) return std::nullopt;
+  if (!shown) return std::nullopt;
   const bool asked = options.approach == Approach::joint;
-  const bool needed = !options.approach && evidence.controller->relative_noise > kNoisy;
+  const bool needed = !options.approach && shown->relative_noise > kNoisy;
   if (!asked && !needed) return std::nullopt;
-  return evidence.controller->controller;
+  return shown->controller;
 }
 
 data::FrequencyResponse without_bias(const data::FrequencyResponse& response, const LoopEvidence& evidence) {

@@ -27,8 +27,8 @@ struct LoopEvidence {
 /// The controller that the model's predictor needs, if it is to be the one of the closed loop: the joint
 /// approach was asked for, or none was and the recorded input is noisy, by which the open-loop predictor
 /// would be biased (errors in variables).
-[[nodiscard]] std::optional<data::TransferFunction> predictor_controller(const LoopEvidence& evidence,
-                                                                         const Options& options);
+[[nodiscard]] std::optional<data::TransferFunction> predictor_controller(
+    const std::optional<fit::ControllerEstimate>& shown, const Options& options);
 
 /// A direct response without the bias of the feedback, as far as a high-order autoregression tells it; the
 /// standard deviations hold a third of what was taken out. As it is, without bias.

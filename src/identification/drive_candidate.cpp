@@ -212,11 +212,7 @@ fit::OutputErrorConfig CandidateFits::config_of(const Variant& variant, const fi
   config.delay = variant.delay;
   config.coulomb_friction = variant.dry;
   config.known_delay_s = options_.delay_s;
-  use_predictor(records_, options_, config);
-  if (plan_.loop_controller) {
-    config.predictor = fit::Predictor::closed_loop;
-    config.controller = plan_.loop_controller;
-  }
+  use_predictor(records_, options_, plan_.loop_controller, config);
   return config;
 }
 
@@ -238,10 +234,9 @@ CandidateFits::Acceptance CandidateFits::acceptance(const DriveCandidate& candid
   auto simulation = config_of(candidate.variants.front().first, told.model);
   simulation.fixed_model = true;
   const auto simulated = fit_records(records_, simulation);
-  return {
-      to_records_ && !(lines_are_unbiased && told.model_error > kTrueEnough && told.misfit > kBeyondNoise),
-      1.5 * difference(told.model, response_).whole + 0.02,
-      simulated ? std::max(simulated->fit_percent + kClearlyBetter, kHalf) : 100.0};
+  return {!(lines_are_unbiased && told.model_error > kTrueEnough && told.misfit > kBeyondNoise),
+          1.5 * difference(told.model, response_).whole + 0.02,
+          simulated ? std::max(simulated->fit_percent + kClearlyBetter, kHalf) : 100.0};
 }
 
 void CandidateFits::fit_variants(DriveCandidate& candidate, const Acceptance& acceptable) const {
@@ -269,6 +264,7 @@ void CandidateFits::fit_variants(DriveCandidate& candidate, const Acceptance& ac
 }
 
 void CandidateFits::to_the_record(DriveCandidate& candidate) const {
+  if (!to_records_) return;
   const auto acceptable = acceptance(candidate);
   if (acceptable.by_the_lines) fit_variants(candidate, acceptable);
   try_dry_friction(candidate, acceptable);
@@ -292,15 +288,30 @@ std::optional<RecordFit> CandidateFits::with_dry_friction(Variant& variant,
   variant.dry = true;
   variant.friction = options_.friction != Friction::dry;
   auto fit = fit_to_records(variant, start);
-  if (options_.friction != Friction::automatic) return fit;
-  if (!finds_dry_friction(fit)) return std::nullopt;
-  const auto viscous = fit->model.estimate(fit::kViscousFriction);
-  constexpr double kFound = 2.0;  // standard deviations
-  if (viscous.value > kFound * viscous.standard_deviation) return fit;
+  if (options_.friction != Friction::automatic) {
+    if (fit || options_.friction == Friction::dry) return fit;
+    Variant alone = variant;  // for a start
+    alone.friction = false;
+    auto without = fit_to_records(alone, start);
+    return without ? fit_to_records(variant, without->model) : without;
+  }
+  if (finds_dry_friction(fit)) {
+    const auto viscous = fit->model.estimate(fit::kViscousFriction);
+    constexpr double kFound = 2.0;  // standard deviations
+    if (viscous.value > kFound * viscous.standard_deviation) return fit;
+  }
+  // Both together are one too many where the motion tells little of them.
   Variant alone = variant;
   alone.friction = false;
-  auto without = fit_to_records(alone, fit->model);
-  if (!finds_dry_friction(without) || without->information > fit->information) return fit;
+  auto without = fit_to_records(alone, fit ? fit->model : start);
+  if (!finds_dry_friction(without)) return finds_dry_friction(fit) ? std::move(fit) : std::nullopt;
+  if (!finds_dry_friction(fit)) {
+    Variant both = variant;
+    both.friction = true;
+    auto again = fit_to_records(both, without->model);
+    if (finds_dry_friction(again)) fit = std::move(again);
+  }
+  if (finds_dry_friction(fit) && without->information > fit->information) return fit;
   variant = alone;
   return without;
 }

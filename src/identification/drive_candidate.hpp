@@ -109,7 +109,7 @@ class CandidateFits {
   const Options& options_;
   const data::FrequencyResponse response_;
   std::span<const fit::DriveModel> starts_;
-  const bool to_records_;  ///< False: only with dry friction, which explains what the lines cannot.
+  const bool to_records_;
 };
 
 }  // namespace resonid::identification::detail

@@ -111,7 +111,7 @@ expected<Result, Refusal> identify(const data::Record& whole, const Options& opt
   if (result.distortion) append(result.findings, detail::inspect_distortion(*result.distortion));
 
   const auto evidence = detail::loop_evidence(record, *plan, source, options, result.response);
-  plan->loop_controller = detail::predictor_controller(evidence, options);
+  plan->loop_controller = detail::predictor_controller(evidence.controller, options);
   if (auto f = detail::inspect_orientation(evidence, result.response))
     result.findings.push_back(std::move(*f));
   auto differs = detail::inspect_controller(options, evidence, result.response);
@@ -191,7 +191,7 @@ expected<Result, Refusal> identify(const data::Record& whole, const Options& opt
     const detail::LoopOfModel loop_of_model = [&](const detail::PlantModel& model) {
       return detail::loop_of(*plan, in_loop, *lines, result.response, model);
     };
-    result.bootstrap = detail::bootstrap(record, options, result, loop_of_model, modes_hz);
+    result.bootstrap = detail::bootstrap(record, *plan, options, result, loop_of_model, modes_hz);
   }
   if (options.method == Method::model && !result.model && !result.black_box)
     return tl::unexpected(Refusal{"method", "model needs --model other than none, and a fit"});

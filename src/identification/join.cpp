@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <identification/closed_loop.hpp>
 #include <identification/distortion.hpp>
 #include <identification/joint_model.hpp>
 #include <identification/loop.hpp>
@@ -296,10 +297,14 @@ expected<Joint, Refusal> join(std::span<const data::Record> records, std::span<c
   }
   if (auto loops = average_of(results, true); loops.response.lines() > 1)
     joint.result.measured_loop = std::move(loops.response);
-  const auto plan = plan_of(joint.result.response);
+  auto plan = plan_of(joint.result.response);
   const bool recorded = same->front().source == detail::ExcitationSource::recorded;
   std::vector<data::Record> list;
   for (auto& one : *same) list.push_back(std::move(one.record));
+  const auto shown = recorded && list.front().output_quantity == data::OutputQuantity::velocity
+                         ? fit::estimate_controller(list.front())
+                         : std::nullopt;
+  plan.loop_controller = detail::predictor_controller(shown, options);
   if (options.model != ModelChoice::none)
     if (auto model = detail::joint_model(list, results, plan, options, joint.result.response, joint.records))
       take_model(std::move(*model), plan, options, joint.result);
@@ -307,9 +312,7 @@ expected<Joint, Refusal> join(std::span<const data::Record> records, std::span<c
     for (const auto& e : diagnostics::response_extrema(joint.result.response))
       joint.result.resonances.push_back({e.minimum, e.frequency_hz, std::nullopt, std::nullopt, false});
   Options in_loop = options;
-  if (!in_loop.controller && recorded && list.front().output_quantity == data::OutputQuantity::velocity)
-    if (auto shown = fit::estimate_controller(list.front()))
-      in_loop.controller = std::move(shown->controller);
+  if (!in_loop.controller && shown) in_loop.controller = shown->controller;
   find_loop(in_loop, plan, joint);
   note(joint, results);
   return joint;

@@ -80,14 +80,7 @@ class Joiner {
 
  private:
   [[nodiscard]] fit::OutputErrorConfig config_of(const ModelResult& model) const {
-    fit::OutputErrorConfig config;
-    config.initial = model.drive;
-    config.viscous_friction = model.drive.estimated[fit::kViscousFriction];
-    config.delay = model.drive.estimated[fit::kDelay];
-    config.coulomb_friction = model.coulomb_friction.has_value();
-    config.known_delay_s = options_.delay_s;
-    use_predictor(records_, options_, config);
-    return config;
+    return detail::config_of(model, records_, options_, plan_.loop_controller);
   }
 
   /// What the records' own models of one kind say together, in the best of them.

@@ -85,6 +85,27 @@ LoopResult from_model(const Loop& loop, const std::vector<double>& grid, const M
   return result;
 }
 
+/// The lines that are known better than 30 %: margins of noise are none.
+data::FrequencyResponse well_known(const data::FrequencyResponse& g) {
+  constexpr double kWell = 0.3;
+  if (g.standard_deviation.size() != g.lines()) return g;
+  data::FrequencyResponse known;
+  for (std::size_t i = 0; i < g.lines(); ++i) {
+    if (!(g.standard_deviation[i] < kWell * std::abs(g.value[i]))) continue;
+    known.frequency_hz.push_back(g.frequency_hz[i]);
+    known.value.push_back(g.value[i]);
+    known.standard_deviation.push_back(g.standard_deviation[i]);
+    if (g.coherence.size() == g.lines()) known.coherence.push_back(g.coherence[i]);
+  }
+  return known;
+}
+
+/// Whether enough lines are left to interpolate between.
+bool enough(const data::FrequencyResponse& known, std::size_t lines) {
+  constexpr std::size_t kLeast = 2, kShare = 4;
+  return known.lines() >= std::max(kLeast, lines / kShare);
+}
+
 LoopResult from_response(const data::FrequencyResponse& curve) {
   LoopResult result;
   result.source = "response";
@@ -107,14 +128,15 @@ std::optional<LoopResult> loop_of(const Plan& plan, const Options& options,
   data::FrequencyResponse controller;
   if (!options.controller) {
     auto measured = response::controller_response(lines);
-    if (!measured || measured->lines() < 2) return std::nullopt;
+    if (!measured) return std::nullopt;
     if (lines.output_quantity !=
         data::OutputQuantity::velocity) {  // the controller sees the recorded quantity
       const auto loop = response::loop_response(lines);
-      if (!loop) return std::nullopt;
-      return from_response(*loop);
+      if (!loop || !enough(well_known(*loop), loop->lines())) return std::nullopt;
+      return from_response(well_known(*loop));
     }
-    controller = std::move(*measured);
+    controller = well_known(*measured);
+    if (!enough(controller, measured->lines())) return std::nullopt;
   }
   const Loop loop(options, controller);
   if (!std::holds_alternative<std::monostate>(model)) {
@@ -128,8 +150,8 @@ std::optional<LoopResult> loop_of(const Plan& plan, const Options& options,
   }
   if (!options.controller) {
     const auto measured = response::loop_response(lines);
-    if (!measured) return std::nullopt;
-    return from_response(*measured);
+    if (!measured || !enough(well_known(*measured), measured->lines())) return std::nullopt;
+    return from_response(well_known(*measured));
   }
   auto curve = response;
   for (std::size_t i = 0; i < curve.lines(); ++i) {

@@ -50,6 +50,7 @@ class Selector {
       if (candidates.size() > 1) drop_the_hopeless(candidates);
       for (auto& c : candidates)
         if (c.remark.empty() && !c.record_fit) fits_.to_the_record(c);
+      if (candidates.size() > 1) drop_what_does_not_show(candidates);
       if (structure == Structure::two_mass && candidates.size() == 2)
         fits_.rescue(candidates[0], candidates[1]);
     }
@@ -99,8 +100,11 @@ class Selector {
   /// lines.
   bool prefer_later(const Candidate& simple, const Candidate& rich) const {
     constexpr double kClearly = 10.0;
-    if (simple.validated && rich.validated)
-      return rich.validated->information + kClearly < simple.validated->information;
+    if (simple.validated && rich.validated) {
+      const double gain = simple.validated->information - rich.validated->information;
+      if (std::abs(gain) > kClearly) return gain > 0.0;
+    }
+    if (simple.validated && !rich.validated) return false;
     if (simple.record_fit && rich.record_fit)
       return rich.record_fit->information < simple.record_fit->information;
     // Lines tell the same thing more than once, and a third mass finds something to explain in any bias.
@@ -108,6 +112,18 @@ class Selector {
     const double repeated = rich.response_fit().repetition;
     return rich.response_fit().information_for(repeated) + least <
            simple.response_fit().information_for(repeated);
+  }
+
+  /// A fit to the record may move a mode to where nothing shows it.
+  void drop_what_does_not_show(std::vector<Candidate>& candidates) const {
+    const auto open = [](const Candidate& c) { return c.remark.empty(); };
+    for (auto& c : candidates)
+      if (c.structure != Structure::rigid && open(c) && c.record_fit &&
+          std::count_if(candidates.begin(), candidates.end(), open) > 1 &&
+          !modes_are_seen(c.record_fit->model, plan_)) {
+        c.record_fit.reset();
+        c.remark = "a resonance of it does not show in the band";
+      }
   }
 
   /// Spares the fits to the record of a structure that the response already rules out.

@@ -24,7 +24,7 @@ struct Selection {
 /// Fits rigid, two-mass and three-mass structures and chooses by what each says of samples that it has not
 /// seen; nothing when no fit came out (the findings say why). Several records of one sample rate are fitted
 /// in one likelihood. Beside the response's fits, `starts` of the same structure begin the fits to the
-/// records. Without `to_records` the response alone is fitted, unless dry friction is found: so it must be
+/// records. Without `to_records` the response alone is fitted: so it must be
 /// where its standard deviations hold distortion, which records repeat with every period, and their
 /// likelihood would take each for new information.
 [[nodiscard]] std::optional<Selection> select_model(std::span<const data::Record> records, const Plan& plan,

@@ -51,6 +51,7 @@ std::optional<RecordFit> fit_records(std::span<const data::Record> records, fit:
 }
 
 void use_predictor(std::span<const data::Record> records, const Options& options,
+                   const std::optional<data::TransferFunction>& loop_controller,
                    fit::OutputErrorConfig& config) {
   const bool velocity = records.front().output_quantity == data::OutputQuantity::velocity;
   if (options.approach == Approach::indirect && options.controller && velocity) {
@@ -60,6 +61,23 @@ void use_predictor(std::span<const data::Record> records, const Options& options
   const bool excited = std::all_of(records.begin(), records.end(),
                                    [](const data::Record& r) { return r.excitation.present(); });
   if (options.approach == Approach::joint && excited) config.predictor = fit::Predictor::joint;
+  if (loop_controller) {
+    config.predictor = fit::Predictor::closed_loop;
+    config.controller = loop_controller;
+  }
+}
+
+fit::OutputErrorConfig config_of(const ModelResult& model, std::span<const data::Record> records,
+                                 const Options& options,
+                                 const std::optional<data::TransferFunction>& loop_controller) {
+  fit::OutputErrorConfig config;
+  config.initial = model.drive;
+  config.viscous_friction = model.drive.estimated[fit::kViscousFriction];
+  config.delay = model.drive.estimated[fit::kDelay];
+  config.coulomb_friction = model.coulomb_friction.has_value();
+  config.known_delay_s = options.delay_s;
+  use_predictor(records, options, loop_controller, config);
+  return config;
 }
 
 }  // namespace resonid::identification::detail

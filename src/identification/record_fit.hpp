@@ -3,6 +3,7 @@
 
 #include <resonid/fit/output_error.hpp>
 #include <resonid/identification/options.hpp>
+#include <resonid/identification/result.hpp>
 #include <span>
 
 namespace resonid::identification::detail {
@@ -25,7 +26,14 @@ struct RecordFit {
 
 /// An approach that was asked for holds for the fit to the records too. By itself the recorded input drives
 /// the simulation: with the noise modelled that is right in closed loop too, and loses nothing.
+/// With a `loop_controller` (Plan) the model is simulated in its loop.
 void use_predictor(std::span<const data::Record> records, const Options& options,
+                   const std::optional<data::TransferFunction>& loop_controller,
                    fit::OutputErrorConfig& config);
+
+/// Settings of the fit that a model came from, begun at the model.
+[[nodiscard]] fit::OutputErrorConfig config_of(const ModelResult& model,
+                                               std::span<const data::Record> records, const Options& options,
+                                               const std::optional<data::TransferFunction>& loop_controller);
 
 }  // namespace resonid::identification::detail

@@ -3,7 +3,9 @@
 #include <cmath>
 #include <identification/black_box_selection.hpp>
 #include <identification/linear_simulation.hpp>
+#include <identification/record_fit.hpp>
 #include <identification/record_replicas.hpp>
+#include <resonid/fit/controller_estimate.hpp>
 #include <resonid/plant/white_noise.hpp>
 
 namespace resonid::identification::detail {
@@ -62,29 +64,32 @@ LoopDifference in_the_loop(const data::TransferFunction& g, const data::Transfer
   return d;
 }
 
-/// What the model's fit needs to be repeated.
-fit::OutputErrorConfig config_of(const ModelResult& model, double known_delay_s) {
-  const auto& drive = model.drive;
-  fit::OutputErrorConfig config;
-  config.initial = drive;
-  config.viscous_friction = drive.estimated[fit::kViscousFriction];
-  config.delay = drive.estimated[fit::kDelay];
-  config.coulomb_friction = model.coulomb_friction.has_value();
+/// The fit as it was, with the loop's controller in place of its estimate.
+fit::OutputErrorConfig repeatable(const data::Record& record, const Plan& plan, const Options& options,
+                                  const ModelResult& model) {
+  auto config = config_of(model, {&record, 1}, options, plan.loop_controller);
   config.offset = model.offset.has_value();
-  config.known_delay_s = known_delay_s;
+  if (config.predictor != fit::Predictor::joint) return config;
+  if (auto shown = fit::estimate_controller(record)) {
+    config.predictor = fit::Predictor::closed_loop;
+    config.controller = std::move(shown->controller);
+  }
   return config;
 }
 
 }  // namespace
 
-RecordReplicas::RecordReplicas(const data::Record& record, const Options& options, const Result& result)
+RecordReplicas::RecordReplicas(const data::Record& record, const Plan& plan, const Options& options,
+                               const Result& result)
     : record_(record), residual_(result.residual), first_(result.residual_start) {
   constexpr std::size_t kOrder = 32;
   noise_ = fit::fit_noise_model(residual_, kOrder);
   bool at_once = false;
   if (result.model) {
     const auto& drive = result.model->drive;
-    drive_ = config_of(*result.model, options.delay_s);
+    drive_ = repeatable(record, plan, options, *result.model);
+    // What a simulated loop leaves has been through the loop already.
+    if (drive_->predictor != fit::Predictor::open_loop) return;
     plant_ = with_delay(drive.transfer_function(), (options.delay_s + drive.delay_s) * record.sample_rate_hz);
   } else {
     const auto& model = result.black_box->model;

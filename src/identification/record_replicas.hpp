@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <identification/measurement.hpp>
 #include <optional>
 #include <resonid/data/record.hpp>
 #include <resonid/identification/options.hpp>
@@ -13,7 +14,7 @@ namespace resonid::identification::detail {
 class RecordReplicas {
  public:
   /// Keeps references to record and result, which has a model and its residual.
-  RecordReplicas(const data::Record& record, const Options& options, const Result& result);
+  RecordReplicas(const data::Record& record, const Plan& plan, const Options& options, const Result& result);
 
   /// The model of one repetition in an otherwise empty result; none when its fit did not come out.
   [[nodiscard]] std::optional<Result> fitted(std::uint64_t seed) const;

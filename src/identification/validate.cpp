@@ -152,6 +152,14 @@ class Simulator {
       return refused("approach", "indirect needs an excitation in the record");
     const auto g = plant();
     if (!g) return tl::unexpected(g.error());
+    if (v_.candidate.model && v_.candidate.model->coulomb_friction)
+      v_.findings.push_back(
+          {"friction-left-out",
+           Severity::warning,
+           {},
+           {},
+           "The closed loop is simulated without the model's dry friction: --approach direct "
+           "simulates it."});
     const auto loop = detail::closed_loop(*g, *controller);
     if (!(detail::largest_pole(loop) < 1.0))
       return refused("approach",

@@ -185,8 +185,9 @@ class Layout {
     }
   }
 
-  /// Shifts in time at which the signal may start. A free drive without a controller keeps the velocity with which
-  /// its rigid motion would have passed there: where the stroke is limited, only those where that is none.
+  /// Shifts in time at which the signal may start. A free drive without a controller keeps the velocity with
+  /// which its rigid motion would have passed there: where the stroke is limited, only those where that is
+  /// none.
   [[nodiscard]] std::vector<double> starts() const {
     constexpr int kStarts = 48, kFiner = 8;
     const double period_s = static_cast<double>(period_) / task_.sample_rate_hz;

@@ -98,6 +98,7 @@ std::string parameter_lines(const Result& result, double z) {
   }
   if (drive.estimated[fit::kViscousFriction])
     put("viscous friction", drive.estimate(fit::kViscousFriction), u.damping);
+  if (result.model->coulomb_friction) put("dry friction", *result.model->coulomb_friction, u.torque);
   if (drive.estimated[fit::kDelay]) {
     auto delay = drive.estimate(fit::kDelay);
     put("further delay", {1e3 * delay.value, 1e3 * delay.standard_deviation}, "ms");

@@ -43,6 +43,7 @@ fit::BlackBoxConfig black_box(const plant::Truth& truth, double rate_hz, int ord
   fit::BlackBoxConfig config;
   config.order = order;
   config.delay_samples = static_cast<std::size_t>(std::lround(truth.delay_s * rate_hz));
+  config.known_delay_s = truth.delay_s;
   config.noise_model = false;
   return config;
 }
