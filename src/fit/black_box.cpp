@@ -75,10 +75,18 @@ class Fitter {
     return x;
   }
 
+  /// The pole nearest to 1; of a complex pair the other one becomes real.
   static void drop_integrator(std::vector<std::complex<double>>& poles) {
-    poles.erase(std::min_element(poles.begin(), poles.end(), [](const auto& a, const auto& b) {
-      return std::abs(a - 1.0) < std::abs(b - 1.0);
-    }));
+    const auto nearest = std::min_element(poles.begin(), poles.end(), [](const auto& x, const auto& y) {
+      return std::abs(x - 1.0) < std::abs(y - 1.0);
+    });
+    const auto dropped = *nearest;
+    poles.erase(nearest);
+    if (dropped.imag() == 0.0) return;
+    const auto other = std::min_element(poles.begin(), poles.end(), [&](const auto& x, const auto& y) {
+      return std::abs(x - std::conj(dropped)) < std::abs(y - std::conj(dropped));
+    });
+    if (other != poles.end()) *other = std::clamp(std::abs(*other), 0.0, 0.999);
   }
 
   /// Poles of the given model without the fixed integrator's.

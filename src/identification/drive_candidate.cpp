@@ -219,7 +219,8 @@ fit::OutputErrorConfig CandidateFits::config_of(const Variant& variant, const fi
 std::optional<RecordFit> CandidateFits::fit_to_records(const Variant& variant,
                                                        const fit::DriveModel& start) const {
   auto fit = fit_records(records_, config_of(variant, start));
-  if (!fit || !fit->converged || pushes_itself(fit->model, variant.dry)) return std::nullopt;
+  if (!fit || !fit->converged || (friction_is_free() && pushes_itself(fit->model, variant.dry)))
+    return std::nullopt;
   return fit;
 }
 
@@ -230,13 +231,13 @@ CandidateFits::Acceptance CandidateFits::acceptance(const DriveCandidate& candid
   constexpr double kTrueEnough = 0.05;
   constexpr double kBeyondNoise = 5.0;
   const bool lines_are_unbiased = plan_.period_samples != 0 && plan_.method != Method::local_polynomial;
-  constexpr double kClearlyBetter = 3.0, kHalf = 50.0;  // per cent of fit
+  constexpr double kClearlyBetter = 3.0, kSome = 10.0;  // per cent of fit
   auto simulation = config_of(candidate.variants.front().first, told.model);
   simulation.fixed_model = true;
   const auto simulated = fit_records(records_, simulation);
   return {!(lines_are_unbiased && told.model_error > kTrueEnough && told.misfit > kBeyondNoise),
           1.5 * difference(told.model, response_).whole + 0.02,
-          simulated ? std::max(simulated->fit_percent + kClearlyBetter, kHalf) : 100.0};
+          simulated ? std::max(simulated->fit_percent + kClearlyBetter, kSome) : 100.0};
 }
 
 void CandidateFits::fit_variants(DriveCandidate& candidate, const Acceptance& acceptable) const {
@@ -288,7 +289,7 @@ std::optional<RecordFit> CandidateFits::with_dry_friction(Variant& variant,
   variant.dry = true;
   variant.friction = options_.friction != Friction::dry;
   auto fit = fit_to_records(variant, start);
-  if (options_.friction != Friction::automatic) {
+  if (!friction_is_free()) {
     if (fit || options_.friction == Friction::dry) return fit;
     Variant alone = variant;  // for a start
     alone.friction = false;
@@ -322,7 +323,7 @@ void CandidateFits::try_dry_friction(DriveCandidate& candidate, const Acceptance
   auto fit = with_dry_friction(variant, candidate.model());
   if (!fit) return;
   constexpr double kClearly = 20.0;  // in the criterion
-  const bool better = options_.friction != Friction::automatic ? true
+  const bool better = !friction_is_free() ? true
                       : candidate.record_fit
                           ? fit->information + kClearly < candidate.record_fit->information
                           : fit->fit_percent >= acceptable.fit_percent ||

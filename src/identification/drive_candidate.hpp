@@ -91,6 +91,7 @@ class CandidateFits {
  private:
   struct Acceptance;
   [[nodiscard]] bool allowed(bool viscous_friction) const;
+  [[nodiscard]] bool friction_is_free() const { return options_.friction == Friction::automatic; }
   [[nodiscard]] std::optional<fit::ResponseFit> response_fit(
       const Variant& variant, const std::optional<fit::DriveModel>& start) const;
   [[nodiscard]] fit::OutputErrorConfig config_of(const Variant& variant, const fit::DriveModel& start) const;

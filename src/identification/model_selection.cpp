@@ -102,7 +102,11 @@ class Selector {
     constexpr double kClearly = 10.0;
     if (simple.validated && rich.validated) {
       const double gain = simple.validated->information - rich.validated->information;
-      if (std::abs(gain) > kClearly) return gain > 0.0;
+      const double of_all = simple.record_fit->information - rich.record_fit->information;
+      // A small loss there against a large gain over the whole record is chance.
+      constexpr double kFarMore = 10.0;
+      const bool contradicted = gain > 0.0 ? of_all < -kFarMore * gain : of_all > -kFarMore * gain;
+      if (std::abs(gain) > kClearly && !contradicted) return gain > 0.0;
     }
     if (simple.validated && !rich.validated) return false;
     if (simple.record_fit && rich.record_fit)

@@ -84,7 +84,15 @@ void inspect_model(const Plan& plan, const Options& options, const std::optional
   const auto& model = selection->result;
   constexpr double kNoticeable = 0.1;
   constexpr double kWorthless = 0.3;
-  if (model.model_error > kNoticeable && model.coulomb_friction) {
+  if (result.model && !model.coulomb_friction &&
+      (options.friction == Friction::dry || options.friction == Friction::both))
+    findings.push_back(
+        {"no-dry-friction",
+         Severity::warning,
+         {},
+         {},
+         "Dry friction was asked for, but no fit with it came out: the model is one without."});
+  if (model.model_error > kNoticeable && model.model_error <= kWorthless && model.coulomb_friction) {
     findings.push_back(
         {"friction-in-response", Severity::info, model.model_error, kNoticeable,
          fmt::format(

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include <Eigen/Core>
+#include <algorithm>
 #include <resonid/response/periodic_averaging.hpp>
 
 namespace resonid::response {
@@ -34,12 +35,12 @@ std::size_t transient_periods(const data::Record& record, std::size_t period_sam
   constexpr double kUnsettled = 2.0;
   if (record.samples() < 3 * period_samples) return 0;
   const auto periods = periods_of(record, period_samples);
+  const Eigen::Index settled = std::max<Eigen::Index>(2, periods.cols() / 2);
+  const auto last = periods.rightCols(settled);
+  const Eigen::VectorXd mean = last.rowwise().mean();
+  const double most = kUnsettled * distances(last).maxCoeff();
   Eigen::Index first = 0;
-  for (; first + 2 < periods.cols(); ++first) {
-    const Eigen::Index later = periods.cols() - first - 1;
-    const double own = distances(periods.rightCols(later + 1))(0);
-    if (!(own > kUnsettled * distances(periods.rightCols(later)).maxCoeff())) break;
-  }
+  while (first < periods.cols() - settled && (periods.col(first) - mean).norm() > most) ++first;
   return static_cast<std::size_t>(first);
 }
 

@@ -36,8 +36,9 @@ void describe(Visitor&& v, PeriodicConfig& c) {
                                                                   Approach approach);
 
 /// Whole periods at the record's start in which the drive has not settled: their rms distance from the mean
-/// of the later ones is more than twice the largest among these. At least two periods are left; 0 with fewer
-/// than three. Positions count by their differences, since they drift. `period_samples` >= 4.
+/// of the record's last half (two periods at least) is more than twice the largest among the periods of that
+/// half. 0 with fewer than three. Positions count by their differences, since they drift. `period_samples`
+/// >= 4.
 [[nodiscard]] std::size_t transient_periods(const data::Record& record, std::size_t period_samples);
 
 /// plant_response of periodic_lines.
