@@ -79,6 +79,11 @@ expected<Result, Refusal> identify(const data::Record& whole, const Options& opt
   if (!prepared) return tl::unexpected(prepared.error());
   const auto source = prepared->source;
   const data::Record& record = prepared->record;
+  constexpr std::size_t kFewest = 128;
+  if (record.samples() < kFewest)
+    return tl::unexpected(
+        Refusal{"input", fmt::format("holds {} samples, too few for a response; required at least {}",
+                                     record.samples(), kFewest)});
   auto plan = detail::make_plan(record, options);
   if (!plan) return tl::unexpected(plan.error());
 

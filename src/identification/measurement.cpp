@@ -50,10 +50,6 @@ std::optional<Refusal> check_ranges(const data::Record& record, const Options& o
   const auto complain = [](const char* option, std::string message) {
     return Refusal{option, std::move(message)};
   };
-  constexpr std::size_t kFewest = 128;
-  if (record.samples() < kFewest)
-    return complain("input", fmt::format("holds {} samples, too few for a response; required at least {}",
-                                         record.samples(), kFewest));
   if (!(o.delay_s >= 0.0))
     return complain("delay", fmt::format("must be 0 s or more, found {:g}", o.delay_s));
   if (o.delay_s > 0.1 * record.duration_s())

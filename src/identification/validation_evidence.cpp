@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <identification/linear_simulation.hpp>
+#include <identification/measurement.hpp>
 #include <identification/validation_evidence.hpp>
 #include <numeric>
 #include <resonid/base/constants.hpp>
@@ -45,6 +46,13 @@ data::FrequencyResponse response_of(const ModelValidation& v, const std::vector<
     response.standard_deviation.assign(frequency_hz.size(), 0.0);
   }
   return response::to_velocity(std::move(response), c.output_quantity, sample_time_s);
+}
+
+/// By the same method as the record itself: what is left may look like another excitation.
+Options as_measured(Options options, const std::string& method) {
+  for (int i = 0; i <= static_cast<int>(Method::best_linear); ++i)
+    if (name_of(static_cast<Method>(i)) == method) options.method = static_cast<Method>(i);
+  return options;
 }
 
 /// From input to residual; in closed-loop prediction that is S times the model's error.
@@ -183,7 +191,7 @@ void compare_with_response(const data::Record& record, const Options& options, c
                            const Result& measured, ModelValidation& v) {
   auto model = response_of(v, measured.response.frequency_hz, record.sample_time_s());
   v.measured = measured.response;
-  const auto error = error_response(record, options, own, v, model);
+  const auto error = error_response(record, options, as_measured(own, measured.method), v, model);
   if (error) {
     put_error(model, *error, v);
     auto shown = *error;  // what the record says the drive is

@@ -38,7 +38,9 @@ std::size_t transient_periods(const data::Record& record, std::size_t period_sam
   const Eigen::Index settled = std::max<Eigen::Index>(2, periods.cols() / 2);
   const auto last = periods.rightCols(settled);
   const Eigen::VectorXd mean = last.rowwise().mean();
-  const double most = kUnsettled * distances(last).maxCoeff();
+  // What is less than a thousandth of the motion is of no consequence.
+  constexpr double kNoticeable = 1e-3;
+  const double most = std::max(kUnsettled * distances(last).maxCoeff(), kNoticeable * mean.norm());
   Eigen::Index first = 0;
   while (first < periods.cols() - settled && (periods.col(first) - mean).norm() > most) ++first;
   return static_cast<std::size_t>(first);

@@ -97,7 +97,7 @@ TEST_F(PlanVerb, PlansThreeMassesFromParametersAndFromAResult) {
 }
 
 TEST_F(PlanVerb, SaysWhyAPrbsIsLeftOut) {
-  const auto done = run(drive_ + "--max-torque 1 --band 5:30 --accuracy stiffness=3% --json plan.json");
+  const auto done = run(drive_ + "--max-torque 1 --band 5:30 --accuracy stiffness=1% --json plan.json");
   ASSERT_EQ(done.exit_code, 0) << done.error;
   EXPECT_NE(done.out.find("No prbs was laid out"), std::string::npos) << done.out;
   const auto plan = json::parse(text("plan.json"));

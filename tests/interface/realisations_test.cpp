@@ -99,7 +99,7 @@ TEST_F(Realisations, RecordsOfOneEachAreJoined) {
   EXPECT_NE(text("o.csv").find(",noise_std,distortion_std"), std::string::npos);
   simulate("again", 0.2, "", 8.0, 1);
   expect_refused("identify r1.csv r2.csv again.csv --join --method best-linear" + std::string(kKnown),
-                 {"--join", "r1.csv", "again.csv", "phases"});
+                 {"--join", "r1.csv", "again.csv", "same samples"});
 }
 
 }  // namespace
