@@ -102,19 +102,23 @@ class Controller {
   std::vector<Slopes<Columns>> slopes_;
 };
 
-/// Friction torque that brings the driven side to rest at the end of the sample is `to_rest`; what happens
-/// instead when that is more than there is. A reversal within the sample slides both ways.
-void slide_or_stick(double to_rest, double velocity, double velocity_gain, double coulomb, double& direction,
+/// Friction over one sample of a driven side that would go from `velocity` to `free` without it, the torque
+/// on it being even: it slides to the end, or up to a standstill, from where it rests or, pulled by more than
+/// there is of friction, slides back.
+void slide_or_stick(double velocity, double free, double velocity_gain, double coulomb, double& direction,
                     double& stuck) {
   direction = stuck = 0.0;
-  if (std::abs(to_rest) <= coulomb) {
-    stuck = to_rest;
-    return;
+  const double pull = (free - velocity) / velocity_gain;
+  const bool rests = std::abs(pull) <= coulomb;
+  const double way = velocity > 0.0 ? 1.0 : velocity < 0.0 ? -1.0 : pull > 0.0 ? 1.0 : -1.0;
+  if (way * free > velocity_gain * coulomb || way * pull > coulomb) {
+    direction = way;
+  } else if (rests) {
+    stuck = free / velocity_gain;
+  } else {
+    const double share = std::abs(velocity) / (velocity_gain * (coulomb - way * pull));
+    direction = way * (2.0 * share - 1.0);
   }
-  direction = to_rest > 0.0 ? 1.0 : -1.0;
-  const double next = velocity_gain * (to_rest - coulomb * direction);
-  if (velocity * next < 0.0)
-    direction *= (std::abs(next) - std::abs(velocity)) / (std::abs(next) + std::abs(velocity));
 }
 
 /// Rows [J r] reduced to their triangular factor from time to time.
@@ -213,7 +217,7 @@ void DriveSimulation::run(const double* x, std::span<const int> active, Sink&& s
     if (friction != nullptr) {
       double free = s.b(0) * torque;  // velocity that the driven side would have without friction
       for (int c = 0; c < kOrder; ++c) free += s.a(0, c) * state[static_cast<std::size_t>(c)];
-      slide_or_stick(free / s.b(0), state[0], s.b(0), std::max(0.0, x[kCoulomb]), friction->direction[j],
+      slide_or_stick(state[0], free, s.b(0), std::max(0.0, x[kCoulomb]), friction->direction[j],
                      friction->stuck[j]);
       torque -= x[kCoulomb] * friction->direction[j] + friction->stuck[j];
     } else if (dry) {
@@ -298,13 +302,26 @@ Eigen::MatrixXd DriveSimulation::factor(std::span<const double> x, std::span<con
 
 DriveSignals DriveSimulation::friction(std::span<const double> x) const {
   DriveSignals course;
+  simulate_friction(x, course);
+  return course;
+}
+
+std::vector<double> DriveSimulation::moving_residual(std::span<const double> x) const {
+  DriveSignals course;
+  return simulate_friction(x, course);
+}
+
+std::vector<double> DriveSimulation::simulate_friction(std::span<const double> x,
+                                                       DriveSignals& course) const {
   course.direction.assign(signals_.output.size(), 0.0);
   course.stuck = course.direction;
+  std::vector<double> left;
+  left.reserve(signals_.output.size());
   with_masses(setup_.structure, [&](auto masses) {
     run<masses, 0>(
-        x.data(), {}, [](double, const auto&) {}, &course);
+        x.data(), {}, [&](double r, const auto&) { left.push_back(r); }, &course);
   });
-  return course;
+  return left;
 }
 
 }  // namespace resonid::fit::detail

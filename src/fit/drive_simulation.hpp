@@ -61,11 +61,14 @@ class DriveSimulation {
   [[nodiscard]] static Eigen::Index factor_rows(std::size_t active);
   [[nodiscard]] Eigen::MatrixXd factor(std::span<const double> x, std::span<const int> active) const;
 
-  /// Dry friction of the drive itself under x: implicit steps, in which friction brings the driven side to
-  /// rest if it can and else slides. Returns direction and stuck; the rest is empty.
+  /// Dry friction of the drive itself under x: in each sample the driven side slides, up to a standstill or
+  /// past it, or rests. Returns direction and stuck; the rest is empty.
   [[nodiscard]] DriveSignals friction(std::span<const double> x) const;
+  /// The residual under that friction, whatever course the signals have.
+  [[nodiscard]] std::vector<double> moving_residual(std::span<const double> x) const;
 
  private:
+  std::vector<double> simulate_friction(std::span<const double> x, DriveSignals& course) const;
   template <int Masses, int Columns, class Sink>
   void run(const double* x, std::span<const int> active, Sink&& sink, DriveSignals* friction) const;
 

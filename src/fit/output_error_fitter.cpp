@@ -2,6 +2,7 @@
 #include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
+#include <fit/friction_fit.hpp>
 #include <fit/least_squares.hpp>
 #include <fit/output_error_fitter.hpp>
 #include <fit/record_consistency.hpp>
@@ -170,6 +171,8 @@ class OutputErrorFitter {
         solve_whitened();
       }
     }
+    covariance_ = noise_scale() * detail::covariance(physical_, layout_.size());
+    if (dry() && !config_.fixed_model) include_friction();
     finish();
     return std::move(fit_);
   }
@@ -307,18 +310,13 @@ class OutputErrorFitter {
       pieces.push_back(std::move(piece));
     }
     std::vector<Bound> bounds;
-    if (mask[kDelay])
-      bounds.push_back({kDelay,
-                        setup_.controller ? std::max(kMinimumDelaySamples, -setup_.known_delay_samples)
-                                          : kMinimumDelaySamples,
-                        kMaximumDelaySamples});
+    if (mask[kDelay]) bounds.push_back(delay_bounds());
     // With a noise model the cost need not be exact to more digits than the likelihood tells apart.
     const Effort effort{kMaximumIterations, config_.noise_model ? 1e-9 : 1e-14};
-    const int checked = setup_.structure == Structure::three_mass ? kParameterCount : kDelay + 1;
     const std::unique_ptr<bool[]> flags(new bool[mask.size()]);
     std::copy(mask.begin(), mask.end(), flags.get());
     result_ = detail::minimise(
-        std::make_unique<OutputErrorCost>(std::move(pieces), layout_, SearchRange(start_), checked), x_,
+        std::make_unique<OutputErrorCost>(std::move(pieces), layout_, SearchRange(start_), checked()), x_,
         {flags.get(), mask.size()}, bounds, effort);
     with_noise_ = with_noise;
     if (!mask[kDrivenInertia]) return;
@@ -407,16 +405,98 @@ class OutputErrorFitter {
     }
   }
 
+  [[nodiscard]] double samples() const {
+    std::size_t sum = 0;
+    for (const auto& p : parts_) sum += p.samples;
+    return static_cast<double>(sum);
+  }
+  [[nodiscard]] double noise_scale() const {
+    return 2.0 * physical_.cost / std::max(1.0, samples() - static_cast<double>(physical_.active.size()));
+  }
+
+  [[nodiscard]] Bound delay_bounds() const {
+    return {kDelay,
+            setup_.controller ? std::max(kMinimumDelaySamples, -setup_.known_delay_samples)
+                              : kMinimumDelaySamples,
+            kMaximumDelaySamples};
+  }
+  [[nodiscard]] int checked() const {
+    return setup_.structure == Structure::three_mass ? kParameterCount : kDelay + 1;
+  }
+
+  [[nodiscard]] NoiseModel noise_of(int r) const { return with_noise_ ? part(r).noise : NoiseModel{}; }
+
+  [[nodiscard]] FrictionProblem friction_problem() const {
+    const auto allowed = [this](const std::vector<double>& x) {
+      return SearchRange(start_).contains(x.data(), checked());
+    };
+    const auto bounds = delay_bounds();
+    FrictionProblem problem{setup_, {}, physical_.active, allowed, bounds.lower, bounds.upper};
+    for (int r = 0; r < records(); ++r) {
+      problem.records.push_back({part(r).raw, noise_of(r), part(r).weight, {}});
+      for (int i = 0; i < layout_.local_size(); ++i)
+        problem.records.back().coordinates.push_back(layout_.of(r, i));
+    }
+    return problem;
+  }
+
+  /// The turns take the course of friction as given: they come near, but slowly, and their covariance leaves
+  /// out that the course is in doubt as well. Where steps that move it find no end, since the model is too
+  /// simple, the turns' result stays, with the larger deviations.
+  void include_friction() {
+    const auto& active = physical_.active;
+    const auto count = static_cast<Eigen::Index>(active.size());
+    Eigen::VectorXd fixed(count);
+    for (Eigen::Index i = 0; i < count; ++i) {
+      const int at = active[static_cast<std::size_t>(i)];
+      fixed(i) = std::sqrt(std::max(0.0, covariance_(at, at)));
+    }
+    const auto problem = friction_problem();
+    const auto fit = fit_with_friction(problem, whitened_any() ? raw_x_ : x_, fixed);
+    if (!fit) return;
+    Eigen::VectorXd larger = Eigen::VectorXd::Ones(count);
+    if (!fit->converged) larger = fixed.cwiseQuotient(fit->covariance.diagonal().cwiseSqrt()).cwiseMax(1.0);
+    for (Eigen::Index i = 0; i < count; ++i)
+      for (Eigen::Index j = 0; j < count; ++j)
+        covariance_(active[static_cast<std::size_t>(i)], active[static_cast<std::size_t>(j)]) =
+            larger(i) * larger(j) * fit->covariance(i, j);
+    if (fit->converged) take(problem, *fit);
+  }
+
+  /// What was found with friction on the raw signals; the whitened ones have states of their own.
+  void take(const FrictionProblem& problem, const FrictionFit& fit) {
+    const auto& x = fit.x;
+    physical_.cost = 0.5 * fit.cost;
+    for (int r = 0; r < records(); ++r) {
+      const auto left = problem.residual(problem.records[static_cast<std::size_t>(r)], x);
+      const double n = static_cast<double>(left.size());
+      const double own = static_cast<double>(physical_.active.size()) / records();
+      part(r).samples = static_cast<std::size_t>(left.size());
+      part(r).variance = left.squaredNorm() / std::max(1.0, n - own);
+    }
+    set_friction(x);
+    if (!whitened_any()) {
+      x_ = x;
+      return;
+    }
+    auto states = linear_part();
+    const auto share = [&](int at) {
+      x_[static_cast<std::size_t>(at)] = x[static_cast<std::size_t>(at)];
+      states[static_cast<std::size_t>(at)] = false;
+    };
+    for (int i = 0; i < kCommon; ++i) share(i);
+    for (int r = 0; r < records(); ++r) share(layout_.of(r, kOffset));
+    solve(true, states);
+    raw_x_ = x;
+  }
+
   void finish() {
     auto& fit = fit_;
     setup_.coordinates.store(x_.data(), fit.model);
     fit.converged = physical_.converged;
-    const auto n =
-        static_cast<double>(std::accumulate(parts_.begin(), parts_.end(), std::size_t{0},
-                                            [](std::size_t sum, const Part& p) { return sum + p.samples; }));
+    const double n = samples();
     const double parameters = static_cast<double>(physical_.active.size());
-    const double scale_of_noise = 2.0 * physical_.cost / std::max(1.0, n - parameters);
-    const Eigen::MatrixXd covariance = scale_of_noise * detail::covariance(physical_, layout_.size());
+    const Eigen::MatrixXd& covariance = covariance_;
     const auto scale = setup_.coordinates.jacobian(fit.model);
     for (int i = 0; i < kParameterCount; ++i)
       for (int j = 0; j < kParameterCount; ++j)
@@ -501,6 +581,7 @@ class OutputErrorFitter {
   std::vector<bool> active_;
   bool with_noise_ = false;
   LeastSquaresResult result_, physical_;
+  Eigen::MatrixXd covariance_;
   JointOutputErrorFit fit_;
 };
 

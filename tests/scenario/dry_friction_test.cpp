@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: MIT
 // Dry friction, from records of simulated machines that stick and slide; the truth is that of the simulation.
+#include <array>
+#include <cmath>
 #include <experiments.hpp>
+#include <resonid/fit/output_error.hpp>
 #include <resonid/reproduction/experiments.hpp>
 
 namespace resonid {
@@ -73,6 +76,64 @@ TEST(DryFriction, CanBeAskedForAndForbidden) {
   const auto alone = test::identified(record, options);
   ASSERT_TRUE(alone.model && alone.model->coulomb_friction);
   EXPECT_FALSE(alone.model->drive.estimated[fit::kViscousFriction]);
+}
+
+/// From a start next to the truth, as a response gives it.
+fit::OutputErrorFit fitted(const plant::ExperimentConfig& c) {
+  fit::OutputErrorConfig config;
+  config.initial.structure = fit::Structure::two_mass;
+  auto& p = config.initial.parameters;
+  p.driven_inertia = 1.01 * 0.032;
+  p.load_inertia = 0.99 * 0.032;
+  p.stiffness = 143.75;
+  p.damping = 0.3;
+  p.viscous_friction = 0.05;
+  config.viscous_friction = config.coulomb_friction = true;
+  config.known_delay_s = c.measurement.delay_s;
+  auto fit = fit::fit_output_error(test::simulated(c).record, config);
+  if (!fit) throw std::runtime_error("fit refused");
+  return std::move(*fit);
+}
+
+/// The sum of 16 squared deviations in units of their bars is chi-square distributed: an rms of 0.5 ... 1.5
+/// is left by chance once in 250 times.
+TEST(DryFriction, ErrorBarsHold) {
+  constexpr int kSeeds = 16;
+  const char* const names[] = {"J1", "J2", "K", "D", "viscous friction", "Tc", "offset"};
+  const std::array<double, 7> truth = {0.032, 0.032, 143.75, 0.3, 0.05, 0.3, 0.1};
+  std::array<double, 7> squares{};
+  for (std::uint64_t seed = 1; seed <= kSeeds; ++seed) {
+    auto c = turning_back(0.3, seed);
+    c.run.duration_s = 10.0;
+    c.disturbance.load_torque = 0.1;
+    const auto fit = fitted(c);
+    ASSERT_TRUE(fit.converged && fit.coulomb_friction && fit.offset) << "seed " << seed;
+    const std::array<fit::Estimate, 7> found = {fit.model.estimate(fit::kDrivenInertia),
+                                                fit.model.estimate(fit::kLoadInertia),
+                                                fit.model.estimate(fit::kStiffness),
+                                                fit.model.estimate(fit::kDamping),
+                                                fit.model.estimate(fit::kViscousFriction),
+                                                *fit.coulomb_friction,
+                                                *fit.offset};
+    for (std::size_t i = 0; i < truth.size(); ++i)
+      squares[i] += std::pow((found[i].value - truth[i]) / found[i].standard_deviation, 2);
+  }
+  for (std::size_t i = 0; i < truth.size(); ++i) {
+    EXPECT_GT(std::sqrt(squares[i] / kSeeds), 0.5) << names[i];
+    EXPECT_LT(std::sqrt(squares[i] / kSeeds), 1.5) << names[i];
+  }
+}
+
+/// What sampling leaves of the plant's own motion, which sticks and turns back between samples.
+TEST(DryFriction, IsExactWithoutNoise) {
+  auto c = turning_back(0.3, 1);
+  c.measurement.noise_rms = 0.0;
+  const auto fit = fitted(c);
+  ASSERT_TRUE(fit.coulomb_friction.has_value());
+  EXPECT_NEAR(fit.coulomb_friction->value, 0.3, 0.01 * 0.3);
+  EXPECT_NEAR(fit.model.parameters.viscous_friction, 0.05, 0.005);
+  EXPECT_NEAR(fit.model.parameters.driven_inertia, 0.032, 0.001 * 0.032);
+  EXPECT_NEAR(fit.model.parameters.stiffness, 143.75, 0.002 * 143.75);
 }
 
 /// Machines in motion: the averages over periods of the excitation take the motion for noise.
