@@ -218,6 +218,7 @@ TEST(LoopEvidence, IndirectOfAPositionIsTold) {
   record.output_quantity = data::OutputQuantity::position;
   auto options = test::known(c);
   options.approach = Approach::indirect;
+  options.method = identification::Method::welch;
   options.model = identification::ModelChoice::two_mass;
   const auto result = test::identified(record, options);
   ASSERT_TRUE(result.model.value().from_record);
