@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <resonid/base/median.hpp>
 #include <resonid/diagnostics/data_findings.hpp>
 
 namespace resonid::diagnostics {
@@ -10,13 +11,6 @@ namespace {
 
 constexpr double kLowCoherence = 0.8;
 constexpr double kUsableCoherence = 0.6;
-
-double median(std::vector<double> values) {
-  if (values.empty()) return 0.0;
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
 
 /// Share of samples within 1e-6 of the range from the extremes, in runs of at least three: a limit at work.
 /// Two-level excitations (a PRBS measured at the reference) sit at both extremes nearly always and are not

@@ -21,13 +21,6 @@ bool may_integrate(const BlackBoxModel& model) {
   return false;
 }
 
-data::Record beginning_of(const data::Record& record, std::size_t samples) {
-  data::Record part = record;
-  for (auto* channel : {&part.input, &part.output, &part.excitation, &part.reference, &part.position})
-    channel->samples.resize(std::min(samples, channel->samples.size()));
-  return part;
-}
-
 }  // namespace
 
 StructureSearch::StructureSearch(const data::Record& record, const OrderSelectionConfig& config)
@@ -71,7 +64,7 @@ void StructureSearch::try_delay(Attempt& best, std::size_t samples, bool direct)
 /// Whole samples, from the record's beginning without a noise model: the denominator hardly depends on them.
 std::size_t StructureSearch::rough_delay(const Attempt& known) const {
   constexpr std::size_t kEnough = 6000;
-  const auto part = beginning_of(record_, kEnough);
+  const auto part = data::part_of(record_, 0, std::min(kEnough, record_.samples()));
   BlackBoxConfig config = known.config;
   config.noise_model = false;
   config.held_back.clear();

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <identification/closed_loop.hpp>
 #include <limits>
+#include <resonid/base/median.hpp>
 
 namespace resonid::identification::detail {
 namespace {
@@ -12,13 +13,6 @@ namespace {
 using diagnostics::Finding;
 using diagnostics::Severity;
 using Complex = std::complex<double>;
-
-double median(std::vector<double> values) {
-  if (values.empty()) return 0.0;
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
 
 /// Relative bias of every line, limited where the autoregression's own response nearly vanishes.
 std::vector<Complex> biases(const diagnostics::Feedback& feedback, const std::vector<double>& hz) {

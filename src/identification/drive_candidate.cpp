@@ -4,6 +4,8 @@
 #include <identification/drive_candidate.hpp>
 #include <limits>
 #include <numbers>
+#include <resonid/base/median.hpp>
+#include <resonid/fit/order_selection.hpp>
 
 namespace resonid::identification::detail {
 namespace {
@@ -20,24 +22,6 @@ const char* plain_name(Structure structure) {
       break;
   }
   return "three-mass";
-}
-
-double median(std::vector<double> values) {
-  if (values.empty()) return 0.0;
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
-
-/// The last 30 % of each tenth of the record, so that a sweep too is seen over its whole band; nothing for
-/// records that are too short to spare any.
-std::vector<std::pair<std::size_t, std::size_t>> held_back_of(std::size_t samples) {
-  constexpr std::size_t kParts = 10, kShortest = 1000;
-  std::vector<std::pair<std::size_t, std::size_t>> parts;
-  if (samples < kShortest) return parts;
-  for (std::size_t i = 0; i < kParts; ++i)
-    parts.emplace_back((10 * i + 7) * samples / (10 * kParts), (i + 1) * samples / kParts);
-  return parts;
 }
 
 /// Friction that pushes: such a fit imitates noise. Beside dry friction viscous friction may well be nothing,
@@ -337,8 +321,9 @@ void CandidateFits::validate(DriveCandidate& candidate) const {
   std::size_t longest = 0;
   for (const auto& record : records_) longest = std::max(longest, record.samples());
   auto config = config_of(candidate.record_variant, candidate.record_fit->model);
-  config.held_back = held_back_of(longest);
-  if (config.held_back.empty()) return;
+  constexpr std::size_t kShortest = 1000;  // that can spare any
+  if (longest < kShortest) return;
+  config.held_back = fit::held_back_parts(longest);
   if (const auto fit = fit_records(records_, config); fit && fit->converged)
     candidate.validated = fit->held_back;
 }

@@ -9,6 +9,8 @@
 namespace resonid::identification::detail {
 namespace {
 
+constexpr double kNearly = 0.03;  // of the range: how near to a level a reconstructed excitation comes
+
 double variance(const std::vector<double>& x) {
   const double mean = std::accumulate(x.begin(), x.end(), 0.0) / static_cast<double>(x.size());
   double sum = 0.0;
@@ -54,15 +56,6 @@ void detrend(std::vector<double>& x) {
   for (std::size_t k = 0; k < x.size(); ++k) x[k] -= mean + slope * (static_cast<double>(k) - middle);
 }
 
-bool two_level(const std::vector<double>& x) {
-  const auto [low, high] = std::minmax_element(x.begin(), x.end());
-  const double near = 0.03 * (*high - *low);
-  const double bottom = *low, top = *high;
-  const auto extreme =
-      std::count_if(x.begin(), x.end(), [&](double v) { return v - bottom < near || top - v < near; });
-  return static_cast<double>(extreme) > 0.98 * static_cast<double>(x.size());
-}
-
 bool repeats(const data::Record& record) {
   const auto period = response::detect_period(record);
   if (!period) return false;
@@ -95,7 +88,8 @@ ExcitationSource complete_excitation(data::Record& record, const Options& option
     record.excitation = {"u - C (r - y)", record.input.unit, reconstruct(record, *options.controller)};
     for (const bool raw : {true, false}) {
       if (!raw) detrend(record.excitation.samples);
-      if (two_level(record.excitation.samples) || response::detect_chirp(record) || repeats(record))
+      if (response::two_level(record.excitation.samples, kNearly) || response::detect_chirp(record) ||
+          repeats(record))
         return ExcitationSource::reconstructed;
     }
     record.excitation = {"u - C (r - y)", record.input.unit, reconstruct(record, *options.controller)};

@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 #include <identification/measurement.hpp>
+#include <resonid/base/median.hpp>
 #include <resonid/response/excitation_lines.hpp>
 #include <resonid/response/local_polynomial.hpp>
 #include <resonid/response/local_rational.hpp>
@@ -18,6 +19,7 @@ namespace resonid::identification::detail {
 namespace {
 
 using Refused = tl::unexpected<Refusal>;
+using Lines = expected<response::LineEstimates, ConfigError>;
 
 Refused refused(std::string option, std::string message) {
   return Refused(Refusal{std::move(option), std::move(message)});
@@ -28,274 +30,6 @@ Refused refused(const ConfigError& error, const char* option) {
   if (std::isfinite(error.value)) message += fmt::format(" (found {:.6g})", error.value);
   return refused(option, std::move(message));
 }
-
-/// Signal that excites: ru where it is recorded, else the input.
-const std::vector<double>& exciting(const data::Record& record) {
-  return record.excitation.present() ? record.excitation.samples : record.input.samples;
-}
-
-bool two_level(const std::vector<double>& x) {
-  const auto extremes = std::minmax_element(x.begin(), x.end());
-  const double low = *extremes.first;
-  const double high = *extremes.second;
-  const double range = high - low;
-  if (!(range > 0.0)) return false;
-  const auto extreme = std::count_if(
-      x.begin(), x.end(), [&](double v) { return v - low < 1e-3 * range || high - v < 1e-3 * range; });
-  return static_cast<double>(extreme) > 0.98 * static_cast<double>(x.size());
-}
-
-std::optional<Refusal> check_ranges(const data::Record& record, const Options& o) {
-  const double nyquist = 0.5 * record.sample_rate_hz;
-  const auto complain = [](const char* option, std::string message) {
-    return Refusal{option, std::move(message)};
-  };
-  if (!(o.delay_s >= 0.0))
-    return complain("delay", fmt::format("must be 0 s or more, found {:g}", o.delay_s));
-  if (o.delay_s > 0.1 * record.duration_s())
-    return complain("delay", fmt::format("must be a small part of the record ({:g} s), found {:g} s",
-                                         record.duration_s(), o.delay_s));
-  if (!(o.confidence > 0.0 && o.confidence < 1.0))
-    return complain("confidence", fmt::format("must lie between 0 and 1, found {:g}", o.confidence));
-  if (o.band_hz) {
-    const auto [low, high] = *o.band_hz;
-    if (!(low >= 0.0) || !(high > low))
-      return complain("band",
-                      fmt::format("is empty: {:g}:{:g}; LO:HI with 0 <= LO < HI is required", low, high));
-    if (low >= nyquist)
-      return complain("band",
-                      fmt::format("begins at {:g} Hz, above the Nyquist frequency {:g} Hz", low, nyquist));
-  }
-  if (o.chirp) {
-    const auto& c = *o.chirp;
-    if (!(c.start_hz > 0.0 && c.stop_hz > 0.0) || c.start_hz == c.stop_hz)
-      return complain("chirp", fmt::format("needs two different positive frequencies, found {:g} and {:g} Hz",
-                                           c.start_hz, c.stop_hz));
-    if (!(c.duration_s > 0.0))
-      return complain("chirp", fmt::format("must last longer than 0 s, found {:g}", c.duration_s));
-    if (std::max(c.start_hz, c.stop_hz) >= nyquist)
-      return complain("chirp",
-                      fmt::format("reaches {:g} Hz; the record, sampled at {:g} Hz, ends at its Nyquist "
-                                  "frequency {:g} Hz",
-                                  std::max(c.start_hz, c.stop_hz), record.sample_rate_hz, nyquist));
-  }
-  if (!o.lines_hz.empty()) {
-    const auto [low, high] = std::minmax_element(o.lines_hz.begin(), o.lines_hz.end());
-    if (!(*low > 0.0) || *high >= nyquist)
-      return complain(
-          "lines", fmt::format("must lie between 0 and the Nyquist frequency {:g} Hz, found {:g} ... {:g} Hz",
-                               nyquist, *low, *high));
-  }
-  if (o.period_samples != 0 && (o.period_samples < 4 || o.period_samples > record.samples()))
-    return complain("period-samples", fmt::format("must be 4 ... {} (the record's length), found {}",
-                                                  record.samples(), o.period_samples));
-  if (o.approach == Approach::indirect && !o.controller)
-    return complain("approach", "indirect needs the controller: give --controller");
-  if (o.approach && *o.approach != Approach::direct && !record.excitation.present())
-    return complain("approach", "indirect and joint need the excitation signal: give --excitation COL");
-  return std::nullopt;
-}
-
-/// The chirp that was given, else the one that the record shows when its type leaves that open.
-std::optional<tracking::SweepLaw> sweep_of(const data::Record& record, const Options& options) {
-  if (options.chirp)
-    return tracking::SweepLaw{options.chirp->start_hz, options.chirp->stop_hz, options.chirp->duration_s};
-  const bool open = options.excitation_type == ExcitationType::automatic && options.period_samples == 0;
-  if (!open && options.excitation_type != ExcitationType::chirp) return std::nullopt;
-  if (two_level(exciting(record))) return std::nullopt;
-  return response::detect_chirp(record);
-}
-
-bool is_stepped_sine(const data::Record& record, const Options& options, const Plan& plan) {
-  if (options.excitation_type != ExcitationType::automatic)
-    return options.excitation_type == ExcitationType::stepped_sine;
-  if (plan.sweep || options.period_samples != 0 || two_level(exciting(record))) return false;
-  return !response::detect_stepped_sine(record).empty();
-}
-
-ExcitationType kind_of(const data::Record& record, const Options& options, const Plan& plan) {
-  if (options.excitation_type != ExcitationType::automatic) return options.excitation_type;
-  if (plan.sweep) return ExcitationType::chirp;
-  if (two_level(exciting(record))) return ExcitationType::prbs;
-  if (plan.period_samples != 0) return ExcitationType::multisine;
-  return ExcitationType::other;
-}
-
-Method choose(const Plan& plan, const data::Record& record) {
-  if (plan.realisations > 1) return Method::best_linear;
-  const bool repeats = plan.period_samples != 0 && record.samples() >= 2 * plan.period_samples;
-  switch (plan.excitation) {
-    case ExcitationType::multisine:
-      return repeats ? Method::periodic : Method::kalman;
-    case ExcitationType::stepped_sine:
-      return Method::least_squares;
-    case ExcitationType::chirp:
-      return plan.sweep ? Method::local_cubic : Method::local_polynomial;
-    default:
-      return repeats && record.samples() >= 3 * plan.period_samples ? Method::periodic : Method::welch;
-  }
-}
-
-std::vector<double> chirp_grid(double low_hz, double high_hz) {
-  std::vector<double> grid;
-  const auto first = static_cast<long>(std::ceil(low_hz * 10.0 - 1e-9));
-  const auto last = static_cast<long>(std::floor(high_hz * 10.0 + 1e-9));
-  for (long i = std::max(first, 1L); i <= last; ++i) grid.push_back(static_cast<double>(i) / 10.0);
-  return grid;
-}
-
-}  // namespace
-
-std::string name_of(Method method) {
-  switch (method) {
-    case Method::kalman:
-      return "kalman";
-    case Method::sliding_dft:
-      return "sliding-dft";
-    case Method::welch:
-      return "welch";
-    case Method::periodic:
-      return "periodic";
-    case Method::local_polynomial:
-      return "local-polynomial";
-    case Method::local_cubic:
-      return "local-cubic";
-    case Method::least_squares:
-      return "least-squares";
-    case Method::model:
-      return "model";
-    case Method::local_rational:
-      return "local-rational";
-    case Method::simulate_and_correct:
-      return "simulate-and-correct";
-    case Method::best_linear:
-      return "best-linear";
-    case Method::automatic:
-      break;
-  }
-  return "auto";
-}
-
-std::string name_of(Approach approach) {
-  switch (approach) {
-    case Approach::direct:
-      return "direct";
-    case Approach::indirect:
-      return "indirect";
-    case Approach::joint:
-      break;
-  }
-  return "joint";
-}
-
-std::size_t period_of(const data::Record& record, const Options& options) {
-  return options.period_samples != 0 ? options.period_samples : response::detect_period(record).value_or(0);
-}
-
-std::vector<data::Record> realisations_in(const data::Record& record, std::size_t period_samples) {
-  auto parts = response::realisations_of(record, period_samples);
-  if (parts.size() < 2 || response::no_realisations(parts, period_samples)) parts.clear();
-  return parts;
-}
-
-namespace {
-
-/// What a method that averages over periods lacks.
-std::optional<Refusal> lacks_periods(const data::Record& record, const Plan& plan) {
-  const auto refusal = [&](const char* why) {
-    return Refusal{"method", fmt::format("{} {}", name_of(plan.method), why)};
-  };
-  if (plan.method != Method::periodic && plan.method != Method::best_linear) return std::nullopt;
-  if (plan.period_samples == 0)
-    return refusal("needs an excitation that repeats; no period was found, give --period-samples N");
-  if (plan.method == Method::best_linear && plan.realisations < 2)
-    return refusal(
-        "needs at least two realisations of a random-phase excitation, three periods or more each, found "
-        "fewer "
-        "in this record (several records: --join)");
-  if (plan.method == Method::periodic && plan.realisations > 1)
-    return refusal(
-        "averages over periods of one excitation, and the phases change within this record; take "
-        "best-linear, or cut one realisation out by --from and --to");
-  if (record.samples() < 2 * plan.period_samples)
-    return Refusal{"method", fmt::format("{} needs two whole periods of {} samples, found {} samples",
-                                         name_of(plan.method), plan.period_samples, record.samples())};
-  return std::nullopt;
-}
-
-}  // namespace
-
-expected<Plan, Refusal> make_plan(const data::Record& record, const Options& options) {
-  if (auto complaint = check_ranges(record, options)) return Refused(std::move(*complaint));
-  Plan plan;
-  plan.approach = options.approach.value_or(record.excitation.present() ? Approach::joint : Approach::direct);
-  plan.sweep = sweep_of(record, options);
-  plan.period_samples = options.period_samples;
-  const bool stepped = is_stepped_sine(record, options, plan);
-  const bool sweeps = plan.sweep || options.excitation_type == ExcitationType::chirp;
-  if (!sweeps && !stepped) plan.period_samples = period_of(record, options);
-  if (plan.period_samples != 0) plan.realisations = realisations_in(record, plan.period_samples).size();
-  plan.excitation = stepped ? ExcitationType::stepped_sine : kind_of(record, options, plan);
-  plan.grid_hz = options.lines_hz;
-  std::sort(plan.grid_hz.begin(), plan.grid_hz.end());
-  plan.grid_hz.erase(std::unique(plan.grid_hz.begin(), plan.grid_hz.end()), plan.grid_hz.end());
-
-  plan.method = options.method;
-  if (plan.method == Method::automatic || plan.method == Method::model) plan.method = choose(plan, record);
-  if (plan.method ==
-      Method::simulate_and_correct) {  // of what is measured first; the tracker when it was told
-    const bool tracker = options.tracker.lambda || options.tracker.pole_radius;
-    plan.method = tracker ? Method::kalman : choose(plan, record);
-  }
-  if (auto refusal = lacks_periods(record, plan)) return Refused(std::move(*refusal));
-  // Nothing repeats over changes of the phases.
-  if (plan.realisations > 1 && plan.method != Method::best_linear && options.period_samples == 0)
-    plan.period_samples = 0;
-  if (plan.method == Method::periodic && options.drop_periods == 0)
-    plan.transient_periods = response::transient_periods(record, plan.period_samples);
-
-  if (plan.method == Method::local_cubic && !plan.sweep)
-    return refused("method", "local-cubic follows a chirp; none was found, give --chirp F0:F1:SECONDS");
-
-  if ((plan.method == Method::sliding_dft || plan.method == Method::least_squares) && plan.sweep &&
-      plan.grid_hz.empty())
-    return refused("method", fmt::format("{} measures lines that stay, found a chirp; required --lines with "
-                                         "it, or another method (local-cubic and kalman follow a chirp)",
-                                         name_of(plan.method)));
-
-  const double nyquist = 0.5 * record.sample_rate_hz;
-  if (plan.sweep) {
-    plan.low_hz = std::min(plan.sweep->from_hz, plan.sweep->to_hz);
-    plan.high_hz = std::max(plan.sweep->from_hz, plan.sweep->to_hz);
-  } else if (!plan.grid_hz.empty()) {
-    plan.low_hz = plan.grid_hz.front();
-    plan.high_hz = plan.grid_hz.back();
-  } else {
-    // A PRBS excites beyond the zeros of its spectrum; those belong into the picture.
-    const double share = plan.excitation == ExcitationType::prbs ? 0.01 : 0.1;
-    const auto band = response::excited_band_hz(record, plan.approach, share);
-    plan.low_hz = band ? band->first : 0.0;
-    plan.high_hz = band ? std::min(band->second, nyquist) : 0.8 * nyquist;
-  }
-  if (options.band_hz) {
-    if (plan.sweep && (options.band_hz->second < plan.low_hz || options.band_hz->first > plan.high_hz))
-      return refused("band",
-                     fmt::format("{:g}:{:g} Hz holds nothing of the chirp's {:g} ... {:g} Hz",
-                                 options.band_hz->first, options.band_hz->second, plan.low_hz, plan.high_hz));
-    plan.low_hz = plan.sweep ? std::max(plan.low_hz, options.band_hz->first) : options.band_hz->first;
-    plan.high_hz = std::min(plan.sweep ? plan.high_hz : nyquist, options.band_hz->second);
-    std::erase_if(plan.grid_hz, [&](double f) { return f < plan.low_hz || f > plan.high_hz; });
-    if (!options.lines_hz.empty() && plan.grid_hz.empty())
-      return refused("band", fmt::format("{:g}:{:g} Hz holds none of the given lines", options.band_hz->first,
-                                         options.band_hz->second));
-  }
-  if (plan.sweep && options.lines_hz.empty()) plan.grid_hz = chirp_grid(plan.low_hz, plan.high_hz);
-  return plan;
-}
-
-namespace {
-
-using Lines = expected<response::LineEstimates, ConfigError>;
 
 expected<response::BestLinearApproximation, ConfigError> best_linear(const data::Record& record,
                                                                      const Plan& plan,
@@ -331,9 +65,7 @@ double uncertainty(const response::LineEstimates& lines, const Plan& plan, const
   std::vector<double> relative;
   for (std::size_t i = 0; i < g->lines(); ++i)
     relative.push_back(g->standard_deviation[i] / std::abs(g->value[i]));
-  const auto middle = relative.begin() + static_cast<std::ptrdiff_t>(relative.size() / 2);
-  std::nth_element(relative.begin(), middle, relative.end());
-  return *middle;
+  return median(std::move(relative));
 }
 
 /// Lines that drown in noise say less than fewer, broader ones: the segment is halved while they do.
@@ -506,7 +238,8 @@ expected<Measured, Refusal> measure(const data::Record& record, const Plan& plan
                                "or track fewer lines",
                                name_of(plan.method), lines->unsettled_hz.size(), record.duration_s()));
   if (lines->lines.empty()) {
-    const auto [low, high] = std::minmax_element(exciting(record).begin(), exciting(record).end());
+    const auto [low, high] =
+        std::minmax_element(data::exciting(record).begin(), data::exciting(record).end());
     if (*low == *high)
       return refused(
           record.excitation.present() ? "excitation" : "input",

@@ -13,15 +13,6 @@ RecordFacts facts_of(const data::Record& record) {
           record.output_quantity};
 }
 
-void cut_front(data::Record& record, std::size_t samples) {
-  for (auto* channel :
-       {&record.input, &record.output, &record.excitation, &record.reference, &record.position})
-    if (channel->present())
-      channel->samples.erase(channel->samples.begin(),
-                             channel->samples.begin() + static_cast<std::ptrdiff_t>(samples));
-  record.start_time_s += static_cast<double>(samples) / record.sample_rate_hz;
-}
-
 /// The record without the periods in which transients last.
 expected<data::Record, Refusal> without_transient(data::Record record, const Options& options) {
   if (options.drop_periods == 0) return record;
@@ -36,8 +27,8 @@ expected<data::Record, Refusal> without_transient(data::Record record, const Opt
         "drop-periods",
         fmt::format("dropping {} periods of {} samples leaves less than one of the record's {} samples",
                     options.drop_periods, period, record.samples())});
-  cut_front(record, options.drop_periods * period);
-  return record;
+  const std::size_t dropped = options.drop_periods * period;
+  return data::part_of(record, dropped, record.samples() - dropped);
 }
 
 }  // namespace

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <resonid/base/constants.hpp>
+#include <resonid/base/median.hpp>
 #include <resonid/response/excitation_lines.hpp>
 
 #include "response/analytic_signal.hpp"
@@ -30,12 +31,6 @@ struct Candidate {
     return offset + amplitude * std::cos(kTwoPi * law.cycles(time_s) + phase_rad);
   }
 };
-
-double median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
 
 /// First samples of the blocks, and the end.
 std::vector<std::size_t> block_edges(std::size_t samples) {
@@ -196,8 +191,7 @@ std::size_t active_samples(std::span<const double> x) {
 }  // namespace
 
 std::optional<tracking::SweepLaw> detect_chirp(const data::Record& record) {
-  const std::span<const double> all =
-      record.excitation.present() ? record.excitation.samples : record.input.samples;
+  const std::span<const double> all = data::exciting(record);
   const double rate_hz = record.sample_rate_hz;
   constexpr std::size_t kFewest = 16 * kBlocks;
   if (all.size() < kFewest || !(rate_hz > 0.0)) return std::nullopt;

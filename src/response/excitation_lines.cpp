@@ -26,7 +26,7 @@ double excited_power_threshold(std::vector<double> powers) {
 
 std::optional<std::size_t> detect_period(const data::Record& record) {
   constexpr double kThroughout = 0.995;
-  const auto& samples = record.excitation.present() ? record.excitation.samples : record.input.samples;
+  const auto& samples = data::exciting(record);
   const auto whole = repetition_of(samples);
   if (whole && whole->correlation >= kThroughout) return whole->lag;
   if (const auto period = detect_realisation_period(record)) return period;
@@ -59,6 +59,18 @@ std::optional<std::pair<double, double>> excited_band_hz(const data::Record& rec
   }
   const double spacing_hz = record.sample_rate_hz / static_cast<double>(length);
   return std::pair{static_cast<double>(first) * spacing_hz, static_cast<double>(last) * spacing_hz};
+}
+
+bool two_level(const std::vector<double>& samples, double tolerance) {
+  if (samples.empty()) return false;
+  const auto extremes = std::minmax_element(samples.begin(), samples.end());
+  const double low = *extremes.first, high = *extremes.second;
+  const double near = tolerance * (high - low);
+  if (!(near > 0.0)) return false;
+  const auto at_an_end = std::count_if(samples.begin(), samples.end(),
+                                       [&](double v) { return v - low < near || high - v < near; });
+  constexpr double kNearlyAll = 0.98;
+  return static_cast<double>(at_an_end) > kNearlyAll * static_cast<double>(samples.size());
 }
 
 }  // namespace resonid::response

@@ -13,21 +13,6 @@ namespace {
 
 using Spectrum = std::vector<std::complex<double>>;
 
-const std::vector<double>& exciting(const data::Record& record) {
-  return record.excitation.present() ? record.excitation.samples : record.input.samples;
-}
-
-data::Record part_of(const data::Record& record, std::size_t first, std::size_t count) {
-  data::Record part = record;
-  for (auto* channel : {&part.input, &part.output, &part.excitation, &part.reference, &part.position})
-    if (channel->present()) {
-      const auto begin = channel->samples.begin() + static_cast<std::ptrdiff_t>(first);
-      channel->samples = std::vector<double>(begin, begin + static_cast<std::ptrdiff_t>(count));
-    }
-  part.start_time_s += static_cast<double>(first) * record.sample_time_s();
-  return part;
-}
-
 /// Of the mean period, without its constant.
 Spectrum mean_spectrum(const std::vector<double>& x, std::size_t period) {
   const std::size_t count = x.size() / period;
@@ -76,7 +61,7 @@ double best_correlation(const Spectrum& a, const Spectrum& b, std::size_t period
 
 std::vector<data::Record> realisations_of(const data::Record& record, std::size_t period_samples) {
   std::vector<data::Record> parts;
-  const auto& x = exciting(record);
+  const auto& x = data::exciting(record);
   if (period_samples < 4) return parts;
   const std::size_t periods = x.size() / period_samples;
   const double mean = std::accumulate(x.begin(), x.end(), 0.0) / static_cast<double>(x.size());
@@ -94,7 +79,7 @@ std::vector<data::Record> realisations_of(const data::Record& record, std::size_
   for (std::size_t p = 1; p <= periods; ++p) {
     if (p < periods && change[p] <= kOther * power[p]) continue;
     if (p - begin >= 3 && power[begin + 1] > kSilent * strongest)  // a transient and two more
-      parts.push_back(part_of(record, (begin + 1) * period_samples, (p - begin - 1) * period_samples));
+      parts.push_back(data::part_of(record, (begin + 1) * period_samples, (p - begin - 1) * period_samples));
     begin = p;
   }
   return parts;
@@ -105,7 +90,7 @@ std::optional<std::pair<std::size_t, std::size_t>> no_realisations(std::span<con
   constexpr double kAlike = 0.9, kSame = 0.95;
   constexpr std::size_t kFewestLines = 4;
   std::vector<Spectrum> spectra;
-  for (const auto& record : records) spectra.push_back(mean_spectrum(exciting(record), period_samples));
+  for (const auto& record : records) spectra.push_back(mean_spectrum(data::exciting(record), period_samples));
   for (std::size_t b = 1; b < spectra.size(); ++b) {
     if (excited_lines(spectra[b]) < kFewestLines) return std::pair{b - 1, b};
     for (std::size_t a = 0; a < b; ++a)
@@ -118,7 +103,7 @@ std::optional<std::pair<std::size_t, std::size_t>> no_realisations(std::span<con
 
 std::optional<std::size_t> detect_realisation_period(const data::Record& record) {
   constexpr std::size_t kShortest = 64, kLongest = std::size_t{1} << 18;  // bounds the cost
-  const auto& x = exciting(record);
+  const auto& x = data::exciting(record);
   std::size_t refused = 0;
   for (std::size_t length = std::min(x.size(), kLongest); length >= kShortest; length = 2 * length / 3)
     for (const std::size_t start : {std::size_t{0}, (x.size() - length) / 2}) {

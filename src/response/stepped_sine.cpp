@@ -15,10 +15,6 @@ namespace {
 
 using Complex = std::complex<double>;
 
-std::span<const double> exciting(const data::Record& record) {
-  return record.excitation.present() ? record.excitation.samples : record.input.samples;
-}
-
 /// Constant, slope and sine over a range of samples; columns as in Signals.
 struct LineFit {
   Eigen::Vector3cd phasors = Eigen::Vector3cd::Zero();
@@ -212,7 +208,7 @@ expected<std::vector<SineDwell>, ConfigError> matched(const std::vector<SineDwel
 }  // namespace
 
 std::vector<double> detect_stepped_sine(const data::Record& record) {
-  const auto x = exciting(record);
+  const auto x = data::exciting(record);
   const auto dwells = sine_dwells(x, record.sample_rate_hz, 0.999);
   std::size_t active = x.size();
   while (active > 0 && x[active - 1] == x.back()) --active;
@@ -234,7 +230,7 @@ expected<LineEstimates, ConfigError> stepped_sine_lines(const data::Record& reco
   if (!(config.settled >= 0.0 && config.settled <= 1.0))
     return refuse("settled", "must lie in 0 ... 1", config.settled);
   const bool given = !config.lines_hz.empty();
-  auto dwells = sine_dwells(exciting(record), record.sample_rate_hz, given ? 0.5 : 0.8);
+  auto dwells = sine_dwells(data::exciting(record), record.sample_rate_hz, given ? 0.5 : 0.8);
   if (given) {
     auto found = matched(dwells, config.lines_hz, record.sample_rate_hz);
     if (!found) return unexpected(found.error());

@@ -27,9 +27,8 @@ Result result_of(const plant::ExperimentConfig& c) {
   return test::identified(test::simulated(c).record, test::known(c));
 }
 
-/// Within three standard deviations and the share that the sampling of sticking leaves in doubt.
-void expect_near(const fit::Estimate& e, double truth, double share) {
-  EXPECT_NEAR(e.value, truth, 3.0 * e.standard_deviation + share * truth);
+void expect_near(const fit::Estimate& e, double truth) {
+  EXPECT_NEAR(e.value, truth, 3.5 * e.standard_deviation);
 }
 
 TEST(DryFriction, IsToldFromViscousFriction) {
@@ -37,10 +36,10 @@ TEST(DryFriction, IsToldFromViscousFriction) {
     const auto result = result_of(turning_back(0.3, seed));
     ASSERT_TRUE(result.model && result.model->coulomb_friction) << "seed " << seed;
     const auto& drive = result.model->drive;
-    expect_near(*result.model->coulomb_friction, 0.3, 0.02);
-    expect_near(drive.estimate(fit::kDrivenInertia), 0.032, 0.01);
-    expect_near(drive.estimate(fit::kLoadInertia), 0.032, 0.01);
-    expect_near(drive.estimate(fit::kStiffness), 143.75, 0.01);
+    expect_near(*result.model->coulomb_friction, 0.3);
+    expect_near(drive.estimate(fit::kDrivenInertia), 0.032);
+    expect_near(drive.estimate(fit::kLoadInertia), 0.032);
+    expect_near(drive.estimate(fit::kStiffness), 143.75);
     EXPECT_LT(drive.parameters.viscous_friction, 0.12);  // 0.96 in a fit without dry friction
     EXPECT_TRUE(result.trusted);
   }
@@ -52,7 +51,7 @@ TEST(DryFriction, OfARigidMachineIsFound) {
   const auto result = result_of(c);
   ASSERT_TRUE(result.model && result.model->coulomb_friction);
   EXPECT_EQ(result.model->drive.structure, fit::Structure::rigid);
-  expect_near(*result.model->coulomb_friction, 0.3, 0.03);
+  expect_near(*result.model->coulomb_friction, 0.3);
 }
 
 TEST(DryFriction, IsNotFoundWhereThereIsNone) {

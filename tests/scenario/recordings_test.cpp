@@ -61,15 +61,6 @@ TEST(TwoMassBench, DefaultFindsWhatIsKnown) {
   EXPECT_EQ(result.units.stiffness, "Nm/rad");
 }
 
-data::Record part(data::Record record, std::size_t first, std::size_t count) {
-  for (auto* channel : {&record.input, &record.output}) {
-    auto& x = channel->samples;
-    x = {x.begin() + static_cast<std::ptrdiff_t>(first),
-         x.begin() + static_cast<std::ptrdiff_t>(first + count)};
-  }
-  return record;
-}
-
 /// The second and third period say what the fourth and fifth say, each parameter within the error bars of the
 /// difference.
 TEST(TwoMassBench, DisjointHalvesAgree) {
@@ -79,7 +70,7 @@ TEST(TwoMassBench, DisjointHalvesAgree) {
   options.period_samples = 2500;
   std::vector<fit::DriveModel> halves;
   for (const std::size_t first : {2500U, 7500U}) {
-    const auto result = test::identified(part(record, first, 5000), options);
+    const auto result = test::identified(data::part_of(record, first, 5000), options);
     ASSERT_EQ(result.model->drive.structure, fit::Structure::two_mass);
     halves.push_back(result.model->drive);
     const auto& p = halves.back().parameters;

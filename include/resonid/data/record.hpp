@@ -54,4 +54,10 @@ struct Record {
   [[nodiscard]] double duration_s() const noexcept { return static_cast<double>(samples()) / sample_rate_hz; }
 };
 
+/// What excites the drive: ru where it is recorded, else the input.
+[[nodiscard]] const std::vector<double>& exciting(const Record& record);
+
+/// `count` samples from `first` on, of every channel that is present; first + count <= samples().
+[[nodiscard]] Record part_of(const Record& record, std::size_t first, std::size_t count);
+
 }  // namespace resonid::data

@@ -25,6 +25,10 @@ namespace resonid::response {
 /// spacing needs a signal-to-noise ratio above 200 to be told from one with that shorter period.
 [[nodiscard]] std::optional<std::size_t> detect_period(const data::Record& record);
 
+/// Whether 98 % of the samples lie within `tolerance` of the range from one of its ends, as those of a PRBS
+/// do.
+[[nodiscard]] bool two_level(const std::vector<double>& samples, double tolerance);
+
 /// Lowest and highest frequency that the reference signal of an approach excites: where its smoothed power
 /// density is at least `share` of the densest; nothing for a signal without power.
 [[nodiscard]] std::optional<std::pair<double, double>> excited_band_hz(const data::Record& record,

@@ -35,8 +35,8 @@ void describe(Visitor&& v, PeriodicConfig& c) {
                                                                   const PeriodicConfig& config,
                                                                   Approach approach);
 
-/// Whole periods at the record's start in which the drive has not settled: their rms distance from the mean of
-/// the record's last half (two periods at least) is more than twice the largest among the periods of that
+/// Whole periods at the record's start in which the drive has not settled: their rms distance from the mean
+/// of the record's last half (two periods at least) is more than twice the largest among the periods of that
 /// half, and more than a thousandth of the motion. 0 with fewer than three. Positions count by their
 /// differences, since they drift. `period_samples` >= 4.
 [[nodiscard]] std::size_t transient_periods(const data::Record& record, std::size_t period_samples);
