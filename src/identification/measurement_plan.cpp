@@ -6,8 +6,8 @@
 #include <identification/measurement.hpp>
 #include <resonid/response/excitation_lines.hpp>
 #include <resonid/response/periodic_averaging.hpp>
-#include <resonid/response/stepped_sine.hpp>
 #include <resonid/response/realisations.hpp>
+#include <resonid/response/stepped_sine.hpp>
 
 namespace resonid::identification::detail {
 namespace {
