@@ -73,8 +73,8 @@ Chart distance_chart(const System& a, const System& b, const OfflineRun& offline
               ""};
   const auto grid = even_ratio_grid_hz(2.0, 30.0, kDrawn);
   chart.curves.push_back({"true", Curve::Mark::line, grid, true_distance(a, b, grid, of), {}});
-  const auto& off_a = offline_a.response.front();
-  const auto& off_b = offline_b.response.back();
+  const auto& off_a = offline_a.averaged.front();
+  const auto& off_b = offline_b.averaged.back();
   if (off_a.frequency_hz == off_b.frequency_hz)
     chart.curves.push_back({"off line, PRBS",
                             Curve::Mark::dashed,

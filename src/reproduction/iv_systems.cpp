@@ -6,6 +6,7 @@
 #include <resonid/diagnostics/gap.hpp>
 #include <resonid/response/periodic_averaging.hpp>
 #include <resonid/response/tracked_lines.hpp>
+#include <resonid/response/welch.hpp>
 #include <resonid/tracking/kalman_bank.hpp>
 #include <resonid/tracking/response_tracker.hpp>
 
@@ -16,6 +17,7 @@ namespace resonid::reproduction::iv {
 namespace {
 
 using Bank = tracking::KalmanBank<double, kLines>;
+constexpr double kSettled = 2.0;  // seconds until the run-up to speed is over
 
 /// The published estimate: banks on u and y, direct, read after the last sample.
 Response newest_response(const data::Record& record, const std::vector<double>& lines_hz, double delay_s) {
@@ -97,20 +99,24 @@ System run_system(std::string name, const plant::ExperimentConfig& config, const
 OfflineRun run_offline(const plant::ExperimentConfig& config, const Options& options, const Step& step) {
   OfflineRun run;
   const auto bits = (std::size_t{1} << config.excitation.register_length) - 1;
+  const auto settled = static_cast<std::size_t>(kSettled * config.run.sample_rate_hz);
   response::PeriodicConfig periodic;
   periodic.period_samples = bits * config.excitation.clock_divider;
-  periodic.drop_periods =
-      1 + static_cast<std::size_t>(2.0 * config.run.sample_rate_hz) / periodic.period_samples;
-  periodic.band_low_hz = 2.0;
-  periodic.band_high_hz = 30.0;
+  periodic.drop_periods = 1 + settled / periodic.period_samples;
+  response::WelchConfig welch;
+  welch.segment_samples = kSegment;
+  periodic.band_low_hz = welch.band_low_hz = 2.0;
+  periodic.band_high_hz = welch.band_high_hz = 30.0;
   run.period_s = static_cast<double>(periodic.period_samples) / config.run.sample_rate_hz;
   for (std::size_t seed = 1; seed <= options.seeds; ++seed) {
     const auto simulation = simulate(config, config.measurement.noise_rms, seed);
+    const auto& record = simulation.record;
     response::ResponseOptions response;
     response.delay_s = simulation.truth.delay_s;
-    auto estimate = response::periodic_average(simulation.record, periodic, response);
-    assert(estimate);
-    run.response.push_back(std::move(*estimate));
+    const bool repeats = (periodic.drop_periods + 2) * periodic.period_samples <= record.samples();
+    if (repeats) run.averaged.push_back(response::periodic_average(record, periodic, response).value());
+    const auto rest = data::part_of(record, settled, record.samples() - settled);
+    run.welch.push_back(response::welch(rest, welch, response).value());
     run.truth = simulation.truth;
     step(static_cast<double>(seed) / static_cast<double>(options.seeds));
   }

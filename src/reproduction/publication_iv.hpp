@@ -57,13 +57,18 @@ struct System {
 struct OfflineRun {
   plant::Truth truth;
   double period_s = 0.0;
-  std::vector<data::FrequencyResponse> response;  ///< [seed]
+  std::vector<data::FrequencyResponse> averaged;  ///< [seed], of whole periods; empty where none is whole.
+  std::vector<data::FrequencyResponse> welch;     ///< [seed], as published
 };
 [[nodiscard]] OfflineRun run_offline(const plant::ExperimentConfig& config, const Options& options,
                                      const Step& step);
 
-/// Figure 4: a PRBS of 7 cells at 2 ms as printed, and with its bits held.
-[[nodiscard]] report::Section offline_response(const OfflineRun& printed, const OfflineRun& held);
+/// Segments of Welch's method, windowed by Hann and overlapping by half: 4.1 s.
+inline constexpr std::size_t kSegment = 2048;
+
+/// Figure 4: a PRBS of 7 cells at 2 ms as printed, with its bits held, and one of 17 cells.
+[[nodiscard]] report::Section offline_response(const OfflineRun& printed, const OfflineRun& held,
+                                               const OfflineRun& longer);
 
 /// Figures 7 and 8; `a_120` is A with the damping of Table 2.1.
 [[nodiscard]] report::Section line_responses(const System& a, const System& b, const System& a_120,
