@@ -7,7 +7,6 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <resonid/io/controller_file.hpp>
-#include <resonid/io/json_file.hpp>
 #include <resonid/io/number_list.hpp>
 #include <resonid/io/suggestion.hpp>
 #include <resonid/planning/plan.hpp>
@@ -86,7 +85,7 @@ void read_parameters(const std::string& text, fit::DriveModel& model) {
       fit::estimated_parameters(model.structure, given[fit::kViscousFriction].has_value(), false);
 }
 
-/// Model, known delay, and where the file tells them noise and controller.
+/// Model, known delay, and where the file tells it the noise.
 void read_model(PlanOptions& o) {
   const auto result = read_result(o.model);
   if (!result.model) throw InputError(o.model + ": holds no drive model; required a result with one");
@@ -94,27 +93,7 @@ void read_model(PlanOptions& o) {
   drive.model = result.model->drive;
   drive.model.known_delay_s += drive.model.delay_s;
   drive.model.delay_s = 0.0;
-  const auto json = io::read_json(o.model);
-  const auto number = [&](const char* group, const char* key) -> std::optional<double> {
-    if (!json->contains(group) || !json->at(group).is_object()) return {};
-    const auto found = json->at(group).find(key);
-    return found != json->at(group).end() && found->is_number() ? std::optional(found->get<double>())
-                                                                : std::nullopt;
-  };
-  if (!o.noise) o.noise = number("validation", "residual_rms");
-  if (o.controller.empty() && json->contains("controller") && json->at("controller").is_object()) {
-    const auto& c = json->at("controller");
-    const auto list = [&](const char* key) {
-      std::vector<double> values;
-      if (c.contains(key) && c.at(key).is_array())
-        for (const auto& v : c.at(key))
-          if (v.is_number()) values.push_back(v.get<double>());
-      return values;
-    };
-    data::TransferFunction controller{list("numerator"), list("denominator"), drive.model.sample_time_s};
-    if (!controller.numerator.empty() && !controller.denominator.empty())
-      drive.controller = std::move(controller);
-  }
+  if (!o.noise && result.validation) o.noise = result.validation->residual_rms;
 }
 
 void read_drive(const CLI::App& verb, PlanOptions& o) {
@@ -154,8 +133,19 @@ std::string figure_name(const std::string& given, const std::vector<std::string>
   return given;
 }
 
+/// "0.5%" -> 0.005; nothing for all else.
+std::optional<double> percentage(const std::string& text) {
+  const auto number = io::parse_number(text.substr(0, text.size() - 1));
+  if (text.back() != '%' || !number || !(*number > 0.0)) return std::nullopt;
+  return 0.01 * *number;
+}
+
 void read_wishes(PlanOptions& o) {
   if (o.accuracy.empty()) return;
+  if (const auto all = percentage(o.accuracy)) {
+    o.config.accuracy_of_all = *all;
+    return;
+  }
   const auto known = planning::figure_names(o.config.drive);
   for (const auto& [given, value] : items_of("--accuracy", o.accuracy)) {
     const std::string name = figure_name(given, known);
@@ -163,12 +153,11 @@ void read_wishes(PlanOptions& o) {
       throw UsageError(fmt::format("--accuracy: found '{}', required one of {} (a {} drive){}", given,
                                    fmt::join(known, ", "), fit::name_of(o.config.drive.model.structure),
                                    io::suggestion(given, known)));
-    const bool relative = value.back() == '%';
-    const auto number = io::parse_number(relative ? value.substr(0, value.size() - 1) : value);
-    if (!number || !(*number > 0.0))
+    const auto share = percentage(value), number = io::parse_number(value);
+    if (!share && !(number && *number > 0.0))
       throw UsageError(fmt::format("--accuracy: {}: found '{}', required a number > 0, with % or in its unit",
                                    name, value));
-    o.config.wishes.push_back({name, relative ? 0.01 * *number : *number, relative});
+    o.config.wishes.push_back({name, share ? *share : *number, share.has_value()});
   }
 }
 
@@ -301,9 +290,11 @@ void add_wish_options(CLI::App& verb, PlanOptions& o) {
   add_number(verb, "--max-velocity", o.max_velocity, "RAD/S", "peak velocity, above the operating point");
   add_number(verb, "--max-stroke", o.max_stroke, "RAD", "travel of the driven side, end to end");
   add_number(verb, "--max-time", o.max_time_s, "SECONDS", "length of the experiment");
-  verb.add_option("--accuracy", o.accuracy,
-                  "wanted standard deviations, in % or in the figure's unit; otherwise 1 % of all parameters")
-      ->type_name("NAME=X%,...");
+  verb.add_option(
+          "--accuracy", o.accuracy,
+          "wanted standard deviations, in % or in the figure's unit; X% alone: of all parameters, as 1% "
+          "without this option")
+      ->type_name("NAME=X%,...|X%");
   static constexpr std::array<std::string_view, 4> kCriteria = {"accuracy", "d", "a", "e"};
   add_choice(
       verb, "--criterion", kCriteria,

@@ -13,8 +13,6 @@
 namespace resonid::planning::detail {
 namespace {
 
-constexpr double kMostSamples = 2e6;
-
 double most_time_s(const Limits& l) { return std::isfinite(l.time_s) ? l.time_s : kMostTime_s; }
 
 }  // namespace

@@ -24,6 +24,9 @@ expected<void, ConfigError> check(const PlanConfig& c) {
   constexpr double kFewestSamples = 64.0;
   if (l.time_s < kFewestSamples * c.drive.model.sample_time_s)
     return refuse("max_time_s", "must be at least 64 samples", l.time_s);
+  if (std::isfinite(l.time_s) && l.time_s > kMostSamples * c.drive.model.sample_time_s)
+    return refuse("max_time_s", "must be at most 2 000 000 samples", l.time_s);
+  if (!(c.accuracy_of_all > 0.0)) return refuse("accuracy", "must be > 0", c.accuracy_of_all);
   if (!(c.spread >= 0.0 && c.spread <= 0.5)) return refuse("spread", "must be 0 ... 0.5", c.spread);
   const double rate = 1.0 / c.drive.model.sample_time_s;
   if (c.band_hz &&
@@ -106,7 +109,8 @@ expected<Plan, ConfigError> detail::plan_once(const PlanConfig& config) {
   if (c.wishes.empty())
     for (const int i : estimated_of(c.drive.model))
       if (i != fit::kDelay && i != fit::kViscousFriction)
-        c.wishes.push_back({std::string(fit::kParameterNames[static_cast<std::size_t>(i)]), 0.01, true});
+        c.wishes.push_back(
+            {std::string(fit::kParameterNames[static_cast<std::size_t>(i)]), c.accuracy_of_all, true});
   if (const auto ok = check(c); !ok) return unexpected(ok.error());
   const auto tell = [&](std::string_view stage) {
     if (c.progress) c.progress(stage);

@@ -64,6 +64,16 @@ TEST_F(PlanVerb, WritesExcitationRehearsalPlanAndPage) {
   EXPECT_NEAR(second.at("model").at("noise_rms").get<double>(), 0.1, 0.01);
 }
 
+TEST_F(PlanVerb, TakesOneAccuracyForAllParameters) {
+  const auto done = run(drive_ + "--type chirp --max-torque 1 --accuracy 2% --json plan.json");
+  ASSERT_EQ(done.exit_code, 0) << done.error;
+  const auto wishes = json::parse(text("plan.json")).at("wishes");
+  ASSERT_EQ(wishes.size(), 4U);
+  const double values[] = {0.032, 0.032, 143.75, 0.3};
+  for (std::size_t i = 0; i < 4; ++i)
+    EXPECT_NEAR(wishes[i].at("wanted_std").get<double>(), 0.02 * values[i], 1e-6 * values[i]);
+}
+
 TEST_F(PlanVerb, PlansThreeMassesFromParametersAndFromAResult) {
   const auto done = run(
       "plan --parameters driven_inertia=0.02,middle_inertia=0.01,load_inertia=0.03,stiffness=200,damping=0.2,"
@@ -132,6 +142,8 @@ TEST_F(PlanVerb, RefusesNamingWhatWasFoundAndIsRequired) {
   expect_refused(drive_, {"--max-torque is required"});
   expect_refused(drive_ + "--max-torque -1", {"--max-torque", "-1", "must be > 0"});
   expect_refused(drive_ + "--max-torque 1 --max-time 0.01", {"--max-time", "0.01"});
+  expect_refused(drive_ + "--max-torque 1 --max-time 5000", {"--max-time", "5000", "2 000 000 samples"});
+  expect_refused(drive_ + "--max-torque 1 --accuracy 0%", {"--accuracy", "'0%'", "NAME=VALUE"});
   expect_refused(drive_ + "--max-torque 1 --accuracy resonanse=1%",
                  {"--accuracy", "did you mean 'resonance'"});
   expect_refused(drive_ + "--max-torque 1 --accuracy resonance=0%", {"--accuracy", "'0%'", "> 0"});

@@ -27,6 +27,8 @@ struct Limits {
 
 /// Longest experiment that is looked at where no time is given.
 inline constexpr double kMostTime_s = 600.0;
+/// And the most samples of any.
+inline constexpr double kMostSamples = 2e6;
 
 /// A figure that is wanted to a certain accuracy, one standard deviation.
 struct Wish {
@@ -41,7 +43,9 @@ inline constexpr std::array<std::string_view, 3> kExcitationNames = {"multisine"
 struct PlanConfig {
   RoughDrive drive;
   Limits limits;
-  std::vector<Wish> wishes;  ///< Empty: 1 % of all estimated parameters.
+  std::vector<Wish>
+      wishes;  ///< Empty: `accuracy_of_all` of all estimated inertias, stiffnesses and dampings.
+  double accuracy_of_all = 0.01;  ///< > 0, relative.
   Criterion criterion = Criterion::accuracy;
   std::optional<ExcitationType> type;  ///< Absent: the one that needs the least time.
   double spread = 0.2;  ///< Part by which the rough model's parameters may be wrong, 0 ... 0.5.
