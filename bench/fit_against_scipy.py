@@ -6,7 +6,8 @@
     bench/fit_against_scipy.py build/release/bench/bench_fit
 
 Welch: response and coherence of 2e6 samples, half-overlapping Hann segments of 4096. Output error: order 3, 10 000 samples, scipy's least_squares (lm) with analytic Jacobian by lfilter, from the same
-start. Sanathanan-Koerner: 100 points, order 3, 10 iterations, numpy's lstsq on the same rows.
+start. Sanathanan-Koerner: 100 points, order 3, 10 iterations, numpy's lstsq on the same rows. With --check the exit
+code is 1 when a floor is missed.
 """
 import json
 import os
@@ -90,6 +91,10 @@ def ours(program):
     return {b["name"]: b["real_time"] * 1e-6 for b in json.loads(run.stdout)["benchmarks"]}
 
 
+# Times as fast as the peer, at least.
+FLOORS = {"output_error_from_start": 5.0, "welch_two_million_samples": 5.0}
+
+
 def main():
     rounds = [(ours(sys.argv[1]), seconds(output_error), seconds(sanathanan_koerner), seconds(averaged_spectra))
               for _ in range(7)]
@@ -97,11 +102,15 @@ def main():
             "output_error_from_scratch": statistics.median(r[1] for r in rounds),
             "welch_two_million_samples": statistics.median(r[3] for r in rounds),
             "sanathanan_koerner_100_points": statistics.median(r[2] for r in rounds)}
+    missed = 0
     for name, theirs in peer.items():
         own = statistics.median(r[0][name] for r in rounds)
+        floor = FLOORS.get(name)
+        good = floor is None or theirs / own >= floor
+        missed += not good
         print(f"{name}: resonid {own * 1e3:.3f} ms, scipy/numpy {theirs * 1e3:.3f} ms, {theirs / own:.1f} times faster "
-              f"(medians of {len(rounds)})")
-    return 0
+              f"(medians of {len(rounds)}){'' if floor is None else f', at least {floor:g}'}{'' if good else ' MISSED'}")
+    return 1 if missed and "--check" in sys.argv else 0
 
 
 if __name__ == "__main__":

@@ -22,14 +22,27 @@ struct LinearStep {
   Eigen::MatrixXd covariance;
 };
 
-/// Least squares with columns scaled to one; covariance for unit variance of the rows.
+/// Least squares with columns scaled to one; covariance for unit variance of the rows. Columns that depend on
+/// one another (an order too high) get the shortest solution.
 LinearStep solve(const Eigen::MatrixXd& rows, const Eigen::VectorXd& right, bool with_covariance) {
+  const Eigen::Index n = rows.cols();
   Eigen::VectorXd scale = rows.colwise().norm().transpose();
   for (Eigen::Index i = 0; i < scale.size(); ++i)
     if (!(scale(i) > 0.0)) scale(i) = 1.0;
   const Eigen::VectorXd inverse_scale = scale.cwiseInverse();
-  const Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd> qr(rows * inverse_scale.asDiagonal());
-  return {inverse_scale.asDiagonal() * qr.solve(right),
+  Eigen::MatrixXd factor(rows.rows(), n + 1);
+  factor.leftCols(n).noalias() = rows * inverse_scale.asDiagonal();
+  factor.col(n) = right;
+  const Eigen::HouseholderQR<Eigen::Ref<Eigen::MatrixXd>> in_place(factor);
+  const auto diagonal = factor.diagonal().head(n).cwiseAbs();
+  constexpr double kDependent = 1e-9;
+  Eigen::VectorXd solution;
+  if (rows.rows() > n && diagonal.minCoeff() > kDependent * diagonal.maxCoeff())
+    solution = factor.topLeftCorner(n, n).triangularView<Eigen::Upper>().solve(factor.col(n).head(n));
+  else
+    solution = Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd>(rows * inverse_scale.asDiagonal())
+                   .solve(right);
+  return {inverse_scale.cwiseProduct(solution),
           with_covariance ? detail::inverse_normal_matrix(rows) : Eigen::MatrixXd()};
 }
 
