@@ -38,7 +38,7 @@ bench:         ## Build optimised and run the benchmarks; results in build/relea
 	cmake --build --preset release
 	tools/bench build/release
 
-format:        ## Format every tracked C++ file in place.
+format:        ## Format every C++ file in place.
 	tools/install_packages ci
 	tools/check_format --fix
 

@@ -76,6 +76,10 @@ void join(const CLI::App& verb, const IdentifyOptions& o, const std::vector<std:
         fmt::format("{} of the records could be identified, at least 2 are required", records.size());
     return;
   }
+  options->jobs = o.jobs;
+  options->progress = [&progress](std::string_view stage) {
+    progress.stage(fmt::format("joining, {}", stage));
+  };
   auto joint = identification::join(records, results, *options);
   if (!joint) throw UsageError("--" + joint.error().option + ": " + joint.error().message);
   result.joint = std::move(*joint);

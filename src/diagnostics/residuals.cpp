@@ -58,6 +58,13 @@ ResidualCorrelation correlate(const std::vector<double>& e, const std::vector<do
 
 }  // namespace
 
+std::vector<double> simulated_of(std::span<const double> output, std::span<const double> residual) {
+  const auto same = output.last(residual.size());
+  std::vector<double> simulated(same.begin(), same.end());
+  for (std::size_t k = 0; k < simulated.size(); ++k) simulated[k] -= residual[k];
+  return simulated;
+}
+
 ResidualTest test_residual(const ResidualSignals& signals, std::size_t max_lag, std::size_t judged_lags) {
   ResidualTest test;
   std::size_t n = signals.residual.size();

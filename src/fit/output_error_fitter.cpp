@@ -4,6 +4,7 @@
 #include <cmath>
 #include <fit/friction_fit.hpp>
 #include <fit/least_squares.hpp>
+#include <fit/output_error_cost.hpp>
 #include <fit/output_error_fitter.hpp>
 #include <fit/record_consistency.hpp>
 #include <memory>
@@ -13,93 +14,6 @@ namespace resonid::fit::detail {
 namespace {
 
 constexpr int kMaximumIterations = 60;
-
-/// Common coordinates: the physical ones and dry friction. A record's own ones follow, in the order of
-/// kInitialState ..., dry friction left out.
-constexpr int kCommonCoulomb = int{kParameterCount};
-constexpr int kCommon = kCommonCoulomb + 1;
-
-/// Where a record's coordinates lie among all.
-class Layout {
- public:
-  Layout(std::size_t records, int controller_order)
-      : records_(static_cast<int>(records)), own_(kControllerState - kCommon + controller_order) {}
-
-  [[nodiscard]] int size() const { return kCommon + records_ * own_; }
-  [[nodiscard]] int local_size() const { return kCommon + own_; }
-  [[nodiscard]] int of(int record, int local) const {
-    if (local < kParameterCount) return local;
-    if (local == kCoulomb) return kCommonCoulomb;
-    return kCommon + record * own_ + local - kParameterCount - (local > kCoulomb ? 1 : 0);
-  }
-  [[nodiscard]] std::vector<double> local(int record, std::span<const double> x) const {
-    std::vector<double> mine(static_cast<std::size_t>(local_size()));
-    for (int i = 0; i < local_size(); ++i)
-      mine[static_cast<std::size_t>(i)] = x[static_cast<std::size_t>(of(record, i))];
-    return mine;
-  }
-
- private:
-  int records_, own_;
-};
-
-/// Sums over all records as a cost for Ceres, one triangular factor per record.
-class OutputErrorCost : public ceres::CostFunction {
- public:
-  struct Part {
-    DriveSimulation simulation;
-    double weight;
-    std::vector<int> active;  // local
-  };
-
-  OutputErrorCost(std::vector<Part> parts, const Layout& layout, const SearchRange& range, int checked)
-      : parts_(std::move(parts)), layout_(layout), range_(range), checked_(checked) {
-    int rows = 0;
-    for (const auto& part : parts_) rows += rows_of(part);
-    set_num_residuals(rows);
-    mutable_parameter_block_sizes()->push_back(layout.size());
-  }
-
-  bool Evaluate(double const* const* blocks, double* residuals, double** jacobians) const override {
-    const std::span<const double> x(blocks[0], static_cast<std::size_t>(layout_.size()));
-    if (!range_.contains(x.data(), checked_)) return false;
-    std::fill(residuals, residuals + num_residuals(), 0.0);
-    const bool slopes = jacobians != nullptr && jacobians[0] != nullptr;
-    if (slopes) std::fill(jacobians[0], jacobians[0] + num_residuals() * layout_.size(), 0.0);
-    int row = 0, record = 0;
-    bool finite = true;
-    for (const auto& part : parts_) {
-      const auto mine = layout_.local(record, x);
-      if (!slopes) {
-        const double sum = part.simulation.sum_of_squares(mine);
-        residuals[row] = part.weight * std::sqrt(sum);
-        finite = finite && std::isfinite(sum);
-      } else {
-        const Eigen::MatrixXd factor = part.weight * part.simulation.factor(mine, part.active);
-        finite = finite && factor.allFinite();
-        for (Eigen::Index i = 0; i < factor.rows(); ++i) {
-          residuals[row + i] = factor(i, factor.cols() - 1);
-          for (std::size_t p = 0; p < part.active.size(); ++p)
-            jacobians[0][(row + i) * layout_.size() + layout_.of(record, part.active[p])] =
-                factor(i, static_cast<Eigen::Index>(p));
-        }
-      }
-      row += rows_of(part);
-      ++record;
-    }
-    return finite;
-  }
-
- private:
-  static int rows_of(const Part& part) {
-    return static_cast<int>(DriveSimulation::factor_rows(part.active.size()));
-  }
-
-  std::vector<Part> parts_;
-  const Layout& layout_;
-  SearchRange range_;
-  int checked_;
-};
 
 double power(std::span<const double> residual) {
   return std::inner_product(residual.begin(), residual.end(), residual.begin(), 0.0) /
@@ -575,7 +489,7 @@ class OutputErrorFitter {
 
   const OutputErrorConfig& config_;
   SimulationSetup setup_;
-  Layout layout_;
+  CoordinateLayout layout_;
   std::vector<Part> parts_;
   std::vector<double> x_, start_, raw_x_;
   std::vector<bool> active_;

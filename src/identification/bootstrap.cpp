@@ -6,10 +6,12 @@
 #include <identification/black_box_selection.hpp>
 #include <identification/bootstrap.hpp>
 #include <identification/parallel.hpp>
+#include <identification/record_fit.hpp>
 #include <identification/record_replicas.hpp>
 #include <identification/uncertainty.hpp>
 #include <mutex>
 #include <numbers>
+#include <resonid/base/quantile.hpp>
 #include <resonid/excitation/splitmix64.hpp>
 #include <resonid/fit/response_fit.hpp>
 #include <resonid/identification/figures.hpp>
@@ -84,14 +86,6 @@ std::vector<Figure> figures_of(std::optional<Result> replica, const Units& units
   return figures(*replica);
 }
 
-/// Interpolated between the ordered values.
-double quantile(const std::vector<double>& ordered, double probability) {
-  const double at = probability * static_cast<double>(ordered.size() - 1);
-  const auto below = static_cast<std::size_t>(at);
-  const std::size_t above = std::min(below + 1, ordered.size() - 1);
-  return ordered[below] + (at - static_cast<double>(below)) * (ordered[above] - ordered[below]);
-}
-
 double deviation(const std::vector<double>& values) {
   double mean = 0.0, sum = 0.0;
   for (const double v : values) mean += v / static_cast<double>(values.size());
@@ -111,30 +105,31 @@ Bootstrap summary(const std::vector<Figure>& told, const std::vector<std::vector
     if (values.size() < 2 || 2 * values.size() < bootstrap.replicas) continue;
     std::sort(values.begin(), values.end());
     const double tail = 0.5 * (1.0 - confidence);
-    bootstrap.intervals.push_back(
-        {figure.name, figure.unit, quantile(values, tail), quantile(values, 1.0 - tail), deviation(values)});
+    bootstrap.intervals.push_back({figure.name,
+                                   figure.unit,
+                                   ordered_quantile(values, tail),
+                                   ordered_quantile(values, 1.0 - tail),
+                                   deviation(values),
+                                   {}});
+  }
+  for (const auto& r : replicas) {
+    const bool complete = std::all_of(bootstrap.intervals.begin(), bootstrap.intervals.end(),
+                                      [&](const BootstrapInterval& i) { return find(r, i.name) != nullptr; });
+    if (!complete) continue;
+    for (auto& i : bootstrap.intervals) i.values.push_back(find(r, i.name)->value);
   }
   return bootstrap;
 }
 
 }  // namespace
 
-Bootstrap bootstrap(const data::Record& record, const Plan& plan, const Options& options,
-                    const Result& result, const LoopOfModel& loop_of_model,
-                    std::pair<double, double> modes_hz) {
-  std::optional<RecordReplicas> of_record;
-  std::optional<LineReplicas> of_lines;
-  if (result.black_box || (result.model->from_record && !result.residual.empty()))
-    of_record.emplace(record, plan, options, result);
-  else
-    of_lines.emplace(record, options, result);
+Bootstrap bootstrap(const Repetition& repetition, const Options& options, const Result& result,
+                    const LoopOfModel& loop_of_model, std::pair<double, double> modes_hz) {
   std::vector<std::vector<Figure>> replicas(options.bootstrap);
   std::mutex telling;
   std::size_t done = 0;
   for_each_index(options.bootstrap, options.jobs, [&](std::size_t i) {
-    const auto seed = seed_of(options.seed, i);
-    auto replica = of_record ? of_record->fitted(seed) : of_lines->fitted(seed);
-    replicas[i] = figures_of(std::move(replica), result.units, loop_of_model, modes_hz);
+    replicas[i] = figures_of(repetition(seed_of(options.seed, i)), result.units, loop_of_model, modes_hz);
     const std::lock_guard lock(telling);
     ++done;
     constexpr std::size_t kSteps = 10;  // tenths are told
@@ -142,6 +137,45 @@ Bootstrap bootstrap(const data::Record& record, const Plan& plan, const Options&
       options.progress(fmt::format("bootstrap, {} of {} done", done, options.bootstrap));
   });
   return summary(figures(result), replicas, options.confidence);
+}
+
+Repetition repetition_of(const data::Record& record, const Plan& plan, const Options& options,
+                         const Result& result) {
+  if (result.black_box || (result.model->from_record && !result.residual.empty()))
+    return [replicas = RecordReplicas(record, plan, options, result)](std::uint64_t seed) {
+      return replicas.fitted(seed);
+    };
+  return [replicas = LineReplicas(record, options, result)](std::uint64_t seed) {
+    return replicas.fitted(seed);
+  };
+}
+
+Repetition repetition_of(std::span<const data::Record> records, const Plan& plan, const Options& options,
+                         const ModelResult& model) {
+  auto simulation = config_of(model, records, options, plan.loop_controller);
+  simulation.fixed_model = true;
+  simulation.noise_model = false;
+  auto fits = fit_records(records, simulation);
+  if (!fits) return {};
+  std::vector<RecordReplicas> replicas;
+  for (std::size_t r = 0; r < records.size(); ++r) {
+    Result one;
+    one.model = model;
+    one.residual = std::move(fits->records[r].residual);
+    one.residual_start = fits->records[r].first_sample;
+    replicas.emplace_back(records[r], plan, options, one);
+  }
+  return [replicas = std::move(replicas), config = config_of(model, records, options, plan.loop_controller)](
+             std::uint64_t seed) -> std::optional<Result> {
+    std::vector<data::Record> repeated;
+    for (std::size_t r = 0; r < replicas.size(); ++r)
+      repeated.push_back(replicas[r].repeated(seed_of(seed, r)));
+    const auto fit = fit_records(repeated, config);
+    if (!fit || !fit->converged) return std::nullopt;
+    Result replica;
+    replica.model = ModelResult{fit->model, true, 0.0, fit->coulomb_friction, std::nullopt};
+    return replica;
+  };
 }
 
 }  // namespace resonid::identification::detail

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <identification/compare_replicas.hpp>
 #include <resonid/identification/compare.hpp>
 
 namespace resonid::identification {
@@ -18,7 +19,7 @@ void note(Changes& c, const char* id, Severity severity, std::string meaning) {
 Difference difference(std::string name, std::string unit, const fit::Estimate& first,
                       const fit::Estimate& second) {
   Difference d{
-      std::move(name), std::move(unit), first, second, second.value - first.value, {}, {}, {}, false};
+      std::move(name), std::move(unit), first, second, second.value - first.value, {}, {}, {}, false, {}};
   const auto known = [](double sd) { return sd > 0.0 && std::isfinite(sd); };
   if (known(first.standard_deviation) && known(second.standard_deviation)) {
     d.std = std::hypot(first.standard_deviation, second.standard_deviation);
@@ -149,10 +150,9 @@ void compare_responses(const Result& first, const Result& second, const CompareO
 }
 
 void compare_models(const Result& first, const Result& second, const CompareOptions& options, Changes& c) {
-  const auto& a = first.model->drive;
-  auto b = second.model->drive;
-  b.sample_time_s = a.sample_time_s;
-  const auto gap = [&](const fit::DriveModel& x, const fit::DriveModel& y) {
+  const auto &a = first.model->drive, &b = second.model->drive;
+  const auto gap = [&](const fit::DriveModel& x, fit::DriveModel y) {
+    y.sample_time_s = x.sample_time_s;
     auto g = x.transfer_function(), h = y.transfer_function();
     if (options.weight) {
       g = diagnostics::weighted(*options.weight, g);
@@ -167,6 +167,13 @@ void compare_models(const Result& first, const Result& second, const CompareOpti
   c.model_gap_std =
       std::hypot(a.standard_deviation_of([&](const fit::DriveModel& m) { return distance(gap(m, b)); }),
                  b.standard_deviation_of([&](const fit::DriveModel& m) { return distance(gap(a, m)); }));
+  c.model_gap_bootstrap = detail::bootstrapped(
+      [&](const fit::DriveModel& x, const fit::DriveModel& y) -> std::optional<double> {
+        const auto g = gap(x, y);
+        if (!g) return std::nullopt;
+        return g->gap;
+      },
+      first, second, options.confidence);
 }
 
 /// Holm 1979: the smallest probability against level/m, the next against level/(m-1) ... until one fails.
@@ -221,6 +228,8 @@ Changes compare(const Result& first, const Result& second, const CompareOptions&
       compare_models(first, second, options, c);
     }
   }
+  for (auto* list : {&c.resonances, &c.parameters, &c.margins})
+    for (auto& d : *list) d.interval = detail::interval_of(d, first, second, c.confidence);
   judge(c);
   c.trusted = std::none_of(c.findings.begin(), c.findings.end(),
                            [](const Finding& f) { return f.severity == Severity::error; });

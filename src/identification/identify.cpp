@@ -41,9 +41,7 @@ std::vector<Resonance> resonances_of(const Result& result, bool biased) {
 
 void validate_on_record(const data::Record& record, double fit_percent, std::vector<double> residual,
                         std::size_t residual_start, std::size_t order, Result& result) {
-  const auto& y = record.output.samples;
-  std::vector<double> simulated(residual.size());
-  for (std::size_t k = 0; k < simulated.size(); ++k) simulated[k] = y[residual_start + k] - residual[k];
+  const auto simulated = diagnostics::simulated_of(record.output.samples, residual);
   const double further = result.black_box && result.black_box->further_delay
                              ? std::max(0.0, result.black_box->further_delay->value)
                              : 0.0;
@@ -196,7 +194,8 @@ expected<Result, Refusal> identify(const data::Record& whole, const Options& opt
     const detail::LoopOfModel loop_of_model = [&](const detail::PlantModel& model) {
       return detail::loop_of(*plan, in_loop, *lines, result.response, model);
     };
-    result.bootstrap = detail::bootstrap(record, *plan, options, result, loop_of_model, modes_hz);
+    result.bootstrap = detail::bootstrap(detail::repetition_of(record, *plan, options, result), options,
+                                         result, loop_of_model, modes_hz);
   }
   if (options.method == Method::model && !result.model && !result.black_box)
     return tl::unexpected(Refusal{"method", "model needs --model other than none, and a fit"});

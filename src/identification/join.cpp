@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <identification/bootstrap.hpp>
 #include <identification/closed_loop.hpp>
 #include <identification/distortion.hpp>
 #include <identification/joint_model.hpp>
@@ -183,24 +184,51 @@ void take_model(detail::JointModel model, const detail::Plan& plan, const Option
   result.findings = std::move(model.findings);
   result.resonances = detail::resonances_of(result.model->drive);
   result.roots = detail::roots_of(result.model->drive);
-  if (result.model->from_record) result.validation = Validation{model.fit_percent, true, {}, {}};
+  if (result.model->from_record)
+    result.validation = Validation{model.fit_percent, true, {}, {}, model.residual_rms};
   detail::Selection selection;
   selection.result = *result.model;
   detail::inspect_model(plan, options, selection, result);
 }
 
-void find_loop(const Options& options, const detail::Plan& plan, Joint& joint) {
-  auto& result = joint.result;
-  const double rate = result.record.sample_rate_hz;
-  if (options.controller) {
-    response::LineEstimates lines;
-    lines.sample_time_s = 1.0 / rate;
-    lines.output_quantity = result.record.output_quantity;
-    result.loop = detail::loop_of(plan, options, lines, result.response, detail::plant_model(result));
-  } else if (result.measured_loop) {
+std::optional<LoopResult> loop_with_controller(const Options& options, const detail::Plan& plan,
+                                               const Result& result, const detail::PlantModel& model) {
+  response::LineEstimates lines;
+  lines.sample_time_s = 1.0 / result.record.sample_rate_hz;
+  lines.output_quantity = result.record.output_quantity;
+  return detail::loop_of(plan, options, lines, result.response, model);
+}
+
+void find_loop(const Options& options, const detail::Plan& plan, Result& result) {
+  if (options.controller)
+    result.loop = loop_with_controller(options, plan, result, detail::plant_model(result));
+  else if (result.measured_loop)
     result.loop = LoopResult{
         diagnostics::loop_margins(*result.measured_loop), *result.measured_loop, "response", {}, {}, {}, {}};
+}
+
+/// Intervals by repeating all experiments, where one likelihood over all of them gave the model.
+void repeat(std::span<const data::Record> records, const detail::Plan& plan, const Options& options,
+            bool one_likelihood, Result& result) {
+  const auto repetition =
+      one_likelihood ? detail::repetition_of(records, plan, options, *result.model) : detail::Repetition{};
+  if (!repetition) {
+    result.findings.push_back(
+        {"no-joint-bootstrap",
+         Severity::info,
+         {},
+         {},
+         "The joint figures have no bootstrap: the records' own estimates were combined, "
+         "and no one fit can be repeated. Their error bars are those of the covariance."});
+    return;
   }
+  const detail::LoopOfModel loop_of_model =
+      [&](const detail::PlantModel& model) -> std::optional<LoopResult> {
+    if (!options.controller) return std::nullopt;
+    return loop_with_controller(options, plan, result, model);
+  };
+  result.bootstrap =
+      detail::bootstrap(repetition, options, result, loop_of_model, {plan.low_hz, plan.high_hz});
 }
 
 void note(Joint& joint, std::span<const Result> results) {
@@ -305,15 +333,20 @@ expected<Joint, Refusal> join(std::span<const data::Record> records, std::span<c
                          ? fit::estimate_controller(list.front())
                          : std::nullopt;
   plan.loop_controller = detail::predictor_controller(shown, options);
+  bool one_likelihood = false;
   if (options.model != ModelChoice::none)
-    if (auto model = detail::joint_model(list, results, plan, options, joint.result.response, joint.records))
+    if (auto model =
+            detail::joint_model(list, results, plan, options, joint.result.response, joint.records)) {
+      one_likelihood = model->one_likelihood;
       take_model(std::move(*model), plan, options, joint.result);
+    }
   if (!joint.result.model)
     for (const auto& e : diagnostics::response_extrema(joint.result.response))
       joint.result.resonances.push_back({e.minimum, e.frequency_hz, std::nullopt, std::nullopt, false});
   Options in_loop = options;
   if (!in_loop.controller && shown) in_loop.controller = shown->controller;
-  find_loop(in_loop, plan, joint);
+  find_loop(in_loop, plan, joint.result);
+  if (options.bootstrap > 0 && joint.result.model) repeat(list, plan, in_loop, one_likelihood, joint.result);
   note(joint, results);
   return joint;
 }

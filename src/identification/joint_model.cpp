@@ -116,6 +116,7 @@ class Joiner {
     if (!chosen || !chosen->result.from_record) return false;
     joint_.model = chosen->result;
     joint_.fit_percent = chosen->fit_percent;
+    joint_.residual_rms = chosen->residual_rms;
     for (std::size_t i = 0; i < records_.size(); ++i) told_[i].fit_percent = chosen->fit_percents[i];
     judge(chosen->against_others);
     joint_.structures = std::move(chosen->structures);
@@ -153,6 +154,7 @@ class Joiner {
 
   void take_fits(const RecordFit& fit) {
     joint_.fit_percent = fit.fit_percent;
+    joint_.residual_rms = fit.residual_rms;
     for (std::size_t i = 0; i < records_.size(); ++i) told_[i].fit_percent = fit.records[i].fit_percent;
   }
 
@@ -164,6 +166,7 @@ class Joiner {
   }
 
   void tell_likelihood(std::string because) {
+    joint_.one_likelihood = true;
     joint_.choices.push_back(
         {"estimate", fmt::format("one likelihood over {} records", records_.size()), std::move(because)});
   }

@@ -10,7 +10,9 @@ namespace resonid::identification::detail {
 /// One model of several records, and how it was come by.
 struct JointModel {
   ModelResult model;
-  double fit_percent = 0.0;  ///< Of all records simulated together; 0 for a model of responses.
+  bool one_likelihood = false;  ///< Else the records' own estimates were combined.
+  double fit_percent = 0.0;     ///< Of all records simulated together; 0 for a model of responses.
+  double residual_rms = 0.0;    ///< Likewise.
   std::vector<Choice> choices;
   std::vector<StructureTrial> structures;  ///< Where the structure was chosen by all records together.
   std::vector<diagnostics::Finding> findings;

@@ -87,9 +87,7 @@ class Selector {
     constexpr double kBeyondChance = 1.5;  // 0.1 % for each lag instead of 3 %
     for (std::size_t i = 0; i < records_.size(); ++i) {
       const auto& fit = two.record_fit->records[i];
-      std::vector<double> simulated(fit.residual.size());
-      for (std::size_t k = 0; k < simulated.size(); ++k)
-        simulated[k] = records_[i].output.samples[fit.first_sample + k] - fit.residual[k];
+      const auto simulated = diagnostics::simulated_of(records_[i].output.samples, fit.residual);
       const auto test = diagnostics::test_residual({fit.residual, simulated, {}, {}}, kLags, kLags);
       if (test.with_simulated.largest > kBeyondChance * test.limit) return true;
     }
@@ -203,6 +201,7 @@ class Selector {
       s.fit_percent = fit.fit_percent;
       s.result.coulomb_friction = fit.coulomb_friction;
       s.against_others = fit.against_others;
+      s.residual_rms = fit.residual_rms;
       for (const auto& record : fit.records) s.fit_percents.push_back(record.fit_percent);
       if (fit.records.size() == 1) {
         s.residual = std::move(fit.records[0].residual);

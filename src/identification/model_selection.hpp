@@ -15,6 +15,7 @@ struct Selection {
                                  ///< model of the response.
   std::size_t residual_start = 0;
   double fit_percent = 0.0;                      ///< Of all records together.
+  double residual_rms = 0.0;                     ///< Likewise.
   std::vector<double> fit_percents;              ///< [record]; empty for a model of the response.
   std::vector<fit::Consistency> against_others;  ///< [record] Of several, where fitted to them.
   std::vector<StructureTrial> structures;        ///< All that were fitted, the simplest first.

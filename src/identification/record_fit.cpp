@@ -21,6 +21,17 @@ double pooled_fit_percent(const std::vector<fit::OutputErrorFit>& records) {
   return total > 0.0 ? 100.0 * (1.0 - std::sqrt(left / total)) : 100.0;
 }
 
+double pooled_rms(const std::vector<fit::OutputErrorFit>& records) {
+  double sum = 0.0, count = 0.0;
+  for (const auto& r : records) {
+    const double n = static_cast<double>(r.residual.size());
+    const double mean = std::accumulate(r.residual.begin(), r.residual.end(), 0.0) / std::max(1.0, n);
+    for (const double e : r.residual) sum += (e - mean) * (e - mean);
+    count += n;
+  }
+  return std::sqrt(sum / std::max(1.0, count));
+}
+
 /// Criteria add up; the fits count by their samples.
 std::optional<fit::HeldBackFit> pooled_held_back(const std::vector<fit::OutputErrorFit>& records) {
   if (records.size() == 1) return records.front().held_back;
@@ -43,11 +54,17 @@ std::optional<RecordFit> fit_records(std::span<const data::Record> records, fit:
   config.consistency = false;
   auto fit = fit::fit_output_error(records, config);
   if (!fit) return std::nullopt;
-  const double percent = pooled_fit_percent(fit->records);
+  const double percent = pooled_fit_percent(fit->records), rms = pooled_rms(fit->records);
   auto held_back = pooled_held_back(fit->records);
-  return RecordFit{
-      std::move(fit->model), fit->converged,       fit->coulomb_friction,   percent,
-      fit->information,      std::move(held_back), std::move(fit->records), std::move(fit->against_others)};
+  return RecordFit{std::move(fit->model),
+                   fit->converged,
+                   fit->coulomb_friction,
+                   percent,
+                   rms,
+                   fit->information,
+                   std::move(held_back),
+                   std::move(fit->records),
+                   std::move(fit->against_others)};
 }
 
 void use_predictor(std::span<const data::Record> records, const Options& options,

@@ -13,7 +13,8 @@ struct RecordFit {
   fit::DriveModel model;
   bool converged = false;
   std::optional<fit::Estimate> coulomb_friction;
-  double fit_percent = 0.0;  ///< Of the simulations of all records together.
+  double fit_percent = 0.0;   ///< Of the simulations of all records together.
+  double residual_rms = 0.0;  ///< Of all records together, means removed.
   double information = 0.0;
   std::optional<fit::HeldBackFit> held_back;     ///< Of all records together.
   std::vector<fit::OutputErrorFit> records;      ///< [record]

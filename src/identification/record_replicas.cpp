@@ -82,8 +82,7 @@ fit::OutputErrorConfig repeatable(const data::Record& record, const Plan& plan, 
 RecordReplicas::RecordReplicas(const data::Record& record, const Plan& plan, const Options& options,
                                const Result& result)
     : record_(record), residual_(result.residual), first_(result.residual_start) {
-  constexpr std::size_t kOrder = 32;
-  noise_ = fit::fit_noise_model(residual_, kOrder);
+  noise_ = fit::fit_noise_model(residual_, fit::kHighestNoiseOrder);
   bool at_once = false;
   if (result.model) {
     const auto& drive = result.model->drive;

@@ -13,17 +13,18 @@ namespace resonid::identification::detail {
 /// Repeats the experiment of a model, physical or black box, that was fitted to the record.
 class RecordReplicas {
  public:
-  /// Keeps references to record and result, which has a model and its residual.
+  /// Keeps a reference to the record. The result has a model and its residual.
   RecordReplicas(const data::Record& record, const Plan& plan, const Options& options, const Result& result);
 
   /// The model of one repetition in an otherwise empty result; none when its fit did not come out.
   [[nodiscard]] std::optional<Result> fitted(std::uint64_t seed) const;
 
- private:
+  /// The record of one repetition.
   [[nodiscard]] data::Record repeated(std::uint64_t seed) const;
 
+ private:
   const data::Record& record_;
-  const std::vector<double>& residual_;
+  std::vector<double> residual_;
   std::size_t first_;
   fit::NoiseModel noise_;
   std::optional<fit::OutputErrorConfig> drive_;

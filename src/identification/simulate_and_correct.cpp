@@ -2,8 +2,10 @@
 #include <fmt/format.h>
 
 #include <Eigen/Eigenvalues>
+#include <algorithm>
 #include <cmath>
 #include <identification/simulate_and_correct.hpp>
+#include <resonid/diagnostics/residuals.hpp>
 #include <resonid/fit/output_error.hpp>
 
 namespace resonid::identification::detail {
@@ -35,8 +37,9 @@ expected<data::Record, Refusal> simulated_on(const data::Record& record, const f
                     "by friction or disturbances; required {:.0f} %, or another method",
                     fit->fit_percent, kNearlyAll)});
   data::Record simulated = record;
-  for (std::size_t k = 0; k < fit->residual.size(); ++k)
-    simulated.output.samples[fit->first_sample + k] -= fit->residual[k];
+  const auto explained = diagnostics::simulated_of(record.output.samples, fit->residual);
+  std::copy(explained.begin(), explained.end(),
+            simulated.output.samples.end() - static_cast<std::ptrdiff_t>(explained.size()));
   return simulated;
 }
 

@@ -97,8 +97,7 @@ class Simulator {
     v_.coulomb_friction = simulation->coulomb_friction;
     v_.first_sample = simulation->first_sample;
     v_.residual = std::move(simulation->residual);
-    for (std::size_t k = 0; k < v_.residual.size(); ++k)
-      v_.simulated.push_back(record_.output.samples[v_.first_sample + k] - v_.residual[k]);
+    v_.simulated = diagnostics::simulated_of(record_.output.samples, v_.residual);
     return {};
   }
 
@@ -181,8 +180,7 @@ class Simulator {
     const double total = deviation(output);
     if (!(total > 0.0)) return;
     v_.simulation_fit_percent = 100.0 * (1.0 - norm(v_.residual) / total);
-    constexpr std::size_t kOrder = 32;
-    const auto noise = fit::fit_noise_model(v_.residual, kOrder);
+    const auto noise = fit::fit_noise_model(v_.residual, fit::kHighestNoiseOrder);
     const auto innovation = fit::whiten(v_.residual, noise);
     const auto foretold = output.subspan(output.size() - innovation.size());
     v_.prediction_fit_percent = 100.0 * (1.0 - norm(innovation) / deviation(foretold));

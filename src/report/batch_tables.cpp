@@ -134,7 +134,7 @@ Table figures_table(const identification::Result& result) {
     if (result.bootstrap) {
       std::string interval = "-";
       for (const auto& i : result.bootstrap->intervals)
-        if (i.name == f.name) interval = fmt::format("{:.5g} ... {:.5g}", i.low, i.high);
+        if (i.name == f.name) interval = interval_text(i.low, i.high);
       row.push_back(interval);
     }
     table.rows.push_back(std::move(row));

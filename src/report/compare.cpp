@@ -64,6 +64,15 @@ std::string gap_sentence(const Changes& c) {
                                                  probability_text(*c.gap_probability)));
 }
 
+std::string bootstrap_sentence(const Changes& c) {
+  const auto& b = *c.model_gap_bootstrap;
+  return fmt::format(
+      "In {} repetitions of both experiments the v-gap lies between {:.3g} and {:.3g} ({:.0f} %); two "
+      "experiments on one machine stay below {:.3g}, and make the gap found with probability {}{:.2g}.",
+      b.pairs, b.low, b.high, 100.0 * c.confidence, b.noise,
+      b.probability * static_cast<double>(b.pairs + 1) < 1.5 ? "at most " : "", b.probability);
+}
+
 json difference_json(const Difference& d) {
   json j{{"name", d.name},           {"unit", d.unit},     {"first", d.first.value},
          {"second", d.second.value}, {"change", d.change}, {"significant", d.significant}};
@@ -72,6 +81,7 @@ json difference_json(const Difference& d) {
   if (d.std) j["std"] = *d.std;
   if (d.relative) j["relative"] = *d.relative;
   if (d.probability) j["probability"] = *d.probability;
+  if (d.interval) j["interval"] = {{"low", d.interval->first}, {"high", d.interval->second}};
   return j;
 }
 
@@ -101,16 +111,23 @@ json gap_json(const Changes& c) {
 
 Table difference_table(const Changes& c) {
   const double z = quantile(c.confidence);
-  Table table{"", {"Quantity", "Unit", "First", "Second", "Change", "Change in %", "p", "Verdict"}, {}};
-  for (const auto& d : c.all()) {
+  Table table{"", {"Quantity", "First", "Second", "Change", "Change in %", "p", "Verdict"}, {}};
+  const auto all = c.all();
+  const bool repeated =
+      std::any_of(all.begin(), all.end(), [](const Difference& d) { return d.interval.has_value(); });
+  if (repeated) table.columns.emplace_back("Change, bootstrap");
+  for (const auto& d : all) {
     const double percent = d.relative ? 100.0 * *d.relative : 0.0;
     const double scale = d.first.value != 0.0 ? 100.0 / std::abs(d.first.value) : 0.0;
-    table.rows.push_back({words(d.name), d.unit, with_error(d.first.value, z * d.first.standard_deviation),
+    table.rows.push_back({words(d.name) + (d.unit.empty() ? "" : ", " + d.unit),
+                          with_error(d.first.value, z * d.first.standard_deviation),
                           with_error(d.second.value, z * d.second.standard_deviation),
                           with_error(d.change, z * d.std.value_or(0.0)),
                           d.relative ? with_error(percent, scale * z * d.std.value_or(0.0)) : "",
                           d.probability ? probability_text(*d.probability) : "",
-                          d.significant ? "changed" : (d.probability ? "no change shown" : "not judged")});
+                          d.significant ? "changed" : (d.probability ? "within noise" : "not judged")});
+    if (repeated)
+      table.rows.back().push_back(d.interval ? interval_text(d.interval->first, d.interval->second) : "");
   }
   return table;
 }
@@ -203,6 +220,7 @@ std::vector<std::string> sentences(const Changes& c) {
             : "The v-gap of the models is 1: their winding-number condition fails, no one controller is "
               "right for both.");
   }
+  if (c.model_gap_bootstrap) list.push_back(bootstrap_sentence(c));
   return list;
 }
 
@@ -245,6 +263,12 @@ json to_json(const Changes& c) {
                       {"frequency_hz", c.model_gap->frequency_hz},
                       {"winding_number_condition", c.model_gap->condition_holds}};
     if (c.model_gap_std && std::isfinite(*c.model_gap_std)) j["model_gap"]["std"] = *c.model_gap_std;
+    if (const auto& b = c.model_gap_bootstrap)
+      j["model_gap"]["bootstrap"] = {{"pairs", b->pairs},
+                                     {"low", b->low},
+                                     {"high", b->high},
+                                     {"noise", b->noise},
+                                     {"probability", b->probability}};
   }
   return j;
 }

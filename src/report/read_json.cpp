@@ -192,9 +192,14 @@ void read_units(const JsonPlace& j, identification::Units& units) {
 
 expected<Result, JsonError> result_from_json(const nlohmann::json& json) {
   JsonError error;
-  const JsonPlace root(json, error.problems);
-  const auto schema = root.at("schema");
-  (void)schema.choice({"resonid.identification/1"});
+  const JsonPlace file(json, error.problems);
+  const bool several =
+      file.at("schema").choice({"resonid.identification/1", "resonid.identifications/1"}) == 1;
+  const auto joint = several ? file.maybe("joint") : file;
+  if (several && !joint.present())
+    error.problems.push_back(
+        {"$.joint", "nothing", "one estimate of all records, as 'identify --join' writes it"});
+  const auto root = several ? joint.at("result") : file;
   if (!error.problems.empty()) return unexpected(std::move(error));
   Result result;
   result.record = read_record(root.at("record"));

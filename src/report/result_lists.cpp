@@ -102,7 +102,8 @@ json bootstrap_json(const identification::Bootstrap& bootstrap) {
                          {"unit", i.unit},
                          {"low", i.low},
                          {"high", i.high},
-                         {"std", i.standard_deviation}});
+                         {"std", i.standard_deviation},
+                         {"values", i.values}});
   return {
       {"replicas", bootstrap.replicas}, {"failed", bootstrap.failed}, {"intervals", std::move(intervals)}};
 }
@@ -111,9 +112,19 @@ identification::Bootstrap read_bootstrap(const JsonPlace& j) {
   identification::Bootstrap bootstrap;
   bootstrap.replicas = j.at("replicas").count();
   bootstrap.failed = j.at("failed").count();
-  for (const auto& e : j.at("intervals").elements())
-    bootstrap.intervals.push_back({e.at("name").text(), e.at("unit").text(), e.at("low").number(),
-                                   e.at("high").number(), e.at("std").not_negative()});
+  for (const auto& e : j.at("intervals").elements()) {
+    bootstrap.intervals.push_back({e.at("name").text(),
+                                   e.at("unit").text(),
+                                   e.at("low").number(),
+                                   e.at("high").number(),
+                                   e.at("std").not_negative(),
+                                   {}});
+    const auto values = e.maybe("values");
+    if (!values.present()) continue;
+    bootstrap.intervals.back().values = values.numbers();
+    if (bootstrap.intervals.back().values.size() != bootstrap.intervals.front().values.size())
+      values.refuse("as many numbers as the other figures have");
+  }
   return bootstrap;
 }
 
@@ -230,11 +241,10 @@ std::string bootstrap_text(const Result& result) {
   for (const auto& i : b.intervals) {
     std::string name = i.name;
     std::replace(name.begin(), name.end(), '_', ' ');
-    text += fmt::format("  {:<28}  {:<24}", name, fmt::format("{:.5g} ... {:.5g}", i.low, i.high));
+    text += fmt::format("  {:<28}  {:<24}", name, interval_text(i.low, i.high));
     const auto* figure = identification::find(told, i.name);
     if (figure != nullptr && figure->std)
-      text += fmt::format("  {:.5g} ... {:.5g}", figure->value - z * *figure->std,
-                          figure->value + z * *figure->std);
+      text += "  " + interval_text(figure->value - z * *figure->std, figure->value + z * *figure->std);
     text += "\n";
   }
   return text;

@@ -28,6 +28,16 @@ std::string with_error(double value, double half_width) {
   return fmt::format("{:.{}f} +- {:.{}f}", value, decimals, half_width, decimals);
 }
 
+std::string interval_text(double low, double high) {
+  const double half = 0.5 * std::abs(high - low);
+  if (half > 0.0 && std::isfinite(half)) {
+    const int decimals = 1 - static_cast<int>(std::floor(std::log10(half)));
+    if (decimals >= 0 && decimals <= 6)
+      return fmt::format("{:.{}f} ... {:.{}f}", low, decimals, high, decimals);
+  }
+  return fmt::format("{:.4g} ... {:.4g}", low, high);
+}
+
 std::string wrapped(const std::string& text, const std::string& first, const std::string& indent) {
   constexpr std::size_t kWidth = 100;
   std::string out = first;

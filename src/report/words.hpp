@@ -15,6 +15,9 @@ namespace resonid::report {
 /// "15.106 +- 0.031": as many decimals as the uncertainty has two digits.
 [[nodiscard]] std::string with_error(double value, double half_width);
 
+/// "15.075 ... 15.137": as many decimals as half the distance has two digits.
+[[nodiscard]] std::string interval_text(double low, double high);
+
 /// Text broken at spaces so that no line is longer than 100 characters; `first` stands before the first line,
 /// `indent` before the others.
 [[nodiscard]] std::string wrapped(const std::string& text, const std::string& first,

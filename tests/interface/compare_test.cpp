@@ -12,20 +12,21 @@ using nlohmann::json;
 class Compare : public test::ProgramTest {
  protected:
   /// Simulates system 2 with this stiffness and identifies it: NAME.csv and NAME.json.
-  void make(const std::string& name, double stiffness, int seed) const {
+  void make(const std::string& name, double stiffness, int seed, const std::string& more = "",
+            double duration_s = 25.0) const {
     std::ostringstream toml;
     toml << "drive = {driven_inertia = 0.032, load_inertia = 0.032, stiffness = " << stiffness
          << ", damping = 0.3}\ncontroller = {kind = 'pi', gain = 1.036, integral_time_s = 0.147}\n"
          << "excitation = {kind = 'prbs', register_length = 12, amplitude = 2.1}\n"
          << "measurement = {delay_s = 0.004, noise_rms = 0.1}\n"
-         << "run = {sample_rate_hz = 500, duration_s = 25, seed = " << seed
+         << "run = {sample_rate_hz = 500, duration_s = " << duration_s << ", seed = " << seed
          << "}\nmotion = {kind = 'constant', velocity = 10.0}\n";
     write(name + ".toml", toml.str());
     const auto simulated = run("simulate " + name + ".toml --out " + name + ".csv");
     ASSERT_EQ(simulated.exit_code, 0) << simulated.error;
     const auto identified =
         run("identify " + name + ".csv --controller pi:1.036,0.147 --delay 0.004 --json " + name +
-            ".json --excitation-type other");
+            ".json --excitation-type other" + more);
     ASSERT_EQ(identified.exit_code, 0) << identified.error;
   }
   static const json& named(const json& list, const std::string& name) {
@@ -74,6 +75,42 @@ TEST_F(Compare, SaysThatTheSameMachineIsTheSame) {
   for (const char* list : {"resonances", "parameters", "margins"})
     for (const auto& d : c.at(list)) EXPECT_FALSE(d.at("significant")) << d;
   EXPECT_FALSE(c.at("response_distance").at("weighted"));
+}
+
+/// Intervals of change and v-gap hold the truth; on one machine the gap is what noise makes.
+TEST_F(Compare, RepeatsBothExperimentsWhereBothWereBootstrapped) {
+  const std::string replicas = " --model two-mass --bootstrap 60 --jobs 2";
+  make("before", 143.75, 1, replicas, 6.0);
+  make("same", 143.75, 2, replicas, 6.0);
+  make("after", 0.95 * 143.75, 3, replicas, 6.0);
+  const auto compared = [&](const char* second) {
+    const auto done = run(std::string("compare before.json ") + second +
+                          " --controller pi:1.036,0.147 --json c.json --report c.html");
+    EXPECT_EQ(done.exit_code, 0) << done.error;
+    EXPECT_NE(done.out.find("repetitions of both experiments"), std::string::npos) << done.out;
+    EXPECT_NE(text("c.html").find("Change, bootstrap"), std::string::npos);
+    return json::parse(text("c.json"));
+  };
+  const auto changed = compared("after.json");
+  const auto& gap = changed.at("model_gap").at("bootstrap");
+  EXPECT_GE(gap.at("pairs").get<int>(), 55);
+  EXPECT_LT(gap.at("low").get<double>(), 0.131);  // of the true loops, scaled by the controller
+  EXPECT_GT(gap.at("high").get<double>(), 0.131);
+  EXPECT_LT(gap.at("noise").get<double>(), gap.at("low").get<double>());
+  EXPECT_LT(gap.at("probability").get<double>(), 0.02);
+  const auto& stiffness = named(changed.at("parameters"), "stiffness");
+  const auto& interval = stiffness.at("interval");
+  EXPECT_LT(interval.at("low").get<double>(), -0.05 * 143.75);
+  EXPECT_GT(interval.at("high").get<double>(), -0.05 * 143.75);
+  const double width = interval.at("high").get<double>() - interval.at("low").get<double>();
+  EXPECT_NEAR(width / (2.0 * 1.96 * stiffness.at("std").get<double>()), 1.0, 0.4);
+  EXPECT_TRUE(named(changed.at("resonances"), "resonance").contains("interval"));
+  EXPECT_TRUE(named(changed.at("margins"), "phase_margin").contains("interval"));
+
+  const auto alike = compared("same.json");
+  const auto& chance = alike.at("model_gap").at("bootstrap");
+  EXPECT_GT(chance.at("probability").get<double>(), 0.02);
+  EXPECT_LT(chance.at("noise").get<double>(), gap.at("low").get<double>());
 }
 
 /// A result made by hand, sound but for what a test does to it.
@@ -129,6 +166,8 @@ TEST_F(Compare, RefusesNamingPathFoundAndRequired) {
   expect_refused("compare missing.json good.json",
                  {"missing.json", "$.trusted: found nothing",
                   "$.record.samples: found \"many\", required a whole number"});
+  write("several.json", R"({"schema": "resonid.identifications/1", "results": []})");
+  expect_refused("compare good.json several.json", {"several.json", "$.joint: found nothing", "--join"});
   expect_refused("compare good.json good.json --confidence 1.5", {"--confidence", "1.5", "between 0 and 1"});
   expect_refused("compare good.json good.json --controller pi:1", {"--controller", "pi:KP,TI"});
   expect_refused("compare good.json good.json --weight 0", {"--weight", "other than 0"});

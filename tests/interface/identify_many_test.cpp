@@ -153,6 +153,36 @@ TEST_F(IdentifyMany, JoinsRepetitions) {
   EXPECT_NE(text("o.html").find("Joint estimate"), std::string::npos);
 }
 
+/// A joint result is a result: bootstrapped on demand, and taken by every verb that takes one.
+TEST_F(IdentifyMany, JointResultsAreReadByEveryVerb) {
+  simulate_three();
+  simulate("other", 4);
+  const auto done = run("identify r1.csv r2.csv r3.csv --join --bootstrap 40 --jobs 2 --json joint.json" +
+                        std::string(kKnown));
+  ASSERT_EQ(done.exit_code, 0) << done.error;
+  const auto result = parsed("joint.json").at("joint").at("result");
+  const auto& bootstrap = result.at("bootstrap");
+  EXPECT_GE(bootstrap.at("replicas").get<int>(), 38);
+  for (const auto& i : bootstrap.at("intervals")) {
+    if (i.at("name") != "stiffness") continue;
+    const double by_covariance = result.at("model").at("parameters").at("stiffness").at("std").get<double>();
+    EXPECT_NEAR(i.at("std").get<double>() / by_covariance, 1.0, 0.4);  // 40 replicas: 11 %
+  }
+  const auto validated = run("validate joint.json other.csv --json v.json" + std::string(kKnown));
+  ASSERT_EQ(validated.exit_code, 0) << validated.error;
+  EXPECT_EQ(parsed("v.json").at("verdict"), "accepted") << validated.out;
+  ASSERT_EQ(run("identify other.csv --json one.json" + std::string(kKnown)).exit_code, 0);
+  const auto compared = run("compare joint.json one.json --require-unchanged");
+  EXPECT_EQ(compared.exit_code, 0) << compared.error << compared.out;
+  EXPECT_NE(compared.out.find("3 records joined"), std::string::npos) << compared.out;
+  const auto planned =
+      run("plan --model joint.json --controller pi:1.036,0.147 --max-torque 1 --type chirp --accuracy "
+          "resonance=1% --json -");
+  EXPECT_EQ(planned.exit_code, 0) << planned.error;
+  const auto tracked = run("track other.csv --start joint.json --json t.json" + std::string(kKnown));
+  EXPECT_EQ(tracked.exit_code, 0) << tracked.error;
+}
+
 TEST_F(IdentifyMany, DoesNotTrustWhatDisagrees) {
   simulate("a", 1);
   simulate("b", 2);

@@ -51,6 +51,10 @@ struct ResidualSignals {
   std::span<const double> excitation;
 };
 
+/// [sample of the residual] The simulated output y - e; residual and output end with the same sample.
+[[nodiscard]] std::vector<double> simulated_of(std::span<const double> output,
+                                               std::span<const double> residual);
+
 [[nodiscard]] ResidualTest test_residual(const ResidualSignals& signals, std::size_t max_lag,
                                          std::size_t judged_lags);
 

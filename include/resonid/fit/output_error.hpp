@@ -24,7 +24,7 @@ struct OutputErrorConfig {
   bool initial_state = true;   ///< Estimate the state at the record's start; otherwise it is rest.
   bool offset = true;  ///< Estimate a constant torque at the input (load, friction at an operating point).
   bool noise_model = true;  ///< Weight by an autoregressive model of the residual (order 0 if it is white).
-  std::size_t max_noise_order = 32;
+  std::size_t max_noise_order = kHighestNoiseOrder;
   /// [from, to) of samples whose output is not used: a validation part. The simulation runs through them.
   std::vector<std::pair<std::size_t, std::size_t>> held_back;
   bool fixed_model =

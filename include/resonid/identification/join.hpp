@@ -52,6 +52,8 @@ struct Joint {
 ///
 /// over the parameters that both know better than to a factor of e. The finding `records-disagree` (an error)
 /// names the records whose parameters noise cannot explain, `undetermined-record` those that say nothing.
+/// With Options::bootstrap all experiments are repeated on the joint model, each with its own noise, and
+/// fitted together again; combined estimates have no such fit (`no-joint-bootstrap`).
 /// Refused: fewer than two records, other sample rates, quantities or units, black boxes, and what identify()
 /// refuses to prepare.
 [[nodiscard]] expected<Joint, Refusal> join(std::span<const data::Record> records,

@@ -125,6 +125,7 @@ struct BootstrapInterval {
   std::string unit;
   double low = 0.0, high = 0.0;     ///< Of the result's confidence.
   double standard_deviation = 0.0;  ///< Over the replicas.
+  std::vector<double> values;       ///< Of the replicas that have all figures with an interval, in one order.
 };
 struct Bootstrap {
   std::size_t replicas = 0;

@@ -27,9 +27,9 @@ struct JsonError {
   [[nodiscard]] std::string message() const;
 };
 
-/// The result that to_json() wrote. Keys that the schema does not name are passed over, absent optional ones
-/// stay absent. What JSON does not hold is empty: the residual, the loop's curve, measured_loop. Results
-/// without "covariance" get one without correlations.
+/// The result that to_json() wrote; of a file of several records the joint one. Keys that the schema does not
+/// name are passed over, absent optional ones stay absent. What JSON does not hold is empty: the residual,
+/// the loop's curve, measured_loop. Results without "covariance" get one without correlations.
 [[nodiscard]] expected<identification::Result, JsonError> result_from_json(const nlohmann::json& json);
 
 /// to_json() with the key "page" beside it: curves, signals and sentences for page().

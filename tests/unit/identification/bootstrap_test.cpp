@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: MIT
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <resonid/identification/compare.hpp>
 #include <resonid/identification/figures.hpp>
 #include <set>
 
@@ -55,6 +57,38 @@ TEST(Bootstrap, AgreesWithTheCovarianceWhereTheProblemIsNearlyLinear) {
                            "resonance_damping_ratio", "driven_inertia", "load_inertia", "stiffness",
                            "damping", "crossover_hz", "phase_margin_deg", "modulus_margin", "gain_margin_db"})
     EXPECT_TRUE(compared.count(name)) << name;
+}
+
+/// What v-gap noise alone makes: pairs of experiments on one machine are the truth.
+TEST(Bootstrap, ForetellsTheGapThatNoiseMakes) {
+  const auto first = bootstrapped(experiment(3.0, 0.1, 1), 100),
+             second = bootstrapped(experiment(3.0, 0.1, 2), 100);
+  CompareOptions options;
+  options.weight = test::known(experiment(3.0, 0.1)).controller;
+  const auto changes = compare(first, second, options);
+  ASSERT_TRUE(changes.model_gap_bootstrap);
+  const auto& told = *changes.model_gap_bootstrap;
+  EXPECT_GE(told.pairs, 95U);
+  std::vector<data::TransferFunction> loops;
+  constexpr int kSeeds = 60;
+  for (int seed = 1; seed <= kSeeds; ++seed) {
+    fit::OutputErrorConfig config;
+    config.initial = first.model->drive;
+    config.known_delay_s = first.known_delay_s;
+    const auto record = test::simulated(experiment(3.0, 0.1, static_cast<std::uint64_t>(10 + seed))).record;
+    const auto repeated = fit::fit_output_error(record, config);
+    ASSERT_TRUE(repeated && repeated->converged);
+    loops.push_back(diagnostics::weighted(*options.weight, repeated->model.transfer_function()));
+  }
+  std::vector<double> gaps;
+  for (std::size_t i = 0; i + 1 < loops.size(); i += 2)
+    gaps.push_back(diagnostics::nu_gap(loops[i], loops[i + 1]).value().gap);
+  const auto above = std::count_if(gaps.begin(), gaps.end(), [&](double g) { return g > told.noise; });
+  EXPECT_LE(above, 5);  // 1.5 of 30 expected
+  // The median of a distance that noise makes lies at about half of what 95 % stay below.
+  std::nth_element(gaps.begin(), gaps.begin() + 15, gaps.end());
+  EXPECT_GT(gaps[15], 0.3 * told.noise);
+  EXPECT_LT(gaps[15], 0.9 * told.noise);
 }
 
 /// Repetitions of the experiment itself are the truth that the bootstrap imitates.

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <joined_records.hpp>
+#include <resonid/identification/figures.hpp>
 
 namespace resonid::identification {
 namespace {
@@ -55,6 +56,23 @@ TEST(Join, EveryRecordHasItsOwnOffsetStateNoiseAndLength) {
   const auto joint = bench.joined();
   expect_at_the_bound(joint, bench);
   for (const auto& r : joint.records) EXPECT_TRUE(r.own_estimate && r.agrees) << r.file;
+}
+
+TEST(Join, RepeatsAllExperimentsTogether) {
+  auto bench = test::narrow_bands(1);
+  bench.options.bootstrap = 40;
+  const auto joint = bench.joined();
+  ASSERT_TRUE(joint.result.model && joint.result.bootstrap);
+  EXPECT_GE(joint.result.bootstrap->replicas, 38U);
+  const auto told = figures(joint.result);
+  std::size_t compared = 0;
+  for (const auto& i : joint.result.bootstrap->intervals) {
+    const auto* figure = find(told, i.name);
+    if (figure == nullptr || !figure->std) continue;
+    ++compared;
+    EXPECT_NEAR(i.standard_deviation / *figure->std, 1.0, 0.4) << i.name;  // 40 replicas: 11 %
+  }
+  EXPECT_GE(compared, 6U);
 }
 
 /// Four seconds of PRBS in a noisy loop each.

@@ -72,6 +72,7 @@ TEST(ReadJson, KeepsTheLists) {
   ASSERT_TRUE(again->bootstrap);
   EXPECT_EQ(again->bootstrap->failed, 3U);
   EXPECT_DOUBLE_EQ(again->bootstrap->intervals[0].high, 144.6);
+  EXPECT_EQ(again->bootstrap->intervals[1].values, (std::vector<double>{0.85, 0.86, 0.84}));
   EXPECT_EQ(again->choices[1].because, "It has the least criterion.");
   EXPECT_DOUBLE_EQ(*again->loop->gain_margin_std_db, 0.2);
 }
@@ -181,7 +182,8 @@ TEST(ReadJson, NamesWhatWasFoundAndWhatIsRequired) {
     return message(j);
   };
   EXPECT_EQ(with("/schema", "resonid.track/1"),
-            "$.schema: found \"resonid.track/1\", required \"resonid.identification/1\"");
+            "$.schema: found \"resonid.track/1\", required one of \"resonid.identification/1\", "
+            "\"resonid.identifications/1\"");
   EXPECT_EQ(with("/model/parameters/stiffness/value", "143.75"),
             "$.model.parameters.stiffness.value: found \"143.75\", required a number");
   EXPECT_EQ(with("/model/parameters/stiffness/value", -3.0),

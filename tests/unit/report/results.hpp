@@ -67,8 +67,10 @@ inline identification::Result listed() {
   Eigen::Matrix2d c;
   c << 0.04, 0.01, 0.01, 0.09;
   r.roots = {{{-9.4, 94.3}, c, "pole"}, {{-9.4, -94.3}, c, "pole"}, {{-4.7, 66.9}, c, "zero"}};
-  r.bootstrap = identification::Bootstrap{
-      200, 3, {{"stiffness", "Nm/rad", 142.9, 144.6, 0.4}, {"modulus_margin", "", 0.84, 0.86, 0.004}}};
+  r.bootstrap = identification::Bootstrap{200,
+                                          3,
+                                          {{"stiffness", "Nm/rad", 142.9, 144.6, 0.4, {143.0, 144.0, 143.5}},
+                                           {"modulus_margin", "", 0.84, 0.86, 0.004, {0.85, 0.86, 0.84}}}};
   return r;
 }
 
