@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "response/signals.hpp"
 
+#include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
 
@@ -40,10 +41,14 @@ std::vector<double> detrended(std::span<const double> samples, int degree) {
   std::vector<double> values(samples.begin(), samples.end());
   const auto count = static_cast<double>(samples.size());
   const double centre = 0.5 * (count - 1.0);
-  double mean = 0.0;
-  for (const double x : samples) mean += x / count;
+  Eigen::Map<Eigen::ArrayXd> all(values.data(), static_cast<Eigen::Index>(values.size()));
+  const double mean = values.empty() ? 0.0 : all.mean();
+  if (degree == 0) {
+    all -= mean;
+    return values;
+  }
   double slope = 0.0;
-  if (degree > 0 && samples.size() > 1) {
+  if (samples.size() > 1) {
     double numerator = 0.0;
     for (std::size_t k = 0; k < samples.size(); ++k)
       numerator += (static_cast<double>(k) - centre) * (samples[k] - mean);

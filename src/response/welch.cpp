@@ -53,6 +53,10 @@ class CrossPower {
  public:
   explicit CrossPower(std::size_t bins) : re_(bins, 0.0), im_(bins, 0.0) {}
 
+  void add(const std::vector<Complex>& x) {
+    for (std::size_t b = 0; b < re_.size(); ++b)
+      re_[b] += x[b].real() * x[b].real() + x[b].imag() * x[b].imag();
+  }
   void add(const std::vector<Complex>& x, const std::vector<Complex>& y) {
     for (std::size_t b = 0; b < re_.size(); ++b) {
       re_[b] += x[b].real() * y[b].real() + x[b].imag() * y[b].imag();
@@ -73,21 +77,32 @@ std::vector<Eigen::Matrix3cd> spectral_matrices(const data::Record& record, cons
   std::array<std::vector<double>, 3> periodic;
   for (std::size_t i = 0; i < 3 && segments.periodic; ++i)
     if (signals.has(i)) periodic[i] = without_drift(signals.signal[i], length);
+  std::vector<std::size_t> present;
+  for (std::size_t i = 0; i < 3; ++i)
+    if (signals.has(i)) present.push_back(i);
   std::vector<CrossPower> sums(9, CrossPower(bins));  // [3 i + j], j >= i
   std::array<std::vector<Complex>, 3> spectrum;
   for (std::size_t s = 0; s < segments.count; ++s) {
-    for (std::size_t i = 0; i < 3; ++i) {
-      if (!signals.has(i)) continue;
-      const std::size_t first = s * segments.hop;
+    const std::size_t first = s * segments.hop;
+    const auto windowed = [&](std::size_t i) {
       std::vector<double> part =
           segments.periodic ? std::vector<double>(&periodic[i][first], &periodic[i][first] + length)
                             : detrended(signals.signal[i].subspan(first, length), trend_degree(record, i));
       for (std::size_t n = 0; n < length; ++n) part[n] *= segments.window[n];
-      spectrum[i] = half_spectrum(part);
+      return part;
+    };
+    for (std::size_t p = 0; p + 1 < present.size(); p += 2) {
+      auto both = half_spectra(windowed(present[p]), windowed(present[p + 1]));
+      spectrum[present[p]] = std::move(both[0]);
+      spectrum[present[p + 1]] = std::move(both[1]);
     }
+    if (present.size() % 2 == 1) spectrum[present.back()] = half_spectrum(windowed(present.back()));
     for (std::size_t i = 0; i < 3; ++i)
       for (std::size_t j = i; j < 3; ++j)
-        if (signals.has(i) && signals.has(j)) sums[3 * i + j].add(spectrum[i], spectrum[j]);
+        if (signals.has(i) && i == j)
+          sums[3 * i + j].add(spectrum[i]);
+        else if (signals.has(i) && signals.has(j))
+          sums[3 * i + j].add(spectrum[i], spectrum[j]);
   }
   std::vector<Eigen::Matrix3cd> matrices(bins, Eigen::Matrix3cd::Zero());
   const auto count = static_cast<double>(segments.count);

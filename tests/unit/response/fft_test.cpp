@@ -33,6 +33,25 @@ TEST(HalfSpectrum, AgreesWithItsDefinitionForAnyLength) {
   }
 }
 
+/// One a million times as large as the other: neither leaves a trace in the other.
+TEST(HalfSpectra, AreThoseOfEachSignal) {
+  std::mt19937_64 random(2);
+  std::normal_distribution<double> normal;
+  for (const std::size_t length : {4U, 6U, 30U, 31U, 254U, 500U, 4096U}) {
+    std::vector<double> a(length), b(length);
+    for (auto& value : a) value = normal(random);
+    for (auto& value : b) value = 1e6 * normal(random);
+    const auto both = half_spectra(a, b);
+    const double scale = std::sqrt(static_cast<double>(length));
+    for (std::size_t k = 0; k <= length / 2; k += 1 + (length / 2 + 1) / 7) {
+      EXPECT_LT(std::abs(both[0].at(k) - bin_of(a, k)), 1e-12 * scale)
+          << "length " << length << ", bin " << k;
+      EXPECT_LT(std::abs(both[1].at(k) - bin_of(b, k)), 1e-6 * scale) << "length " << length << ", bin " << k;
+    }
+    EXPECT_LT(std::abs(both[0].back() - bin_of(a, length / 2)), 1e-12 * scale) << length;
+  }
+}
+
 TEST(HalfSpectrum, LongPrimePeriodOfAPrbsIsFast) {  // takes minutes when the length is taken as it is
   std::vector<double> x(131071, 0.0);
   x[1] = 1.0;
