@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: MIT
+#include <glog/logging.h>
+
 #include <CLI/App.hpp>
 #include <CLI/Config.hpp>
 #include <CLI/Formatter.hpp>
@@ -43,7 +45,11 @@ void print_wrong_use(const CLI::App& app, const std::string& message) {
   print_error("resonid: " + message + "\nSee '" + name + " --help'.\n");
 }
 
+/// Steps that the solver of the fits takes back itself are no business of the user's.
+void quieten_solver() { FLAGS_minloglevel = google::GLOG_FATAL; }
+
 int run(int argc, char** argv) {
+  quieten_solver();
   CLI::App app("Identifies resonating mechanical systems in electric drives.", "resonid");
   app.set_version_flag("--version", "resonid " RESONID_VERSION);
   app.footer("'resonid VERB --help' explains a verb and shows an example.");
