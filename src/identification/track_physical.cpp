@@ -91,11 +91,13 @@ class Physical final : public OnlineTracker {
   double sample_rate_hz_;
 };
 
-/// How far off the start may be: ten times what its own covariance says, a tenth at least, in case the
-/// machine changed since.
+/// How far off the start may be: ten times what its own covariance says, and at least as far as a machine
+/// changes. The tracker is ready once it knows twice as much: of the damping, which warmth and wear move most
+/// and a record tells least, no more must be asked than the record can tell.
 recursive::StartingValue starting(const fit::DriveModel& drive, fit::Parameter parameter) {
+  const double least = parameter == fit::kDamping ? 0.3 : 0.1;
   const auto e = drive.estimate(parameter);
-  return {e.value, std::clamp(10.0 * e.standard_deviation / std::max(e.value, 1e-300), 0.1, 1.0)};
+  return {e.value, std::clamp(10.0 * e.standard_deviation / std::max(e.value, 1e-300), least, 1.0)};
 }
 
 }  // namespace

@@ -181,6 +181,7 @@ TEST_F(IdentifyMany, JointResultsAreReadByEveryVerb) {
   EXPECT_EQ(planned.exit_code, 0) << planned.error;
   const auto tracked = run("track other.csv --start joint.json --json t.json" + std::string(kKnown));
   EXPECT_EQ(tracked.exit_code, 0) << tracked.error;
+  EXPECT_NE(tracked.out.find("100 % of the rows after the start"), std::string::npos) << tracked.out;
 }
 
 TEST_F(IdentifyMany, DoesNotTrustWhatDisagrees) {
