@@ -107,4 +107,46 @@ std::optional<ControllerEstimate> estimate_controller(const data::Record& record
                             std::move(fit->model)};
 }
 
+std::optional<ControllerEstimate> estimate_controller(std::span<const data::Record> records) {
+  struct Own {
+    ControllerEstimate estimate;
+    double weight = 0.0;
+  };
+  std::vector<Own> all;
+  for (const auto& record : records) {
+    auto shown = estimate_controller(record);
+    if (!shown && all.empty()) return std::nullopt;
+    if (!shown) continue;
+    if (!shown->model || !(shown->input_noise > 0.0)) return shown;
+    const double weight = static_cast<double>(record.samples()) / (shown->input_noise * shown->input_noise);
+    all.push_back({std::move(*shown), weight});
+  }
+  const auto order = [](const Own& own) { return own.estimate.controller.denominator.size(); };
+  const auto like = [&](const Own& one) {
+    return std::count_if(all.begin(), all.end(),
+                         [&](const Own& other) { return order(one) == order(other); });
+  };
+  const auto typical =
+      std::max_element(all.begin(), all.end(), [&](const Own& a, const Own& b) { return like(a) < like(b); });
+  if (typical == all.end()) return std::nullopt;
+  const std::size_t kind = order(*typical);
+  std::erase_if(all, [&](const Own& own) { return order(own) != kind; });
+  double total = 0.0;
+  for (const auto& own : all) total += own.weight;
+  ControllerEstimate mean = all.front().estimate;
+  auto& c = mean.controller;
+  std::fill(c.numerator.begin(), c.numerator.end(), 0.0);
+  std::fill(c.denominator.begin(), c.denominator.end(), 0.0);
+  for (const auto& own : all) {
+    const auto& b = own.estimate.controller.numerator;
+    const auto& a = own.estimate.controller.denominator;
+    for (std::size_t i = 0; i < std::min(b.size(), c.numerator.size()); ++i)
+      c.numerator[i] += own.weight / total * b[i];
+    for (std::size_t i = 0; i < a.size(); ++i) c.denominator[i] += own.weight / total * a[i];
+  }
+  mean.model->realisation.covariance *= all.front().weight / total;
+  mean.model->covariance *= all.front().weight / total;
+  return mean;
+}
+
 }  // namespace resonid::fit

@@ -11,6 +11,7 @@
 #include <identification/uncertainty.hpp>
 #include <mutex>
 #include <numbers>
+#include <resonid/base/median.hpp>
 #include <resonid/base/quantile.hpp>
 #include <resonid/excitation/splitmix64.hpp>
 #include <resonid/fit/response_fit.hpp>
@@ -137,6 +138,25 @@ Bootstrap bootstrap(const Repetition& repetition, const Options& options, const 
       options.progress(fmt::format("bootstrap, {} of {} done", done, options.bootstrap));
   });
   return summary(figures(result), replicas, options.confidence);
+}
+
+std::optional<diagnostics::Finding> inspect_bootstrap(const Bootstrap& bootstrap, const Result& result) {
+  if (!result.model || result.model->from_record) return std::nullopt;
+  std::vector<double> ratios;
+  const auto told = figures(result);
+  for (const auto& i : bootstrap.intervals)
+    if (const auto* figure = find(told, i.name); figure != nullptr && figure->std)
+      ratios.push_back(i.standard_deviation / *figure->std);
+  constexpr double kFarLess = 0.5;
+  const double typical = ratios.empty() ? 1.0 : median(std::move(ratios));
+  if (typical >= kFarLess) return std::nullopt;
+  return diagnostics::Finding{
+      "no-bootstrap", diagnostics::Severity::warning, typical, kFarLess,
+      fmt::format(
+          "No bootstrap: repetitions scatter by {:.2g} of the error bars only. The model, fitted to the "
+          "response, misses its lines in a smooth way, or lines repeat one another; independent noise on "
+          "the lines does not show that, the covariance holds it.",
+          typical)};
 }
 
 Repetition repetition_of(const data::Record& record, const Plan& plan, const Options& options,

@@ -39,6 +39,12 @@ using Repetition = std::function<std::optional<Result>(std::uint64_t seed)>;
 [[nodiscard]] Repetition repetition_of(std::span<const data::Record> records, const Plan& plan,
                                        const Options& options, const ModelResult& model);
 
+/// Why a bootstrap of a model of the response must not be shown, if so: its replicas scatter less than half
+/// as much as the covariance says, which holds what lines miss together and independent noise does not
+/// repeat.
+[[nodiscard]] std::optional<diagnostics::Finding> inspect_bootstrap(const Bootstrap& bootstrap,
+                                                                    const Result& result);
+
 /// Parametric bootstrap (Efron 1993, chapter 6): the experiment repeated on the fitted model.
 ///
 /// Intervals lie between the (1-c)/2 and (1+c)/2 quantiles of the replicas. They follow the shape that the

@@ -202,7 +202,15 @@ fit::OutputErrorConfig CandidateFits::config_of(const Variant& variant, const fi
 
 std::optional<RecordFit> CandidateFits::fit_to_records(const Variant& variant,
                                                        const fit::DriveModel& start) const {
-  auto fit = fit_records(records_, config_of(variant, start));
+  auto config = config_of(variant, start);
+  // A position drifts with what the start misses of friction, and a noise model of that drift leads astray.
+  if (records_.front().output_quantity == data::OutputQuantity::position) {
+    auto plain = config;
+    plain.noise_model = false;
+    if (const auto first = fit_records(records_, plain); first && first->converged)
+      config.initial = first->model;
+  }
+  auto fit = fit_records(records_, config);
   if (!fit || !fit->converged || (friction_is_free() && pushes_itself(fit->model, variant.dry)))
     return std::nullopt;
   return fit;

@@ -183,19 +183,34 @@ expected<Result, Refusal> identify(const data::Record& whole, const Options& opt
   if (source == detail::ExcitationSource::reference) lines->has_excitation = false;  // L = Ru/U - 1 needs ru
   if (auto loop = response::loop_response(*lines)) result.measured_loop = std::move(*loop);
   Options in_loop = options;
-  if (evidence.controller && (!options.controller || controller_differs)) {
+  const bool own_controller = evidence.controller && (!options.controller || controller_differs);
+  if (own_controller) {
     in_loop.controller = evidence.controller->controller;
     result.choices.push_back(detail::controller_choice(*evidence.controller));
   }
   result.loop = detail::loop_of(*plan, in_loop, *lines, result.response, detail::plant_model(result));
+  if (own_controller && result.loop) {
+    const auto loop_with =
+        [&, plant = detail::plain(detail::plant_model(result))](const data::TransferFunction& controller) {
+          Options other = in_loop;
+          other.controller = controller;
+          return detail::loop_of(*plan, other, *lines, result.response, plant);
+        };
+    if (auto finding = detail::include_controller(*evidence.controller, *plan, loop_with, *result.loop))
+      result.findings.push_back(std::move(*finding));
+  }
   detail::inspect_loop(result);
   if ((result.model || result.black_box) && options.bootstrap > 0) {
     progress("bootstrap");
     const detail::LoopOfModel loop_of_model = [&](const detail::PlantModel& model) {
       return detail::loop_of(*plan, in_loop, *lines, result.response, model);
     };
-    result.bootstrap = detail::bootstrap(detail::repetition_of(record, *plan, options, result), options,
-                                         result, loop_of_model, modes_hz);
+    auto bootstrap = detail::bootstrap(detail::repetition_of(record, *plan, options, result), options, result,
+                                       loop_of_model, modes_hz);
+    if (auto finding = detail::inspect_bootstrap(bootstrap, result))
+      result.findings.push_back(std::move(*finding));
+    else
+      result.bootstrap = std::move(bootstrap);
   }
   if (options.method == Method::model && !result.model && !result.black_box)
     return tl::unexpected(Refusal{"method", "model needs --model other than none, and a fit"});

@@ -330,7 +330,7 @@ expected<Joint, Refusal> join(std::span<const data::Record> records, std::span<c
   std::vector<data::Record> list;
   for (auto& one : *same) list.push_back(std::move(one.record));
   const auto shown = recorded && list.front().output_quantity == data::OutputQuantity::velocity
-                         ? fit::estimate_controller(list.front())
+                         ? fit::estimate_controller(std::span<const data::Record>(list))
                          : std::nullopt;
   plan.loop_controller = detail::predictor_controller(shown, options);
   bool one_likelihood = false;
@@ -346,6 +346,16 @@ expected<Joint, Refusal> join(std::span<const data::Record> records, std::span<c
   Options in_loop = options;
   if (!in_loop.controller && shown) in_loop.controller = shown->controller;
   find_loop(in_loop, plan, joint.result);
+  if (shown && !options.controller && joint.result.loop && joint.result.model) {
+    const auto loop_with = [&, plant = detail::plain(detail::plant_model(joint.result))](
+                               const data::TransferFunction& controller) {
+      Options other = in_loop;
+      other.controller = controller;
+      return loop_with_controller(other, plan, joint.result, plant);
+    };
+    if (auto finding = detail::include_controller(*shown, plan, loop_with, *joint.result.loop))
+      joint.result.findings.push_back(std::move(*finding));
+  }
   if (options.bootstrap > 0 && joint.result.model) repeat(list, plan, in_loop, one_likelihood, joint.result);
   note(joint, results);
   return joint;

@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: MIT
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <identification/loop.hpp>
@@ -115,6 +117,59 @@ LoopResult from_response(const data::FrequencyResponse& curve) {
 }
 
 }  // namespace
+
+std::optional<diagnostics::Finding> include_controller(
+    const fit::ControllerEstimate& shown, const Plan& plan,
+    const std::function<std::optional<LoopResult>(const data::TransferFunction&)>& loop_with,
+    LoopResult& loop) {
+  constexpr double kBeyond = 1.5;
+  const auto crossover = loop.margins.crossover_hz();
+  if (crossover && !(*crossover > plan.low_hz / kBeyond && *crossover < kBeyond * plan.high_hz)) {
+    loop.crossover_std_hz = loop.phase_margin_std_deg = loop.modulus_margin_std =
+        loop.gain_margin_std_db = {};
+    return diagnostics::Finding{
+        "crossover-outside-band", diagnostics::Severity::warning, *crossover, plan.low_hz,
+        fmt::format(
+            "The loop crosses over at {:.3g} Hz, and {:.3g} ... {:.3g} Hz are excited: the controller, "
+            "which was taken from the record, is extrapolated there, and the margins have no error "
+            "bars. Give --controller.",
+            *crossover, plan.low_hz, plan.high_hz)};
+  }
+  if (!shown.model) return std::nullopt;
+  const auto figures = [](const LoopMargins& m) -> Eigen::Vector4d {
+    return {m.crossover_hz().value_or(0.0), m.phase_margin_deg().value_or(0.0), m.modulus_margin,
+            m.gain_margin_db.value_or(0.0)};
+  };
+  // Of [b0, b1, ..., a1, a2, ...]; what an integrator fixes has no deviation.
+  const auto& c = shown.model->covariance;
+  const auto zeros = static_cast<Eigen::Index>(shown.controller.numerator.size());
+  Eigen::MatrixXd gradient = Eigen::MatrixXd::Zero(4, c.rows());
+  for (Eigen::Index i = 0; i < c.rows(); ++i) {
+    constexpr double kSmall = 0.01;  // of the standard deviation
+    const double by = kSmall * std::sqrt(std::max(0.0, c(i, i)));
+    if (!(by > 0.0)) continue;
+    const auto margins = [&](double step) {
+      auto moved = shown.controller;
+      (i < zeros ? moved.numerator[static_cast<std::size_t>(i)]
+                 : moved.denominator[static_cast<std::size_t>(i - zeros + 1)]) += step;
+      const auto other = loop_with(moved);
+      return other ? figures(other->margins) : figures(loop.margins);
+    };
+    gradient.col(i) = (margins(by) - margins(-by)) / (2.0 * by);
+  }
+  const Eigen::Vector4d variance = (gradient * c * gradient.transpose()).diagonal().cwiseMax(0.0);
+  std::optional<double>* const stds[] = {&loop.crossover_std_hz, &loop.phase_margin_std_deg,
+                                         &loop.modulus_margin_std, &loop.gain_margin_std_db};
+  for (Eigen::Index i = 0; i < 4; ++i)
+    if (auto& std = *stds[i]) std = std::sqrt(*std * *std + variance(i));
+  return std::nullopt;
+}
+
+PlantModel plain(PlantModel model) {
+  if (auto* drive = std::get_if<fit::DriveModel>(&model)) return plain(std::move(*drive));
+  if (auto* box = std::get_if<fit::BlackBoxModel>(&model)) return plain(std::move(*box));
+  return model;
+}
 
 PlantModel plant_model(const Result& result) {
   if (result.model) return result.model->drive;

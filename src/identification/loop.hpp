@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <functional>
 #include <identification/measurement.hpp>
+#include <resonid/diagnostics/data_findings.hpp>
+#include <resonid/fit/controller_estimate.hpp>
 #include <variant>
 
 namespace resonid::identification::detail {
@@ -18,5 +21,17 @@ using PlantModel = std::variant<std::monostate, fit::DriveModel, fit::BlackBoxMo
                                                 const response::LineEstimates& lines,
                                                 const data::FrequencyResponse& response,
                                                 const PlantModel& model);
+
+/// A loop whose controller comes from the record itself: its error goes into the margins' standard
+/// deviations, to first order. Margins beyond the frequencies that the plan excites lose theirs: there the
+/// controller is extrapolated, and the finding that says so is returned. `loop_with`: the loop with another
+/// controller.
+[[nodiscard]] std::optional<diagnostics::Finding> include_controller(
+    const fit::ControllerEstimate& shown, const Plan& plan,
+    const std::function<std::optional<LoopResult>(const data::TransferFunction&)>& loop_with,
+    LoopResult& loop);
+
+/// The same model without what makes standard deviations, which moved models need not have.
+[[nodiscard]] PlantModel plain(PlantModel model);
 
 }  // namespace resonid::identification::detail

@@ -28,7 +28,7 @@ double usable(const data::FrequencyResponse& g) {
 expected<MeasuredResponse, Refusal> measure_response(const data::Record& record, Plan& plan,
                                                      const Options& options, std::vector<Choice>& choices) {
   auto first = by_the_plan(record, plan, options);
-  constexpr double kNextToNothing = 0.3, kClearlyMore = 2.0;
+  constexpr double kNextToNothing = 0.05, kClearlyMore = 2.0;
   const bool averages = plan.method == Method::periodic || plan.method == Method::welch;
   if (!first || !averages || options.method != Method::automatic) return first;
   const double before = usable(first->response);

@@ -19,9 +19,14 @@ void inspect_resonance(const Plan& plan, const fit::DriveMode& mode, bool one_of
   if (relative > 0.05)
     findings.push_back(
         {"uncertain-resonance", Severity::error, relative, 0.05,
-         fmt::format(
-             "The {} is known to {:.0f} % only: excite more strongly around {:.3g} Hz or record longer.",
-             name, 100.0 * relative, f)});
+         relative > 1.0
+             ? fmt::format(
+                   "The {} is not determined by the record: nothing shows there. Fewer masses say as much "
+                   "(--model auto); to tell more, excite around {:.3g} Hz.",
+                   name, f)
+             : fmt::format("The {} is known to {:.0f} % only: excite more strongly around {:.3g} Hz or "
+                           "record longer.",
+                           name, 100.0 * relative, f)});
   const double zeta = mode.damping_ratio.value;
   if (!(zeta > 0.0) || zeta > 1.0)
     findings.push_back({"unphysical-damping", Severity::error, zeta, 1.0,

@@ -215,7 +215,8 @@ std::vector<std::string> sentences(const Changes& c) {
     list.push_back(
         c.model_gap->condition_holds
             ? fmt::format("The v-gap of the models{} is {} (at {:.4g} Hz).", c.weighted ? ", scaled," : "",
-                          with_error(c.model_gap->gap, z * c.model_gap_std.value_or(0.0)),
+                          with_error(c.model_gap->gap,
+                                     c.model_gap_bootstrap ? 0.0 : z * c.model_gap_std.value_or(0.0)),
                           c.model_gap->frequency_hz)
             : "The v-gap of the models is 1: their winding-number condition fails, no one controller is "
               "right for both.");
@@ -232,10 +233,13 @@ std::string summary_text(const Changes& c) {
     const double z = quantile(c.confidence);
     text += fmt::format("\nChanges, {:.0f} % confidence\n", 100.0 * c.confidence);
     for (const auto& d : all)
-      text += fmt::format("  {:<18} {:>10.5g} -> {:>10.5g} {:<8} {}{}{}\n", words(d.name), d.first.value,
-                          d.second.value, d.unit, d.change < 0.0 ? "" : "+",
-                          with_error(d.change, z * d.std.value_or(0.0)),
-                          d.significant ? "  changed" : (d.probability ? "" : "  not judged"));
+      text += fmt::format(
+          "  {:<18} {:>10.5g} -> {:>10.5g} {:<8} {}{}{}\n", words(d.name), d.first.value, d.second.value,
+          d.unit, d.change < 0.0 ? "" : "+", with_error(d.change, z * d.std.value_or(0.0)),
+          (d.significant ? "  changed" : (d.probability ? "" : "  not judged")) +
+              (d.interval
+                   ? fmt::format("  ({}, bootstrap)", interval_text(d.interval->first, d.interval->second))
+                   : ""));
   }
   text += findings_text(c.findings);
   text += c.changed ? "\nChanged." : "\nNo change shown.";

@@ -5,6 +5,7 @@
 #include <resonid/data/record.hpp>
 #include <resonid/data/transfer_function.hpp>
 #include <resonid/fit/black_box.hpp>
+#include <span>
 
 namespace resonid::fit {
 
@@ -27,5 +28,10 @@ struct ControllerEstimate {
 /// C leaves still follows ru or y by a correlation of 0.05 and beyond chance: the controller limits, or ru
 /// reaches u otherwise. Needs an excitation; of a velocity.
 [[nodiscard]] std::optional<ControllerEstimate> estimate_controller(const data::Record& record);
+
+/// One controller of repeated experiments: the records' own estimates of the structure that most show, the
+/// coefficients averaged by the power of their noise and the records' lengths; the covariance of `model` is
+/// that of the mean. The first record's where one is exact; nothing where the first shows none.
+[[nodiscard]] std::optional<ControllerEstimate> estimate_controller(std::span<const data::Record> records);
 
 }  // namespace resonid::fit

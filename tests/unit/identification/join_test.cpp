@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <joined_records.hpp>
 #include <resonid/identification/figures.hpp>
+#include <resonid/plant/white_noise.hpp>
 
 namespace resonid::identification {
 namespace {
@@ -73,6 +74,31 @@ TEST(Join, RepeatsAllExperimentsTogether) {
     EXPECT_NEAR(i.standard_deviation / *figure->std, 1.0, 0.4) << i.name;  // 40 replicas: 11 %
   }
   EXPECT_GE(compared, 6U);
+}
+
+/// Noise on the recorded input: the loop's controller is that which all records show, and its error is in the
+/// margins.
+TEST(Join, TakesTheControllerOfAllRecords) {
+  test::JoinedRecords bench;
+  bench.options.delay_s = 0.004;
+  for (std::uint64_t seed = 1; seed <= 3; ++seed) {
+    auto c = test::published_drive(0.1, 10.0, seed);
+    test::prbs(c);
+    c.excitation.register_length = 12;
+    c.excitation.amplitude = 2.1;
+    c.run.duration_s = 8.0;
+    auto record = test::simulated(c).record;
+    plant::WhiteNoise noise(700 + seed, 0.3);
+    for (double& u : record.input.samples) u += noise.step();
+    bench.add(c, std::move(record));
+  }
+  const auto joint = bench.joined();
+  ASSERT_TRUE(joint.result.model && joint.result.loop && joint.result.loop->phase_margin_std_deg);
+  EXPECT_LT(test::normalised_error(joint.result.model->drive, bench.experiments.front()), 18.5);
+  const double std = *joint.result.loop->phase_margin_std_deg;
+  EXPECT_NEAR(*joint.result.loop->margins.phase_margin_deg(), 63.49, 3.5 * std);
+  ASSERT_TRUE(bench.results.front().loop && bench.results.front().loop->phase_margin_std_deg);
+  EXPECT_NEAR(std / *bench.results.front().loop->phase_margin_std_deg, 1.0 / std::sqrt(3.0), 0.15);
 }
 
 /// Four seconds of PRBS in a noisy loop each.
