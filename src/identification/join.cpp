@@ -134,9 +134,9 @@ Average average(std::span<const data::FrequencyResponse* const> responses) {
 
 Average average_of(std::span<const Result> results, bool loops) {
   std::vector<const data::FrequencyResponse*> list;
-  static const data::FrequencyResponse kNone;
+  static const data::FrequencyResponse none;
   for (const auto& r : results)
-    list.push_back(!loops ? &r.response : r.measured_loop ? &*r.measured_loop : &kNone);
+    list.push_back(!loops ? &r.response : r.measured_loop ? &*r.measured_loop : &none);
   return average(list);
 }
 
