@@ -7,10 +7,10 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <resonid/io/controller_file.hpp>
-#include <resonid/io/number_list.hpp>
-#include <resonid/io/suggestion.hpp>
+#include <resonid/io/detail/number_list.hpp>
+#include <resonid/io/detail/suggestion.hpp>
 #include <resonid/planning/plan.hpp>
-#include <resonid/report/plan.hpp>
+#include <resonid/report/detail/plan.hpp>
 
 #include "errors.hpp"
 #include "options.hpp"

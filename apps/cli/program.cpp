@@ -7,7 +7,7 @@
 #include <cli/output.hpp>
 #include <cli/program.hpp>
 #include <exception>
-#include <resonid/io/suggestion.hpp>
+#include <resonid/io/detail/suggestion.hpp>
 #include <string>
 #include <vector>
 

@@ -8,10 +8,10 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
+#include <resonid/io/detail/experiment_schema.hpp>
+#include <resonid/io/detail/suggestion.hpp>
 #include <resonid/io/experiment.hpp>
-#include <resonid/io/experiment_schema.hpp>
 #include <resonid/io/shipped_experiments.hpp>
-#include <resonid/io/suggestion.hpp>
 #include <resonid/plant/experiment.hpp>
 
 #include "errors.hpp"

@@ -8,7 +8,7 @@
 #include <limits>
 #include <memory>
 #include <resonid/base/constants.hpp>
-#include <resonid/base/linear_system.hpp>
+#include <resonid/base/detail/linear_system.hpp>
 #include <resonid/online/models/arx.hpp>
 #include <resonid/online/models/closed_loop_output_error.hpp>
 #include <resonid/online/models/instrumental_variables.hpp>

@@ -8,7 +8,7 @@
 #include <cmath>
 #include <resonid/base/constants.hpp>
 #include <resonid/online/lines/kalman_bank.hpp>
-#include <resonid/plant/white_noise.hpp>
+#include <resonid/plant/detail/white_noise.hpp>
 
 #include "reproduce/publication_iv.hpp"
 

@@ -6,8 +6,8 @@
 #include <resonid/diagnostics/gap.hpp>
 #include <resonid/online/lines/kalman_bank.hpp>
 #include <resonid/online/lines/response_tracker.hpp>
+#include <resonid/response/detail/tracked_lines.hpp>
 #include <resonid/response/periodic_averaging.hpp>
-#include <resonid/response/tracked_lines.hpp>
 #include <resonid/response/welch.hpp>
 
 #include "reproduce/publication_iv.hpp"

@@ -11,7 +11,7 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 #include <reproduce/reproduction.hpp>
-#include <resonid/io/suggestion.hpp>
+#include <resonid/io/detail/suggestion.hpp>
 #include <resonid/report/document.hpp>
 #include <string>
 #include <vector>

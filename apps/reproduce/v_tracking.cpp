@@ -9,9 +9,9 @@
 #include <resonid/base/constants.hpp>
 #include <resonid/io/shipped_experiments.hpp>
 #include <resonid/online/lines/response_tracker.hpp>
+#include <resonid/online/models/detail/response_fit.hpp>
 #include <resonid/online/models/modes.hpp>
 #include <resonid/online/models/recursive_response_fit.hpp>
-#include <resonid/online/models/response_fit.hpp>
 
 #include "reproduce/runs.hpp"
 

@@ -7,7 +7,7 @@
 #include <resonid/data/record.hpp>
 #include <resonid/data/transfer_function.hpp>
 #include <resonid/data/two_mass.hpp>
-#include <resonid/online/lines/sweep.hpp>
+#include <resonid/online/lines/detail/sweep.hpp>
 #include <resonid/plant/experiment.hpp>
 #include <span>
 #include <vector>

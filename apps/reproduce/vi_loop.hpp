@@ -5,7 +5,7 @@
 #include <cstddef>
 #include <limits>
 #include <resonid/data/frequency_response.hpp>
-#include <resonid/online/lines/sweep.hpp>
+#include <resonid/online/lines/detail/sweep.hpp>
 #include <string_view>
 #include <vector>
 

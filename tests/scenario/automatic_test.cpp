@@ -4,7 +4,7 @@
 #include <cmath>
 #include <experiments.hpp>
 #include <resonid/io/shipped_experiments.hpp>
-#include <resonid/plant/white_noise.hpp>
+#include <resonid/plant/detail/white_noise.hpp>
 #include <unsupported/Eigen/MatrixFunctions>
 
 namespace resonid {

@@ -6,7 +6,7 @@
 #include <resonid/data/two_mass.hpp>
 #include <resonid/identification/track.hpp>
 #include <resonid/io/shipped_experiments.hpp>
-#include <resonid/plant/white_noise.hpp>
+#include <resonid/plant/detail/white_noise.hpp>
 
 #include "experiments.hpp"
 #include "track_errors.hpp"

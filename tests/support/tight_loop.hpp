@@ -5,7 +5,7 @@
 #include <drive_bound.hpp>
 #include <resonid/fit/output_error.hpp>
 #include <resonid/io/shipped_experiments.hpp>
-#include <resonid/plant/white_noise.hpp>
+#include <resonid/plant/detail/white_noise.hpp>
 #include <resonid/response/welch.hpp>
 
 namespace resonid::test {

@@ -10,7 +10,7 @@
 #include <reproduce/vi_page.hpp>
 #include <resonid/base/constants.hpp>
 #include <resonid/io/shipped_experiments.hpp>
-#include <resonid/response/swept_response.hpp>
+#include <resonid/response/detail/swept_response.hpp>
 #include <stdexcept>
 #include <string>
 
