@@ -233,7 +233,7 @@ void write_results(const planning::Plan& plan, const PlanOptions& o) {
   }
 }
 
-/// ConfigErrors of the plan in the words of the command line.
+/// Errors of the plan in the words of the command line.
 [[noreturn]] void refuse_plan(const CLI::App& verb, const Error& error) {
   for (const auto name : fit::kParameterNames)
     if (error.field == name)
