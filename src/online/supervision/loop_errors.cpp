@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include <Eigen/LU>
-#include <resonid/online/supervision/loop_errors.hpp>
+#include <resonid/online/supervision/detail/loop_errors.hpp>
 
 namespace resonid::online {
 

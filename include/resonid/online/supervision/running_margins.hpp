@@ -25,7 +25,7 @@ struct RunningMargins {
   Real modulus_margin_hz = kAbsent;       ///< Where that is.
   Real gain_margin_db = kAbsent;          ///< Smallest factor > 1 at arg L = -180 deg, in dB.
   Real gain_margin_hz = kAbsent;
-  /// Standard deviations, where those of the lines were given; of a model see loop_errors.hpp.
+  /// Standard deviations, where those of the lines were given; of a model: detail/loop_errors.hpp.
   Real crossover_std_hz = kAbsent, phase_margin_std_deg = kAbsent, modulus_margin_std = kAbsent;
 };
 

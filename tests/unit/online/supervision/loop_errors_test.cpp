@@ -7,7 +7,7 @@
 #include <cmath>
 #include <complex>
 #include <limits>
-#include <resonid/online/supervision/loop_errors.hpp>
+#include <resonid/online/supervision/detail/loop_errors.hpp>
 #include <vector>
 
 namespace resonid::online {

@@ -8,8 +8,8 @@
 #include <cstddef>
 #include <limits>
 #include <resonid/base/constants.hpp>
+#include <resonid/online/models/detail/held_two_mass.hpp>
 #include <resonid/online/models/discrete_model.hpp>
-#include <resonid/online/models/held_two_mass.hpp>
 #include <resonid/online/supervision/running_margins.hpp>
 
 namespace resonid::online {
