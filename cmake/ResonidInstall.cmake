@@ -8,6 +8,10 @@ foreach(target IN LISTS stage_targets)  # headers of the stages that are built: 
   if(stage STREQUAL "c_static")  # has the headers of c
     continue()
   endif()
+  if(stage STREQUAL "resonid")
+    install(FILES "${PROJECT_SOURCE_DIR}/include/resonid/resonid.hpp" DESTINATION "${CMAKE_INSTALL_INCLUDEDIR}/resonid")
+    continue()
+  endif()
   install(DIRECTORY "${PROJECT_SOURCE_DIR}/include/resonid/${stage}" DESTINATION "${CMAKE_INSTALL_INCLUDEDIR}/resonid")
 endforeach()
 install(FILES "${PROJECT_SOURCE_DIR}/LICENSE" DESTINATION "${CMAKE_INSTALL_DOCDIR}")

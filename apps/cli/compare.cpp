@@ -54,7 +54,7 @@ void run_compare(CompareVerb& o) {
   } else if (!o.weight.empty()) {
     o.options.weight = weight_of(o.weight, sample_time_s);
   }
-  const auto comparison = identification::compare(first, second, o.options);
+  const auto comparison = identification::compare(first, second, o.options).value();
   if (!o.report.empty()) {
     auto page = report::document(comparison);
     page.command = fmt::format("resonid compare {} {} --report {}", o.first, o.second, o.report);
