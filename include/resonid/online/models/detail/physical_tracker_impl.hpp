@@ -69,8 +69,8 @@ void PhysicalTracker<Real, ReplaySamples>::reset() noexcept {
 
 template <class Real, std::size_t ReplaySamples>
 TrendWatch PhysicalTracker<Real, ReplaySamples>::trend_watch() const noexcept {
-  return TrendWatch(std::exp(-static_cast<double>(setup_.twist_scale) /
-                             (kTwoPi * kTrendPeriods * config_.sample_rate_hz)));
+  return TrendWatch(
+      std::exp(-static_cast<double>(setup_.twist_scale) / (kTwoPi * kTrendPeriods * config_.sample_rate_hz)));
 }
 
 template <class Real, std::size_t ReplaySamples>
@@ -271,8 +271,8 @@ bool PhysicalTracker<Real, ReplaySamples>::moved_far() const noexcept {
   return false;
 }
 
-/// ln K - a rate has the variance P_KK - 2 a P_Kr + a^2 P_rr, least at a = P_Kr/P_rr: corrections of the newest
-/// rate move K then and before about the same way, so that some time ago, less is unknown.
+/// ln K - a rate has the variance P_KK - 2 a P_Kr + a^2 P_rr, least at a = P_Kr/P_rr: corrections of the
+/// newest rate move K then and before about the same way, so that some time ago, less is unknown.
 template <class Real, std::size_t ReplaySamples>
 double PhysicalTracker<Real, ReplaySamples>::best_known_age_s() const noexcept {
   const auto& p = run_.filter.covariance();
