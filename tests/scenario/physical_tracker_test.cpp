@@ -31,6 +31,42 @@ TEST(PhysicalTrackerScenario, FollowsTheSlowCartWithoutLagAndWhateverTheLoad) {
   }
 }
 
+TEST(PhysicalTrackerScenario, IsMoreAccurateAboutTheTimeAtWhichItKnowsTheStiffnessBest) {
+  for (const char* name : {"ii_iii_tooth_prbs", "ii_iii_tooth_prbs_2ms"}) {
+    auto experiment = io::shipped_experiment(name);
+    experiment.disturbance.load_torque = 0.5;
+    const auto now = test::tooth_belt_error(experiment, kSlowDrift, 1.0, kSeeds / 2);
+    const auto then = test::tooth_belt_error(experiment, kSlowDrift, 1.0, kSeeds / 2, true);
+    EXPECT_LT(then.rms_percent, 0.13) << name;
+    EXPECT_LT(then.rms_percent, 0.75 * now.rms_percent) << name;
+    EXPECT_GT(then.lag_s, 0.05) << name;
+    EXPECT_LT(then.lag_s, 0.25) << name;
+    EXPECT_GT(then.normalised, 0.7) << name;
+    EXPECT_LT(then.normalised, 1.6) << name;
+    RecordProperty(std::string(name) + "_rms_percent", std::to_string(then.rms_percent));
+  }
+}
+
+TEST(PhysicalTrackerScenario, LearnsOnTheWayHowFastTheMachineMoves) {
+  auto experiment = io::shipped_experiment("ii_iii_tooth_prbs");
+  experiment.run.seed = 1;
+  const auto record = test::physical_simulation(experiment).record;
+  const auto at_end = [&](double first, double then) {
+    auto config = test::tooth_belt_config(experiment, first);
+    const auto tracker =
+        std::make_unique<test::PhysicalTracker>(test::PhysicalTracker::create(config).value());
+    for (std::size_t k = 0; k < record.samples(); ++k) {
+      if (k == 250) tracker->set_stiffness_drift(then);
+      tracker->step(0.0, record.input.samples[k], record.output.samples[k]);
+    }
+    const auto machine = plant::mass_system(experiment.drive, 1.0, record.position.samples.back());
+    return std::abs(tracker->resonance_hz() / plant::resonances(machine)[0].frequency_hz - 1.0);
+  };
+  EXPECT_GT(at_end(0.0, 0.0), 0.05);  // held to be constant
+  EXPECT_LT(at_end(0.0, kSlowDrift), 0.01);
+  EXPECT_LT(at_end(0.5, kSlowDrift), 0.01);
+}
+
 TEST(PhysicalTrackerScenario, FollowsTheFastCart) {
   auto experiment = io::shipped_experiment("v_tooth_multisine");
   experiment.measurement.noise_rms = 0.1;

@@ -43,32 +43,45 @@ inline online::PhysicalTrackerConfig tooth_belt_config(const plant::ExperimentCo
   return c;
 }
 
-/// Error of the tracked resonance over several seeds, at the newest sample.
+/// Error of the tracked resonance over several seeds, at the time that it is told of.
 struct ResonanceError {
   double rms_percent = 0.0;
   double largest_percent = 0.0;
+  double normalised = 0.0;  ///< Mean squared error over the claimed variance.
+  double lag_s = 0.0;       ///< Mean.
 };
 inline ResonanceError tooth_belt_error(plant::ExperimentConfig experiment, double stiffness_drift_per_s,
-                                       double from_s, std::uint64_t seeds) {
+                                       double from_s, std::uint64_t seeds, bool at_best_known_time = false) {
   ResonanceError error;
   double count = 0.0;
-  const auto tracker = std::make_unique<PhysicalTracker>(
-      PhysicalTracker::create(tooth_belt_config(experiment, stiffness_drift_per_s)).value());
+  auto config = tooth_belt_config(experiment, stiffness_drift_per_s);
+  config.at_best_known_time = at_best_known_time;
+  const auto tracker = std::make_unique<PhysicalTracker>(PhysicalTracker::create(config).value());
   for (experiment.run.seed = 1; experiment.run.seed <= seeds; ++experiment.run.seed) {
     const auto record = physical_simulation(experiment).record;
     tracker->reset();
     for (std::size_t k = 0; k < record.samples(); ++k) {
       tracker->step(0.0, record.input.samples[k], record.output.samples[k]);
       if (static_cast<double>(k) < from_s * record.sample_rate_hz) continue;
-      const auto machine = plant::mass_system(experiment.drive, 1.0, record.position.samples[k]);
-      const double percent =
-          100.0 * (tracker->resonance_hz() / plant::resonances(machine)[0].frequency_hz - 1.0);
+      const double lag = tracker->lag_samples();
+      const auto described = static_cast<double>(k) - lag;
+      const auto before = static_cast<std::size_t>(described);
+      const auto& x = record.position.samples;
+      const double place =
+          lag > 0.0 ? x[before] + (described - std::floor(described)) * (x[before + 1] - x[before]) : x[k];
+      const auto machine = plant::mass_system(experiment.drive, 1.0, place);
+      const double truth_hz = plant::resonances(machine)[0].frequency_hz;
+      const double percent = 100.0 * (tracker->resonance_hz() / truth_hz - 1.0);
+      error.normalised += std::pow((tracker->resonance_hz() - truth_hz) / tracker->resonance_std_hz(), 2);
+      error.lag_s += lag / record.sample_rate_hz;
       error.rms_percent += percent * percent;
       error.largest_percent = std::max(error.largest_percent, std::abs(percent));
       count += 1.0;
     }
   }
   error.rms_percent = std::sqrt(error.rms_percent / count);
+  error.normalised /= count;
+  error.lag_s /= count;
   return error;
 }
 

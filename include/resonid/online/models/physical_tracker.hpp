@@ -40,7 +40,8 @@ enum class PhysicalParameter : std::size_t {
 /// makes it a recursive maximum-likelihood estimator. Any parameter can be held (standard deviation 0). A
 /// machine that stays: as long as the record's start fits in the replay buffer, it is gone over again, beside
 /// the new samples, whenever the estimate has moved far from where it was linearised. A machine that moves:
-/// `stiffness_drift_per_s` gives K a rate of change of its own, and there is no lag.
+/// `stiffness_drift_per_s` gives K a rate of change of its own, and there is no lag; or with
+/// `at_best_known_time` the one at which K is known best.
 ///
 /// Limits: two masses, white output noise, delay and sample rate known. From a start several times off it can
 /// settle wrongly: `consistent()` tells. Source: METHOD 6.9.
@@ -62,6 +63,9 @@ class PhysicalTracker {
   /// by the drift over all of them, and the record's start is no longer gone over again.
   void miss(std::uint64_t count) noexcept;
   void reset() noexcept;
+  /// Another `stiffness_drift_per_s` from now on, >= 0 and finite: what is known so far of how fast the
+  /// machine moves.
+  void set_stiffness_drift(double per_s) noexcept;
 
   /// Value in SI units: kgm2, kgm2, Nm/rad, Nms/rad, Nm, 1/s, Nms/rad, Nm.
   [[nodiscard]] double value(PhysicalParameter p) const noexcept;
@@ -86,9 +90,11 @@ class PhysicalTracker {
   [[nodiscard]] double noise_rms() const noexcept {
     return std::sqrt(static_cast<double>(run_.noise.variance()));
   }
-  /// 0 with a drifting stiffness, whose rate is known; else the age of what is known of it, as measured.
+  /// 0 with a drifting stiffness, whose rate is known (the age at which K is known best with
+  /// `at_best_known_time`); else the age of what is known of it, as measured.
   [[nodiscard]] double lag_samples() const noexcept {
-    return config_.stiffness_drift_per_s > 0.0 ? 0.0 : stiffness_age_;
+    if (!(config_.stiffness_drift_per_s > 0.0)) return stiffness_age_;
+    return config_.at_best_known_time ? (best_known_age_s() + config_.delay_s) * config_.sample_rate_hz : 0.0;
   }
 
   /// All that is estimated of J1, J2, K, D is known twice as well as at the start.
@@ -109,7 +115,8 @@ class PhysicalTracker {
   /// For a state of unknown origin (base/detail/intact.hpp).
   [[nodiscard]] bool intact() const noexcept {
     return run_.intact() && candidate_.intact() && remembered_ <= memory_.size() && next_ <= remembered_ &&
-           intact_flags(excited_, started_, resuming_, replaying_, exploring_, memory_full_);
+           intact_flags(config_.at_best_known_time, excited_, started_, resuming_, replaying_, exploring_,
+                        memory_full_);
   }
 
  private:
@@ -123,6 +130,7 @@ class PhysicalTracker {
   static constexpr double kEffectPeriods = 2.0;  // of the resonance
   static constexpr double kCaution = 10.0;
   static constexpr std::size_t kPolishInRow = 2;
+  static constexpr double kMostAge_s = 1.0;
   static constexpr double kTrendPeriods = 15.0;                                // of the resonance
   static constexpr std::array<double, 4> kOtherStarts = {0.5, 2.0, 0.7, 1.4};  // times the stiffness given
   using Run = PhysicalRun<Scalar>;
@@ -137,6 +145,10 @@ class PhysicalTracker {
   void start(Scalar y) noexcept;
   void advance(Run& run, Scalar previous_u, Scalar u, Scalar y, bool u_known) noexcept;
   void limit_variances(Run& run) noexcept;
+  void set_drift_noise(double per_s) noexcept;
+  [[nodiscard]] TrendWatch trend_watch() const noexcept;
+  [[nodiscard]] double best_known_age_s() const noexcept;
+  [[nodiscard]] double told_age_s() const noexcept;
   void watch_excitation() noexcept;
   void remember(Scalar previous_u, Scalar u, Scalar y) noexcept;
   void replay() noexcept;

@@ -41,6 +41,9 @@ struct PhysicalTrackerConfig {
   /// Relative change of the stiffness per second while the machine moves, about the mean over a run, 1/s; 0:
   /// it stays. A cart that crosses in 20 s a stroke over which K falls to 40 %: 0.05; in 3 s: 0.3.
   double stiffness_drift_per_s = 0.0;
+  /// With a drifting stiffness: tell of the machine as it was lag_samples() ago, where K is known best,
+  /// instead of now: up to two times as accurate.
+  bool at_best_known_time = false;
   double damping_drift_per_rt_s = 0.1;  ///< How ln D wanders with it: standard deviation after a second.
 
   double noise_rms = 0.0;           ///< White noise of the output; 0: estimated from the innovations.

@@ -123,6 +123,16 @@ class PhysicalFilter {
     p_[kLogStiffness][kLogStiffness] += time * time * p_[kStiffnessRate][kStiffnessRate];
     p_[kLogDamping][kLogDamping] += samples * setup_.noise.damping_variance;
   }
+  /// Another noise from now on; `rate_deviation`: of the drift rate, which begins or ends with it.
+  void set_noise(const PhysicalNoise<Real>& noise, Real rate_deviation) noexcept {
+    const bool drifted = setup_.noise.rate_variance > Real(0), drifts = noise.rate_variance > Real(0);
+    setup_.noise = noise;
+    if (drifted == drifts) return;
+    for (std::size_t j = 0; j < kN; ++j) p_[kStiffnessRate][j] = p_[j][kStiffnessRate] = Real(0);
+    p_[kStiffnessRate][kStiffnessRate] = drifts ? rate_deviation * rate_deviation : Real(0);
+    state_[kStiffnessRate] = Real(0);
+    if (estimated_ != kN) estimated_ = drifts ? kWithoutFriction : kWithoutRate;
+  }
   /// As at the start: the machine turns at what is measured, without twist.
   void resume(Real velocity) noexcept {
     state_[kDrivenVelocity] = state_[kLoadVelocity] = velocity;

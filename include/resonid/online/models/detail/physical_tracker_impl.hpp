@@ -20,11 +20,10 @@ PhysicalTracker<Real, ReplaySamples>::PhysicalTracker(const PhysicalTrackerConfi
       std::sqrt(c.stiffness.value * (1.0 / c.driven_inertia.value + 1.0 / c.load_inertia.value)));
   setup_.refresh_samples = c.refresh_samples;
   const double drift = c.stiffness_drift_per_s;
+  set_drift_noise(drift);
   auto& noise = setup_.noise;
   noise.plant_variance = static_cast<Real>(c.plant_noise_variance);
   noise.damping_variance = static_cast<Real>(c.damping_drift_per_rt_s * c.damping_drift_per_rt_s * ts);
-  noise.rate_variance = static_cast<Real>(2.0 * drift * drift * drift * ts);
-  noise.rate_memory = static_cast<Real>(std::exp(-drift * ts));
   noise.offset_variance =
       c.torque_offset_std_nm > 0.0
           ? static_cast<Real>(c.torque_offset_drift_nm_rt_s * c.torque_offset_drift_nm_rt_s * ts)
@@ -55,9 +54,7 @@ void PhysicalTracker<Real, ReplaySamples>::reset() noexcept {
   run_.filter = PhysicalFilter<Real>(setup_);
   run_.noise = NoiseEstimate<Real>(static_cast<Real>(config_.noise_rms * config_.noise_rms),
                                    static_cast<Real>(memory > 1.0 ? 1.0 / memory : 0.0));
-  if (config_.stiffness_drift_per_s > 0.0)
-    run_.trend = TrendWatch(std::exp(-static_cast<double>(setup_.twist_scale) /
-                                     (kTwoPi * kTrendPeriods * config_.sample_rate_hz)));
+  if (config_.stiffness_drift_per_s > 0.0) run_.trend = trend_watch();
   candidate_ = run_;
   linearised_about_ = setup_.state;
   inputs_.fill(Real(0));
@@ -68,6 +65,33 @@ void PhysicalTracker<Real, ReplaySamples>::reset() noexcept {
   remembered_ = next_ = 0;
   next_replay_ = kFirstReplay;
   attempts_ = polished_ = 0;
+}
+
+template <class Real, std::size_t ReplaySamples>
+TrendWatch PhysicalTracker<Real, ReplaySamples>::trend_watch() const noexcept {
+  return TrendWatch(
+      std::exp(-static_cast<double>(setup_.twist_scale) / (kTwoPi * kTrendPeriods * config_.sample_rate_hz)));
+}
+
+template <class Real, std::size_t ReplaySamples>
+void PhysicalTracker<Real, ReplaySamples>::set_drift_noise(double per_s) noexcept {
+  const double ts = 1.0 / config_.sample_rate_hz;
+  setup_.noise.rate_variance = static_cast<Real>(2.0 * per_s * per_s * per_s * ts);
+  setup_.noise.rate_memory = static_cast<Real>(std::exp(-per_s * ts));
+}
+
+template <class Real, std::size_t ReplaySamples>
+void PhysicalTracker<Real, ReplaySamples>::set_stiffness_drift(double per_s) noexcept {
+  if (!(per_s >= 0.0) || !std::isfinite(per_s)) return;
+  const bool drifted = config_.stiffness_drift_per_s > 0.0;
+  config_.stiffness_drift_per_s = per_s;
+  set_drift_noise(per_s);
+  setup_.deviation[kStiffnessRate] = static_cast<Real>(per_s);
+  run_.filter.set_noise(setup_.noise, static_cast<Real>(per_s));
+  if (drifted == (per_s > 0.0)) return;
+  run_.trend = per_s > 0.0 ? trend_watch() : TrendWatch();
+  memory_full_ = true;  // the start of the record belongs to the other law
+  replaying_ = exploring_ = false;
 }
 
 template <class Real, std::size_t ReplaySamples>
@@ -247,12 +271,29 @@ bool PhysicalTracker<Real, ReplaySamples>::moved_far() const noexcept {
   return false;
 }
 
+/// ln K - a rate has the variance P_KK - 2 a P_Kr + a^2 P_rr, least at a = P_Kr/P_rr: corrections of the
+/// newest rate move K then and before about the same way, so that some time ago, less is unknown.
+template <class Real, std::size_t ReplaySamples>
+double PhysicalTracker<Real, ReplaySamples>::best_known_age_s() const noexcept {
+  const auto& p = run_.filter.covariance();
+  const double rate = static_cast<double>(p[kStiffnessRate][kStiffnessRate]);
+  if (!(rate > 0.0)) return 0.0;
+  return std::clamp(static_cast<double>(p[kLogStiffness][kStiffnessRate]) / rate, 0.0, kMostAge_s);
+}
+
+/// Of what is told, less the age of the newest output's state.
+template <class Real, std::size_t ReplaySamples>
+double PhysicalTracker<Real, ReplaySamples>::told_age_s() const noexcept {
+  if (!(config_.stiffness_drift_per_s > 0.0)) return 0.0;
+  return config_.at_best_known_time ? best_known_age_s() : -config_.delay_s;
+}
+
 template <class Real, std::size_t ReplaySamples>
 double PhysicalTracker<Real, ReplaySamples>::value(PhysicalParameter p) const noexcept {
   const auto& x = run_.filter.state();
   double value = static_cast<double>(x[state_of(p)]);
-  if (p == PhysicalParameter::stiffness && config_.stiffness_drift_per_s > 0.0)
-    value += static_cast<double>(x[kStiffnessRate]) * config_.delay_s;  // the state is as old as the output
+  if (p == PhysicalParameter::stiffness)
+    value -= static_cast<double>(x[kStiffnessRate]) * told_age_s();  // the state is as old as the output
   return p <= PhysicalParameter::damping ? std::exp(value) : value;
 }
 
@@ -264,6 +305,11 @@ auto PhysicalTracker<Real, ReplaySamples>::log_covariance() const noexcept -> Co
     for (std::size_t j = 0; j < kParameters; ++j)
       c(static_cast<int>(i), static_cast<int>(j)) =
           static_cast<double>(p[HeldTwoMass<Real>::kStates + i][HeldTwoMass<Real>::kStates + j]);
+  if (!config_.at_best_known_time) return c;
+  const double age = told_age_s();  // ln K - age rate
+  constexpr int k = index(PhysicalParameter::stiffness), rate = index(PhysicalParameter::stiffness_rate);
+  c.row(k) -= age * c.row(rate);
+  c.col(k) -= age * c.col(rate);
   return c;
 }
 
