@@ -128,18 +128,21 @@ void add_drive_model_option(CLI::App& verb, MethodOptions& o) {
       ->default_str("auto");
 }
 
+void add_friction_option(CLI::App& verb, MethodOptions& o, const std::string& doc) {
+  static constexpr std::array<std::string_view, 5> kFriction = {"auto", "none", "viscous", "dry", "both"};
+  add_choice(
+      verb, "--friction", kFriction,
+      [&o](std::size_t i) { o.options.friction = static_cast<identification::Friction>(i); }, doc)
+      ->default_str("auto");
+}
+
 void add_model_options(CLI::App& verb, MethodOptions& o) {
   auto& k = o.options;
   add_choice(
       verb, "--model", kModels, [&k](std::size_t i) { k.model = static_cast<ModelChoice>(i); },
       "drive model to fit, or a black box without drive structure")
       ->default_str("auto");
-  static constexpr std::array<std::string_view, 5> kFriction = {"auto", "none", "viscous", "dry", "both"};
-  add_choice(
-      verb, "--friction", kFriction,
-      [&k](std::size_t i) { k.friction = static_cast<identification::Friction>(i); },
-      "friction of the drive model on the driven side")
-      ->default_str("auto");
+  add_friction_option(verb, o, "friction of the drive model on the driven side");
   static_assert(std::is_same_v<std::size_t, std::uint64_t>);
   add_count(verb, "--order", k.order, "of the black-box model, 1 ... 20; otherwise chosen", 1)
       ->default_str("");

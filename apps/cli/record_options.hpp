@@ -36,6 +36,8 @@ void add_excitation_options(CLI::App& verb, MethodOptions& o);
 void add_loop_options(CLI::App& verb, MethodOptions& o);
 /// --band, --confidence, --radius.
 void add_result_options(CLI::App& verb, MethodOptions& o);
+/// --friction
+void add_friction_option(CLI::App& verb, MethodOptions& o, const std::string& doc);
 /// --model of what can be tracked.
 void add_drive_model_option(CLI::App& verb, MethodOptions& o);
 /// --model of all that can be fitted off line, --order, --bootstrap, --seed.

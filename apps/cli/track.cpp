@@ -2,7 +2,6 @@
 #include <fmt/format.h>
 
 #include <CLI/App.hpp>
-#include <array>
 #include <cmath>
 #include <fstream>
 #include <iterator>
@@ -110,17 +109,33 @@ void read_models(TrackVerbOptions& o) {
 }
 
 void add_method(CLI::App& verb, TrackVerbOptions& o) {
-  static constexpr std::array<std::string_view, 9> kMethods = {
-      "auto", "arx", "oe", "cloe", "f-cloe", "iv", "physical", "kalman", "sliding-dft"};
   auto& t = o.track;
   add_choice(
-      verb, "--method", kMethods, [&t](std::size_t i) { t.method = static_cast<TrackMethod>(i); },
-      "the on-line estimator")
+      verb, "--method", identification::kTrackMethodNames,
+      [&t](std::size_t i) { t.method = static_cast<TrackMethod>(i); }, "the on-line estimator")
       ->default_str("auto");
+  add_number(verb, "--learn", t.learn_s, "SECONDS",
+             "length of the stretch that method, excitation and start are decided from; rows begin after it; "
+             "otherwise half a second or more, doubled while it does not suffice");
+  verb.add_flag("--whole-record", t.whole_record,
+                "learn from the whole record: rows begin at its first sample and know what came after them");
   add_number(verb, "--memory", t.memory_s, "SECONDS", "how long the estimate remembers; otherwise chosen");
+  add_choice(
+      verb, "--forgetting", identification::kTrackForgettingNames,
+      [&t](std::size_t i) { t.forgetting = static_cast<identification::TrackForgetting>(i); },
+      "arx, oe, rpem, cloe, f-cloe, d-cloe: how old samples lose weight")
+      ->default_str("constant");
+  verb.add_flag("--extrapolate", t.extrapolate,
+                "iv: extrapolate to the newest sample; no lag, and nearly twice the variance");
   add_number(
       verb, "--drift", t.drift_per_s, "1/S",
       "physical: relative change of the stiffness per second that the machine can reach; otherwise chosen");
+  add_choice(
+      verb, "--detect-change", identification::kTrackFigureNames,
+      [&t](std::size_t i) { t.change_of = static_cast<identification::TrackFigure>(i); },
+      "figure to be watched for a lasting change");
+  add_number(verb, "--false-alarms", t.false_alarm_interval_s, "SECONDS",
+             "mean time between changes that are none");
   static_assert(std::is_same_v<std::size_t, std::uint64_t>);
   add_count(verb, "--every", t.every, "a row every so many samples", 1);
   verb.add_flag("--raw-time", t.raw_time,
@@ -181,6 +196,7 @@ void add_track(CLI::App& app) {
       "Methods: physical (inertias, stiffness, damping), iv, arx, oe, cloe, f-cloe (coefficients b, a), "
       "kalman,\n"
       "sliding-dft (response at lines, or along a chirp).\n"
+      "A learning stretch at the beginning decides on method and start; no row depends on a later sample.\n"
       "Times are those that the estimate describes. Columns: time_s, what the method tracks, resonance_hz,\n"
       "antiresonance_hz with _std, margins with --controller, gap with --baseline, position_m, trusted.");
   const auto o = std::make_shared<TrackVerbOptions>();
@@ -190,6 +206,10 @@ void add_track(CLI::App& app) {
   add_loop_options(*verb, o->method);
   add_result_options(*verb, o->method);
   add_drive_model_option(*verb, o->method);
+  add_friction_option(
+      *verb, o->method,
+      "of the start model; dry: arx, iv and physical follow Coulomb friction, viscous: physical "
+      "follows viscous friction");
   add_tracker_options(*verb, o->method);
   verb->add_option("--out", o->out, "the rows as CSV ('-': standard output)")->type_name("FILE");
   verb->add_option("--report", o->report, "self-contained HTML report")->type_name("FILE");

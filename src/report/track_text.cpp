@@ -120,6 +120,8 @@ json track_json(const Track& track, std::size_t rows) {
            {"velocity", track.units.velocity},
            {"response", track.units.response}}},
          {"rows", track.rows},
+         {"learned_s", track.learned_s},
+         {"causal", track.causal},
          {"trusted", track.trusted},
          {"trust",
           {{"excited", track.shares.excited},
@@ -131,6 +133,11 @@ json track_json(const Track& track, std::size_t rows) {
          {"final", json::object()},
          {"range", json::object()},
          {"over_time", over_time(track, rows)}};
+  if (track.change)
+    j["change"] = {{"time_s", track.change->time_s},
+                   {"detected_s", track.change->detected_s},
+                   {"size", track.change->size},
+                   {"size_std", track.change->size_std}};
   if (!track.reason.empty()) j["reason"] = track.reason;
   if (!track.start.empty()) j["start"] = track.start;
   for (const auto* group : {&track.parameters, &track.figures})
@@ -154,6 +161,8 @@ std::string track_text(const Track& track) {
   text += fmt::format("\n  tracked by {}, {} approach, {} rows\n", track.method, track.approach, track.rows);
   if (!track.reason.empty()) text += wrapped("chosen: " + track.reason, "  ", "    ") + "\n";
   if (!track.start.empty()) text += "  begins with the model: " + track.start + "\n";
+  text += track.causal ? fmt::format("  rows begin after {:.3g} s of learning\n", track.learned_s)
+                       : std::string("  learned from the whole record: rows know what came after them\n");
   text += "\n";
   for (const auto& sentence : track_sentences(track)) text += wrapped(sentence, "", "") + "\n";
   const double z = quantile(track.confidence);

@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <functional>
+#include <memory>
 #include <optional>
 #include <resonid/base/expected.hpp>
 #include <resonid/data/record.hpp>
@@ -10,6 +12,7 @@
 #include <resonid/identification/identify.hpp>
 #include <resonid/identification/options.hpp>
 #include <resonid/identification/result.hpp>
+#include <resonid/online/supervision/change_detection.hpp>
 #include <span>
 #include <string>
 #include <string_view>
@@ -22,30 +25,64 @@ enum class TrackMethod {
   automatic,
   arx,                                ///< "arx"
   output_error,                       ///< "oe": RPLR, direct
+  prediction_error,                   ///< "rpem": the same along the true gradient
   closed_loop_output_error,           ///< "cloe": indirect, needs excitation and controller
   filtered_closed_loop_output_error,  ///< "f-cloe"
+  damped_closed_loop_output_error,    ///< "d-cloe": along a gradient that follows the estimate
   instrumental_variables,             ///< "iv": refined, needs excitation and controller
   physical,                           ///< "physical": extended Kalman filter
   kalman,                             ///< "kalman": line bank, or the filter that follows a chirp
   sliding_dft,                        ///< "sliding-dft", with a rational fit of its lines
 };
 
-/// Name on the command line, and back.
-[[nodiscard]] std::string_view name_of(TrackMethod method);
+/// Names on the command line, in the order of the enum.
+inline constexpr std::array<std::string_view, 11> kTrackMethodNames = {
+    "auto", "arx", "oe", "rpem", "cloe", "f-cloe", "d-cloe", "iv", "physical", "kalman", "sliding-dft"};
+[[nodiscard]] constexpr std::string_view name_of(TrackMethod method) {
+  return kTrackMethodNames[static_cast<std::size_t>(method)];
+}
+
+/// How arx, oe, rpem and the cloe family let old samples lose weight; names as on the command line.
+enum class TrackForgetting { constant, none, variable, directional };
+inline constexpr std::array<std::string_view, 4> kTrackForgettingNames = {"constant", "none", "variable",
+                                                                          "directional"};
+
+/// What is watched for a lasting change; names as on the command line.
+enum class TrackFigure { resonance, antiresonance, crossover, phase_margin, modulus_margin, gap };
+inline constexpr std::array<std::string_view, 6> kTrackFigureNames = {
+    "resonance", "antiresonance", "crossover", "phase-margin", "modulus-margin", "gap"};
 
 struct TrackOptions {
-  Options common;  ///< Excitation, controller, delay, lines, band, approach ... as for identify().
+  /// Excitation, controller, delay, lines, band, approach ... as for identify(). Friction: `dry` adds Coulomb
+  /// friction to arx, iv and physical, `viscous` lets physical estimate it, `both` both.
+  Options common;
   TrackMethod method = TrackMethod::automatic;
+  /// Length of the stretch that method, excitation and start are decided from; rows begin after it. Absent:
+  /// half a second (200 samples, 20 times the known delay, two periods at least), doubled while it does not
+  /// suffice.
+  std::optional<double> learn_s;
+  /// Learn from the whole record instead: the rows, which then begin at its first sample, know what came
+  /// after them.
+  bool whole_record = false;
   double memory_s = 0.0;  ///< How long the estimate remembers; 0 chooses.
+  TrackForgetting forgetting = TrackForgetting::constant;
+  /// iv: extrapolate to the newest sample from two memories: no lag but the oscillation's, 1.8 times the
+  /// variance.
+  bool extrapolate = false;
   /// physical: relative change of the stiffness per second to reckon with, 1/s; absent: chosen from the
-  /// motion.
+  /// positions seen so far.
   std::optional<double> drift_per_s;
-  std::size_t every = 1;  ///< Samples per row, >= 1.
+  /// Watches a figure; what it is at first counts as usual. Rows then say `changed`.
+  std::optional<TrackFigure> change_of;
+  double false_alarm_interval_s = 3600.0;  ///< Mean time between changes that are none.
+  std::size_t every = 1;                   ///< Samples per row, >= 1.
   bool raw_time = false;  ///< Rows at the newest sample instead of the time that the estimate describes.
-  std::optional<fit::DriveModel> start;  ///< Where estimators begin; absent: identified from the first part.
-  std::optional<Units> start_units;      ///< Of `start`; other ones than the record's are refused.
-  std::optional<Result> baseline;  ///< For the gap column; its model is the start when `start` is absent.
-  /// Track keeps at most so many rows, evenly spread; 0: all of them.
+  std::optional<fit::DriveModel>
+      start;  ///< Where estimators begin; absent: identified from the learning stretch.
+  std::optional<Units> start_units;  ///< Of `start`; other ones than the record's are refused.
+  std::optional<Result> baseline;    ///< For the gap column; its model is the start when `start` is absent.
+  /// Track keeps at most so many rows, evenly spread: every one, every second, every fourth ... 0: all of
+  /// them.
   std::size_t kept_rows = 0;
   /// Every row as it is made, for records whose rows are too many to be kept: first the names of the columns,
   /// then their values, not a number where there is none. Either may be empty.
@@ -77,10 +114,12 @@ struct TrustShares {
 struct Track {
   RecordFacts record;
   Units units;
-  std::string method;    ///< As on the command line: "iv".
-  std::string approach;  ///< "direct", "indirect", "joint".
-  std::string reason;    ///< Why `auto` chose it; empty when it was told.
-  std::string start;     ///< Where the start model came from; empty when the method needs none.
+  std::string method;      ///< As on the command line: "iv".
+  std::string approach;    ///< "direct", "indirect", "joint".
+  std::string reason;      ///< Why `auto` chose it; empty when it was told.
+  std::string start;       ///< Where the start model came from; empty when the method needs none.
+  double learned_s = 0.0;  ///< Length of the learning stretch.
+  bool causal = true;      ///< No row depends on a later sample; false with `whole_record`.
   double known_delay_s = 0.0;
   double confidence = 0.95;
   std::size_t rows = 0;            ///< Made; `time_s` holds those that are kept.
@@ -95,6 +134,7 @@ struct Track {
   std::vector<bool> trusted_rows;    ///< [row]
   std::vector<LoopSnapshot> loop;    ///< Along the record; empty without a controller.
   std::optional<data::FrequencyResponse> baseline_loop;
+  std::optional<online::Change> change;  ///< Of the watched figure; times from the first sample on.
   TrustShares shares;
   bool trusted = false;  ///< No finding is an error.
   std::vector<diagnostics::Finding> findings;
@@ -106,8 +146,28 @@ struct Track {
 /// The record sample by sample through an on-line estimator: what a drive would have known, and when. Options
 /// that contradict the record are refused; poor data give rows that are not trusted, and findings.
 ///
-/// Every row passes four gates before it is trusted: there is excitation, the resonance has converged, the
-/// parameters are physical, and the residual is what it was. docs/methods/track.md
+/// A learning stretch at the beginning decides on method, excitation and start; a row depends on no sample
+/// after its own. Every row passes four gates before it is trusted: there is excitation, the resonance has
+/// converged, the parameters are physical, and the residual is what it was. docs/methods/track.md
 [[nodiscard]] expected<Track, Error> track(const data::Record& record, const TrackOptions& options = {});
+
+/// track() while the samples come in, in batches of any size: the rows are the same.
+class Tracking {
+ public:
+  explicit Tracking(TrackOptions options);
+  Tracking(Tracking&&) noexcept;
+  Tracking& operator=(Tracking&&) noexcept;
+  ~Tracking();
+
+  /// The next samples; the first batch tells the rate, the time of sample 0 and which channels there are.
+  /// Refused, once learning is over, are options that contradict the samples.
+  expected<void, Error> add(const data::Record& batch);
+  /// What was said and what is to be said of it. Refused when the learning stretch did not suffice.
+  [[nodiscard]] expected<Track, Error> finish();
+
+ private:
+  class Impl;
+  std::unique_ptr<Impl> impl_;
+};
 
 }  // namespace resonid::identification

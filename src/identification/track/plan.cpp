@@ -1,43 +1,16 @@
 // SPDX-License-Identifier: MIT
 #include <fmt/format.h>
 
-#include <algorithm>
-#include <array>
 #include <cmath>
-#include <identification/track_plan.hpp>
+#include <identification/track/plan.hpp>
 
-namespace resonid::identification {
-namespace {
-
-struct Name {
-  TrackMethod method;
-  std::string_view name;
-};
-constexpr std::array kNames = {Name{TrackMethod::automatic, "auto"},
-                               Name{TrackMethod::arx, "arx"},
-                               Name{TrackMethod::output_error, "oe"},
-                               Name{TrackMethod::closed_loop_output_error, "cloe"},
-                               Name{TrackMethod::filtered_closed_loop_output_error, "f-cloe"},
-                               Name{TrackMethod::instrumental_variables, "iv"},
-                               Name{TrackMethod::physical, "physical"},
-                               Name{TrackMethod::kalman, "kalman"},
-                               Name{TrackMethod::sliding_dft, "sliding-dft"}};
-
-}  // namespace
-
-std::string_view name_of(TrackMethod method) {
-  return std::find_if(kNames.begin(), kNames.end(), [&](const Name& n) { return n.method == method; })->name;
-}
-
-namespace detail {
+namespace resonid::identification::detail {
 namespace {
 
 using Refused = tl::unexpected<Error>;
 
-bool is_lines(TrackMethod m) { return m == TrackMethod::kalman || m == TrackMethod::sliding_dft; }
 bool needs_controller(TrackMethod m) {
-  return m == TrackMethod::closed_loop_output_error || m == TrackMethod::filtered_closed_loop_output_error ||
-         m == TrackMethod::instrumental_variables;
+  return m >= TrackMethod::closed_loop_output_error && m <= TrackMethod::instrumental_variables;
 }
 
 /// What a method of parameters does with the loop; line trackers follow the option.
@@ -52,8 +25,8 @@ bool has_two_masses(const std::optional<StartModel>& start) {
 
 /// The method that suits what is known and what is excited, and why. Estimators that may be locally unstable
 /// (oe, cloe) are never chosen.
-void choose(const data::Record& record, const TrackOptions& options, TrackPlan& plan) {
-  const bool velocity = record.output_quantity != data::OutputQuantity::acceleration;
+void choose(const data::Record& stretch, const TrackOptions& options, TrackPlan& plan) {
+  const bool velocity = stretch.output_quantity != data::OutputQuantity::acceleration;
   const auto& m = plan.measurement;
   const bool lines = m.sweep || !m.grid_hz.empty() || m.period_samples > 0;
   if (plan.start && !plan.start->trusted && lines) {
@@ -69,7 +42,7 @@ void choose(const data::Record& record, const TrackOptions& options, TrackPlan& 
             : "a two-mass model to begin with is known; stiffness drift and load torque are tracked with it";
     return;
   }
-  if (velocity && plan.start && options.common.controller && record.excitation.present() &&
+  if (velocity && plan.start && options.common.controller && stretch.excitation.present() &&
       !plan.measurement.sweep) {
     plan.method = TrackMethod::instrumental_variables;
     plan.reason =
@@ -101,6 +74,16 @@ std::optional<Error> contradiction(const data::Record& record, const TrackOption
     return Error{
         "memory",
         "physical forgets by the rate at which the stiffness may change, not by a memory: leave it out"};
+  const bool recursion = m >= TrackMethod::arx && m <= TrackMethod::damped_closed_loop_output_error;
+  if (options.forgetting != TrackForgetting::constant && !recursion)
+    return Error{"forgetting",
+                 fmt::format("is a choice of arx, oe, rpem, cloe, f-cloe and d-cloe, found {}", name)};
+  if (options.extrapolate && m != TrackMethod::instrumental_variables)
+    return Error{"extrapolate", fmt::format("is for iv, found {}", name)};
+  const bool knows_friction =
+      m == TrackMethod::arx || m == TrackMethod::instrumental_variables || m == TrackMethod::physical;
+  if (estimates_dry_friction(options) && !knows_friction && options.method != TrackMethod::automatic)
+    return Error{"friction", fmt::format("dry is estimated by arx, iv and physical, found {}", name)};
   if (is_lines(m)) return std::nullopt;
   if (record.output_quantity == data::OutputQuantity::acceleration)
     return Error{"method", fmt::format("{} needs a velocity or a position, found an acceleration; kalman and "
@@ -119,52 +102,52 @@ std::optional<Error> contradiction(const data::Record& record, const TrackOption
 
 }  // namespace
 
-expected<TrackPlan, Error> make_track_plan(const data::Record& record, const TrackOptions& options) {
+namespace {
+
+/// Whether there is what trackers of lines need. One line alone may be the beginning of a sweep, or the first
+/// of stepped sines.
+bool shows_lines(const data::Record& stretch, const TrackPlan& plan, bool final) {
+  const auto& m = plan.measurement;
+  if (m.sweep || !m.grid_hz.empty()) return true;
+  return m.period_samples > 0 && (final || excited_lines_hz(stretch, plan, {}).size() > 1);
+}
+
+}  // namespace
+
+expected<std::optional<TrackPlan>, Error> make_track_plan(const data::Record& stretch,
+                                                          const TrackOptions& options, bool final) {
   Options common = options.common;
   common.method = Method::automatic;
   if (!is_lines(options.method) && options.method != TrackMethod::automatic) common.lines_hz.clear();
-  auto measurement = make_plan(record, common);
+  auto measurement = make_plan(stretch, common);
   if (!measurement) return Refused(measurement.error());
   TrackPlan plan;
+  plan.learned_samples = stretch.samples();
   plan.measurement = std::move(*measurement);
   plan.method = options.method;
-  if (!is_lines(options.method)) plan.start = find_start(record, options, plan.measurement);
+  auto& sweep = plan.measurement.sweep;
+  if (sweep && !common.chirp && !options.whole_record) {
+    sweep = running_sweep(stretch, *sweep);
+    if (!sweep) plan.measurement.grid_hz = common.lines_hz;
+  }
+  const bool automatic = options.method == TrackMethod::automatic;
+  if (!is_lines(options.method)) plan.start = find_start(stretch, options, plan.measurement, final);
   if (plan.start && plan.start->drive.structure == fit::Structure::three_mass) {
-    if (options.method != TrackMethod::automatic)
+    if (!automatic)
       return Refused(Error{"start",
                            "is a three-mass model; trackers of parameters follow a rigid or a two-mass "
                            "drive, trackers of lines need no model"});
     plan.start.reset();
   }
-  if (options.method == TrackMethod::automatic) choose(record, options, plan);
-  if (auto refusal = contradiction(record, options, plan.method)) return Refused(std::move(*refusal));
+  if (automatic) choose(stretch, options, plan);
+  if (auto refusal = contradiction(stretch, options, plan.method)) return Refused(std::move(*refusal));
   if (is_lines(plan.method)) plan.start.reset();
   plan.approach = is_lines(plan.method) ? plan.measurement.approach : approach_of(plan.method);
   plan.delay_s = delay_of(options, plan);
-  const auto& m = plan.measurement;
-  if (options.method == TrackMethod::automatic && plan.method == TrackMethod::kalman && !m.sweep &&
-      m.period_samples == 0 && m.grid_hz.empty())
-    return Refused(
-        Error{"method", fmt::format("auto found nothing to track in these {} samples: no model shows in "
-                                    "them, and the excitation has no period; give --start, --lines, or "
-                                    "a longer record",
-                                    record.samples())});
+  // A chirp passes a resonance once, and perhaps late: its line is followed from where its law is known.
+  const bool waits = automatic && !final && !sweep;
+  if (is_lines(plan.method) ? waits || !shows_lines(stretch, plan, final) : !plan.start) return std::nullopt;
   return plan;
 }
 
-TrackerMade make_tracker(const data::Record& record, const TrackOptions& options, const TrackPlan& plan) {
-  switch (plan.method) {
-    case TrackMethod::kalman:
-      if (plan.measurement.sweep) return make_chirp_tracker(record, options, plan);
-      return make_line_tracker(record, options, plan);
-    case TrackMethod::sliding_dft:
-      return make_line_tracker(record, options, plan);
-    case TrackMethod::physical:
-      return make_physical_tracker(record, options, plan);
-    default:
-      return make_discrete_tracker(record, options, plan);
-  }
-}
-
-}  // namespace detail
-}  // namespace resonid::identification
+}  // namespace resonid::identification::detail

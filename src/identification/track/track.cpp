@@ -1,0 +1,323 @@
+// SPDX-License-Identifier: MIT
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <identification/identify/prepare/units.hpp>
+#include <identification/track/axis_setup.hpp>
+#include <identification/track/findings.hpp>
+#include <identification/track/loop_curves.hpp>
+#include <identification/track/rows.hpp>
+#include <identification/track/stiffness_drift.hpp>
+#include <resonid/diagnostics/detail/data_findings.hpp>
+
+namespace resonid::identification {
+namespace {
+
+using detail::kUnknown;
+constexpr double kFewestLearned = 4.0;  // samples
+
+RecordFacts facts_of(const data::Record& record, std::size_t samples) {
+  return {record.source,          samples,
+          record.sample_rate_hz,  record.sampling.time_name,
+          record.input.name,      record.output.name,
+          record.excitation.name, record.reference.name,
+          record.output_quantity};
+}
+
+constexpr std::array kChannels = {&data::Record::input, &data::Record::output, &data::Record::excitation,
+                                  &data::Record::reference, &data::Record::position};
+
+void append(data::Record& to, const data::Record& from, std::size_t first, std::size_t count) {
+  for (const auto channel : kChannels) {
+    const auto& x = (from.*channel).samples;
+    if (x.empty()) continue;
+    const auto begin = x.begin() + static_cast<std::ptrdiff_t>(first);
+    (to.*channel)
+        .samples.insert((to.*channel).samples.end(), begin, begin + static_cast<std::ptrdiff_t>(count));
+  }
+}
+
+/// The newest positions, since rows tell the one of a time that has gone.
+class Positions {
+ public:
+  void step(double x) {
+    if (past_.size() < kKept)
+      past_.push_back(x);
+    else
+      past_[samples_ % kKept] = x;
+    ++samples_;
+  }
+  /// Between samples; the oldest known one before it, not a number without any.
+  [[nodiscard]] double at(double sample) const {
+    if (past_.empty()) return kUnknown;
+    const double oldest = static_cast<double>(samples_ - past_.size());
+    const double place = std::clamp(sample, oldest, static_cast<double>(samples_ - 1));
+    const auto below = static_cast<std::size_t>(place);
+    const double x = past_[below % kKept];
+    const double part = place - static_cast<double>(below);
+    return part > 0.0 ? x + part * (past_[(below + 1) % kKept] - x) : x;
+  }
+
+ private:
+  static constexpr std::size_t kKept = std::size_t{1} << 16U;
+  std::vector<double> past_;
+  std::size_t samples_ = 0;
+};
+
+/// The engine with all that looks at it, from the sample on where learning was over.
+class Run {
+ public:
+  Run(const data::Record& stretch, const TrackOptions& options, detail::TrackPlan plan,
+      std::unique_ptr<detail::AxisSetup> setup, detail::AxisPointer axis, Track& track)
+      : options_(options),
+        plan_(std::move(plan)),
+        setup_(std::move(setup)),
+        axis_(std::move(axis)),
+        rate_hz_(stretch.sample_rate_hz),
+        start_time_s_(stretch.start_time_s),
+        drift_(rate_hz_),
+        follows_position_(detail::drift_follows_position(stretch, options, plan_)),
+        drift_per_s_(setup_->config.physical.stiffness_drift_per_s),
+        curves_(options, plan_, *setup_),
+        rows_(stretch, options, *setup_, *axis_, track),
+        track_(track) {
+    track.baseline_loop = curves_.baseline();
+  }
+
+  /// Samples `first` to `last` (not included) of a record; `speaks`: they make rows.
+  std::optional<Error> step(const data::Record& samples, std::size_t first, std::size_t last, bool speaks) {
+    for (std::size_t k = first; k < last; ++k) {
+      const double ru = samples.excitation.present() ? samples.excitation.samples[k] : 0.0;
+      if (samples.position.present()) look_at(samples.position.samples[k], speaks);
+      const bool due = axis_->step({ru, samples.input.samples[k], samples.output.samples[k]});
+      if (!speaks || !due) continue;
+      if (options_.kept_rows == 0 && (track_.rows + 1) * rows_.values_per_row() > detail::kMostValues)
+        return Error{"every", fmt::format("more than {} rows of {} values are too many to be kept at once",
+                                          track_.rows, rows_.values_per_row())};
+      add_row();
+    }
+    if (!speaks) learned_ = axis_->result().counts;
+    return std::nullopt;
+  }
+
+  void finish() {
+    const auto counts = detail::since(axis_->result().counts, learned_);
+    auto findings = detail::run_findings(*axis_, counts, plan_, *setup_, start_time_s_);
+    std::move(findings.begin(), findings.end(), std::back_inserter(track_.findings));
+    track_.shares = detail::shares_of(counts);
+    track_.loop = curves_.take(*axis_);
+    if (axis_->result().changed) track_.change = axis_->result().change;
+  }
+
+ private:
+  /// The drift to reckon with follows the positions, by steps that make a difference.
+  void look_at(double position, bool speaks) {
+    positions_.step(position);
+    drift_.step(position);
+    constexpr double kStep = 1.1;
+    const double now = drift_.per_s();
+    if (!speaks || !follows_position_ || (now < kStep * drift_per_s_ && drift_per_s_ < kStep * now)) return;
+    drift_per_s_ = now;
+    axis_->set_stiffness_drift(now);
+  }
+
+  void add_row() {
+    const auto& row = axis_->row();
+    const double lag = std::max(0.0, row.lag_samples);
+    const double described =
+        static_cast<double>(row.sample) - (options_.raw_time || !std::isfinite(lag) ? 0.0 : lag);
+    // A lag that grows by more than a sample a sample must not turn time back.
+    newest_time_s_ = std::max(newest_time_s_, start_time_s_ + described / rate_hz_);
+    rows_.add(*axis_, {newest_time_s_, lag / rate_hz_, positions_.at(described)});
+    curves_.add(*axis_, newest_time_s_);
+  }
+
+  const TrackOptions& options_;
+  detail::TrackPlan plan_;
+  std::unique_ptr<detail::AxisSetup> setup_;
+  detail::AxisPointer axis_;
+  online::AxisCounts learned_{};  // rows that were not handed out
+  double rate_hz_, start_time_s_;
+  Positions positions_;
+  detail::StiffnessDrift drift_;
+  bool follows_position_;
+  double drift_per_s_;
+  detail::LoopCurves curves_;
+  detail::Rows rows_;
+  Track& track_;
+  double newest_time_s_ = -std::numeric_limits<double>::infinity();
+};
+
+std::optional<Error> check(const data::Record& head, const TrackOptions& options) {
+  const double rate_hz = head.sample_rate_hz;
+  if (options.every == 0) return Error{"every", "must be 1 or more, found 0"};
+  if (options.learn_s && options.whole_record)
+    return Error{"learn", "tells a stretch of the record, and --whole-record takes all of it: leave one out"};
+  if (options.learn_s && !(*options.learn_s * rate_hz >= kFewestLearned && std::isfinite(*options.learn_s)))
+    return Error{"learn", fmt::format("must be {:g} samples ({:g} s) at least, found {:g} s", kFewestLearned,
+                                      kFewestLearned / rate_hz, *options.learn_s)};
+  if (options.drift_per_s && (!(*options.drift_per_s >= 0.0) || !std::isfinite(*options.drift_per_s)))
+    return Error{"drift", fmt::format("must be 0 1/s or more, found {:g}", *options.drift_per_s)};
+  if (!(options.memory_s >= 0.0) || !std::isfinite(options.memory_s))
+    return Error{"memory", fmt::format("must be above 0 s, found {:g}", options.memory_s)};
+  if (options.memory_s > 0.0 && options.memory_s * rate_hz < 4.0)
+    return Error{"memory", fmt::format("must be 4 samples ({:g} s) at least, found {:g} s", 4.0 / rate_hz,
+                                       options.memory_s)};
+  return std::nullopt;
+}
+
+/// A model of volts cannot begin a record of torques.
+std::optional<Error> foreign_units(const Units& ours, const std::optional<Units>& theirs,
+                                   const char* option) {
+  if (!theirs || theirs->response == ours.response) return std::nullopt;
+  return Error{option, fmt::format("its response is in {}, the record's in {}; required are the same units "
+                                   "(--input-scale, --input-unit, --output-unit)",
+                                   theirs->response, ours.response)};
+}
+
+}  // namespace
+
+const TrackSeries* Track::find(std::string_view name) const {
+  for (const auto* group : {&figures, &parameters, &lines})
+    for (const auto& series : *group)
+      if (series.name == name) return &series;
+  return nullptr;
+}
+
+/// Learns, then runs.
+class Tracking::Impl {
+ public:
+  explicit Impl(TrackOptions options) : options_(std::move(options)) {}
+
+  expected<void, Error> add(const data::Record& batch) {
+    if (batch.samples() == 0) return {};
+    if (!begun_)
+      if (auto refusal = begin(batch)) return tl::unexpected(std::move(*refusal));
+    std::size_t taken = 0;
+    while (!run_ && taken < batch.samples() && !options_.whole_record) {
+      const std::size_t part = std::min(batch.samples() - taken, due_ - stretch_.samples());
+      append(stretch_, batch, taken, part);
+      taken += part;
+      if (stretch_.samples() < due_) break;
+      if (auto refusal = learn(options_.learn_s || ++stretches_ == kStretches))
+        return tl::unexpected(std::move(*refusal));
+      due_ *= 2;
+    }
+    if (options_.whole_record) append(stretch_, batch, 0, batch.samples());
+    if (run_)
+      if (auto refusal = run_->step(batch, taken, batch.samples(), true))
+        return tl::unexpected(std::move(*refusal));
+    samples_ += batch.samples();
+    return {};
+  }
+
+  expected<Track, Error> finish() {
+    if (!begun_) return tl::unexpected(Error{"input", "holds no samples"});
+    if (!run_)
+      if (auto refusal = learn(true)) return tl::unexpected(std::move(*refusal));
+    if (!run_ || (track_.rows == 0 && samples_ == stretch_.samples())) return tl::unexpected(not_learned());
+    track_.record = facts_of(stretch_, samples_);
+    run_->finish();
+    track_.trusted = std::none_of(track_.findings.begin(), track_.findings.end(),
+                                  [](const auto& f) { return f.severity == diagnostics::Severity::error; });
+    return std::move(track_);
+  }
+
+ private:
+  static constexpr std::size_t kStretches = 5;  // the last one is taken for what it shows
+
+  std::optional<Error> begin(const data::Record& head) {
+    if (auto refusal = check(head, options_)) return refusal;
+    stretch_ = data::part_of(head, 0, 0);
+    track_.units = detail::units_of(head);
+    if (auto refusal = foreign_units(track_.units, options_.start_units, "start")) return refusal;
+    if (options_.baseline)
+      if (auto refusal = foreign_units(track_.units, options_.baseline->units, "baseline")) return refusal;
+    due_ = detail::first_stretch(head, options_);
+    begun_ = true;
+    return std::nullopt;
+  }
+
+  /// Begins the run, if the stretch suffices.
+  std::optional<Error> learn(bool final) {
+    tell("start");
+    auto plan = detail::make_track_plan(stretch_, options_, final);
+    if (!plan) return std::move(plan.error());
+    if (!*plan) return std::nullopt;
+    auto setup = detail::axis_setup(stretch_, options_, **plan);
+    if (!setup) return std::move(setup.error());
+    auto axis = detail::make_axis(**setup, **plan);
+    if (!axis) return std::move(axis.error());
+    track_.method = name_of((*plan)->method);
+    track_.approach = name_of((*plan)->approach);
+    track_.reason = (*plan)->reason;
+    track_.known_delay_s = options_.common.delay_s;
+    track_.confidence = options_.common.confidence;
+    track_.learned_s = stretch_.duration_s();
+    track_.causal = !options_.whole_record;
+    if ((*plan)->start) track_.start = (*plan)->start->source;
+    track_.findings = detail::learning_findings(options_, **plan, **setup);
+    tell("tracking");
+    run_.emplace(stretch_, options_, std::move(**plan), std::move(*setup), std::move(*axis), track_);
+    return run_->step(stretch_, 0, stretch_.samples(), options_.whole_record);
+  }
+
+  [[nodiscard]] Error not_learned() const {
+    const auto method = options_.method;
+    if (!run_ && method == TrackMethod::automatic)
+      return {"method",
+              fmt::format("auto found nothing to track in these {} samples: no model shows in them, "
+                          "and the excitation has no period; give --start, --lines, or a longer "
+                          "record",
+                          samples_)};
+    if (!run_ && detail::is_lines(method)) return {"lines", "must be given: the excitation shows no period"};
+    if (!run_)
+      return {"method", fmt::format("{} needs a model to begin with, and the record shows none: give --start",
+                                    name_of(method))};
+    const double seconds = static_cast<double>(samples_) / stretch_.sample_rate_hz;
+    return {"learn", fmt::format("the record ends, after {:.3g} s, before what it shows suffices to begin "
+                                 "with: give --start, a shorter --learn, a longer record, or --whole-record "
+                                 "(rows then know what came after them)",
+                                 seconds)};
+  }
+
+  void tell(std::string_view stage) const {
+    if (options_.common.progress) options_.common.progress(stage);
+  }
+
+  TrackOptions options_;
+  Track track_;
+  data::Record stretch_;  // as learned from
+  std::size_t samples_ = 0, due_ = 0, stretches_ = 0;
+  bool begun_ = false;
+  std::optional<Run> run_;
+};
+
+Tracking::Tracking(TrackOptions options) : impl_(std::make_unique<Impl>(std::move(options))) {}
+Tracking::Tracking(Tracking&&) noexcept = default;
+Tracking& Tracking::operator=(Tracking&&) noexcept = default;
+Tracking::~Tracking() = default;
+expected<void, Error> Tracking::add(const data::Record& batch) { return impl_->add(batch); }
+expected<Track, Error> Tracking::finish() { return impl_->finish(); }
+
+expected<Track, Error> track(const data::Record& record, const TrackOptions& options) {
+  if (options.every > record.samples())
+    return tl::unexpected(
+        Error{"every", fmt::format("must not be more than the record's {} samples, found {}",
+                                   record.samples(), options.every)});
+  Tracking tracking(options);
+  if (auto added = tracking.add(record); !added) return tl::unexpected(std::move(added.error()));
+  auto result = tracking.finish();
+  if (!result) return result;
+  auto findings = diagnostics::inspect(record);
+  auto gaps = detail::gap_findings(record);
+  findings.insert(findings.end(), gaps.begin(), gaps.end());
+  result->findings.insert(result->findings.begin(), findings.begin(), findings.end());
+  result->trusted = std::none_of(result->findings.begin(), result->findings.end(),
+                                 [](const auto& f) { return f.severity == diagnostics::Severity::error; });
+  return result;
+}
+
+}  // namespace resonid::identification
