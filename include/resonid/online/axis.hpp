@@ -155,7 +155,7 @@ class BasicAxis {
                          detail::NoInjector<Real>>;
   using Baseline = detail::AxisBaseline<Room::kBaselinePoints>;
   using Watch = detail::AxisChangeWatch<Room::kChangeWindow>;
-  using Check = detail::AxisControllerCheck<Room::kControllerCheck>;
+  using Check = detail::AxisControllerCheck<Real, Room::kControllerCheck>;
   using Estimator = detail::OneOf<Estimators...>;
 
   expected<void, Error> configure(const AxisConfig& config) noexcept;

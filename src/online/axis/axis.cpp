@@ -93,6 +93,15 @@ double axis_centre_hz(const AxisConfig& c) noexcept {
   return kOfTheRate * c.sample_rate_hz;
 }
 
+std::array<double, 2> axis_band_hz(const AxisConfig& c) noexcept {
+  constexpr double kBelow = 0.1, kAbove = 1.5, kMost = 0.45;  // about the centre; of the rate
+  if (c.lines_hz.size() > 1) return {c.lines_hz.front(), c.lines_hz.back()};
+  if (c.sweep.duration_s > 0.0)
+    return {std::min(c.sweep.from_hz, c.sweep.to_hz), std::max(c.sweep.from_hz, c.sweep.to_hz)};
+  const double centre = axis_centre_hz(c);
+  return {kBelow * centre, std::min(kAbove * centre, kMost * c.sample_rate_hz)};
+}
+
 }  // namespace detail
 
 }  // namespace resonid::online
