@@ -80,8 +80,8 @@ class AxisChangeWatch<0> {
   void reset() noexcept {}
 };
 
-/// Whether excitation, torque and output show the controller that was told: of a velocity, with a controller up to
-/// order 6 and an excitation that is in the samples.
+/// Whether excitation, torque and output show the controller that was told: of a velocity, with a controller
+/// up to order 6 and an excitation that is in the samples.
 template <class Real, bool On>
 class AxisControllerCheck {
  public:
@@ -89,8 +89,8 @@ class AxisControllerCheck {
     AxisControllerCheck check;
     constexpr std::size_t kMost = ControllerCheck<Real>::kMaxOrder + 1;
     const bool possible = !c.controller_numerator.empty() && c.controller_numerator.size() <= kMost &&
-                          c.controller_denominator.size() <= kMost && c.has_excitation && !c.controller_of_position &&
-                          c.output == AxisOutput::velocity;
+                          c.controller_denominator.size() <= kMost && c.has_excitation &&
+                          !c.controller_of_position && c.output == AxisOutput::velocity;
     if (!possible) return check;
     ControllerCheckConfig config{c.sample_rate_hz, c.controller_numerator, c.controller_denominator};
     const auto band = axis_band_hz(c);
@@ -124,7 +124,9 @@ class AxisControllerCheck {
 template <class Real>
 class AxisControllerCheck<Real, false> {
  public:
-  static expected<AxisControllerCheck, Error> create(const AxisConfig&) noexcept { return AxisControllerCheck{}; }
+  static expected<AxisControllerCheck, Error> create(const AxisConfig&) noexcept {
+    return AxisControllerCheck{};
+  }
   void step(Real, Real, Real) noexcept {}
   void miss(std::uint64_t) noexcept {}
   void reset() noexcept {}

@@ -139,13 +139,14 @@ TEST_P(EveryAxis, WhatIsNotFiniteLeavesItWhole) {
 }
 
 INSTANTIATE_TEST_SUITE_P(, EveryAxis,
-                         testing::Values(AxisMethod::arx, AxisMethod::output_error, AxisMethod::prediction_error,
-                                         AxisMethod::closed_loop, AxisMethod::filtered_closed_loop,
-                                         AxisMethod::damped_closed_loop, AxisMethod::instrumental_variables,
-                                         AxisMethod::physical, AxisMethod::lines, AxisMethod::sliding_dft,
-                                         AxisMethod::chirp),
+                         testing::Values(AxisMethod::arx, AxisMethod::output_error,
+                                         AxisMethod::prediction_error, AxisMethod::closed_loop,
+                                         AxisMethod::filtered_closed_loop, AxisMethod::damped_closed_loop,
+                                         AxisMethod::instrumental_variables, AxisMethod::physical,
+                                         AxisMethod::lines, AxisMethod::sliding_dft, AxisMethod::chirp),
                          [](const auto& test) {
-                           std::string name(online::enum_names(AxisMethod{})[static_cast<std::size_t>(test.param)]);
+                           std::string name(
+                               online::enum_names(AxisMethod{})[static_cast<std::size_t>(test.param)]);
                            std::erase(name, '-');
                            return name;
                          });
@@ -177,8 +178,8 @@ TEST(AxisInjects, ItsOwnExcitationAndFindsTheMachineByIt) {
     peak = std::max(peak, std::abs(x));
     u = {control + x, u[0], u[1], u[2]};
     axis->step({x, u[0], y});
-    v = {m.b[0] * u[0] + m.b[1] * u[1] + m.b[2] * u[2] - m.a[0] * v[0] - m.a[1] * v[1] - m.a[2] * v[2], v[0], v[1],
-         v[2]};
+    v = {m.b[0] * u[0] + m.b[1] * u[1] + m.b[2] * u[2] - m.a[0] * v[0] - m.a[1] * v[1] - m.a[2] * v[2], v[0],
+         v[1], v[2]};
     EXPECT_EQ(axis->injected(), x);
   }
   EXPECT_NEAR(peak, 0.1, 0.002);

@@ -18,8 +18,8 @@
 
 namespace resonid::test {
 
-/// The tooth belt of Publications II and III at 250 Hz in its cascade, a sample of delay in what is measured, excited
-/// by 43 lines from 2.5 to 107.5 Hz.
+/// The tooth belt of Publications II and III at 250 Hz in its cascade, a sample of delay in what is measured,
+/// excited by 43 lines from 2.5 to 107.5 Hz.
 class BeltLoop {
  public:
   static constexpr double kRateHz = 250.0, kSpacingHz = 2.5, kPlace_m = 0.82;
@@ -27,7 +27,10 @@ class BeltLoop {
   using Sample = online::AxisSample<double>;
 
   explicit BeltLoop(double noise_rms, double place_m = kPlace_m, std::uint64_t seed = 1)
-      : model_(tooth_belt(place_m, 1.0 / kRateHz)), noise_(0.0, noise_rms), random_(seed), ru_(excitation()) {}
+      : model_(tooth_belt(place_m, 1.0 / kRateHz)),
+        noise_(0.0, noise_rms),
+        random_(seed),
+        ru_(excitation()) {}
 
   Sample step() {
     const double ru = ru_.step();
@@ -74,7 +77,8 @@ class BeltLoop {
   [[nodiscard]] online::RunningMargins<double> margins() const {
     online::MarginScan<double> scan;
     for (double hz = 0.2; hz < 0.4999 * kRateHz; hz *= 1.0003)
-      scan.step(hz, online::response(model_, hz, kRateHz) * controller(hz) * std::polar(1.0, -kTwoPi * hz / kRateHz));
+      scan.step(hz, online::response(model_, hz, kRateHz) * controller(hz) *
+                        std::polar(1.0, -kTwoPi * hz / kRateHz));
     return scan.margins();
   }
 
@@ -133,21 +137,24 @@ struct BeltTold {
 
 /// On the heap: it is large.
 inline std::unique_ptr<online::Axis> make_axis(const online::AxisConfig& config) {
-  auto memory = std::unique_ptr<online::Axis>(static_cast<online::Axis*>(::operator new(sizeof(online::Axis))));
+  auto memory =
+      std::unique_ptr<online::Axis>(static_cast<online::Axis*>(::operator new(sizeof(online::Axis))));
   online::Axis::create_in(memory.get(), config).value();
   return memory;
 }
 
 inline bool same(double a, double b) { return a == b || (std::isnan(a) && std::isnan(b)); }
-inline bool same(const online::Figure& a, const online::Figure& b) { return same(a.value, b.value) && same(a.std, b.std); }
+inline bool same(const online::Figure& a, const online::Figure& b) {
+  return same(a.value, b.value) && same(a.std, b.std);
+}
 /// Bit for bit, but for the payload of what is not a number.
 inline bool same(const online::AxisRow& a, const online::AxisRow& b) {
   bool equal = a.sample == b.sample && same(a.lag_samples, b.lag_samples) && a.verdict == b.verdict &&
                a.trusted == b.trusted && a.controller_differs == b.controller_differs;
   for (std::size_t i = 0; i < a.parameter.size(); ++i) equal = equal && same(a.parameter[i], b.parameter[i]);
-  for (const auto member : {&online::AxisRow::resonance_hz, &online::AxisRow::antiresonance_hz,
-                            &online::AxisRow::crossover_hz, &online::AxisRow::phase_margin_deg,
-                            &online::AxisRow::modulus_margin, &online::AxisRow::gap})
+  for (const auto member :
+       {&online::AxisRow::resonance_hz, &online::AxisRow::antiresonance_hz, &online::AxisRow::crossover_hz,
+        &online::AxisRow::phase_margin_deg, &online::AxisRow::modulus_margin, &online::AxisRow::gap})
     equal = equal && same(a.*member, b.*member);
   for (const auto member :
        {&online::AxisRow::resonance_damping, &online::AxisRow::driven_inertia, &online::AxisRow::stiffness,

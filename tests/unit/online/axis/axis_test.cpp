@@ -49,19 +49,18 @@ TEST_P(EveryMethod, FindsTheBeltAndItsLoop) {
   EXPECT_NEAR(row.stiffness, 233.0, 10.0);
 }
 
-INSTANTIATE_TEST_SUITE_P(, EveryMethod,
-                         testing::Values(Expected{AxisMethod::arx, 0.05, 0.05, 0.1, 6.0, 0.1},
-                                         Expected{AxisMethod::output_error}, Expected{AxisMethod::prediction_error},
-                                         Expected{AxisMethod::closed_loop}, Expected{AxisMethod::filtered_closed_loop},
-                                         Expected{AxisMethod::damped_closed_loop},
-                                         Expected{AxisMethod::instrumental_variables}, Expected{AxisMethod::physical},
-                                         Expected{AxisMethod::lines}, Expected{AxisMethod::sliding_dft}),
-                         [](const auto& test) {
-                           std::string name(
-                               online::enum_names(AxisMethod{})[static_cast<std::size_t>(test.param.method)]);
-                           std::erase(name, '-');
-                           return name;
-                         });
+INSTANTIATE_TEST_SUITE_P(
+    , EveryMethod,
+    testing::Values(Expected{AxisMethod::arx, 0.05, 0.05, 0.1, 6.0, 0.1}, Expected{AxisMethod::output_error},
+                    Expected{AxisMethod::prediction_error}, Expected{AxisMethod::closed_loop},
+                    Expected{AxisMethod::filtered_closed_loop}, Expected{AxisMethod::damped_closed_loop},
+                    Expected{AxisMethod::instrumental_variables}, Expected{AxisMethod::physical},
+                    Expected{AxisMethod::lines}, Expected{AxisMethod::sliding_dft}),
+    [](const auto& test) {
+      std::string name(online::enum_names(AxisMethod{})[static_cast<std::size_t>(test.param.method)]);
+      std::erase(name, '-');
+      return name;
+    });
 
 TEST(Axis, FollowsAChirpAndFindsTheResonanceInItsCurve) {
   AxisConfig c = BeltTold{}.config(AxisMethod::chirp);
@@ -110,7 +109,8 @@ TEST(Axis, MeasuresTheLoopWithoutKnowingTheController) {
   BeltLoop loop(0.0);
   for (const auto& s : loop.run(5000)) axis->step(s);
   const auto truth = loop.margins();
-  EXPECT_NEAR(axis->row().crossover_hz.value, truth.crossover_hz, 0.05 * truth.crossover_hz);  // between lines
+  EXPECT_NEAR(axis->row().crossover_hz.value, truth.crossover_hz,
+              0.05 * truth.crossover_hz);  // between lines
   EXPECT_NEAR(axis->row().phase_margin_deg.value, truth.phase_margin_deg, 2.0);
   EXPECT_NEAR(axis->row().modulus_margin.value, truth.modulus_margin, 0.03);
 }
@@ -250,9 +250,11 @@ TEST(Axis, RefusesWithTheNameOfItsField) {
   EXPECT_EQ(field([](AxisConfig& c) { c.start_b = c.start_a = {}; }, M::output_error), "start_b");
   EXPECT_EQ(field([](AxisConfig& c) { c.output = online::AxisOutput::acceleration; }, M::physical), "output");
   EXPECT_EQ(field([](AxisConfig& c) { c.memory_s = 0.001; }, M::arx), "memory_s");
-  EXPECT_EQ(field([](AxisConfig& c) { c.controller_numerator = {}; }, M::closed_loop), "controller_denominator");
+  EXPECT_EQ(field([](AxisConfig& c) { c.controller_numerator = {}; }, M::closed_loop),
+            "controller_denominator");
   static const std::array<double, 40> long_one{1.0};
-  EXPECT_EQ(field([](AxisConfig& c) { c.controller_numerator = long_one; }, M::lines), "controller_numerator");
+  EXPECT_EQ(field([](AxisConfig& c) { c.controller_numerator = long_one; }, M::lines),
+            "controller_numerator");
   EXPECT_EQ(field([](AxisConfig& c) { c.sweep = {}; }, M::chirp), "sweep");
   EXPECT_EQ(field([](AxisConfig& c) { c.physical.stiffness.value = -1.0; }, M::physical), "stiffness");
   static const std::array<double, 3> unstable{-3.0, 3.0, -1.0};
@@ -265,8 +267,7 @@ struct SmallRoom : online::AxisRoom {
   static constexpr std::size_t kInjectedLines = 0, kBaselinePoints = 0, kChangeWindow = 0;
   static constexpr bool kControllerCheck = false;
 };
-using SmallAxis =
-    online::BasicAxis<SmallRoom, online::AxisLines<float, 43>, online::AxisClosedLoop<float>>;
+using SmallAxis = online::BasicAxis<SmallRoom, online::AxisLines<float, 43>, online::AxisClosedLoop<float>>;
 
 TEST(Axis, InSinglePrecisionWithTwoEstimatorsIsSmall) {
   EXPECT_LT(sizeof(SmallAxis), 40'000U);
@@ -275,7 +276,8 @@ TEST(Axis, InSinglePrecisionWithTwoEstimatorsIsSmall) {
     auto axis = SmallAxis::create(told.config(method)).value();
     BeltLoop loop(kNoise);
     for (const auto& s : loop.run(7500))
-      axis.step({static_cast<float>(s.excitation), static_cast<float>(s.torque), static_cast<float>(s.output)});
+      axis.step(
+          {static_cast<float>(s.excitation), static_cast<float>(s.torque), static_cast<float>(s.output)});
     EXPECT_TRUE(axis.row().trusted);
     EXPECT_NEAR(axis.row().resonance_hz.value, loop.resonance_hz(), 0.01 * loop.resonance_hz());
   }

@@ -45,8 +45,10 @@ std::optional<Error> fault_of(const AxisConfig& c, bool takes_velocity) noexcept
     return bad("centre_hz", "must be >= 0 and below half the sample rate", c.centre_hz);
   if (c.start_a.size() != c.start_b.size())
     return bad("start_a", "must be as many as start_b", static_cast<double>(c.start_a.size()));
-  if (c.loop == AxisLoop::measured && c.method != AxisMethod::lines && c.method != AxisMethod::sliding_dft)
-    return bad("loop", "can be measured by methods with lines only", static_cast<double>(c.loop));
+  const bool at_lines = c.loop == AxisLoop::measured || c.loop == AxisLoop::controller_at_lines;
+  if (at_lines && c.method != AxisMethod::lines && c.method != AxisMethod::sliding_dft)
+    return bad("loop", "can be that at the lines for methods with fixed lines only",
+               static_cast<double>(c.loop));
   const auto controller =
       AxisController::create(c.controller_numerator, c.controller_denominator, c.controller_of_position);
   if (!controller) return controller.error();
