@@ -45,7 +45,7 @@ def build(folder):
         print(done.stdout + done.stderr)
         sys.exit("the components do not build")
     # The servo thread has no heap, no exceptions and no C++ library: all that is asked for is libm.
-    objects = [str(folder / name) for name in ("axis.o", "core.o", "chirp.o", "metrics.o", "multisine.o", "prbs.o")]
+    objects = [str(folder / name) for name in ("axis.o", "core.o", "axis_config.o", "axis_figures.o", "axis_loop.o", "chirp.o", "metrics.o", "multisine.o", "prbs.o")]
     symbols = subprocess.run(["nm", "-u", *objects], capture_output=True, text=True, check=True).stdout
     bad = sorted(set(re.findall(r"\bU (_Zn\w*|_Zd\w*|malloc|calloc|realloc|free|_Unwind\w*|__cxa\w*|_ZSt\w*|abort)\b", symbols)))
     check(not bad, f"the component asks for no heap, exception or C++ library {' '.join(bad)}")

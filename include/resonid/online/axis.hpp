@@ -98,6 +98,8 @@ class BasicAxis {
   Real excite(const MachineSample<Real>& now, Real given = Real(0)) noexcept;
   [[nodiscard]] Real injected() const noexcept { return injected_; }  ///< What excite() returned last.
 
+  [[nodiscard]] bool injecting() const noexcept { return injector_.active(); }
+
   // Estimation.
   /// One sample; true when it completed a row.
   bool step(const Sample& sample) noexcept;
@@ -134,6 +136,16 @@ class BasicAxis {
     return estimator_.visit([](const auto& e) { return e.white_residual(); });
   }
 
+  /// False where the memory is so long that the trackers of lines never settle.
+  [[nodiscard]] bool settles() const noexcept {
+    return estimator_.visit([](const auto& e) {
+      if constexpr (requires { e.settling_samples(); })
+        return e.settling_samples() < kNeverSettles;
+      else
+        return true;
+    });
+  }
+
   // What may change while it runs, in bounded time; the next row follows.
   /// The loop whose margins are told. The delay is that of `lines` and `sliding_dft`; other estimators keep
   /// theirs.
@@ -155,7 +167,7 @@ class BasicAxis {
                          detail::NoInjector<Real>>;
   using Baseline = detail::AxisBaseline<Room::kBaselinePoints>;
   using Watch = detail::AxisChangeWatch<Room::kChangeWindow>;
-  using Check = detail::AxisControllerCheck<Room::kControllerCheck>;
+  using Check = detail::AxisControllerCheck<Real, Room::kControllerCheck>;
   using Estimator = detail::OneOf<Estimators...>;
 
   expected<void, Error> configure(const AxisConfig& config) noexcept;
@@ -206,7 +218,21 @@ using Axis = BasicAxis<AxisRoom, AxisLines<>, AxisSlidingDft<>, AxisSweep<>, Axi
 #include <resonid/online/detail/axis_impl.hpp>
 
 namespace resonid::online {
+
+namespace detail {
+extern template class AxisFixedLines<KalmanBank<double, 256>>;
+extern template class AxisFixedLines<SlidingDft<double, 256, 16384>>;
+extern template class AxisSweepLine<double, 512>;
+extern template class AxisPhysical<double, 16384>;
+extern template class AxisModel<Arx<double, 1>>;
+extern template class AxisModel<Arx<double, 3>>;
+extern template class AxisModel<OutputError<double, 3>>;
+extern template class AxisModel<ClosedLoopOutputError<double, 3>>;
+extern template class AxisModel<InstrumentalVariables<double, 1>>;
+extern template class AxisModel<InstrumentalVariables<double, 3>>;
+}  // namespace detail
 extern template class BasicAxis<AxisRoom, AxisLines<>, AxisSlidingDft<>, AxisSweep<>, AxisPhysical<>,
                                 AxisArx<double, 1>, AxisArx<>, AxisOutputError<>, AxisClosedLoop<>,
                                 AxisInstrumental<double, 1>, AxisInstrumental<>>;
+
 }  // namespace resonid::online

@@ -41,9 +41,10 @@ enum class AxisOutput { velocity, position, acceleration };
 /// Where the loop L comes from, whose margins the rows hold.
 enum class AxisLoop {
   none,
-  controller,  ///< L = C Gd with the controller told.
-  measured,    ///< L = Ru/U - 1 at the lines: whatever acts on the velocity is in it. `lines` and
-               ///< `sliding_dft`.
+  controller,           ///< L = C Gd with the controller told, Gd of the model that fits, else at the lines.
+  controller_at_lines,  ///< The same at the lines, whatever fits them. Of methods with lines.
+  measured,             ///< L = Ru/U - 1 at the lines: whatever acts on the velocity is in it. `lines` and
+                        ///< `sliding_dft`.
 };
 
 /// A controller u = C (r - y) + ru in powers of z^-1, in a fixed room.

@@ -83,8 +83,8 @@ struct AxisRow {
   double uncertainty = kUnknown;   ///< Relative, of what `converged` asks for.
   double most_uncertainty = kUnknown;
   bool controller_differs = false;  ///< Excitation, torque and output do not show the controller told.
-  std::complex<double> controller_ratio{kUnknown, kUnknown};  ///< The controller shown over the one told.
-  double controller_ratio_std = kUnknown;
+  /// Largest difference of those lines that differ, over the controller told; 0: none differs.
+  double controller_difference = kUnknown;
 
   AxisGates gates;
   AxisVerdict verdict = AxisVerdict::not_measured;

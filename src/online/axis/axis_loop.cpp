@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: MIT
 #include <cmath>
-#include <numbers>
 #include <resonid/base/constants.hpp>
 #include <resonid/online/detail/axis_loop.hpp>
 #include <resonid/online/models/detail/model_response.hpp>
@@ -39,12 +38,6 @@ std::complex<double> AxisController::response(double frequency_hz, double sample
 }
 
 namespace detail {
-namespace {
-
-bool finite(std::complex<double> z) noexcept { return std::isfinite(z.real()) && std::isfinite(z.imag()); }
-
-}  // namespace
-
 AxisLoopFigures::AxisLoopFigures(const AxisConfig& c) noexcept
     : loop_(c.loop), sample_rate_hz_(c.sample_rate_hz), delay_s_(c.known_delay_s) {
   const double nyquist = 0.5 * c.sample_rate_hz;
@@ -56,21 +49,21 @@ AxisLoopFigures::AxisLoopFigures(const AxisConfig& c) noexcept
   const auto controller =
       AxisController::create(c.controller_numerator, c.controller_denominator, c.controller_of_position);
   if (controller) controller_ = *controller;
-  if (loop_ == AxisLoop::controller && !controller_.known()) loop_ = AxisLoop::none;
+  set_loop(controller_, loop_, delay_s_);
 }
 
 void AxisLoopFigures::set_loop(const AxisController& controller, AxisLoop loop,
                                double known_delay_s) noexcept {
   controller_ = controller;
   delay_s_ = known_delay_s;
-  loop_ = loop == AxisLoop::controller && !controller.known() ? AxisLoop::none : loop;
+  loop_ = loop != AxisLoop::measured && !controller.known() ? AxisLoop::none : loop;
 }
 
 double AxisLoopFigures::grid_hz(std::size_t i) const noexcept {
   return from_hz_ * std::pow(grid_ratio_, static_cast<double>(i));
 }
 
-AxisLoopFigures::Complex AxisLoopFigures::controller_at(double hz) const noexcept {
+AxisLoopFigures::Complex AxisLoopFigures::weight_at(double hz) const noexcept {
   return controller_.known() ? controller_.response(hz, sample_rate_hz_) : Complex(scale_);
 }
 
@@ -78,48 +71,30 @@ AxisLoopFigures::Complex AxisLoopFigures::delay_at(double hz) const noexcept {
   return std::polar(1.0, -kTwoPi * hz * delay_s_);
 }
 
-/// Chordal distance; std to first order along the larger of its two derivatives' directions.
-void AxisLoopFigures::Gap::step(double at_hz, Complex weighted, double weighted_std,
-                                Complex w_reference) noexcept {
-  if (!finite(w_reference) || !finite(weighted)) return;
-  const double here = 1.0 + std::norm(weighted), there = 1.0 + std::norm(w_reference);
-  const double d = std::abs(weighted - w_reference) / std::sqrt(here * there);
-  if (d <= distance) return;
-  distance = d;
-  hz = at_hz;
-  reference = w_reference;
-  // k(z, w) on the sphere: its steepest slope by z is sqrt(1 - k^2)/(1 + |z|^2)
-  std = std::sqrt(std::max(0.0, 1.0 - d * d)) / here * weighted_std / std::numbers::sqrt2;
+AxisLoopFigures::Complex AxisLoopFigures::model_loop_at(double hz) const noexcept {
+  return weight_at(hz) * online::response(model_, hz, sample_rate_hz_) * delay_at(hz);
 }
 
 void AxisLoopFigures::begin_lines() noexcept {
   line_scan_.reset();
-  line_gap_ = {};
-  last_std_ = phase_margin_std_deg_ = modulus_margin_std_ = 0.0;
+  line_gap_.reset();
 }
 
 void AxisLoopFigures::line(double hz, Complex plant, double std, Complex measured,
                            Complex reference) noexcept {
-  const double relative = std / std::abs(plant);
   if (has_gap_) {
-    const Complex weight = controller_at(hz);
-    line_gap_.step(hz, weight * plant, std::abs(weight) * std, weight * reference);
+    const Complex weight = weight_at(hz);
+    line_gap_.step(hz, weight * plant, weight * reference, std::abs(weight) * std);
   }
   if (loop_ == AxisLoop::none) return;
-  const Complex loop = loop_ == AxisLoop::measured ? measured : controller_at(hz) * plant * delay_at(hz);
   // The error is that of the lines on either side: L is off by the relative error of Gd.
-  const double before_hz = line_scan_.margins().modulus_margin_hz;
-  const bool first = std::isnan(line_scan_.margins().crossover_hz);
-  const double loop_std = relative * std::abs(loop);
-  const double larger = std::max(loop_std, last_std_) / std::numbers::sqrt2;  // one of two directions
-  if (line_scan_.step(hz, loop) && first) phase_margin_std_deg_ = larger * 180.0 / kPi;
-  if (line_scan_.margins().modulus_margin_hz != before_hz) modulus_margin_std_ = larger;
-  last_std_ = loop_std;
+  const Complex loop = loop_ == AxisLoop::measured ? measured : weight_at(hz) * plant * delay_at(hz);
+  line_scan_.step(hz, loop, std / std::abs(plant) * std::abs(loop));
 }
 
 void AxisLoopFigures::begin_model(const AxisReading& reading) noexcept {
   model_scan_.reset();
-  model_gap_ = {};
+  model_gap_.reset();
   grid_ = near_ = 0;
   scans_model_ = reading.has_model && scans_model();
   if (!scans_model_) return;
@@ -145,15 +120,15 @@ void AxisLoopFigures::point(Complex reference) noexcept {
     ++grid_;
   }
   const Complex plant = online::response(model_, hz, sample_rate_hz_);
-  const Complex weight = controller_at(hz);
-  if (has_gap_) model_gap_.step(hz, weight * plant, AxisRow::kUnknown, weight * reference);
+  const Complex weight = weight_at(hz);
+  if (has_gap_) model_gap_.step(hz, weight * plant, weight * reference);
   if (loop_ == AxisLoop::controller) model_scan_.step(hz, weight * plant * delay_at(hz));
 }
 
 void AxisLoopFigures::take_margins(const RunningMargins<double>& m, AxisRow& row) const noexcept {
-  row.crossover_hz.value = m.crossover_hz;
-  row.phase_margin_deg.value = m.phase_margin_deg;
-  row.modulus_margin.value = m.modulus_margin;
+  row.crossover_hz = {m.crossover_hz, m.crossover_std_hz};
+  row.phase_margin_deg = {m.phase_margin_deg, m.phase_margin_std_deg};
+  row.modulus_margin = {m.modulus_margin, m.modulus_margin_std};
   row.worst_phase_margin_deg = m.worst_phase_margin_deg;
   row.modulus_margin_hz = m.modulus_margin_hz;
   row.gain_margin_db = m.gain_margin_db;
@@ -161,23 +136,25 @@ void AxisLoopFigures::take_margins(const RunningMargins<double>& m, AxisRow& row
 }
 
 void AxisLoopFigures::conclude(const AxisReading& reading, AxisRow& row) const noexcept {
-  if (loop_ == AxisLoop::measured || !scans_model_) {
-    if (loop_ != AxisLoop::none) {
-      take_margins(line_scan_.margins(), row);
-      if (!std::isnan(row.crossover_hz.value)) row.phase_margin_deg.std = phase_margin_std_deg_;
-      if (!std::isnan(row.modulus_margin.value)) row.modulus_margin.std = modulus_margin_std_;
-    }
-  } else if (loop_ == AxisLoop::controller) {
-    take_margins(model_scan_.margins(), row);
-  }
-  const Gap& gap = scans_model_ ? model_gap_ : line_gap_;
-  if (has_gap_) row.gap = {gap.distance, gap.std};
-  if (scans_model_) model_deviations(reading, row);
+  const bool of_model = scans_model_ && loop_ == AxisLoop::controller;
+  if (loop_ != AxisLoop::none) take_margins(of_model ? model_scan_.margins() : line_scan_.margins(), row);
+  if (has_gap_ && !scans_model_) row.gap = {line_gap_.gap(), line_gap_.gap_std()};
+  if (has_gap_ && scans_model_) row.gap.value = model_gap_.gap();
+  if (scans_model_ && reading.covariance_known()) take_model_deviations(reading, row);
 }
 
-void AxisLoopFigures::model_deviations(const AxisReading& reading, AxisRow& row) const noexcept {
-  static_cast<void>(reading);
-  static_cast<void>(row);
+void AxisLoopFigures::take_model_deviations(const AxisReading& reading, AxisRow& row) const noexcept {
+  const auto covariance = reading.covariance();
+  const auto error_at = [&](double hz) { return relative_error(model_, covariance, hz, sample_rate_hz_); };
+  if (loop_ == AxisLoop::controller) {
+    const MarginStds std =
+        margin_stds(model_scan_.margins(), error_at, [this](double hz) { return model_loop_at(hz); });
+    row.crossover_hz.std = std.crossover_hz;
+    row.phase_margin_deg.std = std.phase_margin_deg;
+    row.modulus_margin.std = std.modulus_margin;
+  }
+  if (has_gap_ && model_gap_.gap_hz() > 0.0)
+    row.gap.std = gap_std(model_gap_.value(), model_gap_.reference(), error_at(model_gap_.gap_hz()));
 }
 
 }  // namespace detail

@@ -11,8 +11,6 @@ namespace detail {
 [[nodiscard]] std::optional<Error> fault_of(const AxisConfig& config, bool takes_velocity) noexcept;
 /// The same with the field's name in AxisConfig.
 [[nodiscard]] Error of_axis(Error error) noexcept;
-/// Where excitation is looked for: AxisConfig::centre_hz, or what stands for it.
-[[nodiscard]] double axis_centre_hz(const AxisConfig& config) noexcept;
 
 }  // namespace detail
 

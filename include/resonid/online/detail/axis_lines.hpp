@@ -135,7 +135,7 @@ class AxisFixedLines {
     std::uint64_t longest = 0;
     for (std::size_t i = 0; i < lines_.lines(); ++i)
       longest = std::max<std::uint64_t>(longest, lines_.output().settling_samples(i));
-    return longest + (averaged_ ? averages_settling_ : 0);
+    return longest == kNeverSettles ? longest : longest + (averaged_ ? averages_settling_ : 0);
   }
   /// An excitation that is not at every line all the time: a chirp with sweeps of so many samples, or none.
   void average(bool on, double sweep_samples) noexcept {

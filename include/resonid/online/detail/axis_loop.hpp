@@ -9,6 +9,7 @@
 #include <resonid/online/axis_config.hpp>
 #include <resonid/online/axis_result.hpp>
 #include <resonid/online/detail/axis_reading.hpp>
+#include <resonid/online/supervision/detail/loop_errors.hpp>
 #include <resonid/online/supervision/running_margins.hpp>
 
 namespace resonid::online::detail {
@@ -130,17 +131,12 @@ class AxisLoopFigures {
   static constexpr std::size_t kGridPoints = 200, kNearPoints = 160;
   static constexpr double kNearSpan = 1.4;
 
-  /// The largest distance so far.
-  struct Gap {
-    double distance = AxisRow::kUnknown, std = AxisRow::kUnknown, hz = 0.0;
-    Complex reference;  // W G0 there
-    void step(double hz, Complex weighted, double std, Complex reference) noexcept;
-  };
   [[nodiscard]] double grid_hz(std::size_t i) const noexcept;
-  [[nodiscard]] Complex controller_at(double hz) const noexcept;
   [[nodiscard]] Complex delay_at(double hz) const noexcept;
+  [[nodiscard]] Complex weight_at(double hz) const noexcept;
+  [[nodiscard]] Complex model_loop_at(double hz) const noexcept;
   void take_margins(const RunningMargins<double>& m, AxisRow& row) const noexcept;
-  void model_deviations(const AxisReading& reading, AxisRow& row) const noexcept;
+  void take_model_deviations(const AxisReading& reading, AxisRow& row) const noexcept;
 
   AxisController controller_;
   AxisLoop loop_ = AxisLoop::none;
@@ -150,8 +146,7 @@ class AxisLoopFigures {
   double scale_ = 1.0;
   // of the row in work
   MarginScan<double> line_scan_, model_scan_;
-  Gap line_gap_, model_gap_;
-  double last_std_ = 0.0, phase_margin_std_deg_ = 0.0, modulus_margin_std_ = 0.0;  // of the lines
+  GapScan line_gap_, model_gap_;
   AxisReading::Model model_;
   double grid_hz_ = 0.0, near_hz_ = 0.0;  // that come next
   std::size_t grid_ = 0, near_ = 0;       // points done

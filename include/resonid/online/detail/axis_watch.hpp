@@ -1,16 +1,23 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <array>
 #include <cmath>
-#include <complex>
 #include <cstddef>
+#include <cstdint>
 #include <optional>
 #include <resonid/base/expected.hpp>
 #include <resonid/online/axis_config.hpp>
 #include <resonid/online/axis_result.hpp>
 #include <resonid/online/supervision/change_detection.hpp>
+#include <resonid/online/supervision/detail/controller_check.hpp>
 
 namespace resonid::online::detail {
+
+/// Where excitation is looked for: AxisConfig::centre_hz, or what stands for it.
+[[nodiscard]] double axis_centre_hz(const AxisConfig& config) noexcept;
+/// Where the controller is compared: that of the lines or of the sweep, else about the centre.
+[[nodiscard]] std::array<double, 2> axis_band_hz(const AxisConfig& config) noexcept;
 
 /// One figure of the rows, watched for a lasting change. Rows that are not trusted count as missing.
 template <std::size_t Window>
@@ -73,14 +80,53 @@ class AxisChangeWatch<0> {
   void reset() noexcept {}
 };
 
-/// Whether excitation, torque and output show the controller that was told.
-template <bool On>
+/// Whether excitation, torque and output show the controller that was told: of a velocity, with a controller
+/// up to order 6 and an excitation that is in the samples.
+template <class Real, bool On>
 class AxisControllerCheck {
+ public:
+  static expected<AxisControllerCheck, Error> create(const AxisConfig& c) noexcept {
+    AxisControllerCheck check;
+    constexpr std::size_t kMost = ControllerCheck<Real>::kMaxOrder + 1;
+    const bool possible = !c.controller_numerator.empty() && c.controller_numerator.size() <= kMost &&
+                          c.controller_denominator.size() <= kMost && c.has_excitation &&
+                          !c.controller_of_position && c.output == AxisOutput::velocity;
+    if (!possible) return check;
+    ControllerCheckConfig config{c.sample_rate_hz, c.controller_numerator, c.controller_denominator};
+    const auto band = axis_band_hz(c);
+    config.low_hz = band[0];
+    config.high_hz = band[1];
+    const auto made = ControllerCheck<Real>::create(config);
+    if (!made) return check;  // a band too narrow to tell: it says nothing
+    check.check_ = *made;
+    return check;
+  }
+  void step(Real ru, Real u, Real y) noexcept {
+    if (check_) check_->step(ru, u, y);
+  }
+  void miss(std::uint64_t count) noexcept {
+    if (check_) check_->miss(count);
+  }
+  void reset() noexcept {
+    if (check_) check_->reset();
+  }
+  void read(AxisRow& row) const noexcept {
+    if (!check_) return;
+    row.controller_differs = check_->differs();
+    if (check_->ready()) row.controller_difference = static_cast<double>(check_->difference());
+  }
+
+ private:
+  std::optional<ControllerCheck<Real>> check_;
+};
+
+/// An axis without it.
+template <class Real>
+class AxisControllerCheck<Real, false> {
  public:
   static expected<AxisControllerCheck, Error> create(const AxisConfig&) noexcept {
     return AxisControllerCheck{};
   }
-  template <class Real>
   void step(Real, Real, Real) noexcept {}
   void miss(std::uint64_t) noexcept {}
   void reset() noexcept {}

@@ -45,8 +45,10 @@ std::optional<Error> fault_of(const AxisConfig& c, bool takes_velocity) noexcept
     return bad("centre_hz", "must be >= 0 and below half the sample rate", c.centre_hz);
   if (c.start_a.size() != c.start_b.size())
     return bad("start_a", "must be as many as start_b", static_cast<double>(c.start_a.size()));
-  if (c.loop == AxisLoop::measured && c.method != AxisMethod::lines && c.method != AxisMethod::sliding_dft)
-    return bad("loop", "can be measured by methods with lines only", static_cast<double>(c.loop));
+  const bool at_lines = c.loop == AxisLoop::measured || c.loop == AxisLoop::controller_at_lines;
+  if (at_lines && c.method != AxisMethod::lines && c.method != AxisMethod::sliding_dft)
+    return bad("loop", "can be that at the lines for methods with fixed lines only",
+               static_cast<double>(c.loop));
   const auto controller =
       AxisController::create(c.controller_numerator, c.controller_denominator, c.controller_of_position);
   if (!controller) return controller.error();
@@ -91,6 +93,15 @@ double axis_centre_hz(const AxisConfig& c) noexcept {
   if (c.sweep.duration_s > 0.0) return std::sqrt(c.sweep.from_hz * c.sweep.to_hz);
   constexpr double kOfTheRate = 0.1;
   return kOfTheRate * c.sample_rate_hz;
+}
+
+std::array<double, 2> axis_band_hz(const AxisConfig& c) noexcept {
+  constexpr double kBelow = 0.1, kAbove = 1.5, kMost = 0.45;  // about the centre; of the rate
+  if (c.lines_hz.size() > 1) return {c.lines_hz.front(), c.lines_hz.back()};
+  if (c.sweep.duration_s > 0.0)
+    return {std::min(c.sweep.from_hz, c.sweep.to_hz), std::max(c.sweep.from_hz, c.sweep.to_hz)};
+  const double centre = axis_centre_hz(c);
+  return {kBelow * centre, std::min(kAbove * centre, kMost * c.sample_rate_hz)};
 }
 
 }  // namespace detail

@@ -1,0 +1,9 @@
+// SPDX-License-Identifier: MIT
+// Compiled once for the axis with all estimators.
+#include <resonid/online/detail/axis_lines.hpp>
+
+namespace resonid::online::detail {
+
+template class AxisFixedLines<KalmanBank<double, 256>>;
+
+}  // namespace resonid::online::detail
