@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "errors.hpp"
+#include "option_names.hpp"
 #include "output.hpp"
 #include "verbs.hpp"
 
@@ -42,7 +43,7 @@ void print_wrong_use(const CLI::App& app, const std::string& message) {
   std::string name;
   for (const CLI::App* verb = &deepest(app); verb != nullptr; verb = verb->get_parent())
     name = verb->get_name() + (name.empty() ? "" : " " + name);
-  print_error("resonid: " + message + "\nSee '" + name + " --help'.\n");
+  print_error("resonid: " + in_options(message) + "\nSee '" + name + " --help'.\n");
 }
 
 /// Steps that the solver of the fits takes back itself are no business of the user's.
@@ -74,12 +75,12 @@ int run(int argc, char** argv) {
   } catch (const UsageError& error) {
     print_wrong_use(app, error.what());
   } catch (const InputError& error) {
-    print_error(std::string("resonid: ") + error.what() + "\n");
+    print_error("resonid: " + in_options(error.what()) + "\n");
   } catch (const NotTrustedError& error) {
-    print_error(std::string("resonid: ") + error.what() + "\n");
+    print_error("resonid: " + in_options(error.what()) + "\n");
     return kNotTrusted;
   } catch (const std::exception& error) {
-    print_error(std::string("resonid: ") + error.what() + "\n");
+    print_error("resonid: " + in_options(error.what()) + "\n");
     return kFailed;
   }
   return kWrongUse;

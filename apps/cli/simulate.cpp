@@ -8,6 +8,7 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
+#include <resonid/base/error_text.hpp>
 #include <resonid/io/experiment.hpp>
 #include <resonid/io/experiment_schema.hpp>
 #include <resonid/io/suggestion.hpp>
@@ -54,7 +55,7 @@ Source source_of(const std::string& experiment) {
   auto text = io::read_experiment_text(experiment);
   if (text) return {experiment, std::move(*text)};
   const bool name = experiment.find_first_of("/.") == std::string::npos;
-  throw InputError(text.error().message +
+  throw InputError(message_of(text.error()) +
                    (name ? ", and no shipped experiment has that name" + io::suggestion(experiment, names) +
                                "; 'resonid simulate --list' shows them"
                          : std::string()));
@@ -207,7 +208,7 @@ plant::Simulation simulated(const CLI::App& verb, const SimulateOptions& o) {
   const Source source = source_of(o.experiment);
   auto config =
       io::parse_experiment(source.text, source.name, shorter ? std::optional(o.duration_s) : std::nullopt);
-  if (!config) throw InputError(config.error().message);
+  if (!config) throw InputError(message_of(config.error()));
   if (verb.get_option("--seed")->count() > 0) config->run.seed = o.seed;
   for (const double f : o.lines_hz)
     if (!(f > 0.0 && f <= 0.5 * config->run.sample_rate_hz))
@@ -215,7 +216,8 @@ plant::Simulation simulated(const CLI::App& verb, const SimulateOptions& o) {
           fmt::format("--lines: found {} Hz, required > 0 and at most half the sample rate, {} Hz", f,
                       0.5 * config->run.sample_rate_hz));
   auto simulation = plant::simulate_closed_loop(*config, o.lines_hz);
-  if (!simulation) throw InputError(io::explain_experiment(source.text, source.name, simulation.error()));
+  if (!simulation)
+    throw InputError(message_of(io::explain_experiment(source.text, source.name, simulation.error())));
   return std::move(*simulation);
 }
 

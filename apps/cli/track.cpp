@@ -9,12 +9,14 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
+#include <resonid/base/error_text.hpp>
 #include <resonid/identification/track.hpp>
 #include <resonid/io/atomic_file.hpp>
 #include <resonid/report/json.hpp>
 #include <resonid/report/track.hpp>
 
 #include "errors.hpp"
+#include "option_names.hpp"
 #include "options.hpp"
 #include "output.hpp"
 #include "progress.hpp"
@@ -43,7 +45,7 @@ class RowWriter {
   explicit RowWriter(const std::string& path) : standard_output_(path == "-") {
     if (standard_output_) return;
     auto file = io::AtomicFile::create(path);
-    if (!file) throw std::runtime_error(file.error().message);
+    if (!file) throw std::runtime_error(message_of(file.error()));
     file_.emplace(std::move(*file));
   }
 
@@ -62,7 +64,7 @@ class RowWriter {
   void finish() {
     flush();
     if (!file_) return;
-    if (const auto done = file_->commit(); !done) throw std::runtime_error(done.error().message);
+    if (const auto done = file_->commit(); !done) throw std::runtime_error(message_of(done.error()));
   }
 
  private:
@@ -76,7 +78,7 @@ class RowWriter {
     if (standard_output_) {
       print(piece);
     } else if (const auto written = file_->write(piece); !written) {
-      throw std::runtime_error(written.error().message);
+      throw std::runtime_error(message_of(written.error()));
     }
     text_.clear();
   }
@@ -152,8 +154,9 @@ void run_track(const CLI::App& verb, TrackVerbOptions& o) {
     o.track.on_columns = [&](std::span<const std::string> names) { writer.emplace(o.out).columns(names); };
     o.track.on_row = [&](std::span<const double> values) { writer->row(values); };
   }
-  const auto track = identification::track(record, o.track);
-  if (!track) throw UsageError("--" + track.error().field.str() + ": " + track.error().requirement.str());
+  auto track = identification::track(record, o.track);
+  if (!track) throw UsageError(in_options(track.error()));
+  put_in_options(*track);
   progress.stage("writing");
   if (writer) writer->finish();
   if (!o.report.empty()) write_output(o.report, report::document_page(report::track_document(*track)));

@@ -4,11 +4,13 @@
 #include <CLI/App.hpp>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <resonid/base/error_text.hpp>
 #include <resonid/identification/validate.hpp>
 #include <resonid/io/json_file.hpp>
 #include <resonid/report/validate.hpp>
 
 #include "errors.hpp"
+#include "option_names.hpp"
 #include "options.hpp"
 #include "output.hpp"
 #include "progress.hpp"
@@ -30,7 +32,7 @@ struct ValidateVerb {
 
 identification::CandidateModel read_candidate(const std::string& path) {
   const auto json = io::read_json(path);
-  if (!json) throw InputError(json.error().message);
+  if (!json) throw InputError(message_of(json.error()));
   auto candidate = report::candidate_from_json(*json);
   if (!candidate)
     throw InputError(path +
@@ -68,10 +70,11 @@ void run_validate(const CLI::App& verb, ValidateVerb& o) {
   if (verb.get_option("--delay")->count() == 0) o.method.options.delay_s = candidate.known_delay_s;
   o.method.options.progress = [&progress](std::string_view stage) { progress.stage(stage); };
   progress.stage("simulating");
-  const auto v = identification::validate(record, candidate, {o.method.options, o.max_lag, o.fit_band_hz});
+  auto v = identification::validate(record, candidate, {o.method.options, o.max_lag, o.fit_band_hz});
   if (!v)
-    throw UsageError((v.error().field == "MODEL" ? o.model : "--" + v.error().field.str()) + ": " +
-                     v.error().requirement.str());
+    throw UsageError(v.error().field == "candidate" ? o.model + ": " + v.error().requirement.str()
+                                                    : in_options(v.error()));
+  put_in_options(*v);
   if (!o.residual.empty()) write_output(o.residual, residual_csv(*v, record));
   if (!o.report.empty()) {
     auto page = report::document(*v, record);

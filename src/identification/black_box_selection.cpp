@@ -24,14 +24,14 @@ std::vector<diagnostics::Finding> inspected(const BlackBoxResult& result) {
                         {},
                         {},
                         "The search for the black-box model ended before it reached a minimum: its order is "
-                        "probably too high for this record. Try a lower --order."});
+                        "probably too high for this record. Try a lower .order."});
   double largest = 0.0;
   for (const auto& pole : result.model.poles()) largest = std::max(largest, std::abs(pole.value));
   if (!result.stable)
     findings.push_back({"unstable-model", diagnostics::Severity::error, largest, 1.0,
                         fmt::format("The black-box model is unstable (a pole at |z| = {:.6g}), and its error "
                                     "bar does not excuse it: what the record holds is not that of a drive, "
-                                    "or the order does not suit it. Try another --order.",
+                                    "or the order does not suit it. Try another .order.",
                                     largest)});
   return findings;
 }
@@ -110,10 +110,9 @@ fit::Estimate delay_of(const fit::BlackBoxModel& model) {
 
 expected<BlackBoxSelection, Error> select_black_box(const data::Record& record, const Options& options) {
   if (options.approach == Approach::indirect && record.output_quantity != data::OutputQuantity::velocity)
-    return tl::unexpected(
-        Error{"approach",
-              "indirect with --model black-box needs a recorded velocity, which is what the "
-              "controller is fed; found another output"});
+    return tl::unexpected(Error{"approach",
+                                "indirect with .model black-box needs a recorded velocity, which is what the "
+                                "controller is fed; found another output"});
   fit::OrderSelectionConfig search;
   search.model = black_box_config(record, options);
   search.further_delay = true;

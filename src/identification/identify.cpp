@@ -213,7 +213,7 @@ expected<Result, Error> identify(const data::Record& whole, const Options& optio
       result.bootstrap = std::move(bootstrap);
   }
   if (options.method == Method::model && !result.model && !result.black_box)
-    return tl::unexpected(Error{"method", "model needs --model other than none, and a fit"});
+    return tl::unexpected(Error{"method", "model needs .model other than none, and a fit"});
   if (options.method == Method::model || takes_model) {
     const auto coherence = result.response.coherence;
     const auto& f = result.response.frequency_hz;

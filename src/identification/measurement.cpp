@@ -21,14 +21,14 @@ namespace {
 using Refused = tl::unexpected<Error>;
 using Lines = expected<response::LineEstimates, Error>;
 
-Refused refused(std::string option, std::string message) {
-  return Refused(Error{std::move(option), std::move(message)});
+Refused refused(std::string field, std::string message) {
+  return Refused(Error{std::move(field), std::move(message)});
 }
 
-Refused refused(const Error& error, const char* option) {
+Refused refused(const Error& error, const char* field) {
   std::string message = fmt::format("{} {}", error.field.view(), error.requirement.view());
   if (std::isfinite(error.value)) message += fmt::format(" (found {:.6g})", error.value);
-  return refused(option, std::move(message));
+  return refused(field, std::move(message));
 }
 
 expected<response::BestLinearApproximation, Error> best_linear(const data::Record& record, const Plan& plan,
@@ -123,14 +123,14 @@ Lines swept(const data::Record& record, const Plan& plan, const Options& options
 expected<std::vector<double>, Error> lines_to_track(const data::Record& record, const Plan& plan,
                                                     const Options& options) {
   if (!plan.grid_hz.empty()) return plan.grid_hz;
-  if (plan.period_samples == 0) return refuse("lines", "must be given: the excitation shows no period");
+  if (plan.period_samples == 0) return refuse("lines_hz", "must be given: the excitation shows no period");
   const auto found = periodic(record, plan, options);
   if (!found) return tl::unexpected(found.error());
   std::vector<double> lines;
   for (const auto& line : found->lines) lines.push_back(line.frequency_hz);
   constexpr std::size_t kMost = 256;
   if (lines.size() > kMost)
-    return refuse("lines", "must be given: the excitation holds more than the 256 that can be followed",
+    return refuse("lines_hz", "must be given: the excitation holds more than the 256 that can be followed",
                   static_cast<double>(lines.size()));
   return lines;
 }
@@ -196,23 +196,23 @@ Lines run(const data::Record& record, const Plan& plan, const Options& options) 
   }
 }
 
-/// The option of the command line that a field of a method's configuration comes from.
-const char* option_of(std::string_view field) {
+/// The field of Options that one of a method's configuration comes from.
+const char* field_of(std::string_view field) {
   struct Pair {
     std::string_view field;
-    const char* option;
+    const char* origin;
   };
-  constexpr std::array kPairs = {Pair{"lines", "lines"},
-                                 Pair{"lines_hz", "lines"},
-                                 Pair{"frequencies_hz", "lines"},
-                                 Pair{"period_samples", "period-samples"},
-                                 Pair{"window_samples", "period-samples"},
-                                 Pair{"drop_periods", "period-samples"},
+  constexpr std::array kPairs = {Pair{"lines", "lines_hz"},
+                                 Pair{"lines_hz", "lines_hz"},
+                                 Pair{"frequencies_hz", "lines_hz"},
+                                 Pair{"period_samples", "period_samples"},
+                                 Pair{"window_samples", "period_samples"},
+                                 Pair{"drop_periods", "period_samples"},
                                  Pair{"duration_s", "chirp"},
                                  Pair{"lambda", "lambda"},
-                                 Pair{"pole_radius", "pole-radius"}};
+                                 Pair{"pole_radius", "pole_radius"}};
   for (const auto& pair : kPairs)
-    if (pair.field == field) return pair.option;
+    if (pair.field == field) return pair.origin;
   return "method";
 }
 
@@ -222,12 +222,12 @@ expected<Measured, Error> measure(const data::Record& record, const Plan& plan, 
   Measured measured;
   if (plan.method == Method::best_linear) {
     auto found = best_linear(record, plan, options);
-    if (!found) return refused(found.error(), option_of(found.error().field));
+    if (!found) return refused(found.error(), field_of(found.error().field));
     measured.lines = found->lines;
     measured.best_linear = std::move(*found);
   } else {
     auto found = run(record, plan, options);
-    if (!found) return refused(found.error(), option_of(found.error().field));
+    if (!found) return refused(found.error(), field_of(found.error().field));
     measured.lines = std::move(*found);
   }
   const auto* lines = &measured.lines;
@@ -243,7 +243,7 @@ expected<Measured, Error> measure(const data::Record& record, const Plan& plan, 
       return refused(
           record.excitation.present() ? "excitation" : "input",
           fmt::format("does not move (always {:g}): without excitation there is no response", *low));
-    return refused("band",
+    return refused("band_hz",
                    fmt::format("{:.4g} ... {:.4g} Hz holds no line that {} could measure in {} samples",
                                plan.low_hz, plan.high_hz, name_of(plan.method), record.samples()));
   }

@@ -14,31 +14,31 @@ namespace {
 
 using Refused = tl::unexpected<Error>;
 
-Refused refused(std::string option, std::string message) {
-  return Refused(Error{std::move(option), std::move(message)});
+Refused refused(std::string field, std::string message) {
+  return Refused(Error{std::move(field), std::move(message)});
 }
 
 constexpr double kExactly = 1e-3;  // of the range: how near to a level a recorded excitation stays
 
 std::optional<Error> check_ranges(const data::Record& record, const Options& o) {
   const double nyquist = 0.5 * record.sample_rate_hz;
-  const auto complain = [](const char* option, std::string message) {
-    return Error{option, std::move(message)};
+  const auto complain = [](const char* field, std::string message) {
+    return Error{field, std::move(message)};
   };
   if (!(o.delay_s >= 0.0))
-    return complain("delay", fmt::format("must be 0 s or more, found {:g}", o.delay_s));
+    return complain("delay_s", fmt::format("must be 0 s or more, found {:g}", o.delay_s));
   if (o.delay_s > 0.1 * record.duration_s())
-    return complain("delay", fmt::format("must be a small part of the record ({:g} s), found {:g} s",
-                                         record.duration_s(), o.delay_s));
+    return complain("delay_s", fmt::format("must be a small part of the record ({:g} s), found {:g} s",
+                                           record.duration_s(), o.delay_s));
   if (!(o.confidence > 0.0 && o.confidence < 1.0))
     return complain("confidence", fmt::format("must lie between 0 and 1, found {:g}", o.confidence));
   if (o.band_hz) {
     const auto [low, high] = *o.band_hz;
     if (!(low >= 0.0) || !(high > low))
-      return complain("band",
+      return complain("band_hz",
                       fmt::format("is empty: {:g}:{:g}; LO:HI with 0 <= LO < HI is required", low, high));
     if (low >= nyquist)
-      return complain("band",
+      return complain("band_hz",
                       fmt::format("begins at {:g} Hz, above the Nyquist frequency {:g} Hz", low, nyquist));
   }
   if (o.chirp) {
@@ -58,16 +58,17 @@ std::optional<Error> check_ranges(const data::Record& record, const Options& o) 
     const auto [low, high] = std::minmax_element(o.lines_hz.begin(), o.lines_hz.end());
     if (!(*low > 0.0) || *high >= nyquist)
       return complain(
-          "lines", fmt::format("must lie between 0 and the Nyquist frequency {:g} Hz, found {:g} ... {:g} Hz",
-                               nyquist, *low, *high));
+          "lines_hz",
+          fmt::format("must lie between 0 and the Nyquist frequency {:g} Hz, found {:g} ... {:g} Hz", nyquist,
+                      *low, *high));
   }
   if (o.period_samples != 0 && (o.period_samples < 4 || o.period_samples > record.samples()))
-    return complain("period-samples", fmt::format("must be 4 ... {} (the record's length), found {}",
+    return complain("period_samples", fmt::format("must be 4 ... {} (the record's length), found {}",
                                                   record.samples(), o.period_samples));
   if (o.approach == Approach::indirect && !o.controller)
-    return complain("approach", "indirect needs the controller: give --controller");
+    return complain("approach", "indirect needs the controller: give .controller");
   if (o.approach && *o.approach != Approach::direct && !record.excitation.present())
-    return complain("approach", "indirect and joint need the excitation signal: give --excitation COL");
+    return complain("approach", "indirect and joint need the excitation signal: give .excitation");
   return std::nullopt;
 }
 
@@ -141,16 +142,16 @@ std::optional<Error> lacks_periods(const data::Record& record, const Plan& plan)
   };
   if (plan.method != Method::periodic && plan.method != Method::best_linear) return std::nullopt;
   if (plan.period_samples == 0)
-    return refusal("needs an excitation that repeats; no period was found, give --period-samples N");
+    return refusal("needs an excitation that repeats; no period was found, give .period_samples");
   if (plan.method == Method::best_linear && plan.realisations < 2)
     return refusal(
         "needs at least two realisations of a random-phase excitation, three periods or more each, found "
         "fewer "
-        "in this record (several records: --join)");
+        "in this record (several records: join())");
   if (plan.method == Method::periodic && plan.realisations > 1)
     return refusal(
         "averages over periods of one excitation, and the phases change within this record; take "
-        "best-linear, or cut one realisation out by --from and --to");
+        "best-linear, or cut one realisation out by .from_s and .to_s");
   if (record.samples() < 2 * plan.period_samples)
     return Error{"method", fmt::format("{} needs two whole periods of {} samples, found {} samples",
                                        name_of(plan.method), plan.period_samples, record.samples())};
@@ -189,13 +190,14 @@ expected<Plan, Error> make_plan(const data::Record& record, const Options& optio
     plan.transient_periods = response::transient_periods(record, plan.period_samples);
 
   if (plan.method == Method::local_cubic && !plan.sweep)
-    return refused("method", "local-cubic follows a chirp; none was found, give --chirp F0:F1:SECONDS");
+    return refused("method", "local-cubic follows a chirp; none was found, give .chirp");
 
   if ((plan.method == Method::sliding_dft || plan.method == Method::least_squares) && plan.sweep &&
       plan.grid_hz.empty())
-    return refused("method", fmt::format("{} measures lines that stay, found a chirp; required --lines with "
-                                         "it, or another method (local-cubic and kalman follow a chirp)",
-                                         name_of(plan.method)));
+    return refused("method",
+                   fmt::format("{} measures lines that stay, found a chirp; required .lines_hz with "
+                               "it, or another method (local-cubic and kalman follow a chirp)",
+                               name_of(plan.method)));
 
   const double nyquist = 0.5 * record.sample_rate_hz;
   if (plan.sweep) {
@@ -213,15 +215,15 @@ expected<Plan, Error> make_plan(const data::Record& record, const Options& optio
   }
   if (options.band_hz) {
     if (plan.sweep && (options.band_hz->second < plan.low_hz || options.band_hz->first > plan.high_hz))
-      return refused("band",
+      return refused("band_hz",
                      fmt::format("{:g}:{:g} Hz holds nothing of the chirp's {:g} ... {:g} Hz",
                                  options.band_hz->first, options.band_hz->second, plan.low_hz, plan.high_hz));
     plan.low_hz = plan.sweep ? std::max(plan.low_hz, options.band_hz->first) : options.band_hz->first;
     plan.high_hz = std::min(plan.sweep ? plan.high_hz : nyquist, options.band_hz->second);
     std::erase_if(plan.grid_hz, [&](double f) { return f < plan.low_hz || f > plan.high_hz; });
     if (!options.lines_hz.empty() && plan.grid_hz.empty())
-      return refused("band", fmt::format("{:g}:{:g} Hz holds none of the given lines", options.band_hz->first,
-                                         options.band_hz->second));
+      return refused("band_hz", fmt::format("{:g}:{:g} Hz holds none of the given lines",
+                                            options.band_hz->first, options.band_hz->second));
   }
   if (plan.sweep && options.lines_hz.empty()) plan.grid_hz = chirp_grid(plan.low_hz, plan.high_hz);
   return plan;

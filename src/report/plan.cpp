@@ -107,11 +107,10 @@ namespace {
 /// How to go about it in two runs, and what they take.
 std::string two_steps_text(const planning::TwoSteps& two) {
   return fmt::format(
-      "Two runs would take about {:.3g} s in all instead of {:.3g} s: first one of {:.3g} s (these options "
-      "with "
-      "--max-time {:.4g}), identify it, then 'resonid plan --model RESULT.json --spread {:.2g}' with the "
-      "same "
-      "limits and wishes for one of about {:.3g} s.",
+      "Two runs would take about {:.3g} s in all instead of {:.3g} s: first one of {:.3g} s (the same "
+      "with .time_s {:.4g}), identify it, then plan again with its .model and .spread {:.2g}, the same "
+      "limits "
+      "and wishes, for one of about {:.3g} s.",
       two.total_s(), two.one_s, two.first_s, two.first_s, two.spread, two.second_s);
 }
 
@@ -202,8 +201,8 @@ std::string summary_text(const Plan& plan) {
                 "settled\n",
                 x.frequency_hz.size(), x.frequency_hz.front(), x.frequency_hz.back(), x.periods,
                 x.period_samples, x.settle_periods) +
-            fmt::format("identify the record with --lines {:.10g}:{:.10g}:{:.10g}\n", x.frequency_hz.front(),
-                        x.frequency_hz.back(),
+            fmt::format("identify the record with .lines_hz {:.10g}:{:.10g}:{:.10g}\n",
+                        x.frequency_hz.front(), x.frequency_hz.back(),
                         1.0 / plan.config.drive.model.sample_time_s / static_cast<double>(x.period_samples));
   text += fmt::format(
       "torque {:.4g} peak, {:.4g} rms; velocity {:.4g}; stroke {:.4g} (largest of {} possible {})\n",

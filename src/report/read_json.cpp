@@ -198,7 +198,7 @@ expected<Result, JsonError> result_from_json(const nlohmann::json& json) {
   const auto joint = several ? file.maybe("joint") : file;
   if (several && !joint.present())
     error.problems.push_back(
-        {"$.joint", "nothing", "one estimate of all records, as 'identify --join' writes it"});
+        {"$.joint", "nothing", "one estimate of all records, as 'identify join()' writes it"});
   const auto root = several ? joint.at("result") : file;
   if (!error.problems.empty()) return unexpected(std::move(error));
   Result result;

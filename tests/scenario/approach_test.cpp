@@ -228,7 +228,7 @@ TEST(LoopEvidence, IndirectOfAPositionIsTold) {
   options.model = identification::ModelChoice::black_box;
   const auto refused = identification::identify(record, options);
   ASSERT_FALSE(refused.has_value());
-  EXPECT_EQ(refused.error().option, "approach");
+  EXPECT_EQ(refused.error().field, "approach");
 }
 
 }  // namespace

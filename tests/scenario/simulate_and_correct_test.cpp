@@ -91,8 +91,8 @@ TEST(SimulateAndCorrect, RefusesPlainlyWithoutAModel) {
   options.model = identification::ModelChoice::none;
   const auto result = identification::identify(simulation.record, options);
   ASSERT_FALSE(result);
-  EXPECT_EQ(result.error().option, "method");
-  EXPECT_NE(result.error().message.find("needs a model"), std::string::npos);
+  EXPECT_EQ(result.error().field, "method");
+  EXPECT_NE(result.error().requirement.view().find("needs a model"), std::string::npos);
 }
 
 }  // namespace

@@ -5,7 +5,6 @@
 #include <optional>
 #include <resonid/base/expected.hpp>
 #include <resonid/data/record.hpp>
-#include <resonid/io/error.hpp>
 #include <resonid/io/table.hpp>
 #include <string>
 
