@@ -5,7 +5,7 @@
 #include <cstdio>
 #include <cstdlib>
 #include <resonid/base/error_text.hpp>
-#include <resonid/io/table.hpp>
+#include <resonid/io/detail/table.hpp>
 
 int main(int argc, char** argv) {
   if (argc < 2) {

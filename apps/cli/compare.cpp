@@ -7,14 +7,15 @@
 #include <resonid/base/error_text.hpp>
 #include <resonid/identification/compare.hpp>
 #include <resonid/io/controller_file.hpp>
-#include <resonid/io/number_list.hpp>
-#include <resonid/report/compare.hpp>
+#include <resonid/io/detail/number_list.hpp>
+#include <resonid/report/detail/compare.hpp>
 
 #include "errors.hpp"
 #include "option_names.hpp"
 #include "options.hpp"
 #include "output.hpp"
 #include "result_file.hpp"
+#include "result_words.hpp"
 #include "verbs.hpp"
 
 namespace resonid::cli {

@@ -20,6 +20,7 @@
 #include "progress.hpp"
 #include "record_options.hpp"
 #include "result_file.hpp"
+#include "result_words.hpp"
 #include "verbs.hpp"
 
 namespace resonid::cli {

@@ -70,12 +70,6 @@ const Option* option_of(std::string_view field) {
 
 bool in_a_name(char c) { return (c >= 'a' && c <= 'z') || (c >= '0' && c <= '9') || c == '_'; }
 
-void put_in_options(std::string& text) { text = in_options(std::string_view(text)); }
-
-void put_in_options(std::vector<diagnostics::Finding>& findings) {
-  for (auto& f : findings) put_in_options(f.meaning);
-}
-
 }  // namespace
 
 std::string option_name(std::string_view field) {
@@ -120,32 +114,5 @@ std::string in_options(const Error& error) {
   if (!error.field.empty()) told.field = option_name(error.field.view());
   return in_options(message_of(told));
 }
-
-void put_in_options(std::vector<std::string>& sentences) {
-  for (auto& sentence : sentences) put_in_options(sentence);
-}
-
-void put_in_options(identification::Result& result) {
-  put_in_options(result.findings);
-  for (auto& c : result.choices) put_in_options(c.because);
-  for (auto& s : result.structures) put_in_options(s.remark);
-}
-
-void put_in_options(report::BatchResult& result) {
-  for (auto& entry : result.batch.entries) {
-    if (entry.result)
-      put_in_options(*entry.result);
-    else
-      entry.error = Error{{}, in_options(entry.error)};
-  }
-  if (result.joint) put_in_options(result.joint->result);
-}
-
-void put_in_options(identification::Track& track) {
-  put_in_options(track.findings);
-  put_in_options(track.reason);
-}
-void put_in_options(identification::ModelValidation& validation) { put_in_options(validation.findings); }
-void put_in_options(identification::Changes& changes) { put_in_options(changes.findings); }
 
 }  // namespace resonid::cli

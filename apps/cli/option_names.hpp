@@ -2,11 +2,6 @@
 #pragma once
 
 #include <resonid/base/error.hpp>
-#include <resonid/identification/compare.hpp>
-#include <resonid/identification/track.hpp>
-#include <resonid/identification/validate.hpp>
-#include <resonid/planning/plan.hpp>
-#include <resonid/report/batch.hpp>
 #include <string>
 #include <string_view>
 
@@ -23,13 +18,5 @@ namespace resonid::cli {
 [[nodiscard]] std::string in_options(std::string_view text);
 /// "--delay: must be 0 s or more, found -1".
 [[nodiscard]] std::string in_options(const Error& error);
-
-/// What results say to their readers, in the words of the command line.
-void put_in_options(identification::Result& result);
-void put_in_options(report::BatchResult& result);
-void put_in_options(identification::Track& track);
-void put_in_options(identification::ModelValidation& validation);
-void put_in_options(identification::Changes& changes);
-void put_in_options(std::vector<std::string>& sentences);
 
 }  // namespace resonid::cli

@@ -8,7 +8,7 @@
 #include <iterator>
 #include <nlohmann/json.hpp>
 #include <resonid/base/error_text.hpp>
-#include <resonid/io/atomic_file.hpp>
+#include <resonid/io/detail/atomic_file.hpp>
 #include <vector>
 
 #include "errors.hpp"

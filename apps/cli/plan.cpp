@@ -8,10 +8,10 @@
 #include <nlohmann/json.hpp>
 #include <resonid/base/error_text.hpp>
 #include <resonid/io/controller_file.hpp>
-#include <resonid/io/number_list.hpp>
-#include <resonid/io/suggestion.hpp>
+#include <resonid/io/detail/number_list.hpp>
+#include <resonid/io/detail/suggestion.hpp>
 #include <resonid/planning/plan.hpp>
-#include <resonid/report/plan.hpp>
+#include <resonid/report/detail/plan.hpp>
 
 #include "errors.hpp"
 #include "option_names.hpp"
@@ -19,6 +19,7 @@
 #include "output.hpp"
 #include "progress.hpp"
 #include "result_file.hpp"
+#include "result_words.hpp"
 #include "verbs.hpp"
 
 namespace resonid::cli {
@@ -236,7 +237,7 @@ void write_results(const planning::Plan& plan, const PlanOptions& o) {
   }
 }
 
-/// ConfigErrors of the plan in the words of the command line.
+/// Errors of the plan in the words of the command line.
 [[noreturn]] void refuse_plan(const CLI::App& verb, const Error& error) {
   for (const auto name : fit::kParameterNames)
     if (error.field == name)

@@ -11,9 +11,9 @@
 #include <optional>
 #include <resonid/base/error_text.hpp>
 #include <resonid/identification/track.hpp>
-#include <resonid/io/atomic_file.hpp>
+#include <resonid/io/detail/atomic_file.hpp>
+#include <resonid/report/detail/track.hpp>
 #include <resonid/report/json.hpp>
-#include <resonid/report/track.hpp>
 
 #include "errors.hpp"
 #include "option_names.hpp"
@@ -21,6 +21,7 @@
 #include "output.hpp"
 #include "progress.hpp"
 #include "record_options.hpp"
+#include "result_words.hpp"
 #include "verbs.hpp"
 
 namespace resonid::cli {

@@ -6,8 +6,8 @@
 #include <nlohmann/json.hpp>
 #include <resonid/base/error_text.hpp>
 #include <resonid/identification/validate.hpp>
-#include <resonid/io/json_file.hpp>
-#include <resonid/report/validate.hpp>
+#include <resonid/io/detail/json_file.hpp>
+#include <resonid/report/detail/validate.hpp>
 
 #include "errors.hpp"
 #include "option_names.hpp"
@@ -15,6 +15,7 @@
 #include "output.hpp"
 #include "progress.hpp"
 #include "record_options.hpp"
+#include "result_words.hpp"
 #include "verbs.hpp"
 
 namespace resonid::cli {

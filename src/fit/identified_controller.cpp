@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <Eigen/QR>
 #include <cmath>
-#include <resonid/fit/identified_controller.hpp>
+#include <resonid/fit/detail/identified_controller.hpp>
 
 namespace resonid::fit {
 namespace {

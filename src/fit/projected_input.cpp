@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <resonid/fit/projected_input.hpp>
+#include <resonid/fit/detail/projected_input.hpp>
 #include <span>
 
 namespace resonid::fit {

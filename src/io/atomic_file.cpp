@@ -8,7 +8,7 @@
 #include <cerrno>
 #include <cmath>
 #include <optional>
-#include <resonid/io/atomic_file.hpp>
+#include <resonid/io/detail/atomic_file.hpp>
 #include <string>
 #include <system_error>
 #include <utility>

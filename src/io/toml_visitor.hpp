@@ -8,8 +8,8 @@
 #include <cstdint>
 #include <optional>
 #include <resonid/base/error.hpp>
-#include <resonid/io/number_list.hpp>
-#include <resonid/io/suggestion.hpp>
+#include <resonid/io/detail/number_list.hpp>
+#include <resonid/io/detail/suggestion.hpp>
 #include <resonid/online/excitation/excitation.hpp>
 #include <string>
 #include <string_view>

@@ -6,7 +6,7 @@
 #include <optional>
 #include <resonid/base/constants.hpp>
 #include <resonid/diagnostics/margins.hpp>
-#include <resonid/planning/information.hpp>
+#include <resonid/planning/detail/information.hpp>
 
 namespace resonid::planning {
 namespace {

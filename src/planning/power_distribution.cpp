@@ -2,7 +2,7 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
-#include <resonid/planning/power_distribution.hpp>
+#include <resonid/planning/detail/power_distribution.hpp>
 
 #include "planning/waveform.hpp"
 

@@ -2,7 +2,7 @@
 #include <Eigen/Eigenvalues>
 #include <cmath>
 #include <resonid/base/constants.hpp>
-#include <resonid/plant/mass_system.hpp>
+#include <resonid/plant/detail/mass_system.hpp>
 
 namespace resonid::plant {
 namespace {

@@ -3,7 +3,7 @@
 
 #include <algorithm>
 #include <cstddef>
-#include <resonid/base/linear_system.hpp>
+#include <resonid/base/detail/linear_system.hpp>
 #include <vector>
 
 #include "plant/machine.hpp"

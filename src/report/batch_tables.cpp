@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <resonid/base/error_text.hpp>
-#include <resonid/identification/figures.hpp>
+#include <resonid/identification/detail/figures.hpp>
 #include <resonid/report/json.hpp>
 
 #include "report/words.hpp"

@@ -3,7 +3,7 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
-#include <resonid/response/local_rational.hpp>
+#include <resonid/response/detail/local_rational.hpp>
 
 #include "response/local_spectra.hpp"
 

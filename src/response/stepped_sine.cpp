@@ -4,7 +4,7 @@
 #include <cmath>
 #include <optional>
 #include <resonid/base/constants.hpp>
-#include <resonid/response/stepped_sine.hpp>
+#include <resonid/response/detail/stepped_sine.hpp>
 
 #include "response/side_noise.hpp"
 #include "response/signals.hpp"

@@ -5,7 +5,7 @@
 #include <optional>
 #include <resonid/base/expected.hpp>
 #include <resonid/data/record.hpp>
-#include <resonid/io/table.hpp>
+#include <resonid/io/detail/table.hpp>
 #include <string>
 
 namespace resonid::io {

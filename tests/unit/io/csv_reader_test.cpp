@@ -7,7 +7,7 @@
 #include <cstdlib>
 #include <random>
 #include <resonid/base/error_text.hpp>
-#include <resonid/io/table.hpp>
+#include <resonid/io/detail/table.hpp>
 
 #include "temporary_folder.hpp"
 

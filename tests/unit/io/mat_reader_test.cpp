@@ -7,8 +7,8 @@
 #include <cstdlib>
 #include <limits>
 #include <resonid/base/error_text.hpp>
+#include <resonid/io/detail/table.hpp>
 #include <resonid/io/record_reader.hpp>
-#include <resonid/io/table.hpp>
 
 #include "temporary_folder.hpp"
 
