@@ -15,9 +15,9 @@ namespace resonid::cli {
 identification::Result read_result(const std::string& path) {
   const auto json = io::read_json(path);
   if (!json) throw InputError(message_of(json.error()));
-  auto result = report::result_from_json(*json);
+  auto result = report::from_json<identification::Result>(*json);
   if (!result)
-    throw InputError(path + ": is no result of 'resonid identify --json'\n" + result.error().message());
+    throw InputError(path + ": is no result of 'resonid identify --json'\n" + message_of(result.error()));
   return std::move(*result);
 }
 

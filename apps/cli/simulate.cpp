@@ -14,12 +14,13 @@
 #include <resonid/io/experiment.hpp>
 #include <resonid/io/shipped_experiments.hpp>
 #include <resonid/plant/experiment.hpp>
+#include <resonid/report/detail/truth.hpp>
+#include <resonid/report/json.hpp>
 
 #include "errors.hpp"
 #include "options.hpp"
 #include "output.hpp"
 #include "progress.hpp"
-#include "truth_json.hpp"
 #include "verbs.hpp"
 
 namespace resonid::cli {
@@ -231,7 +232,7 @@ void run_simulate(const CLI::App& verb, const SimulateOptions& o) {
   const auto simulation = simulated(verb, o);
   progress.stage("writing");
   if (!o.out.empty()) write_output(o.out, record_csv(simulation.record));
-  if (!o.truth.empty()) write_json(o.truth, truth_json(simulation.truth));
+  if (!o.truth.empty()) write_json(o.truth, report::to_json(report::simulated_truth(simulation.truth)));
   if (!o.json.empty()) write_json(o.json, summary_json(o, simulation));
   if (!quiet) print(summary_text(o, simulation));
 }

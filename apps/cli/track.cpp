@@ -96,8 +96,8 @@ identification::Result read_result_for(const char* option, const std::string& pa
   if (json.is_discarded())
     throw InputError(fmt::format("{}: '{}': is no JSON; the result of 'resonid identify --json' is required",
                                  option, path));
-  auto result = report::result_from_json(json);
-  if (!result) throw InputError(fmt::format("{}: '{}': {}", option, path, result.error().message()));
+  auto result = report::from_json<identification::Result>(json);
+  if (!result) throw InputError(fmt::format("{}: '{}': {}", option, path, message_of(result.error())));
   return std::move(*result);
 }
 
@@ -161,7 +161,7 @@ void run_track(const CLI::App& verb, TrackVerbOptions& o) {
   progress.stage("writing");
   if (writer) writer->finish();
   if (!o.report.empty()) write_output(o.report, report::document_page(report::track_document(*track)));
-  if (!o.json.empty()) write_json(o.json, report::track_json(*track));
+  if (!o.json.empty()) write_json(o.json, report::to_json(*track));
   if (!quiet) {
     print(report::track_text(*track));
     if (!o.out.empty()) print(fmt::format("{} rows written to {}\n", track->rows, o.out));

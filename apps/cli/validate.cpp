@@ -34,11 +34,11 @@ struct ValidateVerb {
 identification::CandidateModel read_candidate(const std::string& path) {
   const auto json = io::read_json(path);
   if (!json) throw InputError(message_of(json.error()));
-  auto candidate = report::candidate_from_json(*json);
+  auto candidate = report::from_json<identification::CandidateModel>(*json);
   if (!candidate)
     throw InputError(path +
                      ": holds neither a result of 'resonid identify --json' nor a transfer function\n" +
-                     candidate.error().message());
+                     message_of(candidate.error()));
   candidate->source = path;
   return std::move(*candidate);
 }
