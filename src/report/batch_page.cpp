@@ -38,9 +38,9 @@ Curve magnitude(const std::string& name, const data::FrequencyResponse& g, doubl
     const double size = std::abs(g.value[i]);
     curve.x.push_back(g.frequency_hz[i]);
     curve.y.push_back(decibels(size));
-    if (!band || g.standard_deviation.size() != g.lines()) continue;
+    if (!band || g.std.size() != g.lines()) continue;
     constexpr double kFloor = 0.03;  // a band below -30 dB under its curve ends there
-    const double radius = data::confidence_radius(g.standard_deviation[i], confidence);
+    const double radius = data::confidence_radius(g.std[i], confidence);
     curve.lower.push_back(decibels(std::max(size - radius, kFloor * size)));
     curve.upper.push_back(decibels(size + radius));
   }
@@ -175,6 +175,10 @@ Document document(const BatchResult& result) {
   d.kind = "identification of several records";
   d.title = fmt::format("{} records", result.batch.entries.size());
   d.summary = sentences(result);
+  const auto& entries = result.batch.entries;
+  const auto good = std::count_if(entries.begin(), entries.end(),
+                                  [](const BatchEntry& e) { return e.result && e.result->trusted; });
+  d.badge = Badge{good == std::ssize(entries), fmt::format("{} of {} trusted", good, entries.size()), ""};
   Section table;
   table.title = "Records";
   table.text = {

@@ -18,20 +18,20 @@ std::string_view name_of(planning::ExcitationType type) {
 }
 
 double wanted_of(const Plan& plan, std::size_t i) {
-  const auto& wish = plan.config.wishes[i];
-  return wish.relative ? wish.accuracy * std::abs(plan.planned().wished[i].value) : wish.accuracy;
+  const auto& target = plan.config.targets[i];
+  return target.relative ? target.accuracy * std::abs(plan.planned().targeted[i].value) : target.accuracy;
 }
 
 std::string relative_text(const Figure& f) {
-  if (!std::isfinite(f.standard_deviation)) return "unknown";
-  if (f.unit == "deg" || f.value == 0.0) return fmt::format("{:.3g} {}", f.standard_deviation, f.unit);
-  return fmt::format("{:.3g} %", 100.0 * f.standard_deviation / std::abs(f.value));
+  if (!std::isfinite(f.std)) return "unknown";
+  if (f.unit == "deg" || f.value == 0.0) return fmt::format("{:.3g} {}", f.std, f.unit);
+  return fmt::format("{:.3g} %", 100.0 * f.std / std::abs(f.value));
 }
 
 namespace {
 
 /// How to go about it in two runs, and what they take.
-std::string two_steps_text(const planning::TwoSteps& two) {
+std::string two_stages_text(const planning::TwoStagePlan& two) {
   return fmt::format(
       "Two runs would take about {:.3g} s in all instead of {:.3g} s: first one of {:.3g} s (the same "
       "with .time_s {:.4g}), identify it, then plan again with its .model and .spread {:.2g}, the same "
@@ -86,10 +86,10 @@ std::vector<std::string> sentences(const Plan& plan) {
         "Limits are held without noise: through the controller it adds a torque of {:.3g} (three standard "
         "deviations).",
         3.0 * plan.noise_torque));
-  if (plan.two_steps) list.push_back(two_steps_text(*plan.two_steps));
+  if (plan.two_stages) list.push_back(two_stages_text(*plan.two_stages));
   for (std::size_t i = 1; i < plan.experiments.size(); ++i)
     list.push_back(compared(plan, plan.experiments[i]));
-  for (const auto& out : plan.left_out)
+  for (const auto& out : plan.skipped)
     list.push_back(fmt::format("No {} was laid out: {}.", name_of(out.type), out.reason));
   for (const auto& e : plan.experiments)
     if (plan.band_given && e.type == planning::ExcitationType::prbs)
@@ -106,11 +106,11 @@ std::string summary_text(const Plan& plan) {
   for (const auto& sentence : sentences(plan)) text += wrapped(sentence, "", "") + "\n";
   text += fmt::format("\n{:<24} {:>12} {:>12}", "one standard deviation", "wanted", "expected");
   text += "\n";
-  for (std::size_t i = 0; i < x.wished.size(); ++i) {
-    Figure wanted = x.wished[i];
-    wanted.standard_deviation = wanted_of(plan, i);
+  for (std::size_t i = 0; i < x.targeted.size(); ++i) {
+    Figure wanted = x.targeted[i];
+    wanted.std = wanted_of(plan, i);
     text += fmt::format("  {:<22} {:>12} {:>12}\n", wanted.name, relative_text(wanted),
-                        relative_text(x.wished[i]));
+                        relative_text(x.targeted[i]));
   }
   text += fmt::format("\n{:<24} {:>12}", "on the rough model", name_of(x.type));
   for (std::size_t i = 1; i < plan.experiments.size(); ++i)
@@ -132,7 +132,7 @@ std::string summary_text(const Plan& plan) {
                         1.0 / plan.config.drive.model.sample_time_s / static_cast<double>(x.period_samples));
   text += fmt::format(
       "torque {:.4g} peak, {:.4g} rms; velocity {:.4g}; stroke {:.4g} (largest of {} possible {})\n",
-      x.extremes.torque, x.extremes.torque_rms, x.extremes.velocity, x.extremes.stroke, plan.drives,
+      x.peaks.torque, x.peaks.torque_rms, x.peaks.velocity, x.peaks.stroke, plan.drives,
       plan.drives == 1 ? "drive" : "drives");
   return text;
 }

@@ -26,16 +26,16 @@ std::string structures_text(const Result& result) {
   for (const auto& t : result.structures) wide = std::max(wide, t.name.size());
   double best = HUGE_VAL;
   for (const auto& t : result.structures)
-    if (t.information < best) best = t.information;
+    if (t.bic < best) best = t.bic;
   std::string text = fmt::format(
       "\nStructures side by side\n    {:<{}}  parameters  BIC above best  fit on the part held back\n",
       "structure", wide);
   for (const auto& t : result.structures) {
     text += fmt::format("  {} {:<{}}  {:>10}", t.chosen ? '*' : ' ', t.name, wide, t.parameters);
-    const double above = t.information - best;
+    const double above = t.bic - best;
     text += std::isfinite(above) ? fmt::format("  {:>14.1f}", above) : fmt::format("  {:>14}", "-");
-    text += t.validation_fit_percent ? fmt::format("  {:>22.2f} %", *t.validation_fit_percent)
-                                     : fmt::format("  {:>24}", "-");
+    text += t.holdout_fit_percent ? fmt::format("  {:>22.2f} %", *t.holdout_fit_percent)
+                                  : fmt::format("  {:>24}", "-");
     if (t.independent_fit_percent)
       text += fmt::format("\n      {:.2f} % of the other record", *t.independent_fit_percent);
     text += "\n";

@@ -38,8 +38,7 @@ std::optional<SeriesSummary> summary_of(const Track& track, const TrackSeries& s
     s.greatest = std::max(s.greatest, v);
     s.mean += (v - s.mean) / static_cast<double>(count);
     s.last_deviation.reset();
-    if (!series.standard_deviation.empty() && std::isfinite(series.standard_deviation[i]))
-      s.last_deviation = series.standard_deviation[i];
+    if (!series.std.empty() && std::isfinite(series.std[i])) s.last_deviation = series.std[i];
   }
   return count == 0 ? std::nullopt : std::optional(s);
 }

@@ -85,10 +85,10 @@ std::vector<std::string> sentences(const ModelValidation& v) {
         "most {:.3f} in chordal distance (at {:.4g} Hz; pointwise, no v-gap).",
         100.0 * v.response_error.value_or(0.0), v.gap->distance[i], v.gap->frequency_hz[i]));
   }
-  if (v.offset && std::abs(v.offset->value) > 2.0 * v.offset->standard_deviation)
+  if (v.offset && std::abs(v.offset->value) > 2.0 * v.offset->std)
     list.push_back(
         fmt::format("A constant torque of {} {} was estimated with the initial state; nothing else was.",
-                    with_error(v.offset->value, 1.96 * v.offset->standard_deviation), v.units.torque));
+                    with_error(v.offset->value, 1.96 * v.offset->std), v.units.torque));
   return list;
 }
 

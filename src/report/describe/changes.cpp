@@ -10,9 +10,9 @@ void describe_difference(Fields& f, identification::Difference& d) {
   f({"name", "quantity, \"stiffness\", \"resonance\""}, d.name);
   f({"unit", "of first, second, change and their std"}, d.unit);
   f({"first", "of the first result"}, d.first.value);
-  f.unless(0.0, {"first_std", "its standard deviation", "", not_negative}, d.first.standard_deviation);
+  f.unless(0.0, {"first_std", "its standard deviation", "", not_negative}, d.first.std);
   f({"second", "of the second result"}, d.second.value);
-  f.unless(0.0, {"second_std", "its standard deviation", "", not_negative}, d.second.standard_deviation);
+  f.unless(0.0, {"second_std", "its standard deviation", "", not_negative}, d.second.std);
   f({"change", "second less first"}, d.change);
   f({"std", "of the change", "", not_negative}, d.std);
   f({"relative", "change over first"}, d.relative);
@@ -26,8 +26,8 @@ void describe_difference(Fields& f, identification::Difference& d) {
 }
 
 void describe_differences(Fields& f, const Key& key, std::vector<identification::Difference>& list) {
-  f.list(key, true, list, [&](identification::Difference& d) { describe_difference(f, d); },
-         Presence::required);
+  f.list(
+      key, true, list, [&](identification::Difference& d) { describe_difference(f, d); }, Presence::required);
 }
 
 void describe_distance(Fields& f, Changes& c) {
@@ -41,12 +41,12 @@ void describe_distance(Fields& f, Changes& c) {
     f.derived({"largest_hz", "where that is", "Hz"}, there ? gap.frequency_hz[at] : 0.0);
     f({"weighted", "both were multiplied by a weight before"}, c.weighted);
     f({"significant", "more than noise makes"}, c.gap_significant);
-    const bool known = f.only_if(!gap.standard_deviation.empty(), {"std", "standard deviation per line"},
-                                 gap.standard_deviation);
+    const bool known = f.only_if(!gap.std.empty(), {"std", "standard deviation per line"}, gap.std);
     f.with(known, {"noise", "rms distance that noise alone makes per line"}, gap.noise);
     f({"probability", "of the largest distance by noise alone, all lines counted"}, c.gap_probability);
     if (f.reading())
-      f.require(gap.distance.size() == gap.frequency_hz.size(), "distance", "as many numbers as frequency_hz has");
+      f.require(gap.distance.size() == gap.frequency_hz.size(), "distance",
+                "as many numbers as frequency_hz has");
   });
 }
 

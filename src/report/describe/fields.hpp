@@ -48,9 +48,9 @@ struct Gaps {
   std::vector<double>& value;
 };
 
-using Value = std::variant<double*, int*, std::size_t*, bool*, std::string*, Chosen*, std::vector<double>*,
-                           std::vector<int>*, std::vector<bool>*, std::vector<std::string>*, Eigen::MatrixXd*,
-                           Gaps*>;
+using Value =
+    std::variant<double*, int*, std::size_t*, bool*, std::string*, Chosen*, std::vector<double>*,
+                 std::vector<int>*, std::vector<bool>*, std::vector<std::string>*, Eigen::MatrixXd*, Gaps*>;
 
 template <class T>
 concept Leaf = std::is_constructible_v<Value, T*>;
@@ -92,8 +92,7 @@ class Fields {
   template <class T>
   void unless(const T& absent, const Key& key, T& value) {
     bool present = !(value == absent);
-    if constexpr (std::is_same_v<T, double>)
-      present = present && std::isfinite(value);
+    if constexpr (std::is_same_v<T, double>) present = present && std::isfinite(value);
     const bool found = put(key, Presence::optional, value, present);
     if (reading() && !found) value = absent;
   }
@@ -236,9 +235,11 @@ class Fields {
     if constexpr (Leaf<T>) {
       return leaf(key, presence, &value, there);
     } else if constexpr (requires { value.push_back(value.front()); }) {
-      return list(key, there, value, [&](auto& element) { describe(*this, element); }, presence);
+      return list(
+          key, there, value, [&](auto& element) { describe(*this, element); }, presence);
     } else {
-      return object(key, there, [&] { describe(*this, value); }, presence);
+      return object(
+          key, there, [&] { describe(*this, value); }, presence);
     }
   }
 

@@ -14,9 +14,12 @@ using nlohmann::json;
 
 double number(const JsonPlace& place, Range range) {
   switch (range) {
-    case positive: return place.positive();
-    case not_negative: return place.not_negative();
-    case any: break;
+    case positive:
+      return place.positive();
+    case not_negative:
+      return place.not_negative();
+    case any:
+      break;
   }
   return place.number();
 }

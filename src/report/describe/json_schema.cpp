@@ -94,12 +94,19 @@ json object_of(const Sketch& s, Definitions& definitions) {
 }
 
 const char* type_text(const Sketch& s) {
-  static const std::map<std::string, const char*, std::less<>> kTexts = {
-      {"number", "number"},        {"integer", "whole number"},   {"count", "whole number >= 0"},
-      {"boolean", "true, false"},  {"string", "text"},            {"numbers", "numbers"},
-      {"integers", "whole numbers"}, {"booleans", "true, false per row"}, {"strings", "texts"},
-      {"matrix", "rows of numbers"}, {"rows", "numbers or null"},  {"list", "list of objects"},
-      {"object", "object"}};
+  static const std::map<std::string, const char*, std::less<>> kTexts = {{"number", "number"},
+                                                                         {"integer", "whole number"},
+                                                                         {"count", "whole number >= 0"},
+                                                                         {"boolean", "true, false"},
+                                                                         {"string", "text"},
+                                                                         {"numbers", "numbers"},
+                                                                         {"integers", "whole numbers"},
+                                                                         {"booleans", "true, false per row"},
+                                                                         {"strings", "texts"},
+                                                                         {"matrix", "rows of numbers"},
+                                                                         {"rows", "numbers or null"},
+                                                                         {"list", "list of objects"},
+                                                                         {"object", "object"}};
   const auto found = kTexts.find(s.type);
   return found == kTexts.end() ? "" : found->second;
 }
@@ -116,7 +123,8 @@ std::string type_cell(const Sketch& s) {
 }
 
 std::string escaped(std::string text) {
-  for (std::size_t i = text.find('|'); i != std::string::npos; i = text.find('|', i + 2)) text.insert(i, "\\");
+  for (std::size_t i = text.find('|'); i != std::string::npos; i = text.find('|', i + 2))
+    text.insert(i, "\\");
   return text;
 }
 

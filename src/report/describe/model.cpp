@@ -33,11 +33,15 @@ std::string& unit_of(identification::Units& units, Parameter parameter, std::str
   switch (parameter) {
     case fit::kDrivenInertia:
     case fit::kLoadInertia:
-    case fit::kMiddleInertia: return units.inertia;
+    case fit::kMiddleInertia:
+      return units.inertia;
     case fit::kStiffness:
-    case fit::kStiffness2: return units.stiffness;
-    case fit::kDelay: return seconds;
-    default: return units.damping;
+    case fit::kStiffness2:
+      return units.stiffness;
+    case fit::kDelay:
+      return seconds;
+    default:
+      return units.damping;
   }
 }
 
@@ -54,13 +58,14 @@ void describe_parameter(Fields& f, const ParameterText& text, fit::DriveModel& d
   const bool only_if_estimated = flexible ? p == fit::kViscousFriction : p == fit::kDelay;
   const Key key{fit::kParameterNames[at], text.meaning, {}, needed ? positive : any};
   std::string seconds = "s";
-  auto e = f.reading() ? fit::Estimate{} : drive.estimate(p);
-  const bool there = quantity(f, key, e, unit_of(units, p, seconds), !only_if_estimated || drive.estimated[at],
-                              needed && !f.sketching() ? Presence::required : Presence::optional);
+  auto e = f.reading() ? data::Estimate{} : drive.estimate(p);
+  const bool there =
+      quantity(f, key, e, unit_of(units, p, seconds), !only_if_estimated || drive.estimated[at],
+               needed && !f.sketching() ? Presence::required : Presence::optional);
   if (!f.reading() || !there) return;
   value_of(drive, p) = e.value;
-  drive.covariance(p, p) = e.standard_deviation * e.standard_deviation;
-  drive.estimated[at] = only_if_estimated || !(e.standard_deviation <= 0.0);
+  drive.covariance(p, p) = e.std * e.std;
+  drive.estimated[at] = only_if_estimated || !(e.std <= 0.0);
 }
 
 void describe_covariance(Fields& f, fit::DriveModel& drive) {
@@ -80,12 +85,13 @@ void describe_covariance(Fields& f, fit::DriveModel& drive) {
              if (f.reading()) {
                order.clear();
                for (const auto& name : names) order.push_back(find(name));
-               const bool known = std::none_of(order.begin(), order.end(),
-                                               [](int i) { return i == fit::kParameterCount; });
+               const bool known =
+                   std::none_of(order.begin(), order.end(), [](int i) { return i == fit::kParameterCount; });
                f.require(known, "parameters",
                          fmt::format("names of parameters: {}", fmt::join(fit::kParameterNames, ", ")));
                if (!known) return;
-               matrix.resize(static_cast<Eigen::Index>(order.size()), static_cast<Eigen::Index>(order.size()));
+               matrix.resize(static_cast<Eigen::Index>(order.size()),
+                             static_cast<Eigen::Index>(order.size()));
              }
              f({"matrix", "row by row, of the parameters in their units"}, matrix);
              if (f.reading()) drive.covariance(order, order) = matrix;
@@ -97,7 +103,7 @@ void describe_belt(Fields& f, const fit::DriveModel& drive, double radius_m) {
   const auto put = [&](const Key& key, Parameter p, std::string unit) {
     auto e = drive.estimate(p);
     e.value /= radius_m * radius_m;
-    e.standard_deviation /= radius_m * radius_m;
+    e.std /= radius_m * radius_m;
     quantity(f, key, e, unit);
   };
   put({"belt_stiffness", "stiffness at the belt, with a radius"}, fit::kStiffness, "N/m");
@@ -147,7 +153,8 @@ void describe_black_box(Fields& f, identification::BlackBoxResult& box) {
   auto& g = box.model.transfer_function;
   Chosen structure{std::span(kStructures).last(1), 0};
   f({"structure", "a rational model without drive structure"}, structure);
-  f.derived({"order", "of the denominator"}, g.denominator.empty() ? std::size_t{0} : g.denominator.size() - 1);
+  f.derived({"order", "of the denominator"},
+            g.denominator.empty() ? std::size_t{0} : g.denominator.size() - 1);
   f({"delay_samples", "of the model, the known ones included"}, box.model.delay_samples);
   f({"fit_percent", "of the simulation", "%"}, box.fit_percent);
   std::string seconds = "s";

@@ -30,9 +30,8 @@ inline constexpr EnumName<Severity> kSeverityNames[] = {
 }  // namespace diagnostics
 
 namespace fit {
-inline constexpr EnumName<Structure> kStructureNames[] = {{Structure::rigid, "rigid"},
-                                                          {Structure::two_mass, "two-mass"},
-                                                          {Structure::three_mass, "three-mass"}};
+inline constexpr EnumName<Structure> kStructureNames[] = {
+    {Structure::rigid, "rigid"}, {Structure::two_mass, "two-mass"}, {Structure::three_mass, "three-mass"}};
 [[nodiscard]] constexpr std::span<const EnumName<Structure>> enum_names(Structure) noexcept {
   return kStructureNames;
 }

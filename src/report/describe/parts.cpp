@@ -30,23 +30,24 @@ void describe(Fields& f, data::FrequencyResponse& g) {
   f({"frequency_hz", "lines, ascending", "Hz"}, g.frequency_hz);
   f({"real", "real part per line, in units.response"}, real);
   f({"imag", "imaginary part per line"}, imag);
-  f.unless_empty({"std", "total standard deviation of the complex value per line, std^2 = E|error|^2", "",
-                  not_negative},
-                 g.standard_deviation);
-  f.unless_empty({"coherence", "per line, between input and output, or excitation and output", "",
-                  not_negative},
-                 g.coherence);
+  f.unless_empty(
+      {"std", "total standard deviation of the complex value per line, std^2 = E|error|^2", "", not_negative},
+      g.std);
+  f.unless_empty(
+      {"coherence", "per line, between input and output, or excitation and output", "", not_negative},
+      g.coherence);
   f.unless_empty({"unsettled_hz", "lines at which the estimate had not settled", "Hz"}, g.unsettled_hz);
   if (!f.reading()) return;
   const auto& hz = g.frequency_hz;
   const std::string same = "as many numbers as frequency_hz has, " + std::to_string(hz.size());
   f.require(real.size() == hz.size(), "real", same);
   f.require(imag.size() == hz.size(), "imag", same);
-  f.require(g.standard_deviation.empty() || g.standard_deviation.size() == hz.size(), "std", same);
+  f.require(g.std.empty() || g.std.size() == hz.size(), "std", same);
   f.require(g.coherence.empty() || g.coherence.size() == hz.size(), "coherence", same);
-  f.require(std::adjacent_find(hz.begin(), hz.end(), [](double a, double b) { return !(a < b); }) == hz.end() &&
-                (hz.empty() || hz.front() >= 0.0),
-            "frequency_hz", "ascending frequencies >= 0");
+  f.require(
+      std::adjacent_find(hz.begin(), hz.end(), [](double a, double b) { return !(a < b); }) == hz.end() &&
+          (hz.empty() || hz.front() >= 0.0),
+      "frequency_hz", "ascending frequencies >= 0");
   g.value.clear();
   for (std::size_t i = 0; i < std::min({hz.size(), real.size(), imag.size()}); ++i)
     g.value.emplace_back(real[i], imag[i]);
@@ -100,21 +101,20 @@ double& value_of(fit::DriveModel& drive, fit::Parameter parameter) {
   return *all[parameter];
 }
 
-bool quantity(Fields& f, const Key& key, fit::Estimate& estimate, std::string& unit, bool there,
+bool quantity(Fields& f, const Key& key, data::Estimate& estimate, std::string& unit, bool there,
               Presence presence) {
   return f.object(
       {key.name, key.meaning}, there,
       [&] {
         f({"value", "estimate", "unit", key.range}, estimate.value);
-        f.unless(kUnknown, {"std", "its standard deviation", "unit", not_negative},
-                 estimate.standard_deviation);
+        f.unless(kUnknown, {"std", "its standard deviation", "unit", not_negative}, estimate.std);
         f.assumed({"unit", "of value and std"}, unit);
       },
       presence);
 }
 
-void quantity(Fields& f, const Key& key, std::optional<fit::Estimate>& estimate, std::string& unit) {
-  fit::Estimate read;
+void quantity(Fields& f, const Key& key, std::optional<data::Estimate>& estimate, std::string& unit) {
+  data::Estimate read;
   if (quantity(f, key, estimate ? *estimate : read, unit, estimate.has_value()) && f.reading())
     estimate = read;
 }

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <resonid/data/estimate.hpp>
 #include <resonid/data/transfer_function.hpp>
 #include <resonid/diagnostics/finding.hpp>
 #include <resonid/diagnostics/margins.hpp>
-#include <resonid/fit/estimate.hpp>
 #include <resonid/identification/result.hpp>
 
 #include "report/describe/fields.hpp"
@@ -28,10 +28,11 @@ void describe_units(Fields& f, identification::Units& units);
 /// A physical parameter of the drive, to be set.
 [[nodiscard]] double& value_of(fit::DriveModel& drive, fit::Parameter parameter);
 
-/// {value, std, unit}; false where it is not there. A standard deviation that is absent is read as not finite.
-bool quantity(Fields& f, const Key& key, fit::Estimate& estimate, std::string& unit, bool there = true,
+/// {value, std, unit}; false where it is not there. A standard deviation that is absent is read as not
+/// finite.
+bool quantity(Fields& f, const Key& key, data::Estimate& estimate, std::string& unit, bool there = true,
               Presence presence = Presence::optional);
 /// The same of an estimate that may not be.
-void quantity(Fields& f, const Key& key, std::optional<fit::Estimate>& estimate, std::string& unit);
+void quantity(Fields& f, const Key& key, std::optional<data::Estimate>& estimate, std::string& unit);
 
 }  // namespace resonid::report

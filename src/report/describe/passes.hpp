@@ -13,7 +13,8 @@ namespace resonid::report {
 [[nodiscard]] nlohmann::json write(const std::function<void(Fields&)>& description);
 
 /// Fills what the description names; what is not as described, all of it, is the error.
-[[nodiscard]] expected<void> read(const nlohmann::json& json, const std::function<void(Fields&)>& description);
+[[nodiscard]] expected<void> read(const nlohmann::json& json,
+                                  const std::function<void(Fields&)>& description);
 
 /// A key of a file with what is below it.
 struct Sketch {

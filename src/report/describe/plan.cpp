@@ -19,16 +19,16 @@ void describe_figure(Fields& f, Figure& figure) {
   f({"name", "of the figure, \"stiffness\", \"resonance\""}, figure.name);
   f({"value", "of the rough model", "unit"}, figure.value);
   f.unless_empty({"unit", "of value and std"}, figure.unit);
-  f.unless(kInfinity, {"std", "predicted for the rough model", "unit", not_negative},
-           figure.standard_deviation);
+  f.unless(kInfinity, {"std", "predicted for the rough model", "unit", not_negative}, figure.std);
 }
 
 void describe_figures(Fields& f, std::vector<Figure>& figures) {
-  f.list({"figures", "what the experiment will tell"}, true, figures,
-         [&](Figure& figure) { describe_figure(f, figure); }, Presence::required);
+  f.list(
+      {"figures", "what the experiment will tell"}, true, figures,
+      [&](Figure& figure) { describe_figure(f, figure); }, Presence::required);
 }
 
-void describe_extremes(Fields& f, planning::Extremes& e) {
+void describe_extremes(Fields& f, planning::PeakValues& e) {
   f.object({"extremes", "largest values over all possible drives"}, [&] {
     f({"excitation", "peak of what is added to the controller's output"}, e.excitation);
     f({"torque", "peak of what the machine gets"}, e.torque);
@@ -62,9 +62,8 @@ void describe_excitation(Fields& f, bool there, Experiment& x) {
   f.object({"excitation", "what is injected"}, there, [&] {
     f({"peak", "of its samples"}, x.amplitude);
     f({"crest_factor", "peak over rms"}, x.crest_factor);
-    f.one_of(3, static_cast<std::size_t>(x.type), [&](std::size_t kind) {
-      describe_kind(f, x, static_cast<planning::ExcitationType>(kind));
-    });
+    f.one_of(3, static_cast<std::size_t>(x.type),
+             [&](std::size_t kind) { describe_kind(f, x, static_cast<planning::ExcitationType>(kind)); });
   });
 }
 
@@ -79,7 +78,7 @@ void describe_limits(Fields& f, planning::Limits& l) {
   });
 }
 
-void describe_drive(Fields& f, planning::RoughDrive& drive) {
+void describe_drive(Fields& f, planning::NominalDrive& drive) {
   auto& m = drive.model;
   f.object({"model", "rough model that was planned with"}, [&] {
     f.choice({"structure", "what the drive is taken for"}, m.structure);
@@ -111,10 +110,10 @@ struct Wanted {
 
 void describe_wishes(Fields& f, Plan& plan, Experiment& x) {
   std::vector<Wanted> list;
-  for (std::size_t i = 0; f.writing() && i < x.wished.size(); ++i) {
-    const double wanted = wanted_of(plan, i), expected = x.wished[i].standard_deviation;
+  for (std::size_t i = 0; f.writing() && i < x.targeted.size(); ++i) {
+    const double wanted = wanted_of(plan, i), expected = x.targeted[i].std;
     list.push_back(
-        {x.wished[i].name, x.wished[i].unit, wanted, expected, expected <= wanted * (1.0 + 1e-9)});
+        {x.targeted[i].name, x.targeted[i].unit, wanted, expected, expected <= wanted * (1.0 + 1e-9)});
   }
   f.list(
       {"wishes", "standard deviations that are wanted"}, true, list,
@@ -129,8 +128,8 @@ void describe_wishes(Fields& f, Plan& plan, Experiment& x) {
       Presence::required);
   if (!f.reading()) return;
   for (const auto& w : list) {
-    plan.config.wishes.push_back({w.figure, w.wanted, false});
-    x.wished.push_back({w.figure, w.unit, 0.0, w.expected});
+    plan.config.targets.push_back({w.figure, w.wanted, false});
+    x.targeted.push_back({w.figure, w.unit, 0.0, w.expected});
   }
 }
 
@@ -140,7 +139,7 @@ void describe_alternative(Fields& f, Experiment& x) {
   f.unless(kInfinity, {"worst_ratio", "largest of expected over wanted std"}, x.ratio);
   f({"needed_s", "time after which all wishes would be met", "s"}, x.needed_s);
   f({"least_s", "least time of its kind that meets all wishes", "s"}, x.least_s);
-  describe_extremes(f, x.extremes);
+  describe_extremes(f, x.peaks);
   describe_figures(f, x.figures);
   describe_excitation(f, x.type == planning::ExcitationType::prbs, x);
 }
@@ -148,12 +147,13 @@ void describe_alternative(Fields& f, Experiment& x) {
 void describe_alternatives(Fields& f, Plan& plan) {
   std::vector<Experiment> others;
   if (!f.reading()) others.assign(plan.experiments.begin() + 1, plan.experiments.end());
-  f.list({"alternatives", "other kinds of the same length"}, true, others,
-         [&](Experiment& x) { describe_alternative(f, x); }, Presence::required);
+  f.list(
+      {"alternatives", "other kinds of the same length"}, true, others,
+      [&](Experiment& x) { describe_alternative(f, x); }, Presence::required);
   if (f.reading()) plan.experiments.insert(plan.experiments.end(), others.begin(), others.end());
 }
 
-void describe_two_steps(Fields& f, std::optional<planning::TwoSteps>& two) {
+void describe_two_steps(Fields& f, std::optional<planning::TwoStagePlan>& two) {
   f.object({"two_steps", "two runs, where they take clearly less time"}, two.has_value(), [&] {
     if (!two) two.emplace();
     f({"first_s", "time limit of the first", "s"}, two->first_s);
@@ -180,13 +180,13 @@ void describe_experiment(Fields& f, Plan& plan, Experiment& x) {
   describe_limits(f, plan.config.limits);
   describe_drive(f, plan.config.drive);
   describe_excitation(f, true, x);
-  describe_extremes(f, x.extremes);
+  describe_extremes(f, x.peaks);
   describe_wishes(f, plan, x);
   f.unless(kInfinity, {"worst_ratio", "largest of expected over wanted std"}, x.ratio);
   describe_figures(f, x.figures);
-  for (auto& wished : x.wished)
+  for (auto& targeted : x.targeted)
     for (const auto& figure : x.figures)
-      if (f.reading() && figure.name == wished.name) wished.value = figure.value;
+      if (f.reading() && figure.name == targeted.name) targeted.value = figure.value;
 }
 
 }  // namespace
@@ -210,12 +210,12 @@ void describe(Fields& f, Plan& plan) {
   f({"noise_dominates", "fed-back noise tells more than the excitation"}, x.noise_dominates);
   f({"noise_torque", "standard deviation of the torque that the controller makes of noise"},
     plan.noise_torque);
-  f.list({"left_out", "kinds that could not be compared"}, !plan.left_out.empty(), plan.left_out,
-         [&](planning::LeftOut& out) {
+  f.list({"left_out", "kinds that could not be compared"}, !plan.skipped.empty(), plan.skipped,
+         [&](planning::SkippedKind& out) {
            f.choice({"type", "kind of excitation"}, out.type);
            f({"reason", "why"}, out.reason);
          });
-  describe_two_steps(f, plan.two_steps);
+  describe_two_steps(f, plan.two_stages);
   if (f.reading()) plan.experiments.front() = std::move(x);
   describe_alternatives(f, plan);
 }

@@ -14,7 +14,8 @@ constexpr std::array<std::string_view, 2> kSources = {"response", "model"};
 constexpr std::array<std::string_view, 2> kFitOf = {"lines", "record"};
 
 /// Poles or zeros of the list, which in the file are two.
-void describe_roots(Fields& f, const Key& key, std::string_view kind, std::vector<identification::Root>& all) {
+void describe_roots(Fields& f, const Key& key, std::string_view kind,
+                    std::vector<identification::Root>& all) {
   std::vector<identification::Root> roots;
   if (!f.reading())
     std::copy_if(all.begin(), all.end(), std::back_inserter(roots),
@@ -28,17 +29,20 @@ void describe_roots(Fields& f, const Key& key, std::string_view kind, std::vecto
 }
 
 void describe_distortion(Fields& f, identification::Distortion& d, std::size_t lines) {
-  f.unless(std::size_t{0}, {"realisations", "of the random-phase excitation; absent: only detection lines tell"},
+  f.unless(std::size_t{0},
+           {"realisations", "of the random-phase excitation; absent: only detection lines tell"},
            d.realisations);
   const bool several = d.realisations > 0;
   const auto per_line = [&](const Key& key, std::vector<double>& list) {
     f.with(several, key, list);
-    f.require(!several || list.size() == lines, key.name, "as many numbers as the frequency response has lines");
+    f.require(!several || list.size() == lines, key.name,
+              "as many numbers as the frequency response has lines");
   };
   per_line({"noise_std", "per line of the response, of the mean, by noise alone", "", not_negative},
            d.noise_std);
-  per_line({"distortion_std", "per line, of the response of one realisation, by distortion", "", not_negative},
-           d.distortion_std);
+  per_line(
+      {"distortion_std", "per line, of the response of one realisation, by distortion", "", not_negative},
+      d.distortion_std);
   f.with(several, {"scatter", "of the realisations over their noise"}, d.scatter);
   const bool even = d.even.lines > 0, odd = d.odd.lines > 0;
   f.object({"detection_lines", "distortion at lines that the excitation leaves out"}, even || odd, [&] {
@@ -70,15 +74,17 @@ void describe_loop(Fields& f, identification::LoopResult& loop) {
 
 void describe_result(Fields& f, Result& r) {
   describe_units(f, r.units);
-  f.unless(0.0, {"known_delay_s", "in the measured output; taken out of response and model", "s", not_negative},
+  f.unless(0.0,
+           {"known_delay_s", "in the measured output; taken out of response and model", "s", not_negative},
            r.known_delay_s);
   f({"radius_m", "of the driven roller", "m", positive}, r.radius_m);
-  f({"frequency_response", "of the velocity; known delay removed, as zero-order-hold equivalent"}, r.response);
+  f({"frequency_response", "of the velocity; known delay removed, as zero-order-hold equivalent"},
+    r.response);
   f.object({"distortion", "non-linear distortion beside noise"}, r.distortion.has_value(), [&] {
     if (!r.distortion) r.distortion.emplace();
     describe_distortion(f, *r.distortion, r.response.lines());
   });
-  f({"resonances", "resonances and anti-resonances, ascending; empty: none"}, r.resonances);
+  f({"resonances", "resonances and anti-resonances, ascending; empty: none"}, r.modes);
   describe_model(f, r);
   f.object({"loop", "margins of the real loop, every delay included"}, r.loop.has_value(), [&] {
     if (!r.loop) r.loop.emplace();
@@ -104,13 +110,13 @@ void describe(Fields& f, response::DistortionLevel& level) {
   f({"significant", "more than noise: F test, 0.1 %"}, level.significant);
 }
 
-void describe(Fields& f, identification::Resonance& r) {
+void describe(Fields& f, data::Mode& r) {
   f.choice({"kind", "resonance or anti-resonance"}, kKinds, r.anti);
   f({"frequency_hz", "undamped frequency of the model, or extremum of the response", "Hz", positive},
-    r.frequency_hz);
-  f({"std_hz", "its standard deviation", "Hz", not_negative}, r.std_hz);
-  f({"damping_ratio", "share of critical damping"}, r.damping_ratio);
-  f({"damping_ratio_std", "its standard deviation"}, r.damping_ratio_std);
+    r.frequency_hz.value);
+  f.unless(kUnknown, {"std_hz", "its standard deviation", "Hz", not_negative}, r.frequency_hz.std);
+  f.unless(kUnknown, {"damping_ratio", "share of critical damping"}, r.damping_ratio.value);
+  f.unless(kUnknown, {"damping_ratio_std", "its standard deviation"}, r.damping_ratio.std);
   f.choice({"source", "fitted model, or measured response"}, kSources, r.from_model);
 }
 
@@ -142,9 +148,9 @@ void describe(Fields& f, identification::Choice& c) {
 void describe(Fields& f, identification::StructureTrial& t) {
   f({"name", "\"two-mass with friction and delay\", \"black-box of order 5\""}, t.name);
   f({"parameters", "number of estimated ones"}, t.parameters);
-  f.unless(kUnknown, {"information", "Bayesian information criterion, smaller is better"}, t.information);
-  f({"validation_fit_percent", "fit of the simulation to the hold-out data", "%"}, t.validation_fit_percent);
-  f({"validation_information", "N ln(mean square) there, smaller is better"}, t.validation_information);
+  f.unless(kUnknown, {"information", "Bayesian information criterion, smaller is better"}, t.bic);
+  f({"validation_fit_percent", "fit of the simulation to the hold-out data", "%"}, t.holdout_fit_percent);
+  f({"validation_information", "N ln(mean square) there, smaller is better"}, t.holdout_score);
   f({"independent_fit_percent", "fit of the simulation to another record", "%"}, t.independent_fit_percent);
   f({"chosen", "whether the result is this one"}, t.chosen);
   f.unless_empty({"remark", "why not"}, t.remark);
@@ -170,7 +176,7 @@ void describe(Fields& f, identification::BootstrapInterval& i) {
   f({"unit", "of all numbers here"}, i.unit);
   f({"low", "lower end at the result's confidence"}, i.low);
   f({"high", "upper end"}, i.high);
-  f({"std", "standard deviation over the replicas", "", not_negative}, i.standard_deviation);
+  f({"std", "standard deviation over the replicas", "", not_negative}, i.std);
   f.assumed({"values", "of the replicas that have all figures"}, i.values);
 }
 

@@ -11,7 +11,8 @@
 #include "report/describe/names.hpp"
 #include "report/describe/parts.hpp"
 
-// What each result file holds, said once: writer, reader, JSON Schema and table of docs/results.md come from it.
+// What each result file holds, said once: writer, reader, JSON Schema and table of docs/results.md come from
+// it.
 namespace resonid::report {
 
 void describe(Fields& f, identification::Result& result);
@@ -26,7 +27,7 @@ void describe(Fields& f, SimulatedTruth& truth);
 void describe_model(Fields& f, identification::Result& result);
 
 void describe(Fields& f, response::DistortionLevel& level);
-void describe(Fields& f, identification::Resonance& resonance);
+void describe(Fields& f, data::Mode& resonance);
 void describe(Fields& f, identification::Validation& validation);
 void describe(Fields& f, identification::IndependentValidation& validation);
 void describe(Fields& f, identification::Choice& choice);

@@ -72,8 +72,16 @@ class Sketcher final : public Fields {
   [[nodiscard]] Sketch& here() noexcept { return *at_.back(); }
   [[nodiscard]] bool in_kind() noexcept { return !in_kind_.empty() && in_kind_.back() == &here(); }
   static Sketch part_of(const Key& key, Presence presence, std::string type) {
-    return {std::string(key.name), std::string(key.meaning), std::string(key.unit), presence, key.range,
-            std::move(type),       {},                       {},                    {},       {}};
+    return {std::string(key.name),
+            std::string(key.meaning),
+            std::string(key.unit),
+            presence,
+            key.range,
+            std::move(type),
+            {},
+            {},
+            {},
+            {}};
   }
   Sketch& add(Sketch part) {
     if (muted_ > 0) return passed_over_.emplace_back(std::move(part));

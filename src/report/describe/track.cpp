@@ -65,8 +65,7 @@ Columns columns_of(const Track& track, std::size_t stride) {
   for (const auto* group : {&track.lines, &track.parameters, &track.figures})
     for (const TrackSeries& series : *group) {
       columns[series.name] = thinned(series.value, stride);
-      if (!series.standard_deviation.empty())
-        columns[series.name + "_std"] = thinned(series.standard_deviation, stride);
+      if (!series.std.empty()) columns[series.name + "_std"] = thinned(series.std, stride);
     }
   return columns;
 }
@@ -82,7 +81,7 @@ Group group_of(std::string_view name) {
       std::find(kLine.begin(), kLine.end(), name) != kLine.end())
     return Group::line;
   return std::find(kFigures.begin(), kFigures.end(), name) != kFigures.end() ? Group::figure
-                                                                              : Group::parameter;
+                                                                             : Group::parameter;
 }
 
 /// Columns of the file as series, with what the file says of all rows.
@@ -92,7 +91,7 @@ void take_in(Track& track, Columns& columns, const Summaries& summaries) {
     if (name.ends_with(kStd) && columns.contains(name.substr(0, name.size() - kStd.size()))) continue;
     TrackSeries series{name, {}, values, {}};
     if (const auto std = columns.find(name + std::string(kStd)); std != columns.end())
-      series.standard_deviation = std->second;
+      series.std = std->second;
     if (const auto s = summaries.find(name); s != summaries.end()) {
       series.unit = s->second.unit;
     }
@@ -110,8 +109,8 @@ void describe_rows(Fields& f, Track& track, const Summaries& summaries) {
        position = thinned(track.position_m, stride), residual = thinned(track.residual, stride);
   auto trusted = thinned(track.trusted_rows, stride);
   auto columns = f.writing() ? columns_of(track, stride) : Columns();
-  const bool left = std::any_of(track.residual.begin(), track.residual.end(),
-                                [](double r) { return std::isfinite(r); });
+  const bool left =
+      std::any_of(track.residual.begin(), track.residual.end(), [](double r) { return std::isfinite(r); });
   Gaps times{time}, lags{lag}, positions{position}, residuals{residual};
   f.object({"over_time", "rows, evenly thinned; null where a row has none"}, [&] {
     f({"time_s", "time that the estimates describe, or of the newest sample", "s"}, times);
@@ -135,7 +134,8 @@ void describe_rows(Fields& f, Track& track, const Summaries& summaries) {
   track.trusted_rows = std::move(trusted);
   for (const auto& [name, values] : columns)
     f.require(values.size() == track.time_s.size(), "over_time", "as many rows of " + name + " as of time_s");
-  f.require(track.trusted_rows.size() == track.time_s.size(), "over_time", "as many rows of trusted as of time_s");
+  f.require(track.trusted_rows.size() == track.time_s.size(), "over_time",
+            "as many rows of trusted as of time_s");
   take_in(track, columns, summaries);
 }
 

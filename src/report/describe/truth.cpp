@@ -18,7 +18,7 @@ TruthUnits units_of(data::Motion motion) {
 
 /// {value, unit}, where it is there.
 bool parameter(Fields& f, const Key& key, double& value, std::string& unit, bool there = true) {
-  fit::Estimate e{value, kUnknown};
+  data::Estimate e{value, kUnknown};
   const bool found = quantity(f, key, e, unit, there);
   if (f.reading() && found) value = e.value;
   return found;
@@ -38,12 +38,13 @@ void describe_coupling(Fields& f, plant::Coupling& c, TruthUnits& units) {
 }
 
 void describe_chain(Fields& f, plant::MassSystem& system, TruthUnits& units) {
-  std::vector<fit::Estimate> inertias;
+  std::vector<data::Estimate> inertias;
   for (const double inertia : system.inertia) inertias.push_back({inertia, kUnknown});
-  f.list({"inertias", "of a chain, from the driven side to the load"}, true, inertias, [&](fit::Estimate& e) {
-    f({"value", "inertia", "unit", positive}, e.value);
-    f({"unit", "of value"}, units.inertia);
-  });
+  f.list({"inertias", "of a chain, from the driven side to the load"}, true, inertias,
+         [&](data::Estimate& e) {
+           f({"value", "inertia", "unit", positive}, e.value);
+           f({"unit", "of value"}, units.inertia);
+         });
   f.list({"couplings", "of a chain"}, true, system.couplings,
          [&](plant::Coupling& c) { describe_coupling(f, c, units); });
   if (!f.reading()) return;
@@ -91,14 +92,14 @@ void describe_parameters(Fields& f, Truth& truth) {
     parameter(f, {"stiffness_2", "between middle inertia and load"}, second.stiffness, units.stiffness);
     parameter(f, {"damping_2", "between middle inertia and load"}, second.damping, units.damping);
     const bool bypassed = bypass.stiffness > 0.0;
-    parameter(f, {"bypass_stiffness", "past the middle inertia"}, bypass.stiffness, units.stiffness, bypassed);
+    parameter(f, {"bypass_stiffness", "past the middle inertia"}, bypass.stiffness, units.stiffness,
+              bypassed);
     parameter(f, {"bypass_damping", "past the middle inertia"}, bypass.damping, units.damping, bypassed);
   }
   auto& driven = system.viscous.front();
   auto& load = system.viscous.back();
   parameter(f, {"viscous_friction", "of the driven side"}, driven, units.damping, !flexible || driven > 0.0);
-  if (flexible)
-    parameter(f, {"load_viscous_friction", "of the load"}, load, units.damping, load > 0.0);
+  if (flexible) parameter(f, {"load_viscous_friction", "of the load"}, load, units.damping, load > 0.0);
   parameter(f, {"coulomb_friction", "of the driven side"}, truth.friction.coulomb, units.torque,
             truth.friction.any());
   parameter(f, {"load_coulomb_friction", "of the load"}, truth.load_friction.coulomb, units.torque,
@@ -136,7 +137,7 @@ void describe_model(Fields& f, Truth& truth) {
 
 /// A mode with its kind, as the file lists them.
 struct KindOfMode {
-  plant::Mode mode;
+  data::UndampedMode mode;
   bool anti = false;
 };
 

@@ -19,7 +19,7 @@ void describe_correlation(Fields& f, const Key& key, diagnostics::ResidualCorrel
 
 void describe_bands(Fields& f, ModelValidation& v) {
   f.list({"bands", "octaves down from half the sample rate"}, !v.bands.empty(), v.bands,
-         [&](identification::BandLeft& b) {
+         [&](identification::ResidualBand& b) {
            f({"low_hz", "lower end", "Hz"}, b.low_hz);
            f({"high_hz", "upper end", "Hz"}, b.high_hz);
            f({"output_share", "of the output's power"}, b.output_share);
@@ -43,7 +43,7 @@ void describe_maps(Fields& f, ModelValidation& v) {
            f({"over", "\"velocity\" or \"input\""}, m.over);
            f({"level", "mean of that signal per bin"}, m.level);
            f({"mean", "disturbance of the input per bin"}, m.mean);
-           f({"std", "standard deviation per bin"}, m.standard_deviation);
+           f({"std", "standard deviation per bin"}, m.std);
            f({"unit", "of mean and std"}, v.units.input);
            f({"probability", "of so large values by chance"}, m.probability);
            f({"share", "of the whitened residual's power that they explain beyond chance"}, m.share);
@@ -85,14 +85,15 @@ void describe_response(Fields& f, ModelValidation& v) {
     const std::size_t at = there ? gap.largest() : 0;
     f.derived({"largest", "largest of them"}, there ? gap.distance[at] : 0.0);
     f.derived({"largest_hz", "where that is", "Hz"}, there ? gap.frequency_hz[at] : 0.0);
-    f.unless_empty({"std", "standard deviation per line"}, gap.standard_deviation);
+    f.unless_empty({"std", "standard deviation per line"}, gap.std);
     f({"error", "relative difference (rms over the lines) beyond the noise"}, v.response_error);
     f({"error_at_least", "what it is at least, with 95 %"}, v.response_error_low);
     f({"probability", "of so large a difference at any line by noise alone"}, v.response_probability);
     f({"worst_line_hz", "line that differs most in multiples of its noise", "Hz"}, v.worst_line_hz);
     f({"worst_line_error", "by how much of |G| beyond the noise"}, v.worst_line_error);
     if (f.reading())
-      f.require(gap.distance.size() == gap.frequency_hz.size(), "distance", "as many numbers as frequency_hz has");
+      f.require(gap.distance.size() == gap.frequency_hz.size(), "distance",
+                "as many numbers as frequency_hz has");
   });
 }
 
@@ -104,7 +105,8 @@ void describe(Fields& f, ModelValidation& v) {
   f({"record", "what it was held against"}, v.record);
   f({"approach", "\"direct\": simulated from the input; \"indirect\": from the excitation, in closed loop"},
     v.approach);
-  f.choice({"verdict", "nothing speaks against the model; it misses something; it is not this drive"}, v.verdict);
+  f.choice({"verdict", "nothing speaks against the model; it misses something; it is not this drive"},
+           v.verdict);
   f({"trusted", "not rejected, and nothing wrong with the record"}, v.trusted);
   f({"simulation_fit_percent", "100 (1 - |y - yh|/|y - mean y|), simulated", "%"}, v.simulation_fit_percent);
   f({"prediction_fit_percent", "the same one step ahead", "%"}, v.prediction_fit_percent);

@@ -63,7 +63,8 @@ std::string difference(const json& a, const json& b, const std::string& path = "
   }
   if (a.type() != b.type()) return path + ": " + a.dump() + " and " + b.dump();
   if (a.is_array()) {
-    if (a.size() != b.size()) return path + ": " + std::to_string(a.size()) + " and " + std::to_string(b.size());
+    if (a.size() != b.size())
+      return path + ": " + std::to_string(a.size()) + " and " + std::to_string(b.size());
     for (std::size_t i = 0; i < a.size(); ++i)
       if (auto d = difference(a[i], b[i], path + "[" + std::to_string(i) + "]"); !d.empty()) return d;
     return {};
@@ -112,7 +113,8 @@ TEST(ResultFiles, NameThePlaceThatIsWrong) {
     }
     return std::string("nothing is wrong");
   };
-  EXPECT_EQ(message("track_arx.json", "/trust/all", "most"), "$.trust.all: found \"most\", required a number");
+  EXPECT_EQ(message("track_arx.json", "/trust/all", "most"),
+            "$.trust.all: found \"most\", required a number");
   EXPECT_EQ(message("validate.json", "/verdict", "good"),
             "$.verdict: found \"good\", required one of \"accepted\", \"doubtful\", \"rejected\"");
   EXPECT_EQ(message("compare.json", "/parameters/0/change", nullptr),
@@ -124,8 +126,8 @@ TEST(ResultFiles, NameThePlaceThatIsWrong) {
             "$.table.figures[0].values[0].record: found -1, required a whole number >= 0");
 }
 
-/// docs/results.md and docs/schema come from the descriptions. With RESONID_WRITE_DOCS in the environment they
-/// are written instead.
+/// docs/results.md and docs/schema come from the descriptions. With RESONID_WRITE_DOCS in the environment
+/// they are written instead.
 TEST(ResultFiles, AreDocumented) {
   const fs::path docs = RESONID_DOCS_DIR;
   const auto held = [&](const fs::path& path, const std::string& contents) {
