@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <resonid/base/error_text.hpp>
+#include <resonid/data/transfer_function.hpp>
 #include <resonid/diagnostics/margins.hpp>
 #include <resonid/identification/track.hpp>
 #include <resonid/plant/detail/controller.hpp>
@@ -16,8 +18,7 @@ namespace resonid::test {
 inline identification::Track tracked(const data::Record& record,
                                      const identification::TrackOptions& options) {
   auto track = identification::track(record, options);
-  if (!track)
-    throw std::runtime_error("--" + track.error().field.str() + ": " + track.error().requirement.str());
+  if (!track) throw std::runtime_error(message_of(track.error()));
   return std::move(*track);
 }
 

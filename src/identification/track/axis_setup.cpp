@@ -235,7 +235,7 @@ expected<std::unique_ptr<AxisSetup>, Error> axis_setup(const data::Record& stret
   const bool two_masses = plan.start && plan.start->drive.structure == fit::Structure::two_mass;
   const auto needs = [&](const char* what) {
     return tl::unexpected(
-        Error{"method", fmt::format("{} needs {} to begin with, and the record shows none: give --start",
+        Error{"method", fmt::format("{} needs {} to begin with, and the record shows none: give .start",
                                     name_of(plan.method), what)});
   };
   if (is_lines(plan.method)) {

@@ -175,7 +175,7 @@ std::vector<Finding> learning_findings(const TrackOptions& options, const TrackP
          {},
          "The model to begin with is itself not to be trusted (`identify` says why), and what is tracked "
          "from "
-         "it has its structure and its delay. Give --start, or input, output and delay as they are."});
+         "it has its structure and its delay. Give .start, or input, output and delay as they are."});
   return findings;
 }
 
@@ -185,7 +185,7 @@ std::vector<Finding> gap_findings(const data::Record& record) {
            fmt::format(
                "Samples are missing (the longest gap is {:.3g} s, the first at {:.6g} s): rows after a gap "
                "carry times that are too early by it, and estimators ran on as if nothing were missing. "
-               "Track the parts by themselves with --from and --to.",
+               "Track the parts by themselves with .from_s and .to_s.",
                record.sampling.largest_gap_s, record.sampling.first_gap_at_s)}};
 }
 

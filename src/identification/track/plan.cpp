@@ -72,7 +72,7 @@ std::optional<Error> contradiction(const data::Record& record, const TrackOption
   const auto name = name_of(m);
   if (m == TrackMethod::physical && options.memory_s > 0.0)
     return Error{
-        "memory",
+        "memory_s",
         "physical forgets by the rate at which the stiffness may change, not by a memory: leave it out"};
   const bool recursion = m >= TrackMethod::arx && m <= TrackMethod::damped_closed_loop_output_error;
   if (options.forgetting != TrackForgetting::constant && !recursion)
@@ -94,9 +94,9 @@ std::optional<Error> contradiction(const data::Record& record, const TrackOption
                                          name_of(*options.common.approach))};
   if (!needs_controller(m)) return std::nullopt;
   if (!record.excitation.present())
-    return Error{"excitation", fmt::format("{} needs the excitation signal: give --excitation COL", name)};
+    return Error{"excitation", fmt::format("{} needs the excitation signal: give .excitation", name)};
   if (!options.common.controller)
-    return Error{"controller", fmt::format("{} needs the controller: give --controller", name)};
+    return Error{"controller", fmt::format("{} needs the controller: give .controller", name)};
   return std::nullopt;
 }
 

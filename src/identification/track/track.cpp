@@ -154,7 +154,7 @@ std::optional<Error> check(const data::Record& head, const TrackOptions& options
   const double rate_hz = head.sample_rate_hz;
   if (options.every == 0) return Error{"every", "must be 1 or more, found 0"};
   if (options.learn_s && options.whole_record)
-    return Error{"learn", "tells a stretch of the record, and --whole-record takes all of it: leave one out"};
+    return Error{"learn", "tells a stretch of the record, and .whole_record takes all of it: leave one out"};
   if (options.learn_s && !(*options.learn_s * rate_hz >= kFewestLearned && std::isfinite(*options.learn_s)))
     return Error{"learn", fmt::format("must be {:g} samples ({:g} s) at least, found {:g} s", kFewestLearned,
                                       kFewestLearned / rate_hz, *options.learn_s)};
@@ -173,7 +173,7 @@ std::optional<Error> foreign_units(const Units& ours, const std::optional<Units>
                                    const char* option) {
   if (!theirs || theirs->response == ours.response) return std::nullopt;
   return Error{option, fmt::format("its response is in {}, the record's in {}; required are the same units "
-                                   "(--input-scale, --input-unit, --output-unit)",
+                                   "(.input_scale, .input_unit, .output_unit)",
                                    theirs->response, ours.response)};
 }
 
@@ -269,16 +269,16 @@ class Tracking::Impl {
     if (!run_ && method == TrackMethod::automatic)
       return {"method",
               fmt::format("auto found nothing to track in these {} samples: no model shows in them, "
-                          "and the excitation has no period; give --start, --lines, or a longer "
+                          "and the excitation has no period; give .start, .lines_hz, or a longer "
                           "record",
                           samples_)};
     if (!run_ && detail::is_lines(method)) return {"lines", "must be given: the excitation shows no period"};
     if (!run_)
-      return {"method", fmt::format("{} needs a model to begin with, and the record shows none: give --start",
+      return {"method", fmt::format("{} needs a model to begin with, and the record shows none: give .start",
                                     name_of(method))};
     const double seconds = static_cast<double>(samples_) / stretch_.sample_rate_hz;
     return {"learn", fmt::format("the record ends, after {:.3g} s, before what it shows suffices to begin "
-                                 "with: give --start, a shorter --learn, a longer record, or --whole-record "
+                                 "with: give .start, a shorter .learn_s, a longer record, or .whole_record "
                                  "(rows then know what came after them)",
                                  seconds)};
   }
