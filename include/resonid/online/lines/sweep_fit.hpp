@@ -9,8 +9,8 @@
 #include <limits>
 #include <resonid/base/constants.hpp>
 #include <resonid/online/models/discrete_model.hpp>
-#include <resonid/online/models/line_rows.hpp>
-#include <resonid/online/models/weighted_rows.hpp>
+#include <resonid/online/models/detail/line_rows.hpp>
+#include <resonid/online/models/detail/weighted_rows.hpp>
 #include <type_traits>
 
 namespace resonid::online {
@@ -59,16 +59,7 @@ class SweepFit {
     correlated_ = static_cast<Real>(correlated);
     steepest_ = static_cast<Real>(2.0 * std::sin(0.5 * std::min(largest_angle, 2.0)));
     gentlest_ = static_cast<Real>(2.0 * std::sin(0.5 * std::min(least_angle, 2.0)));
-    constexpr double kHalfTurn = 0.5 * kTwoPi;
-    double weights = 0.0;
-    for (std::size_t m = 0; m < kNodes; ++m) {
-      const double t = kHalfTurn * ((static_cast<double>(m) + 0.5) / kNodes - 0.5);
-      const double away = std::min(std::max(std::tan(t) / lag, -3.0), 3.0), half = 0.5 * away;
-      node_[m] = Complex(2.0 * std::sin(half) * std::complex<double>(std::sin(half), std::cos(half)));
-      node_weight_[m] = static_cast<Real>(std::pow(std::cos(t), 4));
-      weights += std::pow(std::cos(t), 4);
-    }
-    for (Real& w : node_weight_) w /= static_cast<Real>(weights);
+    place_nodes(lag);
     reset();
   }
   void reset() noexcept {
@@ -148,13 +139,45 @@ class SweepFit {
 
  private:
   using Parameters = std::array<Real, kParameters>;
-  static constexpr std::size_t kNodes = 15;
+  static constexpr std::size_t kNear = 15, kFar = 5, kNodes = kNear + 2 * kFar;
   static constexpr std::size_t kNewtonPasses = 2;    // after each one of Sanathanan and Koerner
   static constexpr std::size_t kLeastForNewton = 8;  // rows; before them the denominators are guesses
   static constexpr Real kLargestShare = Real(9);     // of |e/A|^2 over its variance that is taken for noise
   static constexpr Real kFloor = Real(1e-4);         // of |A|^2, in |d|^6
   static constexpr Real kStartRows = Real(3);        // what the start density counts
   static constexpr Parameters kPrior{3, 1, 3, 1, 3, Real(0.3)};  // standard deviations, scaled
+
+  /// Of the integral over the band: near the line x = tan(t)/lag, so that |h|^2 dx is cos(t)^4 dt, and beyond
+  /// that in equal ratios up to half the sample rate, where differences are large.
+  void place_nodes(double lag) noexcept {
+    constexpr double kHalfTurn = 0.5 * kTwoPi;
+    const double outermost = std::tan(kHalfTurn * (0.5 - 0.5 / kNear)) / lag;
+    std::array<double, kNodes> weight{};
+    double sum = 0.0;
+    for (std::size_t m = 0; m < kNear; ++m) {
+      const double t = kHalfTurn * ((static_cast<double>(m) + 0.5) / kNear - 0.5);
+      place(m, std::min(std::max(std::tan(t) / lag, -kHalfTurn), kHalfTurn));
+      sum += weight[m] = std::pow(std::cos(t), 4);
+    }
+    const double ratio = std::max(0.0, std::log(kHalfTurn / outermost)) / kFar;
+    tail_ = Real(0);
+    for (std::size_t m = 0; m < 2 * kFar; ++m) {
+      const double away = outermost * std::exp(ratio * (static_cast<double>(m / 2) + 0.5));
+      const double gain = 1.0 / (1.0 + std::pow(2.0 * lag * std::sin(0.5 * away), 2));
+      place(kNear + m, m % 2 == 0 ? away : -away);
+      weight[kNear + m] = std::pow(gain, 3) * away * ratio * lag * kNear / kHalfTurn;
+      const double power = std::pow(2.0 * std::sin(0.5 * away), 2);
+      const double of_quantity = quantity_ == SweepQuantity::position       ? power
+                                 : quantity_ == SweepQuantity::acceleration ? 1.0 / power
+                                                                            : 1.0;
+      tail_ += static_cast<Real>(weight[kNear + m] / sum * power * power * power * of_quantity);
+    }
+    for (std::size_t m = 0; m < kNodes; ++m) node_weight_[m] = static_cast<Real>(weight[m] / sum);
+  }
+  void place(std::size_t m, double away) noexcept {
+    const double half = 0.5 * away;
+    node_[m] = Complex(2.0 * std::sin(half) * std::complex<double>(std::sin(half), std::cos(half)));
+  }
 
   static std::array<Complex, 3> powers(Complex d) noexcept {
     const Complex q = Complex(1) - d;
@@ -193,7 +216,7 @@ class SweepFit {
     }
     return sum / power;
   }
-  /// The same to fourth order in the filter's width: for weights.
+  /// The same to fourth order in the filter's width, and what lies far from it: for weights.
   [[nodiscard]] Real rough_spread(const Parameters& theta, Complex d, Complex a) const noexcept {
     const auto c = cubic(theta);
     const Complex q = Complex(1) - d, j(0, 1);
@@ -207,7 +230,10 @@ class SweepFit {
     const Real narrow = Real(1) / (lag_ * lag_);
     const Real n = Real(1) + (std::norm(s1) + Real(2) * s2.real()) * narrow / Real(3) +
                    (std::norm(s2) + Real(2) * (std::conj(s1) * s3).real()) * narrow * narrow;
-    return std::max(n, Real(0.3));
+    const Real of_quantity = quantity_ == SweepQuantity::position       ? Real(1) / std::norm(d)
+                             : quantity_ == SweepQuantity::acceleration ? std::norm(d)
+                                                                        : Real(1);
+    return std::max(n, Real(0.3)) + tail_ * of_quantity * c[3] * c[3] * std::norm(inverse);
   }
 
   void choose_scale(const SweepRow<Real>& row) noexcept {
@@ -305,6 +331,7 @@ class SweepFit {
   std::array<Complex, kNodes> node_{};
   std::array<Real, kNodes> node_weight_{};
   SweepQuantity quantity_ = SweepQuantity::velocity;
+  Real tail_{};  // of the spread, beyond the nodes near the line, for A = d^3
   Real lag_{}, correlated_{}, steepest_{}, gentlest_{};
   Real density_{}, start_density_{}, squares_{};
 };

@@ -69,6 +69,7 @@ class SweepErrors {
 
   /// Normalised error squared: mean of |error|^2/std^2, 1 for true bars.
   [[nodiscard]] double ratio() const { return ratio_.mean(); }
+  [[nodiscard]] double band(std::size_t hz) const { return band_[hz].mean(); }
   [[nodiscard]] double worst_band() const {
     double worst = 0.0;
     for (const auto& b : band_) worst = std::max(worst, b.mean());
