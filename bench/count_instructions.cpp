@@ -8,14 +8,14 @@
 #include <cstdio>
 #include <limits>
 #include <memory>
-#include <resonid/recursive/closed_loop_output_error.hpp>
-#include <resonid/recursive/physical_tracker.hpp>
-#include <resonid/recursive/rls.hpp>
-#include <resonid/tracking/chirp_tracker.hpp>
-#include <resonid/tracking/kalman_bank.hpp>
-#include <resonid/tracking/line_bank.hpp>
-#include <resonid/tracking/response_tracker.hpp>
-#include <resonid/tracking/sliding_dft.hpp>
+#include <resonid/online/lines/chirp_tracker.hpp>
+#include <resonid/online/lines/kalman_bank.hpp>
+#include <resonid/online/lines/line_bank.hpp>
+#include <resonid/online/lines/response_tracker.hpp>
+#include <resonid/online/lines/sliding_dft.hpp>
+#include <resonid/online/models/closed_loop_output_error.hpp>
+#include <resonid/online/models/physical_tracker.hpp>
+#include <resonid/online/models/rls.hpp>
 #include <string>
 #include <vector>
 
@@ -80,7 +80,7 @@ std::vector<double> lines_hz(std::size_t count) {
 }
 
 void count_trackers() {
-  using namespace resonid::tracking;
+  using namespace resonid::online;
   for (const std::size_t n : {8U, 21U}) {
     const auto f = lines_hz(n);
     LineBankConfig config;
@@ -118,7 +118,7 @@ void count_trackers() {
 }
 
 void count_recursions() {
-  using namespace resonid::recursive;
+  using namespace resonid::online;
   auto rls = RecursiveLeastSquares<double, 6>::create({}).value();
   std::array<double, 6> past{};
   count("rls_6", [rls, past](const Sample& s) mutable {

@@ -8,10 +8,10 @@
 #include <cmath>
 #include <cstdint>
 #include <limits>
-#include <resonid/recursive/instrumental_variables.hpp>
-#include <resonid/recursive/rls.hpp>
+#include <resonid/online/models/instrumental_variables.hpp>
+#include <resonid/online/models/rls.hpp>
 
-namespace resonid::recursive {
+namespace resonid::online {
 namespace {
 
 constexpr std::array<double, 3> kNumerator{0.124848, -0.2448, 0.12}, kDenominator{1.0, -2.0, 1.0};
@@ -120,4 +120,4 @@ void endurance(benchmark::State& state) {
 BENCHMARK(endurance)->Iterations(1'000'000'000)->Unit(benchmark::kSecond);
 
 }  // namespace
-}  // namespace resonid::recursive
+}  // namespace resonid::online

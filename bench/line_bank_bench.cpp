@@ -9,12 +9,12 @@
 #include <array>
 #include <cmath>
 #include <complex>
-#include <resonid/tracking/line_bank.hpp>
-#include <resonid/tracking/line_bank_block.hpp>
+#include <resonid/online/lines/line_bank.hpp>
+#include <resonid/online/lines/line_bank_block.hpp>
 #include <span>
 #include <vector>
 
-namespace resonid::tracking {
+namespace resonid::online {
 namespace {
 
 constexpr std::size_t kSamples = 4096;
@@ -268,4 +268,4 @@ void fma_peak(benchmark::State& state) {
 BENCHMARK(fma_peak)->Name("fma_peak");
 
 }  // namespace
-}  // namespace resonid::tracking
+}  // namespace resonid::online

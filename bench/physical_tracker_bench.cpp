@@ -7,11 +7,11 @@
 #include <cmath>
 #include <cstdint>
 #include <memory>
-#include <resonid/recursive/physical_tracker.hpp>
-#include <resonid/recursive/rls.hpp>
+#include <resonid/online/models/physical_tracker.hpp>
+#include <resonid/online/models/rls.hpp>
 #include <vector>
 
-namespace resonid::recursive {
+namespace resonid::online {
 namespace {
 
 constexpr std::size_t kSamples = 8192;
@@ -91,4 +91,4 @@ void moving_machine(benchmark::State& state) {
 BENCHMARK(moving_machine);
 
 }  // namespace
-}  // namespace resonid::recursive
+}  // namespace resonid::online

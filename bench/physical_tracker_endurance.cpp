@@ -7,13 +7,13 @@
 #include <cstdint>
 #include <cstdio>
 #include <cstdlib>
-#include <resonid/recursive/physical_tracker.hpp>
+#include <resonid/online/models/physical_tracker.hpp>
 
 namespace {
 
-using resonid::recursive::HeldTwoMass;
-using resonid::recursive::PhysicalParameter;
-using Tracker = resonid::recursive::PhysicalTracker<double, 0>;
+using resonid::online::HeldTwoMass;
+using resonid::online::PhysicalParameter;
+using Tracker = resonid::online::PhysicalTracker<double, 0>;
 
 constexpr double kStiffness = 143.75;
 constexpr std::int64_t kBlock = 200000;
@@ -56,7 +56,7 @@ bool block_is_sound(Tracker& tracker, Drive& drive, bool on) {
 
 int main(int argc, char** argv) {
   const std::int64_t samples = argc > 1 ? std::atoll(argv[1]) : 1000000000;
-  resonid::recursive::PhysicalTrackerConfig c;
+  resonid::online::PhysicalTrackerConfig c;
   c.sample_rate_hz = 500.0;
   c.driven_inertia.value = 0.035;
   c.load_inertia.value = 0.029;

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <chrono>
 #include <limits>
-#include <resonid/excitation/excitation.hpp>
+#include <resonid/online/excitation/excitation.hpp>
 #include <resonid/plant/closed_loop.hpp>
 #include <resonid/plant/measurement.hpp>
 
@@ -49,7 +49,7 @@ class BareUpdate {
 
 struct Experiment {
   ClosedLoop loop;
-  excitation::Excitation excitation;
+  online::Excitation excitation;
   MeasurementNoise noise;
   BareUpdate bare;
 };
@@ -63,7 +63,7 @@ ControllerConfig published_pi() {
 }
 
 /// System 2 of Publication VI with its delay and noise.
-Experiment linear(excitation::ExcitationConfig excitation) {
+Experiment linear(online::ExcitationConfig excitation) {
   constexpr double kRate = 500.0;
   const MachineConfig machine{
       {Structure::two_mass, data::Motion::rotary, 0.032, 0.032, 5.75e4, 120.0, 0.05}, {}, {}, 0.0};
@@ -74,13 +74,13 @@ Experiment linear(excitation::ExcitationConfig excitation) {
   return {ClosedLoop(std::move(drive),
                      {Controller::create(published_pi(), kRate).value(), MotionProfile::create({}).value(),
                       split_delay(0.004, kRate), VelocitySource::sensor, 0.0, 0.0, 1.0, 1.0 / kRate}),
-          excitation::Excitation::create(excitation, kRate).value(), MeasurementNoise(measurement, kRate, 1),
+          online::Excitation::create(excitation, kRate).value(), MeasurementNoise(measurement, kRate, 1),
           bare};
 }
 
 Experiment linear_chirp() {
-  excitation::ExcitationConfig e;
-  e.kind = excitation::Kind::chirp;
+  online::ExcitationConfig e;
+  e.kind = online::Kind::chirp;
   e.from_hz = 35.0;
   e.to_hz = 1.5;
   e.duration_s = 17.0;
@@ -89,8 +89,8 @@ Experiment linear_chirp() {
 }
 
 Experiment linear_prbs() {
-  excitation::ExcitationConfig e;
-  e.kind = excitation::Kind::prbs;
+  online::ExcitationConfig e;
+  e.kind = online::Kind::prbs;
   e.register_length = 17;
   return linear(e);
 }
@@ -118,8 +118,8 @@ Experiment tooth_belt(MotionConfig motion, DryFriction driven) {
   controller.position_gain = 5.0;
   controller.velocity_feedforward = 1.0;
   controller.torque_limit = 10.0;
-  excitation::ExcitationConfig e;
-  e.kind = excitation::Kind::prbs;
+  online::ExcitationConfig e;
+  e.kind = online::Kind::prbs;
   e.register_length = 10;
   MeasurementConfig measurement;
   measurement.noise_rms = 0.02;
@@ -129,7 +129,7 @@ Experiment tooth_belt(MotionConfig motion, DryFriction driven) {
                      {Controller::create(controller, kRate).value(), MotionProfile::create(motion).value(),
                       split_delay(0.0005, kRate), VelocitySource::encoder, kTwoPi / 8192.0, 0.0, 1.0 / 0.0199,
                       1.0 / kRate}),
-          excitation::Excitation::create(e, kRate).value(), MeasurementNoise(measurement, kRate, 1), bare};
+          online::Excitation::create(e, kRate).value(), MeasurementNoise(measurement, kRate, 1), bare};
 }
 
 /// The cart goes to and fro over its stroke: friction turns twice in a journey.

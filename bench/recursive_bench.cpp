@@ -7,15 +7,15 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
-#include <resonid/recursive/arx.hpp>
-#include <resonid/recursive/closed_loop_output_error.hpp>
-#include <resonid/recursive/modes.hpp>
-#include <resonid/recursive/output_error.hpp>
-#include <resonid/recursive/rls.hpp>
-#include <resonid/recursive/symmetric_covariance.hpp>
+#include <resonid/online/models/arx.hpp>
+#include <resonid/online/models/closed_loop_output_error.hpp>
+#include <resonid/online/models/modes.hpp>
+#include <resonid/online/models/output_error.hpp>
+#include <resonid/online/models/rls.hpp>
+#include <resonid/online/models/symmetric_covariance.hpp>
 #include <vector>
 
-namespace resonid::recursive {
+namespace resonid::online {
 namespace {
 
 constexpr std::size_t kSamples = 4096;
@@ -214,4 +214,4 @@ void rls_endurance(benchmark::State& state) {
 BENCHMARK(rls_endurance)->Iterations(1)->Unit(benchmark::kSecond);
 
 }  // namespace
-}  // namespace resonid::recursive
+}  // namespace resonid::online

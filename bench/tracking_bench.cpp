@@ -5,13 +5,13 @@
 #include <array>
 #include <cmath>
 #include <resonid/base/constants.hpp>
-#include <resonid/tracking/chirp_tracker.hpp>
-#include <resonid/tracking/kalman_bank.hpp>
-#include <resonid/tracking/response_tracker.hpp>
-#include <resonid/tracking/sliding_dft.hpp>
+#include <resonid/online/lines/chirp_tracker.hpp>
+#include <resonid/online/lines/kalman_bank.hpp>
+#include <resonid/online/lines/response_tracker.hpp>
+#include <resonid/online/lines/sliding_dft.hpp>
 #include <vector>
 
-namespace resonid::tracking {
+namespace resonid::online {
 namespace {
 
 constexpr std::size_t kSamples = 4096;
@@ -176,4 +176,4 @@ void response_tracker(benchmark::State& state) {
 BENCHMARK(response_tracker)->Arg(8)->Arg(21);
 
 }  // namespace
-}  // namespace resonid::tracking
+}  // namespace resonid::online

@@ -4,11 +4,11 @@
 #include <array>
 #include <cstdlib>
 #include <iostream>
-#include <resonid/excitation/metrics.hpp>
-#include <resonid/excitation/multisine.hpp>
+#include <resonid/online/excitation/metrics.hpp>
+#include <resonid/online/excitation/multisine.hpp>
 
-using resonid::excitation::Multisine;
-using resonid::excitation::MultisineConfig;
+using resonid::online::Multisine;
+using resonid::online::MultisineConfig;
 
 int main() {
   std::array<double, 21> lines_hz{};
@@ -31,7 +31,7 @@ int main() {
   std::array<double, 400> torque{};
   for (double& sample : torque) sample = multisine->step();
 
-  const auto metrics = resonid::excitation::measure(torque);
+  const auto metrics = resonid::online::measure(torque);
   std::cout << "period " << multisine->period_samples() << " samples, rms " << metrics.rms
             << " Nm, crest factor " << metrics.crest_factor << "\n";
 

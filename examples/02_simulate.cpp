@@ -17,7 +17,7 @@ int main() {
   experiment.controller.kind = plant::ControllerKind::pi;
   experiment.controller.gain = 1.036;
   experiment.controller.integral_time_s = 0.147;
-  experiment.excitation.kind = resonid::excitation::Kind::chirp;
+  experiment.excitation.kind = resonid::online::Kind::chirp;
   experiment.excitation.from_hz = 35.0;
   experiment.excitation.to_hz = 1.5;
   experiment.excitation.duration_s = 17.0;

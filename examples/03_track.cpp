@@ -4,12 +4,12 @@
 #include <array>
 #include <cstdlib>
 #include <iostream>
+#include <resonid/online/lines/kalman_bank.hpp>
+#include <resonid/online/lines/response_tracker.hpp>
 #include <resonid/plant/experiment.hpp>
-#include <resonid/tracking/kalman_bank.hpp>
-#include <resonid/tracking/response_tracker.hpp>
 
 namespace plant = resonid::plant;
-namespace tracking = resonid::tracking;
+namespace online = resonid::online;
 
 plant::ExperimentConfig published_experiment(std::span<const double> lines_hz) {
   plant::ExperimentConfig experiment;
@@ -21,7 +21,7 @@ plant::ExperimentConfig published_experiment(std::span<const double> lines_hz) {
   experiment.controller.kind = plant::ControllerKind::pi;
   experiment.controller.gain = 1.036;
   experiment.controller.integral_time_s = 0.147;
-  experiment.excitation.kind = resonid::excitation::Kind::multisine;
+  experiment.excitation.kind = resonid::online::Kind::multisine;
   experiment.excitation.lines_hz.assign(lines_hz);
   experiment.measurement.delay_s = 0.004;
   experiment.measurement.noise_rms = 0.1;
@@ -36,15 +36,15 @@ int main() {
   if (!simulation) return EXIT_FAILURE;
   const resonid::data::Record& record = simulation->record;
 
-  tracking::KalmanBankConfig config;
+  online::KalmanBankConfig config;
   config.sample_rate_hz = record.sample_rate_hz;
   config.frequency_hz = lines_hz;
   config.lambda = 400.0;  // larger is quieter and slower
-  const auto bank = tracking::KalmanBank<double, 8>::create(config);
+  const auto bank = online::KalmanBank<double, 8>::create(config);
   if (!bank) return EXIT_FAILURE;
-  tracking::ResponseTrackerConfig response;
+  online::ResponseTrackerConfig response;
   response.known_delay_s = 0.004;
-  auto tracker = tracking::ResponseTracker<tracking::KalmanBank<double, 8>>::create(*bank, response);
+  auto tracker = online::ResponseTracker<online::KalmanBank<double, 8>>::create(*bank, response);
   if (!tracker) return EXIT_FAILURE;
 
   // This loop is what runs in the drive: excitation, torque and velocity of the newest sample.

@@ -21,7 +21,7 @@ plant::ExperimentConfig published_experiment() {
   experiment.controller.kind = plant::ControllerKind::pi;
   experiment.controller.gain = 1.036;
   experiment.controller.integral_time_s = 0.147;
-  experiment.excitation.kind = resonid::excitation::Kind::chirp;
+  experiment.excitation.kind = resonid::online::Kind::chirp;
   experiment.excitation.from_hz = 35.0;
   experiment.excitation.to_hz = 1.5;
   experiment.excitation.duration_s = 17.0;
@@ -45,7 +45,7 @@ int main() {
 
   const auto result = identification::identify(record, options);
   if (!result) {
-    std::cerr << result.error().option << ": " << result.error().message << "\n";
+    std::cerr << result.error().field << ": " << result.error().requirement << "\n";
     return EXIT_FAILURE;
   }
 

@@ -4,11 +4,11 @@
 // the host falls back to the gain that works.
 #include <cstdlib>
 #include <iostream>
-#include <resonid/excitation/guarded_excitation.hpp>
-#include <resonid/excitation/prbs.hpp>
+#include <resonid/online/excitation/guarded_excitation.hpp>
+#include <resonid/online/excitation/prbs.hpp>
 #include <resonid/plant/closed_loop.hpp>
 
-namespace excitation = resonid::excitation;
+namespace online = resonid::online;
 namespace plant = resonid::plant;
 
 constexpr double kRateHz = 1000.0;
@@ -23,7 +23,7 @@ plant::Controller controller(double gain) {
 }
 
 /// Runs the machine for ten seconds at this gain; returns what stopped the injection.
-excitation::StopReport<double> run(double gain, double& largest_velocity) {
+online::StopReport<double> run(double gain, double& largest_velocity) {
   plant::MachineConfig machine;
   machine.drive.driven_inertia = 0.032;
   machine.drive.load_inertia = 0.032;
@@ -35,8 +35,8 @@ excitation::StopReport<double> run(double gain, double& largest_velocity) {
   sensor.settle(drive->motions().front());
   auto law = controller(gain);
 
-  auto prbs = excitation::Prbs::create({.sample_rate_hz = kRateHz, .amplitude = 2.0}).value();
-  excitation::GuardedExcitationConfig config;
+  auto prbs = online::Prbs::create({.sample_rate_hz = kRateHz, .amplitude = 2.0}).value();
+  online::GuardedExcitationConfig config;
   config.sample_rate_hz = kRateHz;
   config.amplitude = 2.0;
   config.duration_s = 9.0;
@@ -50,7 +50,7 @@ excitation::StopReport<double> run(double gain, double& largest_velocity) {
   config.oscillation_window_s = 0.1;
   config.oscillation_least = 0.2;
   config.oscillation_expected = 0.3;
-  auto guard = excitation::GuardedExcitation<double>::create(config).value();
+  auto guard = online::GuardedExcitation<double>::create(config).value();
 
   bool fell_back = false;
   largest_velocity = 0.0;
@@ -78,8 +78,8 @@ int main() {
               << static_cast<double>(report.sample) / kRateHz << " s (" << report.value << " against "
               << report.limit << "); largest velocity " << largest_velocity << " rad/s\n";
     right = right && largest_velocity < 20.0 &&
-            report.reason == (gain == kWorkingGain ? excitation::StopReason::finished
-                                                   : excitation::StopReason::oscillation);
+            report.reason ==
+                (gain == kWorkingGain ? online::StopReason::finished : online::StopReason::oscillation);
   }
   return right ? EXIT_SUCCESS : EXIT_FAILURE;
 }

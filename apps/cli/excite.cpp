@@ -7,7 +7,7 @@
 #include <iterator>
 #include <memory>
 #include <nlohmann/json.hpp>
-#include <resonid/excitation/excitation.hpp>
+#include <resonid/online/excitation/excitation.hpp>
 #include <resonid/planning/crest_factor.hpp>
 
 #include "errors.hpp"
@@ -18,11 +18,11 @@
 namespace resonid::cli {
 namespace {
 
-using excitation::Excitation;
-using excitation::Kind;
+using online::Excitation;
+using online::Kind;
 
 struct ExciteOptions {
-  excitation::ExcitationConfig config;
+  online::ExcitationConfig config;
   double sample_rate_hz = 0.0;
   std::uint64_t periods = 1;
   std::uint64_t realisations = 0;  // 0: not asked for
@@ -54,11 +54,11 @@ class ExciteVisitor {
  private:
   void add_phases() {
     std::vector<std::string_view> names;
-    for (const auto name : excitation::enum_names(excitation::Phases{})) names.push_back(name);
+    for (const auto name : online::enum_names(online::Phases{})) names.push_back(name);
     names.push_back("optimised");
     const auto assign = [&o = options_](std::size_t i) {
-      o.optimised = i == static_cast<std::size_t>(excitation::Phases::given) + 1;
-      o.config.phases = o.optimised ? excitation::Phases::given : static_cast<excitation::Phases>(i);
+      o.optimised = i == static_cast<std::size_t>(online::Phases::given) + 1;
+      o.config.phases = o.optimised ? online::Phases::given : static_cast<online::Phases>(i);
     };
     add_choice(app_, "--phases", names, assign,
                "schroeder, random, zero, given (by --phase-list), or optimised: the smallest crest factor")
@@ -94,9 +94,9 @@ void optimise(const CLI::App& verb, ExciteOptions& o) {
 
 /// What leave_out leaves, and the rest for the report.
 void leave_out_lines(const CLI::App& verb, ExciteOptions& o) {
-  excitation::ExcitationConfig bare = o.config;  // phases come later where they are optimised
-  if (o.optimised) bare.phases = excitation::Phases::schroeder;
-  auto kept = excitation::with_kept_lines(bare, o.sample_rate_hz);
+  online::ExcitationConfig bare = o.config;  // phases come later where they are optimised
+  if (o.optimised) bare.phases = online::Phases::schroeder;
+  auto kept = online::with_kept_lines(bare, o.sample_rate_hz);
   if (!kept) refuse_option(verb, kept.error());
   const auto all = o.config.lines_hz.hz();
   const auto stay = kept->lines_hz.hz();
@@ -109,7 +109,7 @@ void check_realisations(const CLI::App& verb, const ExciteOptions& o) {
   const auto& c = o.config;
   if (verb.count("--realisations") > 0 && c.periods_per_realisation == 0)
     throw UsageError("--realisations: --periods-per-realisation P is required with it, P >= 3");
-  if (c.periods_per_realisation > 0 && c.phases != excitation::Phases::random)
+  if (c.periods_per_realisation > 0 && c.phases != online::Phases::random)
     throw UsageError("--periods-per-realisation: new phases are drawn at random; required --phases random");
 }
 
@@ -159,14 +159,12 @@ std::string multisine_text(const ExciteOptions& o, std::size_t period, std::size
 
 nlohmann::json lines_json(const Excitation& excitation) {
   nlohmann::json json = nlohmann::json::object();
-  if (const auto* multisine =
-          std::get_if<excitation::Multisine<excitation::kMaxLines>>(&excitation.generator()))
+  if (const auto* multisine = std::get_if<online::Multisine<online::kMaxLines>>(&excitation.generator()))
     for (std::size_t i = 0; i < multisine->lines(); ++i) {
       json["lines_hz"].push_back(multisine->frequency_hz(i));
       json["phases_rad"].push_back(multisine->phase_rad(i));
     }
-  if (const auto* stepped =
-          std::get_if<excitation::SteppedSine<excitation::kMaxLines>>(&excitation.generator()))
+  if (const auto* stepped = std::get_if<online::SteppedSine<online::kMaxLines>>(&excitation.generator()))
     for (std::size_t i = 0; i < stepped->lines(); ++i) json["lines_hz"].push_back(stepped->frequency_hz(i));
   return json;
 }
@@ -187,7 +185,7 @@ void run_excite(const CLI::App& verb, ExciteOptions& o) {
   std::vector<double> time(samples.size());
   for (std::size_t k = 0; k < time.size(); ++k) time[k] = static_cast<double>(k) / o.sample_rate_hz;
 
-  const auto metrics = excitation::measure(samples);
+  const auto metrics = online::measure(samples);
   const auto band = excitation->band();
   const double duration = static_cast<double>(samples.size()) / o.sample_rate_hz;
   if (!o.out.empty()) write_output(o.out, csv_text({{"time_s", time}, {"excitation", samples}}));

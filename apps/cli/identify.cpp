@@ -51,7 +51,7 @@ void identify_one(const CLI::App& verb, IdentifyOptions& o) {
   o.method.options.jobs = o.jobs;
   o.method.options.progress = [&progress](std::string_view stage) { progress.stage(stage); };
   auto result = identification::identify(record, o.method.options);
-  if (!result) throw UsageError("--" + result.error().option + ": " + result.error().message);
+  if (!result) throw UsageError("--" + result.error().field.str() + ": " + result.error().requirement.str());
   validate_elsewhere(verb, o, *result);
   progress.stage("writing");
   if (!o.response.empty()) write_response(o.response, *result);
@@ -69,7 +69,7 @@ void run_identify(const CLI::App& verb, IdentifyOptions& o) {
   check(verb, o.method);
   if (o.join)
     if (const auto joinable = identification::check_join(o.method.options); !joinable)
-      throw UsageError("--" + joinable.error().option + ": " + joinable.error().message);
+      throw UsageError("--" + joinable.error().field.str() + ": " + joinable.error().requirement.str());
   if (!o.validate_on.empty() && o.method.options.model == identification::ModelChoice::none)
     throw UsageError("--validate-on: simulates the model; required --model other than none");
   const auto files = expanded(o.records);

@@ -22,7 +22,6 @@ namespace {
 
 namespace fs = std::filesystem;
 using identification::BatchEntry;
-using identification::Refusal;
 
 bool is_record(const fs::path& file) {
   std::string extension = file.extension().string();
@@ -37,8 +36,8 @@ bool pools_realisations(const IdentifyOptions& o) {
 }
 
 /// Reads a file and the options that go with it, on any thread.
-expected<identification::BatchJob, Refusal> load(const CLI::App& verb, const IdentifyOptions& o,
-                                                 const std::string& file) {
+expected<identification::BatchJob, Error> load(const CLI::App& verb, const IdentifyOptions& o,
+                                               const std::string& file) {
   try {
     RecordOptions options = o.record;
     options.record = file;
@@ -50,7 +49,7 @@ expected<identification::BatchJob, Refusal> load(const CLI::App& verb, const Ide
     if (pools_realisations(o)) job.options.method = identification::Method::automatic;
     return job;
   } catch (const std::exception& error) {
-    return tl::unexpected(Refusal{"", error.what()});
+    return tl::unexpected(Error{"", std::string(error.what())});
   }
 }
 
@@ -81,7 +80,7 @@ void join(const CLI::App& verb, const IdentifyOptions& o, const std::vector<std:
     progress.stage(fmt::format("joining, {}", stage));
   };
   auto joint = identification::join(records, results, *options);
-  if (!joint) throw UsageError("--" + joint.error().option + ": " + joint.error().message);
+  if (!joint) throw UsageError("--" + joint.error().field.str() + ": " + joint.error().requirement.str());
   result.joint = std::move(*joint);
 }
 
@@ -157,11 +156,11 @@ std::vector<std::string> expanded(const std::vector<std::string>& arguments) {
 void validate_elsewhere(const CLI::App& verb, const IdentifyOptions& o, identification::Result& result) {
   if (o.validate_on.empty() || !(result.model || result.black_box)) return;
   auto job = load(verb, o, o.validate_on);
-  if (!job) throw InputError("--validate-on: " + job.error().message);
+  if (!job) throw InputError("--validate-on: " + job.error().requirement.str());
   const auto done = identification::validate_on(job->record, job->options, result);
   if (!done)
-    throw UsageError("--validate-on: " + o.validate_on + ": " + done.error().option + " " +
-                     done.error().message);
+    throw UsageError("--validate-on: " + o.validate_on + ": " + done.error().field.str() + " " +
+                     done.error().requirement.str());
 }
 
 void identify_many(const CLI::App& verb, const IdentifyOptions& o, const std::vector<std::string>& files) {

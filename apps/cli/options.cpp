@@ -123,22 +123,22 @@ std::string option_unit(std::string_view field) {
   return unit == nullptr ? "X" : std::string(unit->placeholder);
 }
 
-void OptionVisitor::add_field_lines(const std::string& name, excitation::LineList& target,
+void OptionVisitor::add_field_lines(const std::string& name, online::LineList& target,
                                     const std::string& doc) {
   const auto assign = [name, &target](std::span<const double> hz) {
     if (!target.assign(hz))
-      refuse_text(name, fmt::format("{} lines", hz.size()), fmt::format("at most {}", excitation::kMaxLines));
+      refuse_text(name, fmt::format("{} lines", hz.size()), fmt::format("at most {}", online::kMaxLines));
   };
   add_lines(app_, name, assign, doc);
 }
 
-void refuse_option(const CLI::App& app, const ConfigError& error) {
+void refuse_option(const CLI::App& app, const Error& error) {
   const std::string name = option_name(error.field);
   const CLI::Option* option = app.get_option_no_throw(name);
   if (option != nullptr && option->count() == 0)
-    throw UsageError(fmt::format("{} is required: it {}", name, error.requirement));
+    throw UsageError(fmt::format("{} is required: it {}", name, error.requirement.view()));
   const std::string found = std::isnan(error.value) ? std::string() : fmt::format("found {}, ", error.value);
-  throw UsageError(fmt::format("{}: {}{}", name, found, error.requirement));
+  throw UsageError(fmt::format("{}: {}{}", name, found, error.requirement.view()));
 }
 
 }  // namespace resonid::cli

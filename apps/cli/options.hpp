@@ -7,7 +7,7 @@
 #include <functional>
 #include <optional>
 #include <resonid/base/expected.hpp>
-#include <resonid/excitation/excitation.hpp>
+#include <resonid/online/excitation/excitation.hpp>
 #include <span>
 #include <string>
 #include <string_view>
@@ -69,11 +69,11 @@ class OptionVisitor {
   }
 
  private:
-  void add_field_lines(const std::string& name, excitation::LineList& target, const std::string& doc);
+  void add_field_lines(const std::string& name, online::LineList& target, const std::string& doc);
   CLI::App& app_;
 };
 
 /// Throws the UsageError for a refused configuration field, in the words of the command line.
-[[noreturn]] void refuse_option(const CLI::App& app, const ConfigError& error);
+[[noreturn]] void refuse_option(const CLI::App& app, const Error& error);
 
 }  // namespace resonid::cli

@@ -234,7 +234,7 @@ void write_results(const planning::Plan& plan, const PlanOptions& o) {
 }
 
 /// ConfigErrors of the plan in the words of the command line.
-[[noreturn]] void refuse_plan(const CLI::App& verb, const ConfigError& error) {
+[[noreturn]] void refuse_plan(const CLI::App& verb, const Error& error) {
   for (const auto name : fit::kParameterNames)
     if (error.field == name)
       throw UsageError(fmt::format("--parameters: {}: found {:g}, {}", name, error.value, error.requirement));

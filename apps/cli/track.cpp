@@ -153,7 +153,7 @@ void run_track(const CLI::App& verb, TrackVerbOptions& o) {
     o.track.on_row = [&](std::span<const double> values) { writer->row(values); };
   }
   const auto track = identification::track(record, o.track);
-  if (!track) throw UsageError("--" + track.error().option + ": " + track.error().message);
+  if (!track) throw UsageError("--" + track.error().field.str() + ": " + track.error().requirement.str());
   progress.stage("writing");
   if (writer) writer->finish();
   if (!o.report.empty()) write_output(o.report, report::document_page(report::track_document(*track)));

@@ -70,8 +70,8 @@ void run_validate(const CLI::App& verb, ValidateVerb& o) {
   progress.stage("simulating");
   const auto v = identification::validate(record, candidate, {o.method.options, o.max_lag, o.fit_band_hz});
   if (!v)
-    throw UsageError((v.error().option == "MODEL" ? o.model : "--" + v.error().option) + ": " +
-                     v.error().message);
+    throw UsageError((v.error().field == "MODEL" ? o.model : "--" + v.error().field.str()) + ": " +
+                     v.error().requirement.str());
   if (!o.residual.empty()) write_output(o.residual, residual_csv(*v, record));
   if (!o.report.empty()) {
     auto page = report::document(*v, record);

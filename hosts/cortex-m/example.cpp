@@ -4,13 +4,13 @@
 #include <array>
 #include <complex>
 #include <new>
-#include <resonid/excitation/prbs.hpp>
-#include <resonid/tracking/line_bank.hpp>
+#include <resonid/online/excitation/prbs.hpp>
+#include <resonid/online/lines/line_bank.hpp>
 
 namespace {
 
-using Bank = resonid::tracking::LineBank<float, 8>;
-using Prbs = resonid::excitation::Prbs;
+using Bank = resonid::online::LineBank<float, 8>;
+using Prbs = resonid::online::Prbs;
 
 constexpr double kSampleRateHz = 2000.0;
 constexpr double kPeriodSamples =
@@ -48,7 +48,7 @@ int program() {
     lines_hz[i] = static_cast<double>(i + 1) * kSampleRateHz / kPeriodSamples;
   const auto excitation =
       Prbs::create({.sample_rate_hz = kSampleRateHz, .amplitude = 0.5, .register_length = 7});
-  resonid::tracking::LineBankConfig config;
+  resonid::online::LineBankConfig config;
   config.bank = {.sample_rate_hz = kSampleRateHz, .frequency_hz = lines_hz, .lambda = 500.0};
   const auto bank = Bank::create(config);
   if (!excitation || !bank) return 1;  // error().field and error().requirement say why

@@ -6,7 +6,7 @@
 #include <numbers>
 #include <resonid/base/approach.hpp>
 #include <resonid/base/constants.hpp>
-#include <resonid/recursive/modes.hpp>
+#include <resonid/online/models/modes.hpp>
 #include <span>
 
 namespace resonid::linuxcnc {
@@ -20,7 +20,7 @@ constexpr double kMostDamping = 0.9;        // of what is called a resonance
 
 }  // namespace
 
-expected<Axis, ConfigError> Axis::create(const resonid_axis_shape& shape) {
+expected<Axis, Error> Axis::create(const resonid_axis_shape& shape) {
   if (!(shape.period_s > 0.0)) return refuse("period", "must be > 0", shape.period_s);
   if (shape.lines < 3 || shape.lines > RESONID_MAX_LINES)
     return refuse("lines", "must be 3 to 40 of them", shape.lines);
@@ -39,20 +39,20 @@ expected<Axis, ConfigError> Axis::create(const resonid_axis_shape& shape) {
   const double states = static_cast<double>(lines + 1);
   if (!(memory_samples > states))
     return refuse("memory", "must be longer than a period per line", shape.memory_s);
-  const auto bank = tracking::KalmanBank<double, kMaxLines>::create(
+  const auto bank = online::KalmanBank<double, kMaxLines>::create(
       {.sample_rate_hz = rate_hz, .frequency_hz = hz, .lambda = 0.5 * memory_samples - states});
-  if (!bank) return unexpected<ConfigError>(bank.error());
-  if (!bank->settled(0) && bank->settling_samples(0) == tracking::kNeverSettles)
+  if (!bank) return unexpected<Error>(bank.error());
+  if (!bank->settled(0) && bank->settling_samples(0) == online::kNeverSettles)
     return refuse("memory", "is too long for trackers to settle", shape.memory_s);
   const auto tracker = Tracker::create(*bank, {});
-  if (!tracker) return unexpected<ConfigError>(tracker.error());
+  if (!tracker) return unexpected<Error>(tracker.error());
   const auto fit = Fit::create({.sample_rate_hz = rate_hz,
                                 .frequency_hz = hz,
                                 .memory_steps = std::max(4.0 * static_cast<double>(lines), memory_samples),
                                 .correlated_steps = memory_samples});
-  if (!fit) return unexpected<ConfigError>(fit.error());
+  if (!fit) return unexpected<Error>(fit.error());
   const auto generator = Generator::create(hz, rate_hz);
-  if (!generator) return unexpected<ConfigError>(generator.error());
+  if (!generator) return unexpected<Error>(generator.error());
   return Axis(shape, *tracker, *fit, *generator);
 }
 
@@ -93,7 +93,7 @@ double Axis::excite(const resonid_axis_settings& settings, const resonid_axis_sa
     forget();
   }
   const bool tripped = guard_ && guard_->tripped();
-  const bool ramping_out = active() && guard_->reason() != excitation::StopReason::none;
+  const bool ramping_out = active() && guard_->reason() != online::StopReason::none;
   if (enable && !was_enabled_ && !active() && !tripped) start(settings);
   if (!enable && guard_) guard_->stop();
   // Enabled again while it still ramps out: that waits for the end of the ramp.
@@ -218,7 +218,7 @@ Axis::Complex Axis::pid(const resonid_axis_settings& settings, double frequency_
 void Axis::take_modes() noexcept {
   if (results_.settled == 0 || !fit_.ready()) return;
   const auto covariance = fit_.covariance();
-  const recursive::SampledModes<3> modes(fit_.model(), 1.0 / shape_.period_s);
+  const online::SampledModes<3> modes(fit_.model(), 1.0 / shape_.period_s);
   const auto poles = modes.resonances(covariance);
   const auto zeros = modes.antiresonances(covariance);
   const auto take = [](const auto& found, double& hz, double& std_hz, double& damping) {

@@ -8,11 +8,11 @@
 #include <limits>
 #include <optional>
 #include <resonid/base/expected.hpp>
-#include <resonid/diagnostics/running_margins.hpp>
-#include <resonid/excitation/guarded_excitation.hpp>
-#include <resonid/recursive/recursive_response_fit.hpp>
-#include <resonid/tracking/kalman_bank.hpp>
-#include <resonid/tracking/response_tracker.hpp>
+#include <resonid/online/excitation/guarded_excitation.hpp>
+#include <resonid/online/lines/kalman_bank.hpp>
+#include <resonid/online/lines/response_tracker.hpp>
+#include <resonid/online/models/recursive_response_fit.hpp>
+#include <resonid/online/supervision/running_margins.hpp>
 #include <type_traits>
 
 #include "core.h"
@@ -33,7 +33,7 @@ inline constexpr std::size_t kMaxLines = RESONID_MAX_LINES;
 /// come the modes and then the verdict, so that a turn takes lines + 2 periods. Trivially copyable, no heap.
 class Axis {
  public:
-  static expected<Axis, ConfigError> create(const resonid_axis_shape& shape);
+  static expected<Axis, Error> create(const resonid_axis_shape& shape);
 
   [[nodiscard]] double excite(const resonid_axis_settings& settings,
                               const resonid_axis_sample& sample) noexcept;
@@ -42,9 +42,9 @@ class Axis {
 
  private:
   using Complex = std::complex<double>;
-  using Tracker = tracking::ResponseTracker<tracking::KalmanBank<double, kMaxLines>>;
-  using Guard = excitation::GuardedExcitation<double>;
-  using Fit = recursive::RecursiveResponseFit<double, 3, kMaxLines>;
+  using Tracker = online::ResponseTracker<online::KalmanBank<double, kMaxLines>>;
+  using Guard = online::GuardedExcitation<double>;
+  using Fit = online::RecursiveResponseFit<double, 3, kMaxLines>;
   struct Line {
     Complex response, loop;  // response: delay included
     double std = std::numeric_limits<double>::infinity();
@@ -74,7 +74,7 @@ class Axis {
   std::size_t settling_samples_ = 0;
 
   resonid_axis_results results_{};
-  diagnostics::MarginScan<double> scan_{};
+  online::MarginScan<double> scan_{};
   double last_std_ = 0.0, phase_margin_std_ = 0.0, modulus_margin_std_ = 0.0;
   double coherence_sum_ = 0.0;
   double excitation_ = 0.0;

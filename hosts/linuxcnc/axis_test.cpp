@@ -94,7 +94,7 @@ TEST(LinuxcncAxis, KeepsWhatItFoundAfterEnableHasFallen) {
   const double resonance_hz = a.results().resonance_hz;
   machine.run(a, settings(), 1.0, false);
   EXPECT_EQ(a.results().running, 0);
-  EXPECT_EQ(a.results().stop_reason, static_cast<int>(excitation::StopReason::requested));
+  EXPECT_EQ(a.results().stop_reason, static_cast<int>(online::StopReason::requested));
   EXPECT_EQ(a.results().trust_reason, RESONID_TRUSTED);
   EXPECT_NEAR(a.results().resonance_hz, resonance_hz, 0.01);
   machine.run(a, settings(), 0.1);
@@ -156,7 +156,7 @@ TEST(LinuxcncAxis, StopsBeforeTheEndOfTravel) {
   EXPECT_EQ(a.results().stop_reason, 0);
   while (a.results().running != 0 && machine.position() < 90.0) machine.step(a, s);
   EXPECT_LT(machine.position(), 90.0);
-  EXPECT_EQ(a.results().stop_reason, static_cast<int>(excitation::StopReason::position));
+  EXPECT_EQ(a.results().stop_reason, static_cast<int>(online::StopReason::position));
   machine.step(a, s);
   EXPECT_EQ(a.results().trust_reason, RESONID_STOPPED);
 }

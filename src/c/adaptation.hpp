@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <resonid/recursive/rls.hpp>
+#include <resonid/online/models/rls.hpp>
 
 #include "error.hpp"
 
@@ -9,10 +9,10 @@ namespace resonid::c {
 
 /// What configurations of least squares and of models say about forgetting, in the same fields.
 template <class Config>
-expected<recursive::RecursiveLeastSquaresConfig, ConfigError> adaptation(const Config& c) noexcept {
-  const auto forgetting = enumerator("forgetting", c.forgetting, recursive::Forgetting::directional);
-  if (!forgetting) return unexpected<ConfigError>(forgetting.error());
-  recursive::RecursiveLeastSquaresConfig r;
+expected<online::RecursiveLeastSquaresConfig, Error> adaptation(const Config& c) noexcept {
+  const auto forgetting = enumerator("forgetting", c.forgetting, online::Forgetting::directional);
+  if (!forgetting) return unexpected<Error>(forgetting.error());
+  online::RecursiveLeastSquaresConfig r;
   r.start_variance = c.start_variance;
   r.forgetting = *forgetting;
   r.factor = c.factor;

@@ -4,9 +4,9 @@
 #include <cmath>
 #include <complex>
 #include <resonid/base/constants.hpp>
-#include <resonid/diagnostics/change_detection.hpp>
-#include <resonid/diagnostics/running_margins.hpp>
-#include <resonid/tracking/controller_response.hpp>
+#include <resonid/online/lines/controller_response.hpp>
+#include <resonid/online/supervision/change_detection.hpp>
+#include <resonid/online/supervision/running_margins.hpp>
 
 #include "handle.hpp"
 
@@ -14,10 +14,10 @@ namespace resonid::c {
 namespace {
 
 constexpr std::size_t kMostBlocks = 256;
-using Detector = diagnostics::ChangeDetector<double, kMostBlocks>;
+using Detector = online::ChangeDetector<double, kMostBlocks>;
 
 resonid_change_config change_defaults() noexcept {
-  const diagnostics::ChangeDetectorConfig d;
+  const online::ChangeDetectorConfig d;
   resonid_change_config c{};
   c.statistic = static_cast<std::uint32_t>(d.statistic);
   c.reference = d.reference;
@@ -30,15 +30,14 @@ struct Changes : Variants<RESONID_FAMILY_CHANGE, Detector> {
   using Handle = resonid_change;
 
   static Config defaults_for(const Config*) noexcept { return change_defaults(); }
-  static expected<std::uint32_t, ConfigError> variant(const Config&) noexcept { return 0U; }
+  static expected<std::uint32_t, Error> variant(const Config&) noexcept { return 0U; }
   static std::size_t size(std::uint32_t variant) noexcept { return kSize[variant]; }
-  static expected<void, ConfigError> build(void* memory, std::uint32_t variant, const Config& c) noexcept {
-    const auto statistic =
-        enumerator("statistic", c.statistic, diagnostics::ChangeStatistic::likelihood_ratio);
-    if (!statistic) return unexpected<ConfigError>(statistic.error());
+  static expected<void, Error> build(void* memory, std::uint32_t variant, const Config& c) noexcept {
+    const auto statistic = enumerator("statistic", c.statistic, online::ChangeStatistic::likelihood_ratio);
+    if (!statistic) return unexpected<Error>(statistic.error());
     const auto made = Detector::create({c.sample_rate_hz, c.block_s, c.baseline_s, c.false_alarm_interval_s,
                                         *statistic, c.reference, c.window_blocks});
-    if (!made) return unexpected<ConfigError>(made.error());
+    if (!made) return unexpected<Error>(made.error());
     place(memory, kFamily, variant, *made);
     return {};
   }
@@ -58,7 +57,7 @@ resonid_status resonid_margins(const double* frequency_hz, const resonid_complex
   for (std::size_t i = 0; i < count; ++i)
     if (!(frequency_hz[i] > (i > 0 ? frequency_hz[i - 1] : 0.0)))
       return fail(error, RESONID_ERROR_CONFIG, {"frequency_hz", "must be > 0 and ascend", frequency_hz[i]});
-  resonid::diagnostics::MarginScan<double> scan;
+  resonid::online::MarginScan<double> scan;
   for (std::size_t i = 0; i < count; ++i) scan.step(frequency_hz[i], {loop[i].re, loop[i].im});
   const auto& m = scan.margins();
   resonid_loop_margins found{};
@@ -86,11 +85,11 @@ resonid_status resonid_loop_response(const double* numerator, size_t numerator_c
     return fail(error, RESONID_ERROR_CONFIG, {"sample_rate_hz", "must be > 0", sample_rate_hz});
   if (numerator_count == 0 || denominator_count == 0)
     return fail(error, RESONID_ERROR_CONFIG, {"numerator_count", "must be 1 ... 16, as the denominator's"});
-  auto controller = resonid::tracking::ControllerResponse<1>::create({}, {numerator, numerator_count},
-                                                                     {denominator, denominator_count});
+  auto controller = resonid::online::ControllerResponse<1>::create({}, {numerator, numerator_count},
+                                                                   {denominator, denominator_count});
   if (!controller) {
     constexpr std::string_view kPrefix = "controller_";
-    controller.error().field.remove_prefix(kPrefix.size());
+    controller.error().field = controller.error().field.view().substr(kPrefix.size());
     return fail(error, RESONID_ERROR_CONFIG, controller.error());
   }
   for (std::size_t i = 0; i < count; ++i) {

@@ -23,7 +23,7 @@ void copy_text(char (&to)[Room], std::string_view text) noexcept {
 }
 
 /// Writes the reason where the caller wants it, and returns the status.
-inline resonid_status fail(resonid_error* error, resonid_status status, const ConfigError& reason) noexcept {
+inline resonid_status fail(resonid_error* error, resonid_status status, const Error& reason) noexcept {
   if (error == nullptr || error->struct_size < sizeof error->struct_size) return status;
   resonid_error whole{};
   whole.struct_size = error->struct_size;
@@ -46,7 +46,7 @@ std::span<const T> array(const T* values, std::size_t count) noexcept {
 
 /// An enumerator of C++ that has the number, if there is one.
 template <class Enum>
-expected<Enum, ConfigError> enumerator(std::string_view field, std::uint32_t number, Enum last) noexcept {
+expected<Enum, Error> enumerator(std::string_view field, std::uint32_t number, Enum last) noexcept {
   if (number > static_cast<std::uint32_t>(last))
     return refuse(field, "must be one of its constants", static_cast<double>(number));
   return static_cast<Enum>(number);
@@ -89,7 +89,7 @@ template <class Config>
 resonid_status take(const Config* given, Config& config, resonid_error* error) noexcept {
   if (given == nullptr) return fail_null(error, "config");
   const std::size_t size = given->struct_size;
-  constexpr ConfigError kSize{"struct_size", "must be set by the defaults function"};
+  const Error kSize{"struct_size", "must be set by the defaults function"};
   if (!possible_size<Config>(size)) return fail(error, RESONID_ERROR_SIZE, kSize);
   const std::size_t known = size < sizeof(Config) ? size : sizeof(Config);
   std::memcpy(static_cast<void*>(&config), given, known);

@@ -1,20 +1,20 @@
 // SPDX-License-Identifier: MIT
 #include <resonid/c/excitation.h>
 
-#include <resonid/excitation/chirp.hpp>
-#include <resonid/excitation/multisine.hpp>
-#include <resonid/excitation/prbs.hpp>
-#include <resonid/excitation/stepped_sine.hpp>
+#include <resonid/online/excitation/chirp.hpp>
+#include <resonid/online/excitation/multisine.hpp>
+#include <resonid/online/excitation/prbs.hpp>
+#include <resonid/online/excitation/stepped_sine.hpp>
 
 #include "handle.hpp"
 
 namespace resonid::c {
 namespace {
 
-using excitation::Chirp;
-using excitation::Prbs;
-using Multisine = excitation::Multisine<RESONID_EXCITATION_MAX_LINES>;
-using SteppedSine = excitation::SteppedSine<RESONID_EXCITATION_MAX_LINES>;
+using online::Chirp;
+using online::Prbs;
+using Multisine = online::Multisine<RESONID_EXCITATION_MAX_LINES>;
+using SteppedSine = online::SteppedSine<RESONID_EXCITATION_MAX_LINES>;
 
 resonid_excitation_config excitation_defaults(std::uint32_t kind) noexcept {
   resonid_excitation_config c{};
@@ -26,8 +26,8 @@ resonid_excitation_config excitation_defaults(std::uint32_t kind) noexcept {
   c.phases = RESONID_PHASES_SCHROEDER;
   c.sweep = RESONID_SWEEP_LINEAR;
   c.seed = 1;
-  c.first_phase_rad = excitation::kSchroederStart;
-  const excitation::SteppedSineConfig stepped;
+  c.first_phase_rad = online::kSchroederStart;
+  const online::SteppedSineConfig stepped;
   c.settle_periods = stepped.settle_periods;
   c.measure_periods = stepped.measure_periods;
   return c;
@@ -40,12 +40,12 @@ struct Excitations : Variants<RESONID_FAMILY_EXCITATION, Prbs, Multisine, Chirp,
   static Config defaults_for(const Config* given) noexcept {
     return excitation_defaults(second_field(given));
   }
-  static expected<std::uint32_t, ConfigError> variant(const Config& c) noexcept {
+  static expected<std::uint32_t, Error> variant(const Config& c) noexcept {
     if (c.kind >= kCount) return refuse("kind", "must be one of its constants", c.kind);
     return c.kind;
   }
   static std::size_t size(std::uint32_t variant) noexcept { return kSize[variant]; }
-  static expected<void, ConfigError> build(void* memory, std::uint32_t kind, const Config& c) noexcept {
+  static expected<void, Error> build(void* memory, std::uint32_t kind, const Config& c) noexcept {
     switch (kind) {
       case RESONID_PRBS:
         return put(
@@ -64,23 +64,23 @@ struct Excitations : Variants<RESONID_FAMILY_EXCITATION, Prbs, Multisine, Chirp,
 
  private:
   template <class T>
-  static expected<void, ConfigError> put(void* memory, std::uint32_t kind,
-                                         const expected<T, ConfigError>& made) noexcept {
-    if (!made) return unexpected<ConfigError>(made.error());
+  static expected<void, Error> put(void* memory, std::uint32_t kind,
+                                   const expected<T, Error>& made) noexcept {
+    if (!made) return unexpected<Error>(made.error());
     place(memory, kFamily, kind, *made);
     return {};
   }
-  static expected<void, ConfigError> chirp(void* memory, const Config& c) noexcept {
-    const auto sweep = enumerator("sweep", c.sweep, excitation::Sweep::logarithmic);
-    if (!sweep) return unexpected<ConfigError>(sweep.error());
+  static expected<void, Error> chirp(void* memory, const Config& c) noexcept {
+    const auto sweep = enumerator("sweep", c.sweep, online::Sweep::logarithmic);
+    if (!sweep) return unexpected<Error>(sweep.error());
     return put(memory, RESONID_CHIRP,
                Chirp::create({c.sample_rate_hz, c.amplitude, c.from_hz, c.to_hz, c.duration_s, *sweep,
                               c.repeat != 0, c.phase_rad}));
   }
-  static expected<void, ConfigError> multisine(void* memory, const Config& c) noexcept {
-    const auto phases = enumerator("phases", c.phases, excitation::Phases::given);
-    if (!phases) return unexpected<ConfigError>(phases.error());
-    excitation::MultisineConfig m;
+  static expected<void, Error> multisine(void* memory, const Config& c) noexcept {
+    const auto phases = enumerator("phases", c.phases, online::Phases::given);
+    if (!phases) return unexpected<Error>(phases.error());
+    online::MultisineConfig m;
     m.sample_rate_hz = c.sample_rate_hz;
     m.frequency_hz = array(c.lines_hz, c.lines);
     m.amplitude = c.line_amplitudes != nullptr ? array(c.line_amplitudes, c.lines) : array(&c.amplitude, 1);

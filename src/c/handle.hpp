@@ -102,9 +102,9 @@ void place(void* memory, std::uint32_t family, std::uint32_t variant, const T& e
 // A family offers, besides Variants:
 //   using Config, Handle
 //   static Config defaults(kind)
-//   static expected<std::uint32_t, ConfigError> variant(const Config&)
+//   static expected<std::uint32_t, Error> variant(const Config&)
 //   static std::size_t size(variant)
-//   static expected<void, ConfigError> build(void* memory, variant, const Config&)
+//   static expected<void, Error> build(void* memory, variant, const Config&)
 
 /// 0 when there is no such handle.
 template <class Family>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <resonid/c/tracking.h>
 
-#include <resonid/tracking/line_bank.hpp>
+#include <resonid/online/lines/line_bank.hpp>
 
 #include "handle.hpp"
 #include "tracker_config.hpp"
@@ -10,10 +10,10 @@ namespace resonid::c {
 namespace {
 
 template <class Real, std::size_t Channels>
-using Bank = tracking::LineBank<Real, RESONID_LINE_BANK_MAX_LINES, Channels>;
+using Bank = online::LineBank<Real, RESONID_LINE_BANK_MAX_LINES, Channels>;
 
 resonid_line_bank_config line_bank_defaults() noexcept {
-  const tracking::KalmanBankConfig bank;
+  const online::KalmanBankConfig bank;
   resonid_line_bank_config c{};
   c.channels = 2;
   c.offset = bank.offset ? 1 : 0;
@@ -28,16 +28,16 @@ struct LineBanks
   using Handle = resonid_line_bank;
 
   static Config defaults_for(const Config*) noexcept { return line_bank_defaults(); }
-  static expected<std::uint32_t, ConfigError> variant(const Config& c) noexcept {
+  static expected<std::uint32_t, Error> variant(const Config& c) noexcept {
     if (c.precision > RESONID_FLOAT) return refuse("precision", "must be one of its constants", c.precision);
     if (c.channels < 2 || c.channels > 3) return refuse("channels", "must be 2 or 3", c.channels);
     return 2 * c.precision + (c.channels - 2);
   }
   static std::size_t size(std::uint32_t variant) noexcept { return kSize[variant]; }
-  static expected<void, ConfigError> build(void* memory, std::uint32_t variant, const Config& c) noexcept {
-    const auto gain = enumerator("gain", c.gain, tracking::GainRule::placed_poles);
-    if (!gain) return unexpected<ConfigError>(gain.error());
-    tracking::LineBankConfig config;
+  static expected<void, Error> build(void* memory, std::uint32_t variant, const Config& c) noexcept {
+    const auto gain = enumerator("gain", c.gain, online::GainRule::placed_poles);
+    if (!gain) return unexpected<Error>(gain.error());
+    online::LineBankConfig config;
     config.bank = {c.sample_rate_hz, array(c.frequency_hz, c.lines), c.offset != 0, *gain, c.lambda,
                    c.pole_radius};
     config.known_delay_s = c.known_delay_s;
@@ -55,10 +55,10 @@ struct LineBanks
 
  private:
   template <class T>
-  static expected<void, ConfigError> make(void* memory, std::uint32_t variant,
-                                          const tracking::LineBankConfig& config) noexcept {
+  static expected<void, Error> make(void* memory, std::uint32_t variant,
+                                    const online::LineBankConfig& config) noexcept {
     const auto made = T::create(config);
-    if (!made) return unexpected<ConfigError>(made.error());
+    if (!made) return unexpected<Error>(made.error());
     place(memory, kFamily, variant, *made);
     return {};
   }

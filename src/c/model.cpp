@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 #include "model.hpp"
 
-#include <resonid/recursive/closed_loop_output_error.hpp>
-#include <resonid/recursive/instrumental_variables_config.hpp>
-#include <resonid/recursive/output_error.hpp>
+#include <resonid/online/models/closed_loop_output_error.hpp>
+#include <resonid/online/models/instrumental_variables_config.hpp>
+#include <resonid/online/models/output_error.hpp>
 
 namespace resonid::c {
 namespace {
@@ -36,9 +36,9 @@ const ModelOperations* operations(std::uint32_t variant) noexcept {
 }
 
 resonid_model_config model_defaults(std::uint32_t method) noexcept {
-  const recursive::ClosedLoopOutputErrorConfig closed;
-  const recursive::RecursiveLeastSquaresConfig& r = closed.common.adaptation;
-  const recursive::InstrumentalVariablesConfig<3> iv;
+  const online::ClosedLoopOutputErrorConfig closed;
+  const online::RecursiveLeastSquaresConfig& r = closed.common.adaptation;
+  const online::InstrumentalVariablesConfig<3> iv;
   resonid_model_config c{};
   c.method = method;
   c.order = 3;
@@ -65,7 +65,7 @@ struct Models {
   using Handle = resonid_model;
 
   static Config defaults_for(const Config* given) noexcept { return model_defaults(second_field(given)); }
-  static expected<std::uint32_t, ConfigError> variant(const Config& c) noexcept {
+  static expected<std::uint32_t, Error> variant(const Config& c) noexcept {
     if (c.method > RESONID_IV) return refuse("method", "must be one of its constants", c.method);
     const std::uint32_t method_class = class_of(c.method);
     const auto all = table(method_class);
@@ -74,7 +74,7 @@ struct Models {
     return method_class * kOrders + (c.order - all.front().order);
   }
   static std::size_t size(std::uint32_t variant) noexcept { return operations(variant)->size; }
-  static expected<void, ConfigError> build(void* memory, std::uint32_t variant, const Config& c) noexcept {
+  static expected<void, Error> build(void* memory, std::uint32_t variant, const Config& c) noexcept {
     return operations(variant)->build(memory, variant, c);
   }
 

@@ -5,9 +5,9 @@
 
 #include <algorithm>
 #include <limits>
-#include <resonid/recursive/discrete_model.hpp>
-#include <resonid/recursive/modes.hpp>
-#include <resonid/recursive/regression.hpp>
+#include <resonid/online/models/discrete_model.hpp>
+#include <resonid/online/models/modes.hpp>
+#include <resonid/online/models/regression.hpp>
 
 #include "adaptation.hpp"
 #include "handle.hpp"
@@ -19,7 +19,7 @@ namespace resonid::c {
 struct ModelOperations {
   std::uint32_t order;
   std::size_t size;
-  expected<void, ConfigError> (*build)(void* memory, std::uint32_t variant, const resonid_model_config&);
+  expected<void, Error> (*build)(void* memory, std::uint32_t variant, const resonid_model_config&);
   void (*step)(void* handle, double ru, double u, double y);
   void (*miss)(void* handle, std::uint64_t count);
   void (*reset)(void* handle);
@@ -44,20 +44,19 @@ std::span<const ModelOperations> closed_loop_output_error_operations() noexcept;
 std::span<const ModelOperations> instrumental_operations() noexcept;              // from 2
 
 /// Make(config) gives the estimator; the operations follow from the concept DiscreteEstimator.
-template <class Estimator, expected<Estimator, ConfigError> (*Make)(const resonid_model_config&)>
+template <class Estimator, expected<Estimator, Error> (*Make)(const resonid_model_config&)>
 class OperationsOf {
   static constexpr std::size_t kOrder = Estimator::kOrder;
   using Held = HeldModel<Estimator>;
   static Estimator& estimator(void* handle) noexcept { return content<Held>(handle).estimator; }
 
-  static expected<void, ConfigError> build(void* memory, std::uint32_t variant,
-                                           const resonid_model_config& c) {
+  static expected<void, Error> build(void* memory, std::uint32_t variant, const resonid_model_config& c) {
     auto made = Make(c);
     if (!made) {
       constexpr std::string_view kInner = "adaptation.";
-      std::string_view& field = made.error().field;
-      if (field.substr(0, kInner.size()) == kInner) field.remove_prefix(kInner.size());
-      return unexpected<ConfigError>(made.error());
+      Phrase& field = made.error().field;
+      if (field.view().starts_with(kInner)) field = field.view().substr(kInner.size());
+      return unexpected<Error>(made.error());
     }
     place(memory, RESONID_FAMILY_MODEL, variant, Held{*made, c.sample_rate_hz});
     return {};
@@ -78,7 +77,7 @@ class OperationsOf {
   static double lag_samples(void* handle) { return estimator(handle).lag_samples(); }
   static std::size_t modes(void* handle, bool anti, resonid_mode* out, std::size_t room) {
     const Held& held = content<Held>(handle);
-    const recursive::SampledModes<kOrder> sampled(held.estimator.model(), held.sample_rate_hz);
+    const online::SampledModes<kOrder> sampled(held.estimator.model(), held.sample_rate_hz);
     const auto covariance = held.estimator.covariance();
     const auto found = anti ? sampled.antiresonances(covariance) : sampled.resonances(covariance);
     for (std::size_t i = 0; i < std::min(found.count, room); ++i)
@@ -114,11 +113,10 @@ class OperationsOf {
 };
 
 /// The fields that all methods but instrumental variables share.
-inline expected<recursive::ModelEstimatorConfig, ConfigError> common_config(
-    const resonid_model_config& c) noexcept {
+inline expected<online::ModelEstimatorConfig, Error> common_config(const resonid_model_config& c) noexcept {
   const auto adapted = adaptation(c);
-  if (!adapted) return unexpected<ConfigError>(adapted.error());
-  recursive::ModelEstimatorConfig common;
+  if (!adapted) return unexpected<Error>(adapted.error());
+  online::ModelEstimatorConfig common;
   common.sample_rate_hz = c.sample_rate_hz;
   common.delay_samples = c.delay_samples;
   common.start_b = array(c.start_b, c.order);

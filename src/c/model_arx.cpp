@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include <resonid/recursive/arx.hpp>
+#include <resonid/online/models/arx.hpp>
 
 #include "model.hpp"
 
@@ -7,12 +7,12 @@ namespace resonid::c {
 namespace {
 
 template <std::size_t Order>
-using Arx = recursive::Arx<double, Order>;
+using Arx = online::Arx<double, Order>;
 
 template <std::size_t Order>
-expected<Arx<Order>, ConfigError> make(const resonid_model_config& c) {
+expected<Arx<Order>, Error> make(const resonid_model_config& c) {
   const auto common = common_config(c);
-  if (!common) return unexpected<ConfigError>(common.error());
+  if (!common) return unexpected<Error>(common.error());
   return Arx<Order>::create({*common, c.load_torque != 0, c.coulomb != 0});
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include <resonid/recursive/instrumental_variables.hpp>
+#include <resonid/online/models/instrumental_variables.hpp>
 
 #include "model.hpp"
 
@@ -7,15 +7,15 @@ namespace resonid::c {
 namespace {
 
 template <std::size_t Order>
-using InstrumentalVariables = recursive::InstrumentalVariables<double, Order>;
+using InstrumentalVariables = online::InstrumentalVariables<double, Order>;
 
 template <std::size_t Order>
-expected<InstrumentalVariables<Order>, ConfigError> make(const resonid_model_config& c) {
+expected<InstrumentalVariables<Order>, Error> make(const resonid_model_config& c) {
   if (!(c.sample_rate_hz > 0.0) || !std::isfinite(c.sample_rate_hz))
     return refuse("sample_rate_hz", "must be > 0", c.sample_rate_hz);
   if (c.start_b == nullptr) return refuse("start_b", "must be given for the instruments");
   if (c.start_a == nullptr) return refuse("start_a", "must be given for the instruments");
-  recursive::InstrumentalVariablesConfig<Order> config;
+  online::InstrumentalVariablesConfig<Order> config;
   std::copy_n(c.start_b, Order, config.start.b.begin());
   std::copy_n(c.start_a, Order, config.start.a.begin());
   config.controller_numerator = array(c.controller_numerator, c.controller_numerator_count);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include <resonid/recursive/output_error.hpp>
+#include <resonid/online/models/output_error.hpp>
 
 #include "model.hpp"
 
@@ -7,21 +7,21 @@ namespace resonid::c {
 namespace {
 
 template <std::size_t Order>
-using OutputError = recursive::OutputError<double, Order>;
+using OutputError = online::OutputError<double, Order>;
 
 template <std::size_t Order>
-expected<OutputError<Order>, ConfigError> make(const resonid_model_config& c) {
-  constexpr std::uint32_t kMost = recursive::ControllerCoefficients::kMaxOrder + 1;
+expected<OutputError<Order>, Error> make(const resonid_model_config& c) {
+  constexpr std::uint32_t kMost = online::ControllerCoefficients::kMaxOrder + 1;
   if (c.controller_numerator_count > kMost)
     return refuse("controller_numerator_count", "must be at most 5", c.controller_numerator_count);
   if (c.controller_denominator_count > kMost)
     return refuse("controller_denominator_count", "must be at most 5", c.controller_denominator_count);
   const auto common = common_config(c);
-  if (!common) return unexpected<ConfigError>(common.error());
-  recursive::OutputErrorConfig config;
+  if (!common) return unexpected<Error>(common.error());
+  online::OutputErrorConfig config;
   config.common = *common;
-  config.gradient = c.method == RESONID_OE_FILTERED ? recursive::OutputErrorGradient::filtered
-                                                    : recursive::OutputErrorGradient::regressor;
+  config.gradient = c.method == RESONID_OE_FILTERED ? online::OutputErrorGradient::filtered
+                                                    : online::OutputErrorGradient::regressor;
   config.filter_contraction = c.filter_contraction;
   config.largest_pole_radius = c.largest_pole_radius;
   config.load_torque = c.load_torque != 0;

@@ -1,29 +1,29 @@
 // SPDX-License-Identifier: MIT
 #include <resonid/c/physical.h>
 
-#include <resonid/recursive/physical_tracker.hpp>
+#include <resonid/online/models/physical_tracker.hpp>
 
 #include "handle.hpp"
 
-namespace resonid::recursive {
+namespace resonid::online {
 extern template class PhysicalTracker<double>;
 extern template class PhysicalTracker<double, 0>;
-}  // namespace resonid::recursive
+}  // namespace resonid::online
 
 namespace resonid::c {
 namespace {
 
-using Forgetful = recursive::PhysicalTracker<double, 0>;
-using Remembering = recursive::PhysicalTracker<double>;
-using recursive::PhysicalParameter;
+using Forgetful = online::PhysicalTracker<double, 0>;
+using Remembering = online::PhysicalTracker<double>;
+using online::PhysicalParameter;
 static_assert(Remembering::kParameters == RESONID_PHYSICAL_PARAMETERS);
 static_assert(static_cast<int>(PhysicalParameter::coulomb_friction) == RESONID_COULOMB_FRICTION);
 
-resonid_start plain(const recursive::StartingValue& v) noexcept { return {v.value, v.relative_std}; }
-resonid_start_friction plain(const recursive::StartingFriction& v) noexcept { return {v.value, v.std}; }
+resonid_start plain(const online::StartingValue& v) noexcept { return {v.value, v.relative_std}; }
+resonid_start_friction plain(const online::StartingFriction& v) noexcept { return {v.value, v.std}; }
 
 resonid_physical_config physical_defaults() noexcept {
-  const recursive::PhysicalTrackerConfig p;
+  const online::PhysicalTrackerConfig p;
   resonid_physical_config c{};
   c.replay = 1;
   c.driven_inertia = plain(p.driven_inertia);
@@ -50,18 +50,16 @@ struct Physicals : Variants<RESONID_FAMILY_PHYSICAL, Forgetful, Remembering> {
   using Handle = resonid_physical;
 
   static Config defaults_for(const Config*) noexcept { return physical_defaults(); }
-  static expected<std::uint32_t, ConfigError> variant(const Config& c) noexcept {
+  static expected<std::uint32_t, Error> variant(const Config& c) noexcept {
     return c.replay != 0 && c.replay_speed != 0 ? 1U : 0U;
   }
   static std::size_t size(std::uint32_t variant) noexcept { return kSize[variant]; }
-  static expected<void, ConfigError> build(void* memory, std::uint32_t variant, const Config& c) noexcept {
-    const auto start = [](const resonid_start& s) {
-      return recursive::StartingValue{s.value, s.relative_std};
-    };
+  static expected<void, Error> build(void* memory, std::uint32_t variant, const Config& c) noexcept {
+    const auto start = [](const resonid_start& s) { return online::StartingValue{s.value, s.relative_std}; };
     const auto friction = [](const resonid_start_friction& s) {
-      return recursive::StartingFriction{s.value, s.std};
+      return online::StartingFriction{s.value, s.std};
     };
-    recursive::PhysicalTrackerConfig p;
+    online::PhysicalTrackerConfig p;
     p.sample_rate_hz = c.sample_rate_hz;
     p.delay_s = c.delay_s;
     p.driven_inertia = start(c.driven_inertia);
@@ -85,10 +83,10 @@ struct Physicals : Variants<RESONID_FAMILY_PHYSICAL, Forgetful, Remembering> {
 
  private:
   template <class T>
-  static expected<void, ConfigError> make(void* memory, std::uint32_t variant,
-                                          const recursive::PhysicalTrackerConfig& config) noexcept {
+  static expected<void, Error> make(void* memory, std::uint32_t variant,
+                                    const online::PhysicalTrackerConfig& config) noexcept {
     const auto made = T::create(config);
-    if (!made) return unexpected<ConfigError>(made.error());
+    if (!made) return unexpected<Error>(made.error());
     place(memory, kFamily, variant, *made);
     return {};
   }
@@ -98,7 +96,7 @@ struct Physicals : Variants<RESONID_FAMILY_PHYSICAL, Forgetful, Remembering> {
 }  // namespace resonid::c
 
 using resonid::c::Physicals;
-using resonid::recursive::PhysicalParameter;
+using resonid::online::PhysicalParameter;
 
 resonid_status resonid_physical_defaults(resonid_physical_config* config, size_t struct_size) noexcept {
   return resonid::c::give_defaults(resonid::c::physical_defaults(), config, struct_size);

@@ -2,7 +2,7 @@
 #include <resonid/c/response.h>
 
 #include <array>
-#include <resonid/tracking/response_tracker.hpp>
+#include <resonid/online/lines/response_tracker.hpp>
 
 #include "handle.hpp"
 #include "tracker_config.hpp"
@@ -10,7 +10,7 @@
 namespace resonid::c {
 namespace {
 
-using tracking::ResponseTracker;
+using online::ResponseTracker;
 
 struct Responses : Variants<RESONID_FAMILY_RESPONSE, ResponseTracker<KalmanBank>, ResponseTracker<ShortDft>,
                             ResponseTracker<LongDft>, ResponseTracker<ChirpTracker>> {
@@ -18,19 +18,19 @@ struct Responses : Variants<RESONID_FAMILY_RESPONSE, ResponseTracker<KalmanBank>
   using Handle = resonid_response;
 
   static Config defaults_for(const Config*) noexcept { return {}; }
-  static expected<std::uint32_t, ConfigError> variant(const Config& c) noexcept {
+  static expected<std::uint32_t, Error> variant(const Config& c) noexcept {
     return tracker_of(c).and_then(tracker_type).map([](TrackerType type) {
       return static_cast<std::uint32_t>(type);
     });
   }
   static std::size_t size(std::uint32_t variant) noexcept { return kSize[variant]; }
-  static expected<void, ConfigError> build(void* memory, std::uint32_t variant, const Config& c) noexcept {
+  static expected<void, Error> build(void* memory, std::uint32_t variant, const Config& c) noexcept {
     if (c.controller_lines > RESONID_TRACKER_MAX_LINES)
       return refuse("controller_lines", "must be at most RESONID_TRACKER_MAX_LINES", c.controller_lines);
     std::array<std::complex<double>, RESONID_TRACKER_MAX_LINES> at_line;
     const auto given = array(c.controller_at_line, c.controller_lines);
     for (std::size_t i = 0; i < given.size(); ++i) at_line[i] = {given[i].re, given[i].im};
-    tracking::ResponseTrackerConfig config;
+    online::ResponseTrackerConfig config;
     config.known_delay_s = c.known_delay_s;
     config.controller_at_line = std::span(at_line).first(given.size());
     config.controller_numerator = array(c.controller_numerator, c.controller_numerator_count);
@@ -38,17 +38,17 @@ struct Responses : Variants<RESONID_FAMILY_RESPONSE, ResponseTracker<KalmanBank>
     config.noise_memory_samples = c.noise_memory_samples;
     const auto tracker = tracker_of(c);
     return with_tracker(static_cast<TrackerType>(variant), *tracker,
-                        [&](const auto& pattern) -> expected<void, ConfigError> {
+                        [&](const auto& pattern) -> expected<void, Error> {
                           using Tracker = std::remove_cvref_t<decltype(pattern)>;
                           const auto made = ResponseTracker<Tracker>::create(pattern, config);
-                          if (!made) return unexpected<ConfigError>(made.error());
+                          if (!made) return unexpected<Error>(made.error());
                           place(memory, kFamily, variant, *made);
                           return {};
                         });
   }
 
  private:
-  static expected<resonid_tracker_config, ConfigError> tracker_of(const Config& c) noexcept {
+  static expected<resonid_tracker_config, Error> tracker_of(const Config& c) noexcept {
     if (c.tracker == nullptr) return refuse("tracker", "must not be NULL");
     resonid_tracker_config config = tracker_defaults(second_field(c.tracker));
     if (take(c.tracker, config, nullptr) != RESONID_OK)

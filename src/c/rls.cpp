@@ -2,7 +2,7 @@
 #include <resonid/c/rls.h>
 
 #include <array>
-#include <resonid/recursive/rls.hpp>
+#include <resonid/online/models/rls.hpp>
 #include <utility>
 
 #include "adaptation.hpp"
@@ -18,8 +18,8 @@ template <class Numbers>
 struct RlsVariants;
 template <std::size_t... I>
 struct RlsVariants<std::index_sequence<I...>> {
-  using Type = Variants<RESONID_FAMILY_RLS, recursive::RecursiveLeastSquares<double, I + 1>...,
-                        recursive::RecursiveLeastSquares<float, I + 1>...>;
+  using Type = Variants<RESONID_FAMILY_RLS, online::RecursiveLeastSquares<double, I + 1>...,
+                        online::RecursiveLeastSquares<float, I + 1>...>;
 };
 
 struct Rlss : RlsVariants<std::make_index_sequence<kMost>>::Type {
@@ -27,7 +27,7 @@ struct Rlss : RlsVariants<std::make_index_sequence<kMost>>::Type {
   using Handle = resonid_rls;
 
   static Config defaults() noexcept {
-    const recursive::RecursiveLeastSquaresConfig r;
+    const online::RecursiveLeastSquaresConfig r;
     resonid_rls_config c{};
     c.forgetting = static_cast<std::uint32_t>(r.forgetting);
     c.start_variance = r.start_variance;
@@ -39,19 +39,19 @@ struct Rlss : RlsVariants<std::make_index_sequence<kMost>>::Type {
     return c;
   }
   static Config defaults_for(const Config*) noexcept { return defaults(); }
-  static expected<std::uint32_t, ConfigError> variant(const Config& c) noexcept {
+  static expected<std::uint32_t, Error> variant(const Config& c) noexcept {
     if (c.precision > RESONID_FLOAT) return refuse("precision", "must be one of its constants", c.precision);
     if (c.parameters < 1 || c.parameters > kMost)
       return refuse("parameters", "must be 1 ... RESONID_RLS_MAX_PARAMETERS", c.parameters);
     return static_cast<std::uint32_t>(c.precision * kMost + c.parameters - 1);
   }
   static std::size_t size(std::uint32_t variant) noexcept { return kSize[variant]; }
-  static expected<void, ConfigError> build(void* memory, std::uint32_t variant, const Config& c) noexcept {
+  static expected<void, Error> build(void* memory, std::uint32_t variant, const Config& c) noexcept {
     std::array<bool, kMost> held{};
     const auto given = array(c.held, c.parameters);
     for (std::size_t i = 0; i < given.size(); ++i) held[i] = given[i] != 0;
     auto config = adaptation(c);
-    if (!config) return unexpected<ConfigError>(config.error());
+    if (!config) return unexpected<Error>(config.error());
     config->start = array(c.start, c.parameters);
     config->scale = array(c.scale, c.parameters);
     config->held = std::span(held).first(given.size());
@@ -59,22 +59,21 @@ struct Rlss : RlsVariants<std::make_index_sequence<kMost>>::Type {
   }
 
  private:
-  using Make = expected<void, ConfigError> (*)(void*, std::uint32_t,
-                                               const recursive::RecursiveLeastSquaresConfig&);
+  using Make = expected<void, Error> (*)(void*, std::uint32_t, const online::RecursiveLeastSquaresConfig&);
   template <class T>
-  static expected<void, ConfigError> make(void* memory, std::uint32_t variant,
-                                          const recursive::RecursiveLeastSquaresConfig& config) noexcept {
+  static expected<void, Error> make(void* memory, std::uint32_t variant,
+                                    const online::RecursiveLeastSquaresConfig& config) noexcept {
     const auto made = T::create(config);
-    if (!made) return unexpected<ConfigError>(made.error());
+    if (!made) return unexpected<Error>(made.error());
     place(memory, kFamily, variant, *made);
     return {};
   }
   template <std::size_t... I>
-  static expected<void, ConfigError> build(void* memory, std::uint32_t variant,
-                                           const recursive::RecursiveLeastSquaresConfig& config,
-                                           std::index_sequence<I...>) noexcept {
-    static constexpr Make kMake[] = {&make<recursive::RecursiveLeastSquares<double, I + 1>>...,
-                                     &make<recursive::RecursiveLeastSquares<float, I + 1>>...};
+  static expected<void, Error> build(void* memory, std::uint32_t variant,
+                                     const online::RecursiveLeastSquaresConfig& config,
+                                     std::index_sequence<I...>) noexcept {
+    static constexpr Make kMake[] = {&make<online::RecursiveLeastSquares<double, I + 1>>...,
+                                     &make<online::RecursiveLeastSquares<float, I + 1>>...};
     return kMake[variant](memory, variant, config);
   }
 };

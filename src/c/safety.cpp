@@ -1,17 +1,17 @@
 // SPDX-License-Identifier: MIT
 #include <resonid/c/safety.h>
 
-#include <resonid/excitation/guarded_excitation.hpp>
-#include <resonid/tracking/encoder.hpp>
+#include <resonid/online/excitation/guarded_excitation.hpp>
+#include <resonid/online/lines/encoder.hpp>
 
 #include "handle.hpp"
 
 namespace resonid::c {
 namespace {
 
-using Guard = excitation::GuardedExcitation<double>;
-using Encoder = tracking::EncoderVelocity<double>;
-using excitation::StopReason;
+using Guard = online::GuardedExcitation<double>;
+using Encoder = online::EncoderVelocity<double>;
+using online::StopReason;
 static_assert(static_cast<int>(StopReason::watchdog_silent) == RESONID_STOP_WATCHDOG_SILENT);
 static_assert(static_cast<int>(StopReason::torque) == RESONID_STOP_TORQUE);
 static_assert(static_cast<int>(StopReason::signal_lost) == RESONID_STOP_SIGNAL_LOST);
@@ -50,25 +50,25 @@ struct Guards : Variants<RESONID_FAMILY_GUARD, Guard> {
 
   static Config defaults() noexcept {
     Config c{};
-    const excitation::GuardedExcitationConfig g;
+    const online::GuardedExcitationConfig g;
     for_each_number(c, g, [](double& to, const double& from) { to = from; });
     c.torque_is_total = g.torque_is_total ? 1 : 0;
     c.oscillation_signal = static_cast<std::uint32_t>(g.oscillation_signal);
     return c;
   }
   static Config defaults_for(const Config*) noexcept { return defaults(); }
-  static expected<std::uint32_t, ConfigError> variant(const Config&) noexcept { return 0U; }
+  static expected<std::uint32_t, Error> variant(const Config&) noexcept { return 0U; }
   static std::size_t size(std::uint32_t variant) noexcept { return kSize[variant]; }
-  static expected<void, ConfigError> build(void* memory, std::uint32_t variant, const Config& c) noexcept {
+  static expected<void, Error> build(void* memory, std::uint32_t variant, const Config& c) noexcept {
     const auto signal =
-        enumerator("oscillation_signal", c.oscillation_signal, excitation::OscillationSignal::torque);
-    if (!signal) return unexpected<ConfigError>(signal.error());
-    excitation::GuardedExcitationConfig g;
+        enumerator("oscillation_signal", c.oscillation_signal, online::OscillationSignal::torque);
+    if (!signal) return unexpected<Error>(signal.error());
+    online::GuardedExcitationConfig g;
     for_each_number(c, g, [](const double& from, double& to) { to = from; });
     g.torque_is_total = c.torque_is_total != 0;
     g.oscillation_signal = *signal;
     const auto made = Guard::create(g);
-    if (!made) return unexpected<ConfigError>(made.error());
+    if (!made) return unexpected<Error>(made.error());
     place(memory, kFamily, variant, *made);
     return {};
   }
@@ -79,7 +79,7 @@ struct Encoders : Variants<RESONID_FAMILY_ENCODER, Encoder> {
   using Handle = resonid_encoder;
 
   static Config defaults() noexcept {
-    const tracking::EncoderConfig e;
+    const online::EncoderConfig e;
     Config c{};
     c.kind = static_cast<std::uint32_t>(e.kind);
     c.travel_per_turn = e.travel_per_turn;
@@ -87,12 +87,12 @@ struct Encoders : Variants<RESONID_FAMILY_ENCODER, Encoder> {
     return c;
   }
   static Config defaults_for(const Config*) noexcept { return defaults(); }
-  static expected<std::uint32_t, ConfigError> variant(const Config&) noexcept { return 0U; }
+  static expected<std::uint32_t, Error> variant(const Config&) noexcept { return 0U; }
   static std::size_t size(std::uint32_t variant) noexcept { return kSize[variant]; }
-  static expected<void, ConfigError> build(void* memory, std::uint32_t variant, const Config& c) noexcept {
-    const auto kind = enumerator("kind", c.kind, tracking::EncoderKind::absolute_turn);
-    if (!kind) return unexpected<ConfigError>(kind.error());
-    tracking::EncoderConfig e;
+  static expected<void, Error> build(void* memory, std::uint32_t variant, const Config& c) noexcept {
+    const auto kind = enumerator("kind", c.kind, online::EncoderKind::absolute_turn);
+    if (!kind) return unexpected<Error>(kind.error());
+    online::EncoderConfig e;
     e.sample_rate_hz = c.sample_rate_hz;
     e.kind = *kind;
     e.bits = c.bits;
@@ -101,7 +101,7 @@ struct Encoders : Variants<RESONID_FAMILY_ENCODER, Encoder> {
     e.reversed = c.reversed != 0;
     e.largest_velocity = c.largest_velocity;
     const auto made = Encoder::create(e);
-    if (!made) return unexpected<ConfigError>(made.error());
+    if (!made) return unexpected<Error>(made.error());
     place(memory, kFamily, variant, *made);
     return {};
   }
@@ -173,7 +173,7 @@ resonid_status resonid_guard_get_info(const resonid_guard* handle, resonid_guard
 }
 const char* resonid_stop_reason_string(uint32_t reason) noexcept {
   if (reason > RESONID_STOP_WATCHDOG_SILENT) return "unknown";
-  return to_words(static_cast<resonid::excitation::StopReason>(reason)).data();  // of literals
+  return to_words(static_cast<resonid::online::StopReason>(reason)).data();  // of literals
 }
 
 resonid_status resonid_encoder_defaults(resonid_encoder_config* config, size_t struct_size) noexcept {

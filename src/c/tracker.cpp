@@ -6,7 +6,7 @@
 
 namespace resonid::c {
 
-expected<TrackerType, ConfigError> tracker_type(const resonid_tracker_config& c) noexcept {
+expected<TrackerType, Error> tracker_type(const resonid_tracker_config& c) noexcept {
   switch (c.kind) {
     case RESONID_KALMAN_BANK:
       return TrackerType::kalman_bank;
@@ -20,8 +20,8 @@ expected<TrackerType, ConfigError> tracker_type(const resonid_tracker_config& c)
 }
 
 resonid_tracker_config tracker_defaults(std::uint32_t kind) noexcept {
-  const tracking::KalmanBankConfig bank;
-  const tracking::ChirpTrackerConfig chirp;
+  const online::KalmanBankConfig bank;
+  const online::ChirpTrackerConfig chirp;
   const bool follows = kind == RESONID_CHIRP_TRACKER;
   resonid_tracker_config c{};
   c.kind = kind;
@@ -32,9 +32,9 @@ resonid_tracker_config tracker_defaults(std::uint32_t kind) noexcept {
 }
 
 template <>
-expected<KalmanBank, ConfigError> make_tracker(const resonid_tracker_config& c) noexcept {
-  const auto gain = enumerator("gain", c.gain, tracking::GainRule::placed_poles);
-  if (!gain) return unexpected<ConfigError>(gain.error());
+expected<KalmanBank, Error> make_tracker(const resonid_tracker_config& c) noexcept {
+  const auto gain = enumerator("gain", c.gain, online::GainRule::placed_poles);
+  if (!gain) return unexpected<Error>(gain.error());
   return KalmanBank::create(
       {c.sample_rate_hz, array(c.frequency_hz, c.lines), c.offset != 0, *gain, c.lambda, c.pole_radius});
 }
@@ -42,28 +42,28 @@ expected<KalmanBank, ConfigError> make_tracker(const resonid_tracker_config& c) 
 namespace {
 
 template <class Dft>
-expected<Dft, ConfigError> make_dft(const resonid_tracker_config& c) noexcept {
-  const auto window = enumerator("window", c.window, tracking::DftWindow::hann);
-  if (!window) return unexpected<ConfigError>(window.error());
+expected<Dft, Error> make_dft(const resonid_tracker_config& c) noexcept {
+  const auto window = enumerator("window", c.window, online::DftWindow::hann);
+  if (!window) return unexpected<Error>(window.error());
   return Dft::create({c.sample_rate_hz, c.window_samples, array(c.frequency_hz, c.lines), *window});
 }
 
 }  // namespace
 
 template <>
-expected<ShortDft, ConfigError> make_tracker(const resonid_tracker_config& c) noexcept {
+expected<ShortDft, Error> make_tracker(const resonid_tracker_config& c) noexcept {
   return make_dft<ShortDft>(c);
 }
 template <>
-expected<LongDft, ConfigError> make_tracker(const resonid_tracker_config& c) noexcept {
+expected<LongDft, Error> make_tracker(const resonid_tracker_config& c) noexcept {
   return make_dft<LongDft>(c);
 }
 template <>
-expected<ChirpTracker, ConfigError> make_tracker(const resonid_tracker_config& c) noexcept {
-  const auto gain = enumerator("gain", c.gain, tracking::GainRule::placed_poles);
-  if (!gain) return unexpected<ConfigError>(gain.error());
-  const auto sweep = enumerator("sweep", c.sweep, tracking::Sweep::logarithmic);
-  if (!sweep) return unexpected<ConfigError>(sweep.error());
+expected<ChirpTracker, Error> make_tracker(const resonid_tracker_config& c) noexcept {
+  const auto gain = enumerator("gain", c.gain, online::GainRule::placed_poles);
+  if (!gain) return unexpected<Error>(gain.error());
+  const auto sweep = enumerator("sweep", c.sweep, online::Sweep::logarithmic);
+  if (!sweep) return unexpected<Error>(sweep.error());
   return ChirpTracker::create({c.sample_rate_hz, c.from_hz, c.to_hz, c.duration_s, *sweep, c.offset != 0,
                                *gain, c.lambda, c.pole_radius});
 }
@@ -75,14 +75,14 @@ struct Trackers : Variants<RESONID_FAMILY_TRACKER, KalmanBank, ShortDft, LongDft
   using Handle = resonid_tracker;
 
   static Config defaults_for(const Config* given) noexcept { return tracker_defaults(second_field(given)); }
-  static expected<std::uint32_t, ConfigError> variant(const Config& c) noexcept {
+  static expected<std::uint32_t, Error> variant(const Config& c) noexcept {
     return tracker_type(c).map([](TrackerType type) { return static_cast<std::uint32_t>(type); });
   }
   static std::size_t size(std::uint32_t variant) noexcept { return kSize[variant]; }
-  static expected<void, ConfigError> build(void* memory, std::uint32_t variant, const Config& c) noexcept {
+  static expected<void, Error> build(void* memory, std::uint32_t variant, const Config& c) noexcept {
     return with_tracker(static_cast<TrackerType>(variant), c, [&](const auto& made) {
       place(memory, kFamily, variant, made);
-      return expected<void, ConfigError>{};
+      return expected<void, Error>{};
     });
   }
 };

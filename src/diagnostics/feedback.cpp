@@ -108,7 +108,7 @@ std::complex<double> Feedback::direct_bias(double frequency_hz) const {
   return cross / power * output / forward - 1.0;
 }
 
-expected<Feedback, ConfigError> find_feedback(const data::Record& record, double known_delay_s) {
+expected<Feedback, Error> find_feedback(const data::Record& record, double known_delay_s) {
   constexpr std::size_t kMost = 100000, kOrder = 40, kPerCoefficient = 10;
   const double delay = known_delay_s * record.sample_rate_hz;
   const std::size_t order = kOrder + static_cast<std::size_t>(std::max(0.0, std::ceil(delay)));

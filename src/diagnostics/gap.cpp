@@ -186,8 +186,7 @@ GapCurve gap_curve(const data::FrequencyResponse& first, const data::FrequencyRe
   return curve;
 }
 
-expected<NuGap, ConfigError> nu_gap(const data::TransferFunction& first,
-                                    const data::TransferFunction& second) {
+expected<NuGap, Error> nu_gap(const data::TransferFunction& first, const data::TransferFunction& second) {
   for (const auto* side : {&first, &second}) {
     if (side->numerator.empty()) return refuse("numerator", "must not be empty");
     if (side->denominator.empty() || side->denominator[0] == 0.0)

@@ -232,7 +232,7 @@ class Fitter {
 
 }  // namespace
 
-expected<BlackBoxFit, ConfigError> fit_black_box(const data::Record& record, const BlackBoxConfig& asked) {
+expected<BlackBoxFit, Error> fit_black_box(const data::Record& record, const BlackBoxConfig& asked) {
   BlackBoxConfig config = asked;
   if (config.predictor == Predictor::joint && !(config.direct_term && config.delay_samples == 0))
     if (auto shown = estimate_controller(record)) {
@@ -246,9 +246,9 @@ expected<BlackBoxFit, ConfigError> fit_black_box(const data::Record& record, con
   return fit;
 }
 
-expected<std::vector<double>, ConfigError> simulation_residual(const data::Record& record,
-                                                               const BlackBoxModel& model,
-                                                               const BlackBoxConfig& config) {
+expected<std::vector<double>, Error> simulation_residual(const data::Record& record,
+                                                         const BlackBoxModel& model,
+                                                         const BlackBoxConfig& config) {
   const auto& r = model.realisation;
   BlackBoxConfig same = config;
   same.initial.reset();

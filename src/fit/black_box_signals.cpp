@@ -47,29 +47,28 @@ bool varies(const std::vector<double>& x) {
   return std::any_of(x.begin(), x.end(), [&](double v) { return v != x.front(); });
 }
 
-std::optional<ConfigError> error_of(const data::Record& record, const BlackBoxConfig& config) {
+std::optional<Error> error_of(const data::Record& record, const BlackBoxConfig& config) {
   if (config.order < 1 || config.order > 20)
-    return ConfigError{"order", "must be 1 ... 20", static_cast<double>(config.order)};
-  if (!(record.sample_rate_hz > 0.0))
-    return ConfigError{"record", "needs a sample rate", record.sample_rate_hz};
+    return Error{"order", "must be 1 ... 20", static_cast<double>(config.order)};
+  if (!(record.sample_rate_hz > 0.0)) return Error{"record", "needs a sample rate", record.sample_rate_hz};
   const auto samples = record.samples();
   if (samples < 50 + 4 * static_cast<std::size_t>(config.order) + config.delay_samples)
-    return ConfigError{"record", "needs at least 50 + 4 order + delay samples", static_cast<double>(samples)};
+    return Error{"record", "needs at least 50 + 4 order + delay samples", static_cast<double>(samples)};
   if (config.predictor == Predictor::closed_loop) {
     if (!config.controller || config.controller->numerator.empty() ||
         config.controller->denominator.empty() || config.controller->denominator.front() == 0.0)
-      return ConfigError{
+      return Error{
           "controller",
           "is needed by the closed-loop predictor, its denominator beginning with another number than 0"};
     if (config.direct_term && config.delay_samples == 0)
-      return ConfigError{"direct_term", "needs a delay of at least one sample in a loop"};
+      return Error{"direct_term", "needs a delay of at least one sample in a loop"};
   }
   if (config.start.present() && config.start.output.size() > config.order)
-    return ConfigError{"start", "must have at most the model's order"};
+    return Error{"start", "must have at most the model's order"};
   if (config.initial) {
     const auto& given = config.initial->denominator;
     if (given.empty() || given.front() == 0.0 || given.size() > static_cast<std::size_t>(config.order) + 1)
-      return ConfigError{"initial", "must have at most the model's order"};
+      return Error{"initial", "must have at most the model's order"};
   }
   return std::nullopt;
 }
@@ -99,7 +98,7 @@ BlackBoxSignals prepared(const Recorded& raw, const NoiseModel& noise, const Bla
   return s;
 }
 
-expected<Recorded, ConfigError> recorded(const data::Record& record, const BlackBoxConfig& config) {
+expected<Recorded, Error> recorded(const data::Record& record, const BlackBoxConfig& config) {
   if (const auto error = error_of(record, config)) return unexpected(*error);
   const std::size_t n = record.samples();
   Recorded raw{record.input.samples, record.output.samples, {}, {}, {}, {}};

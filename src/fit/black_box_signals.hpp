@@ -15,8 +15,7 @@ struct Recorded {
 };
 
 /// Checks record and configuration, projects the input where the predictor asks for it.
-[[nodiscard]] expected<Recorded, ConfigError> recorded(const data::Record& record,
-                                                       const BlackBoxConfig& config);
+[[nodiscard]] expected<Recorded, Error> recorded(const data::Record& record, const BlackBoxConfig& config);
 
 /// Whitened and aligned so that input[k] and output[k] belong together. Filtering by the noise model commutes
 /// with plant and controller, all being linear.

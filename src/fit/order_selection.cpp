@@ -77,8 +77,8 @@ bool criterion_has_grown(const std::vector<Candidate>& all) {
 }
 
 /// Of the chosen structure, to the whole record. A further delay becomes a parameter.
-expected<BlackBoxFit, ConfigError> whole_fit(const data::Record& record, const Attempt& chosen,
-                                             const BlackBoxConfig& asked, bool further_delay) {
+expected<BlackBoxFit, Error> whole_fit(const data::Record& record, const Attempt& chosen,
+                                       const BlackBoxConfig& asked, bool further_delay) {
   BlackBoxConfig config = asked;
   config.order = chosen.config.order;
   config.delay_samples = chosen.config.delay_samples;
@@ -103,14 +103,13 @@ std::vector<std::pair<std::size_t, std::size_t>> held_back_parts(std::size_t sam
   return parts;
 }
 
-expected<OrderSelection, ConfigError> select_order(const data::Record& record,
-                                                   const OrderSelectionConfig& config) {
+expected<OrderSelection, Error> select_order(const data::Record& record, const OrderSelectionConfig& config) {
   if (config.lowest < 1 || config.highest > 20 || config.lowest > config.highest)
     return refuse("highest", "orders must be 1 ... 20, the lowest first", config.highest);
   const auto parts = held_back_parts(record.samples());
   StructureSearch search(record, config);
   std::vector<Candidate> all;
-  std::optional<ConfigError> why_not;
+  std::optional<Error> why_not;
   for (int order = config.lowest; order <= config.highest && !criterion_has_grown(all); ++order) {
     auto attempt = search.of_order(order);
     if (!attempt && !why_not) why_not = attempt.error();

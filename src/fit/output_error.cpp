@@ -39,7 +39,7 @@ bool reverses(std::span<const double> direction) {
 }
 
 /// What of a record drives the simulation.
-expected<DriveSignals, ConfigError> signals_of(const data::Record& record, const OutputErrorConfig& config) {
+expected<DriveSignals, Error> signals_of(const data::Record& record, const OutputErrorConfig& config) {
   DriveSignals s;
   const std::size_t n = record.samples();
   s.output = record.output.samples;
@@ -57,7 +57,7 @@ expected<DriveSignals, ConfigError> signals_of(const data::Record& record, const
   return s;
 }
 
-expected<void, ConfigError> check(const data::Record& record, const OutputErrorConfig& config) {
+expected<void, Error> check(const data::Record& record, const OutputErrorConfig& config) {
   if (record.samples() < 50)
     return refuse("record", "needs at least 50 samples", static_cast<double>(record.samples()));
   if (record.input.samples.size() != record.samples())
@@ -102,8 +102,8 @@ OutputErrorConfig with_controller(const data::Record& record, const OutputErrorC
   return config;
 }
 
-expected<JointOutputErrorFit, ConfigError> solve(std::span<const data::Record> records,
-                                                 const OutputErrorConfig& asked) {
+expected<JointOutputErrorFit, Error> solve(std::span<const data::Record> records,
+                                           const OutputErrorConfig& asked) {
   const OutputErrorConfig config = with_controller(records.front(), asked);
   std::vector<detail::RecordPart> parts;
   bool both_ways = false;
@@ -173,15 +173,15 @@ void compare(std::span<const data::Record> records, const OutputErrorConfig& con
 
 }  // namespace
 
-expected<OutputErrorFit, ConfigError> fit_output_error(const data::Record& record,
-                                                       const OutputErrorConfig& config) {
+expected<OutputErrorFit, Error> fit_output_error(const data::Record& record,
+                                                 const OutputErrorConfig& config) {
   auto solution = solve(std::span(&record, 1), config);
   if (!solution) return unexpected(solution.error());
   return std::move(solution->records.front());
 }
 
-expected<JointOutputErrorFit, ConfigError> fit_output_error(std::span<const data::Record> records,
-                                                            const OutputErrorConfig& config) {
+expected<JointOutputErrorFit, Error> fit_output_error(std::span<const data::Record> records,
+                                                      const OutputErrorConfig& config) {
   if (records.empty()) return refuse("records", "needs at least one");
   for (const auto& record : records) {
     if (std::abs(record.sample_rate_hz - records[0].sample_rate_hz) > 1e-9 * records[0].sample_rate_hz)

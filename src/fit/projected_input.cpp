@@ -104,7 +104,7 @@ Simulation simulate(std::span<const double> u, const Channels& channels, int ord
 
 }  // namespace
 
-expected<std::vector<double>, ConfigError> projected_input(const data::Record& record) {
+expected<std::vector<double>, Error> projected_input(const data::Record& record) {
   const auto& u = record.input.samples;
   if (u.size() < 200) return refuse("record", "needs at least 200 samples", static_cast<double>(u.size()));
   if (!finite(u)) return refuse("record", "input must be finite");

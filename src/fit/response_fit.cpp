@@ -303,8 +303,8 @@ double ResponseFit::information_for(double lines_per_independent_line) const {
          static_cast<double>(parameters) * std::log(std::max(independent, 2.0));
 }
 
-expected<ResponseFit, ConfigError> fit_response(const data::FrequencyResponse& response,
-                                                const ResponseFitConfig& config) {
+expected<ResponseFit, Error> fit_response(const data::FrequencyResponse& response,
+                                          const ResponseFitConfig& config) {
   if (!(config.sample_time_s > 0.0)) return refuse("sample_time_s", "must be > 0", config.sample_time_s);
   if (!(config.known_delay_s >= 0.0)) return refuse("known_delay_s", "must be >= 0", config.known_delay_s);
   auto lines = response.band(config.low_hz, config.high_hz);

@@ -60,8 +60,8 @@ std::vector<Mode> modes(const std::vector<Complex>& roots, double sample_time_s)
 
 }  // namespace
 
-expected<RationalFit, ConfigError> fit_sanathanan_koerner(const data::FrequencyResponse& g,
-                                                          const SanathananKoernerConfig& config) {
+expected<RationalFit, Error> fit_sanathanan_koerner(const data::FrequencyResponse& g,
+                                                    const SanathananKoernerConfig& config) {
   if (config.order < 1 || config.order > 20) return refuse("order", "must be 1 ... 20", config.order);
   if (config.iterations < 1) return refuse("iterations", "must be at least 1", config.iterations);
   if (!(config.sample_time_s > 0.0)) return refuse("sample_time_s", "must be > 0", config.sample_time_s);

@@ -30,7 +30,7 @@ StructureSearch::StructureSearch(const data::Record& record, const OrderSelectio
   base_.held_back = held_back_parts(record.samples());
 }
 
-expected<Attempt, ConfigError> StructureSearch::attempted(const BlackBoxConfig& config) const {
+expected<Attempt, Error> StructureSearch::attempted(const BlackBoxConfig& config) const {
   auto fit = fit_black_box(record_, config);
   if (!fit) return unexpected(fit.error());
   if (!fit->model.realisation.present()) return refuse("order", "found no model", config.order);
@@ -106,7 +106,7 @@ void StructureSearch::find_delay(Attempt& best) const {
   if (has_further_delay(best) && best.fit.information + kClearly > known.fit.information) best = known;
 }
 
-expected<Attempt, ConfigError> StructureSearch::of_order(int order) {
+expected<Attempt, Error> StructureSearch::of_order(int order) {
   BlackBoxConfig config = base_;
   config.order = order;
   auto best = attempted(config);

@@ -18,11 +18,11 @@ class StructureSearch {
  public:
   StructureSearch(const data::Record& record, const OrderSelectionConfig& config);
 
-  [[nodiscard]] expected<Attempt, ConfigError> of_order(int order);
+  [[nodiscard]] expected<Attempt, Error> of_order(int order);
   [[nodiscard]] bool has_further_delay(const Attempt& attempt) const;
 
  private:
-  [[nodiscard]] expected<Attempt, ConfigError> attempted(const BlackBoxConfig& config) const;
+  [[nodiscard]] expected<Attempt, Error> attempted(const BlackBoxConfig& config) const;
   void try_integrator(Attempt& best) const;
   void try_delay(Attempt& best, std::size_t samples, bool direct) const;
   void find_delay(Attempt& best) const;

@@ -108,20 +108,20 @@ fit::Estimate delay_of(const fit::BlackBoxModel& model) {
   return {(static_cast<double>(model.delay_samples) - 0.5) * ts, kUniform * ts};
 }
 
-expected<BlackBoxSelection, Refusal> select_black_box(const data::Record& record, const Options& options) {
+expected<BlackBoxSelection, Error> select_black_box(const data::Record& record, const Options& options) {
   if (options.approach == Approach::indirect && record.output_quantity != data::OutputQuantity::velocity)
     return tl::unexpected(
-        Refusal{"approach",
-                "indirect with --model black-box needs a recorded velocity, which is what the "
-                "controller is fed; found another output"});
+        Error{"approach",
+              "indirect with --model black-box needs a recorded velocity, which is what the "
+              "controller is fed; found another output"});
   fit::OrderSelectionConfig search;
   search.model = black_box_config(record, options);
   search.further_delay = true;
   if (options.order != 0) search.lowest = search.highest = static_cast<int>(options.order);
   auto selected = fit::select_order(record, search);
   if (!selected)
-    return tl::unexpected(Refusal{
-        "model", fmt::format("black-box: {} {}", selected.error().field, selected.error().requirement)});
+    return tl::unexpected(Error{"model", fmt::format("black-box: {} {}", selected.error().field.view(),
+                                                     selected.error().requirement.view())});
   BlackBoxSelection s;
   auto& fit = selected->fit;
   s.result = {fit.model, fit.fit_percent, fit.converged, fit.stable, {}};

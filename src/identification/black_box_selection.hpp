@@ -30,8 +30,8 @@ struct BlackBoxSelection {
 /// a pole is fixed as an integrator and whether there is a further delay is found from the record. An
 /// approach that was asked for decides on the predictor too; else the recorded input drives it and the noise
 /// is modelled, which is right in open and in closed loop.
-[[nodiscard]] expected<BlackBoxSelection, Refusal> select_black_box(const data::Record& record,
-                                                                    const Options& options);
+[[nodiscard]] expected<BlackBoxSelection, Error> select_black_box(const data::Record& record,
+                                                                  const Options& options);
 
 /// Oscillating poles and zeros of it, undamped, from `low_hz` to `high_hz`.
 [[nodiscard]] std::vector<Resonance> resonances_of(const fit::BlackBoxModel& model, double low_hz,

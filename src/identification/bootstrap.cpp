@@ -13,18 +13,18 @@
 #include <numbers>
 #include <resonid/base/median.hpp>
 #include <resonid/base/quantile.hpp>
-#include <resonid/excitation/splitmix64.hpp>
 #include <resonid/fit/response_fit.hpp>
 #include <resonid/identification/figures.hpp>
+#include <resonid/online/excitation/splitmix64.hpp>
 #include <resonid/plant/white_noise.hpp>
 
 namespace resonid::identification::detail {
 namespace {
 
 std::uint64_t seed_of(std::uint64_t seed, std::size_t replica) {
-  excitation::SplitMix64 mix(seed);
+  online::SplitMix64 mix(seed);
   const std::uint64_t own = mix.next();
-  excitation::SplitMix64 far(own + 0x9e3779b97f4a7c15ULL * (replica + 1));
+  online::SplitMix64 far(own + 0x9e3779b97f4a7c15ULL * (replica + 1));
   return far.next();
 }
 

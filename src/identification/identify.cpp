@@ -69,7 +69,7 @@ void validate_on_lines(const response::LineEstimates& lines, Result& result) {
 
 }  // namespace
 
-expected<Result, Refusal> identify(const data::Record& whole, const Options& options) {
+expected<Result, Error> identify(const data::Record& whole, const Options& options) {
   const auto progress = [&](std::string_view stage) {
     if (options.progress) options.progress(stage);
   };
@@ -80,8 +80,8 @@ expected<Result, Refusal> identify(const data::Record& whole, const Options& opt
   constexpr std::size_t kFewest = 128;
   if (record.samples() < kFewest)
     return tl::unexpected(
-        Refusal{"input", fmt::format("holds {} samples, too few for a response; required at least {}",
-                                     record.samples(), kFewest)});
+        Error{"input", fmt::format("holds {} samples, too few for a response; required at least {}",
+                                   record.samples(), kFewest)});
   auto plan = detail::make_plan(record, options);
   if (!plan) return tl::unexpected(plan.error());
 
@@ -102,9 +102,9 @@ expected<Result, Refusal> identify(const data::Record& whole, const Options& opt
   auto* lines = &measured->lines;
   result.response = std::move(measured->response);
   if (result.response.lines() == 0)
-    return tl::unexpected(Refusal{"input",
-                                  "gives no finite response: the input does not move, or its numbers are too "
-                                  "large to be squared"});
+    return tl::unexpected(Error{"input",
+                                "gives no finite response: the input does not move, or its numbers are too "
+                                "large to be squared"});
   if (plan->low_hz <= 0.0 || plan->method == Method::periodic || plan->method == Method::best_linear) {
     plan->low_hz = result.response.frequency_hz.front();
     plan->high_hz = result.response.frequency_hz.back();
@@ -213,7 +213,7 @@ expected<Result, Refusal> identify(const data::Record& whole, const Options& opt
       result.bootstrap = std::move(bootstrap);
   }
   if (options.method == Method::model && !result.model && !result.black_box)
-    return tl::unexpected(Refusal{"method", "model needs --model other than none, and a fit"});
+    return tl::unexpected(Error{"method", "model needs --model other than none, and a fit"});
   if (options.method == Method::model || takes_model) {
     const auto coherence = result.response.coherence;
     const auto& f = result.response.frequency_hz;

@@ -22,24 +22,24 @@ namespace {
 
 using diagnostics::Severity;
 
-std::optional<Refusal> mismatch(std::span<const data::Record> records, std::span<const Result> results) {
+std::optional<Error> mismatch(std::span<const data::Record> records, std::span<const Result> results) {
   if (records.size() < 2 || records.size() != results.size())
-    return Refusal{"join", fmt::format("found {} record{}, required at least 2", records.size(),
-                                       records.size() == 1 ? "" : "s")};
+    return Error{"join", fmt::format("found {} record{}, required at least 2", records.size(),
+                                     records.size() == 1 ? "" : "s")};
   for (std::size_t i = 1; i < records.size(); ++i)
     for (std::size_t k = 0; k < i; ++k)
       if (records[i].output.samples == records[k].output.samples)
-        return Refusal{"join", fmt::format("{} and {} hold the same samples, which say nothing new; required "
-                                           "repetitions of the experiment",
-                                           records[k].source, records[i].source)};
+        return Error{"join", fmt::format("{} and {} hold the same samples, which say nothing new; required "
+                                         "repetitions of the experiment",
+                                         records[k].source, records[i].source)};
   constexpr double kSameRate = 1e-3;
   const auto& first = records.front();
   for (std::size_t i = 1; i < records.size(); ++i) {
     const auto& other = records[i];
     const auto told = [&](const char* what, const std::string& a, const std::string& b) {
-      return Refusal{"join", fmt::format("{} and {} differ in {}: {} and {}; records of one experiment are "
-                                         "required to be alike in it",
-                                         first.source, other.source, what, a, b)};
+      return Error{"join", fmt::format("{} and {} differ in {}: {} and {}; records of one experiment are "
+                                       "required to be alike in it",
+                                       first.source, other.source, what, a, b)};
     };
     if (std::abs(other.sample_rate_hz - first.sample_rate_hz) > kSameRate * first.sample_rate_hz)
       return told("sample rate", fmt::format("{:g} Hz", first.sample_rate_hz),
@@ -157,12 +157,13 @@ Result frame(std::span<const data::Record> records, std::span<const Result> resu
 
 /// The records as identify works on them, at one sample rate: clocks that were read from time columns differ
 /// by rounding.
-expected<std::vector<detail::Prepared>, Refusal> prepared(std::span<const data::Record> records,
-                                                          const Options& options) {
+expected<std::vector<detail::Prepared>, Error> prepared(std::span<const data::Record> records,
+                                                        const Options& options) {
   std::vector<detail::Prepared> list;
   for (const auto& record : records) {
     auto one = detail::prepare(record, options);
-    if (!one) return tl::unexpected(Refusal{one.error().option, record.source + ": " + one.error().message});
+    if (!one)
+      return tl::unexpected(Error{one.error().field, record.source + ": " + one.error().requirement.str()});
     one->record.sample_rate_hz = records.front().sample_rate_hz;
     list.push_back(std::move(*one));
   }
@@ -289,15 +290,15 @@ void note(Joint& joint, std::span<const Result> results) {
 
 }  // namespace
 
-expected<void, Refusal> check_join(const Options& options) {
+expected<void, Error> check_join(const Options& options) {
   if (options.model != ModelChoice::black_box) return {};
-  return tl::unexpected(Refusal{"join",
-                                "black boxes of several records cannot be joined; required a drive model "
-                                "(--model auto, rigid, two-mass or three-mass) or --model none"});
+  return tl::unexpected(Error{"join",
+                              "black boxes of several records cannot be joined; required a drive model "
+                              "(--model auto, rigid, two-mass or three-mass) or --model none"});
 }
 
-expected<Joint, Refusal> join(std::span<const data::Record> records, std::span<const Result> results,
-                              const Options& options) {
+expected<Joint, Error> join(std::span<const data::Record> records, std::span<const Result> results,
+                            const Options& options) {
   if (auto joinable = check_join(options); !joinable) return tl::unexpected(std::move(joinable.error()));
   if (auto refusal = mismatch(records, results)) return tl::unexpected(std::move(*refusal));
   auto same = prepared(records, options);
@@ -307,7 +308,7 @@ expected<Joint, Refusal> join(std::span<const data::Record> records, std::span<c
   for (const auto& r : results) joint.records.push_back({r.record.file, {}, 0, {}, {}, {}, false, true});
   auto lines = average_of(results, false);
   if (lines.response.lines() == 0)
-    return tl::unexpected(Refusal{"join", "no record's response has error bars; required for an average"});
+    return tl::unexpected(Error{"join", "no record's response has error bars; required for an average"});
   joint.result.response = std::move(lines.response);
   joint.response_degrees = lines.total_degrees;
   if (lines.total_degrees > 0)

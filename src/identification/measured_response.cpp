@@ -5,13 +5,13 @@
 namespace resonid::identification::detail {
 namespace {
 
-expected<MeasuredResponse, Refusal> by_the_plan(const data::Record& record, const Plan& plan,
-                                                const Options& options) {
+expected<MeasuredResponse, Error> by_the_plan(const data::Record& record, const Plan& plan,
+                                              const Options& options) {
   auto measured = measure(record, plan, options);
   if (!measured) return tl::unexpected(measured.error());
   auto response =
       response::plant_response(measured->lines, {plan.approach, options.controller, options.delay_s});
-  if (!response) return tl::unexpected(Refusal{"approach", std::string(response.error().requirement)});
+  if (!response) return tl::unexpected(Error{"approach", std::string(response.error().requirement)});
   return MeasuredResponse{std::move(*measured), std::move(*response)};
 }
 
@@ -25,8 +25,8 @@ double usable(const data::FrequencyResponse& g) {
 
 }  // namespace
 
-expected<MeasuredResponse, Refusal> measure_response(const data::Record& record, Plan& plan,
-                                                     const Options& options, std::vector<Choice>& choices) {
+expected<MeasuredResponse, Error> measure_response(const data::Record& record, Plan& plan,
+                                                   const Options& options, std::vector<Choice>& choices) {
   auto first = by_the_plan(record, plan, options);
   constexpr double kNextToNothing = 0.05, kClearlyMore = 2.0;
   const bool averages = plan.method == Method::periodic || plan.method == Method::welch;

@@ -13,8 +13,8 @@ struct MeasuredResponse : Measured {
 /// By the plan's method. Averages take for noise whatever does not repeat with the excitation, such as a
 /// motion: where they leave next to nothing and the method is not asked for, local polynomials take its
 /// smooth spectrum out, and plan and choice say so.
-[[nodiscard]] expected<MeasuredResponse, Refusal> measure_response(const data::Record& record, Plan& plan,
-                                                                   const Options& options,
-                                                                   std::vector<Choice>& choices);
+[[nodiscard]] expected<MeasuredResponse, Error> measure_response(const data::Record& record, Plan& plan,
+                                                                 const Options& options,
+                                                                 std::vector<Choice>& choices);
 
 }  // namespace resonid::identification::detail

@@ -18,22 +18,21 @@
 namespace resonid::identification::detail {
 namespace {
 
-using Refused = tl::unexpected<Refusal>;
-using Lines = expected<response::LineEstimates, ConfigError>;
+using Refused = tl::unexpected<Error>;
+using Lines = expected<response::LineEstimates, Error>;
 
 Refused refused(std::string option, std::string message) {
-  return Refused(Refusal{std::move(option), std::move(message)});
+  return Refused(Error{std::move(option), std::move(message)});
 }
 
-Refused refused(const ConfigError& error, const char* option) {
-  std::string message = fmt::format("{} {}", error.field, error.requirement);
+Refused refused(const Error& error, const char* option) {
+  std::string message = fmt::format("{} {}", error.field.view(), error.requirement.view());
   if (std::isfinite(error.value)) message += fmt::format(" (found {:.6g})", error.value);
   return refused(option, std::move(message));
 }
 
-expected<response::BestLinearApproximation, ConfigError> best_linear(const data::Record& record,
-                                                                     const Plan& plan,
-                                                                     const Options& options) {
+expected<response::BestLinearApproximation, Error> best_linear(const data::Record& record, const Plan& plan,
+                                                               const Options& options) {
   response::BestLinearConfig config;
   config.period_samples = plan.period_samples;
   config.drop_periods = std::max<std::size_t>(options.drop_periods, 1) - 1;  // one is off already
@@ -121,8 +120,8 @@ Lines swept(const data::Record& record, const Plan& plan, const Options& options
 }
 
 /// Frequencies for a line tracker: those given, else those that the excitation's period shows.
-expected<std::vector<double>, ConfigError> lines_to_track(const data::Record& record, const Plan& plan,
-                                                          const Options& options) {
+expected<std::vector<double>, Error> lines_to_track(const data::Record& record, const Plan& plan,
+                                                    const Options& options) {
   if (!plan.grid_hz.empty()) return plan.grid_hz;
   if (plan.period_samples == 0) return refuse("lines", "must be given: the excitation shows no period");
   const auto found = periodic(record, plan, options);
@@ -219,7 +218,7 @@ const char* option_of(std::string_view field) {
 
 }  // namespace
 
-expected<Measured, Refusal> measure(const data::Record& record, const Plan& plan, const Options& options) {
+expected<Measured, Error> measure(const data::Record& record, const Plan& plan, const Options& options) {
   Measured measured;
   if (plan.method == Method::best_linear) {
     auto found = best_linear(record, plan, options);

@@ -2,9 +2,9 @@
 #pragma once
 
 #include <resonid/identification/identify.hpp>
+#include <resonid/online/lines/sweep.hpp>
 #include <resonid/response/best_linear_approximation.hpp>
 #include <resonid/response/line_estimates.hpp>
-#include <resonid/tracking/sweep.hpp>
 
 namespace resonid::identification::detail {
 
@@ -13,10 +13,10 @@ struct Plan {
   ExcitationType excitation = ExcitationType::other;
   Method method = Method::welch;  ///< Never automatic; for Method::model, how the response is measured first.
   Approach approach = Approach::direct;
-  std::size_t period_samples = 0;           ///< 0: not periodic.
-  std::size_t realisations = 0;             ///< With that period and phases of their own; 0: fewer than two.
-  std::size_t transient_periods = 0;        ///< At the start, left out of the averages.
-  std::optional<tracking::SweepLaw> sweep;  ///< Of a chirp that is known.
+  std::size_t period_samples = 0;         ///< 0: not periodic.
+  std::size_t realisations = 0;           ///< With that period and phases of their own; 0: fewer than two.
+  std::size_t transient_periods = 0;      ///< At the start, left out of the averages.
+  std::optional<online::SweepLaw> sweep;  ///< Of a chirp that is known.
   double low_hz = 0.0;
   double high_hz = 0.0;
   std::vector<double> grid_hz;  ///< Frequencies to report; empty: those of the method.
@@ -24,7 +24,7 @@ struct Plan {
   std::optional<data::TransferFunction> loop_controller;
 };
 
-[[nodiscard]] expected<Plan, Refusal> make_plan(const data::Record& record, const Options& options);
+[[nodiscard]] expected<Plan, Error> make_plan(const data::Record& record, const Options& options);
 
 [[nodiscard]] std::string name_of(Method method);
 [[nodiscard]] std::string name_of(Approach approach);
@@ -49,7 +49,7 @@ struct Measured {
 };
 
 /// By the plan's method.
-[[nodiscard]] expected<Measured, Refusal> measure(const data::Record& record, const Plan& plan,
-                                                  const Options& options);
+[[nodiscard]] expected<Measured, Error> measure(const data::Record& record, const Plan& plan,
+                                                const Options& options);
 
 }  // namespace resonid::identification::detail

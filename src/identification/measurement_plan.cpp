@@ -12,18 +12,18 @@
 namespace resonid::identification::detail {
 namespace {
 
-using Refused = tl::unexpected<Refusal>;
+using Refused = tl::unexpected<Error>;
 
 Refused refused(std::string option, std::string message) {
-  return Refused(Refusal{std::move(option), std::move(message)});
+  return Refused(Error{std::move(option), std::move(message)});
 }
 
 constexpr double kExactly = 1e-3;  // of the range: how near to a level a recorded excitation stays
 
-std::optional<Refusal> check_ranges(const data::Record& record, const Options& o) {
+std::optional<Error> check_ranges(const data::Record& record, const Options& o) {
   const double nyquist = 0.5 * record.sample_rate_hz;
   const auto complain = [](const char* option, std::string message) {
-    return Refusal{option, std::move(message)};
+    return Error{option, std::move(message)};
   };
   if (!(o.delay_s >= 0.0))
     return complain("delay", fmt::format("must be 0 s or more, found {:g}", o.delay_s));
@@ -72,9 +72,9 @@ std::optional<Refusal> check_ranges(const data::Record& record, const Options& o
 }
 
 /// The chirp that was given, else the one that the record shows when its type leaves that open.
-std::optional<tracking::SweepLaw> sweep_of(const data::Record& record, const Options& options) {
+std::optional<online::SweepLaw> sweep_of(const data::Record& record, const Options& options) {
   if (options.chirp)
-    return tracking::SweepLaw{options.chirp->start_hz, options.chirp->stop_hz, options.chirp->duration_s};
+    return online::SweepLaw{options.chirp->start_hz, options.chirp->stop_hz, options.chirp->duration_s};
   const bool open = options.excitation_type == ExcitationType::automatic && options.period_samples == 0;
   if (!open && options.excitation_type != ExcitationType::chirp) return std::nullopt;
   if (response::two_level(data::exciting(record), kExactly)) return std::nullopt;
@@ -135,9 +135,9 @@ std::vector<data::Record> realisations_in(const data::Record& record, std::size_
 namespace {
 
 /// What a method that averages over periods lacks.
-std::optional<Refusal> lacks_periods(const data::Record& record, const Plan& plan) {
+std::optional<Error> lacks_periods(const data::Record& record, const Plan& plan) {
   const auto refusal = [&](const char* why) {
-    return Refusal{"method", fmt::format("{} {}", name_of(plan.method), why)};
+    return Error{"method", fmt::format("{} {}", name_of(plan.method), why)};
   };
   if (plan.method != Method::periodic && plan.method != Method::best_linear) return std::nullopt;
   if (plan.period_samples == 0)
@@ -152,14 +152,14 @@ std::optional<Refusal> lacks_periods(const data::Record& record, const Plan& pla
         "averages over periods of one excitation, and the phases change within this record; take "
         "best-linear, or cut one realisation out by --from and --to");
   if (record.samples() < 2 * plan.period_samples)
-    return Refusal{"method", fmt::format("{} needs two whole periods of {} samples, found {} samples",
-                                         name_of(plan.method), plan.period_samples, record.samples())};
+    return Error{"method", fmt::format("{} needs two whole periods of {} samples, found {} samples",
+                                       name_of(plan.method), plan.period_samples, record.samples())};
   return std::nullopt;
 }
 
 }  // namespace
 
-expected<Plan, Refusal> make_plan(const data::Record& record, const Options& options) {
+expected<Plan, Error> make_plan(const data::Record& record, const Options& options) {
   if (auto complaint = check_ranges(record, options)) return Refused(std::move(*complaint));
   Plan plan;
   plan.approach = options.approach.value_or(record.excitation.present() ? Approach::joint : Approach::direct);

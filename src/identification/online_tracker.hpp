@@ -69,6 +69,6 @@ class OnlineTracker {
   virtual void inspect(std::vector<diagnostics::Finding>&) const {}
 };
 
-using TrackerMade = expected<std::unique_ptr<OnlineTracker>, Refusal>;
+using TrackerMade = expected<std::unique_ptr<OnlineTracker>, Error>;
 
 }  // namespace resonid::identification::detail

@@ -13,8 +13,8 @@
 namespace resonid::identification::detail {
 namespace {
 
-tl::unexpected<Refusal> refused(std::string message) {
-  return tl::unexpected(Refusal{"join", "best-linear: " + std::move(message)});
+tl::unexpected<Error> refused(std::string message) {
+  return tl::unexpected(Error{"join", "best-linear: " + std::move(message)});
 }
 
 struct Parts {
@@ -22,7 +22,7 @@ struct Parts {
   std::size_t period_samples = 0;
 };
 
-expected<Parts, Refusal> parts_of(std::span<const data::Record> records, const Options& options) {
+expected<Parts, Error> parts_of(std::span<const data::Record> records, const Options& options) {
   Parts all;
   for (data::Record record : records) {
     (void)complete_excitation(record, options);
@@ -48,8 +48,8 @@ expected<Parts, Refusal> parts_of(std::span<const data::Record> records, const O
 
 }  // namespace
 
-expected<PooledResponse, Refusal> pooled_response(std::span<const data::Record> records,
-                                                  const Options& options) {
+expected<PooledResponse, Error> pooled_response(std::span<const data::Record> records,
+                                                const Options& options) {
   const auto parts = parts_of(records, options);
   if (!parts) return tl::unexpected(parts.error());
   response::BestLinearConfig config;
@@ -62,7 +62,8 @@ expected<PooledResponse, Refusal> pooled_response(std::span<const data::Record> 
       options.approach.value_or(excited ? Approach::joint : Approach::direct), options.controller,
       options.delay_s};
   const auto found = response::best_linear_approximation(parts->records, config, form.approach);
-  if (!found) return refused(fmt::format("{} {}", found.error().field, found.error().requirement));
+  if (!found)
+    return refused(fmt::format("{} {}", found.error().field.view(), found.error().requirement.view()));
   auto response = response::plant_response(found->lines, form);
   if (!response || response->lines() == 0) return refused("the records share no line");
   std::optional<Distortion> distortion = distortion_of(*found, form, *response);

@@ -14,7 +14,7 @@ struct PooledResponse {
 
 /// Refused: records whose excitation has no period, another period than the first's, fewer than three of
 /// them, or phases or lines that make no realisations (response::no_realisations()).
-[[nodiscard]] expected<PooledResponse, Refusal> pooled_response(std::span<const data::Record> records,
-                                                                const Options& options);
+[[nodiscard]] expected<PooledResponse, Error> pooled_response(std::span<const data::Record> records,
+                                                              const Options& options);
 
 }  // namespace resonid::identification::detail

@@ -14,26 +14,26 @@ RecordFacts facts_of(const data::Record& record) {
 }
 
 /// The record without the periods in which transients last.
-expected<data::Record, Refusal> without_transient(data::Record record, const Options& options) {
+expected<data::Record, Error> without_transient(data::Record record, const Options& options) {
   if (options.drop_periods == 0) return record;
   const std::size_t period = period_of(record, options);
   if (period != 0 && averages_realisations(options.method) && !realisations_in(record, period).empty())
     return record;  // each realisation loses its own
   if (period == 0)
     return tl::unexpected(
-        Refusal{"drop-periods", "no period was found in the excitation; give --period-samples N"});
+        Error{"drop-periods", "no period was found in the excitation; give --period-samples N"});
   if (options.drop_periods >= record.samples() / period)
-    return tl::unexpected(Refusal{
-        "drop-periods",
-        fmt::format("dropping {} periods of {} samples leaves less than one of the record's {} samples",
-                    options.drop_periods, period, record.samples())});
+    return tl::unexpected(
+        Error{"drop-periods",
+              fmt::format("dropping {} periods of {} samples leaves less than one of the record's {} samples",
+                          options.drop_periods, period, record.samples())});
   const std::size_t dropped = options.drop_periods * period;
   return data::part_of(record, dropped, record.samples() - dropped);
 }
 
 }  // namespace
 
-expected<Prepared, Refusal> prepare(data::Record record, const Options& options) {
+expected<Prepared, Error> prepare(data::Record record, const Options& options) {
   auto cut = without_transient(std::move(record), options);
   if (!cut) return tl::unexpected(std::move(cut.error()));
   Prepared prepared{std::move(*cut), {}, ExcitationSource::none};

@@ -14,6 +14,6 @@ struct Prepared {
 };
 
 /// Refused: periods to be dropped where none is found, or more than the record has.
-[[nodiscard]] expected<Prepared, Refusal> prepare(data::Record record, const Options& options);
+[[nodiscard]] expected<Prepared, Error> prepare(data::Record record, const Options& options);
 
 }  // namespace resonid::identification::detail

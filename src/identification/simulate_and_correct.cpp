@@ -16,8 +16,8 @@ using Complex = std::complex<double>;
 
 /// The record with the output that the model gives for its input, without noise, from the state and with the
 /// load torque that come nearest to the record; every delay to the fraction of a sample.
-expected<data::Record, Refusal> simulated_on(const data::Record& record, const fit::DriveModel& model,
-                                             double known_delay_s) {
+expected<data::Record, Error> simulated_on(const data::Record& record, const fit::DriveModel& model,
+                                           double known_delay_s) {
   fit::OutputErrorConfig config;
   config.initial = model;
   config.fixed_model = true;
@@ -27,12 +27,12 @@ expected<data::Record, Refusal> simulated_on(const data::Record& record, const f
   config.known_delay_s = known_delay_s;
   const auto fit = fit::fit_output_error(record, config);
   if (!fit)
-    return tl::unexpected(Refusal{
-        "method", fmt::format("simulate-and-correct: {} {}", fit.error().field, fit.error().requirement)});
+    return tl::unexpected(Error{"method", fmt::format("simulate-and-correct: {} {}", fit.error().field.view(),
+                                                      fit.error().requirement.view())});
   // A position that drifts otherwise than its model leaks into every line otherwise, too.
   constexpr double kNearlyAll = 90.0;
   if (record.output_quantity == data::OutputQuantity::position && fit->fit_percent < kNearlyAll)
-    return tl::unexpected(Refusal{
+    return tl::unexpected(Error{
         "method",
         fmt::format("simulate-and-correct: the model follows {:.0f} % of the recorded position, which drifts "
                     "by friction or disturbances; required {:.0f} %, or another method",
@@ -45,10 +45,10 @@ expected<data::Record, Refusal> simulated_on(const data::Record& record, const f
 }
 
 /// Factor that takes the method's bias out, at every line of `measured`.
-expected<std::vector<Complex>, Refusal> factor_of(const data::Record& record,
-                                                  const data::FrequencyResponse& measured,
-                                                  const fit::DriveModel& model, double known_delay_s,
-                                                  const Measure& measure) {
+expected<std::vector<Complex>, Error> factor_of(const data::Record& record,
+                                                const data::FrequencyResponse& measured,
+                                                const fit::DriveModel& model, double known_delay_s,
+                                                const Measure& measure) {
   const auto simulated = simulated_on(record, model, known_delay_s);
   if (!simulated) return tl::unexpected(simulated.error());
   const auto found = measure(*simulated);
@@ -87,10 +87,10 @@ std::vector<fit::DriveModel> neighbours_of(const fit::DriveModel& model) {
 
 }  // namespace
 
-expected<data::FrequencyResponse, Refusal> corrected_response(const data::Record& record,
-                                                              const data::FrequencyResponse& measured,
-                                                              const fit::DriveModel& model,
-                                                              double known_delay_s, const Measure& measure) {
+expected<data::FrequencyResponse, Error> corrected_response(const data::Record& record,
+                                                            const data::FrequencyResponse& measured,
+                                                            const fit::DriveModel& model,
+                                                            double known_delay_s, const Measure& measure) {
   const auto factor = factor_of(record, measured, model, known_delay_s, measure);
   if (!factor) return tl::unexpected(factor.error());
   std::vector<double> variance(measured.lines(), 0.0);  // of the factor
@@ -110,18 +110,18 @@ expected<data::FrequencyResponse, Refusal> corrected_response(const data::Record
   return corrected;
 }
 
-expected<void, Refusal> simulate_and_correct(const data::Record& record, const Plan& plan,
-                                             const Options& options, data::FrequencyResponse& response,
-                                             std::optional<Selection>& selection) {
-  const auto complain = [](const char* message) { return tl::unexpected(Refusal{"method", message}); };
+expected<void, Error> simulate_and_correct(const data::Record& record, const Plan& plan,
+                                           const Options& options, data::FrequencyResponse& response,
+                                           std::optional<Selection>& selection) {
+  const auto complain = [](const char* message) { return tl::unexpected(Error{"method", message}); };
   if (options.model == ModelChoice::none)
     return complain("simulate-and-correct needs a model: give --model other than none");
   if (!record.input.present()) return complain("simulate-and-correct needs the recorded input");
-  const Measure measure = [&](const data::Record& r) -> expected<data::FrequencyResponse, Refusal> {
+  const Measure measure = [&](const data::Record& r) -> expected<data::FrequencyResponse, Error> {
     const auto done = detail::measure(r, plan, options);
     if (!done) return tl::unexpected(done.error());
     auto found = response::plant_response(done->lines, {plan.approach, options.controller, options.delay_s});
-    if (!found) return tl::unexpected(Refusal{"approach", std::string(found.error().requirement)});
+    if (!found) return tl::unexpected(Error{"approach", std::string(found.error().requirement)});
     return std::move(*found);
   };
   const data::FrequencyResponse measured = response;

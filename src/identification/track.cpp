@@ -154,18 +154,18 @@ void inspect_start(const detail::TrackPlan& plan, Track& track) {
          "the whole record says, which a drive would not have known. Give --start."});
 }
 
-std::optional<Refusal> check(const data::Record& record, const TrackOptions& options) {
-  if (options.every == 0) return Refusal{"every", "must be 1 or more, found 0"};
+std::optional<Error> check(const data::Record& record, const TrackOptions& options) {
+  if (options.every == 0) return Error{"every", "must be 1 or more, found 0"};
   if (options.every > record.samples())
-    return Refusal{"every", fmt::format("must not be more than the record's {} samples, found {}",
-                                        record.samples(), options.every)};
+    return Error{"every", fmt::format("must not be more than the record's {} samples, found {}",
+                                      record.samples(), options.every)};
   if (options.drift_per_s && (!(*options.drift_per_s >= 0.0) || !std::isfinite(*options.drift_per_s)))
-    return Refusal{"drift", fmt::format("must be 0 1/s or more, found {:g}", *options.drift_per_s)};
+    return Error{"drift", fmt::format("must be 0 1/s or more, found {:g}", *options.drift_per_s)};
   if (!(options.memory_s >= 0.0) || !std::isfinite(options.memory_s))
-    return Refusal{"memory", fmt::format("must be above 0 s, found {:g}", options.memory_s)};
+    return Error{"memory", fmt::format("must be above 0 s, found {:g}", options.memory_s)};
   if (options.memory_s > 0.0 && options.memory_s * record.sample_rate_hz < 4.0)
-    return Refusal{"memory", fmt::format("must be 4 samples ({:g} s) at least, found {:g} s",
-                                         4.0 / record.sample_rate_hz, options.memory_s)};
+    return Error{"memory", fmt::format("must be 4 samples ({:g} s) at least, found {:g} s",
+                                       4.0 / record.sample_rate_hz, options.memory_s)};
   return std::nullopt;
 }
 
@@ -181,17 +181,17 @@ const TrackSeries* Track::find(std::string_view name) const {
 namespace {
 
 /// A model of volts cannot begin a record of torques.
-std::optional<Refusal> foreign_units(const Units& ours, const std::optional<Units>& theirs,
-                                     const char* option) {
+std::optional<Error> foreign_units(const Units& ours, const std::optional<Units>& theirs,
+                                   const char* option) {
   if (!theirs || theirs->response == ours.response) return std::nullopt;
-  return Refusal{option, fmt::format("its response is in {}, the record's in {}; required are the same units "
-                                     "(--input-scale, --input-unit, --output-unit)",
-                                     theirs->response, ours.response)};
+  return Error{option, fmt::format("its response is in {}, the record's in {}; required are the same units "
+                                   "(--input-scale, --input-unit, --output-unit)",
+                                   theirs->response, ours.response)};
 }
 
 }  // namespace
 
-expected<Track, Refusal> track(const data::Record& record, const TrackOptions& options) {
+expected<Track, Error> track(const data::Record& record, const TrackOptions& options) {
   const auto progress = [&](std::string_view stage) {
     if (options.common.progress) options.common.progress(stage);
   };
@@ -227,9 +227,9 @@ expected<Track, Refusal> track(const data::Record& record, const TrackOptions& o
   const std::size_t rows = record.samples() / options.every;
   if (options.kept_rows == 0 && rows > detail::kMostValues / columns)
     return tl::unexpected(
-        Refusal{"every", fmt::format("{} rows of {} values are too many to be kept at once: {} is "
-                                     "possible",
-                                     rows, columns, record.samples() * columns / detail::kMostValues + 1)});
+        Error{"every", fmt::format("{} rows of {} values are too many to be kept at once: {} is "
+                                   "possible",
+                                   rows, columns, record.samples() * columns / detail::kMostValues + 1)});
   progress("tracking");
   Run run(record, options, *plan, lines || !velocity ? record.output.samples : std::move(velocity->samples),
           **tracker, result);

@@ -5,21 +5,21 @@
 #include <identification/track_plan.hpp>
 #include <resonid/base/constants.hpp>
 #include <resonid/diagnostics/response_extrema.hpp>
+#include <resonid/online/lines/chirp_tracker.hpp>
+#include <resonid/online/lines/response_tracker.hpp>
 #include <resonid/response/line_estimates.hpp>
-#include <resonid/tracking/chirp_tracker.hpp>
-#include <resonid/tracking/response_tracker.hpp>
 
 namespace resonid::identification::detail {
 namespace {
 
 using Complex = std::complex<double>;
-using Tracker = tracking::ChirpTracker<double>;
+using Tracker = online::ChirpTracker<double>;
 constexpr double kMostUncertainLine = 0.2;
 
 /// The response along a sweep: the value at the frequency that the chirp just passed, and the curve so far.
 class Sweep final : public OnlineTracker {
  public:
-  Sweep(const tracking::ResponseTracker<Tracker>& line, const tracking::SweepLaw& law, const TrackPlan& plan,
+  Sweep(const online::ResponseTracker<Tracker>& line, const online::SweepLaw& law, const TrackPlan& plan,
         const data::Record& record, double known_delay_s)
       : line_(line),
         law_(law),
@@ -104,8 +104,8 @@ class Sweep final : public OnlineTracker {
     return {found_[minimum ? 0 : 1], kUnknown};
   }
 
-  tracking::ResponseTracker<Tracker> line_;
-  tracking::SweepLaw law_;
+  online::ResponseTracker<Tracker> line_;
+  online::SweepLaw law_;
   Approach approach_;
   data::OutputQuantity quantity_;
   double sample_time_s_, known_delay_s_;
@@ -121,7 +121,7 @@ TrackerMade make_chirp_tracker(const data::Record& record, const TrackOptions& o
                                const TrackPlan& plan) {
   const auto& law = *plan.measurement.sweep;
   const auto& wanted = options.common.tracker;
-  tracking::ChirpTrackerConfig config;
+  online::ChirpTrackerConfig config;
   config.sample_rate_hz = record.sample_rate_hz;
   config.from_hz = law.from_hz;
   config.to_hz = law.to_hz;
@@ -131,25 +131,25 @@ TrackerMade make_chirp_tracker(const data::Record& record, const TrackOptions& o
   if (wanted.lambda) {
     config.lambda = *wanted.lambda;
   } else {
-    config.gain = tracking::GainRule::placed_poles;
+    config.gain = online::GainRule::placed_poles;
     if (options.memory_s > 0.0)
       config.pole_radius = std::exp(-1.0 / (options.memory_s * record.sample_rate_hz));
     config.pole_radius = wanted.pole_radius.value_or(config.pole_radius);
   }
-  const auto refused = [](const ConfigError& error, const char* option) {
-    return tl::unexpected(
-        Refusal{option, fmt::format("{} {} (found {:.6g})", error.field, error.requirement, error.value)});
+  const auto refused = [](const Error& error, const char* option) {
+    return tl::unexpected(Error{option, fmt::format("{} {} (found {:.6g})", error.field.view(),
+                                                    error.requirement.view(), error.value)});
   };
   auto tracker = Tracker::create(config);
   if (!tracker)
     return refused(tracker.error(), tracker.error().field == "pole_radius" ? "pole-radius" : "chirp");
-  tracking::ResponseTrackerConfig response;
+  online::ResponseTrackerConfig response;
   response.known_delay_s = options.common.delay_s;
   if (options.common.controller) {
     response.controller_numerator = options.common.controller->numerator;
     response.controller_denominator = options.common.controller->denominator;
   }
-  auto line = tracking::ResponseTracker<Tracker>::create(*tracker, response);
+  auto line = online::ResponseTracker<Tracker>::create(*tracker, response);
   if (!line) return refused(line.error(), "controller");
   return std::make_unique<Sweep>(*line, law, plan, record, options.common.delay_s);
 }

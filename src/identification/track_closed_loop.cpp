@@ -1,18 +1,18 @@
 // SPDX-License-Identifier: MIT
 #include <identification/track_discrete_maker.hpp>
-#include <resonid/recursive/closed_loop_output_error.hpp>
+#include <resonid/online/models/closed_loop_output_error.hpp>
 
 namespace resonid::identification::detail {
 namespace {
 
 TrackerMade make_closed_loop(const Known<3>& k, bool filtered) {
-  recursive::ClosedLoopOutputErrorConfig config;
+  online::ClosedLoopOutputErrorConfig config;
   config.common = k.common();
   config.controller_numerator = k.numerator;
   config.controller_denominator = k.denominator;
-  config.input = recursive::PredictorInput::measured;
-  if (filtered) config.gradient = recursive::ClosedLoopGradient::fixed_filter;
-  return made(recursive::ClosedLoopOutputError<double, 3>::create(config), k, true);
+  config.input = online::PredictorInput::measured;
+  if (filtered) config.gradient = online::ClosedLoopGradient::fixed_filter;
+  return made(online::ClosedLoopOutputError<double, 3>::create(config), k, true);
 }
 
 }  // namespace

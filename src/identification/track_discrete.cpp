@@ -9,8 +9,8 @@ TrackerMade make_discrete_tracker(const data::Record& record, const TrackOptions
                                   const TrackPlan& plan) {
   const auto needs = [&](const char* what) {
     return tl::unexpected(
-        Refusal{"method", fmt::format("{} needs {} to begin with, and the record shows none: give --start",
-                                      name_of(plan.method), what)});
+        Error{"method", fmt::format("{} needs {} to begin with, and the record shows none: give --start",
+                                    name_of(plan.method), what)});
   };
   if (!plan.start) return needs("a model");
   if (plan.method == TrackMethod::arx) return make_arx_tracker(record, options, plan);

@@ -6,9 +6,9 @@
 #include <algorithm>
 #include <cstdint>
 #include <identification/online_tracker.hpp>
-#include <resonid/recursive/discrete_model.hpp>
-#include <resonid/recursive/model_response.hpp>
-#include <resonid/recursive/modes.hpp>
+#include <resonid/online/models/discrete_model.hpp>
+#include <resonid/online/models/model_response.hpp>
+#include <resonid/online/models/modes.hpp>
 
 namespace resonid::identification::detail {
 
@@ -22,11 +22,11 @@ struct DiscreteFigures {
 /// First resonance and anti-resonance; a machine has its poles inside the unit circle (an integrator may lie
 /// a little outside), a torque that accelerates it, and oscillates with a positive damping.
 template <class Real, std::size_t Order>
-DiscreteFigures<Order> figures_of(const recursive::DiscreteModel<Real, Order>& model,
-                                  const recursive::ModelCovariance<Real, Order>& covariance,
+DiscreteFigures<Order> figures_of(const online::DiscreteModel<Real, Order>& model,
+                                  const online::ModelCovariance<Real, Order>& covariance,
                                   double sample_rate_hz) {
   constexpr double kIntegrator = 1.002;
-  const recursive::SampledModes<Order> modes(model, sample_rate_hz);
+  const online::SampledModes<Order> modes(model, sample_rate_hz);
   const auto first = [](const auto& list) {
     if (list.empty()) return OnlineValue{};
     return OnlineValue{list[0].frequency_hz,
@@ -43,8 +43,8 @@ DiscreteFigures<Order> figures_of(const recursive::DiscreteModel<Real, Order>& m
   return f;
 }
 
-/// Any estimator of a discrete model (recursive::DiscreteEstimator) as an OnlineTracker.
-template <recursive::DiscreteEstimator Estimator>
+/// Any estimator of a discrete model (online::DiscreteEstimator) as an OnlineTracker.
+template <online::DiscreteEstimator Estimator>
 class DiscreteTracker : public OnlineTracker {
  public:
   static constexpr std::size_t kOrder = Estimator::kOrder;
@@ -109,7 +109,7 @@ class DiscreteTracker : public OnlineTracker {
   void response(std::span<const double> frequency_hz, std::span<std::complex<double>> values) override {
     const auto model = estimator_.model();
     for (std::size_t i = 0; i < values.size(); ++i)
-      values[i] = recursive::response(model, frequency_hz[i], sample_rate_hz_);
+      values[i] = online::response(model, frequency_hz[i], sample_rate_hz_);
   }
 
  protected:
@@ -118,11 +118,11 @@ class DiscreteTracker : public OnlineTracker {
  private:
   void refresh() {
     if (fresh_) return;
-    figures_ = figures_of(recursive::DiscreteModel<Real, kOrder>(estimator_.model()),
-                          recursive::ModelCovariance<Real, kOrder>(estimator_.covariance()), sample_rate_hz_);
+    figures_ = figures_of(online::DiscreteModel<Real, kOrder>(estimator_.model()),
+                          online::ModelCovariance<Real, kOrder>(estimator_.covariance()), sample_rate_hz_);
     fresh_ = true;
   }
-  static double deviation(const recursive::ModelCovariance<Real, kOrder>& covariance, std::size_t i) {
+  static double deviation(const online::ModelCovariance<Real, kOrder>& covariance, std::size_t i) {
     const double variance = static_cast<double>(covariance(static_cast<int>(i), static_cast<int>(i)));
     return std::isfinite(variance) && variance >= 0.0 ? std::sqrt(variance) : kUnknown;
   }

@@ -8,7 +8,7 @@
 #include <cmath>
 #include <identification/track_discrete.hpp>
 #include <identification/track_plan.hpp>
-#include <resonid/recursive/regression.hpp>
+#include <resonid/online/models/regression.hpp>
 
 // What the makers of discrete estimators share; one source for each family, since they take long to compile.
 namespace resonid::identification::detail {
@@ -17,17 +17,17 @@ inline constexpr double kPeriodsRemembered = 24.0;  // of the resonance
 inline constexpr double kLeastMemorySamples = 50.0;
 inline constexpr double kStartVariance = 0.01;
 
-inline tl::unexpected<Refusal> refused_estimator(std::string_view method, const ConfigError& error) {
+inline tl::unexpected<Error> refused_estimator(std::string_view method, const Error& error) {
   if (error.field == "start")
     return tl::unexpected(
-        Refusal{"controller", fmt::format("{}: the loop of the start model and this controller is "
-                                          "unstable: controller, delay or sign do not belong to "
-                                          "this record",
-                                          method)});
-  const bool controller = error.field.find("controller") != std::string_view::npos;
-  std::string message = fmt::format("{}: {} {}", method, error.field, error.requirement);
+        Error{"controller", fmt::format("{}: the loop of the start model and this controller is "
+                                        "unstable: controller, delay or sign do not belong to "
+                                        "this record",
+                                        method)});
+  const bool controller = error.field.view().find("controller") != std::string_view::npos;
+  std::string message = fmt::format("{}: {} {}", method, error.field.view(), error.requirement.view());
   if (std::isfinite(error.value)) message += fmt::format(" (found {:.6g})", error.value);
-  return tl::unexpected(Refusal{controller ? "controller" : "method", std::move(message)});
+  return tl::unexpected(Error{controller ? "controller" : "method", std::move(message)});
 }
 
 /// What all makers need to know.
@@ -43,8 +43,8 @@ struct Known {
   bool memory_given = false;
   double sample_rate_hz = 0.0;
 
-  [[nodiscard]] recursive::ModelEstimatorConfig common() const {
-    recursive::ModelEstimatorConfig c;
+  [[nodiscard]] online::ModelEstimatorConfig common() const {
+    online::ModelEstimatorConfig c;
     c.sample_rate_hz = sample_rate_hz;
     c.delay_samples = delay_samples;
     c.start_b = b;
@@ -89,7 +89,7 @@ Known<Order> known(const data::Record& record, const TrackOptions& options, cons
 
 /// An estimator with what its maker has to say about the run. A pseudo-linear recursion is judged at its
 /// start and every kWatchSamples: whether a small error of its parameters would grow.
-template <recursive::DiscreteEstimator Estimator>
+template <online::DiscreteEstimator Estimator>
 class Discrete final : public DiscreteTracker<Estimator> {
  public:
   Discrete(const Estimator& estimator, std::string_view name, double sample_rate_hz, bool white,
@@ -145,8 +145,8 @@ class Discrete final : public DiscreteTracker<Estimator> {
   double least_eigenvalue_ = std::numeric_limits<double>::infinity();
 };
 
-template <recursive::DiscreteEstimator Estimator, std::size_t Order>
-TrackerMade made(const expected<Estimator, ConfigError>& estimator, const Known<Order>& k, bool white,
+template <online::DiscreteEstimator Estimator, std::size_t Order>
+TrackerMade made(const expected<Estimator, Error>& estimator, const Known<Order>& k, bool white,
                  std::vector<diagnostics::Finding> findings = {}) {
   if (!estimator) return refused_estimator(k.name, estimator.error());
   constexpr double kNoticeable = 0.05;

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: MIT
 #include <identification/track_discrete_maker.hpp>
-#include <resonid/recursive/instrumental_variables.hpp>
+#include <resonid/online/models/instrumental_variables.hpp>
 
 namespace resonid::identification::detail {
 namespace {
 
 template <std::size_t Order>
 TrackerMade make_instrumental(const Known<Order>& k) {
-  recursive::InstrumentalVariablesConfig<Order> config;
+  online::InstrumentalVariablesConfig<Order> config;
   config.start.b = k.b;
   config.start.a = k.a;
   config.controller_numerator = k.numerator;
@@ -15,7 +15,7 @@ TrackerMade make_instrumental(const Known<Order>& k) {
   config.delay_samples = k.delay_samples;
   config.terms.fixed_integrator = k.integrator;
   if (k.memory_given) config.memory_samples = k.memory_samples;
-  return made(recursive::InstrumentalVariables<double, Order>::create(config), k, true);
+  return made(online::InstrumentalVariables<double, Order>::create(config), k, true);
 }
 
 }  // namespace

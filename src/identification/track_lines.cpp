@@ -5,12 +5,12 @@
 #include <identification/track_discrete.hpp>
 #include <identification/track_plan.hpp>
 #include <resonid/base/constants.hpp>
-#include <resonid/recursive/response_fit.hpp>
+#include <resonid/online/lines/kalman_bank.hpp>
+#include <resonid/online/lines/response_tracker.hpp>
+#include <resonid/online/lines/sliding_dft.hpp>
+#include <resonid/online/models/response_fit.hpp>
 #include <resonid/response/line_estimates.hpp>
 #include <resonid/response/periodic_averaging.hpp>
-#include <resonid/tracking/kalman_bank.hpp>
-#include <resonid/tracking/response_tracker.hpp>
-#include <resonid/tracking/sliding_dft.hpp>
 
 namespace resonid::identification::detail {
 namespace {
@@ -20,19 +20,19 @@ constexpr std::size_t kMostLines = 256;
 constexpr std::size_t kMostWindow = 16384;
 constexpr double kMostUncertainLine = 0.2;
 
-tl::unexpected<Refusal> refused(const ConfigError& error, const char* option) {
-  return tl::unexpected(
-      Refusal{option, fmt::format("{} {} (found {:.6g})", error.field, error.requirement, error.value)});
+tl::unexpected<Error> refused(const Error& error, const char* option) {
+  return tl::unexpected(Error{option, fmt::format("{} {} (found {:.6g})", error.field.view(),
+                                                  error.requirement.view(), error.value)});
 }
 
 /// Trackers of fixed lines on ru, u and y, and the rational model of order 3 that fits the lines of each row.
 template <class Tracker>
 class FixedLines final : public OnlineTracker {
  public:
-  using Fit = recursive::ResponseFit<double, 3, kMostLines>;
+  using Fit = online::ResponseFit<double, 3, kMostLines>;
 
-  FixedLines(const tracking::ResponseTracker<Tracker>& lines, Approach approach,
-             data::OutputQuantity quantity, double sample_rate_hz)
+  FixedLines(const online::ResponseTracker<Tracker>& lines, Approach approach, data::OutputQuantity quantity,
+             double sample_rate_hz)
       : lines_(lines), approach_(approach), sample_rate_hz_(sample_rate_hz) {
     for (std::size_t i = 0; i < lines_.lines(); ++i) {
       now_.frequency_hz.push_back(lines_.frequency_hz(i));
@@ -40,7 +40,7 @@ class FixedLines final : public OnlineTracker {
     }
     now_.value.resize(lines_.lines());
     now_.standard_deviation.resize(lines_.lines());
-    recursive::ResponseFitConfig config;
+    online::ResponseFitConfig config;
     config.sample_rate_hz = sample_rate_hz;
     config.frequency_hz = now_.frequency_hz;
     if (auto fit = Fit::create(config)) fit_ = std::make_unique<Fit>(*fit);
@@ -108,7 +108,7 @@ class FixedLines final : public OnlineTracker {
     }
     const auto model = fit_->model();
     for (std::size_t i = 0; i < values.size(); ++i)
-      values[i] = recursive::response(model, frequency_hz[i], sample_rate_hz_);
+      values[i] = online::response(model, frequency_hz[i], sample_rate_hz_);
   }
 
  private:
@@ -129,11 +129,11 @@ class FixedLines final : public OnlineTracker {
     fit_->step(now_.value,
                known ? std::span<const double>(now_.standard_deviation) : std::span<const double>());
     if (fit_->ready())
-      figures_ = figures_of(recursive::DiscreteModel<double, 3>(fit_->model()),
-                            recursive::ModelCovariance<double, 3>(fit_->covariance()), sample_rate_hz_);
+      figures_ = figures_of(online::DiscreteModel<double, 3>(fit_->model()),
+                            online::ModelCovariance<double, 3>(fit_->covariance()), sample_rate_hz_);
   }
 
-  tracking::ResponseTracker<Tracker> lines_;
+  online::ResponseTracker<Tracker> lines_;
   Approach approach_;
   double sample_rate_hz_;
   std::vector<Complex> factor_;
@@ -144,11 +144,11 @@ class FixedLines final : public OnlineTracker {
 };
 
 /// Lines to track: those given, else those that the excitation's period shows.
-expected<std::vector<double>, Refusal> lines_of(const data::Record& record, const TrackPlan& plan,
-                                                const TrackOptions& options) {
+expected<std::vector<double>, Error> lines_of(const data::Record& record, const TrackPlan& plan,
+                                              const TrackOptions& options) {
   if (!plan.measurement.grid_hz.empty()) return plan.measurement.grid_hz;
   const std::size_t period = plan.measurement.period_samples;
-  if (period == 0) return tl::unexpected(Refusal{"lines", "must be given: the excitation shows no period"});
+  if (period == 0) return tl::unexpected(Error{"lines", "must be given: the excitation shows no period"});
   response::PeriodicConfig config;
   config.period_samples = period;
   if (options.common.band_hz) {
@@ -159,18 +159,18 @@ expected<std::vector<double>, Refusal> lines_of(const data::Record& record, cons
   if (!found) return refused(found.error(), "lines");
   std::vector<double> lines;
   for (const auto& line : found->lines) lines.push_back(line.frequency_hz);
-  if (lines.empty()) return tl::unexpected(Refusal{"lines", "must be given: the excitation shows none"});
+  if (lines.empty()) return tl::unexpected(Error{"lines", "must be given: the excitation shows none"});
   if (lines.size() > kMostLines)
     return tl::unexpected(
-        Refusal{"lines", fmt::format("must be given: the excitation has {} lines, {} at most can be tracked",
-                                     lines.size(), kMostLines)});
+        Error{"lines", fmt::format("must be given: the excitation has {} lines, {} at most can be tracked",
+                                   lines.size(), kMostLines)});
   return lines;
 }
 
 template <class Tracker>
 TrackerMade made(const Tracker& pattern, const data::Record& record, const TrackOptions& options,
                  const TrackPlan& plan, std::vector<double> lines_hz) {
-  tracking::ResponseTrackerConfig config;
+  online::ResponseTrackerConfig config;
   config.known_delay_s = options.common.delay_s;
   std::vector<Complex> controller;
   if (options.common.controller) {
@@ -178,7 +178,7 @@ TrackerMade made(const Tracker& pattern, const data::Record& record, const Track
     for (const double f : lines_hz) controller.push_back(options.common.controller->response(f));
     config.controller_at_line = controller;
   }
-  auto response = tracking::ResponseTracker<Tracker>::create(pattern, config);
+  auto response = online::ResponseTracker<Tracker>::create(pattern, config);
   if (!response) return refused(response.error(), "method");
   return std::make_unique<FixedLines<Tracker>>(*response, plan.approach, record.output_quantity,
                                                record.sample_rate_hz);
@@ -188,7 +188,7 @@ template <std::size_t MaxLines>
 TrackerMade make_bank(const data::Record& record, const TrackOptions& options, const TrackPlan& plan,
                       std::vector<double> lines_hz) {
   const auto& wanted = options.common.tracker;
-  tracking::KalmanBankConfig config;
+  online::KalmanBankConfig config;
   config.sample_rate_hz = record.sample_rate_hz;
   config.frequency_hz = lines_hz;
   config.offset = wanted.offset;
@@ -198,12 +198,12 @@ TrackerMade make_bank(const data::Record& record, const TrackOptions& options, c
     double distance_hz = wanted.offset ? lines_hz.front() : record.sample_rate_hz;
     for (std::size_t i = 1; i < lines_hz.size(); ++i)
       distance_hz = std::min(distance_hz, lines_hz[i] - lines_hz[i - 1]);
-    config.gain = tracking::GainRule::placed_poles;
+    config.gain = online::GainRule::placed_poles;
     config.pole_radius = wanted.pole_radius.value_or(
         options.memory_s > 0.0 ? std::exp(-1.0 / (options.memory_s * record.sample_rate_hz))
                                : std::clamp(1.0 - 1.5 * distance_hz / record.sample_rate_hz, 0.5, 0.9999));
   }
-  auto bank = tracking::KalmanBank<double, MaxLines>::create(config);
+  auto bank = online::KalmanBank<double, MaxLines>::create(config);
   if (!bank) return refused(bank.error(), bank.error().field == "pole_radius" ? "pole-radius" : "lines");
   return made(*bank, record, options, plan, std::move(lines_hz));
 }
@@ -217,14 +217,13 @@ TrackerMade make_sliding(const data::Record& record, const TrackOptions& options
   if (period > 0)
     window = window == 0 ? 2 * period : std::max<std::size_t>(1, (window + period / 2) / period) * period;
   if (window == 0)
-    return tl::unexpected(
-        Refusal{"memory", "must be given: the excitation shows no period to be the window"});
-  tracking::SlidingDftConfig config;
+    return tl::unexpected(Error{"memory", "must be given: the excitation shows no period to be the window"});
+  online::SlidingDftConfig config;
   config.sample_rate_hz = record.sample_rate_hz;
   config.window_samples = window;
   config.frequency_hz = lines_hz;
-  if (period > 0 && window >= 2 * period) config.window = tracking::DftWindow::hann;
-  auto dft = tracking::SlidingDft<double, kMostLines, kMostWindow>::create(config);
+  if (period > 0 && window >= 2 * period) config.window = online::DftWindow::hann;
+  auto dft = online::SlidingDft<double, kMostLines, kMostWindow>::create(config);
   if (!dft) return refused(dft.error(), dft.error().field == "window_samples" ? "memory" : "lines");
   return made(*dft, record, options, plan, std::move(lines_hz));
 }

@@ -5,13 +5,13 @@
 #include <identification/track_plan.hpp>
 #include <identification/units.hpp>
 #include <resonid/base/constants.hpp>
-#include <resonid/recursive/physical_tracker.hpp>
+#include <resonid/online/models/physical_tracker.hpp>
 
 namespace resonid::identification::detail {
 namespace {
 
-using recursive::PhysicalParameter;
-using Tracker = recursive::PhysicalTracker<double>;
+using online::PhysicalParameter;
+using Tracker = online::PhysicalTracker<double>;
 
 struct Reported {
   PhysicalParameter parameter;
@@ -94,7 +94,7 @@ class Physical final : public OnlineTracker {
 /// How far off the start may be: ten times what its own covariance says, and at least as far as a machine
 /// changes. The tracker is ready once it knows twice as much: of the damping, which warmth and wear move most
 /// and a record tells least, no more must be asked than the record can tell.
-recursive::StartingValue starting(const fit::DriveModel& drive, fit::Parameter parameter) {
+online::StartingValue starting(const fit::DriveModel& drive, fit::Parameter parameter) {
   const double least = parameter == fit::kDamping ? 0.3 : 0.1;
   const auto e = drive.estimate(parameter);
   return {e.value, std::clamp(10.0 * e.standard_deviation / std::max(e.value, 1e-300), least, 1.0)};
@@ -105,13 +105,13 @@ recursive::StartingValue starting(const fit::DriveModel& drive, fit::Parameter p
 TrackerMade make_physical_tracker(const data::Record& record, const TrackOptions& options,
                                   const TrackPlan& plan) {
   const auto refused = [](std::string message) {
-    return tl::unexpected(Refusal{"method", std::move(message)});
+    return tl::unexpected(Error{"method", std::move(message)});
   };
   if (!plan.start || plan.start->drive.structure != fit::Structure::two_mass)
     return refused("physical needs a two-mass model to begin with, and the record shows none: give --start");
   const auto& drive = plan.start->drive;
   const auto velocity = velocity_of(record);
-  recursive::PhysicalTrackerConfig config;
+  online::PhysicalTrackerConfig config;
   config.sample_rate_hz = record.sample_rate_hz;
   config.delay_s = std::max(0.0, plan.delay_s + velocity->further_delay_samples / record.sample_rate_hz);
   config.driven_inertia = starting(drive, fit::kDrivenInertia);
@@ -126,8 +126,8 @@ TrackerMade make_physical_tracker(const data::Record& record, const TrackOptions
   config.stiffness_drift_per_s = options.drift_per_s.value_or(drift_per_s(record, plan));
   auto tracker = Tracker::create(config);
   if (!tracker)
-    return refused(fmt::format("physical: {} {} (found {:.6g})", tracker.error().field,
-                               tracker.error().requirement, tracker.error().value));
+    return refused(fmt::format("physical: {} {} (found {:.6g})", tracker.error().field.view(),
+                               tracker.error().requirement.view(), tracker.error().value));
   return std::make_unique<Physical>(std::make_unique<Tracker>(*tracker), units_of(record),
                                     record.sample_rate_hz);
 }

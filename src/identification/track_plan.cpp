@@ -32,7 +32,7 @@ std::string_view name_of(TrackMethod method) {
 namespace detail {
 namespace {
 
-using Refused = tl::unexpected<Refusal>;
+using Refused = tl::unexpected<Error>;
 
 bool is_lines(TrackMethod m) { return m == TrackMethod::kalman || m == TrackMethod::sliding_dft; }
 bool needs_controller(TrackMethod m) {
@@ -95,32 +95,31 @@ double delay_of(const TrackOptions& options, const TrackPlan& plan) {
   return drive.known_delay_s + (drive.estimated[fit::kDelay] ? drive.delay_s : 0.0);
 }
 
-std::optional<Refusal> contradiction(const data::Record& record, const TrackOptions& options, TrackMethod m) {
+std::optional<Error> contradiction(const data::Record& record, const TrackOptions& options, TrackMethod m) {
   const auto name = name_of(m);
   if (m == TrackMethod::physical && options.memory_s > 0.0)
-    return Refusal{
+    return Error{
         "memory",
         "physical forgets by the rate at which the stiffness may change, not by a memory: leave it out"};
   if (is_lines(m)) return std::nullopt;
   if (record.output_quantity == data::OutputQuantity::acceleration)
-    return Refusal{"method",
-                   fmt::format("{} needs a velocity or a position, found an acceleration; kalman and "
-                               "sliding-dft take it",
-                               name)};
+    return Error{"method", fmt::format("{} needs a velocity or a position, found an acceleration; kalman and "
+                                       "sliding-dft take it",
+                                       name)};
   if (options.common.approach && *options.common.approach != approach_of(m))
-    return Refusal{"approach", fmt::format("{} is {}, found {}", name, name_of(approach_of(m)),
-                                           name_of(*options.common.approach))};
+    return Error{"approach", fmt::format("{} is {}, found {}", name, name_of(approach_of(m)),
+                                         name_of(*options.common.approach))};
   if (!needs_controller(m)) return std::nullopt;
   if (!record.excitation.present())
-    return Refusal{"excitation", fmt::format("{} needs the excitation signal: give --excitation COL", name)};
+    return Error{"excitation", fmt::format("{} needs the excitation signal: give --excitation COL", name)};
   if (!options.common.controller)
-    return Refusal{"controller", fmt::format("{} needs the controller: give --controller", name)};
+    return Error{"controller", fmt::format("{} needs the controller: give --controller", name)};
   return std::nullopt;
 }
 
 }  // namespace
 
-expected<TrackPlan, Refusal> make_track_plan(const data::Record& record, const TrackOptions& options) {
+expected<TrackPlan, Error> make_track_plan(const data::Record& record, const TrackOptions& options) {
   Options common = options.common;
   common.method = Method::automatic;
   if (!is_lines(options.method) && options.method != TrackMethod::automatic) common.lines_hz.clear();
@@ -132,9 +131,9 @@ expected<TrackPlan, Refusal> make_track_plan(const data::Record& record, const T
   if (!is_lines(options.method)) plan.start = find_start(record, options, plan.measurement);
   if (plan.start && plan.start->drive.structure == fit::Structure::three_mass) {
     if (options.method != TrackMethod::automatic)
-      return Refused(Refusal{"start",
-                             "is a three-mass model; trackers of parameters follow a rigid or a two-mass "
-                             "drive, trackers of lines need no model"});
+      return Refused(Error{"start",
+                           "is a three-mass model; trackers of parameters follow a rigid or a two-mass "
+                           "drive, trackers of lines need no model"});
     plan.start.reset();
   }
   if (options.method == TrackMethod::automatic) choose(record, options, plan);
@@ -146,10 +145,10 @@ expected<TrackPlan, Refusal> make_track_plan(const data::Record& record, const T
   if (options.method == TrackMethod::automatic && plan.method == TrackMethod::kalman && !m.sweep &&
       m.period_samples == 0 && m.grid_hz.empty())
     return Refused(
-        Refusal{"method", fmt::format("auto found nothing to track in these {} samples: no model shows in "
-                                      "them, and the excitation has no period; give --start, --lines, or "
-                                      "a longer record",
-                                      record.samples())});
+        Error{"method", fmt::format("auto found nothing to track in these {} samples: no model shows in "
+                                    "them, and the excitation has no period; give --start, --lines, or "
+                                    "a longer record",
+                                    record.samples())});
   return plan;
 }
 

@@ -25,8 +25,8 @@ struct TrackPlan {
   double delay_s = 0.0;  ///< In the measured output: the known one, and what the start model found beyond it.
 };
 
-[[nodiscard]] expected<TrackPlan, Refusal> make_track_plan(const data::Record& record,
-                                                           const TrackOptions& options);
+[[nodiscard]] expected<TrackPlan, Error> make_track_plan(const data::Record& record,
+                                                         const TrackOptions& options);
 
 /// From the options, else identified on the first part of the record: half a second (200 samples at least),
 /// doubled until a two-mass model is found there whose resonance has been seen eight times and is known to

@@ -1,27 +1,27 @@
 // SPDX-License-Identifier: MIT
 #include <identification/track_discrete_maker.hpp>
-#include <resonid/recursive/arx.hpp>
-#include <resonid/recursive/output_error.hpp>
+#include <resonid/online/models/arx.hpp>
+#include <resonid/online/models/output_error.hpp>
 
 namespace resonid::identification::detail {
 namespace {
 
 template <std::size_t Order>
 TrackerMade make_arx(const Known<Order>& k) {
-  recursive::ArxConfig config;
+  online::ArxConfig config;
   config.common = k.common();
   config.load_torque = true;
-  return made(recursive::Arx<double, Order>::create(config), k, false);
+  return made(online::Arx<double, Order>::create(config), k, false);
 }
 
 template <std::size_t Order>
 TrackerMade make_output_error(const Known<Order>& k) {
-  recursive::OutputErrorConfig config;
+  online::OutputErrorConfig config;
   config.common = k.common();
   config.load_torque = true;
   config.controller_numerator = k.numerator;
   config.controller_denominator = k.denominator;
-  return made(recursive::OutputError<double, Order>::create(config), k, true);
+  return made(online::OutputError<double, Order>::create(config), k, true);
 }
 
 }  // namespace

@@ -28,7 +28,7 @@ Options options_of_part(const TrackOptions& options, const Plan& plan, double se
   o.lines_hz.clear();
   o.drop_periods = 0;
   o.progress = nullptr;
-  if (plan.sweep && plan.sweep->sweep == tracking::Sweep::linear && seconds < plan.sweep->duration_s)
+  if (plan.sweep && plan.sweep->sweep == online::Sweep::linear && seconds < plan.sweep->duration_s)
     o.chirp = Chirp{plan.sweep->from_hz, plan.sweep->frequency_hz(seconds), seconds};
   return o;
 }

@@ -17,8 +17,8 @@ namespace {
 
 using diagnostics::Severity;
 
-tl::unexpected<Refusal> refused(std::string option, std::string message) {
-  return tl::unexpected(Refusal{std::move(option), std::move(message)});
+tl::unexpected<Error> refused(std::string option, std::string message) {
+  return tl::unexpected(Error{std::move(option), std::move(message)});
 }
 
 const char* name_of(data::OutputQuantity quantity) {
@@ -45,7 +45,7 @@ class Simulator {
     v_.known_delay_s = options.common.delay_s;
   }
 
-  expected<ModelValidation, Refusal> run() {
+  expected<ModelValidation, Error> run() {
     if (const auto done = simulate(); !done) return tl::unexpected(done.error());
     fit_percents();
     residual_tests();
@@ -53,13 +53,13 @@ class Simulator {
   }
 
   /// The residual alone.
-  expected<std::vector<double>, Refusal> residual() {
+  expected<std::vector<double>, Error> residual() {
     if (const auto done = simulate(); !done) return tl::unexpected(done.error());
     return std::move(v_.residual);
   }
 
  private:
-  expected<void, Refusal> simulate() {
+  expected<void, Error> simulate() {
     const bool indirect = options_.common.approach == Approach::indirect;
     v_.approach = indirect ? "indirect" : "direct";
     const auto done =
@@ -80,7 +80,7 @@ class Simulator {
     return static_cast<std::size_t>(std::max(0.0, whole));
   }
 
-  expected<void, Refusal> of_drive() {
+  expected<void, Error> of_drive() {
     fit::OutputErrorConfig config;
     config.initial = v_.candidate.model->drive;
     config.fixed_model = true;
@@ -102,7 +102,7 @@ class Simulator {
   }
 
   /// From input to velocity, delay included.
-  expected<data::TransferFunction, Refusal> plant() {
+  expected<data::TransferFunction, Error> plant() {
     const auto required = v_.candidate.model ? data::OutputQuantity::velocity : v_.candidate.output_quantity;
     if (record_.output_quantity != required)
       return refused(
@@ -133,7 +133,7 @@ class Simulator {
       v_.residual.push_back(record_.output.samples[k] - v_.simulated[k]);
   }
 
-  expected<void, Refusal> of_transfer_function() {
+  expected<void, Error> of_transfer_function() {
     const auto g = plant();
     if (!g) return tl::unexpected(g.error());
     if (!detail::can_be_simulated(*g, record_.samples()))
@@ -144,7 +144,7 @@ class Simulator {
     return {};
   }
 
-  expected<void, Refusal> in_closed_loop() {
+  expected<void, Error> in_closed_loop() {
     const auto& controller = options_.common.controller;
     if (!controller) return refused("approach", "indirect needs --controller");
     if (!record_.excitation.present())
@@ -250,8 +250,8 @@ CandidateModel candidate_of(const Result& result) {
   return candidate;
 }
 
-expected<ModelValidation, Refusal> validate(const data::Record& record, const CandidateModel& candidate,
-                                            const ValidateOptions& options) {
+expected<ModelValidation, Error> validate(const data::Record& record, const CandidateModel& candidate,
+                                          const ValidateOptions& options) {
   if (!candidate.model && !candidate.transfer_function)
     return refused("MODEL", "holds no model; required a result with one, or a transfer function");
   auto validation = Simulator(record, candidate, options).run();

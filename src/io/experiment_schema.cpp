@@ -41,7 +41,7 @@ std::string type_of(const Field& field) {
     return "whole number";
   else if constexpr (std::is_enum_v<Field>)
     return choice(field);
-  else if constexpr (std::is_same_v<Field, excitation::LineList>)
+  else if constexpr (std::is_same_v<Field, online::LineList>)
     return "list of numbers or `\"FIRST:LAST:STEP\"`";
   else
     return "list of numbers";
@@ -104,15 +104,15 @@ struct Raise {
       ++field;
     else if constexpr (std::is_same_v<Field, std::vector<double>>)
       field.push_back(1.0);
-    else if constexpr (std::is_same_v<Field, excitation::LineList>)
+    else if constexpr (std::is_same_v<Field, online::LineList>)
       field.assign(std::vector<double>{1.0});
   }
 };
 
-expected<void, ConfigError> check(const excitation::ExcitationConfig& c) {
+expected<void, Error> check(const online::ExcitationConfig& c) {
   constexpr double kAnyRateHz = 1000.0;
-  const auto made = excitation::Excitation::create(c, kAnyRateHz);
-  if (!made) return unexpected<ConfigError>(made.error());
+  const auto made = online::Excitation::create(c, kAnyRateHz);
+  if (!made) return unexpected<Error>(made.error());
   return {};
 }
 

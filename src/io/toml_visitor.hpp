@@ -6,9 +6,9 @@
 
 #include <cmath>
 #include <cstdint>
-#include <resonid/excitation/excitation.hpp>
 #include <resonid/io/number_list.hpp>
 #include <resonid/io/suggestion.hpp>
+#include <resonid/online/excitation/excitation.hpp>
 #include <string>
 #include <string_view>
 #include <type_traits>
@@ -75,7 +75,7 @@ class TomlVisitor {
       read_name(node, name, field, doc);
     } else if constexpr (std::is_same_v<Field, std::vector<double>>) {
       if (const toml::node* wrong = list(node, field)) refuse(*wrong, name, "a list of numbers", doc);
-    } else if constexpr (std::is_same_v<Field, excitation::LineList>) {
+    } else if constexpr (std::is_same_v<Field, online::LineList>) {
       read_lines(node, name, field, doc);
     } else {
       if (!node.is_table()) return refuse(node, name, "a table", doc);
@@ -99,7 +99,7 @@ class TomlVisitor {
     refuse(node, name, "one of " + listed(known) + suggestion(found, known), doc);
   }
 
-  void read_lines(const toml::node& node, std::string_view name, excitation::LineList& field,
+  void read_lines(const toml::node& node, std::string_view name, online::LineList& field,
                   std::string_view doc) {
     std::vector<double> lines;
     if (node.is_string()) {
@@ -112,7 +112,7 @@ class TomlVisitor {
     } else if (const toml::node* wrong = list(node, lines)) {
       return refuse(*wrong, name, "a list of numbers or \"FIRST:LAST:STEP\"", doc);
     }
-    if (!field.assign(lines)) refuse(node, name, fmt::format("at most {} lines", excitation::kMaxLines), doc);
+    if (!field.assign(lines)) refuse(node, name, fmt::format("at most {} lines", online::kMaxLines), doc);
   }
 
   static bool number(const toml::node& node, double& value) {

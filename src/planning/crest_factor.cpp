@@ -3,8 +3,8 @@
 #include <cmath>
 #include <numeric>
 #include <resonid/base/constants.hpp>
-#include <resonid/excitation/multisine.hpp>
-#include <resonid/excitation/splitmix64.hpp>
+#include <resonid/online/excitation/multisine.hpp>
+#include <resonid/online/excitation/splitmix64.hpp>
 #include <resonid/planning/crest_factor.hpp>
 
 #include "linalg/decompositions.hpp"
@@ -193,12 +193,12 @@ Effort effort_for(const Waveforms& w, std::size_t wanted) {
           static_cast<int>(std::clamp(iterations / (kExponents * starts), 0.0, kIterations))};
 }
 
-expected<std::vector<std::size_t>, ConfigError> harmonics(const PhaseConfig& c) {
-  const excitation::MultisineConfig multisine{c.sample_rate_hz, c.frequency_hz, c.amplitude,
-                                              excitation::Phases::zero};
+expected<std::vector<std::size_t>, Error> harmonics(const PhaseConfig& c) {
+  const online::MultisineConfig multisine{c.sample_rate_hz, c.frequency_hz, c.amplitude,
+                                          online::Phases::zero};
   constexpr std::size_t kMostLines = 4096;
-  if (const auto ok = excitation::check(multisine, kMostLines); !ok) return unexpected(ok.error());
-  const std::size_t period = excitation::common_period_samples(c.frequency_hz, c.sample_rate_hz);
+  if (const auto ok = online::check(multisine, kMostLines); !ok) return unexpected(ok.error());
+  const std::size_t period = online::common_period_samples(c.frequency_hz, c.sample_rate_hz);
   if (period == 0) return refuse("lines_hz", "must have a common period for their phases to be optimised");
   std::vector<std::size_t> harmonic;
   for (const double f : c.frequency_hz)
@@ -216,7 +216,7 @@ expected<std::vector<std::size_t>, ConfigError> harmonics(const PhaseConfig& c) 
 
 }  // namespace
 
-expected<OptimisedPhases, ConfigError> optimise_phases(const PhaseConfig& config) {
+expected<OptimisedPhases, Error> optimise_phases(const PhaseConfig& config) {
   auto harmonic = harmonics(config);
   if (!harmonic) return unexpected(harmonic.error());
   for (const auto& signal : config.signals)
@@ -225,15 +225,15 @@ expected<OptimisedPhases, ConfigError> optimise_phases(const PhaseConfig& config
   const Waveforms waveforms(config, std::move(*harmonic));
   const auto n = static_cast<Eigen::Index>(waveforms.lines());
   const Effort effort = effort_for(waveforms, config.random_starts + 1);
-  excitation::MultisineConfig start{config.sample_rate_hz, config.frequency_hz, config.amplitude};
+  online::MultisineConfig start{config.sample_rate_hz, config.frequency_hz, config.amplitude};
   const Polish polish(waveforms, effort.iterations);
   VectorXd best(n);
   double least = HUGE_VAL;
   for (std::size_t i = 0; i < effort.starts; ++i) {
     VectorXd phase(n);
-    start.phases = i == 0 ? excitation::Phases::schroeder : excitation::Phases::random;
+    start.phases = i == 0 ? online::Phases::schroeder : online::Phases::random;
     start.seed = config.seed + i;
-    excitation::multisine_phases(start, {phase.data(), waveforms.lines()});
+    online::multisine_phases(start, {phase.data(), waveforms.lines()});
     if (effort.iterations > 0) phase = polish(phase, least);
     if (const double peak = waveforms.peak(phase); peak < least) {
       least = peak;

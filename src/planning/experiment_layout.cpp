@@ -6,9 +6,9 @@
 #include <algorithm>
 #include <cmath>
 #include <resonid/base/constants.hpp>
-#include <resonid/excitation/chirp.hpp>
-#include <resonid/excitation/metrics.hpp>
-#include <resonid/excitation/prbs.hpp>
+#include <resonid/online/excitation/chirp.hpp>
+#include <resonid/online/excitation/metrics.hpp>
+#include <resonid/online/excitation/prbs.hpp>
 
 namespace resonid::planning::detail {
 namespace {
@@ -57,14 +57,14 @@ Task::Task(const PlanConfig& c)
 
 Extremes extremes_of(const Task& task, std::span<const double> excitation) {
   Extremes e;
-  e.excitation = excitation::measure(excitation).peak;
+  e.excitation = online::measure(excitation).peak;
   for (const auto& drive : task.drives) {
     const auto motion = simulate(drive, excitation);
-    const auto torque = excitation::measure(motion.torque);
+    const auto torque = online::measure(motion.torque);
     const auto [low, high] = std::minmax_element(motion.position.begin(), motion.position.end());
     e.torque = std::max(e.torque, torque.peak);
     e.torque_rms = std::max(e.torque_rms, torque.rms);
-    e.velocity = std::max(e.velocity, excitation::measure(motion.velocity).peak);
+    e.velocity = std::max(e.velocity, online::measure(motion.velocity).peak);
     e.stroke = std::max(e.stroke, *high - *low);
   }
   return e;
@@ -93,7 +93,7 @@ void scale_to_limits(const Task& task, Experiment& x) {
                 extremes.velocity * factor, extremes.stroke * factor};
   x.amplitude = x.extremes.excitation;
   x.binding = name;
-  x.crest_factor = excitation::measure(x.excitation).crest_factor;
+  x.crest_factor = online::measure(x.excitation).crest_factor;
 }
 
 namespace {
@@ -151,13 +151,13 @@ Experiment lay_out_chirp(const Task& task, std::size_t samples) {
   x.type = ExcitationType::chirp;
   x.from_hz = task.high_hz;
   x.to_hz = task.low_hz;
-  excitation::ChirpConfig c;
+  online::ChirpConfig c;
   c.sample_rate_hz = task.sample_rate_hz;
   c.from_hz = x.from_hz;
   c.to_hz = x.to_hz;
   c.duration_s = static_cast<double>(samples) / task.sample_rate_hz;
   x.excitation.resize(samples);
-  excitation::Chirp::create(c)->fill(x.excitation);
+  online::Chirp::create(c)->fill(x.excitation);
   scale_to_limits(task, x);
   evaluate(task, x);
   return x;
@@ -170,15 +170,15 @@ Experiment lay_out_prbs(const Task& task, std::size_t samples, std::size_t divid
   x.type = ExcitationType::prbs;
   x.clock_divider = divider;
   x.register_length = 7;  // long enough not to repeat
-  while (x.register_length < excitation::Prbs::kMaxRegister &&
+  while (x.register_length < online::Prbs::kMaxRegister &&
          ((std::size_t{1} << x.register_length) - 1) * divider < samples)
     ++x.register_length;
-  excitation::PrbsConfig c;
+  online::PrbsConfig c;
   c.sample_rate_hz = task.sample_rate_hz;
   c.register_length = x.register_length;
   c.clock_divider = divider;
   x.excitation.resize(samples);
-  excitation::Prbs::create(c)->fill(x.excitation);
+  online::Prbs::create(c)->fill(x.excitation);
   scale_to_limits(task, x);
   evaluate(task, x);
   return x;

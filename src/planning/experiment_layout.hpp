@@ -44,13 +44,13 @@ void evaluate_amplitude(const Task& task, Experiment& experiment);
 [[nodiscard]] std::optional<std::string> prbs_outside_band(const Task& task);
 
 /// make_plan() without a look at two steps.
-[[nodiscard]] expected<Plan, ConfigError> plan_once(const PlanConfig& config);
+[[nodiscard]] expected<Plan, Error> plan_once(const PlanConfig& config);
 
 /// A short run and a second one planned with its model, where that takes clearly less time than `plan`, which
 /// was made for `config`.
 [[nodiscard]] std::optional<TwoSteps> two_steps(const PlanConfig& config, const Plan& plan);
 
 /// The multisine of the least time, or of `samples` at most; the design goes to `plan`.
-[[nodiscard]] expected<Experiment, ConfigError> plan_multisine(const Task& task, Plan& plan);
+[[nodiscard]] expected<Experiment, Error> plan_multisine(const Task& task, Plan& plan);
 
 }  // namespace resonid::planning::detail

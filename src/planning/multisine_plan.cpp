@@ -2,9 +2,9 @@
 #include <algorithm>
 #include <cmath>
 #include <resonid/base/constants.hpp>
-#include <resonid/excitation/excitation.hpp>
-#include <resonid/excitation/metrics.hpp>
-#include <resonid/excitation/splitmix64.hpp>
+#include <resonid/online/excitation/excitation.hpp>
+#include <resonid/online/excitation/metrics.hpp>
+#include <resonid/online/excitation/splitmix64.hpp>
 
 #include "linalg/decompositions.hpp"
 #include "planning/experiment_layout.hpp"
@@ -13,7 +13,7 @@
 namespace resonid::planning::detail {
 namespace {
 
-constexpr std::size_t kMostGridLines = excitation::kMaxLines;
+constexpr std::size_t kMostGridLines = online::kMaxLines;
 constexpr double kWeakLine = 1e-5;  // of the strongest line's power: left out
 constexpr std::size_t kFewestPeriods = 2;
 
@@ -154,7 +154,7 @@ class Layout {
       }
     }
     const auto states = std::min({kStates, 2 * lines, instants});
-    excitation::SplitMix64 random(task_.config.seed);
+    online::SplitMix64 random(task_.config.seed);
     Eigen::MatrixXd some(2 * lines, states);
     for (double& v : some.reshaped()) v = 2.0 * random.uniform() - 1.0;
     const Eigen::MatrixXd shape = linalg::Qr(transient * some).thin_q();
@@ -163,8 +163,8 @@ class Layout {
 
   [[nodiscard]] std::vector<double> samples(std::size_t count) const {
     std::vector<double> out(count);
-    excitation::Multisine<excitation::kMaxLines>::create(
-        {task_.sample_rate_hz, x_.frequency_hz, x_.line_amplitude, excitation::Phases::given, x_.phase_rad})
+    online::Multisine<online::kMaxLines>::create(
+        {task_.sample_rate_hz, x_.frequency_hz, x_.line_amplitude, online::Phases::given, x_.phase_rad})
         ->fill(out);
     return out;
   }
@@ -292,7 +292,7 @@ std::vector<std::size_t> periods_to_try(const Task& task) {
 
 }  // namespace
 
-expected<Experiment, ConfigError> plan_multisine(const Task& task, Plan& plan) {
+expected<Experiment, Error> plan_multisine(const Task& task, Plan& plan) {
   struct Candidate {
     Layout layout;
     Experiment shortest;

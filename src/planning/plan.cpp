@@ -10,7 +10,7 @@ namespace {
 
 using detail::Task;
 
-expected<void, ConfigError> check(const PlanConfig& c) {
+expected<void, Error> check(const PlanConfig& c) {
   if (const auto ok = check(c.drive); !ok) return ok;
   const auto& l = c.limits;
   if (!(l.torque > 0.0)) return refuse("max_torque", "must be > 0", l.torque);
@@ -75,7 +75,7 @@ Experiment least_time(const Task& task, double rival_s, LayOut&& lay_out) {
   return best;
 }
 
-expected<Experiment, ConfigError> planned(const Task& task, ExcitationType type, double rival_s, Plan& plan) {
+expected<Experiment, Error> planned(const Task& task, ExcitationType type, double rival_s, Plan& plan) {
   switch (type) {
     case ExcitationType::chirp:
       return least_time(task, rival_s, [&](std::size_t n) { return detail::lay_out_chirp(task, n); });
@@ -94,7 +94,7 @@ bool better(const Experiment& a, const Experiment& b) {
 
 }  // namespace
 
-expected<Plan, ConfigError> make_plan(const PlanConfig& config) {
+expected<Plan, Error> make_plan(const PlanConfig& config) {
   auto plan = detail::plan_once(config);
   if (!plan) return plan;
   if (config.progress) config.progress("looking at two steps");
@@ -102,7 +102,7 @@ expected<Plan, ConfigError> make_plan(const PlanConfig& config) {
   return plan;
 }
 
-expected<Plan, ConfigError> detail::plan_once(const PlanConfig& config) {
+expected<Plan, Error> detail::plan_once(const PlanConfig& config) {
   Plan plan;
   plan.config = config;
   auto& c = plan.config;

@@ -77,7 +77,7 @@ std::vector<fit::DriveMode> modes_of(const fit::DriveModel& model) {
   return exact.modes();
 }
 
-expected<void, ConfigError> check(const RoughDrive& drive) {
+expected<void, Error> check(const RoughDrive& drive) {
   const auto& m = drive.model;
   const auto& p = m.parameters;
   if (!(m.sample_time_s > 0.0)) return refuse("sample_rate_hz", "must be > 0", m.sample_time_s);

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <deque>
 #include <resonid/base/constants.hpp>
-#include <resonid/excitation/splitmix64.hpp>
+#include <resonid/online/excitation/splitmix64.hpp>
 
 namespace resonid::planning::detail {
 namespace {
@@ -191,7 +191,7 @@ Waveform optimise_waveform(const WaveformProblem& problem, const VectorXd& power
   const auto n = cost.lines();
   constexpr Eigen::Index kMany = 150;
   const Descent descent(cost, n <= kMany ? 120 : 50);
-  excitation::SplitMix64 random(problem.seed);
+  online::SplitMix64 random(problem.seed);
   Waveform best;
   best.value = HUGE_VAL;
   for (std::size_t start = 0; start <= problem.random_starts; ++start) {

@@ -5,7 +5,7 @@
 
 namespace resonid::plant {
 
-expected<void, ConfigError> check(const ActuatorConfig& c) noexcept {
+expected<void, Error> check(const ActuatorConfig& c) noexcept {
   if (!(c.lag_s >= 0.0)) return refuse("lag_s", "must be >= 0", c.lag_s);
   if (!(c.torque_resolution >= 0.0)) return refuse("torque_resolution", "must be >= 0", c.torque_resolution);
   return {};

@@ -76,20 +76,20 @@ bool is_stable(const Polynomial& denominator) {
   return std::all_of(poles.begin(), poles.end(), [](auto pole) { return std::abs(pole) <= 1.0 + kOnCircle; });
 }
 
-expected<void, ConfigError> check_numerator(std::string_view field, const Polynomial& x) {
+expected<void, Error> check_numerator(std::string_view field, const Polynomial& x) {
   if (!has_good_size(x)) return refuse(field, "must hold 1 ... 17 coefficients");
   if (!is_finite(x)) return refuse(field, "must be finite");
   return {};
 }
 
-expected<void, ConfigError> check_denominator(std::string_view field, const Polynomial& x) {
+expected<void, Error> check_denominator(std::string_view field, const Polynomial& x) {
   if (const auto ok = check_numerator(field, x); !ok) return ok;
   if (x[0] == 0.0) return refuse(field, "must not begin with 0", 0.0);
   if (!is_stable(x)) return refuse(field, "must not have a root outside the unit circle");
   return {};
 }
 
-expected<void, ConfigError> check_pid(const ControllerConfig& c) {
+expected<void, Error> check_pid(const ControllerConfig& c) {
   if (!is_positive(c.gain)) return refuse("gain", "must be > 0", c.gain);
   if (c.kind != ControllerKind::p && !is_positive(c.integral_time_s))
     return refuse("integral_time_s", "must be > 0", c.integral_time_s);
@@ -104,7 +104,7 @@ expected<void, ConfigError> check_pid(const ControllerConfig& c) {
   return {};
 }
 
-expected<void, ConfigError> check_law(const ControllerConfig& c) {
+expected<void, Error> check_law(const ControllerConfig& c) {
   switch (c.kind) {
     case ControllerKind::none:
       return {};
@@ -132,14 +132,14 @@ std::span<const std::string_view> enum_names(ControllerKind) noexcept {
   return kNames;
 }
 
-expected<void, ConfigError> check(const ControllerConfig& c) {
+expected<void, Error> check(const ControllerConfig& c) {
   if (const auto ok = check_law(c); !ok) return ok;
   if (!is_not_negative(c.velocity_limit)) return refuse("velocity_limit", "must be >= 0", c.velocity_limit);
   if (!is_not_negative(c.torque_limit)) return refuse("torque_limit", "must be >= 0", c.torque_limit);
   return {};
 }
 
-expected<Controller, ConfigError> Controller::create(const ControllerConfig& config, double sample_rate_hz) {
+expected<Controller, Error> Controller::create(const ControllerConfig& config, double sample_rate_hz) {
   if (const auto ok = check(config); !ok) return unexpected(ok.error());
   if (!is_positive(sample_rate_hz)) return refuse("sample_rate_hz", "must be > 0", sample_rate_hz);
   Controller controller(config, 1.0 / sample_rate_hz);
@@ -147,7 +147,7 @@ expected<Controller, ConfigError> Controller::create(const ControllerConfig& con
   return controller;
 }
 
-expected<void, ConfigError> Controller::make_filters() {
+expected<void, Error> Controller::make_filters() {
   if (!closed()) return {};
   const bool rst = config_.kind == ControllerKind::rst;
   const auto law = rst ? data::TransferFunction{{1.0}, config_.r, step_s_} : error_law(config_, step_s_);

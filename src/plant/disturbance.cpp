@@ -6,7 +6,7 @@
 
 namespace resonid::plant {
 
-expected<void, ConfigError> check(const FrictionConfig& c) noexcept {
+expected<void, Error> check(const FrictionConfig& c) noexcept {
   if (!(c.driven.coulomb >= 0.0)) return refuse("coulomb", "must be >= 0", c.driven.coulomb);
   if (!(c.driven.breakaway >= 0.0)) return refuse("breakaway", "must be >= 0", c.driven.breakaway);
   if (!(c.driven.stribeck_velocity >= 0.0))
@@ -18,7 +18,7 @@ expected<void, ConfigError> check(const FrictionConfig& c) noexcept {
   return {};
 }
 
-expected<void, ConfigError> check(const DisturbanceConfig& c) noexcept {
+expected<void, Error> check(const DisturbanceConfig& c) noexcept {
   if (!std::isfinite(c.load_torque)) return refuse("load_torque", "must be finite", c.load_torque);
   if (c.load_step.size() != c.load_step_at_s.size())
     return refuse("load_step_at_s", "must hold as many times as load_step holds steps");

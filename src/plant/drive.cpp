@@ -25,7 +25,7 @@ double belt_damping(const DriveConfig& c, double stiffness, double load_inertia)
   return stiffness / (omega * c.quality);
 }
 
-expected<void, ConfigError> check_coupled(const DriveConfig& c) noexcept {
+expected<void, Error> check_coupled(const DriveConfig& c) noexcept {
   if (!(c.load_inertia > 0.0)) return refuse("load_inertia", "must be > 0", c.load_inertia);
   if (!(c.stiffness > 0.0)) return refuse("stiffness", "must be > 0", c.stiffness);
   if (!(c.damping >= 0.0)) return refuse("damping", "must be >= 0", c.damping);
@@ -41,7 +41,7 @@ expected<void, ConfigError> check_coupled(const DriveConfig& c) noexcept {
   return {};
 }
 
-expected<void, ConfigError> check_chain(const DriveConfig& c) noexcept {
+expected<void, Error> check_chain(const DriveConfig& c) noexcept {
   if (c.inertias.empty() || c.inertias.size() > kMaxMasses)
     return refuse("inertias", "must hold 1 ... 6 values");
   if (c.stiffnesses.size() + 1 != c.inertias.size())
@@ -57,7 +57,7 @@ expected<void, ConfigError> check_chain(const DriveConfig& c) noexcept {
   return {};
 }
 
-expected<void, ConfigError> check_belt(const DriveConfig& c) noexcept {
+expected<void, Error> check_belt(const DriveConfig& c) noexcept {
   if (!(c.cart_mass_kg > 0.0)) return refuse("cart_mass_kg", "must be > 0", c.cart_mass_kg);
   if (!(c.specific_stiffness_n > 0.0))
     return refuse("specific_stiffness_n", "must be > 0", c.specific_stiffness_n);
@@ -73,7 +73,7 @@ expected<void, ConfigError> check_belt(const DriveConfig& c) noexcept {
 }
 
 /// What has nothing to act on in a machine without a coupling.
-expected<void, ConfigError> check_rigid(const DisturbanceConfig& d) noexcept {
+expected<void, Error> check_rigid(const DisturbanceConfig& d) noexcept {
   constexpr const char* kNeeds = "needs a coupling: this machine is rigid";
   if (d.eccentricity != 0.0) return refuse("eccentricity", kNeeds, d.eccentricity);
   if (d.stiffness_drift_per_s != 0.0) return refuse("stiffness_drift_per_s", kNeeds, d.stiffness_drift_per_s);
@@ -121,7 +121,7 @@ std::span<const std::string_view> enum_names(Structure) noexcept {
   return kNames;
 }
 
-expected<void, ConfigError> check(const DriveConfig& c) noexcept {
+expected<void, Error> check(const DriveConfig& c) noexcept {
   if (c.structure == Structure::chain) {
     if (const auto ok = check_chain(c); !ok) return ok;
   } else if (!(c.driven_inertia > 0.0)) {
@@ -192,8 +192,8 @@ data::TwoMassParameters at_driven_shaft(const DriveConfig& c, double position_m)
           c.viscous_friction};
 }
 
-expected<std::unique_ptr<Drive>, ConfigError> make_drive(const MachineConfig& machine, double sample_rate_hz,
-                                                         double early_fraction, double longest_s) {
+expected<std::unique_ptr<Drive>, Error> make_drive(const MachineConfig& machine, double sample_rate_hz,
+                                                   double early_fraction, double longest_s) {
   if (const auto ok = check(machine.drive); !ok) return unexpected(ok.error());
   if (const auto ok = check(machine.friction); !ok) return unexpected(ok.error());
   if (const auto ok = check(machine.disturbance); !ok) return unexpected(ok.error());

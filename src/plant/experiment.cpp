@@ -96,7 +96,7 @@ ExperimentError out_of_stroke(const ExperimentConfig& config, double time_s, dou
 
 }  // namespace
 
-expected<void, ConfigError> check(const RunConfig& c) noexcept {
+expected<void, Error> check(const RunConfig& c) noexcept {
   if (!(c.sample_rate_hz > 0.0)) return refuse("sample_rate_hz", "must be > 0", c.sample_rate_hz);
   if (!(c.duration_s >= 0.0)) return refuse("duration_s", "must be >= 0", c.duration_s);
   return {};
@@ -104,7 +104,7 @@ expected<void, ConfigError> check(const RunConfig& c) noexcept {
 
 expected<std::size_t, ExperimentError> length_of(const ExperimentConfig& config) {
   const RunConfig& run = config.run;
-  const auto excitation = excitation::Excitation::create(config.excitation, run.sample_rate_hz);
+  const auto excitation = online::Excitation::create(config.excitation, run.sample_rate_hz);
   const double samples = run.duration_s > 0.0 ? run.duration_s * run.sample_rate_hz
                                               : static_cast<double>(excitation->natural_length_samples());
   const auto refused = [&](std::string_view requirement, double value) {
@@ -127,7 +127,7 @@ expected<Simulation, ExperimentError> simulate_closed_loop(const ExperimentConfi
   auto loop = make_loop(config, static_cast<double>(samples) / rate);
   if (!loop) return unexpected(loop.error());
 
-  auto excitation = *excitation::Excitation::create(config.excitation, rate);
+  auto excitation = *online::Excitation::create(config.excitation, rate);
   const Controller controller = *Controller::create(config.controller, rate);
   const Machine machine(machine_of(config), static_cast<double>(samples) / rate);
   MeasurementNoise noise(config.measurement, rate, config.run.seed);

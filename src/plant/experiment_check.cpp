@@ -16,7 +16,7 @@ constexpr double kMaxDelaySamples = 1e6;
 constexpr std::size_t kMaxPoleDelay = 60;  // samples; beyond it the poles take too long
 constexpr double kStable = 1.0 + 1e-9;     // rounding of a pole on the unit circle
 
-unexpected<ExperimentError> refused(std::string_view table, const ConfigError& error) {
+unexpected<ExperimentError> refused(std::string_view table, const Error& error) {
   return unexpected<ExperimentError>(located(table, error));
 }
 
@@ -29,7 +29,7 @@ expected<void, ExperimentError> check_ranges(const ExperimentConfig& c) {
   if (const auto ok = check(c.motion); !ok) return refused("motion", ok.error());
   if (const auto ok = check(c.measurement); !ok) return refused("measurement", ok.error());
   if (const auto ok = check(c.run); !ok) return refused("run", ok.error());
-  const auto excitation = excitation::Excitation::create(c.excitation, c.run.sample_rate_hz);
+  const auto excitation = online::Excitation::create(c.excitation, c.run.sample_rate_hz);
   if (!excitation) return refused("excitation", excitation.error());
   if (c.measurement.delay_s * c.run.sample_rate_hz > kMaxDelaySamples)
     return refused("measurement", {"delay_s", "must be at most 1e6 samples", c.measurement.delay_s});
@@ -144,7 +144,7 @@ expected<void, ExperimentError> check_loop(const ExperimentConfig& c, const Driv
 
 }  // namespace
 
-ExperimentError located(std::string_view table, const ConfigError& error) {
+ExperimentError located(std::string_view table, const Error& error) {
   return {std::string(table), std::string(error.field),
           std::isnan(error.value) ? std::string() : fmt::format("{:g}", error.value),
           std::string(error.requirement)};

@@ -7,7 +7,7 @@
 
 namespace resonid::plant {
 
-[[nodiscard]] ExperimentError located(std::string_view table, const ConfigError& error);
+[[nodiscard]] ExperimentError located(std::string_view table, const Error& error);
 [[nodiscard]] MachineConfig machine_of(const ExperimentConfig& config);
 /// Samples of the record. The excitation must be valid.
 [[nodiscard]] expected<std::size_t, ExperimentError> length_of(const ExperimentConfig& config);

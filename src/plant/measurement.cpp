@@ -9,7 +9,7 @@ std::span<const std::string_view> enum_names(VelocitySource) noexcept {
   return kNames;
 }
 
-expected<void, ConfigError> check(const MeasurementConfig& c) noexcept {
+expected<void, Error> check(const MeasurementConfig& c) noexcept {
   if (!(c.delay_s >= 0.0)) return refuse("delay_s", "must be >= 0", c.delay_s);
   if (!(c.noise_rms >= 0.0)) return refuse("noise_rms", "must be >= 0", c.noise_rms);
   if (!(c.noise_bandwidth_hz >= 0.0))

@@ -17,7 +17,7 @@ std::span<const std::string_view> enum_names(MotionKind) noexcept {
   return kNames;
 }
 
-expected<void, ConfigError> check(const MotionConfig& c) noexcept {
+expected<void, Error> check(const MotionConfig& c) noexcept {
   if (!std::isfinite(c.from)) return refuse("from", "must be finite", c.from);
   if (c.kind == MotionKind::standstill) return {};
   if (c.kind == MotionKind::constant) {
@@ -34,7 +34,7 @@ expected<void, ConfigError> check(const MotionConfig& c) noexcept {
   return {};
 }
 
-expected<MotionProfile, ConfigError> MotionProfile::create(const MotionConfig& config) {
+expected<MotionProfile, Error> MotionProfile::create(const MotionConfig& config) {
   if (const auto ok = check(config); !ok) return unexpected(ok.error());
   MotionProfile profile(config);
   if (profile.moves()) profile.plan();

@@ -9,7 +9,7 @@ namespace resonid::plant {
 namespace {
 
 std::vector<double> default_lines(const ExperimentConfig& config) {
-  using excitation::Kind;
+  using online::Kind;
   const auto& e = config.excitation;
   if (e.kind == Kind::multisine || e.kind == Kind::stepped_sine) {
     const auto lines = e.lines_hz.hz();
@@ -20,7 +20,7 @@ std::vector<double> default_lines(const ExperimentConfig& config) {
   constexpr std::size_t kCount = 200;
   const double rate = config.run.sample_rate_hz;
   const bool silent = e.kind == Kind::none;
-  const auto band = excitation::Excitation::create(e, rate)->band();
+  const auto band = online::Excitation::create(e, rate)->band();
   const double low = silent ? 1e-3 * rate : band.low_hz;
   const double high = silent ? 0.45 * rate : band.high_hz;
   std::vector<double> f(kCount);

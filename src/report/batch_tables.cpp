@@ -46,8 +46,9 @@ std::string error_line(const identification::BatchEntry& entry) {
   return text.rfind(entry.file, 0) == 0 ? text : entry.file + ": " + text;
 }
 
-std::string error_text(const identification::Refusal& error) {
-  return error.option.empty() ? error.message : "--" + error.option + ": " + error.message;
+std::string error_text(const Error& error) {
+  return error.field.empty() ? error.requirement.str()
+                             : "--" + error.field.str() + ": " + error.requirement.str();
 }
 
 std::string value_text(double value, const std::optional<double>& std, double z) {

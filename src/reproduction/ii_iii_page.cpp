@@ -5,7 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <resonid/recursive/positive_real.hpp>
+#include <resonid/online/models/positive_real.hpp>
 #include <resonid/reproduction/experiments.hpp>
 #include <string>
 #include <utility>
@@ -288,12 +288,12 @@ Section stability(const std::vector<Method>& tracked, std::size_t seeds) {
     for (const Run* at : {&resting, &fast}) {
       for (const double position : {0.38, 1.0, 1.65}) {
         const auto& c = *at->simulation.truth.controller;
-        recursive::PseudoLinearRecursion<3> r;
+        online::PseudoLinearRecursion<3> r;
         r.model = sampled(machine_at(at->experiment.drive, position), at->rate_hz());
         r.delay_samples = 1;
-        r.controller = recursive::controller_coefficients(c.numerator, c.denominator);
-        r.error = indirect ? recursive::RegressorFilter::sensitivity : recursive::RegressorFilter::inverse_a;
-        const double least = recursive::local_stability(r).least_eigenvalue;
+        r.controller = online::controller_coefficients(c.numerator, c.denominator);
+        r.error = indirect ? online::RegressorFilter::sensitivity : online::RegressorFilter::inverse_a;
+        const double least = online::local_stability(r).least_eigenvalue;
         table.rows.push_back(row(fmt::format("{:.0f} ms, cart at {:.2f} m", 1000.0 / at->rate_hz(), position),
                                  "", least, {}, {}, least > 0.0 ? "" : "unstable"));
       }

@@ -9,21 +9,21 @@
 #include <memory>
 #include <resonid/base/constants.hpp>
 #include <resonid/base/linear_system.hpp>
-#include <resonid/recursive/arx.hpp>
-#include <resonid/recursive/closed_loop_output_error.hpp>
-#include <resonid/recursive/instrumental_variables.hpp>
-#include <resonid/recursive/modes.hpp>
-#include <resonid/recursive/output_error.hpp>
-#include <resonid/recursive/physical_tracker.hpp>
+#include <resonid/online/models/arx.hpp>
+#include <resonid/online/models/closed_loop_output_error.hpp>
+#include <resonid/online/models/instrumental_variables.hpp>
+#include <resonid/online/models/modes.hpp>
+#include <resonid/online/models/output_error.hpp>
+#include <resonid/online/models/physical_tracker.hpp>
 
 #include "reproduction/runs.hpp"
 
 namespace resonid::reproduction::ii_iii {
 namespace {
 
-using recursive::ClosedLoopGradient;
-using recursive::PhysicalParameter;
-using Tracker = recursive::PhysicalTracker<double>;
+using online::ClosedLoopGradient;
+using online::PhysicalParameter;
+using Tracker = online::PhysicalTracker<double>;
 
 constexpr std::size_t kEvery = 10, kLagEvery = 50;  // samples; the lag of a recursion takes 50 us
 constexpr double kMemory_s = 0.4;
@@ -38,7 +38,7 @@ double at(const std::vector<double>& time_s, const std::vector<double>& value, d
 }
 
 double resonance_of(const Model& model, double rate_hz) {
-  const auto found = recursive::SampledModes<3>(model, rate_hz).resonances();
+  const auto found = online::SampledModes<3>(model, rate_hz).resonances();
   return found.empty() ? 0.0 : found[0].frequency_hz;
 }
 
@@ -46,14 +46,14 @@ std::size_t delay_samples(const Run& run) {
   return static_cast<std::size_t>(std::lround(run.simulation.truth.delay_s * run.rate_hz()));
 }
 
-recursive::ModelEstimatorConfig common_config(const Run& run, const Model& start, bool forget) {
-  recursive::ModelEstimatorConfig c;
+online::ModelEstimatorConfig common_config(const Run& run, const Model& start, bool forget) {
+  online::ModelEstimatorConfig c;
   c.sample_rate_hz = run.rate_hz();
   c.delay_samples = delay_samples(run);
   c.start_b = start.b;
   c.start_a = start.a;
   c.adaptation.start_variance = 0.01;
-  c.adaptation.forgetting = forget ? recursive::Forgetting::constant : recursive::Forgetting::none;
+  c.adaptation.forgetting = forget ? online::Forgetting::constant : online::Forgetting::none;
   c.adaptation.factor = 1.0 - 1.0 / (kMemory_s * run.rate_hz());
   return c;
 }
@@ -81,37 +81,37 @@ std::vector<Estimate> follow(Estimator estimator, const Run& run) {
 
 std::vector<Estimate> follow_closed_loop(const Run& run, const Model& start, ClosedLoopGradient gradient,
                                          bool forget) {
-  recursive::ClosedLoopOutputErrorConfig c;
+  online::ClosedLoopOutputErrorConfig c;
   c.common = common_config(run, start, forget);
   c.controller_numerator = run.simulation.truth.controller->numerator;
   c.controller_denominator = run.simulation.truth.controller->denominator;
-  c.input = recursive::PredictorInput::measured;
+  c.input = online::PredictorInput::measured;
   c.gradient = gradient;
-  return follow(*recursive::ClosedLoopOutputError<double, 3>::create(c), run);
+  return follow(*online::ClosedLoopOutputError<double, 3>::create(c), run);
 }
 
 std::vector<Estimate> follow_output_error(const Run& run, const Model& start, bool forget) {
-  recursive::OutputErrorConfig c;
+  online::OutputErrorConfig c;
   c.common = common_config(run, start, forget);
   if (run.simulation.truth.controller) {
     c.controller_numerator = run.simulation.truth.controller->numerator;
     c.controller_denominator = run.simulation.truth.controller->denominator;
   }
-  return follow(*recursive::OutputError<double, 3>::create(c), run);
+  return follow(*online::OutputError<double, 3>::create(c), run);
 }
 
 std::vector<Estimate> follow_refined_iv(const Run& run, const Model& start, bool forget) {
-  recursive::InstrumentalVariablesConfig<3> c;
+  online::InstrumentalVariablesConfig<3> c;
   c.start = start;
   c.controller_numerator = run.simulation.truth.controller->numerator;
   c.controller_denominator = run.simulation.truth.controller->denominator;
   c.delay_samples = delay_samples(run);
   if (!forget) c.memory_samples = std::numeric_limits<double>::infinity();
-  return follow(*recursive::InstrumentalVariables<double, 3>::create(c), run);
+  return follow(*online::InstrumentalVariables<double, 3>::create(c), run);
 }
 
 std::vector<Estimate> follow_physical(const Run& run, bool forget) {
-  recursive::PhysicalTrackerConfig c;
+  online::PhysicalTrackerConfig c;
   c.sample_rate_hz = run.rate_hz();
   c.delay_s = run.simulation.truth.delay_s;
   c.driven_inertia = {run.start.driven_inertia, 0.1};
@@ -268,7 +268,7 @@ std::vector<Estimate> track(const Run& run, Method method, bool forget) {
   const Model start = sampled(run.start, run.rate_hz());
   switch (method) {
     case Method::arx:
-      return follow(*recursive::Arx<double, 3>::create({common_config(run, start, forget)}), run);
+      return follow(*online::Arx<double, 3>::create({common_config(run, start, forget)}), run);
     case Method::output_error:
       return follow_output_error(run, start, forget);
     case Method::closed_loop:

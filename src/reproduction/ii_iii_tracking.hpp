@@ -5,13 +5,13 @@
 #include <cstddef>
 #include <cstdint>
 #include <resonid/diagnostics/residuals.hpp>
+#include <resonid/online/models/discrete_model.hpp>
 #include <resonid/plant/experiment.hpp>
-#include <resonid/recursive/discrete_model.hpp>
 #include <vector>
 
 namespace resonid::reproduction::ii_iii {
 
-using Model = recursive::DiscreteModel<double, 3>;
+using Model = online::DiscreteModel<double, 3>;
 
 enum class Method {
   arx,              ///< RLS on measured signals: direct.

@@ -7,8 +7,8 @@
 #include <cmath>
 #include <numeric>
 #include <resonid/base/constants.hpp>
+#include <resonid/online/lines/kalman_bank.hpp>
 #include <resonid/reproduction/experiments.hpp>
-#include <resonid/tracking/kalman_bank.hpp>
 
 #include "reproduction/publication_iv.hpp"
 #include "reproduction/runs.hpp"
@@ -33,11 +33,11 @@ constexpr double kShownTo = 21.5;
 
 /// The output as the bank predicts it from the samples before, y^(k) = C x^(k) (eqs. 8, 9).
 std::vector<double> estimate(const data::Record& record, std::span<const double> lines_hz) {
-  tracking::KalmanBankConfig config;
+  online::KalmanBankConfig config;
   config.sample_rate_hz = record.sample_rate_hz;
   config.frequency_hz = lines_hz;
   config.lambda = kLambda;
-  auto bank = tracking::KalmanBank<double, kLines>::create(config);
+  auto bank = online::KalmanBank<double, kLines>::create(config);
   assert(bank);
   std::vector<double> out;
   for (const double y : record.output.samples) {

@@ -6,8 +6,8 @@
 #include <cassert>
 #include <cmath>
 #include <resonid/base/constants.hpp>
+#include <resonid/online/lines/kalman_bank.hpp>
 #include <resonid/plant/white_noise.hpp>
-#include <resonid/tracking/kalman_bank.hpp>
 
 #include "linalg/decompositions.hpp"
 #include "reproduction/publication_iv.hpp"
@@ -18,7 +18,7 @@ namespace {
 using report::Chart;
 using report::ComparisonTable;
 using report::Curve;
-using Bank = tracking::KalmanBank<double, kLines>;
+using Bank = online::KalmanBank<double, kLines>;
 
 constexpr std::size_t kTracked = 7;
 constexpr std::array<double, kTracked> kOmegaOverPi = {20.0, 24.0, 30.0, 36.0, 60.0, 70.0, 80.0};
@@ -57,7 +57,7 @@ std::vector<double> signal(double rate_hz, const Disturbances& disturbances, std
 Bank make_bank(double rate_hz, double lambda) {
   std::array<double, kTracked> frequency_hz{};
   for (std::size_t i = 0; i < kTracked; ++i) frequency_hz[i] = 0.5 * kOmegaOverPi[i];
-  tracking::KalmanBankConfig config;
+  online::KalmanBankConfig config;
   config.sample_rate_hz = rate_hz;
   config.frequency_hz = frequency_hz;
   config.lambda = lambda;

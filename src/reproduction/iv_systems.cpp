@@ -4,11 +4,11 @@
 #include <cmath>
 #include <resonid/base/constants.hpp>
 #include <resonid/diagnostics/gap.hpp>
+#include <resonid/online/lines/kalman_bank.hpp>
+#include <resonid/online/lines/response_tracker.hpp>
 #include <resonid/response/periodic_averaging.hpp>
 #include <resonid/response/tracked_lines.hpp>
 #include <resonid/response/welch.hpp>
-#include <resonid/tracking/kalman_bank.hpp>
-#include <resonid/tracking/response_tracker.hpp>
 
 #include "reproduction/publication_iv.hpp"
 #include "reproduction/runs.hpp"
@@ -16,20 +16,20 @@
 namespace resonid::reproduction::iv {
 namespace {
 
-using Bank = tracking::KalmanBank<double, kLines>;
+using Bank = online::KalmanBank<double, kLines>;
 constexpr double kSettled = 2.0;  // seconds until the run-up to speed is over
 
 /// The published estimate: banks on u and y, direct, read after the last sample.
 Response newest_response(const data::Record& record, const std::vector<double>& lines_hz, double delay_s) {
-  tracking::KalmanBankConfig config;
+  online::KalmanBankConfig config;
   config.sample_rate_hz = record.sample_rate_hz;
   config.frequency_hz = lines_hz;
   config.lambda = kLambda;
   const auto bank = Bank::create(config);
   assert(bank);
-  tracking::ResponseTrackerConfig response;
+  online::ResponseTrackerConfig response;
   response.known_delay_s = delay_s;
-  auto tracker = tracking::ResponseTracker<Bank>::create(*bank, response);
+  auto tracker = online::ResponseTracker<Bank>::create(*bank, response);
   assert(tracker);
   for (std::size_t k = 0; k < record.samples(); ++k)
     tracker->step(record.input.samples[k], record.output.samples[k]);

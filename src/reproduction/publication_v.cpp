@@ -6,7 +6,7 @@
 #include <functional>
 #include <resonid/base/constants.hpp>
 #include <resonid/diagnostics/residuals.hpp>
-#include <resonid/excitation/metrics.hpp>
+#include <resonid/online/excitation/metrics.hpp>
 #include <resonid/reproduction/reproduction.hpp>
 
 #include "reproduction/spread.hpp"
@@ -302,7 +302,7 @@ Comparisons comparisons(std::size_t seeds, const std::function<void(double)>& pr
       named("10 Hz, one period, rectangular, Sanathanan-Koerner", v::best(),
             [](Method& m) {
               m.window_samples = 200;
-              m.window = tracking::DftWindow::rectangular;
+              m.window = online::DftWindow::rectangular;
             }),
       named("10 Hz, two periods, Hann, Levy", v::best(), [](Method& m) { m.levy = true; }),
       v::best(),
@@ -350,7 +350,7 @@ Section printed(const v::Run& run) {
           "printed for the whole stroke; the run begins at 0.4 m"),
       row("lines", "", static_cast<double>(run.lines_hz.size()), {}, 21.0),
       row("crest factor of the excitation, Schroeder phases", "",
-          excitation::measure(run.simulation.record.excitation.samples).crest_factor)};
+          online::measure(run.simulation.record.excitation.samples).crest_factor)};
   section.tables = {std::move(table)};
   return section;
 }

@@ -30,7 +30,7 @@ constexpr Place kPlaces[] = {
 /// The resting cart of a chirp experiment under a PRBS of the same amplitude.
 plant::ExperimentConfig under_prbs(const Place& place, int cells, std::uint64_t seed) {
   auto c = shipped_experiment(place.experiment);
-  c.excitation.kind = excitation::Kind::prbs;
+  c.excitation.kind = online::Kind::prbs;
   c.excitation.register_length = cells;
   c.measurement.noise_rms = kNoise;
   c.run.duration_s = kDuration_s;

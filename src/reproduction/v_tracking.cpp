@@ -7,21 +7,21 @@
 #include <functional>
 #include <memory>
 #include <resonid/base/constants.hpp>
-#include <resonid/recursive/modes.hpp>
-#include <resonid/recursive/recursive_response_fit.hpp>
-#include <resonid/recursive/response_fit.hpp>
+#include <resonid/online/lines/response_tracker.hpp>
+#include <resonid/online/models/modes.hpp>
+#include <resonid/online/models/recursive_response_fit.hpp>
+#include <resonid/online/models/response_fit.hpp>
 #include <resonid/reproduction/experiments.hpp>
-#include <resonid/tracking/response_tracker.hpp>
 
 #include "reproduction/runs.hpp"
 
 namespace resonid::reproduction::v {
 namespace {
 
-using Dft = tracking::SlidingDft<double, 21, 400>;
-using Tracker = tracking::ResponseTracker<Dft>;
-using Fit = recursive::ResponseFit<double, 3, 21>;
-using LineFit = recursive::RecursiveResponseFit<double, 3, 21>;
+using Dft = online::SlidingDft<double, 21, 400>;
+using Tracker = online::ResponseTracker<Dft>;
+using Fit = online::ResponseFit<double, 3, 21>;
+using LineFit = online::RecursiveResponseFit<double, 3, 21>;
 
 constexpr std::size_t kLongestWindow = 400;  // so that all methods are judged over the same part of the run
 
@@ -38,7 +38,7 @@ std::unique_ptr<Tracker> tracker_of(const Method& method, const plant::Simulatio
                                     const std::vector<double>& lines) {
   const auto dft =
       Dft::create({simulation.record.sample_rate_hz, method.window_samples, lines, method.window});
-  tracking::ResponseTrackerConfig known;
+  online::ResponseTrackerConfig known;
   known.known_delay_s = simulation.truth.delay_s;
   known.controller_numerator = simulation.truth.controller->numerator;
   known.controller_denominator = simulation.truth.controller->denominator;
@@ -57,8 +57,8 @@ void track(const Method& method, const plant::Simulation& simulation, const std:
 }
 
 /// Total inertia from the integrator's residue, the rest from poles and zeros.
-Drive drive_of(const recursive::DiscreteModel<double, 3>& m, double rate_hz, double radius_m) {
-  const recursive::SampledModes<3> modes(m, rate_hz);
+Drive drive_of(const online::DiscreteModel<double, 3>& m, double rate_hz, double radius_m) {
+  const online::SampledModes<3> modes(m, rate_hz);
   const auto resonances = modes.resonances(), antiresonances = modes.antiresonances();
   Drive d;
   d.resonance_hz = d.stiffness = d.damping = d.inertia = std::nan("");
@@ -88,7 +88,7 @@ Method published() { return {.name = "5 Hz, one period, rectangular, Levy (publi
 Method best() {
   return {.name = "10 Hz, two periods, Hann, Sanathanan-Koerner",
           .step_hz = 10.0,
-          .window = tracking::DftWindow::hann,
+          .window = online::DftWindow::hann,
           .levy = false};
 }
 

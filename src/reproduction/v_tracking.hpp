@@ -4,9 +4,9 @@
 #include <cstddef>
 #include <cstdint>
 #include <resonid/base/approach.hpp>
+#include <resonid/online/lines/sliding_dft.hpp>
+#include <resonid/online/models/discrete_model.hpp>
 #include <resonid/plant/experiment.hpp>
-#include <resonid/recursive/discrete_model.hpp>
-#include <resonid/tracking/sliding_dft.hpp>
 #include <string>
 #include <vector>
 
@@ -17,7 +17,7 @@ struct Method {
   std::string name;
   double step_hz = 5.0;  ///< Of the lines, 20 ... 120 Hz.
   std::size_t window_samples = 400;
-  tracking::DftWindow window = tracking::DftWindow::rectangular;
+  online::DftWindow window = online::DftWindow::rectangular;
   bool levy = true;           ///< As published; else Sanathanan and Koerner with a fixed integrator.
   bool line_by_line = false;  ///< One line per sample into a recursive fit.
   Approach approach = Approach::indirect;
@@ -38,7 +38,7 @@ struct Estimate {
   std::size_t sample = 0;
   double centre = 0.0;     ///< Middle of the window, in samples.
   double described = 0.0;  ///< That less the machine's own memory and the fit's.
-  recursive::DiscreteModel<double, 3> model;
+  online::DiscreteModel<double, 3> model;
   Drive drive;  ///< Not a number where the model has no resonance or anti-resonance.
 };
 

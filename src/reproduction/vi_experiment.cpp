@@ -18,7 +18,7 @@ plant::Truth truth(plant::ExperimentConfig experiment, std::span<const double> g
 Known known(const plant::ExperimentConfig& experiment) {
   const auto& e = experiment.excitation;
   Known k;
-  k.sweep = {e.from_hz, e.to_hz, e.duration_s, tracking::Sweep::linear};
+  k.sweep = {e.from_hz, e.to_hz, e.duration_s, online::Sweep::linear};
   const double one_hz[] = {1.0};
   k.controller = truth(experiment, one_hz).controller;
   k.delay_s = experiment.measurement.delay_s;

@@ -7,8 +7,8 @@
 #include <resonid/data/record.hpp>
 #include <resonid/data/transfer_function.hpp>
 #include <resonid/data/two_mass.hpp>
+#include <resonid/online/lines/sweep.hpp>
 #include <resonid/plant/experiment.hpp>
-#include <resonid/tracking/sweep.hpp>
 #include <span>
 #include <vector>
 
@@ -18,7 +18,7 @@ namespace resonid::reproduction::vi {
 
 /// What the source takes as known in every estimate.
 struct Known {
-  tracking::SweepLaw sweep;                          ///< Of a chirp; unused otherwise.
+  online::SweepLaw sweep;                            ///< Of a chirp; unused otherwise.
   std::optional<data::TransferFunction> controller;  ///< C
   double delay_s = 0.0;                              ///< Taken out of responses and loops, as published.
 };

@@ -24,14 +24,14 @@ LoopFigures loop_figures(const data::FrequencyResponse& loop) {
   const auto crossover = diagnostics::loop_margins(loop).crossover_hz();
   if (crossover) {
     figures[kCrossover] = *crossover;
-    const double d2 = diagnostics::nyquist_distances(loop.at(*crossover)).d2;
+    const double d2 = online::nyquist_distances(loop.at(*crossover)).d2;
     figures[kPhaseMargin] = degrees(std::acos(std::clamp(0.5 * (2.0 - d2 * d2), -1.0, 1.0)));
     figures[kModulusMargin] = d2;
     for (std::size_t i = 0; i < loop.lines(); ++i) {
       if (loop.frequency_hz[i] < *crossover) continue;
       if (!(loop.value[i].real() < 0.0 && loop.value[i].imag() < 0.0)) break;
       figures[kModulusMargin] =
-          std::min(figures[kModulusMargin], diagnostics::nyquist_distances(loop.value[i]).d2);
+          std::min(figures[kModulusMargin], online::nyquist_distances(loop.value[i]).d2);
     }
   }
   const auto resonance = diagnostics::nyquist_resonance(loop);
@@ -42,7 +42,7 @@ LoopFigures loop_figures(const data::FrequencyResponse& loop) {
 
 std::vector<double> loop_grid_hz(double step_hz) { return grid_hz(kLowHz, kHighHz, step_hz); }
 
-std::vector<double> sample_grid_hz(const tracking::SweepLaw& sweep, double sample_rate_hz) {
+std::vector<double> sample_grid_hz(const online::SweepLaw& sweep, double sample_rate_hz) {
   const double per_sample_hz = (sweep.to_hz - sweep.from_hz) / (sweep.duration_s * sample_rate_hz);
   const auto samples = static_cast<std::size_t>(std::lround(sweep.duration_s * sample_rate_hz));
   constexpr double kRounding = 1e-9;

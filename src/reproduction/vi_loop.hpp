@@ -5,7 +5,7 @@
 #include <cstddef>
 #include <limits>
 #include <resonid/data/frequency_response.hpp>
-#include <resonid/tracking/sweep.hpp>
+#include <resonid/online/lines/sweep.hpp>
 #include <string_view>
 #include <vector>
 
@@ -50,7 +50,7 @@ inline constexpr double kNoisyStepHz = 0.04;
 [[nodiscard]] std::vector<double> loop_grid_hz(double step_hz);
 
 /// The frequencies within 1.8 ... 33 Hz at which the sweep is at its samples, ascending.
-[[nodiscard]] std::vector<double> sample_grid_hz(const tracking::SweepLaw& sweep, double sample_rate_hz);
+[[nodiscard]] std::vector<double> sample_grid_hz(const online::SweepLaw& sweep, double sample_rate_hz);
 
 /// The literal eq. (27), acos((d2 - 2)/(-2)), for a curve that has this phase margin.
 [[nodiscard]] double phase_margin_as_printed(double phase_margin_deg);

@@ -5,17 +5,17 @@
 #include <cassert>
 #include <cmath>
 #include <resonid/base/constants.hpp>
-#include <resonid/tracking/chirp_tracker.hpp>
+#include <resonid/online/lines/chirp_tracker.hpp>
 
 namespace resonid::reproduction::vi {
 namespace {
 
 using Complex = std::complex<double>;
-using Tracker = tracking::ChirpTracker<double>;
+using Tracker = online::ChirpTracker<double>;
 
-Tracker make_filter(const tracking::SweepLaw& sweep, double sample_rate_hz, double lambda,
+Tracker make_filter(const online::SweepLaw& sweep, double sample_rate_hz, double lambda,
                     FilterFrequency frequency) {
-  tracking::ChirpTrackerConfig config;
+  online::ChirpTrackerConfig config;
   config.sample_rate_hz = sample_rate_hz;
   config.from_hz = sweep.from_hz;
   config.to_hz = frequency == FilterFrequency::printed ? 0.5 * (sweep.from_hz + sweep.to_hz) : sweep.to_hz;

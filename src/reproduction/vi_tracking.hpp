@@ -19,7 +19,7 @@ enum class FilterFrequency { instantaneous, printed };
 
 /// The published estimator: one two-state filter of fixed gain on each of ru, u and y, in one pass, without a
 /// state for the operating point (Nevaranta 2016, Pub. VI, eqs. 7-8, 12-18). The phasors of
-/// tracking::ChirpTracker at every sample, referred to the chirp's own phase.
+/// online::ChirpTracker at every sample, referred to the chirp's own phase.
 class TrackedSweep {
  public:
   enum Signal : std::size_t { kExcitation, kInput, kOutput };

@@ -100,8 +100,9 @@ double distortion_variance(double scatter, double noise, std::size_t realisation
   return static_cast<double>(realisations) * std::max(scatter - noise, 0.0);
 }
 
-expected<BestLinearApproximation, ConfigError> best_linear_approximation(
-    std::span<const data::Record> records, const BestLinearConfig& config, Approach approach) {
+expected<BestLinearApproximation, Error> best_linear_approximation(std::span<const data::Record> records,
+                                                                   const BestLinearConfig& config,
+                                                                   Approach approach) {
   if (records.size() < 2)
     return refuse("records", "must be at least two realisations", static_cast<double>(records.size()));
   PeriodicConfig periodic;

@@ -12,8 +12,8 @@ namespace resonid::response {
 namespace {
 
 using Complex = std::complex<double>;
-using tracking::Sweep;
-using tracking::SweepLaw;
+using online::Sweep;
+using online::SweepLaw;
 
 constexpr std::size_t kBlocks = 64;
 
@@ -190,7 +190,7 @@ std::size_t active_samples(std::span<const double> x) {
 
 }  // namespace
 
-std::optional<tracking::SweepLaw> detect_chirp(const data::Record& record) {
+std::optional<online::SweepLaw> detect_chirp(const data::Record& record) {
   const std::span<const double> all = data::exciting(record);
   const double rate_hz = record.sample_rate_hz;
   constexpr std::size_t kFewest = 16 * kBlocks;

@@ -47,7 +47,7 @@ Complex between(const LineEstimate& a, const LineEstimate& b, double frequency_h
   return low + (high - low) * (frequency_hz - a.frequency_hz) / (b.frequency_hz - a.frequency_hz);
 }
 
-expected<Sums, ConfigError> sums_of(const data::Record& record, const DetectionLinesConfig& config) {
+expected<Sums, Error> sums_of(const data::Record& record, const DetectionLinesConfig& config) {
   const Approach approach = record.excitation.present() && record.input.present() ? Approach::joint
                             : record.input.present()                              ? Approach::direct
                                                                                   : Approach::indirect;
@@ -106,13 +106,13 @@ void add(Sum& to, const Sum& sum) {
 
 }  // namespace
 
-expected<DetectionLines, ConfigError> detection_lines(const data::Record& record,
-                                                      const DetectionLinesConfig& config) {
+expected<DetectionLines, Error> detection_lines(const data::Record& record,
+                                                const DetectionLinesConfig& config) {
   return detection_lines(std::span(&record, 1), config);
 }
 
-expected<DetectionLines, ConfigError> detection_lines(std::span<const data::Record> records,
-                                                      const DetectionLinesConfig& config) {
+expected<DetectionLines, Error> detection_lines(std::span<const data::Record> records,
+                                                const DetectionLinesConfig& config) {
   if (records.empty()) return refuse("records", "must be at least one", 0.0);
   Sums all;
   for (const auto& record : records) {

@@ -132,8 +132,8 @@ data::FrequencyResponse to_velocity(data::FrequencyResponse response, data::Outp
   return response;
 }
 
-expected<data::FrequencyResponse, ConfigError> plant_response(const LineEstimates& estimates,
-                                                              const ResponseOptions& options) {
+expected<data::FrequencyResponse, Error> plant_response(const LineEstimates& estimates,
+                                                        const ResponseOptions& options) {
   if (!(options.delay_s >= 0.0) || !std::isfinite(options.delay_s))
     return refuse("delay_s", "must be >= 0", options.delay_s);
   const bool is_indirect = options.approach == Approach::indirect;
@@ -157,7 +157,7 @@ expected<data::FrequencyResponse, ConfigError> plant_response(const LineEstimate
   return response;
 }
 
-expected<data::FrequencyResponse, ConfigError> loop_response(const LineEstimates& estimates) {
+expected<data::FrequencyResponse, Error> loop_response(const LineEstimates& estimates) {
   if (!estimates.has_excitation || !estimates.has_input)
     return refuse("excitation", "the loop's response needs excitation and input");
   return collect(estimates, [](const LineEstimate& line) {
@@ -166,7 +166,7 @@ expected<data::FrequencyResponse, ConfigError> loop_response(const LineEstimates
   });
 }
 
-expected<data::FrequencyResponse, ConfigError> controller_response(const LineEstimates& estimates) {
+expected<data::FrequencyResponse, Error> controller_response(const LineEstimates& estimates) {
   if (!estimates.has_excitation || !estimates.has_input)
     return refuse("excitation", "the controller's response needs excitation and input");
   return collect(estimates, [](const LineEstimate& line) {

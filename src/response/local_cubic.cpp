@@ -59,8 +59,8 @@ struct Regression {
 };
 
 /// Linear: constant rate. Logarithmic: wdot = w q/T and wddot/wdot = q/T with q = ln(f1/f0).
-SweepRate rate_of(const tracking::SweepLaw& law, double frequency_hz) {
-  if (law.sweep == tracking::Sweep::linear) return {kTwoPi * (law.to_hz - law.from_hz) / law.duration_s, 0.0};
+SweepRate rate_of(const online::SweepLaw& law, double frequency_hz) {
+  if (law.sweep == online::Sweep::linear) return {kTwoPi * (law.to_hz - law.from_hz) / law.duration_s, 0.0};
   const double growth = std::log(law.to_hz / law.from_hz) / law.duration_s;
   return {kTwoPi * frequency_hz * growth, growth};
 }

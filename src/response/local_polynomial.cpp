@@ -123,9 +123,9 @@ LineEstimate estimate(const Fit& fit, double frequency_hz) {
 
 }  // namespace
 
-expected<LineEstimates, ConfigError> local_polynomial_lines(const data::Record& record,
-                                                            const LocalPolynomialConfig& config,
-                                                            Approach approach) {
+expected<LineEstimates, Error> local_polynomial_lines(const data::Record& record,
+                                                      const LocalPolynomialConfig& config,
+                                                      Approach approach) {
   const auto signals = signals_of(record, approach);
   if (!signals) return unexpected(signals.error());
   if (config.degree < 0 || config.degree > 6) return refuse("degree", "must lie in 0 ... 6", config.degree);
@@ -150,9 +150,9 @@ expected<LineEstimates, ConfigError> local_polynomial_lines(const data::Record& 
   return estimates;
 }
 
-expected<data::FrequencyResponse, ConfigError> local_polynomial(const data::Record& record,
-                                                                const LocalPolynomialConfig& config,
-                                                                const ResponseOptions& options) {
+expected<data::FrequencyResponse, Error> local_polynomial(const data::Record& record,
+                                                          const LocalPolynomialConfig& config,
+                                                          const ResponseOptions& options) {
   return local_polynomial_lines(record, config, options.approach).and_then([&](const LineEstimates& lines) {
     return plant_response(lines, options);
   });

@@ -260,9 +260,8 @@ data::LineCorrelation correlation_of(const std::vector<Window>& windows, double 
 
 }  // namespace
 
-expected<LineEstimates, ConfigError> local_rational_lines(const data::Record& record,
-                                                          const LocalRationalConfig& config,
-                                                          Approach approach) {
+expected<LineEstimates, Error> local_rational_lines(const data::Record& record,
+                                                    const LocalRationalConfig& config, Approach approach) {
   const auto signals = signals_of(record, approach);
   if (!signals) return unexpected(signals.error());
   if (config.degree < 1 || config.degree > 4) return refuse("degree", "must lie in 1 ... 4", config.degree);
@@ -298,9 +297,9 @@ expected<LineEstimates, ConfigError> local_rational_lines(const data::Record& re
   return estimates;
 }
 
-expected<data::FrequencyResponse, ConfigError> local_rational(const data::Record& record,
-                                                              const LocalRationalConfig& config,
-                                                              const ResponseOptions& options) {
+expected<data::FrequencyResponse, Error> local_rational(const data::Record& record,
+                                                        const LocalRationalConfig& config,
+                                                        const ResponseOptions& options) {
   return local_rational_lines(record, config, options.approach).and_then([&](const LineEstimates& lines) {
     return plant_response(lines, options);
   });

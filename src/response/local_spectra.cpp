@@ -9,8 +9,8 @@
 
 namespace resonid::response {
 
-expected<LocalSpectra, ConfigError> local_spectra(const data::Record& record, const Signals& signals,
-                                                  Approach approach) {
+expected<LocalSpectra, Error> local_spectra(const data::Record& record, const Signals& signals,
+                                            Approach approach) {
   const std::size_t length = fast_length(signals.samples);
   if (length < 64) return refuse("record", "must hold at least 64 samples", static_cast<double>(length));
   LocalSpectra result;
@@ -49,8 +49,8 @@ std::pair<Eigen::Index, Eigen::Index> local_window(const LocalSpectra& spectra, 
           static_cast<Eigen::Index>(std::floor(std::min(high, last)))};
 }
 
-expected<std::vector<double>, ConfigError> local_grid(const data::Record& record, const LocalSpectra& spectra,
-                                                      const LocalGrid& wanted) {
+expected<std::vector<double>, Error> local_grid(const data::Record& record, const LocalSpectra& spectra,
+                                                const LocalGrid& wanted) {
   const double nyquist = 0.5 * record.sample_rate_hz;
   for (const double f : wanted.frequencies_hz)
     if (!(f > 0.0) || f >= nyquist)

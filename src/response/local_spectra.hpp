@@ -19,8 +19,8 @@ struct LocalSpectra {
   std::pair<double, double> band_hz;  ///< The same, further out, in Hz.
 };
 
-[[nodiscard]] expected<LocalSpectra, ConfigError> local_spectra(const data::Record& record,
-                                                                const Signals& signals, Approach approach);
+[[nodiscard]] expected<LocalSpectra, Error> local_spectra(const data::Record& record, const Signals& signals,
+                                                          Approach approach);
 
 /// First and last bin of the window around a centre. Bins without excitation tell nothing about the response:
 /// what the window has of them at an end of the excited band, it grows by at its other side.
@@ -34,8 +34,8 @@ struct LocalGrid {
 };
 
 /// The wanted frequencies in ascending order, or at most 400 bins of the wanted or the excited band.
-[[nodiscard]] expected<std::vector<double>, ConfigError> local_grid(const data::Record& record,
-                                                                    const LocalSpectra& spectra,
-                                                                    const LocalGrid& wanted);
+[[nodiscard]] expected<std::vector<double>, Error> local_grid(const data::Record& record,
+                                                              const LocalSpectra& spectra,
+                                                              const LocalGrid& wanted);
 
 }  // namespace resonid::response

@@ -75,8 +75,8 @@ bool significant(const LineEstimate& line, std::complex<double> mean, Eigen::Ind
 
 }  // namespace
 
-expected<LineEstimates, ConfigError> periodic_lines(const data::Record& record, const PeriodicConfig& config,
-                                                    Approach approach) {
+expected<LineEstimates, Error> periodic_lines(const data::Record& record, const PeriodicConfig& config,
+                                              Approach approach) {
   const auto signals = signals_of(record, approach);
   if (!signals) return unexpected(signals.error());
   const auto high_hz = upper_band_edge(record, config.band_low_hz, config.band_high_hz);
@@ -123,9 +123,9 @@ expected<LineEstimates, ConfigError> periodic_lines(const data::Record& record, 
   return estimates;
 }
 
-expected<data::FrequencyResponse, ConfigError> periodic_average(const data::Record& record,
-                                                                const PeriodicConfig& config,
-                                                                const ResponseOptions& options) {
+expected<data::FrequencyResponse, Error> periodic_average(const data::Record& record,
+                                                          const PeriodicConfig& config,
+                                                          const ResponseOptions& options) {
   return periodic_lines(record, config, options.approach).and_then([&](const LineEstimates& lines) {
     return plant_response(lines, options);
   });

@@ -7,7 +7,7 @@
 
 namespace resonid::response {
 
-expected<Signals, ConfigError> signals_of(const data::Record& record, Approach approach) {
+expected<Signals, Error> signals_of(const data::Record& record, Approach approach) {
   if (!(record.sample_rate_hz > 0.0) || !std::isfinite(record.sample_rate_hz))
     return refuse("sample_rate_hz", "must be > 0", record.sample_rate_hz);
   if (!record.output.present()) return refuse("output", "is needed");
@@ -92,7 +92,7 @@ int trend_degree(const data::Record& record, std::size_t signal) {
   return signal == 2 && record.output_quantity == data::OutputQuantity::position ? 1 : 0;
 }
 
-expected<double, ConfigError> upper_band_edge(const data::Record& record, double low_hz, double high_hz) {
+expected<double, Error> upper_band_edge(const data::Record& record, double low_hz, double high_hz) {
   const double nyquist = 0.5 * record.sample_rate_hz;
   if (!(low_hz >= 0.0)) return refuse("band_low_hz", "must be >= 0", low_hz);
   if (!(high_hz >= 0.0) || high_hz > nyquist)

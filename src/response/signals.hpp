@@ -23,7 +23,7 @@ struct Signals {
 };
 
 /// The signals that an approach needs; refuses a record that lacks one, has none, or has unequal lengths.
-[[nodiscard]] expected<Signals, ConfigError> signals_of(const data::Record& record, Approach approach);
+[[nodiscard]] expected<Signals, Error> signals_of(const data::Record& record, Approach approach);
 
 /// LineEstimates without lines, with what is known of the record.
 [[nodiscard]] LineEstimates empty_estimates(const data::Record& record, const Signals& signals);
@@ -44,7 +44,7 @@ struct Signals {
 [[nodiscard]] int trend_degree(const data::Record& record, std::size_t signal);
 
 /// Checks 0 <= low < high <= Nyquist and resolves "0 = up to Nyquist".
-[[nodiscard]] expected<double, ConfigError> upper_band_edge(const data::Record& record, double low_hz,
-                                                            double high_hz);
+[[nodiscard]] expected<double, Error> upper_band_edge(const data::Record& record, double low_hz,
+                                                      double high_hz);
 
 }  // namespace resonid::response

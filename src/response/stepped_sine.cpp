@@ -185,8 +185,8 @@ std::vector<SineDwell> distinct(std::vector<SineDwell> dwells) {
 }
 
 /// The dwells of the given lines, with the frequencies as given.
-expected<std::vector<SineDwell>, ConfigError> matched(const std::vector<SineDwell>& dwells,
-                                                      std::vector<double> lines_hz, double rate_hz) {
+expected<std::vector<SineDwell>, Error> matched(const std::vector<SineDwell>& dwells,
+                                                std::vector<double> lines_hz, double rate_hz) {
   std::sort(lines_hz.begin(), lines_hz.end());
   lines_hz.erase(std::unique(lines_hz.begin(), lines_hz.end()), lines_hz.end());
   std::vector<SineDwell> found;
@@ -221,8 +221,8 @@ std::vector<double> detect_stepped_sine(const data::Record& record) {
   return lines_hz;
 }
 
-expected<LineEstimates, ConfigError> stepped_sine_lines(const data::Record& record,
-                                                        const SteppedSineConfig& config, Approach approach) {
+expected<LineEstimates, Error> stepped_sine_lines(const data::Record& record, const SteppedSineConfig& config,
+                                                  Approach approach) {
   const auto signals = signals_of(record, approach);
   if (!signals) return unexpected(signals.error());
   if (!(config.settling_share >= 0.0 && config.settling_share <= 0.9))
@@ -249,9 +249,9 @@ expected<LineEstimates, ConfigError> stepped_sine_lines(const data::Record& reco
   return estimates;
 }
 
-expected<data::FrequencyResponse, ConfigError> stepped_sine(const data::Record& record,
-                                                            const SteppedSineConfig& config,
-                                                            const ResponseOptions& options) {
+expected<data::FrequencyResponse, Error> stepped_sine(const data::Record& record,
+                                                      const SteppedSineConfig& config,
+                                                      const ResponseOptions& options) {
   return stepped_sine_lines(record, config, options.approach).and_then([&](const LineEstimates& lines) {
     return plant_response(lines, options);
   });

@@ -14,7 +14,7 @@ namespace resonid::response {
 
 /// A chirp record ready for demodulation.
 struct Sweep {
-  tracking::SweepLaw law;
+  online::SweepLaw law;
   double sample_time_s = 0.0;
   std::vector<double> phase_rad;  ///< [sample] of the sweep, without the constant
   Signals signals;
@@ -22,14 +22,14 @@ struct Sweep {
 };
 
 /// When the sweep passes a frequency.
-[[nodiscard]] double time_of(const tracking::SweepLaw& law, double frequency_hz);
+[[nodiscard]] double time_of(const online::SweepLaw& law, double frequency_hz);
 
 /// The local cubic estimate at one frequency (docs of swept_lines).
 [[nodiscard]] LineEstimate local_cubic_line(const Sweep& sweep, const SweptConfig& config, double half_width,
                                             double frequency_hz);
 
 /// Estimates of the chirp-synchronised trackers at the given frequencies (docs of swept_lines).
-[[nodiscard]] expected<std::vector<LineEstimate>, ConfigError> tracked_sweep(
+[[nodiscard]] expected<std::vector<LineEstimate>, Error> tracked_sweep(
     const Sweep& sweep, const SweptConfig& config, const std::vector<double>& frequencies_hz);
 
 }  // namespace resonid::response

@@ -9,11 +9,10 @@
 namespace resonid::response {
 namespace {
 
-expected<Sweep, ConfigError> sweep_of(const data::Record& record, const SweptConfig& config,
-                                      Approach approach) {
+expected<Sweep, Error> sweep_of(const data::Record& record, const SweptConfig& config, Approach approach) {
   const auto signals = signals_of(record, approach);
   if (!signals) return unexpected(signals.error());
-  const tracking::SweepLaw& law = config.chirp;
+  const online::SweepLaw& law = config.chirp;
   const double nyquist = 0.5 * record.sample_rate_hz;
   if (!(law.duration_s > 0.0)) return refuse("duration_s", "must be > 0", law.duration_s);
   if (!(law.from_hz > 0.0) || law.from_hz >= nyquist)
@@ -42,7 +41,7 @@ expected<Sweep, ConfigError> sweep_of(const data::Record& record, const SweptCon
 }
 
 /// The wanted frequencies that the recorded part of the sweep passes.
-expected<std::vector<double>, ConfigError> grid(const Sweep& sweep, const SweptConfig& config) {
+expected<std::vector<double>, Error> grid(const Sweep& sweep, const SweptConfig& config) {
   const double low_hz = std::min(sweep.law.from_hz, sweep.law.to_hz);
   const double high_hz = std::max(sweep.law.from_hz, sweep.law.to_hz);
   auto frequencies = config.frequencies_hz;
@@ -62,20 +61,20 @@ expected<std::vector<double>, ConfigError> grid(const Sweep& sweep, const SweptC
 
 }  // namespace
 
-double time_of(const tracking::SweepLaw& law, double frequency_hz) {
-  if (law.sweep == tracking::Sweep::linear)
+double time_of(const online::SweepLaw& law, double frequency_hz) {
+  if (law.sweep == online::Sweep::linear)
     return law.duration_s * (frequency_hz - law.from_hz) / (law.to_hz - law.from_hz);
   return law.duration_s * std::log(frequency_hz / law.from_hz) / std::log(law.to_hz / law.from_hz);
 }
 
-std::size_t default_half_width(const tracking::SweepLaw& chirp, double sample_rate_hz) {
+std::size_t default_half_width(const online::SweepLaw& chirp, double sample_rate_hz) {
   const double seconds = std::max(
       0.2, std::min(2.5 * chirp.duration_s / std::abs(chirp.to_hz - chirp.from_hz), chirp.duration_s / 6.0));
   return static_cast<std::size_t>(std::lround(seconds * sample_rate_hz));
 }
 
-expected<LineEstimates, ConfigError> swept_lines(const data::Record& record, const SweptConfig& config,
-                                                 Approach approach) {
+expected<LineEstimates, Error> swept_lines(const data::Record& record, const SweptConfig& config,
+                                           Approach approach) {
   const auto sweep = sweep_of(record, config, approach);
   if (!sweep) return unexpected(sweep.error());
   const auto frequencies = grid(*sweep, config);
@@ -97,9 +96,8 @@ expected<LineEstimates, ConfigError> swept_lines(const data::Record& record, con
   return estimates;
 }
 
-expected<data::FrequencyResponse, ConfigError> swept_response(const data::Record& record,
-                                                              const SweptConfig& config,
-                                                              const ResponseOptions& options) {
+expected<data::FrequencyResponse, Error> swept_response(const data::Record& record, const SweptConfig& config,
+                                                        const ResponseOptions& options) {
   return swept_lines(record, config, options.approach).and_then([&](const LineEstimates& lines) {
     return plant_response(lines, options);
   });

@@ -4,9 +4,9 @@
 #include <cmath>
 #include <memory>
 #include <resonid/base/constants.hpp>
+#include <resonid/online/lines/kalman_bank.hpp>
+#include <resonid/online/lines/sliding_dft.hpp>
 #include <resonid/response/tracked_lines.hpp>
-#include <resonid/tracking/kalman_bank.hpp>
-#include <resonid/tracking/sliding_dft.hpp>
 
 #include "linalg/decompositions.hpp"
 #include "response/side_noise.hpp"
@@ -61,17 +61,17 @@ SideNoise line_noise(const Problem& problem, const Eigen::MatrixX3d& residual, s
 }
 
 template <std::size_t MaxLines>
-using Bank = tracking::KalmanBank<double, MaxLines>;
+using Bank = online::KalmanBank<double, MaxLines>;
 
-tracking::KalmanBankConfig bank_config(const Problem& problem, const TrackedLinesConfig& config) {
-  tracking::KalmanBankConfig c;
+online::KalmanBankConfig bank_config(const Problem& problem, const TrackedLinesConfig& config) {
+  online::KalmanBankConfig c;
   c.sample_rate_hz = problem.rate_hz;
   c.frequency_hz = problem.lines_hz;
   if (config.lambda > 0.0) {
     c.lambda = config.lambda;
     return c;
   }
-  c.gain = tracking::GainRule::placed_poles;
+  c.gain = online::GainRule::placed_poles;
   double distance_hz = problem.lines_hz.front();  // the offset state is a line at 0 Hz
   for (std::size_t i = 1; i < problem.lines_hz.size(); ++i)
     distance_hz = std::min(distance_hz, problem.lines_hz[i] - problem.lines_hz[i - 1]);
@@ -130,14 +130,14 @@ Eigen::MatrixX3d left_over(const Problem& problem, const std::vector<LineEstimat
 }
 
 /// A tracker's error in the words of TrackedLinesConfig.
-ConfigError named_here(ConfigError error) {
+Error named_here(Error error) {
   if (error.field == "frequency_hz") error.field = "lines_hz";
   return error;
 }
 
 template <std::size_t MaxLines>
-expected<LineEstimates, ConfigError> run_kalman(const Problem& problem, const TrackedLinesConfig& config,
-                                                LineEstimates estimates) {
+expected<LineEstimates, Error> run_kalman(const Problem& problem, const TrackedLinesConfig& config,
+                                          LineEstimates estimates) {
   auto created = Bank<MaxLines>::create(bank_config(problem, config));
   if (!created) return unexpected(named_here(created.error()));
   const auto bank = std::make_unique<Bank<MaxLines>>(*created);
@@ -147,8 +147,7 @@ expected<LineEstimates, ConfigError> run_kalman(const Problem& problem, const Tr
   for (std::size_t i = 0; i < bank->lines(); ++i) {
     const auto row = static_cast<Eigen::Index>(i);
     const std::size_t settling = bank->settling_samples(i);
-    if (settling == tracking::kNeverSettles ||
-        settling + (period > 0 ? period : settling) > problem.samples) {
+    if (settling == online::kNeverSettles || settling + (period > 0 ? period : settling) > problem.samples) {
       estimates.unsettled_hz.push_back(problem.lines_hz[i]);
       continue;
     }
@@ -186,12 +185,12 @@ expected<LineEstimates, ConfigError> run_kalman(const Problem& problem, const Tr
   return estimates;
 }
 
-expected<LineEstimates, ConfigError> run_sliding_dft(const Problem& problem, const TrackedLinesConfig& config,
-                                                     LineEstimates estimates) {
-  using Tracker = tracking::SlidingDft<double, kMostLines, 16384>;
+expected<LineEstimates, Error> run_sliding_dft(const Problem& problem, const TrackedLinesConfig& config,
+                                               LineEstimates estimates) {
+  using Tracker = online::SlidingDft<double, kMostLines, 16384>;
   const std::size_t window = config.window_samples > 0 ? config.window_samples : config.period_samples;
   if (window == 0) return refuse("window_samples", "is needed by the sliding DFT, or the period");
-  tracking::SlidingDftConfig c;
+  online::SlidingDftConfig c;
   c.sample_rate_hz = problem.rate_hz;
   c.window_samples = window;
   c.frequency_hz = problem.lines_hz;
@@ -227,7 +226,7 @@ expected<LineEstimates, ConfigError> run_sliding_dft(const Problem& problem, con
   return estimates;
 }
 
-expected<LineEstimates, ConfigError> run_least_squares(const Problem& problem, LineEstimates estimates) {
+expected<LineEstimates, Error> run_least_squares(const Problem& problem, LineEstimates estimates) {
   const auto samples = static_cast<Eigen::Index>(problem.samples);
   const auto lines = static_cast<Eigen::Index>(problem.lines_hz.size());
   if (samples < 4 * lines + 8)
@@ -267,8 +266,8 @@ expected<LineEstimates, ConfigError> run_least_squares(const Problem& problem, L
   return estimates;
 }
 
-expected<Problem, ConfigError> problem_of(const data::Record& record, const TrackedLinesConfig& config,
-                                          const Signals& signals) {
+expected<Problem, Error> problem_of(const data::Record& record, const TrackedLinesConfig& config,
+                                    const Signals& signals) {
   Problem problem;
   problem.rate_hz = record.sample_rate_hz;
   problem.lines_hz = config.lines_hz;
@@ -293,9 +292,8 @@ expected<Problem, ConfigError> problem_of(const data::Record& record, const Trac
 
 }  // namespace
 
-expected<LineEstimates, ConfigError> tracked_line_estimates(const data::Record& record,
-                                                            const TrackedLinesConfig& config,
-                                                            Approach approach) {
+expected<LineEstimates, Error> tracked_line_estimates(const data::Record& record,
+                                                      const TrackedLinesConfig& config, Approach approach) {
   const auto signals = signals_of(record, approach);
   if (!signals) return unexpected(signals.error());
   const auto problem = problem_of(record, config, *signals);
@@ -313,9 +311,9 @@ expected<LineEstimates, ConfigError> tracked_line_estimates(const data::Record& 
   return run_kalman<kMostLines>(*problem, config, std::move(estimates));
 }
 
-expected<data::FrequencyResponse, ConfigError> tracked_lines(const data::Record& record,
-                                                             const TrackedLinesConfig& config,
-                                                             const ResponseOptions& options) {
+expected<data::FrequencyResponse, Error> tracked_lines(const data::Record& record,
+                                                       const TrackedLinesConfig& config,
+                                                       const ResponseOptions& options) {
   return tracked_line_estimates(record, config, options.approach).and_then([&](const LineEstimates& lines) {
     return plant_response(lines, options);
   });

@@ -2,7 +2,7 @@
 #include <algorithm>
 #include <cmath>
 #include <resonid/base/constants.hpp>
-#include <resonid/tracking/chirp_tracker.hpp>
+#include <resonid/online/lines/chirp_tracker.hpp>
 
 #include "response/sweep.hpp"
 
@@ -10,10 +10,10 @@ namespace resonid::response {
 namespace {
 
 using Complex = std::complex<double>;
-using Tracker = tracking::ChirpTracker<double>;
+using Tracker = online::ChirpTracker<double>;
 
-expected<Tracker, ConfigError> make_tracker(const Sweep& sweep, const SweptConfig& config, bool backward) {
-  tracking::ChirpTrackerConfig c;
+expected<Tracker, Error> make_tracker(const Sweep& sweep, const SweptConfig& config, bool backward) {
+  online::ChirpTrackerConfig c;
   c.sample_rate_hz = 1.0 / sweep.sample_time_s;
   c.sweep = sweep.law.sweep;
   c.from_hz = sweep.law.from_hz;
@@ -27,7 +27,7 @@ expected<Tracker, ConfigError> make_tracker(const Sweep& sweep, const SweptConfi
   c.offset = config.offset_state;
   c.lambda = config.lambda;
   if (config.pole_radius > 0.0) {
-    c.gain = tracking::GainRule::placed_poles;
+    c.gain = online::GainRule::placed_poles;
     c.pole_radius = config.pole_radius;
   }
   return Tracker::create(c);
@@ -74,8 +74,8 @@ Complex phasor_at(const Tracked& tracked, const std::vector<double>& phase_rad, 
 
 }  // namespace
 
-expected<std::vector<LineEstimate>, ConfigError> tracked_sweep(const Sweep& sweep, const SweptConfig& config,
-                                                               const std::vector<double>& frequencies_hz) {
+expected<std::vector<LineEstimate>, Error> tracked_sweep(const Sweep& sweep, const SweptConfig& config,
+                                                         const std::vector<double>& frequencies_hz) {
   const bool two_way = config.method == SweptMethod::forward_backward;
   const auto forward = make_tracker(sweep, config, false);
   if (!forward) return unexpected(forward.error());

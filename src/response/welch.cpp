@@ -22,7 +22,7 @@ struct Segments {
   bool periodic = false;
 };
 
-expected<Segments, ConfigError> segments_of(const WelchConfig& config, std::size_t samples, double rate_hz) {
+expected<Segments, Error> segments_of(const WelchConfig& config, std::size_t samples, double rate_hz) {
   if (!(config.overlap >= 0.0) || config.overlap >= 1.0)
     return refuse("overlap", "must lie in 0 <= overlap < 1", config.overlap);
   Segments segments;
@@ -185,8 +185,8 @@ double equivalent_averages(const std::vector<double>& window, std::size_t hop, s
   return count / factor;
 }
 
-expected<LineEstimates, ConfigError> welch_lines(const data::Record& record, const WelchConfig& config,
-                                                 Approach approach) {
+expected<LineEstimates, Error> welch_lines(const data::Record& record, const WelchConfig& config,
+                                           Approach approach) {
   const auto signals = signals_of(record, approach);
   if (!signals) return unexpected(signals.error());
   const auto high_hz = upper_band_edge(record, config.band_low_hz, config.band_high_hz);
@@ -221,8 +221,8 @@ expected<LineEstimates, ConfigError> welch_lines(const data::Record& record, con
   return estimates;
 }
 
-expected<data::FrequencyResponse, ConfigError> welch(const data::Record& record, const WelchConfig& config,
-                                                     const ResponseOptions& options) {
+expected<data::FrequencyResponse, Error> welch(const data::Record& record, const WelchConfig& config,
+                                               const ResponseOptions& options) {
   return welch_lines(record, config, options.approach).and_then([&](const LineEstimates& lines) {
     return plant_response(lines, options);
   });

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: MIT
 #include <array>
-#include <resonid/excitation/excitation.hpp>
+#include <resonid/online/excitation/excitation.hpp>
 
 #include "subject.hpp"
 
 namespace resonid::test {
 namespace {
 
-using namespace resonid::excitation;
+using namespace resonid::online;
 
 constexpr std::array<double, 3> kLines{7.0, 12.0, 31.0};
 

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 #include <array>
-#include <resonid/recursive/arx.hpp>
-#include <resonid/recursive/closed_loop_output_error.hpp>
-#include <resonid/recursive/instrumental_variables.hpp>
-#include <resonid/recursive/output_error.hpp>
+#include <resonid/online/models/arx.hpp>
+#include <resonid/online/models/closed_loop_output_error.hpp>
+#include <resonid/online/models/instrumental_variables.hpp>
+#include <resonid/online/models/output_error.hpp>
 #include <string_view>
 #include <tooth_belt.hpp>
 
@@ -12,7 +12,7 @@
 namespace resonid::test {
 namespace {
 
-using namespace resonid::recursive;
+using namespace resonid::online;
 
 const DiscreteModel<double, 3>& start() {
   static const DiscreteModel<double, 3> model = tooth_belt(0.82, 1.0 / kRateHz);

@@ -8,14 +8,14 @@
 #include <limits>
 #include <random>
 #include <resonid/base/discrete_filter.hpp>
-#include <resonid/recursive/arx.hpp>
-#include <resonid/recursive/closed_loop_output_error.hpp>
-#include <resonid/recursive/output_error.hpp>
+#include <resonid/online/models/arx.hpp>
+#include <resonid/online/models/closed_loop_output_error.hpp>
+#include <resonid/online/models/output_error.hpp>
 #include <tooth_belt.hpp>
 #include <type_traits>
 #include <vector>
 
-namespace resonid::recursive {
+namespace resonid::online {
 namespace {
 
 /// The constant tooth belt at 0.8 m in its loop: friction and load act beside u.
@@ -255,4 +255,4 @@ TEST(ModelEstimators, RefuseWhatCannotWork) {
 }
 
 }  // namespace
-}  // namespace resonid::recursive
+}  // namespace resonid::online

@@ -2,11 +2,11 @@
 #include <array>
 #include <complex>
 #include <resonid/base/discrete_filter.hpp>
-#include <resonid/diagnostics/change_detection.hpp>
-#include <resonid/recursive/model_response.hpp>
-#include <resonid/recursive/physical_tracker.hpp>
-#include <resonid/recursive/recursive_response_fit.hpp>
-#include <resonid/recursive/rls.hpp>
+#include <resonid/online/models/model_response.hpp>
+#include <resonid/online/models/physical_tracker.hpp>
+#include <resonid/online/models/recursive_response_fit.hpp>
+#include <resonid/online/models/rls.hpp>
+#include <resonid/online/supervision/change_detection.hpp>
 #include <string_view>
 #include <tooth_belt.hpp>
 
@@ -15,7 +15,7 @@
 namespace resonid::test {
 namespace {
 
-using namespace resonid::recursive;
+using namespace resonid::online;
 
 template <class Real>
 struct DiscreteFilterTraits {
@@ -161,7 +161,7 @@ struct PhysicalTrackerTraits {
 template <class Real>
 struct ChangeDetectorTraits {
   using Scalar = Real;
-  using Listed = diagnostics::ChangeDetector<Real>;
+  using Listed = online::ChangeDetector<Real>;
   static constexpr bool kTyped = true;
   static constexpr std::string_view kName = "ChangeDetector", kAsListed = "window of 256 blocks",
                                     kCost = "constant; the last sample of a block: `window_blocks`";

@@ -4,7 +4,7 @@
 #include <random>
 #include <resonid/base/constants.hpp>
 #include <resonid/base/discrete_filter.hpp>
-#include <resonid/recursive/regression.hpp>
+#include <resonid/online/models/regression.hpp>
 #include <tooth_belt.hpp>
 #include <vector>
 
@@ -19,8 +19,8 @@ std::vector<Sample> simulate() {
   const auto coefficients = tooth_belt_controller(1.0 / kRateHz);
   auto controller =
       DiscreteFilter<double, 4>::create(coefficients.numerator, coefficients.denominator).value();
-  recursive::Regression<double, 3> past(0, false);
-  recursive::Regression<double, 3>::Vector f;
+  online::Regression<double, 3> past(0, false);
+  online::Regression<double, 3>::Vector f;
   std::mt19937_64 generator(5);
   std::normal_distribution<double> normal;
   std::vector<Sample> samples(kPeriod);

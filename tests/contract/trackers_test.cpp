@@ -9,14 +9,14 @@
 #include <limits>
 #include <random>
 #include <resonid/base/constants.hpp>
-#include <resonid/tracking/chirp_tracker.hpp>
-#include <resonid/tracking/full_kalman_bank.hpp>
-#include <resonid/tracking/kalman_bank.hpp>
-#include <resonid/tracking/sliding_dft.hpp>
+#include <resonid/online/lines/chirp_tracker.hpp>
+#include <resonid/online/lines/full_kalman_bank.hpp>
+#include <resonid/online/lines/kalman_bank.hpp>
+#include <resonid/online/lines/sliding_dft.hpp>
 #include <type_traits>
 #include <vector>
 
-namespace resonid::tracking {
+namespace resonid::online {
 namespace {
 
 constexpr std::array<double, 2> kLines{12.0, 31.0};
@@ -136,4 +136,4 @@ TEST(TrackerPrecision, FloatAgreesWithDouble) {
 }
 
 }  // namespace
-}  // namespace resonid::tracking
+}  // namespace resonid::online

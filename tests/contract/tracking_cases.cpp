@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: MIT
 #include <array>
-#include <resonid/tracking/chirp_tracker.hpp>
-#include <resonid/tracking/full_kalman_bank.hpp>
-#include <resonid/tracking/kalman_bank.hpp>
-#include <resonid/tracking/line_bank.hpp>
-#include <resonid/tracking/response_tracker.hpp>
-#include <resonid/tracking/sliding_dft.hpp>
+#include <resonid/online/lines/chirp_tracker.hpp>
+#include <resonid/online/lines/full_kalman_bank.hpp>
+#include <resonid/online/lines/kalman_bank.hpp>
+#include <resonid/online/lines/line_bank.hpp>
+#include <resonid/online/lines/response_tracker.hpp>
+#include <resonid/online/lines/sliding_dft.hpp>
 #include <string_view>
 
 #include "subject.hpp"
@@ -13,7 +13,7 @@
 namespace resonid::test {
 namespace {
 
-using namespace resonid::tracking;
+using namespace resonid::online;
 
 constexpr std::array<double, 2> kLines{12.0, 31.0};
 

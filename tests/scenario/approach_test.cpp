@@ -13,7 +13,7 @@ constexpr double kNoise = 1.0;
 plant::ExperimentConfig tight_loop(std::uint64_t seed) {
   auto c = test::published_drive(kNoise, 10.0, seed);
   c.controller.gain *= 3.0;
-  c.excitation.kind = excitation::Kind::prbs;
+  c.excitation.kind = online::Kind::prbs;
   c.excitation.amplitude = 2.1;
   c.excitation.register_length = 17;
   c.run.duration_s = 120.0;

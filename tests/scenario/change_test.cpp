@@ -6,7 +6,7 @@
 namespace resonid {
 namespace {
 
-using diagnostics::ChangeStatistic;
+using online::ChangeStatistic;
 
 constexpr double kSettle = 10.0, kBaseline = 120.0, kBegins = 150.0, kTakes = 10.0;
 constexpr double kThousandHours = 3.6e6;
@@ -21,9 +21,9 @@ TEST(ChangeDetection, FindsFivePercentOfStiffnessLostAtOneFalseAlarmInAThousandH
     const auto& record = simulation.record;
     auto tracker = test::belt_tracker();
     auto settings = test::belt_detector(kBaseline, kThousandHours);
-    auto ratio = *diagnostics::ChangeDetector<double>::create(settings);
+    auto ratio = *online::ChangeDetector<double>::create(settings);
     settings.statistic = ChangeStatistic::cusum;
-    auto cusum = *diagnostics::ChangeDetector<double>::create(settings);
+    auto cusum = *online::ChangeDetector<double>::create(settings);
     for (std::size_t k = 0; k < record.samples(); ++k) {
       tracker->step(record.excitation.samples[k], record.input.samples[k], record.output.samples[k]);
       if (static_cast<double>(k) < kSettle * record.sample_rate_hz) continue;

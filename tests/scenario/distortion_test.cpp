@@ -9,8 +9,8 @@ namespace {
 
 identification::Result measured(double coulomb_newton_m) {
   auto experiment = test::published_drive(0.001);
-  experiment.excitation.kind = excitation::Kind::multisine;
-  experiment.excitation.phases = excitation::Phases::random;
+  experiment.excitation.kind = online::Kind::multisine;
+  experiment.excitation.phases = online::Phases::random;
   experiment.excitation.amplitude = 0.3;
   std::vector<double> lines;
   for (int k = 3, i = 0; k < 80; k += 2, ++i)
@@ -41,12 +41,12 @@ constexpr double kNoise = 0.001;
 plant::ExperimentConfig realisations(double coulomb_newton_m, std::uint64_t seed) {
   auto experiment = test::published_drive(kNoise, 0.0, seed);
   auto& e = experiment.excitation;
-  e.kind = excitation::Kind::multisine;
-  e.phases = excitation::Phases::random;
+  e.kind = online::Kind::multisine;
+  e.phases = online::Phases::random;
   e.amplitude = 0.3;
   e.seed = seed;
   e.periods_per_realisation = kPeriods;
-  e.leave_out = excitation::LeaveOut::odd_random;
+  e.leave_out = online::LeaveOut::odd_random;
   std::vector<double> lines;
   for (int k = 3; k < 80; ++k) lines.push_back(0.5 * k);
   EXPECT_TRUE(e.lines_hz.assign(lines));

@@ -133,7 +133,7 @@ TEST(TwoMassDrive, IsIdentifiedWithoutAnExcitationSignalToo) {
 TEST(TwoMassDrive, HalfASecondIsEnough) {
   for (std::uint64_t seed = 1; seed <= 3; ++seed) {
     auto experiment = test::published_drive(0.1, 10.0, seed);
-    experiment.excitation.kind = excitation::Kind::prbs;
+    experiment.excitation.kind = online::Kind::prbs;
     experiment.excitation.amplitude = 2.1;
     experiment.excitation.register_length = 17;
     experiment.run.duration_s = 0.5;

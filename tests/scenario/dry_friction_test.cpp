@@ -16,7 +16,7 @@ plant::ExperimentConfig turning_back(double coulomb, std::uint64_t seed) {
   auto c = test::published_drive(0.05, 0.0, seed);
   c.drive.viscous_friction = 0.05;
   c.friction.driven.coulomb = coulomb;
-  c.excitation.kind = excitation::Kind::prbs;
+  c.excitation.kind = online::Kind::prbs;
   c.excitation.amplitude = 2.1;
   c.excitation.register_length = 12;
   c.run.duration_s = 20.0;

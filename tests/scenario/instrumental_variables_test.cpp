@@ -9,13 +9,13 @@
 #include <instrumental_efficiency.hpp>
 #include <limits>
 #include <resonid/base/constants.hpp>
-#include <resonid/recursive/instrumental_variables.hpp>
+#include <resonid/online/models/instrumental_variables.hpp>
 
 namespace resonid::test {
 namespace {
 
-using Estimator = recursive::InstrumentalVariables<double, 3>;
-using Config = recursive::InstrumentalVariablesConfig<3>;
+using Estimator = online::InstrumentalVariables<double, 3>;
+using Config = online::InstrumentalVariablesConfig<3>;
 
 struct Errors {
   double squares = 0.0, largest = 0.0;
@@ -109,7 +109,7 @@ TEST(InstrumentalTracking, FollowsASlowResonance) {
       for (std::size_t k = 0; k < run.samples(); ++k) {
         iv.step(r.excitation.samples[k], r.input.samples[k], r.output.samples[k]);
         if (k < 2000 || k % 200 != 0) continue;
-        const auto modes = recursive::SampledModes<3>(iv.model(), 500.0).resonances(iv.covariance());
+        const auto modes = online::SampledModes<3>(iv.model(), 500.0).resonances(iv.covariance());
         ASSERT_FALSE(modes.empty());
         const double error = modes[0].frequency_hz - run.resonance_hz[k];
         errors.add(error / run.resonance_hz[k]);
@@ -151,7 +151,7 @@ TEST(InstrumentalTracking, UnbiasedInATightNoisyLoop) {
     const auto& r = run.simulation.record;
     for (std::size_t k = 0; k < run.samples(); ++k)
       iv.step(r.excitation.samples[k], r.input.samples[k], r.output.samples[k]);
-    const auto modes = recursive::SampledModes<3>(iv.model(), 500.0).resonances(iv.covariance());
+    const auto modes = online::SampledModes<3>(iv.model(), 500.0).resonances(iv.covariance());
     ASSERT_FALSE(modes.empty());
     const double error = (modes[0].frequency_hz - run.resonance_hz[0]) / modes[0].std_hz;
     normalized.add(error);

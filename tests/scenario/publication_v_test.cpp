@@ -9,7 +9,7 @@ namespace {
 // Publication V at 0.38 m/s and 0.1 rad/s of noise; 20 seeds in tests/statistics.
 TEST(PublicationV, PublishedConfigurationErrsAsTheOracleSays) {
   const auto e =
-      resonance_errors({.step_hz = 5.0, .window = tracking::DftWindow::rectangular, .levy = true}, 101, 2);
+      resonance_errors({.step_hz = 5.0, .window = online::DftWindow::rectangular, .levy = true}, 101, 2);
   EXPECT_NEAR(e.at_centre, 0.89, 0.05);
   EXPECT_NEAR(e.at_end, 2.2, 0.15);
 }

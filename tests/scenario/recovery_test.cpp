@@ -53,7 +53,7 @@ plant::ExperimentConfig random_experiment(const Case& c) {
   if (*rc::gen::arbitrary<bool>()) {
     test::prbs(e);
   } else {
-    e.excitation.kind = excitation::Kind::chirp;
+    e.excitation.kind = online::Kind::chirp;
     e.excitation.from_hz = 2.5 * c.resonance_hz;
     e.excitation.to_hz = 0.1 * c.resonance_hz;
     e.excitation.duration_s = 12.0;
@@ -82,7 +82,7 @@ TEST(Recovery, NoiseFreeRecordsGiveTheParametersBack) {
              << c.drive.load_inertia / c.drive.driven_inertia << ", damping ratio "
              << data::resonance_damping_ratio(c.drive) << ", "
              << (experiment.controller.kind == plant::ControllerKind::none ? "open" : "closed") << " loop, "
-             << (experiment.excitation.kind == excitation::Kind::prbs ? "PRBS" : "chirp") << ", delay "
+             << (experiment.excitation.kind == online::Kind::prbs ? "PRBS" : "chirp") << ", delay "
              << experiment.measurement.delay_s << " s\n";
     RC_ASSERT(result->model->drive.structure == fit::Structure::two_mass);
     RC_ASSERT(worst_relative_error(result->model->drive.parameters, c.drive) < 1e-3);

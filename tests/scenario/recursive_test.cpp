@@ -8,7 +8,7 @@
 
 #include "tooth_belt_runs.hpp"
 
-namespace resonid::recursive {
+namespace resonid::online {
 namespace {
 
 constexpr int kSeeds = 4;
@@ -88,4 +88,4 @@ TEST(ToothBelt, ClosedLoopErrorIsUnbiasedWhereArxIsNot) {
 }
 
 }  // namespace
-}  // namespace resonid::recursive
+}  // namespace resonid::online

@@ -116,7 +116,7 @@ data::Record silent_half(double noise) {
   record.source = "half";
   record.sample_rate_hz = 250.0;
   constexpr std::size_t kSamples = 5000;
-  auto prbs = excitation::Prbs::create({.sample_rate_hz = 250.0, .amplitude = 1.0, .register_length = 15});
+  auto prbs = online::Prbs::create({.sample_rate_hz = 250.0, .amplitude = 1.0, .register_length = 15});
   for (std::size_t k = 0; k < kSamples; ++k) {
     const double level = prbs->step();
     record.excitation.samples.push_back(k < kSamples / 2 ? level : 0.0);

@@ -9,13 +9,13 @@
 namespace resonid {
 namespace {
 
-using diagnostics::ChangeDetector;
+using online::ChangeDetector;
 
 /// One false alarm in 1000 h, blocks of half a second: 10 of them in 10 000 h of independent normal blocks,
 /// each of which goes through the whole detector. Poisson: 2 ... 20 with probability 0.998. Every baseline is
 /// new.
 TEST(ChangeStatistics, OneFalseAlarmInAThousandHours) {
-  diagnostics::ChangeDetectorConfig config = test::belt_detector(600.0, 3.6e6);
+  online::ChangeDetectorConfig config = test::belt_detector(600.0, 3.6e6);
   config.sample_rate_hz = 2.0;  // a value is a block
   auto detector = *ChangeDetector<double>::create(config);
   std::mt19937_64 random(2024);

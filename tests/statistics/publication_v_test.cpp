@@ -18,8 +18,8 @@ void record(const ResonanceErrors& e) {
 
 // The oracle's 0.89 % rms at the window's centre.
 TEST(PublicationV, PublishedConfiguration) {
-  const auto e = resonance_errors({.step_hz = 5.0, .window = tracking::DftWindow::rectangular, .levy = true},
-                                  101, kSeeds);
+  const auto e =
+      resonance_errors({.step_hz = 5.0, .window = online::DftWindow::rectangular, .levy = true}, 101, kSeeds);
   record(e);
   EXPECT_NEAR(e.at_centre, 0.89, 0.03);
 }

@@ -9,7 +9,7 @@
 
 #include "tooth_belt_runs.hpp"
 
-namespace resonid::recursive {
+namespace resonid::online {
 namespace {
 
 void record(const std::string& name, double value) {
@@ -80,4 +80,4 @@ TEST(RecursiveStatistics, ErrorBarsHoldUnderATightLoopWhereThoseOfArxDoNot) {
 }
 
 }  // namespace
-}  // namespace resonid::recursive
+}  // namespace resonid::online

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 #include <gtest/gtest.h>
 
-#include <resonid/tracking/chirp_tracker.hpp>
-#include <resonid/tracking/full_kalman_bank.hpp>
-#include <resonid/tracking/sliding_dft.hpp>
+#include <resonid/online/lines/chirp_tracker.hpp>
+#include <resonid/online/lines/full_kalman_bank.hpp>
+#include <resonid/online/lines/sliding_dft.hpp>
 #include <string>
 
 #include "error_ratio.hpp"
@@ -29,12 +29,12 @@ TEST(TrackingErrorBars, KalmanBank) {
 
 TEST(TrackingErrorBars, FullKalmanBank) {
   const std::array<double, 1> drift{0.1};
-  for (const auto form : {tracking::RiccatiForm::time_varying, tracking::RiccatiForm::steady_state}) {
-    const auto bank = tracking::FullKalmanBank<double, 8>::create({.sample_rate_hz = kRate,
-                                                                   .frequency_hz = kLines,
-                                                                   .noise_rms = kNoise,
-                                                                   .drift = drift,
-                                                                   .form = form})
+  for (const auto form : {online::RiccatiForm::time_varying, online::RiccatiForm::steady_state}) {
+    const auto bank = online::FullKalmanBank<double, 8>::create({.sample_rate_hz = kRate,
+                                                                 .frequency_hz = kLines,
+                                                                 .noise_rms = kNoise,
+                                                                 .drift = drift,
+                                                                 .form = form})
                           .value();
     expect_nominal(error_ratio(bank, multisine(15000), kSeeds, kNoise));
   }
@@ -42,9 +42,9 @@ TEST(TrackingErrorBars, FullKalmanBank) {
 
 TEST(TrackingErrorBars, SlidingDft) {
   const auto lines = whole_lines();
-  for (const auto window : {tracking::DftWindow::rectangular, tracking::DftWindow::hann}) {
+  for (const auto window : {online::DftWindow::rectangular, online::DftWindow::hann}) {
     const auto dft =
-        tracking::SlidingDft<double, 8, 500>::create(
+        online::SlidingDft<double, 8, 500>::create(
             {.sample_rate_hz = kRate, .window_samples = 500, .frequency_hz = lines, .window = window})
             .value();
     expect_nominal(error_ratio(dft, whole_multisine(30500), kSeeds, kNoise));
@@ -54,9 +54,9 @@ TEST(TrackingErrorBars, SlidingDft) {
 // Every 0.2 s of the whole sweep. Taken singly the ratio goes from 0.5, where the tracker has just left the
 // resonance and still takes its change for noise, to 2.1 on the resonance, where U is smallest.
 TEST(TrackingErrorBars, ChirpTracker) {
-  for (const auto gain : {tracking::GainRule::fixed, tracking::GainRule::placed_poles}) {
+  for (const auto gain : {online::GainRule::fixed, online::GainRule::placed_poles}) {
     const auto tracker =
-        tracking::ChirpTracker<double>::create(
+        online::ChirpTracker<double>::create(
             {.sample_rate_hz = kRate, .from_hz = 35.0, .to_hz = 1.5, .duration_s = 17.0, .gain = gain})
             .value();
     expect_nominal(error_ratio(tracker, chirp(8500), kSeeds, kNoise, 100));

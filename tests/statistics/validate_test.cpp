@@ -14,7 +14,7 @@ namespace {
 plant::ExperimentConfig experiment(double seconds, double noise, double stiffness, std::uint64_t seed) {
   auto c = test::published_drive(noise, 10.0, seed);
   c.drive.stiffness *= stiffness;
-  c.excitation.kind = excitation::Kind::prbs;
+  c.excitation.kind = online::Kind::prbs;
   c.excitation.register_length = 13;
   c.excitation.amplitude = 2.1;
   c.run.duration_s = seconds;
@@ -46,7 +46,7 @@ Verdicts verdicts(double seconds, double noise, double stiffness, bool fitted, i
         test::simulated(experiment(seconds, noise, stiffness, 5000 + static_cast<std::uint64_t>(i)));
     const auto validation = identification::validate(other.record, candidate, {options, 25});
     if (!validation) {
-      ADD_FAILURE() << validation.error().message;
+      ADD_FAILURE() << validation.error().requirement;
       continue;
     }
     ++v.seeds;

@@ -38,7 +38,7 @@ inline Eigen::MatrixXd output_slopes(const plant::ExperimentConfig& c, const dat
   const auto sampled = [&](const plant::ExperimentConfig& moved) {
     auto brief = moved;
     brief.run.duration_s = 0.2;
-    brief.excitation.kind = excitation::Kind::none;
+    brief.excitation.kind = online::Kind::none;
     return simulated(brief, std::vector<double>{5.0}).truth.sampled;
   };
   // Columns: response to the input, to a constant, to each state.

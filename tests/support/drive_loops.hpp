@@ -3,10 +3,10 @@
 
 #include <cmath>
 #include <limits>
+#include <resonid/online/models/discrete_model.hpp>
+#include <resonid/online/models/instrumental_variables.hpp>
+#include <resonid/online/models/modes.hpp>
 #include <resonid/plant/experiment.hpp>
-#include <resonid/recursive/discrete_model.hpp>
-#include <resonid/recursive/instrumental_variables.hpp>
-#include <resonid/recursive/modes.hpp>
 #include <resonid/reproduction/experiments.hpp>
 #include <stdexcept>
 #include <vector>
@@ -16,7 +16,7 @@ namespace resonid::test {
 /// A simulated run with what an estimator of discrete models is given, and the truth sample by sample.
 struct LoopRun {
   plant::Simulation simulation;
-  recursive::DiscreteModel<double, 3> machine;  ///< At the start of the run.
+  online::DiscreteModel<double, 3> machine;  ///< At the start of the run.
   std::size_t delay_samples = 0;
   std::vector<double> resonance_hz;  ///< [sample]
 
@@ -24,8 +24,8 @@ struct LoopRun {
   [[nodiscard]] std::size_t samples() const { return simulation.record.samples(); }
 };
 
-inline recursive::DiscreteModel<double, 3> discrete_model(const data::TransferFunction& plant) {
-  recursive::DiscreteModel<double, 3> m;
+inline online::DiscreteModel<double, 3> discrete_model(const data::TransferFunction& plant) {
+  online::DiscreteModel<double, 3> m;
   for (std::size_t i = 0; i < 3; ++i) {
     m.b[i] = plant.numerator.at(i + 1) / plant.denominator.at(0);
     m.a[i] = plant.denominator.at(i + 1) / plant.denominator.at(0);
@@ -33,8 +33,8 @@ inline recursive::DiscreteModel<double, 3> discrete_model(const data::TransferFu
   return m;
 }
 
-inline double resonance_hz(const recursive::DiscreteModel<double, 3>& model, double sample_rate_hz) {
-  const auto modes = recursive::SampledModes<3>(model, sample_rate_hz).resonances();
+inline double resonance_hz(const online::DiscreteModel<double, 3>& model, double sample_rate_hz) {
+  const auto modes = online::SampledModes<3>(model, sample_rate_hz).resonances();
   return modes.empty() ? 0.0 : modes[0].frequency_hz;
 }
 
@@ -68,7 +68,7 @@ inline plant::ExperimentConfig moving_cart(bool fast, double noise, std::uint64_
   return c;
 }
 /// The model with which estimators of the moving cart begin: the belt at 0.6 m.
-inline recursive::DiscreteModel<double, 3> cart_at_middle(bool fast) {
+inline online::DiscreteModel<double, 3> cart_at_middle(bool fast) {
   auto c = reproduction::shipped_experiment("ii_tooth_standstill");
   c.motion.from = 0.6;
   c.run.sample_rate_hz = fast ? 500.0 : 250.0;
@@ -99,8 +99,8 @@ inline plant::ExperimentConfig constant_belt(double sample_rate_hz, double noise
   return c;
 }
 
-inline recursive::InstrumentalVariablesConfig<3> instrumental(const LoopRun& run) {
-  recursive::InstrumentalVariablesConfig<3> c;
+inline online::InstrumentalVariablesConfig<3> instrumental(const LoopRun& run) {
+  online::InstrumentalVariablesConfig<3> c;
   c.start = run.machine;
   c.controller_numerator = run.simulation.truth.controller->numerator;
   c.controller_denominator = run.simulation.truth.controller->denominator;

@@ -33,7 +33,7 @@ inline plant::ExperimentConfig published_drive(double noise, double reference = 
 
 /// The published sweep, 35 to 1.5 Hz in 17 s.
 inline void sweep(plant::ExperimentConfig& c) {
-  c.excitation.kind = excitation::Kind::chirp;
+  c.excitation.kind = online::Kind::chirp;
   c.excitation.from_hz = 35.0;
   c.excitation.to_hz = 1.5;
   c.excitation.duration_s = 17.0;
@@ -41,7 +41,7 @@ inline void sweep(plant::ExperimentConfig& c) {
 
 /// Five periods of a PRBS of 1023 bits.
 inline void prbs(plant::ExperimentConfig& c) {
-  c.excitation.kind = excitation::Kind::prbs;
+  c.excitation.kind = online::Kind::prbs;
   c.excitation.register_length = 10;
   c.run.duration_s = 5.0 * 1023.0 / c.run.sample_rate_hz;
 }
@@ -65,7 +65,7 @@ inline data::Record cut_from(data::Record record, double from_s) {
 /// What the user of such an experiment knows.
 inline identification::Options known(const plant::ExperimentConfig& c) {
   identification::Options o;
-  if (c.excitation.kind == excitation::Kind::chirp)
+  if (c.excitation.kind == online::Kind::chirp)
     o.chirp = {c.excitation.from_hz, c.excitation.to_hz, c.excitation.duration_s};
   if (c.controller.kind == plant::ControllerKind::pi)
     o.controller =
@@ -76,7 +76,8 @@ inline identification::Options known(const plant::ExperimentConfig& c) {
 
 inline identification::Result identified(const data::Record& record, const identification::Options& options) {
   auto result = identification::identify(record, options);
-  if (!result) throw std::runtime_error("--" + result.error().option + ": " + result.error().message);
+  if (!result)
+    throw std::runtime_error("--" + result.error().field.str() + ": " + result.error().requirement.str());
   return std::move(*result);
 }
 

@@ -7,10 +7,10 @@
 #include <complex>
 #include <cstdint>
 #include <resonid/base/constants.hpp>
-#include <resonid/excitation/phase.hpp>
-#include <resonid/tracking/chirp_tracker.hpp>
-#include <resonid/tracking/line_bank.hpp>
-#include <resonid/tracking/sliding_dft.hpp>
+#include <resonid/online/excitation/phase.hpp>
+#include <resonid/online/lines/chirp_tracker.hpp>
+#include <resonid/online/lines/line_bank.hpp>
+#include <resonid/online/lines/sliding_dft.hpp>
 #include <vector>
 
 /// Trackers in single precision over so many samples of exactly known signals: how far off they are at the
@@ -76,7 +76,7 @@ Endurance endure(std::uint64_t samples, Step&& step, Error&& error) {
 inline Endurance line_bank_endurance(std::uint64_t samples) {
   const EnduranceSignals s;
   auto bank =
-      tracking::LineBank<float, 8>::create(
+      online::LineBank<float, 8>::create(
           {.bank = {.sample_rate_hz = kEnduranceRateHz, .frequency_hz = kEnduranceLines, .lambda = 200.0}})
           .value();
   return endure(
@@ -95,9 +95,9 @@ inline Endurance line_bank_endurance(std::uint64_t samples) {
 
 inline Endurance sliding_dft_endurance(std::uint64_t samples) {
   const EnduranceSignals s;
-  auto dft = tracking::SlidingDft<float, 8, kEndurancePeriod>::create({.sample_rate_hz = kEnduranceRateHz,
-                                                                       .window_samples = kEndurancePeriod,
-                                                                       .frequency_hz = kEnduranceLines})
+  auto dft = online::SlidingDft<float, 8, kEndurancePeriod>::create({.sample_rate_hz = kEnduranceRateHz,
+                                                                     .window_samples = kEndurancePeriod,
+                                                                     .frequency_hz = kEnduranceLines})
                  .value();
   return endure(
       samples, [&](std::uint64_t k) { dft.step(s.u[k % kEndurancePeriod]); },
@@ -118,30 +118,29 @@ inline Endurance sliding_dft_endurance(std::uint64_t samples) {
 inline Endurance chirp_tracker_endurance(std::uint64_t samples) {
   constexpr double kFrom = 20.0, kTo = 300.0;
   const auto swept = static_cast<double>(samples) * 0.8;
-  auto tracker = tracking::ChirpTracker<float>::create({.sample_rate_hz = kEnduranceRateHz,
-                                                        .from_hz = kFrom,
-                                                        .to_hz = kTo,
-                                                        .duration_s = swept / kEnduranceRateHz,
-                                                        .lambda = 200.0})
+  auto tracker = online::ChirpTracker<float>::create({.sample_rate_hz = kEnduranceRateHz,
+                                                      .from_hz = kFrom,
+                                                      .to_hz = kTo,
+                                                      .duration_s = swept / kEnduranceRateHz,
+                                                      .lambda = 200.0})
                      .value();
   // Frequency and its change as whole numbers of 2^-64 turns: what they are rounded to moves the line by less
   // than 1e-9 of its frequency over 1e9 samples.
-  using excitation::Turns;
-  const Turns slope = excitation::turns((kTo - kFrom) / kEnduranceRateHz / swept);
-  Turns phase = 0, frequency = excitation::turns(kFrom / kEnduranceRateHz) + slope / 2;
+  using online::Turns;
+  const Turns slope = online::turns((kTo - kFrom) / kEnduranceRateHz / swept);
+  Turns phase = 0, frequency = online::turns(kFrom / kEnduranceRateHz) + slope / 2;
   Turns newest = 0;
   const auto end = static_cast<std::uint64_t>(swept);
   return endure(
       samples,
       [&](std::uint64_t k) {
         newest = phase;
-        tracker.step(static_cast<float>(std::cos(excitation::radians(phase))));
+        tracker.step(static_cast<float>(std::cos(online::radians(phase))));
         phase += frequency;
         if (k < end) frequency += slope;
       },
       [&](std::uint64_t) {
-        return std::abs(std::complex<double>(tracker.phasor()) -
-                        std::polar(1.0, excitation::radians(newest)));
+        return std::abs(std::complex<double>(tracker.phasor()) - std::polar(1.0, online::radians(newest)));
       });
 }
 

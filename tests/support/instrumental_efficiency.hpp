@@ -33,7 +33,7 @@ inline double resonance_bound_hz(const LoopRun& run, double noise, bool fixed_in
     y = {newest, y[0], y[1]};
     psi = {slope, psi[0], psi[1]};
   }
-  const auto g = recursive::SampledModes<3>(m, run.sample_rate_hz()).resonance_gradient();
+  const auto g = online::SampledModes<3>(m, run.sample_rate_hz()).resonance_gradient();
   const Eigen::Map<const Vector> gradient(g.data());
   if (!fixed_integrator) return std::sqrt(gradient.dot(information.ldlt().solve(gradient)));
   Eigen::Matrix<double, 6, 5> free = Eigen::Matrix<double, 6, 5>::Zero();  // b and c of A = (1 - z^-1) C
@@ -68,13 +68,13 @@ inline Efficiency efficiency(double sample_rate_hz, std::uint64_t seeds, bool fi
     config.start = stiffer.machine;
     config.memory_samples = std::numeric_limits<double>::infinity();
     config.terms.fixed_integrator = fixed_integrator;
-    auto iv = recursive::InstrumentalVariables<double, 3>::create(config).value();
+    auto iv = online::InstrumentalVariables<double, 3>::create(config).value();
     const auto& r = run.simulation.record;
     for (std::size_t k = 0; k < run.samples(); ++k)
       iv.step(r.excitation.samples[k], r.input.samples[k], r.output.samples[k]);
     const auto model = iv.model();
     const auto covariance = iv.covariance();
-    const auto modes = recursive::SampledModes<3>(model, sample_rate_hz).resonances(covariance);
+    const auto modes = online::SampledModes<3>(model, sample_rate_hz).resonances(covariance);
     const double error = resonance_hz(model, sample_rate_hz) - run.resonance_hz[0];
     const double bound = resonance_bound_hz(run, kNoise, fixed_integrator);
     squares += error * error;

@@ -27,7 +27,8 @@ struct JoinedRecords {
   identification::Joint joined() {
     for (const auto& record : records) results.push_back(identified(record, options));
     auto joint = identification::join(records, results, options);
-    if (!joint) throw std::runtime_error("--" + joint.error().option + ": " + joint.error().message);
+    if (!joint)
+      throw std::runtime_error("--" + joint.error().field.str() + ": " + joint.error().requirement.str());
     return std::move(*joint);
   }
   /// Cramer-Rao bound of the logarithms of J1, J2, K, D.
@@ -68,7 +69,7 @@ inline JoinedRecords narrow_bands(std::uint64_t seed, double noise = 0.1) {
       {2.0, 2.5, 3.0, 3.5, 4.0}, {8.0, 8.5, 9.0, 9.5, 10.0}, {16.0, 16.5, 17.0, 17.5}, {24.0, 25.0, 26.0}};
   for (const auto& band : bands) {
     auto c = published_drive(noise, 10.0, 10 * seed + bench.records.size());
-    c.excitation.kind = excitation::Kind::multisine;
+    c.excitation.kind = online::Kind::multisine;
     c.excitation.lines_hz.assign(band);
     c.excitation.amplitude = 0.2;
     c.run.duration_s = 6.0;

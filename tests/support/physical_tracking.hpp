@@ -7,14 +7,14 @@
 #include <cmath>
 #include <memory>
 #include <random>
+#include <resonid/online/models/physical_tracker.hpp>
 #include <resonid/plant/experiment.hpp>
 #include <resonid/plant/mass_system.hpp>
-#include <resonid/recursive/physical_tracker.hpp>
 #include <stdexcept>
 
 namespace resonid::test {
 
-using PhysicalTracker = recursive::PhysicalTracker<double>;
+using PhysicalTracker = online::PhysicalTracker<double>;
 
 inline plant::Simulation physical_simulation(const plant::ExperimentConfig& experiment) {
   auto simulation = plant::simulate_closed_loop(experiment);
@@ -23,16 +23,16 @@ inline plant::Simulation physical_simulation(const plant::ExperimentConfig& expe
 }
 
 /// What a user of the experiment knows without the machine's parameters.
-inline recursive::PhysicalTrackerConfig physical_config(const plant::ExperimentConfig& experiment) {
-  recursive::PhysicalTrackerConfig c;
+inline online::PhysicalTrackerConfig physical_config(const plant::ExperimentConfig& experiment) {
+  online::PhysicalTrackerConfig c;
   c.sample_rate_hz = experiment.run.sample_rate_hz;
   c.delay_s = experiment.measurement.delay_s;
   return c;
 }
 
 /// Tooth belt from the model at 0.6 m, with the oracle's trust in it (tests/golden, e_expected.json).
-inline recursive::PhysicalTrackerConfig tooth_belt_config(const plant::ExperimentConfig& experiment,
-                                                          double stiffness_drift_per_s) {
+inline online::PhysicalTrackerConfig tooth_belt_config(const plant::ExperimentConfig& experiment,
+                                                       double stiffness_drift_per_s) {
   const double r2 = experiment.drive.radius_m * experiment.drive.radius_m;
   auto c = physical_config(experiment);
   c.driven_inertia = {0.0028, 0.1};
@@ -94,8 +94,8 @@ inline ParameterScatter parameter_scatter(plant::ExperimentConfig experiment, do
     std::mt19937_64 generator(seed + 7777);
     const auto uniform = [&generator] { return static_cast<double>(generator() >> 11) * 0x1p-53; };
     auto c = physical_config(experiment);
-    const std::array<recursive::StartingValue*, 4> start{&c.driven_inertia, &c.load_inertia, &c.stiffness,
-                                                         &c.damping};
+    const std::array<online::StartingValue*, 4> start{&c.driven_inertia, &c.load_inertia, &c.stiffness,
+                                                      &c.damping};
     for (std::size_t i = 0; i < 4; ++i) {
       const double off = 1.0 + least + (most - least) * uniform();
       *start[i] = {uniform() < 0.5 ? truth[i] * off : truth[i] / off, std::log1p(most)};
@@ -107,7 +107,7 @@ inline ParameterScatter parameter_scatter(plant::ExperimentConfig experiment, do
     Eigen::Vector4d error;
     for (std::size_t i = 0; i < 4; ++i)
       error(static_cast<int>(i)) =
-          std::log(tracker->value(static_cast<recursive::PhysicalParameter>(i)) / truth[i]);
+          std::log(tracker->value(static_cast<online::PhysicalParameter>(i)) / truth[i]);
     const Eigen::Matrix4d covariance = tracker->log_covariance().topLeftCorner<4, 4>();
     const double normalised = error.dot(covariance.ldlt().solve(error)) / 4.0;
     if (normalised > 10.0) ++scatter.astray;

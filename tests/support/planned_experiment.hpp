@@ -32,7 +32,7 @@ inline plant::ExperimentConfig planned_drive(double noise) {
 /// The source's sweep, 35 to 1.5 Hz in 17 s with 1 Nm.
 inline plant::ExperimentConfig published_chirp(double noise) {
   auto c = planned_drive(noise);
-  c.excitation.kind = excitation::Kind::chirp;
+  c.excitation.kind = online::Kind::chirp;
   c.excitation.from_hz = 35.0;
   c.excitation.to_hz = 1.5;
   c.excitation.duration_s = 17.0;
@@ -40,8 +40,8 @@ inline plant::ExperimentConfig published_chirp(double noise) {
 }
 
 inline plant::ExperimentConfig planned_experiment(plant::ExperimentConfig c, const planning::Experiment& x) {
-  c.excitation.kind = excitation::Kind::multisine;
-  c.excitation.phases = excitation::Phases::given;
+  c.excitation.kind = online::Kind::multisine;
+  c.excitation.phases = online::Phases::given;
   c.excitation.lines_hz.assign(x.frequency_hz);
   c.excitation.line_amplitudes.assign(x.line_amplitude);
   c.excitation.phases_rad.assign(x.phase_rad);

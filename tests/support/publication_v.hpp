@@ -7,13 +7,13 @@
 #include <complex>
 #include <cstdint>
 #include <memory>
+#include <resonid/online/lines/response_tracker.hpp>
+#include <resonid/online/lines/sliding_dft.hpp>
+#include <resonid/online/models/modes.hpp>
+#include <resonid/online/models/recursive_response_fit.hpp>
+#include <resonid/online/models/response_fit.hpp>
 #include <resonid/plant/experiment.hpp>
-#include <resonid/recursive/modes.hpp>
-#include <resonid/recursive/recursive_response_fit.hpp>
-#include <resonid/recursive/response_fit.hpp>
 #include <resonid/reproduction/experiments.hpp>
-#include <resonid/tracking/response_tracker.hpp>
-#include <resonid/tracking/sliding_dft.hpp>
 #include <stdexcept>
 #include <vector>
 
@@ -23,7 +23,7 @@ namespace resonid::test {
 /// indirect, and what is fitted to its lines, at every sample.
 struct TrackedTooth {
   double step_hz = 10.0;  ///< Of the lines, 20 ... 120 Hz.
-  tracking::DftWindow window = tracking::DftWindow::hann;
+  online::DftWindow window = online::DftWindow::hann;
   bool levy = false;          ///< Published: no weights, no fixed integrator.
   bool line_by_line = false;  ///< One line per sample.
 };
@@ -37,7 +37,7 @@ struct ResonanceErrors {
 
 /// Over the part of the run in which the whole window lies where the cart goes at 0.38 m/s.
 inline ResonanceErrors resonance_errors(const TrackedTooth& what, std::uint64_t first_seed, int seeds) {
-  using Dft = tracking::SlidingDft<double, 21, 400>;
+  using Dft = online::SlidingDft<double, 21, 400>;
   constexpr double kRate = 2000.0;
   constexpr std::size_t kWindow = 400;
   ResonanceErrors errors;
@@ -54,20 +54,19 @@ inline ResonanceErrors resonance_errors(const TrackedTooth& what, std::uint64_t 
     const auto& record = run->record;
     const auto& truth = *run->truth.over_time;
 
-    tracking::ResponseTrackerConfig known;
+    online::ResponseTrackerConfig known;
     known.known_delay_s = run->truth.delay_s;
     known.controller_numerator = run->truth.controller->numerator;
     known.controller_denominator = run->truth.controller->denominator;
-    auto tracker = std::make_unique<tracking::ResponseTracker<Dft>>(
-        tracking::ResponseTracker<Dft>::create(Dft::create({kRate, kWindow, lines, what.window}).value(),
-                                               known)
+    auto tracker = std::make_unique<online::ResponseTracker<Dft>>(
+        online::ResponseTracker<Dft>::create(Dft::create({kRate, kWindow, lines, what.window}).value(), known)
             .value());
-    auto fit = recursive::ResponseFit<double, 3, 21>::create({.sample_rate_hz = kRate,
-                                                              .frequency_hz = lines,
-                                                              .integrator = !what.levy,
-                                                              .iterations = what.levy ? 0U : 1U})
+    auto fit = online::ResponseFit<double, 3, 21>::create({.sample_rate_hz = kRate,
+                                                           .frequency_hz = lines,
+                                                           .integrator = !what.levy,
+                                                           .iterations = what.levy ? 0U : 1U})
                    .value();
-    auto by_line = recursive::RecursiveResponseFit<double, 3, 21>::create(
+    auto by_line = online::RecursiveResponseFit<double, 3, 21>::create(
                        {.sample_rate_hz = kRate, .frequency_hz = lines, .correlated_steps = double(kWindow)})
                        .value();
 
@@ -97,7 +96,7 @@ inline ResonanceErrors resonance_errors(const TrackedTooth& what, std::uint64_t 
       }
       if (k + 1 < from + kWindow) continue;
       const auto model = what.line_by_line ? by_line.model() : fit.model();
-      const auto modes = recursive::SampledModes<3>(model, kRate).resonances();
+      const auto modes = online::SampledModes<3>(model, kRate).resonances();
       const double found = modes.empty() ? 0.0 : modes[0].frequency_hz;
       const double own = what.line_by_line ? by_line.lag_samples() : fit.lag_samples();
       const auto now = static_cast<double>(k), centre = now - tracker->lag_samples(0);

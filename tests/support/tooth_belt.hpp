@@ -6,14 +6,14 @@
 #include <cmath>
 #include <resonid/base/constants.hpp>
 #include <resonid/base/linear_system.hpp>
-#include <resonid/recursive/discrete_model.hpp>
-#include <resonid/recursive/positive_real.hpp>
+#include <resonid/online/models/discrete_model.hpp>
+#include <resonid/online/models/positive_real.hpp>
 
 namespace resonid::test {
 
 /// The tooth belt of Publications II, III and V with its cart at `place_m`, sampled (METHOD 2.2).
-inline recursive::DiscreteModel<double, 3> tooth_belt(double place_m, double sample_time_s,
-                                                      double quality = 10.0) {
+inline online::DiscreteModel<double, 3> tooth_belt(double place_m, double sample_time_s,
+                                                   double quality = 10.0) {
   constexpr double kPulley = 0.0028, kCart = 6.7, kRadius = 0.0199, kSpecific = 376406.25;
   const double near = kSpecific / place_m, far = kSpecific / (1.7 - place_m), below = kSpecific / 2.14;
   const double stiffness = (near + far * below / (far + below)) * kRadius * kRadius;
@@ -27,7 +27,7 @@ inline recursive::DiscreteModel<double, 3> tooth_belt(double place_m, double sam
   machine.c << 1.0, 0.0, 0.0;
   const auto sampled = zero_order_hold(machine, sample_time_s);
   // Faddeev and Leverrier: coefficients of det(z - A) and of c adj(z - A) b.
-  recursive::DiscreteModel<double, 3> m;
+  online::DiscreteModel<double, 3> m;
   Eigen::Matrix3d adjoint = Eigen::Matrix3d::Identity();
   for (int i = 0; i < 3; ++i) {
     m.b[static_cast<std::size_t>(i)] = sampled.c * adjoint * sampled.b;
@@ -39,9 +39,9 @@ inline recursive::DiscreteModel<double, 3> tooth_belt(double place_m, double sam
 }
 
 /// Its soft PI within a position loop, as in the golden files and in experiments/ii_iii_tooth_prbs.toml.
-inline recursive::ControllerCoefficients tooth_belt_controller(double sample_time_s, double gain = 0.12) {
+inline online::ControllerCoefficients tooth_belt_controller(double sample_time_s, double gain = 0.12) {
   const double proportional = gain * (1.0 + sample_time_s / 0.2), outer = 1.0 + 5.0 * sample_time_s;
-  recursive::ControllerCoefficients c;
+  online::ControllerCoefficients c;
   c.numerator = {proportional * outer, -proportional - gain * outer, gain};
   c.denominator = {1.0, -2.0, 1.0};
   return c;

@@ -6,11 +6,11 @@
 #include <cmath>
 #include <cstdint>
 #include <optional>
+#include <resonid/online/models/arx.hpp>
+#include <resonid/online/models/closed_loop_output_error.hpp>
+#include <resonid/online/models/modes.hpp>
+#include <resonid/online/models/output_error.hpp>
 #include <resonid/plant/experiment.hpp>
-#include <resonid/recursive/arx.hpp>
-#include <resonid/recursive/closed_loop_output_error.hpp>
-#include <resonid/recursive/modes.hpp>
-#include <resonid/recursive/output_error.hpp>
 #include <resonid/reproduction/experiments.hpp>
 #include <stdexcept>
 #include <tooth_belt.hpp>
@@ -23,7 +23,7 @@ struct ToothBeltRun {
   double sample_rate_hz = 0.0;
   double gain = 1.0;  ///< Of the controller over the published one.
   std::vector<double> ru, u, y, resonance_hz;
-  recursive::DiscreteModel<double, 3> start;
+  online::DiscreteModel<double, 3> start;
 };
 
 inline ToothBeltRun tooth_belt_run(plant::ExperimentConfig config, double gain, double start_m) {
@@ -77,9 +77,9 @@ inline ToothBeltRun constant_tooth_belt(std::uint64_t seed, double noise, double
   return tooth_belt_run(config, gain, 0.42);
 }
 
-inline recursive::ModelEstimatorConfig estimator_config(
-    const ToothBeltRun& run, recursive::Forgetting forgetting = recursive::Forgetting::constant) {
-  recursive::ModelEstimatorConfig c;
+inline online::ModelEstimatorConfig estimator_config(
+    const ToothBeltRun& run, online::Forgetting forgetting = online::Forgetting::constant) {
+  online::ModelEstimatorConfig c;
   c.sample_rate_hz = run.sample_rate_hz;
   c.delay_samples = static_cast<std::size_t>(std::lround(0.004 * run.sample_rate_hz));
   c.start_b = run.start.b;
@@ -89,40 +89,40 @@ inline recursive::ModelEstimatorConfig estimator_config(
   c.adaptation.factor = run.sample_rate_hz > 300.0 ? 0.995 : 0.99;  // 0.4 s
   return c;
 }
-inline recursive::ClosedLoopOutputErrorConfig closed_loop_config(
-    const ToothBeltRun& run, recursive::Forgetting forgetting = recursive::Forgetting::constant) {
+inline online::ClosedLoopOutputErrorConfig closed_loop_config(
+    const ToothBeltRun& run, online::Forgetting forgetting = online::Forgetting::constant) {
   // Spans need a home.
-  static thread_local recursive::ControllerCoefficients controller;
+  static thread_local online::ControllerCoefficients controller;
   controller = tooth_belt_controller(1.0 / run.sample_rate_hz, 0.12 * run.gain);
-  recursive::ClosedLoopOutputErrorConfig c;
+  online::ClosedLoopOutputErrorConfig c;
   c.common = estimator_config(run, forgetting);
   c.controller_numerator = std::span<const double>(controller.numerator).first(3);
   c.controller_denominator = std::span<const double>(controller.denominator).first(3);
-  c.input = recursive::PredictorInput::measured;
+  c.input = online::PredictorInput::measured;
   return c;
 }
 
-inline recursive::Arx<double, 3> arx(const ToothBeltRun& run,
-                                     recursive::Forgetting forgetting = recursive::Forgetting::constant) {
-  return recursive::Arx<double, 3>::create({estimator_config(run, forgetting)}).value();
+inline online::Arx<double, 3> arx(const ToothBeltRun& run,
+                                  online::Forgetting forgetting = online::Forgetting::constant) {
+  return online::Arx<double, 3>::create({estimator_config(run, forgetting)}).value();
 }
-inline recursive::OutputError<double, 3> output_error(
-    const ToothBeltRun& run, recursive::OutputErrorGradient gradient,
-    recursive::Forgetting forgetting = recursive::Forgetting::constant) {
+inline online::OutputError<double, 3> output_error(
+    const ToothBeltRun& run, online::OutputErrorGradient gradient,
+    online::Forgetting forgetting = online::Forgetting::constant) {
   const auto loop = closed_loop_config(run, forgetting);
-  recursive::OutputErrorConfig c;
+  online::OutputErrorConfig c;
   c.common = loop.common;
   c.gradient = gradient;
   c.controller_numerator = loop.controller_numerator;
   c.controller_denominator = loop.controller_denominator;
-  return recursive::OutputError<double, 3>::create(c).value();
+  return online::OutputError<double, 3>::create(c).value();
 }
-inline recursive::ClosedLoopOutputError<double, 3> closed_loop(
-    const ToothBeltRun& run, recursive::ClosedLoopGradient gradient,
-    recursive::Forgetting forgetting = recursive::Forgetting::constant) {
+inline online::ClosedLoopOutputError<double, 3> closed_loop(
+    const ToothBeltRun& run, online::ClosedLoopGradient gradient,
+    online::Forgetting forgetting = online::Forgetting::constant) {
   auto c = closed_loop_config(run, forgetting);
   c.gradient = gradient;
-  return recursive::ClosedLoopOutputError<double, 3>::create(c).value();
+  return online::ClosedLoopOutputError<double, 3>::create(c).value();
 }
 
 /// Relative error of the resonance at the time that the estimate describes.
@@ -156,7 +156,7 @@ Deviation follow(Estimator estimator, const ToothBeltRun& run) {
   for (std::size_t k = 0; k < run.y.size(); ++k) {
     estimator.step(run.ru[k], run.u[k], run.y[k]);
     if (k < first || k % 5 != 0) continue;
-    const auto found = recursive::SampledModes<3>(estimator.model(), run.sample_rate_hz).resonances();
+    const auto found = online::SampledModes<3>(estimator.model(), run.sample_rate_hz).resonances();
     const double described = std::clamp(static_cast<double>(k) - estimator.lag_samples(), 0.0,
                                         static_cast<double>(run.y.size() - 2));
     const auto i = static_cast<std::size_t>(described);
@@ -169,17 +169,17 @@ Deviation follow(Estimator estimator, const ToothBeltRun& run) {
 
 /// Estimate with its own standard deviation at the end of a run.
 template <class Estimator>
-recursive::DiscreteMode last_resonance(Estimator estimator, const ToothBeltRun& run) {
+online::DiscreteMode last_resonance(Estimator estimator, const ToothBeltRun& run) {
   for (std::size_t k = 0; k < run.y.size(); ++k) estimator.step(run.ru[k], run.u[k], run.y[k]);
   const auto found =
-      recursive::SampledModes<3>(estimator.model(), run.sample_rate_hz).resonances(estimator.covariance());
-  return found.empty() ? recursive::DiscreteMode{} : found[0];
+      online::SampledModes<3>(estimator.model(), run.sample_rate_hz).resonances(estimator.covariance());
+  return found.empty() ? online::DiscreteMode{} : found[0];
 }
 
 /// Errors over their own standard deviations.
 class NormalizedError {
  public:
-  void add(const recursive::DiscreteMode& found, double truth_hz) {
+  void add(const online::DiscreteMode& found, double truth_hz) {
     const double x = (found.frequency_hz - truth_hz) / found.std_hz;
     square_ += x * x;
     error_square_ += std::pow(found.frequency_hz / truth_hz - 1.0, 2);

@@ -13,7 +13,8 @@ namespace resonid::test {
 inline identification::Track tracked(const data::Record& record,
                                      const identification::TrackOptions& options) {
   auto track = identification::track(record, options);
-  if (!track) throw std::runtime_error("--" + track.error().option + ": " + track.error().message);
+  if (!track)
+    throw std::runtime_error("--" + track.error().field.str() + ": " + track.error().requirement.str());
   return std::move(*track);
 }
 

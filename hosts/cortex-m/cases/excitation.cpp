@@ -1,17 +1,17 @@
 // SPDX-License-Identifier: MIT
 #include <array>
 #include <new>
-#include <resonid/diagnostics/change_detection.hpp>
-#include <resonid/excitation/chirp.hpp>
-#include <resonid/excitation/multisine.hpp>
-#include <resonid/excitation/prbs.hpp>
-#include <resonid/excitation/stepped_sine.hpp>
+#include <resonid/online/excitation/chirp.hpp>
+#include <resonid/online/excitation/multisine.hpp>
+#include <resonid/online/excitation/prbs.hpp>
+#include <resonid/online/excitation/stepped_sine.hpp>
+#include <resonid/online/supervision/change_detection.hpp>
 
 #include "../define_case.hpp"
 #include "../record.hpp"
 #include "cases.hpp"
 
-using namespace resonid::excitation;
+using namespace resonid::online;
 
 namespace {
 
@@ -60,11 +60,11 @@ auto make_stepped_sine() {
 
 /// Watches the size of the output; blocks of 16 samples.
 struct ChangeDetectorCase {
-  using Estimator = resonid::diagnostics::ChangeDetector<float, 64>;
+  using Estimator = resonid::online::ChangeDetector<float, 64>;
   static inline Storage<Estimator> detector;
 
   static bool create() {
-    resonid::diagnostics::ChangeDetectorConfig c;
+    resonid::online::ChangeDetectorConfig c;
     c.sample_rate_hz = drive::kSampleRateHz;
     c.block_s = 16.0 / drive::kSampleRateHz;
     c.baseline_s = 32.0 * c.block_s;

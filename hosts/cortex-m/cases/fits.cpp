@@ -2,15 +2,15 @@
 #include <cmath>
 #include <complex>
 #include <new>
-#include <resonid/recursive/instrumental_variables.hpp>
-#include <resonid/recursive/recursive_response_fit.hpp>
-#include <resonid/recursive/response_fit.hpp>
+#include <resonid/online/models/instrumental_variables.hpp>
+#include <resonid/online/models/recursive_response_fit.hpp>
+#include <resonid/online/models/response_fit.hpp>
 
 #include "../define_case.hpp"
 #include "../record.hpp"
 #include "cases.hpp"
 
-using namespace resonid::recursive;
+using namespace resonid::online;
 
 namespace {
 

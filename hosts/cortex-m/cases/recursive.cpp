@@ -1,16 +1,16 @@
 // SPDX-License-Identifier: MIT
 #include <new>
-#include <resonid/recursive/arx.hpp>
-#include <resonid/recursive/closed_loop_output_error.hpp>
-#include <resonid/recursive/output_error.hpp>
-#include <resonid/recursive/physical_tracker.hpp>
-#include <resonid/recursive/rls.hpp>
+#include <resonid/online/models/arx.hpp>
+#include <resonid/online/models/closed_loop_output_error.hpp>
+#include <resonid/online/models/output_error.hpp>
+#include <resonid/online/models/physical_tracker.hpp>
+#include <resonid/online/models/rls.hpp>
 
 #include "../define_case.hpp"
 #include "../record.hpp"
 #include "cases.hpp"
 
-using namespace resonid::recursive;
+using namespace resonid::online;
 
 namespace {
 

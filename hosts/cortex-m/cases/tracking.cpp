@@ -1,17 +1,17 @@
 // SPDX-License-Identifier: MIT
 #include <complex>
 #include <new>
-#include <resonid/tracking/chirp_tracker.hpp>
-#include <resonid/tracking/kalman_bank.hpp>
-#include <resonid/tracking/line_bank.hpp>
-#include <resonid/tracking/response_tracker.hpp>
-#include <resonid/tracking/sliding_dft.hpp>
+#include <resonid/online/lines/chirp_tracker.hpp>
+#include <resonid/online/lines/kalman_bank.hpp>
+#include <resonid/online/lines/line_bank.hpp>
+#include <resonid/online/lines/response_tracker.hpp>
+#include <resonid/online/lines/sliding_dft.hpp>
 
 #include "../define_case.hpp"
 #include "../record.hpp"
 #include "cases.hpp"
 
-using namespace resonid::tracking;
+using namespace resonid::online;
 
 namespace {
 

@@ -23,8 +23,8 @@ class DiscreteFilter {
  public:
   /// Coefficients in powers of z^-1; the denominator's first one must not be 0 (it is divided out). At most
   /// MaxOrder + 1 coefficients each.
-  static expected<DiscreteFilter, ConfigError> create(std::span<const double> numerator,
-                                                      std::span<const double> denominator) {
+  static expected<DiscreteFilter, Error> create(std::span<const double> numerator,
+                                                std::span<const double> denominator) {
     if (numerator.empty() || numerator.size() > MaxOrder + 1)
       return refuse("numerator", "needs 1 ... MaxOrder + 1 coefficients",
                     static_cast<double>(numerator.size()));

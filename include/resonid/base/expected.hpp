@@ -2,27 +2,20 @@
 #pragma once
 
 #include <limits>
-#include <string_view>
+#include <resonid/base/error.hpp>
 #include <tl/expected.hpp>
+#include <utility>
 
 namespace resonid {
 
-template <class T, class E>
+template <class T, class E = Error>
 using expected = tl::expected<T, E>;
 using tl::unexpected;
 
-/// Why a configuration was refused. Holds string literals only, so it needs no heap.
-struct ConfigError {
-  std::string_view field;        ///< Name of the offending field of the configuration struct.
-  std::string_view requirement;  ///< What is required of it, as a phrase: "must be > 0".
-  double value = std::numeric_limits<double>::quiet_NaN();  ///< The value found, where it is a number.
-};
-
-/// Shorthand for `unexpected(ConfigError{...})`.
-[[nodiscard]] inline tl::unexpected<ConfigError> refuse(
-    std::string_view field, std::string_view requirement,
-    double value = std::numeric_limits<double>::quiet_NaN()) noexcept {
-  return tl::unexpected<ConfigError>(ConfigError{field, requirement, value});
+/// Shorthand for `unexpected(Error{...})`.
+[[nodiscard]] inline tl::unexpected<Error> refuse(Phrase field, Phrase requirement,
+                                                  double value = std::numeric_limits<double>::quiet_NaN()) {
+  return tl::unexpected<Error>(Error{std::move(field), std::move(requirement), value});
 }
 
 }  // namespace resonid

@@ -41,6 +41,6 @@ struct Feedback {
 /// Of at most the first 100 000 samples, p = 40 plus the known delay. For records without noise (e below 1e-6
 /// of the output) the probability is 1: nothing is fed back. Errors: fewer than ten samples per coefficient
 /// (1050 without delay), samples that are not finite, an input or output that does not move.
-[[nodiscard]] expected<Feedback, ConfigError> find_feedback(const data::Record& record, double known_delay_s);
+[[nodiscard]] expected<Feedback, Error> find_feedback(const data::Record& record, double known_delay_s);
 
 }  // namespace resonid::diagnostics

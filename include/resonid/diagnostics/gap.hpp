@@ -73,8 +73,8 @@ struct NuGap {
 /// a pole, so integrators need no indentation. Numerator and denominator must have no common factor outside
 /// the unit circle. Errors: different sample times, a denominator that is empty or begins with 0. Source:
 /// Vinnicombe 2001, Uncertainty and Feedback; METHOD 10.1.
-[[nodiscard]] expected<NuGap, ConfigError> nu_gap(const data::TransferFunction& first,
-                                                  const data::TransferFunction& second);
+[[nodiscard]] expected<NuGap, Error> nu_gap(const data::TransferFunction& first,
+                                            const data::TransferFunction& second);
 
 /// W G as one transfer function.
 [[nodiscard]] data::TransferFunction weighted(const data::TransferFunction& weight,

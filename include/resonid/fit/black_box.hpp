@@ -107,14 +107,14 @@ struct BlackBoxFit {
 };
 
 /// Prediction-error fit of an output-error model of any order, y = q^-d B/A u + noise (METHOD 8.4).
-[[nodiscard]] expected<BlackBoxFit, ConfigError> fit_black_box(const data::Record& record,
-                                                               const BlackBoxConfig& config);
+[[nodiscard]] expected<BlackBoxFit, Error> fit_black_box(const data::Record& record,
+                                                         const BlackBoxConfig& config);
 
 /// Output of another record minus the model's simulation of it; initial state and constant are estimated
 /// there. Of `config` the predictor, the controller and these two options are used. Begins at sample
 /// delay_samples (closed loop: 0).
-[[nodiscard]] expected<std::vector<double>, ConfigError> simulation_residual(const data::Record& record,
-                                                                             const BlackBoxModel& model,
-                                                                             const BlackBoxConfig& config);
+[[nodiscard]] expected<std::vector<double>, Error> simulation_residual(const data::Record& record,
+                                                                       const BlackBoxModel& model,
+                                                                       const BlackBoxConfig& config);
 
 }  // namespace resonid::fit

@@ -54,7 +54,7 @@ struct OrderSelection {
 /// stable are preferred. Orders are tried in ascending order until the criterion has grown three times. All
 /// of that by the open-loop predictor with a noise model, the last fit by the one asked for. Errors: those of
 /// fit_black_box, limits out of range, no order that can be fitted.
-[[nodiscard]] expected<OrderSelection, ConfigError> select_order(const data::Record& record,
-                                                                 const OrderSelectionConfig& config);
+[[nodiscard]] expected<OrderSelection, Error> select_order(const data::Record& record,
+                                                           const OrderSelectionConfig& config);
 
 }  // namespace resonid::fit

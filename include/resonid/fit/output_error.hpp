@@ -64,8 +64,8 @@ struct OutputErrorFit {
 /// estimated with it, so an operating point does no harm. Errors: fewer than 50 samples, a start that is not
 /// finite and positive, a delay longer than the record, dry friction from an acceleration, a closed loop
 /// without its controller or of anything but velocity.
-[[nodiscard]] expected<OutputErrorFit, ConfigError> fit_output_error(const data::Record& record,
-                                                                     const OutputErrorConfig& config);
+[[nodiscard]] expected<OutputErrorFit, Error> fit_output_error(const data::Record& record,
+                                                               const OutputErrorConfig& config);
 
 /// Two-mass starts for fit_output_error from the record alone, best first, at most three: anti-resonance,
 /// resonance and damping are scanned, and what enters linearly (inertia, load torque, state at the start) is
@@ -99,7 +99,7 @@ struct JointOutputErrorFit {
 /// One drive from several records: one likelihood over all of them, with each one's own initial state, offset
 /// and noise. Lengths may differ; sample rates and output quantities must be equal. Errors: as above, and
 /// records that differ in these.
-[[nodiscard]] expected<JointOutputErrorFit, ConfigError> fit_output_error(
-    std::span<const data::Record> records, const OutputErrorConfig& config);
+[[nodiscard]] expected<JointOutputErrorFit, Error> fit_output_error(std::span<const data::Record> records,
+                                                                    const OutputErrorConfig& config);
 
 }  // namespace resonid::fit

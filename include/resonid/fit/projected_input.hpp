@@ -18,6 +18,6 @@ namespace resonid::fit {
 /// channel that does not vary explains nothing and is left out. The first samples are the recorded ones.
 /// Errors: neither excitation nor reference varies, fewer than 200 samples, unequal lengths, samples that are
 /// not finite, no order that simulates stably.
-[[nodiscard]] expected<std::vector<double>, ConfigError> projected_input(const data::Record& record);
+[[nodiscard]] expected<std::vector<double>, Error> projected_input(const data::Record& record);
 
 }  // namespace resonid::fit

@@ -52,8 +52,8 @@ struct ResponseFit {
 /// (METHOD 7.4; Nevaranta 2016, Pub. VI, eq. 28 uses the continuous model, which is biased on sampled data).
 /// The response is that of the velocity, with its known delay taken out. Needs at least 4 lines (rigid: 2,
 /// three masses: 6) in the band, and standard deviations for every weighting but none.
-[[nodiscard]] expected<ResponseFit, ConfigError> fit_response(const data::FrequencyResponse& response,
-                                                              const ResponseFitConfig& config);
+[[nodiscard]] expected<ResponseFit, Error> fit_response(const data::FrequencyResponse& response,
+                                                        const ResponseFitConfig& config);
 
 /// Start for a two-mass fit: a scan over anti-resonance, resonance and damping that compares magnitudes only.
 /// `with_friction` scans viscous friction too. Rigid: the inertia from the median of |G| w.

@@ -28,8 +28,8 @@ struct RationalFit {
 /// 0, weighted by 1/|A| of the step before and by the standard deviations if there are any (METHOD 7.1, 7.2;
 /// Nevaranta 2016, eq. 3.19 with its second row mended). A fixed point is near the least-squares fit, not on
 /// it. Needs at least as many lines as parameters.
-[[nodiscard]] expected<RationalFit, ConfigError> fit_sanathanan_koerner(
-    const data::FrequencyResponse& response, const SanathananKoernerConfig& config);
+[[nodiscard]] expected<RationalFit, Error> fit_sanathanan_koerner(const data::FrequencyResponse& response,
+                                                                  const SanathananKoernerConfig& config);
 
 /// An oscillating pair of poles or zeros, in continuous terms.
 struct Mode {

@@ -16,7 +16,7 @@ namespace resonid::identification {
 struct BatchEntry {
   std::string file;
   std::optional<Result> result;
-  Refusal error;  ///< Without a result; its option is empty where no option is at fault.
+  Error error;  ///< Without a result; its option is empty where no option is at fault.
 };
 
 /// One figure over all records that have it, as repetitions of one experiment would scatter.
@@ -53,7 +53,7 @@ struct BatchJob {
 
 struct BatchTask {
   std::vector<std::string> files;
-  std::function<expected<BatchJob, Refusal>(std::size_t)> load;
+  std::function<expected<BatchJob, Error>(std::size_t)> load;
   /// Called after a record's identification, on the thread that did it; may be empty.
   std::function<void(std::size_t, const data::Record&, const Result&)> each;
   /// Called when a record is done, one call at a time; may be empty.

@@ -14,7 +14,7 @@ namespace resonid::identification {
 /// Fills `independent` and `independent_fit_percent`. A model that is rejected there makes the result
 /// untrusted (finding `fails-elsewhere`, an error); a doubtful one is a warning. Refused: a result without
 /// model, and what validate() refuses.
-[[nodiscard]] expected<void, Refusal> validate_on(const data::Record& record, const Options& options,
-                                                  Result& result);
+[[nodiscard]] expected<void, Error> validate_on(const data::Record& record, const Options& options,
+                                                Result& result);
 
 }  // namespace resonid::identification

@@ -5,16 +5,8 @@
 #include <resonid/data/record.hpp>
 #include <resonid/identification/options.hpp>
 #include <resonid/identification/result.hpp>
-#include <string>
 
 namespace resonid::identification {
-
-/// Why nothing could be identified: an option that contradicts the record, or a record that is too short.
-/// Poor data are no error: they give a result with findings that is not trusted.
-struct Refusal {
-  std::string option;   ///< As on the command line, without dashes: "chirp".
-  std::string message;  ///< What was found and what is required.
-};
 
 /// The main job: record in; response, resonances, model, loop and trust out.
 ///
@@ -26,6 +18,6 @@ struct Refusal {
 ///    maximum likelihood; the Bayesian information criterion chooses;
 /// 3. margins of the real loop, delay included, from the model and the controller, or from L = Ru/U - 1;
 /// 4. findings say what to know, and whether to trust it.
-[[nodiscard]] expected<Result, Refusal> identify(const data::Record& record, const Options& options);
+[[nodiscard]] expected<Result, Error> identify(const data::Record& record, const Options& options);
 
 }  // namespace resonid::identification

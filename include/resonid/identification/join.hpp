@@ -31,7 +31,7 @@ struct Joint {
 };
 
 /// Refused: black boxes, which are not joined.
-[[nodiscard]] expected<void, Refusal> check_join(const Options& options);
+[[nodiscard]] expected<void, Error> check_join(const Options& options);
 
 /// Joins records of the same machine, operating point and set-up that have been identified one by one with
 /// these options.
@@ -56,7 +56,7 @@ struct Joint {
 /// fitted together again; combined estimates have no such fit (`no-joint-bootstrap`).
 /// Refused: fewer than two records, other sample rates, quantities or units, black boxes, and what identify()
 /// refuses to prepare.
-[[nodiscard]] expected<Joint, Refusal> join(std::span<const data::Record> records,
-                                            std::span<const Result> results, const Options& options);
+[[nodiscard]] expected<Joint, Error> join(std::span<const data::Record> records,
+                                          std::span<const Result> results, const Options& options);
 
 }  // namespace resonid::identification

@@ -115,8 +115,8 @@ struct ModelValidation {
 ///
 /// `common.approach` indirect: the closed-loop predictor, driven by the excitation (and reference) alone
 /// through the known controller, so that no noise reaches the model's input.
-[[nodiscard]] expected<ModelValidation, Refusal> validate(const data::Record& record,
-                                                          const CandidateModel& candidate,
-                                                          const ValidateOptions& options);
+[[nodiscard]] expected<ModelValidation, Error> validate(const data::Record& record,
+                                                        const CandidateModel& candidate,
+                                                        const ValidateOptions& options);
 
 }  // namespace resonid::identification

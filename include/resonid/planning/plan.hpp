@@ -142,6 +142,6 @@ struct Plan {
 /// Wishes that cannot be met in the time allowed leave `reached` false: then the plan is the best of that
 /// time. Limits: linear drive, deviations without noise's own share of torque and velocity; the error bars
 /// hold for a fit by output error of the whole record with the model's structure.
-[[nodiscard]] expected<Plan, ConfigError> make_plan(const PlanConfig& config);
+[[nodiscard]] expected<Plan, Error> make_plan(const PlanConfig& config);
 
 }  // namespace resonid::planning

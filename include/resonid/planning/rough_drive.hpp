@@ -20,7 +20,7 @@ struct RoughDrive {
   fit::NoiseModel noise;  ///< Of the measured velocity; white: order 0 with the noise's variance.
 };
 
-[[nodiscard]] expected<void, ConfigError> check(const RoughDrive& drive);
+[[nodiscard]] expected<void, Error> check(const RoughDrive& drive);
 
 /// Responses of the loop at some lines, from the excitation to what it moves (METHOD 1).
 struct LoopResponse {

@@ -21,7 +21,7 @@ void describe(Visitor&& v, ActuatorConfig& c) {
   v("torque_resolution", c.torque_resolution, "step that the torque command is rounded to; 0: none (Nm)");
 }
 
-[[nodiscard]] expected<void, ConfigError> check(const ActuatorConfig& config) noexcept;
+[[nodiscard]] expected<void, Error> check(const ActuatorConfig& config) noexcept;
 
 /// A drive under its controller with delayed feedback, or alone.
 ///

@@ -73,7 +73,7 @@ void describe(Visitor&& v, ControllerConfig& c) {
 
 /// Refuses what is out of range, not finite, improper (R or the denominator begins with 0) or unstable (a
 /// root of R or of the denominator outside the unit circle; integrators are on it).
-[[nodiscard]] expected<void, ConfigError> check(const ControllerConfig& config);
+[[nodiscard]] expected<void, Error> check(const ControllerConfig& config);
 
 /// What the controller is fed with, delay and noise of the measurement included.
 struct Measured {
@@ -103,7 +103,7 @@ class Controller {
  public:
   static constexpr std::size_t kMaxOrder = 16;  ///< Of R, S, T, numerator and denominator.
 
-  static expected<Controller, ConfigError> create(const ControllerConfig& config, double sample_rate_hz);
+  static expected<Controller, Error> create(const ControllerConfig& config, double sample_rate_hz);
 
   /// The controller's output before excitation and limit; 0 in open loop. Changes nothing that a further
   /// call would not overwrite until commit() ends the sample.
@@ -141,7 +141,7 @@ class Controller {
   explicit Controller(ControllerConfig config, double step_s) : config_(std::move(config)), step_s_(step_s) {}
   [[nodiscard]] double limited_velocity(double velocity) const noexcept;
   [[nodiscard]] double velocity_reference(const Setpoint& setpoint, const Measured& measured) const noexcept;
-  expected<void, ConfigError> make_filters();
+  expected<void, Error> make_filters();
 
   ControllerConfig config_;
   double step_s_;

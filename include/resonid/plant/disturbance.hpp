@@ -35,7 +35,7 @@ void describe(Visitor&& v, DisturbanceConfig& c) {
   v("loosening_over_s", c.loosening_over_s, "how long it takes, 0: at once (s)");
 }
 
-[[nodiscard]] expected<void, ConfigError> check(const DisturbanceConfig& config) noexcept;
+[[nodiscard]] expected<void, Error> check(const DisturbanceConfig& config) noexcept;
 
 /// Stiffness at a time over that at the start.
 [[nodiscard]] double stiffness_factor(const DisturbanceConfig& config, double time_s) noexcept;

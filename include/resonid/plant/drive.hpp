@@ -156,7 +156,7 @@ void describe(Visitor&& v, DriveConfig& c) {
       "the same on the load, referred to the driven shaft, >= 0 (Nms/rad)");
 }
 
-[[nodiscard]] expected<void, ConfigError> check(const DriveConfig& config) noexcept;
+[[nodiscard]] expected<void, Error> check(const DriveConfig& config) noexcept;
 
 /// Stiffness that the cart of a tooth belt sees at a position (METHOD 2.2):
 /// K1 + K2 K3/(K2 + K3) with Ki = c/li, l1 the position.
@@ -181,9 +181,8 @@ struct MachineConfig {
 
 /// `early_fraction` in [0, 1), see Drive::advance; `longest_s` is how long the drive will run at most: over
 /// that time its stiffness must stay positive.
-[[nodiscard]] expected<std::unique_ptr<Drive>, ConfigError> make_drive(const MachineConfig& machine,
-                                                                       double sample_rate_hz,
-                                                                       double early_fraction,
-                                                                       double longest_s = 0.0);
+[[nodiscard]] expected<std::unique_ptr<Drive>, Error> make_drive(const MachineConfig& machine,
+                                                                 double sample_rate_hz, double early_fraction,
+                                                                 double longest_s = 0.0);
 
 }  // namespace resonid::plant

@@ -8,7 +8,7 @@
 #include <resonid/data/record.hpp>
 #include <resonid/data/transfer_function.hpp>
 #include <resonid/data/two_mass.hpp>
-#include <resonid/excitation/excitation.hpp>
+#include <resonid/online/excitation/excitation.hpp>
 #include <resonid/plant/closed_loop.hpp>
 #include <span>
 #include <string>
@@ -38,7 +38,7 @@ struct ExperimentConfig {
   ActuatorConfig actuator;
   ControllerConfig controller;
   MotionConfig motion;
-  excitation::ExcitationConfig excitation;
+  online::ExcitationConfig excitation;
   MeasurementConfig measurement;
   RunConfig run;
 };
@@ -55,7 +55,7 @@ void describe(Visitor&& v, ExperimentConfig& c) {
   v("run", c.run, "how the experiment is run");
 }
 
-[[nodiscard]] expected<void, ConfigError> check(const RunConfig& config) noexcept;
+[[nodiscard]] expected<void, Error> check(const RunConfig& config) noexcept;
 
 /// Why an experiment was refused: table and field of the file, and what was found and is required.
 struct ExperimentError {

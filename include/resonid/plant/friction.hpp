@@ -39,6 +39,6 @@ void describe(Visitor&& v, FrictionConfig& c) {
   v("load_stribeck_velocity", c.load.stribeck_velocity, "likewise (rad/s)");
 }
 
-[[nodiscard]] expected<void, ConfigError> check(const FrictionConfig& config) noexcept;
+[[nodiscard]] expected<void, Error> check(const FrictionConfig& config) noexcept;
 
 }  // namespace resonid::plant

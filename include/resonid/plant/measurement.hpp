@@ -37,7 +37,7 @@ void describe(Visitor&& v, MeasurementConfig& c) {
     "counts of the position encoder per turn (per m when linear), all edges; 0: not quantised");
 }
 
-[[nodiscard]] expected<void, ConfigError> check(const MeasurementConfig& config) noexcept;
+[[nodiscard]] expected<void, Error> check(const MeasurementConfig& config) noexcept;
 
 /// Standard deviation of the velocity that an encoder's rounding adds while the machine moves over many
 /// counts per sample: two independent errors, uniform over one count q, make q/(sqrt(6) Ts).

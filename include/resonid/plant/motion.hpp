@@ -53,7 +53,7 @@ void describe(Visitor&& v, MotionConfig& c) {
   v("dwell_s", c.dwell_s, "rest at `to` before each move back, >= 0 (s)");
 }
 
-[[nodiscard]] expected<void, ConfigError> check(const MotionConfig& config) noexcept;
+[[nodiscard]] expected<void, Error> check(const MotionConfig& config) noexcept;
 
 /// The reference of a motion as a function of time.
 ///
@@ -75,7 +75,7 @@ class MotionProfile {
     double highest = 0.0;
   };
 
-  static expected<MotionProfile, ConfigError> create(const MotionConfig& config);
+  static expected<MotionProfile, Error> create(const MotionConfig& config);
 
   /// `time_s` from the start of the run. At a step of the acceleration its value lies between both sides.
   [[nodiscard]] Setpoint at(double time_s) const noexcept;

@@ -3,7 +3,7 @@
 
 #include <cmath>
 #include <cstdint>
-#include <resonid/excitation/splitmix64.hpp>
+#include <resonid/online/excitation/splitmix64.hpp>
 
 namespace resonid::plant {
 
@@ -34,7 +34,7 @@ class WhiteNoise {
   }
 
  private:
-  excitation::SplitMix64 uniform_;
+  online::SplitMix64 uniform_;
   double standard_deviation_;
   double spare_ = 0.0;
   bool has_spare_ = false;

@@ -38,7 +38,7 @@ struct BatchResult {
 [[nodiscard]] Document document(const BatchResult& result);
 
 /// "--chirp: what was found", or the message of a file.
-[[nodiscard]] std::string error_text(const identification::Refusal& error);
+[[nodiscard]] std::string error_text(const Error& error);
 /// The same after the file's name, which many messages begin with already.
 [[nodiscard]] std::string error_line(const identification::BatchEntry& entry);
 

@@ -58,7 +58,7 @@ struct BestLinearApproximation {
 /// scatter: its covariance is averaged with that of up to four neighbours on either side, as periodic_lines()
 /// does. Needs two records with two whole periods each, and phases that differ (no_realisations()).
 /// Limits: with M records a level is known to about 1/sqrt(2 (M - 1)).
-[[nodiscard]] expected<BestLinearApproximation, ConfigError> best_linear_approximation(
+[[nodiscard]] expected<BestLinearApproximation, Error> best_linear_approximation(
     std::span<const data::Record> records, const BestLinearConfig& config, Approach approach);
 
 }  // namespace resonid::response

@@ -36,12 +36,12 @@ struct DetectionLines {
 /// the scatter of the periods. Odd lines count only when the excitation has no even ones. Refused when the
 /// reference leaves out no line of the band. Limits: a level is that of the detection lines, not of the
 /// excited ones; odd distortion weighs on the response, even distortion acts like noise.
-[[nodiscard]] expected<DetectionLines, ConfigError> detection_lines(const data::Record& record,
-                                                                    const DetectionLinesConfig& config);
+[[nodiscard]] expected<DetectionLines, Error> detection_lines(const data::Record& record,
+                                                              const DetectionLinesConfig& config);
 
 /// The same of several realisations with one amplitude spectrum: powers are averaged over them, the test has
 /// their degrees of freedom together.
-[[nodiscard]] expected<DetectionLines, ConfigError> detection_lines(std::span<const data::Record> records,
-                                                                    const DetectionLinesConfig& config);
+[[nodiscard]] expected<DetectionLines, Error> detection_lines(std::span<const data::Record> records,
+                                                              const DetectionLinesConfig& config);
 
 }  // namespace resonid::response

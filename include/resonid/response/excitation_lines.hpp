@@ -5,7 +5,7 @@
 #include <optional>
 #include <resonid/base/approach.hpp>
 #include <resonid/data/record.hpp>
-#include <resonid/tracking/sweep.hpp>
+#include <resonid/online/lines/sweep.hpp>
 #include <span>
 #include <utility>
 #include <vector>
@@ -45,6 +45,6 @@ namespace resonid::response {
 /// more than 25 %.
 /// The chirp may begin late by a fifth of a block, 1/300 of the sweep; the law holds from sample 0 on. Needs
 /// 1024 samples and a sweep of 10/duration and of 5 %. Repeated chirps are refused: they have a period.
-[[nodiscard]] std::optional<tracking::SweepLaw> detect_chirp(const data::Record& record);
+[[nodiscard]] std::optional<online::SweepLaw> detect_chirp(const data::Record& record);
 
 }  // namespace resonid::response

@@ -61,15 +61,15 @@ struct ResponseOptions {
 /// circle std sqrt(-ln p) keeps its 95 % coverage also after few averages. Lines that are not finite are left
 /// out. Of smoothed lines w is the sensitivity, U/Ru or 1 - C Gcl (direct: the input's power), its slope
 /// taken over seven lines.
-[[nodiscard]] expected<data::FrequencyResponse, ConfigError> plant_response(const LineEstimates& lines,
-                                                                            const ResponseOptions& options);
+[[nodiscard]] expected<data::FrequencyResponse, Error> plant_response(const LineEstimates& lines,
+                                                                      const ResponseOptions& options);
 
 /// The loop L = Ru/U - 1 = C Gd, delay included, without knowing controller or plant; the reference must
 /// rest. Needs excitation and input.
-[[nodiscard]] expected<data::FrequencyResponse, ConfigError> loop_response(const LineEstimates& lines);
+[[nodiscard]] expected<data::FrequencyResponse, Error> loop_response(const LineEstimates& lines);
 
 /// The controller as it ran, C = (Ru - U)/Y for the recorded output. Needs excitation and input.
-[[nodiscard]] expected<data::FrequencyResponse, ConfigError> controller_response(const LineEstimates& lines);
+[[nodiscard]] expected<data::FrequencyResponse, Error> controller_response(const LineEstimates& lines);
 
 /// Factor that turns the phasor of a recorded output into that of the velocity:
 ///   position      j (2/Ts) tan(w Ts/2): bilinear; exact for the zero-order-hold response of a rigid inertia

@@ -38,12 +38,13 @@ void describe(Visitor&& v, LocalPolynomialConfig& c) {
 /// centre bins, summed over the grid relative to the noise there, is within 1 % of the least. Limits: the
 /// excitation must be dense (chirp, PRBS, noise; not a sparse multisine); n bins must be narrower than a
 /// resonance is broad.
-[[nodiscard]] expected<LineEstimates, ConfigError> local_polynomial_lines(const data::Record& record,
-                                                                          const LocalPolynomialConfig& config,
-                                                                          Approach approach);
+[[nodiscard]] expected<LineEstimates, Error> local_polynomial_lines(const data::Record& record,
+                                                                    const LocalPolynomialConfig& config,
+                                                                    Approach approach);
 
 /// plant_response of local_polynomial_lines.
-[[nodiscard]] expected<data::FrequencyResponse, ConfigError> local_polynomial(
-    const data::Record& record, const LocalPolynomialConfig& config, const ResponseOptions& options);
+[[nodiscard]] expected<data::FrequencyResponse, Error> local_polynomial(const data::Record& record,
+                                                                        const LocalPolynomialConfig& config,
+                                                                        const ResponseOptions& options);
 
 }  // namespace resonid::response

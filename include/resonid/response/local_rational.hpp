@@ -42,13 +42,13 @@ void describe(Visitor&& v, LocalRationalConfig& c) {
 /// error, mean of the logarithm over up to 150 centres, is within 3 % of the least; at most a quarter of the
 /// excited band. Limits: dense excitation; the denominator needs a signal well above the noise in the window,
 /// else a local polynomial has less variance; one resonance and one anti-resonance per window (degree 2).
-[[nodiscard]] expected<LineEstimates, ConfigError> local_rational_lines(const data::Record& record,
-                                                                        const LocalRationalConfig& config,
-                                                                        Approach approach);
+[[nodiscard]] expected<LineEstimates, Error> local_rational_lines(const data::Record& record,
+                                                                  const LocalRationalConfig& config,
+                                                                  Approach approach);
 
 /// plant_response of local_rational_lines.
-[[nodiscard]] expected<data::FrequencyResponse, ConfigError> local_rational(const data::Record& record,
-                                                                            const LocalRationalConfig& config,
-                                                                            const ResponseOptions& options);
+[[nodiscard]] expected<data::FrequencyResponse, Error> local_rational(const data::Record& record,
+                                                                      const LocalRationalConfig& config,
+                                                                      const ResponseOptions& options);
 
 }  // namespace resonid::response

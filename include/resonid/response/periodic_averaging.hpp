@@ -31,9 +31,8 @@ void describe(Visitor&& v, PeriodicConfig& c) {
 /// period means) is taken out. A line is excited when its reference signal passes excited_power_threshold()
 /// and stands out of the scatter (F test, 0.1 %). Coherence: |sum Y_p R_p*|^2/(sum |Y_p|^2 sum |R_p|^2).
 /// Limits: needs two whole periods after the dropped ones; transients that outlast them show up as noise.
-[[nodiscard]] expected<LineEstimates, ConfigError> periodic_lines(const data::Record& record,
-                                                                  const PeriodicConfig& config,
-                                                                  Approach approach);
+[[nodiscard]] expected<LineEstimates, Error> periodic_lines(const data::Record& record,
+                                                            const PeriodicConfig& config, Approach approach);
 
 /// Whole periods at the record's start in which the drive has not settled: their rms distance from the mean
 /// of the record's last half (two periods at least) is more than twice the largest among the periods of that
@@ -42,8 +41,8 @@ void describe(Visitor&& v, PeriodicConfig& c) {
 [[nodiscard]] std::size_t transient_periods(const data::Record& record, std::size_t period_samples);
 
 /// plant_response of periodic_lines.
-[[nodiscard]] expected<data::FrequencyResponse, ConfigError> periodic_average(const data::Record& record,
-                                                                              const PeriodicConfig& config,
-                                                                              const ResponseOptions& options);
+[[nodiscard]] expected<data::FrequencyResponse, Error> periodic_average(const data::Record& record,
+                                                                        const PeriodicConfig& config,
+                                                                        const ResponseOptions& options);
 
 }  // namespace resonid::response

@@ -44,13 +44,13 @@ void describe(Visitor&& v, SteppedSineConfig& c) {
 /// frequencies must differ by about 1/(dwell) to be told apart; without an excitation signal the input must
 /// be a sine of which noise and feedback leave half the power (0.8 when no lines are given). A transient as
 /// long as the dwell shows as noise only.
-[[nodiscard]] expected<LineEstimates, ConfigError> stepped_sine_lines(const data::Record& record,
-                                                                      const SteppedSineConfig& config,
-                                                                      Approach approach);
+[[nodiscard]] expected<LineEstimates, Error> stepped_sine_lines(const data::Record& record,
+                                                                const SteppedSineConfig& config,
+                                                                Approach approach);
 
 /// plant_response of stepped_sine_lines.
-[[nodiscard]] expected<data::FrequencyResponse, ConfigError> stepped_sine(const data::Record& record,
-                                                                          const SteppedSineConfig& config,
-                                                                          const ResponseOptions& options);
+[[nodiscard]] expected<data::FrequencyResponse, Error> stepped_sine(const data::Record& record,
+                                                                    const SteppedSineConfig& config,
+                                                                    const ResponseOptions& options);
 
 }  // namespace resonid::response

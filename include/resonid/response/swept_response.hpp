@@ -2,8 +2,8 @@
 #pragma once
 
 #include <cstddef>
+#include <resonid/online/lines/sweep.hpp>
 #include <resonid/response/line_estimates.hpp>
-#include <resonid/tracking/sweep.hpp>
 
 namespace resonid::response {
 
@@ -14,7 +14,7 @@ enum class SweptMethod {
 };
 
 struct SweptConfig {
-  tracking::SweepLaw chirp;  ///< From the record's first sample on; its phase is not needed.
+  online::SweepLaw chirp;  ///< From the record's first sample on; its phase is not needed.
   SweptMethod method = SweptMethod::local_cubic;
   double lambda =
       8.0;  ///< Of the filter's gain, > 0; larger is slower and quieter. Used when pole_radius is 0.
@@ -42,7 +42,7 @@ void describe(Visitor&& v, SweptConfig& c) {
 
 /// Half width in samples over which a chirp sweeps 2.5 Hz on average, but at most a sixth of the sweep and at
 /// least 0.2 s: about what modes of some Hz width allow.
-[[nodiscard]] std::size_t default_half_width(const tracking::SweepLaw& chirp, double sample_rate_hz);
+[[nodiscard]] std::size_t default_half_width(const online::SweepLaw& chirp, double sample_rate_hz);
 
 /// Lines along a known chirp, one estimate where the sweep passes each frequency.
 ///
@@ -58,12 +58,12 @@ void describe(Visitor&& v, SweptConfig& c) {
 /// Trackers: the phasors against the chirp, interpolated between the samples beside the frequency (the mean
 /// is taken out first when there is an offset state); covariance from the noise beside the chirp in the
 /// filter's residuals, and its noise gain. The error of lag and sweep is not in it.
-[[nodiscard]] expected<LineEstimates, ConfigError> swept_lines(const data::Record& record,
-                                                               const SweptConfig& config, Approach approach);
+[[nodiscard]] expected<LineEstimates, Error> swept_lines(const data::Record& record,
+                                                         const SweptConfig& config, Approach approach);
 
 /// plant_response of swept_lines.
-[[nodiscard]] expected<data::FrequencyResponse, ConfigError> swept_response(const data::Record& record,
-                                                                            const SweptConfig& config,
-                                                                            const ResponseOptions& options);
+[[nodiscard]] expected<data::FrequencyResponse, Error> swept_response(const data::Record& record,
+                                                                      const SweptConfig& config,
+                                                                      const ResponseOptions& options);
 
 }  // namespace resonid::response

@@ -43,13 +43,13 @@ void describe(Visitor&& v, TrackedLinesConfig& c) {
 /// the end. Least squares: covariance from the noise beside each line, and the fit's own noise gain. Limits:
 /// frequencies must be right to a small part of 1/(record length); the sliding DFT needs lines on its grid
 /// and two windows.
-[[nodiscard]] expected<LineEstimates, ConfigError> tracked_line_estimates(const data::Record& record,
-                                                                          const TrackedLinesConfig& config,
-                                                                          Approach approach);
+[[nodiscard]] expected<LineEstimates, Error> tracked_line_estimates(const data::Record& record,
+                                                                    const TrackedLinesConfig& config,
+                                                                    Approach approach);
 
 /// plant_response of tracked_line_estimates.
-[[nodiscard]] expected<data::FrequencyResponse, ConfigError> tracked_lines(const data::Record& record,
-                                                                           const TrackedLinesConfig& config,
-                                                                           const ResponseOptions& options);
+[[nodiscard]] expected<data::FrequencyResponse, Error> tracked_lines(const data::Record& record,
+                                                                     const TrackedLinesConfig& config,
+                                                                     const ResponseOptions& options);
 
 }  // namespace resonid::response

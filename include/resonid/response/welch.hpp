@@ -45,12 +45,12 @@ void describe(Visitor&& v, WelchConfig& c) {
 /// spacing) go with the lines, for fits to them.
 /// Limits: leakage biases sharp resonances until the segment lasts several 1/(zeta w); direct is biased under
 /// feedback when the noise is not small. Needs at least two segments.
-[[nodiscard]] expected<LineEstimates, ConfigError> welch_lines(const data::Record& record,
-                                                               const WelchConfig& config, Approach approach);
+[[nodiscard]] expected<LineEstimates, Error> welch_lines(const data::Record& record,
+                                                         const WelchConfig& config, Approach approach);
 
 /// plant_response of welch_lines.
-[[nodiscard]] expected<data::FrequencyResponse, ConfigError> welch(const data::Record& record,
-                                                                   const WelchConfig& config,
-                                                                   const ResponseOptions& options);
+[[nodiscard]] expected<data::FrequencyResponse, Error> welch(const data::Record& record,
+                                                             const WelchConfig& config,
+                                                             const ResponseOptions& options);
 
 }  // namespace resonid::response

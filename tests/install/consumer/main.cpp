@@ -3,22 +3,22 @@
 #include <array>
 #include <cmath>
 #include <cstdio>
-#include <resonid/excitation/multisine.hpp>
-#include <resonid/tracking/kalman_bank.hpp>
+#include <resonid/online/excitation/multisine.hpp>
+#include <resonid/online/lines/kalman_bank.hpp>
 
 int main() {
   const std::array lines_hz{10.0, 15.0};
   const std::array amplitude{1.0, 0.5};
-  resonid::excitation::MultisineConfig excitation;
+  resonid::online::MultisineConfig excitation;
   excitation.sample_rate_hz = 500.0;
   excitation.frequency_hz = lines_hz;
   excitation.amplitude = amplitude;
-  auto multisine = resonid::excitation::Multisine<2>::create(excitation).value();
+  auto multisine = resonid::online::Multisine<2>::create(excitation).value();
 
-  resonid::tracking::KalmanBankConfig config;
+  resonid::online::KalmanBankConfig config;
   config.sample_rate_hz = 500.0;
   config.frequency_hz = lines_hz;
-  auto bank = resonid::tracking::KalmanBank<double, 2>::create(config).value();
+  auto bank = resonid::online::KalmanBank<double, 2>::create(config).value();
 
   for (int k = 0; k < 20000; ++k) bank.step(multisine.step());
   const double found = std::abs(bank.phasor(1));

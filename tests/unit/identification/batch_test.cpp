@@ -39,8 +39,8 @@ struct Bench {
   [[nodiscard]] BatchTask task() const {
     BatchTask task;
     for (const auto& r : records) task.files.push_back(r.source);
-    task.load = [this](std::size_t i) -> expected<BatchJob, Refusal> {
-      if (records[i].samples() == 0) return tl::unexpected(Refusal{"", "is empty"});
+    task.load = [this](std::size_t i) -> expected<BatchJob, Error> {
+      if (records[i].samples() == 0) return tl::unexpected(Error{"", "is empty"});
       return BatchJob{records[i], options};
     };
     return task;
@@ -84,7 +84,7 @@ TEST(Batch, GoesOnAfterABrokenRecord) {
   EXPECT_EQ(told, 3U);
   EXPECT_FALSE(batch.complete());
   EXPECT_TRUE(batch.entries[0].result);
-  EXPECT_EQ(batch.entries[1].error.message, "is empty");
+  EXPECT_EQ(batch.entries[1].error.requirement, "is empty");
   EXPECT_TRUE(batch.entries[2].result);
   for (const auto& f : batch.figures) EXPECT_EQ(f.values.size(), 2U) << f.name;
 }
@@ -129,7 +129,7 @@ TEST(Join, HasTheAccuracyOfAllRecords) {
   const Bench bench(std::vector<double>(4, kStiffness));
   const auto results = bench.results();
   const auto joint = join(bench.records, results, bench.options);
-  ASSERT_TRUE(joint) << joint.error().message;
+  ASSERT_TRUE(joint) << joint.error().requirement;
   ASSERT_TRUE(joint->result.model);
   EXPECT_TRUE(joint->result.trusted);
   const auto all = figures(joint->result), one = figures(results[0]);
@@ -196,12 +196,12 @@ TEST(Join, RefusesRecordsThatCannotBeJoined) {
   other[1].sample_rate_hz = 1000.0;
   const auto rate = join(other, results, bench.options);
   ASSERT_FALSE(rate);
-  EXPECT_NE(rate.error().message.find("1000 Hz"), std::string::npos) << rate.error().message;
+  EXPECT_NE(rate.error().requirement.view().find("1000 Hz"), std::string::npos) << rate.error().requirement;
   auto volts = results;
   volts[1].units.response = "(rad/s)/V";
   const auto unit = join(bench.records, volts, bench.options);
   ASSERT_FALSE(unit);
-  EXPECT_NE(unit.error().message.find("(rad/s)/V"), std::string::npos) << unit.error().message;
+  EXPECT_NE(unit.error().requirement.view().find("(rad/s)/V"), std::string::npos) << unit.error().requirement;
 }
 
 TEST(CrossValidation, AcceptsTheMachineAndRejectsAnother) {

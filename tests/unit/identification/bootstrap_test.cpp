@@ -26,7 +26,7 @@ Result bootstrapped(const plant::ExperimentConfig& c, std::size_t replicas, std:
   options.bootstrap = replicas;
   options.jobs = jobs;
   auto result = identify(test::simulated(c).record, options);
-  if (!result) throw std::runtime_error(result.error().message);
+  if (!result) throw std::runtime_error(result.error().requirement.str());
   return std::move(*result);
 }
 

@@ -27,7 +27,7 @@ data::Record run(const plant::ExperimentConfig& c) { return plant::simulate_clos
 /// `periods` of 500 samples, lines 1 ... 40 Hz.
 data::Record multisine(double periods = 8.0) {
   auto c = drive();
-  c.excitation.kind = excitation::Kind::multisine;
+  c.excitation.kind = online::Kind::multisine;
   std::vector<double> lines;
   for (int f = 1; f <= 40; ++f) lines.push_back(f);
   c.excitation.lines_hz.assign(lines);
@@ -38,7 +38,7 @@ data::Record multisine(double periods = 8.0) {
 
 data::Record prbs(double periods) {
   auto c = drive();
-  c.excitation.kind = excitation::Kind::prbs;
+  c.excitation.kind = online::Kind::prbs;
   c.excitation.register_length = 10;
   c.run.duration_s = periods * 1023.0 / 500.0;
   return run(c);
@@ -46,7 +46,7 @@ data::Record prbs(double periods) {
 
 data::Record chirp() {
   auto c = drive();
-  c.excitation.kind = excitation::Kind::chirp;
+  c.excitation.kind = online::Kind::chirp;
   c.excitation.from_hz = 35.0;
   c.excitation.to_hz = 1.5;
   c.excitation.duration_s = 10.0;
@@ -69,8 +69,8 @@ void expect_refused(const data::Record& record, const Options& options, const ch
                     const char* words) {
   const auto result = identify(record, options);
   ASSERT_FALSE(result) << option;
-  EXPECT_EQ(result.error().option, option) << result.error().message;
-  EXPECT_NE(result.error().message.find(words), std::string::npos) << result.error().message;
+  EXPECT_EQ(result.error().field, option) << result.error().requirement;
+  EXPECT_NE(result.error().requirement.view().find(words), std::string::npos) << result.error().requirement;
 }
 
 TEST(IdentifyChoosesTheMethod, FromTheExcitation) {
@@ -158,7 +158,7 @@ TEST(Identify, NamesTheMethodThatWasAskedFor) {
   options.model = ModelChoice::automatic;
   options.method = Method::simulate_and_correct;
   const auto result = identify(chirp(), options);
-  ASSERT_TRUE(result) << result.error().message;
+  ASSERT_TRUE(result) << result.error().requirement;
   const auto& choice = result->choices.at(1);
   EXPECT_EQ(choice.what, "method");
   EXPECT_EQ(choice.chosen, "simulate-and-correct");
@@ -180,7 +180,7 @@ TEST(Identify, DoesNotTrustABlackBoxThatIsUnstable) {
   options.model = ModelChoice::black_box;
   options.order = 2;
   const auto result = identify(record, options);
-  ASSERT_TRUE(result) << result.error().message;
+  ASSERT_TRUE(result) << result.error().requirement;
   ASSERT_TRUE(result->black_box);
   EXPECT_FALSE(result->black_box->stable);
   EXPECT_TRUE(std::any_of(result->findings.begin(), result->findings.end(),

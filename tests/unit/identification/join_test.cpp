@@ -158,7 +158,7 @@ TEST(Join, DroppedPeriodsAreNotFitted) {
   constexpr std::size_t kPeriod = 511;
   for (std::uint64_t seed = 1; seed <= 2; ++seed) {
     auto c = test::published_drive(0.05, 10.0, seed);
-    c.excitation.kind = excitation::Kind::prbs;
+    c.excitation.kind = online::Kind::prbs;
     c.excitation.register_length = 9;
     c.run.duration_s = 4.0 * kPeriod / c.run.sample_rate_hz;
     auto record = test::simulated(c).record;
@@ -178,7 +178,7 @@ TEST(Join, DroppedPeriodsAreNotFitted) {
   bench.options.drop_periods = 4;
   const auto none = join(bench.records, bench.results, bench.options);
   ASSERT_FALSE(none);
-  EXPECT_EQ(none.error().option, "drop-periods");
+  EXPECT_EQ(none.error().field, "drop-periods");
 }
 
 TEST(Join, ARecordWithoutAnEstimateIsToldSo) {
@@ -211,8 +211,9 @@ TEST(Join, RefusesBlackBoxes) {
   const std::vector<Result> results(bench.records.size());
   const auto refused = join(bench.records, results, options);
   ASSERT_FALSE(refused);
-  EXPECT_EQ(refused.error().option, "join");
-  EXPECT_NE(refused.error().message.find("--model auto"), std::string::npos) << refused.error().message;
+  EXPECT_EQ(refused.error().field, "join");
+  EXPECT_NE(refused.error().requirement.view().find("--model auto"), std::string::npos)
+      << refused.error().requirement;
 }
 
 }  // namespace

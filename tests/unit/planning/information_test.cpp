@@ -86,7 +86,7 @@ TEST(Information, IsThatOfTheFit) {
 TEST(Information, IsThatOfTheFitOfThreeMasses) {
   const auto drive = test::rough_three_mass(0.05);
   auto c = test::three_mass_drive(0.05);
-  c.excitation.kind = excitation::Kind::chirp;
+  c.excitation.kind = online::Kind::chirp;
   c.excitation.from_hz = 100.0;
   c.excitation.to_hz = 1.0;
   c.excitation.duration_s = 10.0;

@@ -13,7 +13,7 @@ ExperimentConfig demo() {
   c.controller.kind = ControllerKind::pi;
   c.controller.gain = 1.03598193204;
   c.controller.integral_time_s = 0.147023908851;
-  c.excitation.kind = excitation::Kind::chirp;
+  c.excitation.kind = online::Kind::chirp;
   c.excitation.from_hz = 35.0;
   c.excitation.to_hz = 1.5;
   c.excitation.duration_s = 17.0;
@@ -55,7 +55,7 @@ TEST(Experiment, LinesOfTheTrueResponseFollowTheExcitation) {
   ASSERT_EQ(chirp.lines(), 200U);
   EXPECT_NEAR(chirp.frequency_hz.front(), 1.5, 1e-12);
   EXPECT_NEAR(chirp.frequency_hz.back(), 35.0, 1e-12);
-  c.excitation.kind = excitation::Kind::multisine;
+  c.excitation.kind = online::Kind::multisine;
   c.excitation.lines_hz.assign(std::vector{2.5, 5.0, 10.0});
   const auto multisine = simulate_closed_loop(c);
   EXPECT_EQ(multisine->truth.response.frequency_hz, (std::vector{2.5, 5.0, 10.0}));
@@ -112,7 +112,7 @@ TEST(Experiment, NamesTheFieldThatIsWrong) {
   EXPECT_EQ(field([](auto& c) { c.excitation.from_hz = 300.0; }), "excitation.from_hz");
   EXPECT_EQ(field([](auto& c) { c.run.sample_rate_hz = 0.0; }), "run.sample_rate_hz");
   EXPECT_EQ(field([](auto& c) { c.run.duration_s = -1.0; }), "run.duration_s");
-  EXPECT_EQ(field([](auto& c) { c.excitation.kind = excitation::Kind::none; }), "run.duration_s");
+  EXPECT_EQ(field([](auto& c) { c.excitation.kind = online::Kind::none; }), "run.duration_s");
   EXPECT_EQ(field([](auto& c) { c.controller.gain = 100.0; }), "controller.gain");
 }
 

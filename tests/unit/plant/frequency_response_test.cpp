@@ -2,7 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <golden.hpp>
-#include <resonid/excitation/multisine.hpp>
+#include <resonid/online/excitation/multisine.hpp>
 
 #include "analytic.hpp"
 #include "machines.hpp"
@@ -130,11 +130,11 @@ struct Wave {
 Wave settled(const LoopConfig& config, double amplitude, std::size_t period, const std::vector<int>& cycles) {
   std::vector<double> lines;
   for (const int n : cycles) lines.push_back(n * config.sample_rate_hz / static_cast<double>(period));
-  excitation::MultisineConfig m;
+  online::MultisineConfig m;
   m.sample_rate_hz = config.sample_rate_hz;
   m.frequency_hz = lines;
   m.amplitude = {&amplitude, 1};
-  auto multisine = excitation::Multisine<16>::create(m).value();
+  auto multisine = online::Multisine<16>::create(m).value();
   auto loop = test::make_loop(config);
   Wave wave;
   for (std::size_t k = 0; k < 160 * period; ++k) {

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <allocation_counter.hpp>
 #include <cmath>
-#include <resonid/excitation/excitation.hpp>
+#include <resonid/online/excitation/excitation.hpp>
 #include <resonid/plant/experiment.hpp>
 
 #include "machines.hpp"
@@ -139,7 +139,7 @@ ExperimentConfig belt_experiment() {
   ExperimentConfig c;
   c.drive = test::tooth_belt();
   c.motion.from = 1.6;
-  c.excitation.kind = excitation::Kind::prbs;
+  c.excitation.kind = online::Kind::prbs;
   c.excitation.register_length = 4;
   c.excitation.clock_divider = 50;
   c.run = {500.0, 20.0, 1};
@@ -151,7 +151,7 @@ TEST(LoopLimits, CartThatLeavesItsStrokeIsAnError) {
   ASSERT_FALSE(result.has_value());
   EXPECT_EQ(result.error().table, "drive");
   EXPECT_EQ(result.error().field, "stroke_from_m");
-  EXPECT_NE(result.error().requirement.find("leaves its stroke, 0.1 ... 1.69 m"), std::string::npos)
+  EXPECT_NE(result.error().requirement.view().find("leaves its stroke, 0.1 ... 1.69 m"), std::string::npos)
       << result.error().text();
   ExperimentConfig run = belt_experiment();
   run.motion.kind = MotionKind::constant;

@@ -24,7 +24,7 @@ std::vector<Case> cases() {
   ExperimentConfig base;
   base.drive = test::system_2();
   base.controller = test::pi_controller(1.0, 0.147);
-  base.excitation.kind = excitation::Kind::prbs;
+  base.excitation.kind = online::Kind::prbs;
   base.measurement.delay_s = 0.004;
   base.run = {500.0, 2.0, 1};
   std::vector<Case> result{{"two samples", base}};

@@ -543,12 +543,12 @@ TEST(PlaneCurve, LeavesGapsOutsideTheWindow) {
 
 TEST(SampleGrid, IsWhereTheSweepIsAtItsSamples) {
   // 35 to 1.5 Hz in 6.7 s at 100 Hz: 0.05 Hz a sample.
-  const auto grid = vi::sample_grid_hz({35.0, 1.5, 6.7, tracking::Sweep::linear}, 100.0);
+  const auto grid = vi::sample_grid_hz({35.0, 1.5, 6.7, online::Sweep::linear}, 100.0);
   ASSERT_EQ(grid.size(), 625U);  // 1.8 ... 33 Hz
   EXPECT_NEAR(grid.front(), 1.8, 1e-9);
   EXPECT_NEAR(grid[1], 1.85, 1e-9);
   EXPECT_NEAR(grid.back(), 33.0, 1e-9);
-  const auto up = vi::sample_grid_hz({1.51, 35.01, 6.7, tracking::Sweep::linear}, 100.0);
+  const auto up = vi::sample_grid_hz({1.51, 35.01, 6.7, online::Sweep::linear}, 100.0);
   ASSERT_EQ(up.size(), 624U);
   EXPECT_NEAR(up.front(), 1.81, 1e-9);
 }

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <random>
-#include <resonid/excitation/excitation.hpp>
+#include <resonid/online/excitation/excitation.hpp>
 #include <resonid/response/excitation_lines.hpp>
 #include <resonid/response/swept_response.hpp>
 
@@ -24,10 +24,9 @@ data::Record excited_by(std::vector<double> samples, double rate_hz = kRateHz) {
   return record;
 }
 
-excitation::ExcitationConfig chirp_config(double from_hz, double to_hz, double duration_s,
-                                          excitation::Sweep sweep) {
-  excitation::ExcitationConfig config;
-  config.kind = excitation::Kind::chirp;
+online::ExcitationConfig chirp_config(double from_hz, double to_hz, double duration_s, online::Sweep sweep) {
+  online::ExcitationConfig config;
+  config.kind = online::Kind::chirp;
   config.from_hz = from_hz;
   config.to_hz = to_hz;
   config.duration_s = duration_s;
@@ -35,9 +34,9 @@ excitation::ExcitationConfig chirp_config(double from_hz, double to_hz, double d
   return config;
 }
 
-std::vector<double> generated(const excitation::ExcitationConfig& config, double seconds,
+std::vector<double> generated(const online::ExcitationConfig& config, double seconds,
                               double rate_hz = kRateHz) {
-  auto source = excitation::Excitation::create(config, rate_hz);
+  auto source = online::Excitation::create(config, rate_hz);
   std::vector<double> samples(static_cast<std::size_t>(std::lround(seconds * rate_hz)));
   source.value().fill(samples);
   return samples;
@@ -53,12 +52,12 @@ TEST(DetectChirp, FindsTheLawOfALinearOrLogarithmicChirp) {
   const struct {
     double from_hz, to_hz, duration_s;
   } laws[] = {{35.0, 1.5, 17.0}, {0.5, 100.0, 17.0}, {2.0, 245.0, 60.0}, {12.25, 13.5, 40.0}};
-  for (const auto sweep : {excitation::Sweep::linear, excitation::Sweep::logarithmic})
+  for (const auto sweep : {online::Sweep::linear, online::Sweep::logarithmic})
     for (const auto& law : laws) {
       const auto config = chirp_config(law.from_hz, law.to_hz, law.duration_s, sweep);
       const auto found = response::detect_chirp(excited_by(generated(config, law.duration_s)));
       ASSERT_TRUE(found) << law.from_hz;
-      EXPECT_EQ(found->sweep == tracking::Sweep::linear, sweep == excitation::Sweep::linear);
+      EXPECT_EQ(found->sweep == online::Sweep::linear, sweep == online::Sweep::linear);
       EXPECT_DOUBLE_EQ(found->from_hz, law.from_hz);  // round numbers are found exactly
       EXPECT_DOUBLE_EQ(found->to_hz, law.to_hz);
       EXPECT_DOUBLE_EQ(found->duration_s, law.duration_s);
@@ -67,10 +66,10 @@ TEST(DetectChirp, FindsTheLawOfALinearOrLogarithmicChirp) {
 
 TEST(DetectChirp, KeepsItsPhaseUnderNoiseAndOffset) {
   // Frequencies that are no round numbers; the sweep is cut off by the end of the record.
-  const tracking::SweepLaw truth{3.0 + 1.0 / 3.0, 47.7777, 20.0};
+  const online::SweepLaw truth{3.0 + 1.0 / 3.0, 47.7777, 20.0};
   for (std::uint64_t seed = 1; seed <= 20; ++seed) {
-    auto samples = generated(
-        chirp_config(truth.from_hz, truth.to_hz, truth.duration_s, excitation::Sweep::linear), 15.0);
+    auto samples =
+        generated(chirp_config(truth.from_hz, truth.to_hz, truth.duration_s, online::Sweep::linear), 15.0);
     add_noise(samples, 0.1, seed);
     for (double& x : samples) x += 3.0;
     const auto found = response::detect_chirp(excited_by(samples));
@@ -91,7 +90,7 @@ TEST(DetectChirp, TakesTheInputOnlyWhereItIsTheChirpItself) {
 }
 
 TEST(DetectChirp, WantsItFromTheFirstSampleOnAndOnlyOnce) {
-  const auto once = chirp_config(2.0, 35.0, 10.0, excitation::Sweep::linear);
+  const auto once = chirp_config(2.0, 35.0, 10.0, online::Sweep::linear);
   const auto with_silence = [&](std::size_t before, double seconds) {
     auto samples = generated(once, seconds);
     samples.insert(samples.begin(), before, 0.0);
@@ -162,8 +161,8 @@ TEST(DetectChirp, TakesNothingElseForOne) {
 }
 
 TEST(DetectChirp, TellsASteppedSineFromAChirp) {
-  excitation::ExcitationConfig config;
-  config.kind = excitation::Kind::stepped_sine;
+  online::ExcitationConfig config;
+  config.kind = online::Kind::stepped_sine;
   config.lines_hz.assign(test::range_hz(20.0, 35.0, 0.5));
   EXPECT_FALSE(response::detect_chirp(excited_by(generated(config, 17.0))));
 }

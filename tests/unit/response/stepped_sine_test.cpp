@@ -22,7 +22,7 @@ plant::ExperimentConfig stepped_experiment(const std::vector<double>& lines_hz, 
   c.controller.kind = plant::ControllerKind::pi;
   c.controller.gain = 1.036;
   c.controller.integral_time_s = 0.147;
-  c.excitation.kind = excitation::Kind::stepped_sine;
+  c.excitation.kind = online::Kind::stepped_sine;
   c.excitation.lines_hz.assign(lines_hz);
   c.excitation.settle_periods = 5.0;
   c.excitation.measure_periods = measure_periods;

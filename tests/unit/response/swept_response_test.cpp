@@ -9,7 +9,7 @@
 namespace resonid {
 namespace {
 
-constexpr tracking::SweepLaw kChirp{35.0, 1.5, 17.0, tracking::Sweep::linear};
+constexpr online::SweepLaw kChirp{35.0, 1.5, 17.0, online::Sweep::linear};
 
 data::Record golden_chirp(const std::string& kind) {
   data::Record record;
@@ -157,7 +157,7 @@ TEST(SweptResponse, ApproachesAgreeWithoutNoise) {
   const test::BeltDrive drive;
   const auto record = drive.run(test::chirp(1.5, 35.0, 34.0, drive.step_s), 0.0, 1);
   response::SweptConfig config;
-  config.chirp = {1.5, 35.0, 34.0, tracking::Sweep::linear};
+  config.chirp = {1.5, 35.0, 34.0, online::Sweep::linear};
   config.frequencies_hz = test::range_hz(5.0, 33.0, 1.0);
   response::ResponseOptions options;
   options.delay_s = 0.004;

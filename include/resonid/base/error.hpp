@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <concepts>
+#include <limits>
+#include <memory>
+#include <string>
+#include <string_view>
+#include <utility>
+
+namespace resonid {
+
+/// A phrase of an error: a string literal, or text made for the occasion. Nothing of the heap is linked into
+/// a program that makes phrases of literals only, so that firmware and PC share one type.
+class Phrase {
+ public:
+  constexpr Phrase() noexcept = default;
+  constexpr Phrase(const char* literal) noexcept : view_(literal) {}
+  constexpr Phrase(std::string_view literal) noexcept : view_(literal) {}  ///< Must outlive every copy.
+  Phrase(std::string text) : owned_(std::make_shared<const std::string>(std::move(text))), view_(*owned_) {}
+
+  [[nodiscard]] constexpr std::string_view view() const noexcept { return view_; }
+  [[nodiscard]] constexpr operator std::string_view() const noexcept { return view_; }
+  [[nodiscard]] constexpr bool empty() const noexcept { return view_.empty(); }
+  [[nodiscard]] std::string str() const { return std::string(view_); }
+  template <std::convertible_to<std::string_view> Text>
+  [[nodiscard]] friend constexpr bool operator==(const Phrase& a, const Text& b) noexcept {
+    return a.view_ == std::string_view(b);
+  }
+  template <class Stream>
+  requires requires(Stream& s, std::string_view v) { s << v; }
+  friend Stream& operator<<(Stream& stream, const Phrase& phrase) {
+    stream << phrase.view_;
+    return stream;
+  }
+
+ private:
+  std::shared_ptr<const std::string> owned_;
+  std::string_view view_;
+};
+
+/// Why a call was refused: what is wrong, what is required of it, and what was found. The one error type of
+/// the library; poor data are no error but a result with findings.
+struct Error {
+  Phrase field;        ///< Name of the offending field of the configuration or options: "from_hz".
+  Phrase requirement;  ///< What is required of it, as a phrase: "must be > 0".
+  double value = std::numeric_limits<double>::quiet_NaN();  ///< The value found, where it is a number.
+  Phrase where = {};  ///< File, line, column or place in a document; empty: the call itself.
+};
+
+}  // namespace resonid

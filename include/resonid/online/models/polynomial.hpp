@@ -1,0 +1,168 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <complex>
+#include <cstddef>
+#include <limits>
+#include <optional>
+#include <resonid/base/constants.hpp>
+
+namespace resonid::online {
+
+/// Monic polynomial z^n + c_1 z^(n-1) + ... + c_n, as the denominators and, divided by b_1, the numerators of
+/// a DiscreteModel are.
+template <std::size_t N>
+using Monic = std::array<double, N>;
+
+template <std::size_t N>
+using Roots = std::array<std::complex<double>, N>;
+
+/// Whether all roots lie within |z| < radius (Schur and Cohn's test, no root is computed).
+template <class Real, std::size_t N>
+[[nodiscard]] bool roots_within(const std::array<Real, N>& monic, Real radius) noexcept {
+  std::array<Real, N + 1> c;
+  c[0] = Real(1);
+  Real shrink = Real(1) / radius, scale = shrink;
+  for (std::size_t i = 0; i < N; ++i, scale *= shrink) c[i + 1] = monic[i] * scale;
+  for (std::size_t n = N; n > 0; --n) {
+    // c_0 stays positive: (c_0^2 - c_n^2) of a stable polynomial is.
+    if (!(std::abs(c[n]) < c[0])) return false;
+    std::array<Real, N + 1> next;
+    for (std::size_t i = 0; i < n; ++i) next[i] = c[0] * c[i] - c[n] * c[n - i];
+    for (std::size_t i = 0; i < n; ++i) c[i] = next[i];
+  }
+  return true;
+}
+
+namespace detail {
+
+template <std::size_t N>
+std::complex<double> value(const Monic<N>& c, std::complex<double> z) noexcept {
+  std::complex<double> sum = 1.0;
+  for (const double x : c) sum = sum * z + x;
+  return sum;
+}
+template <std::size_t N>
+std::complex<double> slope(const Monic<N>& c, std::complex<double> z) noexcept {
+  std::complex<double> sum = 1.0, derivative = 0.0;
+  for (const double x : c) {
+    derivative = derivative * z + sum;
+    sum = sum * z + x;
+  }
+  return derivative;
+}
+
+inline Roots<2> quadratic_roots(double c1, double c2) noexcept {
+  const double half = -0.5 * c1, square = half * half - c2;
+  if (square < 0.0) {
+    const double imag = std::sqrt(-square);
+    return {{{half, imag}, {half, -imag}}};
+  }
+  const double far = half + std::copysign(std::sqrt(square), half);
+  return {{{far, 0.0}, {far != 0.0 ? c2 / far : 0.0, 0.0}}};
+}
+
+/// Whether what an iteration still changes is rounding: it has converged and shrinks no more. Waiting for
+/// less would be waiting for luck, a hundred passes at times, which no servo thread can spare.
+inline bool only_rounds(double step, double last_step) noexcept {
+  return step < 1e-9 && step >= 0.5 * last_step;
+}
+
+/// A real root by Newton's method from z = 1, near which an integrator's is; none when it does not settle.
+inline std::optional<double> real_root_near_one(const Monic<3>& c) noexcept {
+  double x = 1.0, last = std::numeric_limits<double>::infinity();
+  for (int i = 0; i < 12; ++i) {
+    const double f = ((x + c[0]) * x + c[1]) * x + c[2];
+    const double d = (3.0 * x + 2.0 * c[0]) * x + c[1];
+    const double step = f / d;
+    x -= step;
+    if (!(std::abs(x) < 1e6)) return std::nullopt;
+    const double size = std::abs(step) / (1.0 + std::abs(x));
+    if (size <= 4e-16 || only_rounds(size, last)) return x;
+    last = size;
+  }
+  return std::nullopt;
+}
+
+/// All roots at once (Aberth and Ehrlich).
+template <std::size_t N>
+Roots<N> aberth_roots(const Monic<N>& c) noexcept {
+  double bound = 0.0;
+  for (const double x : c) bound = std::max(bound, std::abs(x));
+  Roots<N> z;
+  for (std::size_t i = 0; i < N; ++i)
+    z[i] = std::polar(std::min(1.0, 0.5 * (1.0 + bound)),
+                      kTwoPi * static_cast<double>(i) / static_cast<double>(N) + 0.4);
+  double last = std::numeric_limits<double>::infinity();
+  for (int pass = 0; pass < 200; ++pass) {
+    double largest = 0.0;
+    for (std::size_t i = 0; i < N; ++i) {
+      const auto f = value(c, z[i]);
+      if (f == 0.0) continue;
+      std::complex<double> repelled = slope(c, z[i]) / f;
+      for (std::size_t j = 0; j < N; ++j)
+        if (j != i && z[j] != z[i]) repelled -= 1.0 / (z[i] - z[j]);
+      if (repelled == 0.0) continue;
+      const auto step = 1.0 / repelled;
+      z[i] -= step;
+      largest = std::max(largest, std::abs(step) / (1.0 + std::abs(z[i])));
+    }
+    if (largest < 4e-16 || only_rounds(largest, last)) break;
+    last = largest;
+  }
+  return z;
+}
+
+}  // namespace detail
+
+/// Roots; those of a conjugate pair stand beside each other, the one with positive imaginary part first.
+template <std::size_t N>
+[[nodiscard]] Roots<N> roots(const Monic<N>& c) noexcept {
+  if constexpr (N == 0) return {};
+  if constexpr (N == 1) return {{{-c[0], 0.0}}};
+  if constexpr (N == 2) return detail::quadratic_roots(c[0], c[1]);
+  if constexpr (N == 3) {
+    if (const auto x = detail::real_root_near_one(c)) {
+      const double c1 = c[0] + *x;
+      const auto pair = detail::quadratic_roots(c1, c[1] + *x * c1);
+      return {{{*x, 0.0}, pair[0], pair[1]}};
+    }
+  }
+  if constexpr (N >= 3) {
+    Roots<N> z = detail::aberth_roots(c);
+    // A root whose conjugate is not among them is real; rounding decides nothing.
+    for (std::size_t i = 0; i < N; ++i) {
+      std::size_t mirror = i;
+      for (std::size_t j = i; j < N; ++j)
+        if (std::abs(z[j] - std::conj(z[i])) < std::abs(z[mirror] - std::conj(z[i]))) mirror = j;
+      if (mirror == i) {
+        z[i] = z[i].real();
+        continue;
+      }
+      const std::complex<double> middle(0.5 * (z[i].real() + z[mirror].real()),
+                                        0.5 * std::abs(z[i].imag() - z[mirror].imag()));
+      z[mirror] = z[i + 1];
+      z[i] = middle;
+      z[i + 1] = std::conj(middle);
+      ++i;
+    }
+    return z;
+  }
+}
+
+/// The polynomial with these roots.
+template <std::size_t N>
+[[nodiscard]] Monic<N> from_roots(const Roots<N>& z) noexcept {
+  std::array<std::complex<double>, N + 1> c{};
+  c[0] = 1.0;
+  for (std::size_t i = 0; i < N; ++i)
+    for (std::size_t j = i + 1; j > 0; --j) c[j] -= z[i] * c[j - 1];
+  Monic<N> monic;
+  for (std::size_t i = 0; i < N; ++i) monic[i] = c[i + 1].real();
+  return monic;
+}
+
+}  // namespace resonid::online

@@ -1,0 +1,196 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <complex>
+#include <cstddef>
+#include <limits>
+#include <resonid/base/constants.hpp>
+#include <span>
+#include <type_traits>
+
+namespace resonid::online {
+
+/// Stability margins of a loop in plain numbers, for servo threads; NaN: the band does not show it. Their
+/// meaning is that of LoopMargins (margins.hpp).
+template <class Real>
+struct RunningMargins {
+  static constexpr Real kAbsent = std::numeric_limits<Real>::quiet_NaN();
+
+  Real crossover_hz = kAbsent;            ///< First downward crossing of |L| = 1.
+  Real phase_margin_deg = kAbsent;        ///< 180 + arg L there, in (-180, 180].
+  Real worst_phase_margin_deg = kAbsent;  ///< Smallest over all crossings of |L| = 1, upward ones too.
+  Real modulus_margin = kAbsent;          ///< min |1 + L| over the whole band.
+  Real modulus_margin_hz = kAbsent;       ///< Where that is.
+  Real gain_margin_db = kAbsent;          ///< Smallest factor > 1 at arg L = -180 deg, in dB.
+  Real gain_margin_hz = kAbsent;
+};
+
+/// Margins of the loop L = C Gd, line by line: the work of one line is bounded, so that a servo thread may
+/// spread a band over several samples.
+///
+/// Between neighbouring lines log |L| and arg L are interpolated linearly, and the distance to -1 is that of
+/// the chord. A line whose L is 0 or not finite (a tracker that has not settled) makes a gap in the band:
+/// nothing is interpolated across it. Trivially copyable, no heap. Source: METHOD 10.2.
+template <class Real>
+class MarginScan {
+ public:
+  using Complex = std::complex<Real>;
+
+  /// The next line, in ascending order. True when |L| has crossed 1 downwards since the line before:
+  /// newest_crossover_hz() and newest_phase_margin_deg() are then of this crossing.
+  bool step(Real frequency_hz, Complex loop) noexcept {
+    const bool usable = std::isfinite(loop.real()) && std::isfinite(loop.imag());
+    if (usable) {
+      const Real distance = std::abs(Real(1) + loop);
+      if (!(distance >= margins_.modulus_margin)) take_modulus(distance, frequency_hz);
+    }
+    bool crossed = false;
+    if (usable && last_usable_ && last_ != Complex(0) && loop != Complex(0)) {
+      const Real step_hz = frequency_hz - last_hz_;
+      crossed = look_for_unit_gain(loop, step_hz);
+      look_for_modulus(loop, step_hz);
+      look_for_negative_real_axis(loop, step_hz);
+    }
+    last_ = loop;
+    last_hz_ = frequency_hz;
+    last_usable_ = usable;
+    return crossed;
+  }
+  void reset() noexcept { *this = {}; }
+
+  /// Of the lines so far.
+  [[nodiscard]] const RunningMargins<Real>& margins() const noexcept { return margins_; }
+  [[nodiscard]] Real newest_crossover_hz() const noexcept { return newest_hz_; }
+  [[nodiscard]] Real newest_phase_margin_deg() const noexcept { return newest_margin_deg_; }
+
+ private:
+  static constexpr Real kHalfTurn = static_cast<Real>(kPi);
+
+  /// L between two lines: logarithmic in magnitude, the shorter way round in phase.
+  static Complex between(Complex a, Complex b, Real t) noexcept {
+    const Complex ratio = b / a;
+    return a * std::polar(std::pow(std::abs(ratio), t), t * std::arg(ratio));
+  }
+  static Real phase_margin(Complex on_unit_circle) noexcept {
+    const Real margin = Real(180) + std::arg(on_unit_circle) * Real(180) / kHalfTurn;
+    return margin > Real(180) ? margin - Real(360) : margin;
+  }
+  /// Point of the chord a-b nearest to -1.
+  static Real nearest_on_chord(Complex a, Complex b) noexcept {
+    const Complex d = b - a;
+    const Real length = std::norm(d);
+    if (!(length > Real(0))) return Real(0);
+    return std::clamp((std::conj(d) * (Complex(-1) - a)).real() / length, Real(0), Real(1));
+  }
+
+  bool look_for_unit_gain(Complex loop, Real step_hz) noexcept {
+    const Real before = std::log(std::abs(last_));
+    const Real here = std::log(std::abs(loop));
+    if ((before >= Real(0)) == (here >= Real(0))) return false;
+    const Real t = before / (before - here);
+    const Real margin = phase_margin(between(last_, loop, t));
+    if (!(std::abs(margin) >= std::abs(margins_.worst_phase_margin_deg)))
+      margins_.worst_phase_margin_deg = margin;
+    if (before < Real(0)) return false;
+    newest_hz_ = last_hz_ + t * step_hz;
+    newest_margin_deg_ = margin;
+    if (std::isnan(margins_.crossover_hz)) {
+      margins_.crossover_hz = newest_hz_;
+      margins_.phase_margin_deg = margin;
+    }
+    return true;
+  }
+  void look_for_modulus(Complex loop, Real step_hz) noexcept {
+    const Real nearest = nearest_on_chord(last_, loop);
+    const Real distance = std::abs(Real(1) + last_ + nearest * (loop - last_));
+    if (distance < margins_.modulus_margin) take_modulus(distance, last_hz_ + nearest * step_hz);
+  }
+  /// Neighbours more than 90 degrees apart say nothing about the crossing.
+  void look_for_negative_real_axis(Complex loop, Real step_hz) noexcept {
+    const Real turn = std::arg(loop / last_);
+    const Real before = std::arg(-last_);
+    const Real quarter = Real(0.5) * kHalfTurn;
+    if (!(std::abs(turn) < quarter) || (before >= Real(0)) == (before + turn >= Real(0)) ||
+        !(std::abs(before) < quarter))
+      return;
+    const Real t = -before / turn;
+    const Real gain = Real(-20) * std::log10(std::abs(between(last_, loop, t)));
+    if (gain > Real(0) && !(gain >= margins_.gain_margin_db)) {
+      margins_.gain_margin_db = gain;
+      margins_.gain_margin_hz = last_hz_ + t * step_hz;
+    }
+  }
+  void take_modulus(Real distance, Real frequency_hz) noexcept {
+    margins_.modulus_margin = distance;
+    margins_.modulus_margin_hz = frequency_hz;
+  }
+
+  RunningMargins<Real> margins_{};
+  Complex last_{};
+  Real last_hz_ = Real(0);
+  Real newest_hz_ = RunningMargins<Real>::kAbsent, newest_margin_deg_ = RunningMargins<Real>::kAbsent;
+  bool last_usable_ = false;
+};
+
+/// Margins of a loop response at ascending frequencies (as many as there are of both); loop_margins() without
+/// heap. Call as running_margins<float>(...) or <double>.
+template <class Real>
+[[nodiscard]] RunningMargins<Real> running_margins(std::span<const Real> frequency_hz,
+                                                   std::span<const std::complex<Real>> loop) noexcept {
+  MarginScan<Real> scan;
+  const std::size_t lines = std::min(frequency_hz.size(), loop.size());
+  for (std::size_t i = 0; i < lines; ++i) scan.step(frequency_hz[i], loop[i]);
+  return scan.margins();
+}
+
+/// Distances of the source's Nyquist rules at one line: d1 = |L|, d2 = |1 + L|.
+template <class Real>
+struct NyquistDistances {
+  Real d1 = Real(0);
+  Real d2 = Real(0);
+};
+template <class Real>
+[[nodiscard]] NyquistDistances<Real> nyquist_distances(std::complex<Real> loop) noexcept {
+  return {std::abs(loop), std::abs(Real(1) + loop)};
+}
+
+/// Resonance and anti-resonance by the source's Nyquist rules in plain numbers; NaN: none found.
+template <class Real>
+struct RunningResonance {
+  Real antiresonance_hz = RunningMargins<Real>::kAbsent;
+  Real resonance_hz = RunningMargins<Real>::kAbsent;
+};
+
+/// Anti-resonance at the local minimum of |L|, resonance at the local maximum of |1 + L|, in the region
+/// Im L < 0, Re L > 0; the deepest and the highest where there are several. Grid values. A line that is not
+/// finite, and its neighbours, are never either. Source: Nevaranta 2016, Pub. VI.
+template <class Real>
+[[nodiscard]] RunningResonance<Real> running_resonance(std::span<const Real> frequency_hz,
+                                                       std::span<const std::complex<Real>> loop) noexcept {
+  RunningResonance<Real> found;
+  Real deepest = Real(0), highest = Real(0);
+  const std::size_t lines = std::min(frequency_hz.size(), loop.size());
+  for (std::size_t i = 1; i + 1 < lines; ++i) {
+    const auto before = nyquist_distances(loop[i - 1]);
+    const auto here = nyquist_distances(loop[i]);
+    const auto after = nyquist_distances(loop[i + 1]);
+    if (!(loop[i].imag() < Real(0) && loop[i].real() > Real(0))) continue;
+    if (here.d2 >= before.d2 && here.d2 >= after.d2 && here.d2 > highest) {
+      highest = here.d2;
+      found.resonance_hz = frequency_hz[i];
+    }
+    if (here.d1 <= before.d1 && here.d1 <= after.d1 &&
+        (std::isnan(found.antiresonance_hz) || here.d1 < deepest)) {
+      deepest = here.d1;
+      found.antiresonance_hz = frequency_hz[i];
+    }
+  }
+  return found;
+}
+
+static_assert(std::is_trivially_copyable_v<MarginScan<double>>);
+static_assert(std::is_trivially_copyable_v<MarginScan<float>>);
+
+}  // namespace resonid::online
