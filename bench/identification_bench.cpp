@@ -5,7 +5,7 @@
 #include <filesystem>
 #include <random>
 #include <resonid/base/constants.hpp>
-#include <resonid/base/linear_system.hpp>
+#include <resonid/base/detail/linear_system.hpp>
 #include <resonid/data/two_mass.hpp>
 #include <resonid/identification/identify.hpp>
 

@@ -4,7 +4,7 @@
 
 #include <cmath>
 #include <filesystem>
-#include <resonid/io/atomic_file.hpp>
+#include <resonid/io/detail/atomic_file.hpp>
 #include <resonid/io/record_file.hpp>
 #include <resonid/io/record_reader.hpp>
 

@@ -6,7 +6,7 @@
 #include <limits>
 #include <resonid/online/excitation/excitation.hpp>
 #include <resonid/plant/closed_loop.hpp>
-#include <resonid/plant/measurement.hpp>
+#include <resonid/plant/detail/measurement.hpp>
 
 namespace resonid::plant {
 namespace {

@@ -4,7 +4,7 @@
 #include <chrono>
 #include <cstdio>
 #include <cstdlib>
-#include <resonid/io/table.hpp>
+#include <resonid/io/detail/table.hpp>
 
 int main(int argc, char** argv) {
   if (argc < 2) {

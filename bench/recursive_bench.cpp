@@ -9,10 +9,10 @@
 #include <cstdint>
 #include <resonid/online/models/arx.hpp>
 #include <resonid/online/models/closed_loop_output_error.hpp>
+#include <resonid/online/models/detail/symmetric_covariance.hpp>
 #include <resonid/online/models/modes.hpp>
 #include <resonid/online/models/output_error.hpp>
 #include <resonid/online/models/rls.hpp>
-#include <resonid/online/models/symmetric_covariance.hpp>
 #include <vector>
 
 namespace resonid::online {

@@ -6,8 +6,8 @@
 #include <nlohmann/json.hpp>
 #include <resonid/identification/compare.hpp>
 #include <resonid/io/controller_file.hpp>
-#include <resonid/io/number_list.hpp>
-#include <resonid/report/compare.hpp>
+#include <resonid/io/detail/number_list.hpp>
+#include <resonid/report/detail/compare.hpp>
 
 #include "errors.hpp"
 #include "options.hpp"

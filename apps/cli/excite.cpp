@@ -8,7 +8,7 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <resonid/online/excitation/excitation.hpp>
-#include <resonid/planning/crest_factor.hpp>
+#include <resonid/planning/detail/crest_factor.hpp>
 
 #include "errors.hpp"
 #include "options.hpp"

@@ -7,8 +7,8 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 #include <resonid/identification/batch.hpp>
-#include <resonid/identification/cross_validation.hpp>
-#include <resonid/report/batch.hpp>
+#include <resonid/identification/detail/cross_validation.hpp>
+#include <resonid/report/detail/batch.hpp>
 #include <resonid/report/json.hpp>
 #include <set>
 

@@ -1,55 +1,13 @@
 // SPDX-License-Identifier: MIT
-#include <glog/logging.h>
-
 #include <CLI/App.hpp>
-#include <CLI/Config.hpp>
-#include <CLI/Formatter.hpp>
-#include <exception>
-#include <resonid/io/suggestion.hpp>
-#include <string>
-#include <vector>
+#include <cli/program.hpp>
+#include <string_view>
 
-#include "errors.hpp"
-#include "output.hpp"
 #include "verbs.hpp"
 
-namespace resonid::cli {
-namespace {
-
-/// The verb (or kind) that the command line got to.
-const CLI::App& deepest(const CLI::App& app) {
-  const auto parsed = app.get_subcommands();
-  return parsed.empty() ? app : deepest(*parsed.front());
-}
-
-std::string unknown_argument(const CLI::App& app) {
-  const CLI::App& verb = deepest(app);
-  const auto extras = app.remaining(true);
-  const std::string found = extras.empty() ? std::string() : extras.front();
-  const std::string word = found.substr(0, found.find('='));
-  std::vector<std::string> names;
-  for (const auto* option : verb.get_options())
-    for (const auto& name : option->get_lnames()) names.push_back("--" + name);
-  if (word.rfind('-', 0) != 0) names.clear();
-  for (const auto* sub : verb.get_subcommands({})) names.push_back(sub->get_name());
-  const bool option = word.rfind('-', 0) == 0;
-  const bool chooses = !option && !verb.get_subcommands({}).empty();
-  const std::string what = option ? "option" : chooses ? "verb or kind" : "argument";
-  return "unknown " + what + " '" + word + "'" + io::suggestion(word, names);
-}
-
-void print_wrong_use(const CLI::App& app, const std::string& message) {
-  std::string name;
-  for (const CLI::App* verb = &deepest(app); verb != nullptr; verb = verb->get_parent())
-    name = verb->get_name() + (name.empty() ? "" : " " + name);
-  print_error("resonid: " + message + "\nSee '" + name + " --help'.\n");
-}
-
-/// Steps that the solver of the fits takes back itself are no business of the user's.
-void quieten_solver() { FLAGS_minloglevel = google::GLOG_FATAL; }
-
-int run(int argc, char** argv) {
-  quieten_solver();
+int main(int argc, char** argv) {
+  using namespace resonid::cli;
+  if (argc > 1 && std::string_view(argv[1]) == "reproduce") return run_reproduce(argc - 1, argv + 1);
   CLI::App app("Identifies resonating mechanical systems in electric drives.", "resonid");
   app.set_version_flag("--version", "resonid " RESONID_VERSION);
   app.footer("'resonid VERB --help' explains a verb and shows an example.");
@@ -61,31 +19,5 @@ int run(int argc, char** argv) {
   add_compare(app);
   add_plan(app);
   add_reproduce(app);
-  try {
-    app.parse(argc, argv);
-    if (app.get_subcommands().empty()) throw UsageError("a verb is required");
-    return kDone;
-  } catch (const CLI::ExtrasError&) {
-    print_wrong_use(app, unknown_argument(app));
-  } catch (const CLI::Success& request) {  // --help, --version
-    return app.exit(request);
-  } catch (const CLI::ParseError& error) {
-    print_wrong_use(app, error.what());
-  } catch (const UsageError& error) {
-    print_wrong_use(app, error.what());
-  } catch (const InputError& error) {
-    print_error(std::string("resonid: ") + error.what() + "\n");
-  } catch (const NotTrustedError& error) {
-    print_error(std::string("resonid: ") + error.what() + "\n");
-    return kNotTrusted;
-  } catch (const std::exception& error) {
-    print_error(std::string("resonid: ") + error.what() + "\n");
-    return kFailed;
-  }
-  return kWrongUse;
+  return run_program(app, argc, argv, true);
 }
-
-}  // namespace
-}  // namespace resonid::cli
-
-int main(int argc, char** argv) { return resonid::cli::run(argc, argv); }

@@ -7,8 +7,8 @@
 #include <array>
 #include <charconv>
 #include <cmath>
-#include <resonid/io/number_list.hpp>
-#include <resonid/io/suggestion.hpp>
+#include <resonid/io/detail/number_list.hpp>
+#include <resonid/io/detail/suggestion.hpp>
 
 #include "errors.hpp"
 

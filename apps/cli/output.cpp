@@ -7,7 +7,7 @@
 #include <filesystem>
 #include <iterator>
 #include <nlohmann/json.hpp>
-#include <resonid/io/atomic_file.hpp>
+#include <resonid/io/detail/atomic_file.hpp>
 #include <vector>
 
 #include "errors.hpp"

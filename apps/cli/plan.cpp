@@ -7,10 +7,10 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <resonid/io/controller_file.hpp>
-#include <resonid/io/number_list.hpp>
-#include <resonid/io/suggestion.hpp>
+#include <resonid/io/detail/number_list.hpp>
+#include <resonid/io/detail/suggestion.hpp>
 #include <resonid/planning/plan.hpp>
-#include <resonid/report/plan.hpp>
+#include <resonid/report/detail/plan.hpp>
 
 #include "errors.hpp"
 #include "options.hpp"
@@ -233,7 +233,7 @@ void write_results(const planning::Plan& plan, const PlanOptions& o) {
   }
 }
 
-/// ConfigErrors of the plan in the words of the command line.
+/// Errors of the plan in the words of the command line.
 [[noreturn]] void refuse_plan(const CLI::App& verb, const Error& error) {
   for (const auto name : fit::kParameterNames)
     if (error.field == name)

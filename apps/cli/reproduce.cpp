@@ -1,147 +1,35 @@
 // SPDX-License-Identifier: MIT
-#include <fmt/format.h>
+#include <unistd.h>
 
 #include <CLI/App.hpp>
-#include <algorithm>
+#include <cerrno>
+#include <cstring>
 #include <filesystem>
-#include <memory>
-#include <nlohmann/json.hpp>
-#include <resonid/io/suggestion.hpp>
-#include <resonid/report/document.hpp>
-#include <resonid/reproduction/reproduction.hpp>
 #include <string>
-#include <vector>
+#include <system_error>
 
 #include "errors.hpp"
-#include "options.hpp"
 #include "output.hpp"
-#include "progress.hpp"
 #include "verbs.hpp"
 
 namespace resonid::cli {
-namespace {
-
-struct ReproduceOptions {
-  std::string name;
-  std::string out;
-  std::string report;
-  std::string markdown;
-  std::string json;
-  std::uint64_t seeds = reproduction::Options{}.seeds;
-};
-
-std::vector<std::string> known_names() {
-  std::vector<std::string> names;
-  for (const auto& entry : reproduction::entries()) names.emplace_back(entry.name);
-  return names;
-}
-
-std::vector<reproduction::Entry> chosen_entries(const std::string& name) {
-  const auto& all = reproduction::entries();
-  if (name.empty()) return all;
-  const auto found =
-      std::find_if(all.begin(), all.end(), [&](const reproduction::Entry& e) { return e.name == name; });
-  if (found != all.end()) return {*found};
-  const auto names = known_names();
-  throw UsageError(fmt::format("NAME: found '{}', required one of {}{}", name, fmt::join(names, ", "),
-                               io::suggestion(name, names)));
-}
-
-/// The command that makes a document, with the option that a copy of it was written by.
-std::string command_of(std::string_view name, const ReproduceOptions& o, std::string_view option = {},
-                       std::string_view path = {}) {
-  const std::string command = fmt::format("resonid reproduce {} --seeds {}", name, o.seeds);
-  return option.empty() ? command : fmt::format("{} {} {}", command, option, path);
-}
-
-report::Document run_entry(const reproduction::Entry& entry, const ReproduceOptions& o, Progress& progress) {
-  progress.stage(fmt::format("running {}", entry.name));
-  reproduction::Options options;
-  options.seeds = o.seeds;
-  options.progress = [&, quarter = 0](double part) mutable {
-    if (const int now = static_cast<int>(4.0 * part); now > quarter && now < 4) {
-      quarter = now;
-      progress.stage(fmt::format("running {}, {} % done", entry.name, 25 * now));
-    }
-  };
-  return entry.run(options);
-}
-
-/// The page of an entry below --out.
-std::string page_of(const reproduction::Entry& entry, const ReproduceOptions& o) {
-  return (std::filesystem::path(o.out) / fmt::format("{}.html", entry.name)).string();
-}
-
-void write_documents(const reproduction::Entry& entry, report::Document document, const ReproduceOptions& o) {
-  const auto with_command = [&](std::string_view option, const std::string& path) -> const report::Document& {
-    document.command = command_of(entry.name, o, option, path);
-    return document;
-  };
-  if (!o.out.empty()) write_output(page_of(entry, o), report::document_page(with_command("--out", o.out)));
-  if (!o.report.empty()) write_output(o.report, report::document_page(with_command("--report", o.report)));
-  if (!o.markdown.empty())
-    write_output(o.markdown, report::document_markdown(with_command("--markdown", o.markdown)));
-  if (!o.json.empty()) write_json(o.json, report::document_json(with_command("--json", o.json)));
-}
-
-void check_options(const ReproduceOptions& o) {
-  if (!o.name.empty()) return;
-  const std::pair<std::string_view, const std::string*> files[] = {
-      {"--report", &o.report}, {"--markdown", &o.markdown}, {"--json", &o.json}};
-  for (const auto& [option, path] : files)
-    if (!path->empty())
-      throw UsageError(fmt::format("{}: required a NAME, one of {}; or --out FOLDER for all", option,
-                                   fmt::join(known_names(), ", ")));
-}
-
-void run_reproduce(const ReproduceOptions& o) {
-  const bool quiet =
-      standard_output_taken({{"--report", o.report}, {"--markdown", o.markdown}, {"--json", o.json}});
-  refuse_shared_files({}, {{"--report", o.report}, {"--markdown", o.markdown}, {"--json", o.json}});
-  const auto entries = chosen_entries(o.name);
-  check_options(o);
-  if (!o.out.empty()) {
-    std::error_code failed;
-    std::filesystem::create_directories(o.out, failed);
-    if (failed) throw std::runtime_error(fmt::format("--out: '{}': {}", o.out, failed.message()));
-    for (const auto& entry : entries) refuse_unwritable({page_of(entry, o)});
-  }
-  refuse_unwritable({o.report, o.markdown, o.json});
-  Progress progress;
-  std::string separator;
-  for (const auto& entry : entries) {
-    const auto document = run_entry(entry, o, progress);
-    write_documents(entry, document, o);
-    if (!quiet) print(separator + report::document_text(document));
-    separator = "\n";
-  }
-  if (quiet) return;
-  if (!o.out.empty()) print(fmt::format("Pages written to {}\n", o.out));
-  if (!o.report.empty()) print(fmt::format("Page written to {}\n", o.report));
-}
-
-}  // namespace
 
 void add_reproduce(CLI::App& app) {
-  auto* verb =
-      app.add_subcommand("reproduce", "Runs published experiments and sets both figures side by side");
-  std::string names;
-  for (const auto& entry : reproduction::entries())
-    names += fmt::format("\n  {:<4} {}", entry.name, entry.title);
-  verb->footer(
-      "Example:\n  resonid reproduce iv --report iv.html\n"
-      "Names:" +
-      names);
-  const auto o = std::make_shared<ReproduceOptions>();
-  verb->add_option("NAME", o->name, "which; all when not given")->type_name("");
-  verb->add_option("--report", o->report, "self-contained HTML page with the figures' counterparts")
-      ->type_name("FILE");
-  verb->add_option("--out", o->out, "a page NAME.html in this folder for every experiment that is run")
-      ->type_name("FOLDER");
-  verb->add_option("--markdown", o->markdown, "text and tables ('-': standard output)")->type_name("FILE");
-  verb->add_option("--json", o->json, "everything, for machines ('-': standard output)")->type_name("FILE");
-  add_count(*verb, "--seeds", o->seeds, "noisy runs that means and deviations are taken over, >= 2", 2);
-  verb->callback([o] { run_reproduce(*o); });
+  app.add_subcommand("reproduce", "Runs published experiments and sets both figures side by side");
+}
+
+int run_reproduce(int /*argc*/, char** argv) {
+  std::error_code unknown;
+  const auto self = std::filesystem::read_symlink("/proc/self/exe", unknown);
+  const std::string beside =
+      (unknown ? std::filesystem::path() : self.parent_path() / "resonid-reproduce").string();
+  if (!beside.empty()) ::execv(beside.c_str(), argv);
+  ::execvp("resonid-reproduce", argv);
+  print_error(
+      "resonid: reproduce: the program 'resonid-reproduce' is required beside 'resonid' or on the PATH, "
+      "found none (" +
+      std::string(std::strerror(errno)) + "); the build target resonid_reproduce makes it\n");
+  return kFailed;
 }
 
 }  // namespace resonid::cli

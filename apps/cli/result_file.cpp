@@ -2,7 +2,7 @@
 #include "result_file.hpp"
 
 #include <nlohmann/json.hpp>
-#include <resonid/io/json_file.hpp>
+#include <resonid/io/detail/json_file.hpp>
 #include <resonid/io/response_file.hpp>
 #include <resonid/report/json.hpp>
 

@@ -8,11 +8,11 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
+#include <resonid/io/detail/experiment_schema.hpp>
+#include <resonid/io/detail/suggestion.hpp>
 #include <resonid/io/experiment.hpp>
-#include <resonid/io/experiment_schema.hpp>
-#include <resonid/io/suggestion.hpp>
+#include <resonid/io/shipped_experiments.hpp>
 #include <resonid/plant/experiment.hpp>
-#include <resonid/reproduction/experiments.hpp>
 
 #include "errors.hpp"
 #include "options.hpp"
@@ -46,7 +46,7 @@ struct Source {
 Source source_of(const std::string& experiment) {
   std::error_code ignored;
   std::vector<std::string> names;
-  for (const auto& shipped : reproduction::shipped_experiments()) {
+  for (const auto& shipped : io::shipped_experiments()) {
     if (shipped.name == experiment && !std::filesystem::exists(experiment, ignored))
       return {experiment, std::string(shipped.text)};
     names.emplace_back(shipped.name);
@@ -75,7 +75,7 @@ std::string about(std::string_view text) {
 void run_list(const SimulateOptions& o) {
   nlohmann::json json{{"schema", "resonid.experiments/1"}, {"experiments", nlohmann::json::array()}};
   std::string text;
-  for (const auto& shipped : reproduction::shipped_experiments()) {
+  for (const auto& shipped : io::shipped_experiments()) {
     text += fmt::format("{:<26} {}\n", shipped.name, about(shipped.text));
     json["experiments"].push_back({{"name", shipped.name}, {"about", about(shipped.text)}});
   }

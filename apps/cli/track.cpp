@@ -10,9 +10,9 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <resonid/identification/track.hpp>
-#include <resonid/io/atomic_file.hpp>
+#include <resonid/io/detail/atomic_file.hpp>
+#include <resonid/report/detail/track.hpp>
 #include <resonid/report/json.hpp>
-#include <resonid/report/track.hpp>
 
 #include "errors.hpp"
 #include "options.hpp"

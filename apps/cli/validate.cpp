@@ -5,8 +5,8 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <resonid/identification/validate.hpp>
-#include <resonid/io/json_file.hpp>
-#include <resonid/report/validate.hpp>
+#include <resonid/io/detail/json_file.hpp>
+#include <resonid/report/detail/validate.hpp>
 
 #include "errors.hpp"
 #include "options.hpp"

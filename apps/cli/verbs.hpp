@@ -13,6 +13,7 @@ void add_track(CLI::App& app);
 void add_validate(CLI::App& app);
 void add_compare(CLI::App& app);
 void add_plan(CLI::App& app);
-void add_reproduce(CLI::App& app);
+void add_reproduce(CLI::App& app);         ///< Lists it; run_reproduce() does it.
+int run_reproduce(int argc, char** argv);  ///< By the program resonid-reproduce, in place of this one.
 
 }  // namespace resonid::cli

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <numbers>
 #include <random>
-#include <resonid/base/linear_system.hpp>
+#include <resonid/base/detail/linear_system.hpp>
 
 #include "allocation_counter.hpp"
 

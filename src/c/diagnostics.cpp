@@ -4,7 +4,7 @@
 #include <cmath>
 #include <complex>
 #include <resonid/base/constants.hpp>
-#include <resonid/online/lines/controller_response.hpp>
+#include <resonid/online/lines/detail/controller_response.hpp>
 #include <resonid/online/supervision/change_detection.hpp>
 #include <resonid/online/supervision/running_margins.hpp>
 

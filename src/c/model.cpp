@@ -2,7 +2,7 @@
 #include "model.hpp"
 
 #include <resonid/online/models/closed_loop_output_error.hpp>
-#include <resonid/online/models/instrumental_variables_config.hpp>
+#include <resonid/online/models/detail/instrumental_variables_config.hpp>
 #include <resonid/online/models/output_error.hpp>
 
 namespace resonid::c {

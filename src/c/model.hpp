@@ -5,9 +5,9 @@
 
 #include <algorithm>
 #include <limits>
+#include <resonid/online/models/detail/regression.hpp>
 #include <resonid/online/models/discrete_model.hpp>
 #include <resonid/online/models/modes.hpp>
-#include <resonid/online/models/regression.hpp>
 
 #include "adaptation.hpp"
 #include "handle.hpp"

@@ -3,8 +3,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <resonid/base/median.hpp>
-#include <resonid/diagnostics/data_findings.hpp>
+#include <resonid/base/detail/median.hpp>
+#include <resonid/diagnostics/detail/data_findings.hpp>
 
 namespace resonid::diagnostics {
 namespace {

@@ -3,8 +3,8 @@
 #include <cmath>
 #include <numeric>
 #include <resonid/base/constants.hpp>
-#include <resonid/diagnostics/feedback.hpp>
-#include <resonid/fit/chi_square.hpp>
+#include <resonid/diagnostics/detail/feedback.hpp>
+#include <resonid/fit/detail/chi_square.hpp>
 
 #include "linalg/decompositions.hpp"
 

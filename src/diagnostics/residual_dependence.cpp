@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 #include <algorithm>
 #include <cmath>
-#include <resonid/diagnostics/residual_dependence.hpp>
-#include <resonid/fit/chi_square.hpp>
-#include <resonid/fit/noise_model.hpp>
+#include <resonid/diagnostics/detail/residual_dependence.hpp>
+#include <resonid/fit/detail/chi_square.hpp>
+#include <resonid/fit/detail/noise_model.hpp>
 
 #include "linalg/decompositions.hpp"
 

@@ -2,7 +2,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <resonid/diagnostics/response_extrema.hpp>
+#include <resonid/diagnostics/detail/response_extrema.hpp>
 
 namespace resonid::diagnostics {
 namespace {

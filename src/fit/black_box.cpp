@@ -7,7 +7,7 @@
 #include <limits>
 #include <numeric>
 #include <resonid/fit/black_box.hpp>
-#include <resonid/fit/controller_estimate.hpp>
+#include <resonid/fit/detail/controller_estimate.hpp>
 
 namespace resonid::fit {
 namespace {

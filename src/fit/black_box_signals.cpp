@@ -2,7 +2,7 @@
 #include <algorithm>
 #include <cmath>
 #include <fit/black_box_signals.hpp>
-#include <resonid/fit/projected_input.hpp>
+#include <resonid/fit/detail/projected_input.hpp>
 
 namespace resonid::fit::detail {
 namespace {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include <cmath>
-#include <resonid/fit/chi_square.hpp>
+#include <resonid/fit/detail/chi_square.hpp>
 
 namespace resonid::fit {
 

@@ -2,8 +2,8 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
-#include <resonid/fit/controller_estimate.hpp>
-#include <resonid/fit/identified_controller.hpp>
+#include <resonid/fit/detail/controller_estimate.hpp>
+#include <resonid/fit/detail/identified_controller.hpp>
 #include <span>
 #include <vector>
 

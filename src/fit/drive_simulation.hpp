@@ -5,7 +5,7 @@
 #include <fit/sampled_drive.hpp>
 #include <optional>
 #include <resonid/data/transfer_function.hpp>
-#include <resonid/fit/noise_model.hpp>
+#include <resonid/fit/detail/noise_model.hpp>
 #include <span>
 #include <vector>
 

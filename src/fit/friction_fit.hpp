@@ -5,7 +5,7 @@
 #include <fit/drive_simulation.hpp>
 #include <functional>
 #include <optional>
-#include <resonid/fit/noise_model.hpp>
+#include <resonid/fit/detail/noise_model.hpp>
 #include <vector>
 
 // Records fitted with the course of dry friction as a part of the simulation: a parameter that moves takes

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include <cmath>
-#include <resonid/fit/identified_controller.hpp>
+#include <resonid/fit/detail/identified_controller.hpp>
 
 #include "linalg/decompositions.hpp"
 

@@ -2,7 +2,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
-#include <resonid/fit/noise_model.hpp>
+#include <resonid/fit/detail/noise_model.hpp>
 
 namespace resonid::fit {
 

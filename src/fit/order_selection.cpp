@@ -4,7 +4,7 @@
 #include <fit/structure_search.hpp>
 #include <limits>
 #include <numeric>
-#include <resonid/fit/order_selection.hpp>
+#include <resonid/fit/detail/order_selection.hpp>
 
 namespace resonid::fit {
 namespace {

@@ -3,10 +3,10 @@
 #include <cmath>
 #include <fit/output_error_fitter.hpp>
 #include <numeric>
-#include <resonid/fit/chi_square.hpp>
-#include <resonid/fit/controller_estimate.hpp>
+#include <resonid/fit/detail/chi_square.hpp>
+#include <resonid/fit/detail/controller_estimate.hpp>
+#include <resonid/fit/detail/projected_input.hpp>
 #include <resonid/fit/output_error.hpp>
-#include <resonid/fit/projected_input.hpp>
 
 #include "linalg/decompositions.hpp"
 

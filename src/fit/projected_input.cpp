@@ -2,7 +2,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <resonid/fit/projected_input.hpp>
+#include <resonid/fit/detail/projected_input.hpp>
 #include <span>
 
 #include "linalg/decompositions.hpp"

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include <fit/record_consistency.hpp>
-#include <resonid/fit/chi_square.hpp>
+#include <resonid/fit/detail/chi_square.hpp>
 
 #include "linalg/decompositions.hpp"
 

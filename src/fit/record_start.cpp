@@ -2,7 +2,7 @@
 #include <algorithm>
 #include <cmath>
 #include <resonid/base/constants.hpp>
-#include <resonid/base/linear_system.hpp>
+#include <resonid/base/detail/linear_system.hpp>
 #include <resonid/fit/output_error.hpp>
 
 #include "linalg/decompositions.hpp"

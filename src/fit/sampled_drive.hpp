@@ -6,7 +6,7 @@
 #include <array>
 #include <cmath>
 #include <resonid/base/constants.hpp>
-#include <resonid/base/linear_system.hpp>
+#include <resonid/base/detail/linear_system.hpp>
 #include <resonid/data/record.hpp>
 #include <resonid/fit/drive_model.hpp>
 #include <span>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <resonid/fit/order_selection.hpp>
+#include <resonid/fit/detail/order_selection.hpp>
 
 namespace resonid::fit::detail {
 

@@ -4,7 +4,7 @@
 #include <exception>
 #include <identification/parallel.hpp>
 #include <mutex>
-#include <resonid/fit/chi_square.hpp>
+#include <resonid/fit/detail/chi_square.hpp>
 #include <resonid/identification/batch.hpp>
 
 namespace resonid::identification {

@@ -7,7 +7,7 @@
 #include <identification/trust.hpp>
 #include <identification/uncertainty.hpp>
 #include <resonid/base/constants.hpp>
-#include <resonid/fit/order_selection.hpp>
+#include <resonid/fit/detail/order_selection.hpp>
 
 namespace resonid::identification::detail {
 namespace {

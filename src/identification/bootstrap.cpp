@@ -11,12 +11,12 @@
 #include <identification/uncertainty.hpp>
 #include <mutex>
 #include <numbers>
-#include <resonid/base/median.hpp>
-#include <resonid/base/quantile.hpp>
+#include <resonid/base/detail/median.hpp>
+#include <resonid/base/detail/quantile.hpp>
 #include <resonid/fit/response_fit.hpp>
-#include <resonid/identification/figures.hpp>
-#include <resonid/online/excitation/splitmix64.hpp>
-#include <resonid/plant/white_noise.hpp>
+#include <resonid/identification/detail/figures.hpp>
+#include <resonid/online/excitation/detail/splitmix64.hpp>
+#include <resonid/plant/detail/white_noise.hpp>
 
 namespace resonid::identification::detail {
 namespace {

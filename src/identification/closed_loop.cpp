@@ -5,7 +5,7 @@
 #include <cmath>
 #include <identification/closed_loop.hpp>
 #include <limits>
-#include <resonid/base/median.hpp>
+#include <resonid/base/detail/median.hpp>
 
 namespace resonid::identification::detail {
 namespace {

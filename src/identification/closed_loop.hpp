@@ -4,8 +4,8 @@
 #include <identification/excitation_source.hpp>
 #include <identification/measurement.hpp>
 #include <optional>
-#include <resonid/diagnostics/feedback.hpp>
-#include <resonid/fit/controller_estimate.hpp>
+#include <resonid/diagnostics/detail/feedback.hpp>
+#include <resonid/fit/detail/controller_estimate.hpp>
 
 namespace resonid::identification::detail {
 

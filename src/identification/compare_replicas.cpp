@@ -2,7 +2,7 @@
 #include <algorithm>
 #include <cmath>
 #include <identification/compare_replicas.hpp>
-#include <resonid/base/quantile.hpp>
+#include <resonid/base/detail/quantile.hpp>
 #include <tuple>
 
 namespace resonid::identification::detail {

@@ -6,7 +6,7 @@
 #include <identification/linear_simulation.hpp>
 #include <numeric>
 #include <resonid/fit/output_error.hpp>
-#include <resonid/identification/cross_validation.hpp>
+#include <resonid/identification/detail/cross_validation.hpp>
 #include <resonid/identification/validate.hpp>
 
 namespace resonid::identification {

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <identification/distortion.hpp>
 #include <limits>
-#include <resonid/response/detection_lines.hpp>
+#include <resonid/response/detail/detection_lines.hpp>
 
 namespace resonid::identification::detail {
 namespace {

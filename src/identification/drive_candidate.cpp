@@ -4,8 +4,8 @@
 #include <identification/drive_candidate.hpp>
 #include <limits>
 #include <numbers>
-#include <resonid/base/median.hpp>
-#include <resonid/fit/order_selection.hpp>
+#include <resonid/base/detail/median.hpp>
+#include <resonid/fit/detail/order_selection.hpp>
 
 namespace resonid::identification::detail {
 namespace {

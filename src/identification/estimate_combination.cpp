@@ -3,7 +3,7 @@
 #include <cmath>
 #include <identification/estimate_combination.hpp>
 #include <iterator>
-#include <resonid/fit/chi_square.hpp>
+#include <resonid/fit/detail/chi_square.hpp>
 
 #include "linalg/decompositions.hpp"
 

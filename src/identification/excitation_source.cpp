@@ -3,8 +3,8 @@
 #include <cmath>
 #include <identification/excitation_source.hpp>
 #include <numeric>
-#include <resonid/diagnostics/feedback.hpp>
-#include <resonid/response/excitation_lines.hpp>
+#include <resonid/diagnostics/detail/feedback.hpp>
+#include <resonid/response/detail/excitation_lines.hpp>
 
 namespace resonid::identification::detail {
 namespace {

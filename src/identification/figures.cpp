@@ -3,7 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <resonid/identification/figures.hpp>
+#include <resonid/identification/detail/figures.hpp>
 
 namespace resonid::identification {
 namespace {

@@ -16,9 +16,9 @@
 #include <identification/trust.hpp>
 #include <identification/uncertainty.hpp>
 #include <identification/units.hpp>
-#include <resonid/diagnostics/data_findings.hpp>
+#include <resonid/diagnostics/detail/data_findings.hpp>
+#include <resonid/diagnostics/detail/response_extrema.hpp>
 #include <resonid/diagnostics/residuals.hpp>
-#include <resonid/diagnostics/response_extrema.hpp>
 
 namespace resonid::identification {
 namespace {

@@ -13,8 +13,8 @@
 #include <identification/trust.hpp>
 #include <identification/uncertainty.hpp>
 #include <numeric>
-#include <resonid/diagnostics/response_extrema.hpp>
-#include <resonid/fit/controller_estimate.hpp>
+#include <resonid/diagnostics/detail/response_extrema.hpp>
+#include <resonid/fit/detail/controller_estimate.hpp>
 #include <resonid/identification/join.hpp>
 
 namespace resonid::identification {

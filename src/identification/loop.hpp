@@ -3,8 +3,8 @@
 
 #include <functional>
 #include <identification/measurement.hpp>
-#include <resonid/diagnostics/data_findings.hpp>
-#include <resonid/fit/controller_estimate.hpp>
+#include <resonid/diagnostics/detail/data_findings.hpp>
+#include <resonid/fit/detail/controller_estimate.hpp>
 #include <variant>
 
 namespace resonid::identification::detail {

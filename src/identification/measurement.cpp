@@ -5,14 +5,14 @@
 #include <array>
 #include <cmath>
 #include <identification/measurement.hpp>
-#include <resonid/base/median.hpp>
-#include <resonid/response/excitation_lines.hpp>
+#include <resonid/base/detail/median.hpp>
+#include <resonid/response/detail/excitation_lines.hpp>
+#include <resonid/response/detail/local_rational.hpp>
+#include <resonid/response/detail/stepped_sine.hpp>
+#include <resonid/response/detail/swept_response.hpp>
+#include <resonid/response/detail/tracked_lines.hpp>
 #include <resonid/response/local_polynomial.hpp>
-#include <resonid/response/local_rational.hpp>
 #include <resonid/response/periodic_averaging.hpp>
-#include <resonid/response/stepped_sine.hpp>
-#include <resonid/response/swept_response.hpp>
-#include <resonid/response/tracked_lines.hpp>
 #include <resonid/response/welch.hpp>
 
 namespace resonid::identification::detail {

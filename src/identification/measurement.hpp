@@ -2,7 +2,7 @@
 #pragma once
 
 #include <resonid/identification/identify.hpp>
-#include <resonid/online/lines/sweep.hpp>
+#include <resonid/online/lines/detail/sweep.hpp>
 #include <resonid/response/best_linear_approximation.hpp>
 #include <resonid/response/line_estimates.hpp>
 

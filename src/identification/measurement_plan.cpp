@@ -4,10 +4,10 @@
 #include <algorithm>
 #include <cmath>
 #include <identification/measurement.hpp>
-#include <resonid/response/excitation_lines.hpp>
+#include <resonid/response/detail/excitation_lines.hpp>
+#include <resonid/response/detail/realisations.hpp>
+#include <resonid/response/detail/stepped_sine.hpp>
 #include <resonid/response/periodic_averaging.hpp>
-#include <resonid/response/realisations.hpp>
-#include <resonid/response/stepped_sine.hpp>
 
 namespace resonid::identification::detail {
 namespace {

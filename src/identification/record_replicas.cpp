@@ -5,8 +5,8 @@
 #include <identification/linear_simulation.hpp>
 #include <identification/record_fit.hpp>
 #include <identification/record_replicas.hpp>
-#include <resonid/fit/controller_estimate.hpp>
-#include <resonid/plant/white_noise.hpp>
+#include <resonid/fit/detail/controller_estimate.hpp>
+#include <resonid/plant/detail/white_noise.hpp>
 
 namespace resonid::identification::detail {
 namespace {

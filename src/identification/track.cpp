@@ -7,7 +7,7 @@
 #include <identification/track_rows.hpp>
 #include <identification/track_trust.hpp>
 #include <identification/units.hpp>
-#include <resonid/diagnostics/data_findings.hpp>
+#include <resonid/diagnostics/detail/data_findings.hpp>
 
 namespace resonid::identification {
 namespace {

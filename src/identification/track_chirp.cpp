@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <identification/track_plan.hpp>
 #include <resonid/base/constants.hpp>
-#include <resonid/diagnostics/response_extrema.hpp>
+#include <resonid/diagnostics/detail/response_extrema.hpp>
 #include <resonid/online/lines/chirp_tracker.hpp>
 #include <resonid/online/lines/response_tracker.hpp>
 #include <resonid/response/line_estimates.hpp>

@@ -6,8 +6,8 @@
 #include <algorithm>
 #include <cstdint>
 #include <identification/online_tracker.hpp>
+#include <resonid/online/models/detail/model_response.hpp>
 #include <resonid/online/models/discrete_model.hpp>
-#include <resonid/online/models/model_response.hpp>
 #include <resonid/online/models/modes.hpp>
 
 namespace resonid::identification::detail {

@@ -8,7 +8,7 @@
 #include <cmath>
 #include <identification/track_discrete.hpp>
 #include <identification/track_plan.hpp>
-#include <resonid/online/models/regression.hpp>
+#include <resonid/online/models/detail/regression.hpp>
 
 // What the makers of discrete estimators share; one source for each family, since they take long to compile.
 namespace resonid::identification::detail {

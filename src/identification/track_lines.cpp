@@ -8,7 +8,7 @@
 #include <resonid/online/lines/kalman_bank.hpp>
 #include <resonid/online/lines/response_tracker.hpp>
 #include <resonid/online/lines/sliding_dft.hpp>
-#include <resonid/online/models/response_fit.hpp>
+#include <resonid/online/models/detail/response_fit.hpp>
 #include <resonid/response/line_estimates.hpp>
 #include <resonid/response/periodic_averaging.hpp>
 

@@ -7,8 +7,8 @@
 #include <identification/validation_evidence.hpp>
 #include <identification/validation_verdict.hpp>
 #include <numeric>
-#include <resonid/diagnostics/data_findings.hpp>
-#include <resonid/fit/noise_model.hpp>
+#include <resonid/diagnostics/detail/data_findings.hpp>
+#include <resonid/fit/detail/noise_model.hpp>
 #include <resonid/fit/output_error.hpp>
 #include <resonid/identification/validate.hpp>
 

@@ -7,7 +7,7 @@
 #include <atomic>
 #include <cerrno>
 #include <optional>
-#include <resonid/io/atomic_file.hpp>
+#include <resonid/io/detail/atomic_file.hpp>
 #include <string>
 #include <system_error>
 #include <utility>

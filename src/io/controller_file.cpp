@@ -6,7 +6,7 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <resonid/io/controller_file.hpp>
-#include <resonid/io/number_list.hpp>
+#include <resonid/io/detail/number_list.hpp>
 
 namespace resonid::io {
 namespace {

@@ -5,7 +5,7 @@
 #include <cstring>
 #include <memory>
 #include <optional>
-#include <resonid/io/table.hpp>
+#include <resonid/io/detail/table.hpp>
 #include <thread>
 
 #include "io/csv_format.hpp"

@@ -2,7 +2,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <resonid/io/experiment_schema.hpp>
+#include <resonid/io/detail/experiment_schema.hpp>
 #include <resonid/plant/experiment.hpp>
 #include <string_view>
 #include <type_traits>

@@ -4,7 +4,7 @@
 #include <io/text.hpp>
 #include <io/text_source.hpp>
 #include <nlohmann/json.hpp>
-#include <resonid/io/json_file.hpp>
+#include <resonid/io/detail/json_file.hpp>
 
 namespace resonid::io {
 namespace {

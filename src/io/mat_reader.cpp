@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <limits>
 #include <memory>
-#include <resonid/io/table.hpp>
+#include <resonid/io/detail/table.hpp>
 #include <string_view>
 
 #include "io/text.hpp"

@@ -3,7 +3,7 @@
 
 #include <charconv>
 #include <cmath>
-#include <resonid/io/number_list.hpp>
+#include <resonid/io/detail/number_list.hpp>
 
 #include "io/text.hpp"
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include <resonid/io/suggestion.hpp>
+#include <resonid/io/detail/suggestion.hpp>
 
 #include "io/text.hpp"
 

@@ -2,7 +2,7 @@
 #include <fmt/core.h>
 
 #include <algorithm>
-#include <resonid/io/table.hpp>
+#include <resonid/io/detail/table.hpp>
 #include <string_view>
 
 #include "io/text.hpp"

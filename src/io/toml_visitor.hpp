@@ -6,8 +6,8 @@
 
 #include <cmath>
 #include <cstdint>
-#include <resonid/io/number_list.hpp>
-#include <resonid/io/suggestion.hpp>
+#include <resonid/io/detail/number_list.hpp>
+#include <resonid/io/detail/suggestion.hpp>
 #include <resonid/online/excitation/excitation.hpp>
 #include <string>
 #include <string_view>

@@ -3,9 +3,9 @@
 #include <cmath>
 #include <numeric>
 #include <resonid/base/constants.hpp>
+#include <resonid/online/excitation/detail/splitmix64.hpp>
 #include <resonid/online/excitation/multisine.hpp>
-#include <resonid/online/excitation/splitmix64.hpp>
-#include <resonid/planning/crest_factor.hpp>
+#include <resonid/planning/detail/crest_factor.hpp>
 
 #include "linalg/decompositions.hpp"
 

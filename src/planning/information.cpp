@@ -5,7 +5,7 @@
 #include <optional>
 #include <resonid/base/constants.hpp>
 #include <resonid/diagnostics/margins.hpp>
-#include <resonid/planning/information.hpp>
+#include <resonid/planning/detail/information.hpp>
 
 #include "linalg/decompositions.hpp"
 

@@ -2,9 +2,9 @@
 #include <algorithm>
 #include <cmath>
 #include <resonid/base/constants.hpp>
+#include <resonid/online/excitation/detail/splitmix64.hpp>
 #include <resonid/online/excitation/excitation.hpp>
 #include <resonid/online/excitation/metrics.hpp>
-#include <resonid/online/excitation/splitmix64.hpp>
 
 #include "linalg/decompositions.hpp"
 #include "planning/experiment_layout.hpp"

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <algorithm>
 #include <cmath>
-#include <resonid/planning/power_distribution.hpp>
+#include <resonid/planning/detail/power_distribution.hpp>
 
 #include "linalg/decompositions.hpp"
 #include "planning/waveform.hpp"

@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cmath>
 #include <resonid/base/constants.hpp>
-#include <resonid/base/discrete_filter.hpp>
-#include <resonid/planning/rough_drive.hpp>
+#include <resonid/base/detail/discrete_filter.hpp>
+#include <resonid/planning/detail/rough_drive.hpp>
 
 namespace resonid::planning {
 namespace {

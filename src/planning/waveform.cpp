@@ -5,7 +5,7 @@
 #include <cmath>
 #include <deque>
 #include <resonid/base/constants.hpp>
-#include <resonid/online/excitation/splitmix64.hpp>
+#include <resonid/online/excitation/detail/splitmix64.hpp>
 
 namespace resonid::planning::detail {
 namespace {

@@ -2,8 +2,8 @@
 #pragma once
 
 #include <cstdint>
-#include <resonid/planning/crest_factor.hpp>
-#include <resonid/planning/power_distribution.hpp>
+#include <resonid/planning/detail/crest_factor.hpp>
+#include <resonid/planning/detail/power_distribution.hpp>
 
 // Amplitudes and phases of a periodic signal chosen together, for most information per peak.
 namespace resonid::planning::detail {

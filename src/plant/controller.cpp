@@ -3,7 +3,7 @@
 #include <array>
 #include <cmath>
 #include <numeric>
-#include <resonid/plant/controller.hpp>
+#include <resonid/plant/detail/controller.hpp>
 #include <utility>
 
 namespace resonid::plant {

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include <algorithm>
 #include <cmath>
-#include <resonid/plant/disturbance.hpp>
-#include <resonid/plant/friction.hpp>
+#include <resonid/plant/detail/disturbance.hpp>
+#include <resonid/plant/detail/friction.hpp>
 
 namespace resonid::plant {
 

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <resonid/plant/friction.hpp>
+#include <resonid/plant/detail/friction.hpp>
 
 namespace resonid::plant {
 

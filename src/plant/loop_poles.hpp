@@ -4,8 +4,8 @@
 #include <complex>
 #include <resonid/data/frequency_response.hpp>
 #include <resonid/data/transfer_function.hpp>
-#include <resonid/plant/drive.hpp>
-#include <resonid/plant/measurement.hpp>
+#include <resonid/plant/detail/drive.hpp>
+#include <resonid/plant/detail/measurement.hpp>
 #include <vector>
 
 namespace resonid::plant {

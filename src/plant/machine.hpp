@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <resonid/plant/drive.hpp>
+#include <resonid/plant/detail/drive.hpp>
 
 namespace resonid::plant {
 

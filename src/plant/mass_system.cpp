@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <cmath>
 #include <resonid/base/constants.hpp>
-#include <resonid/plant/mass_system.hpp>
+#include <resonid/plant/detail/mass_system.hpp>
 
 #include "linalg/decompositions.hpp"
 

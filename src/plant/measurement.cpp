@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include <array>
-#include <resonid/plant/measurement.hpp>
+#include <resonid/plant/detail/measurement.hpp>
 
 namespace resonid::plant {
 

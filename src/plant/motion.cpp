@@ -2,7 +2,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <resonid/plant/motion.hpp>
+#include <resonid/plant/detail/motion.hpp>
 
 namespace resonid::plant {
 namespace {

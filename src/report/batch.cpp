@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
-#include <resonid/report/batch.hpp>
+#include <resonid/report/detail/batch.hpp>
 #include <resonid/report/json.hpp>
 
 #include "report/batch_tables.hpp"

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <complex>
 #include <resonid/base/constants.hpp>
-#include <resonid/report/batch.hpp>
+#include <resonid/report/detail/batch.hpp>
 #include <resonid/report/json.hpp>
 
 #include "report/batch_tables.hpp"

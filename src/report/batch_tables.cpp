@@ -5,7 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <resonid/identification/figures.hpp>
+#include <resonid/identification/detail/figures.hpp>
 #include <resonid/report/json.hpp>
 
 #include "report/words.hpp"

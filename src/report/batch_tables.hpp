@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <resonid/report/batch.hpp>
+#include <resonid/report/detail/batch.hpp>
 #include <string>
 
 // Tables that terminal and page share.

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <resonid/base/constants.hpp>
-#include <resonid/report/compare.hpp>
+#include <resonid/report/detail/compare.hpp>
 
 #include "report/result_parts.hpp"
 #include "report/words.hpp"

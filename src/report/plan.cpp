@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
-#include <resonid/report/plan.hpp>
+#include <resonid/report/detail/plan.hpp>
 
 #include "report/plan_words.hpp"
 #include "report/words.hpp"

@@ -3,7 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <resonid/report/plan.hpp>
+#include <resonid/report/detail/plan.hpp>
 
 #include "report/plan_words.hpp"
 

@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
-#include <resonid/identification/figures.hpp>
+#include <resonid/identification/detail/figures.hpp>
 
 #include "report/words.hpp"
 

@@ -7,7 +7,7 @@
 #include <complex>
 #include <limits>
 #include <resonid/base/constants.hpp>
-#include <resonid/report/track.hpp>
+#include <resonid/report/detail/track.hpp>
 
 #include "report/document_cells.hpp"
 #include "report/track_words.hpp"

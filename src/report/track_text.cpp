@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
-#include <resonid/report/track.hpp>
+#include <resonid/report/detail/track.hpp>
 
 #include "report/track_words.hpp"
 #include "report/words.hpp"

@@ -5,7 +5,7 @@
 #include <array>
 #include <cmath>
 #include <nlohmann/json.hpp>
-#include <resonid/report/validate.hpp>
+#include <resonid/report/detail/validate.hpp>
 
 #include "report/json_place.hpp"
 #include "report/words.hpp"

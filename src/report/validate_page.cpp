@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <resonid/base/constants.hpp>
-#include <resonid/report/validate.hpp>
+#include <resonid/report/detail/validate.hpp>
 
 #include "report/result_parts.hpp"
 #include "report/words.hpp"

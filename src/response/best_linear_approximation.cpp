@@ -4,7 +4,7 @@
 #include <limits>
 #include <map>
 #include <resonid/response/best_linear_approximation.hpp>
-#include <resonid/response/excitation_lines.hpp>
+#include <resonid/response/detail/excitation_lines.hpp>
 #include <resonid/response/periodic_averaging.hpp>
 
 #include "response/signals.hpp"

@@ -2,8 +2,8 @@
 #include <algorithm>
 #include <cmath>
 #include <resonid/base/constants.hpp>
-#include <resonid/base/median.hpp>
-#include <resonid/response/excitation_lines.hpp>
+#include <resonid/base/detail/median.hpp>
+#include <resonid/response/detail/excitation_lines.hpp>
 
 #include "linalg/decompositions.hpp"
 #include "response/analytic_signal.hpp"

@@ -2,8 +2,8 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
-#include <resonid/response/detection_lines.hpp>
-#include <resonid/response/excitation_lines.hpp>
+#include <resonid/response/detail/detection_lines.hpp>
+#include <resonid/response/detail/excitation_lines.hpp>
 #include <resonid/response/periodic_averaging.hpp>
 
 namespace resonid::response {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include <cmath>
-#include <resonid/response/distortion_level.hpp>
+#include <resonid/response/detail/distortion_level.hpp>
 
 namespace resonid::response {
 

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include <algorithm>
 #include <cmath>
-#include <resonid/response/excitation_lines.hpp>
-#include <resonid/response/realisations.hpp>
+#include <resonid/response/detail/excitation_lines.hpp>
+#include <resonid/response/detail/realisations.hpp>
 
 #include "response/autocorrelation.hpp"
 #include "response/fft.hpp"

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <algorithm>
 #include <cmath>
-#include <resonid/response/local_rational.hpp>
+#include <resonid/response/detail/local_rational.hpp>
 
 #include "linalg/decompositions.hpp"
 #include "response/local_spectra.hpp"

@@ -3,7 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <resonid/response/excitation_lines.hpp>
+#include <resonid/response/detail/excitation_lines.hpp>
 
 #include "response/fft.hpp"
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <algorithm>
 #include <cmath>
-#include <resonid/response/excitation_lines.hpp>
+#include <resonid/response/detail/excitation_lines.hpp>
 #include <resonid/response/periodic_averaging.hpp>
 #include <set>
 

@@ -3,7 +3,7 @@
 #include <cmath>
 #include <complex>
 #include <resonid/base/constants.hpp>
-#include <resonid/response/power_spectrum.hpp>
+#include <resonid/response/detail/power_spectrum.hpp>
 #include <resonid/response/welch.hpp>
 
 #include "response/fft.hpp"

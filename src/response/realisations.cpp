@@ -2,8 +2,8 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
-#include <resonid/response/excitation_lines.hpp>
-#include <resonid/response/realisations.hpp>
+#include <resonid/response/detail/excitation_lines.hpp>
+#include <resonid/response/detail/realisations.hpp>
 
 #include "response/autocorrelation.hpp"
 #include "response/fft.hpp"

@@ -3,7 +3,7 @@
 #include <cmath>
 #include <optional>
 #include <resonid/base/constants.hpp>
-#include <resonid/response/stepped_sine.hpp>
+#include <resonid/response/detail/stepped_sine.hpp>
 
 #include "linalg/decompositions.hpp"
 #include "response/side_noise.hpp"

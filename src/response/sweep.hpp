@@ -3,7 +3,7 @@
 
 #include <Eigen/Core>
 #include <array>
-#include <resonid/response/swept_response.hpp>
+#include <resonid/response/detail/swept_response.hpp>
 #include <span>
 #include <vector>
 

@@ -2,7 +2,7 @@
 #include <algorithm>
 #include <cmath>
 #include <resonid/base/constants.hpp>
-#include <resonid/response/swept_response.hpp>
+#include <resonid/response/detail/swept_response.hpp>
 
 #include "response/sweep.hpp"
 

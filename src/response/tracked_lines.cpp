@@ -6,7 +6,7 @@
 #include <resonid/base/constants.hpp>
 #include <resonid/online/lines/kalman_bank.hpp>
 #include <resonid/online/lines/sliding_dft.hpp>
-#include <resonid/response/tracked_lines.hpp>
+#include <resonid/response/detail/tracked_lines.hpp>
 
 #include "linalg/decompositions.hpp"
 #include "response/side_noise.hpp"

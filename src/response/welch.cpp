@@ -4,7 +4,7 @@
 #include <bit>
 #include <cmath>
 #include <resonid/base/constants.hpp>
-#include <resonid/response/excitation_lines.hpp>
+#include <resonid/response/detail/excitation_lines.hpp>
 #include <resonid/response/welch.hpp>
 
 #include "response/fft.hpp"

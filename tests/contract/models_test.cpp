@@ -7,7 +7,7 @@
 #include <cmath>
 #include <limits>
 #include <random>
-#include <resonid/base/discrete_filter.hpp>
+#include <resonid/base/detail/discrete_filter.hpp>
 #include <resonid/online/models/arx.hpp>
 #include <resonid/online/models/closed_loop_output_error.hpp>
 #include <resonid/online/models/output_error.hpp>

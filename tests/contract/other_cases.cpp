@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include <array>
 #include <complex>
-#include <resonid/base/discrete_filter.hpp>
-#include <resonid/online/models/model_response.hpp>
+#include <resonid/base/detail/discrete_filter.hpp>
+#include <resonid/online/models/detail/model_response.hpp>
 #include <resonid/online/models/physical_tracker.hpp>
 #include <resonid/online/models/recursive_response_fit.hpp>
 #include <resonid/online/models/rls.hpp>

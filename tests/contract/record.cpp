@@ -3,8 +3,8 @@
 #include <cmath>
 #include <random>
 #include <resonid/base/constants.hpp>
-#include <resonid/base/discrete_filter.hpp>
-#include <resonid/online/models/regression.hpp>
+#include <resonid/base/detail/discrete_filter.hpp>
+#include <resonid/online/models/detail/regression.hpp>
 #include <tooth_belt.hpp>
 #include <vector>
 

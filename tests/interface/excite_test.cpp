@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <cmath>
 #include <nlohmann/json.hpp>
-#include <resonid/io/table.hpp>
+#include <resonid/io/detail/table.hpp>
 
 #include "program.hpp"
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <algorithm>
 #include <nlohmann/json.hpp>
-#include <resonid/io/table.hpp>
+#include <resonid/io/detail/table.hpp>
 #include <vector>
 
 #include "program.hpp"

@@ -4,7 +4,7 @@
 #include <array>
 #include <cmath>
 #include <nlohmann/json.hpp>
-#include <resonid/io/table.hpp>
+#include <resonid/io/detail/table.hpp>
 #include <sstream>
 
 #include "program.hpp"

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include <nlohmann/json.hpp>
-#include <resonid/io/table.hpp>
+#include <resonid/io/detail/table.hpp>
 
 #include "program.hpp"
 

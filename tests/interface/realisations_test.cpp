@@ -3,7 +3,7 @@
 // approximation, from one record and from several.
 #include <cmath>
 #include <nlohmann/json.hpp>
-#include <resonid/io/table.hpp>
+#include <resonid/io/detail/table.hpp>
 #include <sstream>
 
 #include "program.hpp"

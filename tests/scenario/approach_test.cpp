@@ -2,7 +2,7 @@
 // Closed loop in heavy noise: noise sd 1 rad/s, three times the published gain. A direct spectral estimate is
 // biased towards -1/C there; what identify() chooses by itself must not be, whatever was recorded.
 #include <experiments.hpp>
-#include <resonid/plant/white_noise.hpp>
+#include <resonid/plant/detail/white_noise.hpp>
 #include <resonid/response/welch.hpp>
 
 namespace resonid {

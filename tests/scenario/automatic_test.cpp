@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cmath>
 #include <experiments.hpp>
-#include <resonid/plant/white_noise.hpp>
-#include <resonid/reproduction/experiments.hpp>
+#include <resonid/io/shipped_experiments.hpp>
+#include <resonid/plant/detail/white_noise.hpp>
 #include <unsupported/Eigen/MatrixFunctions>
 
 namespace resonid {
@@ -54,7 +54,7 @@ TEST(Encoder, APositionIsUsedToItsNoise) {
 
 /// Two periods in noise: a third of the averaged lines are known well, and nothing moves in a rhythm.
 TEST(Tensioner, AutoStaysWithAveragesThatTellEnough) {
-  auto c = reproduction::shipped_experiment("three_mass_tensioner");
+  auto c = io::shipped_experiment("three_mass_tensioner");
   for (std::uint64_t seed = 1; seed <= 4; ++seed) {
     SCOPED_TRACE(seed);
     c.run.seed = seed;
@@ -73,7 +73,7 @@ TEST(Tensioner, AutoStaysWithAveragesThatTellEnough) {
 
 /// A controller that the record shows but for noise on the input is uncertain, and so are its margins.
 TEST(OwnController, ItsErrorIsInTheMargins) {
-  auto c = reproduction::shipped_experiment("vi_prbs_a");
+  auto c = io::shipped_experiment("vi_prbs_a");
   c.run.duration_s = 8.0;
   double squares = 0.0;
   constexpr int kSeeds = 8;
@@ -95,7 +95,7 @@ TEST(OwnController, ItsErrorIsInTheMargins) {
 /// Where the record does not excite the crossover the controller is extrapolated: no error bars, and a
 /// finding.
 TEST(OwnController, MarginsBeyondTheExcitedBandHaveNoErrorBars) {
-  const auto run = test::simulated(reproduction::shipped_experiment("v_tooth_chirp_near"));
+  const auto run = test::simulated(io::shipped_experiment("v_tooth_chirp_near"));
   const auto result = test::identified(run.record, {});
   ASSERT_TRUE(result.loop);
   EXPECT_FALSE(result.loop->phase_margin_std_deg);
@@ -106,7 +106,7 @@ TEST(OwnController, MarginsBeyondTheExcitedBandHaveNoErrorBars) {
 /// Lines of a local polynomial that a two-mass model misses in a smooth way are not repeated by independent
 /// noise.
 TEST(Tensioner, NoBootstrapWhereRepetitionsWouldPromiseTooMuch) {
-  const auto run = test::simulated(reproduction::shipped_experiment("three_mass_tensioner"));
+  const auto run = test::simulated(io::shipped_experiment("three_mass_tensioner"));
   identification::Options options;
   options.method = identification::Method::local_polynomial;
   options.bootstrap = 20;

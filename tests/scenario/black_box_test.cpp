@@ -6,7 +6,7 @@
 #include <experiments.hpp>
 #include <resonid/base/constants.hpp>
 #include <resonid/diagnostics/margins.hpp>
-#include <resonid/identification/figures.hpp>
+#include <resonid/identification/detail/figures.hpp>
 
 namespace resonid {
 namespace {

@@ -3,7 +3,7 @@
 // can be found.
 #include <experiments.hpp>
 #include <nlohmann/json.hpp>
-#include <resonid/plant/white_noise.hpp>
+#include <resonid/plant/detail/white_noise.hpp>
 #include <resonid/report/json.hpp>
 
 namespace resonid {

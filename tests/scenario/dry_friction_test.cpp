@@ -4,7 +4,7 @@
 #include <cmath>
 #include <experiments.hpp>
 #include <resonid/fit/output_error.hpp>
-#include <resonid/reproduction/experiments.hpp>
+#include <resonid/io/shipped_experiments.hpp>
 
 namespace resonid {
 namespace {
@@ -137,7 +137,7 @@ TEST(DryFriction, IsExactWithoutNoise) {
 
 /// Machines in motion: the averages over periods of the excitation take the motion for noise.
 TEST(MachinesInMotion, ServoAxisWithLimitsAndFriction) {
-  const auto c = reproduction::shipped_experiment("servo_cascade");
+  const auto c = io::shipped_experiment("servo_cascade");
   const auto result = test::identified(test::simulated(c).record, {});
   EXPECT_EQ(result.method, "local-polynomial");
   ASSERT_TRUE(result.model && result.model->coulomb_friction);
@@ -152,7 +152,7 @@ TEST(MachinesInMotion, ServoAxisWithLimitsAndFriction) {
 
 /// Stribeck friction on both sides, sticking at every reversal: what is fitted is simpler.
 TEST(MachinesInMotion, ReversalsWithFriction) {
-  const auto c = reproduction::shipped_experiment("friction_reversal");
+  const auto c = io::shipped_experiment("friction_reversal");
   const auto result = test::identified(test::simulated(c).record, {});
   ASSERT_TRUE(result.model && result.model->coulomb_friction);
   const auto& drive = result.model->drive;

@@ -95,7 +95,7 @@ TEST(InstrumentalTracking, FollowsASlowResonance) {
   Errors errors, normalized;
   for (const double stiffer : {0.7, 1.03, 1.3})
     for (std::uint64_t seed = 1; seed <= 7; ++seed) {
-      auto c = reproduction::shipped_experiment("i_prbs");
+      auto c = io::shipped_experiment("i_prbs");
       c.run.seed = 40 + seed;
       const auto run = run_loop(c);
       c.drive.stiffness *= stiffer;

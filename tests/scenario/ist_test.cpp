@@ -7,9 +7,9 @@
 #include <numbers>
 #include <numeric>
 #include <recordings.hpp>
-#include <resonid/fit/order_selection.hpp>
+#include <resonid/fit/detail/order_selection.hpp>
 #include <resonid/io/record_reader.hpp>
-#include <resonid/response/power_spectrum.hpp>
+#include <resonid/response/detail/power_spectrum.hpp>
 
 namespace resonid {
 namespace {

@@ -25,7 +25,7 @@ TEST(PhysicalFit, HalfASecondOfPrbsFindsItsOwnStart) {
 }
 
 TEST(PhysicalFit, WithoutNoiseTheResponseIsExactAndWithItNearTheBound) {
-  auto c = reproduction::shipped_experiment("vi_chirp_a");
+  auto c = io::shipped_experiment("vi_chirp_a");
   std::vector<double> grid;
   for (double f = 2.0; f <= 33.0; f += 1.0) grid.push_back(f);
   const auto error = [&](double noise, std::uint64_t seed) {
@@ -48,7 +48,7 @@ TEST(PhysicalFit, WithoutNoiseTheResponseIsExactAndWithItNearTheBound) {
 
 /// Noise 1 rad/s and three times the gain, where direct spectral analysis tends to -1/C.
 TEST(PhysicalFit, PredictorsAreFourTimesBetterThanDirectSpectraInATightLoop) {
-  auto c = reproduction::shipped_experiment("vi_prbs_a");
+  auto c = io::shipped_experiment("vi_prbs_a");
   c.measurement.noise_rms = 1.0;
   c.controller.gain *= 3.0;
   std::vector<double> grid;

@@ -4,7 +4,7 @@
 
 #include <cmath>
 #include <physical_tracking.hpp>
-#include <resonid/reproduction/experiments.hpp>
+#include <resonid/io/shipped_experiments.hpp>
 #include <string>
 
 namespace resonid {
@@ -17,7 +17,7 @@ constexpr double kFastDrift = 0.3;   // cart at 0.38 m/s
 TEST(PhysicalTrackerScenario, FollowsTheSlowCartWithoutLagAndWhateverTheLoad) {
   for (const auto& [name, most] : {std::pair<const char*, double>{"ii_iii_tooth_prbs", 0.18},
                                    std::pair<const char*, double>{"ii_iii_tooth_prbs_2ms", 0.20}}) {
-    auto experiment = reproduction::shipped_experiment(name);
+    auto experiment = io::shipped_experiment(name);
     ASSERT_EQ(experiment.measurement.noise_rms, 0.1);
     const auto error = test::tooth_belt_error(experiment, kSlowDrift, 1.0, kSeeds);
     EXPECT_LT(error.rms_percent, most) << name;
@@ -32,7 +32,7 @@ TEST(PhysicalTrackerScenario, FollowsTheSlowCartWithoutLagAndWhateverTheLoad) {
 }
 
 TEST(PhysicalTrackerScenario, FollowsTheFastCart) {
-  auto experiment = reproduction::shipped_experiment("v_tooth_multisine");
+  auto experiment = io::shipped_experiment("v_tooth_multisine");
   experiment.measurement.noise_rms = 0.1;
   const auto error = test::tooth_belt_error(experiment, kFastDrift, experiment.motion.wait_s + 0.2, kSeeds);
   EXPECT_LT(error.rms_percent, 0.30);
@@ -51,19 +51,19 @@ void expect_near_bound(const test::ParameterScatter& s, const std::array<double,
 }
 
 TEST(PhysicalTrackerScenario, ComesToTheBoundInOneSweepFromNear) {
-  const auto experiment = reproduction::shipped_experiment("vi_chirp_a");
+  const auto experiment = io::shipped_experiment("vi_chirp_a");
   expect_near_bound(test::parameter_scatter(experiment, 0.1, 0.2, kSeeds), test::kSweepBoundSystem2);
 }
 
 TEST(PhysicalTrackerScenario, ComesToTheBoundInOneSweepFromFar) {
-  const auto experiment = reproduction::shipped_experiment("vi_chirp_b");
+  const auto experiment = io::shipped_experiment("vi_chirp_b");
   expect_near_bound(test::parameter_scatter(experiment, 0.3, 1.0, kSeeds), test::kSweepBoundSystem3);
 }
 
 /// Noise of 1 rad/s and three times the gain: what goes round the loop is as large as the excitation, and
 /// equation-error estimates from u and y are biased by more than their error bars.
 TEST(PhysicalTrackerScenario, IsUnbiasedInATightNoisyLoop) {
-  auto experiment = reproduction::shipped_experiment("vi_prbs_a");
+  auto experiment = io::shipped_experiment("vi_prbs_a");
   experiment.measurement.noise_rms = 1.0;
   experiment.controller.gain *= 3.0;
   const auto s = test::parameter_scatter(experiment, 0.1, 0.2, kSeeds);

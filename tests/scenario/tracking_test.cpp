@@ -5,8 +5,8 @@
 #include <cmath>
 #include <resonid/data/two_mass.hpp>
 #include <resonid/identification/track.hpp>
-#include <resonid/plant/white_noise.hpp>
-#include <resonid/reproduction/experiments.hpp>
+#include <resonid/io/shipped_experiments.hpp>
+#include <resonid/plant/detail/white_noise.hpp>
 
 #include "experiments.hpp"
 #include "track_errors.hpp"
@@ -27,7 +27,7 @@ class ToothBelt : public ::testing::TestWithParam<const char*> {};
 // Nothing that auto picks is off by more than 2 % after the first second: as it is, and where physical is
 // ruled out because a memory is wanted.
 TEST_P(ToothBelt, WhatAutoPicksIsNeverOffByMoreThanTwoPerCent) {
-  auto config = reproduction::shipped_experiment(GetParam());
+  auto config = io::shipped_experiment(GetParam());
   for (const std::uint64_t seed : {301U, 303U, 306U}) {
     config.run.seed = seed;
     const auto simulation = test::simulated(config);
@@ -53,7 +53,7 @@ INSTANTIATE_TEST_SUITE_P(SampleTimes, ToothBelt,
 
 // The recursions that are locally unstable there say so, are not trusted, and are not what auto takes.
 TEST(Tracking, UnstableRecursionsAreNotTrusted) {
-  const auto config = reproduction::shipped_experiment("ii_iii_tooth_prbs_2ms");
+  const auto config = io::shipped_experiment("ii_iii_tooth_prbs_2ms");
   const auto simulation = test::simulated(config);
   auto options = test::known_to_track(config);
   for (const auto method : {TrackMethod::output_error, TrackMethod::closed_loop_output_error}) {
@@ -70,7 +70,7 @@ TEST(Tracking, UnstableRecursionsAreNotTrusted) {
 
 // A belt that loosens stays trusted while it does, however far apart the rows are.
 TEST(Tracking, TrustDoesNotDependOnTheDistanceOfTheRows) {
-  const auto config = reproduction::shipped_experiment("belt_loosens");
+  const auto config = io::shipped_experiment("belt_loosens");
   const auto simulation = test::simulated(config);
   auto options = test::known_to_track(config);
   for (const std::size_t every : {1U, 25U, 100U}) {
@@ -83,7 +83,7 @@ TEST(Tracking, TrustDoesNotDependOnTheDistanceOfTheRows) {
 
 // On the described time the instrumental variables have no lag: with raw time they have.
 TEST(Tracking, DescribedTimeTakesTheLagOut) {
-  const auto config = reproduction::shipped_experiment("ii_iii_tooth_prbs");
+  const auto config = io::shipped_experiment("ii_iii_tooth_prbs");
   const auto simulation = test::simulated(config);
   auto options = test::known_to_track(config);
   options.method = TrackMethod::instrumental_variables;
@@ -96,7 +96,7 @@ TEST(Tracking, DescribedTimeTakesTheLagOut) {
 }
 
 TEST(Tracking, PublicationVIsSlidingDftAndPhysicalTracker) {
-  const auto config = reproduction::shipped_experiment("v_tooth_multisine");
+  const auto config = io::shipped_experiment("v_tooth_multisine");
   const auto simulation = test::simulated(config);
   TrackOptions options;
   options.common.delay_s = config.measurement.delay_s;
@@ -154,7 +154,7 @@ TEST(Tracking, WithoutExcitationTheEstimateIsHeldAndNotTrusted) {
 
 // Rows may be too many to be kept: every one is handed out, a few are kept.
 TEST(Tracking, RowsAreHandedOutAndThinned) {
-  auto config = reproduction::shipped_experiment("ii_iii_tooth_prbs");
+  auto config = io::shipped_experiment("ii_iii_tooth_prbs");
   config.run.duration_s = 8.0;
   const auto simulation = test::simulated(config);
   auto options = test::known_to_track(config);

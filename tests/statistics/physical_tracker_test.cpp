@@ -5,7 +5,7 @@
 
 #include <cmath>
 #include <physical_tracking.hpp>
-#include <resonid/reproduction/experiments.hpp>
+#include <resonid/io/shipped_experiments.hpp>
 #include <string>
 
 namespace resonid {
@@ -14,7 +14,7 @@ namespace {
 constexpr std::uint64_t kSeeds = 400;
 
 void expect_efficient(const char* name, double least, double most, const std::array<double, 5>& bound) {
-  const auto s = test::parameter_scatter(reproduction::shipped_experiment(name), least, most, kSeeds);
+  const auto s = test::parameter_scatter(io::shipped_experiment(name), least, most, kSeeds);
   for (std::size_t i = 0; i < 5; ++i) {
     const double ratio = s.rms_percent[i] / bound[i];
     testing::Test::RecordProperty("rmse_over_bound_" + std::to_string(i), std::to_string(ratio));
@@ -32,7 +32,7 @@ TEST(PhysicalTrackerStatistics, System2FromTenToTwentyPercentOff) {
 
 /// Twice off, system 2, whose resonance comes late in the sweep: hardly ever does the filter settle wrongly.
 TEST(PhysicalTrackerStatistics, System2FromThirtyToAHundredPercentOff) {
-  const auto s = test::parameter_scatter(reproduction::shipped_experiment("vi_chirp_a"), 0.3, 1.0, kSeeds);
+  const auto s = test::parameter_scatter(io::shipped_experiment("vi_chirp_a"), 0.3, 1.0, kSeeds);
   RecordProperty("astray", std::to_string(s.astray));
   EXPECT_LE(s.astray, 2U);  // one was seen
 }

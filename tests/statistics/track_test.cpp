@@ -2,7 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <resonid/reproduction/experiments.hpp>
+#include <resonid/io/shipped_experiments.hpp>
 
 #include "experiments.hpp"
 #include "track_errors.hpp"
@@ -24,7 +24,7 @@ class TwentySeeds : public ::testing::TestWithParam<Case> {};
 
 TEST_P(TwentySeeds, ErrorOfTheResonance) {
   const Case& c = GetParam();
-  auto config = reproduction::shipped_experiment(c.experiment);
+  auto config = io::shipped_experiment(c.experiment);
   double squares = 0.0, greatest = 0.0;
   constexpr int kSeeds = 20;
   for (int seed = 1; seed <= kSeeds; ++seed) {

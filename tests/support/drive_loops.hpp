@@ -3,11 +3,11 @@
 
 #include <cmath>
 #include <limits>
+#include <resonid/io/shipped_experiments.hpp>
 #include <resonid/online/models/discrete_model.hpp>
 #include <resonid/online/models/instrumental_variables.hpp>
 #include <resonid/online/models/modes.hpp>
 #include <resonid/plant/experiment.hpp>
-#include <resonid/reproduction/experiments.hpp>
 #include <stdexcept>
 #include <vector>
 
@@ -62,14 +62,14 @@ inline LoopRun run_loop(const plant::ExperimentConfig& config) {
 
 /// The tooth belt of Publications II and III, cart at 0.06 m/s.
 inline plant::ExperimentConfig moving_cart(bool fast, double noise, std::uint64_t seed) {
-  auto c = reproduction::shipped_experiment(fast ? "ii_iii_tooth_prbs_2ms" : "ii_iii_tooth_prbs");
+  auto c = io::shipped_experiment(fast ? "ii_iii_tooth_prbs_2ms" : "ii_iii_tooth_prbs");
   c.measurement.noise_rms = noise;
   c.run.seed = seed;
   return c;
 }
 /// The model with which estimators of the moving cart begin: the belt at 0.6 m.
 inline online::DiscreteModel<double, 3> cart_at_middle(bool fast) {
-  auto c = reproduction::shipped_experiment("ii_tooth_standstill");
+  auto c = io::shipped_experiment("ii_tooth_standstill");
   c.motion.from = 0.6;
   c.run.sample_rate_hz = fast ? 500.0 : 250.0;
   c.measurement.delay_s = 1.0 / c.run.sample_rate_hz;
@@ -80,7 +80,7 @@ inline online::DiscreteModel<double, 3> cart_at_middle(bool fast) {
 /// that does not change by itself being shaken. The stiffness is scaled by `stiffer`, the gain by `tighter`.
 inline plant::ExperimentConfig constant_belt(double sample_rate_hz, double noise, std::uint64_t seed,
                                              double tighter = 1.0, double stiffer = 1.0) {
-  auto c = reproduction::shipped_experiment("ii_tooth_standstill");
+  auto c = io::shipped_experiment("ii_tooth_standstill");
   const double radius = 0.0199, cart = 6.7, pulley = 0.0028, specific = 3.764e5;
   const double in_series = specific / 2.14, beyond = specific / (1.7 - 0.8);
   const double stiffness = specific / 0.8 + beyond * in_series / (beyond + in_series);

@@ -7,7 +7,7 @@
 #include <complex>
 #include <cstdint>
 #include <resonid/base/constants.hpp>
-#include <resonid/online/excitation/phase.hpp>
+#include <resonid/online/excitation/detail/phase.hpp>
 #include <resonid/online/lines/chirp_tracker.hpp>
 #include <resonid/online/lines/line_bank.hpp>
 #include <resonid/online/lines/sliding_dft.hpp>

@@ -6,7 +6,7 @@
 #include <limits>
 #include <memory>
 #include <resonid/plant/closed_loop.hpp>
-#include <resonid/plant/white_noise.hpp>
+#include <resonid/plant/detail/white_noise.hpp>
 #include <stdexcept>
 #include <utility>
 

@@ -8,8 +8,8 @@
 #include <memory>
 #include <random>
 #include <resonid/online/models/physical_tracker.hpp>
+#include <resonid/plant/detail/mass_system.hpp>
 #include <resonid/plant/experiment.hpp>
-#include <resonid/plant/mass_system.hpp>
 #include <stdexcept>
 
 namespace resonid::test {

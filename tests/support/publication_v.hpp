@@ -7,13 +7,13 @@
 #include <complex>
 #include <cstdint>
 #include <memory>
+#include <resonid/io/shipped_experiments.hpp>
 #include <resonid/online/lines/response_tracker.hpp>
 #include <resonid/online/lines/sliding_dft.hpp>
+#include <resonid/online/models/detail/response_fit.hpp>
 #include <resonid/online/models/modes.hpp>
 #include <resonid/online/models/recursive_response_fit.hpp>
-#include <resonid/online/models/response_fit.hpp>
 #include <resonid/plant/experiment.hpp>
-#include <resonid/reproduction/experiments.hpp>
 #include <stdexcept>
 #include <vector>
 
@@ -43,7 +43,7 @@ inline ResonanceErrors resonance_errors(const TrackedTooth& what, std::uint64_t 
   ResonanceErrors errors;
   double count = 0.0;
   for (int s = 0; s < seeds; ++s) {
-    auto config = reproduction::shipped_experiment("v_tooth_multisine");
+    auto config = io::shipped_experiment("v_tooth_multisine");
     config.measurement.noise_rms = 0.1;
     config.run.seed = first_seed + static_cast<std::uint64_t>(s);
     std::vector<double> lines;

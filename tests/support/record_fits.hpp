@@ -4,7 +4,7 @@
 #include <drive_bound.hpp>
 #include <optional>
 #include <resonid/fit/output_error.hpp>
-#include <resonid/reproduction/experiments.hpp>
+#include <resonid/io/shipped_experiments.hpp>
 #include <string_view>
 
 // Physical fits to records alone: the start is found from the record, nothing is told but the delay.
@@ -28,7 +28,7 @@ inline std::optional<fit::OutputErrorFit> fitted_from_scratch(const data::Record
 inline Efficiency efficiency(std::string_view experiment, double from_s, double duration_s,
                              std::uint64_t first, int seeds) {
   Efficiency result;
-  auto c = reproduction::shipped_experiment(experiment);
+  auto c = io::shipped_experiment(experiment);
   c.measurement.noise_rms = 0.1;
   if (duration_s > 0.0) c.run.duration_s = from_s + duration_s;
   std::optional<Eigen::MatrixXd> bound;

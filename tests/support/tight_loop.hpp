@@ -4,8 +4,8 @@
 #include <Eigen/Cholesky>
 #include <drive_bound.hpp>
 #include <resonid/fit/output_error.hpp>
-#include <resonid/plant/white_noise.hpp>
-#include <resonid/reproduction/experiments.hpp>
+#include <resonid/io/shipped_experiments.hpp>
+#include <resonid/plant/detail/white_noise.hpp>
 #include <resonid/response/welch.hpp>
 
 namespace resonid::test {
@@ -19,7 +19,7 @@ struct TightLoopErrors {
 /// Publication VI's PRBS in noise of 1 rad/s under three times the gain, with `input_noise` (Nm, rms) on the
 /// recorded torque, which the drive does not feel: the joint fit against direct spectra.
 inline TightLoopErrors joint_in_tight_loop(double input_noise, std::uint64_t first, int seeds) {
-  auto c = reproduction::shipped_experiment("vi_prbs_a");
+  auto c = io::shipped_experiment("vi_prbs_a");
   c.measurement.noise_rms = 1.0;
   c.controller.gain *= 3.0;
   std::vector<double> grid;

@@ -5,7 +5,7 @@
 #include <array>
 #include <cmath>
 #include <resonid/base/constants.hpp>
-#include <resonid/base/linear_system.hpp>
+#include <resonid/base/detail/linear_system.hpp>
 #include <resonid/online/models/discrete_model.hpp>
 #include <resonid/online/models/positive_real.hpp>
 

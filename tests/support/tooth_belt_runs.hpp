@@ -6,12 +6,12 @@
 #include <cmath>
 #include <cstdint>
 #include <optional>
+#include <resonid/io/shipped_experiments.hpp>
 #include <resonid/online/models/arx.hpp>
 #include <resonid/online/models/closed_loop_output_error.hpp>
 #include <resonid/online/models/modes.hpp>
 #include <resonid/online/models/output_error.hpp>
 #include <resonid/plant/experiment.hpp>
-#include <resonid/reproduction/experiments.hpp>
 #include <stdexcept>
 #include <tooth_belt.hpp>
 #include <vector>
@@ -53,7 +53,7 @@ inline ToothBeltRun tooth_belt_run(plant::ExperimentConfig config, double gain, 
 
 /// At 0.06 m/s, noise 0.1 rad/s, the estimator's start being the machine at 0.6 m as in the golden files.
 inline ToothBeltRun moving_tooth_belt(std::uint64_t seed, double sample_rate_hz) {
-  auto config = reproduction::shipped_experiment("ii_iii_tooth_prbs");
+  auto config = io::shipped_experiment("ii_iii_tooth_prbs");
   config.run.seed = seed;
   config.run.sample_rate_hz = sample_rate_hz;
   return tooth_belt_run(config, 1.0, 0.6);
@@ -62,7 +62,7 @@ inline ToothBeltRun moving_tooth_belt(std::uint64_t seed, double sample_rate_hz)
 /// A machine that stays as the tooth belt is at 0.4 m (a real cart wanders by some millimetres under a PRBS,
 /// and its resonance by some tenths of a per cent), 4 ms, the start a little off.
 inline ToothBeltRun constant_tooth_belt(std::uint64_t seed, double noise, double gain, double duration_s) {
-  auto config = reproduction::shipped_experiment("ii_iii_tooth_prbs");
+  auto config = io::shipped_experiment("ii_iii_tooth_prbs");
   plant::DriveConfig drive;
   drive.driven_inertia = 0.0028;
   drive.load_inertia = 6.7 * 0.0199 * 0.0199;

@@ -2,9 +2,9 @@
 #include <cmath>
 #include <complex>
 #include <new>
+#include <resonid/online/models/detail/response_fit.hpp>
 #include <resonid/online/models/instrumental_variables.hpp>
 #include <resonid/online/models/recursive_response_fit.hpp>
-#include <resonid/online/models/response_fit.hpp>
 
 #include "../define_case.hpp"
 #include "../record.hpp"

@@ -3,7 +3,7 @@
 
 #include <Eigen/Core>
 #include <cmath>
-#include <resonid/base/linear_system.hpp>
+#include <resonid/base/detail/linear_system.hpp>
 
 namespace resonid::data {
 

@@ -8,10 +8,10 @@
 #include <resonid/data/frequency_response.hpp>
 #include <resonid/data/record.hpp>
 #include <resonid/data/transfer_function.hpp>
+#include <resonid/fit/detail/noise_model.hpp>
+#include <resonid/fit/detail/predictor.hpp>
+#include <resonid/fit/detail/uncertain_root.hpp>
 #include <resonid/fit/estimate.hpp>
-#include <resonid/fit/noise_model.hpp>
-#include <resonid/fit/predictor.hpp>
-#include <resonid/fit/uncertain_root.hpp>
 #include <span>
 #include <utility>
 #include <vector>

@@ -7,8 +7,8 @@
 #include <resonid/data/frequency_response.hpp>
 #include <resonid/data/three_mass.hpp>
 #include <resonid/data/transfer_function.hpp>
+#include <resonid/fit/detail/uncertain_root.hpp>
 #include <resonid/fit/estimate.hpp>
-#include <resonid/fit/uncertain_root.hpp>
 #include <span>
 #include <string_view>
 #include <vector>

@@ -5,9 +5,9 @@
 #include <resonid/base/expected.hpp>
 #include <resonid/data/record.hpp>
 #include <resonid/data/transfer_function.hpp>
+#include <resonid/fit/detail/noise_model.hpp>
+#include <resonid/fit/detail/predictor.hpp>
 #include <resonid/fit/drive_model.hpp>
-#include <resonid/fit/noise_model.hpp>
-#include <resonid/fit/predictor.hpp>
 #include <span>
 #include <utility>
 #include <vector>

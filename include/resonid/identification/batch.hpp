@@ -4,7 +4,7 @@
 #include <functional>
 #include <resonid/base/expected.hpp>
 #include <resonid/data/record.hpp>
-#include <resonid/identification/figures.hpp>
+#include <resonid/identification/detail/figures.hpp>
 #include <resonid/identification/identify.hpp>
 #include <span>
 #include <string>

@@ -10,7 +10,7 @@
 #include <resonid/fit/black_box.hpp>
 #include <resonid/fit/drive_model.hpp>
 #include <resonid/fit/output_error.hpp>
-#include <resonid/response/distortion_level.hpp>
+#include <resonid/response/detail/distortion_level.hpp>
 #include <string>
 #include <vector>
 

@@ -4,13 +4,13 @@
 #include <optional>
 #include <resonid/base/expected.hpp>
 #include <resonid/data/record.hpp>
+#include <resonid/diagnostics/detail/residual_dependence.hpp>
 #include <resonid/diagnostics/gap.hpp>
-#include <resonid/diagnostics/residual_dependence.hpp>
 #include <resonid/diagnostics/residuals.hpp>
 #include <resonid/identification/identify.hpp>
 #include <resonid/identification/options.hpp>
 #include <resonid/identification/result.hpp>
-#include <resonid/response/power_spectrum.hpp>
+#include <resonid/response/detail/power_spectrum.hpp>
 #include <string>
 #include <utility>
 #include <vector>

@@ -5,8 +5,8 @@
 #include <optional>
 #include <resonid/base/expected.hpp>
 #include <resonid/data/record.hpp>
+#include <resonid/io/detail/table.hpp>
 #include <resonid/io/error.hpp>
-#include <resonid/io/table.hpp>
 #include <string>
 
 namespace resonid::io {

@@ -6,8 +6,8 @@
 #include <functional>
 #include <limits>
 #include <optional>
-#include <resonid/planning/information.hpp>
-#include <resonid/planning/power_distribution.hpp>
+#include <resonid/planning/detail/information.hpp>
+#include <resonid/planning/detail/power_distribution.hpp>
 #include <string>
 #include <string_view>
 #include <utility>

@@ -3,10 +3,10 @@
 
 #include <memory>
 #include <resonid/base/expected.hpp>
-#include <resonid/plant/controller.hpp>
-#include <resonid/plant/drive.hpp>
-#include <resonid/plant/measurement.hpp>
-#include <resonid/plant/motion.hpp>
+#include <resonid/plant/detail/controller.hpp>
+#include <resonid/plant/detail/drive.hpp>
+#include <resonid/plant/detail/measurement.hpp>
+#include <resonid/plant/detail/motion.hpp>
 
 namespace resonid::plant {
 

@@ -2,9 +2,9 @@
 #pragma once
 
 #include <cstddef>
-#include <resonid/response/distortion_level.hpp>
+#include <resonid/response/detail/distortion_level.hpp>
+#include <resonid/response/detail/realisations.hpp>
 #include <resonid/response/line_estimates.hpp>
-#include <resonid/response/realisations.hpp>
 #include <span>
 #include <vector>
 

@@ -2,7 +2,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <resonid/online/excitation/left_out_lines.hpp>
+#include <resonid/online/excitation/detail/left_out_lines.hpp>
 #include <resonid/online/excitation/multisine.hpp>
 
 namespace resonid::online {

@@ -4,7 +4,7 @@
 #include <bit>
 #include <cstdint>
 #include <limits>
-#include <resonid/online/lines/line_kernels.hpp>
+#include <resonid/online/lines/detail/line_kernels.hpp>
 #include <type_traits>
 
 // What is left is what machines in the field have (SSE4, AVX2, AVX-512, NEON) and a portable form.

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 // Compiled in both precisions, so that the header-only stage is built by every preset, above all by the one
 // without exceptions and RTTI.
+#include <resonid/online/models/detail/model_response.hpp>
 #include <resonid/online/models/discrete_model.hpp>
-#include <resonid/online/models/model_response.hpp>
 #include <resonid/online/models/modes.hpp>
 #include <resonid/online/models/rls.hpp>
 

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 // Compiled in both precisions, so that the header-only stage is built by every preset, above all by the one
 // without exceptions and RTTI.
+#include <resonid/online/models/detail/response_fit.hpp>
 #include <resonid/online/models/recursive_response_fit.hpp>
-#include <resonid/online/models/response_fit.hpp>
 
 namespace resonid::online {
 

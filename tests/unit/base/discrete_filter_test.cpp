@@ -2,7 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <resonid/base/discrete_filter.hpp>
+#include <resonid/base/detail/discrete_filter.hpp>
 #include <type_traits>
 #include <vector>
 

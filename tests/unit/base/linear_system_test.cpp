@@ -2,7 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <golden.hpp>
-#include <resonid/base/linear_system.hpp>
+#include <resonid/base/detail/linear_system.hpp>
 
 namespace resonid {
 namespace {

@@ -3,7 +3,7 @@
 
 #include <cmath>
 #include <resonid/base/constants.hpp>
-#include <resonid/base/discrete_filter.hpp>
+#include <resonid/base/detail/discrete_filter.hpp>
 #include <resonid/data/frequency_response.hpp>
 #include <resonid/data/transfer_function.hpp>
 

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <random>
 #include <resonid/base/constants.hpp>
-#include <resonid/diagnostics/feedback.hpp>
+#include <resonid/diagnostics/detail/feedback.hpp>
 
 namespace resonid::diagnostics {
 namespace {

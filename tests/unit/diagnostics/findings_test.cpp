@@ -3,7 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <resonid/diagnostics/data_findings.hpp>
+#include <resonid/diagnostics/detail/data_findings.hpp>
 
 namespace resonid::diagnostics {
 namespace {

@@ -2,7 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <random>
-#include <resonid/diagnostics/residual_dependence.hpp>
+#include <resonid/diagnostics/detail/residual_dependence.hpp>
 
 namespace resonid::diagnostics {
 namespace {

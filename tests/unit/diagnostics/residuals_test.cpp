@@ -6,7 +6,7 @@
 #include <cmath>
 #include <golden.hpp>
 #include <random>
-#include <resonid/base/discrete_filter.hpp>
+#include <resonid/base/detail/discrete_filter.hpp>
 #include <resonid/diagnostics/residuals.hpp>
 
 namespace resonid::diagnostics {

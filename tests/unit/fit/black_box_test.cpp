@@ -9,7 +9,7 @@
 #include <numbers>
 #include <random>
 #include <resonid/fit/black_box.hpp>
-#include <resonid/fit/order_selection.hpp>
+#include <resonid/fit/detail/order_selection.hpp>
 
 namespace resonid::fit {
 namespace {

@@ -2,7 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <limits>
-#include <resonid/fit/chi_square.hpp>
+#include <resonid/fit/detail/chi_square.hpp>
 
 namespace resonid {
 namespace {

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <random>
-#include <resonid/fit/controller_estimate.hpp>
+#include <resonid/fit/detail/controller_estimate.hpp>
 
 namespace resonid::fit {
 namespace {

@@ -2,7 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <random>
-#include <resonid/fit/noise_model.hpp>
+#include <resonid/fit/detail/noise_model.hpp>
 
 namespace resonid::fit {
 namespace {

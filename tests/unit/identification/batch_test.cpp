@@ -3,7 +3,7 @@
 
 #include <cmath>
 #include <resonid/identification/batch.hpp>
-#include <resonid/identification/cross_validation.hpp>
+#include <resonid/identification/detail/cross_validation.hpp>
 #include <resonid/identification/join.hpp>
 
 #include "experiments.hpp"

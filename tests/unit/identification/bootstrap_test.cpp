@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <resonid/identification/compare.hpp>
-#include <resonid/identification/figures.hpp>
+#include <resonid/identification/detail/figures.hpp>
 #include <set>
 
 #include "experiments.hpp"

@@ -4,8 +4,8 @@
 
 #include <algorithm>
 #include <joined_records.hpp>
-#include <resonid/identification/figures.hpp>
-#include <resonid/plant/white_noise.hpp>
+#include <resonid/identification/detail/figures.hpp>
+#include <resonid/plant/detail/white_noise.hpp>
 
 namespace resonid::identification {
 namespace {

@@ -3,7 +3,7 @@
 #include <unistd.h>
 
 #include <csignal>
-#include <resonid/io/atomic_file.hpp>
+#include <resonid/io/detail/atomic_file.hpp>
 
 #include "temporary_folder.hpp"
 

@@ -6,7 +6,7 @@
 #include <cstdio>
 #include <cstdlib>
 #include <random>
-#include <resonid/io/table.hpp>
+#include <resonid/io/detail/table.hpp>
 
 #include "temporary_folder.hpp"
 

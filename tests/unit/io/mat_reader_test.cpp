@@ -6,8 +6,8 @@
 #include <cstdint>
 #include <cstdlib>
 #include <limits>
+#include <resonid/io/detail/table.hpp>
 #include <resonid/io/record_reader.hpp>
-#include <resonid/io/table.hpp>
 
 #include "temporary_folder.hpp"
 

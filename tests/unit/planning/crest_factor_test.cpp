@@ -3,7 +3,7 @@
 
 #include <cmath>
 #include <resonid/base/constants.hpp>
-#include <resonid/planning/crest_factor.hpp>
+#include <resonid/planning/detail/crest_factor.hpp>
 
 namespace resonid::planning {
 namespace {

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <planned_experiment.hpp>
 #include <resonid/base/constants.hpp>
-#include <resonid/planning/information.hpp>
+#include <resonid/planning/detail/information.hpp>
 
 namespace resonid::planning {
 namespace {

@@ -4,7 +4,7 @@
 #include <Eigen/Cholesky>
 #include <cmath>
 #include <planned_experiment.hpp>
-#include <resonid/planning/power_distribution.hpp>
+#include <resonid/planning/detail/power_distribution.hpp>
 
 namespace resonid::planning {
 namespace {

@@ -5,7 +5,7 @@
 #include <Eigen/LU>
 #include <cmath>
 #include <complex>
-#include <resonid/plant/drive.hpp>
+#include <resonid/plant/detail/drive.hpp>
 #include <vector>
 
 namespace resonid::plant::test {

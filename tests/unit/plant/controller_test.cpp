@@ -5,7 +5,7 @@
 #include <allocation_counter.hpp>
 #include <cmath>
 #include <resonid/base/constants.hpp>
-#include <resonid/plant/controller.hpp>
+#include <resonid/plant/detail/controller.hpp>
 #include <string>
 #include <vector>
 

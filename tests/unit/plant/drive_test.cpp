@@ -2,7 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <golden.hpp>
-#include <resonid/plant/drive.hpp>
+#include <resonid/plant/detail/drive.hpp>
 
 namespace resonid::plant {
 namespace {

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
-#include <resonid/plant/motion.hpp>
+#include <resonid/plant/detail/motion.hpp>
 #include <string>
 #include <vector>
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <gtest/gtest.h>
 
-#include <resonid/plant/white_noise.hpp>
+#include <resonid/plant/detail/white_noise.hpp>
 
 namespace resonid::plant {
 namespace {

@@ -3,7 +3,7 @@
 
 #include <algorithm>
 #include <resonid/io/experiment.hpp>
-#include <resonid/reproduction/experiments.hpp>
+#include <resonid/io/shipped_experiments.hpp>
 #include <sstream>
 #include <string>
 #include <vector>
@@ -12,7 +12,7 @@ namespace resonid::reproduction {
 namespace {
 
 TEST(ShippedExperiments, AreValidAndRun) {
-  const auto all = shipped_experiments();
+  const auto all = io::shipped_experiments();
   ASSERT_GE(all.size(), 9U);
   EXPECT_TRUE(
       std::is_sorted(all.begin(), all.end(), [](const auto& a, const auto& b) { return a.name < b.name; }));
@@ -27,14 +27,14 @@ TEST(ShippedExperiments, AreValidAndRun) {
 }
 
 TEST(ShippedExperiments, AreFoundByName) {
-  EXPECT_EQ(shipped_experiment("iv_multisine_a").drive.damping, 100.0);  // Pub. IV, Table 1
-  EXPECT_EQ(shipped_experiment("iv_multisine_b").drive.stiffness, 3.1e4);
-  EXPECT_EQ(shipped_experiment("iv_multisine_a").excitation.lines_hz.count, 8U);
+  EXPECT_EQ(io::shipped_experiment("iv_multisine_a").drive.damping, 100.0);  // Pub. IV, Table 1
+  EXPECT_EQ(io::shipped_experiment("iv_multisine_b").drive.stiffness, 3.1e4);
+  EXPECT_EQ(io::shipped_experiment("iv_multisine_a").excitation.lines_hz.count, 8U);
 }
 
 /// Lines of an experiment file without comments and blanks.
 std::vector<std::string> settings(std::string_view name) {
-  for (const auto& shipped : shipped_experiments()) {
+  for (const auto& shipped : io::shipped_experiments()) {
     if (shipped.name != name) continue;
     std::istringstream text{std::string(shipped.text)};
     std::vector<std::string> lines;

@@ -4,9 +4,9 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <reproduction/ii_iii_page.hpp>
-#include <reproduction/ii_iii_tracking.hpp>
-#include <resonid/reproduction/experiments.hpp>
+#include <reproduce/ii_iii_page.hpp>
+#include <reproduce/ii_iii_tracking.hpp>
+#include <resonid/io/shipped_experiments.hpp>
 #include <string>
 
 namespace resonid::reproduction::ii_iii {
@@ -17,7 +17,7 @@ constexpr std::uint64_t kSeeds = 3;
 Errors mean_errors(Method method) {
   Errors mean;
   for (std::uint64_t seed = 1; seed <= kSeeds; ++seed) {
-    auto config = shipped_experiment("ii_iii_tooth_prbs");
+    auto config = io::shipped_experiment("ii_iii_tooth_prbs");
     config.run.seed = seed;
     const auto r = run(config, 0.6);
     const auto e = errors(r, track(r, method));
@@ -53,7 +53,7 @@ TEST(TrackedToothBelt, IsFollowedBetterByWhatKnowsMore) {
 }
 
 TEST(TrackedToothBelt, TheReferenceIsTheSimulatedMachine) {
-  const auto r = run(shipped_experiment("ii_tooth_standstill_far"), 0.6);
+  const auto r = run(io::shipped_experiment("ii_tooth_standstill_far"), 0.6);
   const auto& plant = r.simulation.truth.plant;
   const auto model = sampled(r.machine(0.0), r.rate_hz());
   for (std::size_t i = 0; i < 3; ++i) {
@@ -70,10 +70,10 @@ TEST(TrackedToothBelt, TheReferenceIsTheSimulatedMachine) {
 
 // Its correlations: 0.058 of the true model, 0.42 of least squares, 0.23 of OE, 0.19 of CLOE.
 TEST(ValidatedToothBelt, TheMachinePassesAndLeastSquaresFail) {
-  auto config = shipped_experiment("iii_tooth_validation");
+  auto config = io::shipped_experiment("iii_tooth_validation");
   config.run.seed = 77;
   const auto other = run(config, 0.6);
-  const auto tracked = run(shipped_experiment("ii_iii_tooth_prbs"), 0.6);
+  const auto tracked = run(io::shipped_experiment("ii_iii_tooth_prbs"), 0.6);
   const auto machine = validate(truth(tracked), other, false);
   EXPECT_EQ(machine.test.samples, kValidationSamples);
   EXPECT_EQ(machine.test.judged_lags, 4U);

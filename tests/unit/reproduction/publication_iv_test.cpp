@@ -6,7 +6,7 @@
 
 #include <array>
 #include <cmath>
-#include <resonid/reproduction/reproduction.hpp>
+#include <reproduce/reproduction.hpp>
 #include <string>
 #include <vector>
 

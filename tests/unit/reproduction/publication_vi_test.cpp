@@ -6,11 +6,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <reproduction/vi_loop.hpp>
-#include <reproduction/vi_page.hpp>
+#include <reproduce/vi_loop.hpp>
+#include <reproduce/vi_page.hpp>
 #include <resonid/base/constants.hpp>
-#include <resonid/reproduction/experiments.hpp>
-#include <resonid/response/swept_response.hpp>
+#include <resonid/io/shipped_experiments.hpp>
+#include <resonid/response/detail/swept_response.hpp>
 #include <stdexcept>
 #include <string>
 
@@ -472,7 +472,7 @@ TEST_F(Figure10, SimulatesTheTensioner) {
   const std::complex<double> expected[] = {{-0.00893002320431788, -0.42730781156641007},
                                            {0.8147971272153891, -0.19315442461376672},
                                            {-0.0287792199907609, -0.06044332022276075}};
-  const auto g = vi::true_response(shipped_experiment("vi_chirp_tensioner_wide"), grid);
+  const auto g = vi::true_response(io::shipped_experiment("vi_chirp_tensioner_wide"), grid);
   for (std::size_t i = 0; i < grid.size(); ++i)
     EXPECT_LT(std::abs(g.value[i] / expected[i] - 1.0), 1e-9) << grid[i];
 }
@@ -497,7 +497,7 @@ TEST_F(Figure9, ResonancesStandTheGainBetterThanTheCrossover) {
 }
 
 TEST(PublicationVi, TracksAsTheLibraryDoes) {
-  const auto experiment = shipped_experiment("vi_chirp_a");
+  const auto experiment = io::shipped_experiment("vi_chirp_a");
   const auto record = vi::run(experiment, 3);
   const auto given = vi::known(experiment);
   const auto grid = grid_hz(2.0, 33.0, 1.0);

@@ -2,7 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <reproduction/runs.hpp>
+#include <reproduce/runs.hpp>
 #include <resonid/base/constants.hpp>
 
 namespace resonid::reproduction {

@@ -2,7 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <reproduction/spread.hpp>
+#include <reproduce/spread.hpp>
 
 namespace resonid::reproduction {
 namespace {

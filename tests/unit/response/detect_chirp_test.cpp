@@ -5,8 +5,8 @@
 #include <cmath>
 #include <random>
 #include <resonid/online/excitation/excitation.hpp>
-#include <resonid/response/excitation_lines.hpp>
-#include <resonid/response/swept_response.hpp>
+#include <resonid/response/detail/excitation_lines.hpp>
+#include <resonid/response/detail/swept_response.hpp>
 
 #include "bench_fixture.hpp"
 #include "drive_fixture.hpp"

@@ -5,8 +5,8 @@
 #include <random>
 #include <resonid/base/constants.hpp>
 #include <resonid/data/transfer_function.hpp>
+#include <resonid/response/detail/local_rational.hpp>
 #include <resonid/response/local_polynomial.hpp>
-#include <resonid/response/local_rational.hpp>
 
 namespace resonid::response {
 namespace {

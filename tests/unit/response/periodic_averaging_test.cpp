@@ -3,7 +3,7 @@
 
 #include <algorithm>
 #include <recordings.hpp>
-#include <resonid/response/excitation_lines.hpp>
+#include <resonid/response/detail/excitation_lines.hpp>
 #include <resonid/response/periodic_averaging.hpp>
 #include <resonid/response/welch.hpp>
 

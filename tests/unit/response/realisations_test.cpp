@@ -8,8 +8,8 @@
 #include <random>
 #include <resonid/base/constants.hpp>
 #include <resonid/response/best_linear_approximation.hpp>
-#include <resonid/response/detection_lines.hpp>
-#include <resonid/response/excitation_lines.hpp>
+#include <resonid/response/detail/detection_lines.hpp>
+#include <resonid/response/detail/excitation_lines.hpp>
 
 namespace resonid::response {
 namespace {

@@ -4,8 +4,8 @@
 #include <cmath>
 #include <random>
 #include <resonid/plant/experiment.hpp>
-#include <resonid/response/excitation_lines.hpp>
-#include <resonid/response/stepped_sine.hpp>
+#include <resonid/response/detail/excitation_lines.hpp>
+#include <resonid/response/detail/stepped_sine.hpp>
 
 #include "bench_fixture.hpp"
 #include "drive_fixture.hpp"

@@ -2,7 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <golden.hpp>
-#include <resonid/response/swept_response.hpp>
+#include <resonid/response/detail/swept_response.hpp>
 
 #include "drive_fixture.hpp"
 

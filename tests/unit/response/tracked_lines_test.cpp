@@ -3,8 +3,8 @@
 
 #include <golden.hpp>
 #include <recordings.hpp>
+#include <resonid/response/detail/tracked_lines.hpp>
 #include <resonid/response/periodic_averaging.hpp>
-#include <resonid/response/tracked_lines.hpp>
 
 #include "bench_fixture.hpp"
 #include "drive_fixture.hpp"

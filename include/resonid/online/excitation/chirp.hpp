@@ -3,8 +3,8 @@
 
 #include <cstddef>
 #include <resonid/base/expected.hpp>
+#include <resonid/online/excitation/detail/sweep.hpp>
 #include <resonid/online/excitation/metrics.hpp>
-#include <resonid/online/excitation/sweep.hpp>
 #include <span>
 #include <string_view>
 

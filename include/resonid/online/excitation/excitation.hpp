@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <resonid/base/expected.hpp>
 #include <resonid/online/excitation/chirp.hpp>
-#include <resonid/online/excitation/left_out_lines.hpp>
+#include <resonid/online/excitation/detail/left_out_lines.hpp>
 #include <resonid/online/excitation/metrics.hpp>
 #include <resonid/online/excitation/multisine.hpp>
 #include <resonid/online/excitation/prbs.hpp>

@@ -7,8 +7,8 @@
 #include <limits>
 #include <resonid/base/constants.hpp>
 #include <resonid/base/expected.hpp>
-#include <resonid/online/excitation/guarded_excitation_config.hpp>
-#include <resonid/online/excitation/oscillation_growth.hpp>
+#include <resonid/online/excitation/detail/guarded_excitation_config.hpp>
+#include <resonid/online/excitation/detail/oscillation_growth.hpp>
 #include <span>
 #include <string_view>
 #include <type_traits>
@@ -175,4 +175,4 @@ class GuardedExcitation {
 
 }  // namespace resonid::online
 
-#include <resonid/online/excitation/guarded_excitation_impl.hpp>
+#include <resonid/online/excitation/detail/guarded_excitation_impl.hpp>

@@ -7,9 +7,9 @@
 #include <cstdint>
 #include <resonid/base/constants.hpp>
 #include <resonid/base/expected.hpp>
+#include <resonid/online/excitation/detail/phase.hpp>
+#include <resonid/online/excitation/detail/splitmix64.hpp>
 #include <resonid/online/excitation/metrics.hpp>
-#include <resonid/online/excitation/phase.hpp>
-#include <resonid/online/excitation/splitmix64.hpp>
 #include <span>
 #include <string_view>
 

@@ -7,8 +7,8 @@
 #include <cstddef>
 #include <cstdint>
 #include <resonid/base/expected.hpp>
+#include <resonid/online/excitation/detail/phase.hpp>
 #include <resonid/online/excitation/metrics.hpp>
-#include <resonid/online/excitation/phase.hpp>
 #include <span>
 
 namespace resonid::online {

@@ -11,9 +11,9 @@
 #include <optional>
 #include <resonid/base/constants.hpp>
 #include <resonid/base/expected.hpp>
-#include <resonid/online/lines/gain_rule.hpp>
-#include <resonid/online/lines/impulse_figures.hpp>
-#include <resonid/online/lines/sweep.hpp>
+#include <resonid/online/lines/detail/gain_rule.hpp>
+#include <resonid/online/lines/detail/impulse_figures.hpp>
+#include <resonid/online/lines/detail/sweep.hpp>
 #include <type_traits>
 
 namespace resonid::online {

@@ -11,11 +11,11 @@
 #include <optional>
 #include <resonid/base/constants.hpp>
 #include <resonid/base/expected.hpp>
-#include <resonid/online/lines/gain_rule.hpp>
-#include <resonid/online/lines/impulse_figures.hpp>
-#include <resonid/online/lines/line_covariance.hpp>
-#include <resonid/online/lines/line_phase.hpp>
-#include <resonid/online/lines/oscillators.hpp>
+#include <resonid/online/lines/detail/gain_rule.hpp>
+#include <resonid/online/lines/detail/impulse_figures.hpp>
+#include <resonid/online/lines/detail/line_covariance.hpp>
+#include <resonid/online/lines/detail/line_phase.hpp>
+#include <resonid/online/lines/detail/oscillators.hpp>
 #include <span>
 #include <type_traits>
 

@@ -10,10 +10,10 @@
 #include <limits>
 #include <resonid/base/constants.hpp>
 #include <resonid/base/expected.hpp>
-#include <resonid/online/lines/bank_config.hpp>
-#include <resonid/online/lines/impulse_figures.hpp>
-#include <resonid/online/lines/line_kernels.hpp>
-#include <resonid/online/lines/oscillators.hpp>
+#include <resonid/online/lines/detail/bank_config.hpp>
+#include <resonid/online/lines/detail/impulse_figures.hpp>
+#include <resonid/online/lines/detail/line_kernels.hpp>
+#include <resonid/online/lines/detail/oscillators.hpp>
 #include <span>
 #include <type_traits>
 

@@ -5,8 +5,8 @@
 #include <array>
 #include <complex>
 #include <cstddef>
+#include <resonid/online/lines/detail/line_kernels.hpp>
 #include <resonid/online/lines/line_bank.hpp>
-#include <resonid/online/lines/line_kernels.hpp>
 #include <span>
 
 namespace resonid::online {

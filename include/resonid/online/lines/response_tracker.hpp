@@ -11,8 +11,8 @@
 #include <resonid/base/approach.hpp>
 #include <resonid/base/constants.hpp>
 #include <resonid/base/expected.hpp>
-#include <resonid/online/lines/controller_response.hpp>
-#include <resonid/online/lines/plant_noise.hpp>
+#include <resonid/online/lines/detail/controller_response.hpp>
+#include <resonid/online/lines/detail/plant_noise.hpp>
 #include <span>
 
 namespace resonid::online {

@@ -5,10 +5,10 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <resonid/online/models/excitation_gate.hpp>
-#include <resonid/online/models/lag.hpp>
-#include <resonid/online/models/missed_samples.hpp>
-#include <resonid/online/models/regression.hpp>
+#include <resonid/online/models/detail/excitation_gate.hpp>
+#include <resonid/online/models/detail/lag.hpp>
+#include <resonid/online/models/detail/missed_samples.hpp>
+#include <resonid/online/models/detail/regression.hpp>
 #include <type_traits>
 
 namespace resonid::online {

@@ -8,12 +8,12 @@
 #include <cstdint>
 #include <limits>
 #include <resonid/base/expected.hpp>
-#include <resonid/online/models/auxiliary_loop.hpp>
+#include <resonid/online/models/detail/auxiliary_loop.hpp>
+#include <resonid/online/models/detail/instrumental_regressors.hpp>
+#include <resonid/online/models/detail/instrumental_sums.hpp>
+#include <resonid/online/models/detail/instrumental_variables_config.hpp>
+#include <resonid/online/models/detail/missed_samples.hpp>
 #include <resonid/online/models/discrete_model.hpp>
-#include <resonid/online/models/instrumental_regressors.hpp>
-#include <resonid/online/models/instrumental_sums.hpp>
-#include <resonid/online/models/instrumental_variables_config.hpp>
-#include <resonid/online/models/missed_samples.hpp>
 #include <resonid/online/models/modes.hpp>
 #include <type_traits>
 

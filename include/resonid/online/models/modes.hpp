@@ -7,8 +7,8 @@
 #include <complex>
 #include <cstddef>
 #include <limits>
+#include <resonid/online/models/detail/polynomial.hpp>
 #include <resonid/online/models/discrete_model.hpp>
-#include <resonid/online/models/polynomial.hpp>
 #include <type_traits>
 #include <utility>
 

@@ -5,13 +5,13 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <resonid/online/models/damped_gradient.hpp>
-#include <resonid/online/models/excitation_gate.hpp>
-#include <resonid/online/models/lag.hpp>
-#include <resonid/online/models/missed_samples.hpp>
-#include <resonid/online/models/predictor_guard.hpp>
-#include <resonid/online/models/pseudo_linear.hpp>
-#include <resonid/online/models/regression.hpp>
+#include <resonid/online/models/detail/damped_gradient.hpp>
+#include <resonid/online/models/detail/excitation_gate.hpp>
+#include <resonid/online/models/detail/lag.hpp>
+#include <resonid/online/models/detail/missed_samples.hpp>
+#include <resonid/online/models/detail/predictor_guard.hpp>
+#include <resonid/online/models/detail/pseudo_linear.hpp>
+#include <resonid/online/models/detail/regression.hpp>
 
 namespace resonid::online {
 

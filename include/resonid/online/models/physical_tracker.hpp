@@ -8,10 +8,10 @@
 #include <cstdint>
 #include <resonid/base/constants.hpp>
 #include <resonid/base/expected.hpp>
-#include <resonid/online/models/missed_samples.hpp>
-#include <resonid/online/models/physical_config.hpp>
-#include <resonid/online/models/physical_filter.hpp>
-#include <resonid/online/models/physical_run.hpp>
+#include <resonid/online/models/detail/missed_samples.hpp>
+#include <resonid/online/models/detail/physical_config.hpp>
+#include <resonid/online/models/detail/physical_filter.hpp>
+#include <resonid/online/models/detail/physical_run.hpp>
 #include <type_traits>
 
 namespace resonid::online {
@@ -176,4 +176,4 @@ class PhysicalTracker {
 
 }  // namespace resonid::online
 
-#include <resonid/online/models/physical_tracker_impl.hpp>
+#include <resonid/online/models/detail/physical_tracker_impl.hpp>

@@ -9,11 +9,11 @@
 #include <cstdint>
 #include <limits>
 #include <resonid/base/expected.hpp>
+#include <resonid/online/models/detail/lag.hpp>
+#include <resonid/online/models/detail/line_rows.hpp>
+#include <resonid/online/models/detail/response_fit.hpp>
+#include <resonid/online/models/detail/weighted_rows.hpp>
 #include <resonid/online/models/discrete_model.hpp>
-#include <resonid/online/models/lag.hpp>
-#include <resonid/online/models/line_rows.hpp>
-#include <resonid/online/models/response_fit.hpp>
-#include <resonid/online/models/weighted_rows.hpp>
 #include <span>
 #include <type_traits>
 

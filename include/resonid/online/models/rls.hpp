@@ -9,9 +9,9 @@
 #include <cstdint>
 #include <limits>
 #include <optional>
+#include <resonid/base/detail/flushed.hpp>
 #include <resonid/base/expected.hpp>
-#include <resonid/base/flushed.hpp>
-#include <resonid/online/models/ud_factors.hpp>
+#include <resonid/online/models/detail/ud_factors.hpp>
 #include <span>
 #include <type_traits>
 

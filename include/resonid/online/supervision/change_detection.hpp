@@ -7,8 +7,8 @@
 #include <cstdint>
 #include <limits>
 #include <resonid/base/expected.hpp>
-#include <resonid/online/supervision/change_statistics.hpp>
-#include <resonid/online/supervision/learned_baseline.hpp>
+#include <resonid/online/supervision/detail/change_statistics.hpp>
+#include <resonid/online/supervision/detail/learned_baseline.hpp>
 
 namespace resonid::online {
 
@@ -133,4 +133,4 @@ class ChangeDetector {
 
 }  // namespace resonid::online
 
-#include <resonid/online/supervision/change_detection_impl.hpp>
+#include <resonid/online/supervision/detail/change_detection_impl.hpp>

@@ -9,7 +9,7 @@
 #include <random>
 #include <resonid/base/approach.hpp>
 #include <resonid/base/constants.hpp>
-#include <resonid/base/linear_system.hpp>
+#include <resonid/base/detail/linear_system.hpp>
 #include <resonid/data/transfer_function.hpp>
 #include <resonid/data/two_mass.hpp>
 #include <resonid/online/lines/kalman_bank.hpp>

@@ -8,8 +8,8 @@
 #include <cmath>
 #include <cstdint>
 #include <limits>
+#include <resonid/online/models/detail/symmetric_covariance.hpp>
 #include <resonid/online/models/rls.hpp>
-#include <resonid/online/models/symmetric_covariance.hpp>
 
 namespace resonid::online {
 namespace {

@@ -9,11 +9,11 @@
 #include <live_machine.hpp>
 #include <memory>
 #include <random>
-#include <resonid/base/discrete_filter.hpp>
+#include <resonid/base/detail/discrete_filter.hpp>
 #include <resonid/online/models/arx.hpp>
 #include <resonid/online/models/closed_loop_output_error.hpp>
+#include <resonid/online/models/detail/missed_samples.hpp>
 #include <resonid/online/models/instrumental_variables.hpp>
-#include <resonid/online/models/missed_samples.hpp>
 #include <resonid/online/models/output_error.hpp>
 #include <resonid/online/models/physical_tracker.hpp>
 #include <resonid/online/models/recursive_response_fit.hpp>

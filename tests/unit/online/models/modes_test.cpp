@@ -7,7 +7,7 @@
 #include <complex>
 #include <golden.hpp>
 #include <random>
-#include <resonid/online/models/model_response.hpp>
+#include <resonid/online/models/detail/model_response.hpp>
 #include <resonid/online/models/modes.hpp>
 #include <vector>
 

@@ -9,7 +9,7 @@
 #include <limits>
 #include <memory>
 #include <random>
-#include <resonid/base/linear_system.hpp>
+#include <resonid/base/detail/linear_system.hpp>
 #include <resonid/data/two_mass.hpp>
 #include <resonid/online/models/physical_tracker.hpp>
 #include <vector>

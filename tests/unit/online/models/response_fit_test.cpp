@@ -7,9 +7,9 @@
 #include <resonid/base/approach.hpp>
 #include <resonid/online/lines/response_tracker.hpp>
 #include <resonid/online/lines/sliding_dft.hpp>
+#include <resonid/online/models/detail/response_fit.hpp>
 #include <resonid/online/models/modes.hpp>
 #include <resonid/online/models/recursive_response_fit.hpp>
-#include <resonid/online/models/response_fit.hpp>
 #include <vector>
 
 #include "allocation_counter.hpp"

@@ -1,0 +1,146 @@
+// SPDX-License-Identifier: MIT
+#include <fmt/format.h>
+
+#include <CLI/App.hpp>
+#include <algorithm>
+#include <cli/errors.hpp>
+#include <cli/options.hpp>
+#include <cli/output.hpp>
+#include <cli/program.hpp>
+#include <cli/progress.hpp>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <reproduce/reproduction.hpp>
+#include <resonid/io/detail/suggestion.hpp>
+#include <resonid/report/document.hpp>
+#include <string>
+#include <vector>
+
+namespace resonid::cli {
+namespace {
+
+struct ReproduceOptions {
+  std::string name;
+  std::string out;
+  std::string report;
+  std::string markdown;
+  std::string json;
+  std::uint64_t seeds = reproduction::Options{}.seeds;
+};
+
+std::vector<std::string> known_names() {
+  std::vector<std::string> names;
+  for (const auto& entry : reproduction::entries()) names.emplace_back(entry.name);
+  return names;
+}
+
+std::vector<reproduction::Entry> chosen_entries(const std::string& name) {
+  const auto& all = reproduction::entries();
+  if (name.empty()) return all;
+  const auto found =
+      std::find_if(all.begin(), all.end(), [&](const reproduction::Entry& e) { return e.name == name; });
+  if (found != all.end()) return {*found};
+  const auto names = known_names();
+  throw UsageError(fmt::format("NAME: found '{}', required one of {}{}", name, fmt::join(names, ", "),
+                               io::suggestion(name, names)));
+}
+
+/// The command that makes a document, with the option that a copy of it was written by.
+std::string command_of(std::string_view name, const ReproduceOptions& o, std::string_view option = {},
+                       std::string_view path = {}) {
+  const std::string command = fmt::format("resonid reproduce {} --seeds {}", name, o.seeds);
+  return option.empty() ? command : fmt::format("{} {} {}", command, option, path);
+}
+
+report::Document run_entry(const reproduction::Entry& entry, const ReproduceOptions& o, Progress& progress) {
+  progress.stage(fmt::format("running {}", entry.name));
+  reproduction::Options options;
+  options.seeds = o.seeds;
+  options.progress = [&, quarter = 0](double part) mutable {
+    if (const int now = static_cast<int>(4.0 * part); now > quarter && now < 4) {
+      quarter = now;
+      progress.stage(fmt::format("running {}, {} % done", entry.name, 25 * now));
+    }
+  };
+  return entry.run(options);
+}
+
+/// The page of an entry below --out.
+std::string page_of(const reproduction::Entry& entry, const ReproduceOptions& o) {
+  return (std::filesystem::path(o.out) / fmt::format("{}.html", entry.name)).string();
+}
+
+void write_documents(const reproduction::Entry& entry, report::Document document, const ReproduceOptions& o) {
+  const auto with_command = [&](std::string_view option, const std::string& path) -> const report::Document& {
+    document.command = command_of(entry.name, o, option, path);
+    return document;
+  };
+  if (!o.out.empty()) write_output(page_of(entry, o), report::document_page(with_command("--out", o.out)));
+  if (!o.report.empty()) write_output(o.report, report::document_page(with_command("--report", o.report)));
+  if (!o.markdown.empty())
+    write_output(o.markdown, report::document_markdown(with_command("--markdown", o.markdown)));
+  if (!o.json.empty()) write_json(o.json, report::document_json(with_command("--json", o.json)));
+}
+
+void check_options(const ReproduceOptions& o) {
+  if (!o.name.empty()) return;
+  const std::pair<std::string_view, const std::string*> files[] = {
+      {"--report", &o.report}, {"--markdown", &o.markdown}, {"--json", &o.json}};
+  for (const auto& [option, path] : files)
+    if (!path->empty())
+      throw UsageError(fmt::format("{}: required a NAME, one of {}; or --out FOLDER for all", option,
+                                   fmt::join(known_names(), ", ")));
+}
+
+void run_entries(const ReproduceOptions& o) {
+  const bool quiet =
+      standard_output_taken({{"--report", o.report}, {"--markdown", o.markdown}, {"--json", o.json}});
+  refuse_shared_files({}, {{"--report", o.report}, {"--markdown", o.markdown}, {"--json", o.json}});
+  const auto entries = chosen_entries(o.name);
+  check_options(o);
+  if (!o.out.empty()) {
+    std::error_code failed;
+    std::filesystem::create_directories(o.out, failed);
+    if (failed) throw std::runtime_error(fmt::format("--out: '{}': {}", o.out, failed.message()));
+    for (const auto& entry : entries) refuse_unwritable({page_of(entry, o)});
+  }
+  refuse_unwritable({o.report, o.markdown, o.json});
+  Progress progress;
+  std::string separator;
+  for (const auto& entry : entries) {
+    const auto document = run_entry(entry, o, progress);
+    write_documents(entry, document, o);
+    if (!quiet) print(separator + report::document_text(document));
+    separator = "\n";
+  }
+  if (quiet) return;
+  if (!o.out.empty()) print(fmt::format("Pages written to {}\n", o.out));
+  if (!o.report.empty()) print(fmt::format("Page written to {}\n", o.report));
+}
+
+}  // namespace
+}  // namespace resonid::cli
+
+int main(int argc, char** argv) {
+  using namespace resonid;
+  using namespace resonid::cli;
+  CLI::App app("Runs published experiments and sets both figures side by side", "resonid reproduce");
+  std::string names;
+  for (const auto& entry : reproduction::entries())
+    names += fmt::format("\n  {:<4} {}", entry.name, entry.title);
+  app.footer(
+      "Example:\n  resonid reproduce iv --report iv.html\n"
+      "Names:" +
+      names);
+  ReproduceOptions o;
+  app.add_option("NAME", o.name, "which; all when not given")->type_name("");
+  app.add_option("--report", o.report, "self-contained HTML page with the figures' counterparts")
+      ->type_name("FILE");
+  app.add_option("--out", o.out, "a page NAME.html in this folder for every experiment that is run")
+      ->type_name("FOLDER");
+  app.add_option("--markdown", o.markdown, "text and tables ('-': standard output)")->type_name("FILE");
+  app.add_option("--json", o.json, "everything, for machines ('-': standard output)")->type_name("FILE");
+  add_count(app, "--seeds", o.seeds, "noisy runs that means and deviations are taken over, >= 2", 2);
+  app.callback([&o] { run_entries(o); });
+  return run_program(app, argc, argv, false);
+}

@@ -1,0 +1,138 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <resonid/online/models/detail/physical_filter.hpp>
+
+namespace resonid::online {
+
+/// Variance of the output noise, from the innovations e and their expected variance s = h P h^T + r:
+///
+///   r <- r + g (e^2 r/s - r)        g = max(2/(n + 10), 1/memory)
+///
+/// Unbiased once the filter is consistent; samples that tell about the parameters rather than about the noise
+/// hardly weigh. Starts from the output's second differences, which hold the machine's motion as well: too
+/// large a noise only wastes some of the first samples, too small a one makes the filter overconfident.
+template <class Real>
+class NoiseEstimate {
+ public:
+  NoiseEstimate() = default;
+  NoiseEstimate(Real given, Real slowest_gain) noexcept
+      : variance_(given), slowest_gain_(slowest_gain), given_(given > Real(0)) {}
+
+  /// Before the update; y as measured.
+  void see(Real y) noexcept {
+    if (given_ || seen_ >= kFirst) return;
+    if (seen_ >= 2) {
+      const Real second = y - Real(2) * before_ + last_;
+      if (!std::isfinite(second * second)) return;
+      curvature_ += second * second / Real(6);
+      variance_ = std::max(curvature_ / static_cast<Real>(seen_ - 1), kLeast);
+    }
+    last_ = before_;
+    before_ = y;
+    ++seen_;
+  }
+  void learn(Real innovation, Real expected_variance) noexcept {
+    if (given_ || seen_ < kFirst) return;
+    ++learnt_;
+    const Real gain = std::max(Real(2) / (static_cast<Real>(learnt_) + Real(10)), slowest_gain_);
+    variance_ += gain * (innovation * innovation * variance_ / expected_variance - variance_);
+    variance_ = std::max(variance_, kLeast);
+  }
+  /// Keeps the value, but believes in it little.
+  void doubt() noexcept { learnt_ = std::min(learnt_, kDoubted); }
+  [[nodiscard]] bool usable() const noexcept { return given_ || seen_ > 2; }
+  [[nodiscard]] Real variance() const noexcept { return variance_; }
+
+ private:
+  static constexpr std::uint32_t kFirst = 32;
+  static constexpr std::uint64_t kDoubted = 50;
+  static constexpr Real kLeast = Real(1e-30);
+  Real variance_{};
+  Real slowest_gain_{};
+  Real curvature_{};
+  Real last_{};
+  Real before_{};
+  std::uint32_t seen_ = 0;
+  std::uint64_t learnt_ = 0;
+  bool given_ = false;
+};
+
+/// How much faster than expected a drifting stiffness drifts now, from the corrections that it gets:
+///
+///   m <- l m + g e      V <- l^2 V + g^2 s      z^2 = m^2/V      agility = min(max(1, z^2), 100)^2
+///
+/// with g the gain for ln K, e the innovation and s its expected variance. As long as the filter follows, the
+/// corrections are as often up as down and z^2 is about 1; corrections that all go one way say that the
+/// machine has begun to move, or moves otherwise than before. The process noise of the drift rate is
+/// multiplied by it, and so the noise estimate never takes for noise what is lag.
+class TrendWatch {
+ public:
+  TrendWatch() = default;
+  explicit TrendWatch(double keep) noexcept : keep_(keep) {}
+
+  void see(double gain, double innovation, double expected_variance) noexcept {
+    if (!(keep_ > 0.0)) return;
+    sum_ = keep_ * sum_ + gain * innovation;
+    variance_ = keep_ * keep_ * variance_ + gain * gain * expected_variance + kLeast;
+    const double ratio = sum_ * sum_ / variance_;
+    const double factor = std::clamp(ratio, 1.0, kMost);
+    agility_ = factor * factor;
+  }
+  [[nodiscard]] double agility() const noexcept { return agility_; }
+
+ private:
+  static constexpr double kMost = 100.0;
+  static constexpr double kLeast = 1e-60;
+  double keep_ = 0.0;
+  double sum_ = 0.0;
+  double variance_ = 0.0;
+  double agility_ = 1.0;
+};
+
+/// A filter on its way through the samples, with its noise and its likelihood.
+///
+/// An output far from what a filter expects that was right so far is an outlier (a spike of the encoder) and
+/// is left out; several in a row are the machine.
+template <class Real>
+struct PhysicalRun {
+  PhysicalFilter<Real> filter;
+  NoiseEstimate<Real> noise;
+  TrendWatch trend;
+  Real caution{1};            ///< How much more noise is assumed than there is.
+  double misfit = 0.0;        ///< sum of e^2/s + ln s: -2 ln likelihood.
+  double surprise = 1.0;      ///< Mean of e^2/s over the last samples: 1 when all is well.
+  std::uint64_t outputs = 0;  ///< Taken in.
+  std::uint32_t outliers_in_row = 0;
+  static constexpr double kSurpriseGain = 0.005;
+  static constexpr double kCalm = 2.0;            // of surprise: the filter was right so far
+  static constexpr std::uint64_t kKnowing = 200;  // outputs from which on that can be said
+  static constexpr std::uint32_t kOutliersInRow = 3;
+  static constexpr Real kOutlier = Real(10);  // standard deviations
+  static constexpr Real kAbsurd = Real(1e8);  // never taken in: its square would drown everything
+
+  /// y at the state that the filter is in; u: torque that follows.
+  void take_in(Real y, Real u) noexcept {
+    noise.see(y);
+    if (!noise.usable()) return;
+    const bool knowing = outputs >= kKnowing && surprise < kCalm && outliers_in_row < kOutliersInRow;
+    if (!filter.update(y, u, caution * noise.variance(), knowing ? kOutlier : kAbsurd)) {
+      ++outliers_in_row;
+      return;
+    }
+    outliers_in_row = 0;
+    const Real e = filter.innovation();
+    const Real s = filter.innovation_variance();
+    if (caution == Real(1)) noise.learn(e, s);
+    const double ratio = static_cast<double>(e) * static_cast<double>(e) / static_cast<double>(s);
+    misfit += ratio + std::log(static_cast<double>(s));
+    surprise += kSurpriseGain * (ratio - surprise);
+    ++outputs;
+    trend.see(static_cast<double>(filter.stiffness_gain()), static_cast<double>(e), static_cast<double>(s));
+  }
+};
+
+}  // namespace resonid::online
