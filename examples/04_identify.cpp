@@ -49,13 +49,13 @@ int main() {
     return EXIT_FAILURE;
   }
 
-  for (const auto& found : result->resonances)
-    std::cout << (found.anti ? "anti-resonance " : "resonance ") << found.frequency_hz << " Hz +- "
-              << found.std_hz.value_or(0.0) << "\n";
+  for (const auto& found : result->modes)
+    std::cout << found.name() << " " << found.frequency_hz.value << " Hz +- " << found.frequency_hz.std
+              << "\n";
   for (const auto& finding : result->findings) std::cout << finding.meaning << "\n";
 
   const double true_hz = resonid::data::resonance_hz(*simulation->truth.two_mass);
-  const bool right = result->trusted && result->resonances.size() == 2 &&
-                     std::abs(result->resonances.back().frequency_hz - true_hz) < 0.05;
+  const bool right = result->trusted && result->modes.size() == 2 &&
+                     std::abs(result->modes.back().frequency_hz.value - true_hz) < 0.05;
   return right ? EXIT_SUCCESS : EXIT_FAILURE;
 }

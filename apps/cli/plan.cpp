@@ -157,7 +157,7 @@ void read_wishes(PlanOptions& o) {
     if (!share && !(number && *number > 0.0))
       throw UsageError(fmt::format("--accuracy: {}: found '{}', required a number > 0, with % or in its unit",
                                    name, value));
-    o.config.wishes.push_back({name, share ? *share : *number, share.has_value()});
+    o.config.targets.push_back({name, share ? *share : *number, share.has_value()});
   }
 }
 

@@ -83,7 +83,7 @@ void add_excitation_options(CLI::App& verb, MethodOptions& o) {
   add_colons(
       verb, "--chirp", 3, "F0:F1:SECONDS",
       [&k](const std::vector<double>& v) {
-        k.chirp = identification::Chirp{v[0], v[1], v[2]};
+        k.chirp = online::SweepLaw{v[0], v[1], v[2]};
       },
       "the excitation is a linear chirp from the first used sample on; otherwise detected");
   add_lines(

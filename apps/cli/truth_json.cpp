@@ -75,7 +75,7 @@ bool is_accurate(const plant::Truth& truth) {
 
 nlohmann::json resonances_json(const plant::Truth& truth) {
   nlohmann::json list = nlohmann::json::array();
-  const auto add = [&](const std::vector<plant::Mode>& modes, const char* kind) {
+  const auto add = [&](const std::vector<data::UndampedMode>& modes, const char* kind) {
     for (const auto& mode : modes)
       list.push_back({{"kind", kind},
                       {"frequency_hz", mode.frequency_hz},

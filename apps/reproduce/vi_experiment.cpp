@@ -61,7 +61,7 @@ data::TwoMassParameters true_parameters(const plant::ExperimentConfig& experimen
 data::FrequencyResponse published_loop(data::FrequencyResponse response, const Known& known) {
   for (std::size_t i = 0; i < response.lines(); ++i)
     response.value[i] *= known.controller->response(response.frequency_hz[i]);
-  response.standard_deviation.clear();
+  response.std.clear();
   response.coherence.clear();
   return response;
 }

@@ -32,7 +32,7 @@ FrequencyResponse FrequencyResponse::band(double low_hz, double high_hz) const {
     if (frequency_hz[i] < low_hz || frequency_hz[i] > high_hz) continue;
     part.frequency_hz.push_back(frequency_hz[i]);
     part.value.push_back(value[i]);
-    if (!standard_deviation.empty()) part.standard_deviation.push_back(standard_deviation[i]);
+    if (!std.empty()) part.std.push_back(std[i]);
     if (!coherence.empty()) part.coherence.push_back(coherence[i]);
     if (!smoothing.slope.empty()) part.smoothing.slope.push_back(smoothing.slope[i]);
   }
@@ -41,8 +41,8 @@ FrequencyResponse FrequencyResponse::band(double low_hz, double high_hz) const {
   return part;
 }
 
-double confidence_radius(double standard_deviation, double confidence) {
-  return standard_deviation * std::sqrt(-std::log(1.0 - confidence));
+double confidence_radius(double std, double confidence) {
+  return std * std::sqrt(-std::log(1.0 - confidence));
 }
 
 }  // namespace resonid::data

@@ -7,7 +7,7 @@
 
 namespace resonid::data {
 
-std::array<UndampedMode, 2> undamped_modes(const ThreeMassParameters& p, bool held) {
+std::array<UndampedMode, 2> undamped_modes(const ThreeMassParameters& p, bool clamped) {
   Eigen::MatrixXd stiffness(3, 3), damping(3, 3);
   const auto chain = [](double near, double far, Eigen::MatrixXd& m) {
     m << near, -near, 0.0, -near, near + far, -far, 0.0, -far, far;
@@ -19,14 +19,14 @@ std::array<UndampedMode, 2> undamped_modes(const ThreeMassParameters& p, bool he
   scale = scale.cwiseSqrt().cwiseInverse().eval();
   stiffness = (scale.asDiagonal() * stiffness * scale.asDiagonal()).eval();
   damping = (scale.asDiagonal() * damping * scale.asDiagonal()).eval();
-  if (held) {
+  if (clamped) {
     stiffness = stiffness.bottomRightCorner(2, 2).eval();
     damping = damping.bottomRightCorner(2, 2).eval();
   }
   std::array<UndampedMode, 2> modes;
   if (!stiffness.allFinite()) return modes;
   const auto axes = linalg::symmetric_eigenpairs(stiffness);
-  const Eigen::Index first = held ? 0 : 1;  // the free chain turns as a whole
+  const Eigen::Index first = clamped ? 0 : 1;  // the free chain turns as a whole
   for (Eigen::Index i = 0; i < 2; ++i) {
     const double omega = std::sqrt(std::max(0.0, axes.values(first + i)));
     const Eigen::VectorXd shape = axes.vectors.col(first + i);

@@ -106,7 +106,7 @@ double chordal_distance(Complex first, Complex second) {
   return std::abs(first - second) / std::hypot(1.0, std::abs(first)) / std::hypot(1.0, std::abs(second));
 }
 
-fit::Estimate chordal_distance(Complex first, double first_std, Complex second, double second_std) {
+data::Estimate chordal_distance(Complex first, double first_std, Complex second, double second_std) {
   // d|G1-G2| lies along the difference; dk/d|G1| along G1. Both parts of the gradient are real vectors in the
   // plane, and each component of the error has half the variance.
   const double k = chordal_distance(first, second);
@@ -159,10 +159,10 @@ GapCurve gap_curve(const data::FrequencyResponse& first, const data::FrequencyRe
   const double high = std::min(first.frequency_hz.back(), second.frequency_hz.back());
   const auto common = first.band(low, high), other = second.band(low, high);
   const auto& grid = common.lines() <= other.lines() ? common.frequency_hz : other.frequency_hz;
-  const bool known = !first.standard_deviation.empty() && !second.standard_deviation.empty();
+  const bool known = !first.std.empty() && !second.std.empty();
   const auto spread = [](const data::FrequencyResponse& g) {
     data::FrequencyResponse s{g.frequency_hz, {}, {}, {}, {}};
-    for (const double sd : g.standard_deviation) s.value.emplace_back(sd, 0.0);
+    for (const double sd : g.std) s.value.emplace_back(sd, 0.0);
     return s;
   };
   const auto first_spread = spread(first), second_spread = spread(second);
@@ -179,7 +179,7 @@ GapCurve gap_curve(const data::FrequencyResponse& first, const data::FrequencyRe
                  b_std = std::abs(w) * second_spread.at(f).real();
     const auto k = chordal_distance(a, a_std, b, b_std);
     curve.distance.push_back(k.value);
-    curve.standard_deviation.push_back(k.standard_deviation);
+    curve.std.push_back(k.std);
     curve.noise.push_back(std::hypot(a_std, b_std) / std::hypot(1.0, std::abs(a)) /
                           std::hypot(1.0, std::abs(b)));
   }

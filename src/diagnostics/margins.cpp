@@ -24,11 +24,11 @@ std::optional<double> LoopMargins::phase_margin_deg() const {
 
 LoopMargins loop_margins(const data::FrequencyResponse& loop) {
   LoopMargins margins;
-  MarginScan<double> scan;
+  online::MarginScan<double> scan;
   for (std::size_t i = 0; i < loop.lines(); ++i)
     if (scan.step(loop.frequency_hz[i], loop.value[i]))
       margins.crossovers.push_back({scan.newest_crossover_hz(), scan.newest_phase_margin_deg()});
-  const RunningMargins<double>& found = scan.margins();
+  const online::RunningMargins<double>& found = scan.margins();
   margins.worst_phase_margin_deg = present(found.worst_phase_margin_deg);
   margins.modulus_margin = present(found.modulus_margin).value_or(0.0);
   margins.modulus_margin_hz = present(found.modulus_margin_hz).value_or(0.0);
@@ -38,7 +38,7 @@ LoopMargins loop_margins(const data::FrequencyResponse& loop) {
 }
 
 NyquistResonance nyquist_resonance(const data::FrequencyResponse& loop) {
-  const auto found = running_resonance<double>(loop.frequency_hz, loop.value);
+  const auto found = online::running_resonance<double>(loop.frequency_hz, loop.value);
   return {present(found.antiresonance_hz), present(found.resonance_hz)};
 }
 

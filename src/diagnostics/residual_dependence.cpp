@@ -158,8 +158,7 @@ StaticMap static_map(const StaticMapSignals& signals, std::span<const std::size_
   const VectorXd c = to_bins * s;
   map.level = std::move(level);
   map.mean.assign(c.data(), c.data() + c.size());
-  for (Index b = 0; b < b_count; ++b)
-    map.standard_deviation.push_back(std::sqrt(variance) * to_bins.row(b).norm());
+  for (Index b = 0; b < b_count; ++b) map.std.push_back(std::sqrt(variance) * to_bins.row(b).norm());
   map.probability = chance(s.squaredNorm() / variance, static_cast<std::size_t>(to_basis.cols()), freedom);
   map.share = std::max(0.0, s.squaredNorm() - static_cast<double>(s.size()) * variance) / e.squaredNorm();
   return map;

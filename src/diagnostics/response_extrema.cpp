@@ -44,9 +44,8 @@ std::vector<ResponseExtremum> response_extrema(const data::FrequencyResponse& g,
       if (signed_level[i] < signed_level[i - 1] || signed_level[i] <= signed_level[i + 1]) continue;
       const double height = prominence(signed_level, i);
       double needed = least_db;
-      if (!g.standard_deviation.empty())
-        needed =
-            std::max(needed, 3.0 * 8.69 * g.standard_deviation[i] / std::max(std::abs(g.value[i]), 1e-300));
+      if (!g.std.empty())
+        needed = std::max(needed, 3.0 * 8.69 * g.std[i] / std::max(std::abs(g.value[i]), 1e-300));
       if (height < needed) continue;
       const double at = vertex(x[i - 1], level[i - 1], x[i], level[i], x[i + 1], level[i + 1]);
       found.push_back({std::exp(at), minimum, height});

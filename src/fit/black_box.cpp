@@ -205,19 +205,19 @@ class Fitter {
     const double count =
         static_cast<double>(raw_.output.size() - static_cast<std::size_t>(std::count(
                                                      raw_.unused.begin(), raw_.unused.end(), true)));
-    fit_.information = count * std::log(std::max(found_.evaluation.squares / n, 1e-300)) +
-                       (parameters + static_cast<double>(noise_.order())) * std::log(count);
+    fit_.bic = count * std::log(std::max(found_.evaluation.squares / n, 1e-300)) +
+               (parameters + static_cast<double>(noise_.order())) * std::log(count);
     std::vector<bool> seen(raw_.unused);
     seen.resize(raw_.output.size(), false);
     fit_.fit_percent = detail::fit_percent(raw_.output, fit_.residual, seen);
     if (raw_.unused.empty()) return std::move(fit_);
     seen.flip();
-    fit_.held_back_fit_percent = detail::fit_percent(raw_.output, fit_.residual, seen);
+    fit_.holdout_fit_percent = detail::fit_percent(raw_.output, fit_.residual, seen);
     BlackBoxState state = found_.state;
     const auto errors = problem_->residual(state);
-    fit_.held_back.assign(raw_.output.size(), std::numeric_limits<double>::quiet_NaN());
+    fit_.holdout.assign(raw_.output.size(), std::numeric_limits<double>::quiet_NaN());
     for (std::size_t i = 0, k = raw_.output.size() - errors.size(); i < errors.size(); ++i, ++k)
-      if (raw_.unused[k]) fit_.held_back[k] = errors[i];
+      if (raw_.unused[k]) fit_.holdout[k] = errors[i];
     return std::move(fit_);
   }
 
@@ -253,7 +253,7 @@ expected<std::vector<double>, Error> simulation_residual(const data::Record& rec
   BlackBoxConfig same = config;
   same.initial.reset();
   same.start = {};
-  same.held_back.clear();
+  same.holdout.clear();
   same.delay_samples = model.delay_samples;
   same.integrator = r.integrator;
   same.direct_term = r.taps.size() > (r.integrator ? 1 : 0);

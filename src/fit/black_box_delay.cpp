@@ -69,15 +69,15 @@ std::optional<double> sampled_at(const PartialFractions& f) {
 
 }  // namespace
 
-std::optional<Estimate> BlackBoxModel::delay() const {
+std::optional<data::Estimate> BlackBoxModel::delay() const {
   const double ts = transfer_function.sample_time_s, whole = static_cast<double>(delay_samples);
   const bool direct = realisation.taps.size() > (realisation.integrator ? 1 : 0);
-  if (!direct || delay_samples == 0) return Estimate{whole * ts, 0.0};
+  if (!direct || delay_samples == 0) return data::Estimate{whole * ts, 0.0};
   const auto at = sampled_at(partial_fractions(realisation));
   if (!at) return std::nullopt;
   const double deviation = standard_deviation_of(
       [&](const BlackBoxModel& m) { return sampled_at(partial_fractions(m.realisation)).value_or(*at); });
-  return Estimate{(whole - *at) * ts, deviation * ts};
+  return data::Estimate{(whole - *at) * ts, deviation * ts};
 }
 
 BlackBoxModel BlackBoxModel::moved(const Eigen::VectorXd& step) const {

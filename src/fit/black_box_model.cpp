@@ -114,7 +114,7 @@ data::FrequencyResponse BlackBoxModel::response(std::span<const double> frequenc
     const auto& c = realisation.present() ? realisation.covariance : covariance;
     result.frequency_hz.push_back(f);
     result.value.push_back(v.g * std::polar(1.0, -kTwoPi * f * further));
-    result.standard_deviation.push_back(
+    result.std.push_back(
         c.rows() == v.gradient.size() ? std::sqrt(std::max(0.0, total_variance(c, v.gradient))) : 0.0);
   }
   return result;

@@ -102,8 +102,8 @@ expected<Recorded, Error> recorded(const data::Record& record, const BlackBoxCon
   if (const auto error = error_of(record, config)) return unexpected(*error);
   const std::size_t n = record.samples();
   Recorded raw{record.input.samples, record.output.samples, {}, {}, {}, {}};
-  if (!config.held_back.empty()) raw.unused.assign(n, false);
-  for (const auto& [from, to] : config.held_back)
+  if (!config.holdout.empty()) raw.unused.assign(n, false);
+  for (const auto& [from, to] : config.holdout)
     for (std::size_t k = from; k < std::min(to, n); ++k) raw.unused[k] = true;
   if (!usable(raw.output, n) || !varies(raw.output))
     return refuse("record", "needs a finite output that varies");

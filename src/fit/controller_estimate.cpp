@@ -77,7 +77,7 @@ std::optional<BlackBoxFit> best_fit(const data::Record& controller) {
       config.integrator = integrator;
       auto fit = fit_black_box(controller, config);
       if (!fit || !fit->converged || !fit->stable) continue;
-      if (best && fit->information >= best->information) continue;
+      if (best && fit->bic >= best->bic) continue;
       best = std::move(*fit);
       better = true;
     }

@@ -157,7 +157,7 @@ double DriveModel::value(Parameter parameter) const {
   return reference(copy, parameter);
 }
 
-Estimate DriveModel::estimate(Parameter parameter) const {
+data::Estimate DriveModel::estimate(Parameter parameter) const {
   return {value(parameter),
           std::sqrt(covariance(parameter, parameter) < 0.0 ? 0.0 : covariance(parameter, parameter))};
 }
@@ -218,7 +218,7 @@ data::FrequencyResponse DriveModel::response(std::span<const double> frequencies
         const auto& gj = gradient[static_cast<std::size_t>(j)];
         if (!gi.empty() && !gj.empty()) variance += covariance(i, j) * (std::conj(gi[k]) * gj[k]).real();
       }
-    result.standard_deviation.push_back(std::sqrt(std::max(0.0, variance)));
+    result.std.push_back(std::sqrt(std::max(0.0, variance)));
   }
   return result;
 }
@@ -246,9 +246,9 @@ data::TransferFunction DriveModel::transfer_function() const {
   return g;
 }
 
-std::vector<DriveMode> DriveModel::modes() const {
+std::vector<data::Mode> DriveModel::modes() const {
   const auto values = plain_modes(*this);
-  std::vector<DriveMode> result;
+  std::vector<data::Mode> result;
   for (std::size_t i = 0; i < values.size(); ++i) {
     const auto frequency = [i](const DriveModel& m) { return plain_modes(m)[i].mode.frequency_hz; };
     const auto damping = [i](const DriveModel& m) { return plain_modes(m)[i].mode.damping_ratio; };
@@ -259,9 +259,9 @@ std::vector<DriveMode> DriveModel::modes() const {
   return result;
 }
 
-Estimate DriveModel::resonance() const { return modes().at(1).frequency_hz; }
+data::Estimate DriveModel::resonance() const { return modes().at(1).frequency_hz; }
 
-Estimate DriveModel::antiresonance() const { return modes().at(0).frequency_hz; }
+data::Estimate DriveModel::antiresonance() const { return modes().at(0).frequency_hz; }
 
 std::vector<UncertainRoot> DriveModel::poles() const { return uncertain_roots(*this, false); }
 

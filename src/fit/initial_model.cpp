@@ -36,7 +36,7 @@ Lines thin(const data::FrequencyResponse& g) {
   for (std::size_t i = 0; i < g.lines(); i += stride) {
     const double magnitude = std::abs(g.value[i]);
     if (!(magnitude > 0.0) || !(g.frequency_hz[i] > 0.0)) continue;
-    const double relative = g.standard_deviation.empty() ? 0.0 : g.standard_deviation[i] / magnitude;
+    const double relative = g.std.empty() ? 0.0 : g.std[i] / magnitude;
     // Lines stand for the width of the logarithmic axis that they cover.
     lines.frequency_hz.push_back(g.frequency_hz[i]);
     lines.log_magnitude.push_back(std::log(magnitude));

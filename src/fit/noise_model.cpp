@@ -18,7 +18,7 @@ NoiseModel fit_noise_model(std::span<const double> residual, std::size_t max_ord
   best.innovation_variance = variance;
   if (!(variance > 0.0)) return best;
   const double penalty = std::log(static_cast<double>(n));
-  double best_information = static_cast<double>(n) * std::log(variance);
+  double best_bic = static_cast<double>(n) * std::log(variance);
   std::vector<double> a = {1.0};
   for (std::size_t p = 1; p <= max_order; ++p) {
     double cross = 0.0, power = 0.0;
@@ -39,9 +39,9 @@ NoiseModel fit_noise_model(std::span<const double> residual, std::size_t max_ord
     a = std::move(next);
     variance *= 1.0 - reflection * reflection;
     if (!(variance > 0.0)) break;
-    const double information = static_cast<double>(n) * std::log(variance) + static_cast<double>(p) * penalty;
-    if (information < best_information) {
-      best_information = information;
+    const double bic = static_cast<double>(n) * std::log(variance) + static_cast<double>(p) * penalty;
+    if (bic < best_bic) {
+      best_bic = bic;
       best.polynomial = a;
       best.innovation_variance = variance;
     }

@@ -23,7 +23,7 @@ double square(double x) { return x * x; }
 /// is that of stretches: two of each part held back.
 void compare(Candidate& s, const Candidate& best,
              const std::vector<std::pair<std::size_t, std::size_t>>& parts) {
-  const auto &own = s.attempt.fit.held_back, &other = best.attempt.fit.held_back;
+  const auto &own = s.attempt.fit.holdout, &other = best.attempt.fit.holdout;
   double sum = 0.0, squares = 0.0, n = 0.0;
   const auto add = [&](std::size_t from, std::size_t to) {
     double mean = 0.0, count = 0.0;
@@ -61,9 +61,9 @@ OrderTrial trial_of(const Attempt& a) {
   t.integrator = a.config.integrator;
   t.converged = a.fit.converged;
   t.stable = a.fit.stable;
-  t.mean_square = mean_square(a.fit.held_back);
-  t.fit_percent = a.fit.held_back_fit_percent;
-  t.information = a.fit.information;
+  t.mean_square = mean_square(a.fit.holdout);
+  t.fit_percent = a.fit.holdout_fit_percent;
+  t.bic = a.fit.bic;
   return t;
 }
 
@@ -71,7 +71,7 @@ bool criterion_has_grown(const std::vector<Candidate>& all) {
   constexpr std::size_t kTimes = 3;
   if (all.size() <= kTimes) return false;
   const auto least = std::min_element(all.begin(), all.end(), [](const Candidate& a, const Candidate& b) {
-    return a.trial.information < b.trial.information;
+    return a.trial.bic < b.trial.bic;
   });
   return static_cast<std::size_t>(all.end() - least) > kTimes;
 }
@@ -91,11 +91,11 @@ expected<BlackBoxFit, Error> whole_fit(const data::Record& record, const Attempt
 
 }  // namespace
 
-double OrderTrial::validation_information(std::size_t held_back) const {
-  return static_cast<double>(held_back) * std::log(std::max(mean_square, 1e-300));
+double OrderTrial::holdout_score(std::size_t holdout) const {
+  return static_cast<double>(holdout) * std::log(std::max(mean_square, 1e-300));
 }
 
-std::vector<std::pair<std::size_t, std::size_t>> held_back_parts(std::size_t samples) {
+std::vector<std::pair<std::size_t, std::size_t>> holdout_parts(std::size_t samples) {
   constexpr std::size_t kParts = 10;
   std::vector<std::pair<std::size_t, std::size_t>> parts;
   for (std::size_t i = 0; i < kParts; ++i)
@@ -106,7 +106,7 @@ std::vector<std::pair<std::size_t, std::size_t>> held_back_parts(std::size_t sam
 expected<OrderSelection, Error> select_order(const data::Record& record, const OrderSelectionConfig& config) {
   if (config.lowest < 1 || config.highest > 20 || config.lowest > config.highest)
     return refuse("highest", "orders must be 1 ... 20, the lowest first", config.highest);
-  const auto parts = held_back_parts(record.samples());
+  const auto parts = holdout_parts(record.samples());
   StructureSearch search(record, config);
   std::vector<Candidate> all;
   std::optional<Error> why_not;
@@ -129,9 +129,9 @@ expected<OrderSelection, Error> select_order(const data::Record& record, const O
     return a.trial.mean_square < b.trial.mean_square;
   });
   OrderSelection selection;
-  selection.held_back = static_cast<std::size_t>(std::count_if(best->attempt.fit.held_back.begin(),
-                                                               best->attempt.fit.held_back.end(),
-                                                               [](double e) { return std::isfinite(e); }));
+  selection.holdout = static_cast<std::size_t>(std::count_if(best->attempt.fit.holdout.begin(),
+                                                             best->attempt.fit.holdout.end(),
+                                                             [](double e) { return std::isfinite(e); }));
   constexpr double kStandardErrors = 2.0, kClearly = 10.0;  // the latter in N ln(mean square)
   // Errors of the size of rounding tell nothing apart.
   double power = 0.0;
@@ -142,8 +142,8 @@ expected<OrderSelection, Error> select_order(const data::Record& record, const O
   for (const auto& s : all) {
     if (is_sound(s.trial) != sound) continue;
     const bool beyond_chance = s.trial.excess > kStandardErrors * s.trial.standard_error + rounding;
-    const double lost = s.trial.validation_information(selection.held_back) -
-                        best->trial.validation_information(selection.held_back);
+    const double lost =
+        s.trial.holdout_score(selection.holdout) - best->trial.holdout_score(selection.holdout);
     if (beyond_chance && lost > kClearly) continue;
     const bool further = search.has_further_delay(s.attempt);
     auto fit = whole_fit(record, s.attempt, config.model, further);

@@ -111,8 +111,8 @@ expected<JointOutputErrorFit, Error> solve(std::span<const data::Record> records
     if (const auto ok = check(record, config); !ok) return unexpected(ok.error());
     auto signals = signals_of(record, config);
     if (!signals) return unexpected(signals.error());
-    if (!config.held_back.empty()) signals->unused.assign(record.samples(), false);
-    for (const auto& [from, to] : config.held_back)
+    if (!config.holdout.empty()) signals->unused.assign(record.samples(), false);
+    for (const auto& [from, to] : config.holdout)
       for (std::size_t k = from; k < std::min(to, record.samples()); ++k) signals->unused[k] = true;
     parts.push_back({&record, std::move(*signals)});
     if (config.coulomb_friction && !both_ways) both_ways = reverses(direction_of(record));

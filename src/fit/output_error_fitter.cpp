@@ -270,7 +270,7 @@ class OutputErrorFitter {
   }
 
   /// What the samples that were held back say of the fit to the others.
-  [[nodiscard]] HeldBackFit judge_held_back(int r) const {
+  [[nodiscard]] HoldoutFit judge_holdout(int r) const {
     DriveSignals rest = part(r).raw;
     double mean = 0.0, count = 0.0, total = 0.0;
     for (std::size_t k = 0; k < rest.output.size(); ++k)
@@ -281,11 +281,10 @@ class OutputErrorFitter {
     rest.unused.flip();
     const auto residual = raw_residual(r, rest);
     const double left = power(residual) * static_cast<double>(residual.size());
-    HeldBackFit judged{residual.size(), total > 0.0 ? 100.0 * (1.0 - std::sqrt(left / total)) : 0.0, 0.0};
+    HoldoutFit judged{residual.size(), total > 0.0 ? 100.0 * (1.0 - std::sqrt(left / total)) : 0.0, 0.0};
     const auto white = with_noise_ ? whitened(rest, part(r).noise) : rest;
     const auto innovations = DriveSimulation(setup_, white).residual(layout_.local(r, x_));
-    judged.information =
-        static_cast<double>(innovations.size()) * std::log(std::max(power(innovations), 1e-300));
+    judged.score = static_cast<double>(innovations.size()) * std::log(std::max(power(innovations), 1e-300));
     return judged;
   }
   [[nodiscard]] double raw_power() const {
@@ -422,7 +421,7 @@ class OutputErrorFitter {
       fit.model.estimated = config_.initial.estimated;
     }
     const auto estimate = [&](int i) {
-      return Estimate{x_[static_cast<std::size_t>(i)], std::sqrt(std::max(0.0, covariance(i, i)))};
+      return data::Estimate{x_[static_cast<std::size_t>(i)], std::sqrt(std::max(0.0, covariance(i, i)))};
     };
     if (dry()) fit.coulomb_friction = estimate(kCommonCoulomb);
     double likelihood = 0.0, noise_orders = 0.0;
@@ -434,13 +433,12 @@ class OutputErrorFitter {
       describe(r, own);
       const double count = static_cast<double>(p.samples), order = static_cast<double>(own.noise.order());
       const double square = records() == 1 ? 2.0 * physical_.cost : p.variance * count;
-      own.information =
-          count * std::log(std::max(square / count, 1e-300)) + (parameters + order) * std::log(n);
+      own.bic = count * std::log(std::max(square / count, 1e-300)) + (parameters + order) * std::log(n);
       likelihood += count * std::log(std::max(square / count, 1e-300));
       noise_orders += order;
       fit.records.push_back(std::move(own));
     }
-    fit.information = likelihood + (parameters + noise_orders) * std::log(n);
+    fit.bic = likelihood + (parameters + noise_orders) * std::log(n);
     if (records() > 1 && !config_.fixed_model) fit.against_others = consistency();
   }
 
@@ -473,7 +471,7 @@ class OutputErrorFitter {
     own.coulomb_friction = fit_.coulomb_friction;
     own.samples = p.samples;
     own.one_direction = config_.coulomb_friction && !dry();
-    if (!p.raw.unused.empty()) own.held_back = judge_held_back(r);
+    if (!p.raw.unused.empty()) own.holdout = judge_holdout(r);
     DriveSignals all = p.raw;
     all.unused.clear();
     own.residual = raw_residual(r, all);

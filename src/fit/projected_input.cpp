@@ -77,7 +77,7 @@ class Regression {
 
 struct Simulation {
   std::vector<double> input;
-  double information = std::numeric_limits<double>::infinity();
+  double bic = std::numeric_limits<double>::infinity();
 };
 
 Simulation simulate(std::span<const double> u, const Channels& channels, int order,
@@ -98,7 +98,7 @@ Simulation simulate(std::span<const double> u, const Channels& channels, int ord
     if (!(left < 1e200)) return s;
   }
   const double n = static_cast<double>(u.size() - static_cast<std::size_t>(order));
-  s.information = n * std::log(std::max(left / n, 1e-300)) + static_cast<double>(theta.size()) * std::log(n);
+  s.bic = n * std::log(std::max(left / n, 1e-300)) + static_cast<double>(theta.size()) * std::log(n);
   return s;
 }
 
@@ -128,10 +128,9 @@ expected<std::vector<double>, Error> projected_input(const data::Record& record)
   for (const double v : u) mean += v / n;
   for (const double v : u) total += (v - mean) * (v - mean);
   // What explains less than the mean does is no model: its order is skipped.
-  best.information = n * std::log(std::max(total / n, 1e-300)) + std::log(n);
+  best.bic = n * std::log(std::max(total / n, 1e-300)) + std::log(n);
   for (int order = 1; order <= highest; order += order < 12 ? 1 : (order < 24 ? 2 : 4))
-    if (auto s = simulate(u, channels, order, regression.solve(order)); s.information < best.information)
-      best = std::move(s);
+    if (auto s = simulate(u, channels, order, regression.solve(order)); s.bic < best.bic) best = std::move(s);
   if (best.input.empty()) return refuse("record", "excitation and reference explain nothing of the input");
   return std::move(best.input);
 }

@@ -89,7 +89,7 @@ double explaining_error(const data::FrequencyResponse& g, const std::vector<Comp
     double sum = 0.0;
     for (std::size_t i = 0; i < g.lines(); ++i) {
       const double bound = e * std::abs(g.value[i]);
-      const double variance = g.standard_deviation[i] * g.standard_deviation[i] + bound * bound;
+      const double variance = g.std[i] * g.std[i] + bound * bound;
       sum += std::norm(g.value[i] - fitted[i]) / std::max(variance, 1e-300);
     }
     return sum / static_cast<double>(g.lines());
@@ -107,11 +107,11 @@ std::vector<double> weights(const data::FrequencyResponse& g, Weighting weightin
   if (weighting == Weighting::none) return w;
   double smallest = std::numeric_limits<double>::infinity();
   for (std::size_t i = 0; i < g.lines(); ++i)
-    if (g.standard_deviation[i] > 0.0) smallest = std::min(smallest, g.standard_deviation[i]);
+    if (g.std[i] > 0.0) smallest = std::min(smallest, g.std[i]);
   if (!std::isfinite(smallest)) smallest = 1e-12 * std::abs(g.value[0]) + 1e-300;
   for (std::size_t i = 0; i < g.lines(); ++i) {
     const double bound = error * std::abs(g.value[i]);
-    const double sd = std::hypot(std::max(g.standard_deviation[i], 1e-3 * smallest), bound);
+    const double sd = std::hypot(std::max(g.std[i], 1e-3 * smallest), bound);
     w[i] = std::sqrt(2.0) / sd;  // each of the two parts has half the variance
   }
   return w;
@@ -228,11 +228,11 @@ struct Fitter {
     const auto fitted = as_measured(lines, fit.model);
     double misfit = 0.0;
     double likelihood = 0.0;
-    const bool known = lines.standard_deviation.size() == lines.lines();
+    const bool known = lines.std.size() == lines.lines();
     for (std::size_t i = 0; i < lines.lines(); ++i) {
       const double error = std::norm(lines.value[i] - fitted[i]);
       if (!known) continue;
-      const double sd = lines.standard_deviation[i];
+      const double sd = lines.std[i];
       const double total = std::max(sd * sd + std::norm(fit.model_error * lines.value[i]), 1e-300);
       misfit += error / std::max(sd * sd, 1e-300);
       likelihood += 2.0 * (std::log(total) + error / total);
@@ -241,7 +241,7 @@ struct Fitter {
     fit.misfit = std::sqrt(misfit / n);
     const double repeated = known_repetition(lines);
     fit.likelihood = likelihood;
-    fit.information = fit.information_for(repeated);
+    fit.bic = fit.bic_for(repeated);
   }
 };
 
@@ -250,7 +250,7 @@ struct Fitter {
 /// found from 0.
 double scanned_delay_s(const data::FrequencyResponse& g, const DriveModel& model) {
   const auto fitted = model.values(g.frequency_hz);
-  const bool known = g.standard_deviation.size() == g.lines();
+  const bool known = g.std.size() == g.lines();
   constexpr double kSoft = 0.3;  // as the first round of the fit
   double best = -std::numeric_limits<double>::infinity();
   double best_s = 0.0;
@@ -260,7 +260,7 @@ double scanned_delay_s(const data::FrequencyResponse& g, const DriveModel& model
     double sum = 0.0;
     for (std::size_t i = 0; i < g.lines(); ++i) {
       const double size = std::abs(g.value[i]);
-      const double relative = known && size > 0.0 ? g.standard_deviation[i] / size : 0.0;
+      const double relative = known && size > 0.0 ? g.std[i] / size : 0.0;
       const double angle = std::arg(fitted[i]) - std::arg(g.value[i]) - kTwoPi * g.frequency_hz[i] * delay_s;
       sum += std::cos(angle) / (kSoft * kSoft + relative * relative);
     }
@@ -279,7 +279,7 @@ double repetition(const data::FrequencyResponse& g, const ResponseFit& fit) {
   std::vector<Complex> e;
   double power = 0.0;
   for (std::size_t i = 0; i < g.lines(); ++i) {
-    const double sd = std::hypot(g.standard_deviation[i], fit.model_error * std::abs(g.value[i]));
+    const double sd = std::hypot(g.std[i], fit.model_error * std::abs(g.value[i]));
     e.push_back((g.value[i] - fitted[i]) / std::max(sd, 1e-300));
     power += std::norm(e.back());
   }
@@ -297,7 +297,7 @@ double repetition(const data::FrequencyResponse& g, const ResponseFit& fit) {
 
 }  // namespace
 
-double ResponseFit::information_for(double lines_per_independent_line) const {
+double ResponseFit::bic_for(double lines_per_independent_line) const {
   const double independent = 2.0 * static_cast<double>(lines) / lines_per_independent_line;
   return likelihood / lines_per_independent_line +
          static_cast<double>(parameters) * std::log(std::max(independent, 2.0));
@@ -312,7 +312,7 @@ expected<ResponseFit, Error> fit_response(const data::FrequencyResponse& respons
   if (lines.lines() < wanted)
     return refuse("response", "needs at least 4 lines (rigid: 2, three masses: 6) in the band",
                   static_cast<double>(lines.lines()));
-  if (config.weighting != Weighting::none && lines.standard_deviation.size() != lines.lines())
+  if (config.weighting != Weighting::none && lines.std.size() != lines.lines())
     return refuse("response", "needs standard deviations for this weighting");
   std::vector<DriveModel> starts;
   if (config.initial)

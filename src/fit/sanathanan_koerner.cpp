@@ -46,15 +46,16 @@ LinearStep solve(const Eigen::MatrixXd& rows, const Eigen::VectorXd& right, bool
           with_covariance ? detail::inverse_normal_matrix(rows) : Eigen::MatrixXd()};
 }
 
-std::vector<Mode> modes(const std::vector<Complex>& roots, double sample_time_s) {
-  std::vector<Mode> result;
+std::vector<data::UndampedMode> modes(const std::vector<Complex>& roots, double sample_time_s) {
+  std::vector<data::UndampedMode> result;
   for (const auto& z : roots) {
     if (!(z.imag() > 1e-9 * std::abs(z))) continue;
     const Complex s = std::log(z) / sample_time_s;
     result.push_back({std::abs(s) / kTwoPi, -s.real() / std::abs(s)});
   }
-  std::sort(result.begin(), result.end(),
-            [](const Mode& a, const Mode& b) { return a.frequency_hz < b.frequency_hz; });
+  std::sort(result.begin(), result.end(), [](const data::UndampedMode& a, const data::UndampedMode& b) {
+    return a.frequency_hz < b.frequency_hz;
+  });
   return result;
 }
 
@@ -70,7 +71,7 @@ expected<RationalFit, Error> fit_sanathanan_koerner(const data::FrequencyRespons
   const auto lines = static_cast<Eigen::Index>(g.lines());
   if (2 * lines < na + nb)
     return refuse("response", "needs at least half as many lines as parameters", static_cast<double>(lines));
-  const bool weighted = g.standard_deviation.size() == g.lines();
+  const bool weighted = g.std.size() == g.lines();
 
   std::vector<double> a(static_cast<std::size_t>(na) + 1, 0.0);
   a[0] = 1.0;
@@ -85,7 +86,7 @@ expected<RationalFit, Error> fit_sanathanan_koerner(const data::FrequencyRespons
       const auto k = static_cast<std::size_t>(i);
       const Complex inverse_z = delays[k];
       const Complex fixed = config.integrator ? 1.0 - inverse_z : Complex(1.0);
-      double weight = weighted ? std::sqrt(2.0) / std::max(g.standard_deviation[k], 1e-300) : 1.0;
+      double weight = weighted ? std::sqrt(2.0) / std::max(g.std[k], 1e-300) : 1.0;
       weight /= std::abs(fixed);
       if (iteration > 0) weight /= std::max(std::abs(evaluate(a, inverse_z)), 1e-12);
       const Complex value = g.value[k] * fixed;
@@ -123,7 +124,7 @@ expected<RationalFit, Error> fit_sanathanan_koerner(const data::FrequencyRespons
   }
   double sum = 0.0;
   for (std::size_t i = 0; i < g.lines(); ++i) {
-    const double sd = weighted ? std::max(g.standard_deviation[i], 1e-300) : 1.0;
+    const double sd = weighted ? std::max(g.std[i], 1e-300) : 1.0;
     sum += std::norm((fit.transfer_function.response(g.frequency_hz[i]) - g.value[i]) / sd);
   }
   fit.misfit = std::sqrt(sum / static_cast<double>(g.lines()));
@@ -133,9 +134,11 @@ expected<RationalFit, Error> fit_sanathanan_koerner(const data::FrequencyRespons
   return fit;
 }
 
-std::vector<Mode> pole_modes(const data::TransferFunction& g) { return modes(g.poles(), g.sample_time_s); }
+std::vector<data::UndampedMode> pole_modes(const data::TransferFunction& g) {
+  return modes(g.poles(), g.sample_time_s);
+}
 
-std::vector<Mode> zero_modes(const data::TransferFunction& g) {
+std::vector<data::UndampedMode> zero_modes(const data::TransferFunction& g) {
   auto numerator = g.numerator;
   while (!numerator.empty() && numerator.front() == 0.0) numerator.erase(numerator.begin());
   if (numerator.size() < 2) return {};

@@ -27,7 +27,7 @@ StructureSearch::StructureSearch(const data::Record& record, const OrderSelectio
     : record_(record), config_(config), base_(config.model) {
   base_.quick = true;
   base_.predictor = Predictor::open_loop;
-  base_.held_back = held_back_parts(record.samples());
+  base_.holdout = holdout_parts(record.samples());
 }
 
 expected<Attempt, Error> StructureSearch::attempted(const BlackBoxConfig& config) const {
@@ -49,7 +49,7 @@ void StructureSearch::try_integrator(Attempt& best) const {
   BlackBoxConfig config = best.config;
   config.integrator = true;
   auto fixed = attempted(config);
-  if (fixed && (fixed->fit.information < best.fit.information || !best.fit.converged || !best.fit.stable))
+  if (fixed && (fixed->fit.bic < best.fit.bic || !best.fit.converged || !best.fit.stable))
     best = std::move(*fixed);
 }
 
@@ -58,7 +58,7 @@ void StructureSearch::try_delay(Attempt& best, std::size_t samples, bool direct)
   config.delay_samples = samples;
   config.direct_term = direct;
   auto attempt = attempted(config);
-  if (attempt && attempt->fit.information < best.fit.information) best = std::move(*attempt);
+  if (attempt && attempt->fit.bic < best.fit.bic) best = std::move(*attempt);
 }
 
 /// Whole samples, from the record's beginning without a noise model: the denominator hardly depends on them.
@@ -67,14 +67,14 @@ std::size_t StructureSearch::rough_delay(const Attempt& known) const {
   const auto part = data::part_of(record_, 0, std::min(kEnough, record_.samples()));
   BlackBoxConfig config = known.config;
   config.noise_model = false;
-  config.held_back.clear();
+  config.holdout.clear();
   double least = 0.0;
   std::size_t best = base_.delay_samples;
   for (const std::size_t further : {0U, 1U, 2U, 3U, 4U, 6U, 8U, 11U, 16U, 22U, 32U, 45U}) {
     config.delay_samples = base_.delay_samples + further;
     const auto fit = fit_black_box(part, config);
-    if (!fit || !fit->model.realisation.present() || (further > 0 && fit->information >= least)) continue;
-    least = fit->information;
+    if (!fit || !fit->model.realisation.present() || (further > 0 && fit->bic >= least)) continue;
+    least = fit->bic;
     best = config.delay_samples;
   }
   return best;
@@ -103,7 +103,7 @@ void StructureSearch::find_delay(Attempt& best) const {
   }
   // The known delay is only given up for one that is clearly better.
   constexpr double kClearly = 10.0;  // in the criterion
-  if (has_further_delay(best) && best.fit.information + kClearly > known.fit.information) best = known;
+  if (has_further_delay(best) && best.fit.bic + kClearly > known.fit.bic) best = known;
 }
 
 expected<Attempt, Error> StructureSearch::of_order(int order) {

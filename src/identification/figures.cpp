@@ -27,12 +27,13 @@ class List {
 
 void put_resonances(const Result& result, List& list) {
   int seen[2] = {0, 0};
-  for (const auto& r : result.resonances) {
+  for (const auto& r : result.modes) {
     const int number = ++seen[r.anti ? 1 : 0];
     const std::string name = fmt::format("{}resonance{}", r.anti ? "anti" : "",
                                          number > 1 ? fmt::format("_{}", number) : std::string());
-    list.put(name + "_hz", "Hz", r.frequency_hz, r.std_hz);
-    list.put(name + "_damping_ratio", "", r.damping_ratio, r.damping_ratio_std);
+    list.put(name + "_hz", "Hz", r.frequency_hz.value, r.frequency_hz.std);
+    if (std::isfinite(r.damping_ratio.value))
+      list.put(name + "_damping_ratio", "", r.damping_ratio.value, r.damping_ratio.std);
   }
 }
 
@@ -49,10 +50,10 @@ void put_parameters(const Result& result, List& list) {
     if (!drive.estimated[static_cast<std::size_t>(i)]) continue;
     const auto name = fit::kParameterNames[static_cast<std::size_t>(i)];
     const auto e = drive.estimate(static_cast<fit::Parameter>(i));
-    list.put(std::string(name), unit_of(name, result.units), e.value, e.standard_deviation);
+    list.put(std::string(name), unit_of(name, result.units), e.value, e.std);
   }
-  const auto put = [&](const char* name, const std::optional<fit::Estimate>& e) {
-    if (e) list.put(name, result.units.torque, e->value, e->standard_deviation);
+  const auto put = [&](const char* name, const std::optional<data::Estimate>& e) {
+    if (e) list.put(name, result.units.torque, e->value, e->std);
   };
   put("coulomb_friction", result.model->coulomb_friction);
   put("offset", result.model->offset);
@@ -74,7 +75,7 @@ std::vector<Figure> figures(const Result& result) {
   if (result.model) put_parameters(result, list);
   if (result.black_box && result.black_box->further_delay) {
     const auto& delay = *result.black_box->further_delay;
-    list.put("delay", "s", delay.value, delay.standard_deviation);
+    list.put("delay", "s", delay.value, delay.std);
   }
   if (result.loop) put_margins(*result.loop, list);
   return list.take();

@@ -43,7 +43,7 @@ LinearSimulation simulate_nearest(const data::TransferFunction& g, std::span<con
     const double variance =
         (left - correction).squaredNorm() / static_cast<double>(std::max<Eigen::Index>(1, n - basis.cols()));
     result.offset =
-        fit::Estimate{weights(0) / scale(0), std::sqrt(std::max(0.0, variance * normal(0, 0))) / scale(0)};
+        data::Estimate{weights(0) / scale(0), std::sqrt(std::max(0.0, variance * normal(0, 0))) / scale(0)};
   }
   return result;
 }

@@ -10,8 +10,8 @@
 namespace resonid::identification::detail {
 
 struct LinearSimulation {
-  std::vector<double> output;           ///< [sample]
-  std::optional<fit::Estimate> offset;  ///< Constant added to the input; absent where it cannot be told.
+  std::vector<double> output;            ///< [sample]
+  std::optional<data::Estimate> offset;  ///< Constant added to the input; absent where it cannot be told.
 };
 
 /// Output of a transfer function for an input, with the initial state, a constant at the input and

@@ -3,10 +3,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <identification/identify/prepare/units.hpp>
 #include <identification/track_plan.hpp>
 #include <identification/track_rows.hpp>
 #include <identification/track_trust.hpp>
-#include <identification/units.hpp>
 #include <resonid/diagnostics/detail/data_findings.hpp>
 
 namespace resonid::identification {
@@ -214,7 +214,7 @@ expected<Track, Error> track(const data::Record& record, const TrackOptions& opt
   result.record = facts_of(record);
   result.units = units;
   result.method = name_of(plan->method);
-  result.approach = detail::name_of(plan->approach);
+  result.approach = name_of(plan->approach);
   result.reason = plan->reason;
   result.known_delay_s = options.common.delay_s;
   result.confidence = options.common.confidence;

@@ -89,7 +89,7 @@ class Sweep final : public OnlineTracker {
     const auto at = [&](auto& v) { return rising ? v.end() : v.begin(); };
     c.frequency_hz.insert(at(c.frequency_hz), f);
     c.value.insert(at(c.value), g);
-    c.standard_deviation.insert(at(c.standard_deviation), deviation());
+    c.std.insert(at(c.std), deviation());
     stale_ = true;
   }
 

@@ -39,7 +39,7 @@ class FixedLines final : public OnlineTracker {
       factor_.push_back(response::velocity_factor(quantity, lines_.frequency_hz(i), 1.0 / sample_rate_hz));
     }
     now_.value.resize(lines_.lines());
-    now_.standard_deviation.resize(lines_.lines());
+    now_.std.resize(lines_.lines());
     online::ResponseFitConfig config;
     config.sample_rate_hz = sample_rate_hz;
     config.frequency_hz = now_.frequency_hz;
@@ -63,7 +63,7 @@ class FixedLines final : public OnlineTracker {
       if (!lines_.settled(i)) continue;
       values[3 * i].value = now_.value[i].real();
       values[3 * i + 1].value = now_.value[i].imag();
-      if (std::isfinite(now_.standard_deviation[i])) values[3 * i + 2].value = now_.standard_deviation[i];
+      if (std::isfinite(now_.std[i])) values[3 * i + 2].value = now_.std[i];
     }
   }
   [[nodiscard]] bool ready() const override { return lines_.ready(); }
@@ -87,8 +87,7 @@ class FixedLines final : public OnlineTracker {
     refresh();
     if (has_model()) return figures_.resonance.deviation / figures_.resonance.value;
     std::vector<double> relative;
-    for (std::size_t i = 0; i < now_.lines(); ++i)
-      relative.push_back(now_.standard_deviation[i] / std::abs(now_.value[i]));
+    for (std::size_t i = 0; i < now_.lines(); ++i) relative.push_back(now_.std[i] / std::abs(now_.value[i]));
     std::erase_if(relative, [](double r) { return std::isnan(r); });
     if (relative.empty()) return kUnknown;
     const auto middle = relative.begin() + static_cast<std::ptrdiff_t>(relative.size() / 2);
@@ -121,13 +120,12 @@ class FixedLines final : public OnlineTracker {
     bool known = true;
     for (std::size_t i = 0; i < now_.lines(); ++i) {
       now_.value[i] = factor_[i] * Complex(lines_.response(i, approach_));
-      now_.standard_deviation[i] = std::abs(factor_[i]) * lines_.standard_deviation(i);
-      known = known && std::isfinite(now_.standard_deviation[i]);
+      now_.std[i] = std::abs(factor_[i]) * lines_.standard_deviation(i);
+      known = known && std::isfinite(now_.std[i]);
     }
     fresh_ = true;
     if (!fit_ || !ready()) return;
-    fit_->step(now_.value,
-               known ? std::span<const double>(now_.standard_deviation) : std::span<const double>());
+    fit_->step(now_.value, known ? std::span<const double>(now_.std) : std::span<const double>());
     if (fit_->ready())
       figures_ = figures_of(online::DiscreteModel<double, 3>(fit_->model()),
                             online::ModelCovariance<double, 3>(fit_->covariance()), sample_rate_hz_);

@@ -2,8 +2,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <identification/identify/prepare/units.hpp>
 #include <identification/track_plan.hpp>
-#include <identification/units.hpp>
 #include <resonid/base/constants.hpp>
 #include <resonid/online/models/physical_tracker.hpp>
 
@@ -97,7 +97,7 @@ class Physical final : public OnlineTracker {
 online::StartingValue starting(const fit::DriveModel& drive, fit::Parameter parameter) {
   const double least = parameter == fit::kDamping ? 0.3 : 0.1;
   const auto e = drive.estimate(parameter);
-  return {e.value, std::clamp(10.0 * e.standard_deviation / std::max(e.value, 1e-300), least, 1.0)};
+  return {e.value, std::clamp(10.0 * e.std / std::max(e.value, 1e-300), least, 1.0)};
 }
 
 }  // namespace

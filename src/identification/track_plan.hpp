@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <identification/measurement.hpp>
+#include <identification/identify/measure/methods.hpp>
 #include <identification/online_tracker.hpp>
 
 namespace resonid::identification::detail {

@@ -87,12 +87,12 @@ void Rows::keep(const Row& row, const LoopFigures& loop) {
   for (std::size_t i = 0; i < columns_.size(); ++i) {
     TrackSeries& series = columns_[i].line ? track_.lines[line++] : track_.parameters[parameter++];
     series.value.push_back(row.reported[i].value);
-    if (columns_[i].deviation) series.standard_deviation.push_back(row.reported[i].deviation);
+    if (columns_[i].deviation) series.std.push_back(row.reported[i].deviation);
   }
   const std::array<OnlineValue, 2> first{row.resonance, row.antiresonance};
   for (std::size_t i = 0; i < first.size(); ++i) {
     track_.figures[i].value.push_back(first[i].value);
-    track_.figures[i].standard_deviation.push_back(first[i].deviation);
+    track_.figures[i].std.push_back(first[i].deviation);
   }
   const auto values = margins(loop);
   for (std::size_t i = 0; has_loop_ && i < values.size(); ++i)

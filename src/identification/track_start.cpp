@@ -29,7 +29,7 @@ Options options_of_part(const TrackOptions& options, const Plan& plan, double se
   o.drop_periods = 0;
   o.progress = nullptr;
   if (plan.sweep && plan.sweep->sweep == online::Sweep::linear && seconds < plan.sweep->duration_s)
-    o.chirp = Chirp{plan.sweep->from_hz, plan.sweep->frequency_hz(seconds), seconds};
+    o.chirp = online::SweepLaw{plan.sweep->from_hz, plan.sweep->frequency_hz(seconds), seconds};
   return o;
 }
 
@@ -39,7 +39,7 @@ std::optional<fit::DriveModel> usable(const Result& result, double seconds) {
   const auto& drive = result.model->drive;
   if (drive.structure != fit::Structure::two_mass) return std::nullopt;
   const auto resonance = drive.resonance();
-  const bool known = resonance.standard_deviation <= kUncertainResonance * resonance.value;
+  const bool known = resonance.std <= kUncertainResonance * resonance.value;
   return known && seconds * resonance.value >= kPeriodsSeen ? std::optional(drive) : std::nullopt;
 }
 

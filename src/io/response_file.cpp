@@ -7,7 +7,7 @@
 namespace resonid::io {
 
 std::string response_csv(const data::FrequencyResponse& response, std::span<const ResponseColumn> further) {
-  const bool with_std = !response.standard_deviation.empty();
+  const bool with_std = !response.std.empty();
   const bool with_coherence = !response.coherence.empty();
   std::string text = "frequency_hz,real,imag";
   if (with_std) text += ",std";
@@ -18,7 +18,7 @@ std::string response_csv(const data::FrequencyResponse& response, std::span<cons
   for (std::size_t i = 0; i < response.lines(); ++i) {
     fmt::format_to(out, "{},{},{}", response.frequency_hz[i], response.value[i].real(),
                    response.value[i].imag());
-    if (with_std) fmt::format_to(out, ",{}", response.standard_deviation[i]);
+    if (with_std) fmt::format_to(out, ",{}", response.std[i]);
     if (with_coherence) fmt::format_to(out, ",{}", response.coherence[i]);
     for (const auto& column : further) fmt::format_to(out, ",{}", column.values[i]);
     text += '\n';

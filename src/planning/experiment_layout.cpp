@@ -23,18 +23,18 @@ Task::Task(const PlanConfig& c)
       drives(possible_drives(c.drive, c.spread)),
       most_samples(
           static_cast<std::size_t>(std::min(kMostSamples, most_time_s(c.limits) * sample_rate_hz + 1e-6))) {
-  for (const auto& wish : c.wishes) names.push_back(wish.figure);
+  for (const auto& target : c.targets) names.push_back(target.figure);
   const auto figures = figures_of(c.drive, names);
   for (std::size_t i = 0; i < names.size(); ++i)
-    wanted.push_back(c.wishes[i].relative ? c.wishes[i].accuracy * std::abs(figures[i].value)
-                                          : c.wishes[i].accuracy);
+    wanted.push_back(c.targets[i].relative ? c.targets[i].accuracy * std::abs(figures[i].value)
+                                           : c.targets[i].accuracy);
   for (const auto& drive : drives) {
     Eigen::MatrixXd gradients = figure_gradients(drive, names);
     const auto own = figures_of(drive, names);
     for (std::size_t i = 0; i < names.size(); ++i)
       gradients.row(static_cast<Eigen::Index>(i)) /=
-          c.wishes[i].relative ? c.wishes[i].accuracy * std::abs(own[i].value) : c.wishes[i].accuracy;
-    wishes.push_back(gradients);
+          c.targets[i].relative ? c.targets[i].accuracy * std::abs(own[i].value) : c.targets[i].accuracy;
+    targets.push_back(gradients);
     noise.push_back(information_of_noise(drive));
   }
   const double most = 0.4 * sample_rate_hz;
@@ -55,8 +55,8 @@ Task::Task(const PlanConfig& c)
   }
 }
 
-Extremes extremes_of(const Task& task, std::span<const double> excitation) {
-  Extremes e;
+PeakValues peaks_of(const Task& task, std::span<const double> excitation) {
+  PeakValues e;
   e.excitation = online::measure(excitation).peak;
   for (const auto& drive : task.drives) {
     const auto motion = simulate(drive, excitation);
@@ -70,7 +70,7 @@ Extremes extremes_of(const Task& task, std::span<const double> excitation) {
   return e;
 }
 
-std::pair<double, std::string> most_used(const Limits& limits, const Extremes& e) {
+std::pair<double, std::string> most_used(const Limits& limits, const PeakValues& e) {
   std::pair<double, std::string> most{0.0, "torque"};
   const auto consider = [&](double use, const char* name) {
     if (use > most.first) most = {use, name};
@@ -84,25 +84,25 @@ std::pair<double, std::string> most_used(const Limits& limits, const Extremes& e
 }
 
 void scale_to_limits(const Task& task, Experiment& x) {
-  const auto extremes = extremes_of(task, x.excitation);
-  const auto [use, name] = most_used(task.config.limits, extremes);
+  const auto peaks = peaks_of(task, x.excitation);
+  const auto [use, name] = most_used(task.config.limits, peaks);
   const double factor = 1.0 / use;
   for (double& v : x.excitation) v *= factor;
   for (double& a : x.line_amplitude) a *= factor;
-  x.extremes = {extremes.excitation * factor, extremes.torque * factor, extremes.torque_rms * factor,
-                extremes.velocity * factor, extremes.stroke * factor};
-  x.amplitude = x.extremes.excitation;
+  x.peaks = {peaks.excitation * factor, peaks.torque * factor, peaks.torque_rms * factor,
+             peaks.velocity * factor, peaks.stroke * factor};
+  x.amplitude = x.peaks.excitation;
   x.binding = name;
   x.crest_factor = online::measure(x.excitation).crest_factor;
 }
 
 namespace {
 
-/// Squares of deviation over wanted deviation, expected over the drives; infinite where unknown. [wish]
+/// Squares of deviation over wanted deviation, expected over the drives; infinite where unknown. [target]
 Eigen::VectorXd squares(const Task& task, const std::vector<RecordInformation>& told, double amplitude) {
   Eigen::VectorXd sum = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(task.names.size()));
   for (std::size_t s = 0; s < told.size(); ++s) {
-    const auto& gradients = task.wishes[s];
+    const auto& gradients = task.targets[s];
     sum += (gradients * told[s].covariance(amplitude)).cwiseProduct(gradients).rowwise().sum();
   }
   sum /= static_cast<double>(told.size());
@@ -123,9 +123,9 @@ void evaluate(const Task& task, Experiment& x) {
   const auto told = informations(task, x.excitation);
   const Eigen::VectorXd square = squares(task, told, 1.0);
   x.figures = figures_of(with_covariance(task.drives.front(), told.front().covariance()));
-  x.wished = figures_of(task.config.drive, task.names);
+  x.targeted = figures_of(task.config.drive, task.names);
   for (std::size_t i = 0; i < task.names.size(); ++i)
-    x.wished[i].standard_deviation = std::sqrt(square(static_cast<Eigen::Index>(i))) * task.wanted[i];
+    x.targeted[i].std = std::sqrt(square(static_cast<Eigen::Index>(i))) * task.wanted[i];
   x.ratio = std::sqrt(square.maxCoeff());
   x.needed_s.reset();
   if (std::isfinite(x.ratio)) x.needed_s = x.duration_s * x.ratio * x.ratio;
@@ -237,7 +237,7 @@ std::optional<std::string> prbs_outside_band(const Task& task) {
 }
 
 Experiment lay_out_prbs(const Task& task, std::size_t samples) {
-  constexpr std::size_t kEnough = 20000;  // to tell which bit length serves the wishes best
+  constexpr std::size_t kEnough = 20000;  // to tell which bit length serves the targets best
   Experiment best;
   for (const std::size_t divider : dividers_of(task)) {
     const bool first = best.excitation.empty();

@@ -19,7 +19,7 @@ using Eigen::VectorXd;
 constexpr double kRelativeStep = 1e-4;  // of central differences: 1e-8 of error
 
 /// Loop of model and controller on a grid as dense as margins need.
-diagnostics::LoopMargins margins_of(const RoughDrive& drive) {
+diagnostics::LoopMargins margins_of(const NominalDrive& drive) {
   constexpr int kPoints = 1200;
   const double rate = 1.0 / drive.model.sample_time_s;
   const double low = 1e-4 * rate, high = 0.499 * rate;
@@ -55,7 +55,7 @@ std::optional<double> mode_value(const fit::DriveModel& model, std::string_view 
   return {};
 }
 
-double value_of(const RoughDrive& drive, std::string_view name) {
+double value_of(const NominalDrive& drive, std::string_view name) {
   if (const int i = parameter_of(name); i >= 0) return drive.model.value(static_cast<fit::Parameter>(i));
   if (const auto mode = mode_value(drive.model, name)) return *mode;
   const auto margins = margins_of(drive);
@@ -75,8 +75,8 @@ std::string unit_of(std::string_view name, bool linear) {
   return name == "phase_margin" ? "deg" : "";
 }
 
-RoughDrive moved(const RoughDrive& drive, int parameter, double by) {
-  RoughDrive other = drive;
+NominalDrive moved(const NominalDrive& drive, int parameter, double by) {
+  NominalDrive other = drive;
   other.model = drive.model.moved(parameter, by);
   return other;
 }
@@ -106,7 +106,7 @@ double noise_density(const fit::NoiseModel& noise, double cycles) {
 }
 
 /// Columns d y/d parameter, then those of initial state and constant torque, whitened.
-MatrixXd sensitivity_columns(const RoughDrive& drive, const std::vector<double>& torque) {
+MatrixXd sensitivity_columns(const NominalDrive& drive, const std::vector<double>& torque) {
   const auto& model = drive.model;
   std::vector<std::vector<double>> columns;
   for (const int i : estimated_of(model)) {
@@ -150,7 +150,7 @@ double scale(const fit::DriveModel& model, int parameter) {
   return model.value(static_cast<fit::Parameter>(parameter));
 }
 
-std::vector<std::string> figure_names(const RoughDrive& drive) {
+std::vector<std::string> figure_names(const NominalDrive& drive) {
   std::vector<std::string> names;
   for (const int i : estimated_of(drive.model))
     names.emplace_back(fit::kParameterNames[static_cast<std::size_t>(i)]);
@@ -166,7 +166,7 @@ std::vector<std::string> figure_names(const RoughDrive& drive) {
   return names;
 }
 
-std::vector<Figure> figures_of(const RoughDrive& drive, const std::vector<std::string>& names,
+std::vector<Figure> figures_of(const NominalDrive& drive, const std::vector<std::string>& names,
                                bool linear_motion) {
   std::vector<Figure> figures;
   const auto wanted = names.empty() ? figure_names(drive) : names;
@@ -187,12 +187,12 @@ std::vector<Figure> figures_of(const RoughDrive& drive, const std::vector<std::s
   return figures;
 }
 
-MatrixXd figure_gradients(const RoughDrive& drive, const std::vector<std::string>& names) {
+MatrixXd figure_gradients(const NominalDrive& drive, const std::vector<std::string>& names) {
   const auto parameters = estimated_of(drive.model);
   MatrixXd gradients(static_cast<Eigen::Index>(names.size()), static_cast<Eigen::Index>(parameters.size()));
   for (std::size_t i = 0; i < parameters.size(); ++i) {
     const double step = kRelativeStep * scale(drive.model, parameters[i]);
-    const RoughDrive plus = moved(drive, parameters[i], step), minus = moved(drive, parameters[i], -step);
+    const NominalDrive plus = moved(drive, parameters[i], step), minus = moved(drive, parameters[i], -step);
     for (std::size_t f = 0; f < names.size(); ++f)
       gradients(static_cast<Eigen::Index>(f), static_cast<Eigen::Index>(i)) =
           (value_of(plus, names[f]) - value_of(minus, names[f])) / (2.0 * kRelativeStep);
@@ -200,7 +200,7 @@ MatrixXd figure_gradients(const RoughDrive& drive, const std::vector<std::string
   return gradients;
 }
 
-MatrixXcd line_sensitivities(const RoughDrive& drive, std::span<const double> frequency_hz) {
+MatrixXcd line_sensitivities(const NominalDrive& drive, std::span<const double> frequency_hz) {
   MatrixXcd lines = response_gradients(drive.model, frequency_hz);
   const auto loop = loop_response(drive, frequency_hz);
   for (std::size_t k = 0; k < frequency_hz.size(); ++k)
@@ -209,7 +209,7 @@ MatrixXcd line_sensitivities(const RoughDrive& drive, std::span<const double> fr
   return lines;
 }
 
-MatrixXd information_of_noise(const RoughDrive& drive) {
+MatrixXd information_of_noise(const NominalDrive& drive) {
   const auto n = static_cast<Eigen::Index>(estimated_of(drive.model).size());
   MatrixXd information = MatrixXd::Zero(n, n);
   if (!drive.controller) return information;
@@ -226,7 +226,7 @@ MatrixXd information_of_noise(const RoughDrive& drive) {
   return information;
 }
 
-double torque_of_noise(const RoughDrive& drive) {
+double torque_of_noise(const NominalDrive& drive) {
   if (!drive.controller) return 0.0;
   constexpr int kPoints = 4000;
   std::vector<double> f;
@@ -239,7 +239,7 @@ double torque_of_noise(const RoughDrive& drive) {
   return std::sqrt(variance);
 }
 
-RecordInformation information_of(const RoughDrive& drive, std::span<const double> excitation,
+RecordInformation information_of(const NominalDrive& drive, std::span<const double> excitation,
                                  const MatrixXd& noise) {
   const MatrixXd x = sensitivity_columns(drive, simulate(drive, excitation).torque);
   return {x.transpose() * x / drive.noise.innovation_variance, static_cast<double>(x.rows()) * noise};
@@ -264,13 +264,13 @@ MatrixXd RecordInformation::covariance(double amplitude) const {
   return inverse.topLeftCorner(n, n);
 }
 
-RoughDrive predicted(const RoughDrive& drive, std::span<const double> excitation) {
+NominalDrive predicted(const NominalDrive& drive, std::span<const double> excitation) {
   return with_covariance(drive, information_of(drive, excitation, information_of_noise(drive)).covariance());
 }
 
-RoughDrive with_covariance(const RoughDrive& drive, const MatrixXd& covariance) {
+NominalDrive with_covariance(const NominalDrive& drive, const MatrixXd& covariance) {
   const auto parameters = estimated_of(drive.model);
-  RoughDrive result = drive;
+  NominalDrive result = drive;
   result.model.covariance.setZero();
   for (std::size_t i = 0; i < parameters.size(); ++i)
     for (std::size_t j = 0; j < parameters.size(); ++j) {

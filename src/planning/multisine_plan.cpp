@@ -44,7 +44,7 @@ class Layout {
     problem.criterion = task_.config.criterion;
     problem.use = uses(crests);
     for (std::size_t s = 0; s < task_.drives.size(); ++s)
-      problem.models.push_back({line_sensitivities(task_.drives[s], grid_hz_), task_.wishes[s]});
+      problem.models.push_back({line_sensitivities(task_.drives[s], grid_hz_), task_.targets[s]});
     const auto distribution = distribute_power(problem);
     plan.grid_hz = grid_hz_;
     plan.grid_power.assign(distribution.power.begin(), distribution.power.end());
@@ -55,7 +55,7 @@ class Layout {
     return of(fewest());
   }
 
-  /// The least whole number of periods that meets the wishes, or as many as the time allows.
+  /// The least whole number of periods that meets the targets, or as many as the time allows.
   [[nodiscard]] Experiment counted(Experiment x) const {
     const std::size_t most = task_.most_samples / period_;
     std::size_t periods = x.periods;
@@ -131,7 +131,7 @@ class Layout {
 
   /// The transient of the first period from rest: what a drive needs while it settles, beyond what it needs
   /// ever after. Few states make it, so a projection on some random combinations of lines holds all of it.
-  void add_start(WaveformProblem& w, const RoughDrive& drive, bool of_torque, Eigen::Index signal) const {
+  void add_start(WaveformProblem& w, const NominalDrive& drive, bool of_torque, Eigen::Index signal) const {
     constexpr Eigen::Index kStates = 16;
     const auto lines = static_cast<Eigen::Index>(grid_hz_.size());
     const auto& steady = w.signals[static_cast<std::size_t>(signal)];
@@ -236,7 +236,7 @@ class Layout {
     };
     for (const double time_s : list) {
       turn(time_s);
-      const double use = most_used(task_.config.limits, extremes_of(task_, samples(2 * period_))).first;
+      const double use = most_used(task_.config.limits, peaks_of(task_, samples(2 * period_))).first;
       if (use < least - 1e-9) {
         least = use;
         best_s = time_s;
@@ -310,7 +310,7 @@ expected<Experiment, Error> plan_multisine(const Task& task, Plan& plan) {
     least_s = std::min(least_s, needed_s);
     candidates.push_back({std::move(layout), std::move(x), std::move(design), needed_s});
   }
-  // Only those are laid out in full length that may be the best; one, where the wishes are out of sight.
+  // Only those are laid out in full length that may be the best; one, where the targets are out of sight.
   const double most_s = static_cast<double>(task.most_samples) / task.sample_rate_hz;
   const double close = least_s > 1.5 * most_s ? 1.0 : 1.4;
   std::optional<Experiment> best;

@@ -35,10 +35,10 @@ expected<void, Error> check(const PlanConfig& c) {
   if (c.period_s && !(*c.period_s * rate >= 16.0 && *c.period_s <= l.time_s))
     return refuse("period_s", "must be at least 16 samples and at most the time", *c.period_s);
   const auto known = figure_names(c.drive);
-  for (const auto& wish : c.wishes) {
-    if (std::find(known.begin(), known.end(), wish.figure) == known.end())
+  for (const auto& target : c.targets) {
+    if (std::find(known.begin(), known.end(), target.figure) == known.end())
       return refuse("accuracy", "must name figures of this drive");
-    if (!(wish.accuracy > 0.0)) return refuse("accuracy", "must be > 0", wish.accuracy);
+    if (!(target.accuracy > 0.0)) return refuse("accuracy", "must be > 0", target.accuracy);
   }
   return {};
 }
@@ -98,7 +98,7 @@ expected<Plan, Error> make_plan(const PlanConfig& config) {
   auto plan = detail::plan_once(config);
   if (!plan) return plan;
   if (config.progress) config.progress("looking at two steps");
-  plan->two_steps = detail::two_steps(config, *plan);
+  plan->two_stages = detail::two_stages(config, *plan);
   return plan;
 }
 
@@ -106,10 +106,10 @@ expected<Plan, Error> detail::plan_once(const PlanConfig& config) {
   Plan plan;
   plan.config = config;
   auto& c = plan.config;
-  if (c.wishes.empty())
+  if (c.targets.empty())
     for (const int i : estimated_of(c.drive.model))
       if (i != fit::kDelay && i != fit::kViscousFriction)
-        c.wishes.push_back(
+        c.targets.push_back(
             {std::string(fit::kParameterNames[static_cast<std::size_t>(i)]), c.accuracy_of_all, true});
   if (const auto ok = check(c); !ok) return unexpected(ok.error());
   const auto tell = [&](std::string_view stage) {
@@ -124,13 +124,13 @@ expected<Plan, Error> detail::plan_once(const PlanConfig& config) {
     if (c.type == prbs)
       return refuse("band", "must reach lower or higher for a PRBS, whose power spreads from 0 Hz on",
                     task.low_hz);
-    plan.left_out.push_back({prbs, *reason});
+    plan.skipped.push_back({prbs, *reason});
   }
   std::optional<Experiment> best;
   std::array<std::optional<double>, 3> least_s;
   for (const ExcitationType type : {multisine, chirp, prbs}) {
     if (c.type && *c.type != type) continue;
-    if (type == prbs && !plan.left_out.empty()) continue;
+    if (type == prbs && !plan.skipped.empty()) continue;
     tell(std::string("planning a ").append(kExcitationNames[static_cast<std::size_t>(type)]));
     const double rival_s = !best                ? HUGE_VAL
                            : best->ratio <= 1.0 ? best->duration_s
@@ -148,8 +148,7 @@ expected<Plan, Error> detail::plan_once(const PlanConfig& config) {
   const ExcitationType chosen = best->type;
   plan.experiments.push_back(std::move(*best));
   if (chosen != chirp) plan.experiments.push_back(detail::lay_out_chirp(task, samples));
-  if (chosen != prbs && plan.left_out.empty())
-    plan.experiments.push_back(detail::lay_out_prbs(task, samples));
+  if (chosen != prbs && plan.skipped.empty()) plan.experiments.push_back(detail::lay_out_prbs(task, samples));
   for (auto& x : plan.experiments) x.least_s = least_s[static_cast<std::size_t>(x.type)];
   plan.noise_torque = torque_of_noise(c.drive);
   return plan;

@@ -19,7 +19,7 @@ constexpr int kEigenvaluePower = 8;  // of Criterion::e
 /// Value and slopes of the criterion at some powers.
 struct Slopes {
   VectorXd gain;       ///< [line] -d value / d power, averaged over the models.
-  VectorXd wish;       ///< [wish] mean of (deviation / wanted)^2.
+  VectorXd target;     ///< [target] mean of (deviation / wanted)^2.
   double value = 0.0;  ///< sum of gain * power: the value itself for accuracy and a, constant for d.
 };
 
@@ -35,7 +35,7 @@ class Design {
       const MatrixXd w = part * weighting(model, variance, weight);
       const MatrixXd re = model.sensitivity.real(), im = model.sensitivity.imag();
       s.gain += ((w * re).cwiseProduct(re) + (w * im).cwiseProduct(im)).colwise().sum().transpose();
-      s.wish += part * (model.wishes * variance).cwiseProduct(model.wishes).rowwise().sum();
+      s.target += part * (model.targets * variance).cwiseProduct(model.targets).rowwise().sum();
     }
     s.value = s.gain.dot(power);
     return s;
@@ -99,7 +99,7 @@ class Design {
       case Criterion::accuracy:
         break;
     }
-    const MatrixXd columns = v * model.wishes.transpose();
+    const MatrixXd columns = v * model.targets.transpose();
     return columns * weight.asDiagonal() * columns.transpose();
   }
 
@@ -112,13 +112,13 @@ namespace detail {
 
 Criterial criterial(const DesignProblem& problem, const VectorXd& power) {
   const Design design(problem);
-  const auto wishes = problem.models.front().wishes.rows();
-  VectorXd weight = VectorXd::Ones(wishes);
+  const auto targets = problem.models.front().targets.rows();
+  VectorXd weight = VectorXd::Ones(targets);
   Criterial result;
   if (problem.criterion == Criterion::accuracy) {
-    // The largest wish, smoothly: (sum of v^r)^(1/r).
+    // The largest target, smoothly: (sum of v^r)^(1/r).
     constexpr double kSmooth = 12.0;
-    const VectorXd v = design.slopes(power, weight).wish;
+    const VectorXd v = design.slopes(power, weight).target;
     const VectorXd part = v / v.maxCoeff();
     const double sum = part.array().pow(kSmooth).sum();
     result.log_value = std::log(v.maxCoeff()) + std::log(sum) / kSmooth;
@@ -138,9 +138,9 @@ PowerDistribution distribute_power(const DesignProblem& problem) {
   const Design design(problem);
   const auto lines = problem.use.cols();
   const auto limits = problem.use.rows();
-  const auto wishes = problem.models.front().wishes.rows();
+  const auto targets = problem.models.front().targets.rows();
   VectorXd price = VectorXd::Constant(limits, 1.0 / static_cast<double>(limits));
-  VectorXd weight = VectorXd::Constant(wishes, 1.0 / std::max(1.0, static_cast<double>(wishes)));
+  VectorXd weight = VectorXd::Constant(targets, 1.0 / std::max(1.0, static_cast<double>(targets)));
   PowerDistribution result;
   VectorXd power = (problem.use.transpose() * price).cwiseInverse() / static_cast<double>(lines);
   for (result.iterations = 1; result.iterations <= kMostIterations; ++result.iterations) {
@@ -150,16 +150,16 @@ PowerDistribution distribute_power(const DesignProblem& problem) {
     const VectorXd ratio = s.gain.cwiseQuotient(cost) / s.value;  // 1 for all lines in use at the optimum
     const VectorXd used = problem.use * power;
     // Best value >= value at these prices and weights, less what the best line could still gain.
-    const double lag = problem.criterion == Criterion::accuracy && wishes > 0
-                           ? 1.0 - weight.dot(s.wish) / (weight.sum() * s.wish.maxCoeff())
+    const double lag = problem.criterion == Criterion::accuracy && targets > 0
+                           ? 1.0 - weight.dot(s.target) / (weight.sum() * s.target.maxCoeff())
                            : 0.0;
     result.gap = std::max({ratio.maxCoeff() - 1.0, used.maxCoeff() - 1.0, lag});
     if (result.gap < kWantedGap) break;
     power = power.cwiseProduct(VectorXd(ratio.array().pow(design.exponent())));
     price = price.cwiseProduct(VectorXd(used.array().max(1e-12).pow(0.5)));
     price = price.cwiseMax(1e-9) / price.cwiseMax(1e-9).sum();
-    if (problem.criterion == Criterion::accuracy && wishes > 0) {
-      weight = weight.cwiseProduct(VectorXd((s.wish / s.wish.maxCoeff()).array().pow(0.5)));
+    if (problem.criterion == Criterion::accuracy && targets > 0) {
+      weight = weight.cwiseProduct(VectorXd((s.target / s.target.maxCoeff()).array().pow(0.5)));
       weight = weight.cwiseMax(1e-9) / weight.cwiseMax(1e-9).sum();
     }
   }

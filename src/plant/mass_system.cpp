@@ -28,9 +28,9 @@ Eigen::MatrixXd coupling_matrix(const MassSystem& system, double Coupling::*prop
 /// Modes of M x'' + D x' + K x = 0 by the undamped eigenvectors v, scaled to v' M v = 1: w^2 = v' K v and
 /// zeta = v' D v/(2 w). The damping is exact where it shares the stiffness' eigenvectors, as in every
 /// two-mass drive.
-std::vector<Mode> modes(const Eigen::MatrixXd& stiffness, const Eigen::MatrixXd& damping,
-                        const Eigen::VectorXd& inertia, Index rigid) {
-  std::vector<Mode> result;
+std::vector<data::UndampedMode> modes(const Eigen::MatrixXd& stiffness, const Eigen::MatrixXd& damping,
+                                      const Eigen::VectorXd& inertia, Index rigid) {
+  std::vector<data::UndampedMode> result;
   if (inertia.size() <= rigid) return result;
   const Eigen::VectorXd scale = inertia.cwiseSqrt().cwiseInverse();
   const auto axes = linalg::symmetric_eigenpairs(scale.asDiagonal() * stiffness * scale.asDiagonal());
@@ -88,11 +88,11 @@ ContinuousDrive continuous_drive(const MassSystem& system, double lag_s, double 
   return drive;
 }
 
-std::vector<Mode> resonances(const MassSystem& system) {
+std::vector<data::UndampedMode> resonances(const MassSystem& system) {
   return modes(coupling_matrix(system, &Coupling::stiffness), damping_matrix(system), inertias(system), 1);
 }
 
-std::vector<Mode> antiresonances(const MassSystem& system) {
+std::vector<data::UndampedMode> antiresonances(const MassSystem& system) {
   const Index held = static_cast<Index>(system.masses()) - 1;
   if (held == 0) return {};
   return modes(coupling_matrix(system, &Coupling::stiffness).bottomRightCorner(held, held),

@@ -38,9 +38,9 @@ Curve magnitude(const std::string& name, const data::FrequencyResponse& g, doubl
     const double size = std::abs(g.value[i]);
     curve.x.push_back(g.frequency_hz[i]);
     curve.y.push_back(decibels(size));
-    if (!band || g.standard_deviation.size() != g.lines()) continue;
+    if (!band || g.std.size() != g.lines()) continue;
     constexpr double kFloor = 0.03;  // a band below -30 dB under its curve ends there
-    const double radius = data::confidence_radius(g.standard_deviation[i], confidence);
+    const double radius = data::confidence_radius(g.std[i], confidence);
     curve.lower.push_back(decibels(std::max(size - radius, kFloor * size)));
     curve.upper.push_back(decibels(size + radius));
   }

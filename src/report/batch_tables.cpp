@@ -150,8 +150,8 @@ Table structures_table(const std::vector<identification::StructureTrial>& struct
       {}};
   for (const auto& t : structures)
     table.rows.push_back({t.name + (t.chosen ? " (chosen)" : ""), fmt::format("{}", t.parameters),
-                          std::isfinite(t.information) ? fmt::format("{:.1f}", t.information) : "-",
-                          optional_text(t.validation_fit_percent, "{:.2f}"),
+                          std::isfinite(t.bic) ? fmt::format("{:.1f}", t.bic) : "-",
+                          optional_text(t.holdout_fit_percent, "{:.2f}"),
                           optional_text(t.independent_fit_percent, "{:.2f}"), t.remark});
   return table;
 }

@@ -39,7 +39,7 @@ std::string with_unit(const std::string& number, const std::string& unit) {
 std::string sentence(const Difference& d, double z) {
   const double half = z * d.std.value_or(0.0);
   const char* verb = d.change < 0.0 ? "fell" : "rose";
-  if (d.relative && std::abs(d.first.value) > 3.0 * d.first.standard_deviation) {
+  if (d.relative && std::abs(d.first.value) > 3.0 * d.first.std) {
     const double scale = 100.0 / std::abs(d.first.value);
     return fmt::format("{} {} by {} %, from {:.5g} to {}.", capitalised(words(d.name)), verb,
                        with_error(scale * std::abs(d.change), scale * half), d.first.value,
@@ -54,9 +54,8 @@ std::string gap_sentence(const Changes& c) {
   std::string text =
       fmt::format("The measured responses{} lie at most {} apart (chordal distance, at {:.4g} Hz)",
                   c.weighted ? ", scaled," : "",
-                  c.gap.standard_deviation.empty()
-                      ? fmt::format("{:.3g}", c.gap.distance[i])
-                      : with_error(c.gap.distance[i], quantile(c.confidence) * c.gap.standard_deviation[i]),
+                  c.gap.std.empty() ? fmt::format("{:.3g}", c.gap.distance[i])
+                                    : with_error(c.gap.distance[i], quantile(c.confidence) * c.gap.std[i]),
                   c.gap.frequency_hz[i]);
   if (!c.gap_probability) return text + "; without error bars no more can be said.";
   return text + (c.gap_significant ? ": more than noise explains."
@@ -76,8 +75,8 @@ std::string bootstrap_sentence(const Changes& c) {
 json difference_json(const Difference& d) {
   json j{{"name", d.name},           {"unit", d.unit},     {"first", d.first.value},
          {"second", d.second.value}, {"change", d.change}, {"significant", d.significant}};
-  if (d.first.standard_deviation > 0.0) j["first_std"] = d.first.standard_deviation;
-  if (d.second.standard_deviation > 0.0) j["second_std"] = d.second.standard_deviation;
+  if (d.first.std > 0.0) j["first_std"] = d.first.std;
+  if (d.second.std > 0.0) j["second_std"] = d.second.std;
   if (d.std) j["std"] = *d.std;
   if (d.relative) j["relative"] = *d.relative;
   if (d.probability) j["probability"] = *d.probability;
@@ -99,8 +98,8 @@ json gap_json(const Changes& c) {
          {"largest_hz", gap.frequency_hz[gap.largest()]},
          {"weighted", c.weighted},
          {"significant", c.gap_significant}};
-  if (!gap.standard_deviation.empty()) {
-    j["std"] = gap.standard_deviation;
+  if (!gap.std.empty()) {
+    j["std"] = gap.std;
     j["noise"] = gap.noise;
   }
   if (c.gap_probability) j["probability"] = *c.gap_probability;
@@ -119,13 +118,12 @@ Table difference_table(const Changes& c) {
   for (const auto& d : all) {
     const double percent = d.relative ? 100.0 * *d.relative : 0.0;
     const double scale = d.first.value != 0.0 ? 100.0 / std::abs(d.first.value) : 0.0;
-    table.rows.push_back({words(d.name) + (d.unit.empty() ? "" : ", " + d.unit),
-                          with_error(d.first.value, z * d.first.standard_deviation),
-                          with_error(d.second.value, z * d.second.standard_deviation),
-                          with_error(d.change, z * d.std.value_or(0.0)),
-                          d.relative ? with_error(percent, scale * z * d.std.value_or(0.0)) : "",
-                          d.probability ? probability_text(*d.probability) : "",
-                          d.significant ? "changed" : (d.probability ? "within noise" : "not judged")});
+    table.rows.push_back(
+        {words(d.name) + (d.unit.empty() ? "" : ", " + d.unit), with_error(d.first.value, z * d.first.std),
+         with_error(d.second.value, z * d.second.std), with_error(d.change, z * d.std.value_or(0.0)),
+         d.relative ? with_error(percent, scale * z * d.std.value_or(0.0)) : "",
+         d.probability ? probability_text(*d.probability) : "",
+         d.significant ? "changed" : (d.probability ? "within noise" : "not judged")});
     if (repeated)
       table.rows.back().push_back(d.interval ? interval_text(d.interval->first, d.interval->second) : "");
   }
@@ -157,9 +155,9 @@ Chart gap_chart(const Changes& c) {
   chart.log_x = true;
   Curve curve{"distance", Curve::Mark::line, c.gap.frequency_hz, c.gap.distance};
   const double z = quantile(c.confidence);
-  for (std::size_t i = 0; i < c.gap.standard_deviation.size(); ++i) {
-    curve.lower.push_back(std::max(0.0, c.gap.distance[i] - z * c.gap.standard_deviation[i]));
-    curve.upper.push_back(std::min(1.0, c.gap.distance[i] + z * c.gap.standard_deviation[i]));
+  for (std::size_t i = 0; i < c.gap.std.size(); ++i) {
+    curve.lower.push_back(std::max(0.0, c.gap.distance[i] - z * c.gap.std[i]));
+    curve.upper.push_back(std::min(1.0, c.gap.distance[i] + z * c.gap.std[i]));
   }
   chart.curves.push_back(std::move(curve));
   if (!c.gap.noise.empty()) {

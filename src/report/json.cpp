@@ -18,15 +18,15 @@ json curve(const data::FrequencyResponse& g) {
     c["real"].push_back(value.real());
     c["imag"].push_back(value.imag());
   }
-  if (!g.standard_deviation.empty()) c["std"] = g.standard_deviation;
+  if (!g.std.empty()) c["std"] = g.std;
   if (!g.coherence.empty()) c["coherence"] = g.coherence;
   if (!g.unsettled_hz.empty()) c["unsettled_hz"] = g.unsettled_hz;
   return c;
 }
 
-json estimate(const fit::Estimate& e, const std::string& unit) {
+json estimate(const data::Estimate& e, const std::string& unit) {
   json j{{"value", e.value}, {"unit", unit}};
-  if (std::isfinite(e.standard_deviation)) j["std"] = e.standard_deviation;
+  if (std::isfinite(e.std)) j["std"] = e.std;
   return j;
 }
 
@@ -72,7 +72,7 @@ json model_json(const identification::ModelResult& model, const identification::
       const double square = *radius_m * *radius_m;
       const auto at_the_belt = [&](fit::Parameter p) {
         const auto e = drive.estimate(p);
-        return fit::Estimate{e.value / square, e.standard_deviation / square};
+        return data::Estimate{e.value / square, e.std / square};
       };
       parameters["belt_stiffness"] = estimate(at_the_belt(fit::kStiffness), "N/m");
       parameters["belt_damping"] = estimate(at_the_belt(fit::kDamping), "Ns/m");
@@ -174,14 +174,13 @@ json to_json(const Result& result) {
   if (result.known_delay_s > 0.0) j["known_delay_s"] = result.known_delay_s;
   if (result.radius_m) j["radius_m"] = *result.radius_m;
   if (result.distortion) j["distortion"] = distortion_json(*result.distortion);
-  for (const auto& r : result.resonances) {
+  for (const auto& r : result.modes) {
     json entry{{"kind", r.anti ? "antiresonance" : "resonance"},
-               {"frequency_hz", r.frequency_hz},
+               {"frequency_hz", r.frequency_hz.value},
                {"source", r.from_model ? "model" : "response"}};
-    if (r.std_hz && std::isfinite(*r.std_hz)) entry["std_hz"] = *r.std_hz;
-    if (r.damping_ratio && std::isfinite(*r.damping_ratio)) entry["damping_ratio"] = *r.damping_ratio;
-    if (r.damping_ratio_std && std::isfinite(*r.damping_ratio_std))
-      entry["damping_ratio_std"] = *r.damping_ratio_std;
+    if (std::isfinite(r.frequency_hz.std)) entry["std_hz"] = r.frequency_hz.std;
+    if (std::isfinite(r.damping_ratio.value)) entry["damping_ratio"] = r.damping_ratio.value;
+    if (std::isfinite(r.damping_ratio.std)) entry["damping_ratio_std"] = r.damping_ratio.std;
     j["resonances"].push_back(std::move(entry));
   }
   if (result.model) j["model"] = model_json(*result.model, result.units, result.radius_m);

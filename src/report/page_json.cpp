@@ -20,7 +20,7 @@ json curve(const data::FrequencyResponse& g, bool with_std) {
     c["real"].push_back(value.real());
     c["imag"].push_back(value.imag());
   }
-  if (with_std && !g.standard_deviation.empty()) c["std"] = g.standard_deviation;
+  if (with_std && !g.std.empty()) c["std"] = g.std;
   return c;
 }
 

@@ -17,7 +17,7 @@ using planning::Experiment;
 using planning::Figure;
 using planning::Plan;
 
-json extremes_json(const planning::Extremes& e) {
+json peaks_json(const planning::PeakValues& e) {
   return {{"excitation", e.excitation},
           {"torque", e.torque},
           {"torque_rms", e.torque_rms},
@@ -30,7 +30,7 @@ json figures_json(const std::vector<Figure>& figures) {
   for (const auto& f : figures) {
     json j{{"name", f.name}, {"value", f.value}};
     if (!f.unit.empty()) j["unit"] = f.unit;
-    if (std::isfinite(f.standard_deviation)) j["std"] = f.standard_deviation;
+    if (std::isfinite(f.std)) j["std"] = f.std;
     list.push_back(std::move(j));
   }
   return list;
@@ -72,7 +72,7 @@ json limits_json(const planning::Limits& l) {
   return j;
 }
 
-json model_json(const planning::RoughDrive& drive) {
+json model_json(const planning::NominalDrive& drive) {
   const auto& m = drive.model;
   json parameters = json::object();
   for (int i = 0; i < fit::kParameterCount; ++i)
@@ -92,20 +92,20 @@ std::string_view name_of(planning::ExcitationType type) {
 }
 
 double wanted_of(const Plan& plan, std::size_t i) {
-  const auto& wish = plan.config.wishes[i];
-  return wish.relative ? wish.accuracy * std::abs(plan.planned().wished[i].value) : wish.accuracy;
+  const auto& target = plan.config.targets[i];
+  return target.relative ? target.accuracy * std::abs(plan.planned().targeted[i].value) : target.accuracy;
 }
 
 std::string relative_text(const Figure& f) {
-  if (!std::isfinite(f.standard_deviation)) return "unknown";
-  if (f.unit == "deg" || f.value == 0.0) return fmt::format("{:.3g} {}", f.standard_deviation, f.unit);
-  return fmt::format("{:.3g} %", 100.0 * f.standard_deviation / std::abs(f.value));
+  if (!std::isfinite(f.std)) return "unknown";
+  if (f.unit == "deg" || f.value == 0.0) return fmt::format("{:.3g} {}", f.std, f.unit);
+  return fmt::format("{:.3g} %", 100.0 * f.std / std::abs(f.value));
 }
 
 namespace {
 
 /// How to go about it in two runs, and what they take.
-std::string two_steps_text(const planning::TwoSteps& two) {
+std::string two_stages_text(const planning::TwoStagePlan& two) {
   return fmt::format(
       "Two runs would take about {:.3g} s in all instead of {:.3g} s: first one of {:.3g} s (these options "
       "with "
@@ -161,10 +161,10 @@ std::vector<std::string> sentences(const Plan& plan) {
         "Limits are held without noise: through the controller it adds a torque of {:.3g} (three standard "
         "deviations).",
         3.0 * plan.noise_torque));
-  if (plan.two_steps) list.push_back(two_steps_text(*plan.two_steps));
+  if (plan.two_stages) list.push_back(two_stages_text(*plan.two_stages));
   for (std::size_t i = 1; i < plan.experiments.size(); ++i)
     list.push_back(compared(plan, plan.experiments[i]));
-  for (const auto& out : plan.left_out)
+  for (const auto& out : plan.skipped)
     list.push_back(fmt::format("No {} was laid out: {}.", name_of(out.type), out.reason));
   for (const auto& e : plan.experiments)
     if (plan.band_given && e.type == planning::ExcitationType::prbs)
@@ -181,11 +181,11 @@ std::string summary_text(const Plan& plan) {
   for (const auto& sentence : sentences(plan)) text += wrapped(sentence, "", "") + "\n";
   text += fmt::format("\n{:<24} {:>12} {:>12}", "one standard deviation", "wanted", "expected");
   text += "\n";
-  for (std::size_t i = 0; i < x.wished.size(); ++i) {
-    Figure wanted = x.wished[i];
-    wanted.standard_deviation = wanted_of(plan, i);
+  for (std::size_t i = 0; i < x.targeted.size(); ++i) {
+    Figure wanted = x.targeted[i];
+    wanted.std = wanted_of(plan, i);
     text += fmt::format("  {:<22} {:>12} {:>12}\n", wanted.name, relative_text(wanted),
-                        relative_text(x.wished[i]));
+                        relative_text(x.targeted[i]));
   }
   text += fmt::format("\n{:<24} {:>12}", "on the rough model", name_of(x.type));
   for (std::size_t i = 1; i < plan.experiments.size(); ++i)
@@ -207,7 +207,7 @@ std::string summary_text(const Plan& plan) {
                         1.0 / plan.config.drive.model.sample_time_s / static_cast<double>(x.period_samples));
   text += fmt::format(
       "torque {:.4g} peak, {:.4g} rms; velocity {:.4g}; stroke {:.4g} (largest of {} possible {})\n",
-      x.extremes.torque, x.extremes.torque_rms, x.extremes.velocity, x.extremes.stroke, plan.drives,
+      x.peaks.torque, x.peaks.torque_rms, x.peaks.velocity, x.peaks.stroke, plan.drives,
       plan.drives == 1 ? "drive" : "drives");
   return text;
 }
@@ -228,7 +228,7 @@ json to_json(const Plan& plan) {
          {"limits", limits_json(plan.config.limits)},
          {"model", model_json(plan.config.drive)},
          {"excitation", excitation_json(x)},
-         {"extremes", extremes_json(x.extremes)},
+         {"extremes", peaks_json(x.peaks)},
          {"wishes", json::array()},
          {"worst_ratio", x.ratio},
          {"figures", figures_json(x.figures)},
@@ -238,29 +238,29 @@ json to_json(const Plan& plan) {
   if (x.needed_amplitude) j["needed_amplitude"] = *x.needed_amplitude;
   j["noise_dominates"] = x.noise_dominates;
   j["noise_torque"] = plan.noise_torque;
-  for (const auto& out : plan.left_out)
+  for (const auto& out : plan.skipped)
     j["left_out"].push_back({{"type", name_of(out.type)}, {"reason", out.reason}});
-  if (const auto& two = plan.two_steps)
+  if (const auto& two = plan.two_stages)
     j["two_steps"] = {{"first_s", two->first_s},
                       {"spread", two->spread},
                       {"second_s", two->second_s},
                       {"total_s", two->total_s()},
                       {"one_s", two->one_s}};
-  for (std::size_t i = 0; i < x.wished.size(); ++i) {
+  for (std::size_t i = 0; i < x.targeted.size(); ++i) {
     const double wanted = wanted_of(plan, i);
-    json wish{{"figure", x.wished[i].name},
-              {"wanted_std", wanted},
-              {"expected_std", x.wished[i].standard_deviation},
-              {"reached", x.wished[i].standard_deviation <= wanted * (1.0 + 1e-9)}};
-    if (!x.wished[i].unit.empty()) wish["unit"] = x.wished[i].unit;
-    j["wishes"].push_back(std::move(wish));
+    json target{{"figure", x.targeted[i].name},
+                {"wanted_std", wanted},
+                {"expected_std", x.targeted[i].std},
+                {"reached", x.targeted[i].std <= wanted * (1.0 + 1e-9)}};
+    if (!x.targeted[i].unit.empty()) target["unit"] = x.targeted[i].unit;
+    j["wishes"].push_back(std::move(target));
   }
   for (std::size_t i = 1; i < plan.experiments.size(); ++i) {
     const auto& other = plan.experiments[i];
     json entry{{"type", name_of(other.type)},
                {"peak", other.amplitude},
                {"worst_ratio", other.ratio},
-               {"extremes", extremes_json(other.extremes)},
+               {"extremes", peaks_json(other.peaks)},
                {"figures", figures_json(other.figures)}};
     if (other.needed_s) entry["needed_s"] = *other.needed_s;
     if (other.least_s) entry["least_s"] = *other.least_s;

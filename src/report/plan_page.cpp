@@ -16,14 +16,14 @@ using planning::Plan;
 Section figures_section(const Plan& plan) {
   Section s;
   s.title = "What the experiment will tell";
-  Table wishes{"Wanted and expected, one standard deviation", {"figure", "wanted", "expected", "met"}, {}};
+  Table targets{"Wanted and expected, one standard deviation", {"figure", "wanted", "expected", "met"}, {}};
   const auto& x = plan.planned();
-  for (std::size_t i = 0; i < x.wished.size(); ++i) {
-    auto wanted = x.wished[i];
-    wanted.standard_deviation = wanted_of(plan, i);
-    const bool met = x.wished[i].standard_deviation <= wanted.standard_deviation * (1.0 + 1e-9);
-    wishes.rows.push_back(
-        {wanted.name, relative_text(wanted), relative_text(x.wished[i]), met ? "yes" : "no"});
+  for (std::size_t i = 0; i < x.targeted.size(); ++i) {
+    auto wanted = x.targeted[i];
+    wanted.std = wanted_of(plan, i);
+    const bool met = x.targeted[i].std <= wanted.std * (1.0 + 1e-9);
+    targets.rows.push_back(
+        {wanted.name, relative_text(wanted), relative_text(x.targeted[i]), met ? "yes" : "no"});
   }
   Table bars{"Predicted error bars on the rough model, one standard deviation", {"figure", "value"}, {}};
   for (const auto& e : plan.experiments) bars.columns.push_back(std::string(name_of(e.type)));
@@ -41,13 +41,13 @@ Section figures_section(const Plan& plan) {
   row("length in s", [&](const Experiment& e) { return number(e.duration_s); });
   row("length for all wishes in s",
       [&](const Experiment& e) { return e.needed_s ? number(*e.needed_s) : std::string("out of sight"); });
-  row("peak of the excitation", [&](const Experiment& e) { return number(e.extremes.excitation); });
-  row("peak torque of the machine", [&](const Experiment& e) { return number(e.extremes.torque); });
-  row("rms torque", [&](const Experiment& e) { return number(e.extremes.torque_rms); });
-  row("peak velocity", [&](const Experiment& e) { return number(e.extremes.velocity); });
-  row("stroke", [&](const Experiment& e) { return number(e.extremes.stroke); });
+  row("peak of the excitation", [&](const Experiment& e) { return number(e.peaks.excitation); });
+  row("peak torque of the machine", [&](const Experiment& e) { return number(e.peaks.torque); });
+  row("rms torque", [&](const Experiment& e) { return number(e.peaks.torque_rms); });
+  row("peak velocity", [&](const Experiment& e) { return number(e.peaks.velocity); });
+  row("stroke", [&](const Experiment& e) { return number(e.peaks.stroke); });
   row("limit that binds", [](const Experiment& e) { return e.binding; });
-  s.plain_tables = {wishes, bars, cost};
+  s.plain_tables = {targets, bars, cost};
   s.text = {
       fmt::format("Wishes are judged by what is expected over {} possible {}: the rough model, and its "
                   "parameters moved by {:.0f} %.",

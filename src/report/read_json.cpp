@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include <cmath>
+#include <limits>
 
 #include "report/json_place.hpp"
 #include "report/result_lists.hpp"
@@ -31,7 +32,7 @@ data::FrequencyResponse read_response(const JsonPlace& j) {
     for (const auto& element : place.elements()) target.push_back(element.not_negative());
     same(key, target.size());
   };
-  fill("std", g.standard_deviation);
+  fill("std", g.std);
   fill("coherence", g.coherence);
   if (const auto unsettled = j.maybe("unsettled_hz"); unsettled.present())
     g.unsettled_hz = unsettled.numbers();
@@ -55,22 +56,24 @@ identification::RecordFacts read_record(const JsonPlace& j) {
   return r;
 }
 
-std::vector<identification::Resonance> read_resonances(const JsonPlace& j) {
-  std::vector<identification::Resonance> list;
+constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
+
+std::vector<data::Mode> read_modes(const JsonPlace& j) {
+  std::vector<data::Mode> list;
   for (const auto& e : j.elements()) {
-    identification::Resonance r;
+    data::Mode r;
     r.anti = e.at("kind").choice({"resonance", "antiresonance"}) == 1;
-    r.frequency_hz = e.at("frequency_hz").positive();
-    if (const auto std = e.maybe("std_hz"); std.present()) r.std_hz = std.not_negative();
-    r.damping_ratio = e.maybe_number("damping_ratio");
-    r.damping_ratio_std = e.maybe_number("damping_ratio_std");
+    r.frequency_hz = {e.at("frequency_hz").positive(), kUnknown};
+    if (const auto std = e.maybe("std_hz"); std.present()) r.frequency_hz.std = std.not_negative();
+    r.damping_ratio = {e.maybe_number("damping_ratio").value_or(kUnknown),
+                       e.maybe_number("damping_ratio_std").value_or(kUnknown)};
     r.from_model = e.at("source").choice({"response", "model"}) == 1;
     list.push_back(r);
   }
   return list;
 }
 
-fit::Estimate read_estimate(const JsonPlace& j) {
+data::Estimate read_estimate(const JsonPlace& j) {
   const auto std = j.maybe("std");
   return {j.at("value").number(), std.present() ? std.not_negative() : 0.0};
 }
@@ -117,9 +120,9 @@ identification::ModelResult read_model(const JsonPlace& j, identification::Units
     const auto e = read_estimate(place);
     if (needed && !(e.value > 0.0)) place.maybe("value").refuse("a number > 0");
     value_of(drive, i) = e.value;
-    drive.covariance(i, i) = e.standard_deviation * e.standard_deviation;
+    drive.covariance(i, i) = e.std * e.std;
     const bool only_if_estimated = flexible ? i == fit::kViscousFriction : i == fit::kDelay;
-    drive.estimated[static_cast<std::size_t>(i)] = only_if_estimated || e.standard_deviation > 0.0;
+    drive.estimated[static_cast<std::size_t>(i)] = only_if_estimated || e.std > 0.0;
   }
   units.inertia = parameters.maybe("driven_inertia").maybe_text("unit");
   units.stiffness = parameters.maybe("stiffness").maybe_text("unit");
@@ -212,7 +215,7 @@ expected<Result, JsonError> result_from_json(const nlohmann::json& json) {
   result.response = read_response(root.at("frequency_response"));
   if (const auto d = root.maybe("distortion"); d.present())
     result.distortion = read_distortion(d, result.response.lines());
-  result.resonances = read_resonances(root.at("resonances"));
+  result.modes = read_modes(root.at("resonances"));
   if (const auto model = root.maybe("model"); model.present()) {
     const auto structure = model.maybe("structure");
     if (structure.present() && structure.is("black-box")) {

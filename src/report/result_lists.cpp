@@ -45,11 +45,10 @@ json structures_json(const std::vector<identification::StructureTrial>& trials) 
   json list = json::array();
   for (const auto& t : trials) {
     json j{{"name", t.name}, {"parameters", t.parameters}, {"chosen", t.chosen}};
-    if (std::isfinite(t.information)) j["information"] = t.information;
-    if (t.validation_fit_percent && std::isfinite(*t.validation_fit_percent))
-      j["validation_fit_percent"] = *t.validation_fit_percent;
-    if (t.validation_information && std::isfinite(*t.validation_information))
-      j["validation_information"] = *t.validation_information;
+    if (std::isfinite(t.bic)) j["information"] = t.bic;
+    if (t.holdout_fit_percent && std::isfinite(*t.holdout_fit_percent))
+      j["validation_fit_percent"] = *t.holdout_fit_percent;
+    if (t.holdout_score && std::isfinite(*t.holdout_score)) j["validation_information"] = *t.holdout_score;
     if (t.independent_fit_percent && std::isfinite(*t.independent_fit_percent))
       j["independent_fit_percent"] = *t.independent_fit_percent;
     if (!t.remark.empty()) j["remark"] = t.remark;
@@ -64,9 +63,9 @@ std::vector<identification::StructureTrial> read_structures(const JsonPlace& j) 
     identification::StructureTrial t;
     t.name = e.at("name").text();
     t.parameters = e.at("parameters").count();
-    t.information = e.maybe_number("information").value_or(std::nan(""));
-    t.validation_fit_percent = e.maybe_number("validation_fit_percent");
-    t.validation_information = e.maybe_number("validation_information");
+    t.bic = e.maybe_number("information").value_or(std::nan(""));
+    t.holdout_fit_percent = e.maybe_number("validation_fit_percent");
+    t.holdout_score = e.maybe_number("validation_information");
     t.independent_fit_percent = e.maybe_number("independent_fit_percent");
     t.chosen = e.at("chosen").flag();
     t.remark = e.maybe_text("remark");
@@ -102,7 +101,7 @@ json bootstrap_json(const identification::Bootstrap& bootstrap) {
                          {"unit", i.unit},
                          {"low", i.low},
                          {"high", i.high},
-                         {"std", i.standard_deviation},
+                         {"std", i.std},
                          {"values", i.values}});
   return {
       {"replicas", bootstrap.replicas}, {"failed", bootstrap.failed}, {"intervals", std::move(intervals)}};
@@ -167,9 +166,8 @@ json black_box_json(const identification::BlackBoxResult& black_box) {
   const auto& covariance = black_box.model.covariance;
   const auto names = coefficient_names(g);
   if (black_box.further_delay)
-    j["delay"] = {{"value", black_box.further_delay->value},
-                  {"std", black_box.further_delay->standard_deviation},
-                  {"unit", "s"}};
+    j["delay"] = {
+        {"value", black_box.further_delay->value}, {"std", black_box.further_delay->std}, {"unit", "s"}};
   if (covariance.allFinite() && covariance.rows() == static_cast<Eigen::Index>(names.size()))
     j["covariance"] = {{"parameters", names}, {"matrix", matrix_json(covariance)}};
   return j;
@@ -189,7 +187,7 @@ identification::BlackBoxResult read_black_box(const JsonPlace& model) {
   black_box.model.delay_samples = model.at("delay_samples").count();
   black_box.fit_percent = model.at("fit_percent").number();
   if (const auto d = model.maybe("delay"); d.present())
-    black_box.further_delay = fit::Estimate{d.at("value").number(), d.at("std").not_negative()};
+    black_box.further_delay = data::Estimate{d.at("value").number(), d.at("std").not_negative()};
   const auto names = coefficient_names(g);
   const auto size = static_cast<Eigen::Index>(names.size());
   black_box.model.covariance = Eigen::MatrixXd::Zero(size, size);
@@ -212,16 +210,16 @@ std::string structures_text(const Result& result) {
   for (const auto& t : result.structures) wide = std::max(wide, t.name.size());
   double best = HUGE_VAL;
   for (const auto& t : result.structures)
-    if (t.information < best) best = t.information;
+    if (t.bic < best) best = t.bic;
   std::string text = fmt::format(
       "\nStructures side by side\n    {:<{}}  parameters  BIC above best  fit on the part held back\n",
       "structure", wide);
   for (const auto& t : result.structures) {
     text += fmt::format("  {} {:<{}}  {:>10}", t.chosen ? '*' : ' ', t.name, wide, t.parameters);
-    const double above = t.information - best;
+    const double above = t.bic - best;
     text += std::isfinite(above) ? fmt::format("  {:>14.1f}", above) : fmt::format("  {:>14}", "-");
-    text += t.validation_fit_percent ? fmt::format("  {:>22.2f} %", *t.validation_fit_percent)
-                                     : fmt::format("  {:>24}", "-");
+    text += t.holdout_fit_percent ? fmt::format("  {:>22.2f} %", *t.holdout_fit_percent)
+                                  : fmt::format("  {:>24}", "-");
     if (t.independent_fit_percent)
       text += fmt::format("\n      {:.2f} % of the other record", *t.independent_fit_percent);
     text += "\n";

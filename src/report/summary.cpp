@@ -10,11 +10,11 @@
 namespace resonid::report {
 namespace {
 
-using identification::Resonance;
 using identification::Result;
 
-std::string resonance_text(const Resonance& r, double z) {
-  return fmt::format("{} Hz", with_error(r.frequency_hz, z * r.std_hz.value_or(0.0)));
+std::string resonance_text(const data::Mode& r, double z) {
+  return fmt::format("{} Hz", with_error(r.frequency_hz.value,
+                                         std::isfinite(r.frequency_hz.std) ? z * r.frequency_hz.std : 0.0));
 }
 
 std::string structure_sentence(const Result& result) {
@@ -26,18 +26,17 @@ std::string structure_sentence(const Result& result) {
         "drive structure, so it gives no inertias and no stiffness.",
         result.black_box->model.transfer_function.denominator.size() - 1,
         delay ? fmt::format(" with a further delay of {} ms",
-                            with_error(1e3 * delay->value,
-                                       1e3 * quantile(result.confidence) * delay->standard_deviation))
+                            with_error(1e3 * delay->value, 1e3 * quantile(result.confidence) * delay->std))
               : "",
         result.black_box->fit_percent);
   }
   if (!result.model) {
-    if (result.resonances.empty()) return "The measured response shows no resonance.";
+    if (result.modes.empty()) return "The measured response shows no resonance.";
     std::string text = "The measured response has ";
-    for (std::size_t i = 0; i < result.resonances.size(); ++i) {
-      const auto& r = result.resonances[i];
+    for (std::size_t i = 0; i < result.modes.size(); ++i) {
+      const auto& r = result.modes[i];
       text += fmt::format("{}{} at {:.4g} Hz", i == 0 ? "" : ", ",
-                          r.anti ? "an anti-resonance" : "a resonance", r.frequency_hz);
+                          r.anti ? "an anti-resonance" : "a resonance", r.frequency_hz.value);
     }
     return text + ".";
   }
@@ -52,9 +51,8 @@ std::string structure_sentence(const Result& result) {
                        result.response.frequency_hz.back());
   std::string text = fmt::format("The drive is a {} system: ", fit::name_of(drive.structure));
   bool first = true;
-  for (const auto& r : result.resonances) {
-    text += fmt::format("{}{} {}", first ? "" : ", ", r.anti ? "anti-resonance" : "resonance",
-                        resonance_text(r, z));
+  for (const auto& r : result.modes) {
+    text += fmt::format("{}{} {}", first ? "" : ", ", r.name(), resonance_text(r, z));
     first = false;
   }
   return text + fmt::format(" (undamped, {:.0f} % confidence).", 100.0 * result.confidence);
@@ -75,8 +73,8 @@ std::string loop_sentence(const Result& result) {
 std::string parameter_lines(const Result& result, double z) {
   const auto& drive = result.model->drive;
   std::string text;
-  const auto put = [&](const char* label, const fit::Estimate& e, const std::string& unit) {
-    text += fmt::format("  {:<18} {} {}\n", label, with_error(e.value, z * e.standard_deviation), unit);
+  const auto put = [&](const char* label, const data::Estimate& e, const std::string& unit) {
+    text += fmt::format("  {:<18} {} {}\n", label, with_error(e.value, z * e.std), unit);
   };
   const auto& u = result.units;
   put(u.physical ? "driven inertia" : "driven coefficient", drive.estimate(fit::kDrivenInertia), u.inertia);
@@ -87,7 +85,7 @@ std::string parameter_lines(const Result& result, double z) {
     if (result.radius_m) {
       const double square = *result.radius_m * *result.radius_m;
       const auto stiffness = drive.estimate(fit::kStiffness);
-      put("belt stiffness", {stiffness.value / square, stiffness.standard_deviation / square}, "N/m");
+      put("belt stiffness", {stiffness.value / square, stiffness.std / square}, "N/m");
     }
     if (drive.structure == fit::Structure::three_mass) {
       put(u.physical ? "middle inertia" : "middle coefficient", drive.estimate(fit::kMiddleInertia),
@@ -101,10 +99,9 @@ std::string parameter_lines(const Result& result, double z) {
   if (result.model->coulomb_friction) put("dry friction", *result.model->coulomb_friction, u.torque);
   if (drive.estimated[fit::kDelay]) {
     auto delay = drive.estimate(fit::kDelay);
-    put("further delay", {1e3 * delay.value, 1e3 * delay.standard_deviation}, "ms");
+    put("further delay", {1e3 * delay.value, 1e3 * delay.std}, "ms");
   }
-  if (result.model->offset &&
-      std::abs(result.model->offset->value) > z * result.model->offset->standard_deviation)
+  if (result.model->offset && std::abs(result.model->offset->value) > z * result.model->offset->std)
     put("input offset", *result.model->offset, u.torque);
   return text;
 }

@@ -98,7 +98,7 @@ std::vector<std::vector<std::size_t>> passages(const Track& track, const Axis& a
 /// In ascending x, as charts want it; a machine that goes back and forth gives several curves.
 std::vector<Curve> curves_of(const Track& track, const TrackSeries& series, const Axis& axis, double z) {
   std::vector<Curve> curves;
-  const bool band = !series.standard_deviation.empty();
+  const bool band = !series.std.empty();
   for (auto& rows : passages(track, axis)) {
     if (!axis.time && axis.x[rows.front()] > axis.x[rows.back()]) std::reverse(rows.begin(), rows.end());
     Curve& c = curves.emplace_back();
@@ -107,8 +107,8 @@ std::vector<Curve> curves_of(const Track& track, const TrackSeries& series, cons
       c.x.push_back(axis.x[i]);
       c.y.push_back(series.value[i]);
       if (!band) continue;
-      c.lower.push_back(series.value[i] - z * series.standard_deviation[i]);
-      c.upper.push_back(series.value[i] + z * series.standard_deviation[i]);
+      c.lower.push_back(series.value[i] - z * series.std[i]);
+      c.upper.push_back(series.value[i] + z * series.std[i]);
     }
   }
   for (std::size_t n = 0; n < curves.size() && curves.size() > 1; ++n)
@@ -123,7 +123,7 @@ std::optional<AxisRange> range_of(const Track& track, const std::vector<const Tr
   for (const auto* series : list)
     for (std::size_t i = 0; i < series->value.size(); ++i) {
       if (!track.trusted_rows[i] || !std::isfinite(series->value[i])) continue;
-      const double half = series->standard_deviation.empty() ? 0.0 : z * series->standard_deviation[i];
+      const double half = series->std.empty() ? 0.0 : z * series->std[i];
       low = std::min(low, series->value[i] - (std::isfinite(half) ? half : 0.0));
       high = std::max(high, series->value[i] + (std::isfinite(half) ? half : 0.0));
       ++count;

@@ -37,8 +37,7 @@ json over_time(const Track& track, std::size_t rows) {
   for (const auto* group : {&track.lines, &track.parameters, &track.figures})
     for (const TrackSeries& series : *group) {
       j[series.name] = numbers(series.value, stride);
-      if (!series.standard_deviation.empty())
-        j[series.name + "_std"] = numbers(series.standard_deviation, stride);
+      if (!series.std.empty()) j[series.name + "_std"] = numbers(series.std, stride);
     }
   return j;
 }
@@ -67,8 +66,7 @@ std::optional<SeriesSummary> summary_of(const Track& track, const TrackSeries& s
     s.greatest = std::max(s.greatest, v);
     s.mean += (v - s.mean) / static_cast<double>(count);
     s.last_deviation.reset();
-    if (!series.standard_deviation.empty() && std::isfinite(series.standard_deviation[i]))
-      s.last_deviation = series.standard_deviation[i];
+    if (!series.std.empty() && std::isfinite(series.std[i])) s.last_deviation = series.std[i];
   }
   return count == 0 ? std::nullopt : std::optional(s);
 }

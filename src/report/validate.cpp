@@ -68,7 +68,7 @@ void put_left(const ModelValidation& v, json& j) {
     r["static"].push_back({{"over", m.over},
                            {"level", m.level},
                            {"mean", m.mean},
-                           {"std", m.standard_deviation},
+                           {"std", m.std},
                            {"unit", v.units.input},
                            {"probability", m.probability},
                            {"share", m.share}});
@@ -145,10 +145,10 @@ std::vector<std::string> sentences(const ModelValidation& v) {
         "most {:.3f} in chordal distance (at {:.4g} Hz; pointwise, no v-gap).",
         100.0 * v.response_error.value_or(0.0), v.gap->distance[i], v.gap->frequency_hz[i]));
   }
-  if (v.offset && std::abs(v.offset->value) > 2.0 * v.offset->standard_deviation)
+  if (v.offset && std::abs(v.offset->value) > 2.0 * v.offset->std)
     list.push_back(
         fmt::format("A constant torque of {} {} was estimated with the initial state; nothing else was.",
-                    with_error(v.offset->value, 1.96 * v.offset->standard_deviation), v.units.torque));
+                    with_error(v.offset->value, 1.96 * v.offset->std), v.units.torque));
   return list;
 }
 
@@ -173,8 +173,8 @@ json to_json(const ModelValidation& v) {
          {"residual", residual_json(v.residual_test, v.units.velocity)},
          {"findings", findings_json(v.findings)}};
   if (v.known_delay_s > 0.0) j["known_delay_s"] = v.known_delay_s;
-  const auto put = [&](const char* key, const std::optional<fit::Estimate>& e) {
-    if (e) j[key] = {{"value", e->value}, {"std", e->standard_deviation}, {"unit", v.units.torque}};
+  const auto put = [&](const char* key, const std::optional<data::Estimate>& e) {
+    if (e) j[key] = {{"value", e->value}, {"std", e->std}, {"unit", v.units.torque}};
   };
   put_left(v, j);
   put("offset", v.offset);
@@ -184,7 +184,7 @@ json to_json(const ModelValidation& v) {
            {"distance", v.gap->distance},
            {"largest", v.gap->distance[v.gap->largest()]},
            {"largest_hz", v.gap->frequency_hz[v.gap->largest()]}};
-    if (!v.gap->standard_deviation.empty()) r["std"] = v.gap->standard_deviation;
+    if (!v.gap->std.empty()) r["std"] = v.gap->std;
     if (v.response_error) r["error"] = *v.response_error;
     if (v.response_error_low) r["error_at_least"] = *v.response_error_low;
     if (v.response_probability) {

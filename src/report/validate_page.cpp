@@ -131,7 +131,7 @@ Chart map_chart(const diagnostics::StaticMap& map, const ModelValidation& v) {
   chart.y_label = fmt::format("Mean in {}", v.units.input);
   Curve curve{"mean of the bin, 95 %", Curve::Mark::points, map.level, map.mean};
   for (std::size_t b = 0; b < map.mean.size(); ++b) {
-    const double half = 1.96 * map.standard_deviation[b];
+    const double half = 1.96 * map.std[b];
     curve.lower.push_back(map.mean[b] - half);
     curve.upper.push_back(map.mean[b] + half);
   }

@@ -30,7 +30,7 @@ void append(data::FrequencyResponse& response, const LineEstimate& line, const V
   const double relative = deviation / std::abs(result.value);
   response.frequency_hz.push_back(line.frequency_hz);
   response.value.push_back(result.value);
-  response.standard_deviation.push_back(deviation);
+  response.std.push_back(deviation);
   response.coherence.push_back(std::isnan(line.coherence) ? 1.0 / (1.0 + relative * relative)
                                                           : line.coherence);
 }
@@ -127,7 +127,7 @@ data::FrequencyResponse to_velocity(data::FrequencyResponse response, data::Outp
   for (std::size_t i = 0; i < response.lines(); ++i) {
     const Complex factor = velocity_factor(quantity, response.frequency_hz[i], sample_time_s);
     response.value[i] *= factor;
-    if (!response.standard_deviation.empty()) response.standard_deviation[i] *= std::abs(factor);
+    if (!response.std.empty()) response.std[i] *= std::abs(factor);
   }
   return response;
 }

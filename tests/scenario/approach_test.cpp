@@ -150,7 +150,7 @@ TEST_P(TightLoopSeed, OfInputAndOutputAloneNoSpectrumIsTrusted) {
   const auto result = test::identified(record, options_);
   ASSERT_NE(test::finding(result, "feedback-bias"), nullptr);
   EXPECT_EQ(test::finding(result, "feedback-bias")->severity, diagnostics::Severity::error);
-  EXPECT_TRUE(result.resonances.empty());
+  EXPECT_TRUE(result.modes.empty());
   EXPECT_FALSE(result.trusted);
 }
 
@@ -164,8 +164,7 @@ TEST_P(TightLoopSeed, NoiseOnTheInputDoesNotBiasTheAutomaticChoice) {
   EXPECT_NE(choice(result, "predictor").find("noise"), std::string::npos);
   EXPECT_LT(4.0 * model_error(result), direct_);
   const auto& drive = result.model.value().drive;
-  EXPECT_NEAR(drive.value(fit::kLoadInertia), 0.032,
-              4.0 * drive.estimate(fit::kLoadInertia).standard_deviation);
+  EXPECT_NEAR(drive.value(fit::kLoadInertia), 0.032, 4.0 * drive.estimate(fit::kLoadInertia).std);
   EXPECT_TRUE(result.trusted);
 }
 
@@ -228,7 +227,7 @@ TEST(LoopEvidence, IndirectOfAPositionIsTold) {
   options.model = identification::ModelChoice::black_box;
   const auto refused = identification::identify(record, options);
   ASSERT_FALSE(refused.has_value());
-  EXPECT_EQ(refused.error().option, "approach");
+  EXPECT_EQ(refused.error().field, "approach");
 }
 
 }  // namespace

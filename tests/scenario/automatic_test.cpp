@@ -45,10 +45,10 @@ TEST(Encoder, APositionIsUsedToItsNoise) {
     EXPECT_TRUE(result.trusted);
     ASSERT_EQ(result.model->drive.structure, fit::Structure::two_mass);
     const auto stiffness = result.model->drive.estimate(fit::kStiffness);
-    EXPECT_LT(stiffness.standard_deviation, 0.001 * 143.75);
-    EXPECT_NEAR(stiffness.value, 143.75, 3.5 * stiffness.standard_deviation);
+    EXPECT_LT(stiffness.std, 0.001 * 143.75);
+    EXPECT_NEAR(stiffness.value, 143.75, 3.5 * stiffness.std);
     const auto friction = result.model->drive.estimate(fit::kViscousFriction);
-    EXPECT_NEAR(friction.value, 0.05, 3.5 * friction.standard_deviation);
+    EXPECT_NEAR(friction.value, 0.05, 3.5 * friction.std);
   }
 }
 
@@ -64,10 +64,11 @@ TEST(Tensioner, AutoStaysWithAveragesThatTellEnough) {
     EXPECT_TRUE(result.trusted);
     ASSERT_TRUE(result.loop && result.loop->margins.phase_margin_deg());
     EXPECT_NEAR(*result.loop->margins.phase_margin_deg(), 63.3, 1.0);
-    const auto resonance = std::find_if(result.resonances.begin(), result.resonances.end(),
-                                        [](const identification::Resonance& r) { return !r.anti; });
-    ASSERT_NE(resonance, result.resonances.end());
-    EXPECT_NEAR(resonance->frequency_hz, run.truth.resonances.front().frequency_hz, 4.0 * *resonance->std_hz);
+    const auto resonance =
+        std::find_if(result.modes.begin(), result.modes.end(), [](const data::Mode& r) { return !r.anti; });
+    ASSERT_NE(resonance, result.modes.end());
+    EXPECT_NEAR(resonance->frequency_hz.value, run.truth.resonances.front().frequency_hz,
+                4.0 * resonance->frequency_hz.std);
   }
 }
 

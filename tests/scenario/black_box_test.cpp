@@ -117,8 +117,8 @@ TEST(BlackBoxOfADrive, IsReportedAsTheResponse) {
   const auto model = result.black_box->model.response(result.response.frequency_hz);
   ASSERT_GT(result.response.lines(), 10U);
   EXPECT_EQ(result.response.value, model.value);
-  EXPECT_EQ(result.response.standard_deviation, model.standard_deviation);
-  EXPECT_GT(result.response.standard_deviation.front(), 0.0);
+  EXPECT_EQ(result.response.std, model.std);
+  EXPECT_GT(result.response.std.front(), 0.0);
 }
 
 /// The covariance and the replicas tell the same, where the problem is nearly linear.
@@ -144,7 +144,7 @@ TEST(BlackBoxOfADrive, IsBootstrapped) {
       if (!figure->std) continue;
       compared.push_back(i.name);
       // 60 replicas tell a standard deviation to 9 %; 3.5 of that.
-      EXPECT_NEAR(i.standard_deviation / *figure->std, 1.0, 0.33) << i.name << (in_the_loop ? " loop" : "");
+      EXPECT_NEAR(i.std / *figure->std, 1.0, 0.33) << i.name << (in_the_loop ? " loop" : "");
     }
     for (const char* name : {"resonance_hz", "antiresonance_hz", "delay", "phase_margin_deg"})
       EXPECT_EQ(std::count(compared.begin(), compared.end(), name), 1) << name;

@@ -46,7 +46,7 @@ plant::ExperimentConfig realisations(double coulomb_newton_m, std::uint64_t seed
   e.amplitude = 0.3;
   e.seed = seed;
   e.periods_per_realisation = kPeriods;
-  e.leave_out = online::LeaveOut::odd_random;
+  e.detection_lines = online::DetectionLines::odd_random;
   std::vector<double> lines;
   for (int k = 3; k < 80; ++k) lines.push_back(0.5 * k);
   EXPECT_TRUE(e.lines_hz.assign(lines));
@@ -102,7 +102,7 @@ TEST(BestLinear, ALinearDriveShowsItsNoiseAndItsResponse) {
     EXPECT_EQ(test::finding(result, "non-linear-distortion"), nullptr) << seed;
     const auto& g = result.response;
     for (std::size_t i = 0; i < g.lines(); ++i) {
-      const double radius = data::confidence_radius(g.standard_deviation[i], 0.95);
+      const double radius = data::confidence_radius(g.std[i], 0.95);
       held += std::abs(g.value[i] - truth.value[i]) < radius ? 1 : 0;
       ++lines;
       // Y = S G R + S v, U = S R - C S v, S = 1/(1 + C G'): Y/U - G is v (1 + C G')/R; of the white noise v a
@@ -132,9 +132,9 @@ TEST(BestLinear, ParametersOfADryDriveScatterWithinTheirErrorBars) {
     const auto k = result.model->drive.estimate(fit::kStiffness),
                j = result.model->drive.estimate(fit::kLoadInertia);
     stiffness.push_back(k.value);
-    bars_stiffness.push_back(k.standard_deviation);
+    bars_stiffness.push_back(k.std);
     load.push_back(j.value);
-    bars_load.push_back(j.standard_deviation);
+    bars_load.push_back(j.std);
   }
   // Chi-square with 7 degrees of freedom stays below 24.3 in 99.9 % of all cases.
   const auto chi_square = [](const std::vector<double>& values, const std::vector<double>& bars) {

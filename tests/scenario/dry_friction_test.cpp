@@ -27,9 +27,7 @@ Result result_of(const plant::ExperimentConfig& c) {
   return test::identified(test::simulated(c).record, test::known(c));
 }
 
-void expect_near(const fit::Estimate& e, double truth) {
-  EXPECT_NEAR(e.value, truth, 3.5 * e.standard_deviation);
-}
+void expect_near(const data::Estimate& e, double truth) { EXPECT_NEAR(e.value, truth, 3.5 * e.std); }
 
 TEST(DryFriction, IsToldFromViscousFriction) {
   for (const std::uint64_t seed : {1U, 2U, 3U}) {
@@ -107,15 +105,15 @@ TEST(DryFriction, ErrorBarsHold) {
     c.disturbance.load_torque = 0.1;
     const auto fit = fitted(c);
     ASSERT_TRUE(fit.converged && fit.coulomb_friction && fit.offset) << "seed " << seed;
-    const std::array<fit::Estimate, 7> found = {fit.model.estimate(fit::kDrivenInertia),
-                                                fit.model.estimate(fit::kLoadInertia),
-                                                fit.model.estimate(fit::kStiffness),
-                                                fit.model.estimate(fit::kDamping),
-                                                fit.model.estimate(fit::kViscousFriction),
-                                                *fit.coulomb_friction,
-                                                *fit.offset};
+    const std::array<data::Estimate, 7> found = {fit.model.estimate(fit::kDrivenInertia),
+                                                 fit.model.estimate(fit::kLoadInertia),
+                                                 fit.model.estimate(fit::kStiffness),
+                                                 fit.model.estimate(fit::kDamping),
+                                                 fit.model.estimate(fit::kViscousFriction),
+                                                 *fit.coulomb_friction,
+                                                 *fit.offset};
     for (std::size_t i = 0; i < truth.size(); ++i)
-      squares[i] += std::pow((found[i].value - truth[i]) / found[i].standard_deviation, 2);
+      squares[i] += std::pow((found[i].value - truth[i]) / found[i].std, 2);
   }
   for (std::size_t i = 0; i < truth.size(); ++i) {
     EXPECT_GT(std::sqrt(squares[i] / kSeeds), 0.5) << names[i];

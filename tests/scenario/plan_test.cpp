@@ -16,7 +16,7 @@ TEST(Plan, BeatsThePublishedChirpInHalfTheTime) {
   const auto by_chirp = test::predicted_errors(chirp.record.excitation.samples, kNoise);
   auto wanted = by_chirp;
   for (double& w : wanted) w *= 0.6;
-  const auto two = test::two_steps({1.2, 0.8, 1.2, 0.8}, kNoise, 0.97 * torque, wanted, 1, 1);
+  const auto two = test::two_stages({1.2, 0.8, 1.2, 0.8}, kNoise, 0.97 * torque, wanted, 1, 1);
   EXPECT_LE(two.time_s, 8.5);
   EXPECT_LE(two.peak_torque, torque);
   for (std::size_t i = 0; i < 4; ++i) {

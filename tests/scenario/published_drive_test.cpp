@@ -99,7 +99,7 @@ TEST(PublishedDrive, DefaultGivesTheMarginsInNoise) {
       EXPECT_NEAR(margins.crossover_hz().value(), truth.crossover_hz().value(), 0.05);
       EXPECT_NEAR(margins.phase_margin_deg().value(), truth.phase_margin_deg().value(), 1.0);
       EXPECT_NEAR(margins.modulus_margin, truth.modulus_margin, 0.02);
-      EXPECT_NEAR(result.resonances.at(1).frequency_hz, 15.0857, 0.1);
+      EXPECT_NEAR(result.modes.at(1).frequency_hz.value, 15.0857, 0.1);
     }
 }
 

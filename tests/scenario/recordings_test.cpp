@@ -49,9 +49,9 @@ TEST(TwoMassBench, DefaultFindsWhatIsKnown) {
   EXPECT_EQ(result.method, "periodic");
   EXPECT_EQ(result.record.samples, 12500U);
   EXPECT_GT(median(result.response.coherence), 0.999);
-  ASSERT_EQ(result.resonances.size(), 2U);
-  EXPECT_NEAR(result.resonances[0].frequency_hz, 53.9, 0.5);
-  EXPECT_NEAR(result.resonances[1].frequency_hz, 76.2, 0.5);
+  ASSERT_EQ(result.modes.size(), 2U);
+  EXPECT_NEAR(result.modes[0].frequency_hz.value, 53.9, 0.5);
+  EXPECT_NEAR(result.modes[1].frequency_hz.value, 76.2, 0.5);
   const auto& drive = result.model->drive;
   ASSERT_EQ(drive.structure, fit::Structure::two_mass);
   EXPECT_NEAR(drive.parameters.driven_inertia, 2.69e-3, 0.03 * 2.69e-3);
@@ -81,7 +81,7 @@ TEST(TwoMassBench, DisjointHalvesAgree) {
     const auto a = halves[0].estimate(parameter), b = halves[1].estimate(parameter);
     EXPECT_EQ(halves[0].estimated[static_cast<std::size_t>(i)],
               halves[1].estimated[static_cast<std::size_t>(i)]);
-    EXPECT_LE(std::abs(a.value - b.value), 1.96 * std::hypot(a.standard_deviation, b.standard_deviation))
+    EXPECT_LE(std::abs(a.value - b.value), 1.96 * std::hypot(a.std, b.std))
         << fit::kParameterNames[static_cast<std::size_t>(i)];
   }
 }
@@ -112,7 +112,7 @@ TEST(TwoMassBench, NoMethodMakesItAThreeMassSystem) {
     const auto result = test::identified(bench(path), options);
     ASSERT_TRUE(result.model.has_value()) << result.method;
     EXPECT_EQ(result.model->drive.structure, fit::Structure::two_mass) << result.method;
-    EXPECT_NEAR(result.resonances.at(1).frequency_hz, 76.2, 0.5) << result.method;
+    EXPECT_NEAR(result.modes.at(1).frequency_hz.value, 76.2, 0.5) << result.method;
   }
 }
 
@@ -123,7 +123,7 @@ TEST(TwoMassBench, FirstPeriodIsLeftOut) {
   const auto result = test::identified(bench(path), {});
   const auto told = test::identified(bench(path), bench_options());
   EXPECT_EQ(result.response.lines(), told.response.lines());
-  EXPECT_NEAR(result.resonances.at(1).frequency_hz, told.resonances.at(1).frequency_hz, 0.02);
+  EXPECT_NEAR(result.modes.at(1).frequency_hz.value, told.modes.at(1).frequency_hz.value, 0.02);
   EXPECT_TRUE(result.trusted);
 }
 
@@ -135,7 +135,7 @@ TEST(TwoMassBench, PeriodIsFound) {
   const auto result = test::identified(bench(path), options);
   EXPECT_EQ(result.record.samples, 12500U);
   EXPECT_EQ(result.method, "periodic");
-  EXPECT_NEAR(result.resonances.at(1).frequency_hz, 76.2, 0.5);
+  EXPECT_NEAR(result.modes.at(1).frequency_hz.value, 76.2, 0.5);
 }
 
 /// Share of the common lines at which two responses differ by more than both 95 % circles together.
@@ -145,8 +145,7 @@ double apart(const data::FrequencyResponse& a, const data::FrequencyResponse& b)
     for (std::size_t j = 0; j < b.lines(); ++j) {
       if (std::abs(a.frequency_hz[i] - b.frequency_hz[j]) > 1e-6) continue;
       ++common;
-      const double radius =
-          data::confidence_radius(std::hypot(a.standard_deviation[i], b.standard_deviation[j]), 0.95);
+      const double radius = data::confidence_radius(std::hypot(a.std[i], b.std[j]), 0.95);
       if (std::abs(a.value[i] - b.value[j]) > radius) ++apart;
     }
   EXPECT_GE(common, 20U);
@@ -198,9 +197,9 @@ TEST(FlexibleArm, AntiresonanceUnitsAndLostCoherence) {
   identification::Options options;
   options.excitation_type = identification::ExcitationType::prbs;
   const auto result = test::identified(io::read_record(path, columns).value(), options);
-  ASSERT_FALSE(result.resonances.empty());
-  EXPECT_TRUE(result.resonances[0].anti);
-  EXPECT_NEAR(result.resonances[0].frequency_hz, 3.43, 0.1);
+  ASSERT_FALSE(result.modes.empty());
+  EXPECT_TRUE(result.modes[0].anti);
+  EXPECT_NEAR(result.modes[0].frequency_hz.value, 3.43, 0.1);
 
   const std::string json = report::to_json(result).dump() + report::summary_text(result);
   for (const char* claim : {"kgm2", "Nm", "rad"}) EXPECT_EQ(json.find(claim), std::string::npos) << claim;

@@ -75,9 +75,7 @@ TEST(SimulateAndCorrect, ErrorBarsOfTheCorrectedResponseHold) {
     const auto& truth = simulation.truth.response;
     const auto found = tracked(simulation, Method::simulate_and_correct, std::nullopt);
     for (std::size_t i = 0; i < truth.lines(); ++i, ++count)
-      if (std::abs(found.value[i] - truth.value[i]) <
-          data::confidence_radius(found.standard_deviation[i], 0.95))
-        ++inside;
+      if (std::abs(found.value[i] - truth.value[i]) < data::confidence_radius(found.std[i], 0.95)) ++inside;
   }
   RecordProperty("inside", inside);
   EXPECT_GE(inside, (count * 88) / 100);
@@ -91,8 +89,8 @@ TEST(SimulateAndCorrect, RefusesPlainlyWithoutAModel) {
   options.model = identification::ModelChoice::none;
   const auto result = identification::identify(simulation.record, options);
   ASSERT_FALSE(result);
-  EXPECT_EQ(result.error().option, "method");
-  EXPECT_NE(result.error().message.find("needs a model"), std::string::npos);
+  EXPECT_EQ(result.error().field, "method");
+  EXPECT_NE(result.error().requirement.view().find("needs a model"), std::string::npos);
 }
 
 }  // namespace

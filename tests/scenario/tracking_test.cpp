@@ -170,7 +170,7 @@ TEST(Tracking, RowsAreHandedOutAndThinned) {
   EXPECT_EQ(rows, 2000U);
   EXPECT_EQ(track.rows, 2000U);
   EXPECT_EQ(track.time_s.size(), 100U);
-  EXPECT_EQ(track.find("stiffness")->standard_deviation.size(), 100U);
+  EXPECT_EQ(track.find("stiffness")->std.size(), 100U);
   EXPECT_TRUE(same);
 }
 

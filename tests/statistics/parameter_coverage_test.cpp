@@ -27,14 +27,14 @@ TEST(ParameterCoverage, IntervalsOfTheModelHoldTheTruth) {
   const data::TwoMassParameters drive{0.032, 0.032, 143.75, 0.3, 0.0};
   std::array<int, 6> inside{};
   identification::Options options;
-  options.chirp = identification::Chirp{35.0, 1.5, 17.0};
+  options.chirp = online::SweepLaw{35.0, 1.5, 17.0};
   options.delay_s = 0.004;
   for (std::uint64_t seed = 1; seed <= kSeeds; ++seed) {
     const auto result = identification::identify(simulate(seed).record, options).value();
     ASSERT_TRUE(result.model.has_value());
     const auto& model = result.model->drive;
-    const auto count = [&](std::size_t i, const fit::Estimate& e, double true_value) {
-      if (std::abs(e.value - true_value) < 1.96 * e.standard_deviation) ++inside[i];
+    const auto count = [&](std::size_t i, const data::Estimate& e, double true_value) {
+      if (std::abs(e.value - true_value) < 1.96 * e.std) ++inside[i];
     };
     for (std::size_t i = 0; i < truth.size(); ++i)
       count(i, model.estimate(static_cast<fit::Parameter>(i)), truth[i]);

@@ -19,7 +19,7 @@ TEST(Plan, BeatsThePublishedChirpInHalfTheTime) {
   const auto by_chirp = test::errors(chirp, rough.model, kSeeds);
   auto wanted = test::predicted_errors(quiet.record.excitation.samples, kNoise);
   for (double& w : wanted) w *= 0.6;
-  const auto two = test::two_steps({1.2, 0.8, 1.2, 0.8}, kNoise, 0.97 * torque, wanted, 1, kSeeds);
+  const auto two = test::two_stages({1.2, 0.8, 1.2, 0.8}, kNoise, 0.97 * torque, wanted, 1, kSeeds);
   EXPECT_LE(two.time_s, 8.5);
   EXPECT_LE(two.peak_torque, torque);
   for (std::size_t i = 0; i < 4; ++i) {
@@ -78,7 +78,7 @@ TEST(Plan, PredictsTheScatterOfThreeMasses) {
   c.limits.time_s = 12.0;
   c.period_s = 1.0;
   c.type = planning::ExcitationType::multisine;
-  c.wishes = {{"resonance_2", 0.002, true}, {"stiffness_2", 0.02, true}, {"damping", 0.02, true}};
+  c.targets = {{"resonance_2", 0.002, true}, {"stiffness_2", 0.02, true}, {"damping", 0.02, true}};
   const auto plan = planning::make_plan(c);
   ASSERT_TRUE(plan.has_value());
   const auto& x = plan->planned();
@@ -93,7 +93,7 @@ TEST(Plan, PredictsTheScatterOfThreeMasses) {
       square[i] += std::pow(figures[i].value - x.figures[i].value, 2) / kRepetitions;
   }
   for (std::size_t i = 0; i < names.size(); ++i) {
-    const double ratio = std::sqrt(square[i]) / x.figures[i].standard_deviation;
+    const double ratio = std::sqrt(square[i]) / x.figures[i].std;
     EXPECT_NEAR(ratio, 1.0, 0.33) << names[i];
     RecordProperty(names[i], std::to_string(ratio));
   }

@@ -128,7 +128,7 @@ struct Efficiency {
       const double error = e.value / truth(i) - 1.0;
       squares(i) += error * error;
       bound(i) += covariance(i, i);
-      if (std::abs(e.value - truth(i)) < 1.96 * e.standard_deviation) inside(i) += 1.0;
+      if (std::abs(e.value - truth(i)) < 1.96 * e.std) inside(i) += 1.0;
     }
     ++seeds;
   }

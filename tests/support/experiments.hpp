@@ -88,9 +88,9 @@ inline const diagnostics::Finding* finding(const identification::Result& result,
 }
 
 /// Truth and estimate agree within `deviations` standard deviations, and those are below `most` of the value.
-inline void expect_within(const fit::Estimate& e, double truth, double deviations, double most) {
-  EXPECT_NEAR(e.value, truth, deviations * e.standard_deviation);
-  EXPECT_LT(e.standard_deviation, most * std::abs(truth));
+inline void expect_within(const data::Estimate& e, double truth, double deviations, double most) {
+  EXPECT_NEAR(e.value, truth, deviations * e.std);
+  EXPECT_LT(e.std, most * std::abs(truth));
 }
 
 }  // namespace resonid::test

@@ -53,8 +53,8 @@ inline plant::ExperimentConfig planned_experiment(const planning::Experiment& x,
 }
 
 /// What is believed before: every parameter off by a factor.
-inline planning::RoughDrive rough_drive(const std::array<double, 4>& factor, double noise) {
-  planning::RoughDrive d;
+inline planning::NominalDrive rough_drive(const std::array<double, 4>& factor, double noise) {
+  planning::NominalDrive d;
   d.model.structure = fit::Structure::two_mass;
   const auto& p = kPublishedSystem2;
   d.model.parameters = {p[0] * factor[0], p[1] * factor[1], p[2] * factor[2], p[3] * factor[3], 0.0};
@@ -113,13 +113,13 @@ inline std::array<double, 4> predicted_errors(const std::vector<double>& excitat
   std::array<double, 4> relative{};
   for (std::size_t i = 0; i < 4; ++i) {
     const auto e = told.model.estimate(static_cast<fit::Parameter>(i));
-    relative[i] = e.standard_deviation / e.value;
+    relative[i] = e.std / e.value;
   }
   return relative;
 }
 
 /// The best multisine of a given time for the accuracies `wanted` of J1, J2, K, D.
-inline planning::Plan planned_in(const planning::RoughDrive& drive, double spread, double peak_torque,
+inline planning::Plan planned_in(const planning::NominalDrive& drive, double spread, double peak_torque,
                                  double time_s, double period_s, const std::array<double, 4>& wanted) {
   planning::PlanConfig c;
   c.drive = drive;
@@ -129,13 +129,13 @@ inline planning::Plan planned_in(const planning::RoughDrive& drive, double sprea
   c.period_s = period_s;
   c.type = planning::ExcitationType::multisine;
   for (std::size_t i = 0; i < 4; ++i)
-    c.wishes.push_back({std::string(fit::kParameterNames[i]), wanted[i], true});
+    c.targets.push_back({std::string(fit::kParameterNames[i]), wanted[i], true});
   auto plan = planning::make_plan(c);
   if (!plan) throw std::runtime_error(std::string(plan.error().field));
   return std::move(*plan);
 }
 
-/// One multisine run of 8.5 s, planned for all that 20 % allow, against the chirp of 17 s. The wishes are
+/// One multisine run of 8.5 s, planned for all that 20 % allow, against the chirp of 17 s. The targets are
 /// those shares of the chirp's deviations that leave J1, the last to be met, the most weight.
 inline planning::Plan planned_for_half_the_time(const std::array<double, 4>& factor, double noise,
                                                 double peak_torque, const std::array<double, 4>& by_chirp) {
@@ -161,9 +161,9 @@ inline plant::ExperimentConfig three_mass_drive(double noise) {
   return c;
 }
 
-inline planning::RoughDrive rough_three_mass(double noise) {
+inline planning::NominalDrive rough_three_mass(double noise) {
   const auto c = three_mass_drive(noise);
-  planning::RoughDrive d;
+  planning::NominalDrive d;
   auto& m = d.model;
   m.structure = fit::Structure::three_mass;
   m.parameters = {data::TwoMassParameters{c.drive.driven_inertia, c.drive.load_inertia, c.drive.stiffness,
@@ -178,7 +178,7 @@ inline planning::RoughDrive rough_three_mass(double noise) {
 }
 
 /// What two planned runs, the second planned with the model of the first, come to over some seeds.
-struct TwoSteps {
+struct TwoStagePlan {
   std::array<double, 4> error{};      ///< Relative rms errors of J1, J2, K, D of the second run's fit.
   std::array<double, 4> predicted{};  ///< Deviations predicted by the second plan, rms over the seeds.
   double time_s = 0.0;                ///< Of both runs, longest.
@@ -186,9 +186,9 @@ struct TwoSteps {
 };
 
 /// From a model off by `factor`: 1.75 s to find the drive roughly, then 6.5 s for the wanted accuracies.
-inline TwoSteps two_steps(const std::array<double, 4>& factor, double noise, double peak_torque,
-                          const std::array<double, 4>& wanted, int first_seed, int seeds) {
-  TwoSteps result;
+inline TwoStagePlan two_stages(const std::array<double, 4>& factor, double noise, double peak_torque,
+                               const std::array<double, 4>& wanted, int first_seed, int seeds) {
+  TwoStagePlan result;
   const auto rough = rough_drive(factor, noise);
   const auto first = planned_in(rough, 0.2, peak_torque, 1.75, 0.874, wanted);
   const auto note = [&](const plant::ExperimentConfig& c) {
@@ -207,7 +207,7 @@ inline TwoSteps two_steps(const std::array<double, 4>& factor, double noise, dou
     for (std::size_t i = 0; i < 4; ++i) {
       const auto parameter = static_cast<fit::Parameter>(i);
       result.error[i] += std::pow(model.value(parameter) / kPublishedSystem2[i] - 1.0, 2) / seeds;
-      result.predicted[i] += std::pow(x.figures[i].standard_deviation / x.figures[i].value, 2) / seeds;
+      result.predicted[i] += std::pow(x.figures[i].std / x.figures[i].value, 2) / seeds;
     }
   }
   for (std::size_t i = 0; i < 4; ++i) {

@@ -19,7 +19,7 @@ inline std::optional<fit::OutputErrorFit> fitted_from_scratch(const data::Record
   for (const auto& start : fit::initial_models(record, known_delay_s)) {
     config.initial = start;
     auto fit = fit::fit_output_error(record, config);
-    if (fit && fit->converged && (!best || fit->information < best->information)) best = std::move(*fit);
+    if (fit && fit->converged && (!best || fit->bic < best->bic)) best = std::move(*fit);
   }
   return best;
 }

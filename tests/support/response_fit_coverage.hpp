@@ -34,10 +34,10 @@ struct Coverage {
                                          data::resonance_hz(drive), data::antiresonance_hz(drive)};
     ++seeds;
     for (std::size_t i = 0; i < truth.size(); ++i) {
-      const fit::Estimate e = i < 4    ? model.estimate(static_cast<fit::Parameter>(i))
-                              : i == 4 ? model.resonance()
-                                       : model.antiresonance();
-      const double ratio = (e.value - truth[i]) / e.standard_deviation;
+      const data::Estimate e = i < 4    ? model.estimate(static_cast<fit::Parameter>(i))
+                               : i == 4 ? model.resonance()
+                                        : model.antiresonance();
+      const double ratio = (e.value - truth[i]) / e.std;
       if (std::abs(ratio) < 1.96) ++inside[i];
       mean_square[i] += ratio * ratio;
       bias[i] += ratio;

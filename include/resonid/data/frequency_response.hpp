@@ -32,7 +32,7 @@ struct Smoothing {
 struct FrequencyResponse {
   std::vector<double> frequency_hz;         ///< [line]
   std::vector<std::complex<double>> value;  ///< [line], output unit per input unit
-  std::vector<double> standard_deviation;   ///< [line], total: std^2 = E|error|^2; empty when unknown
+  std::vector<double> std;                  ///< [line], total: std^2 = E|error|^2; empty when unknown
   std::vector<double> coherence;            ///< [line], 0 ... 1; empty when unknown
   std::vector<double> unsettled_hz;         ///< lines whose tracker had not settled when the record ended
   LineCorrelation correlation{};            ///< of the errors of different lines
@@ -49,7 +49,7 @@ struct FrequencyResponse {
 };
 
 /// Radius of the circle around a value that holds the truth with probability `confidence`, for circular
-/// complex Gaussian errors of total standard deviation `standard_deviation`.
-[[nodiscard]] double confidence_radius(double standard_deviation, double confidence);
+/// complex Gaussian errors of total standard deviation `std`.
+[[nodiscard]] double confidence_radius(double std, double confidence);
 
 }  // namespace resonid::data

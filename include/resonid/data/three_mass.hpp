@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <resonid/data/mode.hpp>
 #include <resonid/data/two_mass.hpp>
 
 namespace resonid::data {
@@ -59,15 +60,9 @@ template <class Scalar>
   return s;
 }
 
-/// An undamped eigenfrequency with its damping ratio.
-struct UndampedMode {
-  double frequency_hz = 0.0;
-  double damping_ratio = 0.0;
-};
-
-/// The two resonances of the free chain, ascending; with the driven side `held`, the two anti-resonances. The
-/// damping ratio is that of the mode alone, phi' D phi/(2 w phi' M phi), viscous friction left out.
-[[nodiscard]] std::array<UndampedMode, 2> undamped_modes(const ThreeMassParameters& p, bool held);
+/// The two resonances of the free chain, ascending; with the driven side `clamped`, the two anti-resonances.
+/// The damping ratio is that of the mode alone, phi' D phi/(2 w phi' M phi), viscous friction left out.
+[[nodiscard]] std::array<UndampedMode, 2> undamped_modes(const ThreeMassParameters& p, bool clamped);
 
 /// The undamped chain of given total inertia with these anti-resonances and resonances, a1 < r1 < a2 < r2:
 /// T/v = s J1 + 1/(s/K1 + 1/(s Jm + 1/(s/K2 + 1/(s J2)))), expanded step by step (Cauer's ladder). Both

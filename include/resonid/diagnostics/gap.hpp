@@ -24,8 +24,8 @@ namespace resonid::diagnostics {
 
 /// The same of values with independent circular errors of total standard deviation `first_std`, `second_std`,
 /// to first order: the standard deviation holds where the distance is well above what noise alone makes.
-[[nodiscard]] fit::Estimate chordal_distance(std::complex<double> first, double first_std,
-                                             std::complex<double> second, double second_std);
+[[nodiscard]] data::Estimate chordal_distance(std::complex<double> first, double first_std,
+                                              std::complex<double> second, double second_std);
 
 /// W_out W_in of a single-input single-output plant at a frequency; the controller makes L = C G of it.
 using Weight = std::function<std::complex<double>(double frequency_hz)>;
@@ -33,9 +33,9 @@ using Weight = std::function<std::complex<double>(double frequency_hz)>;
 /// Pointwise distances of two measured responses over the band that both know. No gap: lines cannot tell the
 /// winding number.
 struct GapCurve {
-  std::vector<double> frequency_hz;        ///< [line]: the lines of the response that has fewer there
-  std::vector<double> distance;            ///< [line], 0 ... 1
-  std::vector<double> standard_deviation;  ///< [line], first order; empty when a response has none
+  std::vector<double> frequency_hz;  ///< [line]: the lines of the response that has fewer there
+  std::vector<double> distance;      ///< [line], 0 ... 1
+  std::vector<double> std;           ///< [line], first order; empty when a response has none
   std::vector<double> noise;  ///< [line], rms distance that noise alone makes of equal plants; empty likewise
 
   /// The line with the largest distance; 0 when there is none.

@@ -5,13 +5,13 @@
 #include <functional>
 #include <optional>
 #include <resonid/base/expected.hpp>
+#include <resonid/data/estimate.hpp>
 #include <resonid/data/frequency_response.hpp>
 #include <resonid/data/record.hpp>
 #include <resonid/data/transfer_function.hpp>
 #include <resonid/fit/detail/noise_model.hpp>
 #include <resonid/fit/detail/predictor.hpp>
 #include <resonid/fit/detail/uncertain_root.hpp>
-#include <resonid/fit/estimate.hpp>
 #include <span>
 #include <utility>
 #include <vector>
@@ -53,7 +53,7 @@ struct BlackBoxConfig {
   std::optional<data::TransferFunction> initial;     ///< Start; found from the record when absent.
   BlackBoxRealisation start;  ///< The same as a model found before, when present; of this or a lower order.
   /// Ranges [from, to) of samples that take no part in the fit; simulated over all the same.
-  std::vector<std::pair<std::size_t, std::size_t>> held_back;
+  std::vector<std::pair<std::size_t, std::size_t>> holdout;
   bool quick = false;  ///< Coarse end of the search and one turn of the noise model: to compare candidates.
 };
 
@@ -75,7 +75,7 @@ struct BlackBoxModel {
   ///
   /// Otherwise whole samples, with standard deviation 0. Nothing where a pole is zero or negative, which no
   /// such plant has, or no m in (-1, 2) solves this.
-  [[nodiscard]] std::optional<Estimate> delay() const;
+  [[nodiscard]] std::optional<data::Estimate> delay() const;
   /// The same model with its parameters moved along [alpha, c, h]; needs the realisation. The covariance
   /// stays.
   [[nodiscard]] BlackBoxModel moved(const Eigen::VectorXd& step) const;
@@ -100,10 +100,10 @@ struct BlackBoxFit {
   std::size_t first_sample = 0;
   double fit_percent = 0.0;  ///< 100 (1 - |y - yh|/|y - mean y|), of the simulation.
   NoiseModel noise;
-  double information = 0.0;  ///< Bayesian information criterion; comparable on the same record.
+  double bic = 0.0;  ///< Bayesian information criterion; comparable on the same record.
   /// [sample of the record] One-step-ahead errors of the samples held back; NaN elsewhere. Empty without any.
-  std::vector<double> held_back;
-  double held_back_fit_percent = 0.0;  ///< fit_percent of the samples held back.
+  std::vector<double> holdout;
+  double holdout_fit_percent = 0.0;  ///< fit_percent of the samples held back.
 };
 
 /// Prediction-error fit of an output-error model of any order, y = q^-d B/A u + noise (METHOD 8.4).

@@ -5,10 +5,10 @@
 #include <array>
 #include <complex>
 #include <resonid/data/frequency_response.hpp>
+#include <resonid/data/mode.hpp>
 #include <resonid/data/three_mass.hpp>
 #include <resonid/data/transfer_function.hpp>
 #include <resonid/fit/detail/uncertain_root.hpp>
-#include <resonid/fit/estimate.hpp>
 #include <span>
 #include <string_view>
 #include <vector>
@@ -52,13 +52,6 @@ using ParameterCovariance = Eigen::Matrix<double, kParameterCount, kParameterCou
 /// Which parameters a structure estimates.
 [[nodiscard]] ParameterMask estimated_parameters(Structure structure, bool viscous_friction, bool delay);
 
-/// A resonance or anti-resonance of a model, undamped.
-struct DriveMode {
-  bool anti = false;
-  Estimate frequency_hz;
-  Estimate damping_ratio;
-};
-
 /// Identified drive: physical parameters with covariance, sampled by zero-order hold.
 struct DriveModel {
   Structure structure = Structure::two_mass;
@@ -71,7 +64,7 @@ struct DriveModel {
       ParameterCovariance::Zero();  ///< Of the parameters themselves, not logarithms.
 
   [[nodiscard]] double value(Parameter parameter) const;
-  [[nodiscard]] Estimate estimate(Parameter parameter) const;
+  [[nodiscard]] data::Estimate estimate(Parameter parameter) const;
 
   /// Zero-order-hold response from torque to velocity, without any delay.
   [[nodiscard]] std::complex<double> response(double frequency_hz) const;
@@ -88,11 +81,11 @@ struct DriveModel {
   [[nodiscard]] data::TransferFunction transfer_function() const;
 
   /// Undamped resonances and anti-resonances, ascending; none when rigid.
-  [[nodiscard]] std::vector<DriveMode> modes() const;
+  [[nodiscard]] std::vector<data::Mode> modes() const;
 
   /// The lowest of them in Hz; not for rigid drives.
-  [[nodiscard]] Estimate resonance() const;
-  [[nodiscard]] Estimate antiresonance() const;
+  [[nodiscard]] data::Estimate resonance() const;
+  [[nodiscard]] data::Estimate antiresonance() const;
 
   /// Poles and zeros from torque to velocity in the s-plane (1/s), viscous friction and dampings included.
   [[nodiscard]] std::vector<UncertainRoot> poles() const;

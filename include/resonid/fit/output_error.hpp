@@ -26,7 +26,7 @@ struct OutputErrorConfig {
   bool noise_model = true;  ///< Weight by an autoregressive model of the residual (order 0 if it is white).
   std::size_t max_noise_order = kHighestNoiseOrder;
   /// [from, to) of samples whose output is not used: a validation part. The simulation runs through them.
-  std::vector<std::pair<std::size_t, std::size_t>> held_back;
+  std::vector<std::pair<std::size_t, std::size_t>> holdout;
   bool fixed_model =
       false;  ///< Estimate initial state and offset only: simulate a given model on the record.
   Predictor predictor = Predictor::open_loop;
@@ -35,27 +35,27 @@ struct OutputErrorConfig {
 };
 
 /// What the samples that were held back say of a fit to the others.
-struct HeldBackFit {
+struct HoldoutFit {
   std::size_t samples = 0;
   double fit_percent = 0.0;  ///< Of the simulation there.
-  double information = 0.0;  ///< N ln(mean square) of what the noise model leaves there, smaller is better.
+  double score = 0.0;        ///< N ln(mean square) of what the noise model leaves there, smaller is better.
 };
 
 struct OutputErrorFit {
   DriveModel model;
   bool converged = false;
   std::size_t samples = 0;  ///< Residuals used.
-  std::optional<Estimate>
+  std::optional<data::Estimate>
       offset;  ///< Torque added to the input; an integrating controller in the loop hides it.
-  std::optional<Estimate> coulomb_friction;
+  std::optional<data::Estimate> coulomb_friction;
   bool one_direction =
       false;  ///< The motion never reverses: dry friction, if asked for, is part of the offset.
   std::vector<double> residual;  ///< [sample] output minus simulated output, from first_sample on.
   std::size_t first_sample = 0;
   double fit_percent = 0.0;  ///< 100 (1 - |y - yh| / |y - mean y|), of the simulation, not one step ahead.
   NoiseModel noise;          ///< Of the residual.
-  std::optional<HeldBackFit> held_back;
-  double information = 0.0;  ///< Bayesian information criterion; comparable on the same record.
+  std::optional<HoldoutFit> holdout;
+  double bic = 0.0;  ///< Bayesian information criterion; comparable on the same record.
 };
 
 /// Maximum-likelihood fit of the sampled physical drive to the record itself: the output simulated from the
@@ -83,7 +83,7 @@ struct Consistency {
 struct JointOutputErrorFit {
   DriveModel model;
   bool converged = false;
-  std::optional<Estimate> coulomb_friction;
+  std::optional<data::Estimate> coulomb_friction;
   std::vector<OutputErrorFit> records;  ///< [record] The common model, with each one's offset and residual.
   std::vector<DriveModel> own;  ///< [record] What each says alone; empty if not asked for or one cannot be
                                 ///< fitted.
@@ -93,7 +93,7 @@ struct JointOutputErrorFit {
   /// information, 0 where it says nothing. Empty for a single record, a given model, and parameters that are
   /// not determined.
   std::vector<Consistency> against_others;
-  double information = 0.0;
+  double bic = 0.0;
 };
 
 /// One drive from several records: one likelihood over all of them, with each one's own initial state, offset

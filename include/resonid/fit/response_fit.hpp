@@ -11,9 +11,9 @@ namespace resonid::fit {
 
 /// How lines count in a fit to a response.
 enum class Weighting {
-  none,                ///< Every line alike, in absolute terms.
-  standard_deviation,  ///< By the response's own standard deviations: maximum likelihood when the model is
-                       ///< true.
+  none,         ///< Every line alike, in absolute terms.
+  std,          ///< By the response's own standard deviations: maximum likelihood when the model is
+                ///< true.
   model_error,  ///< By std^2 + (e |G|)^2, e just large enough to explain the misfit: a model that is only
                 ///< nearly true is not torn towards its best-measured lines.
 };
@@ -37,15 +37,14 @@ struct ResponseFit {
   double misfit = 0.0;  ///< rms of |error|/std over the lines: near 1 when noise explains the difference.
   double model_error = 0.0;  ///< e of Weighting::model_error, relative.
   double cost = 0.0;         ///< Half the weighted sum of squares.
-  double information =
-      0.0;  ///< Bayesian information criterion, smaller is better; comparable on the same lines.
+  double bic = 0.0;  ///< Bayesian information criterion, smaller is better; comparable on the same lines.
   double likelihood = 0.0;  ///< -2 ln of it, all lines taken for independent.
   /// How many neighbouring lines say the same: by smoothing, or since the model is wrong in a smooth way.
   double repetition = 1.0;
   std::size_t lines = 0, parameters = 0;  ///< Fitted lines, estimated parameters.
 
   /// The criterion when so many neighbouring lines are worth one.
-  [[nodiscard]] double information_for(double lines_per_independent_line) const;
+  [[nodiscard]] double bic_for(double lines_per_independent_line) const;
 };
 
 /// Levenberg-Marquardt fit of the physical drive, sampled by zero-order hold, to a measured response

@@ -5,6 +5,7 @@
 #include <optional>
 #include <resonid/base/expected.hpp>
 #include <resonid/data/frequency_response.hpp>
+#include <resonid/data/mode.hpp>
 #include <resonid/data/transfer_function.hpp>
 
 namespace resonid::fit {
@@ -31,15 +32,9 @@ struct RationalFit {
 [[nodiscard]] expected<RationalFit, Error> fit_sanathanan_koerner(const data::FrequencyResponse& response,
                                                                   const SanathananKoernerConfig& config);
 
-/// An oscillating pair of poles or zeros, in continuous terms.
-struct Mode {
-  double frequency_hz = 0.0;   ///< Undamped.
-  double damping_ratio = 0.0;  ///< Negative when unstable.
-};
-
 /// Oscillating poles of a discrete model: z = exp(s Ts). In ascending frequency.
-[[nodiscard]] std::vector<Mode> pole_modes(const data::TransferFunction& g);
+[[nodiscard]] std::vector<data::UndampedMode> pole_modes(const data::TransferFunction& g);
 /// The same for zeros; meaningful well below the Nyquist frequency only.
-[[nodiscard]] std::vector<Mode> zero_modes(const data::TransferFunction& g);
+[[nodiscard]] std::vector<data::UndampedMode> zero_modes(const data::TransferFunction& g);
 
 }  // namespace resonid::fit

@@ -21,7 +21,7 @@ struct CompareOptions {
 struct Difference {
   std::string name;  ///< "stiffness", "resonance", "phase_margin"
   std::string unit;
-  fit::Estimate first, second;
+  data::Estimate first, second;
   double change = 0.0;             ///< second - first
   std::optional<double> std;       ///< Of the change; both results are taken for independent.
   std::optional<double> relative;  ///< change / first

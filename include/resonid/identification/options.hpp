@@ -6,14 +6,28 @@
 #include <functional>
 #include <optional>
 #include <resonid/base/approach.hpp>
-#include <resonid/data/transfer_function.hpp>
+#include <resonid/base/enum_names.hpp>
+#include <resonid/data/controller.hpp>
+#include <resonid/online/lines/detail/sweep.hpp>
 #include <string_view>
 #include <utility>
 #include <vector>
 
 namespace resonid::identification {
 
+using resonid::name_of;
+
 enum class ExcitationType { automatic, chirp, multisine, prbs, stepped_sine, other };
+inline constexpr EnumName<ExcitationType> kExcitationTypeNames[] = {
+    {ExcitationType::automatic, "auto"},
+    {ExcitationType::chirp, "chirp"},
+    {ExcitationType::multisine, "multisine"},
+    {ExcitationType::prbs, "prbs"},
+    {ExcitationType::stepped_sine, "stepped-sine"},
+    {ExcitationType::other, "other"}};
+[[nodiscard]] constexpr std::span<const EnumName<ExcitationType>> enum_names(ExcitationType) noexcept {
+  return kExcitationTypeNames;
+}
 
 /// How the response is measured; `model` reports the fitted model's response instead.
 enum class Method {
@@ -30,19 +44,40 @@ enum class Method {
   simulate_and_correct,
   best_linear
 };
+inline constexpr EnumName<Method> kMethodNames[] = {{Method::automatic, "auto"},
+                                                    {Method::kalman, "kalman"},
+                                                    {Method::sliding_dft, "sliding-dft"},
+                                                    {Method::welch, "welch"},
+                                                    {Method::periodic, "periodic"},
+                                                    {Method::local_polynomial, "local-polynomial"},
+                                                    {Method::local_cubic, "local-cubic"},
+                                                    {Method::least_squares, "least-squares"},
+                                                    {Method::model, "model"},
+                                                    {Method::local_rational, "local-rational"},
+                                                    {Method::simulate_and_correct, "simulate-and-correct"},
+                                                    {Method::best_linear, "best-linear"}};
+[[nodiscard]] constexpr std::span<const EnumName<Method>> enum_names(Method) noexcept { return kMethodNames; }
 
 /// black_box: a rational model of any order, for what no drive structure describes.
 enum class ModelChoice { automatic, none, rigid, two_mass, three_mass, black_box };
+inline constexpr EnumName<ModelChoice> kModelChoiceNames[] = {
+    {ModelChoice::automatic, "auto"},        {ModelChoice::none, "none"},
+    {ModelChoice::rigid, "rigid"},           {ModelChoice::two_mass, "two-mass"},
+    {ModelChoice::three_mass, "three-mass"}, {ModelChoice::black_box, "black-box"}};
+[[nodiscard]] constexpr std::span<const EnumName<ModelChoice>> enum_names(ModelChoice) noexcept {
+  return kModelChoiceNames;
+}
 
 /// What is estimated of friction on the driven side. automatic: what the record shows.
 enum class Friction { automatic, none, viscous, dry, both };
-
-/// Linear chirp from the record's first sample on; the stop may be the lower frequency.
-struct Chirp {
-  double start_hz = 0.0;
-  double stop_hz = 0.0;
-  double duration_s = 0.0;
-};
+inline constexpr EnumName<Friction> kFrictionNames[] = {{Friction::automatic, "auto"},
+                                                        {Friction::none, "none"},
+                                                        {Friction::viscous, "viscous"},
+                                                        {Friction::dry, "dry"},
+                                                        {Friction::both, "both"}};
+[[nodiscard]] constexpr std::span<const EnumName<Friction>> enum_names(Friction) noexcept {
+  return kFrictionNames;
+}
 
 /// How the kalman method tracks.
 struct Tracker {
@@ -55,15 +90,16 @@ struct Tracker {
 /// What the user knows and wants. The defaults choose everything from the record.
 struct Options {
   ExcitationType excitation_type = ExcitationType::automatic;
-  std::optional<Chirp> chirp;
+  /// Linear, from the record's first sample on; the end may be the lower frequency.
+  std::optional<online::SweepLaw> chirp;
   std::vector<double> lines_hz;    ///< Frequencies to report, ascending; empty: chosen.
   std::size_t period_samples = 0;  ///< Period of a periodic excitation; 0: detected.
   /// Periods discarded at the start of the record; best_linear: of each realisation, one at least.
   std::size_t drop_periods = 0;
   Method method = Method::automatic;
-  std::optional<Approach> approach;  ///< Absent: joint with an excitation signal, else direct.
-  std::optional<data::TransferFunction> controller;  ///< C, from velocity error to torque.
-  double delay_s = 0.0;                              ///< Known delay in the measured output.
+  std::optional<Approach> approach;            ///< Absent: joint with an excitation signal, else direct.
+  std::optional<data::Controller> controller;  ///< C, from velocity error to torque.
+  double delay_s = 0.0;                        ///< Known delay in the measured output.
   std::optional<std::pair<double, double>> band_hz;
   ModelChoice model = ModelChoice::automatic;
   Friction friction = Friction::automatic;  ///< Of drive models; dry friction needs a fit to the record.

@@ -4,6 +4,7 @@
 #include <Eigen/Core>
 #include <complex>
 #include <optional>
+#include <resonid/data/mode.hpp>
 #include <resonid/data/record.hpp>
 #include <resonid/diagnostics/finding.hpp>
 #include <resonid/diagnostics/margins.hpp>
@@ -37,22 +38,12 @@ struct Units {
   bool physical = true;   ///< False: input or output is not torque and angle (volts ...).
 };
 
-struct Resonance {
-  bool anti = false;
-  double frequency_hz = 0.0;
-  std::optional<double> std_hz;
-  std::optional<double> damping_ratio;
-  bool from_model =
-      true;  ///< Undamped value of the fitted model; otherwise extremum of the measured response.
-  std::optional<double> damping_ratio_std = {};
-};
-
 struct ModelResult {
   fit::DriveModel drive;
   bool from_record = true;   ///< Fitted to the record (output error); otherwise to the measured response.
   double model_error = 0.0;  ///< Relative difference to the measured response that noise does not explain.
-  std::optional<fit::Estimate> coulomb_friction;
-  std::optional<fit::Estimate> offset;
+  std::optional<data::Estimate> coulomb_friction;
+  std::optional<data::Estimate> offset;
 };
 
 struct LoopResult {
@@ -93,9 +84,9 @@ struct Choice {
 struct StructureTrial {
   std::string name;            ///< "two-mass with friction and delay", "black-box of order 5"
   std::size_t parameters = 0;  ///< Estimated ones, initial state and offset not counted.
-  double information = 0.0;    ///< Bayesian information criterion of the record (response: of its lines).
-  std::optional<double> validation_fit_percent;  ///< Simulated on the part that was held back.
-  std::optional<double> validation_information;  ///< N ln(mean square) there, smaller is better.
+  double bic = 0.0;            ///< Bayesian information criterion of the record (response: of its lines).
+  std::optional<double> holdout_fit_percent;  ///< Simulated on the part that was held back.
+  std::optional<double> holdout_score;        ///< N ln(mean square) there, smaller is better.
   bool chosen = false;
   std::string remark;                                  ///< Why not: "no third mode in the band".
   std::optional<ModelResult> model = {};               ///< What was fitted, where it was kept.
@@ -116,16 +107,16 @@ struct BlackBoxResult {
   double fit_percent = 0.0;  ///< Of the simulation.
   bool converged = true;
   bool stable = true;  ///< No pole outside the unit circle but for an integrator within its error bar.
-  std::optional<fit::Estimate> further_delay = {};  ///< In s, on top of the known one, where one was found.
+  std::optional<data::Estimate> further_delay = {};  ///< In s, on top of the known one, where one was found.
 };
 
 /// What a figure would be in repetitions of the experiment on the fitted model.
 struct BootstrapInterval {
   std::string name;  ///< As in JSON: "stiffness", "resonance_hz", "phase_margin_deg".
   std::string unit;
-  double low = 0.0, high = 0.0;     ///< Of the result's confidence.
-  double standard_deviation = 0.0;  ///< Over the replicas.
-  std::vector<double> values;       ///< Of the replicas that have all figures with an interval, in one order.
+  double low = 0.0, high = 0.0;  ///< Of the result's confidence.
+  double std = 0.0;              ///< Over the replicas.
+  std::vector<double> values;    ///< Of the replicas that have all figures with an interval, in one order.
 };
 struct Bootstrap {
   std::size_t replicas = 0;
@@ -154,7 +145,7 @@ struct Result {
   std::optional<double> radius_m;
   data::FrequencyResponse response;
   std::optional<Distortion> distortion;
-  std::vector<Resonance> resonances;  ///< Ascending.
+  std::vector<data::Mode> modes;  ///< Ascending.
   std::optional<ModelResult> model;
   std::optional<BlackBoxResult> black_box;  ///< In place of `model` when no drive structure was asked for.
   std::vector<Root> roots;                  ///< Of the model, poles first.

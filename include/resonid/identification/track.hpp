@@ -55,10 +55,10 @@ struct TrackOptions {
 
 /// One quantity over the rows.
 struct TrackSeries {
-  std::string name;                        ///< As in the CSV header: "resonance_hz", "b1", "re_12.5".
-  std::string unit;                        ///< "Hz"; empty for plain numbers.
-  std::vector<double> value;               ///< [row], not a number where there is none yet.
-  std::vector<double> standard_deviation;  ///< [row]; empty when the quantity has none.
+  std::string name;           ///< As in the CSV header: "resonance_hz", "b1", "re_12.5".
+  std::string unit;           ///< "Hz"; empty for plain numbers.
+  std::vector<double> value;  ///< [row], not a number where there is none yet.
+  std::vector<double> std;    ///< [row]; empty when the quantity has none.
 };
 
 /// The loop L = C Gd as it was known at one instant.

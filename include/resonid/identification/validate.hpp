@@ -48,7 +48,7 @@ struct ValidateOptions {
 };
 
 /// What is left of the output in a band of frequencies, low_hz <= f < high_hz.
-struct BandLeft {
+struct ResidualBand {
   double low_hz = 0.0, high_hz = 0.0;
   double output_share = 0.0;    ///< Of the output's power (about its mean), 0 ... 1.
   double residual_share = 0.0;  ///< Of the residual's power.
@@ -72,15 +72,16 @@ struct ModelValidation {
   double simulation_fit_percent = 0.0;  ///< 100 (1 - |y - yh|/|y - mean y|), yh from the input alone.
   /// The same one step ahead: with the noise model that the residual shows, past outputs known.
   double prediction_fit_percent = 0.0;
-  std::optional<fit::Estimate> offset;            ///< Constant torque, estimated on this record.
-  std::optional<fit::Estimate> coulomb_friction;  ///< Where the model has it: estimated on this record again.
+  std::optional<data::Estimate> offset;  ///< Constant torque, estimated on this record.
+  std::optional<data::Estimate>
+      coulomb_friction;  ///< Where the model has it: estimated on this record again.
   diagnostics::ResidualTest residual_test;
   diagnostics::ResidualDependence dependence;  ///< On the excitation, else on the input.
   /// What looks like friction (over the velocity) or a dead zone (over the input); none where the output is
   /// not the model's own, in closed-loop prediction, and in records too short for it.
   std::vector<diagnostics::StaticMap> maps;
   response::PowerSpectrum output_spectrum, residual_spectrum;
-  std::vector<BandLeft> bands;                ///< Octaves down from half the sample rate.
+  std::vector<ResidualBand> bands;            ///< Octaves down from half the sample rate.
   std::optional<double> fit_in_band_percent;  ///< 100 (1 - sqrt(residual/output power)) in fit_band_hz.
   std::optional<std::pair<double, double>> fit_band_hz;
   std::optional<double> expected_fit_percent;  ///< If the model left here what it left of its own record.

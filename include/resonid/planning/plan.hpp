@@ -31,7 +31,7 @@ inline constexpr double kMostTime_s = 600.0;
 inline constexpr double kMostSamples = 2e6;
 
 /// A figure that is wanted to a certain accuracy, one standard deviation.
-struct Wish {
+struct AccuracyTarget {
   std::string figure;      ///< One of figure_names().
   double accuracy = 0.01;  ///< > 0, in parts of the figure's value if `relative`, else in its unit.
   bool relative = true;
@@ -41,10 +41,10 @@ enum class ExcitationType { multisine, chirp, prbs };
 inline constexpr std::array<std::string_view, 3> kExcitationNames = {"multisine", "chirp", "prbs"};
 
 struct PlanConfig {
-  RoughDrive drive;
+  NominalDrive drive;
   Limits limits;
-  std::vector<Wish>
-      wishes;  ///< Empty: `accuracy_of_all` of all estimated inertias, stiffnesses and dampings.
+  std::vector<AccuracyTarget>
+      targets;  ///< Empty: `accuracy_of_all` of all estimated inertias, stiffnesses and dampings.
   double accuracy_of_all = 0.01;  ///< > 0, relative.
   Criterion criterion = Criterion::accuracy;
   std::optional<ExcitationType> type;  ///< Absent: the one that needs the least time.
@@ -58,7 +58,7 @@ struct PlanConfig {
 };
 
 /// Largest values that an experiment reaches in simulation, over all drives that are possible.
-struct Extremes {
+struct PeakValues {
   double excitation = 0.0;  ///< Peak of ru.
   double torque = 0.0, torque_rms = 0.0, velocity = 0.0, stroke = 0.0;
 };
@@ -70,18 +70,18 @@ struct Experiment {
   std::vector<double> excitation;  ///< [sample] ru over the whole experiment.
   double duration_s = 0.0;
   double crest_factor = 0.0;
-  Extremes extremes;
-  std::string binding;          ///< Limit that keeps the amplitude down: "torque", "velocity" ...
-  std::vector<Figure> figures;  ///< All of figure_names(), with predicted error bars.
-  std::vector<Figure> wished;   ///< In the order of the wishes; those expected over the possible drives.
-  double ratio = 0.0;           ///< Largest of deviation / wanted deviation: at most 1 when reached.
-  /// Time after which all wishes would be met with the same amplitude; absent where that is out of sight.
+  PeakValues peaks;
+  std::string binding;           ///< Limit that keeps the amplitude down: "torque", "velocity" ...
+  std::vector<Figure> figures;   ///< All of figure_names(), with predicted error bars.
+  std::vector<Figure> targeted;  ///< In the order of the targets; those expected over the possible drives.
+  double ratio = 0.0;            ///< Largest of deviation / wanted deviation: at most 1 when reached.
+  /// Time after which all targets would be met with the same amplitude; absent where that is out of sight.
   std::optional<double> needed_s;
-  /// Factor on the amplitude with which all wishes would be met in the same time; absent: none up to 1e6.
+  /// Factor on the amplitude with which all targets would be met in the same time; absent: none up to 1e6.
   /// Filled in for the planned one.
   std::optional<double> needed_amplitude;
   bool noise_dominates = false;   ///< Fed-back noise tells more than the excitation; of the planned one.
-  std::optional<double> least_s;  ///< Least time of its kind that was laid out and meets all wishes.
+  std::optional<double> least_s;  ///< Least time of its kind that was laid out and meets all targets.
 
   // Multisine only.
   std::vector<double> frequency_hz, line_amplitude, phase_rad;  ///< [line]
@@ -94,7 +94,7 @@ struct Experiment {
 };
 
 /// Two planned runs, the second laid out with the model that the first one gives.
-struct TwoSteps {
+struct TwoStagePlan {
   double first_s = 0.0;   ///< Time limit of the first run, planned with the same options.
   double spread = 0.0;    ///< Of the second plan: two error bars of the worst known parameter.
   double second_s = 0.0;  ///< Predicted length of the second, mean over the possible drives.
@@ -104,29 +104,29 @@ struct TwoSteps {
 };
 
 /// A kind of excitation that was not laid out.
-struct LeftOut {
+struct SkippedKind {
   ExcitationType type = ExcitationType::prbs;
   std::string reason;  ///< Of one sentence, without its full stop.
 };
 
 struct Plan {
-  PlanConfig config;                    ///< With wishes, band and period filled in.
+  PlanConfig config;                    ///< With targets, band and period filled in.
   std::vector<Experiment> experiments;  ///< The planned one, then the others at its length, for comparison.
-  std::vector<LeftOut> left_out;        ///< Kinds that could not be compared.
+  std::vector<SkippedKind> skipped;     ///< Kinds that could not be compared.
   bool band_given = false;              ///< The band of the configuration binds.
-  bool reached = false;                 ///< All wishes within the limits.
+  bool reached = false;                 ///< All targets within the limits.
   std::vector<double> grid_hz, grid_power;  ///< Of the multisine's design, before its weak lines are dropped.
   double design_gap = 0.0;                  ///< See PowerDistribution.
   std::size_t drives = 1;                   ///< Possible drives that were averaged over.
-  std::optional<TwoSteps> two_steps;        ///< Where they take clearly less time.
+  std::optional<TwoStagePlan> two_stages;   ///< Where they take clearly less time.
   double noise_torque = 0.0;  ///< Standard deviation of the torque that the controller makes of noise.
 
   [[nodiscard]] const Experiment& planned() const { return experiments.front(); }
 };
 
-/// The excitation that reaches the wished accuracies in the least time within the limits.
+/// The excitation that reaches the targeted accuracies in the least time within the limits.
 ///
-/// 1. the power of a multisine's lines is distributed (distribute_power) so that all wishes are met at once
+/// 1. the power of a multisine's lines is distributed (distribute_power) so that all targets are met at once
 /// as
 ///    early as possible, on average over the drives that the rough model may stand for;
 /// 2. its phases are chosen for small peaks of excitation, torque and velocity at once (optimise_phases);

@@ -85,10 +85,10 @@ struct OverTime {
 struct Truth {
   Structure structure = Structure::two_mass;
   data::Motion motion = data::Motion::rotary;
-  MassSystem system;                                ///< At the driven shaft.
-  std::optional<data::TwoMassParameters> two_mass;  ///< Of two masses only.
-  std::vector<Mode> resonances, antiresonances;     ///< Undamped, ascending.
-  double torque_lag_s = 0.0;                        ///< Part of `plant`.
+  MassSystem system;                                           ///< At the driven shaft.
+  std::optional<data::TwoMassParameters> two_mass;             ///< Of two masses only.
+  std::vector<data::UndampedMode> resonances, antiresonances;  ///< Undamped, ascending.
+  double torque_lag_s = 0.0;                                   ///< Part of `plant`.
   /// Zero-order-hold equivalent from u to what is measured, without the delay. A velocity from an encoder's
   /// differences is the mean over the past sample, and that is part of it.
   data::TransferFunction plant;

@@ -110,17 +110,17 @@ bool LineList::assign(std::span<const double> hz) noexcept {
 expected<ExcitationConfig, Error> with_kept_lines(const ExcitationConfig& config, double sample_rate_hz) {
   if (config.kind != Kind::multisine) return config;
   if (const auto ok = check_lists(config); !ok) return unexpected(ok.error());
-  if (config.leave_out == LeaveOut::nothing) return config;
+  if (config.detection_lines == DetectionLines::nothing) return config;
   const double any = 1.0;
   if (const auto ok = check(multisine_of(config, sample_rate_hz, std::span(&any, 1)), kMaxLines); !ok)
     return unexpected(ok.error());
   std::array<bool, kMaxLines> room{};
   const auto kept = std::span(room).first(config.lines_hz.count);
-  const LeaveOutConfig left_out{sample_rate_hz, config.lines_hz.hz(), config.leave_out, config.group,
-                                config.seed};
+  const DetectionLinesConfig left_out{sample_rate_hz, config.lines_hz.hz(), config.detection_lines,
+                                      config.group, config.seed};
   if (const auto ok = mark_kept_lines(left_out, kept); !ok) return unexpected(ok.error());
   ExcitationConfig result = config;
-  result.leave_out = LeaveOut::nothing;
+  result.detection_lines = DetectionLines::nothing;
   for (LineList* list : {&result.lines_hz, &result.line_amplitudes, &result.phases_rad}) keep(*list, kept);
   return result;
 }

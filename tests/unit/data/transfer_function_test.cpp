@@ -60,7 +60,7 @@ TEST(FrequencyResponse, InterpolatesAndCutsBands) {
   EXPECT_EQ(g.at(0.5), std::complex<double>(1.0, 0.0));
   const auto part = g.band(1.5, 3.0);
   ASSERT_EQ(part.lines(), 1U);
-  EXPECT_EQ(part.standard_deviation[0], 0.2);
+  EXPECT_EQ(part.std[0], 0.2);
   EXPECT_TRUE(part.unsettled_hz.empty());
 }
 

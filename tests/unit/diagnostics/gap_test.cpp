@@ -78,8 +78,8 @@ TEST(ChordalDistance, StandardDeviationIsThatOfManyDraws) {
     }
     const double mean = sum / kDraws;
     const auto e = chordal_distance(a, a_std, b, b_std);
-    EXPECT_NEAR(e.value, mean, 0.1 * e.standard_deviation);
-    EXPECT_NEAR(std::sqrt(squares / kDraws - mean * mean) / e.standard_deviation, 1.0, 0.03);
+    EXPECT_NEAR(e.value, mean, 0.1 * e.std);
+    EXPECT_NEAR(std::sqrt(squares / kDraws - mean * mean) / e.std, 1.0, 0.03);
   }
 }
 
@@ -264,7 +264,7 @@ data::FrequencyResponse lines(std::vector<double> hz, std::complex<double> gain,
   g.frequency_hz = std::move(hz);
   for (const double f : g.frequency_hz) {
     g.value.push_back(gain / Complex(0.0, f));
-    if (sd > 0.0) g.standard_deviation.push_back(sd * std::abs(g.value.back()));
+    if (sd > 0.0) g.std.push_back(sd * std::abs(g.value.back()));
   }
   return g;
 }
@@ -306,7 +306,7 @@ TEST(GapCurve, ChanceIsUniformForEqualPlants) {
     auto a = lines(hz, 5.0, 0.01), b = lines(hz, 5.0, 0.03);
     for (auto* g : {&a, &b})
       for (std::size_t i = 0; i < g->lines(); ++i)
-        g->value[i] += Complex(normal(random), normal(random)) * (g->standard_deviation[i] * std::sqrt(0.5));
+        g->value[i] += Complex(normal(random), normal(random)) * (g->std[i] * std::sqrt(0.5));
     const double chance = gap_curve(a, b).chance();
     below_10 += chance < 0.1 ? 1 : 0;
     below_50 += chance < 0.5 ? 1 : 0;

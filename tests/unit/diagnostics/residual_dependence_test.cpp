@@ -64,8 +64,8 @@ TEST(StaticMap, MeasuresACubicAndLeavesALineAlone) {
   EXPECT_GT(line.probability, 0.01);
   const auto cubic = map_of(0.5, 0.1);
   EXPECT_LT(cubic.probability, 1e-6);
-  EXPECT_GT(cubic.mean.back(), 3.0 * cubic.standard_deviation.back());
-  EXPECT_LT(cubic.mean.front(), -3.0 * cubic.standard_deviation.front());
+  EXPECT_GT(cubic.mean.back(), 3.0 * cubic.std.back());
+  EXPECT_LT(cubic.mean.front(), -3.0 * cubic.std.front());
 }
 
 TEST(StaticMap, NeedsThreeLevels) {

@@ -116,9 +116,7 @@ TEST(BlackBox, PolesAndZerosAreThoseOfThePlant) {
   EXPECT_NEAR(plain.zeros()[0].value.real(), zeros[0].value.real(), 1e-9);
   EXPECT_NEAR(plain.zeros()[0].covariance(0, 0) / zeros[0].covariance(0, 0), 1.0, 1e-6);
   const double f = 3.0;
-  EXPECT_NEAR(
-      plain.response({&f, 1}).standard_deviation[0] / fit.model.response({&f, 1}).standard_deviation[0], 1.0,
-      1e-6);
+  EXPECT_NEAR(plain.response({&f, 1}).std[0] / fit.model.response({&f, 1}).std[0], 1.0, 1e-6);
 }
 
 /// Normalised squared error of [b, a] over seeds: its mean is the number of parameters when the covariance is
@@ -159,7 +157,7 @@ TEST(BlackBox, ColouredNoiseIsWhitenedAndItsErrorBarsAreRight) {
     const auto g = fit.model.response(f), p = plain.model.response(f);
     for (std::size_t i = 0; i < f.size(); ++i) {
       const auto truth = plant.response(f[i]);
-      told += std::norm(g.standard_deviation[i] / truth);
+      told += std::norm(g.std[i] / truth);
       made += std::norm(g.value[i] / truth - 1.0);
       unweighted += std::norm(p.value[i] / truth - 1.0);
     }
@@ -298,8 +296,8 @@ TEST(BlackBox, AFractionOfASampleInTheDelayIsAParameter) {
     int within = 0;
     for (unsigned seed = 1; seed <= 20; ++seed) {
       const auto delay = fit_black_box(record_of(plant, 3000, 0.002, seed), config)->model.delay().value();
-      EXPECT_LT(delay.standard_deviation * kRate, 0.1);
-      within += std::abs(delay.value * kRate - (3.0 - m)) < 2.0 * delay.standard_deviation * kRate ? 1 : 0;
+      EXPECT_LT(delay.std * kRate, 0.1);
+      within += std::abs(delay.value * kRate - (3.0 - m)) < 2.0 * delay.std * kRate ? 1 : 0;
     }
     EXPECT_GE(within, 16);  // of 20, 95 % each: less with probability 3e-3
   }
@@ -318,28 +316,28 @@ TEST(BlackBox, AMovedModelIsTheOneThatTheCovarianceSpeaksOf) {
       const auto angle = [&](const BlackBoxModel& m) { return std::arg(m.response({&f, 1}).value[0]); };
       const double both =
           std::hypot(model.standard_deviation_of(size), size(model) * model.standard_deviation_of(angle));
-      EXPECT_NEAR(both / model.response({&f, 1}).standard_deviation[0], 1.0, 1e-3) << integrator << direct;
+      EXPECT_NEAR(both / model.response({&f, 1}).std[0], 1.0, 1e-3) << integrator << direct;
     }
 }
 
 TEST(BlackBox, SamplesHeldBackAreNotSeen) {
   auto config = config_of(2);
   auto record = record_of(modal_plant(2), 2000, 0.1, 10);
-  config.held_back = held_back_parts(2000);
-  ASSERT_EQ(config.held_back.size(), 10U);
-  EXPECT_EQ(config.held_back.front(), std::pair(std::size_t{140}, std::size_t{200}));
+  config.holdout = holdout_parts(2000);
+  ASSERT_EQ(config.holdout.size(), 10U);
+  EXPECT_EQ(config.holdout.front(), std::pair(std::size_t{140}, std::size_t{200}));
   const auto before = fit_black_box(record, config).value();
   EXPECT_EQ(before.samples, 1400U);
-  EXPECT_EQ(std::count_if(before.held_back.begin(), before.held_back.end(),
-                          [](double e) { return std::isfinite(e); }),
-            600);
-  for (const auto& [from, to] : config.held_back)
+  EXPECT_EQ(
+      std::count_if(before.holdout.begin(), before.holdout.end(), [](double e) { return std::isfinite(e); }),
+      600);
+  for (const auto& [from, to] : config.holdout)
     for (std::size_t k = from; k < to; ++k) record.output.samples[k] += 5.0;
   const auto after = fit_black_box(record, config).value();
   for (std::size_t i = 0; i <= 2; ++i)
     EXPECT_NEAR(before.model.transfer_function.denominator[i], after.model.transfer_function.denominator[i],
                 1e-6);
-  EXPECT_NEAR(after.held_back[150] - before.held_back[150], 5.0, 1e-9);
+  EXPECT_NEAR(after.holdout[150] - before.holdout[150], 5.0, 1e-9);
 }
 
 TEST(BlackBox, RefusesWhatItCannotFit) {

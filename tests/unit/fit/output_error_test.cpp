@@ -65,7 +65,7 @@ TEST(OutputError, StandardDeviationsAreThoseOfTheGoldenBound) {
   const auto bound = golden.at("crb_log_params_sd").get<std::vector<double>>();
   for (int i = 0; i < 4; ++i) {
     const auto e = fit->model.estimate(static_cast<Parameter>(i));
-    EXPECT_NEAR(e.standard_deviation / e.value / bound[static_cast<std::size_t>(i)], 1.0, 0.05);
+    EXPECT_NEAR(e.std / e.value / bound[static_cast<std::size_t>(i)], 1.0, 0.05);
   }
 }
 
@@ -79,7 +79,7 @@ TEST(OutputError, OperatingPointLoadTorqueAndMovingStartDoNoHarm) {
   const auto fit = fit_output_error(record, config);
   ASSERT_TRUE(fit.has_value());
   EXPECT_EQ(fit->noise.order(), 0U);
-  EXPECT_NEAR(fit->offset->value, -0.7, 5.0 * fit->offset->standard_deviation);
+  EXPECT_NEAR(fit->offset->value, -0.7, 5.0 * fit->offset->std);
   const auto golden = test::golden_json("b_expected.json").at("oe_ml").at("noisy").get<std::vector<double>>();
   EXPECT_NEAR(fit->model.parameters.driven_inertia / golden[0], 1.0, 0.005);
   EXPECT_NEAR(fit->model.parameters.stiffness / (golden[2] * kRadiusSquared), 1.0, 0.005);

@@ -63,7 +63,7 @@ data::FrequencyResponse noisy_response(std::uint64_t seed, double relative) {
     const double sd = relative * std::abs(value);
     g.frequency_hz.push_back(f);
     g.value.push_back(value + sd / std::sqrt(2.0) * std::complex<double>(normal(random), normal(random)));
-    g.standard_deviation.push_back(sd);
+    g.std.push_back(sd);
   }
   return g;
 }
@@ -74,12 +74,12 @@ TEST(ResponseFit, FindsItsOwnStartAndStatesRightErrors) {
   for (std::uint64_t seed = 1; seed <= kRuns; ++seed) {
     ResponseFitConfig config;
     config.sample_time_s = 0.002;
-    config.weighting = Weighting::standard_deviation;
+    config.weighting = Weighting::std;
     const auto fit = fit_response(noisy_response(seed, 0.05), config);
     ASSERT_TRUE(fit.has_value());
     const auto k = fit->model.estimate(kStiffness);
     EXPECT_NEAR(k.value, 143.75, 10.0);
-    if (std::abs(k.value - 143.75) < 1.96 * k.standard_deviation) ++inside;
+    if (std::abs(k.value - 143.75) < 1.96 * k.std) ++inside;
   }
   // Binomial(60, 0.95): fewer than 51 or more than 60 has a probability below 1 %.
   EXPECT_GE(inside, 51);
@@ -115,14 +115,13 @@ TEST(ResponseFit, LinesThatRepeatOneAnotherDoNotShrinkTheErrorBars) {
     for (int copy = 0; copy < 10; ++copy) {
       repeated.frequency_hz.push_back(g.frequency_hz[i] + 1e-6 * copy);
       repeated.value.push_back(g.value[i]);
-      repeated.standard_deviation.push_back(g.standard_deviation[i]);
+      repeated.std.push_back(g.std[i]);
     }
   ResponseFitConfig config;
   config.sample_time_s = 0.002;
   const auto once = fit_response(g, config);
   const auto often = fit_response(repeated, config);
-  const double ratio = often->model.estimate(kStiffness).standard_deviation /
-                       once->model.estimate(kStiffness).standard_deviation;
+  const double ratio = often->model.estimate(kStiffness).std / once->model.estimate(kStiffness).std;
   EXPECT_GT(ratio, 0.75);
   EXPECT_LT(ratio, 1.35);
 }
@@ -136,7 +135,7 @@ TEST(ResponseFit, FittedDelayAndFriction) {
   for (double f = 0.5; f <= 60.0; f *= 1.05) {
     g.frequency_hz.push_back(f);
     g.value.push_back(truth.response(f) * std::polar(1.0, -2.0 * 3.14159265358979323846 * f * truth.delay_s));
-    g.standard_deviation.push_back(0.01 * std::abs(g.value.back()));
+    g.std.push_back(0.01 * std::abs(g.value.back()));
   }
   ResponseFitConfig config;
   config.sample_time_s = 0.002;
@@ -160,7 +159,7 @@ TEST(ResponseFit, FractionOfASampleIsSeenThroughTheHold) {
     const auto delayed = kStep / kInertia * (1.0 / (z - 1.0) + 1.0 - e) / (z * z);
     g.frequency_hz.push_back(f);
     g.value.push_back(delayed * std::polar(1.0, kTwoPi * f * kKnown));
-    g.standard_deviation.push_back(1e-3 * std::abs(delayed));
+    g.std.push_back(1e-3 * std::abs(delayed));
   }
   ResponseFitConfig config;
   config.structure = Structure::rigid;
@@ -185,7 +184,7 @@ TEST(ResponseFit, RefusesWhatItCannotUse) {
   EXPECT_EQ(fit_response(g, config).error().field, "response");
   config.low_hz = 0.0;
   auto bare = g;
-  bare.standard_deviation.clear();
+  bare.std.clear();
   EXPECT_EQ(fit_response(bare, config).error().field, "response");
 }
 

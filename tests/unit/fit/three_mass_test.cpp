@@ -122,7 +122,7 @@ data::FrequencyResponse measured(const plant::Simulation& s, double relative_err
     g.frequency_hz.push_back(f);
     const double re = normal(random), im = normal(random);
     g.value.push_back(value + sd / std::sqrt(2.0) * std::complex<double>(re, im));
-    g.standard_deviation.push_back(sd);
+    g.std.push_back(sd);
   }
   return g;
 }

@@ -91,7 +91,7 @@ TEST(Batch, GoesOnAfterABrokenRecord) {
 
 BatchEntry entry(double hz, double std) {
   Result r;
-  r.resonances = {{false, hz, std, std::nullopt, true}};
+  r.modes = {{false, {hz, std}}};
   return {"x", r, {}};
 }
 

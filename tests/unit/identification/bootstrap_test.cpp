@@ -49,7 +49,7 @@ TEST(Bootstrap, AgreesWithTheCovarianceWhereTheProblemIsNearlyLinear) {
     if (!figure->std) continue;
     compared.insert(i.name);
     // 120 replicas tell a standard deviation to 6.5 %; 3.5 of that.
-    EXPECT_NEAR(i.standard_deviation / *figure->std, 1.0, 0.23) << i.name;
+    EXPECT_NEAR(i.std / *figure->std, 1.0, 0.23) << i.name;
     EXPECT_NEAR(0.5 * (i.low + i.high), figure->value, 1.0 * *figure->std) << i.name;
     EXPECT_NEAR((i.high - i.low) / (2.0 * 1.96 * *figure->std), 1.0, 0.35) << i.name;
   }
@@ -110,7 +110,7 @@ TEST(Bootstrap, ForetellsTheScatterOfRepeatedExperiments) {
   for (const double k : stiffness) sum += (k - mean) * (k - mean);
   const double scatter = std::sqrt(sum / (kSeeds - 1));
   // 30 seeds and 60 replicas: 16 % of standard deviation; 3 of that.
-  EXPECT_NEAR(interval(result, "stiffness").standard_deviation / scatter, 1.0, 0.5);
+  EXPECT_NEAR(interval(result, "stiffness").std / scatter, 1.0, 0.5);
 }
 
 TEST(Bootstrap, LeavesTheCovarianceWhereTheRecordIsShortAndNoisy) {

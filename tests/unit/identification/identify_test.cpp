@@ -61,7 +61,7 @@ Options response_only() {
 
 Options chirp_options() {
   auto o = response_only();
-  o.chirp = Chirp{35.0, 1.5, 10.0};
+  o.chirp = online::SweepLaw{35.0, 1.5, 10.0};
   return o;
 }
 
@@ -129,8 +129,8 @@ TEST(IdentifyRefuses, WhatContradictsTheRecord) {
   refused("confidence", "between 0 and 1", [](Options& o) { o.confidence = 1.0; });
   refused("band", "empty", [](Options& o) { o.band_hz = {20.0, 20.0}; });
   refused("band", "Nyquist", [](Options& o) { o.band_hz = {260.0, 300.0}; });
-  refused("chirp", "250 Hz", [](Options& o) { o.chirp = Chirp{1.0, 250.0, 10.0}; });
-  refused("chirp", "longer than 0 s", [](Options& o) { o.chirp = Chirp{1.0, 25.0, 0.0}; });
+  refused("chirp", "250 Hz", [](Options& o) { o.chirp = online::SweepLaw{1.0, 250.0, 10.0}; });
+  refused("chirp", "longer than 0 s", [](Options& o) { o.chirp = online::SweepLaw{1.0, 25.0, 0.0}; });
   refused("lines", "250 Hz", [](Options& o) { o.lines_hz = {10.0, 260.0}; });
   refused("period-samples", "4000", [](Options& o) { o.period_samples = 4001; });
   refused("drop-periods", "leaves less than one", [](Options& o) { o.drop_periods = 8; });
@@ -214,7 +214,7 @@ TEST(Identify, FitsTheStructureThatIsAskedFor) {
   const auto rigid = identify(multisine(), options);
   ASSERT_TRUE(rigid && rigid->model);
   EXPECT_EQ(rigid->model->drive.structure, fit::Structure::rigid);
-  EXPECT_TRUE(rigid->resonances.empty());
+  EXPECT_TRUE(rigid->modes.empty());
   EXPECT_FALSE(rigid->trusted);  // the response shows plainly that it is not rigid
   options.model = ModelChoice::two_mass;
   const auto two_mass = identify(multisine(), options);

@@ -52,7 +52,7 @@ TEST(ResponseFile, WritesWhatIsKnown) {
   response.frequency_hz = {2.0, 2.1};
   response.value = {{0.1, -0.25}, {1e-7, 3.0}};
   EXPECT_EQ(response_csv(response), "frequency_hz,real,imag\n2,0.1,-0.25\n2.1,1e-07,3\n");
-  response.standard_deviation = {0.01, 0.02};
+  response.std = {0.01, 0.02};
   response.coherence = {0.99, 1.0};
   EXPECT_EQ(response_csv(response),
             "frequency_hz,real,imag,std,coherence\n2,0.1,-0.25,0.01,0.99\n2.1,1e-07,3,0.02,1\n");

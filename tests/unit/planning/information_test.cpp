@@ -11,7 +11,7 @@ namespace {
 
 using test::rough_drive;
 
-TEST(RoughDrive, MovesAsThePlantDoes) {
+TEST(NominalDrive, MovesAsThePlantDoes) {
   auto c = test::published_chirp(0.0);
   for (const double delay_s : {0.004, 0.0037, 0.0}) {
     c.measurement.delay_s = delay_s;
@@ -28,7 +28,7 @@ TEST(RoughDrive, MovesAsThePlantDoes) {
   }
 }
 
-TEST(RoughDrive, AnswersASineAsItsResponseSays) {
+TEST(NominalDrive, AnswersASineAsItsResponseSays) {
   const auto drive = rough_drive({1.0, 1.0, 1.0, 1.0}, 0.1);
   const double f = 12.5;  // 40 samples per period
   std::vector<double> sine(8000);
@@ -48,7 +48,7 @@ TEST(RoughDrive, AnswersASineAsItsResponseSays) {
   EXPECT_LT(std::abs(phasor(motion.position) - loop.position[0]), 3e-3 * std::abs(loop.position[0]));
 }
 
-TEST(RoughDrive, TellsStableFromUnstableLoops) {
+TEST(NominalDrive, TellsStableFromUnstableLoops) {
   auto drive = rough_drive({1.0, 1.0, 1.0, 1.0}, 0.1);
   EXPECT_TRUE(stable(drive));
   EXPECT_EQ(possible_drives(drive, 0.2).size(), 9U);
@@ -71,15 +71,14 @@ TEST(Information, IsThatOfTheFit) {
   const auto told = predicted(drive, run->record.excitation.samples);
   for (int i = 0; i < 4; ++i) {
     const auto p = static_cast<fit::Parameter>(i);
-    const double ratio = fitted->model.estimate(p).standard_deviation / fitted->model.value(p) /
-                         (told.model.estimate(p).standard_deviation / told.model.value(p));
+    const double ratio = fitted->model.estimate(p).std / fitted->model.value(p) /
+                         (told.model.estimate(p).std / told.model.value(p));
     EXPECT_NEAR(ratio, 1.0, 0.03) << fit::kParameterNames[static_cast<std::size_t>(i)];
   }
   const auto figures = figures_of(told);
   EXPECT_EQ(figures.size(), 11U);
   EXPECT_NEAR(figures[4].value, told.model.resonance().value, 1e-12);
-  EXPECT_NEAR(figures[4].standard_deviation, told.model.resonance().standard_deviation,
-              1e-3 * figures[4].standard_deviation);
+  EXPECT_NEAR(figures[4].std, told.model.resonance().std, 1e-3 * figures[4].std);
 }
 
 // Three masses: the simulation is the plant's, and the bars are those that the fit's own Jacobian gives.
@@ -108,16 +107,15 @@ TEST(Information, IsThatOfTheFitOfThreeMasses) {
   const auto told = predicted(drive, run->record.excitation.samples);
   for (const int i : estimated_of(drive.model)) {
     const auto p = static_cast<fit::Parameter>(i);
-    const double ratio = fitted->model.estimate(p).standard_deviation / fitted->model.value(p) /
-                         (told.model.estimate(p).standard_deviation / told.model.value(p));
+    const double ratio = fitted->model.estimate(p).std / fitted->model.value(p) /
+                         (told.model.estimate(p).std / told.model.value(p));
     EXPECT_NEAR(ratio, 1.0, 0.1) << fit::kParameterNames[static_cast<std::size_t>(i)];
   }
   const auto modes = drive.model.modes();  // ascending: anti-resonance, resonance, and again
   const auto figures = figures_of(told, {"antiresonance", "resonance", "antiresonance_2", "resonance_2"});
   for (std::size_t i = 0; i < 4; ++i) {
     EXPECT_EQ(figures[i].value, modes[i].frequency_hz.value);
-    EXPECT_NEAR(figures[i].standard_deviation, told.model.modes()[i].frequency_hz.standard_deviation,
-                1e-3 * figures[i].standard_deviation);
+    EXPECT_NEAR(figures[i].std, told.model.modes()[i].frequency_hz.std, 1e-3 * figures[i].std);
   }
   EXPECT_EQ(figure_names(drive).size(), 7U + 8U + 3U);
   EXPECT_EQ(possible_drives(drive, 0.05).size(), 9U);
@@ -146,8 +144,7 @@ TEST(Information, CallsUnknownWhatARecordDoesNotTell) {
   auto drive = rough_drive({1.0, 1.0, 1.0, 1.0}, 0.1);
   drive.controller.reset();  // with one, its noise would tell something
   const auto told = predicted(drive, std::vector<double>(500, 0.0));
-  for (const auto& figure : figures_of(told))
-    EXPECT_TRUE(std::isinf(figure.standard_deviation)) << figure.name;
+  for (const auto& figure : figures_of(told)) EXPECT_TRUE(std::isinf(figure.std)) << figure.name;
 }
 
 }  // namespace

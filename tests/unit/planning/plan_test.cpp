@@ -26,7 +26,7 @@ TEST(Plan, KeepsEveryLimitOnThePlant) {
   c.limits.velocity = 0.5;
   c.limits.stroke = 0.06;
   c.limits.torque_rms = 0.5;
-  c.wishes = {{"stiffness", 0.02, true}};
+  c.targets = {{"stiffness", 0.02, true}};
   const auto plan = make_plan(c);
   ASSERT_TRUE(plan.has_value());
   EXPECT_TRUE(plan->reached);
@@ -42,7 +42,7 @@ TEST(Plan, KeepsEveryLimitOnThePlant) {
   }
   EXPECT_LE(high - low, 0.0605);
   // One limit is used up, over the drives that it may be.
-  const auto& e = plan->planned().extremes;
+  const auto& e = plan->planned().peaks;
   EXPECT_NEAR(
       std::max({e.torque / 1.0, e.excitation / 1.2, e.velocity / 0.5, e.stroke / 0.06, e.torque_rms / 0.5}),
       1.0, 1e-9);
@@ -78,7 +78,7 @@ TEST(Plan, NeedsLessTimeThanChirpAndPrbs) {
 
 TEST(Plan, LaysOutTheKindThatIsAskedFor) {
   auto c = quick();
-  c.wishes = {{"resonance", 0.01, true}, {"phase_margin", 1.0, false}};
+  c.targets = {{"resonance", 0.01, true}, {"phase_margin", 1.0, false}};
   for (const auto type : {ExcitationType::chirp, ExcitationType::prbs}) {
     c.type = type;
     const auto plan = make_plan(c);
@@ -101,7 +101,7 @@ TEST(Plan, PlansARigidDriveInOpenLoop) {
   const auto plan = make_plan(c);
   ASSERT_TRUE(plan.has_value());
   EXPECT_TRUE(plan->reached);
-  EXPECT_LE(plan->planned().extremes.stroke, 0.5 + 1e-9);
+  EXPECT_LE(plan->planned().peaks.stroke, 0.5 + 1e-9);
 }
 
 // The amplitude that is said to do does: fed-back noise, which no amplitude strengthens, is left out.
@@ -111,13 +111,13 @@ TEST(Plan, ALongerTimeTellsMoreWithinTheSameStroke) {
   c.drive.controller.reset();
   c.type = ExcitationType::multisine;
   c.limits.stroke = 0.05;
-  c.wishes = {{"stiffness", 1e-6, true}};
+  c.targets = {{"stiffness", 1e-6, true}};
   std::vector<double> ratio;
   for (const double time_s : {5.0, 20.0, 80.0}) {
     c.limits.time_s = time_s;
     const auto plan = make_plan(c);
     ASSERT_TRUE(plan.has_value());
-    EXPECT_LE(plan->planned().extremes.stroke, 0.05 * (1.0 + 1e-9));
+    EXPECT_LE(plan->planned().peaks.stroke, 0.05 * (1.0 + 1e-9));
     ratio.push_back(plan->planned().ratio);
   }
   EXPECT_LT(ratio[1], 0.6 * ratio[0]);
@@ -155,7 +155,7 @@ TEST(Plan, LooksNoFurtherThanTenMinutesUnlessTold) {
 
 TEST(Plan, ComparesWhatIsLaidOut) {
   auto c = quick();
-  c.wishes = {{"stiffness", 0.02, true}};
+  c.targets = {{"stiffness", 0.02, true}};
   const auto plan = make_plan(c);
   ASSERT_TRUE(plan.has_value());
   ASSERT_TRUE(plan->reached);
@@ -203,11 +203,11 @@ TEST(Plan, KeepsAPrbsWithinABandThatIsGiven) {
 TEST(Plan, LeavesOutAPrbsThatDoesNotFitTheBand) {
   auto c = quick();
   c.band_hz = {5.0, 30.0};
-  c.wishes = {{"stiffness", 0.02, true}};
+  c.targets = {{"stiffness", 0.02, true}};
   const auto plan = make_plan(c);
   ASSERT_TRUE(plan.has_value());
-  ASSERT_EQ(plan->left_out.size(), 1U);
-  EXPECT_EQ(plan->left_out[0].type, ExcitationType::prbs);
+  ASSERT_EQ(plan->skipped.size(), 1U);
+  EXPECT_EQ(plan->skipped[0].type, ExcitationType::prbs);
   EXPECT_EQ(plan->experiments.size(), 2U);
   for (const double f : plan->planned().frequency_hz) {
     EXPECT_GE(f, 5.0 - 1e-9);
@@ -221,8 +221,8 @@ TEST(Plan, TellsTwoStepsWhereTheyTakeClearlyLess) {
   c.spread = 0.5;
   const auto wide = make_plan(c);
   ASSERT_TRUE(wide.has_value());
-  ASSERT_TRUE(wide->two_steps.has_value());
-  const auto& two = *wide->two_steps;
+  ASSERT_TRUE(wide->two_stages.has_value());
+  const auto& two = *wide->two_stages;
   EXPECT_LE(two.total_s(), 0.8 * two.one_s);
   EXPECT_LE(two.spread, 0.25);
   EXPECT_GT(two.spread, 0.0);
@@ -232,7 +232,7 @@ TEST(Plan, TellsTwoStepsWhereTheyTakeClearlyLess) {
   EXPECT_TRUE(second->reached);
   EXPECT_LT(second->planned().duration_s, two.one_s);
   c.spread = 0.05;
-  EXPECT_FALSE(make_plan(c)->two_steps.has_value());
+  EXPECT_FALSE(make_plan(c)->two_stages.has_value());
 }
 
 TEST(Plan, RefusesNamingTheField) {
@@ -245,7 +245,7 @@ TEST(Plan, RefusesNamingTheField) {
   EXPECT_EQ(refused([](PlanConfig& c) { c.limits.torque = -1.0; }), "max_torque");
   EXPECT_EQ(refused([](PlanConfig& c) { c.limits.torque = HUGE_VAL; }), "max_torque");
   EXPECT_EQ(refused([](PlanConfig& c) { c.limits.time_s = 0.01; }), "max_time_s");
-  EXPECT_EQ(refused([](PlanConfig& c) { c.wishes = {{"colour", 0.1, true}}; }), "accuracy");
+  EXPECT_EQ(refused([](PlanConfig& c) { c.targets = {{"colour", 0.1, true}}; }), "accuracy");
   EXPECT_EQ(refused([](PlanConfig& c) { c.spread = 0.9; }), "spread");
   EXPECT_EQ(refused([](PlanConfig& c) { c.period_s = 100.0; }), "period_s");
   EXPECT_EQ(refused([](PlanConfig& c) { c.band_hz = {5.0, 400.0}; }), "band");
@@ -254,7 +254,7 @@ TEST(Plan, RefusesNamingTheField) {
   EXPECT_EQ(refused([](PlanConfig& c) { c.drive.model.structure = fit::Structure::three_mass; }),
             "middle_inertia");
   EXPECT_EQ(refused([](PlanConfig& c) { c.limits.stroke = 0.0; }), "max_stroke");
-  EXPECT_EQ(refused([](PlanConfig& c) { c.wishes = {{"resonance_2", 0.1, true}}; }), "accuracy");
+  EXPECT_EQ(refused([](PlanConfig& c) { c.targets = {{"resonance_2", 0.1, true}}; }), "accuracy");
   EXPECT_EQ(refused([](PlanConfig& c) {
               c.band_hz = {5.0, 30.0};
               c.type = ExcitationType::prbs;

@@ -80,8 +80,8 @@ TEST(Json, WhatWasNotComputedIsAbsent) {
 /// JSON knows no infinity: nlohmann would write null.
 TEST(Json, WhatIsNotFiniteIsAbsent) {
   auto r = full();
-  r.resonances[0].std_hz = kNan;
-  r.resonances[1].damping_ratio = kInfinity;
+  r.modes[0].frequency_hz.std = kNan;
+  r.modes[1].damping_ratio.value = kInfinity;
   r.model->drive.covariance(fit::kStiffness, fit::kStiffness) = kInfinity;
   r.loop->margins.gain_margin_db = kInfinity;
   r.loop->phase_margin_std_deg = kNan;
@@ -95,13 +95,13 @@ TEST(Json, WhatIsNotFiniteIsAbsent) {
 
 TEST(Json, ARigidDriveHasItsOwnParameters) {
   auto r = full();
-  r.resonances.clear();
+  r.modes.clear();
   r.model->drive = {};
   r.model->drive.structure = fit::Structure::rigid;
   r.model->drive.parameters.driven_inertia = 0.064;
   r.model->drive.sample_time_s = 0.002;
   r.model->drive.estimated = fit::estimated_parameters(fit::Structure::rigid, true, false);
-  r.model->coulomb_friction = fit::Estimate{0.2, 0.01};
+  r.model->coulomb_friction = data::Estimate{0.2, 0.01};
   const json parameters = to_json(r).at("model").at("parameters");
   EXPECT_EQ(keys(parameters),
             (std::set<std::string>{"driven_inertia", "viscous_friction", "coulomb_friction", "offset"}));
@@ -171,7 +171,7 @@ TEST(Sentences, SayTheMostImportantFirst) {
   EXPECT_NE(list[2].find("92 %"), std::string::npos) << list[2];
   auto r = bare();
   EXPECT_NE(sentences(r)[0].find("no resonance"), std::string::npos);
-  r.resonances = {{false, 15.2, std::nullopt, std::nullopt, false}};
+  r.modes = {{false, {15.2, kNan}, {kNan, kNan}, false}};
   EXPECT_NE(sentences(r)[0].find("a resonance at 15.2 Hz"), std::string::npos) << sentences(r)[0];
 }
 

@@ -29,7 +29,7 @@ identification::Result rigid() {
   model.drive.estimated = fit::estimated_parameters(fit::Structure::rigid, true, false);
   model.drive.covariance(fit::kDrivenInertia, fit::kDrivenInertia) = 1e-8;
   model.drive.covariance(fit::kViscousFriction, fit::kViscousFriction) = 1e-6;
-  model.coulomb_friction = fit::Estimate{0.2, 0.01};
+  model.coulomb_friction = data::Estimate{0.2, 0.01};
   model.from_record = false;
   r.model = model;
   r.validation = identification::Validation{80.0, false, std::nullopt, std::nullopt};
@@ -55,8 +55,7 @@ TEST(ReadJson, KeepsTheCovariance) {
   const auto again = result_from_json(to_json(correlated()));
   ASSERT_TRUE(again);
   EXPECT_DOUBLE_EQ(again->model->drive.covariance(0, 2), 5e-9);
-  EXPECT_DOUBLE_EQ(again->model->drive.resonance().standard_deviation,
-                   correlated().model->drive.resonance().standard_deviation);
+  EXPECT_DOUBLE_EQ(again->model->drive.resonance().std, correlated().model->drive.resonance().std);
 }
 
 TEST(ReadJson, KeepsTheLists) {
@@ -64,8 +63,8 @@ TEST(ReadJson, KeepsTheLists) {
   ASSERT_TRUE(again) << again.error().message();
   ASSERT_EQ(again->structures.size(), 3U);
   EXPECT_TRUE(again->structures[1].chosen);
-  EXPECT_DOUBLE_EQ(again->structures[1].information, -300.25);
-  EXPECT_FALSE(again->structures[2].validation_fit_percent);
+  EXPECT_DOUBLE_EQ(again->structures[1].bic, -300.25);
+  EXPECT_FALSE(again->structures[2].holdout_fit_percent);
   ASSERT_EQ(again->roots.size(), 3U);
   EXPECT_EQ(again->roots[2].kind, "zero");
   EXPECT_DOUBLE_EQ(again->roots[0].covariance(0, 1), 0.01);
@@ -84,7 +83,7 @@ TEST(ReadJson, KeepsTheBlackBox) {
   EXPECT_FALSE(again->model);
   EXPECT_EQ(again->black_box->model.delay_samples, 2U);
   ASSERT_TRUE(again->black_box->further_delay);
-  EXPECT_DOUBLE_EQ(again->black_box->further_delay->standard_deviation, 2e-5);
+  EXPECT_DOUBLE_EQ(again->black_box->further_delay->std, 2e-5);
   EXPECT_DOUBLE_EQ(again->black_box->model.covariance(1, 4), 2e-7);
 }
 
@@ -117,7 +116,7 @@ TEST(ReadJson, TakesResultsWithoutCovariance) {
   const auto again = result_from_json(j);
   ASSERT_TRUE(again);
   EXPECT_DOUBLE_EQ(again->model->drive.covariance(0, 2), 0.0);
-  EXPECT_NEAR(again->model->drive.estimate(fit::kStiffness).standard_deviation, 1e-4, 1e-12);
+  EXPECT_NEAR(again->model->drive.estimate(fit::kStiffness).std, 1e-4, 1e-12);
 }
 
 TEST(ReadJson, PassesOverWhatTheSchemaDoesNotName) {

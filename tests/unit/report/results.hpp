@@ -1,9 +1,12 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <limits>
 #include <resonid/identification/result.hpp>
 
 namespace resonid::report::test {
+
+inline constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
 
 /// The least that identify() gives: a response, and nothing made of it.
 inline identification::Result bare() {
@@ -34,10 +37,10 @@ inline identification::Result full() {
   r.record.reference = "r";
   r.approach = "joint";
   r.known_delay_s = 0.004;
-  r.response.standard_deviation = {0.1, 0.1, 0.1};
+  r.response.std = {0.1, 0.1, 0.1};
   r.response.coherence = {0.9, 0.99, 0.999};
-  r.resonances = {{true, 10.67, 0.03, 0.07, true}, {false, 15.09, 0.02, 0.10, true}};
-  r.model = identification::ModelResult{two_mass(), true, 0.01, std::nullopt, fit::Estimate{0.1, 0.01}};
+  r.modes = {{true, {10.67, 0.03}, {0.07, kUnknown}}, {false, {15.09, 0.02}, {0.10, kUnknown}}};
+  r.model = identification::ModelResult{two_mass(), true, 0.01, std::nullopt, data::Estimate{0.1, 0.01}};
   identification::LoopResult loop;
   loop.source = "model";
   loop.margins.crossovers = {{2.7, 63.5}};
@@ -55,7 +58,7 @@ inline identification::Result full() {
 /// full() with all lists: choices, structures, poles and zeros, bootstrap.
 inline identification::Result listed() {
   identification::Result r = full();
-  r.resonances[1].damping_ratio_std = 0.004;
+  r.modes[1].damping_ratio.std = 0.004;
   r.loop->gain_margin_std_db = 0.2;
   r.choices = {{"method", "local-cubic", "The excitation is a chirp."},
                {"structure", "two-mass", "It has the least criterion."}};
@@ -99,7 +102,7 @@ inline identification::Result black_box() {
   box.model.covariance(0, 0) = 0.0;
   box.model.covariance(1, 4) = box.model.covariance(4, 1) = 2e-7;
   box.fit_percent = 87.5;
-  box.further_delay = fit::Estimate{0.0015, 2e-5};
+  box.further_delay = data::Estimate{0.0015, 2e-5};
   r.black_box = box;
   return r;
 }

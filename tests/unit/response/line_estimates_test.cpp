@@ -68,7 +68,7 @@ TEST(LineEstimates, DeviationsArePropagatedToFirstOrder) {
       moved.lines[0].output += error(2);
       sum += std::norm(response::plant_response(moved, options)->value[0] - centre->value[0]) / kDraws;
     }
-    EXPECT_NEAR(std::sqrt(sum) / centre->standard_deviation[0], 1.0, 0.04);
+    EXPECT_NEAR(std::sqrt(sum) / centre->std[0], 1.0, 0.04);
   }
 }
 
@@ -76,9 +76,9 @@ TEST(LineEstimates, FewAveragesWidenTheRegion) {
   // |error|^2/s^2 follows F(2, 2 nu): scipy.stats.f.ppf(0.95, 2, 8) = 4.458970107524511, against -ln 0.05.
   auto lines = one_line(1.0, 1.0, 1.0);
   lines.lines[0].covariance(2, 2) = 1e-4;
-  const double known = response::plant_response(lines, {})->standard_deviation[0];
+  const double known = response::plant_response(lines, {})->std[0];
   lines.lines[0].degrees_of_freedom = 4.0;
-  const double estimated = response::plant_response(lines, {})->standard_deviation[0];
+  const double estimated = response::plant_response(lines, {})->std[0];
   EXPECT_NEAR(known, 0.01, 1e-12);
   EXPECT_NEAR(estimated / known, std::sqrt(4.458970107524511 / -std::log(0.05)), 1e-9);
 }

@@ -89,7 +89,7 @@ TEST(LocalRational, ErrorBarsHoldTheTruth) {
         local_rational(record_of(g, 0.5, seed, 4000), config, {Approach::direct, {}, 0.0}).value();
     for (std::size_t i = 0; i < found.lines(); ++i, ++count)
       if (std::abs(found.value[i] - g.response(found.frequency_hz[i])) <
-          data::confidence_radius(found.standard_deviation[i], 0.95))
+          data::confidence_radius(found.std[i], 0.95))
         ++inside;
   }
   EXPECT_EQ(count, 100);

@@ -91,7 +91,7 @@ TEST(PeriodicAveraging, RegionsHoldTheTruthWithFewPeriods) {
       ASSERT_TRUE(response);
       for (std::size_t i = 0; i < response->lines(); ++i, ++all)
         inside += std::abs(response->value[i] - drive.response(response->frequency_hz[i])) <
-                  data::confidence_radius(response->standard_deviation[i], 0.95);
+                  data::confidence_radius(response->std[i], 0.95);
     }
     EXPECT_NEAR(static_cast<double>(inside) / all, 0.95, 0.02) << periods << " periods";
   }
@@ -174,9 +174,9 @@ TEST(PeriodicAveraging, AgreesWithWelchOnTheTwoMassBench) {
   for (std::size_t i = 0; i < 240; ++i) {
     // The same periods; neighbouring lines share their noise in the one, and only the noise of the input is
     // weighed otherwise.
-    const double deviation = std::max(first->standard_deviation[i], second->standard_deviation[i]);
+    const double deviation = std::max(first->std[i], second->std[i]);
     EXPECT_LT(std::abs(first->value[i] - second->value[i]), 0.2 * deviation) << first->frequency_hz[i];
-    ratio += std::log(second->standard_deviation[i] / first->standard_deviation[i]) / 240.0;
+    ratio += std::log(second->std[i] / first->std[i]) / 240.0;
   }
   EXPECT_NEAR(std::exp(ratio), 1.0, 0.25);  // a mean logarithm of chi-square with 8 degrees is 0.07 below
 }

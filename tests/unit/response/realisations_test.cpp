@@ -240,7 +240,7 @@ TEST(BestLinearApproximation, ErrorBarsHoldWithTwoRealisations) {
     const auto lines = best_linear_approximation(records, {}, Approach::direct).value().lines;
     const auto g = plant_response(lines, {Approach::direct, std::nullopt, 0.0}).value();
     for (std::size_t i = 0; i < g.lines(); ++i) {
-      const double radius = data::confidence_radius(g.standard_deviation[i], 0.95);
+      const double radius = data::confidence_radius(g.std[i], 0.95);
       held += std::abs(g.value[i] - filter(g.frequency_hz[i])) < radius ? 1 : 0;
       ++all;
     }

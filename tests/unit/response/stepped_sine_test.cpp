@@ -83,7 +83,7 @@ TEST(SteppedSine, RegionsHoldTheTruthAsOftenAsTheySay) {
       ASSERT_TRUE(response) << response.error().value << " Hz, seed " << config.run.seed;
       for (std::size_t i = 0; i < response->lines(); ++i, ++all)
         inside += std::abs(response->value[i] - drive.response(response->frequency_hz[i])) <
-                  data::confidence_radius(response->standard_deviation[i], 0.95);
+                  data::confidence_radius(response->std[i], 0.95);
     }
     EXPECT_GT(all, 290) << "a percent or so of the dwells looks unsettled by chance";
     EXPECT_NEAR(static_cast<double>(inside) / all, 0.95, 0.04) << c.periods << c.excitation;
@@ -96,7 +96,7 @@ TEST(SteppedSine, DeviationFallsWithTheTimeSpent) {
     double sum = 0.0;
     for (config.run.seed = 1; config.run.seed <= 5; ++config.run.seed) {
       const auto response = response::stepped_sine(simulated(config), {}, options()).value();
-      for (const double s : response.standard_deviation) sum += s;
+      for (const double s : response.std) sum += s;
     }
     return sum;
   };

@@ -146,7 +146,7 @@ TEST(SweptResponse, LocalCubicMeetsItsAccuracyAtAnyOperatingPoint) {
                 6.0;
       for (std::size_t line = 0; line < response->lines(); ++line, ++all)
         inside += std::abs(response->value[line] - drive.response(response->frequency_hz[line])) <
-                  data::confidence_radius(response->standard_deviation[line], 0.95);
+                  data::confidence_radius(response->std[line], 0.95);
     }
   EXPECT_LT(rms[0], 0.055);  // 0.045 over 20 seeds; the oracle's best without the plant's structure is 0.046
   EXPECT_NEAR(rms[1], rms[0], 1e-6);

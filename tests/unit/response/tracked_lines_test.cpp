@@ -91,7 +91,7 @@ TEST(TrackedLines, RegionsHoldTheTruthAsOftenAsTheySay) {
       ASSERT_EQ(response->lines(), 8u);
       for (std::size_t i = 0; i < 8; ++i, ++all)
         inside += std::abs(response->value[i] - drive.response(response->frequency_hz[i])) <
-                  data::confidence_radius(response->standard_deviation[i], 0.95);
+                  data::confidence_radius(response->std[i], 0.95);
     }
     EXPECT_NEAR(static_cast<double>(inside) / all, 0.95, 0.04)
         << "method " << static_cast<int>(c.method) << " period " << c.period;
@@ -133,8 +133,7 @@ std::size_t apart(const data::FrequencyResponse& response, const data::Frequency
     for (std::size_t j = 0; j < reference.lines(); ++j)
       if (std::abs(response.frequency_hz[i] - reference.frequency_hz[j]) < 1e-6)
         count += std::abs(response.value[i] - reference.value[j]) >
-                 data::confidence_radius(
-                     std::hypot(response.standard_deviation[i], reference.standard_deviation[j]), 0.95);
+                 data::confidence_radius(std::hypot(response.std[i], reference.std[j]), 0.95);
   return count;
 }
 

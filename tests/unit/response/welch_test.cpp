@@ -80,7 +80,7 @@ TEST(Welch, RegionsHoldTheTruthAsOftenAsTheySay) {
       ASSERT_TRUE(response);
       for (std::size_t i = 0; i < response->lines(); ++i, ++all)
         inside += std::abs(response->value[i] - drive.response(response->frequency_hz[i])) <
-                  data::confidence_radius(response->standard_deviation[i], 0.95);
+                  data::confidence_radius(response->std[i], 0.95);
     }
     EXPECT_NEAR(static_cast<double>(inside) / all, 0.95, 0.025) << samples;
   }

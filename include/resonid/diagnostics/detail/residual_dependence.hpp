@@ -39,9 +39,9 @@ struct StaticMap {
   std::string over;           ///< "velocity", "input"; empty: not tested.
   std::vector<double> level;  ///< [bin] Mean of the signal there, ascending.
   std::vector<double> mean;   ///< [bin] In the unit of the input, beyond a straight line over the bins.
-  std::vector<double> standard_deviation;  ///< [bin]
-  double probability = 1.0;                ///< Of so large values by chance.
-  double share = 0.0;  ///< Of the whitened residual's power that they explain beyond chance, 0 ... 1.
+  std::vector<double> std;    ///< [bin]
+  double probability = 1.0;   ///< Of so large values by chance.
+  double share = 0.0;         ///< Of the whitened residual's power that they explain beyond chance, 0 ... 1.
 };
 
 /// The signals of one simulation, sample by sample.

@@ -29,22 +29,22 @@ struct OrderTrial {
   double excess = 0.0;          ///< Mean square above that of the best order.
   double standard_error = 0.0;  ///< Of the excess, from the means of 20 stretches.
   double fit_percent = 0.0;     ///< Of the simulation there.
-  double information = 0.0;     ///< Bayesian information criterion of the other samples.
+  double bic = 0.0;             ///< Bayesian information criterion of the other samples.
 
   /// N ln(mean square) of so many samples, as other models are judged by.
-  [[nodiscard]] double validation_information(std::size_t held_back) const;
+  [[nodiscard]] double holdout_score(std::size_t holdout) const;
 };
 
 struct OrderSelection {
   int order = 0;
   bool further_delay = false;      ///< Found one; it is a parameter of `fit` then.
-  std::size_t held_back = 0;       ///< Samples.
+  std::size_t holdout = 0;         ///< Samples.
   std::vector<OrderTrial> trials;  ///< In ascending order.
   BlackBoxFit fit;                 ///< Of the chosen order, to the whole record.
 };
 
 /// The last 30 % of each tenth of a record, so that a sweep too is seen over its whole band.
-[[nodiscard]] std::vector<std::pair<std::size_t, std::size_t>> held_back_parts(std::size_t samples);
+[[nodiscard]] std::vector<std::pair<std::size_t, std::size_t>> holdout_parts(std::size_t samples);
 
 /// Chooses order, integrator and delay of a black-box model. Delay and integrator within an order by the
 /// Bayesian information criterion. Between orders by the parts held back: the lowest order whose mean squared

@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <resonid/base/expected.hpp>
 #include <resonid/online/excitation/chirp.hpp>
-#include <resonid/online/excitation/detail/left_out_lines.hpp>
+#include <resonid/online/excitation/detail/detection_lines.hpp>
 #include <resonid/online/excitation/metrics.hpp>
 #include <resonid/online/excitation/multisine.hpp>
 #include <resonid/online/excitation/prbs.hpp>
@@ -45,7 +45,7 @@ struct ExcitationConfig {
   LineList phases_rad;
   std::uint64_t seed = 1;
   std::uint64_t periods_per_realisation = 0;
-  LeaveOut leave_out = LeaveOut::nothing;
+  DetectionLines detection_lines = DetectionLines::nothing;
   std::uint64_t group = 4;
   double from_hz = 0.0;
   double to_hz = 0.0;
@@ -79,7 +79,7 @@ void describe(Visitor&& v, ExcitationConfig& c) {
       v("seed", c.seed, "seed of random phases and of lines left out at random");
       v("periods_per_realisation", c.periods_per_realisation,
         "periods after which new random phases are drawn; 0: the same for ever");
-      v("leave_out", c.leave_out,
+      v("leave_out", c.detection_lines,
         "lines of lines_hz to leave out, to show distortion: nothing, even multiples, or odd-random: even "
         "ones and one of every group of odd ones");
       v("group", c.group, "odd lines of which odd-random leaves out one, >= 2");

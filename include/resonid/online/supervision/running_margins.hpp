@@ -25,6 +25,8 @@ struct RunningMargins {
   Real modulus_margin_hz = kAbsent;       ///< Where that is.
   Real gain_margin_db = kAbsent;          ///< Smallest factor > 1 at arg L = -180 deg, in dB.
   Real gain_margin_hz = kAbsent;
+  /// Standard deviations, where those of the lines were given; of a model: detail/loop_errors.hpp.
+  Real crossover_std_hz = kAbsent, phase_margin_std_deg = kAbsent, modulus_margin_std = kAbsent;
 };
 
 /// Margins of the loop L = C Gd, line by line: the work of one line is bounded, so that a servo thread may
@@ -40,21 +42,25 @@ class MarginScan {
 
   /// The next line, in ascending order. True when |L| has crossed 1 downwards since the line before:
   /// newest_crossover_hz() and newest_phase_margin_deg() are then of this crossing.
-  bool step(Real frequency_hz, Complex loop) noexcept {
+  /// `std`: of the loop at this line, its error circular and independent of the other lines', std^2 =
+  /// E|error|^2; the margins get standard deviations then.
+  bool step(Real frequency_hz, Complex loop, Real std = RunningMargins<Real>::kAbsent) noexcept {
     const bool usable = std::isfinite(loop.real()) && std::isfinite(loop.imag());
     if (usable) {
       const Real distance = std::abs(Real(1) + loop);
-      if (!(distance >= margins_.modulus_margin)) take_modulus(distance, frequency_hz);
+      if (!(distance >= margins_.modulus_margin))
+        take_modulus(distance, frequency_hz, std * std::sqrt(Real(0.5)));
     }
     bool crossed = false;
     if (usable && last_usable_ && last_ != Complex(0) && loop != Complex(0)) {
       const Real step_hz = frequency_hz - last_hz_;
-      crossed = look_for_unit_gain(loop, step_hz);
-      look_for_modulus(loop, step_hz);
+      crossed = look_for_unit_gain(loop, step_hz, std);
+      look_for_modulus(loop, step_hz, std);
       look_for_negative_real_axis(loop, step_hz);
     }
     last_ = loop;
     last_hz_ = frequency_hz;
+    last_std_ = std;
     last_usable_ = usable;
     return crossed;
   }
@@ -85,7 +91,7 @@ class MarginScan {
     return std::clamp((std::conj(d) * (Complex(-1) - a)).real() / length, Real(0), Real(1));
   }
 
-  bool look_for_unit_gain(Complex loop, Real step_hz) noexcept {
+  bool look_for_unit_gain(Complex loop, Real step_hz, Real std) noexcept {
     const Real before = std::log(std::abs(last_));
     const Real here = std::log(std::abs(loop));
     if ((before >= Real(0)) == (here >= Real(0))) return false;
@@ -99,13 +105,28 @@ class MarginScan {
     if (std::isnan(margins_.crossover_hz)) {
       margins_.crossover_hz = newest_hz_;
       margins_.phase_margin_deg = margin;
+      take_crossover_errors(loop, step_hz, std, t, before - here);
     }
     return true;
   }
-  void look_for_modulus(Complex loop, Real step_hz) noexcept {
+  /// At t between two lines whose gains differ by exp(fall): the errors of ln|L| and of arg L have the same
+  /// variance and are independent, t moves with those of ln|L|, and arg L with t.
+  void take_crossover_errors(Complex loop, Real step_hz, Real std, Real t, Real fall) noexcept {
+    const Real here = Real(0.5) * std * std / std::norm(loop);
+    const Real before = Real(0.5) * last_std_ * last_std_ / std::norm(last_);
+    const Real mixed = (Real(1) - t) * (Real(1) - t) * before + t * t * here;
+    const Real turn = std::arg(loop / last_);
+    margins_.crossover_std_hz = step_hz / fall * std::sqrt(mixed);
+    margins_.phase_margin_std_deg =
+        Real(180) / kHalfTurn * std::sqrt(mixed * (Real(1) + turn * turn / (fall * fall)));
+  }
+  void look_for_modulus(Complex loop, Real step_hz, Real std) noexcept {
     const Real nearest = nearest_on_chord(last_, loop);
     const Real distance = std::abs(Real(1) + last_ + nearest * (loop - last_));
-    if (distance < margins_.modulus_margin) take_modulus(distance, last_hz_ + nearest * step_hz);
+    if (!(distance < margins_.modulus_margin)) return;
+    const Real before = (Real(1) - nearest) * last_std_, here = nearest * std;
+    take_modulus(distance, last_hz_ + nearest * step_hz,
+                 std::sqrt(Real(0.5) * (before * before + here * here)));
   }
   /// Neighbours more than 90 degrees apart say nothing about the crossing.
   void look_for_negative_real_axis(Complex loop, Real step_hz) noexcept {
@@ -122,14 +143,15 @@ class MarginScan {
       margins_.gain_margin_hz = last_hz_ + t * step_hz;
     }
   }
-  void take_modulus(Real distance, Real frequency_hz) noexcept {
+  void take_modulus(Real distance, Real frequency_hz, Real std) noexcept {
     margins_.modulus_margin = distance;
     margins_.modulus_margin_hz = frequency_hz;
+    margins_.modulus_margin_std = std;
   }
 
   RunningMargins<Real> margins_{};
   Complex last_{};
-  Real last_hz_ = Real(0);
+  Real last_hz_ = Real(0), last_std_ = RunningMargins<Real>::kAbsent;
   Real newest_hz_ = RunningMargins<Real>::kAbsent, newest_margin_deg_ = RunningMargins<Real>::kAbsent;
   bool last_usable_ = false;
 };

@@ -10,7 +10,7 @@ namespace resonid::planning {
 /// What the power of the lines is to make small; V is the covariance of the parameters in parts of their
 /// scale.
 enum class Criterion {
-  accuracy,  ///< The largest of (predicted deviation / wanted deviation)^2 over the wishes: least time.
+  accuracy,  ///< The largest of (predicted deviation / wanted deviation)^2 over the targets: least time.
   d,         ///< det V, the volume of the confidence region.
   a,         ///< trace V, the sum of the relative variances.
   e,         ///< The largest eigenvalue of V (by trace V^8, which is nearly that).
@@ -19,7 +19,7 @@ enum class Criterion {
 /// One possible drive: what each line tells about it, and what is wanted of it.
 struct DesignModel {
   Eigen::MatrixXcd sensitivity;  ///< [parameter, line], see line_sensitivities().
-  Eigen::MatrixXd wishes;        ///< [wish, parameter]: gradient of the figure over its wanted deviation.
+  Eigen::MatrixXd targets;       ///< [target, parameter]: gradient of the figure over its wanted deviation.
 };
 
 struct DesignProblem {
@@ -43,7 +43,7 @@ struct PowerDistribution {
 ///
 /// The problem is convex. Multiplicative algorithm: p_k grows with the ratio of what a line gains, the
 /// criterion's slope, to what it costs, the limits' uses weighted by their prices; prices rise where a limit
-/// is exceeded; the weights of the wishes rise where one lags behind. At the optimum no line has a higher
+/// is exceeded; the weights of the targets rise where one lags behind. At the optimum no line has a higher
 /// ratio than the lines that are used (equivalence theorem), which bounds the gap. Sources: Fedorov 1972,
 /// Theory of Optimal Experiments; Silvey, Titterington, Torsney 1978, Commun. Stat. A7(14); Goodwin, Payne
 /// 1977, ch. 6.

@@ -3,6 +3,7 @@
 
 #include <Eigen/Core>
 #include <cstddef>
+#include <resonid/data/mode.hpp>
 #include <vector>
 
 namespace resonid::plant {
@@ -43,15 +44,9 @@ struct ContinuousDrive {
 [[nodiscard]] ContinuousDrive continuous_drive(const MassSystem& system, double lag_s,
                                                double angle_scale = 0.0);
 
-/// A resonance or an anti-resonance.
-struct Mode {
-  double frequency_hz = 0.0;   ///< Undamped.
-  double damping_ratio = 0.0;  ///< Share of critical damping, from the modal damping d/(2 sqrt(k m)).
-};
-
 /// Undamped natural frequencies of the free machine, ascending, without the rigid-body mode.
-[[nodiscard]] std::vector<Mode> resonances(const MassSystem& system);
-/// Those with the driven mass held: the anti-resonances of the response from torque to driven velocity.
-[[nodiscard]] std::vector<Mode> antiresonances(const MassSystem& system);
+[[nodiscard]] std::vector<data::UndampedMode> resonances(const MassSystem& system);
+/// Those with the driven mass clamped: the anti-resonances of the response from torque to driven velocity.
+[[nodiscard]] std::vector<data::UndampedMode> antiresonances(const MassSystem& system);
 
 }  // namespace resonid::plant

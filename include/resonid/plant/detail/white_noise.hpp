@@ -11,8 +11,7 @@ namespace resonid::plant {
 /// compiler and standard library (std::normal_distribution does not). Marsaglia's polar method on SplitMix64.
 class WhiteNoise {
  public:
-  WhiteNoise(std::uint64_t seed, double standard_deviation) noexcept
-      : uniform_(seed), standard_deviation_(standard_deviation) {}
+  WhiteNoise(std::uint64_t seed, double std) noexcept : uniform_(seed), standard_deviation_(std) {}
 
   double step() noexcept {
     if (has_spare_) {

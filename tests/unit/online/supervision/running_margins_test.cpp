@@ -68,7 +68,7 @@ TEST(RunningMargins, AreThoseOfLoopMarginsBitForBit) {
     data::FrequencyResponse response;
     response.frequency_hz = loop.frequency_hz;
     response.value = loop.value;
-    const auto whole = loop_margins(response);
+    const auto whole = diagnostics::loop_margins(response);
     EXPECT_EQ(running.crossover_hz, whole.crossover_hz().value_or(kNan));
     EXPECT_EQ(running.phase_margin_deg, whole.phase_margin_deg().value_or(kNan));
     EXPECT_EQ(running.modulus_margin, whole.modulus_margin);

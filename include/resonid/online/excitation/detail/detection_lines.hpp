@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <resonid/base/expected.hpp>
+#include <span>
+#include <string_view>
+
+namespace resonid::online {
+
+/// Which multiples of its base frequency a multisine leaves out, so that the drive's answer there shows
+/// non-linear distortion (docs/methods/detection_lines.md).
+enum class DetectionLines { nothing, even, odd_random };
+[[nodiscard]] std::span<const std::string_view> enum_names(DetectionLines) noexcept;
+
+struct DetectionLinesConfig {
+  double sample_rate_hz = 0.0;             ///< > 0.
+  std::span<const double> frequency_hz{};  ///< [line], ascending, > 0 and below half the sample rate.
+  DetectionLines detection_lines = DetectionLines::nothing;
+  std::uint64_t group = 4;  ///< Odd lines of which one is left out, >= 2.
+  std::uint64_t seed = 1;   ///< Of that choice; its draws are not those of the phases.
+};
+
+/// Marks the lines that stay. The base frequency is that of the common period, fs/N. odd_random leaves out
+/// one of every `group` odd lines in ascending order; a last group that is not whole keeps all. Refused:
+/// lines without common period, or with no odd multiple among them. `kept`: [line]. Source: Pintelon and
+/// Schoukens 2012, System Identification, 4.3.2.
+[[nodiscard]] expected<void, Error> mark_kept_lines(const DetectionLinesConfig& config,
+                                                    std::span<bool> kept) noexcept;
+
+}  // namespace resonid::online

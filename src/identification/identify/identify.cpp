@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: MIT
+#include <identification/identify/bootstrap/bootstrap.hpp>
+#include <identification/identify/judge/judge.hpp>
+#include <identification/progress.hpp>
+#include <resonid/identification/identify.hpp>
+
+namespace resonid::identification {
+
+expected<Result, Error> identify(const data::Record& record, const Options& given) {
+  const Options options = detail::sampled(given, record);
+
+  const auto experiment = detail::plan_experiment(record, options);
+  if (!experiment) return tl::unexpected(experiment.error());
+
+  detail::tell(options, "response");
+  const auto measurement = detail::measure(*experiment, options);
+  if (!measurement) return tl::unexpected(measurement.error());
+
+  auto fitted = detail::select(*experiment, *measurement, options);
+  if (!fitted) return tl::unexpected(std::move(fitted.error()));
+
+  detail::tell(options, "loop");
+  Result result = detail::judge(*experiment, *measurement, std::move(*fitted), options);
+
+  if (options.bootstrap > 0 && (result.model || result.black_box)) {
+    detail::tell(options, "bootstrap");
+    detail::put_bootstrap(*experiment, *measurement, options, result);
+  }
+  detail::conclude(result);
+  return result;
+}
+
+}  // namespace resonid::identification

@@ -1,0 +1,129 @@
+// SPDX-License-Identifier: MIT
+#include <algorithm>
+#include <identification/identify/judge/judge.hpp>
+#include <identification/identify/judge/loop.hpp>
+#include <identification/identify/judge/modes.hpp>
+#include <identification/identify/judge/trust.hpp>
+#include <identification/identify/judge/validation.hpp>
+
+namespace resonid::identification::detail {
+namespace {
+
+using diagnostics::Finding;
+
+bool biased_without_model(const Measurement& m, const Fitted& fitted, const Options& options) {
+  return options.method == Method::automatic && m.evidence.biased() && fitted.to_record();
+}
+
+Method reported_method(const Measurement& m, const Fitted& fitted, const Options& options) {
+  if (biased_without_model(m, fitted, options)) return Method::model;
+  const bool with_model = options.method == Method::model || options.method == Method::simulate_and_correct;
+  return with_model ? options.method : m.plan.method;
+}
+
+void replace(std::vector<Choice>& choices, Choice by) {
+  const auto same =
+      std::find_if(choices.begin(), choices.end(), [&](const Choice& c) { return c.what == by.what; });
+  if (same != choices.end()) *same = std::move(by);
+}
+
+std::vector<Choice> choices_of(const Experiment& experiment, const Measurement& m, const Fitted& fitted,
+                               const Options& options) {
+  auto choices = experiment.choices;
+  if (m.method) replace(choices, *m.method);
+  choices.insert(choices.end(), fitted.choices.begin(), fitted.choices.end());
+  if (biased_without_model(m, fitted, options)) replace(choices, model_choice(m.evidence, m.plan.method));
+  if (m.plan.loop_controller && fitted.to_record())
+    choices.push_back(predictor_choice(options, *m.evidence.controller));
+  return choices;
+}
+
+std::vector<Finding> findings_of(const Experiment& experiment, const Measurement& m, const Fitted& fitted,
+                                 const Options& options) {
+  auto findings = experiment.findings;
+  findings.insert(findings.end(), m.findings.begin(), m.findings.end());
+  if (fitted.black_box) inspect_black_box(fitted.black_box->result, findings);
+  if (fitted.to_record()) downweight_incoherent(m.evidence, findings);
+  const bool of_model = biased_without_model(m, fitted, options) || options.method == Method::model;
+  if (auto feedback = inspect_feedback(m.evidence, of_model)) findings.push_back(std::move(*feedback));
+  return findings;
+}
+
+/// Of the model, else of the response, unless that is biased.
+std::vector<data::Mode> visible_modes(const Measurement& m, const Result& result) {
+  if (result.model) return result.model->drive.modes();
+  const auto [low_hz, high_hz] = visible_modes_hz(m.plan);
+  if (result.black_box) return modes_of(result.black_box->model, low_hz, high_hz);
+  std::vector<data::Mode> found;
+  if (m.evidence.biased()) return found;
+  for (const auto& e : diagnostics::response_extrema(result.response)) found.push_back(measured_mode(e));
+  return found;
+}
+
+void judge_loop(const Measurement& m, const Options& options, Result& result) {
+  if (auto loop = response::loop_response(m.lines)) result.measured_loop = std::move(*loop);
+  const Options real = with_real_controller(m, options);
+  const bool identified = m.evidence.controller && (!options.controller || m.controller_differs);
+  if (identified) result.choices.push_back(controller_choice(*m.evidence.controller));
+  result.loop = loop_of(m.plan, real, m.lines, result.response, plant_model(result));
+  if (identified && result.loop) {
+    const auto loop_with = [&, plant = plain(plant_model(result))](const data::TransferFunction& controller) {
+      Options other = real;
+      other.controller = controller;
+      return loop_of(m.plan, other, m.lines, result.response, plant);
+    };
+    if (auto finding = include_controller(*m.evidence.controller, m.plan, loop_with, *result.loop))
+      result.findings.push_back(std::move(*finding));
+  }
+  inspect_loop(result);
+}
+
+}  // namespace
+
+Options with_real_controller(const Measurement& measurement, const Options& options) {
+  Options real = options;
+  const auto& shown = measurement.evidence.controller;
+  if (shown && (!options.controller || measurement.controller_differs)) real.controller = shown->controller;
+  return real;
+}
+
+std::pair<double, double> visible_modes_hz(const Plan& plan) {
+  return {0.3 * plan.low_hz, 1.5 * plan.high_hz};
+}
+
+Result judge(const Experiment& experiment, const Measurement& m, Fitted fitted, const Options& options) {
+  Result result;
+  result.record = experiment.facts;
+  result.units = experiment.units;
+  result.method = name_of(reported_method(m, fitted, options));
+  result.approach = name_of(m.plan.approach);
+  result.confidence = options.confidence;
+  result.known_delay_s = options.delay_s;
+  result.radius_m = options.radius_m;
+  result.response = fitted.corrected ? std::move(*fitted.corrected) : m.response;
+  result.distortion = m.distortion;
+  result.choices = choices_of(experiment, m, fitted, options);
+  result.findings = findings_of(experiment, m, fitted, options);
+  result.structures = std::move(fitted.structures);
+  if (fitted.drive) result.model = fitted.drive->result;
+  if (fitted.black_box) result.black_box = fitted.black_box->result;
+  if (!fitted.black_box) inspect_model(m.plan, options, fitted.drive, result);
+  put_validation(experiment.record, m.lines, std::move(fitted), result);
+  inspect_validation(result);
+  result.modes = visible_modes(m, result);
+  result.roots = roots_of(result);
+  judge_loop(m, options, result);
+  return result;
+}
+
+void conclude(Result& result) {
+  if (result.method == name_of(Method::model)) {
+    auto coherence = std::move(result.response.coherence);
+    const auto f = result.response.frequency_hz;
+    result.response = result.model ? result.model->drive.response(f) : result.black_box->model.response(f);
+    result.response.coherence = std::move(coherence);
+  }
+  result.trusted = trusted(result);
+}
+
+}  // namespace resonid::identification::detail

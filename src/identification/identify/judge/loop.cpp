@@ -1,0 +1,221 @@
+// SPDX-License-Identifier: MIT
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <identification/identify/judge/loop.hpp>
+#include <resonid/base/constants.hpp>
+
+namespace resonid::identification::detail {
+namespace {
+
+using Complex = std::complex<double>;
+using diagnostics::LoopMargins;
+
+/// Logarithmic grid, dense enough that a chord of the Nyquist curve is as good as the curve.
+std::vector<double> dense_grid(double low_hz, double high_hz) {
+  constexpr int kPoints = 1500;
+  std::vector<double> grid;
+  grid.reserve(kPoints);
+  for (int i = 0; i < kPoints; ++i)
+    grid.push_back(low_hz * std::pow(high_hz / low_hz, static_cast<double>(i) / (kPoints - 1)));
+  return grid;
+}
+
+class Loop {
+ public:
+  Loop(const Options& options, const data::FrequencyResponse& controller)
+      : options_(options), controller_(controller) {}
+
+  [[nodiscard]] data::FrequencyResponse curve(const fit::DriveModel& drive,
+                                              const std::vector<double>& grid) const {
+    return weighted(drive.response(grid), grid, options_.delay_s + drive.delay_s);
+  }
+  [[nodiscard]] data::FrequencyResponse curve(const fit::BlackBoxModel& model,
+                                              const std::vector<double>& grid) const {
+    return weighted(model.response(grid), grid, model.known_delay_s);
+  }
+
+  [[nodiscard]] Complex controller_at(double f) const {
+    return options_.controller ? options_.controller->response(f) : controller_.at(f);
+  }
+
+ private:
+  [[nodiscard]] data::FrequencyResponse weighted(data::FrequencyResponse loop,
+                                                 const std::vector<double>& grid, double delay) const {
+    for (std::size_t i = 0; i < grid.size(); ++i) {
+      const Complex factor = controller_at(grid[i]) * std::polar(1.0, -kTwoPi * grid[i] * delay);
+      loop.value[i] *= factor;
+      loop.std[i] *= std::abs(factor);
+    }
+    return loop;
+  }
+
+  const Options& options_;
+  const data::FrequencyResponse& controller_;
+};
+
+/// Without what makes standard deviations, which moved models need not have.
+fit::DriveModel plain(fit::DriveModel model) {
+  model.estimated.fill(false);
+  return model;
+}
+fit::BlackBoxModel plain(fit::BlackBoxModel model) {
+  model.realisation.covariance.resize(0, 0);
+  return model;
+}
+
+template <class Model>
+LoopResult from_model(const Loop& loop, const std::vector<double>& grid, const Model& model) {
+  LoopResult result;
+  result.source = "model";
+  result.curve = loop.curve(model, grid);
+  result.margins = diagnostics::loop_margins(result.curve);
+  const auto deviation = [&](auto&& part) {
+    return model.standard_deviation_of(
+        [&](const Model& m) { return part(diagnostics::loop_margins(loop.curve(plain(m), grid))); });
+  };
+  if (result.margins.crossover_hz()) {
+    result.crossover_std_hz = deviation([](const LoopMargins& l) { return l.crossover_hz().value_or(0.0); });
+    result.phase_margin_std_deg =
+        deviation([](const LoopMargins& l) { return l.phase_margin_deg().value_or(0.0); });
+  }
+  if (result.margins.gain_margin_db)
+    result.gain_margin_std_db =
+        deviation([](const LoopMargins& l) { return l.gain_margin_db.value_or(0.0); });
+  result.modulus_margin_std = deviation([](const LoopMargins& l) { return l.modulus_margin; });
+  return result;
+}
+
+/// The lines that are known better than 30 %: margins of noise are none.
+data::FrequencyResponse well_known(const data::FrequencyResponse& g) {
+  constexpr double kWell = 0.3;
+  if (g.std.size() != g.lines()) return g;
+  data::FrequencyResponse known;
+  for (std::size_t i = 0; i < g.lines(); ++i) {
+    if (!(g.std[i] < kWell * std::abs(g.value[i]))) continue;
+    known.frequency_hz.push_back(g.frequency_hz[i]);
+    known.value.push_back(g.value[i]);
+    known.std.push_back(g.std[i]);
+    if (g.coherence.size() == g.lines()) known.coherence.push_back(g.coherence[i]);
+  }
+  return known;
+}
+
+/// Whether enough lines are left to interpolate between.
+bool enough(const data::FrequencyResponse& known, std::size_t lines) {
+  constexpr std::size_t kLeast = 2, kShare = 4;
+  return known.lines() >= std::max(kLeast, lines / kShare);
+}
+
+LoopResult from_response(const data::FrequencyResponse& curve) {
+  LoopResult result;
+  result.source = "response";
+  result.curve = curve;
+  result.margins = diagnostics::loop_margins(curve);
+  return result;
+}
+
+}  // namespace
+
+std::optional<diagnostics::Finding> include_controller(
+    const fit::ControllerEstimate& shown, const Plan& plan,
+    const std::function<std::optional<LoopResult>(const data::TransferFunction&)>& loop_with,
+    LoopResult& loop) {
+  constexpr double kBeyond = 1.5;
+  const auto crossover = loop.margins.crossover_hz();
+  if (crossover && !(*crossover > plan.low_hz / kBeyond && *crossover < kBeyond * plan.high_hz)) {
+    loop.crossover_std_hz = loop.phase_margin_std_deg = loop.modulus_margin_std =
+        loop.gain_margin_std_db = {};
+    return diagnostics::Finding{
+        "crossover-outside-band", diagnostics::Severity::warning, *crossover, plan.low_hz,
+        fmt::format(
+            "The loop crosses over at {:.3g} Hz, and {:.3g} ... {:.3g} Hz are excited: the controller, "
+            "which was taken from the record, is extrapolated there, and the margins have no error "
+            "bars. Give --controller.",
+            *crossover, plan.low_hz, plan.high_hz)};
+  }
+  if (!shown.model) return std::nullopt;
+  const auto figures = [](const LoopMargins& m) -> Eigen::Vector4d {
+    return {m.crossover_hz().value_or(0.0), m.phase_margin_deg().value_or(0.0), m.modulus_margin,
+            m.gain_margin_db.value_or(0.0)};
+  };
+  // Of [b0, b1, ..., a1, a2, ...]; what an integrator fixes has no deviation.
+  const auto& c = shown.model->covariance;
+  const auto zeros = static_cast<Eigen::Index>(shown.controller.numerator.size());
+  Eigen::MatrixXd gradient = Eigen::MatrixXd::Zero(4, c.rows());
+  for (Eigen::Index i = 0; i < c.rows(); ++i) {
+    constexpr double kSmall = 0.01;  // of the standard deviation
+    const double by = kSmall * std::sqrt(std::max(0.0, c(i, i)));
+    if (!(by > 0.0)) continue;
+    const auto margins = [&](double step) {
+      auto moved = shown.controller;
+      (i < zeros ? moved.numerator[static_cast<std::size_t>(i)]
+                 : moved.denominator[static_cast<std::size_t>(i - zeros + 1)]) += step;
+      const auto other = loop_with(moved);
+      return other ? figures(other->margins) : figures(loop.margins);
+    };
+    gradient.col(i) = (margins(by) - margins(-by)) / (2.0 * by);
+  }
+  const Eigen::Vector4d variance = (gradient * c * gradient.transpose()).diagonal().cwiseMax(0.0);
+  std::optional<double>* const stds[] = {&loop.crossover_std_hz, &loop.phase_margin_std_deg,
+                                         &loop.modulus_margin_std, &loop.gain_margin_std_db};
+  for (Eigen::Index i = 0; i < 4; ++i)
+    if (auto& std = *stds[i]) std = std::sqrt(*std * *std + variance(i));
+  return std::nullopt;
+}
+
+PlantModel plain(PlantModel model) {
+  if (auto* drive = std::get_if<fit::DriveModel>(&model)) return plain(std::move(*drive));
+  if (auto* box = std::get_if<fit::BlackBoxModel>(&model)) return plain(std::move(*box));
+  return model;
+}
+
+PlantModel plant_model(const Result& result) {
+  if (result.model) return result.model->drive;
+  if (result.black_box) return result.black_box->model;
+  return {};
+}
+
+std::optional<LoopResult> loop_of(const Plan& plan, const Options& options,
+                                  const response::LineEstimates& lines,
+                                  const data::FrequencyResponse& response, const PlantModel& model) {
+  data::FrequencyResponse controller;
+  if (!options.controller) {
+    auto measured = response::controller_response(lines);
+    if (!measured) return std::nullopt;
+    if (lines.output_quantity !=
+        data::OutputQuantity::velocity) {  // the controller sees the recorded quantity
+      const auto loop = response::loop_response(lines);
+      if (!loop || !enough(well_known(*loop), loop->lines())) return std::nullopt;
+      return from_response(well_known(*loop));
+    }
+    controller = well_known(*measured);
+    if (!enough(controller, measured->lines())) return std::nullopt;
+  }
+  const Loop loop(options, controller);
+  if (!std::holds_alternative<std::monostate>(model)) {
+    const double nyquist = 0.499 / lines.sample_time_s;
+    const double low =
+        options.controller ? std::min(0.1 * plan.low_hz, 0.01 * nyquist) : controller.frequency_hz.front();
+    const double high = options.controller ? nyquist : controller.frequency_hz.back();
+    const auto grid = dense_grid(std::max(low, 1e-6 * nyquist), high);
+    if (const auto* drive = std::get_if<fit::DriveModel>(&model)) return from_model(loop, grid, *drive);
+    return from_model(loop, grid, std::get<fit::BlackBoxModel>(model));
+  }
+  if (!options.controller) {
+    const auto measured = response::loop_response(lines);
+    if (!measured || !enough(well_known(*measured), measured->lines())) return std::nullopt;
+    return from_response(well_known(*measured));
+  }
+  auto curve = response;
+  for (std::size_t i = 0; i < curve.lines(); ++i) {
+    const double f = curve.frequency_hz[i];
+    const Complex factor = loop.controller_at(f) * std::polar(1.0, -kTwoPi * f * options.delay_s);
+    curve.value[i] *= factor;
+    if (!curve.std.empty()) curve.std[i] *= std::abs(factor);
+  }
+  return from_response(curve);
+}
+
+}  // namespace resonid::identification::detail

@@ -1,0 +1,25 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <resonid/diagnostics/detail/response_extrema.hpp>
+#include <resonid/identification/result.hpp>
+
+namespace resonid::identification::detail {
+
+/// As the measured response has it, without a model to tell error bars and damping.
+[[nodiscard]] data::Mode measured_mode(const diagnostics::ResponseExtremum& extremum);
+
+/// Poles and zeros of a model in the s-plane with their covariance, poles first.
+[[nodiscard]] std::vector<Root> roots_of(const fit::DriveModel& drive);
+/// Of a sampled model by s = ln(z)/Ts; what lies on the negative real axis or at 0 has no counterpart there
+/// and is left out.
+[[nodiscard]] std::vector<Root> roots_of(const fit::BlackBoxModel& model);
+
+/// Of the result's model; none without one.
+[[nodiscard]] std::vector<Root> roots_of(const Result& result);
+
+/// Oscillating poles and zeros of a black box, undamped, from `low_hz` to `high_hz`.
+[[nodiscard]] std::vector<data::Mode> modes_of(const fit::BlackBoxModel& model, double low_hz,
+                                               double high_hz);
+
+}  // namespace resonid::identification::detail

@@ -1,0 +1,259 @@
+// SPDX-License-Identifier: MIT
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <identification/identify/judge/trust.hpp>
+
+namespace resonid::identification::detail {
+namespace {
+
+using diagnostics::Finding;
+using diagnostics::Severity;
+
+void inspect_resonance(const Plan& plan, const data::Mode& mode, bool one_of_several, Result& result) {
+  auto& findings = result.findings;
+  const double f = mode.frequency_hz.value;
+  const auto name = one_of_several ? fmt::format("resonance at {:.3g} Hz", f) : std::string("resonance");
+  const double relative = mode.frequency_hz.std / f;
+  if (relative > 0.05)
+    findings.push_back(
+        {"uncertain-resonance", Severity::error, relative, 0.05,
+         relative > 1.0
+             ? fmt::format(
+                   "The {} is not determined by the record: nothing shows there. Fewer masses say as much "
+                   "(--model auto); to tell more, excite around {:.3g} Hz.",
+                   name, f)
+             : fmt::format("The {} is known to {:.0f} % only: excite more strongly around {:.3g} Hz or "
+                           "record longer.",
+                           name, 100.0 * relative, f)});
+  const double zeta = mode.damping_ratio.value;
+  if (!(zeta > 0.0) || zeta > 1.0)
+    findings.push_back({"unphysical-damping", Severity::error, zeta, 1.0,
+                        "The fitted damping is not that of a resonance: the model only imitates the data."});
+  if (f < plan.low_hz || f > plan.high_hz)
+    findings.push_back(
+        {"resonance-outside-band", Severity::warning, f, f < plan.low_hz ? plan.low_hz : plan.high_hz,
+         fmt::format("The fitted resonance {:.4g} Hz lies outside the excited band {:.4g} ... {:.4g} Hz: "
+                     "it is an extrapolation.",
+                     f, plan.low_hz, plan.high_hz)});
+}
+
+void inspect_parameters(const Plan& plan, const Options& options, const fit::DriveModel& drive,
+                        Result& result) {
+  using namespace fit;
+  auto& findings = result.findings;
+  const auto modes = drive.modes();
+  for (const auto& mode : modes)
+    if (!mode.anti) inspect_resonance(plan, mode, modes.size() > 2, result);
+  for (const auto p : {kDamping, kDamping2}) {
+    const auto damping = drive.estimate(p);
+    if (!has_parameter(drive.structure, p) || !(damping.std > 0.5 * damping.value)) continue;
+    findings.push_back({"uncertain-damping", Severity::info, damping.std / damping.value, 0.5,
+                        fmt::format("The damping{} is known in its order of magnitude only.",
+                                    p == kDamping2 ? " between middle and load" : "")});
+  }
+  const auto inertia = drive.estimate(kDrivenInertia);
+  if (!(inertia.std < 0.2 * inertia.value))
+    findings.push_back({"uncertain-inertia", Severity::error, inertia.std / inertia.value, 0.2,
+                        "The record does not determine the inertia: excite more strongly or record longer."});
+  if (!drive.estimated[kDelay]) return;
+  findings.push_back(further_delay(drive.delay_s, options.delay_s));
+}
+
+}  // namespace
+
+void inspect_model(const Plan& plan, const Options& options, const std::optional<Selection>& selection,
+                   Result& result) {
+  auto& findings = result.findings;
+  if (!result.units.physical)
+    findings.push_back(
+        {"not-physical-units",
+         Severity::info,
+         {},
+         {},
+         fmt::format(
+             "Input in {}, output velocity in {}: the model's coefficients are in these units, they are no "
+             "inertias or stiffnesses. Give --input-scale and --output-scale to get physical ones.",
+             result.units.input, result.units.velocity)});
+  if (options.model == ModelChoice::none) return;
+  if (!selection) {
+    findings.push_back(
+        {"no-model",
+         Severity::error,
+         {},
+         {},
+         "No drive model could be fitted to this response: too few usable lines in the band."});
+    return;
+  }
+  const auto& model = selection->result;
+  constexpr double kNoticeable = 0.1;
+  constexpr double kWorthless = 0.3;
+  if (result.model && !model.coulomb_friction &&
+      (options.friction == Friction::dry || options.friction == Friction::both))
+    findings.push_back(
+        {"no-dry-friction",
+         Severity::warning,
+         {},
+         {},
+         "Dry friction was asked for, but no fit with it came out: the model is one without."});
+  if (model.model_error > kNoticeable && model.model_error <= kWorthless && model.coulomb_friction) {
+    findings.push_back(
+        {"friction-in-response", Severity::info, model.model_error, kNoticeable,
+         fmt::format(
+             "Dry friction bends the measured response: it typically differs by {:.0f} % from the model, "
+             "which describes the drive beside its dry friction.",
+             100.0 * model.model_error)});
+  } else if (model.model_error > kNoticeable) {
+    const bool bad = model.model_error > kWorthless;
+    findings.push_back(
+        {"misfit", bad ? Severity::error : Severity::warning, model.model_error,
+         bad ? kWorthless : kNoticeable,
+         fmt::format(
+             "Model and measured response typically differ by {:.0f} %, beyond the noise: the drive is "
+             "not quite {}. {}{}",
+             100.0 * model.model_error,
+             model.drive.structure == fit::Structure::rigid
+                 ? std::string("rigid")
+                 : fmt::format("a {} system", fit::name_of(model.drive.structure)),
+             model.from_record
+                 ? "The parameters' error bars hold the noise of the record, not this difference."
+                 : "Error bars of the parameters hold this difference as if it were noise.",
+             bad ? " A model without drive structure (--model black-box) may describe it." : "")});
+  }
+  if (!model.from_record)
+    findings.push_back(
+        {"model-from-response",
+         Severity::info,
+         {},
+         {},
+         "The model was fitted to the measured response: slow disturbances or friction that is not "
+         "linear would rule a fit to the record itself."});
+  if (model.from_record && options.approach == Approach::indirect &&
+      result.record.output_quantity != data::OutputQuantity::velocity)
+    findings.push_back(
+        {"indirect-response-only",
+         Severity::info,
+         {},
+         {},
+         "The measured response is indirect, the model is not: the closed-loop predictor needs "
+         "a recorded velocity, which is what the controller is fed. The model was fitted from the "
+         "recorded input, which is right as far as its noise model is."});
+  inspect_parameters(plan, options, model.drive, result);
+}
+
+void inspect_black_box(const BlackBoxResult& result, std::vector<Finding>& findings) {
+  if (result.further_delay)
+    findings.push_back(further_delay(result.further_delay->value, result.model.known_delay_s));
+  if (!result.converged)
+    findings.push_back({"not-converged",
+                        Severity::error,
+                        {},
+                        {},
+                        "The search for the black-box model ended before it reached a minimum: its order is "
+                        "probably too high for this record. Try a lower --order."});
+  double largest = 0.0;
+  for (const auto& pole : result.model.poles()) largest = std::max(largest, std::abs(pole.value));
+  if (!result.stable)
+    findings.push_back({"unstable-model", Severity::error, largest, 1.0,
+                        fmt::format("The black-box model is unstable (a pole at |z| = {:.6g}), and its error "
+                                    "bar does not excuse it: what the record holds is not that of a drive, "
+                                    "or the order does not suit it. Try another --order.",
+                                    largest)});
+}
+
+Finding further_delay(double delay_s, double known_delay_s) {
+  const double delay_ms = 1e3 * delay_s;
+  Finding finding{"further-delay", Severity::info, delay_s, {}, {}};
+  if (delay_s < 0.0 && known_delay_s > 0.0)
+    finding.meaning = fmt::format("The record shows {:.3g} ms less delay than the {:.3g} ms given.",
+                                  -delay_ms, 1e3 * known_delay_s);
+  else if (delay_s < 0.0)
+    return {"input-ahead", Severity::info, delay_s, 0.0,
+            fmt::format("Against an input held between samples the output comes {:.3g} ms early: the input "
+                        "was measured, not commanded. Taken into account.",
+                        -delay_ms)};
+  else if (known_delay_s > 0.0)
+    finding.meaning = fmt::format("The record shows {:.3g} ms more delay than the {:.3g} ms given.", delay_ms,
+                                  1e3 * known_delay_s);
+  else
+    finding.meaning = fmt::format(
+        "The record shows a delay of {:.3g} ms between input and output; it is part of the margins.",
+        delay_ms);
+  return finding;
+}
+
+void inspect_validation(Result& result) {
+  if (result.model)
+    for (const auto& mode : result.model->drive.modes()) {
+      const double nyquist = 0.5 * result.record.sample_rate_hz, f = mode.frequency_hz.value;
+      if (f < nyquist) continue;
+      result.findings.push_back(
+          {"mode-above-nyquist", Severity::error, f, nyquist,
+           fmt::format(
+               "The model has a mode at {:.4g} Hz, above half the sample rate: the record cannot show it, "
+               "and the model imitates something else.",
+               f)});
+    }
+  const auto& v = result.validation;
+  if (!v || !v->of_record) return;
+  if (v->fit_percent <= 0.0)
+    result.findings.push_back({"explains-nothing", Severity::error, v->fit_percent, 0.0,
+                               "The model's simulation is no nearer to the recorded output than its mean is: "
+                               "the model is not that of "
+                               "this machine."});
+  for (const auto& trial : result.structures)
+    if (trial.chosen && v->fit_percent > 0.0 && trial.holdout_fit_percent.value_or(1.0) <= 0.0)
+      result.findings.push_back(
+          {"fails-on-held-back", Severity::error, trial.holdout_fit_percent, 0.0,
+           "Fitted to the rest of the record, the model's simulation is no nearer to the "
+           "samples held back than their mean is: it imitates the record."});
+  constexpr double kMuch = 0.4;
+  const double left = v->cross_correlation_max.value_or(0.0);
+  constexpr double kNearlyAll = 99.0;  // what is left then is small, whatever it follows
+  if (v->fit_percent < kNearlyAll && left > kMuch && left > 3.0 * v->limit.value_or(0.0))
+    result.findings.push_back(
+        {"unexplained-response", Severity::error, left, kMuch,
+         fmt::format(
+             "What the model leaves of the output still follows the input (correlation {:.2f}): the model "
+             "lacks something that the machine has.",
+             left)});
+}
+
+void inspect_loop(Result& result) {
+  if (!result.loop) return;
+  auto& findings = result.findings;
+  const auto& margins = result.loop->margins;
+  const auto worst = margins.worst_phase_margin_deg;
+  if (worst && *worst <= 0.0)
+    findings.push_back(
+        {"unstable-loop", Severity::warning, *worst, 0.0,
+         fmt::format("The phase margin is {:.1f} deg: this loop would be unstable. As it ran, controller, "
+                     "delay or sign given do not belong to this record.",
+                     *worst)});
+  else if (worst && *worst < 30.0)
+    findings.push_back(
+        {"small-phase-margin", Severity::warning, *worst, 30.0,
+         fmt::format("The smallest phase margin is {:.1f} deg; 30 deg or more is usual.", *worst)});
+  if (margins.modulus_margin < 0.5 && !(worst && *worst <= 0.0))
+    findings.push_back(
+        {"small-modulus-margin", Severity::warning, margins.modulus_margin, 0.5,
+         fmt::format("The loop comes within {:.2f} of -1 at {:.3g} Hz: disturbances there are amplified "
+                     "{:.1f}-fold.",
+                     margins.modulus_margin, margins.modulus_margin_hz,
+                     1.0 / std::max(margins.modulus_margin, 1e-6))});
+  if (margins.crossovers.size() > 1)
+    findings.push_back(
+        {"several-crossovers", Severity::info, static_cast<double>(margins.crossovers.size()), 1.0,
+         fmt::format(
+             "The loop gain |L| falls below 1 at {} frequencies; the phase margin given is that of the "
+             "first, the smallest of all is {:.1f} deg.",
+             margins.crossovers.size(), worst.value_or(0.0))});
+}
+
+bool trusted(const Result& result) {
+  return std::none_of(result.findings.begin(), result.findings.end(),
+                      [](const Finding& f) { return f.severity == Severity::error; });
+}
+
+}  // namespace resonid::identification::detail

@@ -1,0 +1,216 @@
+// SPDX-License-Identifier: MIT
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <identification/identify/measure/loop_evidence.hpp>
+#include <limits>
+#include <resonid/base/detail/median.hpp>
+
+namespace resonid::identification::detail {
+namespace {
+
+using diagnostics::Finding;
+using diagnostics::Severity;
+using Complex = std::complex<double>;
+
+/// Relative bias of every line, limited where the autoregression's own response nearly vanishes.
+std::vector<Complex> biases(const diagnostics::Feedback& feedback, const std::vector<double>& hz) {
+  constexpr double kMost = 10.0;
+  std::vector<Complex> bias;
+  for (const double f : hz) {
+    const Complex b = feedback.direct_bias(f);
+    const double size = std::abs(b);
+    bias.push_back(!std::isfinite(size) ? Complex(0.0) : size > kMost ? b * (kMost / size) : b);
+  }
+  return bias;
+}
+
+std::string percent(double part) { return fmt::format("{:.0f} %", 100.0 * part); }
+
+/// The gain at once of a told controller against the one that u and y show without excitation.
+std::optional<Finding> inspect_gain(const data::TransferFunction& told,
+                                    const diagnostics::Feedback& feedback) {
+  const double expected = told.numerator.front() / told.denominator.front();
+  const double shown = -feedback.d.front();
+  const double deviation = std::sqrt(feedback.input_variance / (feedback.samples * feedback.output_variance));
+  constexpr double kRelevant = 0.05, kDeviations = 3.0;
+  const double difference = std::abs(shown - expected);
+  if (!(difference > kRelevant * std::abs(shown)) || !(difference > kDeviations * deviation))
+    return std::nullopt;
+  return Finding{"controller-differs", Severity::error, difference / std::abs(shown), kRelevant,
+                 fmt::format("The input answers the noise of the output at once with {:.4g} +- {:.2g}, the "
+                             "controller told with {:.4g}: it is not the one that ran, and the margins are "
+                             "not those of this loop.",
+                             shown, 2.0 * deviation, expected)};
+}
+
+}  // namespace
+
+LoopEvidence loop_evidence(const data::Record& record, const Plan& plan, ExcitationSource source,
+                           const Options& options, const data::FrequencyResponse& response) {
+  LoopEvidence evidence;
+  if (source == ExcitationSource::recorded && record.output_quantity == data::OutputQuantity::velocity)
+    evidence.controller = fit::estimate_controller(record);
+  if (plan.approach != Approach::direct) return evidence;
+  auto feedback = diagnostics::find_feedback(record, options.delay_s);
+  if (!feedback || !feedback->present()) return evidence;
+  evidence.feedback = std::move(*feedback);
+  std::vector<double> relative, bars;
+  const auto bias = biases(*evidence.feedback, response.frequency_hz);
+  for (std::size_t i = 0; i < bias.size(); ++i) {
+    relative.push_back(std::abs(bias[i]));
+    if (response.std.size() != bias.size()) continue;
+    const double absolute = std::abs(bias[i] / (1.0 + bias[i]) * response.value[i]);
+    bars.push_back(absolute / std::max(response.std[i], 1e-300));
+  }
+  evidence.bias = median(std::move(relative));
+  evidence.bias_bars = median(std::move(bars));
+  return evidence;
+}
+
+std::optional<data::TransferFunction> predictor_controller(
+    const std::optional<fit::ControllerEstimate>& shown, const Options& options) {
+  constexpr double kNoisy = 2e-3;  // of u - ru, below which the bias stays inside the error bars
+  if (!shown) return std::nullopt;
+  const bool asked = options.approach == Approach::joint;
+  const bool needed = !options.approach && shown->relative_noise > kNoisy;
+  if (!asked && !needed) return std::nullopt;
+  return shown->controller;
+}
+
+data::FrequencyResponse without_bias(const data::FrequencyResponse& response, const LoopEvidence& evidence) {
+  if (!evidence.biased() || response.std.size() != response.lines()) return response;
+  constexpr double kUnsure = 1.0 / 3.0;
+  auto corrected = response;
+  const auto bias = biases(*evidence.feedback, response.frequency_hz);
+  for (std::size_t i = 0; i < bias.size(); ++i) {
+    const double scale = std::max(std::abs(1.0 + bias[i]), 1e-3);
+    corrected.value[i] /= 1.0 + bias[i];
+    corrected.std[i] = std::hypot(corrected.std[i] / scale, kUnsure * std::abs(bias[i] * corrected.value[i]));
+  }
+  return corrected;
+}
+
+Choice controller_choice(const fit::ControllerEstimate& shown) {
+  return {"controller", fmt::format("of order {}", shown.controller.denominator.size() - 1),
+          shown.input_noise > 0.0
+              ? fmt::format("u - ru = C (r - y) holds in the record but for noise of {:.3g} rms on the input",
+                            shown.input_noise)
+              : std::string("u - ru = C (r - y) holds in the record without any noise")};
+}
+
+Choice predictor_choice(const Options& options, const fit::ControllerEstimate& shown) {
+  if (options.approach)
+    return {"predictor", "closed loop with the record's own controller", "asked for joint"};
+  return {"predictor", "closed loop with the record's own controller",
+          fmt::format("the recorded input holds noise ({:.2g} % of what the controller makes), which would "
+                      "bias a simulation from it",
+                      100.0 * shown.relative_noise)};
+}
+
+void downweight_incoherent(const LoopEvidence& evidence, std::vector<Finding>& findings) {
+  if (!evidence.controller) return;
+  for (auto& f : findings)
+    if (f.id == "incoherent") {
+      f.severity = Severity::warning;
+      f.meaning += " Here noise outweighs it: the columns belong to one loop, u - ru = C (r - y).";
+    }
+}
+
+Choice model_choice(const LoopEvidence& evidence, Method measured) {
+  return {"method", std::string(name_of(Method::model)),
+          fmt::format(
+              "noise is fed back: the response by {} is biased by typically {}; the fit to the record, its "
+              "noise modelled, is not",
+              name_of(measured), percent(evidence.bias))};
+}
+
+std::optional<Finding> inspect_controller(const Options& options, const LoopEvidence& evidence,
+                                          const data::FrequencyResponse& response) {
+  if (!options.controller || response.lines() == 0) return std::nullopt;
+  if (!evidence.controller)
+    return evidence.feedback ? inspect_gain(*options.controller, *evidence.feedback) : std::nullopt;
+  const auto& shown = *evidence.controller;
+  std::vector<double> relative, bars;
+  data::FrequencyResponse uncertain;
+  if (shown.model) uncertain = shown.model->response(response.frequency_hz);
+  for (std::size_t i = 0; i < response.lines(); ++i) {
+    const Complex own = shown.controller.response(response.frequency_hz[i]);
+    const double difference = std::abs(options.controller->response(response.frequency_hz[i]) - own);
+    relative.push_back(difference / std::abs(own));
+    bars.push_back(shown.model ? difference / uncertain.std[i] : std::numeric_limits<double>::infinity());
+  }
+  constexpr double kRelevant = 0.05, kDeviations = 3.0;
+  const double typical = median(std::move(relative));
+  if (!(typical > kRelevant) || !(median(std::move(bars)) > kDeviations)) return std::nullopt;
+  const double middle = response.frequency_hz[response.lines() / 2];
+  return Finding{
+      "controller-differs", Severity::error, typical, kRelevant,
+      fmt::format("The controller told is not the one that ran: it typically differs by {} from the "
+                  "one that u - ru = C (r - y) shows (gain at {:.3g} Hz: told {:.4g}, shown "
+                  "{:.4g}). The margins are those of the record's own.",
+                  percent(typical), middle, std::abs(options.controller->response(middle)),
+                  std::abs(shown.controller.response(middle)))};
+}
+
+std::optional<Finding> inspect_feedback(const LoopEvidence& evidence, bool from_model) {
+  constexpr double kNoticeable = 0.1;
+  if (!evidence.feedback || !(evidence.bias > kNoticeable)) return std::nullopt;
+  const std::string what = fmt::format(
+      "A controller feeds the output's noise back to the input ({} of what is new in the output shows in the "
+      "later input). Averaged spectra of input and output are biased by typically {} then",
+      percent(evidence.feedback->seen), percent(evidence.bias));
+  if (from_model)
+    return Finding{
+        "feedback-bias", Severity::info, evidence.bias, kNoticeable,
+        what + ". The response given is that of the model fitted to the record, which has no such bias."};
+  const char* help =
+      ". Record the excitation (ru), or give the controller and the reference, or allow a model (--model).";
+  if (!evidence.biased())
+    return Finding{"feedback-bias", Severity::warning, evidence.bias, kNoticeable,
+                   what + ", which is inside their error bars" + help};
+  return Finding{"feedback-bias", Severity::error, evidence.bias, kNoticeable,
+                 what + ", and so is the response given" + help};
+}
+
+std::optional<Finding> inspect_orientation(const LoopEvidence& evidence,
+                                           const data::FrequencyResponse& response) {
+  if (evidence.biased()) return std::nullopt;
+  const auto finding = [](std::string meaning) {
+    return Finding{"reversed", Severity::error, {}, {}, std::move(meaning)};
+  };
+  // The lowest lines that are known: a free drive lags by 90 degrees there, a mirrored one leads, and one
+  // with its columns exchanged leads while it grows.
+  constexpr double kKnown = 0.3, kReach = 3.0;
+  std::size_t known = 0, leading = 0;
+  double first_hz = 0.0, x = 0.0, y = 0.0, xx = 0.0, xy = 0.0;
+  for (std::size_t i = 0; i < response.lines() && !response.std.empty(); ++i) {
+    const double size = std::abs(response.value[i]);
+    if (!(response.std[i] < kKnown * size)) continue;
+    if (known == 0) first_hz = response.frequency_hz[i];
+    if (known >= 3 && response.frequency_hz[i] > kReach * first_hz) break;
+    ++known;
+    const double phase = std::arg(response.value[i]);
+    if (phase > 0.5 && phase < 2.8) ++leading;
+    const double f = std::log(response.frequency_hz[i] / first_hz), g = std::log(size);
+    x += f, y += g, xx += f * f, xy += f * g;
+  }
+  const double n = static_cast<double>(known);
+  const bool leads = known >= 3 && 4 * leading > 3 * known;
+  const double slope = leads ? (n * xy - x * y) / std::max(n * xx - x * x, 1e-300) : 0.0;
+  constexpr double kGrows = 0.3;  // an inertia's response falls with slope -1, its inverse grows with 1
+  if (leads && slope > kGrows)
+    return finding(
+        "At low frequencies the response leads by about 90 deg and grows with frequency, as the "
+        "inverse of a drive does: input and output columns are exchanged (--input, --output).");
+  const bool against = evidence.controller && evidence.controller->controller.numerator.front() < 0.0;
+  if (leads)
+    return finding(
+        fmt::format("At low frequencies the output leads the input by about 90 deg instead of "
+                    "lagging{}: encoder or torque is mirrored; try --output-scale -1.",
+                    against ? ", and the controller, u - ru = C (r - y), has a negative gain" : ""));
+  return std::nullopt;
+}
+
+}  // namespace resonid::identification::detail

@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: MIT
+#include <fmt/format.h>
+
+#include <identification/identify/measure/methods.hpp>
+#include <identification/identify/prepare/choices.hpp>
+#include <identification/identify/prepare/prepare.hpp>
+#include <identification/identify/prepare/units.hpp>
+#include <resonid/diagnostics/detail/data_findings.hpp>
+
+namespace resonid::identification::detail {
+namespace {
+
+RecordFacts facts_of(const data::Record& record) {
+  return {record.source,         record.samples(),   record.sample_rate_hz,  record.sampling.time_name,
+          record.input.name,     record.output.name, record.excitation.name, record.reference.name,
+          record.output_quantity};
+}
+
+/// The record without the periods in which transients last.
+expected<data::Record, Error> without_transient(data::Record record, const Options& options) {
+  if (options.drop_periods == 0) return record;
+  const std::size_t period = period_of(record, options);
+  if (period != 0 && averages_realisations(options.method) && !realisations_in(record, period).empty())
+    return record;  // each realisation loses its own
+  if (period == 0)
+    return tl::unexpected(
+        Error{"drop-periods", "no period was found in the excitation; give --period-samples N"});
+  if (options.drop_periods >= record.samples() / period)
+    return tl::unexpected(
+        Error{"drop-periods",
+              fmt::format("dropping {} periods of {} samples leaves less than one of the record's {} samples",
+                          options.drop_periods, period, record.samples())});
+  const std::size_t dropped = options.drop_periods * period;
+  return data::part_of(record, dropped, record.samples() - dropped);
+}
+
+}  // namespace
+
+Options sampled(Options options, const data::Record& record) {
+  if (options.controller) options.controller = options.controller->sampled(record.sample_time_s());
+  return options;
+}
+
+expected<Prepared, Error> prepare(data::Record record, const Options& options) {
+  auto cut = without_transient(std::move(record), options);
+  if (!cut) return tl::unexpected(std::move(cut.error()));
+  Prepared prepared{std::move(*cut), {}, ExcitationSource::none};
+  prepared.facts = facts_of(prepared.record);
+  prepared.source = complete_excitation(prepared.record, options);
+  return prepared;
+}
+
+expected<Experiment, Error> plan_experiment(const data::Record& record, const Options& options) {
+  auto prepared = prepare(record, options);
+  if (!prepared) return tl::unexpected(std::move(prepared.error()));
+  constexpr std::size_t kFewest = 128;
+  if (prepared->record.samples() < kFewest)
+    return tl::unexpected(
+        Error{"input", fmt::format("holds {} samples, too few for a response; required at least {}",
+                                   prepared->record.samples(), kFewest)});
+  auto plan = make_plan(prepared->record, options);
+  if (!plan) return tl::unexpected(std::move(plan.error()));
+  Experiment experiment{std::move(*prepared), std::move(*plan), {}, {}, {}};
+  experiment.units = units_of(experiment.record);
+  experiment.choices = explain(experiment.record, options, experiment.plan, experiment.source);
+  experiment.findings = diagnostics::inspect(experiment.record);
+  return experiment;
+}
+
+}  // namespace resonid::identification::detail

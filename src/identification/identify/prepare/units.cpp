@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: MIT
+#include <fmt/format.h>
+
+#include <identification/identify/prepare/units.hpp>
+
+namespace resonid::identification::detail {
+namespace {
+
+/// Unit of the velocity that belongs to an output of any quantity.
+std::string velocity_unit(const data::Record& record) {
+  const auto& unit = record.output.unit;
+  switch (record.output_quantity) {
+    case data::OutputQuantity::velocity:
+      return unit;
+    case data::OutputQuantity::position:
+      return unit + "/s";
+    case data::OutputQuantity::acceleration:
+      if (unit.size() > 3 && unit.ends_with("/s2")) return unit.substr(0, unit.size() - 1);
+      return unit + " s";
+  }
+  return unit;
+}
+
+bool compound(const std::string& unit) {
+  return unit.find('/') != std::string::npos || unit.find(' ') != std::string::npos;
+}
+
+}  // namespace
+
+Units units_of(const data::Record& record) {
+  const bool rotary = record.motion == data::Motion::rotary;
+  Units u;
+  u.input = record.input.unit;
+  u.velocity = velocity_unit(record);
+  u.response = (compound(u.velocity) ? "(" + u.velocity + ")" : u.velocity) + "/" + u.input;
+  u.torque = u.input;
+  u.physical = rotary ? u.input == "Nm" && u.velocity == "rad/s" : u.input == "N" && u.velocity == "m/s";
+  if (u.physical) {
+    u.inertia = rotary ? "kgm2" : "kg";
+    u.stiffness = rotary ? "Nm/rad" : "N/m";
+    u.damping = rotary ? "Nms/rad" : "Ns/m";
+    return u;
+  }
+  std::string position = u.velocity;
+  if (position.ends_with("/s"))
+    position.resize(position.size() - 2);
+  else
+    position += " s";
+  u.inertia = fmt::format("{} s2/{}", u.input, position);
+  u.stiffness = fmt::format("{}/{}", u.input, position);
+  u.damping = fmt::format("{} s/{}", u.input, position);
+  return u;
+}
+
+}  // namespace resonid::identification::detail

@@ -1,0 +1,388 @@
+// SPDX-License-Identifier: MIT
+#include <algorithm>
+#include <cmath>
+#include <identification/identify/select/drive_candidate.hpp>
+#include <limits>
+#include <numbers>
+#include <resonid/base/detail/median.hpp>
+#include <resonid/fit/detail/order_selection.hpp>
+
+namespace resonid::identification::detail {
+namespace {
+
+using fit::Structure;
+
+const char* plain_name(Structure structure) {
+  switch (structure) {
+    case Structure::rigid:
+      return "rigid";
+    case Structure::two_mass:
+      return "two-mass";
+    case Structure::three_mass:
+      break;
+  }
+  return "three-mass";
+}
+
+/// Friction that pushes: such a fit imitates noise. Beside dry friction viscous friction may well be nothing,
+/// and its estimate on either side of it.
+bool self_excited(const fit::DriveModel& model, bool dry) {
+  const auto viscous = model.estimate(fit::kViscousFriction);
+  return viscous.value < (dry ? -3.0 * viscous.std : 0.0);
+}
+
+/// Dry friction that the fit tells from none.
+bool finds_dry_friction(const std::optional<RecordFit>& fit) {
+  constexpr double kFound = 4.0;  // standard deviations
+  return fit && fit->coulomb_friction && fit->coulomb_friction->value > kFound * fit->coulomb_friction->std;
+}
+
+}  // namespace
+
+std::string name_of(const Variant& v) {
+  std::vector<const char*> parts;
+  if (v.friction) parts.push_back("viscous friction");
+  if (v.dry) parts.push_back("dry friction");
+  if (v.delay) parts.push_back("delay");
+  std::string name = plain_name(v.structure);
+  for (std::size_t i = 0; i < parts.size(); ++i)
+    name += std::string(i == 0 ? " with " : i + 1 == parts.size() ? " and " : ", ") + parts[i];
+  return name;
+}
+
+Difference difference(const fit::DriveModel& model, const data::FrequencyResponse& response) {
+  const auto fitted = model.values(response.frequency_hz, true);
+  std::vector<double> squares, noise;
+  for (std::size_t i = 0; i < response.lines(); ++i) {
+    const double size = std::abs(response.value[i]);
+    if (!(response.std[i] < 0.5 * size)) continue;
+    squares.push_back(std::norm((fitted[i] - response.value[i]) / size));
+    noise.push_back(std::pow(response.std[i] / size, 2));
+  }
+  // The median of n exponential squares scatters by 1/(sqrt(n) ln 2) of itself.
+  constexpr double kOneInThousand = 3.1;
+  const double chance =
+      1.0 +
+      kOneInThousand / (std::numbers::ln2 * std::sqrt(std::max(1.0, static_cast<double>(squares.size()))));
+  const double whole = median(squares) / std::numbers::ln2;
+  return {std::sqrt(whole), std::sqrt(std::max(0.0, whole - chance * median(noise)))};
+}
+
+data::FrequencyResponse thinned(const data::FrequencyResponse& g) {
+  constexpr std::size_t kLines = 2000;
+  if (g.lines() <= kLines) return g;
+  std::vector<std::size_t> usable;
+  for (std::size_t k = 0; k < g.lines(); ++k)
+    if (g.std[k] < 0.5 * std::abs(g.value[k])) usable.push_back(k);
+  if (usable.size() < 10) return g;
+  data::FrequencyResponse few;
+  const std::size_t count = std::min(kLines, usable.size());
+  for (std::size_t i = 0; i < count; ++i) {
+    const std::size_t k = usable[i * usable.size() / count];
+    few.frequency_hz.push_back(g.frequency_hz[k]);
+    few.value.push_back(g.value[k]);
+    few.std.push_back(g.std[k]);
+  }
+  return few;
+}
+
+bool modes_are_seen(const fit::DriveModel& model, const Plan& plan) {
+  const auto modes = model.modes();
+  const bool one_pair = modes.size() == 2;
+  for (std::size_t i = 0; i < modes.size(); ++i) {
+    const auto& m = modes[i];
+    const double f = m.frequency_hz.value;
+    if (!std::isfinite(f) || !(m.damping_ratio.value < 1.0)) return false;
+    // A single pair may lie a little beside the band, of several each must show in it.
+    if (one_pair && (m.anti ? f < 0.3 * plan.low_hz : f > 1.5 * plan.high_hz)) return false;
+    if (!one_pair && (f < plan.low_hz || f > plan.high_hz)) return false;
+    if (!one_pair && m.frequency_hz.std > 0.1 * f) return false;
+    if (!m.anti || i + 1 == modes.size()) continue;
+    // A pair that cancels within its error bars is none.
+    const auto gap = [i](const fit::DriveModel& d) {
+      const auto moved = d.modes();
+      return moved[i + 1].frequency_hz.value - moved[i].frequency_hz.value;
+    };
+    const double least = one_pair ? 0.0 : 1e-3 * f;
+    if (!(gap(model) > std::max(least, 3.0 * model.standard_deviation_of(gap)))) return false;
+  }
+  return true;
+}
+
+/// Whether such friction may be estimated.
+bool CandidateFits::allowed(bool viscous) const {
+  switch (options_.friction) {
+    case Friction::automatic:
+      return true;
+    case Friction::none:
+    case Friction::dry:
+      return !viscous;
+    case Friction::viscous:
+    case Friction::both:
+      break;
+  }
+  return viscous;
+}
+
+/// What a fit to the record must hold against the measured response.
+struct CandidateFits::Acceptance {
+  bool by_the_lines = true;  ///< False: the lines have already said that the drive is not linear.
+  double difference = 0.0;   ///< Largest one.
+  double fit_percent = 0.0;  ///< That of the simulation with which a larger one is a correction.
+};
+
+CandidateFits::CandidateFits(std::span<const data::Record> records, const Plan& plan, const Options& options,
+                             const data::FrequencyResponse& response, std::span<const fit::DriveModel> starts,
+                             bool to_records)
+    : records_(records),
+      plan_(plan),
+      options_(options),
+      response_(thinned(response)),
+      starts_(starts),
+      to_records_(to_records) {}
+
+std::optional<fit::ResponseFit> CandidateFits::response_fit(
+    const Variant& variant, const std::optional<fit::DriveModel>& start) const {
+  fit::ResponseFitConfig config;
+  config.structure = variant.structure;
+  config.sample_time_s = records_.front().sample_time_s();
+  config.known_delay_s = options_.delay_s;
+  config.viscous_friction = variant.friction;
+  config.delay = variant.delay;
+  config.initial = start;
+  auto fit = fit::fit_response(response_, config);
+  if (!fit || !std::isfinite(fit->bic) || self_excited(fit->model, false)) return std::nullopt;
+  return std::move(*fit);
+}
+
+DriveCandidate CandidateFits::to_the_response(Structure structure, const Variant* like) const {
+  DriveCandidate candidate;
+  candidate.structure = structure;
+  for (const bool friction : {false, true}) {
+    if (!allowed(friction)) continue;
+    std::optional<fit::DriveModel> start;
+    for (const bool delay : {false, true}) {
+      if (like != nullptr && (friction != like->friction || delay != like->delay)) continue;
+      const Variant variant{structure, friction, delay, false};
+      auto fit = response_fit(variant, start);
+      if (delay && start) {  // a delay that was left out may have spoilt the start
+        auto afresh = response_fit(variant, std::nullopt);
+        if (afresh && (!fit || afresh->bic < fit->bic)) fit = std::move(afresh);
+      }
+      if (!fit) continue;
+      start = fit->model;
+      candidate.variants.emplace_back(variant, std::move(*fit));
+    }
+  }
+  // Lines that repeat one another, smoothed ones or those that a model misses in a smooth way, count as the
+  // fewer that they are worth; by the variant that leaves least unexplained.
+  double repeated = std::numeric_limits<double>::infinity();
+  for (const auto& v : candidate.variants) repeated = std::min(repeated, v.second.repetition);
+  constexpr double kCaution = 8.0;
+  const auto price = [&](const std::pair<Variant, fit::ResponseFit>& v) {
+    return v.second.bic_for(repeated) + (v.first.friction ? kCaution : 0.0) +
+           (v.first.delay ? kCaution : 0.0);
+  };
+  std::sort(candidate.variants.begin(), candidate.variants.end(),
+            [&](const auto& a, const auto& b) { return price(a) < price(b); });
+  return candidate;
+}
+
+fit::OutputErrorConfig CandidateFits::config_of(const Variant& variant, const fit::DriveModel& start) const {
+  fit::OutputErrorConfig config;
+  config.initial = start;
+  config.viscous_friction = variant.friction;
+  config.delay = variant.delay;
+  config.coulomb_friction = variant.dry;
+  config.known_delay_s = options_.delay_s;
+  use_predictor(records_, options_, plan_.loop_controller, config);
+  return config;
+}
+
+std::optional<RecordFit> CandidateFits::fit_to_records(const Variant& variant,
+                                                       const fit::DriveModel& start) const {
+  auto config = config_of(variant, start);
+  // A position drifts with what the start misses of friction, and a noise model of that drift leads astray.
+  if (records_.front().output_quantity == data::OutputQuantity::position) {
+    auto plain = config;
+    plain.noise_model = false;
+    if (const auto first = fit_records(records_, plain); first && first->converged)
+      config.initial = first->model;
+  }
+  auto fit = fit_records(records_, config);
+  if (!fit || !fit->converged || (friction_is_free() && self_excited(fit->model, variant.dry)))
+    return std::nullopt;
+  return fit;
+}
+
+CandidateFits::Acceptance CandidateFits::acceptance(const DriveCandidate& candidate) const {
+  const auto& told = candidate.response_fit();
+  // Unbiased lines that differ from the model far beyond their noise have already said that the drive is
+  // another.
+  constexpr double kTrueEnough = 0.05;
+  constexpr double kBeyondNoise = 5.0;
+  const bool lines_are_unbiased = plan_.period_samples != 0 && plan_.method != Method::local_polynomial;
+  constexpr double kClearlyBetter = 3.0, kSome = 10.0;  // per cent of fit
+  auto simulation = config_of(candidate.variants.front().first, told.model);
+  simulation.fixed_model = true;
+  const auto simulated = fit_records(records_, simulation);
+  return {!(lines_are_unbiased && told.model_error > kTrueEnough && told.misfit > kBeyondNoise),
+          1.5 * difference(told.model, response_).whole + 0.02,
+          simulated ? std::max(simulated->fit_percent + kClearlyBetter, kSome) : 100.0};
+}
+
+void CandidateFits::fit_variants(DriveCandidate& candidate, const Acceptance& acceptable) const {
+  const bool ask_for_delay = candidate.variants.front().first.delay;
+  auto variants = candidate.variants;
+  std::stable_sort(variants.begin(), variants.end(),
+                   [](const auto& a, const auto& b) { return a.first.delay < b.first.delay; });
+  for (const auto& [variant, told] : variants) {
+    if (variant.delay && !ask_for_delay) continue;
+    std::vector<fit::DriveModel> starts = {told.model};
+    if (candidate.record_fit) starts.push_back(candidate.record_fit->model);
+    for (const auto& start : starts_)
+      if (start.structure == variant.structure) starts.push_back(start);
+    for (const auto& start : starts) {
+      auto fit = fit_to_records(variant, start);
+      if (!fit) continue;
+      if (difference(fit->model, response_).whole > acceptable.difference &&
+          fit->fit_percent < acceptable.fit_percent)
+        continue;
+      if (candidate.record_fit && fit->bic >= candidate.record_fit->bic) continue;
+      candidate.record_fit = std::move(*fit);
+      candidate.record_variant = variant;
+    }
+  }
+}
+
+void CandidateFits::to_the_record(DriveCandidate& candidate) const {
+  if (!to_records_) return;
+  const auto acceptable = acceptance(candidate);
+  if (acceptable.by_the_lines) fit_variants(candidate, acceptable);
+  try_dry_friction(candidate, acceptable);
+}
+
+/// Dry friction passes for viscous friction, colours the residual, or keeps a linear fit from coming out. A
+/// motion that never reverses shows none.
+bool CandidateFits::dry_friction_is_likely(const DriveCandidate& candidate) const {
+  if (options_.friction == Friction::none || options_.friction == Friction::viscous) return false;
+  if (records_.front().output_quantity == data::OutputQuantity::acceleration) return false;
+  // A position that no linear drive explains drifts by more than friction.
+  if (!candidate.record_fit) return records_.front().output_quantity == data::OutputQuantity::velocity;
+  const auto& records = candidate.record_fit->records;
+  return candidate.record_variant.friction ||
+         std::any_of(records.begin(), records.end(),
+                     [](const fit::OutputErrorFit& fit) { return fit.noise.order() > 0; });
+}
+
+std::optional<RecordFit> CandidateFits::with_dry_friction(Variant& variant,
+                                                          const fit::DriveModel& start) const {
+  variant.dry = true;
+  variant.friction = options_.friction != Friction::dry;
+  auto fit = fit_to_records(variant, start);
+  if (!friction_is_free()) {
+    if (fit || options_.friction == Friction::dry) return fit;
+    Variant alone = variant;  // for a start
+    alone.friction = false;
+    auto without = fit_to_records(alone, start);
+    return without ? fit_to_records(variant, without->model) : without;
+  }
+  if (finds_dry_friction(fit)) {
+    const auto viscous = fit->model.estimate(fit::kViscousFriction);
+    constexpr double kFound = 2.0;  // standard deviations
+    if (viscous.value > kFound * viscous.std) return fit;
+  }
+  // Both together are one too many where the motion tells little of them.
+  Variant alone = variant;
+  alone.friction = false;
+  auto without = fit_to_records(alone, fit ? fit->model : start);
+  if (!finds_dry_friction(without)) return finds_dry_friction(fit) ? std::move(fit) : std::nullopt;
+  if (!finds_dry_friction(fit)) {
+    Variant both = variant;
+    both.friction = true;
+    auto again = fit_to_records(both, without->model);
+    if (finds_dry_friction(again)) fit = std::move(again);
+  }
+  if (finds_dry_friction(fit) && without->bic > fit->bic) return fit;
+  variant = alone;
+  return without;
+}
+
+void CandidateFits::try_dry_friction(DriveCandidate& candidate, const Acceptance& acceptable) const {
+  if (!dry_friction_is_likely(candidate)) return;
+  Variant variant = candidate.variant();
+  auto fit = with_dry_friction(variant, candidate.model());
+  if (!fit) return;
+  constexpr double kClearly = 20.0;  // in the criterion
+  const bool better = !friction_is_free() ? true
+                      : candidate.record_fit
+                          ? fit->bic + kClearly < candidate.record_fit->bic
+                          : fit->fit_percent >= acceptable.fit_percent ||
+                                difference(fit->model, response_).whole <= acceptable.difference;
+  if (!better) return;
+  candidate.record_fit = std::move(*fit);
+  candidate.record_variant = variant;
+}
+
+void CandidateFits::validate(DriveCandidate& candidate) const {
+  std::size_t longest = 0;
+  for (const auto& record : records_) longest = std::max(longest, record.samples());
+  auto config = config_of(candidate.record_variant, candidate.record_fit->model);
+  constexpr std::size_t kShortest = 1000;  // that can spare any
+  if (longest < kShortest) return;
+  config.holdout = fit::holdout_parts(longest);
+  if (const auto fit = fit_records(records_, config); fit && fit->converged)
+    candidate.validated = fit->holdout;
+}
+
+/// The one that moved most.
+const data::Record& CandidateFits::richest() const {
+  const auto energy = [](const data::Record& record) {
+    const auto& y = record.output.samples;
+    double mean = 0.0, sum = 0.0;
+    for (const double v : y) mean += v / static_cast<double>(y.size());
+    for (const double v : y) sum += (v - mean) * (v - mean);
+    return sum;
+  };
+  return *std::max_element(
+      records_.begin(), records_.end(),
+      [&](const data::Record& a, const data::Record& b) { return energy(a) < energy(b); });
+}
+
+void CandidateFits::rescue(const DriveCandidate& rigid, DriveCandidate& two) const {
+  if (two.remark.empty() || !rigid.record_fit) return;
+  constexpr double kClearly = 20.0;  // in the criterion
+  constexpr double kKnown = 0.05;    // of the resonance
+  Variant chosen;
+  std::optional<RecordFit> best;
+  const data::Record& record = richest();
+  for (const int further_delay : {0, 1, 2, 4, 8}) {  // in samples; the fit's valley is a few wide
+    const Variant variant{Structure::two_mass, !allowed(false), further_delay > 0, false};
+    const double further_s = further_delay * record.sample_time_s();
+    for (auto start : fit::initial_models(record, options_.delay_s + further_s)) {
+      start.delay_s = further_s;
+      auto fit = fit_to_records(variant, start);
+      if (!fit || (best && fit->bic >= best->bic)) continue;
+      best = std::move(fit);
+      chosen = variant;
+    }
+  }
+  if (!best || best->bic + kClearly > rigid.record_fit->bic) return;
+  const auto resonance = best->model.resonance();
+  if (resonance.std > kKnown * resonance.value || !modes_are_seen(best->model, plan_)) return;
+  two.record_fit = std::move(best);
+  two.record_variant = chosen;
+  two.remark.clear();
+}
+
+void CandidateFits::for_comparison(DriveCandidate& candidate, const Variant& chosen) const {
+  Variant variant = chosen;
+  variant.structure = candidate.structure;
+  auto fit = fit_records(records_, config_of(variant, candidate.response_fit().model));
+  if (!fit || !fit->converged) return;
+  candidate.record_fit = std::move(*fit);
+  candidate.record_variant = variant;
+  validate(candidate);
+}
+
+}  // namespace resonid::identification::detail

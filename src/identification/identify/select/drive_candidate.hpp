@@ -1,0 +1,116 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <identification/identify/measure/methods.hpp>
+#include <identification/identify/select/record_fit.hpp>
+#include <optional>
+#include <resonid/fit/output_error.hpp>
+#include <resonid/fit/response_fit.hpp>
+#include <span>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace resonid::identification::detail {
+
+/// What is estimated of a structure.
+struct Variant {
+  fit::Structure structure = fit::Structure::two_mass;
+  bool friction = false;
+  bool delay = false;
+  bool dry = false;  ///< Dry friction; told by the record only.
+};
+
+/// "two-mass with viscous friction and delay"
+[[nodiscard]] std::string name_of(const Variant& variant);
+
+/// One structure: what the response says of its variants, and the best fit to the records if there is one.
+struct DriveCandidate {
+  fit::Structure structure = fit::Structure::two_mass;
+  std::vector<std::pair<Variant, fit::ResponseFit>> variants;  ///< Best first.
+  std::optional<RecordFit> record_fit;
+  Variant record_variant;
+  std::optional<fit::HoldoutFit> validated;  ///< Of the same variant, fitted to the rest of the record.
+  std::string remark;                        ///< Why it went no further.
+
+  [[nodiscard]] const fit::ResponseFit& response_fit() const { return variants.front().second; }
+  [[nodiscard]] const Variant& variant() const {
+    return record_fit ? record_variant : variants.front().first;
+  }
+  [[nodiscard]] const fit::DriveModel& model() const {
+    return record_fit ? record_fit->model : response_fit().model;
+  }
+};
+
+/// How far a model (its fitted delay included) is from the measured response, relative, over the lines that
+/// are measured better than 50 %: whole, and beyond what noise explains with a probability of 0.1 %. Both
+/// from the median of the squares (for Gaussian errors ln 2 of their mean), since a few lines in the
+/// anti-resonance would rule a mean.
+struct Difference {
+  double whole = 0.0;
+  double unexplained = 0.0;
+};
+[[nodiscard]] Difference difference(const fit::DriveModel& model, const data::FrequencyResponse& response);
+
+/// Whether the band shows every mode: one that nothing in it shows is idle parameters of a simpler machine.
+[[nodiscard]] bool modes_are_seen(const fit::DriveModel& model, const Plan& plan);
+
+/// At most 2000 of the usable lines, evenly taken: the fits' cost must not grow with the 65 535 lines of a
+/// long PRBS, most of them noise. What is left out comes back in the fit to the record.
+[[nodiscard]] data::FrequencyResponse thinned(const data::FrequencyResponse& response);
+
+/// Fits the variants of one structure, to the response and from there to the record, or to several records in
+/// one likelihood. Beside the response's fits, `starts` of the same structure begin those to the records.
+class CandidateFits {
+ public:
+  CandidateFits(std::span<const data::Record> records, const Plan& plan, const Options& options,
+                const data::FrequencyResponse& response, std::span<const fit::DriveModel> starts,
+                bool to_records);
+
+  [[nodiscard]] const data::FrequencyResponse& response() const { return response_; }
+
+  /// With and without friction and a further delay, in the order in which the response prefers them.
+  /// Only the variant `like` when that is given: a richer structure is tried as the simpler one came out.
+  [[nodiscard]] DriveCandidate to_the_response(fit::Structure structure, const Variant* like = nullptr) const;
+
+  /// From the response's fits to the record's, dry friction tried. A fit is kept unless it contradicts the
+  /// measured response: then the drive is not what the likelihood assumes (non-linear friction, a disturbance
+  /// that looks like a response). One that simulates the record clearly better than the response's own model
+  /// does not contradict, it corrects.
+  void to_the_record(DriveCandidate& candidate) const;
+
+  /// A short or noisy record may show its resonance to a fit of its own when its response does not.
+  void rescue(const DriveCandidate& rigid, DriveCandidate& two_mass) const;
+
+  /// The candidate's own variant fitted without the samples held back, and judged by them.
+  void validate(DriveCandidate& candidate) const;
+
+  /// A structure that is out of the question, as the chosen one was fitted: for the comparison side by side.
+  void for_comparison(DriveCandidate& candidate, const Variant& chosen) const;
+
+ private:
+  struct Acceptance;
+  [[nodiscard]] bool allowed(bool viscous_friction) const;
+  [[nodiscard]] bool friction_is_free() const { return options_.friction == Friction::automatic; }
+  [[nodiscard]] std::optional<fit::ResponseFit> response_fit(
+      const Variant& variant, const std::optional<fit::DriveModel>& start) const;
+  [[nodiscard]] fit::OutputErrorConfig config_of(const Variant& variant, const fit::DriveModel& start) const;
+  [[nodiscard]] std::optional<RecordFit> fit_to_records(const Variant& variant,
+                                                        const fit::DriveModel& start) const;
+  [[nodiscard]] Acceptance acceptance(const DriveCandidate& candidate) const;
+  void fit_variants(DriveCandidate& candidate, const Acceptance& acceptable) const;
+  [[nodiscard]] bool dry_friction_is_likely(const DriveCandidate& candidate) const;
+  [[nodiscard]] std::optional<RecordFit> with_dry_friction(Variant& variant,
+                                                           const fit::DriveModel& start) const;
+  void try_dry_friction(DriveCandidate& candidate, const Acceptance& acceptable) const;
+  [[nodiscard]] const data::Record& richest() const;
+
+  std::span<const data::Record> records_;
+  const Plan& plan_;
+  const Options& options_;
+  const data::FrequencyResponse response_;
+  std::span<const fit::DriveModel> starts_;
+  const bool to_records_;
+};
+
+}  // namespace resonid::identification::detail

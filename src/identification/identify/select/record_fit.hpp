@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <resonid/fit/output_error.hpp>
+#include <resonid/identification/options.hpp>
+#include <resonid/identification/result.hpp>
+#include <span>
+
+namespace resonid::identification::detail {
+
+/// One drive fitted to one record or, in one likelihood, to several.
+struct RecordFit {
+  fit::DriveModel model;
+  bool converged = false;
+  std::optional<data::Estimate> coulomb_friction;
+  double fit_percent = 0.0;   ///< Of the simulations of all records together.
+  double residual_rms = 0.0;  ///< Of all records together, means removed.
+  double bic = 0.0;
+  std::optional<fit::HoldoutFit> holdout;        ///< Of all records together.
+  std::vector<fit::OutputErrorFit> records;      ///< [record]
+  std::vector<fit::Consistency> against_others;  ///< [record] Of several: each against all others.
+};
+
+/// Nothing where the fit refuses the records. They have one sample rate and one output quantity.
+[[nodiscard]] std::optional<RecordFit> fit_records(std::span<const data::Record> records,
+                                                   fit::OutputErrorConfig config);
+
+/// An approach that was asked for holds for the fit to the records too. By itself the recorded input drives
+/// the simulation: with the noise modelled that is right in closed loop too, and loses nothing.
+/// With a `loop_controller` (Plan) the model is simulated in its loop.
+void use_predictor(std::span<const data::Record> records, const Options& options,
+                   const std::optional<data::TransferFunction>& loop_controller,
+                   fit::OutputErrorConfig& config);
+
+/// Settings of the fit that a model came from, begun at the model.
+[[nodiscard]] fit::OutputErrorConfig config_of(const ModelResult& model,
+                                               std::span<const data::Record> records, const Options& options,
+                                               const std::optional<data::TransferFunction>& loop_controller);
+
+}  // namespace resonid::identification::detail

@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: MIT
+#include <identification/identify/measure/distortion.hpp>
+#include <identification/identify/select/select.hpp>
+#include <identification/identify/select/simulate_and_correct.hpp>
+#include <identification/progress.hpp>
+
+namespace resonid::identification::detail {
+namespace {
+
+expected<void, Error> fit_black_box(const Experiment& experiment, const Options& options, Fitted& fitted) {
+  auto chosen = select_black_box(experiment.record, options);
+  if (!chosen) return tl::unexpected(std::move(chosen.error()));
+  fitted.structures = std::move(chosen->structures);
+  fitted.choices = std::move(chosen->choices);
+  fitted.black_box = std::move(*chosen);
+  return {};
+}
+
+/// Distortion repeats with every period, and a likelihood would take each for new information.
+void fit_drive(const Experiment& experiment, const Measurement& m, const Options& options, Fitted& fitted) {
+  fitted.drive = select_model({&experiment.record, 1}, m.plan, options, without_bias(m.response, m.evidence),
+                              {}, !exceeds_noise(m.distortion));
+  if (!fitted.drive) return;
+  fitted.structures = std::move(fitted.drive->structures);
+  fitted.choices = {fitted.drive->choice};
+}
+
+}  // namespace
+
+expected<Fitted, Error> select(const Experiment& experiment, const Measurement& measurement,
+                               const Options& options) {
+  Fitted fitted;
+  if (options.model != ModelChoice::none) tell(options, "model");
+  if (options.model == ModelChoice::black_box) {
+    if (auto done = fit_black_box(experiment, options, fitted); !done)
+      return tl::unexpected(std::move(done.error()));
+  } else if (options.model != ModelChoice::none) {
+    fit_drive(experiment, measurement, options, fitted);
+  }
+  if (options.method == Method::simulate_and_correct) {
+    tell(options, "correction");
+    fitted.corrected = measurement.response;
+    auto done =
+        simulate_and_correct(experiment.record, measurement.plan, options, *fitted.corrected, fitted.drive);
+    if (!done) return tl::unexpected(std::move(done.error()));
+  }
+  if (options.method == Method::model && !fitted.present())
+    return tl::unexpected(Error{"method", "model needs --model other than none, and a fit"});
+  return fitted;
+}
+
+}  // namespace resonid::identification::detail

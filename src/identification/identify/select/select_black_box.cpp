@@ -1,0 +1,115 @@
+// SPDX-License-Identifier: MIT
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <identification/identify/select/select_black_box.hpp>
+#include <resonid/fit/detail/order_selection.hpp>
+
+namespace resonid::identification::detail {
+namespace {
+
+std::string name_of_order(int order) { return fmt::format("black-box of order {}", order); }
+
+StructureTrial listed(const fit::OrderTrial& t, const fit::OrderSelection& selected) {
+  StructureTrial trial;
+  trial.name = name_of_order(t.order);
+  trial.parameters = static_cast<std::size_t>(2 * t.order - (t.integrator ? 1 : 0) + (t.direct_term ? 1 : 0));
+  trial.bic = t.bic;
+  trial.holdout_fit_percent = t.fit_percent;
+  trial.holdout_score = t.holdout_score(selected.holdout);
+  trial.chosen = t.order == selected.order;
+  if (!t.converged)
+    trial.remark = "did not converge";
+  else if (!t.stable)
+    trial.remark = "unstable";
+  return trial;
+}
+
+std::vector<Choice> choices_of(const BlackBoxSelection& s, const fit::OrderSelection& selected, bool asked) {
+  std::vector<Choice> choices;
+  std::string why = "lowest order that predicts the parts held back as well as any";
+  if (asked)
+    why = "asked for";
+  else if (s.result.converged && s.result.stable)
+    why += " whose fit converged and is stable";
+  choices.push_back({"structure", name_of_order(selected.order), why});
+  const auto& model = s.result.model;
+  if (model.realisation.integrator)
+    choices.push_back({"integrator", "one pole fixed at z = 1",
+                       "a pole lies within its error bar of 1, and the criterion is less with it there"});
+  if (s.result.further_delay)
+    choices.push_back({"delay",
+                       fmt::format("{:.4g} +- {:.2g} ms further", 1e3 * s.result.further_delay->value,
+                                   1e3 * s.result.further_delay->std),
+                       "the criterion is clearly less with it than with the known delay alone"});
+  return choices;
+}
+
+}  // namespace
+
+fit::BlackBoxConfig black_box_config(const data::Record& record, const Options& options) {
+  fit::BlackBoxConfig config;
+  constexpr double kWhole = 1e-3;  // of a sample
+  const double samples = options.delay_s * record.sample_rate_hz;
+  config.delay_samples = static_cast<std::size_t>(std::ceil(samples - kWhole));
+  config.direct_term = std::abs(samples - std::round(samples)) > kWhole;
+  config.known_delay_s = options.delay_s;
+  if (options.approach == Approach::joint) config.predictor = fit::Predictor::joint;
+  if (options.approach == Approach::indirect) {
+    config.predictor = fit::Predictor::closed_loop;
+    config.controller = options.controller;
+  }
+  return config;
+}
+
+fit::BlackBoxConfig black_box_config(const data::Record& record, const Options& options,
+                                     const fit::BlackBoxModel& model) {
+  auto config = black_box_config(record, options);
+  const auto& r = model.realisation;
+  config.order = static_cast<int>(model.transfer_function.denominator.size()) - 1;
+  config.delay_samples = model.delay_samples;
+  config.integrator = r.integrator;
+  config.direct_term = r.taps.size() > (r.integrator ? 1 : 0);
+  config.start = r;
+  return config;
+}
+
+/// Where the poles are not those of a continuous plant, the sample within which the delay lies is known.
+data::Estimate delay_of(const fit::BlackBoxModel& model) {
+  if (const auto delay = model.delay()) return *delay;
+  const double ts = model.transfer_function.sample_time_s;
+  constexpr double kUniform = 0.29;  // standard deviation over a sample
+  return {(static_cast<double>(model.delay_samples) - 0.5) * ts, kUniform * ts};
+}
+
+expected<BlackBoxSelection, Error> select_black_box(const data::Record& record, const Options& options) {
+  if (options.approach == Approach::indirect && record.output_quantity != data::OutputQuantity::velocity)
+    return tl::unexpected(
+        Error{"approach",
+              "indirect with --model black-box needs a recorded velocity, which is what the "
+              "controller is fed; found another output"});
+  fit::OrderSelectionConfig search;
+  search.model = black_box_config(record, options);
+  search.further_delay = true;
+  if (options.order != 0) search.lowest = search.highest = static_cast<int>(options.order);
+  auto selected = fit::select_order(record, search);
+  if (!selected)
+    return tl::unexpected(Error{"model", fmt::format("black-box: {} {}", selected.error().field.view(),
+                                                     selected.error().requirement.view())});
+  BlackBoxSelection s;
+  auto& fit = selected->fit;
+  s.result = {fit.model, fit.fit_percent, fit.converged, fit.stable, {}};
+  if (selected->further_delay) {
+    s.result.further_delay = delay_of(fit.model);
+    s.result.further_delay->value -= options.delay_s;
+  }
+  s.residual = std::move(fit.residual);
+  s.residual_start = fit.first_sample;
+  s.choices = choices_of(s, *selected, options.order != 0);
+  if (options.order == 0)
+    for (const auto& t : selected->trials) s.structures.push_back(listed(t, *selected));
+  return s;
+}
+
+}  // namespace resonid::identification::detail

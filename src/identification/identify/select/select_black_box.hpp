@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <resonid/identification/identify.hpp>
+
+namespace resonid::identification::detail {
+
+/// A black-box model of the record and how it was come by.
+struct BlackBoxSelection {
+  BlackBoxResult result;
+  std::vector<double> residual;  ///< Of the simulation, from residual_start on.
+  std::size_t residual_start = 0;
+  std::vector<StructureTrial> structures;  ///< One for each order that was tried.
+  std::vector<Choice> choices;             ///< Order, integrator, delay.
+};
+
+/// How the record is fitted with the known delay: predictor, controller, delay. A fraction of a sample takes
+/// one coefficient more.
+[[nodiscard]] fit::BlackBoxConfig black_box_config(const data::Record& record, const Options& options);
+
+/// The same with the structure of a model of that record, which is also the start.
+[[nodiscard]] fit::BlackBoxConfig black_box_config(const data::Record& record, const Options& options,
+                                                   const fit::BlackBoxModel& model);
+
+/// Of such a model, the known delay included.
+[[nodiscard]] data::Estimate delay_of(const fit::BlackBoxModel& model);
+
+/// Output error of the order asked for, else of the order that held-back parts of the record prefer; whether
+/// a pole is fixed as an integrator and whether there is a further delay is found from the record. An
+/// approach that was asked for decides on the predictor too; else the recorded input drives it and the noise
+/// is modelled, which is right in open and in closed loop.
+[[nodiscard]] expected<BlackBoxSelection, Error> select_black_box(const data::Record& record,
+                                                                  const Options& options);
+
+}  // namespace resonid::identification::detail

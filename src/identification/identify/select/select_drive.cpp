@@ -1,0 +1,232 @@
+// SPDX-License-Identifier: MIT
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <identification/identify/select/drive_candidate.hpp>
+#include <identification/identify/select/select_drive.hpp>
+#include <limits>
+#include <resonid/diagnostics/residuals.hpp>
+
+namespace resonid::identification::detail {
+namespace {
+
+using fit::Structure;
+using Candidate = DriveCandidate;
+
+std::vector<Structure> structures(ModelChoice choice) {
+  switch (choice) {
+    case ModelChoice::rigid:
+      return {Structure::rigid};
+    case ModelChoice::two_mass:
+      return {Structure::two_mass};
+    case ModelChoice::three_mass:
+      return {Structure::three_mass};
+    default:
+      return {Structure::rigid, Structure::two_mass, Structure::three_mass};
+  }
+}
+
+class Selector {
+ public:
+  Selector(std::span<const data::Record> records, const Plan& plan, const Options& options,
+           const data::FrequencyResponse& response, std::span<const fit::DriveModel> starts, bool to_records)
+      : records_(records),
+        plan_(plan),
+        options_(options),
+        fits_(records, plan, options, response, starts, to_records) {}
+
+  std::optional<Selection> run() {
+    std::vector<Candidate> candidates;
+    for (const Structure structure : structures(options_.model)) {
+      if (structure == Structure::three_mass && !candidates.empty() && !leaves_something(candidates.back()))
+        continue;
+      const bool richest = structure == Structure::three_mass && !candidates.empty();
+      auto candidate =
+          fits_.to_the_response(structure, richest ? &candidates.back().variants.front().first : nullptr);
+      if (candidate.variants.empty()) continue;
+      candidates.push_back(std::move(candidate));
+      if (structure == Structure::rigid && options_.model == ModelChoice::automatic) continue;
+      if (candidates.size() > 1) drop_the_hopeless(candidates);
+      for (auto& c : candidates)
+        if (c.remark.empty() && !c.record_fit) fits_.to_the_record(c);
+      if (candidates.size() > 1) drop_what_does_not_show(candidates);
+      if (structure == Structure::two_mass && candidates.size() == 2)
+        fits_.rescue(candidates[0], candidates[1]);
+    }
+    if (candidates.empty()) return std::nullopt;
+    if (candidates.size() == 1 && !candidates[0].record_fit) fits_.to_the_record(candidates[0]);
+    for (auto& candidate : candidates)
+      if (candidate.record_fit) fits_.validate(candidate);
+    std::size_t chosen = candidates.size();
+    for (std::size_t i = 0; i < candidates.size(); ++i) {
+      if (!candidates[i].remark.empty()) continue;
+      if (chosen == candidates.size() || prefer_later(candidates[chosen], candidates[i])) chosen = i;
+    }
+    // The rigid machine costs little and shows what the mode is worth.
+    constexpr std::size_t kQuick = 50'000;
+    for (auto& candidate : candidates)
+      if (candidate.structure == Structure::rigid && !candidate.record_fit && candidates[chosen].record_fit &&
+          records_.front().samples() <= kQuick)
+        fits_.for_comparison(candidate, candidates[chosen].record_variant);
+    return finish(candidates, chosen);
+  }
+
+ private:
+  /// Three masses are tried only where two are seen and leave something unexplained: of the record, if a
+  /// model could be fitted to it, else of the response.
+  [[nodiscard]] bool leaves_something(const Candidate& two) const {
+    if (two.structure != Structure::two_mass || !two.remark.empty()) return false;
+    if (!two.record_fit) {
+      constexpr double kExplained = 0.005;
+      return two.response_fit().model_error > kExplained;
+    }
+    constexpr double kAll = 99.999;  // per cent of fit: what is left is rounding
+    if (two.record_fit->fit_percent > kAll) return false;
+    constexpr std::size_t kLags = 40;
+    constexpr double kBeyondChance = 1.5;  // 0.1 % for each lag instead of 3 %
+    for (std::size_t i = 0; i < records_.size(); ++i) {
+      const auto& fit = two.record_fit->records[i];
+      const auto simulated = diagnostics::simulated_of(records_[i].output.samples, fit.residual);
+      const auto test = diagnostics::test_residual({fit.residual, simulated, {}, {}}, kLags, kLags);
+      if (test.with_simulated.largest > kBeyondChance * test.limit) return true;
+    }
+    return false;
+  }
+
+  /// On what was held back where both could be judged by it, else by the criterion of the record, else of the
+  /// lines.
+  bool prefer_later(const Candidate& simple, const Candidate& rich) const {
+    constexpr double kClearly = 10.0;
+    if (simple.validated && rich.validated) {
+      const double gain = simple.validated->score - rich.validated->score;
+      const double of_all = simple.record_fit->bic - rich.record_fit->bic;
+      // A small loss there against a large gain over the whole record is chance.
+      constexpr double kFarMore = 10.0;
+      const bool contradicted = gain > 0.0 ? of_all < -kFarMore * gain : of_all > -kFarMore * gain;
+      if (std::abs(gain) > kClearly && !contradicted) return gain > 0.0;
+    }
+    if (simple.validated && !rich.validated) return false;
+    if (simple.record_fit && rich.record_fit) return rich.record_fit->bic < simple.record_fit->bic;
+    // Lines tell the same thing more than once, and a third mass finds something to explain in any bias.
+    const double least = rich.structure == Structure::three_mass ? 50.0 : 0.0;
+    const double repeated = rich.response_fit().repetition;
+    return rich.response_fit().bic_for(repeated) + least < simple.response_fit().bic_for(repeated);
+  }
+
+  /// A fit to the record may move a mode to where nothing shows it.
+  void drop_what_does_not_show(std::vector<Candidate>& candidates) const {
+    const auto open = [](const Candidate& c) { return c.remark.empty(); };
+    for (auto& c : candidates)
+      if (c.structure != Structure::rigid && open(c) && c.record_fit &&
+          std::count_if(candidates.begin(), candidates.end(), open) > 1 &&
+          !modes_are_seen(c.record_fit->model, plan_)) {
+        c.record_fit.reset();
+        c.remark = "a resonance of it does not show in the band";
+      }
+  }
+
+  /// Spares the fits to the record of a structure that the response already rules out.
+  void drop_the_hopeless(std::vector<Candidate>& candidates) const {
+    constexpr double kDecisive = 300.0;  // in the criterion, for lines that may repeat one another
+    for (auto& candidate : candidates)
+      if (candidate.remark.empty() && candidate.structure != Structure::rigid &&
+          !modes_are_seen(candidate.response_fit().model, plan_))
+        candidate.remark = "a resonance of it does not show in the band";
+    double least = std::numeric_limits<double>::infinity();
+    for (const auto& candidate : candidates)
+      if (candidate.remark.empty()) least = std::min(least, candidate.response_fit().bic);
+    for (auto& candidate : candidates)
+      if (candidate.remark.empty() && !candidate.record_fit &&
+          candidate.response_fit().bic > least + kDecisive)
+        candidate.remark = "the measured response rules it out";
+  }
+
+  std::vector<StructureTrial> trials_of(const std::vector<Candidate>& candidates, std::size_t chosen) const {
+    std::vector<StructureTrial> trials;
+    for (std::size_t i = 0; i < candidates.size(); ++i) {
+      const auto& c = candidates[i];
+      const auto& mask = c.model().estimated;
+      StructureTrial trial;
+      trial.name = name_of(c.variant());
+      trial.parameters = static_cast<std::size_t>(std::count(mask.begin(), mask.end(), true));
+      // Those of record and response are no match for one another.
+      const bool same = c.record_fit.has_value() == candidates[chosen].record_fit.has_value();
+      trial.bic = !same          ? std::numeric_limits<double>::quiet_NaN()
+                  : c.record_fit ? c.record_fit->bic
+                                 : c.response_fit().bic;
+      if (c.validated) {
+        trial.holdout_fit_percent = c.validated->fit_percent;
+        trial.holdout_score = c.validated->score;
+      }
+      trial.chosen = i == chosen;
+      trial.remark = c.remark;
+      if (!trial.chosen && c.remark.empty())
+        trial.remark = c.validated    ? "predicts the samples held back less well"
+                       : c.record_fit ? "the record's criterion is larger"
+                                      : "the lines' criterion is larger";
+      trials.push_back(std::move(trial));
+    }
+    return trials;
+  }
+
+  [[nodiscard]] Choice reason(const std::vector<Candidate>& candidates, std::size_t chosen) const {
+    const auto& c = candidates[chosen];
+    Choice choice{"structure", name_of(c.variant()), ""};
+    const char* whole = records_.size() == 1 ? "the record" : "the records";
+    if (options_.model != ModelChoice::automatic)
+      choice.because = "asked for";
+    else if (c.validated)
+      choice.because = fmt::format("predicts the 30 % of {} best that no fit had seen", whole);
+    else if (std::count_if(candidates.begin(), candidates.end(),
+                           [](const Candidate& x) { return x.remark.empty(); }) == 1)
+      choice.because = "the measured response leaves no other";
+    else
+      choice.because = fmt::format("least information criterion of {}", c.record_fit ? whole : "the lines");
+    return choice;
+  }
+
+  Selection finish(std::vector<Candidate>& candidates, std::size_t chosen) const {
+    Selection s;
+    s.structures = trials_of(candidates, chosen);
+    s.choice = reason(candidates, chosen);
+    auto& candidate = candidates[chosen];
+    s.result.drive = candidate.model();
+    s.result.from_record = candidate.record_fit.has_value();
+    s.result.model_error = difference(candidate.model(), fits_.response()).unexplained;
+    if (candidate.record_fit) {
+      auto& fit = *candidate.record_fit;
+      s.fit_percent = fit.fit_percent;
+      s.result.coulomb_friction = fit.coulomb_friction;
+      s.against_others = fit.against_others;
+      s.residual_rms = fit.residual_rms;
+      for (const auto& record : fit.records) s.fit_percents.push_back(record.fit_percent);
+      if (fit.records.size() == 1) {
+        s.residual = std::move(fit.records[0].residual);
+        s.residual_start = fit.records[0].first_sample;
+        s.result.offset = fit.records[0].offset;
+      }
+    }
+    return s;
+  }
+
+  std::span<const data::Record> records_;
+  const Plan& plan_;
+  const Options& options_;
+  const CandidateFits fits_;
+};
+
+}  // namespace
+
+double unexplained_difference(const fit::DriveModel& model, const data::FrequencyResponse& response) {
+  return difference(model, thinned(response)).unexplained;
+}
+
+std::optional<Selection> select_model(std::span<const data::Record> records, const Plan& plan,
+                                      const Options& options, const data::FrequencyResponse& response,
+                                      std::span<const fit::DriveModel> starts, bool to_records) {
+  if (response.std.size() != response.lines()) return std::nullopt;
+  return Selector(records, plan, options, response, starts, to_records).run();
+}
+
+}  // namespace resonid::identification::detail

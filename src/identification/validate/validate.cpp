@@ -1,0 +1,274 @@
+// SPDX-License-Identifier: MIT
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <identification/linear_simulation.hpp>
+#include <identification/validate/evidence.hpp>
+#include <identification/validate/verdict.hpp>
+#include <numeric>
+#include <resonid/diagnostics/detail/data_findings.hpp>
+#include <resonid/fit/detail/noise_model.hpp>
+#include <resonid/fit/output_error.hpp>
+#include <resonid/identification/validate.hpp>
+
+namespace resonid::identification {
+namespace {
+
+using diagnostics::Severity;
+
+tl::unexpected<Error> refused(std::string option, std::string message) {
+  return tl::unexpected(Error{std::move(option), std::move(message)});
+}
+
+const char* name_of(data::OutputQuantity quantity) {
+  constexpr const char* kNames[] = {"velocity", "position", "acceleration"};
+  return kNames[static_cast<int>(quantity)];
+}
+
+double deviation(std::span<const double> x) {
+  const double mean = std::accumulate(x.begin(), x.end(), 0.0) / static_cast<double>(x.size());
+  double sum = 0.0;
+  for (const double v : x) sum += (v - mean) * (v - mean);
+  return std::sqrt(sum);
+}
+
+double norm(std::span<const double> x) {
+  return std::sqrt(std::inner_product(x.begin(), x.end(), x.begin(), 0.0));
+}
+
+class Simulator {
+ public:
+  Simulator(const data::Record& record, const CandidateModel& candidate, const ValidateOptions& options)
+      : record_(record), options_(options) {
+    v_.candidate = candidate;
+    v_.known_delay_s = options.common.delay_s;
+  }
+
+  expected<ModelValidation, Error> run() {
+    if (const auto done = simulate(); !done) return tl::unexpected(done.error());
+    fit_percents();
+    residual_tests();
+    return std::move(v_);
+  }
+
+  /// The residual alone.
+  expected<std::vector<double>, Error> residual() {
+    if (const auto done = simulate(); !done) return tl::unexpected(done.error());
+    return std::move(v_.residual);
+  }
+
+ private:
+  expected<void, Error> simulate() {
+    const bool indirect = options_.common.approach == Approach::indirect;
+    v_.approach = indirect ? "indirect" : "direct";
+    const auto done =
+        indirect ? in_closed_loop() : (v_.candidate.model ? of_drive() : of_transfer_function());
+    if (!done) return tl::unexpected(done.error());
+    for (const double e : v_.residual)
+      if (!std::isfinite(e)) return refused("model", "the simulated output is not finite");
+    return {};
+  }
+
+  [[nodiscard]] std::size_t delay_samples(double seconds) {
+    const double samples = seconds * record_.sample_rate_hz;
+    const double whole = std::round(samples);
+    if (std::abs(samples - whole) > 0.1)
+      v_.findings.push_back(
+          {"delay-rounded", Severity::info, samples, whole,
+           fmt::format("A delay of {:.2f} samples is simulated as {:.0f}.", samples, whole)});
+    return static_cast<std::size_t>(std::max(0.0, whole));
+  }
+
+  expected<void, Error> of_drive() {
+    fit::OutputErrorConfig config;
+    config.initial = v_.candidate.model->drive;
+    config.fixed_model = true;
+    config.noise_model = false;
+    config.known_delay_s = options_.common.delay_s;
+    config.viscous_friction = config.initial.estimated[fit::kViscousFriction];
+    config.coulomb_friction = v_.candidate.model->coulomb_friction.has_value();
+    auto simulation = fit::fit_output_error(record_, config);
+    if (!simulation)
+      return refused(
+          simulation.error().field == "known_delay_s" ? "delay" : std::string(simulation.error().field),
+          std::string(simulation.error().requirement));
+    v_.offset = simulation->offset;
+    v_.coulomb_friction = simulation->coulomb_friction;
+    v_.first_sample = simulation->first_sample;
+    v_.residual = std::move(simulation->residual);
+    v_.simulated = diagnostics::simulated_of(record_.output.samples, v_.residual);
+    return {};
+  }
+
+  /// From input to velocity, delay included.
+  expected<data::TransferFunction, Error> plant() {
+    const auto required = v_.candidate.model ? data::OutputQuantity::velocity : v_.candidate.output_quantity;
+    if (record_.output_quantity != required)
+      return refused(
+          "output-quantity",
+          fmt::format("found {}, required {}: {}", name_of(record_.output_quantity), name_of(required),
+                      v_.candidate.model ? "closed loops are simulated from input to velocity"
+                                         : "the transfer function's output"));
+    if (v_.candidate.model) {
+      auto drive = v_.candidate.model->drive;
+      drive.sample_time_s = record_.sample_time_s();
+      return detail::delayed(drive.transfer_function(),
+                             delay_samples(options_.common.delay_s + drive.delay_s));
+    }
+    const auto& g = *v_.candidate.transfer_function;
+    if (std::abs(g.sample_time_s - record_.sample_time_s()) > 0.01 * record_.sample_time_s())
+      return refused("MODEL",
+                     fmt::format("the transfer function runs at {:g} s, the record at {:g} s; required the "
+                                 "record's sample time",
+                                 g.sample_time_s, record_.sample_time_s()));
+    const std::size_t own = v_.candidate.delay_samples;
+    return detail::delayed(g, own > 0 ? own : delay_samples(options_.common.delay_s));
+  }
+
+  void keep(detail::LinearSimulation simulation) {
+    v_.simulated = std::move(simulation.output);
+    v_.offset = simulation.offset;
+    for (std::size_t k = 0; k < v_.simulated.size(); ++k)
+      v_.residual.push_back(record_.output.samples[k] - v_.simulated[k]);
+  }
+
+  expected<void, Error> of_transfer_function() {
+    const auto g = plant();
+    if (!g) return tl::unexpected(g.error());
+    if (!detail::can_be_simulated(*g, record_.samples()))
+      return refused("MODEL",
+                     "the transfer function is unstable and cannot be simulated; required poles on or inside "
+                     "the unit circle, or --approach indirect");
+    keep(detail::simulate_nearest(*g, record_.input.samples, record_.output.samples, false));
+    return {};
+  }
+
+  expected<void, Error> in_closed_loop() {
+    const auto& controller = options_.common.controller;
+    if (!controller) return refused("approach", "indirect needs --controller");
+    if (!record_.excitation.present())
+      return refused("approach", "indirect needs an excitation in the record");
+    const auto g = plant();
+    if (!g) return tl::unexpected(g.error());
+    if (v_.candidate.model && v_.candidate.model->coulomb_friction)
+      v_.findings.push_back(
+          {"friction-left-out",
+           Severity::warning,
+           {},
+           {},
+           "The closed loop is simulated without the model's dry friction: --approach direct "
+           "simulates it."});
+    const auto loop = detail::closed_loop(*g, *controller);
+    if (!(detail::largest_pole(loop) < 1.0))
+      return refused("approach",
+                     "indirect: the loop of this model with this controller is unstable, so it cannot be "
+                     "simulated; required a stable one, or --approach direct");
+    auto input = record_.excitation.samples;
+    if (record_.reference.present()) {
+      auto reference = record_.reference.samples;
+      for (double& r : reference) r -= record_.reference.samples.front();
+      const auto through = controller->simulate(reference);
+      for (std::size_t k = 0; k < input.size(); ++k) input[k] += through[k];
+    }
+    keep(detail::simulate_nearest(loop, input, record_.output.samples, true));
+    return {};
+  }
+
+  void fit_percents() {
+    const auto output = std::span(record_.output.samples).subspan(v_.first_sample);
+    const double total = deviation(output);
+    if (!(total > 0.0)) return;
+    v_.simulation_fit_percent = 100.0 * (1.0 - norm(v_.residual) / total);
+    const auto noise = fit::fit_noise_model(v_.residual, fit::kHighestNoiseOrder);
+    const auto innovation = fit::whiten(v_.residual, noise);
+    const auto foretold = output.subspan(output.size() - innovation.size());
+    v_.prediction_fit_percent = 100.0 * (1.0 - norm(innovation) / deviation(foretold));
+  }
+
+  void residual_tests() {
+    double delay = options_.common.delay_s;
+    std::size_t poles = 3;
+    if (v_.candidate.model) {
+      delay += v_.candidate.model->drive.delay_s;
+      poles = static_cast<std::size_t>(fit::order_of(v_.candidate.model->drive.structure));
+    } else {
+      const auto& g = *v_.candidate.transfer_function;
+      poles = std::max(g.denominator.size(), g.numerator.size()) - 1;
+    }
+    const auto judged =
+        poles + static_cast<std::size_t>(std::max(0.0, std::round(delay * record_.sample_rate_hz)));
+    const auto part = [&](const data::Channel& c) {
+      return c.present() ? std::span(c.samples).subspan(v_.first_sample) : std::span<const double>();
+    };
+    v_.residual_test =
+        diagnostics::test_residual({v_.residual, v_.simulated, part(record_.input), part(record_.excitation)},
+                                   std::max(options_.max_lag, judged), judged);
+  }
+
+  const data::Record& record_;
+  const ValidateOptions& options_;
+  ModelValidation v_;
+};
+
+/// How the residual moves with each independent standard deviation of the model, [sample x direction].
+Eigen::MatrixXd uncertainty_of(const data::Record& record, const CandidateModel& candidate,
+                               const ValidateOptions& options, const std::vector<double>& residual) {
+  constexpr double kStep = 0.01;  // standard deviations
+  const auto n = static_cast<Eigen::Index>(residual.size());
+  std::vector<Eigen::VectorXd> columns;
+  for (const auto& moved : detail::moved_by_deviations(candidate, kStep)) {
+    const auto other = Simulator(record, moved, options).residual();
+    if (!other || other->size() != residual.size()) continue;
+    columns.push_back((Eigen::Map<const Eigen::VectorXd>(other->data(), n) -
+                       Eigen::Map<const Eigen::VectorXd>(residual.data(), n)) /
+                      kStep);
+  }
+  Eigen::MatrixXd uncertainty(n, static_cast<Eigen::Index>(columns.size()));
+  for (std::size_t j = 0; j < columns.size(); ++j) uncertainty.col(static_cast<Eigen::Index>(j)) = columns[j];
+  return uncertainty;
+}
+
+}  // namespace
+
+CandidateModel candidate_of(const Result& result) {
+  CandidateModel candidate;
+  candidate.source = result.record.file;
+  candidate.units_response = result.units.response;
+  candidate.trusted = result.trusted;
+  candidate.known_delay_s = result.known_delay_s;
+  candidate.output_quantity = result.record.output_quantity;
+  if (result.model) {
+    candidate.model = result.model;
+  } else if (result.black_box) {
+    candidate.transfer_function = result.black_box->model.transfer_function;
+    candidate.covariance = result.black_box->model.covariance;
+    candidate.delay_samples = result.black_box->model.delay_samples;
+  }
+  if (const auto& v = result.validation; v && v->residual_rms)
+    candidate.own = OwnResidual{*v->residual_rms, v->fit_percent};
+  return candidate;
+}
+
+expected<ModelValidation, Error> validate(const data::Record& record, const CandidateModel& candidate,
+                                          const ValidateOptions& options) {
+  if (!candidate.model && !candidate.transfer_function)
+    return refused("MODEL", "holds no model; required a result with one, or a transfer function");
+  auto validation = Simulator(record, candidate, options).run();
+  if (!validation) return validation;
+  Options own = options.common;
+  own.model = ModelChoice::none;
+  if (own.approach == Approach::indirect) own.approach.reset();
+  const auto result = identify(record, own);
+  if (!result) return tl::unexpected(result.error());
+  validation->record = result->record;
+  validation->units = result->units;
+  validation->findings.insert(validation->findings.begin(), result->findings.begin(), result->findings.end());
+  detail::compare_with_response(record, options.common, own, *result, *validation);
+  detail::look_into_residual(record, options,
+                             uncertainty_of(record, candidate, options, validation->residual), *validation);
+  detail::judge(*validation);
+  return validation;
+}
+
+}  // namespace resonid::identification

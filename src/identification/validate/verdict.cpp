@@ -1,0 +1,166 @@
+// SPDX-License-Identifier: MIT
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <identification/validate/verdict.hpp>
+
+namespace resonid::identification::detail {
+namespace {
+
+using diagnostics::Severity;
+
+constexpr double kNoticeable = 0.1;
+constexpr double kWorthless = 0.3;
+constexpr double kHalf = 50.0;
+
+struct Largest {
+  double value = 0.0;
+  const char* with = "";
+  int lag = 0;
+};
+
+Largest largest_correlation(const diagnostics::ResidualTest& test, bool indirect) {
+  Largest l;
+  const auto take = [&](const diagnostics::ResidualCorrelation& c, const char* with) {
+    if (c.value.empty() || c.largest <= l.value) return;
+    l = {c.largest, with, c.largest_lag};
+  };
+  take(test.with_simulated, "simulated output");
+  // Driven by the excitation, the input holds noise that feedback put there.
+  if (!indirect) take(test.with_input, "input");
+  take(test.with_excitation, "excitation");
+  return l;
+}
+
+/// What speaks against a model: each figure beyond its limit, and beyond chance.
+struct Evidence {
+  Largest correlation;
+  bool line_differs = false;    ///< One line that noise cannot explain.
+  bool significant = false;     ///< That, or a residual that depends on what drives the machine.
+  double response_error = 0.0;  ///< At least.
+
+  [[nodiscard]] bool correlated() const {
+    return significant && correlation.value > diagnostics::kPracticalCorrelation;
+  }
+  [[nodiscard]] bool misfit() const { return significant && response_error > kNoticeable; }
+};
+
+Evidence evidence_of(const ModelValidation& v) {
+  constexpr double kImprobable = 1e-4, kChance = 0.01;
+  Evidence e;
+  e.correlation = largest_correlation(v.residual_test, v.approach == "indirect");
+  e.line_differs =
+      v.response_probability.value_or(1.0) < kImprobable && v.worst_line_error.value_or(0.0) > kNoticeable;
+  e.significant = e.line_differs || v.dependence.probability < kChance;
+  e.response_error = v.response_error_low.value_or(0.0);
+  return e;
+}
+
+void inspect_correlation(ModelValidation& v, const Evidence& e) {
+  const auto& test = v.residual_test;
+  const auto& l = e.correlation;
+  if (e.correlated())
+    v.findings.push_back({"correlated-residual", Severity::warning, l.value,
+                          diagnostics::kPracticalCorrelation,
+                          fmt::format("What the model leaves follows the {} with a correlation of {:.2f} "
+                                      "(lag {}), beyond the practical "
+                                      "limit: it misses something of the drive.",
+                                      l.with, l.value, l.lag)});
+  else if (l.value > test.limit)
+    v.findings.push_back(
+        {"correlation-shows", Severity::info, l.value, test.limit,
+         fmt::format(
+             "The residual's correlation with the {} passes the limit of 3 % per lag. At {:.0f} dB of signal "
+             "over residual even small errors of the true structure do: it decides nothing.",
+             l.with, test.snr_db)});
+}
+
+void inspect_response(ModelValidation& v, const Evidence& e) {
+  if (e.line_differs)
+    v.findings.push_back({"response-differs", Severity::warning, v.worst_line_error, kNoticeable,
+                          fmt::format("At {:.4g} Hz model and measured response differ by {:.0f} %, more "
+                                      "than noise explains: there the "
+                                      "drive is another, or has changed.",
+                                      *v.worst_line_hz, 100.0 * *v.worst_line_error)});
+  if (!e.misfit()) return;
+  const bool bad = e.response_error > kWorthless;
+  v.findings.push_back(
+      {"misfit", bad ? Severity::error : Severity::warning, e.response_error, bad ? kWorthless : kNoticeable,
+       fmt::format(
+           "Model and measured response differ by {:.0f} % (rms over the lines), by {:.0f} % at least, "
+           "beyond the noise.",
+           100.0 * v.response_error.value_or(0.0), 100.0 * e.response_error)});
+}
+
+/// Much less is reproduced than the residual on the model's own record lets expect, and noise is not why.
+bool fits_less_here(const ModelValidation& v, const Evidence& e) {
+  constexpr double kPoints = 10.0;
+  return e.significant && v.expected_fit_percent.value_or(-HUGE_VAL) > v.simulation_fit_percent + kPoints;
+}
+
+void inspect_fit(ModelValidation& v, const Evidence& e) {
+  if (fits_less_here(v, e))
+    v.findings.push_back(
+        {"fits-less-here", Severity::warning, v.simulation_fit_percent, v.expected_fit_percent,
+         fmt::format("The model reproduces {:.0f} % of this output; with what it left of its own record it "
+                     "would be {:.0f} %, and the rest depends on the {}: the drive behaves in another way "
+                     "here.",
+                     v.simulation_fit_percent, *v.expected_fit_percent, v.dependence.on)});
+  if (v.simulation_fit_percent >= kHalf) return;
+  if (e.correlated())
+    v.findings.push_back({"poor-fit", Severity::error, v.simulation_fit_percent, kHalf,
+                          "The model reproduces less than half of the output, and what it leaves is no "
+                          "noise: it is not the model of this drive at this operating point."});
+  else
+    v.findings.push_back({"noisy-record", Severity::warning, v.simulation_fit_percent, kHalf,
+                          "Less than half of the output is reproduced, but what is left does not follow "
+                          "the input: noise or disturbances, which say little for or against the model."});
+}
+
+void inspect_maps(ModelValidation& v) {
+  constexpr double kImprobable = 1e-3, kShare = 0.01;
+  for (const auto& map : v.maps) {
+    if (map.probability > kImprobable || map.share < kShare) continue;
+    const auto [low, high] = std::minmax_element(map.mean.begin(), map.mean.end());
+    v.findings.push_back(
+        {"static-nonlinearity", Severity::warning, map.share, kShare,
+         fmt::format("A static function of the {} at the model's input ({:.3g} ... {:.3g} {} off a straight "
+                     "line) explains {:.0f} % of what the model leaves: {}.",
+                     map.over, *low, *high, v.units.input, 100.0 * map.share,
+                     map.over == "velocity" ? "perhaps friction that is not viscous"
+                                            : "perhaps a dead zone or saturation")});
+  }
+}
+
+}  // namespace
+
+void judge(ModelValidation& v) {
+  const auto e = evidence_of(v);
+  inspect_correlation(v, e);
+  inspect_response(v, e);
+  inspect_fit(v, e);
+  inspect_maps(v);
+  if (!v.candidate.trusted)
+    v.findings.push_back({"untrusted-model",
+                          Severity::warning,
+                          {},
+                          {},
+                          "The result that the model comes from is not to be trusted itself."});
+  if (!v.candidate.units_response.empty() && v.candidate.units_response != v.units.response)
+    v.findings.push_back(
+        {"different-units",
+         Severity::error,
+         {},
+         {},
+         fmt::format("The model is in {}, the record in {}.", v.candidate.units_response, v.units.response)});
+  const auto is_error = [](const diagnostics::Finding& f) { return f.severity == Severity::error; };
+  v.trusted = std::none_of(v.findings.begin(), v.findings.end(), is_error);
+  const bool noticeable = e.correlated() || e.line_differs || e.misfit() || fits_less_here(v, e);
+  const bool wrong = std::any_of(v.findings.begin(), v.findings.end(), [&](const diagnostics::Finding& f) {
+    return is_error(f) && (f.id == "misfit" || f.id == "poor-fit" || f.id == "different-units");
+  });
+  v.verdict = wrong ? Verdict::rejected : noticeable ? Verdict::doubtful : Verdict::accepted;
+}
+
+}  // namespace resonid::identification::detail
