@@ -18,46 +18,46 @@ static double next_velocity(drive* d) { return d->y = 0.98 * d->y + 0.05 * d->u;
 
 int main(void) {
   // What is injected: a sum of sines at the lines.
-  resonid_excitation_config injected;
-  resonid_excitation_defaults(&injected, sizeof injected, RESONID_MULTISINE);
+  resonid_excitation_settings injected;
+  resonid_defaults(&injected.head, sizeof injected, RESONID_MULTISINE);
   injected.sample_rate_hz = kRateHz;
   injected.amplitude = 0.5;
   injected.lines_hz = kLinesHz;
   injected.lines = kLines;
-  resonid_excitation* excitation;
-  if (resonid_excitation_create(&injected, &excitation, NULL) != RESONID_OK) return 1;
+  resonid_handle* excitation;
+  if (resonid_create(&injected.head, &excitation, NULL) != RESONID_OK) return 1;
 
-  resonid_line_bank_config config;
-  resonid_line_bank_defaults(&config, sizeof config);
-  config.sample_rate_hz = kRateHz;
-  config.frequency_hz = kLinesHz;
-  config.lines = kLines;
+  resonid_line_bank_settings settings;
+  resonid_defaults(&settings.head, sizeof settings, RESONID_LINE_BANK);
+  settings.sample_rate_hz = kRateHz;
+  settings.frequency_hz = kLinesHz;
+  settings.lines = kLines;
 
   static RESONID_MEMORY(memory, RESONID_LINE_BANK_SIZE);
-  resonid_line_bank* bank;
+  resonid_handle* bank;
   resonid_error error = RESONID_ERROR_INIT;
-  if (resonid_line_bank_init(memory, sizeof memory, &config, &bank, &error) != RESONID_OK) {
+  if (resonid_init(memory, sizeof memory, &settings.head, &bank, &error) != RESONID_OK) {
     fprintf(stderr, "%s %s (%g)\n", error.field, error.requirement, error.value);
     return 1;
   }
 
   // The servo thread.
-  static unsigned char snapshot[RESONID_LINE_BANK_SIZE];
+  static RESONID_MEMORY(copy, RESONID_LINE_BANK_SIZE);
   const double gain = 8.0;
   drive machine = {0.0, 0.0};
   for (int k = 0; k < kSamples; ++k) {
     double ru;
     const double y = next_velocity(&machine);
-    resonid_excitation_step(excitation, &ru);
+    resonid_generate(excitation, &ru, 1);
     machine.u = ru - gain * y;
-    resonid_line_bank_step(bank, machine.u, y);
-    if (k == kSamples / 2) memcpy(snapshot, bank, resonid_handle_size(bank));
+    resonid_step(bank, 0.0, machine.u, y);
+    if (k == kSamples / 2) memcpy(copy, bank, resonid_handle_size(bank));
   }
 
   // What it knows now, against what the drive's equation says.
   resonid_complex response[kLines], loop[kLines];
   double worst = 0.0;
-  resonid_line_bank_responses(bank, response, kLines);
+  resonid_ratios(bank, RESONID_CHANNEL_Y, RESONID_CHANNEL_U, response, kLines);
   for (int i = 0; i < kLines; ++i) {
     const double w = 6.283185307179586 * kLinesHz[i] / kRateHz;
     const double re = cos(w) - 0.98, im = sin(w), power = re * re + im * im;  // G = 0.05/(z - 0.98)
@@ -74,10 +74,16 @@ int main(void) {
   resonid_margins(kLinesHz, loop, kLines, &margins, sizeof margins, NULL);
   printf("crossover %.1f Hz, phase margin %.1f deg\n", margins.crossover_hz, margins.phase_margin_deg);
 
-  // Back to the snapshot, were this another process.
-  resonid_line_bank_info info;
-  resonid_restore(memory, sizeof memory, snapshot, sizeof snapshot, RESONID_FAMILY_LINE_BANK, NULL);
-  resonid_line_bank_get_info(bank, &info, sizeof info);
+  // Outside the servo thread its copy is made a snapshot, for a file; restored, were this another process.
+  static unsigned char snapshot[RESONID_LINE_BANK_SIZE];
+  resonid_line_bank_results info;
+  resonid_snapshot((const resonid_handle*)(void*)copy, snapshot, sizeof snapshot, NULL);
+  if (resonid_restore(memory, sizeof memory, snapshot, sizeof snapshot, RESONID_LINE_BANK, &bank, &error) !=
+      RESONID_OK) {
+    fprintf(stderr, "%s %s\n", error.field, error.requirement);
+    return 1;
+  }
+  resonid_read(bank, RESONID_LINE_BANK, &info.head, sizeof info);
   printf("restored at sample %llu\n", (unsigned long long)info.samples);
 
   resonid_destroy(excitation);

@@ -23,46 +23,46 @@ static void advance(drive* d, double torque) {
 }
 
 int main(void) {
-  resonid_physical_config config;
-  resonid_physical_defaults(&config, sizeof config);
-  config.sample_rate_hz = kRateHz;
-  config.replay = 0;  // the machine will change
-  config.driven_inertia.value = 0.025;
-  config.load_inertia.value = 0.025;
-  config.stiffness.value = 150.0;
-  config.damping.value = 0.1;
-  config.stiffness_drift_per_s = 0.05;
-  resonid_physical* tracker;
+  resonid_physical_settings settings;
+  resonid_defaults(&settings.head, sizeof settings, RESONID_PHYSICAL);
+  settings.sample_rate_hz = kRateHz;
+  settings.replay_speed = 0;  // the machine will change
+  settings.driven_inertia.value = 0.025;
+  settings.load_inertia.value = 0.025;
+  settings.stiffness.value = 150.0;
+  settings.damping.value = 0.1;
+  settings.stiffness_drift_per_s = 0.05;
+  resonid_handle* tracker;
   resonid_error error = RESONID_ERROR_INIT;
-  if (resonid_physical_create(&config, &tracker, &error) != RESONID_OK) {
+  if (resonid_create(&settings.head, &tracker, &error) != RESONID_OK) {
     fprintf(stderr, "%s %s (%g)\n", error.field, error.requirement, error.value);
     return 1;
   }
-  resonid_change_config watched;
-  resonid_change_defaults(&watched, sizeof watched);
+  resonid_change_settings watched;
+  resonid_defaults(&watched.head, sizeof watched, RESONID_CUSUM);
   watched.sample_rate_hz = kRateHz;
   watched.block_s = 0.5;
   watched.baseline_s = 15.0;
   watched.false_alarm_interval_s = 3600.0;
-  resonid_change* detector;
-  if (resonid_change_create(&watched, &detector, &error) != RESONID_OK) return 1;
-  resonid_excitation_config injected;
-  resonid_excitation_defaults(&injected, sizeof injected, RESONID_PRBS);
+  resonid_handle* detector;
+  if (resonid_create(&watched.head, &detector, &error) != RESONID_OK) return 1;
+  resonid_excitation_settings injected;
+  resonid_defaults(&injected.head, sizeof injected, RESONID_PRBS);
   injected.sample_rate_hz = kRateHz;
   injected.clock_divider = 4;
   injected.register_length = 12;
-  resonid_excitation* excitation;
-  if (resonid_excitation_create(&injected, &excitation, &error) != RESONID_OK) return 1;
+  resonid_handle* excitation;
+  if (resonid_create(&injected.head, &excitation, &error) != RESONID_OK) return 1;
 
   drive machine = {0.0, 0.0, 0.0, 120.0};
-  resonid_physical_info found;
-  resonid_change_info change;
+  resonid_physical_results found;
+  resonid_change_results change;
   for (int k = 0; k < 60000; ++k) {
     double ru;
-    resonid_excitation_step(excitation, &ru);
+    resonid_generate(excitation, &ru, 1);
     const double y = machine.motor, u = ru - 0.3 * y;
-    resonid_physical_step(tracker, ru, u, y);
-    resonid_physical_get_info(tracker, &found, sizeof found);
+    resonid_step(tracker, ru, u, y);
+    resonid_read(tracker, RESONID_PHYSICAL, &found.head, sizeof found);
     // What has not converged yet is no baseline.
     resonid_change_step(detector, k < 5000 ? NAN : found.value[RESONID_STIFFNESS],
                         found.standard_deviation[RESONID_STIFFNESS]);
@@ -76,7 +76,7 @@ int main(void) {
     }
     advance(&machine, u);
   }
-  resonid_change_get_info(detector, &change, sizeof change);
+  resonid_read(detector, RESONID_CUSUM, &change.head, sizeof change);
   printf("now K %.1f Nm/rad; change of %.1f found, from %.1f s on\n", found.value[RESONID_STIFFNESS],
          change.size, change.time_s);
   resonid_destroy(excitation);

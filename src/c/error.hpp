@@ -23,19 +23,23 @@ void copy_text(char (&to)[Room], std::string_view text) noexcept {
 }
 
 /// Writes the reason where the caller wants it, and returns the status.
-inline resonid_status fail(resonid_error* error, resonid_status status, const Error& reason) noexcept {
+inline resonid_status fail(resonid_error* error, resonid_status status, std::string_view field,
+                           std::string_view requirement, double value = kNoValue) noexcept {
   if (error == nullptr || error->struct_size < sizeof error->struct_size) return status;
   resonid_error whole{};
   whole.struct_size = error->struct_size;
   whole.status = status;
-  whole.value = reason.value;
-  copy_text(whole.field, reason.field);
-  copy_text(whole.requirement, reason.requirement);
+  whole.value = value;
+  copy_text(whole.field, field);
+  copy_text(whole.requirement, requirement);
   std::memcpy(error, &whole, std::min<std::size_t>(error->struct_size, sizeof whole));
   return status;
 }
+inline resonid_status fail(resonid_error* error, const Error& reason) noexcept {
+  return fail(error, RESONID_ERROR_SETTINGS, reason.field, reason.requirement, reason.value);
+}
 inline resonid_status fail_null(resonid_error* error, std::string_view argument) noexcept {
-  return fail(error, RESONID_ERROR_NULL, {argument, "must not be NULL"});
+  return fail(error, RESONID_ERROR_NULL, argument, "must not be NULL");
 }
 
 /// The caller's array; nothing when it is NULL, which its estimator refuses where it needs one.
@@ -46,7 +50,7 @@ std::span<const T> array(const T* values, std::size_t count) noexcept {
 
 /// An enumerator of C++ that has the number, if there is one.
 template <class Enum>
-expected<Enum, Error> enumerator(std::string_view field, std::uint32_t number, Enum last) noexcept {
+expected<Enum> enumerator(const char* field, std::uint32_t number, Enum last) noexcept {
   if (number > static_cast<std::uint32_t>(last))
     return refuse(field, "must be one of its constants", static_cast<double>(number));
   return static_cast<Enum>(number);
@@ -60,45 +64,21 @@ bool possible_size(std::size_t size) noexcept {
   return size >= alignof(Struct) && size % alignof(Struct) == 0 && size <= kLargest;
 }
 
-/// `result` to the caller, as much of it as there is room for.
+/// `result` to the caller, as much of it as there is room for, beginning with the size.
 template <class Struct>
-resonid_status give(Struct result, Struct* out, std::size_t struct_size) noexcept {
+resonid_status give(const Struct& result, void* out, std::size_t struct_size) noexcept {
   if (out == nullptr) return RESONID_ERROR_NULL;
   if (!possible_size<Struct>(struct_size)) return RESONID_ERROR_SIZE;
-  const std::size_t filled = struct_size < sizeof(Struct) ? struct_size : sizeof(Struct);
-  result.struct_size = static_cast<std::uint32_t>(filled);
+  const auto filled = static_cast<std::uint32_t>(std::min(struct_size, sizeof(Struct)));
   std::memcpy(out, &result, filled);
+  std::memcpy(out, &filled, sizeof filled);
   return RESONID_OK;
 }
 
-/// A configuration of defaults in the caller's struct; what only a newer header knows is set to 0.
-template <class Config>
-resonid_status give_defaults(Config defaults, Config* out, std::size_t struct_size) noexcept {
-  if (out == nullptr) return RESONID_ERROR_NULL;
-  if (!possible_size<Config>(struct_size)) return RESONID_ERROR_SIZE;
-  const std::size_t known = struct_size < sizeof(Config) ? struct_size : sizeof(Config);
-  defaults.struct_size = static_cast<std::uint32_t>(struct_size);
-  if (struct_size > known) std::memset(static_cast<void*>(out), 0, struct_size);
-  std::memcpy(static_cast<void*>(out), &defaults, known);
-  return RESONID_OK;
-}
-
-/// The caller's configuration over `config`, which holds the defaults. Of a longer struct than this library
-/// knows, the rest must be 0: a newer caller that asks for what is not there is refused.
-template <class Config>
-resonid_status take(const Config* given, Config& config, resonid_error* error) noexcept {
-  if (given == nullptr) return fail_null(error, "config");
-  const std::size_t size = given->struct_size;
-  const Error kSize{"struct_size", "must be set by the defaults function"};
-  if (!possible_size<Config>(size)) return fail(error, RESONID_ERROR_SIZE, kSize);
-  const std::size_t known = size < sizeof(Config) ? size : sizeof(Config);
-  std::memcpy(static_cast<void*>(&config), given, known);
-  const auto* bytes = reinterpret_cast<const unsigned char*>(given);
-  for (std::size_t i = known; i < size; ++i)
-    if (bytes[i] != 0)
-      return fail(error, RESONID_ERROR_CONFIG,
-                  {"struct_size", "has fields set that this library does not know"});
-  return RESONID_OK;
+/// Refuses unless the caller's array has one place for each of `count` values.
+inline resonid_status check_array(const void* array, std::size_t given, std::size_t count) noexcept {
+  if (array == nullptr) return RESONID_ERROR_NULL;
+  return given == count ? RESONID_OK : RESONID_ERROR_RANGE;
 }
 
 }  // namespace resonid::c

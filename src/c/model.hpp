@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <resonid/c/model.h>
+#include <resonid/c/models.h>
 
 #include <algorithm>
-#include <limits>
 #include <resonid/online/models/detail/regression.hpp>
 #include <resonid/online/models/discrete_model.hpp>
 #include <resonid/online/models/modes.hpp>
@@ -17,17 +16,10 @@ namespace resonid::c {
 /// What a handle of the family `model` does, whichever method and order it has. Each type is compiled in a
 /// source of its own, since these templates take long.
 struct ModelOperations {
+  Operations common;
   std::uint32_t order;
-  std::size_t size;
-  expected<void, Error> (*build)(void* memory, std::uint32_t variant, const resonid_model_config&);
-  void (*step)(void* handle, double ru, double u, double y);
-  void (*miss)(void* handle, std::uint64_t count);
-  void (*reset)(void* handle);
-  void (*coefficients)(void* handle, double* b, double* a);
-  void (*covariance)(void* handle, double* out);
-  double (*lag_samples)(void* handle);
-  std::size_t (*modes)(void* handle, bool anti, resonid_mode* out, std::size_t room);
-  void (*describe)(void* handle, resonid_model_info& info);
+  expected<void> (*build)(void* memory, std::uint32_t variant, const resonid_model_settings&) noexcept;
+  std::size_t (*modes)(const void* handle, bool anti, resonid_mode* out, std::size_t room) noexcept;
 };
 
 /// An estimator, and what its modes need besides.
@@ -35,6 +27,10 @@ template <class Estimator>
 struct HeldModel {
   Estimator estimator;
   double sample_rate_hz;
+
+  void reset() noexcept { estimator.reset(); }
+  void miss(std::uint64_t count) noexcept { estimator.miss(count); }
+  [[nodiscard]] bool intact() const noexcept { return estimator.intact(); }
 };
 
 // The tables, ascending in order from the first one that there is.
@@ -43,89 +39,93 @@ std::span<const ModelOperations> output_error_operations() noexcept;            
 std::span<const ModelOperations> closed_loop_output_error_operations() noexcept;  // from 1
 std::span<const ModelOperations> instrumental_operations() noexcept;              // from 2
 
-/// Make(config) gives the estimator; the operations follow from the concept DiscreteEstimator.
-template <class Estimator, expected<Estimator, Error> (*Make)(const resonid_model_config&)>
-class OperationsOf {
-  static constexpr std::size_t kOrder = Estimator::kOrder;
-  using Held = HeldModel<Estimator>;
-  static Estimator& estimator(void* handle) noexcept { return content<Held>(handle).estimator; }
+/// What all types of model do alike, from the concept DiscreteEstimator.
+struct ModelDescription {
+  using Results = resonid_model_results;
 
-  static expected<void, Error> build(void* memory, std::uint32_t variant, const resonid_model_config& c) {
-    auto made = Make(c);
-    if (!made) {
-      constexpr std::string_view kInner = "adaptation.";
-      Phrase& field = made.error().field;
-      if (field.view().starts_with(kInner)) field = field.view().substr(kInner.size());
-      return unexpected<Error>(made.error());
-    }
-    place(memory, RESONID_FAMILY_MODEL, variant, Held{*made, c.sample_rate_hz});
-    return {};
+  template <class E>
+  static void step(HeldModel<E>& held, double ru, double u, double y) noexcept {
+    held.estimator.step(ru, u, y);
   }
-  static void step(void* handle, double ru, double u, double y) { estimator(handle).step(ru, u, y); }
-  static void miss(void* handle, std::uint64_t count) { estimator(handle).miss(count); }
-  static void reset(void* handle) { estimator(handle).reset(); }
-  static void coefficients(void* handle, double* b, double* a) {
-    const auto model = estimator(handle).model();
-    std::copy(model.b.begin(), model.b.end(), b);
-    std::copy(model.a.begin(), model.a.end(), a);
+  template <class Held>
+  static constexpr std::uint32_t kParameters = 2 * decltype(Held::estimator)::kOrder;
+  template <class E>
+  static void parameters(const HeldModel<E>& held, double* out) noexcept {
+    const auto model = held.estimator.model();
+    std::copy(model.a.begin(), model.a.end(), std::copy(model.b.begin(), model.b.end(), out));
   }
-  static void covariance(void* handle, double* out) {
-    const auto matrix = estimator(handle).covariance();
+  template <class E>
+  static void covariance(const HeldModel<E>& held, double* out) noexcept {
+    const auto matrix = held.estimator.covariance();
     for (int i = 0; i < matrix.rows(); ++i)
       for (int j = 0; j < matrix.cols(); ++j) *out++ = matrix(i, j);
   }
-  static double lag_samples(void* handle) { return estimator(handle).lag_samples(); }
-  static std::size_t modes(void* handle, bool anti, resonid_mode* out, std::size_t room) {
+  template <class E>
+  static double lag_samples(const HeldModel<E>& held) noexcept {
+    return held.estimator.lag_samples();
+  }
+  template <class E>
+  static void results(const HeldModel<E>& held, Results& r) noexcept {
+    const E& e = held.estimator;
+    r.samples = e.samples();
+    r.skipped_samples = e.skipped_samples();
+    r.order = static_cast<std::uint32_t>(E::kOrder);
+    r.ready = e.ready() ? 1 : 0;
+    r.excited = e.excited() ? 1 : 0;
+    r.residual = e.residual();
+    // Before there is a model, the torques are a quotient of zeros.
+    const auto finite_or_zero = [](double x) { return std::isfinite(x) ? x : 0.0; };
+    if constexpr (requires { e.load_torque(); }) r.load_torque = finite_or_zero(e.load_torque());
+    if constexpr (requires { e.coulomb_torque(); }) r.coulomb_torque = finite_or_zero(e.coulomb_torque());
+  }
+};
+
+/// Make(settings) gives the estimator.
+template <class Estimator, expected<Estimator> (*Make)(const resonid_model_settings&) noexcept>
+class ModelOperationsOf {
+  using Held = HeldModel<Estimator>;
+
+  static expected<void> build(void* memory, std::uint32_t variant, const resonid_model_settings& s) noexcept {
+    const auto made = Make(s);
+    if (!made) {
+      constexpr std::string_view kInner = "adaptation.";
+      Error error = made.error();
+      const std::string_view field = error.field;  // of a literal
+      if (field.substr(0, kInner.size()) == kInner) error.field = field.substr(kInner.size());
+      return unexpected<Error>(error);
+    }
+    place(memory, s.head.kind, variant, Held{*made, s.sample_rate_hz});
+    return {};
+  }
+  static std::size_t modes(const void* handle, bool anti, resonid_mode* out, std::size_t room) noexcept {
     const Held& held = content<Held>(handle);
-    const online::SampledModes<kOrder> sampled(held.estimator.model(), held.sample_rate_hz);
+    const online::SampledModes<Estimator::kOrder> sampled(held.estimator.model(), held.sample_rate_hz);
     const auto covariance = held.estimator.covariance();
     const auto found = anti ? sampled.antiresonances(covariance) : sampled.resonances(covariance);
     for (std::size_t i = 0; i < std::min(found.count, room); ++i)
       out[i] = {found[i].frequency_hz, found[i].damping_ratio, found[i].std_hz};
     return found.count;
   }
-  static void describe(void* handle, resonid_model_info& info) {
-    const Estimator& e = estimator(handle);
-    info.order = static_cast<std::uint32_t>(kOrder);
-    info.ready = e.ready() ? 1 : 0;
-    info.excited = e.excited() ? 1 : 0;
-    info.samples = e.samples();
-    info.skipped_samples = e.skipped_samples();
-    info.residual = e.residual();
-    if constexpr (requires { e.load_torque(); }) info.load_torque = finite_or_zero(e.load_torque());
-    if constexpr (requires { e.coulomb_torque(); }) info.coulomb_torque = finite_or_zero(e.coulomb_torque());
-  }
-  /// Before there is a model, the torques are a quotient of zeros.
-  static double finite_or_zero(double x) noexcept { return std::isfinite(x) ? x : 0.0; }
 
  public:
-  static constexpr ModelOperations kTable{static_cast<std::uint32_t>(kOrder),
-                                          handle_size<Held>(),
-                                          &build,
-                                          &step,
-                                          &miss,
-                                          &reset,
-                                          &coefficients,
-                                          &covariance,
-                                          &lag_samples,
-                                          &modes,
-                                          &describe};
+  static constexpr ModelOperations kTable{operations_for<ModelDescription, Held>(),
+                                          static_cast<std::uint32_t>(Estimator::kOrder), &build, &modes};
 };
 
 /// The fields that all methods but instrumental variables share.
-inline expected<online::ModelEstimatorConfig, Error> common_config(const resonid_model_config& c) noexcept {
-  const auto adapted = adaptation(c);
+inline expected<online::ModelEstimatorConfig> common_config(const resonid_model_settings& s) noexcept {
+  const auto adapted = adaptation(s);
   if (!adapted) return unexpected<Error>(adapted.error());
   online::ModelEstimatorConfig common;
-  common.sample_rate_hz = c.sample_rate_hz;
-  common.delay_samples = c.delay_samples;
-  common.start_b = array(c.start_b, c.order);
-  common.start_a = array(c.start_a, c.order);
-  common.fixed_integrator = c.fixed_integrator != 0;
-  common.high_pass_hz = c.high_pass_hz;
-  common.hold_below = c.hold_below;
+  common.sample_rate_hz = s.sample_rate_hz;
+  common.delay_samples = s.delay_samples;
+  common.start_b = array(s.start_b, s.order);
+  common.start_a = array(s.start_a, s.order);
+  common.fixed_integrator = s.fixed_integrator != 0;
+  common.high_pass_hz = s.high_pass_hz;
+  common.hold_below = s.hold_below;
   common.adaptation = *adapted;
-  common.adaptation.scale = array(c.scale, 2 * std::size_t{c.order});
+  common.adaptation.scale = array(s.scale, 2 * std::size_t{s.order});
   return common;
 }
 

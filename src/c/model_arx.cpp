@@ -10,14 +10,14 @@ template <std::size_t Order>
 using Arx = online::Arx<double, Order>;
 
 template <std::size_t Order>
-expected<Arx<Order>, Error> make(const resonid_model_config& c) {
-  const auto common = common_config(c);
+expected<Arx<Order>> make(const resonid_model_settings& s) noexcept {
+  const auto common = common_config(s);
   if (!common) return unexpected<Error>(common.error());
-  return Arx<Order>::create({*common, c.load_torque != 0, c.coulomb != 0});
+  return Arx<Order>::create({*common, s.load_torque != 0, s.coulomb != 0});
 }
 
 template <std::size_t Order>
-constexpr ModelOperations kOperations = OperationsOf<Arx<Order>, &make<Order>>::kTable;
+constexpr ModelOperations kOperations = ModelOperationsOf<Arx<Order>, &make<Order>>::kTable;
 
 constexpr ModelOperations kAll[] = {kOperations<1>, kOperations<2>, kOperations<3>,
                                     kOperations<4>, kOperations<5>, kOperations<6>};

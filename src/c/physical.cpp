@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include <resonid/c/physical.h>
+#include <resonid/c/models.h>
 
 #include <resonid/online/models/physical_tracker.hpp>
 
@@ -22,145 +22,113 @@ static_assert(static_cast<int>(PhysicalParameter::coulomb_friction) == RESONID_C
 resonid_start plain(const online::StartingValue& v) noexcept { return {v.value, v.relative_std}; }
 resonid_start_friction plain(const online::StartingFriction& v) noexcept { return {v.value, v.std}; }
 
-resonid_physical_config physical_defaults() noexcept {
-  const online::PhysicalTrackerConfig p;
-  resonid_physical_config c{};
-  c.replay = 1;
-  c.driven_inertia = plain(p.driven_inertia);
-  c.load_inertia = plain(p.load_inertia);
-  c.stiffness = plain(p.stiffness);
-  c.damping = plain(p.damping);
-  c.viscous_friction_nms_rad = plain(p.viscous_friction_nms_rad);
-  c.coulomb_friction_nm = plain(p.coulomb_friction_nm);
-  c.torque_offset_std_nm = p.torque_offset_std_nm;
-  c.torque_offset_drift_nm_rt_s = p.torque_offset_drift_nm_rt_s;
-  c.stiffness_drift_per_s = p.stiffness_drift_per_s;
-  c.damping_drift_per_rt_s = p.damping_drift_per_rt_s;
-  c.noise_rms = p.noise_rms;
-  c.noise_memory_s = p.noise_memory_s;
-  c.start_velocity_std = p.start_velocity_std;
-  c.plant_noise_variance = p.plant_noise_variance;
-  c.refresh_samples = p.refresh_samples;
-  c.replay_speed = p.replay_speed;
-  return c;
-}
+struct Physicals : Variants<Physicals, Forgetful, Remembering> {
+  using Settings = resonid_physical_settings;
+  using Results = resonid_physical_results;
+  static constexpr std::uint32_t kId = family_of(RESONID_PHYSICAL), kTypes = 1;
 
-struct Physicals : Variants<RESONID_FAMILY_PHYSICAL, Forgetful, Remembering> {
-  using Config = resonid_physical_config;
-  using Handle = resonid_physical;
-
-  static Config defaults_for(const Config*) noexcept { return physical_defaults(); }
-  static expected<std::uint32_t, Error> variant(const Config& c) noexcept {
-    return c.replay != 0 && c.replay_speed != 0 ? 1U : 0U;
+  static Settings defaults(std::uint32_t) noexcept {
+    const online::PhysicalTrackerConfig p;
+    Settings s{};
+    s.driven_inertia = plain(p.driven_inertia);
+    s.load_inertia = plain(p.load_inertia);
+    s.stiffness = plain(p.stiffness);
+    s.damping = plain(p.damping);
+    s.viscous_friction_nms_rad = plain(p.viscous_friction_nms_rad);
+    s.coulomb_friction_nm = plain(p.coulomb_friction_nm);
+    s.torque_offset_std_nm = p.torque_offset_std_nm;
+    s.torque_offset_drift_nm_rt_s = p.torque_offset_drift_nm_rt_s;
+    s.stiffness_drift_per_s = p.stiffness_drift_per_s;
+    s.damping_drift_per_rt_s = p.damping_drift_per_rt_s;
+    s.noise_rms = p.noise_rms;
+    s.noise_memory_s = p.noise_memory_s;
+    s.start_velocity_std = p.start_velocity_std;
+    s.plant_noise_variance = p.plant_noise_variance;
+    s.refresh_samples = p.refresh_samples;
+    s.replay_speed = p.replay_speed;
+    return s;
   }
-  static std::size_t size(std::uint32_t variant) noexcept { return kSize[variant]; }
-  static expected<void, Error> build(void* memory, std::uint32_t variant, const Config& c) noexcept {
-    const auto start = [](const resonid_start& s) { return online::StartingValue{s.value, s.relative_std}; };
-    const auto friction = [](const resonid_start_friction& s) {
-      return online::StartingFriction{s.value, s.std};
+  static expected<std::uint32_t> variant(const Settings& s) noexcept { return s.replay_speed != 0 ? 1U : 0U; }
+  static expected<void> build(void* memory, std::uint32_t variant, const Settings& s) noexcept {
+    const auto start = [](const resonid_start& x) { return online::StartingValue{x.value, x.relative_std}; };
+    const auto friction = [](const resonid_start_friction& x) {
+      return online::StartingFriction{x.value, x.std};
     };
     online::PhysicalTrackerConfig p;
-    p.sample_rate_hz = c.sample_rate_hz;
-    p.delay_s = c.delay_s;
-    p.driven_inertia = start(c.driven_inertia);
-    p.load_inertia = start(c.load_inertia);
-    p.stiffness = start(c.stiffness);
-    p.damping = start(c.damping);
-    p.viscous_friction_nms_rad = friction(c.viscous_friction_nms_rad);
-    p.coulomb_friction_nm = friction(c.coulomb_friction_nm);
-    p.torque_offset_std_nm = c.torque_offset_std_nm;
-    p.torque_offset_drift_nm_rt_s = c.torque_offset_drift_nm_rt_s;
-    p.stiffness_drift_per_s = c.stiffness_drift_per_s;
-    p.damping_drift_per_rt_s = c.damping_drift_per_rt_s;
-    p.noise_rms = c.noise_rms;
-    p.noise_memory_s = c.noise_memory_s;
-    p.start_velocity_std = c.start_velocity_std;
-    p.plant_noise_variance = c.plant_noise_variance;
-    p.refresh_samples = c.refresh_samples;
-    p.replay_speed = c.replay_speed;
+    p.sample_rate_hz = s.sample_rate_hz;
+    p.delay_s = s.delay_s;
+    p.driven_inertia = start(s.driven_inertia);
+    p.load_inertia = start(s.load_inertia);
+    p.stiffness = start(s.stiffness);
+    p.damping = start(s.damping);
+    p.viscous_friction_nms_rad = friction(s.viscous_friction_nms_rad);
+    p.coulomb_friction_nm = friction(s.coulomb_friction_nm);
+    p.torque_offset_std_nm = s.torque_offset_std_nm;
+    p.torque_offset_drift_nm_rt_s = s.torque_offset_drift_nm_rt_s;
+    p.stiffness_drift_per_s = s.stiffness_drift_per_s;
+    p.damping_drift_per_rt_s = s.damping_drift_per_rt_s;
+    p.noise_rms = s.noise_rms;
+    p.noise_memory_s = s.noise_memory_s;
+    p.start_velocity_std = s.start_velocity_std;
+    p.plant_noise_variance = s.plant_noise_variance;
+    p.refresh_samples = s.refresh_samples;
+    p.replay_speed = s.replay_speed;
     return variant == 0 ? make<Forgetful>(memory, variant, p) : make<Remembering>(memory, variant, p);
+  }
+  template <class Tracker>
+  static void step(Tracker& tracker, double ru, double u, double y) noexcept {
+    tracker.step(ru, u, y);
+  }
+  template <class Tracker>
+  static constexpr std::uint32_t kParameters = RESONID_PHYSICAL_PARAMETERS;
+  template <class Tracker>
+  static void parameters(const Tracker& tracker, double* out) noexcept {
+    for (int i = 0; i < RESONID_PHYSICAL_PARAMETERS; ++i)
+      *out++ = tracker.value(static_cast<PhysicalParameter>(i));
+  }
+  template <class Tracker>
+  static void covariance(const Tracker& tracker, double* out) noexcept {
+    const auto matrix = tracker.covariance();
+    for (int i = 0; i < RESONID_PHYSICAL_PARAMETERS; ++i)
+      for (int j = 0; j < RESONID_PHYSICAL_PARAMETERS; ++j) *out++ = matrix(i, j);
+  }
+  template <class Tracker>
+  static double lag_samples(const Tracker& tracker) noexcept {
+    return tracker.lag_samples();
+  }
+  template <class Tracker>
+  static void results(const Tracker& tracker, Results& r) noexcept {
+    r.samples = tracker.samples();
+    r.skipped_samples = tracker.skipped_samples();
+    r.ready = tracker.ready() ? 1 : 0;
+    r.converged = tracker.converged() ? 1 : 0;
+    r.consistent = tracker.consistent() ? 1 : 0;
+    r.excited = tracker.excited() ? 1 : 0;
+    r.plausible = tracker.plausible() ? 1 : 0;
+    parameters(tracker, r.value);
+    const auto covariance = tracker.covariance();
+    for (int i = 0; i < RESONID_PHYSICAL_PARAMETERS; ++i)
+      r.standard_deviation[i] = std::sqrt(covariance(i, i));
+    r.resonance_hz = tracker.resonance_hz();
+    r.resonance_std_hz = tracker.resonance_std_hz();
+    r.antiresonance_hz = tracker.antiresonance_hz();
+    r.antiresonance_std_hz = tracker.antiresonance_std_hz();
+    r.residual = tracker.residual();
+    r.noise_rms = tracker.noise_rms();
+    r.lag_samples = tracker.lag_samples();
   }
 
  private:
-  template <class T>
-  static expected<void, Error> make(void* memory, std::uint32_t variant,
-                                    const online::PhysicalTrackerConfig& config) noexcept {
-    const auto made = T::create(config);
-    if (!made) return unexpected<Error>(made.error());
-    place(memory, kFamily, variant, *made);
-    return {};
+  /// Not inline: else the stack of the small one were that of the large one.
+  template <class Tracker>
+  [[gnu::noinline]] static expected<void> make(void* memory, std::uint32_t variant,
+                                               const online::PhysicalTrackerConfig& config) noexcept {
+    return place(memory, RESONID_PHYSICAL, variant, Tracker::create(config));
   }
 };
 
 }  // namespace
+
+const Family kPhysical = FamilyOf<Physicals>::kFamily;
+
 }  // namespace resonid::c
-
-using resonid::c::Physicals;
-using resonid::online::PhysicalParameter;
-
-resonid_status resonid_physical_defaults(resonid_physical_config* config, size_t struct_size) noexcept {
-  return resonid::c::give_defaults(resonid::c::physical_defaults(), config, struct_size);
-}
-size_t resonid_physical_size(const resonid_physical_config* config) noexcept {
-  return resonid::c::size_of<Physicals>(config);
-}
-resonid_status resonid_physical_init(void* memory, size_t size, const resonid_physical_config* config,
-                                     resonid_physical** handle, resonid_error* error) noexcept {
-  return resonid::c::init<Physicals>(memory, size, config, handle, error);
-}
-resonid_status resonid_physical_create(const resonid_physical_config* config, resonid_physical** handle,
-                                       resonid_error* error) noexcept {
-  return resonid::c::create<Physicals>(config, handle, error);
-}
-resonid_status resonid_physical_step(resonid_physical* handle, double ru, double u, double y) noexcept {
-  return Physicals::visit(handle, [&](auto& tracker) { tracker.step(ru, u, y); });
-}
-resonid_status resonid_physical_run(resonid_physical* handle, const double* ru, const double* u,
-                                    const double* y, size_t count) noexcept {
-  if (count > 0 && (u == nullptr || y == nullptr)) return RESONID_ERROR_NULL;
-  return Physicals::visit(handle, [&](auto& tracker) {
-    for (std::size_t k = 0; k < count; ++k) tracker.step(ru != nullptr ? ru[k] : 0.0, u[k], y[k]);
-  });
-}
-resonid_status resonid_physical_miss(resonid_physical* handle, uint64_t count) noexcept {
-  return Physicals::visit(handle, [&](auto& tracker) { tracker.miss(count); });
-}
-resonid_status resonid_physical_reset(resonid_physical* handle) noexcept {
-  return Physicals::visit(handle, [](auto& tracker) { tracker.reset(); });
-}
-resonid_status resonid_physical_covariance(const resonid_physical* handle, double* covariance,
-                                           size_t count) noexcept {
-  constexpr std::size_t kN = RESONID_PHYSICAL_PARAMETERS;
-  if (const resonid_status status = resonid::c::check_array(covariance, count, kN * kN)) return status;
-  return Physicals::visit(handle, [&](const auto& tracker) {
-    const auto matrix = tracker.covariance();
-    for (std::size_t i = 0; i < count; ++i)
-      covariance[i] = matrix(static_cast<int>(i / kN), static_cast<int>(i % kN));
-  });
-}
-resonid_status resonid_physical_get_info(const resonid_physical* handle, resonid_physical_info* info,
-                                         size_t struct_size) noexcept {
-  resonid_physical_info found{};
-  const resonid_status status = Physicals::visit(handle, [&](const auto& tracker) {
-    found.ready = tracker.ready() ? 1 : 0;
-    found.converged = tracker.converged() ? 1 : 0;
-    found.consistent = tracker.consistent() ? 1 : 0;
-    found.excited = tracker.excited() ? 1 : 0;
-    found.plausible = tracker.plausible() ? 1 : 0;
-    found.samples = tracker.samples();
-    found.skipped_samples = tracker.skipped_samples();
-    const auto covariance = tracker.covariance();
-    for (int i = 0; i < RESONID_PHYSICAL_PARAMETERS; ++i) {
-      found.value[i] = tracker.value(static_cast<PhysicalParameter>(i));
-      found.standard_deviation[i] = std::sqrt(covariance(i, i));
-    }
-    found.resonance_hz = tracker.resonance_hz();
-    found.resonance_std_hz = tracker.resonance_std_hz();
-    found.antiresonance_hz = tracker.antiresonance_hz();
-    found.antiresonance_std_hz = tracker.antiresonance_std_hz();
-    found.residual = tracker.residual();
-    found.noise_rms = tracker.noise_rms();
-    found.lag_samples = tracker.lag_samples();
-  });
-  return status != RESONID_OK ? status : resonid::c::give(found, info, struct_size);
-}

@@ -175,6 +175,10 @@ Document document(const BatchResult& result) {
   d.kind = "identification of several records";
   d.title = fmt::format("{} records", result.batch.entries.size());
   d.summary = sentences(result);
+  const auto& entries = result.batch.entries;
+  const auto good = std::count_if(entries.begin(), entries.end(),
+                                  [](const BatchEntry& e) { return e.result && e.result->trusted; });
+  d.badge = Badge{good == std::ssize(entries), fmt::format("{} of {} trusted", good, entries.size()), ""};
   Section table;
   table.title = "Records";
   table.text = {

@@ -282,6 +282,8 @@ Document document(const Changes& c) {
   d.summary = sentences(c);
   d.summary.push_back(fmt::format("{} {}", c.changed ? "Changed." : "No change shown.",
                                   c.trusted ? "" : "NOT trusted: see the findings."));
+  d.badge = Badge{c.trusted && !c.changed, c.changed ? "Changed" : "No change shown",
+                  c.trusted ? "" : "not trusted: see the findings"};
   Section changes;
   changes.title = "What changed";
   changes.text = {

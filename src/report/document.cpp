@@ -277,6 +277,10 @@ json document_json(const Document& document) {
              {"command", document.command},     {"summary", document.summary},
              {"sections", std::move(sections)}, {"discrepancies", std::move(discrepancies)}};
   if (document.seeds > 0) whole["seeds"] = document.seeds;
+  if (const auto& b = document.badge)
+    whole["badge"] = {{"good", b->good}, {"word", b->word}, {"reason", b->reason}};
+  for (const Card& c : document.cards)
+    whole["cards"].push_back({{"name", c.name}, {"value", c.value}, {"unit", c.unit}, {"under", c.under}});
   return whole;
 }
 

@@ -105,13 +105,42 @@ std::string contents(const Document& document) {
   return out + "</ol></nav>\n";
 }
 
+constexpr std::string_view kGoodSign =
+    R"svg(<svg viewBox="0 0 24 24" aria-hidden="true"><circle cx="12" cy="12" r="11" fill="currentColor"/><path d="M6.5 12.5l3.7 3.7 7.3-8" fill="none" stroke="var(--card)" stroke-width="2.4" stroke-linecap="round" stroke-linejoin="round"/></svg>)svg";
+constexpr std::string_view kBadSign =
+    R"svg(<svg viewBox="0 0 24 24" aria-hidden="true"><path d="M12 1.6L23.4 22H.6z" fill="currentColor" stroke="currentColor" stroke-linejoin="round"/><path d="M12 9v6" stroke="var(--card)" stroke-width="2.4" stroke-linecap="round"/><circle cx="12" cy="18.3" r="1.5" fill="var(--card)"/></svg>)svg";
+
+std::string badge(const Badge& b) {
+  return std::string("<div class=\"verdict ")
+      .append(b.good ? "good" : "bad")
+      .append("\" role=\"status\">")
+      .append(b.good ? kGoodSign : kBadSign)
+      .append("<div><b>" + html(b.word) + "</b><span>" + html(b.reason) + "</span></div></div>\n");
+}
+
+std::string cards(const std::vector<Card>& list) {
+  std::string out = "<dl class=\"figures\" style=\"--count:" + std::to_string(list.size()) + "\">\n";
+  for (const Card& c : list) {
+    const bool word = !c.value.empty() && c.value.find_first_of("0123456789") == std::string::npos;
+    out += "<div class=\"figure\" style=\"--accent:var(--model)\">" + element("<dt>", html(c.name), "dt");
+    out += std::string("<dd><div class=\"value") + (word ? " word" : "") + "\"><span>" +
+           with_sign(figure(c.value), kPlusMinus) + "</span>" +
+           (c.unit.empty() ? "" : " <small>" + html(c.unit) + "</small>") + "</div>";
+    for (const auto& line : c.under) out += element("<div class=\"under\">", html(line), "div");
+    out += "</dd></div>\n";
+  }
+  return out + "</dl>\n";
+}
+
 std::string body(const Document& document) {
-  std::string out = "<header>\n<div class=\"brand\">resonid " + html(document.kind) + "</div>\n";
+  std::string out =
+      "<header class=\"head\">\n<div><div class=\"brand\">resonid " + html(document.kind) + "</div>\n";
   out += element("<h1>", html(document.title), "h1") + "\n";
   if (!document.command.empty())
     out += "<p class=\"soft small\">Made by <code>" + escape_html(document.command) + "</code></p>\n";
   if (document.seeds > 0) out += element("<p class=\"soft small\">", html(legend_of(document)), "p") + "\n";
-  out += "</header>\n";
+  out += "</div>\n" + (document.badge ? badge(*document.badge) : "") + "</header>\n";
+  if (!document.cards.empty()) out += cards(document.cards);
   if (!document.summary.empty()) {
     out += "<section class=\"summary-box\">\n";
     for (const auto& text : document.summary) out += element("<p>", html(text), "p") + "\n";
@@ -172,7 +201,7 @@ std::string document_page(const Document& document) {
   const std::string title = repaired(html(document.title));
   const std::string content = repaired(body(document));
   const std::string data = script_json(charts_json(document));
-  return fill(document_template(), {{"title", title}, {"content", content}, {"data", data}});
+  return fill(page_template(), {{"title", title}, {"content", content}, {"data", data}});
 }
 
 }  // namespace resonid::report

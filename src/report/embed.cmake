@@ -1,8 +1,7 @@
 # SPDX-License-Identifier: MIT
-# cmake -DWEB=<folder of the page> -DUPLOT=<uplot package> -DPAGE=a.html -DSTYLES=a.css,b.css -DMODULES=a.js,b.js
-#       -DFUNCTION=<name> -DOUTPUT=<file.cpp> -P embed.cmake
-# Joins page, styles and scripts into one template, which FUNCTION() of report/page_template.hpp hands out, and writes it
-# as bytes: no compiler limits the length of those.
+# cmake -DWEB=<folder of the page> -DUPLOT=<uplot package> -DMODULES=a.js,b.js -DOUTPUT=<file.cpp> -P embed.cmake
+# Joins page, style and scripts into one template, which page_template() of report/page_template.hpp hands out, and writes
+# it as bytes: no compiler limits the length of those.
 
 file(READ "${UPLOT}/LICENSE" licence)
 file(READ "${UPLOT}/dist/uPlot.min.css" plot_style)
@@ -36,13 +35,8 @@ if(script MATCHES "</[sS][cC][rR][iI][pP][tT]" OR script MATCHES "<!--")
   message(FATAL_ERROR "a script of the page would end its own element")
 endif()
 
-set(style "")
-string(REPLACE "," ";" STYLES "${STYLES}")
-foreach(sheet IN LISTS STYLES)
-  file(READ "${WEB}/${sheet}" text)
-  string(APPEND style "${text}")
-endforeach()
-file(READ "${WEB}/${PAGE}" page)
+file(READ "${WEB}/page.css" style)
+file(READ "${WEB}/page.html" page)
 string(REPLACE "{{style}}" "${plot_style}\n${style}" page "${page}")
 string(REPLACE "{{script}}" "${script}" page "${page}")
 
@@ -59,7 +53,7 @@ constexpr unsigned char kBytes[] = {
 ${bytes}};
 }  // namespace
 
-std::string_view ${FUNCTION}() noexcept {
+std::string_view page_template() noexcept {
   return {reinterpret_cast<const char*>(kBytes), sizeof kBytes};
 }
 

@@ -64,8 +64,9 @@ void measured_row(std::string& out, std::string_view name, const json& value, co
 }
 
 /// What remains readable where no script runs.
-std::string figures(const json& data) {
-  std::string out = "<table>\n";
+std::string still(const json& data, const std::string& title) {
+  std::string out = "<noscript>\n<h1>" + escape_html(title) +
+                    "</h1>\n<p>The pictures of this report need JavaScript. The figures:</p>\n<table>\n";
   const json& trusted = at(data, "trusted");
   if (trusted.is_boolean()) row(out, "verdict", trusted.get<bool>() ? "trusted" : "not trusted");
   const json& resonances = at(data, "resonances");
@@ -97,7 +98,7 @@ std::string figures(const json& data) {
   if (summary.is_array()) {
     for (const json& sentence : summary) out += "<p>" + escape_html(text_of(sentence)) + "</p>\n";
   }
-  return out;
+  return out + "</noscript>";
 }
 
 std::string title_of(const json& data) {
@@ -161,11 +162,10 @@ std::string script_json(const nlohmann::json& data) {
 std::string page(const nlohmann::json& data) {
   const std::string_view source = page_template();
   const std::string title = escape_html(repaired(title_of(data)));
-  const std::string table = repaired(figures(data));
-  const std::size_t used = source.size() + 2 * title.size() + table.size();
+  const std::string content = repaired(still(data, title_of(data)));
+  const std::size_t used = source.size() + title.size() + content.size();
   const std::string carried = page_data(data, kPageBytes > used ? kPageBytes - used : 0);
-
-  return fill(source, {{"title", title}, {"figures", table}, {"data", carried}});
+  return fill(source, {{"title", title}, {"content", content}, {"data", carried}});
 }
 
 }  // namespace resonid::report

@@ -8,10 +8,10 @@
 
 namespace resonid::report {
 
-/// The pages with their styles and scripts. Places still open: {{title}} and {{data}}, and {{figures}} in the
-/// report's, {{content}} in the document's. Generated from web/ at build time.
+/// The page with its style and scripts; still open: {{title}}, {{content}} and {{data}}. What `data` is
+/// decides what is drawn: a list is the charts of a document, an object an identification's result. Generated
+/// from web/ at build time.
 [[nodiscard]] std::string_view page_template() noexcept;
-[[nodiscard]] std::string_view document_template() noexcept;
 
 /// A place of a template and what stands there.
 using Filling = std::pair<std::string_view, std::string_view>;

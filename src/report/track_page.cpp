@@ -387,6 +387,8 @@ Document track_document(const Track& track) {
   document.title = fmt::format("{}, tracked by {}", track.record.file, track.method);
   document.summary = track_sentences(track);
   document.summary.push_back(track.trusted ? "Trusted." : "Not trusted: the findings say why.");
+  document.badge = Badge{track.trusted, track.trusted ? "Trusted" : "Not trusted",
+                         fmt::format("{:.0f} % of the rows", 100.0 * track.shares.all)};
   if (!track.reason.empty())
     document.summary.push_back(fmt::format("{} was chosen: {}.", track.method, track.reason));
   if (!track.start.empty()) document.summary.push_back("The start came from: " + track.start + ".");

@@ -6,6 +6,7 @@
 #include <resonid/base/constants.hpp>
 #include <resonid/report/detail/validate.hpp>
 
+#include "report/document_cells.hpp"
 #include "report/result_parts.hpp"
 #include "report/words.hpp"
 
@@ -199,6 +200,18 @@ Section response_section(const ModelValidation& v) {
   return s;
 }
 
+std::string verdict_word(const ModelValidation& v) {
+  switch (v.verdict) {
+    case identification::Verdict::accepted:
+      return "Accepted";
+    case identification::Verdict::doubtful:
+      return "Doubtful";
+    case identification::Verdict::rejected:
+      return "Rejected";
+  }
+  return "";
+}
+
 }  // namespace
 
 Document document(const ModelValidation& v, const data::Record& record) {
@@ -207,6 +220,14 @@ Document document(const ModelValidation& v, const data::Record& record) {
   d.title = fmt::format("{} on {}", v.candidate.source, v.record.file);
   d.summary = sentences(v);
   d.summary.push_back(v.trusted ? "Trusted." : "Not trusted: the findings say why.");
+  d.badge = Badge{v.trusted && v.verdict == identification::Verdict::accepted, verdict_word(v),
+                  v.trusted ? "" : "see the findings"};
+  d.cards = {{"Fit, simulated", number_text(v.simulation_fit_percent), "%"},
+             {"Fit one step ahead", number_text(v.prediction_fit_percent), "%"}};
+  if (v.expected_fit_percent)
+    d.cards.push_back({"Fit to be expected", number_text(*v.expected_fit_percent), "%"});
+  if (v.response_error)
+    d.cards.push_back({"Distance to the measured response", number_text(100.0 * *v.response_error), "%"});
   d.sections = {correlation_section(v), signal_section(v, record), left_section(v)};
   if (v.gap && !v.gap->distance.empty()) d.sections.push_back(response_section(v));
   if (!v.findings.empty()) d.sections.push_back(findings_section(v.findings));

@@ -99,6 +99,21 @@ struct Section {
   bool folded = false;  ///< shown by its title until it is opened; without charts
 };
 
+/// What the page says first, as a badge beside its title.
+struct Badge {
+  bool good = false;
+  std::string word;    ///< "Trusted"
+  std::string reason;  ///< In a few words; may be empty.
+};
+
+/// A figure that a reader looks for first.
+struct Card {
+  std::string name;                     ///< "Resonance"
+  std::string value;                    ///< "15.09"
+  std::string unit = {};                ///< "Hz"
+  std::vector<std::string> under = {};  ///< Lines below it: "+- 0.02 at 95 %".
+};
+
 /// A page of text, tables and charts about measured figures.
 struct Document {
   std::string title;
@@ -109,6 +124,8 @@ struct Document {
   /// Noisy runs that means and deviations are taken over; every form of the document says so. 0: none.
   std::size_t seeds = 0;
   std::string kind = "reproduction";  ///< what the page calls itself, above its title
+  std::optional<Badge> badge = {};    ///< the verdict, where there is one
+  std::vector<Card> cards = {};       ///< at most six
 };
 
 /// One self-contained HTML page: no network, no other files, readable on a phone, in the dark and on paper.
@@ -125,7 +142,8 @@ struct Document {
 /// Everything, for machines, in full precision; absent values are left out, values that are not finite are
 /// null:
 ///
-///     {schema: "resonid.document/1", title, command, seeds, summary: [""],
+///     {schema: "resonid.document/1", title, command, seeds, badge: {good, word, reason},
+///      cards: [{name, value, unit, under: [""]}], summary: [""],
 ///      sections: [{title, text: [""], tables: [table], charts: [chart], plain_tables: [{title, columns,
 ///      rows}]}],
 ///      discrepancies: [{place, printed, taken, reason}]}
@@ -133,7 +151,8 @@ struct Document {
 ///     chart: {title, x_label, y_label, log_x, equal_axes, caption, curves: [{name, mark, x, y, at,
 ///     at_unit, lower, upper}], shapes: [{kind, name, x, y, radius, x_end, y_end}], x_range, y_range}
 ///
-/// `plain_tables`, `shapes`, `lower`, `upper` and the ranges stand there only where there are any.
+/// `badge`, `cards`, `plain_tables`, `shapes`, `lower`, `upper` and the ranges stand there only where there
+/// are any.
 [[nodiscard]] nlohmann::json document_json(const Document& document);
 
 }  // namespace resonid::report

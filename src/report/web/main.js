@@ -1,31 +1,49 @@
 // SPDX-License-Identifier: MIT
-// Builds the report from the data that the page carries.
+// Draws a page from the data that it carries: the charts of a document, whose text and tables are there already, or an
+// identification's result.
 import { drawBode } from "./bode.js";
+import { drawChart } from "./chart.js";
 import { drawNyquist } from "./nyquist.js";
+import { drawPlane } from "./plane.js";
 import { watchLayout } from "./plot.js";
-import { drawSignals } from "./signals.js";
 import { drawRoots } from "./roots.js";
+import { drawSignals } from "./signals.js";
 import { bootstrapTable, figures, foot, head, modelTables, recordTable, structuresAndChoices, summaryAndFindings, transferFunction } from "./tables.js";
 
-const report = document.getElementById("report");
-const result = JSON.parse(document.getElementById("data").textContent);
-report.replaceChildren();
+const page = document.getElementById("page");
+const data = JSON.parse(document.getElementById("data").textContent);
 
 /** A part that cannot be drawn must not take the others with it. */
-function build(part, root) {
+function build(part, root, ...rest) {
   try {
-    part(root, result);
+    part(root, ...rest);
   } catch (error) {
     console.error(part.name, error);
+    return false;
+  }
+  return true;
+}
+
+function drawResult(result) {
+  page.replaceChildren();
+  for (const part of [head, figures, summaryAndFindings, drawBode, drawNyquist]) build(part, page, result);
+  const pair = document.createElement("div");
+  pair.className = "split two";
+  page.append(pair);
+  build(modelTables, pair, result);
+  build(recordTable, pair, result);
+  if (pair.children.length < 2) pair.className = "split";
+  for (const part of [drawRoots, bootstrapTable, structuresAndChoices, drawSignals, transferFunction, foot]) build(part, page, result);
+}
+
+function drawCharts(charts) {
+  for (const figure of page.querySelectorAll("figure[data-chart]")) {
+    const chart = charts[Number(figure.dataset.chart)];
+    const place = document.createElement("div");
+    figure.querySelector("h3").after(place);
+    if (!build(chart.equal_axes ? drawPlane : drawChart, place, chart)) place.textContent = "This chart could not be drawn.";
   }
 }
 
-for (const part of [head, figures, summaryAndFindings, drawBode, drawNyquist]) build(part, report);
-const pair = document.createElement("div");
-pair.className = "split two";
-report.append(pair);
-build(modelTables, pair);
-build(recordTable, pair);
-if (pair.children.length < 2) pair.className = "split";
-for (const part of [drawRoots, bootstrapTable, structuresAndChoices, drawSignals, transferFunction, foot]) build(part, report);
-watchLayout(report);
+(Array.isArray(data) ? drawCharts : drawResult)(data);
+watchLayout(page);

@@ -9,135 +9,159 @@ RESONID_MEMORY(other_memory, 1 << 19);
 
 /// The defaults fill just the struct that the caller has, whatever its size, and refuse sizes that no version
 /// has.
-#define CHECK_DEFAULTS(type, ...)                                                       \
-  do {                                                                                  \
-    type whole, *part = (type*)malloc(sizeof whole + 64);                               \
-    CHECK_OK(type##_call(&whole, sizeof whole, __VA_ARGS__));                           \
-    CHECK(whole.struct_size == sizeof whole);                                           \
-    for (size_t size = 8; size <= sizeof whole + 32; size += 8) {                       \
-      memset(part, 0x5A, sizeof whole + 64);                                            \
-      CHECK_OK(type##_call(part, size, __VA_ARGS__));                                   \
-      CHECK(part->struct_size == size);                                                 \
-      const unsigned char* bytes = (const unsigned char*)part;                          \
-      const size_t known = size < sizeof whole ? size : sizeof whole;                   \
-      CHECK(memcmp(bytes + 4, (const unsigned char*)&whole + 4, known - 4) == 0);       \
-      for (size_t i = known; i < size; ++i) CHECK(bytes[i] == 0);                       \
-      for (size_t i = size; i < sizeof whole + 64; ++i) CHECK(bytes[i] == 0x5A);        \
-    }                                                                                   \
-    CHECK_STATUS(type##_call(part, 0, __VA_ARGS__), RESONID_ERROR_SIZE);                \
-    CHECK_STATUS(type##_call(part, 4, __VA_ARGS__), RESONID_ERROR_SIZE);                \
-    CHECK_STATUS(type##_call(part, sizeof whole - 1, __VA_ARGS__), RESONID_ERROR_SIZE); \
-    CHECK_STATUS(type##_call(NULL, sizeof whole, __VA_ARGS__), RESONID_ERROR_NULL);     \
-    free(part);                                                                         \
-  } while (0)
-#define resonid_excitation_config_call(c, size, kind) resonid_excitation_defaults(c, size, kind)
-#define resonid_line_bank_config_call(c, size, none) resonid_line_bank_defaults(c, size)
-#define resonid_tracker_config_call(c, size, kind) resonid_tracker_defaults(c, size, kind)
-#define resonid_response_config_call(c, size, none) resonid_response_defaults(c, size)
-#define resonid_rls_config_call(c, size, none) resonid_rls_defaults(c, size)
-#define resonid_model_config_call(c, size, method) resonid_model_defaults(c, size, method)
-#define resonid_physical_config_call(c, size, none) resonid_physical_defaults(c, size)
-#define resonid_change_config_call(c, size, none) resonid_change_defaults(c, size)
-#define resonid_guard_config_call(c, size, none) resonid_guard_defaults(c, size)
-#define resonid_encoder_config_call(c, size, none) resonid_encoder_defaults(c, size)
+static void defaults_fit_the_callers_struct(uint32_t kind, size_t size_known) {
+  unsigned char whole[1024], part[1024 + 64];
+  resonid_settings *all = (resonid_settings*)(void*)whole, *some = (resonid_settings*)(void*)part;
+  CHECK(size_known < sizeof whole);
+  CHECK_OK(resonid_defaults(all, size_known, kind));
+  CHECK(all->struct_size == size_known && all->kind == kind);
+  for (size_t size = 8; size <= size_known + 32; size += 8) {
+    memset(part, 0x5A, sizeof part);
+    CHECK_OK(resonid_defaults(some, size, kind));
+    CHECK(some->struct_size == size);
+    const size_t known = size < size_known ? size : size_known;
+    CHECK(memcmp(part + 4, whole + 4, known - 4) == 0);
+    for (size_t i = known; i < size; ++i) CHECK(part[i] == 0);
+    for (size_t i = size; i < size_known + 64; ++i) CHECK(part[i] == 0x5A);
+  }
+  CHECK_STATUS(resonid_defaults(some, 0, kind), RESONID_ERROR_SIZE);
+  CHECK_STATUS(resonid_defaults(some, 4, kind), RESONID_ERROR_SIZE);
+  CHECK_STATUS(resonid_defaults(some, size_known - 1, kind), RESONID_ERROR_SIZE);
+  CHECK_STATUS(resonid_defaults(NULL, size_known, kind), RESONID_ERROR_NULL);
+}
+static void kinds_are_those_that_there_are(void) {
+  static const struct {
+    uint32_t first, last;
+    size_t settings;
+  } family[] = {{RESONID_PRBS, RESONID_STEPPED_SINE, sizeof(resonid_excitation_settings)},
+                {RESONID_LINE_BANK, RESONID_LINE_BANK, sizeof(resonid_line_bank_settings)},
+                {RESONID_KALMAN_BANK, RESONID_CHIRP_TRACKER, sizeof(resonid_tracker_settings)},
+                {RESONID_RESPONSE, RESONID_RESPONSE, sizeof(resonid_response_settings)},
+                {RESONID_RLS, RESONID_RLS, sizeof(resonid_rls_settings)},
+                {RESONID_ARX, RESONID_IV, sizeof(resonid_model_settings)},
+                {RESONID_PHYSICAL, RESONID_PHYSICAL, sizeof(resonid_physical_settings)},
+                {RESONID_CUSUM, RESONID_LIKELIHOOD_RATIO, sizeof(resonid_change_settings)},
+                {RESONID_GUARD, RESONID_GUARD, sizeof(resonid_guard_settings)},
+                {RESONID_ENCODER_COUNTER, RESONID_ENCODER_ABSOLUTE, sizeof(resonid_encoder_settings)}};
+  enum { kFamilies = sizeof family / sizeof family[0] };
+  for (uint32_t kind = 0; kind < 0x1800; ++kind) {
+    size_t settings = 0;
+    for (int i = 0; i < kFamilies; ++i)
+      if (kind >= family[i].first && kind <= family[i].last) settings = family[i].settings;
+    unsigned char room[1024];
+    resonid_settings* head = (resonid_settings*)(void*)room;
+    resonid_handle* handle = NULL;
+    resonid_error error = RESONID_ERROR_INIT;
+    if (settings > 0) {
+      defaults_fit_the_callers_struct(kind, settings);
+      continue;
+    }
+    CHECK_STATUS(resonid_defaults(head, sizeof room, kind), RESONID_ERROR_RANGE);
+    head->struct_size = 64;
+    head->kind = kind;
+    CHECK(resonid_size(head) == 0);
+    CHECK_STATUS(resonid_create(head, &handle, &error), RESONID_ERROR_RANGE);
+    CHECK(strcmp(error.field, "kind") == 0 && error.value == (double)kind && handle == NULL);
+  }
+}
 
 /// A caller whose struct ends before the last fields gets their defaults: the same bytes as one that sets
 /// them. Its struct lies at the end of its memory, where a sanitizer sees every byte that is read too far.
 static void an_older_struct_serves(void) {
-  resonid_physical_config c;
-  CHECK_OK(resonid_physical_defaults(&c, sizeof c));
+  resonid_physical_settings c;
+  CHECK_OK(resonid_defaults(&c.head, sizeof c, RESONID_PHYSICAL));
   c.sample_rate_hz = 500.0;
   c.driven_inertia.value = c.load_inertia.value = 0.01;
   c.stiffness.value = 100.0;
   c.damping.value = 0.1;
-  const size_t older = offsetof(resonid_physical_config, refresh_samples);
-  resonid_physical_config* shorter = (resonid_physical_config*)malloc(older);
+  const size_t older = offsetof(resonid_physical_settings, refresh_samples);
+  resonid_physical_settings* shorter = (resonid_physical_settings*)malloc(older);
   memcpy(shorter, &c, older);
-  shorter->struct_size = (uint32_t)older;
-  resonid_physical *whole = NULL, *part = NULL;
-  CHECK(resonid_physical_size(shorter) == resonid_physical_size(&c));
-  CHECK_OK(resonid_physical_init(memory, sizeof memory, &c, &whole, NULL));
-  CHECK_OK(resonid_physical_init(other_memory, sizeof other_memory, shorter, &part, NULL));
-  CHECK(memcmp(memory, other_memory, resonid_physical_size(&c)) == 0);
+  shorter->head.struct_size = (uint32_t)older;
+  resonid_handle *whole = NULL, *part = NULL;
+  CHECK(resonid_size(&shorter->head) == resonid_size(&c.head));
+  CHECK_OK(resonid_init(memory, sizeof memory, &c.head, &whole, NULL));
+  CHECK_OK(resonid_init(other_memory, sizeof other_memory, &shorter->head, &part, NULL));
+  CHECK(memcmp(memory, other_memory, resonid_size(&c.head)) == 0);
   c.refresh_samples = 3;  // the field does count
-  CHECK_OK(resonid_physical_init(memory, sizeof memory, &c, &whole, NULL));
-  CHECK(memcmp(memory, other_memory, resonid_physical_size(&c)) != 0);
+  CHECK_OK(resonid_init(memory, sizeof memory, &c.head, &whole, NULL));
+  CHECK(memcmp(memory, other_memory, resonid_size(&c.head)) != 0);
   free(shorter);
 }
 
 static void a_kind_keeps_its_own_defaults_in_a_shorter_struct(void) {
-  resonid_tracker_config c;
+  resonid_tracker_settings c;
   const double lines_hz[] = {10.0};
-  CHECK_OK(resonid_tracker_defaults(&c, sizeof c, RESONID_KALMAN_BANK));
+  CHECK_OK(resonid_defaults(&c.head, sizeof c, RESONID_KALMAN_BANK));
   c.sample_rate_hz = 500.0;
   c.frequency_hz = lines_hz;
   c.lines = 1;
-  resonid_tracker* handle = NULL;
-  CHECK_OK(resonid_tracker_init(memory, sizeof memory, &c, &handle, NULL));
-  c.struct_size = (uint32_t)offsetof(resonid_tracker_config, lambda);
+  resonid_handle* handle = NULL;
+  CHECK_OK(resonid_init(memory, sizeof memory, &c.head, &handle, NULL));
+  c.head.struct_size = (uint32_t)offsetof(resonid_tracker_settings, lambda);
   c.lambda = -1000.0;  // behind the end
-  CHECK_OK(resonid_tracker_init(other_memory, sizeof other_memory, &c, &handle, NULL));
-  CHECK(memcmp(memory, other_memory, resonid_handle_size(memory)) == 0);
+  CHECK_OK(resonid_init(other_memory, sizeof other_memory, &c.head, &handle, NULL));
+  CHECK(memcmp(memory, other_memory, resonid_handle_size(handle)) == 0);
 }
 
 static void a_newer_struct_serves_while_it_asks_for_nothing_new(void) {
   struct {
-    resonid_rls_config known;
+    resonid_rls_settings known;
     double added;
   } newer;
-  CHECK_OK(resonid_rls_defaults(&newer.known, sizeof newer));
-  CHECK(newer.added == 0.0 && newer.known.struct_size == sizeof newer);
+  CHECK_OK(resonid_defaults(&newer.known.head, sizeof newer, RESONID_RLS));
+  CHECK(newer.added == 0.0 && newer.known.head.struct_size == sizeof newer);
   newer.known.parameters = 2;
-  resonid_rls* rls = NULL;
+  resonid_handle* rls = NULL;
   resonid_error error = RESONID_ERROR_INIT;
-  CHECK_OK(resonid_rls_init(memory, sizeof memory, &newer.known, &rls, &error));
+  CHECK_OK(resonid_init(memory, sizeof memory, &newer.known.head, &rls, &error));
   newer.added = 1.0;
-  CHECK_STATUS(resonid_rls_init(memory, sizeof memory, &newer.known, &rls, &error), RESONID_ERROR_CONFIG);
+  CHECK_STATUS(resonid_init(memory, sizeof memory, &newer.known.head, &rls, &error), RESONID_ERROR_SETTINGS);
   CHECK(strcmp(error.field, "struct_size") == 0);
-  newer.known.struct_size = 0;  // defaults were never called
-  CHECK_STATUS(resonid_rls_init(memory, sizeof memory, &newer.known, &rls, &error), RESONID_ERROR_SIZE);
+  newer.known.head.struct_size = 0;  // defaults were never called
+  CHECK_STATUS(resonid_init(memory, sizeof memory, &newer.known.head, &rls, &error), RESONID_ERROR_SIZE);
   CHECK(strcmp(error.field, "struct_size") == 0);
-  newer.known.struct_size = 0xFFFFFFF8U;  // nor any other memory that was never set
-  CHECK_STATUS(resonid_rls_init(memory, sizeof memory, &newer.known, &rls, &error), RESONID_ERROR_SIZE);
-  CHECK(resonid_rls_size(&newer.known) == 0 && resonid_rls_size(NULL) == 0);
+  newer.known.head.struct_size = 0xFFFFFFF8U;  // nor any other memory that was never set
+  CHECK_STATUS(resonid_init(memory, sizeof memory, &newer.known.head, &rls, &error), RESONID_ERROR_SIZE);
+  CHECK(resonid_size(&newer.known.head) == 0 && resonid_size(NULL) == 0);
 }
 
 static void results_fit_the_callers_struct(void) {
-  resonid_rls_config c;
-  CHECK_OK(resonid_rls_defaults(&c, sizeof c));
+  resonid_rls_settings c;
+  CHECK_OK(resonid_defaults(&c.head, sizeof c, RESONID_RLS));
   c.parameters = 2;
-  resonid_rls* rls = NULL;
-  CHECK_OK(resonid_rls_init(memory, sizeof memory, &c, &rls, NULL));
+  resonid_handle* rls = NULL;
+  CHECK_OK(resonid_init(memory, sizeof memory, &c.head, &rls, NULL));
   const double f[2] = {1.0, 0.5};
-  CHECK_OK(resonid_rls_step(rls, f, 2.0, 1.0));
-  resonid_rls_info whole, part;
-  CHECK_OK(resonid_rls_get_info(rls, &whole, sizeof whole));
-  CHECK(whole.struct_size == sizeof whole && whole.residual == 2.0);
+  CHECK_OK(resonid_rls_step(rls, f, 2, 2.0, 1.0));
+  resonid_rls_results whole, part;
+  CHECK_OK(resonid_read(rls, RESONID_RLS, &whole.head, sizeof whole));
+  CHECK(whole.head.struct_size == sizeof whole && whole.residual == 2.0);
   for (size_t size = 8; size < sizeof part; size += 8) {
     memset(&part, 0x5A, sizeof part);
-    CHECK_OK(resonid_rls_get_info(rls, &part, size));
-    CHECK(part.struct_size == size);
+    CHECK_OK(resonid_read(rls, RESONID_RLS, &part.head, size));
+    CHECK(part.head.struct_size == size);
     CHECK(memcmp((const char*)&part + 4, (const char*)&whole + 4, size - 4) == 0);
     for (size_t i = size; i < sizeof part; ++i) CHECK(((const unsigned char*)&part)[i] == 0x5A);
   }
-  CHECK_STATUS(resonid_rls_get_info(rls, &part, 3), RESONID_ERROR_SIZE);
-  CHECK_STATUS(resonid_rls_get_info(rls, NULL, sizeof part), RESONID_ERROR_NULL);
+  CHECK_STATUS(resonid_read(rls, RESONID_RLS, &part.head, 3), RESONID_ERROR_SIZE);
+  CHECK_STATUS(resonid_read(rls, RESONID_RLS, NULL, sizeof part), RESONID_ERROR_NULL);
 }
 
 static void errors_fit_the_callers_struct(void) {
-  resonid_rls_config c;
-  CHECK_OK(resonid_rls_defaults(&c, sizeof c));
-  resonid_rls* rls = NULL;
+  resonid_rls_settings c;
+  CHECK_OK(resonid_defaults(&c.head, sizeof c, RESONID_RLS));
+  resonid_handle* rls = NULL;
   resonid_error error;
   memset(&error, 0, sizeof error);  // not begun with RESONID_ERROR_INIT: left alone
-  CHECK_STATUS(resonid_rls_create(&c, &rls, &error), RESONID_ERROR_CONFIG);
+  CHECK_STATUS(resonid_create(&c.head, &rls, &error), RESONID_ERROR_SETTINGS);
   CHECK(error.status == 0 && error.field[0] == 0);
   error.struct_size = offsetof(resonid_error, field);  // an older, shorter one: filled as far as it goes
-  CHECK_STATUS(resonid_rls_create(&c, &rls, &error), RESONID_ERROR_CONFIG);
-  CHECK(error.status == RESONID_ERROR_CONFIG && error.field[0] == 0);
-  CHECK_STATUS(resonid_rls_create(&c, &rls, NULL), RESONID_ERROR_CONFIG);
-  CHECK_STATUS(resonid_rls_create(&c, NULL, NULL), RESONID_ERROR_NULL);
-  CHECK_STATUS(resonid_rls_create(NULL, &rls, NULL), RESONID_ERROR_NULL);
+  CHECK_STATUS(resonid_create(&c.head, &rls, &error), RESONID_ERROR_SETTINGS);
+  CHECK(error.status == RESONID_ERROR_SETTINGS && error.field[0] == 0);
+  CHECK_STATUS(resonid_create(&c.head, &rls, NULL), RESONID_ERROR_SETTINGS);
+  CHECK_STATUS(resonid_create(&c.head, NULL, NULL), RESONID_ERROR_NULL);
+  CHECK_STATUS(resonid_create(NULL, &rls, NULL), RESONID_ERROR_NULL);
   resonid_destroy(NULL);
 }
 
@@ -158,19 +182,7 @@ static void versions_and_words(void) {
 }
 
 int main(void) {
-  for (uint32_t kind = RESONID_PRBS; kind <= RESONID_STEPPED_SINE; ++kind)
-    CHECK_DEFAULTS(resonid_excitation_config, kind);
-  CHECK_DEFAULTS(resonid_line_bank_config, 0);
-  for (uint32_t kind = RESONID_KALMAN_BANK; kind <= RESONID_CHIRP_TRACKER; ++kind)
-    CHECK_DEFAULTS(resonid_tracker_config, kind);
-  CHECK_DEFAULTS(resonid_response_config, 0);
-  CHECK_DEFAULTS(resonid_rls_config, 0);
-  for (uint32_t method = RESONID_ARX; method <= RESONID_IV; ++method)
-    CHECK_DEFAULTS(resonid_model_config, method);
-  CHECK_DEFAULTS(resonid_physical_config, 0);
-  CHECK_DEFAULTS(resonid_change_config, 0);
-  CHECK_DEFAULTS(resonid_guard_config, 0);
-  CHECK_DEFAULTS(resonid_encoder_config, 0);
+  kinds_are_those_that_there_are();
   an_older_struct_serves();
   a_kind_keeps_its_own_defaults_in_a_shorter_struct();
   a_newer_struct_serves_while_it_asks_for_nothing_new();

@@ -41,7 +41,7 @@ static int failures = 0;
 
 static inline void check_refused(int line, const resonid_error* error, resonid_status status,
                                  const char* field) {
-  if (status == RESONID_ERROR_CONFIG && error->status == status && strcmp(error->field, field) == 0 &&
+  if (status == RESONID_ERROR_SETTINGS && error->status == status && strcmp(error->field, field) == 0 &&
       error->requirement[0] != 0)
     return;
   ++failures;

@@ -35,9 +35,9 @@ static difference_equation drive(int order) {
   return e;
 }
 
-static resonid_model_config configuration(uint32_t method, uint32_t order) {
-  resonid_model_config c;
-  CHECK_OK(resonid_model_defaults(&c, sizeof c, method));
+static resonid_model_settings configuration(uint32_t method, uint32_t order) {
+  resonid_model_settings c;
+  CHECK_OK(resonid_defaults(&c.head, sizeof c, method));
   c.order = order;
   c.sample_rate_hz = kRate;
   c.factor = 0.998;
@@ -54,7 +54,7 @@ static resonid_model_config configuration(uint32_t method, uint32_t order) {
 
 /// Every method of every order that it has finds the coefficients of a drive in closed loop without noise.
 static void recovers_the_coefficients(uint32_t method, uint32_t order, double tolerance) {
-  resonid_model_config c = configuration(method, order);
+  resonid_model_settings c = configuration(method, order);
   difference_equation plant = drive((int)order);
   double start_b[6], start_a[6];
   for (uint32_t i = 0; i < order; ++i) {
@@ -66,9 +66,9 @@ static void recovers_the_coefficients(uint32_t method, uint32_t order, double to
     c.start_a = start_a;
   }
   c.memory_samples = method == RESONID_IV ? 500.0 : 0.0;
-  resonid_model* model = NULL;
+  resonid_handle* model = NULL;
   resonid_error error = RESONID_ERROR_INIT;
-  const resonid_status status = resonid_model_create(&c, &model, &error);
+  const resonid_status status = resonid_create(&c.head, &model, &error);
   if (status != RESONID_OK) {
     printf("method %u order %u: %s %s\n", method, order, error.field, error.requirement);
     CHECK(status == RESONID_OK);
@@ -77,34 +77,34 @@ static void recovers_the_coefficients(uint32_t method, uint32_t order, double to
   uint64_t random = 1 + order;
   for (int k = 0; k < 12000; ++k) {
     const double ru = noise(&random), y = next_output(&plant), u = ru - kController[0] * y;
-    CHECK_OK(resonid_model_step(model, ru, u, y));
+    CHECK_OK(resonid_step(model, ru, u, y));
     push(&plant, u, y);
   }
-  double b[6], a[6], worst = 0.0, largest = 0.0;
-  CHECK_OK(resonid_model_coefficients(model, b, a, order));
+  double b[12], worst = 0.0, largest = 0.0;
+  CHECK_OK(resonid_parameters(model, b, 2 * order));
   for (uint32_t i = 0; i < order; ++i)
-    worst = fmax(worst, fmax(fabs(b[i] - plant.b[i]), fabs(a[i] - plant.a[i])));
+    worst = fmax(worst, fmax(fabs(b[i] - plant.b[i]), fabs(b[order + i] - plant.a[i])));
   if (!(worst < tolerance)) printf("method %u order %u: coefficients off by %g\n", method, order, worst);
   CHECK(worst < tolerance);
   double covariance[144];
-  CHECK_OK(resonid_model_covariance(model, covariance, 4 * (size_t)order * order));
+  CHECK_OK(resonid_covariance(model, covariance, 4 * (size_t)order * order));
   for (uint32_t i = 0; i < 2 * order; ++i) {
     CHECK(covariance[i * (2 * order) + i] >= 0.0);
     largest = fmax(largest, covariance[i * (2 * order) + i]);
   }
   CHECK(sqrt(largest) < 100.0 * tolerance);
-  resonid_model_info info;
-  CHECK_OK(resonid_model_get_info(model, &info, sizeof info));
+  resonid_model_results info;
+  CHECK_OK(resonid_read(model, RESONID_ARX, &info.head, sizeof info));
   CHECK(info.order == order && info.ready && info.excited && info.samples == 12000 &&
         info.skipped_samples == 0);
   CHECK_NEAR(info.residual, 0.0, 100.0 * tolerance);
-  CHECK_OK(resonid_model_miss(model, 30));
-  CHECK_OK(resonid_model_get_info(model, &info, sizeof info));
+  CHECK_OK(resonid_miss(model, 30));
+  CHECK_OK(resonid_read(model, RESONID_ARX, &info.head, sizeof info));
   CHECK(info.samples == 12030 && info.skipped_samples == 30);
-  CHECK_OK(resonid_model_coefficients(model, b, a, order));
-  for (uint32_t i = 0; i < order; ++i) CHECK_NEAR(a[i], plant.a[i], 2.0 * tolerance);
-  CHECK_STATUS(resonid_model_coefficients(model, b, a, order + 1), RESONID_ERROR_RANGE);
-  CHECK_STATUS(resonid_model_covariance(model, covariance, 1), RESONID_ERROR_RANGE);
+  CHECK_OK(resonid_parameters(model, b, 2 * order));
+  for (uint32_t i = 0; i < order; ++i) CHECK_NEAR(b[order + i], plant.a[i], 2.0 * tolerance);
+  CHECK_STATUS(resonid_parameters(model, b, 2 * order + 1), RESONID_ERROR_RANGE);
+  CHECK_STATUS(resonid_covariance(model, covariance, 1), RESONID_ERROR_RANGE);
   resonid_destroy(model);
 }
 
@@ -143,95 +143,93 @@ static void finds_the_modes_of_a_two_mass_drive(uint32_t method) {
   difference_equation plant =
       two_mass(rate, 0.02, kTwoPi * resonance_hz, 0.1, kTwoPi * antiresonance_hz, 0.07);
   difference_equation start = two_mass(rate, 0.021, kTwoPi * 14.5, 0.12, kTwoPi * 10.9, 0.08);
-  resonid_model_config c = configuration(method, 3);
+  resonid_model_settings c = configuration(method, 3);
   c.sample_rate_hz = rate;
   c.fixed_integrator = method == RESONID_IV;
   c.factor = 0.999;
   c.start_b = start.b;
   c.start_a = start.a;
   c.memory_samples = method == RESONID_IV ? 1000.0 : 0.0;
-  resonid_model* model = NULL;
-  CHECK_OK(resonid_model_create(&c, &model, NULL));
+  resonid_handle* model = NULL;
+  CHECK_OK(resonid_create(&c.head, &model, NULL));
   uint64_t random = 23;
   for (int k = 0; k < 20000; ++k) {
     const double ru = noise(&random), y = next_output(&plant);
     const double measured = y + (method == RESONID_ARX ? 0.0 : 0.002 * noise(&random));
     const double u = ru - kController[0] * measured;
-    CHECK_OK(resonid_model_step(model, ru, u, measured));
+    CHECK_OK(resonid_step(model, ru, u, measured));
     push(&plant, u, y);
   }
   resonid_mode mode[2];
   size_t count = 0;
-  CHECK_OK(resonid_model_resonances(model, mode, 2, &count));
+  CHECK_OK(resonid_modes(model, RESONID_RESONANCES, mode, 2, &count));
   CHECK(count == 1);
   CHECK_NEAR(mode[0].frequency_hz, resonance_hz, fmax(1e-5, 4.0 * mode[0].std_hz));
   CHECK_NEAR(mode[0].frequency_hz, resonance_hz, 0.1);
   CHECK_NEAR(mode[0].damping_ratio, 0.1, 0.01);
-  CHECK_OK(resonid_model_antiresonances(model, mode, 2, &count));
+  CHECK_OK(resonid_modes(model, RESONID_ANTIRESONANCES, mode, 2, &count));
   CHECK(count == 1);
   CHECK_NEAR(mode[0].frequency_hz, antiresonance_hz, 0.1);
-  CHECK_OK(resonid_model_antiresonances(model, NULL, 0, &count));
+  CHECK_OK(resonid_modes(model, RESONID_ANTIRESONANCES, NULL, 0, &count));
   CHECK(count == 1);
   double lag = -1.0;
-  CHECK_OK(resonid_model_lag_samples(model, &lag));
+  CHECK_OK(resonid_lag_samples(model, &lag));
   CHECK(lag > 0.0 && lag < 2000.0);
   resonid_destroy(model);
 }
 
 static void load_torque_is_found(void) {
-  resonid_model_config c = configuration(RESONID_ARX, 2);
+  resonid_model_settings c = configuration(RESONID_ARX, 2);
   c.load_torque = 1;
-  resonid_model* model = NULL;
-  CHECK_OK(resonid_model_create(&c, &model, NULL));
+  resonid_handle* model = NULL;
+  CHECK_OK(resonid_create(&c.head, &model, NULL));
   difference_equation plant = drive(2);
   uint64_t random = 4;
   for (int k = 0; k < 4000; ++k) {
     const double u = noise(&random), y = next_output(&plant);
-    CHECK_OK(resonid_model_step(model, 0.0, u, y));
+    CHECK_OK(resonid_step(model, 0.0, u, y));
     push(&plant, u + 0.6, y);
   }
-  resonid_model_info info;
-  CHECK_OK(resonid_model_get_info(model, &info, sizeof info));
+  resonid_model_results info;
+  CHECK_OK(resonid_read(model, RESONID_ARX, &info.head, sizeof info));
   CHECK_NEAR(info.load_torque, 0.6, 1e-5);
   CHECK(info.coulomb_torque == 0.0);
   resonid_destroy(model);
 }
 
 static void refusals_name_the_field(void) {
-  resonid_model* model = NULL;
-  resonid_model_config c;
-  CHECK_STATUS(resonid_model_defaults(&c, sizeof c, 7), RESONID_ERROR_RANGE);
+  resonid_handle* model = NULL;
+  resonid_model_settings c;
+  CHECK_STATUS(resonid_defaults(&c.head, sizeof c, RESONID_IV + 1), RESONID_ERROR_RANGE);
   c = configuration(RESONID_ARX, 3);
   c.order = 7;
-  CHECK_REFUSED(resonid_model_create(&c, &model, &error), "order");
-  CHECK(resonid_model_size(&c) == 0);
+  CHECK_REFUSED(resonid_create(&c.head, &model, &error), "order");
+  CHECK(resonid_size(&c.head) == 0);
   c = configuration(RESONID_IV, 1);
-  CHECK_REFUSED(resonid_model_create(&c, &model, &error), "order");
+  CHECK_REFUSED(resonid_create(&c.head, &model, &error), "order");
   c = configuration(RESONID_ARX, 3);
   c.delay_samples = 64;
-  CHECK_REFUSED(resonid_model_create(&c, &model, &error), "delay_samples");
+  CHECK_REFUSED(resonid_create(&c.head, &model, &error), "delay_samples");
   c = configuration(RESONID_ARX, 3);
   const double scale[] = {1.0, 1.0, 1.0, 1.0, 1.0, -1.0};
   c.scale = scale;
-  CHECK_REFUSED(resonid_model_create(&c, &model, &error), "scale");
+  CHECK_REFUSED(resonid_create(&c.head, &model, &error), "scale");
   c = configuration(RESONID_OE, 3);
   c.factor = 1.5;
-  CHECK_REFUSED(resonid_model_create(&c, &model, &error), "factor");
+  CHECK_REFUSED(resonid_create(&c.head, &model, &error), "factor");
   c = configuration(RESONID_OE_FILTERED, 3);
   c.filter_contraction = 0.0;
-  CHECK_REFUSED(resonid_model_create(&c, &model, &error), "filter_contraction");
+  CHECK_REFUSED(resonid_create(&c.head, &model, &error), "filter_contraction");
   c = configuration(RESONID_CLOE, 3);
   c.controller_numerator = NULL;
-  CHECK_REFUSED(resonid_model_create(&c, &model, &error), "controller_numerator");
+  CHECK_REFUSED(resonid_create(&c.head, &model, &error), "controller_numerator");
   c = configuration(RESONID_CLOE, 3);
   c.predictor_input = 2;
-  CHECK_REFUSED(resonid_model_create(&c, &model, &error), "predictor_input");
+  CHECK_REFUSED(resonid_create(&c.head, &model, &error), "predictor_input");
   c = configuration(RESONID_F_CLOE, 3);
-  CHECK_REFUSED(resonid_model_create(&c, &model, &error), "start_a");
+  CHECK_REFUSED(resonid_create(&c.head, &model, &error), "start_a");
   c = configuration(RESONID_IV, 3);
-  CHECK_REFUSED(resonid_model_create(&c, &model, &error), "start_b");
-  c.method = 40;
-  CHECK_REFUSED(resonid_model_create(&c, &model, &error), "method");
+  CHECK_REFUSED(resonid_create(&c.head, &model, &error), "start_b");
   CHECK(model == NULL);
 }
 

@@ -31,11 +31,11 @@ static void advance(drive* x, double torque) {
   }
 }
 
-static resonid_physical_config configuration(uint32_t replay) {
-  resonid_physical_config c;
-  CHECK_OK(resonid_physical_defaults(&c, sizeof c));
+static resonid_physical_settings configuration(uint32_t replay) {
+  resonid_physical_settings c;
+  CHECK_OK(resonid_defaults(&c.head, sizeof c, RESONID_PHYSICAL));
   c.sample_rate_hz = kRate;
-  c.replay = replay;
+  if (!replay) c.replay_speed = 0;
   c.driven_inertia.value = 1.2 * kJ1;
   c.load_inertia.value = 0.85 * kJ2;
   c.stiffness.value = 1.25 * kK;
@@ -44,10 +44,10 @@ static resonid_physical_config configuration(uint32_t replay) {
 }
 
 static void finds_the_drive(uint32_t replay) {
-  const resonid_physical_config c = configuration(replay);
-  resonid_physical* tracker = NULL;
-  CHECK_OK(resonid_physical_create(&c, &tracker, NULL));
-  CHECK(resonid_handle_size(tracker) == resonid_physical_size(&c));
+  const resonid_physical_settings c = configuration(replay);
+  resonid_handle* tracker = NULL;
+  CHECK_OK(resonid_create(&c.head, &tracker, NULL));
+  CHECK(resonid_handle_size(tracker) == resonid_size(&c.head));
   drive machine = {0.0, 0.0, 0.0};
   uint64_t random = 77;
   double u = 0.0;
@@ -55,11 +55,11 @@ static void finds_the_drive(uint32_t replay) {
     const double y = machine.v1 + 0.005 * noise(&random);
     if (k % 5 == 0) u = noise(&random) > 0.0 ? 1.0 : -1.0;
     const double torque = u - 0.3 * y;
-    CHECK_OK(resonid_physical_step(tracker, u, torque, y));
+    CHECK_OK(resonid_step(tracker, u, torque, y));
     advance(&machine, torque);
   }
-  resonid_physical_info info;
-  CHECK_OK(resonid_physical_get_info(tracker, &info, sizeof info));
+  resonid_physical_results info;
+  CHECK_OK(resonid_read(tracker, RESONID_PHYSICAL, &info.head, sizeof info));
   const double truth[4] = {kJ1, kJ2, kK, kD};
   for (int i = 0; i < 4; ++i) {
     CHECK_NEAR(info.value[i], truth[i], 4.0 * info.standard_deviation[i]);
@@ -75,34 +75,34 @@ static void finds_the_drive(uint32_t replay) {
         info.samples == 12000);
   CHECK(info.standard_deviation[RESONID_VISCOUS_FRICTION] == 0.0);
   double covariance[64];
-  CHECK_OK(resonid_physical_covariance(tracker, covariance, 64));
+  CHECK_OK(resonid_covariance(tracker, covariance, 64));
   CHECK_NEAR(sqrt(covariance[8 * RESONID_STIFFNESS + RESONID_STIFFNESS]),
              info.standard_deviation[RESONID_STIFFNESS], 1e-12);
-  CHECK_STATUS(resonid_physical_covariance(tracker, covariance, 16), RESONID_ERROR_RANGE);
-  CHECK_OK(resonid_physical_miss(tracker, 10));
-  CHECK_OK(resonid_physical_get_info(tracker, &info, sizeof info));
+  CHECK_STATUS(resonid_covariance(tracker, covariance, 16), RESONID_ERROR_RANGE);
+  CHECK_OK(resonid_miss(tracker, 10));
+  CHECK_OK(resonid_read(tracker, RESONID_PHYSICAL, &info.head, sizeof info));
   CHECK(info.samples == 12010 && info.skipped_samples == 10);
   CHECK_NEAR(info.value[RESONID_STIFFNESS], kK, 0.01 * kK);
-  CHECK_OK(resonid_physical_reset(tracker));
-  CHECK_OK(resonid_physical_get_info(tracker, &info, sizeof info));
+  CHECK_OK(resonid_reset(tracker));
+  CHECK_OK(resonid_read(tracker, RESONID_PHYSICAL, &info.head, sizeof info));
   CHECK_NEAR(info.value[RESONID_STIFFNESS], 1.25 * kK, 1e-9);
   resonid_destroy(tracker);
 }
 
 static void refusals_name_the_field(void) {
-  resonid_physical* tracker = NULL;
-  resonid_physical_config c;
-  CHECK_OK(resonid_physical_defaults(&c, sizeof c));
-  CHECK_REFUSED(resonid_physical_create(&c, &tracker, &error), "sample_rate_hz");
+  resonid_handle* tracker = NULL;
+  resonid_physical_settings c;
+  CHECK_OK(resonid_defaults(&c.head, sizeof c, RESONID_PHYSICAL));
+  CHECK_REFUSED(resonid_create(&c.head, &tracker, &error), "sample_rate_hz");
   c = configuration(0);
   c.load_inertia.value = 0.0;
-  CHECK_REFUSED(resonid_physical_create(&c, &tracker, &error), "load_inertia");
+  CHECK_REFUSED(resonid_create(&c.head, &tracker, &error), "load_inertia");
   c = configuration(1);
   c.delay_s = 1.0;
-  CHECK_REFUSED(resonid_physical_create(&c, &tracker, &error), "delay_s");
+  CHECK_REFUSED(resonid_create(&c.head, &tracker, &error), "delay_s");
   c = configuration(1);
   c.coulomb_friction_nm.std = -1.0;
-  CHECK_REFUSED(resonid_physical_create(&c, &tracker, &error), "coulomb_friction_nm");
+  CHECK_REFUSED(resonid_create(&c.head, &tracker, &error), "coulomb_friction_nm");
   CHECK(tracker == NULL);
 }
 

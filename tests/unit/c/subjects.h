@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// One handle of every kind behind the same few functions, for the tests of what holds for all of them.
+// One handle of every kind, for the tests of what holds for all of them.
 #ifndef RESONID_TESTS_C_SUBJECTS_H
 #define RESONID_TESTS_C_SUBJECTS_H
 
@@ -24,321 +24,232 @@ static inline void next_signals(signals* s, int k, double* ru, double* u, double
   push(&s->plant, *u, output);
 }
 
-/// All that a handle says about itself: what must be equal bit for bit. Padding in its memory need not be.
-typedef struct told {
-  unsigned char bytes[2048];
-} told;
+/// Settings of any kind, and of the tracker that a response needs.
+typedef struct any_settings {
+  union {
+    resonid_settings head;
+    resonid_excitation_settings excitation;
+    resonid_line_bank_settings line_bank;
+    resonid_tracker_settings tracker;
+    resonid_response_settings response;
+    resonid_rls_settings rls;
+    resonid_model_settings model;
+    resonid_physical_settings physical;
+    resonid_change_settings change;
+    resonid_guard_settings guard;
+    resonid_encoder_settings encoder;
+  } of;
+  resonid_tracker_settings pattern;
+} any_settings;
 
+/// A kind in one of its forms.
 typedef struct subject {
   const char* name;
-  uint32_t family;
-  uint32_t kind;  ///< Kind, method or precision.
-  size_t (*size)(uint32_t kind);
-  resonid_status (*init)(uint32_t kind, void* memory, size_t size, resonid_error* error);
-  resonid_status (*step)(void* handle, double ru, double u, double y);
-  resonid_status (*reset)(void* handle);
-  void (*tell)(const void* handle, told* out);
+  uint32_t kind;
+  int form;
 } subject;
 
 static const double kSubjectLines[] = {20.0, 50.0};
 
-#define SUBJECT_FUNCTIONS(name, configure)                                                   \
-  static inline size_t name##_subject_size(uint32_t kind) {                                  \
-    resonid_##name##_config c;                                                               \
-    configure;                                                                               \
-    return resonid_##name##_size(&c);                                                        \
-  }                                                                                          \
-  static inline resonid_status name##_subject_init(uint32_t kind, void* memory, size_t size, \
-                                                   resonid_error* e) {                       \
-    resonid_##name##_config c;                                                               \
-    resonid_##name* handle = NULL;                                                           \
-    configure;                                                                               \
-    const resonid_status status = resonid_##name##_init(memory, size, &c, &handle, e);       \
-    if (status == RESONID_OK && (void*)handle != memory) return RESONID_ERROR_HANDLE;        \
-    return status;                                                                           \
-  }                                                                                          \
-  static inline resonid_status name##_subject_reset(void* h) {                               \
-    return resonid_##name##_reset((resonid_##name*)h);                                       \
-  }
-
-static inline void configure_excitation(resonid_excitation_config* c, uint32_t kind) {
-  CHECK_OK(resonid_excitation_defaults(c, sizeof *c, kind));
-  c->sample_rate_hz = 500.0;
-  c->lines = 2;
-  c->lines_hz = kSubjectLines;
-  c->from_hz = 5.0;
-  c->to_hz = 60.0;
-  c->duration_s = 1.7;
-  c->repeat = 1;
-}
-SUBJECT_FUNCTIONS(excitation, configure_excitation(&c, kind))
-static inline void excitation_subject_tell(const void* h, told* out) {
-  resonid_excitation_info info;
-  RESONID_MEMORY(copy, 8192);  // whose next sample may be taken
-  double x = 0.0;
-  CHECK_OK(resonid_excitation_get_info((const resonid_excitation*)h, &info, sizeof info));
-  CHECK_OK(resonid_restore(copy, sizeof copy, h, resonid_handle_size(h), RESONID_FAMILY_EXCITATION, NULL));
-  CHECK_OK(resonid_excitation_step((resonid_excitation*)(void*)copy, &x));
-  memcpy(out->bytes, &info, sizeof info);
-  memcpy(out->bytes + sizeof info, &x, sizeof x);
-}
-static inline resonid_status excitation_subject_step(void* h, double ru, double u, double y) {
-  double x;
-  (void)ru, (void)u, (void)y;
-  return resonid_excitation_step((resonid_excitation*)h, &x);
+static inline void configure_tracker(resonid_tracker_settings* t, uint32_t kind, int longer) {
+  CHECK_OK(resonid_defaults(&t->head, sizeof *t, kind));
+  t->sample_rate_hz = 500.0;
+  t->lines = 2;
+  t->frequency_hz = kSubjectLines;
+  t->window_samples = longer ? 600 : 50;
+  t->window = longer ? RESONID_WINDOW_HANN : RESONID_WINDOW_RECTANGULAR;
+  t->from_hz = 5.0;
+  t->to_hz = 60.0;
+  t->duration_s = 10.0;
 }
 
-static inline void configure_line_bank(resonid_line_bank_config* c, uint32_t kind) {
-  CHECK_OK(resonid_line_bank_defaults(c, sizeof *c));
-  c->sample_rate_hz = 500.0;
-  c->lines = 2;
-  c->frequency_hz = kSubjectLines;
-  c->precision = kind % 2;
-  c->channels = kind < 2 ? 2 : 3;
-}
-SUBJECT_FUNCTIONS(line_bank, configure_line_bank(&c, kind))
-static inline void line_bank_subject_tell(const void* h, told* out) {
-  resonid_line_bank_info info;
-  resonid_complex g[4];
-  CHECK_OK(resonid_line_bank_get_info((const resonid_line_bank*)h, &info, sizeof info));
-  CHECK_OK(resonid_line_bank_responses((const resonid_line_bank*)h, g, 2));
-  CHECK_OK(resonid_line_bank_phasor((const resonid_line_bank*)h, 0, RESONID_CHANNEL_Y, &g[2]));
-  CHECK_OK(resonid_line_bank_phasor((const resonid_line_bank*)h, 1, info.channels - 1, &g[3]));
-  memcpy(out->bytes, &info, sizeof info);
-  memcpy(out->bytes + sizeof info, g, sizeof g);
-}
-static inline resonid_status line_bank_subject_step(void* h, double ru, double u, double y) {
-  resonid_line_bank* bank = (resonid_line_bank*)h;
-  const resonid_status status = resonid_line_bank_step(bank, u, y);
-  return status == RESONID_ERROR_UNSUPPORTED ? resonid_line_bank_step_excited(bank, ru, u, y) : status;
-}
-
-static inline void configure_tracker(resonid_tracker_config* c, uint32_t kind) {
-  CHECK_OK(resonid_tracker_defaults(c, sizeof *c, kind == 3 ? RESONID_SLIDING_DFT : kind));
-  c->sample_rate_hz = 500.0;
-  c->lines = 2;
-  c->frequency_hz = kSubjectLines;
-  c->window_samples = kind == 3 ? 600 : 50;
-  c->window = kind == 3 ? RESONID_WINDOW_HANN : RESONID_WINDOW_RECTANGULAR;
-  c->from_hz = 5.0;
-  c->to_hz = 60.0;
-  c->duration_s = 10.0;
-}
-SUBJECT_FUNCTIONS(tracker, configure_tracker(&c, kind))
-static inline void tracker_subject_tell(const void* h, told* out) {
-  resonid_tracker_info info;
-  resonid_tracker_line line;
-  CHECK_OK(resonid_tracker_get_info((const resonid_tracker*)h, &info, sizeof info));
-  CHECK_OK(resonid_tracker_get_line((const resonid_tracker*)h, info.lines - 1, &line, sizeof line));
-  memcpy(out->bytes, &info, sizeof info);
-  memcpy(out->bytes + sizeof info, &line, sizeof line);
-}
-static inline resonid_status tracker_subject_step(void* h, double ru, double u, double y) {
-  (void)ru, (void)u;
-  return resonid_tracker_step((resonid_tracker*)h, y);
-}
-
-static inline void configure_response(resonid_response_config* c, resonid_tracker_config* tracker,
-                                      uint32_t kind) {
-  configure_tracker(tracker, kind);
-  CHECK_OK(resonid_response_defaults(c, sizeof *c));
-  c->tracker = tracker;
-}
-SUBJECT_FUNCTIONS(response, resonid_tracker_config t; configure_response(&c, &t, kind))
-static inline void response_subject_tell(const void* h, told* out) {
-  resonid_response_info info;
-  resonid_response_line line;
-  CHECK_OK(resonid_response_get_info((const resonid_response*)h, &info, sizeof info));
-  CHECK_OK(resonid_response_get_line((const resonid_response*)h, 0, RESONID_JOINT, &line, sizeof line));
-  memcpy(out->bytes, &info, sizeof info);
-  memcpy(out->bytes + sizeof info, &line, sizeof line);
-}
-static inline resonid_status response_subject_step(void* h, double ru, double u, double y) {
-  return resonid_response_step((resonid_response*)h, ru, u, y);
-}
-
-static inline void configure_rls(resonid_rls_config* c, uint32_t kind) {
-  CHECK_OK(resonid_rls_defaults(c, sizeof *c));
-  c->precision = kind % 2;
-  c->parameters = 3;
-  c->forgetting = kind / 2;
-}
-SUBJECT_FUNCTIONS(rls, configure_rls(&c, kind))
-static inline void rls_subject_tell(const void* h, told* out) {
-  resonid_rls_info info;
-  double x[12];
-  CHECK_OK(resonid_rls_get_info((const resonid_rls*)h, &info, sizeof info));
-  CHECK_OK(resonid_rls_parameters((const resonid_rls*)h, x, 3));
-  CHECK_OK(resonid_rls_covariance((const resonid_rls*)h, x + 3, 9));
-  memcpy(out->bytes, &info, sizeof info);
-  memcpy(out->bytes + sizeof info, x, sizeof x);
-}
-static inline resonid_status rls_subject_step(void* h, double ru, double u, double y) {
-  const double f[3] = {1.0, ru, u};
-  return resonid_rls_step((resonid_rls*)h, f, y, 1.0);
-}
-
-static inline void configure_model(resonid_model_config* c, uint32_t kind) {
+static inline void configure_model(resonid_model_settings* m) {
   static const double start_b[] = {0.28, 0.12}, start_a[] = {-0.68, 0.22}, controller[] = {0.2},
                       one[] = {1.0};
-  CHECK_OK(resonid_model_defaults(c, sizeof *c, kind));
-  c->order = 2;
-  c->sample_rate_hz = 500.0;
-  c->delay_samples = 0;
-  c->start_b = start_b;
-  c->start_a = start_a;
-  c->fixed_integrator = 0;
-  c->controller_numerator = controller;
-  c->controller_denominator = one;
-  c->controller_numerator_count = c->controller_denominator_count = 1;
-}
-SUBJECT_FUNCTIONS(model, configure_model(&c, kind))
-static inline void model_subject_tell(const void* h, told* out) {
-  resonid_model_info info;
-  double x[20];
-  CHECK_OK(resonid_model_get_info((const resonid_model*)h, &info, sizeof info));
-  CHECK_OK(resonid_model_coefficients((const resonid_model*)h, x, x + 2, 2));
-  CHECK_OK(resonid_model_covariance((const resonid_model*)h, x + 4, 16));
-  memcpy(out->bytes, &info, sizeof info);
-  memcpy(out->bytes + sizeof info, x, sizeof x);
-}
-static inline resonid_status model_subject_step(void* h, double ru, double u, double y) {
-  return resonid_model_step((resonid_model*)h, ru, u, y);
+  m->order = 2;
+  m->sample_rate_hz = 500.0;
+  m->start_b = start_b;
+  m->start_a = start_a;
+  m->fixed_integrator = 0;
+  m->controller_numerator = controller;
+  m->controller_denominator = one;
+  m->controller_numerator_count = m->controller_denominator_count = 1;
 }
 
-static inline void configure_physical(resonid_physical_config* c, uint32_t kind) {
-  CHECK_OK(resonid_physical_defaults(c, sizeof *c));
-  c->sample_rate_hz = 500.0;
-  c->replay = kind;
-  c->driven_inertia.value = 0.002;
-  c->load_inertia.value = 0.003;
-  c->stiffness.value = 10.0;
-  c->damping.value = 0.05;
-}
-SUBJECT_FUNCTIONS(physical, configure_physical(&c, kind))
-static inline void physical_subject_tell(const void* h, told* out) {
-  resonid_physical_info info;
-  double x[64];
-  CHECK_OK(resonid_physical_get_info((const resonid_physical*)h, &info, sizeof info));
-  CHECK_OK(resonid_physical_covariance((const resonid_physical*)h, x, 64));
-  memcpy(out->bytes, &info, sizeof info);
-  memcpy(out->bytes + sizeof info, x, sizeof x);
-}
-static inline resonid_status physical_subject_step(void* h, double ru, double u, double y) {
-  return resonid_physical_step((resonid_physical*)h, ru, u, y);
-}
-
-static inline void configure_change(resonid_change_config* c, uint32_t kind) {
-  CHECK_OK(resonid_change_defaults(c, sizeof *c));
-  c->statistic = kind;
-  c->sample_rate_hz = 500.0;
-  c->block_s = 0.01;
-  c->baseline_s = 0.5;
-  c->false_alarm_interval_s = 100.0;
-}
-SUBJECT_FUNCTIONS(change, configure_change(&c, kind))
-static inline void change_subject_tell(const void* h, told* out) {
-  resonid_change_info info;
-  CHECK_OK(resonid_change_get_info((const resonid_change*)h, &info, sizeof info));
-  memcpy(out->bytes, &info, sizeof info);
-}
-static inline resonid_status change_subject_step(void* h, double ru, double u, double y) {
-  (void)ru, (void)u;
-  return resonid_change_step((resonid_change*)h, y, 1.0);
-}
-
-static inline void configure_guard(resonid_guard_config* c, uint32_t kind) {
-  CHECK_OK(resonid_guard_defaults(c, sizeof *c));
-  c->sample_rate_hz = 500.0;
-  c->amplitude = 1.0;
-  c->torque_limit = 50.0;
-  c->velocity_limit = 100.0;
-  c->oscillation_from_hz = 5.0;
-  c->oscillation_least = 10.0;
-  c->torque_is_total = kind;
-}
-SUBJECT_FUNCTIONS(guard, configure_guard(&c, kind))
-static inline void guard_subject_tell(const void* h, told* out) {
-  resonid_guard_info info;
-  CHECK_OK(resonid_guard_get_info((const resonid_guard*)h, &info, sizeof info));
-  memcpy(out->bytes, &info, sizeof info);
-}
-static inline resonid_status guard_subject_step(void* h, double ru, double u, double y) {
-  double injected;
-  return resonid_guard_step((resonid_guard*)h, ru, u, y, 0.0, &injected);
-}
-
-static inline void configure_encoder(resonid_encoder_config* c, uint32_t kind) {
-  CHECK_OK(resonid_encoder_defaults(c, sizeof *c));
-  c->kind = kind;
-  c->sample_rate_hz = 500.0;
-  c->counts_per_turn = 4096;
-  c->bits = 16;
-  c->largest_velocity = 700.0;
-}
-SUBJECT_FUNCTIONS(encoder, configure_encoder(&c, kind))
-static inline void encoder_subject_tell(const void* h, told* out) {
-  resonid_encoder_info info;
-  CHECK_OK(resonid_encoder_get_info((const resonid_encoder*)h, &info, sizeof info));
-  memcpy(out->bytes, &info, sizeof info);
-}
-static inline resonid_status encoder_subject_step(void* h, double ru, double u, double y) {
-  (void)ru, (void)u;
-  if (isnan(y)) return resonid_encoder_miss((resonid_encoder*)h, 1);
-  return resonid_encoder_step((resonid_encoder*)h, (uint64_t)(2048 + (int)(300.0 * y)), NULL);
-}
-
-#define SUBJECT(label, name, family, kind)                                                 \
-  {                                                                                        \
-    label, family, kind, &name##_subject_size, &name##_subject_init, &name##_subject_step, \
-        &name##_subject_reset, &name##_subject_tell                                        \
+static inline void configure(const subject* s, any_settings* a) {
+  const int form = s->form;
+  memset(a, 0, sizeof *a);
+  CHECK_OK(resonid_defaults(&a->of.head, sizeof a->of, s->kind));
+  switch (s->kind >> 8) {
+    case RESONID_PRBS >> 8:
+      a->of.excitation.sample_rate_hz = 500.0;
+      a->of.excitation.lines = 2;
+      a->of.excitation.lines_hz = kSubjectLines;
+      a->of.excitation.from_hz = 5.0;
+      a->of.excitation.to_hz = 60.0;
+      a->of.excitation.duration_s = 1.7;
+      a->of.excitation.repeat = 1;
+      break;
+    case RESONID_LINE_BANK >> 8:
+      a->of.line_bank.sample_rate_hz = 500.0;
+      a->of.line_bank.lines = 2;
+      a->of.line_bank.frequency_hz = kSubjectLines;
+      a->of.line_bank.precision = (uint32_t)form % 2;
+      a->of.line_bank.channels = form < 2 ? 2 : 3;
+      break;
+    case RESONID_KALMAN_BANK >> 8:
+      configure_tracker(&a->of.tracker, s->kind, form);
+      break;
+    case RESONID_RESPONSE >> 8:
+      configure_tracker(&a->pattern, form == 3 ? RESONID_SLIDING_DFT : RESONID_KALMAN_BANK + (uint32_t)form,
+                        form == 3);
+      a->of.response.tracker = &a->pattern;
+      break;
+    case RESONID_RLS >> 8:
+      a->of.rls.precision = (uint32_t)form % 2;
+      a->of.rls.parameters = 3;
+      a->of.rls.forgetting = (uint32_t)form / 2;
+      break;
+    case RESONID_ARX >> 8:
+      configure_model(&a->of.model);
+      break;
+    case RESONID_PHYSICAL >> 8:
+      a->of.physical.sample_rate_hz = 500.0;
+      if (form == 0) a->of.physical.replay_speed = 0;
+      a->of.physical.driven_inertia.value = 0.002;
+      a->of.physical.load_inertia.value = 0.003;
+      a->of.physical.stiffness.value = 10.0;
+      a->of.physical.damping.value = 0.05;
+      break;
+    case RESONID_CUSUM >> 8:
+      a->of.change.sample_rate_hz = 500.0;
+      a->of.change.block_s = 0.01;
+      a->of.change.baseline_s = 0.5;
+      a->of.change.false_alarm_interval_s = 100.0;
+      break;
+    case RESONID_GUARD >> 8:
+      a->of.guard.sample_rate_hz = 500.0;
+      a->of.guard.amplitude = 1.0;
+      a->of.guard.torque_limit = 50.0;
+      a->of.guard.velocity_limit = 100.0;
+      a->of.guard.oscillation_from_hz = 5.0;
+      a->of.guard.oscillation_least = 10.0;
+      break;
+    default:
+      a->of.encoder.sample_rate_hz = 500.0;
+      a->of.encoder.counts_per_turn = 4096;
+      a->of.encoder.bits = 16;
+      a->of.encoder.largest_velocity = 700.0;
   }
-static const subject kSubjects[] = {
-    SUBJECT("prbs", excitation, RESONID_FAMILY_EXCITATION, RESONID_PRBS),
-    SUBJECT("multisine", excitation, RESONID_FAMILY_EXCITATION, RESONID_MULTISINE),
-    SUBJECT("chirp", excitation, RESONID_FAMILY_EXCITATION, RESONID_CHIRP),
-    SUBJECT("stepped sine", excitation, RESONID_FAMILY_EXCITATION, RESONID_STEPPED_SINE),
-    SUBJECT("line bank", line_bank, RESONID_FAMILY_LINE_BANK, 0),
-    SUBJECT("line bank, float", line_bank, RESONID_FAMILY_LINE_BANK, 1),
-    SUBJECT("line bank of three", line_bank, RESONID_FAMILY_LINE_BANK, 2),
-    SUBJECT("line bank of three, float", line_bank, RESONID_FAMILY_LINE_BANK, 3),
-    SUBJECT("Kalman bank", tracker, RESONID_FAMILY_TRACKER, RESONID_KALMAN_BANK),
-    SUBJECT("sliding DFT", tracker, RESONID_FAMILY_TRACKER, RESONID_SLIDING_DFT),
-    SUBJECT("chirp tracker", tracker, RESONID_FAMILY_TRACKER, RESONID_CHIRP_TRACKER),
-    SUBJECT("sliding DFT, long", tracker, RESONID_FAMILY_TRACKER, 3),
-    SUBJECT("response of a Kalman bank", response, RESONID_FAMILY_RESPONSE, RESONID_KALMAN_BANK),
-    SUBJECT("response of a sliding DFT", response, RESONID_FAMILY_RESPONSE, RESONID_SLIDING_DFT),
-    SUBJECT("response of a chirp tracker", response, RESONID_FAMILY_RESPONSE, RESONID_CHIRP_TRACKER),
-    SUBJECT("response of a sliding DFT, long", response, RESONID_FAMILY_RESPONSE, 3),
-    SUBJECT("least squares", rls, RESONID_FAMILY_RLS, 2 * RESONID_FORGETTING_CONSTANT),
-    SUBJECT("least squares, float", rls, RESONID_FAMILY_RLS, 2 * RESONID_FORGETTING_CONSTANT + 1),
-    SUBJECT("least squares, variable", rls, RESONID_FAMILY_RLS, 2 * RESONID_FORGETTING_VARIABLE),
-    SUBJECT("least squares, directional", rls, RESONID_FAMILY_RLS, 2 * RESONID_FORGETTING_DIRECTIONAL),
-    SUBJECT("ARX", model, RESONID_FAMILY_MODEL, RESONID_ARX),
-    SUBJECT("output error", model, RESONID_FAMILY_MODEL, RESONID_OE),
-    SUBJECT("output error, filtered", model, RESONID_FAMILY_MODEL, RESONID_OE_FILTERED),
-    SUBJECT("CLOE", model, RESONID_FAMILY_MODEL, RESONID_CLOE),
-    SUBJECT("F-CLOE", model, RESONID_FAMILY_MODEL, RESONID_F_CLOE),
-    SUBJECT("CLOE, damped", model, RESONID_FAMILY_MODEL, RESONID_CLOE_DAMPED),
-    SUBJECT("instrumental variables", model, RESONID_FAMILY_MODEL, RESONID_IV),
-    SUBJECT("physical", physical, RESONID_FAMILY_PHYSICAL, 0),
-    SUBJECT("physical, replaying", physical, RESONID_FAMILY_PHYSICAL, 1),
-    SUBJECT("CUSUM", change, RESONID_FAMILY_CHANGE, RESONID_CUSUM),
-    SUBJECT("likelihood ratio", change, RESONID_FAMILY_CHANGE, RESONID_LIKELIHOOD_RATIO),
-    SUBJECT("guard", guard, RESONID_FAMILY_GUARD, 0),
-    SUBJECT("encoder", encoder, RESONID_FAMILY_ENCODER, RESONID_ENCODER_COUNTER),
-    SUBJECT("encoder, absolute", encoder, RESONID_FAMILY_ENCODER, RESONID_ENCODER_ABSOLUTE_TURN),
-};
-enum { kSubjectCount = sizeof kSubjects / sizeof kSubjects[0] };
+}
+static inline size_t subject_size(const subject* s) {
+  any_settings a;
+  configure(s, &a);
+  return resonid_size(&a.of.head);
+}
+static inline resonid_status subject_init(const subject* s, void* memory, size_t size, resonid_error* error) {
+  any_settings a;
+  resonid_handle* handle = NULL;
+  configure(s, &a);
+  const resonid_status status = resonid_init(memory, size, &a.of.head, &handle, error);
+  return status == RESONID_OK && (void*)handle != memory ? RESONID_ERROR_HANDLE : status;
+}
 
-/// Whether two handles of the subject say the same, bit for bit.
-static inline int tell_the_same(const subject* s, const void* one, const void* other) {
-  told first, second;
-  memset(&first, 0, sizeof first);
-  memset(&second, 0, sizeof second);
-  s->tell(one, &first);
-  s->tell(other, &second);
+/// One sample by whatever step the kind has.
+static inline resonid_status subject_step(const subject* s, void* memory, double ru, double u, double y) {
+  resonid_handle* h = (resonid_handle*)memory;
+  double x;
+  switch (s->kind >> 8) {
+    case RESONID_PRBS >> 8:
+      return resonid_generate(h, &x, 1);
+    case RESONID_RLS >> 8: {
+      const double f[3] = {1.0, ru, u};
+      return resonid_rls_step(h, f, 3, y, 1.0);
+    }
+    case RESONID_CUSUM >> 8:
+      return resonid_change_step(h, y, 1.0);
+    case RESONID_GUARD >> 8:
+      return resonid_guard_step(h, ru, u, y, 0.0, &x);
+    case RESONID_ENCODER_COUNTER >> 8:
+      if (isnan(y)) return resonid_miss(h, 1);
+      return resonid_encoder_step(h, (uint64_t)(2048 + (int)(300.0 * y)), NULL);
+    default:
+      return resonid_step(h, ru, u, y);
+  }
+}
+
+/// All that a handle says about itself: what must be equal bit for bit. Padding in its memory need not be.
+typedef struct told {
+  uint64_t results[64];
+  double parameters[12], covariance[144];
+  resonid_complex phasor[2];
+  resonid_tracker_line tracker_line;
+  resonid_response_line response_line;
+  double next_sample;
+} told;
+static inline told tell(const void* memory) {
+  const resonid_handle* h = (const resonid_handle*)memory;
+  RESONID_MEMORY(copy, 8192);  // whose next sample may be taken
+  told t;
+  memset(&t, 0, sizeof t);
+  CHECK_OK(resonid_read(h, resonid_kind(h), (resonid_results*)(void*)t.results, sizeof t.results));
+  for (size_t n = 1; n <= 12; ++n)
+    if (resonid_parameters(h, t.parameters, n) == RESONID_OK)
+      CHECK_OK(resonid_covariance(h, t.covariance, n * n));
+  for (size_t n = 1; n <= 2; ++n) (void)resonid_phasors(h, 0, t.phasor, n);
+  (void)resonid_read_tracker_line(h, 0, &t.tracker_line, sizeof t.tracker_line);
+  (void)resonid_read_response_line(h, 0, RESONID_JOINT, &t.response_line, sizeof t.response_line);
+  if (resonid_kind(h) >> 8 == RESONID_PRBS >> 8) {
+    unsigned char taken[sizeof copy];
+    resonid_handle* other = NULL;
+    CHECK_OK(resonid_snapshot(h, taken, sizeof taken, NULL));
+    CHECK_OK(resonid_restore(copy, sizeof copy, taken, sizeof taken, 0, &other, NULL));
+    CHECK_OK(resonid_generate(other, &t.next_sample, 1));
+  }
+  return t;
+}
+/// Whether two handles say the same, bit for bit.
+static inline int tell_the_same(const void* one, const void* other) {
+  const told first = tell(one), second = tell(other);
   return memcmp(&first, &second, sizeof first) == 0;
 }
+
+static const subject kSubjects[] = {
+    {"prbs", RESONID_PRBS, 0},
+    {"multisine", RESONID_MULTISINE, 0},
+    {"chirp", RESONID_CHIRP, 0},
+    {"stepped sine", RESONID_STEPPED_SINE, 0},
+    {"line bank", RESONID_LINE_BANK, 0},
+    {"line bank, float", RESONID_LINE_BANK, 1},
+    {"line bank of three", RESONID_LINE_BANK, 2},
+    {"line bank of three, float", RESONID_LINE_BANK, 3},
+    {"Kalman bank", RESONID_KALMAN_BANK, 0},
+    {"sliding DFT", RESONID_SLIDING_DFT, 0},
+    {"sliding DFT, long", RESONID_SLIDING_DFT, 1},
+    {"chirp tracker", RESONID_CHIRP_TRACKER, 0},
+    {"response of a Kalman bank", RESONID_RESPONSE, 0},
+    {"response of a sliding DFT", RESONID_RESPONSE, 1},
+    {"response of a chirp tracker", RESONID_RESPONSE, 2},
+    {"response of a sliding DFT, long", RESONID_RESPONSE, 3},
+    {"least squares", RESONID_RLS, 2 * RESONID_FORGETTING_CONSTANT},
+    {"least squares, float", RESONID_RLS, 2 * RESONID_FORGETTING_CONSTANT + 1},
+    {"least squares, variable", RESONID_RLS, 2 * RESONID_FORGETTING_VARIABLE},
+    {"least squares, directional", RESONID_RLS, 2 * RESONID_FORGETTING_DIRECTIONAL},
+    {"ARX", RESONID_ARX, 0},
+    {"output error", RESONID_OE, 0},
+    {"output error, filtered", RESONID_OE_FILTERED, 0},
+    {"CLOE", RESONID_CLOE, 0},
+    {"F-CLOE", RESONID_F_CLOE, 0},
+    {"CLOE, damped", RESONID_CLOE_DAMPED, 0},
+    {"instrumental variables", RESONID_IV, 0},
+    {"physical", RESONID_PHYSICAL, 0},
+    {"physical, replaying", RESONID_PHYSICAL, 1},
+    {"CUSUM", RESONID_CUSUM, 0},
+    {"likelihood ratio", RESONID_LIKELIHOOD_RATIO, 0},
+    {"guard", RESONID_GUARD, 0},
+    {"encoder", RESONID_ENCODER_COUNTER, 0},
+    {"encoder, absolute", RESONID_ENCODER_ABSOLUTE, 0},
+};
+enum { kSubjectCount = sizeof kSubjects / sizeof kSubjects[0] };
 
 #endif

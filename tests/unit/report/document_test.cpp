@@ -233,5 +233,27 @@ TEST(DocumentMarkdown, EndsAValueWhereItsDeviationDoes) {
   }
 }
 
+TEST(DocumentPage, TellsVerdictAndFiguresFirst) {
+  Document d = example();
+  EXPECT_EQ(document_page(d).find("class=\"verdict"), std::string::npos);
+  EXPECT_FALSE(document_json(d).contains("badge"));
+  EXPECT_FALSE(document_json(d).contains("cards"));
+  d.badge = Badge{false, "Rejected <b>", "see the findings"};
+  d.cards = {{"Fit", "-12.5", "%", {"+- 0.3 at 95 %"}}, {"Resonance", "none"}};
+  const std::string html = document_page(d);
+  const std::size_t verdict = html.find("<div class=\"verdict bad\" role=\"status\">");
+  ASSERT_NE(verdict, html.npos);
+  EXPECT_LT(verdict, html.find("<section"));
+  EXPECT_NE(html.find("<b>Rejected &lt;b&gt;</b><span>see the findings</span>"), html.npos);
+  EXPECT_NE(html.find("<span>\xE2\x88\x92"
+                      "12.5</span> <small>%</small>"),
+            html.npos);
+  EXPECT_NE(html.find("\xC2\xB1 0.3 at 95 %"), html.npos);
+  EXPECT_NE(html.find("<div class=\"value word\"><span>none</span></div>"), html.npos);
+  const json j = document_json(d);
+  EXPECT_EQ(j["badge"], (json{{"good", false}, {"word", "Rejected <b>"}, {"reason", "see the findings"}}));
+  EXPECT_EQ(j["cards"][0]["under"], json::array({"+- 0.3 at 95 %"}));
+}
+
 }  // namespace
 }  // namespace resonid::report

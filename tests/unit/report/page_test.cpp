@@ -84,7 +84,7 @@ TEST(Page, LoadsNothingFromAnywhere) {
 
 TEST(Page, FillsEveryPlaceOfTheTemplate) {
   const std::string html = page(full_result());
-  for (const char* place : {"{{title}}", "{{figures}}", "{{data}}", "{{style}}", "{{script}}"}) {
+  for (const char* place : {"{{title}}", "{{content}}", "{{data}}", "{{style}}", "{{script}}"}) {
     EXPECT_EQ(html.find(place), html.npos) << place;
   }
   EXPECT_NE(html.find("<title>bench</title>"), html.npos);

@@ -72,6 +72,9 @@ class DiscreteFilter {
     for (std::size_t i = order_; i-- > 0;) state_[i] = b_[i + 1] * input - a_[i + 1] * output + state_[i + 1];
   }
 
+  /// For a state of unknown origin (base/detail/intact.hpp).
+  [[nodiscard]] bool intact() const noexcept { return order_ <= MaxOrder; }
+
  private:
   std::array<Scalar, MaxOrder + 1> b_{};
   std::array<Scalar, MaxOrder + 1> a_{};

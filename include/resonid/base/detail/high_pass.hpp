@@ -4,6 +4,7 @@
 #include <cmath>
 #include <resonid/base/constants.hpp>
 #include <resonid/base/detail/flushed.hpp>
+#include <resonid/base/detail/intact.hpp>
 
 namespace resonid {
 
@@ -27,6 +28,9 @@ class HighPass {
     started_ = false;
     last_ = output_ = Real(0);
   }
+
+  /// For a state of unknown origin (base/detail/intact.hpp).
+  [[nodiscard]] bool intact() const noexcept { return intact_flags(on_, started_); }
 
  private:
   bool on_ = false, started_ = false;

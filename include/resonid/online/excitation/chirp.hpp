@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <resonid/base/detail/intact.hpp>
 #include <resonid/base/expected.hpp>
 #include <resonid/online/excitation/detail/sweep.hpp>
 #include <resonid/online/excitation/metrics.hpp>
@@ -43,6 +44,11 @@ class Chirp {
   [[nodiscard]] std::size_t length_samples() const noexcept { return length_; }
   [[nodiscard]] Band band() const noexcept;
   [[nodiscard]] const ChirpConfig& config() const noexcept { return config_; }
+
+  /// For a state of unknown origin (base/detail/intact.hpp).
+  [[nodiscard]] bool intact() const noexcept {
+    return resonid::intact(config_.sweep, Sweep::logarithmic) && resonid::intact(config_.repeat);
+  }
 
  private:
   Chirp(const ChirpConfig& config, std::size_t length) noexcept : config_(config), length_(length) {}

@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <limits>
 #include <resonid/base/constants.hpp>
+#include <resonid/base/detail/intact.hpp>
 #include <resonid/base/expected.hpp>
 #include <resonid/online/excitation/detail/guarded_excitation_config.hpp>
 #include <resonid/online/excitation/detail/oscillation_growth.hpp>
@@ -116,6 +117,15 @@ class GuardedExcitation {
   [[nodiscard]] std::uint64_t samples() const noexcept { return samples_; }
   /// Samples at which a watched quantity was not measured.
   [[nodiscard]] std::uint64_t skipped_samples() const noexcept { return skipped_; }
+
+  /// For a state of unknown origin (base/detail/intact.hpp).
+  [[nodiscard]] bool intact() const noexcept {
+    for (const Held* signal : {&torque_, &velocity_, &position_})
+      if (!intact_flags(signal->watched, signal->seen)) return false;
+    return intact_flags(torque_is_total_, oscillation_on_, oscillation_of_torque_, started_) &&
+           growth_.intact() && resonid::intact(report_.reason, StopReason::watchdog_silent) &&
+           phase_ <= kFull && positive(amplitude_);
+  }
 
  private:
   static constexpr std::uint64_t kFull = std::uint64_t{1} << 62U;

@@ -110,6 +110,9 @@ class Multisine {
   [[nodiscard]] std::size_t period_samples() const noexcept { return period_samples_; }
   [[nodiscard]] Band band() const noexcept { return {line_[0].frequency_hz, line_[lines_ - 1].frequency_hz}; }
 
+  /// For a state of unknown origin (base/detail/intact.hpp).
+  [[nodiscard]] bool intact() const noexcept { return lines_ >= 1 && lines_ <= MaxLines; }
+
  private:
   static constexpr std::uint64_t kRefreshSamples = 256;
   struct Line {

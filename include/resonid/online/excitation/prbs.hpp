@@ -51,6 +51,12 @@ class Prbs {
   /// The tapped cells for n cells, bit i standing for cell i + 1; 0 outside 2 ... 24.
   [[nodiscard]] static std::uint32_t taps(std::size_t register_length) noexcept;
 
+  /// For a state of unknown origin (base/detail/intact.hpp).
+  [[nodiscard]] bool intact() const noexcept {
+    return config_.register_length >= kMinRegister && config_.register_length <= kMaxRegister &&
+           config_.clock_divider > 0;
+  }
+
  private:
   explicit Prbs(const PrbsConfig& config) noexcept : config_(config) { reset(); }
 

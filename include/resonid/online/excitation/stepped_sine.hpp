@@ -79,6 +79,11 @@ class SteppedSine {
     return band;
   }
 
+  /// For a state of unknown origin (base/detail/intact.hpp).
+  [[nodiscard]] bool intact() const noexcept {
+    return lines_ >= 1 && lines_ <= MaxLines && current_ <= lines_;
+  }
+
  private:
   struct Line {
     double frequency_hz;

@@ -10,6 +10,7 @@
 #include <limits>
 #include <optional>
 #include <resonid/base/constants.hpp>
+#include <resonid/base/detail/intact.hpp>
 #include <resonid/base/expected.hpp>
 #include <resonid/online/lines/detail/gain_rule.hpp>
 #include <resonid/online/lines/detail/impulse_figures.hpp>
@@ -182,6 +183,12 @@ class ChirpTracker {
   [[nodiscard]] double probe_position() const noexcept {
     if (law_.to_hz == law_.from_hz) return 0.0;
     return (kProbes - 1) * (frequency_hz() - law_.from_hz) / (law_.to_hz - law_.from_hz);
+  }
+
+  /// For a state of unknown origin (base/detail/intact.hpp).
+  [[nodiscard]] bool intact() const noexcept {
+    return law_.intact() && positive(sample_time_s_) && positive(law_.duration_s / sample_time_s_) &&
+           resonid::intact(has_offset_) && resonid::intact(rule_, GainRule::placed_poles);
   }
 
  private:

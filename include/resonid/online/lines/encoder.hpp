@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <limits>
 #include <resonid/base/constants.hpp>
+#include <resonid/base/detail/intact.hpp>
 #include <resonid/base/expected.hpp>
 #include <type_traits>
 
@@ -148,6 +149,12 @@ class EncoderVelocity {
     return skipped_;
   }  ///< And implausible ones.
   [[nodiscard]] std::uint64_t implausible_samples() const noexcept { return implausible_; }
+
+  /// For a state of unknown origin (base/detail/intact.hpp).
+  [[nodiscard]] bool intact() const noexcept {
+    return intact_flags(absolute_, reversed_, started_, certain_) && counts_per_turn_ > 0 &&
+           most_per_sample_ > 0 && (range_ > 1 || !absolute_);
+  }
 
  private:
   static constexpr std::uint64_t kHalf = std::uint64_t{1} << 63U;

@@ -10,6 +10,7 @@
 #include <cstdint>
 #include <optional>
 #include <resonid/base/constants.hpp>
+#include <resonid/base/detail/intact.hpp>
 #include <resonid/base/expected.hpp>
 #include <resonid/online/lines/detail/gain_rule.hpp>
 #include <resonid/online/lines/detail/impulse_figures.hpp>
@@ -193,6 +194,12 @@ class FullKalmanBank {
     return copy;
   }
   [[nodiscard]] double probe_position() const noexcept { return 0.0; }
+
+  /// For a state of unknown origin (base/detail/intact.hpp).
+  [[nodiscard]] bool intact() const noexcept {
+    return covariance_.intact() && start_.intact() && steady_.intact() && lines_ >= 1 && lines_ <= MaxLines &&
+           resonid::intact(offset_) && resonid::intact(form_, RiccatiForm::steady_state);
+  }
 
  private:
   FullKalmanBank() = default;

@@ -7,6 +7,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <resonid/base/constants.hpp>
+#include <resonid/base/detail/intact.hpp>
 #include <resonid/base/expected.hpp>
 #include <resonid/online/lines/detail/bank_config.hpp>
 #include <resonid/online/lines/detail/gain_rule.hpp>
@@ -129,6 +130,9 @@ class KalmanBank {
     return copy;
   }
   [[nodiscard]] double probe_position() const noexcept { return 0.0; }
+
+  /// For a state of unknown origin (base/detail/intact.hpp).
+  [[nodiscard]] bool intact() const noexcept { return oscillators_.intact() && resonid::intact(offset_); }
 
  private:
   KalmanBank() = default;

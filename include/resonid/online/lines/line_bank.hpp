@@ -157,6 +157,9 @@ class LineBank {
   [[nodiscard]] std::uint64_t samples() const noexcept { return samples_; }  ///< Missing ones included.
   [[nodiscard]] std::uint64_t skipped_samples() const noexcept { return skipped_; }
 
+  /// For a state of unknown origin (base/detail/intact.hpp).
+  [[nodiscard]] bool intact() const noexcept { return oscillators_.intact(); }
+
  private:
   friend class LineBankBlock<Real, MaxLines, Channels>;
   static constexpr std::uint32_t kNever = static_cast<std::uint32_t>(-1);

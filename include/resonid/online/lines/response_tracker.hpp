@@ -135,6 +135,12 @@ class ResponseTracker {
   [[nodiscard]] const Tracker& input() const noexcept { return u_; }
   [[nodiscard]] const Tracker& output() const noexcept { return y_; }
 
+  /// For a state of unknown origin (base/detail/intact.hpp).
+  [[nodiscard]] bool intact() const noexcept {
+    return ru_.intact() && u_.intact() && y_.intact() && ru_.lines() == y_.lines() &&
+           u_.lines() == y_.lines() && controller_.intact();
+  }
+
  private:
   static constexpr bool kMoves = requires { typename Tracker::MovingLine; };
 

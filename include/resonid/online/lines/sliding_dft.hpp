@@ -10,6 +10,7 @@
 #include <limits>
 #include <optional>
 #include <resonid/base/constants.hpp>
+#include <resonid/base/detail/intact.hpp>
 #include <resonid/base/expected.hpp>
 #include <span>
 #include <type_traits>
@@ -147,6 +148,15 @@ class SlidingDft {
   [[nodiscard]] double sample_rate_hz() const noexcept { return sample_rate_hz_; }
   [[nodiscard]] std::uint64_t samples() const noexcept { return samples_; }  ///< Missing ones included.
   [[nodiscard]] std::uint64_t skipped_samples() const noexcept { return skipped_; }
+
+  /// For a state of unknown origin (base/detail/intact.hpp).
+  [[nodiscard]] bool intact() const noexcept {
+    const bool sizes = window_ >= 3 && window_ <= MaxWindow && lines_ >= 1 && lines_ <= MaxLines &&
+                       columns_ <= kColumns && position_ < window_ && fresh_ <= 1 && resonid::intact(hann_);
+    return sizes && lines_ * (hann_ ? 3 : 1) <= columns_ &&
+           all_below<std::uint32_t>(std::span(place_).first(columns_), window_) &&
+           all_below<std::uint32_t>(std::span(advance_).first(columns_), window_);
+  }
 
  private:
   SlidingDft() = default;

@@ -109,6 +109,11 @@ class Arx {
     return rls_;
   }
 
+  /// For a state of unknown origin (base/detail/intact.hpp).
+  [[nodiscard]] bool intact() const noexcept {
+    return rls_.intact() && past_.intact() && input_filter_.intact() && output_filter_.intact();
+  }
+
  private:
   using Past = Regression<Real, Order, kExtra>;
   using Vector = typename Past::Vector;

@@ -7,6 +7,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <resonid/base/detail/discrete_filter.hpp>
+#include <resonid/base/detail/intact.hpp>
 #include <resonid/online/models/detail/damped_gradient.hpp>
 #include <resonid/online/models/detail/excitation_gate.hpp>
 #include <resonid/online/models/detail/lag.hpp>
@@ -144,6 +145,15 @@ class ClosedLoopOutputError {
   /// Steps that were shortened to keep the predictor stable, and predictions that were lost all the same.
   [[nodiscard]] const PredictorGuard<Real>& guard() const noexcept { return guard_; }
   [[nodiscard]] const RecursiveLeastSquares<Real, 2 * Order>& least_squares() const noexcept { return rls_; }
+
+  /// For a state of unknown origin (base/detail/intact.hpp).
+  [[nodiscard]] bool intact() const noexcept {
+    return rls_.intact() && simulated_.intact() && smooth_.intact() && damped_.intact() &&
+           controller_.intact() && smooth_input_.past.intact() && smooth_input_.controller.intact() &&
+           smooth_output_.past.intact() && smooth_output_.controller.intact() && input_filter_.intact() &&
+           output_filter_.intact() && resonid::intact(input_, PredictorInput::measured) &&
+           resonid::intact(gradient_, ClosedLoopGradient::damped_filter);
+  }
 
  private:
   using Past = Regression<Real, Order>;

@@ -7,6 +7,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <limits>
+#include <resonid/base/detail/intact.hpp>
 #include <resonid/base/expected.hpp>
 #include <resonid/online/models/detail/auxiliary_loop.hpp>
 #include <resonid/online/models/detail/instrumental_regressors.hpp>
@@ -168,6 +169,14 @@ class InstrumentalVariables {
   [[nodiscard]] bool following() const noexcept { return following_; }
   [[nodiscard]] std::uint64_t samples() const noexcept { return samples_; }  ///< Missing ones included.
   [[nodiscard]] std::uint64_t skipped_samples() const noexcept { return skipped_; }
+
+  /// For a state of unknown origin (base/detail/intact.hpp).
+  [[nodiscard]] bool intact() const noexcept {
+    for (const bool& adjusted : adjusted_)
+      if (!resonid::intact(adjusted)) return false;
+    return loop_.intact() && regressors_.intact() &&
+           intact_flags(refined_, extrapolate_, excited_, following_);
+  }
 
  private:
   using Loop = AuxiliaryLoop<Real, Order>;

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <resonid/base/detail/intact.hpp>
 #include <resonid/online/models/detail/damped_gradient.hpp>
 #include <resonid/online/models/detail/excitation_gate.hpp>
 #include <resonid/online/models/detail/lag.hpp>
@@ -135,6 +136,12 @@ class OutputError {
   }
   [[nodiscard]] const RecursiveLeastSquares<Real, 2 * Order + kExtra>& least_squares() const noexcept {
     return rls_;
+  }
+
+  /// For a state of unknown origin (base/detail/intact.hpp).
+  [[nodiscard]] bool intact() const noexcept {
+    return rls_.intact() && simulated_.intact() && measured_.intact() && damped_.intact() &&
+           input_filter_.intact() && output_filter_.intact() && resonid::intact(filtered_);
   }
 
  private:

@@ -7,6 +7,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <resonid/base/constants.hpp>
+#include <resonid/base/detail/intact.hpp>
 #include <resonid/base/expected.hpp>
 #include <resonid/online/models/detail/missed_samples.hpp>
 #include <resonid/online/models/detail/physical_config.hpp>
@@ -104,6 +105,12 @@ class PhysicalTracker {
   [[nodiscard]] std::uint64_t samples() const noexcept { return samples_; }  ///< Missing ones included.
   [[nodiscard]] std::uint64_t skipped_samples() const noexcept { return skipped_; }
   [[nodiscard]] std::uint64_t replays() const noexcept { return replays_; }  ///< Taken over so far.
+
+  /// For a state of unknown origin (base/detail/intact.hpp).
+  [[nodiscard]] bool intact() const noexcept {
+    return run_.intact() && candidate_.intact() && remembered_ <= memory_.size() && next_ <= remembered_ &&
+           intact_flags(excited_, started_, resuming_, replaying_, exploring_, memory_full_);
+  }
 
  private:
   static constexpr std::size_t kDelayLine =

@@ -10,6 +10,7 @@
 #include <limits>
 #include <optional>
 #include <resonid/base/detail/flushed.hpp>
+#include <resonid/base/detail/intact.hpp>
 #include <resonid/base/expected.hpp>
 #include <resonid/online/models/detail/ud_factors.hpp>
 #include <span>
@@ -174,6 +175,12 @@ class RecursiveLeastSquares {
   }
   [[nodiscard]] std::uint64_t samples() const noexcept { return samples_; }  ///< Missing ones included.
   [[nodiscard]] std::uint64_t skipped_samples() const noexcept { return skipped_; }
+
+  /// For a state of unknown origin (base/detail/intact.hpp).
+  [[nodiscard]] bool intact() const noexcept {
+    return resonid::intact(forgetting_, Forgetting::directional) && smallest_factor_ <= Real(1) &&
+           since_limits_ < kLimitInterval && resonid::intact(limited_);
+  }
 
  private:
   RecursiveLeastSquares() = default;

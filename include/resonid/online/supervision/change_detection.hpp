@@ -6,6 +6,8 @@
 #include <cstddef>
 #include <cstdint>
 #include <limits>
+#include <optional>
+#include <resonid/base/detail/intact.hpp>
 #include <resonid/base/expected.hpp>
 #include <resonid/online/supervision/detail/change_statistics.hpp>
 #include <resonid/online/supervision/detail/learned_baseline.hpp>
@@ -91,6 +93,13 @@ class ChangeDetector {
   [[nodiscard]] std::uint64_t samples() const noexcept { return samples_; }
   [[nodiscard]] std::uint64_t skipped_samples() const noexcept { return skipped_; }
 
+  /// For a state of unknown origin (base/detail/intact.hpp).
+  [[nodiscard]] bool intact() const noexcept {
+    return resonid::intact(config_.statistic, ChangeStatistic::likelihood_ratio) && !fault_of(config_) &&
+           likelihood_ratio_.intact() && resonid::intact(alarm_) && in_group_ >= 0 && in_group_ < kGroup &&
+           learned_ <= blocks_ && (alarm_ || blocks_ - learned_ <= MaxWindow);
+  }
+
  private:
   static constexpr int kGroup = 16;
   /// Blocks of the recent past, for the mean since a change and before it.
@@ -101,6 +110,7 @@ class ChangeDetector {
     [[nodiscard]] double mean() const noexcept { return sum / precision; }
   };
   explicit ChangeDetector(const ChangeDetectorConfig& config) noexcept;
+  static std::optional<Error> fault_of(const ChangeDetectorConfig& config) noexcept;
   static constexpr std::size_t slot(std::uint64_t block) noexcept {  // in past_
     return static_cast<std::size_t>(block % (MaxWindow + 1));
   }

@@ -78,6 +78,11 @@ class OscillationGrowth {
   /// What the rms is held against now.
   [[nodiscard]] Real threshold() const noexcept { return threshold_; }
 
+  /// For a state of unknown origin (base/detail/intact.hpp).
+  [[nodiscard]] bool intact() const noexcept {
+    return first_.intact() && second_.intact() && newest_ < kKept;
+  }
+
  private:
   static constexpr Real kRest = Real(1e-30);
   static constexpr Real kSteady = Real(0.85);

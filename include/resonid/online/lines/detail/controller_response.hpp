@@ -7,6 +7,7 @@
 #include <cstddef>
 #include <limits>
 #include <resonid/base/constants.hpp>
+#include <resonid/base/detail/intact.hpp>
 #include <resonid/base/expected.hpp>
 #include <span>
 
@@ -55,6 +56,9 @@ class ControllerResponse {
     }
     return top / bottom;
   }
+
+  /// For a state of unknown origin (base/detail/intact.hpp).
+  [[nodiscard]] bool intact() const noexcept { return intact_flags(tabulated_, known_); }
 
  private:
   std::array<std::complex<double>, MaxLines> at_line_{};  // [line]

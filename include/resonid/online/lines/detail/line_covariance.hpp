@@ -136,6 +136,9 @@ class LineCovariance {
     return b;
   }
 
+  /// For a state of unknown origin (base/detail/intact.hpp).
+  [[nodiscard]] bool intact() const noexcept { return lines_ <= MaxLines && states_ <= kMaxStates; }
+
  private:
   template <class, std::size_t>
   friend class LineCovariance;

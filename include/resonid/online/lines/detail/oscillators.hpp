@@ -120,6 +120,9 @@ class Oscillators {
   [[nodiscard]] Scalar* data() noexcept { return data_.data(); }
   [[nodiscard]] const Scalar* data() const noexcept { return data_.data(); }
 
+  /// For a state of unknown origin (base/detail/intact.hpp).
+  [[nodiscard]] bool intact() const noexcept { return lines_ >= 1 && lines_ <= MaxLines; }
+
  private:
   using Bits = std::conditional_t<sizeof(Scalar) == 4, std::uint32_t, std::uint64_t>;
   static constexpr std::size_t kCos = 0, kSin = kPadded, kGainRe = 2 * kPadded, kGainIm = 3 * kPadded;

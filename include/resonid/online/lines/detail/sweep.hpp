@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstdint>
 #include <resonid/base/constants.hpp>
+#include <resonid/base/detail/intact.hpp>
 #include <resonid/online/excitation/detail/sweep.hpp>
 #include <resonid/online/lines/detail/line_phase.hpp>
 
@@ -53,6 +54,11 @@ struct SweepLaw {
                              ? t * (from_hz + 0.5 * (to_hz - from_hz) * t / duration_s)
                              : from_hz * duration_s / q * std::expm1(q * t / duration_s);
     return swept + to_hz * (time_s - t);
+  }
+  /// For a state of unknown origin (base/detail/intact.hpp): frequencies lie between the two ends.
+  [[nodiscard]] bool intact() const noexcept {
+    return positive(from_hz) && positive(to_hz) && positive(to_hz / from_hz) && positive(duration_s) &&
+           resonid::intact(sweep, Sweep::logarithmic);
   }
 };
 

@@ -124,6 +124,11 @@ class AuxiliaryLoop {
     return roots_inside(p, Order + delay_ + controller_order_);
   }
 
+  /// For a state of unknown origin (base/detail/intact.hpp).
+  [[nodiscard]] bool intact() const noexcept {
+    return controller_.intact() && controller_order_ <= kMaxController && delay_ <= kMaxDelay;
+  }
+
  private:
   using Controller = DiscreteFilter<Real, kMaxController>;
   using Polynomial = std::array<Real, SignalHistory<Real>::kLength + kMaxController>;

@@ -36,6 +36,9 @@ class DampedGradient {
   }
   [[nodiscard]] double contraction() const noexcept { return static_cast<double>(contraction_); }
 
+  /// For a state of unknown origin (base/detail/intact.hpp).
+  [[nodiscard]] bool intact() const noexcept { return past_.intact(); }
+
  private:
   using Tail = std::array<Real, Order>;
 

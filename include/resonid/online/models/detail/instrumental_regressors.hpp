@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <resonid/base/detail/intact.hpp>
 #include <resonid/online/models/detail/auxiliary_loop.hpp>
 #include <resonid/online/models/discrete_model.hpp>
 #include <resonid/online/models/modes.hpp>
@@ -199,6 +200,12 @@ class InstrumentalRegressors {
       }
     }
     return g;
+  }
+
+  /// For a state of unknown origin (base/detail/intact.hpp).
+  [[nodiscard]] bool intact() const noexcept {
+    return intact_flags(terms_.fixed_integrator, terms_.offsets, terms_.coulomb, started_) &&
+           resonid::intact(terms_.basis, Basis::differences) && newest_ < Order && delay_ <= Loop::kMaxDelay;
   }
 
  private:

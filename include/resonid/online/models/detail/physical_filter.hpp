@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <resonid/base/detail/intact.hpp>
 #include <resonid/online/models/detail/held_two_mass.hpp>
 
 namespace resonid::online {
@@ -174,6 +175,9 @@ class PhysicalFilter {
     }
     p_[i][i] = limit;
   }
+
+  /// For a state of unknown origin (base/detail/intact.hpp).
+  [[nodiscard]] bool intact() const noexcept { return estimated_ <= kN && resonid::intact(frozen_); }
 
  private:
   static constexpr std::size_t kGradient = kN - kX;  // the rate's part is 0

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <resonid/base/detail/intact.hpp>
 #include <resonid/online/models/detail/physical_filter.hpp>
 
 namespace resonid::online {
@@ -46,6 +47,9 @@ class NoiseEstimate {
   void doubt() noexcept { learnt_ = std::min(learnt_, kDoubted); }
   [[nodiscard]] bool usable() const noexcept { return given_ || seen_ > 2; }
   [[nodiscard]] Real variance() const noexcept { return variance_; }
+
+  /// For a state of unknown origin (base/detail/intact.hpp).
+  [[nodiscard]] bool intact() const noexcept { return resonid::intact(given_); }
 
  private:
   static constexpr std::uint32_t kFirst = 32;
@@ -114,6 +118,7 @@ struct PhysicalRun {
   static constexpr Real kOutlier = Real(10);  // standard deviations
   static constexpr Real kAbsurd = Real(1e8);  // never taken in: its square would drown everything
 
+  [[nodiscard]] bool intact() const noexcept { return filter.intact() && noise.intact(); }
   /// y at the state that the filter is in; u: torque that follows.
   void take_in(Real y, Real u) noexcept {
     noise.see(y);

@@ -8,6 +8,7 @@
 #include <resonid/base/constants.hpp>
 #include <resonid/base/detail/flushed.hpp>
 #include <resonid/base/detail/high_pass.hpp>
+#include <resonid/base/detail/intact.hpp>
 #include <resonid/base/expected.hpp>
 #include <resonid/online/models/discrete_model.hpp>
 #include <resonid/online/models/rls.hpp>
@@ -106,6 +107,11 @@ class Regression {
     if (std::abs(sum) > 1e-6) return std::nullopt;
     theta[2 * Order - 1] = 0.0;
     return theta;
+  }
+
+  /// For a state of unknown origin (base/detail/intact.hpp).
+  [[nodiscard]] bool intact() const noexcept {
+    return delay_ <= kMaxDelaySamples && place_ < std::max<std::size_t>(delay_, 1) && resonid::intact(fixed_);
   }
 
  private:

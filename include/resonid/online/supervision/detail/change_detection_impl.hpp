@@ -7,22 +7,27 @@
 namespace resonid::online {
 
 template <class Real, std::size_t MaxWindow>
-expected<ChangeDetector<Real, MaxWindow>, Error> ChangeDetector<Real, MaxWindow>::create(
-    const ChangeDetectorConfig& config) noexcept {
-  const auto positive = [](double x) { return x > 0.0 && std::isfinite(x); };
+std::optional<Error> ChangeDetector<Real, MaxWindow>::fault_of(const ChangeDetectorConfig& config) noexcept {
   constexpr double kLeastBlocks = 16.0, kLeastInterval = 50.0;
-  if (!positive(config.sample_rate_hz)) return refuse("sample_rate_hz", "must be > 0", config.sample_rate_hz);
+  if (!positive(config.sample_rate_hz)) return Error{"sample_rate_hz", "must be > 0", config.sample_rate_hz};
   if (!positive(config.block_s) || config.block_s * config.sample_rate_hz < 0.999)
-    return refuse("block_s", "must be at least a sample long", config.block_s);
+    return Error{"block_s", "must be at least a sample long", config.block_s};
   if (!positive(config.baseline_s) || config.baseline_s < kLeastBlocks * config.block_s)
-    return refuse("baseline_s", "must be at least 16 blocks long", config.baseline_s);
+    return Error{"baseline_s", "must be at least 16 blocks long", config.baseline_s};
   if (!positive(config.false_alarm_interval_s) ||
       config.false_alarm_interval_s < kLeastInterval * config.block_s)
-    return refuse("false_alarm_interval_s", "must be at least 50 blocks long", config.false_alarm_interval_s);
+    return Error{"false_alarm_interval_s", "must be at least 50 blocks long", config.false_alarm_interval_s};
   if (!(config.reference >= 0.05 && config.reference <= 3.0))
-    return refuse("reference", "must be 0.05 ... 3", config.reference);
+    return Error{"reference", "must be 0.05 ... 3", config.reference};
   if (config.window_blocks < 1 || config.window_blocks > MaxWindow)
-    return refuse("window_blocks", "must be 1 ... MaxWindow", static_cast<double>(config.window_blocks));
+    return Error{"window_blocks", "must be 1 ... MaxWindow", static_cast<double>(config.window_blocks)};
+  return std::nullopt;
+}
+
+template <class Real, std::size_t MaxWindow>
+expected<ChangeDetector<Real, MaxWindow>, Error> ChangeDetector<Real, MaxWindow>::create(
+    const ChangeDetectorConfig& config) noexcept {
+  if (auto fault = fault_of(config)) return unexpected<Error>(*fault);
   return ChangeDetector(config);
 }
 

@@ -146,6 +146,11 @@ class LikelihoodRatio {
   void reset() noexcept { next_ = filled_ = 0; }
   [[nodiscard]] double threshold() const noexcept { return threshold_; }
 
+  /// For a state of unknown origin (base/detail/intact.hpp).
+  [[nodiscard]] bool intact() const noexcept {
+    return window_ >= 1 && window_ <= MaxWindow && next_ < window_ && filled_ <= window_;
+  }
+
  private:
   std::array<double, MaxWindow> past_{};  // ring
   std::size_t window_ = 1, next_ = 0, filled_ = 0;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Margins of a measured loop, and detection of lasting changes in any tracked figure.
-#ifndef RESONID_C_DIAGNOSTICS_H
-#define RESONID_C_DIAGNOSTICS_H
+#ifndef RESONID_C_SUPERVISION_H
+#define RESONID_C_SUPERVISION_H
 
 #include <resonid/c/types.h>
 
@@ -24,7 +24,7 @@ typedef struct resonid_loop_margins {
 
 /// Margins of a loop L = C Gd, delays included, at ascending frequencies, [line] both. A line that is not
 /// finite is a gap, across which nothing is interpolated. Real-time safe; some 100 ns per line.
-/// RESONID_ERROR_CONFIG: frequencies that do not ascend.
+/// RESONID_ERROR_SETTINGS: frequencies that do not ascend.
 RESONID_API resonid_status resonid_margins(const double* frequency_hz, const resonid_complex* loop,
                                            size_t count, resonid_loop_margins* margins, size_t struct_size,
                                            resonid_error* error) RESONID_NOEXCEPT;
@@ -38,34 +38,29 @@ RESONID_API resonid_status resonid_loop_response(const double* numerator, size_t
                                                  resonid_complex* loop, size_t count,
                                                  resonid_error* error) RESONID_NOEXCEPT;
 
-// ---- Change detection ----
+// ---- Change detection: RESONID_CUSUM for a change of about the size that `reference` is made for,
+//      RESONID_LIKELIHOOD_RATIO for one of any size ----
 
-typedef struct resonid_change resonid_change;
-
-enum {
-  RESONID_CUSUM = 0,            ///< For a change of about the size that `reference` is made for.
-  RESONID_LIKELIHOOD_RATIO = 1  ///< For a change of any size.
-};
-
-typedef struct resonid_change_config {
-  uint32_t struct_size;   ///< Set by resonid_change_defaults().
-  uint32_t statistic;     ///< RESONID_CUSUM or RESONID_LIKELIHOOD_RATIO.
-  double sample_rate_hz;  ///< Rate at which step() is called, > 0.
+/// The times must be set.
+typedef struct resonid_change_settings {
+  resonid_settings head;
+  double sample_rate_hz;  ///< Rate of resonid_change_step(), > 0.
   double block_s;         ///< Values are averaged over so long: twice the memory of their estimator, or more.
   double baseline_s;      ///< Learning before the first alarm is possible, at least 16 blocks.
   double false_alarm_interval_s;  ///< Mean time between false alarms, at least 50 blocks.
   double reference;        ///< CUSUM: half the change to be found soonest, in standard deviations of a block.
   uint32_t window_blocks;  ///< Likelihood ratio: 1 ... 256.
   uint32_t reserved;       ///< 0.
-} resonid_change_config;
+} resonid_change_settings;
 
-typedef struct resonid_change_info {
-  uint32_t struct_size;  ///< Bytes that were filled.
-  uint32_t ready;        ///< The baseline is learned: changes can be found from now on.
-  uint32_t alarm;        ///< A change was found; it stays until reset or relearn.
-  uint32_t reliable;     ///< Blocks are as independent as the stated rate of false alarms needs.
-  uint64_t samples;
+typedef struct resonid_change_results {
+  resonid_results head;
+  uint64_t samples;  ///< Since init or reset, missing ones included.
   uint64_t skipped_samples;
+  uint32_t ready;     ///< The baseline is learned: changes can be found from now on.
+  uint32_t alarm;     ///< A change was found; it stays until reset or relearn.
+  uint32_t reliable;  ///< Blocks are as independent as the stated rate of false alarms needs.
+  uint32_t reserved;
   double level;       ///< Of the statistic; an alarm from 1 on.
   double baseline;    ///< Mean before the change.
   double block_std;   ///< Standard deviation of what is new in a block.
@@ -73,31 +68,14 @@ typedef struct resonid_change_info {
   double detected_s;  ///< After an alarm: when it came.
   double size;        ///< After an alarm: mean since then minus the mean before.
   double size_std;
-} resonid_change_info;
+} resonid_change_results;
 
-/// Fills a configuration of `struct_size` = sizeof(*config) bytes with defaults; the times must be set.
-RESONID_API resonid_status resonid_change_defaults(resonid_change_config* config,
-                                                   size_t struct_size) RESONID_NOEXCEPT;
-/// Bytes that a handle of this configuration needs; 0: there is no such handle.
-RESONID_API size_t resonid_change_size(const resonid_change_config* config) RESONID_NOEXCEPT;
-/// As resonid_line_bank_init().
-RESONID_API resonid_status resonid_change_init(void* memory, size_t size, const resonid_change_config* config,
-                                               resonid_change** handle,
-                                               resonid_error* error) RESONID_NOEXCEPT;
-/// As resonid_line_bank_create().
-RESONID_API resonid_status resonid_change_create(const resonid_change_config* config, resonid_change** handle,
-                                                 resonid_error* error) RESONID_NOEXCEPT;
 /// One value of the figure with its standard deviation (1 when there is none; only ratios count). What an
 /// estimator merely holds should be given as not a number. Real-time safe.
-RESONID_API resonid_status resonid_change_step(resonid_change* handle, double value,
+RESONID_API resonid_status resonid_change_step(resonid_handle* change, double value,
                                                double standard_deviation) RESONID_NOEXCEPT;
-/// Back to the state after init, without the cost of it. Real-time safe.
-RESONID_API resonid_status resonid_change_reset(resonid_change* handle) RESONID_NOEXCEPT;
-/// Takes what comes for a new baseline, keeping the time.
-RESONID_API resonid_status resonid_change_relearn(resonid_change* handle) RESONID_NOEXCEPT;
-/// Fills the first `struct_size` bytes of `info`. Real-time safe.
-RESONID_API resonid_status resonid_change_get_info(const resonid_change* handle, resonid_change_info* info,
-                                                   size_t struct_size) RESONID_NOEXCEPT;
+/// Takes what comes for a new baseline, keeping the time. Real-time safe.
+RESONID_API resonid_status resonid_change_relearn(resonid_handle* change) RESONID_NOEXCEPT;
 
 RESONID_END
 

@@ -66,50 +66,47 @@ static void loop_is_controller_times_plant_times_delay(void) {
 }
 
 static void a_change_is_found_and_none_invented(uint32_t statistic) {
-  resonid_change_config c;
-  CHECK_OK(resonid_change_defaults(&c, sizeof c));
-  c.statistic = statistic;
+  resonid_change_settings c;
+  CHECK_OK(resonid_defaults(&c.head, sizeof c, statistic));
   c.sample_rate_hz = 100.0;
   c.block_s = 0.1;
   c.baseline_s = 20.0;
   c.false_alarm_interval_s = 1e5;
-  resonid_change* detector = NULL;
-  CHECK_OK(resonid_change_create(&c, &detector, NULL));
+  resonid_handle* detector = NULL;
+  CHECK_OK(resonid_create(&c.head, &detector, NULL));
   uint64_t random = 31;
-  resonid_change_info info;
+  resonid_change_results info;
   for (int k = 0; k < 20000; ++k) CHECK_OK(resonid_change_step(detector, 15.0 + 0.3 * noise(&random), 1.0));
-  CHECK_OK(resonid_change_get_info(detector, &info, sizeof info));
+  CHECK_OK(resonid_read(detector, RESONID_CUSUM, &info.head, sizeof info));
   CHECK(info.ready && !info.alarm && info.reliable && info.samples == 20000);
   CHECK_NEAR(info.baseline, 15.0, 0.01);
   for (int k = 0; k < 4000; ++k) CHECK_OK(resonid_change_step(detector, 14.9 + 0.3 * noise(&random), 1.0));
-  CHECK_OK(resonid_change_get_info(detector, &info, sizeof info));
+  CHECK_OK(resonid_read(detector, RESONID_CUSUM, &info.head, sizeof info));
   CHECK(info.alarm);
   CHECK_NEAR(info.time_s, 200.0, 2.0);
   CHECK(info.detected_s >= info.time_s && info.detected_s < 210.0);
   CHECK_NEAR(info.size, -0.1, 4.0 * info.size_std);
   CHECK(info.size_std > 0.0 && info.size_std < 0.03);
   CHECK_OK(resonid_change_relearn(detector));
-  CHECK_OK(resonid_change_get_info(detector, &info, sizeof info));
+  CHECK_OK(resonid_read(detector, RESONID_CUSUM, &info.head, sizeof info));
   CHECK(!info.alarm && !info.ready);
   resonid_destroy(detector);
 }
 
 static void refusals_name_the_field(void) {
-  resonid_change* detector = NULL;
-  resonid_change_config c;
-  CHECK_OK(resonid_change_defaults(&c, sizeof c));
-  CHECK_REFUSED(resonid_change_create(&c, &detector, &error), "sample_rate_hz");
+  resonid_handle* detector = NULL;
+  resonid_change_settings c;
+  CHECK_OK(resonid_defaults(&c.head, sizeof c, RESONID_CUSUM));
+  CHECK_REFUSED(resonid_create(&c.head, &detector, &error), "sample_rate_hz");
   c.sample_rate_hz = 100.0;
-  CHECK_REFUSED(resonid_change_create(&c, &detector, &error), "block_s");
+  CHECK_REFUSED(resonid_create(&c.head, &detector, &error), "block_s");
   c.block_s = 0.1;
-  CHECK_REFUSED(resonid_change_create(&c, &detector, &error), "baseline_s");
+  CHECK_REFUSED(resonid_create(&c.head, &detector, &error), "baseline_s");
   c.baseline_s = 10.0;
-  CHECK_REFUSED(resonid_change_create(&c, &detector, &error), "false_alarm_interval_s");
+  CHECK_REFUSED(resonid_create(&c.head, &detector, &error), "false_alarm_interval_s");
   c.false_alarm_interval_s = 1000.0;
   c.window_blocks = 257;
-  CHECK_REFUSED(resonid_change_create(&c, &detector, &error), "window_blocks");
-  c.statistic = 2;
-  CHECK_REFUSED(resonid_change_create(&c, &detector, &error), "statistic");
+  CHECK_REFUSED(resonid_create(&c.head, &detector, &error), "window_blocks");
   CHECK(detector == NULL);
 }
 
