@@ -123,7 +123,7 @@ function(resonid_test name)
   resonid_headers(test_${name} resonid_test_headers)
   # g++ 12 takes precompiled headers of the system for the project's own, and warns of moved strings in them.
   if(RESONID_HEADERS AND CMAKE_CXX_COMPILER_ID STREQUAL "GNU" AND CMAKE_CXX_COMPILER_VERSION VERSION_LESS 13)
-    target_compile_options(test_${name} PRIVATE -Wno-array-bounds -Wno-restrict)
+    target_compile_options(test_${name} PRIVATE -Wno-array-bounds -Wno-restrict -Wno-stringop-overflow -Wno-stringop-overread)
   endif()
   target_include_directories(test_${name} PRIVATE "${PROJECT_SOURCE_DIR}/tests/support")
   target_compile_definitions(test_${name} PRIVATE
