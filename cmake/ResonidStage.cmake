@@ -47,7 +47,9 @@ function(resonid_headers target name)
       target_compile_definitions(${target} PRIVATE ${definitions})
     endif()
     if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
-      target_compile_options(${target} PRIVATE -fpch-preprocess)
+      # It takes precompiled headers of the system for the project's own, and warns of moved strings in them.
+      target_compile_options(${target} PRIVATE -fpch-preprocess -Wno-array-bounds -Wno-restrict -Wno-stringop-overflow
+                             -Wno-stringop-overread)
     endif()
   endif()
 endfunction()
@@ -124,10 +126,6 @@ function(resonid_test name)
     resonid_headers_of(resonid_test_headers LIBRARIES GTest::gtest HEADERS <gtest/gtest.h>)
   endif()
   resonid_headers(test_${name} resonid_test_headers)
-  # g++ 12 takes precompiled headers of the system for the project's own, and warns of moved strings in them.
-  if(RESONID_HEADERS AND CMAKE_CXX_COMPILER_ID STREQUAL "GNU" AND CMAKE_CXX_COMPILER_VERSION VERSION_LESS 13)
-    target_compile_options(test_${name} PRIVATE -Wno-array-bounds -Wno-restrict -Wno-stringop-overflow -Wno-stringop-overread)
-  endif()
   target_include_directories(test_${name} PRIVATE "${PROJECT_SOURCE_DIR}/tests/support")
   target_compile_definitions(test_${name} PRIVATE
     RESONID_GOLDEN_DIR="${PROJECT_SOURCE_DIR}/tests/golden"

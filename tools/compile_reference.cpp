@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
-// The unit in which tools/check_compile_cost measures: what it costs to compile does not depend on this project. It is
-// of the kind that most of the project's own sources are. It stays as it is, or the committed ratio is taken anew.
+// The unit in which tools/check_compile_cost measures: what it costs to compile does not depend on this
+// project. It is of the kind that most of the project's own sources are. It stays as it is, or the committed
+// ratio is taken anew.
 #include <Eigen/LU>
 #include <map>
 #include <string>

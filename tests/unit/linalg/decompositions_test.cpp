@@ -16,9 +16,10 @@ using Eigen::VectorXd;
 MatrixXd columns(Eigen::Index rows, Eigen::Index cols) {
   MatrixXd m(rows, cols);
   for (Eigen::Index i = 0; i < rows; ++i)
-    for (Eigen::Index j = 0; j < cols; ++j)
-      m(i, j) = std::sin(1.0 + 2.3 * static_cast<double>(i * cols + j)) *
-                std::pow(10.0, static_cast<double>(j - 1));
+    for (Eigen::Index j = 0; j < cols; ++j) {
+      const auto k = static_cast<double>(i * cols + j);
+      m(i, j) = std::sin(1.0 + 2.3 * k + 0.7 * k * k) * std::pow(10.0, static_cast<double>(j - 1));
+    }
   return m;
 }
 
