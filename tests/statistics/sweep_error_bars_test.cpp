@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // The bars of the response along a sweep against the true response of the machine (not against the tracker
-// without noise): normalised error squared over the whole sweep, 30 seeds, within 0.8 ... 1.3 of the nominal 1.
+// without noise): normalised error squared over the whole sweep, 30 seeds, within 0.8 ... 1.3 of the
+// nominal 1.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -48,8 +49,7 @@ TEST(SweepErrorBars, DriveInItsLoop) {
                            {"5 s", 5.75e4, 100.0, 0.1, {.duration_s = 5.0}},
                            {"10 s", 5.75e4, 100.0, 0.1, {.duration_s = 10.0}},
                            {"34 s", 5.75e4, 100.0, 0.1, {.duration_s = 34.0}}}) {
-    const auto errors =
-        sweep_errors(belt(loop.stiffness, loop.damping), loop.sweep, loop.noise, kSeeds);
+    const auto errors = sweep_errors(belt(loop.stiffness, loop.damping), loop.sweep, loop.noise, kSeeds);
     expect_true_bars(loop.name, errors);
     EXPECT_LE(errors.worst_band(), 2.5) << loop.name;
     EXPECT_GE(errors.resonance_ratio(), 0.5) << loop.name;
@@ -83,8 +83,9 @@ SweepErrors of_experiment(plant::ExperimentConfig c) {
       for (std::size_t i = 0; i < response.lines(); ++i) truth[response.frequency_hz[i]] = response.value[i];
     }
     const auto& r = simulation.record;
-    errors.run(pattern, r.excitation.samples, r.input.samples, r.output.samples,
-               [&](double f) { return truth.at(f); }, 0.0);
+    errors.run(
+        pattern, r.excitation.samples, r.input.samples, r.output.samples,
+        [&](double f) { return truth.at(f); }, 0.0);
   }
   return errors;
 }

@@ -75,8 +75,9 @@ enum class Group { line, parameter, figure };
 /// The group of a series by its name (identification::Track).
 Group group_of(std::string_view name) {
   constexpr std::array<std::string_view, 4> kLine = {"frequency_hz", "real", "imag", "std"};
-  constexpr std::array<std::string_view, 6> kFigures = {
-      "resonance_hz", "antiresonance_hz", "crossover_hz", "phase_margin_deg", "modulus_margin", "gap"};
+  constexpr std::array<std::string_view, 7> kFigures = {
+      "resonance_hz", "antiresonance_hz", "crossover_hz", "phase_margin_deg", "modulus_margin",
+      "gap",          "changed"};
   if (name.starts_with("re_") || name.starts_with("im_") || name.starts_with("std_") ||
       std::find(kLine.begin(), kLine.end(), name) != kLine.end())
     return Group::line;

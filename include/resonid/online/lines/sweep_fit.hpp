@@ -8,9 +8,9 @@
 #include <cstddef>
 #include <limits>
 #include <resonid/base/constants.hpp>
-#include <resonid/online/models/discrete_model.hpp>
 #include <resonid/online/models/detail/line_rows.hpp>
 #include <resonid/online/models/detail/weighted_rows.hpp>
+#include <resonid/online/models/discrete_model.hpp>
 #include <type_traits>
 
 namespace resonid::online {
