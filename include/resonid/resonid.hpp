@@ -92,5 +92,13 @@ template <class T>
 [[nodiscard]] expected<T, Error> from_json(std::string_view text) = delete;
 template <>
 [[nodiscard]] expected<Result, Error> from_json<Result>(std::string_view text);
+template <>
+[[nodiscard]] expected<Track, Error> from_json<Track>(std::string_view text);
+template <>
+[[nodiscard]] expected<ModelValidation, Error> from_json<ModelValidation>(std::string_view text);
+template <>
+[[nodiscard]] expected<Changes, Error> from_json<Changes>(std::string_view text);
+template <>
+[[nodiscard]] expected<Plan, Error> from_json<Plan>(std::string_view text);
 
 }  // namespace resonid

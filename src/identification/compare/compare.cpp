@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <identification/compare/replicas.hpp>
+#include <identification/criteria.hpp>
 #include <resonid/identification/compare.hpp>
 
 namespace resonid::identification {
@@ -126,10 +127,10 @@ void inspect_scale(const data::FrequencyResponse& g, const diagnostics::Weight& 
   if (size.empty()) return;
   std::nth_element(size.begin(), size.begin() + static_cast<std::ptrdiff_t>(size.size() / 2), size.end());
   const double median = size[size.size() / 2];
-  constexpr double kFar = 30.0;
-  if (median > kFar || median < 1.0 / kFar)
+  if (median > detail::kCriteria.far_from_one || median < 1.0 / detail::kCriteria.far_from_one)
     c.findings.push_back(
-        {"gap-scale", Severity::info, median, median > 1.0 ? kFar : 1.0 / kFar,
+        {"gap-scale", Severity::info, median,
+         median > 1.0 ? detail::kCriteria.far_from_one : 1.0 / detail::kCriteria.far_from_one,
          fmt::format("The responses compared are typically {:.2g}, far from 1, where chordal distances see "
                      "little: scale them by the controller.",
                      median)});

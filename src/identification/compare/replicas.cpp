@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 #include <identification/compare/replicas.hpp>
+#include <identification/criteria.hpp>
 #include <resonid/base/detail/quantile.hpp>
 #include <tuple>
 
@@ -89,8 +90,7 @@ std::optional<std::pair<double, double>> interval_of(const Difference& differenc
   std::vector<double> changes;
   for (std::size_t i = 0; i < std::min(a->size(), b->size()); ++i)
     changes.push_back((*b)[partner(i, b->size())] - (*a)[i]);
-  constexpr std::size_t kFewest = 20;  // as of a bootstrap
-  if (changes.size() < kFewest) return std::nullopt;
+  if (changes.size() < kCriteria.fewest_pairs) return std::nullopt;
   return middle_part(std::move(changes), confidence);
 }
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <algorithm>
 #include <cmath>
+#include <identification/criteria.hpp>
 #include <identification/join/estimate_combination.hpp>
 #include <iterator>
 #include <resonid/fit/detail/chi_square.hpp>
@@ -43,7 +44,6 @@ Indices places(const Indices& some, const Indices& all) {
 }  // namespace
 
 ParameterEstimate estimate_of(const DriveModel& model) {
-  constexpr double kKnown = 1.0;
   ParameterEstimate e;
   for (int i = 0; i < fit::kParameterCount; ++i)
     if (model.estimated[static_cast<std::size_t>(i)]) e.parameters.push_back(i);
@@ -61,7 +61,8 @@ ParameterEstimate estimate_of(const DriveModel& model) {
       scale.asDiagonal() * model.covariance(e.parameters, e.parameters) * scale.asDiagonal();
   if (!e.x.allFinite() || !covariance.allFinite() || !linalg::Llt(covariance).succeeded()) return e;
   for (Eigen::Index i = 0; i < n; ++i)
-    if (!logarithmic(e.parameters[static_cast<std::size_t>(i)]) || covariance(i, i) < kKnown * kKnown)
+    if (!logarithmic(e.parameters[static_cast<std::size_t>(i)]) ||
+        covariance(i, i) < kCriteria.known_parameter * kCriteria.known_parameter)
       e.known.push_back(i);
   // Friction and delay of a machine whose inertia is not known are those of another.
   if (std::none_of(e.known.begin(), e.known.end(),

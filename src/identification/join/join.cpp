@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <identification/criteria.hpp>
 #include <identification/identify/bootstrap/bootstrap.hpp>
 #include <identification/identify/judge/loop.hpp>
 #include <identification/identify/judge/modes.hpp>
@@ -33,7 +34,6 @@ std::optional<Error> mismatch(std::span<const data::Record> records, std::span<c
                      fmt::format("{} and {} hold the same samples, which say nothing new; required "
                                  "repetitions of the experiment",
                                  records[k].source, records[i].source)};
-  constexpr double kSameRate = 1e-3;
   const auto& first = records.front();
   for (std::size_t i = 1; i < records.size(); ++i) {
     const auto& other = records[i];
@@ -42,7 +42,8 @@ std::optional<Error> mismatch(std::span<const data::Record> records, std::span<c
                                           "required to be alike in it",
                                           first.source, other.source, what, a, b)};
     };
-    if (std::abs(other.sample_rate_hz - first.sample_rate_hz) > kSameRate * first.sample_rate_hz)
+    if (std::abs(other.sample_rate_hz - first.sample_rate_hz) >
+        detail::kCriteria.same_rate * first.sample_rate_hz)
       return told("sample rate", fmt::format("{:g} Hz", first.sample_rate_hz),
                   fmt::format("{:g} Hz", other.sample_rate_hz));
     if (other.output_quantity != first.output_quantity) {
@@ -250,9 +251,8 @@ void note(Joint& joint, std::span<const Result> results) {
                                     "unchanged machine.",
                                     apart)});
   const double scatter = joint.response_chi_square.value_or(0.0);
-  constexpr double kNoticeable = 2.0;
-  if (scatter > kNoticeable)
-    findings.push_back({"responses-scatter", Severity::warning, scatter, kNoticeable,
+  if (scatter > detail::kCriteria.scattering_lines)
+    findings.push_back({"responses-scatter", Severity::warning, scatter, detail::kCriteria.scattering_lines,
                         fmt::format("The lines of the records scatter {:.1f} times more than their error "
                                     "bars say; the averaged response's error bars hold that.",
                                     std::sqrt(scatter))});

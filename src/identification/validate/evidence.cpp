@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <algorithm>
 #include <cmath>
+#include <identification/criteria.hpp>
 #include <identification/identify/measure/methods.hpp>
 #include <identification/linear_simulation.hpp>
 #include <identification/validate/evidence.hpp>
@@ -81,15 +82,14 @@ std::optional<data::FrequencyResponse> error_response(const data::Record& record
 /// sigma^4 + 2 sigma^2 |error|^2, and neighbouring lines share some of it.
 void put_error(const data::FrequencyResponse& model, const data::FrequencyResponse& error,
                ModelValidation& v) {
-  constexpr double kUsable = 0.25;  // variance, std below half of |G|
-  constexpr double kShared = 3.0;   // lines per independent one
+  constexpr double kShared = 3.0;  // lines per independent one
   constexpr double kLow = 1.645;
   double sum = 0.0, scatter = 0.0, lines = 0.0;
   for (std::size_t i = 0; i < model.lines(); ++i) {
     const double size = std::norm(model.value[i]);
     const double noise = std::pow(error.std.empty() ? 0.0 : error.std[i], 2) +
                          std::pow(model.std.empty() ? 0.0 : model.std[i], 2);
-    if (!(size > 0.0) || noise > kUsable * size || !std::isfinite(size)) continue;
+    if (!(size > 0.0) || noise > kCriteria.usable_error * size || !std::isfinite(size)) continue;
     const double beyond = (std::norm(error.value[i]) - noise) / size;
     sum += beyond;
     scatter += kShared * (std::pow(noise / size, 2) + 2.0 * noise / size * std::max(0.0, beyond));

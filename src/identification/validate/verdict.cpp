@@ -3,16 +3,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <identification/criteria.hpp>
 #include <identification/validate/verdict.hpp>
 
 namespace resonid::identification::detail {
 namespace {
 
 using diagnostics::Severity;
-
-constexpr double kNoticeable = 0.1;
-constexpr double kWorthless = 0.3;
-constexpr double kHalf = 50.0;
 
 struct Largest {
   double value = 0.0;
@@ -43,16 +40,15 @@ struct Evidence {
   [[nodiscard]] bool correlated() const {
     return significant && correlation.value > diagnostics::kPracticalCorrelation;
   }
-  [[nodiscard]] bool misfit() const { return significant && response_error > kNoticeable; }
+  [[nodiscard]] bool misfit() const { return significant && response_error > kCriteria.noticeable_error; }
 };
 
 Evidence evidence_of(const ModelValidation& v) {
-  constexpr double kImprobable = 1e-4, kChance = 0.01;
   Evidence e;
   e.correlation = largest_correlation(v.residual_test, v.approach == "indirect");
-  e.line_differs =
-      v.response_probability.value_or(1.0) < kImprobable && v.worst_line_error.value_or(0.0) > kNoticeable;
-  e.significant = e.line_differs || v.dependence.probability < kChance;
+  e.line_differs = v.response_probability.value_or(1.0) < kCriteria.improbable_line &&
+                   v.worst_line_error.value_or(0.0) > kCriteria.noticeable_error;
+  e.significant = e.line_differs || v.dependence.probability < kCriteria.chance;
   e.response_error = v.response_error_low.value_or(0.0);
   return e;
 }
@@ -78,15 +74,17 @@ void inspect_correlation(ModelValidation& v, const Evidence& e) {
 
 void inspect_response(ModelValidation& v, const Evidence& e) {
   if (e.line_differs)
-    v.findings.push_back({"response-differs", Severity::warning, v.worst_line_error, kNoticeable,
+    v.findings.push_back({"response-differs", Severity::warning, v.worst_line_error,
+                          kCriteria.noticeable_error,
                           fmt::format("At {:.4g} Hz model and measured response differ by {:.0f} %, more "
                                       "than noise explains: there the "
                                       "drive is another, or has changed.",
                                       *v.worst_line_hz, 100.0 * *v.worst_line_error)});
   if (!e.misfit()) return;
-  const bool bad = e.response_error > kWorthless;
+  const bool bad = e.response_error > kCriteria.rejected_error;
   v.findings.push_back(
-      {"misfit", bad ? Severity::error : Severity::warning, e.response_error, bad ? kWorthless : kNoticeable,
+      {"misfit", bad ? Severity::error : Severity::warning, e.response_error,
+       bad ? kCriteria.rejected_error : kCriteria.noticeable_error,
        fmt::format(
            "Model and measured response differ by {:.0f} % (rms over the lines), by {:.0f} % at least, "
            "beyond the noise.",
@@ -95,8 +93,8 @@ void inspect_response(ModelValidation& v, const Evidence& e) {
 
 /// Much less is reproduced than the residual on the model's own record lets expect, and noise is not why.
 bool fits_less_here(const ModelValidation& v, const Evidence& e) {
-  constexpr double kPoints = 10.0;
-  return e.significant && v.expected_fit_percent.value_or(-HUGE_VAL) > v.simulation_fit_percent + kPoints;
+  return e.significant &&
+         v.expected_fit_percent.value_or(-HUGE_VAL) > v.simulation_fit_percent + kCriteria.fit_points;
 }
 
 void inspect_fit(ModelValidation& v, const Evidence& e) {
@@ -107,24 +105,23 @@ void inspect_fit(ModelValidation& v, const Evidence& e) {
                      "would be {:.0f} %, and the rest depends on the {}: the drive behaves in another way "
                      "here.",
                      v.simulation_fit_percent, *v.expected_fit_percent, v.dependence.on)});
-  if (v.simulation_fit_percent >= kHalf) return;
+  if (v.simulation_fit_percent >= kCriteria.poor_fit) return;
   if (e.correlated())
-    v.findings.push_back({"poor-fit", Severity::error, v.simulation_fit_percent, kHalf,
+    v.findings.push_back({"poor-fit", Severity::error, v.simulation_fit_percent, kCriteria.poor_fit,
                           "The model reproduces less than half of the output, and what it leaves is no "
                           "noise: it is not the model of this drive at this operating point."});
   else
-    v.findings.push_back({"noisy-record", Severity::warning, v.simulation_fit_percent, kHalf,
+    v.findings.push_back({"noisy-record", Severity::warning, v.simulation_fit_percent, kCriteria.poor_fit,
                           "Less than half of the output is reproduced, but what is left does not follow "
                           "the input: noise or disturbances, which say little for or against the model."});
 }
 
 void inspect_maps(ModelValidation& v) {
-  constexpr double kImprobable = 1e-3, kShare = 0.01;
   for (const auto& map : v.maps) {
-    if (map.probability > kImprobable || map.share < kShare) continue;
+    if (map.probability > kCriteria.improbable_map || map.share < kCriteria.map_share) continue;
     const auto [low, high] = std::minmax_element(map.mean.begin(), map.mean.end());
     v.findings.push_back(
-        {"static-nonlinearity", Severity::warning, map.share, kShare,
+        {"static-nonlinearity", Severity::warning, map.share, kCriteria.map_share,
          fmt::format("A static function of the {} at the model's input ({:.3g} ... {:.3g} {} off a straight "
                      "line) explains {:.0f} % of what the model leaves: {}.",
                      map.over, *low, *high, v.units.input, 100.0 * map.share,

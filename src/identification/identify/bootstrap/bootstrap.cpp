@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <identification/criteria.hpp>
 #include <identification/identify/bootstrap/bootstrap.hpp>
 #include <identification/identify/bootstrap/record_replicas.hpp>
 #include <identification/identify/judge/modes.hpp>
@@ -147,11 +148,10 @@ std::optional<diagnostics::Finding> inspect_bootstrap(const Bootstrap& bootstrap
   for (const auto& i : bootstrap.intervals)
     if (const auto* figure = find(told, i.name); figure != nullptr && figure->std)
       ratios.push_back(i.std / *figure->std);
-  constexpr double kFarLess = 0.5;
   const double typical = ratios.empty() ? 1.0 : median(std::move(ratios));
-  if (typical >= kFarLess) return std::nullopt;
+  if (typical >= kCriteria.bootstrap_scatter) return std::nullopt;
   return diagnostics::Finding{
-      "no-bootstrap", diagnostics::Severity::warning, typical, kFarLess,
+      "no-bootstrap", diagnostics::Severity::warning, typical, kCriteria.bootstrap_scatter,
       fmt::format(
           "No bootstrap: repetitions scatter by {:.2g} of the error bars only. The model, fitted to the "
           "response, misses its lines in a smooth way, or lines repeat one another; independent noise on "

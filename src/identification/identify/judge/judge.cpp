@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include <algorithm>
+#include <identification/criteria.hpp>
 #include <identification/identify/judge/judge.hpp>
 #include <identification/identify/judge/loop.hpp>
 #include <identification/identify/judge/modes.hpp>
@@ -88,7 +89,7 @@ Options with_real_controller(const Measurement& measurement, const Options& opti
 }
 
 std::pair<double, double> visible_modes_hz(const Plan& plan) {
-  return {0.3 * plan.low_hz, 1.5 * plan.high_hz};
+  return {kCriteria.lower_mode * plan.low_hz, kCriteria.upper_mode * plan.high_hz};
 }
 
 Result judge(const Experiment& experiment, const Measurement& m, Fitted fitted, const Options& options) {

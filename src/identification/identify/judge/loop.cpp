@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <identification/criteria.hpp>
 #include <identification/identify/judge/loop.hpp>
 #include <resonid/base/constants.hpp>
 
@@ -89,11 +90,10 @@ LoopResult from_model(const Loop& loop, const std::vector<double>& grid, const M
 
 /// The lines that are known better than 30 %: margins of noise are none.
 data::FrequencyResponse well_known(const data::FrequencyResponse& g) {
-  constexpr double kWell = 0.3;
   if (g.std.size() != g.lines()) return g;
   data::FrequencyResponse known;
   for (std::size_t i = 0; i < g.lines(); ++i) {
-    if (!(g.std[i] < kWell * std::abs(g.value[i]))) continue;
+    if (!(g.std[i] < kCriteria.margin_line * std::abs(g.value[i]))) continue;
     known.frequency_hz.push_back(g.frequency_hz[i]);
     known.value.push_back(g.value[i]);
     known.std.push_back(g.std[i]);
@@ -122,9 +122,9 @@ std::optional<diagnostics::Finding> include_controller(
     const fit::ControllerEstimate& shown, const Plan& plan,
     const std::function<std::optional<LoopResult>(const data::TransferFunction&)>& loop_with,
     LoopResult& loop) {
-  constexpr double kBeyond = 1.5;
   const auto crossover = loop.margins.crossover_hz();
-  if (crossover && !(*crossover > plan.low_hz / kBeyond && *crossover < kBeyond * plan.high_hz)) {
+  if (crossover && !(*crossover > plan.low_hz / kCriteria.beyond_band &&
+                     *crossover < kCriteria.beyond_band * plan.high_hz)) {
     loop.crossover_std_hz = loop.phase_margin_std_deg = loop.modulus_margin_std =
         loop.gain_margin_std_db = {};
     return diagnostics::Finding{

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <identification/criteria.hpp>
 #include <identification/identify/judge/trust.hpp>
 
 namespace resonid::identification::detail {
@@ -16,9 +17,9 @@ void inspect_resonance(const Plan& plan, const data::Mode& mode, bool one_of_sev
   const double f = mode.frequency_hz.value;
   const auto name = one_of_several ? fmt::format("resonance at {:.3g} Hz", f) : std::string("resonance");
   const double relative = mode.frequency_hz.std / f;
-  if (relative > 0.05)
+  if (relative > kCriteria.uncertain_resonance)
     findings.push_back(
-        {"uncertain-resonance", Severity::error, relative, 0.05,
+        {"uncertain-resonance", Severity::error, relative, kCriteria.uncertain_resonance,
          relative > 1.0
              ? fmt::format(
                    "The {} is not determined by the record: nothing shows there. Fewer masses say as much "
@@ -48,14 +49,17 @@ void inspect_parameters(const Plan& plan, const Options& options, const fit::Dri
     if (!mode.anti) inspect_resonance(plan, mode, modes.size() > 2, result);
   for (const auto p : {kDamping, kDamping2}) {
     const auto damping = drive.estimate(p);
-    if (!has_parameter(drive.structure, p) || !(damping.std > 0.5 * damping.value)) continue;
-    findings.push_back({"uncertain-damping", Severity::info, damping.std / damping.value, 0.5,
+    if (!has_parameter(drive.structure, p) || !(damping.std > kCriteria.uncertain_damping * damping.value))
+      continue;
+    findings.push_back({"uncertain-damping", Severity::info, damping.std / damping.value,
+                        kCriteria.uncertain_damping,
                         fmt::format("The damping{} is known in its order of magnitude only.",
                                     p == kDamping2 ? " between middle and load" : "")});
   }
   const auto inertia = drive.estimate(kDrivenInertia);
-  if (!(inertia.std < 0.2 * inertia.value))
-    findings.push_back({"uncertain-inertia", Severity::error, inertia.std / inertia.value, 0.2,
+  if (!(inertia.std < kCriteria.uncertain_inertia * inertia.value))
+    findings.push_back({"uncertain-inertia", Severity::error, inertia.std / inertia.value,
+                        kCriteria.uncertain_inertia,
                         "The record does not determine the inertia: excite more strongly or record longer."});
   if (!drive.estimated[kDelay]) return;
   findings.push_back(further_delay(drive.delay_s, options.delay_s));
@@ -87,8 +91,6 @@ void inspect_model(const Plan& plan, const Options& options, const std::optional
     return;
   }
   const auto& model = selection->result;
-  constexpr double kNoticeable = 0.1;
-  constexpr double kWorthless = 0.3;
   if (result.model && !model.coulomb_friction &&
       (options.friction == Friction::dry || options.friction == Friction::both))
     findings.push_back(
@@ -97,18 +99,19 @@ void inspect_model(const Plan& plan, const Options& options, const std::optional
          {},
          {},
          "Dry friction was asked for, but no fit with it came out: the model is one without."});
-  if (model.model_error > kNoticeable && model.model_error <= kWorthless && model.coulomb_friction) {
+  if (model.model_error > kCriteria.misfit && model.model_error <= kCriteria.worthless &&
+      model.coulomb_friction) {
     findings.push_back(
-        {"friction-in-response", Severity::info, model.model_error, kNoticeable,
+        {"friction-in-response", Severity::info, model.model_error, kCriteria.misfit,
          fmt::format(
              "Dry friction bends the measured response: it typically differs by {:.0f} % from the model, "
              "which describes the drive beside its dry friction.",
              100.0 * model.model_error)});
-  } else if (model.model_error > kNoticeable) {
-    const bool bad = model.model_error > kWorthless;
+  } else if (model.model_error > kCriteria.misfit) {
+    const bool bad = model.model_error > kCriteria.worthless;
     findings.push_back(
         {"misfit", bad ? Severity::error : Severity::warning, model.model_error,
-         bad ? kWorthless : kNoticeable,
+         bad ? kCriteria.worthless : kCriteria.misfit,
          fmt::format(
              "Model and measured response typically differ by {:.0f} %, beyond the noise: the drive is "
              "not quite {}. {}{}",
@@ -208,12 +211,11 @@ void inspect_validation(Result& result) {
           {"fails-on-held-back", Severity::error, trial.holdout_fit_percent, 0.0,
            "Fitted to the rest of the record, the model's simulation is no nearer to the "
            "samples held back than their mean is: it imitates the record."});
-  constexpr double kMuch = 0.4;
   const double left = v->cross_correlation_max.value_or(0.0);
-  constexpr double kNearlyAll = 99.0;  // what is left then is small, whatever it follows
-  if (v->fit_percent < kNearlyAll && left > kMuch && left > 3.0 * v->limit.value_or(0.0))
+  if (v->fit_percent < kCriteria.nearly_all && left > kCriteria.unexplained &&
+      left > 3.0 * v->limit.value_or(0.0))
     result.findings.push_back(
-        {"unexplained-response", Severity::error, left, kMuch,
+        {"unexplained-response", Severity::error, left, kCriteria.unexplained,
          fmt::format(
              "What the model leaves of the output still follows the input (correlation {:.2f}): the model "
              "lacks something that the machine has.",
@@ -231,13 +233,13 @@ void inspect_loop(Result& result) {
          fmt::format("The phase margin is {:.1f} deg: this loop would be unstable. As it ran, controller, "
                      "delay or sign given do not belong to this record.",
                      *worst)});
-  else if (worst && *worst < 30.0)
+  else if (worst && *worst < kCriteria.phase_margin_deg)
     findings.push_back(
-        {"small-phase-margin", Severity::warning, *worst, 30.0,
+        {"small-phase-margin", Severity::warning, *worst, kCriteria.phase_margin_deg,
          fmt::format("The smallest phase margin is {:.1f} deg; 30 deg or more is usual.", *worst)});
-  if (margins.modulus_margin < 0.5 && !(worst && *worst <= 0.0))
+  if (margins.modulus_margin < kCriteria.modulus_margin && !(worst && *worst <= 0.0))
     findings.push_back(
-        {"small-modulus-margin", Severity::warning, margins.modulus_margin, 0.5,
+        {"small-modulus-margin", Severity::warning, margins.modulus_margin, kCriteria.modulus_margin,
          fmt::format("The loop comes within {:.2f} of -1 at {:.3g} Hz: disturbances there are amplified "
                      "{:.1f}-fold.",
                      margins.modulus_margin, margins.modulus_margin_hz,

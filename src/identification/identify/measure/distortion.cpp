@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <identification/criteria.hpp>
 #include <identification/identify/measure/distortion.hpp>
 #include <limits>
 #include <resonid/response/detail/detection_lines.hpp>
@@ -29,9 +30,10 @@ std::vector<double> deviations(response::LineEstimates lines, const std::vector<
 }
 
 // Below a thousandth the distortion is of no consequence to a loop.
-constexpr double kNoticeable = 1e-3;
 
-bool shows(const response::DistortionLevel& l) { return l.significant && l.level > kNoticeable; }
+bool shows(const response::DistortionLevel& l) {
+  return l.significant && l.level > kCriteria.relevant_distortion;
+}
 
 std::string per_cent(double level) { return fmt::format("{:.2g} %", 100.0 * level); }
 
@@ -101,8 +103,8 @@ std::vector<diagnostics::Finding> inspect_distortion(const Distortion& d) {
               : " The response holds for excitations of this size.";
   const double level = scatters ? d.scatter.level : silent;
   return {{"non-linear-distortion",
-           level > 0.1 ? diagnostics::Severity::warning : diagnostics::Severity::info, level, kNoticeable,
-           std::move(text)}};
+           level > kCriteria.warned_distortion ? diagnostics::Severity::warning : diagnostics::Severity::info,
+           level, kCriteria.relevant_distortion, std::move(text)}};
 }
 
 }  // namespace resonid::identification::detail

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <algorithm>
 #include <cmath>
+#include <identification/criteria.hpp>
 #include <identification/identify/measure/line_methods.hpp>
 #include <resonid/base/detail/median.hpp>
 #include <resonid/response/detail/excitation_lines.hpp>
@@ -62,10 +63,10 @@ Lines welch_lines(const data::Record& record, const Plan& plan, const Options& o
   config.band_high_hz = plan.high_hz;
   auto lines = response::welch_lines(record, config, plan.approach);
   if (plan.period_samples != 0) return lines;
-  constexpr double kUsable = 0.15;
   constexpr std::size_t kShortest = 512;
   std::size_t segment = response::default_segment(record.samples(), record.sample_rate_hz);
-  while (lines && segment >= 2 * kShortest && uncertainty(*lines, plan, options) > kUsable) {
+  while (lines && segment >= 2 * kShortest &&
+         uncertainty(*lines, plan, options) > kCriteria.shorter_segments) {
     config.segment_samples = segment /= 2;
     lines = response::welch_lines(record, config, plan.approach);
   }

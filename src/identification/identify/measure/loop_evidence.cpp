@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <identification/criteria.hpp>
 #include <identification/identify/measure/loop_evidence.hpp>
 #include <limits>
 #include <resonid/base/detail/median.hpp>
@@ -16,12 +17,13 @@ using Complex = std::complex<double>;
 
 /// Relative bias of every line, limited where the autoregression's own response nearly vanishes.
 std::vector<Complex> biases(const diagnostics::Feedback& feedback, const std::vector<double>& hz) {
-  constexpr double kMost = 10.0;
   std::vector<Complex> bias;
   for (const double f : hz) {
     const Complex b = feedback.direct_bias(f);
     const double size = std::abs(b);
-    bias.push_back(!std::isfinite(size) ? Complex(0.0) : size > kMost ? b * (kMost / size) : b);
+    bias.push_back(!std::isfinite(size)         ? Complex(0.0)
+                   : size > kCriteria.most_bias ? b * (kCriteria.most_bias / size)
+                                                : b);
   }
   return bias;
 }
@@ -34,11 +36,12 @@ std::optional<Finding> inspect_gain(const data::TransferFunction& told,
   const double expected = told.numerator.front() / told.denominator.front();
   const double shown = -feedback.d.front();
   const double deviation = std::sqrt(feedback.input_variance / (feedback.samples * feedback.output_variance));
-  constexpr double kRelevant = 0.05, kDeviations = 3.0;
   const double difference = std::abs(shown - expected);
-  if (!(difference > kRelevant * std::abs(shown)) || !(difference > kDeviations * deviation))
+  if (!(difference > kCriteria.controller_difference * std::abs(shown)) ||
+      !(difference > kCriteria.controller_deviations * deviation))
     return std::nullopt;
-  return Finding{"controller-differs", Severity::error, difference / std::abs(shown), kRelevant,
+  return Finding{"controller-differs", Severity::error, difference / std::abs(shown),
+                 kCriteria.controller_difference,
                  fmt::format("The input answers the noise of the output at once with {:.4g} +- {:.2g}, the "
                              "controller told with {:.4g}: it is not the one that ran, and the margins are "
                              "not those of this loop.",
@@ -71,23 +74,22 @@ LoopEvidence loop_evidence(const data::Record& record, const Plan& plan, Excitat
 
 std::optional<data::TransferFunction> predictor_controller(
     const std::optional<fit::ControllerEstimate>& shown, const Options& options) {
-  constexpr double kNoisy = 2e-3;  // of u - ru, below which the bias stays inside the error bars
   if (!shown) return std::nullopt;
   const bool asked = options.approach == Approach::joint;
-  const bool needed = !options.approach && shown->relative_noise > kNoisy;
+  const bool needed = !options.approach && shown->relative_noise > kCriteria.noisy_input;
   if (!asked && !needed) return std::nullopt;
   return shown->controller;
 }
 
 data::FrequencyResponse without_bias(const data::FrequencyResponse& response, const LoopEvidence& evidence) {
   if (!evidence.biased() || response.std.size() != response.lines()) return response;
-  constexpr double kUnsure = 1.0 / 3.0;
   auto corrected = response;
   const auto bias = biases(*evidence.feedback, response.frequency_hz);
   for (std::size_t i = 0; i < bias.size(); ++i) {
     const double scale = std::max(std::abs(1.0 + bias[i]), 1e-3);
     corrected.value[i] /= 1.0 + bias[i];
-    corrected.std[i] = std::hypot(corrected.std[i] / scale, kUnsure * std::abs(bias[i] * corrected.value[i]));
+    corrected.std[i] = std::hypot(corrected.std[i] / scale,
+                                  kCriteria.bias_uncertainty * std::abs(bias[i] * corrected.value[i]));
   }
   return corrected;
 }
@@ -141,12 +143,13 @@ std::optional<Finding> inspect_controller(const Options& options, const LoopEvid
     relative.push_back(difference / std::abs(own));
     bars.push_back(shown.model ? difference / uncertain.std[i] : std::numeric_limits<double>::infinity());
   }
-  constexpr double kRelevant = 0.05, kDeviations = 3.0;
   const double typical = median(std::move(relative));
-  if (!(typical > kRelevant) || !(median(std::move(bars)) > kDeviations)) return std::nullopt;
+  if (!(typical > kCriteria.controller_difference) ||
+      !(median(std::move(bars)) > kCriteria.controller_deviations))
+    return std::nullopt;
   const double middle = response.frequency_hz[response.lines() / 2];
   return Finding{
-      "controller-differs", Severity::error, typical, kRelevant,
+      "controller-differs", Severity::error, typical, kCriteria.controller_difference,
       fmt::format("The controller told is not the one that ran: it typically differs by {} from the "
                   "one that u - ru = C (r - y) shows (gain at {:.3g} Hz: told {:.4g}, shown "
                   "{:.4g}). The margins are those of the record's own.",
@@ -155,22 +158,21 @@ std::optional<Finding> inspect_controller(const Options& options, const LoopEvid
 }
 
 std::optional<Finding> inspect_feedback(const LoopEvidence& evidence, bool from_model) {
-  constexpr double kNoticeable = 0.1;
-  if (!evidence.feedback || !(evidence.bias > kNoticeable)) return std::nullopt;
+  if (!evidence.feedback || !(evidence.bias > kCriteria.feedback_bias)) return std::nullopt;
   const std::string what = fmt::format(
       "A controller feeds the output's noise back to the input ({} of what is new in the output shows in the "
       "later input). Averaged spectra of input and output are biased by typically {} then",
       percent(evidence.feedback->seen), percent(evidence.bias));
   if (from_model)
     return Finding{
-        "feedback-bias", Severity::info, evidence.bias, kNoticeable,
+        "feedback-bias", Severity::info, evidence.bias, kCriteria.feedback_bias,
         what + ". The response given is that of the model fitted to the record, which has no such bias."};
   const char* help =
       ". Record the excitation (ru), or give the controller and the reference, or allow a model (.model).";
   if (!evidence.biased())
-    return Finding{"feedback-bias", Severity::warning, evidence.bias, kNoticeable,
+    return Finding{"feedback-bias", Severity::warning, evidence.bias, kCriteria.feedback_bias,
                    what + ", which is inside their error bars" + help};
-  return Finding{"feedback-bias", Severity::error, evidence.bias, kNoticeable,
+  return Finding{"feedback-bias", Severity::error, evidence.bias, kCriteria.feedback_bias,
                  what + ", and so is the response given" + help};
 }
 
@@ -182,12 +184,12 @@ std::optional<Finding> inspect_orientation(const LoopEvidence& evidence,
   };
   // The lowest lines that are known: a free drive lags by 90 degrees there, a mirrored one leads, and one
   // with its columns exchanged leads while it grows.
-  constexpr double kKnown = 0.3, kReach = 3.0;
+  constexpr double kReach = 3.0;
   std::size_t known = 0, leading = 0;
   double first_hz = 0.0, x = 0.0, y = 0.0, xx = 0.0, xy = 0.0;
   for (std::size_t i = 0; i < response.lines() && !response.std.empty(); ++i) {
     const double size = std::abs(response.value[i]);
-    if (!(response.std[i] < kKnown * size)) continue;
+    if (!(response.std[i] < kCriteria.orientation_line * size)) continue;
     if (known == 0) first_hz = response.frequency_hz[i];
     if (known >= 3 && response.frequency_hz[i] > kReach * first_hz) break;
     ++known;
@@ -199,8 +201,7 @@ std::optional<Finding> inspect_orientation(const LoopEvidence& evidence,
   const double n = static_cast<double>(known);
   const bool leads = known >= 3 && 4 * leading > 3 * known;
   const double slope = leads ? (n * xy - x * y) / std::max(n * xx - x * x, 1e-300) : 0.0;
-  constexpr double kGrows = 0.3;  // an inertia's response falls with slope -1, its inverse grows with 1
-  if (leads && slope > kGrows)
+  if (leads && slope > kCriteria.orientation_slope)
     return finding(
         "At low frequencies the response leads by about 90 deg and grows with frequency, as the "
         "inverse of a drive does: input and output columns are exchanged (.input, .output).");

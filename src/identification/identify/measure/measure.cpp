@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include <cmath>
+#include <identification/criteria.hpp>
 #include <identification/identify/measure/distortion.hpp>
 #include <identification/identify/measure/measure.hpp>
 #include <resonid/diagnostics/detail/data_findings.hpp>
@@ -30,22 +31,22 @@ expected<Measurement, Error> by_plan(const data::Record& record, const Plan& pla
 /// Share of the lines that are known better than by half.
 double usable(const data::FrequencyResponse& g) {
   std::size_t count = 0;
-  for (std::size_t i = 0; i < g.lines(); ++i) count += g.std[i] < 0.5 * std::abs(g.value[i]) ? 1 : 0;
+  for (std::size_t i = 0; i < g.lines(); ++i)
+    count += g.std[i] < kCriteria.usable_line * std::abs(g.value[i]) ? 1 : 0;
   return static_cast<double>(count) / static_cast<double>(std::max<std::size_t>(1, g.lines()));
 }
 
 expected<Measurement, Error> by_what_shows(const data::Record& record, const Plan& plan,
                                            const Options& options) {
   auto first = by_plan(record, plan, options);
-  constexpr double kNextToNothing = 0.05, kClearlyMore = 2.0;
   const bool averages = plan.method == Method::periodic || plan.method == Method::welch;
   if (!first || !averages || options.method != Method::automatic) return first;
   const double before = usable(first->response);
-  if (before > kNextToNothing) return first;
+  if (before > kCriteria.hardly_any_lines) return first;
   auto other = plan;
   other.method = Method::local_polynomial;
   auto second = by_plan(record, other, options);
-  if (!second || usable(second->response) < kClearlyMore * before) return first;
+  if (!second || usable(second->response) < kCriteria.clearly_more_lines * before) return first;
   second->method = {
       "method", std::string(name_of(other.method)),
       "averages leave hardly a line: the machine moves in a rhythm of its own; local polynomials "

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <algorithm>
 #include <cmath>
+#include <identification/criteria.hpp>
 #include <identification/identify/prepare/excitation_source.hpp>
 #include <numeric>
 #include <resonid/diagnostics/detail/feedback.hpp>
@@ -8,8 +9,6 @@
 
 namespace resonid::identification::detail {
 namespace {
-
-constexpr double kNearly = 0.03;  // of the range: how near to a level a reconstructed excitation comes
 
 double variance(const std::vector<double>& x) {
   const double mean = std::accumulate(x.begin(), x.end(), 0.0) / static_cast<double>(x.size());
@@ -20,7 +19,6 @@ double variance(const std::vector<double>& x) {
 
 /// A motion profile rises and falls a few times; what excites turns around all the time.
 bool moves_often(const std::vector<double>& reference) {
-  constexpr int kEnough = 40;
   int turns = 0;
   double direction = 0.0;
   for (std::size_t k = 1; k < reference.size(); ++k) {
@@ -29,7 +27,7 @@ bool moves_often(const std::vector<double>& reference) {
     if (step * direction < 0.0) ++turns;
     direction = step;
   }
-  return turns >= kEnough;
+  return turns >= kCriteria.excitation_turns;
 }
 
 /// What u lacks to be the controller's answer.
@@ -62,21 +60,19 @@ bool repeats(const data::Record& record) {
   const auto& x = record.excitation.samples;
   std::vector<double> change(x.size() - *period);
   for (std::size_t k = 0; k < change.size(); ++k) change[k] = x[k + *period] - x[k];
-  constexpr double kExactly = 1e-6;
-  return variance(change) < kExactly * variance(x);
+  return variance(change) < kCriteria.exact_repetition * variance(x);
 }
 
 /// Whether the input holds noise that is fed back and the reconstructed excitation holds none any more.
 bool is_what_feedback_leaves(const data::Record& record, double delay_s) {
-  constexpr double kSomething = 1e-4;  // of the input
-  if (!(variance(record.excitation.samples) > kSomething * variance(record.input.samples))) return false;
+  if (!(variance(record.excitation.samples) > kCriteria.excitation_share * variance(record.input.samples)))
+    return false;
   const auto before = diagnostics::find_feedback(record, delay_s);
   if (!before || !before->present()) return false;
   data::Record without = record;
   without.input = record.excitation;
   const auto after = diagnostics::find_feedback(without, delay_s);
-  constexpr double kNone = 1e-3;  // false alarms
-  return after && after->probability > kNone;
+  return after && after->probability > kCriteria.feedback_false_alarm;
 }
 
 }  // namespace
@@ -88,8 +84,8 @@ ExcitationSource complete_excitation(data::Record& record, const Options& option
     record.excitation = {"u - C (r - y)", record.input.unit, reconstruct(record, *options.controller)};
     for (const bool raw : {true, false}) {
       if (!raw) detrend(record.excitation.samples);
-      if (response::two_level(record.excitation.samples, kNearly) || response::detect_chirp(record) ||
-          repeats(record))
+      if (response::two_level(record.excitation.samples, kCriteria.reconstructed_level) ||
+          response::detect_chirp(record) || repeats(record))
         return ExcitationSource::reconstructed;
     }
     record.excitation = {"u - C (r - y)", record.input.unit, reconstruct(record, *options.controller)};

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <identification/criteria.hpp>
 #include <identification/identify/measure/methods.hpp>
 #include <identification/identify/prepare/plan.hpp>
 #include <resonid/response/detail/excitation_lines.hpp>
@@ -16,8 +17,6 @@ using Refused = tl::unexpected<Error>;
 Refused refused(std::string option, std::string message) {
   return Refused(Error{std::move(option), std::move(message)});
 }
-
-constexpr double kExactly = 1e-3;  // of the range: how near to a level a recorded excitation stays
 
 std::optional<Error> check_ranges(const data::Record& record, const Options& o) {
   const double nyquist = 0.5 * record.sample_rate_hz;
@@ -76,14 +75,15 @@ std::optional<online::SweepLaw> sweep_of(const data::Record& record, const Optio
   if (options.chirp) return options.chirp;
   const bool open = options.excitation_type == ExcitationType::automatic && options.period_samples == 0;
   if (!open && options.excitation_type != ExcitationType::chirp) return std::nullopt;
-  if (response::two_level(data::exciting(record), kExactly)) return std::nullopt;
+  if (response::two_level(data::exciting(record), kCriteria.recorded_level)) return std::nullopt;
   return response::detect_chirp(record);
 }
 
 bool is_stepped_sine(const data::Record& record, const Options& options, const Plan& plan) {
   if (options.excitation_type != ExcitationType::automatic)
     return options.excitation_type == ExcitationType::stepped_sine;
-  if (plan.sweep || options.period_samples != 0 || response::two_level(data::exciting(record), kExactly))
+  if (plan.sweep || options.period_samples != 0 ||
+      response::two_level(data::exciting(record), kCriteria.recorded_level))
     return false;
   return !response::detect_stepped_sine(record).empty();
 }
@@ -91,7 +91,7 @@ bool is_stepped_sine(const data::Record& record, const Options& options, const P
 ExcitationType kind_of(const data::Record& record, const Options& options, const Plan& plan) {
   if (options.excitation_type != ExcitationType::automatic) return options.excitation_type;
   if (plan.sweep) return ExcitationType::chirp;
-  if (response::two_level(data::exciting(record), kExactly)) return ExcitationType::prbs;
+  if (response::two_level(data::exciting(record), kCriteria.recorded_level)) return ExcitationType::prbs;
   if (plan.period_samples != 0) return ExcitationType::multisine;
   return ExcitationType::other;
 }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <fmt/format.h>
 
+#include <identification/criteria.hpp>
 #include <identification/identify/measure/methods.hpp>
 #include <identification/identify/prepare/choices.hpp>
 #include <identification/identify/prepare/prepare.hpp>
@@ -53,11 +54,10 @@ expected<Prepared, Error> prepare(data::Record record, const Options& options) {
 expected<Experiment, Error> plan_experiment(const data::Record& record, const Options& options) {
   auto prepared = prepare(record, options);
   if (!prepared) return tl::unexpected(std::move(prepared.error()));
-  constexpr std::size_t kFewest = 128;
-  if (prepared->record.samples() < kFewest)
+  if (prepared->record.samples() < kCriteria.fewest_samples)
     return tl::unexpected(
         Error{"input", fmt::format("holds {} samples, too few for a response; required at least {}",
-                                   prepared->record.samples(), kFewest)});
+                                   prepared->record.samples(), kCriteria.fewest_samples)});
   auto plan = make_plan(prepared->record, options);
   if (!plan) return tl::unexpected(std::move(plan.error()));
   Experiment experiment{std::move(*prepared), std::move(*plan), {}, {}, {}};

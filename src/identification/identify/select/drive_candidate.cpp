@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <algorithm>
 #include <cmath>
+#include <identification/criteria.hpp>
 #include <identification/identify/select/drive_candidate.hpp>
 #include <limits>
 #include <numbers>
@@ -33,8 +34,8 @@ bool self_excited(const fit::DriveModel& model, bool dry) {
 
 /// Dry friction that the fit tells from none.
 bool finds_dry_friction(const std::optional<RecordFit>& fit) {
-  constexpr double kFound = 4.0;  // standard deviations
-  return fit && fit->coulomb_friction && fit->coulomb_friction->value > kFound * fit->coulomb_friction->std;
+  return fit && fit->coulomb_friction &&
+         fit->coulomb_friction->value > kCriteria.dry_friction_found * fit->coulomb_friction->std;
 }
 
 }  // namespace
@@ -55,15 +56,14 @@ Difference difference(const fit::DriveModel& model, const data::FrequencyRespons
   std::vector<double> squares, noise;
   for (std::size_t i = 0; i < response.lines(); ++i) {
     const double size = std::abs(response.value[i]);
-    if (!(response.std[i] < 0.5 * size)) continue;
+    if (!(response.std[i] < kCriteria.usable_line * size)) continue;
     squares.push_back(std::norm((fitted[i] - response.value[i]) / size));
     noise.push_back(std::pow(response.std[i] / size, 2));
   }
   // The median of n exponential squares scatters by 1/(sqrt(n) ln 2) of itself.
-  constexpr double kOneInThousand = 3.1;
   const double chance =
-      1.0 +
-      kOneInThousand / (std::numbers::ln2 * std::sqrt(std::max(1.0, static_cast<double>(squares.size()))));
+      1.0 + kCriteria.one_in_thousand /
+                (std::numbers::ln2 * std::sqrt(std::max(1.0, static_cast<double>(squares.size()))));
   const double whole = median(squares) / std::numbers::ln2;
   return {std::sqrt(whole), std::sqrt(std::max(0.0, whole - chance * median(noise)))};
 }
@@ -73,7 +73,7 @@ data::FrequencyResponse thinned(const data::FrequencyResponse& g) {
   if (g.lines() <= kLines) return g;
   std::vector<std::size_t> usable;
   for (std::size_t k = 0; k < g.lines(); ++k)
-    if (g.std[k] < 0.5 * std::abs(g.value[k])) usable.push_back(k);
+    if (g.std[k] < kCriteria.usable_line * std::abs(g.value[k])) usable.push_back(k);
   if (usable.size() < 10) return g;
   data::FrequencyResponse few;
   const std::size_t count = std::min(kLines, usable.size());
@@ -94,7 +94,9 @@ bool modes_are_seen(const fit::DriveModel& model, const Plan& plan) {
     const double f = m.frequency_hz.value;
     if (!std::isfinite(f) || !(m.damping_ratio.value < 1.0)) return false;
     // A single pair may lie a little beside the band, of several each must show in it.
-    if (one_pair && (m.anti ? f < 0.3 * plan.low_hz : f > 1.5 * plan.high_hz)) return false;
+    if (one_pair &&
+        (m.anti ? f < kCriteria.lower_mode * plan.low_hz : f > kCriteria.upper_mode * plan.high_hz))
+      return false;
     if (!one_pair && (f < plan.low_hz || f > plan.high_hz)) return false;
     if (!one_pair && m.frequency_hz.std > 0.1 * f) return false;
     if (!m.anti || i + 1 == modes.size()) continue;
@@ -178,10 +180,9 @@ DriveCandidate CandidateFits::to_the_response(Structure structure, const Variant
   // fewer that they are worth; by the variant that leaves least unexplained.
   double repeated = std::numeric_limits<double>::infinity();
   for (const auto& v : candidate.variants) repeated = std::min(repeated, v.second.repetition);
-  constexpr double kCaution = 8.0;
   const auto price = [&](const std::pair<Variant, fit::ResponseFit>& v) {
-    return v.second.bic_for(repeated) + (v.first.friction ? kCaution : 0.0) +
-           (v.first.delay ? kCaution : 0.0);
+    return v.second.bic_for(repeated) + (v.first.friction ? kCriteria.more_parameters : 0.0) +
+           (v.first.delay ? kCriteria.more_parameters : 0.0);
   };
   std::sort(candidate.variants.begin(), candidate.variants.end(),
             [&](const auto& a, const auto& b) { return price(a) < price(b); });
@@ -219,16 +220,16 @@ CandidateFits::Acceptance CandidateFits::acceptance(const DriveCandidate& candid
   const auto& told = candidate.response_fit();
   // Unbiased lines that differ from the model far beyond their noise have already said that the drive is
   // another.
-  constexpr double kTrueEnough = 0.05;
-  constexpr double kBeyondNoise = 5.0;
   const bool lines_are_unbiased = plan_.period_samples != 0 && plan_.method != Method::local_polynomial;
-  constexpr double kClearlyBetter = 3.0, kSome = 10.0;  // per cent of fit
   auto simulation = config_of(candidate.variants.front().first, told.model);
   simulation.fixed_model = true;
   const auto simulated = fit_records(records_, simulation);
-  return {!(lines_are_unbiased && told.model_error > kTrueEnough && told.misfit > kBeyondNoise),
+  return {!(lines_are_unbiased && told.model_error > kCriteria.true_enough &&
+            told.misfit > kCriteria.beyond_noise),
           1.5 * difference(told.model, response_).whole + 0.02,
-          simulated ? std::max(simulated->fit_percent + kClearlyBetter, kSome) : 100.0};
+          simulated
+              ? std::max(simulated->fit_percent + kCriteria.better_simulation, kCriteria.some_simulation)
+              : 100.0};
 }
 
 void CandidateFits::fit_variants(DriveCandidate& candidate, const Acceptance& acceptable) const {
@@ -289,8 +290,7 @@ std::optional<RecordFit> CandidateFits::with_dry_friction(Variant& variant,
   }
   if (finds_dry_friction(fit)) {
     const auto viscous = fit->model.estimate(fit::kViscousFriction);
-    constexpr double kFound = 2.0;  // standard deviations
-    if (viscous.value > kFound * viscous.std) return fit;
+    if (viscous.value > kCriteria.viscous_friction_found * viscous.std) return fit;
   }
   // Both together are one too many where the motion tells little of them.
   Variant alone = variant;
@@ -313,10 +313,9 @@ void CandidateFits::try_dry_friction(DriveCandidate& candidate, const Acceptance
   Variant variant = candidate.variant();
   auto fit = with_dry_friction(variant, candidate.model());
   if (!fit) return;
-  constexpr double kClearly = 20.0;  // in the criterion
   const bool better = !friction_is_free() ? true
                       : candidate.record_fit
-                          ? fit->bic + kClearly < candidate.record_fit->bic
+                          ? fit->bic + kCriteria.clearly_better < candidate.record_fit->bic
                           : fit->fit_percent >= acceptable.fit_percent ||
                                 difference(fit->model, response_).whole <= acceptable.difference;
   if (!better) return;
@@ -328,8 +327,7 @@ void CandidateFits::validate(DriveCandidate& candidate) const {
   std::size_t longest = 0;
   for (const auto& record : records_) longest = std::max(longest, record.samples());
   auto config = config_of(candidate.record_variant, candidate.record_fit->model);
-  constexpr std::size_t kShortest = 1000;  // that can spare any
-  if (longest < kShortest) return;
+  if (longest < kCriteria.holdout_samples) return;
   config.holdout = fit::holdout_parts(longest);
   if (const auto fit = fit_records(records_, config); fit && fit->converged)
     candidate.validated = fit->holdout;
@@ -351,8 +349,6 @@ const data::Record& CandidateFits::richest() const {
 
 void CandidateFits::rescue(const DriveCandidate& rigid, DriveCandidate& two) const {
   if (two.remark.empty() || !rigid.record_fit) return;
-  constexpr double kClearly = 20.0;  // in the criterion
-  constexpr double kKnown = 0.05;    // of the resonance
   Variant chosen;
   std::optional<RecordFit> best;
   const data::Record& record = richest();
@@ -367,9 +363,10 @@ void CandidateFits::rescue(const DriveCandidate& rigid, DriveCandidate& two) con
       chosen = variant;
     }
   }
-  if (!best || best->bic + kClearly > rigid.record_fit->bic) return;
+  if (!best || best->bic + kCriteria.clearly_better > rigid.record_fit->bic) return;
   const auto resonance = best->model.resonance();
-  if (resonance.std > kKnown * resonance.value || !modes_are_seen(best->model, plan_)) return;
+  if (resonance.std > kCriteria.known_resonance * resonance.value || !modes_are_seen(best->model, plan_))
+    return;
   two.record_fit = std::move(best);
   two.record_variant = chosen;
   two.remark.clear();

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <identification/criteria.hpp>
 #include <identification/identify/select/drive_candidate.hpp>
 #include <identification/identify/select/select_drive.hpp>
 #include <limits>
@@ -78,18 +79,15 @@ class Selector {
   [[nodiscard]] bool leaves_something(const Candidate& two) const {
     if (two.structure != Structure::two_mass || !two.remark.empty()) return false;
     if (!two.record_fit) {
-      constexpr double kExplained = 0.005;
-      return two.response_fit().model_error > kExplained;
+      return two.response_fit().model_error > kCriteria.explained_response;
     }
-    constexpr double kAll = 99.999;  // per cent of fit: what is left is rounding
-    if (two.record_fit->fit_percent > kAll) return false;
+    if (two.record_fit->fit_percent > kCriteria.explained_record) return false;
     constexpr std::size_t kLags = 40;
-    constexpr double kBeyondChance = 1.5;  // 0.1 % for each lag instead of 3 %
     for (std::size_t i = 0; i < records_.size(); ++i) {
       const auto& fit = two.record_fit->records[i];
       const auto simulated = diagnostics::simulated_of(records_[i].output.samples, fit.residual);
       const auto test = diagnostics::test_residual({fit.residual, simulated, {}, {}}, kLags, kLags);
-      if (test.with_simulated.largest > kBeyondChance * test.limit) return true;
+      if (test.with_simulated.largest > kCriteria.residual_beyond_chance * test.limit) return true;
     }
     return false;
   }
@@ -97,19 +95,18 @@ class Selector {
   /// On what was held back where both could be judged by it, else by the criterion of the record, else of the
   /// lines.
   bool prefer_later(const Candidate& simple, const Candidate& rich) const {
-    constexpr double kClearly = 10.0;
     if (simple.validated && rich.validated) {
       const double gain = simple.validated->score - rich.validated->score;
       const double of_all = simple.record_fit->bic - rich.record_fit->bic;
       // A small loss there against a large gain over the whole record is chance.
-      constexpr double kFarMore = 10.0;
-      const bool contradicted = gain > 0.0 ? of_all < -kFarMore * gain : of_all > -kFarMore * gain;
-      if (std::abs(gain) > kClearly && !contradicted) return gain > 0.0;
+      const bool contradicted =
+          gain > 0.0 ? of_all < -kCriteria.contradicted * gain : of_all > -kCriteria.contradicted * gain;
+      if (std::abs(gain) > kCriteria.holdout_clear && !contradicted) return gain > 0.0;
     }
     if (simple.validated && !rich.validated) return false;
     if (simple.record_fit && rich.record_fit) return rich.record_fit->bic < simple.record_fit->bic;
     // Lines tell the same thing more than once, and a third mass finds something to explain in any bias.
-    const double least = rich.structure == Structure::three_mass ? 50.0 : 0.0;
+    const double least = rich.structure == Structure::three_mass ? kCriteria.third_mass : 0.0;
     const double repeated = rich.response_fit().repetition;
     return rich.response_fit().bic_for(repeated) + least < simple.response_fit().bic_for(repeated);
   }
@@ -128,7 +125,6 @@ class Selector {
 
   /// Spares the fits to the record of a structure that the response already rules out.
   void drop_the_hopeless(std::vector<Candidate>& candidates) const {
-    constexpr double kDecisive = 300.0;  // in the criterion, for lines that may repeat one another
     for (auto& candidate : candidates)
       if (candidate.remark.empty() && candidate.structure != Structure::rigid &&
           !modes_are_seen(candidate.response_fit().model, plan_))
@@ -138,7 +134,7 @@ class Selector {
       if (candidate.remark.empty()) least = std::min(least, candidate.response_fit().bic);
     for (auto& candidate : candidates)
       if (candidate.remark.empty() && !candidate.record_fit &&
-          candidate.response_fit().bic > least + kDecisive)
+          candidate.response_fit().bic > least + kCriteria.ruled_out)
         candidate.remark = "the measured response rules it out";
   }
 

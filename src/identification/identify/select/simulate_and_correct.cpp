@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <identification/criteria.hpp>
 #include <identification/identify/measure/measure.hpp>
 #include <identification/identify/select/simulate_and_correct.hpp>
 #include <resonid/diagnostics/residuals.hpp>
@@ -31,13 +32,13 @@ expected<data::Record, Error> simulated_on(const data::Record& record, const fit
     return tl::unexpected(Error{"method", fmt::format("simulate-and-correct: {} {}", fit.error().field.view(),
                                                       fit.error().requirement.view())});
   // A position that drifts otherwise than its model leaks into every line otherwise, too.
-  constexpr double kNearlyAll = 90.0;
-  if (record.output_quantity == data::OutputQuantity::position && fit->fit_percent < kNearlyAll)
+  if (record.output_quantity == data::OutputQuantity::position &&
+      fit->fit_percent < kCriteria.correctable_position)
     return tl::unexpected(Error{
         "method",
         fmt::format("simulate-and-correct: the model follows {:.0f} % of the recorded position, which drifts "
                     "by friction or disturbances; required {:.0f} %, or another method",
-                    fit->fit_percent, kNearlyAll)});
+                    fit->fit_percent, kCriteria.correctable_position)});
   data::Record simulated = record;
   const auto explained = diagnostics::simulated_of(record.output.samples, fit->residual);
   std::copy(explained.begin(), explained.end(),

@@ -1,0 +1,99 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <cstddef>
+
+namespace resonid::identification::detail {
+
+/// Every threshold that decides what a user of this stage is told, with its reason or calibration. What only
+/// steers an algorithm (steps, grid sizes, tolerances of rounding) stands where it is used.
+struct Criteria {
+  // ---- prepare: what a record is taken for
+  std::size_t fewest_samples = 128;  ///< Of a record; fewer hold no response.
+  double recorded_level =
+      1e-3;  ///< Of the range: how near to its levels a recorded excitation of two stays ...
+  double reconstructed_level = 0.03;  ///< ... and a reconstructed one, which carries the rounding of u and y.
+  int excitation_turns = 40;       ///< A motion profile turns a few times; what excites, at least so often.
+  double exact_repetition = 1e-6;  ///< Of the variance: a reconstructed excitation repeats to 0.1 %.
+  double excitation_share = 1e-4;  ///< Of the input's variance, below which a reconstruction is rounding.
+  double feedback_false_alarm = 1e-3;  ///< Probability of feedback seen where there is none, per record.
+
+  // ---- measure: what the response is worth
+  double usable_line = 0.5;        ///< std/|G| of a line that says something of the value.
+  double hardly_any_lines = 0.05;  ///< Share of usable lines below which averages have failed ...
+  double clearly_more_lines =
+      2.0;  ///< ... and how many times more another method must give to take its place.
+  double shorter_segments = 0.15;     ///< Median std/|G|, above which Welch's segments are halved.
+  double relevant_distortion = 1e-3;  ///< Of the output; less is of no consequence to a loop.
+  double warned_distortion = 0.1;     ///< Of the output, from which the finding is a warning.
+
+  // ---- measure: what the record shows of its loop
+  double feedback_bias = 0.1;  ///< Of |G|: errors of that size are told, and mended beyond the error bars.
+  double bias_uncertainty = 1.0 / 3.0;  ///< Of the bias taken out, kept as its standard deviation.
+  double most_bias = 10.0;  ///< Beyond it the autoregression's own response vanishes and tells nothing.
+  double controller_difference =
+      0.05;  ///< Of |C|, from which a told controller is another: a phase moves by up to 3 deg ...
+  double controller_deviations = 3.0;  ///< ... and beyond the error bars (0.3 % false alarms).
+  double noisy_input = 2e-3;  ///< Of u - ru, below which simulation from u is biased within its error bars.
+  double orientation_line = 0.3;   ///< std/|G| of a line whose phase is taken for that of the drive.
+  double orientation_slope = 0.3;  ///< A drive's response falls with slope -1, its inverse grows with 1.
+
+  // ---- select: which structure a record shows
+  double explained_response = 0.005;    ///< Model error below which two masses leave nothing to a third ...
+  double explained_record = 99.999;     ///< ... and per cent of fit; what remains is rounding.
+  double residual_beyond_chance = 1.5;  ///< Times the 3 % limit of a lag: 0.1 % for each of 40.
+  double holdout_clear = 10.0;          ///< Gain in the hold-out score that decides: odds of 150 to 1.
+  double contradicted = 10.0;           ///< Times that gain, lost over the whole record: then it was chance.
+  double third_mass = 50.0;             ///< In BIC of lines: a third mass explains some of any bias.
+  double ruled_out = 300.0;             ///< In BIC of lines that may repeat one another.
+  double more_parameters = 8.0;         ///< In BIC, for friction or delay that only lines ask for.
+  double dry_friction_found = 4.0;      ///< Standard deviations from none.
+  double viscous_friction_found = 2.0;  ///< The same beside dry friction.
+  double clearly_better = 20.0;   ///< In BIC, for what a record shows and its response does not: odds of 2e4.
+  double known_resonance = 0.05;  ///< std/value of a resonance that such a fit must have.
+  double true_enough = 0.05;      ///< Model error of unbiased lines beyond which a drive is not linear ...
+  double beyond_noise = 5.0;      ///< ... where it exceeds the noise so many times.
+  double better_simulation = 3.0,
+         some_simulation = 10.0;       ///< Per cent of fit by which a fit corrects its response.
+  std::size_t holdout_samples = 1000;  ///< Shorter records can spare none.
+  double one_in_thousand = 3.1;        ///< Quantile of the median's scatter.
+  double correctable_position = 90.0;  ///< Per cent of fit below which a drifting position leaks otherwise.
+
+  // ---- judge: findings on model, loop and bootstrap
+  double uncertain_resonance = 0.05;  ///< std/value, beyond which the result is not to be trusted.
+  double uncertain_damping = 0.5;     ///< std/value: the order of magnitude.
+  double uncertain_inertia = 0.2;     ///< std/value, by which a loop tuned with it would have the wrong gain.
+  double misfit = 0.1, worthless = 0.3;  ///< Model error that is told, and with which a model is none.
+  double unexplained = 0.4;              ///< Correlation of residual and simulation, and 3 times its limit.
+  double nearly_all = 99.0;              ///< Per cent of fit: what remains is small, whatever it follows.
+  double phase_margin_deg = 30.0, modulus_margin = 0.5;  ///< Usual least ones (Astrom and Hagglund 2006).
+  double margin_line = 0.3;  ///< std/|L| of lines that margins are read from: margins of noise are none.
+  double beyond_band = 1.5;  ///< Factor by which an identified controller may be extrapolated.
+  double lower_mode = 0.3,
+         upper_mode = 1.5;  ///< Times the band's ends: where a model's single pair still shows.
+  double bootstrap_scatter =
+      0.5;  ///< Of the error bars, below which replicas miss what lines have in common.
+
+  // ---- join
+  double same_rate = 1e-3;        ///< Relative: clocks of one machine, read from time columns.
+  double scattering_lines = 2.0;  ///< Chi-square per degree from which the records' responses scatter.
+  double known_parameter = 1.0;   ///< std of a logarithm: known better than to a factor of e.
+
+  // ---- validate
+  double noticeable_error = 0.1,
+         rejected_error = 0.3;    ///< rms over the lines of |error|/|G|, as misfit, worthless.
+  double poor_fit = 50.0;         ///< Per cent of the output that a model of this drive reproduces at least.
+  double improbable_line = 1e-4;  ///< Of noise alone at any line.
+  double chance = 0.01;           ///< Of a dependence by noise alone.
+  double fit_points = 10.0;       ///< Per cent of fit less than its own record lets expect.
+  double improbable_map = 1e-3,
+         map_share = 0.01;     ///< Of a static nonlinearity: by chance, and of the residual.
+  double usable_error = 0.25;  ///< Variance/|G|^2 of a line that counts.
+
+  // ---- compare
+  double far_from_one = 30.0;     ///< |G| or its inverse from which chordal distances see little.
+  std::size_t fewest_pairs = 20;  ///< Of repetitions, for an interval.
+};
+inline constexpr Criteria kCriteria{};
+
+}  // namespace resonid::identification::detail
