@@ -12,7 +12,9 @@ foreach(target IN LISTS stage_targets)  # headers of the stages that are built: 
     install(FILES "${PROJECT_SOURCE_DIR}/include/resonid/resonid.hpp" DESTINATION "${CMAKE_INSTALL_INCLUDEDIR}/resonid")
     continue()
   endif()
-  install(DIRECTORY "${PROJECT_SOURCE_DIR}/include/resonid/${stage}" DESTINATION "${CMAKE_INSTALL_INCLUDEDIR}/resonid")
+  if(EXISTS "${PROJECT_SOURCE_DIR}/include/resonid/${stage}")  # not of those that are private
+    install(DIRECTORY "${PROJECT_SOURCE_DIR}/include/resonid/${stage}" DESTINATION "${CMAKE_INSTALL_INCLUDEDIR}/resonid")
+  endif()
 endforeach()
 install(FILES "${PROJECT_SOURCE_DIR}/LICENSE" DESTINATION "${CMAKE_INSTALL_DOCDIR}")
 install(EXPORT resonid-targets NAMESPACE resonid::

@@ -151,7 +151,7 @@ TEST(LoopLimits, CartThatLeavesItsStrokeIsAnError) {
   ASSERT_FALSE(result.has_value());
   EXPECT_EQ(result.error().table, "drive");
   EXPECT_EQ(result.error().field, "stroke_from_m");
-  EXPECT_NE(result.error().requirement.view().find("leaves its stroke, 0.1 ... 1.69 m"), std::string::npos)
+  EXPECT_NE(result.error().requirement.find("leaves its stroke, 0.1 ... 1.69 m"), std::string::npos)
       << result.error().text();
   ExperimentConfig run = belt_experiment();
   run.motion.kind = MotionKind::constant;
