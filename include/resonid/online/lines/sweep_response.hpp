@@ -9,10 +9,11 @@
 #include <cstdint>
 #include <limits>
 #include <resonid/base/constants.hpp>
+#include <resonid/base/detail/intact.hpp>
 #include <resonid/base/expected.hpp>
 #include <resonid/online/lines/chirp_tracker.hpp>
+#include <resonid/online/lines/detail/sweep_fit.hpp>
 #include <resonid/online/lines/response_tracker.hpp>
-#include <resonid/online/lines/sweep_fit.hpp>
 #include <resonid/online/models/discrete_model.hpp>
 #include <resonid/online/models/modes.hpp>
 #include <type_traits>
@@ -131,6 +132,14 @@ class SweepResponse {
   [[nodiscard]] double uncorrected_hz() const noexcept { return hz_before(raw_.lag_samples(0)); }
   [[nodiscard]] double known_delay_s() const noexcept {
     return static_cast<double>(delay_) / rate_hz_ + delay_rest_s_;
+  }
+
+  /// For a state of unknown origin (base/detail/intact.hpp).
+  [[nodiscard]] bool intact() const noexcept {
+    return raw_.intact() && rows_.intact() && fit_.intact() && law_.intact() && positive(rate_hz_) &&
+           lag_ >= 1.0 && delay_ <= kMaxDelay && newest_ < inputs_.size() && known_ <= delay_ + kOrder + 1 &&
+           resonid::intact(quantity_, SweepQuantity::acceleration) && resonid::intact(offset_) &&
+           resonid::intact(known_once_);
   }
 
  private:

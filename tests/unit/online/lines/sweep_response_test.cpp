@@ -144,6 +144,7 @@ TEST(SweepResponse, ResetBeginsAnew) {
     return tracker;
   };
   const auto first = run();
+  EXPECT_TRUE(first.intact());
   tracker.reset();
   EXPECT_FALSE(tracker.settled());
   const auto second = run();
