@@ -297,7 +297,7 @@ expected<AxisPointer, Error> make_axis(const AxisSetup& setup, const TrackPlan& 
   const auto made = online::Axis::create_in(memory, setup.config);
   if (made) return axis;
   const Error& e = made.error();
-  if (e.field == "start")
+  if (e.field == "start_b" && e.requirement.view().find("stable") != std::string_view::npos)
     return tl::unexpected(
         Error{"controller", fmt::format("{}: the loop of the start model and this controller is "
                                         "unstable: controller, delay or sign do not belong to "
