@@ -83,6 +83,7 @@ void set_physical(const data::Record& stretch, const TrackOptions& options, cons
   if (setup.config.coulomb_friction) p.coulomb_friction_nm.std = kFrictionShare * largest;
   p.torque_offset_std_nm = largest;
   p.torque_offset_drift_nm_rt_s = 0.005 * largest;
+  p.at_best_known_time = true;  // rows tell the time that they describe
   p.stiffness_drift_per_s = first_drift(stretch, options, plan);
   setup.memory_s = kPeriodsOfPhysical / drive.resonance().value;
 }
@@ -297,7 +298,7 @@ expected<AxisPointer, Error> make_axis(const AxisSetup& setup, const TrackPlan& 
   const auto made = online::Axis::create_in(memory, setup.config);
   if (made) return axis;
   const Error& e = made.error();
-  if (e.field == "start")
+  if (e.field == "start_b" && e.requirement.view().find("stable") != std::string_view::npos)
     return tl::unexpected(
         Error{"controller", fmt::format("{}: the loop of the start model and this controller is "
                                         "unstable: controller, delay or sign do not belong to "

@@ -201,7 +201,7 @@ class Tracking::Impl {
       append(stretch_, batch, taken, part);
       taken += part;
       if (stretch_.samples() < due_) break;
-      if (auto refusal = learn(options_.learn_s || ++stretches_ == kStretches))
+      if (auto refusal = learn(options_.learn_s || ++stretches_ >= kStretches))
         return tl::unexpected(std::move(*refusal));
       due_ *= 2;
     }
@@ -226,7 +226,7 @@ class Tracking::Impl {
   }
 
  private:
-  static constexpr std::size_t kStretches = 5;  // the last one is taken for what it shows
+  static constexpr std::size_t kStretches = 5;  // from then on they are taken for what they show
 
   std::optional<Error> begin(const data::Record& head) {
     if (auto refusal = check(head, options_)) return refusal;
