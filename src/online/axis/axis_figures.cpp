@@ -1,13 +1,11 @@
 // SPDX-License-Identifier: MIT
 #include <Eigen/Core>
-#include <algorithm>
 #include <array>
 #include <cmath>
-#include <numbers>
 #include <resonid/base/constants.hpp>
 #include <resonid/online/detail/axis_physical.hpp>
 #include <resonid/online/detail/axis_reading.hpp>
-#include <resonid/online/detail/axis_sweep.hpp>
+#include <resonid/online/detail/axis_lines.hpp>
 #include <resonid/online/models/detail/held_two_mass.hpp>
 #include <resonid/online/models/modes.hpp>
 
@@ -108,46 +106,6 @@ std::complex<double> axis_velocity_factor(AxisOutput output, double frequency_hz
       break;
   }
   return 1.0;
-}
-
-namespace {
-
-/// Height of the peak at i above the higher of the two valleys that part it from higher ground, or the band's
-/// ends.
-template <class Level>
-double prominence(const Level& level, std::size_t points, std::size_t i) noexcept {
-  double before = level(i), after = level(i);
-  for (std::size_t k = i; k-- > 0 && level(k) <= level(i);) before = std::min(before, level(k));
-  for (std::size_t k = i + 1; k < points && level(k) <= level(i); ++k) after = std::min(after, level(k));
-  return level(i) - std::max(before, after);
-}
-
-/// Of the parabola through three points.
-double vertex(double x0, double y0, double x1, double y1, double x2, double y2) noexcept {
-  const double a = (y2 - y1) / (x2 - x1), b = (y1 - y0) / (x1 - x0);
-  const double curvature = (a - b) / (x2 - x0);
-  if (curvature == 0.0) return x1;
-  return std::clamp(0.5 * (x0 + x1) - 0.5 * b / curvature, x0, x2);
-}
-
-}  // namespace
-
-AxisExtrema axis_extrema(std::span<const double> hz, std::span<const double> level_db,
-                         std::span<const double> relative_std) noexcept {
-  constexpr double kLeastDb = 3.0, kDeviations = 3.0, kDbPerNeper = 8.69;
-  AxisExtrema found;
-  for (const double sign : {-1.0, 1.0}) {
-    double& first = sign < 0.0 ? found.minimum_hz : found.maximum_hz;
-    const auto level = [&](std::size_t i) { return sign * level_db[i]; };
-    for (std::size_t i = 1; i + 1 < hz.size() && std::isnan(first); ++i) {
-      if (level(i) < level(i - 1) || level(i) <= level(i + 1)) continue;
-      const double error = std::isfinite(relative_std[i]) ? relative_std[i] : 0.0;
-      if (prominence(level, hz.size(), i) < std::max(kLeastDb, kDeviations * kDbPerNeper * error)) continue;
-      first = std::exp(vertex(std::log(hz[i - 1]), level(i - 1), std::log(hz[i]), level(i),
-                              std::log(hz[i + 1]), level(i + 1)));
-    }
-  }
-  return found;
 }
 
 }  // namespace resonid::online::detail

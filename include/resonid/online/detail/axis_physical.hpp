@@ -79,6 +79,7 @@ class AxisPhysical {
           sample_rate_hz_));
   }
   void watch(AxisStability&) const noexcept {}
+  void set_stiffness_drift(double per_s) noexcept { tracker_.set_stiffness_drift(per_s); }
   [[nodiscard]] std::string_view parameter_name(std::size_t i) const noexcept {
     constexpr std::string_view kNames[] = {"driven_inertia", "load_inertia",     "stiffness",       "damping",
                                            "torque_offset",  "viscous_friction", "coulomb_friction"};

@@ -16,33 +16,24 @@
 #include <resonid/online/detail/axis_lines.hpp>
 #include <resonid/online/detail/axis_loop.hpp>
 #include <resonid/online/detail/axis_reading.hpp>
-#include <resonid/online/lines/chirp_tracker.hpp>
-#include <resonid/online/lines/response_tracker.hpp>
-#include <span>
+#include <resonid/online/lines/sweep_response.hpp>
 #include <string_view>
 
 namespace resonid::online::detail {
 
-/// First minimum and first maximum of a response at ascending frequencies, as far as they stand out of their
-/// surroundings; not a number where there is none.
-struct AxisExtrema {
-  double minimum_hz = AxisRow::kUnknown, maximum_hz = AxisRow::kUnknown;
-};
-[[nodiscard]] AxisExtrema axis_extrema(std::span<const double> frequency_hz, std::span<const double> level_db,
-                                       std::span<const double> relative_std) noexcept;
-
-/// The response along a sweep: the value at the frequency that the chirp passed, and the curve so far.
+/// The response along a sweep (SweepResponse): the value at the frequency that the chirp passed, free of the sweep's own
+/// error, the curve so far, and the model of third order that fits it.
 template <class Real, std::size_t MaxPoints>
 class AxisSweepLine {
  public:
   using Scalar = Real;
   using Complex = std::complex<double>;
-  using Tracker = ChirpTracker<Real>;
   static constexpr bool kTakesVelocity = false;
 
   static bool serves(const AxisConfig& c) noexcept { return c.method == AxisMethod::chirp; }
   static expected<void, Error> create_in(void* where, const AxisConfig& c) noexcept {
-    ChirpTrackerConfig t;
+    SweepResponseConfig config;
+    ChirpTrackerConfig& t = config.chirp;
     t.sample_rate_hz = c.sample_rate_hz;
     t.from_hz = c.sweep.from_hz;
     t.to_hz = c.sweep.to_hz;
@@ -56,13 +47,11 @@ class AxisSweepLine {
       if (c.memory_s > 0.0) t.pole_radius = std::exp(-1.0 / (c.memory_s * c.sample_rate_hz));
       t.pole_radius = c.pole_radius.value_or(t.pole_radius);
     }
-    const auto tracker = Tracker::create(t);
-    if (!tracker) return unexpected<Error>(tracker.error());
-    ResponseTrackerConfig r;
-    r.known_delay_s = c.known_delay_s;
-    r.controller_numerator = c.controller_numerator;
-    r.controller_denominator = c.controller_denominator;
-    const auto line = ResponseTracker<Tracker>::create(*tracker, r);
+    config.known_delay_s = c.known_delay_s;
+    config.quantity = c.output == AxisOutput::position       ? SweepQuantity::position
+                      : c.output == AxisOutput::acceleration ? SweepQuantity::acceleration
+                                                             : SweepQuantity::velocity;
+    const auto line = SweepResponse<Real>::create(config);
     if (!line) return unexpected<Error>(line.error());
     ::new (where) AxisSweepLine(*line, c);
     return {};
@@ -70,14 +59,13 @@ class AxisSweepLine {
 
   void step(Real ru, Real u, Real y) noexcept {
     line_.step(ru, u, y);
-    if (line_.settled(0)) remember();
+    if (line_.settled()) remember();
   }
   void miss(std::uint64_t count) noexcept { line_.miss(count); }
   void reset() noexcept {
     line_.reset();
+    shown_ = {};
     points_ = 0;
-    stale_ = false;
-    extrema_ = {};
   }
   [[nodiscard]] Real residual() const noexcept { return std::numeric_limits<Real>::quiet_NaN(); }
   [[nodiscard]] std::uint64_t skipped_samples() const noexcept { return line_.skipped_samples(); }
@@ -94,15 +82,29 @@ class AxisSweepLine {
   }
 
   void read(AxisReading& r, const AxisCriteria& criteria) noexcept {
-    r.ready = line_.settled(0);
-    r.finds_resonance = false;
-    r.lag_samples = line_.lag_samples(0);
+    r.ready = line_.settled();
+    r.lag_samples = line_.lag_samples();
     shown_ = now();
-    if (stale_) find_extrema();
-    r.antiresonance_hz.value = extrema_.minimum_hz;
-    r.resonance_hz.value = extrema_.maximum_hz;
+    r.finds_resonance = false;
     r.uncertainty = shown_.std / std::abs(shown_.response);
     r.most_uncertainty = criteria.line_std;
+    if (!line_.ready()) return;
+    const auto model = line_.model();
+    for (std::size_t i = 0; i < 3; ++i) {
+      r.model.b[i] = static_cast<double>(model.b[i]);
+      r.model.a[i] = static_cast<double>(model.a[i]);
+    }
+    r.set_covariance(line_.covariance().template cast<double>());
+    find_modes(r, 3, sample_rate_hz_);
+    r.has_model = r.physical;
+    r.physical = true;  // the line itself is
+    const auto take = [](const DiscreteMode& mode, Figure& hz, double& damping) {
+      const bool there = mode.frequency_hz > 0.0;
+      hz = there ? Figure{mode.frequency_hz, mode.std_hz} : Figure{};
+      damping = there ? mode.damping_ratio : AxisRow::kUnknown;
+    };
+    take(line_.resonance(), r.resonance_hz, r.resonance_damping);
+    take(line_.antiresonance(), r.antiresonance_hz, r.antiresonance_damping);
   }
   void watch(AxisStability&) const noexcept {}
   [[nodiscard]] std::string_view parameter_name(std::size_t) const noexcept { return {}; }
@@ -114,72 +116,40 @@ class AxisSweepLine {
     Complex response;
   };
 
-  AxisSweepLine(const ResponseTracker<Tracker>& line, const AxisConfig& c) noexcept
-      : line_(line),
-        law_(c.sweep),
-        approach_(c.approach),
-        output_(c.output),
-        sample_rate_hz_(c.sample_rate_hz),
-        delay_s_(c.known_delay_s) {}
+  AxisSweepLine(const SweepResponse<Real>& line, const AxisConfig& c) noexcept
+      : line_(line), law_(c.sweep), output_(c.output), sample_rate_hz_(c.sample_rate_hz) {}
 
-  /// The frequency that the estimate belongs to is that of the time that it describes.
-  [[nodiscard]] double described_hz() const noexcept {
-    const double newest = static_cast<double>(line_.samples()) - 1.0;
-    return law_.frequency_hz(std::max(0.0, newest - line_.lag_samples(0)) / sample_rate_hz_);
-  }
   [[nodiscard]] AxisLine now() const noexcept {
-    AxisLine line{
-        described_hz(), {AxisRow::kUnknown, AxisRow::kUnknown}, AxisRow::kUnknown, line_.settled(0)};
+    AxisLine line{line_.described_hz(), {AxisRow::kUnknown, AxisRow::kUnknown}, AxisRow::kUnknown, line_.settled()};
     if (!line.settled) return line;
     const Complex factor = axis_velocity_factor(output_, line.frequency_hz, sample_rate_hz_);
-    // The tracker takes the delay out at its newest frequency.
-    const double turn = kTwoPi * delay_s_ * (line.frequency_hz - line_.frequency_hz(0));
-    line.response = Complex(line_.response(0, approach_)) * std::polar(1.0, turn) * factor;
-    line.std = static_cast<double>(line_.standard_deviation(0)) * std::abs(factor);
+    line.response = Complex(line_.response()) * factor;
+    line.std = static_cast<double>(line_.standard_deviation()) * std::abs(factor);
     return line;
   }
   /// One point for every part of the sweep.
   void remember() noexcept {
     const double width = std::abs(law_.to_hz - law_.from_hz) / static_cast<double>(MaxPoints - 1);
-    const double hz = described_hz();
     if (points_ == MaxPoints) return;
     if (points_ > 0) {
-      const double past =
-          law_.to_hz > law_.from_hz ? hz - point_[points_ - 1].hz : point_[points_ - 1].hz - hz;
-      if (past < width) return;
+      const double hz = line_.described_hz(), last = point_[points_ - 1].hz;
+      if ((law_.to_hz > law_.from_hz ? hz - last : last - hz) < width) return;
     }
     const AxisLine line = now();
     if (!std::isfinite(line.response.real()) || !std::isfinite(line.response.imag())) return;
     point_[points_++] = {line.frequency_hz, line.std, line.response};
-    stale_ = true;
   }
   [[nodiscard]] std::size_t ascending(std::size_t i) const noexcept {
     return law_.to_hz > law_.from_hz ? i : points_ - 1 - i;
   }
-  void find_extrema() noexcept {
-    std::array<double, MaxPoints> hz, level, relative;
-    for (std::size_t i = 0; i < points_; ++i) {
-      const Point& p = point_[ascending(i)];
-      const double size = std::max(std::abs(p.response), 1e-300);
-      hz[i] = p.hz;
-      level[i] = 20.0 * std::log10(size);
-      relative[i] = p.std / size;
-    }
-    extrema_ = axis_extrema(std::span(hz).first(points_), std::span(level).first(points_),
-                            std::span(relative).first(points_));
-    stale_ = false;
-  }
 
-  ResponseTracker<Tracker> line_;
+  SweepResponse<Real> line_;
   SweepLaw law_;
-  Approach approach_;
   AxisOutput output_;
-  double sample_rate_hz_, delay_s_;
+  double sample_rate_hz_;
   AxisLine shown_{};                      // at the newest row
   std::array<Point, MaxPoints> point_{};  // in the order of time
   std::size_t points_ = 0;
-  AxisExtrema extrema_{};
-  bool stale_ = false;
 };
 
 }  // namespace resonid::online::detail

@@ -73,7 +73,11 @@ class BeltLoop {
     return (c.numerator[0] + back * (c.numerator[1] + back * c.numerator[2])) /
            (c.denominator[0] + back * (c.denominator[1] + back * c.denominator[2]));
   }
-  /// On a fine grid, delay included.
+  /// Delay included.
+  [[nodiscard]] std::complex<double> loop_at(double hz) const {
+    return online::response(model_, hz, kRateHz) * controller(hz) * std::polar(1.0, -kTwoPi * hz / kRateHz);
+  }
+  /// On a fine grid.
   [[nodiscard]] online::RunningMargins<double> margins() const {
     online::MarginScan<double> scan;
     for (double hz = 0.2; hz < 0.4999 * kRateHz; hz *= 1.0003)
