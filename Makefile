@@ -2,7 +2,7 @@
 .DEFAULT_GOAL := help
 # What makes a build from nothing fast (docs/decisions/0010-compile-once.md).
 RESONID_CMAKE ?= -DRESONID_PCH=ON -DRESONID_UNITY=ON
-.PHONY: help demo test build statistics sanitize bench format check clean
+.PHONY: help demo test build statistics sanitize fuzz bench format check clean
 
 help:          ## This list.
 	@awk -F ':|## ' '/^[a-z]+:.*## / {printf "  make %-11s %s\n", $$1, $$NF}' Makefile
@@ -33,6 +33,10 @@ sanitize:      ## All short tests under clang's address and undefined-behaviour 
 	cmake --preset clang-asan
 	cmake --build --preset clang-asan
 	ctest --preset clang-asan --label-exclude statistics --exclude-regex DocumentationIsUpToDate
+
+fuzz:          ## Made-up input for every reader, FUZZ_SECONDS each (an hour).
+	tools/install_packages build test ci
+	FUZZ_SECONDS=$${FUZZ_SECONDS:-3600} tools/fuzz
 
 bench:         ## Build optimised and run the benchmarks; results in build/release/bench/*.json.
 	tools/install_packages build test bench

@@ -2,6 +2,7 @@
 #include <fmt/core.h>
 #include <matio.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <limits>
@@ -81,10 +82,22 @@ std::string shape(const matvar_t& variable) {
   return text;
 }
 
+/// The largest number that there is, where the dimensions multiply to more.
 std::size_t elements(const matvar_t& variable) noexcept {
+  constexpr std::size_t kMost = std::numeric_limits<std::size_t>::max();
   std::size_t count = variable.rank > 0 ? 1 : 0;
-  for (int i = 0; i < variable.rank; ++i) count *= variable.dims[i];
+  for (int i = 0; i < variable.rank; ++i) {
+    if (variable.dims[i] != 0 && count > kMost / variable.dims[i]) return kMost;
+    count *= variable.dims[i];
+  }
   return count;
+}
+
+/// Whether a file of this size can hold the variable: matio takes memory for what the header claims.
+bool fits(const matvar_t& variable, std::size_t file_bytes) noexcept {
+  constexpr std::size_t kMostPerByte =
+      1100;  // elements of one byte: deflate shrinks no further than 1032 times
+  return elements(variable) / kMostPerByte <= file_bytes;
 }
 
 /// Why the variable is not one real numeric vector or number, as a phrase; empty when it is.
@@ -103,6 +116,11 @@ std::vector<double> converted(const matvar_t& variable) {
   std::vector<double> values(elements(variable));
   for (std::size_t i = 0; i < values.size(); ++i) values[i] = static_cast<double>(first[i]);
   return values;
+}
+
+/// Of an element of the variable's class, as matio delivers it.
+std::size_t bytes_of(const matvar_t& variable) noexcept {
+  return std::max<std::size_t>(Mat_SizeOfClass(variable.class_type), 1);
 }
 
 /// The data as doubles; matio delivers it in the type of the variable's class.
@@ -171,7 +189,8 @@ expected<Table, Error> read_mat(const std::filesystem::path& path) {
     const std::string name = variable->name;
     if (std::string why = objection(*variable); !why.empty()) {
       table.unusable.push_back({name, why + "; one real numeric vector is required"});
-    } else if (Mat_VarReadDataAll(file.get(), variable.get()) != 0 || variable->data == nullptr) {
+    } else if (!fits(*variable, source->size()) || Mat_VarReadDataAll(file.get(), variable.get()) != 0 ||
+               variable->data == nullptr || variable->nbytes / bytes_of(*variable) < elements(*variable)) {
       return fail(path.string(),
                   fmt::format("variable {} cannot be read: the file is damaged", in_quotes(name)));
     } else {

@@ -195,6 +195,15 @@ TEST(MatReader, ReportsATruncatedFileWithoutPrintingAnything) {
 INSTANTIATE_TEST_SUITE_P(Versions, MatReader, ::testing::Values(MAT_FT_MAT5, MAT_FT_MAT73),
                          [](const auto& version) { return version.param == MAT_FT_MAT5 ? "v5" : "v7_3"; });
 
+/// Found by fuzz/mat.cpp: version 4, whose header says 0x3b000018 rows of doubles, 8 GB, in a file of 38
+/// bytes.
+TEST(MatReader, RefusesAVariableThatIsLargerThanTheFileCanHold) {
+  const TemporaryFolder folder;
+  const std::string header("\0\0\0\0\x18\0\0\x3b\1\0\0\0\0\0\0\0\2\0\0\0t\0", 22);
+  RESONID_EXPECT_MESSAGE(read_mat(folder.file("claims.mat", header + std::string(16, '\1'))),
+                         "claims.mat: variable 't' cannot be read: the file is damaged");
+}
+
 TEST(MatReader, RefusesWhatIsNoMatFile) {
   const TemporaryFolder folder;
   RESONID_EXPECT_MESSAGE(read_mat(folder / "absent.mat"), "absent.mat: there is no such file");
