@@ -8,8 +8,17 @@ foreach(target IN LISTS stage_targets)  # headers of the stages that are built: 
   if(stage STREQUAL "c_static")  # has the headers of c
     continue()
   endif()
-  install(DIRECTORY "${PROJECT_SOURCE_DIR}/include/resonid/${stage}" DESTINATION "${CMAKE_INSTALL_INCLUDEDIR}/resonid")
+  if(stage STREQUAL "resonid")
+    install(FILES "${PROJECT_SOURCE_DIR}/include/resonid/resonid.hpp" DESTINATION "${CMAKE_INSTALL_INCLUDEDIR}/resonid")
+    continue()
+  endif()
+  if(EXISTS "${PROJECT_SOURCE_DIR}/include/resonid/${stage}")  # not of those that are private
+    install(DIRECTORY "${PROJECT_SOURCE_DIR}/include/resonid/${stage}" DESTINATION "${CMAKE_INSTALL_INCLUDEDIR}/resonid")
+  endif()
 endforeach()
+if(TARGET resonid_report)
+  install(DIRECTORY "${PROJECT_SOURCE_DIR}/docs/schema" DESTINATION "${CMAKE_INSTALL_DATADIR}/resonid")
+endif()
 install(FILES "${PROJECT_SOURCE_DIR}/LICENSE" DESTINATION "${CMAKE_INSTALL_DOCDIR}")
 install(EXPORT resonid-targets NAMESPACE resonid::
         DESTINATION "${CMAKE_INSTALL_LIBDIR}/cmake/resonid")

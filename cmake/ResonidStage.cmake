@@ -18,6 +18,45 @@ if(RESONID_COVERAGE)
   target_link_options(resonid_options INTERFACE --coverage)
 endif()
 
+# The headers of other libraries that most sources read cost more than most sources do: they are compiled once, for the
+# stages (position-independent), and once, with gtest, for the tests. What is compiled with other flags than these goes
+# without: resonid_without_headers(SOURCE ...).
+if(RESONID_PCH AND NOT RESONID_EMBEDDED AND NOT CMAKE_CROSSCOMPILING)
+  set(RESONID_HEADERS <algorithm> <array> <cmath> <complex> <cstddef> <cstdint> <functional> <limits> <map> <memory> <numeric>
+      <optional> <random> <span> <sstream> <string> <string_view> <tuple> <utility> <variant> <vector>
+      <Eigen/Cholesky> <Eigen/Core> <Eigen/LU> <Eigen/QR> <fmt/format.h> <tl/expected.hpp>)
+endif()
+# resonid_headers_of(NAME LIBRARIES ... HEADERS ...): what the targets that are given to resonid_headers(TARGET NAME) share.
+function(resonid_headers_of name)
+  cmake_parse_arguments(OF "" "" "LIBRARIES;HEADERS" ${ARGN})
+  if(RESONID_HEADERS)
+    file(CONFIGURE OUTPUT "${PROJECT_BINARY_DIR}/${name}.cpp" CONTENT "")
+    add_library(${name} OBJECT EXCLUDE_FROM_ALL "${PROJECT_BINARY_DIR}/${name}.cpp")
+    target_link_libraries(${name} PRIVATE resonid_options Eigen3::Eigen tl::expected fmt::fmt ${OF_LIBRARIES})
+    target_precompile_headers(${name} PRIVATE ${RESONID_HEADERS} ${OF_HEADERS})
+    if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
+      target_compile_options(${name} PRIVATE -fpch-preprocess)  # for ccache
+    endif()
+  endif()
+endfunction()
+function(resonid_headers target name)
+  if(RESONID_HEADERS)
+    target_precompile_headers(${target} REUSE_FROM ${name})
+    get_target_property(definitions fmt::fmt INTERFACE_COMPILE_DEFINITIONS)
+    if(definitions)  # as they were when the headers were compiled
+      target_compile_definitions(${target} PRIVATE ${definitions})
+    endif()
+    if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
+      # It takes precompiled headers of the system for the project's own, and warns of moved strings in them.
+      target_compile_options(${target} PRIVATE -fpch-preprocess -Wno-array-bounds -Wno-restrict -Wno-stringop-overflow
+                             -Wno-stringop-overread)
+    endif()
+  endif()
+endfunction()
+function(resonid_without_headers)
+  set_source_files_properties(${ARGN} PROPERTIES SKIP_PRECOMPILE_HEADERS ON)
+endfunction()
+
 # resonid_unity(TARGET): with RESONID_UNITY, a few sources of the target at a time make one translation unit. For targets
 # whose headers cost more than their code.
 function(resonid_unity target)
@@ -40,6 +79,13 @@ function(resonid_stage name)
     endif()
     target_link_libraries(${target} PRIVATE $<BUILD_INTERFACE:resonid_options> ${STAGE_PRIVATE})
     target_include_directories(${target} PRIVATE "${PROJECT_SOURCE_DIR}/src")
+    if(NOT RESONID_EMBEDDED)
+      if(RESONID_HEADERS AND NOT TARGET resonid_stage_headers)
+        resonid_headers_of(resonid_stage_headers)
+        set_target_properties(resonid_stage_headers PROPERTIES POSITION_INDEPENDENT_CODE ON)
+      endif()
+      resonid_headers(${target} resonid_stage_headers)
+    endif()
   else()
     add_library(${target} INTERFACE)
     set(scope INTERFACE)
@@ -71,8 +117,15 @@ function(resonid_test name)
   if(TEST_LABELS)
     list(APPEND properties LABELS ${TEST_LABELS})
   endif()
+  if(TEST_LONG)  # first, so that none of them runs alone at the end
+    list(APPEND properties COST 100)
+  endif()
   add_executable(test_${name} ${TEST_SOURCES})
   target_link_libraries(test_${name} PRIVATE resonid_options ${TEST_DEPENDS} GTest::gtest_main)
+  if(RESONID_HEADERS AND NOT TARGET resonid_test_headers)
+    resonid_headers_of(resonid_test_headers LIBRARIES GTest::gtest HEADERS <gtest/gtest.h>)
+  endif()
+  resonid_headers(test_${name} resonid_test_headers)
   target_include_directories(test_${name} PRIVATE "${PROJECT_SOURCE_DIR}/tests/support")
   target_compile_definitions(test_${name} PRIVATE
     RESONID_GOLDEN_DIR="${PROJECT_SOURCE_DIR}/tests/golden"

@@ -57,7 +57,7 @@ void run_compare(CompareVerb& o) {
   } else if (!o.weight.empty()) {
     o.options.weight = weight_of(o.weight, sample_time_s);
   }
-  auto comparison = identification::compare(first, second, o.options);
+  auto comparison = identification::compare(first, second, o.options).value();
   put_in_options(comparison);
   if (!o.report.empty()) {
     auto page = report::document(comparison);

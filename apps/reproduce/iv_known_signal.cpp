@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include <fmt/format.h>
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <array>
 #include <cassert>
@@ -10,6 +9,7 @@
 #include <resonid/online/lines/kalman_bank.hpp>
 #include <resonid/plant/detail/white_noise.hpp>
 
+#include "linalg/decompositions.hpp"
 #include "reproduce/publication_iv.hpp"
 
 namespace resonid::reproduction::iv {
@@ -111,8 +111,7 @@ double time_constant_samples(double rate_hz, double lambda) {
   gain(kOrder - 1) = bank.offset_gain();
   output(kOrder - 1) = 1.0;
   const Eigen::MatrixXd observer = a - gain * output;
-  return -1.0 /
-         std::log(Eigen::EigenSolver<Eigen::MatrixXd>(observer, false).eigenvalues().cwiseAbs().maxCoeff());
+  return -1.0 / std::log(linalg::eigenvalues(observer).cwiseAbs().maxCoeff());
 }
 
 std::string line_name(std::size_t i) {

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: MIT
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <resonid/base/constants.hpp>
 #include <resonid/data/three_mass.hpp>
+
+#include "linalg/decompositions.hpp"
 
 namespace resonid::data {
 
@@ -24,11 +25,11 @@ std::array<UndampedMode, 2> undamped_modes(const ThreeMassParameters& p, bool cl
   }
   std::array<UndampedMode, 2> modes;
   if (!stiffness.allFinite()) return modes;
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(stiffness);
+  const auto axes = linalg::symmetric_eigenpairs(stiffness);
   const Eigen::Index first = clamped ? 0 : 1;  // the free chain turns as a whole
   for (Eigen::Index i = 0; i < 2; ++i) {
-    const double omega = std::sqrt(std::max(0.0, solver.eigenvalues()(first + i)));
-    const Eigen::VectorXd shape = solver.eigenvectors().col(first + i);
+    const double omega = std::sqrt(std::max(0.0, axes.values(first + i)));
+    const Eigen::VectorXd shape = axes.vectors.col(first + i);
     modes[static_cast<std::size_t>(i)] = {omega / kTwoPi,
                                           omega > 0.0 ? 0.5 * shape.dot(damping * shape) / omega : 0.0};
   }

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: MIT
-#include <Eigen/Eigenvalues>
 #include <cmath>
 #include <resonid/base/constants.hpp>
 #include <resonid/data/transfer_function.hpp>
+
+#include "linalg/decompositions.hpp"
 
 namespace resonid::data {
 namespace {
@@ -38,7 +39,7 @@ std::vector<std::complex<double>> TransferFunction::poles() const {
   for (Eigen::Index i = 0; i < order; ++i)
     companion(0, i) = -denominator[static_cast<std::size_t>(i) + 1] / denominator[0];
   for (Eigen::Index i = 1; i < order; ++i) companion(i, i - 1) = 1.0;
-  const Eigen::VectorXcd values = companion.eigenvalues();
+  const Eigen::VectorXcd values = linalg::eigenvalues(companion);
   return {values.begin(), values.end()};
 }
 

@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: MIT
-#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 #include <numeric>
 #include <resonid/base/constants.hpp>
 #include <resonid/diagnostics/detail/feedback.hpp>
 #include <resonid/fit/detail/chi_square.hpp>
+
+#include "linalg/decompositions.hpp"
 
 namespace resonid::diagnostics {
 namespace {
@@ -49,8 +50,7 @@ class AutoregressionFactor {
       }
       block.col(past_) = from(y, 0);
       for (Eigen::Index j = 0; j <= kAhead; ++j) block.col(past_ + 1 + j) = from(u, -j);
-      const Eigen::HouseholderQR<Eigen::MatrixXd> qr(rows);
-      factor_ = qr.matrixQR().topRows(columns()).triangularView<Eigen::Upper>();
+      factor_ = linalg::upper_factor(rows);
     }
     rows_ = static_cast<double>(last - order);
   }
@@ -65,7 +65,7 @@ class AutoregressionFactor {
     Eigen::MatrixXd moved = factor_;
     moved.middleCols(past_, kAhead + 1) = factor_.rightCols(kAhead + 1);
     moved.rightCols(1) = factor_.col(past_);
-    return Eigen::HouseholderQR<Eigen::MatrixXd>(moved).matrixQR().triangularView<Eigen::Upper>();
+    return linalg::upper_factor(moved);
   }
 
  private:
@@ -76,8 +76,7 @@ class AutoregressionFactor {
 
 /// Coefficients of the regression of column `of` on those before it.
 Eigen::VectorXd regression(const Eigen::MatrixXd& factor, Eigen::Index of) {
-  return Eigen::ColPivHouseholderQR<Eigen::MatrixXd>(factor.topLeftCorner(of, of))
-      .solve(factor.col(of).head(of));
+  return linalg::PivotedQr(factor.topLeftCorner(of, of)).solve(factor.col(of).head(of));
 }
 
 std::complex<double> polynomial(const std::vector<double>& x, std::complex<double> z_inverse,

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: MIT
-#include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <resonid/diagnostics/detail/residual_dependence.hpp>
 #include <resonid/fit/detail/chi_square.hpp>
 #include <resonid/fit/detail/noise_model.hpp>
+
+#include "linalg/decompositions.hpp"
 
 namespace resonid::diagnostics {
 namespace {
@@ -41,13 +41,13 @@ void centre(MatrixXd& columns) {
 /// W with W^T (X^T X) W = I over the directions that X has.
 MatrixXd inverse_root(const MatrixXd& gram) {
   const VectorXd scale = gram.diagonal().cwiseSqrt().cwiseMax(1e-300).cwiseInverse();
-  const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(scale.asDiagonal() * gram * scale.asDiagonal());
-  const double limit = kRank * std::max(0.0, eigen.eigenvalues()(gram.rows() - 1));
+  const auto axes = linalg::symmetric_eigenpairs(scale.asDiagonal() * gram * scale.asDiagonal());
+  const double limit = kRank * std::max(0.0, axes.values(gram.rows() - 1));
   Index kept = 0;
   for (Index i = 0; i < gram.rows(); ++i)
-    if (eigen.eigenvalues()(i) > limit) ++kept;
-  return scale.asDiagonal() * eigen.eigenvectors().rightCols(kept) *
-         eigen.eigenvalues().tail(kept).cwiseSqrt().cwiseInverse().asDiagonal();
+    if (axes.values(i) > limit) ++kept;
+  return scale.asDiagonal() * axes.vectors.rightCols(kept) *
+         axes.values.tail(kept).cwiseSqrt().cwiseInverse().asDiagonal();
 }
 
 /// Chance of a sum of squares T over sigma^2, sigma^2 from `freedom` other degrees: Bartlett's correction of
@@ -85,7 +85,7 @@ ResidualDependence residual_dependence(std::span<const double> residual, std::sp
     const VectorXd k = to_basis.transpose() * (x.transpose() * p);
     covariance += k * k.transpose() / variance;
   }
-  d.probability = chance(s.dot(covariance.ldlt().solve(s)) / variance, degrees, freedom);
+  d.probability = chance(s.dot(linalg::RealLdlt(covariance).solve(s)) / variance, degrees, freedom);
   d.share = std::max(0.0, (s.squaredNorm() - static_cast<double>(degrees) * variance) / total);
   return d;
 }
@@ -128,8 +128,7 @@ StaticMap static_map(const StaticMapSignals& signals, std::span<const std::size_
   line.col(1).array() -= line.col(1).mean();
   for (Index j = 0; j < 2; ++j) line.col(j) /= std::max(line.col(j).norm(), 1e-300);
   const MatrixXd off_line = MatrixXd::Identity(b_count, b_count) - line * line.transpose();
-  const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(off_line);
-  const MatrixXd curved = eigen.eigenvectors().rightCols(b_count - 2);
+  const MatrixXd curved = linalg::symmetric_eigenpairs(off_line).vectors.rightCols(b_count - 2);
 
   const auto noise = fit::fit_noise_model(signals.residual, noise_order(n));
   const MatrixXd e = whitened_lags(signals.residual, noise, 0, 0, lags);

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: MIT
-#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 #include <fit/black_box_problem.hpp>
 #include <memory>
+
+#include "linalg/decompositions.hpp"
 
 namespace resonid::fit::detail {
 namespace {
@@ -164,10 +165,9 @@ class ClosedLoop : public BlackBoxProblem {
     Eigen::MatrixXd columns(std::min(rows, static_cast<Eigen::Index>(samples())), count);
     for (Eigen::Index i = 0; i < columns.rows(); ++i)
       for (Eigen::Index j = 0; j < count; ++j) columns(i, j) = impulse[static_cast<std::size_t>(i + j) + 1];
-    Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(columns);
-    qr.setThreshold(1e-11);
-    Eigen::MatrixXd thin = qr.householderQ() * Eigen::MatrixXd::Identity(columns.rows(), count);
-    thin.rightCols(count - qr.rank()).setZero();
+    const linalg::PivotedQr qr(columns);
+    Eigen::MatrixXd thin = qr.thin_q();
+    thin.rightCols(count - qr.rank(1e-11)).setZero();
     return thin;
   }
 

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
-#include <Eigen/Eigenvalues>
 #include <array>
 #include <fit/black_box_problem.hpp>
+
+#include "linalg/decompositions.hpp"
 
 namespace resonid::fit::detail {
 namespace {
@@ -89,16 +90,15 @@ Eigen::MatrixXd invert_normal(const Eigen::MatrixXd& normal, bool* full_rank) {
   if (n == 0) return normal;
   Eigen::VectorXd scale = normal.diagonal().cwiseMax(0.0).cwiseSqrt();
   for (double& s : scale) s = s > 0.0 ? 1.0 / s : 0.0;
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(scale.asDiagonal() * normal *
-                                                             scale.asDiagonal());
-  Eigen::VectorXd inverse = eigen.eigenvalues();
+  const auto eigen = linalg::symmetric_eigenpairs(scale.asDiagonal() * normal * scale.asDiagonal());
+  Eigen::VectorXd inverse = eigen.values;
   constexpr double kSmallest = 1e-13;  // of the squared singular values
   for (double& v : inverse) {
     const bool kept = v > kSmallest * static_cast<double>(n);
     if (!kept && full_rank != nullptr) *full_rank = false;
     v = kept ? 1.0 / v : 0.0;
   }
-  const Eigen::MatrixXd vectors = scale.asDiagonal() * eigen.eigenvectors();
+  const Eigen::MatrixXd vectors = scale.asDiagonal() * eigen.vectors;
   return vectors * inverse.asDiagonal() * vectors.transpose();
 }
 

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
-#include <Eigen/Eigenvalues>
-#include <Eigen/LU>
 #include <cmath>
 #include <fit/realisation.hpp>
 #include <resonid/fit/black_box.hpp>
+
+#include "linalg/decompositions.hpp"
 
 namespace resonid::fit {
 namespace {
@@ -23,10 +23,9 @@ PartialFractions partial_fractions(const BlackBoxRealisation& r) {
   if (m > (r.integrator ? 1 : 0)) f.direct = r.taps(0);
   Complex at_one = r.taps.sum();
   if (n > 0) {
-    const Eigen::EigenSolver<Eigen::MatrixXd> eigen(r.transition);
-    const Eigen::MatrixXcd right = eigen.eigenvectors();
-    const Eigen::VectorXcd through = right.partialPivLu().solve(r.input.cast<Complex>());
-    f.poles.head(n) = eigen.eigenvalues();
+    const auto [values, right] = linalg::eigenpairs(r.transition);
+    const Eigen::VectorXcd through = linalg::ComplexLu(right).solve(r.input.cast<Complex>());
+    f.poles.head(n) = values;
     f.residues.head(n) = (right.transpose() * r.output.cast<Complex>()).cwiseProduct(through);
     if (r.integrator) {
       at_one += r.output.cast<Complex>().dot(detail::basis({r.transition, r.input}, 1.0));

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: MIT
-#include <Eigen/Eigenvalues>
-#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <fit/realisation.hpp>
 #include <resonid/base/constants.hpp>
 #include <resonid/fit/black_box.hpp>
+
+#include "linalg/decompositions.hpp"
 
 namespace resonid::fit {
 namespace {
@@ -129,15 +129,13 @@ std::vector<UncertainRoot> BlackBoxModel::poles() const {
   const auto n = realisation.output.size();
   if (realisation.integrator) roots.push_back({1.0, Eigen::Matrix2d::Zero()});
   if (n == 0) return roots;
-  const Eigen::EigenSolver<Eigen::MatrixXd> eigen(realisation.transition);
-  const Eigen::MatrixXcd right = eigen.eigenvectors();
-  const Eigen::MatrixXcd left = right.inverse();
-  const Eigen::VectorXcd through = left * realisation.input.cast<Complex>();
+  const auto [values, right] = linalg::eigenpairs(realisation.transition);
+  const Eigen::VectorXcd through = linalg::ComplexLu(right).solve(realisation.input.cast<Complex>());
   for (Eigen::Index j = 0; j < n; ++j) {
     // transition - input alpha^T: d p = -(l b)(r^T d alpha), l r = 1
     Eigen::VectorXcd gradient = Eigen::VectorXcd::Zero(realisation.covariance.rows());
     gradient.head(n) = -through(j) * right.col(j);
-    roots.push_back(root(eigen.eigenvalues()(j), realisation.covariance, gradient));
+    roots.push_back(root(values(j), realisation.covariance, gradient));
   }
   return roots;
 }
@@ -154,7 +152,7 @@ std::vector<UncertainRoot> BlackBoxModel::zeros() const {
   if (m == 1) pencil(n, n) = realisation.taps(0);
   unit.topLeftCorner(n, n).setIdentity();
   constexpr double kShift = 1.0371;  // nothing special: no zero is expected exactly there
-  const Eigen::VectorXcd found = (pencil - kShift * unit).partialPivLu().solve(unit).eigenvalues();
+  const Eigen::VectorXcd found = linalg::eigenvalues(linalg::RealLu(pencil - kShift * unit).solve(unit));
   // The rest lie at infinity: two of them without a tap, one with it.
   std::vector<Complex> values(found.begin(), found.end());
   std::sort(values.begin(), values.end(),
@@ -168,7 +166,7 @@ std::vector<UncertainRoot> BlackBoxModel::zeros() const {
     Eigen::MatrixXcd shifted = -realisation.transition.cast<Complex>();
     shifted.diagonal().array() += z;
     Complex slope = 0.0;
-    const Eigen::VectorXcd ff = shifted.partialPivLu().solve(f);
+    const Eigen::VectorXcd ff = linalg::ComplexLu(shifted).solve(f);
     for (Eigen::Index i = 0; i < n; ++i) slope -= realisation.output(i) * ff(i);
     Eigen::VectorXcd gradient = Eigen::VectorXcd::Zero(realisation.covariance.rows());
     if (gradient.size() == 2 * n + m) {

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: MIT
-#include <Eigen/Eigenvalues>
-#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <fit/black_box_search.hpp>
 #include <limits>
+
+#include "linalg/decompositions.hpp"
 
 namespace resonid::fit::detail {
 namespace {
@@ -63,13 +63,12 @@ struct Edge {
   double room = 0.0;
 };
 Edge edge_of(const Realisation& basis, double limit, Eigen::Index size) {
-  const Eigen::EigenSolver<Eigen::MatrixXd> eigen(basis.transition);
+  const auto [values, right] = linalg::eigenpairs(basis.transition);
   Eigen::Index at = 0;
-  const double radius = eigen.eigenvalues().cwiseAbs().maxCoeff(&at);
-  const Eigen::MatrixXcd right = eigen.eigenvectors();
+  const double radius = values.cwiseAbs().maxCoeff(&at);
   const std::complex<double> through =
-      right.partialPivLu().solve(basis.input.cast<std::complex<double>>())(at);
-  const std::complex<double> direction = std::conj(eigen.eigenvalues()(at)) / radius;
+      linalg::ComplexLu(right).solve(basis.input.cast<std::complex<double>>())(at);
+  const std::complex<double> direction = std::conj(values(at)) / radius;
   Edge edge{Eigen::VectorXd::Zero(size), limit - radius};
   edge.outward.head(basis.order()) = -(direction * through * right.col(at)).real();
   return edge;

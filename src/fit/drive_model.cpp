@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: MIT
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <fit/sampled_drive.hpp>
 #include <resonid/fit/drive_model.hpp>
 #include <vector>
+
+#include "linalg/decompositions.hpp"
 
 namespace resonid::fit {
 
@@ -78,7 +79,7 @@ using Complex = std::complex<double>;
 std::vector<Complex> eigenvalues(const Eigen::MatrixXd& a) {
   std::vector<Complex> roots;
   if (a.rows() == 0 || !a.allFinite()) return roots;
-  const Eigen::VectorXcd values = Eigen::EigenSolver<Eigen::MatrixXd>(a, false).eigenvalues();
+  const Eigen::VectorXcd values = linalg::eigenvalues(a);
   roots.assign(values.begin(), values.end());
   std::sort(roots.begin(), roots.end(), [](const Complex& x, const Complex& y) {
     const double difference = std::abs(x) - std::abs(y);

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: MIT
 #include <ceres/jet.h>
 
-#include <Eigen/QR>
 #include <fit/drive_simulation.hpp>
 #include <numeric>
+
+#include "linalg/decompositions.hpp"
 
 namespace resonid::fit::detail {
 namespace {
@@ -137,18 +138,13 @@ class Compressed {
 
  private:
   static constexpr int kRows = 256;
-  using Rows = Eigen::Matrix<double, Eigen::Dynamic, Columns + 1>;
   void reduce() {
     rows_.bottomRows(kRows - used_).setZero();
-    qr_.compute(rows_);
-    const Eigen::Matrix<double, Columns + 1, Columns + 1> factor =
-        qr_.matrixQR().topRows(Columns + 1).template triangularView<Eigen::Upper>();
-    rows_.setZero();
-    rows_.template topRows<Columns + 1>() = factor;
+    linalg::qr_in_place(rows_);
+    for (int j = 0; j <= Columns; ++j) rows_.col(j).tail(kRows - 1 - j).setZero();
     used_ = Columns + 1;
   }
-  Rows rows_ = Rows::Zero(kRows, Columns + 1);
-  Eigen::HouseholderQR<Rows> qr_{kRows, Columns + 1};
+  Eigen::MatrixXd rows_ = Eigen::MatrixXd::Zero(kRows, Columns + 1);
   int used_ = 0;
 };
 

@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: MIT
-#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 #include <fit/friction_fit.hpp>
 #include <fit/least_squares.hpp>
 #include <limits>
+
+#include "linalg/decompositions.hpp"
 
 namespace resonid::fit::detail {
 
@@ -63,9 +64,7 @@ Eigen::MatrixXd FrictionProblem::factor(const std::vector<double>& x, const Eige
       rows.col(p).segment(here.size() - common, common) =
           (above.tail(common) - below.tail(common)) / (high[at] - low[at]);
     }
-    const Eigen::HouseholderQR<Eigen::MatrixXd> qr(rows);
-    const Eigen::MatrixXd triangle = qr.matrixQR().topRows(columns + 1).triangularView<Eigen::Upper>();
-    stacked.middleRows(r * (columns + 1), columns + 1) = record.weight * triangle;
+    stacked.middleRows(r * (columns + 1), columns + 1) = record.weight * linalg::upper_factor(rows);
   }
   return stacked;
 }

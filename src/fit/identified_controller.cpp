@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
-#include <Eigen/QR>
 #include <cmath>
 #include <resonid/fit/detail/identified_controller.hpp>
+
+#include "linalg/decompositions.hpp"
 
 namespace resonid::fit {
 namespace {
@@ -25,7 +26,7 @@ Explained explained(const Eigen::VectorXd& answer, const Eigen::VectorXd& error,
   const Eigen::VectorXd scale = columns.colwise().norm().transpose().cwiseMax(1e-300);
   columns *= scale.cwiseInverse().asDiagonal();
   const Eigen::VectorXd target = answer.tail(rows);
-  const Eigen::VectorXd scaled = columns.colPivHouseholderQr().solve(target);
+  const Eigen::VectorXd scaled = linalg::PivotedQr(columns).solve(target);
   const Eigen::VectorXd x = scale.cwiseInverse().asDiagonal() * scaled;
   Explained e;
   e.left = (target - columns * scaled).norm() / std::max(target.norm(), 1e-300);

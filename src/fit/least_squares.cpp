@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: MIT
 #include <ceres/ceres.h>
 
-#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 #include <fit/least_squares.hpp>
+
+#include "linalg/decompositions.hpp"
 
 namespace resonid::fit::detail {
 
@@ -75,12 +76,9 @@ Eigen::MatrixXd inverse_normal_matrix(const Eigen::MatrixXd& jacobian, bool* ful
   const Eigen::VectorXd inverse_scale = scale.cwiseInverse();
   // The triangular factor has the same J^T J; a pseudo-inverse of J itself would be as large as the data
   // squared.
-  const Eigen::HouseholderQR<Eigen::MatrixXd> qr(jacobian * inverse_scale.asDiagonal());
-  const Eigen::MatrixXd factor =
-      qr.matrixQR().topRows(std::min(n, jacobian.rows())).triangularView<Eigen::Upper>();
-  const Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd> decomposition(factor);
-  if (full_rank != nullptr) *full_rank = decomposition.rank() == n;
-  const Eigen::MatrixXd inverse = decomposition.pseudoInverse();
+  const auto [inverse, rank] =
+      linalg::pseudo_inverse(linalg::upper_factor(jacobian * inverse_scale.asDiagonal()));
+  if (full_rank != nullptr) *full_rank = rank == n;
   return inverse_scale.asDiagonal() * (inverse * inverse.transpose()) * inverse_scale.asDiagonal();
 }
 

@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: MIT
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <fit/output_error_fitter.hpp>
@@ -8,6 +7,8 @@
 #include <resonid/fit/detail/controller_estimate.hpp>
 #include <resonid/fit/detail/projected_input.hpp>
 #include <resonid/fit/output_error.hpp>
+
+#include "linalg/decompositions.hpp"
 
 namespace resonid::fit {
 namespace {
@@ -145,7 +146,7 @@ double squared_distance(const DriveModel& own, const DriveModel& common) {
   const Eigen::VectorXd inverse = size.cwiseInverse();
   const Eigen::MatrixXd correlation = inverse.asDiagonal() * covariance * inverse.asDiagonal();
   const Eigen::VectorXd whitened = inverse.asDiagonal() * apart;
-  return whitened.dot(correlation.ldlt().solve(whitened));
+  return whitened.dot(linalg::RealLdlt(correlation).solve(whitened));
 }
 
 /// Each record's own fit, from the common one, and how far they are from it.

@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: MIT
-#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 #include <fit/friction_fit.hpp>
@@ -9,6 +8,8 @@
 #include <fit/record_consistency.hpp>
 #include <memory>
 #include <numeric>
+
+#include "linalg/decompositions.hpp"
 
 namespace resonid::fit::detail {
 namespace {
@@ -456,7 +457,7 @@ class OutputErrorFitter {
       const Eigen::MatrixXd nuisance = factor.middleCols(common, static_cast<Eigen::Index>(own.size()));
       Eigen::MatrixXd rest(factor.rows(), common + 1);
       rest << factor.leftCols(common), factor.rightCols(1);
-      if (nuisance.cols() > 0) rest -= nuisance * nuisance.completeOrthogonalDecomposition().solve(rest);
+      if (nuisance.cols() > 0) rest -= nuisance * linalg::shortest_solution(nuisance, rest);
       const Eigen::MatrixXd slopes = rest.leftCols(common);
       said.push_back({slopes.transpose() * slopes, slopes.transpose() * rest.rightCols(1)});
     }

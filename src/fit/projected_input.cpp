@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: MIT
-#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <resonid/fit/detail/projected_input.hpp>
 #include <span>
+
+#include "linalg/decompositions.hpp"
 
 namespace resonid::fit {
 namespace {
@@ -45,8 +46,7 @@ class Regression {
       if (!(s > 0.0)) s = 1.0;
     const Eigen::MatrixXd scaled = r * scale.cwiseInverse().asDiagonal();
     const Eigen::VectorXd right = factor_.col(factor_.cols() - 1).head(n);
-    return scale.cwiseInverse().asDiagonal() *
-           Eigen::ColPivHouseholderQR<Eigen::MatrixXd>(scaled).solve(right);
+    return scale.cwiseInverse().asDiagonal() * linalg::PivotedQr(scaled).solve(right);
   }
 
  private:
@@ -66,8 +66,7 @@ class Regression {
       }
       rows(row, column) = u_[k];
     }
-    const Eigen::HouseholderQR<Eigen::MatrixXd> qr(rows);
-    factor_ = qr.matrixQR().topRows(columns).triangularView<Eigen::Upper>();
+    factor_ = linalg::upper_factor(rows);
   }
 
   std::span<const double> u_;

@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: MIT
-#include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
-#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <fit/realisation.hpp>
 #include <resonid/base/constants.hpp>
+
+#include "linalg/decompositions.hpp"
 
 namespace resonid::fit::detail {
 namespace {
@@ -36,12 +35,12 @@ double discount(double radius, double horizon) {
 /// Scales (a, b) to orthonormal states: s = T s_new with T the Gramian's triangular factor.
 std::optional<Eigen::MatrixXd> normalise(Realisation& r, double horizon) {
   const double rho = discount(largest(r.poles()), horizon);
-  const Eigen::LLT<Eigen::MatrixXd> llt(gramian(r.transition, r.input, rho));
-  if (llt.info() != Eigen::Success) return std::nullopt;
-  const Eigen::MatrixXd t = llt.matrixL();
+  const linalg::Llt llt(gramian(r.transition, r.input, rho));
+  if (!llt.succeeded()) return std::nullopt;
+  const Eigen::MatrixXd t = llt.lower();
   if (!t.allFinite() || !(t.diagonal().minCoeff() > 0.0)) return std::nullopt;
-  r.transition = t.triangularView<Eigen::Lower>().solve((r.transition * t).eval()).eval();
-  r.input = t.triangularView<Eigen::Lower>().solve(r.input).eval();
+  r.transition = linalg::solve_lower(t, r.transition * t);
+  r.input = linalg::solve_lower(t, r.input);
   return t;
 }
 
@@ -83,7 +82,7 @@ Section section(Complex p, bool pair, double horizon) {
 
 Eigen::VectorXcd Realisation::poles() const {
   if (order() == 0) return {};
-  return transition.eigenvalues();
+  return linalg::eigenvalues(transition);
 }
 
 Realisation realisation_of(std::vector<Complex> poles, double horizon) {
@@ -131,7 +130,7 @@ Eigen::VectorXcd basis(const Realisation& r, Complex z) {
   if (n == 0) return {};
   Eigen::MatrixXcd m = -r.transition.cast<Complex>();
   m.diagonal().array() += z;
-  return m.partialPivLu().solve(r.input.cast<Complex>());
+  return linalg::ComplexLu(m).solve(r.input.cast<Complex>());
 }
 
 Polynomials polynomials(const Realisation& r) {

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
-#include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
 #include <fit/record_consistency.hpp>
 #include <resonid/fit/detail/chi_square.hpp>
+
+#include "linalg/decompositions.hpp"
 
 namespace resonid::fit::detail {
 
@@ -13,21 +13,21 @@ std::vector<Consistency> against_others(const std::vector<RecordInformation>& re
     information += records[i].information;
     gradient += records[i].gradient;
   }
-  const Eigen::LLT<Eigen::MatrixXd> whole(information);
-  if (whole.info() != Eigen::Success || !information.allFinite()) return {};
-  const auto lower = whole.matrixL();
+  const linalg::Llt whole(information);
+  if (!whole.succeeded() || !information.allFinite()) return {};
+  const Eigen::MatrixXd lower = whole.lower();
   std::vector<Consistency> list;
   for (const auto& r : records) {
     // In coordinates in which all together have unit information, this record's part of it is 0 ... 1.
-    const Eigen::MatrixXd half = lower.solve(r.information);
-    const Eigen::MatrixXd part = lower.solve(half.transpose());
-    const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> axes(0.5 * (part + part.transpose()));
+    const Eigen::MatrixXd half = linalg::solve_lower(lower, r.information);
+    const Eigen::MatrixXd part = linalg::solve_lower(lower, half.transpose());
+    const auto axes = linalg::symmetric_eigenpairs(0.5 * (part + part.transpose()));
     const Eigen::VectorXd left = r.gradient - r.information * whole.solve(gradient);
-    const Eigen::VectorXd pull = axes.eigenvectors().transpose() * lower.solve(left);
+    const Eigen::VectorXd pull = axes.vectors.transpose() * linalg::solve_lower(lower, left);
     Consistency c;
     constexpr double kLeastPart = 1e-3;
     for (Eigen::Index k = 0; k < pull.size(); ++k) {
-      const double share = axes.eigenvalues()(k);
+      const double share = axes.values(k);
       if (share < kLeastPart || share > 1.0 - kLeastPart) continue;
       c.chi_square += pull(k) * pull(k) / (share * (1.0 - share));
       ++c.degrees;

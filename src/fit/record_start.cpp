@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: MIT
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <resonid/base/constants.hpp>
 #include <resonid/base/detail/linear_system.hpp>
 #include <resonid/fit/output_error.hpp>
+
+#include "linalg/decompositions.hpp"
 
 namespace resonid::fit {
 namespace {
@@ -58,7 +59,7 @@ class Judge {
     const Eigen::VectorXd size = core.diagonal().cwiseSqrt().cwiseMax(1e-300);
     const Eigen::MatrixXd scaled = size.cwiseInverse().asDiagonal() * core * size.cwiseInverse().asDiagonal();
     const Eigen::VectorXd goal = size.cwiseInverse().asDiagonal() * right;
-    const Eigen::VectorXd weights = scaled.ldlt().solve(goal);
+    const Eigen::VectorXd weights = linalg::RealLdlt(scaled).solve(goal);
     const double total = normal(kColumns, kColumns);
     c.left = total - weights.dot(goal);
     const double inverse_inertia = weights(0) / size(0);

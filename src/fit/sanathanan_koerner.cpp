@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: MIT
-#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 #include <fit/least_squares.hpp>
 #include <resonid/base/constants.hpp>
 #include <resonid/fit/sanathanan_koerner.hpp>
+
+#include "linalg/decompositions.hpp"
 
 namespace resonid::fit {
 namespace {
@@ -33,15 +34,14 @@ LinearStep solve(const Eigen::MatrixXd& rows, const Eigen::VectorXd& right, bool
   Eigen::MatrixXd factor(rows.rows(), n + 1);
   factor.leftCols(n).noalias() = rows * inverse_scale.asDiagonal();
   factor.col(n) = right;
-  const Eigen::HouseholderQR<Eigen::Ref<Eigen::MatrixXd>> in_place(factor);
+  linalg::qr_in_place(factor);
   const auto diagonal = factor.diagonal().head(n).cwiseAbs();
   constexpr double kDependent = 1e-9;
   Eigen::VectorXd solution;
   if (rows.rows() > n && diagonal.minCoeff() > kDependent * diagonal.maxCoeff())
-    solution = factor.topLeftCorner(n, n).triangularView<Eigen::Upper>().solve(factor.col(n).head(n));
+    solution = linalg::solve_upper(factor.topLeftCorner(n, n), factor.col(n).head(n));
   else
-    solution = Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd>(rows * inverse_scale.asDiagonal())
-                   .solve(right);
+    solution = linalg::shortest_solution(rows * inverse_scale.asDiagonal(), right);
   return {inverse_scale.cwiseProduct(solution),
           with_covariance ? detail::inverse_normal_matrix(rows) : Eigen::MatrixXd()};
 }

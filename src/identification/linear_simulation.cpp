@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: MIT
-#include <Eigen/LU>
-#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 #include <identification/linear_simulation.hpp>
 #include <resonid/diagnostics/gap.hpp>
+
+#include "linalg/decompositions.hpp"
 
 namespace resonid::identification::detail {
 
@@ -33,13 +33,13 @@ LinearSimulation simulate_nearest(const data::TransferFunction& g, std::span<con
   Eigen::VectorXd left(n);
   for (Eigen::Index k = 0; k < n; ++k)
     left(k) = measured[static_cast<std::size_t>(k)] - result.output[static_cast<std::size_t>(k)];
-  const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(basis);
+  const linalg::PivotedQr qr(basis);
   const Eigen::VectorXd weights = qr.solve(left);
   const Eigen::VectorXd correction = basis * weights;
   for (Eigen::Index k = 0; k < n; ++k) result.output[static_cast<std::size_t>(k)] += correction(k);
   // In closed loop with an integrating controller a constant torque leaves no trace to tell it by.
   if (!constant && qr.rank() == basis.cols()) {
-    const Eigen::MatrixXd normal = (basis.transpose() * basis).inverse();
+    const Eigen::MatrixXd normal = linalg::inverse(basis.transpose() * basis);
     const double variance =
         (left - correction).squaredNorm() / static_cast<double>(std::max<Eigen::Index>(1, n - basis.cols()));
     result.offset =

@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: MIT
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <numeric>
@@ -7,6 +6,8 @@
 #include <resonid/online/excitation/detail/splitmix64.hpp>
 #include <resonid/online/excitation/multisine.hpp>
 #include <resonid/planning/detail/crest_factor.hpp>
+
+#include "linalg/decompositions.hpp"
 
 namespace resonid::planning {
 namespace {
@@ -158,7 +159,7 @@ class Polish {
       for (int attempt = 0; attempt < 8; ++attempt) {
         MatrixXd damped = normal;
         damped.diagonal().array() += damping * normal.diagonal().maxCoeff();
-        const VectorXd trial = phase - damped.selfadjointView<Eigen::Lower>().ldlt().solve(gradient);
+        const VectorXd trial = phase - linalg::RealLdlt(damped).solve(gradient);
         next = cost(q, trial, unit);
         if (next < now) {
           phase = trial;

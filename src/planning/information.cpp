@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: MIT
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -7,6 +6,8 @@
 #include <resonid/base/constants.hpp>
 #include <resonid/diagnostics/margins.hpp>
 #include <resonid/planning/detail/information.hpp>
+
+#include "linalg/decompositions.hpp"
 
 namespace resonid::planning {
 namespace {
@@ -253,10 +254,10 @@ MatrixXd RecordInformation::covariance(double amplitude) const {
   // Columns of very different size: scaled to a unit diagonal before the inversion.
   const VectorXd size = information.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
   const MatrixXd scaled = size.asDiagonal() * information * size.asDiagonal();
-  const auto factors = scaled.ldlt();
+  const linalg::RealLdlt factors(scaled);
   // What the record does not tell has no error bar at all; a 0 would promise a perfect one.
-  const bool told = information.diagonal().head(n).minCoeff() > 0.0 && factors.info() == Eigen::Success &&
-                    factors.vectorD().minCoeff() > 1e-15;
+  const bool told = information.diagonal().head(n).minCoeff() > 0.0 && factors.succeeded() &&
+                    factors.d().minCoeff() > 1e-15;
   if (!told) return MatrixXd::Constant(n, n, std::numeric_limits<double>::infinity());
   const MatrixXd inverse =
       size.asDiagonal() * factors.solve(MatrixXd::Identity(all, all)) * size.asDiagonal();

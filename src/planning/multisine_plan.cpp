@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: MIT
-#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 #include <resonid/base/constants.hpp>
@@ -7,6 +6,7 @@
 #include <resonid/online/excitation/excitation.hpp>
 #include <resonid/online/excitation/metrics.hpp>
 
+#include "linalg/decompositions.hpp"
 #include "planning/experiment_layout.hpp"
 #include "planning/waveform.hpp"
 
@@ -157,8 +157,7 @@ class Layout {
     online::SplitMix64 random(task_.config.seed);
     Eigen::MatrixXd some(2 * lines, states);
     for (double& v : some.reshaped()) v = 2.0 * random.uniform() - 1.0;
-    const Eigen::HouseholderQR<Eigen::MatrixXd> factors(transient * some);
-    const Eigen::MatrixXd shape = factors.householderQ() * Eigen::MatrixXd::Identity(instants, states);
+    const Eigen::MatrixXd shape = linalg::Qr(transient * some).thin_q();
     w.starts.push_back({signal, shape, shape.transpose() * transient});
   }
 

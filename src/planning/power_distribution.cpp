@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <resonid/planning/detail/power_distribution.hpp>
 
+#include "linalg/decompositions.hpp"
 #include "planning/waveform.hpp"
 
 namespace resonid::planning {
@@ -47,7 +47,7 @@ class Design {
     for (const auto& model : problem_.models) {
       const MatrixXd v = covariance(model, power);
       const auto n = static_cast<double>(v.rows());
-      if (problem_.criterion == Criterion::d) sum += v.ldlt().vectorD().array().log().sum() / n;
+      if (problem_.criterion == Criterion::d) sum += linalg::RealLdlt(v).d().array().log().sum() / n;
       if (problem_.criterion == Criterion::a) sum += v.trace();
       if (problem_.criterion == Criterion::e) {
         MatrixXd product = v / v.trace();
@@ -77,7 +77,8 @@ class Design {
     MatrixXd m = re * power.asDiagonal() * re.transpose() + im * power.asDiagonal() * im.transpose();
     const VectorXd size = m.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
     m = size.asDiagonal() * m * size.asDiagonal();
-    return size.asDiagonal() * m.ldlt().solve(MatrixXd::Identity(m.rows(), m.cols())) * size.asDiagonal();
+    return size.asDiagonal() * linalg::RealLdlt(m).solve(MatrixXd::Identity(m.rows(), m.cols())) *
+           size.asDiagonal();
   }
 
   /// W with  -d value / d power_k = d_k^H W d_k.

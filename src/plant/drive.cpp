@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: MIT
-#include <Eigen/LU>
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <resonid/base/constants.hpp>
 
+#include "linalg/decompositions.hpp"
 #include "plant/elastic_drives.hpp"
 
 namespace resonid::plant {
@@ -89,7 +89,7 @@ std::complex<double> response(const SampledDrive& drive, double frequency_hz) {
   const std::complex<double> z = std::polar(1.0, kTwoPi * frequency_hz * drive.sample_time_s);
   Eigen::MatrixXcd m = -drive.a.topLeftCorner(n, n).cast<std::complex<double>>();
   m.diagonal().array() += z;
-  const Eigen::VectorXcd x = m.partialPivLu().solve(drive.b.head(n).cast<std::complex<double>>());
+  const Eigen::VectorXcd x = linalg::ComplexLu(m).solve(drive.b.head(n).cast<std::complex<double>>());
   return (drive.velocity.head(n).cast<std::complex<double>>() * x)(0);
 }
 
@@ -211,9 +211,7 @@ expected<std::unique_ptr<Drive>, Error> make_drive(const MachineConfig& machine,
     return refuse("load_coulomb", "needs a load: this machine is rigid", machine.friction.load.coulomb);
   if (masses == 1)
     if (const auto ok = check_rigid(machine.disturbance); !ok) return unexpected(ok.error());
-  if (masses <= 2) return elastic_drive_of_two(std::move(model), step, early_fraction);
-  if (masses <= 4) return elastic_drive_of_four(std::move(model), step, early_fraction);
-  return elastic_drive_of_six(std::move(model), step, early_fraction);
+  return elastic_drive(std::move(model), step, early_fraction);
 }
 
 }  // namespace resonid::plant

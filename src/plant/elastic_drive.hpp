@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <Eigen/LU>
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <limits>
 
 #include "plant/dry_side.hpp"
+#include "plant/elastic_machine.hpp"
+#include "plant/few.hpp"
 #include "plant/step_table.hpp"
 #include "plant/taylor_motion.hpp"
 
@@ -30,27 +32,32 @@ namespace resonid::plant {
 template <int Masses, bool Lags>
 class ElasticDrive final : public Drive {
   static constexpr int kStates = 2 * Masses + (Lags ? 1 : 0);
-  static constexpr int kAngle = kStates - 1;
-  static constexpr int kLoad = Masses - 1;
-  using State = Eigen::Matrix<double, kStates, 1>;
-  using Torques = Eigen::Matrix<double, Masses, 1>;
-  using Step = Eigen::Matrix<double, kStates, kStates + 1 + Masses>;
+  static constexpr int kInputs = 1 + Masses;
+  static constexpr std::size_t kAngle = kStates - 1;
+  static constexpr std::size_t kLoad = Masses - 1;
+  static constexpr std::size_t kCommand = kStates;  // column of the command, those of the torques behind it
+  using State = Few<kStates>;
+  using Torques = Few<Masses>;
+  using Step = FewColumns<kStates, kStates + kInputs>;
 
  public:
   ElasticDrive(Machine machine, double sample_time_s, double early_fraction)
-      : machine_(std::move(machine)),
+      : of_(std::move(machine), Lags, sample_time_s),
         sample_time_s_(sample_time_s),
         driven_(machine_.config().friction.driven, machine_.system(1.0).inertia.front()),
         load_(machine_.config().friction.load, machine_.system(1.0).inertia.back()),
         dry_(machine_.config().friction.driven.any() || machine_.config().friction.load.any()),
-        disturbed_(machine_.disturbed()) {
-    scale_ = continuous(machine_.highest_factor()).angle_scale;
-    const MassSystem system = machine_.system(1.0);
-    if constexpr (Masses > 1) first_stiffness_ = system.couplings.front().stiffness;
-    law_ = make_law();
+        disturbed_(machine_.disturbed()),
+        per_scale_(1.0 / of_.angle_scale()) {
+    const auto law = of_.law();
+    law_ = {few(law.fixed), few(law.by_factor), few(law.by_root)};
     law_now_ = law_.at(1.0);
-    norm_ =
-        law_.at(machine_.highest_factor()).template leftCols<kStates>().cwiseAbs().rowwise().sum().maxCoeff();
+    const Step highest = law_.at(machine_.highest_factor());
+    for (std::size_t i = 0; i < kStates; ++i) {
+      double sum = 0.0;
+      for (std::size_t j = 0; j < kStates; ++j) sum += std::abs(highest(i, j));
+      norm_ = std::max(norm_, sum);
+    }
     add_segment((1.0 - early_fraction) * sample_time_s);
     if (early_fraction > 0.0) add_segment(early_fraction * sample_time_s);
   }
@@ -58,65 +65,43 @@ class ElasticDrive final : public Drive {
   double settle(double velocity, double place) override {
     sample_ = 0;
     factor_ = machine_.factor(0.0, place);
-    const ContinuousDrive drive = continuous(factor_);
     const int direction = velocity > 0.0 ? 1 : velocity < 0.0 ? -1 : 0;
     for (DrySide* side : {&driven_, &load_}) {
       side->direction = side->friction.any() ? direction : 1;
       side->torque = side->friction.sliding(velocity);
     }
-    state_.setZero();
-    state_.template head<Masses>().setConstant(velocity);
-    // Torques balance on every mass: the twists and the torque that holds are unknown.
-    state_(kAngle) = driven_angle_at(place);
-    const Torques held = friction_torques() + outer_torques(0.0, 0.0);
-    const Torques balance = drive.a.topLeftCorner(Masses, kStates) * state_ +
-                            drive.b.template topRightCorner<Masses, Masses>() * held;
-    Eigen::Matrix<double, Masses, Masses> unknown;
-    unknown.template leftCols<Masses - 1>() = drive.a.template block<Masses, Masses - 1>(0, Masses);
-    if constexpr (Lags)
-      unknown.col(Masses - 1) = drive.a.template block<Masses, 1>(0, kAngle - 1);
-    else
-      unknown.col(Masses - 1) = drive.b.template topLeftCorner<Masses, 1>();
-    const Torques solution = unknown.fullPivLu().solve(-balance);
-    state_.template segment<Masses - 1>(Masses) = solution.template head<Masses - 1>();
-    if constexpr (Lags) state_(kAngle - 1) = solution(Masses - 1);
-    state_(kAngle) = driven_angle_at(place);
-    return solution(Masses - 1);
+    state_ = {};
+    for (std::size_t i = 0; i < Masses; ++i) state_[i] = velocity;
+    state_[kAngle] = driven_angle_at(place);
+    Torques torques = outer_torques(0.0, 0.0);
+    add_friction(torques);
+    const Eigen::VectorXd state =
+        of_.balance(factor_, velocity, Eigen::Map<const Eigen::VectorXd>(torques.data(), Masses));
+    std::copy_n(state.data(), kStates, state_.begin());
+    state_[kAngle] = driven_angle_at(place);
+    return state(kStates);
   }
 
   MassMotion advance(double torque) noexcept override {
     const double start = static_cast<double>(sample_) * sample_time_s_;
     advance_segment(0, start, torque);
-    const MassMotion read{state_(0), state_(kAngle)};
+    const MassMotion read{state_[0], state_[kAngle]};
     if (segments_ > 1) advance_segment(1, start + segment_s_[0], torque);
     ++sample_;
     return read;
   }
 
   [[nodiscard]] std::vector<MassMotion> motions() const override {
-    std::vector<MassMotion> result{{state_(0), state_(kAngle)}};
-    for (int i = 1; i < Masses; ++i) result.push_back({state_(i), state_(kAngle) + twist(i)});
+    std::vector<MassMotion> result{{state_[0], state_[kAngle]}};
+    for (std::size_t i = 1; i < Masses; ++i) result.push_back({state_[i], state_[kAngle] + twist(i)});
     return result;
   }
   [[nodiscard]] double place() const noexcept override {
-    return machine_.place(state_(kAngle), state_(kAngle) + twist(kLoad));
+    return machine_.place(state_[kAngle], state_[kAngle] + twist(kLoad));
   }
   [[nodiscard]] double stiffness_factor() const noexcept override { return factor_; }
-
   [[nodiscard]] SampledDrive sampled(double factor) const override {
-    const ContinuousDrive drive = continuous(factor);
-    const Eigen::MatrixXd whole = zero_order_hold_step(drive, sample_time_s_);
-    const Eigen::MatrixXd early = zero_order_hold_step(drive, segment_s_[0]);
-    SampledDrive sampled;
-    sampled.a = whole.leftCols(kStates);
-    sampled.b = whole.col(kStates);
-    sampled.velocity = Eigen::RowVectorXd::Unit(kStates, 0);
-    sampled.early_velocity = early.row(0).head(kStates);
-    sampled.early_angle = early.row(kAngle).head(kStates);
-    sampled.early_velocity_command = early(0, kStates);
-    sampled.early_angle_command = early(kAngle, kStates);
-    sampled.sample_time_s = sample_time_s_;
-    return sampled;
+    return of_.sampled(factor, segment_s_[0]);
   }
 
  private:
@@ -126,74 +111,50 @@ class ElasticDrive final : public Drive {
   static constexpr std::size_t kLocks = 4;
   static constexpr double kNever = 2.0;
 
-  /// dx/dt = law [state; command; torques] = (fixed + factor by_factor + sqrt(factor) by_root) [...]: a
-  /// spring is proportional to the stiffness, the damping of a tooth belt to its root.
+  /// As in ElasticMachine.
   struct Law {
     Step fixed, by_factor, by_root;
-    [[nodiscard]] Step at(double factor) const noexcept {
-      return fixed + factor * by_factor + std::sqrt(factor) * by_root;
+    /// The first columns: those of the state; the others do not depend on the factor.
+    void put(double factor, std::size_t columns, Step& law) const noexcept {
+      const double root = std::sqrt(factor);
+      for (std::size_t i = 0; i < kStates * columns; ++i)
+        law.entry[i] = fixed.entry[i] + factor * by_factor.entry[i] + root * by_root.entry[i];
     }
-    /// The columns of the state: the others do not depend on the factor.
-    [[nodiscard]] Eigen::Matrix<double, kStates, kStates> of_state(double factor) const noexcept {
-      return fixed.template leftCols<kStates>() + factor * by_factor.template leftCols<kStates>() +
-             std::sqrt(factor) * by_root.template leftCols<kStates>();
+    [[nodiscard]] Step at(double factor) const noexcept {
+      Step law;
+      put(factor, kStates + kInputs, law);
+      return law;
     }
   };
-  [[nodiscard]] ContinuousDrive continuous(double factor) const {
-    return continuous_drive(machine_.system(factor), Lags ? machine_.config().torque_lag_s : 0.0, scale_);
+  [[nodiscard]] static Step few(const Eigen::MatrixXd& m) {
+    Step step;
+    std::copy_n(m.data(), step.entry.size(), step.entry.begin());
+    return step;
   }
-  /// From three factors, exactly: all of them and their roots are powers of 2.
-  [[nodiscard]] Law make_law() const {
-    const auto at = [&](double factor) {
-      const ContinuousDrive drive = continuous(factor);
-      Step law;
-      law << drive.a, drive.b;
-      return law;
-    };
-    const Step one = at(1.0);
-    const Step four = at(4.0);
-    const Step sixteen = at(16.0);
-    Law law;  // four - one = 3 by_factor + by_root, sixteen - four = 12 by_factor + 2 by_root
-    law.by_factor = (sixteen - four - 2.0 * (four - one)) / 6.0;
-    law.by_root = four - one - 3.0 * law.by_factor;
-    law.fixed = one - law.by_factor - law.by_root;
-    return law;
-  }
-  /// Rows of locked masses are 0 in `locked`, all others 1.
-  [[nodiscard]] static Step make_step(const Step& law, const State& locked, double duration_s) noexcept {
-    constexpr int kSize = kStates + 1 + Masses;
-    Eigen::Matrix<double, kSize, kSize> extended = Eigen::Matrix<double, kSize, kSize>::Zero();
-    extended.template topRows<kStates>() = duration_s * (locked.asDiagonal() * law);
-    const double norm = extended.cwiseAbs().rowwise().sum().maxCoeff();
-    return matrix_exponential<double, kSize>(extended, norm).template topRows<kStates>();
-  }
-  [[nodiscard]] static State locked(bool driven_rests, bool load_rests) noexcept {
-    State rows = State::Ones();
-    if (driven_rests) rows(0) = 0.0;
-    if (load_rests) rows(kLoad) = 0.0;
-    return rows;
+  [[nodiscard]] static Step make_step(const Step& law, bool driven_rests, bool load_rests,
+                                      double duration_s) noexcept {
+    Step step;
+    hold_step(law.entry.data(), kStates, kInputs, driven_rests ? 0 : -1,
+              load_rests ? static_cast<int>(kLoad) : -1, duration_s, step.entry.data());
+    return step;
   }
 
   void add_segment(double duration_s) {
-    unsigned pieces = 1;
-    if (dry_ && Masses > 1) {
-      const auto modes = resonances(machine_.system(machine_.highest_factor()));
-      while (pieces < 64 && 16.0 * modes.back().frequency_hz * duration_s > pieces) pieces *= 2;
-    }
+    const unsigned pieces = of_.pieces(duration_s, dry_);
     segment_s_[segments_] = duration_s;
     pieces_[segments_] = pieces;
     const double piece = duration_s / pieces;
     tables_[segments_] =
         StepTable<Step>(machine_.lowest_factor(), machine_.highest_factor(),
-                        [&](double factor) { return make_step(law_.at(factor), State::Ones(), piece); });
+                        [&](double factor) { return make_step(law_.at(factor), false, false, piece); });
     for (std::size_t i = 0; i < (dry_ ? kLocks : 1); ++i)
       constant_[segments_ * kLocks + i] =
-          make_step(law_.at(machine_.lowest_factor()), locked((i & 1U) != 0, (i & 2U) != 0), piece);
+          make_step(law_.at(machine_.lowest_factor()), (i & 1U) != 0, (i & 2U) != 0, piece);
     ++segments_;
   }
 
-  [[nodiscard]] double twist(int mass) const noexcept {
-    return mass == 0 ? 0.0 : state_(Masses - 1 + mass) / scale_;
+  [[nodiscard]] double twist(std::size_t mass) const noexcept {
+    return mass == 0 ? 0.0 : state_[Masses - 1 + mass] * per_scale_;
   }
   [[nodiscard]] double driven_angle_at(double place) const noexcept {
     const double angle = place / machine_.place(1.0, 1.0);
@@ -217,58 +178,60 @@ class ElasticDrive final : public Drive {
   }
 
   [[nodiscard]] double place_after(double time_s) const noexcept {
-    return machine_.place(state_(kAngle) + time_s * state_(0),
-                          state_(kAngle) + twist(kLoad) + time_s * state_(kLoad));
+    return machine_.place(state_[kAngle] + time_s * state_[0],
+                          state_[kAngle] + twist(kLoad) + time_s * state_[kLoad]);
   }
   [[nodiscard]] Step free_step(std::size_t segment) const noexcept {
     return machine_.varies() ? tables_[segment].at(factor_) : constant_[segment * kLocks];
   }
   [[nodiscard]] State moved(const Step& step, double command) const noexcept {
-    return step.template leftCols<kStates>() * state_ + step.col(kStates) * command;
+    State next = times(step, state_);
+    add(next, step.column(kCommand), command);
+    return next;
   }
   [[nodiscard]] State moved(const Step& step, double command, const Torques& torques) const noexcept {
-    return step.template leftCols<kStates>() * state_ + step.col(kStates) * command +
-           step.template rightCols<Masses>() * torques;
+    State next = moved(step, command);
+    for (std::size_t i = 0; i < Masses; ++i) add(next, step.column(kCommand + 1 + i), torques[i]);
+    return next;
   }
 
   /// Load torque and eccentricity at `time_s`, which is `ahead_s` from now.
   [[nodiscard]] Torques outer_torques(double time_s, double ahead_s) const noexcept {
-    Torques torques = Torques::Zero();
+    Torques torques{};
     if (!disturbed_) return torques;
-    torques(kLoad) += machine_.load_torque(time_s);
-    if (machine_.config().disturbance.eccentricity != 0.0 && Masses > 1) {
+    torques[kLoad] += machine_.load_torque(time_s);
+    if (Masses > 1 && machine_.config().disturbance.eccentricity != 0.0) {
       const double torque =
-          factor_ * first_stiffness_ * machine_.stretch(state_(kAngle) + ahead_s * state_(0));
-      torques(0) -= torque;
-      torques(1) += torque;
+          factor_ * of_.first_stiffness() * machine_.stretch(state_[kAngle] + ahead_s * state_[0]);
+      torques[0] -= torque;
+      torques[Masses > 1 ? 1 : 0] += torque;
     }
     return torques;
   }
-
-  [[nodiscard]] Torques friction_torques() const noexcept {
-    Torques torques = Torques::Zero();
-    torques(0) -= driven_.direction * driven_.torque;
-    torques(kLoad) -= load_.direction * load_.torque;
-    return torques;
+  void add_friction(Torques& torques) const noexcept {
+    torques[0] -= driven_.direction * driven_.torque;
+    torques[kLoad] -= load_.direction * load_.torque;
   }
 
   /// One piece of a sample with friction that slides and sticks.
   void slide(std::size_t segment, double piece_s, double command, const Torques& outer) noexcept {
     if (!(law_factor_ == factor_)) {
-      law_now_.template leftCols<kStates>() = law_.of_state(factor_);
+      law_.put(factor_, kStates, law_now_);
       law_factor_ = factor_;
     }
-    input_ = law_now_.col(kStates) * command + law_now_.template rightCols<Masses>() * outer;
+    input_ = {};
+    add(input_, law_now_.column(kCommand), command);
+    for (std::size_t i = 0; i < Masses; ++i) add(input_, law_now_.column(kCommand + 1 + i), outer[i]);
     const bool stiff = norm_ * kShortestCourse * piece_s > 1.0;
     double left = piece_s;
     double attempt = piece_s;  // of a stiff machine
     int crowded = 0;           // events with hardly any time between them
     bool held = false;         // what rests does so for the shortest step at least: time must go on
     while (left > 0.0) {
-      rate_.noalias() = law_now_.template leftCols<kStates>() * state_;
-      rate_ += input_;
-      driven_.pull = driven_.inertia * rate_(0);
-      load_.pull = load_.inertia * rate_(kLoad);
+      rate_ = times(law_now_, state_);
+      add(rate_, input_.data(), 1.0);
+      driven_.pull = driven_.inertia * rate_[0];
+      load_.pull = load_.inertia * rate_[kLoad];
       for (DrySide* side : {&driven_, &load_})
         if (!held && side->rests()) side->start_if_pulled();
       double duration = std::min(left, std::max(longest_hold(), kShortestHold * piece_s));
@@ -296,10 +259,11 @@ class ElasticDrive final : public Drive {
                                   const Torques& outer) noexcept {
     const bool any_rests = driven_.rests() || load_.rests();
     if (machine_.varies() && any_rests) return false;
-    if (driven_.stops_soon(state_(0), duration) || load_.stops_soon(state_(kLoad), duration)) return false;
+    if (driven_.stops_soon(state_[0], duration) || load_.stops_soon(state_[kLoad], duration)) return false;
     const std::size_t locks = (driven_.rests() ? 1U : 0U) + (load_.rests() ? 2U : 0U);
     hold(duration);
-    const Torques torques = outer + friction_torques();
+    Torques torques = outer;
+    add_friction(torques);
     const State next = machine_.varies() ? moved(tables_[segment].at(factor_), command, torques)
                                          : moved(constant_[segment * kLocks + locks], command, torques);
     if (!keeps_on(driven_, 0, next, duration) || !keeps_on(load_, kLoad, next, duration)) return false;
@@ -311,8 +275,9 @@ class ElasticDrive final : public Drive {
   /// this is the `last` attempt.
   [[nodiscard]] double leap(double duration, double command, const Torques& outer, bool last) noexcept {
     hold(duration);
-    const State rows = locked(driven_.rests(), load_.rests());
-    const State next = moved(make_step(law_now_, rows, duration), command, outer + friction_torques());
+    Torques torques = outer;
+    add_friction(torques);
+    const State next = moved(make_step(law_now_, driven_.rests(), load_.rests(), duration), command, torques);
     const bool driven_on = driven_.rests() || keeps_on(driven_, 0, next, duration);
     const bool load_on = load_.rests() || keeps_on(load_, kLoad, next, duration);
     if (driven_on && load_on) {
@@ -328,11 +293,14 @@ class ElasticDrive final : public Drive {
   /// `duration` taken; above 1: all of it, and nothing happened.
   [[nodiscard]] double follow(double duration, bool held) noexcept {
     hold(duration);
-    const State rows = locked(driven_.rests(), load_.rests());
     State rate = rate_;
-    rate(0) -= driven_.direction * driven_.torque * driven_.per_inertia;
-    rate(kLoad) -= load_.direction * load_.torque * load_.per_inertia;
-    motion_.expand(state_, rate, law_now_.template leftCols<kStates>(), rows, norm_, duration);
+    rate[0] -= driven_.direction * driven_.torque * driven_.per_inertia;
+    rate[kLoad] -= load_.direction * load_.torque * load_.per_inertia;
+    State rows;
+    rows.fill(1.0);
+    if (driven_.rests()) rows[0] = 0.0;
+    if (load_.rests()) rows[kLoad] = 0.0;
+    motion_.expand(state_, rate, law_now_.entry.data(), rows, norm_, duration);
     const State& end = motion_.end();
     const double driven_at = event(driven_, 0, end, duration, held);
     const double load_at = event(load_, kLoad, end, duration, held);
@@ -347,23 +315,24 @@ class ElasticDrive final : public Drive {
     return first;
   }
   /// When a side stops or starts, as a share of the step.
-  [[nodiscard]] double event(const DrySide& side, int mass, const State& end, double duration,
+  [[nodiscard]] double event(const DrySide& side, std::size_t mass, const State& end, double duration,
                              bool held) const noexcept {
     if ((held && side.rests()) || keeps_on(side, mass, end, duration)) return kNever;
-    if (side.slides()) return motion_.crossing_of(mass, side.direction, side.direction * end(mass));
+    if (side.slides()) return motion_.crossing_of(mass, side.direction, side.direction * end[mass]);
     const double way = pull(side, mass, end) > 0.0 ? 1.0 : -1.0;
-    const double offset = side.friction.at_rest() - way * side.inertia * input_(mass);
-    return motion_.crossing_of(law_now_.row(mass).template head<kStates>() * (-way * side.inertia), offset,
-                               side.friction.at_rest() - way * pull(side, mass, end));
+    const double offset = side.friction.at_rest() - way * side.inertia * input_[mass];
+    State row;
+    for (std::size_t j = 0; j < kStates; ++j) row[j] = law_now_(mass, j) * (-way * side.inertia);
+    return motion_.crossing_of(row, offset, side.friction.at_rest() - way * pull(side, mass, end));
   }
   /// Surely neither stops nor starts on the way to `next`. A side that pulls more than breakaway in between,
   /// at neither end, rests on.
-  [[nodiscard]] bool keeps_on(const DrySide& side, int mass, const State& next,
+  [[nodiscard]] bool keeps_on(const DrySide& side, std::size_t mass, const State& next,
                               double duration) const noexcept {
     if (side.rests()) return std::abs(pull(side, mass, next)) <= side.friction.at_rest();
     if (!side.slides()) return true;
-    const double from = side.direction * state_(mass);
-    const double to = side.direction * next(mass);
+    const double from = side.direction * state_[mass];
+    const double to = side.direction * next[mass];
     if (to < 0.0) return false;
     const double early = duration * side.direction * side.acceleration();
     if (early >= 0.0) return true;
@@ -372,36 +341,38 @@ class ElasticDrive final : public Drive {
     return !may_dip({from, early}, {to, late});
   }
 
-  void turn(DrySide& side, int mass) noexcept {
+  void turn(DrySide& side, std::size_t mass) noexcept {
     if (side.slides()) {
       rest(side, mass);
     } else {
       side.start(pull(side, mass, state_) > 0.0 ? 1 : -1);
     }
   }
-  void rest(DrySide& side, int mass) noexcept {
+  void rest(DrySide& side, std::size_t mass) noexcept {
     side.direction = 0;
-    state_(mass) = 0.0;
+    state_[mass] = 0.0;
   }
   void hold(double duration) noexcept {
-    if (driven_.slides()) driven_.hold(state_(0), duration);
-    if (load_.slides()) load_.hold(state_(kLoad), duration);
+    if (driven_.slides()) driven_.hold(state_[0], duration);
+    if (load_.slides()) load_.hold(state_[kLoad], duration);
   }
   [[nodiscard]] double longest_hold() const noexcept {
-    return std::min(driven_.longest_hold(state_(0)), load_.longest_hold(state_(kLoad)));
+    return std::min(driven_.longest_hold(state_[0]), load_.longest_hold(state_[kLoad]));
   }
   /// Torque on a side without its friction.
-  [[nodiscard]] double pull(const DrySide& side, int mass, const State& state) const noexcept {
-    return side.inertia * (law_now_.row(mass).template head<kStates>().dot(state) + input_(mass));
+  [[nodiscard]] double pull(const DrySide& side, std::size_t mass, const State& state) const noexcept {
+    double sum = input_[mass];
+    for (std::size_t j = 0; j < kStates; ++j) sum += law_now_(mass, j) * state[j];
+    return side.inertia * sum;
   }
 
-  Machine machine_;
+  ElasticMachine of_;
+  const Machine& machine_ = of_.machine;
   double sample_time_s_;
   DrySide driven_, load_;
   bool dry_;
   bool disturbed_;
-  double scale_ = 0.0;
-  double first_stiffness_ = 0.0;
+  double per_scale_;
   std::size_t segments_ = 0;
   std::array<double, 2> segment_s_{};
   std::array<unsigned, 2> pieces_{};
@@ -411,17 +382,17 @@ class ElasticDrive final : public Drive {
   double norm_ = 0.0;  // infinity norm of the law, the highest there is (1/s)
   Step law_now_;       // with nothing locked, at the stiffness of now
   double law_factor_ = std::numeric_limits<double>::quiet_NaN();
-  State input_ = State::Zero();  // law_now_ times command and outer torques
-  State rate_ = State::Zero();   // d state_/dt without friction
+  State input_{};  // law_now_ times command and outer torques
+  State rate_{};   // d state_/dt without friction
   TaylorMotion<kStates> motion_;
   std::size_t sample_ = 0;
   double factor_ = 1.0;
-  State state_ = State::Zero();
+  State state_{};
 };
 
 template <int Masses>
-[[nodiscard]] std::unique_ptr<Drive> make_elastic(Machine machine, double sample_time_s,
-                                                  double early_fraction) {
+[[nodiscard]] std::unique_ptr<Drive> elastic_drive_of(Machine machine, double sample_time_s,
+                                                      double early_fraction) {
   if (machine.config().torque_lag_s > 0.0)
     return std::make_unique<ElasticDrive<Masses, true>>(std::move(machine), sample_time_s, early_fraction);
   return std::make_unique<ElasticDrive<Masses, false>>(std::move(machine), sample_time_s, early_fraction);

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: MIT
 #include "plant/loop_poles.hpp"
 
-#include <Eigen/Eigenvalues>
-#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <resonid/base/constants.hpp>
+
+#include "linalg/decompositions.hpp"
 
 namespace resonid::plant {
 namespace {
@@ -25,7 +25,7 @@ Complex loop_without_delay(const SampledDrive& drive, VelocitySource velocity,
   const Eigen::Index n = drive.a.rows() - 1;
   Eigen::MatrixXcd m = -drive.a.topLeftCorner(n, n).cast<Complex>();
   m.diagonal().array() += z;
-  const Eigen::VectorXcd x = m.partialPivLu().solve(drive.b.head(n).cast<Complex>());
+  const Eigen::VectorXcd x = linalg::ComplexLu(m).solve(drive.b.head(n).cast<Complex>());
   const auto seen = [&](const Eigen::RowVectorXd& row, double command) {
     return (row.head(n).cast<Complex>() * x)(0) + command;
   };
@@ -48,9 +48,9 @@ std::vector<double> angles_of(const SampledDrive& drive, double outside) {
   for (double angle = kFirst; angle < kPi; angle *= kRatio) angles.push_back(angle);
   angles.push_back(kPi);
   const Eigen::Index n = drive.a.rows() - 1;
-  const Eigen::EigenSolver<Eigen::MatrixXd> solver(drive.a.topLeftCorner(n, n), false);
+  const Eigen::VectorXcd poles = linalg::eigenvalues(drive.a.topLeftCorner(n, n));
   for (Eigen::Index i = 0; i < n; ++i) {
-    const Complex pole = solver.eigenvalues()(i);
+    const Complex pole = poles(i);
     const double centre = std::arg(pole);
     if (!(centre > 0.0)) continue;
     const double distance = std::max(std::abs(1.0 - std::abs(pole)), outside);
@@ -158,10 +158,9 @@ std::complex<double> dominant_loop_pole(const SampledDrive& drive, const SampleD
   }
   a += b * u;
 
-  const Eigen::EigenSolver<Eigen::MatrixXd> solver(a, false);
   std::complex<double> greatest = 0.0;
-  for (Index i = 0; i < solver.eigenvalues().size(); ++i)
-    if (std::abs(solver.eigenvalues()(i)) > std::abs(greatest)) greatest = solver.eigenvalues()(i);
+  for (const auto& pole : linalg::eigenvalues(a))
+    if (std::abs(pole) > std::abs(greatest)) greatest = pole;
   return greatest;
 }
 

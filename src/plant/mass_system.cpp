@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: MIT
-#include <Eigen/Eigenvalues>
 #include <cmath>
 #include <resonid/base/constants.hpp>
 #include <resonid/plant/detail/mass_system.hpp>
+
+#include "linalg/decompositions.hpp"
 
 namespace resonid::plant {
 namespace {
@@ -32,11 +33,10 @@ std::vector<data::UndampedMode> modes(const Eigen::MatrixXd& stiffness, const Ei
   std::vector<data::UndampedMode> result;
   if (inertia.size() <= rigid) return result;
   const Eigen::VectorXd scale = inertia.cwiseSqrt().cwiseInverse();
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(scale.asDiagonal() * stiffness *
-                                                              scale.asDiagonal());
+  const auto axes = linalg::symmetric_eigenpairs(scale.asDiagonal() * stiffness * scale.asDiagonal());
   for (Index i = rigid; i < inertia.size(); ++i) {
-    const double omega = std::sqrt(std::max(0.0, solver.eigenvalues()(i)));
-    const Eigen::VectorXd shape = scale.asDiagonal() * solver.eigenvectors().col(i);
+    const double omega = std::sqrt(std::max(0.0, axes.values(i)));
+    const Eigen::VectorXd shape = scale.asDiagonal() * axes.vectors.col(i);
     result.push_back({omega / kTwoPi, shape.dot(damping * shape) / (2.0 * omega)});
   }
   return result;

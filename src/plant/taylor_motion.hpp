@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <Eigen/Core>
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstddef>
+
+#include "plant/few.hpp"
 
 namespace resonid::plant {
 
@@ -67,97 +68,115 @@ template <class F>
   return start.value + s * (start.slope + s * (b + s * a)) < 0.01 * (end.slope - start.slope);
 }
 
+/// As first_crossing() of offset + sum of p_k s^k, p_k known up to `last`, the next one 0.
+template <std::size_t Size>
+[[nodiscard]] double first_crossing_of(const std::array<double, Size>& p, std::size_t last,
+                                       double end) noexcept {
+  const auto value = [&](double s) {
+    const double square = s * s;
+    ValueSlope even{0.0, 0.0}, odd{0.0, 0.0};  // by the square
+    for (std::size_t k = last | 1U;; k -= 2) {
+      odd.slope = odd.slope * square + odd.value;
+      even.slope = even.slope * square + even.value;
+      odd.value = odd.value * square + p[k];
+      even.value = even.value * square + p[k - 1];
+      if (k == 1) break;
+    }
+    return ValueSlope{even.value + s * odd.value, odd.value + 2.0 * s * (even.slope + s * odd.slope)};
+  };
+  return first_crossing(value, {p[0], p[1]}, last > 1 ? p[2] : 0.0, end);
+}
+
 /// Motion of dx/dt = a x + const over a time in which |a| grows to no more than 1, as the Taylor polynomial
 /// in s = time/duration, 0 <= s <= 1: to machine precision.
 template <int States>
 class TaylorMotion {
  public:
-  using State = Eigen::Matrix<double, States, 1>;
+  using State = Few<States>;
 
-  /// `rate`: dx/dt at the start. `norm`: not below the infinity norm of a. Where `locked` is 0, the state
-  /// stays as it is.
-  template <class Matrix>
-  void expand(const State& start, const State& rate, const Matrix& a, const State& locked, double norm,
+  /// `rate`: dx/dt at the start. `a` by columns; `norm`: not below its infinity norm. Where `locked` is 0,
+  /// the state stays as it is.
+  void expand(const State& start, const State& rate, const double* a, const State& locked, double norm,
               double duration_s) noexcept {
-    const Square scaled = duration_s * (locked.asDiagonal() * a);
+    FewColumns<States, States> scaled;
+    for (std::size_t j = 0; j < kStates; ++j)
+      for (std::size_t i = 0; i < kStates; ++i)
+        scaled.entry[j * kStates + i] = duration_s * (locked[i] * a[j * kStates + i]);
     const double growth = norm * duration_s;
     count_ = 1;
     // `left`: bound of what the terms so far leave out
     for (double left = 0.5 * growth * growth; left > 1e-16 && count_ < kTerms; ++count_)
       left *= growth * kInverse[count_ + 2];
     terms_[0] = start;
-    terms_[1] = duration_s * rate.cwiseProduct(locked);
-    end_ = terms_[0] + terms_[1];
-    if constexpr (States <= 5) {  // even and odd terms side by side: no product waits for the one before
-      const Square squared = scaled.lazyProduct(scaled);
-      if (count_ > 1) add(2, 0.5 * scaled.lazyProduct(terms_[1]));
-      for (std::size_t k = 3; k <= count_; ++k)
-        add(k, (kInverse[k] * kInverse[k - 1]) * squared.lazyProduct(terms_[k - 2]));
-    } else {
-      for (std::size_t k = 2; k <= count_; ++k) add(k, kInverse[k] * (scaled * terms_[k - 1]));
+    for (std::size_t i = 0; i < kStates; ++i) {
+      terms_[1][i] = duration_s * rate[i] * locked[i];
+      end_[i] = terms_[0][i] + terms_[1][i];
     }
-    terms_[count_ + 1].setZero();
+    if constexpr (States <= 5) {  // even and odd terms side by side: no product waits for the one before
+      FewColumns<States, States> squared;
+      for (std::size_t j = 0; j < kStates; ++j) {
+        State column;
+        std::copy_n(scaled.column(j), kStates, column.begin());
+        column = times(scaled, column);
+        std::copy(column.begin(), column.end(),
+                  squared.entry.begin() + static_cast<std::ptrdiff_t>(j * kStates));
+      }
+      if (count_ > 1) put(2, times(scaled, terms_[1]), 0.5);
+      for (std::size_t k = 3; k <= count_; ++k)
+        put(k, times(squared, terms_[k - 2]), kInverse[k] * kInverse[k - 1]);
+    } else {
+      for (std::size_t k = 2; k <= count_; ++k) put(k, times(scaled, terms_[k - 1]), kInverse[k]);
+    }
+    terms_[count_ + 1].fill(0.0);
   }
   [[nodiscard]] const State& end() const noexcept { return end_; }
   [[nodiscard]] State at(double s) const noexcept {
     const double square = s * s;  // even and odd powers apart: two short chains of products
-    State even = State::Zero();
-    State odd = State::Zero();
+    State even{}, odd{};
     for (std::size_t k = count_ | 1U;; k -= 2) {
-      odd = square * odd + terms_[k];
-      even = square * even + terms_[k - 1];
-      if (k == 1) return even + s * odd;
+      for (std::size_t i = 0; i < kStates; ++i) {
+        odd[i] = square * odd[i] + terms_[k][i];
+        even[i] = square * even[i] + terms_[k - 1][i];
+      }
+      if (k == 1) break;
     }
+    add(even, odd.data(), s);
+    return even;
   }
   /// First s at which offset + row x(s) turns negative, `end` being its value at 1: see first_crossing().
-  template <class Row>
-  [[nodiscard]] double crossing_of(const Row& row, double offset, double end) const noexcept {
+  [[nodiscard]] double crossing_of(const State& row, double offset, double end) const noexcept {
     std::array<double, kTerms + 2> p{};
-    for (std::size_t k = 0; k <= count_; ++k) p[k] = row.dot(terms_[k]);
+    for (std::size_t k = 0; k <= count_; ++k)
+      for (std::size_t i = 0; i < kStates; ++i) p[k] += row[i] * terms_[k][i];
     p[0] += offset;
-    return crossing_of(p, end);
+    return first_crossing_of(p, count_, end);
   }
   /// The same of sign x_i(s).
-  [[nodiscard]] double crossing_of(int i, double sign, double end) const noexcept {
+  [[nodiscard]] double crossing_of(std::size_t i, double sign, double end) const noexcept {
     std::array<double, kTerms + 2> p{};
-    for (std::size_t k = 0; k <= count_; ++k) p[k] = sign * terms_[k](i);
-    return crossing_of(p, end);
+    for (std::size_t k = 0; k <= count_; ++k) p[k] = sign * terms_[k][i];
+    return first_crossing_of(p, count_, end);
   }
 
  private:
+  static constexpr std::size_t kStates = States;
   static constexpr std::size_t kTerms = 18;  // 1/19! = 8e-18
   static constexpr std::array<double, kTerms + 3> kInverse = [] {
     std::array<double, kTerms + 3> result{};
     for (std::size_t k = 1; k < result.size(); ++k) result[k] = 1.0 / static_cast<double>(k);
     return result;
   }();
-  using Square = Eigen::Matrix<double, States, States>;
 
-  template <class Term>
-  void add(std::size_t k, const Term& term) noexcept {
-    terms_[k].noalias() = term;
-    end_ += terms_[k];
-  }
-
-  [[nodiscard]] double crossing_of(const std::array<double, kTerms + 2>& p, double end) const noexcept {
-    const auto value = [&](double s) {
-      const double square = s * s;
-      ValueSlope even{0.0, 0.0}, odd{0.0, 0.0};  // by the square
-      for (std::size_t k = count_ | 1U;; k -= 2) {
-        odd.slope = odd.slope * square + odd.value;
-        even.slope = even.slope * square + even.value;
-        odd.value = odd.value * square + p[k];
-        even.value = even.value * square + p[k - 1];
-        if (k == 1) break;
-      }
-      return ValueSlope{even.value + s * odd.value, odd.value + 2.0 * s * (even.slope + s * odd.slope)};
-    };
-    return first_crossing(value, {p[0], p[1]}, count_ > 1 ? p[2] : 0.0, end);
+  void put(std::size_t k, const State& term, double by) noexcept {
+    for (std::size_t i = 0; i < kStates; ++i) {
+      terms_[k][i] = by * term[i];
+      end_[i] += terms_[k][i];
+    }
   }
 
   std::size_t count_ = 0;                // of the last term
   std::array<State, kTerms + 2> terms_;  // 0 above count_
-  State end_;
+  State end_{};
 };
 
 }  // namespace resonid::plant

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: MIT
-#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 #include <resonid/base/constants.hpp>
 #include <resonid/base/detail/median.hpp>
 #include <resonid/response/detail/excitation_lines.hpp>
 
+#include "linalg/decompositions.hpp"
 #include "response/analytic_signal.hpp"
 
 namespace resonid::response {
@@ -119,7 +119,7 @@ bool follow_phase(const std::vector<Complex>& analytic, double rate_hz, SweepLaw
       design.row(row) << weight, weight * phase_gradient(law, t);
       measured(row) = weight * phase[b];
     }
-    const Eigen::Vector3d solution = design.colPivHouseholderQr().solve(measured);
+    const Eigen::Vector3d solution = linalg::PivotedQr(design).solve(measured);
     correct(law, solution.tail<2>());
     if (!sensible(law, rate_hz)) return false;
   }
@@ -144,7 +144,7 @@ bool fit_samples(std::span<const double> x, double rate_hz, Candidate& candidate
     }
     const Eigen::Index columns = iteration > 0 ? 5 : 3;  // no slope in the law before there is a phasor
     const Eigen::MatrixXd used = gram.topLeftCorner(columns, columns);
-    const Eigen::VectorXd solution = used.colPivHouseholderQr().solve(right.head(columns));
+    const Eigen::VectorXd solution = linalg::PivotedQr(used).solve(right.head(columns));
     phasor = {solution(1), solution(2)};
     candidate.offset = solution(0);
     if (iteration > 0) correct(candidate.law, solution.tail<2>());

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
-#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 #include <resonid/base/constants.hpp>
 
+#include "linalg/decompositions.hpp"
 #include "response/sweep.hpp"
 
 namespace resonid::response {
@@ -94,14 +94,13 @@ Regression regress(const Sweep& sweep, const SweptConfig& config, double centre,
       if (!sweep.values[i].empty()) measured(n, static_cast<Eigen::Index>(i)) = sweep.values[i][k];
   }
   const Eigen::VectorXd root = result.weights.cwiseSqrt();
-  const Eigen::HouseholderQR<Eigen::MatrixXd> qr(root.asDiagonal() * design);
+  const linalg::Qr qr(root.asDiagonal() * design);
   const Eigen::MatrixX3d solution = qr.solve(root.asDiagonal() * measured);
   result.residual = measured - design * solution;
 
   // Estimates are P x with P = (A'WA)^-1 A'W, so white noise gives P P' = R^-1 (Q' W Q) R^-T.
-  const Eigen::MatrixXd thin = qr.householderQ() * Eigen::MatrixXd::Identity(samples, columns);
-  Eigen::MatrixXd projection = (root.asDiagonal() * thin).transpose();
-  qr.matrixQR().topRows(columns).triangularView<Eigen::Upper>().solveInPlace(projection);
+  const Eigen::MatrixXd weighted = root.asDiagonal() * qr.thin_q();
+  const Eigen::MatrixXd projection = linalg::solve_upper(qr.upper(), weighted.transpose());
   const Eigen::MatrixXd gain = projection * projection.transpose();
   const double unit_s = half_width * sweep.sample_time_s;
   for (Eigen::Index i = 0; i < 3; ++i) {

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <resonid/response/local_polynomial.hpp>
 
+#include "linalg/decompositions.hpp"
 #include "response/local_spectra.hpp"
 #include "response/signals.hpp"
 
@@ -51,8 +51,8 @@ Fit fit_around(const Problem& problem, double centre, double half_width) {
   regressors = regressors * scale.cwiseInverse().asDiagonal();
   // Scaled and centred, the normal equations lose few digits, and they cost least.
   const Eigen::MatrixXcd gram = regressors.adjoint() * regressors;
-  const Eigen::LDLT<Eigen::MatrixXcd> solver(gram);
-  if (solver.info() != Eigen::Success || !(solver.rcond() > 1e-11)) return fit;
+  const linalg::ComplexLdlt solver(gram);
+  if (!solver.succeeded() || !(solver.rcond() > 1e-11)) return fit;
   const Eigen::MatrixX3cd solution = solver.solve(regressors.adjoint() * measured);
   const Eigen::MatrixX3cd residual = measured - regressors * solution;
   fit.response = solution.row(0).transpose() / scale(0);

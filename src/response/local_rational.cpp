@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: MIT
-#include <Eigen/Cholesky>
-#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <resonid/response/detail/local_rational.hpp>
 
+#include "linalg/decompositions.hpp"
 #include "response/local_spectra.hpp"
 
 namespace resonid::response {
@@ -65,7 +64,7 @@ Column smoothed(const Eigen::MatrixXd& powers, const Column& reference, const Co
   columns.rightCols(kTerms) = powers.leftCols(kTerms).cast<Complex>();
   const Eigen::RowVectorXd scale = columns.colwise().norm().cwiseMax(1e-300);
   columns = columns * scale.cwiseInverse().asDiagonal();
-  return columns * (columns.adjoint() * columns).ldlt().solve(columns.adjoint() * signal);
+  return columns * linalg::ComplexLdlt(columns.adjoint() * columns).solve(columns.adjoint() * signal);
 }
 
 /// Refined instrumental variables; `instrument` and `noise_free` are the noise-free parts of input and
@@ -87,7 +86,7 @@ Ratio fit_ratio(const Problem& problem, const Eigen::MatrixXd& powers, const Col
     if (!(scale.minCoeff() > 0.0) || !scale.allFinite()) break;
     x = x * scale.cwiseInverse().asDiagonal();
     z = z * scale.cwiseInverse().asDiagonal();
-    const Eigen::PartialPivLU<Eigen::MatrixXcd> solver(z.adjoint() * x);
+    const linalg::ComplexLu solver(z.adjoint() * x);
     if (!(solver.rcond() > 1e-17)) break;  // pole and zero may cancel: any solution is right then
     Eigen::VectorXcd solution = solver.solve(z.adjoint() * output.cwiseQuotient(denominator));
     solution = solution.cwiseQuotient(scale.transpose().cast<Complex>());

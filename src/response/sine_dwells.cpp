@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "response/sine_dwells.hpp"
 
-#include <Eigen/QR>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -9,6 +8,7 @@
 #include <optional>
 #include <resonid/base/constants.hpp>
 
+#include "linalg/decompositions.hpp"
 #include "response/analytic_signal.hpp"
 
 namespace resonid::response {
@@ -70,7 +70,7 @@ std::optional<SineFit> fit_sine(std::span<const double> x, std::size_t first, st
       const auto turn = std::polar(1.0, fit.omega * t);
       design.row(n) << 1.0, t, turn.real(), -turn.imag(), -t * (fit.phasor * turn).imag();
     }
-    const Eigen::VectorXd solution = design.leftCols(columns).colPivHouseholderQr().solve(measured);
+    const Eigen::VectorXd solution = linalg::PivotedQr(design.leftCols(columns)).solve(measured);
     fit.constant = solution(0);
     fit.slope = solution(1);
     fit.phasor = {solution(2), solution(3)};

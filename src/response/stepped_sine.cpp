@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: MIT
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <optional>
 #include <resonid/base/constants.hpp>
 #include <resonid/response/detail/stepped_sine.hpp>
 
+#include "linalg/decompositions.hpp"
 #include "response/side_noise.hpp"
 #include "response/signals.hpp"
 #include "response/sine_dwells.hpp"
@@ -37,7 +37,7 @@ LineFit fit_line(const Signals& signals, double cycles_per_sample, std::size_t f
     for (std::size_t i = 0; i < 3; ++i)
       if (signals.has(i)) measured(n, static_cast<Eigen::Index>(i)) = signals.signal[i][k];
   }
-  const Eigen::LDLT<Eigen::Matrix4d> solver(design.transpose() * design);
+  const linalg::RealLdlt solver(design.transpose() * design);
   const Eigen::Matrix<double, 4, 3> solution = solver.solve(design.transpose() * measured);
   fit.residual = measured - design * solution;
   fit.phasors = solution.row(2).transpose() + Complex(0.0, 1.0) * solution.row(3).transpose().cast<Complex>();
@@ -77,7 +77,7 @@ Groups groups_of(const Signals& signals, double cycles_per_sample, std::size_t f
     }
     const Eigen::Matrix3d gram = design.transpose() * design;
     const Eigen::Vector3d solution =
-        gram.ldlt().solve(design.transpose() * whole.residual.col(2).segment(from, length));
+        linalg::RealLdlt(gram).solve(design.transpose() * whole.residual.col(2).segment(from, length));
     groups.output.push_back(whole.phasors(2) + Complex(solution(1), solution(2)));
   }
   return groups;

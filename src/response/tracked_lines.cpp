@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: MIT
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -9,6 +8,7 @@
 #include <resonid/online/lines/sliding_dft.hpp>
 #include <resonid/response/detail/tracked_lines.hpp>
 
+#include "linalg/decompositions.hpp"
 #include "response/side_noise.hpp"
 #include "response/signals.hpp"
 
@@ -247,7 +247,7 @@ expected<LineEstimates, Error> run_least_squares(const Problem& problem, LineEst
         measured(k, static_cast<Eigen::Index>(s)) = problem.values[s][static_cast<std::size_t>(k)];
   }
   const Eigen::MatrixXd gram = design.transpose() * design;
-  const Eigen::LDLT<Eigen::MatrixXd> solver(gram);
+  const linalg::RealLdlt solver(gram);
   if (!(solver.rcond() > 1e-10)) return refuse("lines_hz", "are too close for the length of the record");
   const Eigen::MatrixX3d solution = solver.solve(design.transpose() * measured);
   const Eigen::MatrixX3d residual = measured - design * solution;

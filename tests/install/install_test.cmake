@@ -26,11 +26,16 @@ foreach(file IN LISTS exported)
 endforeach()
 
 run("${CMAKE_COMMAND}" -G "${GENERATOR}" -S "${CONSUMER}" -B "${WORK}/build" "-DCMAKE_PREFIX_PATH=${WORK}/prefix"
-    "-DCMAKE_CXX_COMPILER=${COMPILER}" "-DCMAKE_C_COMPILER=${C_COMPILER}" "-DCMAKE_CXX_COMPILER_LAUNCHER=${LAUNCHER}" "-DSTAGES=${STAGES}")
+    "-DCMAKE_CXX_COMPILER=${COMPILER}" "-DCMAKE_C_COMPILER=${C_COMPILER}" "-DCMAKE_CXX_COMPILER_LAUNCHER=${LAUNCHER}" "-DSTAGES=${STAGES}" "-DFRONT_DOOR=${FRONT_DOOR}")
 run("${CMAKE_COMMAND}" --build "${WORK}/build")
 run("${WORK}/build/consumer")
 run("${WORK}/build/c_consumer")
 run("${WORK}/build/c_static_consumer")
+run("${WORK}/prefix/bin/resonid" simulate "${EXPERIMENT}" --out "${WORK}/run.csv")
+execute_process(COMMAND "${WORK}/build/front_door" WORKING_DIRECTORY "${WORK}" OUTPUT_VARIABLE modes COMMAND_ERROR_IS_FATAL ANY)
+if(NOT modes MATCHES "anti-resonance 10\\.[67].*\nresonance 15\\.[01]" OR NOT EXISTS "${WORK}/report.html")
+  message(FATAL_ERROR "the front door gave: ${modes}")
+endif()
 
 # The same C program as a Makefile would build it.
 find_program(pkg_config pkg-config REQUIRED)

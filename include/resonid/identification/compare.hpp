@@ -2,6 +2,7 @@
 #pragma once
 
 #include <optional>
+#include <resonid/base/expected.hpp>
 #include <resonid/diagnostics/gap.hpp>
 #include <resonid/identification/result.hpp>
 #include <string>
@@ -74,7 +75,9 @@ struct Changes {
 /// v-gap (METHOD 10.1). Where both results have been bootstrapped, their replicas in pairs give intervals of
 /// the changes and of the v-gap, and what v-gap noise alone makes, without linearisation. What cannot be
 /// compared (units, structures, bands) is a finding. Limits: error bars hold noise, not what the model leaves
-/// out; two records at different operating points differ by friction too.
-[[nodiscard]] Changes compare(const Result& first, const Result& second, const CompareOptions& options = {});
+/// out; two records at different operating points differ by friction too. Refused: a confidence outside (0,
+/// 1).
+[[nodiscard]] expected<Changes, Error> compare(const Result& first, const Result& second,
+                                               const CompareOptions& options = {});
 
 }  // namespace resonid::identification

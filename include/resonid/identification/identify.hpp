@@ -18,6 +18,6 @@ namespace resonid::identification {
 ///    maximum likelihood; the Bayesian information criterion chooses;
 /// 3. margins of the real loop, delay included, from the model and the controller, or from L = Ru/U - 1;
 /// 4. findings say what to know, and whether to trust it.
-[[nodiscard]] expected<Result, Error> identify(const data::Record& record, const Options& options);
+[[nodiscard]] expected<Result, Error> identify(const data::Record& record, const Options& options = {});
 
 }  // namespace resonid::identification

@@ -57,6 +57,6 @@ struct Joint {
 /// Refused: fewer than two records, other sample rates, quantities or units, black boxes, and what identify()
 /// refuses to prepare.
 [[nodiscard]] expected<Joint, Error> join(std::span<const data::Record> records,
-                                          std::span<const Result> results, const Options& options);
+                                          std::span<const Result> results, const Options& options = {});
 
 }  // namespace resonid::identification

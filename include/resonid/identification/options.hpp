@@ -91,16 +91,16 @@ struct Tracker {
 struct Options {
   ExcitationType excitation_type = ExcitationType::automatic;
   /// Linear, from the record's first sample on; the end may be the lower frequency.
-  std::optional<online::SweepLaw> chirp;
-  std::vector<double> lines_hz;    ///< Frequencies to report, ascending; empty: chosen.
-  std::size_t period_samples = 0;  ///< Period of a periodic excitation; 0: detected.
+  std::optional<online::SweepLaw> chirp = {};
+  std::vector<double> lines_hz = {};  ///< Frequencies to report, ascending; empty: chosen.
+  std::size_t period_samples = 0;     ///< Period of a periodic excitation; 0: detected.
   /// Periods discarded at the start of the record; best_linear: of each realisation, one at least.
   std::size_t drop_periods = 0;
   Method method = Method::automatic;
-  std::optional<Approach> approach;            ///< Absent: joint with an excitation signal, else direct.
-  std::optional<data::Controller> controller;  ///< C, from velocity error to torque.
-  double delay_s = 0.0;                        ///< Known delay in the measured output.
-  std::optional<std::pair<double, double>> band_hz;
+  std::optional<Approach> approach = {};            ///< Absent: joint with an excitation signal, else direct.
+  std::optional<data::Controller> controller = {};  ///< C, from velocity error to torque.
+  double delay_s = 0.0;                             ///< Known delay in the measured output.
+  std::optional<std::pair<double, double>> band_hz = {};
   ModelChoice model = ModelChoice::automatic;
   Friction friction = Friction::automatic;  ///< Of drive models; dry friction needs a fit to the record.
   std::size_t order = 0;      ///< Of the black-box model, 1 ... 20; 0: chosen on a validation part.
@@ -108,10 +108,10 @@ struct Options {
   std::uint64_t seed = 1;     ///< Of the bootstrap.
   std::size_t jobs = 1;      ///< Threads of the bootstrap; 0: one per core. The result does not depend on it.
   double confidence = 0.95;  ///< Of the regions in report and summary, inside (0, 1).
-  Tracker tracker;
-  std::optional<double>
-      radius_m;  ///< Of the driven roller: stiffness and damping are reported at the belt too.
-  std::function<void(std::string_view)> progress;  ///< Called with the name of each stage that begins.
+  Tracker tracker = {};
+  std::optional<double> radius_m =
+      {};  ///< Of the driven roller: stiffness and damping are reported at the belt too.
+  std::function<void(std::string_view)> progress = {};  ///< Called with the name of each stage that begins.
 };
 
 }  // namespace resonid::identification

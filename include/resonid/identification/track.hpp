@@ -108,6 +108,6 @@ struct Track {
 ///
 /// Every row passes four gates before it is trusted: there is excitation, the resonance has converged, the
 /// parameters are physical, and the residual is what it was. docs/methods/track.md
-[[nodiscard]] expected<Track, Error> track(const data::Record& record, const TrackOptions& options);
+[[nodiscard]] expected<Track, Error> track(const data::Record& record, const TrackOptions& options = {});
 
 }  // namespace resonid::identification

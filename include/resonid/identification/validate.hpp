@@ -118,6 +118,9 @@ struct ModelValidation {
 /// through the known controller, so that no noise reaches the model's input.
 [[nodiscard]] expected<ModelValidation, Error> validate(const data::Record& record,
                                                         const CandidateModel& candidate,
-                                                        const ValidateOptions& options);
+                                                        const ValidateOptions& options = {});
+/// The model of a result. Refused: a result without one.
+[[nodiscard]] expected<ModelValidation, Error> validate(const data::Record& record, const Result& result,
+                                                        const ValidateOptions& options = {});
 
 }  // namespace resonid::identification

@@ -199,7 +199,9 @@ std::vector<Difference> Changes::all() const {
   return list;
 }
 
-Changes compare(const Result& first, const Result& second, const CompareOptions& options) {
+expected<Changes, Error> compare(const Result& first, const Result& second, const CompareOptions& options) {
+  if (!(options.confidence > 0.0 && options.confidence < 1.0))
+    return refuse("confidence", "must lie between 0 and 1", options.confidence);
   Changes c;
   c.first = first.record;
   c.second = second.record;

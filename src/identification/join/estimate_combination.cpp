@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: MIT
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <identification/join/estimate_combination.hpp>
 #include <iterator>
 #include <resonid/fit/detail/chi_square.hpp>
+
+#include "linalg/decompositions.hpp"
 
 namespace resonid::identification::detail {
 namespace {
@@ -22,7 +23,8 @@ Eigen::MatrixXd inverse(const Eigen::MatrixXd& positive) {
   // Scaled: delays in seconds stand beside logarithms.
   const Eigen::VectorXd size = positive.diagonal().cwiseSqrt().cwiseInverse();
   const Eigen::MatrixXd unit = size.asDiagonal() * positive * size.asDiagonal();
-  const Eigen::MatrixXd inverted = unit.llt().solve(Eigen::MatrixXd::Identity(unit.rows(), unit.cols()));
+  const Eigen::MatrixXd inverted =
+      linalg::Llt(unit).solve(Eigen::MatrixXd::Identity(unit.rows(), unit.cols()));
   return size.asDiagonal() * inverted * size.asDiagonal();
 }
 
@@ -57,7 +59,7 @@ ParameterEstimate estimate_of(const DriveModel& model) {
   }
   const Eigen::MatrixXd covariance =
       scale.asDiagonal() * model.covariance(e.parameters, e.parameters) * scale.asDiagonal();
-  if (!e.x.allFinite() || !covariance.allFinite() || covariance.llt().info() != Eigen::Success) return e;
+  if (!e.x.allFinite() || !covariance.allFinite() || !linalg::Llt(covariance).succeeded()) return e;
   for (Eigen::Index i = 0; i < n; ++i)
     if (!logarithmic(e.parameters[static_cast<std::size_t>(i)]) || covariance(i, i) < kKnown * kKnown)
       e.known.push_back(i);

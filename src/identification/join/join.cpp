@@ -299,7 +299,8 @@ expected<void, Error> check_join(const Options& options) {
 }
 
 expected<Joint, Error> join(std::span<const data::Record> records, std::span<const Result> results,
-                            const Options& options) {
+                            const Options& given) {
+  const Options options = records.empty() ? given : detail::sampled(given, records.front());
   if (auto joinable = check_join(options); !joinable) return tl::unexpected(std::move(joinable.error()));
   if (auto refusal = mismatch(records, results)) return tl::unexpected(std::move(*refusal));
   auto same = prepared(records, options);

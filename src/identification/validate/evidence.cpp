@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: MIT
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <identification/identify/measure/methods.hpp>
@@ -8,6 +7,8 @@
 #include <numeric>
 #include <resonid/base/constants.hpp>
 #include <resonid/response/line_estimates.hpp>
+
+#include "linalg/decompositions.hpp"
 
 namespace resonid::identification::detail {
 namespace {
@@ -18,9 +19,8 @@ using Complex = std::complex<double>;
 Eigen::MatrixXd deviations_of(const Eigen::MatrixXd& covariance) {
   const Eigen::VectorXd sd = covariance.diagonal().cwiseMax(0.0).cwiseSqrt();
   const Eigen::VectorXd inverse = (sd.array() > 0.0).select(sd.cwiseMax(1e-300).cwiseInverse(), 0.0);
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(inverse.asDiagonal() * covariance *
-                                                             inverse.asDiagonal());
-  return sd.asDiagonal() * eigen.eigenvectors() * eigen.eigenvalues().cwiseMax(0.0).cwiseSqrt().asDiagonal();
+  const auto axes = linalg::symmetric_eigenpairs(inverse.asDiagonal() * covariance * inverse.asDiagonal());
+  return sd.asDiagonal() * axes.vectors * axes.values.cwiseMax(0.0).cwiseSqrt().asDiagonal();
 }
 
 /// The candidate's response as a measurement shows it, for velocity, with its standard deviation.

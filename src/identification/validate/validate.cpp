@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <identification/identify/prepare/prepare.hpp>
 #include <identification/linear_simulation.hpp>
 #include <identification/validate/evidence.hpp>
 #include <identification/validate/verdict.hpp>
@@ -106,7 +107,7 @@ class Simulator {
     const auto required = v_.candidate.model ? data::OutputQuantity::velocity : v_.candidate.output_quantity;
     if (record_.output_quantity != required)
       return refused(
-          "output-quantity",
+          "output_quantity",
           fmt::format("found {}, required {}: {}", name_of(record_.output_quantity), name_of(required),
                       v_.candidate.model ? "closed loops are simulated from input to velocity"
                                          : "the transfer function's output"));
@@ -251,7 +252,9 @@ CandidateModel candidate_of(const Result& result) {
 }
 
 expected<ModelValidation, Error> validate(const data::Record& record, const CandidateModel& candidate,
-                                          const ValidateOptions& options) {
+                                          const ValidateOptions& given) {
+  ValidateOptions options = given;
+  options.common = detail::sampled(options.common, record);
   if (!candidate.model && !candidate.transfer_function)
     return refused("candidate", "holds no model; required a result with one, or a transfer function");
   auto validation = Simulator(record, candidate, options).run();
@@ -269,6 +272,11 @@ expected<ModelValidation, Error> validate(const data::Record& record, const Cand
                              uncertainty_of(record, candidate, options, validation->residual), *validation);
   detail::judge(*validation);
   return validation;
+}
+
+expected<ModelValidation, Error> validate(const data::Record& record, const Result& result,
+                                          const ValidateOptions& options) {
+  return validate(record, candidate_of(result), options);
 }
 
 }  // namespace resonid::identification

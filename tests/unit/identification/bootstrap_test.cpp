@@ -65,7 +65,7 @@ TEST(Bootstrap, ForetellsTheGapThatNoiseMakes) {
              second = bootstrapped(experiment(3.0, 0.1, 2), 100);
   CompareOptions options;
   options.weight = test::known(experiment(3.0, 0.1)).controller;
-  const auto changes = compare(first, second, options);
+  const auto changes = compare(first, second, options).value();
   ASSERT_TRUE(changes.model_gap_bootstrap);
   const auto& told = *changes.model_gap_bootstrap;
   EXPECT_GE(told.pairs, 95U);

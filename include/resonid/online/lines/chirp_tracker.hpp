@@ -122,6 +122,9 @@ class ChirpTracker {
     samples_ = skipped_ = 0;
   }
 
+  /// The signals begin anew at rest, the sweep goes on.
+  void forget_signals() noexcept { channels_ = {}; }
+
   /// Rotating phasor at the newest sample, in the unit of the signal (peak value).
   [[nodiscard]] std::complex<Scalar> phasor(std::size_t = 0, std::size_t channel = 0) const noexcept {
     const Channel& c = channels_[channel];
@@ -180,6 +183,7 @@ class ChirpTracker {
     frozen.reset();
     return frozen;
   }
+  [[nodiscard]] double probe_lag_samples(std::size_t i) const noexcept { return figures_[i].lag_samples; }
   [[nodiscard]] double probe_position() const noexcept {
     if (law_.to_hz == law_.from_hz) return 0.0;
     return (kProbes - 1) * (frequency_hz() - law_.from_hz) / (law_.to_hz - law_.from_hz);

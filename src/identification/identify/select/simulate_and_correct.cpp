@@ -1,13 +1,14 @@
 // SPDX-License-Identifier: MIT
 #include <fmt/format.h>
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <identification/identify/measure/measure.hpp>
 #include <identification/identify/select/simulate_and_correct.hpp>
 #include <resonid/diagnostics/residuals.hpp>
 #include <resonid/fit/output_error.hpp>
+
+#include "linalg/decompositions.hpp"
 
 namespace resonid::identification::detail {
 namespace {
@@ -72,14 +73,14 @@ std::vector<fit::DriveModel> neighbours_of(const fit::DriveModel& model) {
   const Eigen::VectorXd scale = covariance.diagonal().cwiseMax(1e-300).cwiseSqrt();
   const Eigen::MatrixXd correlation =
       scale.cwiseInverse().asDiagonal() * covariance * scale.cwiseInverse().asDiagonal();
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(correlation);
-  for (Eigen::Index k = 0; k < solver.eigenvalues().size(); ++k) {
-    const double size = std::sqrt(std::max(solver.eigenvalues()(k), 0.0));
+  const auto axes = linalg::symmetric_eigenpairs(correlation);
+  for (Eigen::Index k = 0; k < axes.values.size(); ++k) {
+    const double size = std::sqrt(std::max(axes.values(k), 0.0));
     if (!(size > 1e-9)) continue;
     fit::DriveModel neighbour = model;
     for (int i = 0; i < fit::kParameterCount; ++i)
       if (model.estimated[static_cast<std::size_t>(i)])
-        neighbour = neighbour.moved(i, size * scale(i) * solver.eigenvectors()(i, k));
+        neighbour = neighbour.moved(i, size * scale(i) * axes.vectors(i, k));
     neighbours.push_back(std::move(neighbour));
   }
   return neighbours;

@@ -97,6 +97,8 @@ class WeightedRows {
       if (!(d_[i] > Real(0))) return false;
     return true;
   }
+  /// For a state of unknown origin (base/detail/intact.hpp).
+  [[nodiscard]] bool intact() const noexcept { return columns_ <= MaxColumns; }
 
  private:
   Row d_{}, right_{};
