@@ -6,22 +6,22 @@
 namespace resonid::cli {
 namespace {
 
-void put_in_options(std::string& text) { text = in_options(std::string_view(text)); }
+void translate(std::string& text) { text = in_options(std::string_view(text)); }
 
-void put_in_options(std::vector<diagnostics::Finding>& findings) {
-  for (auto& f : findings) put_in_options(f.meaning);
+void translate(std::vector<diagnostics::Finding>& findings) {
+  for (auto& f : findings) translate(f.meaning);
 }
 
 }  // namespace
 
 void put_in_options(std::vector<std::string>& sentences) {
-  for (auto& sentence : sentences) put_in_options(sentence);
+  for (auto& sentence : sentences) translate(sentence);
 }
 
 void put_in_options(identification::Result& result) {
-  put_in_options(result.findings);
-  for (auto& c : result.choices) put_in_options(c.because);
-  for (auto& s : result.structures) put_in_options(s.remark);
+  translate(result.findings);
+  for (auto& c : result.choices) translate(c.because);
+  for (auto& s : result.structures) translate(s.remark);
 }
 
 void put_in_options(report::BatchResult& result) {
@@ -35,10 +35,10 @@ void put_in_options(report::BatchResult& result) {
 }
 
 void put_in_options(identification::Track& track) {
-  put_in_options(track.findings);
-  put_in_options(track.reason);
+  translate(track.findings);
+  translate(track.reason);
 }
-void put_in_options(identification::ModelValidation& validation) { put_in_options(validation.findings); }
-void put_in_options(identification::Changes& changes) { put_in_options(changes.findings); }
+void put_in_options(identification::ModelValidation& validation) { translate(validation.findings); }
+void put_in_options(identification::Changes& changes) { translate(changes.findings); }
 
 }  // namespace resonid::cli

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <resonid/base/error_text.hpp>
 #include <resonid/identification/detail/figures.hpp>
+#include <resonid/identification/result.hpp>
 #include <resonid/report/json.hpp>
 
 #include "report/words.hpp"

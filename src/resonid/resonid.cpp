@@ -5,6 +5,7 @@
 #include <resonid/report/detail/compare.hpp>
 #include <resonid/report/detail/plan.hpp>
 #include <resonid/report/detail/track.hpp>
+#include <resonid/report/detail/truth.hpp>
 #include <resonid/report/detail/validate.hpp>
 #include <resonid/report/json.hpp>
 #include <resonid/report/page.hpp>
@@ -13,20 +14,37 @@
 namespace resonid {
 namespace {
 
+/// The library's error, with the file that it is about.
+Error in_file(Error error, const std::filesystem::path& file) {
+  if (error.where.empty()) error.where = file.string();
+  return error;
+}
+
+template <class T>
+expected<T, Error> read(std::string_view text) {
+  const auto json = nlohmann::json::parse(text, nullptr, false);
+  if (json.is_discarded()) return refuse("text", "must be JSON");
+  return report::from_json<T>(json);
+}
+
 expected<std::filesystem::path, Error> write(const std::filesystem::path& file, const std::string& page) {
   auto written = io::write_file_atomically(file, page);
-  if (!written) return unexpected(std::move(written.error()));
+  if (!written) return unexpected(in_file(written.error(), file));
   return file;
 }
 
 }  // namespace
 
 expected<Record, Error> read_record(const std::filesystem::path& file, const ReadOptions& options) {
-  return io::read_record(file, options);
+  auto record = io::read_record(file, options);
+  if (!record) return unexpected(in_file(record.error(), file));
+  return std::move(*record);
 }
 
 expected<SimulateOptions, Error> read_experiment(const std::filesystem::path& file) {
-  return io::read_experiment(file);
+  auto config = io::read_experiment(file);
+  if (!config) return unexpected(in_file(config.error(), file));
+  return std::move(*config);
 }
 
 expected<Simulation, Error> simulate(const SimulateOptions& options) {
@@ -74,16 +92,7 @@ std::string to_json(const ModelValidation& validation) { return report::to_json(
 std::string to_json(const Changes& changes) { return report::to_json(changes).dump(1); }
 std::string to_json(const Plan& plan) { return report::to_json(plan).dump(1); }
 
-namespace {
-
-template <class T>
-expected<T, Error> read(std::string_view text) {
-  const auto json = nlohmann::json::parse(text, nullptr, false);
-  if (json.is_discarded()) return refuse("text", "must be JSON");
-  return report::from_json<T>(json);
-}
-
-}  // namespace
+std::string to_json(const Truth& truth) { return report::to_json(report::simulated_truth(truth)).dump(1); }
 
 template <>
 expected<Result, Error> from_json<Result>(std::string_view text) {
@@ -104,6 +113,12 @@ expected<Changes, Error> from_json<Changes>(std::string_view text) {
 template <>
 expected<Plan, Error> from_json<Plan>(std::string_view text) {
   return read<Plan>(text);
+}
+template <>
+expected<Truth, Error> from_json<Truth>(std::string_view text) {
+  auto truth = read<report::SimulatedTruth>(text);
+  if (!truth) return unexpected(std::move(truth.error()));
+  return std::move(truth->truth);
 }
 
 }  // namespace resonid

@@ -49,7 +49,7 @@ inline void prbs(plant::ExperimentConfig& c) {
 
 inline plant::Simulation simulated(const plant::ExperimentConfig& c, std::span<const double> grid_hz = {}) {
   auto simulation = plant::simulate_closed_loop(c, grid_hz);
-  if (!simulation) throw std::runtime_error(simulation.error().text());
+  if (!simulation) throw std::runtime_error(message_of(simulation.error()));
   return std::move(*simulation);
 }
 

@@ -7,6 +7,7 @@
 #include <identification/identify/measure/methods.hpp>
 #include <identification/identify/prepare/plan.hpp>
 #include <resonid/response/detail/excitation_lines.hpp>
+#include <resonid/response/detail/stepped_sine.hpp>
 #include <resonid/response/periodic_averaging.hpp>
 
 namespace resonid::identification::detail {
