@@ -4,6 +4,7 @@
 
 #include <cmath>
 #include <filesystem>
+#include <resonid/base/error_text.hpp>
 #include <resonid/io/detail/atomic_file.hpp>
 #include <resonid/io/record_file.hpp>
 #include <resonid/io/record_reader.hpp>
@@ -53,7 +54,7 @@ void read_record_from_csv(benchmark::State& state) {
   if (!file.written()) state.SkipWithError("cannot write the record");
   for (auto _ : state) {
     auto record = read_record(file.path(), {});
-    if (!record) state.SkipWithError(record.error().message.c_str());
+    if (!record) state.SkipWithError(message_of(record.error()).c_str());
     benchmark::DoNotOptimize(record);
   }
   state.SetItemsProcessed(state.iterations() * state.range(0));

@@ -4,6 +4,7 @@
 #include <chrono>
 #include <cstdio>
 #include <cstdlib>
+#include <resonid/base/error_text.hpp>
 #include <resonid/io/detail/table.hpp>
 
 int main(int argc, char** argv) {
@@ -17,7 +18,7 @@ int main(int argc, char** argv) {
     const auto table = resonid::io::read_csv(argv[1]);
     const std::chrono::duration<double> taken = std::chrono::steady_clock::now() - begin;
     if (!table) {
-      std::fprintf(stderr, "%s\n", table.error().message.c_str());
+      std::fprintf(stderr, "%s\n", message_of(table.error()).c_str());
       return 2;
     }
     double sum = 0.0;

@@ -16,6 +16,9 @@ foreach(target IN LISTS stage_targets)  # headers of the stages that are built: 
     install(DIRECTORY "${PROJECT_SOURCE_DIR}/include/resonid/${stage}" DESTINATION "${CMAKE_INSTALL_INCLUDEDIR}/resonid")
   endif()
 endforeach()
+if(TARGET resonid_report)
+  install(DIRECTORY "${PROJECT_SOURCE_DIR}/docs/schema" DESTINATION "${CMAKE_INSTALL_DATADIR}/resonid")
+endif()
 install(FILES "${PROJECT_SOURCE_DIR}/LICENSE" DESTINATION "${CMAKE_INSTALL_DOCDIR}")
 install(EXPORT resonid-targets NAMESPACE resonid::
         DESTINATION "${CMAKE_INSTALL_LIBDIR}/cmake/resonid")

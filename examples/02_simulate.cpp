@@ -3,6 +3,7 @@
 // with noise and a delay of two samples, while a chirp is added to the controller's output.
 #include <cstdlib>
 #include <iostream>
+#include <resonid/base/error_text.hpp>
 #include <resonid/plant/experiment.hpp>
 
 namespace plant = resonid::plant;
@@ -29,7 +30,7 @@ int main() {
 
   const auto simulation = plant::simulate_closed_loop(experiment);
   if (!simulation) {
-    std::cerr << simulation.error().text() << "\n";
+    std::cerr << resonid::message_of(simulation.error()) << "\n";
     return EXIT_FAILURE;
   }
 

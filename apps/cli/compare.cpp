@@ -4,15 +4,18 @@
 #include <CLI/App.hpp>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <resonid/base/error_text.hpp>
 #include <resonid/identification/compare.hpp>
 #include <resonid/io/controller_file.hpp>
 #include <resonid/io/detail/number_list.hpp>
 #include <resonid/report/detail/compare.hpp>
 
 #include "errors.hpp"
+#include "option_names.hpp"
 #include "options.hpp"
 #include "output.hpp"
 #include "result_file.hpp"
+#include "result_words.hpp"
 #include "verbs.hpp"
 
 namespace resonid::cli {
@@ -33,7 +36,7 @@ data::TransferFunction weight_of(const std::string& text, double sample_time_s) 
     return {{*factor}, {1.0}, sample_time_s};
   }
   const auto file = io::read_controller(text, sample_time_s);
-  if (!file) throw UsageError("--weight: " + file.error().message);
+  if (!file) throw UsageError("--weight: " + message_of(file.error()));
   return *file;
 }
 
@@ -49,12 +52,13 @@ void run_compare(CompareVerb& o) {
   const double sample_time_s = 1.0 / first.record.sample_rate_hz;
   if (!o.controller.empty()) {
     auto controller = io::read_controller(o.controller, sample_time_s);
-    if (!controller) throw UsageError("--controller: " + controller.error().message);
+    if (!controller) throw UsageError("--controller: " + message_of(controller.error()));
     o.options.weight = std::move(*controller);
   } else if (!o.weight.empty()) {
     o.options.weight = weight_of(o.weight, sample_time_s);
   }
-  const auto comparison = identification::compare(first, second, o.options).value();
+  auto comparison = identification::compare(first, second, o.options).value();
+  put_in_options(comparison);
   if (!o.report.empty()) {
     auto page = report::document(comparison);
     page.command = fmt::format("resonid compare {} {} --report {}", o.first, o.second, o.report);

@@ -14,11 +14,13 @@
 
 #include "errors.hpp"
 #include "identify_many.hpp"
+#include "option_names.hpp"
 #include "options.hpp"
 #include "output.hpp"
 #include "progress.hpp"
 #include "record_options.hpp"
 #include "result_file.hpp"
+#include "result_words.hpp"
 #include "verbs.hpp"
 
 namespace resonid::cli {
@@ -51,8 +53,9 @@ void identify_one(const CLI::App& verb, IdentifyOptions& o) {
   o.method.options.jobs = o.jobs;
   o.method.options.progress = [&progress](std::string_view stage) { progress.stage(stage); };
   auto result = identification::identify(record, o.method.options);
-  if (!result) throw UsageError("--" + result.error().field.str() + ": " + result.error().requirement.str());
+  if (!result) throw UsageError(in_options(result.error()));
   validate_elsewhere(verb, o, *result);
+  put_in_options(*result);
   progress.stage("writing");
   if (!o.response.empty()) write_response(o.response, *result);
   if (!o.report.empty()) write_output(o.report, report::page(report::page_json(*result, record)));
@@ -69,7 +72,7 @@ void run_identify(const CLI::App& verb, IdentifyOptions& o) {
   check(verb, o.method);
   if (o.join)
     if (const auto joinable = identification::check_join(o.method.options); !joinable)
-      throw UsageError("--" + joinable.error().field.str() + ": " + joinable.error().requirement.str());
+      throw UsageError(in_options(joinable.error()));
   if (!o.validate_on.empty() && o.method.options.model == identification::ModelChoice::none)
     throw UsageError("--validate-on: simulates the model; required --model other than none");
   const auto files = expanded(o.records);

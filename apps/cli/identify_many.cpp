@@ -13,9 +13,11 @@
 #include <set>
 
 #include "errors.hpp"
+#include "option_names.hpp"
 #include "output.hpp"
 #include "progress.hpp"
 #include "result_file.hpp"
+#include "result_words.hpp"
 
 namespace resonid::cli {
 namespace {
@@ -80,7 +82,7 @@ void join(const CLI::App& verb, const IdentifyOptions& o, const std::vector<std:
     progress.stage(fmt::format("joining, {}", stage));
   };
   auto joint = identification::join(records, results, *options);
-  if (!joint) throw UsageError("--" + joint.error().field.str() + ": " + joint.error().requirement.str());
+  if (!joint) throw UsageError(in_options(joint.error()));
   result.joint = std::move(*joint);
 }
 
@@ -156,11 +158,9 @@ std::vector<std::string> expanded(const std::vector<std::string>& arguments) {
 void validate_elsewhere(const CLI::App& verb, const IdentifyOptions& o, identification::Result& result) {
   if (o.validate_on.empty() || !(result.model || result.black_box)) return;
   auto job = load(verb, o, o.validate_on);
-  if (!job) throw InputError("--validate-on: " + job.error().requirement.str());
+  if (!job) throw InputError("--validate-on: " + in_options(job.error()));
   const auto done = identification::validate_on(job->record, job->options, result);
-  if (!done)
-    throw UsageError("--validate-on: " + o.validate_on + ": " + done.error().field.str() + " " +
-                     done.error().requirement.str());
+  if (!done) throw UsageError("--validate-on: " + o.validate_on + ": " + in_options(done.error()));
 }
 
 void identify_many(const CLI::App& verb, const IdentifyOptions& o, const std::vector<std::string>& files) {
@@ -191,6 +191,7 @@ void identify_many(const CLI::App& verb, const IdentifyOptions& o, const std::ve
     complain(o, result);
   if (o.join) join(verb, o, files, progress, result);
   if (!o.validate_on.empty()) validate_all(verb, o, result);
+  put_in_options(result);
   progress.stage("writing");
   write_all(o, result);
   if (!quiet) {

@@ -4,28 +4,16 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <charconv>
 #include <cmath>
 #include <resonid/io/detail/number_list.hpp>
 #include <resonid/io/detail/suggestion.hpp>
 
 #include "errors.hpp"
+#include "option_names.hpp"
 
 namespace resonid::cli {
 namespace {
-
-struct Unit {
-  std::string_view suffix, placeholder;
-};
-constexpr std::array kUnits{Unit{"_hz", "HZ"}, Unit{"_rad", "RAD"}, Unit{"_s", "SECONDS"}, Unit{"_m", "M"}};
-
-const Unit* unit_of(std::string_view field) {
-  for (const auto& unit : kUnits)
-    if (field.size() > unit.suffix.size() && field.substr(field.size() - unit.suffix.size()) == unit.suffix)
-      return &unit;
-  return nullptr;
-}
 
 [[noreturn]] void refuse_text(const std::string& name, const std::string& found,
                               const std::string& required) {
@@ -65,7 +53,7 @@ CLI::Option* add_lines(CLI::App& app, const std::string& name,
                        std::function<void(std::span<const double>)> assign, const std::string& doc) {
   const auto read = [name, assign](const std::string& text) {
     const auto lines = io::parse_lines(text);
-    if (!lines) throw UsageError(name + ": " + lines.error().message);
+    if (!lines) throw UsageError(name + ": " + lines.error().requirement.str());
     assign(*lines);
   };
   return app.add_option_function<std::string>(name, read, doc)->type_name("F0:F1:STEP|F,F,F");
@@ -105,22 +93,10 @@ CLI::Option* add_colons(CLI::App& app, const std::string& name, std::size_t coun
                         std::function<void(const std::vector<double>&)> assign, const std::string& doc) {
   const auto read = [name, count, form, assign](const std::string& text) {
     const auto numbers = io::parse_colons(text, count, form);
-    if (!numbers) throw UsageError(name + ": " + numbers.error().message);
+    if (!numbers) throw UsageError(name + ": " + numbers.error().requirement.str());
     assign(*numbers);
   };
   return app.add_option_function<std::string>(name, read, doc)->type_name(form);
-}
-
-std::string option_name(std::string_view field) {
-  if (const Unit* unit = unit_of(field)) field.remove_suffix(unit->suffix.size());
-  std::string name = "--" + std::string(field);
-  std::replace(name.begin(), name.end(), '_', '-');
-  return name;
-}
-
-std::string option_unit(std::string_view field) {
-  const Unit* unit = unit_of(field);
-  return unit == nullptr ? "X" : std::string(unit->placeholder);
 }
 
 void OptionVisitor::add_field_lines(const std::string& name, online::LineList& target,

@@ -14,6 +14,8 @@
 #include <type_traits>
 #include <vector>
 
+#include "option_names.hpp"
+
 namespace resonid::cli {
 
 /// Options whose wrong values end as a UsageError that names option, what was found and what is required.
@@ -38,11 +40,6 @@ CLI::Option* add_number(CLI::App& app, const std::string& name, std::optional<do
 /// Numbers with colons, "LO:HI".
 CLI::Option* add_colons(CLI::App& app, const std::string& name, std::size_t count, const std::string& form,
                         std::function<void(const std::vector<double>&)> assign, const std::string& doc);
-
-/// `from_hz` -> `--from`: the option of a configuration field, without its unit.
-[[nodiscard]] std::string option_name(std::string_view field);
-/// `from_hz` -> `HZ`.
-[[nodiscard]] std::string option_unit(std::string_view field);
 
 /// Makes an option of every field that describe() names, except those that are fixed by the command itself.
 class OptionVisitor {

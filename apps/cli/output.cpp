@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <iterator>
 #include <nlohmann/json.hpp>
+#include <resonid/base/error_text.hpp>
 #include <resonid/io/detail/atomic_file.hpp>
 #include <vector>
 
@@ -29,14 +30,14 @@ void print_error(std::string_view text) { std::fwrite(text.data(), 1, text.size(
 void write_output(const std::string& path, std::string_view contents) {
   if (path == "-") return print(contents);
   if (const auto written = io::write_file_atomically(path, contents); !written)
-    throw std::runtime_error(written.error().message);
+    throw std::runtime_error(message_of(written.error()));
 }
 
 void refuse_unwritable(std::initializer_list<std::string_view> paths) {
   for (const auto path : paths) {
     if (path.empty() || path == "-") continue;
     if (const auto writable = io::check_writable(path); !writable)
-      throw std::runtime_error(writable.error().message);
+      throw std::runtime_error(message_of(writable.error()));
   }
 }
 

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <resonid/base/error_text.hpp>
 #include <resonid/io/controller_file.hpp>
 #include <resonid/io/detail/number_list.hpp>
 #include <resonid/io/detail/suggestion.hpp>
@@ -13,10 +14,12 @@
 #include <resonid/report/detail/plan.hpp>
 
 #include "errors.hpp"
+#include "option_names.hpp"
 #include "options.hpp"
 #include "output.hpp"
 #include "progress.hpp"
 #include "result_file.hpp"
+#include "result_words.hpp"
 #include "verbs.hpp"
 
 namespace resonid::cli {
@@ -112,7 +115,7 @@ void read_drive(const CLI::App& verb, PlanOptions& o) {
   if (o.delay_s) drive.model.known_delay_s = *o.delay_s;
   if (!o.controller.empty()) {
     auto controller = io::read_controller(o.controller, drive.model.sample_time_s);
-    if (!controller) throw UsageError("--controller: " + controller.error().message);
+    if (!controller) throw UsageError("--controller: " + message_of(controller.error()));
     drive.controller = std::move(*controller);
   }
   if (!o.noise)
@@ -228,6 +231,7 @@ void write_results(const planning::Plan& plan, const PlanOptions& o) {
   if (!o.json.empty()) write_json(o.json, report::to_json(plan));
   if (!o.report.empty()) {
     auto page = report::document(plan);
+    put_in_options(page.summary);
     page.command = fmt::format("resonid plan ... --report {}", o.report);
     write_output(o.report, report::document_page(page));
   }
@@ -237,7 +241,8 @@ void write_results(const planning::Plan& plan, const PlanOptions& o) {
 [[noreturn]] void refuse_plan(const CLI::App& verb, const Error& error) {
   for (const auto name : fit::kParameterNames)
     if (error.field == name)
-      throw UsageError(fmt::format("--parameters: {}: found {:g}, {}", name, error.value, error.requirement));
+      throw UsageError(
+          fmt::format("--parameters: {}: found {:g}, {}", name, error.value, error.requirement.view()));
   refuse_option(verb, error);
 }
 
@@ -258,7 +263,7 @@ void run_plan(const CLI::App& verb, PlanOptions& o) {
   if (!plan) refuse_plan(verb, plan.error());
   write_results(*plan, o);
   if (quiet) return;
-  print(report::summary_text(*plan));
+  print(in_options(report::summary_text(*plan)));
   for (const auto& path : {o.out, o.experiment, o.report})
     if (!path.empty()) print(fmt::format("Written to {}\n", path));
 }

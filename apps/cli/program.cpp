@@ -4,6 +4,7 @@
 #include <CLI/Config.hpp>
 #include <CLI/Formatter.hpp>
 #include <cli/errors.hpp>
+#include <cli/option_names.hpp>
 #include <cli/output.hpp>
 #include <cli/program.hpp>
 #include <exception>
@@ -40,7 +41,7 @@ void print_wrong_use(const CLI::App& app, const std::string& message) {
   std::string name;
   for (const CLI::App* verb = &deepest(app); verb != nullptr; verb = verb->get_parent())
     name = verb->get_name() + (name.empty() ? "" : " " + name);
-  print_error("resonid: " + message + "\nSee '" + name + " --help'.\n");
+  print_error("resonid: " + in_options(message) + "\nSee '" + name + " --help'.\n");
 }
 
 /// Steps that the solver of the fits takes back itself are no business of the user's.
@@ -63,12 +64,12 @@ int run_program(CLI::App& app, int argc, char** argv, bool needs_verb) {
   } catch (const UsageError& error) {
     print_wrong_use(app, error.what());
   } catch (const InputError& error) {
-    print_error(std::string("resonid: ") + error.what() + "\n");
+    print_error("resonid: " + in_options(error.what()) + "\n");
   } catch (const NotTrustedError& error) {
-    print_error(std::string("resonid: ") + error.what() + "\n");
+    print_error("resonid: " + in_options(error.what()) + "\n");
     return kNotTrusted;
   } catch (const std::exception& error) {
-    print_error(std::string("resonid: ") + error.what() + "\n");
+    print_error("resonid: " + in_options(error.what()) + "\n");
     return kFailed;
   }
   return kWrongUse;

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <array>
+#include <resonid/base/error_text.hpp>
 #include <resonid/io/controller_file.hpp>
 
 #include "errors.hpp"
@@ -67,7 +68,7 @@ data::Record read_record(const CLI::App& verb, const RecordOptions& o) {
   if (verb.get_option("--sample-rate")->count() > 0 && !(o.columns.sample_rate_hz > 0.0))
     throw UsageError(fmt::format("--sample-rate: found {:g}, required > 0 Hz", o.columns.sample_rate_hz));
   auto record = io::read_record(o.record, o.columns);
-  if (!record) throw InputError(record.error().message);
+  if (!record) throw InputError(in_options(record.error()));
   return std::move(*record);
 }
 
@@ -189,7 +190,7 @@ void check(const CLI::App& verb, MethodOptions& o) {
 void complete(MethodOptions& o, const data::Record& record) {
   if (o.controller.empty()) return;
   auto controller = io::read_controller(o.controller, record.sample_time_s());
-  if (!controller) throw UsageError("--controller: " + controller.error().message);
+  if (!controller) throw UsageError("--controller: " + message_of(controller.error()));
   o.options.controller = std::move(*controller);
 }
 

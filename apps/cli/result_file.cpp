@@ -2,6 +2,7 @@
 #include "result_file.hpp"
 
 #include <nlohmann/json.hpp>
+#include <resonid/base/error_text.hpp>
 #include <resonid/io/detail/json_file.hpp>
 #include <resonid/io/response_file.hpp>
 #include <resonid/report/json.hpp>
@@ -13,10 +14,10 @@ namespace resonid::cli {
 
 identification::Result read_result(const std::string& path) {
   const auto json = io::read_json(path);
-  if (!json) throw InputError(json.error().message);
-  auto result = report::result_from_json(*json);
+  if (!json) throw InputError(message_of(json.error()));
+  auto result = report::from_json<identification::Result>(*json);
   if (!result)
-    throw InputError(path + ": is no result of 'resonid identify --json'\n" + result.error().message());
+    throw InputError(path + ": is no result of 'resonid identify --json'\n" + message_of(result.error()));
   return std::move(*result);
 }
 

@@ -8,17 +8,19 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
+#include <resonid/base/error_text.hpp>
 #include <resonid/io/detail/experiment_schema.hpp>
 #include <resonid/io/detail/suggestion.hpp>
 #include <resonid/io/experiment.hpp>
 #include <resonid/io/shipped_experiments.hpp>
 #include <resonid/plant/experiment.hpp>
+#include <resonid/report/detail/truth.hpp>
+#include <resonid/report/json.hpp>
 
 #include "errors.hpp"
 #include "options.hpp"
 #include "output.hpp"
 #include "progress.hpp"
-#include "truth_json.hpp"
 #include "verbs.hpp"
 
 namespace resonid::cli {
@@ -54,7 +56,7 @@ Source source_of(const std::string& experiment) {
   auto text = io::read_experiment_text(experiment);
   if (text) return {experiment, std::move(*text)};
   const bool name = experiment.find_first_of("/.") == std::string::npos;
-  throw InputError(text.error().message +
+  throw InputError(message_of(text.error()) +
                    (name ? ", and no shipped experiment has that name" + io::suggestion(experiment, names) +
                                "; 'resonid simulate --list' shows them"
                          : std::string()));
@@ -207,7 +209,7 @@ plant::Simulation simulated(const CLI::App& verb, const SimulateOptions& o) {
   const Source source = source_of(o.experiment);
   auto config =
       io::parse_experiment(source.text, source.name, shorter ? std::optional(o.duration_s) : std::nullopt);
-  if (!config) throw InputError(config.error().message);
+  if (!config) throw InputError(message_of(config.error()));
   if (verb.get_option("--seed")->count() > 0) config->run.seed = o.seed;
   for (const double f : o.lines_hz)
     if (!(f > 0.0 && f <= 0.5 * config->run.sample_rate_hz))
@@ -215,7 +217,8 @@ plant::Simulation simulated(const CLI::App& verb, const SimulateOptions& o) {
           fmt::format("--lines: found {} Hz, required > 0 and at most half the sample rate, {} Hz", f,
                       0.5 * config->run.sample_rate_hz));
   auto simulation = plant::simulate_closed_loop(*config, o.lines_hz);
-  if (!simulation) throw InputError(io::explain_experiment(source.text, source.name, simulation.error()));
+  if (!simulation)
+    throw InputError(message_of(io::explain_experiment(source.text, source.name, simulation.error())));
   return std::move(*simulation);
 }
 
@@ -229,7 +232,7 @@ void run_simulate(const CLI::App& verb, const SimulateOptions& o) {
   const auto simulation = simulated(verb, o);
   progress.stage("writing");
   if (!o.out.empty()) write_output(o.out, record_csv(simulation.record));
-  if (!o.truth.empty()) write_json(o.truth, truth_json(simulation.truth));
+  if (!o.truth.empty()) write_json(o.truth, report::to_json(report::simulated_truth(simulation.truth)));
   if (!o.json.empty()) write_json(o.json, summary_json(o, simulation));
   if (!quiet) print(summary_text(o, simulation));
 }

@@ -9,16 +9,19 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
+#include <resonid/base/error_text.hpp>
 #include <resonid/identification/track.hpp>
 #include <resonid/io/detail/atomic_file.hpp>
 #include <resonid/report/detail/track.hpp>
 #include <resonid/report/json.hpp>
 
 #include "errors.hpp"
+#include "option_names.hpp"
 #include "options.hpp"
 #include "output.hpp"
 #include "progress.hpp"
 #include "record_options.hpp"
+#include "result_words.hpp"
 #include "verbs.hpp"
 
 namespace resonid::cli {
@@ -43,7 +46,7 @@ class RowWriter {
   explicit RowWriter(const std::string& path) : standard_output_(path == "-") {
     if (standard_output_) return;
     auto file = io::AtomicFile::create(path);
-    if (!file) throw std::runtime_error(file.error().message);
+    if (!file) throw std::runtime_error(message_of(file.error()));
     file_.emplace(std::move(*file));
   }
 
@@ -62,7 +65,7 @@ class RowWriter {
   void finish() {
     flush();
     if (!file_) return;
-    if (const auto done = file_->commit(); !done) throw std::runtime_error(done.error().message);
+    if (const auto done = file_->commit(); !done) throw std::runtime_error(message_of(done.error()));
   }
 
  private:
@@ -76,7 +79,7 @@ class RowWriter {
     if (standard_output_) {
       print(piece);
     } else if (const auto written = file_->write(piece); !written) {
-      throw std::runtime_error(written.error().message);
+      throw std::runtime_error(message_of(written.error()));
     }
     text_.clear();
   }
@@ -93,8 +96,8 @@ identification::Result read_result_for(const char* option, const std::string& pa
   if (json.is_discarded())
     throw InputError(fmt::format("{}: '{}': is no JSON; the result of 'resonid identify --json' is required",
                                  option, path));
-  auto result = report::result_from_json(json);
-  if (!result) throw InputError(fmt::format("{}: '{}': {}", option, path, result.error().message()));
+  auto result = report::from_json<identification::Result>(json);
+  if (!result) throw InputError(fmt::format("{}: '{}': {}", option, path, message_of(result.error())));
   return std::move(*result);
 }
 
@@ -152,12 +155,13 @@ void run_track(const CLI::App& verb, TrackVerbOptions& o) {
     o.track.on_columns = [&](std::span<const std::string> names) { writer.emplace(o.out).columns(names); };
     o.track.on_row = [&](std::span<const double> values) { writer->row(values); };
   }
-  const auto track = identification::track(record, o.track);
-  if (!track) throw UsageError("--" + track.error().field.str() + ": " + track.error().requirement.str());
+  auto track = identification::track(record, o.track);
+  if (!track) throw UsageError(in_options(track.error()));
+  put_in_options(*track);
   progress.stage("writing");
   if (writer) writer->finish();
   if (!o.report.empty()) write_output(o.report, report::document_page(report::track_document(*track)));
-  if (!o.json.empty()) write_json(o.json, report::track_json(*track));
+  if (!o.json.empty()) write_json(o.json, report::to_json(*track));
   if (!quiet) {
     print(report::track_text(*track));
     if (!o.out.empty()) print(fmt::format("{} rows written to {}\n", track->rows, o.out));

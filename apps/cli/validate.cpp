@@ -4,15 +4,18 @@
 #include <CLI/App.hpp>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <resonid/base/error_text.hpp>
 #include <resonid/identification/validate.hpp>
 #include <resonid/io/detail/json_file.hpp>
 #include <resonid/report/detail/validate.hpp>
 
 #include "errors.hpp"
+#include "option_names.hpp"
 #include "options.hpp"
 #include "output.hpp"
 #include "progress.hpp"
 #include "record_options.hpp"
+#include "result_words.hpp"
 #include "verbs.hpp"
 
 namespace resonid::cli {
@@ -30,12 +33,12 @@ struct ValidateVerb {
 
 identification::CandidateModel read_candidate(const std::string& path) {
   const auto json = io::read_json(path);
-  if (!json) throw InputError(json.error().message);
-  auto candidate = report::candidate_from_json(*json);
+  if (!json) throw InputError(message_of(json.error()));
+  auto candidate = report::from_json<identification::CandidateModel>(*json);
   if (!candidate)
     throw InputError(path +
                      ": holds neither a result of 'resonid identify --json' nor a transfer function\n" +
-                     candidate.error().message());
+                     message_of(candidate.error()));
   candidate->source = path;
   return std::move(*candidate);
 }
@@ -68,10 +71,11 @@ void run_validate(const CLI::App& verb, ValidateVerb& o) {
   if (verb.get_option("--delay")->count() == 0) o.method.options.delay_s = candidate.known_delay_s;
   o.method.options.progress = [&progress](std::string_view stage) { progress.stage(stage); };
   progress.stage("simulating");
-  const auto v = identification::validate(record, candidate, {o.method.options, o.max_lag, o.fit_band_hz});
+  auto v = identification::validate(record, candidate, {o.method.options, o.max_lag, o.fit_band_hz});
   if (!v)
-    throw UsageError((v.error().field == "MODEL" ? o.model : "--" + v.error().field.str()) + ": " +
-                     v.error().requirement.str());
+    throw UsageError(v.error().field == "candidate" ? o.model + ": " + v.error().requirement.str()
+                                                    : in_options(v.error()));
+  put_in_options(*v);
   if (!o.residual.empty()) write_output(o.residual, residual_csv(*v, record));
   if (!o.report.empty()) {
     auto page = report::document(*v, record);

@@ -66,6 +66,7 @@ using PlanOptions = planning::PlanConfig;
 
 /// A simulated experiment, as its TOML file tells it, and the record that it gives with what is true of it.
 using plant::Simulation;
+using plant::Truth;
 using SimulateOptions = plant::ExperimentConfig;
 [[nodiscard]] expected<SimulateOptions, Error> read_experiment(const std::filesystem::path& file);
 [[nodiscard]] expected<Simulation, Error> simulate(const SimulateOptions& options);
@@ -80,17 +81,28 @@ expected<std::filesystem::path, Error> write_report(const std::filesystem::path&
                                                     const Changes& changes);
 expected<std::filesystem::path, Error> write_report(const std::filesystem::path& file, const Plan& plan);
 
-/// A result as the command line writes it with --json.
+/// A result as the command line writes it; docs/results.md lists the keys.
 [[nodiscard]] std::string to_json(const Result& result);
 [[nodiscard]] std::string to_json(const Track& track);
 [[nodiscard]] std::string to_json(const ModelValidation& validation);
 [[nodiscard]] std::string to_json(const Changes& changes);
 [[nodiscard]] std::string to_json(const Plan& plan);
+[[nodiscard]] std::string to_json(const Truth& truth);
 
-/// What to_json() wrote.
+/// What to_json() wrote. What a file does not hold is empty: residuals, loop curves, samples.
 template <class T>
 [[nodiscard]] expected<T, Error> from_json(std::string_view text) = delete;
 template <>
 [[nodiscard]] expected<Result, Error> from_json<Result>(std::string_view text);
+template <>
+[[nodiscard]] expected<Track, Error> from_json<Track>(std::string_view text);
+template <>
+[[nodiscard]] expected<ModelValidation, Error> from_json<ModelValidation>(std::string_view text);
+template <>
+[[nodiscard]] expected<Changes, Error> from_json<Changes>(std::string_view text);
+template <>
+[[nodiscard]] expected<Plan, Error> from_json<Plan>(std::string_view text);
+template <>
+[[nodiscard]] expected<Truth, Error> from_json<Truth>(std::string_view text);
 
 }  // namespace resonid

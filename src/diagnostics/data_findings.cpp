@@ -120,7 +120,7 @@ void inspect_outliers(const data::Channel& channel, std::vector<Finding>& findin
   findings.push_back(
       {"outlier", Severity::error, channel.samples[largest], middle + kFar * *usual,
        fmt::format("Sample {} of {} is {:.4g}, far from all others: a transmission or conversion error. "
-                   "Remove it, or cut the record with --from and --to.",
+                   "Remove it, or cut the record with .from_s and .to_s.",
                    largest, channel.name, channel.samples[largest])});
 }
 

@@ -117,7 +117,7 @@ void inspect_gaps(const data::Record& record, Track& track) {
        fmt::format(
            "Samples are missing (the longest gap is {:.3g} s, the first at {:.6g} s): rows after a gap carry "
            "times that are too early by it, and estimators ran on as if nothing were missing. Track "
-           "the parts by themselves with --from and --to.",
+           "the parts by themselves with .from_s and .to_s.",
            record.sampling.largest_gap_s, record.sampling.first_gap_at_s)});
 }
 
@@ -143,7 +143,7 @@ void inspect_start(const detail::TrackPlan& plan, Track& track) {
          {},
          "The model to begin with is itself not to be trusted (`identify` says why), and what is tracked "
          "from "
-         "it has its structure and its delay. Give --start, or input, output and delay as they are."});
+         "it has its structure and its delay. Give .start, or input, output and delay as they are."});
   if (plan.start->whole_record)
     track.findings.push_back(
         {"start-from-whole-record",
@@ -151,7 +151,7 @@ void inspect_start(const detail::TrackPlan& plan, Track& track) {
          {},
          {},
          "No shorter part of the record shows a model to begin with: the estimator began with what "
-         "the whole record says, which a drive would not have known. Give --start."});
+         "the whole record says, which a drive would not have known. Give .start."});
 }
 
 std::optional<Error> check(const data::Record& record, const TrackOptions& options) {
@@ -160,12 +160,12 @@ std::optional<Error> check(const data::Record& record, const TrackOptions& optio
     return Error{"every", fmt::format("must not be more than the record's {} samples, found {}",
                                       record.samples(), options.every)};
   if (options.drift_per_s && (!(*options.drift_per_s >= 0.0) || !std::isfinite(*options.drift_per_s)))
-    return Error{"drift", fmt::format("must be 0 1/s or more, found {:g}", *options.drift_per_s)};
+    return Error{"drift_per_s", fmt::format("must be 0 1/s or more, found {:g}", *options.drift_per_s)};
   if (!(options.memory_s >= 0.0) || !std::isfinite(options.memory_s))
-    return Error{"memory", fmt::format("must be above 0 s, found {:g}", options.memory_s)};
+    return Error{"memory_s", fmt::format("must be above 0 s, found {:g}", options.memory_s)};
   if (options.memory_s > 0.0 && options.memory_s * record.sample_rate_hz < 4.0)
-    return Error{"memory", fmt::format("must be 4 samples ({:g} s) at least, found {:g} s",
-                                       4.0 / record.sample_rate_hz, options.memory_s)};
+    return Error{"memory_s", fmt::format("must be 4 samples ({:g} s) at least, found {:g} s",
+                                         4.0 / record.sample_rate_hz, options.memory_s)};
   return std::nullopt;
 }
 
@@ -181,12 +181,11 @@ const TrackSeries* Track::find(std::string_view name) const {
 namespace {
 
 /// A model of volts cannot begin a record of torques.
-std::optional<Error> foreign_units(const Units& ours, const std::optional<Units>& theirs,
-                                   const char* option) {
+std::optional<Error> foreign_units(const Units& ours, const std::optional<Units>& theirs, const char* field) {
   if (!theirs || theirs->response == ours.response) return std::nullopt;
-  return Error{option, fmt::format("its response is in {}, the record's in {}; required are the same units "
-                                   "(--input-scale, --input-unit, --output-unit)",
-                                   theirs->response, ours.response)};
+  return Error{field, fmt::format("its response is in {}, the record's in {}; required are the same units "
+                                  "(.input_scale, .input_unit, .output_unit)",
+                                  theirs->response, ours.response)};
 }
 
 }  // namespace

@@ -136,13 +136,13 @@ TrackerMade make_chirp_tracker(const data::Record& record, const TrackOptions& o
       config.pole_radius = std::exp(-1.0 / (options.memory_s * record.sample_rate_hz));
     config.pole_radius = wanted.pole_radius.value_or(config.pole_radius);
   }
-  const auto refused = [](const Error& error, const char* option) {
-    return tl::unexpected(Error{option, fmt::format("{} {} (found {:.6g})", error.field.view(),
-                                                    error.requirement.view(), error.value)});
+  const auto refused = [](const Error& error, const char* field) {
+    return tl::unexpected(Error{field, fmt::format("{} {} (found {:.6g})", error.field.view(),
+                                                   error.requirement.view(), error.value)});
   };
   auto tracker = Tracker::create(config);
   if (!tracker)
-    return refused(tracker.error(), tracker.error().field == "pole_radius" ? "pole-radius" : "chirp");
+    return refused(tracker.error(), tracker.error().field == "pole_radius" ? "pole_radius" : "chirp");
   online::ResponseTrackerConfig response;
   response.known_delay_s = options.common.delay_s;
   if (options.common.controller) {

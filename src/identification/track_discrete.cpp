@@ -9,7 +9,7 @@ TrackerMade make_discrete_tracker(const data::Record& record, const TrackOptions
                                   const TrackPlan& plan) {
   const auto needs = [&](const char* what) {
     return tl::unexpected(
-        Error{"method", fmt::format("{} needs {} to begin with, and the record shows none: give --start",
+        Error{"method", fmt::format("{} needs {} to begin with, and the record shows none: give .start",
                                     name_of(plan.method), what)});
   };
   if (!plan.start) return needs("a model");

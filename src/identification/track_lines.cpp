@@ -20,9 +20,9 @@ constexpr std::size_t kMostLines = 256;
 constexpr std::size_t kMostWindow = 16384;
 constexpr double kMostUncertainLine = 0.2;
 
-tl::unexpected<Error> refused(const Error& error, const char* option) {
-  return tl::unexpected(Error{option, fmt::format("{} {} (found {:.6g})", error.field.view(),
-                                                  error.requirement.view(), error.value)});
+tl::unexpected<Error> refused(const Error& error, const char* field) {
+  return tl::unexpected(Error{
+      field, fmt::format("{} {} (found {:.6g})", error.field.view(), error.requirement.view(), error.value)});
 }
 
 /// Trackers of fixed lines on ru, u and y, and the rational model of order 3 that fits the lines of each row.
@@ -146,7 +146,7 @@ expected<std::vector<double>, Error> lines_of(const data::Record& record, const 
                                               const TrackOptions& options) {
   if (!plan.measurement.grid_hz.empty()) return plan.measurement.grid_hz;
   const std::size_t period = plan.measurement.period_samples;
-  if (period == 0) return tl::unexpected(Error{"lines", "must be given: the excitation shows no period"});
+  if (period == 0) return tl::unexpected(Error{"lines_hz", "must be given: the excitation shows no period"});
   response::PeriodicConfig config;
   config.period_samples = period;
   if (options.common.band_hz) {
@@ -157,11 +157,11 @@ expected<std::vector<double>, Error> lines_of(const data::Record& record, const 
   if (!found) return refused(found.error(), "lines");
   std::vector<double> lines;
   for (const auto& line : found->lines) lines.push_back(line.frequency_hz);
-  if (lines.empty()) return tl::unexpected(Error{"lines", "must be given: the excitation shows none"});
+  if (lines.empty()) return tl::unexpected(Error{"lines_hz", "must be given: the excitation shows none"});
   if (lines.size() > kMostLines)
     return tl::unexpected(
-        Error{"lines", fmt::format("must be given: the excitation has {} lines, {} at most can be tracked",
-                                   lines.size(), kMostLines)});
+        Error{"lines_hz", fmt::format("must be given: the excitation has {} lines, {} at most can be tracked",
+                                      lines.size(), kMostLines)});
   return lines;
 }
 
@@ -202,7 +202,7 @@ TrackerMade make_bank(const data::Record& record, const TrackOptions& options, c
                                : std::clamp(1.0 - 1.5 * distance_hz / record.sample_rate_hz, 0.5, 0.9999));
   }
   auto bank = online::KalmanBank<double, MaxLines>::create(config);
-  if (!bank) return refused(bank.error(), bank.error().field == "pole_radius" ? "pole-radius" : "lines");
+  if (!bank) return refused(bank.error(), bank.error().field == "pole_radius" ? "pole_radius" : "lines_hz");
   return made(*bank, record, options, plan, std::move(lines_hz));
 }
 
@@ -215,14 +215,15 @@ TrackerMade make_sliding(const data::Record& record, const TrackOptions& options
   if (period > 0)
     window = window == 0 ? 2 * period : std::max<std::size_t>(1, (window + period / 2) / period) * period;
   if (window == 0)
-    return tl::unexpected(Error{"memory", "must be given: the excitation shows no period to be the window"});
+    return tl::unexpected(
+        Error{"memory_s", "must be given: the excitation shows no period to be the window"});
   online::SlidingDftConfig config;
   config.sample_rate_hz = record.sample_rate_hz;
   config.window_samples = window;
   config.frequency_hz = lines_hz;
   if (period > 0 && window >= 2 * period) config.window = online::DftWindow::hann;
   auto dft = online::SlidingDft<double, kMostLines, kMostWindow>::create(config);
-  if (!dft) return refused(dft.error(), dft.error().field == "window_samples" ? "memory" : "lines");
+  if (!dft) return refused(dft.error(), dft.error().field == "window_samples" ? "memory_s" : "lines_hz");
   return made(*dft, record, options, plan, std::move(lines_hz));
 }
 

@@ -108,7 +108,7 @@ TrackerMade make_physical_tracker(const data::Record& record, const TrackOptions
     return tl::unexpected(Error{"method", std::move(message)});
   };
   if (!plan.start || plan.start->drive.structure != fit::Structure::two_mass)
-    return refused("physical needs a two-mass model to begin with, and the record shows none: give --start");
+    return refused("physical needs a two-mass model to begin with, and the record shows none: give .start");
   const auto& drive = plan.start->drive;
   const auto velocity = velocity_of(record);
   online::PhysicalTrackerConfig config;

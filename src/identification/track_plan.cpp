@@ -99,7 +99,7 @@ std::optional<Error> contradiction(const data::Record& record, const TrackOption
   const auto name = name_of(m);
   if (m == TrackMethod::physical && options.memory_s > 0.0)
     return Error{
-        "memory",
+        "memory_s",
         "physical forgets by the rate at which the stiffness may change, not by a memory: leave it out"};
   if (is_lines(m)) return std::nullopt;
   if (record.output_quantity == data::OutputQuantity::acceleration)
@@ -111,9 +111,9 @@ std::optional<Error> contradiction(const data::Record& record, const TrackOption
                                          name_of(*options.common.approach))};
   if (!needs_controller(m)) return std::nullopt;
   if (!record.excitation.present())
-    return Error{"excitation", fmt::format("{} needs the excitation signal: give --excitation COL", name)};
+    return Error{"excitation", fmt::format("{} needs the excitation signal: give .excitation", name)};
   if (!options.common.controller)
-    return Error{"controller", fmt::format("{} needs the controller: give --controller", name)};
+    return Error{"controller", fmt::format("{} needs the controller: give .controller", name)};
   return std::nullopt;
 }
 
@@ -146,7 +146,7 @@ expected<TrackPlan, Error> make_track_plan(const data::Record& record, const Tra
       m.period_samples == 0 && m.grid_hz.empty())
     return Refused(
         Error{"method", fmt::format("auto found nothing to track in these {} samples: no model shows in "
-                                    "them, and the excitation has no period; give --start, --lines, or "
+                                    "them, and the excitation has no period; give .start, .lines_hz, or "
                                     "a longer record",
                                     record.samples())});
   return plan;

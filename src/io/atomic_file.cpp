@@ -6,6 +6,7 @@
 
 #include <atomic>
 #include <cerrno>
+#include <cmath>
 #include <optional>
 #include <resonid/io/detail/atomic_file.hpp>
 #include <string>
@@ -18,7 +19,7 @@ namespace {
 namespace fs = std::filesystem;
 
 unexpected<Error> cannot_write(const fs::path& path, std::string_view why) {
-  return unexpected<Error>(Error{fmt::format("{}: cannot write: {}", path.string(), why)});
+  return unexpected<Error>(Error{{}, fmt::format("cannot write: {}", why), std::nan(""), path.string()});
 }
 
 std::string system_message(int code) { return std::generic_category().message(code); }

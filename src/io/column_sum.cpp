@@ -120,17 +120,19 @@ expected<std::optional<SummedTable>, Error> add_sums(const Table& table, const C
     if (!terms) {
       if (text->find('*') == std::string::npos) return {};  // a name that is not there; said as of any other
       return fail(
-          fmt::format("{}: {} {} is no sum of columns: found {}, required a column's name or "
+          table.source,
+          fmt::format("{} {} is no sum of columns: found {}, required a column's name or "
                       "FACTOR*NAME; columns: {}",
-                      table.source, option, in_quotes(*text),
-                      parser.rest().empty() ? "the end" : in_quotes(parser.rest()), listed(table.names)));
+                      option, in_quotes(*text), parser.rest().empty() ? "the end" : in_quotes(parser.rest()),
+                      listed(table.names)));
     }
     std::vector<double> sum(table.columns[terms->front().column].size(), 0.0);
     for (const Term& term : *terms) {
       const auto& column = table.columns[term.column];
       if (column.size() != sum.size())
-        return fail(fmt::format("{}: {} adds columns of {} and {} samples; all must have equally many",
-                                table.source, option, sum.size(), column.size()));
+        return fail(table.source,
+                    fmt::format("{} adds columns of {} and {} samples; all must have equally many", option,
+                                sum.size(), column.size()));
       for (std::size_t k = 0; k < sum.size(); ++k) sum[k] += term.factor * column[k];
     }
     if (!result) result = SummedTable{table, mapping};
@@ -143,10 +145,10 @@ expected<std::optional<SummedTable>, Error> add_sums(const Table& table, const C
     return {};
   };
   using Field = std::optional<std::string> ColumnMapping::*;
-  constexpr std::pair<const char*, Field> kSignals[] = {{"--input", &ColumnMapping::input},
-                                                        {"--output", &ColumnMapping::output},
-                                                        {"--excitation", &ColumnMapping::excitation},
-                                                        {"--reference", &ColumnMapping::reference}};
+  constexpr std::pair<const char*, Field> kSignals[] = {{".input", &ColumnMapping::input},
+                                                        {".output", &ColumnMapping::output},
+                                                        {".excitation", &ColumnMapping::excitation},
+                                                        {".reference", &ColumnMapping::reference}};
   for (const auto& signal : kSignals)
     if (auto done = resolve(signal.first, signal.second); !done) return unexpected<Error>(done.error());
   return result;

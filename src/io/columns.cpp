@@ -36,7 +36,7 @@ bool is_usual(const Usual& usual, std::string_view column) {
 }
 
 Usual usual_output(data::OutputQuantity quantity) {
-  Usual usual{"--output", "output", {"y"}, {"output"}};
+  Usual usual{".output", "output", {"y"}, {"output"}};
   switch (quantity) {
     case data::OutputQuantity::velocity:
       usual.beginning.push_back("velocity");
@@ -56,14 +56,14 @@ class ColumnFinder {
   ColumnFinder(const Table& table, const ColumnMapping& mapping) : table_(table), mapping_(mapping) {}
 
   expected<FoundColumns, Error> find() {
-    const Usual input{"--input", "input", {"u"}, {"input", "torque"}};
+    const Usual input{".input", "input", {"u"}, {"input", "torque"}};
     const Usual output = usual_output(mapping_.output_quantity);
-    const Usual excitation{"--excitation", "excitation", {"ru"}, {"excitation"}};
-    const Usual reference{"--reference", "reference", {"r"}, {"reference"}};
-    const Usual position{"--position", "position", {}, {"position"}};
+    const Usual excitation{".excitation", "excitation", {"ru"}, {"excitation"}};
+    const Usual reference{".reference", "reference", {"r"}, {"reference"}};
+    const Usual position{".position", "position", {}, {"position"}};
     const bool no_time = mapping_.time && *mapping_.time == "none" && !index_of("none");
     // First what was named, so that no column is found for a second signal.
-    auto t = no_time ? expected<Found, Error>(Found()) : named("--time", mapping_.time);
+    auto t = no_time ? expected<Found, Error>(Found()) : named(".time", mapping_.time);
     auto u = named(input.option, mapping_.input);
     auto y = named(output.option, mapping_.output);
     auto ru = named(excitation.option, mapping_.excitation);
@@ -92,7 +92,7 @@ class ColumnFinder {
   }
 
   [[nodiscard]] unexpected<Error> error(std::string_view message) const {
-    return fail(fmt::format("{}: {}; columns: {}", table_.source, message, listed(table_.names)));
+    return fail(table_.source, fmt::format("{}; columns: {}", message, listed(table_.names)));
   }
 
   expected<Found, Error> named(std::string_view option, const std::optional<std::string>& name) {
@@ -103,13 +103,13 @@ class ColumnFinder {
     }
     for (const auto& variable : table_.unusable)
       if (variable.name == *name)
-        return fail(
-            fmt::format("{}: variable {} ({}) {}", table_.source, in_quotes(*name), option, variable.reason));
+        return fail(table_.source,
+                    fmt::format("variable {} ({}) {}", in_quotes(*name), option, variable.reason));
     for (const auto& scalar : table_.scalars)
       if (scalar.name == *name)
-        return fail(
-            fmt::format("{}: variable {} ({}) is a single number; one real numeric vector is required",
-                        table_.source, in_quotes(*name), option));
+        return fail(table_.source,
+                    fmt::format("variable {} ({}) is a single number; one real numeric vector is required",
+                                in_quotes(*name), option));
     const std::string similar = nearest(*name, table_.names);
     return error(fmt::format("there is no column {} ({}){}", in_quotes(*name), option,
                              similar.empty() ? "" : fmt::format("; did you mean {}?", in_quotes(similar))));
@@ -156,7 +156,7 @@ class ColumnFinder {
   }
 
   expected<Found, Error> find_time() {
-    const Usual time{"--time", "time", {"t", "time"}, {}};
+    const Usual time{".time", "time", {"t", "time"}, {}};
     std::vector<std::size_t> seconds;
     std::vector<std::size_t> others;
     for (const std::size_t i : candidates(time)) {
@@ -170,7 +170,7 @@ class ColumnFinder {
     if (seconds.size() > 1) return candidate(time);
     if (!others.empty() && mapping_.sample_rate_hz == 0.0)
       return error(fmt::format(
-          "the time must be in seconds, column {} is in {}; give --sample-rate HZ instead",
+          "the time must be in seconds, column {} is in {}; give .sample_rate_hz instead",
           in_quotes(table_.names[others.front()]), take_apart(table_.names[others.front()]).unit));
     return Found();
   }
@@ -179,18 +179,19 @@ class ColumnFinder {
     const auto same = [&](std::string_view a, std::string_view b, std::size_t column) {
       return error(fmt::format("{} and {} are the same column {}", a, b, in_quotes(table_.names[column])));
     };
-    if (found.input == found.output) return same("--input", "--output", found.input);
-    if (found.time && *found.time == found.input) return same("--time", "--input", found.input);
-    if (found.time && *found.time == found.output) return same("--time", "--output", found.output);
+    if (found.input == found.output) return same(".input", ".output", found.input);
+    if (found.time && *found.time == found.input) return same(".time", ".input", found.input);
+    if (found.time && *found.time == found.output) return same(".time", ".output", found.output);
     std::vector<std::size_t> used = {found.output, found.input};
     for (const auto& column : {found.time, found.excitation, found.reference, found.position})
       if (column) used.push_back(*column);
     const std::size_t length = table_.columns[found.output].size();
     for (const std::size_t i : used)
       if (table_.columns[i].size() != length)
-        return fail(fmt::format("{}: {} has {} samples and {} has {}; all signals must have equally many",
-                                table_.source, in_quotes(table_.names[found.output]), length,
-                                in_quotes(table_.names[i]), table_.columns[i].size()));
+        return fail(table_.source,
+                    fmt::format("{} has {} samples and {} has {}; all signals must have equally many",
+                                in_quotes(table_.names[found.output]), length, in_quotes(table_.names[i]),
+                                table_.columns[i].size()));
     return found;
   }
 

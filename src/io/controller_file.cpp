@@ -13,7 +13,10 @@ namespace {
 
 using Result = expected<data::TransferFunction, Error>;
 
-Result refused(std::string message) { return unexpected(Error{std::move(message)}); }
+Result refused(std::string requirement) { return unexpected(Error{{}, std::move(requirement)}); }
+Result refused(std::string where, std::string requirement) {
+  return unexpected(Error{{}, std::move(requirement), std::nan(""), std::move(where)});
+}
 
 Result pi(const std::string& numbers, double sample_time_s) {
   const auto comma = numbers.find(',');
@@ -46,19 +49,18 @@ Result read_controller(const std::string& text, double sample_time_s) {
   std::ifstream file(text);
   if (!file) return refused(fmt::format("'{}' is neither pi:KP,TI nor a file that can be read", text));
   const auto json = nlohmann::json::parse(file, nullptr, false);
-  if (json.is_discarded()) return refused(fmt::format("{}: is not valid JSON", text));
+  if (json.is_discarded()) return refused(text, "is not valid JSON");
   const auto numerator = coefficients(json, "numerator");
   const auto denominator = coefficients(json, "denominator");
   if (!numerator || !denominator)
-    return refused(fmt::format(
-        "{}: needs \"numerator\" and \"denominator\", arrays of numbers in powers of z^-1", text));
-  if (denominator->front() == 0.0)
-    return refused(fmt::format("{}: the denominator must not begin with 0", text));
+    return refused(text, "needs \"numerator\" and \"denominator\", arrays of numbers in powers of z^-1");
+  if (denominator->front() == 0.0) return refused(text, "the denominator must not begin with 0");
   if (const auto step = json.value("sample_time_s", sample_time_s);
       std::abs(step - sample_time_s) > 0.01 * sample_time_s)
-    return refused(fmt::format(
-        "{}: runs at {:g} s, the record at {:g} s; a controller must run at the record's sample time", text,
-        step, sample_time_s));
+    return refused(
+        text,
+        fmt::format("runs at {:g} s, the record at {:g} s; a controller must run at the record's sample time",
+                    step, sample_time_s));
   return data::TransferFunction{*numerator, *denominator, sample_time_s};
 }
 

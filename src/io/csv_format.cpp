@@ -96,11 +96,13 @@ std::string not_a_number(const Field& field, bool single_column) {
 expected<void, Error> check_names(const CsvFormat& format) {
   for (std::size_t i = 0; i < format.names.size(); ++i) {
     if (format.names[i].empty())
-      return fail(fmt::format("{}: line {}: column {} has no name", format.file, format.header_line, i + 1));
+      return fail(fmt::format("{}: line {}", format.file, format.header_line),
+                  fmt::format("column {} has no name", i + 1));
     for (std::size_t j = 0; j < i; ++j)
       if (format.names[i] == format.names[j])
-        return fail(fmt::format("{}: line {}: columns {} and {} are both called {}; names must differ",
-                                format.file, format.header_line, j + 1, i + 1, in_quotes(format.names[i])));
+        return fail(fmt::format("{}: line {}", format.file, format.header_line),
+                    fmt::format("columns {} and {} are both called {}; names must differ", j + 1, i + 1,
+                                in_quotes(format.names[i])));
   }
   return {};
 }
@@ -134,13 +136,13 @@ std::string_view LineCursor::rest_of_line() const noexcept {
 expected<CsvFormat, Error> read_csv_header(const std::string& file, std::string_view text) {
   CsvFormat format;
   format.file = file;
-  if (text.empty()) return fail(fmt::format("{}: the file is empty; {}", file, kCsvRequirement));
+  if (text.empty()) return fail(file, fmt::format("the file is empty; {}", kCsvRequirement));
   if (text.substr(0, 2) == "\xff\xfe" || text.substr(0, 2) == "\xfe\xff")
-    return fail(fmt::format("{}: is UTF-16 text; UTF-8 or plain ASCII is required", file));
+    return fail(file, "is UTF-16 text; UTF-8 or plain ASCII is required");
   const std::string_view plain = text.substr(0, 3) == "\xef\xbb\xbf" ? text.substr(3) : text;
   LineCursor cursor(plain);
   if (!cursor.find())
-    return fail(fmt::format("{}: holds only comments and blank lines; {}", file, kCsvRequirement));
+    return fail(file, fmt::format("holds only comments and blank lines; {}", kCsvRequirement));
   const std::string_view header = cursor.rest_of_line();
   format.header_line = cursor.lines() + 1;
   format.separator = separator_of(header);
@@ -150,15 +152,16 @@ expected<CsvFormat, Error> read_csv_header(const std::string& file, std::string_
                   [&](const Field& f) { return f.text.empty() || to_number(f.text, value); })) {
     const char* const hint =
         plain.front() == '#' ? " (a line that begins with # is a comment, not the header)" : "";
-    return fail(fmt::format("{}: line {}: has {} where the column names should be{}; {}", file,
-                            format.header_line, in_quotes(header), hint, kCsvRequirement));
+    return fail(fmt::format("{}: line {}", file, format.header_line),
+                fmt::format("has {} where the column names should be{}; {}", in_quotes(header), hint,
+                            kCsvRequirement));
   }
   format.trailing_separator = fields.size() > 1 && fields.back().text.empty();
   if (format.trailing_separator) fields.pop_back();
   for (auto& field : fields) {
     if (!field.closed)
-      return fail(fmt::format("{}: line {}: the quote before {} is not closed", file, format.header_line,
-                              in_quotes(field.text)));
+      return fail(fmt::format("{}: line {}", file, format.header_line),
+                  fmt::format("the quote before {} is not closed", in_quotes(field.text)));
     format.names.push_back(std::move(field.text));
   }
   cursor.move_to(header.data() + header.size());
@@ -176,15 +179,15 @@ expected<void, Error> read_csv_row(const CsvFormat& format, std::string_view tex
     fields.pop_back();
   if (fields.size() != width) {
     const bool comma = format.separator == ',' && fields.size() == 2 * width;
-    return fail(fmt::format("{}: line {}: has {} field{}, the header (line {}) names {} column{}{}",
-                            format.file, line, fields.size(), fields.size() == 1 ? "" : "s",
-                            format.header_line, width, width == 1 ? "" : "s",
+    return fail(fmt::format("{}: line {}", format.file, line),
+                fmt::format("has {} field{}, the header (line {}) names {} column{}{}", fields.size(),
+                            fields.size() == 1 ? "" : "s", format.header_line, width, width == 1 ? "" : "s",
                             comma ? "; numbers must be written with a decimal point, not a comma" : ""));
   }
   for (std::size_t i = 0; i < width; ++i)
     if (!fields[i].closed || !to_number(fields[i].text, row[i]))
-      return fail(fmt::format("{}: line {}, column {}: {}", format.file, line, in_quotes(format.names[i]),
-                              not_a_number(fields[i], width == 1)));
+      return fail(fmt::format("{}: line {}, column {}", format.file, line, in_quotes(format.names[i])),
+                  not_a_number(fields[i], width == 1));
   return {};
 }
 

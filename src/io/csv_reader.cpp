@@ -247,11 +247,11 @@ expected<Table, Error> read_csv(const std::filesystem::path& path) {
   if (!table) return table;
   const std::size_t rows = table->columns.front().size();
   if (rows == 0)
-    return fail(fmt::format("{}: has a header (line {}) but no samples; {}", format->file,
-                            format->header_line, kCsvRequirement));
+    return fail(format->file, fmt::format("has a header (line {}) but no samples; {}", format->header_line,
+                                          kCsvRequirement));
   if (rows == 1)
-    return fail(fmt::format("{}: has only one row of samples ({}); at least 2 are required", format->file,
-                            table->place(0)));
+    return fail(format->file,
+                fmt::format("has only one row of samples ({}); at least 2 are required", table->place(0)));
   return table;
 }
 

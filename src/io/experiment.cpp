@@ -18,26 +18,34 @@ std::string one_line(std::string_view description) {
 
 expected<toml::table, Error> parse_toml(std::string_view text, std::string_view source) {
   if (text.find('\0') != std::string_view::npos)
-    return fail(std::string(source) + ": is not TOML: it holds binary data");
+    return fail(std::string(source), "is not TOML: it holds binary data");
   try {
     return toml::parse(text, source);
   } catch (const toml::parse_error& e) {
-    return fail(position(source, e.source()) + "is not TOML: " + one_line(e.description()));
+    return fail(position(source, e.source()), "is not TOML: " + one_line(e.description()));
   }
 }
 
 /// The refusal with its place in the file: at the value, else at its table, else at the file.
-std::string explain(const toml::table& file, std::string_view source, const plant::ExperimentError& error) {
-  const toml::table* section = file.get_as<toml::table>(error.table);
+Error placed(const toml::table& file, std::string_view source, Error error) {
+  const std::string_view field = error.field.view();
+  const std::string_view table = field.substr(0, field.find('.'));
+  const std::string_view key = field.size() > table.size() ? field.substr(table.size() + 1) : "";
+  const toml::table* section = file.get_as<toml::table>(table);
   if (section == nullptr)
-    return fmt::format("{}:1:1: has no table [{}]; its {} {}", source, error.table,
-                       error.field.empty() ? "content" : error.field, error.requirement);
-  if (error.field.empty()) return position(source, section->source()) + error.text();
-  const toml::node* node = section->get(error.field);
+    return {{},
+            fmt::format("has no table [{}]; its {} {}", table, key.empty() ? "content" : key,
+                        error.requirement.view()),
+            std::nan(""),
+            fmt::format("{}:1:1", source)};
+  const toml::node* node = key.empty() ? section : section->get(key);
   if (node == nullptr)
-    return position(source, section->source()) +
-           fmt::format("[{}] has no key '{}', which {}", error.table, error.field, error.requirement);
-  return position(source, node->source()) + error.text();
+    return {{},
+            fmt::format("[{}] has no key '{}', which {}", table, key, error.requirement.view()),
+            std::nan(""),
+            position(source, section->source())};
+  error.where = position(source, node->source());
+  return error;
 }
 
 }  // namespace
@@ -47,32 +55,32 @@ expected<plant::ExperimentConfig, Error> parse_experiment(std::string_view text,
   const auto file = parse_toml(text, source);
   if (!file) return unexpected(file.error());
   plant::ExperimentConfig config;
-  std::string error;
+  std::optional<Error> error;
   TomlVisitor visitor(*file, source, "", error);
   describe(visitor, config);
   visitor.finish();
-  if (!error.empty()) return fail(std::move(error));
+  if (error) return unexpected(std::move(*error));
   if (duration_s) config.run.duration_s = *duration_s;
   const auto ok = plant::check(config);
   if (ok) return config;
   const auto& refused = ok.error();
-  if (duration_s && refused.table == "run" && refused.field == "duration_s")
-    return fail(fmt::format("{}: with a duration of {:g} s: {}", source, *duration_s, refused.requirement));
-  return fail(explain(*file, source, refused));
+  if (duration_s && refused.field == "run.duration_s")
+    return fail(std::string(source),
+                fmt::format("with a duration of {:g} s: {}", *duration_s, refused.requirement.view()));
+  return unexpected(placed(*file, source, refused));
 }
 
-std::string explain_experiment(std::string_view text, std::string_view source,
-                               const plant::ExperimentError& error) {
+Error explain_experiment(std::string_view text, std::string_view source, const Error& error) {
   const auto file = parse_toml(text, source);
-  return file ? explain(*file, source, error) : file.error().message;
+  return file ? placed(*file, source, error) : file.error();
 }
 
 expected<std::string, Error> read_experiment_text(const std::filesystem::path& path) {
   std::error_code code;
   if (std::filesystem::is_directory(path, code))
-    return fail(path.string() + ": is a folder, required a TOML file");
+    return fail(path.string(), "is a folder, required a TOML file");
   std::ifstream file(path, std::ios::binary);
-  if (!file) return fail(path.string() + ": cannot be opened: no such file, or no permission to read it");
+  if (!file) return fail(path.string(), "cannot be opened: no such file, or no permission to read it");
   return std::string{std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
 }
 

@@ -30,7 +30,7 @@ expected<nlohmann::json, Error> read_json(const std::filesystem::path& path) {
   try {
     return nlohmann::json::parse(text);
   } catch (const nlohmann::json::exception& error) {
-    return fail(fmt::format("{}: is not valid JSON, {}", source->name(), plain(error.what())));
+    return fail(source->name(), fmt::format("is not valid JSON, {}", plain(error.what())));
   }
 }
 

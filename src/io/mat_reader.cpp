@@ -160,11 +160,10 @@ std::string description(const std::vector<Table::Unusable>& unusable) {
 expected<Table, Error> read_mat(const std::filesystem::path& path) {
   const auto source = TextSource::open(path);  // says what is wrong with a file that cannot be opened
   if (!source) return unexpected<Error>(source.error());
-  if (source->size() == 0)
-    return fail(fmt::format("{}: the file is empty; a MAT file is required", path.string()));
+  if (source->size() == 0) return fail(path.string(), "the file is empty; a MAT file is required");
   const QuietHdf5 quiet;
   const std::unique_ptr<mat_t, CloseFile> file(Mat_Open(path.c_str(), MAT_ACC_RDONLY));
-  if (!file) return fail(fmt::format("{}: is not a MAT file of version 4, 5 or 7.3", path.string()));
+  if (!file) return fail(path.string(), "is not a MAT file of version 4, 5 or 7.3");
   Table table;
   table.source = path.string();
   while (const Variable variable{Mat_VarReadNextInfo(file.get())}) {
@@ -173,18 +172,19 @@ expected<Table, Error> read_mat(const std::filesystem::path& path) {
     if (std::string why = objection(*variable); !why.empty()) {
       table.unusable.push_back({name, why + "; one real numeric vector is required"});
     } else if (Mat_VarReadDataAll(file.get(), variable.get()) != 0 || variable->data == nullptr) {
-      return fail(
-          fmt::format("{}: variable {} cannot be read: the file is damaged", path.string(), in_quotes(name)));
+      return fail(path.string(),
+                  fmt::format("variable {} cannot be read: the file is damaged", in_quotes(name)));
     } else {
       take(table, name, values_of(*variable));
     }
   }
   if (table.columns.empty() && table.scalars.empty() && table.unusable.empty())
-    return fail(fmt::format("{}: holds no variable that can be read: it is empty or damaged", path.string()));
+    return fail(path.string(), "holds no variable that can be read: it is empty or damaged");
   if (table.columns.empty()) {
-    return fail(fmt::format(
-        "{}: no variable is a vector of numbers{}{}; required: one real numeric vector per signal",
-        path.string(), table.unusable.empty() ? "" : ": ", description(table.unusable)));
+    return fail(
+        path.string(),
+        fmt::format("no variable is a vector of numbers{}{}; required: one real numeric vector per signal",
+                    table.unusable.empty() ? "" : ": ", description(table.unusable)));
   }
   return table;
 }

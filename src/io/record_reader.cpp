@@ -22,16 +22,15 @@ constexpr double kRateAgreement = 0.01;
 expected<void, Error> check_options(const ColumnMapping& m) {
   const auto scale = [](double value) { return std::isfinite(value) && value != 0.0; };
   if (!scale(m.input_scale))
-    return fail(fmt::format("--input-scale is {}: a finite number other than 0 is required", m.input_scale));
+    return refuse("input_scale", "must be a finite number other than 0", m.input_scale);
   if (!scale(m.output_scale))
-    return fail(
-        fmt::format("--output-scale is {}: a finite number other than 0 is required", m.output_scale));
+    return refuse("output_scale", "must be a finite number other than 0", m.output_scale);
   if (!(m.sample_rate_hz >= 0.0 && std::isfinite(m.sample_rate_hz)))
-    return fail(fmt::format("--sample-rate is {}: a number of Hz above 0 is required", m.sample_rate_hz));
+    return refuse("sample_rate_hz", "must be a number of Hz above 0", m.sample_rate_hz);
   if (m.differentiate && m.output_quantity != data::OutputQuantity::position)
-    return fail("--differentiate makes a velocity of a position: --output-quantity position is required");
+    return refuse("differentiate", "makes a velocity of a position: .output_quantity position is required");
   if (m.from_s && m.to_s && !(*m.from_s < *m.to_s))
-    return fail(fmt::format("--from {} is not before --to {}", *m.from_s, *m.to_s));
+    return refuse("from_s", fmt::format("must be before .to_s {}", *m.to_s), *m.from_s);
   return {};
 }
 
@@ -57,8 +56,9 @@ class RecordMaker {
     rows_ = {0, samples};
     if (auto cut = cut_rows(); !cut) return unexpected<Error>(cut.error());
     if (rows_.size() < kFewestSamples + (mapping_.differentiate ? 1 : 0))
-      return fail(fmt::format("{}: has {} samples{}; at least {} are required", table_.source, rows_.size(),
-                              rows_.size() == samples ? "" : " in the part chosen with --from and --to",
+      return fail(table_.source,
+                  fmt::format("has {} samples{}; at least {} are required", rows_.size(),
+                              rows_.size() == samples ? "" : " in the part chosen with .from_s and .to_s",
                               kFewestSamples));
     if (auto rate = set_rate(); !rate) return unexpected<Error>(rate.error());
     fill_channels();
@@ -73,10 +73,10 @@ class RecordMaker {
   [[nodiscard]] unexpected<Error> no_time() const {
     std::string scalars;
     for (const auto& scalar : table_.scalars) scalars += fmt::format(" {} = {}", scalar.name, scalar.value);
-    return fail(
-        fmt::format("{}: the sample rate is not known: no column is called 't' or 'time'; give --time COL or "
-                    "--sample-rate HZ{}{}; columns: {}",
-                    table_.source, scalars.empty() ? "" : "; the file holds", scalars, listed(table_.names)));
+    return fail(table_.source,
+                fmt::format("the sample rate is not known: no column is called 't' or 'time'; give .time or "
+                            ".sample_rate_hz{}{}; columns: {}",
+                            scalars.empty() ? "" : "; the file holds", scalars, listed(table_.names)));
   }
 
   [[nodiscard]] expected<void, Error> check_time() const {
@@ -84,10 +84,10 @@ class RecordMaker {
     const auto bad = first_not_rising(time());
     if (!bad) return {};
     const bool equal = time()[*bad] == time()[*bad - 1];
-    return fail(fmt::format("{}: {}, column {}: the time {} {} {} of the sample before it; time must rise{}",
-                            table_.source, table_.place(*bad), time_name(), time()[*bad],
+    return fail(fmt::format("{}: {}, column {}", table_.source, table_.place(*bad), time_name()),
+                fmt::format("the time {} {} {} of the sample before it; time must rise{}", time()[*bad],
                             equal ? "repeats the" : "comes after the later", time()[*bad - 1],
-                            equal ? " (stamps too coarse? then give --sample-rate HZ --time none)" : ""));
+                            equal ? " (stamps too coarse? then give .sample_rate_hz with .time none)" : ""));
   }
 
   [[nodiscard]] double instant(std::size_t row) const {
@@ -116,10 +116,10 @@ class RecordMaker {
     const std::size_t begin = mapping_.from_s ? first_from(*mapping_.from_s) : all.begin;
     const std::size_t end = mapping_.to_s ? first_from(*mapping_.to_s) : all.end;
     if (begin >= end)
-      return fail(fmt::format("{}: no sample lies in the part chosen with{}{}; the record spans {} ... {} s",
-                              table_.source,
-                              mapping_.from_s ? fmt::format(" --from {}", *mapping_.from_s) : "",
-                              mapping_.to_s ? fmt::format(" --to {}", *mapping_.to_s) : "",
+      return fail(table_.source,
+                  fmt::format("no sample lies in the part chosen with{}{}; the record spans {} ... {} s",
+                              mapping_.from_s ? fmt::format(" .from_s {}", *mapping_.from_s) : "",
+                              mapping_.to_s ? fmt::format(" .to_s {}", *mapping_.to_s) : "",
                               instant(all.begin), instant(all.end - 1)));
     rows_ = {begin, end};
     return {};
@@ -132,18 +132,19 @@ class RecordMaker {
     const TimeGrid grid = fit_time_grid(std::span(time()).subspan(rows_.begin, rows_.size()));
     const double given = mapping_.sample_rate_hz;
     if (given > 0.0 && std::abs(grid.sample_rate_hz - given) > kRateAgreement * given)
-      return fail(fmt::format(
-          "{}: --sample-rate {} contradicts the time column {}, which says {:.6g} Hz; leave one of "
-          "them out (--time none ignores the column)",
-          table_.source, given, time_name(), grid.sample_rate_hz));
+      return fail(
+          table_.source,
+          fmt::format(".sample_rate_hz {} contradicts the time column {}, which says {:.6g} Hz; leave one of "
+                      "them out (.time none ignores the column)",
+                      given, time_name(), grid.sample_rate_hz));
     const auto complete = static_cast<double>(rows_.size() + grid.missing);
     const double missing = static_cast<double>(grid.missing) / complete;
     if (missing > kMostMissing)
-      return fail(
-          fmt::format("{}: column {}: {} of {} samples are missing ({:.1f} %, in {} gaps, the first after {} "
-                      "s); at most {} % may be; choose an unbroken part with --from and --to",
-                      table_.source, time_name(), grid.missing, rows_.size() + grid.missing, 100.0 * missing,
-                      grid.sampling.gaps, grid.sampling.first_gap_at_s, 100.0 * kMostMissing));
+      return fail(fmt::format("{}: column {}", table_.source, time_name()),
+                  fmt::format("{} of {} samples are missing ({:.1f} %, in {} gaps, the first after {} "
+                              "s); at most {} % may be; choose an unbroken part with .from_s and .to_s",
+                              grid.missing, rows_.size() + grid.missing, 100.0 * missing, grid.sampling.gaps,
+                              grid.sampling.first_gap_at_s, 100.0 * kMostMissing));
     if (given == 0.0) record_.sample_rate_hz = grid.sample_rate_hz;
     record_.sampling = grid.sampling;
     return {};

@@ -1,17 +1,22 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <cmath>
 #include <cstddef>
 #include <resonid/base/expected.hpp>
-#include <resonid/io/error.hpp>
 #include <string>
 #include <string_view>
 #include <vector>
 
 namespace resonid::io {
 
-[[nodiscard]] inline unexpected<Error> fail(std::string message) {
-  return unexpected<Error>(Error{std::move(message)});
+/// `where` names the file and, where they apply, line (counted from 1) and column; `requirement` what was
+/// found and what is required.
+[[nodiscard]] inline unexpected<Error> fail(std::string where, std::string requirement) {
+  return unexpected<Error>(Error{{}, std::move(requirement), std::nan(""), std::move(where)});
+}
+[[nodiscard]] inline unexpected<Error> fail(std::string requirement) {
+  return unexpected<Error>(Error{{}, std::move(requirement)});
 }
 
 /// Text of a file as it may stand in a message: in quotes, without control characters, not longer than a

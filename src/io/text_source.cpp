@@ -20,12 +20,11 @@ namespace resonid::io {
 expected<TextSource, Error> TextSource::open(const std::filesystem::path& path) {
   TextSource source(path.string());
   source.descriptor_ = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
-  if (source.descriptor_ < 0 && errno == ENOENT)
-    return fail(fmt::format("{}: there is no such file", source.name_));
+  if (source.descriptor_ < 0 && errno == ENOENT) return fail(source.name_, "there is no such file");
   if (source.descriptor_ < 0) return source.failure(errno);
   struct ::stat status {};
   if (::fstat(source.descriptor_, &status) != 0) return source.failure(errno);
-  if (S_ISDIR(status.st_mode)) return fail(fmt::format("{}: is a folder, a file is required", source.name_));
+  if (S_ISDIR(status.st_mode)) return fail(source.name_, "is a folder, a file is required");
   if (S_ISREG(status.st_mode)) {
     source.size_ = static_cast<std::size_t>(status.st_size);
     return source;
@@ -54,7 +53,7 @@ TextSource::~TextSource() {
 }
 
 unexpected<Error> TextSource::failure(int code) const {
-  return fail(fmt::format("{}: cannot read: {}", name_, std::generic_category().message(code)));
+  return fail(name_, fmt::format("cannot read: {}", std::generic_category().message(code)));
 }
 
 expected<std::size_t, Error> TextSource::read(std::size_t offset, char* buffer, std::size_t count) const {

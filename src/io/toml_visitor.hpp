@@ -6,6 +6,8 @@
 
 #include <cmath>
 #include <cstdint>
+#include <optional>
+#include <resonid/base/error.hpp>
 #include <resonid/io/detail/number_list.hpp>
 #include <resonid/io/detail/suggestion.hpp>
 #include <resonid/online/excitation/excitation.hpp>
@@ -19,9 +21,9 @@
 
 namespace resonid::io {
 
-/// "file:line:column: ".
+/// "file:line:column".
 inline std::string position(std::string_view file, const toml::source_region& region) {
-  return fmt::format("{}:{}:{}: ", file, region.begin.line, region.begin.column);
+  return fmt::format("{}:{}:{}", file, region.begin.line, region.begin.column);
 }
 
 /// Fills a described configuration from a TOML table. The first error is kept and ends the reading; keys that
@@ -30,23 +32,22 @@ class TomlVisitor {
  public:
   /// `path` is the table's name in messages, empty for the whole file. All arguments must outlive the
   /// visitor.
-  TomlVisitor(const toml::table& table, std::string_view file, std::string path, std::string& error)
+  TomlVisitor(const toml::table& table, std::string_view file, std::string path, std::optional<Error>& error)
       : table_(table), file_(file), path_(std::move(path)), error_(error) {}
 
   template <class Field>
   void operator()(std::string_view name, Field& field, std::string_view doc) {
-    if (!error_.empty()) return;
+    if (error_) return;
     known_.emplace_back(name);
     const toml::node* node = table_.get(name);
     if (node != nullptr) return read(*node, name, field, doc);
     if (name == "kind")
-      error_ =
-          position(file_, table_.source()) + fmt::format("[{}] has no key 'kind', required: {}", path_, doc);
+      refuse_at(table_.source(), {}, fmt::format("[{}] has no key 'kind', required: {}", path_, doc));
   }
 
   /// To be called after describe(): refuses keys that no field has.
   void finish() {
-    if (!error_.empty()) return;
+    if (error_) return;
     const toml::key* first = nullptr;
     for (const auto& [key, node] : table_) {
       if (std::find(known_.begin(), known_.end(), key.str()) != known_.end()) continue;
@@ -54,9 +55,9 @@ class TomlVisitor {
     }
     if (first == nullptr) return;
     const std::string_view key = first->str();
-    error_ = position(file_, first->source()) +
-             fmt::format("unknown {} {}{}{}; known here: {}", path_.empty() ? "table" : "key",
-                         in_quotes(full(key)), selected_, suggestion(key, known_), listed(known_));
+    refuse_at(first->source(), {},
+              fmt::format("unknown {} {}{}{}; known here: {}", path_.empty() ? "table" : "key",
+                          in_quotes(full(key)), selected_, suggestion(key, known_), listed(known_)));
   }
 
  private:
@@ -105,8 +106,7 @@ class TomlVisitor {
     if (node.is_string()) {
       auto parsed = parse_lines(node.as_string()->get());
       if (!parsed) {
-        error_ = position(file_, node.source()) + full(name) + ": " + parsed.error().message;
-        return;
+        return refuse_at(node.source(), full(name), parsed.error().requirement);
       }
       lines = std::move(*parsed);
     } else if (const toml::node* wrong = list(node, lines)) {
@@ -143,14 +143,17 @@ class TomlVisitor {
     if (node.is_string()) found = in_quotes(node.as_string()->get());
     if (node.is_integer()) found = fmt::format("{}", node.as_integer()->get());
     if (node.is_floating_point()) found = fmt::format("{:#}", node.as_floating_point()->get());
-    error_ = position(file_, node.source()) +
-             fmt::format("{}: found {}, required {}; it is: {}", full(name), found, required, doc);
+    refuse_at(node.source(), full(name),
+              fmt::format("found {}, required {}; it is: {}", found, required, doc));
+  }
+  void refuse_at(const toml::source_region& region, std::string field, Phrase requirement) {
+    error_ = Error{std::move(field), std::move(requirement), std::nan(""), position(file_, region)};
   }
 
   const toml::table& table_;
   std::string_view file_;
   std::string path_;
-  std::string& error_;
+  std::optional<Error>& error_;
   std::vector<std::string> known_;
   std::string selected_;  // " with kind = 'pi'", what selects the keys of this table
 };

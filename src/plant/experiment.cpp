@@ -36,7 +36,7 @@ data::Record empty_record(const ExperimentConfig& config, std::size_t samples, c
   return record;
 }
 
-expected<ClosedLoop, ExperimentError> make_loop(const ExperimentConfig& config, double duration_s) {
+expected<ClosedLoop> make_loop(const ExperimentConfig& config, double duration_s) {
   const double rate = config.run.sample_rate_hz;
   const SampleDelay delay = split_delay(config.measurement.delay_s, rate);
   auto drive = make_drive(machine_of(config), rate, delay.fraction, duration_s);
@@ -80,16 +80,14 @@ class Observer {
   OverTime seen_;
 };
 
-ExperimentError diverged(bool closed) {
-  if (closed) return {"controller", "", "", "must hold the drive stable: the simulated loop diverges"};
-  return {"excitation", "", "", "must keep torque and velocity below 1e12"};
+Error diverged(bool closed) {
+  if (closed) return {"controller", "must hold the drive stable: the simulated loop diverges"};
+  return {"excitation", "must keep torque and velocity below 1e12"};
 }
 
-ExperimentError out_of_stroke(const ExperimentConfig& config, double time_s, double place) {
+Error out_of_stroke(const ExperimentConfig& config, double time_s, double place) {
   return {
-      "drive",
-      place < config.drive.stroke_from_m ? "stroke_from_m" : "stroke_to_m",
-      {},
+      place < config.drive.stroke_from_m ? "drive.stroke_from_m" : "drive.stroke_to_m",
       fmt::format("must hold the cart: it leaves its stroke, {:g} ... {:g} m, after {:.4g} s, at {:.4g} m",
                   config.drive.stroke_from_m, config.drive.stroke_to_m, time_s, place)};
 }
@@ -102,12 +100,12 @@ expected<void, Error> check(const RunConfig& c) noexcept {
   return {};
 }
 
-expected<std::size_t, ExperimentError> length_of(const ExperimentConfig& config) {
+expected<std::size_t> length_of(const ExperimentConfig& config) {
   const RunConfig& run = config.run;
   const auto excitation = online::Excitation::create(config.excitation, run.sample_rate_hz);
   const double samples = run.duration_s > 0.0 ? run.duration_s * run.sample_rate_hz
                                               : static_cast<double>(excitation->natural_length_samples());
-  const auto refused = [&](std::string_view requirement, double value) {
+  const auto refused = [&](const char* requirement, double value) {
     return unexpected(located("run", {"duration_s", requirement, value}));
   };
   if (samples == 0.0) return refused("must be given: the excitation has no length of its own", std::nan(""));
@@ -116,8 +114,8 @@ expected<std::size_t, ExperimentError> length_of(const ExperimentConfig& config)
   return static_cast<std::size_t>(std::llround(samples));
 }
 
-expected<Simulation, ExperimentError> simulate_closed_loop(const ExperimentConfig& config,
-                                                           std::span<const double> response_hz) {
+expected<Simulation> simulate_closed_loop(const ExperimentConfig& config,
+                                          std::span<const double> response_hz) {
   if (const auto ok = check(config); !ok) return unexpected(ok.error());
   const double rate = config.run.sample_rate_hz;
   for (const double f : response_hz)

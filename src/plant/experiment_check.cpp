@@ -16,11 +16,11 @@ constexpr double kMaxDelaySamples = 1e6;
 constexpr std::size_t kMaxPoleDelay = 60;  // samples; beyond it the poles take too long
 constexpr double kStable = 1.0 + 1e-9;     // rounding of a pole on the unit circle
 
-unexpected<ExperimentError> refused(std::string_view table, const Error& error) {
-  return unexpected<ExperimentError>(located(table, error));
+unexpected<Error> refused(std::string_view table, const Error& error) {
+  return unexpected<Error>(located(table, error));
 }
 
-expected<void, ExperimentError> check_ranges(const ExperimentConfig& c) {
+expected<void> check_ranges(const ExperimentConfig& c) {
   if (const auto ok = check(c.drive); !ok) return refused("drive", ok.error());
   if (const auto ok = check(c.friction); !ok) return refused("friction", ok.error());
   if (const auto ok = check(c.disturbance); !ok) return refused("disturbance", ok.error());
@@ -39,13 +39,13 @@ expected<void, ExperimentError> check_ranges(const ExperimentConfig& c) {
   return {};
 }
 
-expected<void, ExperimentError> check_resonances(const ExperimentConfig& c, double highest_factor) {
+expected<void> check_resonances(const ExperimentConfig& c, double highest_factor) {
   const auto modes = resonances(mass_system(c.drive, highest_factor, c.drive.stroke_from_m));
   if (modes.empty() || modes.back().frequency_hz < 0.5 * c.run.sample_rate_hz) return {};
-  return unexpected(
-      ExperimentError{"run", "sample_rate_hz", fmt::format("{:g}", c.run.sample_rate_hz),
-                      fmt::format("must be more than {:.4g}, since the drive resonates at {:.4g} Hz",
-                                  2.0 * modes.back().frequency_hz, modes.back().frequency_hz)});
+  return refuse("run.sample_rate_hz",
+                fmt::format("must be more than {:.4g}, since the drive resonates at {:.4g} Hz",
+                            2.0 * modes.back().frequency_hz, modes.back().frequency_hz),
+                c.run.sample_rate_hz);
 }
 
 /// Places between which the cart's reference goes, less the following error of a cascade.
@@ -57,7 +57,7 @@ MotionProfile::Range cart_range(const ExperimentConfig& c, const Controller& con
   return {range.lowest - behind, range.highest - behind};
 }
 
-expected<void, ExperimentError> check_stroke(const ExperimentConfig& c, double duration_s) {
+expected<void> check_stroke(const ExperimentConfig& c, double duration_s) {
   if (c.drive.structure != Structure::tooth_belt) return {};
   const auto controller = Controller::create(c.controller, c.run.sample_rate_hz);
   if (!controller) return refused("controller", controller.error());
@@ -66,12 +66,10 @@ expected<void, ExperimentError> check_stroke(const ExperimentConfig& c, double d
   if (lowest >= c.drive.stroke_from_m - kEnd && highest <= c.drive.stroke_to_m + kEnd) return {};
   const bool constant = c.motion.kind == MotionKind::constant;
   const bool below = lowest < c.drive.stroke_from_m - kEnd;
-  return unexpected(ExperimentError{
-      "motion",
-      constant ? "velocity" : (below == (c.motion.from <= c.motion.to) ? "from" : "to"),
-      {},
+  return refuse(
+      constant ? "motion.velocity" : (below == (c.motion.from <= c.motion.to) ? "motion.from" : "motion.to"),
       fmt::format("must keep the cart in its stroke, {:g} ... {:g} m: it goes to {:g} m within {:g} s",
-                  c.drive.stroke_from_m, c.drive.stroke_to_m, below ? lowest : highest, duration_s)});
+                  c.drive.stroke_from_m, c.drive.stroke_to_m, below ? lowest : highest, duration_s));
 }
 
 /// Stiffnesses that the loop is judged at: those that the run goes through, a tooth belt's cart within
@@ -110,8 +108,8 @@ std::vector<double> judged_factors(const ExperimentConfig& c, const Machine& mac
   return factors;
 }
 
-expected<void, ExperimentError> check_loop(const ExperimentConfig& c, const Drive& drive,
-                                           const Machine& machine, double duration_s) {
+expected<void> check_loop(const ExperimentConfig& c, const Drive& drive, const Machine& machine,
+                          double duration_s) {
   const double rate = c.run.sample_rate_hz;
   const auto controller = Controller::create(c.controller, rate);
   if (!controller) return refused("controller", controller.error());
@@ -135,31 +133,24 @@ expected<void, ExperimentError> check_loop(const ExperimentConfig& c, const Driv
       how += fmt::format(" where the drive resonates at {:.4g} Hz",
                          resonances(machine.system(factor)).front().frequency_hz);
     const bool has_gain = c.controller.gain != 0.0;
-    return unexpected(ExperimentError{"controller", has_gain ? "gain" : "",
-                                      has_gain ? fmt::format("{:g}", c.controller.gain) : std::string(),
-                                      "must leave the closed loop stable: " + how});
+    return refuse(has_gain ? "controller.gain" : "controller", "must leave the closed loop stable: " + how,
+                  has_gain ? c.controller.gain : std::nan(""));
   }
   return {};
 }
 
 }  // namespace
 
-ExperimentError located(std::string_view table, const Error& error) {
-  return {std::string(table), std::string(error.field),
-          std::isnan(error.value) ? std::string() : fmt::format("{:g}", error.value),
-          std::string(error.requirement)};
-}
-
-std::string ExperimentError::text() const {
-  return fmt::format("{}{}{}: {}{}{}{}", table, field.empty() ? "" : ".", field,
-                     found.empty() ? "" : "found ", found, found.empty() ? "" : ", ", requirement);
+Error located(std::string_view table, const Error& error) {
+  return {fmt::format("{}{}{}", table, error.field.empty() ? "" : ".", error.field.view()), error.requirement,
+          error.value};
 }
 
 MachineConfig machine_of(const ExperimentConfig& c) {
   return {c.drive, c.friction, c.disturbance, c.actuator.lag_s};
 }
 
-expected<void, ExperimentError> check(const ExperimentConfig& config) {
+expected<void> check(const ExperimentConfig& config) {
   if (const auto ok = check_ranges(config); !ok) return ok;
   const auto samples = length_of(config);
   if (!samples) return unexpected(samples.error());

@@ -7,10 +7,11 @@
 
 namespace resonid::plant {
 
-[[nodiscard]] ExperimentError located(std::string_view table, const Error& error);
+/// The error with its field as "TABLE.FIELD" of an experiment file.
+[[nodiscard]] Error located(std::string_view table, const Error& error);
 [[nodiscard]] MachineConfig machine_of(const ExperimentConfig& config);
 /// Samples of the record. The excitation must be valid.
-[[nodiscard]] expected<std::size_t, ExperimentError> length_of(const ExperimentConfig& config);
+[[nodiscard]] expected<std::size_t> length_of(const ExperimentConfig& config);
 /// What is true of the machine at the start; `response_hz` as of simulate_closed_loop().
 [[nodiscard]] Truth truth_of(const ExperimentConfig& config, const Drive& drive,
                              std::optional<data::TransferFunction> feedback,

@@ -3,53 +3,16 @@
 
 #include <algorithm>
 #include <cmath>
-#include <nlohmann/json.hpp>
 #include <resonid/report/detail/batch.hpp>
 #include <resonid/report/json.hpp>
 
 #include "report/batch_tables.hpp"
-#include "report/put.hpp"
 #include "report/words.hpp"
 
 namespace resonid::report {
 namespace {
 
 using identification::Batch;
-using nlohmann::json;
-
-json spread_json(const identification::Spread& f) {
-  json values = json::array();
-  for (const auto& v : f.values) {
-    json j{{"record", v.record}, {"value", v.value}};
-    put(j, "std", v.std);
-    values.push_back(std::move(j));
-  }
-  json j{{"name", f.name}, {"unit", f.unit}, {"values", std::move(values)}, {"mean", f.mean}};
-  put(j, "std", f.std);
-  if (f.values.size() > 1) j["deviation"] = f.deviation;
-  if (!f.probability) return j;
-  put(j, "chi_square", f.chi_square);
-  j["degrees_of_freedom"] = f.degrees;
-  j["probability"] = *f.probability;
-  j["agrees"] = f.agrees;
-  return j;
-}
-
-json joint_json(const identification::Joint& joint) {
-  json records = json::array();
-  for (const auto& r : joint.records) {
-    json j{{"file", r.file}, {"own_estimate", r.own_estimate}, {"agrees", r.agrees}};
-    put(j, "chi_square", r.chi_square);
-    if (r.chi_square) j["degrees_of_freedom"] = r.degrees;
-    put(j, "probability", r.probability);
-    put(j, "response_chi_square", r.response_chi_square);
-    put(j, "fit_percent", r.fit_percent);
-    records.push_back(std::move(j));
-  }
-  json j{{"result", to_json(joint.result)}, {"records", std::move(records)}};
-  put(j, "response_chi_square", joint.response_chi_square);
-  return j;
-}
 
 /// A table in as many blocks as its columns need, each beginning with the first column.
 std::string blocks(const Table& table) {
@@ -85,23 +48,6 @@ std::string blocks(const Table& table) {
 }
 
 }  // namespace
-
-json to_json(const BatchResult& result) {
-  const Batch& batch = result.batch;
-  json j{{"schema", "resonid.identifications/1"},
-         {"confidence", batch.confidence},
-         {"results", json::array()},
-         {"table", {{"figures", json::array()}}}};
-  for (const auto& e : batch.entries) {
-    json entry = e.result ? to_json(*e.result) : json{{"error", error_text(e.error)}};
-    entry["file"] = e.file;
-    j["results"].push_back(std::move(entry));
-  }
-  for (const auto& f : batch.figures) j["table"]["figures"].push_back(spread_json(f));
-  if (result.joint) j["joint"] = joint_json(*result.joint);
-  if (!result.join_error.empty()) j["join_error"] = result.join_error;
-  return j;
-}
 
 std::string summary_text(const BatchResult& result) {
   const double percent = 100.0 * result.batch.confidence;

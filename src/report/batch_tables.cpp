@@ -5,7 +5,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <resonid/base/error_text.hpp>
 #include <resonid/identification/detail/figures.hpp>
+#include <resonid/identification/result.hpp>
 #include <resonid/report/json.hpp>
 
 #include "report/words.hpp"
@@ -46,10 +48,7 @@ std::string error_line(const identification::BatchEntry& entry) {
   return text.rfind(entry.file, 0) == 0 ? text : entry.file + ": " + text;
 }
 
-std::string error_text(const Error& error) {
-  return error.field.empty() ? error.requirement.str()
-                             : "--" + error.field.str() + ": " + error.requirement.str();
-}
+std::string error_text(const Error& error) { return message_of(error); }
 
 std::string value_text(double value, const std::optional<double>& std, double z) {
   return with_error(value, std ? z * *std : 0.0);

@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <nlohmann/json.hpp>
 #include <resonid/base/constants.hpp>
 #include <resonid/report/detail/compare.hpp>
 
@@ -15,7 +14,6 @@ namespace {
 
 using identification::Changes;
 using identification::Difference;
-using nlohmann::json;
 
 /// "phase_margin" -> "phase margin"
 std::string words(std::string name) {
@@ -71,42 +69,6 @@ std::string bootstrap_sentence(const Changes& c) {
       b.pairs, b.low, b.high, 100.0 * c.confidence, b.noise,
       b.probability * static_cast<double>(b.pairs + 1) < 1.5 ? "at most " : "", b.probability);
 }
-
-json difference_json(const Difference& d) {
-  json j{{"name", d.name},           {"unit", d.unit},     {"first", d.first.value},
-         {"second", d.second.value}, {"change", d.change}, {"significant", d.significant}};
-  if (d.first.std > 0.0) j["first_std"] = d.first.std;
-  if (d.second.std > 0.0) j["second_std"] = d.second.std;
-  if (d.std) j["std"] = *d.std;
-  if (d.relative) j["relative"] = *d.relative;
-  if (d.probability) j["probability"] = *d.probability;
-  if (d.interval) j["interval"] = {{"low", d.interval->first}, {"high", d.interval->second}};
-  return j;
-}
-
-json list_json(const std::vector<Difference>& list) {
-  json j = json::array();
-  for (const auto& d : list) j.push_back(difference_json(d));
-  return j;
-}
-
-json gap_json(const Changes& c) {
-  const auto& gap = c.gap;
-  json j{{"frequency_hz", gap.frequency_hz},
-         {"distance", gap.distance},
-         {"largest", gap.distance[gap.largest()]},
-         {"largest_hz", gap.frequency_hz[gap.largest()]},
-         {"weighted", c.weighted},
-         {"significant", c.gap_significant}};
-  if (!gap.std.empty()) {
-    j["std"] = gap.std;
-    j["noise"] = gap.noise;
-  }
-  if (c.gap_probability) j["probability"] = *c.gap_probability;
-  return j;
-}
-
-// --- page
 
 Table difference_table(const Changes& c) {
   const double z = quantile(c.confidence);
@@ -244,37 +206,6 @@ std::string summary_text(const Changes& c) {
   return text + (c.trusted ? "\n" : " NOT trusted: see the errors above.\n");
 }
 
-json to_json(const Changes& c) {
-  const auto record = [](const identification::RecordFacts& r) {
-    return json{{"file", r.file}, {"samples", r.samples}, {"sample_rate_hz", r.sample_rate_hz}};
-  };
-  json j{{"schema", "resonid.comparison/1"},
-         {"first", record(c.first)},
-         {"second", record(c.second)},
-         {"confidence", c.confidence},
-         {"changed", c.changed},
-         {"trusted", c.trusted},
-         {"resonances", list_json(c.resonances)},
-         {"parameters", list_json(c.parameters)},
-         {"margins", list_json(c.margins)},
-         {"findings", findings_json(c.findings)}};
-  if (!c.gap.frequency_hz.empty()) j["response_distance"] = gap_json(c);
-  if (c.model_gap) {
-    j["model_gap"] = {{"gap", c.model_gap->gap},
-                      {"largest_distance", c.model_gap->largest_distance},
-                      {"frequency_hz", c.model_gap->frequency_hz},
-                      {"winding_number_condition", c.model_gap->condition_holds}};
-    if (c.model_gap_std && std::isfinite(*c.model_gap_std)) j["model_gap"]["std"] = *c.model_gap_std;
-    if (const auto& b = c.model_gap_bootstrap)
-      j["model_gap"]["bootstrap"] = {{"pairs", b->pairs},
-                                     {"low", b->low},
-                                     {"high", b->high},
-                                     {"noise", b->noise},
-                                     {"probability", b->probability}};
-  }
-  return j;
-}
-
 Document document(const Changes& c) {
   Document d;
   d.kind = "comparison";
@@ -282,8 +213,6 @@ Document document(const Changes& c) {
   d.summary = sentences(c);
   d.summary.push_back(fmt::format("{} {}", c.changed ? "Changed." : "No change shown.",
                                   c.trusted ? "" : "NOT trusted: see the findings."));
-  d.badge = Badge{c.trusted && !c.changed, c.changed ? "Changed" : "No change shown",
-                  c.trusted ? "" : "not trusted: see the findings"};
   Section changes;
   changes.title = "What changed";
   changes.text = {

@@ -5,7 +5,9 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <climits>
 #include <cmath>
+#include <cstdint>
 
 namespace resonid::report {
 namespace {
@@ -80,6 +82,23 @@ std::size_t JsonPlace::count() const {
   return 0;
 }
 
+int JsonPlace::whole() const {
+  if (value_ == nullptr) return 0;
+  if (value_->is_number_integer()) {
+    const auto number = value_->get<std::int64_t>();
+    if (number >= INT_MIN && number <= INT_MAX) return static_cast<int>(number);
+  }
+  refuse("a whole number");
+  return 0;
+}
+
+std::vector<std::string> JsonPlace::keys() const {
+  std::vector<std::string> names;
+  if (value_ == nullptr || !value_->is_object()) return names;
+  for (const auto& item : value_->items()) names.push_back(item.key());
+  return names;
+}
+
 bool JsonPlace::flag() const {
   if (value_ == nullptr) return false;
   if (value_->is_boolean()) return value_->get<bool>();
@@ -114,30 +133,26 @@ std::size_t JsonPlace::choice(const std::vector<std::string>& names) const {
   return 0;
 }
 
-std::optional<double> JsonPlace::maybe_number(const std::string& key) const {
-  const auto place = maybe(key);
-  return place.present() ? std::optional(place.number()) : std::nullopt;
-}
-
-std::string JsonPlace::maybe_text(const std::string& key) const {
-  const auto place = maybe(key);
-  return place.present() ? place.text() : std::string();
-}
-
 void JsonPlace::refuse(const std::string& required) const {
   const auto noted = [&](const JsonProblem& p) { return p.path == path_; };
   if (value_ == nullptr || std::any_of(problems_->begin(), problems_->end(), noted)) return;
   problems_->push_back({path_, shown(*value_), required});
 }
 
-std::string JsonError::message() const {
+void JsonPlace::refuse(const std::string& key, const std::string& required) const {
+  const auto place = maybe(key);
+  if (place.present()) return place.refuse(required);
+  problems_->push_back({place.path_, "nothing", required});
+}
+
+Error error_of(const JsonProblems& problems) {
   constexpr std::size_t kShown = 8;
   std::string text;
   for (std::size_t i = 0; i < std::min(problems.size(), kShown); ++i)
-    text += fmt::format("{}{}: found {}, required {}", i == 0 ? "" : "\n", problems[i].path,
+    text += fmt::format("{}found {}, required {}", i == 0 ? "" : "\n" + problems[i].path + ": ",
                         problems[i].found, problems[i].required);
   if (problems.size() > kShown) text += fmt::format("\nand {} more", problems.size() - kShown);
-  return text;
+  return {problems.front().path, std::move(text)};
 }
 
 }  // namespace resonid::report

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <resonid/base/constants.hpp>
+#include <resonid/identification/result.hpp>
 #include <resonid/report/json.hpp>
 #include <resonid/response/line_estimates.hpp>
 

@@ -3,89 +3,15 @@
 
 #include <algorithm>
 #include <cmath>
-#include <nlohmann/json.hpp>
 #include <resonid/report/detail/plan.hpp>
 
 #include "report/plan_words.hpp"
 #include "report/words.hpp"
 
 namespace resonid::report {
-namespace {
-
-using nlohmann::json;
 using planning::Experiment;
 using planning::Figure;
 using planning::Plan;
-
-json peaks_json(const planning::PeakValues& e) {
-  return {{"excitation", e.excitation},
-          {"torque", e.torque},
-          {"torque_rms", e.torque_rms},
-          {"velocity", e.velocity},
-          {"stroke", e.stroke}};
-}
-
-json figures_json(const std::vector<Figure>& figures) {
-  json list = json::array();
-  for (const auto& f : figures) {
-    json j{{"name", f.name}, {"value", f.value}};
-    if (!f.unit.empty()) j["unit"] = f.unit;
-    if (std::isfinite(f.std)) j["std"] = f.std;
-    list.push_back(std::move(j));
-  }
-  return list;
-}
-
-json excitation_json(const Experiment& x) {
-  using enum planning::ExcitationType;
-  json j{{"peak", x.amplitude}, {"crest_factor", x.crest_factor}};
-  if (x.type == multisine) {
-    j["period_samples"] = x.period_samples;
-    j["periods"] = x.periods;
-    j["settle_periods"] = x.settle_periods;
-    j["lines_hz"] = x.frequency_hz;
-    j["amplitudes"] = x.line_amplitude;
-    j["phases_rad"] = x.phase_rad;
-  } else if (x.type == chirp) {
-    j["from_hz"] = x.from_hz;
-    j["to_hz"] = x.to_hz;
-  } else {
-    j["register_length"] = x.register_length;
-    j["clock_divider"] = x.clock_divider;
-    j["power_below_band"] = x.power_below_band;
-    j["power_above_band"] = x.power_above_band;
-  }
-  return j;
-}
-
-json limits_json(const planning::Limits& l) {
-  json j = json::object();
-  const auto put = [&](const char* name, double value) {
-    if (std::isfinite(value)) j[name] = value;
-  };
-  put("torque", l.torque);
-  put("excitation", l.excitation);
-  put("torque_rms", l.torque_rms);
-  put("velocity", l.velocity);
-  put("stroke", l.stroke);
-  put("time_s", l.time_s);
-  return j;
-}
-
-json model_json(const planning::NominalDrive& drive) {
-  const auto& m = drive.model;
-  json parameters = json::object();
-  for (int i = 0; i < fit::kParameterCount; ++i)
-    if (m.estimated[static_cast<std::size_t>(i)])
-      parameters[std::string(fit::kParameterNames[static_cast<std::size_t>(i)])] =
-          m.value(static_cast<fit::Parameter>(i));
-  return {{"structure", fit::name_of(m.structure)},
-          {"parameters", parameters},
-          {"delay_s", m.known_delay_s},
-          {"noise_rms", std::sqrt(drive.noise.innovation_variance)}};
-}
-
-}  // namespace
 
 std::string_view name_of(planning::ExcitationType type) {
   return planning::kExcitationNames[static_cast<std::size_t>(type)];
@@ -107,11 +33,10 @@ namespace {
 /// How to go about it in two runs, and what they take.
 std::string two_stages_text(const planning::TwoStagePlan& two) {
   return fmt::format(
-      "Two runs would take about {:.3g} s in all instead of {:.3g} s: first one of {:.3g} s (these options "
-      "with "
-      "--max-time {:.4g}), identify it, then 'resonid plan --model RESULT.json --spread {:.2g}' with the "
-      "same "
-      "limits and wishes for one of about {:.3g} s.",
+      "Two runs would take about {:.3g} s in all instead of {:.3g} s: first one of {:.3g} s (the same "
+      "with .time_s {:.4g}), identify it, then plan again with its .model and .spread {:.2g}, the same "
+      "limits "
+      "and wishes, for one of about {:.3g} s.",
       two.total_s(), two.one_s, two.first_s, two.first_s, two.spread, two.second_s);
 }
 
@@ -202,72 +127,14 @@ std::string summary_text(const Plan& plan) {
                 "settled\n",
                 x.frequency_hz.size(), x.frequency_hz.front(), x.frequency_hz.back(), x.periods,
                 x.period_samples, x.settle_periods) +
-            fmt::format("identify the record with --lines {:.10g}:{:.10g}:{:.10g}\n", x.frequency_hz.front(),
-                        x.frequency_hz.back(),
+            fmt::format("identify the record with .lines_hz {:.10g}:{:.10g}:{:.10g}\n",
+                        x.frequency_hz.front(), x.frequency_hz.back(),
                         1.0 / plan.config.drive.model.sample_time_s / static_cast<double>(x.period_samples));
   text += fmt::format(
       "torque {:.4g} peak, {:.4g} rms; velocity {:.4g}; stroke {:.4g} (largest of {} possible {})\n",
       x.peaks.torque, x.peaks.torque_rms, x.peaks.velocity, x.peaks.stroke, plan.drives,
       plan.drives == 1 ? "drive" : "drives");
   return text;
-}
-
-json to_json(const Plan& plan) {
-  constexpr const char* kCriteria[] = {"accuracy", "d", "a", "e"};
-  const auto& x = plan.planned();
-  json j{{"schema", "resonid.plan/1"},
-         {"reached", plan.reached},
-         {"type", name_of(x.type)},
-         {"duration_s", x.duration_s},
-         {"sample_rate_hz", 1.0 / plan.config.drive.model.sample_time_s},
-         {"samples", x.excitation.size()},
-         {"binding_limit", x.binding},
-         {"criterion", kCriteria[static_cast<int>(plan.config.criterion)]},
-         {"spread", plan.config.spread},
-         {"drives", plan.drives},
-         {"limits", limits_json(plan.config.limits)},
-         {"model", model_json(plan.config.drive)},
-         {"excitation", excitation_json(x)},
-         {"extremes", peaks_json(x.peaks)},
-         {"wishes", json::array()},
-         {"worst_ratio", x.ratio},
-         {"figures", figures_json(x.figures)},
-         {"alternatives", json::array()}};
-  if (plan.config.band_hz) j["band_hz"] = {plan.config.band_hz->first, plan.config.band_hz->second};
-  if (x.needed_s) j["needed_s"] = *x.needed_s;
-  if (x.needed_amplitude) j["needed_amplitude"] = *x.needed_amplitude;
-  j["noise_dominates"] = x.noise_dominates;
-  j["noise_torque"] = plan.noise_torque;
-  for (const auto& out : plan.skipped)
-    j["left_out"].push_back({{"type", name_of(out.type)}, {"reason", out.reason}});
-  if (const auto& two = plan.two_stages)
-    j["two_steps"] = {{"first_s", two->first_s},
-                      {"spread", two->spread},
-                      {"second_s", two->second_s},
-                      {"total_s", two->total_s()},
-                      {"one_s", two->one_s}};
-  for (std::size_t i = 0; i < x.targeted.size(); ++i) {
-    const double wanted = wanted_of(plan, i);
-    json target{{"figure", x.targeted[i].name},
-                {"wanted_std", wanted},
-                {"expected_std", x.targeted[i].std},
-                {"reached", x.targeted[i].std <= wanted * (1.0 + 1e-9)}};
-    if (!x.targeted[i].unit.empty()) target["unit"] = x.targeted[i].unit;
-    j["wishes"].push_back(std::move(target));
-  }
-  for (std::size_t i = 1; i < plan.experiments.size(); ++i) {
-    const auto& other = plan.experiments[i];
-    json entry{{"type", name_of(other.type)},
-               {"peak", other.amplitude},
-               {"worst_ratio", other.ratio},
-               {"extremes", peaks_json(other.peaks)},
-               {"figures", figures_json(other.figures)}};
-    if (other.needed_s) entry["needed_s"] = *other.needed_s;
-    if (other.least_s) entry["least_s"] = *other.least_s;
-    if (other.type == planning::ExcitationType::prbs) entry["excitation"] = excitation_json(other);
-    j["alternatives"].push_back(std::move(entry));
-  }
-  return j;
 }
 
 }  // namespace resonid::report

@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <resonid/identification/result.hpp>
 #include <resonid/report/json.hpp>
 
 #include "report/result_lists.hpp"

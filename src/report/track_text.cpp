@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <nlohmann/json.hpp>
 #include <resonid/report/detail/track.hpp>
 
 #include "report/track_words.hpp"
@@ -14,33 +13,6 @@ namespace {
 
 using identification::Track;
 using identification::TrackSeries;
-using nlohmann::json;
-
-json numbers(const std::vector<double>& values, std::size_t stride) {
-  json list = json::array();
-  for (std::size_t i = 0; i < values.size(); i += stride)
-    list.push_back(std::isfinite(values[i]) ? json(values[i]) : json());
-  return list;
-}
-
-json over_time(const Track& track, std::size_t rows) {
-  const std::size_t stride =
-      std::max<std::size_t>(1, (track.time_s.size() + rows - 1) / std::max<std::size_t>(1, rows));
-  json j{{"time_s", numbers(track.time_s, stride)},
-         {"lag_s", numbers(track.lag_s, stride)},
-         {"trusted", json::array()}};
-  for (std::size_t i = 0; i < track.trusted_rows.size(); i += stride)
-    j["trusted"].push_back(bool(track.trusted_rows[i]));
-  if (!track.position_m.empty()) j["position_m"] = numbers(track.position_m, stride);
-  if (std::any_of(track.residual.begin(), track.residual.end(), [](double r) { return std::isfinite(r); }))
-    j["residual_rms"] = numbers(track.residual, stride);
-  for (const auto* group : {&track.lines, &track.parameters, &track.figures})
-    for (const TrackSeries& series : *group) {
-      j[series.name] = numbers(series.value, stride);
-      if (!series.std.empty()) j[series.name + "_std"] = numbers(series.std, stride);
-    }
-  return j;
-}
 
 std::string line_of(const Track& track, const TrackSeries& series, double z) {
   const auto s = summary_of(track, series);
@@ -106,44 +78,6 @@ std::vector<std::string> track_sentences(const Track& track) {
   list.push_back(
       fmt::format("{:.0f} % of the rows after the start are to be trusted.", 100.0 * track.shares.all));
   return list;
-}
-
-json track_json(const Track& track, std::size_t rows) {
-  json j{{"schema", "resonid.track/1"},
-         {"record", record_json(track.record)},
-         {"method", track.method},
-         {"approach", track.approach},
-         {"known_delay_s", track.known_delay_s},
-         {"confidence", track.confidence},
-         {"units",
-          {{"input", track.units.input},
-           {"velocity", track.units.velocity},
-           {"response", track.units.response}}},
-         {"rows", track.rows},
-         {"trusted", track.trusted},
-         {"trust",
-          {{"excited", track.shares.excited},
-           {"converged", track.shares.converged},
-           {"physical", track.shares.physical},
-           {"residual", track.shares.residual},
-           {"all", track.shares.all}}},
-         {"findings", findings_json(track.findings)},
-         {"final", json::object()},
-         {"range", json::object()},
-         {"over_time", over_time(track, rows)}};
-  if (!track.reason.empty()) j["reason"] = track.reason;
-  if (!track.start.empty()) j["start"] = track.start;
-  for (const auto* group : {&track.parameters, &track.figures})
-    for (const TrackSeries& series : *group) {
-      const auto s = summary_of(track, series);
-      if (!s) continue;
-      json last{{"value", s->last}};
-      if (s->last_deviation) last["std"] = *s->last_deviation;
-      if (!series.unit.empty()) last["unit"] = series.unit;
-      j["final"][series.name] = std::move(last);
-      j["range"][series.name] = {{"least", s->least}, {"greatest", s->greatest}, {"mean", s->mean}};
-    }
-  return j;
 }
 
 std::string track_text(const Track& track) {

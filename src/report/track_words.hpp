@@ -14,6 +14,9 @@ struct SeriesSummary {
 [[nodiscard]] std::optional<SeriesSummary> summary_of(const identification::Track& track,
                                                       const identification::TrackSeries& series);
 
+/// Rows that a file holds at most.
+inline constexpr std::size_t kTrackRows = 2000;
+
 /// The findings' plain statement of what was tracked, most important first.
 [[nodiscard]] std::vector<std::string> track_sentences(const identification::Track& track);
 

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <nlohmann/json_fwd.hpp>
 #include <resonid/identification/result.hpp>
 #include <string>
 #include <vector>
@@ -25,9 +24,5 @@ namespace resonid::report {
 
 /// The findings under their heading, for a terminal; empty without any.
 [[nodiscard]] std::string findings_text(const std::vector<diagnostics::Finding>& findings);
-
-/// "record" and "findings" of a result's JSON.
-[[nodiscard]] nlohmann::json record_json(const identification::RecordFacts& record);
-[[nodiscard]] nlohmann::json findings_json(const std::vector<diagnostics::Finding>& findings);
 
 }  // namespace resonid::report

@@ -5,6 +5,7 @@
 #include <resonid/report/detail/compare.hpp>
 #include <resonid/report/detail/plan.hpp>
 #include <resonid/report/detail/track.hpp>
+#include <resonid/report/detail/truth.hpp>
 #include <resonid/report/detail/validate.hpp>
 #include <resonid/report/json.hpp>
 #include <resonid/report/page.hpp>
@@ -14,15 +15,16 @@ namespace resonid {
 namespace {
 
 /// The library's error, with the file that it is about.
-template <class Found>
-Error in_file(const Found& found, const std::filesystem::path& file) {
-  if constexpr (std::is_same_v<Found, Error>) {
-    Error error = found;
-    if (error.where.empty()) error.where = file.string();
-    return error;
-  } else {
-    return {"file", found.message, std::numeric_limits<double>::quiet_NaN(), file.string()};
-  }
+Error in_file(Error error, const std::filesystem::path& file) {
+  if (error.where.empty()) error.where = file.string();
+  return error;
+}
+
+template <class T>
+expected<T, Error> read(std::string_view text) {
+  const auto json = nlohmann::json::parse(text, nullptr, false);
+  if (json.is_discarded()) return refuse("text", "must be JSON");
+  return report::from_json<T>(json);
 }
 
 expected<std::filesystem::path, Error> write(const std::filesystem::path& file, const std::string& page) {
@@ -46,9 +48,7 @@ expected<SimulateOptions, Error> read_experiment(const std::filesystem::path& fi
 }
 
 expected<Simulation, Error> simulate(const SimulateOptions& options) {
-  auto simulation = plant::simulate_closed_loop(options);
-  if (!simulation) return unexpected(Error{simulation.error().field, simulation.error().requirement});
-  return std::move(*simulation);
+  return plant::simulate_closed_loop(options);
 }
 
 expected<Plan, Error> plan(const PlanOptions& options) { return planning::make_plan(options); }
@@ -87,18 +87,38 @@ expected<std::filesystem::path, Error> write_report(const std::filesystem::path&
 }
 
 std::string to_json(const Result& result) { return report::to_json(result).dump(1); }
-std::string to_json(const Track& track) { return report::track_json(track).dump(1); }
+std::string to_json(const Track& track) { return report::to_json(track).dump(1); }
 std::string to_json(const ModelValidation& validation) { return report::to_json(validation).dump(1); }
 std::string to_json(const Changes& changes) { return report::to_json(changes).dump(1); }
 std::string to_json(const Plan& plan) { return report::to_json(plan).dump(1); }
 
+std::string to_json(const Truth& truth) { return report::to_json(report::simulated_truth(truth)).dump(1); }
+
 template <>
 expected<Result, Error> from_json<Result>(std::string_view text) {
-  const auto json = nlohmann::json::parse(text, nullptr, false);
-  if (json.is_discarded()) return refuse("text", "must be JSON");
-  auto result = report::result_from_json(json);
-  if (!result) return unexpected(Error{"text", result.error().message()});
-  return std::move(*result);
+  return read<Result>(text);
+}
+template <>
+expected<Track, Error> from_json<Track>(std::string_view text) {
+  return read<Track>(text);
+}
+template <>
+expected<ModelValidation, Error> from_json<ModelValidation>(std::string_view text) {
+  return read<ModelValidation>(text);
+}
+template <>
+expected<Changes, Error> from_json<Changes>(std::string_view text) {
+  return read<Changes>(text);
+}
+template <>
+expected<Plan, Error> from_json<Plan>(std::string_view text) {
+  return read<Plan>(text);
+}
+template <>
+expected<Truth, Error> from_json<Truth>(std::string_view text) {
+  auto truth = read<report::SimulatedTruth>(text);
+  if (!truth) return unexpected(std::move(truth.error()));
+  return std::move(truth->truth);
 }
 
 }  // namespace resonid

@@ -3,6 +3,7 @@
 
 #include <cmath>
 #include <limits>
+#include <resonid/base/error_text.hpp>
 #include <resonid/io/shipped_experiments.hpp>
 #include <resonid/online/models/discrete_model.hpp>
 #include <resonid/online/models/instrumental_variables.hpp>
@@ -40,7 +41,7 @@ inline double resonance_hz(const online::DiscreteModel<double, 3>& model, double
 
 inline LoopRun run_loop(const plant::ExperimentConfig& config) {
   auto simulation = plant::simulate_closed_loop(config);
-  if (!simulation) throw std::runtime_error(simulation.error().text());
+  if (!simulation) throw std::runtime_error(message_of(simulation.error()));
   LoopRun run{std::move(*simulation), {}, 0, {}};
   run.machine = discrete_model(run.simulation.truth.plant);
   run.delay_samples =

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <resonid/base/error_text.hpp>
 #include <resonid/data/transfer_function.hpp>
 #include <resonid/identification/identify.hpp>
 #include <resonid/plant/experiment.hpp>
@@ -48,7 +49,7 @@ inline void prbs(plant::ExperimentConfig& c) {
 
 inline plant::Simulation simulated(const plant::ExperimentConfig& c, std::span<const double> grid_hz = {}) {
   auto simulation = plant::simulate_closed_loop(c, grid_hz);
-  if (!simulation) throw std::runtime_error(simulation.error().text());
+  if (!simulation) throw std::runtime_error(message_of(simulation.error()));
   return std::move(*simulation);
 }
 
@@ -76,8 +77,7 @@ inline identification::Options known(const plant::ExperimentConfig& c) {
 
 inline identification::Result identified(const data::Record& record, const identification::Options& options) {
   auto result = identification::identify(record, options);
-  if (!result)
-    throw std::runtime_error("--" + result.error().field.str() + ": " + result.error().requirement.str());
+  if (!result) throw std::runtime_error(message_of(result.error()));
   return std::move(*result);
 }
 

@@ -4,6 +4,7 @@
 #include <Eigen/Cholesky>
 #include <cmath>
 #include <drive_bound.hpp>
+#include <resonid/base/error_text.hpp>
 #include <resonid/identification/join.hpp>
 #include <string>
 #include <vector>
@@ -27,8 +28,7 @@ struct JoinedRecords {
   identification::Joint joined() {
     for (const auto& record : records) results.push_back(identified(record, options));
     auto joint = identification::join(records, results, options);
-    if (!joint)
-      throw std::runtime_error("--" + joint.error().field.str() + ": " + joint.error().requirement.str());
+    if (!joint) throw std::runtime_error(message_of(joint.error()));
     return std::move(*joint);
   }
   /// Cramer-Rao bound of the logarithms of J1, J2, K, D.

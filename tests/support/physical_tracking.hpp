@@ -7,6 +7,7 @@
 #include <cmath>
 #include <memory>
 #include <random>
+#include <resonid/base/error_text.hpp>
 #include <resonid/online/models/physical_tracker.hpp>
 #include <resonid/plant/detail/mass_system.hpp>
 #include <resonid/plant/experiment.hpp>
@@ -18,7 +19,7 @@ using PhysicalTracker = online::PhysicalTracker<double>;
 
 inline plant::Simulation physical_simulation(const plant::ExperimentConfig& experiment) {
   auto simulation = plant::simulate_closed_loop(experiment);
-  if (!simulation) throw std::runtime_error(simulation.error().text());
+  if (!simulation) throw std::runtime_error(message_of(simulation.error()));
   return std::move(*simulation);
 }
 

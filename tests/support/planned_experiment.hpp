@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cmath>
+#include <resonid/base/error_text.hpp>
 #include <resonid/fit/output_error.hpp>
 #include <resonid/planning/plan.hpp>
 #include <resonid/plant/experiment.hpp>
@@ -77,7 +78,7 @@ inline double peak(const std::vector<double>& signal) {
 inline fit::DriveModel fitted_run(plant::ExperimentConfig c, const fit::DriveModel& start, int seed) {
   c.run.seed = static_cast<std::uint64_t>(seed);
   const auto run = plant::simulate_closed_loop(c);
-  if (!run) throw std::runtime_error(run.error().text());
+  if (!run) throw std::runtime_error(message_of(run.error()));
   fit::OutputErrorConfig o;
   o.initial = start;
   o.known_delay_s = c.measurement.delay_s;
@@ -103,7 +104,7 @@ inline std::array<double, 4> errors(const plant::ExperimentConfig& c, const fit:
 inline plant::Simulation without_noise(plant::ExperimentConfig c) {
   c.measurement.noise_rms = 0.0;
   auto run = plant::simulate_closed_loop(c);
-  if (!run) throw std::runtime_error(run.error().text());
+  if (!run) throw std::runtime_error(message_of(run.error()));
   return std::move(*run);
 }
 

@@ -7,6 +7,7 @@
 #include <complex>
 #include <cstdint>
 #include <memory>
+#include <resonid/base/error_text.hpp>
 #include <resonid/io/shipped_experiments.hpp>
 #include <resonid/online/lines/response_tracker.hpp>
 #include <resonid/online/lines/sliding_dft.hpp>
@@ -50,7 +51,7 @@ inline ResonanceErrors resonance_errors(const TrackedTooth& what, std::uint64_t 
     for (double f = 20.0; f < 120.5; f += what.step_hz) lines.push_back(f);
     config.excitation.lines_hz.assign(lines);
     const auto run = plant::simulate_closed_loop(config);
-    if (!run) throw std::runtime_error(run.error().text());
+    if (!run) throw std::runtime_error(message_of(run.error()));
     const auto& record = run->record;
     const auto& truth = *run->truth.over_time;
 

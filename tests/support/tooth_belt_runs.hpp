@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstdint>
 #include <optional>
+#include <resonid/base/error_text.hpp>
 #include <resonid/io/shipped_experiments.hpp>
 #include <resonid/online/models/arx.hpp>
 #include <resonid/online/models/closed_loop_output_error.hpp>
@@ -29,7 +30,7 @@ struct ToothBeltRun {
 inline ToothBeltRun tooth_belt_run(plant::ExperimentConfig config, double gain, double start_m) {
   config.controller.gain *= gain;
   auto s = plant::simulate_closed_loop(config);
-  if (!s) throw std::runtime_error(s.error().text());
+  if (!s) throw std::runtime_error(message_of(s.error()));
   ToothBeltRun run;
   run.sample_rate_hz = config.run.sample_rate_hz;
   run.gain = gain;

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <resonid/base/error_text.hpp>
 #include <resonid/data/transfer_function.hpp>
 #include <resonid/identification/track.hpp>
 #include <resonid/plant/experiment.hpp>
@@ -13,8 +14,7 @@ namespace resonid::test {
 inline identification::Track tracked(const data::Record& record,
                                      const identification::TrackOptions& options) {
   auto track = identification::track(record, options);
-  if (!track)
-    throw std::runtime_error("--" + track.error().field.str() + ": " + track.error().requirement.str());
+  if (!track) throw std::runtime_error(message_of(track.error()));
   return std::move(*track);
 }
 

@@ -3,7 +3,6 @@
 
 #include <resonid/base/expected.hpp>
 #include <resonid/data/transfer_function.hpp>
-#include <resonid/io/error.hpp>
 #include <string>
 
 namespace resonid::io {

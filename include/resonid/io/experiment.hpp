@@ -4,7 +4,6 @@
 #include <filesystem>
 #include <optional>
 #include <resonid/base/expected.hpp>
-#include <resonid/io/error.hpp>
 #include <resonid/plant/experiment.hpp>
 #include <string>
 #include <string_view>
@@ -25,7 +24,6 @@ namespace resonid::io {
 [[nodiscard]] expected<std::string, Error> read_experiment_text(const std::filesystem::path& path);
 
 /// Where in the file a refused value stands, and why it was refused, in one line.
-[[nodiscard]] std::string explain_experiment(std::string_view text, std::string_view source,
-                                             const plant::ExperimentError& error);
+[[nodiscard]] Error explain_experiment(std::string_view text, std::string_view source, const Error& error);
 
 }  // namespace resonid::io

@@ -6,7 +6,6 @@
 #include <resonid/base/expected.hpp>
 #include <resonid/data/record.hpp>
 #include <resonid/io/detail/table.hpp>
-#include <resonid/io/error.hpp>
 #include <string>
 
 namespace resonid::io {

@@ -57,21 +57,11 @@ void describe(Visitor&& v, ExperimentConfig& c) {
 
 [[nodiscard]] expected<void, Error> check(const RunConfig& config) noexcept;
 
-/// Why an experiment was refused: table and field of the file, and what was found and is required.
-struct ExperimentError {
-  std::string table;        ///< Of the experiment file.
-  std::string field;        ///< Empty when it concerns the table as a whole.
-  std::string found;        ///< "-1"; empty where there is nothing to show.
-  std::string requirement;  ///< "must be > 0"
-
-  /// "controller.gain: found -1, must be > 0"
-  [[nodiscard]] std::string text() const;
-};
-
 /// Everything that can be known before the first sample: ranges, a sample rate above twice the highest
 /// resonance, a motion within the stroke, and a closed loop that is stable (its poles with the delay, at
-/// every stiffness that the run goes through; limits, quantisation and dry friction left aside).
-[[nodiscard]] expected<void, ExperimentError> check(const ExperimentConfig& config);
+/// every stiffness that the run goes through; limits, quantisation and dry friction left aside). The error's
+/// field is "TABLE.FIELD" of the experiment file, or the table alone: "controller.gain".
+[[nodiscard]] expected<void> check(const ExperimentConfig& config);
 
 /// How a machine that changes did so.
 struct OverTime {
@@ -113,7 +103,7 @@ struct Simulation {
 /// Runs the experiment, in closed or open loop. `response_hz` are the frequencies of the true response; when
 /// empty, those of a multisine or a stepped sine, else 200 over the excitation's band in even ratio. The same
 /// configuration gives the same samples.
-[[nodiscard]] expected<Simulation, ExperimentError> simulate_closed_loop(
-    const ExperimentConfig& config, std::span<const double> response_hz = {});
+[[nodiscard]] expected<Simulation> simulate_closed_loop(const ExperimentConfig& config,
+                                                        std::span<const double> response_hz = {});
 
 }  // namespace resonid::plant

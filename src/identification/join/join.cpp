@@ -24,22 +24,23 @@ using diagnostics::Severity;
 
 std::optional<Error> mismatch(std::span<const data::Record> records, std::span<const Result> results) {
   if (records.size() < 2 || records.size() != results.size())
-    return Error{"join", fmt::format("found {} record{}, required at least 2", records.size(),
-                                     records.size() == 1 ? "" : "s")};
+    return Error{"records", fmt::format("found {} record{}, required at least 2", records.size(),
+                                        records.size() == 1 ? "" : "s")};
   for (std::size_t i = 1; i < records.size(); ++i)
     for (std::size_t k = 0; k < i; ++k)
       if (records[i].output.samples == records[k].output.samples)
-        return Error{"join", fmt::format("{} and {} hold the same samples, which say nothing new; required "
-                                         "repetitions of the experiment",
-                                         records[k].source, records[i].source)};
+        return Error{"records",
+                     fmt::format("{} and {} hold the same samples, which say nothing new; required "
+                                 "repetitions of the experiment",
+                                 records[k].source, records[i].source)};
   constexpr double kSameRate = 1e-3;
   const auto& first = records.front();
   for (std::size_t i = 1; i < records.size(); ++i) {
     const auto& other = records[i];
     const auto told = [&](const char* what, const std::string& a, const std::string& b) {
-      return Error{"join", fmt::format("{} and {} differ in {}: {} and {}; records of one experiment are "
-                                       "required to be alike in it",
-                                       first.source, other.source, what, a, b)};
+      return Error{"records", fmt::format("{} and {} differ in {}: {} and {}; records of one experiment are "
+                                          "required to be alike in it",
+                                          first.source, other.source, what, a, b)};
     };
     if (std::abs(other.sample_rate_hz - first.sample_rate_hz) > kSameRate * first.sample_rate_hz)
       return told("sample rate", fmt::format("{:g} Hz", first.sample_rate_hz),
@@ -292,9 +293,9 @@ void note(Joint& joint, std::span<const Result> results) {
 
 expected<void, Error> check_join(const Options& options) {
   if (options.model != ModelChoice::black_box) return {};
-  return tl::unexpected(Error{"join",
+  return tl::unexpected(Error{"records",
                               "black boxes of several records cannot be joined; required a drive model "
-                              "(--model auto, rigid, two-mass or three-mass) or --model none"});
+                              "(.model auto, rigid, two-mass or three-mass) or .model none"});
 }
 
 expected<Joint, Error> join(std::span<const data::Record> records, std::span<const Result> results,
@@ -309,7 +310,7 @@ expected<Joint, Error> join(std::span<const data::Record> records, std::span<con
   for (const auto& r : results) joint.records.push_back({r.record.file, {}, 0, {}, {}, {}, false, true});
   auto lines = average_of(results, false);
   if (lines.response.lines() == 0)
-    return tl::unexpected(Error{"join", "no record's response has error bars; required for an average"});
+    return tl::unexpected(Error{"records", "no record's response has error bars; required for an average"});
   joint.result.response = std::move(lines.response);
   joint.response_degrees = lines.total_degrees;
   if (lines.total_degrees > 0)

@@ -13,7 +13,7 @@ namespace resonid::identification::detail {
 namespace {
 
 tl::unexpected<Error> refused(std::string message) {
-  return tl::unexpected(Error{"join", "best-linear: " + std::move(message)});
+  return tl::unexpected(Error{"records", "best-linear: " + std::move(message)});
 }
 
 struct Parts {

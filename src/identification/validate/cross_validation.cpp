@@ -73,7 +73,7 @@ void judge(Verdict verdict, Result& result) {
 
 expected<void, Error> validate_on(const data::Record& record, const Options& options, Result& result) {
   if (!result.model && !result.black_box)
-    return tl::unexpected(Error{"validate-on", "the result has no model to be validated"});
+    return tl::unexpected(Error{"independent", "the result has no model to be validated"});
   const CandidateModel candidate = candidate_of(result);
   ValidateOptions how;
   how.common = options;

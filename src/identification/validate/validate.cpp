@@ -18,8 +18,8 @@ namespace {
 
 using diagnostics::Severity;
 
-tl::unexpected<Error> refused(std::string option, std::string message) {
-  return tl::unexpected(Error{std::move(option), std::move(message)});
+tl::unexpected<Error> refused(std::string field, std::string message) {
+  return tl::unexpected(Error{std::move(field), std::move(message)});
 }
 
 const char* name_of(data::OutputQuantity quantity) {
@@ -92,7 +92,7 @@ class Simulator {
     auto simulation = fit::fit_output_error(record_, config);
     if (!simulation)
       return refused(
-          simulation.error().field == "known_delay_s" ? "delay" : std::string(simulation.error().field),
+          simulation.error().field == "known_delay_s" ? "delay_s" : std::string(simulation.error().field),
           std::string(simulation.error().requirement));
     v_.offset = simulation->offset;
     v_.coulomb_friction = simulation->coulomb_friction;
@@ -119,7 +119,7 @@ class Simulator {
     }
     const auto& g = *v_.candidate.transfer_function;
     if (std::abs(g.sample_time_s - record_.sample_time_s()) > 0.01 * record_.sample_time_s())
-      return refused("MODEL",
+      return refused("candidate",
                      fmt::format("the transfer function runs at {:g} s, the record at {:g} s; required the "
                                  "record's sample time",
                                  g.sample_time_s, record_.sample_time_s()));
@@ -138,16 +138,16 @@ class Simulator {
     const auto g = plant();
     if (!g) return tl::unexpected(g.error());
     if (!detail::can_be_simulated(*g, record_.samples()))
-      return refused("MODEL",
+      return refused("candidate",
                      "the transfer function is unstable and cannot be simulated; required poles on or inside "
-                     "the unit circle, or --approach indirect");
+                     "the unit circle, or .approach indirect");
     keep(detail::simulate_nearest(*g, record_.input.samples, record_.output.samples, false));
     return {};
   }
 
   expected<void, Error> in_closed_loop() {
     const auto& controller = options_.common.controller;
-    if (!controller) return refused("approach", "indirect needs --controller");
+    if (!controller) return refused("approach", "indirect needs .controller");
     if (!record_.excitation.present())
       return refused("approach", "indirect needs an excitation in the record");
     const auto g = plant();
@@ -158,13 +158,13 @@ class Simulator {
            Severity::warning,
            {},
            {},
-           "The closed loop is simulated without the model's dry friction: --approach direct "
+           "The closed loop is simulated without the model's dry friction: .approach direct "
            "simulates it."});
     const auto loop = detail::closed_loop(*g, *controller);
     if (!(detail::largest_pole(loop) < 1.0))
       return refused("approach",
                      "indirect: the loop of this model with this controller is unstable, so it cannot be "
-                     "simulated; required a stable one, or --approach direct");
+                     "simulated; required a stable one, or .approach direct");
     auto input = record_.excitation.samples;
     if (record_.reference.present()) {
       auto reference = record_.reference.samples;
@@ -256,7 +256,7 @@ expected<ModelValidation, Error> validate(const data::Record& record, const Cand
   ValidateOptions options = given;
   options.common = detail::sampled(options.common, record);
   if (!candidate.model && !candidate.transfer_function)
-    return refused("MODEL", "holds no model; required a result with one, or a transfer function");
+    return refused("candidate", "holds no model; required a result with one, or a transfer function");
   auto validation = Simulator(record, candidate, options).run();
   if (!validation) return validation;
   Options own = options.common;

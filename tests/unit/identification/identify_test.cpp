@@ -123,26 +123,26 @@ TEST(IdentifyRefuses, WhatContradictsTheRecord) {
     change(options);
     expect_refused(record, options, option, words);
   };
-  refused("delay", "-0.1", [](Options& o) { o.delay_s = -0.1; });
-  refused("delay", "nan", [](Options& o) { o.delay_s = std::nan(""); });
-  refused("delay", "small part of the record", [](Options& o) { o.delay_s = 5.0; });
+  refused("delay_s", "-0.1", [](Options& o) { o.delay_s = -0.1; });
+  refused("delay_s", "nan", [](Options& o) { o.delay_s = std::nan(""); });
+  refused("delay_s", "small part of the record", [](Options& o) { o.delay_s = 5.0; });
   refused("confidence", "between 0 and 1", [](Options& o) { o.confidence = 1.0; });
-  refused("band", "empty", [](Options& o) { o.band_hz = {20.0, 20.0}; });
-  refused("band", "Nyquist", [](Options& o) { o.band_hz = {260.0, 300.0}; });
+  refused("band_hz", "empty", [](Options& o) { o.band_hz = {20.0, 20.0}; });
+  refused("band_hz", "Nyquist", [](Options& o) { o.band_hz = {260.0, 300.0}; });
   refused("chirp", "250 Hz", [](Options& o) { o.chirp = online::SweepLaw{1.0, 250.0, 10.0}; });
   refused("chirp", "longer than 0 s", [](Options& o) { o.chirp = online::SweepLaw{1.0, 25.0, 0.0}; });
-  refused("lines", "250 Hz", [](Options& o) { o.lines_hz = {10.0, 260.0}; });
-  refused("period-samples", "4000", [](Options& o) { o.period_samples = 4001; });
-  refused("drop-periods", "leaves less than one", [](Options& o) { o.drop_periods = 8; });
-  refused("drop-periods", "leaves less than one",
+  refused("lines_hz", "250 Hz", [](Options& o) { o.lines_hz = {10.0, 260.0}; });
+  refused("period_samples", "4000", [](Options& o) { o.period_samples = 4001; });
+  refused("drop_periods", "leaves less than one", [](Options& o) { o.drop_periods = 8; });
+  refused("drop_periods", "leaves less than one",
           [](Options& o) { o.drop_periods = std::numeric_limits<std::size_t>::max(); });
   refused("approach", "controller", [](Options& o) { o.approach = Approach::indirect; });
-  refused("method", "--chirp", [](Options& o) { o.method = Method::local_cubic; });
+  refused("method", ".chirp", [](Options& o) { o.method = Method::local_cubic; });
   refused("method", "two whole periods", [](Options& o) {
     o.method = Method::periodic;
     o.period_samples = 3000;
   });
-  refused("method", "--model", [](Options& o) { o.method = Method::model; });
+  refused("method", ".model", [](Options& o) { o.method = Method::model; });
 }
 
 TEST(IdentifyRefuses, ToFollowTheLinesOfAChirp) {

@@ -178,7 +178,7 @@ TEST(Join, DroppedPeriodsAreNotFitted) {
   bench.options.drop_periods = 4;
   const auto none = join(bench.records, bench.results, bench.options);
   ASSERT_FALSE(none);
-  EXPECT_EQ(none.error().field, "drop-periods");
+  EXPECT_EQ(none.error().field, "drop_periods");
 }
 
 TEST(Join, ARecordWithoutAnEstimateIsToldSo) {
@@ -211,8 +211,8 @@ TEST(Join, RefusesBlackBoxes) {
   const std::vector<Result> results(bench.records.size());
   const auto refused = join(bench.records, results, options);
   ASSERT_FALSE(refused);
-  EXPECT_EQ(refused.error().field, "join");
-  EXPECT_NE(refused.error().requirement.view().find("--model auto"), std::string::npos)
+  EXPECT_EQ(refused.error().field, "records");
+  EXPECT_NE(refused.error().requirement.view().find(".model auto"), std::string::npos)
       << refused.error().requirement;
 }
 

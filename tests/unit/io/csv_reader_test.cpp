@@ -6,6 +6,7 @@
 #include <cstdio>
 #include <cstdlib>
 #include <random>
+#include <resonid/base/error_text.hpp>
 #include <resonid/io/detail/table.hpp>
 
 #include "temporary_folder.hpp"
@@ -26,7 +27,7 @@ TEST(CsvReader, ReadsCommaSemicolonAndTab) {
   for (const std::string separator : {",", ";", "\t"}) {
     const auto join = [&](const char* a, const char* b) { return a + separator + b + "\n"; };
     const auto table = read_text(join("t_s", "u") + join("0", "-1.5") + join("0.5", "2e3"));
-    ASSERT_TRUE(table) << table.error().message;
+    ASSERT_TRUE(table) << message_of(table.error());
     EXPECT_EQ(table->names, (Names{"t_s", "u"}));
     EXPECT_EQ(table->columns[0], (Column{0.0, 0.5}));
     EXPECT_EQ(table->columns[1], (Column{-1.5, 2000.0}));
@@ -37,7 +38,7 @@ TEST(CsvReader, SkipsCommentsBlankLinesBlanksAndByteOrderMark) {
   const auto table = read_text(
       "\xef\xbb\xbf# made by hand\r\n\r\n t , \"u, \"\"raw\"\"\"\r\n 1 , 2\t\r\n   \r\n# "
       "pause\r\n3,\"4\"\r\n5 ,+6");
-  ASSERT_TRUE(table) << table.error().message;
+  ASSERT_TRUE(table) << message_of(table.error());
   EXPECT_EQ(table->names, (Names{"t", "u, \"raw\""}));
   EXPECT_EQ(table->columns[0], (Column{1, 3, 5}));
   EXPECT_EQ(table->columns[1], (Column{2, 4, 6}));
@@ -48,10 +49,10 @@ TEST(CsvReader, SkipsCommentsBlankLinesBlanksAndByteOrderMark) {
 
 TEST(CsvReader, AcceptsASeparatorAtTheEndOfEveryLineAndOldLineEnds) {
   const auto table = read_text("t,u,\n1,2,\n3,4 , \n5,6\n");
-  ASSERT_TRUE(table) << table.error().message;
+  ASSERT_TRUE(table) << message_of(table.error());
   EXPECT_EQ(table->columns[1], (Column{2, 4, 6}));
   const auto old = read_text("t,u\r1,2\r3,4\r");
-  ASSERT_TRUE(old) << old.error().message;
+  ASSERT_TRUE(old) << message_of(old.error());
   EXPECT_EQ(old->columns[1], (Column{2, 4}));
 }
 
@@ -90,7 +91,7 @@ TEST(CsvReader, RoundsNumbersLikeTheStandardLibrary) {
   std::string file = "x\n";
   for (const auto& text : texts) file += text + "\n";
   const auto table = read_text(file);
-  ASSERT_TRUE(table) << table.error().message;
+  ASSERT_TRUE(table) << message_of(table.error());
   ASSERT_EQ(table->columns[0].size(), texts.size());
   for (std::size_t i = 0; i < texts.size(); ++i)
     EXPECT_EQ(std::bit_cast<std::uint64_t>(table->columns[0][i]),
@@ -114,7 +115,7 @@ TEST(CsvReader, GivesBackRandomDoublesBitForBit) {
     file += text.data();
   }
   const auto table = read_text(file);
-  ASSERT_TRUE(table) << table.error().message;
+  ASSERT_TRUE(table) << message_of(table.error());
   for (std::size_t i = 0; i < values.size(); ++i)
     ASSERT_EQ(std::bit_cast<std::uint64_t>(table->columns[i % 2][i / 2]),
               std::bit_cast<std::uint64_t>(values[i]))
@@ -139,7 +140,7 @@ class LargeCsv : public ::testing::Test {
 
 TEST_F(LargeCsv, KeepsOrderAndLineNumbers) {
   const auto table = read_text(text());
-  ASSERT_TRUE(table) << table.error().message;
+  ASSERT_TRUE(table) << message_of(table.error());
   ASSERT_EQ(table->columns[0].size(), kRows);
   std::size_t line = 2;
   for (std::size_t i = 0; i < kRows; ++i, ++line) {
@@ -170,7 +171,7 @@ TEST(CsvReader, ReadsALineLongerThanItsBuffer) {
     row += "," + std::string(120, ' ') + std::to_string(i);
   }
   const auto table = read_text(header + "\n" + row + "\n" + row + "\n");
-  ASSERT_TRUE(table) << table.error().message;
+  ASSERT_TRUE(table) << message_of(table.error());
   EXPECT_EQ(table->columns[2999], (Column{2999, 2999}));
 }
 

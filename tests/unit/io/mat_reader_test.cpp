@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <cstdlib>
 #include <limits>
+#include <resonid/base/error_text.hpp>
 #include <resonid/io/detail/table.hpp>
 #include <resonid/io/record_reader.hpp>
 
@@ -89,7 +90,7 @@ TEST_P(MatReader, ReadsVectorsOfAllNumericClassesAndKeepsScalarsApart) {
     file.doubles("fs", {2500});
   }
   const auto table = read_table(path_);
-  ASSERT_TRUE(table) << table.error().message;
+  ASSERT_TRUE(table) << message_of(table.error());
   EXPECT_EQ(table->names, (Names{"a", "b", "c", "d", "e", "f"}));
   EXPECT_EQ(table->columns[0], (Column{1.5, -2.25, 1e300}));
   EXPECT_EQ(table->columns[1], (Column{4, 5, 6}));
@@ -127,20 +128,19 @@ TEST_P(MatReader, RefusesOtherVariablesOnlyWhenTheyAreAskedFor) {
     return read_record(path_, mapping);
   };
   const auto plain = with_input("u");
-  ASSERT_TRUE(plain) << plain.error().message;
+  ASSERT_TRUE(plain) << message_of(plain.error());
   EXPECT_EQ(plain->input.samples, rising);
   EXPECT_EQ(plain->sample_rate_hz, 10.0);
-  RESONID_EXPECT_MESSAGE(with_input("spectrum"),
-                         "record.mat: variable 'spectrum' (--input) is complex (2x1)");
+  RESONID_EXPECT_MESSAGE(with_input("spectrum"), "record.mat: variable 'spectrum' (.input) is complex (2x1)");
   RESONID_EXPECT_MESSAGE(with_input("matrix"),
-                         "'matrix' (--input) is a matrix (3x2); one real numeric vector");
-  RESONID_EXPECT_MESSAGE(with_input("log"), "variable 'log' (--input) is a struct (1x1)");
-  RESONID_EXPECT_MESSAGE(with_input("box"), "variable 'box' (--input) is a cell array (1x1)");
-  RESONID_EXPECT_MESSAGE(with_input("holed"), "variable 'holed' (--input) holds nan at element 5");
-  RESONID_EXPECT_MESSAGE(with_input("fs"), "variable 'fs' (--input) is a single number");
+                         "'matrix' (.input) is a matrix (3x2); one real numeric vector");
+  RESONID_EXPECT_MESSAGE(with_input("log"), "variable 'log' (.input) is a struct (1x1)");
+  RESONID_EXPECT_MESSAGE(with_input("box"), "variable 'box' (.input) is a cell array (1x1)");
+  RESONID_EXPECT_MESSAGE(with_input("holed"), "variable 'holed' (.input) holds nan at element 5");
+  RESONID_EXPECT_MESSAGE(with_input("fs"), "variable 'fs' (.input) is a single number");
   RESONID_EXPECT_MESSAGE(with_input("short"),
                          "'y' has 32 samples and 'short' has 3; all signals must have equally many");
-  RESONID_EXPECT_MESSAGE(with_input("v"), "there is no column 'v' (--input)");
+  RESONID_EXPECT_MESSAGE(with_input("v"), "there is no column 'v' (.input)");
 }
 
 TEST_P(MatReader, NamesAVariableThatWouldHaveBeenFound) {
@@ -157,7 +157,7 @@ TEST_P(MatReader, NamesAVariableThatWouldHaveBeenFound) {
   mapping = {};
   mapping.input = "y";
   mapping.output = "y";
-  RESONID_EXPECT_MESSAGE(read_record(path_, mapping), "--input and --output are the same column 'y'");
+  RESONID_EXPECT_MESSAGE(read_record(path_, mapping), ".input and .output are the same column 'y'");
 }
 
 TEST_P(MatReader, PointsOutScalarsWhenTheSampleRateIsNotKnown) {
@@ -167,7 +167,7 @@ TEST_P(MatReader, PointsOutScalarsWhenTheSampleRateIsNotKnown) {
     file.doubles("y", Column(32, 1.0));
     file.doubles("fs", {2500});
   }
-  RESONID_EXPECT_MESSAGE(read_record(path_, {}), "--sample-rate HZ; the file holds fs = 2500");
+  RESONID_EXPECT_MESSAGE(read_record(path_, {}), ".sample_rate_hz; the file holds fs = 2500");
 }
 
 TEST_P(MatReader, RefusesAFileWithoutAVector) {
@@ -218,7 +218,7 @@ TEST(MatReader, ReadsWhatScipyWrites) {
       " do_compression=True, oned_as='column')\" > /dev/null 2>&1";
   ASSERT_EQ(std::system(command.c_str()), 0);
   const auto record = read_record(path, {});
-  ASSERT_TRUE(record) << record.error().message;
+  ASSERT_TRUE(record) << message_of(record.error());
   EXPECT_EQ(record->sample_rate_hz, 8.0);
   EXPECT_EQ(record->input.unit, "A");
   EXPECT_EQ(record->output.unit, "rad/s");

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <random>
 #include <recordings.hpp>
+#include <resonid/base/error_text.hpp>
 #include <resonid/io/record_file.hpp>
 #include <resonid/io/record_reader.hpp>
 #include <resonid/io/response_file.hpp>
@@ -34,7 +35,7 @@ TEST(RecordFile, ReadsBackWhatItWrote) {
 
   const TemporaryFolder folder;
   const auto back = read_record(folder.file("record.csv", text), {});
-  ASSERT_TRUE(back) << back.error().message;
+  ASSERT_TRUE(back) << message_of(back.error());
   EXPECT_EQ(back->sample_rate_hz, 500.0);
   EXPECT_EQ(back->start_time_s, 1.5);
   EXPECT_EQ(back->input.samples, record.input.samples);
@@ -71,7 +72,7 @@ TEST(Recordings, TwoMassBenchMultisine) {
   mapping.output = "theta_motor_rad";
   mapping.output_quantity = data::OutputQuantity::position;
   const auto record = read_record(path, mapping);
-  ASSERT_TRUE(record) << record.error().message;
+  ASSERT_TRUE(record) << message_of(record.error());
   EXPECT_EQ(record->sample_rate_hz, 2500.0);
   EXPECT_EQ(record->samples(), 15'000U);
   EXPECT_EQ(record->input.unit, "Nm");
@@ -90,7 +91,7 @@ TEST(Recordings, FlexibleArmPrbs) {
   mapping.output = "theta_motor_V";
   mapping.output_quantity = data::OutputQuantity::position;
   const auto record = read_record(path, mapping);
-  ASSERT_TRUE(record) << record.error().message;
+  ASSERT_TRUE(record) << message_of(record.error());
   EXPECT_EQ(record->sample_rate_hz, 50.0);
   EXPECT_EQ(record->samples(), 3001U);
   EXPECT_EQ(record->input.name, "u_V");

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <cmath>
 #include <random>
+#include <resonid/base/error_text.hpp>
 #include <resonid/io/record_reader.hpp>
 
 #include "temporary_folder.hpp"
@@ -30,7 +31,7 @@ Table table_of(const Names& names, std::size_t rows = 20, double step_s = 0.001)
 
 data::Record record_of(const Table& table, const ColumnMapping& mapping = {}) {
   auto record = to_record(table, mapping);
-  EXPECT_TRUE(record) << record.error().message;
+  EXPECT_TRUE(record) << message_of(record.error());
   return record ? *record : data::Record();
 }
 
@@ -73,7 +74,7 @@ TEST(RecordReader, TheMeasuredQuantityDecidesWhatIsAnOutput) {
 
 TEST(RecordReader, RefusesToChooseBetweenCandidates) {
   RESONID_EXPECT_MESSAGE(to_record(table_of({"t", "u", "torque_Nm", "y"}), {}),
-                         "2 columns may be the input (u, torque_Nm); choose one with --input");
+                         "2 columns may be the input (u, torque_Nm); choose one with .input");
   RESONID_EXPECT_MESSAGE(to_record(table_of({"t", "time_s", "u", "y"}), {}),
                          "2 columns may be the time (t, time_s)");
 }
@@ -83,13 +84,13 @@ TEST(RecordReader, NamesWhatIsThereWhenAColumnIsNot) {
   mapping.input = "iq_mess_A";
   RESONID_EXPECT_MESSAGE(
       to_record(table_of({"t_s", "iq_ref_A", "iq_meas_A", "y"}), mapping),
-      "record.csv: there is no column 'iq_mess_A' (--input); did you mean 'iq_meas_A'?; columns: "
+      "record.csv: there is no column 'iq_mess_A' (.input); did you mean 'iq_meas_A'?; columns: "
       "t_s, iq_ref_A, iq_meas_A, y");
   RESONID_EXPECT_MESSAGE(
       to_record(table_of({"t_s", "a", "y"}), {}),
-      "no column is called like an input ('u', 'input...', 'torque...'); name it with --input; "
+      "no column is called like an input ('u', 'input...', 'torque...'); name it with .input; "
       "columns: t_s, a, y");
-  RESONID_EXPECT_MESSAGE(to_record(table_of({"u", "y"}), {}), "give --time COL or --sample-rate HZ");
+  RESONID_EXPECT_MESSAGE(to_record(table_of({"u", "y"}), {}), "give .time or .sample_rate_hz");
   RESONID_EXPECT_MESSAGE(to_record(table_of({"t_ms", "u", "y"}), {}),
                          "the time must be in seconds, column 't_ms' is in ms");
 }
@@ -179,11 +180,11 @@ TEST(RecordReader, RefusesWhatIsNoSum) {
     ColumnMapping mapping;
     mapping.output = text;
     RESONID_EXPECT_MESSAGE(to_record(table, mapping), found);
-    RESONID_EXPECT_MESSAGE(to_record(table, mapping), "--output");
+    RESONID_EXPECT_MESSAGE(to_record(table, mapping), ".output");
   }
   ColumnMapping mapping;
   mapping.output = "a-c";
-  RESONID_EXPECT_MESSAGE(to_record(table, mapping), "there is no column 'a-c' (--output)");
+  RESONID_EXPECT_MESSAGE(to_record(table, mapping), "there is no column 'a-c' (.output)");
 }
 
 TEST(RecordReader, DifferentiatesAPosition) {
@@ -203,7 +204,7 @@ TEST(RecordReader, DifferentiatesAPosition) {
               1e-6);  // from sample 4 to 5: the mean, half a sample late
   EXPECT_NEAR(record.reference.samples[4], 1000.0, 1e-6);
   mapping.output_quantity = data::OutputQuantity::velocity;
-  RESONID_EXPECT_MESSAGE(to_record(table, mapping), "--output-quantity position is required");
+  RESONID_EXPECT_MESSAGE(to_record(table, mapping), ".output_quantity position is required");
 }
 
 TEST(RecordReader, MeasuresRateAndJitter) {
@@ -287,7 +288,7 @@ TEST(RecordReader, ASampleRateMustAgreeWithTheTimeColumn) {
   EXPECT_EQ(record_of(table, mapping).sample_rate_hz, 1005.0);
   mapping.sample_rate_hz = 500.0;
   RESONID_EXPECT_MESSAGE(to_record(table, mapping),
-                         "--sample-rate 500 contradicts the time column 't', which says 1000 Hz");
+                         ".sample_rate_hz 500 contradicts the time column 't', which says 1000 Hz");
   mapping.time = "none";
   const auto record = record_of(table, mapping);
   EXPECT_EQ(record.sample_rate_hz, 500.0);
@@ -316,10 +317,10 @@ TEST(RecordReader, CutsFromInclusiveToExclusive) {
   mapping.from_s = 7.0;
   mapping.to_s.reset();
   RESONID_EXPECT_MESSAGE(to_record(table, mapping),
-                         "no sample lies in the part chosen with --from 7; the record spans 5 ... 5.099 s");
+                         "no sample lies in the part chosen with .from_s 7; the record spans 5 ... 5.099 s");
   mapping.from_s = 5.09;
   RESONID_EXPECT_MESSAGE(to_record(table, mapping),
-                         "has 10 samples in the part chosen with --from and --to; at least 16");
+                         "has 10 samples in the part chosen with .from_s and .to_s; at least 16");
   RESONID_EXPECT_MESSAGE(to_record(table_of({"t", "u", "y"}, 15), {}),
                          "has 15 samples; at least 16 are required");
 }
@@ -329,18 +330,18 @@ TEST(RecordReader, RefusesOptionsOutOfRange) {
   ColumnMapping mapping;
   mapping.input_scale = 0.0;
   RESONID_EXPECT_MESSAGE(to_record(table, mapping),
-                         "--input-scale is 0: a finite number other than 0 is required");
+                         "input_scale: found 0, must be a finite number other than 0");
   mapping = {};
   mapping.output_scale = std::nan("");
-  RESONID_EXPECT_MESSAGE(to_record(table, mapping), "--output-scale is nan");
+  RESONID_EXPECT_MESSAGE(to_record(table, mapping), "output_scale: must be a finite number");
   mapping = {};
   mapping.sample_rate_hz = -1.0;
   RESONID_EXPECT_MESSAGE(to_record(table, mapping),
-                         "--sample-rate is -1: a number of Hz above 0 is required");
+                         "sample_rate_hz: found -1, must be a number of Hz above 0");
   mapping = {};
   mapping.from_s = 2.0;
   mapping.to_s = 1.0;
-  RESONID_EXPECT_MESSAGE(to_record(table, mapping), "--from 2 is not before --to 1");
+  RESONID_EXPECT_MESSAGE(to_record(table, mapping), "from_s: found 2, must be before .to_s 1");
 }
 
 }  // namespace

@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <fstream>
 #include <iterator>
+#include <resonid/base/error_text.hpp>
 #include <string>
 #include <string_view>
 
@@ -55,9 +56,9 @@ inline std::string contents_of(const std::filesystem::path& path) {
 }  // namespace resonid::test
 
 /// The error message must hold this text.
-#define RESONID_EXPECT_MESSAGE(result, text)                                       \
-  do {                                                                             \
-    ASSERT_FALSE((result).has_value());                                            \
-    EXPECT_NE((result).error().message.find(text), std::string::npos)              \
-        << "message: " << (result).error().message << "\nshould hold: " << (text); \
+#define RESONID_EXPECT_MESSAGE(result, text)                                           \
+  do {                                                                                 \
+    ASSERT_FALSE((result).has_value());                                                \
+    EXPECT_NE(message_of((result).error()).find(text), std::string::npos)              \
+        << "message: " << message_of((result).error()) << "\nshould hold: " << (text); \
   } while (false)

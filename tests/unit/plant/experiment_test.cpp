@@ -102,7 +102,7 @@ TEST(Experiment, NamesTheFieldThatIsWrong) {
     auto c = demo();
     change(c);
     const auto result = simulate_closed_loop(c);
-    return result ? std::string("accepted") : result.error().table + "." + result.error().field;
+    return result ? std::string("accepted") : result.error().field.str();
   };
   EXPECT_EQ(field([](auto&) {}), "accepted");
   EXPECT_EQ(field([](auto& c) { c.measurement.delay_s = -0.004; }), "measurement.delay_s");

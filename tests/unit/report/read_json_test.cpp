@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <nlohmann/json.hpp>
+#include <resonid/base/error_text.hpp>
 #include <resonid/report/json.hpp>
 
 #include "results.hpp"
@@ -37,30 +38,30 @@ identification::Result rigid() {
 }
 
 std::string message(const json& j) {
-  const auto result = result_from_json(j);
-  return result ? std::string() : result.error().message();
+  const auto result = from_json<identification::Result>(j);
+  return result ? std::string() : message_of(result.error());
 }
 
 TEST(ReadJson, GivesBackWhatWasWritten) {
   for (const auto& result : {test::bare(), test::full(), correlated(), rigid(), test::listed(),
                              test::distorted(), test::black_box()}) {
     const json j = to_json(result);
-    const auto again = result_from_json(j);
-    ASSERT_TRUE(again) << again.error().message();
+    const auto again = from_json<identification::Result>(j);
+    ASSERT_TRUE(again) << message_of(again.error());
     EXPECT_EQ(to_json(*again), j);
   }
 }
 
 TEST(ReadJson, KeepsTheCovariance) {
-  const auto again = result_from_json(to_json(correlated()));
+  const auto again = from_json<identification::Result>(to_json(correlated()));
   ASSERT_TRUE(again);
   EXPECT_DOUBLE_EQ(again->model->drive.covariance(0, 2), 5e-9);
   EXPECT_DOUBLE_EQ(again->model->drive.resonance().std, correlated().model->drive.resonance().std);
 }
 
 TEST(ReadJson, KeepsTheLists) {
-  const auto again = result_from_json(to_json(test::listed()));
-  ASSERT_TRUE(again) << again.error().message();
+  const auto again = from_json<identification::Result>(to_json(test::listed()));
+  ASSERT_TRUE(again) << message_of(again.error());
   ASSERT_EQ(again->structures.size(), 3U);
   EXPECT_TRUE(again->structures[1].chosen);
   EXPECT_DOUBLE_EQ(again->structures[1].bic, -300.25);
@@ -77,8 +78,8 @@ TEST(ReadJson, KeepsTheLists) {
 }
 
 TEST(ReadJson, KeepsTheBlackBox) {
-  const auto again = result_from_json(to_json(test::black_box()));
-  ASSERT_TRUE(again) << again.error().message();
+  const auto again = from_json<identification::Result>(to_json(test::black_box()));
+  ASSERT_TRUE(again) << message_of(again.error());
   ASSERT_TRUE(again->black_box);
   EXPECT_FALSE(again->model);
   EXPECT_EQ(again->black_box->model.delay_samples, 2U);
@@ -113,7 +114,7 @@ TEST(ReadJson, RefusesDistortionThatIsWrong) {
 TEST(ReadJson, TakesResultsWithoutCovariance) {
   json j = to_json(correlated());
   j["model"].erase("covariance");
-  const auto again = result_from_json(j);
+  const auto again = from_json<identification::Result>(j);
   ASSERT_TRUE(again);
   EXPECT_DOUBLE_EQ(again->model->drive.covariance(0, 2), 0.0);
   EXPECT_NEAR(again->model->drive.estimate(fit::kStiffness).std, 1e-4, 1e-12);
@@ -123,7 +124,7 @@ TEST(ReadJson, PassesOverWhatTheSchemaDoesNotName) {
   json j = to_json(test::full());
   j["page"] = {{"title", "x"}};
   j["model"]["remark"] = 3;
-  EXPECT_TRUE(result_from_json(j));
+  EXPECT_TRUE(from_json<identification::Result>(j));
 }
 
 TEST(ReadJson, NamesEveryKeyThatIsMissing) {
@@ -215,12 +216,13 @@ TEST(ReadJson, NamesAllThatIsWrong) {
   j["method"] = 1;
   j["record"].erase("file");
   j["loop"]["modulus_margin"] = "much";
-  const auto result = result_from_json(j);
+  const auto result = from_json<identification::Result>(j);
   ASSERT_FALSE(result);
-  ASSERT_EQ(result.error().problems.size(), 3U);
-  EXPECT_EQ(result.error().problems[0].path, "$.record.file");
-  EXPECT_EQ(result.error().problems[1].path, "$.method");
-  EXPECT_EQ(result.error().problems[2].path, "$.loop.modulus_margin");
+  EXPECT_EQ(result.error().field, "$.record.file");
+  EXPECT_EQ(message_of(result.error()),
+            "$.record.file: found nothing, required this key\n"
+            "$.method: found 1, required a text\n"
+            "$.loop.modulus_margin: found \"much\", required a number");
 }
 
 }  // namespace

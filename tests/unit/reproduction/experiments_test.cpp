@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <resonid/base/error_text.hpp>
 #include <resonid/io/experiment.hpp>
 #include <resonid/io/shipped_experiments.hpp>
 #include <sstream>
@@ -18,7 +19,7 @@ TEST(ShippedExperiments, AreValidAndRun) {
       std::is_sorted(all.begin(), all.end(), [](const auto& a, const auto& b) { return a.name < b.name; }));
   for (const auto& shipped : all) {
     auto config = io::parse_experiment(shipped.text, shipped.name);
-    ASSERT_TRUE(config) << shipped.name << ": " << config.error().message;
+    ASSERT_TRUE(config) << shipped.name << ": " << message_of(config.error());
     config->run.duration_s = 0.5;
     const auto simulation = plant::simulate_closed_loop(*config);
     ASSERT_TRUE(simulation) << shipped.name << ": " << simulation.error().field << ": "

@@ -3,7 +3,6 @@
 
 #include <filesystem>
 #include <resonid/base/expected.hpp>
-#include <resonid/io/error.hpp>
 #include <string_view>
 
 namespace resonid::io {

@@ -4,7 +4,6 @@
 #include <filesystem>
 #include <nlohmann/json_fwd.hpp>
 #include <resonid/base/expected.hpp>
-#include <resonid/io/error.hpp>
 
 namespace resonid::io {
 

@@ -3,7 +3,6 @@
 
 #include <optional>
 #include <resonid/base/expected.hpp>
-#include <resonid/io/error.hpp>
 #include <string_view>
 #include <vector>
 

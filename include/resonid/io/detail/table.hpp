@@ -4,7 +4,6 @@
 #include <cstddef>
 #include <filesystem>
 #include <resonid/base/expected.hpp>
-#include <resonid/io/error.hpp>
 #include <string>
 #include <vector>
 

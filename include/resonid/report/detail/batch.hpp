@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <resonid/identification/batch.hpp>
 #include <resonid/identification/join.hpp>
 #include <resonid/report/document.hpp>
+#include <resonid/report/json.hpp>
 #include <string>
 
 namespace resonid::report {
@@ -17,19 +17,6 @@ struct BatchResult {
   std::string join_error;  ///< Why there is no joint estimate although one was asked for.
 };
 
-/// The object of `identify A B ... --json`:
-///
-///     {schema: "resonid.identifications/1", confidence,
-///      results: [{file, and the keys of "resonid.identification/1"} or {file, error}],
-///      table: {figures: [{name, unit, values: [{record, value, std}], mean, std, deviation, chi_square,
-///                         degrees_of_freedom, probability, agrees}]},
-///      joint: {result: {"resonid.identification/1"}, response_chi_square,
-///              records: [{file, chi_square, degrees_of_freedom, probability, response_chi_square,
-///                         fit_percent, own_estimate, agrees}]}}
-///
-/// What is not there is absent. `record` counts from 0.
-[[nodiscard]] nlohmann::json to_json(const BatchResult& result);
-
 /// The tables for a terminal, lines of at most 100 characters.
 [[nodiscard]] std::string summary_text(const BatchResult& result);
 
@@ -37,7 +24,7 @@ struct BatchResult {
 /// each, then every record folded.
 [[nodiscard]] Document document(const BatchResult& result);
 
-/// "--chirp: what was found", or the message of a file.
+/// "chirp: what was found", or the message of a file.
 [[nodiscard]] std::string error_text(const Error& error);
 /// The same after the file's name, which many messages begin with already.
 [[nodiscard]] std::string error_line(const identification::BatchEntry& entry);

@@ -132,7 +132,7 @@ std::optional<diagnostics::Finding> include_controller(
         fmt::format(
             "The loop crosses over at {:.3g} Hz, and {:.3g} ... {:.3g} Hz are excited: the controller, "
             "which was taken from the record, is extrapolated there, and the margins have no error "
-            "bars. Give --controller.",
+            "bars. Give .controller.",
             *crossover, plan.low_hz, plan.high_hz)};
   }
   if (!shown.model) return std::nullopt;

@@ -22,7 +22,7 @@ void inspect_resonance(const Plan& plan, const data::Mode& mode, bool one_of_sev
          relative > 1.0
              ? fmt::format(
                    "The {} is not determined by the record: nothing shows there. Fewer masses say as much "
-                   "(--model auto); to tell more, excite around {:.3g} Hz.",
+                   "(.model auto); to tell more, excite around {:.3g} Hz.",
                    name, f)
              : fmt::format("The {} is known to {:.0f} % only: excite more strongly around {:.3g} Hz or "
                            "record longer.",
@@ -74,7 +74,7 @@ void inspect_model(const Plan& plan, const Options& options, const std::optional
          {},
          fmt::format(
              "Input in {}, output velocity in {}: the model's coefficients are in these units, they are no "
-             "inertias or stiffnesses. Give --input-scale and --output-scale to get physical ones.",
+             "inertias or stiffnesses. Give .input_scale and .output_scale to get physical ones.",
              result.units.input, result.units.velocity)});
   if (options.model == ModelChoice::none) return;
   if (!selection) {
@@ -119,7 +119,7 @@ void inspect_model(const Plan& plan, const Options& options, const std::optional
              model.from_record
                  ? "The parameters' error bars hold the noise of the record, not this difference."
                  : "Error bars of the parameters hold this difference as if it were noise.",
-             bad ? " A model without drive structure (--model black-box) may describe it." : "")});
+             bad ? " A model without drive structure (.model black-box) may describe it." : "")});
   }
   if (!model.from_record)
     findings.push_back(
@@ -151,14 +151,14 @@ void inspect_black_box(const BlackBoxResult& result, std::vector<Finding>& findi
                         {},
                         {},
                         "The search for the black-box model ended before it reached a minimum: its order is "
-                        "probably too high for this record. Try a lower --order."});
+                        "probably too high for this record. Try a lower .order."});
   double largest = 0.0;
   for (const auto& pole : result.model.poles()) largest = std::max(largest, std::abs(pole.value));
   if (!result.stable)
     findings.push_back({"unstable-model", Severity::error, largest, 1.0,
                         fmt::format("The black-box model is unstable (a pole at |z| = {:.6g}), and its error "
                                     "bar does not excuse it: what the record holds is not that of a drive, "
-                                    "or the order does not suit it. Try another --order.",
+                                    "or the order does not suit it. Try another .order.",
                                     largest)});
 }
 

@@ -112,14 +112,14 @@ namespace {
 expected<std::vector<double>, Error> lines_to_track(const data::Record& record, const Plan& plan,
                                                     const Options& options) {
   if (!plan.grid_hz.empty()) return plan.grid_hz;
-  if (plan.period_samples == 0) return refuse("lines", "must be given: the excitation shows no period");
+  if (plan.period_samples == 0) return refuse("lines_hz", "must be given: the excitation shows no period");
   const auto found = periodic_lines(record, plan, options);
   if (!found) return tl::unexpected(found.error());
   std::vector<double> lines;
   for (const auto& line : found->lines) lines.push_back(line.frequency_hz);
   constexpr std::size_t kMost = 256;
   if (lines.size() > kMost)
-    return refuse("lines", "must be given: the excitation holds more than the 256 that can be followed",
+    return refuse("lines_hz", "must be given: the excitation holds more than the 256 that can be followed",
                   static_cast<double>(lines.size()));
   return lines;
 }

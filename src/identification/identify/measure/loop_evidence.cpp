@@ -166,7 +166,7 @@ std::optional<Finding> inspect_feedback(const LoopEvidence& evidence, bool from_
         "feedback-bias", Severity::info, evidence.bias, kNoticeable,
         what + ". The response given is that of the model fitted to the record, which has no such bias."};
   const char* help =
-      ". Record the excitation (ru), or give the controller and the reference, or allow a model (--model).";
+      ". Record the excitation (ru), or give the controller and the reference, or allow a model (.model).";
   if (!evidence.biased())
     return Finding{"feedback-bias", Severity::warning, evidence.bias, kNoticeable,
                    what + ", which is inside their error bars" + help};
@@ -203,12 +203,12 @@ std::optional<Finding> inspect_orientation(const LoopEvidence& evidence,
   if (leads && slope > kGrows)
     return finding(
         "At low frequencies the response leads by about 90 deg and grows with frequency, as the "
-        "inverse of a drive does: input and output columns are exchanged (--input, --output).");
+        "inverse of a drive does: input and output columns are exchanged (.input, .output).");
   const bool against = evidence.controller && evidence.controller->controller.numerator.front() < 0.0;
   if (leads)
     return finding(
         fmt::format("At low frequencies the output leads the input by about 90 deg instead of "
-                    "lagging{}: encoder or torque is mirrored; try --output-scale -1.",
+                    "lagging{}: encoder or torque is mirrored; try .output_scale -1.",
                     against ? ", and the controller, u - ru = C (r - y), has a negative gain" : ""));
   return std::nullopt;
 }

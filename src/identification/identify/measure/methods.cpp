@@ -36,7 +36,7 @@ std::string nothing(const Record&, const Plan&) { return {}; }
 
 std::string no_period(const Record& record, const Plan& plan) {
   if (plan.period_samples == 0)
-    return "needs an excitation that repeats; no period was found, give --period-samples N";
+    return "needs an excitation that repeats; no period was found, give .period_samples";
   if (record.samples() < 2 * plan.period_samples)
     return fmt::format("needs two whole periods of {} samples, found {} samples", plan.period_samples,
                        record.samples());
@@ -46,24 +46,25 @@ std::string no_period(const Record& record, const Plan& plan) {
 std::string best_linear_lacks(const Record& record, const Plan& plan) {
   if (plan.period_samples != 0 && plan.realisations < 2)
     return "needs at least two realisations of a random-phase excitation, three periods or more each, found "
-           "fewer in this record (several records: --join)";
+           "fewer in this record (several records: join())";
   return no_period(record, plan);
 }
 
 std::string periodic_lacks(const Record& record, const Plan& plan) {
   if (plan.period_samples != 0 && plan.realisations > 1)
     return "averages over periods of one excitation, and the phases change within this record; take "
-           "best-linear, or cut one realisation out by --from and --to";
+           "best-linear, or cut one realisation out by .from_s and .to_s";
   return no_period(record, plan);
 }
 
 std::string no_chirp(const Record&, const Plan& plan) {
-  return plan.sweep ? "" : "follows a chirp; none was found, give --chirp F0:F1:SECONDS";
+  return plan.sweep ? "" : "follows a chirp; none was found, give .chirp";
 }
 
 std::string no_fixed_lines(const Record&, const Plan& plan) {
   if (!plan.sweep || !plan.grid_hz.empty()) return {};
-  return "measures lines that stay, found a chirp; required --lines with it, or another method (local-cubic "
+  return "measures lines that stay, found a chirp; required .lines_hz with it, or another method "
+         "(local-cubic "
          "and kalman follow a chirp)";
 }
 
@@ -164,27 +165,27 @@ constexpr std::array kMethods = {
         why_spectra},
 };
 
-/// The option of the command line that a field of a method's configuration comes from.
-const char* option_of(std::string_view field) {
+/// The field of Options that one of a method's configuration comes from.
+const char* field_of(std::string_view field) {
   constexpr std::array<std::pair<std::string_view, const char*>, 9> kPairs = {
-      {{"lines", "lines"},
-       {"lines_hz", "lines"},
-       {"frequencies_hz", "lines"},
-       {"period_samples", "period-samples"},
-       {"window_samples", "period-samples"},
-       {"drop_periods", "period-samples"},
+      {{"lines", "lines_hz"},
+       {"lines_hz", "lines_hz"},
+       {"frequencies_hz", "lines_hz"},
+       {"period_samples", "period_samples"},
+       {"window_samples", "period_samples"},
+       {"drop_periods", "period_samples"},
        {"duration_s", "chirp"},
        {"lambda", "lambda"},
-       {"pole_radius", "pole-radius"}}};
-  for (const auto& [known, option] : kPairs)
-    if (known == field) return option;
+       {"pole_radius", "pole_radius"}}};
+  for (const auto& [known, origin] : kPairs)
+    if (known == field) return origin;
   return "method";
 }
 
-Error as_option(const Error& error) {
+Error as_field(const Error& error) {
   std::string message = fmt::format("{} {}", error.field.view(), error.requirement.view());
   if (std::isfinite(error.value)) message += fmt::format(" (found {:.6g})", error.value);
-  return {option_of(error.field), std::move(message)};
+  return {field_of(error.field), std::move(message)};
 }
 
 /// Why there is no line.
@@ -198,8 +199,8 @@ Error no_lines(const Record& record, const Plan& plan, const response::LineEstim
   if (*low == *high)
     return {record.excitation.present() ? "excitation" : "input",
             fmt::format("does not move (always {:g}): without excitation there is no response", *low)};
-  return {"band", fmt::format("{:.4g} ... {:.4g} Hz holds no line that {} could measure in {} samples",
-                              plan.low_hz, plan.high_hz, name_of(plan.method), record.samples())};
+  return {"band_hz", fmt::format("{:.4g} ... {:.4g} Hz holds no line that {} could measure in {} samples",
+                                 plan.low_hz, plan.high_hz, name_of(plan.method), record.samples())};
 }
 
 }  // namespace
@@ -228,7 +229,7 @@ bool averages_realisations(Method method) noexcept {
 
 expected<Measured, Error> measure_lines(const Record& record, const Plan& plan, const Options& options) {
   auto found = entry_of(plan.method).measure(record, plan, options);
-  if (!found) return unexpected(as_option(found.error()));
+  if (!found) return unexpected(as_field(found.error()));
   if (found->lines.lines.empty()) return unexpected(no_lines(record, plan, found->lines));
   return found;
 }

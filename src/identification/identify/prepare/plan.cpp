@@ -6,6 +6,7 @@
 #include <identification/identify/measure/methods.hpp>
 #include <identification/identify/prepare/plan.hpp>
 #include <resonid/response/detail/excitation_lines.hpp>
+#include <resonid/response/detail/stepped_sine.hpp>
 #include <resonid/response/periodic_averaging.hpp>
 
 namespace resonid::identification::detail {
@@ -25,19 +26,19 @@ std::optional<Error> check_ranges(const data::Record& record, const Options& o) 
     return Error{option, std::move(message)};
   };
   if (!(o.delay_s >= 0.0))
-    return complain("delay", fmt::format("must be 0 s or more, found {:g}", o.delay_s));
+    return complain("delay_s", fmt::format("must be 0 s or more, found {:g}", o.delay_s));
   if (o.delay_s > 0.1 * record.duration_s())
-    return complain("delay", fmt::format("must be a small part of the record ({:g} s), found {:g} s",
-                                         record.duration_s(), o.delay_s));
+    return complain("delay_s", fmt::format("must be a small part of the record ({:g} s), found {:g} s",
+                                           record.duration_s(), o.delay_s));
   if (!(o.confidence > 0.0 && o.confidence < 1.0))
     return complain("confidence", fmt::format("must lie between 0 and 1, found {:g}", o.confidence));
   if (o.band_hz) {
     const auto [low, high] = *o.band_hz;
     if (!(low >= 0.0) || !(high > low))
-      return complain("band",
+      return complain("band_hz",
                       fmt::format("is empty: {:g}:{:g}; LO:HI with 0 <= LO < HI is required", low, high));
     if (low >= nyquist)
-      return complain("band",
+      return complain("band_hz",
                       fmt::format("begins at {:g} Hz, above the Nyquist frequency {:g} Hz", low, nyquist));
   }
   if (o.chirp) {
@@ -57,16 +58,17 @@ std::optional<Error> check_ranges(const data::Record& record, const Options& o) 
     const auto [low, high] = std::minmax_element(o.lines_hz.begin(), o.lines_hz.end());
     if (!(*low > 0.0) || *high >= nyquist)
       return complain(
-          "lines", fmt::format("must lie between 0 and the Nyquist frequency {:g} Hz, found {:g} ... {:g} Hz",
-                               nyquist, *low, *high));
+          "lines_hz",
+          fmt::format("must lie between 0 and the Nyquist frequency {:g} Hz, found {:g} ... {:g} Hz", nyquist,
+                      *low, *high));
   }
   if (o.period_samples != 0 && (o.period_samples < 4 || o.period_samples > record.samples()))
-    return complain("period-samples", fmt::format("must be 4 ... {} (the record's length), found {}",
+    return complain("period_samples", fmt::format("must be 4 ... {} (the record's length), found {}",
                                                   record.samples(), o.period_samples));
   if (o.approach == Approach::indirect && !o.controller)
-    return complain("approach", "indirect needs the controller: give --controller");
+    return complain("approach", "indirect needs the controller: give .controller");
   if (o.approach && *o.approach != Approach::direct && !record.excitation.present())
-    return complain("approach", "indirect and joint need the excitation signal: give --excitation COL");
+    return complain("approach", "indirect and joint need the excitation signal: give .excitation");
   return std::nullopt;
 }
 
@@ -122,15 +124,15 @@ std::optional<Error> set_band(const data::Record& record, const Options& options
   }
   if (options.band_hz) {
     if (plan.sweep && (options.band_hz->second < plan.low_hz || options.band_hz->first > plan.high_hz))
-      return Error{"band",
+      return Error{"band_hz",
                    fmt::format("{:g}:{:g} Hz holds nothing of the chirp's {:g} ... {:g} Hz",
                                options.band_hz->first, options.band_hz->second, plan.low_hz, plan.high_hz)};
     plan.low_hz = plan.sweep ? std::max(plan.low_hz, options.band_hz->first) : options.band_hz->first;
     plan.high_hz = std::min(plan.sweep ? plan.high_hz : nyquist, options.band_hz->second);
     std::erase_if(plan.grid_hz, [&](double f) { return f < plan.low_hz || f > plan.high_hz; });
     if (!options.lines_hz.empty() && plan.grid_hz.empty())
-      return Error{"band", fmt::format("{:g}:{:g} Hz holds none of the given lines", options.band_hz->first,
-                                       options.band_hz->second)};
+      return Error{"band_hz", fmt::format("{:g}:{:g} Hz holds none of the given lines",
+                                          options.band_hz->first, options.band_hz->second)};
   }
   if (plan.sweep && options.lines_hz.empty()) plan.grid_hz = chirp_grid(plan.low_hz, plan.high_hz);
   return std::nullopt;

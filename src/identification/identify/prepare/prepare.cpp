@@ -24,10 +24,10 @@ expected<data::Record, Error> without_transient(data::Record record, const Optio
     return record;  // each realisation loses its own
   if (period == 0)
     return tl::unexpected(
-        Error{"drop-periods", "no period was found in the excitation; give --period-samples N"});
+        Error{"drop_periods", "no period was found in the excitation; give .period_samples"});
   if (options.drop_periods >= record.samples() / period)
     return tl::unexpected(
-        Error{"drop-periods",
+        Error{"drop_periods",
               fmt::format("dropping {} periods of {} samples leaves less than one of the record's {} samples",
                           options.drop_periods, period, record.samples())});
   const std::size_t dropped = options.drop_periods * period;

@@ -45,7 +45,7 @@ expected<Fitted, Error> select(const Experiment& experiment, const Measurement& 
     if (!done) return tl::unexpected(std::move(done.error()));
   }
   if (options.method == Method::model && !fitted.present())
-    return tl::unexpected(Error{"method", "model needs --model other than none, and a fit"});
+    return tl::unexpected(Error{"method", "model needs .model other than none, and a fit"});
   return fitted;
 }
 

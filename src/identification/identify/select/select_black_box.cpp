@@ -85,10 +85,9 @@ data::Estimate delay_of(const fit::BlackBoxModel& model) {
 
 expected<BlackBoxSelection, Error> select_black_box(const data::Record& record, const Options& options) {
   if (options.approach == Approach::indirect && record.output_quantity != data::OutputQuantity::velocity)
-    return tl::unexpected(
-        Error{"approach",
-              "indirect with --model black-box needs a recorded velocity, which is what the "
-              "controller is fed; found another output"});
+    return tl::unexpected(Error{"approach",
+                                "indirect with .model black-box needs a recorded velocity, which is what the "
+                                "controller is fed; found another output"});
   fit::OrderSelectionConfig search;
   search.model = black_box_config(record, options);
   search.further_delay = true;

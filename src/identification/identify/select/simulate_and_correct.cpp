@@ -116,7 +116,7 @@ expected<void, Error> simulate_and_correct(const data::Record& record, const Pla
                                            std::optional<Selection>& selection) {
   const auto complain = [](const char* message) { return tl::unexpected(Error{"method", message}); };
   if (options.model == ModelChoice::none)
-    return complain("simulate-and-correct needs a model: give --model other than none");
+    return complain("simulate-and-correct needs a model: give .model other than none");
   if (!record.input.present()) return complain("simulate-and-correct needs the recorded input");
   const Measure measure = [&](const data::Record& r) { return measure_response(r, plan, options); };
   const data::FrequencyResponse measured = response;

@@ -1,0 +1,118 @@
+// SPDX-License-Identifier: MIT
+#include "option_names.hpp"
+
+#include <algorithm>
+#include <array>
+#include <resonid/base/error_text.hpp>
+#include <utility>
+
+namespace resonid::cli {
+namespace {
+
+struct Unit {
+  std::string_view suffix, placeholder;
+};
+constexpr std::array kUnits{Unit{"_hz", "HZ"}, Unit{"_rad", "RAD"}, Unit{"_s", "SECONDS"}, Unit{"_m", "M"}};
+
+const Unit* unit_of(std::string_view field) {
+  for (const auto& unit : kUnits)
+    if (field.size() > unit.suffix.size() && field.substr(field.size() - unit.suffix.size()) == unit.suffix)
+      return &unit;
+  return nullptr;
+}
+
+struct Option {
+  std::string_view field;  ///< Of the library's options and configurations.
+  std::string_view name;   ///< Empty: the field's without its unit, with dashes.
+};
+/// Every field that the library's texts name.
+constexpr std::array kOptions = {
+    Option{"approach", {}},
+    Option{"candidate", "MODEL"},
+    Option{"chirp", {}},
+    Option{"controller", {}},
+    Option{"differentiate", {}},
+    Option{"drift_per_s", "--drift"},
+    Option{"drop_periods", {}},
+    Option{"excitation", {}},
+    Option{"excitation_type", {}},
+    Option{"from_s", {}},
+    Option{"independent", "--validate-on"},
+    Option{"input", {}},
+    Option{"input_scale", {}},
+    Option{"input_unit", {}},
+    Option{"lines_hz", {}},
+    Option{"memory_s", {}},
+    Option{"method", {}},
+    Option{"model", {}},
+    Option{"order", {}},
+    Option{"output", {}},
+    Option{"output_quantity", {}},
+    Option{"output_scale", {}},
+    Option{"output_unit", {}},
+    Option{"period_samples", {}},
+    Option{"position", {}},
+    Option{"records", "--join"},
+    Option{"reference", {}},
+    Option{"sample_rate_hz", {}},
+    Option{"spread", {}},
+    Option{"start", {}},
+    Option{"time", {}},
+    Option{"time_s", "--max-time"},
+    Option{"to_s", {}},
+};
+
+const Option* option_of(std::string_view field) {
+  const auto found =
+      std::find_if(kOptions.begin(), kOptions.end(), [&](const Option& o) { return o.field == field; });
+  return found == kOptions.end() ? nullptr : &*found;
+}
+
+bool in_a_name(char c) { return (c >= 'a' && c <= 'z') || (c >= '0' && c <= '9') || c == '_'; }
+
+}  // namespace
+
+std::string option_name(std::string_view field) {
+  if (const Option* option = option_of(field); option != nullptr && !option->name.empty())
+    return std::string(option->name);
+  if (const Unit* unit = unit_of(field)) field.remove_suffix(unit->suffix.size());
+  std::string name = "--" + std::string(field);
+  std::replace(name.begin(), name.end(), '_', '-');
+  return name;
+}
+
+std::string option_unit(std::string_view field) {
+  const Unit* unit = unit_of(field);
+  return unit == nullptr ? "X" : std::string(unit->placeholder);
+}
+
+std::string in_options(std::string_view text) {
+  constexpr std::string_view kJoin = "join()";
+  std::string out;
+  for (std::size_t i = 0; i < text.size();) {
+    const bool begins = i == 0 || !(in_a_name(text[i - 1]) || text[i - 1] == '.');
+    if (begins && text.substr(i).starts_with(kJoin)) {
+      out += option_name("records");
+      i += kJoin.size();
+      continue;
+    }
+    std::size_t end = i + 1;
+    while (text[i] == '.' && end < text.size() && in_a_name(text[end])) ++end;
+    const auto field = text.substr(i + 1, end - i - 1);
+    if (begins && text[i] == '.' && option_of(field) != nullptr) {
+      out += option_name(field);
+      i = end;
+      continue;
+    }
+    out += text[i++];
+  }
+  return out;
+}
+
+std::string in_options(const Error& error) {
+  Error told = error;
+  if (!error.field.empty()) told.field = option_name(error.field.view());
+  return in_options(message_of(told));
+}
+
+}  // namespace resonid::cli
