@@ -22,19 +22,20 @@ const Unit* unit_of(std::string_view field) {
 }
 
 struct Option {
-  std::string_view field;  ///< Of the library's options and configurations.
-  std::string_view name;   ///< Empty: the field's without its unit, with dashes.
+  std::string_view field;         ///< Of the library's options and configurations.
+  std::string_view name;          ///< Empty: the field's without its unit, with dashes.
+  std::string_view operand = {};  ///< As --help has it, where it helps those who are told to give it.
 };
 /// Every field that the library's texts name.
 constexpr std::array kOptions = {
     Option{"approach", {}},
     Option{"candidate", "MODEL"},
-    Option{"chirp", {}},
+    Option{"chirp", {}, "F0:F1:SECONDS"},
     Option{"controller", {}},
     Option{"differentiate", {}},
     Option{"drift_per_s", "--drift"},
     Option{"drop_periods", {}},
-    Option{"excitation", {}},
+    Option{"excitation", {}, "COL"},
     Option{"excitation_type", {}},
     Option{"from_s", {}},
     Option{"independent", "--validate-on"},
@@ -50,14 +51,14 @@ constexpr std::array kOptions = {
     Option{"output_quantity", {}},
     Option{"output_scale", {}},
     Option{"output_unit", {}},
-    Option{"period_samples", {}},
+    Option{"period_samples", {}, "N"},
     Option{"position", {}},
     Option{"records", "--join"},
     Option{"reference", {}},
-    Option{"sample_rate_hz", {}},
+    Option{"sample_rate_hz", {}, "HZ"},
     Option{"spread", {}},
     Option{"start", {}},
-    Option{"time", {}},
+    Option{"time", {}, "COL"},
     Option{"time_s", "--max-time"},
     Option{"to_s", {}},
 };
@@ -66,6 +67,12 @@ const Option* option_of(std::string_view field) {
   const auto found =
       std::find_if(kOptions.begin(), kOptions.end(), [&](const Option& o) { return o.field == field; });
   return found == kOptions.end() ? nullptr : &*found;
+}
+
+/// "give .time or .sample_rate_hz": whether a text that ends here asks for what follows.
+bool asks(std::string_view before) {
+  return before.ends_with("give ") ||
+         (before.ends_with(" or ") && before.rfind("give .") != std::string_view::npos);
 }
 
 bool in_a_name(char c) { return (c >= 'a' && c <= 'z') || (c >= '0' && c <= '9') || c == '_'; }
@@ -99,8 +106,10 @@ std::string in_options(std::string_view text) {
     std::size_t end = i + 1;
     while (text[i] == '.' && end < text.size() && in_a_name(text[end])) ++end;
     const auto field = text.substr(i + 1, end - i - 1);
-    if (begins && text[i] == '.' && option_of(field) != nullptr) {
+    const Option* option = text[i] == '.' ? option_of(field) : nullptr;
+    if (begins && option != nullptr) {
       out += option_name(field);
+      if (!option->operand.empty() && asks(text.substr(0, i))) out += " " + std::string(option->operand);
       i = end;
       continue;
     }

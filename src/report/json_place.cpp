@@ -142,7 +142,9 @@ void JsonPlace::refuse(const std::string& required) const {
 void JsonPlace::refuse(const std::string& key, const std::string& required) const {
   const auto place = maybe(key);
   if (place.present()) return place.refuse(required);
-  problems_->push_back({place.path_, "nothing", required});
+  const auto noted = [&](const JsonProblem& p) { return p.path == place.path_; };
+  if (std::none_of(problems_->begin(), problems_->end(), noted))
+    problems_->push_back({place.path_, "nothing", required});
 }
 
 Error error_of(const JsonProblems& problems) {

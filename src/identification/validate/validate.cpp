@@ -107,7 +107,7 @@ class Simulator {
     const auto required = v_.candidate.model ? data::OutputQuantity::velocity : v_.candidate.output_quantity;
     if (record_.output_quantity != required)
       return refused(
-          "output-quantity",
+          "output_quantity",
           fmt::format("found {}, required {}: {}", name_of(record_.output_quantity), name_of(required),
                       v_.candidate.model ? "closed loops are simulated from input to velocity"
                                          : "the transfer function's output"));
