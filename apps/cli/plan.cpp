@@ -200,8 +200,7 @@ std::string experiment_toml(const planning::Plan& plan) {
   if (drive.controller)
     text += fmt::format("\n[controller]\nkind = \"transfer-function\"\nnumerator = {}\ndenominator = {}\n",
                         numbers(drive.controller->numerator), numbers(drive.controller->denominator));
-  text += fmt::format("\n[excitation]\nkind = \"{}\"\n",
-                      planning::kExcitationNames[static_cast<std::size_t>(x.type)]);
+  text += fmt::format("\n[excitation]\nkind = \"{}\"\n", name_of(x.type));
   using enum planning::ExcitationType;
   if (x.type == multisine)
     text += fmt::format("lines_hz = {}\nline_amplitudes = {}\nphases = \"given\"\nphases_rad = {}\n",

@@ -131,7 +131,7 @@ expected<Plan, Error> detail::plan_once(const PlanConfig& config) {
   for (const ExcitationType type : {multisine, chirp, prbs}) {
     if (c.type && *c.type != type) continue;
     if (type == prbs && !plan.skipped.empty()) continue;
-    tell(std::string("planning a ").append(kExcitationNames[static_cast<std::size_t>(type)]));
+    tell(std::string("planning a ").append(name_of(type)));
     const double rival_s = !best                ? HUGE_VAL
                            : best->ratio <= 1.0 ? best->duration_s
                                                 : best->needed_s.value_or(HUGE_VAL);

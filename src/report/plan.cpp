@@ -13,10 +13,6 @@ using planning::Experiment;
 using planning::Figure;
 using planning::Plan;
 
-std::string_view name_of(planning::ExcitationType type) {
-  return planning::kExcitationNames[static_cast<std::size_t>(type)];
-}
-
 double wanted_of(const Plan& plan, std::size_t i) {
   const auto& target = plan.config.targets[i];
   return target.relative ? target.accuracy * std::abs(plan.planned().targeted[i].value) : target.accuracy;

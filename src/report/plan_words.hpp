@@ -3,12 +3,9 @@
 
 #include <resonid/planning/plan.hpp>
 #include <string>
-#include <string_view>
 
 // Words that summary, JSON and page of a plan share.
 namespace resonid::report {
-
-[[nodiscard]] std::string_view name_of(planning::ExcitationType type);
 
 /// Deviation that the i-th wish allows, in the figure's unit.
 [[nodiscard]] double wanted_of(const planning::Plan& plan, std::size_t i);

@@ -15,10 +15,6 @@ using diagnostics::ResidualCorrelation;
 using diagnostics::ResidualTest;
 using identification::ModelValidation;
 
-constexpr std::array<const char*, 3> kVerdicts = {"accepted", "doubtful", "rejected"};
-
-const char* verdict(const ModelValidation& v) { return kVerdicts[static_cast<std::size_t>(v.verdict)]; }
-
 /// In which bands most of the residual lies, and whether the input explains any of it.
 std::string left_sentence(const ModelValidation& v) {
   const auto most = std::max_element(v.bands.begin(), v.bands.end(), [](const auto& a, const auto& b) {
@@ -97,8 +93,9 @@ std::string summary_text(const ModelValidation& v) {
                                  v.record.samples, v.record.sample_rate_hz, v.approach);
   for (const auto& s : sentences(v)) text += wrapped(s, "", "  ") + "\n";
   text += findings_text(v.findings);
-  return text + fmt::format("\n{}{}.{}\n", static_cast<char>(std::toupper(verdict(v)[0])), verdict(v) + 1,
-                            v.trusted ? "" : " NOT trusted: see the errors above.");
+  std::string verdict(name_of(v.verdict));
+  verdict[0] = static_cast<char>(std::toupper(static_cast<unsigned char>(verdict[0])));
+  return text + fmt::format("\n{}.{}\n", verdict, v.trusted ? "" : " NOT trusted: see the errors above.");
 }
 
 }  // namespace resonid::report

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <optional>
+#include <resonid/base/enum_names.hpp>
 #include <resonid/base/expected.hpp>
 #include <resonid/data/record.hpp>
 #include <resonid/diagnostics/detail/residual_dependence.hpp>
@@ -60,6 +61,11 @@ enum class Verdict {
   doubtful,  ///< It describes the drive, and misses something that shows.
   rejected,  ///< It is not this drive.
 };
+inline constexpr EnumName<Verdict> kVerdictNames[] = {
+    {Verdict::accepted, "accepted"}, {Verdict::doubtful, "doubtful"}, {Verdict::rejected, "rejected"}};
+[[nodiscard]] constexpr std::span<const EnumName<Verdict>> enum_names(Verdict) noexcept {
+  return kVerdictNames;
+}
 
 /// How well a model holds on a record that it was not fitted to.
 struct ModelValidation {

@@ -34,27 +34,6 @@ struct ColumnMapping {
   std::optional<std::string> output_unit;  ///< The same; with `differentiate` that of the velocity.
 };
 
-/// Calls `visitor(name, field, doc)` for every field.
-template <class Visitor>
-void describe(Visitor&& visitor, ColumnMapping& c) {
-  visitor("time", c.time, "name of the time column, in seconds");
-  visitor("input", c.input, "name of the input column");
-  visitor("output", c.output, "name of the output column");
-  visitor("excitation", c.excitation, "name of the excitation column");
-  visitor("reference", c.reference, "name of the reference column");
-  visitor("position", c.position, "name of the position column");
-  visitor("sample_rate_hz", c.sample_rate_hz, "sample rate in Hz, > 0; 0: from the time column");
-  visitor("input_scale", c.input_scale, "factor of input and excitation, not 0");
-  visitor("output_scale", c.output_scale, "factor of output and reference, not 0");
-  visitor("from_s", c.from_s, "first instant taken, in s");
-  visitor("to_s", c.to_s, "first instant no longer taken, in s");
-  visitor("output_quantity", c.output_quantity, "velocity, position or acceleration");
-  visitor("differentiate", c.differentiate, "backward differences of a position: a velocity");
-  visitor("motion", c.motion, "rotary or linear");
-  visitor("input_unit", c.input_unit, "unit of the scaled input");
-  visitor("output_unit", c.output_unit, "unit of the scaled output");
-}
-
 /// Makes a record of a table: finds the signals, scales them, tells their units, measures the sample rate,
 /// jitter and gaps from the time column, and cuts.
 ///

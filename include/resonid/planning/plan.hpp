@@ -38,7 +38,12 @@ struct AccuracyTarget {
 };
 
 enum class ExcitationType { multisine, chirp, prbs };
-inline constexpr std::array<std::string_view, 3> kExcitationNames = {"multisine", "chirp", "prbs"};
+inline constexpr EnumName<ExcitationType> kExcitationTypeNames[] = {{ExcitationType::multisine, "multisine"},
+                                                                    {ExcitationType::chirp, "chirp"},
+                                                                    {ExcitationType::prbs, "prbs"}};
+[[nodiscard]] constexpr std::span<const EnumName<ExcitationType>> enum_names(ExcitationType) noexcept {
+  return kExcitationTypeNames;
+}
 
 struct PlanConfig {
   NominalDrive drive;

@@ -18,16 +18,6 @@ struct BestLinearConfig {
   std::vector<double> lines_hz;  ///< Lines to report (nearest of the period's grid); empty: the excited ones.
 };
 
-template <class Visitor>
-void describe(Visitor&& v, BestLinearConfig& c) {
-  v("period_samples", c.period_samples,
-    "period of every realisation in samples; 0: that of the first record");
-  v("drop_periods", c.drop_periods, "periods left out at the start of each record");
-  v("band_low_hz", c.band_low_hz, "lowest line in Hz");
-  v("band_high_hz", c.band_high_hz, "highest line in Hz; 0: half the sample rate");
-  v("lines_hz", c.lines_hz, "lines to report in Hz; empty: the excited ones");
-}
-
 /// What several realisations of a random-phase excitation tell, line by line.
 struct BestLinearApproximation {
   LineEstimates lines;                    ///< The mean; its covariance from the scatter of the realisations.

@@ -15,16 +15,6 @@ struct LocalPolynomialConfig {
   double band_high_hz = 0.0;           ///< Highest one.
 };
 
-template <class Visitor>
-void describe(Visitor&& v, LocalPolynomialConfig& c) {
-  v("half_width_bins", c.half_width_bins, "bins on either side of a frequency that its fit uses; 0 chooses");
-  v("degree", c.degree, "degree of the local polynomials, 0 ... 6");
-  v("frequencies_hz", c.frequencies_hz, "grid in Hz; empty: bins of the band");
-  v("band_low_hz", c.band_low_hz, "lowest frequency of the automatic grid in Hz");
-  v("band_high_hz", c.band_high_hz,
-    "highest frequency of the automatic grid in Hz; both 0: the excited band");
-}
-
 /// Lines by the local polynomial method on one transform of the whole record (METHOD 8.3; Schoukens,
 /// Vandersteen, Barbe and Pintelon 2009, IEEE Trans. IM 58(8)). Around each frequency, over the bins k within
 /// n of it,

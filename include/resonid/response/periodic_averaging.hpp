@@ -15,15 +15,6 @@ struct PeriodicConfig {
   double band_high_hz = 0.0;  ///< Highest line; 0: half the sample rate.
 };
 
-template <class Visitor>
-void describe(Visitor&& v, PeriodicConfig& c) {
-  v("period_samples", c.period_samples, "period of the excitation in samples, at least 4; 0: detected");
-  v("drop_periods", c.drop_periods, "periods left out at the start, while transients last");
-  v("lines_hz", c.lines_hz, "lines to report in Hz; empty: the excited ones");
-  v("band_low_hz", c.band_low_hz, "lowest line in Hz");
-  v("band_high_hz", c.band_high_hz, "highest line in Hz; 0: half the sample rate");
-}
-
 /// Lines of a periodic experiment (multisine, repeated PRBS or chirp): one Fourier transform per period, mean
 /// and scatter over the n whole periods (METHOD 8.2). Covariance of the means: sum_p (X_p - X)(X_p - X)^H/(n
 /// (n - 1)), n - 1 complex degrees of freedom, averaged over up to four neighbours on either side where these

@@ -15,16 +15,6 @@ struct WelchConfig {
   double band_high_hz = 0.0;  ///< Highest line; 0: half the sample rate.
 };
 
-template <class Visitor>
-void describe(Visitor&& v, WelchConfig& c) {
-  v("segment_samples", c.segment_samples, "samples per segment, at least 16; 0 chooses");
-  v("overlap", c.overlap, "share of a segment that the next one repeats, 0 <= overlap < 1");
-  v("period_samples", c.period_samples,
-    "period of the excitation in samples: segments without window; 0: unknown");
-  v("band_low_hz", c.band_low_hz, "lowest line in Hz");
-  v("band_high_hz", c.band_high_hz, "highest line in Hz; 0: half the sample rate");
-}
-
 /// Power of two nearest to an eighth of the record (so 10 ... 22 half-overlapping segments), but no longer
 /// than a resolution of 0.1 Hz takes and no shorter than 64 samples.
 [[nodiscard]] std::size_t default_segment(std::size_t samples, double sample_rate_hz);

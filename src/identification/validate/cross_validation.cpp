@@ -80,13 +80,12 @@ expected<void, Error> validate_on(const data::Record& record, const Options& opt
   how.common.progress = {};
   const auto v = validate(record, candidate, how);
   if (!v) return tl::unexpected(v.error());
-  constexpr const char* kVerdicts[] = {"accepted", "doubtful", "rejected"};
   result.independent = IndependentValidation{v->record.file,
                                              v->approach,
                                              v->simulation_fit_percent,
                                              v->prediction_fit_percent,
                                              v->response_error,
-                                             kVerdicts[static_cast<int>(v->verdict)]};
+                                             std::string(name_of(v->verdict))};
   compare_structures(record, options, result);
   judge(v->verdict, result);
   return {};

@@ -5,10 +5,8 @@
 #include <resonid/data/record.hpp>
 #include <resonid/diagnostics/finding.hpp>
 #include <resonid/fit/drive_model.hpp>
-#include <resonid/identification/validate.hpp>
-#include <resonid/planning/plan.hpp>
 
-// Names in result files.
+// Names in result files of enums that have none beside them yet.
 namespace resonid {
 
 namespace data {
@@ -36,27 +34,5 @@ inline constexpr EnumName<Structure> kStructureNames[] = {
   return kStructureNames;
 }
 }  // namespace fit
-
-namespace identification {
-inline constexpr EnumName<Verdict> kVerdictNames[] = {
-    {Verdict::accepted, "accepted"}, {Verdict::doubtful, "doubtful"}, {Verdict::rejected, "rejected"}};
-[[nodiscard]] constexpr std::span<const EnumName<Verdict>> enum_names(Verdict) noexcept {
-  return kVerdictNames;
-}
-}  // namespace identification
-
-namespace planning {
-inline constexpr EnumName<Criterion> kCriterionNames[] = {
-    {Criterion::accuracy, "accuracy"}, {Criterion::d, "d"}, {Criterion::a, "a"}, {Criterion::e, "e"}};
-[[nodiscard]] constexpr std::span<const EnumName<Criterion>> enum_names(Criterion) noexcept {
-  return kCriterionNames;
-}
-inline constexpr EnumName<ExcitationType> kExcitationTypeNames[] = {{ExcitationType::multisine, "multisine"},
-                                                                    {ExcitationType::chirp, "chirp"},
-                                                                    {ExcitationType::prbs, "prbs"}};
-[[nodiscard]] constexpr std::span<const EnumName<ExcitationType>> enum_names(ExcitationType) noexcept {
-  return kExcitationTypeNames;
-}
-}  // namespace planning
 
 }  // namespace resonid

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <resonid/base/enum_names.hpp>
 #include <string_view>
 #include <vector>
 
@@ -15,6 +16,11 @@ enum class Criterion {
   a,         ///< trace V, the sum of the relative variances.
   e,         ///< The largest eigenvalue of V (by trace V^8, which is nearly that).
 };
+inline constexpr EnumName<Criterion> kCriterionNames[] = {
+    {Criterion::accuracy, "accuracy"}, {Criterion::d, "d"}, {Criterion::a, "a"}, {Criterion::e, "e"}};
+[[nodiscard]] constexpr std::span<const EnumName<Criterion>> enum_names(Criterion) noexcept {
+  return kCriterionNames;
+}
 
 /// One possible drive: what each line tells about it, and what is wanted of it.
 struct DesignModel {

@@ -13,12 +13,6 @@ struct DetectionLinesConfig {
   std::size_t drop_periods = 0;    ///< Periods left out at the start, while transients last.
 };
 
-template <class Visitor>
-void describe(Visitor&& v, DetectionLinesConfig& c) {
-  v("period_samples", c.period_samples, "period of the excitation in samples; 0: detected");
-  v("drop_periods", c.drop_periods, "periods left out at the start, while transients last");
-}
-
 struct DetectionLines {
   DistortionLevel even;  ///< Even multiples: offsets, asymmetric friction, backlash, saturation on one side.
   DistortionLevel odd;   ///< Odd multiples left out of an odd excitation: friction, saturation, stiffening.

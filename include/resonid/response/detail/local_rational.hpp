@@ -16,17 +16,6 @@ struct LocalRationalConfig {
   double band_high_hz = 0.0;           ///< Highest one.
 };
 
-template <class Visitor>
-void describe(Visitor&& v, LocalRationalConfig& c) {
-  v("half_width_bins", c.half_width_bins, "bins on either side of a frequency that its fit uses; 0 chooses");
-  v("degree", c.degree, "degree of numerator and denominator, 1 ... 4");
-  v("transient_degree", c.transient_degree, "degree of the transient's numerator, 0 ... 6");
-  v("frequencies_hz", c.frequencies_hz, "grid in Hz; empty: bins of the band");
-  v("band_low_hz", c.band_low_hz, "lowest frequency of the automatic grid in Hz");
-  v("band_high_hz", c.band_high_hz,
-    "highest frequency of the automatic grid in Hz; both 0: the excited band");
-}
-
 /// Lines by the local rational method on one transform of the whole record (METHOD 8.3; McKelvey and Guerin
 /// 2012, IFAC SYSID; Voorhoeve, van der Maas and Oomen 2018, MSSP 105). Around each frequency, over the bins
 /// k within n of it,

@@ -12,13 +12,6 @@ struct SteppedSineConfig {
   double settled = 0.01;  ///< Change of the output's phasor, relative, that still counts as settled.
 };
 
-template <class Visitor>
-void describe(Visitor&& v, SteppedSineConfig& c) {
-  v("lines_hz", c.lines_hz, "frequencies to report in Hz; empty: all that are found");
-  v("settling_share", c.settling_share, "share of each dwell left out at its start at least, 0 ... 0.9");
-  v("settled", c.settled, "relative change of the output that still counts as settled, 0 ... 1");
-}
-
 /// Frequencies of a stepped sine, ascending, when the excitation (the input, when the record has no
 /// excitation) clearly is one: at least three of them, each for three periods or more, together nine tenths
 /// of the time during which anything is excited, and in each dwell 99.9 % of the variance. Empty otherwise.

@@ -26,20 +26,6 @@ struct SweptConfig {
   std::vector<double> frequencies_hz;  ///< Grid, inside the sweep; empty: every 0.1 Hz of it.
 };
 
-template <class Visitor>
-void describe(Visitor&& v, SweptConfig& c) {
-  v("from_hz", c.chirp.from_hz, "frequency at the first sample in Hz, > 0");
-  v("to_hz", c.chirp.to_hz, "frequency at the end of the sweep in Hz, > 0");
-  v("duration_s", c.chirp.duration_s, "duration of the sweep in s, > 0");
-  v("lambda", c.lambda, "gain of the filter, > 0; larger is slower and quieter");
-  v("pole_radius", c.pole_radius, "radius of the filter's poles, 0 ... 1; 0: gain from lambda");
-  v("offset_state", c.offset_state, "filter with a state for the operating point");
-  v("half_width_samples", c.half_width_samples, "half width of the local regression in samples; 0 chooses");
-  v("fit_offset", c.fit_offset, "local regression takes out a constant and a slope");
-  v("correct_sweep", c.correct_sweep, "local regression adds back the first-order error of the sweep");
-  v("frequencies_hz", c.frequencies_hz, "grid in Hz; empty: every 0.1 Hz");
-}
-
 /// Half width in samples over which a chirp sweeps 2.5 Hz on average, but at most a sixth of the sweep and at
 /// least 0.2 s: about what modes of some Hz width allow.
 [[nodiscard]] std::size_t default_half_width(const online::SweepLaw& chirp, double sample_rate_hz);

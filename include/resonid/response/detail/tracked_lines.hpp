@@ -23,16 +23,6 @@ struct TrackedLinesConfig {
   std::size_t first_sample = 0;    ///< Samples left out at the start, while transients last.
 };
 
-template <class Visitor>
-void describe(Visitor&& v, TrackedLinesConfig& c) {
-  v("lines_hz", c.lines_hz, "lines of the excitation in Hz, 1 ... 256 of them");
-  v("lambda", c.lambda, "gain of the bank, > 0; larger is slower and quieter; 0: placed poles");
-  v("pole_radius", c.pole_radius, "radius of the bank's poles, 0 ... 1; 0 chooses");
-  v("window_samples", c.window_samples, "window of the sliding DFT in samples, 3 ... 16384; 0: the period");
-  v("period_samples", c.period_samples, "period of the excitation in samples; 0: unknown");
-  v("first_sample", c.first_sample, "samples left out at the start, while transients last");
-}
-
 /// Lines at known, constant frequencies from line trackers run over the record (METHOD 4.1, 4.4).
 ///
 /// Kalman bank: the mean of the settled amplitudes; with a known period over as many whole periods as there
