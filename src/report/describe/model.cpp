@@ -86,6 +86,7 @@ void describe_covariance(Fields& f, fit::DriveModel& drive) {
                order.clear();
                for (const auto& name : names) order.push_back(find(name));
                const bool known =
+                   order.size() <= fit::kParameterNames.size() &&
                    std::none_of(order.begin(), order.end(), [](int i) { return i == fit::kParameterCount; });
                f.require(known, "parameters",
                          fmt::format("names of parameters: {}", fmt::join(fit::kParameterNames, ", ")));
@@ -167,6 +168,10 @@ void describe_black_box(Fields& f, identification::BlackBoxResult& box) {
               "numbers that begin with 1");
     if (g.denominator.empty()) g.denominator = {1.0};
   });
+  constexpr std::size_t kMostCoefficients = 1000;
+  f.require(g.numerator.size() + g.denominator.size() <= kMostCoefficients, "transfer_function",
+            "at most 1000 coefficients");
+  if (g.numerator.size() + g.denominator.size() > kMostCoefficients) return;
   auto names = coefficient_names(g);
   const auto size = static_cast<Eigen::Index>(names.size());
   auto& covariance = box.model.covariance;

@@ -170,9 +170,10 @@ void describe_experiment(Fields& f, Plan& plan, Experiment& x) {
   double rate = f.writing() ? 1.0 / plan.config.drive.model.sample_time_s : 0.0;
   f({"sample_rate_hz", "of the drive", "Hz", positive}, rate);
   if (f.reading()) plan.config.drive.model.sample_time_s = 1.0 / rate;
-  f.derived({"samples", "of the experiment"},
-            x.excitation.empty() ? static_cast<std::size_t>(std::llround(x.duration_s * rate))
-                                 : x.excitation.size());
+  f.derived({"samples", "of the experiment"}, x.excitation.empty()
+                                                  ? static_cast<std::size_t>(std::llround(std::clamp(
+                                                        x.duration_s * rate, 0.0, planning::kMostSamples)))
+                                                  : x.excitation.size());
   f({"binding_limit", "that keeps the amplitude down, \"torque\""}, x.binding);
   f.choice({"criterion", "what the power is distributed for"}, plan.config.criterion);
   f({"spread", "part by which the rough model may be wrong"}, plan.config.spread);

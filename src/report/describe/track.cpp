@@ -133,6 +133,11 @@ void describe_rows(Fields& f, Track& track, const Summaries& summaries) {
   track.residual = std::move(residual);
   if (track.residual.empty()) track.residual.assign(track.time_s.size(), kUnknown);
   track.trusted_rows = std::move(trusted);
+  const auto fits = [&](const std::vector<double>& rows) {
+    return rows.empty() || rows.size() == track.time_s.size();
+  };
+  f.require(fits(track.lag_s) && fits(track.position_m) && fits(track.residual), "over_time",
+            "as many rows of lag_s, position_m and residual_rms as of time_s");
   for (const auto& [name, values] : columns)
     f.require(values.size() == track.time_s.size(), "over_time", "as many rows of " + name + " as of time_s");
   f.require(track.trusted_rows.size() == track.time_s.size(), "over_time",
@@ -153,8 +158,10 @@ void describe(Fields& f, Track& track) {
   f({"confidence", "of all intervals", "", positive}, track.confidence);
   describe_units(f, track.units);
   f({"rows", "number of rows made"}, track.rows);
-  f.assumed({"learned_s", "length of the learning stretch", "s", not_negative}, track.learned_s);
-  f.assumed({"causal", "no row depends on a later sample"}, track.causal);
+  const bool learned = track.learned_s > 0.0;
+  f.unless(0.0, {"learned_s", "length of the learning stretch", "s", not_negative}, track.learned_s);
+  if (!f.only_if(learned, {"causal", "no row depends on a later sample"}, track.causal) && f.reading())
+    track.causal = false;  // earlier programs looked ahead
   f({"trusted", "no finding is an error"}, track.trusted);
   f.object({"trust", "shares of the rows that passed each gate, 0 ... 1"}, [&] {
     auto& s = track.shares;

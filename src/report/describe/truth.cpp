@@ -142,7 +142,7 @@ struct KindOfMode {
 };
 
 void describe_modes(Fields& f, Truth& truth) {
-  constexpr static std::array<std::string_view, 2> kKinds = {"resonance", "antiresonance"};
+  constexpr static std::array<std::string_view, 2> kModeKinds = {"resonance", "antiresonance"};
   std::vector<KindOfMode> all;
   for (const auto& mode : truth.antiresonances) all.push_back({mode, true});
   for (const auto& mode : truth.resonances) all.push_back({mode, false});
@@ -153,7 +153,7 @@ void describe_modes(Fields& f, Truth& truth) {
       {"resonances", "ascending, of a machine that changes at the start"}, true, all,
       [&](KindOfMode& k) {
         std::string source = "model";
-        f.choice({"kind", "resonance or anti-resonance"}, kKinds, k.anti);
+        f.choice({"kind", "resonance or anti-resonance"}, kModeKinds, k.anti);
         f({"frequency_hz", "undamped", "Hz", positive}, k.mode.frequency_hz);
         f({"damping_ratio", "share of critical damping"}, k.mode.damping_ratio);
         f({"source", "\"model\""}, source);
