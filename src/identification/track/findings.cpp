@@ -97,12 +97,13 @@ void inspect_stability(const online::AxisStability& s, TrackMethod method, Findi
 
 void inspect_controller(const online::AxisRow& row, Findings& findings) {
   if (!row.controller_differs) return;
-  const double off = std::abs(row.controller_ratio - 1.0);
-  add(findings, "controller-differs", true, off, online::ControllerCheck<double>::kRelevant,
-      fmt::format("The controller told is not the one that ran: excitation, input and output show one that "
-                  "differs from it by {:.0f} % (+- {:.1g} %). The margins are not those of this loop, and "
-                  "methods that use the controller are wrong.",
-                  100.0 * off, 200.0 * row.controller_ratio_std));
+  add(findings, "controller-differs", true, row.controller_difference,
+      online::ControllerCheck<double>::kRelevant,
+      fmt::format(
+          "The controller told is not the one that ran: excitation, input and output show one that "
+          "differs from it by {:.0f} %. The margins are not those of this loop, and methods that use the "
+          "controller are wrong.",
+          100.0 * row.controller_difference));
 }
 
 void inspect_change(const online::AxisResult& result, double start_time_s, Findings& findings) {
