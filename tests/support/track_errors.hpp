@@ -105,7 +105,7 @@ class LoopTruth {
     for (double place = kFirst; place < 1.66; place += kStep) {
       config.motion.from = place;
       const auto simulation = plant::simulate_closed_loop(config);
-      if (!simulation) throw std::runtime_error(simulation.error().text());
+      if (!simulation) throw std::runtime_error(message_of(simulation.error()));
       const auto m = diagnostics::loop_margins(simulation->truth.loop);
       at_.push_back({m.crossover_hz().value(), m.phase_margin_deg().value(), m.modulus_margin});
     }
