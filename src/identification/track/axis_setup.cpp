@@ -17,7 +17,7 @@ using online::AxisMethod;
 constexpr std::size_t kMostLines = 256;
 constexpr double kPeriodsRemembered = 24.0;  // of the resonance, by recursive least squares
 constexpr double kPeriodsOfVariables = 6.0;  // the same of instrumental variables
-constexpr double kPeriodsOfPhysical = 8.0;   // the same of the physical tracker
+constexpr double kPeriodsOfPhysical = 4.0;   // the same of the physical tracker
 constexpr double kFrictionShare = 0.3;       // of the largest torque: how much of it friction may take
 
 /// In the order of TrackMethod; automatic is chosen before.
@@ -182,7 +182,7 @@ void set_change(const TrackOptions& options, AxisSetup& setup) {
   constexpr std::array kFigures = {online::AxisFigure::resonance,      online::AxisFigure::antiresonance,
                                    online::AxisFigure::crossover,      online::AxisFigure::phase_margin,
                                    online::AxisFigure::modulus_margin, online::AxisFigure::gap};
-  constexpr double kShortest = 0.25, kRows = 4.0, kBlocks = 32.0;
+  constexpr double kShortest = 0.25, kRows = 4.0, kBlocks = 16.0;
   auto& c = setup.config;
   c.change_of = kFigures[static_cast<std::size_t>(*options.change_of)];
   const double row_s = static_cast<double>(options.every) / c.sample_rate_hz;
