@@ -30,6 +30,7 @@ struct Option {
 constexpr std::array kOptions = {
     Option{"approach", {}},
     Option{"candidate", "MODEL"},
+    Option{"change_of", "--detect-change"},
     Option{"chirp", {}, "F0:F1:SECONDS"},
     Option{"controller", {}},
     Option{"differentiate", {}},
@@ -37,6 +38,7 @@ constexpr std::array kOptions = {
     Option{"drop_periods", {}},
     Option{"excitation", {}, "COL"},
     Option{"excitation_type", {}},
+    Option{"false_alarm_interval_s", "--false-alarms"},
     Option{"from_s", {}},
     Option{"independent", "--validate-on"},
     Option{"input", {}},

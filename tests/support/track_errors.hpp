@@ -93,7 +93,7 @@ inline identification::TrackOptions known_to_track(const plant::ExperimentConfig
 }
 
 /// Crossover, phase and modulus margin of the loop that runs, over the place of a tooth belt's cart: those of
-/// the simulator's own loop at standstill, every 5 cm, in between by a parabola through three places.
+/// the simulator's own loop at standstill, every 3 cm, in between by a parabola through three places.
 class LoopTruth {
  public:
   static constexpr std::array<const char*, 3> kNames = {"crossover_hz", "phase_margin_deg", "modulus_margin"};
@@ -102,8 +102,9 @@ class LoopTruth {
     config.run.duration_s = 0.5;
     config.motion = {};
     config.motion.kind = plant::MotionKind::standstill;
-    for (double place = kFirst; place < 1.66; place += kStep) {
-      config.motion.from = place;
+    config.excitation = {};
+    for (std::size_t i = 0; i < kPlaces; ++i) {
+      config.motion.from = kFirst + kStep * static_cast<double>(i);
       const auto simulation = plant::simulate_closed_loop(config);
       if (!simulation) throw std::runtime_error(message_of(simulation.error()));
       const auto m = diagnostics::loop_margins(simulation->truth.loop);
@@ -119,7 +120,8 @@ class LoopTruth {
   }
 
  private:
-  static constexpr double kFirst = 0.38, kStep = 0.05;
+  static constexpr double kFirst = 0.39, kStep = 0.031;
+  static constexpr std::size_t kPlaces = 41;  // up to 1.63 m
   std::vector<std::array<double, 3>> at_;
 };
 

@@ -17,7 +17,7 @@ using online::AxisMethod;
 constexpr std::size_t kMostLines = 256;
 constexpr double kPeriodsRemembered = 24.0;  // of the resonance, by recursive least squares
 constexpr double kPeriodsOfVariables = 6.0;  // the same of instrumental variables
-constexpr double kPeriodsOfPhysical = 8.0;   // the same of the physical tracker
+constexpr double kPeriodsOfPhysical = 4.0;   // the same of the physical tracker
 constexpr double kFrictionShare = 0.3;       // of the largest torque: how much of it friction may take
 
 /// In the order of TrackMethod; automatic is chosen before.
@@ -124,15 +124,15 @@ expected<void, Error> set_lines(const data::Record& stretch, const TrackOptions&
   setup.lines_hz = m.grid_hz;
   if (setup.lines_hz.empty()) {
     if (m.period_samples == 0)
-      return tl::unexpected(Error{"lines", "must be given: the excitation shows no period"});
+      return tl::unexpected(Error{"lines_hz", "must be given: the excitation shows no period"});
     setup.lines_hz = excited_lines_hz(stretch, plan, options.common);
     if (setup.lines_hz.empty())
-      return tl::unexpected(Error{"lines", "must be given: the excitation shows none"});
+      return tl::unexpected(Error{"lines_hz", "must be given: the excitation shows none"});
   }
   if (setup.lines_hz.size() > kMostLines)
     return tl::unexpected(
-        Error{"lines", fmt::format("must be given: the excitation has {} lines, {} at most can be tracked",
-                                   setup.lines_hz.size(), kMostLines)});
+        Error{"lines_hz", fmt::format("must be given: the excitation has {} lines, {} at most can be tracked",
+                                      setup.lines_hz.size(), kMostLines)});
   if (c.method != AxisMethod::sliding_dft) return {};
   // Two periods unless told otherwise: no line then stands beside another one, and a Hann window takes out
   // what a machine that changes spreads between them.
@@ -141,7 +141,8 @@ expected<void, Error> set_lines(const data::Record& stretch, const TrackOptions&
   if (period > 0)
     window = window == 0 ? 2 * period : std::max<std::size_t>(1, (window + period / 2) / period) * period;
   if (window == 0)
-    return tl::unexpected(Error{"memory", "must be given: the excitation shows no period to be the window"});
+    return tl::unexpected(
+        Error{"memory_s", "must be given: the excitation shows no period to be the window"});
   c.window_samples = window;
   if (period > 0 && window >= 2 * period) c.window = online::DftWindow::hann;
   setup.memory_s = static_cast<double>(window) / stretch.sample_rate_hz;
@@ -181,7 +182,7 @@ void set_change(const TrackOptions& options, AxisSetup& setup) {
   constexpr std::array kFigures = {online::AxisFigure::resonance,      online::AxisFigure::antiresonance,
                                    online::AxisFigure::crossover,      online::AxisFigure::phase_margin,
                                    online::AxisFigure::modulus_margin, online::AxisFigure::gap};
-  constexpr double kShortest = 0.25, kRows = 4.0, kBlocks = 32.0;
+  constexpr double kShortest = 0.25, kRows = 4.0, kBlocks = 16.0;
   auto& c = setup.config;
   c.change_of = kFigures[static_cast<std::size_t>(*options.change_of)];
   const double row_s = static_cast<double>(options.every) / c.sample_rate_hz;
@@ -262,32 +263,25 @@ expected<std::unique_ptr<AxisSetup>, Error> axis_setup(const data::Record& stret
 
 namespace {
 
-/// The option that a field of the engine's configuration comes from.
-const char* option_of(std::string_view field) {
+/// The field of TrackOptions that one of the engine comes from.
+const char* field_of(std::string_view field) {
   struct Name {
     std::string_view field;
-    const char* option;
+    const char* ours;
   };
-  constexpr std::array kNames = {Name{"controller", "controller"},
-                                 Name{"numerator", "controller"},
-                                 Name{"denominator", "controller"},
-                                 Name{"pole_radius", "pole-radius"},
-                                 Name{"lambda", "lambda"},
-                                 Name{"window", "memory"},
-                                 Name{"memory", "memory"},
-                                 Name{"lines", "lines"},
-                                 Name{"frequency", "lines"},
-                                 Name{"sweep", "chirp"},
-                                 Name{"from_hz", "chirp"},
-                                 Name{"to_hz", "chirp"},
-                                 Name{"baseline", "baseline"},
-                                 Name{"change", "detect-change"},
-                                 Name{"block", "detect-change"},
-                                 Name{"false_alarm", "false-alarms"},
-                                 Name{"delay", "delay"}};
+  constexpr std::array kNames = {
+      Name{"controller", "controller"},  Name{"numerator", "controller"},
+      Name{"denominator", "controller"}, Name{"pole_radius", "pole_radius"},
+      Name{"lambda", "lambda"},          Name{"window", "memory_s"},
+      Name{"memory", "memory_s"},        Name{"lines", "lines_hz"},
+      Name{"frequency", "lines_hz"},     Name{"sweep", "chirp"},
+      Name{"from_hz", "chirp"},          Name{"to_hz", "chirp"},
+      Name{"baseline", "baseline"},      Name{"change", "change_of"},
+      Name{"block", "change_of"},        Name{"false_alarm", "false_alarm_interval_s"},
+      Name{"delay", "delay_s"}};
   const auto found =
       std::find_if(kNames.begin(), kNames.end(), [&](const Name& n) { return field.starts_with(n.field); });
-  return found == kNames.end() ? "method" : found->option;
+  return found == kNames.end() ? "method" : found->ours;
 }
 
 }  // namespace
@@ -306,7 +300,7 @@ expected<AxisPointer, Error> make_axis(const AxisSetup& setup, const TrackPlan& 
                                         name_of(plan.method))});
   std::string message = fmt::format("{}: {} {}", name_of(plan.method), e.field.view(), e.requirement.view());
   if (std::isfinite(e.value)) message += fmt::format(" (found {:.6g})", e.value);
-  return tl::unexpected(Error{option_of(e.field), std::move(message)});
+  return tl::unexpected(Error{field_of(e.field), std::move(message)});
 }
 
 }  // namespace resonid::identification::detail

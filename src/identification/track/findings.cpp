@@ -97,13 +97,15 @@ void inspect_stability(const online::AxisStability& s, TrackMethod method, Findi
 
 void inspect_controller(const online::AxisRow& row, Findings& findings) {
   if (!row.controller_differs) return;
-  add(findings, "controller-differs", true, row.controller_difference,
-      online::ControllerCheck<double>::kRelevant,
-      fmt::format(
-          "The controller told is not the one that ran: excitation, input and output show one that "
-          "differs from it by {:.0f} %. The margins are not those of this loop, and methods that use the "
-          "controller are wrong.",
-          100.0 * row.controller_difference));
+  const double off = row.controller_difference;  // not known to a figure yet: not a number
+  findings.push_back(
+      {"controller-differs", Severity::error, std::isfinite(off) ? std::optional(off) : std::nullopt,
+       online::ControllerCheck<double>::kRelevant,
+       fmt::format(
+           "The controller told is not the one that ran: excitation, input and output show another one{}. "
+           "The margins are not those of this loop, and methods that use the controller are wrong.",
+           std::isfinite(off) ? fmt::format(", which differs from it by up to {:.0f} %", 100.0 * off)
+                              : std::string())});
 }
 
 void inspect_change(const online::AxisResult& result, double start_time_s, Findings& findings) {

@@ -154,17 +154,18 @@ std::optional<Error> check(const data::Record& head, const TrackOptions& options
   const double rate_hz = head.sample_rate_hz;
   if (options.every == 0) return Error{"every", "must be 1 or more, found 0"};
   if (options.learn_s && options.whole_record)
-    return Error{"learn", "tells a stretch of the record, and .whole_record takes all of it: leave one out"};
+    return Error{"learn_s",
+                 "tells a stretch of the record, and .whole_record takes all of it: leave one out"};
   if (options.learn_s && !(*options.learn_s * rate_hz >= kFewestLearned && std::isfinite(*options.learn_s)))
-    return Error{"learn", fmt::format("must be {:g} samples ({:g} s) at least, found {:g} s", kFewestLearned,
-                                      kFewestLearned / rate_hz, *options.learn_s)};
+    return Error{"learn_s", fmt::format("must be {:g} samples ({:g} s) at least, found {:g} s",
+                                        kFewestLearned, kFewestLearned / rate_hz, *options.learn_s)};
   if (options.drift_per_s && (!(*options.drift_per_s >= 0.0) || !std::isfinite(*options.drift_per_s)))
-    return Error{"drift", fmt::format("must be 0 1/s or more, found {:g}", *options.drift_per_s)};
+    return Error{"drift_per_s", fmt::format("must be 0 1/s or more, found {:g}", *options.drift_per_s)};
   if (!(options.memory_s >= 0.0) || !std::isfinite(options.memory_s))
-    return Error{"memory", fmt::format("must be above 0 s, found {:g}", options.memory_s)};
+    return Error{"memory_s", fmt::format("must be above 0 s, found {:g}", options.memory_s)};
   if (options.memory_s > 0.0 && options.memory_s * rate_hz < 4.0)
-    return Error{"memory", fmt::format("must be 4 samples ({:g} s) at least, found {:g} s", 4.0 / rate_hz,
-                                       options.memory_s)};
+    return Error{"memory_s", fmt::format("must be 4 samples ({:g} s) at least, found {:g} s", 4.0 / rate_hz,
+                                         options.memory_s)};
   return std::nullopt;
 }
 
@@ -272,15 +273,16 @@ class Tracking::Impl {
                           "and the excitation has no period; give .start, .lines_hz, or a longer "
                           "record",
                           samples_)};
-    if (!run_ && detail::is_lines(method)) return {"lines", "must be given: the excitation shows no period"};
+    if (!run_ && detail::is_lines(method))
+      return {"lines_hz", "must be given: the excitation shows no period"};
     if (!run_)
       return {"method", fmt::format("{} needs a model to begin with, and the record shows none: give .start",
                                     name_of(method))};
     const double seconds = static_cast<double>(samples_) / stretch_.sample_rate_hz;
-    return {"learn", fmt::format("the record ends, after {:.3g} s, before what it shows suffices to begin "
-                                 "with: give .start, a shorter .learn_s, a longer record, or .whole_record "
-                                 "(rows then know what came after them)",
-                                 seconds)};
+    return {"learn_s", fmt::format("the record ends, after {:.3g} s, before what it shows suffices to begin "
+                                   "with: give .start, a shorter .learn_s, a longer record, or .whole_record "
+                                   "(rows then know what came after them)",
+                                   seconds)};
   }
 
   void tell(std::string_view stage) const {
