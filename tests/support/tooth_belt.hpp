@@ -11,19 +11,13 @@
 
 namespace resonid::test {
 
-/// The tooth belt of Publications II, III and V with its cart at `place_m`, sampled (METHOD 2.2).
-inline online::DiscreteModel<double, 3> tooth_belt(double place_m, double sample_time_s,
-                                                   double quality = 10.0) {
-  constexpr double kPulley = 0.0028, kCart = 6.7, kRadius = 0.0199, kSpecific = 376406.25;
-  const double near = kSpecific / place_m, far = kSpecific / (1.7 - place_m), below = kSpecific / 2.14;
-  const double stiffness = (near + far * below / (far + below)) * kRadius * kRadius;
-  const double load = kCart * kRadius * kRadius;
-  const double omega = std::sqrt(stiffness * (1.0 / kPulley + 1.0 / load)),
-               damping = stiffness / (omega * quality);
-  LinearSystem<double, 3> machine;  // velocities of pulley and cart, twist
-  machine.a << -damping / kPulley, damping / kPulley, -stiffness / kPulley, damping / load, -damping / load,
+/// Two masses joined by a spring and a damper, sampled: driven torque to driven velocity (METHOD 2.5).
+inline online::DiscreteModel<double, 3> two_masses(double driven, double load, double stiffness,
+                                                   double damping, double sample_time_s) {
+  LinearSystem<double, 3> machine;  // velocities of both, twist
+  machine.a << -damping / driven, damping / driven, -stiffness / driven, damping / load, -damping / load,
       stiffness / load, 1.0, -1.0, 0.0;
-  machine.b << 1.0 / kPulley, 0.0, 0.0;
+  machine.b << 1.0 / driven, 0.0, 0.0;
   machine.c << 1.0, 0.0, 0.0;
   const auto sampled = zero_order_hold(machine, sample_time_s);
   // Faddeev and Leverrier: coefficients of det(z - A) and of c adj(z - A) b.
@@ -36,6 +30,18 @@ inline online::DiscreteModel<double, 3> tooth_belt(double place_m, double sample
     adjoint = sampled.a * adjoint + a * Eigen::Matrix3d::Identity();
   }
   return m;
+}
+
+/// The tooth belt of Publications II, III and V with its cart at `place_m`, sampled (METHOD 2.2).
+inline online::DiscreteModel<double, 3> tooth_belt(double place_m, double sample_time_s,
+                                                   double quality = 10.0) {
+  constexpr double kPulley = 0.0028, kCart = 6.7, kRadius = 0.0199, kSpecific = 376406.25;
+  const double near = kSpecific / place_m, far = kSpecific / (1.7 - place_m), below = kSpecific / 2.14;
+  const double stiffness = (near + far * below / (far + below)) * kRadius * kRadius;
+  const double load = kCart * kRadius * kRadius;
+  const double omega = std::sqrt(stiffness * (1.0 / kPulley + 1.0 / load)),
+               damping = stiffness / (omega * quality);
+  return two_masses(kPulley, load, stiffness, damping, sample_time_s);
 }
 
 /// Its soft PI within a position loop, as in the golden files and in experiments/ii_iii_tooth_prbs.toml.

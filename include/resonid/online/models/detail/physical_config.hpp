@@ -44,7 +44,9 @@ struct PhysicalTrackerConfig {
   /// With a drifting stiffness: tell of the machine as it was lag_samples() ago, where K is known best,
   /// instead of now: up to two times as accurate.
   bool at_best_known_time = false;
-  double damping_drift_per_rt_s = 0.1;  ///< How ln D wanders with it: standard deviation after a second.
+  /// How ln D wanders with it, at most: standard deviation after a second. 0.28 stiffness_drift_per_s where
+  /// that is less: D then follows at half the rate of K, as it does at a constant damping ratio.
+  double damping_drift_per_rt_s = 0.1;
 
   double noise_rms = 0.0;           ///< White noise of the output; 0: estimated from the innovations.
   double noise_memory_s = 0.0;      ///< Of that estimate; 0: all samples.

@@ -23,7 +23,6 @@ PhysicalTracker<Real, ReplaySamples>::PhysicalTracker(const PhysicalTrackerConfi
   set_drift_noise(drift);
   auto& noise = setup_.noise;
   noise.plant_variance = static_cast<Real>(c.plant_noise_variance);
-  noise.damping_variance = static_cast<Real>(c.damping_drift_per_rt_s * c.damping_drift_per_rt_s * ts);
   noise.offset_variance =
       c.torque_offset_std_nm > 0.0
           ? static_cast<Real>(c.torque_offset_drift_nm_rt_s * c.torque_offset_drift_nm_rt_s * ts)
@@ -78,6 +77,8 @@ void PhysicalTracker<Real, ReplaySamples>::set_drift_noise(double per_s) noexcep
   const double ts = 1.0 / config_.sample_rate_hz;
   setup_.noise.rate_variance = static_cast<Real>(2.0 * per_s * per_s * per_s * ts);
   setup_.noise.rate_memory = static_cast<Real>(std::exp(-per_s * ts));
+  const double damping = std::min(config_.damping_drift_per_rt_s, kDampingShare * per_s);
+  setup_.noise.damping_variance = static_cast<Real>(damping * damping * ts);
 }
 
 template <class Real, std::size_t ReplaySamples>
