@@ -38,7 +38,7 @@ fuzz:          ## Made-up input for every reader, FUZZ_SECONDS each (an hour).
 	tools/install_packages build test ci
 	FUZZ_SECONDS=$${FUZZ_SECONDS:-3600} tools/fuzz
 
-bench:         ## Build optimised and run the benchmarks; results in build/release/bench/*.json.
+bench:         ## Run the benchmarks, optimised; fails below the floors of bench/floors.json.
 	tools/install_packages build test bench
 	cmake --preset release
 	cmake --build --preset release

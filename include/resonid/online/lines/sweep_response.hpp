@@ -121,8 +121,9 @@ class SweepResponse {
   [[nodiscard]] ModelCovariance<Real, kOrder> covariance() const noexcept {
     return model_covariance<Real, kOrder>(fit_.covariance());
   }
-  /// Lowest resonance; frequency 0 while none shows: known to 3 %, damped, and apart from its anti-resonance
-  /// by more than both are uncertain. Noise is fitted by pairs of a pole and a zero that nearly cancel.
+  /// Lowest resonance; frequency 0 while none shows: passed by the sweep, known to 3 %, damped, and apart
+  /// from its anti-resonance by far more than both are uncertain. Noise is fitted by pairs of a pole and a
+  /// zero that nearly cancel.
   [[nodiscard]] DiscreteMode resonance() const noexcept { return modes().resonance; }
   /// Lowest anti-resonance, likewise; 0 where there is no resonance, or no anti-resonance known to a tenth.
   [[nodiscard]] DiscreteMode antiresonance() const noexcept { return modes().antiresonance; }
@@ -268,7 +269,7 @@ class SweepResponse {
     DiscreteMode resonance{}, antiresonance{};
   };
   [[nodiscard]] Modes modes() const noexcept {
-    constexpr double kKnown = 0.03, kRoughly = 0.1, kApart = 2.0;
+    constexpr double kKnown = 0.03, kRoughly = 0.1, kApart = 3.0;
     const SampledModes<kOrder> sampled(model(), rate_hz_);
     const auto p = covariance();
     const auto poles = sampled.resonances(p);
@@ -276,13 +277,16 @@ class SweepResponse {
     const auto known = [](const auto& m, double share) {
       return !m.empty() && m[0].damping_ratio > 0.0 && m[0].std_hz < share * m[0].frequency_hz;
     };
-    if (!known(poles, kKnown)) return {};
+    if (!known(poles, kKnown) || !passed(poles[0].frequency_hz)) return {};
     const bool zero_known = known(zeros, kRoughly);
     const double between = zeros.empty() ? 0.0 : std::abs(poles[0].frequency_hz - zeros[0].frequency_hz);
     if (!zeros.empty() && between < kApart * (poles[0].std_hz + zeros[0].std_hz)) return {};
     return {poles[0], zero_known ? zeros[0] : DiscreteMode{}};
   }
 
+  [[nodiscard]] bool passed(double hz) const noexcept {
+    return (hz - law_.from_hz) * (hz - described_hz()) < 0.0;
+  }
   [[nodiscard]] double hz_before(double samples) const noexcept {
     const double newest = static_cast<double>(raw_.samples()) - 1.0;
     return law_.frequency_hz(std::max(0.0, newest - samples) / rate_hz_);

@@ -44,7 +44,7 @@ TEST(SweepResponse, BarsHoldTheTruthUpwardsAndLogarithmically) {
 
 TEST(SweepResponse, ResonanceHasATrueBar) {
   const auto errors = sweep_errors(system_a(), {}, kNoise, 6);
-  EXPECT_GT(errors.resonances(), 6U * 150U);
+  EXPECT_GT(errors.resonances(), 6U * 120U);
   EXPECT_GE(errors.resonance_ratio(), 0.3);  // 6 seeds are 6 values, each seen along the sweep
   EXPECT_LE(errors.resonance_ratio(), 2.5);
 }
@@ -53,7 +53,7 @@ TEST(SweepResponse, NeedsNoDoublePrecision) {
   const auto errors = sweep_errors<float>(system_a(), {}, kNoise, 6);
   EXPECT_GE(errors.ratio(), 0.8);
   EXPECT_LE(errors.ratio(), 1.3);
-  EXPECT_GT(errors.resonances(), 6U * 150U);
+  EXPECT_GT(errors.resonances(), 6U * 120U);
 }
 
 /// The published sweep with a torque beside it, the output made of the velocity by `output`.
@@ -97,7 +97,7 @@ TEST(SweepResponse, TakesPositionAndAcceleration) {
     EXPECT_GE(errors->ratio(), 0.8);
     EXPECT_LE(errors->ratio(), 1.3);
     EXPECT_LT(errors->relative_rms(), 0.1);
-    EXPECT_GT(errors->resonances(), 6U * 150U);
+    EXPECT_GT(errors->resonances(), 6U * 120U);
     EXPECT_LE(errors->resonance_ratio(), 2.5);
   }
 }
