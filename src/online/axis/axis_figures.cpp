@@ -3,9 +3,9 @@
 #include <array>
 #include <cmath>
 #include <resonid/base/constants.hpp>
+#include <resonid/online/detail/axis_lines.hpp>
 #include <resonid/online/detail/axis_physical.hpp>
 #include <resonid/online/detail/axis_reading.hpp>
-#include <resonid/online/detail/axis_lines.hpp>
 #include <resonid/online/models/detail/held_two_mass.hpp>
 #include <resonid/online/models/modes.hpp>
 

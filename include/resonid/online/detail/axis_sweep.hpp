@@ -21,8 +21,8 @@
 
 namespace resonid::online::detail {
 
-/// The response along a sweep (SweepResponse): the value at the frequency that the chirp passed, free of the sweep's own
-/// error, the curve so far, and the model of third order that fits it.
+/// The response along a sweep (SweepResponse): the value at the frequency that the chirp passed, free of the
+/// sweep's own error, the curve so far, and the model of third order that fits it.
 template <class Real, std::size_t MaxPoints>
 class AxisSweepLine {
  public:
@@ -120,7 +120,8 @@ class AxisSweepLine {
       : line_(line), law_(c.sweep), output_(c.output), sample_rate_hz_(c.sample_rate_hz) {}
 
   [[nodiscard]] AxisLine now() const noexcept {
-    AxisLine line{line_.described_hz(), {AxisRow::kUnknown, AxisRow::kUnknown}, AxisRow::kUnknown, line_.settled()};
+    AxisLine line{
+        line_.described_hz(), {AxisRow::kUnknown, AxisRow::kUnknown}, AxisRow::kUnknown, line_.settled()};
     if (!line.settled) return line;
     const Complex factor = axis_velocity_factor(output_, line.frequency_hz, sample_rate_hz_);
     line.response = Complex(line_.response()) * factor;
