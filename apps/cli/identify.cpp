@@ -12,6 +12,7 @@
 #include <resonid/report/json.hpp>
 #include <resonid/report/page.hpp>
 
+#include "enum_option.hpp"
 #include "errors.hpp"
 #include "identify_many.hpp"
 #include "option_names.hpp"
@@ -26,18 +27,8 @@
 namespace resonid::cli {
 namespace {
 
-using identification::Method;
-
 void add_method(CLI::App& verb, MethodOptions& o) {
-  static constexpr std::array<std::string_view, 12> kMethods = {
-      "auto",     "kalman",           "sliding-dft",          "welch",
-      "periodic", "local-polynomial", "local-cubic",          "least-squares",
-      "model",    "local-rational",   "simulate-and-correct", "best-linear"};
-  auto& k = o.options;
-  add_choice(
-      verb, "--method", kMethods, [&k](std::size_t i) { k.method = static_cast<Method>(i); },
-      "how the response is measured")
-      ->default_str("auto");
+  add_enum(verb, "--method", o.options.method, "how the response is measured");
 }
 
 void identify_one(const CLI::App& verb, IdentifyOptions& o) {

@@ -7,19 +7,17 @@
 #include <resonid/base/error_text.hpp>
 #include <resonid/io/controller_file.hpp>
 
+#include "enum_option.hpp"
 #include "errors.hpp"
 #include "options.hpp"
 
 namespace resonid::cli {
 
-using identification::ExcitationType;
 using identification::ModelChoice;
 
 namespace {
 
-constexpr std::array<std::string_view, 6> kModels = {"auto",     "none",       "rigid",
-                                                     "two-mass", "three-mass", "black-box"};
-constexpr std::size_t kTrackedModels = 4;
+constexpr std::size_t kTrackedModels = 4;      // without a black box
 constexpr std::uint64_t kFewestReplicas = 20;  // fewer have no tails
 constexpr std::size_t kHighestOrder = 20;
 
@@ -73,14 +71,8 @@ data::Record read_record(const CLI::App& verb, const RecordOptions& o) {
 }
 
 void add_excitation_options(CLI::App& verb, MethodOptions& o) {
-  static constexpr std::array<std::string_view, 6> kTypes = {"auto", "chirp",        "multisine",
-                                                             "prbs", "stepped-sine", "other"};
   auto& k = o.options;
-  add_choice(
-      verb, "--excitation-type", kTypes,
-      [&k](std::size_t i) { k.excitation_type = static_cast<ExcitationType>(i); },
-      "how the drive was excited")
-      ->default_str("auto");
+  add_enum(verb, "--excitation-type", k.excitation_type, "how the drive was excited");
   add_colons(
       verb, "--chirp", 3, "F0:F1:SECONDS",
       [&k](const std::vector<double>& v) {
@@ -96,15 +88,8 @@ void add_excitation_options(CLI::App& verb, MethodOptions& o) {
 }
 
 void add_loop_options(CLI::App& verb, MethodOptions& o) {
-  static constexpr std::array<std::string_view, 4> kApproaches = {"auto", "direct", "indirect", "joint"};
   auto& k = o.options;
-  add_choice(
-      verb, "--approach", kApproaches,
-      [&k](std::size_t i) {
-        k.approach = i == 0 ? std::nullopt : std::optional(static_cast<Approach>(i - 1));
-      },
-      "auto: joint with an excitation, else direct")
-      ->default_str("auto");
+  add_enum(verb, "--approach", k.approach, "auto: joint with an excitation, else direct");
   verb.add_option("--controller", o.controller, "controller of the loop: pi:KP,TI or a JSON file")
       ->type_name("SPEC");
   add_number(verb, "--delay", k.delay_s, "SECONDS", "known delay in the measured output");
@@ -123,26 +108,16 @@ void add_result_options(CLI::App& verb, MethodOptions& o) {
 }
 
 void add_drive_model_option(CLI::App& verb, MethodOptions& o) {
-  add_choice(
-      verb, "--model", std::span(kModels).first(kTrackedModels),
-      [&o](std::size_t i) { o.options.model = static_cast<ModelChoice>(i); }, "drive model to fit")
-      ->default_str("auto");
+  add_enum(verb, "--model", o.options.model, "drive model to fit", kTrackedModels);
 }
 
 void add_friction_option(CLI::App& verb, MethodOptions& o, const std::string& doc) {
-  static constexpr std::array<std::string_view, 5> kFriction = {"auto", "none", "viscous", "dry", "both"};
-  add_choice(
-      verb, "--friction", kFriction,
-      [&o](std::size_t i) { o.options.friction = static_cast<identification::Friction>(i); }, doc)
-      ->default_str("auto");
+  add_enum(verb, "--friction", o.options.friction, doc);
 }
 
 void add_model_options(CLI::App& verb, MethodOptions& o) {
   auto& k = o.options;
-  add_choice(
-      verb, "--model", kModels, [&k](std::size_t i) { k.model = static_cast<ModelChoice>(i); },
-      "drive model to fit, or a black box without drive structure")
-      ->default_str("auto");
+  add_enum(verb, "--model", k.model, "drive model to fit, or a black box without drive structure");
   add_friction_option(verb, o, "friction of the drive model on the driven side");
   static_assert(std::is_same_v<std::size_t, std::uint64_t>);
   add_count(verb, "--order", k.order, "of the black-box model, 1 ... 20; otherwise chosen", 1)

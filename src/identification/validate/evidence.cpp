@@ -51,8 +51,7 @@ data::FrequencyResponse response_of(const ModelValidation& v, const std::vector<
 
 /// By the same method as the record itself: what is left may look like another excitation.
 Options as_measured(Options options, const std::string& method) {
-  for (int i = 0; i <= static_cast<int>(Method::best_linear); ++i)
-    if (name_of(static_cast<Method>(i)) == method) options.method = static_cast<Method>(i);
+  if (const auto own = from_name<Method>(method)) options.method = *own;
   return options;
 }
 

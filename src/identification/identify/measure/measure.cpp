@@ -90,6 +90,8 @@ expected<Measurement, Error> measure(const Experiment& experiment, const Options
   auto differs = inspect_controller(options, m.evidence, m.response);
   m.controller_differs = differs.has_value();
   append(m.findings, std::move(differs));
+  if (experiment.source == ExcitationSource::reference)
+    m.lines.has_excitation = false;  // L = Ru/U - 1 needs ru
   return measurement;
 }
 

@@ -1,0 +1,126 @@
+// SPDX-License-Identifier: MIT
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <resonid/resonid.hpp>
+
+namespace resonid {
+namespace {
+
+/// The published drive (experiments/demo.toml): anti-resonance 10.67 Hz, resonance 15.09 Hz.
+SimulateOptions published(std::uint64_t seed) {
+  SimulateOptions e;
+  e.drive.driven_inertia = e.drive.load_inertia = 0.032;
+  e.drive.stiffness = 5.75e4;
+  e.drive.damping = 120.0;
+  e.drive.radius_m = 0.05;
+  e.controller.kind = plant::ControllerKind::pi;
+  e.controller.gain = 1.036;
+  e.controller.integral_time_s = 0.147;
+  e.excitation.kind = online::Kind::chirp;
+  e.excitation.from_hz = 35.0;
+  e.excitation.to_hz = 1.5;
+  e.excitation.duration_s = 17.0;
+  e.measurement.delay_s = 0.004;
+  e.measurement.noise_rms = 0.1;
+  e.motion = {plant::MotionKind::constant, 10.0};
+  e.run.sample_rate_hz = 500.0;
+  e.run.seed = seed;
+  return e;
+}
+
+IdentifyOptions known() { return {.controller = pi(1.036, 0.147), .delay_s = 0.004}; }
+
+class FrontDoor : public testing::Test {
+ protected:
+  static void SetUpTestSuite() {
+    simulation_ = new Simulation(simulate(published(1)).value());
+    result_ = new Result(identify(simulation_->record, known()).value());
+  }
+  static void TearDownTestSuite() {
+    delete result_;
+    delete simulation_;
+  }
+  static inline Simulation* simulation_ = nullptr;
+  static inline Result* result_ = nullptr;
+};
+
+TEST_F(FrontDoor, FindsTheModesThatAreTrue) {
+  ASSERT_EQ(result_->modes.size(), 2U);
+  for (std::size_t i = 0; i < 2; ++i) {
+    const auto& mode = result_->modes[i];
+    const auto& truth = (mode.anti ? simulation_->truth.antiresonances : simulation_->truth.resonances).at(0);
+    EXPECT_EQ(mode.name(), i == 0 ? "anti-resonance" : "resonance");
+    EXPECT_NEAR(mode.frequency_hz.value, truth.frequency_hz, 4.0 * mode.frequency_hz.std) << i;
+    EXPECT_LT(mode.frequency_hz.std, 0.1);
+  }
+  EXPECT_TRUE(result_->trusted);
+}
+
+// The same law, sampled by hand: pi() takes the record's sample time.
+TEST_F(FrontDoor, SamplesAPiControllerWithTheRecord) {
+  auto options = known();
+  options.controller = data::pi_controller(1.036, 0.147, 0.002);
+  const auto sampled = identify(simulation_->record, options).value();
+  ASSERT_TRUE(sampled.loop && result_->loop);
+  EXPECT_EQ(*sampled.loop->margins.phase_margin_deg(), *result_->loop->margins.phase_margin_deg());
+  EXPECT_EQ(sampled.modes.back().frequency_hz.value, result_->modes.back().frequency_hz.value);
+}
+
+TEST_F(FrontDoor, ReadsTheResultThatItWrote) {
+  const auto back = from_json<Result>(to_json(*result_));
+  ASSERT_TRUE(back);
+  ASSERT_EQ(back->modes.size(), result_->modes.size());
+  for (std::size_t i = 0; i < back->modes.size(); ++i) {
+    EXPECT_EQ(back->modes[i].frequency_hz.value, result_->modes[i].frequency_hz.value);
+    EXPECT_EQ(back->modes[i].frequency_hz.std, result_->modes[i].frequency_hz.std);
+  }
+  EXPECT_FALSE(from_json<Result>("{"));
+  EXPECT_FALSE(from_json<Result>("{}"));
+}
+
+TEST_F(FrontDoor, HoldsTheModelAgainstAnotherRecordAndResult) {
+  const auto other = simulate(published(2)).value();
+  ValidateOptions validation;
+  validation.common = known();
+  EXPECT_EQ(validate(other.record, *result_, validation).value().verdict, identification::Verdict::accepted);
+
+  const auto again = identify(other.record, known()).value();
+  EXPECT_FALSE(compare(*result_, again).value().changed);
+  auto stiffer = published(3);
+  stiffer.drive.stiffness *= 1.1;
+  const auto changed = identify(simulate(stiffer).value().record, known()).value();
+  EXPECT_TRUE(compare(*result_, changed).value().changed);
+}
+
+TEST_F(FrontDoor, WritesAPageAndSaysWhereItCannot) {
+  const auto file = std::filesystem::temp_directory_path() / "resonid_front_door_test.html";
+  EXPECT_EQ(write_report(file, *result_, simulation_->record).value(), file);
+  EXPECT_GT(std::filesystem::file_size(file), 10000U);
+  std::filesystem::remove(file);
+  EXPECT_FALSE(write_report("/nowhere/at/all.html", *result_, simulation_->record));
+  EXPECT_FALSE(read_record("/nowhere/at/all.csv"));
+}
+
+TEST_F(FrontDoor, RefusesWrongCalls) {
+  auto options = known();
+  options.confidence = 1.5;
+  const auto refused = identify(simulation_->record, options);
+  ASSERT_FALSE(refused);
+  EXPECT_EQ(refused.error().field, "confidence");
+  EXPECT_FALSE(compare(*result_, *result_, {.weight = {}, .confidence = 0.0}));
+  EXPECT_FALSE(plan(Result{}));
+}
+
+// Names are what the command line and the files say.
+TEST(EnumNames, LeadBothWays) {
+  for (const auto& known : enum_names(identification::Method{})) {
+    EXPECT_EQ(name_of(known.value), known.name);
+    EXPECT_EQ(from_name<identification::Method>(known.name), known.value);
+  }
+  EXPECT_FALSE(from_name<identification::Method>("wavelet"));
+  EXPECT_EQ(name_of(Approach::joint), "joint");
+}
+
+}  // namespace
+}  // namespace resonid
