@@ -240,11 +240,13 @@ struct Variants {
   static resonid_status visit(Handle* handle, Function&& f) noexcept {
     if (const resonid_status status = check_handle(handle)) return status;
     const Header& h = *reinterpret_cast<const Header*>(handle);
-    if (family_of(h.kind) != F::kId) return RESONID_ERROR_UNSUPPORTED;
+    if (family_of(h.kind) != F::kId)
+      return operations_of(h) != nullptr ? RESONID_ERROR_UNSUPPORTED : RESONID_ERROR_HANDLE;
     using Address = std::conditional_t<std::is_const_v<Handle>, const void*, void*>;
     using Call = resonid_status (*)(Address, std::remove_reference_t<Function>&) noexcept;
     static constexpr Call kCall[] = {&call<Ts, Address, std::remove_reference_t<Function>>...};
-    const bool known = h.variant < kCount && h.size == operations(h.variant)->size;
+    const bool known =
+        type_of(h.kind) < F::kTypes && h.variant < kCount && h.size == operations(h.variant)->size;
     return known ? kCall[h.variant](static_cast<Address>(handle), f) : RESONID_ERROR_HANDLE;
   }
 

@@ -9,7 +9,8 @@ namespace {
 
 /// Of the header with the checksum 0 and the `size - sizeof(Header)` bytes behind it, which may lack
 /// alignment.
-std::uint32_t checksum(Header header, const void* snapshot) noexcept {
+std::uint32_t checksum(const Header& of, const void* snapshot) noexcept {
+  Header header = of;
   header.checksum = 0;
   Crc32 crc;
   crc.add(&header, sizeof header);

@@ -13,9 +13,11 @@ namespace resonid::online {
 class LinePhase {
  public:
   LinePhase() = default;
-  /// `cycles_per_sample` from 0 to 0.5.
+  /// `cycles_per_sample` from 0 to 0.5; anything that is no such number (a forged snapshot's) does not turn.
   explicit LinePhase(double cycles_per_sample) noexcept
-      : step_(static_cast<std::uint64_t>(cycles_per_sample * 0x1p64)) {}
+      : step_(cycles_per_sample > 0.0 && cycles_per_sample < 1.0
+                  ? static_cast<std::uint64_t>(cycles_per_sample * 0x1p64)
+                  : 0) {}
 
   /// e^{jwk}: turns a phasor on by k samples.
   [[nodiscard]] std::complex<double> forth_to(std::uint64_t sample) const noexcept {
