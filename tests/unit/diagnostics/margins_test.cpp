@@ -92,7 +92,7 @@ TEST(LoopMargins, AbsentWhatTheBandDoesNotShow) {
 
 TEST(NyquistDistances, LawOfCosinesGivesThePhaseMargin) {
   const auto on_circle = std::polar(1.0, -(180.0 - 63.5) * kPi / 180.0);
-  const double d2 = nyquist_distances(on_circle).d2;
+  const double d2 = online::nyquist_distances(on_circle).d2;
   EXPECT_NEAR(std::acos((2.0 - d2 * d2) / 2.0) * 180.0 / kPi, 63.5, 1e-9);
 }
 
