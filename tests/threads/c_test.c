@@ -2,6 +2,7 @@
 // Different handles in different threads at once, of every kind: the thread sanitizer sees whether the
 // library shares anything between them. The first steps come from all threads together, so that the choice of
 // the instruction set does too.
+#define _POSIX_C_SOURCE 200809L
 #include <pthread.h>
 
 #include "subjects.h"

@@ -7,7 +7,7 @@
 #include <fstream>
 #include <identification/parallel.hpp>
 #include <numeric>
-#include <resonid/io/table.hpp>
+#include <resonid/io/detail/table.hpp>
 #include <stdexcept>
 #include <vector>
 

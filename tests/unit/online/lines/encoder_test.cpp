@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <cstdlib>
 #include <resonid/online/lines/encoder.hpp>
+#include <string>
 
 namespace resonid::online {
 namespace {
@@ -203,7 +204,7 @@ TEST(EncoderVelocity, ResetReproduces) {
 TEST(EncoderVelocity, RefusesWhatCannotBe) {
   const auto field = [](const EncoderConfig& c) {
     const auto e = EncoderVelocity<double>::create(c);
-    return e ? std::string_view("none") : e.error().field;
+    return std::string(e ? "none" : e.error().field.view());
   };
   auto c = quadrature();
   EXPECT_EQ(field(c), "none");

@@ -7,6 +7,7 @@
 #include <limits>
 #include <random>
 #include <resonid/online/supervision/change_detection.hpp>
+#include <string>
 #include <type_traits>
 
 namespace resonid::online {
@@ -295,7 +296,7 @@ TEST(ChangeDetector, RefusesNamingFieldAndRequirement) {
     auto config = by_value(ChangeStatistic::cusum, 1e4);
     change(config);
     const auto detector = Detector::create(config);
-    return detector ? std::string_view() : detector.error().field;
+    return detector ? std::string() : detector.error().field.str();
   };
   EXPECT_EQ(field([](auto&) {}), "");
   EXPECT_EQ(field([](auto& c) { c.sample_rate_hz = 0.0; }), "sample_rate_hz");
