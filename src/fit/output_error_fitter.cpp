@@ -457,7 +457,7 @@ class OutputErrorFitter {
       const Eigen::MatrixXd nuisance = factor.middleCols(common, static_cast<Eigen::Index>(own.size()));
       Eigen::MatrixXd rest(factor.rows(), common + 1);
       rest << factor.leftCols(common), factor.rightCols(1);
-      if (nuisance.cols() > 0) rest -= nuisance * linalg::shortest_solution(nuisance, rest);
+      if (nuisance.cols() > 0) rest -= nuisance * (linalg::pseudo_inverse(nuisance).matrix * rest);
       const Eigen::MatrixXd slopes = rest.leftCols(common);
       said.push_back({slopes.transpose() * slopes, slopes.transpose() * rest.rightCols(1)});
     }
