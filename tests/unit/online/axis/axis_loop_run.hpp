@@ -123,7 +123,9 @@ struct BeltTold {
   online::ControllerCoefficients controller = tooth_belt_controller(1.0 / BeltLoop::kRateHz);
   online::DiscreteModel<double, 3> start = tooth_belt(BeltLoop::kPlace_m + 0.05, 1.0 / BeltLoop::kRateHz);
 
-  [[nodiscard]] online::AxisConfig config(online::AxisMethod method) const {
+  /// Refers to this object.
+  online::AxisConfig config(online::AxisMethod method) const&& = delete;
+  [[nodiscard]] online::AxisConfig config(online::AxisMethod method) const& {
     online::AxisConfig c;
     c.sample_rate_hz = BeltLoop::kRateHz;
     c.method = method;

@@ -28,8 +28,9 @@ struct Expected {
 class EveryMethod : public testing::TestWithParam<Expected> {};
 
 TEST_P(EveryMethod, FindsTheBeltAndItsLoop) {
+  const BeltTold told;
   const Expected e = GetParam();
-  const auto axis = make_axis(BeltTold{}.config(e.method));
+  const auto axis = make_axis(told.config(e.method));
   BeltLoop loop(kNoise);
   std::size_t rows = 0;
   for (const auto& s : loop.run(7500)) rows += axis->step(s) ? 1 : 0;
@@ -63,7 +64,8 @@ INSTANTIATE_TEST_SUITE_P(
     });
 
 TEST(Axis, FollowsAChirpAndFindsTheResonanceThatItPassed) {
-  AxisConfig c = BeltTold{}.config(AxisMethod::chirp);
+  const BeltTold told;
+  AxisConfig c = told.config(AxisMethod::chirp);
   c.lines_hz = {};
   c.sweep = {5.0, 100.0, 40.0, online::Sweep::linear};
   const auto axis = make_axis(c);
@@ -84,7 +86,8 @@ TEST(Axis, FollowsAChirpAndFindsTheResonanceThatItPassed) {
 }
 
 TEST(Axis, TellsTheResponseAtItsLines) {
-  const auto axis = make_axis(BeltTold{}.config(AxisMethod::lines));
+  const BeltTold told;
+  const auto axis = make_axis(told.config(AxisMethod::lines));
   BeltLoop loop(0.0);
   for (const auto& s : loop.run(5000)) axis->step(s);
   ASSERT_EQ(axis->lines(), BeltLoop::kLines);
@@ -97,7 +100,8 @@ TEST(Axis, TellsTheResponseAtItsLines) {
 }
 
 TEST(Axis, MeasuresTheLoopWithoutKnowingTheController) {
-  AxisConfig c = BeltTold{}.config(AxisMethod::lines);
+  const BeltTold told;
+  AxisConfig c = told.config(AxisMethod::lines);
   c.controller_numerator = c.controller_denominator = {};
   c.loop = online::AxisLoop::measured;
   const auto axis = make_axis(c);
@@ -122,8 +126,9 @@ TEST(Axis, SaysThatTheControllerToldIsNotTheOneThatRuns) {
 }
 
 TEST(Axis, GapIsThatOfTheStiffness) {
+  const BeltTold told;
   const auto before = tooth_belt(0.5, 1.0 / BeltLoop::kRateHz);
-  AxisConfig c = BeltTold{}.config(AxisMethod::physical);
+  AxisConfig c = told.config(AxisMethod::physical);
   c.baseline_b = before.b;
   c.baseline_a = before.a;
   const auto axis = make_axis(c);
@@ -141,7 +146,8 @@ TEST(Axis, GapIsThatOfTheStiffness) {
 }
 
 TEST(Axis, FindsAChangeOfTheStiffness) {
-  AxisConfig c = BeltTold{}.config(AxisMethod::instrumental_variables);
+  const BeltTold told;
+  AxisConfig c = told.config(AxisMethod::instrumental_variables);
   c.memory_s = 0.5;
   c.row_every_samples = 25;
   c.change_of = online::AxisFigure::resonance;
@@ -157,7 +163,8 @@ TEST(Axis, FindsAChangeOfTheStiffness) {
 }
 
 TEST(Axis, ClosesItsGates) {
-  const auto axis = make_axis(BeltTold{}.config(AxisMethod::physical));
+  const BeltTold told;
+  const auto axis = make_axis(told.config(AxisMethod::physical));
   BeltLoop loop(kNoise);
   for (const auto& s : loop.run(5000)) axis->step(s);
   ASSERT_TRUE(axis->row().trusted);
@@ -171,7 +178,8 @@ TEST(Axis, ClosesItsGates) {
 }
 
 TEST(Axis, CountsMissingSamplesAndDistrustsTooMany) {
-  const auto axis = make_axis(BeltTold{}.config(AxisMethod::physical));
+  const BeltTold told;
+  const auto axis = make_axis(told.config(AxisMethod::physical));
   BeltLoop loop(kNoise);
   for (int k = 0; k < 7500; ++k) {
     auto s = loop.step();
@@ -187,7 +195,8 @@ TEST(Axis, CountsMissingSamplesAndDistrustsTooMany) {
 }
 
 TEST(Axis, SpreadWorkGivesTheFiguresOfTheSampleWhereItBegan) {
-  AxisConfig c = BeltTold{}.config(AxisMethod::damped_closed_loop);
+  const BeltTold told;
+  AxisConfig c = told.config(AxisMethod::damped_closed_loop);
   const auto at_once = make_axis(c);
   c.spread_samples = 10;
   const auto spread = make_axis(c);
@@ -211,7 +220,8 @@ TEST(Axis, SpreadWorkGivesTheFiguresOfTheSampleWhereItBegan) {
 }
 
 TEST(Axis, TakesAPosition) {
-  AxisConfig c = BeltTold{}.config(AxisMethod::physical);
+  const BeltTold told;
+  AxisConfig c = told.config(AxisMethod::physical);
   c.output = online::AxisOutput::position;
   const auto axis = make_axis(c);
   BeltLoop loop(0.0);
