@@ -25,9 +25,7 @@ int main(int count, char** arguments) {
                         &multisine_21,
                         &chirp,
                         &stepped_sine_21,
-                        &change_detector,
-                        &axis_lines_21,
-                        &axis_cloe_3})
+                        &change_detector})
     if (count == 2 && std::string_view(arguments[1]) == c->name) return run(*c);
   std::fputs("usage: cortex_reference CASE\n", stderr);
   return 2;

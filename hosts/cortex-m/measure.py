@@ -52,8 +52,6 @@ CASES = {
     "chirp": "`Chirp`",
     "stepped_sine_21": "`SteppedSine<21>`",
     "change_detector": "`ChangeDetector<float, 64>`, blocks of 16",
-    "axis_lines_21": "`BasicAxis<..., AxisLines<float, 21>>`: a row every 23 samples, margins of the loop",
-    "axis_cloe_3": "`BasicAxis<..., AxisClosedLoop<float>>`: a row every 128 samples, margins of the loop",
 }
 # Most that may be, on the M4F (issue 6): instructions per sample, bytes.
 LARGEST_STEP = {"line_bank_8": 600, "line_bank_21": 1400, "chirp_tracker_3": 300, "rls_6": 650, "cloe_3": 1300}
@@ -238,10 +236,6 @@ def check_truth(case, groups):
         found = resonance_hz(dict(newest)["a"])
         if abs(found / RESONANCE_HZ - 1.0) > 0.01:
             return f"resonance {found:.2f} Hz, not {RESONANCE_HZ:.2f}"
-    if case.startswith("axis_"):
-        found = dict(newest)["resonance"][0]
-        if abs(found / RESONANCE_HZ - 1.0) > 0.01:
-            return f"resonance {found:.2f} Hz, not {RESONANCE_HZ:.2f}"
     if case == "physical_tracker":
         for (_, [found]), expected in zip(newest, (J1, J2, STIFFNESS, DAMPING)):
             if abs(found / expected - 1.0) > 0.05:
@@ -325,7 +319,7 @@ def table(results):
     lines.append("")
     for name, meaning in (("core_set", "`LineBank` of 21 lines, `ChirpTracker`, `SlidingDft`, `RecursiveLeastSquares`, "
                            "`ClosedLoopOutputError`, `PhysicalTracker` and the generators"),
-                          ("whole_library", "All of the table but the change detector, the axes, `LineBank` of 8 lines and the lone "
+                          ("whole_library", "All of the table but the change detector, `LineBank` of 8 lines and the lone "
                            "`KalmanBank`")):
         lines.append(f"- In one image, {meaning}: " + "; ".join(
             f"{CORE_NAMES[core]} {r[name]['code']} bytes + {r[name]['libraries']} of libm, libgcc and libc"

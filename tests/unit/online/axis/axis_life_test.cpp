@@ -36,13 +36,16 @@ class EveryAxis : public testing::TestWithParam<AxisMethod> {
  protected:
   [[nodiscard]] AxisConfig config(std::size_t spread = 1) const {
     AxisConfig c = told_.config(GetParam());
-    if (GetParam() == AxisMethod::chirp) c.sweep = {5.0, 100.0, 4.0, online::Sweep::linear};
+    if (GetParam() == AxisMethod::chirp) c.sweep = kSweep;
     c.spread_samples = spread;
     return c;
   }
   [[nodiscard]] static std::vector<BeltLoop::Sample> samples(std::size_t count = 1500) {
-    return BeltLoop(kNoise).run(count);
+    BeltLoop loop(kNoise);
+    if (GetParam() == AxisMethod::chirp) loop.sweep = kSweep;
+    return loop.run(count);
   }
+  static constexpr online::SweepLaw kSweep{5.0, 100.0, 12.0, online::Sweep::linear};
   BeltTold told_;
 };
 
@@ -110,11 +113,14 @@ TEST_P(EveryAxis, LostSamplesAreThoseThatAreNotFinite) {
   const auto a = rows_of(*missed, std::span(all).subspan(kAt + kLost)),
              b = rows_of(*told, std::span(all).subspan(kAt + kLost));
   ASSERT_EQ(a.size(), b.size());
+  // The row that fell into the gap was not made: a fit that goes on from the one before needs a few rows for
+  // it.
+  constexpr std::size_t kAlike = 10;
+  const double close = GetParam() == AxisMethod::chirp ? 1e-6 : 1e-9;
   for (std::size_t i = 0; i < a.size(); ++i) {
     EXPECT_EQ(a[i].sample, b[i].sample);
-    if (std::isfinite(b[i].resonance_hz.value)) {
-      EXPECT_NEAR(a[i].resonance_hz.value, b[i].resonance_hz.value, 1e-9 * b[i].resonance_hz.value) << i;
-    }
+    if (i < kAlike || !std::isfinite(b[i].resonance_hz.value)) continue;
+    EXPECT_NEAR(a[i].resonance_hz.value, b[i].resonance_hz.value, close * b[i].resonance_hz.value) << i;
   }
 }
 

@@ -5,7 +5,9 @@
 #include <cmath>
 #include <complex>
 #include <cstddef>
+#include <cstdint>
 #include <memory>
+#include <optional>
 #include <random>
 #include <resonid/base/constants.hpp>
 #include <resonid/online/axis.hpp>
@@ -33,7 +35,8 @@ class BeltLoop {
         ru_(excitation()) {}
 
   Sample step() {
-    const double ru = ru_.step();
+    const double t = static_cast<double>(samples_++) / kRateHz;
+    const double ru = sweep ? 0.3 * std::cos(kTwoPi * sweep->cycles(t)) : ru_.step();
     const double y = measured_[1] + noise_(random_);
     // u = C (0 - y) + ru
     double control = 0.0;
@@ -86,7 +89,8 @@ class BeltLoop {
     return scan.margins();
   }
 
-  double load = 0.0;  ///< Unknown torque that u does not hold.
+  std::optional<online::SweepLaw> sweep{};  ///< A chirp in place of the lines.
+  double load = 0.0;                        ///< Unknown torque that u does not hold.
 
  private:
   static online::Multisine<kLines> excitation() {
@@ -104,6 +108,7 @@ class BeltLoop {
     measured_ = {v, measured_[0]};
   }
 
+  std::uint64_t samples_ = 0;
   online::DiscreteModel<double, 3> model_;
   online::ControllerCoefficients controller_ = tooth_belt_controller(1.0 / kRateHz);
   std::normal_distribution<double> noise_;
@@ -118,7 +123,9 @@ struct BeltTold {
   online::ControllerCoefficients controller = tooth_belt_controller(1.0 / BeltLoop::kRateHz);
   online::DiscreteModel<double, 3> start = tooth_belt(BeltLoop::kPlace_m + 0.05, 1.0 / BeltLoop::kRateHz);
 
-  [[nodiscard]] online::AxisConfig config(online::AxisMethod method) const {
+  /// Refers to this object.
+  online::AxisConfig config(online::AxisMethod method) const&& = delete;
+  [[nodiscard]] online::AxisConfig config(online::AxisMethod method) const& {
     online::AxisConfig c;
     c.sample_rate_hz = BeltLoop::kRateHz;
     c.method = method;
