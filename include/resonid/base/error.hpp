@@ -19,6 +19,13 @@ class Phrase {
   constexpr Phrase(std::string_view literal) noexcept : view_(literal) {}  ///< Must outlive every copy.
   Phrase(std::string text) : owned_(std::make_shared<const std::string>(std::move(text))), view_(*owned_) {}
 
+  Phrase(const Phrase&) = default;
+  Phrase(Phrase&&) noexcept = default;
+  Phrase& operator=(const Phrase&) = default;
+  Phrase& operator=(Phrase&&) noexcept = default;
+  [[gnu::noinline]] ~Phrase() {
+  }  // every create() would hold it three times over: a kilobyte of firmware each
+
   [[nodiscard]] constexpr std::string_view view() const noexcept { return view_; }
   [[nodiscard]] constexpr operator std::string_view() const noexcept { return view_; }
   [[nodiscard]] constexpr bool empty() const noexcept { return view_.empty(); }

@@ -235,7 +235,7 @@ TEST(DocumentMarkdown, EndsAValueWhereItsDeviationDoes) {
 
 TEST(DocumentPage, TellsVerdictAndFiguresFirst) {
   Document d = example();
-  EXPECT_EQ(document_page(d).find("class=\"verdict"), std::string::npos);
+  EXPECT_EQ(document_page(d).find("<div class=\"verdict bad\" role=\"status\">\n"), std::string::npos);
   EXPECT_FALSE(document_json(d).contains("badge"));
   EXPECT_FALSE(document_json(d).contains("cards"));
   d.badge = Badge{false, "Rejected <b>", "see the findings"};
