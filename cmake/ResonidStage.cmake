@@ -99,6 +99,9 @@ function(resonid_stage name)
   add_library(resonid::${name} ALIAS ${target})
   set_target_properties(${target} PROPERTIES EXPORT_NAME ${name})
   target_compile_features(${target} ${scope} cxx_std_20)
+  if(RESONID_EMBEDDED)  # changes a layout (base/error.hpp): whoever links the stages must know
+    target_compile_definitions(${target} ${scope} RESONID_EMBEDDED)
+  endif()
   target_include_directories(${target} ${scope}
     "$<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}/include>" "$<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}>")
   target_link_libraries(${target} ${scope} ${STAGE_DEPENDS})

@@ -3,28 +3,25 @@
 
 #include <concepts>
 #include <limits>
+#ifndef RESONID_EMBEDDED
 #include <memory>
+#endif
 #include <string>
 #include <string_view>
 #include <utility>
 
 namespace resonid {
 
-/// A phrase of an error: a string literal, or text made for the occasion. Nothing of the heap is linked into
-/// a program that makes phrases of literals only, so that firmware and PC share one type.
+/// A phrase of an error: a string literal, or text made for the occasion. The embedded stages (RESONID_EMBEDDED) make
+/// no text, and a phrase there is a view alone: an owner in three phrases is a kilobyte of firmware per create().
 class Phrase {
  public:
   constexpr Phrase() noexcept = default;
   constexpr Phrase(const char* literal) noexcept : view_(literal) {}
   constexpr Phrase(std::string_view literal) noexcept : view_(literal) {}  ///< Must outlive every copy.
+#ifndef RESONID_EMBEDDED
   Phrase(std::string text) : owned_(std::make_shared<const std::string>(std::move(text))), view_(*owned_) {}
-
-  Phrase(const Phrase&) = default;
-  Phrase(Phrase&&) noexcept = default;
-  Phrase& operator=(const Phrase&) = default;
-  Phrase& operator=(Phrase&&) noexcept = default;
-  [[gnu::noinline]] ~Phrase() {
-  }  // every create() would hold it three times over: a kilobyte of firmware each
+#endif
 
   [[nodiscard]] constexpr std::string_view view() const noexcept { return view_; }
   [[nodiscard]] constexpr operator std::string_view() const noexcept { return view_; }
@@ -42,7 +39,9 @@ class Phrase {
   }
 
  private:
+#ifndef RESONID_EMBEDDED
   std::shared_ptr<const std::string> owned_;
+#endif
   std::string_view view_;
 };
 
