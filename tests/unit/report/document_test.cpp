@@ -51,8 +51,7 @@ TEST(DocumentPage, ShowsTextAndTablesWithoutScripts) {
   const std::string still = html.substr(0, html.find("<script"));
   for (const char* part :
        {"<title>Publication X</title>", "<h1>Publication X</h1>", "<code>resonid reproduce x</code>",
-        "It holds within \xC2\xB1"
-        "2 %.",
+        "It holds within \u00B12 %.",
         "<h2>Margins</h2>", "<h3>Table 1</h3>", "phase margin (deg)", "<td class=\"n\">63.5</td>",
         "61.6 \xC2\xB1 2.9</td>", "<td class=\"n\">5.4e-12</td>", "<td class=\"n\">0</td>",
         "<h3>Figure 1</h3>", "<figcaption>A caption.</figcaption>", "follows from its own &lt;parameters&gt;",
