@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <ostream>
 #include <resonid/data/two_mass.hpp>
 #include <resonid/identification/track.hpp>
 #include <resonid/io/shipped_experiments.hpp>
@@ -232,6 +233,9 @@ struct CausalCase {
   TrackMethod method;
   double duration_s;
   bool chirp = false;  // told
+  friend std::ostream& operator<<(std::ostream& out, const CausalCase& c) {
+    return out << c.experiment << ", " << name_of(c.method) << (c.chirp ? ", told of the chirp" : "");
+  }
 };
 
 class Causal : public ::testing::TestWithParam<CausalCase> {
