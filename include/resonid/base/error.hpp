@@ -12,9 +12,8 @@
 
 namespace resonid {
 
-/// A phrase of an error: a string literal, or text made for the occasion. The embedded stages
-/// (RESONID_EMBEDDED) make no text, and a phrase there is a view alone: an owner in three phrases is a
-/// kilobyte of firmware per create().
+/// A phrase of an error: a string literal, or text made for the occasion. A literal only where
+/// RESONID_EMBEDDED is defined: owners of text in an error are a kilobyte of firmware per create().
 class Phrase {
  public:
   constexpr Phrase() noexcept = default;
