@@ -46,7 +46,6 @@ class InstrumentalVariables {
 
   static expected<InstrumentalVariables, Error> create(const InstrumentalVariablesConfig<Order>& config) {
     if (auto fault = fault_of(config)) return unexpected<Error>(*fault);
-    static_cast<void>(Eigen::l1CacheSize());  // looked up once, under a lock: here, not in the first step
     auto loop =
         Loop::create(config.controller_numerator, config.controller_denominator, config.delay_samples);
     if (!loop) return unexpected<Error>(loop.error());
@@ -130,12 +129,23 @@ class InstrumentalVariables {
     return usable(estimate) ? estimate : loop_.model();
   }
   [[nodiscard]] Covariance covariance() const noexcept {
+    Covariance result = Covariance::Identity() * std::numeric_limits<Real>::infinity();
+    if (!(error_weight_ > Real(0)) || samples_ - skipped_ <= estimated_) return result;
     const auto gradient = regressors_.gradient();
-    if (!(error_weight_ > Real(0)) || samples_ - skipped_ <= estimated_) {
-      return Covariance::Identity() * std::numeric_limits<Real>::infinity();
+    const auto inner = sums_.covariance(prior());
+    if (!std::isfinite(inner[0])) return result;
+    const Real variance = residual_variance() * variance_growth();
+    for (std::size_t i = 0; i < 2 * Order; ++i) {
+      Vector row{};
+      for (std::size_t k = 0; k < kParameters; ++k)
+        for (std::size_t l = 0; l < kParameters; ++l) row[l] += gradient[i][k] * inner[k * kParameters + l];
+      for (std::size_t j = 0; j < 2 * Order; ++j) {
+        Real sum(0);
+        for (std::size_t l = 0; l < kParameters; ++l) sum += row[l] * gradient[j][l];
+        result(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(j)) = sum * variance;
+      }
     }
-    return gradient * (sums_.covariance(prior()) * (residual_variance() * variance_growth())) *
-           gradient.transpose();
+    return result;
   }
   /// The equations' mean age (none when extrapolated), the known delay, half a sample of the held input, and
   /// what the oscillation remembers: the equation of k weighs the machine of k - i by

@@ -185,18 +185,17 @@ class InstrumentalRegressors {
     if (terms_.coulomb) size[2 * Order + 1] = Real(10);  // in units of torque
     return size;
   }
-  /// d[b_1 ... b_n, a_1 ... a_n]/d theta, column by column through model(), which is affine.
-  [[nodiscard]] Eigen::Matrix<Real, static_cast<int>(2 * Order), static_cast<int>(kParameters)> gradient()
-      const noexcept {
-    Eigen::Matrix<Real, static_cast<int>(2 * Order), static_cast<int>(kParameters)> g;
+  /// d[b_1 ... b_n, a_1 ... a_n]/d theta, row by row, found through model(), which is affine.
+  [[nodiscard]] std::array<Vector, 2 * Order> gradient() const noexcept {
+    std::array<Vector, 2 * Order> g;
     const Model origin = model(Vector{});
     for (std::size_t j = 0; j < kParameters; ++j) {
       Vector unit{};
       unit[j] = Real(1);
       const Model m = model(unit);
       for (std::size_t i = 0; i < Order; ++i) {
-        g(static_cast<int>(i), static_cast<int>(j)) = m.b[i] - origin.b[i];
-        g(static_cast<int>(Order + i), static_cast<int>(j)) = m.a[i] - origin.a[i];
+        g[i][j] = m.b[i] - origin.b[i];
+        g[Order + i][j] = m.a[i] - origin.a[i];
       }
     }
     return g;

@@ -1,13 +1,11 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <Eigen/Cholesky>
-#include <Eigen/Core>
-#include <Eigen/LU>
 #include <array>
 #include <cmath>
 #include <cstddef>
 #include <limits>
+#include <utility>
 
 namespace resonid::online {
 
@@ -27,7 +25,7 @@ template <class Real, std::size_t N>
 class InstrumentalSums {
  public:
   using Vector = std::array<Real, N>;
-  using Matrix = Eigen::Matrix<Real, static_cast<int>(N), static_cast<int>(N)>;
+  using Matrix = std::array<Real, N * N>;  ///< Row by row.
 
   /// Starts from `theta`.
   void reset(const Vector& theta) noexcept {
@@ -59,19 +57,31 @@ class InstrumentalSums {
     /// Information about each parameter over what holds it, those before it taken as known; 1: none but that.
     Vector gain;
   };
+  /// By elimination with row pivots.
   [[nodiscard]] Solution solve(const Prior& prior) const noexcept {
-    Column right;
+    Matrix m = matrix(prior);
+    Vector x;
     for (std::size_t i = 0; i < N; ++i)
-      right(static_cast<int>(i)) =
-          q_[i] + start_weight_ * prior.start[i] * start_[i] + prior.hold[i] * held_[i];
-    const Eigen::PartialPivLU<Matrix> factors(matrix(prior));
-    const Column solution = factors.solve(right);
-    Solution s;
-    for (std::size_t i = 0; i < N; ++i) {
-      const int j = static_cast<int>(i);
-      s.theta[i] = solution(j);
-      s.gain[i] = std::abs(factors.matrixLU()(j, j)) / prior.hold[i];
+      x[i] = q_[i] + start_weight_ * prior.start[i] * start_[i] + prior.hold[i] * held_[i];
+    for (std::size_t k = 0; k < N; ++k) {
+      std::size_t pivot = k;
+      for (std::size_t i = k + 1; i < N; ++i)
+        if (std::abs(m[i * N + k]) > std::abs(m[pivot * N + k])) pivot = i;
+      for (std::size_t j = k; j < N; ++j) std::swap(m[k * N + j], m[pivot * N + j]);
+      std::swap(x[k], x[pivot]);
+      for (std::size_t i = k + 1; i < N; ++i) {
+        const Real share = m[i * N + k] / m[k * N + k];
+        for (std::size_t j = k + 1; j < N; ++j) m[i * N + j] -= share * m[k * N + j];
+        x[i] -= share * x[k];
+      }
     }
+    Solution s;
+    for (std::size_t i = N; i-- > 0;) {
+      for (std::size_t j = i + 1; j < N; ++j) x[i] -= m[i * N + j] * x[j];
+      x[i] /= m[i * N + i];
+      s.gain[i] = std::abs(m[i * N + i]) / prior.hold[i];
+    }
+    s.theta = x;
     return s;
   }
   /// From now on what is not excited stays here.
@@ -87,10 +97,32 @@ class InstrumentalSums {
   /// the symmetric part of E[z f'] taken for E[z z']. Infinite while that is not positive definite.
   [[nodiscard]] Matrix covariance(const Prior& prior) const noexcept {
     const Matrix r = matrix(prior);
-    const Eigen::LLT<Matrix> factor(Matrix(Real(0.5) * (r + r.transpose())));
-    if (factor.info() != Eigen::Success) return Matrix::Identity() * std::numeric_limits<Real>::infinity();
-    const Matrix inverse = factor.solve(Matrix::Identity());
-    return weight_ > Real(0) ? Matrix(inverse * (squares_ / weight_)) : inverse;
+    Matrix factor{}, inverse{};  // L and L^-1 of L L' = (R + R')/2
+    for (std::size_t j = 0; j < N; ++j)
+      for (std::size_t i = j; i < N; ++i) {
+        Real rest = Real(0.5) * (r[i * N + j] + r[j * N + i]);
+        for (std::size_t k = 0; k < j; ++k) rest -= factor[i * N + k] * factor[j * N + k];
+        if (i == j && !(rest > Real(0))) {
+          for (std::size_t d = 0; d < N; ++d) inverse[d * N + d] = std::numeric_limits<Real>::infinity();
+          return inverse;
+        }
+        factor[i * N + j] = i == j ? std::sqrt(rest) : rest / factor[j * N + j];
+      }
+    for (std::size_t j = 0; j < N; ++j)
+      for (std::size_t i = j; i < N; ++i) {
+        Real rest = i == j ? Real(1) : Real(0);
+        for (std::size_t k = j; k < i; ++k) rest -= factor[i * N + k] * inverse[k * N + j];
+        inverse[i * N + j] = rest / factor[i * N + i];
+      }
+    const Real scale = weight_ > Real(0) ? squares_ / weight_ : Real(1);
+    Matrix result;
+    for (std::size_t i = 0; i < N; ++i)
+      for (std::size_t j = 0; j <= i; ++j) {
+        Real sum(0);
+        for (std::size_t k = i; k < N; ++k) sum += inverse[k * N + i] * inverse[k * N + j];
+        result[i * N + j] = result[j * N + i] = sum * scale;
+      }
+    return result;
   }
 
   /// Sum of the weights: 1/(1 - lambda) in the steady state.
@@ -103,20 +135,15 @@ class InstrumentalSums {
   }
 
  private:
-  using Column = Eigen::Matrix<Real, static_cast<int>(N), 1>;
-
   [[nodiscard]] Matrix matrix(const Prior& prior) const noexcept {
-    Matrix m =
-        Eigen::Map<const Eigen::Matrix<Real, static_cast<int>(N), static_cast<int>(N), Eigen::RowMajor>>(
-            r_.data());
-    for (std::size_t i = 0; i < N; ++i)
-      m(static_cast<int>(i), static_cast<int>(i)) += start_weight_ * prior.start[i] + prior.hold[i];
+    Matrix m = r_;
+    for (std::size_t i = 0; i < N; ++i) m[i * N + i] += start_weight_ * prior.start[i] + prior.hold[i];
     return m;
   }
 
   static constexpr Real kNothing = Real(1e-30);
 
-  std::array<Real, N * N> r_{};
+  Matrix r_{};
   Vector q_{}, start_{}, held_{};
   Real start_weight_ = Real(1);
   Real weight_ = Real(0), squares_ = Real(0), ages_ = Real(0);
