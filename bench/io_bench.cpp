@@ -5,8 +5,8 @@
 #include <cmath>
 #include <filesystem>
 #include <resonid/base/error_text.hpp>
+#include <resonid/io/csv.hpp>
 #include <resonid/io/detail/atomic_file.hpp>
-#include <resonid/io/record_file.hpp>
 #include <resonid/io/record_reader.hpp>
 
 namespace resonid::io {

@@ -8,7 +8,7 @@
 #include <nlohmann/json.hpp>
 #include <resonid/identification/identify.hpp>
 #include <resonid/identification/join.hpp>
-#include <resonid/io/response_file.hpp>
+#include <resonid/io/csv.hpp>
 #include <resonid/report/json.hpp>
 #include <resonid/report/page.hpp>
 

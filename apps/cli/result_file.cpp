@@ -3,8 +3,8 @@
 
 #include <nlohmann/json.hpp>
 #include <resonid/base/error_text.hpp>
+#include <resonid/io/csv.hpp>
 #include <resonid/io/detail/json_file.hpp>
-#include <resonid/io/response_file.hpp>
 #include <resonid/report/json.hpp>
 
 #include "errors.hpp"

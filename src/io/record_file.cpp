@@ -2,7 +2,7 @@
 #include <fmt/format.h>
 
 #include <iterator>
-#include <resonid/io/record_file.hpp>
+#include <resonid/io/csv.hpp>
 #include <vector>
 
 #include "io/units.hpp"

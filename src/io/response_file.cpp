@@ -2,7 +2,7 @@
 #include <fmt/format.h>
 
 #include <iterator>
-#include <resonid/io/response_file.hpp>
+#include <resonid/io/csv.hpp>
 
 namespace resonid::io {
 

@@ -2,9 +2,8 @@
 #include <random>
 #include <recordings.hpp>
 #include <resonid/base/error_text.hpp>
-#include <resonid/io/record_file.hpp>
+#include <resonid/io/csv.hpp>
 #include <resonid/io/record_reader.hpp>
-#include <resonid/io/response_file.hpp>
 
 #include "temporary_folder.hpp"
 
