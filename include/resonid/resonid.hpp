@@ -15,6 +15,7 @@
 #include <resonid/base/expected.hpp>
 #include <resonid/data/controller.hpp>
 #include <resonid/data/record.hpp>
+#include <resonid/identification/batch.hpp>
 #include <resonid/identification/compare.hpp>
 #include <resonid/identification/identify.hpp>
 #include <resonid/identification/join.hpp>
@@ -41,6 +42,11 @@ using IdentifyOptions = identification::Options;
 using identification::identify;
 using identification::join;
 using identification::Joint;
+
+/// Many records one by one, in parallel, their figures side by side.
+using identification::Batch;
+using identification::BatchTask;
+using identification::identify_batch;
 
 /// The record sample by sample through an on-line estimator.
 using identification::Track;
@@ -74,6 +80,9 @@ using SimulateOptions = plant::ExperimentConfig;
 /// One self-contained page; it appears complete or not at all. Returns the file.
 expected<std::filesystem::path, Error> write_report(const std::filesystem::path& file, const Result& result,
                                                     const Record& record);
+expected<std::filesystem::path, Error> write_report(const std::filesystem::path& file, const Batch& batch);
+expected<std::filesystem::path, Error> write_report(const std::filesystem::path& file, const Batch& batch,
+                                                    const Joint& joint);
 expected<std::filesystem::path, Error> write_report(const std::filesystem::path& file,
                                                     const ModelValidation& validation, const Record& record);
 expected<std::filesystem::path, Error> write_report(const std::filesystem::path& file, const Track& track);
@@ -83,17 +92,24 @@ expected<std::filesystem::path, Error> write_report(const std::filesystem::path&
 
 /// A result as the command line writes it; docs/results.md lists the keys.
 [[nodiscard]] std::string to_json(const Result& result);
+[[nodiscard]] std::string to_json(const Batch& batch);
+[[nodiscard]] std::string to_json(const Batch& batch, const Joint& joint);
 [[nodiscard]] std::string to_json(const Track& track);
 [[nodiscard]] std::string to_json(const ModelValidation& validation);
 [[nodiscard]] std::string to_json(const Changes& changes);
 [[nodiscard]] std::string to_json(const Plan& plan);
 [[nodiscard]] std::string to_json(const Truth& truth);
 
-/// What to_json() wrote. What a file does not hold is empty: residuals, loop curves, samples.
+/// What to_json() wrote. What a file does not hold is empty: residuals, loop curves, samples. A file of
+/// several records holds a Batch and, where they were joined, a Joint.
 template <class T>
 [[nodiscard]] expected<T, Error> from_json(std::string_view text) = delete;
 template <>
 [[nodiscard]] expected<Result, Error> from_json<Result>(std::string_view text);
+template <>
+[[nodiscard]] expected<Batch, Error> from_json<Batch>(std::string_view text);
+template <>
+[[nodiscard]] expected<Joint, Error> from_json<Joint>(std::string_view text);
 template <>
 [[nodiscard]] expected<Track, Error> from_json<Track>(std::string_view text);
 template <>

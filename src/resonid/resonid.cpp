@@ -2,6 +2,7 @@
 #include <nlohmann/json.hpp>
 #include <resonid/io/detail/atomic_file.hpp>
 #include <resonid/io/experiment.hpp>
+#include <resonid/report/detail/batch.hpp>
 #include <resonid/report/detail/compare.hpp>
 #include <resonid/report/detail/plan.hpp>
 #include <resonid/report/detail/track.hpp>
@@ -71,6 +72,13 @@ expected<std::filesystem::path, Error> write_report(const std::filesystem::path&
                                                     const Record& record) {
   return write(file, report::page(report::page_json(result, record)));
 }
+expected<std::filesystem::path, Error> write_report(const std::filesystem::path& file, const Batch& batch) {
+  return write(file, report::document_page(report::document(report::BatchResult{batch, {}, {}})));
+}
+expected<std::filesystem::path, Error> write_report(const std::filesystem::path& file, const Batch& batch,
+                                                    const Joint& joint) {
+  return write(file, report::document_page(report::document(report::BatchResult{batch, joint, {}})));
+}
 expected<std::filesystem::path, Error> write_report(const std::filesystem::path& file,
                                                     const ModelValidation& validation, const Record& record) {
   return write(file, report::document_page(report::document(validation, record)));
@@ -87,6 +95,12 @@ expected<std::filesystem::path, Error> write_report(const std::filesystem::path&
 }
 
 std::string to_json(const Result& result) { return report::to_json(result).dump(1); }
+std::string to_json(const Batch& batch) {
+  return report::to_json(report::BatchResult{batch, {}, {}}).dump(1);
+}
+std::string to_json(const Batch& batch, const Joint& joint) {
+  return report::to_json(report::BatchResult{batch, joint, {}}).dump(1);
+}
 std::string to_json(const Track& track) { return report::to_json(track).dump(1); }
 std::string to_json(const ModelValidation& validation) { return report::to_json(validation).dump(1); }
 std::string to_json(const Changes& changes) { return report::to_json(changes).dump(1); }
@@ -97,6 +111,19 @@ std::string to_json(const Truth& truth) { return report::to_json(report::simulat
 template <>
 expected<Result, Error> from_json<Result>(std::string_view text) {
   return read<Result>(text);
+}
+template <>
+expected<Batch, Error> from_json<Batch>(std::string_view text) {
+  auto result = read<report::BatchResult>(text);
+  if (!result) return unexpected(std::move(result.error()));
+  return std::move(result->batch);
+}
+template <>
+expected<Joint, Error> from_json<Joint>(std::string_view text) {
+  auto result = read<report::BatchResult>(text);
+  if (!result) return unexpected(std::move(result.error()));
+  if (!result->joint) return refuse("$.joint", "must hold a joint estimate: these records were not joined");
+  return std::move(*result->joint);
 }
 template <>
 expected<Track, Error> from_json<Track>(std::string_view text) {

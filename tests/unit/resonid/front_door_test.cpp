@@ -3,6 +3,8 @@
 
 #include <filesystem>
 #include <resonid/resonid.hpp>
+#include <string>
+#include <vector>
 
 namespace resonid {
 namespace {
@@ -77,6 +79,37 @@ TEST_F(FrontDoor, ReadsTheResultThatItWrote) {
   }
   EXPECT_FALSE(from_json<Result>("{"));
   EXPECT_FALSE(from_json<Result>("{}"));
+}
+
+TEST_F(FrontDoor, ReadsTheResultsOfSeveralRecordsThatItWrote) {
+  const std::vector<Record> records{simulation_->record, simulate(published(2)).value().record};
+  BatchTask task;
+  task.files = {"one.csv", "two.csv"};
+  task.load = [&](std::size_t i) -> expected<identification::BatchJob, Error> {
+    return identification::BatchJob{records[i], known()};
+  };
+  const Batch batch = identify_batch(task);
+  ASSERT_TRUE(batch.complete());
+  const std::vector<Result> results{*batch.entries[0].result, *batch.entries[1].result};
+  const Joint joint = join(records, results, known()).value();
+
+  const std::string text = to_json(batch, joint);
+  const auto read = from_json<Batch>(text);
+  ASSERT_TRUE(read);
+  ASSERT_EQ(read->entries.size(), 2U);
+  EXPECT_EQ(read->entries[1].file, "two.csv");
+  EXPECT_EQ(read->entries[1].result->modes.at(0).frequency_hz.value, results[1].modes[0].frequency_hz.value);
+  ASSERT_EQ(read->figures.size(), batch.figures.size());
+  EXPECT_EQ(read->figures[0].mean, batch.figures[0].mean);
+  const auto both = from_json<Joint>(text);
+  ASSERT_TRUE(both);
+  EXPECT_EQ(both->result.modes.at(0).frequency_hz.std, joint.result.modes[0].frequency_hz.std);
+  EXPECT_EQ(from_json<Joint>(to_json(batch)).error().field, "$.joint");
+
+  const auto file = std::filesystem::temp_directory_path() / "resonid_front_door_batch_test.html";
+  EXPECT_EQ(write_report(file, batch, joint).value(), file);
+  EXPECT_EQ(write_report(file, batch).value(), file);
+  std::filesystem::remove(file);
 }
 
 TEST_F(FrontDoor, HoldsTheModelAgainstAnotherRecordAndResult) {
