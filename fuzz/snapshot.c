@@ -44,6 +44,7 @@ static void use(const subject* s, resonid_handle* h, uint64_t missed) {
   double lag, x[64];
   size_t count;
   uint32_t accepted;
+  const double told = 0.3, one = 1.0;
   (void)tell(h);
   for (int round = 0; round < 2; ++round) {
     for (int k = 0; k < 40; ++k) {
@@ -61,6 +62,8 @@ static void use(const subject* s, resonid_handle* h, uint64_t missed) {
     (void)resonid_stop(h);
     (void)resonid_acknowledge(h, &accepted);
     (void)resonid_encoder_set_position(h, -5);
+    (void)resonid_axis_excite(h, 0.1, 0.2, 0.3, 0.4, x);
+    (void)resonid_axis_set_loop(h, &told, 1, &one, 1, 0, RESONID_LOOP_CONTROLLER, 0.002, NULL);
     (void)resonid_miss(h, missed);
   }
 }

@@ -56,7 +56,10 @@ struct Family {
   const Operations* (*operations)(std::uint32_t variant) noexcept;  // null: no such variant
 };
 extern const Family kExcitation, kLineBank, kTracker, kResponse, kRls, kModel, kPhysical, kChange, kGuard,
-    kEncoder;
+    kEncoder, kAxis;
+
+/// resonid_stop() of an axis.
+resonid_status stop_axis(resonid_handle* handle) noexcept;
 
 /// Null when the kind's family does not exist.
 const Family* family(std::uint32_t kind) noexcept;

@@ -18,8 +18,9 @@ static_assert(std::string_view(RESONID_VERSION_TEXT) == RESONID_PROJECT_VERSION,
               "the version in resonid/c/types.h is that of the project");
 
 const Family* family(std::uint32_t kind) noexcept {
-  static constexpr const Family* kFamilies[] = {&kExcitation, &kLineBank, &kTracker, &kResponse, &kRls,
-                                                &kModel,      &kPhysical, &kChange,  &kGuard,    &kEncoder};
+  static constexpr const Family* kFamilies[] = {&kExcitation, &kLineBank, &kTracker,  &kResponse,
+                                                &kRls,        &kModel,    &kPhysical, &kChange,
+                                                &kGuard,      &kEncoder,  &kAxis};
   const std::uint32_t id = family_of(kind);
   return id >= 1 && id <= std::size(kFamilies) ? kFamilies[id - 1] : nullptr;
 }

@@ -8,6 +8,7 @@
 #include <resonid/online/supervision/change_detection.hpp>
 #include <resonid/online/supervision/running_margins.hpp>
 
+#include "change_config.hpp"
 #include "handle.hpp"
 
 namespace resonid::c {
@@ -15,27 +16,16 @@ namespace {
 
 constexpr std::size_t kMostBlocks = 256;
 using Detector = online::ChangeDetector<double, kMostBlocks>;
-static_assert(static_cast<std::uint32_t>(online::ChangeStatistic::likelihood_ratio) ==
-              type_of(RESONID_LIKELIHOOD_RATIO));
 
 struct Changes : Variants<Changes, Detector> {
   using Settings = resonid_change_settings;
   using Results = resonid_change_results;
   static constexpr std::uint32_t kId = family_of(RESONID_CUSUM), kTypes = 2;
 
-  static Settings defaults(std::uint32_t) noexcept {
-    const online::ChangeDetectorConfig d;
-    Settings s{};
-    s.reference = d.reference;
-    s.window_blocks = static_cast<std::uint32_t>(d.window_blocks);
-    return s;
-  }
+  static Settings defaults(std::uint32_t kind) noexcept { return ChangeDefaults::defaults(kind); }
   static expected<std::uint32_t> variant(const Settings&) noexcept { return 0U; }
   static expected<void> build(void* memory, std::uint32_t variant, const Settings& s) noexcept {
-    const auto statistic = static_cast<online::ChangeStatistic>(type_of(s.head.kind));
-    return place(memory, s.head.kind, variant,
-                 Detector::create({s.sample_rate_hz, s.block_s, s.baseline_s, s.false_alarm_interval_s,
-                                   statistic, s.reference, s.window_blocks}));
+    return place(memory, s.head.kind, variant, Detector::create(change_config(s)));
   }
   static void results(const Detector& detector, Results& r) noexcept {
     r.samples = detector.samples();

@@ -140,7 +140,7 @@ RESONID_API resonid_status resonid_guard_step(resonid_handle* guard, double exci
                                               double* injected) RESONID_NOEXCEPT;
 /// Newest amplitude of a tracker, for watch_limit and watch_timeout_s of a guard. Real-time safe.
 RESONID_API resonid_status resonid_watch(resonid_handle* guard, double amplitude) RESONID_NOEXCEPT;
-/// Ends the injection of a guard with the ramp out. Real-time safe.
+/// Ends the injection of a guard or an axis with the ramp out. Real-time safe.
 RESONID_API resonid_status resonid_stop(resonid_handle* guard) RESONID_NOEXCEPT;
 /// After a guard has stopped, allows the next start; *accepted is 0 while it still injects. Real-time safe.
 RESONID_API resonid_status resonid_acknowledge(resonid_handle* guard, uint32_t* accepted) RESONID_NOEXCEPT;

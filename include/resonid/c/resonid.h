@@ -15,7 +15,8 @@
 ///   resonid_snapshot()          ..., checked by resonid_restore(), which continues it
 ///
 /// A generator is read by resonid_generate(); guard, encoder, least squares and change detection, whose
-/// samples are not ru, u, y, have a step that bears their name.
+/// samples are not ru, u, y, have a step that bears their name; so has an axis, which says when a row is
+/// done.
 ///
 /// Rules for all functions: none throws, prints, aborts, or keeps a pointer that it was given. Arguments that
 /// must not be NULL, memory that is no handle, handles of another kind and indices out of range give a
@@ -27,6 +28,7 @@
 #ifndef RESONID_C_RESONID_H
 #define RESONID_C_RESONID_H
 
+#include <resonid/c/axis.h>
 #include <resonid/c/excitation.h>
 #include <resonid/c/lines.h>
 #include <resonid/c/models.h>

@@ -94,7 +94,18 @@ enum {
   RESONID_LIKELIHOOD_RATIO = 0x0801,  ///< For a change of any size.
   RESONID_GUARD = 0x0900,             ///< resonid/c/excitation.h.
   RESONID_ENCODER_COUNTER = 0x0a00,  ///< Family encoder, resonid/c/lines.h: register of a quadrature decoder.
-  RESONID_ENCODER_ABSOLUTE = 0x0a01  ///< 0 ... counts_per_turn - 1 within one turn, right from the first.
+  RESONID_ENCODER_ABSOLUTE = 0x0a01,  ///< 0 ... counts_per_turn - 1 within one turn, right from the first.
+  RESONID_AXIS_ARX = 0x0b00,  ///< Family axis, resonid/c/axis.h, by what follows the machine; orders 1 and 3.
+  RESONID_AXIS_OE = 0x0b01,   ///< Order 3, like all up to _CLOE_DAMPED.
+  RESONID_AXIS_OE_FILTERED = 0x0b02,
+  RESONID_AXIS_CLOE = 0x0b03,
+  RESONID_AXIS_F_CLOE = 0x0b04,
+  RESONID_AXIS_CLOE_DAMPED = 0x0b05,
+  RESONID_AXIS_IV = 0x0b06,  ///< Orders 1 and 3.
+  RESONID_AXIS_PHYSICAL = 0x0b07,
+  RESONID_AXIS_LINES = 0x0b08,
+  RESONID_AXIS_SLIDING_DFT = 0x0b09,
+  RESONID_AXIS_CHIRP = 0x0b0a
 };
 
 /// Settings of every kind begin with this.

@@ -146,6 +146,9 @@ class BasicAxis {
     });
   }
 
+  /// For a state of unknown origin (base/detail/intact.hpp).
+  [[nodiscard]] bool intact() const noexcept;
+
   // What may change while it runs, in bounded time; the next row follows.
   /// The loop whose margins are told. The delay is that of `lines` and `sliding_dft`; other estimators keep
   /// theirs.

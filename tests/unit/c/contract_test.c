@@ -74,6 +74,8 @@ static int calls_not_refused_with(resonid_status status, void* memory) {
   resonid_tracker_line tracker_line;
   resonid_response_line response_line;
   resonid_rls_results results;
+  resonid_axis_line_info axis_line;
+  const resonid_axis_criteria criteria = {0};
   return (resonid_step(h, 0, 0, 0) != status) + (resonid_run(h, x, x, x, 1) != status) +
          (resonid_run_float(h, f, f, f, 1) != status) + (resonid_miss(h, 1) != status) +
          (resonid_reset(h) != status) +
@@ -89,7 +91,14 @@ static int calls_not_refused_with(resonid_status status, void* memory) {
          (resonid_read_response_line(h, 0, 0, &response_line, sizeof response_line) != status) +
          (resonid_encoder_step(h, 0, NULL) != status) + (resonid_encoder_set_position(h, 0) != status) +
          (resonid_rls_step(h, x, 3, 0, 1) != status) + (resonid_change_step(h, 0, 1) != status) +
-         (resonid_change_relearn(h) != status);
+         (resonid_change_relearn(h) != status) + (resonid_axis_step(h, 0, 0, 0, &accepted) != status) +
+         (resonid_axis_run(h, x, x, x, 1, &count, &accepted) != status) +
+         (resonid_axis_start(h, RESONID_INJECT_GIVEN, 1, NULL, NULL) != status) +
+         (resonid_axis_excite(h, 0, 0, 0, 0, x) != status) +
+         (resonid_axis_line(h, 0, &axis_line, sizeof axis_line) != status) +
+         (resonid_axis_response(h, 1, z) != status) +
+         (resonid_axis_set_loop(h, x, 1, x, 1, 0, RESONID_LOOP_NONE, 0, NULL) != status) +
+         (resonid_axis_set_criteria(h, &criteria) != status);
 }
 
 static void wrong_handles_are_refused(const subject* s) {
@@ -121,7 +130,7 @@ static void other_kinds_are_refused(const subject* s) {
   const size_t size = subject_size(s);
   union {
     resonid_results head;
-    uint64_t room[64];
+    uint64_t room[128];
   } results;
   double x[12] = {0}, covariance[144];
   resonid_complex z[2];
@@ -145,7 +154,7 @@ static void other_kinds_are_refused(const subject* s) {
     CHECK_ONLY_OF(resonid_read(h, kSubjects[i].kind, &results.head, sizeof results), kSubjects[i].kind);
   const size_t n = family == RESONID_PHYSICAL >> 8 ? 8 : family == RESONID_RLS >> 8 ? 3 : 4;
   CHECK_ONLY_OF(resonid_step(h, 0, 0, 0), RESONID_LINE_BANK, RESONID_KALMAN_BANK, RESONID_RESPONSE,
-                RESONID_ARX, RESONID_PHYSICAL);
+                RESONID_ARX, RESONID_PHYSICAL, RESONID_AXIS_ARX);
   CHECK_ONLY_OF(resonid_parameters(h, x, n), RESONID_RLS, RESONID_ARX, RESONID_PHYSICAL);
   CHECK_ONLY_OF(resonid_covariance(h, covariance, n * n), RESONID_RLS, RESONID_ARX, RESONID_PHYSICAL);
   CHECK_ONLY_OF(resonid_lag_samples(h, x), RESONID_ARX, RESONID_PHYSICAL);
@@ -153,7 +162,7 @@ static void other_kinds_are_refused(const subject* s) {
   CHECK_ONLY_OF(resonid_generate(h, x, 1), RESONID_PRBS);
   CHECK_ONLY_OF(resonid_guard_step(h, 0, 0, 0, 0, x), RESONID_GUARD);
   CHECK_ONLY_OF(resonid_watch(h, 0), RESONID_GUARD);
-  CHECK_ONLY_OF(resonid_stop(h), RESONID_GUARD);
+  CHECK_ONLY_OF(resonid_stop(h), RESONID_GUARD, RESONID_AXIS_ARX);
   CHECK_ONLY_OF(resonid_acknowledge(h, &accepted), RESONID_GUARD);
   CHECK_ONLY_OF(resonid_ratios(h, 0, 1, z, 2), RESONID_LINE_BANK);
   CHECK_ONLY_OF(resonid_phasors(h, 0, z, s->kind == RESONID_CHIRP_TRACKER ? 1 : 2), RESONID_LINE_BANK,
@@ -165,6 +174,20 @@ static void other_kinds_are_refused(const subject* s) {
   CHECK_ONLY_OF(resonid_rls_step(h, x, 3, 0, 1), RESONID_RLS);
   CHECK_ONLY_OF(resonid_change_step(h, 0, 1), RESONID_CUSUM);
   CHECK_ONLY_OF(resonid_change_relearn(h), RESONID_CUSUM);
+  const double told[] = {0.5}, one[] = {1.0};
+  const resonid_axis_criteria criteria = {0};
+  resonid_guard_settings guard;
+  CHECK_OK(resonid_defaults(&guard.head, sizeof guard, RESONID_GUARD));
+  guard.amplitude = 1.0;
+  guard.torque_limit = 10.0;
+  CHECK_ONLY_OF(resonid_axis_step(h, 0, 0, 0, &accepted), RESONID_AXIS_ARX);
+  CHECK_ONLY_OF(resonid_axis_run(h, x, x, x, 1, &count, &accepted), RESONID_AXIS_ARX);
+  CHECK_ONLY_OF(resonid_axis_start(h, RESONID_INJECT_GIVEN, 1, &guard, NULL), RESONID_AXIS_ARX);
+  CHECK_ONLY_OF(resonid_axis_excite(h, 0, 0, 0, 0, x), RESONID_AXIS_ARX);
+  CHECK_ONLY_OF(resonid_axis_response(h, 1, z), RESONID_AXIS_ARX);
+  CHECK_ONLY_OF(resonid_axis_set_loop(h, told, 1, one, 1, 0, RESONID_LOOP_CONTROLLER, 0, NULL),
+                RESONID_AXIS_ARX);
+  CHECK_ONLY_OF(resonid_axis_set_criteria(h, &criteria), RESONID_AXIS_ARX);
   CHECK(unsupported > 30);
   CHECK_STATUS(resonid_read(h, 0, &results.head, sizeof results), RESONID_ERROR_UNSUPPORTED);
 }

@@ -5,7 +5,7 @@
 
 #include "check.h"
 
-enum { kLargestHandle = 1 << 20 };
+enum { kLargestHandle = 1 << 22 };
 
 /// The signals of sample k: excitation, input and output of a lag in a loop, with noise.
 typedef struct signals {
@@ -24,7 +24,7 @@ static inline void next_signals(signals* s, int k, double* ru, double* u, double
   push(&s->plant, *u, output);
 }
 
-/// Settings of any kind, and of the tracker that a response needs.
+/// Settings of any kind, and those that some of them point to.
 typedef struct any_settings {
   union {
     resonid_settings head;
@@ -38,8 +38,11 @@ typedef struct any_settings {
     resonid_change_settings change;
     resonid_guard_settings guard;
     resonid_encoder_settings encoder;
+    resonid_axis_settings axis;
   } of;
   resonid_tracker_settings pattern;
+  resonid_physical_settings physical;
+  resonid_change_settings change;
 } any_settings;
 
 /// A kind in one of its forms.
@@ -74,6 +77,49 @@ static inline void configure_model(resonid_model_settings* m) {
   m->controller_numerator = controller;
   m->controller_denominator = one;
   m->controller_numerator_count = m->controller_denominator_count = 1;
+}
+
+static inline void configure_physical(resonid_physical_settings* p) {
+  p->sample_rate_hz = 500.0;
+  p->driven_inertia.value = 0.002;
+  p->load_inertia.value = 0.003;
+  p->stiffness.value = 10.0;
+  p->damping.value = 0.05;
+}
+static inline void configure_change(resonid_change_settings* c) {
+  c->sample_rate_hz = 500.0;
+  c->block_s = 0.01;
+  c->baseline_s = 0.5;
+  c->false_alarm_interval_s = 100.0;
+}
+/// A row every fifth sample, its work spread in form 1; with margins, gap and a watched figure.
+static inline void configure_axis(any_settings* a, int form) {
+  static const double b[] = {0.28, 0.12, 0.001}, poles[] = {-0.68, 0.22, 0.001}, controller[] = {0.2},
+                      one[] = {1.0};
+  resonid_axis_settings* x = &a->of.axis;
+  x->sample_rate_hz = 500.0;
+  x->controller_numerator = controller;
+  x->controller_denominator = one;
+  x->controller_numerator_count = x->controller_denominator_count = 1;
+  x->lines_hz = kSubjectLines;
+  x->lines = 2;
+  x->window_samples = 50;
+  x->from_hz = 5.0;
+  x->to_hz = 60.0;
+  x->duration_s = 10.0;
+  x->start_b = x->baseline_b = b;
+  x->start_a = x->baseline_a = poles;
+  x->baseline_order = 3;
+  x->row_every_samples = 5;
+  x->spread_samples = form == 1 ? 5 : 1;
+  x->injects = 1;
+  CHECK_OK(resonid_defaults(&a->physical.head, sizeof a->physical, RESONID_PHYSICAL));
+  configure_physical(&a->physical);
+  x->physical = &a->physical;
+  CHECK_OK(resonid_defaults(&a->change.head, sizeof a->change, RESONID_CUSUM));
+  configure_change(&a->change);
+  x->change = &a->change;
+  x->change_of = RESONID_FIGURE_RESONANCE;
 }
 
 static inline void configure(const subject* s, any_settings* a) {
@@ -114,18 +160,14 @@ static inline void configure(const subject* s, any_settings* a) {
       configure_model(&a->of.model);
       break;
     case RESONID_PHYSICAL >> 8:
-      a->of.physical.sample_rate_hz = 500.0;
+      configure_physical(&a->of.physical);
       if (form == 0) a->of.physical.replay_speed = 0;
-      a->of.physical.driven_inertia.value = 0.002;
-      a->of.physical.load_inertia.value = 0.003;
-      a->of.physical.stiffness.value = 10.0;
-      a->of.physical.damping.value = 0.05;
       break;
     case RESONID_CUSUM >> 8:
-      a->of.change.sample_rate_hz = 500.0;
-      a->of.change.block_s = 0.01;
-      a->of.change.baseline_s = 0.5;
-      a->of.change.false_alarm_interval_s = 100.0;
+      configure_change(&a->of.change);
+      break;
+    case RESONID_AXIS_ARX >> 8:
+      configure_axis(a, form);
       break;
     case RESONID_GUARD >> 8:
       a->of.guard.sample_rate_hz = 500.0;
@@ -180,11 +222,13 @@ static inline resonid_status subject_step(const subject* s, void* memory, double
 
 /// All that a handle says about itself: what must be equal bit for bit. Padding in its memory need not be.
 typedef struct told {
-  uint64_t results[64];
+  uint64_t results[128];
   double parameters[12], covariance[144];
   resonid_complex phasor[2];
   resonid_tracker_line tracker_line;
   resonid_response_line response_line;
+  resonid_axis_line_info axis_line;
+  resonid_complex axis_response;
   double next_sample;
 } told;
 static inline told tell(const void* memory) {
@@ -199,6 +243,8 @@ static inline told tell(const void* memory) {
   for (size_t n = 1; n <= 2; ++n) (void)resonid_phasors(h, 0, t.phasor, n);
   (void)resonid_read_tracker_line(h, 0, &t.tracker_line, sizeof t.tracker_line);
   (void)resonid_read_response_line(h, 0, RESONID_JOINT, &t.response_line, sizeof t.response_line);
+  (void)resonid_axis_line(h, 0, &t.axis_line, sizeof t.axis_line);
+  (void)resonid_axis_response(h, 20.0, &t.axis_response);
   if (resonid_kind(h) >> 8 == RESONID_PRBS >> 8) {
     unsigned char taken[sizeof copy];
     resonid_handle* other = NULL;
@@ -249,6 +295,18 @@ static const subject kSubjects[] = {
     {"guard", RESONID_GUARD, 0},
     {"encoder", RESONID_ENCODER_COUNTER, 0},
     {"encoder, absolute", RESONID_ENCODER_ABSOLUTE, 0},
+    {"axis: ARX", RESONID_AXIS_ARX, 0},
+    {"axis: output error", RESONID_AXIS_OE, 0},
+    {"axis: output error, filtered", RESONID_AXIS_OE_FILTERED, 1},
+    {"axis: CLOE", RESONID_AXIS_CLOE, 0},
+    {"axis: F-CLOE", RESONID_AXIS_F_CLOE, 0},
+    {"axis: CLOE, damped", RESONID_AXIS_CLOE_DAMPED, 1},
+    {"axis: instrumental variables", RESONID_AXIS_IV, 0},
+    {"axis: physical", RESONID_AXIS_PHYSICAL, 0},
+    {"axis: lines", RESONID_AXIS_LINES, 0},
+    {"axis: lines in turn", RESONID_AXIS_LINES, 1},
+    {"axis: sliding DFT", RESONID_AXIS_SLIDING_DFT, 0},
+    {"axis: chirp", RESONID_AXIS_CHIRP, 0},
 };
 enum { kSubjectCount = sizeof kSubjects / sizeof kSubjects[0] };
 

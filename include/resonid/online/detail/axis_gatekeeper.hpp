@@ -7,6 +7,7 @@
 #include <limits>
 #include <resonid/base/constants.hpp>
 #include <resonid/base/detail/flushed.hpp>
+#include <resonid/base/detail/intact.hpp>
 #include <resonid/online/axis_config.hpp>
 #include <resonid/online/axis_result.hpp>
 #include <resonid/online/detail/axis_reading.hpp>
@@ -106,6 +107,8 @@ class AxisGatekeeper {
       result.residual_correlation = static_cast<double>(correlation_.value() / lagged_power_.value());
     count(gates, result);
   }
+  /// For a state of unknown origin (base/detail/intact.hpp).
+  [[nodiscard]] bool intact() const noexcept { return resonid::intact(sweep_); }
 
  private:
   static constexpr Real kNan = std::numeric_limits<Real>::quiet_NaN();

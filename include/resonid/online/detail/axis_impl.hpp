@@ -300,6 +300,21 @@ AxisLine BasicAxis<Room, Estimators...>::line(std::size_t i) const noexcept {
 }
 
 template <class Room, class... Estimators>
+bool BasicAxis<Room, Estimators...>::intact() const noexcept {
+  const AxisRow& row = result_.row;
+  const AxisGates& g = row.gates;
+  return estimator_.holds_one() && estimator_.intact() && injector_.intact() && baseline_.intact() &&
+         loop_.intact() && gates_.intact() && watch_.intact() && check_.intact() && reading_.intact() &&
+         known_.intact() && every_ >= 1 && spread_ >= 1 && spread_ <= every_ && phase_ < every_ &&
+         resonid::intact(output_, AxisOutput::acceleration) && resonid::intact(stage_, Stage::done) &&
+         resonid::intact(row.verdict, AxisVerdict::residual_grown) &&
+         resonid::intact(result_.stop_reason, StopReason::watchdog_silent) &&
+         intact_flags(has_excitation_, needs_steady_, criteria_.inside_lines, result_.changed,
+                      result_.injecting, result_.settled, row.controller_differs, row.trusted, g.ready,
+                      g.excited, g.converged, g.physical, g.residual, g.complete, g.covered);
+}
+
+template <class Room, class... Estimators>
 void BasicAxis<Room, Estimators...>::set_loop(const AxisController& controller, AxisLoop loop,
                                               double known_delay_s) noexcept {
   loop_.set_loop(controller, loop, known_delay_s);

@@ -10,6 +10,7 @@
 #include <limits>
 #include <new>
 #include <resonid/base/constants.hpp>
+#include <resonid/base/detail/intact.hpp>
 #include <resonid/base/expected.hpp>
 #include <resonid/online/axis_config.hpp>
 #include <resonid/online/axis_result.hpp>
@@ -218,6 +219,11 @@ class AxisFixedLines {
   void watch(AxisStability&) const noexcept {}
   [[nodiscard]] std::string_view parameter_name(std::size_t) const noexcept { return {}; }
   [[nodiscard]] bool white_residual() const noexcept { return false; }
+  /// For a state of unknown origin (base/detail/intact.hpp).
+  [[nodiscard]] bool intact() const noexcept {
+    return lines_.intact() && fit_.holds_one() && fit_.intact() && resonid::intact(averaged_) &&
+           resonid::intact(approach_, Approach::joint);
+  }
 
  private:
   using WholeFit = ResponseFit<Scalar, 3, kMaxLines>;

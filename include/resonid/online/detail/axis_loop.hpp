@@ -5,6 +5,7 @@
 #include <array>
 #include <complex>
 #include <cstddef>
+#include <resonid/base/detail/intact.hpp>
 #include <resonid/base/expected.hpp>
 #include <resonid/online/axis_config.hpp>
 #include <resonid/online/axis_result.hpp>
@@ -54,6 +55,8 @@ class AxisBaseline {
       return AxisRow::kUnknown;
     return order_ > 0 ? model_at(hz) : interpolated(hz);
   }
+  /// For a state of unknown origin (base/detail/intact.hpp).
+  [[nodiscard]] bool intact() const noexcept { return order_ <= kMaxOrder && points_ <= MaxPoints; }
 
  private:
   [[nodiscard]] Complex model_at(double hz) const noexcept {
@@ -126,6 +129,14 @@ class AxisLoopFigures {
 
   /// What the model shows, or where there is none what the lines show.
   void conclude(const AxisReading& reading, AxisRow& row) const noexcept;
+  /// For a state of unknown origin (base/detail/intact.hpp).
+  [[nodiscard]] bool intact() const noexcept {
+    return intact_flags(controller_.of_position, has_gap_, scans_model_) &&
+           controller_.numerator_size <= AxisController::kMost &&
+           controller_.denominator_size <= AxisController::kMost &&
+           resonid::intact(loop_, AxisLoop::measured) && line_scan_.intact() && model_scan_.intact() &&
+           grid_ <= kGridPoints && near_ <= kNearPoints;
+  }
 
  private:
   static constexpr std::size_t kGridPoints = 200, kNearPoints = 160;

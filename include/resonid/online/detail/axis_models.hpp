@@ -8,6 +8,7 @@
 #include <cstdint>
 #include <limits>
 #include <new>
+#include <resonid/base/detail/intact.hpp>
 #include <resonid/base/expected.hpp>
 #include <resonid/online/axis_config.hpp>
 #include <resonid/online/axis_result.hpp>
@@ -234,6 +235,8 @@ class AxisModel {
   [[nodiscard]] bool white_residual() const noexcept {
     return !AxisModelTraits<Estimator>::serves(AxisMethod::arx);
   }
+  /// For a state of unknown origin (base/detail/intact.hpp).
+  [[nodiscard]] bool intact() const noexcept { return estimator_.intact() && resonid::intact(has_coulomb_); }
   [[nodiscard]] const Estimator& estimator() const noexcept { return estimator_; }
 
  private:

@@ -86,6 +86,8 @@ class AxisPhysical {
     return i < kReported.size() ? kNames[i] : std::string_view{};
   }
   [[nodiscard]] bool white_residual() const noexcept { return true; }
+  /// For a state of unknown origin (base/detail/intact.hpp).
+  [[nodiscard]] bool intact() const noexcept { return tracker_.intact(); }
   [[nodiscard]] Tracker& tracker() noexcept { return tracker_; }
   [[nodiscard]] const Tracker& tracker() const noexcept { return tracker_; }
 

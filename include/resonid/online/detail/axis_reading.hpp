@@ -4,6 +4,7 @@
 #include <array>
 #include <cstddef>
 #include <limits>
+#include <resonid/base/detail/intact.hpp>
 #include <resonid/online/axis_result.hpp>
 #include <resonid/online/models/discrete_model.hpp>
 
@@ -39,6 +40,11 @@ struct AxisReading {
     Eigen::Map<Covariance>(covariance_.data()) = c;
   }
   [[nodiscard]] bool covariance_known() const noexcept { return covariance_known_; }
+  /// For a state of unknown origin (base/detail/intact.hpp).
+  [[nodiscard]] bool intact() const noexcept {
+    return intact_flags(ready, excited, physical, finds_resonance, has_model, wants_covariance,
+                        covariance_known_);
+  }
 
  private:
   std::array<double, 36> covariance_{};  // an Eigen matrix is not trivially copyable

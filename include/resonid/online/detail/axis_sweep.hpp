@@ -10,6 +10,7 @@
 #include <limits>
 #include <new>
 #include <resonid/base/constants.hpp>
+#include <resonid/base/detail/intact.hpp>
 #include <resonid/base/expected.hpp>
 #include <resonid/online/axis_config.hpp>
 #include <resonid/online/axis_result.hpp>
@@ -109,6 +110,11 @@ class AxisSweepLine {
   void watch(AxisStability&) const noexcept {}
   [[nodiscard]] std::string_view parameter_name(std::size_t) const noexcept { return {}; }
   [[nodiscard]] bool white_residual() const noexcept { return false; }
+  /// For a state of unknown origin (base/detail/intact.hpp).
+  [[nodiscard]] bool intact() const noexcept {
+    return line_.intact() && resonid::intact(output_, AxisOutput::acceleration) &&
+           resonid::intact(shown_.settled) && points_ <= MaxPoints;
+  }
 
  private:
   struct Point {

@@ -5,10 +5,11 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <optional>
+#include <resonid/base/detail/intact.hpp>
 #include <resonid/base/expected.hpp>
 #include <resonid/online/axis_config.hpp>
 #include <resonid/online/axis_result.hpp>
+#include <resonid/online/detail/one_of.hpp>
 #include <resonid/online/supervision/change_detection.hpp>
 #include <resonid/online/supervision/detail/controller_check.hpp>
 
@@ -28,24 +29,32 @@ class AxisChangeWatch {
     if (!c.change_of) return w;
     ChangeDetectorConfig d = c.change;
     d.sample_rate_hz = c.sample_rate_hz / static_cast<double>(c.row_every_samples);
-    const auto detector = ChangeDetector<double, Window>::create(d);
+    const auto detector = Detector::create(d);
     if (!detector) return unexpected<Error>(detector.error());
-    w.detector_ = *detector;
+    w.detector_ = Maybe(*detector);
     w.figure_ = *c.change_of;
     return w;
   }
   void step(const AxisRow& row, AxisResult& result) noexcept {
-    if (!detector_) return;
+    auto* detector = detector_.template get_if<Detector>();
+    if (detector == nullptr) return;
     const Figure f = row.trusted ? figure(row) : Figure{};
-    detector_->step(f.value, f.std > 0.0 ? f.std : 1.0);
-    result.changed = detector_->alarm();
-    if (result.changed) result.change = detector_->change();
+    detector->step(f.value, f.std > 0.0 ? f.std : 1.0);
+    result.changed = detector->alarm();
+    if (result.changed) result.change = detector->change();
   }
   void reset() noexcept {
-    if (detector_) detector_->reset();
+    if (auto* detector = detector_.template get_if<Detector>()) detector->reset();
+  }
+  /// For a state of unknown origin (base/detail/intact.hpp).
+  [[nodiscard]] bool intact() const noexcept {
+    return detector_.intact() && resonid::intact(figure_, AxisFigure::gap);
   }
 
  private:
+  using Detector = ChangeDetector<double, Window>;
+  using Maybe = OneOf<Detector>;
+
   [[nodiscard]] Figure figure(const AxisRow& row) const noexcept {
     switch (figure_) {
       case AxisFigure::resonance:
@@ -63,7 +72,8 @@ class AxisChangeWatch {
     }
     return {};
   }
-  std::optional<ChangeDetector<double, Window>> detector_;
+
+  Maybe detector_;
   AxisFigure figure_ = AxisFigure::resonance;
 };
 
@@ -78,6 +88,7 @@ class AxisChangeWatch<0> {
   }
   void step(const AxisRow&, AxisResult&) noexcept {}
   void reset() noexcept {}
+  [[nodiscard]] bool intact() const noexcept { return true; }
 };
 
 /// Whether excitation, torque and output show the controller that was told: of a velocity, with a controller
@@ -98,26 +109,29 @@ class AxisControllerCheck {
     config.high_hz = band[1];
     const auto made = ControllerCheck<Real>::create(config);
     if (!made) return check;  // a band too narrow to tell: it says nothing
-    check.check_ = *made;
+    check.check_ = OneOf<ControllerCheck<Real>>(*made);
     return check;
   }
   void step(Real ru, Real u, Real y) noexcept {
-    if (check_) check_->step(ru, u, y);
+    if (auto* check = check_.template get_if<ControllerCheck<Real>>()) check->step(ru, u, y);
   }
   void miss(std::uint64_t count) noexcept {
-    if (check_) check_->miss(count);
+    if (auto* check = check_.template get_if<ControllerCheck<Real>>()) check->miss(count);
   }
   void reset() noexcept {
-    if (check_) check_->reset();
+    if (auto* check = check_.template get_if<ControllerCheck<Real>>()) check->reset();
   }
   void read(AxisRow& row) const noexcept {
-    if (!check_) return;
-    row.controller_differs = check_->differs();
-    if (check_->ready()) row.controller_difference = static_cast<double>(check_->difference());
+    const auto* check = check_.template get_if<ControllerCheck<Real>>();
+    if (check == nullptr) return;
+    row.controller_differs = check->differs();
+    if (check->ready()) row.controller_difference = static_cast<double>(check->difference());
   }
+  /// For a state of unknown origin (base/detail/intact.hpp).
+  [[nodiscard]] bool intact() const noexcept { return check_.intact(); }
 
  private:
-  std::optional<ControllerCheck<Real>> check_;
+  OneOf<ControllerCheck<Real>> check_;
 };
 
 /// An axis without it.
@@ -131,6 +145,7 @@ class AxisControllerCheck<Real, false> {
   void miss(std::uint64_t) noexcept {}
   void reset() noexcept {}
   void read(AxisRow&) const noexcept {}
+  [[nodiscard]] bool intact() const noexcept { return true; }
 };
 
 }  // namespace resonid::online::detail

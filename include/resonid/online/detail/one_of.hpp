@@ -40,6 +40,19 @@ class OneOf {
   decltype(auto) visit(Function&& f) const noexcept {
     return visit_from<0, Types...>(*this, f);
   }
+  /// As of construction.
+  void clear() noexcept { which_ = sizeof...(Types); }
+  [[nodiscard]] bool holds_one() const noexcept { return which_ < sizeof...(Types); }
+  /// For a state of unknown origin (base/detail/intact.hpp): none, or one that is intact.
+  [[nodiscard]] bool intact() const noexcept {
+    if (which_ >= sizeof...(Types)) return which_ == sizeof...(Types);
+    return visit([](const auto& one) {
+      if constexpr (requires { one.intact(); })
+        return one.intact();
+      else
+        return true;
+    });
+  }
   template <class T>
   [[nodiscard]] T* get_if() noexcept {
     return which_ == index_of<T>() ? as<T>() : nullptr;

@@ -8,6 +8,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <limits>
+#include <resonid/base/detail/intact.hpp>
 #include <resonid/base/expected.hpp>
 #include <resonid/online/models/detail/lag.hpp>
 #include <resonid/online/models/detail/line_rows.hpp>
@@ -138,6 +139,12 @@ class RecursiveResponseFit {
   [[nodiscard]] std::size_t next_line() const noexcept { return next_; }
   [[nodiscard]] std::uint64_t steps() const noexcept { return steps_; }
   [[nodiscard]] std::uint64_t skipped_steps() const noexcept { return skipped_; }
+
+  /// For a state of unknown origin (base/detail/intact.hpp).
+  [[nodiscard]] bool intact() const noexcept {
+    return intact_flags(levy_, integrator_, ready_) && sum_.intact() && count_ >= 1 && count_ <= MaxLines &&
+           next_ < count_ && columns_ <= 2 * Order;
+  }
 
  private:
   explicit RecursiveResponseFit(std::size_t columns) noexcept : sum_(columns), columns_(columns) {}

@@ -7,6 +7,7 @@
 #include <cstddef>
 #include <limits>
 #include <resonid/base/constants.hpp>
+#include <resonid/base/detail/intact.hpp>
 #include <span>
 #include <type_traits>
 
@@ -32,9 +33,10 @@ struct RunningMargins {
 /// Margins of the loop L = C Gd, line by line: the work of one line is bounded, so that a servo thread may
 /// spread a band over several samples.
 ///
-/// Between neighbouring lines log |L| and arg L are interpolated linearly, and the distance to -1 is that of
-/// the chord. A line whose L is 0 or not finite (a tracker that has not settled) makes a gap in the band:
-/// nothing is interpolated across it. Trivially copyable, no heap. Source: METHOD 10.2.
+/// Between neighbouring lines log |L| is interpolated linearly in log f (a slope stays one), arg L linearly
+/// in f (so does a delay), and the distance to -1 is that of the chord. A line whose L is 0 or not finite (a
+/// tracker that has not settled) makes a gap in the band: nothing is interpolated across it. Trivially
+/// copyable, no heap. Source: METHOD 10.2.
 template <class Real>
 class MarginScan {
  public:
@@ -54,9 +56,9 @@ class MarginScan {
     bool crossed = false;
     if (usable && last_usable_ && last_ != Complex(0) && loop != Complex(0)) {
       const Real step_hz = frequency_hz - last_hz_;
-      crossed = look_for_unit_gain(loop, step_hz, std);
+      crossed = look_for_unit_gain(loop, frequency_hz, std);
       look_for_modulus(loop, step_hz, std);
-      look_for_negative_real_axis(loop, step_hz);
+      look_for_negative_real_axis(loop, frequency_hz);
     }
     last_ = loop;
     last_hz_ = frequency_hz;
@@ -70,11 +72,13 @@ class MarginScan {
   [[nodiscard]] const RunningMargins<Real>& margins() const noexcept { return margins_; }
   [[nodiscard]] Real newest_crossover_hz() const noexcept { return newest_hz_; }
   [[nodiscard]] Real newest_phase_margin_deg() const noexcept { return newest_margin_deg_; }
+  /// For a state of unknown origin (base/detail/intact.hpp).
+  [[nodiscard]] bool intact() const noexcept { return resonid::intact(last_usable_); }
 
  private:
   static constexpr Real kHalfTurn = static_cast<Real>(kPi);
 
-  /// L between two lines: logarithmic in magnitude, the shorter way round in phase.
+  /// A part t of the way from one line to the other: logarithmic in magnitude, the shorter way in phase.
   static Complex between(Complex a, Complex b, Real t) noexcept {
     const Complex ratio = b / a;
     return a * std::polar(std::pow(std::abs(ratio), t), t * std::arg(ratio));
@@ -91,34 +95,38 @@ class MarginScan {
     return std::clamp((std::conj(d) * (Complex(-1) - a)).real() / length, Real(0), Real(1));
   }
 
-  bool look_for_unit_gain(Complex loop, Real step_hz, Real std) noexcept {
+  bool look_for_unit_gain(Complex loop, Real frequency_hz, Real std) noexcept {
     const Real before = std::log(std::abs(last_));
     const Real here = std::log(std::abs(loop));
     if ((before >= Real(0)) == (here >= Real(0))) return false;
     const Real t = before / (before - here);
-    const Real margin = phase_margin(between(last_, loop, t));
+    const Real crossing_hz =
+        last_hz_ > Real(0) ? last_hz_ * std::pow(frequency_hz / last_hz_, t) : t * frequency_hz;
+    const Real part = (crossing_hz - last_hz_) / (frequency_hz - last_hz_);
+    const Real margin = phase_margin(between(last_, loop, part));
     if (!(std::abs(margin) >= std::abs(margins_.worst_phase_margin_deg)))
       margins_.worst_phase_margin_deg = margin;
     if (before < Real(0)) return false;
-    newest_hz_ = last_hz_ + t * step_hz;
+    newest_hz_ = crossing_hz;
     newest_margin_deg_ = margin;
     if (std::isnan(margins_.crossover_hz)) {
       margins_.crossover_hz = newest_hz_;
       margins_.phase_margin_deg = margin;
-      take_crossover_errors(loop, step_hz, std, t, before - here);
+      take_crossover_errors(loop, frequency_hz, std, t, before - here);
     }
     return true;
   }
   /// At t between two lines whose gains differ by exp(fall): the errors of ln|L| and of arg L have the same
-  /// variance and are independent, t moves with those of ln|L|, and arg L with t.
-  void take_crossover_errors(Complex loop, Real step_hz, Real std, Real t, Real fall) noexcept {
+  /// variance and are independent, the crossing moves with those of ln|L|, and arg L with the crossing.
+  void take_crossover_errors(Complex loop, Real frequency_hz, Real std, Real t, Real fall) noexcept {
     const Real here = Real(0.5) * std * std / std::norm(loop);
     const Real before = Real(0.5) * last_std_ * last_std_ / std::norm(last_);
     const Real mixed = (Real(1) - t) * (Real(1) - t) * before + t * t * here;
-    const Real turn = std::arg(loop / last_);
-    margins_.crossover_std_hz = step_hz / fall * std::sqrt(mixed);
-    margins_.phase_margin_std_deg =
-        Real(180) / kHalfTurn * std::sqrt(mixed * (Real(1) + turn * turn / (fall * fall)));
+    const Real along = last_hz_ > Real(0) ? margins_.crossover_hz * std::log(frequency_hz / last_hz_)
+                                          : frequency_hz;  // of the crossing, over t
+    margins_.crossover_std_hz = along / fall * std::sqrt(mixed);
+    const Real turn = std::arg(loop / last_) / (frequency_hz - last_hz_) * margins_.crossover_std_hz;
+    margins_.phase_margin_std_deg = Real(180) / kHalfTurn * std::sqrt(mixed + turn * turn);
   }
   void look_for_modulus(Complex loop, Real step_hz, Real std) noexcept {
     const Real nearest = nearest_on_chord(last_, loop);
@@ -129,18 +137,20 @@ class MarginScan {
                  std::sqrt(Real(0.5) * (before * before + here * here)));
   }
   /// Neighbours more than 90 degrees apart say nothing about the crossing.
-  void look_for_negative_real_axis(Complex loop, Real step_hz) noexcept {
+  void look_for_negative_real_axis(Complex loop, Real frequency_hz) noexcept {
     const Real turn = std::arg(loop / last_);
     const Real before = std::arg(-last_);
     const Real quarter = Real(0.5) * kHalfTurn;
     if (!(std::abs(turn) < quarter) || (before >= Real(0)) == (before + turn >= Real(0)) ||
         !(std::abs(before) < quarter))
       return;
-    const Real t = -before / turn;
+    const Real crossing_hz = last_hz_ - before / turn * (frequency_hz - last_hz_);
+    const Real t = last_hz_ > Real(0) ? std::log(crossing_hz / last_hz_) / std::log(frequency_hz / last_hz_)
+                                      : -before / turn;
     const Real gain = Real(-20) * std::log10(std::abs(between(last_, loop, t)));
     if (gain > Real(0) && !(gain >= margins_.gain_margin_db)) {
       margins_.gain_margin_db = gain;
-      margins_.gain_margin_hz = last_hz_ + t * step_hz;
+      margins_.gain_margin_hz = crossing_hz;
     }
   }
   void take_modulus(Real distance, Real frequency_hz, Real std) noexcept {

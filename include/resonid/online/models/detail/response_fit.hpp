@@ -9,6 +9,7 @@
 #include <cstdint>
 #include <limits>
 #include <optional>
+#include <resonid/base/detail/intact.hpp>
 #include <resonid/base/expected.hpp>
 #include <resonid/online/models/detail/lag.hpp>
 #include <resonid/online/models/detail/line_rows.hpp>
@@ -129,6 +130,15 @@ class ResponseFit {
   [[nodiscard]] std::uint64_t steps() const noexcept { return steps_; }
   /// Steps that left the model as it was.
   [[nodiscard]] std::uint64_t skipped_steps() const noexcept { return skipped_; }
+
+  /// For a state of unknown origin (base/detail/intact.hpp).
+  [[nodiscard]] bool intact() const noexcept {
+    constexpr std::size_t kMostPasses = 1000;
+    return intact_flags(warm_, integrator_, weigh_, ready_, lines_.known) &&
+           std::all_of(lines_.usable.begin(), lines_.usable.end(),
+                       [](const bool& usable) { return resonid::intact(usable); }) &&
+           count_ >= 1 && count_ <= MaxLines && columns_ <= 2 * Order && iterations_ <= kMostPasses;
+  }
 
  private:
   using Column = Eigen::Matrix<Real, static_cast<int>(2 * Order), 1>;

@@ -115,6 +115,9 @@ class ControllerCheck {
   [[nodiscard]] std::uint64_t samples() const noexcept { return samples_; }
   [[nodiscard]] std::uint64_t skipped_samples() const noexcept { return skipped_; }
 
+  /// For a state of unknown origin (base/detail/intact.hpp).
+  [[nodiscard]] bool intact() const noexcept { return filled_ <= kMaxOrder; }
+
  private:
   static constexpr double kPeriods = 6.0;  // of a block
   static constexpr double kFewestSamples = 4.0;
