@@ -55,6 +55,7 @@ const std::vector<Case>& cases() {
     add_tracking_cases(c);
     add_model_cases(c);
     add_other_cases(c);
+    add_axis_cases(c);
     return c;
   }();
   return all;
