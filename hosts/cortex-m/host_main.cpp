@@ -25,7 +25,8 @@ int main(int count, char** arguments) {
                         &multisine_21,
                         &chirp,
                         &stepped_sine_21,
-                        &change_detector})
+                        &change_detector,
+                        &axis_lines_8})
     if (count == 2 && std::string_view(arguments[1]) == c->name) return run(*c);
   std::fputs("usage: cortex_reference CASE\n", stderr);
   return 2;

@@ -52,6 +52,7 @@ CASES = {
     "chirp": "`Chirp`",
     "stepped_sine_21": "`SteppedSine<21>`",
     "change_detector": "`ChangeDetector<float, 64>`, blocks of 16",
+    "axis_lines_8": "`BasicAxis` of `AxisLines<float, 8>`: a row of response and margins every 64 samples, spread over them",
 }
 # Most that may be, on the M4F (issue 6): instructions per sample, bytes.
 LARGEST_STEP = {"line_bank_8": 600, "line_bank_21": 1400, "chirp_tracker_3": 300, "rls_6": 650, "cloe_3": 1300}

@@ -11,3 +11,4 @@ extern const Case rls_6, arx_3, output_error_3, cloe_3, instrumental_variables_3
 extern const Case response_fit_3_21, recursive_response_fit_3_21;
 extern const Case prbs_10, multisine_21, chirp, stepped_sine_21;
 extern const Case change_detector;
+extern const Case axis_lines_8;
