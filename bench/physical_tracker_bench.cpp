@@ -23,7 +23,7 @@ struct Signals {
 /// A belt drive under pseudo-random torque, noise left away: the work does not depend on it.
 Signals signals() {
   const TwoMassPoint<double> belt{0.032, 0.032, 143.75, 0.3, 0.0};
-  const auto held = HeldTwoMass<double>::over(belt, 94.8, 0.002);
+  const auto held = ZohTwoMass<double>::over(belt, 94.8, 0.002);
   Signals s;
   std::array<double, 3> x{};
   std::uint32_t bits = 1;

@@ -11,15 +11,15 @@
 
 namespace {
 
-using resonid::online::HeldTwoMass;
 using resonid::online::PhysicalParameter;
+using resonid::online::ZohTwoMass;
 using Tracker = resonid::online::PhysicalTracker<double, 0>;
 
 constexpr double kStiffness = 143.75;
 constexpr std::int64_t kBlock = 200000;
 
 struct Drive {
-  HeldTwoMass<double> held = HeldTwoMass<double>::over({0.032, 0.032, kStiffness, 0.3, 0.0}, 94.8, 0.002);
+  ZohTwoMass<double> held = ZohTwoMass<double>::over({0.032, 0.032, kStiffness, 0.3, 0.0}, 94.8, 0.002);
   std::array<double, 3> x{};
   std::uint64_t state = 88172645463325252ULL;
 

@@ -46,14 +46,14 @@ struct Rlss : RlsVariants<Rlss, std::make_index_sequence<kMost>>::Type {
     return static_cast<std::uint32_t>(s.precision * kMost + s.parameters - 1);
   }
   static expected<void> build(void* memory, std::uint32_t variant, const Settings& s) noexcept {
-    std::array<bool, kMost> held{};
-    const auto given = array(s.held, s.parameters);
-    for (std::size_t i = 0; i < given.size(); ++i) held[i] = given[i] != 0;
+    std::array<bool, kMost> fixed{};
+    const auto given = array(s.fixed, s.parameters);
+    for (std::size_t i = 0; i < given.size(); ++i) fixed[i] = given[i] != 0;
     auto config = adaptation(s);
     if (!config) return unexpected<Error>(config.error());
     config->start = array(s.start, s.parameters);
     config->scale = array(s.scale, s.parameters);
-    config->held = std::span(held).first(given.size());
+    config->fixed = std::span(fixed).first(given.size());
     return build(memory, variant, *config, std::make_index_sequence<kMost>());
   }
   template <class Real, std::size_t N>

@@ -6,7 +6,7 @@
 #include <resonid/base/constants.hpp>
 #include <resonid/online/lines/detail/controller_response.hpp>
 #include <resonid/online/supervision/change_detection.hpp>
-#include <resonid/online/supervision/running_margins.hpp>
+#include <resonid/online/supervision/loop_margins.hpp>
 
 #include "change_config.hpp"
 #include "handle.hpp"

@@ -28,7 +28,7 @@ LoopMargins loop_margins(const data::FrequencyResponse& loop) {
   for (std::size_t i = 0; i < loop.lines(); ++i)
     if (scan.step(loop.frequency_hz[i], loop.value[i]))
       margins.crossovers.push_back({scan.newest_crossover_hz(), scan.newest_phase_margin_deg()});
-  const online::RunningMargins<double>& found = scan.margins();
+  const online::LoopMargins<double>& found = scan.margins();
   margins.worst_phase_margin_deg = present(found.worst_phase_margin_deg);
   margins.modulus_margin = present(found.modulus_margin).value_or(0.0);
   margins.modulus_margin_hz = present(found.modulus_margin_hz).value_or(0.0);

@@ -115,12 +115,11 @@ template <int Masses, class T>
 LinearSystem<T, Sizes<Masses>::kStates> continuous_drive(const data::ThreeMass<T>& p) {
   constexpr int kOrder = Sizes<Masses>::kOrder;
   LinearSystem<T, Sizes<Masses>::kStates> s;
-  s.a.setZero();
-  s.b.setZero();
-  s.c.setZero();
   const auto put = [&](const auto& core) {
-    s.a.template topLeftCorner<kOrder, kOrder>() = core.a;
-    s.b.template head<kOrder>() = core.b;
+    for (int i = 0; i < kOrder; ++i) {
+      for (int j = 0; j < kOrder; ++j) s.a(i, j) = core.a(i, j);
+      s.b(i) = core.b(i);
+    }
   };
   if constexpr (Masses == 3) {
     put(data::continuous_system(p));
@@ -165,22 +164,30 @@ SampledDrive<Masses, T> sampled_drive(const data::ThreeMass<T>& p, data::OutputQ
   drive.whole_delay = static_cast<int>(std::floor(plain(delay_samples) + 1e-9));
   const T fraction = delay_samples - T(drive.whole_delay);
   const auto partial = hold(continuous, (T(1.0) - fraction) * T(sample_time_s));
-  Eigen::Matrix<T, 1, kStates> row = Eigen::Matrix<T, 1, kStates>::Zero();
+  std::array<T, kStates> row;
+  row.fill(T(0.0));
   T feed_through(0.0);
   switch (quantity) {
     case data::OutputQuantity::velocity:
-      row(0) = T(1.0);
+      row[0] = T(1.0);
       break;
     case data::OutputQuantity::position:
-      row(kStates - 1) = T(1.0);
+      row[kStates - 1] = T(1.0);
       break;
     case data::OutputQuantity::acceleration:  // sampled just before the input changes
-      row = continuous.a.row(0);
+      for (int j = 0; j < kStates; ++j) row[static_cast<std::size_t>(j)] = continuous.a(0, j);
       feed_through = continuous.b(0);
       break;
   }
-  drive.system.c = row * partial.a;
-  drive.system.d = (row * partial.b)(0) + feed_through;
+  drive.system.d = feed_through;
+  for (int i = 0; i < kStates; ++i) {
+    const T& share = row[static_cast<std::size_t>(i)];
+    for (int j = 0; j < kStates; ++j) {
+      if (i == 0) drive.system.c(j) = T(0.0);
+      drive.system.c(j) += share * partial.a(i, j);
+    }
+    drive.system.d += share * partial.b(i);
+  }
   return drive;
 }
 

@@ -109,10 +109,10 @@ struct BeltErrors {
 };
 
 /// Margins and gap of a model, and its errors' bars.
-inline online::RunningMargins<double> scanned(const MovingBelt& belt,
-                                              const online::DiscreteModel<double, 3>& m, double resonance_hz,
-                                              const online::DiscreteModel<double, 3>& reference,
-                                              online::GapScan& gap) {
+inline online::LoopMargins<double> scanned(const MovingBelt& belt, const online::DiscreteModel<double, 3>& m,
+                                           double resonance_hz,
+                                           const online::DiscreteModel<double, 3>& reference,
+                                           online::GapScan& gap) {
   std::vector<double> grid;
   const double rate = belt.rate();
   for (int i = 0; i < 200; ++i) grid.push_back(0.0005 * rate * std::pow(0.499 / 0.0005, i / 199.0));

@@ -48,11 +48,11 @@ enum {
 
 typedef struct resonid_rls_settings {
   resonid_settings head;
-  uint32_t parameters;   ///< 1 ... RESONID_RLS_MAX_PARAMETERS.
-  uint32_t forgetting;   ///< RESONID_FORGETTING_...
-  const double* start;   ///< [parameter] before the first sample, or NULL: 0.
-  const double* scale;   ///< [parameter] typical size of its regressor, > 0, or NULL: 1.
-  const uint32_t* held;  ///< [parameter] not 0: stays at its start; or NULL: none does.
+  uint32_t parameters;    ///< 1 ... RESONID_RLS_MAX_PARAMETERS.
+  uint32_t forgetting;    ///< RESONID_FORGETTING_...
+  const double* start;    ///< [parameter] before the first sample, or NULL: 0.
+  const double* scale;    ///< [parameter] typical size of its regressor, > 0, or NULL: 1.
+  const uint32_t* fixed;  ///< [parameter] not 0: stays at its start; or NULL: none does.
   /// Variance of each parameter's start per unit variance of the residual, times its scale squared; > 0.
   double start_variance;
   double factor;             ///< Weight that a sample keeps per sample, in (0, 1].

@@ -3,7 +3,7 @@
 
 #include <optional>
 #include <resonid/data/frequency_response.hpp>
-#include <resonid/online/supervision/running_margins.hpp>
+#include <resonid/online/supervision/loop_margins.hpp>
 #include <vector>
 
 namespace resonid::diagnostics {

@@ -12,7 +12,7 @@ namespace resonid::fit {
 /// How lines count in a fit to a response.
 enum class Weighting {
   none,         ///< Every line alike, in absolute terms.
-  std,          ///< By the response's own standard deviations: maximum likelihood when the model is
+  deviations,   ///< By the response's own standard deviations: maximum likelihood when the model is
                 ///< true.
   model_error,  ///< By std^2 + (e |G|)^2, e just large enough to explain the misfit: a model that is only
                 ///< nearly true is not torn towards its best-measured lines.

@@ -120,7 +120,7 @@ struct AxisConfig {
   // How fast the estimate forgets.
   double memory_s = 0.0;  ///< 0: chosen by each method. Not for `physical`.
   /// Of `arx`, `output_error` ... `damped_closed_loop`: which forgetting, and how certain the start is.
-  /// `factor` follows from `memory_s`; `start`, `scale` and `held` must be empty.
+  /// `factor` follows from `memory_s`; `start`, `scale` and `fixed` must be empty.
   RecursiveLeastSquaresConfig adaptation{.start_variance = 0.01};
   bool extrapolate = false;  ///< `instrumental_variables`: 2 theta(memory) - theta(2 memory), without lag.
   double start_deviation = 0.1;  ///< `instrumental_variables`: of each parameter over its size.

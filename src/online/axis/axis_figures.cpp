@@ -6,7 +6,7 @@
 #include <resonid/online/detail/axis_lines.hpp>
 #include <resonid/online/detail/axis_physical.hpp>
 #include <resonid/online/detail/axis_reading.hpp>
-#include <resonid/online/models/detail/held_two_mass.hpp>
+#include <resonid/online/models/detail/zoh_two_mass.hpp>
 #include <resonid/online/models/modes.hpp>
 
 namespace resonid::online::detail {
@@ -55,9 +55,9 @@ void find_modes(AxisReading& r, std::size_t order, double sample_rate_hz) noexce
 
 /// Faddeev and LeVerrier: adj(zI - A) and det(zI - A) in one recursion.
 AxisReading::Model sampled_two_mass(const std::array<double, 5>& p, double sample_rate_hz) noexcept {
-  const auto held = HeldTwoMass<double>::over({p[0], p[1], p[2], p[3], p[4]},
-                                              kTwoPi * std::sqrt(p[2] * (1.0 / p[0] + 1.0 / p[1])),
-                                              1.0 / sample_rate_hz, 0);
+  const auto held =
+      ZohTwoMass<double>::over({p[0], p[1], p[2], p[3], p[4]},
+                               kTwoPi * std::sqrt(p[2] * (1.0 / p[0] + 1.0 / p[1])), 1.0 / sample_rate_hz, 0);
   Eigen::Matrix3d a, m = Eigen::Matrix3d::Identity();
   Eigen::Vector3d b;
   for (int i = 0; i < 3; ++i) {

@@ -125,7 +125,7 @@ void AxisLoopFigures::point(Complex reference) noexcept {
   if (loop_ == AxisLoop::controller) model_scan_.step(hz, weight * plant * delay_at(hz));
 }
 
-void AxisLoopFigures::take_margins(const RunningMargins<double>& m, AxisRow& row) const noexcept {
+void AxisLoopFigures::take_margins(const LoopMargins<double>& m, AxisRow& row) const noexcept {
   row.crossover_hz = {m.crossover_hz, m.crossover_std_hz};
   row.phase_margin_deg = {m.phase_margin_deg, m.phase_margin_std_deg};
   row.modulus_margin = {m.modulus_margin, m.modulus_margin_std};

@@ -10,7 +10,7 @@ TwoMassResponse::Point TwoMassResponse::at(double frequency_hz) const noexcept {
   Square matrix;
   Eigen::Vector3cd b;
   for (int i = 0; i < 3; ++i) {
-    const auto& row = held_.ab[static_cast<std::size_t>(i)];
+    const auto& row = zoh_.ab[static_cast<std::size_t>(i)];
     for (int j = 0; j < 3; ++j) matrix(i, j) = (i == j ? z : 0.0) - row[static_cast<std::size_t>(j)];
     b(i) = row[3];
   }
@@ -21,7 +21,7 @@ TwoMassResponse::Point TwoMassResponse::at(double frequency_hz) const noexcept {
   for (std::size_t k = 0; k < kParameters; ++k) {
     std::complex<double> sum = 0.0;
     for (std::size_t i = 0; i < 3; ++i) {
-      const auto& row = held_.by_log[k][i];
+      const auto& row = zoh_.by_log[k][i];
       const auto moved = row[0] * x(0) + row[1] * x(1) + row[2] * x(2) + row[3];
       sum += inverse(0, static_cast<int>(i)) * moved;
     }

@@ -60,14 +60,14 @@ static void covariance_is_that_of_least_squares(void) {
   resonid_destroy(rls);
 }
 
-static void held_parameters_stay(void) {
+static void fixed_parameters_stay(void) {
   const double start[] = {0.0, 7.0};
-  const uint32_t held[] = {0, 1};
+  const uint32_t fixed[] = {0, 1};
   resonid_rls_settings c;
   CHECK_OK(resonid_defaults(&c.head, sizeof c, RESONID_RLS));
   c.parameters = 2;
   c.start = start;
-  c.held = held;
+  c.fixed = fixed;
   resonid_handle* rls = NULL;
   CHECK_OK(resonid_create(&c.head, &rls, NULL));
   uint64_t random = 11;
@@ -115,7 +115,7 @@ int main(void) {
     recovers_parameters(RESONID_FLOAT, parameters, 2e-4);
   }
   covariance_is_that_of_least_squares();
-  held_parameters_stay();
+  fixed_parameters_stay();
   refusals_name_the_field();
   return verdict();
 }

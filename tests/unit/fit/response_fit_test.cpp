@@ -74,7 +74,7 @@ TEST(ResponseFit, FindsItsOwnStartAndStatesRightErrors) {
   for (std::uint64_t seed = 1; seed <= kRuns; ++seed) {
     ResponseFitConfig config;
     config.sample_time_s = 0.002;
-    config.weighting = Weighting::std;
+    config.weighting = Weighting::deviations;
     const auto fit = fit_response(noisy_response(seed, 0.05), config);
     ASSERT_TRUE(fit.has_value());
     const auto k = fit->model.estimate(kStiffness);

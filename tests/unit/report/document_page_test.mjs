@@ -72,8 +72,8 @@ test("a band is a stretch of points that have both bounds", () => {
 
 test("regions of one name share a colour, and what is no number lies at the edge", () => {
   const [a, b, c] = series.shapesOf({ shapes: [
-    { kind: "rectangle", name: "held", x: 1, y: null, x_end: 2, y_end: null }, { kind: "circle", name: "unit", x: 0, y: 0, radius: 1 },
-    { kind: "rectangle", name: "held", x: 3, x_end: 4 }] });
+    { kind: "rectangle", name: "fixed", x: 1, y: null, x_end: 2, y_end: null }, { kind: "circle", name: "unit", x: 0, y: 0, radius: 1 },
+    { kind: "rectangle", name: "fixed", x: 3, x_end: 4 }] });
   assert.equal(a.colour, c.colour);
   assert.notEqual(a.colour, b.colour);
   assert.deepEqual([a.x, a.y, a.xEnd, a.yEnd], [1, -Infinity, 2, Infinity]);

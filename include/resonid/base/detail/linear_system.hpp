@@ -20,6 +20,17 @@ struct LinearSystem {
   Scalar d = Scalar(0);
 };
 
+/// A B in plain loops: an expression of Eigen takes many times as long to compile, for numbers with
+/// derivatives above all.
+template <class Matrix>
+[[nodiscard]] Matrix plain_product(const Matrix& a, const Matrix& b) {
+  Matrix product = Matrix::Zero(a.rows(), b.cols());
+  for (Eigen::Index j = 0; j < b.cols(); ++j)
+    for (Eigen::Index k = 0; k < a.cols(); ++k)
+      for (Eigen::Index i = 0; i < a.rows(); ++i) product(i, j) += a(i, k) * b(k, j);
+  return product;
+}
+
 /// exp(A) by scaling and squaring of a Taylor series; relative error near machine precision for |A| up to a
 /// few hundred. Works for automatic-differentiation scalars too, so exact derivatives come for free.
 /// `norm_bound` is a plain number not below the infinity norm of A.
@@ -34,13 +45,19 @@ Eigen::Matrix<Scalar, Order, Order> matrix_exponential(const Eigen::Matrix<Scala
     scale *= 0.5;
     ++squarings;
   }
-  const Matrix scaled = a * Scalar(scale);
+  const auto scale_by = [](Matrix& m, double factor) {
+    for (Eigen::Index j = 0; j < m.cols(); ++j)
+      for (Eigen::Index i = 0; i < m.rows(); ++i) m(i, j) *= Scalar(factor);
+  };
+  Matrix scaled = a;
+  scale_by(scaled, scale);
   Matrix sum = Matrix::Identity(a.rows(), a.cols());
   for (int k = kTerms; k >= 1; --k) {  // Horner: I + A/1 (I + A/2 (I + ...))
-    sum = (scaled * sum).eval() * Scalar(1.0 / k);
-    sum.diagonal().array() += Scalar(1);
+    sum = plain_product(scaled, sum);
+    scale_by(sum, 1.0 / k);
+    for (Eigen::Index i = 0; i < sum.rows(); ++i) sum(i, i) += Scalar(1);
   }
-  for (int k = 0; k < squarings; ++k) sum = (sum * sum).eval();
+  for (int k = 0; k < squarings; ++k) sum = plain_product(sum, sum);
   return sum;
 }
 
@@ -49,14 +66,18 @@ Eigen::Matrix<Scalar, Order, Order> matrix_exponential(const Eigen::Matrix<Scala
 template <class Scalar, int Order>
 LinearSystem<Scalar, Order> zero_order_hold(const LinearSystem<Scalar, Order>& continuous, Scalar step_s,
                                             double norm_bound) {
-  Eigen::Matrix<Scalar, Order + 1, Order + 1> extended;
-  extended.setZero();
-  extended.template topLeftCorner<Order, Order>() = continuous.a * step_s;
-  extended.template topRightCorner<Order, 1>() = continuous.b * step_s;
-  const auto exponential = matrix_exponential<Scalar, Order + 1>(extended, norm_bound);
+  using Extended = Eigen::Matrix<Scalar, Order + 1, Order + 1>;
+  Extended extended = Extended::Zero();
+  for (int i = 0; i < Order; ++i) {
+    for (int j = 0; j < Order; ++j) extended(i, j) = continuous.a(i, j) * step_s;
+    extended(i, Order) = continuous.b(i) * step_s;
+  }
+  const Extended exponential = matrix_exponential<Scalar, Order + 1>(extended, norm_bound);
   LinearSystem<Scalar, Order> discrete;
-  discrete.a = exponential.template topLeftCorner<Order, Order>();
-  discrete.b = exponential.template topRightCorner<Order, 1>();
+  for (int i = 0; i < Order; ++i) {
+    for (int j = 0; j < Order; ++j) discrete.a(i, j) = exponential(i, j);
+    discrete.b(i) = exponential(i, Order);
+  }
   discrete.c = continuous.c;
   discrete.d = continuous.d;
   return discrete;

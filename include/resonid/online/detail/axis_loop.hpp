@@ -11,7 +11,7 @@
 #include <resonid/online/axis_result.hpp>
 #include <resonid/online/detail/axis_reading.hpp>
 #include <resonid/online/supervision/detail/loop_errors.hpp>
-#include <resonid/online/supervision/running_margins.hpp>
+#include <resonid/online/supervision/loop_margins.hpp>
 
 namespace resonid::online::detail {
 
@@ -146,7 +146,7 @@ class AxisLoopFigures {
   [[nodiscard]] Complex delay_at(double hz) const noexcept;
   [[nodiscard]] Complex weight_at(double hz) const noexcept;
   [[nodiscard]] Complex model_loop_at(double hz) const noexcept;
-  void take_margins(const RunningMargins<double>& m, AxisRow& row) const noexcept;
+  void take_margins(const LoopMargins<double>& m, AxisRow& row) const noexcept;
   void take_model_deviations(const AxisReading& reading, AxisRow& row) const noexcept;
 
   AxisController controller_;

@@ -49,7 +49,7 @@ template <class Real, std::size_t ReplaySamples = 16384>
 class PhysicalTracker {
  public:
   using Scalar = Real;
-  static constexpr std::size_t kParameters = kPhysicalStates - HeldTwoMass<Real>::kStates;
+  static constexpr std::size_t kParameters = kPhysicalStates - ZohTwoMass<Real>::kStates;
   using Covariance = Eigen::Matrix<double, static_cast<int>(kParameters), static_cast<int>(kParameters)>;
 
   static expected<PhysicalTracker, Error> create(const PhysicalTrackerConfig& config) {
@@ -100,7 +100,7 @@ class PhysicalTracker {
   /// All that is estimated of J1, J2, K, D is known twice as well as at the start.
   [[nodiscard]] bool converged() const noexcept;
   /// Innovations are about as large as the filter expects them.
-  [[nodiscard]] bool consistent() const noexcept { return run_.surprise < 2.0; }
+  [[nodiscard]] bool consistent() const noexcept { return run_.nis < 2.0; }
   /// The twist moves enough to tell about the stiffness; while it does not, the estimate is held.
   [[nodiscard]] bool excited() const noexcept { return excited_; }
   /// No friction below 0 by more than twice its error, a resonance below half the sample rate and less damped
@@ -128,7 +128,7 @@ class PhysicalTracker {
   static constexpr double kLinearityShare = 0.1;
   static constexpr double kLeastEffect = 0.02;
   static constexpr double kEffectPeriods = 2.0;  // of the resonance
-  static constexpr double kCaution = 10.0;
+  static constexpr double kNoiseInflation = 10.0;
   static constexpr std::size_t kPolishInRow = 2;
   static constexpr double kMostAge_s = 1.0;
   /// A drift at half the rate, remembered for 0.3 s, as a walk: (d/2) sqrt(0.3 s).
@@ -140,7 +140,7 @@ class PhysicalTracker {
   explicit PhysicalTracker(const PhysicalTrackerConfig& config) noexcept;
 
   static constexpr std::size_t state_of(PhysicalParameter p) noexcept {
-    return HeldTwoMass<Real>::kStates + static_cast<std::size_t>(p);
+    return ZohTwoMass<Real>::kStates + static_cast<std::size_t>(p);
   }
   static constexpr int index(PhysicalParameter p) noexcept { return static_cast<int>(p); }
 

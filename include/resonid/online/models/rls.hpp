@@ -31,7 +31,7 @@ struct RecursiveLeastSquaresConfig {
   /// Variance of each parameter's start per unit variance of the residual, times its scale squared; > 0.
   double start_variance = 1.0;
   std::span<const double> scale{};  ///< Typical size of each regressor, > 0; empty: 1.
-  std::span<const bool> held{};     ///< Parameters that stay at their start; empty: none.
+  std::span<const bool> fixed{};    ///< Parameters that stay at their start; empty: none.
   Forgetting forgetting = Forgetting::constant;
   double factor = 0.99;            ///< Weight that a sample keeps per sample, in (0, 1]; not used by `none`.
   double smallest_factor = 0.8;    ///< Least factor of `variable`, in (0, factor].
@@ -74,11 +74,11 @@ class RecursiveLeastSquares {
     RecursiveLeastSquares rls;
     for (std::size_t i = 0; i < Parameters; ++i) {
       const double scale = config.scale.empty() ? 1.0 : config.scale[i];
-      const bool held = !config.held.empty() && config.held[i];
+      const bool fixed = !config.fixed.empty() && config.fixed[i];
       rls.start_[i] = config.start.empty() ? Real(0) : static_cast<Real>(config.start[i]);
-      rls.start_variance_[i] = held ? Real(0) : static_cast<Real>(config.start_variance / (scale * scale));
+      rls.start_variance_[i] = fixed ? Real(0) : static_cast<Real>(config.start_variance / (scale * scale));
       rls.largest_[i] = rls.start_variance_[i] * static_cast<Real>(config.largest_variance);
-      if (!held) rls.active_ += Real(1);
+      if (!fixed) rls.active_ += Real(1);
       rls.smallest_[i] = rls.start_variance_[i] * static_cast<Real>(config.smallest_variance);
     }
     rls.forgetting_ = config.forgetting;
@@ -255,8 +255,8 @@ class RecursiveLeastSquares {
       return Error{"scale", "needs one value per parameter", static_cast<double>(c.scale.size())};
     for (const double x : c.scale)
       if (!(x > 0.0) || !std::isfinite(x)) return Error{"scale", "must be > 0", x};
-    if (!c.held.empty() && c.held.size() != Parameters)
-      return Error{"held", "needs one value per parameter", static_cast<double>(c.held.size())};
+    if (!c.fixed.empty() && c.fixed.size() != Parameters)
+      return Error{"fixed", "needs one value per parameter", static_cast<double>(c.fixed.size())};
     if (!(c.factor > 0.0 && c.factor <= 1.0)) return Error{"factor", "must lie in (0, 1]", c.factor};
     if (c.forgetting == Forgetting::variable && !(c.smallest_factor > 0.0 && c.smallest_factor <= c.factor))
       return Error{"smallest_factor", "must lie in (0, factor]", c.smallest_factor};
@@ -275,7 +275,7 @@ class RecursiveLeastSquares {
   // Sums over the remembered samples: of their weights, the squares of these, weight times age.
   Real weights_ = Real(0), weight_squares_ = Real(0), ages_ = Real(0);
   Real squared_errors_ = Real(0), usual_error_ = Real(0), error_ = Real(0);
-  Real leverage_ = Real(0), active_ = Real(0);  // parameters that are not held
+  Real leverage_ = Real(0), active_ = Real(0);  // parameters that are not fixed
   std::uint64_t samples_ = 0, skipped_ = 0;
   std::size_t since_limits_ = 0;
   bool limited_ = false;

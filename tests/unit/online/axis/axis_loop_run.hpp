@@ -14,7 +14,7 @@
 #include <resonid/online/excitation/multisine.hpp>
 #include <resonid/online/models/detail/model_response.hpp>
 #include <resonid/online/models/modes.hpp>
-#include <resonid/online/supervision/running_margins.hpp>
+#include <resonid/online/supervision/loop_margins.hpp>
 #include <tooth_belt.hpp>
 #include <vector>
 
@@ -81,7 +81,7 @@ class BeltLoop {
     return online::response(model_, hz, kRateHz) * controller(hz) * std::polar(1.0, -kTwoPi * hz / kRateHz);
   }
   /// On a fine grid.
-  [[nodiscard]] online::RunningMargins<double> margins() const {
+  [[nodiscard]] online::LoopMargins<double> margins() const {
     online::MarginScan<double> scan;
     for (double hz = 0.2; hz < 0.4999 * kRateHz; hz *= 1.0003)
       scan.step(hz, online::response(model_, hz, kRateHz) * controller(hz) *

@@ -97,11 +97,11 @@ void expect_within(const T& tracker, P p, double truth, double deviations, doubl
   EXPECT_LT(error, most) << static_cast<int>(p);
 }
 
-TEST(HeldTwoMass, IsTheHoldOfTheBaseStageWithItsDerivatives) {
+TEST(ZohTwoMass, IsTheHoldOfTheBaseStageWithItsDerivatives) {
   for (const double step : {0.0005, 0.004}) {  // hardly any squaring, and several
     const TwoMassPoint<double> point{0.0028, 0.00265, 292.0, 0.06, 0.003};
     const double scale = std::sqrt(point.stiffness * (1.0 / point.driven_inertia + 1.0 / point.load_inertia));
-    const auto held = HeldTwoMass<double>::over(point, scale, step);
+    const auto zoh = ZohTwoMass<double>::over(point, scale, step);
     const auto exact = [&](std::array<double, 5> p) {  // x = [v1, v2, scale * twist] with a fixed scale
       LinearSystem<double, 3> s;
       s.a << -(p[3] + p[4]) / p[0], p[3] / p[0], -p[2] / scale / p[0],  //
@@ -116,7 +116,7 @@ TEST(HeldTwoMass, IsTheHoldOfTheBaseStageWithItsDerivatives) {
     const std::array<double, 5> p{0.0028, 0.00265, 292.0, 0.06, 0.003};
     const auto ab = exact(p);
     for (int i = 0; i < 3; ++i)
-      for (int j = 0; j < 4; ++j) EXPECT_NEAR(held.ab[i][j], ab(i, j), 1e-9 * (1.0 + std::abs(ab(i, j))));
+      for (int j = 0; j < 4; ++j) EXPECT_NEAR(zoh.ab[i][j], ab(i, j), 1e-9 * (1.0 + std::abs(ab(i, j))));
     for (std::size_t d = 0; d < 5; ++d) {
       auto more = p, less = p;
       const double h = 1e-5;
@@ -125,7 +125,7 @@ TEST(HeldTwoMass, IsTheHoldOfTheBaseStageWithItsDerivatives) {
       const Eigen::Matrix<double, 3, 4> slope = (exact(more) - exact(less)) / (2.0 * h);
       for (int i = 0; i < 3; ++i)
         for (int j = 0; j < 4; ++j)
-          EXPECT_NEAR(held.by_log[d][i][j], slope(i, j), 1e-6 * slope.cwiseAbs().maxCoeff()) << d;
+          EXPECT_NEAR(zoh.by_log[d][i][j], slope(i, j), 1e-6 * slope.cwiseAbs().maxCoeff()) << d;
     }
   }
 }

@@ -187,8 +187,8 @@ TEST(RecursiveLeastSquares, TheLowerLimitKeepsItAlert) {
 
 TEST(RecursiveLeastSquares, ScaleSetsTheStartAndHeldParametersStay) {
   const std::array<double, kN> start{0.5, 0.5, 0.5, 0.5}, scale{1.0, 0.2, 1.5, 5.0};
-  const std::array<bool, kN> held{false, true, false, false};
-  auto rls = Rls::create({.start = start, .start_variance = 2.0, .scale = scale, .held = held}).value();
+  const std::array<bool, kN> fixed{false, true, false, false};
+  auto rls = Rls::create({.start = start, .start_variance = 2.0, .scale = scale, .fixed = fixed}).value();
   const auto p = rls.information_inverse();
   EXPECT_DOUBLE_EQ(p(0, 0), 2.0);
   EXPECT_DOUBLE_EQ(p(1, 1), 0.0);

@@ -36,7 +36,7 @@ Complex plant(double hz) {
 }
 Complex loop(double hz) { return plant(hz) * controller(hz) * std::polar(1.0, -kTwoPi * hz * kDelay); }
 
-RunningMargins<double> found() {
+LoopMargins<double> found() {
   MarginScan<double> scan;
   for (double hz = 0.5; hz < 249.0; hz *= 1.0001) scan.step(hz, loop(hz));
   return scan.margins();
@@ -108,7 +108,7 @@ TEST(LoopErrors, MarginsOfLinesAgainstLinesThatAreMoved) {
       constexpr double kPart = 1e-5;
       auto moved = value;
       moved[i] += kPart * std[i] * unit;
-      const auto other = running_margins<double>(hz, moved);
+      const auto other = loop_margins<double>(hz, moved);
       crossover += 0.5 * std::pow((other.crossover_hz - m.crossover_hz) / kPart, 2);
       phase += 0.5 * std::pow((other.phase_margin_deg - m.phase_margin_deg) / kPart, 2);
       modulus += 0.5 * std::pow((other.modulus_margin - m.modulus_margin) / kPart, 2);
@@ -122,7 +122,7 @@ TEST(LoopErrors, MarginsWithoutErrorsOfTheLinesHaveNone) {
   EXPECT_TRUE(std::isnan(found().crossover_std_hz));
   EXPECT_TRUE(std::isnan(found().modulus_margin_std));
   const auto s = margin_stds(
-      RunningMargins<double>{}, [](double) { return RelativeError{}; }, loop);
+      LoopMargins<double>{}, [](double) { return RelativeError{}; }, loop);
   EXPECT_TRUE(std::isnan(s.crossover_hz));
   EXPECT_TRUE(std::isnan(s.phase_margin_deg));
   EXPECT_TRUE(std::isnan(s.modulus_margin));

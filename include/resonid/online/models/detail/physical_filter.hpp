@@ -7,7 +7,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <resonid/base/detail/intact.hpp>
-#include <resonid/online/models/detail/held_two_mass.hpp>
+#include <resonid/online/models/detail/zoh_two_mass.hpp>
 
 namespace resonid::online {
 
@@ -52,7 +52,7 @@ template <class Real>
 class PhysicalFilter {
  public:
   static constexpr std::size_t kN = kPhysicalStates;
-  static constexpr std::size_t kX = HeldTwoMass<Real>::kStates;
+  static constexpr std::size_t kX = ZohTwoMass<Real>::kStates;
   using Vector = std::array<Real, kN>;
   using Matrix = std::array<Vector, kN>;
 
@@ -90,35 +90,35 @@ class PhysicalFilter {
     refresh();
   }
 
-  /// From one sample to the next under the torque u. `agility` multiplies the noise of the drift rate; 0:
-  /// nothing is to be seen of the stiffness, and it is held with what is known of it.
-  void predict(Real u, Real extra_torque_variance, Real agility) noexcept {
+  /// From one sample to the next under the torque u. `adaptive_noise` multiplies the noise of the drift rate;
+  /// 0: nothing is to be seen of the stiffness, and it is held with what is known of it.
+  void predict(Real u, Real extra_torque_variance, Real adaptive_noise) noexcept {
     if (!frozen_ && ++since_refresh_ >= setup_.refresh_samples && stale()) refresh();
     const Real sign = sign_of(state_[kDrivenVelocity]);
     linearise(u, sign);
     Vector next = state_;
-    for (std::size_t i = 0; i < kX; ++i) next[i] = normal(deviated(held_, gradient_, i, u, sign));
+    for (std::size_t i = 0; i < kX; ++i) next[i] = normal(deviated(zoh_, gradient_, i, u, sign));
     propagate_covariance(extra_torque_variance);
     p_[kTorqueOffset][kTorqueOffset] += setup_.noise.offset_variance;
     if (frozen_)
       for (std::size_t i = 0; i < kX; ++i) along_[i] = reference_[i];
-    if (agility > Real(0) && setup_.noise.rate_variance > Real(0)) {
+    if (adaptive_noise > Real(0) && setup_.noise.rate_variance > Real(0)) {
       next[kLogStiffness] += setup_.sample_time_s * state_[kStiffnessRate];
       next[kStiffnessRate] *= setup_.noise.rate_memory;
-      drift(agility);
+      drift(adaptive_noise);
     }
     state_ = next;
   }
 
   /// After many samples without torque and output nothing is known of the plant's states, which resume()
   /// brings back; the parameters have wandered on.
-  void lose_plant(Real samples, Real agility) noexcept {
+  void lose_plant(Real samples, Real adaptive_noise) noexcept {
     for (std::size_t i = 0; i < kX; ++i) {
       for (std::size_t j = 0; j < kN; ++j) p_[i][j] = p_[j][i] = Real(0);
       p_[i][i] = setup_.deviation[i] * setup_.deviation[i];
     }
     p_[kTorqueOffset][kTorqueOffset] += samples * setup_.noise.offset_variance;
-    if (!(agility > Real(0)) || !(setup_.noise.rate_variance > Real(0))) return;
+    if (!(adaptive_noise > Real(0)) || !(setup_.noise.rate_variance > Real(0))) return;
     const Real time = samples * setup_.sample_time_s;
     p_[kLogStiffness][kLogStiffness] += time * time * p_[kStiffnessRate][kStiffnessRate];
     p_[kLogDamping][kLogDamping] += samples * setup_.noise.damping_variance;
@@ -215,10 +215,10 @@ class PhysicalFilter {
                                    std::exp(about[kLogStiffness]), std::exp(about[kLogDamping]),
                                    about[kViscousFriction]};
     const std::size_t derivatives = estimated_ == kN ? kLogs + 1 : kLogs;
-    held_ = HeldTwoMass<Real>::over(point, setup_.twist_scale, setup_.sample_time_s, derivatives);
+    zoh_ = ZohTwoMass<Real>::over(point, setup_.twist_scale, setup_.sample_time_s, derivatives);
     if (setup_.fraction > Real(0))
-      partial_ = HeldTwoMass<Real>::over(point, setup_.twist_scale,
-                                         (Real(1) - setup_.fraction) * setup_.sample_time_s, derivatives);
+      partial_ = ZohTwoMass<Real>::over(point, setup_.twist_scale,
+                                        (Real(1) - setup_.fraction) * setup_.sample_time_s, derivatives);
     for (std::size_t j = kX; j < kX + kLogs; ++j) along_[j] = about[j];
     along_[kViscousFriction] = about[kViscousFriction];
     since_refresh_ = 0;
@@ -231,9 +231,9 @@ class PhysicalFilter {
       along_[kCoulombFriction] = state_[kCoulombFriction];
       along_[kTorqueOffset] = state_[kTorqueOffset];
     }
-    gradient_ = gradient_of(held_, u, sign);
+    gradient_ = gradient_of(zoh_, u, sign);
     const Real torque = torque_along(u, sign);
-    for (std::size_t i = 0; i < kX; ++i) reference_[i] = step_of(held_.ab[i], torque);
+    for (std::size_t i = 0; i < kX; ++i) reference_[i] = step_of(zoh_.ab[i], torque);
   }
   [[nodiscard]] Real torque_along(Real u, Real sign) const noexcept {
     return u + along_[kTorqueOffset] - along_[kCoulombFriction] * sign;
@@ -241,23 +241,23 @@ class PhysicalFilter {
   [[nodiscard]] Real step_of(const std::array<Real, kX + 1>& row, Real torque) const noexcept {
     return row[0] * along_[0] + row[1] * along_[1] + row[2] * along_[2] + row[3] * torque;
   }
-  [[nodiscard]] Gradient gradient_of(const HeldTwoMass<Real>& held, Real u, Real sign) const noexcept {
+  [[nodiscard]] Gradient gradient_of(const ZohTwoMass<Real>& zoh, Real u, Real sign) const noexcept {
     Gradient g;
     const Real torque = torque_along(u, sign);
     for (std::size_t i = 0; i < kX; ++i) {
-      for (std::size_t j = 0; j < kLogs; ++j) g[i][j] = step_of(held.by_log[j][i], torque);
+      for (std::size_t j = 0; j < kLogs; ++j) g[i][j] = step_of(zoh.by_log[j][i], torque);
       g[i][kStiffnessRate - kX] = Real(0);
-      g[i][kViscousFriction - kX] = step_of(held.by_log[kLogs][i], torque);
-      g[i][kCoulombFriction - kX] = -sign * held.ab[i][kX];
-      g[i][kTorqueOffset - kX] = held.ab[i][kX];
+      g[i][kViscousFriction - kX] = step_of(zoh.by_log[kLogs][i], torque);
+      g[i][kCoulombFriction - kX] = -sign * zoh.ab[i][kX];
+      g[i][kTorqueOffset - kX] = zoh.ab[i][kX];
     }
     return g;
   }
   /// Row i of the step, to first order about the trajectory.
-  [[nodiscard]] Real deviated(const HeldTwoMass<Real>& held, const Gradient& g, std::size_t i, Real u,
+  [[nodiscard]] Real deviated(const ZohTwoMass<Real>& zoh, const Gradient& g, std::size_t i, Real u,
                               Real sign) const noexcept {
-    Real value = step_of(held.ab[i], torque_along(u, sign));
-    for (std::size_t j = 0; j < kX; ++j) value += held.ab[i][j] * (state_[j] - along_[j]);
+    Real value = step_of(zoh.ab[i], torque_along(u, sign));
+    for (std::size_t j = 0; j < kX; ++j) value += zoh.ab[i][j] * (state_[j] - along_[j]);
     for (std::size_t j = 0; j < kGradient; ++j) value += g[i][j] * (state_[kX + j] - along_[kX + j]);
     return value;
   }
@@ -269,15 +269,15 @@ class PhysicalFilter {
     std::array<Vector, kX> moved;  // [A G] P
     for (std::size_t i = 0; i < kX; ++i) {
       for (std::size_t j = 0; j < N; ++j)
-        moved[i][j] = held_.ab[i][0] * p_[0][j] + held_.ab[i][1] * p_[1][j] + held_.ab[i][2] * p_[2][j];
+        moved[i][j] = zoh_.ab[i][0] * p_[0][j] + zoh_.ab[i][1] * p_[1][j] + zoh_.ab[i][2] * p_[2][j];
       for (std::size_t l = kX; l < N; ++l)
         for (std::size_t j = 0; j < N; ++j) moved[i][j] += gradient_[i][l - kX] * p_[l][j];
     }
     for (std::size_t i = 0; i < kX; ++i) {
       for (std::size_t j = i; j < kX; ++j) {
-        Real sum = moved[i][0] * held_.ab[j][0] + moved[i][1] * held_.ab[j][1] + moved[i][2] * held_.ab[j][2];
+        Real sum = moved[i][0] * zoh_.ab[j][0] + moved[i][1] * zoh_.ab[j][1] + moved[i][2] * zoh_.ab[j][2];
         for (std::size_t l = kX; l < N; ++l) sum += moved[i][l] * gradient_[j][l - kX];
-        p_[i][j] = p_[j][i] = sum + held_.ab[i][kX] * held_.ab[j][kX] * extra_torque_variance;
+        p_[i][j] = p_[j][i] = sum + zoh_.ab[i][kX] * zoh_.ab[j][kX] * extra_torque_variance;
       }
       p_[i][i] += setup_.noise.plant_variance;
       for (std::size_t j = kX; j < N; ++j) p_[j][i] = p_[i][j] = normal(moved[i][j]);
@@ -292,7 +292,7 @@ class PhysicalFilter {
       propagate<kN>(extra_torque_variance);
   }
 
-  void drift(Real agility) noexcept {
+  void drift(Real adaptive_noise) noexcept {
     const Real ts = setup_.sample_time_s;
     const Real keep = setup_.noise.rate_memory;
     for (std::size_t j = 0; j < kN; ++j) p_[kLogStiffness][j] += ts * p_[kStiffnessRate][j];
@@ -306,7 +306,7 @@ class PhysicalFilter {
     }
     p_[kLogStiffness][kStiffnessRate] = p_[kStiffnessRate][kLogStiffness];
     p_[kLogDamping][kLogDamping] += setup_.noise.damping_variance;
-    p_[kStiffnessRate][kStiffnessRate] += agility * setup_.noise.rate_variance;
+    p_[kStiffnessRate][kStiffnessRate] += adaptive_noise * setup_.noise.rate_variance;
   }
 
   bool correct(const Vector& row, Real innovation, Real variance, Real most) noexcept {
@@ -352,8 +352,8 @@ class PhysicalFilter {
   Vector state_{};
   Vector along_{};  // what derivatives are taken at: plant states of the trajectory, parameters of the model
   Matrix p_{};
-  HeldTwoMass<Real> held_{};
-  HeldTwoMass<Real> partial_{};  // over the part of a sample until the output was sampled
+  ZohTwoMass<Real> zoh_{};
+  ZohTwoMass<Real> partial_{};  // over the part of a sample until the output was sampled
   Gradient gradient_{};
   std::array<Real, kX> reference_{};
   Real innovation_{};

@@ -44,7 +44,7 @@ class NoiseEstimate {
     variance_ = std::max(variance_, kLeast);
   }
   /// Keeps the value, but believes in it little.
-  void doubt() noexcept { learnt_ = std::min(learnt_, kDoubted); }
+  void forget() noexcept { learnt_ = std::min(learnt_, kForgotten); }
   [[nodiscard]] bool usable() const noexcept { return given_ || seen_ > 2; }
   [[nodiscard]] Real variance() const noexcept { return variance_; }
 
@@ -53,7 +53,7 @@ class NoiseEstimate {
 
  private:
   static constexpr std::uint32_t kFirst = 32;
-  static constexpr std::uint64_t kDoubted = 50;
+  static constexpr std::uint64_t kForgotten = 50;
   static constexpr Real kLeast = Real(1e-30);
   Real variance_{};
   Real slowest_gain_{};
@@ -67,7 +67,7 @@ class NoiseEstimate {
 
 /// How much faster than expected a drifting stiffness drifts now, from the corrections that it gets:
 ///
-///   m <- l m + g e      V <- l^2 V + g^2 s      z^2 = m^2/V      agility = min(max(1, z^2), 100)^2
+///   m <- l m + g e      V <- l^2 V + g^2 s      z^2 = m^2/V      adaptive_noise = min(max(1, z^2), 100)^2
 ///
 /// with g the gain for ln K, e the innovation and s its expected variance. As long as the filter follows, the
 /// corrections are as often up as down and z^2 is about 1; corrections that all go one way say that the
@@ -84,9 +84,9 @@ class TrendWatch {
     variance_ = keep_ * keep_ * variance_ + gain * gain * expected_variance + kLeast;
     const double ratio = sum_ * sum_ / variance_;
     const double factor = std::clamp(ratio, 1.0, kMost);
-    agility_ = factor * factor;
+    adaptive_noise_ = factor * factor;
   }
-  [[nodiscard]] double agility() const noexcept { return agility_; }
+  [[nodiscard]] double adaptive_noise() const noexcept { return adaptive_noise_; }
 
  private:
   static constexpr double kMost = 100.0;
@@ -94,7 +94,7 @@ class TrendWatch {
   double keep_ = 0.0;
   double sum_ = 0.0;
   double variance_ = 0.0;
-  double agility_ = 1.0;
+  double adaptive_noise_ = 1.0;
 };
 
 /// A filter on its way through the samples, with its noise and its likelihood.
@@ -106,35 +106,35 @@ struct PhysicalRun {
   PhysicalFilter<Real> filter;
   NoiseEstimate<Real> noise;
   TrendWatch trend;
-  Real caution{1};            ///< How much more noise is assumed than there is.
+  Real noise_inflation{1};    ///< How much more noise is assumed than there is.
   double misfit = 0.0;        ///< sum of e^2/s + ln s: -2 ln likelihood.
-  double surprise = 1.0;      ///< Mean of e^2/s over the last samples: 1 when all is well.
+  double nis = 1.0;           ///< Mean of e^2/s over the last samples: 1 when all is well.
   std::uint64_t outputs = 0;  ///< Taken in.
   std::uint32_t outliers_in_row = 0;
-  static constexpr double kSurpriseGain = 0.005;
-  static constexpr double kCalm = 2.0;            // of surprise: the filter was right so far
-  static constexpr std::uint64_t kKnowing = 200;  // outputs from which on that can be said
+  static constexpr double kNisGain = 0.005;
+  static constexpr double kCalm = 2.0;                 // of nis: the filter was right so far
+  static constexpr std::uint64_t kLeastOutputs = 200;  // outputs from which on that can be said
   static constexpr std::uint32_t kOutliersInRow = 3;
   static constexpr Real kOutlier = Real(10);  // standard deviations
   static constexpr Real kAbsurd = Real(1e8);  // never taken in: its square would drown everything
 
   [[nodiscard]] bool intact() const noexcept { return filter.intact() && noise.intact(); }
   /// y at the state that the filter is in; u: torque that follows.
-  void take_in(Real y, Real u) noexcept {
+  void update(Real y, Real u) noexcept {
     noise.see(y);
     if (!noise.usable()) return;
-    const bool knowing = outputs >= kKnowing && surprise < kCalm && outliers_in_row < kOutliersInRow;
-    if (!filter.update(y, u, caution * noise.variance(), knowing ? kOutlier : kAbsurd)) {
+    const bool consistent = outputs >= kLeastOutputs && nis < kCalm && outliers_in_row < kOutliersInRow;
+    if (!filter.update(y, u, noise_inflation * noise.variance(), consistent ? kOutlier : kAbsurd)) {
       ++outliers_in_row;
       return;
     }
     outliers_in_row = 0;
     const Real e = filter.innovation();
     const Real s = filter.innovation_variance();
-    if (caution == Real(1)) noise.learn(e, s);
+    if (noise_inflation == Real(1)) noise.learn(e, s);
     const double ratio = static_cast<double>(e) * static_cast<double>(e) / static_cast<double>(s);
     misfit += ratio + std::log(static_cast<double>(s));
-    surprise += kSurpriseGain * (ratio - surprise);
+    nis += kNisGain * (ratio - nis);
     ++outputs;
     trend.see(static_cast<double>(filter.stiffness_gain()), static_cast<double>(e), static_cast<double>(s));
   }

@@ -40,7 +40,7 @@ PhysicalTracker<Real, ReplaySamples>::PhysicalTracker(const PhysicalTrackerConfi
   set(P::coulomb_friction, c.coulomb_friction_nm.value, c.coulomb_friction_nm.std);
   set(P::torque_offset, 0.0, c.torque_offset_std_nm);
   set(P::stiffness_rate, 0.0, drift);
-  for (std::size_t i = 0; i < HeldTwoMass<Real>::kStates; ++i)
+  for (std::size_t i = 0; i < ZohTwoMass<Real>::kStates; ++i)
     setup_.deviation[i] = static_cast<Real>(c.start_velocity_std);
   effect_gain_ = 1.0 - std::exp(-ts * static_cast<double>(setup_.twist_scale) / (kTwoPi * kEffectPeriods));
   reset();
@@ -110,7 +110,7 @@ void PhysicalTracker<Real, ReplaySamples>::step(Scalar, Scalar u, Scalar y) noex
   const Scalar next_u = inputs_[static_cast<std::size_t>((k - delay_samples_) % kDelayLine)];
   if (!started_) {
     if (std::isfinite(y)) start(y);
-    if (started_) run_.take_in(y, next_u);
+    if (started_) run_.update(y, next_u);
     if (started_) remember(Real(0), next_u, y);
     return;
   }
@@ -137,7 +137,7 @@ void PhysicalTracker<Real, ReplaySamples>::miss(std::uint64_t count) noexcept {
   replaying_ = exploring_ = false;
   if (!started_) return;
   run_.filter.lose_plant(static_cast<Real>(rest),
-                         excited_ ? static_cast<Real>(run_.trend.agility()) : Real(0));
+                         excited_ ? static_cast<Real>(run_.trend.adaptive_noise()) : Real(0));
   resuming_ = true;
   limit_variances(run_);
   stiffness_age_ += static_cast<double>(rest);
@@ -157,8 +157,8 @@ template <class Real, std::size_t ReplaySamples>
 void PhysicalTracker<Real, ReplaySamples>::advance(Run& run, Scalar previous_u, Scalar u, Scalar y,
                                                    bool u_known) noexcept {
   run.filter.predict(previous_u, u_known ? Real(0) : input_power_,
-                     excited_ ? static_cast<Real>(run.trend.agility()) : Real(0));
-  if (std::isfinite(y)) run.take_in(y, u);
+                     excited_ ? static_cast<Real>(run.trend.adaptive_noise()) : Real(0));
+  if (std::isfinite(y)) run.update(y, u);
   limit_variances(run);
 }
 
@@ -243,18 +243,18 @@ void PhysicalTracker<Real, ReplaySamples>::begin_replay() noexcept {
   const bool polish = exploring_ || (polished_ < kPolishInRow && moved_far());
   if (polish) {
     candidate_about_ = exploring_ ? explored : run_.filter.state();
-    if (exploring_) candidate_.noise.doubt();
+    if (exploring_) candidate_.noise.forget();
     polished_ = exploring_ ? 0 : polished_ + 1;
     exploring_ = false;
   } else {
     setup.state[kLogStiffness] +=
         static_cast<Real>(std::log(kOtherStarts[attempts_++ % kOtherStarts.size()]));
-    candidate_.caution = Real(kCaution);
+    candidate_.noise_inflation = Real(kNoiseInflation);
     exploring_ = true;
   }
   candidate_.filter = PhysicalFilter<Real>(setup);
   if (polish) candidate_.filter.freeze(candidate_about_);
-  candidate_.take_in(static_cast<Real>(memory_[0].y), static_cast<Real>(memory_[0].u));
+  candidate_.update(static_cast<Real>(memory_[0].y), static_cast<Real>(memory_[0].u));
   next_ = 1;
   replaying_ = true;
 }
@@ -305,7 +305,7 @@ auto PhysicalTracker<Real, ReplaySamples>::log_covariance() const noexcept -> Co
   for (std::size_t i = 0; i < kParameters; ++i)
     for (std::size_t j = 0; j < kParameters; ++j)
       c(static_cast<int>(i), static_cast<int>(j)) =
-          static_cast<double>(p[HeldTwoMass<Real>::kStates + i][HeldTwoMass<Real>::kStates + j]);
+          static_cast<double>(p[ZohTwoMass<Real>::kStates + i][ZohTwoMass<Real>::kStates + j]);
   if (!config_.at_best_known_time) return c;
   const double age = told_age_s();  // ln K - age rate
   constexpr int k = index(PhysicalParameter::stiffness), rate = index(PhysicalParameter::stiffness_rate);

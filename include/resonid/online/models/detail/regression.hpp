@@ -26,7 +26,7 @@ struct ModelEstimatorConfig {
   double high_pass_hz = 0.0;          ///< Corner of what takes offsets out of ru, u and y alike; 0: none.
   double hold_below = 0.05;           ///< Estimates are held while the excitation's rms is below this
                                       ///< share of its largest; 0: never.
-  /// Forgetting and certainty of the start; `start` and `held` must be empty, `scale` is that of b, then a.
+  /// Forgetting and certainty of the start; `start` and `fixed` must be empty, `scale` is that of b, then a.
   RecursiveLeastSquaresConfig adaptation{};
 };
 
@@ -149,22 +149,22 @@ expected<RecursiveLeastSquares<Real, 2 * Order + Extra>, Error> make_least_squar
     return refuse("hold_below", "must lie in [0, 1)", c.hold_below);
   if (!c.adaptation.start.empty())
     return refuse("adaptation.start", "must be empty: give start_b and start_a");
-  if (!c.adaptation.held.empty()) return refuse("adaptation.held", "must be empty");
+  if (!c.adaptation.fixed.empty()) return refuse("adaptation.fixed", "must be empty");
   if (!c.adaptation.scale.empty() && c.adaptation.scale.size() != 2 * Order)
     return refuse("adaptation.scale", "needs a value per coefficient of b and a",
                   static_cast<double>(c.adaptation.scale.size()));
   const auto start = Regression<Real, Order, Extra>::parameters(c.start_b, c.start_a, c.fixed_integrator);
   if (!start) return refuse("start_a", "must add up to -1 where the integrator is fixed");
   std::array<double, 2 * Order + Extra> scale;
-  std::array<bool, 2 * Order + Extra> held{};
+  std::array<bool, 2 * Order + Extra> fixed{};
   scale.fill(1.0);
   for (std::size_t i = 0; i < c.adaptation.scale.size(); ++i) scale[i] = c.adaptation.scale[i];
-  held[2 * Order - 1] = c.fixed_integrator;
-  for (std::size_t i = 0; i < Extra; ++i) held[2 * Order + i] = !extra_on[i];
+  fixed[2 * Order - 1] = c.fixed_integrator;
+  for (std::size_t i = 0; i < Extra; ++i) fixed[2 * Order + i] = !extra_on[i];
   RecursiveLeastSquaresConfig adaptation = c.adaptation;
   adaptation.start = *start;
   adaptation.scale = scale;
-  adaptation.held = held;
+  adaptation.fixed = fixed;
   return Rls::create(adaptation);
 }
 

@@ -8,9 +8,9 @@
 #include <cstddef>
 #include <limits>
 #include <resonid/base/constants.hpp>
-#include <resonid/online/models/detail/held_two_mass.hpp>
+#include <resonid/online/models/detail/zoh_two_mass.hpp>
 #include <resonid/online/models/discrete_model.hpp>
-#include <resonid/online/supervision/running_margins.hpp>
+#include <resonid/online/supervision/loop_margins.hpp>
 
 namespace resonid::online {
 
@@ -78,7 +78,7 @@ template <class Real, std::size_t Order>
 /// The discretisation is done once; a frequency costs one solution of three equations.
 class TwoMassResponse {
  public:
-  static constexpr std::size_t kParameters = HeldTwoMass<double>::kDerivatives;
+  static constexpr std::size_t kParameters = ZohTwoMass<double>::kDerivatives;
   using Covariance = Eigen::Matrix<double, static_cast<int>(kParameters), static_cast<int>(kParameters)>;
   struct Point {
     std::complex<double> value;
@@ -87,7 +87,7 @@ class TwoMassResponse {
 
   TwoMassResponse(const TwoMassPoint<double>& p, double sample_rate_hz) noexcept
       : sample_rate_hz_(sample_rate_hz),
-        held_(HeldTwoMass<double>::over(
+        zoh_(ZohTwoMass<double>::over(
             p, std::sqrt(p.stiffness * (1.0 / p.driven_inertia + 1.0 / p.load_inertia)),
             1.0 / sample_rate_hz)) {}
 
@@ -100,7 +100,7 @@ class TwoMassResponse {
 
  private:
   double sample_rate_hz_;
-  HeldTwoMass<double> held_;
+  ZohTwoMass<double> zoh_;
 };
 
 /// Standard deviations of a loop's margins; NaN where there is no margin, or none of its error is known.
@@ -127,7 +127,7 @@ struct MarginStds {
 /// `found`: of the loop whose error is meant; error_at(f) gives its RelativeError, loop_at(f) the loop.
 /// Bounded: two evaluations of the error, three of the loop. Source: METHOD 10.2; first-order propagation.
 template <class ErrorAt, class LoopAt>
-[[nodiscard]] MarginStds margin_stds(const RunningMargins<double>& found, ErrorAt&& error_at,
+[[nodiscard]] MarginStds margin_stds(const LoopMargins<double>& found, ErrorAt&& error_at,
                                      LoopAt&& loop_at) noexcept {
   constexpr double kStep = 1e-4;  // relative, of the derivative by frequency
   constexpr double kDegrees = 360.0 / kTwoPi;

@@ -30,23 +30,23 @@ struct Lag {
   }
 };
 
-TEST(RunningMargins, ALineBetweenTwoGapsCounts) {
+TEST(LoopMargins, ALineBetweenTwoGapsCounts) {
   const std::complex<double> gap(kNan, 0.0);
   const std::array<double, 5> hz{1.0, 2.0, 3.0, 4.0, 5.0};
   const std::array<std::complex<double>, 5> loop{{{2.0, 0.0}, gap, {-0.75, 0.0}, gap, {0.5, 0.0}}};
-  const auto m = running_margins<double>(hz, loop);
+  const auto m = loop_margins<double>(hz, loop);
   EXPECT_EQ(m.modulus_margin, 0.25);
   EXPECT_EQ(m.modulus_margin_hz, 3.0);
 }
 
 template <class Real>
-class RunningMarginsOf : public testing::Test {};
+class LoopMarginsOf : public testing::Test {};
 using Reals = testing::Types<float, double>;
-TYPED_TEST_SUITE(RunningMarginsOf, Reals);
+TYPED_TEST_SUITE(LoopMarginsOf, Reals);
 
-TYPED_TEST(RunningMarginsOf, AThirdOrderLagByHand) {
+TYPED_TEST(LoopMarginsOf, AThirdOrderLagByHand) {
   const Lag<TypeParam> loop(0.625);  // w (w^2 + 1) = 0.625 at w = 1/2
-  const auto m = running_margins<TypeParam>(loop.frequency_hz, loop.value);
+  const auto m = loop_margins<TypeParam>(loop.frequency_hz, loop.value);
   EXPECT_NEAR(m.crossover_hz * kTwoPi, 0.5, 1e-4);
   const double margin = 180.0 - 90.0 - 2.0 * std::atan(0.5) * 180.0 / kPi;
   EXPECT_NEAR(m.phase_margin_deg, margin, 5e-3);
@@ -61,10 +61,10 @@ TYPED_TEST(RunningMarginsOf, AThirdOrderLagByHand) {
   EXPECT_NEAR(m.modulus_margin, smallest, 1e-4);
 }
 
-TEST(RunningMargins, AreThoseOfLoopMarginsBitForBit) {
+TEST(LoopMargins, AreThoseOfLoopMarginsBitForBit) {
   for (const double k : {0.1, 0.625, 1.9, 8.0}) {
     const Lag<double> loop(k, 1.05);
-    const auto running = running_margins<double>(loop.frequency_hz, loop.value);
+    const auto running = loop_margins<double>(loop.frequency_hz, loop.value);
     data::FrequencyResponse response;
     response.frequency_hz = loop.frequency_hz;
     response.value = loop.value;
@@ -77,32 +77,32 @@ TEST(RunningMargins, AreThoseOfLoopMarginsBitForBit) {
   }
 }
 
-TEST(RunningMargins, NothingIsInterpolatedAcrossALineWithoutAValue) {
+TEST(LoopMargins, NothingIsInterpolatedAcrossALineWithoutAValue) {
   Lag<double> loop(0.625);
-  const auto crossover = running_margins<double>(loop.frequency_hz, loop.value).crossover_hz;
+  const auto crossover = loop_margins<double>(loop.frequency_hz, loop.value).crossover_hz;
   for (std::size_t i = 0; i + 1 < loop.value.size(); ++i)
     if (loop.frequency_hz[i + 1] > crossover) {
       loop.value[i] = {kNan, kNan};
       break;
     }
   loop.value.front() = {kNan, 0.0};
-  const auto m = running_margins<double>(loop.frequency_hz, loop.value);
+  const auto m = loop_margins<double>(loop.frequency_hz, loop.value);
   EXPECT_TRUE(std::isnan(m.crossover_hz));
   EXPECT_NEAR(m.gain_margin_db, 20.0 * std::log10(2.0 / 0.625), 1e-3);
   EXPECT_LT(m.modulus_margin, 1.0);
 }
 
-TEST(RunningMargins, AbsentWithoutLines) {
-  const auto m = running_margins<double>({}, {});
+TEST(LoopMargins, AbsentWithoutLines) {
+  const auto m = loop_margins<double>({}, {});
   EXPECT_TRUE(std::isnan(m.crossover_hz) && std::isnan(m.modulus_margin) && std::isnan(m.gain_margin_db));
   const std::array<double, 1> f{1.0};
   const std::array<std::complex<double>, 1> one{std::complex<double>(-1.0, 1.0)};
-  EXPECT_EQ(running_margins<double>(f, one).modulus_margin, 1.0);
+  EXPECT_EQ(loop_margins<double>(f, one).modulus_margin, 1.0);
 }
 
-TEST(RunningMargins, ALineAtATimeGivesTheSameAndNothingIsAllocated) {
+TEST(LoopMargins, ALineAtATimeGivesTheSameAndNothingIsAllocated) {
   const Lag<float> loop(1.9);
-  const auto whole = running_margins<float>(loop.frequency_hz, loop.value);
+  const auto whole = loop_margins<float>(loop.frequency_hz, loop.value);
   const auto before = test::allocations();
   MarginScan<float> scan;
   for (std::size_t i = 0; i < loop.value.size(); ++i) scan.step(loop.frequency_hz[i], loop.value[i]);
@@ -114,7 +114,7 @@ TEST(RunningMargins, ALineAtATimeGivesTheSameAndNothingIsAllocated) {
 }
 
 /// Two lightly damped masses: anti-resonance and resonance where the algebra has them.
-TYPED_TEST(RunningMarginsOf, ResonanceOfATwoMassLoop) {
+TYPED_TEST(LoopMarginsOf, ResonanceOfATwoMassLoop) {
   const double j1 = 0.032, j2 = 0.032, stiffness = 143.75, damping = 0.05;
   std::vector<TypeParam> f;
   std::vector<std::complex<TypeParam>> value;

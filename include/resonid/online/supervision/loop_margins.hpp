@@ -16,7 +16,7 @@ namespace resonid::online {
 /// Stability margins of a loop in plain numbers, for servo threads; NaN: the band does not show it. Their
 /// meaning is that of LoopMargins (margins.hpp).
 template <class Real>
-struct RunningMargins {
+struct LoopMargins {
   static constexpr Real kAbsent = std::numeric_limits<Real>::quiet_NaN();
 
   Real crossover_hz = kAbsent;            ///< First downward crossing of |L| = 1.
@@ -46,7 +46,7 @@ class MarginScan {
   /// newest_crossover_hz() and newest_phase_margin_deg() are then of this crossing.
   /// `std`: of the loop at this line, its error circular and independent of the other lines', std^2 =
   /// E|error|^2; the margins get standard deviations then.
-  bool step(Real frequency_hz, Complex loop, Real std = RunningMargins<Real>::kAbsent) noexcept {
+  bool step(Real frequency_hz, Complex loop, Real std = LoopMargins<Real>::kAbsent) noexcept {
     const bool usable = std::isfinite(loop.real()) && std::isfinite(loop.imag());
     if (usable) {
       const Real distance = std::abs(Real(1) + loop);
@@ -69,7 +69,7 @@ class MarginScan {
   void reset() noexcept { *this = {}; }
 
   /// Of the lines so far.
-  [[nodiscard]] const RunningMargins<Real>& margins() const noexcept { return margins_; }
+  [[nodiscard]] const LoopMargins<Real>& margins() const noexcept { return margins_; }
   [[nodiscard]] Real newest_crossover_hz() const noexcept { return newest_hz_; }
   [[nodiscard]] Real newest_phase_margin_deg() const noexcept { return newest_margin_deg_; }
   /// For a state of unknown origin (base/detail/intact.hpp).
@@ -121,12 +121,16 @@ class MarginScan {
   void take_crossover_errors(Complex loop, Real frequency_hz, Real std, Real t, Real fall) noexcept {
     const Real here = Real(0.5) * std * std / std::norm(loop);
     const Real before = Real(0.5) * last_std_ * last_std_ / std::norm(last_);
-    const Real mixed = (Real(1) - t) * (Real(1) - t) * before + t * t * here;
+    const auto mixed = [&](Real part) {
+      return (Real(1) - part) * (Real(1) - part) * before + part * part * here;
+    };
     const Real along = last_hz_ > Real(0) ? margins_.crossover_hz * std::log(frequency_hz / last_hz_)
                                           : frequency_hz;  // of the crossing, over t
-    margins_.crossover_std_hz = along / fall * std::sqrt(mixed);
-    const Real turn = std::arg(loop / last_) / (frequency_hz - last_hz_) * margins_.crossover_std_hz;
-    margins_.phase_margin_std_deg = Real(180) / kHalfTurn * std::sqrt(mixed + turn * turn);
+    margins_.crossover_std_hz = along / fall * std::sqrt(mixed(t));
+    const Real step_hz = frequency_hz - last_hz_;
+    const Real turn = std::arg(loop / last_) / step_hz * margins_.crossover_std_hz;
+    margins_.phase_margin_std_deg =
+        Real(180) / kHalfTurn * std::sqrt(mixed((margins_.crossover_hz - last_hz_) / step_hz) + turn * turn);
   }
   void look_for_modulus(Complex loop, Real step_hz, Real std) noexcept {
     const Real nearest = nearest_on_chord(last_, loop);
@@ -159,18 +163,18 @@ class MarginScan {
     margins_.modulus_margin_std = std;
   }
 
-  RunningMargins<Real> margins_{};
+  LoopMargins<Real> margins_{};
   Complex last_{};
-  Real last_hz_ = Real(0), last_std_ = RunningMargins<Real>::kAbsent;
-  Real newest_hz_ = RunningMargins<Real>::kAbsent, newest_margin_deg_ = RunningMargins<Real>::kAbsent;
+  Real last_hz_ = Real(0), last_std_ = LoopMargins<Real>::kAbsent;
+  Real newest_hz_ = LoopMargins<Real>::kAbsent, newest_margin_deg_ = LoopMargins<Real>::kAbsent;
   bool last_usable_ = false;
 };
 
 /// Margins of a loop response at ascending frequencies (as many as there are of both); loop_margins() without
-/// heap. Call as running_margins<float>(...) or <double>.
+/// heap. Call as loop_margins<float>(...) or <double>.
 template <class Real>
-[[nodiscard]] RunningMargins<Real> running_margins(std::span<const Real> frequency_hz,
-                                                   std::span<const std::complex<Real>> loop) noexcept {
+[[nodiscard]] LoopMargins<Real> loop_margins(std::span<const Real> frequency_hz,
+                                             std::span<const std::complex<Real>> loop) noexcept {
   MarginScan<Real> scan;
   const std::size_t lines = std::min(frequency_hz.size(), loop.size());
   for (std::size_t i = 0; i < lines; ++i) scan.step(frequency_hz[i], loop[i]);
@@ -191,8 +195,8 @@ template <class Real>
 /// Resonance and anti-resonance by the source's Nyquist rules in plain numbers; NaN: none found.
 template <class Real>
 struct RunningResonance {
-  Real antiresonance_hz = RunningMargins<Real>::kAbsent;
-  Real resonance_hz = RunningMargins<Real>::kAbsent;
+  Real antiresonance_hz = LoopMargins<Real>::kAbsent;
+  Real resonance_hz = LoopMargins<Real>::kAbsent;
 };
 
 /// Anti-resonance at the local minimum of |L|, resonance at the local maximum of |1 + L|, in the region

@@ -27,7 +27,7 @@ struct TwoMassPoint {
 /// w0 is a constant that only scales the twist. Derivatives by ln J1, ln J2, ln K, ln D and B are those of
 /// the exponential's Taylor series and of its squarings (Frechet derivative). Source: METHOD 2.5, 6.9.
 template <class Real>
-struct HeldTwoMass {
+struct ZohTwoMass {
   static constexpr std::size_t kStates = 3;
   static constexpr std::size_t kDerivatives = 5;
   using Block = std::array<std::array<Real, kStates + 1>, kStates>;  // [row][column], column 3 is b
@@ -36,8 +36,8 @@ struct HeldTwoMass {
   std::array<Block, kDerivatives> by_log{};  ///< d[A b] / d(ln J1, ln J2, ln K, ln D, B)
 
   /// `derivatives`: how many of them, in the order above; the others are 0.
-  static HeldTwoMass over(const TwoMassPoint<Real>& p, Real twist_scale_rad_s, Real step_s,
-                          std::size_t derivatives = kDerivatives) noexcept {
+  static ZohTwoMass over(const TwoMassPoint<Real>& p, Real twist_scale_rad_s, Real step_s,
+                         std::size_t derivatives = kDerivatives) noexcept {
     std::array<Block, kDerivatives + 1> x{};  // continuous matrices times the step: value, derivatives
     const Real j1 = step_s / p.driven_inertia;
     const Real j2 = step_s / p.load_inertia;
@@ -83,10 +83,10 @@ struct HeldTwoMass {
         next[d] = sum(product(e[d], e[0], e[d]), linear(e[0], e[d]));
       e = next;
     }
-    HeldTwoMass held;
-    held.ab = e[0];
-    std::copy_n(e.begin() + 1, kDerivatives, held.by_log.begin());
-    return held;
+    ZohTwoMass zoh;
+    zoh.ab = e[0];
+    std::copy_n(e.begin() + 1, kDerivatives, zoh.by_log.begin());
+    return zoh;
   }
 
  private:
