@@ -447,12 +447,25 @@ std::size_t run(LineView<Real> view, const BlockView<Real>& table, const Real* c
 }
 
 template <class Real>
+void accumulate(Real* HWY_RESTRICT part, const Real* HWY_RESTRICT turn, Real x, std::size_t columns,
+                std::size_t stride) {
+  const Tag<Real> d;
+  const auto factor = hn::Set(d, x);
+  for (std::size_t c = 0; c < columns; c += hn::Lanes(d)) {
+    hn::StoreU(hn::MulAdd(factor, hn::LoadU(d, turn + c), hn::LoadU(d, part + c)), d, part + c);
+    hn::StoreU(hn::MulAdd(factor, hn::LoadU(d, turn + stride + c), hn::LoadU(d, part + stride + c)), d,
+               part + stride + c);
+  }
+}
+
+template <class Real>
 const LineKernels<Real>* kernels() {
   static constexpr LineKernels<Real> kTable{{&step<Real, 1>, &step<Real, 2>, &step<Real, 3>},
                                             {nullptr, &step_responses<Real, 2>, &step_responses<Real, 3>},
                                             {nullptr, &run<Real, 2>, &run<Real, 3>},
                                             {&block<Real, 1>, &block<Real, 2>, &block<Real, 3>},
-                                            &responses<Real>};
+                                            &responses<Real>,
+                                            &accumulate<Real>};
   return &kTable;
 }
 const LineKernels<float>* kernels_float() { return kernels<float>(); }

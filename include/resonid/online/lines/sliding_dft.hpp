@@ -12,6 +12,7 @@
 #include <resonid/base/constants.hpp>
 #include <resonid/base/detail/intact.hpp>
 #include <resonid/base/expected.hpp>
+#include <resonid/online/lines/detail/line_kernels.hpp>
 #include <span>
 #include <type_traits>
 
@@ -35,16 +36,16 @@ struct SlidingDftConfig {
 ///   Hann:  amplitude = 2/N ( S_k - (S_{k-1} e^{-jv} + S_{k+1} e^{jv})/2 ),   v = 2π (n+1)/N
 ///
 /// Peak value in the unit of x, phase referred to sample 0. k is whole, so a periodic excitation does not
-/// leak, and an offset drops out. S is the sum F of what came since the last multiple of N and the sum R of
-/// what is still to leave; at each multiple of N, F becomes R and the next F begins at 0. So no rounding
-/// error lives longer than 2 N samples. Blocks of kBlock samples are summed by themselves before they are
-/// added to F and taken from R: then the sums are short ones, and
+/// leak, and an offset drops out. Blocks of kBlock samples are summed by themselves, newest minus oldest, and
+/// added to S with their rounding error kept (Kahan):
 ///
 ///   e^{-j2πkm/N} = e^{-j2πka/N} e^{-j2πkb/N},   a: first sample of the block, b < kBlock
 ///
-/// is one table for all samples and one factor per block. Each step does the same work whatever the data; the
-/// last of a block adds the block, as much again as about two steps. Nothing fades, so nothing becomes
-/// denormal. A sample that is not finite is taken to be what it was one window ago. Source: METHOD 4.4.
+/// is one table for all samples and one factor per block. What a sample leaves behind in S when it has come
+/// and gone is at most its rounding; eight columns after the other are summed afresh over one window in every
+/// kRest, and take the place of theirs: no rounding error lives for ever, a spike's neither. The last step of
+/// a block adds the block, as much again as about a step. Nothing fades, so nothing becomes denormal. A
+/// sample that is not finite is taken to be what it was one window ago. Source: METHOD 4.4.
 template <class Real, std::size_t MaxLines, std::size_t MaxWindow>
 class SlidingDft {
  public:
@@ -70,7 +71,9 @@ class SlidingDft {
       for (std::size_t part = 0; part < parts; ++part)
         dft.make_column(parts * i + part, dft.hann_ ? k + part - 1 : k);
     }
-    dft.columns_ = (parts * dft.lines_ + kLanes - 1) / kLanes * kLanes;
+    dft.columns_ = (parts * dft.lines_ + kGroup - 1) / kGroup * kGroup;
+    if constexpr (kHasLineKernels<Scalar, MaxLines, 1>)
+      static_cast<void>(line_kernels<Scalar>());  // chosen here
     dft.reset();
     return dft;
   }
@@ -82,7 +85,9 @@ class SlidingDft {
       ++skipped_;
     }
     history_[position_] = x;
-    accumulate(come_, gone_, twiddle_[position_ % kBlock], x, oldest, columns_);
+    const Rows& turn = twiddle_[position_ % kBlock];
+    accumulate(part_, turn, x - oldest, columns_);
+    if (renewing()) accumulate_group(fresh_part_, turn, x, group_);
     prepare_next_block();
     ++position_;
     ++samples_;
@@ -100,9 +105,11 @@ class SlidingDft {
   }
   void reset() noexcept {
     history_.fill(Scalar(0));
-    come_ = gone_ = {};
+    part_ = {};
     sums_ = {};
-    fresh_ = 0;
+    fresh_part_ = {};
+    fresh_ = {};
+    group_ = rest_ = 0;
     first_block();
     samples_ = skipped_ = 0;
   }
@@ -152,7 +159,8 @@ class SlidingDft {
   /// For a state of unknown origin (base/detail/intact.hpp).
   [[nodiscard]] bool intact() const noexcept {
     const bool sizes = window_ >= 3 && window_ <= MaxWindow && lines_ >= 1 && lines_ <= MaxLines &&
-                       columns_ <= kColumns && position_ < window_ && fresh_ <= 1 && resonid::intact(hann_);
+                       columns_ <= kColumns && position_ < window_ && columns_ % kGroup == 0 &&
+                       group_ < columns_ && group_ % kGroup == 0 && resonid::intact(hann_);
     return sizes && lines_ * (hann_ ? 3 : 1) <= columns_ &&
            all_below<std::uint32_t>(std::span(place_).first(columns_), window_) &&
            all_below<std::uint32_t>(std::span(advance_).first(columns_), window_);
@@ -161,15 +169,21 @@ class SlidingDft {
  private:
   SlidingDft() = default;
 
-  static constexpr std::size_t kBlock = 16;
-  static constexpr std::size_t kLanes = 64 / sizeof(Scalar);  // columns come in whole cache lines
-  static constexpr std::size_t kColumns = (3 * MaxLines + kLanes - 1) / kLanes * kLanes;
-  using Row = std::array<Scalar, kColumns>;  // [line], with a Hann window [3 line + 0, 1, 2]
-  struct alignas(64) Rows {
-    Row re{}, im{};
+  // With vectors all but the samples' own work weighs; a table of 256 bytes per column stays in the cache.
+  static constexpr std::size_t kBlock = kHasLineKernels<Scalar, MaxLines, 1> ? 256 / sizeof(Scalar) : 16;
+  static constexpr std::size_t kGroup = 8;  // columns that are summed afresh at a time
+  static constexpr std::size_t kRest = 3;   // windows from one group to the next
+  static constexpr std::size_t kColumns = (3 * MaxLines + kGroup - 1) / kGroup * kGroup;
+  template <std::size_t Columns>
+  struct alignas(64) RowsOf {
+    std::array<Scalar, Columns> re{}, im{};
   };
-  struct Sums {
-    Rows sum, lost;  // what rounding took from the sum
+  using Row = std::array<Scalar, kColumns>;
+  using Rows = RowsOf<kColumns>;  // [line], with a Hann window [3 line + 0, 1, 2]
+  using Group = RowsOf<kGroup>;
+  template <class R>
+  struct SumsOf {
+    R sum, lost;  // what rounding gave to the sum
   };
 
   void make_column(std::size_t column, std::size_t k) noexcept {
@@ -180,16 +194,26 @@ class SlidingDft {
     advance_[column] = static_cast<std::uint32_t>(k * kBlock % window_);
   }
 
-  static void accumulate(Rows& __restrict sum, Rows& __restrict left, const Rows& __restrict turn,
-                         Scalar newest, Scalar oldest, std::size_t columns) noexcept {
-    for (std::size_t c = 0; c < columns; ++c) {
-      const Scalar re = turn.re[c], im = turn.im[c];
-      sum.re[c] += newest * re;
-      sum.im[c] += newest * im;
-      left.re[c] += oldest * re;
-      left.im[c] += oldest * im;
+  static void accumulate(Rows& __restrict part, const Rows& __restrict turn, Scalar x,
+                         std::size_t columns) noexcept {
+    if constexpr (kHasLineKernels<Scalar, MaxLines, 1>) {
+      constexpr std::size_t kStride = sizeof(Row) / sizeof(Scalar);
+      line_kernels<Scalar>().accumulate(part.re.data(), turn.re.data(), x, columns, kStride);
+    } else {
+      for (std::size_t c = 0; c < columns; ++c) {
+        part.re[c] += x * turn.re[c];
+        part.im[c] += x * turn.im[c];
+      }
     }
   }
+  static void accumulate_group(Group& __restrict part, const Rows& __restrict turn, Scalar x,
+                               std::size_t first) noexcept {
+    for (std::size_t i = 0; i < kGroup; ++i) {
+      part.re[i] += x * turn.re[first + i];
+      part.im[i] += x * turn.im[first + i];
+    }
+  }
+  [[nodiscard]] bool renewing() const noexcept { return rest_ == 0; }
   /// The factor of the next block, as many columns per sample as make all of them within a block.
   void prepare_next_block() noexcept {
     for (std::size_t c = position_ % kBlock; c < columns_; c += kBlock) {
@@ -201,35 +225,45 @@ class SlidingDft {
     }
   }
   void close_block() noexcept {
-    add_block(sums_[fresh_], come_, block_, Scalar(1), columns_);
-    add_block(sums_[1 - fresh_], gone_, block_, Scalar(-1), columns_);
-    for (std::size_t c = 0; c < columns_; ++c) {
-      come_.re[c] = come_.im[c] = gone_.re[c] = gone_.im[c] = Scalar(0);
-      block_.re[c] = next_.re[c];
-      block_.im[c] = next_.im[c];
+    if (renewing()) {
+      for (std::size_t i = 0; i < kGroup; ++i) {
+        const Scalar re = block_.re[group_ + i], im = block_.im[group_ + i];
+        add(fresh_.sum.re[i], fresh_.lost.re[i], fresh_part_.re[i] * re - fresh_part_.im[i] * im);
+        add(fresh_.sum.im[i], fresh_.lost.im[i], fresh_part_.re[i] * im + fresh_part_.im[i] * re);
+      }
+      fresh_part_ = {};
     }
+    add_block(sums_, part_, block_, next_, columns_);
   }
-  /// sums += sign part turn
-  static void add_block(Sums& __restrict sums, const Rows& __restrict part, const Rows& __restrict turn,
-                        Scalar sign, std::size_t columns) noexcept {
+  /// sums += part turn; the next block begins.
+  static void add_block(SumsOf<Rows>& __restrict sums, Rows& __restrict part, Rows& __restrict turn,
+                        const Rows& __restrict next, std::size_t columns) noexcept {
     for (std::size_t c = 0; c < columns; ++c) {
-      const Scalar re = sign * (part.re[c] * turn.re[c] - part.im[c] * turn.im[c]);
-      const Scalar im = sign * (part.re[c] * turn.im[c] + part.im[c] * turn.re[c]);
-      sums.lost.re[c] += two_sum(sums.sum.re[c], re);
-      sums.lost.im[c] += two_sum(sums.sum.im[c], im);
+      add(sums.sum.re[c], sums.lost.re[c], part.re[c] * turn.re[c] - part.im[c] * turn.im[c]);
+      add(sums.sum.im[c], sums.lost.im[c], part.re[c] * turn.im[c] + part.im[c] * turn.re[c]);
+      part.re[c] = part.im[c] = Scalar(0);
+      turn.re[c] = next.re[c];
+      turn.im[c] = next.im[c];
     }
   }
-  /// sum += x; returns what rounding took from it (Knuth).
-  static Scalar two_sum(Scalar& sum, Scalar x) noexcept {
-    const Scalar before = sum, after = before + x, part = after - before;
+  /// sum += x, what rounding gave to the sum before taken off again (Kahan).
+  static void add(Scalar& sum, Scalar& lost, Scalar x) noexcept {
+    const Scalar corrected = x - lost, after = sum + corrected;
+    lost = (after - sum) - corrected;
     sum = after;
-    return (before - (after - part)) + (x - part);
   }
   void close_window() noexcept {
-    fresh_ = 1 - fresh_;
-    Sums& fresh = sums_[fresh_];
-    for (std::size_t c = 0; c < columns_; ++c)
-      fresh.sum.re[c] = fresh.sum.im[c] = fresh.lost.re[c] = fresh.lost.im[c] = Scalar(0);
+    if (renewing()) {
+      for (std::size_t i = 0; i < kGroup; ++i) {
+        sums_.sum.re[group_ + i] = fresh_.sum.re[i];
+        sums_.sum.im[group_ + i] = fresh_.sum.im[i];
+        sums_.lost.re[group_ + i] = fresh_.lost.re[i];
+        sums_.lost.im[group_ + i] = fresh_.lost.im[i];
+      }
+      fresh_ = {};
+      group_ = group_ + kGroup < columns_ ? group_ + kGroup : 0;
+    }
+    rest_ = rest_ + 1 < kRest ? rest_ + 1 : 0;
     first_block();
   }
   void first_block() noexcept {
@@ -242,11 +276,9 @@ class SlidingDft {
   }
 
   [[nodiscard]] std::complex<Scalar> sum(std::size_t c) const noexcept {
-    const Scalar re = come_.re[c] - gone_.re[c], im = come_.im[c] - gone_.im[c];
-    const Sums &a = sums_[0], &b = sums_[1];
-    return {
-        a.sum.re[c] + b.sum.re[c] + (block_.re[c] * re - block_.im[c] * im) + (a.lost.re[c] + b.lost.re[c]),
-        a.sum.im[c] + b.sum.im[c] + (block_.re[c] * im + block_.im[c] * re) + (a.lost.im[c] + b.lost.im[c])};
+    const Scalar re = part_.re[c], im = part_.im[c];
+    return {sums_.sum.re[c] + ((block_.re[c] * re - block_.im[c] * im) - sums_.lost.re[c]),
+            sums_.sum.im[c] + ((block_.re[c] * im + block_.im[c] * re) - sums_.lost.im[c])};
   }
 
   static double bin(const SlidingDftConfig& c, std::size_t i) noexcept {
@@ -281,16 +313,19 @@ class SlidingDft {
     return std::nullopt;
   }
 
-  std::array<Scalar, MaxWindow> cos_{}, sin_{};              // [m] of 2π m/N
-  std::array<Scalar, MaxWindow> history_{};                  // [n mod N]
-  std::array<Rows, kBlock> twiddle_{};                       // [sample of the block] e^{-j2πkb/N}
-  Rows block_{}, next_{};                                    // e^{-j2πka/N} of this block and of the next
-  Rows come_{}, gone_{};                                     // sums of the block, without its factor
-  std::array<Sums, 2> sums_{};                               // F and R, by turns
+  std::array<Scalar, MaxWindow> cos_{}, sin_{};  // [m] of 2π m/N
+  std::array<Scalar, MaxWindow> history_{};      // [n mod N]
+  std::array<Rows, kBlock> twiddle_{};           // [sample of the block] e^{-j2πkb/N}
+  Rows block_{}, next_{};                        // e^{-j2πka/N} of this block and of the next
+  Rows part_{};                                  // sum of the block, without its factor
+  SumsOf<Rows> sums_{};                          // S without the block
+  Group fresh_part_{};                           // the same of the group that is summed afresh
+  SumsOf<Group> fresh_{};
   std::array<std::uint32_t, kColumns> place_{}, advance_{};  // ka mod N, and its growth per block
   std::array<std::size_t, MaxLines> bins_{};                 // [line]
   double sample_rate_hz_ = 0.0;
-  std::size_t window_ = 0, lines_ = 0, columns_ = 0, position_ = 0, fresh_ = 0;
+  std::size_t window_ = 0, lines_ = 0, columns_ = 0, position_ = 0;
+  std::size_t group_ = 0, rest_ = 0;  // first column that is summed afresh; windows since it began
   bool hann_ = false;
   std::uint64_t samples_ = 0, skipped_ = 0;
 };

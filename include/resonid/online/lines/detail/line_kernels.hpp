@@ -55,6 +55,8 @@ struct LineKernels {
       block;
   /// Responses of the state as it is, [line].
   void (*responses)(LineView<const Real>, const Real* delay, Real* re, Real* im);
+  /// part += x turn, [re, im][column] with the imaginary parts `stride` behind; columns come in eights.
+  void (*accumulate)(Real* part, const Real* turn, Real x, std::size_t columns, std::size_t stride);
 };
 
 /// Whether a bank uses the kernels: they are built with the library where CMake's RESONID_SIMD is on.
