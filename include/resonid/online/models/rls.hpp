@@ -193,27 +193,33 @@ class RecursiveLeastSquares {
   /// Changes theta and P; returns the factor by which older samples lost weight.
   Real update(const typename Factors::Direction& f, Real spread, Real error, Real weight,
               Real normalized) noexcept {
-    const Real noise = Real(1) / weight;
+    Real noise = Real(1) / weight, growth(1), factor = factor_;
+    Real gain;
     switch (forgetting_) {
-      case Forgetting::none:
-      case Forgetting::constant:
-        move(factors_.absorb(f, factor_ * noise, Real(1) / factor_), error / (factor_ * noise + spread));
-        return factor_;
-      case Forgetting::variable: {
-        const Real factor = variable_factor(normalized);
-        move(factors_.absorb(f, noise, Real(1) / factor), error / (noise + spread));
-        return factor;
-      }
-      case Forgetting::directional:
+      case Forgetting::directional: {
+        gain = error / (noise + spread);
         // Of the information 1/spread about f' theta, the share 1 - lambda is replaced.
         const Real lost = spread > Real(0) ? (Real(1) - factor_) / spread : Real(0);
         const Real gained = factor_ * weight - lost;
-        const Real gain = error / (noise + spread);
-        const bool still = std::abs(gained) <= std::numeric_limits<Real>::epsilon() * weight;
-        move(still ? factors_.image(f) : factors_.absorb(f, Real(1) / gained, Real(1)), gain);
-        return factor_;
+        if (std::abs(gained) <= std::numeric_limits<Real>::epsilon() * weight) {
+          move(factors_.image(f), gain);
+          return factor_;
+        }
+        noise = Real(1) / gained;
+        break;
+      }
+      case Forgetting::variable:
+        factor = variable_factor(normalized);
+        growth = Real(1) / factor;
+        gain = error / (noise + spread);
+        break;
+      default:
+        noise = factor_ * noise;
+        growth = Real(1) / factor_;
+        gain = error / (noise + spread);
     }
-    return Real(1);
+    move(factors_.absorb(f, noise, growth), gain);
+    return factor;
   }
 
   void move(const Vector& direction, Real distance) noexcept {
