@@ -108,11 +108,11 @@ function(resonid_stage name)
   set_property(GLOBAL APPEND PROPERTY RESONID_STAGE_TARGETS ${target})
 endfunction()
 
-# resonid_test(NAME SOURCES ... [DEPENDS ...] [LABELS ...] [TIMEOUT SECONDS] [LONG]): one test executable per stage, found
-# by ctest test by test. Tests labelled `statistics` run in `make statistics` only. LONG ones are those that take tens of
-# seconds; sanitizers leave them out.
+# resonid_test(NAME SOURCES ... [DEPENDS ...] [LABELS ...] [TIMEOUT SECONDS] [LONG] [TOGETHER]): one test executable per stage,
+# found by ctest test by test, or, where tests share what takes long to make, all TOGETHER. Tests labelled `statistics` run
+# in `make statistics` only. LONG ones are those that take tens of seconds; sanitizers leave them out.
 function(resonid_test name)
-  cmake_parse_arguments(TEST "LONG" "TIMEOUT" "SOURCES;DEPENDS;LABELS" ${ARGN})
+  cmake_parse_arguments(TEST "LONG;TOGETHER" "TIMEOUT" "SOURCES;DEPENDS;LABELS" ${ARGN})
   if(TEST_LONG AND NOT RESONID_LONG_TESTS)
     return()
   endif()
@@ -136,5 +136,10 @@ function(resonid_test name)
   target_compile_definitions(test_${name} PRIVATE
     RESONID_GOLDEN_DIR="${PROJECT_SOURCE_DIR}/tests/golden"
     RESONID_RECORDINGS_DIR="${PROJECT_SOURCE_DIR}/../shared/recordings")
-  gtest_discover_tests(test_${name} TEST_PREFIX "${name}." DISCOVERY_TIMEOUT 60 PROPERTIES ${properties})
+  if(TEST_TOGETHER)
+    add_test(NAME ${name} COMMAND test_${name})
+    set_tests_properties(${name} PROPERTIES ${properties})
+  else()
+    gtest_discover_tests(test_${name} TEST_PREFIX "${name}." DISCOVERY_TIMEOUT 60 PROPERTIES ${properties})
+  endif()
 endfunction()

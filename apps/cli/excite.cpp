@@ -54,7 +54,7 @@ class ExciteVisitor {
  private:
   void add_phases() {
     std::vector<std::string_view> names;
-    for (const auto name : online::enum_names(online::Phases{})) names.push_back(name);
+    for (const auto& known : online::enum_names(online::Phases{})) names.push_back(known.name);
     names.push_back("optimised");
     const auto assign = [&o = options_](std::size_t i) {
       o.optimised = i == static_cast<std::size_t>(online::Phases::given) + 1;
@@ -221,7 +221,7 @@ void run_excite(const CLI::App& verb, ExciteOptions& o) {
 }
 
 void add_kind(CLI::App& excite, Kind kind, const std::string& doc, const std::string& example) {
-  auto* verb = excite.add_subcommand(std::string(enum_names(kind)[static_cast<std::size_t>(kind)]), doc);
+  auto* verb = excite.add_subcommand(std::string(name_of(kind)), doc);
   verb->footer("Example:\n  resonid excite " + example);
   const auto o = std::make_shared<ExciteOptions>();
   o->config.kind = kind;

@@ -12,7 +12,6 @@
 #include <resonid/report/json.hpp>
 #include <resonid/report/page.hpp>
 
-#include "enum_option.hpp"
 #include "errors.hpp"
 #include "identify_many.hpp"
 #include "option_names.hpp"

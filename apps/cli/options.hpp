@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <functional>
 #include <optional>
+#include <resonid/base/enum_names.hpp>
 #include <resonid/base/expected.hpp>
 #include <resonid/online/excitation/excitation.hpp>
 #include <span>
@@ -30,6 +31,32 @@ CLI::Option* add_lines(CLI::App& app, const std::string& name,
 /// Calls `assign` with the index of the chosen name.
 CLI::Option* add_choice(CLI::App& app, const std::string& name, std::span<const std::string_view> names,
                         std::function<void(std::size_t)> assign, const std::string& doc);
+
+/// An option that takes the names of an enum's first `count` enumerators, all of them by default.
+template <NamedEnum Enum>
+CLI::Option* add_enum(CLI::App& app, const std::string& name, Enum& target, const std::string& doc,
+                      std::size_t count = enum_names(Enum{}).size()) {
+  std::vector<std::string_view> names;
+  for (const auto& known : enum_names(Enum{}).first(count)) names.push_back(known.name);
+  return add_choice(
+             app, name, names, [&target](std::size_t i) { target = enum_names(Enum{})[i].value; }, doc)
+      ->default_str(std::string(name_of(target)));
+}
+
+/// The same where "auto" leaves the choice open.
+template <NamedEnum Enum>
+CLI::Option* add_enum(CLI::App& app, const std::string& name, std::optional<Enum>& target,
+                      const std::string& doc) {
+  std::vector<std::string_view> names = {"auto"};
+  for (const auto& known : enum_names(Enum{})) names.push_back(known.name);
+  return add_choice(
+             app, name, names,
+             [&target](std::size_t i) {
+               target = i == 0 ? std::nullopt : std::optional(enum_names(Enum{})[i - 1].value);
+             },
+             doc)
+      ->default_str("auto");
+}
 
 /// A text, kept apart from one that is not given.
 CLI::Option* add_text(CLI::App& app, const std::string& name, std::optional<std::string>& target,
@@ -58,9 +85,7 @@ class OptionVisitor {
     else if constexpr (std::is_same_v<Field, bool>)
       app_.add_flag(name, target, text);
     else if constexpr (std::is_enum_v<Field>)
-      add_choice(
-          app_, name, enum_names(Field{}), [&](std::size_t i) { target = static_cast<Field>(i); }, text)
-          ->default_str(std::string(enum_names(Field{})[static_cast<std::size_t>(target)]));
+      add_enum(app_, name, target, text);
     else
       add_field_lines(name, target, text);
   }

@@ -7,7 +7,6 @@
 #include <resonid/base/error_text.hpp>
 #include <resonid/io/controller_file.hpp>
 
-#include "enum_option.hpp"
 #include "errors.hpp"
 #include "options.hpp"
 
@@ -29,8 +28,6 @@ void add_record_options(CLI::App& verb, RecordOptions& o) {
 }
 
 void add_signal_options(CLI::App& verb, RecordOptions& o) {
-  static constexpr std::array<std::string_view, 3> kQuantities = {"velocity", "position", "acceleration"};
-  static constexpr std::array<std::string_view, 2> kMotions = {"rotary", "linear"};
   auto& c = o.columns;
   add_text(verb, "--time", c.time, "time column, in seconds", "COL");
   add_number(verb, "--sample-rate", c.sample_rate_hz, "HZ",
@@ -47,15 +44,9 @@ void add_signal_options(CLI::App& verb, RecordOptions& o) {
   add_text(verb, "--input-unit", c.input_unit, "unit of the scaled input, if its column's name does not tell",
            "UNIT");
   add_text(verb, "--output-unit", c.output_unit, "unit of the scaled (and differentiated) output", "UNIT");
-  add_choice(
-      verb, "--motion", kMotions, [&c](std::size_t i) { c.motion = static_cast<data::Motion>(i); },
-      "kgm2 and Nm/rad, or kg and N/m")
-      ->default_str("rotary");
-  add_choice(
-      verb, "--output-quantity", kQuantities,
-      [&c](std::size_t i) { c.output_quantity = static_cast<data::OutputQuantity>(i); },
-      "what the output is; the response is always that of the velocity")
-      ->default_str("velocity");
+  add_enum(verb, "--motion", c.motion, "kgm2 and Nm/rad, or kg and N/m");
+  add_enum(verb, "--output-quantity", c.output_quantity,
+           "what the output is; the response is always that of the velocity");
   verb.add_flag("--differentiate", c.differentiate,
                 "turn a position into a velocity by backward differences (half a sample late)");
   add_number(verb, "--from", c.from_s, "SECONDS", "first instant used");

@@ -149,8 +149,7 @@ std::string range_text(const std::vector<double>& x) {
 }
 
 std::string machine_text(const plant::Truth& truth) {
-  std::string text = fmt::format(
-      "  {} drive", plant::enum_names(truth.structure)[static_cast<std::size_t>(truth.structure)]);
+  std::string text = fmt::format("  {} drive", name_of(truth.structure));
   const auto add = [&text](const std::vector<data::UndampedMode>& modes, const char* kind) {
     for (std::size_t i = 0; i < modes.size(); ++i)
       text += i == 0 ? fmt::format(", {}{} {:.2f}", kind, modes.size() > 1 ? "s" : "", modes[i].frequency_hz)

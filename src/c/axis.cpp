@@ -407,5 +407,5 @@ const char* resonid_axis_parameter_name(const resonid_handle* axis, uint32_t i) 
 
 const char* resonid_verdict_string(uint32_t verdict) noexcept {
   const auto names = enum_names(resonid::online::AxisVerdict{});
-  return verdict < names.size() ? names[verdict].data() : "unknown";  // of literals
+  return verdict < names.size() ? names[verdict].name.data() : "unknown";  // of literals
 }

@@ -3,7 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <resonid/base/detail/median.hpp>
+#include <resonid/base/detail/statistics.hpp>
 #include <resonid/diagnostics/detail/data_findings.hpp>
 
 namespace resonid::diagnostics {

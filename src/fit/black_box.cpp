@@ -6,6 +6,7 @@
 #include <fit/black_box_signals.hpp>
 #include <limits>
 #include <numeric>
+#include <resonid/base/detail/statistics.hpp>
 #include <resonid/fit/black_box.hpp>
 #include <resonid/fit/detail/controller_estimate.hpp>
 
@@ -17,11 +18,6 @@ using detail::BlackBoxSearch;
 using detail::BlackBoxSignals;
 using detail::BlackBoxState;
 using detail::Recorded;
-
-double rms(const std::vector<double>& x) {
-  const double sum = std::inner_product(x.begin(), x.end(), x.begin(), 0.0);
-  return std::sqrt(sum / static_cast<double>(std::max<std::size_t>(x.size(), 1)));
-}
 
 class Fitter {
  public:

@@ -37,17 +37,7 @@ bool is_usual(const Usual& usual, std::string_view column) {
 
 Usual usual_output(data::OutputQuantity quantity) {
   Usual usual{".output", "output", {"y"}, {"output"}};
-  switch (quantity) {
-    case data::OutputQuantity::velocity:
-      usual.beginning.push_back("velocity");
-      break;
-    case data::OutputQuantity::position:
-      usual.beginning.push_back("position");
-      break;
-    case data::OutputQuantity::acceleration:
-      usual.beginning.push_back("acceleration");
-      break;
-  }
+  usual.beginning.push_back(name_of(quantity));
   return usual;
 }
 

@@ -8,7 +8,6 @@
 #include <type_traits>
 #include <vector>
 
-#include "io/enum_names.hpp"
 #include "io/experiment_introduction.hpp"
 
 namespace resonid::io {
@@ -26,8 +25,8 @@ struct Key {
 template <class Enum>
 std::string choice(Enum) {
   std::string names;
-  for (const auto name : enum_names(Enum{}))
-    names += fmt::format("{}`\"{}\"`", names.empty() ? "" : ", ", name);
+  for (const auto& known : enum_names(Enum{}))
+    names += fmt::format("{}`\"{}\"`", names.empty() ? "" : ", ", known.name);
   return names;
 }
 
@@ -52,7 +51,7 @@ std::string standard_of(const Field& field) {
   if constexpr (std::is_same_v<Field, bool>)
     return field ? "`true`" : "`false`";
   else if constexpr (std::is_enum_v<Field>)
-    return fmt::format("`\"{}\"`", enum_names(field)[static_cast<std::size_t>(field)]);
+    return fmt::format("`\"{}\"`", name_of(field));
   else if constexpr (std::is_arithmetic_v<Field>)
     return fmt::format("{}", field);
   else
@@ -65,7 +64,7 @@ struct Select {
   template <class Field>
   void operator()(std::string_view name, Field& field, std::string_view) const {
     if constexpr (std::is_enum_v<Field>)
-      if (selects(name)) field = static_cast<Field>(index);
+      if (selects(name)) field = enum_names(field)[index].value;
   }
 };
 
@@ -78,7 +77,7 @@ struct Selection {
     if constexpr (std::is_enum_v<Field>)
       if (selects(name)) {
         count = enum_names(field).size();
-        chosen = enum_names(field)[static_cast<std::size_t>(field)];
+        chosen = name_of(field);
       }
   }
 };

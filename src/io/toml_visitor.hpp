@@ -16,7 +16,6 @@
 #include <type_traits>
 #include <vector>
 
-#include "io/enum_names.hpp"
 #include "io/text.hpp"
 
 namespace resonid::io {
@@ -88,15 +87,14 @@ class TomlVisitor {
 
   template <class Enum>
   void read_name(const toml::node& node, std::string_view name, Enum& field, std::string_view doc) {
-    const auto names = enum_names(Enum{});
-    const std::vector<std::string> known(names.begin(), names.end());
+    std::vector<std::string> known;
+    for (const auto& each : enum_names(Enum{})) known.emplace_back(each.name);
     const std::string found = node.is_string() ? node.as_string()->get() : std::string();
-    for (std::size_t i = 0; i < known.size(); ++i)
-      if (found == known[i]) {
-        field = static_cast<Enum>(i);
-        if (name == "kind" || name == "structure") selected_ = fmt::format(" with {} = '{}'", name, found);
-        return;
-      }
+    if (const auto value = from_name<Enum>(found)) {
+      field = *value;
+      if (name == "kind" || name == "structure") selected_ = fmt::format(" with {} = '{}'", name, found);
+      return;
+    }
     refuse(node, name, "one of " + listed(known) + suggestion(found, known), doc);
   }
 

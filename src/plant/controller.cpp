@@ -126,12 +126,6 @@ expected<void, Error> check_law(const ControllerConfig& c) {
 
 }  // namespace
 
-std::span<const std::string_view> enum_names(ControllerKind) noexcept {
-  static constexpr std::array<std::string_view, 7> kNames{
-      "none", "p", "pi", "pid", "cascade", "rst", "transfer-function"};
-  return kNames;
-}
-
 expected<void, Error> check(const ControllerConfig& c) {
   if (const auto ok = check_law(c); !ok) return ok;
   if (!is_not_negative(c.velocity_limit)) return refuse("velocity_limit", "must be >= 0", c.velocity_limit);

@@ -115,12 +115,6 @@ data::TransferFunction transfer_function(const SampledDrive& drive) {
   return {b, a, drive.sample_time_s};
 }
 
-std::span<const std::string_view> enum_names(Structure) noexcept {
-  static constexpr std::array<std::string_view, 5> kNames{"two-mass", "rigid", "three-mass", "chain",
-                                                          "tooth-belt"};
-  return kNames;
-}
-
 expected<void, Error> check(const DriveConfig& c) noexcept {
   if (c.structure == Structure::chain) {
     if (const auto ok = check_chain(c); !ok) return ok;

@@ -4,11 +4,6 @@
 
 namespace resonid::plant {
 
-std::span<const std::string_view> enum_names(VelocitySource) noexcept {
-  static constexpr std::array<std::string_view, 2> kNames{"sensor", "encoder"};
-  return kNames;
-}
-
 expected<void, Error> check(const MeasurementConfig& c) noexcept {
   if (!(c.delay_s >= 0.0)) return refuse("delay_s", "must be >= 0", c.delay_s);
   if (!(c.noise_rms >= 0.0)) return refuse("noise_rms", "must be >= 0", c.noise_rms);

@@ -12,11 +12,6 @@ bool is_not_negative(double x) { return x >= 0.0 && std::isfinite(x); }
 
 }  // namespace
 
-std::span<const std::string_view> enum_names(MotionKind) noexcept {
-  static constexpr std::array<std::string_view, 4> kNames{"standstill", "constant", "trapezoidal", "s-curve"};
-  return kNames;
-}
-
 expected<void, Error> check(const MotionConfig& c) noexcept {
   if (!std::isfinite(c.from)) return refuse("from", "must be finite", c.from);
   if (c.kind == MotionKind::standstill) return {};

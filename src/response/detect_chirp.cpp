@@ -2,7 +2,7 @@
 #include <algorithm>
 #include <cmath>
 #include <resonid/base/constants.hpp>
-#include <resonid/base/detail/median.hpp>
+#include <resonid/base/detail/statistics.hpp>
 #include <resonid/response/detail/excitation_lines.hpp>
 
 #include "linalg/decompositions.hpp"

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <resonid/base/enum_names.hpp>
 #include <string>
 #include <vector>
 
@@ -9,9 +10,18 @@ namespace resonid::data {
 
 /// What the measured output of a drive is. A response is always reported for velocity.
 enum class OutputQuantity { velocity, position, acceleration };
+inline constexpr EnumName<OutputQuantity> kOutputQuantityNames[] = {
+    {OutputQuantity::velocity, "velocity"},
+    {OutputQuantity::position, "position"},
+    {OutputQuantity::acceleration, "acceleration"}};
+[[nodiscard]] constexpr std::span<const EnumName<OutputQuantity>> enum_names(OutputQuantity) noexcept {
+  return kOutputQuantityNames;
+}
 
 /// Whether the machine turns or slides: decides the units kgm2, Nm/rad ... or kg, N/m ...
 enum class Motion { rotary, linear };
+inline constexpr EnumName<Motion> kMotionNames[] = {{Motion::rotary, "rotary"}, {Motion::linear, "linear"}};
+[[nodiscard]] constexpr std::span<const EnumName<Motion>> enum_names(Motion) noexcept { return kMotionNames; }
 
 /// One signal of a record. No samples means that the signal is not there.
 struct Channel {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <optional>
+#include <resonid/base/enum_names.hpp>
 #include <string>
 
 namespace resonid::diagnostics {
@@ -12,6 +13,11 @@ enum class Severity {
   warning,  ///< Part of the result is weak; the rest stands.
   error,    ///< The result is not to be trusted.
 };
+inline constexpr EnumName<Severity> kSeverityNames[] = {
+    {Severity::info, "info"}, {Severity::warning, "warning"}, {Severity::error, "error"}};
+[[nodiscard]] constexpr std::span<const EnumName<Severity>> enum_names(Severity) noexcept {
+  return kSeverityNames;
+}
 
 /// Something about the data or the result that its reader must know, in plain words.
 struct Finding {

@@ -4,6 +4,7 @@
 #include <Eigen/Core>
 #include <array>
 #include <complex>
+#include <resonid/base/enum_names.hpp>
 #include <resonid/data/frequency_response.hpp>
 #include <resonid/data/mode.hpp>
 #include <resonid/data/three_mass.hpp>
@@ -21,6 +22,11 @@ enum class Structure {
   two_mass,    ///< Two inertias, spring and damper, viscous friction on the driven side.
   three_mass,  ///< Three inertias in a row; "load" is the last, "middle" the one between.
 };
+inline constexpr EnumName<Structure> kStructureNames[] = {
+    {Structure::rigid, "rigid"}, {Structure::two_mass, "two-mass"}, {Structure::three_mass, "three-mass"}};
+[[nodiscard]] constexpr std::span<const EnumName<Structure>> enum_names(Structure) noexcept {
+  return kStructureNames;
+}
 
 /// Physical parameters in the order of every parameter vector and covariance of this stage.
 enum Parameter : int {

@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <optional>
 #include <resonid/base/approach.hpp>
+#include <resonid/base/enum_names.hpp>
 #include <resonid/base/expected.hpp>
 #include <resonid/online/excitation/detail/guarded_excitation_config.hpp>
 #include <resonid/online/lines/detail/sweep.hpp>
@@ -32,8 +33,20 @@ enum class AxisMethod {
   sliding_dft,             ///< Sliding DFT of fixed lines, with a rational fit.
   chirp,                   ///< The line of a chirp, with a rational fit of what it passed.
 };
-/// As on the command line: "arx", "oe", "rpem", "cloe", "f-cloe", "d-cloe", "iv", ...
-[[nodiscard]] std::span<const std::string_view> enum_names(AxisMethod) noexcept;
+inline constexpr EnumName<AxisMethod> kAxisMethodNames[] = {{AxisMethod::arx, "arx"},
+                                                            {AxisMethod::output_error, "oe"},
+                                                            {AxisMethod::prediction_error, "rpem"},
+                                                            {AxisMethod::closed_loop, "cloe"},
+                                                            {AxisMethod::filtered_closed_loop, "f-cloe"},
+                                                            {AxisMethod::damped_closed_loop, "d-cloe"},
+                                                            {AxisMethod::instrumental_variables, "iv"},
+                                                            {AxisMethod::physical, "physical"},
+                                                            {AxisMethod::lines, "kalman"},
+                                                            {AxisMethod::sliding_dft, "sliding-dft"},
+                                                            {AxisMethod::chirp, "chirp"}};
+[[nodiscard]] constexpr std::span<const EnumName<AxisMethod>> enum_names(AxisMethod) noexcept {
+  return kAxisMethodNames;
+}
 
 /// What `AxisSample::output` is. Plant and parameters are always those of the velocity.
 enum class AxisOutput { velocity, position, acceleration };

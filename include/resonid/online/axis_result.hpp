@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <limits>
+#include <resonid/base/enum_names.hpp>
 #include <resonid/online/excitation/guarded_excitation.hpp>
 #include <resonid/online/supervision/change_detection.hpp>
 #include <span>
@@ -54,8 +55,20 @@ enum class AxisVerdict {
   not_converged,
   residual_grown,
 };
-/// "trusted", "not-measured", ...
-[[nodiscard]] std::span<const std::string_view> enum_names(AxisVerdict) noexcept;
+inline constexpr EnumName<AxisVerdict> kAxisVerdictNames[] = {
+    {AxisVerdict::trusted, "trusted"},
+    {AxisVerdict::not_measured, "not-measured"},
+    {AxisVerdict::not_ready, "not-ready"},
+    {AxisVerdict::stopped, "stopped"},
+    {AxisVerdict::samples_missing, "samples-missing"},
+    {AxisVerdict::not_excited, "not-excited"},
+    {AxisVerdict::unphysical, "unphysical"},
+    {AxisVerdict::outside_lines, "outside-lines"},
+    {AxisVerdict::not_converged, "not-converged"},
+    {AxisVerdict::residual_grown, "residual-grown"}};
+[[nodiscard]] constexpr std::span<const EnumName<AxisVerdict>> enum_names(AxisVerdict) noexcept {
+  return kAxisVerdictNames;
+}
 
 inline constexpr std::size_t kAxisParameters = 8;  ///< Most of any method.
 

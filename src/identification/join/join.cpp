@@ -47,9 +47,8 @@ std::optional<Error> mismatch(std::span<const data::Record> records, std::span<c
       return told("sample rate", fmt::format("{:g} Hz", first.sample_rate_hz),
                   fmt::format("{:g} Hz", other.sample_rate_hz));
     if (other.output_quantity != first.output_quantity) {
-      constexpr const char* kNames[] = {"velocity", "position", "acceleration"};
-      return told("what the output is", kNames[static_cast<int>(first.output_quantity)],
-                  kNames[static_cast<int>(other.output_quantity)]);
+      return told("what the output is", std::string(name_of(first.output_quantity)),
+                  std::string(name_of(other.output_quantity)));
     }
     if (results[i].units.response != results[0].units.response)
       return told("units", results[0].units.response, results[i].units.response);

@@ -8,6 +8,7 @@
 #include <identification/validate/evidence.hpp>
 #include <identification/validate/verdict.hpp>
 #include <numeric>
+#include <resonid/base/detail/statistics.hpp>
 #include <resonid/diagnostics/detail/data_findings.hpp>
 #include <resonid/fit/detail/noise_model.hpp>
 #include <resonid/fit/output_error.hpp>
@@ -20,18 +21,6 @@ using diagnostics::Severity;
 
 tl::unexpected<Error> refused(std::string field, std::string message) {
   return tl::unexpected(Error{std::move(field), std::move(message)});
-}
-
-const char* name_of(data::OutputQuantity quantity) {
-  constexpr const char* kNames[] = {"velocity", "position", "acceleration"};
-  return kNames[static_cast<int>(quantity)];
-}
-
-double deviation(std::span<const double> x) {
-  const double mean = std::accumulate(x.begin(), x.end(), 0.0) / static_cast<double>(x.size());
-  double sum = 0.0;
-  for (const double v : x) sum += (v - mean) * (v - mean);
-  return std::sqrt(sum);
 }
 
 double norm(std::span<const double> x) {
@@ -178,13 +167,13 @@ class Simulator {
 
   void fit_percents() {
     const auto output = std::span(record_.output.samples).subspan(v_.first_sample);
-    const double total = deviation(output);
+    const double total = std::sqrt(squares_about_mean(output));
     if (!(total > 0.0)) return;
     v_.simulation_fit_percent = 100.0 * (1.0 - norm(v_.residual) / total);
     const auto noise = fit::fit_noise_model(v_.residual, fit::kHighestNoiseOrder);
     const auto innovation = fit::whiten(v_.residual, noise);
     const auto foretold = output.subspan(output.size() - innovation.size());
-    v_.prediction_fit_percent = 100.0 * (1.0 - norm(innovation) / deviation(foretold));
+    v_.prediction_fit_percent = 100.0 * (1.0 - norm(innovation) / std::sqrt(squares_about_mean(foretold)));
   }
 
   void residual_tests() {

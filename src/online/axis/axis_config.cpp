@@ -5,19 +5,6 @@
 
 namespace resonid::online {
 
-std::span<const std::string_view> enum_names(AxisMethod) noexcept {
-  static constexpr std::string_view kNames[] = {
-      "arx", "oe", "rpem", "cloe", "f-cloe", "d-cloe", "iv", "physical", "kalman", "sliding-dft", "chirp"};
-  return kNames;
-}
-
-std::span<const std::string_view> enum_names(AxisVerdict) noexcept {
-  static constexpr std::string_view kNames[] = {
-      "trusted",     "not-measured", "not-ready",     "stopped",       "samples-missing",
-      "not-excited", "unphysical",   "outside-lines", "not-converged", "residual-grown"};
-  return kNames;
-}
-
 namespace detail {
 
 std::optional<Error> fault_of(const AxisConfig& c, bool takes_velocity) noexcept {

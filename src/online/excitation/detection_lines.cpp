@@ -7,11 +7,6 @@
 
 namespace resonid::online {
 
-std::span<const std::string_view> enum_names(DetectionLines) noexcept {
-  static constexpr std::array<std::string_view, 3> kNames{"nothing", "even", "odd-random"};
-  return kNames;
-}
-
 expected<void, Error> mark_kept_lines(const DetectionLinesConfig& c, std::span<bool> kept) noexcept {
   std::fill(kept.begin(), kept.end(), true);
   if (c.detection_lines == DetectionLines::nothing) return {};

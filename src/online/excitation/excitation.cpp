@@ -93,13 +93,6 @@ expected<Excitation::Generator, Error> make(const ExcitationConfig& c, double ra
 
 }  // namespace
 
-std::span<const std::string_view> enum_names(Kind) noexcept {
-  static constexpr std::array<std::string_view, 5> kNames{"none", "prbs", "multisine", "chirp",
-                                                          "stepped-sine"};
-  static_assert(kNames.size() == static_cast<std::size_t>(Kind::stepped_sine) + 1);
-  return kNames;
-}
-
 bool LineList::assign(std::span<const double> hz) noexcept {
   if (hz.size() > kMaxLines) return false;
   std::copy(hz.begin(), hz.end(), value.begin());

@@ -31,11 +31,6 @@ std::uint64_t denominator_of(double x) noexcept {
 
 }  // namespace
 
-std::span<const std::string_view> enum_names(Phases) noexcept {
-  static constexpr std::array<std::string_view, 4> kNames{"random", "schroeder", "zero", "given"};
-  return kNames;
-}
-
 expected<void, Error> check(const MultisineConfig& c, std::size_t max_lines) noexcept {
   if (!(c.sample_rate_hz > 0.0)) return refuse("sample_rate_hz", "must be > 0", c.sample_rate_hz);
   const auto& f = c.frequency_hz;

@@ -152,27 +152,18 @@ class Fields {
   }
 
   /// The names of an enum that stands in the file by one of them.
-  template <class Enum>
-  requires std::is_enum_v<Enum>
+  template <NamedEnum Enum>
   void choice(const Key& key, Enum& value, Presence presence = Presence::required) {
     const auto all = enum_names(Enum{});
     std::vector<std::string_view> names;
     Chosen chosen;
     for (std::size_t i = 0; i < all.size(); ++i) {
-      if constexpr (NamedEnum<Enum>) {
-        names.push_back(all[i].name);
-        if (all[i].value == value) chosen.index = i;
-      } else {  // in the order of the enum
-        names.push_back(all[i]);
-        chosen.index = static_cast<std::size_t>(value);
-      }
+      names.push_back(all[i].name);
+      if (all[i].value == value) chosen.index = i;
     }
     chosen.names = names;
     if (!leaf(key, presence, &chosen, true) || !reading()) return;
-    if constexpr (NamedEnum<Enum>)
-      value = all[chosen.index].value;
-    else
-      value = static_cast<Enum>(chosen.index);
+    value = all[chosen.index].value;
   }
   void choice(const Key& key, std::span<const std::string_view, 2> names, bool& second,
               Presence presence = Presence::required) {

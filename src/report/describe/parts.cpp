@@ -3,8 +3,6 @@
 
 #include <algorithm>
 
-#include "report/describe/names.hpp"
-
 namespace resonid::report {
 
 void describe(Fields& f, diagnostics::Finding& finding) {

@@ -8,7 +8,6 @@
 #include <resonid/report/detail/batch.hpp>
 #include <resonid/report/detail/truth.hpp>
 
-#include "report/describe/names.hpp"
 #include "report/describe/parts.hpp"
 
 // What each result file holds, said once: writer, reader, JSON Schema and table of docs/results.md come from

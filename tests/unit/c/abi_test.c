@@ -66,8 +66,17 @@ static void kinds_are_those_that_there_are(void) {
   }
 }
 
-/// A caller whose struct ends before the last fields gets their defaults: the same bytes as one that sets
-/// them. Its struct lies at the end of its memory, where a sanitizer sees every byte that is read too far.
+/// What a physical tracker says after 200 samples. Its bytes may differ in their padding.
+static resonid_physical_results said_by(resonid_handle* tracker) {
+  resonid_physical_results said;
+  memset(&said, 0, sizeof said);
+  for (int k = 0; k < 200; ++k) CHECK_OK(resonid_step(tracker, 0.0, k % 7 < 3 ? 1.0 : -1.0, sin(0.3 * k)));
+  CHECK_OK(resonid_read(tracker, RESONID_PHYSICAL, &said.head, sizeof said));
+  return said;
+}
+
+/// A caller whose struct ends before the last fields gets their defaults: the same as one that sets them. Its
+/// struct lies at the end of its memory, where a sanitizer sees every byte that is read too far.
 static void an_older_struct_serves(void) {
   resonid_physical_settings c;
   CHECK_OK(resonid_defaults(&c.head, sizeof c, RESONID_PHYSICAL));
@@ -83,7 +92,8 @@ static void an_older_struct_serves(void) {
   CHECK(resonid_size(&shorter->head) == resonid_size(&c.head));
   CHECK_OK(resonid_init(memory, sizeof memory, &c.head, &whole, NULL));
   CHECK_OK(resonid_init(other_memory, sizeof other_memory, &shorter->head, &part, NULL));
-  CHECK(memcmp(memory, other_memory, resonid_size(&c.head)) == 0);
+  const resonid_physical_results one = said_by(whole), other = said_by(part);
+  CHECK(memcmp(&one, &other, sizeof one) == 0);
   c.refresh_samples = 3;  // the field does count
   CHECK_OK(resonid_init(memory, sizeof memory, &c.head, &whole, NULL));
   CHECK(memcmp(memory, other_memory, resonid_size(&c.head)) != 0);

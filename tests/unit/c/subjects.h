@@ -92,7 +92,7 @@ static inline void configure_change(resonid_change_settings* c) {
   c->baseline_s = 0.5;
   c->false_alarm_interval_s = 100.0;
 }
-/// A row every fifth sample, its work spread in form 1; with margins, gap and a watched figure.
+/// A row every 25th sample, its work spread in form 1; with margins, gap and a watched figure.
 static inline void configure_axis(any_settings* a, int form) {
   static const double b[] = {0.28, 0.12, 0.001}, poles[] = {-0.68, 0.22, 0.001}, controller[] = {0.2},
                       one[] = {1.0};
@@ -110,14 +110,16 @@ static inline void configure_axis(any_settings* a, int form) {
   x->start_b = x->baseline_b = b;
   x->start_a = x->baseline_a = poles;
   x->baseline_order = 3;
-  x->row_every_samples = 5;
-  x->spread_samples = form == 1 ? 5 : 1;
+  x->row_every_samples = 25;
+  x->spread_samples = form == 1 ? 25 : 1;
   x->injects = 1;
   CHECK_OK(resonid_defaults(&a->physical.head, sizeof a->physical, RESONID_PHYSICAL));
   configure_physical(&a->physical);
   x->physical = &a->physical;
   CHECK_OK(resonid_defaults(&a->change.head, sizeof a->change, RESONID_CUSUM));
   configure_change(&a->change);
+  a->change.block_s = 0.1;
+  a->change.baseline_s = 2.0;
   x->change = &a->change;
   x->change_of = RESONID_FIGURE_RESONANCE;
 }

@@ -447,9 +447,8 @@ TEST(Controller, DescribesTheFieldsOfEachKind) {
             "kind gain integral_time_s position_gain velocity_feedforward " + limits);
   EXPECT_EQ(fields(ControllerKind::rst), "kind r s t " + limits);
   EXPECT_EQ(fields(ControllerKind::transfer_function), "kind numerator denominator " + limits);
-  const auto names = enum_names(ControllerKind{});
-  EXPECT_EQ(names[static_cast<std::size_t>(ControllerKind::transfer_function)], "transfer-function");
-  EXPECT_EQ(names[static_cast<std::size_t>(ControllerKind::cascade)], "cascade");
+  EXPECT_EQ(name_of(ControllerKind::transfer_function), "transfer-function");
+  EXPECT_EQ(name_of(ControllerKind::cascade), "cascade");
 }
 
 }  // namespace

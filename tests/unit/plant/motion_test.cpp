@@ -256,7 +256,7 @@ TEST(Motion, DescribesTheFieldsOfEachKind) {
   EXPECT_EQ(fields(MotionKind::constant), "kind velocity from ");
   EXPECT_EQ(fields(kTrapezoidal), "kind velocity acceleration from to wait_s returns dwell_s ");
   EXPECT_EQ(fields(kSCurve), "kind velocity acceleration jerk from to wait_s returns dwell_s ");
-  EXPECT_EQ(enum_names(MotionKind{})[static_cast<std::size_t>(kSCurve)], "s-curve");
+  EXPECT_EQ(name_of(kSCurve), "s-curve");
 }
 
 }  // namespace

@@ -4,6 +4,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <resonid/base/enum_names.hpp>
 #include <resonid/base/expected.hpp>
 #include <resonid/online/excitation/chirp.hpp>
 #include <resonid/online/excitation/detail/detection_lines.hpp>
@@ -20,7 +21,12 @@ namespace resonid::online {
 inline constexpr std::size_t kMaxLines = 512;  ///< Of an excitation that comes from a file or a command line.
 
 enum class Kind { none, prbs, multisine, chirp, stepped_sine };
-[[nodiscard]] std::span<const std::string_view> enum_names(Kind) noexcept;
+inline constexpr EnumName<Kind> kKindNames[] = {{Kind::none, "none"},
+                                                {Kind::prbs, "prbs"},
+                                                {Kind::multisine, "multisine"},
+                                                {Kind::chirp, "chirp"},
+                                                {Kind::stepped_sine, "stepped-sine"}};
+[[nodiscard]] constexpr std::span<const EnumName<Kind>> enum_names(Kind) noexcept { return kKindNames; }
 
 /// A number per line, most often its frequency in Hz, in a fixed room, so that a configuration needs no heap.
 struct LineList {

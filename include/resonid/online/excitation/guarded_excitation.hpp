@@ -7,6 +7,7 @@
 #include <limits>
 #include <resonid/base/constants.hpp>
 #include <resonid/base/detail/intact.hpp>
+#include <resonid/base/enum_names.hpp>
 #include <resonid/base/expected.hpp>
 #include <resonid/online/excitation/detail/guarded_excitation_config.hpp>
 #include <resonid/online/excitation/detail/oscillation_growth.hpp>
@@ -29,11 +30,19 @@ enum class StopReason {
   watchdog_amplitude,  ///< watch()
   watchdog_silent,     ///< watch() is not called any more.
 };
-[[nodiscard]] inline std::span<const std::string_view> enum_names(StopReason) noexcept {
-  static constexpr std::string_view kNames[] = {
-      "none",        "requested",   "finished",           "torque",         "velocity", "position",
-      "oscillation", "signal-lost", "watchdog-amplitude", "watchdog-silent"};
-  return kNames;
+inline constexpr EnumName<StopReason> kStopReasonNames[] = {
+    {StopReason::none, "none"},
+    {StopReason::requested, "requested"},
+    {StopReason::finished, "finished"},
+    {StopReason::torque, "torque"},
+    {StopReason::velocity, "velocity"},
+    {StopReason::position, "position"},
+    {StopReason::oscillation, "oscillation"},
+    {StopReason::signal_lost, "signal-lost"},
+    {StopReason::watchdog_amplitude, "watchdog-amplitude"},
+    {StopReason::watchdog_silent, "watchdog-silent"}};
+[[nodiscard]] constexpr std::span<const EnumName<StopReason>> enum_names(StopReason) noexcept {
+  return kStopReasonNames;
 }
 /// As a clause for a person: "stopped: the torque command came too near to its limit".
 [[nodiscard]] std::string_view to_words(StopReason reason) noexcept;

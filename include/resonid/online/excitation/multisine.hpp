@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <resonid/base/constants.hpp>
+#include <resonid/base/enum_names.hpp>
 #include <resonid/base/expected.hpp>
 #include <resonid/online/excitation/detail/phase.hpp>
 #include <resonid/online/excitation/detail/splitmix64.hpp>
@@ -16,7 +17,11 @@
 namespace resonid::online {
 
 enum class Phases { random, schroeder, zero, given };
-[[nodiscard]] std::span<const std::string_view> enum_names(Phases) noexcept;
+inline constexpr EnumName<Phases> kPhasesNames[] = {{Phases::random, "random"},
+                                                    {Phases::schroeder, "schroeder"},
+                                                    {Phases::zero, "zero"},
+                                                    {Phases::given, "given"}};
+[[nodiscard]] constexpr std::span<const EnumName<Phases>> enum_names(Phases) noexcept { return kPhasesNames; }
 
 /// First phase that serves small crest factors: with it the flat 21-line multisine has 1.79 at any sample
 /// rate; with 0, which METHOD's figures have, 1.835.

@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <optional>
 #include <resonid/base/detail/discrete_filter.hpp>
+#include <resonid/base/enum_names.hpp>
 #include <resonid/base/expected.hpp>
 #include <resonid/data/transfer_function.hpp>
 #include <resonid/plant/detail/motion.hpp>
@@ -14,7 +15,17 @@
 namespace resonid::plant {
 
 enum class ControllerKind { none, p, pi, pid, cascade, rst, transfer_function };
-[[nodiscard]] std::span<const std::string_view> enum_names(ControllerKind) noexcept;
+inline constexpr EnumName<ControllerKind> kControllerKindNames[] = {
+    {ControllerKind::none, "none"},
+    {ControllerKind::p, "p"},
+    {ControllerKind::pi, "pi"},
+    {ControllerKind::pid, "pid"},
+    {ControllerKind::cascade, "cascade"},
+    {ControllerKind::rst, "rst"},
+    {ControllerKind::transfer_function, "transfer-function"}};
+[[nodiscard]] constexpr std::span<const EnumName<ControllerKind>> enum_names(ControllerKind) noexcept {
+  return kControllerKindNames;
+}
 
 /// The velocity controller of a drive, without the excitation: see Controller for the laws. Units are those
 /// of a rotary drive; of a linear one Ns/m, N and m/s.

@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <memory>
 #include <optional>
+#include <resonid/base/enum_names.hpp>
 #include <resonid/base/expected.hpp>
 #include <resonid/data/record.hpp>
 #include <resonid/data/transfer_function.hpp>
@@ -68,7 +69,14 @@ class Drive {
 };
 
 enum class Structure { two_mass, rigid, three_mass, chain, tooth_belt };
-[[nodiscard]] std::span<const std::string_view> enum_names(Structure) noexcept;
+inline constexpr EnumName<Structure> kStructureNames[] = {{Structure::two_mass, "two-mass"},
+                                                          {Structure::rigid, "rigid"},
+                                                          {Structure::three_mass, "three-mass"},
+                                                          {Structure::chain, "chain"},
+                                                          {Structure::tooth_belt, "tooth-belt"}};
+[[nodiscard]] constexpr std::span<const EnumName<Structure>> enum_names(Structure) noexcept {
+  return kStructureNames;
+}
 
 struct DriveConfig {
   Structure structure = Structure::two_mass;

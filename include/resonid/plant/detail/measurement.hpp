@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <resonid/base/constants.hpp>
+#include <resonid/base/enum_names.hpp>
 #include <resonid/base/expected.hpp>
 #include <resonid/plant/detail/drive.hpp>
 #include <resonid/plant/detail/white_noise.hpp>
@@ -16,7 +17,11 @@ namespace resonid::plant {
 
 /// Where the measured velocity comes from.
 enum class VelocitySource { sensor, encoder };
-[[nodiscard]] std::span<const std::string_view> enum_names(VelocitySource) noexcept;
+inline constexpr EnumName<VelocitySource> kVelocitySourceNames[] = {{VelocitySource::sensor, "sensor"},
+                                                                    {VelocitySource::encoder, "encoder"}};
+[[nodiscard]] constexpr std::span<const EnumName<VelocitySource>> enum_names(VelocitySource) noexcept {
+  return kVelocitySourceNames;
+}
 
 struct MeasurementConfig {
   double delay_s = 0.0;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <resonid/base/enum_names.hpp>
 #include <resonid/base/expected.hpp>
 #include <span>
 #include <string_view>
@@ -16,7 +17,13 @@ struct Setpoint {
 };
 
 enum class MotionKind { standstill, constant, trapezoidal, s_curve };
-[[nodiscard]] std::span<const std::string_view> enum_names(MotionKind) noexcept;
+inline constexpr EnumName<MotionKind> kMotionKindNames[] = {{MotionKind::standstill, "standstill"},
+                                                            {MotionKind::constant, "constant"},
+                                                            {MotionKind::trapezoidal, "trapezoidal"},
+                                                            {MotionKind::s_curve, "s-curve"}};
+[[nodiscard]] constexpr std::span<const EnumName<MotionKind>> enum_names(MotionKind) noexcept {
+  return kMotionKindNames;
+}
 
 struct MotionConfig {
   MotionKind kind = MotionKind::standstill;

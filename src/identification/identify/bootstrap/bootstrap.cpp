@@ -12,8 +12,8 @@
 #include <identification/parallel.hpp>
 #include <mutex>
 #include <numbers>
-#include <resonid/base/detail/median.hpp>
 #include <resonid/base/detail/quantile.hpp>
+#include <resonid/base/detail/statistics.hpp>
 #include <resonid/fit/response_fit.hpp>
 #include <resonid/identification/detail/figures.hpp>
 #include <resonid/online/excitation/detail/splitmix64.hpp>
@@ -88,13 +88,6 @@ std::vector<Figure> figures_of(std::optional<Result> replica, const Units& units
   return figures(*replica);
 }
 
-double deviation(const std::vector<double>& values) {
-  double mean = 0.0, sum = 0.0;
-  for (const double v : values) mean += v / static_cast<double>(values.size());
-  for (const double v : values) sum += (v - mean) * (v - mean);
-  return std::sqrt(sum / static_cast<double>(values.size() - 1));
-}
-
 Bootstrap summary(const std::vector<Figure>& told, const std::vector<std::vector<Figure>>& replicas,
                   double confidence) {
   Bootstrap bootstrap;
@@ -107,12 +100,13 @@ Bootstrap summary(const std::vector<Figure>& told, const std::vector<std::vector
     if (values.size() < 2 || 2 * values.size() < bootstrap.replicas) continue;
     std::sort(values.begin(), values.end());
     const double tail = 0.5 * (1.0 - confidence);
-    bootstrap.intervals.push_back({figure.name,
-                                   figure.unit,
-                                   ordered_quantile(values, tail),
-                                   ordered_quantile(values, 1.0 - tail),
-                                   deviation(values),
-                                   {}});
+    bootstrap.intervals.push_back(
+        {figure.name,
+         figure.unit,
+         ordered_quantile(values, tail),
+         ordered_quantile(values, 1.0 - tail),
+         std::sqrt(squares_about_mean(values) / static_cast<double>(values.size() - 1)),
+         {}});
   }
   for (const auto& r : replicas) {
     const bool complete = std::all_of(bootstrap.intervals.begin(), bootstrap.intervals.end(),

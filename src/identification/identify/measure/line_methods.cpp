@@ -3,7 +3,7 @@
 #include <cmath>
 #include <identification/criteria.hpp>
 #include <identification/identify/measure/line_methods.hpp>
-#include <resonid/base/detail/median.hpp>
+#include <resonid/base/detail/statistics.hpp>
 #include <resonid/response/detail/excitation_lines.hpp>
 #include <resonid/response/detail/local_rational.hpp>
 #include <resonid/response/detail/stepped_sine.hpp>

@@ -6,7 +6,7 @@
 #include <identification/criteria.hpp>
 #include <identification/identify/measure/loop_evidence.hpp>
 #include <limits>
-#include <resonid/base/detail/median.hpp>
+#include <resonid/base/detail/statistics.hpp>
 
 namespace resonid::identification::detail {
 namespace {

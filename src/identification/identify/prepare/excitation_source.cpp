@@ -4,18 +4,12 @@
 #include <identification/criteria.hpp>
 #include <identification/identify/prepare/excitation_source.hpp>
 #include <numeric>
+#include <resonid/base/detail/statistics.hpp>
 #include <resonid/diagnostics/detail/feedback.hpp>
 #include <resonid/response/detail/excitation_lines.hpp>
 
 namespace resonid::identification::detail {
 namespace {
-
-double variance(const std::vector<double>& x) {
-  const double mean = std::accumulate(x.begin(), x.end(), 0.0) / static_cast<double>(x.size());
-  double sum = 0.0;
-  for (const double v : x) sum += (v - mean) * (v - mean);
-  return sum / static_cast<double>(x.size());
-}
 
 /// A motion profile rises and falls a few times; what excites turns around all the time.
 bool moves_often(const std::vector<double>& reference) {

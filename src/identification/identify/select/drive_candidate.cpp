@@ -5,7 +5,7 @@
 #include <identification/identify/select/drive_candidate.hpp>
 #include <limits>
 #include <numbers>
-#include <resonid/base/detail/median.hpp>
+#include <resonid/base/detail/statistics.hpp>
 #include <resonid/fit/detail/order_selection.hpp>
 
 namespace resonid::identification::detail {

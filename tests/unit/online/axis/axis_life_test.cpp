@@ -151,8 +151,7 @@ INSTANTIATE_TEST_SUITE_P(, EveryAxis,
                                          AxisMethod::instrumental_variables, AxisMethod::physical,
                                          AxisMethod::lines, AxisMethod::sliding_dft, AxisMethod::chirp),
                          [](const auto& test) {
-                           std::string name(
-                               online::enum_names(AxisMethod{})[static_cast<std::size_t>(test.param)]);
+                           std::string name(name_of(test.param));
                            std::erase(name, '-');
                            return name;
                          });

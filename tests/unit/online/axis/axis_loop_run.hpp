@@ -7,6 +7,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <new>
 #include <optional>
 #include <random>
 #include <resonid/base/constants.hpp>
@@ -148,10 +149,10 @@ struct BeltTold {
 
 /// On the heap: it is large.
 inline std::unique_ptr<online::Axis> make_axis(const online::AxisConfig& config) {
-  auto memory =
-      std::unique_ptr<online::Axis>(static_cast<online::Axis*>(::operator new(sizeof(online::Axis))));
-  online::Axis::create_in(memory.get(), config).value();
-  return memory;
+  void* memory = ::operator new(sizeof(online::Axis), std::align_val_t(alignof(online::Axis)));
+  auto axis = std::unique_ptr<online::Axis>(static_cast<online::Axis*>(memory));
+  online::Axis::create_in(memory, config).value();
+  return axis;
 }
 
 inline bool same(double a, double b) { return a == b || (std::isnan(a) && std::isnan(b)); }

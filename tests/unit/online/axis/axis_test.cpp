@@ -36,8 +36,7 @@ TEST_P(EveryMethod, FindsTheBeltAndItsLoop) {
   for (const auto& s : loop.run(7500)) rows += axis->step(s) ? 1 : 0;
   EXPECT_EQ(rows, 750U);
   const AxisRow& row = axis->row();
-  EXPECT_EQ(row.verdict, AxisVerdict::trusted)
-      << online::enum_names(AxisVerdict{})[static_cast<std::size_t>(row.verdict)] << ' ' << row.uncertainty;
+  EXPECT_EQ(row.verdict, AxisVerdict::trusted) << name_of(row.verdict) << ' ' << row.uncertainty;
   EXPECT_NEAR(row.resonance_hz.value, loop.resonance_hz(), e.resonance * loop.resonance_hz());
   EXPECT_NEAR(row.antiresonance_hz.value, loop.antiresonance_hz(), e.antiresonance * loop.antiresonance_hz());
   EXPECT_GT(row.resonance_hz.std, 0.0);
@@ -58,7 +57,7 @@ INSTANTIATE_TEST_SUITE_P(
                     Expected{AxisMethod::instrumental_variables}, Expected{AxisMethod::physical},
                     Expected{AxisMethod::lines}, Expected{AxisMethod::sliding_dft}),
     [](const auto& test) {
-      std::string name(online::enum_names(AxisMethod{})[static_cast<std::size_t>(test.param.method)]);
+      std::string name(name_of(test.param.method));
       std::erase(name, '-');
       return name;
     });

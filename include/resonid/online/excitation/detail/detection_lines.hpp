@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <resonid/base/enum_names.hpp>
 #include <resonid/base/expected.hpp>
 #include <span>
 #include <string_view>
@@ -12,7 +13,13 @@ namespace resonid::online {
 /// Which multiples of its base frequency a multisine leaves out, so that the drive's answer there shows
 /// non-linear distortion (docs/methods/detection_lines.md).
 enum class DetectionLines { nothing, even, odd_random };
-[[nodiscard]] std::span<const std::string_view> enum_names(DetectionLines) noexcept;
+inline constexpr EnumName<DetectionLines> kDetectionLinesNames[] = {
+    {DetectionLines::nothing, "nothing"},
+    {DetectionLines::even, "even"},
+    {DetectionLines::odd_random, "odd-random"}};
+[[nodiscard]] constexpr std::span<const EnumName<DetectionLines>> enum_names(DetectionLines) noexcept {
+  return kDetectionLinesNames;
+}
 
 struct DetectionLinesConfig {
   double sample_rate_hz = 0.0;             ///< > 0.

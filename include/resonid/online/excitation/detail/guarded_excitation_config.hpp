@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstdint>
 #include <optional>
+#include <resonid/base/enum_names.hpp>
 #include <resonid/base/expected.hpp>
 #include <span>
 #include <string_view>
@@ -12,11 +13,11 @@ namespace resonid::online {
 
 /// What the growth of an oscillation is looked for in.
 enum class OscillationSignal { velocity, torque };
-[[nodiscard]] inline std::span<const std::string_view> enum_names(OscillationSignal) noexcept {
-  static constexpr std::string_view kNames[] = {"velocity", "torque"};
-  return kNames;
+inline constexpr EnumName<OscillationSignal> kOscillationSignalNames[] = {
+    {OscillationSignal::velocity, "velocity"}, {OscillationSignal::torque, "torque"}};
+[[nodiscard]] constexpr std::span<const EnumName<OscillationSignal>> enum_names(OscillationSignal) noexcept {
+  return kOscillationSignalNames;
 }
-
 /// Limits of a machine and how the excitation keeps clear of them. Units of the driven side: Nm, rad, rad/s;
 /// N, m, m/s for linear motion. A limit that is 0 is not watched.
 struct GuardedExcitationConfig {

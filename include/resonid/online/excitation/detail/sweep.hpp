@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <resonid/base/enum_names.hpp>
 #include <span>
 #include <string_view>
 
@@ -9,9 +10,8 @@ namespace resonid::online {
 
 /// How the frequency of a chirp goes from its start to its end.
 enum class Sweep { linear, logarithmic };
-[[nodiscard]] inline std::span<const std::string_view> enum_names(Sweep) noexcept {
-  static constexpr std::array<std::string_view, 2> kNames{"linear", "logarithmic"};
-  return kNames;
-}
+inline constexpr EnumName<Sweep> kSweepNames[] = {{Sweep::linear, "linear"},
+                                                  {Sweep::logarithmic, "logarithmic"}};
+[[nodiscard]] constexpr std::span<const EnumName<Sweep>> enum_names(Sweep) noexcept { return kSweepNames; }
 
 }  // namespace resonid::online
