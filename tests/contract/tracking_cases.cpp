@@ -69,8 +69,10 @@ struct FullKalmanBankTraits : OfOneSignal<Real> {
 template <class Real>
 struct SlidingDftTraits : OfOneSignal<Real> {
   using Listed = SlidingDft<Real, 21, 1000>;
-  static constexpr std::string_view kName = "SlidingDft", kAsListed = "21 lines, window of 1000",
-                                    kCost = "lines; more at every 32nd sample (float: 64th) and at the last of a window";
+  static constexpr std::string_view
+      kName = "SlidingDft",
+      kAsListed = "21 lines, window of 1000",
+      kCost = "lines; more at every 32nd sample (float: 64th) and at the last of a window";
   static SlidingDft<Real, 4, 250> make() {
     return SlidingDft<Real, 4, 250>::create({.sample_rate_hz = kRateHz,
                                              .window_samples = 250,
