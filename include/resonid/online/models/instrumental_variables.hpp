@@ -64,6 +64,7 @@ class InstrumentalVariables {
     iv.refresh_ = config.refresh_samples > 0 ? config.refresh_samples : default_refresh_samples(config.start);
     iv.refined_ = config.refined;
     iv.extrapolate_ = config.extrapolate;
+    iv.sums_ = iv.long_sums_ = Sums(iv.regressors_.error_correlation(config.refined));
     iv.start_ = iv.regressors_.parameters(iv.start_model_);
     const Vector size = iv.regressors_.sizes(iv.start_model_);
     for (std::size_t i = 0; i < kParameters; ++i) {

@@ -7,6 +7,7 @@
 #include <cstddef>
 #include <resonid/base/detail/intact.hpp>
 #include <resonid/online/models/detail/auxiliary_loop.hpp>
+#include <resonid/online/models/detail/instrumental_sums.hpp>
 #include <resonid/online/models/discrete_model.hpp>
 #include <resonid/online/models/modes.hpp>
 
@@ -110,6 +111,13 @@ class InstrumentalRegressors {
     std::copy_n(row.begin() + 1, kParameters, equation.regressor.begin());
     std::copy_n(row.begin() + 1 + kParameters, kParameters, equation.instrument.begin());
     return equation;
+  }
+
+  /// Of the equations' errors when the output's noise is white: it passes the leaky integrator's inverse
+  /// where the equations are filtered, and the high-pass where there is one. Unfiltered it also passes A,
+  /// which is not regarded.
+  [[nodiscard]] ErrorCorrelation<Real> error_correlation(bool filtered) const noexcept {
+    return ErrorCorrelation<Real>::high_passed(leak_, (filtered ? 1 : 0) + (terms_.offsets ? 1 : 0));
   }
 
   /// From now on friction has its effect through B of this model,

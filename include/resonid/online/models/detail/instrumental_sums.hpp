@@ -9,6 +9,28 @@
 
 namespace resonid::online {
 
+/// Autocorrelation of the equations' errors over their variance:  r(t) = (near + far |t|) pole^|t|, r(0) = 1.
+template <class Real>
+struct ErrorCorrelation {
+  Real pole = Real(0), near = Real(0), far = Real(0);  ///< All 0: white.
+
+  /// Of white noise that has passed (1 - z^-1)/(1 - pole z^-1) no time, once or twice.
+  static ErrorCorrelation high_passed(Real pole, int times) noexcept {
+    if (times == 0) return {};
+    // Once it is 1/rho + b T, T being the transform of rho^|t|; that of T^2 is rho^t (t + (1 + rho^2)/(1 -
+    // rho^2)).
+    const Real b = -(Real(1) - pole) / ((Real(1) + pole) * pole);
+    if (times == 1) {
+      const Real variance = Real(2) / (Real(1) + pole);
+      return {pole, b / variance, Real(0)};
+    }
+    const Real square = pole * pole;
+    const Real both = Real(2) * b / pole + b * b * (Real(1) + square) / (Real(1) - square);
+    const Real variance = Real(1) / square + both;
+    return {pole, both / variance, b * b / variance};
+  }
+};
+
 /// The weighted normal equations of the instrumental-variable estimate, R theta = q, that the recursion
 /// P = R^-1, theta = P q of METHOD 6.8 solves:
 ///
@@ -21,15 +43,27 @@ namespace resonid::online {
 /// known at the start, forgotten like all else, and a tie of each parameter to its present estimate. That
 /// limits the covariance to 1/H per unit residual variance, and without excitation (R -> 0, q -> 0) it keeps
 /// the estimate, one direction at a time.
+///
+/// The errors of the equations need not be white: their autocorrelation is told (ErrorCorrelation), and
+///
+///   V = sum_i sum_j lambda^i lambda^j r(i - j) z_i z_j'
+///
+/// is kept beside R, so that R^-1 V R^-T is the covariance of the estimate per unit variance of an error.
 template <class Real, std::size_t N>
 class InstrumentalSums {
  public:
   using Vector = std::array<Real, N>;
   using Matrix = std::array<Real, N * N>;  ///< Row by row.
 
+  explicit InstrumentalSums(const ErrorCorrelation<Real>& correlation = {}) noexcept
+      : correlation_(correlation) {}
+
   /// Starts from `theta`.
   void reset(const Vector& theta) noexcept {
     r_.fill(Real(0));
+    v_.fill(Real(0));
+    near_.fill(Real(0));
+    far_.fill(Real(0));
     q_.fill(Real(0));
     start_ = held_ = theta;
     start_weight_ = Real(1);
@@ -42,6 +76,7 @@ class InstrumentalSums {
       for (std::size_t j = 0; j < N; ++j)
         r_[i * N + j] = factor * r_[i * N + j] + instrument[i] * regressor[j];
     for (std::size_t i = 0; i < N; ++i) q_[i] = factor * q_[i] + instrument[i] * target;
+    correlate(instrument, factor);
     ages_ = factor * (ages_ + weight_);
     weight_ = factor * weight_ + Real(1);
     squares_ = factor * factor * squares_ + Real(1);
@@ -90,38 +125,28 @@ class InstrumentalSums {
   /// Without excitation the sums fade; this keeps them from fading into slow denormal numbers.
   void flush() noexcept {
     for (Real& x : r_) x = std::abs(x) < kNothing ? Real(0) : x;
-    for (Real& x : q_) x = std::abs(x) < kNothing ? Real(0) : x;
+    for (Vector* sum : {&q_, &near_, &far_})
+      for (Real& x : *sum) x = std::abs(x) < kNothing ? Real(0) : x;
+    for (Real& x : v_) x = std::abs(x) < kNothing ? Real(0) : x;
   }
 
-  /// R^-1 E[z z'] R^-T per unit residual variance of white noise: the weights' squares against the weights,
-  /// the symmetric part of E[z f'] taken for E[z z']. Infinite while that is not positive definite.
+  /// R^-1 V R^-T per unit variance of an equation's error, start and hold included: what is held varies by
+  /// 1/H. Infinite where R is singular.
   [[nodiscard]] Matrix covariance(const Prior& prior) const noexcept {
-    const Matrix r = matrix(prior);
-    Matrix factor{}, inverse{};  // L and L^-1 of L L' = (R + R')/2
-    for (std::size_t j = 0; j < N; ++j)
-      for (std::size_t i = j; i < N; ++i) {
-        Real rest = Real(0.5) * (r[i * N + j] + r[j * N + i]);
-        for (std::size_t k = 0; k < j; ++k) rest -= factor[i * N + k] * factor[j * N + k];
-        if (i == j && !(rest > Real(0))) {
-          for (std::size_t d = 0; d < N; ++d) inverse[d * N + d] = std::numeric_limits<Real>::infinity();
-          return inverse;
-        }
-        factor[i * N + j] = i == j ? std::sqrt(rest) : rest / factor[j * N + j];
-      }
-    for (std::size_t j = 0; j < N; ++j)
-      for (std::size_t i = j; i < N; ++i) {
-        Real rest = i == j ? Real(1) : Real(0);
-        for (std::size_t k = j; k < i; ++k) rest -= factor[i * N + k] * inverse[k * N + j];
-        inverse[i * N + j] = rest / factor[i * N + i];
-      }
-    const Real scale = weight_ > Real(0) ? squares_ / weight_ : Real(1);
+    Matrix m = matrix(prior), inner = v_;
+    for (std::size_t i = 0; i < N; ++i)
+      inner[i * N + i] += start_weight_ * start_weight_ * prior.start[i] + prior.hold[i];
+    // R^-1 V, then R^-1 (R^-1 V)', which is symmetric.
+    Matrix half = inner;
+    for (int side = 0; side < 2; ++side) {
+      Matrix left = m;
+      eliminate(left, half);
+      for (std::size_t i = 0; i < N; ++i)
+        for (std::size_t j = 0; j < i; ++j) std::swap(half[i * N + j], half[j * N + i]);
+    }
     Matrix result;
     for (std::size_t i = 0; i < N; ++i)
-      for (std::size_t j = 0; j <= i; ++j) {
-        Real sum(0);
-        for (std::size_t k = i; k < N; ++k) sum += inverse[k * N + i] * inverse[k * N + j];
-        result[i * N + j] = result[j * N + i] = sum * scale;
-      }
+      for (std::size_t j = 0; j < N; ++j) result[i * N + j] = Real(0.5) * (half[i * N + j] + half[j * N + i]);
     return result;
   }
 
@@ -141,10 +166,49 @@ class InstrumentalSums {
     return m;
   }
 
+  /// V <- lambda^2 V + z z' + z c' + c z' with c = sum_{t > 0} lambda^t r(t) z(k - t), kept in two sums.
+  void correlate(const Vector& z, Real factor) noexcept {
+    const ErrorCorrelation<Real>& r = correlation_;
+    Vector with;  // z/2 + c
+    for (std::size_t i = 0; i < N; ++i) with[i] = Real(0.5) * z[i] + r.near * near_[i] + r.far * far_[i];
+    for (std::size_t i = 0; i < N; ++i)
+      for (std::size_t j = 0; j < N; ++j)
+        v_[i * N + j] = factor * factor * v_[i * N + j] + z[i] * with[j] + with[i] * z[j];
+    const Real fade = factor * r.pole;
+    for (std::size_t i = 0; i < N; ++i) {
+      far_[i] = fade * (far_[i] + near_[i] + z[i]);
+      near_[i] = fade * (near_[i] + z[i]);
+    }
+  }
+  /// m x = right for all columns of `right`, which becomes x; row pivots.
+  static void eliminate(Matrix& m, Matrix& right) noexcept {
+    for (std::size_t k = 0; k < N; ++k) {
+      std::size_t pivot = k;
+      for (std::size_t i = k + 1; i < N; ++i)
+        if (std::abs(m[i * N + k]) > std::abs(m[pivot * N + k])) pivot = i;
+      for (std::size_t j = 0; j < N; ++j) {
+        std::swap(m[k * N + j], m[pivot * N + j]);
+        std::swap(right[k * N + j], right[pivot * N + j]);
+      }
+      for (std::size_t i = k + 1; i < N; ++i) {
+        const Real share = m[i * N + k] / m[k * N + k];
+        for (std::size_t j = k + 1; j < N; ++j) m[i * N + j] -= share * m[k * N + j];
+        for (std::size_t j = 0; j < N; ++j) right[i * N + j] -= share * right[k * N + j];
+      }
+    }
+    for (std::size_t i = N; i-- > 0;)
+      for (std::size_t j = 0; j < N; ++j) {
+        for (std::size_t k = i + 1; k < N; ++k) right[i * N + j] -= m[i * N + k] * right[k * N + j];
+        right[i * N + j] /= m[i * N + i];
+      }
+  }
+
   static constexpr Real kNothing = Real(1e-30);
 
-  Matrix r_{};
+  ErrorCorrelation<Real> correlation_;
+  Matrix r_{}, v_{};
   Vector q_{}, start_{}, held_{};
+  Vector near_{}, far_{};  // sums of (lambda rho)^t z(k - t), and of t (lambda rho)^t z(k - t)
   Real start_weight_ = Real(1);
   Real weight_ = Real(0), squares_ = Real(0), ages_ = Real(0);
 };
