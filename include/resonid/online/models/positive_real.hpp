@@ -111,6 +111,39 @@ class PositiveReal {
   [[nodiscard]] const LocalStability& result() const noexcept { return result_; }
   /// M for [b, a], or with a fixed integrator for b and the coefficients of A/(1 - z^-1), the last one idle.
   [[nodiscard]] const Matrix& matrix() const noexcept { return m_; }
+  /// What stands for `p`, the recursion's P, in recursion_covariance() when the output's noise is white. It
+  /// is in the error as it is where that is y - G u; under feedback (RegressorFilter::sensitivity) the error
+  /// is S (y - G u), which has most of its power where |1 + L| is least:
+  ///
+  ///   U R^-1 W R^-T U'     W = E[(S H f)(S H f)'] / mean |S|^2     R R' = E[(H f)(H f)']     U U' = P
+  ///
+  /// with R lower and U upper triangular, so that P counts once, and no direction gets a negative variance.
+  [[nodiscard]] Matrix of_white_noise(const Matrix& p) const noexcept {
+    if (at_.error != RegressorFilter::sensitivity) return p;
+    Matrix r = Matrix::Zero(), u = Matrix::Zero();
+    for (int j = 0; j < kN; ++j)
+      for (int i = j; i < kN; ++i) {
+        double rest = own_(i, j);
+        for (int k = 0; k < j; ++k) rest -= r(i, k) * r(j, k);
+        r(i, j) = i == j ? std::sqrt(rest) : rest / r(j, j);
+      }
+    for (int j = kN; j-- > 0;)  // columns from the last one on; 0 of a parameter that is not estimated
+      for (int i = j + 1; i-- > 0;) {
+        double rest = p(i, j);
+        for (int k = j + 1; k < kN; ++k) rest -= u(i, k) * u(j, k);
+        u(i, j) = i == j ? std::sqrt(std::max(rest, 0.0)) : (u(j, j) > 0.0 ? rest / u(j, j) : 0.0);
+      }
+    Matrix half = noise_ / noise_level_;  // R^-1 W, then R^-1 (R^-1 W)'
+    for (int side = 0; side < 2; ++side) {
+      for (int j = 0; j < kN; ++j)
+        for (int i = 0; i < kN; ++i) {
+          for (int k = 0; k < i; ++k) half(i, j) -= r(i, k) * half(k, j);
+          half(i, j) /= r(i, i);
+        }
+      half.transposeInPlace();
+    }
+    return u * half * u.transpose();
+  }
 
  private:
   void integrate() noexcept {
@@ -125,6 +158,7 @@ class PositiveReal {
       const Complex error = filter(at_.error, at_.model, 1.0, back);
       const Complex gradient = filter(at_.gradient, at_.gradient_model, at_.gradient_contraction, back);
       accumulate(back, input, output, error, gradient);
+      noise_level_ += std::norm(input) / points;
       least_real_part_ = std::min(least_real_part_, (error / gradient).real() - 0.5);
     }
     if (at_.fixed_integrator) own_(kN - 1, kN - 1) = cross_(kN - 1, kN - 1) = 1.0;
@@ -142,6 +176,7 @@ class PositiveReal {
       for (std::size_t j = 0; j < 2 * Order; ++j) {
         const Complex product = f[i] * std::conj(f[j]);
         own_(static_cast<int>(i), static_cast<int>(j)) += own * product.real();
+        noise_(static_cast<int>(i), static_cast<int>(j)) += own * std::norm(input) * product.real();
         cross_(static_cast<int>(i), static_cast<int>(j)) += (cross * product).real();
       }
   }
@@ -208,7 +243,8 @@ class PositiveReal {
   }
 
   PseudoLinearRecursion<Order> at_;
-  Matrix own_ = Matrix::Zero(), cross_ = Matrix::Zero();
+  Matrix own_ = Matrix::Zero(), cross_ = Matrix::Zero(), noise_ = Matrix::Zero();
+  double noise_level_ = 0.0;  // mean |S|^2
   double least_real_part_ = std::numeric_limits<double>::infinity();
   Matrix m_ = Matrix::Zero();
   LocalStability result_;

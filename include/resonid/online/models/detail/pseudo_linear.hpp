@@ -19,8 +19,10 @@ template <class Rls, class Past, std::size_t Order>
   using Matrix = Eigen::Matrix<double, kAll, kAll>;
   if (!rls.covariance().allFinite()) return past.covariance(rls.covariance());
   Matrix m = Matrix::Identity();
-  m.template topLeftCorner<kModel, kModel>() = PositiveReal<Order>(recursion).matrix();
-  const Matrix p = rls.information_inverse().template cast<double>();
+  const PositiveReal<Order> average(recursion);
+  m.template topLeftCorner<kModel, kModel>() = average.matrix();
+  Matrix p = rls.information_inverse().template cast<double>();
+  if constexpr (kAll == kModel) p = average.of_white_noise(p);
   const Matrix x = recursion_covariance(m, p, static_cast<double>(rls.residual_variance()),
                                         static_cast<double>(rls.weight_share()));
   return past.covariance(x.template cast<typename Rls::Scalar>().eval());
