@@ -124,8 +124,8 @@ class ClosedLoopOutputError {
   [[nodiscard]] DiscreteModel<Real, Order> model() const noexcept {
     return simulated_.model(rls_.parameters());
   }
-  /// For white residuals and an excitation that is white in its band, by recursion_covariance(). Infinite
-  /// where the recursion is not stable. Takes some 60 us.
+  /// For white output noise, which the residual holds times S, and an excitation that is white in its band,
+  /// by recursion_covariance(). Infinite where the recursion is not stable. Takes some 60 us.
   [[nodiscard]] ModelCovariance<Real, Order> covariance() const noexcept {
     return pseudo_linear_covariance(rls_, simulated_, recursion());
   }

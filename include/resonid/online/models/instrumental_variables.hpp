@@ -134,7 +134,8 @@ class InstrumentalVariables {
     if (!(error_weight_ > Real(0)) || samples_ - skipped_ <= estimated_) return result;
     const auto gradient = regressors_.gradient();
     const auto inner = sums_.covariance(prior());
-    if (!std::isfinite(inner[0])) return result;
+    for (const Real x : inner)
+      if (!std::isfinite(x)) return result;
     const Real variance = residual_variance() * variance_growth();
     for (std::size_t i = 0; i < 2 * Order; ++i) {
       Vector row{};

@@ -133,11 +133,12 @@ class InstrumentalSums {
   /// R^-1 V R^-T per unit variance of an equation's error, start and hold included: what is held varies by
   /// 1/H. Infinite where R is singular.
   [[nodiscard]] Matrix covariance(const Prior& prior) const noexcept {
-    Matrix m = matrix(prior), inner = v_;
-    for (std::size_t i = 0; i < N; ++i)
-      inner[i * N + i] += start_weight_ * start_weight_ * prior.start[i] + prior.hold[i];
-    // R^-1 V, then R^-1 (R^-1 V)', which is symmetric.
-    Matrix half = inner;
+    const Matrix m = matrix(prior);
+    Matrix half;  // V, R^-1 V, then R^-1 (R^-1 V)', which is symmetric
+    for (std::size_t i = 0; i < N; ++i) {
+      for (std::size_t j = 0; j <= i; ++j) half[i * N + j] = half[j * N + i] = v_[i * N + j];
+      half[i * N + i] += start_weight_ * start_weight_ * prior.start[i] + prior.hold[i];
+    }
     for (int side = 0; side < 2; ++side) {
       Matrix left = m;
       eliminate(left, half);
@@ -172,7 +173,7 @@ class InstrumentalSums {
     Vector with;  // z/2 + c
     for (std::size_t i = 0; i < N; ++i) with[i] = Real(0.5) * z[i] + r.near * near_[i] + r.far * far_[i];
     for (std::size_t i = 0; i < N; ++i)
-      for (std::size_t j = 0; j < N; ++j)
+      for (std::size_t j = 0; j <= i; ++j)
         v_[i * N + j] = factor * factor * v_[i * N + j] + z[i] * with[j] + with[i] * z[j];
     const Real fade = factor * r.pole;
     for (std::size_t i = 0; i < N; ++i) {
@@ -206,7 +207,7 @@ class InstrumentalSums {
   static constexpr Real kNothing = Real(1e-30);
 
   ErrorCorrelation<Real> correlation_;
-  Matrix r_{}, v_{};
+  Matrix r_{}, v_{};  // of V, which is symmetric, the lower half
   Vector q_{}, start_{}, held_{};
   Vector near_{}, far_{};  // sums of (lambda rho)^t z(k - t), and of t (lambda rho)^t z(k - t)
   Real start_weight_ = Real(1);
