@@ -12,19 +12,21 @@
 
 namespace resonid {
 
-/// A phrase of an error: a string literal, or text made for the occasion. A literal only where
-/// RESONID_EMBEDDED is defined: owners of text in an error are a kilobyte of firmware per create().
+/// A phrase of an error: a literal, which must outlive every copy, or text made for the occasion. Where
+/// RESONID_EMBEDDED is defined a literal only: owners of text in an error are a kilobyte of firmware per
+/// create().
 class Phrase {
  public:
   constexpr Phrase() noexcept = default;
-  constexpr Phrase(const char* literal) noexcept : view_(literal) {}
-  constexpr Phrase(std::string_view literal) noexcept : view_(literal) {}  ///< Must outlive every copy.
+  constexpr Phrase(const char* literal) noexcept : view_(literal) {}       // NOLINT: implicit
+  constexpr Phrase(std::string_view literal) noexcept : view_(literal) {}  // NOLINT: implicit
 #ifndef RESONID_EMBEDDED
-  Phrase(std::string text) : owned_(std::make_shared<const std::string>(std::move(text))), view_(*owned_) {}
+  Phrase(std::string text)  // NOLINT: implicit
+      : owned_(std::make_shared<const std::string>(std::move(text))), view_(*owned_) {}
 #endif
 
   [[nodiscard]] constexpr std::string_view view() const noexcept { return view_; }
-  [[nodiscard]] constexpr operator std::string_view() const noexcept { return view_; }
+  [[nodiscard]] constexpr operator std::string_view() const noexcept { return view_; }  // NOLINT: implicit
   [[nodiscard]] constexpr bool empty() const noexcept { return view_.empty(); }
   [[nodiscard]] std::string str() const { return std::string(view_); }
   template <std::convertible_to<std::string_view> Text>

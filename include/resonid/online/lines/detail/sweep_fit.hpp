@@ -170,7 +170,8 @@ class SweepFit {
     const double ratio = std::max(0.0, std::log(kHalfTurn / outermost)) / kFar;
     tail_ = Real(0);
     for (std::size_t m = 0; m < 2 * kFar; ++m) {
-      const double away = outermost * std::exp(ratio * (static_cast<double>(m / 2) + 0.5));
+      const std::size_t pair = m / 2;
+      const double away = outermost * std::exp(ratio * (static_cast<double>(pair) + 0.5));
       const double gain = 1.0 / (1.0 + std::pow(2.0 * lag * std::sin(0.5 * away), 2));
       place(kNear + m, m % 2 == 0 ? away : -away);
       weight[kNear + m] = std::pow(gain, 3) * away * ratio * lag * kNear / kHalfTurn;
