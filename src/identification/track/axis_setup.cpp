@@ -82,7 +82,7 @@ void set_physical(const data::Record& stretch, const TrackOptions& options, cons
     p.viscous_friction_nms_rad.std = kFrictionShare * largest / fastest_of(stretch);
   if (setup.config.coulomb_friction) p.coulomb_friction_nm.std = kFrictionShare * largest;
   p.torque_offset_std_nm = largest;
-  p.torque_offset_drift_nm_rt_s = 0.005 * largest;
+  p.torque_offset_drift_nm_rt_s = 0.002 * largest;
   p.at_best_known_time = true;  // rows tell the time that they describe
   p.stiffness_drift_per_s = first_drift(stretch, options, plan);
   setup.memory_s = kPeriodsOfPhysical / drive.resonance().value;

@@ -65,13 +65,12 @@ BoundedMatrix solved(const BoundedMatrix& a, const BoundedMatrix& b) noexcept {
 
 // The equation (T - s) Y + Y (T - s)^H = variance U^H P U of Y = U^H X U is solved from its last entry on.
 // Eigenvectors would not do: those of output error are often nearly parallel.
-BoundedMatrix recursion_covariance(const BoundedMatrix& m, const BoundedMatrix& p, double variance,
-                                   double share) noexcept {
+BoundedMatrix recursion_covariance(const BoundedMatrix& m, const BoundedMatrix& p, double share) noexcept {
   const auto n = m.rows();
   BoundedMatrix result(n, n);
   for (Eigen::Index i = 0; i < result.size(); ++i)
     result.data()[i] = i % (n + 1) == 0 ? std::numeric_limits<double>::infinity() : 0.0;
-  if (!finite(m) || !finite(p) || !std::isfinite(variance)) return result;
+  if (!finite(m) || !finite(p)) return result;
   const Schur schur(widened(m));
   const BoundedComplex& t = schur.matrixT();
   const double shift = 1.0 - 0.5 / share;
@@ -86,7 +85,7 @@ BoundedMatrix recursion_covariance(const BoundedMatrix& m, const BoundedMatrix& 
   for (Eigen::Index i = n; i-- > 0;) {
     for (Eigen::Index j = n; j-- > 0;) {
       Complex rest = 0.0;
-      for (Eigen::Index k = 0; k < n; ++k) rest += variance * std::conj(u(k, i)) * half(k, j);
+      for (Eigen::Index k = 0; k < n; ++k) rest += std::conj(u(k, i)) * half(k, j);
       for (Eigen::Index k = i + 1; k < n; ++k) rest -= t(i, k) * y(k, j);
       for (Eigen::Index k = j + 1; k < n; ++k) rest -= y(i, k) * std::conj(t(j, k));
       y(i, j) = rest / (t(i, i) + std::conj(t(j, j)) - 2.0 * shift);

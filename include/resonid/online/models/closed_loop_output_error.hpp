@@ -92,8 +92,9 @@ class ClosedLoopOutputError {
     const Real output = std::isfinite(y) ? output_filter_.step(y) : before;
     residual_ = known ? output - before : Real(0);
     if (known && gate_.open()) {
-      const Vector former = rls_.parameters();
-      rls_.correct(filtered() ? gradient() : f, residual_);
+      const Vector former = rls_.parameters(), direction = filtered() ? gradient() : f;
+      watch_motion(direction);
+      rls_.correct(direction, residual_);
       guard_.keep_stable(rls_, simulated_, former);
     }
     predicted_ = simulated_.base() + rls_.predict(f);
@@ -118,6 +119,8 @@ class ClosedLoopOutputError {
     input_filter_.reset();
     output_filter_.reset();
     residual_ = predicted_ = Real(0);
+    motion_ = {};
+    since_stiffness_ = 0;
     samples_ = skipped_ = 0;
   }
 
@@ -127,7 +130,7 @@ class ClosedLoopOutputError {
   /// For white output noise, which the residual holds times S, and an excitation that is white in its band,
   /// by recursion_covariance(). Infinite where the recursion is not stable. Takes some 60 us.
   [[nodiscard]] ModelCovariance<Real, Order> covariance() const noexcept {
-    return pseudo_linear_covariance(rls_, simulated_, recursion());
+    return pseudo_linear_covariance(rls_, simulated_, recursion(), motion_);
   }
   [[nodiscard]] double lag_samples() const noexcept {
     return recursion_lag_samples(stability(), rls_.mean_age_samples(), model(), filtered());
@@ -159,6 +162,8 @@ class ClosedLoopOutputError {
   using Past = Regression<Real, Order>;
   using Vector = typename Past::Vector;
   using Controller = DiscreteFilter<Real, ClosedLoopOutputErrorConfig::kMaxControllerOrder>;
+
+  static constexpr std::uint32_t kStiffnessSamples = 32;  // that the direction stays for
 
   /// x filtered by S/A: A w = x - z^-d B C w.
   struct SensitivityFilter {
@@ -209,6 +214,20 @@ class ClosedLoopOutputError {
     const Real smooth_input = smooth_input_.step(input, filter_model_);
     smooth_.push(smooth_input, smooth_output_.step(output, filter_model_));
   }
+  void watch_motion(const Vector& direction) noexcept {
+    if (since_stiffness_++ % kStiffnessSamples == 0) {
+      const auto g = StiffnessDirection<Real, Order>::of(model());
+      Real sum(0);
+      for (std::size_t i = 0; i < Order; ++i) {
+        along_[i] = g.change.b[i];
+        along_[Order + i] = simulated_.fixed_integrator() ? (sum += g.change.a[i]) : g.change.a[i];
+      }
+      motion_.flush();
+    }
+    Real moving(0);
+    for (std::size_t i = 0; i < 2 * Order; ++i) moving += direction[i] * along_[i];
+    motion_.see(moving, moving, residual_, rls_.factor());
+  }
   /// The simulated loop from rest.
   void restart() noexcept {
     simulated_.reset();
@@ -246,6 +265,9 @@ class ClosedLoopOutputError {
   PredictorInput input_;
   ClosedLoopGradient gradient_;
   DiscreteModel<Real, Order> filter_model_;
+  Vector along_{};  // in which a stiffness moves the parameters
+  StiffnessMotion<Real> motion_{};
+  std::uint32_t since_stiffness_ = 0;
   Real residual_ = Real(0), predicted_ = Real(0);
   std::uint64_t samples_ = 0, skipped_ = 0;
 };

@@ -14,6 +14,7 @@
 #include <resonid/online/models/detail/instrumental_sums.hpp>
 #include <resonid/online/models/detail/instrumental_variables_config.hpp>
 #include <resonid/online/models/detail/missed_samples.hpp>
+#include <resonid/online/models/detail/stiffness_motion.hpp>
 #include <resonid/online/models/discrete_model.hpp>
 #include <resonid/online/models/modes.hpp>
 #include <type_traits>
@@ -118,6 +119,7 @@ class InstrumentalVariables {
     long_sums_.reset(start_);
     theta_ = start_;
     residual_ = squared_errors_ = error_weight_ = Real(0);
+    motion_ = {};
     samples_ = skipped_ = 0;
     paused_ = since_refresh_ = unusable_ = 0;
     excited_ = following_ = true;
@@ -147,6 +149,7 @@ class InstrumentalVariables {
         result(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(j)) = sum * variance;
       }
     }
+    add_motion(result, stiffness_, motion_variance(motion_.moved(), sums_.share(), stiffness_.decay));
     return result;
   }
   /// The equations' mean age (none when extrapolated), the known delay, half a sample of the held input, and
@@ -215,7 +218,13 @@ class InstrumentalVariables {
     // The estimate's own error is in it too, theta being older than the equation.
     const Real share = static_cast<Real>(estimated_) * sums_.share();
     const Real slow = Real(1) - Real(0.125) * (Real(1) - factor_);
-    squared_errors_ = slow * squared_errors_ + error * error / (Real(1) + share);
+    Real instrument(0), regressor(0);
+    for (std::size_t i = 0; i < kParameters; ++i) {
+      instrument += equation.instrument[i] * along_[i];
+      regressor += equation.regressor[i] * along_[i];
+    }
+    const Real still = motion_.see(instrument, regressor, error, factor_);
+    squared_errors_ = slow * squared_errors_ + still * still / (Real(1) + share);
     error_weight_ = slow * error_weight_ + Real(1);
     sums_.add(equation.instrument, equation.regressor, equation.target, factor_);
     if (extrapolate_) long_sums_.add(equation.instrument, equation.regressor, equation.target, long_factor_);
@@ -237,6 +246,7 @@ class InstrumentalVariables {
     excited_ = gain > kLeastGain;
     sums_.flush();
     long_sums_.flush();
+    motion_.flush();
     regressors_.flush();
     loop_.flush();
     const Model model = regressors_.model(solution.theta);
@@ -255,6 +265,15 @@ class InstrumentalVariables {
     loop_.set_model(model);
     regressors_.set_gain(model);
     if (refined_) regressors_.set_filter(model);
+    stiffness_ = StiffnessDirection<Real, Order>::of(model);
+    Model moved = model;
+    for (std::size_t i = 0; i < Order; ++i) {
+      moved.b[i] += stiffness_.change.b[i];
+      moved.a[i] += stiffness_.change.a[i];
+    }
+    along_ = regressors_.parameters(moved);
+    const Vector here = regressors_.parameters(model);
+    for (std::size_t i = 0; i < kParameters; ++i) along_[i] -= here[i];
   }
 
   [[nodiscard]] Vector newest() const noexcept {
@@ -292,6 +311,9 @@ class InstrumentalVariables {
   Sums sums_, long_sums_;
   Prior unit_prior_{};
   Vector theta_{}, start_{};
+  StiffnessDirection<Real, Order> stiffness_{};
+  Vector along_{};  // the same in theta
+  StiffnessMotion<Real> motion_{};
   std::array<bool, kParameters> adjusted_{};
   Model start_model_{};
   Real factor_ = Real(1), long_factor_ = Real(1);

@@ -131,8 +131,9 @@ class PhysicalTracker {
   static constexpr double kNoiseInflation = 10.0;
   static constexpr std::size_t kPolishInRow = 2;
   static constexpr double kMostAge_s = 1.0;
-  /// A drift at half the rate, remembered for 0.3 s, as a walk: (d/2) sqrt(0.3 s).
-  static constexpr double kDampingShare = 0.28;
+  /// A drift at half the rate, remembered for 0.08 s, as a walk: (d/2) sqrt(0.08 s). With 0.28 the bars of D
+  /// are 1.4 times its error (docs/methods/physical_tracker.md).
+  static constexpr double kDampingShare = 0.14;
   static constexpr double kTrendPeriods = 15.0;                                // of the resonance
   static constexpr std::array<double, 4> kOtherStarts = {0.5, 2.0, 0.7, 1.4};  // times the stiffness given
   using Run = PhysicalRun<Scalar>;

@@ -9,6 +9,7 @@
 #include <cstddef>
 #include <limits>
 #include <resonid/base/constants.hpp>
+#include <resonid/online/models/detail/stiffness_motion.hpp>
 #include <resonid/online/models/discrete_model.hpp>
 #include <resonid/online/models/modes.hpp>
 #include <span>
@@ -25,15 +26,15 @@ using BoundedMatrix =
 /// a^-1 b; not a number where a is singular.
 [[nodiscard]] BoundedMatrix solved(const BoundedMatrix& a, const BoundedMatrix& b) noexcept;
 
-/// Covariance X that white residuals leave in the parameters of a pseudo-linear recursion, P being per unit
-/// residual variance and `share` = sum of squared weights over sum of weights (1 without forgetting, 1/(1 +
-/// lambda) with):
+/// Covariance X that residuals leave in the parameters of a pseudo-linear recursion; `p`: their variance
+/// times the recursion's P where they are white, else PositiveReal::of_errors(). With `share` = sum of
+/// squared weights over sum of weights (1 without forgetting, 1/(1 + lambda) with):
 ///
-///   (M - d) X + X (M - d)' = variance P      d = 1 - 1/(2 share)
+///   (M - d) X + X (M - d)' = p      d = 1 - 1/(2 share)
 ///
-/// which is variance P share for M = I. Infinite where the recursion does not settle, Re eig M <= d.
+/// which is p share for M = I. Infinite where the recursion does not settle, Re eig M <= d.
 [[nodiscard]] BoundedMatrix recursion_covariance(const BoundedMatrix& m, const BoundedMatrix& p,
-                                                 double variance, double share) noexcept;
+                                                 double share) noexcept;
 
 /// A controller in powers of z^-1, from measured output to -u; all 0 in the numerator: none.
 struct ControllerCoefficients {
@@ -98,7 +99,8 @@ class PositiveReal {
   using Vector = Eigen::Matrix<double, kN, 1>;
   using Complex = std::complex<double>;
 
-  explicit PositiveReal(const PseudoLinearRecursion<Order>& recursion) noexcept : at_(recursion) {
+  explicit PositiveReal(const PseudoLinearRecursion<Order>& recursion) noexcept
+      : at_(recursion), stiffness_(StiffnessDirection<double, Order>::of(recursion.model)) {
     integrate();
     const Matrix m = solved(own_, cross_);
     if (!m.allFinite()) return;
@@ -111,15 +113,28 @@ class PositiveReal {
   [[nodiscard]] const LocalStability& result() const noexcept { return result_; }
   /// M for [b, a], or with a fixed integrator for b and the coefficients of A/(1 - z^-1), the last one idle.
   [[nodiscard]] const Matrix& matrix() const noexcept { return m_; }
-  /// What stands for `p`, the recursion's P, in recursion_covariance() when the output's noise is white. It
-  /// is in the error as it is where that is y - G u; under feedback (RegressorFilter::sensitivity) the error
-  /// is S (y - G u), which has most of its power where |1 + L| is least:
+  /// Along the direction g in which a stiffness moves the parameters, means over the band:
+  /// |g'H f|^2, Re g'(H f)(F f)^* g and |g'F f|^2. All 0 where nothing oscillates.
+  struct Motion {
+    double own = 0.0, cross = 0.0, error = 0.0;
+  };
+  [[nodiscard]] const Motion& motion() const noexcept { return motion_; }
+  /// What stands for variance P in recursion_covariance() when the error is not white, `p` being the
+  /// recursion's P: `noise` of the error's variance is white noise of the output, `motion` of it what a
+  /// stiffness leaves that moves, the error g'F f.
   ///
-  ///   U R^-1 W R^-T U'     W = E[(S H f)(S H f)'] / mean |S|^2     R R' = E[(H f)(H f)']     U U' = P
+  ///   U R^-1 W R^-T U'     R R' = E[(H f)(H f)']     U U' = P     R lower, U upper triangular
   ///
-  /// with R lower and U upper triangular, so that P counts once, and no direction gets a negative variance.
-  [[nodiscard]] Matrix of_white_noise(const Matrix& p) const noexcept {
-    if (at_.error != RegressorFilter::sensitivity) return p;
+  /// so that P counts once, and no direction gets a negative variance. W = noise Wn + motion Wm. Under
+  /// feedback (RegressorFilter::sensitivity) the error is S (y - G u), which has most of its power where
+  /// |1 + L| is least: Wn = E[(S H f)(S H f)'] / mean |S|^2. In open loop p stays as it is.
+  ///
+  /// Wm is the spectrum of H f times that error, both being signals of the same oscillation. With
+  /// v = (H f)(g'F f)^*, Gaussian signals make it 2 Re v Re v', half of which remains after the mean lag is
+  /// taken off; what lies in quadrature cancels then, but a smeared resonance looks damped, for which
+  /// kSmeared Im v Im v' stands (docs/methods/recursive_output_error.md).
+  [[nodiscard]] Matrix of_errors(const Matrix& p, double noise, double motion) const noexcept {
+    if (at_.error != RegressorFilter::sensitivity) return p * (noise + motion);
     Matrix r = Matrix::Zero(), u = Matrix::Zero();
     for (int j = 0; j < kN; ++j)
       for (int i = j; i < kN; ++i) {
@@ -133,7 +148,8 @@ class PositiveReal {
         for (int k = j + 1; k < kN; ++k) rest -= u(i, k) * u(j, k);
         u(i, j) = i == j ? std::sqrt(std::max(rest, 0.0)) : (u(j, j) > 0.0 ? rest / u(j, j) : 0.0);
       }
-    Matrix half = noise_ / noise_level_;  // R^-1 W, then R^-1 (R^-1 W)'
+    Matrix half = noise_ * (noise / noise_level_);  // W, R^-1 W, then R^-1 (R^-1 W)'
+    if (motion > 0.0) half += moving_ * (motion / motion_.error);
     for (int side = 0; side < 2; ++side) {
       for (int j = 0; j < kN; ++j)
         for (int i = 0; i < kN; ++i) {
@@ -146,6 +162,8 @@ class PositiveReal {
   }
 
  private:
+  static constexpr double kSmeared = 0.75;  // measured on belts, 2 and 4 ms
+
   void integrate() noexcept {
     const int points = grid();
     for (int k = 0; k < points; ++k) {
@@ -157,13 +175,14 @@ class PositiveReal {
       const Complex output = delayed(at_.model, back) * input;
       const Complex error = filter(at_.error, at_.model, 1.0, back);
       const Complex gradient = filter(at_.gradient, at_.gradient_model, at_.gradient_contraction, back);
-      accumulate(back, input, output, error, gradient);
+      accumulate(points, back, input, output, error, gradient);
       noise_level_ += std::norm(input) / points;
       least_real_part_ = std::min(least_real_part_, (error / gradient).real() - 0.5);
     }
     if (at_.fixed_integrator) own_(kN - 1, kN - 1) = cross_(kN - 1, kN - 1) = 1.0;
   }
-  void accumulate(Complex back, Complex input, Complex output, Complex error, Complex gradient) noexcept {
+  void accumulate(int points, Complex back, Complex input, Complex output, Complex error,
+                  Complex gradient) noexcept {
     std::array<Complex, 2 * Order> f;
     Complex power = std::pow(back, static_cast<int>(at_.delay_samples));
     for (std::size_t i = 0; i < Order; ++i) f[i] = (power *= back) * input;
@@ -172,11 +191,27 @@ class PositiveReal {
     if (at_.fixed_integrator) f[2 * Order - 1] = 0.0;
     const double own = std::norm(gradient);
     const Complex cross = gradient * std::conj(error);
+    Complex moving = 0.0;
+    power = std::pow(back, static_cast<int>(at_.delay_samples));
+    for (std::size_t i = 0; i < Order; ++i) moving += stiffness_.change.b[i] * (power *= back) * input;
+    power = 1.0;
+    for (std::size_t i = 0; i < Order; ++i) moving -= stiffness_.change.a[i] * (power *= back) * output;
+    motion_.own += own * std::norm(moving) / points;
+    motion_.cross += cross.real() * std::norm(moving) / points;
+    motion_.error += std::norm(error) * std::norm(moving) / points;
+    std::array<double, 2 * Order> in_phase, quadrature;
+    for (std::size_t i = 0; i < 2 * Order; ++i) {
+      const Complex v = cross * f[i] * std::conj(moving);
+      in_phase[i] = v.real();
+      quadrature[i] = v.imag();
+    }
     for (std::size_t i = 0; i < 2 * Order; ++i)
       for (std::size_t j = 0; j < 2 * Order; ++j) {
         const Complex product = f[i] * std::conj(f[j]);
         own_(static_cast<int>(i), static_cast<int>(j)) += own * product.real();
         noise_(static_cast<int>(i), static_cast<int>(j)) += own * std::norm(input) * product.real();
+        moving_(static_cast<int>(i), static_cast<int>(j)) +=
+            in_phase[i] * in_phase[j] + kSmeared * quadrature[i] * quadrature[j];
         cross_(static_cast<int>(i), static_cast<int>(j)) += (cross * product).real();
       }
   }
@@ -243,8 +278,10 @@ class PositiveReal {
   }
 
   PseudoLinearRecursion<Order> at_;
-  Matrix own_ = Matrix::Zero(), cross_ = Matrix::Zero(), noise_ = Matrix::Zero();
+  Matrix own_ = Matrix::Zero(), cross_ = Matrix::Zero(), noise_ = Matrix::Zero(), moving_ = Matrix::Zero();
   double noise_level_ = 0.0;  // mean |S|^2
+  StiffnessDirection<double, Order> stiffness_;
+  Motion motion_;
   double least_real_part_ = std::numeric_limits<double>::infinity();
   Matrix m_ = Matrix::Zero();
   LocalStability result_;

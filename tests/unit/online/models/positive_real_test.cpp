@@ -102,12 +102,12 @@ TEST(PositiveReal, TheCovarianceSolvesItsEquationWithoutEigenvectorsToo) {
       for (int j = 0; j < n; ++j) root(i, j) = std::sin(1.0 + 3.0 * i + 7.0 * j * j);
     }
     const BoundedMatrix p = root * root.transpose();
-    constexpr double kShare = 1.0 / 1.99, kVariance = 0.3;
+    constexpr double kShare = 1.0 / 1.99;
     const std::size_t before = test::allocations();
-    const BoundedMatrix x = recursion_covariance(m, p, kVariance, kShare);
+    const BoundedMatrix x = recursion_covariance(m, p, kShare);
     EXPECT_EQ(test::allocations(), before);
     const BoundedMatrix moved = m - (1.0 - 0.5 / kShare) * BoundedMatrix::Identity(n, n);
-    const BoundedMatrix rest = moved * x + x * moved.transpose() - kVariance * p;
+    const BoundedMatrix rest = moved * x + x * moved.transpose() - p;
     EXPECT_LT(rest.cwiseAbs().maxCoeff(), 1e-12 * x.cwiseAbs().maxCoeff()) << n;
     EXPECT_GT(x.diagonal().minCoeff(), 0.0) << n;
   }

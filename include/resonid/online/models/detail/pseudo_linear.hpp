@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <resonid/online/models/detail/lag.hpp>
@@ -9,11 +10,16 @@
 
 namespace resonid::online {
 
+/// Share of a residual's variance that is taken for noise at least, whatever a motion explains.
+inline constexpr double kLeastNoise = 0.1;
+
 /// Covariance of a model whose parameters a pseudo-linear recursion moves: recursion_covariance() in the
-/// parameters of the regression; extra ones, beside b and a, count as if M were I for them.
+/// parameters of the regression; extra ones, beside b and a, count as if M were I for them. `motion` was seen
+/// with H f for the instrument and for the regressor.
 template <class Rls, class Past, std::size_t Order>
 [[nodiscard]] ModelCovariance<typename Rls::Scalar, Order> pseudo_linear_covariance(
-    const Rls& rls, const Past& past, const PseudoLinearRecursion<Order>& recursion) noexcept {
+    const Rls& rls, const Past& past, const PseudoLinearRecursion<Order>& recursion,
+    const StiffnessMotion<typename Rls::Scalar>& motion = {}) noexcept {
   static_assert(Rls::kParameters <= kMostParameters);
   constexpr int kAll = static_cast<int>(Rls::kParameters), kModel = static_cast<int>(2 * Order);
   using Matrix = Eigen::Matrix<double, kAll, kAll>;
@@ -22,9 +28,20 @@ template <class Rls, class Past, std::size_t Order>
   const PositiveReal<Order> average(recursion);
   m.template topLeftCorner<kModel, kModel>() = average.matrix();
   Matrix p = rls.information_inverse().template cast<double>();
-  if constexpr (kAll == kModel) p = average.of_white_noise(p);
-  const Matrix x = recursion_covariance(m, p, static_cast<double>(rls.residual_variance()),
-                                        static_cast<double>(rls.weight_share()));
+  const double residual = static_cast<double>(rls.residual_variance());
+  if constexpr (kAll == kModel) {
+    const auto& along = average.motion();
+    double explained = 0.0;  // of the residual's variance
+    if (along.cross > 0.0) {
+      const double moved = static_cast<double>(motion.moved()) * along.own / along.cross;
+      explained = moved * moved * along.error / along.own *
+                  static_cast<double>(motion.weight() / rls.memory_samples());
+    }
+    p = average.of_errors(p, std::max(residual - explained, kLeastNoise * residual), explained);
+  } else {
+    p *= residual;
+  }
+  const Matrix x = recursion_covariance(m, p, static_cast<double>(rls.weight_share()));
   return past.covariance(x.template cast<typename Rls::Scalar>().eval());
 }
 
