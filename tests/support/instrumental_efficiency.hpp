@@ -1,48 +1,15 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <Eigen/Dense>
-#include <array>
+#include <cstdint>
 #include <drive_loops.hpp>
-#include <limits>
 
 namespace resonid::test {
 
 /// Least standard deviation that an unbiased estimate of the resonance can have, of the record's recorded
 /// torque and white output noise: J = sum psi psi'/variance, psi = d yh/d theta of the output-error model,
 /// A psi_b = u(k-d-i), A psi_a = -yh(k-i). With five free parameters A keeps its root at 1.
-inline double resonance_bound_hz(const LoopRun& run, double noise, bool fixed_integrator) {
-  using Vector = Eigen::Matrix<double, 6, 1>;
-  const auto& u = run.simulation.record.input.samples;
-  const auto& m = run.machine;
-  std::array<double, 3> y{};
-  std::array<Vector, 3> psi{Vector::Zero(), Vector::Zero(), Vector::Zero()};
-  Eigen::Matrix<double, 6, 6> information = Eigen::Matrix<double, 6, 6>::Zero();
-  for (std::size_t k = 0; k < u.size(); ++k) {
-    Vector slope;
-    double newest = 0.0;
-    for (std::size_t i = 0; i < 3; ++i) {
-      const std::size_t age = i + 1 + run.delay_samples;
-      const double input = k >= age ? u[k - age] : 0.0;
-      slope(static_cast<int>(i)) = input;
-      slope(static_cast<int>(i) + 3) = -y[i];
-      newest += m.b[i] * input - m.a[i] * y[i];
-    }
-    for (std::size_t i = 0; i < 3; ++i) slope -= m.a[i] * psi[i];
-    information += slope * slope.transpose() / (noise * noise);
-    y = {newest, y[0], y[1]};
-    psi = {slope, psi[0], psi[1]};
-  }
-  const auto g = online::SampledModes<3>(m, run.sample_rate_hz()).resonance_gradient();
-  const Eigen::Map<const Vector> gradient(g.data());
-  if (!fixed_integrator) return std::sqrt(gradient.dot(information.ldlt().solve(gradient)));
-  Eigen::Matrix<double, 6, 5> free = Eigen::Matrix<double, 6, 5>::Zero();  // b and c of A = (1 - z^-1) C
-  free.topLeftCorner<3, 3>().setIdentity();
-  free(3, 3) = free(4, 4) = 1.0;
-  free(4, 3) = free(5, 4) = -1.0;
-  const Eigen::Matrix<double, 5, 1> along = free.transpose() * gradient;
-  return std::sqrt(along.dot((free.transpose() * information * free).ldlt().solve(along)));
-}
+double resonance_bound_hz(const LoopRun& run, double noise, bool fixed_integrator);
 
 struct Efficiency {
   double ratio = 0.0;           ///< Rms error of the resonance over its bound.
@@ -53,49 +20,6 @@ struct Efficiency {
 
 /// Refined instrumental variables without forgetting on the constant belt, 4500 samples, noise 0.1 rad/s,
 /// start 3 % too stiff.
-inline Efficiency efficiency(double sample_rate_hz, std::uint64_t seeds, bool fixed_integrator) {
-  constexpr double kNoise = 0.1;
-  Efficiency e;
-  double squares = 0.0, bounds = 0.0;
-  const auto stiffer = run_loop([&] {
-    auto c = constant_belt(sample_rate_hz, 0.0, 1, 1.0, 1.03);
-    c.run.duration_s = 0.1;
-    return c;
-  }());
-  for (std::uint64_t seed = 1; seed <= seeds; ++seed) {
-    const auto run = run_loop(constant_belt(sample_rate_hz, kNoise, seed));
-    auto config = instrumental(run);
-    config.start = stiffer.machine;
-    config.memory_samples = std::numeric_limits<double>::infinity();
-    config.terms.fixed_integrator = fixed_integrator;
-    auto iv = online::InstrumentalVariables<double, 3>::create(config).value();
-    const auto& r = run.simulation.record;
-    for (std::size_t k = 0; k < run.samples(); ++k)
-      iv.step(r.excitation.samples[k], r.input.samples[k], r.output.samples[k]);
-    const auto model = iv.model();
-    const auto covariance = iv.covariance();
-    const auto modes = online::SampledModes<3>(model, sample_rate_hz).resonances(covariance);
-    const double error = resonance_hz(model, sample_rate_hz) - run.resonance_hz[0];
-    const double bound = resonance_bound_hz(run, kNoise, fixed_integrator);
-    squares += error * error;
-    bounds += bound * bound;
-    e.bound_percent = 100.0 * bound / run.resonance_hz[0];
-    e.resonance_nees += error * error / (modes[0].std_hz * modes[0].std_hz);
-    const int free = fixed_integrator ? 5 : 6;
-    Eigen::VectorXd off(6);
-    for (int i = 0; i < 3; ++i) {
-      const auto j = static_cast<std::size_t>(i);
-      off(i) = model.b[j] - run.machine.b[j];
-      off(i + 3) = model.a[j] - run.machine.a[j];
-    }
-    const Eigen::MatrixXd claimed = covariance.topLeftCorner(free, free);
-    e.parameter_nees += off.head(free).dot(claimed.ldlt().solve(off.head(free))) / free;
-  }
-  const auto count = static_cast<double>(seeds);
-  e.ratio = std::sqrt(squares / bounds);
-  e.resonance_nees /= count;
-  e.parameter_nees /= count;
-  return e;
-}
+Efficiency efficiency(double sample_rate_hz, std::uint64_t seeds, bool fixed_integrator);
 
 }  // namespace resonid::test
