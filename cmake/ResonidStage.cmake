@@ -108,11 +108,12 @@ function(resonid_stage name)
   set_property(GLOBAL APPEND PROPERTY RESONID_STAGE_TARGETS ${target})
 endfunction()
 
-# resonid_test(NAME SOURCES ... [DEPENDS ...] [LABELS ...] [TIMEOUT SECONDS] [LONG] [TOGETHER]): one test executable per stage,
-# found by ctest test by test, or, where tests share what takes long to make, all TOGETHER. Tests labelled `statistics` run
-# in `make statistics` only. LONG ones are those that take tens of seconds; sanitizers leave them out.
+# resonid_test(NAME SOURCES ... [INCLUDES ...] [DEPENDS ...] [LABELS ...] [TIMEOUT SECONDS] [LONG] [TOGETHER]): one test
+# executable per stage, which sees the project's directories INCLUDES, found by ctest test by test, or, where tests share
+# what takes long to make, all TOGETHER. Tests labelled `statistics` run in `make statistics` only. LONG ones are those that
+# take tens of seconds; sanitizers leave them out.
 function(resonid_test name)
-  cmake_parse_arguments(TEST "LONG;TOGETHER" "TIMEOUT" "SOURCES;DEPENDS;LABELS" ${ARGN})
+  cmake_parse_arguments(TEST "LONG;TOGETHER" "TIMEOUT" "SOURCES;DEPENDS;INCLUDES;LABELS" ${ARGN})
   if(TEST_LONG AND NOT RESONID_LONG_TESTS)
     return()
   endif()
@@ -132,7 +133,8 @@ function(resonid_test name)
     resonid_headers_of(resonid_test_headers LIBRARIES GTest::gtest HEADERS <gtest/gtest.h>)
   endif()
   resonid_headers(test_${name} resonid_test_headers)
-  target_include_directories(test_${name} PRIVATE "${PROJECT_SOURCE_DIR}/tests/support")
+  list(TRANSFORM TEST_INCLUDES PREPEND "${PROJECT_SOURCE_DIR}/")
+  target_include_directories(test_${name} PRIVATE "${PROJECT_SOURCE_DIR}/tests/support" ${TEST_INCLUDES})
   target_compile_definitions(test_${name} PRIVATE
     RESONID_GOLDEN_DIR="${PROJECT_SOURCE_DIR}/tests/golden"
     RESONID_RECORDINGS_DIR="${PROJECT_SOURCE_DIR}/../shared/recordings")
