@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <array>
 #include <complex>
 #include <limits>
 #include <resonid/online/models/positive_real.hpp>
@@ -61,6 +63,108 @@ BoundedMatrix solved(const BoundedMatrix& a, const BoundedMatrix& b) noexcept {
       x(i, j) /= m(i, i);
     }
   return x;
+}
+
+RecursionMeans recursion_means(const RecursionBand& band) noexcept {
+  const auto order = band.b.size();
+  const auto n = static_cast<Eigen::Index>(2 * order);
+  RecursionMeans means;
+  for (BoundedMatrix* m : {&means.own, &means.cross, &means.noise, &means.moving})
+    *m = BoundedMatrix::Zero(n, n);
+  std::array<Complex, kMostParameters> f;
+  std::array<double, kMostParameters> in_phase, quadrature;
+  const double share = 1.0 / band.points;
+  for (int k = 0; k < band.points; ++k) {
+    const double omega = kTwoPi * (band.from + (k + 0.5) * share * (band.to - band.from));
+    const Complex back = std::polar(1.0, -omega),
+                  delay = std::pow(back, static_cast<int>(band.delay_samples));
+    const auto sum = [](std::span<const double> c, Complex x) {  // c_1 x + c_2 x^2 + ...
+      Complex value = 0.0;
+      for (std::size_t i = c.size(); i-- > 0;) value = (value + c[i]) * x;
+      return value;
+    };
+    const Complex controller =
+        (band.controller.numerator[0] + sum(std::span(band.controller.numerator).subspan(1), back)) /
+        (band.controller.denominator[0] + sum(std::span(band.controller.denominator).subspan(1), back));
+    const Complex plant = delay * sum(band.b, back) / (1.0 + sum(band.a, back));
+    const Complex input = 1.0 / (1.0 + plant * controller), output = plant * input;
+    const auto filter = [&](RegressorFilter kind, std::span<const double> b, std::span<const double> a,
+                            double contraction) {
+      if (kind == RegressorFilter::none) return Complex(1.0);
+      const Complex inverse = 1.0 / (1.0 + sum(a, contraction * back));
+      if (kind == RegressorFilter::inverse_a) return inverse;
+      return inverse / (1.0 + delay * sum(b, back) / (1.0 + sum(a, back)) * controller);
+    };
+    const Complex error = filter(band.error, band.b, band.a, 1.0);
+    const Complex gradient =
+        filter(band.gradient, band.gradient_b, band.gradient_a, band.gradient_contraction);
+    Complex power = delay;
+    for (std::size_t i = 0; i < order; ++i) f[i] = (power *= back) * input;
+    power = band.fixed_integrator ? 1.0 - back : Complex(1.0);
+    for (std::size_t i = 0; i < order; ++i) f[order + i] = -(power *= back) * output;
+    if (band.fixed_integrator) f[2 * order - 1] = 0.0;
+    const Complex moving =
+        delay * sum(band.moving_b, back) * input - sum(band.moving_a, back) * output;  // g'f
+    const Complex cross = gradient * std::conj(error);
+    const double own = std::norm(gradient), noise = own * std::norm(input);
+    for (std::size_t i = 0; i < 2 * order; ++i) {
+      const Complex v = cross * f[i] * std::conj(moving);
+      in_phase[i] = v.real();
+      quadrature[i] = v.imag();
+    }
+    for (std::size_t i = 0; i < 2 * order; ++i)
+      for (std::size_t j = 0; j < 2 * order; ++j) {
+        const auto row = static_cast<Eigen::Index>(i), column = static_cast<Eigen::Index>(j);
+        const Complex product = f[i] * std::conj(f[j]);
+        means.own(row, column) += share * own * product.real();
+        means.noise(row, column) += share * noise * product.real();
+        means.cross(row, column) += share * (cross * product).real();
+        means.moving(row, column) +=
+            share * (in_phase[i] * in_phase[j] + RecursionMeans::kSmeared * quadrature[i] * quadrature[j]);
+      }
+    means.noise_level += share * std::norm(input);
+    means.along_own += share * own * std::norm(moving);
+    means.along_cross += share * cross.real() * std::norm(moving);
+    means.along_error += share * std::norm(error) * std::norm(moving);
+    means.least_real_part = std::min(means.least_real_part, (error / gradient).real() - 0.5);
+  }
+  if (band.fixed_integrator) means.own(n - 1, n - 1) = means.cross(n - 1, n - 1) = 1.0;
+  return means;
+}
+
+BoundedMatrix weighted(const BoundedMatrix& p, const BoundedMatrix& own, const BoundedMatrix& w) noexcept {
+  const auto n = p.rows();
+  BoundedMatrix r = BoundedMatrix::Zero(n, n), u = r, half = w;
+  for (Eigen::Index j = 0; j < n; ++j)
+    for (Eigen::Index i = j; i < n; ++i) {
+      double rest = own(i, j);
+      for (Eigen::Index k = 0; k < j; ++k) rest -= r(i, k) * r(j, k);
+      r(i, j) = i == j ? std::sqrt(rest) : rest / r(j, j);
+    }
+  for (Eigen::Index j = n; j-- > 0;)  // columns from the last one on; 0 of a parameter that is not estimated
+    for (Eigen::Index i = j + 1; i-- > 0;) {
+      double rest = p(i, j);
+      for (Eigen::Index k = j + 1; k < n; ++k) rest -= u(i, k) * u(j, k);
+      u(i, j) = i == j ? std::sqrt(std::max(rest, 0.0)) : (u(j, j) > 0.0 ? rest / u(j, j) : 0.0);
+    }
+  for (int side = 0; side < 2; ++side) {  // R^-1 W, then R^-1 (R^-1 W)'
+    for (Eigen::Index j = 0; j < n; ++j)
+      for (Eigen::Index i = 0; i < n; ++i) {
+        for (Eigen::Index k = 0; k < i; ++k) half(i, j) -= r(i, k) * half(k, j);
+        half(i, j) /= r(i, i);
+      }
+    half.transposeInPlace();
+  }
+  for (int side = 0; side < 2; ++side) {  // U half, then U (U half)'
+    for (Eigen::Index j = 0; j < n; ++j)
+      for (Eigen::Index i = 0; i < n; ++i) {  // row i needs those from i on
+        double sum = 0.0;
+        for (Eigen::Index k = i; k < n; ++k) sum += u(i, k) * half(k, j);
+        half(i, j) = sum;
+      }
+    half.transposeInPlace();
+  }
+  return half;
 }
 
 // The equation (T - s) Y + Y (T - s)^H = variance U^H P U of Y = U^H X U is solved from its last entry on.

@@ -36,6 +36,11 @@ using BoundedMatrix =
 [[nodiscard]] BoundedMatrix recursion_covariance(const BoundedMatrix& m, const BoundedMatrix& p,
                                                  double share) noexcept;
 
+/// U R^-1 W R^-T U' with own = R R', p = U U', R lower and U upper triangular; a direction in which p is 0
+/// stays 0.
+[[nodiscard]] BoundedMatrix weighted(const BoundedMatrix& p, const BoundedMatrix& own,
+                                     const BoundedMatrix& w) noexcept;
+
 /// A controller in powers of z^-1, from measured output to -u; all 0 in the numerator: none.
 struct ControllerCoefficients {
   static constexpr std::size_t kMaxOrder = 4;
@@ -71,6 +76,32 @@ struct PseudoLinearRecursion {
   double from = 0.0, to = 0.5;                         ///< Excited band in cycles per sample.
 };
 
+/// The same for recursion_means(), which is compiled once: as many coefficients of each as the order.
+struct RecursionBand {
+  std::span<const double> b, a, gradient_b, gradient_a;
+  std::span<const double> moving_b, moving_a;  ///< g: their change with the stiffness; 0: nothing oscillates.
+  std::size_t delay_samples = 0;
+  bool fixed_integrator = false;
+  ControllerCoefficients controller{};
+  RegressorFilter error{}, gradient{};
+  double gradient_contraction = 1.0;
+  double from = 0.0, to = 0.5;
+  int points = 1;
+};
+/// Means over the band, of f in the parameters of the regression; v = (H f)(g'F f)^*.
+struct RecursionMeans {
+  BoundedMatrix own;         ///< (H f)(H f)'
+  BoundedMatrix cross;       ///< (H f)(F f)'
+  BoundedMatrix noise;       ///< (S H f)(S H f)'
+  BoundedMatrix moving;      ///< Re v Re v' + kSmeared Im v Im v'
+  double noise_level = 0.0;  ///< |S|^2
+  double along_own = 0.0, along_cross = 0.0,
+         along_error = 0.0;  ///< |g'H f|^2, Re g'(H f)(g'F f)^*, |g'F f|^2
+  double least_real_part = std::numeric_limits<double>::infinity();  ///< Of F/H, less 1/2; least, not mean.
+  static constexpr double kSmeared = 0.75;                           ///< Measured on belts, 2 and 4 ms.
+};
+[[nodiscard]] RecursionMeans recursion_means(const RecursionBand& band) noexcept;
+
 /// What becomes of a small error of the parameters: on average theta' = -(1 - lambda) M (theta - theta*).
 struct LocalStability {
   bool stable = false;
@@ -99,26 +130,36 @@ class PositiveReal {
   using Vector = Eigen::Matrix<double, kN, 1>;
   using Complex = std::complex<double>;
 
-  explicit PositiveReal(const PseudoLinearRecursion<Order>& recursion) noexcept
-      : at_(recursion), stiffness_(StiffnessDirection<double, Order>::of(recursion.model)) {
-    integrate();
-    const Matrix m = solved(own_, cross_);
+  explicit PositiveReal(const PseudoLinearRecursion<Order>& recursion) noexcept : at_(recursion) {
+    const auto stiffness = StiffnessDirection<double, Order>::of(recursion.model);
+    RecursionBand band{.b = at_.model.b,
+                       .a = at_.model.a,
+                       .gradient_b = at_.gradient_model.b,
+                       .gradient_a = at_.gradient_model.a,
+                       .moving_b = stiffness.change.b,
+                       .moving_a = stiffness.change.a};
+    band.delay_samples = at_.delay_samples;
+    band.fixed_integrator = at_.fixed_integrator;
+    band.controller = at_.controller;
+    band.error = at_.error;
+    band.gradient = at_.gradient;
+    band.gradient_contraction = at_.gradient_contraction;
+    band.from = at_.from;
+    band.to = at_.to;
+    band.points = grid();
+    means_ = recursion_means(band);
+    const Matrix m = solved(means_.own, means_.cross);
     if (!m.allFinite()) return;
     m_ = m;
     result_.least_eigenvalue = least_real_eigenvalue(m);
     result_.stable = result_.least_eigenvalue > 0.0;
-    result_.least_real_part = least_real_part_;
+    result_.least_real_part = means_.least_real_part;
     result_.lag_share = lag_share(m);
   }
   [[nodiscard]] const LocalStability& result() const noexcept { return result_; }
   /// M for [b, a], or with a fixed integrator for b and the coefficients of A/(1 - z^-1), the last one idle.
   [[nodiscard]] const Matrix& matrix() const noexcept { return m_; }
-  /// Along the direction g in which a stiffness moves the parameters, means over the band:
-  /// |g'H f|^2, Re g'(H f)(F f)^* g and |g'F f|^2. All 0 where nothing oscillates.
-  struct Motion {
-    double own = 0.0, cross = 0.0, error = 0.0;
-  };
-  [[nodiscard]] const Motion& motion() const noexcept { return motion_; }
+  [[nodiscard]] const RecursionMeans& means() const noexcept { return means_; }
   /// What stands for variance P in recursion_covariance() when the error is not white, `p` being the
   /// recursion's P: `noise` of the error's variance is white noise of the output, `motion` of it what a
   /// stiffness leaves that moves, the error g'F f.
@@ -135,87 +176,16 @@ class PositiveReal {
   /// kSmeared Im v Im v' stands (docs/methods/recursive_output_error.md).
   [[nodiscard]] Matrix of_errors(const Matrix& p, double noise, double motion) const noexcept {
     if (at_.error != RegressorFilter::sensitivity) return p * (noise + motion);
-    Matrix r = Matrix::Zero(), u = Matrix::Zero();
-    for (int j = 0; j < kN; ++j)
-      for (int i = j; i < kN; ++i) {
-        double rest = own_(i, j);
-        for (int k = 0; k < j; ++k) rest -= r(i, k) * r(j, k);
-        r(i, j) = i == j ? std::sqrt(rest) : rest / r(j, j);
+    BoundedMatrix errors = means_.noise;
+    for (int i = 0; i < kN; ++i)
+      for (int j = 0; j < kN; ++j) {
+        errors(i, j) *= noise / means_.noise_level;
+        if (motion > 0.0) errors(i, j) += means_.moving(i, j) * motion / means_.along_error;
       }
-    for (int j = kN; j-- > 0;)  // columns from the last one on; 0 of a parameter that is not estimated
-      for (int i = j + 1; i-- > 0;) {
-        double rest = p(i, j);
-        for (int k = j + 1; k < kN; ++k) rest -= u(i, k) * u(j, k);
-        u(i, j) = i == j ? std::sqrt(std::max(rest, 0.0)) : (u(j, j) > 0.0 ? rest / u(j, j) : 0.0);
-      }
-    Matrix half = noise_ * (noise / noise_level_);  // W, R^-1 W, then R^-1 (R^-1 W)'
-    if (motion > 0.0) half += moving_ * (motion / motion_.error);
-    for (int side = 0; side < 2; ++side) {
-      for (int j = 0; j < kN; ++j)
-        for (int i = 0; i < kN; ++i) {
-          for (int k = 0; k < i; ++k) half(i, j) -= r(i, k) * half(k, j);
-          half(i, j) /= r(i, i);
-        }
-      half.transposeInPlace();
-    }
-    return u * half * u.transpose();
+    return weighted(p, means_.own, errors);
   }
 
  private:
-  static constexpr double kSmeared = 0.75;  // measured on belts, 2 and 4 ms
-
-  void integrate() noexcept {
-    const int points = grid();
-    for (int k = 0; k < points; ++k) {
-      const double share = (static_cast<double>(k) + 0.5) / points;
-      const double omega = kTwoPi * (at_.from + share * (at_.to - at_.from));
-      const Complex back = std::polar(1.0, -omega);
-      const Complex loop = delayed(at_.model, back) * controller(back);
-      const Complex input = 1.0 / (1.0 + loop);
-      const Complex output = delayed(at_.model, back) * input;
-      const Complex error = filter(at_.error, at_.model, 1.0, back);
-      const Complex gradient = filter(at_.gradient, at_.gradient_model, at_.gradient_contraction, back);
-      accumulate(points, back, input, output, error, gradient);
-      noise_level_ += std::norm(input) / points;
-      least_real_part_ = std::min(least_real_part_, (error / gradient).real() - 0.5);
-    }
-    if (at_.fixed_integrator) own_(kN - 1, kN - 1) = cross_(kN - 1, kN - 1) = 1.0;
-  }
-  void accumulate(int points, Complex back, Complex input, Complex output, Complex error,
-                  Complex gradient) noexcept {
-    std::array<Complex, 2 * Order> f;
-    Complex power = std::pow(back, static_cast<int>(at_.delay_samples));
-    for (std::size_t i = 0; i < Order; ++i) f[i] = (power *= back) * input;
-    power = at_.fixed_integrator ? 1.0 - back : Complex(1.0);
-    for (std::size_t i = 0; i < Order; ++i) f[Order + i] = -(power *= back) * output;
-    if (at_.fixed_integrator) f[2 * Order - 1] = 0.0;
-    const double own = std::norm(gradient);
-    const Complex cross = gradient * std::conj(error);
-    Complex moving = 0.0;
-    power = std::pow(back, static_cast<int>(at_.delay_samples));
-    for (std::size_t i = 0; i < Order; ++i) moving += stiffness_.change.b[i] * (power *= back) * input;
-    power = 1.0;
-    for (std::size_t i = 0; i < Order; ++i) moving -= stiffness_.change.a[i] * (power *= back) * output;
-    motion_.own += own * std::norm(moving) / points;
-    motion_.cross += cross.real() * std::norm(moving) / points;
-    motion_.error += std::norm(error) * std::norm(moving) / points;
-    std::array<double, 2 * Order> in_phase, quadrature;
-    for (std::size_t i = 0; i < 2 * Order; ++i) {
-      const Complex v = cross * f[i] * std::conj(moving);
-      in_phase[i] = v.real();
-      quadrature[i] = v.imag();
-    }
-    for (std::size_t i = 0; i < 2 * Order; ++i)
-      for (std::size_t j = 0; j < 2 * Order; ++j) {
-        const Complex product = f[i] * std::conj(f[j]);
-        own_(static_cast<int>(i), static_cast<int>(j)) += own * product.real();
-        noise_(static_cast<int>(i), static_cast<int>(j)) += own * std::norm(input) * product.real();
-        moving_(static_cast<int>(i), static_cast<int>(j)) +=
-            in_phase[i] * in_phase[j] + kSmeared * quadrature[i] * quadrature[j];
-        cross_(static_cast<int>(i), static_cast<int>(j)) += (cross * product).real();
-      }
-  }
-
   /// Enough points for the narrowest resonance.
   [[nodiscard]] int grid() const noexcept {
     double narrowest = 0.1;
@@ -223,33 +193,6 @@ class PositiveReal {
     for (const Complex& z : modes.poles())
       if (z.imag() > 0.0) narrowest = std::min(narrowest, std::abs(1.0 - std::abs(z)));
     return static_cast<int>(std::clamp(12.0 / std::max(narrowest, 1e-6), 128.0, 2048.0));
-  }
-
-  /// B/A z^-d
-  [[nodiscard]] Complex delayed(const DiscreteModel<double, Order>& m, Complex back) const noexcept {
-    Complex b = 0.0, power = std::pow(back, static_cast<int>(at_.delay_samples));
-    for (std::size_t i = 0; i < Order; ++i) b += m.b[i] * (power *= back);
-    return b / denominator(m, back);
-  }
-  [[nodiscard]] static Complex denominator(const DiscreteModel<double, Order>& m, Complex back) noexcept {
-    Complex a = 1.0, power = 1.0;
-    for (std::size_t i = 0; i < Order; ++i) a += m.a[i] * (power *= back);
-    return a;
-  }
-  [[nodiscard]] Complex controller(Complex back) const noexcept {
-    Complex n = 0.0, d = 0.0;
-    for (std::size_t i = ControllerCoefficients::kMaxOrder + 1; i-- > 0;) {
-      n = n * back + at_.controller.numerator[i];
-      d = d * back + at_.controller.denominator[i];
-    }
-    return n / d;
-  }
-  [[nodiscard]] Complex filter(RegressorFilter kind, const DiscreteModel<double, Order>& m,
-                               double contraction, Complex back) const noexcept {
-    if (kind == RegressorFilter::none) return 1.0;
-    const Complex a = denominator(m, contraction * back);
-    return kind == RegressorFilter::inverse_a ? 1.0 / a
-                                              : 1.0 / (a * (1.0 + delayed(m, back) * controller(back)));
   }
 
   [[nodiscard]] double lag_share(const Matrix& m) const noexcept {
@@ -278,11 +221,7 @@ class PositiveReal {
   }
 
   PseudoLinearRecursion<Order> at_;
-  Matrix own_ = Matrix::Zero(), cross_ = Matrix::Zero(), noise_ = Matrix::Zero(), moving_ = Matrix::Zero();
-  double noise_level_ = 0.0;  // mean |S|^2
-  StiffnessDirection<double, Order> stiffness_;
-  Motion motion_;
-  double least_real_part_ = std::numeric_limits<double>::infinity();
+  RecursionMeans means_;
   Matrix m_ = Matrix::Zero();
   LocalStability result_;
 };

@@ -148,8 +148,13 @@ class RecursiveLeastSquares {
   /// Of the parameters: residual variance times P times the loss that unequal weights bring (1/(1 + lambda)
   /// in the steady state of constant forgetting). Infinite until there are more samples than parameters.
   [[nodiscard]] Matrix covariance() const noexcept {
-    if (used_samples() <= Parameters) return Matrix::Identity() * std::numeric_limits<Real>::infinity();
-    return factors_.dense() * (residual_variance() * weight_share());
+    const bool known = used_samples() > Parameters;
+    const Real variance =
+        known ? residual_variance() * weight_share() : std::numeric_limits<Real>::infinity();
+    Matrix m = factors_.dense();
+    for (int i = 0; i < m.rows(); ++i)  // plain loops: compiled for very many sizes
+      for (int j = 0; j < m.cols(); ++j) m(i, j) = known || i == j ? m(i, j) * variance : Real(0);
+    return m;
   }
   /// Sum of the squared weights over the sum of the weights: 1 without forgetting, 1/(1 + lambda) with.
   [[nodiscard]] Real weight_share() const noexcept {

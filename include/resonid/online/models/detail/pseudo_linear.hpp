@@ -30,11 +30,11 @@ template <class Rls, class Past, std::size_t Order>
   Matrix p = rls.information_inverse().template cast<double>();
   const double residual = static_cast<double>(rls.residual_variance());
   if constexpr (kAll == kModel) {
-    const auto& along = average.motion();
+    const auto& means = average.means();
     double explained = 0.0;  // of the residual's variance
-    if (along.cross > 0.0) {
-      const double moved = static_cast<double>(motion.moved()) * along.own / along.cross;
-      explained = moved * moved * along.error / along.own *
+    if (means.along_cross > 0.0) {
+      const double moved = static_cast<double>(motion.moved()) * means.along_own / means.along_cross;
+      explained = moved * moved * means.along_error / means.along_own *
                   static_cast<double>(motion.weight() / rls.memory_samples());
     }
     p = average.of_errors(p, std::max(residual - explained, kLeastNoise * residual), explained);
