@@ -64,7 +64,7 @@ endfunction()
 # whose headers cost more than their code.
 function(resonid_unity target)
   if(RESONID_UNITY)
-    set_target_properties(${target} PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE 6)
+    set_target_properties(${target} PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE 5)
   endif()
 endfunction()
 

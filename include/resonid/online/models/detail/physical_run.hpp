@@ -40,8 +40,9 @@ class NoiseEstimate {
     if (given_ || seen_ < kFirst) return;
     ++learnt_;
     const Real gain = std::max(Real(2) / (static_cast<Real>(learnt_) + Real(10)), slowest_gain_);
-    variance_ += gain * (innovation * innovation * variance_ / expected_variance - variance_);
-    variance_ = std::max(variance_, kLeast);
+    const Real next =
+        variance_ + gain * variance_ * (innovation * (innovation / expected_variance) - Real(1));
+    if (std::isfinite(next)) variance_ = std::max(next, kLeast);  // not what a spike makes of it
   }
   /// Keeps the value, but believes in it little.
   void forget() noexcept { learnt_ = std::min(learnt_, kForgotten); }

@@ -87,10 +87,10 @@ class Regression {
     ModelCovariance<Real, Order> c = of_theta.template topLeftCorner<2 * kN, 2 * kN>();
     if (!fixed_) return c;
     // a = alpha - (alpha shifted by one), the fixed last one left out.
-    for (int side = 0; side < 2; ++side) {
-      for (int i = 2 * kN - 1; i > kN; --i) c.row(i) -= c.row(i - 1);
-      c.transposeInPlace();
-    }
+    for (int i = 2 * kN - 1; i > kN; --i)
+      for (int j = 0; j < 2 * kN; ++j) c(i, j) -= c(i - 1, j);
+    for (int i = 2 * kN - 1; i > kN; --i)
+      for (int j = 0; j < 2 * kN; ++j) c(j, i) -= c(j, i - 1);
     return c;
   }
   /// theta of a model, extra ones 0; none when a fixed integrator is not a pole of it.
