@@ -1,21 +1,12 @@
 // SPDX-License-Identifier: MIT
 #include <cmath>
 #include <resonid/base/constants.hpp>
+#include <resonid/base/detail/polynomial.hpp>
 #include <resonid/data/transfer_function.hpp>
 
 #include "linalg/decompositions.hpp"
 
 namespace resonid::data {
-namespace {
-
-std::complex<double> polynomial(std::span<const double> coefficients, std::complex<double> inverse_z) {
-  std::complex<double> sum = 0.0;
-  for (std::size_t i = coefficients.size(); i-- > 0;) sum = sum * inverse_z + coefficients[i];
-  return sum;
-}
-
-}  // namespace
-
 std::complex<double> TransferFunction::response(double frequency_hz) const {
   const auto inverse_z = std::polar(1.0, -kTwoPi * frequency_hz * sample_time_s);
   return polynomial(numerator, inverse_z) / polynomial(denominator, inverse_z);

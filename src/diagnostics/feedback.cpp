@@ -3,6 +3,7 @@
 #include <cmath>
 #include <numeric>
 #include <resonid/base/constants.hpp>
+#include <resonid/base/detail/polynomial.hpp>
 #include <resonid/diagnostics/detail/feedback.hpp>
 #include <resonid/fit/detail/chi_square.hpp>
 
@@ -79,27 +80,17 @@ Eigen::VectorXd regression(const Eigen::MatrixXd& factor, Eigen::Index of) {
   return linalg::PivotedQr(factor.topLeftCorner(of, of)).solve(factor.col(of).head(of));
 }
 
-std::complex<double> polynomial(const std::vector<double>& x, std::complex<double> z_inverse,
-                                std::complex<double> power) {
-  std::complex<double> sum = 0.0;
-  for (const double v : x) {
-    sum += v * power;
-    power *= z_inverse;
-  }
-  return sum;
-}
-
 }  // namespace
 
 std::complex<double> Feedback::response(double frequency_hz) const {
   const auto z = std::polar(1.0, -kTwoPi * frequency_hz * sample_time_s);
-  return polynomial(b, z, z) / (1.0 - polynomial(a, z, z));
+  return z * polynomial(b, z) / (1.0 - z * polynomial(a, z));
 }
 
 std::complex<double> Feedback::direct_bias(double frequency_hz) const {
   const auto z = std::polar(1.0, -kTwoPi * frequency_hz * sample_time_s);
-  const auto output = 1.0 - polynomial(a, z, z), input = 1.0 - polynomial(c, z, z);
-  const auto forward = polynomial(b, z, z), backward = polynomial(d, z, 1.0);
+  const auto output = 1.0 - z * polynomial(a, z), input = 1.0 - z * polynomial(c, z);
+  const auto forward = z * polynomial(b, z), backward = polynomial(d, z);
   // But for the common determinant: u = output w + backward e, y = forward w + input e.
   const double by_e = output_variance * std::norm(backward);
   const double power = input_variance * std::norm(output) + by_e;

@@ -3,18 +3,13 @@
 #include <array>
 #include <cmath>
 #include <resonid/base/constants.hpp>
+#include <resonid/base/detail/polynomial.hpp>
 #include <resonid/diagnostics/gap.hpp>
 
 namespace resonid::diagnostics {
 namespace {
 
 using Complex = std::complex<double>;
-
-Complex polynomial(const std::vector<double>& coefficients, Complex inverse_z) {
-  Complex sum = 0.0;
-  for (std::size_t i = coefficients.size(); i-- > 0;) sum = sum * inverse_z + coefficients[i];
-  return sum;
-}
 
 /// Numerator and denominator of both plants on the unit circle: finite where a plant is not.
 class Pair {

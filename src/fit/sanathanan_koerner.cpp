@@ -3,6 +3,7 @@
 #include <cmath>
 #include <fit/least_squares.hpp>
 #include <resonid/base/constants.hpp>
+#include <resonid/base/detail/polynomial.hpp>
 #include <resonid/fit/sanathanan_koerner.hpp>
 
 #include "linalg/decompositions.hpp"
@@ -11,12 +12,6 @@ namespace resonid::fit {
 namespace {
 
 using Complex = std::complex<double>;
-
-Complex evaluate(const std::vector<double>& coefficients, Complex inverse_z) {
-  Complex sum = 0.0;
-  for (std::size_t i = coefficients.size(); i-- > 0;) sum = sum * inverse_z + coefficients[i];
-  return sum;
-}
 
 struct LinearStep {
   Eigen::VectorXd solution;
@@ -88,7 +83,7 @@ expected<RationalFit, Error> fit_sanathanan_koerner(const data::FrequencyRespons
       const Complex fixed = config.integrator ? 1.0 - inverse_z : Complex(1.0);
       double weight = weighted ? std::sqrt(2.0) / std::max(g.std[k], 1e-300) : 1.0;
       weight /= std::abs(fixed);
-      if (iteration > 0) weight /= std::max(std::abs(evaluate(a, inverse_z)), 1e-12);
+      if (iteration > 0) weight /= std::max(std::abs(polynomial(a, inverse_z)), 1e-12);
       const Complex value = g.value[k] * fixed;
       Complex power = config.direct_term ? Complex(1.0) : inverse_z;
       for (int j = 0; j < nb; ++j, power *= inverse_z) {

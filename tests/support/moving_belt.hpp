@@ -219,7 +219,7 @@ BeltErrors discrete_on(const MovingBelt& belt, Estimator estimator, bool margins
         BeltReading r;
         r.model = estimator.model();
         const auto modes = online::SampledModes<3>(r.model, belt.rate()).resonances(covariance);
-        r.ready = estimator.ready() && !modes.empty() && online::roots_within(r.model.a, 1.002);
+        r.ready = estimator.ready() && !modes.empty() && roots_within(r.model.a, 1.002);
         if (!r.ready) return r;
         r.lag_samples = estimator.lag_samples();
         r.resonance_hz = modes[0].frequency_hz;

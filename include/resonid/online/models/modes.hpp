@@ -7,7 +7,7 @@
 #include <complex>
 #include <cstddef>
 #include <limits>
-#include <resonid/online/models/detail/polynomial.hpp>
+#include <resonid/base/detail/polynomial.hpp>
 #include <resonid/online/models/discrete_model.hpp>
 #include <type_traits>
 #include <utility>
@@ -151,7 +151,7 @@ class SampledModes {
   /// dz_i by the parameters: A(z_i) = 0.
   [[nodiscard]] Gradient pole_gradient(std::size_t i) const noexcept {
     Gradient gradient{};
-    const Complex z = pole_[i], slope = detail::slope<Order>(a_, z);
+    const Complex z = pole_[i], slope = monic_slope<Order>(a_, z);
     Complex power = 1.0;
     for (std::size_t j = Order; j-- > 0; power *= z) gradient[Order + j] = -power / slope;
     return gradient;
@@ -175,7 +175,7 @@ class SampledModes {
       if (z.imag() == 0.0 && !(z.real() > 0.0)) e.continuous = false;
       if (!e.continuous) return e;
       // a'(z), a''(z), b(z), b'(z)
-      const Complex slope = detail::slope<Order>(a_, z);
+      const Complex slope = monic_slope<Order>(a_, z);
       Complex bend = 0.0, value = 0.0, tilt = 0.0, sum = 1.0, first = 0.0;
       for (std::size_t j = 0; j < Order; ++j) {
         bend = bend * z + 2.0 * first;
@@ -267,7 +267,7 @@ class SampledModes {
   [[nodiscard]] Gradient sampled_zero_gradient(Complex s) const noexcept {
     Gradient gradient{};
     const Complex z = std::exp(s / sample_rate_hz_);
-    const Complex slope = b_[0] * detail::slope<Order - 1>(numerator(), z);
+    const Complex slope = b_[0] * monic_slope<Order - 1>(numerator(), z);
     Complex power = 1.0;
     for (std::size_t j = Order; j-- > 0; power *= z) gradient[j] = -power / slope;
     return continuous(gradient, z);

@@ -6,7 +6,7 @@
 #include <complex>
 #include <cstddef>
 #include <resonid/base/constants.hpp>
-#include <resonid/online/models/detail/polynomial.hpp>
+#include <resonid/base/detail/polynomial.hpp>
 #include <resonid/online/models/discrete_model.hpp>
 
 namespace resonid::online {

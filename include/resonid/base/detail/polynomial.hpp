@@ -10,7 +10,15 @@
 #include <optional>
 #include <resonid/base/constants.hpp>
 
-namespace resonid::online {
+namespace resonid {
+
+/// c_0 + c_1 x + c_2 x^2 + ... by Horner's rule; x = z^-1 for the numerator or the denominator of a TransferFunction.
+template <class Coefficients, class X>
+[[nodiscard]] X polynomial(const Coefficients& c, X x) noexcept {
+  X sum(0.0);
+  for (std::size_t i = c.size(); i-- > 0;) sum = sum * x + c[i];
+  return sum;
+}
 
 /// Monic polynomial z^n + c_1 z^(n-1) + ... + c_n, as the denominators and, divided by b_1, the numerators of
 /// a DiscreteModel are.
@@ -37,16 +45,14 @@ template <class Real, std::size_t N>
   return true;
 }
 
-namespace detail {
-
 template <std::size_t N>
-std::complex<double> value(const Monic<N>& c, std::complex<double> z) noexcept {
+[[nodiscard]] std::complex<double> monic_value(const Monic<N>& c, std::complex<double> z) noexcept {
   std::complex<double> sum = 1.0;
   for (const double x : c) sum = sum * z + x;
   return sum;
 }
 template <std::size_t N>
-std::complex<double> slope(const Monic<N>& c, std::complex<double> z) noexcept {
+[[nodiscard]] std::complex<double> monic_slope(const Monic<N>& c, std::complex<double> z) noexcept {
   std::complex<double> sum = 1.0, derivative = 0.0;
   for (const double x : c) {
     derivative = derivative * z + sum;
@@ -54,6 +60,8 @@ std::complex<double> slope(const Monic<N>& c, std::complex<double> z) noexcept {
   }
   return derivative;
 }
+
+namespace detail {
 
 inline Roots<2> quadratic_roots(double c1, double c2) noexcept {
   const double half = -0.5 * c1, square = half * half - c2;
@@ -100,9 +108,9 @@ Roots<N> aberth_roots(const Monic<N>& c) noexcept {
   for (int pass = 0; pass < 200; ++pass) {
     double largest = 0.0;
     for (std::size_t i = 0; i < N; ++i) {
-      const auto f = value(c, z[i]);
+      const auto f = monic_value(c, z[i]);
       if (f == 0.0) continue;
-      std::complex<double> repelled = slope(c, z[i]) / f;
+      std::complex<double> repelled = monic_slope(c, z[i]) / f;
       for (std::size_t j = 0; j < N; ++j)
         if (j != i && z[j] != z[i]) repelled -= 1.0 / (z[i] - z[j]);
       if (repelled == 0.0) continue;
@@ -165,4 +173,4 @@ template <std::size_t N>
   return monic;
 }
 
-}  // namespace resonid::online
+}  // namespace resonid
