@@ -4,6 +4,7 @@
 #include <limits>
 #include <optional>
 #include <resonid/base/constants.hpp>
+#include <resonid/base/detail/polynomial.hpp>
 #include <resonid/diagnostics/margins.hpp>
 #include <resonid/planning/detail/information.hpp>
 
@@ -99,10 +100,14 @@ MatrixXcd response_gradients(const fit::DriveModel& model, std::span<const doubl
 
 /// Variance per sample at a frequency: innovation over |A|^2.
 double noise_density(const fit::NoiseModel& noise, double cycles) {
-  std::complex<double> a = 0.0;
-  for (std::size_t i = 0; i < noise.polynomial.size(); ++i)
-    a += noise.polynomial[i] * std::polar(1.0, -kTwoPi * cycles * static_cast<double>(i));
+  const auto a = polynomial(noise.polynomial, std::polar(1.0, -kTwoPi * cycles));
   return noise.innovation_variance / std::norm(a);
+}
+
+/// Of the drive itself, outside of the loop.
+std::vector<double> measured_velocity(const fit::DriveModel& model, std::span<const double> torque,
+                                      std::span<const double> start = {}) {
+  return simulate({model, std::nullopt, {}}, torque, start).measured;
 }
 
 /// Columns d y/d parameter, then those of initial state and constant torque, whitened.

@@ -118,45 +118,33 @@ LoopResponse loop_response(const NominalDrive& drive, std::span<const double> fr
   return r;
 }
 
-Motion simulate(const NominalDrive& drive, std::span<const double> excitation) {
+Motion simulate(const NominalDrive& drive, std::span<const double> excitation,
+                std::span<const double> start) {
   const std::size_t n = excitation.size();
-  Motion motion{std::vector<double>(n), std::vector<double>(n), std::vector<double>(n)};
+  Motion motion{std::vector<double>(n), std::vector<double>(n), std::vector<double>(n), {}};
   std::optional<Controller> controller;
   if (drive.controller)
     controller = *Controller::create(drive.controller->numerator, drive.controller->denominator);
   with_sampled(drive.model, [&](const auto& plant) {
-    std::vector<double> measured(n + plant.whole_delay + 1, 0.0);
+    motion.measured.assign(n + plant.whole_delay + 1, 0.0);
     auto x = std::decay_t<decltype(plant)>::System::Column::Zero().eval();
+    const auto states = std::min(start.size(), static_cast<std::size_t>(x.size()));
+    for (std::size_t i = 0; i < states; ++i) x(static_cast<Eigen::Index>(i)) = start[i];
     double position = 0.0;
     for (std::size_t k = 0; k < n; ++k) {
       double u = excitation[k];
-      if (controller) u -= controller->step(measured[k]);
+      if (controller) u -= controller->step(motion.measured[k]);
       motion.torque[k] = u;
       motion.velocity[k] = x(0);
       motion.position[k] = position;
-      measured[k + 1 + plant.whole_delay] = plant.row * x + plant.through * u;
+      motion.measured[k + 1 + plant.whole_delay] = plant.row * x + plant.through * u;
       const double before = x(0);
       x = (plant.held.a * x + plant.held.b * u).eval();
       position += 0.5 * drive.model.sample_time_s * (before + x(0));
     }
   });
+  motion.measured.resize(n);
   return motion;
-}
-
-std::vector<double> measured_velocity(const fit::DriveModel& model, std::span<const double> torque,
-                                      std::span<const double> start) {
-  std::vector<double> y(torque.size(), 0.0);
-  with_sampled(model, [&](const auto& plant) {
-    auto x = std::decay_t<decltype(plant)>::System::Column::Zero().eval();
-    const auto states = std::min(start.size(), static_cast<std::size_t>(x.size()));
-    for (std::size_t i = 0; i < states; ++i) x(static_cast<Eigen::Index>(i)) = start[i];
-    for (std::size_t k = plant.whole_delay + 1, j = 0; k < y.size(); ++k, ++j) {
-      const double u = torque[j];
-      y[k] = plant.row * x + plant.through * u;
-      x = (plant.held.a * x + plant.held.b * u).eval();
-    }
-  });
-  return y;
 }
 
 bool stable(const NominalDrive& drive) {

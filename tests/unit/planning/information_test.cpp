@@ -20,7 +20,7 @@ TEST(NominalDrive, MovesAsThePlantDoes) {
     auto drive = rough_drive({1.0, 1.0, 1.0, 1.0}, 0.1);
     drive.model.known_delay_s = delay_s;
     const auto motion = simulate(drive, run->record.excitation.samples);
-    const auto measured = measured_velocity(drive.model, run->record.input.samples);
+    const auto measured = simulate({drive.model, std::nullopt, {}}, run->record.input.samples).measured;
     for (std::size_t k = 10; k < motion.torque.size(); k += 7) {
       ASSERT_NEAR(motion.torque[k], run->record.input.samples[k], 1e-8) << delay_s << " at " << k;
       ASSERT_NEAR(measured[k], run->record.output.samples[k], 1e-8) << delay_s << " at " << k;
@@ -91,7 +91,7 @@ TEST(Information, IsThatOfTheFitOfThreeMasses) {
   c.excitation.duration_s = 10.0;
   const auto quiet = test::without_noise(c);
   const auto motion = simulate(drive, quiet.record.excitation.samples);
-  const auto measured = measured_velocity(drive.model, quiet.record.input.samples);
+  const auto measured = simulate({drive.model, std::nullopt, {}}, quiet.record.input.samples).measured;
   for (std::size_t k = 10; k < motion.torque.size(); k += 7) {
     ASSERT_NEAR(motion.torque[k], quiet.record.input.samples[k], 1e-8) << k;
     ASSERT_NEAR(measured[k], quiet.record.output.samples[k], 1e-8) << k;

@@ -30,23 +30,21 @@ struct LoopResponse {
 };
 [[nodiscard]] LoopResponse loop_response(const NominalDrive& drive, std::span<const double> frequency_hz);
 
-/// The drive's response to an excitation from rest, without noise and load: deviations from the operating
-/// point.
+/// The drive's response to an excitation, without noise and load: deviations from the operating point.
 struct Motion {
   std::vector<double> torque;    ///< [sample] u
   std::vector<double> velocity;  ///< [sample] of the driven side, no delay
   std::vector<double> position;  ///< [sample]
+  std::vector<double> measured;  ///< [sample] velocity, delay included: 0 until the delay is over
 };
-[[nodiscard]] Motion simulate(const NominalDrive& drive, std::span<const double> excitation);
+/// x(0) = `start`, the states of data::continuous_system (rigid: the velocity alone); none: from rest.
+[[nodiscard]] Motion simulate(const NominalDrive& drive, std::span<const double> excitation,
+                              std::span<const double> start = {});
 
 /// Undamped resonances and anti-resonances without error bars, ascending; none when rigid.
 [[nodiscard]] std::vector<data::Mode> modes_of(const fit::DriveModel& model);
 
-/// What the measured velocity, delay included, makes of a torque: x(0) = `start`, samples 0 ... of the record
-/// that the delay leaves. The states are those of data::continuous_system (rigid: the velocity alone).
-[[nodiscard]] std::vector<double> measured_velocity(const fit::DriveModel& model,
-                                                    std::span<const double> torque,
-                                                    std::span<const double> start = {});
+/// Their number in simulate().
 [[nodiscard]] std::size_t states_of(const fit::DriveModel& model) noexcept;
 
 /// What the drive may turn out to be: itself first, then its parameters each multiplied or divided by
