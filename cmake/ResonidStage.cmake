@@ -60,11 +60,18 @@ function(resonid_without_headers)
   set_source_files_properties(${ARGN} PROPERTIES SKIP_PRECOMPILE_HEADERS ON)
 endfunction()
 
-# resonid_unity(TARGET): with RESONID_UNITY, a few sources of the target at a time make one translation unit. For targets
+# resonid_unity(TARGET [COUNT]): with RESONID_UNITY, COUNT (5) sources of the target at a time make one translation unit. For targets
 # whose headers cost more than their code.
 function(resonid_unity target)
   if(RESONID_UNITY)
-    set_target_properties(${target} PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE 5)
+    set(count 5)
+    if(ARGC GREATER 1)
+      set(count ${ARGV1})
+    endif()
+    set_target_properties(${target} PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE ${count})
+    if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")  # collects garbage more often: 700 MB of memory must do
+      target_compile_options(${target} PRIVATE --param=ggc-min-expand=40)
+    endif()
   endif()
 endfunction()
 

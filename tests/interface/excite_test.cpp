@@ -28,14 +28,14 @@ TEST_F(Excite, WritesAndReportsAMultisine) {
           "--out m.csv --json m.json");
   ASSERT_EQ(done.exit_code, 0) << done.error;
   EXPECT_NE(done.out.find("crest factor  1.78"), std::string::npos) << done.out;
-  const auto json = nlohmann::json::parse(text("m.json"));
-  EXPECT_EQ(json.at("kind"), "multisine");
-  EXPECT_EQ(json.at("samples"), 1200);
-  EXPECT_EQ(json.at("period_samples"), 400);
-  EXPECT_EQ(json.at("lines_hz").size(), 21U);
-  EXPECT_LE(json.at("crest_factor").get<double>(), 1.83);
-  EXPECT_NEAR(json.at("rms").get<double>(), 0.3 * std::sqrt(21.0 / 2.0), 1e-9);
-  EXPECT_EQ(json.at("band_hz"), (nlohmann::json{20.0, 120.0}));
+  const auto told = nlohmann::json::parse(text("m.json"));
+  EXPECT_EQ(told.at("kind"), "multisine");
+  EXPECT_EQ(told.at("samples"), 1200);
+  EXPECT_EQ(told.at("period_samples"), 400);
+  EXPECT_EQ(told.at("lines_hz").size(), 21U);
+  EXPECT_LE(told.at("crest_factor").get<double>(), 1.83);
+  EXPECT_NEAR(told.at("rms").get<double>(), 0.3 * std::sqrt(21.0 / 2.0), 1e-9);
+  EXPECT_EQ(told.at("band_hz"), (nlohmann::json{20.0, 120.0}));
   const auto table = io::read_csv(path("m.csv"));
   ASSERT_TRUE(table.has_value());
   EXPECT_EQ(table->names, (std::vector<std::string>{"time_s", "excitation"}));
@@ -46,9 +46,9 @@ TEST_F(Excite, WritesAndReportsAMultisine) {
 
 TEST_F(Excite, JsonToStandardOutputIsAlone) {
   const auto done = run("excite prbs --sample-rate 500 --register-length 17 --json -");
-  const auto json = nlohmann::json::parse(done.out);
-  EXPECT_EQ(json.at("period_samples"), 131071);
-  EXPECT_EQ(json.at("crest_factor"), 1.0);
+  const auto told = nlohmann::json::parse(done.out);
+  EXPECT_EQ(told.at("period_samples"), 131071);
+  EXPECT_EQ(told.at("crest_factor"), 1.0);
 }
 
 TEST_F(Excite, RepeatsSweepsAndHonoursDurations) {
@@ -77,9 +77,9 @@ TEST_F(Excite, WritesRealisations) {
   const auto done = run(start + "--realisations 4 --out r.csv --json r.json");
   ASSERT_EQ(done.exit_code, 0) << done.error;
   EXPECT_NE(done.out.find("realisations  4 of 3 periods"), std::string::npos) << done.out;
-  const auto json = nlohmann::json::parse(text("r.json"));
-  EXPECT_EQ(json.at("periods_per_realisation"), 3);
-  EXPECT_EQ(json.at("samples"), 4 * 3 * 200);
+  const auto told = nlohmann::json::parse(text("r.json"));
+  EXPECT_EQ(told.at("periods_per_realisation"), 3);
+  EXPECT_EQ(told.at("samples"), 4 * 3 * 200);
   const auto x = io::read_csv(path("r.csv")).value().columns[1];
   ASSERT_EQ(x.size(), 2400U);
   for (std::size_t k = 0; k + 200 < x.size(); ++k) {
@@ -92,7 +92,7 @@ TEST_F(Excite, WritesRealisations) {
   EXPECT_NE(x[600], x[1200]);
   // The phases told are those of the first realisation.
   double first = 0.0;
-  for (const auto& p : json.at("phases_rad")) first += std::cos(p.get<double>());
+  for (const auto& p : told.at("phases_rad")) first += std::cos(p.get<double>());
   EXPECT_NEAR(x[0], first, 1e-9);
   ASSERT_EQ(run(start + "--periods 12 --out p.csv").exit_code, 0);
   EXPECT_EQ(text("p.csv"), text("r.csv"));
@@ -112,9 +112,9 @@ TEST_F(Excite, LeavesLinesOut) {
   EXPECT_NE(odd.out.find("left out      23 of 39 lines: 20 even and 3 odd multiples of 0.5 Hz"),
             std::string::npos)
       << odd.out;
-  const auto json = nlohmann::json::parse(text("o.json"));
-  EXPECT_EQ(json.at("lines_hz").size(), 16U);
-  EXPECT_EQ(json.at("left_out_hz").size(), 23U);
+  const auto told = nlohmann::json::parse(text("o.json"));
+  EXPECT_EQ(told.at("lines_hz").size(), 16U);
+  EXPECT_EQ(told.at("left_out_hz").size(), 23U);
   const auto best = run(start + "--leave-out even --phases optimised --json e.json");
   ASSERT_EQ(best.exit_code, 0) << best.error;
   EXPECT_EQ(nlohmann::json::parse(text("e.json")).at("lines_hz").size(), 19U);

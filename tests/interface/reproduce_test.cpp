@@ -35,11 +35,11 @@ TEST_F(Reproduce, WritesPageMarkdownAndJson) {
   const std::string markdown = text("iv.md");
   EXPECT_NE(markdown.find("    resonid reproduce iv --seeds 2 --markdown iv.md\n"), std::string::npos);
   EXPECT_NE(markdown.find("| quantity | published | reproduced | true | note |"), std::string::npos);
-  const auto json = nlohmann::json::parse(text("iv.json"));
-  EXPECT_EQ(json.at("schema"), "resonid.document/1");
-  EXPECT_EQ(json.at("seeds"), 2);
-  EXPECT_GE(json.at("sections").size(), 6U);
-  EXPECT_GE(json.at("discrepancies").size(), 14U);
+  const auto told = nlohmann::json::parse(text("iv.json"));
+  EXPECT_EQ(told.at("schema"), "resonid.document/1");
+  EXPECT_EQ(told.at("seeds"), 2);
+  EXPECT_GE(told.at("sections").size(), 6U);
+  EXPECT_GE(told.at("discrepancies").size(), 14U);
 }
 
 TEST_F(Reproduce, StandardOutputIsAlone) {

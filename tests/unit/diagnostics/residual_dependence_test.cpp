@@ -9,7 +9,7 @@ namespace {
 
 using Samples = std::vector<double>;
 
-Samples white(std::size_t n, unsigned seed) {
+Samples normal_samples(std::size_t n, unsigned seed) {
   std::mt19937 random(seed);
   std::normal_distribution<double> normal;
   Samples x(n);
@@ -25,7 +25,8 @@ Samples coloured(Samples x) {
 TEST(ResidualDependence, HasItsLevelForColouredNoise) {
   int found = 0;
   for (unsigned seed = 1; seed <= 200; ++seed) {
-    const auto d = residual_dependence(coloured(white(500, seed)), coloured(white(500, 1000 + seed)), 25, {});
+    const auto d = residual_dependence(coloured(normal_samples(500, seed)),
+                                       coloured(normal_samples(500, 1000 + seed)), 25, {});
     if (d.probability < 0.05) ++found;
   }
   EXPECT_GE(found, 2);  // 10 expected, binomial
@@ -33,7 +34,7 @@ TEST(ResidualDependence, HasItsLevelForColouredNoise) {
 }
 
 TEST(ResidualDependence, FindsAWeakOneAndSparesTheModelsOwnUncertainty) {
-  const auto x = white(2000, 1), noise = white(2000, 2);
+  const auto x = normal_samples(2000, 1), noise = normal_samples(2000, 2);
   Samples e(noise);
   for (std::size_t k = 3; k < e.size(); ++k) e[k] += 0.2 * x[k - 3];
   const auto d = residual_dependence(e, x, 10, {});
@@ -46,11 +47,11 @@ TEST(ResidualDependence, FindsAWeakOneAndSparesTheModelsOwnUncertainty) {
 }
 
 TEST(ResidualDependence, TellsNothingOfTooFewSamples) {
-  EXPECT_EQ(residual_dependence(white(60, 1), white(60, 2), 25, {}).lags, 0U);
+  EXPECT_EQ(residual_dependence(normal_samples(60, 1), normal_samples(60, 2), 25, {}).lags, 0U);
 }
 
 TEST(StaticMap, MeasuresACubicAndLeavesALineAlone) {
-  const auto u = white(6000, 3), noise = white(6000, 4);
+  const auto u = normal_samples(6000, 3), noise = normal_samples(6000, 4);
   const auto bins = bins_of(u, 12);
   std::vector<Samples> answers(12, Samples(u.size(), 0.0));
   for (std::size_t k = 0; k < u.size(); ++k) answers[bins[k]][k] = 1.0;  // G = 1

@@ -7,23 +7,12 @@
 #include <resonid/report/document.hpp>
 #include <string>
 
+#include "page_data.hpp"
+
 namespace resonid::report {
 namespace {
 
 using nlohmann::json;
-
-std::size_t count(const std::string& text, const std::string& part) {
-  std::size_t n = 0;
-  for (std::size_t at = text.find(part); at != text.npos; at = text.find(part, at + 1)) ++n;
-  return n;
-}
-
-/// What a browser hands to the page's script.
-json carried(const std::string& html) {
-  const std::string open = R"(<script type="application/json" id="data">)";
-  const std::size_t begin = html.find(open) + open.size();
-  return json::parse(html.substr(begin, html.find("</script", begin) - begin));
-}
 
 Document example() {
   Document d;

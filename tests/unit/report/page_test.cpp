@@ -6,28 +6,12 @@
 #include <resonid/report/page.hpp>
 #include <string>
 
+#include "page_data.hpp"
+
 namespace resonid::report {
 namespace {
 
 using nlohmann::json;
-
-constexpr const char* kOpen = R"(<script type="application/json" id="data">)";
-
-/// The data as a browser hands it to the page: all up to the first end of its script element.
-std::string carried_text(const std::string& html) {
-  const std::size_t from = html.find(kOpen);
-  EXPECT_NE(from, html.npos);
-  const std::size_t begin = from + std::string(kOpen).size();
-  return html.substr(begin, html.find("</script", begin) - begin);
-}
-
-json carried(const std::string& html) { return json::parse(carried_text(html)); }
-
-std::size_t count(const std::string& text, const std::string& part) {
-  std::size_t n = 0;
-  for (std::size_t at = text.find(part); at != text.npos; at = text.find(part, at + 1)) ++n;
-  return n;
-}
 
 json column(std::size_t n, double from, double step) {
   json out = json::array();

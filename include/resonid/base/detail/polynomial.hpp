@@ -12,7 +12,8 @@
 
 namespace resonid {
 
-/// c_0 + c_1 x + c_2 x^2 + ... by Horner's rule; x = z^-1 for the numerator or the denominator of a TransferFunction.
+/// c_0 + c_1 x + c_2 x^2 + ... by Horner's rule; x = z^-1 for the numerator or the denominator of a
+/// TransferFunction.
 template <class Coefficients, class X>
 [[nodiscard]] X polynomial(const Coefficients& c, X x) noexcept {
   X sum(0.0);
