@@ -27,12 +27,15 @@ class Crc32 {
   void add(const void* data, std::size_t size) noexcept {
     const auto* p = static_cast<const unsigned char*>(data);
     std::uint32_t c = state_;
+    // Pointers, since without optimisation every [] of an array is a call; the masks keep within 256.
+    const std::uint32_t *t0 = kTable[0].data(), *t1 = kTable[1].data(), *t2 = kTable[2].data(),
+                        *t3 = kTable[3].data();
     for (; size >= 4; size -= 4, p += 4) {
       c ^= std::uint32_t{p[0]} | std::uint32_t{p[1]} << 8 | std::uint32_t{p[2]} << 16 |
            std::uint32_t{p[3]} << 24;
-      c = kTable[3][c & 0xFF] ^ kTable[2][(c >> 8) & 0xFF] ^ kTable[1][(c >> 16) & 0xFF] ^ kTable[0][c >> 24];
+      c = t3[c & 0xFF] ^ t2[(c >> 8) & 0xFF] ^ t1[(c >> 16) & 0xFF] ^ t0[c >> 24];
     }
-    for (; size > 0; --size, ++p) c = kTable[0][(c ^ *p) & 0xFF] ^ (c >> 8);
+    for (; size > 0; --size, ++p) c = t0[(c ^ *p) & 0xFF] ^ (c >> 8);
     state_ = c;
   }
   [[nodiscard]] std::uint32_t value() const noexcept { return ~state_; }
