@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // One update of refined instrumental variables beside the least squares of six parameters in the same run;
 // and, by name (--benchmark_filter=endurance), a thousand million updates with the excitation off half of the
-// time, whose counters must say that everything stayed finite and that the estimate was held.
+// time, whose counters must say that everything stayed finite and that the estimate was frozen.
 #include <benchmark/benchmark.h>
 
 #include <array>

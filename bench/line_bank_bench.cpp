@@ -9,8 +9,8 @@
 #include <array>
 #include <cmath>
 #include <complex>
+#include <resonid/online/lines/detail/line_bank_block.hpp>
 #include <resonid/online/lines/line_bank.hpp>
-#include <resonid/online/lines/line_bank_block.hpp>
 #include <span>
 #include <vector>
 

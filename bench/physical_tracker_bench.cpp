@@ -23,7 +23,7 @@ struct Signals {
 /// A belt drive under pseudo-random torque, noise left away: the work does not depend on it.
 Signals signals() {
   const TwoMassPoint<double> belt{0.032, 0.032, 143.75, 0.3, 0.0};
-  const auto held = ZohTwoMass<double>::over(belt, 94.8, 0.002);
+  const auto zoh = ZohTwoMass<double>::over(belt, 94.8, 0.002);
   Signals s;
   std::array<double, 3> x{};
   std::uint32_t bits = 1;
@@ -34,7 +34,7 @@ Signals signals() {
     s.y.push_back(x[0] + 0.1 * std::sin(1e3 * static_cast<double>(bits)));
     std::array<double, 3> next{};
     for (std::size_t i = 0; i < 3; ++i)
-      next[i] = held.ab[i][0] * x[0] + held.ab[i][1] * x[1] + held.ab[i][2] * x[2] + held.ab[i][3] * u;
+      next[i] = zoh.ab[i][0] * x[0] + zoh.ab[i][1] * x[1] + zoh.ab[i][2] * x[2] + zoh.ab[i][3] * u;
     x = next;
   }
   return s;

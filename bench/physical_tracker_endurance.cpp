@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // A thousand million samples through the physical tracker, excitation off half of the time: the covariance
-// stays symmetric, positive and bounded, the estimate stays near the truth and is held in silence. Minutes;
+// stays symmetric, positive and bounded, the estimate stays near the truth and is frozen in silence. Minutes;
 // usage: endurance_physical_tracker [SAMPLES].
 #include <array>
 #include <cmath>
@@ -19,7 +19,7 @@ constexpr double kStiffness = 143.75;
 constexpr std::int64_t kBlock = 200000;
 
 struct Drive {
-  ZohTwoMass<double> held = ZohTwoMass<double>::over({0.032, 0.032, kStiffness, 0.3, 0.0}, 94.8, 0.002);
+  ZohTwoMass<double> zoh = ZohTwoMass<double>::over({0.032, 0.032, kStiffness, 0.3, 0.0}, 94.8, 0.002);
   std::array<double, 3> x{};
   std::uint64_t state = 88172645463325252ULL;
 
@@ -32,14 +32,14 @@ struct Drive {
   void step(double u) {
     std::array<double, 3> next{};
     for (std::size_t i = 0; i < 3; ++i)
-      next[i] = held.ab[i][0] * x[0] + held.ab[i][1] * x[1] + held.ab[i][2] * x[2] + held.ab[i][3] * u;
+      next[i] = zoh.ab[i][0] * x[0] + zoh.ab[i][1] * x[1] + zoh.ab[i][2] * x[2] + zoh.ab[i][3] * u;
     x = next;
   }
 };
 
 /// Whether one block, with or without excitation, leaves a sound tracker.
 bool block_is_sound(Tracker& tracker, Drive& drive, bool on) {
-  const double held = tracker.value(PhysicalParameter::stiffness);
+  const double frozen = tracker.value(PhysicalParameter::stiffness);
   for (std::int64_t k = 0; k < kBlock; ++k) {
     const double u = on ? ((drive.random() & 1U) != 0 ? 1.0 : -1.0) - 0.2 * drive.x[0] : 0.0;
     tracker.step(0.0, u, drive.x[0] + 0.2 * (static_cast<double>(drive.random() >> 11) * 0x1p-53 - 0.5));
@@ -49,7 +49,7 @@ bool block_is_sound(Tracker& tracker, Drive& drive, bool on) {
   bool sound = p.allFinite() && p == p.transpose() && p(2, 2) < 0.26 && tracker.excited() == on;
   for (int i = 0; i < 6; ++i) sound = sound && p(i, i) > 0.0;
   const double stiffness = tracker.value(PhysicalParameter::stiffness);
-  return sound && std::abs(stiffness - (on ? kStiffness : held)) < 0.08 * kStiffness;
+  return sound && std::abs(stiffness - (on ? kStiffness : frozen)) < 0.08 * kStiffness;
 }
 
 }  // namespace

@@ -12,7 +12,7 @@ static size_t sizes[kSubjectCount];
 static void require(int holds) {
   if (!holds) abort();
 }
-/* As of resonid/c/types.h, bit by bit. */
+/* As of resonid/c/detail/types.h, bit by bit. */
 static uint32_t crc32(const unsigned char* p, size_t size) {
   uint32_t c = 0xFFFFFFFFu;
   for (size_t i = 0; i < size; ++i) {

@@ -70,7 +70,7 @@ void run_compare(CompareVerb& o) {
     if (!o.report.empty()) print(fmt::format("Report written to {}\n", o.report));
   }
   if (o.require_trusted && !comparison.trusted)
-    throw NotTrustedError("the comparison is not to be trusted; the findings say why");
+    throw NotTrustedError("the comparison is not reliable; the findings say why");
   if (o.require_unchanged && comparison.changed)
     throw NotTrustedError("the two results differ significantly");
 }
@@ -100,8 +100,7 @@ void add_compare(CLI::App& app) {
              "of the verdict over all differences together");
   verb->add_option("--report", o->report, "self-contained HTML report")->type_name("FILE");
   verb->add_option("--json", o->json, "comparison for machines ('-': standard output)")->type_name("FILE");
-  verb->add_flag("--require-trusted", o->require_trusted,
-                 "exit code 3 when the comparison is not to be trusted");
+  verb->add_flag("--require-trusted", o->require_trusted, "exit code 3 when the comparison is not reliable");
   verb->add_flag("--require-unchanged", o->require_unchanged,
                  "exit code 3 when anything changed significantly");
   verb->callback([o] { run_compare(*o); });

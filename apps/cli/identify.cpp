@@ -55,7 +55,7 @@ void identify_one(const CLI::App& verb, IdentifyOptions& o) {
     if (!o.report.empty()) print(fmt::format("Report written to {}\n", o.report));
   }
   if (o.require_trusted && !result->trusted)
-    throw NotTrustedError("the result is not to be trusted; the findings say why");
+    throw NotTrustedError("the result is not reliable; the findings say why");
 }
 
 void run_identify(const CLI::App& verb, IdentifyOptions& o) {
@@ -110,7 +110,7 @@ void add_identify(CLI::App& app) {
                    "simulate the model on this record too, to which it is not fitted")
       ->type_name("FILE");
   add_count(*verb, "--jobs", o->jobs, "threads for several records or the bootstrap; 0: one per core");
-  verb->add_flag("--require-trusted", o->require_trusted, "exit code 3 when the result is not to be trusted");
+  verb->add_flag("--require-trusted", o->require_trusted, "exit code 3 when the result is not reliable");
   verb->callback([verb, o] { run_identify(*verb, *o); });
 }
 

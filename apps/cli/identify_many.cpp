@@ -125,7 +125,7 @@ void complain(const IdentifyOptions& o, const report::BatchResult& result) {
                                  result.batch.entries.size(), broken));
   if (!result.join_error.empty()) throw InputError("--join: " + result.join_error);
   if (o.require_trusted && !trusted)
-    throw NotTrustedError("not every result is to be trusted; the findings say why");
+    throw NotTrustedError("not every result is reliable; the findings say why");
 }
 
 }  // namespace

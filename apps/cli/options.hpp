@@ -43,19 +43,21 @@ CLI::Option* add_enum(CLI::App& app, const std::string& name, Enum& target, cons
       ->default_str(std::string(name_of(target)));
 }
 
-/// The same where "auto" leaves the choice open.
+/// The same where the word `open` leaves the choice open; empty: there is no such word.
 template <NamedEnum Enum>
 CLI::Option* add_enum(CLI::App& app, const std::string& name, std::optional<Enum>& target,
-                      const std::string& doc) {
-  std::vector<std::string_view> names = {"auto"};
+                      const std::string& doc, const std::string& open = "auto") {
+  std::vector<std::string_view> names;
+  if (!open.empty()) names.push_back(open);
   for (const auto& known : enum_names(Enum{})) names.push_back(known.name);
+  const std::size_t first = open.empty() ? 0 : 1;
   return add_choice(
              app, name, names,
-             [&target](std::size_t i) {
-               target = i == 0 ? std::nullopt : std::optional(enum_names(Enum{})[i - 1].value);
+             [&target, first](std::size_t i) {
+               target = i < first ? std::nullopt : std::optional(enum_names(Enum{})[i - first].value);
              },
              doc)
-      ->default_str("auto");
+      ->default_str(open);
 }
 
 /// A text, kept apart from one that is not given.

@@ -102,7 +102,7 @@ void read_model(PlanOptions& o) {
 void read_drive(const CLI::App& verb, PlanOptions& o) {
   auto& drive = o.config.drive;
   if (o.model.empty() == o.parameters.empty())
-    throw UsageError(o.model.empty() ? "--model or --parameters is required: a rough model of the drive"
+    throw UsageError(o.model.empty() ? "--model or --parameters is required: a nominal model of the drive"
                                      : "--model and --parameters: required one of them");
   if (!o.model.empty())
     read_model(o);
@@ -143,7 +143,7 @@ std::optional<double> percentage(const std::string& text) {
   return 0.01 * *number;
 }
 
-void read_wishes(PlanOptions& o) {
+void read_targets(PlanOptions& o) {
   if (o.accuracy.empty()) return;
   if (const auto all = percentage(o.accuracy)) {
     o.config.accuracy_of_all = *all;
@@ -182,12 +182,12 @@ std::string numbers(const std::vector<double>& values) {
   return fmt::format("[{:.12g}]", fmt::join(values, ", "));
 }
 
-/// A file for `resonid simulate`: the rough drive, its loop, and the excitation.
+/// A file for `resonid simulate`: the nominal drive, its loop, and the excitation.
 std::string experiment_toml(const planning::Plan& plan) {
   const auto& drive = plan.config.drive;
   const auto& p = drive.model.parameters;
   const auto& x = plan.planned();
-  std::string text = "# Written by 'resonid plan': the planned experiment on the rough model.\n\n[drive]\n";
+  std::string text = "# Written by 'resonid plan': the planned experiment on the nominal model.\n\n[drive]\n";
   text += fmt::format("structure = \"{}\"\n", fit::name_of(drive.model.structure));
   if (drive.model.structure != fit::Structure::rigid)
     text += fmt::format("load_inertia = {:.12g}\nstiffness = {:.12g}\ndamping = {:.12g}\n", p.load_inertia,
@@ -254,7 +254,7 @@ void run_plan(const CLI::App& verb, PlanOptions& o) {
   refuse_unwritable({o.out, o.experiment, o.json, o.report});
   read_drive(verb, o);
   if (const auto ok = planning::check(o.config.drive); !ok) refuse_plan(verb, ok.error());
-  read_wishes(o);
+  read_targets(o);
   read_limits(o);
   Progress progress;
   o.config.progress = [&progress](std::string_view stage) { progress.stage(stage); };
@@ -268,7 +268,7 @@ void run_plan(const CLI::App& verb, PlanOptions& o) {
 }
 
 void add_drive_options(CLI::App& verb, PlanOptions& o) {
-  verb.add_option("--model", o.model, "rough model: a result of 'resonid identify --json'")
+  verb.add_option("--model", o.model, "nominal model: a result of 'resonid identify --json'")
       ->type_name("RESULT.json");
   verb.add_option("--parameters", o.parameters,
                   "or its parameters: driven_inertia=J1,load_inertia=J2,stiffness=K,damping=D"
@@ -282,10 +282,10 @@ void add_drive_options(CLI::App& verb, PlanOptions& o) {
   add_number(verb, "--delay", o.delay_s, "SECONDS", "delay in the measured velocity; otherwise the model's");
   add_number(verb, "--noise", o.noise, "SD",
              "standard deviation of the measured velocity's noise; otherwise the model's residual");
-  add_number(verb, "--spread", o.config.spread, "PART", "by which the rough model may be wrong, 0 ... 0.5");
+  add_number(verb, "--spread", o.config.spread, "PART", "by which the nominal model may be wrong, 0 ... 0.5");
 }
 
-void add_wish_options(CLI::App& verb, PlanOptions& o) {
+void add_target_options(CLI::App& verb, PlanOptions& o) {
   add_number(verb, "--max-torque", o.max_torque, "NM",
              "peak torque of the machine, above the operating point");
   add_number(verb, "--max-excitation", o.max_excitation, "NM",
@@ -299,20 +299,9 @@ void add_wish_options(CLI::App& verb, PlanOptions& o) {
           "wanted standard deviations, in % or in the figure's unit; X% alone: of all parameters, as 1% "
           "without this option")
       ->type_name("NAME=X%,...|X%");
-  static constexpr std::array<std::string_view, 4> kCriteria = {"accuracy", "d", "a", "e"};
-  add_choice(
-      verb, "--criterion", kCriteria,
-      [&o](std::size_t i) { o.config.criterion = static_cast<planning::Criterion>(i); },
-      "what the power is distributed for: the wishes, or a D-, A- or E-optimal covariance")
-      ->default_str("accuracy");
-  static constexpr std::array<std::string_view, 4> kTypes = {"auto", "multisine", "chirp", "prbs"};
-  add_choice(
-      verb, "--type", kTypes,
-      [&o](std::size_t i) {
-        o.config.type = i == 0 ? std::nullopt : std::optional(static_cast<planning::ExcitationType>(i - 1));
-      },
-      "auto: what needs the least time")
-      ->default_str("auto");
+  add_enum(verb, "--criterion", o.config.criterion,
+           "what the power is distributed for: the accuracy targets, or a D-, A- or E-optimal covariance");
+  add_enum(verb, "--type", o.config.type, "auto: what needs the least time");
   add_colons(
       verb, "--band", 2, "LO:HI",
       [&o](const std::vector<double>& v) {
@@ -344,10 +333,10 @@ void add_plan(CLI::App& app) {
       "deviation.");
   const auto o = std::make_shared<PlanOptions>();
   add_drive_options(*verb, *o);
-  add_wish_options(*verb, *o);
+  add_target_options(*verb, *o);
   verb->add_option("--out", o->out, "CSV file with time_s, ru ('-': standard output)")->type_name("FILE");
   verb->add_option("--experiment", o->experiment,
-                   "TOML file for 'resonid simulate': a rehearsal on the rough model")
+                   "TOML file for 'resonid simulate': a rehearsal on the nominal model")
       ->type_name("FILE");
   verb->add_option("--json", o->json, "the plan for machines ('-': standard output)")->type_name("FILE");
   verb->add_option("--report", o->report, "self-contained HTML page")->type_name("FILE");

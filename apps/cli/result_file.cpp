@@ -12,12 +12,14 @@
 
 namespace resonid::cli {
 
-identification::Result read_result(const std::string& path) {
+identification::Result read_result(const std::string& path, const std::string& option) {
+  const std::string named = option.empty() ? "" : option + ": ";
   const auto json = io::read_json(path);
-  if (!json) throw InputError(message_of(json.error()));
+  if (!json) throw InputError(named + message_of(json.error()));
   auto result = report::from_json<identification::Result>(*json);
   if (!result)
-    throw InputError(path + ": is no result of 'resonid identify --json'\n" + message_of(result.error()));
+    throw InputError(named + path + ": is no result of 'resonid identify --json'\n" +
+                     message_of(result.error()));
   return std::move(*result);
 }
 

@@ -15,6 +15,7 @@
 #include <resonid/io/shipped_experiments.hpp>
 #include <resonid/plant/experiment.hpp>
 #include <resonid/report/detail/truth.hpp>
+#include <resonid/report/document.hpp>
 #include <resonid/report/json.hpp>
 
 #include "errors.hpp"
@@ -31,6 +32,7 @@ struct SimulateOptions {
   std::string out;
   std::string truth;
   std::string json;
+  std::string report;
   std::uint64_t seed = 1;
   double duration_s = 0.0;
   std::vector<double> lines_hz;
@@ -181,6 +183,7 @@ std::string summary_text(const SimulateOptions& o, const plant::Simulation& simu
   }
   if (!o.out.empty()) text += fmt::format("  record written to {}\n", o.out);
   if (!o.truth.empty()) text += fmt::format("  truth written to {}\n", o.truth);
+  if (!o.report.empty()) text += fmt::format("  report written to {}\n", o.report);
   return text;
 }
 
@@ -190,7 +193,8 @@ bool told_about(const SimulateOptions& o) {
   if ((o.list || o.schema) && !o.experiment.empty())
     throw UsageError(fmt::format("EXPERIMENT: found '{}', required none with {}", o.experiment,
                                  o.list ? "--list" : "--schema"));
-  if ((o.list || o.schema) && (!o.out.empty() || !o.truth.empty() || (o.schema && !o.json.empty())))
+  if ((o.list || o.schema) &&
+      (!o.out.empty() || !o.truth.empty() || !o.report.empty() || (o.schema && !o.json.empty())))
     throw UsageError(
         fmt::format("{}: runs nothing, required no file for a result", o.list ? "--list" : "--schema"));
   if (o.list) run_list(o);
@@ -223,9 +227,11 @@ plant::Simulation simulated(const CLI::App& verb, const SimulateOptions& o) {
 
 void run_simulate(const CLI::App& verb, const SimulateOptions& o) {
   if (told_about(o)) return;
-  const bool quiet = standard_output_taken({{"--out", o.out}, {"--truth", o.truth}, {"--json", o.json}});
-  refuse_shared_files({o.experiment}, {{"--out", o.out}, {"--truth", o.truth}, {"--json", o.json}});
-  refuse_unwritable({o.out, o.truth, o.json});
+  const bool quiet = standard_output_taken(
+      {{"--out", o.out}, {"--truth", o.truth}, {"--json", o.json}, {"--report", o.report}});
+  refuse_shared_files({o.experiment},
+                      {{"--out", o.out}, {"--truth", o.truth}, {"--json", o.json}, {"--report", o.report}});
+  refuse_unwritable({o.out, o.truth, o.json, o.report});
   Progress progress;
   progress.stage("simulating " + o.experiment);
   const auto simulation = simulated(verb, o);
@@ -233,6 +239,11 @@ void run_simulate(const CLI::App& verb, const SimulateOptions& o) {
   if (!o.out.empty()) write_output(o.out, record_csv(simulation.record));
   if (!o.truth.empty()) write_json(o.truth, report::to_json(report::simulated_truth(simulation.truth)));
   if (!o.json.empty()) write_json(o.json, summary_json(o, simulation));
+  if (!o.report.empty()) {
+    auto page = report::document(simulation);
+    page.command = fmt::format("resonid simulate {} --report {}", o.experiment, o.report);
+    write_output(o.report, report::document_page(page));
+  }
   if (!quiet) print(summary_text(o, simulation));
 }
 
@@ -260,6 +271,7 @@ void add_simulate(CLI::App& app) {
       *verb, "--lines", [o](std::span<const double> hz) { o->lines_hz.assign(hz.begin(), hz.end()); },
       "frequencies of the true response; otherwise the excitation's (Hz)");
   verb->add_option("--json", o->json, "summary for machines ('-': standard output)")->type_name("FILE");
+  verb->add_option("--report", o->report, "self-contained HTML report")->type_name("FILE");
   verb->add_flag("--list", o->list, "names the shipped experiments, with --json for machines");
   verb->add_flag("--schema", o->schema, "prints all tables and keys of an experiment file as Markdown");
   verb->callback([verb, o] { run_simulate(*verb, *o); });

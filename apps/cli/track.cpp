@@ -3,7 +3,6 @@
 
 #include <CLI/App.hpp>
 #include <cmath>
-#include <fstream>
 #include <iterator>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -20,13 +19,12 @@
 #include "output.hpp"
 #include "progress.hpp"
 #include "record_options.hpp"
+#include "result_file.hpp"
 #include "result_words.hpp"
 #include "verbs.hpp"
 
 namespace resonid::cli {
 namespace {
-
-using identification::TrackMethod;
 
 /// Rows that page, JSON and summary are made of; the CSV file holds all.
 constexpr std::size_t kKeptRows = 2000;
@@ -88,55 +86,34 @@ class RowWriter {
   fmt::memory_buffer text_;
 };
 
-identification::Result read_result_for(const char* option, const std::string& path) {
-  std::ifstream file(path, std::ios::binary);
-  if (!file) throw InputError(fmt::format("{}: '{}': cannot be read", option, path));
-  const auto json = nlohmann::json::parse(file, nullptr, false);
-  if (json.is_discarded())
-    throw InputError(fmt::format("{}: '{}': is no JSON; the result of 'resonid identify --json' is required",
-                                 option, path));
-  auto result = report::from_json<identification::Result>(json);
-  if (!result) throw InputError(fmt::format("{}: '{}': {}", option, path, message_of(result.error())));
-  return std::move(*result);
-}
-
 void read_models(TrackVerbOptions& o) {
   if (!o.start.empty()) {
-    const auto result = read_result_for("--start", o.start);
+    const auto result = read_result(o.start, "--start");
     if (!result.model)
       throw InputError(fmt::format("--start: '{}': holds no model; one is required to begin with", o.start));
     o.track.start = result.model->drive;
     o.track.start_units = result.units;
   }
-  if (!o.baseline.empty()) o.track.baseline = read_result_for("--baseline", o.baseline);
+  if (!o.baseline.empty()) o.track.baseline = read_result(o.baseline, "--baseline");
 }
 
 void add_method(CLI::App& verb, TrackVerbOptions& o) {
   auto& t = o.track;
-  add_choice(
-      verb, "--method", identification::kTrackMethodNames,
-      [&t](std::size_t i) { t.method = static_cast<TrackMethod>(i); }, "the on-line estimator")
-      ->default_str("auto");
+  add_enum(verb, "--method", t.method, "the on-line estimator");
   add_number(verb, "--learn", t.learn_s, "SECONDS",
              "length of the stretch that method, excitation and start are decided from; rows begin after it; "
              "otherwise half a second or more, doubled while it does not suffice");
   verb.add_flag("--whole-record", t.whole_record,
                 "learn from the whole record: rows begin at its first sample and know what came after them");
   add_number(verb, "--memory", t.memory_s, "SECONDS", "how long the estimate remembers; otherwise chosen");
-  add_choice(
-      verb, "--forgetting", identification::kTrackForgettingNames,
-      [&t](std::size_t i) { t.forgetting = static_cast<identification::TrackForgetting>(i); },
-      "arx, oe, rpem, cloe, f-cloe, d-cloe: how old samples lose weight")
-      ->default_str("constant");
+  add_enum(verb, "--forgetting", t.forgetting,
+           "arx, oe, rpem, cloe, f-cloe, d-cloe: how old samples lose weight");
   verb.add_flag("--extrapolate", t.extrapolate,
                 "iv: extrapolate to the newest sample; no lag, and nearly twice the variance");
   add_number(
       verb, "--drift", t.drift_per_s, "1/S",
       "physical: relative change of the stiffness per second that the machine can reach; otherwise chosen");
-  add_choice(
-      verb, "--detect-change", identification::kTrackFigureNames,
-      [&t](std::size_t i) { t.change_of = static_cast<identification::TrackFigure>(i); },
-      "figure to be watched for a lasting change");
+  add_enum(verb, "--detect-change", t.change_of, "figure to be watched for a lasting change", "");
   add_number(verb, "--false-alarms", t.false_alarm_interval_s, "SECONDS",
              "mean time between changes that are none");
   static_assert(std::is_same_v<std::size_t, std::uint64_t>);
@@ -183,7 +160,7 @@ void run_track(const CLI::App& verb, TrackVerbOptions& o) {
     if (!o.report.empty()) print(fmt::format("Report written to {}\n", o.report));
   }
   if (o.require_trusted && !track->trusted)
-    throw NotTrustedError("the rows are not to be trusted; the findings say why");
+    throw NotTrustedError("the rows are not reliable; the findings say why");
 }
 
 }  // namespace
@@ -197,9 +174,8 @@ void add_track(CLI::App& app) {
       "  resonid track today.csv --controller pi:1.036,0.147 --delay 0.004 --baseline first.json --every 50 "
       "--json -\n"
       "  resonid track axis.csv --method iv --controller pi.json --out rows.csv\n"
-      "Methods: physical (inertias, stiffness, damping), iv, arx, oe, cloe, f-cloe (coefficients b, a), "
-      "kalman,\n"
-      "sliding-dft (response at lines, or along a chirp).\n"
+      "Methods: physical (inertias, stiffness, damping); iv, arx, oe, rpem, cloe, f-cloe, d-cloe\n"
+      "(coefficients b, a); kalman, sliding-dft (response at lines, or along a chirp).\n"
       "A learning stretch at the beginning decides on method and start; no row depends on a later sample.\n"
       "Times are those that the estimate describes. Columns: time_s, what the method tracks, resonance_hz,\n"
       "antiresonance_hz with _std, margins with --controller, gap with --baseline, position_m, trusted.");
@@ -219,7 +195,7 @@ void add_track(CLI::App& app) {
   verb->add_option("--report", o->report, "self-contained HTML report")->type_name("FILE");
   verb->add_option("--json", o->json, "summary and thinned rows for machines ('-': standard output)")
       ->type_name("FILE");
-  verb->add_flag("--require-trusted", o->require_trusted, "exit code 3 when the rows are not to be trusted");
+  verb->add_flag("--require-trusted", o->require_trusted, "exit code 3 when the rows are not reliable");
   verb->callback([verb, o] { run_track(*verb, *o); });
 }
 

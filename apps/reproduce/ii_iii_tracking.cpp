@@ -8,6 +8,7 @@
 #include <limits>
 #include <memory>
 #include <resonid/base/constants.hpp>
+#include <resonid/base/detail/discrete_filter.hpp>
 #include <resonid/base/detail/linear_system.hpp>
 #include <resonid/online/models/arx.hpp>
 #include <resonid/online/models/closed_loop_output_error.hpp>
@@ -26,6 +27,7 @@ using online::PhysicalParameter;
 using Tracker = online::PhysicalTracker<double>;
 
 constexpr std::size_t kEvery = 10, kLagEvery = 50;  // samples; the lag of a recursion takes 50 us
+constexpr std::size_t kMostOrder = 31;              // of a controller
 constexpr double kMemory_s = 0.4;
 constexpr double kDriftPerSecond = 0.05;  // of the stiffness, of a cart at 0.06 m/s
 
@@ -140,28 +142,6 @@ std::vector<Estimate> follow_physical(const Run& run, bool forget) {
   return estimates;
 }
 
-/// C(z) times a signal, direct form.
-class Controller {
- public:
-  explicit Controller(const data::TransferFunction& c)
-      : numerator_(c.numerator),
-        denominator_(c.denominator),
-        in_(numerator_.size()),
-        out_(denominator_.size()) {}
-  double step(double x) {
-    std::rotate(in_.rbegin(), in_.rbegin() + 1, in_.rend());
-    std::rotate(out_.rbegin(), out_.rbegin() + 1, out_.rend());
-    in_[0] = x;
-    double sum = 0.0;
-    for (std::size_t i = 0; i < numerator_.size(); ++i) sum += numerator_[i] * in_[i];
-    for (std::size_t i = 1; i < denominator_.size(); ++i) sum -= denominator_[i] * out_[i];
-    return out_[0] = sum / denominator_[0];
-  }
-
- private:
-  std::vector<double> numerator_, denominator_, in_, out_;
-};
-
 double square(double x) { return x * x; }
 
 std::array<double, 6> coefficients(const Model& m) {
@@ -198,15 +178,15 @@ Model sampled(const TwoMass& m, double sample_rate_hz) {
       m.damping / m.load_inertia, -m.damping / m.load_inertia, m.stiffness / m.load_inertia, 1.0, -1.0, 0.0;
   drive.b << 1.0 / m.driven_inertia, 0.0, 0.0;
   drive.c << 1.0, 0.0, 0.0;
-  const auto held = zero_order_hold(drive, 1.0 / sample_rate_hz);
+  const auto zoh = zero_order_hold(drive, 1.0 / sample_rate_hz);
   // Faddeev and Leverrier: coefficients of det(z - A) and of c adj(z - A) b.
   Eigen::Matrix3d adjoint = Eigen::Matrix3d::Identity();
   Model model;
   for (int i = 0; i < 3; ++i) {
-    model.b[static_cast<std::size_t>(i)] = held.c * adjoint * held.b;
-    const double a = -(held.a * adjoint).trace() / (i + 1);
+    model.b[static_cast<std::size_t>(i)] = zoh.c * adjoint * zoh.b;
+    const double a = -(zoh.a * adjoint).trace() / (i + 1);
     model.a[static_cast<std::size_t>(i)] = a;
-    adjoint = held.a * adjoint + a * Eigen::Matrix3d::Identity();
+    adjoint = zoh.a * adjoint + a * Eigen::Matrix3d::Identity();
   }
   return model;
 }
@@ -330,7 +310,8 @@ Validation validate(const std::vector<Estimate>& estimates, const Run& on, bool 
   };
   const std::size_t delay = delay_samples(on), begin = static_cast<std::size_t>(on.rate_hz());
   const std::size_t from = 2 * begin;  // a second at constant velocity is for the loop to settle
-  Controller controller(*on.simulation.truth.controller);
+  const auto& law = *on.simulation.truth.controller;
+  auto controller = *DiscreteFilter<double, kMostOrder>::create(law.numerator, law.denominator);
   const auto& u = record.input.samples;
   const auto& y = record.output.samples;
   std::vector<double> simulated_u = u, simulated_y = y, residual, shown, input, excitation;

@@ -5,8 +5,8 @@
 #include <array>
 #include <cassert>
 #include <cmath>
-#include <numeric>
 #include <resonid/base/constants.hpp>
+#include <resonid/base/detail/statistics.hpp>
 #include <resonid/io/shipped_experiments.hpp>
 #include <resonid/online/lines/kalman_bank.hpp>
 
@@ -56,13 +56,9 @@ struct Residual {
 Residual residual(const std::vector<double>& y, const std::vector<double>& estimated) {
   const std::size_t from = y.size() / 2;
   const auto count = static_cast<double>(y.size() - from);
-  const double mean = std::accumulate(y.begin() + static_cast<std::ptrdiff_t>(from), y.end(), 0.0) / count;
-  double error = 0.0, variation = 0.0;
-  for (std::size_t k = from; k < y.size(); ++k) {
-    error += (y[k] - estimated[k]) * (y[k] - estimated[k]);
-    variation += (y[k] - mean) * (y[k] - mean);
-  }
-  return {std::sqrt(error / count), 100.0 * (1.0 - std::sqrt(error / variation))};
+  double error = 0.0;
+  for (std::size_t k = from; k < y.size(); ++k) error += (y[k] - estimated[k]) * (y[k] - estimated[k]);
+  return {std::sqrt(error / count), fit_percent_of(error, squares_about_mean(std::span(y).subspan(from)))};
 }
 
 /// Standard deviation of the residual that white noise of standard deviation 1 must leave:

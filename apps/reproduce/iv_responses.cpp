@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <resonid/base/constants.hpp>
+#include <resonid/base/detail/statistics.hpp>
 
 #include "reproduce/publication_iv.hpp"
 
@@ -84,12 +85,6 @@ std::vector<double> expected_percent(const System& s, double phasor) {
   return out;
 }
 
-double rms_of(const std::vector<double>& values) {
-  double power = 0.0;
-  for (const double v : values) power += v * v;
-  return std::sqrt(power / static_cast<double>(values.size()));
-}
-
 std::size_t argmax(const std::vector<double>& values) {
   return static_cast<std::size_t>(std::max_element(values.begin(), values.end()) - values.begin());
 }
@@ -110,14 +105,14 @@ ComparisonTable error_table(const System& s) {
                         0.0,
                         "once settled, the bank separates the lines exactly",
                         kRounding});
-  table.rows.push_back(row("bank, newest sample: rms", "%", newest.rms_percent, rms_of(bank), {},
+  table.rows.push_back(row("bank, newest sample: rms", "%", newest.rms_percent, rms(bank), {},
                            "as published; true: from the bank's noise variance r/(2 lambda + c'c)"));
   table.rows.push_back(row("bank, newest sample: largest", "dB", newest.largest_db, {}));
   table.rows.push_back(row("bank, newest sample: largest", "deg", newest.largest_deg, {}));
-  table.rows.push_back(row("bank, mean over whole periods: rms", "%", averaged.rms_percent, rms_of(least), {},
+  table.rows.push_back(row("bank, mean over whole periods: rms", "%", averaged.rms_percent, rms(least), {},
                            "the same bank, its phasors averaged over 20 s; true: the least possible"));
   table.rows.push_back(
-      row("least squares over 20 s: rms", "%", fitted.rms_percent, rms_of(least), {}, "likewise"));
+      row("least squares over 20 s: rms", "%", fitted.rms_percent, rms(least), {}, "likewise"));
   const std::size_t worst = argmax(newest.line_rms_percent);
   table.rows.push_back(
       {"line of the largest relative error",

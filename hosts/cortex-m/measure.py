@@ -182,7 +182,7 @@ def product(a, b):
     return [[sum(x * y for x, y in zip(row, column)) for column in zip(*b)] for row in a]
 
 
-def held_drive():
+def zoh_drive():
     """exp of the drive's matrix and input over a sample: states are v1, v2 and the twist."""
     a = [[-DAMPING / J1, DAMPING / J1, -STIFFNESS / J1, 1.0 / J1],
          [DAMPING / J2, -DAMPING / J2, STIFFNESS / J2, 0.0],
@@ -201,10 +201,10 @@ def held_drive():
 
 def true_response(frequency_hz):
     """v1 over the torque: (z - A)^-1 b by Cramer's rule."""
-    held = held_drive()
+    zoh = zoh_drive()
     z = cmath.exp(2j * math.pi * frequency_hz / RATE_HZ)
-    m = [[(z if i == j else 0.0) - held[i][j] for j in range(3)] for i in range(3)]
-    b = [held[i][3] for i in range(3)]
+    m = [[(z if i == j else 0.0) - zoh[i][j] for j in range(3)] for i in range(3)]
+    b = [zoh[i][3] for i in range(3)]
 
     def determinant(d):
         return (d[0][0] * (d[1][1] * d[2][2] - d[1][2] * d[2][1]) - d[0][1] * (d[1][0] * d[2][2] - d[1][2] * d[2][0])

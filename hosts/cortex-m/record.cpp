@@ -39,7 +39,7 @@ constexpr Matrix product(const Matrix& a, const Matrix& b) {
       for (std::size_t k = 0; k <= kStates; ++k) c[i][j] += a[i][k] * b[k][j];
   return c;
 }
-constexpr Matrix held_drive() {
+constexpr Matrix zoh_drive() {
   using namespace drive;
   constexpr int kHalvings = 8;
   const double step = 1.0 / kSampleRateHz / (1U << kHalvings);
@@ -63,7 +63,7 @@ constexpr Matrix held_drive() {
 
 constexpr unsigned kCoefficientBits = 28;  // coefficients in 2^-28
 constexpr auto kDrive = [] {
-  const Matrix m = held_drive();
+  const Matrix m = zoh_drive();
   std::array<std::array<std::int64_t, kStates + 1>, kStates> rows{};
   for (std::size_t i = 0; i < kStates; ++i)
     for (std::size_t j = 0; j <= kStates; ++j) rows[i][j] = rounded(0x1p28 * m[i][j]);

@@ -59,7 +59,7 @@ watched any more. From 3 on nothing is injected before a reset.""";
 pin out float resonance_hz "Undamped natural frequency of motor and load against one another.";
 pin out float resonance_std_hz "Its standard deviation.";
 pin out float resonance_damping "Its damping ratio, 1 being critical.";
-pin out float antiresonance_hz "Undamped natural frequency of the load with the motor held.";
+pin out float antiresonance_hz "Undamped natural frequency of the load with the motor clamped.";
 pin out float antiresonance_std_hz "Its standard deviation.";
 pin out float antiresonance_damping "Its damping ratio.";
 pin out float motor_inertia "Inertia of the motor side (T/(v/s): kgm2).";
@@ -78,7 +78,7 @@ pin out float coherence "Mean over the lines, 0 to 1: share of the response that
 pin out unsigned samples "Periods taken since the start.";
 pin out unsigned skipped_samples "Those of them that were missing.";
 pin out unsigned updates "How often the results were renewed.";
-pin out signed period_clocks "Clocks since the period before: what .time of the functions is to be held against.";
+pin out signed period_clocks "Clocks since the period before: what .time of the functions is to be compared with.";
 
 param rw signed excitation_kind = 0 "0: multisine at the lines (recommended). 1: chirp. 2: PRBS.";
 param rw float amplitude = 0 "Peak value of the excitation (T). 0: none, the start is refused.";

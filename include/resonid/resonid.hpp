@@ -89,6 +89,8 @@ expected<std::filesystem::path, Error> write_report(const std::filesystem::path&
 expected<std::filesystem::path, Error> write_report(const std::filesystem::path& file,
                                                     const Changes& changes);
 expected<std::filesystem::path, Error> write_report(const std::filesystem::path& file, const Plan& plan);
+expected<std::filesystem::path, Error> write_report(const std::filesystem::path& file,
+                                                    const Simulation& simulation);
 
 /// A result as the command line writes it; docs/results.md lists the keys.
 [[nodiscard]] std::string to_json(const Result& result);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "axis.hpp"
 
-#include <resonid/c/axis.h>
+#include <resonid/c/detail/axis.h>
 
 #include <array>
 #include <complex>

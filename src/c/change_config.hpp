@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <resonid/c/supervision.h>
+#include <resonid/c/detail/supervision.h>
 
 #include <resonid/online/supervision/change_detection.hpp>
 

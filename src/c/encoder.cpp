@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include <resonid/c/lines.h>
+#include <resonid/c/detail/lines.h>
 
 #include <resonid/online/lines/encoder.hpp>
 
@@ -43,7 +43,7 @@ struct Encoders : Variants<Encoders, Encoder> {
     r.position_counts = encoder.position_counts();
     r.position = encoder.position();
     r.velocity = encoder.velocity();
-    r.held_velocity = encoder.held_velocity();
+    r.last_velocity = encoder.last_velocity();
     r.resolution = encoder.resolution();
     r.certain = encoder.certain() ? 1 : 0;
   }

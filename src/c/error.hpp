@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <resonid/c/types.h>
+#include <resonid/c/detail/types.h>
 
 #include <algorithm>
 #include <cstddef>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include <resonid/c/excitation.h>
+#include <resonid/c/detail/excitation.h>
 
 #include <resonid/online/excitation/chirp.hpp>
 #include <resonid/online/excitation/multisine.hpp>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <resonid/c/excitation.h>
+#include <resonid/c/detail/excitation.h>
 
 #include <resonid/online/excitation/detail/guarded_excitation_config.hpp>
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-#include <resonid/c/models.h>
-#include <resonid/c/types.h>
+#include <resonid/c/detail/models.h>
+#include <resonid/c/detail/types.h>
 
 #include <cstdlib>
 
@@ -15,7 +15,7 @@
 namespace resonid::c {
 
 static_assert(std::string_view(RESONID_VERSION_TEXT) == RESONID_PROJECT_VERSION,
-              "the version in resonid/c/types.h is that of the project");
+              "the version in resonid/c/detail/types.h is that of the project");
 
 const Family* family(std::uint32_t kind) noexcept {
   static constexpr const Family* kFamilies[] = {&kExcitation, &kLineBank, &kTracker,  &kResponse,

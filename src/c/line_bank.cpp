@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include <resonid/c/lines.h>
+#include <resonid/c/detail/lines.h>
 
 #include <resonid/online/lines/line_bank.hpp>
 

@@ -47,7 +47,7 @@ struct Models : ModelDescription {
     s.order = 3;
     s.fixed_integrator = kind == RESONID_IV && iv.terms.fixed_integrator ? 1 : 0;
     s.forgetting = static_cast<std::uint32_t>(r.forgetting);
-    s.hold_below = closed.common.hold_below;
+    s.freeze_below = closed.common.freeze_below;
     s.start_variance = r.start_variance;
     s.factor = r.factor;
     s.smallest_factor = r.smallest_factor;

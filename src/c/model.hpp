@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <resonid/c/models.h>
+#include <resonid/c/detail/models.h>
 
 #include <algorithm>
 #include <resonid/online/models/detail/regression.hpp>
@@ -24,7 +24,7 @@ struct ModelOperations {
 
 /// An estimator, and what its modes need besides.
 template <class Estimator>
-struct HeldModel {
+struct StoredModel {
   Estimator estimator;
   double sample_rate_hz;
 
@@ -44,29 +44,29 @@ struct ModelDescription {
   using Results = resonid_model_results;
 
   template <class E>
-  static void step(HeldModel<E>& held, double ru, double u, double y) noexcept {
-    held.estimator.step(ru, u, y);
+  static void step(StoredModel<E>& stored, double ru, double u, double y) noexcept {
+    stored.estimator.step(ru, u, y);
   }
-  template <class Held>
-  static constexpr std::uint32_t kParameters = 2 * decltype(Held::estimator)::kOrder;
+  template <class Stored>
+  static constexpr std::uint32_t kParameters = 2 * decltype(Stored::estimator)::kOrder;
   template <class E>
-  static void parameters(const HeldModel<E>& held, double* out) noexcept {
-    const auto model = held.estimator.model();
+  static void parameters(const StoredModel<E>& stored, double* out) noexcept {
+    const auto model = stored.estimator.model();
     std::copy(model.a.begin(), model.a.end(), std::copy(model.b.begin(), model.b.end(), out));
   }
   template <class E>
-  static void covariance(const HeldModel<E>& held, double* out) noexcept {
-    const auto matrix = held.estimator.covariance();
+  static void covariance(const StoredModel<E>& stored, double* out) noexcept {
+    const auto matrix = stored.estimator.covariance();
     for (int i = 0; i < matrix.rows(); ++i)
       for (int j = 0; j < matrix.cols(); ++j) *out++ = matrix(i, j);
   }
   template <class E>
-  static double lag_samples(const HeldModel<E>& held) noexcept {
-    return held.estimator.lag_samples();
+  static double lag_samples(const StoredModel<E>& stored) noexcept {
+    return stored.estimator.lag_samples();
   }
   template <class E>
-  static void results(const HeldModel<E>& held, Results& r) noexcept {
-    const E& e = held.estimator;
+  static void results(const StoredModel<E>& stored, Results& r) noexcept {
+    const E& e = stored.estimator;
     r.samples = e.samples();
     r.skipped_samples = e.skipped_samples();
     r.order = static_cast<std::uint32_t>(E::kOrder);
@@ -83,7 +83,7 @@ struct ModelDescription {
 /// Make(settings) gives the estimator.
 template <class Estimator, expected<Estimator> (*Make)(const resonid_model_settings&) noexcept>
 class ModelOperationsOf {
-  using Held = HeldModel<Estimator>;
+  using Stored = StoredModel<Estimator>;
 
   static expected<void> build(void* memory, std::uint32_t variant, const resonid_model_settings& s) noexcept {
     const auto made = Make(s);
@@ -94,13 +94,13 @@ class ModelOperationsOf {
       if (field.substr(0, kInner.size()) == kInner) error.field = field.substr(kInner.size());
       return unexpected<Error>(error);
     }
-    place(memory, s.head.kind, variant, Held{*made, s.sample_rate_hz});
+    place(memory, s.head.kind, variant, Stored{*made, s.sample_rate_hz});
     return {};
   }
   static std::size_t modes(const void* handle, bool anti, resonid_mode* out, std::size_t room) noexcept {
-    const Held& held = content<Held>(handle);
-    const online::SampledModes<Estimator::kOrder> sampled(held.estimator.model(), held.sample_rate_hz);
-    const auto covariance = held.estimator.covariance();
+    const Stored& stored = content<Stored>(handle);
+    const online::SampledModes<Estimator::kOrder> sampled(stored.estimator.model(), stored.sample_rate_hz);
+    const auto covariance = stored.estimator.covariance();
     const auto found = anti ? sampled.antiresonances(covariance) : sampled.resonances(covariance);
     for (std::size_t i = 0; i < std::min(found.count, room); ++i)
       out[i] = {found[i].frequency_hz, found[i].damping_ratio, found[i].std_hz};
@@ -108,7 +108,7 @@ class ModelOperationsOf {
   }
 
  public:
-  static constexpr ModelOperations kTable{operations_for<ModelDescription, Held>(),
+  static constexpr ModelOperations kTable{operations_for<ModelDescription, Stored>(),
                                           static_cast<std::uint32_t>(Estimator::kOrder), &build, &modes};
 };
 
@@ -123,7 +123,7 @@ inline expected<online::ModelEstimatorConfig> common_config(const resonid_model_
   common.start_a = array(s.start_a, s.order);
   common.fixed_integrator = s.fixed_integrator != 0;
   common.high_pass_hz = s.high_pass_hz;
-  common.hold_below = s.hold_below;
+  common.freeze_below = s.freeze_below;
   common.adaptation = *adapted;
   common.adaptation.scale = array(s.scale, 2 * std::size_t{s.order});
   return common;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include <resonid/c/models.h>
+#include <resonid/c/detail/models.h>
 
 #include <resonid/online/models/physical_tracker.hpp>
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <resonid/c/models.h>
+#include <resonid/c/detail/models.h>
 
 #include <resonid/online/models/detail/physical_config.hpp>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include <resonid/c/lines.h>
+#include <resonid/c/detail/lines.h>
 
 #include <array>
 #include <resonid/online/lines/response_tracker.hpp>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include <resonid/c/models.h>
+#include <resonid/c/detail/models.h>
 
 #include <array>
 #include <resonid/online/models/rls.hpp>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include <resonid/c/types.h>
+#include <resonid/c/detail/types.h>
 
 #include "crc32.hpp"
 #include "handle.hpp"

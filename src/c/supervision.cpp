@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include <resonid/c/supervision.h>
+#include <resonid/c/detail/supervision.h>
 
 #include <cmath>
 #include <complex>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <resonid/c/lines.h>
+#include <resonid/c/detail/lines.h>
 
 #include <complex>
 #include <resonid/online/lines/chirp_tracker.hpp>

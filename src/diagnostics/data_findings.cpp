@@ -19,20 +19,20 @@ double saturated_share(const std::vector<double>& u) {
   const auto [low, high] = std::minmax_element(u.begin(), u.end());
   const double range = *high - *low;
   if (!(range > 0.0)) return 0.0;
-  std::size_t held = 0, run = 0, inside = 0;
+  std::size_t limited = 0, run = 0, inside = 0;
   for (const double x : u) {
     const bool extreme = x - *low < 1e-6 * range || *high - x < 1e-6 * range;
     if (!extreme) {
       ++inside;
-      if (run >= 3) held += run;
+      if (run >= 3) limited += run;
       run = 0;
     } else {
       ++run;
     }
   }
-  if (run >= 3) held += run;
+  if (run >= 3) limited += run;
   if (inside * 4 < u.size()) return 0.0;
-  return static_cast<double>(held) / static_cast<double>(u.size());
+  return static_cast<double>(limited) / static_cast<double>(u.size());
 }
 
 void inspect_timing(const data::Record& record, std::vector<Finding>& findings) {

@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: MIT
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 #include <resonid/base/constants.hpp>
 #include <resonid/base/detail/polynomial.hpp>
+#include <resonid/base/detail/statistics.hpp>
 #include <resonid/diagnostics/detail/feedback.hpp>
-#include <resonid/fit/detail/chi_square.hpp>
 
 #include "linalg/decompositions.hpp"
 
@@ -17,10 +16,10 @@ constexpr Eigen::Index kAhead = 20;
 /// Without its mean and of unit size; the size.
 double normalise(std::vector<double>& x) {
   const double n = static_cast<double>(x.size());
-  const double mean = std::accumulate(x.begin(), x.end(), 0.0) / n;
+  const double centre = mean(x);
   double sum = 0.0;
   for (double& v : x) {
-    v -= mean;
+    v -= centre;
     sum += v * v;
   }
   const double size = std::sqrt(sum / n);
@@ -145,7 +144,7 @@ expected<Feedback, Error> find_feedback(const data::Record& record, double known
   const bool opposes = found(past) * later(past, past) < 0.0 || delay >= 1.0;
   const double at_once = opposes ? found(past) * found(past) : 0.0;
   const double explained = at_once + found.segment(past + 1, kAhead).squaredNorm();
-  f.probability = fit::chi_square_tail(explained / variance, static_cast<std::size_t>(kAhead) + 1);
+  f.probability = chi_square_tail(explained / variance, static_cast<std::size_t>(kAhead) + 1);
   f.seen = explained / (explained + variance * freedom);
   return f;
 }

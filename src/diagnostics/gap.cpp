@@ -4,7 +4,9 @@
 #include <cmath>
 #include <resonid/base/constants.hpp>
 #include <resonid/base/detail/polynomial.hpp>
+#include <resonid/base/detail/statistics.hpp>
 #include <resonid/diagnostics/gap.hpp>
+#include <span>
 
 namespace resonid::diagnostics {
 namespace {
@@ -126,9 +128,7 @@ double GapCurve::excess(std::size_t line) const {
   std::array<double, 2 * kAside + 1> around{};
   std::copy(noise.begin() + static_cast<std::ptrdiff_t>(from),
             noise.begin() + static_cast<std::ptrdiff_t>(to), around.begin());
-  const auto middle = around.begin() + static_cast<std::ptrdiff_t>((to - from) / 2);
-  std::nth_element(around.begin(), middle, around.begin() + static_cast<std::ptrdiff_t>(to - from));
-  const double floor = std::max(noise[line], *middle);
+  const double floor = std::max(noise[line], median_in_place(std::span(around).first(to - from)));
   return floor > 0.0 ? distance[line] / floor : 0.0;
 }
 

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include <algorithm>
 #include <cmath>
+#include <resonid/base/detail/statistics.hpp>
 #include <resonid/diagnostics/detail/residual_dependence.hpp>
-#include <resonid/fit/detail/chi_square.hpp>
 #include <resonid/fit/detail/noise_model.hpp>
 
 #include "linalg/decompositions.hpp"
@@ -55,7 +55,7 @@ MatrixXd inverse_root(const MatrixXd& gram) {
 double chance(double statistic, std::size_t degrees, double freedom) {
   const double corrected =
       (freedom + 0.5 * static_cast<double>(degrees) - 1.0) * std::log1p(statistic / freedom);
-  return fit::chi_square_tail(corrected, degrees);
+  return chi_square_tail(corrected, degrees);
 }
 
 }  // namespace

@@ -2,14 +2,13 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+#include <resonid/base/detail/statistics.hpp>
 #include <resonid/diagnostics/residuals.hpp>
 
 namespace resonid::diagnostics {
 namespace {
 
-double mean_of(std::span<const double> x) {
-  return x.empty() ? 0.0 : std::accumulate(x.begin(), x.end(), 0.0) / static_cast<double>(x.size());
-}
+double mean_of(std::span<const double> x) { return x.empty() ? 0.0 : mean(x); }
 
 std::vector<double> centred(std::span<const double> x) {
   std::vector<double> out(x.begin(), x.end());
@@ -17,8 +16,6 @@ std::vector<double> centred(std::span<const double> x) {
   for (double& v : out) v -= mean;
   return out;
 }
-
-double power(const std::vector<double>& x) { return std::inner_product(x.begin(), x.end(), x.begin(), 0.0); }
 
 /// sum a(k) b(k - lag), lag >= 0
 double product(const std::vector<double>& a, const std::vector<double>& b, std::size_t lag) {
@@ -28,7 +25,7 @@ double product(const std::vector<double>& a, const std::vector<double>& b, std::
 /// Variance of a correlation of two independent coloured signals over that of white ones,
 /// sum_t Ree(t) Rxx(t): Bartlett's formula. Lags beyond M are taken for 0.
 double bartlett(const std::vector<double>& e, const std::vector<double>& x, std::size_t max_lag) {
-  const double scale = power(e) * power(x);
+  const double scale = sum_of_squares(e) * sum_of_squares(x);
   double sum = 1.0;
   for (std::size_t lag = 1; lag <= max_lag && scale > 0.0; ++lag)
     sum += 2.0 * product(e, e, lag) * product(x, x, lag) / scale;
@@ -38,7 +35,7 @@ double bartlett(const std::vector<double>& e, const std::vector<double>& x, std:
 ResidualCorrelation correlate(const std::vector<double>& e, const std::vector<double>& x,
                               const ResidualTest& test, bool itself) {
   ResidualCorrelation c;
-  const double scale = std::sqrt(power(e) * power(x));
+  const double scale = std::sqrt(sum_of_squares(e) * sum_of_squares(x));
   const auto normalised = [&](double sum) { return scale > 0.0 ? sum / scale : 0.0; };
   c.value.resize(2 * test.max_lag + 1);
   for (std::size_t lag = 0; lag <= test.max_lag; ++lag) {
@@ -77,7 +74,7 @@ ResidualTest test_residual(const ResidualSignals& signals, std::size_t max_lag, 
   test.limit = 2.17 / std::sqrt(static_cast<double>(n));
   const auto e = centred(signals.residual.first(n));
   test.mean = mean_of(signals.residual.first(n));
-  test.rms = std::sqrt(power(e) / static_cast<double>(n));
+  test.rms = std::sqrt(sum_of_squares(e) / static_cast<double>(n));
   test.self = correlate(e, e, test, true);
   const auto with = [&](std::span<const double> x) {
     return x.empty() ? ResidualCorrelation{} : correlate(e, centred(x.first(n)), test, false);
@@ -86,7 +83,7 @@ ResidualTest test_residual(const ResidualSignals& signals, std::size_t max_lag, 
   test.with_input = with(signals.input);
   test.with_excitation = with(signals.excitation);
   if (!signals.simulated.empty() && test.rms > 0.0)
-    test.snr_db = 10.0 * std::log10(power(centred(signals.simulated.first(n))) / power(e));
+    test.snr_db = 10.0 * std::log10(sum_of_squares(centred(signals.simulated.first(n))) / sum_of_squares(e));
   return test;
 }
 

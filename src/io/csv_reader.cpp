@@ -45,27 +45,27 @@ class RegionReader {
   void read() {
     std::size_t capacity = kPieceBytes;
     auto buffer = allocate(capacity);
-    std::size_t held = 0;
+    std::size_t filled = 0;
     for (std::size_t offset = region_.begin; offset < region_.end;) {
       const auto got =
-          source_.read(offset, buffer.get() + held, std::min(capacity - held, region_.end - offset));
+          source_.read(offset, buffer.get() + filled, std::min(capacity - filled, region_.end - offset));
       if (!got) region_.read_failure = got.error();
       if (!got) return;
-      held += *got;
+      filled += *got;
       offset = *got == 0 ? region_.end : offset + *got;
       const bool last = offset == region_.end;
-      const std::size_t whole = last ? held : whole_lines(buffer.get(), held);
+      const std::size_t whole = last ? filled : whole_lines(buffer.get(), filled);
       if (whole == 0 && !last) {  // one line fills the buffer
         auto larger = allocate(2 * capacity);
-        std::memcpy(larger.get(), buffer.get(), held);
+        std::memcpy(larger.get(), buffer.get(), filled);
         buffer = std::move(larger);
         capacity *= 2;
         continue;
       }
-      std::memset(buffer.get() + held, 0, kNumberPadding);
+      std::memset(buffer.get() + filled, 0, kNumberPadding);
       if (!read_lines({buffer.get(), whole})) return;
-      std::memmove(buffer.get(), buffer.get() + whole, held - whole);
-      held -= whole;
+      std::memmove(buffer.get(), buffer.get() + whole, filled - whole);
+      filled -= whole;
     }
   }
 

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
+#include <resonid/base/detail/statistics.hpp>
 #include <vector>
 
 namespace resonid::io {
@@ -93,9 +94,7 @@ std::optional<std::size_t> first_not_rising(std::span<const double> t) {
 double median_interval(std::span<const double> t) {
   std::vector<double> intervals(t.size() - 1);
   for (std::size_t i = 0; i < intervals.size(); ++i) intervals[i] = t[i + 1] - t[i];
-  const auto middle = intervals.begin() + static_cast<std::ptrdiff_t>(intervals.size() / 2);
-  std::nth_element(intervals.begin(), middle, intervals.end());
-  return *middle;
+  return median(std::move(intervals));
 }
 
 TimeGrid fit_time_grid(std::span<const double> t) {

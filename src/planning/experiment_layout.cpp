@@ -35,7 +35,7 @@ Task::Task(const PlanConfig& c)
       gradients.row(static_cast<Eigen::Index>(i)) /=
           c.targets[i].relative ? c.targets[i].accuracy * std::abs(own[i].value) : c.targets[i].accuracy;
     targets.push_back(gradients);
-    noise.push_back(information_of_noise(drive));
+    noise.push_back(fisher_information_of_noise(drive));
   }
   const double most = 0.4 * sample_rate_hz;
   band_given = c.band_hz.has_value();
@@ -99,7 +99,7 @@ void scale_to_limits(const Task& task, Experiment& x) {
 namespace {
 
 /// Squares of deviation over wanted deviation, expected over the drives; infinite where unknown. [target]
-Eigen::VectorXd squares(const Task& task, const std::vector<RecordInformation>& told, double amplitude) {
+Eigen::VectorXd squares(const Task& task, const std::vector<FisherInformation>& told, double amplitude) {
   Eigen::VectorXd sum = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(task.names.size()));
   for (std::size_t s = 0; s < told.size(); ++s) {
     const auto& gradients = task.targets[s];
@@ -109,10 +109,10 @@ Eigen::VectorXd squares(const Task& task, const std::vector<RecordInformation>& 
   return sum.unaryExpr([](double v) { return std::isfinite(v) ? std::max(0.0, v) : HUGE_VAL; });
 }
 
-std::vector<RecordInformation> informations(const Task& task, std::span<const double> excitation) {
-  std::vector<RecordInformation> told;
+std::vector<FisherInformation> fisher_informations(const Task& task, std::span<const double> excitation) {
+  std::vector<FisherInformation> told;
   for (std::size_t s = 0; s < task.drives.size(); ++s)
-    told.push_back(information_of(task.drives[s], excitation, task.noise[s]));
+    told.push_back(fisher_information(task.drives[s], excitation, task.noise[s]));
   return told;
 }
 
@@ -120,7 +120,7 @@ std::vector<RecordInformation> informations(const Task& task, std::span<const do
 
 void evaluate(const Task& task, Experiment& x) {
   x.duration_s = static_cast<double>(x.excitation.size()) / task.sample_rate_hz;
-  const auto told = informations(task, x.excitation);
+  const auto told = fisher_informations(task, x.excitation);
   const Eigen::VectorXd square = squares(task, told, 1.0);
   x.figures = figures_of(with_covariance(task.drives.front(), told.front().covariance()));
   x.targeted = figures_of(task.config.drive, task.names);
@@ -132,7 +132,7 @@ void evaluate(const Task& task, Experiment& x) {
 }
 
 void evaluate_amplitude(const Task& task, Experiment& x) {
-  auto told = informations(task, x.excitation);
+  auto told = fisher_informations(task, x.excitation);
   const auto ratio = [&](double amplitude) { return std::sqrt(squares(task, told, amplitude).maxCoeff()); };
   constexpr double kMost = 1e6;
   x.needed_amplitude.reset();
@@ -142,7 +142,7 @@ void evaluate_amplitude(const Task& task, Experiment& x) {
     x.needed_amplitude = high;
   }
   for (auto& t : told) t.noise.setZero();
-  const double alone = ratio(1.0);  // half of the information: half of the variance is missing
+  const double alone = ratio(1.0);  // half of the Fisher information: half of the variance is missing
   x.noise_dominates = alone > std::sqrt(2.0) * x.ratio;
 }
 

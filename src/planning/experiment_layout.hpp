@@ -12,11 +12,11 @@ struct Task {
 
   const PlanConfig& config;
   double sample_rate_hz = 0.0;
-  std::vector<NominalDrive> drives;      ///< The rough one first.
+  std::vector<NominalDrive> drives;      ///< The nominal one first.
   std::vector<std::string> names;        ///< Of the targeted figures.
-  std::vector<double> wanted;            ///< [target] deviations, of the rough drive.
+  std::vector<double> wanted;            ///< [target] deviations, of the nominal drive.
   std::vector<Eigen::MatrixXd> targets;  ///< [drive]: [target, parameter]
-  std::vector<Eigen::MatrixXd> noise;    ///< [drive]: information_of_noise().
+  std::vector<Eigen::MatrixXd> noise;    ///< [drive]: fisher_information_of_noise().
   double low_hz = 0.0, high_hz = 0.0;    ///< Where the drive tells most, or the band that was given.
   bool band_given = false;
   std::size_t most_samples = 0;  ///< Of an experiment; kMostTime_s where no time is given.

@@ -31,7 +31,7 @@ struct Sampled {
   explicit Sampled(const fit::DriveModel& model) {
     const System s = continuous<States>(model);
     const double step = model.sample_time_s;
-    held = zero_order_hold<double, States>(s, step);
+    zoh = zero_order_hold<double, States>(s, step);
     const double delay = std::max(0.0, (model.delay_s + model.known_delay_s) / step);
     whole_delay = static_cast<std::size_t>(std::floor(delay + 1e-9));
     const double fraction = std::max(0.0, delay - static_cast<double>(whole_delay));
@@ -39,7 +39,7 @@ struct Sampled {
     row = partial.a.row(0);
     through = partial.b(0);
   }
-  System held;
+  System zoh;
   typename System::Row row;
   double through = 0.0;
   std::size_t whole_delay = 0;
@@ -98,7 +98,7 @@ expected<void, Error> check(const NominalDrive& drive) {
   if (drive.controller && !Controller::create(drive.controller->numerator, drive.controller->denominator))
     return refuse("controller", "must have 1 ... 32 coefficients and a denominator that begins with no 0");
   if (!stable(drive))
-    return refuse("controller", "must stabilise the rough model: its closed loop is unstable");
+    return refuse("controller", "must stabilise the nominal model: its closed loop is unstable");
   return {};
 }
 
@@ -139,7 +139,7 @@ Motion simulate(const NominalDrive& drive, std::span<const double> excitation,
       motion.position[k] = position;
       motion.measured[k + 1 + plant.whole_delay] = plant.row * x + plant.through * u;
       const double before = x(0);
-      x = (plant.held.a * x + plant.held.b * u).eval();
+      x = (plant.zoh.a * x + plant.zoh.b * u).eval();
       position += 0.5 * drive.model.sample_time_s * (before + x(0));
     }
   });

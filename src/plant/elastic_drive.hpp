@@ -134,8 +134,8 @@ class ElasticDrive final : public Drive {
   [[nodiscard]] static Step make_step(const Step& law, bool driven_rests, bool load_rests,
                                       double duration_s) noexcept {
     Step step;
-    hold_step(law.entry.data(), kStates, kInputs, driven_rests ? 0 : -1,
-              load_rests ? static_cast<int>(kLoad) : -1, duration_s, step.entry.data());
+    zoh_step(law.entry.data(), kStates, kInputs, driven_rests ? 0 : -1,
+             load_rests ? static_cast<int>(kLoad) : -1, duration_s, step.entry.data());
     return step;
   }
 
@@ -226,30 +226,30 @@ class ElasticDrive final : public Drive {
     double left = piece_s;
     double attempt = piece_s;  // of a stiff machine
     int crowded = 0;           // events with hardly any time between them
-    bool held = false;         // what rests does so for the shortest step at least: time must go on
+    bool must_rest = false;    // what rests does so for the shortest step at least: time must go on
     while (left > 0.0) {
       rate_ = times(law_now_, state_);
       add(rate_, input_.data(), 1.0);
       driven_.pull = driven_.inertia * rate_[0];
       load_.pull = load_.inertia * rate_[kLoad];
       for (DrySide* side : {&driven_, &load_})
-        if (!held && side->rests()) side->start_if_pulled();
+        if (!must_rest && side->rests()) side->start_if_pulled();
       double duration = std::min(left, std::max(longest_hold(), kShortestHold * piece_s));
-      if (held) duration = std::min(duration, kShortest * piece_s);
+      if (must_rest) duration = std::min(duration, kShortest * piece_s);
       if (stiff) {
         duration = std::min(duration, attempt);
         const double taken = leap(duration, command, outer, duration <= kShortest * piece_s);
         attempt = taken > 0.0 ? 2.0 * taken : 0.5 * duration;
-        held = taken == 0.0 && duration <= kShortest * piece_s;
+        must_rest = taken == 0.0 && duration <= kShortest * piece_s;
         left -= taken;
         continue;
       }
       if (duration == piece_s && leap_at_once(segment, duration, command, outer)) return;
       duration = std::min(duration, 1.0 / norm_);
-      const double share = follow(duration, held);
+      const double share = follow(duration, must_rest);
       left -= std::min(share, 1.0) * duration;
       crowded = share * duration < kShortest * piece_s ? crowded + 1 : 0;
-      held = share <= 1.0 && crowded > 4;
+      must_rest = share <= 1.0 && crowded > 4;
     }
   }
 
@@ -291,7 +291,7 @@ class ElasticDrive final : public Drive {
 
   /// Follows the motion up to the first stop or start of a side, at which it leaves it. Returns the share of
   /// `duration` taken; above 1: all of it, and nothing happened.
-  [[nodiscard]] double follow(double duration, bool held) noexcept {
+  [[nodiscard]] double follow(double duration, bool must_rest) noexcept {
     hold(duration);
     State rate = rate_;
     rate[0] -= driven_.direction * driven_.torque * driven_.per_inertia;
@@ -302,8 +302,8 @@ class ElasticDrive final : public Drive {
     if (load_.rests()) rows[kLoad] = 0.0;
     motion_.expand(state_, rate, law_now_.entry.data(), rows, norm_, duration);
     const State& end = motion_.end();
-    const double driven_at = event(driven_, 0, end, duration, held);
-    const double load_at = event(load_, kLoad, end, duration, held);
+    const double driven_at = event(driven_, 0, end, duration, must_rest);
+    const double load_at = event(load_, kLoad, end, duration, must_rest);
     const double first = std::min(driven_at, load_at);
     if (first > 1.0) {
       state_ = end;
@@ -316,8 +316,8 @@ class ElasticDrive final : public Drive {
   }
   /// When a side stops or starts, as a share of the step.
   [[nodiscard]] double event(const DrySide& side, std::size_t mass, const State& end, double duration,
-                             bool held) const noexcept {
-    if ((held && side.rests()) || keeps_on(side, mass, end, duration)) return kNever;
+                             bool must_rest) const noexcept {
+    if ((must_rest && side.rests()) || keeps_on(side, mass, end, duration)) return kNever;
     if (side.slides()) return motion_.crossing_of(mass, side.direction, side.direction * end[mass]);
     const double way = pull(side, mass, end) > 0.0 ? 1.0 : -1.0;
     const double offset = side.friction.at_rest() - way * side.inertia * input_[mass];

@@ -32,16 +32,16 @@ Eigen::MatrixXd step_of(const ContinuousDrive& drive, double duration_s) {
   Eigen::MatrixXd law(drive.a.rows(), drive.a.cols() + drive.b.cols());
   law << drive.a, drive.b;
   Eigen::MatrixXd step(law.rows(), law.cols());
-  hold_step(law.data(), static_cast<int>(law.rows()), static_cast<int>(drive.b.cols()), -1, -1, duration_s,
-            step.data());
+  zoh_step(law.data(), static_cast<int>(law.rows()), static_cast<int>(drive.b.cols()), -1, -1, duration_s,
+           step.data());
   return step;
 }
 
 }  // namespace
 
 /// exp([law; 0]) by scaling and squaring of a Taylor series, as matrix_exponential().
-void hold_step(const double* law, int states, int inputs, int locked_first, int locked_second,
-               double duration_s, double* step) noexcept {
+void zoh_step(const double* law, int states, int inputs, int locked_first, int locked_second,
+              double duration_s, double* step) noexcept {
   constexpr int kTerms = 14;  // 0.5^15/15! = 2e-17
   const int columns = states + inputs;
   const int size = states * columns;
@@ -123,13 +123,13 @@ Eigen::VectorXd ElasticMachine::balance(double factor, double velocity,
   const Eigen::Index states = drive.a.rows();
   Eigen::VectorXd state = Eigen::VectorXd::Zero(states + 1);
   state.head(masses).setConstant(velocity);
-  // Torques balance on every mass: the twists and the torque that holds are unknown.
-  const Eigen::VectorXd held = drive.a.topLeftCorner(masses, masses) * state.head(masses) +
-                               drive.b.topRightCorner(masses, masses) * torques;
+  // Torques balance on every mass: the twists and the holding torque are unknown.
+  const Eigen::VectorXd known = drive.a.topLeftCorner(masses, masses) * state.head(masses) +
+                                drive.b.topRightCorner(masses, masses) * torques;
   Eigen::MatrixXd unknown(masses, masses);
   unknown.leftCols(masses - 1) = drive.a.block(0, masses, masses, masses - 1);
   unknown.col(masses - 1) = lags_ ? drive.a.col(states - 2).head(masses) : drive.b.col(0).head(masses);
-  const Eigen::VectorXd solution = linalg::RealLu(unknown).solve(-held);
+  const Eigen::VectorXd solution = linalg::RealLu(unknown).solve(-known);
   state.segment(masses, masses - 1) = solution.head(masses - 1);
   if (lags_) state(states - 2) = solution(masses - 1);
   state(states) = solution(masses - 1);

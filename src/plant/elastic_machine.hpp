@@ -22,7 +22,7 @@ class ElasticMachine {
   [[nodiscard]] double angle_scale() const noexcept { return scale_; }  ///< Of the states that are twists.
   [[nodiscard]] double first_stiffness() const noexcept { return first_stiffness_; }
 
-  /// Pieces of a time over which dry friction is held.
+  /// Pieces of a time over which dry friction is constant.
   [[nodiscard]] unsigned pieces(double duration_s, bool dry) const;
 
   /// State in which all masses move alike under these torques, the angle left at 0, and the command that
@@ -43,7 +43,7 @@ class ElasticMachine {
 
 /// Zero-order-hold step over `duration_s` of dx/dt = law [state; inputs], by columns as the law: next state =
 /// step [state; inputs]. Rows of the masses that are locked stay as they are.
-void hold_step(const double* law, int states, int inputs, int locked_first, int locked_second,
-               double duration_s, double* step) noexcept;
+void zoh_step(const double* law, int states, int inputs, int locked_first, int locked_second,
+              double duration_s, double* step) noexcept;
 
 }  // namespace resonid::plant

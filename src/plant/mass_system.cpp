@@ -93,10 +93,10 @@ std::vector<data::UndampedMode> resonances(const MassSystem& system) {
 }
 
 std::vector<data::UndampedMode> antiresonances(const MassSystem& system) {
-  const Index held = static_cast<Index>(system.masses()) - 1;
-  if (held == 0) return {};
-  return modes(coupling_matrix(system, &Coupling::stiffness).bottomRightCorner(held, held),
-               damping_matrix(system).bottomRightCorner(held, held), inertias(system).tail(held), 0);
+  const Index others = static_cast<Index>(system.masses()) - 1;
+  if (others == 0) return {};
+  return modes(coupling_matrix(system, &Coupling::stiffness).bottomRightCorner(others, others),
+               damping_matrix(system).bottomRightCorner(others, others), inertias(system).tail(others), 0);
 }
 
 }  // namespace resonid::plant

@@ -93,6 +93,10 @@ expected<std::filesystem::path, Error> write_report(const std::filesystem::path&
 expected<std::filesystem::path, Error> write_report(const std::filesystem::path& file, const Plan& plan) {
   return write(file, report::document_page(report::document(plan)));
 }
+expected<std::filesystem::path, Error> write_report(const std::filesystem::path& file,
+                                                    const Simulation& simulation) {
+  return write(file, report::document_page(report::document(simulation)));
+}
 
 std::string to_json(const Result& result) { return report::to_json(result).dump(1); }
 std::string to_json(const Batch& batch) {

@@ -153,7 +153,7 @@ TYPED_TEST(EstimatorContract, OffsetsAreRemovedAlike) {
   }
   ModelEstimatorConfig c = common();
   c.high_pass_hz = 1.0;
-  c.hold_below = 0.0;
+  c.freeze_below = 0.0;
   auto e = this->fresh(c);
   this->run(e, shifted);
   EXPECT_LT(this->error(e, plain()), 0.04);
@@ -236,7 +236,7 @@ TEST(ModelEstimators, RefuseWhatCannotWork) {
   EXPECT_EQ(field(with([&](auto& c) { c.start_b = two; })), "start_b");
   EXPECT_EQ(field(with([&](auto& c) { c.start_a = two; })), "start_a");
   EXPECT_EQ(field(with([](auto& c) { c.high_pass_hz = 125.0; })), "high_pass_hz");
-  EXPECT_EQ(field(with([](auto& c) { c.hold_below = 1.0; })), "hold_below");
+  EXPECT_EQ(field(with([](auto& c) { c.freeze_below = 1.0; })), "freeze_below");
   EXPECT_EQ(field(with([&](auto& c) { c.adaptation.start = two; })), "adaptation.start");
   EXPECT_EQ(field(with([](auto& c) { c.adaptation.factor = 2.0; })), "factor");
   OutputErrorConfig o;

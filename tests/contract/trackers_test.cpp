@@ -10,7 +10,7 @@
 #include <random>
 #include <resonid/base/constants.hpp>
 #include <resonid/online/lines/chirp_tracker.hpp>
-#include <resonid/online/lines/full_kalman_bank.hpp>
+#include <resonid/online/lines/detail/full_kalman_bank.hpp>
 #include <resonid/online/lines/kalman_bank.hpp>
 #include <resonid/online/lines/sliding_dft.hpp>
 #include <type_traits>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <array>
 #include <resonid/online/lines/chirp_tracker.hpp>
-#include <resonid/online/lines/full_kalman_bank.hpp>
+#include <resonid/online/lines/detail/full_kalman_bank.hpp>
 #include <resonid/online/lines/kalman_bank.hpp>
 #include <resonid/online/lines/line_bank.hpp>
 #include <resonid/online/lines/response_tracker.hpp>

@@ -323,7 +323,7 @@ TEST_F(Identify, NoiseIsNotTrusted) {
   const auto done = run("identify noise.csv --require-trusted --json o.json");
   EXPECT_EQ(done.exit_code, 3);
   EXPECT_NE(done.out.find("NOT trusted"), std::string::npos) << done.out;
-  EXPECT_NE(done.error.find("not to be trusted"), std::string::npos) << done.error;
+  EXPECT_NE(done.error.find("not reliable"), std::string::npos) << done.error;
   const auto result = json::parse(text("o.json"));
   EXPECT_FALSE(result.at("trusted").get<bool>());
   EXPECT_EQ(result.at("resonances"), json::array());

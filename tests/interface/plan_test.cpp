@@ -21,7 +21,7 @@ TEST_F(PlanVerb, WritesExcitationRehearsalPlanAndPage) {
                         "--type multisine --max-torque 1 --accuracy resonance=0.3%,phase_margin=0.2 "
                         "--out ru.csv --experiment e.toml --json plan.json --report plan.html");
   ASSERT_EQ(done.exit_code, 0) << done.error;
-  EXPECT_NE(done.out.find("All wishes are met by a multisine"), std::string::npos) << done.out;
+  EXPECT_NE(done.out.find("All accuracy targets are met by a multisine"), std::string::npos) << done.out;
   EXPECT_NE(text("plan.html").find("Predicted error bars"), std::string::npos);
   const auto plan = json::parse(text("plan.json"));
   EXPECT_EQ(plan.at("schema"), "resonid.plan/1");
@@ -53,7 +53,7 @@ TEST_F(PlanVerb, WritesExcitationRehearsalPlanAndPage) {
     EXPECT_NEAR(stiffness.at("std").get<double>() / told, 1.0, 0.15);
     EXPECT_NEAR(stiffness.at("value").get<double>(), 143.75, 4.0 * told);
   }
-  // The result is the next plan's rough model.
+  // The result is the next plan's nominal model.
   const auto next =
       run("plan --model result.json --controller pi:1.036,0.147 --max-torque 1 "
           "--spread 0 --period 1 --type chirp --accuracy resonance=0.5% --json -");

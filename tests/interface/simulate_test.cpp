@@ -36,9 +36,13 @@ class Simulate : public test::ProgramTest {
 
 TEST_F(Simulate, DemoWritesRecordTruthAndSummary) {
   write_demo();
-  const auto done = run("simulate e.toml --out r.csv --truth t.json --json s.json");
+  const auto done = run("simulate e.toml --out r.csv --truth t.json --json s.json --report p.html");
   ASSERT_EQ(done.exit_code, 0) << done.error;
   EXPECT_NE(done.out.find("resonance 15.09 Hz"), std::string::npos) << done.out;
+  const auto page = text("p.html");
+  for (const char* part : {"Two-mass drive, simulated", "resonid simulate e.toml", "15.09", "phase margin",
+                           "Magnitude", "Excitation", "Output"})
+    EXPECT_NE(page.find(part), std::string::npos) << part;
   const auto table = io::read_csv(path("r.csv"));
   ASSERT_TRUE(table.has_value());
   EXPECT_EQ(table->names, (std::vector<std::string>{"time_s", "ru", "u", "y", "r"}));

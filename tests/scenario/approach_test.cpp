@@ -204,7 +204,7 @@ TEST(LoopEvidence, MirroredAndExchangedSignalsAreNamed) {
     const auto* finding = test::finding(result, "reversed");
     return finding == nullptr ? std::string() : finding->meaning;
   };
-  EXPECT_NE(text(mirrored).find("mirrored"), std::string::npos);
+  EXPECT_NE(text(mirrored).find("sign of the encoder or of the torque is reversed"), std::string::npos);
   EXPECT_NE(text(exchanged).find("exchanged"), std::string::npos);
 }
 

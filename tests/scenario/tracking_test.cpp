@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstring>
 #include <ostream>
@@ -9,6 +10,7 @@
 #include <resonid/identification/track.hpp>
 #include <resonid/io/shipped_experiments.hpp>
 #include <resonid/plant/detail/white_noise.hpp>
+#include <utility>
 
 #include "experiments.hpp"
 #include "track_errors.hpp"
@@ -23,6 +25,19 @@ using identification::TrackOptions;
 using test::errors_of;
 using test::tracked;
 using test::TrackErrors;
+
+auto findings_of(const Track& track, const char* id) {
+  return std::count_if(track.findings.begin(), track.findings.end(),
+                       [id](const auto& f) { return f.id == id; });
+}
+
+void expect_right(const test::LoopTruth::Errors& errors, double least_rows) {
+  constexpr std::array<double, 5> kMost = {0.004, 0.02, 1.5, 0.03, 0.03};
+  for (std::size_t i = 0; i < kMost.size(); ++i) {
+    EXPECT_GT(errors[i].rows, least_rows) << test::LoopTruth::kNames[i];
+    EXPECT_LT(errors[i].rms(), kMost[i]) << test::LoopTruth::kNames[i];
+  }
+}
 
 class ToothBelt : public ::testing::TestWithParam<const char*> {};
 
@@ -165,42 +180,177 @@ TEST(Tracking, MarginsAreThoseOfTheLoopThatRuns) {
     const auto simulation = test::simulated(config);
     auto options = test::known_to_track(config);
     options.every = 5;
+    options.baseline = truth.baseline();
     const Track track = tracked(simulation.record, options);
     EXPECT_TRUE(track.trusted) << seed;
-    const auto [crossover, phase, modulus] = test::margin_errors(track, truth);
-    EXPECT_GT(crossover.rows, 900U);
-    EXPECT_LT(crossover.rms, 0.02) << seed;
-    EXPECT_LT(phase.rms, 1.5) << seed;
-    EXPECT_LT(modulus.rms, 0.03) << seed;
+    expect_right(truth.errors_of(track), 900.0);
 
     options.common.controller =
         data::pi_controller(config.controller.gain, config.controller.integral_time_s, 0.004);
     const Track told_wrong = tracked(simulation.record, options);
     EXPECT_FALSE(told_wrong.trusted);
-    EXPECT_EQ(std::count_if(told_wrong.findings.begin(), told_wrong.findings.end(),
-                            [](const auto& f) { return f.id == "controller-differs"; }),
-              1)
-        << seed;
-    EXPECT_GT(test::margin_errors(told_wrong, truth)[1].rms, 5.0) << seed;
+    EXPECT_EQ(findings_of(told_wrong, "controller-differs"), 1) << seed;
+    EXPECT_GT(truth.errors_of(told_wrong)[2].rms(), 5.0) << seed;
   }
 }
 
-// A stiffness that falls by a tenth at once is found, one that stays is not.
-TEST(Tracking, AChangeOfTheWatchedFigureIsFound) {
-  auto config = io::shipped_experiment("belt_loosens");
+// The first half second of this record shows a viscous friction that is not there. Taken for known, it would
+// turn the phase by eight standard deviations; it is estimated on.
+TEST(Tracking, FrictionThatTheStartFoundIsNotHeld) {
+  auto config = io::shipped_experiment("ii_iii_tooth_prbs_2ms");
+  config.run.seed = 1011;
+  const test::LoopTruth truth(config);
   const auto simulation = test::simulated(config);
   auto options = test::known_to_track(config);
-  options.change_of = identification::TrackFigure::resonance;
-  options.every = 5;
+  options.every = 50;
+  options.baseline = truth.baseline();
   const Track track = tracked(simulation.record, options);
-  ASSERT_TRUE(track.change);
-  EXPECT_LT(track.change->size, 0.0);
-  const auto& changed = track.find("changed")->value;
-  EXPECT_EQ(changed.front(), 0.0);
-  EXPECT_EQ(changed.back(), 1.0);
-  EXPECT_EQ(std::count_if(track.findings.begin(), track.findings.end(),
-                          [](const auto& f) { return f.id == "changed"; }),
-            1);
+  ASSERT_NE(track.find("viscous_friction"), nullptr);
+  EXPECT_LT(truth.errors_of(track)[2].normalised(), 4.0);
+  options.common.friction = identification::Friction::none;
+  EXPECT_EQ(tracked(simulation.record, options).find("viscous_friction"), nullptr);
+}
+
+// A load that nobody knows of and a stiffness that is a tenth off; over many seeds: tests/statistics.
+TEST_P(ToothBelt, MarginsAndGapAreRightUnderAnUnknownLoad) {
+  auto config = io::shipped_experiment(GetParam());
+  config.disturbance.load_torque = 0.5;
+  config.run.seed = 3;
+  const test::LoopTruth truth(config);
+  const auto simulation = test::simulated(config);
+  auto options = test::known_to_track(config);
+  options.every = 10;
+  options.start = test::tooth_belt_start(config, 1.1);
+  options.baseline = truth.baseline();
+  for (const auto& [method, most] :
+       {std::pair{TrackMethod::physical, 0.0020}, std::pair{TrackMethod::instrumental_variables, 0.0035},
+        std::pair{TrackMethod::damped_closed_loop_output_error, 0.0040}}) {
+    options.method = method;
+    const Track track = tracked(simulation.record, options);
+    SCOPED_TRACE(track.method);
+    EXPECT_TRUE(track.trusted);
+    const auto errors = truth.errors_of(track);
+    expect_right(errors, 0.95 * static_cast<double>(track.rows));
+    EXPECT_LT(errors[0].rms(), most);
+  }
+}
+
+// A stiffness that falls is found, one that stays is not.
+TEST(Tracking, AChangeOfTheWatchedFigureIsFound) {
+  auto config = io::shipped_experiment("belt_loosens");
+  for (const bool loosens : {true, false}) {
+    if (!loosens) config.disturbance.loosening = 0.0;
+    const auto simulation = test::simulated(config);
+    auto options = test::known_to_track(config);
+    options.every = 5;
+    for (const auto figure : {online::AxisFigure::resonance, online::AxisFigure::modulus_margin}) {
+      options.change_of = figure;
+      const Track track = tracked(simulation.record, options);
+      EXPECT_TRUE(track.trusted);
+      ASSERT_EQ(track.change.has_value(), loosens);
+      const bool falls = loosens && figure == online::AxisFigure::resonance;
+      EXPECT_TRUE(!falls || track.change->size < 0.0);
+      const auto& changed = track.find("changed")->value;
+      EXPECT_EQ(changed.front(), 0.0);
+      EXPECT_EQ(changed.back(), loosens ? 1.0 : 0.0);
+      EXPECT_EQ(std::count(changed.begin(), changed.end(), 1.0) > 0, loosens);
+      EXPECT_EQ(findings_of(track, "changed"), loosens ? 1 : 0);
+    }
+  }
+}
+
+// On a machine that turns back and forth. The equations of arx and iv have no viscous friction: dry friction
+// would bear a part of it. Within what sticking at the turns (2 %), a memory of 4 s (5 %) and, with arx,
+// noise (15 %) make of it.
+TEST(Tracking, FrictionIsEstimated) {
+  struct Case {
+    TrackMethod method;
+    identification::Friction friction;
+    double viscous, memory_s, most;
+  };
+  auto config = io::shipped_experiment("friction_reversal");
+  config.friction = {};
+  config.friction.driven.coulomb = 0.3;
+  config.measurement = {};
+  config.measurement.delay_s = 0.002;
+  config.measurement.noise_rms = 0.02;
+  using identification::Friction;
+  for (const Case& c : {Case{TrackMethod::physical, Friction::both, 0.03, 0.0, 0.02},
+                        Case{TrackMethod::instrumental_variables, Friction::dry, 0.0, 4.0, 0.05},
+                        Case{TrackMethod::arx, Friction::dry, 0.0, 4.0, 0.15}}) {
+    config.drive.viscous_friction = c.viscous;
+    const auto simulation = test::simulated(config);
+    auto options = test::known_to_track(config);
+    options.method = c.method;
+    options.memory_s = c.memory_s;
+    options.every = 50;
+    options.common.friction = c.friction;
+    options.start = fit::DriveModel{};
+    options.start->parameters = *simulation.truth.two_mass;
+    options.start->parameters.viscous_friction = 0.0;
+    const Track track = tracked(simulation.record, options);
+    SCOPED_TRACE(track.method);
+    EXPECT_NEAR(track.find("coulomb_friction")->value.back() / 0.3, 1.0, c.most);
+    if (c.viscous > 0.0) {
+      EXPECT_NEAR(track.find("viscous_friction")->value.back() / c.viscous, 1.0, 0.03);
+    }
+  }
+}
+
+// Samples that keep their weight make a machine that stays known better, and one that moves known wrongly.
+TEST(Tracking, ForgettingDecidesBetweenPrecisionAndFollowing) {
+  using online::Forgetting;
+  auto config = io::shipped_experiment("ii_iii_tooth_prbs");
+  for (const bool moves : {true, false}) {
+    if (!moves) config.motion.kind = plant::MotionKind::standstill;
+    const auto simulation = test::simulated(config);
+    auto options = test::known_to_track(config);
+    options.method = TrackMethod::damped_closed_loop_output_error;
+    options.every = 10;
+    double constant_std = 0.0;
+    for (const auto forgetting :
+         {Forgetting::constant, Forgetting::variable, Forgetting::directional, Forgetting::none}) {
+      options.forgetting = forgetting;
+      const Track track = tracked(simulation.record, options);
+      SCOPED_TRACE(static_cast<int>(forgetting));
+      const auto errors = errors_of(track, *simulation.truth.over_time, 10.0);
+      const double std = track.find("resonance_hz")->std.back();
+      if (forgetting == Forgetting::constant) constant_std = std;
+      const bool keeps = forgetting == Forgetting::none;
+      if (moves && keeps) {
+        EXPECT_GT(errors.rms, 0.1);
+      } else if (!moves || forgetting != Forgetting::directional) {  // which lags behind such a cart
+        EXPECT_LT(errors.rms, 0.004);
+      }
+      if (!moves && keeps) {
+        EXPECT_LT(std, 0.3 * constant_std);
+      }
+    }
+  }
+}
+
+// From two memories to the newest sample: where one memory lags, two hardly do, and pay with variance.
+TEST(Tracking, ExtrapolationTakesTheLagOut) {
+  const auto config = io::shipped_experiment("ii_iii_tooth_prbs");
+  const auto simulation = test::simulated(config);
+  auto options = test::known_to_track(config);
+  options.method = TrackMethod::instrumental_variables;
+  options.memory_s = 0.4;
+  options.every = 5;
+  const auto newest_and_described = [&] {
+    options.raw_time = true;
+    const Track newest = tracked(simulation.record, options);
+    options.raw_time = false;
+    const Track described = tracked(simulation.record, options);
+    return std::array{errors_of(newest, *simulation.truth.over_time, 4.0).rms,
+                      errors_of(described, *simulation.truth.over_time, 4.0).rms, described.lag_s.back()};
+  };
+  const auto [plain, plain_described, lag] = newest_and_described();
+  options.extrapolate = true;
+  const auto [extrapolated, extrapolated_described, rest] = newest_and_described();
+  EXPECT_LT(rest, 0.25 * lag);
+  EXPECT_LT(extrapolated, 0.5 * plain);
+  EXPECT_LT(extrapolated_described, 1.5 * std::sqrt(1.8) * plain_described);
 }
 
 using Row = std::vector<double>;
@@ -232,9 +382,10 @@ struct CausalCase {
   const char* experiment;
   TrackMethod method;
   double duration_s;
-  bool chirp = false;  // told
+  const char* also = "";
+  void (*tell)(TrackOptions&) = nullptr;
   friend std::ostream& operator<<(std::ostream& out, const CausalCase& c) {
-    return out << c.experiment << ", " << name_of(c.method) << (c.chirp ? ", told of the chirp" : "");
+    return out << c.experiment << ", " << name_of(c.method) << ' ' << c.also;
   }
 };
 
@@ -247,8 +398,7 @@ class Causal : public ::testing::TestWithParam<CausalCase> {
     simulation_ = test::simulated(config);
     options_ = test::known_to_track(config);
     options_.method = c.method;
-    const auto& e = config.excitation;
-    if (c.chirp) options_.common.chirp = online::SweepLaw{e.from_hz, e.to_hz, e.duration_s};
+    if (c.tell != nullptr) c.tell(options_);
   }
   plant::Simulation simulation_;
   TrackOptions options_;
@@ -293,8 +443,37 @@ INSTANTIATE_TEST_SUITE_P(
                       CausalCase{"ii_iii_tooth_prbs", TrackMethod::prediction_error, 4.0},
                       CausalCase{"v_tooth_multisine", TrackMethod::kalman, 6.0},
                       CausalCase{"v_tooth_multisine", TrackMethod::sliding_dft, 6.0},
-                      CausalCase{"vi_chirp_a", TrackMethod::kalman, 17.0, true},
+                      CausalCase{"vi_chirp_a", TrackMethod::kalman, 17.0, "told of the chirp",
+                                 [](TrackOptions& o) {
+                                   o.common.chirp = online::SweepLaw{35.0, 1.5, 17.0};
+                                 }},
                       CausalCase{"vi_chirp_a", TrackMethod::kalman, 17.0}));
+
+INSTANTIATE_TEST_SUITE_P(
+    Options, Causal,
+    ::testing::Values(
+        CausalCase{"ii_iii_tooth_prbs", TrackMethod::instrumental_variables, 4.0, "extrapolated",
+                   [](TrackOptions& o) { o.extrapolate = true; }},
+        CausalCase{"ii_iii_tooth_prbs", TrackMethod::damped_closed_loop_output_error, 4.0,
+                   "forgets by direction, short memory",
+                   [](TrackOptions& o) {
+                     o.forgetting = online::Forgetting::directional;
+                     o.memory_s = 0.2;
+                   }},
+        CausalCase{"ii_iii_tooth_prbs", TrackMethod::prediction_error, 4.0, "forgets by the residual",
+                   [](TrackOptions& o) { o.forgetting = online::Forgetting::variable; }},
+        CausalCase{"ii_iii_tooth_prbs", TrackMethod::physical, 4.0, "friction, drift told, gap",
+                   [](TrackOptions& o) {
+                     o.common.friction = identification::Friction::both;
+                     o.drift_per_s = 0.1;
+                     o.baseline = test::LoopTruth(io::shipped_experiment("ii_iii_tooth_prbs")).baseline();
+                   }},
+        CausalCase{"ii_iii_tooth_prbs", TrackMethod::arx, 4.0, "dry friction",
+                   [](TrackOptions& o) { o.common.friction = identification::Friction::dry; }},
+        CausalCase{"belt_loosens", TrackMethod::physical, 14.0, "watches for a change", [](TrackOptions& o) {
+                     o.change_of = online::AxisFigure::phase_margin;
+                     o.false_alarm_interval_s = 60.0;
+                   }}));
 
 TEST(Tracking, TheWholeRecordIsLearnedFromOnlyWhenAsked) {
   auto config = io::shipped_experiment("ii_iii_tooth_prbs");
@@ -310,9 +489,7 @@ TEST(Tracking, TheWholeRecordIsLearnedFromOnlyWhenAsked) {
   EXPECT_EQ(whole.rows, 1000U);
   EXPECT_EQ(whole.learned_s, 4.0);
   EXPECT_EQ(whole.start, "the whole record");
-  EXPECT_EQ(std::count_if(whole.findings.begin(), whole.findings.end(),
-                          [](const auto& f) { return f.id == "whole-record"; }),
-            1);
+  EXPECT_EQ(findings_of(whole, "whole-record"), 1);
 }
 
 // Rows may be too many to be kept: every one is handed out, a few are kept.

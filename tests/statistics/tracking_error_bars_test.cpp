@@ -2,7 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <resonid/online/lines/chirp_tracker.hpp>
-#include <resonid/online/lines/full_kalman_bank.hpp>
+#include <resonid/online/lines/detail/full_kalman_bank.hpp>
 #include <resonid/online/lines/sliding_dft.hpp>
 #include <string>
 

@@ -88,7 +88,8 @@ Eigen::MatrixXd bound_of_logarithms(const plant::ExperimentConfig& c, const data
   return variance * gradient * inverse.topLeftCorner(4, 4) * gradient.transpose();
 }
 
-Eigen::Matrix4d information_of_logarithms(const plant::ExperimentConfig& c, const data::Record& record) {
+Eigen::Matrix4d fisher_information_of_logarithms(const plant::ExperimentConfig& c,
+                                                 const data::Record& record) {
   const Eigen::MatrixXd slopes = output_slopes(c, record);
   const Eigen::MatrixXd nuisance = slopes.rightCols(slopes.cols() - 4), own = slopes.leftCols(4);
   const Eigen::MatrixXd left = own - nuisance * (linalg::pseudo_inverse(nuisance).matrix * own);

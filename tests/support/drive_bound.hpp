@@ -34,7 +34,8 @@ Eigen::MatrixXd bound_of_logarithms(const plant::ExperimentConfig& c, const data
 
 /// Fisher information of the logarithms of the four parameters, load torque and state at the start unknown:
 /// that of records adds up.
-Eigen::Matrix4d information_of_logarithms(const plant::ExperimentConfig& c, const data::Record& record);
+Eigen::Matrix4d fisher_information_of_logarithms(const plant::ExperimentConfig& c,
+                                                 const data::Record& record);
 
 /// Errors and intervals of the figures over seeds.
 struct Efficiency {

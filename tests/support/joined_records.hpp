@@ -35,11 +35,11 @@ struct JoinedRecords {
   [[nodiscard]] Eigen::Matrix4d bound() const {
     Eigen::Matrix4d information = Eigen::Matrix4d::Zero();
     for (std::size_t i = 0; i < records.size(); ++i)
-      information += information_of_logarithms(experiments[i], records[i]);
+      information += fisher_information_of_logarithms(experiments[i], records[i]);
     return information.inverse();
   }
   [[nodiscard]] Eigen::Matrix4d bound_of(std::size_t i) const {
-    return information_of_logarithms(experiments[i], records[i]).inverse();
+    return fisher_information_of_logarithms(experiments[i], records[i]).inverse();
   }
 };
 

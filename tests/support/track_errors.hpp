@@ -4,13 +4,16 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <complex>
 #include <resonid/base/error_text.hpp>
 #include <resonid/data/transfer_function.hpp>
 #include <resonid/diagnostics/margins.hpp>
 #include <resonid/identification/track.hpp>
+#include <resonid/online/supervision/detail/loop_errors.hpp>
 #include <resonid/plant/detail/controller.hpp>
 #include <resonid/plant/experiment.hpp>
 #include <stdexcept>
+#include <string>
 #include <vector>
 
 namespace resonid::test {
@@ -25,12 +28,12 @@ inline identification::Track tracked(const data::Record& record,
 /// Relative errors of the resonance at the described times from `from_s` on.
 struct TrackErrors {
   double rms = 0.0, greatest = 0.0;
+  std::size_t rows = 0;
 };
 inline TrackErrors errors_of(const identification::Track& track, const plant::OverTime& truth,
                              double from_s) {
   const auto& resonance = track.find("resonance_hz")->value;
   double squares = 0.0;
-  std::size_t count = 0;
   TrackErrors e;
   for (std::size_t i = 0; i < resonance.size(); ++i) {
     const double t = track.time_s[i];
@@ -44,9 +47,9 @@ inline TrackErrors errors_of(const identification::Track& track, const plant::Ov
     const double error = std::isfinite(resonance[i]) ? resonance[i] / true_hz - 1.0 : 1.0;
     squares += error * error;
     e.greatest = std::max(e.greatest, std::abs(error));
-    ++count;
+    ++e.rows;
   }
-  e.rms = std::sqrt(squares / static_cast<double>(count));
+  e.rms = std::sqrt(squares / static_cast<double>(e.rows));
   return e;
 }
 
@@ -92,66 +95,88 @@ inline identification::TrackOptions known_to_track(const plant::ExperimentConfig
   return o;
 }
 
-/// Crossover, phase and modulus margin of the loop that runs, over the place of a tooth belt's cart: those of
-/// the simulator's own loop at standstill, every 3 cm, in between by a parabola through three places.
+/// A figure's errors over trusted rows, and over their standard deviations.
+struct FigureErrors {
+  double squares = 0.0, normalised_squares = 0.0, rows = 0.0;
+  void add(double error, double std) {
+    squares += error * error;
+    normalised_squares += error * error / (std * std);
+    rows += 1.0;
+  }
+  [[nodiscard]] double rms() const { return std::sqrt(squares / rows); }
+  [[nodiscard]] double normalised() const { return normalised_squares / rows; }
+};
+
+/// Figures of the loop that runs, over the place of a tooth belt's cart: those of the simulator's own loop at
+/// standstill, every 3 cm, in between by a parabola through three places. The gap is to where the cart
+/// starts.
 class LoopTruth {
  public:
-  static constexpr std::array<const char*, 3> kNames = {"crossover_hz", "phase_margin_deg", "modulus_margin"};
+  static constexpr std::array<const char*, 5> kNames = {"resonance_hz", "crossover_hz", "phase_margin_deg",
+                                                        "modulus_margin", "gap"};
+  static constexpr std::array<bool, 5> kRelative = {true, true, false, false, false};
+  using Errors = std::array<FigureErrors, kNames.size()>;
 
-  explicit LoopTruth(plant::ExperimentConfig config) {
+  explicit LoopTruth(plant::ExperimentConfig config) : first_(config.motion.from) {
+    const double rate = config.run.sample_rate_hz;
     config.run.duration_s = 0.5;
     config.motion = {};
     config.motion.kind = plant::MotionKind::standstill;
     config.excitation = {};
+    std::vector<double> grid;  // on which the baseline is known
+    for (int i = 0; i < 1000; ++i) grid.push_back(0.499 * rate * std::pow(1e3, i / 999.0 - 1.0));
+    std::vector<std::complex<double>> first;
     for (std::size_t i = 0; i < kPlaces; ++i) {
-      config.motion.from = kFirst + kStep * static_cast<double>(i);
-      const auto simulation = plant::simulate_closed_loop(config);
+      config.motion.from = first_ + kStep * static_cast<double>(i);
+      const auto simulation = plant::simulate_closed_loop(config, grid);
       if (!simulation) throw std::runtime_error(message_of(simulation.error()));
-      const auto m = diagnostics::loop_margins(simulation->truth.loop);
-      at_.push_back({m.crossover_hz().value(), m.phase_margin_deg().value(), m.modulus_margin});
+      const auto& truth = simulation->truth;
+      if (i == 0) {
+        first = truth.loop.value;
+        baseline_.response.frequency_hz = truth.response.frequency_hz;
+        baseline_.response.value = truth.response.value;
+        baseline_.units.response = "(rad/s)/Nm";
+      }
+      double gap = 0.0;
+      for (std::size_t k = 0; k < first.size(); ++k)
+        gap = std::max(gap, online::chordal(truth.loop.value[k], first[k]));
+      const auto m = diagnostics::loop_margins(truth.loop);
+      at_.push_back({truth.resonances[0].frequency_hz, m.crossover_hz().value(), m.phase_margin_deg().value(),
+                     m.modulus_margin, gap});
     }
   }
+  /// Response of the machine with its cart where it starts.
+  [[nodiscard]] const identification::Result& baseline() const { return baseline_; }
   [[nodiscard]] double at(std::size_t figure, double place) const {
-    const double x = std::clamp((place - kFirst) / kStep, 0.0, static_cast<double>(at_.size() - 1));
+    const double x = std::clamp((place - first_) / kStep, 0.0, static_cast<double>(at_.size() - 1));
     const auto i = std::clamp<std::size_t>(static_cast<std::size_t>(std::lround(x)), 1, at_.size() - 2);
     const double t = x - static_cast<double>(i);
     const double before = at_[i - 1][figure], here = at_[i][figure], after = at_[i + 1][figure];
     return here + 0.5 * t * (after - before) + 0.5 * t * t * (after - 2.0 * here + before);
   }
+  /// Adds those of a track's trusted rows; the baseline must have been told.
+  void add_errors(const identification::Track& track, Errors& errors) const {
+    for (std::size_t figure = 0; figure < kNames.size(); ++figure) {
+      const auto& series = *track.find(kNames[figure]);
+      for (std::size_t i = 0; i < series.value.size(); ++i) {
+        if (!track.trusted_rows[i]) continue;
+        const double right = at(figure, track.position_m[i]), unit = kRelative[figure] ? right : 1.0;
+        errors[figure].add((series.value[i] - right) / unit, series.std[i] / unit);
+      }
+    }
+  }
+  [[nodiscard]] Errors errors_of(const identification::Track& track) const {
+    Errors errors;
+    add_errors(track, errors);
+    return errors;
+  }
 
  private:
-  static constexpr double kFirst = 0.39, kStep = 0.031;
-  static constexpr std::size_t kPlaces = 41;  // up to 1.63 m
-  std::vector<std::array<double, 3>> at_;
+  static constexpr double kStep = 0.03;
+  static constexpr std::size_t kPlaces = 42;  // up to 1.63 m
+  double first_;
+  identification::Result baseline_;
+  std::vector<std::array<double, kNames.size()>> at_;
 };
-
-/// Of one margin over the trusted rows: rms error in its unit (the crossover's over its value), mean of its
-/// squared error over its stated variance, and how many rows there were.
-struct MarginError {
-  double rms = 0.0, normalised = 0.0;
-  std::size_t rows = 0;
-};
-inline std::array<MarginError, 3> margin_errors(const identification::Track& track, const LoopTruth& truth) {
-  std::array<MarginError, 3> errors;
-  for (std::size_t figure = 0; figure < errors.size(); ++figure) {
-    const auto& series = *track.find(LoopTruth::kNames[figure]);
-    MarginError& e = errors[figure];
-    for (std::size_t i = 0; i < series.value.size(); ++i) {
-      if (!track.trusted_rows[i]) continue;
-      const double right = truth.at(figure, track.position_m[i]);
-      const double off = series.value[i] - right;
-      const double part = figure == 0 ? off / right : off;
-      e.rms += part * part;
-      if (!series.std.empty()) {
-        const double z = off / series.std[i];
-        e.normalised += z * z;
-      }
-      ++e.rows;
-    }
-    e.rms = std::sqrt(e.rms / static_cast<double>(e.rows));
-    e.normalised /= static_cast<double>(e.rows);
-  }
-  return errors;
-}
 
 }  // namespace resonid::test

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 /// C interface of resonid (C99): identification of resonating mechanical systems in electric drives.
 ///
-/// Every kind of generator, estimator and supervisor (RESONID_PRBS ... in types.h) has one life cycle:
+/// Every kind of generator, estimator and supervisor (RESONID_PRBS ... in detail/types.h) has one life cycle:
 ///
 ///   resonid_FAMILY_settings     beginning with their size and kind: callers that were compiled against an
 ///                               older, shorter struct go on working
@@ -28,11 +28,11 @@
 #ifndef RESONID_C_RESONID_H
 #define RESONID_C_RESONID_H
 
-#include <resonid/c/axis.h>
-#include <resonid/c/excitation.h>
-#include <resonid/c/lines.h>
-#include <resonid/c/models.h>
-#include <resonid/c/supervision.h>
-#include <resonid/c/types.h>
+#include <resonid/c/detail/axis.h>
+#include <resonid/c/detail/excitation.h>
+#include <resonid/c/detail/lines.h>
+#include <resonid/c/detail/models.h>
+#include <resonid/c/detail/supervision.h>
+#include <resonid/c/detail/types.h>
 
 #endif

@@ -11,7 +11,7 @@ namespace resonid::diagnostics {
 enum class Severity {
   info,     ///< Worth knowing.
   warning,  ///< Part of the result is weak; the rest stands.
-  error,    ///< The result is not to be trusted.
+  error,    ///< The result is not reliable.
 };
 inline constexpr EnumName<Severity> kSeverityNames[] = {
     {Severity::info, "info"}, {Severity::warning, "warning"}, {Severity::error, "error"}};
@@ -24,7 +24,7 @@ struct Finding {
   std::string id;  ///< Stable name: "low-coherence".
   Severity severity = Severity::info;
   std::optional<double> value;      ///< What was measured.
-  std::optional<double> threshold;  ///< What it was held against.
+  std::optional<double> threshold;  ///< Value that it is compared with.
   std::string meaning;              ///< One or two sentences for a drive engineer.
 };
 

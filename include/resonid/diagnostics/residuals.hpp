@@ -27,8 +27,8 @@ struct ResidualTest {
   std::size_t samples = 0;
   std::size_t max_lag = 0;      ///< M
   std::size_t judged_lags = 0;  ///< From lag 1 on.
-  double mean = 0.0;            ///< Of the residual.
-  double rms = 0.0;             ///< Of the residual, mean removed.
+  double mean = 0.0;            ///< Mean of the residual.
+  double rms = 0.0;             ///< Rms of the residual, mean removed.
   double snr_db = 0.0;          ///< Simulated output over residual, in power.
   /// 2.17/sqrt(N): exceeded by 3 % of the lags of a residual that is independent of the signal. Where the
   /// signal-to-noise ratio is high even the true model fails it, by what it leaves unsaid (a stiffness that

@@ -31,13 +31,14 @@ struct BlackBoxRealisation {
   Eigen::VectorXd output;  ///< c
   Eigen::VectorXd taps;    ///< h
   bool integrator = false;
-  Eigen::MatrixXd covariance;  ///< Of [alpha, c, h]: G is divided by 1 + sum alpha_i F_i; alpha is zero here.
+  /// Covariance of [alpha, c, h]; alpha, 0 here, divides G by 1 + sum alpha_i F_i.
+  Eigen::MatrixXd covariance;
 
   [[nodiscard]] bool present() const noexcept { return output.size() + taps.size() > 0; }
 };
 
 struct BlackBoxConfig {
-  int order = 3;                  ///< Of A and B, 1 ... 20.
+  int order = 3;                  ///< Order of A and B, 1 ... 20.
   std::size_t delay_samples = 0;  ///< Whole samples in front of b1 (of b0 with a direct term).
   /// Estimate b0 too. With d = delay_samples > 0 it stands for a delay of a fraction of a sample, anything
   /// from d - 1 to d samples; without delay a sampled drive has none.
@@ -62,7 +63,7 @@ struct BlackBoxModel {
   data::TransferFunction transfer_function;
   std::size_t delay_samples = 0;
   double known_delay_s = 0.0;
-  Eigen::MatrixXd covariance;  ///< Of [b0, b1, ..., a1, a2, ...]; rows of what is not estimated are zero.
+  Eigen::MatrixXd covariance;  ///< Covariance of [b0, b1, ..., a1, a2, ...]; 0 for what is not estimated.
   BlackBoxRealisation realisation;  ///< What response, poles and zeros are computed from, if it is present.
 
   /// Without the known delay, a further one is in it; with total standard deviation.
@@ -101,9 +102,9 @@ struct BlackBoxFit {
   double fit_percent = 0.0;  ///< 100 (1 - |y - yh|/|y - mean y|), of the simulation.
   NoiseModel noise;
   double bic = 0.0;  ///< Bayesian information criterion; comparable on the same record.
-  /// [sample of the record] One-step-ahead errors of the samples held back; NaN elsewhere. Empty without any.
+  /// [sample of the record] One-step-ahead errors of the hold-out samples; NaN elsewhere. Empty without any.
   std::vector<double> holdout;
-  double holdout_fit_percent = 0.0;  ///< fit_percent of the samples held back.
+  double holdout_fit_percent = 0.0;  ///< fit_percent of the hold-out samples.
 };
 
 /// Prediction-error fit of an output-error model of any order, y = q^-d B/A u + noise (METHOD 8.4).

@@ -50,7 +50,7 @@ using ParameterCovariance = Eigen::Matrix<double, kParameterCount, kParameterCou
 
 /// "rigid", "two-mass", "three-mass"
 [[nodiscard]] std::string_view name_of(Structure structure) noexcept;
-/// Of the sampled model: 1, 3, 5.
+/// Order of the sampled model: 1, 3, 5.
 [[nodiscard]] int order_of(Structure structure) noexcept;
 /// Whether a drive of this structure has the inertia, stiffness or damping at all; always > 0 in a model.
 [[nodiscard]] bool has_parameter(Structure structure, int parameter) noexcept;
@@ -66,8 +66,8 @@ struct DriveModel {
   double known_delay_s = 0.0;            ///< In the measured output and taken out of its response.
   double sample_time_s = 0.0;
   ParameterMask estimated{};
-  ParameterCovariance covariance =
-      ParameterCovariance::Zero();  ///< Of the parameters themselves, not logarithms.
+  /// Covariance of the parameters themselves, not logarithms.
+  ParameterCovariance covariance = ParameterCovariance::Zero();
 
   [[nodiscard]] double value(Parameter parameter) const;
   [[nodiscard]] data::Estimate estimate(Parameter parameter) const;

@@ -31,13 +31,13 @@ struct OutputErrorConfig {
       false;  ///< Estimate initial state and offset only: simulate a given model on the record.
   Predictor predictor = Predictor::open_loop;
   std::optional<data::TransferFunction> controller;  ///< From velocity error to torque; closed_loop needs it.
-  bool consistency = true;  ///< Of several records: fit each alone too, and test whether they agree.
+  bool consistency = true;  ///< Several records: fit each alone too, and test whether they agree.
 };
 
-/// What the samples that were held back say of a fit to the others.
+/// What the hold-out samples say of a fit to the others.
 struct HoldoutFit {
   std::size_t samples = 0;
-  double fit_percent = 0.0;  ///< Of the simulation there.
+  double fit_percent = 0.0;  ///< Fit of the simulation there.
   double score = 0.0;        ///< N ln(mean square) of what the noise model leaves there, smaller is better.
 };
 
@@ -53,7 +53,7 @@ struct OutputErrorFit {
   std::vector<double> residual;  ///< [sample] output minus simulated output, from first_sample on.
   std::size_t first_sample = 0;
   double fit_percent = 0.0;  ///< 100 (1 - |y - yh| / |y - mean y|), of the simulation, not one step ahead.
-  NoiseModel noise;          ///< Of the residual.
+  NoiseModel noise;          ///< Model of the residual.
   std::optional<HoldoutFit> holdout;
   double bic = 0.0;  ///< Bayesian information criterion; comparable on the same record.
 };
@@ -76,8 +76,8 @@ struct OutputErrorFit {
 /// in its own covariance, are chi-square distributed when they do.
 struct Consistency {
   double chi_square = 0.0;
-  int degrees = 0;           ///< Of freedom; of all records: (records - 1) times estimated parameters.
-  double probability = 1.0;  ///< Of so large a value among records of one drive.
+  int degrees = 0;  ///< Degrees of freedom; of all records: (records - 1) times estimated parameters.
+  double probability = 1.0;  ///< Probability of so large a value among records of one drive.
 };
 
 struct JointOutputErrorFit {

@@ -20,7 +20,7 @@ enum class Weighting {
 
 struct ResponseFitConfig {
   Structure structure = Structure::two_mass;
-  double sample_time_s = 0.0;  ///< Of the record that the response comes from, > 0.
+  double sample_time_s = 0.0;  ///< Sample time of the record that the response comes from, > 0.
   double known_delay_s =
       0.0;  ///< What was taken out of the response, >= 0; its fraction of a sample matters.
   bool viscous_friction = false;  ///< Estimate friction on the driven side.

@@ -11,7 +11,7 @@
 namespace resonid::fit {
 
 struct SanathananKoernerConfig {
-  int order = 3;               ///< Of A and B, 1 ... 20.
+  int order = 3;               ///< Order of A and B, 1 ... 20.
   bool direct_term = false;    ///< Estimate b0 too; a sampled drive has none.
   bool integrator = false;     ///< Fix one pole at z = 1 (a free drive); it counts in the order.
   int iterations = 12;         ///< 1 is Levy's method.
@@ -20,7 +20,7 @@ struct SanathananKoernerConfig {
 
 struct RationalFit {
   data::TransferFunction transfer_function;
-  Eigen::MatrixXd covariance;  ///< Of [b..., a...] as estimated (the fixed integrator divided out of a).
+  Eigen::MatrixXd covariance;  ///< Covariance of [b..., a...] as estimated, a fixed integrator divided out.
   double misfit = 0.0;         ///< rms of |error|/std, or of |error| without standard deviations.
   bool stable = false;         ///< No pole outside the unit circle.
 };

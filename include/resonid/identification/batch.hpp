@@ -28,12 +28,12 @@ struct Spread {
     std::optional<double> std;
   };
   std::vector<Value> values;
-  double mean = 0.0;                  ///< Weighted by inverse variances where all are known, plain otherwise.
-  std::optional<double> std;          ///< Of the weighted mean.
-  double deviation = 0.0;             ///< Standard deviation over the records; 0 for one.
-  std::size_t degrees = 0;            ///< Of freedom: records less one; 0 where the error bars are not known.
+  double mean = 0.0;          ///< Weighted by inverse variances where all are known, plain otherwise.
+  std::optional<double> std;  ///< Standard deviation of the weighted mean.
+  double deviation = 0.0;     ///< Standard deviation over the records; 0 for one.
+  std::size_t degrees = 0;    ///< Degrees of freedom: records less one; 0 where the error bars are not known.
   std::optional<double> chi_square;   ///< sum ((x - mean)/std)^2
-  std::optional<double> probability;  ///< Of a scatter at least so large by the error bars alone.
+  std::optional<double> probability;  ///< Probability of a scatter at least so large by the error bars alone.
   bool agrees = true;                 ///< Judged over all figures together (Holm 1979).
 };
 
@@ -62,7 +62,7 @@ struct BatchTask {
 };
 
 /// Every record by identify(), in parallel. A record that cannot be read or identified does not stop the
-/// others. Figures of the same name are set side by side, with their scatter held against their error bars:
+/// others. Figures of the same name are set side by side, with their scatter compared with their error bars:
 ///
 ///   mean = sum(x/s^2)/sum(1/s^2),   chi2 = sum ((x - mean)/s)^2 ~ chi2(n - 1)
 [[nodiscard]] Batch identify_batch(const BatchTask& task);

@@ -15,7 +15,8 @@ struct CompareOptions {
   /// What both responses are multiplied by before their distance is taken, usually the controller: distances
   /// depend on the unit of G. Absent: as they are.
   std::optional<data::TransferFunction> weight;
-  double confidence = 0.95;  ///< Of the verdict on all differences together, and of the ranges shown.
+  /// Confidence of the verdict on all differences together, and of the ranges shown.
+  double confidence = 0.95;
 };
 
 /// One quantity of two results.
@@ -23,36 +24,39 @@ struct Difference {
   std::string name;  ///< "stiffness", "resonance", "phase_margin"
   std::string unit;
   data::Estimate first, second;
-  double change = 0.0;             ///< second - first
-  std::optional<double> std;       ///< Of the change; both results are taken for independent.
+  double change = 0.0;        ///< second - first
+  std::optional<double> std;  ///< Standard deviation of the change; both results are taken for independent.
   std::optional<double> relative;  ///< change / first
-  std::optional<double>
-      probability;           ///< Of a change at least so large by noise alone (p value); with std only.
+  /// p value: of a change at least so large by noise alone; with std only.
+  std::optional<double> probability;
   bool significant = false;  ///< Holds for all differences together (Holm 1979).
-  /// Of the change at the confidence, from repetitions of both experiments; with bootstraps on both sides.
+  /// Interval of the change at the confidence, from repetitions of both experiments; with bootstraps on both
+  /// sides.
   std::optional<std::pair<double, double>> interval;
 };
 
 /// The models' v-gap in repetitions of both experiments (parametric bootstrap).
 struct GapBootstrap {
-  std::size_t pairs = 0;         ///< Of repetitions, one of either experiment.
-  double low = 0.0, high = 0.0;  ///< Of their gap, at the confidence.
-  double noise = 0.0;  ///< Of two repetitions on one machine, the first: not exceeded at the confidence.
-  double probability =
-      1.0;  ///< Of a gap at least as large as that of the models, on one machine; >= 1/(pairs + 1).
+  std::size_t pairs = 0;         ///< Pairs of repetitions, one of either experiment.
+  double low = 0.0, high = 0.0;  ///< Interval of their gap, at the confidence.
+  /// Gap of two repetitions on the first machine that is not exceeded at the confidence.
+  double noise = 0.0;
+  /// Probability of a gap at least as large as the models', on one machine; >= 1/(pairs + 1).
+  double probability = 1.0;
 };
 
 /// What changed between two results.
 struct Changes {
   RecordFacts first, second;
-  Units units;  ///< Of the first.
+  Units units;  ///< Units of the first.
   double confidence = 0.95;
   std::vector<Difference> resonances;  ///< In pairs, ascending.
   std::vector<Difference> parameters;
   std::vector<Difference> margins;
   data::FrequencyResponse first_response, second_response;
-  diagnostics::GapCurve gap;              ///< Of the measured responses, at lines.
-  std::optional<double> gap_probability;  ///< Of the largest distance by noise alone, all lines counted.
+  diagnostics::GapCurve gap;  ///< Gap of the measured responses, at lines.
+  /// Probability of the largest distance by noise alone, over all lines.
+  std::optional<double> gap_probability;
   bool gap_significant = false;
   std::optional<diagnostics::NuGap> model_gap;  ///< With models on both sides.
   std::optional<double> model_gap_std;

@@ -13,13 +13,15 @@ namespace resonid::identification {
 /// One record against the others.
 struct JoinedRecord {
   std::string file;
-  std::optional<double> chi_square;           ///< Of its parameters against the estimate from all others.
-  std::size_t degrees = 0;                    ///< Of freedom: the parameters.
-  std::optional<double> probability;          ///< Of a distance at least so large by the error bars alone.
-  std::optional<double> response_chi_square;  ///< Of its lines against the averaged response, per degree.
-  std::optional<double> fit_percent;          ///< Of the joint model, simulated on this record.
-  bool own_estimate = false;  ///< It says something of `degrees` parameters or combinations of them.
-  bool agrees = true;         ///< Judged over all records together (Bonferroni).
+  std::optional<double> chi_square;  ///< Distance of its parameters from the estimate of all others.
+  std::size_t degrees = 0;           ///< Degrees of freedom: the parameters.
+  /// Probability of a distance at least so large by the error bars alone.
+  std::optional<double> probability;
+  /// Distance of its lines from the averaged response, per degree.
+  std::optional<double> response_chi_square;
+  std::optional<double> fit_percent;  ///< Fit of the joint model, simulated on this record.
+  bool own_estimate = false;          ///< It says something of `degrees` parameters or combinations of them.
+  bool agrees = true;                 ///< Judged over all records together (Bonferroni).
 };
 
 /// Repeated experiments on one machine as one estimate.
@@ -44,9 +46,9 @@ struct Joint {
 /// Model: one likelihood over all records, each with its own initial state, offset and noise; records that do
 /// not determine a model by themselves count in it too. The structure is that which most records show; where
 /// none shows any, or most but a rigid machine, it is chosen by all records as identify() does by one. Every
-/// record is held against the others by a score test (fit::JointOutputErrorFit::against_others). Records
+/// record is compared with the others by a score test (fit::JointOutputErrorFit::against_others). Records
 /// whose models were fitted to responses, and those whose likelihood finds no optimum, are combined by
-/// inverse covariances, in logarithms of the positive parameters, and held against one another by
+/// inverse covariances, in logarithms of the positive parameters, and compared with one another by
 ///
 ///   x = (sum C_i^-1)^-1 sum C_i^-1 x_i,     chi2_i = d' (C_i + C_-i)^-1 d,  d = x_i - x_-i  (all others)
 ///

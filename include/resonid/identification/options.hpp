@@ -102,15 +102,16 @@ struct Options {
   double delay_s = 0.0;                             ///< Known delay in the measured output.
   std::optional<std::pair<double, double>> band_hz = {};
   ModelChoice model = ModelChoice::automatic;
-  Friction friction = Friction::automatic;  ///< Of drive models; dry friction needs a fit to the record.
-  std::size_t order = 0;      ///< Of the black-box model, 1 ... 20; 0: chosen on a validation part.
+  /// Friction of drive models; dry friction needs a fit to the record.
+  Friction friction = Friction::automatic;
+  std::size_t order = 0;      ///< Order of the black-box model, 1 ... 20; 0: chosen by hold-out data.
   std::size_t bootstrap = 0;  ///< Replicas of a parametric bootstrap; 0: error bars by covariance only.
-  std::uint64_t seed = 1;     ///< Of the bootstrap.
+  std::uint64_t seed = 1;     ///< Seed of the bootstrap.
   std::size_t jobs = 1;      ///< Threads of the bootstrap; 0: one per core. The result does not depend on it.
-  double confidence = 0.95;  ///< Of the regions in report and summary, inside (0, 1).
+  double confidence = 0.95;  ///< Confidence of the regions in report and summary, inside (0, 1).
   Tracker tracker = {};
-  std::optional<double> radius_m =
-      {};  ///< Of the driven roller: stiffness and damping are reported at the belt too.
+  /// Radius of the driven roller: stiffness and damping are reported at the belt too.
+  std::optional<double> radius_m = {};
   std::function<void(std::string_view)> progress = {};  ///< Called with the name of each stage that begins.
 };
 

@@ -29,12 +29,12 @@ struct RecordFacts {
 /// Units of signals, response and parameters, as told by the record.
 struct Units {
   std::string input;      ///< "Nm"
-  std::string velocity;   ///< Of the velocity that responses refer to: "rad/s".
+  std::string velocity;   ///< Unit of the velocity that responses refer to: "rad/s".
   std::string response;   ///< "(rad/s)/Nm"
   std::string inertia;    ///< "kgm2", or input unit times s2 over position unit when not SI.
   std::string stiffness;  ///< "Nm/rad"
   std::string damping;    ///< "Nms/rad"
-  std::string torque;     ///< Of friction and offset: "Nm".
+  std::string torque;     ///< Unit of friction and offset: "Nm".
   bool physical = true;   ///< False: input or output is not torque and angle (volts ...).
 };
 
@@ -57,10 +57,11 @@ struct LoopResult {
 /// Non-linear distortion beside noise, from realisations of a random-phase excitation or from lines that it
 /// leaves out (docs/methods/best_linear_approximation.md, detection_lines.md).
 struct Distortion {
-  std::size_t realisations = 0;         ///< 0: only detection lines tell.
-  std::vector<double> noise_std;        ///< [line of the response] of the mean, by noise alone
-  std::vector<double> distortion_std;   ///< [line] of the response of one realisation, by distortion
-  response::DistortionLevel scatter;    ///< Of the realisations over their noise; no lines without them.
+  std::size_t realisations = 0;        ///< 0: only detection lines tell.
+  std::vector<double> noise_std;       ///< [line of the response] of the mean, by noise alone
+  std::vector<double> distortion_std;  ///< [line] of the response of one realisation, by distortion
+  /// Scatter of the realisations over their noise; no lines without them.
+  response::DistortionLevel scatter;
   response::DistortionLevel even, odd;  ///< At detection lines of each kind; no lines: there are none.
 };
 
@@ -85,7 +86,7 @@ struct StructureTrial {
   std::string name;            ///< "two-mass with friction and delay", "black-box of order 5"
   std::size_t parameters = 0;  ///< Estimated ones, initial state and offset not counted.
   double bic = 0.0;            ///< Bayesian information criterion of the record (response: of its lines).
-  std::optional<double> holdout_fit_percent;  ///< Simulated on the part that was held back.
+  std::optional<double> holdout_fit_percent;  ///< Simulated on the hold-out data.
   std::optional<double> holdout_score;        ///< N ln(mean square) there, smaller is better.
   bool chosen = false;
   std::string remark;                                  ///< Why not: "no third mode in the band".
@@ -97,14 +98,14 @@ struct StructureTrial {
 /// A pole or zero in the s-plane (1/s), of sampled models by s = ln(z)/Ts.
 struct Root {
   std::complex<double> value;
-  Eigen::Matrix2d covariance = Eigen::Matrix2d::Zero();  ///< Of (real, imaginary).
+  Eigen::Matrix2d covariance = Eigen::Matrix2d::Zero();  ///< Covariance of (real, imaginary).
   std::string kind;                                      ///< "pole" or "zero".
 };
 
 /// Rational model of the record, without drive structure.
 struct BlackBoxResult {
   fit::BlackBoxModel model;
-  double fit_percent = 0.0;  ///< Of the simulation.
+  double fit_percent = 0.0;  ///< Fit of the simulation.
   bool converged = true;
   bool stable = true;  ///< No pole outside the unit circle but for an integrator within its error bar.
   std::optional<data::Estimate> further_delay = {};  ///< In s, on top of the known one, where one was found.
@@ -114,9 +115,10 @@ struct BlackBoxResult {
 struct BootstrapInterval {
   std::string name;  ///< As in JSON: "stiffness", "resonance_hz", "phase_margin_deg".
   std::string unit;
-  double low = 0.0, high = 0.0;  ///< Of the result's confidence.
+  double low = 0.0, high = 0.0;  ///< Interval at the result's confidence.
   double std = 0.0;              ///< Over the replicas.
-  std::vector<double> values;    ///< Of the replicas that have all figures with an interval, in one order.
+  /// Values of the replicas that have all figures with an interval, in one order.
+  std::vector<double> values;
 };
 struct Bootstrap {
   std::size_t replicas = 0;
@@ -148,7 +150,7 @@ struct Result {
   std::vector<data::Mode> modes;  ///< Ascending.
   std::optional<ModelResult> model;
   std::optional<BlackBoxResult> black_box;  ///< In place of `model` when no drive structure was asked for.
-  std::vector<Root> roots;                  ///< Of the model, poles first.
+  std::vector<Root> roots;                  ///< Poles and then zeros of the model.
   std::vector<Choice> choices;              ///< What was chosen by the record, in the order of the work.
   std::vector<StructureTrial> structures;   ///< All that were fitted.
   std::optional<Bootstrap> bootstrap;

@@ -1,17 +1,19 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <array>
 #include <cstddef>
 #include <functional>
 #include <memory>
 #include <optional>
+#include <resonid/base/enum_names.hpp>
 #include <resonid/base/expected.hpp>
 #include <resonid/data/record.hpp>
 #include <resonid/diagnostics/finding.hpp>
 #include <resonid/identification/identify.hpp>
 #include <resonid/identification/options.hpp>
 #include <resonid/identification/result.hpp>
+#include <resonid/online/axis_config.hpp>
+#include <resonid/online/models/rls.hpp>
 #include <resonid/online/supervision/change_detection.hpp>
 #include <span>
 #include <string>
@@ -35,22 +37,21 @@ enum class TrackMethod {
   sliding_dft,                        ///< "sliding-dft", with a rational fit of its lines
 };
 
-/// Names on the command line, in the order of the enum.
-inline constexpr std::array<std::string_view, 11> kTrackMethodNames = {
-    "auto", "arx", "oe", "rpem", "cloe", "f-cloe", "d-cloe", "iv", "physical", "kalman", "sliding-dft"};
-[[nodiscard]] constexpr std::string_view name_of(TrackMethod method) {
-  return kTrackMethodNames[static_cast<std::size_t>(method)];
+inline constexpr EnumName<TrackMethod> kTrackMethodNames[] = {
+    {TrackMethod::automatic, "auto"},
+    {TrackMethod::arx, "arx"},
+    {TrackMethod::output_error, "oe"},
+    {TrackMethod::prediction_error, "rpem"},
+    {TrackMethod::closed_loop_output_error, "cloe"},
+    {TrackMethod::filtered_closed_loop_output_error, "f-cloe"},
+    {TrackMethod::damped_closed_loop_output_error, "d-cloe"},
+    {TrackMethod::instrumental_variables, "iv"},
+    {TrackMethod::physical, "physical"},
+    {TrackMethod::kalman, "kalman"},
+    {TrackMethod::sliding_dft, "sliding-dft"}};
+[[nodiscard]] constexpr std::span<const EnumName<TrackMethod>> enum_names(TrackMethod) noexcept {
+  return kTrackMethodNames;
 }
-
-/// How arx, oe, rpem and the cloe family let old samples lose weight; names as on the command line.
-enum class TrackForgetting { constant, none, variable, directional };
-inline constexpr std::array<std::string_view, 4> kTrackForgettingNames = {"constant", "none", "variable",
-                                                                          "directional"};
-
-/// What is watched for a lasting change; names as on the command line.
-enum class TrackFigure { resonance, antiresonance, crossover, phase_margin, modulus_margin, gap };
-inline constexpr std::array<std::string_view, 6> kTrackFigureNames = {
-    "resonance", "antiresonance", "crossover", "phase-margin", "modulus-margin", "gap"};
 
 struct TrackOptions {
   /// Excitation, controller, delay, lines, band, approach ... as for identify(). Friction: `dry` adds Coulomb
@@ -65,7 +66,8 @@ struct TrackOptions {
   /// after them.
   bool whole_record = false;
   double memory_s = 0.0;  ///< How long the estimate remembers; 0 chooses.
-  TrackForgetting forgetting = TrackForgetting::constant;
+  /// How arx, oe, rpem and the cloe family let old samples lose weight.
+  online::Forgetting forgetting = online::Forgetting::constant;
   /// iv: extrapolate to the newest sample from two memories: no lag but the oscillation's, 1.8 times the
   /// variance.
   bool extrapolate = false;
@@ -73,13 +75,13 @@ struct TrackOptions {
   /// positions seen so far.
   std::optional<double> drift_per_s;
   /// Watches a figure; what it is at first counts as usual. Rows then say `changed`.
-  std::optional<TrackFigure> change_of;
+  std::optional<online::AxisFigure> change_of;
   double false_alarm_interval_s = 3600.0;  ///< Mean time between changes that are none.
   std::size_t every = 1;                   ///< Samples per row, >= 1.
   bool raw_time = false;  ///< Rows at the newest sample instead of the time that the estimate describes.
   std::optional<fit::DriveModel>
       start;  ///< Where estimators begin; absent: identified from the learning stretch.
-  std::optional<Units> start_units;  ///< Of `start`; other ones than the record's are refused.
+  std::optional<Units> start_units;  ///< Units of `start`; other ones than the record's are refused.
   std::optional<Result> baseline;    ///< For the gap column; its model is the start when `start` is absent.
   /// Track keeps at most so many rows, evenly spread: every one, every second, every fourth ... 0: all of
   /// them.
@@ -134,7 +136,7 @@ struct Track {
   std::vector<bool> trusted_rows;    ///< [row]
   std::vector<LoopSnapshot> loop;    ///< Along the record; empty without a controller.
   std::optional<data::FrequencyResponse> baseline_loop;
-  std::optional<online::Change> change;  ///< Of the watched figure; times from the first sample on.
+  std::optional<online::Change> change;  ///< Change of the watched figure; times from the first sample on.
   TrustShares shares;
   bool trusted = false;  ///< No finding is an error.
   std::vector<diagnostics::Finding> findings;

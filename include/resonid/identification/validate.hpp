@@ -21,21 +21,22 @@ namespace resonid::identification {
 /// What a model leaves of the record that it was fitted to.
 struct OwnResidual {
   double rms = 0.0;          ///< In the output's unit.
-  double fit_percent = 0.0;  ///< Of the simulation.
+  double fit_percent = 0.0;  ///< Fit of the simulation.
 };
 
 /// What is to be validated: an identified drive, or any transfer function.
 struct CandidateModel {
   std::string source;                                       ///< File it comes from.
-  std::optional<ModelResult> model;                         ///< Of a result.
+  std::optional<ModelResult> model;                         ///< Model of a result.
   std::optional<data::TransferFunction> transfer_function;  ///< Without delay.
-  Eigen::MatrixXd covariance;  ///< Of its [b0, b1, ..., a1, a2, ...]; empty: unknown.
-  data::OutputQuantity output_quantity = data::OutputQuantity::velocity;  ///< Of the transfer function.
-  double known_delay_s = 0.0;                                             ///< Of the result.
-  std::size_t delay_samples = 0;   ///< Of a black box, the known ones included; 0: those that are known.
-  std::optional<OwnResidual> own;  ///< Of the result.
-  std::string units_response;      ///< Of the result; empty: unknown.
-  bool trusted = true;             ///< Of the result.
+  Eigen::MatrixXd covariance;  ///< Covariance of its [b0, b1, ..., a1, a2, ...]; empty: unknown.
+  /// Output quantity of the transfer function.
+  data::OutputQuantity output_quantity = data::OutputQuantity::velocity;
+  double known_delay_s = 0.0;      ///< Known delay of the result.
+  std::size_t delay_samples = 0;   ///< Delay of a black box, the known one included; 0: the known one.
+  std::optional<OwnResidual> own;  ///< Residual on the record that the result is from.
+  std::string units_response;      ///< Unit of the result's response; empty: unknown.
+  bool trusted = true;             ///< Whether the result is trusted.
 };
 
 /// The model of a result that has one, drive or black box.
@@ -48,12 +49,12 @@ struct ValidateOptions {
       {};  ///< Also report the fit within it, 0 <= low < high.
 };
 
-/// What is left of the output in a band of frequencies, low_hz <= f < high_hz.
+/// Share of the output that the residual is in a band of frequencies, low_hz <= f < high_hz.
 struct ResidualBand {
   double low_hz = 0.0, high_hz = 0.0;
-  double output_share = 0.0;    ///< Of the output's power (about its mean), 0 ... 1.
-  double residual_share = 0.0;  ///< Of the residual's power.
-  double left = 0.0;            ///< Residual over output power there.
+  double output_share = 0.0;          ///< Share of the output's power (about its mean), 0 ... 1.
+  double residual_share = 0.0;        ///< Share of the residual's power.
+  double residual_over_output = 0.0;  ///< Ratio of the powers there.
 };
 
 enum class Verdict {

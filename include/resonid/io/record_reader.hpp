@@ -19,15 +19,15 @@ struct ColumnMapping {
   std::optional<std::string> output;      ///< y
   std::optional<std::string> excitation;  ///< ru, absent when not named and not found.
   std::optional<std::string> reference;   ///< r, absent when not named and not found.
-  std::optional<std::string> position;    ///< Of the machine, absent when not named and not found.
+  std::optional<std::string> position;    ///< Position of the machine, absent when not named and not found.
   double sample_rate_hz = 0.0;            ///< 0: from the time column.
-  double input_scale = 1.0;               ///< Of the input and the excitation; not 0.
-  double output_scale = 1.0;              ///< Of the output and the reference; not 0.
+  double input_scale = 1.0;               ///< Scale of the input and the excitation; not 0.
+  double output_scale = 1.0;              ///< Scale of the output and the reference; not 0.
   std::optional<double> from_s;           ///< First instant taken, in the time of the record.
   std::optional<double> to_s;             ///< First instant no longer taken.
   data::OutputQuantity output_quantity = data::OutputQuantity::velocity;
-  /// Of a position (and its reference): backward differences, so that the record holds a velocity. The mean
-  /// over the past sample: it comes half a sample late. The first sample is left out.
+  /// Take backward differences of a position (and its reference), so that the record holds a velocity. The
+  /// mean over the past sample: it comes half a sample late. The first sample is left out.
   bool differentiate = false;
   data::Motion motion = data::Motion::rotary;
   std::optional<std::string> input_unit;   ///< After scaling; otherwise from the column's name and the scale.

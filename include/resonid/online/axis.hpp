@@ -31,9 +31,9 @@ namespace resonid::online {
 
 /// What an axis has room for, besides its estimators. Derive from it and say what is to be different.
 struct AxisRoom {
-  using Real = double;  ///< Of the samples and of all that runs at every sample; rows are always double.
-  static constexpr std::size_t kInjectedLines = 256;    ///< Of the multisine; 0: nothing can be injected.
-  static constexpr std::size_t kBaselinePoints = 1024;  ///< Of a baseline that is a response.
+  using Real = double;  ///< Type of the samples and of all that runs at every sample; rows are always double.
+  static constexpr std::size_t kInjectedLines = 256;  ///< Lines of the multisine; 0: nothing can be injected.
+  static constexpr std::size_t kBaselinePoints = 1024;  ///< Points of a baseline that is a response.
   static constexpr std::size_t kChangeWindow = 256;     ///< Blocks of the change detection; 0: there is none.
   static constexpr bool kControllerCheck = true;        ///< `controller_differs` is found.
 };
@@ -117,11 +117,11 @@ class BasicAxis {
 
   [[nodiscard]] const AxisResult& result() const noexcept { return result_; }
   [[nodiscard]] const AxisRow& row() const noexcept { return result_.row; }  ///< The newest one.
-  /// Of the row's parameters: "b1" ... "a1" ..., "driven_inertia" ...; empty beyond the last one.
+  /// Name of one of the row's parameters: "b1" ... "a1" ..., "driven_inertia" ...; empty beyond the last one.
   [[nodiscard]] std::string_view parameter_name(std::size_t i) const noexcept {
     return estimator_.visit([i](const auto& e) { return e.parameter_name(i); });
   }
-  /// Of methods with lines, at the newest row. A chirp has one.
+  /// Number of lines at the newest row; a chirp has one, methods without lines none.
   [[nodiscard]] std::size_t lines() const noexcept;
   [[nodiscard]] AxisLine line(std::size_t i) const noexcept;
   /// The plant at any frequency, as of the newest row, without the known delay; not a number where no model
@@ -154,7 +154,7 @@ class BasicAxis {
   /// theirs.
   void set_loop(const AxisController& controller, AxisLoop loop, double known_delay_s) noexcept;
   void set_criteria(const AxisCriteria& criteria) noexcept { criteria_ = criteria; }
-  /// Of `physical`: relative change of the stiffness per second to reckon with; others ignore it.
+  /// Relative change of the stiffness per second that `physical` reckons with; others ignore it.
   void set_stiffness_drift(double per_s) noexcept;
 
   /// The estimator, if it is of this type.

@@ -84,8 +84,8 @@ struct AxisCriteria {
   double residual_growth = 3.0;    ///< Rms of the residual over a stretch against its usual one.
   double resonance_std = 0.02;     ///< Largest relative standard deviation of the resonance.
   double antiresonance_std = 0.0;  ///< The same of the anti-resonance; 0: not asked for.
-  double gain_std = 0.1;           ///< Of b_1 of a rigid machine, which has no resonance.
-  double line_std = 0.2;           ///< Of the lines (median), where no model fits them.
+  double gain_std = 0.1;           ///< The same of b_1 of a rigid machine, which has no resonance.
+  double line_std = 0.2;           ///< The same of the lines (median), where no model fits them.
   double missing = 0.05;           ///< Share of the newest samples (over `memory`) that may be missing.
   bool inside_lines = false;       ///< Resonance and anti-resonance must lie between first and last line.
 };
@@ -95,7 +95,7 @@ struct AxisInjection {
   enum class Kind {
     multisine,  ///< At the axis' lines, Schroeder's phases.
     chirp,      ///< From the first line to the last one (or along the axis' chirp), again and again.
-    prbs,       ///< Of 13 cells, flat up to the last line.
+    prbs,       ///< PRBS of 13 cells, flat up to the last line.
     given,      ///< What excite() is handed.
   };
   Kind kind = Kind::multisine;
@@ -106,13 +106,20 @@ struct AxisInjection {
 
 /// A figure that is watched for a lasting change.
 enum class AxisFigure { resonance, antiresonance, crossover, phase_margin, modulus_margin, gap };
+inline constexpr EnumName<AxisFigure> kAxisFigureNames[] = {
+    {AxisFigure::resonance, "resonance"},           {AxisFigure::antiresonance, "antiresonance"},
+    {AxisFigure::crossover, "crossover"},           {AxisFigure::phase_margin, "phase-margin"},
+    {AxisFigure::modulus_margin, "modulus-margin"}, {AxisFigure::gap, "gap"}};
+[[nodiscard]] constexpr std::span<const EnumName<AxisFigure>> enum_names(AxisFigure) noexcept {
+  return kAxisFigureNames;
+}
 
 /// Everything an axis is told. Spans are read by create() only.
 struct AxisConfig {
   double sample_rate_hz = 0.0;  ///< Rate at which step() is called, > 0.
   AxisMethod method = AxisMethod::lines;
   AxisOutput output = AxisOutput::velocity;
-  Approach approach = Approach::joint;  ///< Of `lines`, `sliding_dft` and `chirp`; the others have one.
+  Approach approach = Approach::joint;  ///< For `lines`, `sliding_dft` and `chirp`; the others have one.
   double known_delay_s = 0.0;  ///< In the measured output, >= 0: taken out of the plant, in the margins.
   /// C in powers of z^-1, up to order 31 (CLOE 4, IV 6, of position 31); empty: not known.
   std::span<const double> controller_numerator{}, controller_denominator{};
@@ -121,8 +128,8 @@ struct AxisConfig {
 
   // What is followed.
   std::span<const double> lines_hz{};  ///< Ascending; of `lines` and `sliding_dft`, and of the multisine.
-  SweepLaw sweep{};                    ///< Of `chirp`; whatever the method, where a chirp is injected.
-  std::size_t window_samples = 0;      ///< Of `sliding_dft`; 0: `memory_s`.
+  SweepLaw sweep{};                    ///< Sweep of `chirp`; whatever the method, where a chirp is injected.
+  std::size_t window_samples = 0;      ///< Window of `sliding_dft`; 0: `memory_s`.
   DftWindow window = DftWindow::rectangular;
   bool signal_offset = true;  ///< `lines`, `chirp`: a state for the constant part of the signals.
   std::optional<double> lambda{}, pole_radius{};  ///< `lines`, `chirp`: instead of `memory_s`.
@@ -132,7 +139,7 @@ struct AxisConfig {
 
   // How fast the estimate forgets.
   double memory_s = 0.0;  ///< 0: chosen by each method. Not for `physical`.
-  /// Of `arx`, `output_error` ... `damped_closed_loop`: which forgetting, and how certain the start is.
+  /// `arx`, `output_error` ... `damped_closed_loop`: which forgetting, and how certain the start is.
   /// `factor` follows from `memory_s`; `start`, `scale` and `fixed` must be empty.
   RecursiveLeastSquaresConfig adaptation{.start_variance = 0.01};
   bool extrapolate = false;  ///< `instrumental_variables`: 2 theta(memory) - theta(2 memory), without lag.
@@ -145,7 +152,7 @@ struct AxisConfig {
   std::span<const double> start_b{}, start_a{};
   bool load_torque = true;           ///< `arx`, `output_error`, `prediction_error`, `instrumental_variables`.
   bool coulomb_friction = false;     ///< `arx`, `instrumental_variables`; `physical`: its own configuration.
-  PhysicalTrackerConfig physical{};  ///< Of `physical`; sample rate and delay are the axis'.
+  PhysicalTrackerConfig physical{};  ///< Settings of `physical`; sample rate and delay are the axis'.
 
   // What a row holds.
   std::size_t row_every_samples = 1;  ///< Samples from row to row, >= 1.

@@ -82,7 +82,7 @@ struct AxisRow {
   Figure resonance_hz, antiresonance_hz;            ///< Undamped.
   double resonance_damping = kUnknown, antiresonance_damping = kUnknown;
   double driven_inertia = kUnknown, load_inertia = kUnknown,
-         stiffness = kUnknown;  ///< Of a two-mass machine.
+         stiffness = kUnknown;  ///< Parameters of a two-mass machine.
 
   Figure crossover_hz;      ///< First downward crossing of |L| = 1.
   Figure phase_margin_deg;  ///< There.
@@ -127,7 +127,7 @@ struct AxisResult {
   AxisStability stability;
   double weakest_excitation = 1.0;  ///< Rms over the strongest, least of the judged rows.
   double worst_residual_growth = 0.0;
-  double residual_correlation = 0.0;  ///< Of neighbouring residuals; 0 for white ones.
+  double residual_correlation = 0.0;  ///< Correlation of neighbouring residuals; 0 for white ones.
   bool changed = false;               ///< The watched figure.
   Change change{};
   bool injecting = false;  ///< Ramping in, steady or ramping out.
@@ -138,7 +138,7 @@ struct AxisResult {
 
 /// The plant's response at one line.
 struct AxisLine {
-  double frequency_hz = 0.0;  ///< Of a chirp: that which the value belongs to.
+  double frequency_hz = 0.0;  ///< Frequency of the line; of a chirp, that which the value belongs to.
   std::complex<double> response{AxisRow::kUnknown,
                                 AxisRow::kUnknown};  ///< For velocity, known delay removed.
   double std = AxisRow::kUnknown;                    ///< std^2 = E|error|^2

@@ -6,7 +6,7 @@
 #include <functional>
 #include <limits>
 #include <optional>
-#include <resonid/planning/detail/information.hpp>
+#include <resonid/planning/detail/fisher_information.hpp>
 #include <resonid/planning/detail/power_distribution.hpp>
 #include <string>
 #include <string_view>
@@ -19,7 +19,7 @@ namespace resonid::planning {
 struct Limits {
   double torque = std::numeric_limits<double>::infinity();      ///< Peak of what the machine gets.
   double excitation = std::numeric_limits<double>::infinity();  ///< Peak of what is added to the controller.
-  double torque_rms = std::numeric_limits<double>::infinity();  ///< Of that torque over the experiment.
+  double torque_rms = std::numeric_limits<double>::infinity();  ///< Rms of that torque over the experiment.
   double velocity = std::numeric_limits<double>::infinity();    ///< Peak.
   double stroke = std::numeric_limits<double>::infinity();      ///< Largest less smallest position.
   double time_s = std::numeric_limits<double>::infinity();      ///< Whole experiment.
@@ -53,12 +53,12 @@ struct PlanConfig {
   double accuracy_of_all = 0.01;  ///< > 0, relative.
   Criterion criterion = Criterion::accuracy;
   std::optional<ExcitationType> type;  ///< Absent: the one that needs the least time.
-  double spread = 0.2;  ///< Part by which the rough model's parameters may be wrong, 0 ... 0.5.
-  /// That may be excited; absent: what the possible drives make sensible. Given, it binds: lines and sweeps
-  /// lie in it, and of a PRBS 90 % of the power lie below its upper end and 80 % above its lower one.
+  double spread = 0.2;  ///< Part by which the nominal model's parameters may be wrong, 0 ... 0.5.
+  /// Band that may be excited; absent: what the possible drives make sensible. Given, it binds: lines and
+  /// sweeps lie in it, and of a PRBS 90 % of the power lie below its upper end and 80 % above its lower one.
   std::optional<std::pair<double, double>> band_hz;
-  std::optional<double> period_s;                  ///< Of the multisine; absent: chosen.
-  std::uint64_t seed = 1;                          ///< Of the phases' random starts.
+  std::optional<double> period_s;                  ///< Period of the multisine; absent: chosen.
+  std::uint64_t seed = 1;                          ///< Seed of the phases' random starts.
   std::function<void(std::string_view)> progress;  ///< Called with the name of each stage that begins.
 };
 
@@ -100,8 +100,8 @@ struct Experiment {
 
 /// Two planned runs, the second laid out with the model that the first one gives.
 struct TwoStagePlan {
-  double first_s = 0.0;   ///< Time limit of the first run, planned with the same options.
-  double spread = 0.0;    ///< Of the second plan: two error bars of the worst known parameter.
+  double first_s = 0.0;  ///< Time limit of the first run, planned with the same options.
+  double spread = 0.0;  ///< Spread that the second plan assumes: two error bars of the worst known parameter.
   double second_s = 0.0;  ///< Predicted length of the second, mean over the possible drives.
   double one_s = 0.0;     ///< What one run takes, or would take, to the same accuracies.
 
@@ -111,7 +111,7 @@ struct TwoStagePlan {
 /// A kind of excitation that was not laid out.
 struct SkippedKind {
   ExcitationType type = ExcitationType::prbs;
-  std::string reason;  ///< Of one sentence, without its full stop.
+  std::string reason;  ///< One sentence, without its full stop.
 };
 
 struct Plan {
@@ -120,7 +120,7 @@ struct Plan {
   std::vector<SkippedKind> skipped;     ///< Kinds that could not be compared.
   bool band_given = false;              ///< The band of the configuration binds.
   bool reached = false;                 ///< All targets within the limits.
-  std::vector<double> grid_hz, grid_power;  ///< Of the multisine's design, before its weak lines are dropped.
+  std::vector<double> grid_hz, grid_power;  ///< Design of the multisine, before its weak lines are dropped.
   double design_gap = 0.0;                  ///< See PowerDistribution.
   std::size_t drives = 1;                   ///< Possible drives that were averaged over.
   std::optional<TwoStagePlan> two_stages;   ///< Where they take clearly less time.
@@ -133,18 +133,18 @@ struct Plan {
 ///
 /// 1. the power of a multisine's lines is distributed (distribute_power) so that all targets are met at once
 /// as
-///    early as possible, on average over the drives that the rough model may stand for;
+///    early as possible, on average over the drives that the nominal model may stand for;
 /// 2. its phases are chosen for small peaks of excitation, torque and velocity at once (optimise_phases);
 /// 3. it is scaled until the simulated run from rest uses up the first limit, for every possible drive;
-/// 4. the least whole number of periods is counted, by the information of the whole simulated record
+/// 4. the least whole number of periods is counted, by the Fisher information of the whole simulated record
 ///    (predicted); chirp and PRBS are laid out in the same way, unless a PRBS does not fit a given band.
 ///
 /// Where `spread` is 0.1 or more and a multisine is planned, two steps are looked at: a first run of a fifth
 /// of the time, then one planned for a spread of two of the error bars that the first leaves. Its length is
-/// that of each possible drive's own best run, averaged, longer by what that spread costs the rough drive.
-/// Two steps are told when they take at most 0.8 of the time.
+/// that of each possible drive's own best run, averaged, longer by what that spread costs the nominal drive.
+/// Two runs are proposed when they take at most 0.8 of the time.
 ///
-/// Wishes that cannot be met in the time allowed leave `reached` false: then the plan is the best of that
+/// Targets that cannot be met in the time allowed leave `reached` false: then the plan is the best of that
 /// time. Limits: linear drive, deviations without noise's own share of torque and velocity; the error bars
 /// hold for a fit by output error of the whole record with the model's structure.
 [[nodiscard]] expected<Plan, Error> make_plan(const PlanConfig& config);

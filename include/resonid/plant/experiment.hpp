@@ -76,7 +76,7 @@ struct Truth {
   Structure structure = Structure::two_mass;
   data::Motion motion = data::Motion::rotary;
   MassSystem system;                                           ///< At the driven shaft.
-  std::optional<data::TwoMassParameters> two_mass;             ///< Of two masses only.
+  std::optional<data::TwoMassParameters> two_mass;             ///< Parameters of a two-mass machine only.
   std::vector<data::UndampedMode> resonances, antiresonances;  ///< Undamped, ascending.
   double torque_lag_s = 0.0;                                   ///< Part of `plant`.
   /// Zero-order-hold equivalent from u to what is measured, without the delay. A velocity from an encoder's
@@ -88,8 +88,8 @@ struct Truth {
   /// it, fractions of a sample exactly (`plant` times e^{-jwTd} is that for whole samples only). Empty in
   /// open loop.
   data::FrequencyResponse loop;
-  double delay_s = 0.0;              ///< Of the measured velocity, not part of `plant`.
-  data::FrequencyResponse response;  ///< Of `plant`, no delay.
+  double delay_s = 0.0;              ///< Delay of the measured velocity, not part of `plant`.
+  data::FrequencyResponse response;  ///< Response of `plant`, without delay.
   std::optional<OverTime> over_time;
   DryFriction friction, load_friction;
   std::uint64_t seed = 0;

@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <nlohmann/json_fwd.hpp>
 #include <optional>
+#include <resonid/base/enum_names.hpp>
 #include <string>
 #include <vector>
 
@@ -48,8 +49,15 @@ struct Curve {
   /// finite; may be empty
   std::vector<double> lower = {}, upper = {};
 };
+inline constexpr EnumName<Curve::Mark> kMarkNames[] = {{Curve::Mark::line, "line"},
+                                                       {Curve::Mark::dashed, "dashed"},
+                                                       {Curve::Mark::points, "points"},
+                                                       {Curve::Mark::band, "band"}};
+[[nodiscard]] constexpr std::span<const EnumName<Curve::Mark>> enum_names(Curve::Mark) noexcept {
+  return kMarkNames;
+}
 
-/// A region behind the curves, or a place that they are held against.
+/// A region behind the curves, or a place that they are compared with.
 struct Shape {
   enum class Kind {
     circle,     ///< around (x, y), in a plane
@@ -62,6 +70,11 @@ struct Shape {
   double radius = 0.0;
   double x_end = 0.0, y_end = 0.0;
 };
+inline constexpr EnumName<Shape::Kind> kShapeNames[] = {
+    {Shape::Kind::circle, "circle"}, {Shape::Kind::rectangle, "rectangle"}, {Shape::Kind::cross, "cross"}};
+[[nodiscard]] constexpr std::span<const EnumName<Shape::Kind>> enum_names(Shape::Kind) noexcept {
+  return kShapeNames;
+}
 
 /// What an axis shows before it is zoomed.
 struct AxisRange {
@@ -78,7 +91,7 @@ struct Chart {
   std::string caption;
   std::string at_unit = "Hz";  ///< of Curve::at
   std::vector<Shape> shapes = {};
-  /// Of all curves when absent; in a plane both or neither count.
+  /// Ranges of the axes; absent: that of all curves. In a plane both or neither count.
   std::optional<AxisRange> x_range = {}, y_range = {};
 };
 

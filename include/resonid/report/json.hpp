@@ -21,7 +21,7 @@ namespace resonid::planning {
 struct Plan;
 }
 
-// Result files: src/report/describe says once what each holds, docs/results.md is its table.
+// Result files: src/report/json says once what each holds, docs/results.md is its table.
 namespace resonid::report {
 
 struct BatchResult;

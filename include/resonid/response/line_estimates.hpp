@@ -40,7 +40,7 @@ struct LineEstimates {
   double sample_time_s = 0.0;
   bool has_excitation = false;
   bool has_input = false;
-  data::LineCorrelation correlation;  ///< Of the errors of different lines.
+  data::LineCorrelation correlation;  ///< Correlation of the errors of different lines.
   double smoothing_hz = 0.0;          ///< Width of the smoothing over frequency; 0: none (data::Smoothing).
 };
 

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <identification/compare/replicas.hpp>
 #include <identification/criteria.hpp>
+#include <resonid/base/detail/statistics.hpp>
 #include <resonid/identification/compare.hpp>
 
 namespace resonid::identification {
@@ -43,19 +44,17 @@ void compare_resonances(const Result& first, const Result& second, Changes& c) {
     const std::string name = anti ? "antiresonance" : "resonance";
     if (a.size() != b.size())
       note(c, "different-resonances", Severity::warning,
-           fmt::format(
-               "The first result has {} {}{}, the second {}: those that both have are compared, lowest "
-               "with lowest.",
-               a.size(), name, a.size() == 1 ? "" : "s", b.size()));
+           fmt::format("The first result has {} {}{}, the second {}. Those that both have are compared, the "
+                       "lowest with the lowest.",
+                       a.size(), name, a.size() == 1 ? "" : "s", b.size()));
     for (std::size_t i = 0; i < std::min(a.size(), b.size()); ++i) {
       const std::string number = std::max(a.size(), b.size()) > 1 ? fmt::format("_{}", i + 1) : "";
       c.resonances.push_back(difference(name + number, "Hz", a[i].frequency_hz, b[i].frequency_hz));
       if (a[i].from_model != b[i].from_model)
-        note(
-            c, "different-sources", Severity::warning,
-            fmt::format("The {} is the model's undamped one in one result and an extremum of the response in "
-                        "the other: these differ even for the same machine.",
-                        name));
+        note(c, "different-sources", Severity::warning,
+             fmt::format("The {} is the model's undamped frequency in one result and an extremum of the "
+                         "response in the other. These differ even for the same machine.",
+                         name));
     }
   }
   std::sort(c.resonances.begin(), c.resonances.end(),
@@ -125,15 +124,14 @@ void inspect_scale(const data::FrequencyResponse& g, const diagnostics::Weight& 
   for (std::size_t i = 0; i < g.lines(); ++i)
     size.push_back(std::abs(g.value[i]) * (weight ? std::abs(weight(g.frequency_hz[i])) : 1.0));
   if (size.empty()) return;
-  std::nth_element(size.begin(), size.begin() + static_cast<std::ptrdiff_t>(size.size() / 2), size.end());
-  const double median = size[size.size() / 2];
-  if (median > detail::kCriteria.far_from_one || median < 1.0 / detail::kCriteria.far_from_one)
+  const double typical = median(std::move(size));
+  if (typical > detail::kCriteria.far_from_one || typical < 1.0 / detail::kCriteria.far_from_one)
     c.findings.push_back(
-        {"gap-scale", Severity::info, median,
-         median > 1.0 ? detail::kCriteria.far_from_one : 1.0 / detail::kCriteria.far_from_one,
-         fmt::format("The responses compared are typically {:.2g}, far from 1, where chordal distances see "
-                     "little: scale them by the controller.",
-                     median)});
+        {"gap-scale", Severity::info, typical,
+         typical > 1.0 ? detail::kCriteria.far_from_one : 1.0 / detail::kCriteria.far_from_one,
+         fmt::format("The magnitude of the compared responses is typically {:.2g}, far from 1. The chordal "
+                     "distance is insensitive there: scale the responses by the controller.",
+                     typical)});
 }
 
 void compare_responses(const Result& first, const Result& second, const CompareOptions& options, Changes& c) {
@@ -142,7 +140,7 @@ void compare_responses(const Result& first, const Result& second, const CompareO
   c.gap = diagnostics::gap_curve(first.response, second.response, weight);
   if (c.gap.frequency_hz.empty()) {
     note(c, "no-common-band", Severity::warning,
-         "The bands of the two responses do not overlap: their distance cannot be told.");
+         "The bands of the two responses do not overlap: their distance cannot be computed.");
     return;
   }
   if (!c.gap.noise.empty()) c.gap_probability = c.gap.chance();
@@ -214,7 +212,7 @@ expected<Changes, Error> compare(const Result& first, const Result& second, cons
   for (const auto* r : {&first, &second})
     if (!r->trusted)
       note(c, "untrusted-input", Severity::error,
-           fmt::format("{} is not to be trusted itself; its own findings say why.", r->record.file));
+           fmt::format("{} is itself not reliable; its own findings say why.", r->record.file));
   compare_resonances(first, second, c);
   compare_margins(first, second, c);
   if (first.units.response != second.units.response) {

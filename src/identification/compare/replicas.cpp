@@ -3,7 +3,7 @@
 #include <cmath>
 #include <identification/compare/replicas.hpp>
 #include <identification/criteria.hpp>
-#include <resonid/base/detail/quantile.hpp>
+#include <resonid/base/detail/statistics.hpp>
 #include <tuple>
 
 namespace resonid::identification::detail {

@@ -4,7 +4,7 @@
 #include <exception>
 #include <identification/parallel.hpp>
 #include <mutex>
-#include <resonid/fit/detail/chi_square.hpp>
+#include <resonid/base/detail/statistics.hpp>
 #include <resonid/identification/batch.hpp>
 
 namespace resonid::identification {
@@ -52,7 +52,7 @@ void weigh(Spread& s) {
   s.degrees = s.values.size() - 1;
   s.chi_square = 0.0;
   for (const auto& v : s.values) *s.chi_square += std::pow((v.value - s.mean) / *v.std, 2);
-  s.probability = fit::chi_square_tail(*s.chi_square, s.degrees);
+  s.probability = chi_square_tail(*s.chi_square, s.degrees);
 }
 
 /// Holm 1979: the smallest probability against level/m, the next against level/(m-1) ... until one holds.

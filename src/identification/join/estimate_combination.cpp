@@ -4,7 +4,7 @@
 #include <identification/criteria.hpp>
 #include <identification/join/estimate_combination.hpp>
 #include <iterator>
-#include <resonid/fit/detail/chi_square.hpp>
+#include <resonid/base/detail/statistics.hpp>
 
 #include "linalg/decompositions.hpp"
 
@@ -31,7 +31,7 @@ Eigen::MatrixXd inverse(const Eigen::MatrixXd& positive) {
 
 /// Covariance of the known coordinates.
 Eigen::MatrixXd known_covariance(const ParameterEstimate& e) {
-  return inverse(e.information(e.known, e.known));
+  return inverse(e.fisher_information(e.known, e.known));
 }
 
 /// Places of `some` in `all`; both ascend.
@@ -49,7 +49,7 @@ ParameterEstimate estimate_of(const DriveModel& model) {
     if (model.estimated[static_cast<std::size_t>(i)]) e.parameters.push_back(i);
   const auto n = static_cast<Eigen::Index>(e.parameters.size());
   e.x.resize(n);
-  e.information = Eigen::MatrixXd::Zero(n, n);
+  e.fisher_information = Eigen::MatrixXd::Zero(n, n);
   Eigen::VectorXd scale(n);
   for (Eigen::Index i = 0; i < n; ++i) {
     const int p = e.parameters[static_cast<std::size_t>(i)];
@@ -68,19 +68,19 @@ ParameterEstimate estimate_of(const DriveModel& model) {
   if (std::none_of(e.known.begin(), e.known.end(),
                    [&](Eigen::Index i) { return logarithmic(e.parameters[static_cast<std::size_t>(i)]); }))
     e.known.clear();
-  if (!e.known.empty()) e.information(e.known, e.known) = inverse(covariance(e.known, e.known));
+  if (!e.known.empty()) e.fisher_information(e.known, e.known) = inverse(covariance(e.known, e.known));
   return e;
 }
 
 ParameterEstimate combined(const std::vector<ParameterEstimate>& all, std::size_t but) {
   ParameterEstimate sum = all.front();
-  sum.information.setZero();
+  sum.fisher_information.setZero();
   sum.known.clear();
   Eigen::VectorXd weighted = Eigen::VectorXd::Zero(sum.x.size());
   for (std::size_t i = 0; i < all.size(); ++i) {
     if (i == but) continue;
-    sum.information += all[i].information;
-    weighted += all[i].information * all[i].x;
+    sum.fisher_information += all[i].fisher_information;
+    weighted += all[i].fisher_information * all[i].x;
     Indices both;
     std::set_union(sum.known.begin(), sum.known.end(), all[i].known.begin(), all[i].known.end(),
                    std::back_inserter(both));
@@ -115,7 +115,7 @@ fit::Consistency distance(const ParameterEstimate& a, const ParameterEstimate& b
   const Eigen::MatrixXd covariance = known_covariance(a)(in_a, in_a) + known_covariance(b)(in_b, in_b);
   const Eigen::VectorXd apart = a.x(both) - b.x(both);
   const double chi_square = apart.dot(inverse(covariance) * apart);
-  return {chi_square, static_cast<int>(both.size()), fit::chi_square_tail(chi_square, both.size())};
+  return {chi_square, static_cast<int>(both.size()), chi_square_tail(chi_square, both.size())};
 }
 
 }  // namespace resonid::identification::detail

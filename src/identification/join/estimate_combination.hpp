@@ -14,7 +14,7 @@ namespace resonid::identification::detail {
 struct ParameterEstimate {
   std::vector<int> parameters;  ///< fit::Parameter of each coordinate.
   Eigen::VectorXd x;
-  Eigen::MatrixXd information;  ///< Inverse covariance of the known ones; zero rows for the others.
+  Eigen::MatrixXd fisher_information;  ///< Inverse covariance of the known ones; zero rows for the others.
   std::vector<Eigen::Index> known;
 };
 

@@ -30,10 +30,9 @@ std::optional<Error> mismatch(std::span<const data::Record> records, std::span<c
   for (std::size_t i = 1; i < records.size(); ++i)
     for (std::size_t k = 0; k < i; ++k)
       if (records[i].output.samples == records[k].output.samples)
-        return Error{"records",
-                     fmt::format("{} and {} hold the same samples, which say nothing new; required "
-                                 "repetitions of the experiment",
-                                 records[k].source, records[i].source)};
+        return Error{"records", fmt::format("{} and {} contain the same samples, which add nothing; required "
+                                            "repetitions of the experiment",
+                                            records[k].source, records[i].source)};
   const auto& first = records.front();
   for (std::size_t i = 1; i < records.size(); ++i) {
     const auto& other = records[i];
@@ -220,8 +219,8 @@ void repeat(std::span<const data::Record> records, const detail::Plan& plan, con
          Severity::info,
          {},
          {},
-         "The joint figures have no bootstrap: the records' own estimates were combined, "
-         "and no one fit can be repeated. Their error bars are those of the covariance."});
+         "The joint figures have no bootstrap intervals: the records' own estimates were combined, so there "
+         "is no single fit to repeat. Their error bars come from the covariance."});
     return;
   }
   const detail::LoopOfModel loop_of_model =
@@ -243,17 +242,17 @@ void note(Joint& joint, std::span<const Result> results) {
     worst = std::min(worst, r.probability.value_or(0.0));
   }
   if (!apart.empty())
-    findings.push_back({"records-disagree", Severity::error, worst,
-                        (1.0 - joint.result.confidence) / static_cast<double>(joint.records.size()),
-                        fmt::format("Noise does not explain how far the parameters of {} lie from those of "
-                                    "the other records: they are not repetitions of one experiment on an "
-                                    "unchanged machine.",
-                                    apart)});
+    findings.push_back(
+        {"records-disagree", Severity::error, worst,
+         (1.0 - joint.result.confidence) / static_cast<double>(joint.records.size()),
+         fmt::format("The parameters of {} differ from those of the other records by more than noise "
+                     "explains: the records are not repetitions of one experiment on an unchanged machine.",
+                     apart)});
   const double scatter = joint.response_chi_square.value_or(0.0);
   if (scatter > detail::kCriteria.scattering_lines)
     findings.push_back({"responses-scatter", Severity::warning, scatter, detail::kCriteria.scattering_lines,
                         fmt::format("The lines of the records scatter {:.1f} times more than their error "
-                                    "bars say; the averaged response's error bars hold that.",
+                                    "bars say; the error bars of the averaged response include that.",
                                     std::sqrt(scatter))});
   for (const auto& r : results)
     if (!r.trusted) untrusted += (untrusted.empty() ? "" : ", ") + r.record.file;
@@ -266,16 +265,14 @@ void note(Joint& joint, std::span<const Result> results) {
          Severity::info,
          {},
          {},
-         fmt::format("Too weak to say anything of the parameters: {}. It cannot be held against the "
-                     "others.",
+         fmt::format("Too weak to determine any parameter: {}. It cannot be compared with the other records.",
                      weak)});
   if (!untrusted.empty())
-    findings.push_back(
-        {"untrusted-record",
-         Severity::warning,
-         {},
-         {},
-         fmt::format("Not to be trusted by themselves, see their own findings: {}.", untrusted)});
+    findings.push_back({"untrusted-record",
+                        Severity::warning,
+                        {},
+                        {},
+                        fmt::format("Not reliable by themselves, see their own findings: {}.", untrusted)});
   if (!joint.result.model)
     findings.push_back({"no-joint-model",
                         Severity::warning,

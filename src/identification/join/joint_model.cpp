@@ -71,7 +71,7 @@ class Joiner {
     if (!fitted && !kind) return std::nullopt;
     if (!fitted) joint_.model = kind->model();
     if (!fitted) {
-      hold_against_one_another();
+      test_own_estimates();
       if (!combine(*kind)) return std::nullopt;
     }
     joint_.model.offset.reset();  // each record has its own
@@ -121,7 +121,9 @@ class Joiner {
     judge(chosen->against_others);
     joint_.structures = std::move(chosen->structures);
     joint_.choices.push_back(std::move(chosen->choice));
-    tell_likelihood("structure and model are chosen by all: most records show at most a rigid machine alone");
+    tell_likelihood(
+        "structure and model are chosen from all records together: by themselves, most show at most a rigid "
+        "machine");
     return true;
   }
 
@@ -136,7 +138,7 @@ class Joiner {
                                  diagnostics::Severity::warning,
                                  {},
                                  {},
-                                 "The likelihood over all records found no optimum: the records' own "
+                                 "The fit to all records together did not converge: the records' own "
                                  "estimates are combined instead."});
       return false;
     }
@@ -179,7 +181,7 @@ class Joiner {
     return fit && fit->converged ? estimate_of(fit->model) : ParameterEstimate{};
   }
 
-  void hold_against_one_another() {
+  void test_own_estimates() {
     std::vector<std::size_t> record;
     for (std::size_t i = 0; i < records_.size(); ++i) {
       auto estimate = own_estimate(i);
@@ -218,10 +220,11 @@ class Joiner {
     store(all, joint_.model.drive);
     joint_.model.model_error = unexplained_difference(joint_.model.drive, response_);
     if (joint_.choices.empty()) tell_structure(kind);
-    joint_.choices.push_back({"estimate", fmt::format("mean of {} records' own estimates", own_.size()),
-                              kind.of_responses ? "their models were fitted to responses: a likelihood of "
-                                                  "the records is ruled by something else"
-                                                : "the likelihood over all records found no optimum"});
+    joint_.choices.push_back(
+        {"estimate", fmt::format("mean of {} records' own estimates", own_.size()),
+         kind.of_responses
+             ? "their models were fitted to responses: something else would dominate a fit to the records"
+             : "the fit to all records together did not converge"});
     if (!joint_.model.from_record) return true;
     auto config = config_of(joint_.model);
     config.fixed_model = true;

@@ -2,7 +2,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <identification/track/axis_setup.hpp>
 #include <identification/track/stiffness_drift.hpp>
@@ -19,30 +18,31 @@ constexpr double kPeriodsRemembered = 24.0;  // of the resonance, by recursive l
 constexpr double kPeriodsOfVariables = 6.0;  // the same of instrumental variables
 constexpr double kPeriodsOfPhysical = 4.0;   // the same of the physical tracker
 constexpr double kFrictionShare = 0.3;       // of the largest torque: how much of it friction may take
+constexpr double kStartDeviations = 10.0;    // of a start's own: how far off it may be
 
-/// In the order of TrackMethod; automatic is chosen before.
-constexpr std::array kMethods = {AxisMethod::lines,
-                                 AxisMethod::arx,
-                                 AxisMethod::output_error,
-                                 AxisMethod::prediction_error,
-                                 AxisMethod::closed_loop,
-                                 AxisMethod::filtered_closed_loop,
-                                 AxisMethod::damped_closed_loop,
-                                 AxisMethod::instrumental_variables,
-                                 AxisMethod::physical,
-                                 AxisMethod::lines,
-                                 AxisMethod::sliding_dft};
-static_assert(kMethods.size() == kTrackMethodNames.size());
+/// The engine's method has the same name; automatic is chosen before.
+constexpr std::optional<AxisMethod> same_name(TrackMethod method) {
+  return from_name<AxisMethod>(name_of(method));
+}
+static_assert(std::ranges::all_of(kTrackMethodNames, [](const auto& known) {
+  return same_name(known.value).has_value() == (known.value != TrackMethod::automatic);
+}));
 
 AxisMethod method_of(const TrackPlan& plan) {
   const bool follows_chirp = plan.method == TrackMethod::kalman && plan.measurement.sweep;
-  return follows_chirp ? AxisMethod::chirp : kMethods[static_cast<std::size_t>(plan.method)];
+  return follows_chirp ? AxisMethod::chirp : *same_name(plan.method);
 }
 
 online::AxisOutput output_of(data::OutputQuantity quantity) {
-  constexpr std::array kAll = {online::AxisOutput::velocity, online::AxisOutput::position,
-                               online::AxisOutput::acceleration};
-  return kAll[static_cast<std::size_t>(quantity)];
+  switch (quantity) {
+    case data::OutputQuantity::position:
+      return online::AxisOutput::position;
+    case data::OutputQuantity::acceleration:
+      return online::AxisOutput::acceleration;
+    case data::OutputQuantity::velocity:
+      break;
+  }
+  return online::AxisOutput::velocity;
 }
 
 double largest_of(const std::vector<double>& x) {
@@ -65,7 +65,7 @@ double fastest_of(const data::Record& stretch) {
 online::StartingValue starting(const fit::DriveModel& drive, fit::Parameter parameter) {
   const double least = parameter == fit::kDamping ? 0.3 : 0.1;
   const auto e = drive.estimate(parameter);
-  return {e.value, std::clamp(10.0 * e.std / std::max(e.value, 1e-300), least, 1.0)};
+  return {e.value, std::clamp(kStartDeviations * e.std / std::max(e.value, 1e-300), least, 1.0)};
 }
 
 void set_physical(const data::Record& stretch, const TrackOptions& options, const TrackPlan& plan,
@@ -77,7 +77,11 @@ void set_physical(const data::Record& stretch, const TrackOptions& options, cons
   p.stiffness = starting(drive, fit::kStiffness);
   p.damping = starting(drive, fit::kDamping);
   const double largest = std::max(largest_of(stretch.input.samples), 1e-12);
+  const auto viscous = drive.estimate(fit::kViscousFriction);
   p.viscous_friction_nms_rad.value = drive.parameters.viscous_friction;
+  // What a start found is not known: held, it would stand in every margin, and in none of their bars.
+  if (drive.estimated[fit::kViscousFriction] && std::isfinite(viscous.std))
+    p.viscous_friction_nms_rad.std = kStartDeviations * viscous.std;
   if (options.common.friction == Friction::viscous || options.common.friction == Friction::both)
     p.viscous_friction_nms_rad.std = kFrictionShare * largest / fastest_of(stretch);
   if (setup.config.coulomb_friction) p.coulomb_friction_nm.std = kFrictionShare * largest;
@@ -98,14 +102,11 @@ void set_discrete(const data::Record& stretch, const TrackOptions& options, cons
     setup.start_b.push_back(i < g.numerator.size() ? g.numerator[i] : 0.0);
     setup.start_a.push_back(i < g.denominator.size() ? g.denominator[i] : 0.0);
   }
-  using online::Forgetting;
-  constexpr std::array kForgetting = {Forgetting::constant, Forgetting::none, Forgetting::variable,
-                                      Forgetting::directional};
-  setup.config.adaptation.forgetting = kForgetting[static_cast<std::size_t>(options.forgetting)];
+  setup.config.adaptation.forgetting = options.forgetting;
   setup.config.extrapolate = options.extrapolate;
   const double own = stretch.output_quantity == data::OutputQuantity::position ? 0.5 : 0.0;
   const double delay = plan.delay_s * stretch.sample_rate_hz + own;
-  setup.left_of_delay = delay - std::round(delay);
+  setup.fractional_delay = delay - std::round(delay);
   const double periods =
       plan.method == TrackMethod::instrumental_variables ? kPeriodsOfVariables : kPeriodsRemembered;
   if (order > 1) setup.memory_s = periods / drive.resonance().value;
@@ -179,12 +180,9 @@ void set_baseline(const data::Record& stretch, const TrackOptions& options, Axis
 /// A change is looked for in blocks of twice the memory, whose means hardly depend on one another.
 void set_change(const TrackOptions& options, AxisSetup& setup) {
   if (!options.change_of) return;
-  constexpr std::array kFigures = {online::AxisFigure::resonance,      online::AxisFigure::antiresonance,
-                                   online::AxisFigure::crossover,      online::AxisFigure::phase_margin,
-                                   online::AxisFigure::modulus_margin, online::AxisFigure::gap};
   constexpr double kShortest = 0.25, kRows = 4.0, kBlocks = 16.0;
   auto& c = setup.config;
-  c.change_of = kFigures[static_cast<std::size_t>(*options.change_of)];
+  c.change_of = options.change_of;
   const double row_s = static_cast<double>(options.every) / c.sample_rate_hz;
   const double memory = options.memory_s > 0.0 ? options.memory_s : setup.memory_s;
   c.change.block_s = std::max({kShortest, 2.0 * memory, kRows * row_s});
@@ -269,19 +267,17 @@ const char* field_of(std::string_view field) {
     std::string_view field;
     const char* ours;
   };
-  constexpr std::array kNames = {
-      Name{"controller", "controller"},  Name{"numerator", "controller"},
-      Name{"denominator", "controller"}, Name{"pole_radius", "pole_radius"},
-      Name{"lambda", "lambda"},          Name{"window", "memory_s"},
-      Name{"memory", "memory_s"},        Name{"lines", "lines_hz"},
-      Name{"frequency", "lines_hz"},     Name{"sweep", "chirp"},
-      Name{"from_hz", "chirp"},          Name{"to_hz", "chirp"},
-      Name{"baseline", "baseline"},      Name{"change", "change_of"},
-      Name{"block", "change_of"},        Name{"false_alarm", "false_alarm_interval_s"},
-      Name{"delay", "delay_s"}};
-  const auto found =
-      std::find_if(kNames.begin(), kNames.end(), [&](const Name& n) { return field.starts_with(n.field); });
-  return found == kNames.end() ? "method" : found->ours;
+  constexpr Name kNames[] = {{"controller", "controller"},  {"numerator", "controller"},
+                             {"denominator", "controller"}, {"pole_radius", "pole_radius"},
+                             {"lambda", "lambda"},          {"window", "memory_s"},
+                             {"memory", "memory_s"},        {"lines", "lines_hz"},
+                             {"frequency", "lines_hz"},     {"sweep", "chirp"},
+                             {"from_hz", "chirp"},          {"to_hz", "chirp"},
+                             {"baseline", "baseline"},      {"change", "change_of"},
+                             {"block", "change_of"},        {"false_alarm", "false_alarm_interval_s"},
+                             {"delay", "delay_s"}};
+  const auto* found = std::ranges::find_if(kNames, [&](const Name& n) { return field.starts_with(n.field); });
+  return found == std::end(kNames) ? "method" : found->ours;
 }
 
 }  // namespace
@@ -292,7 +288,7 @@ expected<AxisPointer, Error> make_axis(const AxisSetup& setup, const TrackPlan& 
   const auto made = online::Axis::create_in(memory, setup.config);
   if (made) return axis;
   const Error& e = made.error();
-  if (e.field == "start_b" && e.requirement.view().find("stable") != std::string_view::npos)
+  if (e.field == "start_b")  // it has the right size: what is left to be refused is its loop
     return tl::unexpected(
         Error{"controller", fmt::format("{}: the loop of the start model and this controller is "
                                         "unstable: controller, delay or sign do not belong to "

@@ -17,8 +17,8 @@ struct AxisSetup {
   online::AxisConfig config;  ///< Its spans lie in the vectors below.
   std::vector<double> lines_hz, numerator, denominator, start_b, start_a, baseline_hz;
   std::vector<std::complex<double>> baseline;
-  double memory_s = 0.0;       ///< Of the estimate, roughly: how far apart its values are independent.
-  double left_of_delay = 0.0;  ///< Samples of the delay that a discrete model cannot hold.
+  double memory_s = 0.0;  ///< Memory of the estimate, roughly: how far apart its values are independent.
+  double fractional_delay = 0.0;  ///< Part of the delay beyond whole samples, in samples.
 };
 
 /// What the learning stretch showed, as configuration of the engine.

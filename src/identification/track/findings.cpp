@@ -35,90 +35,94 @@ void inspect_gates(const online::Axis& axis, const online::AxisCounts& n, Findin
   if (n.ready == 0) {
     add(findings, "never-ready", true, static_cast<double>(n.rows), 0.0,
         "The estimator never got beyond its start: the record is too short, nothing excited the drive, or "
-        "the model to begin with is not that of this machine.");
+        "the start model is not that of this machine.");
     return;
   }
   const TrustShares s = shares_of(n);
   if (s.excited < 1.0)
     add(findings, "no-excitation", s.excited < kEnoughExcited, result.weakest_excitation,
         criteria.weak_excitation,
-        fmt::format(
-            "For {:.1f} % of the time the excitation around the resonance was below a tenth of what it "
-            "had been: the estimate is held there and not trusted.",
-            100.0 * (1.0 - s.excited)));
+        fmt::format("For {:.1f} % of the time the excitation around the resonance was below a tenth of the "
+                    "strongest so far: the estimate is frozen there, and its rows are not trusted.",
+                    100.0 * (1.0 - s.excited)));
   if (n.excited == 0) return;
   if (s.converged < 1.0) {
     const auto& row = axis.row();
     const bool known = std::isfinite(row.uncertainty);
     add(findings, "not-converged", s.converged < kEnough, known ? row.uncertainty : s.converged,
         known ? row.most_uncertainty : 1.0,
-        fmt::format(
-            "For {:.1f} % of the time the estimate was too uncertain ({:.2g} % is required), not at rest, "
-            "or showed no resonance.",
-            100.0 * (1.0 - s.converged), 100.0 * row.most_uncertainty));
+        fmt::format("For {:.1f} % of the time the estimate was too uncertain (at most {:.2g} % is allowed), "
+                    "still moving, or showed no resonance.",
+                    100.0 * (1.0 - s.converged), 100.0 * row.most_uncertainty));
   }
   if (n.lost > 0)
     add(findings, "lost", share(n.lost, n.ready) > kLost, share(n.lost, n.ready), kLost,
-        fmt::format("For {:.2g} % of the time after it had begun, the estimator was not in step with the "
-                    "machine: what it predicted did not happen, or it had to begin anew.",
+        fmt::format("For {:.2g} % of the time after its start, the estimator had lost the machine: its "
+                    "predictions failed, or it had to restart.",
                     100.0 * share(n.lost, n.ready)));
   if (s.physical < 1.0)
     add(findings, "unphysical", s.physical < kEnough, s.physical, 1.0,
-        fmt::format(
-            "For {:.1f} % of the time the estimate was no machine: unstable, or an inertia, stiffness "
-            "or damping below zero.",
-            100.0 * (1.0 - s.physical)));
+        fmt::format("For {:.1f} % of the time the estimate was not physical: unstable, or with an inertia, "
+                    "stiffness or damping below zero.",
+                    100.0 * (1.0 - s.physical)));
   if (s.residual < 1.0)
     add(findings, "residual-grown", s.residual < kEnough, result.worst_residual_growth,
         criteria.residual_growth,
-        fmt::format(
-            "The residual grew to {:.1f} times its usual rms: the machine did something that the model "
-            "does not know, or changed faster than the estimate follows.",
-            result.worst_residual_growth));
+        fmt::format("The residual grew to {:.1f} times its usual rms: the machine did something that the "
+                    "model does not describe, or changed faster than the estimate follows.",
+                    result.worst_residual_growth));
   if (axis.white_residual() && std::abs(result.residual_correlation) > kColoured)
-    findings.push_back(
-        {"coloured-residual", Severity::info, result.residual_correlation, kColoured,
-         "Neighbouring residuals are correlated: the noise is not white or the model misses something; the "
-         "error bars are then too small."});
+    findings.push_back({"coloured-residual", Severity::info, result.residual_correlation, kColoured,
+                        "Neighbouring residuals are correlated: the noise is not white, or the model misses "
+                        "something. The error bars are then too small."});
 }
 
 /// Whether a small error of the parameters would have grown.
 void inspect_stability(const online::AxisStability& s, TrackMethod method, Findings& findings) {
   if (kUnstableShare * static_cast<double>(s.watched) < static_cast<double>(s.unstable))
     add(findings, "locally-unstable", true, s.least_eigenvalue, 0.0,
-        fmt::format("{} is driven away from the right parameters of this machine: it is damped too "
-                    "little for so fast a sampling. Use d-cloe, iv or physical.",
+        fmt::format("{} does not converge to the true parameters of this machine, whose damping is too low "
+                    "for this sample rate. Use d-cloe, iv or physical.",
                     name_of(method)));
   if (s.restarts > 0)
     add(findings, "predictor-lost", true, static_cast<double>(s.restarts), 0.0,
-        "The predictor ran away from the measured output and was started again: the estimate "
-        "is not to be trusted. Use d-cloe, iv or physical.");
+        "The predictor diverged from the measured output and was restarted: the estimate is not reliable. "
+        "Use d-cloe, iv or physical.");
 }
 
-void inspect_controller(const online::AxisRow& row, Findings& findings) {
-  if (!row.controller_differs) return;
-  const double off = row.controller_difference;  // not known to a figure yet: not a number
+void inspect_controller(const ControllerRows& rows, Findings& findings) {
+  const double differing = share(rows.differing, rows.seen);
+  if (!(differing > kLost)) return;
   findings.push_back(
-      {"controller-differs", Severity::error, std::isfinite(off) ? std::optional(off) : std::nullopt,
+      {"controller-differs", differing > 1.0 - kEnough ? Severity::error : Severity::warning, rows.difference,
        online::ControllerCheck<double>::kRelevant,
-       fmt::format(
-           "The controller told is not the one that ran: excitation, input and output show another one{}. "
-           "The margins are not those of this loop, and methods that use the controller are wrong.",
-           std::isfinite(off) ? fmt::format(", which differs from it by up to {:.0f} %", 100.0 * off)
-                              : std::string())});
+       fmt::format("The controller given is not the one that ran: for {:.0f} % of the time excitation, input "
+                   "and output show another one{}. The margins are not those of this loop, and methods that "
+                   "use the controller give wrong estimates.",
+                   100.0 * differing,
+                   rows.difference
+                       ? fmt::format(", which differs from it by up to {:.0f} %", 100.0 * *rows.difference)
+                       : std::string())});
 }
 
 void inspect_change(const online::AxisResult& result, double start_time_s, Findings& findings) {
   if (!result.changed) return;
   const auto& c = result.change;
   add(findings, "changed", false, c.size, c.size_std,
-      fmt::format(
-          "From {:.4g} s on the watched figure was another one, by {:.4g} +- {:.2g}; it was noticed at "
-          "{:.4g} s.",
-          start_time_s + c.time_s, c.size, 2.0 * c.size_std, start_time_s + c.detected_s));
+      fmt::format("From {:.4g} s on the watched figure differs by {:.4g} +- {:.2g}; the change was detected "
+                  "at {:.4g} s.",
+                  start_time_s + c.time_s, c.size, 2.0 * c.size_std, start_time_s + c.detected_s));
 }
 
 }  // namespace
+
+void ControllerRows::add(const online::AxisRow& row) {
+  const bool known = std::isfinite(row.controller_difference);
+  if (known || row.controller_differs) ++seen;
+  if (!row.controller_differs) return;
+  ++differing;
+  if (known) difference = row.controller_difference;
+}
 
 online::AxisCounts since(const online::AxisCounts& now, const online::AxisCounts& then) {
   return {now.rows - then.rows,           now.ready - then.ready,
@@ -133,18 +137,18 @@ TrustShares shares_of(const online::AxisCounts& n) {
 }
 
 std::vector<Finding> run_findings(const online::Axis& axis, const online::AxisCounts& counts,
-                                  const TrackPlan& plan, const AxisSetup& setup, double start_time_s) {
+                                  const ControllerRows& controller, const TrackPlan& plan,
+                                  const AxisSetup& setup, double start_time_s) {
   Findings findings;
   inspect_gates(axis, counts, findings);
-  inspect_controller(axis.row(), findings);
+  inspect_controller(controller, findings);
   inspect_change(axis.result(), start_time_s, findings);
   inspect_stability(axis.result().stability, plan.method, findings);
-  if (!setup.start_b.empty() && std::abs(setup.left_of_delay) > kNoticeable)
-    findings.push_back(
-        {"fractional-delay", Severity::info, setup.left_of_delay, kNoticeable,
-         fmt::format("{} knows whole samples of delay only: {:+.2f} samples of it became part of the "
-                     "model's zeros. physical takes any delay.",
-                     name_of(plan.method), setup.left_of_delay)});
+  if (!setup.start_b.empty() && std::abs(setup.fractional_delay) > kNoticeable)
+    findings.push_back({"fractional-delay", Severity::info, setup.fractional_delay, kNoticeable,
+                        fmt::format("{} models whole samples of delay only: the other {:+.2f} samples became "
+                                    "part of the model's zeros. physical takes any delay.",
+                                    name_of(plan.method), setup.fractional_delay)});
   return findings;
 }
 
@@ -156,40 +160,36 @@ std::vector<Finding> learning_findings(const TrackOptions& options, const TrackP
                         Severity::info,
                         {},
                         {},
-                        "Method, excitation and start were decided from the whole record: the rows know what "
-                        "came after them, "
-                        "which a drive would not have known."});
+                        "Method, excitation and start model were chosen from the whole record: the rows use "
+                        "later samples, which a drive would not have had."});
   if (!plan.start) return findings;
   const double further = plan.delay_s - options.common.delay_s;
   if (std::abs(further) * setup.config.sample_rate_hz > kNoticeable)
-    findings.push_back(
-        {"further-delay",
-         Severity::info,
-         further,
-         {},
-         fmt::format("The model to begin with has {:.3g} ms of delay where {:.3g} ms were given: "
-                     "its own is used, in the margins too.",
-                     1e3 * plan.delay_s, 1e3 * options.common.delay_s)});
+    findings.push_back({"further-delay",
+                        Severity::info,
+                        further,
+                        {},
+                        fmt::format("The start model has a delay of {:.3g} ms where {:.3g} ms were given: "
+                                    "the model's delay is used, in the margins too.",
+                                    1e3 * plan.delay_s, 1e3 * options.common.delay_s)});
   if (!plan.start->trusted)
     findings.push_back(
         {"untrusted-start",
          Severity::error,
          {},
          {},
-         "The model to begin with is itself not to be trusted (`identify` says why), and what is tracked "
-         "from "
-         "it has its structure and its delay. Give .start, or input, output and delay as they are."});
+         "The start model is itself not reliable (`identify` says why), and what is tracked from it has its "
+         "structure and delay. Give .start, or the right input, output and delay."});
   return findings;
 }
 
 std::vector<Finding> gap_findings(const data::Record& record) {
   if (record.sampling.gaps == 0) return {};
   return {{"shifted-times", Severity::error, static_cast<double>(record.sampling.gaps), 0.0,
-           fmt::format(
-               "Samples are missing (the longest gap is {:.3g} s, the first at {:.6g} s): rows after a gap "
-               "carry times that are too early by it, and estimators ran on as if nothing were missing. "
-               "Track the parts by themselves with .from_s and .to_s.",
-               record.sampling.largest_gap_s, record.sampling.first_gap_at_s)}};
+           fmt::format("Samples are missing (the longest gap is {:.3g} s, the first at {:.6g} s): the times "
+                       "of rows after a gap are too early by its length, and the estimators ran on as if "
+                       "nothing were missing. Track the parts separately with .from_s and .to_s.",
+                       record.sampling.largest_gap_s, record.sampling.first_gap_at_s)}};
 }
 
 }  // namespace resonid::identification::detail

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
-#include <algorithm>
 #include <cmath>
 #include <identification/track/loop_curves.hpp>
 #include <resonid/base/constants.hpp>
+#include <resonid/online/supervision/detail/loop_grid.hpp>
 
 namespace resonid::identification::detail {
 namespace {
@@ -10,23 +10,6 @@ namespace {
 using Complex = std::complex<double>;
 
 bool finite(Complex z) { return std::isfinite(z.real()) && std::isfinite(z.imag()); }
-
-/// Over the band up to half the sample rate, closer about the resonance, which turns the curve.
-std::vector<double> model_grid(double sample_rate_hz, double resonance_hz) {
-  constexpr int kPoints = 200, kNear = 160;
-  constexpr double kNearSpan = 1.4;
-  std::vector<double> grid;
-  const auto add = [&](double low, double high, int points) {
-    for (int i = 0; i < points; ++i)
-      grid.push_back(low * std::pow(high / low, static_cast<double>(i) / (points - 1)));
-  };
-  const double low = 0.0005 * sample_rate_hz, high = 0.499 * sample_rate_hz;
-  add(low, high, kPoints);
-  if (resonance_hz > low * kNearSpan && resonance_hz * kNearSpan < high)
-    add(resonance_hz / kNearSpan, resonance_hz * kNearSpan, kNear);
-  std::sort(grid.begin(), grid.end());
-  return grid;
-}
 
 }  // namespace
 
@@ -54,8 +37,9 @@ data::FrequencyResponse LoopCurves::curve(const online::Axis& axis) const {
     loop.value.push_back(plant * controller_and_delay(f));
   };
   if (axis.has_model()) {
-    for (const double f : model_grid(setup_.config.sample_rate_hz, axis.row().resonance_hz.value))
-      add(f, axis.response(f));
+    online::detail::LoopGrid grid(setup_.config.sample_rate_hz, setup_.config.loop_from_hz);
+    for (grid.begin(axis.row().resonance_hz.value); !grid.done(); grid.advance())
+      add(grid.hz(), axis.response(grid.hz()));
   } else if (setup_.config.method == online::AxisMethod::chirp) {
     for (const auto& [f, plant] : swept_) add(f, plant);
   } else {

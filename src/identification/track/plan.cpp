@@ -10,7 +10,21 @@ namespace {
 using Refused = tl::unexpected<Error>;
 
 bool needs_controller(TrackMethod m) {
-  return m >= TrackMethod::closed_loop_output_error && m <= TrackMethod::instrumental_variables;
+  switch (m) {
+    case TrackMethod::closed_loop_output_error:
+    case TrackMethod::filtered_closed_loop_output_error:
+    case TrackMethod::damped_closed_loop_output_error:
+    case TrackMethod::instrumental_variables:
+      return true;
+    default:
+      return false;
+  }
+}
+
+/// By recursive least squares, whose forgetting can be chosen.
+bool is_recursion(TrackMethod m) {
+  return m == TrackMethod::arx || m == TrackMethod::output_error || m == TrackMethod::prediction_error ||
+         (needs_controller(m) && m != TrackMethod::instrumental_variables);
 }
 
 /// What a method of parameters does with the loop; line trackers follow the option.
@@ -31,30 +45,28 @@ void choose(const data::Record& stretch, const TrackOptions& options, TrackPlan&
   const bool lines = m.sweep || !m.grid_hz.empty() || m.period_samples > 0;
   if (plan.start && !plan.start->trusted && lines) {
     plan.method = TrackMethod::kalman;
-    plan.reason = "the model that the record shows is not to be trusted itself, so lines are tracked";
+    plan.reason = "the model identified from the record is itself not reliable, so lines are tracked";
     return;
   }
   if (velocity && has_two_masses(plan.start) && !(options.memory_s > 0.0)) {
     plan.method = TrackMethod::physical;
     plan.reason =
         plan.measurement.sweep
-            ? "a two-mass model to begin with is known; the machine is taken to stay while the chirp runs"
-            : "a two-mass model to begin with is known; stiffness drift and load torque are tracked with it";
+            ? "a two-mass start model is known; the machine is assumed constant during the chirp"
+            : "a two-mass start model is known; stiffness drift and load torque are tracked with it";
     return;
   }
   if (velocity && plan.start && options.common.controller && stretch.excitation.present() &&
       !plan.measurement.sweep) {
     plan.method = TrackMethod::instrumental_variables;
-    plan.reason =
-        options.memory_s > 0.0
-            ? "excitation and controller are known, and a memory is wanted"
-            : "the model to begin with is not a two-mass one, but excitation and controller are known";
+    plan.reason = options.memory_s > 0.0
+                      ? "excitation and controller are known, and a memory was requested"
+                      : "the start model is not a two-mass one, but excitation and controller are known";
     return;
   }
   plan.method = TrackMethod::kalman;
-  plan.reason = plan.measurement.sweep
-                    ? "no two-mass model to begin with: the line of the chirp is followed"
-                    : "nothing to begin with that other methods could use: lines are tracked";
+  plan.reason = plan.measurement.sweep ? "no two-mass start model: the line of the chirp is tracked"
+                                       : "no start model that other methods could use: lines are tracked";
 }
 
 /// What the start model found beyond its known delay counts as long as that known delay is the one told now:
@@ -74,8 +86,7 @@ std::optional<Error> contradiction(const data::Record& record, const TrackOption
     return Error{
         "memory_s",
         "physical forgets by the rate at which the stiffness may change, not by a memory: leave it out"};
-  const bool recursion = m >= TrackMethod::arx && m <= TrackMethod::damped_closed_loop_output_error;
-  if (options.forgetting != TrackForgetting::constant && !recursion)
+  if (options.forgetting != online::Forgetting::constant && !is_recursion(m))
     return Error{"forgetting",
                  fmt::format("is a choice of arx, oe, rpem, cloe, f-cloe and d-cloe, found {}", name)};
   if (options.extrapolate && m != TrackMethod::instrumental_variables)

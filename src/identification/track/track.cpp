@@ -104,7 +104,7 @@ class Run {
 
   void finish() {
     const auto counts = detail::since(axis_->result().counts, learned_);
-    auto findings = detail::run_findings(*axis_, counts, plan_, *setup_, start_time_s_);
+    auto findings = detail::run_findings(*axis_, counts, controller_, plan_, *setup_, start_time_s_);
     std::move(findings.begin(), findings.end(), std::back_inserter(track_.findings));
     track_.shares = detail::shares_of(counts);
     track_.loop = curves_.take(*axis_);
@@ -130,6 +130,7 @@ class Run {
         static_cast<double>(row.sample) - (options_.raw_time || !std::isfinite(lag) ? 0.0 : lag);
     // A lag that grows by more than a sample a sample must not turn time back.
     newest_time_s_ = std::max(newest_time_s_, start_time_s_ + described / rate_hz_);
+    controller_.add(row);
     rows_.add(*axis_, {newest_time_s_, lag / rate_hz_, positions_.at(described)});
     curves_.add(*axis_, newest_time_s_);
   }
@@ -139,6 +140,7 @@ class Run {
   std::unique_ptr<detail::AxisSetup> setup_;
   detail::AxisPointer axis_;
   online::AxisCounts learned_{};  // rows that were not handed out
+  detail::ControllerRows controller_;
   double rate_hz_, start_time_s_;
   Positions positions_;
   detail::StiffnessDrift drift_;
@@ -155,7 +157,7 @@ std::optional<Error> check(const data::Record& head, const TrackOptions& options
   if (options.every == 0) return Error{"every", "must be 1 or more, found 0"};
   if (options.learn_s && options.whole_record)
     return Error{"learn_s",
-                 "tells a stretch of the record, and .whole_record takes all of it: leave one out"};
+                 "names a stretch of the record, and .whole_record takes all of it: leave one out"};
   if (options.learn_s && !(*options.learn_s * rate_hz >= kFewestLearned && std::isfinite(*options.learn_s)))
     return Error{"learn_s", fmt::format("must be {:g} samples ({:g} s) at least, found {:g} s",
                                         kFewestLearned, kFewestLearned / rate_hz, *options.learn_s)};
@@ -279,10 +281,10 @@ class Tracking::Impl {
       return {"method", fmt::format("{} needs a model to begin with, and the record shows none: give .start",
                                     name_of(method))};
     const double seconds = static_cast<double>(samples_) / stretch_.sample_rate_hz;
-    return {"learn_s", fmt::format("the record ends, after {:.3g} s, before what it shows suffices to begin "
-                                   "with: give .start, a shorter .learn_s, a longer record, or .whole_record "
-                                   "(rows then know what came after them)",
-                                   seconds)};
+    return {"learn_s",
+            fmt::format("the record ends after {:.3g} s, too early to start from what it shows: give .start, "
+                        "a shorter .learn_s, a longer record, or .whole_record (rows then use later samples)",
+                        seconds)};
   }
 
   void tell(std::string_view stage) const {

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <identification/linear_simulation.hpp>
-#include <numeric>
+#include <resonid/base/detail/statistics.hpp>
 #include <resonid/fit/output_error.hpp>
 #include <resonid/identification/detail/cross_validation.hpp>
 #include <resonid/identification/validate.hpp>
@@ -33,14 +33,11 @@ std::optional<double> fit_percent(const data::Record& record, const fit::BlackBo
   const auto& y = record.output.samples;
   const auto simulation = detail::simulate_nearest(
       detail::delayed(model.transfer_function, model.delay_samples), record.input.samples, y, false);
-  const double mean = std::accumulate(y.begin(), y.end(), 0.0) / static_cast<double>(y.size());
-  double left = 0.0, total = 0.0;
-  for (std::size_t k = 0; k < y.size(); ++k) {
-    left += std::pow(y[k] - simulation.output[k], 2);
-    total += std::pow(y[k] - mean, 2);
-  }
+  const double total = squares_about_mean(y);
+  double left = 0.0;
+  for (std::size_t k = 0; k < y.size(); ++k) left += std::pow(y[k] - simulation.output[k], 2);
   if (!(total > 0.0) || !std::isfinite(left)) return std::nullopt;
-  return 100.0 * (1.0 - std::sqrt(left / total));
+  return fit_percent_of(left, total);
 }
 
 void compare_structures(const data::Record& record, const Options& options, Result& result) {
@@ -63,8 +60,8 @@ void judge(Verdict verdict, Result& result) {
        rejected ? Severity::error : Severity::warning,
        v.simulation_fit_percent,
        {},
-       fmt::format("On {}, to which it was not fitted, the model is {}: it simulates {:.1f} % of the output "
-                   "there.",
+       fmt::format("On {}, to which it was not fitted, the model is {}: its simulation reproduces {:.1f} % "
+                   "of the output there.",
                    v.file, rejected ? "rejected" : "doubtful", v.simulation_fit_percent)});
   if (rejected) result.trusted = false;
 }

@@ -5,8 +5,8 @@
 #include <identification/identify/measure/methods.hpp>
 #include <identification/linear_simulation.hpp>
 #include <identification/validate/evidence.hpp>
-#include <numeric>
 #include <resonid/base/constants.hpp>
+#include <resonid/base/detail/statistics.hpp>
 #include <resonid/response/line_estimates.hpp>
 
 #include "linalg/decompositions.hpp"
@@ -219,8 +219,7 @@ void look_into_residual(const data::Record& record, const ValidateOptions& optio
     const auto [low, high] = *options.fit_band_hz;
     const double all = v.output_spectrum.between(low, high);
     v.fit_band_hz = options.fit_band_hz;
-    if (all > 0.0)
-      v.fit_in_band_percent = 100.0 * (1.0 - std::sqrt(v.residual_spectrum.between(low, high) / all));
+    if (all > 0.0) v.fit_in_band_percent = fit_percent_of(v.residual_spectrum.between(low, high), all);
   }
   const bool excited = record.excitation.present();
   const auto lags =
@@ -229,13 +228,9 @@ void look_into_residual(const data::Record& record, const ValidateOptions& optio
       v.residual, part(excited ? record.excitation : record.input), lags, uncertainty);
   v.dependence.on = excited ? "excitation" : "input";
   if (v.candidate.own) {
-    const double mean =
-        std::accumulate(output.begin(), output.end(), 0.0) / static_cast<double>(output.size());
-    double total = 0.0;
-    for (const double y : output) total += (y - mean) * (y - mean);
+    const double total = squares_about_mean(output), rms = v.candidate.own->rms;
     if (total > 0.0)
-      v.expected_fit_percent =
-          100.0 * (1.0 - v.candidate.own->rms * std::sqrt(static_cast<double>(output.size()) / total));
+      v.expected_fit_percent = fit_percent_of(rms * rms * static_cast<double>(output.size()), total);
   }
   put_maps(record, v);
 }

@@ -7,7 +7,6 @@
 #include <identification/linear_simulation.hpp>
 #include <identification/validate/evidence.hpp>
 #include <identification/validate/verdict.hpp>
-#include <numeric>
 #include <resonid/base/detail/statistics.hpp>
 #include <resonid/diagnostics/detail/data_findings.hpp>
 #include <resonid/fit/detail/noise_model.hpp>
@@ -21,10 +20,6 @@ using diagnostics::Severity;
 
 tl::unexpected<Error> refused(std::string field, std::string message) {
   return tl::unexpected(Error{std::move(field), std::move(message)});
-}
-
-double norm(std::span<const double> x) {
-  return std::sqrt(std::inner_product(x.begin(), x.end(), x.begin(), 0.0));
 }
 
 class Simulator {
@@ -167,13 +162,13 @@ class Simulator {
 
   void fit_percents() {
     const auto output = std::span(record_.output.samples).subspan(v_.first_sample);
-    const double total = std::sqrt(squares_about_mean(output));
+    const double total = squares_about_mean(output);
     if (!(total > 0.0)) return;
-    v_.simulation_fit_percent = 100.0 * (1.0 - norm(v_.residual) / total);
+    v_.simulation_fit_percent = fit_percent_of(sum_of_squares(v_.residual), total);
     const auto noise = fit::fit_noise_model(v_.residual, fit::kHighestNoiseOrder);
     const auto innovation = fit::whiten(v_.residual, noise);
     const auto foretold = output.subspan(output.size() - innovation.size());
-    v_.prediction_fit_percent = 100.0 * (1.0 - norm(innovation) / std::sqrt(squares_about_mean(foretold)));
+    v_.prediction_fit_percent = fit_percent_of(sum_of_squares(innovation), squares_about_mean(foretold));
   }
 
   void residual_tests() {

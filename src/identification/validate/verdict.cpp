@@ -59,17 +59,16 @@ void inspect_correlation(ModelValidation& v, const Evidence& e) {
   if (e.correlated())
     v.findings.push_back({"correlated-residual", Severity::warning, l.value,
                           diagnostics::kPracticalCorrelation,
-                          fmt::format("What the model leaves follows the {} with a correlation of {:.2f} "
-                                      "(lag {}), beyond the practical "
-                                      "limit: it misses something of the drive.",
+                          fmt::format("The residual follows the {} with a correlation of {:.2f} (lag {}), "
+                                      "beyond the practical limit: the model misses something of the drive.",
                                       l.with, l.value, l.lag)});
   else if (l.value > test.limit)
     v.findings.push_back(
         {"correlation-shows", Severity::info, l.value, test.limit,
-         fmt::format(
-             "The residual's correlation with the {} passes the limit of 3 % per lag. At {:.0f} dB of signal "
-             "over residual even small errors of the true structure do: it decides nothing.",
-             l.with, test.snr_db)});
+         fmt::format("The residual's correlation with the {} exceeds the limit of 3 % per lag. With the "
+                     "simulated output {:.0f} dB above the residual, even small errors of a model of the "
+                     "right structure do that: it does not affect the verdict.",
+                     l.with, test.snr_db)});
 }
 
 void inspect_response(ModelValidation& v, const Evidence& e) {
@@ -77,18 +76,15 @@ void inspect_response(ModelValidation& v, const Evidence& e) {
     v.findings.push_back({"response-differs", Severity::warning, v.worst_line_error,
                           kCriteria.noticeable_error,
                           fmt::format("At {:.4g} Hz model and measured response differ by {:.0f} %, more "
-                                      "than noise explains: there the "
-                                      "drive is another, or has changed.",
+                                      "than noise explains: the drive is different there, or has changed.",
                                       *v.worst_line_hz, 100.0 * *v.worst_line_error)});
   if (!e.misfit()) return;
   const bool bad = e.response_error > kCriteria.rejected_error;
-  v.findings.push_back(
-      {"misfit", bad ? Severity::error : Severity::warning, e.response_error,
-       bad ? kCriteria.rejected_error : kCriteria.noticeable_error,
-       fmt::format(
-           "Model and measured response differ by {:.0f} % (rms over the lines), by {:.0f} % at least, "
-           "beyond the noise.",
-           100.0 * v.response_error.value_or(0.0), 100.0 * e.response_error)});
+  v.findings.push_back({"misfit", bad ? Severity::error : Severity::warning, e.response_error,
+                        bad ? kCriteria.rejected_error : kCriteria.noticeable_error,
+                        fmt::format("Model and measured response differ beyond the noise by {:.0f} % (rms "
+                                    "over the lines), and by at least {:.0f} % with 95 % confidence.",
+                                    100.0 * v.response_error.value_or(0.0), 100.0 * e.response_error)});
 }
 
 /// Much less is reproduced than the residual on the model's own record lets expect, and noise is not why.
@@ -101,32 +97,30 @@ void inspect_fit(ModelValidation& v, const Evidence& e) {
   if (fits_less_here(v, e))
     v.findings.push_back(
         {"fits-less-here", Severity::warning, v.simulation_fit_percent, v.expected_fit_percent,
-         fmt::format("The model reproduces {:.0f} % of this output; with what it left of its own record it "
-                     "would be {:.0f} %, and the rest depends on the {}: the drive behaves in another way "
-                     "here.",
+         fmt::format("The model reproduces {:.0f} % of this output; with the residual of its own record it "
+                     "would be {:.0f} %. The rest depends on the {}: the drive behaves differently here.",
                      v.simulation_fit_percent, *v.expected_fit_percent, v.dependence.on)});
   if (v.simulation_fit_percent >= kCriteria.poor_fit) return;
   if (e.correlated())
     v.findings.push_back({"poor-fit", Severity::error, v.simulation_fit_percent, kCriteria.poor_fit,
-                          "The model reproduces less than half of the output, and what it leaves is no "
-                          "noise: it is not the model of this drive at this operating point."});
+                          "The model reproduces less than half of the output, and the residual is not noise: "
+                          "it is not the model of this drive at this operating point."});
   else
     v.findings.push_back({"noisy-record", Severity::warning, v.simulation_fit_percent, kCriteria.poor_fit,
-                          "Less than half of the output is reproduced, but what is left does not follow "
-                          "the input: noise or disturbances, which say little for or against the model."});
+                          "Less than half of the output is reproduced, but the residual does not follow the "
+                          "input: it is noise or disturbances, which say little for or against the model."});
 }
 
 void inspect_maps(ModelValidation& v) {
   for (const auto& map : v.maps) {
     if (map.probability > kCriteria.improbable_map || map.share < kCriteria.map_share) continue;
     const auto [low, high] = std::minmax_element(map.mean.begin(), map.mean.end());
-    v.findings.push_back(
-        {"static-nonlinearity", Severity::warning, map.share, kCriteria.map_share,
-         fmt::format("A static function of the {} at the model's input ({:.3g} ... {:.3g} {} off a straight "
-                     "line) explains {:.0f} % of what the model leaves: {}.",
-                     map.over, *low, *high, v.units.input, 100.0 * map.share,
-                     map.over == "velocity" ? "perhaps friction that is not viscous"
-                                            : "perhaps a dead zone or saturation")});
+    v.findings.push_back({"static-nonlinearity", Severity::warning, map.share, kCriteria.map_share,
+                          fmt::format("A static function of the {} at the model's input ({:.3g} ... {:.3g} "
+                                      "{} off a straight line) explains {:.0f} % of the residual: {}.",
+                                      map.over, *low, *high, v.units.input, 100.0 * map.share,
+                                      map.over == "velocity" ? "perhaps friction that is not viscous"
+                                                             : "perhaps a dead zone or saturation")});
   }
 }
 
@@ -143,7 +137,7 @@ void judge(ModelValidation& v) {
                           Severity::warning,
                           {},
                           {},
-                          "The result that the model comes from is not to be trusted itself."});
+                          "The result that the model comes from is itself not reliable."});
   if (!v.candidate.units_response.empty() && v.candidate.units_response != v.units.response)
     v.findings.push_back(
         {"different-units",

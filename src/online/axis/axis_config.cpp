@@ -55,7 +55,7 @@ Error of_axis(Error error) noexcept {
                 {"delay_s", "known_delay_s"},
                 {"start", "start_b"},
                 {"adaptation.start", "adaptation"},
-                {"adaptation.held", "adaptation"},
+                {"adaptation.fixed", "adaptation"},
                 {"adaptation.scale", "adaptation"},
                 {"factor", "memory_s"}};
   for (const auto& name : kNames)

@@ -55,14 +55,14 @@ void find_modes(AxisReading& r, std::size_t order, double sample_rate_hz) noexce
 
 /// Faddeev and LeVerrier: adj(zI - A) and det(zI - A) in one recursion.
 AxisReading::Model sampled_two_mass(const std::array<double, 5>& p, double sample_rate_hz) noexcept {
-  const auto held =
+  const auto zoh =
       ZohTwoMass<double>::over({p[0], p[1], p[2], p[3], p[4]},
                                kTwoPi * std::sqrt(p[2] * (1.0 / p[0] + 1.0 / p[1])), 1.0 / sample_rate_hz, 0);
   Eigen::Matrix3d a, m = Eigen::Matrix3d::Identity();
   Eigen::Vector3d b;
   for (int i = 0; i < 3; ++i) {
-    for (int j = 0; j < 3; ++j) a(i, j) = held.ab[static_cast<std::size_t>(i)][static_cast<std::size_t>(j)];
-    b(i) = held.ab[static_cast<std::size_t>(i)][3];
+    for (int j = 0; j < 3; ++j) a(i, j) = zoh.ab[static_cast<std::size_t>(i)][static_cast<std::size_t>(j)];
+    b(i) = zoh.ab[static_cast<std::size_t>(i)][3];
   }
   AxisReading::Model model;
   for (std::size_t k = 0; k < 3; ++k) {
@@ -76,22 +76,31 @@ AxisReading::Model sampled_two_mass(const std::array<double, 5>& p, double sampl
 }
 
 AxisReading::Covariance sampled_two_mass_covariance(const std::array<double, 5>& p,
-                                                    const Eigen::Matrix4d& log_covariance,
+                                                    const Eigen::Matrix<double, 5, 5>& covariance,
                                                     double sample_rate_hz) noexcept {
   constexpr double kStep = 1e-4;
-  Eigen::Matrix<double, 6, 4> by_log;
-  for (int i = 0; i < 4; ++i) {
+  Eigen::Matrix<double, 6, 5> gradient = Eigen::Matrix<double, 6, 5>::Zero();
+  for (int i = 0; i < 5; ++i) {
+    if (!(covariance(i, i) > 0.0)) continue;  // known
+    const auto at = static_cast<std::size_t>(i);
     auto up = p, down = p;
-    up[static_cast<std::size_t>(i)] *= std::exp(kStep);
-    down[static_cast<std::size_t>(i)] *= std::exp(-kStep);
+    double step = kStep;
+    if (i < 4) {
+      up[at] *= std::exp(kStep);
+      down[at] *= std::exp(-kStep);
+    } else {  // friction may be 0: a step against what the inertia takes at the resonance
+      step *= std::sqrt(p[2] * p[0]);
+      up[at] += step;
+      down[at] -= step;
+    }
     const auto above = sampled_two_mass(up, sample_rate_hz), below = sampled_two_mass(down, sample_rate_hz);
     for (int k = 0; k < 3; ++k) {
-      const auto at = static_cast<std::size_t>(k);
-      by_log(k, i) = (above.b[at] - below.b[at]) / (2.0 * kStep);
-      by_log(3 + k, i) = (above.a[at] - below.a[at]) / (2.0 * kStep);
+      const auto of = static_cast<std::size_t>(k);
+      gradient(k, i) = (above.b[of] - below.b[of]) / (2.0 * step);
+      gradient(3 + k, i) = (above.a[of] - below.a[of]) / (2.0 * step);
     }
   }
-  return by_log * log_covariance * by_log.transpose();
+  return gradient * covariance * gradient.transpose();
 }
 
 std::complex<double> axis_velocity_factor(AxisOutput output, double frequency_hz,

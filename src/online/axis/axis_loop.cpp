@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: MIT
 #include <cmath>
 #include <resonid/base/constants.hpp>
+#include <resonid/base/detail/polynomial.hpp>
 #include <resonid/online/detail/axis_loop.hpp>
 #include <resonid/online/models/detail/model_response.hpp>
+#include <span>
 
 namespace resonid::online {
 
@@ -30,22 +32,17 @@ expected<AxisController, Error> AxisController::create(std::span<const double> n
 
 std::complex<double> AxisController::response(double frequency_hz, double sample_rate_hz) const noexcept {
   const auto back = std::polar(1.0, -kTwoPi * frequency_hz / sample_rate_hz);
-  std::complex<double> top, bottom;
-  for (std::size_t i = numerator_size; i-- > 0;) top = top * back + numerator[i];
-  for (std::size_t i = denominator_size; i-- > 0;) bottom = bottom * back + denominator[i];
-  const auto c = top / bottom;
+  const auto c = polynomial(std::span(numerator).first(numerator_size), back) /
+                 polynomial(std::span(denominator).first(denominator_size), back);
   return of_position ? c / std::complex<double>(0.0, kTwoPi * frequency_hz) : c;
 }
 
 namespace detail {
 AxisLoopFigures::AxisLoopFigures(const AxisConfig& c) noexcept
-    : loop_(c.loop), sample_rate_hz_(c.sample_rate_hz), delay_s_(c.known_delay_s) {
-  const double nyquist = 0.5 * c.sample_rate_hz;
-  const double from = c.loop_from_hz > 0.0 ? std::min(c.loop_from_hz, 0.01 * nyquist) : 0.001 * nyquist;
-  from_hz_ = std::max(from, 1e-5 * nyquist);
-  to_hz_ = 0.998 * nyquist;
-  grid_ratio_ = std::pow(to_hz_ / from_hz_, 1.0 / (kGridPoints - 1));
-  near_ratio_ = std::pow(kNearSpan, 2.0 / (kNearPoints - 1));
+    : loop_(c.loop),
+      sample_rate_hz_(c.sample_rate_hz),
+      delay_s_(c.known_delay_s),
+      grid_(c.sample_rate_hz, c.loop_from_hz) {
   const auto controller =
       AxisController::create(c.controller_numerator, c.controller_denominator, c.controller_of_position);
   if (controller) controller_ = *controller;
@@ -57,10 +54,6 @@ void AxisLoopFigures::set_loop(const AxisController& controller, AxisLoop loop,
   controller_ = controller;
   delay_s_ = known_delay_s;
   loop_ = loop != AxisLoop::measured && !controller.known() ? AxisLoop::none : loop;
-}
-
-double AxisLoopFigures::grid_hz(std::size_t i) const noexcept {
-  return from_hz_ * std::pow(grid_ratio_, static_cast<double>(i));
 }
 
 AxisLoopFigures::Complex AxisLoopFigures::weight_at(double hz) const noexcept {
@@ -95,30 +88,19 @@ void AxisLoopFigures::line(double hz, Complex plant, double std, Complex measure
 void AxisLoopFigures::begin_model(const AxisReading& reading) noexcept {
   model_scan_.reset();
   model_gap_.reset();
-  grid_ = near_ = 0;
   scans_model_ = reading.has_model && scans_model();
   if (!scans_model_) return;
   model_ = reading.model;
-  grid_hz_ = from_hz_;
-  near_hz_ = reading.resonance_hz.value / kNearSpan;
-  if (!(near_hz_ > 0.0)) near_ = kNearPoints;
-  for (; near_ < kNearPoints && near_hz_ <= from_hz_; ++near_) near_hz_ *= near_ratio_;
+  grid_.begin(reading.resonance_hz.value);
 }
 
 double AxisLoopFigures::next_hz() const noexcept {
-  if (!scans_model_ || grid_ == kGridPoints) return AxisRow::kUnknown;  // the grid ends last
-  return near_ < kNearPoints ? std::min(grid_hz_, near_hz_) : grid_hz_;
+  return scans_model_ && !grid_.done() ? grid_.hz() : AxisRow::kUnknown;
 }
 
 void AxisLoopFigures::point(Complex reference) noexcept {
-  const double hz = next_hz();
-  if (near_ < kNearPoints && near_hz_ <= grid_hz_) {
-    near_hz_ *= near_ratio_;
-    ++near_;
-  } else {
-    grid_hz_ *= grid_ratio_;
-    ++grid_;
-  }
+  const double hz = grid_.hz();
+  grid_.advance();
   const Complex plant = online::response(model_, hz, sample_rate_hz_);
   const Complex weight = weight_at(hz);
   if (has_gap_) model_gap_.step(hz, weight * plant, weight * reference);

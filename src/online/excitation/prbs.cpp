@@ -60,8 +60,8 @@ expected<Prbs, Error> Prbs::create(const PrbsConfig& config) {
 
 double Prbs::step() noexcept {
   const bool plus = ((cells_ >> (config_.register_length - 1)) & 1U) != 0;
-  if (++held_ == config_.clock_divider) {
-    held_ = 0;
+  if (++bit_samples_ == config_.clock_divider) {
+    bit_samples_ = 0;
     const auto feedback =
         static_cast<std::uint32_t>(std::popcount(cells_ & taps(config_.register_length)) & 1);
     const std::uint32_t all = (std::uint32_t{1} << config_.register_length) - 1;
@@ -72,7 +72,7 @@ double Prbs::step() noexcept {
 
 void Prbs::reset() noexcept {
   cells_ = config_.start_state;
-  held_ = 0;
+  bit_samples_ = 0;
 }
 
 Band Prbs::band() const noexcept {

@@ -2,11 +2,11 @@
 // Compiles every tracker in both precisions, so that the header-only stage is built by every preset, above
 // all by the one without exceptions and RTTI.
 #include <resonid/online/lines/chirp_tracker.hpp>
+#include <resonid/online/lines/detail/full_kalman_bank.hpp>
+#include <resonid/online/lines/detail/line_bank_block.hpp>
 #include <resonid/online/lines/encoder.hpp>
-#include <resonid/online/lines/full_kalman_bank.hpp>
 #include <resonid/online/lines/kalman_bank.hpp>
 #include <resonid/online/lines/line_bank.hpp>
-#include <resonid/online/lines/line_bank_block.hpp>
 #include <resonid/online/lines/response_tracker.hpp>
 #include <resonid/online/lines/sliding_dft.hpp>
 

@@ -43,11 +43,11 @@ export function drawBode(root, data) {
 function explanation(measured, model, marks, confidence, reduced) {
   const text = ["How strongly and how late the output follows the input at each frequency."];
   if (measured.some((p) => p.radius !== null)) {
-    text.push(`${measured.length > WHISKERS ? "Shaded" : "Bars"}: where the true value lies with ${percent(confidence)} confidence.`);
+    text.push(`${measured.length > WHISKERS ? "Shaded" : "Bars"}: ${percent(confidence)} confidence regions.`);
   }
-  if (model.length && measured.length) text.push("Where the line of the model leaves the points, the model misses something.");
+  if (model.length && measured.length) text.push("Where the model's line departs from the points, the model misses something.");
   if (hasLevels(measured)) {
-    text.push("Below it: what noise makes of the response, and what non-linear distortion makes of that of one realisation.");
+    text.push("Below it: standard deviations of the response by noise, and of one realisation's response by non-linear distortion.");
   }
   if (marks.length) text.push("Dashed: anti-resonance (the load holds the motor still) and resonance.");
   if (reduced?.lines_total) text.push(`Drawn: ${reduced.lines_shown} of ${reduced.lines_total} lines.`);

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
 // A document's chart over one x axis, with a legend that tells the values under the cursor.
 import { limits } from "./curves.js";
-import { escapeHtml, isNumber, plain, significant } from "./format.js";
+import { isNumber, plain, significant } from "./format.js";
+import { entry } from "./markup.js";
 import { axis, AXIS_WIDTH, makePlot } from "./plot.js";
 import { bandsOf, columnsOf, curvesOf, extentOf, groupOf, pointAt, rangeOf, shapesOf } from "./series.js";
 import { colour } from "./theme.js";
@@ -25,9 +26,8 @@ const SWATCH = {
 export function legendOf(curves, shapes = []) {
   const box = document.createElement("div");
   box.className = "legend curves";
-  box.innerHTML = curves.map((c) =>
-    `<span><svg viewBox="0 0 24 14" aria-hidden="true">${(SWATCH[c.mark] ?? SWATCH.line)(c.colour)}</svg>` +
-    `${escapeHtml(c.name)}<b></b></span>`).join("") + regionLegend(shapes) + '<span class="where screen-only"></span>';
+  box.innerHTML = curves.map((c) => entry((SWATCH[c.mark] ?? SWATCH.line)(c.colour), c.name, "<b></b>")).join("") +
+    regionLegend(shapes) + '<span class="where screen-only"></span>';
   const values = [...box.querySelectorAll("b")];
   const where = box.querySelector(".where");
   return {
@@ -41,9 +41,7 @@ export function legendOf(curves, shapes = []) {
 
 function regionLegend(shapes) {
   const named = shapes.filter((s, i) => s.name && shapes.findIndex((o) => o.name === s.name) === i);
-  return named.map((s) =>
-    `<span><svg viewBox="0 0 24 14" aria-hidden="true">${(SWATCH[s.kind] ?? SWATCH.rectangle)(s.colour)}</svg>` +
-    `${escapeHtml(s.name)}</span>`).join("");
+  return named.map((s) => entry((SWATCH[s.kind] ?? SWATCH.rectangle)(s.colour), s.name)).join("");
 }
 
 export function drawChart(place, chart) {

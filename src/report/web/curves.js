@@ -49,7 +49,7 @@ export function unwrap(phases, reliable = () => true) {
   return out.map((x) => x - turns);
 }
 
-/** Linear interpolation over log frequency, held at both ends. */
+/** Linear interpolation over log frequency, constant beyond both ends. */
 export function interpolate(frequencies, values, f) {
   const last = frequencies.length - 1;
   if (f <= frequencies[0]) return values[0];

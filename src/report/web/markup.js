@@ -30,12 +30,14 @@ const SWATCH = {
   gain: '<circle cx="12" cy="7" r="4.5" fill="var(--note)"/>',
 };
 
+/** An entry of a legend: what is drawn, its name, and what stands after it. */
+export const entry = (drawing, name, more = "") =>
+  `<span><svg viewBox="0 0 24 14" aria-hidden="true">${drawing}</svg>${escapeHtml(name)}${more}</span>`;
+
 export function legend(items) {
   const box = document.createElement("div");
   box.className = "legend";
-  box.innerHTML = items
-    .map(([kind, text]) => `<span><svg viewBox="0 0 24 14" aria-hidden="true">${SWATCH[kind]}</svg>${escapeHtml(text)}</span>`)
-    .join("");
+  box.innerHTML = items.map(([kind, text]) => entry(SWATCH[kind], text)).join("");
   return box;
 }
 

@@ -21,8 +21,8 @@ export function drawNyquist(root, data) {
   if (curve.length === 0 && measured.length === 0) return;
   const source = page.loop_curve?.source === "response" ? "the measured response" : "the model";
   const box = section(root, "Loop and its margins",
-    "The open loop L = C G in the complex plane, delay included. The further it stays from the point −1, the more the loop " +
-    "forgives; the circle around −1 touches it at its closest.", "whole");
+    "The open loop L = C G in the complex plane, delay included. The further it stays from the point −1, the more robust the " +
+    "loop is; the circle around −1 touches it at its closest.", "whole");
   const grid = document.createElement("div");
   grid.className = "nyquist";
   const host = document.createElement("div");

@@ -49,8 +49,8 @@ export function drawRoots(root, data) {
   const roots = rootsOf(data, confidence);
   if (roots.length === 0) return;
   const box = section(root, "Poles and zeros",
-    "Of the model from torque to velocity, in the s-plane; the lower half mirrors the upper. Poles are the drive's own motions, zeros " +
-    "what it does not answer. Grey lines: equal damping ratio.", "whole");
+    "Poles and zeros of the model from torque to velocity, in the s-plane; the lower half mirrors the upper. Poles are the drive's free motions; at " +
+    "a zero the velocity does not respond. Grey lines: equal damping ratio.", "whole");
   const grid = document.createElement("div");
   grid.className = "nyquist";
   const host = document.createElement("div");

@@ -3,13 +3,12 @@
 import { escapeHtml, interval, isNumber, list, normalFactor, percent, plain, plusMinus, prettyUnit, significant, superscript, words } from "./format.js";
 import { section, table } from "./markup.js";
 
-const GOOD = '<svg viewBox="0 0 24 24" aria-hidden="true"><circle cx="12" cy="12" r="11" fill="currentColor"/><path d="M6.5 12.5l3.7 3.7 7.3-8" fill="none" stroke="var(--card)" stroke-width="2.4" stroke-linecap="round" stroke-linejoin="round"/></svg>';
-const BAD = '<svg viewBox="0 0 24 24" aria-hidden="true"><path d="M12 1.6L23.4 22H.6z" fill="currentColor" stroke="currentColor" stroke-linejoin="round"/><path d="M12 9v6" stroke="var(--card)" stroke-width="2.4" stroke-linecap="round"/><circle cx="12" cy="18.3" r="1.5" fill="var(--card)"/></svg>';
+const sign = (kind) => `<svg aria-hidden="true"><use href="#sign-${kind}"/></svg>`;
 
 /** 200 000 is read faster than 200000. */
 const grouped = (whole) => (Math.abs(whole) < 10000 ? String(whole) : whole.toLocaleString("en").replace(/,/g, "\u202f"));
 const APPROACH = {
-  direct: "direct: from input to output", indirect: "indirect: from excitation to output, the loop taken out",
+  direct: "direct: from input to output", indirect: "indirect: from excitation to output, without the loop's effect",
   joint: "joint: from excitation to input and output",
 };
 
@@ -43,12 +42,12 @@ function verdict(data) {
   const serious = sortedFindings(data.findings).filter((f) => severity(f) !== "info");
   if (data.trusted) {
     const text = serious.length ? `with ${serious.length} remark${serious.length > 1 ? "s" : ""}, see the findings` : "Every check passed.";
-    return `<div class="verdict good" role="status">${GOOD}<div><b>Trusted</b><span>${text}</span></div></div>`;
+    return `<div class="verdict good" role="status">${sign("good")}<div><b>Trusted</b><span>${text}</span></div></div>`;
   }
   const errors = serious.filter((f) => severity(f) === "error");
   const reasons = (errors.length ? errors : serious).map((f) => words(f.id ?? "finding").toLowerCase());
   const shown = reasons.slice(0, 3).join(", ") + (reasons.length > 3 ? ` and ${reasons.length - 3} more` : "");
-  return `<div class="verdict bad" role="status">${BAD}<div><b>Not trusted</b><span>${escapeHtml(shown || "see the findings")}</span></div></div>`;
+  return `<div class="verdict bad" role="status">${sign("bad")}<div><b>Not trusted</b><span>${escapeHtml(shown || "see the findings")}</span></div></div>`;
 }
 
 /** The figures that an engineer looks for first, at most six. */
@@ -159,7 +158,7 @@ export function modelTables(root, data) {
   if (rows.length + resonances.length + validation.length === 0) return;
   const structure = data.model?.structure ? ` (${data.model.structure})` : "";
   const box = section(root, "Model" + structure,
-    `Ranges hold the true value with ${percent(confidence)} confidence, provided that the structure is right.`, "model");
+    `Ranges are ${percent(confidence)} confidence intervals, provided that the structure is right.`, "model");
   if (rows.length) box.insertAdjacentHTML("beforeend", table(["Parameter", "Value", "Relative"], rows, [2]));
   if (resonances.length) {
     box.insertAdjacentHTML("beforeend", "<h3>Resonances</h3>" + table(["Kind", "Frequency", "Damping", "From"], resonances, [2]));
@@ -232,7 +231,7 @@ export function structuresAndChoices(root, data) {
     isNumber(t.information) ? (t.information - best).toFixed(1) : "–", fit(t.validation_fit_percent),
     ...(elsewhere ? [fit(t.independent_fit_percent)] : []), t.remark ?? "",
   ]);
-  const head = ["Structure", "Parameters", "BIC above best", "Fit on the part held back", ...(elsewhere ? ["Fit on the other record"] : []), "Remark"];
+  const head = ["Structure", "Parameters", "BIC above best", "Fit on hold-out data", ...(elsewhere ? ["Fit on the other record"] : []), "Remark"];
   box.insertAdjacentHTML("beforeend", "<h3>Structures side by side</h3>" + table(head, rows, elsewhere ? [1, 2, 3, 4] : [1, 2, 3]) +
     '<p class="explain">BIC: the Bayesian information criterion, smaller is better; a difference of 10 is decisive.</p>');
 }

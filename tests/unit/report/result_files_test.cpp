@@ -9,6 +9,7 @@
 #include <iterator>
 #include <map>
 #include <nlohmann/json.hpp>
+#include <random>
 #include <resonid/base/error_text.hpp>
 #include <resonid/identification/compare.hpp>
 #include <resonid/identification/track.hpp>
@@ -126,17 +127,58 @@ TEST(ResultFiles, NameThePlaceThatIsWrong) {
             "$.table.figures[0].values[0].record: found -1, required a whole number >= 0");
 }
 
+/// Every value of a file in turn is taken away or made into something else: what comes is refused in words or
+/// can be written. Beside `make fuzz`, whose target for these files takes most stages with it and so has no
+/// place in CI.
+TEST(ResultFiles, AreRefusedInWordsOrCanBeWritten) {
+  const json kOthers[] = {nullptr, true, -1, 1e308, "", "nan", json::array(), json::object(), json{{{}, {}}}};
+  std::mt19937_64 generator(1);
+  std::size_t refused = 0, taken = 0;
+  for (const char* name : {"batch", "compare_bootstrap", "identify_black_box", "identify_three_mass", "join",
+                           "plan_multisine", "track_lines", "truth_chain", "validate"}) {
+    const json file = json::parse(text_of(RESONID_FIXTURES_DIR "/results/" + std::string(name) + ".json"));
+    const json places = file.flatten();
+    constexpr std::size_t kTries = 150;
+    for (std::size_t i = 0; i < kTries; ++i) {
+      auto place =
+          json::json_pointer(std::next(places.items().begin(), long(generator() % places.size())).key());
+      for (auto up = generator() % 3; up > 0 && !place.parent_pointer().empty(); --up)
+        place = place.parent_pointer();
+      json changed = file;
+      if (const auto other = generator() % (std::size(kOthers) + 1); other < std::size(kOthers))
+        changed[place] = kOthers[other];
+      else if (auto& holder = changed[place.parent_pointer()]; holder.is_object())
+        holder.erase(place.back());
+      else
+        holder.erase(holder.size() - 1);
+      try {
+        static_cast<void>(again(changed).dump());
+        ++taken;
+      } catch (const std::runtime_error& error) {
+        ++refused;
+        EXPECT_EQ(std::string(error.what()).substr(0, 1), "$") << name << ' ' << place.to_string();
+      } catch (const json::exception&) {  // `schema` itself, which this test looks at first
+        EXPECT_EQ(place.to_string(), "/schema");
+      } catch (const std::out_of_range&) {
+        EXPECT_EQ(place.to_string(), "/schema");
+      }
+    }
+  }
+  EXPECT_GT(refused, 500U);
+  EXPECT_GT(taken, 50U);
+}
+
 /// docs/results.md and docs/schema come from the descriptions. With RESONID_WRITE_DOCS in the environment
 /// they are written instead.
 TEST(ResultFiles, AreDocumented) {
   const fs::path docs = RESONID_DOCS_DIR;
-  const auto held = [&](const fs::path& path, const std::string& contents) {
+  const auto matches = [&](const fs::path& path, const std::string& contents) {
     if (std::getenv("RESONID_WRITE_DOCS") != nullptr) std::ofstream(path, std::ios::binary) << contents;
     EXPECT_EQ(text_of(path), contents) << path;
   };
-  held(docs / "results.md", results_document());
+  matches(docs / "results.md", results_document());
   for (const auto& kind : result_kinds())
-    held(docs / "schema" / (kind + ".json"), json_schema(kind).dump(1) + "\n");
+    matches(docs / "schema" / (kind + ".json"), json_schema(kind).dump(1) + "\n");
 }
 
 }  // namespace

@@ -130,6 +130,7 @@ TEST_F(FrontDoor, WritesAPageAndSaysWhereItCannot) {
   const auto file = std::filesystem::temp_directory_path() / "resonid_front_door_test.html";
   EXPECT_EQ(write_report(file, *result_, simulation_->record).value(), file);
   EXPECT_GT(std::filesystem::file_size(file), 10000U);
+  EXPECT_EQ(write_report(file, *simulation_).value(), file);
   std::filesystem::remove(file);
   EXPECT_FALSE(write_report("/nowhere/at/all.html", *result_, simulation_->record));
   EXPECT_FALSE(read_record("/nowhere/at/all.csv"));

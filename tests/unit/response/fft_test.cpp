@@ -4,7 +4,7 @@
 #include <cmath>
 #include <random>
 #include <resonid/base/constants.hpp>
-#include <response/fft.hpp>
+#include <response/spectra/fft.hpp>
 
 namespace resonid::response {
 namespace {

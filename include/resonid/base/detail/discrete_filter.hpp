@@ -11,6 +11,14 @@
 
 namespace resonid {
 
+/// Ends a sample of a filter in transposed direct form II, given its input and the output that took effect.
+/// Coefficients over a_0; as many states as coefficients, of which that at `order` stays 0.
+template <class Coefficients, class States, class Signal>
+void advance_filter(const Coefficients& b, const Coefficients& a, std::size_t order, const Signal& input,
+                    const Signal& output, States& state) noexcept {
+  for (std::size_t i = 0; i < order; ++i) state[i] = b[i + 1] * input - a[i + 1] * output + state[i + 1];
+}
+
 /// Discrete transfer function run sample by sample; also what a linear controller is.
 ///
 ///   y(k) = sum_{i=0} b_i u(k-i) - sum_{i=1} a_i y(k-i),   numerator b, denominator a in powers of z^-1, a_0
@@ -57,8 +65,7 @@ class DiscreteFilter {
   /// All must be finite.
   [[nodiscard]] Scalar output(Scalar input) const noexcept { return b_[0] * input + state_[0]; }
   void commit(Scalar input, Scalar realised) noexcept {
-    for (std::size_t i = 0; i < order_; ++i)
-      state_[i] = b_[i + 1] * input - a_[i + 1] * realised + state_[i + 1];
+    advance_filter(b_, a_, order_, input, realised, state_);
   }
   void reset() noexcept {
     state_.fill(Scalar(0));

@@ -9,6 +9,7 @@
 #include <limits>
 #include <optional>
 #include <resonid/base/constants.hpp>
+#include <resonid/base/detail/unrolled.hpp>
 
 namespace resonid {
 
@@ -29,37 +30,73 @@ using Monic = std::array<double, N>;
 template <std::size_t N>
 using Roots = std::array<std::complex<double>, N>;
 
-/// Whether all roots lie within |z| < radius (Schur and Cohn's test, no root is computed).
+namespace detail {
+
+/// A step of Schur and Cohn's test, which takes p_0 z^n + ... + p_n to degree n - 1; false: a root lies
+/// outside, or on the circle. p_0 stays positive, but shrinks to (p_0^2 - p_n^2).
+template <class Real, std::size_t Size>
+[[gnu::always_inline]] inline bool schur_cohn_step(std::array<Real, Size>& p, std::size_t n) noexcept {
+  const Real first = p[0], last = p[n];
+  if (!(std::abs(last) < first)) return false;
+  for (std::size_t i = 1, j = n - 1; i <= j; ++i, --j) {
+    const Real low = p[i], high = p[j];
+    p[i] = first * low - last * high;
+    p[j] = first * high - last * low;
+  }
+  p[0] = first * first - last * last;
+  return true;
+}
+
+}  // namespace detail
+
+/// Whether z^n + p_1 z^(n-1) + ... + p_n has all roots within the unit circle (Schur and Cohn's test, no root
+/// is computed); p_0 is not looked at.
+template <class Real, std::size_t Size>
+[[nodiscard]] bool roots_inside(std::array<Real, Size> p, std::size_t degree) noexcept {
+  constexpr Real kSmall = Real(1e-8);  // a division at every step would take most of the time
+  p[0] = Real(1);
+  for (std::size_t n = degree; n > 0; --n) {
+    if (!detail::schur_cohn_step(p, n)) return false;
+    if (p[0] >= kSmall) continue;
+    for (std::size_t i = 1; i < n; ++i) p[i] /= p[0];
+    p[0] = Real(1);
+  }
+  return true;
+}
+
+/// Whether all roots of a short polynomial lie within |z| < radius.
 template <class Real, std::size_t N>
 [[nodiscard]] bool roots_within(const std::array<Real, N>& monic, Real radius) noexcept {
   std::array<Real, N + 1> c;
   c[0] = Real(1);
   Real shrink = Real(1) / radius, scale = shrink;
   for (std::size_t i = 0; i < N; ++i, scale *= shrink) c[i + 1] = monic[i] * scale;
-  for (std::size_t n = N; n > 0; --n) {
-    // c_0 stays positive: (c_0^2 - c_n^2) of a stable polynomial is.
-    if (!(std::abs(c[n]) < c[0])) return false;
-    std::array<Real, N + 1> next;
-    for (std::size_t i = 0; i < n; ++i) next[i] = c[0] * c[i] - c[n] * c[n - i];
-    for (std::size_t i = 0; i < n; ++i) c[i] = next[i];
+  bool inside = true;
+  unrolled<N>([&](auto i) { inside = inside && detail::schur_cohn_step(c, N - i); });
+  return inside;
+}
+
+/// Value and derivatives of c_0 z^n + c_1 z^(n-1) + ... + c_n; c_0 = 1: monic, 0: the numerator of a
+/// DiscreteModel.
+template <std::size_t Derivatives, std::size_t N>
+[[nodiscard]] std::array<std::complex<double>, Derivatives + 1> with_derivatives(
+    double c0, const Monic<N>& c, std::complex<double> z) noexcept {
+  std::array<std::complex<double>, Derivatives + 1> sum{};
+  sum[0] = c0;
+  for (const double x : c) {
+    for (std::size_t d = Derivatives; d > 0; --d) sum[d] = sum[d] * z + static_cast<double>(d) * sum[d - 1];
+    sum[0] = sum[0] * z + x;
   }
-  return true;
+  return sum;
 }
 
 template <std::size_t N>
 [[nodiscard]] std::complex<double> monic_value(const Monic<N>& c, std::complex<double> z) noexcept {
-  std::complex<double> sum = 1.0;
-  for (const double x : c) sum = sum * z + x;
-  return sum;
+  return with_derivatives<0>(1.0, c, z)[0];
 }
 template <std::size_t N>
 [[nodiscard]] std::complex<double> monic_slope(const Monic<N>& c, std::complex<double> z) noexcept {
-  std::complex<double> sum = 1.0, derivative = 0.0;
-  for (const double x : c) {
-    derivative = derivative * z + sum;
-    sum = sum * z + x;
-  }
-  return derivative;
+  return with_derivatives<1>(1.0, c, z)[1];
 }
 
 namespace detail {

@@ -18,7 +18,8 @@ namespace resonid::diagnostics {
 /// whose first line is right in closed loop too, e being new at sample k (Ljung 1999, 13.4; Forssell, Ljung
 /// 1999).
 struct Feedback {
-  /// Of so much of e in u(k) ... u(k+20) by chance, e and u being independent without feedback (Sims 1972):
+  /// Probability of so much of e in u(k) ... u(k+20) by chance, e and u being independent without feedback
+  /// (Sims 1972):
   /// the rate of false alarms of whoever calls smaller values feedback. Of u(k) only the part that opposes
   /// the output counts, since a measured input may look ahead of the hold.
   double probability = 1.0;
@@ -26,8 +27,8 @@ struct Feedback {
   double samples = 0.0;  ///< Equations that it was estimated from.
   double sample_time_s = 0.0;
   std::vector<double> a, b, c, d;  ///< a, b, c from lag 1, d from lag 0.
-  double output_variance = 0.0;    ///< Of e.
-  double input_variance = 0.0;     ///< Of w.
+  double output_variance = 0.0;    ///< Variance of e.
+  double input_variance = 0.0;     ///< Variance of w.
 
   /// Feedback beyond a false alarm in 10 000, and of more than 1 % of e's variance.
   [[nodiscard]] bool present() const noexcept { return probability < 1e-4 && seen > 0.01; }
@@ -38,9 +39,9 @@ struct Feedback {
   [[nodiscard]] std::complex<double> direct_bias(double frequency_hz) const;
 };
 
-/// Of at most the first 100 000 samples, p = 40 plus the known delay. For records without noise (e below 1e-6
-/// of the output) the probability is 1: nothing is fed back. Errors: fewer than ten samples per coefficient
-/// (1050 without delay), samples that are not finite, an input or output that does not move.
+/// Feedback in at most the first 100 000 samples, p = 40 plus the known delay. For records without noise (e
+/// below 1e-6 of the output) the probability is 1: nothing is fed back. Errors: fewer than ten samples per
+/// coefficient (1050 without delay), samples that are not finite, an input or output that does not move.
 [[nodiscard]] expected<Feedback, Error> find_feedback(const data::Record& record, double known_delay_s);
 
 }  // namespace resonid::diagnostics

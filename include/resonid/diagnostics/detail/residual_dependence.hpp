@@ -14,8 +14,9 @@ namespace resonid::diagnostics {
 struct ResidualDependence {
   std::string on;            ///< "input", "excitation"; empty: not tested.
   std::size_t lags = 0;      ///< 1 ... lags of the signal.
-  double probability = 1.0;  ///< Of so strong a dependence by chance.
-  double share = 0.0;  ///< Of the whitened residual's power that the lags explain beyond chance, 0 ... 1.
+  double probability = 1.0;  ///< Probability of so strong a dependence by chance.
+  /// Part of the whitened residual's power that the lags explain beyond chance, 0 ... 1.
+  double share = 0.0;
 };
 
 /// Whitens the residual by an autoregressive model A of itself, regresses it on the past of a signal,
@@ -40,8 +41,8 @@ struct StaticMap {
   std::vector<double> level;  ///< [bin] Mean of the signal there, ascending.
   std::vector<double> mean;   ///< [bin] In the unit of the input, beyond a straight line over the bins.
   std::vector<double> std;    ///< [bin]
-  double probability = 1.0;   ///< Of so large values by chance.
-  double share = 0.0;         ///< Of the whitened residual's power that they explain beyond chance, 0 ... 1.
+  double probability = 1.0;   ///< Probability of so large values by chance.
+  double share = 0.0;  ///< Part of the whitened residual's power that they explain beyond chance, 0 ... 1.
 };
 
 /// The signals of one simulation, sample by sample.

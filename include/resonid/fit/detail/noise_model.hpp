@@ -11,7 +11,7 @@ namespace resonid::fit {
 struct NoiseModel {
   std::vector<double> polynomial = {
       1.0};                          ///< a_0 ... a_p in powers of z^-1; all roots inside the unit circle.
-  double innovation_variance = 0.0;  ///< Of the white noise that drives it.
+  double innovation_variance = 0.0;  ///< Variance of the white noise that drives it.
 
   [[nodiscard]] std::size_t order() const noexcept { return polynomial.size() - 1; }
 };

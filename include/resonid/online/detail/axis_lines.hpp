@@ -11,6 +11,7 @@
 #include <new>
 #include <resonid/base/constants.hpp>
 #include <resonid/base/detail/intact.hpp>
+#include <resonid/base/detail/statistics.hpp>
 #include <resonid/base/expected.hpp>
 #include <resonid/online/axis_config.hpp>
 #include <resonid/online/axis_result.hpp>
@@ -23,6 +24,7 @@
 #include <resonid/online/lines/sliding_dft.hpp>
 #include <resonid/online/models/detail/response_fit.hpp>
 #include <resonid/online/models/recursive_response_fit.hpp>
+#include <span>
 #include <string_view>
 
 namespace resonid::online::detail {
@@ -307,9 +309,7 @@ class AxisFixedLines {
     for (std::size_t i = 0; i < lines_.lines(); ++i)
       if (const double x = now_[i].std / std::abs(now_[i].response); !std::isnan(x)) relative[count++] = x;
     if (count == 0) return AxisRow::kUnknown;
-    const auto middle = relative.begin() + static_cast<std::ptrdiff_t>(count / 2);
-    std::nth_element(relative.begin(), middle, relative.begin() + static_cast<std::ptrdiff_t>(count));
-    return *middle;
+    return median_in_place(std::span(relative).first(count));
   }
 
   ResponseTracker<Tracker> lines_;

@@ -6,12 +6,16 @@
 #include <complex>
 #include <cstddef>
 #include <resonid/base/detail/intact.hpp>
+#include <resonid/base/detail/polynomial.hpp>
+#include <resonid/base/detail/statistics.hpp>
 #include <resonid/base/expected.hpp>
 #include <resonid/online/axis_config.hpp>
 #include <resonid/online/axis_result.hpp>
 #include <resonid/online/detail/axis_reading.hpp>
 #include <resonid/online/supervision/detail/loop_errors.hpp>
+#include <resonid/online/supervision/detail/loop_grid.hpp>
 #include <resonid/online/supervision/loop_margins.hpp>
+#include <span>
 
 namespace resonid::online::detail {
 
@@ -61,12 +65,8 @@ class AxisBaseline {
  private:
   [[nodiscard]] Complex model_at(double hz) const noexcept {
     const Complex back = std::polar(1.0, -kTwoPi * hz / sample_rate_hz_);
-    Complex b = 0.0, a = 0.0;
-    for (std::size_t i = order_; i-- > 0;) {
-      b = (b + b_[i]) * back;
-      a = (a + a_[i]) * back;
-    }
-    return b / (1.0 + a);
+    const auto sum = [&](const auto& c) { return polynomial(std::span(c).first(order_), back) * back; };
+    return sum(b_) / (1.0 + sum(a_));
   }
   [[nodiscard]] Complex interpolated(double hz) const noexcept {
     const auto begin = hz_.begin(), end = begin + static_cast<std::ptrdiff_t>(points_);
@@ -90,9 +90,7 @@ class AxisBaseline {
 /// L = C G e^{-jwTd} with the controller told and the known delay, or L as measured at the lines; margins as
 /// METHOD 10.2 has them. Gap: the largest chordal distance over frequency between W G and W G0, W = C where
 /// it is known, else 1 over the baseline's median gain (METHOD 10.1: the distance needs a scale). It is
-/// pointwise: no winding numbers. A model is looked at on 200 points evenly spread over the logarithm of
-/// frequency and on 160 further ones about its resonance, which turns the curve within a small part of its
-/// frequency.
+/// pointwise: no winding numbers. A model is looked at where LoopGrid says.
 class AxisLoopFigures {
  public:
   using Complex = std::complex<double>;
@@ -101,15 +99,13 @@ class AxisLoopFigures {
   explicit AxisLoopFigures(const AxisConfig& config) noexcept;
   template <class Baseline>
   void scale_by(const Baseline& baseline) noexcept {  // with it, gaps are found
-    std::array<double, kGridPoints> gain{};
+    std::array<double, LoopGrid::kEven> gain{};
     std::size_t count = 0;
-    for (std::size_t i = 0; i < kGridPoints; ++i)
-      if (const double g = std::abs(baseline.at(grid_hz(i))); std::isfinite(g)) gain[count++] = g;
+    for (std::size_t i = 0; i < LoopGrid::kEven; ++i)
+      if (const double g = std::abs(baseline.at(grid_.even_hz(i))); std::isfinite(g)) gain[count++] = g;
     has_gap_ = true;
     if (count == 0) return;
-    const auto middle = gain.begin() + static_cast<std::ptrdiff_t>(count / 2);
-    std::nth_element(gain.begin(), middle, gain.begin() + static_cast<std::ptrdiff_t>(count));
-    scale_ = 1.0 / *middle;
+    scale_ = 1.0 / median_in_place(std::span(gain).first(count));
   }
 
   [[nodiscard]] bool wanted() const noexcept { return has_gap_ || loop_ != AxisLoop::none; }
@@ -125,7 +121,7 @@ class AxisLoopFigures {
   [[nodiscard]] bool scans_model() const noexcept { return has_gap_ || loop_ == AxisLoop::controller; }
   [[nodiscard]] double next_hz() const noexcept;
   void point(Complex reference) noexcept;
-  static constexpr std::size_t kMostPoints = 200 + 160;
+  static constexpr std::size_t kMostPoints = LoopGrid::kMost;
 
   /// What the model shows, or where there is none what the lines show.
   void conclude(const AxisReading& reading, AxisRow& row) const noexcept;
@@ -135,14 +131,10 @@ class AxisLoopFigures {
            controller_.numerator_size <= AxisController::kMost &&
            controller_.denominator_size <= AxisController::kMost &&
            resonid::intact(loop_, AxisLoop::measured) && line_scan_.intact() && model_scan_.intact() &&
-           grid_ <= kGridPoints && near_ <= kNearPoints;
+           grid_.intact();
   }
 
  private:
-  static constexpr std::size_t kGridPoints = 200, kNearPoints = 160;
-  static constexpr double kNearSpan = 1.4;
-
-  [[nodiscard]] double grid_hz(std::size_t i) const noexcept;
   [[nodiscard]] Complex delay_at(double hz) const noexcept;
   [[nodiscard]] Complex weight_at(double hz) const noexcept;
   [[nodiscard]] Complex model_loop_at(double hz) const noexcept;
@@ -152,15 +144,13 @@ class AxisLoopFigures {
   AxisController controller_;
   AxisLoop loop_ = AxisLoop::none;
   bool has_gap_ = false;
-  double sample_rate_hz_ = 0.0, delay_s_ = 0.0, from_hz_ = 0.0, to_hz_ = 0.0;
-  double grid_ratio_ = 1.0, near_ratio_ = 1.0;  // from a point to the next one
+  double sample_rate_hz_ = 0.0, delay_s_ = 0.0;
   double scale_ = 1.0;
   // of the row in work
   MarginScan<double> line_scan_, model_scan_;
   GapScan line_gap_, model_gap_;
   AxisReading::Model model_;
-  double grid_hz_ = 0.0, near_hz_ = 0.0;  // that come next
-  std::size_t grid_ = 0, near_ = 0;       // points done
+  LoopGrid grid_;
   bool scans_model_ = false;
 };
 

@@ -19,10 +19,10 @@ namespace resonid::online::detail {
 /// Sampled model of a two-mass drive: exact zero-order hold.
 [[nodiscard]] AxisReading::Model sampled_two_mass(const std::array<double, 5>& j1_j2_k_d_b,
                                                   double sample_rate_hz) noexcept;
-/// Its covariance from that of ln J1, ln J2, ln K, ln D, by central differences: the hold is smooth.
-[[nodiscard]] AxisReading::Covariance sampled_two_mass_covariance(const std::array<double, 5>& j1_j2_k_d_b,
-                                                                  const Eigen::Matrix4d& log_covariance,
-                                                                  double sample_rate_hz) noexcept;
+/// Its covariance from that of ln J1, ln J2, ln K, ln D and B, by central differences: the hold is smooth.
+[[nodiscard]] AxisReading::Covariance sampled_two_mass_covariance(
+    const std::array<double, 5>& j1_j2_k_d_b, const Eigen::Matrix<double, 5, 5>& covariance,
+    double sample_rate_hz) noexcept;
 
 /// PhysicalTracker as an axis runs it.
 template <class Real, std::size_t ReplaySamples>
@@ -73,10 +73,16 @@ class AxisPhysical {
     r.most_uncertainty = criteria.resonance_std;
     const std::array<double, 5> plant{j1, j2, k, d, tracker_.value(P::viscous_friction)};
     r.model = sampled_two_mass(plant, sample_rate_hz_);
-    if (r.wants_covariance)
-      r.set_covariance(sampled_two_mass_covariance(
-          plant, tracker_.log_covariance().template topLeftCorner<4, 4>().template cast<double>(),
-          sample_rate_hz_));
+    if (!r.wants_covariance) return;
+    constexpr std::array kOfPlant = {P::driven_inertia, P::load_inertia, P::stiffness, P::damping,
+                                     P::viscous_friction};
+    const auto all = tracker_.log_covariance();
+    Eigen::Matrix<double, 5, 5> covariance;
+    for (int i = 0; i < 5; ++i)
+      for (int j = 0; j < 5; ++j)
+        covariance(i, j) = static_cast<double>(all(static_cast<int>(kOfPlant[static_cast<std::size_t>(i)]),
+                                                   static_cast<int>(kOfPlant[static_cast<std::size_t>(j)])));
+    r.set_covariance(sampled_two_mass_covariance(plant, covariance, sample_rate_hz_));
   }
   void watch(AxisStability&) const noexcept {}
   void set_stiffness_drift(double per_s) noexcept { tracker_.set_stiffness_drift(per_s); }

@@ -22,7 +22,7 @@ struct AxisReading {
   bool finds_resonance = true;   ///< Otherwise `uncertainty` is that of something else.
   bool has_model = false;        ///< `model` answers at any frequency.
   bool wants_covariance = true;  ///< Said by the axis: the rows hold what needs it.
-  Model model;                   ///< Of a rigid machine: the rest is 0.
+  Model model;  ///< Discrete model of the plant; for a rigid machine all beyond order 1 is 0.
   std::array<Figure, kAxisParameters> parameter{};
   Figure resonance_hz, antiresonance_hz;
   double resonance_damping = kUnknown, antiresonance_damping = kUnknown;
@@ -31,7 +31,7 @@ struct AxisReading {
   double coherence = kUnknown;
   double first_line_hz = 0.0, last_line_hz = std::numeric_limits<double>::infinity();
 
-  /// Of the model, [b, a]; infinite or 0 while it is not known.
+  /// Covariance of the model, [b, a]; infinite or 0 while it is not known.
   [[nodiscard]] Covariance covariance() const noexcept {
     return Eigen::Map<const Covariance>(covariance_.data());
   }

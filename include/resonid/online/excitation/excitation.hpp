@@ -18,7 +18,7 @@
 
 namespace resonid::online {
 
-inline constexpr std::size_t kMaxLines = 512;  ///< Of an excitation that comes from a file or a command line.
+inline constexpr std::size_t kMaxLines = 512;  ///< Lines of an excitation from a file or a command line.
 
 enum class Kind { none, prbs, multisine, chirp, stepped_sine };
 inline constexpr EnumName<Kind> kKindNames[] = {{Kind::none, "none"},

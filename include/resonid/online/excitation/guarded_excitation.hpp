@@ -120,7 +120,7 @@ class GuardedExcitation {
   [[nodiscard]] bool steady() const noexcept { return reason() == StopReason::none && phase_ == kFull; }
   [[nodiscard]] Real gain() const noexcept { return ramp(phase_); }   ///< g of the newest sample.
   [[nodiscard]] Real injected() const noexcept { return injected_; }  ///< x of the newest sample.
-  /// Rms of the oscillation that is watched, and what it is held against.
+  /// Rms of the oscillation that is watched, and what it is compared with.
   [[nodiscard]] Real oscillation() const noexcept { return growth_.rms(); }
   [[nodiscard]] Real oscillation_threshold() const noexcept { return growth_.threshold(); }
   [[nodiscard]] std::uint64_t samples() const noexcept { return samples_; }
@@ -129,7 +129,7 @@ class GuardedExcitation {
 
   /// For a state of unknown origin (base/detail/intact.hpp).
   [[nodiscard]] bool intact() const noexcept {
-    for (const Held* signal : {&torque_, &velocity_, &position_})
+    for (const Measured* signal : {&torque_, &velocity_, &position_})
       if (!intact_flags(signal->watched, signal->seen)) return false;
     return intact_flags(torque_is_total_, oscillation_on_, oscillation_of_torque_, started_) &&
            growth_.intact() && resonid::intact(report_.reason, StopReason::watchdog_silent) &&
@@ -140,7 +140,7 @@ class GuardedExcitation {
   static constexpr std::uint64_t kFull = std::uint64_t{1} << 62U;
 
   /// A measured quantity: its newest finite value, and for how many samples there has been none.
-  struct Held {
+  struct Measured {
     Real value = Real(0);
     std::uint64_t age = 0;
     bool watched = false, seen = false;
@@ -157,7 +157,7 @@ class GuardedExcitation {
 
   explicit GuardedExcitation(const GuardedExcitationConfig& config) noexcept;
 
-  /// Of p from 0 to 1.
+  /// Raised cosine of p from 0 to 1.
   static Real ramp(std::uint64_t phase) noexcept {
     if (phase == kFull) return Real(1);
     const Real p = static_cast<Real>(phase) / static_cast<Real>(kFull);
@@ -184,7 +184,7 @@ class GuardedExcitation {
   std::uint64_t in_step_, out_step_, trip_step_;      // of the phase, per sample
   std::uint64_t last_full_, learn_, lost_, timeout_;  // samples; 0 of last_full_ and timeout_: no end
   bool torque_is_total_, oscillation_on_, oscillation_of_torque_;
-  Held torque_, velocity_, position_;
+  Measured torque_, velocity_, position_;
   OscillationGrowth<Real> growth_;
   StopReport<Real> report_{};
   Real injected_{};

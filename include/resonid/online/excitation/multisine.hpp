@@ -106,12 +106,12 @@ class Multisine {
 
   [[nodiscard]] std::size_t lines() const noexcept { return lines_; }
   [[nodiscard]] double frequency_hz(std::size_t line) const noexcept { return line_[line].frequency_hz; }
-  /// Of the current realisation.
+  /// Phase in the current realisation.
   [[nodiscard]] double phase_rad(std::size_t line) const noexcept { return line_[line].phase_rad; }
   /// Realisation of the next sample, from 0 on.
   [[nodiscard]] std::uint64_t realisation() const noexcept { return realisation_; }
   [[nodiscard]] std::uint64_t periods_per_realisation() const noexcept { return periods_; }
-  /// Of the lines, whatever their phases; 0 when they have no common period.
+  /// Common period of the lines, whatever their phases; 0 when they have none.
   [[nodiscard]] std::size_t period_samples() const noexcept { return period_samples_; }
   [[nodiscard]] Band band() const noexcept { return {line_[0].frequency_hz, line_[lines_ - 1].frequency_hz}; }
 

@@ -62,7 +62,7 @@ class Prbs {
 
   PrbsConfig config_;
   std::uint32_t cells_ = 1;  // bit i is cell i + 1; the output is the last cell
-  std::size_t held_ = 0;
+  std::size_t bit_samples_ = 0;
 };
 
 }  // namespace resonid::online

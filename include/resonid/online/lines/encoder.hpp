@@ -100,7 +100,7 @@ class EncoderVelocity {
     if (most >= half_range()) certain_ = false;
     position_ += backward != reversed_ ? std::uint64_t{0} - size : size;
     const Real counts = static_cast<Real>(size) / (static_cast<Real>(missed_) + Real(1));
-    velocity_ = held_ = (backward != reversed_ ? -counts : counts) * rate_;
+    velocity_ = last_velocity_ = (backward != reversed_ ? -counts : counts) * rate_;
     last_ = raw;
     missed_ = 0;
     return true;
@@ -116,7 +116,7 @@ class EncoderVelocity {
   /// Before the first sample again; of a counter the position is then 0.
   void reset() noexcept {
     position_ = last_ = missed_ = samples_ = skipped_ = implausible_ = 0;
-    held_ = Real(0);
+    last_velocity_ = Real(0);
     velocity_ = kUnknown;
     started_ = false;
     certain_ = true;
@@ -134,11 +134,11 @@ class EncoderVelocity {
     return static_cast<Real>(position_counts() / counts_per_turn_) * turn_ +
            static_cast<Real>(position_counts() % counts_per_turn_) * travel_;
   }
-  /// Of the newest sample (rad/s, m/s); NaN where it is missing, implausible or the first, which is what
-  /// trackers take for missing.
+  /// Velocity of the newest sample (rad/s, m/s); NaN where it is missing, implausible or the first, which is
+  /// what trackers take for missing.
   [[nodiscard]] Real velocity() const noexcept { return velocity_; }
   /// The last one there was, for a controller; 0 before.
-  [[nodiscard]] Real held_velocity() const noexcept { return held_; }
+  [[nodiscard]] Real last_velocity() const noexcept { return last_velocity_; }
   /// Velocity of one count per sample.
   [[nodiscard]] Real resolution() const noexcept { return rate_; }
 
@@ -190,7 +190,7 @@ class EncoderVelocity {
   std::int64_t counts_per_turn_ = 1;
   std::uint64_t position_ = 0, last_ = 0, missed_ = 0;  // position in two's complement
   std::uint64_t samples_ = 0, skipped_ = 0, implausible_ = 0;
-  Real travel_{}, turn_{}, rate_{}, held_{}, velocity_ = kUnknown;
+  Real travel_{}, turn_{}, rate_{}, last_velocity_{}, velocity_ = kUnknown;
   bool absolute_ = false, reversed_ = false, started_ = false, certain_ = true;
 };
 

@@ -121,7 +121,7 @@ class Arx {
   Arx(const ArxConfig& c, const RecursiveLeastSquares<Real, 2 * Order + kExtra>& rls)
       : rls_(rls),
         past_(c.common.delay_samples, c.common.fixed_integrator),
-        gate_(c.common.hold_below),
+        gate_(c.common.freeze_below),
         input_filter_(c.common.high_pass_hz, c.common.sample_rate_hz),
         output_filter_(c.common.high_pass_hz, c.common.sample_rate_hz),
         spoiled_samples_(Order + c.common.delay_samples) {}

@@ -38,8 +38,9 @@ struct ClosedLoopOutputErrorConfig {
   std::span<const double> controller_numerator{}, controller_denominator{};
   PredictorInput input = PredictorInput::excitation;
   ClosedLoopGradient gradient = ClosedLoopGradient::regressor;
-  double filter_contraction = 0.8;    ///< Of `damped_filter`, in (0, 1].
-  double largest_pole_radius = 1.02;  ///< Of A; above 1 leaves room to an estimated integrator.
+  double filter_contraction = 0.8;  ///< Factor on the poles of `damped_filter`, in (0, 1].
+  /// Bound on the poles of A; above 1 leaves room to an estimated integrator.
+  double largest_pole_radius = 1.02;
 };
 
 /// Model of a drive from the simulated closed loop with the known controller: indirect.
@@ -135,7 +136,7 @@ class ClosedLoopOutputError {
   [[nodiscard]] double lag_samples() const noexcept {
     return recursion_lag_samples(stability(), rls_.mean_age_samples(), model(), filtered());
   }
-  /// Of the recursion at the newest estimate. Takes some 50 us, as does the lag that follows from it.
+  /// Stability of the recursion at the newest estimate. Takes some 50 us, as does the lag derived from it.
   [[nodiscard]] LocalStability stability() const noexcept { return local_stability(recursion()); }
   [[nodiscard]] bool locally_stable() const noexcept { return stability().stable; }
   [[nodiscard]] Real residual() const noexcept { return residual_; }
@@ -192,7 +193,7 @@ class ClosedLoopOutputError {
         coefficients_(controller_coefficients(c.controller_numerator, c.controller_denominator)),
         smooth_input_{Past(c.common.delay_samples, false), controller},
         smooth_output_(smooth_input_),
-        gate_(c.common.hold_below),
+        gate_(c.common.freeze_below),
         guard_(c.largest_pole_radius),
         input_filter_(c.common.high_pass_hz, c.common.sample_rate_hz),
         output_filter_(c.common.high_pass_hz, c.common.sample_rate_hz),

@@ -41,7 +41,7 @@ concept DiscreteEstimator = std::is_trivially_copyable_v<E> &&
   noexcept;
   { constant.model() }
   noexcept->std::convertible_to<DiscreteModel<typename E::Scalar, E::kOrder>>;
-  /// Of the error that noise makes, residual variance included; infinite until it is known.
+  /// Covariance of the error that noise makes, residual variance included; infinite until it is known.
   { constant.covariance() }
   noexcept->std::convertible_to<ModelCovariance<typename E::Scalar, E::kOrder>>;
   /// How far the estimate lags behind slow changes of the machine: it describes the machine of so many

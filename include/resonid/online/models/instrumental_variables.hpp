@@ -72,9 +72,9 @@ class InstrumentalVariables {
       iv.adjusted_[i] = size[i] > Real(0);
       iv.estimated_ += iv.adjusted_[i] ? 1 : 0;
       const Real off = static_cast<Real>(config.start_deviation) * size[i];
-      const Real held = static_cast<Real>(config.largest_deviation) * size[i];
+      const Real loose = static_cast<Real>(config.largest_deviation) * size[i];
       iv.unit_prior_.start[i] = iv.adjusted_[i] ? Real(1) / (off * off) : Real(1);
-      iv.unit_prior_.hold[i] = iv.adjusted_[i] ? Real(1) / (held * held) : Real(1);
+      iv.unit_prior_.frozen[i] = iv.adjusted_[i] ? Real(1) / (loose * loose) : Real(1);
     }
     iv.noise_variance_ = static_cast<Real>(config.noise_rms * config.noise_rms);
     const double forgotten = std::isinf(memory) ? 0.0 : (config.extrapolate ? 6.0 : 3.0) * memory;
@@ -152,9 +152,9 @@ class InstrumentalVariables {
     add_motion(result, stiffness_, motion_variance(motion_.moved(), sums_.share(), stiffness_.decay));
     return result;
   }
-  /// The equations' mean age (none when extrapolated), the known delay, half a sample of the held input, and
-  /// what the oscillation remembers: the equation of k weighs the machine of k - i by
-  /// e^{-2 i zeta w}(i + 1/(2 zeta w)), of mean age 0.75/(zeta w).
+  /// The equations' mean age (none when extrapolated), the known delay, half a sample of the zero-order hold,
+  /// and what the oscillation remembers: the equation of k weighs the machine of k - i by e^{-2 i zeta w}(i +
+  /// 1/(2 zeta w)), of mean age 0.75/(zeta w).
   [[nodiscard]] double lag_samples() const noexcept {
     const Real equations = extrapolate_ ? Real(2) * sums_.age() - long_sums_.age() : sums_.age();
     const double age = static_cast<double>(equations) + static_cast<double>(loop_.delay_samples()) + 0.5;
@@ -162,10 +162,10 @@ class InstrumentalVariables {
     if (modes.empty()) return age;
     return age + kOscillationLag / (modes[0].damping_ratio * kTwoPi * modes[0].frequency_hz);
   }
-  /// Of the newest equation, filtered, so that white output noise is white: before it had an effect. 0 for a
-  /// missing one.
+  /// Error of the newest equation, filtered so that white output noise is white, before it had an effect. 0
+  /// for a missing one.
   [[nodiscard]] Real residual() const noexcept { return residual_; }
-  /// Of the filtered equations' errors: about the variance of white output noise.
+  /// Variance of the filtered equations' errors: about that of white output noise.
   [[nodiscard]] Real residual_variance() const noexcept {
     if (!(error_weight_ > Real(0))) return std::numeric_limits<Real>::infinity();
     return squared_errors_ / error_weight_;
@@ -178,7 +178,7 @@ class InstrumentalVariables {
   [[nodiscard]] bool ready() const noexcept {
     return excited_ && following_ && samples_ - skipped_ >= settling_;
   }
-  /// False while some direction of the parameters has been without excitation for so long that it is held.
+  /// False while some direction of the parameters has been without excitation for so long that it is frozen.
   [[nodiscard]] bool excited() const noexcept { return excited_; }
   /// Whether the auxiliary model is the newest estimate, and not an older one because that was unstable.
   [[nodiscard]] bool following() const noexcept { return following_; }
@@ -234,10 +234,10 @@ class InstrumentalVariables {
     since_refresh_ = 0;
     const auto solution = sums_.solve(prior());
     theta_ = solution.theta;
-    sums_.hold(theta_);
+    sums_.freeze(theta_);
     if (extrapolate_) {
       const Vector older = long_sums_.solve(prior()).theta;
-      long_sums_.hold(older);
+      long_sums_.freeze(older);
       theta_ = extrapolated(theta_, older);
     }
     Real gain = std::numeric_limits<Real>::infinity();
@@ -287,7 +287,7 @@ class InstrumentalVariables {
     Prior scaled = unit_prior_;
     for (std::size_t i = 0; i < kParameters; ++i) {
       scaled.start[i] *= adjusted_[i] ? variance : Real(1);
-      scaled.hold[i] *= adjusted_[i] ? variance : Real(1);
+      scaled.frozen[i] *= adjusted_[i] ? variance : Real(1);
     }
     return scaled;
   }
@@ -297,8 +297,8 @@ class InstrumentalVariables {
     return theta;
   }
 
-  /// Of the extrapolated estimate over that of the shorter memory: 4 + v_l/v_s - 4 c/v_s with the weights'
-  /// v = (1-l)/(1+l), c = (1-s)(1-l)/(1-s l).
+  /// Variance of the extrapolated estimate over that of the shorter memory: 4 + v_l/v_s - 4 c/v_s with the
+  /// weights' v = (1-l)/(1+l), c = (1-s)(1-l)/(1-s l).
   [[nodiscard]] Real variance_growth() const noexcept {
     if (!extrapolate_ || factor_ == Real(1)) return Real(1);
     const Real s = Real(1) - factor_, l = Real(1) - long_factor_;

@@ -103,7 +103,7 @@ class SampledModes {
     std::array<Complex, Order> b{};
     for (std::size_t i = 0; i < Order; ++i) {
       const auto product = without(moved, i);
-      for (std::size_t l = 0; l < Order; ++l) b[l] += e.residue[i] / hold_factor(moved[i]) * product[l];
+      for (std::size_t l = 0; l < Order; ++l) b[l] += e.residue[i] / zoh_factor(moved[i]) * product[l];
     }
     for (std::size_t l = 0; l < Order; ++l) m.b[l] = b[l].real();
     return m;
@@ -174,28 +174,19 @@ class SampledModes {
       const Complex z = pole_[i];
       if (z.imag() == 0.0 && !(z.real() > 0.0)) e.continuous = false;
       if (!e.continuous) return e;
-      // a'(z), a''(z), b(z), b'(z)
-      const Complex slope = monic_slope<Order>(a_, z);
-      Complex bend = 0.0, value = 0.0, tilt = 0.0, sum = 1.0, first = 0.0;
-      for (std::size_t j = 0; j < Order; ++j) {
-        bend = bend * z + 2.0 * first;
-        first = first * z + sum;
-        sum = sum * z + a_[j];
-        tilt = tilt * z + value;
-        value = value * z + b_[j];
-      }
+      const auto [zero, slope, bend] = with_derivatives<2, Order>(1.0, a_, z);
+      const auto [value, tilt] = with_derivatives<1, Order>(0.0, b_, z);
       const Complex rho = value / slope;
-      const Complex hold = hold_factor(z), hold_slope = (1.0 / z - hold) / off_one(z);
+      const Complex zoh = zoh_factor(z), zoh_slope = (1.0 / z - zoh) / off_one(z);
       e.p[i] = std::log(z) * sample_rate_hz_;
-      e.residue[i] = rho * hold;
+      e.residue[i] = rho * zoh;
       const Gradient dz = pole_gradient(i);
       Complex power = 1.0, power_slope = 0.0;  // z^(n-j) and its derivative
       for (std::size_t j = Order; j-- > 0;) {
         const Complex db = (power + tilt * dz[j]) / slope;  // dz by b is 0
-        e.dresidue[i][j] = hold * db;
+        e.dresidue[i][j] = zoh * db;
         const Complex da = (tilt * dz[Order + j] - rho * (power_slope + bend * dz[Order + j])) / slope;
-        e.dresidue[i][Order + j] =
-            hold * da + rho * (near_one(z) ? Complex(-0.5) : hold_slope) * dz[Order + j];
+        e.dresidue[i][Order + j] = zoh * da + rho * (near_one(z) ? Complex(-0.5) : zoh_slope) * dz[Order + j];
         power_slope = power_slope * z + power;
         power *= z;
       }
@@ -206,7 +197,7 @@ class SampledModes {
   static bool near_one(Complex z) noexcept { return std::abs(z - 1.0) < 1e-5; }
   static Complex off_one(Complex z) noexcept { return near_one(z) ? Complex(1.0) : z - 1.0; }
   /// ln(z)/(z - 1), which is 1 for an integrator.
-  static Complex hold_factor(Complex z) noexcept {
+  static Complex zoh_factor(Complex z) noexcept {
     const Complex x = z - 1.0;
     return near_one(z) ? 1.0 - 0.5 * x : std::log(z) / x;
   }

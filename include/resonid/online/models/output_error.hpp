@@ -27,8 +27,9 @@ struct OutputErrorConfig {
   OutputErrorGradient gradient = OutputErrorGradient::regressor;
   /// RPEM: 1/A is taken with its poles drawn in by this factor, in (0, 1], so that the integrator leaks.
   double filter_contraction = 0.8;
-  double largest_pole_radius = 1.02;  ///< Of the predictor; above 1 leaves room to an estimated integrator.
-  bool load_torque = false;           ///< Also estimates a constant torque beside u.
+  /// Bound on the predictor's poles; above 1 leaves room to an estimated integrator.
+  double largest_pole_radius = 1.02;
+  bool load_torque = false;  ///< Also estimates a constant torque beside u.
   /// The loop's controller in powers of z^-1, up to order 4; empty: none. Only stability() uses it.
   std::span<const double> controller_numerator{}, controller_denominator{};
 };
@@ -116,7 +117,7 @@ class OutputError {
   [[nodiscard]] double lag_samples() const noexcept {
     return recursion_lag_samples(stability(), rls_.mean_age_samples(), model(), filtered_);
   }
-  /// Of the recursion at the newest estimate. Takes some 50 us, as does the lag that follows from it.
+  /// Stability of the recursion at the newest estimate. Takes some 50 us, as does the lag derived from it.
   [[nodiscard]] LocalStability stability() const noexcept { return local_stability(recursion()); }
   [[nodiscard]] bool locally_stable() const noexcept { return stability().stable; }
   [[nodiscard]] Real residual() const noexcept { return residual_; }
@@ -153,7 +154,7 @@ class OutputError {
         simulated_(c.common.delay_samples, c.common.fixed_integrator),
         measured_(simulated_),
         damped_(c.common.delay_samples, c.common.fixed_integrator, c.filter_contraction),
-        gate_(c.common.hold_below),
+        gate_(c.common.freeze_below),
         guard_(c.largest_pole_radius),
         input_filter_(c.common.high_pass_hz, c.common.sample_rate_hz),
         output_filter_(c.common.high_pass_hz, c.common.sample_rate_hz),

@@ -37,7 +37,7 @@ enum class PhysicalParameter : std::size_t {
 ///
 /// In closed loop with white output noise the measured u is exact, whatever the controller: the filter needs
 /// u, y and the known delay only, and is not biased by the feedback. Hardly any noise on the plant's states
-/// makes it a recursive maximum-likelihood estimator. Any parameter can be held (standard deviation 0). A
+/// makes it a recursive maximum-likelihood estimator. Any parameter can be fixed (standard deviation 0). A
 /// machine that stays: as long as the record's start fits in the replay buffer, it is gone over again, beside
 /// the new samples, whenever the estimate has moved far from where it was linearised. A machine that moves:
 /// `stiffness_drift_per_s` gives K a rate of change of its own, and there is no lag; or with
@@ -75,8 +75,8 @@ class PhysicalTracker {
   [[nodiscard]] bool estimated(PhysicalParameter p) const noexcept {
     return setup_.deviation[state_of(p)] > Scalar(0);
   }
-  [[nodiscard]] Covariance covariance() const noexcept;      ///< Of the values.
-  [[nodiscard]] Covariance log_covariance() const noexcept;  ///< Of the logarithms of the first four.
+  [[nodiscard]] Covariance covariance() const noexcept;      ///< Covariance of the values.
+  [[nodiscard]] Covariance log_covariance() const noexcept;  ///< The same of the first four's logarithms.
 
   [[nodiscard]] double resonance_hz() const noexcept;      ///< Undamped, sqrt(K (1/J1 + 1/J2)).
   [[nodiscard]] double antiresonance_hz() const noexcept;  ///< Undamped, sqrt(K/J2).
@@ -101,7 +101,7 @@ class PhysicalTracker {
   [[nodiscard]] bool converged() const noexcept;
   /// Innovations are about as large as the filter expects them.
   [[nodiscard]] bool consistent() const noexcept { return run_.nis < 2.0; }
-  /// The twist moves enough to tell about the stiffness; while it does not, the estimate is held.
+  /// The twist moves enough to tell about the stiffness; while it does not, the estimate is frozen.
   [[nodiscard]] bool excited() const noexcept { return excited_; }
   /// No friction below 0 by more than twice its error, a resonance below half the sample rate and less damped
   /// than critically.

@@ -68,7 +68,7 @@ struct PseudoLinearRecursion {
   DiscreteModel<double, Order> model{};  ///< The machine, or the estimate that stands for it.
   std::size_t delay_samples = 0;
   bool fixed_integrator = false;
-  ControllerCoefficients controller{};                 ///< Of the loop that the data comes from.
+  ControllerCoefficients controller{};                 ///< Controller of the loop that the data comes from.
   RegressorFilter error = RegressorFilter::inverse_a;  ///< F: 1/A of output error, S/A of CLOE.
   RegressorFilter gradient = RegressorFilter::none;    ///< H
   DiscreteModel<double, Order> gradient_model{};       ///< That H is built from.
@@ -97,8 +97,9 @@ struct RecursionMeans {
   double noise_level = 0.0;  ///< |S|^2
   double along_own = 0.0, along_cross = 0.0,
          along_error = 0.0;  ///< |g'H f|^2, Re g'(H f)(g'F f)^*, |g'F f|^2
-  double least_real_part = std::numeric_limits<double>::infinity();  ///< Of F/H, less 1/2; least, not mean.
-  static constexpr double kSmeared = 0.75;                           ///< Measured on belts, 2 and 4 ms.
+  /// Real part of F/H, less 1/2; least, not mean.
+  double least_real_part = std::numeric_limits<double>::infinity();
+  static constexpr double kSmeared = 0.75;  ///< Measured on belts, 2 and 4 ms.
 };
 [[nodiscard]] RecursionMeans recursion_means(const RecursionBand& band) noexcept;
 

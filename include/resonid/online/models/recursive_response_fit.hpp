@@ -21,7 +21,7 @@
 namespace resonid::online {
 
 struct RecursiveResponseFitConfig {
-  double sample_rate_hz = 0.0;             ///< Of the model, > 0.
+  double sample_rate_hz = 0.0;             ///< Sample rate of the model, > 0.
   std::span<const double> frequency_hz{};  ///< Lines in (0, sample_rate_hz/2), as many as parameters / 2.
   bool integrator = true;                  ///< Fix one pole at z = 1 (a free drive).
   bool levy = false;                       ///< Without the weights 1/|A| of the present model.
@@ -118,8 +118,8 @@ class RecursiveResponseFit {
   }
 
   [[nodiscard]] DiscreteModel<Real, Order> model() const noexcept { return model_.model(); }
-  /// Of [b, a], from the scatter of the lines about the model (noise and misfit); infinite until there is a
-  /// model. Meant for the weights 1/|A|; with Levy's it is too small.
+  /// Covariance of [b, a], from the scatter of the lines about the model (noise and misfit); infinite until
+  /// there is a model. Meant for the weights 1/|A|; with Levy's it is too small.
   [[nodiscard]] ModelCovariance<Real, Order> covariance() const noexcept {
     if (!ready_) return ModelCovariance<Real, Order>::Constant(std::numeric_limits<Real>::infinity());
     const Real rows = std::max(Real(1), sum_.rows());

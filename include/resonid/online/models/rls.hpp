@@ -11,6 +11,7 @@
 #include <optional>
 #include <resonid/base/detail/flushed.hpp>
 #include <resonid/base/detail/intact.hpp>
+#include <resonid/base/enum_names.hpp>
 #include <resonid/base/expected.hpp>
 #include <resonid/online/models/detail/ud_factors.hpp>
 #include <span>
@@ -25,6 +26,13 @@ enum class Forgetting {
   variable,     ///< The faster, the larger the newest error is against the usual one (Fortescue 1981).
   directional,  ///< Only what the newest regressor tells about (Kulhavy 1985): silence forgets nothing.
 };
+inline constexpr EnumName<Forgetting> kForgettingNames[] = {{Forgetting::constant, "constant"},
+                                                            {Forgetting::none, "none"},
+                                                            {Forgetting::variable, "variable"},
+                                                            {Forgetting::directional, "directional"}};
+[[nodiscard]] constexpr std::span<const EnumName<Forgetting>> enum_names(Forgetting) noexcept {
+  return kForgettingNames;
+}
 
 struct RecursiveLeastSquaresConfig {
   std::span<const double> start{};  ///< Parameters before the first sample; empty: 0.
@@ -145,8 +153,9 @@ class RecursiveLeastSquares {
 
   /// P: per unit residual variance, and as if all remembered samples had the same weight.
   [[nodiscard]] Matrix information_inverse() const noexcept { return factors_.dense(); }
-  /// Of the parameters: residual variance times P times the loss that unequal weights bring (1/(1 + lambda)
-  /// in the steady state of constant forgetting). Infinite until there are more samples than parameters.
+  /// Covariance of the parameters: residual variance times P times the loss that unequal weights bring, in
+  /// the steady state of constant forgetting 1/(1 + lambda). Infinite until there are more samples than
+  /// parameters.
   [[nodiscard]] Matrix covariance() const noexcept {
     const bool known = used_samples() > Parameters;
     const Real variance =
@@ -160,7 +169,7 @@ class RecursiveLeastSquares {
   [[nodiscard]] Real weight_share() const noexcept {
     return weights_ > Real(0) ? weight_squares_ / weights_ : Real(1);
   }
-  /// Of the equation error at weight 1, over the memory; infinite before the first sample.
+  /// Variance of the equation error at weight 1, over the memory; infinite before the first sample.
   [[nodiscard]] Real residual_variance() const noexcept {
     return weights_ > Real(0) ? squared_errors_ / weights_ : std::numeric_limits<Real>::infinity();
   }

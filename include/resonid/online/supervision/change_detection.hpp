@@ -27,10 +27,10 @@ struct ChangeDetectorConfig {
   /// Mean time between false alarms, at least 50 blocks.
   double false_alarm_interval_s = 0.0;
   ChangeStatistic statistic = ChangeStatistic::likelihood_ratio;
-  /// Of the CUSUM: half the change that is to be found soonest, in standard deviations of a block, 0.05
-  /// ... 3.
+  /// Reference value of the CUSUM: half the change that is to be found soonest, in standard deviations of a
+  /// block, 0.05 ... 3.
   double reference = 0.5;
-  std::size_t window_blocks = 64;  ///< Of the likelihood ratio, 1 ... MaxWindow.
+  std::size_t window_blocks = 64;  ///< Window of the likelihood ratio, 1 ... MaxWindow.
 };
 
 /// A change that was found.
@@ -79,9 +79,10 @@ class ChangeDetector {
     return static_cast<double>(blocks_) * config_.block_s >= config_.baseline_s;
   }
   [[nodiscard]] bool alarm() const noexcept { return alarm_; }
-  [[nodiscard]] Change change() const noexcept;                   ///< After an alarm.
-  [[nodiscard]] double level() const noexcept { return level_; }  ///< Of the statistic; an alarm from 1 on.
-  [[nodiscard]] double threshold() const noexcept;                ///< Of the statistic in its own terms.
+  [[nodiscard]] Change change() const noexcept;  ///< After an alarm.
+  /// Value of the statistic; an alarm from 1 on.
+  [[nodiscard]] double level() const noexcept { return level_; }
+  [[nodiscard]] double threshold() const noexcept;  ///< Threshold of the statistic in its own terms.
   [[nodiscard]] double baseline() const noexcept { return alarm_ ? before_mean_ : baseline_.mean(); }
   /// Standard deviation of what is new in a block: what the statistic's figures are in.
   [[nodiscard]] double block_std() const noexcept;

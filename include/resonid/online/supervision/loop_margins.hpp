@@ -68,7 +68,7 @@ class MarginScan {
   }
   void reset() noexcept { *this = {}; }
 
-  /// Of the lines so far.
+  /// Margins of the lines so far.
   [[nodiscard]] const LoopMargins<Real>& margins() const noexcept { return margins_; }
   [[nodiscard]] Real newest_crossover_hz() const noexcept { return newest_hz_; }
   [[nodiscard]] Real newest_phase_margin_deg() const noexcept { return newest_margin_deg_; }

@@ -16,17 +16,17 @@ struct PeakSignal {
 };
 
 struct PhaseConfig {
-  double sample_rate_hz = 0.0;       ///< Of the drive, > 0; lines and rate must have a common period.
+  double sample_rate_hz = 0.0;       ///< Rate of the drive, > 0; lines and rate must have a common period.
   std::vector<double> frequency_hz;  ///< [line], ascending, > 0 and below half the sample rate.
   std::vector<double> amplitude;     ///< [line], or one value for all lines; > 0.
   std::vector<PeakSignal> signals;  ///< Whose largest relative peak is made small; none: the multisine's own.
   std::size_t random_starts = 63;   ///< Beside Schroeder's phases; fewer when there are many lines.
-  std::uint64_t seed = 1;           ///< Of the random starts.
+  std::uint64_t seed = 1;           ///< Seed of the random starts.
 };
 
 struct OptimisedPhases {
   std::vector<double> phase_rad;  ///< [line], of cosines, 0 ... 2π.
-  double crest_factor = 0.0;      ///< Of the multisine itself, between the samples too.
+  double crest_factor = 0.0;      ///< Crest factor of the multisine itself, between the samples too.
   double peak = 0.0;              ///< Largest of peak/limit over the signals.
 };
 

@@ -17,7 +17,7 @@ struct NominalDrive {
   /// Parameters with sample time and known delay; `estimated` says which ones the experiment is to find.
   fit::DriveModel model;
   std::optional<data::TransferFunction> controller;  ///< From velocity error to torque; none: open loop.
-  fit::NoiseModel noise;  ///< Of the measured velocity; white: order 0 with the noise's variance.
+  fit::NoiseModel noise;  ///< Noise of the measured velocity; white: order 0 with the noise's variance.
 };
 
 [[nodiscard]] expected<void, Error> check(const NominalDrive& drive);

@@ -43,7 +43,7 @@ struct PowerDistribution {
   int iterations = 0;
 };
 
-/// Powers p_k >= 0 of the lines that minimise the criterion of the information matrix
+/// Powers p_k >= 0 of the lines that minimise the criterion of the Fisher information matrix
 ///
 ///   M = sum_k p_k Re( d_k* d_k^T ),   subject to   sum_k use_jk p_k <= 1 for every limit j.
 ///

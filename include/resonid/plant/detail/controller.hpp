@@ -112,7 +112,7 @@ struct Measured {
 /// feedback() and copies.
 class Controller {
  public:
-  static constexpr std::size_t kMaxOrder = 16;  ///< Of R, S, T, numerator and denominator.
+  static constexpr std::size_t kMaxOrder = 16;  ///< Largest order of R, S, T, numerator and denominator.
 
   static expected<Controller, Error> create(const ControllerConfig& config, double sample_rate_hz);
 

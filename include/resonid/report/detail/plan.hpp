@@ -9,7 +9,7 @@
 
 namespace resonid::report {
 
-/// What a plan comes to, in plain sentences, whether the wishes are met first.
+/// What a plan comes to, in plain sentences, whether the accuracy targets are met first.
 [[nodiscard]] std::vector<std::string> sentences(const planning::Plan& plan);
 
 /// Readable summary for a terminal, lines of at most 100 characters.

@@ -25,7 +25,7 @@ namespace resonid::response {
 
 /// Period of an excitation that repeats a few times, at least three, and then goes on with other phases;
 /// nothing for any other, and above 87 000 samples. Found in stretches of the record, from its start and in
-/// its middle, and held against the whole of it by realisations_of() and no_realisations().
+/// its middle, and compared with the whole of it by realisations_of() and no_realisations().
 [[nodiscard]] std::optional<std::size_t> detect_realisation_period(const data::Record& record);
 
 }  // namespace resonid::response

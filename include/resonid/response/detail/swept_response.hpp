@@ -16,11 +16,11 @@ enum class SweptMethod {
 struct SweptConfig {
   online::SweepLaw chirp;  ///< From the record's first sample on; its phase is not needed.
   SweptMethod method = SweptMethod::local_cubic;
-  double lambda =
-      8.0;  ///< Of the filter's gain, > 0; larger is slower and quieter. Used when pole_radius is 0.
+  /// Sets the filter's gain, > 0; larger is slower and quieter. Used when pole_radius is 0.
+  double lambda = 8.0;
   double pole_radius = 0.0;  ///< Filter's poles, 0 < radius < 1; 0: gain from lambda.
   bool offset_state = true;  ///< Filter with a state for the operating point; the published one has none.
-  std::size_t half_width_samples = 0;  ///< Of the local regression, w; 0: default_half_width().
+  std::size_t half_width_samples = 0;  ///< Half width w of the local regression; 0: default_half_width().
   bool fit_offset = true;     ///< Local regression takes out a constant and a slope (operating point, drift).
   bool correct_sweep = true;  ///< Local regression: add back the first-order error of the sweep.
   std::vector<double> frequencies_hz;  ///< Grid, inside the sweep; empty: every 0.1 Hz of it.

@@ -18,7 +18,7 @@ struct TrackedLinesConfig {
   double lambda = 0.0;  ///< Bank with METHOD 4.1's gain, > 0; 0: poles placed at pole_radius.
   double pole_radius =
       0.0;  ///< Bank's poles, 0 < radius < 1; 0: 1 - 1.5 (least distance of lines)/(sample rate).
-  std::size_t window_samples = 0;  ///< Of the sliding DFT, 3 ... 16384; 0: period_samples.
+  std::size_t window_samples = 0;  ///< Window of the sliding DFT, 3 ... 16384; 0: period_samples.
   std::size_t period_samples = 0;  ///< Period of the excitation; 0: unknown.
   std::size_t first_sample = 0;    ///< Samples left out at the start, while transients last.
 };

@@ -12,7 +12,6 @@
 #include <identification/parallel.hpp>
 #include <mutex>
 #include <numbers>
-#include <resonid/base/detail/quantile.hpp>
 #include <resonid/base/detail/statistics.hpp>
 #include <resonid/fit/response_fit.hpp>
 #include <resonid/identification/detail/figures.hpp>
@@ -147,9 +146,9 @@ std::optional<diagnostics::Finding> inspect_bootstrap(const Bootstrap& bootstrap
   return diagnostics::Finding{
       "no-bootstrap", diagnostics::Severity::warning, typical, kCriteria.bootstrap_scatter,
       fmt::format(
-          "No bootstrap: repetitions scatter by {:.2g} of the error bars only. The model, fitted to the "
-          "response, misses its lines in a smooth way, or lines repeat one another; independent noise on "
-          "the lines does not show that, the covariance holds it.",
+          "No bootstrap intervals: the replicas scatter by only {:.2g} of the error bars. The model was "
+          "fitted to the response and misses its lines systematically, or neighbouring lines are correlated. "
+          "Replicas with independent noise on the lines do not show that; the covariance includes it.",
           typical)};
 }
 

@@ -10,7 +10,7 @@ namespace resonid::identification::detail {
 [[nodiscard]] Result judge(const Experiment& experiment, const Measurement& measurement, Fitted fitted,
                            const Options& options);
 
-/// The options with the controller that ran: the record's own where none was told, or another one.
+/// The options with the controller that ran: the identified one where none was given, or another one.
 [[nodiscard]] Options with_real_controller(const Measurement& measurement, const Options& options);
 
 /// Where a record can show a mode.

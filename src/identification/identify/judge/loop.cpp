@@ -129,11 +129,10 @@ std::optional<diagnostics::Finding> include_controller(
         loop.gain_margin_std_db = {};
     return diagnostics::Finding{
         "crossover-outside-band", diagnostics::Severity::warning, *crossover, plan.low_hz,
-        fmt::format(
-            "The loop crosses over at {:.3g} Hz, and {:.3g} ... {:.3g} Hz are excited: the controller, "
-            "which was taken from the record, is extrapolated there, and the margins have no error "
-            "bars. Give .controller.",
-            *crossover, plan.low_hz, plan.high_hz)};
+        fmt::format("The loop crosses over at {:.3g} Hz, far outside the excited band of {:.3g} ... {:.3g} "
+                    "Hz: the identified controller is extrapolated there, and the margins have no error "
+                    "bars. Give .controller.",
+                    *crossover, plan.low_hz, plan.high_hz)};
   }
   if (!shown.model) return std::nullopt;
   const auto figures = [](const LoopMargins& m) -> Eigen::Vector4d {

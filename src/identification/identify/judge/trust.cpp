@@ -21,17 +21,18 @@ void inspect_resonance(const Plan& plan, const data::Mode& mode, bool one_of_sev
     findings.push_back(
         {"uncertain-resonance", Severity::error, relative, kCriteria.uncertain_resonance,
          relative > 1.0
-             ? fmt::format(
-                   "The {} is not determined by the record: nothing shows there. Fewer masses say as much "
-                   "(.model auto); to tell more, excite around {:.3g} Hz.",
-                   name, f)
+             ? fmt::format("The record does not determine the {}: the measured response shows nothing there. "
+                           "A model of fewer masses describes it as well (.model auto). To identify the "
+                           "resonance, excite around {:.3g} Hz.",
+                           name, f)
              : fmt::format("The {} is known to {:.0f} % only: excite more strongly around {:.3g} Hz or "
                            "record longer.",
                            name, 100.0 * relative, f)});
   const double zeta = mode.damping_ratio.value;
   if (!(zeta > 0.0) || zeta > 1.0)
     findings.push_back({"unphysical-damping", Severity::error, zeta, 1.0,
-                        "The fitted damping is not that of a resonance: the model only imitates the data."});
+                        "The fitted damping ratio is not between 0 and 1, as that of a resonance is: the "
+                        "model only imitates the data."});
   if (f < plan.low_hz || f > plan.high_hz)
     findings.push_back(
         {"resonance-outside-band", Severity::warning, f, f < plan.low_hz ? plan.low_hz : plan.high_hz,
@@ -53,7 +54,7 @@ void inspect_parameters(const Plan& plan, const Options& options, const fit::Dri
       continue;
     findings.push_back({"uncertain-damping", Severity::info, damping.std / damping.value,
                         kCriteria.uncertain_damping,
-                        fmt::format("The damping{} is known in its order of magnitude only.",
+                        fmt::format("Only the order of magnitude of the damping{} is known.",
                                     p == kDamping2 ? " between middle and load" : "")});
   }
   const auto inertia = drive.estimate(kDrivenInertia);
@@ -71,15 +72,14 @@ void inspect_model(const Plan& plan, const Options& options, const std::optional
                    Result& result) {
   auto& findings = result.findings;
   if (!result.units.physical)
-    findings.push_back(
-        {"not-physical-units",
-         Severity::info,
-         {},
-         {},
-         fmt::format(
-             "Input in {}, output velocity in {}: the model's coefficients are in these units, they are no "
-             "inertias or stiffnesses. Give .input_scale and .output_scale to get physical ones.",
-             result.units.input, result.units.velocity)});
+    findings.push_back({"not-physical-units",
+                        Severity::info,
+                        {},
+                        {},
+                        fmt::format("The input is in {} and the output velocity in {}: the model's "
+                                    "coefficients are in these units and are not inertias or stiffnesses. "
+                                    "Give .input_scale and .output_scale to get physical parameters.",
+                                    result.units.input, result.units.velocity)});
   if (options.model == ModelChoice::none) return;
   if (!selection) {
     findings.push_back(
@@ -98,50 +98,47 @@ void inspect_model(const Plan& plan, const Options& options, const std::optional
          Severity::warning,
          {},
          {},
-         "Dry friction was asked for, but no fit with it came out: the model is one without."});
+         "Dry friction was requested, but no fit with it succeeded: the model is without dry friction."});
   if (model.model_error > kCriteria.misfit && model.model_error <= kCriteria.worthless &&
       model.coulomb_friction) {
     findings.push_back(
         {"friction-in-response", Severity::info, model.model_error, kCriteria.misfit,
-         fmt::format(
-             "Dry friction bends the measured response: it typically differs by {:.0f} % from the model, "
-             "which describes the drive beside its dry friction.",
-             100.0 * model.model_error)});
+         fmt::format("Dry friction distorts the measured response: it typically differs by {:.0f} % from the "
+                     "model, which describes the drive without its dry friction.",
+                     100.0 * model.model_error)});
   } else if (model.model_error > kCriteria.misfit) {
     const bool bad = model.model_error > kCriteria.worthless;
     findings.push_back(
         {"misfit", bad ? Severity::error : Severity::warning, model.model_error,
          bad ? kCriteria.worthless : kCriteria.misfit,
          fmt::format(
-             "Model and measured response typically differ by {:.0f} %, beyond the noise: the drive is "
-             "not quite {}. {}{}",
+             "Model and measured response typically differ by {:.0f} % beyond the noise: the drive is not "
+             "exactly {}. {}{}",
              100.0 * model.model_error,
              model.drive.structure == fit::Structure::rigid
                  ? std::string("rigid")
                  : fmt::format("a {} system", fit::name_of(model.drive.structure)),
              model.from_record
-                 ? "The parameters' error bars hold the noise of the record, not this difference."
-                 : "Error bars of the parameters hold this difference as if it were noise.",
+                 ? "The parameters' error bars include the noise of the record, but not this difference."
+                 : "The parameters' error bars include this difference as if it were noise.",
              bad ? " A model without drive structure (.model black-box) may describe it." : "")});
   }
   if (!model.from_record)
-    findings.push_back(
-        {"model-from-response",
-         Severity::info,
-         {},
-         {},
-         "The model was fitted to the measured response: slow disturbances or friction that is not "
-         "linear would rule a fit to the record itself."});
+    findings.push_back({"model-from-response",
+                        Severity::info,
+                        {},
+                        {},
+                        "The model was fitted to the measured response: slow disturbances or nonlinear "
+                        "friction would dominate a fit to the record itself."});
   if (model.from_record && options.approach == Approach::indirect &&
       result.record.output_quantity != data::OutputQuantity::velocity)
-    findings.push_back(
-        {"indirect-response-only",
-         Severity::info,
-         {},
-         {},
-         "The measured response is indirect, the model is not: the closed-loop predictor needs "
-         "a recorded velocity, which is what the controller is fed. The model was fitted from the "
-         "recorded input, which is right as far as its noise model is."});
+    findings.push_back({"indirect-response-only",
+                        Severity::info,
+                        {},
+                        {},
+                        "The measured response is indirect, the model is not: the closed-loop predictor "
+                        "needs a recorded velocity, which the controller is fed. The model was fitted from "
+                        "the recorded input, which is unbiased only if the noise model is right."});
   inspect_parameters(plan, options, model.drive, result);
 }
 
@@ -153,15 +150,15 @@ void inspect_black_box(const BlackBoxResult& result, std::vector<Finding>& findi
                         Severity::error,
                         {},
                         {},
-                        "The search for the black-box model ended before it reached a minimum: its order is "
-                        "probably too high for this record. Try a lower .order."});
+                        "The fit of the black-box model did not converge: its order is probably too high for "
+                        "this record. Try a lower .order."});
   double largest = 0.0;
   for (const auto& pole : result.model.poles()) largest = std::max(largest, std::abs(pole.value));
   if (!result.stable)
     findings.push_back({"unstable-model", Severity::error, largest, 1.0,
-                        fmt::format("The black-box model is unstable (a pole at |z| = {:.6g}), and its error "
-                                    "bar does not excuse it: what the record holds is not that of a drive, "
-                                    "or the order does not suit it. Try another .order.",
+                        fmt::format("The black-box model is unstable: a pole lies at |z| = {:.6g}, outside "
+                                    "the unit circle by more than its error bar. The record is not that of a "
+                                    "drive, or the order does not suit it. Try another .order.",
                                     largest)});
 }
 
@@ -173,8 +170,8 @@ Finding further_delay(double delay_s, double known_delay_s) {
                                   -delay_ms, 1e3 * known_delay_s);
   else if (delay_s < 0.0)
     return {"input-ahead", Severity::info, delay_s, 0.0,
-            fmt::format("Against an input held between samples the output comes {:.3g} ms early: the input "
-                        "was measured, not commanded. Taken into account.",
+            fmt::format("The output comes {:.3g} ms earlier than with a zero-order hold at the input: the "
+                        "input was measured, not commanded. This is taken into account.",
                         -delay_ms)};
   else if (known_delay_s > 0.0)
     finding.meaning = fmt::format("The record shows {:.3g} ms more delay than the {:.3g} ms given.", delay_ms,
@@ -193,33 +190,28 @@ void inspect_validation(Result& result) {
       if (f < nyquist) continue;
       result.findings.push_back(
           {"mode-above-nyquist", Severity::error, f, nyquist,
-           fmt::format(
-               "The model has a mode at {:.4g} Hz, above half the sample rate: the record cannot show it, "
-               "and the model imitates something else.",
-               f)});
+           fmt::format("The model has a mode at {:.4g} Hz, above half the sample rate. The record cannot "
+                       "show such a mode: the model imitates something else.",
+                       f)});
     }
   const auto& v = result.validation;
   if (!v || !v->of_record) return;
   if (v->fit_percent <= 0.0)
     result.findings.push_back({"explains-nothing", Severity::error, v->fit_percent, 0.0,
-                               "The model's simulation is no nearer to the recorded output than its mean is: "
-                               "the model is not that of "
-                               "this machine."});
+                               "The simulated output is no closer to the recorded output than the latter's "
+                               "mean is: the model does not describe this machine."});
   for (const auto& trial : result.structures)
     if (trial.chosen && v->fit_percent > 0.0 && trial.holdout_fit_percent.value_or(1.0) <= 0.0)
-      result.findings.push_back(
-          {"fails-on-held-back", Severity::error, trial.holdout_fit_percent, 0.0,
-           "Fitted to the rest of the record, the model's simulation is no nearer to the "
-           "samples held back than their mean is: it imitates the record."});
+      result.findings.push_back({"fails-on-held-back", Severity::error, trial.holdout_fit_percent, 0.0,
+                                 "Fitted without the hold-out data, the model predicts them no better than "
+                                 "their mean does: it is overfitted to the record."});
   const double left = v->cross_correlation_max.value_or(0.0);
   if (v->fit_percent < kCriteria.nearly_all && left > kCriteria.unexplained &&
       left > 3.0 * v->limit.value_or(0.0))
-    result.findings.push_back(
-        {"unexplained-response", Severity::error, left, kCriteria.unexplained,
-         fmt::format(
-             "What the model leaves of the output still follows the input (correlation {:.2f}): the model "
-             "lacks something that the machine has.",
-             left)});
+    result.findings.push_back({"unexplained-response", Severity::error, left, kCriteria.unexplained,
+                               fmt::format("The residual still follows the input (correlation {:.2f}): the "
+                                           "model lacks something that the machine has.",
+                                           left)});
 }
 
 void inspect_loop(Result& result) {
@@ -230,8 +222,8 @@ void inspect_loop(Result& result) {
   if (worst && *worst <= 0.0)
     findings.push_back(
         {"unstable-loop", Severity::warning, *worst, 0.0,
-         fmt::format("The phase margin is {:.1f} deg: this loop would be unstable. As it ran, controller, "
-                     "delay or sign given do not belong to this record.",
+         fmt::format("The phase margin is {:.1f} deg: this loop would be unstable. Since the loop ran, the "
+                     "controller, delay or sign given does not belong to this record.",
                      *worst)});
   else if (worst && *worst < kCriteria.phase_margin_deg)
     findings.push_back(
@@ -245,12 +237,11 @@ void inspect_loop(Result& result) {
                      margins.modulus_margin, margins.modulus_margin_hz,
                      1.0 / std::max(margins.modulus_margin, 1e-6))});
   if (margins.crossovers.size() > 1)
-    findings.push_back(
-        {"several-crossovers", Severity::info, static_cast<double>(margins.crossovers.size()), 1.0,
-         fmt::format(
-             "The loop gain |L| falls below 1 at {} frequencies; the phase margin given is that of the "
-             "first, the smallest of all is {:.1f} deg.",
-             margins.crossovers.size(), worst.value_or(0.0))});
+    findings.push_back({"several-crossovers", Severity::info, static_cast<double>(margins.crossovers.size()),
+                        1.0,
+                        fmt::format("The loop gain |L| falls below 1 at {} frequencies. The phase margin "
+                                    "given is that at the first of them; the smallest one is {:.1f} deg.",
+                                    margins.crossovers.size(), worst.value_or(0.0))});
 }
 
 bool trusted(const Result& result) {

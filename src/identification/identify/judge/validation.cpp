@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 #include <identification/identify/judge/validation.hpp>
+#include <resonid/base/detail/statistics.hpp>
 #include <resonid/diagnostics/residuals.hpp>
 
 namespace resonid::identification::detail {
@@ -31,8 +32,8 @@ void of_lines(const response::LineEstimates& lines, Result& result) {
     total += power * std::norm(result.response.value[i]);
   }
   if (total > 0.0)
-    result.validation = Validation{100.0 * (1.0 - std::sqrt(residual / total)), false, std::nullopt,
-                                   std::nullopt, std::nullopt};
+    result.validation =
+        Validation{fit_percent_of(residual, total), false, std::nullopt, std::nullopt, std::nullopt};
 }
 
 }  // namespace

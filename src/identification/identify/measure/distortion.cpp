@@ -86,21 +86,22 @@ std::vector<diagnostics::Finding> inspect_distortion(const Distortion& d) {
   if (!scatters && !even && !odd) return {};
   std::string text;
   if (scatters)
-    text = fmt::format("Realisations of the excitation differ by {} of the output, more than their noise.",
-                       per_cent(d.scatter.level));
+    text = fmt::format(
+        "The responses to different realisations of the excitation differ by {} of the output, more than "
+        "noise explains.",
+        per_cent(d.scatter.level));
   const double silent = std::max(even ? d.even.level : 0.0, odd ? d.odd.level : 0.0);
   if (even || odd) {
     const char* kind = even && odd ? "even and odd" : even ? "even" : "odd";
     const char* cause = odd ? "friction, saturation or a stiffening spring" : "an offset or one-sided limits";
     text += fmt::format(
-        "{}The drive answers at lines that are not excited, with {} of the output at excited lines ({} "
+        "{}The drive responds at lines that are not excited, with {} of the output at the excited lines ({} "
         "multiples: {}).",
         text.empty() ? "" : " ", per_cent(silent), kind, cause);
   }
-  text += scatters
-              ? " The drive is not linear: the response holds for excitations of this size, and its error "
-                "bars hold the distortion."
-              : " The response holds for excitations of this size.";
+  text += scatters ? " The drive is nonlinear: the response is valid for excitations of this amplitude, and "
+                     "its error bars include the distortion."
+                   : " The response is valid for excitations of this amplitude.";
   const double level = scatters ? d.scatter.level : silent;
   return {{"non-linear-distortion",
            level > kCriteria.warned_distortion ? diagnostics::Severity::warning : diagnostics::Severity::info,

@@ -120,7 +120,7 @@ expected<std::vector<double>, Error> lines_to_track(const data::Record& record, 
   for (const auto& line : found->lines) lines.push_back(line.frequency_hz);
   constexpr std::size_t kMost = 256;
   if (lines.size() > kMost)
-    return refuse("lines_hz", "must be given: the excitation holds more than the 256 that can be followed",
+    return refuse("lines_hz", "must be given: the excitation has more than the 256 that can be tracked",
                   static_cast<double>(lines.size()));
   return lines;
 }

@@ -42,9 +42,9 @@ std::optional<Finding> inspect_gain(const data::TransferFunction& told,
     return std::nullopt;
   return Finding{"controller-differs", Severity::error, difference / std::abs(shown),
                  kCriteria.controller_difference,
-                 fmt::format("The input answers the noise of the output at once with {:.4g} +- {:.2g}, the "
-                             "controller told with {:.4g}: it is not the one that ran, and the margins are "
-                             "not those of this loop.",
+                 fmt::format("The input responds to output noise within one sample with a gain of {:.4g} +- "
+                             "{:.2g}, the controller given with {:.4g}: it is not the one that ran, and the "
+                             "margins are not those of this loop.",
                              shown, 2.0 * deviation, expected)};
 }
 
@@ -95,18 +95,18 @@ data::FrequencyResponse without_bias(const data::FrequencyResponse& response, co
 }
 
 Choice controller_choice(const fit::ControllerEstimate& shown) {
-  return {"controller", fmt::format("of order {}", shown.controller.denominator.size() - 1),
-          shown.input_noise > 0.0
-              ? fmt::format("u - ru = C (r - y) holds in the record but for noise of {:.3g} rms on the input",
-                            shown.input_noise)
-              : std::string("u - ru = C (r - y) holds in the record without any noise")};
+  return {
+      "controller", fmt::format("of order {}", shown.controller.denominator.size() - 1),
+      shown.input_noise > 0.0
+          ? fmt::format("u - ru = C (r - y) holds in the record except for noise of {:.3g} rms on the input",
+                        shown.input_noise)
+          : std::string("u - ru = C (r - y) holds in the record without any noise")};
 }
 
 Choice predictor_choice(const Options& options, const fit::ControllerEstimate& shown) {
-  if (options.approach)
-    return {"predictor", "closed loop with the record's own controller", "asked for joint"};
-  return {"predictor", "closed loop with the record's own controller",
-          fmt::format("the recorded input holds noise ({:.2g} % of what the controller makes), which would "
+  if (options.approach) return {"predictor", "closed loop with the identified controller", "asked for joint"};
+  return {"predictor", "closed loop with the identified controller",
+          fmt::format("the recorded input contains noise ({:.2g} % of the controller's output), which would "
                       "bias a simulation from it",
                       100.0 * shown.relative_noise)};
 }
@@ -116,16 +116,15 @@ void downweight_incoherent(const LoopEvidence& evidence, std::vector<Finding>& f
   for (auto& f : findings)
     if (f.id == "incoherent") {
       f.severity = Severity::warning;
-      f.meaning += " Here noise outweighs it: the columns belong to one loop, u - ru = C (r - y).";
+      f.meaning += " The cause here is noise: the columns do belong to one loop, u - ru = C (r - y).";
     }
 }
 
 Choice model_choice(const LoopEvidence& evidence, Method measured) {
   return {"method", std::string(name_of(Method::model)),
-          fmt::format(
-              "noise is fed back: the response by {} is biased by typically {}; the fit to the record, its "
-              "noise modelled, is not",
-              name_of(measured), percent(evidence.bias))};
+          fmt::format("noise is fed back: the response by {} is typically biased by {}; the fit to the "
+                      "record models the noise and is not",
+                      name_of(measured), percent(evidence.bias))};
 }
 
 std::optional<Finding> inspect_controller(const Options& options, const LoopEvidence& evidence,
@@ -150,9 +149,9 @@ std::optional<Finding> inspect_controller(const Options& options, const LoopEvid
   const double middle = response.frequency_hz[response.lines() / 2];
   return Finding{
       "controller-differs", Severity::error, typical, kCriteria.controller_difference,
-      fmt::format("The controller told is not the one that ran: it typically differs by {} from the "
-                  "one that u - ru = C (r - y) shows (gain at {:.3g} Hz: told {:.4g}, shown "
-                  "{:.4g}). The margins are those of the record's own.",
+      fmt::format("The controller given is not the one that ran: it typically differs by {} from the "
+                  "controller identified by u - ru = C (r - y) (gain at {:.3g} Hz: given {:.4g}, identified "
+                  "{:.4g}). The margins are those of the identified controller.",
                   percent(typical), middle, std::abs(options.controller->response(middle)),
                   std::abs(shown.controller.response(middle)))};
 }
@@ -160,8 +159,8 @@ std::optional<Finding> inspect_controller(const Options& options, const LoopEvid
 std::optional<Finding> inspect_feedback(const LoopEvidence& evidence, bool from_model) {
   if (!evidence.feedback || !(evidence.bias > kCriteria.feedback_bias)) return std::nullopt;
   const std::string what = fmt::format(
-      "A controller feeds the output's noise back to the input ({} of what is new in the output shows in the "
-      "later input). Averaged spectra of input and output are biased by typically {} then",
+      "A controller feeds the output's noise back to the input ({} of the output's innovation shows in the "
+      "later input). This typically biases averaged spectra of input and output by {}",
       percent(evidence.feedback->seen), percent(evidence.bias));
   if (from_model)
     return Finding{
@@ -171,9 +170,9 @@ std::optional<Finding> inspect_feedback(const LoopEvidence& evidence, bool from_
       ". Record the excitation (ru), or give the controller and the reference, or allow a model (.model).";
   if (!evidence.biased())
     return Finding{"feedback-bias", Severity::warning, evidence.bias, kCriteria.feedback_bias,
-                   what + ", which is inside their error bars" + help};
+                   what + ", which is within their error bars" + help};
   return Finding{"feedback-bias", Severity::error, evidence.bias, kCriteria.feedback_bias,
-                 what + ", and so is the response given" + help};
+                 what + ", and with them the response given" + help};
 }
 
 std::optional<Finding> inspect_orientation(const LoopEvidence& evidence,
@@ -208,8 +207,8 @@ std::optional<Finding> inspect_orientation(const LoopEvidence& evidence,
   const bool against = evidence.controller && evidence.controller->controller.numerator.front() < 0.0;
   if (leads)
     return finding(
-        fmt::format("At low frequencies the output leads the input by about 90 deg instead of "
-                    "lagging{}: encoder or torque is mirrored; try .output_scale -1.",
+        fmt::format("At low frequencies the output leads the input by about 90 deg instead of lagging{}: the "
+                    "sign of the encoder or of the torque is reversed. Try .output_scale -1.",
                     against ? ", and the controller, u - ru = C (r - y), has a negative gain" : ""));
   return std::nullopt;
 }

@@ -36,7 +36,7 @@ struct LoopEvidence {
 [[nodiscard]] data::FrequencyResponse without_bias(const data::FrequencyResponse& response,
                                                    const LoopEvidence& evidence);
 
-/// Why the margins are those of the record's own controller.
+/// Why the margins are those of the identified controller.
 [[nodiscard]] Choice controller_choice(const fit::ControllerEstimate& shown);
 /// Why the model is simulated in its loop.
 [[nodiscard]] Choice predictor_choice(const Options& options, const fit::ControllerEstimate& shown);
@@ -46,7 +46,7 @@ struct LoopEvidence {
 /// Few coherent lines are no ground to mistrust a fit to a record that shows its own loop.
 void downweight_incoherent(const LoopEvidence& evidence, std::vector<diagnostics::Finding>& findings);
 
-/// Whether the controller that was told is not the record's own: beyond error bars and 5 %.
+/// Whether the controller given is not the identified one: beyond error bars and 5 %.
 [[nodiscard]] std::optional<diagnostics::Finding> inspect_controller(const Options& options,
                                                                      const LoopEvidence& evidence,
                                                                      const data::FrequencyResponse& response);

@@ -47,10 +47,9 @@ expected<Measurement, Error> by_what_shows(const data::Record& record, const Pla
   other.method = Method::local_polynomial;
   auto second = by_plan(record, other, options);
   if (!second || usable(second->response) < kCriteria.clearly_more_lines * before) return first;
-  second->method = {
-      "method", std::string(name_of(other.method)),
-      "averages leave hardly a line: the machine moves in a rhythm of its own; local polynomials "
-      "take that out"};
+  second->method = {"method", std::string(name_of(other.method)),
+                    "averaging leaves hardly any usable line: the machine moves periodically by itself; "
+                    "local polynomials remove that"};
   return second;
 }
 

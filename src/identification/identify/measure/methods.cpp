@@ -63,8 +63,7 @@ std::string no_chirp(const Record&, const Plan& plan) {
 
 std::string no_fixed_lines(const Record&, const Plan& plan) {
   if (!plan.sweep || !plan.grid_hz.empty()) return {};
-  return "measures lines that stay, found a chirp; required .lines_hz with it, or another method "
-         "(local-cubic "
+  return "measures fixed lines, found a chirp; required .lines_hz with it, or another method (local-cubic "
          "and kalman follow a chirp)";
 }
 
@@ -96,7 +95,7 @@ std::string why_periodic(const Record& record, const Plan& plan) {
 }
 
 std::string why_local(const Record&, const Plan&) {
-  return "dense excitation that does not repeat: transients are fitted and taken out";
+  return "dense excitation that does not repeat: transients are fitted and removed";
 }
 
 std::string why_spectra(const Record&, const Plan&) {
@@ -108,8 +107,8 @@ constexpr std::array kMethods = {
                 best_linear_lacks, best_linear,
                 [](const Record&, const Plan& p) {
                   return fmt::format(
-                      "{} realisations with phases of their own: what they scatter beyond "
-                      "their periods' noise is non-linear distortion",
+                      "{} realisations with different phases: what they scatter beyond the noise between "
+                      "periods is non-linear distortion",
                       p.realisations);
                 }},
     MethodEntry{
@@ -143,7 +142,7 @@ constexpr std::array kMethods = {
                   return measured(swept_lines(r, p, o, false));
                 },
                 [](const Record&, const Plan&) {
-                  return std::string("follows the known sweep, without lag, transient or bias by its speed");
+                  return std::string("follows the known sweep without lag, transient or bias from its speed");
                 }},
     MethodEntry{
         Method::local_polynomial, false,

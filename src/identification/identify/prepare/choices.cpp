@@ -30,7 +30,7 @@ Choice excitation_choice(const data::Record& record, const Options& options, con
       if (told) return {"excitation", "multisine", asked};
       return {"excitation", "multisine",
               plan.realisations > 1
-                  ? fmt::format("{} repeats every {} samples, and {} times goes on with other phases", signal,
+                  ? fmt::format("{} repeats every {} samples and changes its phases {} times", signal,
                                 plan.period_samples, plan.realisations - 1)
                   : fmt::format("{} repeats every {} samples", signal, plan.period_samples)};
     case ExcitationType::automatic:
@@ -46,19 +46,20 @@ Choice approach_choice(const data::Record& record, const Options& options, const
   if (options.approach) return choice;
   switch (source) {
     case ExcitationSource::recorded:
-      choice.because = record.excitation.samples == record.input.samples
-                           ? "the excitation is the input: there is no feedback"
-                           : "the excitation is recorded: noise that the controller feeds back does no harm";
+      choice.because =
+          record.excitation.samples == record.input.samples
+              ? "the excitation is the input: there is no feedback"
+              : "the excitation is recorded: noise that the controller feeds back causes no bias";
       break;
     case ExcitationSource::reconstructed:
       choice.because = "the excitation was not recorded, but the known controller gives it: u - C (r - y)";
       break;
     case ExcitationSource::reference:
-      choice.because = "no excitation is recorded, the reference excites";
+      choice.because = "no excitation is recorded; the reference excites the loop";
       break;
     case ExcitationSource::none:
       choice.because =
-          "no excitation is recorded: right in open loop, biased towards -1/C in a noisy closed one";
+          "no excitation is recorded: unbiased in open loop, biased towards -1/C in a closed loop with noise";
       break;
   }
   return choice;

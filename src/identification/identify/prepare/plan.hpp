@@ -20,7 +20,7 @@ struct Plan {
   double low_hz = 0.0;
   double high_hz = 0.0;
   std::vector<double> grid_hz;  ///< Frequencies to report; empty: those of the method.
-  /// The record's own, with which the model is simulated in its loop; absent: by the recorded input.
+  /// Identified controller, with which the model is simulated in its loop; absent: by the recorded input.
   std::optional<data::TransferFunction> loop_controller;
 };
 

@@ -157,7 +157,7 @@ std::optional<fit::ResponseFit> CandidateFits::response_fit(
   return std::move(*fit);
 }
 
-DriveCandidate CandidateFits::to_the_response(Structure structure, const Variant* like) const {
+DriveCandidate CandidateFits::fit_to_response(Structure structure, const Variant* like) const {
   DriveCandidate candidate;
   candidate.structure = structure;
   for (const bool friction : {false, true}) {
@@ -256,7 +256,7 @@ void CandidateFits::fit_variants(DriveCandidate& candidate, const Acceptance& ac
   }
 }
 
-void CandidateFits::to_the_record(DriveCandidate& candidate) const {
+void CandidateFits::fit_to_record(DriveCandidate& candidate) const {
   if (!to_records_) return;
   const auto acceptable = acceptance(candidate);
   if (acceptable.by_the_lines) fit_variants(candidate, acceptable);
@@ -333,8 +333,7 @@ void CandidateFits::validate(DriveCandidate& candidate) const {
     candidate.validated = fit->holdout;
 }
 
-/// The one that moved most.
-const data::Record& CandidateFits::richest() const {
+const data::Record& CandidateFits::record_of_most_output_energy() const {
   const auto energy = [](const data::Record& record) {
     const auto& y = record.output.samples;
     double mean = 0.0, sum = 0.0;
@@ -347,11 +346,11 @@ const data::Record& CandidateFits::richest() const {
       [&](const data::Record& a, const data::Record& b) { return energy(a) < energy(b); });
 }
 
-void CandidateFits::rescue(const DriveCandidate& rigid, DriveCandidate& two) const {
+void CandidateFits::fit_to_record_alone(const DriveCandidate& rigid, DriveCandidate& two) const {
   if (two.remark.empty() || !rigid.record_fit) return;
   Variant chosen;
   std::optional<RecordFit> best;
-  const data::Record& record = richest();
+  const data::Record& record = record_of_most_output_energy();
   for (const int further_delay : {0, 1, 2, 4, 8}) {  // in samples; the fit's valley is a few wide
     const Variant variant{Structure::two_mass, !allowed(false), further_delay > 0, false};
     const double further_s = further_delay * record.sample_time_s();

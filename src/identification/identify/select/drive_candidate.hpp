@@ -30,7 +30,7 @@ struct DriveCandidate {
   std::vector<std::pair<Variant, fit::ResponseFit>> variants;  ///< Best first.
   std::optional<RecordFit> record_fit;
   Variant record_variant;
-  std::optional<fit::HoldoutFit> validated;  ///< Of the same variant, fitted to the rest of the record.
+  std::optional<fit::HoldoutFit> validated;  ///< The same variant, fitted to the rest of the record.
   std::string remark;                        ///< Why it went no further.
 
   [[nodiscard]] const fit::ResponseFit& response_fit() const { return variants.front().second; }
@@ -69,20 +69,21 @@ class CandidateFits {
 
   [[nodiscard]] const data::FrequencyResponse& response() const { return response_; }
 
-  /// With and without friction and a further delay, in the order in which the response prefers them.
-  /// Only the variant `like` when that is given: a richer structure is tried as the simpler one came out.
-  [[nodiscard]] DriveCandidate to_the_response(fit::Structure structure, const Variant* like = nullptr) const;
+  /// Fits to the response with and without friction and a further delay, best first. Only the variant `like`
+  /// when that is given: a structure of more masses is tried as the simpler one came out.
+  [[nodiscard]] DriveCandidate fit_to_response(fit::Structure structure, const Variant* like = nullptr) const;
 
   /// From the response's fits to the record's, dry friction tried. A fit is kept unless it contradicts the
   /// measured response: then the drive is not what the likelihood assumes (non-linear friction, a disturbance
   /// that looks like a response). One that simulates the record clearly better than the response's own model
   /// does not contradict, it corrects.
-  void to_the_record(DriveCandidate& candidate) const;
+  void fit_to_record(DriveCandidate& candidate) const;
 
-  /// A short or noisy record may show its resonance to a fit of its own when its response does not.
-  void rescue(const DriveCandidate& rigid, DriveCandidate& two_mass) const;
+  /// Fits two masses to the record without a start from the response, which may not show the resonance of a
+  /// short or noisy record.
+  void fit_to_record_alone(const DriveCandidate& rigid, DriveCandidate& two_mass) const;
 
-  /// The candidate's own variant fitted without the samples held back, and judged by them.
+  /// The candidate's own variant fitted without the hold-out samples, and judged by them.
   void validate(DriveCandidate& candidate) const;
 
   /// A structure that is out of the question, as the chosen one was fitted: for the comparison side by side.
@@ -103,7 +104,7 @@ class CandidateFits {
   [[nodiscard]] std::optional<RecordFit> with_dry_friction(Variant& variant,
                                                            const fit::DriveModel& start) const;
   void try_dry_friction(DriveCandidate& candidate, const Acceptance& acceptable) const;
-  [[nodiscard]] const data::Record& richest() const;
+  [[nodiscard]] const data::Record& record_of_most_output_energy() const;
 
   std::span<const data::Record> records_;
   const Plan& plan_;

@@ -2,7 +2,7 @@
 #include <algorithm>
 #include <cmath>
 #include <identification/identify/select/record_fit.hpp>
-#include <numeric>
+#include <resonid/base/detail/statistics.hpp>
 
 namespace resonid::identification::detail {
 namespace {
@@ -12,22 +12,21 @@ double pooled_fit_percent(const std::vector<fit::OutputErrorFit>& records) {
   if (records.size() == 1) return records.front().fit_percent;
   double left = 0.0, total = 0.0;
   for (const auto& r : records) {
-    const double power = std::inner_product(r.residual.begin(), r.residual.end(), r.residual.begin(), 0.0);
+    const double power = sum_of_squares(r.residual);
     const double ratio = 1.0 - 0.01 * r.fit_percent;
     if (!(ratio > 0.0)) continue;
     left += power;
     total += power / (ratio * ratio);
   }
-  return total > 0.0 ? 100.0 * (1.0 - std::sqrt(left / total)) : 100.0;
+  return total > 0.0 ? fit_percent_of(left, total) : 100.0;
 }
 
 double pooled_rms(const std::vector<fit::OutputErrorFit>& records) {
   double sum = 0.0, count = 0.0;
   for (const auto& r : records) {
-    const double n = static_cast<double>(r.residual.size());
-    const double mean = std::accumulate(r.residual.begin(), r.residual.end(), 0.0) / std::max(1.0, n);
-    for (const double e : r.residual) sum += (e - mean) * (e - mean);
-    count += n;
+    const double centre = mean(r.residual);
+    for (const double e : r.residual) sum += (e - centre) * (e - centre);
+    count += static_cast<double>(r.residual.size());
   }
   return std::sqrt(sum / std::max(1.0, count));
 }
@@ -44,7 +43,7 @@ std::optional<fit::HoldoutFit> pooled_holdout(const std::vector<fit::OutputError
     left += static_cast<double>(r.holdout->samples) * std::pow(1.0 - 0.01 * r.holdout->fit_percent, 2);
   }
   if (sum.samples == 0) return std::nullopt;
-  sum.fit_percent = 100.0 * (1.0 - std::sqrt(left / static_cast<double>(sum.samples)));
+  sum.fit_percent = fit_percent_of(left, static_cast<double>(sum.samples));
   return sum;
 }
 

@@ -28,7 +28,7 @@ StructureTrial listed(const fit::OrderTrial& t, const fit::OrderSelection& selec
 
 std::vector<Choice> choices_of(const BlackBoxSelection& s, const fit::OrderSelection& selected, bool asked) {
   std::vector<Choice> choices;
-  std::string why = "lowest order that predicts the parts held back as well as any";
+  std::string why = "lowest order that predicts the hold-out data as well as any";
   if (asked)
     why = "asked for";
   else if (s.result.converged && s.result.stable)

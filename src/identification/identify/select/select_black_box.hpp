@@ -25,7 +25,7 @@ struct BlackBoxSelection {
 /// Of such a model, the known delay included.
 [[nodiscard]] data::Estimate delay_of(const fit::BlackBoxModel& model);
 
-/// Output error of the order asked for, else of the order that held-back parts of the record prefer; whether
+/// Output error of the order asked for, else of the order that the hold-out data prefer; whether
 /// a pole is fixed as an integrator and whether there is a further delay is found from the record. An
 /// approach that was asked for decides on the predictor too; else the recorded input drives it and the noise
 /// is modelled, which is right in open and in closed loop.

@@ -40,29 +40,29 @@ class Selector {
   std::optional<Selection> run() {
     std::vector<Candidate> candidates;
     for (const Structure structure : structures(options_.model)) {
-      if (structure == Structure::three_mass && !candidates.empty() && !leaves_something(candidates.back()))
-        continue;
-      const bool richest = structure == Structure::three_mass && !candidates.empty();
+      const bool after_two = structure == Structure::three_mass && !candidates.empty();
+      if (after_two && !misfit_is_significant(candidates.back())) continue;
       auto candidate =
-          fits_.to_the_response(structure, richest ? &candidates.back().variants.front().first : nullptr);
+          fits_.fit_to_response(structure, after_two ? &candidates.back().variants.front().first : nullptr);
       if (candidate.variants.empty()) continue;
       candidates.push_back(std::move(candidate));
       if (structure == Structure::rigid && options_.model == ModelChoice::automatic) continue;
-      if (candidates.size() > 1) drop_the_hopeless(candidates);
+      if (candidates.size() > 1) discard_unidentifiable(candidates);
       for (auto& c : candidates)
-        if (c.remark.empty() && !c.record_fit) fits_.to_the_record(c);
-      if (candidates.size() > 1) drop_what_does_not_show(candidates);
+        if (c.remark.empty() && !c.record_fit) fits_.fit_to_record(c);
+      if (candidates.size() > 1) discard_unobserved(candidates);
       if (structure == Structure::two_mass && candidates.size() == 2)
-        fits_.rescue(candidates[0], candidates[1]);
+        fits_.fit_to_record_alone(candidates[0], candidates[1]);
     }
     if (candidates.empty()) return std::nullopt;
-    if (candidates.size() == 1 && !candidates[0].record_fit) fits_.to_the_record(candidates[0]);
+    if (candidates.size() == 1 && !candidates[0].record_fit) fits_.fit_to_record(candidates[0]);
     for (auto& candidate : candidates)
       if (candidate.record_fit) fits_.validate(candidate);
     std::size_t chosen = candidates.size();
     for (std::size_t i = 0; i < candidates.size(); ++i) {
       if (!candidates[i].remark.empty()) continue;
-      if (chosen == candidates.size() || prefer_later(candidates[chosen], candidates[i])) chosen = i;
+      if (chosen == candidates.size() || better_by_holdout_or_bic(candidates[i], candidates[chosen]))
+        chosen = i;
     }
     // The rigid machine costs little and shows what the mode is worth.
     constexpr std::size_t kQuick = 50'000;
@@ -74,9 +74,9 @@ class Selector {
   }
 
  private:
-  /// Three masses are tried only where two are seen and leave something unexplained: of the record, if a
+  /// Whether a third mass is worth a try: two are seen and leave something unexplained, of the record if a
   /// model could be fitted to it, else of the response.
-  [[nodiscard]] bool leaves_something(const Candidate& two) const {
+  [[nodiscard]] bool misfit_is_significant(const Candidate& two) const {
     if (two.structure != Structure::two_mass || !two.remark.empty()) return false;
     if (!two.record_fit) {
       return two.response_fit().model_error > kCriteria.explained_response;
@@ -92,43 +92,44 @@ class Selector {
     return false;
   }
 
-  /// On what was held back where both could be judged by it, else by the criterion of the record, else of the
-  /// lines.
-  bool prefer_later(const Candidate& simple, const Candidate& rich) const {
-    if (simple.validated && rich.validated) {
-      const double gain = simple.validated->score - rich.validated->score;
-      const double of_all = simple.record_fit->bic - rich.record_fit->bic;
+  /// Whether the candidate of more masses is better: on the hold-out samples where both could be judged by
+  /// them, else by the BIC of the record, else by that of the lines.
+  bool better_by_holdout_or_bic(const Candidate& larger, const Candidate& smaller) const {
+    if (smaller.validated && larger.validated) {
+      const double gain = smaller.validated->score - larger.validated->score;
+      const double of_all = smaller.record_fit->bic - larger.record_fit->bic;
       // A small loss there against a large gain over the whole record is chance.
       const bool contradicted =
           gain > 0.0 ? of_all < -kCriteria.contradicted * gain : of_all > -kCriteria.contradicted * gain;
       if (std::abs(gain) > kCriteria.holdout_clear && !contradicted) return gain > 0.0;
     }
-    if (simple.validated && !rich.validated) return false;
-    if (simple.record_fit && rich.record_fit) return rich.record_fit->bic < simple.record_fit->bic;
+    if (smaller.validated && !larger.validated) return false;
+    if (smaller.record_fit && larger.record_fit) return larger.record_fit->bic < smaller.record_fit->bic;
     // Lines tell the same thing more than once, and a third mass finds something to explain in any bias.
-    const double least = rich.structure == Structure::three_mass ? kCriteria.third_mass : 0.0;
-    const double repeated = rich.response_fit().repetition;
-    return rich.response_fit().bic_for(repeated) + least < simple.response_fit().bic_for(repeated);
+    const double least = larger.structure == Structure::three_mass ? kCriteria.third_mass : 0.0;
+    const double repeated = larger.response_fit().repetition;
+    return larger.response_fit().bic_for(repeated) + least < smaller.response_fit().bic_for(repeated);
   }
 
-  /// A fit to the record may move a mode to where nothing shows it.
-  void drop_what_does_not_show(std::vector<Candidate>& candidates) const {
+  /// Discards fits to the record that have moved a mode to where the band does not show it.
+  void discard_unobserved(std::vector<Candidate>& candidates) const {
     const auto open = [](const Candidate& c) { return c.remark.empty(); };
     for (auto& c : candidates)
       if (c.structure != Structure::rigid && open(c) && c.record_fit &&
           std::count_if(candidates.begin(), candidates.end(), open) > 1 &&
           !modes_are_seen(c.record_fit->model, plan_)) {
         c.record_fit.reset();
-        c.remark = "a resonance of it does not show in the band";
+        c.remark = "has a resonance that the measured band does not show";
       }
   }
 
-  /// Spares the fits to the record of a structure that the response already rules out.
-  void drop_the_hopeless(std::vector<Candidate>& candidates) const {
+  /// Discards structures with a mode that the band does not show, or that the response's BIC rules out: no
+  /// fits to the record are spent on them.
+  void discard_unidentifiable(std::vector<Candidate>& candidates) const {
     for (auto& candidate : candidates)
       if (candidate.remark.empty() && candidate.structure != Structure::rigid &&
           !modes_are_seen(candidate.response_fit().model, plan_))
-        candidate.remark = "a resonance of it does not show in the band";
+        candidate.remark = "has a resonance that the measured band does not show";
     double least = std::numeric_limits<double>::infinity();
     for (const auto& candidate : candidates)
       if (candidate.remark.empty()) least = std::min(least, candidate.response_fit().bic);
@@ -158,9 +159,9 @@ class Selector {
       trial.chosen = i == chosen;
       trial.remark = c.remark;
       if (!trial.chosen && c.remark.empty())
-        trial.remark = c.validated    ? "predicts the samples held back less well"
-                       : c.record_fit ? "the record's criterion is larger"
-                                      : "the lines' criterion is larger";
+        trial.remark = c.validated    ? "predicts the hold-out samples less well"
+                       : c.record_fit ? "has a larger BIC over the record"
+                                      : "has a larger BIC over the lines";
       trials.push_back(std::move(trial));
     }
     return trials;
@@ -173,12 +174,12 @@ class Selector {
     if (options_.model != ModelChoice::automatic)
       choice.because = "asked for";
     else if (c.validated)
-      choice.because = fmt::format("predicts the 30 % of {} best that no fit had seen", whole);
+      choice.because = fmt::format("predicts the hold-out samples best, 30 % of {}", whole);
     else if (std::count_if(candidates.begin(), candidates.end(),
                            [](const Candidate& x) { return x.remark.empty(); }) == 1)
-      choice.because = "the measured response leaves no other";
+      choice.because = "the measured response rules out all others";
     else
-      choice.because = fmt::format("least information criterion of {}", c.record_fit ? whole : "the lines");
+      choice.because = fmt::format("least BIC of {}", c.record_fit ? whole : "the lines");
     return choice;
   }
 

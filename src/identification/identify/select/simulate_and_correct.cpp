@@ -34,11 +34,11 @@ expected<data::Record, Error> simulated_on(const data::Record& record, const fit
   // A position that drifts otherwise than its model leaks into every line otherwise, too.
   if (record.output_quantity == data::OutputQuantity::position &&
       fit->fit_percent < kCriteria.correctable_position)
-    return tl::unexpected(Error{
-        "method",
-        fmt::format("simulate-and-correct: the model follows {:.0f} % of the recorded position, which drifts "
-                    "by friction or disturbances; required {:.0f} %, or another method",
-                    fit->fit_percent, kCriteria.correctable_position)});
+    return tl::unexpected(
+        Error{"method",
+              fmt::format("simulate-and-correct: the model reproduces {:.0f} % of the recorded position, "
+                          "which drifts by friction or disturbances; required {:.0f} %, or another method",
+                          fit->fit_percent, kCriteria.correctable_position)});
   data::Record simulated = record;
   const auto explained = diagnostics::simulated_of(record.output.samples, fit->residual);
   std::copy(explained.begin(), explained.end(),

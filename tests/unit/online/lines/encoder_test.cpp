@@ -118,7 +118,7 @@ TEST(EncoderVelocity, AGapIsSpreadOverItsSamples) {
   e.step(7);
   e.miss(3);
   EXPECT_TRUE(std::isnan(e.velocity()));
-  EXPECT_DOUBLE_EQ(e.held_velocity(), 7.0 * e.resolution());
+  EXPECT_DOUBLE_EQ(e.last_velocity(), 7.0 * e.resolution());
   e.step(47);
   EXPECT_DOUBLE_EQ(e.velocity(), 10.0 * e.resolution());
   EXPECT_EQ(e.samples(), 6U);

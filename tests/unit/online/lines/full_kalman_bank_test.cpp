@@ -8,7 +8,7 @@
 #include <limits>
 #include <random>
 #include <resonid/base/constants.hpp>
-#include <resonid/online/lines/full_kalman_bank.hpp>
+#include <resonid/online/lines/detail/full_kalman_bank.hpp>
 #include <string>
 #include <vector>
 

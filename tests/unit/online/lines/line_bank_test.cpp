@@ -10,8 +10,8 @@
 #include <limits>
 #include <random>
 #include <resonid/base/constants.hpp>
+#include <resonid/online/lines/detail/line_bank_block.hpp>
 #include <resonid/online/lines/line_bank.hpp>
-#include <resonid/online/lines/line_bank_block.hpp>
 #include <string>
 #include <vector>
 #ifdef RESONID_SIMD

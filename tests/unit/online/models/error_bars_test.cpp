@@ -47,7 +47,7 @@ TEST(ErrorCorrelation, IsThatOfTheFiltersImpulseResponse) {
   EXPECT_EQ(told(ErrorCorrelation<double>::high_passed(0.98, 0), 1), 0.0);
 }
 
-// R^-1 (sum_i sum_j lambda^i lambda^j r(i - j) z_i z_j' + what is held) R^-T, summed up directly.
+// R^-1 (sum_i sum_j lambda^i lambda^j r(i - j) z_i z_j' + what is frozen) R^-T, summed up directly.
 TEST(InstrumentalSums, TheCovarianceIsTheDoubleSum) {
   constexpr std::size_t kN = 3, kSamples = 60;
   constexpr double kFactor = 0.95;
@@ -73,8 +73,8 @@ TEST(InstrumentalSums, TheCovarianceIsTheDoubleSum) {
   const double start = std::pow(kFactor, static_cast<double>(kSamples));
   for (int i = 0; i < 3; ++i) {
     const auto at = static_cast<std::size_t>(i);
-    matrix(i, i) += start * prior.start[at] + prior.hold[at];
-    v(i, i) += start * start * prior.start[at] + prior.hold[at];
+    matrix(i, i) += start * prior.start[at] + prior.frozen[at];
+    v(i, i) += start * start * prior.start[at] + prior.frozen[at];
   }
   const Eigen::Matrix3d inverse = matrix.inverse(), expected = inverse * v * inverse.transpose();
   const auto found = sums.covariance(prior);

@@ -9,6 +9,7 @@
 #include <random>
 #include <resonid/online/models/detail/model_response.hpp>
 #include <resonid/online/models/modes.hpp>
+#include <resonid/online/supervision/detail/loop_errors.hpp>
 #include <vector>
 
 #include "allocation_counter.hpp"
@@ -196,7 +197,8 @@ TEST(ModelResponse, StandardDeviationIsTheScatter) {
     }
     square += std::norm(response(moved, 50.0, 250.0) - g) / kRounds;
   }
-  EXPECT_NEAR(response_std(m, covariance, 50.0, 250.0) / std::sqrt(square), 1.0, 0.06);
+  const RelativeError error = relative_error(m, covariance, 50.0, 250.0);
+  EXPECT_NEAR(std::abs(g) * std::sqrt(error.real + error.imag) / std::sqrt(square), 1.0, 0.06);
 }
 
 TEST(ModelResponse, DrawsUnstablePolesIn) {

@@ -26,7 +26,7 @@ struct DetectionLinesConfig {
   std::span<const double> frequency_hz{};  ///< [line], ascending, > 0 and below half the sample rate.
   DetectionLines detection_lines = DetectionLines::nothing;
   std::uint64_t group = 4;  ///< Odd lines of which one is left out, >= 2.
-  std::uint64_t seed = 1;   ///< Of that choice; its draws are not those of the phases.
+  std::uint64_t seed = 1;   ///< Seed of that choice; its draws are not those of the phases.
 };
 
 /// Marks the lines that stay. The base frequency is that of the common period, fs/N. odd_random leaves out

@@ -4,90 +4,52 @@
 #include <cmath>
 #include <cstdint>
 #include <optional>
-#include <resonid/base/enum_names.hpp>
 #include <resonid/base/expected.hpp>
-#include <span>
 #include <string_view>
 
 namespace resonid::online {
 
 /// What the growth of an oscillation is looked for in.
 enum class OscillationSignal { velocity, torque };
-inline constexpr EnumName<OscillationSignal> kOscillationSignalNames[] = {
-    {OscillationSignal::velocity, "velocity"}, {OscillationSignal::torque, "torque"}};
-[[nodiscard]] constexpr std::span<const EnumName<OscillationSignal>> enum_names(OscillationSignal) noexcept {
-  return kOscillationSignalNames;
-}
+
 /// Limits of a machine and how the excitation keeps clear of them. Units of the driven side: Nm, rad, rad/s;
 /// N, m, m/s for linear motion. A limit that is 0 is not watched.
 struct GuardedExcitationConfig {
-  double sample_rate_hz = 0.0;
-  double amplitude = 0.0;
-  double ramp_in_s = 0.5;
-  double ramp_out_s = 0.5;
-  double trip_ramp_s = 0.0;
-  double duration_s = 0.0;
-  double margin = 0.9;
-  double torque_limit = 0.0;
+  double sample_rate_hz = 0.0;  ///< Rate at which the guard is stepped, > 0 (Hz).
+  double amplitude = 0.0;       ///< The excitation is clipped to this, > 0 (Nm).
+  double ramp_in_s = 0.5;       ///< Raised cosine at the start, >= 0 (s).
+  double ramp_out_s = 0.5;      ///< Likewise at the end and when it is stopped, >= 0 (s).
+  double trip_ramp_s = 0.0;     ///< Likewise when a limit stops it; 0: at once (s).
+  double duration_s = 0.0;      ///< Length of the injection, both ramps included; 0: until it is stopped (s).
+  double margin = 0.9;          ///< Share of each of the machine's limits at which it stops, in (0, 1].
+  double torque_limit = 0.0;    ///< The drive's, held against the command with the excitation; 0: none (Nm).
+  /// The torque given is that of the last sample with the excitation in it, not the controller's of this one.
   bool torque_is_total = false;
-  double velocity_limit = 0.0;
-  double position_low = 0.0;
-  double position_high = 0.0;
+  double velocity_limit = 0.0;  ///< The machine's, either way; 0: none (rad/s).
+  double position_low = 0.0;    ///< Lower end of travel; both ends 0: none (rad).
+  double position_high = 0.0;   ///< Upper end of travel (rad).
+  /// Deceleration that the machine is sure to reach, > 0 with a position window (rad/s2).
   double deceleration = 0.0;
+  /// Acceleration that the machine may still have until it reacts; 0: left out (rad/s2).
   double largest_acceleration = 0.0;
+  /// Delay of the measurements and of the stop, beside a sample and trip_ramp_s, >= 0 (s).
   double reaction_s = 0.0;
+  /// What is watched for growing oscillation: velocity or torque.
   OscillationSignal oscillation_signal = OscillationSignal::velocity;
-  double oscillation_from_hz = 0.0;
-  double oscillation_least = 0.0;
+  double oscillation_from_hz = 0.0;  ///< Lower end of the band that is watched; 0: not watched (Hz).
+  double oscillation_least = 0.0;    ///< Rms below which nothing is an oscillation, > 0 (rad/s or Nm).
+  /// Rms that a normal run reaches at most; 0: learned from its beginning (rad/s or Nm).
   double oscillation_expected = 0.0;
-  double oscillation_growth = 3.0;
-  double oscillation_window_s = 0.0;
+  double oscillation_growth = 3.0;    ///< Factor over what is expected that stops it, > 1.
+  double oscillation_window_s = 0.0;  ///< Time constant of the rms; 0: 3/oscillation_from_hz (s).
+  /// Time after the ramp in during which what is normal is learned, >= 0 (s).
   double oscillation_learn_s = 1.0;
-  double lost_s = 0.01;
-  double watch_limit = 0.0;
-  double watch_timeout_s = 0.0;
+  double lost_s = 0.01;          ///< Longest time without a measurement that a limit needs, >= 0 (s).
+  double watch_limit = 0.0;      ///< Largest amplitude that watch() may be given; 0: any.
+  double watch_timeout_s = 0.0;  ///< Longest time between two calls of watch(); 0: any (s).
 
   [[nodiscard]] bool has_window() const noexcept { return position_low != 0.0 || position_high != 0.0; }
 };
-
-/// The fields in the order of reading.
-template <class Visitor>
-void describe(Visitor&& v, GuardedExcitationConfig& c) {
-  v("sample_rate_hz", c.sample_rate_hz, "rate at which the guard is stepped, > 0 (Hz)");
-  v("amplitude", c.amplitude, "the excitation is clipped to this, > 0 (Nm)");
-  v("ramp_in_s", c.ramp_in_s, "raised cosine at the start, >= 0 (s)");
-  v("ramp_out_s", c.ramp_out_s, "likewise at the end and when it is stopped, >= 0 (s)");
-  v("trip_ramp_s", c.trip_ramp_s, "likewise when a limit stops it; 0: at once (s)");
-  v("duration_s", c.duration_s, "of the injection, both ramps included; 0: until it is stopped (s)");
-  v("margin", c.margin, "share of each of the machine's limits at which it stops, in (0, 1]");
-  v("torque_limit", c.torque_limit, "of the drive, against the command with the excitation; 0: none (Nm)");
-  v("torque_is_total", c.torque_is_total,
-    "the torque given is that of the last sample with the excitation in it, not the controller's of this "
-    "one");
-  v("velocity_limit", c.velocity_limit, "of the machine, either way; 0: none (rad/s)");
-  v("position_low", c.position_low, "lower end of travel; both ends 0: none (rad)");
-  v("position_high", c.position_high, "upper end of travel (rad)");
-  v("deceleration", c.deceleration,
-    "with which the machine is sure to stop, > 0 with a position window (rad/s2)");
-  v("largest_acceleration", c.largest_acceleration,
-    "that the machine may still have until it reacts; 0: left out (rad/s2)");
-  v("reaction_s", c.reaction_s,
-    "delay of the measurements and of the stop, beside a sample and trip_ramp_s, >= 0 (s)");
-  v("oscillation_signal", c.oscillation_signal,
-    "what is watched for growing oscillation: velocity or torque");
-  v("oscillation_from_hz", c.oscillation_from_hz,
-    "lower end of the band that is watched; 0: not watched (Hz)");
-  v("oscillation_least", c.oscillation_least, "rms below which nothing is an oscillation, > 0 (rad/s or Nm)");
-  v("oscillation_expected", c.oscillation_expected,
-    "rms that a normal run reaches at most; 0: learned from its beginning (rad/s or Nm)");
-  v("oscillation_growth", c.oscillation_growth, "factor over what is expected that stops it, > 1");
-  v("oscillation_window_s", c.oscillation_window_s, "time constant of the rms; 0: 3/oscillation_from_hz (s)");
-  v("oscillation_learn_s", c.oscillation_learn_s,
-    "time after the ramp in during which what is normal is learned, >= 0 (s)");
-  v("lost_s", c.lost_s, "longest time without a measurement that a limit needs, >= 0 (s)");
-  v("watch_limit", c.watch_limit, "of the amplitude given to watch(); 0: none");
-  v("watch_timeout_s", c.watch_timeout_s, "longest time between two calls of watch(); 0: any (s)");
-}
 
 /// Refuses what could not guard.
 [[nodiscard]] inline std::optional<Error> check(const GuardedExcitationConfig& c) noexcept {

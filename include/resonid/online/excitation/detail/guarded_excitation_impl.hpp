@@ -79,7 +79,7 @@ void GuardedExcitation<Real>::measure(const Sample& now) noexcept {
 
 template <class Real>
 void GuardedExcitation<Real>::look_at_signals() noexcept {
-  for (const Held* signal : {&torque_, &velocity_, &position_})
+  for (const Measured* signal : {&torque_, &velocity_, &position_})
     if (signal->watched && signal->age > lost_)
       end(StopReason::signal_lost, static_cast<Real>(signal->age) * sample_time_s_,
           static_cast<Real>(lost_) * sample_time_s_);
@@ -100,7 +100,7 @@ void GuardedExcitation<Real>::look_at_limits() noexcept {
   }
   if (position_.watched) look_at_position();
   if (oscillation_on_) {
-    const Held& signal = oscillation_of_torque_ ? torque_ : velocity_;
+    const Measured& signal = oscillation_of_torque_ ? torque_ : velocity_;
     const bool learning = reason() == StopReason::none && running_ < learn_;
     if (signal.age == 0 && growth_.step(signal.value, injected_, learning))
       end(StopReason::oscillation, growth_.rms(), growth_.threshold());
@@ -158,7 +158,7 @@ template <class Real>
 void GuardedExcitation<Real>::miss(std::uint64_t count) noexcept {
   samples_ += count;
   const auto older = [count](std::uint64_t& age) { age = age > ~count ? ~std::uint64_t{0} : age + count; };
-  for (Held* signal : {&torque_, &velocity_, &position_}) older(signal->age);
+  for (Measured* signal : {&torque_, &velocity_, &position_}) older(signal->age);
   if (torque_.watched || velocity_.watched || position_.watched) skipped_ += count;
   if (started_) older(silent_);
   if (!stopped()) look_at_signals();
@@ -195,7 +195,7 @@ void GuardedExcitation<Real>::reset() noexcept {
   injected_ = Real(0);
   phase_ = running_ = silent_ = samples_ = skipped_ = 0;
   started_ = false;
-  for (Held* signal : {&torque_, &velocity_, &position_}) {
+  for (Measured* signal : {&torque_, &velocity_, &position_}) {
     signal->value = Real(0);
     signal->age = 0;
     signal->seen = false;

@@ -75,7 +75,7 @@ class OscillationGrowth {
   }
 
   [[nodiscard]] Real rms() const noexcept { return rms_; }
-  /// What the rms is held against now.
+  /// What the rms is compared with now.
   [[nodiscard]] Real threshold() const noexcept { return threshold_; }
 
   /// For a state of unknown origin (base/detail/intact.hpp).

@@ -8,6 +8,7 @@
 #include <limits>
 #include <resonid/base/constants.hpp>
 #include <resonid/base/detail/intact.hpp>
+#include <resonid/base/detail/polynomial.hpp>
 #include <resonid/base/expected.hpp>
 #include <span>
 
@@ -49,12 +50,7 @@ class ControllerResponse {
     if (!known_) return std::numeric_limits<double>::quiet_NaN();
     if (tabulated_) return at_line_[line];
     const auto delay = std::polar(1.0, -kTwoPi * cycles_per_sample);  // z^-1
-    std::complex<double> top, bottom;
-    for (std::size_t i = kMaxControllerCoefficients; i-- > 0;) {
-      top = top * delay + numerator_[i];
-      bottom = bottom * delay + denominator_[i];
-    }
-    return top / bottom;
+    return polynomial(numerator_, delay) / polynomial(denominator_, delay);
   }
 
   /// For a state of unknown origin (base/detail/intact.hpp).

@@ -115,7 +115,7 @@ class LineCovariance {
     return true;
   }
 
-  /// Of the filter form.
+  /// Gain of the filter form.
   [[nodiscard]] Complex gain(std::size_t line) const noexcept {
     return {gain_[2 * line], gain_[2 * line + 1]};
   }

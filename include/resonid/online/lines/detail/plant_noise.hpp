@@ -79,8 +79,8 @@ class InnovationNoise {
   static constexpr bool kMoves = requires { typename Tracker::MovingLine; };
   static constexpr double kBandwidth = 3.0;  // of the noise band, in bandwidths of the tracker
 
-  /// Of the noise band, in rad per sample: not beyond half-way to the next line, where the innovation has a
-  /// notch.
+  /// Width of the noise band in rad per sample: not beyond half-way to the next line, where the innovation
+  /// has a notch.
   static double bandwidth(const Tracker& tracker, std::size_t line) noexcept {
     const double lag = std::max(1.0, tracker.lag_samples(line));
     const auto angle = [&](std::size_t i) {

@@ -129,7 +129,7 @@ class SweepFit {
     }
     return m;
   }
-  /// Of [beta, alpha].
+  /// Covariance of [beta, alpha].
   [[nodiscard]] ModelCovariance<Real, 3> covariance() const noexcept {
     ModelCovariance<Real, 3> p;
     for (std::size_t i = 0; i < kParameters; ++i)
@@ -155,8 +155,8 @@ class SweepFit {
   static constexpr Real kStartRows = Real(3);        // what the start density counts
   static constexpr Parameters kPrior{3, 1, 3, 1, 3, Real(0.3)};  // standard deviations, scaled
 
-  /// Of the integral over the band: near the line x = tan(t)/lag, so that |h|^2 dx is cos(t)^4 dt, and beyond
-  /// that in equal ratios up to half the sample rate, where differences are large.
+  /// Nodes of the integral over the band: near the line x = tan(t)/lag, so that |h|^2 dx is cos(t)^4 dt, and
+  /// beyond that in equal ratios up to half the sample rate, where differences are large.
   void place_nodes(double lag) noexcept {
     constexpr double kHalfTurn = 0.5 * kTwoPi;
     const double outermost = std::tan(kHalfTurn * (0.5 - 0.5 / kNear)) / lag;

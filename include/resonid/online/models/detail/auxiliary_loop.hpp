@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstddef>
 #include <resonid/base/detail/discrete_filter.hpp>
+#include <resonid/base/detail/polynomial.hpp>
 #include <resonid/base/expected.hpp>
 #include <resonid/online/models/discrete_model.hpp>
 #include <span>
@@ -28,22 +29,6 @@ class SignalHistory {
   std::array<Real, kLength> value_{};
   std::size_t newest_ = 0;
 };
-
-/// Whether 1 + p_1 z^-1 + ... + p_n z^-n has all its roots within the unit circle (Schur and Cohn).
-template <class Real, std::size_t Size>
-[[nodiscard]] bool roots_inside(std::array<Real, Size> p, std::size_t degree) noexcept {
-  for (std::size_t n = degree; n > 0; --n) {
-    const Real reflection = p[n];
-    if (!(std::abs(reflection) < Real(1))) return false;
-    const Real scale = Real(1) / (Real(1) - reflection * reflection);
-    for (std::size_t i = 1, j = n - 1; i <= j; ++i, --j) {
-      const Real low = p[i], high = p[j];
-      p[i] = scale * (low - reflection * high);
-      p[j] = scale * (high - reflection * low);
-    }
-  }
-  return true;
-}
 
 /// Noise-free closed loop of a model, the known controller and the known delay, driven by the excitation
 /// alone:

@@ -113,9 +113,9 @@ class InstrumentalRegressors {
     return equation;
   }
 
-  /// Of the equations' errors when the output's noise is white: it passes the leaky integrator's inverse
-  /// where the equations are filtered, and the high-pass where there is one. Unfiltered it also passes A,
-  /// which is not regarded.
+  /// Correlation of the equations' errors when the output's noise is white: it passes the leaky integrator's
+  /// inverse where the equations are filtered, and the high-pass where there is one. Unfiltered it also
+  /// passes A, which is not regarded.
   [[nodiscard]] ErrorCorrelation<Real> error_correlation(bool filtered) const noexcept {
     return ErrorCorrelation<Real>::high_passed(leak_, (filtered ? 1 : 0) + (terms_.offsets ? 1 : 0));
   }
@@ -227,7 +227,7 @@ class InstrumentalRegressors {
     }
   };
 
-  /// Of the first resonance per sample, at most 1, which it also is without one.
+  /// Angle of the first resonance per sample (rad), at most 1, which it also is without one.
   static Real resonance_angle(const Model& model) noexcept {
     const auto modes = SampledModes<Order>(model, 1.0).resonances();
     return modes.empty() ? Real(1) : static_cast<Real>(std::min(1.0, kTwoPi * modes[0].frequency_hz));

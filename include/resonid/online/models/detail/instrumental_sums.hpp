@@ -14,7 +14,7 @@ template <class Real>
 struct ErrorCorrelation {
   Real pole = Real(0), near = Real(0), far = Real(0);  ///< All 0: white.
 
-  /// Of white noise that has passed (1 - z^-1)/(1 - pole z^-1) no time, once or twice.
+  /// Correlation of white noise that has passed (1 - z^-1)/(1 - pole z^-1) no time, once or twice.
   static ErrorCorrelation high_passed(Real pole, int times) noexcept {
     if (times == 0) return {};
     // Once it is 1/rho + b T, T being the transform of rho^|t|; that of T^2 is rho^t (t + (1 + rho^2)/(1 -
@@ -39,8 +39,8 @@ struct ErrorCorrelation {
 /// R is not symmetric, so that P has no factors that would keep it well-formed over long runs; R itself needs
 /// none: what rounding has done to it is forgotten like all else.
 ///
-/// Solved is (R + lambda^k H0 + H) theta = q + lambda^k H0 start + H held with small diagonal H0, H: what is
-/// known at the start, forgotten like all else, and a tie of each parameter to its present estimate. That
+/// Solved is (R + lambda^k H0 + H) theta = q + lambda^k H0 start + H frozen with small diagonal H0, H: what
+/// is known at the start, forgotten like all else, and a tie of each parameter to its present estimate. That
 /// limits the covariance to 1/H per unit residual variance, and without excitation (R -> 0, q -> 0) it keeps
 /// the estimate, one direction at a time.
 ///
@@ -65,7 +65,7 @@ class InstrumentalSums {
     near_.fill(Real(0));
     far_.fill(Real(0));
     q_.fill(Real(0));
-    start_ = held_ = theta;
+    start_ = frozen_ = theta;
     start_weight_ = Real(1);
     weight_ = squares_ = ages_ = Real(0);
   }
@@ -85,11 +85,12 @@ class InstrumentalSums {
 
   /// Certainty of the start and of the present estimate, per unit residual variance; all > 0.
   struct Prior {
-    Vector start, hold;
+    Vector start, frozen;
   };
   struct Solution {
     Vector theta;
-    /// Information about each parameter over what holds it, those before it taken as known; 1: none but that.
+    /// Information about each parameter over what freezes it, those before it taken as known; 1: none but
+    /// that.
     Vector gain;
   };
   /// By elimination with row pivots.
@@ -97,7 +98,7 @@ class InstrumentalSums {
     Matrix m = matrix(prior);
     Vector x;
     for (std::size_t i = 0; i < N; ++i)
-      x[i] = q_[i] + start_weight_ * prior.start[i] * start_[i] + prior.hold[i] * held_[i];
+      x[i] = q_[i] + start_weight_ * prior.start[i] * start_[i] + prior.frozen[i] * frozen_[i];
     for (std::size_t k = 0; k < N; ++k) {
       std::size_t pivot = k;
       for (std::size_t i = k + 1; i < N; ++i)
@@ -114,13 +115,13 @@ class InstrumentalSums {
     for (std::size_t i = N; i-- > 0;) {
       for (std::size_t j = i + 1; j < N; ++j) x[i] -= m[i * N + j] * x[j];
       x[i] /= m[i * N + i];
-      s.gain[i] = std::abs(m[i * N + i]) / prior.hold[i];
+      s.gain[i] = std::abs(m[i * N + i]) / prior.frozen[i];
     }
     s.theta = x;
     return s;
   }
   /// From now on what is not excited stays here.
-  void hold(const Vector& theta) noexcept { held_ = theta; }
+  void freeze(const Vector& theta) noexcept { frozen_ = theta; }
 
   /// Without excitation the sums fade; this keeps them from fading into slow denormal numbers.
   void flush() noexcept {
@@ -130,14 +131,14 @@ class InstrumentalSums {
     for (Real& x : v_) x = std::abs(x) < kNothing ? Real(0) : x;
   }
 
-  /// R^-1 V R^-T per unit variance of an equation's error, start and hold included: what is held varies by
+  /// R^-1 V R^-T per unit variance of an equation's error, start and tie included: what is frozen varies by
   /// 1/H. Infinite where R is singular.
   [[nodiscard]] Matrix covariance(const Prior& prior) const noexcept {
     const Matrix m = matrix(prior);
     Matrix half;  // V, R^-1 V, then R^-1 (R^-1 V)', which is symmetric
     for (std::size_t i = 0; i < N; ++i) {
       for (std::size_t j = 0; j <= i; ++j) half[i * N + j] = half[j * N + i] = v_[i * N + j];
-      half[i * N + i] += start_weight_ * start_weight_ * prior.start[i] + prior.hold[i];
+      half[i * N + i] += start_weight_ * start_weight_ * prior.start[i] + prior.frozen[i];
     }
     for (int side = 0; side < 2; ++side) {
       Matrix left = m;
@@ -163,7 +164,7 @@ class InstrumentalSums {
  private:
   [[nodiscard]] Matrix matrix(const Prior& prior) const noexcept {
     Matrix m = r_;
-    for (std::size_t i = 0; i < N; ++i) m[i * N + i] += start_weight_ * prior.start[i] + prior.hold[i];
+    for (std::size_t i = 0; i < N; ++i) m[i * N + i] += start_weight_ * prior.start[i] + prior.frozen[i];
     return m;
   }
 
@@ -208,7 +209,7 @@ class InstrumentalSums {
 
   ErrorCorrelation<Real> correlation_;
   Matrix r_{}, v_{};  // of V, which is symmetric, the lower half
-  Vector q_{}, start_{}, held_{};
+  Vector q_{}, start_{}, frozen_{};
   Vector near_{}, far_{};  // sums of (lambda rho)^t z(k - t), and of t (lambda rho)^t z(k - t)
   Real start_weight_ = Real(1);
   Real weight_ = Real(0), squares_ = Real(0), ages_ = Real(0);

@@ -16,7 +16,7 @@ namespace resonid::online {
 template <std::size_t Order>
 struct InstrumentalVariablesConfig {
   DiscreteModel<double, Order> start;  ///< First model; its loop must be stable.
-  /// Of the known controller C, u = C (r - y) + ru, in powers of z^-1; up to order 6.
+  /// Known controller C, u = C (r - y) + ru, in powers of z^-1; up to order 6.
   std::span<const double> controller_numerator{}, controller_denominator{};
   std::size_t delay_samples = 0;  ///< Known delay of the measured output, whole samples.
   bool refined = true;            ///< Filter by 1/A of the auxiliary model: the noise-optimal instruments.
@@ -30,7 +30,7 @@ struct InstrumentalVariablesConfig {
   double start_deviation = 0.1;
   /// The same for what is no longer excited: certainty falls down to here, and not further, > 0.
   double largest_deviation = 0.1;
-  double noise_rms = 0.0;  ///< Of the measured output, for these two; 0: learned.
+  double noise_rms = 0.0;  ///< Noise of the measured output, for these two; 0: learned.
   std::size_t refresh_samples =
       0;  ///< Between changes of the auxiliary model; 0: chosen from the start model.
 };

@@ -25,31 +25,6 @@ template <class Real, std::size_t Order>
   return b / a;
 }
 
-/// Total standard deviation of it, std^2 = E|error|^2, by the delta method: dG/db_i = z^-i/A,
-/// dG/da_i = -G z^-i/A.
-template <class Real, std::size_t Order>
-[[nodiscard]] double response_std(const DiscreteModel<Real, Order>& model,
-                                  const ModelCovariance<Real, Order>& covariance, double frequency_hz,
-                                  double sample_rate_hz) noexcept {
-  const auto back = std::polar(1.0, -kTwoPi * frequency_hz / sample_rate_hz);
-  const auto g = response(model, frequency_hz, sample_rate_hz);
-  std::complex<double> a = 1.0, power = 1.0;
-  for (std::size_t i = 0; i < Order; ++i) a += static_cast<double>(model.a[i]) * (power *= back);
-  std::array<std::complex<double>, 2 * Order> gradient;
-  power = 1.0;
-  for (std::size_t i = 0; i < Order; ++i) {
-    power *= back;
-    gradient[i] = power / a;
-    gradient[Order + i] = -g * power / a;
-  }
-  double variance = 0.0;
-  for (std::size_t i = 0; i < 2 * Order; ++i)
-    for (std::size_t j = 0; j < 2 * Order; ++j)
-      variance += static_cast<double>(covariance(static_cast<int>(i), static_cast<int>(j))) *
-                  (gradient[i] * std::conj(gradient[j])).real();
-  return std::sqrt(std::max(0.0, variance));
-}
-
 /// Whether all poles lie within |z| < radius. An integrator that is estimated may lie a little outside of 1.
 template <class Real, std::size_t Order>
 [[nodiscard]] bool poles_within(const DiscreteModel<Real, Order>& model, Real radius) noexcept {

@@ -48,10 +48,10 @@ struct PhysicalTrackerConfig {
   /// that is less: D then follows at half the rate of K, as it does at a constant damping ratio.
   double damping_drift_per_rt_s = 0.1;
 
-  double noise_rms = 0.0;           ///< White noise of the output; 0: estimated from the innovations.
-  double noise_memory_s = 0.0;      ///< Of that estimate; 0: all samples.
-  double start_velocity_std = 1.0;  ///< Of both velocities and the scaled twist about the first output, > 0.
-  double plant_noise_variance = 1e-9;  ///< Of each plant state per sample, >= 0: hardly any.
+  double noise_rms = 0.0;              ///< White noise of the output; 0: estimated from the innovations.
+  double noise_memory_s = 0.0;         ///< Memory of that estimate; 0: all samples.
+  double start_velocity_std = 1.0;     ///< Both velocities and the scaled twist about the first output, > 0.
+  double plant_noise_variance = 1e-9;  ///< Process noise of each plant state per sample, >= 0: hardly any.
   std::uint32_t refresh_samples = 10;  ///< Between two exact discretisations, >= 1.
   std::uint32_t replay_speed = 6;      ///< Old samples per new one while the start is gone over; 0: never.
 

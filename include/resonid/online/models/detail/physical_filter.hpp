@@ -30,11 +30,11 @@ enum PhysicalState : std::size_t {
 /// How the filter's states wander between two samples.
 template <class Real>
 struct PhysicalNoise {
-  Real plant_variance{};       ///< Of each plant state, per sample.
-  Real damping_variance{};     ///< Of ln D, per sample.
-  Real rate_variance{};        ///< Of the rate, per sample.
+  Real plant_variance{};       ///< Process noise of each plant state, per sample.
+  Real damping_variance{};     ///< Process noise of ln D, per sample.
+  Real rate_variance{};        ///< Process noise of the rate, per sample.
   Real rate_memory = Real(1);  ///< What of the rate is left after a sample.
-  Real offset_variance{};      ///< Of the torque offset, per sample.
+  Real offset_variance{};      ///< Process noise of the torque offset, per sample.
 };
 
 /// Extended Kalman filter of a two-mass drive's states and parameters together; the engine of
@@ -58,7 +58,7 @@ class PhysicalFilter {
 
   struct Setup {
     Real sample_time_s{};
-    Real fraction{};     ///< Of a sample, [0, 1): how much earlier than the state the output was sampled.
+    Real fraction{};  ///< Part of a sample, [0, 1), by which the output was sampled earlier than the state.
     Real twist_scale{};  ///< rad/s
     std::uint32_t refresh_samples = 10;
     PhysicalNoise<Real> noise;
@@ -91,7 +91,7 @@ class PhysicalFilter {
   }
 
   /// From one sample to the next under the torque u. `adaptive_noise` multiplies the noise of the drift rate;
-  /// 0: nothing is to be seen of the stiffness, and it is held with what is known of it.
+  /// 0: nothing is to be seen of the stiffness, and it is frozen with what is known of it.
   void predict(Real u, Real extra_torque_variance, Real adaptive_noise) noexcept {
     if (!frozen_ && ++since_refresh_ >= setup_.refresh_samples && stale()) refresh();
     const Real sign = sign_of(state_[kDrivenVelocity]);

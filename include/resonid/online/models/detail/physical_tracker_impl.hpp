@@ -282,7 +282,7 @@ double PhysicalTracker<Real, ReplaySamples>::best_known_age_s() const noexcept {
   return std::clamp(static_cast<double>(p[kLogStiffness][kStiffnessRate]) / rate, 0.0, kMostAge_s);
 }
 
-/// Of what is told, less the age of the newest output's state.
+/// Age of what is told, less the age of the newest output's state.
 template <class Real, std::size_t ReplaySamples>
 double PhysicalTracker<Real, ReplaySamples>::told_age_s() const noexcept {
   if (!(config_.stiffness_drift_per_s > 0.0)) return 0.0;

@@ -24,7 +24,7 @@ struct ModelEstimatorConfig {
   std::span<const double> start_a{};  ///< a_1 ... a_n likewise.
   bool fixed_integrator = false;      ///< The machine's integrator, z = 1, is known, not estimated.
   double high_pass_hz = 0.0;          ///< Corner of what takes offsets out of ru, u and y alike; 0: none.
-  double hold_below = 0.05;           ///< Estimates are held while the excitation's rms is below this
+  double freeze_below = 0.05;         ///< Estimates are frozen while the excitation's rms is below this
                                       ///< share of its largest; 0: never.
   /// Forgetting and certainty of the start; `start` and `fixed` must be empty, `scale` is that of b, then a.
   RecursiveLeastSquaresConfig adaptation{};
@@ -145,8 +145,8 @@ expected<RecursiveLeastSquares<Real, 2 * Order + Extra>, Error> make_least_squar
     return refuse("start_a", "needs as many values as the order", static_cast<double>(c.start_a.size()));
   if (!(c.high_pass_hz >= 0.0 && c.high_pass_hz < 0.5 * c.sample_rate_hz))
     return refuse("high_pass_hz", "must be >= 0 and below half the sample rate", c.high_pass_hz);
-  if (!(c.hold_below >= 0.0 && c.hold_below < 1.0))
-    return refuse("hold_below", "must lie in [0, 1)", c.hold_below);
+  if (!(c.freeze_below >= 0.0 && c.freeze_below < 1.0))
+    return refuse("freeze_below", "must lie in [0, 1)", c.freeze_below);
   if (!c.adaptation.start.empty())
     return refuse("adaptation.start", "must be empty: give start_b and start_a");
   if (!c.adaptation.fixed.empty()) return refuse("adaptation.fixed", "must be empty");

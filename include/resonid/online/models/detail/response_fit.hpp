@@ -20,7 +20,7 @@
 namespace resonid::online {
 
 struct ResponseFitConfig {
-  double sample_rate_hz = 0.0;             ///< Of the model, > 0.
+  double sample_rate_hz = 0.0;             ///< Sample rate of the model, > 0.
   std::span<const double> frequency_hz{};  ///< Lines in (0, sample_rate_hz/2), as many as parameters / 2.
   bool integrator = true;                  ///< Fix one pole at z = 1 (a free drive).
   /// Passes of Sanathanan and Koerner per step(), >= 1, that follow a first one by Levy's method or, with a
@@ -90,7 +90,7 @@ class ResponseFit {
   }
 
   [[nodiscard]] DiscreteModel<Real, Order> model() const noexcept { return model_.model(); }
-  /// Of [b, a]; infinite until there is a model. Costs about as much as a fit.
+  /// Covariance of [b, a]; infinite until there is a model. Costs about as much as a fit.
   [[nodiscard]] ModelCovariance<Real, Order> covariance() const noexcept {
     if (!ready_) return ModelCovariance<Real, Order>::Constant(std::numeric_limits<Real>::infinity());
     WeightedRows<Real, 2 * Order> sum(columns_);

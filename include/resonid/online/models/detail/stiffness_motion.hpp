@@ -12,7 +12,7 @@ namespace resonid::online {
 /// How a model moves when the stiffness of the machine changes, in plain arithmetic for servo threads.
 template <class Real, std::size_t Order>
 struct StiffnessDirection {
-  DiscreteModel<Real, Order> change{};  ///< Of b and a per change of ln of the resonance's frequency.
+  DiscreteModel<Real, Order> change{};  ///< Change of b and a per change of ln of the resonance's frequency.
   Real decay = Real(0);                 ///< zeta w of the resonance per sample; 0: nothing oscillates.
 
   /// A two-mass drive's, with an integrator at z = 1 (a pole near it is taken for one). With

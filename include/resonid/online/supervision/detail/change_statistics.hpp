@@ -7,6 +7,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <resonid/base/constants.hpp>
+#include <resonid/base/detail/statistics.hpp>
 #include <resonid/online/supervision/detail/learned_baseline.hpp>
 
 namespace resonid::online {
@@ -72,7 +73,7 @@ namespace resonid::online {
 /// How well the level and spread are known that made observations standard normal ones.
 struct Certainty {
   double shared = 0.0;   ///< Variance of the level's error, in variances of an observation; 0: known.
-  double degrees = 1e9;  ///< Of freedom of the spread.
+  double degrees = 1e9;  ///< Degrees of freedom of the spread.
 };
 
 /// Where a statistic stands after an observation.

@@ -44,7 +44,8 @@ class ControllerCheck {
   using Complex = std::complex<Real>;
   static constexpr std::size_t kLines = 8;
   static constexpr std::size_t kMaxOrder = 6;
-  static constexpr double kRelevant = 0.05;     ///< Of the controller's response: a margin shows it.
+  /// Difference over the controller's response that a margin shows.
+  static constexpr double kRelevant = 0.05;
   static constexpr double kDeviations = 4.0;    ///< With eight lines looked at again and again.
   static constexpr std::size_t kWitnesses = 2;  ///< Lines.
 

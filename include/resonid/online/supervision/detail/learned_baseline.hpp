@@ -7,12 +7,6 @@
 
 namespace resonid::online {
 
-/// Student's t of so many degrees of freedom, given squared, as the magnitude of the normal value of the same
-/// probability (Wallace 1959; error below 0.01 from 4 degrees on).
-[[nodiscard]] inline double normal_of_t(double t_squared, double degrees) noexcept {
-  return (8.0 * degrees + 1.0) / (8.0 * degrees + 3.0) * std::sqrt(degrees * std::log1p(t_squared / degrees));
-}
-
 /// What a figure does while nothing changes, learned from itself: level, spread and correlation with the
 /// value before.
 ///
@@ -49,12 +43,12 @@ class LearnedBaseline {
   [[nodiscard]] double memory() const noexcept {  ///< phi
     return last_last_ > 0.0 ? std::clamp(last_x_ / last_last_, -0.9, 0.9) : 0.0;
   }
-  /// Of a value of precision 1.
+  /// Standard deviation of what is new in a value of precision 1.
   [[nodiscard]] double innovation_std() const noexcept {
     if (values_ < 5) return 0.0;
     return std::sqrt(std::max(0.0, x_x_ - memory() * last_x_) / (static_cast<double>(values_) - 3.0));
   }
-  /// Of the mean of many values of this total precision, their correlation included.
+  /// Standard deviation of the mean of many values of this total precision, their correlation included.
   [[nodiscard]] double mean_std(double precision) const noexcept {
     return precision > 0.0 ? innovation_std() / std::sqrt(precision) / (1.0 - memory()) : 0.0;
   }

@@ -27,13 +27,13 @@ struct RelativeError {
   }
 };
 
-/// Of a line whose error is circular, std^2 = E|error|^2.
+/// Relative error of a line whose error is circular, std^2 = E|error|^2.
 [[nodiscard]] inline RelativeError relative_error(std::complex<double> value, double std) noexcept {
   const double half = 0.5 * std * std / std::norm(value);
   return {half, half, 0.0};
 }
 
-/// Of dG/G = gradient' e for parameters with errors e of the given covariance.
+/// Relative error dG/G = gradient' e for parameters with errors e of the given covariance.
 template <std::size_t N, class Covariance>
 [[nodiscard]] RelativeError relative_error(const std::array<std::complex<double>, N>& gradient,
                                            const Covariance& covariance) noexcept {
@@ -48,7 +48,8 @@ template <std::size_t N, class Covariance>
   return e;
 }
 
-/// Of a discrete model with the covariance of [b, a]: dG/G = sum db_i z^-i/B - sum da_i z^-i/A.
+/// Relative error of a discrete model with the covariance of [b, a]:
+/// dG/G = sum db_i z^-i/B - sum da_i z^-i/A.
 template <class Real, std::size_t Order>
 [[nodiscard]] RelativeError relative_error(const DiscreteModel<Real, Order>& model,
                                            const ModelCovariance<Real, Order>& covariance,

@@ -1,0 +1,311 @@
+// SPDX-License-Identifier: MIT
+#include <ceres/jet.h>
+
+#include <fit/controller_law.hpp>
+#include <fit/drive/drive_simulation.hpp>
+#include <numeric>
+
+#include "linalg/decompositions.hpp"
+
+namespace resonid::fit::detail {
+namespace {
+
+/// A value's derivatives by the active coordinates.
+template <int Columns>
+using Slopes = Eigen::Array<double, 1, Columns>;
+
+template <int Columns>
+Slopes<Columns> zero() {
+  return Slopes<Columns>::Zero();
+}
+
+/// The sampled drive with the slopes of its matrices.
+template <int Masses, int Columns>
+struct SampledSlopes {
+  static constexpr int kStates = Sizes<Masses>::kStates;
+  SampledDrive<Masses, double> drive;
+  std::array<std::array<Slopes<Columns>, kStates>, kStates> a;
+  std::array<Slopes<Columns>, kStates> b, c;
+  Slopes<Columns> d;
+};
+
+template <int Masses, int Columns>
+SampledSlopes<Masses, Columns> sampled(const SimulationSetup& setup, const double* x,
+                                       std::span<const int> active) {
+  constexpr int kStates = Sizes<Masses>::kStates, kCount = Sizes<Masses>::kParameters;
+  SampledSlopes<Masses, Columns> result;
+  const auto of = [&](const auto* coordinates) {
+    using T = std::decay_t<decltype(*coordinates)>;
+    return sampled_drive<Masses>(setup.coordinates.parameters(coordinates, Masses == 3), setup.quantity,
+                                 setup.coordinates.delay_samples(coordinates) + T(setup.known_delay_samples),
+                                 setup.coordinates.sample_time_s);
+  };
+  result.drive = of(x);
+  if constexpr (Columns > 0) {
+    for (int i = 0; i < kStates; ++i) {
+      result.a[static_cast<std::size_t>(i)].fill(zero<Columns>());
+      result.b[static_cast<std::size_t>(i)] = result.c[static_cast<std::size_t>(i)] = zero<Columns>();
+    }
+    result.d = zero<Columns>();
+    if (active.empty() || active.front() >= kCount) return result;
+    using Jet = ceres::Jet<double, kCount>;
+    std::array<Jet, kCount> jets;
+    for (int i = 0; i < kCount; ++i) jets[static_cast<std::size_t>(i)] = Jet(x[i], i);
+    const auto s = of(jets.data()).system;
+    for (std::size_t p = 0; p < active.size(); ++p) {
+      const int from = active[p];
+      if (from >= kCount) continue;
+      const auto to = static_cast<Eigen::Index>(p);
+      for (int i = 0; i < kStates; ++i) {
+        const auto row = static_cast<std::size_t>(i);
+        for (int j = 0; j < kStates; ++j) result.a[row][static_cast<std::size_t>(j)](to) = s.a(i, j).v(from);
+        result.b[row](to) = s.b(i).v(from);
+        result.c[row](to) = s.c(i).v(from);
+      }
+      result.d(to) = s.d.v(from);
+    }
+  }
+  return result;
+}
+
+/// Controller run on a value and its slopes at once.
+template <int Columns>
+class Controller {
+ public:
+  Controller(const data::TransferFunction& c, const double* start, std::span<const int> active)
+      : law_(c), state_(law_.order() + 1, 0.0), slopes_(state_.size(), zero<Columns>()) {
+    for (std::size_t i = 0; i + 1 < state_.size(); ++i) {
+      state_[i] = start[i];
+      for (std::size_t p = 0; p < active.size(); ++p)
+        if (active[p] == kControllerState + static_cast<int>(i))
+          slopes_[i](static_cast<Eigen::Index>(p)) = 1.0;
+    }
+  }
+
+  double step(double e) { return law_.step(e, state_); }
+  Slopes<Columns> step_slopes(const Slopes<Columns>& e) { return law_.step(e, slopes_); }
+
+ private:
+  ControllerLaw law_;
+  std::vector<double> state_;
+  std::vector<Slopes<Columns>> slopes_;
+};
+
+/// Friction over one sample of a driven side that would go from `velocity` to `free` without it, the torque
+/// on it being even: it slides to the end, or up to a standstill, from where it rests or, pulled by more than
+/// there is of friction, slides back.
+void slide_or_stick(double velocity, double free, double velocity_gain, double coulomb, double& direction,
+                    double& stuck) {
+  direction = stuck = 0.0;
+  const double pull = (free - velocity) / velocity_gain;
+  const bool rests = std::abs(pull) <= coulomb;
+  const double way = velocity > 0.0 ? 1.0 : velocity < 0.0 ? -1.0 : pull > 0.0 ? 1.0 : -1.0;
+  if (way * free > velocity_gain * coulomb || way * pull > coulomb) {
+    direction = way;
+  } else if (rests) {
+    stuck = free / velocity_gain;
+  } else {
+    const double share = std::abs(velocity) / (velocity_gain * (coulomb - way * pull));
+    direction = way * (2.0 * share - 1.0);
+  }
+}
+
+/// Rows [J r] reduced to their triangular factor from time to time.
+template <int Columns>
+class Compressed {
+ public:
+  void add(const Slopes<Columns>& slopes, double residual) {
+    rows_.row(used_).template head<Columns>() = -slopes.matrix();
+    rows_(used_, Columns) = residual;
+    if (++used_ == kRows) reduce();
+  }
+  Eigen::MatrixXd factor() {
+    reduce();
+    return rows_.template topRows<Columns + 1>();
+  }
+
+ private:
+  static constexpr int kRows = 256;
+  void reduce() {
+    rows_.bottomRows(kRows - used_).setZero();
+    linalg::qr_in_place(rows_);
+    for (int j = 0; j <= Columns; ++j) rows_.col(j).tail(kRows - 1 - j).setZero();
+    used_ = Columns + 1;
+  }
+  Eigen::MatrixXd rows_ = Eigen::MatrixXd::Zero(kRows, Columns + 1);
+  int used_ = 0;
+};
+
+}  // namespace
+
+DriveSignals whitened(const DriveSignals& raw, const NoiseModel& noise) {
+  if (noise.order() == 0) return raw;
+  DriveSignals s;
+  s.input = whiten(raw.input, noise);
+  s.reference = whiten(raw.reference, noise);
+  s.output = whiten(raw.output, noise);
+  s.direction = whiten(raw.direction, noise);
+  s.stuck = whiten(raw.stuck, noise);
+  s.unused = touched(raw.unused, noise);
+  s.constant = std::accumulate(noise.polynomial.begin(), noise.polynomial.end(), 0.0);
+  return s;
+}
+
+int SimulationSetup::controller_order() const {
+  if (!controller) return 0;
+  return static_cast<int>(std::max(controller->numerator.size(), controller->denominator.size())) - 1;
+}
+
+template <int Masses, int Columns, class Sink>
+void DriveSimulation::run(const double* x, std::span<const int> active, Sink&& sink,
+                          DriveSignals* friction) const {
+  constexpr int kOrder = Sizes<Masses>::kOrder;
+  constexpr bool kSlopes = Columns > 0;
+  using Row = Slopes<Columns>;
+  const auto model = sampled<Masses, Columns>(setup_, x, active);
+  const auto& s = model.drive.system;
+  const bool position = setup_.quantity == data::OutputQuantity::position;
+  const bool closed = setup_.controller.has_value();
+  const bool dry = !signals_.direction.empty();
+  std::array<double, kOrder + 1> state;
+  std::array<Row, kOrder + 1> slopes;
+  for (int i = 0; i <= kOrder; ++i) {
+    const int from = i < kOrder ? kInitialState + i : kPlace;
+    state[static_cast<std::size_t>(i)] = x[from];
+    slopes[static_cast<std::size_t>(i)] = zero<Columns>();
+    if constexpr (kSlopes)
+      for (std::size_t p = 0; p < active.size(); ++p)
+        if (active[p] == from) slopes[static_cast<std::size_t>(i)](static_cast<Eigen::Index>(p)) = 1.0;
+  }
+  Row by_offset = zero<Columns>(), by_coulomb = zero<Columns>();
+  if constexpr (kSlopes)
+    for (std::size_t p = 0; p < active.size(); ++p) {
+      if (active[p] == kOffset) by_offset(static_cast<Eigen::Index>(p)) = signals_.constant;
+      if (active[p] == kCoulomb) by_coulomb(static_cast<Eigen::Index>(p)) = -1.0;
+    }
+  const auto first = static_cast<std::size_t>(model.drive.whole_delay + 1);
+  std::vector<double> late_output(signals_.output.begin(),
+                                  signals_.output.begin() + static_cast<std::ptrdiff_t>(closed ? first : 0));
+  std::vector<Row> late_slopes(kSlopes && closed ? first : 0, zero<Columns>());
+  std::optional<Controller<Columns>> controller;
+  if (closed) controller.emplace(*setup_.controller, x + kControllerState, active);
+  const double constant = x[kOffset] * signals_.constant;
+  for (std::size_t k = first; k < signals_.output.size(); ++k) {
+    const std::size_t j = k - first;
+    double torque = constant + signals_.input[j];
+    Row torque_slopes = by_offset;
+    if (closed) {
+      torque += controller->step(signals_.reference[j] - late_output[j % first]);
+      if constexpr (kSlopes) torque_slopes += controller->step_slopes(-late_slopes[j % first]);
+    }
+    if (friction != nullptr) {
+      double free = s.b(0) * torque;  // velocity that the driven side would have without friction
+      for (int c = 0; c < kOrder; ++c) free += s.a(0, c) * state[static_cast<std::size_t>(c)];
+      slide_or_stick(state[0], free, s.b(0), std::max(0.0, x[kCoulomb]), friction->direction[j],
+                     friction->stuck[j]);
+      torque -= x[kCoulomb] * friction->direction[j] + friction->stuck[j];
+    } else if (dry) {
+      torque -= x[kCoulomb] * signals_.direction[j] + signals_.stuck[j];
+      if constexpr (kSlopes) torque_slopes += by_coulomb * signals_.direction[j];
+    }
+    double output = s.d * torque;
+    Row output_slopes = zero<Columns>();
+    if constexpr (kSlopes) output_slopes = s.d * torque_slopes + model.d * torque;
+    for (int i = 0; i < kOrder + (position ? 1 : 0); ++i) {
+      const auto at = static_cast<std::size_t>(i);
+      output += s.c(i) * state[at];
+      if constexpr (kSlopes) output_slopes += s.c(i) * slopes[at] + model.c[at] * state[at];
+    }
+    if (signals_.unused.empty() || !signals_.unused[k]) sink(signals_.output[k] - output, output_slopes);
+    if (closed) {
+      late_output[j % first] = output;
+      if constexpr (kSlopes) late_slopes[j % first] = output_slopes;
+    }
+    const auto past = state;
+    const auto past_slopes = slopes;
+    for (int i = 0; i < kOrder + (position ? 1 : 0); ++i) {
+      const auto at = static_cast<std::size_t>(i);
+      double sum = s.b(i) * torque + (i == kOrder ? past[kOrder] : 0.0);
+      for (int c = 0; c < kOrder; ++c) sum += s.a(i, c) * past[static_cast<std::size_t>(c)];
+      state[at] = sum;
+      if constexpr (kSlopes) {
+        Row row = s.b(i) * torque_slopes + model.b[at] * torque;
+        if (i == kOrder) row += past_slopes[kOrder];
+        for (std::size_t c = 0; c < kOrder; ++c)
+          row += s.a(i, static_cast<int>(c)) * past_slopes[c] + model.a[at][c] * past[c];
+        slopes[at] = row;
+      }
+    }
+  }
+}
+
+std::vector<double> DriveSimulation::residual(std::span<const double> x) const {
+  std::vector<double> left;
+  left.reserve(signals_.output.size());
+  with_masses(setup_.structure, [&](auto masses) {
+    run<masses, 0>(
+        x.data(), {}, [&](double r, const auto&) { left.push_back(r); }, nullptr);
+  });
+  return left;
+}
+
+double DriveSimulation::sum_of_squares(std::span<const double> x) const {
+  double sum = 0.0;
+  with_masses(setup_.structure, [&](auto masses) {
+    run<masses, 0>(
+        x.data(), {}, [&](double r, const auto&) { sum += r * r; }, nullptr);
+  });
+  return sum;
+}
+
+constexpr std::size_t kFew = 8, kSome = 12, kMost = 32;
+
+Eigen::Index DriveSimulation::factor_rows(std::size_t active) {
+  return 1 + static_cast<Eigen::Index>(active <= kFew ? kFew : active <= kSome ? kSome : kMost);
+}
+
+Eigen::MatrixXd DriveSimulation::factor(std::span<const double> x, std::span<const int> active) const {
+  const auto count = static_cast<Eigen::Index>(active.size());
+  return with_masses(setup_.structure, [&](auto masses) -> Eigen::MatrixXd {
+    const auto with = [&](auto columns) -> Eigen::MatrixXd {
+      Compressed<columns> compressed;
+      run<masses, columns>(
+          x.data(), active, [&](double r, const Slopes<columns>& slopes) { compressed.add(slopes, r); },
+          nullptr);
+      const Eigen::MatrixXd whole = compressed.factor();
+      Eigen::MatrixXd used(whole.rows(), count + 1);
+      used.leftCols(count) = whole.leftCols(count);
+      used.col(count) = whole.col(columns);
+      return used;
+    };
+    if (active.size() <= kFew) return with(std::integral_constant<int, kFew>());
+    if (active.size() <= kSome) return with(std::integral_constant<int, kSome>());
+    return with(std::integral_constant<int, kMost>());
+  });
+}
+
+DriveSignals DriveSimulation::friction(std::span<const double> x) const {
+  DriveSignals course;
+  simulate_friction(x, course);
+  return course;
+}
+
+std::vector<double> DriveSimulation::moving_residual(std::span<const double> x) const {
+  DriveSignals course;
+  return simulate_friction(x, course);
+}
+
+std::vector<double> DriveSimulation::simulate_friction(std::span<const double> x,
+                                                       DriveSignals& course) const {
+  course.direction.assign(signals_.output.size(), 0.0);
+  course.stuck = course.direction;
+  std::vector<double> left;
+  left.reserve(signals_.output.size());
+  with_masses(setup_.structure, [&](auto masses) {
+    run<masses, 0>(
+        x.data(), {}, [&](double r, const auto&) { left.push_back(r); }, &course);
+  });
+  return left;
+}
+
+}  // namespace resonid::fit::detail

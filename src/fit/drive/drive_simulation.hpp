@@ -1,0 +1,79 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <Eigen/Core>
+#include <fit/drive/sampled_drive.hpp>
+#include <optional>
+#include <resonid/data/transfer_function.hpp>
+#include <resonid/fit/detail/noise_model.hpp>
+#include <span>
+#include <vector>
+
+// A record's output simulated by a drive, alone or in its loop, with exact derivatives.
+namespace resonid::fit::detail {
+
+/// A record's own coordinates follow the physical ones: states and place at its start, constant torque, then
+/// the shared dry friction and the controller's states.
+inline constexpr int kInitialState = kParameterCount;
+inline constexpr int kPlace = kInitialState + Sizes<3>::kOrder;
+inline constexpr int kOffset = kPlace + 1;
+inline constexpr int kCoulomb = kPlace + 2;
+inline constexpr int kControllerState = kPlace + 3;
+
+/// What a record gives to a simulation. Filtering all of it by a noise model commutes with drive and
+/// controller, both being linear.
+struct DriveSignals {
+  std::vector<double> input;      ///< Torque; in closed loop the excitation.
+  std::vector<double> reference;  ///< In closed loop only.
+  std::vector<double> output;
+  std::vector<double>
+      direction;              ///< Of sliding: -1 ... 1 as a mean over the sample; empty without dry friction.
+  std::vector<double> stuck;  ///< Friction torque of samples that end at rest, where `direction` is 0.
+  double constant = 1.0;      ///< What a constant becomes.
+  std::vector<bool> unused;   ///< [sample] of the output: no residual is taken there; empty: none.
+};
+
+[[nodiscard]] DriveSignals whitened(const DriveSignals& raw, const NoiseModel& noise);
+
+struct SimulationSetup {
+  Structure structure = Structure::two_mass;
+  data::OutputQuantity quantity = data::OutputQuantity::velocity;
+  Coordinates coordinates;
+  double known_delay_samples = 0.0;
+  std::optional<data::TransferFunction> controller;  ///< Closes the loop: u = input + C (reference - y).
+
+  [[nodiscard]] int controller_order() const;
+};
+
+/// One record under one set of signals. `x` are the coordinates above.
+class DriveSimulation {
+ public:
+  DriveSimulation(const SimulationSetup& setup, const DriveSignals& signals)
+      : setup_(setup), signals_(signals) {}
+
+  /// Output minus simulated output, for every sample that the delay leaves. In closed loop the controller is
+  /// given the recorded output as long as the simulated one is not there yet.
+  [[nodiscard]] std::vector<double> residual(std::span<const double> x) const;
+  [[nodiscard]] double sum_of_squares(std::span<const double> x) const;
+
+  /// Triangular factor of [J r] for the active coordinates: the same least-squares problem in few rows,
+  /// whatever the record's length. J is the derivative of the residual.
+  [[nodiscard]] static Eigen::Index factor_rows(std::size_t active);
+  [[nodiscard]] Eigen::MatrixXd factor(std::span<const double> x, std::span<const int> active) const;
+
+  /// Dry friction of the drive itself under x: in each sample the driven side slides, up to a standstill or
+  /// past it, or rests. Returns direction and stuck; the rest is empty.
+  [[nodiscard]] DriveSignals friction(std::span<const double> x) const;
+  /// The residual under that friction, whatever course the signals have.
+  [[nodiscard]] std::vector<double> moving_residual(std::span<const double> x) const;
+
+ private:
+  std::vector<double> simulate_friction(std::span<const double> x, DriveSignals& course) const;
+  template <int Masses, int Columns, class Sink>
+  void run(const double* x, std::span<const int> active, Sink&& sink, DriveSignals* friction) const;
+
+  const SimulationSetup& setup_;
+  const DriveSignals& signals_;
+};
+
+}  // namespace resonid::fit::detail

@@ -1,0 +1,114 @@
+// SPDX-License-Identifier: MIT
+#include <algorithm>
+#include <cmath>
+#include <fit/drive/friction_fit.hpp>
+#include <fit/least_squares.hpp>
+#include <limits>
+
+#include "linalg/decompositions.hpp"
+
+namespace resonid::fit::detail {
+
+std::vector<double> FrictionProblem::local(const FrictionRecord& record, const std::vector<double>& x) const {
+  std::vector<double> mine;
+  for (const int place : record.coordinates) mine.push_back(x[static_cast<std::size_t>(place)]);
+  return mine;
+}
+
+Eigen::VectorXd FrictionProblem::residual(const FrictionRecord& record, const std::vector<double>& x) const {
+  DriveSignals all = record.raw;
+  all.unused.clear();  // the noise model needs neighbours
+  const auto white = whiten(DriveSimulation(setup, all).moving_residual(local(record, x)), record.noise);
+  const auto unused = touched(record.raw.unused, record.noise);
+  const std::size_t before = unused.empty() ? 0 : unused.size() - white.size();
+  Eigen::VectorXd used(static_cast<Eigen::Index>(white.size()));
+  Eigen::Index count = 0;
+  for (std::size_t k = 0; k < white.size(); ++k)
+    if (unused.empty() || !unused[before + k]) used(count++) = white[k];
+  return used.head(count);
+}
+
+double FrictionProblem::cost(const std::vector<double>& x) const {
+  constexpr double kWorst = std::numeric_limits<double>::infinity();
+  if (!allowed(x) || x[kDelay] < least_delay || x[kDelay] > most_delay) return kWorst;
+  double sum = 0.0;
+  for (const auto& record : records) sum += record.weight * record.weight * residual(record, x).squaredNorm();
+  return std::isfinite(sum) ? sum : kWorst;
+}
+
+Eigen::MatrixXd FrictionProblem::factor(const std::vector<double>& x, const Eigen::VectorXd& steps) const {
+  const auto columns = static_cast<Eigen::Index>(active.size());
+  const auto size = static_cast<Eigen::Index>(records.size());
+  Eigen::MatrixXd stacked((columns + 1) * size, columns + 1);
+  for (Eigen::Index r = 0; r < size; ++r) {
+    const auto& record = records[static_cast<std::size_t>(r)];
+    const Eigen::VectorXd here = residual(record, x);
+    Eigen::MatrixXd rows = Eigen::MatrixXd::Zero(std::max(here.size(), columns + 1), columns + 1);
+    rows.col(columns).head(here.size()) = here;
+    for (Eigen::Index p = 0; p < columns; ++p) {
+      const int place = active[static_cast<std::size_t>(p)];
+      const auto& mine = record.coordinates;
+      if (std::find(mine.begin(), mine.end(), place) == mine.end()) continue;
+      const auto at = static_cast<std::size_t>(place);
+      auto low = x, high = x;
+      low[at] -= steps(p);
+      high[at] += steps(p);
+      if (place == kDelay) {
+        low[at] = std::max(low[at], least_delay);
+        high[at] = std::min(high[at], most_delay);
+      }
+      if (!(high[at] > low[at])) continue;
+      const Eigen::VectorXd above = residual(record, high), below = residual(record, low);
+      // A longer delay leaves fewer samples at the start.
+      const auto common = std::min({above.size(), below.size(), here.size()});
+      rows.col(p).segment(here.size() - common, common) =
+          (above.tail(common) - below.tail(common)) / (high[at] - low[at]);
+    }
+    stacked.middleRows(r * (columns + 1), columns + 1) = record.weight * linalg::upper_factor(rows);
+  }
+  return stacked;
+}
+
+std::optional<FrictionFit> fit_with_friction(const FrictionProblem& problem, std::vector<double> x,
+                                             Eigen::VectorXd deviations) {
+  constexpr int kSteps = 12, kHalvings = 6;
+  constexpr double kSmall = 0.03, kNear = 0.3;  // of a standard deviation
+  const auto count = static_cast<Eigen::Index>(problem.active.size());
+  double samples = 0.0;
+  for (const auto& record : problem.records)
+    samples += static_cast<double>(problem.residual(record, x).size());
+  FrictionFit fit{std::move(x), 0.0, {}, false};
+  fit.cost = problem.cost(fit.x);
+  if (!std::isfinite(fit.cost)) return std::nullopt;
+  for (int step = 0; step < kSteps; ++step) {
+    const Eigen::MatrixXd factor = problem.factor(fit.x, deviations);
+    if (!factor.allFinite()) return std::nullopt;
+    bool full_rank = false;
+    const Eigen::MatrixXd slopes = factor.leftCols(count);
+    const Eigen::MatrixXd inverse = inverse_normal_matrix(slopes, &full_rank);
+    if (!full_rank) return std::nullopt;
+    fit.covariance = fit.cost / std::max(1.0, samples - static_cast<double>(count)) * inverse;
+    deviations = fit.covariance.diagonal().cwiseSqrt();
+    const Eigen::VectorXd way = -inverse * (slopes.transpose() * factor.rightCols(1));
+    const double length = way.cwiseAbs().cwiseQuotient(deviations).maxCoeff();
+    fit.converged = length < kNear;
+    if (!(length >= kSmall)) break;
+    double there = fit.cost;
+    for (int halving = 0; halving < kHalvings && !(there < fit.cost); ++halving) {
+      auto next = fit.x;
+      for (Eigen::Index i = 0; i < count; ++i)
+        next[static_cast<std::size_t>(problem.active[static_cast<std::size_t>(i)])] +=
+            std::ldexp(way(i), -halving);
+      const double cost = problem.cost(next);
+      if (!(cost < fit.cost)) continue;
+      there = cost;
+      fit.x = std::move(next);
+      break;
+    }
+    if (!(there < fit.cost)) break;
+    fit.cost = there;
+  }
+  return fit;
+}
+
+}  // namespace resonid::fit::detail

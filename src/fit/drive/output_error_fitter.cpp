@@ -1,0 +1,503 @@
+// SPDX-License-Identifier: MIT
+#include <algorithm>
+#include <cmath>
+#include <fit/drive/friction_fit.hpp>
+#include <fit/drive/output_error_cost.hpp>
+#include <fit/drive/output_error_fitter.hpp>
+#include <fit/drive/record_consistency.hpp>
+#include <fit/least_squares.hpp>
+#include <memory>
+#include <resonid/base/detail/statistics.hpp>
+
+#include "linalg/decompositions.hpp"
+
+namespace resonid::fit::detail {
+namespace {
+
+constexpr int kMaximumIterations = 60;
+
+bool integrates(const data::TransferFunction& controller) {
+  double sum = 0.0, size = 0.0;
+  for (const double a : controller.denominator) {
+    sum += a;
+    size += std::abs(a);
+  }
+  return std::abs(sum) < 1e-9 * size;
+}
+
+/// A record with its noise, as it is found.
+struct Part : RecordPart {
+  NoiseModel noise;
+  double weight = 1.0;
+  std::size_t samples = 0;
+  double variance = 0.0;
+};
+
+class OutputErrorFitter {
+ public:
+  OutputErrorFitter(std::vector<RecordPart> parts, const OutputErrorConfig& config)
+      : config_(config),
+        setup_(setup_of(*parts.front().record, config)),
+        layout_(parts.size(), setup_.controller_order()) {
+    const data::Record& record = *parts.front().record;
+    for (auto& p : parts) parts_.push_back({std::move(p), {}, 1.0, 0, 0.0});
+    auto& model = fit_.model;
+    model = config.initial;
+    model.sample_time_s = record.sample_time_s();
+    model.known_delay_s = config.known_delay_s;
+    model.estimated = estimated_parameters(config.initial.structure, config.viscous_friction, config.delay);
+    if (!config.delay && !config.fixed_model) model.delay_s = 0.0;
+    if (!config.viscous_friction && !config.fixed_model) model.parameters.viscous_friction = 0.0;
+    x_.assign(static_cast<std::size_t>(layout_.size()), 0.0);
+    const auto physical = setup_.coordinates.from(model);
+    std::copy(physical.begin(), physical.end(), x_.begin());
+    start_ = x_;
+    start_states();
+    activate();
+  }
+
+  JointOutputErrorFit run() {
+    if (config_.fixed_model) {
+      solve(false, linear_part());
+      physical_ = result_;
+      if (dry()) follow_friction(linear_part());
+    } else if (!config_.noise_model) {
+      solve(false, active_);
+      if (dry()) follow_friction(active_);
+    } else {
+      solve(false, linear_part());
+      const auto start = x_;
+      const double at_start = raw_power();
+      weigh();
+      if (dry()) follow_friction(active_);
+      solve_whitened();
+      // A start whose own error outweighs the noise makes a noise model that hides the resonance, and the fit
+      // then simulates worse than the start did. Plain output error is led by what is large.
+      constexpr double kMisled = 1.2;
+      if (raw_power() > kMisled * at_start) {
+        x_ = start;
+        solve(false, active_);
+        weigh();
+        solve_whitened();
+      }
+    }
+    covariance_ = noise_scale() * detail::covariance(physical_, layout_.size());
+    if (dry() && !config_.fixed_model) include_friction();
+    finish();
+    return std::move(fit_);
+  }
+
+ private:
+  static SimulationSetup setup_of(const data::Record& record, const OutputErrorConfig& config) {
+    const auto& start = config.initial;
+    const double slowest = start.structure == Structure::rigid
+                               ? kTwoPi / record.duration_s()
+                               : kTwoPi * start.modes().front().frequency_hz.value;
+    SimulationSetup setup{start.structure,
+                          record.output_quantity,
+                          {start.parameters.driven_inertia * slowest, record.sample_time_s()},
+                          config.known_delay_s * record.sample_rate_hz,
+                          std::nullopt};
+    if (config.predictor == Predictor::closed_loop) setup.controller = config.controller;
+    return setup;
+  }
+
+  [[nodiscard]] bool dry() const { return !parts_.front().raw.direction.empty(); }
+  [[nodiscard]] int records() const { return static_cast<int>(parts_.size()); }
+  [[nodiscard]] Part& part(int r) { return parts_[static_cast<std::size_t>(r)]; }
+  [[nodiscard]] const Part& part(int r) const { return parts_[static_cast<std::size_t>(r)]; }
+  [[nodiscard]] double& at(int record, int local) {
+    return x_[static_cast<std::size_t>(layout_.of(record, local))];
+  }
+
+  void activate() {
+    active_.assign(x_.size(), false);
+    const auto& model = fit_.model;
+    std::copy(model.estimated.begin(), model.estimated.end(), active_.begin());
+    active_[kCommonCoulomb] = dry();
+    const bool hidden = setup_.controller && integrates(*setup_.controller);
+    for (int r = 0; r < records(); ++r) {
+      const auto set = [&](int local, bool on) {
+        active_[static_cast<std::size_t>(layout_.of(r, local))] = on;
+      };
+      for (int i = 0; i < order_of(model.structure); ++i) set(kInitialState + i, config_.initial_state);
+      set(kPlace, config_.initial_state && setup_.quantity == data::OutputQuantity::position);
+      set(kOffset, config_.offset && !hidden);
+      for (int i = 0; i < setup_.controller_order(); ++i)
+        set(kControllerState + i, config_.initial_state || hidden);
+    }
+  }
+
+  void start_states() {
+    for (int r = 0; r < records(); ++r) {
+      const auto& y = part(r).raw.output;
+      double velocity = 0.0;
+      if (setup_.quantity == data::OutputQuantity::velocity) {
+        velocity = config_.initial_state ? y.front() : 0.0;
+      } else if (setup_.quantity == data::OutputQuantity::position && config_.initial_state) {
+        velocity = (y.back() - y.front()) / part(r).record->duration_s();
+        at(r, kPlace) = y.front();
+      }
+      const int masses = (order_of(setup_.structure) + 1) / 2;
+      for (int i = 0; i < masses; ++i) at(r, kInitialState + i) = velocity;  // all turn alike
+    }
+  }
+
+  [[nodiscard]] std::vector<bool> linear_part() const {
+    auto mask = active_;
+    std::fill(mask.begin(), mask.begin() + kParameterCount, false);
+    return mask;
+  }
+
+  /// Noise models, parameters and the course of friction in turns, from the residual that x_ leaves.
+  void solve_whitened() {
+    auto noises = noises_of_residual();
+    constexpr int kRounds = 5;
+    for (int round = 0; round < kRounds; ++round) {
+      for (int r = 0; r < records(); ++r) part(r).noise = noises[static_cast<std::size_t>(r)];
+      if (dry() && round > 0) set_friction(whitened_any() ? raw_x_ : x_);
+      solve(true, active_);
+      solve_linear_part_raw();
+      weigh_whitened();
+      noises = noises_of_residual();
+      bool settled = records() == 1 || round > 1;
+      for (int r = 0; r < records(); ++r)
+        settled = settled && alike(noises[static_cast<std::size_t>(r)], part(r).noise);
+      if (settled && (!dry() || round > 1)) break;
+    }
+  }
+
+  static bool alike(const NoiseModel& a, const NoiseModel& b) {
+    if (a.order() != b.order()) return false;
+    double sum = 0.0, size = 0.0;
+    for (std::size_t i = 0; i < a.polynomial.size(); ++i) {
+      sum += std::pow(a.polynomial[i] - b.polynomial[i], 2);
+      size += std::pow(a.polynomial[i], 2);
+    }
+    return std::sqrt(sum / size) < 0.02;
+  }
+
+  /// White where nothing but rounding is left, whose colour is of no use, and where a residual foretells
+  /// itself as no noise does: that is the model's own error, to be fitted and not to be filtered out.
+  [[nodiscard]] std::vector<NoiseModel> noises_of_residual() const {
+    constexpr double kRounding = 1e-9;
+    constexpr double kForetold = 1e-10;
+    std::vector<NoiseModel> noises;
+    for (int r = 0; r < records(); ++r) {
+      const auto residual = raw_residual(r);
+      const double left = mean_square(residual);
+      noises.emplace_back();
+      if (left < kRounding * kRounding * mean_square(part(r).raw.output)) continue;
+      auto noise = fit_noise_model(residual, config_.max_noise_order);
+      if (noise.innovation_variance >= kForetold * left) noises.back() = std::move(noise);
+    }
+    return noises;
+  }
+
+  /// Records count by their noise; of a single one it does not matter.
+  void weigh() {
+    if (records() == 1) return;
+    for (int r = 0; r < records(); ++r) set_weight(part(r), mean_square(raw_residual(r)));
+  }
+  void weigh_whitened() {
+    if (records() == 1) return;
+    for (int r = 0; r < records(); ++r) set_weight(part(r), part(r).variance);
+  }
+  static void set_weight(Part& p, double variance) {
+    const double floor = 1e-20 * mean_square(p.raw.output);  // a record without noise
+    p.weight = 1.0 / std::sqrt(std::max(variance, floor + 1e-300));
+  }
+
+  /// One solution with the noise models or without.
+  void solve(bool with_noise, const std::vector<bool>& mask) {
+    std::vector<DriveSignals> signals;
+    for (const auto& p : parts_) signals.push_back(with_noise ? whitened(p.raw, p.noise) : p.raw);
+    std::vector<OutputErrorCost::Part> pieces;
+    for (int r = 0; r < records(); ++r) {
+      OutputErrorCost::Part piece{{setup_, signals[static_cast<std::size_t>(r)]}, part(r).weight, {}};
+      for (int i = 0; i < layout_.local_size(); ++i)
+        if (mask[static_cast<std::size_t>(layout_.of(r, i))]) piece.active.push_back(i);
+      pieces.push_back(std::move(piece));
+    }
+    std::vector<Bound> bounds;
+    if (mask[kDelay]) bounds.push_back(delay_bounds());
+    // With a noise model the cost need not be exact to more digits than the likelihood tells apart.
+    const Effort effort{kMaximumIterations, config_.noise_model ? 1e-9 : 1e-14};
+    const std::unique_ptr<bool[]> flags(new bool[mask.size()]);
+    std::copy(mask.begin(), mask.end(), flags.get());
+    result_ = detail::minimise(
+        std::make_unique<OutputErrorCost>(std::move(pieces), layout_, SearchRange(start_), checked()), x_,
+        {flags.get(), mask.size()}, bounds, effort);
+    with_noise_ = with_noise;
+    if (!mask[kDrivenInertia]) return;
+    physical_ = result_;
+    for (int r = 0; r < records(); ++r) {
+      const auto left =
+          DriveSimulation(setup_, signals[static_cast<std::size_t>(r)]).residual(layout_.local(r, x_));
+      part(r).samples = left.size();
+      const auto own = static_cast<double>(physical_.active.size()) / records();
+      const double n = static_cast<double>(left.size());
+      part(r).variance = n * mean_square(left) / std::max(1.0, n - own);
+    }
+  }
+
+  [[nodiscard]] bool whitened_any() const {
+    return with_noise_ &&
+           std::any_of(parts_.begin(), parts_.end(), [](const Part& p) { return p.noise.order() > 0; });
+  }
+
+  /// The whitened fit's initial state belongs to whitened signals; the raw residual needs its own.
+  void solve_linear_part_raw() {
+    if (!whitened_any()) return;
+    const auto whitened_x = x_;
+    start_states();
+    auto mask = linear_part();
+    mask[kCommonCoulomb] = false;  // common to all, and already known
+    solve(false, mask);
+    raw_x_ = x_;
+    x_ = whitened_x;
+    with_noise_ = true;
+  }
+
+  [[nodiscard]] std::vector<double> raw_residual(int r) const { return raw_residual(r, part(r).raw); }
+  [[nodiscard]] std::vector<double> raw_residual(int r, const DriveSignals& raw) const {
+    return DriveSimulation(setup_, raw).residual(layout_.local(r, whitened_any() ? raw_x_ : x_));
+  }
+
+  /// What the hold-out samples say of the fit to the others.
+  [[nodiscard]] HoldoutFit judge_holdout(int r) const {
+    DriveSignals rest = part(r).raw;
+    double mean = 0.0, count = 0.0, total = 0.0;
+    for (std::size_t k = 0; k < rest.output.size(); ++k)
+      if (rest.unused[k]) mean += rest.output[k], count += 1.0;
+    mean /= std::max(1.0, count);
+    for (std::size_t k = 0; k < rest.output.size(); ++k)
+      if (rest.unused[k]) total += std::pow(rest.output[k] - mean, 2);
+    rest.unused.flip();
+    const auto residual = raw_residual(r, rest);
+    const double left = mean_square(residual) * static_cast<double>(residual.size());
+    HoldoutFit judged{residual.size(), fit_percent_of(left, total), 0.0};
+    const auto white = with_noise_ ? whitened(rest, part(r).noise) : rest;
+    const auto innovations = DriveSimulation(setup_, white).residual(layout_.local(r, x_));
+    judged.score =
+        static_cast<double>(innovations.size()) * std::log(std::max(mean_square(innovations), 1e-300));
+    return judged;
+  }
+  [[nodiscard]] double raw_power() const {
+    double sum = 0.0;
+    for (int r = 0; r < records(); ++r) sum += part(r).weight * part(r).weight * mean_square(raw_residual(r));
+    return sum;
+  }
+
+  /// The course of dry friction under x, for the next solution. Says whether it is much the same as before.
+  bool set_friction(const std::vector<double>& x) {
+    double changed = 0.0, all = 0.0;
+    for (int r = 0; r < records(); ++r) {
+      auto& raw = part(r).raw;
+      auto course = DriveSimulation(setup_, raw).friction(layout_.local(r, x));
+      for (std::size_t k = 0; k < raw.direction.size(); ++k)
+        changed += std::abs(course.direction[k] - raw.direction[k]);
+      all += static_cast<double>(raw.direction.size());
+      raw.direction = std::move(course.direction);
+      raw.stuck = std::move(course.stuck);
+    }
+    constexpr double kSame = 1e-5;
+    return changed < kSame * all;
+  }
+
+  void follow_friction(const std::vector<bool>& mask) {
+    constexpr int kTurns = 12;
+    solve(false, mask);
+    for (int turn = 0; turn < kTurns; ++turn) {
+      const bool same = set_friction(x_);
+      solve(false, mask);
+      if (same) break;
+    }
+  }
+
+  [[nodiscard]] double samples() const {
+    std::size_t sum = 0;
+    for (const auto& p : parts_) sum += p.samples;
+    return static_cast<double>(sum);
+  }
+  [[nodiscard]] double noise_scale() const {
+    return 2.0 * physical_.cost / std::max(1.0, samples() - static_cast<double>(physical_.active.size()));
+  }
+
+  [[nodiscard]] Bound delay_bounds() const {
+    return {kDelay,
+            setup_.controller ? std::max(kMinimumDelaySamples, -setup_.known_delay_samples)
+                              : kMinimumDelaySamples,
+            kMaximumDelaySamples};
+  }
+  [[nodiscard]] int checked() const {
+    return setup_.structure == Structure::three_mass ? kParameterCount : kDelay + 1;
+  }
+
+  [[nodiscard]] NoiseModel noise_of(int r) const { return with_noise_ ? part(r).noise : NoiseModel{}; }
+
+  [[nodiscard]] FrictionProblem friction_problem() const {
+    const auto allowed = [this](const std::vector<double>& x) {
+      return SearchRange(start_).contains(x.data(), checked());
+    };
+    const auto bounds = delay_bounds();
+    FrictionProblem problem{setup_, {}, physical_.active, allowed, bounds.lower, bounds.upper};
+    for (int r = 0; r < records(); ++r) {
+      problem.records.push_back({part(r).raw, noise_of(r), part(r).weight, {}});
+      for (int i = 0; i < layout_.local_size(); ++i)
+        problem.records.back().coordinates.push_back(layout_.of(r, i));
+    }
+    return problem;
+  }
+
+  /// The turns take the course of friction as given: they come near, but slowly, and their covariance leaves
+  /// out that the course is in doubt as well. Where steps that move it find no end, since the model is too
+  /// simple, the turns' result stays, with the larger deviations.
+  void include_friction() {
+    const auto& active = physical_.active;
+    const auto count = static_cast<Eigen::Index>(active.size());
+    Eigen::VectorXd fixed(count);
+    for (Eigen::Index i = 0; i < count; ++i) {
+      const int at = active[static_cast<std::size_t>(i)];
+      fixed(i) = std::sqrt(std::max(0.0, covariance_(at, at)));
+    }
+    const auto problem = friction_problem();
+    const auto fit = fit_with_friction(problem, whitened_any() ? raw_x_ : x_, fixed);
+    if (!fit) return;
+    Eigen::VectorXd larger = Eigen::VectorXd::Ones(count);
+    if (!fit->converged) larger = fixed.cwiseQuotient(fit->covariance.diagonal().cwiseSqrt()).cwiseMax(1.0);
+    for (Eigen::Index i = 0; i < count; ++i)
+      for (Eigen::Index j = 0; j < count; ++j)
+        covariance_(active[static_cast<std::size_t>(i)], active[static_cast<std::size_t>(j)]) =
+            larger(i) * larger(j) * fit->covariance(i, j);
+    if (fit->converged) take(problem, *fit);
+  }
+
+  /// What was found with friction on the raw signals; the whitened ones have states of their own.
+  void take(const FrictionProblem& problem, const FrictionFit& fit) {
+    const auto& x = fit.x;
+    physical_.cost = 0.5 * fit.cost;
+    for (int r = 0; r < records(); ++r) {
+      const auto left = problem.residual(problem.records[static_cast<std::size_t>(r)], x);
+      const double n = static_cast<double>(left.size());
+      const double own = static_cast<double>(physical_.active.size()) / records();
+      part(r).samples = static_cast<std::size_t>(left.size());
+      part(r).variance = left.squaredNorm() / std::max(1.0, n - own);
+    }
+    set_friction(x);
+    if (!whitened_any()) {
+      x_ = x;
+      return;
+    }
+    auto states = linear_part();
+    const auto share = [&](int at) {
+      x_[static_cast<std::size_t>(at)] = x[static_cast<std::size_t>(at)];
+      states[static_cast<std::size_t>(at)] = false;
+    };
+    for (int i = 0; i < kCommon; ++i) share(i);
+    for (int r = 0; r < records(); ++r) share(layout_.of(r, kOffset));
+    solve(true, states);
+    raw_x_ = x;
+  }
+
+  void finish() {
+    auto& fit = fit_;
+    setup_.coordinates.store(x_.data(), fit.model);
+    fit.converged = physical_.converged;
+    const double n = samples();
+    const double parameters = static_cast<double>(physical_.active.size());
+    const Eigen::MatrixXd& covariance = covariance_;
+    const auto scale = setup_.coordinates.jacobian(fit.model);
+    for (int i = 0; i < kParameterCount; ++i)
+      for (int j = 0; j < kParameterCount; ++j)
+        fit.model.covariance(i, j) =
+            covariance(i, j) * scale[static_cast<std::size_t>(i)] * scale[static_cast<std::size_t>(j)];
+    if (config_.fixed_model) {
+      fit.model.covariance = config_.initial.covariance;
+      fit.model.estimated = config_.initial.estimated;
+    }
+    const auto estimate = [&](int i) {
+      return data::Estimate{x_[static_cast<std::size_t>(i)], std::sqrt(std::max(0.0, covariance(i, i)))};
+    };
+    if (dry()) fit.coulomb_friction = estimate(kCommonCoulomb);
+    double likelihood = 0.0, noise_orders = 0.0;
+    for (int r = 0; r < records(); ++r) {
+      const auto& p = part(r);
+      OutputErrorFit own;
+      const int offset = layout_.of(r, kOffset);
+      if (active_[static_cast<std::size_t>(offset)]) own.offset = estimate(offset);
+      describe(r, own);
+      const double count = static_cast<double>(p.samples), order = static_cast<double>(own.noise.order());
+      const double square = records() == 1 ? 2.0 * physical_.cost : p.variance * count;
+      own.bic = count * std::log(std::max(square / count, 1e-300)) + (parameters + order) * std::log(n);
+      likelihood += count * std::log(std::max(square / count, 1e-300));
+      noise_orders += order;
+      fit.records.push_back(std::move(own));
+    }
+    fit.bic = likelihood + (parameters + noise_orders) * std::log(n);
+    if (records() > 1 && !config_.fixed_model) fit.against_others = consistency();
+  }
+
+  [[nodiscard]] std::vector<Consistency> consistency() const {
+    std::vector<RecordScore> said;
+    for (int r = 0; r < records(); ++r) {
+      std::vector<int> columns, own;
+      for (int i = 0; i < layout_.local_size(); ++i)
+        if (active_[static_cast<std::size_t>(layout_.of(r, i))])
+          (layout_.of(r, i) < kCommon ? columns : own).push_back(i);
+      const auto common = static_cast<Eigen::Index>(columns.size());
+      columns.insert(columns.end(), own.begin(), own.end());
+      const auto signals = with_noise_ ? whitened(part(r).raw, part(r).noise) : part(r).raw;
+      const Eigen::MatrixXd factor =
+          part(r).weight * DriveSimulation(setup_, signals).factor(layout_.local(r, x_), columns);
+      const Eigen::MatrixXd nuisance = factor.middleCols(common, static_cast<Eigen::Index>(own.size()));
+      Eigen::MatrixXd rest(factor.rows(), common + 1);
+      rest << factor.leftCols(common), factor.rightCols(1);
+      if (nuisance.cols() > 0) rest -= nuisance * (linalg::pseudo_inverse(nuisance).matrix * rest);
+      const Eigen::MatrixXd slopes = rest.leftCols(common);
+      said.push_back({slopes.transpose() * slopes, slopes.transpose() * rest.rightCols(1)});
+    }
+    return against_others(said);
+  }
+
+  void describe(int r, OutputErrorFit& own) const {
+    const auto& p = part(r);
+    own.model = fit_.model;
+    own.converged = fit_.converged;
+    own.coulomb_friction = fit_.coulomb_friction;
+    own.samples = p.samples;
+    own.one_direction = config_.coulomb_friction && !dry();
+    if (!p.raw.unused.empty()) own.holdout = judge_holdout(r);
+    DriveSignals all = p.raw;
+    all.unused.clear();
+    own.residual = raw_residual(r, all);
+    own.first_sample = p.raw.output.size() - own.residual.size();
+    own.noise = with_noise_ ? p.noise : NoiseModel{};
+    own.noise.innovation_variance = p.variance;
+    const auto& y = p.raw.output;
+    const double centre = mean(y);
+    double total = 0.0;
+    for (std::size_t k = own.first_sample; k < y.size(); ++k) total += (y[k] - centre) * (y[k] - centre);
+    const double left = mean_square(own.residual) * static_cast<double>(own.residual.size());
+    own.fit_percent = fit_percent_of(left, total);
+  }
+
+  const OutputErrorConfig& config_;
+  SimulationSetup setup_;
+  CoordinateLayout layout_;
+  std::vector<Part> parts_;
+  std::vector<double> x_, start_, raw_x_;
+  std::vector<bool> active_;
+  bool with_noise_ = false;
+  LeastSquaresResult result_, physical_;
+  Eigen::MatrixXd covariance_;
+  JointOutputErrorFit fit_;
+};
+
+}  // namespace
+
+JointOutputErrorFit fit_drive(std::vector<RecordPart> parts, const OutputErrorConfig& config) {
+  return OutputErrorFitter(std::move(parts), config).run();
+}
+
+}  // namespace resonid::fit::detail

@@ -1,0 +1,20 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <fit/drive/drive_simulation.hpp>
+#include <resonid/fit/output_error.hpp>
+#include <vector>
+
+namespace resonid::fit::detail {
+
+/// A record and what of it drives the simulation; with `direction`, dry friction is estimated.
+struct RecordPart {
+  const data::Record* record = nullptr;
+  DriveSignals raw;
+};
+
+/// The maximum-likelihood fit itself, of configurations and records that have been checked. Consistency and
+/// own fits are left empty.
+[[nodiscard]] JointOutputErrorFit fit_drive(std::vector<RecordPart> parts, const OutputErrorConfig& config);
+
+}  // namespace resonid::fit::detail

@@ -1,0 +1,343 @@
+// SPDX-License-Identifier: MIT
+#include <ceres/autodiff_cost_function.h>
+
+#include <algorithm>
+#include <fit/drive/initial_models.hpp>
+#include <fit/drive/sampled_drive.hpp>
+#include <fit/least_squares.hpp>
+#include <resonid/fit/response_fit.hpp>
+
+namespace resonid::fit {
+namespace {
+
+using Complex = std::complex<double>;
+
+/// One of the two points that stand for a smoothed line, and its share (data::Smoothing). Known and smoothed
+/// phasors differ by the delay's phase over the distance.
+struct Point {
+  double frequency_hz = 0.0;
+  Complex share = 1.0;
+};
+
+std::array<Point, 2> points_of(const data::FrequencyResponse& g, std::size_t line, double known_delay_s) {
+  const double f = g.frequency_hz[line];
+  const double distance = g.smoothing.width_hz;
+  if (!(distance > 0.0) || distance >= f) return {Point{f, 1.0}, Point{f, 0.0}};
+  const Complex slope = g.smoothing.slope.empty() ? 0.0 : g.smoothing.slope[line];
+  const Complex delay(0.0, -kTwoPi * known_delay_s);
+  const Complex whole = 2.0 * std::cosh(distance * slope);
+  return {Point{f + distance, std::exp(distance * (slope + delay)) / whole},
+          Point{f - distance, std::exp(-distance * (slope + delay)) / whole}};
+}
+
+/// The model as the response shows it.
+std::vector<Complex> as_measured(const data::FrequencyResponse& g, const DriveModel& model) {
+  std::vector<double> above, below;
+  for (std::size_t i = 0; i < g.lines(); ++i) {
+    const auto points = points_of(g, i, model.known_delay_s);
+    above.push_back(points[0].frequency_hz);
+    below.push_back(points[1].frequency_hz);
+  }
+  auto values = model.values(above, true);
+  if (!(g.smoothing.width_hz > 0.0)) return values;
+  const auto other = model.values(below, true);
+  for (std::size_t i = 0; i < g.lines(); ++i) {
+    const auto points = points_of(g, i, model.known_delay_s);
+    values[i] = points[0].share * values[i] + points[1].share * other[i];
+  }
+  return values;
+}
+
+/// Weighted differences, real and imaginary part per line.
+template <int Masses>
+struct ResponseResiduals {
+  const data::FrequencyResponse* response;
+  std::vector<double> weight;
+  std::vector<std::array<Point, 2>> points;
+  detail::Coordinates coordinates;
+  detail::SearchRange range;
+  double known_delay_s = 0.0;
+
+  template <class T>
+  bool operator()(const T* x, T* residual) const {
+    if (!range.contains(x, detail::Sizes<Masses>::kParameters)) return false;
+    const double step = coordinates.sample_time_s;
+    const detail::MeasuredResponse<Masses, T> measured(
+        coordinates.parameters(x, Masses == 3), coordinates.delay_samples(x), known_delay_s / step, step);
+    for (std::size_t i = 0; i < response->lines(); ++i) {
+      T re(-response->value[i].real());
+      T im(-response->value[i].imag());
+      for (const Point& point : points[i]) {
+        if (point.share == 0.0) continue;
+        const auto g = measured(point.frequency_hz);
+        re += g.re * T(point.share.real()) - g.im * T(point.share.imag());
+        im += g.re * T(point.share.imag()) + g.im * T(point.share.real());
+      }
+      residual[2 * i] = re * T(weight[i]);
+      residual[2 * i + 1] = im * T(weight[i]);
+      if (!detail::finite(residual[2 * i]) || !detail::finite(residual[2 * i + 1])) return false;
+    }
+    return true;
+  }
+};
+
+/// Smallest relative model error e with mean |error|^2 / (std^2 + (e |G|)^2) = (degrees of freedom)/(data); 0
+/// while the mean exceeds that by no more than chance does, two standard deviations of `independent` lines.
+double explaining_error(const data::FrequencyResponse& g, const std::vector<Complex>& fitted, double wanted,
+                        double independent) {
+  const auto mean = [&](double e) {
+    double sum = 0.0;
+    for (std::size_t i = 0; i < g.lines(); ++i) {
+      const double bound = e * std::abs(g.value[i]);
+      const double variance = g.std[i] * g.std[i] + bound * bound;
+      sum += std::norm(g.value[i] - fitted[i]) / std::max(variance, 1e-300);
+    }
+    return sum / static_cast<double>(g.lines());
+  };
+  if (mean(0.0) <= wanted * (1.0 + 2.0 / std::sqrt(independent))) return 0.0;
+  double low = 0.0;
+  double high = 1e-6;
+  while (mean(high) > wanted && high < 1e3) high *= 4.0;
+  for (int k = 0; k < 60; ++k) (mean(0.5 * (low + high)) > wanted ? low : high) = 0.5 * (low + high);
+  return high;
+}
+
+std::vector<double> weights(const data::FrequencyResponse& g, Weighting weighting, double error) {
+  std::vector<double> w(g.lines(), 1.0);
+  if (weighting == Weighting::none) return w;
+  double smallest = std::numeric_limits<double>::infinity();
+  for (std::size_t i = 0; i < g.lines(); ++i)
+    if (g.std[i] > 0.0) smallest = std::min(smallest, g.std[i]);
+  if (!std::isfinite(smallest)) smallest = 1e-12 * std::abs(g.value[0]) + 1e-300;
+  for (std::size_t i = 0; i < g.lines(); ++i) {
+    const double bound = error * std::abs(g.value[i]);
+    const double sd = std::hypot(std::max(g.std[i], 1e-3 * smallest), bound);
+    w[i] = std::sqrt(2.0) / sd;  // each of the two parts has half the variance
+  }
+  return w;
+}
+
+/// How many correlated lines are worth one independent line: n/(sum of all correlations) of them are there.
+double known_repetition(const data::FrequencyResponse& g) {
+  if (g.correlation.value.empty() || g.lines() == 0) return 1.0;
+  const double reach = g.correlation.distance_hz.back();
+  double sum = 0.0;
+  for (std::size_t i = 0; i < g.lines(); ++i)
+    for (std::size_t k = i + 1; k < g.lines() && g.frequency_hz[k] - g.frequency_hz[i] < reach; ++k)
+      sum += 2.0 * g.correlation.at(g.frequency_hz[k] - g.frequency_hz[i]);
+  return std::max(1.0, 1.0 + sum / static_cast<double>(g.lines()));
+}
+
+struct Fitter {
+  const data::FrequencyResponse& lines;
+  const ResponseFitConfig& config;
+
+  ResponseFit run(const DriveModel& start, Weighting weighting, double error) const {
+    ResponseFit fit;
+    fit.model = start;
+    fit.model.sample_time_s = config.sample_time_s;
+    fit.model.known_delay_s = config.known_delay_s;
+    fit.model.structure = config.structure;
+    fit.model.estimated = estimated_parameters(config.structure, config.viscous_friction, config.delay);
+    fit.model_error = error;
+    if (!config.viscous_friction) fit.model.parameters.viscous_friction = 0.0;
+    if (!config.delay) fit.model.delay_s = 0.0;
+
+    detail::Coordinates coordinates{start.parameters.driven_inertia * kTwoPi * lines.frequency_hz.front(),
+                                    config.sample_time_s};
+    auto x = coordinates.from(fit.model);
+    std::vector<std::array<Point, 2>> points;
+    for (std::size_t i = 0; i < lines.lines(); ++i)
+      points.push_back(points_of(lines, i, config.known_delay_s));
+    std::vector<detail::Bound> bounds;
+    if (config.delay) bounds.push_back({kDelay, detail::kMinimumDelaySamples, detail::kMaximumDelaySamples});
+    const auto solution = detail::with_masses(config.structure, [&](auto masses) {
+      using Residuals = ResponseResiduals<masses>;
+      constexpr int kParameters = detail::Sizes<masses>::kParameters;
+      auto* functor = new Residuals{&lines,      weights(lines, weighting, error), points,
+                                    coordinates, detail::SearchRange(x),           config.known_delay_s};
+      auto cost = std::make_unique<ceres::AutoDiffCostFunction<Residuals, ceres::DYNAMIC, kParameters>>(
+          functor, static_cast<int>(2 * lines.lines()));
+      return detail::minimise(std::move(cost), std::span(x).template first<kParameters>(),
+                              fit.model.estimated, bounds);
+    });
+    coordinates.store(x.data(), fit.model);
+    fit.converged = solution.converged;
+    fit.cost = solution.cost;
+
+    ParameterCovariance covariance = correlated_covariance(solution);
+    const double count = static_cast<double>(2 * lines.lines());
+    const double free = count - static_cast<double>(solution.active.size());
+    if (weighting == Weighting::none && free > 0.0) covariance *= 2.0 * fit.cost / free;
+    const auto scale = coordinates.jacobian(fit.model);
+    for (int i = 0; i < kParameterCount; ++i)
+      for (int j = 0; j < kParameterCount; ++j)
+        covariance(i, j) *= scale[static_cast<std::size_t>(i)] * scale[static_cast<std::size_t>(j)];
+    fit.model.covariance = covariance;
+    fit.lines = lines.lines();
+    fit.parameters = solution.active.size();
+    assess(fit);
+    return fit;
+  }
+
+  /// From a soft weighting towards the data's own: a start far off must not follow its best-measured lines.
+  ResponseFit settle(const DriveModel& start) const {
+    const bool soft = config.weighting == Weighting::model_error;
+    constexpr double kSoft = 0.3;
+    auto fit = run(start, config.weighting, soft ? kSoft : 0.0);
+    for (int round = 0; soft && round < 12; ++round) {
+      const double parameters =
+          static_cast<double>(std::count(fit.model.estimated.begin(), fit.model.estimated.end(), true));
+      const double free = std::max(0.1, 1.0 - parameters / static_cast<double>(2 * lines.lines()));
+      const double error = explaining_error(lines, as_measured(lines, fit.model), free,
+                                            static_cast<double>(lines.lines()) / known_repetition(lines));
+      const double before = fit.model_error;
+      fit = run(fit.model, Weighting::model_error, error);
+      if (std::abs(error - before) <= 1e-3 * before + 1e-9) break;
+    }
+    return fit;
+  }
+
+  /// Costs compare under one weighting only; a model error of its own makes every fit's cost alike.
+  bool worse(const ResponseFit& a, const ResponseFit& b) const {
+    return config.weighting == Weighting::model_error ? b.likelihood < a.likelihood : b.cost < a.cost;
+  }
+
+  /// (J'J)^-1 J'C J (J'J)^-1: the weighting takes lines for independent; C is how they are correlated.
+  ParameterCovariance correlated_covariance(const detail::LeastSquaresResult& solution) const {
+    ParameterCovariance covariance = detail::covariance(solution, kParameterCount);
+    if (lines.correlation.value.empty()) return covariance;
+    Eigen::MatrixXd jacobian = Eigen::MatrixXd::Zero(solution.jacobian.rows(), kParameterCount);
+    for (std::size_t k = 0; k < solution.active.size(); ++k)
+      jacobian.col(solution.active[k]) = solution.jacobian.col(static_cast<Eigen::Index>(k));
+    Eigen::MatrixXd correlated = jacobian;
+    const double reach = lines.correlation.distance_hz.back();
+    for (std::size_t i = 0; i < lines.lines(); ++i)
+      for (std::size_t k = i + 1; k < lines.lines() && lines.frequency_hz[k] - lines.frequency_hz[i] < reach;
+           ++k) {
+        const double rho = lines.correlation.at(lines.frequency_hz[k] - lines.frequency_hz[i]);
+        const auto a = static_cast<Eigen::Index>(2 * i);
+        const auto b = static_cast<Eigen::Index>(2 * k);
+        correlated.middleRows(a, 2) += rho * jacobian.middleRows(b, 2);
+        correlated.middleRows(b, 2) += rho * jacobian.middleRows(a, 2);
+      }
+    return covariance * (jacobian.transpose() * correlated) * covariance;
+  }
+
+  void assess(ResponseFit& fit) const {
+    const auto fitted = as_measured(lines, fit.model);
+    double misfit = 0.0;
+    double likelihood = 0.0;
+    const bool known = lines.std.size() == lines.lines();
+    for (std::size_t i = 0; i < lines.lines(); ++i) {
+      const double error = std::norm(lines.value[i] - fitted[i]);
+      if (!known) continue;
+      const double sd = lines.std[i];
+      const double total = std::max(sd * sd + std::norm(fit.model_error * lines.value[i]), 1e-300);
+      misfit += error / std::max(sd * sd, 1e-300);
+      likelihood += 2.0 * (std::log(total) + error / total);
+    }
+    const double n = static_cast<double>(lines.lines());
+    fit.misfit = std::sqrt(misfit / n);
+    const double repeated = known_repetition(lines);
+    fit.likelihood = likelihood;
+    fit.bic = fit.bic_for(repeated);
+  }
+};
+
+/// Delay at which the model's phase follows the response best: the largest Re sum conj(G) Gm e^{-jwd}, each
+/// line weighted by how well it is known. The cost's own valley is only about 1/band wide, too narrow to be
+/// found from 0.
+double scanned_delay_s(const data::FrequencyResponse& g, const DriveModel& model) {
+  const auto fitted = model.values(g.frequency_hz);
+  const bool known = g.std.size() == g.lines();
+  constexpr double kSoft = 0.3;  // as the first round of the fit
+  double best = -std::numeric_limits<double>::infinity();
+  double best_s = 0.0;
+  for (double samples = detail::kMinimumDelaySamples; samples <= detail::kMaximumDelaySamples;
+       samples += 0.125) {
+    const double delay_s = samples * model.sample_time_s;
+    double sum = 0.0;
+    for (std::size_t i = 0; i < g.lines(); ++i) {
+      const double size = std::abs(g.value[i]);
+      const double relative = known && size > 0.0 ? g.std[i] / size : 0.0;
+      const double angle = std::arg(fitted[i]) - std::arg(g.value[i]) - kTwoPi * g.frequency_hz[i] * delay_s;
+      sum += std::cos(angle) / (kSoft * kSoft + relative * relative);
+    }
+    if (sum <= best) continue;
+    best = sum;
+    best_s = delay_s;
+  }
+  return best_s;
+}
+
+/// By how much neighbouring lines repeat one another: 1 + 2 sum of the autocorrelation of the weighted
+/// differences over the lines, up to where it has died out. Smoothed responses, and models that are wrong in
+/// a smooth way, have many lines and little information.
+double repetition(const data::FrequencyResponse& g, const ResponseFit& fit) {
+  const auto fitted = as_measured(g, fit.model);
+  std::vector<Complex> e;
+  double power = 0.0;
+  for (std::size_t i = 0; i < g.lines(); ++i) {
+    const double sd = std::hypot(g.std[i], fit.model_error * std::abs(g.value[i]));
+    e.push_back((g.value[i] - fitted[i]) / std::max(sd, 1e-300));
+    power += std::norm(e.back());
+  }
+  double sum = 1.0;
+  for (std::size_t lag = 1; power > 0.0 && lag < e.size() / 4; ++lag) {
+    double correlation = 0.0;
+    for (std::size_t i = lag; i < e.size(); ++i) correlation += (e[i] * std::conj(e[i - lag])).real();
+    correlation /= power;
+    constexpr double kDiedOut = 0.15;
+    if (correlation < kDiedOut) break;
+    sum += 2.0 * correlation;
+  }
+  return sum;
+}
+
+}  // namespace
+
+double ResponseFit::bic_for(double lines_per_independent_line) const {
+  const double independent = 2.0 * static_cast<double>(lines) / lines_per_independent_line;
+  return likelihood / lines_per_independent_line +
+         static_cast<double>(parameters) * std::log(std::max(independent, 2.0));
+}
+
+expected<ResponseFit, Error> fit_response(const data::FrequencyResponse& response,
+                                          const ResponseFitConfig& config) {
+  if (!(config.sample_time_s > 0.0)) return refuse("sample_time_s", "must be > 0", config.sample_time_s);
+  if (!(config.known_delay_s >= 0.0)) return refuse("known_delay_s", "must be >= 0", config.known_delay_s);
+  auto lines = response.band(config.low_hz, config.high_hz);
+  const auto wanted = static_cast<std::size_t>(order_of(config.structure) + 1);
+  if (lines.lines() < wanted)
+    return refuse("response", "needs at least 4 lines (rigid: 2, three masses: 6) in the band",
+                  static_cast<double>(lines.lines()));
+  if (config.weighting != Weighting::none && lines.std.size() != lines.lines())
+    return refuse("response", "needs standard deviations for this weighting");
+  std::vector<DriveModel> starts;
+  if (config.initial)
+    starts.push_back(*config.initial);
+  else
+    starts = detail::initial_models(lines, config.structure, config.sample_time_s, config.viscous_friction);
+  if (config.delay && !config.initial)
+    for (auto& start : starts) start.delay_s = scanned_delay_s(lines, start);
+
+  const Fitter fitter{lines, config};
+  constexpr double kExplains = 1.2;  // misfit of a model that needs no other start
+  std::optional<ResponseFit> best;
+  for (const auto& start : starts) {
+    auto fit = fitter.settle(start);
+    const bool better = !best || (fit.converged && (!best->converged || fitter.worse(*best, fit)));
+    if (better) best = std::move(fit);
+    if (best->converged && best->misfit > 0.0 && best->misfit < kExplains) break;
+  }
+  auto fit = std::move(*best);
+  if (config.weighting != Weighting::model_error) return fit;
+  // What lines repeat beyond what their method's smoothing explains: a model that is wrong in a smooth way.
+  const double known = known_repetition(lines);
+  fit.repetition = std::max(known, repetition(lines, fit));
+  fit.model.covariance *= fit.repetition / known;
+  return fit;
+}
+
+}  // namespace resonid::fit

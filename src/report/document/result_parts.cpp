@@ -1,0 +1,17 @@
+// SPDX-License-Identifier: MIT
+#include "report/document/result_parts.hpp"
+
+#include "report/document/words.hpp"
+
+namespace resonid::report {
+
+Section findings_section(const std::vector<diagnostics::Finding>& findings) {
+  Table table{"", {"Kind", "What it means", "Name"}, {}};
+  for (const auto& f : findings) table.rows.push_back({std::string(word_of(f.severity)), f.meaning, f.id});
+  Section section;
+  section.title = "Findings";
+  section.plain_tables.push_back(std::move(table));
+  return section;
+}
+
+}  // namespace resonid::report

@@ -1,0 +1,179 @@
+// SPDX-License-Identifier: MIT
+#include <fmt/format.h>
+
+#include <cmath>
+#include <resonid/identification/result.hpp>
+#include <resonid/report/json.hpp>
+
+#include "report/document/result_lists.hpp"
+#include "report/document/words.hpp"
+
+namespace resonid::report {
+namespace {
+
+using identification::Result;
+
+std::string resonance_text(const data::Mode& r, double z) {
+  return fmt::format("{} Hz", with_error(r.frequency_hz.value,
+                                         std::isfinite(r.frequency_hz.std) ? z * r.frequency_hz.std : 0.0));
+}
+
+std::string structure_sentence(const Result& result) {
+  if (result.black_box && !result.model) {
+    const auto& delay = result.black_box->further_delay;
+    return fmt::format(
+        "A black-box model of order {}{} describes the record: {:.1f} % of the output in simulation. It has "
+        "no "
+        "drive structure, so it gives no inertias and no stiffness.",
+        result.black_box->model.transfer_function.denominator.size() - 1,
+        delay ? fmt::format(
+                    " with a further delay of {} ms",
+                    with_error(1e3 * delay->value, 1e3 * two_sided_quantile(result.confidence) * delay->std))
+              : "",
+        result.black_box->fit_percent);
+  }
+  if (!result.model) {
+    if (result.modes.empty()) return "The measured response shows no resonance.";
+    std::string text = "The measured response has ";
+    for (std::size_t i = 0; i < result.modes.size(); ++i) {
+      const auto& r = result.modes[i];
+      text += fmt::format("{}{} at {:.4g} Hz", i == 0 ? "" : ", ",
+                          r.anti ? "an anti-resonance" : "a resonance", r.frequency_hz.value);
+    }
+    return text + ".";
+  }
+  const double z = two_sided_quantile(result.confidence);
+  const auto& drive = result.model->drive;
+  for (const auto& f : result.findings)
+    if (f.severity == diagnostics::Severity::error && (f.id == "misfit" || f.id == "uncertain-inertia"))
+      return "No drive model explains this record; what follows is only the closest one.";
+  if (drive.structure == fit::Structure::rigid)
+    return fmt::format("The drive behaves as one rigid {}; no resonance shows in {:.3g} ... {:.3g} Hz.",
+                       result.units.physical ? "inertia" : "mass", result.response.frequency_hz.front(),
+                       result.response.frequency_hz.back());
+  std::string text = fmt::format("The record shows a {}-inertia ({}) drive: ",
+                                 drive.structure == fit::Structure::two_mass ? "two" : "three",
+                                 fit::name_of(drive.structure));
+  bool first = true;
+  for (const auto& r : result.modes) {
+    text += fmt::format("{}{} {}", first ? "" : ", ", r.name(), resonance_text(r, z));
+    first = false;
+  }
+  return text + fmt::format(" (undamped, {:.0f} % confidence intervals).", 100.0 * result.confidence);
+}
+
+std::string loop_sentence(const Result& result) {
+  const auto& m = result.loop->margins;
+  std::string text = "The loop ";
+  if (m.crossover_hz())
+    text += fmt::format("crosses over at {:.3g} Hz with a phase margin of {:.1f} deg, ", *m.crossover_hz(),
+                        *m.phase_margin_deg());
+  text += fmt::format("comes within {:.2f} of -1 (modulus margin, at {:.3g} Hz)", m.modulus_margin,
+                      m.modulus_margin_hz);
+  if (m.gain_margin_db) text += fmt::format(", gain margin {:.1f} dB", *m.gain_margin_db);
+  return text + ".";
+}
+
+std::string parameter_lines(const Result& result, double z) {
+  const auto& drive = result.model->drive;
+  std::string text;
+  const auto put = [&](const char* label, const data::Estimate& e, const std::string& unit) {
+    text += fmt::format("  {:<18} {} {}\n", label, with_error(e.value, z * e.std), unit);
+  };
+  const auto& u = result.units;
+  put(u.physical ? "driven inertia" : "driven coefficient", drive.estimate(fit::kDrivenInertia), u.inertia);
+  if (drive.structure != fit::Structure::rigid) {
+    put(u.physical ? "load inertia" : "load coefficient", drive.estimate(fit::kLoadInertia), u.inertia);
+    put("stiffness", drive.estimate(fit::kStiffness), u.stiffness);
+    put("damping", drive.estimate(fit::kDamping), u.damping);
+    if (result.radius_m) {
+      const double square = *result.radius_m * *result.radius_m;
+      const auto stiffness = drive.estimate(fit::kStiffness);
+      put("belt stiffness", {stiffness.value / square, stiffness.std / square}, "N/m");
+    }
+    if (drive.structure == fit::Structure::three_mass) {
+      put(u.physical ? "middle inertia" : "middle coefficient", drive.estimate(fit::kMiddleInertia),
+          u.inertia);
+      put("stiffness 2", drive.estimate(fit::kStiffness2), u.stiffness);
+      put("damping 2", drive.estimate(fit::kDamping2), u.damping);
+    }
+  }
+  if (drive.estimated[fit::kViscousFriction])
+    put("viscous friction", drive.estimate(fit::kViscousFriction), u.damping);
+  if (result.model->coulomb_friction) put("dry friction", *result.model->coulomb_friction, u.torque);
+  if (drive.estimated[fit::kDelay]) {
+    auto delay = drive.estimate(fit::kDelay);
+    put("further delay", {1e3 * delay.value, 1e3 * delay.std}, "ms");
+  }
+  if (result.model->offset && std::abs(result.model->offset->value) > z * result.model->offset->std)
+    put("input offset", *result.model->offset, u.torque);
+  return text;
+}
+
+/// "12 % of the output, more than noise explains"
+std::string level_text(const response::DistortionLevel& l) {
+  return l.significant ? fmt::format("{:.2g} % of the output", 100.0 * l.level)
+                       : fmt::format("none beyond the noise ({:.2g} %)", 100.0 * l.noise);
+}
+
+std::string distortion_sentence(const identification::Distortion& d) {
+  std::string text = "Non-linear distortion: ";
+  const char* comma = "";
+  if (d.realisations > 0) {
+    text += fmt::format("by {} realisations {}", d.realisations, level_text(d.scatter));
+    comma = "; ";
+  }
+  for (const auto* level : {&d.even, &d.odd}) {
+    if (level->lines == 0) continue;
+    text += fmt::format("{}at {} {} lines without excitation {}", comma, level->lines,
+                        level == &d.even ? "even" : "odd", level_text(*level));
+    comma = "; ";
+  }
+  return text + ".";
+}
+
+}  // namespace
+
+std::vector<std::string> sentences(const Result& result) {
+  std::vector<std::string> list = {structure_sentence(result)};
+  if (result.distortion) list.push_back(distortion_sentence(*result.distortion));
+  if (result.loop) list.push_back(loop_sentence(result));
+  if (result.validation) {
+    const auto& v = *result.validation;
+    std::string text = fmt::format("The model reproduces {:.0f} % of the {}", v.fit_percent,
+                                   v.of_record ? "recorded output in simulation" : "measured response");
+    if (v.cross_correlation_max && v.limit)
+      text += *v.cross_correlation_max < *v.limit ? "; the rest does not follow the input: it is noise"
+                                                  : "; some of the rest still follows the input";
+    list.push_back(text + ".");
+  }
+  if (result.independent) {
+    const auto& v = *result.independent;
+    list.push_back(
+        fmt::format("On {}, to which it was not fitted, the model reproduces {:.1f} % of the output: {}.",
+                    v.file, v.simulation_fit_percent, v.verdict));
+  }
+  return list;
+}
+
+std::string summary_text(const Result& result) {
+  const double z = two_sided_quantile(result.confidence);
+  const auto& r = result.record;
+  std::string text = fmt::format("{}: {} samples at {:g} Hz\n", r.file, r.samples, r.sample_rate_hz);
+  text += fmt::format("  input {}, output {}", r.input, r.output);
+  if (!r.excitation.empty()) text += fmt::format(", excitation {}", r.excitation);
+  text += fmt::format("\n  response by {}, {} approach, {} lines {:.3g} ... {:.3g} Hz\n\n", result.method,
+                      result.approach, result.response.lines(), result.response.frequency_hz.front(),
+                      result.response.frequency_hz.back());
+  for (const auto& sentence : sentences(result)) text += wrapped(sentence, "", "") + "\n";
+  if (result.model)
+    text += fmt::format("\nParameters, {:.0f} % confidence intervals\n", 100.0 * result.confidence) +
+            parameter_lines(result, z);
+  text += bootstrap_text(result) + structures_text(result) + choices_text(result);
+  text += findings_text(result.findings);
+  text +=
+      result.trusted ? "\nTrusted.\n" : "\nNOT trusted: the result is not reliable; see the errors above.\n";
+  return text;
+}
+
+}  // namespace resonid::report

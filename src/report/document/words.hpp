@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <resonid/base/detail/statistics.hpp>
+#include <resonid/identification/result.hpp>
+#include <string>
+#include <string_view>
+#include <vector>
+
+// Words and parts that the results of several verbs share.
+namespace resonid::report {
+
+/// "15.106 +- 0.031": as many decimals as the uncertainty has two digits.
+[[nodiscard]] std::string with_error(double value, double half_width);
+
+/// "15.075 ... 15.137": as many decimals as half the distance has two digits.
+[[nodiscard]] std::string interval_text(double low, double high);
+
+/// Text broken at spaces so that no line is longer than 100 characters; `first` stands before the first line,
+/// `indent` before the others.
+[[nodiscard]] std::string wrapped(const std::string& text, const std::string& first,
+                                  const std::string& indent);
+
+[[nodiscard]] std::string_view word_of(diagnostics::Severity severity);
+
+/// The findings under their heading, for a terminal; empty without any.
+[[nodiscard]] std::string findings_text(const std::vector<diagnostics::Finding>& findings);
+
+}  // namespace resonid::report

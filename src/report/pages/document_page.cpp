@@ -1,0 +1,200 @@
+// SPDX-License-Identifier: MIT
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <nlohmann/json.hpp>
+#include <resonid/report/document.hpp>
+#include <resonid/report/page.hpp>
+
+#include "report/document/document_cells.hpp"
+#include "report/pages/page_template.hpp"
+
+namespace resonid::report {
+namespace {
+
+using nlohmann::json;
+
+constexpr std::string_view kMinus = "\xE2\x88\x92";
+constexpr std::string_view kTitleOfDiscrepancies = "Where the print contradicts itself, and what was taken";
+
+std::string html(const std::string& text) { return escape_html(with_sign(text, kPlusMinus)); }
+
+std::string figure(const std::string& text) {
+  const std::string escaped = escape_html(text);
+  return !escaped.empty() && escaped.front() == '-' ? std::string(kMinus) + escaped.substr(1) : escaped;
+}
+
+std::string element(std::string_view open, const std::string& content, std::string_view tag) {
+  return std::string(open).append(content).append("</").append(tag).append(">");
+}
+
+std::string heading_row(std::initializer_list<std::pair<std::string_view, bool>> names) {
+  std::string out = "<thead><tr>";
+  for (const auto& [name, numeric] : names)
+    out.append(numeric ? "<th scope=\"col\" class=\"n\">" : "<th scope=\"col\">")
+        .append(name)
+        .append("</th>");
+  return out + "</tr></thead>\n";
+}
+
+std::string comparison_table(const ComparisonTable& table) {
+  const auto rows = cells_of(table, kPlusMinus);
+  std::string out =
+      element("<h3>", html(table.title), "h3") + "\n<div class=\"scroll\"><table class=\"comparison\">\n";
+  out += heading_row(
+      {{"Quantity", false}, {"Published", true}, {"Reproduced", true}, {"True", true}, {"Note", false}});
+  out += "<tbody>\n";
+  const auto number = [](const std::string& text) {
+    return element("<td class=\"n\">",
+                   text.empty() ? "<span class=\"soft\">\xE2\x80\x93</span>" : figure(text), "td");
+  };
+  for (const Cells& c : rows) {
+    out += "<tr>" + element("<th scope=\"row\">", escape_html(c.quantity), "th") + number(c.published) +
+           number(c.reproduced) + number(c.truth) +
+           element("<td class=\"note\">", escape_html(c.note), "td") + "</tr>\n";
+  }
+  return out + "</tbody></table></div>\n";
+}
+
+std::string plain_table(const Table& table) {
+  std::string out = table.title.empty() ? "" : element("<h3>", html(table.title), "h3") + "\n";
+  out += "<div class=\"scroll\"><table class=\"plain\">\n<thead><tr>";
+  const auto class_of = [&](std::size_t i) { return numeric(table, i) ? " class=\"n\">" : ">"; };
+  for (std::size_t i = 0; i < table.columns.size(); ++i)
+    out += element(std::string("<th scope=\"col\"") + class_of(i), html(table.columns[i]), "th");
+  out += "</tr></thead>\n<tbody>\n";
+  for (const auto& row : table.rows) {
+    out += "<tr>";
+    for (std::size_t i = 0; i < std::min(row.size(), table.columns.size()); ++i)
+      out += element(std::string("<td") + class_of(i),
+                     numeric(table, i) ? with_sign(figure(row[i]), kPlusMinus) : html(row[i]), "td");
+    out += "</tr>\n";
+  }
+  return out + "</tbody></table></div>\n";
+}
+
+std::string discrepancy_table(const std::vector<Discrepancy>& list) {
+  std::string out = "<div class=\"scroll\"><table class=\"discrepancies\">\n";
+  out += heading_row({{"Place", false}, {"Printed", false}, {"Taken", false}, {"Why", false}}) + "<tbody>\n";
+  // On a phone a row's cells stand below each other; each then shows its column's name.
+  for (const auto& d : list)
+    out += "<tr>" + element("<th scope=\"row\">", html(d.place), "th") +
+           element("<td data-name=\"Printed\">", html(d.printed), "td") +
+           element("<td data-name=\"Taken\">", html(d.taken), "td") +
+           element("<td data-name=\"Why\">", html(d.reason), "td") + "</tr>\n";
+  return out + "</tbody></table></div>\n";
+}
+
+/// A chart's place; the script draws into it.
+std::string chart_place(const Chart& chart, std::size_t number) {
+  return "<figure data-chart=\"" + std::to_string(number) + "\">\n" +
+         element("<h3>", html(chart.title), "h3") +
+         "\n<noscript><p class=\"soft\">The chart needs JavaScript.</p></noscript>\n" +
+         (chart.caption.empty() ? "" : element("<figcaption>", html(chart.caption), "figcaption") + "\n") +
+         "</figure>\n";
+}
+
+std::string contents(const Document& document) {
+  std::string out = "<nav class=\"contents\" aria-label=\"Contents\"><ol>\n";
+  for (std::size_t i = 0; i < document.sections.size(); ++i)
+    out += "<li><a href=\"#part-" + std::to_string(i + 1) + "\">" + html(document.sections[i].title) +
+           "</a></li>\n";
+  if (!document.discrepancies.empty())
+    out.append("<li><a href=\"#discrepancies\">").append(kTitleOfDiscrepancies).append("</a></li>\n");
+  return out + "</ol></nav>\n";
+}
+
+std::string badge(const Badge& b) {
+  const std::string kind = b.good ? "good" : "bad";
+  return "<div class=\"verdict " + kind + "\" role=\"status\"><svg aria-hidden=\"true\"><use href=\"#sign-" +
+         kind + "\"/></svg><div><b>" + html(b.word) + "</b><span>" + html(b.reason) + "</span></div></div>\n";
+}
+
+std::string cards(const std::vector<Card>& list) {
+  std::string out = "<dl class=\"figures\" style=\"--count:" + std::to_string(list.size()) + "\">\n";
+  for (const Card& c : list) {
+    const bool word = !c.value.empty() && c.value.find_first_of("0123456789") == std::string::npos;
+    out += "<div class=\"figure\" style=\"--accent:var(--model)\">" + element("<dt>", html(c.name), "dt");
+    out += std::string("<dd><div class=\"value") + (word ? " word" : "") + "\"><span>" +
+           with_sign(figure(c.value), kPlusMinus) + "</span>" +
+           (c.unit.empty() ? "" : " <small>" + html(c.unit) + "</small>") + "</div>";
+    for (const auto& line : c.under) out += element("<div class=\"under\">", html(line), "div");
+    out += "</dd></div>\n";
+  }
+  return out + "</dl>\n";
+}
+
+std::string body(const Document& document) {
+  std::string out =
+      "<header class=\"head\">\n<div><div class=\"brand\">resonid " + html(document.kind) + "</div>\n";
+  out += element("<h1>", html(document.title), "h1") + "\n";
+  if (!document.command.empty())
+    out += "<p class=\"soft small\">Made by <code>" + escape_html(document.command) + "</code></p>\n";
+  if (document.seeds > 0) out += element("<p class=\"soft small\">", html(legend_of(document)), "p") + "\n";
+  out += "</div>\n" + (document.badge ? badge(*document.badge) : "") + "</header>\n";
+  if (!document.cards.empty()) out += cards(document.cards);
+  if (!document.summary.empty()) {
+    out += "<section class=\"summary-box\">\n";
+    for (const auto& text : document.summary) out += element("<p>", html(text), "p") + "\n";
+    out += "</section>\n";
+  }
+  if (document.sections.size() > 1) out += contents(document);
+  std::size_t charts = 0;
+  for (std::size_t i = 0; i < document.sections.size(); ++i) {
+    const Section& s = document.sections[i];
+    out += "<section id=\"part-" + std::to_string(i + 1) + "\">\n";
+    if (s.folded)
+      out += "<details><summary>" + html(s.title) + "</summary>\n";
+    else
+      out += element("<h2>", html(s.title), "h2") + "\n";
+    for (const auto& text : s.text) out += element("<p class=\"explain\">", html(text), "p") + "\n";
+    for (const auto& chart : s.charts) out += chart_place(chart, charts++);
+    for (const auto& table : s.tables) out += comparison_table(table);
+    for (const auto& table : s.plain_tables) out += plain_table(table);
+    out += s.folded ? "</details></section>\n" : "</section>\n";
+  }
+  if (!document.discrepancies.empty())
+    out += "<section id=\"discrepancies\">\n" + element("<h2>", std::string(kTitleOfDiscrepancies), "h2") +
+           "\n" + discrepancy_table(document.discrepancies) + "</section>\n";
+  return out;
+}
+
+/// Seven digits are more than any picture shows.
+void shorten(json& values) {
+  for (json& v : values) {
+    if (!v.is_number_float() || !std::isfinite(v.get<double>())) continue;
+    char text[40];
+    std::snprintf(text, sizeof text, "%.7g", v.get<double>());
+    v = std::strtod(text, nullptr);
+  }
+}
+
+/// The charts of all sections in the order of their places, each with the number of its section.
+json charts_json(const Document& document) {
+  const json whole = document_json(document);
+  json charts = json::array();
+  std::size_t number = 0;
+  for (const json& section : whole["sections"]) {
+    for (json chart : section["charts"]) {
+      for (json& curve : chart["curves"])
+        for (const char* key : {"x", "y", "at", "lower", "upper"})
+          if (curve.contains(key)) shorten(curve[key]);
+      chart["section"] = number;
+      charts.push_back(std::move(chart));
+    }
+    ++number;
+  }
+  return charts;
+}
+
+}  // namespace
+
+std::string document_page(const Document& document) {
+  const std::string title = repaired(html(document.title));
+  const std::string content = repaired(body(document));
+  const std::string data = script_json(charts_json(document));
+  return fill(page_template(), {{"title", title}, {"content", content}, {"data", data}});
+}
+
+}  // namespace resonid::report

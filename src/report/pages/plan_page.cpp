@@ -1,0 +1,133 @@
+// SPDX-License-Identifier: MIT
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <resonid/report/detail/plan.hpp>
+
+#include "report/document/plan_words.hpp"
+
+namespace resonid::report {
+namespace {
+
+using planning::Experiment;
+using planning::Plan;
+
+Section figures_section(const Plan& plan) {
+  Section s;
+  s.title = "What the experiment will tell";
+  Table targets{"Wanted and expected, one standard deviation", {"figure", "wanted", "expected", "met"}, {}};
+  const auto& x = plan.planned();
+  for (std::size_t i = 0; i < x.targeted.size(); ++i) {
+    auto wanted = x.targeted[i];
+    wanted.std = wanted_of(plan, i);
+    const bool met = x.targeted[i].std <= wanted.std * (1.0 + 1e-9);
+    targets.rows.push_back(
+        {wanted.name, relative_text(wanted), relative_text(x.targeted[i]), met ? "yes" : "no"});
+  }
+  Table bars{"Predicted error bars on the nominal model, one standard deviation", {"figure", "value"}, {}};
+  for (const auto& e : plan.experiments) bars.columns.push_back(std::string(name_of(e.type)));
+  for (std::size_t f = 0; f < x.figures.size(); ++f) {
+    bars.rows.push_back({x.figures[f].name, fmt::format("{:.4g} {}", x.figures[f].value, x.figures[f].unit)});
+    for (const auto& e : plan.experiments) bars.rows.back().push_back(relative_text(e.figures[f]));
+  }
+  Table cost{"What it asks of the drive", {"quantity"}, {}};
+  for (const auto& e : plan.experiments) cost.columns.push_back(std::string(name_of(e.type)));
+  const auto row = [&](const char* name, auto&& value) {
+    cost.rows.push_back({name});
+    for (const auto& e : plan.experiments) cost.rows.back().push_back(value(e));
+  };
+  const auto number = [](double v) { return fmt::format("{:.4g}", v); };
+  row("length in s", [&](const Experiment& e) { return number(e.duration_s); });
+  row("length for all targets in s",
+      [&](const Experiment& e) { return e.needed_s ? number(*e.needed_s) : std::string("out of sight"); });
+  row("peak of the excitation", [&](const Experiment& e) { return number(e.peaks.excitation); });
+  row("peak torque of the machine", [&](const Experiment& e) { return number(e.peaks.torque); });
+  row("rms torque", [&](const Experiment& e) { return number(e.peaks.torque_rms); });
+  row("peak velocity", [&](const Experiment& e) { return number(e.peaks.velocity); });
+  row("stroke", [&](const Experiment& e) { return number(e.peaks.stroke); });
+  row("limit that binds", [](const Experiment& e) { return e.binding; });
+  s.plain_tables = {targets, bars, cost};
+  s.text = {
+      fmt::format("Accuracy targets are judged by what is expected over {} possible {}: the nominal model, "
+                  "and its parameters moved by {:.0f} %.",
+                  plan.drives, plan.drives == 1 ? "drive" : "drives", 100.0 * plan.config.spread)};
+  return s;
+}
+
+Section spectrum_section(const Plan& plan) {
+  Section s;
+  s.title = "Where the power goes";
+  const auto& x = plan.planned();
+  Chart lines;
+  lines.title = "Excitation and response";
+  lines.x_label = "Frequency in Hz";
+  lines.y_label = "Level in dB";
+  std::vector<double> grid;
+  const double low = plan.config.band_hz->first, high = plan.config.band_hz->second;
+  for (int i = 0; i < 400; ++i) grid.push_back(low * std::pow(high / low, i / 399.0));
+  const auto level = [](const std::vector<std::complex<double>>& values) {
+    std::vector<double> db;
+    for (const auto& v : values) db.push_back(20.0 * std::log10(std::abs(v)));
+    return db;
+  };
+  const auto loop = planning::loop_response(plan.config.drive, grid);
+  lines.log_x = true;
+  lines.curves = {{"nominal model, torque to velocity", Curve::Mark::line, grid,
+                   level(plan.config.drive.model.values(grid))},
+                  {"excitation to torque", Curve::Mark::dashed, grid, level(loop.torque)}};
+  if (!x.frequency_hz.empty()) {
+    Curve stems{"amplitude of the lines", Curve::Mark::points, x.frequency_hz, {}};
+    for (const double a : x.line_amplitude) stems.y.push_back(20.0 * std::log10(a));
+    lines.curves.push_back(stems);
+    lines.caption = "Strong lines carry the information; weak ones reduce the peaks.";
+  }
+  s.charts = {lines};
+  return s;
+}
+
+Section waveform_section(const Plan& plan) {
+  Section s;
+  s.title = "In time";
+  const auto& x = plan.planned();
+  const auto motion = planning::simulate(plan.config.drive, x.excitation);
+  constexpr std::size_t kMostShown = 4000;
+  const std::size_t wanted = x.period_samples > 0 ? 2 * x.period_samples : x.excitation.size();
+  const std::size_t shown = std::min({kMostShown, wanted, x.excitation.size()});
+  std::vector<double> time;
+  for (std::size_t k = 0; k < shown; ++k)
+    time.push_back(static_cast<double>(k) * plan.config.drive.model.sample_time_s);
+  const auto curve = [&](const char* name, const std::vector<double>& y) {
+    return Curve{name, Curve::Mark::line, time, {y.begin(), y.begin() + static_cast<std::ptrdiff_t>(shown)}};
+  };
+  Chart torque, velocity, position;
+  torque.title = "Excitation and torque";
+  torque.y_label = "Torque";
+  torque.curves = {curve("excitation", x.excitation), curve("torque of the machine", motion.torque)};
+  velocity.title = "Velocity of the driven side";
+  velocity.y_label = "Velocity";
+  velocity.curves = {curve("velocity", motion.velocity)};
+  position.title = "Position of the driven side";
+  position.y_label = "Position";
+  position.curves = {curve("position", motion.position)};
+  s.charts = {torque, velocity, position};
+  for (auto& chart : s.charts) chart.x_label = "Time in s";
+  s.text = {x.period_samples > 0 ? "The first two periods on the nominal model, from rest, without noise."
+                                 : "On the nominal model, from rest, without noise."};
+  return s;
+}
+
+}  // namespace
+
+Document document(const Plan& plan) {
+  Document d;
+  d.kind = "plan";
+  const auto& x = plan.planned();
+  d.title = fmt::format("{} of {:.3g} s", x.type == planning::ExcitationType::prbs ? "PRBS" : name_of(x.type),
+                        x.duration_s);
+  d.summary = sentences(plan);
+  d.sections = {figures_section(plan), spectrum_section(plan), waveform_section(plan)};
+  return d;
+}
+
+}  // namespace resonid::report

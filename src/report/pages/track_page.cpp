@@ -1,0 +1,410 @@
+// SPDX-License-Identifier: MIT
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <complex>
+#include <limits>
+#include <resonid/base/constants.hpp>
+#include <resonid/report/detail/track.hpp>
+
+#include "report/document/document_cells.hpp"
+#include "report/document/track_words.hpp"
+#include "report/document/words.hpp"
+
+namespace resonid::report {
+namespace {
+
+using identification::Track;
+using identification::TrackSeries;
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+constexpr std::size_t kMostLines = 6;
+constexpr std::size_t kLeastRows = 8;  // of a passage
+
+/// What the charts run over: the position of a machine that moves, else time.
+struct Axis {
+  std::string label;
+  const std::vector<double>& x;
+  bool time;
+};
+
+bool moves(const Track& track) {
+  if (track.position_m.size() < 2) return false;
+  const auto [low, high] = std::minmax_element(track.position_m.begin(), track.position_m.end());
+  return *high - *low > 1e-3 * std::max(std::abs(*low), std::abs(*high));
+}
+
+std::string label(const TrackSeries& series) {
+  std::string text = series.name;
+  std::replace(text.begin(), text.end(), '_', ' ');
+  for (const char* unit : {" hz", " deg"})
+    if (text.ends_with(unit)) text.resize(text.size() - std::string_view(unit).size());
+  return text;
+}
+
+/// Stretches of rows that are not trusted, over time.
+std::vector<Shape> untrusted(const Track& track) {
+  std::vector<Shape> shapes;
+  const auto& trusted = track.trusted_rows;
+  for (std::size_t i = 0; i < trusted.size();) {
+    if (trusted[i]) {
+      ++i;
+      continue;
+    }
+    std::size_t end = i;
+    while (end < trusted.size() && !trusted[end]) ++end;
+    const double until = end < trusted.size() ? track.time_s[end] : track.time_s.back();
+    shapes.push_back(
+        {Shape::Kind::rectangle, "not trusted", track.time_s[i], -kInfinity, 0.0, until, kInfinity});
+    i = end;
+  }
+  // Rows that change their minds all the time would hide the curves.
+  constexpr std::size_t kMostStretches = 150;
+  if (shapes.size() > kMostStretches) shapes.clear();
+  return shapes;
+}
+
+/// The rows that a curve over `axis` runs through, passage by passage: all of them over time; over a position
+/// those that are trusted and go on in its direction, until it has turned back by a twentieth of its range.
+std::vector<std::vector<std::size_t>> passages(const Track& track, const Axis& axis) {
+  std::vector<std::vector<std::size_t>> list(1);
+  if (axis.time) {
+    for (std::size_t i = 0; i < axis.x.size(); ++i) list[0].push_back(i);
+    return list;
+  }
+  constexpr double kTurn = 0.05;
+  const auto [low, high] = std::minmax_element(axis.x.begin(), axis.x.end());
+  const double turn = kTurn * (*high - *low);
+  double direction = 0.0;
+  for (std::size_t i = 0; i < axis.x.size(); ++i) {
+    if (!track.trusted_rows[i]) continue;
+    if (!list.back().empty()) {
+      const double step = axis.x[i] - axis.x[list.back().back()];
+      if (direction == 0.0) direction = step;
+      if (direction * step <= 0.0) {
+        if (std::abs(step) < turn) continue;
+        list.emplace_back();
+        direction = step;
+      }
+    }
+    list.back().push_back(i);
+  }
+  std::erase_if(list, [](const auto& rows) { return rows.size() < kLeastRows; });
+  return list;
+}
+
+/// In ascending x, as charts want it; a machine that goes back and forth gives several curves.
+std::vector<Curve> curves_of(const Track& track, const TrackSeries& series, const Axis& axis, double z) {
+  std::vector<Curve> curves;
+  const bool band = !series.std.empty();
+  for (auto& rows : passages(track, axis)) {
+    if (!axis.time && axis.x[rows.front()] > axis.x[rows.back()]) std::reverse(rows.begin(), rows.end());
+    Curve& c = curves.emplace_back();
+    c.name = label(series);
+    for (const std::size_t i : rows) {
+      c.x.push_back(axis.x[i]);
+      c.y.push_back(series.value[i]);
+      if (!band) continue;
+      c.lower.push_back(series.value[i] - z * series.std[i]);
+      c.upper.push_back(series.value[i] + z * series.std[i]);
+    }
+  }
+  for (std::size_t n = 0; n < curves.size() && curves.size() > 1; ++n)
+    curves[n].name += fmt::format(", passage {}", n + 1);
+  return curves;
+}
+
+/// What the trusted rows need, with room for their bands; the start would else flatten everything.
+std::optional<AxisRange> range_of(const Track& track, const std::vector<const TrackSeries*>& list, double z) {
+  double low = kInfinity, high = -kInfinity;
+  std::size_t count = 0;
+  for (const auto* series : list)
+    for (std::size_t i = 0; i < series->value.size(); ++i) {
+      if (!track.trusted_rows[i] || !std::isfinite(series->value[i])) continue;
+      const double half = series->std.empty() ? 0.0 : z * series->std[i];
+      low = std::min(low, series->value[i] - (std::isfinite(half) ? half : 0.0));
+      high = std::max(high, series->value[i] + (std::isfinite(half) ? half : 0.0));
+      ++count;
+    }
+  if (count < 10 || !(high > low)) return std::nullopt;
+  const double room = std::max(0.15 * (high - low), 1e-3 * std::abs(high));
+  return AxisRange{low - room, high + room};
+}
+
+Chart chart_of(const Track& track, std::string title, const std::string& unit,
+               const std::vector<const TrackSeries*>& list, const Axis& axis) {
+  const double z = two_sided_quantile(track.confidence);
+  Chart chart;
+  chart.title = std::move(title);
+  chart.x_label = axis.label;
+  chart.y_label = unit;
+  for (const auto* series : list) {
+    auto curves = curves_of(track, *series, axis, z);
+    std::move(curves.begin(), curves.end(), std::back_inserter(chart.curves));
+  }
+  chart.y_range = range_of(track, list, z);
+  if (axis.time) chart.shapes = untrusted(track);
+  return chart;
+}
+
+std::string with_unit(const TrackSeries& series) {
+  return series.unit.empty() ? label(series) : fmt::format("{} ({})", label(series), series.unit);
+}
+
+bool known(const TrackSeries* series) {
+  return series != nullptr &&
+         std::any_of(series->value.begin(), series->value.end(), [](double v) { return std::isfinite(v); });
+}
+
+Section resonance_section(const Track& track, const Axis& time, const Axis& along) {
+  Section section;
+  section.title = "Resonance";
+  std::vector<const TrackSeries*> list;
+  for (const char* name : {"resonance_hz", "antiresonance_hz"})
+    if (known(track.find(name))) list.push_back(track.find(name));
+  if (list.empty()) return section;
+  const std::string caption =
+      fmt::format("Shaded around a curve: {:.0f} % confidence interval.", 100.0 * track.confidence);
+  section.charts.push_back(chart_of(track, "Over time", "frequency (Hz)", list, time));
+  if (!along.time) section.charts.push_back(chart_of(track, "Over position", "frequency (Hz)", list, along));
+  for (Chart& chart : section.charts) chart.caption = caption;
+  return section;
+}
+
+Section parameter_section(const Track& track, const Axis& time, const Axis& along) {
+  Section section;
+  section.title = "Parameters";
+  const bool physical = known(track.find("stiffness"));
+  if (physical) {
+    for (const auto& series : track.parameters)
+      if (known(&series))
+        section.charts.push_back(chart_of(track, label(series), with_unit(series), {&series},
+                                          series.name == "torque_offset" ? time : along));
+    return section;
+  }
+  for (const char* letter : {"b", "a"}) {
+    std::vector<const TrackSeries*> list;
+    for (const auto& series : track.parameters)
+      if (series.name.starts_with(letter) && known(&series)) list.push_back(&series);
+    if (list.empty()) continue;
+    section.charts.push_back(chart_of(track, fmt::format("Coefficients {}", letter), "", list, along));
+    section.text = {"Coefficients of y(k) = -a1 y(k-1) - ... + b1 u(k-1) + ..., without the known delay."};
+  }
+  return section;
+}
+
+double decibel(double re, double im) { return 20.0 * std::log10(std::hypot(re, im)); }
+
+/// Magnitudes of some of the lines over time.
+Chart line_chart(const Track& track, const Axis& time) {
+  Chart chart;
+  chart.title = "Magnitude at the lines";
+  chart.x_label = time.label;
+  chart.y_label = "magnitude (dB)";
+  const std::size_t lines = track.lines.size() / 3;
+  const std::size_t shown = std::min(lines, kMostLines);
+  for (std::size_t n = 0; n < shown; ++n) {
+    const std::size_t i = shown < 2 ? 0 : n * (lines - 1) / (shown - 1);
+    const auto& re = track.lines[3 * i];
+    const auto& im = track.lines[3 * i + 1];
+    Curve curve;
+    curve.name = re.name.substr(3) + " Hz";
+    curve.x = time.x;
+    for (std::size_t k = 0; k < re.value.size(); ++k) curve.y.push_back(decibel(re.value[k], im.value[k]));
+    chart.curves.push_back(std::move(curve));
+  }
+  if (shown < lines) chart.caption = fmt::format("{} of {} lines.", shown, lines);
+  chart.shapes = untrusted(track);
+  return chart;
+}
+
+/// Magnitude and phase over the frequency that a chirp passed.
+std::vector<Chart> sweep_charts(const Track& track) {
+  const auto& f = track.lines[0].value;
+  const auto& re = track.lines[1].value;
+  const auto& im = track.lines[2].value;
+  const auto& std = track.lines[3].value;
+  const double radius = std::sqrt(-std::log(1.0 - track.confidence));
+  Curve magnitude, phase;
+  magnitude.name = "magnitude";
+  phase.name = "phase";
+  const auto put = [&](std::size_t k) {
+    if (!std::isfinite(re[k]) || (!magnitude.x.empty() && !(f[k] > magnitude.x.back()))) return;
+    const double size = std::hypot(re[k], im[k]);
+    magnitude.x.push_back(f[k]);
+    magnitude.y.push_back(decibel(re[k], im[k]));
+    const double off = std::isfinite(std[k]) ? radius * std[k] : kInfinity;
+    magnitude.lower.push_back(off < size ? 20.0 * std::log10(size - off) : std::nan(""));
+    magnitude.upper.push_back(off < size ? 20.0 * std::log10(size + off) : std::nan(""));
+    phase.x.push_back(f[k]);
+    phase.y.push_back(std::atan2(im[k], re[k]) * 360.0 / kTwoPi);
+  };
+  const bool rising = f.size() > 1 && f.back() > f.front();
+  for (std::size_t i = 0; i < f.size(); ++i) put(rising ? i : f.size() - 1 - i);
+  Chart one{"Response along the chirp", "frequency (Hz)", "magnitude (dB)", true, false, {magnitude}, ""};
+  Chart two{"Its phase", "frequency (Hz)", "phase (deg)", true, false, {phase}, ""};
+  return {one, two};
+}
+
+Section response_section(const Track& track, const Axis& time) {
+  Section section;
+  section.title = "Response";
+  if (track.lines.empty()) return section;
+  if (track.lines.front().name == "frequency_hz")
+    section.charts = sweep_charts(track);
+  else
+    section.charts = {line_chart(track, time)};
+  return section;
+}
+
+Curve nyquist_curve(const data::FrequencyResponse& loop, std::string name, Curve::Mark mark) {
+  Curve curve;
+  curve.name = std::move(name);
+  curve.mark = mark;
+  constexpr double kFar = 4.0;  // beyond it nothing is shown
+  for (std::size_t i = 0; i < loop.lines(); ++i) {
+    const bool near = std::abs(loop.value[i]) < kFar;
+    curve.x.push_back(near ? loop.value[i].real() : std::nan(""));
+    curve.y.push_back(near ? loop.value[i].imag() : std::nan(""));
+    curve.at.push_back(loop.frequency_hz[i]);
+  }
+  return curve;
+}
+
+/// Publication VI's on-line Nyquist plot: the loop along the record, with the regions that it is read in.
+Chart nyquist(const Track& track) {
+  Chart chart;
+  chart.title = "Nyquist curve of the loop along the record";
+  chart.x_label = "real part";
+  chart.y_label = "imaginary part";
+  chart.equal_axes = true;
+  chart.x_range = AxisRange{-1.5, 1.5};
+  chart.y_range = AxisRange{-1.5, 1.0};
+  chart.shapes = {
+      {Shape::Kind::rectangle, "region I: crossover and margins are read here", -1.0, -1.0, 0.0, 0.0, 0.0},
+      {Shape::Kind::rectangle, "region II: anti-resonance and resonance are read here", 0.0, -1.0, 0.0, 1.0,
+       0.0},
+      {Shape::Kind::circle, "unit circle", 0.0, 0.0, 1.0},
+      {Shape::Kind::cross, "the point -1", -1.0, 0.0}};
+  if (const auto* margin = track.find("modulus_margin"))
+    if (const auto s = summary_of(track, *margin))
+      chart.shapes.push_back({Shape::Kind::circle, "modulus margin, at the end", -1.0, 0.0, s->last});
+  if (track.baseline_loop)
+    chart.curves.push_back(nyquist_curve(*track.baseline_loop, "baseline", Curve::Mark::dashed));
+  for (const auto& snapshot : track.loop)
+    chart.curves.push_back(
+        nyquist_curve(snapshot.curve, fmt::format("at {:.4g} s", snapshot.time_s), Curve::Mark::line));
+  chart.caption =
+      "L = C G with its delay, as estimated at these times. The phase margin is the angle at the crossing of "
+      "the unit circle; the circle around -1 touches the curve where it comes closest.";
+  return chart;
+}
+
+Section loop_section(const Track& track, const Axis& axis) {
+  Section section;
+  section.title = "Loop and its margins";
+  for (const char* name : {"crossover_hz", "phase_margin_deg", "modulus_margin"})
+    if (const auto* series = track.find(name); known(series))
+      section.charts.push_back(chart_of(track, label(*series), with_unit(*series), {series}, axis));
+  if (!track.loop.empty()) section.charts.push_back(nyquist(track));
+  return section;
+}
+
+Section gap_section(const Track& track, const Axis& axis) {
+  Section section;
+  section.title = "Distance from the baseline";
+  const auto* gap = track.find("gap");
+  if (!known(gap)) return section;
+  section.text = {
+      "Largest chordal distance over frequency between this response and the baseline's, each times the "
+      "controller where it is known: 0 the same, 1 as different as can be."};
+  section.charts.push_back(chart_of(track, "Gap", "gap", {gap}, axis));
+  return section;
+}
+
+std::string percent(double share) { return fmt::format("{:.0f} %", 100.0 * share); }
+
+Section trust_section(const Track& track, const Axis& time) {
+  Section section;
+  section.title = "Trust";
+  const auto& s = track.shares;
+  section.plain_tables.push_back(
+      {"Rows after the start that passed",
+       {"gate", "share", "what it asks"},
+       {{"excitation", percent(s.excited),
+         "excitation around the resonance at least a tenth of the strongest so far"},
+        {"converged", percent(s.converged), "certain enough, and at rest"},
+        {"physical", percent(s.physical), "stable; inertia, stiffness and damping above 0"},
+        {"residual", percent(s.residual), "not above three times its usual rms"},
+        {"all", percent(s.all), ""}}});
+  Table findings{"Findings", {"finding", "value", "threshold", "meaning"}, {}};
+  for (const auto& f : track.findings)
+    findings.rows.push_back({f.id, f.value ? number_text(*f.value) : "",
+                             f.threshold ? number_text(*f.threshold) : "", f.meaning});
+  if (!findings.rows.empty()) section.plain_tables.push_back(std::move(findings));
+  Chart residual{"Residual", time.label, "rms in the output's unit", false, false, {}, ""};
+  residual.curves.push_back(
+      {"residual, rms over the last stretch", Curve::Mark::line, time.x, track.residual});
+  residual.shapes = untrusted(track);
+  const auto finite = [](double v) { return std::isfinite(v); };
+  if (std::any_of(track.residual.begin(), track.residual.end(), finite))
+    section.charts.push_back(std::move(residual));
+  Chart lag{"Age of the estimate",
+            time.label,
+            "lag (s)",
+            false,
+            false,
+            {},
+            "The time axes are already corrected for it."};
+  lag.curves.push_back({"lag", Curve::Mark::line, time.x, track.lag_s});
+  if (std::any_of(track.lag_s.begin(), track.lag_s.end(), [](double v) { return v > 0.0; }))
+    section.charts.push_back(std::move(lag));
+  return section;
+}
+
+Table final_table(const Track& track) {
+  Table table{"Last trusted row", {"quantity", "value", "least", "greatest", "unit"}, {}};
+  const double z = two_sided_quantile(track.confidence);
+  for (const auto* group : {&track.figures, &track.parameters})
+    for (const auto& series : *group) {
+      const auto s = summary_of(track, series);
+      if (!s) continue;
+      table.rows.push_back({label(series), with_error(s->last, z * s->last_deviation.value_or(0.0)),
+                            number_text(s->least), number_text(s->greatest), series.unit});
+    }
+  return table;
+}
+
+}  // namespace
+
+Document track_document(const Track& track) {
+  Document document;
+  document.kind = "tracking";
+  document.title = fmt::format("{}, tracked by {}", track.record.file, track.method);
+  document.summary = track_sentences(track);
+  document.summary.push_back(
+      track.trusted ? "Trusted." : "Not trusted: the result is not reliable; the findings say why.");
+  document.badge = Badge{track.trusted, track.trusted ? "Trusted" : "Not trusted",
+                         fmt::format("{:.0f} % of the rows", 100.0 * track.shares.all)};
+  if (!track.reason.empty())
+    document.summary.push_back(fmt::format("{} was chosen: {}.", track.method, track.reason));
+  if (!track.start.empty()) document.summary.push_back("The start came from: " + track.start + ".");
+  const Axis time{"time (s)", track.time_s, true};
+  const Axis along = moves(track) ? Axis{"position (m)", track.position_m, false} : time;
+  Section values{"Values", {}, {}, {}, {final_table(track)}};
+  std::vector<Section> sections{resonance_section(track, time, along),
+                                parameter_section(track, time, along),
+                                response_section(track, time),
+                                loop_section(track, time),
+                                gap_section(track, time),
+                                trust_section(track, time),
+                                values};
+  for (auto& section : sections)
+    if (!section.charts.empty() || !section.plain_tables.empty())
+      document.sections.push_back(std::move(section));
+  return document;
+}
+
+}  // namespace resonid::report

@@ -1,0 +1,212 @@
+// SPDX-License-Identifier: MIT
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <resonid/base/constants.hpp>
+#include <resonid/report/detail/validate.hpp>
+
+#include "report/document/document_cells.hpp"
+#include "report/document/result_parts.hpp"
+#include "report/document/words.hpp"
+#include "report/pages/curves.hpp"
+
+namespace resonid::report {
+namespace {
+
+using diagnostics::ResidualCorrelation;
+using identification::ModelValidation;
+
+Section signal_section(const ModelValidation& v, const data::Record& record) {
+  Section s;
+  s.title = "Record and simulation";
+  const double start = record.start_time_s + static_cast<double>(v.first_sample) / record.sample_rate_hz;
+  std::vector<double> output(v.residual.size());
+  for (std::size_t k = 0; k < output.size(); ++k) output[k] = v.simulated[k] + v.residual[k];
+  Chart outputs;
+  outputs.title = "Output, recorded and simulated";
+  outputs.x_label = "Time in s";
+  outputs.y_label = fmt::format("Output in {}", record.output.unit);
+  outputs.curves = {thinned("recorded", output, start, record.sample_rate_hz, Curve::Mark::line),
+                    thinned("simulated", v.simulated, start, record.sample_rate_hz, Curve::Mark::line)};
+  outputs.caption = "Drag sideways to enlarge.";
+  Chart residual;
+  residual.title = "Residual";
+  residual.x_label = outputs.x_label;
+  residual.y_label = fmt::format("Recorded less simulated, in {}", record.output.unit);
+  residual.curves = {thinned("residual", v.residual, start, record.sample_rate_hz, Curve::Mark::line)};
+  s.charts = {outputs, residual};
+  return s;
+}
+
+Chart correlation_chart(const std::string& title, const ResidualCorrelation& c,
+                        const diagnostics::ResidualTest& t, bool judged) {
+  Chart chart;
+  chart.title = title;
+  chart.x_label = "Lag in samples";
+  chart.y_label = "Correlation";
+  const auto m = static_cast<double>(t.max_lag);
+  Curve points{"correlation", Curve::Mark::points, {}, c.value};
+  for (std::size_t i = 0; i < c.value.size(); ++i) points.x.push_back(static_cast<double>(i) - m);
+  chart.curves = {points};
+  const auto within = [&](const std::string& name, double limit) {
+    Curve band{name, Curve::Mark::band, {-m, m}, {}};
+    band.lower = {-limit, -limit};
+    band.upper = {limit, limit};
+    chart.curves.push_back(std::move(band));
+  };
+  if (judged) within("practical limit, 0.15", diagnostics::kPracticalCorrelation);
+  within(fmt::format("limit of 3 % per lag, {:.3f}", t.limit), t.limit);
+  if (judged) {
+    Shape shape;
+    shape.kind = Shape::Kind::rectangle;
+    shape.name = fmt::format("judged, lags 1 ... {}", t.judged_lags);
+    shape.x = 0.5;
+    shape.x_end = static_cast<double>(t.judged_lags) + 0.5;
+    shape.y = -HUGE_VAL;
+    shape.y_end = HUGE_VAL;
+    chart.shapes.push_back(shape);
+    const double most = std::max(
+        0.2, 1.1 * std::abs(*std::max_element(c.value.begin(), c.value.end(),
+                                              [](double a, double b) { return std::abs(a) < std::abs(b); })));
+    chart.y_range = AxisRange{-most, most};
+  }
+  return chart;
+}
+
+Section correlation_section(const ModelValidation& v) {
+  const auto& t = v.residual_test;
+  Section s;
+  s.title = "Residual tests";
+  s.text = {
+      fmt::format("Lags 1 ... {} are judged: max(na, nb + d). Negative lags are only shown: in closed loop "
+                  "the noise acts on later inputs through the controller, which does not speak against the "
+                  "model. The limit of 3 % holds per lag; with the simulated output {:.0f} dB above the "
+                  "residual, even small errors of a model of the right structure exceed it.",
+                  t.judged_lags, t.snr_db)};
+  const auto add = [&](const char* title, const ResidualCorrelation& c) {
+    if (!c.value.empty()) s.charts.push_back(correlation_chart(title, c, t, true));
+  };
+  add("Residual with simulated output", t.with_simulated);
+  add("Residual with input", t.with_input);
+  add("Residual with excitation", t.with_excitation);
+  s.charts.push_back(correlation_chart("Residual with itself", t.self, t, false));
+  return s;
+}
+
+Curve power_db(const std::string& name, const response::PowerSpectrum& spectrum, Curve::Mark mark) {
+  Curve curve{name, mark, {}, {}};
+  for (std::size_t i = 1; i < spectrum.power.size(); ++i) {
+    curve.x.push_back(spectrum.frequency_hz[i]);
+    curve.y.push_back(10.0 * std::log10(spectrum.power[i]));
+  }
+  return curve;
+}
+
+Chart map_chart(const diagnostics::StaticMap& map, const ModelValidation& v) {
+  Chart chart;
+  const bool velocity = map.over == "velocity";
+  chart.title = fmt::format("Input error over the {}", map.over);
+  chart.x_label = fmt::format("{} in {}", velocity ? "Measured output" : "Input",
+                              velocity ? v.units.velocity : v.units.input);
+  chart.y_label = fmt::format("Mean in {}", v.units.input);
+  Curve curve{"mean of the bin, 95 %", Curve::Mark::points, map.level, map.mean};
+  for (std::size_t b = 0; b < map.mean.size(); ++b) {
+    const double half = 1.96 * map.std[b];
+    curve.lower.push_back(map.mean[b] - half);
+    curve.upper.push_back(map.mean[b] + half);
+  }
+  chart.curves = {std::move(curve)};
+  chart.caption = fmt::format(
+      "Disturbance of the model's input, off a straight line, that no linear dynamics explains; probability "
+      "by chance {:.2g}.",
+      map.probability);
+  return chart;
+}
+
+Section residual_section(const ModelValidation& v) {
+  Section s;
+  s.title = "Residual by frequency";
+  Chart spectrum;
+  spectrum.title = "Power";
+  spectrum.x_label = "Frequency in Hz";
+  spectrum.y_label = fmt::format("dB of ({})^2 per line", v.units.velocity);
+  spectrum.log_x = true;
+  spectrum.curves = {power_db("output", v.output_spectrum, Curve::Mark::line),
+                     power_db("residual", v.residual_spectrum, Curve::Mark::dashed)};
+  s.charts = {std::move(spectrum)};
+  for (const auto& map : v.maps) s.charts.push_back(map_chart(map, v));
+  Table table;
+  table.title = "By bands";
+  table.columns = {"Band in Hz", "Share of the output's power", "Share of the residual's",
+                   "Residual over output"};
+  for (const auto& b : v.bands)
+    table.rows.push_back({fmt::format("{:.3g} ... {:.3g}", b.low_hz, b.high_hz),
+                          fmt::format("{:.2f} %", 100.0 * b.output_share),
+                          fmt::format("{:.2f} %", 100.0 * b.residual_share),
+                          fmt::format("{:.2g} %", 100.0 * b.residual_over_output)});
+  s.plain_tables = {std::move(table)};
+  return s;
+}
+
+Section response_section(const ModelValidation& v) {
+  Section s;
+  s.title = "Responses";
+  Chart magnitude;
+  magnitude.title = "Magnitude";
+  magnitude.x_label = "Frequency in Hz";
+  magnitude.y_label = "Magnitude in dB";
+  magnitude.log_x = true;
+  magnitude.curves = {level_db("measured on this record", *v.measured, Curve::Mark::line),
+                      level_db("model", *v.modelled, Curve::Mark::dashed)};
+  Chart gap;
+  gap.title = "Chordal distance";
+  gap.x_label = magnitude.x_label;
+  gap.y_label = "Distance, 0 ... 1";
+  gap.log_x = true;
+  gap.curves = {Curve{"distance", Curve::Mark::line, v.gap->frequency_hz, v.gap->distance}};
+  if (!v.gap->noise.empty())
+    gap.curves.push_back({"noise alone (rms)", Curve::Mark::dashed, v.gap->frequency_hz, v.gap->noise});
+  gap.caption =
+      "Pointwise, in the units of the record, by the response from input to residual. Lines do not show the "
+      "winding number, so this is not the v-gap.";
+  s.charts = {magnitude, gap};
+  return s;
+}
+
+std::string verdict_word(const ModelValidation& v) {
+  switch (v.verdict) {
+    case identification::Verdict::accepted:
+      return "Accepted";
+    case identification::Verdict::doubtful:
+      return "Doubtful";
+    case identification::Verdict::rejected:
+      return "Rejected";
+  }
+  return "";
+}
+
+}  // namespace
+
+Document document(const ModelValidation& v, const data::Record& record) {
+  Document d;
+  d.kind = "validation";
+  d.title = fmt::format("{} on {}", v.candidate.source, v.record.file);
+  d.summary = sentences(v);
+  d.summary.push_back(v.trusted ? "Trusted."
+                                : "Not trusted: the result is not reliable; the findings say why.");
+  d.badge = Badge{v.trusted && v.verdict == identification::Verdict::accepted, verdict_word(v),
+                  v.trusted ? "" : "see the findings"};
+  d.cards = {{"Fit, simulated", number_text(v.simulation_fit_percent), "%"},
+             {"Fit one step ahead", number_text(v.prediction_fit_percent), "%"}};
+  if (v.expected_fit_percent)
+    d.cards.push_back({"Fit to be expected", number_text(*v.expected_fit_percent), "%"});
+  if (v.response_error)
+    d.cards.push_back({"Distance to the measured response", number_text(100.0 * *v.response_error), "%"});
+  d.sections = {correlation_section(v), signal_section(v, record), residual_section(v)};
+  if (v.gap && !v.gap->distance.empty()) d.sections.push_back(response_section(v));
+  if (!v.findings.empty()) d.sections.push_back(findings_section(v.findings));
+  return d;
+}
+
+}  // namespace resonid::report
