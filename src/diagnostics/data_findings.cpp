@@ -40,9 +40,9 @@ void inspect_timing(const data::Record& record, std::vector<Finding>& findings) 
   if (!s.measured) return;
   if (s.gaps > 0)
     findings.push_back(
-        {"gaps", Severity::warning, s.largest_gap_s, 1.5 * record.sample_time_s(),
+        {"gaps", Severity::error, s.largest_gap_s, 1.5 * record.sample_time_s(),
          fmt::format("{} gap{} in the time stamps, the first after {:.6g} s, the longest {:.4g} s long: "
-                     "samples are missing there, and the response is disturbed.",
+                     "samples are missing there, and what follows comes too early. Take a part without gaps.",
                      s.gaps, s.gaps == 1 ? "" : "s", s.first_gap_at_s, s.largest_gap_s)});
   const double relative = s.jitter_rms_s * record.sample_rate_hz;
   if (relative > 0.05)

@@ -61,8 +61,13 @@ struct Criteria {
 
   // ---- judge: findings on model, loop and bootstrap
   double uncertain_resonance = 0.05;  ///< std/value, beyond which the result is not to be trusted.
+  double determined_mode = 0.3;       ///< std/value of a black box's mode, beyond which it is none.
   double uncertain_damping = 0.5;     ///< std/value: the order of magnitude.
   double uncertain_inertia = 0.2;     ///< std/value, by which a loop tuned with it would have the wrong gain.
+  double constancy_false_alarm =
+      1e-3;  ///< Probability, per record, that a parameter that stays the same is said to change.
+  double constant_parameter =
+      0.02;  ///< Scatter over value of an inertia or a stiffness that one value describes.
   double misfit = 0.1, worthless = 0.3;  ///< Model error that is told, and with which a model is none.
   double unexplained = 0.4;              ///< Correlation of residual and simulation, and 3 times its limit.
   double nearly_all = 99.0;              ///< Per cent of fit: what remains is small, whatever it follows.

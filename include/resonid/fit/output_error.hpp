@@ -41,6 +41,14 @@ struct HoldoutFit {
   double score = 0.0;        ///< N ln(mean square) of what the noise model leaves there, smaller is better.
 };
 
+/// Whether a parameter was the same throughout the record, at the common estimate of the others.
+struct Constancy {
+  int parameter = 0;         ///< Parameter of the model.
+  double probability = 1.0;  ///< Of so much scatter, or more, where it is the same throughout.
+  double scatter = 0.0;      ///< Standard deviation between eighths of the information, beyond chance.
+  double change = 0.0;       ///< From the first eighth to the last.
+};
+
 struct OutputErrorFit {
   DriveModel model;
   bool converged = false;
@@ -55,7 +63,8 @@ struct OutputErrorFit {
   double fit_percent = 0.0;  ///< 100 (1 - |y - yh| / |y - mean y|), of the simulation, not one step ahead.
   NoiseModel noise;          ///< Model of the residual.
   std::optional<HoldoutFit> holdout;
-  double bic = 0.0;  ///< Bayesian information criterion; comparable on the same record.
+  std::vector<Constancy> constancy;  ///< [estimated parameter] Empty with hold-out samples or a given model.
+  double bic = 0.0;                  ///< Bayesian information criterion; comparable on the same record.
 };
 
 /// Maximum-likelihood fit of the sampled physical drive to the record itself: the output simulated from the

@@ -265,18 +265,41 @@ Eigen::Index DriveSimulation::factor_rows(std::size_t active) {
 }
 
 Eigen::MatrixXd DriveSimulation::factor(std::span<const double> x, std::span<const int> active) const {
+  return std::move(factors(x, active, 1).front().first);
+}
+
+std::vector<std::pair<Eigen::MatrixXd, std::size_t>> DriveSimulation::factors(std::span<const double> x,
+                                                                              std::span<const int> active,
+                                                                              std::size_t stretches) const {
+  using Factors = std::vector<std::pair<Eigen::MatrixXd, std::size_t>>;
   const auto count = static_cast<Eigen::Index>(active.size());
-  return with_masses(setup_.structure, [&](auto masses) -> Eigen::MatrixXd {
-    const auto with = [&](auto columns) -> Eigen::MatrixXd {
+  const std::size_t length = (signals_.output.size() + stretches - 1) / stretches;
+  return with_masses(setup_.structure, [&](auto masses) -> Factors {
+    const auto with = [&](auto columns) -> Factors {
+      Factors found;
       Compressed<columns> compressed;
+      std::size_t rows = 0;
+      const auto close = [&] {
+        const Eigen::MatrixXd whole = compressed.factor();
+        Eigen::MatrixXd used(whole.rows(), count + 1);
+        used.leftCols(count) = whole.leftCols(count);
+        used.col(count) = whole.col(columns);
+        found.emplace_back(std::move(used), rows);
+        rows = 0;
+      };
       run<masses, columns>(
-          x.data(), active, [&](double r, const Slopes<columns>& slopes) { compressed.add(slopes, r); },
+          x.data(), active,
+          [&](double r, const Slopes<columns>& slopes) {
+            if (rows == length) {
+              close();
+              compressed = {};
+            }
+            compressed.add(slopes, r);
+            ++rows;
+          },
           nullptr);
-      const Eigen::MatrixXd whole = compressed.factor();
-      Eigen::MatrixXd used(whole.rows(), count + 1);
-      used.leftCols(count) = whole.leftCols(count);
-      used.col(count) = whole.col(columns);
-      return used;
+      close();
+      return found;
     };
     if (active.size() <= kFew) return with(std::integral_constant<int, kFew>());
     if (active.size() <= kSome) return with(std::integral_constant<int, kSome>());

@@ -60,6 +60,10 @@ class DriveSimulation {
   /// whatever the record's length. J is the derivative of the residual.
   [[nodiscard]] static Eigen::Index factor_rows(std::size_t active);
   [[nodiscard]] Eigen::MatrixXd factor(std::span<const double> x, std::span<const int> active) const;
+  /// [stretch] The same of so many stretches of equal length, one after the other, and their samples.
+  [[nodiscard]] std::vector<std::pair<Eigen::MatrixXd, std::size_t>> factors(std::span<const double> x,
+                                                                             std::span<const int> active,
+                                                                             std::size_t stretches) const;
 
   /// Dry friction of the drive itself under x: in each sample the driven side slides, up to a standstill or
   /// past it, or rests. Returns direction and stuck; the rest is empty.

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <algorithm>
 #include <cmath>
+#include <fit/drive/constancy.hpp>
 #include <fit/drive/friction_fit.hpp>
 #include <fit/drive/output_error_cost.hpp>
 #include <fit/drive/output_error_fitter.hpp>
@@ -436,6 +437,32 @@ class OutputErrorFitter {
     }
     fit.bic = likelihood + (parameters + noise_orders) * std::log(n);
     if (records() > 1 && !config_.fixed_model) fit.against_others = consistency();
+    if (!config_.fixed_model && config_.holdout.empty())
+      for (int r = 0; r < records(); ++r) fit.records[static_cast<std::size_t>(r)].constancy = constancy(r);
+  }
+
+  [[nodiscard]] std::vector<Constancy> constancy(int r) const {
+    constexpr std::size_t kMost = 64, kFewest = 16, kLength = 32;  // stretches, and samples of one
+    const std::size_t stretches = std::min(kMost, part(r).samples / kLength);
+    if (stretches < kFewest) return {};
+    std::vector<int> active, names;
+    for (int i = 0; i < layout_.local_size(); ++i) {
+      if (!active_[static_cast<std::size_t>(layout_.of(r, i))]) continue;
+      active.push_back(i);
+      if (i < kParameterCount) names.push_back(i);
+    }
+    const auto signals = with_noise_ ? whitened(part(r).raw, part(r).noise) : part(r).raw;
+    std::vector<StretchFactor> parts;
+    for (auto& [factor, samples] :
+         DriveSimulation(setup_, signals).factors(layout_.local(r, x_), active, stretches))
+      parts.push_back({std::move(factor), samples});
+    auto found = constancy_of(parts, names);
+    const auto scale = setup_.coordinates.jacobian(fit_.model);
+    for (auto& c : found) {
+      c.scatter *= std::abs(scale[static_cast<std::size_t>(c.parameter)]);
+      c.change *= scale[static_cast<std::size_t>(c.parameter)];
+    }
+    return found;
   }
 
   [[nodiscard]] std::vector<Consistency> consistency() const {

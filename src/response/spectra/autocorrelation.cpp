@@ -40,11 +40,17 @@ std::optional<Repetition> repetition_of(std::span<const double> samples) {
     return correlation[lag] > correlation[lag - 1] &&
            (lag + 1 >= correlation.size() || correlation[lag] >= correlation[lag + 1]);
   };
+  // Over a period the correlation of a signal without mean is none on average: a peak that no valley precedes
+  // is noise on a slow signal.
+  constexpr double kValley = 0.5;
+  const auto valley =
+      std::find_if(correlation.begin(), correlation.end(), [](double r) { return r < kValley; });
+  const auto first = std::max<std::size_t>(4, static_cast<std::size_t>(valley - correlation.begin()));
   double highest = 0.0;
-  for (std::size_t lag = 4; lag < correlation.size(); ++lag)
+  for (std::size_t lag = first; lag < correlation.size(); ++lag)
     if (is_peak(lag)) highest = std::max(highest, correlation[lag]);
   if (highest < 0.9) return std::nullopt;
-  for (std::size_t lag = 4; lag < correlation.size(); ++lag)
+  for (std::size_t lag = first; lag < correlation.size(); ++lag)
     if (is_peak(lag) && correlation[lag] >= 0.995 * highest) return Repetition{lag, highest};
   return std::nullopt;
 }

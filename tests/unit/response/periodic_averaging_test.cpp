@@ -157,6 +157,18 @@ TEST(PeriodicAveraging, MeasuresTheTwoMassBench) {
               1.5);
 }
 
+/// The noise on a slow signal makes peaks of its correlation at a few samples; nothing repeats there.
+TEST(DetectPeriod, IsNotTheFirstRippleOnASlowSignal) {
+  std::mt19937 generator(5);
+  std::normal_distribution<double> noise(0.0, 1e-3);
+  data::Record record;
+  record.sample_rate_hz = 1000.0;
+  for (int k = 0; k < 4000; ++k)
+    record.input.samples.push_back(std::sin(kTwoPi * 0.8 * k / 4000.0) + noise(generator));
+  record.output = record.input;
+  EXPECT_FALSE(response::detect_period(record));
+}
+
 TEST(PeriodicAveraging, AgreesWithWelchOnTheTwoMassBench) {
   RESONID_RECORDING_OR_SKIP(path, "utokyo_two_mass_bench/multisine.csv");
   auto record = test::two_mass_bench(path);

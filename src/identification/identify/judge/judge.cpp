@@ -11,6 +11,7 @@ namespace resonid::identification::detail {
 namespace {
 
 using diagnostics::Finding;
+using diagnostics::Severity;
 
 bool biased_without_model(const Measurement& m, const Fitted& fitted, const Options& options) {
   return options.method == Method::automatic && m.evidence.biased() && fitted.to_record();
@@ -59,6 +60,24 @@ std::vector<data::Mode> visible_modes(const Measurement& m, const Result& result
   if (m.evidence.biased()) return found;
   for (const auto& e : diagnostics::response_extrema(result.response)) found.push_back(measured_mode(e));
   return found;
+}
+
+/// A mode of a black box that nothing determines is none; a box of such modes only is not to be trusted.
+void discard_undetermined(Result& result) {
+  std::size_t resonances = 0, kept = 0;
+  for (const auto& mode : result.modes) resonances += mode.anti ? 0 : 1;
+  std::erase_if(result.modes, [](const data::Mode& mode) {
+    return !(mode.frequency_hz.std < kCriteria.determined_mode * mode.frequency_hz.value);
+  });
+  for (const auto& mode : result.modes) kept += mode.anti ? 0 : 1;
+  if (resonances > 0 && kept == 0)
+    result.findings.push_back({"uncertain-resonance",
+                               Severity::error,
+                               {},
+                               kCriteria.determined_mode,
+                               "The black box has resonances, but the record determines none of them: excite "
+                               "more strongly or record "
+                               "longer, or take a lower .order."});
 }
 
 void judge_loop(const Measurement& m, const Options& options, Result& result) {
@@ -112,6 +131,7 @@ Result judge(const Experiment& experiment, const Measurement& m, Fitted fitted, 
   put_validation(experiment.record, m.lines, std::move(fitted), result);
   inspect_validation(result);
   result.modes = visible_modes(m, result);
+  if (result.black_box) discard_undetermined(result);
   result.roots = roots_of(result);
   judge_loop(m, options, result);
   return result;

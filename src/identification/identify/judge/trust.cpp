@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <identification/criteria.hpp>
+#include <identification/identify/judge/constancy.hpp>
 #include <identification/identify/judge/trust.hpp>
 
 namespace resonid::identification::detail {
@@ -91,6 +92,8 @@ void inspect_model(const Plan& plan, const Options& options, const std::optional
     return;
   }
   const auto& model = selection->result;
+  if (auto changes = inspect_constancy(selection->inconstant, model.drive))
+    findings.push_back(std::move(*changes));
   if (result.model && !model.coulomb_friction &&
       (options.friction == Friction::dry || options.friction == Friction::both))
     findings.push_back(

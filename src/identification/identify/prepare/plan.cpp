@@ -141,7 +141,9 @@ std::optional<Error> set_band(const data::Record& record, const Options& options
 }  // namespace
 
 std::size_t period_of(const data::Record& record, const Options& options) {
-  return options.period_samples != 0 ? options.period_samples : response::detect_period(record).value_or(0);
+  if (options.period_samples != 0) return options.period_samples;
+  if (options.excitation_type == ExcitationType::other) return 0;
+  return response::detect_period(record).value_or(0);
 }
 
 std::vector<data::Record> realisations_in(const data::Record& record, std::size_t period_samples) {

@@ -27,7 +27,7 @@ struct Plan {
 /// Refused: options that contradict one another or the record, and a method that lacks what it needs.
 [[nodiscard]] expected<Plan, Error> make_plan(const data::Record& record, const Options& options);
 
-/// Period of the excitation: as told, else as found; 0: none.
+/// Period of the excitation: as told, else as found; 0: none, nor of ExcitationType::other.
 [[nodiscard]] std::size_t period_of(const data::Record& record, const Options& options);
 
 /// The record cut into realisations of a random-phase excitation; empty when there are fewer than two.

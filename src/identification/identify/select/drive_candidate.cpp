@@ -352,7 +352,9 @@ void CandidateFits::fit_to_record_alone(const DriveCandidate& rigid, DriveCandid
   std::optional<RecordFit> best;
   const data::Record& record = record_of_most_output_energy();
   for (const int further_delay : {0, 1, 2, 4, 8}) {  // in samples; the fit's valley is a few wide
-    const Variant variant{Structure::two_mass, !allowed(false), further_delay > 0, false};
+    // What brakes the rigid machine brakes this one (the back-EMF of a voltage drive, for one).
+    const bool friction = !allowed(false) || rigid.record_variant.friction;
+    const Variant variant{Structure::two_mass, friction, further_delay > 0, false};
     const double further_s = further_delay * record.sample_time_s();
     for (auto start : fit::initial_models(record, options_.delay_s + further_s)) {
       start.delay_s = further_s;

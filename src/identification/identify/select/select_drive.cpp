@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <identification/criteria.hpp>
+#include <identification/identify/judge/constancy.hpp>
 #include <identification/identify/select/drive_candidate.hpp>
 #include <identification/identify/select/select_drive.hpp>
 #include <limits>
@@ -199,6 +200,8 @@ class Selector {
       s.residual_rms = fit.residual_rms;
       for (const auto& record : fit.records) s.fit_percents.push_back(record.fit_percent);
       if (fit.records.size() == 1) {
+        s.inconstant = inconstant(std::move(fit.records[0].constancy));
+        widen(s.inconstant, s.result.drive);
         s.residual = std::move(fit.records[0].residual);
         s.residual_start = fit.records[0].first_sample;
         s.result.offset = fit.records[0].offset;

@@ -1,0 +1,30 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <Eigen/Core>
+#include <resonid/fit/output_error.hpp>
+#include <span>
+#include <vector>
+
+namespace resonid::fit::detail {
+
+/// One stretch of a record at the estimate: triangular factor of [J r] of the active coordinates, and its
+/// length.
+struct StretchFactor {
+  Eigen::MatrixXd factor;
+  std::size_t samples = 0;
+};
+
+/// Tests of the first `names.size()` active coordinates. With the others taken out over the whole record,
+/// w = (1, -beta), a stretch s contributes the information I_s = w' J_s' J_s w and the score g_s = w' J_s'
+/// r_s. In 2, 4 and 8 groups of equal information the scores of a constant parameter are independent,
+///
+///   sum over groups of (g - I/sum(I) sum(g))^2 / (v I)  ~  chi square of (groups - 1) degrees,
+///
+/// v being the group's own mean squared residual (a score test as of Rao 1948, in the place of Nyblom 1989,
+/// whose sums take the information for evenly spread). The least of the three probabilities counts, times
+/// three.
+[[nodiscard]] std::vector<Constancy> constancy_of(std::span<const StretchFactor> stretches,
+                                                  std::span<const int> names);
+
+}  // namespace resonid::fit::detail

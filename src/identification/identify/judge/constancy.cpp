@@ -1,0 +1,71 @@
+// SPDX-License-Identifier: MIT
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <identification/criteria.hpp>
+#include <identification/identify/judge/constancy.hpp>
+#include <string>
+
+namespace resonid::identification::detail {
+namespace {
+
+using diagnostics::Severity;
+
+std::string words_of(int parameter) {
+  std::string name(fit::kParameterNames[static_cast<std::size_t>(parameter)]);
+  std::replace(name.begin(), name.end(), '_', ' ');
+  return name;
+}
+
+/// An inertia or a stiffness: what modes and loop gain come from.
+bool essential(int parameter) {
+  using namespace fit;
+  return parameter != kDamping && parameter != kDamping2 && parameter != kViscousFriction &&
+         parameter != kDelay;
+}
+
+}  // namespace
+
+std::vector<fit::Constancy> inconstant(std::vector<fit::Constancy> all) {
+  const double most = kCriteria.constancy_false_alarm / std::max(1.0, static_cast<double>(all.size()));
+  std::erase_if(all,
+                [most](const fit::Constancy& c) { return !(c.probability < most) || !(c.scatter > 0.0); });
+  return all;
+}
+
+void widen(const std::vector<fit::Constancy>& inconstant, fit::DriveModel& model) {
+  for (const auto& c : inconstant) {
+    const double variance = model.covariance(c.parameter, c.parameter);
+    if (!(variance > 0.0)) continue;
+    const double factor = std::sqrt(1.0 + c.scatter * c.scatter / variance);
+    model.covariance.row(c.parameter) *= factor;
+    model.covariance.col(c.parameter) *= factor;
+  }
+}
+
+std::optional<diagnostics::Finding> inspect_constancy(const std::vector<fit::Constancy>& inconstant,
+                                                      const fit::DriveModel& model) {
+  const fit::Constancy* worst = nullptr;
+  double largest = 0.0;
+  for (const auto& c : inconstant) {
+    const double value = std::abs(model.value(static_cast<fit::Parameter>(c.parameter)));
+    const double relative = value > 0.0 && essential(c.parameter) ? c.scatter / value : 0.0;
+    if (worst != nullptr && relative <= largest) continue;
+    worst = &c;
+    largest = relative;
+  }
+  if (worst == nullptr) return std::nullopt;
+  const bool moves = largest > kCriteria.constant_parameter;
+  auto text = fmt::format("The {} is not the same throughout the recording", words_of(worst->parameter));
+  if (largest > 0.0)
+    text += fmt::format(": it scatters by {:.2g} % between parts of it, beyond noise", 100.0 * largest);
+  text += moves ? ". One value cannot describe the machine: follow it with track, or take a part (.from_s, "
+                  ".to_s) in "
+                  "which it stands, moves or is loaded alike."
+                : ". The error bars hold that scatter.";
+  return diagnostics::Finding{"changes-within-recording", moves ? Severity::error : Severity::info, largest,
+                              kCriteria.constant_parameter, std::move(text)};
+}
+
+}  // namespace resonid::identification::detail

@@ -1,0 +1,23 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <optional>
+#include <resonid/diagnostics/finding.hpp>
+#include <resonid/fit/output_error.hpp>
+#include <vector>
+
+namespace resonid::identification::detail {
+
+/// Those parameters that were not the same throughout the record, with the probability of a false alarm of
+/// Criteria per record.
+[[nodiscard]] std::vector<fit::Constancy> inconstant(std::vector<fit::Constancy> all);
+
+/// Adds the scatter between parts of the record to the parameters' variances; correlations stay.
+void widen(const std::vector<fit::Constancy>& inconstant, fit::DriveModel& model);
+
+/// `changes-within-recording`: an error where an inertia or a stiffness moves by more than the record's
+/// answer can stand, else that bars were widened.
+[[nodiscard]] std::optional<diagnostics::Finding> inspect_constancy(
+    const std::vector<fit::Constancy>& inconstant, const fit::DriveModel& model);
+
+}  // namespace resonid::identification::detail
