@@ -159,7 +159,10 @@ TEST(MachinesInMotion, ReversalsWithFriction) {
   EXPECT_NEAR(drive.parameters.load_inertia, 0.032, 0.06 * 0.032);
   EXPECT_NEAR(drive.parameters.stiffness, 143.75, 0.05 * 143.75);
   EXPECT_NEAR(drive.resonance().value, 15.09, 0.01 * 15.09);
-  EXPECT_TRUE(result.trusted);
+  // Bars of a fiftieth of a per cent do not hold what the simpler model misses: then the result must say so.
+  EXPECT_FALSE(result.trusted);
+  EXPECT_TRUE(test::finding(result, "changes-within-recording") ||
+              test::finding(result, "differs-over-frequency"));
 }
 
 }  // namespace

@@ -41,12 +41,14 @@ struct HoldoutFit {
   double score = 0.0;        ///< N ln(mean square) of what the noise model leaves there, smaller is better.
 };
 
-/// Whether a parameter was the same throughout the record, at the common estimate of the others.
+/// Whether a parameter comes out the same from every part of the record, at the common estimate of the
+/// others.
 struct Constancy {
-  int parameter = 0;         ///< Parameter of the model.
-  double probability = 1.0;  ///< Of so much scatter, or more, where it is the same throughout.
-  double scatter = 0.0;      ///< Standard deviation between eighths of the information, beyond chance.
-  double change = 0.0;       ///< From the first eighth to the last.
+  int parameter = 0;            ///< Parameter of the model.
+  bool over_frequency = false;  ///< Parts are bands of the whitened spectrum, not stretches of time.
+  double probability = 1.0;     ///< Chance of as much scatter where it is the same throughout.
+  double scatter = 0.0;         ///< Standard deviation between eighths of the information, beyond chance.
+  double change = 0.0;          ///< From the first eighth to the last.
 };
 
 struct OutputErrorFit {

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <fit/drive/constancy.hpp>
 #include <resonid/base/detail/statistics.hpp>
+#include <unsupported/Eigen/FFT>
 
 #include "linalg/decompositions.hpp"
 
@@ -63,6 +64,37 @@ Constancy judged(const std::vector<Said>& stretches) {
 }
 
 }  // namespace
+
+std::vector<StretchFactor> bands_of(const Eigen::MatrixXd& rows) {
+  Eigen::Index length = 1;  // a power of two: zeros behind the record only interpolate its spectrum ...
+  while (length < rows.rows()) length *= 2;
+  const double independent =
+      static_cast<double>(rows.rows()) / static_cast<double>(length);  // ... of so many lines
+  Eigen::FFT<double> fft(Eigen::default_fft_impl<double>(), Eigen::FFT<double>::HalfSpectrum);
+  const Eigen::Index bins = length / 2;
+  Eigen::MatrixXd spectrum(2 * bins, rows.cols());
+  std::vector<double> padded(static_cast<std::size_t>(length));
+  std::vector<std::complex<double>> transformed;
+  for (Eigen::Index c = 0; c < rows.cols(); ++c) {
+    std::fill(padded.begin(), padded.end(), 0.0);
+    for (Eigen::Index k = 0; k < rows.rows(); ++k) padded[static_cast<std::size_t>(k)] = rows(k, c);
+    fft.fwd(transformed, padded);
+    const double scale = std::sqrt(2.0 / static_cast<double>(length));
+    for (Eigen::Index b = 0; b < bins; ++b) {
+      spectrum(2 * b, c) = scale * transformed[static_cast<std::size_t>(b)].real();
+      spectrum(2 * b + 1, c) = scale * transformed[static_cast<std::size_t>(b)].imag();
+    }
+  }
+  std::vector<StretchFactor> found;
+  constexpr Eigen::Index kBands = 1024;
+  const Eigen::Index width = std::max<Eigen::Index>(4, bins / kBands);
+  for (Eigen::Index b = 0; b < bins; b += width) {
+    const Eigen::Index count = std::min(width, bins - b);
+    found.push_back({spectrum.middleRows(2 * b, 2 * count),
+                     static_cast<std::size_t>(std::lround(2.0 * independent * static_cast<double>(count)))});
+  }
+  return found;
+}
 
 std::vector<Constancy> constancy_of(std::span<const StretchFactor> stretches, std::span<const int> names) {
   const Eigen::Index columns = stretches.front().factor.cols() - 1;

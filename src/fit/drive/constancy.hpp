@@ -15,6 +15,10 @@ struct StretchFactor {
   std::size_t samples = 0;
 };
 
+/// The bands of [J r], transformed column by column: white noise is independent between them as it is between
+/// stretches. A model that lacks something explains each band by other parameters.
+[[nodiscard]] std::vector<StretchFactor> bands_of(const Eigen::MatrixXd& rows);
+
 /// Tests of the first `names.size()` active coordinates. With the others taken out over the whole record,
 /// w = (1, -beta), a stretch s contributes the information I_s = w' J_s' J_s w and the score g_s = w' J_s'
 /// r_s. In 2, 4 and 8 groups of equal information the scores of a constant parameter are independent,

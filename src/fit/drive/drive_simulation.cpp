@@ -307,6 +307,31 @@ std::vector<std::pair<Eigen::MatrixXd, std::size_t>> DriveSimulation::factors(st
   });
 }
 
+Eigen::MatrixXd DriveSimulation::rows(std::span<const double> x, std::span<const int> active) const {
+  const auto count = static_cast<Eigen::Index>(active.size());
+  Eigen::MatrixXd found(static_cast<Eigen::Index>(signals_.output.size()), count + 1);
+  Eigen::Index row = 0;
+  with_masses(setup_.structure, [&](auto masses) {
+    const auto with = [&](auto columns) {
+      run<masses, columns>(
+          x.data(), active,
+          [&](double r, const Slopes<columns>& slopes) {
+            found.row(row).head(count) = -slopes.matrix().head(count);
+            found(row++, count) = r;
+          },
+          nullptr);
+    };
+    if (active.size() <= kFew)
+      with(std::integral_constant<int, kFew>());
+    else if (active.size() <= kSome)
+      with(std::integral_constant<int, kSome>());
+    else
+      with(std::integral_constant<int, kMost>());
+  });
+  found.conservativeResize(row, Eigen::NoChange);
+  return found;
+}
+
 DriveSignals DriveSimulation::friction(std::span<const double> x) const {
   DriveSignals course;
   simulate_friction(x, course);

@@ -65,6 +65,9 @@ class DriveSimulation {
                                                                              std::span<const int> active,
                                                                              std::size_t stretches) const;
 
+  /// [J r] itself, [sample]: as many rows as the record leaves.
+  [[nodiscard]] Eigen::MatrixXd rows(std::span<const double> x, std::span<const int> active) const;
+
   /// Dry friction of the drive itself under x: in each sample the driven side slides, up to a standstill or
   /// past it, or rests. Returns direction and stuck; the rest is empty.
   [[nodiscard]] DriveSignals friction(std::span<const double> x) const;

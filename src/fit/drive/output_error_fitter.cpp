@@ -452,11 +452,18 @@ class OutputErrorFitter {
       if (i < kParameterCount) names.push_back(i);
     }
     const auto signals = with_noise_ ? whitened(part(r).raw, part(r).noise) : part(r).raw;
+    const DriveSimulation simulation(setup_, signals);
+    const auto local = layout_.local(r, x_);
     std::vector<StretchFactor> parts;
-    for (auto& [factor, samples] :
-         DriveSimulation(setup_, signals).factors(layout_.local(r, x_), active, stretches))
+    for (auto& [factor, samples] : simulation.factors(local, active, stretches))
       parts.push_back({std::move(factor), samples});
     auto found = constancy_of(parts, names);
+    constexpr std::size_t kLong = 300'000;  // rows that are kept
+    if (part(r).samples <= kLong)
+      for (auto c : constancy_of(bands_of(simulation.rows(local, active)), names)) {
+        c.over_frequency = true;
+        found.push_back(c);
+      }
     const auto scale = setup_.coordinates.jacobian(fit_.model);
     for (auto& c : found) {
       c.scatter *= std::abs(scale[static_cast<std::size_t>(c.parameter)]);

@@ -45,10 +45,11 @@ void widen(const std::vector<fit::Constancy>& inconstant, fit::DriveModel& model
 }
 
 std::optional<diagnostics::Finding> inspect_constancy(const std::vector<fit::Constancy>& inconstant,
-                                                      const fit::DriveModel& model) {
+                                                      const fit::DriveModel& model, bool over_frequency) {
   const fit::Constancy* worst = nullptr;
   double largest = 0.0;
   for (const auto& c : inconstant) {
+    if (c.over_frequency != over_frequency) continue;
     const double value = std::abs(model.value(static_cast<fit::Parameter>(c.parameter)));
     const double relative = value > 0.0 && essential(c.parameter) ? c.scatter / value : 0.0;
     if (worst != nullptr && relative <= largest) continue;
@@ -57,15 +58,26 @@ std::optional<diagnostics::Finding> inspect_constancy(const std::vector<fit::Con
   }
   if (worst == nullptr) return std::nullopt;
   const bool moves = largest > kCriteria.constant_parameter;
-  auto text = fmt::format("The {} is not the same throughout the recording", words_of(worst->parameter));
-  if (largest > 0.0)
-    text += fmt::format(": it scatters by {:.2g} % between parts of it, beyond noise", 100.0 * largest);
-  text += moves ? ". One value cannot describe the machine: follow it with track, or take a part (.from_s, "
-                  ".to_s) in "
-                  "which it stands, moves or is loaded alike."
-                : ". The error bars hold that scatter.";
-  return diagnostics::Finding{"changes-within-recording", moves ? Severity::error : Severity::info, largest,
-                              kCriteria.constant_parameter, std::move(text)};
+  auto text = over_frequency ? fmt::format("The {} comes out different in different bands of frequency",
+                                           words_of(worst->parameter))
+                             : fmt::format("The {} is not the same throughout the recording",
+                                           words_of(worst->parameter));
+  if (largest > 0.0) text += fmt::format(": it scatters by {:.2g} %, beyond noise", 100.0 * largest);
+  if (!moves)
+    text += ". The error bars hold that scatter.";
+  else if (over_frequency)
+    text +=
+        ". The model lacks something that the machine or its measurement has, such as the lag of a torque "
+        "loop, a "
+        "filter, friction, or a further mass: the result is not reliable.";
+  else
+    text +=
+        ". One value cannot describe the machine: follow it with track, or take a part (.from_s, .to_s) in "
+        "which it "
+        "stands, moves or is loaded alike.";
+  return diagnostics::Finding{over_frequency ? "differs-over-frequency" : "changes-within-recording",
+                              moves ? Severity::error : Severity::info, largest, kCriteria.constant_parameter,
+                              std::move(text)};
 }
 
 }  // namespace resonid::identification::detail

@@ -15,9 +15,9 @@ namespace resonid::identification::detail {
 /// Adds the scatter between parts of the record to the parameters' variances; correlations stay.
 void widen(const std::vector<fit::Constancy>& inconstant, fit::DriveModel& model);
 
-/// `changes-within-recording`: an error where an inertia or a stiffness moves by more than the record's
-/// answer can stand, else that bars were widened.
+/// `changes-within-recording` or, of bands, `differs-over-frequency`: an error where an inertia or a
+/// stiffness moves by more than the record's answer can stand, else that bars were widened.
 [[nodiscard]] std::optional<diagnostics::Finding> inspect_constancy(
-    const std::vector<fit::Constancy>& inconstant, const fit::DriveModel& model);
+    const std::vector<fit::Constancy>& inconstant, const fit::DriveModel& model, bool over_frequency);
 
 }  // namespace resonid::identification::detail

@@ -92,8 +92,9 @@ void inspect_model(const Plan& plan, const Options& options, const std::optional
     return;
   }
   const auto& model = selection->result;
-  if (auto changes = inspect_constancy(selection->inconstant, model.drive))
-    findings.push_back(std::move(*changes));
+  for (const bool over_frequency : {false, true})
+    if (auto changes = inspect_constancy(selection->inconstant, model.drive, over_frequency))
+      findings.push_back(std::move(*changes));
   if (result.model && !model.coulomb_friction &&
       (options.friction == Friction::dry || options.friction == Friction::both))
     findings.push_back(

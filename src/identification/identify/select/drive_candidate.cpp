@@ -348,29 +348,33 @@ const data::Record& CandidateFits::record_of_most_output_energy() const {
 
 void CandidateFits::fit_to_record_alone(const DriveCandidate& rigid, DriveCandidate& two) const {
   if (two.remark.empty() || !rigid.record_fit) return;
-  Variant chosen;
-  std::optional<RecordFit> best;
   const data::Record& record = record_of_most_output_energy();
-  for (const int further_delay : {0, 1, 2, 4, 8}) {  // in samples; the fit's valley is a few wide
-    // What brakes the rigid machine brakes this one (the back-EMF of a voltage drive, for one).
-    const bool friction = !allowed(false) || rigid.record_variant.friction;
-    const Variant variant{Structure::two_mass, friction, further_delay > 0, false};
-    const double further_s = further_delay * record.sample_time_s();
-    for (auto start : fit::initial_models(record, options_.delay_s + further_s)) {
-      start.delay_s = further_s;
-      auto fit = fit_to_records(variant, start);
-      if (!fit || (best && fit->bic >= best->bic)) continue;
-      best = std::move(fit);
-      chosen = variant;
+  // What brakes the rigid machine (the back-EMF of a voltage drive, for one) may be the mode that it lacks,
+  // or brake this one too.
+  for (const bool friction : {false, true}) {
+    if (!allowed(friction) || (friction && friction_is_free() && !rigid.record_variant.friction)) continue;
+    Variant chosen;
+    std::optional<RecordFit> best;
+    for (const int further_delay : {0, 1, 2, 4, 8}) {  // in samples; the fit's valley is a few wide
+      const Variant variant{Structure::two_mass, friction, further_delay > 0, false};
+      const double further_s = further_delay * record.sample_time_s();
+      for (auto start : fit::initial_models(record, options_.delay_s + further_s)) {
+        start.delay_s = further_s;
+        auto fit = fit_to_records(variant, start);
+        if (!fit || (best && fit->bic >= best->bic)) continue;
+        best = std::move(fit);
+        chosen = variant;
+      }
     }
-  }
-  if (!best || best->bic + kCriteria.clearly_better > rigid.record_fit->bic) return;
-  const auto resonance = best->model.resonance();
-  if (resonance.std > kCriteria.known_resonance * resonance.value || !modes_are_seen(best->model, plan_))
+    if (!best || best->bic + kCriteria.clearly_better > rigid.record_fit->bic) continue;
+    const auto resonance = best->model.resonance();
+    if (resonance.std > kCriteria.known_resonance * resonance.value || !modes_are_seen(best->model, plan_))
+      continue;
+    two.record_fit = std::move(best);
+    two.record_variant = chosen;
+    two.remark.clear();
     return;
-  two.record_fit = std::move(best);
-  two.record_variant = chosen;
-  two.remark.clear();
+  }
 }
 
 void CandidateFits::for_comparison(DriveCandidate& candidate, const Variant& chosen) const {
