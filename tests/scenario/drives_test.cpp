@@ -144,6 +144,31 @@ TEST(TwoMassDrive, HalfASecondIsEnough) {
   }
 }
 
+/// What no single value or no two masses describe is not trusted, and the finding says which; what obeys the
+/// model is.
+TEST(TwoMassDrive, IsToldFromOneThatChangesOrHasMoreToIt) {
+  for (const std::uint64_t seed : {1U, 2U}) {
+    auto plain = test::published_drive(0.01, 10.0, seed);
+    test::prbs(plain);
+    const auto conform = test::identified(test::simulated(plain).record, test::known(plain));
+    EXPECT_TRUE(conform.trusted);
+    EXPECT_EQ(test::finding(conform, "changes-within-recording"), nullptr);
+    EXPECT_EQ(test::finding(conform, "differs-over-frequency"), nullptr);
+
+    auto loose = plain;
+    loose.disturbance.loosening = 0.05;
+    loose.disturbance.loosening_at_s = 0.5 * plain.run.duration_s;
+    const auto changed = test::identified(test::simulated(loose).record, test::known(loose));
+    EXPECT_FALSE(changed.trusted);
+    EXPECT_NE(test::finding(changed, "changes-within-recording"), nullptr);
+
+    auto slow = plain;
+    slow.actuator.lag_s = 0.002;
+    const auto lagging = test::identified(test::simulated(slow).record, test::known(slow));
+    EXPECT_FALSE(lagging.trusted);
+  }
+}
+
 /// Without being told the controller, margins come from the one that the record shows, with their error bars.
 TEST(TwoMassDrive, MarginsComeFromTheControllerThatTheRecordShows) {
   auto experiment = test::published_drive(0.1, 10.0, 3);
