@@ -2,8 +2,8 @@
 #include <algorithm>
 #include <cmath>
 #include <fit/drive/constancy.hpp>
+#include <resonid/base/constants.hpp>
 #include <resonid/base/detail/statistics.hpp>
-#include <unsupported/Eigen/FFT>
 
 #include "linalg/decompositions.hpp"
 
@@ -63,35 +63,83 @@ Constancy judged(const std::vector<Said>& stretches) {
   return c;
 }
 
-}  // namespace
-
-std::vector<StretchFactor> bands_of(const Eigen::MatrixXd& rows) {
-  Eigen::Index length = 1;  // a power of two: zeros behind the record only interpolate its spectrum ...
-  while (length < rows.rows()) length *= 2;
-  const double independent =
-      static_cast<double>(rows.rows()) / static_cast<double>(length);  // ... of so many lines
-  Eigen::FFT<double> fft(Eigen::default_fft_impl<double>(), Eigen::FFT<double>::HalfSpectrum);
-  const Eigen::Index bins = length / 2;
-  Eigen::MatrixXd spectrum(2 * bins, rows.cols());
-  std::vector<double> padded(static_cast<std::size_t>(length));
-  std::vector<std::complex<double>> transformed;
-  for (Eigen::Index c = 0; c < rows.cols(); ++c) {
-    std::fill(padded.begin(), padded.end(), 0.0);
-    for (Eigen::Index k = 0; k < rows.rows(); ++k) padded[static_cast<std::size_t>(k)] = rows(k, c);
-    fft.fwd(transformed, padded);
-    const double scale = std::sqrt(2.0 / static_cast<double>(length));
-    for (Eigen::Index b = 0; b < bins; ++b) {
-      spectrum(2 * b, c) = scale * transformed[static_cast<std::size_t>(b)].real();
-      spectrum(2 * b + 1, c) = scale * transformed[static_cast<std::size_t>(b)].imag();
+/// Score test of band-passed slopes as instruments. J* are the slopes of one parameter, the others taken out;
+/// Z = F_b J* for causal filters F_b that add up to 1, differences of low-passes an octave apart. The filters
+/// look back only, so that noise which a controller feeds back into the slopes does not correlate with the
+/// residual.
+Constancy judged_by_bands(const Eigen::MatrixXd& slopes, const linalg::Llt& fisher,
+                          const Eigen::VectorXd& own, const Eigen::VectorXd& residual) {
+  constexpr int kBands = 10;
+  const Eigen::Index n = own.size();
+  Eigen::MatrixXd bands(n, kBands);
+  Eigen::VectorXd above = own;
+  for (int b = 0; b + 1 < kBands; ++b) {
+    const double pole = std::exp(-kPi / static_cast<double>(2 << b));
+    double low = 0.0;
+    for (Eigen::Index k = 0; k < n; ++k) {
+      low += (1.0 - pole) * (own(k) - low);
+      bands(k, b) = above(k) - low;
+      above(k) = low;
     }
   }
-  std::vector<StretchFactor> found;
-  constexpr Eigen::Index kBands = 1024;
-  const Eigen::Index width = std::max<Eigen::Index>(4, bins / kBands);
-  for (Eigen::Index b = 0; b < bins; b += width) {
-    const Eigen::Index count = std::min(width, bins - b);
-    found.push_back({spectrum.middleRows(2 * b, 2 * count),
-                     static_cast<std::size_t>(std::lround(2.0 * independent * static_cast<double>(count)))});
+  bands.col(kBands - 1) = above;
+  const double variance = residual.squaredNorm() / static_cast<double>(n), all = own.squaredNorm();
+  const Eigen::MatrixXd across = slopes.transpose() * bands;
+  const Eigen::VectorXd gradient = slopes.transpose() * residual;  // none at the exact minimum
+  const Eigen::VectorXd information = bands.transpose() * own;
+  const Eigen::VectorXd score = across.transpose() * fisher.solve(gradient) - bands.transpose() * residual;
+  const Eigen::MatrixXd covariance =
+      variance * (bands.transpose() * bands - across.transpose() * fisher.solve(across));
+  Constancy c;
+  if (!(all > 0.0) || !(variance > 0.0)) return c;
+  const auto axes = linalg::symmetric_eigenpairs(0.5 * (covariance + covariance.transpose()));
+  const Eigen::VectorXd pull = axes.vectors.transpose() * score;
+  double chi_square = 0.0, scatter = 0.0;
+  std::size_t degrees = 0;
+  for (int b = 0; b < kBands; ++b) {
+    if (axes.values(b) > 1e-6 * variance * all) {
+      chi_square += pull(b) * pull(b) / axes.values(b);
+      ++degrees;
+    }
+    if (information(b) > 0.01 * all) scatter += (score(b) * score(b) - covariance(b, b)) / information(b);
+  }
+  if (degrees > 0) c.probability = chi_square_tail(chi_square, degrees);
+  c.scatter = std::sqrt(std::max(0.0, scatter / all));
+  c.over_frequency = true;
+  return c;
+}
+
+/// Fisher information of scaled slopes, and the direction of one parameter with the others taken out.
+struct Directions {
+  Eigen::VectorXd scale;
+  linalg::Llt whole;
+  explicit Directions(const Eigen::MatrixXd& fisher)
+      : scale(fisher.diagonal().cwiseSqrt().cwiseInverse()),
+        whole(Eigen::MatrixXd(scale.asDiagonal() * fisher * scale.asDiagonal())) {}
+  [[nodiscard]] bool usable() const { return scale.allFinite() && whole.succeeded(); }
+  [[nodiscard]] Eigen::VectorXd of(Eigen::Index parameter) const {
+    // The inverse's column is the direction up to its size.
+    const Eigen::VectorXd column =
+        whole.solve(Eigen::VectorXd(Eigen::VectorXd::Unit(scale.size(), parameter)));
+    const Eigen::VectorXd direction = scale.asDiagonal() * column;
+    return direction / direction(parameter);
+  }
+};
+
+}  // namespace
+
+std::vector<Constancy> constancy_over_frequency(const Eigen::MatrixXd& rows, std::span<const int> names) {
+  const Eigen::Index columns = rows.cols() - 1;
+  const Eigen::MatrixXd raw = rows.leftCols(columns);
+  const Directions directions(raw.transpose() * raw);
+  if (!directions.usable()) return {};
+  const Eigen::MatrixXd slopes = raw * directions.scale.asDiagonal();
+  std::vector<Constancy> found;
+  for (std::size_t k = 0; k < names.size(); ++k) {
+    auto c = judged_by_bands(slopes, directions.whole, raw * directions.of(static_cast<Eigen::Index>(k)),
+                             rows.col(columns));
+    c.parameter = names[k];
+    found.push_back(c);
   }
   return found;
 }
@@ -101,23 +149,14 @@ std::vector<Constancy> constancy_of(std::span<const StretchFactor> stretches, st
   Eigen::MatrixXd fisher = Eigen::MatrixXd::Zero(columns, columns);
   for (const auto& s : stretches)
     fisher += s.factor.leftCols(columns).transpose() * s.factor.leftCols(columns);
-  // Coordinates differ by many orders.
-  const Eigen::VectorXd scale = fisher.diagonal().cwiseSqrt().cwiseInverse();
-  if (!scale.allFinite()) return {};
-  fisher = scale.asDiagonal() * fisher * scale.asDiagonal();
-  const linalg::Llt whole(fisher);
-  if (!whole.succeeded()) return {};
+  const Directions directions(fisher);  // coordinates differ by many orders
+  if (!directions.usable()) return {};
   std::vector<Constancy> found;
   for (std::size_t k = 0; k < names.size(); ++k) {
-    const auto at = static_cast<Eigen::Index>(k);
-    // The inverse's column is w up to its size.
-    Eigen::VectorXd w = whole.solve(Eigen::VectorXd(Eigen::VectorXd::Unit(columns, at)));
-    w /= w(at);
-    w = scale.asDiagonal() * w;
-    const double unit = w(at);
+    const Eigen::VectorXd w = directions.of(static_cast<Eigen::Index>(k));
     std::vector<Said> said;
     for (const auto& s : stretches) {
-      const Eigen::VectorXd slope = s.factor.leftCols(columns) * w / unit;
+      const Eigen::VectorXd slope = s.factor.leftCols(columns) * w;
       const auto residual = s.factor.col(columns);
       said.push_back({slope.squaredNorm(), -slope.dot(residual), residual.squaredNorm(),
                       static_cast<double>(s.samples)});

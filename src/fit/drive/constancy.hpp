@@ -15,9 +15,13 @@ struct StretchFactor {
   std::size_t samples = 0;
 };
 
-/// The bands of [J r], transformed column by column: white noise is independent between them as it is between
-/// stretches. A model that lacks something explains each band by other parameters.
-[[nodiscard]] std::vector<StretchFactor> bands_of(const Eigen::MatrixXd& rows);
+/// The same of bands of frequency in the place of stretches, from [J r] sample by sample: a model that lacks
+/// something explains each band by other parameters. With band-passed slopes Z as instruments, r being
+/// orthogonal to J,
+///
+///   (Z'r)' [v (Z'Z - Z'J (J'J)^-1 J'Z)]^-1 (Z'r)  ~  chi square.
+[[nodiscard]] std::vector<Constancy> constancy_over_frequency(const Eigen::MatrixXd& rows,
+                                                              std::span<const int> names);
 
 /// Tests of the first `names.size()` active coordinates. With the others taken out over the whole record,
 /// w = (1, -beta), a stretch s contributes the information I_s = w' J_s' J_s w and the score g_s = w' J_s'

@@ -459,16 +459,9 @@ class OutputErrorFitter {
       parts.push_back({std::move(factor), samples});
     auto found = constancy_of(parts, names);
     constexpr std::size_t kLong = 300'000;  // rows that are kept
-    // Noise that a controller feeds back into the recorded input foretells the slopes: bands, which look both
-    // ways, would differ by it.
-    constexpr double kLittleNoise = 90.0;  // per cent of fit
-    const bool unmoved = config_.predictor != Predictor::open_loop ||
-                         fit_.records[static_cast<std::size_t>(r)].fit_percent > kLittleNoise;
-    if (unmoved && part(r).samples <= kLong)
-      for (auto c : constancy_of(bands_of(simulation.rows(local, active)), names)) {
-        c.over_frequency = true;
+    if (part(r).samples <= kLong)
+      for (const auto& c : constancy_over_frequency(simulation.rows(local, active), names))
         found.push_back(c);
-      }
     const auto scale = setup_.coordinates.jacobian(fit_.model);
     for (auto& c : found) {
       c.scatter *= std::abs(scale[static_cast<std::size_t>(c.parameter)]);
