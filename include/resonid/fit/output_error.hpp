@@ -48,7 +48,6 @@ struct Constancy {
   bool over_frequency = false;  ///< Parts are bands of the whitened spectrum, not stretches of time.
   double probability = 1.0;     ///< Chance of as much scatter where it is the same throughout.
   double scatter = 0.0;         ///< Standard deviation between eighths of the information, beyond chance.
-  double change = 0.0;          ///< From the first eighth to the last.
 };
 
 struct OutputErrorFit {

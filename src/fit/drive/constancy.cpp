@@ -43,7 +43,6 @@ Constancy judged(const std::vector<Said>& stretches) {
     const auto sums = grouped(stretches, all, groups);
     double chi_square = 0.0, scatter = 0.0;
     std::size_t filled = 0;
-    double first = 0.0, last = 0.0;
     for (const auto& s : sums) {
       // A sweep passes a resonance in one stretch: nothing to be compared then.
       if (!(s.information > 0.01 * all.information)) continue;
@@ -51,14 +50,12 @@ Constancy judged(const std::vector<Said>& stretches) {
       const double square = step * step * s.information / s.variance();
       chi_square += square;
       scatter += step * step * s.information - s.variance() * (1.0 - s.information / all.information);
-      if (filled++ == 0) first = step;
-      last = step;
+      ++filled;
     }
     if (filled < 2) continue;
     const double probability = 3.0 * chi_square_tail(chi_square, filled - 1);
     if (probability < c.probability) c.probability = probability;
     c.scatter = std::sqrt(std::max(0.0, scatter / all.information));
-    c.change = last - first;
   }
   return c;
 }

@@ -463,10 +463,7 @@ class OutputErrorFitter {
       for (const auto& c : constancy_over_frequency(simulation.rows(local, active), names))
         found.push_back(c);
     const auto scale = setup_.coordinates.jacobian(fit_.model);
-    for (auto& c : found) {
-      c.scatter *= std::abs(scale[static_cast<std::size_t>(c.parameter)]);
-      c.change *= scale[static_cast<std::size_t>(c.parameter)];
-    }
+    for (auto& c : found) c.scatter *= std::abs(scale[static_cast<std::size_t>(c.parameter)]);
     return found;
   }
 
