@@ -55,7 +55,15 @@ std::vector<Item> items_of(const std::string& option, const std::string& text) {
 
 void read_parameters(const std::string& text, fit::DriveModel& model) {
   std::vector<std::string> known(fit::kParameterNames.begin(), fit::kParameterNames.end());
-  known.erase(known.begin() + fit::kDelay);  // the known delay is an option of its own
+  // The known delay is an option of its own; plans know neither the torque loop's lag nor springs to the
+  // ground.
+  std::erase_if(known, [](const std::string& name) {
+    const auto is = [&](fit::Parameter p) {
+      return name == fit::kParameterNames[static_cast<std::size_t>(p)];
+    };
+    return is(fit::kDelay) || is(fit::kTorqueLag) || is(fit::kMotorGroundStiffness) ||
+           is(fit::kLoadGroundStiffness);
+  });
   std::array<std::optional<double>, fit::kParameterCount> given;
   for (const auto& [name, value] : items_of("--parameters", text)) {
     const auto found = std::find(known.begin(), known.end(), name);
@@ -84,6 +92,7 @@ void read_parameters(const std::string& text, fit::DriveModel& model) {
       data::TwoMassParameters{value(fit::kDrivenInertia), value(fit::kLoadInertia), value(fit::kStiffness),
                               value(fit::kDamping), value(fit::kViscousFriction)},
       value(fit::kMiddleInertia), value(fit::kStiffness2), value(fit::kDamping2)};
+  model.parameters.load_viscous_friction = value(fit::kLoadViscousFriction);
   model.estimated =
       fit::estimated_parameters(model.structure, given[fit::kViscousFriction].has_value(), false);
 }
@@ -94,8 +103,10 @@ void read_model(PlanOptions& o) {
   if (!result.model) throw InputError(o.model + ": holds no drive model; required a result with one");
   auto& drive = o.config.drive;
   drive.model = result.model->drive;
-  drive.model.known_delay_s += drive.model.delay_s;
-  drive.model.delay_s = 0.0;
+  // To a plan the torque loop's lag is a delay as long as itself.
+  drive.model.known_delay_s += drive.model.delay_s + drive.model.torque_lag_s;
+  drive.model.delay_s = drive.model.torque_lag_s = 0.0;
+  drive.model.estimated[fit::kTorqueLag] = false;
   if (!o.noise && result.validation) o.noise = result.validation->residual_rms;
 }
 

@@ -67,7 +67,7 @@ struct Criteria {
   double constancy_false_alarm =
       1e-3;  ///< Probability, per record, that a parameter that stays the same is said to change.
   double constant_parameter =
-      0.02;  ///< Scatter over value of an inertia or a stiffness that one value describes.
+      0.005;  ///< Scatter over value of an inertia or a stiffness that one value describes.
   double misfit = 0.1, worthless = 0.3;  ///< Model error that is told, and with which a model is none.
   double unexplained = 0.4;              ///< Correlation of residual and simulation, and 3 times its limit.
   double nearly_all = 99.0;              ///< Per cent of fit: what remains is small, whatever it follows.

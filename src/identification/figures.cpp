@@ -37,20 +37,13 @@ void put_resonances(const Result& result, List& list) {
   }
 }
 
-std::string unit_of(std::string_view parameter, const Units& units) {
-  const auto ends = [&](std::string_view word) { return parameter.find(word) != std::string_view::npos; };
-  if (ends("inertia")) return units.inertia;
-  if (ends("stiffness")) return units.stiffness;
-  return ends("delay") ? "s" : units.damping;
-}
-
 void put_parameters(const Result& result, List& list) {
   const auto& drive = result.model->drive;
   for (int i = 0; i < fit::kParameterCount; ++i) {
     if (!drive.estimated[static_cast<std::size_t>(i)]) continue;
     const auto name = fit::kParameterNames[static_cast<std::size_t>(i)];
     const auto e = drive.estimate(static_cast<fit::Parameter>(i));
-    list.put(std::string(name), unit_of(name, result.units), e.value, e.std);
+    list.put(std::string(name), unit_of(static_cast<fit::Parameter>(i), result.units), e.value, e.std);
   }
   const auto put = [&](const char* name, const std::optional<data::Estimate>& e) {
     if (e) list.put(name, result.units.torque, e->value, e->std);
@@ -68,6 +61,25 @@ void put_margins(const LoopResult& loop, List& list) {
 }
 
 }  // namespace
+
+std::string unit_of(fit::Parameter parameter, const Units& units) {
+  switch (parameter) {
+    case fit::kDrivenInertia:
+    case fit::kLoadInertia:
+    case fit::kMiddleInertia:
+      return units.inertia;
+    case fit::kStiffness:
+    case fit::kStiffness2:
+    case fit::kMotorGroundStiffness:
+    case fit::kLoadGroundStiffness:
+      return units.stiffness;
+    case fit::kDelay:
+    case fit::kTorqueLag:
+      return "s";
+    default:
+      return units.damping;
+  }
+}
 
 std::vector<Figure> figures(const Result& result) {
   List list;

@@ -146,7 +146,7 @@ std::vector<int> estimated_of(const fit::DriveModel& model) {
 
 double scale(const fit::DriveModel& model, int parameter) {
   if (parameter == fit::kDelay) return model.sample_time_s;
-  if (parameter == fit::kViscousFriction) {
+  if (parameter == fit::kViscousFriction || parameter == fit::kLoadViscousFriction) {
     const auto modes = modes_of(model);
     const double pace =
         modes.empty() ? 0.01 / model.sample_time_s : kTwoPi * modes.front().frequency_hz.value;

@@ -14,9 +14,12 @@ template <int States>
 LinearSystem<double, States> continuous(const fit::DriveModel& model) {
   const auto& p = model.parameters;
   if constexpr (States == 5) return data::continuous_system<double>(p);
-  if constexpr (States == 3)
-    return data::continuous_system<double>(static_cast<const data::TwoMassParameters&>(p));
   LinearSystem<double, States> s;
+  if constexpr (States == 3) {
+    s = data::continuous_system<double>(static_cast<const data::TwoMassParameters&>(p));
+    s.a(1, 1) -= p.load_viscous_friction / p.load_inertia;
+    return s;
+  }
   s.a(0, 0) = -p.viscous_friction / p.driven_inertia;
   s.b(0) = 1.0 / p.driven_inertia;
   s.c(0) = 1.0;
@@ -83,13 +86,14 @@ expected<void, Error> check(const NominalDrive& drive) {
   if (!(m.sample_time_s > 0.0)) return refuse("sample_rate_hz", "must be > 0", m.sample_time_s);
   for (int i = 0; i < fit::kParameterCount; ++i) {
     const double value = m.value(static_cast<fit::Parameter>(i));
-    if (i == fit::kViscousFriction || i == fit::kDelay || !fit::has_parameter(m.structure, i)) continue;
+    if (!fit::has_parameter(m.structure, i)) continue;
     if (!(value > 0.0 && std::isfinite(value)))
       return refuse(fit::kParameterNames[static_cast<std::size_t>(i)], "must be > 0", value);
   }
   for (const auto& mode : modes_of(m))
     if (!mode.anti && !(2.0 * mode.frequency_hz.value * m.sample_time_s < 1.0))
       return refuse("sample_rate_hz", "must be more than twice the resonance", 1.0 / m.sample_time_s);
+  if (m.grounded()) return refuse("model", "must have no spring to the ground");
   if (!(p.viscous_friction >= 0.0)) return refuse("viscous_friction", "must be >= 0", p.viscous_friction);
   if (!(m.known_delay_s >= 0.0 && m.known_delay_s <= 1000.0 * m.sample_time_s))
     return refuse("delay_s", "must be 0 ... 1000 samples", m.known_delay_s);

@@ -108,7 +108,7 @@ expected<Plan, Error> detail::plan_once(const PlanConfig& config) {
   auto& c = plan.config;
   if (c.targets.empty())
     for (const int i : estimated_of(c.drive.model))
-      if (i != fit::kDelay && i != fit::kViscousFriction)
+      if (fit::has_parameter(c.drive.model.structure, i))
         c.targets.push_back(
             {std::string(fit::kParameterNames[static_cast<std::size_t>(i)]), c.accuracy_of_all, true});
   if (const auto ok = check(c); !ok) return unexpected(ok.error());

@@ -18,7 +18,6 @@ double worst_deviation(const std::vector<NominalDrive>& drives, std::span<const 
     const auto told = predicted(drive, excitation).model;
     for (int i = 0; i < fit::kParameterCount; ++i) {
       if (!told.estimated[static_cast<std::size_t>(i)] || !fit::has_parameter(told.structure, i)) continue;
-      if (i == fit::kViscousFriction || i == fit::kDelay) continue;
       const auto e = told.estimate(static_cast<fit::Parameter>(i));
       square[static_cast<std::size_t>(i)] += std::pow(e.std / e.value, 2);
     }

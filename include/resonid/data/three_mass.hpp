@@ -15,6 +15,9 @@ struct ThreeMass : TwoMass<Scalar> {
   Scalar middle_inertia{};
   Scalar stiffness_2{};
   Scalar damping_2{};
+  Scalar load_viscous_friction{};   ///< On the load, torque per velocity.
+  Scalar motor_ground_stiffness{};  ///< Spring from the driven side to the ground; < 0: gravity that topples.
+  Scalar load_ground_stiffness{};   ///< The same from the load.
 
   ThreeMass() = default;
   // NOLINTNEXTLINE(google-explicit-constructor): two masses are three with nothing between
@@ -28,6 +31,7 @@ using ThreeMassParameters = ThreeMass<double>;
 
 /// Torque on the driven side to its velocity. States: velocities of driven side, middle and load, and the two
 /// twists (nearer minus farther angle), each times the frequency at which its two inertias alone would swing.
+/// Springs to the ground are left out: they need the position.
 template <class Scalar>
 [[nodiscard]] LinearSystem<Scalar, 5> continuous_system(const ThreeMass<Scalar>& p) {
   using std::sqrt;
@@ -47,7 +51,7 @@ template <class Scalar>
   s.a(1, 3) = near_spring / p.middle_inertia;
   s.a(1, 4) = -far_spring / p.middle_inertia;
   s.a(2, 1) = p.damping_2 / p.load_inertia;
-  s.a(2, 2) = -p.damping_2 / p.load_inertia;
+  s.a(2, 2) = -(p.damping_2 + p.load_viscous_friction) / p.load_inertia;
   s.a(2, 4) = far_spring / p.load_inertia;
   s.a(3, 0) = near_omega;
   s.a(3, 1) = -near_omega;

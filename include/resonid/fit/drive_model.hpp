@@ -36,14 +36,28 @@ enum Parameter : int {
   kDamping,
   kViscousFriction,
   kDelay,
+  kLoadViscousFriction,
+  kTorqueLag,
+  kMotorGroundStiffness,
+  kLoadGroundStiffness,
   kMiddleInertia,
   kStiffness2,
   kDamping2,
   kParameterCount
 };
-inline constexpr std::array<std::string_view, kParameterCount> kParameterNames = {
-    "driven_inertia", "load_inertia",   "stiffness",   "damping",  "viscous_friction",
-    "delay",          "middle_inertia", "stiffness_2", "damping_2"};
+inline constexpr std::array<std::string_view, kParameterCount> kParameterNames = {"driven_inertia",
+                                                                                  "load_inertia",
+                                                                                  "stiffness",
+                                                                                  "damping",
+                                                                                  "viscous_friction",
+                                                                                  "delay",
+                                                                                  "load_viscous_friction",
+                                                                                  "torque_lag",
+                                                                                  "motor_ground_stiffness",
+                                                                                  "load_ground_stiffness",
+                                                                                  "middle_inertia",
+                                                                                  "stiffness_2",
+                                                                                  "damping_2"};
 
 using ParameterMask = std::array<bool, kParameterCount>;
 using ParameterCovariance = Eigen::Matrix<double, kParameterCount, kParameterCount>;
@@ -55,24 +69,58 @@ using ParameterCovariance = Eigen::Matrix<double, kParameterCount, kParameterCou
 /// Whether a drive of this structure has the inertia, stiffness or damping at all; always > 0 in a model.
 [[nodiscard]] bool has_parameter(Structure structure, int parameter) noexcept;
 
-/// Which parameters a structure estimates.
-[[nodiscard]] ParameterMask estimated_parameters(Structure structure, bool viscous_friction, bool delay);
+/// Whether a drive of this structure may have the parameter beside those that it must have: friction and
+/// delay always, what needs a load only where there is one.
+[[nodiscard]] bool may_have_parameter(Structure structure, int parameter) noexcept;
+
+/// Which parameters a structure estimates: its own, and `further` ones that it may have.
+[[nodiscard]] ParameterMask estimated_parameters(Structure structure, bool viscous_friction, bool delay,
+                                                 std::span<const Parameter> further = {});
+
+/// A parameter that the fit leaves out, and what estimating it would gain (score test).
+struct Lacking {
+  Parameter parameter = kTorqueLag;
+  double gain =
+      0.0;  ///< In twice the log-likelihood: chi-square of one degree of freedom where nothing lacks.
+};
+
+/// How a velocity is measured.
+enum class Velocity {
+  sampled,      ///< At the sample itself.
+  differences,  ///< Differences of a position, an encoder's for one: the mean over the past sample.
+};
+inline constexpr EnumName<Velocity> kVelocityNames[] = {{Velocity::sampled, "sampled"},
+                                                        {Velocity::differences, "differences"}};
+[[nodiscard]] constexpr std::span<const EnumName<Velocity>> enum_names(Velocity) noexcept {
+  return kVelocityNames;
+}
 
 /// Identified drive: physical parameters with covariance, sampled by zero-order hold.
 struct DriveModel {
   Structure structure = Structure::two_mass;
-  data::ThreeMassParameters parameters;  ///< Rigid: driven_inertia (the whole one), viscous_friction only.
-  double delay_s = 0.0;                  ///< Fitted delay, on top of the known one; not part of response().
-  double known_delay_s = 0.0;            ///< In the measured output and taken out of its response.
+  data::ThreeMassParameters parameters;   ///< Rigid: driven_inertia (the whole one), viscous_friction only.
+  Velocity velocity = Velocity::sampled;  ///< Part of response(), as the torque lag is.
+  double torque_lag_s = 0.0;              ///< Time constant of a torque loop of first order, >= 0.
+  double delay_s = 0.0;                   ///< Fitted delay, on top of the known one; not part of response().
+  double known_delay_s = 0.0;             ///< In the measured output and taken out of its response.
   double sample_time_s = 0.0;
   ParameterMask estimated{};
   /// Covariance of the parameters themselves, not logarithms.
   ParameterCovariance covariance = ParameterCovariance::Zero();
 
   [[nodiscard]] double value(Parameter parameter) const;
+  void set(Parameter parameter, double value);
+  /// What is estimated beside the structure's own, friction on the driven side and delay:
+  /// OutputErrorConfig::further.
+  [[nodiscard]] std::vector<Parameter> further() const;
   [[nodiscard]] data::Estimate estimate(Parameter parameter) const;
 
-  /// Zero-order-hold response from torque to velocity, without any delay.
+  /// Whether a spring ties a side to the ground, so that velocity depends on the place.
+  [[nodiscard]] bool grounded() const noexcept {
+    return parameters.motor_ground_stiffness != 0.0 || parameters.load_ground_stiffness != 0.0;
+  }
+
+  /// Zero-order-hold response from commanded torque to velocity, without any delay.
   [[nodiscard]] std::complex<double> response(double frequency_hz) const;
 
   /// The same at many frequencies; `as_measured` with the fitted delay and with what a fraction of a sample
@@ -83,13 +131,14 @@ struct DriveModel {
   /// Response with the total standard deviation that the covariance gives to each value.
   [[nodiscard]] data::FrequencyResponse response(std::span<const double> frequencies_hz) const;
 
-  /// The same as a discrete transfer function (order 1, 3 or 5), without delay.
+  /// The same as a discrete transfer function, without delay: of order 1, 3 or 5, one more with a torque lag
+  /// and one with springs to the ground.
   [[nodiscard]] data::TransferFunction transfer_function() const;
 
-  /// Undamped resonances and anti-resonances, ascending; none when rigid.
+  /// Undamped resonances and anti-resonances, ascending; none when rigid without a spring to the ground.
   [[nodiscard]] std::vector<data::Mode> modes() const;
 
-  /// The lowest of them in Hz; not for rigid drives.
+  /// The lowest anti-resonance in Hz, and the resonance above it; not for rigid drives.
   [[nodiscard]] data::Estimate resonance() const;
   [[nodiscard]] data::Estimate antiresonance() const;
 

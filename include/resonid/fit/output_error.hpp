@@ -18,8 +18,11 @@ struct OutputErrorConfig {
   DriveModel initial;             ///< Structure and start; a fit to the response is a good one.
   bool viscous_friction = false;  ///< Estimate friction on the driven side.
   bool coulomb_friction =
-      false;                   ///< Estimate dry friction there, with the direction of the simulated motion.
-  bool delay = false;          ///< Estimate a delay of -1 ... 50 samples on top of the known one.
+      false;           ///< Estimate dry friction there, with the direction of the simulated motion.
+  bool delay = false;  ///< Estimate a delay of -1 ... 50 samples on top of the known one.
+  /// More to estimate: kLoadViscousFriction, kTorqueLag, kMotorGroundStiffness, kLoadGroundStiffness. What is
+  /// not estimated of these keeps the value of `initial`.
+  std::vector<Parameter> further = {};
   double known_delay_s = 0.0;  ///< In the measured output, >= 0.
   bool initial_state = true;   ///< Estimate the state at the record's start; otherwise it is rest.
   bool offset = true;  ///< Estimate a constant torque at the input (load, friction at an operating point).
@@ -65,6 +68,7 @@ struct OutputErrorFit {
   NoiseModel noise;          ///< Model of the residual.
   std::optional<HoldoutFit> holdout;
   std::vector<Constancy> constancy;  ///< [estimated parameter] Empty with hold-out samples or a given model.
+  std::vector<Lacking> lacking;      ///< Of what the structure may have beside; as `constancy`.
   double bic = 0.0;                  ///< Bayesian information criterion; comparable on the same record.
 };
 

@@ -25,8 +25,14 @@ struct ResponseFitConfig {
       0.0;  ///< What was taken out of the response, >= 0; its fraction of a sample matters.
   bool viscous_friction = false;  ///< Estimate friction on the driven side.
   bool delay = false;  ///< Estimate a delay of -1 ... 50 samples on top of what was taken out already.
+  /// More to estimate: kLoadViscousFriction, kTorqueLag, kMotorGroundStiffness, kLoadGroundStiffness. What is
+  /// not estimated of these keeps the value of `initial`.
+  std::vector<Parameter> further = {};
+  Velocity velocity = Velocity::sampled;  ///< As `initial` has it where that is given.
+  double torque_lag_s = 0.0;  ///< Known time constant of the torque loop, where it is not estimated.
   Weighting weighting = Weighting::model_error;
-  double low_hz = 0.0;  ///< Lines outside the band are not used.
+  double initial_error = 0.3;  ///< e that Weighting::model_error begins with; less from a start that is near.
+  double low_hz = 0.0;         ///< Lines outside the band are not used.
   double high_hz = std::numeric_limits<double>::infinity();
   std::optional<DriveModel> initial;  ///< Start; found by initial_model() when absent.
 };
@@ -42,6 +48,7 @@ struct ResponseFit {
   /// How many neighbouring lines say the same: by smoothing, or since the model is wrong in a smooth way.
   double repetition = 1.0;
   std::size_t lines = 0, parameters = 0;  ///< Fitted lines, estimated parameters.
+  std::vector<Lacking> lacking = {};  ///< Of what the structure may have beside, lines taken for independent.
 
   /// The criterion when so many neighbouring lines are worth one.
   [[nodiscard]] double bic_for(double lines_per_independent_line) const;

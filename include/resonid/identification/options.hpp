@@ -79,6 +79,12 @@ inline constexpr EnumName<Friction> kFrictionNames[] = {{Friction::automatic, "a
   return kFrictionNames;
 }
 
+/// Springs to the ground, as of a stage on flexures. automatic: what the record shows.
+enum class Ground { automatic, none, motor, load };
+inline constexpr EnumName<Ground> kGroundNames[] = {
+    {Ground::automatic, "auto"}, {Ground::none, "none"}, {Ground::motor, "motor"}, {Ground::load, "load"}};
+[[nodiscard]] constexpr std::span<const EnumName<Ground>> enum_names(Ground) noexcept { return kGroundNames; }
+
 /// How the kalman method tracks.
 struct Tracker {
   std::optional<double> lambda;       ///< Fixed gain of the published filter; absent: placed poles.
@@ -104,6 +110,10 @@ struct Options {
   ModelChoice model = ModelChoice::automatic;
   /// Friction of drive models; dry friction needs a fit to the record.
   Friction friction = Friction::automatic;
+  Ground ground = Ground::automatic;  ///< Side of drive models that a spring ties to the ground.
+  /// Time constant of the torque loop, of first order; 0: it has none. Absent: estimated where the record
+  /// shows it.
+  std::optional<double> torque_lag_s = {};
   std::size_t order = 0;      ///< Order of the black-box model, 1 ... 20; 0: chosen by hold-out data.
   std::size_t bootstrap = 0;  ///< Replicas of a parametric bootstrap; 0: error bars by covariance only.
   std::uint64_t seed = 1;     ///< Seed of the bootstrap.

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include <algorithm>
-#include <fit/drive/sampled_drive.hpp>
+#include <fit/drive/measured_response.hpp>
 #include <resonid/fit/drive_model.hpp>
 #include <vector>
 
@@ -40,11 +40,28 @@ bool has_parameter(Structure structure, int parameter) noexcept {
   }
 }
 
-ParameterMask estimated_parameters(Structure structure, bool viscous_friction, bool delay) {
+bool may_have_parameter(Structure structure, int parameter) noexcept {
+  switch (parameter) {
+    case kViscousFriction:
+    case kDelay:
+    case kTorqueLag:
+    case kMotorGroundStiffness:
+      return true;
+    case kLoadViscousFriction:
+    case kLoadGroundStiffness:
+      return structure != Structure::rigid;
+    default:
+      return false;
+  }
+}
+
+ParameterMask estimated_parameters(Structure structure, bool viscous_friction, bool delay,
+                                   std::span<const Parameter> further) {
   ParameterMask mask{};
   for (int i = 0; i < kParameterCount; ++i) mask[static_cast<std::size_t>(i)] = has_parameter(structure, i);
   mask[kViscousFriction] = viscous_friction;
   mask[kDelay] = delay;
+  for (const Parameter p : further) mask[static_cast<std::size_t>(p)] = may_have_parameter(structure, p);
   return mask;
 }
 
@@ -68,6 +85,14 @@ double& reference(DriveModel& model, int parameter) {
       return model.parameters.stiffness_2;
     case kDamping2:
       return model.parameters.damping_2;
+    case kLoadViscousFriction:
+      return model.parameters.load_viscous_friction;
+    case kTorqueLag:
+      return model.torque_lag_s;
+    case kMotorGroundStiffness:
+      return model.parameters.motor_ground_stiffness;
+    case kLoadGroundStiffness:
+      return model.parameters.load_ground_stiffness;
     default:
       return model.delay_s;
   }
@@ -89,14 +114,18 @@ std::vector<Complex> eigenvalues(const Eigen::MatrixXd& a) {
   return roots;
 }
 
-/// Poles of the continuous drive, or its zeros: the poles with the driven side clamped.
+/// Poles of the continuous drive, or its zeros: the poles with the driven side clamped. The velocity of a
+/// drive that is tied to the ground has a further zero at 0; the lag of the torque loop is a pole of its own.
 std::vector<Complex> continuous_roots(const DriveModel& model, bool zeros) {
-  return detail::with_masses(model.structure, [&](auto masses) {
+  auto roots = detail::with_masses(model.structure, [&](auto masses) {
     constexpr int kOrder = detail::Sizes<masses>::kOrder;
-    const Eigen::MatrixXd a =
-        detail::continuous_drive<masses>(model.parameters).a.topLeftCorner(kOrder, kOrder);
-    return eigenvalues(zeros ? a.bottomRightCorner(kOrder - 1, kOrder - 1) : a);
+    const Eigen::MatrixXd whole = detail::continuous_drive<masses>(model.parameters).a;
+    if (!zeros) return eigenvalues(model.grounded() ? whole : whole.topLeftCorner(kOrder, kOrder));
+    return eigenvalues(whole.block(1, 1, kOrder - 1, kOrder - 1));
   });
+  if (zeros && model.grounded()) roots.insert(roots.begin(), Complex(0.0, 0.0));
+  if (!zeros && model.torque_lag_s > 0.0) roots.emplace_back(-1.0 / model.torque_lag_s, 0.0);
+  return roots;
 }
 
 /// Takes the root nearest to `to` out of `roots`.
@@ -134,13 +163,65 @@ std::vector<UncertainRoot> uncertain_roots(const DriveModel& model, bool zeros) 
   return roots;
 }
 
-/// Undamped modes of a drive that is not rigid: anti-resonance and resonance in turn.
+/// Undamped modes, ascending: anti-resonance and resonance in turn.
 struct PlainMode {
   bool anti = false;
   data::UndampedMode mode;
 };
+
+/// Of a chain that springs tie to the ground, the same with the driven side `clamped`; those that would
+/// topple are left out.
+std::vector<data::UndampedMode> grounded_modes(const DriveModel& model, bool clamped) {
+  const auto& p = model.parameters;
+  const Eigen::Index n = (order_of(model.structure) + 1) / 2;
+  Eigen::MatrixXd stiffness = Eigen::MatrixXd::Zero(n, n), damping = stiffness;
+  Eigen::VectorXd scale(n);
+  scale(0) = p.driven_inertia;
+  const auto couple = [&](Eigen::Index at, double k, double d) {
+    Eigen::Matrix2d link;
+    link << 1.0, -1.0, -1.0, 1.0;
+    stiffness.block<2, 2>(at, at) += k * link;
+    damping.block<2, 2>(at, at) += d * link;
+  };
+  if (n > 1) {
+    couple(0, p.stiffness, p.damping);
+    scale(n - 1) = p.load_inertia;
+    stiffness(n - 1, n - 1) += p.load_ground_stiffness;
+  }
+  if (n > 2) {
+    couple(1, p.stiffness_2, p.damping_2);
+    scale(1) = p.middle_inertia;
+  }
+  stiffness(0, 0) += p.motor_ground_stiffness;
+  scale = scale.cwiseSqrt().cwiseInverse().eval();
+  const Eigen::Index first = clamped ? 1 : 0, size = n - first;
+  std::vector<data::UndampedMode> modes;
+  if (size == 0) return modes;
+  const Eigen::MatrixXd k =
+      (scale.asDiagonal() * stiffness * scale.asDiagonal()).bottomRightCorner(size, size);
+  const Eigen::MatrixXd d = (scale.asDiagonal() * damping * scale.asDiagonal()).bottomRightCorner(size, size);
+  if (!k.allFinite()) return modes;
+  const auto axes = linalg::symmetric_eigenpairs(k);
+  for (Eigen::Index i = 0; i < size; ++i) {
+    if (!(axes.values(i) > 0.0)) continue;
+    const double omega = std::sqrt(axes.values(i));
+    const Eigen::VectorXd shape = axes.vectors.col(i);
+    modes.push_back({omega / kTwoPi, 0.5 * shape.dot(d * shape) / omega});
+  }
+  return modes;
+}
+
 std::vector<PlainMode> plain_modes(const DriveModel& model) {
   const auto& p = model.parameters;
+  if (model.grounded()) {
+    std::vector<PlainMode> all;
+    for (const bool anti : {true, false})
+      for (const auto& mode : grounded_modes(model, anti)) all.push_back({anti, mode});
+    std::stable_sort(all.begin(), all.end(), [](const PlainMode& a, const PlainMode& b) {
+      return a.mode.frequency_hz < b.mode.frequency_hz;
+    });
+    return all;
+  }
   if (model.structure == Structure::rigid) return {};
   if (model.structure == Structure::two_mass)
     return {{true, {data::antiresonance_hz(p), data::antiresonance_damping_ratio(p)}},
@@ -155,6 +236,15 @@ std::vector<PlainMode> plain_modes(const DriveModel& model) {
 double DriveModel::value(Parameter parameter) const {
   DriveModel copy = *this;
   return reference(copy, parameter);
+}
+
+void DriveModel::set(Parameter parameter, double value) { reference(*this, parameter) = value; }
+
+std::vector<Parameter> DriveModel::further() const {
+  std::vector<Parameter> more;
+  for (int i = kLoadViscousFriction; i <= kLoadGroundStiffness; ++i)
+    if (estimated[static_cast<std::size_t>(i)]) more.push_back(static_cast<Parameter>(i));
+  return more;
 }
 
 data::Estimate DriveModel::estimate(Parameter parameter) const {
@@ -183,13 +273,11 @@ std::vector<std::complex<double>> DriveModel::values(std::span<const double> fre
   std::vector<std::complex<double>> result;
   result.reserve(frequencies_hz.size());
   detail::with_masses(structure, [&](auto masses) {
-    const detail::MeasuredResponse<masses, double> measured(
-        parameters, as_measured ? delay_s / sample_time_s : 0.0,
-        as_measured ? known_delay_s / sample_time_s : 0.0, sample_time_s);
-    for (const double f : frequencies_hz) {
-      const auto g = measured(f);
-      result.emplace_back(g.re, g.im);
-    }
+    const detail::MeasuredResponse<masses> measured(
+        parameters, as_measured ? delay_s / sample_time_s : 0.0, torque_lag_s / sample_time_s,
+        {sample_time_s, as_measured ? known_delay_s / sample_time_s : 0.0,
+         torque_lag_s > 0.0 ? detail::Lag::first_order : detail::Lag::none, grounded(), velocity});
+    for (const double f : frequencies_hz) result.push_back(measured(f));
   });
   return result;
 }
@@ -224,22 +312,39 @@ data::FrequencyResponse DriveModel::response(std::span<const double> frequencies
 }
 
 data::TransferFunction DriveModel::transfer_function() const {
-  const int order = order_of(structure);
-  Eigen::MatrixXd a;
-  Eigen::VectorXd b;
+  const bool lags = torque_lag_s > 0.0;
+  const int mechanical = order_of(structure) + (grounded() ? 1 : 0);
+  const int order = mechanical + (lags ? 1 : 0);
+  Eigen::MatrixXd a = Eigen::MatrixXd::Zero(order, order);
+  Eigen::VectorXd b = Eigen::VectorXd::Zero(order);
+  Eigen::RowVectorXd c = Eigen::RowVectorXd::Zero(order);
+  double d = 0.0;
   detail::with_masses(structure, [&](auto masses) {
-    const auto s = detail::hold(detail::continuous_drive<masses>(parameters), sample_time_s);
-    a = s.a.topLeftCorner(order, order);
-    b = s.b.head(order);
+    const auto s = detail::sampled_drive<masses>(
+        parameters, data::OutputQuantity::velocity, 0.0, sample_time_s,
+        lags ? detail::Lag::first_order : detail::Lag::none, torque_lag_s / sample_time_s, velocity);
+    a.topLeftCorner(mechanical, mechanical) = s.system.a.topLeftCorner(mechanical, mechanical);
+    b.head(mechanical) = (s.system.b - s.lag_b).head(mechanical);
+    c.head(mechanical) = s.system.c.head(mechanical);
+    d = s.system.d - s.lag_d;
+    if (!lags) return;
+    a.topRightCorner(mechanical, 1) = s.lag_b.head(mechanical);
+    a(mechanical, mechanical) = s.decay;
+    b(mechanical) = 1.0 - s.decay;
+    c(mechanical) = s.lag_d;
   });
+  const bool differences = velocity == Velocity::differences;
   data::TransferFunction g{{0.0}, {1.0}, sample_time_s};
   // Faddeev-LeVerrier: adj(zI - A) and det(zI - A) in one recursion.
   Eigen::MatrixXd m = Eigen::MatrixXd::Identity(order, order);
   for (int k = 1; k <= order; ++k) {
-    g.numerator.push_back((m * b)(0));
+    // y(k+1) = c x(k) + d u(k); the velocity itself is x_0(k).
+    if (differences && k == 1) g.numerator.push_back(d);
+    g.numerator.push_back(differences ? c.dot(m * b) : (m * b)(0));
     const Eigen::MatrixXd am = a * m;
     const double coefficient = -am.trace() / k;
     g.denominator.push_back(coefficient);
+    if (differences) g.numerator.back() += d * coefficient;
     m = am;
     m.diagonal().array() += coefficient;
   }
@@ -248,10 +353,15 @@ data::TransferFunction DriveModel::transfer_function() const {
 
 std::vector<data::Mode> DriveModel::modes() const {
   const auto values = plain_modes(*this);
+  // A moved model may lose a mode that hardly is one.
+  const auto of = [](const DriveModel& m, std::size_t i) {
+    const auto all = plain_modes(m);
+    return i < all.size() ? all[i].mode : data::UndampedMode{};
+  };
   std::vector<data::Mode> result;
   for (std::size_t i = 0; i < values.size(); ++i) {
-    const auto frequency = [i](const DriveModel& m) { return plain_modes(m)[i].mode.frequency_hz; };
-    const auto damping = [i](const DriveModel& m) { return plain_modes(m)[i].mode.damping_ratio; };
+    const auto frequency = [&](const DriveModel& m) { return of(m, i).frequency_hz; };
+    const auto damping = [&](const DriveModel& m) { return of(m, i).damping_ratio; };
     result.push_back({values[i].anti,
                       {values[i].mode.frequency_hz, standard_deviation_of(frequency)},
                       {values[i].mode.damping_ratio, standard_deviation_of(damping)}});
@@ -259,9 +369,18 @@ std::vector<data::Mode> DriveModel::modes() const {
   return result;
 }
 
-data::Estimate DriveModel::resonance() const { return modes().at(1).frequency_hz; }
+data::Estimate DriveModel::resonance() const {
+  const auto all = modes();
+  const auto anti = std::find_if(all.begin(), all.end(), [](const data::Mode& m) { return m.anti; });
+  const auto above = std::find_if(anti, all.end(), [](const data::Mode& m) { return !m.anti; });
+  return above == all.end() ? data::Estimate{} : above->frequency_hz;
+}
 
-data::Estimate DriveModel::antiresonance() const { return modes().at(0).frequency_hz; }
+data::Estimate DriveModel::antiresonance() const {
+  const auto all = modes();
+  const auto anti = std::find_if(all.begin(), all.end(), [](const data::Mode& m) { return m.anti; });
+  return anti == all.end() ? data::Estimate{} : anti->frequency_hz;
+}
 
 std::vector<UncertainRoot> DriveModel::poles() const { return uncertain_roots(*this, false); }
 
@@ -270,11 +389,14 @@ std::vector<UncertainRoot> DriveModel::zeros() const { return uncertain_roots(*t
 namespace detail {
 
 std::array<double, kParameterCount> Coordinates::from(const DriveModel& model) const {
-  const auto logarithm = [](double x) { return std::log(std::max(x, 1e-300)); };
-  const auto& p = model.parameters;
-  return {logarithm(p.driven_inertia), logarithm(p.load_inertia),         logarithm(p.stiffness),
-          logarithm(p.damping),        p.viscous_friction / viscous_unit, model.delay_s / sample_time_s,
-          logarithm(p.middle_inertia), logarithm(p.stiffness_2),          logarithm(p.damping_2)};
+  std::array<double, kParameterCount> x{};
+  const auto unit = jacobian(model);
+  for (int i = 0; i < kParameterCount; ++i) {
+    const double value = model.value(static_cast<Parameter>(i));
+    const auto at = static_cast<std::size_t>(i);
+    x[at] = is_logarithm(i) ? std::log(std::max(value, 1e-300)) : value / unit[at];
+  }
+  return x;
 }
 
 void Coordinates::store(const double* x, DriveModel& model) const {
@@ -282,12 +404,17 @@ void Coordinates::store(const double* x, DriveModel& model) const {
   if (model.structure == Structure::rigid)
     model.parameters.load_inertia = model.parameters.stiffness = model.parameters.damping = 0.0;
   model.delay_s = x[kDelay] * sample_time_s;
+  model.torque_lag_s = x[kTorqueLag] * sample_time_s;
 }
 
 std::array<double, kParameterCount> Coordinates::jacobian(const DriveModel& model) const {
-  const auto& p = model.parameters;
-  return {p.driven_inertia, p.load_inertia,   p.stiffness,   p.damping,  viscous_unit,
-          sample_time_s,    p.middle_inertia, p.stiffness_2, p.damping_2};
+  std::array<double, kParameterCount> unit{};
+  for (int i = 0; i < kParameterCount; ++i)
+    if (is_logarithm(i)) unit[static_cast<std::size_t>(i)] = model.value(static_cast<Parameter>(i));
+  unit[kViscousFriction] = unit[kLoadViscousFriction] = viscous_unit;
+  unit[kMotorGroundStiffness] = unit[kLoadGroundStiffness] = ground_unit;
+  unit[kDelay] = unit[kTorqueLag] = sample_time_s;
+  return unit;
 }
 
 }  // namespace detail

@@ -25,8 +25,8 @@ struct SampledSlopes {
   static constexpr int kStates = Sizes<Masses>::kStates;
   SampledDrive<Masses, double> drive;
   std::array<std::array<Slopes<Columns>, kStates>, kStates> a;
-  std::array<Slopes<Columns>, kStates> b, c;
-  Slopes<Columns> d;
+  std::array<Slopes<Columns>, kStates> b, c, lag_b;
+  Slopes<Columns> d, lag_d, decay, past_d;
 };
 
 template <int Masses, int Columns>
@@ -37,21 +37,24 @@ SampledSlopes<Masses, Columns> sampled(const SimulationSetup& setup, const doubl
   const auto of = [&](const auto* coordinates) {
     using T = std::decay_t<decltype(*coordinates)>;
     return sampled_drive<Masses>(setup.coordinates.parameters(coordinates, Masses == 3), setup.quantity,
-                                 setup.coordinates.delay_samples(coordinates) + T(setup.known_delay_samples),
-                                 setup.coordinates.sample_time_s);
+                                 coordinates[kDelay] + T(setup.known_delay_samples),
+                                 setup.coordinates.sample_time_s, setup.lag, coordinates[kTorqueLag],
+                                 setup.velocity);
   };
   result.drive = of(x);
   if constexpr (Columns > 0) {
     for (int i = 0; i < kStates; ++i) {
       result.a[static_cast<std::size_t>(i)].fill(zero<Columns>());
-      result.b[static_cast<std::size_t>(i)] = result.c[static_cast<std::size_t>(i)] = zero<Columns>();
+      const auto at = static_cast<std::size_t>(i);
+      result.b[at] = result.c[at] = result.lag_b[at] = zero<Columns>();
     }
-    result.d = zero<Columns>();
+    result.d = result.lag_d = result.decay = result.past_d = zero<Columns>();
     if (active.empty() || active.front() >= kCount) return result;
     using Jet = ceres::Jet<double, kCount>;
     std::array<Jet, kCount> jets;
     for (int i = 0; i < kCount; ++i) jets[static_cast<std::size_t>(i)] = Jet(x[i], i);
-    const auto s = of(jets.data()).system;
+    const auto jet = of(jets.data());
+    const auto& s = jet.system;
     for (std::size_t p = 0; p < active.size(); ++p) {
       const int from = active[p];
       if (from >= kCount) continue;
@@ -61,8 +64,12 @@ SampledSlopes<Masses, Columns> sampled(const SimulationSetup& setup, const doubl
         for (int j = 0; j < kStates; ++j) result.a[row][static_cast<std::size_t>(j)](to) = s.a(i, j).v(from);
         result.b[row](to) = s.b(i).v(from);
         result.c[row](to) = s.c(i).v(from);
+        result.lag_b[row](to) = jet.lag_b(i).v(from);
       }
       result.d(to) = s.d.v(from);
+      result.lag_d(to) = jet.lag_d.v(from);
+      result.decay(to) = jet.decay.v(from);
+      result.past_d(to) = jet.past_d.v(from);
     }
   }
   return result;
@@ -164,7 +171,9 @@ void DriveSimulation::run(const double* x, std::span<const int> active, Sink&& s
   using Row = Slopes<Columns>;
   const auto model = sampled<Masses, Columns>(setup_, x, active);
   const auto& s = model.drive.system;
-  const bool position = setup_.quantity == data::OutputQuantity::position;
+  const bool lagging = setup_.lag == Lag::first_order;
+  const bool grounded = setup_.grounded;
+  const int used = kOrder + (grounded || setup_.quantity == data::OutputQuantity::position ? 1 : 0);
   const bool closed = setup_.controller.has_value();
   const bool dry = !signals_.direction.empty();
   std::array<double, kOrder + 1> state;
@@ -190,17 +199,37 @@ void DriveSimulation::run(const double* x, std::span<const int> active, Sink&& s
   std::optional<Controller<Columns>> controller;
   if (closed) controller.emplace(*setup_.controller, x + kControllerState, active);
   const double constant = x[kOffset] * signals_.constant;
+  const bool differences =
+      setup_.velocity == Velocity::differences && setup_.quantity == data::OutputQuantity::velocity;
+  double last_torque = 0.0;
+  Row last_torque_slopes = zero<Columns>();
+  double behind = 0.0, last_command = 0.0;  // by how much the torque loop lags behind its command
+  Row behind_slopes = zero<Columns>(), last_slopes = zero<Columns>();
   for (std::size_t k = first; k < signals_.output.size(); ++k) {
     const std::size_t j = k - first;
-    double torque = constant + signals_.input[j];
-    Row torque_slopes = by_offset;
+    double command = signals_.input[j];
+    Row command_slopes = zero<Columns>();
     if (closed) {
-      torque += controller->step(signals_.reference[j] - late_output[j % first]);
-      if constexpr (kSlopes) torque_slopes += controller->step_slopes(-late_slopes[j % first]);
+      command += controller->step(signals_.reference[j] - late_output[j % first]);
+      if constexpr (kSlopes) command_slopes = controller->step_slopes(-late_slopes[j % first]);
+    }
+    double torque = constant + command;
+    Row torque_slopes = by_offset;
+    if constexpr (kSlopes) torque_slopes += command_slopes;
+    if (lagging) {
+      if constexpr (kSlopes)
+        if (j > 0)
+          behind_slopes =
+              last_slopes + model.drive.decay * behind_slopes + behind * model.decay - command_slopes;
+      if (j > 0) behind = last_command + model.drive.decay * behind - command;
+      last_command = command;
+      if constexpr (kSlopes) last_slopes = command_slopes;
     }
     if (friction != nullptr) {
       double free = s.b(0) * torque;  // velocity that the driven side would have without friction
       for (int c = 0; c < kOrder; ++c) free += s.a(0, c) * state[static_cast<std::size_t>(c)];
+      if (grounded) free += s.a(0, kOrder) * state[kOrder];
+      if (lagging) free += model.drive.lag_b(0) * behind;
       slide_or_stick(state[0], free, s.b(0), std::max(0.0, x[kCoulomb]), friction->direction[j],
                      friction->stuck[j]);
       torque -= x[kCoulomb] * friction->direction[j] + friction->stuck[j];
@@ -211,7 +240,23 @@ void DriveSimulation::run(const double* x, std::span<const int> active, Sink&& s
     double output = s.d * torque;
     Row output_slopes = zero<Columns>();
     if constexpr (kSlopes) output_slopes = s.d * torque_slopes + model.d * torque;
-    for (int i = 0; i < kOrder + (position ? 1 : 0); ++i) {
+    if (lagging) {
+      output += model.drive.lag_d * behind;
+      if constexpr (kSlopes) output_slopes += model.drive.lag_d * behind_slopes + model.lag_d * behind;
+    }
+    if (differences) {
+      if (j == 0) {
+        last_torque = torque;
+        last_torque_slopes = torque_slopes;
+      }
+      output += model.drive.past_d * (last_torque - torque);
+      if constexpr (kSlopes)
+        output_slopes +=
+            model.drive.past_d * (last_torque_slopes - torque_slopes) + model.past_d * (last_torque - torque);
+      last_torque = torque;
+      last_torque_slopes = torque_slopes;
+    }
+    for (int i = 0; i < used; ++i) {
       const auto at = static_cast<std::size_t>(i);
       output += s.c(i) * state[at];
       if constexpr (kSlopes) output_slopes += s.c(i) * slopes[at] + model.c[at] * state[at];
@@ -223,14 +268,18 @@ void DriveSimulation::run(const double* x, std::span<const int> active, Sink&& s
     }
     const auto past = state;
     const auto past_slopes = slopes;
-    for (int i = 0; i < kOrder + (position ? 1 : 0); ++i) {
+    for (int i = 0; i < used; ++i) {
       const auto at = static_cast<std::size_t>(i);
-      double sum = s.b(i) * torque + (i == kOrder ? past[kOrder] : 0.0);
+      const bool by_place = grounded || i == kOrder;
+      double sum = s.b(i) * torque;
+      if (by_place) sum += s.a(i, kOrder) * past[kOrder];
+      if (lagging) sum += model.drive.lag_b(i) * behind;
       for (int c = 0; c < kOrder; ++c) sum += s.a(i, c) * past[static_cast<std::size_t>(c)];
       state[at] = sum;
       if constexpr (kSlopes) {
         Row row = s.b(i) * torque_slopes + model.b[at] * torque;
-        if (i == kOrder) row += past_slopes[kOrder];
+        if (by_place) row += s.a(i, kOrder) * past_slopes[kOrder] + model.a[at][kOrder] * past[kOrder];
+        if (lagging) row += model.drive.lag_b(i) * behind_slopes + model.lag_b[at] * behind;
         for (std::size_t c = 0; c < kOrder; ++c)
           row += s.a(i, static_cast<int>(c)) * past_slopes[c] + model.a[at][c] * past[c];
         slopes[at] = row;
@@ -258,10 +307,13 @@ double DriveSimulation::sum_of_squares(std::span<const double> x) const {
   return sum;
 }
 
-constexpr std::size_t kFew = 8, kSome = 12, kMost = 32;
+constexpr std::size_t kFew = 8, kSome = 12, kMany = 18, kMost = DriveSimulation::kMostColumns;
 
 Eigen::Index DriveSimulation::factor_rows(std::size_t active) {
-  return 1 + static_cast<Eigen::Index>(active <= kFew ? kFew : active <= kSome ? kSome : kMost);
+  return 1 + static_cast<Eigen::Index>(active <= kFew    ? kFew
+                                       : active <= kSome ? kSome
+                                       : active <= kMany ? kMany
+                                                         : kMost);
 }
 
 Eigen::MatrixXd DriveSimulation::factor(std::span<const double> x, std::span<const int> active) const {
@@ -303,6 +355,7 @@ std::vector<std::pair<Eigen::MatrixXd, std::size_t>> DriveSimulation::factors(st
     };
     if (active.size() <= kFew) return with(std::integral_constant<int, kFew>());
     if (active.size() <= kSome) return with(std::integral_constant<int, kSome>());
+    if (active.size() <= kMany) return with(std::integral_constant<int, kMany>());
     return with(std::integral_constant<int, kMost>());
   });
 }
@@ -325,6 +378,8 @@ Eigen::MatrixXd DriveSimulation::rows(std::span<const double> x, std::span<const
       with(std::integral_constant<int, kFew>());
     else if (active.size() <= kSome)
       with(std::integral_constant<int, kSome>());
+    else if (active.size() <= kMany)
+      with(std::integral_constant<int, kMany>());
     else
       with(std::integral_constant<int, kMost>());
   });

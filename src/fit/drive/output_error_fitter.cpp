@@ -6,8 +6,10 @@
 #include <fit/drive/output_error_cost.hpp>
 #include <fit/drive/output_error_fitter.hpp>
 #include <fit/drive/record_consistency.hpp>
+#include <fit/drive/score.hpp>
 #include <fit/least_squares.hpp>
 #include <memory>
+#include <resonid/base/constants.hpp>
 #include <resonid/base/detail/statistics.hpp>
 
 #include "linalg/decompositions.hpp"
@@ -46,7 +48,8 @@ class OutputErrorFitter {
     model = config.initial;
     model.sample_time_s = record.sample_time_s();
     model.known_delay_s = config.known_delay_s;
-    model.estimated = estimated_parameters(config.initial.structure, config.viscous_friction, config.delay);
+    model.estimated =
+        estimated_parameters(config.initial.structure, config.viscous_friction, config.delay, config.further);
     if (!config.delay && !config.fixed_model) model.delay_s = 0.0;
     if (!config.viscous_friction && !config.fixed_model) model.parameters.viscous_friction = 0.0;
     x_.assign(static_cast<std::size_t>(layout_.size()), 0.0);
@@ -96,9 +99,16 @@ class OutputErrorFitter {
                                : kTwoPi * start.modes().front().frequency_hz.value;
     SimulationSetup setup{start.structure,
                           record.output_quantity,
-                          {start.parameters.driven_inertia * slowest, record.sample_time_s()},
+                          {start.parameters.driven_inertia * slowest, record.sample_time_s(),
+                           start.parameters.driven_inertia * slowest * slowest},
                           config.known_delay_s * record.sample_rate_hz,
                           std::nullopt};
+    const auto asked = [&](Parameter p) {
+      return std::find(config.further.begin(), config.further.end(), p) != config.further.end();
+    };
+    if (start.torque_lag_s > 0.0 || asked(kTorqueLag)) setup.lag = Lag::first_order;
+    setup.velocity = start.velocity;
+    setup.grounded = start.grounded() || asked(kMotorGroundStiffness) || asked(kLoadGroundStiffness);
     if (config.predictor == Predictor::closed_loop) setup.controller = config.controller;
     return setup;
   }
@@ -122,8 +132,10 @@ class OutputErrorFitter {
         active_[static_cast<std::size_t>(layout_.of(r, local))] = on;
       };
       for (int i = 0; i < order_of(model.structure); ++i) set(kInitialState + i, config_.initial_state);
-      set(kPlace, config_.initial_state && setup_.quantity == data::OutputQuantity::position);
-      set(kOffset, config_.offset && !hidden);
+      const bool place = setup_.quantity == data::OutputQuantity::position;
+      set(kPlace, config_.initial_state && (place || setup_.grounded));
+      // Between springs the place at the start tells a velocity all that a constant torque does.
+      set(kOffset, config_.offset && !hidden && (place || !setup_.grounded));
       for (int i = 0; i < setup_.controller_order(); ++i)
         set(kControllerState + i, config_.initial_state || hidden);
     }
@@ -222,6 +234,7 @@ class OutputErrorFitter {
     }
     std::vector<Bound> bounds;
     if (mask[kDelay]) bounds.push_back(delay_bounds());
+    if (mask[kTorqueLag]) bounds.push_back({kTorqueLag, 0.0, kMaximumLagSamples});
     // With a noise model the cost need not be exact to more digits than the likelihood tells apart.
     const Effort effort{kMaximumIterations, config_.noise_model ? 1e-9 : 1e-14};
     const std::unique_ptr<bool[]> flags(new bool[mask.size()]);
@@ -332,7 +345,7 @@ class OutputErrorFitter {
             kMaximumDelaySamples};
   }
   [[nodiscard]] int checked() const {
-    return setup_.structure == Structure::three_mass ? kParameterCount : kDelay + 1;
+    return setup_.structure == Structure::three_mass ? kParameterCount : kMiddleInertia;
   }
 
   [[nodiscard]] NoiseModel noise_of(int r) const { return with_noise_ ? part(r).noise : NoiseModel{}; }
@@ -438,7 +451,42 @@ class OutputErrorFitter {
     fit.bic = likelihood + (parameters + noise_orders) * std::log(n);
     if (records() > 1 && !config_.fixed_model) fit.against_others = consistency();
     if (!config_.fixed_model && config_.holdout.empty())
-      for (int r = 0; r < records(); ++r) fit.records[static_cast<std::size_t>(r)].constancy = constancy(r);
+      for (int r = 0; r < records(); ++r) {
+        auto& own = fit.records[static_cast<std::size_t>(r)];
+        own.constancy = constancy(r);
+        own.lacking = lacking(r);
+      }
+  }
+
+  /// Lagrange multiplier tests: what of the residual follows the slope by a parameter that is not estimated,
+  /// beyond what the estimated ones could take up.
+  [[nodiscard]] std::vector<Lacking> lacking(int r) const {
+    std::vector<int> columns;
+    for (int i = 0; i < kParameterCount; ++i)
+      if (fit_.model.estimated[static_cast<std::size_t>(i)]) columns.push_back(i);
+    std::vector<Lacking> found;
+    const auto estimated = static_cast<Eigen::Index>(columns.size());
+    for (const Parameter p : kFurtherTried)
+      if (!fit_.model.estimated[static_cast<std::size_t>(p)] && may_have_parameter(setup_.structure, p)) {
+        columns.push_back(p);
+        found.push_back({p, 0.0});
+      }
+    const auto tried = static_cast<Eigen::Index>(found.size());
+    for (int i = kInitialState; i < layout_.local_size(); ++i)
+      if (active_[static_cast<std::size_t>(layout_.of(r, i))]) columns.push_back(i);
+    if (tried == 0 || columns.size() > DriveSimulation::kMostColumns) return {};
+    SimulationSetup wider = setup_;
+    wider.lag = Lag::first_order;
+    wider.grounded = true;
+    const auto signals = with_noise_ ? whitened(part(r).raw, part(r).noise) : part(r).raw;
+    const Eigen::MatrixXd factor = DriveSimulation(wider, signals).factor(layout_.local(r, x_), columns);
+    if (!factor.allFinite()) return {};
+    Eigen::MatrixXd ordered(factor.rows(), factor.cols());  // states beside the estimated ones
+    const Eigen::Index states = factor.cols() - 1 - estimated - tried;
+    ordered << factor.leftCols(estimated), factor.middleCols(estimated + tried, states),
+        factor.middleCols(estimated, tried), factor.rightCols(1);
+    score(ordered, estimated + states, part(r).variance, found);
+    return found;
   }
 
   [[nodiscard]] std::vector<Constancy> constancy(int r) const {

@@ -1,11 +1,14 @@
 // SPDX-License-Identifier: MIT
-#include <ceres/autodiff_cost_function.h>
+#include <ceres/sized_cost_function.h>
 
 #include <algorithm>
 #include <fit/drive/initial_models.hpp>
-#include <fit/drive/sampled_drive.hpp>
+#include <fit/drive/measured_response.hpp>
+#include <fit/drive/score.hpp>
 #include <fit/least_squares.hpp>
 #include <resonid/fit/response_fit.hpp>
+
+#include "linalg/decompositions.hpp"
 
 namespace resonid::fit {
 namespace {
@@ -50,32 +53,55 @@ std::vector<Complex> as_measured(const data::FrequencyResponse& g, const DriveMo
 
 /// Weighted differences, real and imaginary part per line.
 template <int Masses>
-struct ResponseResiduals {
+class ResponseCost : public ceres::SizedCostFunction<ceres::DYNAMIC, detail::Sizes<Masses>::kParameters> {
+ public:
+  static constexpr int kParameters = detail::Sizes<Masses>::kParameters;
   const data::FrequencyResponse* response;
   std::vector<double> weight;
   std::vector<std::array<Point, 2>> points;
   detail::Coordinates coordinates;
   detail::SearchRange range;
-  double known_delay_s = 0.0;
+  detail::ResponseSetting setting;
+  std::vector<int> active;
 
-  template <class T>
-  bool operator()(const T* x, T* residual) const {
-    if (!range.contains(x, detail::Sizes<Masses>::kParameters)) return false;
-    const double step = coordinates.sample_time_s;
-    const detail::MeasuredResponse<Masses, T> measured(
-        coordinates.parameters(x, Masses == 3), coordinates.delay_samples(x), known_delay_s / step, step);
+  ResponseCost(const data::FrequencyResponse& lines, std::vector<double> weights,
+               std::vector<std::array<Point, 2>> where, const detail::Coordinates& in,
+               const detail::SearchRange& allowed, const detail::ResponseSetting& with, std::vector<int> by)
+      : response(&lines),
+        weight(std::move(weights)),
+        points(std::move(where)),
+        coordinates(in),
+        range(allowed),
+        setting(with),
+        active(std::move(by)) {
+    this->set_num_residuals(static_cast<int>(2 * lines.lines()));
+  }
+
+  bool Evaluate(double const* const* blocks, double* residual, double** jacobians) const override {
+    const double* x = blocks[0];
+    if (!range.contains(x, kParameters)) return false;
+    double* const slopes = jacobians == nullptr ? nullptr : jacobians[0];
+    const auto measured = slopes == nullptr
+                              ? detail::MeasuredResponse<Masses>(coordinates, x, setting, {})
+                              : detail::MeasuredResponse<Masses>(coordinates, x, setting, active);
+    std::vector<Complex> by(slopes == nullptr ? 0 : active.size());
+    if (slopes != nullptr) std::fill(slopes, slopes + 2 * response->lines() * kParameters, 0.0);
     for (std::size_t i = 0; i < response->lines(); ++i) {
-      T re(-response->value[i].real());
-      T im(-response->value[i].imag());
+      Complex difference = -response->value[i];
       for (const Point& point : points[i]) {
         if (point.share == 0.0) continue;
-        const auto g = measured(point.frequency_hz);
-        re += g.re * T(point.share.real()) - g.im * T(point.share.imag());
-        im += g.re * T(point.share.imag()) + g.im * T(point.share.real());
+        difference += point.share * measured.evaluate(point.frequency_hz, by);
+        for (std::size_t p = 0; p < by.size(); ++p) {
+          const Complex slope = weight[i] * point.share * by[p];
+          const std::size_t at = 2 * i * kParameters + static_cast<std::size_t>(active[p]);
+          slopes[at] += slope.real();
+          slopes[at + kParameters] += slope.imag();
+          if (!std::isfinite(slopes[at]) || !std::isfinite(slopes[at + kParameters])) return false;
+        }
       }
-      residual[2 * i] = re * T(weight[i]);
-      residual[2 * i + 1] = im * T(weight[i]);
-      if (!detail::finite(residual[2 * i]) || !detail::finite(residual[2 * i + 1])) return false;
+      residual[2 * i] = weight[i] * difference.real();
+      residual[2 * i + 1] = weight[i] * difference.imag();
+      if (!std::isfinite(residual[2 * i]) || !std::isfinite(residual[2 * i + 1])) return false;
     }
     return true;
   }
@@ -138,26 +164,27 @@ struct Fitter {
     fit.model.sample_time_s = config.sample_time_s;
     fit.model.known_delay_s = config.known_delay_s;
     fit.model.structure = config.structure;
-    fit.model.estimated = estimated_parameters(config.structure, config.viscous_friction, config.delay);
+    fit.model.estimated =
+        estimated_parameters(config.structure, config.viscous_friction, config.delay, config.further);
     fit.model_error = error;
     if (!config.viscous_friction) fit.model.parameters.viscous_friction = 0.0;
     if (!config.delay) fit.model.delay_s = 0.0;
 
-    detail::Coordinates coordinates{start.parameters.driven_inertia * kTwoPi * lines.frequency_hz.front(),
-                                    config.sample_time_s};
+    const auto coordinates = coordinates_of(start);
     auto x = coordinates.from(fit.model);
-    std::vector<std::array<Point, 2>> points;
-    for (std::size_t i = 0; i < lines.lines(); ++i)
-      points.push_back(points_of(lines, i, config.known_delay_s));
     std::vector<detail::Bound> bounds;
     if (config.delay) bounds.push_back({kDelay, detail::kMinimumDelaySamples, detail::kMaximumDelaySamples});
+    const auto& estimated = fit.model.estimated;
+    if (estimated[kTorqueLag]) bounds.push_back({kTorqueLag, 0.0, detail::kMaximumLagSamples});
+    const detail::ResponseSetting setting = setting_of(fit.model);
+    std::vector<int> active;
+    for (int i = 0; i < kParameterCount; ++i)
+      if (estimated[static_cast<std::size_t>(i)]) active.push_back(i);
     const auto solution = detail::with_masses(config.structure, [&](auto masses) {
-      using Residuals = ResponseResiduals<masses>;
       constexpr int kParameters = detail::Sizes<masses>::kParameters;
-      auto* functor = new Residuals{&lines,      weights(lines, weighting, error), points,
-                                    coordinates, detail::SearchRange(x),           config.known_delay_s};
-      auto cost = std::make_unique<ceres::AutoDiffCostFunction<Residuals, ceres::DYNAMIC, kParameters>>(
-          functor, static_cast<int>(2 * lines.lines()));
+      auto cost =
+          std::make_unique<ResponseCost<masses>>(lines, weights(lines, weighting, error), points(),
+                                                 coordinates, detail::SearchRange(x), setting, active);
       return detail::minimise(std::move(cost), std::span(x).template first<kParameters>(),
                               fit.model.estimated, bounds);
     });
@@ -180,11 +207,18 @@ struct Fitter {
     return fit;
   }
 
+  [[nodiscard]] detail::ResponseSetting setting_of(const DriveModel& model) const {
+    const auto& estimated = model.estimated;
+    return {config.sample_time_s, config.known_delay_s / config.sample_time_s,
+            estimated[kTorqueLag] || model.torque_lag_s > 0.0 ? detail::Lag::first_order : detail::Lag::none,
+            model.grounded() || estimated[kMotorGroundStiffness] || estimated[kLoadGroundStiffness],
+            model.velocity};
+  }
+
   /// From a soft weighting towards the data's own: a start far off must not follow its best-measured lines.
   ResponseFit settle(const DriveModel& start) const {
     const bool soft = config.weighting == Weighting::model_error;
-    constexpr double kSoft = 0.3;
-    auto fit = run(start, config.weighting, soft ? kSoft : 0.0);
+    auto fit = run(start, config.weighting, soft ? config.initial_error : 0.0);
     for (int round = 0; soft && round < 12; ++round) {
       const double parameters =
           static_cast<double>(std::count(fit.model.estimated.begin(), fit.model.estimated.end(), true));
@@ -196,6 +230,57 @@ struct Fitter {
       if (std::abs(error - before) <= 1e-3 * before + 1e-9) break;
     }
     return fit;
+  }
+
+  /// Lagrange multiplier tests, as those of the fits to records.
+  [[nodiscard]] std::vector<Lacking> lacking(const ResponseFit& fit) const {
+    DriveModel model = fit.model;
+    std::vector<int> columns;
+    for (int i = 0; i < kParameterCount; ++i)
+      if (model.estimated[static_cast<std::size_t>(i)]) columns.push_back(i);
+    const auto estimated = static_cast<Eigen::Index>(columns.size());
+    std::vector<Lacking> found;
+    for (const Parameter p : detail::kFurtherTried)
+      if (!model.estimated[static_cast<std::size_t>(p)] && may_have_parameter(config.structure, p)) {
+        columns.push_back(p);
+        found.push_back({p, 0.0});
+      }
+    const auto coordinates = coordinates_of(model);
+    const auto x = coordinates.from(model);
+    auto setting = setting_of(model);
+    setting.lag = detail::Lag::first_order;
+    setting.grounded = true;
+    const auto rows = static_cast<Eigen::Index>(2 * lines.lines());
+    Eigen::VectorXd residual(rows);
+    Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor> slopes;
+    const bool done = detail::with_masses(config.structure, [&](auto masses) {
+      slopes.resize(rows, detail::Sizes<masses>::kParameters);
+      const ResponseCost<masses> cost(lines, weights(lines, config.weighting, fit.model_error), points(),
+                                      coordinates, detail::SearchRange(x), setting, columns);
+      const double* block = x.data();
+      double* jacobian = slopes.data();
+      return cost.Evaluate(&block, residual.data(), &jacobian);
+    });
+    if (!done) return {};
+    Eigen::MatrixXd all(rows, static_cast<Eigen::Index>(columns.size()) + 1);
+    for (Eigen::Index i = 0; i + 1 < all.cols(); ++i)
+      all.col(i) = slopes.col(columns[static_cast<std::size_t>(i)]);
+    all.rightCols(1) = residual;
+    detail::score(linalg::upper_factor(all), estimated,
+                  2.0 * fit.cost / static_cast<double>(std::max<Eigen::Index>(1, rows - estimated)), found);
+    return found;
+  }
+
+  [[nodiscard]] std::vector<std::array<Point, 2>> points() const {
+    std::vector<std::array<Point, 2>> all;
+    for (std::size_t i = 0; i < lines.lines(); ++i) all.push_back(points_of(lines, i, config.known_delay_s));
+    return all;
+  }
+
+  [[nodiscard]] detail::Coordinates coordinates_of(const DriveModel& start) const {
+    const double omega = kTwoPi * lines.frequency_hz.front();
+    return {start.parameters.driven_inertia * omega, config.sample_time_s,
+            start.parameters.driven_inertia * omega * omega};
   }
 
   /// Costs compare under one weighting only; a model error of its own makes every fit's cost alike.
@@ -321,6 +406,10 @@ expected<ResponseFit, Error> fit_response(const data::FrequencyResponse& respons
     starts = detail::initial_models(lines, config.structure, config.sample_time_s, config.viscous_friction);
   if (config.delay && !config.initial)
     for (auto& start : starts) start.delay_s = scanned_delay_s(lines, start);
+  if (!config.initial)
+    for (auto& start : starts) start.velocity = config.velocity;
+  if (std::find(config.further.begin(), config.further.end(), kTorqueLag) == config.further.end())
+    for (auto& start : starts) start.torque_lag_s = config.torque_lag_s;
 
   const Fitter fitter{lines, config};
   constexpr double kExplains = 1.2;  // misfit of a model that needs no other start
@@ -332,6 +421,7 @@ expected<ResponseFit, Error> fit_response(const data::FrequencyResponse& respons
     if (best->converged && best->misfit > 0.0 && best->misfit < kExplains) break;
   }
   auto fit = std::move(*best);
+  fit.lacking = fitter.lacking(fit);
   if (config.weighting != Weighting::model_error) return fit;
   // What lines repeat beyond what their method's smoothing explains: a model that is wrong in a smooth way.
   const double known = known_repetition(lines);

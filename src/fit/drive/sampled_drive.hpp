@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <resonid/base/constants.hpp>
 #include <resonid/base/detail/linear_system.hpp>
 #include <resonid/data/record.hpp>
 #include <resonid/fit/drive_model.hpp>
@@ -22,24 +21,27 @@ double plain(const Jet& x) {
   return x.a;
 }
 
-/// Natural parameters [J1 J2 K D B Td Jm K2 D2] from the fit's coordinates: logarithms of the positive ones,
-/// B and Td in units that make them of order one.
+/// Natural parameters, in the order of `Parameter`, from the fit's coordinates: logarithms of the positive
+/// ones; frictions, springs to the ground, delay and lag in units that make them of order one.
 struct Coordinates {
   double viscous_unit = 1.0;
   double sample_time_s = 1.0;
+  double ground_unit = 1.0;
 
   /// The middle mass only for a `three_mass` drive: the others have no such coordinates.
   template <class T>
   [[nodiscard]] data::ThreeMass<T> parameters(const T* x, bool three_mass) const {
     using std::exp;
-    const data::TwoMass<T> two{exp(x[kDrivenInertia]), exp(x[kLoadInertia]), exp(x[kStiffness]),
-                               exp(x[kDamping]), x[kViscousFriction] * T(viscous_unit)};
-    if (!three_mass) return two;
-    return {two, exp(x[kMiddleInertia]), exp(x[kStiffness2]), exp(x[kDamping2])};
-  }
-  template <class T>
-  [[nodiscard]] T delay_samples(const T* x) const {
-    return x[kDelay];
+    data::ThreeMass<T> p{exp(x[kDrivenInertia]), exp(x[kLoadInertia]), exp(x[kStiffness]), exp(x[kDamping]),
+                         x[kViscousFriction] * T(viscous_unit)};
+    p.load_viscous_friction = x[kLoadViscousFriction] * T(viscous_unit);
+    p.motor_ground_stiffness = x[kMotorGroundStiffness] * T(ground_unit);
+    p.load_ground_stiffness = x[kLoadGroundStiffness] * T(ground_unit);
+    if (!three_mass) return p;
+    p.middle_inertia = exp(x[kMiddleInertia]);
+    p.stiffness_2 = exp(x[kStiffness2]);
+    p.damping_2 = exp(x[kDamping2]);
+    return p;
   }
   [[nodiscard]] std::array<double, kParameterCount> from(const DriveModel& model) const;
   void store(const double* x, DriveModel& model) const;
@@ -47,20 +49,17 @@ struct Coordinates {
   [[nodiscard]] std::array<double, kParameterCount> jacobian(const DriveModel& model) const;
 };
 
-inline bool finite(double x) { return std::isfinite(x); }
-template <class Jet>
-bool finite(const Jet& x) {
-  return std::isfinite(x.a) && x.v.allFinite();
-}
-
 /// Range of a fitted delay. Negative ones belong to an input that was measured, without a zero-order hold:
 /// its samples look up to half a sample ahead of the hold that the model assumes.
 inline constexpr double kMinimumDelaySamples = -1.0;
 inline constexpr double kMaximumDelaySamples = 50.0;
 
+/// Range of the lag of a torque loop: beyond, it is the drive's own inertia.
+inline constexpr double kMaximumLagSamples = 200.0;
+
 /// Coordinates that are logarithms.
 inline constexpr bool is_logarithm(int parameter) {
-  return parameter != kViscousFriction && parameter != kDelay;
+  return parameter < kViscousFriction || parameter > kLoadGroundStiffness;
 }
 
 /// The fits search inertias, stiffness and damping within a factor of 1000 (damping: 1e5) around their start;
@@ -95,7 +94,7 @@ template <int Masses>
 struct Sizes {
   static constexpr int kOrder = 2 * Masses - 1;
   static constexpr int kStates = kOrder + 1;
-  static constexpr int kParameters = Masses == 3 ? kParameterCount : kDelay + 1;  ///< Coordinates in use.
+  static constexpr int kParameters = Masses == 3 ? kParameterCount : kMiddleInertia;  ///< Coordinates in use.
 };
 
 /// Calls function(std::integral_constant<int, masses>) for the structure.
@@ -125,51 +124,92 @@ LinearSystem<T, Sizes<Masses>::kStates> continuous_drive(const data::ThreeMass<T
     put(data::continuous_system(p));
   } else if constexpr (Masses == 2) {
     put(data::continuous_system(static_cast<const data::TwoMass<T>&>(p)));
+    s.a(1, 1) -= p.load_viscous_friction / p.load_inertia;
   } else {
     s.a(0, 0) = -p.viscous_friction / p.driven_inertia;
     s.b(0) = T(1.0) / p.driven_inertia;
   }
   s.a(kOrder, 0) = T(1.0);
   s.c(0) = T(1.0);
+  s.a(0, kOrder) = -p.motor_ground_stiffness / p.driven_inertia;
+  if constexpr (Masses > 1) {  // the load's place is the driven side's less the twists, which are scaled
+    const T pull = p.load_ground_stiffness / p.load_inertia;
+    s.a(Masses - 1, kOrder) -= pull;
+    for (int twist = Masses; twist < kOrder; ++twist)
+      s.a(Masses - 1, twist) += pull / s.a(twist, twist - Masses);
+  }
   return s;
 }
 
 template <int States, class T>
-LinearSystem<T, States> hold(const LinearSystem<T, States>& s, const T& step) {
+double norm_of(const LinearSystem<T, States>& s) {
   double norm = 0.0;
   for (int i = 0; i < States; ++i) {
     double row = std::abs(plain(s.b(i)));
     for (int j = 0; j < States; ++j) row += std::abs(plain(s.a(i, j)));
     norm = std::max(norm, row);
   }
-  return zero_order_hold<T, States>(s, step, norm * std::abs(plain(step)));
+  return norm;
 }
 
-/// What the fits simulate: x(j+1) = a x(j) + b u(j),  y(j+1+whole_delay) = c x(j) + d u(j).
+template <int States, class T>
+LinearSystem<T, States> hold(const LinearSystem<T, States>& s, const T& step) {
+  return zero_order_hold<T, States>(s, step, norm_of(s) * std::abs(plain(step)));
+}
+
+/// What an input of 1 that decays with the time constant `lag` leaves after `step`.
+template <int States, class T>
+Eigen::Matrix<T, States, 1> decayed(const LinearSystem<T, States>& s, const T& lag, const T& step) {
+  Eigen::Matrix<T, States + 1, States + 1> m = Eigen::Matrix<T, States + 1, States + 1>::Zero();
+  for (int i = 0; i < States; ++i) {
+    for (int j = 0; j < States; ++j) m(i, j) = s.a(i, j) * step;
+    m(i, States) = s.b(i) * step;
+  }
+  m(States, States) = -step / lag;
+  const double norm =
+      std::max(norm_of(s) * std::abs(plain(step)), std::abs(plain(step)) / std::abs(plain(lag)));
+  const auto exponential = matrix_exponential<T, States + 1>(m, norm);
+  Eigen::Matrix<T, States, 1> left;
+  for (int i = 0; i < States; ++i) left(i) = exponential(i, States);
+  return left;
+}
+
+/// What the fits simulate: x(j+1) = a x(j) + b u(j) + lag_b e(j),
+/// y(j+1+whole_delay) = c x(j) + d u(j) + lag_d e(j). A torque loop of first order lags behind its command by
+/// e: e(j+1) = u(j) + decay e(j) - u(j+1). Differences that span two held inputs add past_d (u(j-1) - u(j)).
 template <int Masses, class T>
 struct SampledDrive {
-  LinearSystem<T, Sizes<Masses>::kStates> system;
+  static constexpr int kStates = Sizes<Masses>::kStates;
+  LinearSystem<T, kStates> system;
   int whole_delay = 0;
+  Eigen::Matrix<T, kStates, 1> lag_b = Eigen::Matrix<T, kStates, 1>::Zero();
+  T lag_d = T(0.0), decay = T(0.0), past_d = T(0.0);
 };
+
+/// Whether the lag of the torque loop has a part in it; without one it costs nothing.
+enum class Lag { none, first_order };
 
 /// Output delayed by `delay_samples` >= -1 (whole samples and an exact fraction: the state between two
 /// samples).
 template <int Masses, class T>
 SampledDrive<Masses, T> sampled_drive(const data::ThreeMass<T>& p, data::OutputQuantity quantity,
-                                      const T& delay_samples, double sample_time_s) {
+                                      const T& delay_samples, double sample_time_s, Lag lag,
+                                      const T& lag_samples, Velocity velocity) {
   constexpr int kStates = Sizes<Masses>::kStates;
   const auto continuous = continuous_drive<Masses>(p);
   SampledDrive<Masses, T> drive;
   drive.system = hold(continuous, T(sample_time_s));
   drive.whole_delay = static_cast<int>(std::floor(plain(delay_samples) + 1e-9));
+  const bool differences = quantity == data::OutputQuantity::velocity && velocity == Velocity::differences;
   const T fraction = delay_samples - T(drive.whole_delay);
-  const auto partial = hold(continuous, (T(1.0) - fraction) * T(sample_time_s));
+  const T rest = (T(1.0) - fraction) * T(sample_time_s);
+  const auto partial = hold(continuous, rest);
   std::array<T, kStates> row;
   row.fill(T(0.0));
   T feed_through(0.0);
   switch (quantity) {
     case data::OutputQuantity::velocity:
-      row[0] = T(1.0);
+      row[differences ? kStates - 1 : 0] = T(differences ? 1.0 / sample_time_s : 1.0);
       break;
     case data::OutputQuantity::position:
       row[kStates - 1] = T(1.0);
@@ -188,94 +228,29 @@ SampledDrive<Masses, T> sampled_drive(const data::ThreeMass<T>& p, data::OutputQ
     }
     drive.system.d += share * partial.b(i);
   }
+  if (differences) {  // less the place one sample before, looked back to from x(j) under u(j-1)
+    const auto before = hold(continuous, -fraction * T(sample_time_s));
+    const T& share = row[kStates - 1];
+    for (int j = 0; j < kStates; ++j) drive.system.c(j) -= share * before.a(kStates - 1, j);
+    drive.system.d -= share * before.b(kStates - 1);
+    drive.past_d = -share * before.b(kStates - 1);
+  }
+  if (lag == Lag::none) return drive;
+  // Below a part of a sample the lag acts in proportion to itself: the slope at none is that there.
+  constexpr double kProportional = 0.02;
+  const bool small = plain(lag_samples) < kProportional;
+  const T seconds = (small ? T(kProportional) : lag_samples) * T(sample_time_s);
+  const T share = small ? lag_samples / T(kProportional) : T(1.0);
+  const auto whole = decayed(continuous, seconds, T(sample_time_s));
+  const auto part = decayed(continuous, seconds, rest);
+  using std::exp;
+  if (!small) drive.decay = exp(-T(1.0) / lag_samples);
+  drive.lag_d = feed_through * exp(-rest / seconds) * share;
+  for (int i = 0; i < kStates; ++i) {
+    drive.lag_b(i) = whole(i) * share;
+    drive.lag_d += row[static_cast<std::size_t>(i)] * part(i) * share;
+  }
   return drive;
 }
-
-/// Minimal complex arithmetic for automatic-differentiation scalars (std::complex is unspecified for them).
-template <class T>
-struct Complex {
-  T re{};
-  T im{};
-  friend Complex operator+(const Complex& a, const Complex& b) { return {a.re + b.re, a.im + b.im}; }
-  friend Complex operator-(const Complex& a, const Complex& b) { return {a.re - b.re, a.im - b.im}; }
-  friend Complex operator*(const Complex& a, const Complex& b) {
-    return {a.re * b.re - a.im * b.im, a.re * b.im + a.im * b.re};
-  }
-  friend Complex operator/(const Complex& a, const Complex& b) {
-    const T scale = T(1.0) / (b.re * b.re + b.im * b.im);
-    return {(a.re * b.re + a.im * b.im) * scale, (a.im * b.re - a.re * b.im) * scale};
-  }
-};
-
-/// States (zI - A)^-1 b of the first `Order` states, from the differences z - 1 and A - I so that fast
-/// sampling does not cancel digits.
-template <int Order, int States, class T>
-std::array<Complex<T>, Order> state_response(const LinearSystem<T, States>& s, double frequency_hz,
-                                             double sample_time_s) {
-  const double half = kPi * frequency_hz * sample_time_s;  // z - 1 = 2j sin(w/2) e^{jw/2}
-  const double re = -2.0 * std::sin(half) * std::sin(half);
-  const double im = 2.0 * std::sin(half) * std::cos(half);
-  Complex<T> m[Order][Order];
-  std::array<Complex<T>, Order> x;
-  for (int i = 0; i < Order; ++i) {
-    for (int j = 0; j < Order; ++j) {
-      m[i][j].re = -s.a(i, j);
-      m[i][j].im = T(0.0);
-    }
-    m[i][i] = {T(1.0 + re) - s.a(i, i), T(im)};
-    x[i] = {s.b(i), T(0.0)};
-  }
-  for (int i = 0; i < Order; ++i) {  // elimination; zI - A is far from singular pivots off the poles
-    for (int r = i + 1; r < Order; ++r) {
-      const Complex<T> factor = m[r][i] / m[i][i];
-      for (int c = i; c < Order; ++c) m[r][c] = m[r][c] - factor * m[i][c];
-      x[r] = x[r] - factor * x[i];
-    }
-  }
-  for (int i = Order - 1; i >= 0; --i) {
-    for (int c = i + 1; c < Order; ++c) x[i] = x[i] - m[i][c] * x[c];
-    x[i] = x[i] / m[i][i];
-  }
-  return x;
-}
-
-/// Torque to delayed velocity, times exp(j w known delay): what is measured once the known delay is taken
-/// out.
-///
-/// For delays of whole samples that is the velocity's response turned by the rest of the delay. A fraction of
-/// a sample is seen through the hold, which near the Nyquist frequency is more than a turn. A negative delay
-/// says that the input was measured, without a zero-order hold; then it is a turn and no more.
-template <int Masses, class T>
-class MeasuredResponse {
- public:
-  MeasuredResponse(const data::ThreeMass<T>& p, const T& fitted_delay_samples, double known_delay_samples,
-                   double sample_time_s)
-      : known_samples_(known_delay_samples), sample_time_s_(sample_time_s) {
-    const T delay = fitted_delay_samples + T(known_delay_samples);
-    const bool ahead = plain(delay) < 0.0;
-    turn_samples_ = ahead ? delay : T(0.0);
-    drive_ = sampled_drive<Masses>(p, data::OutputQuantity::velocity, ahead ? T(0.0) : delay, sample_time_s);
-  }
-
-  Complex<T> operator()(double frequency_hz) const {
-    using std::cos;
-    using std::sin;
-    Complex<T> sum{drive_.system.d, T(0.0)};
-    const auto states = state_response<Sizes<Masses>::kOrder>(drive_.system, frequency_hz, sample_time_s_);
-    for (std::size_t i = 0; i < states.size(); ++i) {
-      const T& c = drive_.system.c(static_cast<int>(i));
-      sum = sum + Complex<T>{c * states[i].re, c * states[i].im};
-    }
-    const T angle = (T(known_samples_ - drive_.whole_delay - 1) - turn_samples_) *
-                    T(kTwoPi * frequency_hz * sample_time_s_);
-    return sum * Complex<T>{cos(angle), sin(angle)};
-  }
-
- private:
-  double known_samples_;
-  double sample_time_s_;
-  SampledDrive<Masses, T> drive_;
-  T turn_samples_{};
-};
 
 }  // namespace resonid::fit::detail

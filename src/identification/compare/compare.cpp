@@ -7,6 +7,7 @@
 #include <identification/criteria.hpp>
 #include <resonid/base/detail/statistics.hpp>
 #include <resonid/identification/compare.hpp>
+#include <resonid/identification/detail/figures.hpp>
 
 namespace resonid::identification {
 namespace {
@@ -82,15 +83,13 @@ bool comparable_models(const Result& first, const Result& second, Changes& c) {
 void compare_parameters(const Result& first, const Result& second, Changes& c) {
   const auto &a = first.model->drive, &b = second.model->drive;
   const auto& u = first.units;
-  const std::string units[] = {u.inertia, u.inertia, u.stiffness, u.damping, u.damping,
-                               "s",       u.inertia, u.stiffness, u.damping};
   for (int i = 0; i < fit::kParameterCount; ++i) {
     const auto p = static_cast<fit::Parameter>(i);
     if (!fit::has_parameter(a.structure, i) &&
         !(a.estimated[static_cast<std::size_t>(i)] && b.estimated[static_cast<std::size_t>(i)]))
       continue;
     c.parameters.push_back(difference(std::string(fit::kParameterNames[static_cast<std::size_t>(i)]),
-                                      units[i], a.estimate(p), b.estimate(p)));
+                                      unit_of(p, u), a.estimate(p), b.estimate(p)));
   }
   const auto optional = [&](const char* name, const std::optional<data::Estimate>& x,
                             const std::optional<data::Estimate>& y) {

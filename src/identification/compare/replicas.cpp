@@ -65,7 +65,7 @@ class ModelReplicas {
     for (const auto& c : columns_) {
       const auto p = static_cast<fit::Parameter>(c.parameter);
       const double value = (*c.values)[replica], own = drive_.value(p), target = onto.value(p);
-      const bool relative = c.parameter != fit::kViscousFriction && c.parameter != fit::kDelay;
+      const bool relative = fit::has_parameter(drive_.structure, p);
       onto = onto.moved(c.parameter, relative ? target * (value / own - 1.0) : value - own);
     }
     return onto;

@@ -14,7 +14,8 @@ namespace {
 using fit::DriveModel;
 using Indices = std::vector<Eigen::Index>;
 
-bool logarithmic(int parameter) { return parameter != fit::kViscousFriction && parameter != fit::kDelay; }
+/// Positive, and known to a factor at least.
+bool logarithmic(int parameter) { return fit::has_parameter(fit::Structure::three_mass, parameter); }
 
 double value_of(const DriveModel& model, int parameter) {
   return model.value(static_cast<fit::Parameter>(parameter));

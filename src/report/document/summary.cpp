@@ -100,6 +100,16 @@ std::string parameter_lines(const Result& result, double z) {
   }
   if (drive.estimated[fit::kViscousFriction])
     put("viscous friction", drive.estimate(fit::kViscousFriction), u.damping);
+  const auto further = [&](const char* label, fit::Parameter p, const std::string& unit) {
+    if (drive.estimated[static_cast<std::size_t>(p)]) put(label, drive.estimate(p), unit);
+  };
+  further("friction of the load", fit::kLoadViscousFriction, u.damping);
+  further("spring to ground", fit::kMotorGroundStiffness, u.stiffness);
+  further("load to ground", fit::kLoadGroundStiffness, u.stiffness);
+  if (drive.estimated[fit::kTorqueLag]) {
+    auto lag = drive.estimate(fit::kTorqueLag);
+    put("torque lag", {1e3 * lag.value, 1e3 * lag.std}, "ms");
+  }
   if (result.model->coulomb_friction) put("dry friction", *result.model->coulomb_friction, u.torque);
   if (drive.estimated[fit::kDelay]) {
     auto delay = drive.estimate(fit::kDelay);

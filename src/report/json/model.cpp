@@ -25,10 +25,15 @@ constexpr std::array<ParameterText, fit::kParameterCount> kParameters = {
      {fit::kDamping, "damping of the coupling"},
      {fit::kViscousFriction, "viscous friction of the driven side"},
      {fit::kDelay, "fitted delay, on top of the known one"},
+     {fit::kLoadViscousFriction, "viscous friction of the load"},
+     {fit::kTorqueLag, "time constant of the torque loop, of first order"},
+     {fit::kMotorGroundStiffness, "spring from the driven side to the ground; below 0: gravity that topples"},
+     {fit::kLoadGroundStiffness, "spring from the load to the ground"},
      {fit::kMiddleInertia, "inertia between driven side and load"},
      {fit::kStiffness2, "stiffness between middle inertia and load"},
      {fit::kDamping2, "damping between middle inertia and load"}}};
 
+/// To be read into: as identification::unit_of.
 std::string& unit_of(identification::Units& units, Parameter parameter, std::string& seconds) {
   switch (parameter) {
     case fit::kDrivenInertia:
@@ -37,8 +42,11 @@ std::string& unit_of(identification::Units& units, Parameter parameter, std::str
       return units.inertia;
     case fit::kStiffness:
     case fit::kStiffness2:
+    case fit::kMotorGroundStiffness:
+    case fit::kLoadGroundStiffness:
       return units.stiffness;
     case fit::kDelay:
+    case fit::kTorqueLag:
       return seconds;
     default:
       return units.damping;
@@ -53,19 +61,19 @@ void describe_parameter(Fields& f, const ParameterText& text, fit::DriveModel& d
   const auto at = static_cast<std::size_t>(p);
   const bool flexible = drive.structure != fit::Structure::rigid;
   const bool needed = fit::has_parameter(drive.structure, p);
-  const bool further = p == fit::kViscousFriction || p == fit::kDelay;
-  if (!(needed || further || f.sketching())) return;
-  const bool only_if_estimated = flexible ? p == fit::kViscousFriction : p == fit::kDelay;
+  if (!(needed || fit::may_have_parameter(drive.structure, p) || f.sketching())) return;
+  const bool always = needed || p == (flexible ? fit::kDelay : fit::kViscousFriction);
+  const bool only_if_estimated = !always;
+  const bool given = p != fit::kViscousFriction && p != fit::kDelay && drive.value(p) != 0.0;
   const Key key{fit::kParameterNames[at], text.meaning, {}, needed ? positive : any};
   std::string seconds = "s";
   auto e = f.reading() ? data::Estimate{} : drive.estimate(p);
-  const bool there =
-      quantity(f, key, e, unit_of(units, p, seconds), !only_if_estimated || drive.estimated[at],
-               needed && !f.sketching() ? Presence::required : Presence::optional);
+  const bool there = quantity(f, key, e, unit_of(units, p, seconds), always || drive.estimated[at] || given,
+                              needed && !f.sketching() ? Presence::required : Presence::optional);
   if (!f.reading() || !there) return;
-  value_of(drive, p) = e.value;
+  drive.set(p, e.value);
   drive.covariance(p, p) = e.std * e.std;
-  drive.estimated[at] = only_if_estimated || !(e.std <= 0.0);
+  drive.estimated[at] = (only_if_estimated && p <= fit::kDelay) || !(e.std <= 0.0);
 }
 
 void describe_covariance(Fields& f, fit::DriveModel& drive) {
@@ -124,6 +132,8 @@ void describe_drive(Fields& f, identification::Result& result, identification::M
            Presence::assumed);
   f.assumed({"model_error", "relative difference to the measured response that noise does not explain"},
             model.model_error);
+  f.choice({"velocity", "measured at the sample itself, or by differences: the mean over the past sample"},
+           drive.velocity, Presence::assumed);
   f.object({"parameters", "physical parameters, referred to the driven shaft"}, [&] {
     for (const auto& text : kParameters) describe_parameter(f, text, drive, result.units);
     if (!f.reading() && (result.radius_m || f.sketching()) && drive.structure != fit::Structure::rigid)

@@ -91,14 +91,6 @@ void describe_units(Fields& f, identification::Units& units) {
       (units.input == "Nm" && units.velocity == "rad/s") || (units.input == "N" && units.velocity == "m/s");
 }
 
-double& value_of(fit::DriveModel& drive, fit::Parameter parameter) {
-  auto& p = drive.parameters;
-  double* const all[] = {&p.driven_inertia, &p.load_inertia,     &p.stiffness,
-                         &p.damping,        &p.viscous_friction, &drive.delay_s,
-                         &p.middle_inertia, &p.stiffness_2,      &p.damping_2};
-  return *all[parameter];
-}
-
 bool quantity(Fields& f, const Key& key, data::Estimate& estimate, std::string& unit, bool there,
               Presence presence) {
   return f.object(

@@ -25,9 +25,6 @@ void describe_file(Fields& f, identification::RecordFacts& record);
 /// "units", of signals and response.
 void describe_units(Fields& f, identification::Units& units);
 
-/// A physical parameter of the drive, to be set.
-[[nodiscard]] double& value_of(fit::DriveModel& drive, fit::Parameter parameter);
-
 /// {value, std, unit}; false where it is not there. A standard deviation that is absent is read as not
 /// finite.
 bool quantity(Fields& f, const Key& key, data::Estimate& estimate, std::string& unit, bool there = true,

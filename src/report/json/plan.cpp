@@ -90,7 +90,7 @@ void describe_drive(Fields& f, planning::NominalDrive& drive) {
         const bool there =
             f.only_if(m.estimated[at], {fit::kParameterNames[at], "as in resonid.identification/1"}, value);
         if (!f.reading() || !there) continue;
-        value_of(m, parameter) = value;
+        m.set(parameter, value);
         m.estimated[at] = true;
       }
     });

@@ -20,6 +20,9 @@ struct Figure {
 /// the result does not have is not in the list.
 [[nodiscard]] std::vector<Figure> figures(const Result& result);
 
+/// Unit of a parameter of the drive.
+[[nodiscard]] std::string unit_of(fit::Parameter parameter, const Units& units);
+
 /// The figure of that name.
 [[nodiscard]] const Figure* find(const std::vector<Figure>& figures, const std::string& name);
 

@@ -43,6 +43,7 @@ class LineReplicas {
     config_.known_delay_s = options.delay_s;
     config_.viscous_friction = drive.estimated[fit::kViscousFriction];
     config_.delay = drive.estimated[fit::kDelay];
+    config_.further = drive.further();
     config_.initial = drive;
   }
 

@@ -21,8 +21,8 @@ std::string words_of(int parameter) {
 /// An inertia or a stiffness: what modes and loop gain come from.
 bool essential(int parameter) {
   using namespace fit;
-  return parameter != kDamping && parameter != kDamping2 && parameter != kViscousFriction &&
-         parameter != kDelay;
+  return parameter == kDrivenInertia || parameter == kLoadInertia || parameter == kMiddleInertia ||
+         parameter == kStiffness || parameter == kStiffness2;
 }
 
 }  // namespace
@@ -34,8 +34,8 @@ std::vector<fit::Constancy> inconstant(std::vector<fit::Constancy> all) {
   return all;
 }
 
-void widen(const std::vector<fit::Constancy>& inconstant, fit::DriveModel& model) {
-  for (const auto& c : inconstant) {
+void widen(const std::vector<fit::Constancy>& all, fit::DriveModel& model) {
+  for (const auto& c : all) {
     const double variance = model.covariance(c.parameter, c.parameter);
     if (!(variance > 0.0)) continue;
     const double factor = std::sqrt(1.0 + c.scatter * c.scatter / variance);

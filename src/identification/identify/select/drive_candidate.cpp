@@ -1,12 +1,15 @@
 // SPDX-License-Identifier: MIT
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <identification/criteria.hpp>
 #include <identification/identify/select/drive_candidate.hpp>
 #include <limits>
 #include <numbers>
+#include <resonid/base/constants.hpp>
 #include <resonid/base/detail/statistics.hpp>
 #include <resonid/fit/detail/order_selection.hpp>
+#include <utility>
 
 namespace resonid::identification::detail {
 namespace {
@@ -44,7 +47,12 @@ std::string name_of(const Variant& v) {
   std::vector<const char*> parts;
   if (v.friction) parts.push_back("viscous friction");
   if (v.dry) parts.push_back("dry friction");
+  if (v.has(fit::kLoadViscousFriction)) parts.push_back("viscous friction of the load");
+  if (v.has(fit::kMotorGroundStiffness)) parts.push_back("spring to ground");
+  if (v.has(fit::kLoadGroundStiffness)) parts.push_back("spring from load to ground");
+  if (v.has(fit::kTorqueLag)) parts.push_back("torque lag");
   if (v.delay) parts.push_back("delay");
+  if (v.velocity == fit::Velocity::differences) parts.push_back("velocity by differences");
   std::string name = plain_name(v.structure);
   for (std::size_t i = 0; i < parts.size(); ++i)
     name += std::string(i == 0 ? " with " : i + 1 == parts.size() ? " and " : ", ") + parts[i];
@@ -126,6 +134,79 @@ bool CandidateFits::allowed(bool viscous) const {
   return viscous;
 }
 
+std::vector<fit::Parameter> CandidateFits::demanded(Structure structure) const {
+  if (options_.ground == Ground::motor) return {fit::kMotorGroundStiffness};
+  // A rigid machine has one side.
+  if (options_.ground == Ground::load)
+    return {structure == Structure::rigid ? fit::kMotorGroundStiffness : fit::kLoadGroundStiffness};
+  return {};
+}
+
+bool CandidateFits::offered(const Variant& variant, fit::Parameter parameter) const {
+  if (!fit::may_have_parameter(variant.structure, parameter) || variant.has(parameter)) return false;
+  switch (parameter) {
+    case fit::kViscousFriction:
+      return !variant.friction && allowed(true);
+    case fit::kLoadViscousFriction:
+      return allowed(true);
+    case fit::kDelay:
+      return !variant.delay;
+    case fit::kTorqueLag:
+      return !options_.torque_lag_s.has_value();
+    default:
+      return options_.ground == Ground::automatic;
+  }
+}
+
+namespace {
+
+/// The variant with one parameter more.
+Variant with(Variant variant, fit::Parameter parameter) {
+  if (parameter == fit::kViscousFriction)
+    variant.friction = true;
+  else if (parameter == fit::kDelay)
+    variant.delay = true;
+  else
+    variant.further.push_back(parameter);
+  return variant;
+}
+
+/// Springs that push, friction that drives: an imitation of something else.
+bool implausible(const Variant& variant, const fit::DriveModel& model) {
+  return std::any_of(variant.further.begin(), variant.further.end(),
+                     [&](fit::Parameter p) { return !(model.value(p) > 0.0); });
+}
+
+constexpr std::array kExtras = {fit::kViscousFriction,      fit::kDelay,
+                                fit::kLoadViscousFriction,  fit::kTorqueLag,
+                                fit::kMotorGroundStiffness, fit::kLoadGroundStiffness};
+constexpr int kMostExtras = 3;
+constexpr double kNear = 0.05;  ///< Model error of a start that a fit to the response goes on from.
+
+/// Stiffness to the ground by the lowest lines, where the velocity leads: |G| = w/K. 0: it does not.
+double ground_of(const data::FrequencyResponse& g) {
+  std::vector<double> stiffness;
+  const std::size_t few = std::max<std::size_t>(3, g.lines() / 20);
+  for (std::size_t i = 0; i < g.lines() && stiffness.size() < few; ++i) {
+    if (!(g.std[i] < kCriteria.usable_line * std::abs(g.value[i]))) continue;
+    stiffness.push_back((std::complex<double>(0.0, kTwoPi * g.frequency_hz[i]) / g.value[i]).real());
+  }
+  return stiffness.empty() ? 0.0 : std::max(0.0, median(std::move(stiffness)));
+}
+
+/// The response without a spring that ties the driven side to the ground: impedances add up.
+data::FrequencyResponse released(data::FrequencyResponse g, double stiffness) {
+  for (std::size_t i = 0; i < g.lines(); ++i) {
+    const std::complex<double> spring = stiffness / std::complex<double>(0.0, kTwoPi * g.frequency_hz[i]);
+    const auto value = 1.0 / (1.0 / g.value[i] - spring);
+    g.std[i] *= std::norm(value / g.value[i]);
+    g.value[i] = value;
+  }
+  return g;
+}
+
+}  // namespace
+
 /// What a fit to the record must hold against the measured response.
 struct CandidateFits::Acceptance {
   bool by_the_lines = true;  ///< False: the lines have already said that the drive is not linear.
@@ -143,18 +224,74 @@ CandidateFits::CandidateFits(std::span<const data::Record> records, const Plan& 
       starts_(starts),
       to_records_(to_records) {}
 
-std::optional<fit::ResponseFit> CandidateFits::response_fit(
-    const Variant& variant, const std::optional<fit::DriveModel>& start) const {
+std::optional<fit::ResponseFit> CandidateFits::response_fit(const Variant& variant,
+                                                            const std::optional<fit::DriveModel>& start,
+                                                            bool near) const {
   fit::ResponseFitConfig config;
   config.structure = variant.structure;
   config.sample_time_s = records_.front().sample_time_s();
   config.known_delay_s = options_.delay_s;
   config.viscous_friction = variant.friction;
   config.delay = variant.delay;
-  config.initial = start;
+  config.further = variant.further;
+  config.velocity = variant.velocity;
+  config.torque_lag_s = options_.torque_lag_s.value_or(0.0);
+  if (start) {
+    config.initial = start_of(variant, *start);
+    if (near) config.initial_error = kNear;
+  }
+  const double ground =
+      start || (!variant.has(fit::kMotorGroundStiffness) && !variant.has(fit::kLoadGroundStiffness))
+          ? 0.0
+          : ground_of(response_);
+  if (ground > 0.0) {  // a machine begun without its spring never finds it
+    auto free = config;
+    free.further.clear();
+    if (auto first = fit::fit_response(released(response_, ground), free)) {
+      config.initial = first->model;
+      config.initial->set(
+          variant.has(fit::kMotorGroundStiffness) ? fit::kMotorGroundStiffness : fit::kLoadGroundStiffness,
+          ground);
+    }
+  }
   auto fit = fit::fit_response(response_, config);
   if (!fit || !std::isfinite(fit->bic) || self_excited(fit->model, false)) return std::nullopt;
   return std::move(*fit);
+}
+
+void CandidateFits::extend_by_response(DriveCandidate& candidate) const {
+  for (int round = 0; round < kMostExtras; ++round) {
+    const Variant variant = candidate.variants.front().first;
+    const fit::ResponseFit told = candidate.variants.front().second;
+    if (!(told.model_error > 0.0)) return;  // noise explains what is left
+    std::optional<std::pair<Variant, fit::ResponseFit>> best;
+    const auto consider = [&](Variant wider) {
+      std::vector<std::optional<fit::DriveModel>> starts = {told.model};
+      if (wider.has(fit::kMotorGroundStiffness) || wider.has(fit::kLoadGroundStiffness))
+        starts.emplace_back(std::nullopt);
+      for (const auto& start : starts) {
+        auto fit = response_fit(wider, start, true);
+        if (!fit || implausible(wider, fit->model)) continue;
+        if (best && best->second.bic_for(told.repetition) <= fit->bic_for(told.repetition)) continue;
+        best.emplace(wider, std::move(*fit));
+      }
+    };
+    auto lacking = told.lacking;
+    std::sort(lacking.begin(), lacking.end(), [](const auto& a, const auto& b) { return a.gain > b.gain; });
+    constexpr std::size_t kFew = 2;
+    std::size_t tried = 0;
+    for (const auto& [p, gain] : lacking) {
+      if (tried == kFew || gain < kCriteria.clearly_better * told.repetition) break;
+      if (p == fit::kDelay || !offered(variant, p)) continue;
+      ++tried;
+      consider(with(variant, p));
+    }
+    for (const auto& instead : instead_of_delay(variant)) consider(instead);
+    if (!best ||
+        !(best->second.bic_for(told.repetition) + kCriteria.more_parameters < told.bic_for(told.repetition)))
+      return;
+    candidate.variants.insert(candidate.variants.begin(), std::move(*best));
+  }
 }
 
 DriveCandidate CandidateFits::fit_to_response(Structure structure, const Variant* like) const {
@@ -165,7 +302,8 @@ DriveCandidate CandidateFits::fit_to_response(Structure structure, const Variant
     std::optional<fit::DriveModel> start;
     for (const bool delay : {false, true}) {
       if (like != nullptr && (friction != like->friction || delay != like->delay)) continue;
-      const Variant variant{structure, friction, delay, false};
+      const Variant variant{structure, friction, delay, false,
+                            like != nullptr ? like->further : demanded(structure)};
       auto fit = response_fit(variant, start);
       if (delay && start) {  // a delay that was left out may have spoilt the start
         auto afresh = response_fit(variant, std::nullopt);
@@ -186,15 +324,25 @@ DriveCandidate CandidateFits::fit_to_response(Structure structure, const Variant
   };
   std::sort(candidate.variants.begin(), candidate.variants.end(),
             [&](const auto& a, const auto& b) { return price(a) < price(b); });
+  if (like == nullptr && !candidate.variants.empty()) extend_by_response(candidate);
   return candidate;
+}
+
+fit::DriveModel CandidateFits::start_of(const Variant& variant, fit::DriveModel model) const {
+  model.velocity = variant.velocity;
+  for (const auto p : kExtras)
+    if (p != fit::kViscousFriction && p != fit::kDelay && !variant.has(p))
+      model.set(p, p == fit::kTorqueLag ? options_.torque_lag_s.value_or(0.0) : 0.0);
+  return model;
 }
 
 fit::OutputErrorConfig CandidateFits::config_of(const Variant& variant, const fit::DriveModel& start) const {
   fit::OutputErrorConfig config;
-  config.initial = start;
+  config.initial = start_of(variant, start);
   config.viscous_friction = variant.friction;
   config.delay = variant.delay;
   config.coulomb_friction = variant.dry;
+  config.further = variant.further;
   config.known_delay_s = options_.delay_s;
   use_predictor(records_, options_, plan_.loop_controller, config);
   return config;
@@ -261,6 +409,57 @@ void CandidateFits::fit_to_record(DriveCandidate& candidate) const {
   const auto acceptable = acceptance(candidate);
   if (acceptable.by_the_lines) fit_variants(candidate, acceptable);
   try_dry_friction(candidate, acceptable);
+  extend_by_record(candidate);
+}
+
+/// To the test a lag, the mean over a sample and the delay that stands in its place are alike.
+std::vector<Variant> CandidateFits::instead_of_delay(const Variant& variant) const {
+  std::vector<Variant> others;
+  if (!variant.delay) return others;
+  Variant without = variant;
+  without.delay = false;
+  if (offered(variant, fit::kTorqueLag)) {
+    others.push_back(with(variant, fit::kTorqueLag));
+    others.push_back(with(without, fit::kTorqueLag));
+  }
+  if (records_.front().output_quantity == data::OutputQuantity::velocity &&
+      variant.velocity == fit::Velocity::sampled) {
+    others.push_back(without);
+    others.back().velocity = fit::Velocity::differences;
+  }
+  return others;
+}
+
+/// The score test says what would pay, before it is fitted.
+void CandidateFits::extend_by_record(DriveCandidate& candidate) const {
+  for (int round = 0; round < kMostExtras && candidate.record_fit; ++round) {
+    std::array<double, fit::kParameterCount> gain{};
+    for (const auto& record : candidate.record_fit->records)
+      for (const auto& l : record.lacking) gain[static_cast<std::size_t>(l.parameter)] += l.gain;
+    const Variant variant = candidate.record_variant;
+    std::vector<Variant> wider;
+    for (const auto p : kExtras) {
+      if (gain[static_cast<std::size_t>(p)] < kCriteria.clearly_better || !offered(variant, p)) continue;
+      wider.push_back(with(variant, p));
+    }
+    const auto instead = instead_of_delay(variant);
+    wider.insert(wider.end(), instead.begin(), instead.end());
+    std::optional<RecordFit> best;
+    Variant chosen;
+    for (const auto& v : wider) {
+      auto start = candidate.record_fit->model;
+      const double delay_s = v.delay ? 0.0 : std::exchange(start.delay_s, 0.0);
+      if (v.has(fit::kTorqueLag) && !variant.has(fit::kTorqueLag))
+        start.torque_lag_s = std::max(0.0, delay_s);
+      auto fit = fit_to_records(v, start);
+      if (!fit || implausible(v, fit->model) || (best && best->bic <= fit->bic)) continue;
+      best = std::move(fit);
+      chosen = v;
+    }
+    if (!best || !(best->bic + kCriteria.more_parameters < candidate.record_fit->bic)) return;
+    candidate.record_fit = std::move(best);
+    candidate.record_variant = chosen;
+  }
 }
 
 /// Dry friction passes for viscous friction, colours the residual, or keeps a linear fit from coming out. A
@@ -356,10 +555,12 @@ void CandidateFits::fit_to_record_alone(const DriveCandidate& rigid, DriveCandid
     Variant chosen;
     std::optional<RecordFit> best;
     for (const int further_delay : {0, 1, 2, 4, 8}) {  // in samples; the fit's valley is a few wide
-      const Variant variant{Structure::two_mass, friction, further_delay > 0, false};
+      const Variant variant{Structure::two_mass, friction, further_delay > 0, false,
+                            demanded(Structure::two_mass)};
       const double further_s = further_delay * record.sample_time_s();
       for (auto start : fit::initial_models(record, options_.delay_s + further_s)) {
         start.delay_s = further_s;
+        start.torque_lag_s = options_.torque_lag_s.value_or(0.0);
         auto fit = fit_to_records(variant, start);
         if (!fit || (best && fit->bic >= best->bic)) continue;
         best = std::move(fit);

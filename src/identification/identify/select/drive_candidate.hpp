@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <algorithm>
 #include <identification/identify/measure/methods.hpp>
 #include <identification/identify/select/record_fit.hpp>
 #include <optional>
@@ -18,7 +19,13 @@ struct Variant {
   fit::Structure structure = fit::Structure::two_mass;
   bool friction = false;
   bool delay = false;
-  bool dry = false;  ///< Dry friction; told by the record only.
+  bool dry = false;                     ///< Dry friction; told by the record only.
+  std::vector<fit::Parameter> further;  ///< fit::OutputErrorConfig::further
+  fit::Velocity velocity = fit::Velocity::sampled;
+
+  [[nodiscard]] bool has(fit::Parameter parameter) const {
+    return std::find(further.begin(), further.end(), parameter) != further.end();
+  }
 };
 
 /// "two-mass with viscous friction and delay"
@@ -93,8 +100,20 @@ class CandidateFits {
   struct Acceptance;
   [[nodiscard]] bool allowed(bool viscous_friction) const;
   [[nodiscard]] bool friction_is_free() const { return options_.friction == Friction::automatic; }
-  [[nodiscard]] std::optional<fit::ResponseFit> response_fit(
-      const Variant& variant, const std::optional<fit::DriveModel>& start) const;
+  /// What every model of the structure has, since the user says so.
+  [[nodiscard]] std::vector<fit::Parameter> demanded(fit::Structure structure) const;
+  /// Whether the search may add the parameter to the variant.
+  [[nodiscard]] bool offered(const Variant& variant, fit::Parameter parameter) const;
+  [[nodiscard]] std::vector<Variant> instead_of_delay(const Variant& variant) const;
+  /// What a variant does not estimate, it must not inherit either.
+  [[nodiscard]] fit::DriveModel start_of(const Variant& variant, fit::DriveModel model) const;
+  /// Adds, one after the other, the parameters that pay: to the response's best fit, to the record's.
+  void extend_by_response(DriveCandidate& candidate) const;
+  void extend_by_record(DriveCandidate& candidate) const;
+  /// `near`: the start is the fit of a variant with little less.
+  [[nodiscard]] std::optional<fit::ResponseFit> response_fit(const Variant& variant,
+                                                             const std::optional<fit::DriveModel>& start,
+                                                             bool near = false) const;
   [[nodiscard]] fit::OutputErrorConfig config_of(const Variant& variant, const fit::DriveModel& start) const;
   [[nodiscard]] std::optional<RecordFit> fit_to_records(const Variant& variant,
                                                         const fit::DriveModel& start) const;

@@ -84,6 +84,7 @@ fit::OutputErrorConfig config_of(const ModelResult& model, std::span<const data:
   config.initial = model.drive;
   config.viscous_friction = model.drive.estimated[fit::kViscousFriction];
   config.delay = model.drive.estimated[fit::kDelay];
+  config.further = model.drive.further();
   config.coulomb_friction = model.coulomb_friction.has_value();
   config.known_delay_s = options.delay_s;
   use_predictor(records, options, loop_controller, config);

@@ -200,8 +200,9 @@ class Selector {
       s.residual_rms = fit.residual_rms;
       for (const auto& record : fit.records) s.fit_percents.push_back(record.fit_percent);
       if (fit.records.size() == 1) {
-        s.inconstant = inconstant(std::move(fit.records[0].constancy));
-        widen(s.inconstant, s.result.drive);
+        s.inconstant = inconstant(fit.records[0].constancy);
+        // A model that is wrong in one respect is so in others, which chance alone does not show.
+        if (!s.inconstant.empty()) widen(fit.records[0].constancy, s.result.drive);
         s.residual = std::move(fit.records[0].residual);
         s.residual_start = fit.records[0].first_sample;
         s.result.offset = fit.records[0].offset;

@@ -1,0 +1,168 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <ceres/jet.h>
+
+#include <array>
+#include <complex>
+#include <fit/drive/sampled_drive.hpp>
+#include <resonid/base/constants.hpp>
+#include <span>
+#include <vector>
+
+namespace resonid::fit::detail {
+
+/// What a record or a response gives beside the parameters.
+struct ResponseSetting {
+  double sample_time_s = 0.0;
+  double known_delay_samples = 0.0;
+  Lag lag = Lag::none;
+  bool grounded = false;
+  Velocity velocity = Velocity::sampled;
+};
+
+/// Torque to delayed velocity, times exp(j w known delay): what is measured once the known delay is taken
+/// out.
+///
+/// For delays of whole samples that is the velocity's response turned by the rest of the delay. A fraction of
+/// a sample is seen through the hold, which near the Nyquist frequency is more than a turn. A negative delay
+/// says that the input was measured, without a zero-order hold; then it is a turn and no more.
+template <int Masses>
+class MeasuredResponse {
+ public:
+  static constexpr int kStates = Sizes<Masses>::kStates;
+  static constexpr int kParameters = Sizes<Masses>::kParameters;
+  using Complex = std::complex<double>;
+
+  MeasuredResponse(const data::ThreeMass<double>& p, double fitted_delay_samples, double lag_samples,
+                   const ResponseSetting& setting)
+      : setting_(setting), order_(setting.grounded ? kStates : kStates - 1) {
+    const double delay = place(fitted_delay_samples);
+    drive_ = sampled_drive<Masses>(p, data::OutputQuantity::velocity, delay, setting.sample_time_s,
+                                   setting.lag, lag_samples, setting.velocity);
+  }
+
+  /// From the fit's coordinates, to be differentiated by those that are `active`.
+  MeasuredResponse(const Coordinates& coordinates, const double* x, const ResponseSetting& setting,
+                   std::span<const int> active)
+      : MeasuredResponse(coordinates.parameters(x, Masses == 3), x[kDelay], x[kTorqueLag], setting) {
+    using Jet = ceres::Jet<double, kParameters>;
+    std::array<Jet, kParameters> jets;
+    for (int i = 0; i < kParameters; ++i) jets[static_cast<std::size_t>(i)] = Jet(x[i], i);
+    const Jet delay = turn_samples_ < 0.0 ? Jet(0.0) : jets[kDelay] + Jet(setting.known_delay_samples);
+    const auto s = sampled_drive<Masses>(coordinates.parameters(jets.data(), Masses == 3),
+                                         data::OutputQuantity::velocity, delay, setting.sample_time_s,
+                                         setting.lag, jets[kTorqueLag], setting.velocity);
+    for (const int p : active) {
+      Slope slope;
+      for (int i = 0; i < kStates; ++i) {
+        for (int j = 0; j < kStates; ++j) slope.a(i, j) = s.system.a(i, j).v(p);
+        slope.b(i) = s.system.b(i).v(p);
+        slope.c(i) = s.system.c(i).v(p);
+        slope.lag_b(i) = s.lag_b(i).v(p);
+      }
+      slope.d = s.system.d.v(p);
+      slope.lag_d = s.lag_d.v(p);
+      slope.decay = s.decay.v(p);
+      slope.past_d = s.past_d.v(p);
+      slope.turn = p == kDelay && turn_samples_ < 0.0 ? 1.0 : 0.0;
+      slopes_.push_back(slope);
+    }
+  }
+
+  [[nodiscard]] Complex operator()(double frequency_hz) const { return evaluate(frequency_hz, {}); }
+
+  /// The same, and its derivatives by the active coordinates.
+  [[nodiscard]] Complex evaluate(double frequency_hz, std::span<Complex> derivatives) const {
+    // z - 1 = 2j sin(w/2) e^{jw/2}
+    const double half = kPi * frequency_hz * setting_.sample_time_s;
+    const Complex step(-2.0 * std::sin(half) * std::sin(half), 2.0 * std::sin(half) * std::cos(half));
+    const Complex lag_pole = inverse(step + 1.0 - drive_.decay);
+    const Complex lagging = product(-step, lag_pole);  // e over u
+    std::array<std::array<Complex, kStates>, kStates> m;
+    std::array<Complex, kStates> x;
+    for (int i = 0; i < order_; ++i) {
+      for (int j = 0; j < order_; ++j) m[at(i)][at(j)] = -drive_.system.a(i, j);
+      m[at(i)][at(i)] += 1.0 + step;
+      x[at(i)] = drive_.system.b(i) + lagging * drive_.lag_b(i);
+    }
+    std::array<Complex, kStates> pivots;  // inverse; zI - A is far from singular ones off the poles
+    for (int i = 0; i < order_; ++i) {
+      pivots[at(i)] = inverse(m[at(i)][at(i)]);
+      for (int r = i + 1; r < order_; ++r) {
+        const Complex factor = product(m[at(r)][at(i)], pivots[at(i)]);
+        m[at(r)][at(i)] = factor;
+        for (int c = i + 1; c < order_; ++c) m[at(r)][at(c)] -= product(factor, m[at(i)][at(c)]);
+        x[at(r)] -= product(factor, x[at(i)]);
+      }
+    }
+    for (int i = order_ - 1; i >= 0; --i) {
+      for (int c = i + 1; c < order_; ++c) x[at(i)] -= product(m[at(i)][at(c)], x[at(c)]);
+      x[at(i)] = product(x[at(i)], pivots[at(i)]);
+    }
+    const Complex past = product(-step, inverse(step + 1.0));  // u one sample ago, less u, over u
+    Complex sum = drive_.system.d + lagging * drive_.lag_d + past * drive_.past_d;
+    for (int i = 0; i < order_; ++i) sum += drive_.system.c(i) * x[at(i)];
+    const double omega = kTwoPi * frequency_hz * setting_.sample_time_s;
+    const Complex turn =
+        std::polar(1.0, (setting_.known_delay_samples - drive_.whole_delay - 1 - turn_samples_) * omega);
+    if (!derivatives.empty()) {
+      const auto y = adjoint(m, pivots);
+      const Complex lagging_slope = product(lagging, lag_pole);
+      for (std::size_t p = 0; p < slopes_.size(); ++p) {
+        const Slope& s = slopes_[p];
+        Complex by = s.d + lagging * s.lag_d + lagging_slope * (s.decay * drive_.lag_d) + past * s.past_d;
+        for (int i = 0; i < order_; ++i) {
+          Complex row = s.b(i) + lagging * s.lag_b(i) + lagging_slope * (s.decay * drive_.lag_b(i));
+          for (int j = 0; j < order_; ++j) row += s.a(i, j) * x[at(j)];
+          by += product(y[at(i)], row) + s.c(i) * x[at(i)];
+        }
+        derivatives[p] = product(turn, by - product(Complex(0.0, s.turn * omega), sum));
+      }
+    }
+    return product(turn, sum);
+  }
+
+ private:
+  struct Slope {
+    Eigen::Matrix<double, kStates, kStates> a;
+    Eigen::Matrix<double, kStates, 1> b, c, lag_b;
+    double d = 0.0, lag_d = 0.0, decay = 0.0, past_d = 0.0, turn = 0.0;
+  };
+
+  static std::size_t at(int i) { return static_cast<std::size_t>(i); }
+  /// Without the checks for infinities that operator* makes.
+  static Complex product(const Complex& a, const Complex& b) {
+    return {a.real() * b.real() - a.imag() * b.imag(), a.real() * b.imag() + a.imag() * b.real()};
+  }
+
+  static Complex inverse(const Complex& a) { return std::conj(a) * (1.0 / std::norm(a)); }
+
+  double place(double fitted_delay_samples) {
+    const double delay = fitted_delay_samples + setting_.known_delay_samples;
+    turn_samples_ = std::min(delay, 0.0);
+    return std::max(delay, 0.0);
+  }
+
+  /// Solves (zI - A)' y = c' from the factors.
+  std::array<Complex, kStates> adjoint(const std::array<std::array<Complex, kStates>, kStates>& m,
+                                       const std::array<Complex, kStates>& pivots) const {
+    std::array<Complex, kStates> y;
+    for (int i = 0; i < order_; ++i) {
+      y[at(i)] = drive_.system.c(i);
+      for (int c = 0; c < i; ++c) y[at(i)] -= product(m[at(c)][at(i)], y[at(c)]);
+      y[at(i)] = product(y[at(i)], pivots[at(i)]);
+    }
+    for (int i = order_ - 1; i >= 0; --i)
+      for (int r = i + 1; r < order_; ++r) y[at(i)] -= product(m[at(r)][at(i)], y[at(r)]);
+    return y;
+  }
+
+  ResponseSetting setting_;
+  int order_ = 0;
+  double turn_samples_ = 0.0;
+  SampledDrive<Masses, double> drive_;
+  std::vector<Slope> slopes_;
+};
+
+}  // namespace resonid::fit::detail

@@ -1,0 +1,173 @@
+// SPDX-License-Identifier: MIT
+// What drives have beside inertias and springs: lag of the torque loop, friction of the load, springs to the
+// ground, velocities by differences.
+#include <experiments.hpp>
+#include <functional>
+#include <resonid/fit/output_error.hpp>
+
+namespace resonid::fit {
+namespace {
+
+using Complex = std::complex<double>;
+
+plant::ExperimentConfig servo(std::uint64_t seed) {
+  plant::ExperimentConfig c;
+  c.drive.driven_inertia = 0.0015;
+  c.drive.load_inertia = 0.0021;
+  c.drive.stiffness = 270.0;
+  c.drive.damping = 0.07;
+  c.controller.kind = plant::ControllerKind::pi;
+  c.controller.gain = 0.06;
+  c.controller.integral_time_s = 0.08;
+  c.measurement.delay_s = 0.00075;
+  c.measurement.noise_rms = 0.02;
+  c.excitation.kind = online::Kind::chirp;
+  c.excitation.amplitude = 0.3;
+  c.excitation.from_hz = 5.0;
+  c.excitation.to_hz = 400.0;
+  c.excitation.duration_s = 5.0;
+  c.run.sample_rate_hz = 2000.0;
+  c.run.seed = seed;
+  return c;
+}
+
+DriveModel model_of(const plant::ExperimentConfig& c) {
+  DriveModel m;
+  const auto& d = c.drive;
+  m.parameters = {d.driven_inertia, d.load_inertia, d.stiffness, d.damping, d.viscous_friction};
+  m.parameters.load_viscous_friction = d.load_viscous_friction;
+  m.torque_lag_s = c.actuator.lag_s;
+  m.sample_time_s = 1.0 / c.run.sample_rate_hz;
+  return m;
+}
+
+constexpr std::array kFrequencies = {6.0, 40.0, 56.9, 75.0, 200.0, 390.0, 900.0};
+
+void expect_same(const DriveModel& model, const data::FrequencyResponse& truth) {
+  const auto values = model.values(kFrequencies);
+  for (std::size_t i = 0; i < values.size(); ++i)
+    EXPECT_LT(std::abs(values[i] / truth.value[i] - 1.0), 1e-8) << kFrequencies[i];
+  // The transfer function says the same.
+  for (std::size_t i = 0; i < values.size(); ++i)
+    EXPECT_LT(std::abs(model.transfer_function().response(kFrequencies[i]) / truth.value[i] - 1.0), 1e-8)
+        << kFrequencies[i];
+}
+
+TEST(FurtherParameters, ResponseIsThatOfTheSimulatedDrive) {
+  for (const double lag_s : {0.0, 4e-6, 0.0002, 0.003})
+    for (const double friction : {0.0, 0.05})
+      for (const bool encoder : {false, true}) {
+        SCOPED_TRACE(testing::Message() << lag_s << " " << friction << " " << encoder);
+        auto c = servo(1);
+        c.actuator.lag_s = lag_s;
+        c.drive.load_viscous_friction = friction;
+        if (encoder) {
+          c.measurement.velocity = plant::VelocitySource::encoder;
+        }
+        auto model = model_of(c);
+        if (encoder) model.velocity = Velocity::differences;
+        // Below a fiftieth of a sample the lag acts in proportion to itself.
+        if (lag_s > 0.0 && lag_s < 1e-5) {
+          const auto truth = test::simulated(c, kFrequencies).truth.response;
+          const auto values = model.values(kFrequencies);
+          for (std::size_t i = 0; i < values.size(); ++i)
+            EXPECT_LT(std::abs(values[i] / truth.value[i] - 1.0), encoder ? 3e-3 : 2e-4);
+          continue;
+        }
+        expect_same(model, test::simulated(c, kFrequencies).truth.response);
+      }
+}
+
+/// Response of the hold, from the continuous one: sum of its images.
+Complex held(const std::function<Complex(Complex)>& g, double frequency_hz, double sample_time_s) {
+  constexpr int kImages = 20'000;
+  Complex sum = 0.0;
+  for (int k = -kImages; k <= kImages; ++k) {
+    const Complex s(0.0, kTwoPi * (frequency_hz + k / sample_time_s));
+    sum += g(s) * (1.0 - std::exp(-s * sample_time_s)) / (s * sample_time_s);
+  }
+  return sum;
+}
+
+TEST(FurtherParameters, SpringsToTheGroundGiveTheResponseOfTheirEquations) {
+  for (const double motor : {0.0, 60.0})
+    for (const double load : {0.0, 25.0}) {
+      if (motor + load == 0.0) continue;
+      auto model = model_of(servo(1));
+      const auto& p = model.parameters;
+      const auto two_mass = [&](Complex s) {  // impedances, torque over velocity
+        const Complex far = p.load_inertia * s + load / s, between = p.damping + p.stiffness / s;
+        return 1.0 / (p.driven_inertia * s + motor / s + 1.0 / (1.0 / between + 1.0 / far));
+      };
+      model.parameters.motor_ground_stiffness = motor;
+      model.parameters.load_ground_stiffness = load;
+      for (const double f : {3.0, 30.0, 57.0, 75.0, 300.0})
+        EXPECT_LT(std::abs(model.response(f) / held(two_mass, f, model.sample_time_s) - 1.0), 1e-4) << f;
+      auto rigid = model;
+      rigid.structure = Structure::rigid;
+      rigid.parameters.load_ground_stiffness = 0.0;
+      if (motor == 0.0) continue;
+      const auto one_mass = [&](Complex s) { return 1.0 / (p.driven_inertia * s + motor / s); };
+      for (const double f : {3.0, 25.0, 75.0})
+        EXPECT_LT(std::abs(rigid.response(f) / held(one_mass, f, model.sample_time_s) - 1.0), 1e-4) << f;
+      ASSERT_EQ(rigid.modes().size(), 1U);
+      EXPECT_NEAR(rigid.modes()[0].frequency_hz.value, std::sqrt(motor / p.driven_inertia) / kTwoPi, 1e-9);
+    }
+  // Both sides tied: the undamped modes are the roots of the characteristic equation.
+  auto model = model_of(servo(1));
+  model.parameters.motor_ground_stiffness = 60.0;
+  model.parameters.load_ground_stiffness = 25.0;
+  const auto& p = model.parameters;
+  for (const auto& mode : model.modes()) {
+    const double w2 = std::pow(kTwoPi * mode.frequency_hz.value, 2);
+    const double near = p.stiffness + 60.0 - p.driven_inertia * w2,
+                 far = p.stiffness + 25.0 - p.load_inertia * w2;
+    EXPECT_NEAR(mode.anti ? far / p.stiffness : (near * far / p.stiffness - p.stiffness) / p.stiffness, 0.0,
+                1e-9);
+  }
+}
+
+TEST(FurtherParameters, AreFoundInTheRecordWhereTheyPay) {
+  for (std::uint64_t seed = 1; seed <= 3; ++seed) {
+    SCOPED_TRACE(seed);
+    auto c = servo(seed);
+    c.actuator.lag_s = 0.0004;
+    c.drive.load_viscous_friction = 0.03;
+    const auto result = test::identified(test::simulated(c).record, test::known(c));
+    EXPECT_TRUE(result.trusted);
+    ASSERT_TRUE(result.model);
+    const auto& drive = result.model->drive;
+    test::expect_within(drive.estimate(kTorqueLag), 0.0004, 4.0, 0.05);
+    test::expect_within(drive.estimate(kLoadViscousFriction), 0.03, 4.0, 0.1);
+    test::expect_within(drive.estimate(kDrivenInertia), 0.0015, 4.0, 0.01);
+    EXPECT_FALSE(drive.estimated[kDelay]);
+  }
+}
+
+TEST(FurtherParameters, AreNotFoundWhereThereAreNone) {
+  for (std::uint64_t seed = 1; seed <= 3; ++seed) {
+    const auto c = servo(seed);
+    const auto result = test::identified(test::simulated(c).record, test::known(c));
+    EXPECT_TRUE(result.trusted) << seed;
+    ASSERT_TRUE(result.model);
+    EXPECT_TRUE(result.model->drive.further().empty()) << seed;
+    EXPECT_FALSE(result.model->drive.estimated[kDelay]) << seed;
+  }
+}
+
+TEST(FurtherParameters, VelocityByDifferencesIsToldFromADelay) {
+  auto c = servo(5);
+  c.measurement.velocity = plant::VelocitySource::encoder;
+  c.measurement.encoder_counts = 1e6;
+  c.measurement.noise_rms = 0.0;
+  const auto result = test::identified(test::simulated(c).record, test::known(c));
+  EXPECT_TRUE(result.trusted);
+  ASSERT_TRUE(result.model);
+  EXPECT_EQ(result.model->drive.velocity, Velocity::differences);
+  EXPECT_FALSE(result.model->drive.estimated[kDelay]);
+  test::expect_within(result.model->drive.estimate(kDrivenInertia), 0.0015, 4.5, 0.01);
+  test::expect_within(result.model->drive.estimate(kLoadInertia), 0.0021, 4.5, 0.01);
+}
+
+}  // namespace
+}  // namespace resonid::fit
