@@ -2,7 +2,7 @@
 .DEFAULT_GOAL := help
 # What makes a build from nothing fast (docs/decisions/0010-compile-once.md).
 RESONID_CMAKE ?= -DRESONID_PCH=ON -DRESONID_UNITY=ON
-.PHONY: help demo test build statistics sanitize fuzz bench format check clean
+.PHONY: help demo test build statistics sanitize fuzz bench trust format check clean
 
 help:          ## This list.
 	@awk -F ':|## ' '/^[a-z]+:.*## / {printf "  make %-11s %s\n", $$1, $$NF}' Makefile
@@ -43,6 +43,12 @@ bench:         ## Run the benchmarks, optimised; fails below the floors of bench
 	cmake --preset release
 	cmake --build --preset release
 	tools/bench build/release
+
+trust:         ## How often trusted results are wrong: all kinds of experiment, ten seeds (hours); docs/validation/trust.md.
+	tools/install_packages build bench
+	cmake --preset release
+	cmake --build --preset release --target resonid_cli
+	/usr/bin/python3 bench/trust.py build/release/apps/cli/resonid --seeds 10 --jobs $$(nproc) --markdown docs/validation/trust.md
 
 format:        ## Format every C++ file in place.
 	tools/install_packages ci
