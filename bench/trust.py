@@ -80,7 +80,7 @@ class Simulator:
             if made.returncode == 0:
                 break
             if "stable" not in made.stderr or "controller" not in config:
-                return None, re.sub(r"^\S+: |; known here.*", "", made.stderr.strip().splitlines()[-1])
+                return None, re.sub(r"^.*\.toml:[\d:]+ |; known here.*", "", made.stderr.strip().splitlines()[-1])
             config = slower_loop(config)
             text = toml_of(config)
         else:

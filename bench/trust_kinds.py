@@ -302,8 +302,8 @@ def kinds(salt=""):
     for name, told in TOLD.items():
         add(f"belt: {name}", "fault", lambda g: experiment(belt, "prbs"), **told)
 
-    for name, (of, linear, _, _) in NOT_IDEAL.items():
-        e = EXCITATIONS[len(found) % 4]
+    for n, (name, (of, linear, _, _)) in enumerate(NOT_IDEAL.items()):
+        e = EXCITATIONS[n % 4]
         _, _, config = not_ideal(name, random_machine, e)
         add(f"drawn machine, {e}, {name}", of, config, linear=linear, drawn=True)
     for e in EXCITATIONS + ("long-prbs",):
@@ -311,12 +311,12 @@ def kinds(salt=""):
         add(f"drawn machine, {e}, open loop", "conform", lambda g, e=e: experiment(random_machine(g), e, closed=False), linear=True, drawn=True)
     add("drawn machine, moves only", "conform", lambda g: positioning(random_machine(g), coulomb=g.uniform(0.02, 0.3)), drawn=True)
     add("drawn machine, moves and is excited", "conform", lambda g: positioning(random_machine(g), excited=g.uniform(0.2, 1.0)), drawn=True)
-    for name in list(FAULTS)[::2]:
-        e = EXCITATIONS[len(found) % 4]
+    for n, name in enumerate(list(FAULTS)[::2]):
+        e = EXCITATIONS[n % 4]
         add(f"drawn machine, {e}: {name}", "fault", lambda g, e=e: experiment(random_machine(g), e), faults=tuple(FAULTS[name]), drawn=True)
     for name, told in TOLD.items():
         add(f"drawn machine, chirp: {name}", "fault", lambda g: experiment(random_machine(g), "chirp"), drawn=True, **told)
-    for n in range(1, 21):  # one machine each, other noise with every seed
+    for n in range(1, 31):  # one machine each, other noise with every seed
         seed = f"{salt}machine {n}"
         of, linear, _ = drawn_at_random(random.Random(seed))
         add(f"drawn at random {n:02}", of, lambda g, s=seed: drawn_at_random(random.Random(s))[2], linear=linear, drawn=True)

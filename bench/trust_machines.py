@@ -66,9 +66,15 @@ def excite(m, kind, seconds, torque):
         return {"kind": "prbs", "amplitude": torque, "register_length": min(bits, 20), "clock_divider": hold}, torque, \
             (low, 0.44 * m.rate / hold), seconds
     if kind == "stepped-sine":
-        lines = [float(f) for f in np.geomspace(m.antiresonance_hz / 2.5, min(2.0 * m.resonance_hz, 0.4 * m.rate), 24)]
-        return {"kind": "stepped-sine", "amplitude": torque, "lines_hz": lines, "settle_periods": 5, "measure_periods": 10}, \
-            torque / math.sqrt(2.0), (lines[0], lines[-1]), sum(15.0 / f for f in lines)
+        lines, settle, measure = 24, 5, 10
+        def at(n):
+            return [float(f) for f in np.geomspace(m.antiresonance_hz / 2.5, min(2.0 * m.resonance_hz, 0.4 * m.rate), n)]
+        if m.rate * sum((settle + measure) / f for f in at(lines)) > 50000.0:
+            settle, measure = 3, 5
+        while lines > 10 and m.rate * sum((settle + measure) / f for f in at(lines)) > 50000.0:
+            lines -= 1
+        table = {"kind": "stepped-sine", "amplitude": torque, "lines_hz": at(lines), "settle_periods": settle, "measure_periods": measure}
+        return table, torque / math.sqrt(2.0), (at(lines)[0], at(lines)[-1]), sum((settle + measure) / f for f in at(lines))
     raise ValueError(kind)
 
 

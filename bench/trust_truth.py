@@ -82,8 +82,12 @@ def meanings(name, true, found, moves):
         return []
     if len(moves) > 1 and name.startswith("stiffness"):
         return [true[name] * f * f for f in moves]
-    if name in ("viscous_friction", "coulomb_friction") and f"load_{name}" not in found:  # the drive's, wherever it is
-        return [true.get(name, 0.0) + true.get(f"load_{name}", 0.0)]
+    if name in ("viscous_friction", "coulomb_friction"):
+        sides = [name] if f"load_{name}" in found else [name, f"load_{name}"]  # undivided: the drive's, wherever it is
+        def of_side(n):  # one figure for both directions: their mean, the rest is an offset
+            both = [true.get(n, 0.0)] + [true[m] for m in [f"{n}_negative"] if m in true and m not in found]
+            return sum(both) / len(both)
+        return [sum(of_side(n) for n in sides)]
     return [true[name]] if name in true else [0.0] if name in ZERO_IF_ABSENT else []
 
 
