@@ -4,6 +4,7 @@
 
     bench/trust.py PROGRAM [--seeds 10] [--jobs 2] [--only REGEX] [--class conform|beyond|fault] [--draw SALT]
                    [--markdown FILE] [--json FILE] [--list] [--no-baseline] [--fail-beyond 5]
+    bench/trust.py PROGRAM --merge FILE ... --markdown FILE    tables of the --json of runs made in parts
 
 PROGRAM is the command line tool; the kinds stand in trust_kinds.py. A figure (inertias, stiffness, damping, friction, torque lag, resonances,
 crossover, margins) counts as wrong when it is further from the truth than 3 of its own standard deviations and 1e-6 of its value; of a machine
@@ -26,6 +27,7 @@ import subprocess
 import sys
 import tempfile
 import threading
+import types
 
 try:
     import numpy as np
@@ -245,6 +247,16 @@ class Table:
         return lines + [f"| {n} | {c[0]} | {percent(c[1], c[0])} | {c[2]} | {percent(c[3], c[2])} |" for n, c in sorted(count.items())]
 
 
+def identified(table, kinds, options):
+    with tempfile.TemporaryDirectory() as folder, concurrent.futures.ThreadPoolExecutor(options.jobs) as pool:
+        simulate = Simulator(options.program, pathlib.Path(folder))
+        runs = [(k, [pool.submit(run, options, simulate, k, s) for s in range(options.seeds)]) for k in kinds]
+        for kind, futures in runs:
+            table.add(kind, [f.result() for f in futures])
+            if options.json:
+                pathlib.Path(options.json).write_text(json.dumps(table.kinds, indent=1), encoding="utf-8")
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("program")
@@ -257,6 +269,7 @@ def main():
     parser.add_argument("--markdown")
     parser.add_argument("--json")
     parser.add_argument("--keep", help="folder for every record, truth and result")
+    parser.add_argument("--merge", nargs="+", metavar="FILE")
     parser.add_argument("--list", action="store_true")
     parser.add_argument("--no-baseline", dest="baseline", action="store_false")
     parser.add_argument("--fail-beyond", type=float, default=math.inf, help="exit code 1 when a trusted figure is further off")
@@ -271,14 +284,13 @@ def main():
         print(f"{len(kinds)} kinds, {sum(k.drawn for k in kinds)} drawn")
         return
     table = Table()
-    with tempfile.TemporaryDirectory() as folder, concurrent.futures.ThreadPoolExecutor(options.jobs) as pool:
-        simulate = Simulator(options.program, pathlib.Path(folder))
-        runs = [(k, [pool.submit(run, options, simulate, k, s) for s in range(options.seeds)]) for k in kinds]
-        print("\n".join(Table.HEAD))
-        for kind, futures in runs:
-            table.add(kind, [f.result() for f in futures])
-            if options.json:
-                pathlib.Path(options.json).write_text(json.dumps(table.kinds, indent=1), encoding="utf-8")
+    print("\n".join(Table.HEAD))
+    if options.merge:
+        for file in options.merge:
+            for name, k in json.loads(pathlib.Path(file).read_text(encoding="utf-8")).items():
+                table.add(types.SimpleNamespace(name=name, of=k["class"], linear=k["linear"]), k["outcomes"])
+    else:
+        identified(table, kinds, options)
     print("\n".join(["", *table.totals(), "", *table.coverage()]))
     if options.markdown:
         path = pathlib.Path(options.markdown)

@@ -288,15 +288,18 @@ def kinds(salt=""):
             add(f"{machine}, {name}", of, lambda g, c=config, n=name: c(random.Random(n)), linear=linear)
 
     moving = {"rigid axis": MACHINES["rigid"], "servo": servo, "belt": belt, "stage": MACHINES["stage"]}
+    recorded = (without("ru"),)  # no column where nothing is injected
     for name, m in moving.items():
-        add(f"{name}, moves only, dry friction", "conform", lambda g, m=m: positioning(m))
+        add(f"{name}, moves only, dry friction", "conform", lambda g, m=m: positioning(m), faults=recorded)
         add(f"{name}, moves only, s-curve, encoder", "conform", lambda g, m=m: positioning(
-            m, profile="s-curve", counts=round(2e5 / (1.0 / m.antiresonance_hz**2 / m.inertia))))
+            m, profile="s-curve", counts=round(2e5 / (1.0 / m.antiresonance_hz**2 / m.inertia))), faults=recorded)
+    add("servo, moves only, excitation column all 0", "conform", lambda g: positioning(servo))
     add("servo, Stribeck friction to and fro", "conform", lambda g: with_(positioning(servo, excited=0.3), friction={
         "breakaway": 0.2, "stribeck_velocity": 0.1}))
     add("belt, Stribeck friction to and fro", "conform", lambda g: with_(positioning(belt, excited=0.3), friction={
         "breakaway": 0.2, "stribeck_velocity": 0.1}))
-    add("rigid axis, asymmetric friction", "conform", lambda g: with_(positioning(MACHINES["rigid"]), friction={"coulomb_friction_negative": 0.15}))
+    add("rigid axis, asymmetric friction", "conform", lambda g: with_(positioning(MACHINES["rigid"]), friction={"coulomb_friction_negative": 0.15}),
+        faults=recorded)
     for name, faults in FAULTS.items():
         add(f"belt: {name}", "fault", lambda g: experiment(belt, "prbs"), faults=tuple(faults))
     for name, told in TOLD.items():
@@ -309,7 +312,7 @@ def kinds(salt=""):
     for e in EXCITATIONS + ("long-prbs",):
         add(f"drawn machine, {e}", "conform", lambda g, e=e: experiment(random_machine(g), e), linear=True, drawn=True)
         add(f"drawn machine, {e}, open loop", "conform", lambda g, e=e: experiment(random_machine(g), e, closed=False), linear=True, drawn=True)
-    add("drawn machine, moves only", "conform", lambda g: positioning(random_machine(g), coulomb=g.uniform(0.02, 0.3)), drawn=True)
+    add("drawn machine, moves only", "conform", lambda g: positioning(random_machine(g), coulomb=g.uniform(0.02, 0.3)), faults=recorded, drawn=True)
     add("drawn machine, moves and is excited", "conform", lambda g: positioning(random_machine(g), excited=g.uniform(0.2, 1.0)), drawn=True)
     for n, name in enumerate(list(FAULTS)[::2]):
         e = EXCITATIONS[n % 4]
