@@ -44,7 +44,7 @@ bench:         ## Run the benchmarks, optimised; fails below the floors of bench
 	cmake --build --preset release
 	tools/bench build/release
 
-trust:         ## How often trusted results are wrong: all kinds of experiment, ten seeds (hours), into docs/validation/trust.md.
+trust:         ## How often trusted results are wrong, over all kinds of experiment and ten seeds (hours).
 	tools/install_packages build bench
 	cmake --preset release
 	cmake --build --preset release --target resonid_cli

@@ -70,23 +70,30 @@ def from_motion(u, y, rate, corner_hz):
     a, s = np.gradient(v) * rate, np.sign(v)
     reverses = (v > 0.05 * np.abs(v).max()).mean() > 0.02 and (v < -0.05 * np.abs(v).max()).mean() > 0.02
     columns = [a, v, np.ones_like(v)] + ([low(s)] if reverses else [])
-    use = np.abs(v) > 0.02 * np.abs(v).max() if reverses else np.ones(len(v), bool)
+    use = np.ones(len(v), bool)
+    if reverses:  # not as long as the filter remembers a standstill, where friction is anything
+        slow = np.abs(v) < 0.05 * np.abs(v).max()
+        use = np.convolve(slow, np.ones(2 * int(rate / corner_hz) + 1), "same") < 0.5
+        if use.sum() < 50:
+            use = ~slow
     x, *_ = np.linalg.lstsq(np.column_stack(columns)[use], low(u)[use], rcond=None)
     return {"inertia": float(x[0]), "viscous_friction": float(x[1]), "offset": float(x[2]),
             **({"coulomb_friction": float(x[3])} if reverses else {})}
 
 
-def baseline(u, y, rate):
-    """Figures by name; those of a rigid axis where no dip and peak stand out."""
-    u, y = np.asarray(u, float), np.asarray(y, float)
+def baseline(u, y, rate, late=0):
+    """Figures by name; the inertia from the response, where it shows a dip and the machine does not move to and fro.
+    late: samples by which the output is known to be late."""
+    u, y = np.asarray(u, float)[:len(u) - late], np.asarray(y, float)[late:]
     good = np.isfinite(u) & np.isfinite(y)
     u, y = u[good], y[good]
     if len(u) < 256 or np.ptp(u) == 0.0 or np.ptp(y) == 0.0:
         return {}
     found = from_response(u - u.mean(), y - y.mean(), rate)
-    corner = min(0.05 * rate, 0.5 * found.get("antiresonance", rate))
-    motion = from_motion(u, y, rate, corner)
-    return {**motion, **found} if "antiresonance" in found else motion
+    motion = from_motion(u, y, rate, 0.05 * rate)
+    if "coulomb_friction" in motion:  # to and fro: the motion tells the inertia
+        return {**found, **motion}
+    return {**motion, **found}
 
 
 def of_file(path, u, y, time="time_s", rate=None, position=False, start=0.0, scale=1.0):

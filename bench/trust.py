@@ -154,7 +154,8 @@ def run(options, simulate, kind, seed):
 
 def against_baseline(baseline, names, rows, rate, result, truth):
     """Figures of the script that are right within 3 %, and those of them that resonid lacks or misses by more."""
-    right = right_within(0.03, baseline(rows[:, names.index("u")], rows[:, names.index("y")], rate), truth)
+    late = round(truth["delay_s"] * rate)
+    right = right_within(0.03, baseline(rows[:, names.index("u")], rows[:, names.index("y")], rate, late), truth)
     ours = right_within(0.03, {}, truth, result)
     return {"script_right": sorted(right), "worse_than_script": sorted(set(right) - set(ours))}
 
@@ -286,9 +287,11 @@ def main():
     table = Table()
     print("\n".join(Table.HEAD))
     if options.merge:
+        parts = {}  # of a kind in several parts the last
         for file in options.merge:
-            for name, k in json.loads(pathlib.Path(file).read_text(encoding="utf-8")).items():
-                table.add(types.SimpleNamespace(name=name, of=k["class"], linear=k["linear"]), k["outcomes"])
+            parts |= json.loads(pathlib.Path(file).read_text(encoding="utf-8"))
+        for name, k in parts.items():
+            table.add(types.SimpleNamespace(name=name, of=k["class"], linear=k["linear"]), k["outcomes"])
     else:
         identified(table, kinds, options)
     print("\n".join(["", *table.totals(), "", *table.coverage()]))

@@ -100,8 +100,8 @@ def std_of_sum(model, found, names):
 
 
 def right_within(share, script, truth, result=None):
-    """Names of the figures of the script (or of a result) that are within this share of the truth: antiresonance and resonance of a drive
-    that has them, otherwise inertia."""
+    """Names of the figures of the script (or of a result) that are within this share of the truth: inertia of the whole, antiresonance
+    and resonance."""
     if len(course(truth)) > 1:
         return set()
     true_modes, total = modes(truth.get("resonances", [])), total_inertia(true_parameters(truth))
@@ -113,6 +113,7 @@ def right_within(share, script, truth, result=None):
     else:
         given = {k: [script[k]] for k in ("resonance", "antiresonance") if k in script}
     near = lambda value, t: abs(value - t) <= share * t
+    whole = {"inertia"} if "inertia" in script and near(script["inertia"], total) else set()
     if true_modes:
-        return {k for k, values in given.items() for t in true_modes if t["kind"] == k and any(near(v, t["frequency_hz"]) for v in values)}
-    return {"inertia"} if "inertia" in script and near(script["inertia"], total) else set()
+        return whole | {k for k, values in given.items() for t in true_modes if t["kind"] == k and any(near(v, t["frequency_hz"]) for v in values)}
+    return whole
