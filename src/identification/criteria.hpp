@@ -24,6 +24,11 @@ struct Criteria {
   double clearly_more_lines =
       2.0;  ///< ... and how many times more another method must give to take its place.
   double shorter_segments = 0.15;     ///< Median std/|G|, above which Welch's segments are halved.
+  double same_coherence = 0.03;       ///< Mean coherence by which resolutions are as good as one another.
+  double lost_coherence = 0.1;        ///< The same in any tenth of the band: a mode takes up no more.
+  double coherent_gap = 2.0;          ///< Factor of frequency that an anti-resonance may drown in.
+  double fed_back_power = 1e-3;       ///< Of the densest excitation: less may be noise in a closed loop.
+  std::size_t fewest_lines = 4;       ///< Of a response that tells a drive; periodic ones of fewer are none.
   double relevant_distortion = 1e-3;  ///< Of the output; less is of no consequence to a loop.
   double warned_distortion = 0.1;     ///< Of the output, from which the finding is a warning.
 
@@ -62,8 +67,12 @@ struct Criteria {
   // ---- judge: findings on model, loop and bootstrap
   double uncertain_resonance = 0.05;  ///< std/value, beyond which the result is not to be trusted.
   double determined_mode = 0.3;       ///< std/value of a black box's mode, beyond which it is none.
-  double uncertain_damping = 0.5;     ///< std/value: the order of magnitude.
-  double uncertain_inertia = 0.2;     ///< std/value, by which a loop tuned with it would have the wrong gain.
+  double striking_mode_db =
+      10.0;  ///< Of a dip or peak that no smooth error of a response or a model makes: a factor of 3.
+  double other_extremum = 2.0;     ///< Factor by which curves then differ, beyond noise, ...
+  double same_mode = 0.1;          ///< ... throughout so much of its frequency: nearer ones are the same.
+  double uncertain_damping = 0.5;  ///< std/value: the order of magnitude.
+  double uncertain_inertia = 0.2;  ///< std/value, by which a loop tuned with it would have the wrong gain.
   double constancy_false_alarm =
       1e-3;  ///< Probability, per record, that a parameter that stays the same is said to change.
   double constant_parameter =

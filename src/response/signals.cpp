@@ -4,6 +4,7 @@
 #include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
+#include <resonid/base/constants.hpp>
 
 namespace resonid::response {
 
@@ -80,6 +81,26 @@ std::vector<double> without_drift(std::span<const double> samples, std::size_t p
   for (std::size_t k = 0; k < values.size(); ++k)
     values[k] = samples[k] - overall - slope * (static_cast<double>(k) - middle);
   return values;
+}
+
+std::optional<data::Record> differenced(const data::Record& record) {
+  if (record.output_quantity != data::OutputQuantity::position || record.samples() < 2) return std::nullopt;
+  data::Record difference = data::part_of(record, 1, record.samples() - 1);
+  for (std::size_t k = 0; k < difference.samples(); ++k)
+    difference.output.samples[k] = record.output.samples[k + 1] - record.output.samples[k];
+  difference.output_quantity = data::OutputQuantity::velocity;
+  return difference;
+}
+
+LineEstimates integrated(LineEstimates lines) {
+  lines.output_quantity = data::OutputQuantity::position;
+  for (auto& line : lines.lines) {
+    const auto sum = 1.0 / (1.0 - std::polar(1.0, -kTwoPi * line.frequency_hz * lines.sample_time_s));
+    line.output *= sum;
+    line.covariance.row(2) *= sum;
+    line.covariance.col(2) *= std::conj(sum);
+  }
+  return lines;
 }
 
 std::size_t pooling_reach(double own) {

@@ -4,6 +4,7 @@
 #include <array>
 #include <complex>
 #include <cstddef>
+#include <optional>
 #include <resonid/base/approach.hpp>
 #include <resonid/base/expected.hpp>
 #include <resonid/data/record.hpp>
@@ -46,5 +47,12 @@ struct Signals {
 /// Checks 0 <= low < high <= Nyquist and resolves "0 = up to Nyquist".
 [[nodiscard]] expected<double, Error> upper_band_edge(const data::Record& record, double low_hz,
                                                       double high_hz);
+
+/// A position as its difference from sample to sample, one sample shorter, as a velocity: a ramp, a drift and
+/// the slope of its spectrum leak into every line of a short window otherwise. Nothing of other quantities.
+[[nodiscard]] std::optional<data::Record> differenced(const data::Record& record);
+
+/// Lines of a differenced() record as those of its position.
+[[nodiscard]] LineEstimates integrated(LineEstimates lines);
 
 }  // namespace resonid::response

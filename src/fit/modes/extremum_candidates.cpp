@@ -66,7 +66,7 @@ double prominence(const std::vector<double>& level, std::size_t i) {
 
 std::vector<ExtremumCandidate> extremum_candidates(const data::FrequencyResponse& g) {
   constexpr double kLeast = 0.05;  // of ln |G|: less is no mode that anyone would look for
-  constexpr std::size_t kMost = 16;
+  constexpr std::size_t kMost = 12;
   std::vector<ExtremumCandidate> found;
   const auto lines = levels_of(g);
   for (const double reach : {0.0, 0.01, 0.02, 0.04, 0.08, 0.16}) {

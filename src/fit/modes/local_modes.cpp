@@ -187,7 +187,10 @@ Eigen::MatrixXd covariance_of(const data::FrequencyResponse& g, const LocalLines
       const Eigen::MatrixXd both = (row(a).adjoint() * row(b)).real();
       score += 2.0 * alike * (both + both.transpose());
     }
-  return (inverse * score * inverse).topLeftCorner(parameters, parameters);
+  // Lines that repeat one another know no more than as many that do not.
+  Eigen::MatrixXd covariance = (inverse * score * inverse).topLeftCorner(parameters, parameters);
+  for (Eigen::Index i = 0; i < parameters; ++i) covariance(i, i) = std::max(covariance(i, i), inverse(i, i));
+  return covariance;
 }
 
 }  // namespace
@@ -209,7 +212,7 @@ LocalFit fit_local(const data::FrequencyResponse& g, const LocalLines& lines, st
   auto best = problem.at(state);
   if (!best.usable()) return fit;
   double damping = 1e-3;
-  constexpr int kSteps = 60;
+  constexpr int kSteps = 30;
   constexpr double kConverged = 1e-5;
   for (int step = 0; step < kSteps; ++step) {
     const Eigen::VectorXd gradient = (best.jacobian.adjoint() * best.residual).real();

@@ -51,7 +51,7 @@ class Search {
   /// Alone, else with a neighbour: close pairs of poles and zeros are nothing one by one.
   void accept(const std::vector<ExtremumCandidate>& candidates) {
     std::vector<bool> taken(candidates.size(), false);
-    constexpr int kPasses = 3;
+    constexpr int kPasses = 2;
     bool changed = true;
     for (int pass = 0; pass < kPasses && changed; ++pass) {
       changed = false;
@@ -92,7 +92,7 @@ class Search {
   /// are.
   [[nodiscard]] LocalLines window(double centre_hz, double half_width,
                                   const std::vector<LocalRoot>& known) const {
-    constexpr std::size_t kMost = 600;
+    constexpr std::size_t kMost = 300;
     LocalLines lines;
     lines.centre_hz = centre_hz;
     lines.half_width = half_width;
@@ -166,7 +166,7 @@ class Search {
       const auto without = fit_local(g_, lines, beside, kDegree);
       if (!without.usable) continue;
       LocalFit best;
-      for (const double damping : {0.003, 0.012, 0.05, 0.2}) {
+      for (const double damping : {0.004, 0.03, 0.15}) {
         auto roots = beside;
         for (const auto& c : candidates) roots.push_back({c.minimum, c.frequency_hz, damping});
         auto fit = fit_local(g_, lines, std::move(roots), kDegree);
@@ -261,9 +261,25 @@ class Search {
                                              chosen.frequency_std, a.frequency_std));
       damping = std::max(damping, beyond(a.damping - chosen.damping, chosen.damping_std, a.damping_std));
     }
+    const double coarse = coarseness(chosen);
+    chosen.frequency_std = std::hypot(chosen.frequency_std, coarse);
+    chosen.damping_std = std::hypot(chosen.damping_std, coarse);
     chosen.frequency_std = std::sqrt(chosen.frequency_std * chosen.frequency_std + 0.25 * frequency);
     chosen.damping_std = std::sqrt(chosen.damping_std * chosen.damping_std + 0.25 * damping);
     return chosen;
+  }
+
+  /// Error of ln f by what a method's smoothing over frequency makes of a mode that is hardly wider: no part
+  /// of the lines' own bars. A share of their distance, less the wider the mode is.
+  [[nodiscard]] double coarseness(const Account& account) const {
+    if (g_.correlation.distance_hz.empty()) return 0.0;
+    constexpr double kShare = 0.2;
+    const double f = account.frequency_hz;
+    const auto at =
+        static_cast<std::size_t>(std::lower_bound(g_.frequency_hz.begin() + 1, g_.frequency_hz.end() - 1, f) -
+                                 g_.frequency_hz.begin());
+    const double distance = g_.frequency_hz[at] - g_.frequency_hz[at - 1];
+    return kShare * distance / f * distance / (distance + std::abs(account.damping) * f);
   }
 
   [[nodiscard]] static LocalRoot root_of(const Account& account) { return account.fit.roots.front(); }

@@ -7,6 +7,7 @@
 #include <identification/identify/bootstrap/bootstrap.hpp>
 #include <identification/identify/judge/loop.hpp>
 #include <identification/identify/judge/modes.hpp>
+#include <identification/identify/judge/shown_modes.hpp>
 #include <identification/identify/judge/trust.hpp>
 #include <identification/identify/measure/distortion.hpp>
 #include <identification/identify/measure/loop_evidence.hpp>
@@ -14,7 +15,6 @@
 #include <identification/join/joint_model.hpp>
 #include <identification/join/pooled_realisations.hpp>
 #include <numeric>
-#include <resonid/diagnostics/detail/response_extrema.hpp>
 #include <resonid/fit/detail/controller_estimate.hpp>
 #include <resonid/identification/join.hpp>
 
@@ -339,9 +339,8 @@ expected<Joint, Error> join(std::span<const data::Record> records, std::span<con
       one_likelihood = model->one_likelihood;
       take_model(std::move(*model), plan, options, joint.result);
     }
-  if (!joint.result.model)
-    for (const auto& e : diagnostics::response_extrema(joint.result.response))
-      joint.result.modes.push_back(detail::measured_mode(e));
+  detail::hold_against_response(joint.result.response, fit::response_modes(joint.result.response),
+                                joint.result);
   Options in_loop = options;
   if (!in_loop.controller && shown) in_loop.controller = shown->controller;
   find_loop(in_loop, plan, joint.result);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <resonid/identification/result.hpp>
 #include <resonid/report/json.hpp>
@@ -18,6 +19,27 @@ std::string resonance_text(const data::Mode& r, double z) {
                                          std::isfinite(r.frequency_hz.std) ? z * r.frequency_hz.std : 0.0));
 }
 
+bool of_response(const Result& result) {
+  return std::any_of(result.modes.begin(), result.modes.end(),
+                     [](const data::Mode& m) { return !m.from_model; });
+}
+
+/// Those that come from the measured response.
+std::string modes_sentence(const Result& result, double z) {
+  std::string text;
+  for (const auto& r : result.modes)
+    if (!r.from_model)
+      text += fmt::format("{}{} {} at {}", text.empty() ? "" : ", ", r.anti ? "an" : "a", r.name(),
+                          resonance_text(r, z));
+  return "The measured response has " + text + ".";
+}
+
+/// Errors by which a model is not this machine's.
+bool explains_little(std::string_view id) {
+  return id == "misfit" || id == "uncertain-inertia" || id == "response-shows-more" ||
+         id == "response-shows-less";
+}
+
 std::string structure_sentence(const Result& result) {
   if (result.black_box && !result.model) {
     const auto& delay = result.black_box->further_delay;
@@ -32,21 +54,19 @@ std::string structure_sentence(const Result& result) {
               : "",
         result.black_box->fit_percent);
   }
+  const double z = two_sided_quantile(result.confidence);
   if (!result.model) {
     if (result.modes.empty()) return "The measured response shows no resonance.";
-    std::string text = "The measured response has ";
-    for (std::size_t i = 0; i < result.modes.size(); ++i) {
-      const auto& r = result.modes[i];
-      text += fmt::format("{}{} at {:.4g} Hz", i == 0 ? "" : ", ",
-                          r.anti ? "an anti-resonance" : "a resonance", r.frequency_hz.value);
-    }
-    return text + ".";
+    return modes_sentence(result, z);
   }
-  const double z = two_sided_quantile(result.confidence);
   const auto& drive = result.model->drive;
   for (const auto& f : result.findings)
-    if (f.severity == diagnostics::Severity::error && (f.id == "misfit" || f.id == "uncertain-inertia"))
-      return "No drive model explains this record; what follows is only the closest one.";
+    if (f.severity == diagnostics::Severity::error && explains_little(f.id))
+      return "No drive model explains this record; what follows is only the closest one." +
+             (of_response(result) ? " " + modes_sentence(result, z) : "");
+  if (drive.structure == fit::Structure::rigid && !result.modes.empty())
+    return fmt::format("A rigid {} is the closest drive model. {}",
+                       result.units.physical ? "inertia" : "mass", modes_sentence(result, z));
   if (drive.structure == fit::Structure::rigid)
     return fmt::format("The drive behaves as one rigid {}; no resonance shows in {:.3g} ... {:.3g} Hz.",
                        result.units.physical ? "inertia" : "mass", result.response.frequency_hz.front(),

@@ -126,6 +126,8 @@ LineEstimate estimate(const Fit& fit, double frequency_hz) {
 expected<LineEstimates, Error> local_polynomial_lines(const data::Record& record,
                                                       const LocalPolynomialConfig& config,
                                                       Approach approach) {
+  if (const auto difference = differenced(record))
+    return local_polynomial_lines(*difference, config, approach).map(integrated);
   const auto signals = signals_of(record, approach);
   if (!signals) return unexpected(signals.error());
   if (config.degree < 0 || config.degree > 6) return refuse("degree", "must lie in 0 ... 6", config.degree);

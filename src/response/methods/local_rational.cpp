@@ -4,6 +4,7 @@
 #include <resonid/response/detail/local_rational.hpp>
 
 #include "linalg/decompositions.hpp"
+#include "response/signals.hpp"
 #include "response/spectra/local_spectra.hpp"
 
 namespace resonid::response {
@@ -262,6 +263,8 @@ data::LineCorrelation correlation_of(const std::vector<Window>& windows, double 
 
 expected<LineEstimates, Error> local_rational_lines(const data::Record& record,
                                                     const LocalRationalConfig& config, Approach approach) {
+  if (const auto difference = differenced(record))
+    return local_rational_lines(*difference, config, approach).map(integrated);
   const auto signals = signals_of(record, approach);
   if (!signals) return unexpected(signals.error());
   if (config.degree < 1 || config.degree > 4) return refuse("degree", "must lie in 1 ... 4", config.degree);

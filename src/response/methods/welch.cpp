@@ -187,6 +187,8 @@ double equivalent_averages(const std::vector<double>& window, std::size_t hop, s
 
 expected<LineEstimates, Error> welch_lines(const data::Record& record, const WelchConfig& config,
                                            Approach approach) {
+  if (const auto difference = config.period_samples > 0 ? std::nullopt : differenced(record))
+    return welch_lines(*difference, config, approach).map(integrated);
   const auto signals = signals_of(record, approach);
   if (!signals) return unexpected(signals.error());
   const auto high_hz = upper_band_edge(record, config.band_low_hz, config.band_high_hz);

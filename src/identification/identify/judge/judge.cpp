@@ -4,6 +4,7 @@
 #include <identification/identify/judge/judge.hpp>
 #include <identification/identify/judge/loop.hpp>
 #include <identification/identify/judge/modes.hpp>
+#include <identification/identify/judge/shown_modes.hpp>
 #include <identification/identify/judge/trust.hpp>
 #include <identification/identify/judge/validation.hpp>
 
@@ -33,6 +34,7 @@ std::vector<Choice> choices_of(const Experiment& experiment, const Measurement& 
                                const Options& options) {
   auto choices = experiment.choices;
   if (m.method) replace(choices, *m.method);
+  if (m.resolution) choices.push_back(*m.resolution);
   choices.insert(choices.end(), fitted.choices.begin(), fitted.choices.end());
   if (biased_without_model(m, fitted, options)) replace(choices, model_choice(m.evidence, m.plan.method));
   if (m.plan.loop_controller && fitted.to_record())
@@ -51,15 +53,11 @@ std::vector<Finding> findings_of(const Experiment& experiment, const Measurement
   return findings;
 }
 
-/// Of the model, else of the response, unless that is biased.
-std::vector<data::Mode> visible_modes(const Measurement& m, const Result& result) {
+std::vector<data::Mode> modes_of_model(const Measurement& m, const Result& result) {
   if (result.model) return result.model->drive.modes();
   const auto [low_hz, high_hz] = visible_modes_hz(m.plan);
   if (result.black_box) return modes_of(result.black_box->model, low_hz, high_hz);
-  std::vector<data::Mode> found;
-  if (m.evidence.biased()) return found;
-  for (const auto& e : diagnostics::response_extrema(result.response)) found.push_back(measured_mode(e));
-  return found;
+  return {};
 }
 
 /// A mode of a black box that nothing determines is none; a box of such modes only is not to be trusted.
@@ -130,8 +128,10 @@ Result judge(const Experiment& experiment, const Measurement& m, Fitted fitted, 
   if (!fitted.black_box) inspect_model(m.plan, options, fitted.drive, result);
   put_validation(experiment.record, m.lines, std::move(fitted), result);
   inspect_validation(result);
-  result.modes = visible_modes(m, result);
+  result.modes = modes_of_model(m, result);
   if (result.black_box) discard_undetermined(result);
+  if (!m.evidence.biased())
+    hold_against_response(result.response, fit::response_modes(result.response), result);
   result.roots = roots_of(result);
   judge_loop(m, options, result);
   return result;

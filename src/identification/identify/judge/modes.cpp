@@ -2,15 +2,9 @@
 #include <algorithm>
 #include <cmath>
 #include <identification/identify/judge/modes.hpp>
-#include <limits>
 #include <resonid/base/constants.hpp>
 
 namespace resonid::identification::detail {
-
-data::Mode measured_mode(const diagnostics::ResponseExtremum& extremum) {
-  constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
-  return {extremum.minimum, {extremum.frequency_hz, kUnknown}, {kUnknown, kUnknown}, false};
-}
 
 namespace {
 

@@ -1,13 +1,9 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <resonid/diagnostics/detail/response_extrema.hpp>
 #include <resonid/identification/result.hpp>
 
 namespace resonid::identification::detail {
-
-/// As the measured response has it, without a model to tell error bars and damping.
-[[nodiscard]] data::Mode measured_mode(const diagnostics::ResponseExtremum& extremum);
 
 /// Poles and zeros of a model in the s-plane with their covariance, poles first.
 [[nodiscard]] std::vector<Root> roots_of(const fit::DriveModel& drive);

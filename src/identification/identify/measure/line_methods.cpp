@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include <algorithm>
 #include <cmath>
-#include <identification/criteria.hpp>
 #include <identification/identify/measure/line_methods.hpp>
-#include <resonid/base/detail/statistics.hpp>
+#include <identification/identify/measure/resolution.hpp>
 #include <resonid/response/detail/excitation_lines.hpp>
 #include <resonid/response/detail/local_rational.hpp>
 #include <resonid/response/detail/stepped_sine.hpp>
@@ -42,35 +41,18 @@ Lines periodic_lines(const data::Record& record, const Plan& plan, const Options
   return response::periodic_lines(record, config, plan.approach);
 }
 
-namespace {
-
-/// Typical standard deviation of the lines, relative to their values.
-double uncertainty(const response::LineEstimates& lines, const Plan& plan, const Options& options) {
-  const auto g = response::plant_response(lines, {plan.approach, options.controller, options.delay_s});
-  if (!g || g->lines() == 0) return 0.0;
-  std::vector<double> relative;
-  for (std::size_t i = 0; i < g->lines(); ++i) relative.push_back(g->std[i] / std::abs(g->value[i]));
-  return median(std::move(relative));
-}
-
-}  // namespace
-
-/// Lines that drown in noise say less than fewer, broader ones: the segment is halved while they do.
 Lines welch_lines(const data::Record& record, const Plan& plan, const Options& options) {
+  if (plan.period_samples == 0 && plan.segment_samples == 0) {
+    auto resolved = resolved_welch_lines(record, plan, options);
+    if (!resolved) return tl::unexpected(resolved.error());
+    return std::move(resolved->lines);
+  }
   response::WelchConfig config;
+  config.segment_samples = plan.segment_samples;
   config.period_samples = plan.period_samples;
   config.band_low_hz = plan.low_hz;
   config.band_high_hz = plan.high_hz;
-  auto lines = response::welch_lines(record, config, plan.approach);
-  if (plan.period_samples != 0) return lines;
-  constexpr std::size_t kShortest = 512;
-  std::size_t segment = response::default_segment(record.samples(), record.sample_rate_hz);
-  while (lines && segment >= 2 * kShortest &&
-         uncertainty(*lines, plan, options) > kCriteria.shorter_segments) {
-    config.segment_samples = segment /= 2;
-    lines = response::welch_lines(record, config, plan.approach);
-  }
-  return lines;
+  return response::welch_lines(record, config, plan.approach);
 }
 
 Lines local_polynomial_lines(const data::Record& record, const Plan& plan) {

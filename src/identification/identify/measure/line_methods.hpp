@@ -15,7 +15,7 @@ using Lines = expected<response::LineEstimates, Error>;
                                                                                    const Plan& plan,
                                                                                    const Options& options);
 [[nodiscard]] Lines periodic_lines(const data::Record& record, const Plan& plan, const Options& options);
-/// Lines that drown in noise say less than fewer, broader ones: the segment is halved while they do.
+/// At the plan's resolution, else at that of resolved_welch_lines().
 [[nodiscard]] Lines welch_lines(const data::Record& record, const Plan& plan, const Options& options);
 [[nodiscard]] Lines local_polynomial_lines(const data::Record& record, const Plan& plan);
 [[nodiscard]] Lines local_rational_lines(const data::Record& record, const Plan& plan);

@@ -1,9 +1,14 @@
 // SPDX-License-Identifier: MIT
+#include <fmt/format.h>
+
 #include <cmath>
 #include <identification/criteria.hpp>
 #include <identification/identify/measure/distortion.hpp>
 #include <identification/identify/measure/measure.hpp>
+#include <identification/identify/measure/resolution.hpp>
 #include <resonid/diagnostics/detail/data_findings.hpp>
+#include <resonid/response/detail/excitation_lines.hpp>
+#include <tuple>
 
 namespace resonid::identification::detail {
 namespace {
@@ -36,9 +41,112 @@ double usable(const data::FrequencyResponse& g) {
   return static_cast<double>(count) / static_cast<double>(std::max<std::size_t>(1, g.lines()));
 }
 
+/// Only the lines of a band.
+void cut(double low_hz, double high_hz, Measurement& m) {
+  std::erase_if(m.lines.lines,
+                [&](const auto& l) { return l.frequency_hz < low_hz || l.frequency_hz > high_hz; });
+  m.response = m.response.band(low_hz, high_hz);
+  m.plan.low_hz = low_hz;
+  m.plan.high_hz = high_hz;
+}
+
+/// Where to look for coherence. What a controller feeds back is coherent, too, and no response of the drive:
+/// in a closed loop without a known excitation only where the input has some power.
+std::pair<double, double> searched_band(const data::Record& record, const Plan& plan,
+                                        const Options& options) {
+  const std::pair everywhere{0.0, 0.5 * record.sample_rate_hz};
+  if (options.band_hz) return {plan.low_hz, plan.high_hz};
+  if (plan.approach != Approach::direct) return everywhere;
+  const auto feedback = diagnostics::find_feedback(record, options.delay_s);
+  if (!feedback || !feedback->present()) return everywhere;
+  return response::excited_band_hz(record, plan.approach, kCriteria.fed_back_power).value_or(everywhere);
+}
+
+Choice resolution_choice(const Measurement& m, double rate_hz) {
+  return {"resolution", fmt::format("{:.3g} Hz", rate_hz / static_cast<double>(m.plan.segment_samples)),
+          "the finest that is as coherent as any and known to 15 %, else the broadest of these"};
+}
+
+/// Local rational fits at the resolution of the whole record, where segments are too short for what shows.
+std::optional<Measurement> finer(const data::Record& record, const Plan& plan, const Options& options,
+                                 const Resolved& averaged) {
+  Plan local = plan;
+  local.method = Method::local_rational;
+  local.segment_samples = 0;
+  local.grid_hz = fine_grid(record, averaged.low_hz, averaged.high_hz);
+  if (local.grid_hz.size() < kCriteria.fewest_lines) return std::nullopt;
+  auto m = by_plan(record, local, options);
+  if (!m ||
+      !(coherent_gain(m->lines, averaged.lines, averaged.low_hz, averaged.high_hz) >
+        kCriteria.lost_coherence) ||
+      coherent_share(m->lines, averaged.low_hz, averaged.high_hz) < averaged.share - kCriteria.same_coherence)
+    return std::nullopt;
+  m->method = {"method", std::string(name_of(local.method)),
+               "segments of the record are too short for its resonances; its own length resolves them"};
+  return std::move(*m);
+}
+
+/// Averaged spectra at their best resolution, in the band in which they are coherent.
+expected<Measurement, Error> by_resolution(const data::Record& record, const Plan& plan,
+                                           const Options& options) {
+  Plan wide = plan;
+  std::tie(wide.low_hz, wide.high_hz) = searched_band(record, plan, options);
+  auto averaged = resolved_welch_lines(record, wide, options);
+  if (!averaged) return tl::unexpected(Error{"method", averaged.error().requirement});
+  const double low_hz = averaged->low_hz, high_hz = averaged->high_hz;
+  const bool coherent = high_hz > low_hz;
+  wide.segment_samples = averaged->segment_samples;
+  std::optional<Measurement> best;
+  if (averaged->too_coarse && options.method == Method::automatic)
+    best = finer(record, plan, options, *averaged);
+  if (!best) {
+    Measured measured{std::move(averaged->lines), std::nullopt};
+    auto response = response_of(measured, wide, options);
+    if (!response) return tl::unexpected(std::move(response.error()));
+    best.emplace();
+    static_cast<Measured&>(*best) = std::move(measured);
+    best->plan = wide;
+    best->response = std::move(*response);
+    best->resolution = resolution_choice(*best, record.sample_rate_hz);
+  }
+  if (options.band_hz) return std::move(*best);
+  if (coherent) {
+    cut(low_hz, high_hz, *best);
+  } else {
+    const auto excited = best->response.band(plan.low_hz, plan.high_hz);
+    if (excited.lines() >= kCriteria.fewest_lines) cut(plan.low_hz, plan.high_hz, *best);
+  }
+  return std::move(*best);
+}
+
+bool averages_segments(const Plan& plan) {
+  return plan.method == Method::welch && plan.period_samples == 0 && plan.segment_samples == 0;
+}
+
+expected<Measurement, Error> by_method(const data::Record& record, const Plan& plan, const Options& options) {
+  return averages_segments(plan) ? by_resolution(record, plan, options) : by_plan(record, plan, options);
+}
+
+/// What a method of its own choice cannot read, averaged spectra do.
+expected<Measurement, Error> by_chosen(const data::Record& record, const Plan& plan, const Options& options) {
+  auto first = by_method(record, plan, options);
+  if (options.method != Method::automatic || averages_segments(plan) || !plan.grid_hz.empty()) return first;
+  if (first && first->response.lines() >= kCriteria.fewest_lines) return first;
+  Plan other = plan;
+  other.method = Method::welch;
+  other.period_samples = 0;
+  auto second = by_method(record, other, options);
+  if (!second || (first && second->response.lines() <= first->response.lines())) return first;
+  if (!second->method)
+    second->method = {"method", std::string(name_of(other.method)),
+                      fmt::format("{} finds hardly a line: the excitation is none of the kind that it suits",
+                                  name_of(plan.method))};
+  return second;
+}
+
 expected<Measurement, Error> by_what_shows(const data::Record& record, const Plan& plan,
                                            const Options& options) {
-  auto first = by_plan(record, plan, options);
+  auto first = by_chosen(record, plan, options);
   const bool averages = plan.method == Method::periodic || plan.method == Method::welch;
   if (!first || !averages || options.method != Method::automatic) return first;
   const double before = usable(first->response);

@@ -9,8 +9,9 @@ namespace resonid::identification::detail {
 
 /// The response as it was measured, and what it and the record show of the loop.
 struct Measurement : Measured {
-  Plan plan;                     ///< With the method and the band that came out of it.
-  std::optional<Choice> method;  ///< Where that is not the planned one.
+  Plan plan;                         ///< With the method and the band that came out of it.
+  std::optional<Choice> method;      ///< Where that is not the planned one.
+  std::optional<Choice> resolution;  ///< Of averaged spectra.
   data::FrequencyResponse response;
   std::optional<Distortion> distortion;
   LoopEvidence evidence;

@@ -117,7 +117,10 @@ constexpr std::array kMethods = {
         why_periodic},
     MethodEntry{
         Method::kalman, false,
-        [](const Record&, const Plan& p) { return p.excitation == ExcitationType::multisine; }, nothing,
+        [](const Record& r, const Plan& p) {
+          return p.excitation == ExcitationType::multisine && (!p.grid_hz.empty() || repeats(r, p, 2));
+        },
+        nothing,
         [](const Record& r, const Plan& p, const Options& o) {
           return measured(p.sweep ? swept_lines(r, p, o, true)
                                   : tracked_lines(r, p, o, response::LineMethod::kalman));

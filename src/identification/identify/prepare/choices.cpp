@@ -28,6 +28,7 @@ Choice excitation_choice(const data::Record& record, const Options& options, con
                   : fmt::format("{} has two levels and does not repeat within the record", signal)};
     case ExcitationType::multisine:
       if (told) return {"excitation", "multisine", asked};
+      if (plan.period_samples == 0) return {"excitation", "multisine", "a single period, as told"};
       return {"excitation", "multisine",
               plan.realisations > 1
                   ? fmt::format("{} repeats every {} samples and changes its phases {} times", signal,

@@ -171,6 +171,8 @@ expected<Plan, Error> make_plan(const data::Record& record, const Options& optio
   const auto& method = entry_of(plan.method);
   if (auto lacking = method.lacks(record, plan); !lacking.empty())
     return refused("method", fmt::format("{} {}", name_of(plan.method), lacking));
+  // A single period does not repeat within the record.
+  if (plan.method == Method::welch && record.samples() < 2 * plan.period_samples) plan.period_samples = 0;
   // Nothing repeats over changes of the phases.
   if (plan.realisations > 1 && !method.periods && options.period_samples == 0) plan.period_samples = 0;
   if (plan.method == Method::periodic && options.drop_periods == 0)

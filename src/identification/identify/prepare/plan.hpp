@@ -16,6 +16,7 @@ struct Plan {
   std::size_t period_samples = 0;         ///< 0: not periodic.
   std::size_t realisations = 0;           ///< With that period and phases of their own; 0: fewer than two.
   std::size_t transient_periods = 0;      ///< At the start, left out of the averages.
+  std::size_t segment_samples = 0;        ///< Of averaged spectra; 0: by what the record shows.
   std::optional<online::SweepLaw> sweep;  ///< Of a chirp that is known.
   double low_hz = 0.0;
   double high_hz = 0.0;
