@@ -22,13 +22,13 @@ struct Criteria {
   double usable_line = 0.5;        ///< std/|G| of a line that says something of the value.
   double hardly_any_lines = 0.05;  ///< Share of usable lines below which averages have failed ...
   double clearly_more_lines =
-      2.0;  ///< ... and how many times more another method must give to take its place.
-  double shorter_segments = 0.15;     ///< Median std/|G|, above which Welch's segments are halved.
-  double same_coherence = 0.03;       ///< Mean coherence by which resolutions are as good as one another.
-  double lost_coherence = 0.1;        ///< The same in any tenth of the band: a mode takes up no more.
-  double coherent_gap = 2.0;          ///< Factor of frequency that an anti-resonance may drown in.
-  double fed_back_power = 1e-3;       ///< Of the densest excitation: less may be noise in a closed loop.
-  std::size_t fewest_lines = 4;       ///< Of a response that tells a drive; periodic ones of fewer are none.
+      2.0;                       ///< ... and how many times more another method must give to take its place.
+  double more_known = 0.03;      ///< Of the band, for which a shorter segment is worth its resolution.
+  double same_coherence = 0.03;  ///< Mean coherence by which resolutions are as good as one another.
+  double lost_coherence = 0.1;   ///< The same in any tenth of the band: a mode takes up no more.
+  double coherent_gap = 2.0;     ///< Factor of frequency that an anti-resonance may drown in.
+  double fed_back_power = 1e-3;  ///< Of the densest excitation: less may be noise in a closed loop.
+  std::size_t fewest_lines = 4;  ///< Of a response that tells a drive; periodic ones of fewer are none.
   double relevant_distortion = 1e-3;  ///< Of the output; less is of no consequence to a loop.
   double warned_distortion = 0.1;     ///< Of the output, from which the finding is a warning.
 

@@ -129,16 +129,16 @@ class Search {
            root.damping_ratio < 1.0 && root.damping_ratio > -0.1;
   }
 
-  /// Whether lines that are known lie on either side.
+  /// Whether known lines lie on either side, and not just the few that chance makes known.
   [[nodiscard]] bool has_flanks(double f) const {
-    constexpr double kReach = 1.6;
-    int below = 0, above = 0;
+    constexpr double kReach = 1.6, kShare = 0.3;
+    int below = 0, above = 0, all_below = 0, all_above = 0;
     for (std::size_t i = 0; i < g_.lines(); ++i) {
-      if (!(g_.std[i] < kUsable * std::abs(g_.value[i]))) continue;
-      below += g_.frequency_hz[i] < f && g_.frequency_hz[i] > f / kReach ? 1 : 0;
-      above += g_.frequency_hz[i] > f && g_.frequency_hz[i] < f * kReach ? 1 : 0;
+      const int known = g_.std[i] < kUsable * std::abs(g_.value[i]) ? 1 : 0;
+      if (g_.frequency_hz[i] < f && g_.frequency_hz[i] > f / kReach) below += known, ++all_below;
+      if (g_.frequency_hz[i] > f && g_.frequency_hz[i] < f * kReach) above += known, ++all_above;
     }
-    return below >= 2 && above >= 2;
+    return below >= 2 && above >= 2 && below > kShare * all_below && above > kShare * all_above;
   }
 
   static std::optional<std::size_t> neighbour_of(std::size_t c,
@@ -298,8 +298,15 @@ class Search {
         curve.emplace_back(g_.frequency_hz[i], std::abs(g_.value[i]));
     const double f0 = account.frequency_hz;
     const double own = std::clamp(std::abs(account.damping), 1e-3, 0.5);
+    // No deeper than the noise of its nearest line lets see.
+    const auto nearest = static_cast<std::size_t>(
+        std::min_element(g_.frequency_hz.begin(), g_.frequency_hz.end(),
+                         [&](double a, double b) { return std::abs(a - f0) < std::abs(b - f0); }) -
+        g_.frequency_hz.begin());
+    const double least = minimum ? g_.std[nearest] : 0.0;
     const auto add = [&](double f) {
-      if (f >= first && f <= last) curve.emplace_back(f, magnitude(account.fit, account.lines, f));
+      if (f >= first && f <= last)
+        curve.emplace_back(f, std::hypot(least, magnitude(account.fit, account.lines, f)));
     };
     for (int k = 0; k <= kPoints; ++k) {
       add(first * std::pow(last / first, static_cast<double>(k) / kPoints));

@@ -214,7 +214,10 @@ TEST(Identify, FitsTheStructureThatIsAskedFor) {
   const auto rigid = identify(multisine(), options);
   ASSERT_TRUE(rigid && rigid->model);
   EXPECT_EQ(rigid->model->drive.structure, fit::Structure::rigid);
-  EXPECT_TRUE(rigid->modes.empty());
+  ASSERT_FALSE(rigid->modes.empty());  // a rigid drive has none: they are those of the response
+  for (const auto& mode : rigid->modes) EXPECT_FALSE(mode.from_model);
+  EXPECT_TRUE(std::any_of(rigid->findings.begin(), rigid->findings.end(),
+                          [](const auto& f) { return f.id == "response-shows-more"; }));
   EXPECT_FALSE(rigid->trusted);  // the response shows plainly that it is not rigid
   options.model = ModelChoice::two_mass;
   const auto two_mass = identify(multisine(), options);

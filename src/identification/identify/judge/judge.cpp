@@ -48,6 +48,9 @@ std::vector<Finding> findings_of(const Experiment& experiment, const Measurement
   findings.insert(findings.end(), m.findings.begin(), m.findings.end());
   if (fitted.black_box) inspect_black_box(fitted.black_box->result, findings);
   if (fitted.to_record()) downweight_incoherent(m.evidence, findings);
+  if (fitted.black_box)  // which may have such a pair of poles
+    for (auto& f : findings)
+      if (f.id == "spring-to-ground") f.severity = Severity::info;
   const bool of_model = biased_without_model(m, fitted, options) || options.method == Method::model;
   if (auto feedback = inspect_feedback(m.evidence, of_model)) findings.push_back(std::move(*feedback));
   return findings;

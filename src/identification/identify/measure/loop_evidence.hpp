@@ -55,8 +55,8 @@ void downweight_incoherent(const LoopEvidence& evidence, std::vector<diagnostics
 [[nodiscard]] std::optional<diagnostics::Finding> inspect_feedback(const LoopEvidence& evidence,
                                                                    bool from_model);
 
-/// A mirrored signal, or input and output exchanged, by a response that leads at low frequencies or by a
-/// controller with negative gain.
+/// A mirrored signal, input and output exchanged, or a spring to ground, by a response that leads at low
+/// frequencies: exchanged columns also do at high ones, a machine on a spring lags there.
 [[nodiscard]] std::optional<diagnostics::Finding> inspect_orientation(
     const LoopEvidence& evidence, const data::FrequencyResponse& response);
 

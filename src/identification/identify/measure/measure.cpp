@@ -63,8 +63,9 @@ std::pair<double, double> searched_band(const data::Record& record, const Plan& 
 }
 
 Choice resolution_choice(const Measurement& m, double rate_hz) {
-  return {"resolution", fmt::format("{:.3g} Hz", rate_hz / static_cast<double>(m.plan.segment_samples)),
-          "the finest that is as coherent as any and known to 15 %, else the broadest of these"};
+  return {
+      "resolution", fmt::format("{:.3g} Hz", rate_hz / static_cast<double>(m.plan.segment_samples)),
+      "the finest by which most of the coherent band is known; shorter segments average more but leak more"};
 }
 
 /// Local rational fits at the resolution of the whole record, where segments are too short for what shows.

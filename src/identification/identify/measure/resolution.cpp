@@ -4,7 +4,6 @@
 #include <identification/criteria.hpp>
 #include <identification/identify/measure/resolution.hpp>
 #include <limits>
-#include <resonid/base/detail/statistics.hpp>
 #include <resonid/response/welch.hpp>
 
 namespace resonid::identification::detail {
@@ -72,21 +71,47 @@ std::vector<std::size_t> lines_at(const response::LineEstimates& lines, double l
   return at;
 }
 
-/// std/|G| of the typical line, every part of a logarithmic scale alike.
-double uncertainty(const response::LineEstimates& lines, const data::FrequencyResponse& g, double low_hz,
+/// Share of a logarithmic scale on which lines are known to 30 %.
+double known_share(const response::LineEstimates& lines, const data::FrequencyResponse& g, double low_hz,
                    double high_hz) {
-  std::vector<double> relative;
-  for (const std::size_t i : lines_at(lines, low_hz, high_hz))
-    if (i < g.lines() && g.lines() == lines.lines.size()) relative.push_back(g.std[i] / std::abs(g.value[i]));
-  return relative.empty() ? std::numeric_limits<double>::infinity() : median(std::move(relative));
+  if (g.lines() != lines.lines.size()) return 0.0;
+  const auto at = lines_at(lines, low_hz, high_hz);
+  const auto known = std::count_if(at.begin(), at.end(), [&](std::size_t i) {
+    return i < g.lines() && g.std[i] < kCriteria.orientation_line * std::abs(g.value[i]);
+  });
+  return static_cast<double>(known) / static_cast<double>(at.size());
+}
+
+/// Lines first ... last, by their ln f.
+struct Run {
+  std::size_t first = 0, last = 0, lines = 0;
+};
+
+/// Runs of known lines among mostly known ones; a few that chance makes known here and there are none.
+std::vector<Run> known_runs(const std::vector<double>& x, const std::vector<bool>& known) {
+  constexpr double kReach = 0.1;  // of ln f, in which most lines are known, and that parts runs
+  constexpr std::size_t kFewest = 3, kSparse = 3;
+  std::vector<Run> runs;
+  std::size_t low = 0, high = 0, count = 0;
+  for (std::size_t i = 0; i < x.size(); ++i) {
+    for (; high < x.size() && x[high] <= x[i] + kReach; ++high) count += known[high] ? 1 : 0;
+    for (; x[low] < x[i] - kReach; ++low) count -= known[low] ? 1 : 0;
+    if (!known[i] || 2 * count < high - low) continue;
+    if (runs.empty() || (x[i] - x[runs.back().last] > kReach && i > runs.back().last + kSparse))
+      runs.push_back({i, i, 0});
+    runs.back().last = i;
+    ++runs.back().lines;
+  }
+  std::erase_if(runs, [&](const Run& r) {
+    return r.lines < kFewest || (x[r.last] - x[r.first] < 0.5 * kReach && r.last - r.first > 2 * kSparse);
+  });
+  return runs;
 }
 
 }  // namespace
 
 std::optional<std::pair<double, double>> coherent_band(const response::LineEstimates& lines,
                                                        const data::FrequencyResponse& g) {
-  constexpr double kReach = 0.1;  // of ln f, in which most lines are known
-  constexpr std::size_t kFewest = 2;
   const double gap = std::log(kCriteria.coherent_gap);
   const auto own = excited(lines);
   std::vector<double> x;
@@ -96,29 +121,18 @@ std::optional<std::pair<double, double>> coherent_band(const response::LineEstim
     x.push_back(std::log(g.frequency_hz[i]));
     known.push_back(k < own.size() && own[k] && g.std[i] < kCriteria.usable_line * std::abs(g.value[i]));
   }
-  std::optional<std::pair<double, double>> widest;
-  double most = -1.0;
-  std::size_t first = x.size(), last = 0;
-  const auto close = [&] {
-    if (first < x.size() && x[last] - x[first] > most) {
-      most = x[last] - x[first];
-      widest = {g.frequency_hz[first], g.frequency_hz[last]};
-    }
-    first = x.size();
-  };
-  std::size_t low = 0, high = 0, count = 0;
-  for (std::size_t i = 0; i < x.size(); ++i) {
-    for (; high < x.size() && x[high] <= x[i] + kReach; ++high) count += known[high] ? 1 : 0;
-    for (; x[low] < x[i] - kReach; ++low) count -= known[low] ? 1 : 0;
-    const bool most_known =
-        known[i] && 2 * count >= high - low && (high - low < 2 * kFewest || count >= kFewest);
-    if (!most_known) continue;
-    if (first < x.size() && x[i] - x[last] > gap && i > last + 3) close();
-    if (first == x.size()) first = i;
-    last = i;
+  std::vector<Run> stretches;
+  for (const auto& run : known_runs(x, known)) {
+    if (stretches.empty() || x[run.first] - x[stretches.back().last] > gap)
+      stretches.push_back(run);
+    else
+      stretches.back().last = run.last;
   }
-  close();
-  return widest;
+  const auto widest = std::max_element(stretches.begin(), stretches.end(), [&](const Run& a, const Run& b) {
+    return x[a.last] - x[a.first] < x[b.last] - x[b.first];
+  });
+  if (widest == stretches.end()) return std::nullopt;
+  return std::pair{g.frequency_hz[widest->first], g.frequency_hz[widest->last]};
 }
 
 namespace {
@@ -191,23 +205,26 @@ expected<Resolved, Error> resolved_welch_lines(const data::Record& record, const
   if (!(high_hz > low_hz)) {  // nothing is coherent anywhere: the broadest lines, as they are
     return std::move(trials.back().found);
   }
-  double best = 0.0;
   for (auto& t : trials) {
     t.found.share = coherent_share(t.found.lines, low_hz, high_hz);
     t.found.low_hz = low_hz;
     t.found.high_hz = high_hz;
-    best = std::max(best, t.found.share);
   }
-  Trial* chosen = nullptr;
   const bool too_coarse = trials.size() > 1 && coherent_gain(trials[0].found.lines, trials[1].found.lines,
                                                              low_hz, high_hz) > kCriteria.lost_coherence;
+  Trial* chosen = nullptr;
+  double most = 0.0;
   for (auto& t : trials) {
-    if (t.found.share < best - kCriteria.same_coherence ||
-        (chosen != nullptr &&
-         coherent_gain(chosen->found.lines, t.found.lines, low_hz, high_hz) > kCriteria.lost_coherence))
-      continue;
+    const double share = known_share(t.found.lines, t.response, low_hz, high_hz);
+    if (chosen != nullptr && !(share > most + kCriteria.more_known)) continue;
+    // Beyond its first lines, which a shorter segment cannot have.
+    const double from_hz =
+        std::max(low_hz, 3.0 * record.sample_rate_hz / static_cast<double>(t.found.segment_samples));
+    if (chosen != nullptr && from_hz < high_hz &&
+        coherent_gain(chosen->found.lines, t.found.lines, from_hz, high_hz) > kCriteria.lost_coherence)
+      break;
     chosen = &t;
-    if (uncertainty(t.found.lines, t.response, low_hz, high_hz) <= kCriteria.shorter_segments) break;
+    most = share;
   }
   chosen->found.too_coarse = too_coarse;
   return std::move(chosen->found);

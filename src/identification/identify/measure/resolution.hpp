@@ -30,9 +30,9 @@ struct Resolved {
   bool too_coarse = false;             ///< A longer segment would be more coherent still.
 };
 
-/// Segments from a quarter of the record downwards. What a segment is too short for leaks and is lost to the
-/// coherence; what is left is noise, for which shorter ones are averaged more. So: of all that are as
-/// coherent as the most coherent one the longest whose typical line is known to 15 %, else the shortest.
+/// Segments from a quarter of the record downwards: the longest by which most of the band is known to 30 %. A
+/// shorter one averages more, and is no longer taken where it loses coherence: then it is too short for what
+/// the answer shows, and leaks.
 [[nodiscard]] expected<Resolved, Error> resolved_welch_lines(const data::Record& record, const Plan& plan,
                                                              const Options& options);
 
