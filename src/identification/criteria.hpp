@@ -16,6 +16,7 @@ struct Criteria {
   int excitation_turns = 40;       ///< A motion profile turns a few times; what excites, at least so often.
   double exact_repetition = 1e-6;  ///< Of the variance: a reconstructed excitation repeats to 0.1 %.
   double excitation_share = 1e-4;  ///< Of the input's variance, below which a reconstruction is rounding.
+  double motion_share = 0.9;  ///< Of the input's variance, explained by motion and friction: nothing excites.
   double feedback_false_alarm = 1e-3;  ///< Probability of feedback seen where there is none, per record.
 
   // ---- measure: what the response is worth
@@ -77,6 +78,9 @@ struct Criteria {
       1e-3;  ///< Probability, per record, that a parameter that stays the same is said to change.
   double constant_parameter =
       0.005;  ///< Scatter over value of an inertia or a stiffness that one value describes.
+  double contradicted_inertia =
+      0.01;  ///< Of the inertia in all, by which a model may differ from what its motion took ...
+  double contradicted_deviations = 4.0;  ///< ... and beyond both error bars.
   double misfit = 0.1, worthless = 0.3;  ///< Model error that is told, and with which a model is none.
   double unexplained = 0.4;              ///< Correlation of residual and simulation, and 3 times its limit.
   double nearly_all = 99.0;              ///< Per cent of fit: what remains is small, whatever it follows.

@@ -14,8 +14,11 @@ namespace {
 using diagnostics::Finding;
 using diagnostics::Severity;
 
+bool in_motion(const Fitted& fitted) { return fitted.drive && fitted.drive->in_motion; }
+
 bool biased_without_model(const Measurement& m, const Fitted& fitted, const Options& options) {
-  return options.method == Method::automatic && m.evidence.biased() && fitted.to_record();
+  return options.method == Method::automatic && fitted.to_record() &&
+         (m.evidence.biased() || in_motion(fitted));
 }
 
 Method reported_method(const Measurement& m, const Fitted& fitted, const Options& options) {
@@ -36,7 +39,11 @@ std::vector<Choice> choices_of(const Experiment& experiment, const Measurement& 
   if (m.method) replace(choices, *m.method);
   if (m.resolution) choices.push_back(*m.resolution);
   choices.insert(choices.end(), fitted.choices.begin(), fitted.choices.end());
-  if (biased_without_model(m, fitted, options)) replace(choices, model_choice(m.evidence, m.plan.method));
+  if (in_motion(fitted) && options.method == Method::automatic)
+    replace(choices,
+            {"method", "model", "a motion profile excites few frequencies, and friction is in them"});
+  else if (biased_without_model(m, fitted, options))
+    replace(choices, model_choice(m.evidence, m.plan.method));
   if (m.plan.loop_controller && fitted.to_record())
     choices.push_back(predictor_choice(options, *m.evidence.controller));
   return choices;
@@ -46,6 +53,10 @@ std::vector<Finding> findings_of(const Experiment& experiment, const Measurement
                                  const Options& options) {
   auto findings = experiment.findings;
   findings.insert(findings.end(), m.findings.begin(), m.findings.end());
+  // The response that is reported is the model's.
+  if (in_motion(fitted) && options.method == Method::automatic)
+    for (auto& finding : findings)
+      if (finding.id == "incoherent" || finding.id == "reversed") finding.severity = Severity::info;
   if (fitted.black_box) inspect_black_box(fitted.black_box->result, findings);
   if (fitted.to_record()) downweight_incoherent(m.evidence, findings);
   if (fitted.black_box)  // which may have such a pair of poles

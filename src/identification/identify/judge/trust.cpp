@@ -92,6 +92,7 @@ void inspect_model(const Plan& plan, const Options& options, const std::optional
     return;
   }
   const auto& model = selection->result;
+  if (selection->contradiction) findings.push_back(*selection->contradiction);
   for (const bool over_frequency : {false, true})
     if (auto changes = inspect_constancy(selection->inconstant, model.drive, over_frequency))
       findings.push_back(std::move(*changes));
@@ -103,8 +104,8 @@ void inspect_model(const Plan& plan, const Options& options, const std::optional
          {},
          {},
          "Dry friction was requested, but no fit with it succeeded: the model is without dry friction."});
-  if (model.model_error > kCriteria.misfit && model.model_error <= kCriteria.worthless &&
-      model.coulomb_friction) {
+  const bool tellable = model.model_error <= kCriteria.worthless || selection->in_motion;
+  if (model.model_error > kCriteria.misfit && tellable && model.coulomb_friction) {
     findings.push_back(
         {"friction-in-response", Severity::info, model.model_error, kCriteria.misfit,
          fmt::format("Dry friction distorts the measured response: it typically differs by {:.0f} % from the "

@@ -46,7 +46,7 @@ void put_validation(const data::Record& record, const response::LineEstimates& l
   else if (auto& drive = fitted.drive; drive && !drive->residual.empty())
     of_record(record, drive->fit_percent, std::move(drive->residual), drive->residual_start,
               static_cast<std::size_t>(fit::order_of(drive->result.drive.structure)), result);
-  else if (drive && result.response.lines() == lines.lines.size())
+  else if (drive && !drive->in_motion && result.response.lines() == lines.lines.size())
     of_lines(lines, result);
 }
 

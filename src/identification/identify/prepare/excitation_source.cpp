@@ -72,6 +72,7 @@ bool is_what_feedback_leaves(const data::Record& record, double delay_s) {
 }  // namespace
 
 ExcitationSource complete_excitation(data::Record& record, const Options& options) {
+  if (record.excitation.present() && variance(record.excitation.samples) == 0.0) record.excitation = {};
   if (record.excitation.present()) return ExcitationSource::recorded;
   if (!record.input.present() || options.approach == Approach::direct) return ExcitationSource::none;
   if (options.controller && record.output_quantity == data::OutputQuantity::velocity) {

@@ -68,11 +68,24 @@ expected<Experiment, Error> plan_experiment(const data::Record& record, const Op
     return tl::unexpected(
         Error{"input", fmt::format("holds {} samples, too few for a response; required at least {}",
                                    prepared->record.samples(), kCriteria.fewest_samples)});
-  auto plan = make_plan(prepared->record, options);
+  auto motion = motion_in(prepared->record, prepared->source, options);
+  Options planned = options;
+  if (motion) {
+    planned.excitation_type = ExcitationType::other;
+    if (prepared->source == ExcitationSource::reference) prepared->record.excitation = {};
+    prepared->source = ExcitationSource::none;
+  }
+  auto plan = make_plan(prepared->record, planned);
   if (!plan) return tl::unexpected(std::move(plan.error()));
-  Experiment experiment{std::move(*prepared), std::move(*plan), {}, {}, {}};
+  Experiment experiment{std::move(*prepared), std::move(*plan), {}, std::move(motion), {}, {}};
   experiment.units = units_of(experiment.record);
   experiment.choices = explain(experiment.record, options, experiment.plan, experiment.source);
+  if (experiment.motion && options.excitation_type == ExcitationType::automatic)
+    experiment.choices.front() = {
+        "excitation", "other",
+        fmt::format("inertia and friction explain {:.3g} % of the input: the motion "
+                    "itself is all that excites",
+                    100.0 * experiment.motion->share)};
   experiment.findings = diagnostics::inspect(experiment.record);
   return experiment;
 }

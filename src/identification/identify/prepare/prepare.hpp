@@ -2,6 +2,7 @@
 #pragma once
 
 #include <identification/identify/prepare/excitation_source.hpp>
+#include <identification/identify/prepare/motion.hpp>
 #include <identification/identify/prepare/plan.hpp>
 #include <resonid/identification/result.hpp>
 
@@ -24,6 +25,7 @@ struct Prepared {
 struct Experiment : Prepared {
   Plan plan;
   Units units;
+  std::optional<fit::InverseDynamics> motion;  ///< Where a motion profile is all that excites.
   std::vector<Choice> choices;                 ///< Excitation, method and approach, each with its reason.
   std::vector<diagnostics::Finding> findings;  ///< Of the record.
 };

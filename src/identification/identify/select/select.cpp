@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include <identification/identify/measure/distortion.hpp>
+#include <identification/identify/select/motion_model.hpp>
 #include <identification/identify/select/select.hpp>
 #include <identification/identify/select/simulate_and_correct.hpp>
 #include <identification/progress.hpp>
@@ -18,9 +19,14 @@ expected<void, Error> fit_black_box(const Experiment& experiment, const Options&
 
 /// Distortion repeats with every period, and a likelihood would take each for new information.
 void fit_drive(const Experiment& experiment, const Measurement& m, const Options& options, Fitted& fitted) {
-  fitted.drive = select_model({&experiment.record, 1}, m.plan, options, without_bias(m.response, m.evidence),
-                              {}, !exceeds_noise(m.distortion));
+  if (experiment.motion) fitted.drive = model_in_motion(experiment, options, m.response);
+  const bool in_motion = fitted.drive.has_value();
+  if (!in_motion)
+    fitted.drive = select_model({&experiment.record, 1}, m.plan, options,
+                                without_bias(m.response, m.evidence), {}, !exceeds_noise(m.distortion));
   if (!fitted.drive) return;
+  if (!in_motion && fitted.drive->result.from_record)
+    fitted.drive->contradiction = inspect_against_motion(experiment.record, options, fitted.drive->result);
   fitted.structures = std::move(fitted.drive->structures);
   fitted.choices = {fitted.drive->choice};
 }
