@@ -442,14 +442,7 @@ class Fitter {
     if (has(kCoulombTerm)) found.coulomb_friction = estimate(kCoulombTerm);
     found.offset = estimate(kOffsetTerm);
     found.further_delay_s = estimate(kDelayTerm);
-    if (stribeck_ > 0.0) {
-      const double variance = s.covariance(kCoulombTerm, kCoulombTerm) +
-                              s.covariance(kStribeckTerm, kStribeckTerm) +
-                              2.0 * s.covariance(kCoulombTerm, kStribeckTerm);
-      found.breakaway_friction =
-          data::Estimate{s.value(kCoulombTerm) + s.value(kStribeckTerm), std::sqrt(std::max(0.0, variance))};
-      found.stribeck_velocity = stribeck_;
-    }
+    found.stribeck_velocity = stribeck_;
     if (has(kComplianceTerm)) found.compliance = estimate(kComplianceTerm);
     found.covariance = s.covariance;
     found.bandwidth_hz = std::sqrt(std::numbers::ln2) / (2.0 * std::numbers::pi * s.width * step_s_);

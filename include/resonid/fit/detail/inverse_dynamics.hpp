@@ -36,9 +36,9 @@ struct InverseDynamics {
   /// asymmetric friction from a constant torque. Absent where the motion never reverses.
   std::optional<data::Estimate> coulomb_friction;
   data::Estimate offset;
-  data::Estimate further_delay_s;                    ///< On top of the known one.
-  std::optional<data::Estimate> breakaway_friction;  ///< Only where the record shows that it is larger.
-  double stribeck_velocity = 0.0;                    ///< With breakaway_friction only.
+  data::Estimate further_delay_s;  ///< On top of the known one.
+  /// Where friction is larger near standstill, about the velocity over which it falls; else 0.
+  double stribeck_velocity = 0.0;
   /// First effect of an elastic coupling, -J2^2/K; only where the motion shows it.
   std::optional<data::Estimate> compliance;
   Eigen::Matrix<double, kInverseDynamicsTerms, kInverseDynamicsTerms> covariance;
