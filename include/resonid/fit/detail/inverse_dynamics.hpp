@@ -30,7 +30,7 @@ struct InverseDynamicsConfig {
 
 /// A drive below its first resonance, from motion: what torque the measured motion took.
 struct InverseDynamics {
-  data::Estimate inertia;  ///< Of all that moves along.
+  data::Estimate inertia;  ///< All that moves along.
   data::Estimate viscous_friction;
   /// Mean of both directions; their half difference is part of the offset: while moving, nothing tells an
   /// asymmetric friction from a constant torque. Absent where the motion never reverses.
@@ -44,7 +44,8 @@ struct InverseDynamics {
   Eigen::Matrix<double, kInverseDynamicsTerms, kInverseDynamicsTerms> covariance;
   double bandwidth_hz = 0.0;  ///< -3 dB of the low-pass that torque and motion went through.
   double explained = 0.0;     ///< Share of the filtered torque's variance, 0 ... 1.
-  double share = 0.0;   ///< Of the moving input's variance, explained at a cut-off of up to ten times that.
+  double share =
+      0.0;  ///< Part of the moving input's variance that it explains, at up to ten times that cut-off.
   bool rigid = true;    ///< All cut-offs agree, without a compliance.
   double moving = 0.0;  ///< Share of the samples that are used.
   /// [sample] Dry friction along the measured motion, to be taken from the input; all of the input and the
