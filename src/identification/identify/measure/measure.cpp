@@ -178,6 +178,13 @@ expected<data::FrequencyResponse, Error> measure_response(const data::Record& re
 expected<Measurement, Error> measure(const Experiment& experiment, const Options& options) {
   const auto& record = experiment.record;
   auto measurement = by_what_shows(record, experiment.plan, options);
+  if (!measurement && experiment.motion && !options.band_hz && options.lines_hz.empty()) {
+    // A motion's own band may be too narrow for a line; its model does not come from the response.
+    auto whole = experiment.plan;
+    whole.low_hz = 0.0;
+    whole.high_hz = 0.4 * record.sample_rate_hz;
+    measurement = by_what_shows(record, whole, options);
+  }
   if (!measurement) return measurement;
   auto& m = *measurement;
   if (m.response.lines() == 0)

@@ -31,7 +31,7 @@ data::Record without_friction(const data::Record& record, const InverseDynamics&
     net.output_quantity = data::OutputQuantity::velocity;
   }
   net.excitation = net.reference = net.position = {};
-  constexpr std::size_t kEnough = 20'000;  // a motion shows a resonance at once or not at all
+  constexpr std::size_t kEnough = 10'000;  // a motion shows a resonance at once or not at all
   return data::part_of(net, 0, std::min(kEnough, net.samples()));
 }
 
