@@ -18,8 +18,10 @@ ClosedLoop::ClosedLoop(std::unique_ptr<Drive> drive, Surroundings surroundings)
       open_(!around_.controller.closed()),
       moves_(around_.motion.moves() || around_.controller.uses_position()),
       constant_(setpoint()) {
-  const double place = around_.motion.at(0.0).position;
-  const double velocity = open_ ? constant_.velocity : steady_velocity(constant_.velocity, place);
+  double place = around_.motion.at(0.0).position;
+  const bool grounded = !open_ && drive_->grounded();
+  if (grounded) place = steady_place(place);
+  const double velocity = open_ || grounded ? constant_.velocity : steady_velocity(constant_.velocity, place);
   holding_torque_ = drive_->settle(velocity, place);
   const double late_s =
       (static_cast<double>(around_.delay.whole) + around_.delay.fraction) * around_.sample_time_s;
@@ -55,6 +57,16 @@ double ClosedLoop::steady_velocity(double reference, double place) {
     if (std::abs(velocity - other) <= 1e-14 * std::abs(velocity)) break;
   }
   return velocity;
+}
+
+/// Of a machine at rest that springs hold: where the controller gives what they take, which is linear.
+double ClosedLoop::steady_place(double place) {
+  const auto imbalance = [&](double at) {
+    return around_.controller.imbalance(constant_.velocity, constant_.velocity, drive_->settle(0.0, at));
+  };
+  const double here = imbalance(place);
+  const double slope = imbalance(place + 1.0) - here;
+  return slope == 0.0 ? place : place - here / slope;  // 0: an integrator holds it anywhere
 }
 
 Setpoint ClosedLoop::setpoint() const noexcept {

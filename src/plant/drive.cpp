@@ -11,6 +11,7 @@ namespace resonid::plant {
 namespace {
 
 double squared(double x) noexcept { return x * x; }
+bool is_not_negative(double x) noexcept { return x >= 0.0 && std::isfinite(x); }
 
 /// Stiffness and damping of a belt at the driven shaft, or as they stand.
 double shaft_factor(const DriveConfig& c) noexcept { return c.radius_m > 0.0 ? squared(c.radius_m) : 1.0; }
@@ -84,8 +85,7 @@ expected<void, Error> check_rigid(const DisturbanceConfig& d) noexcept {
 }  // namespace
 
 std::complex<double> response(const SampledDrive& drive, double frequency_hz) {
-  // The angle is the last state and acts on nothing: the others alone.
-  const Eigen::Index n = drive.a.rows() - 1;
+  const Eigen::Index n = drive.moving_states();
   const std::complex<double> z = std::polar(1.0, kTwoPi * frequency_hz * drive.sample_time_s);
   Eigen::MatrixXcd m = -drive.a.topLeftCorner(n, n).cast<std::complex<double>>();
   m.diagonal().array() += z;
@@ -96,7 +96,7 @@ std::complex<double> response(const SampledDrive& drive, double frequency_hz) {
 /// Denominator: characteristic polynomial by Faddeev and LeVerrier; numerator: from the impulse response
 /// h(0) = 0, h(i) = c A^(i-1) b, as b_i = sum_j a_j h(i-j).
 data::TransferFunction transfer_function(const SampledDrive& drive) {
-  const Eigen::Index n = drive.a.rows() - 1;
+  const Eigen::Index n = drive.moving_states();
   const Eigen::MatrixXd matrix = drive.a.topLeftCorner(n, n);
   const auto count = static_cast<std::size_t>(n) + 1;
   std::vector<double> a(count), h(count), b(count, 0.0);
@@ -129,6 +129,10 @@ expected<void, Error> check(const DriveConfig& c) noexcept {
   if (!(c.viscous_friction >= 0.0)) return refuse("viscous_friction", "must be >= 0", c.viscous_friction);
   if (!(c.load_viscous_friction >= 0.0))
     return refuse("load_viscous_friction", "must be >= 0", c.load_viscous_friction);
+  if (!is_not_negative(c.motor_ground_stiffness))
+    return refuse("motor_ground_stiffness", "must be >= 0", c.motor_ground_stiffness);
+  if (!is_not_negative(c.load_ground_stiffness))
+    return refuse("load_ground_stiffness", "must be >= 0", c.load_ground_stiffness);
   return {};
 }
 
@@ -171,7 +175,14 @@ MassSystem mass_system(const DriveConfig& c, double factor, double position_m) {
     }
   }
   system.viscous.front() += c.viscous_friction;
-  if (system.masses() > 1) system.viscous.back() += c.load_viscous_friction;
+  system.ground.assign(system.masses(), 0.0);
+  const bool may_be_grounded = c.structure == Structure::rigid || c.structure == Structure::two_mass ||
+                               c.structure == Structure::three_mass;
+  if (may_be_grounded) system.ground.front() += c.motor_ground_stiffness;
+  if (system.masses() > 1) {
+    system.viscous.back() += c.load_viscous_friction;
+    if (may_be_grounded) system.ground.back() += c.load_ground_stiffness;
+  }
   return system;
 }
 

@@ -48,14 +48,18 @@ class ElasticDrive final : public Drive {
         load_(machine_.config().friction.load, machine_.system(1.0).inertia.back()),
         dry_(machine_.config().friction.driven.any() || machine_.config().friction.load.any()),
         disturbed_(machine_.disturbed()),
+        grounded_(machine_.grounded()),
         per_scale_(1.0 / of_.angle_scale()) {
     const auto law = of_.law();
     law_ = {few(law.fixed), few(law.by_factor), few(law.by_root)};
     law_now_ = law_.at(1.0);
     const Step highest = law_.at(machine_.highest_factor());
+    // Of a grounded machine with the angle scaled as the twists are.
+    const double scale = grounded_ ? of_.angle_scale() : 1.0;
     for (std::size_t i = 0; i < kStates; ++i) {
       double sum = 0.0;
-      for (std::size_t j = 0; j < kStates; ++j) sum += std::abs(highest(i, j));
+      for (std::size_t j = 0; j < kStates; ++j)
+        sum += std::abs(highest(i, j)) * (i == kAngle ? scale : 1.0) / (j == kAngle ? scale : 1.0);
       norm_ = std::max(norm_, sum);
     }
     add_segment((1.0 - early_fraction) * sample_time_s);
@@ -72,11 +76,11 @@ class ElasticDrive final : public Drive {
     }
     state_ = {};
     for (std::size_t i = 0; i < Masses; ++i) state_[i] = velocity;
-    state_[kAngle] = driven_angle_at(place);
+    const double angle = state_[kAngle] = driven_angle_at(place);
     Torques torques = outer_torques(0.0, 0.0);
     add_friction(torques);
     const Eigen::VectorXd state =
-        of_.balance(factor_, velocity, Eigen::Map<const Eigen::VectorXd>(torques.data(), Masses));
+        of_.balance(factor_, velocity, angle, Eigen::Map<const Eigen::VectorXd>(torques.data(), Masses));
     std::copy_n(state.data(), kStates, state_.begin());
     state_[kAngle] = driven_angle_at(place);
     return state(kStates);
@@ -100,6 +104,7 @@ class ElasticDrive final : public Drive {
     return machine_.place(state_[kAngle], state_[kAngle] + twist(kLoad));
   }
   [[nodiscard]] double stiffness_factor() const noexcept override { return factor_; }
+  [[nodiscard]] bool grounded() const noexcept override { return grounded_; }
   [[nodiscard]] SampledDrive sampled(double factor) const override {
     return of_.sampled(factor, segment_s_[0]);
   }
@@ -372,6 +377,7 @@ class ElasticDrive final : public Drive {
   DrySide driven_, load_;
   bool dry_;
   bool disturbed_;
+  bool grounded_;
   double per_scale_;
   std::size_t segments_ = 0;
   std::array<double, 2> segment_s_{};

@@ -110,13 +110,14 @@ ElasticMachine::Law ElasticMachine::law() const {
 
 unsigned ElasticMachine::pieces(double duration_s, bool dry) const {
   unsigned pieces = 1;
-  if (!dry || machine.masses() < 2) return pieces;
+  if (!dry) return pieces;
   const auto modes = resonances(machine.system(machine.highest_factor()));
+  if (modes.empty()) return pieces;
   while (pieces < 64 && 16.0 * modes.back().frequency_hz * duration_s > pieces) pieces *= 2;
   return pieces;
 }
 
-Eigen::VectorXd ElasticMachine::balance(double factor, double velocity,
+Eigen::VectorXd ElasticMachine::balance(double factor, double velocity, double angle,
                                         const Eigen::VectorXd& torques) const {
   const ContinuousDrive drive = continuous(factor);
   const auto masses = static_cast<Eigen::Index>(machine.masses());
@@ -125,13 +126,15 @@ Eigen::VectorXd ElasticMachine::balance(double factor, double velocity,
   state.head(masses).setConstant(velocity);
   // Torques balance on every mass: the twists and the holding torque are unknown.
   const Eigen::VectorXd known = drive.a.topLeftCorner(masses, masses) * state.head(masses) +
-                                drive.b.topRightCorner(masses, masses) * torques;
+                                drive.b.topRightCorner(masses, masses) * torques +
+                                drive.a.col(states - 1).head(masses) * angle;
   Eigen::MatrixXd unknown(masses, masses);
   unknown.leftCols(masses - 1) = drive.a.block(0, masses, masses, masses - 1);
   unknown.col(masses - 1) = lags_ ? drive.a.col(states - 2).head(masses) : drive.b.col(0).head(masses);
   const Eigen::VectorXd solution = linalg::RealLu(unknown).solve(-known);
   state.segment(masses, masses - 1) = solution.head(masses - 1);
   if (lags_) state(states - 2) = solution(masses - 1);
+  state(states - 1) = angle;
   state(states) = solution(masses - 1);
   return state;
 }
@@ -150,6 +153,7 @@ SampledDrive ElasticMachine::sampled(double factor, double early_s) const {
   sampled.early_velocity_command = early(0, states);
   sampled.early_angle_command = early(states - 1, states);
   sampled.sample_time_s = sample_time_s_;
+  sampled.grounded = machine.grounded();
   return sampled;
 }
 

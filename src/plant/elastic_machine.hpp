@@ -25,9 +25,10 @@ class ElasticMachine {
   /// Pieces of a time over which dry friction is constant.
   [[nodiscard]] unsigned pieces(double duration_s, bool dry) const;
 
-  /// State in which all masses move alike under these torques, the angle left at 0, and the command that
-  /// holds it (last).
-  [[nodiscard]] Eigen::VectorXd balance(double factor, double velocity, const Eigen::VectorXd& torques) const;
+  /// State in which all masses move alike under these torques, the driven side at `angle`, and the command
+  /// that holds it (last).
+  [[nodiscard]] Eigen::VectorXd balance(double factor, double velocity, double angle,
+                                        const Eigen::VectorXd& torques) const;
 
   [[nodiscard]] SampledDrive sampled(double factor, double early_s) const;
 

@@ -36,6 +36,11 @@ expected<void> check_ranges(const ExperimentConfig& c) {
   if (c.controller.kind == ControllerKind::none && c.motion.kind != MotionKind::standstill &&
       c.motion.kind != MotionKind::constant)
     return refused("motion", {"kind", "must be standstill or constant without a controller to follow it"});
+  if (c.motion.kind == MotionKind::constant && c.motion.velocity != 0.0 &&
+      mass_system(c.drive, 1.0, c.drive.stroke_from_m).grounded())
+    return refused("motion",
+                   {"velocity", "must be 0 under constant motion: a spring to the ground holds the drive",
+                    c.motion.velocity});
   return {};
 }
 

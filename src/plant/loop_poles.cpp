@@ -19,10 +19,20 @@ Complex in_powers(const std::vector<double>& x, Complex z) {
   return sum;
 }
 
+struct Ways {
+  Eigen::RowVectorXd early, whole;  // by the states
+};
+/// Ways of the driven side up to the reading and over the whole sample.
+Ways ways(const SampledDrive& drive) {
+  const Eigen::Index angle = drive.a.rows() - 1;
+  const Eigen::RowVectorXd now = Eigen::RowVectorXd::Unit(drive.a.rows(), angle);
+  return {drive.early_angle - now, drive.a.row(angle) - now};
+}
+
 /// L(z) without the whole samples of the delay.
 Complex loop_without_delay(const SampledDrive& drive, VelocitySource velocity,
                            const data::TransferFunction& controller, Complex z) {
-  const Eigen::Index n = drive.a.rows() - 1;
+  const Eigen::Index n = drive.moving_states();
   Eigen::MatrixXcd m = -drive.a.topLeftCorner(n, n).cast<Complex>();
   m.diagonal().array() += z;
   const Eigen::VectorXcd x = linalg::ComplexLu(m).solve(drive.b.head(n).cast<Complex>());
@@ -31,8 +41,9 @@ Complex loop_without_delay(const SampledDrive& drive, VelocitySource velocity,
   };
   Complex reading = seen(drive.early_velocity, drive.early_velocity_command);
   if (velocity == VelocitySource::encoder) {  // way up to the reading, and what was left of the sample before
-    const Complex early = seen(drive.early_angle, drive.early_angle_command);
-    reading = (early + (seen(drive.a.row(n), drive.b(n)) - early) / z) / drive.sample_time_s;
+    const auto [first, all] = ways(drive);
+    const Complex early = seen(first, drive.early_angle_command);
+    reading = (early + (seen(all, drive.b(drive.b.size() - 1)) - early) / z) / drive.sample_time_s;
   }
   return in_powers(controller.numerator, z) / in_powers(controller.denominator, z) * reading / z;
 }
@@ -47,7 +58,7 @@ std::vector<double> angles_of(const SampledDrive& drive, double outside) {
   std::vector<double> angles;
   for (double angle = kFirst; angle < kPi; angle *= kRatio) angles.push_back(angle);
   angles.push_back(kPi);
-  const Eigen::Index n = drive.a.rows() - 1;
+  const Eigen::Index n = drive.moving_states();
   const Eigen::VectorXcd poles = linalg::eigenvalues(drive.a.topLeftCorner(n, n));
   for (Eigen::Index i = 0; i < n; ++i) {
     const Complex pole = poles(i);
@@ -112,11 +123,11 @@ bool loop_is_unstable(const SampledDrive& drive, const SampleDelay& delay, Veloc
 }
 
 // State: [machine; readings r_0 ... r_m, newest first; for differences the position increment's second half;
-// controller]. Machine without its angle: increments of position are linear in the rest.
+// controller]. A free machine without its angle: increments of position are linear in the rest.
 std::complex<double> dominant_loop_pole(const SampledDrive& drive, const SampleDelay& delay,
                                         VelocitySource velocity, const data::TransferFunction& controller) {
   using Index = Eigen::Index;
-  const Index n = drive.a.rows() - 1;
+  const Index n = drive.moving_states();
   const bool differences = velocity == VelocitySource::encoder;
   const auto readings = static_cast<Index>(delay.whole) + 1;
   const Index rest = n + readings;  // way from the reading to the sample's end, of differences
@@ -130,11 +141,12 @@ std::complex<double> dominant_loop_pole(const SampledDrive& drive, const SampleD
   if (differences) {
     // Way in this sample up to the reading, and the rest of it, which the next reading adds.
     const double rate = 1.0 / drive.sample_time_s;
-    a.row(n).head(n) = rate * drive.early_angle.head(n);
+    const auto [early, whole] = ways(drive);
+    a.row(n).head(n) = rate * early.head(n);
     b(n) = rate * drive.early_angle_command;
     a(n, rest) = 1.0;
-    a.row(rest).head(n) = rate * (drive.a.row(n).head(n) - drive.early_angle.head(n));
-    b(rest) = rate * (drive.b(n) - drive.early_angle_command);
+    a.row(rest).head(n) = rate * (whole - early).head(n);
+    b(rest) = rate * (drive.b(drive.b.size() - 1) - drive.early_angle_command);
   } else {
     a.row(n).head(n) = drive.early_velocity.head(n);
     b(n) = drive.early_velocity_command;

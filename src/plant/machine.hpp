@@ -21,6 +21,7 @@ class Machine {
   [[nodiscard]] double factor(double time_s, double place) const noexcept;
   [[nodiscard]] MassSystem system(double factor) const;
   [[nodiscard]] std::size_t masses() const { return system(1.0).masses(); }
+  [[nodiscard]] bool grounded() const { return system(1.0).grounded(); }
   /// Place of the cart, or angle of the driven side, from the angles of driven side and load; and back.
   [[nodiscard]] double place(double driven_angle, double load_angle) const noexcept;
 

@@ -25,6 +25,14 @@ Eigen::MatrixXd coupling_matrix(const MassSystem& system, double Coupling::*prop
   return m;
 }
 
+/// That of the couplings and of the springs to the ground.
+Eigen::MatrixXd stiffness_matrix(const MassSystem& system) {
+  Eigen::MatrixXd k = coupling_matrix(system, &Coupling::stiffness);
+  for (std::size_t i = 0; i < system.ground.size(); ++i)
+    k(static_cast<Index>(i), static_cast<Index>(i)) += system.ground[i];
+  return k;
+}
+
 /// Modes of M x'' + D x' + K x = 0 by the undamped eigenvectors v, scaled to v' M v = 1: w^2 = v' K v and
 /// zeta = v' D v/(2 w). The damping is exact where it shares the stiffness' eigenvectors, as in every
 /// two-mass drive.
@@ -60,12 +68,13 @@ ContinuousDrive continuous_drive(const MassSystem& system, double lag_s, double 
   const bool lags = lag_s > 0.0;
   const Index motor = 2 * n - 1;  // the motor's torque, if it lags
   const Index angle = motor + (lags ? 1 : 0);
-  const Eigen::MatrixXd k = coupling_matrix(system, &Coupling::stiffness);
+  const Eigen::MatrixXd k = stiffness_matrix(system);
   const Eigen::MatrixXd d = damping_matrix(system);
   const Eigen::VectorXd j = inertias(system);
 
   ContinuousDrive drive;
-  const double fastest = n > 1 ? std::sqrt((k.diagonal().array() / j.array()).maxCoeff()) : 1.0;
+  const double fastest =
+      n > 1 || system.grounded() ? std::sqrt((k.diagonal().array() / j.array()).maxCoeff()) : 1.0;
   drive.angle_scale = angle_scale > 0.0 ? angle_scale : fastest;
   drive.a = Eigen::MatrixXd::Zero(angle + 1, angle + 1);
   drive.b = Eigen::MatrixXd::Zero(angle + 1, 1 + n);
@@ -85,17 +94,19 @@ ContinuousDrive continuous_drive(const MassSystem& system, double lag_s, double 
     drive.b(motor, 0) = 1.0 / lag_s;
   }
   drive.a(angle, 0) = 1.0;
+  for (Index i = 0; i < static_cast<Index>(system.ground.size()); ++i)
+    drive.a(i, angle) -= system.ground[static_cast<std::size_t>(i)] / j(i);
   return drive;
 }
 
 std::vector<data::UndampedMode> resonances(const MassSystem& system) {
-  return modes(coupling_matrix(system, &Coupling::stiffness), damping_matrix(system), inertias(system), 1);
+  return modes(stiffness_matrix(system), damping_matrix(system), inertias(system), system.grounded() ? 0 : 1);
 }
 
 std::vector<data::UndampedMode> antiresonances(const MassSystem& system) {
   const Index others = static_cast<Index>(system.masses()) - 1;
   if (others == 0) return {};
-  return modes(coupling_matrix(system, &Coupling::stiffness).bottomRightCorner(others, others),
+  return modes(stiffness_matrix(system).bottomRightCorner(others, others),
                damping_matrix(system).bottomRightCorner(others, others), inertias(system).tail(others), 0);
 }
 

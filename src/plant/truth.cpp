@@ -29,18 +29,28 @@ std::vector<double> default_lines(const ExperimentConfig& config) {
   return f;
 }
 
-/// The machine with the mean velocity over the past sample as its output: one more state holds it.
+/// The machine with one more state as its output: x'(k+1) = row x(k) + command u(k), an output of the sample
+/// before.
+SampledDrive with_output(const SampledDrive& drive, const Eigen::RowVectorXd& row, double command) {
+  const Eigen::Index n = drive.moving_states();
+  const Eigen::Index size =
+      n + (drive.grounded ? 1 : 2);  // a free machine's angle comes last, acting on nothing
+  SampledDrive result = drive;
+  result.a = Eigen::MatrixXd::Zero(size, size);
+  result.b = Eigen::VectorXd::Zero(size);
+  result.a.topLeftCorner(n, n) = drive.a.topLeftCorner(n, n);
+  result.b.head(n) = drive.b.head(n);
+  result.a.row(n).head(n) = row.head(n);
+  result.b(n) = command;
+  result.velocity = Eigen::RowVectorXd::Unit(size, n);
+  return result;
+}
+
+/// The machine with the mean velocity over the past sample as its output.
 SampledDrive by_difference(const SampledDrive& drive) {
-  const Eigen::Index n = drive.a.rows() - 1;  // its angle comes last
-  SampledDrive mean = drive;
-  mean.a = Eigen::MatrixXd::Zero(n + 2, n + 2);
-  mean.b = Eigen::VectorXd::Zero(n + 2);
-  mean.a.topLeftCorner(n, n) = drive.a.topLeftCorner(n, n);
-  mean.b.head(n) = drive.b.head(n);
-  mean.a.row(n).head(n) = drive.a.row(n).head(n) / drive.sample_time_s;
-  mean.b(n) = drive.b(n) / drive.sample_time_s;
-  mean.velocity = Eigen::RowVectorXd::Unit(n + 2, n);
-  return mean;
+  const Eigen::Index angle = drive.a.rows() - 1;
+  const Eigen::RowVectorXd way = drive.a.row(angle) - Eigen::RowVectorXd::Unit(angle + 1, angle);
+  return with_output(drive, way / drive.sample_time_s, drive.b(angle) / drive.sample_time_s);
 }
 
 /// 6000 frequencies in even ratio up to half the sample rate.

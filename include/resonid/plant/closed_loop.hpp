@@ -30,8 +30,9 @@ void describe(Visitor&& v, ActuatorConfig& c) {
 ///
 /// It starts in the steady state of the motion's first sample: the machine turns or rests, the delay line is
 /// full, the controller's integrator holds the torque that friction and load take. Without an integrator the
-/// velocity settles where the controller's gain at 0 Hz leaves it; without a controller the machine turns at
-/// the motion's velocity, and u = ru + the holding torque. Source: METHOD 1, 2.4, 2.5.
+/// velocity settles where the controller's gain at 0 Hz leaves it, a machine held by a spring to the ground
+/// rests where both balance; without a controller the machine turns at the motion's velocity, and u = ru +
+/// the holding torque. Source: METHOD 1, 2.4, 2.5.
 class ClosedLoop {
  public:
   struct Sample {
@@ -64,6 +65,7 @@ class ClosedLoop {
   [[nodiscard]] Setpoint setpoint() const noexcept;
   [[nodiscard]] double rounded(double torque) const noexcept;
   [[nodiscard]] double steady_velocity(double reference, double place);
+  [[nodiscard]] double steady_place(double place);
 
   std::unique_ptr<Drive> drive_;
   Surroundings around_;

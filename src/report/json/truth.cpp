@@ -65,6 +65,17 @@ void lay_out(Truth& truth) {
   if (masses == 3) system.couplings = {{0, 1, 0.0, 0.0}, {1, 2, 0.0, 0.0}, {0, 2, 0.0, 0.0}};
 }
 
+void describe_ground(Fields& f, plant::MassSystem& system, TruthUnits& units) {
+  system.ground.resize(system.inertia.size(), 0.0);  // a system may tell none
+  auto& motor = system.ground.front();
+  auto& load = system.ground.back();
+  parameter(f, {"motor_ground_stiffness", "spring from the driven side to the ground"}, motor,
+            units.stiffness, motor > 0.0);
+  if (system.ground.size() > 1 || f.sketching())
+    parameter(f, {"load_ground_stiffness", "spring from the load to the ground"}, load, units.stiffness,
+              load > 0.0);
+}
+
 void describe_parameters(Fields& f, Truth& truth) {
   auto& system = truth.system;
   auto units = units_of(truth.motion);
@@ -102,6 +113,7 @@ void describe_parameters(Fields& f, Truth& truth) {
             !flexible || driven > 0.0);
   if (flexible)
     parameter(f, {"load_viscous_friction", "viscous friction of the load"}, load, units.damping, load > 0.0);
+  describe_ground(f, system, units);
   parameter(f, {"coulomb_friction", "Coulomb friction of the driven side"}, truth.friction.coulomb,
             units.torque, truth.friction.any());
   parameter(f, {"load_coulomb_friction", "Coulomb friction of the load"}, truth.load_friction.coulomb,

@@ -74,6 +74,8 @@ Analytic::Analytic(const DriveConfig& c, double torque_lag_s, double position_m)
     }
   }
   if (inertia_.size() == 1) viscous_load = 0;
+  motor_ground_ = c.motor_ground_stiffness;
+  load_ground_ = inertia_.size() > 1 ? c.load_ground_stiffness : 0.0;
   decompose(c.viscous_friction, viscous_load, torque_lag_s);
 }
 
@@ -105,9 +107,12 @@ Complex Analytic::sampled_difference(Real frequency_hz, Real step_s, int whole, 
 
 void Analytic::decompose(Real viscous, Real viscous_load, Real lag_s) {
   const auto n = static_cast<Eigen::Index>(inertia_.size());
-  const Eigen::Index states = 2 * n - 1 + (lag_s > 0 ? 1 : 0);
+  const bool grounded = motor_ground_ + load_ground_ > 0;
+  const Eigen::Index states = 2 * n - 1 + (grounded ? 1 : 0) + (lag_s > 0 ? 1 : 0);
   Eigen::Matrix<Real, -1, -1> a = Eigen::Matrix<Real, -1, -1>::Zero(states, states);
-  const Real scale = n > 1 ? std::sqrt(springs_[0].stiffness / inertia_[1]) : Real(1);
+  const Real scale = n > 1      ? std::sqrt(springs_[0].stiffness / inertia_[1])
+                     : grounded ? std::sqrt(motor_ground_ / inertia_[0])
+                                : Real(1);
   for (const Spring& s : springs_) {
     const auto from = static_cast<Eigen::Index>(s.from);
     const auto to = static_cast<Eigen::Index>(s.to);
@@ -121,6 +126,13 @@ void Analytic::decompose(Real viscous, Real viscous_load, Real lag_s) {
   for (Eigen::Index t = 0; t + 1 < n; ++t) {
     a(n + t, t + 1) = scale;
     a(n + t, t) = -scale;
+  }
+  if (grounded) {
+    const Eigen::Index angle = 2 * n - 1;
+    a(angle, 0) = scale;
+    a(0, angle) -= motor_ground_ / (inertia_.front() * scale);
+    a(n - 1, angle) -= load_ground_ / (inertia_.back() * scale);
+    for (Eigen::Index t = 0; t + 1 < n; ++t) a(n - 1, n + t) -= load_ground_ / (inertia_.back() * scale);
   }
   a(0, 0) -= viscous / inertia_.front();
   a(n - 1, n - 1) -= viscous_load / inertia_.back();

@@ -35,11 +35,13 @@ class Analytic {
     std::size_t from, to;
     Real stiffness, damping;
   };
-  /// States: velocities; twists of neighbours; the motor's torque where it lags.
+  /// States: velocities; twists of neighbours; the motor's angle where springs to the ground hold the
+  /// machine; the motor's torque where it lags.
   void decompose(Real viscous, Real viscous_load, Real lag_s);
 
   std::vector<Real> inertia_;
   std::vector<Spring> springs_;
+  Real motor_ground_ = 0, load_ground_ = 0;
   Real stiffness_ = 0, damping_ = 0;
   std::vector<Complex> poles_, residues_;
 };

@@ -33,12 +33,13 @@ struct TwoMasses {
   std::function<double(double)> load_torque = [](double) { return 0.0; };
   double eccentricity = 0.0;
   double lag_s = 0.0;
+  double motor_ground = 0.0, load_ground = 0.0;
 
   void slopes(const State& x, State& dx, double t, double command) const {
     const double k = stiffness(t, x[3]);
     const double shaft = k * (x[2] - x[3] + eccentricity * std::sin(x[2])) + damping(k) * (x[0] - x[1]);
-    dx[0] = ((lag_s > 0.0 ? x[4] : command) - shaft) / driven;
-    dx[1] = (shaft + load_torque(t)) / load;
+    dx[0] = ((lag_s > 0.0 ? x[4] : command) - shaft - motor_ground * x[2]) / driven;
+    dx[1] = (shaft + load_torque(t) - load_ground * x[3]) / load;
     dx[2] = x[0];
     dx[3] = x[1];
     dx[4] = lag_s > 0.0 ? (command - x[4]) / lag_s : 0.0;
@@ -59,8 +60,9 @@ double torque_at(int k, double rate) {
 }
 
 /// Largest deviation of the driven velocity over its largest deviation from `around`.
-double deviation(Drive& drive, const TwoMasses& model, double rate, int samples, double velocity) {
-  const double around = drive.settle(velocity, 0.0);
+double deviation(Drive& drive, const TwoMasses& model, double rate, int samples, double velocity,
+                 double place = 0.0) {
+  const double around = drive.settle(velocity, place);
   const auto motions = drive.motions();
   State x{motions[0].velocity, motions[1].velocity, motions[0].angle, motions[1].angle, around};
   double worst = 0.0;
@@ -94,6 +96,25 @@ TEST(AgainstOdeint, LinearMachineWithLagAndLoadSteps) {
   // A sample's end: where k/rate rounds to just before the step, it still belongs to the sample before.
   model.load_torque = [](double t) { return 0.2 + (t > 0.3 ? 0.5 : 0.0) - (t > 0.7 ? 1.0 : 0.0); };
   EXPECT_LT(two_mass_deviation(machine, model, 500.0, 1.0), 1e-9);
+}
+
+TEST(AgainstOdeint, MachineOnSpringsStartsBesideTheirRest) {
+  MachineConfig machine = system_2();
+  machine.drive.motor_ground_stiffness = 12.0;
+  machine.drive.load_ground_stiffness = 31.0;
+  machine.torque_lag_s = 0.003;
+  machine.disturbance.load_torque = 0.2;
+  TwoMasses model;
+  model.lag_s = 0.003;
+  model.motor_ground = 12.0;
+  model.load_ground = 31.0;
+  model.load_torque = [](double) { return 0.2; };
+  const auto drive = make_drive(machine, 500.0, 0.0).value();
+  // At rest at 0.7 rad: (31 + K) (angle of the load) = K 0.7 + 0.2.
+  const double load_angle = (143.75 * 0.7 + 0.2) / (31.0 + 143.75);
+  EXPECT_NEAR(drive->settle(0.0, 0.7), 12.0 * 0.7 + 143.75 * (0.7 - load_angle), 1e-12);
+  EXPECT_NEAR(drive->motions()[1].angle, load_angle, 1e-14);
+  EXPECT_LT(deviation(*drive, model, 500.0, 500, 0.0, 0.7), 1e-9);
 }
 
 TEST(AgainstOdeint, DriftingStiffness) {
@@ -262,6 +283,8 @@ struct StickSlip {
 double stick_slip_deviation(StickSlip reference, double amplitude, double rate) {
   MachineConfig machine = system_2();
   machine.friction = {reference.friction[0], reference.friction[1]};
+  machine.drive.motor_ground_stiffness = reference.model.motor_ground;
+  machine.drive.load_ground_stiffness = reference.model.load_ground;
   const auto drive = make_drive(machine, rate, 0.0).value();
   drive->settle(0.0, 0.0);
   double worst = 0.0;
@@ -292,6 +315,13 @@ TEST(AgainstOdeint, StickAndSlipOfTheLoad) {
 }
 TEST(AgainstOdeint, StickAndSlipOfBothSides) {
   EXPECT_LT(stick_slip_deviation({{}, {DryFriction{0.3, 0.45, 0.0}, {0.2, 0.25, 0.0}}}, 1.5, 500.0), 1e-9);
+}
+
+TEST(AgainstOdeint, StickAndSlipOfAMachineOnSprings) {
+  StickSlip reference{{}, {DryFriction{0.3, 0.45, 0.0}, {0.2, 0.25, 0.0}}};
+  reference.model.motor_ground = 3.0;
+  reference.model.load_ground = 20.0;
+  EXPECT_LT(stick_slip_deviation(reference, 1.5, 500.0), 1e-9);
 }
 
 // Stribeck friction is held over steps of h at its value at a velocity in their middle. With |dv/dt| <= a the

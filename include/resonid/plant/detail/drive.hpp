@@ -38,6 +38,10 @@ struct SampledDrive {
   double early_velocity_command = 0.0;
   double early_angle_command = 0.0;
   double sample_time_s = 0.0;
+  bool grounded = false;  ///< Springs hold it in its place: the angle, the last state, acts on the others.
+
+  /// How many of the first states the motion depends on: all but the angle of a free machine.
+  [[nodiscard]] Eigen::Index moving_states() const noexcept { return a.rows() - (grounded ? 0 : 1); }
 };
 
 /// Response from command to driven velocity, without delay. Solved as it stands it keeps its digits near 0
@@ -64,6 +68,8 @@ class Drive {
   [[nodiscard]] virtual double place() const noexcept = 0;            ///< As in settle().
   [[nodiscard]] virtual double stiffness_factor()
       const noexcept = 0;  ///< Stiffness now over the nominal one.
+  /// Whether springs hold it in its place, so that the torque that holds it depends on the place.
+  [[nodiscard]] virtual bool grounded() const noexcept = 0;
   /// The linear part, for a stiffness of `factor` times the nominal one.
   [[nodiscard]] virtual SampledDrive sampled(double factor) const = 0;
 };
@@ -104,6 +110,8 @@ struct DriveConfig {
   double lower_length_m = 0.0;
   double stroke_from_m = 0.0;
   double stroke_to_m = 0.0;
+  double motor_ground_stiffness = 0.0;
+  double load_ground_stiffness = 0.0;
 };
 
 /// The fields in the order of reading; `structure` is set first and selects the rest.
@@ -162,6 +170,13 @@ void describe(Visitor&& v, DriveConfig& c) {
   if (c.structure != Structure::rigid)
     v("load_viscous_friction", c.load_viscous_friction,
       "the same on the load, referred to the driven shaft, >= 0 (Nms/rad)");
+  if (coupled || c.structure == Structure::rigid)
+    v("motor_ground_stiffness", c.motor_ground_stiffness,
+      "of a spring from the driven side to the ground, at rest at position 0 (flexure, gas spring), >= 0 "
+      "(Nm/rad)");
+  if (coupled)
+    v("load_ground_stiffness", c.load_ground_stiffness,
+      "the same on the load, referred to the driven shaft, >= 0 (Nm/rad)");
 }
 
 [[nodiscard]] expected<void, Error> check(const DriveConfig& config) noexcept;

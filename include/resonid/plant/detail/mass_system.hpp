@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <algorithm>
 #include <cstddef>
 #include <resonid/data/mode.hpp>
 #include <vector>
@@ -23,8 +24,14 @@ struct MassSystem {
   std::vector<double> inertia;  ///< [mass], > 0 (kgm2, kg)
   std::vector<double> viscous;  ///< [mass], torque per velocity to the ground, >= 0 (Nms/rad, Ns/m)
   std::vector<Coupling> couplings;
+  std::vector<double> ground =
+      {};  ///< [mass] or empty: spring to the ground, at rest at angle 0 (Nm/rad, N/m)
 
   [[nodiscard]] std::size_t masses() const noexcept { return inertia.size(); }
+  /// Whether a spring holds it in its place, so that its angle acts on its motion.
+  [[nodiscard]] bool grounded() const noexcept {
+    return std::any_of(ground.begin(), ground.end(), [](double k) { return k > 0.0; });
+  }
 };
 
 /// The linear machine, dx/dt = a x + b [command; torque on mass 0 ... N-1].
@@ -44,7 +51,7 @@ struct ContinuousDrive {
 [[nodiscard]] ContinuousDrive continuous_drive(const MassSystem& system, double lag_s,
                                                double angle_scale = 0.0);
 
-/// Undamped natural frequencies of the free machine, ascending, without the rigid-body mode.
+/// Undamped natural frequencies of the machine, ascending, without the rigid-body mode of a free one.
 [[nodiscard]] std::vector<data::UndampedMode> resonances(const MassSystem& system);
 /// Those with the driven mass clamped: the anti-resonances of the response from torque to driven velocity.
 [[nodiscard]] std::vector<data::UndampedMode> antiresonances(const MassSystem& system);
