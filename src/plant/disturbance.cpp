@@ -11,10 +11,14 @@ expected<void, Error> check(const FrictionConfig& c) noexcept {
   if (!(c.driven.breakaway >= 0.0)) return refuse("breakaway", "must be >= 0", c.driven.breakaway);
   if (!(c.driven.stribeck_velocity >= 0.0))
     return refuse("stribeck_velocity", "must be >= 0", c.driven.stribeck_velocity);
+  if (!(c.driven.coulomb_negative >= 0.0))
+    return refuse("coulomb_friction_negative", "must be >= 0", c.driven.coulomb_negative);
   if (!(c.load.coulomb >= 0.0)) return refuse("load_coulomb", "must be >= 0", c.load.coulomb);
   if (!(c.load.breakaway >= 0.0)) return refuse("load_breakaway", "must be >= 0", c.load.breakaway);
   if (!(c.load.stribeck_velocity >= 0.0))
     return refuse("load_stribeck_velocity", "must be >= 0", c.load.stribeck_velocity);
+  if (!(c.load.coulomb_negative >= 0.0))
+    return refuse("load_coulomb_friction_negative", "must be >= 0", c.load.coulomb_negative);
   return {};
 }
 

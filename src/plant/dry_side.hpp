@@ -14,7 +14,8 @@ struct DrySide {
   DrySide(const DryFriction& of, double its_inertia) noexcept
       : friction(of), inertia(its_inertia), per_inertia(1.0 / its_inertia) {
     constexpr double kSteepest = 0.8577638849;  // sqrt(2/e), of exp(-x^2)
-    const double fall = friction.at_rest() - friction.coulomb;
+    const double fall = std::max(friction.at_rest(1) - friction.coulomb_of(1),
+                                 friction.at_rest(-1) - friction.coulomb_of(-1));
     if (friction.stribeck_velocity > 0.0 && fall > 0.0)
       steady_s = 0.1 * inertia * friction.stribeck_velocity / (kSteepest * fall);
   }
@@ -36,10 +37,15 @@ struct DrySide {
 
   void start(int way) noexcept {
     direction = way;
-    torque = friction.sliding(0.0);
+    torque = friction.sliding(0.0, way);
   }
   void start_if_pulled() noexcept {
-    if (std::abs(pull) > friction.at_rest()) start(pull > 0.0 ? 1 : -1);
+    if (std::abs(pull) > holding(pull)) start(pull > 0.0 ? 1 : -1);
+  }
+
+  /// What friction at rest can hold of such a torque.
+  [[nodiscard]] double holding(double pulled) const noexcept {
+    return friction.at_rest(pulled < 0.0 ? -1 : 1);
   }
 
   /// By its acceleration now.
@@ -63,11 +69,12 @@ struct DrySide {
   void hold(double velocity, double duration_s) noexcept {
     const double speed = direction * velocity;
     if (speed < kFlat * friction.stribeck_velocity && speed != 0.0)
-      torque = friction.sliding(speed);  // for acceleration()
+      torque = friction.sliding(speed, direction);  // for acceleration()
     const double middle = speed + 0.5 * duration_s * direction * acceleration();
     const double slowest = std::max(middle, 0.5 * speed);
-    torque = slowest > 6.1 * friction.stribeck_velocity ? friction.coulomb  // exp(-6.1^2) < 2^-53
-                                                        : friction.sliding(slowest);
+    torque = slowest > 6.1 * friction.stribeck_velocity
+                 ? friction.coulomb_of(direction)  // exp(-6.1^2) < 2^-53
+                 : friction.sliding(slowest, direction);
   }
 };
 

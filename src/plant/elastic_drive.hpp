@@ -72,7 +72,7 @@ class ElasticDrive final : public Drive {
     const int direction = velocity > 0.0 ? 1 : velocity < 0.0 ? -1 : 0;
     for (DrySide* side : {&driven_, &load_}) {
       side->direction = side->friction.any() ? direction : 1;
-      side->torque = side->friction.sliding(velocity);
+      side->torque = side->friction.sliding(velocity, direction);
     }
     state_ = {};
     for (std::size_t i = 0; i < Masses; ++i) state_[i] = velocity;
@@ -324,17 +324,21 @@ class ElasticDrive final : public Drive {
                              bool must_rest) const noexcept {
     if ((must_rest && side.rests()) || keeps_on(side, mass, end, duration)) return kNever;
     if (side.slides()) return motion_.crossing_of(mass, side.direction, side.direction * end[mass]);
-    const double way = pull(side, mass, end) > 0.0 ? 1.0 : -1.0;
-    const double offset = side.friction.at_rest() - way * side.inertia * input_[mass];
+    const double pulled = pull(side, mass, end);
+    const double way = pulled > 0.0 ? 1.0 : -1.0;
+    const double offset = side.holding(pulled) - way * side.inertia * input_[mass];
     State row;
     for (std::size_t j = 0; j < kStates; ++j) row[j] = law_now_(mass, j) * (-way * side.inertia);
-    return motion_.crossing_of(row, offset, side.friction.at_rest() - way * pull(side, mass, end));
+    return motion_.crossing_of(row, offset, side.holding(pulled) - way * pulled);
   }
   /// Surely neither stops nor starts on the way to `next`. A side that pulls more than breakaway in between,
   /// at neither end, rests on.
   [[nodiscard]] bool keeps_on(const DrySide& side, std::size_t mass, const State& next,
                               double duration) const noexcept {
-    if (side.rests()) return std::abs(pull(side, mass, next)) <= side.friction.at_rest();
+    if (side.rests()) {
+      const double pulled = pull(side, mass, next);
+      return std::abs(pulled) <= side.holding(pulled);
+    }
     if (!side.slides()) return true;
     const double from = side.direction * state_[mass];
     const double to = side.direction * next[mass];

@@ -116,8 +116,12 @@ void describe_parameters(Fields& f, Truth& truth) {
   describe_ground(f, system, units);
   parameter(f, {"coulomb_friction", "Coulomb friction of the driven side"}, truth.friction.coulomb,
             units.torque, truth.friction.any());
+  parameter(f, {"coulomb_friction_negative", "the same in the negative direction, where it differs"},
+            truth.friction.coulomb_negative, units.torque, truth.friction.coulomb_negative > 0.0);
   parameter(f, {"load_coulomb_friction", "Coulomb friction of the load"}, truth.load_friction.coulomb,
             units.torque, truth.load_friction.any());
+  parameter(f, {"load_coulomb_friction_negative", "the same in the negative direction, where it differs"},
+            truth.load_friction.coulomb_negative, units.torque, truth.load_friction.coulomb_negative > 0.0);
   parameter(f, {"torque_lag", "time constant of the torque loop"}, truth.torque_lag_s, units.time,
             truth.torque_lag_s > 0.0);
 }

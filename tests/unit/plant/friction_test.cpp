@@ -129,6 +129,23 @@ TEST(Friction, StopsARigidMachineWhereItsFormulaSays) {
     }
 }
 
+// The way of each direction: forwards J v0^2/(2 Tc+), backwards J v0^2/(2 Tc-).
+TEST(Friction, StopsARigidMachineByTheFrictionOfItsDirection) {
+  DriveConfig rigid = test::rigid();
+  rigid.viscous_friction = 0.0;
+  for (const auto& [velocity, coulomb] : {std::pair{10.0, 0.4}, {-10.0, 0.65}}) {
+    const auto drive = make_drive(with_friction(rigid, {0.4, 0.0, 0.0, 0.65}), 300.0, 0.0).value();
+    EXPECT_NEAR(drive->settle(velocity, 0.0), std::copysign(coulomb, velocity), 1e-14);
+    for (int k = 1; k <= 600; ++k) drive->advance(0.0);
+    EXPECT_EQ(drive->motions()[0].velocity, 0.0);
+    EXPECT_NEAR(drive->motions()[0].angle, std::copysign(0.05 * 50.0 / coulomb, velocity), 1e-10);
+    for (int k = 0; k < 100; ++k) drive->advance(velocity > 0.0 ? 0.399 : -0.649);
+    EXPECT_EQ(drive->motions()[0].velocity, 0.0);
+    for (int k = 0; k < 100; ++k) drive->advance(velocity > 0.0 ? 0.401 : -0.651);
+    EXPECT_GT(drive->motions()[0].velocity * velocity, 0.0);
+  }
+}
+
 // Free motion of any machine, at any sample time: energy never rises.
 RC_GTEST_PROP(Friction, EnergyNeverRises, ()) {
   const auto number = [](double low, double high) {
@@ -148,6 +165,7 @@ RC_GTEST_PROP(Friction, EnergyNeverRises, ()) {
     f.coulomb = number(0.02, 2.0);
     f.breakaway = number(0.0, 3.0);
     f.stribeck_velocity = *rc::gen::arbitrary<bool>() ? 0.0 : number(0.0, 2.0);
+    f.coulomb_negative = *rc::gen::arbitrary<bool>() ? 0.0 : number(0.02, 2.0);
     return f;
   };
   MachineConfig machine{config, {friction(), masses > 1 ? friction() : DryFriction{}}, {}, 0.0};
