@@ -116,12 +116,14 @@ std::string record_csv(const data::Record& record) {
                                  {"y", record.output.samples}};
   if (record.reference.present()) columns.push_back({"r", record.reference.samples});
   if (record.position.present()) columns.push_back({"position", record.position.samples});
+  if (record.second_output.present())
+    columns.push_back({record.second_output.name, record.second_output.samples});
   return csv_text(columns);
 }
 
 std::vector<const data::Channel*> channels_of(const data::Record& record) {
   std::vector<const data::Channel*> channels{&record.excitation, &record.input, &record.output};
-  for (const auto* channel : {&record.reference, &record.position})
+  for (const auto* channel : {&record.reference, &record.position, &record.second_output})
     if (channel->present()) channels.push_back(channel);
   return channels;
 }
@@ -257,7 +259,8 @@ void add_simulate(CLI::App& app) {
       "  resonid simulate --list\n"
       "  resonid simulate friction_reversal --duration 2 --out record.csv\n"
       "The record has the columns time_s, ru, u, y; in closed loop r; of a tooth belt and under a position\n"
-      "controller position. docs/experiment_files.md (or --schema) explains the files.");
+      "controller position; load_position or load_acceleration where it is measured. "
+      "docs/experiment_files.md (or --schema) explains the files.");
   const auto o = std::make_shared<SimulateOptions>();
   verb->add_option("EXPERIMENT", o->experiment, "TOML file, or the name of a shipped experiment")
       ->type_name("FILE|NAME");

@@ -11,7 +11,8 @@ const std::vector<double>& exciting(const Record& record) {
 Record part_of(const Record& record, std::size_t first, std::size_t count) {
   assert(first + count <= record.samples());
   Record part = record;
-  for (auto* channel : {&part.input, &part.output, &part.excitation, &part.reference, &part.position})
+  for (auto* channel :
+       {&part.input, &part.output, &part.excitation, &part.reference, &part.position, &part.second_output})
     if (channel->present()) {
       const auto begin = channel->samples.begin() + static_cast<std::ptrdiff_t>(first);
       channel->samples = std::vector<double>(begin, begin + static_cast<std::ptrdiff_t>(count));

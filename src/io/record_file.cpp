@@ -35,6 +35,9 @@ std::string record_csv(const data::Record& record) {
   add("y", record.output, output);
   add("r", record.reference, output);
   add("position", record.position, position);
+  const bool acceleration = record.second_output_kind == data::SecondOutput::load_accelerometer;
+  add(acceleration ? "load_acceleration" : "load_position", record.second_output,
+      acceleration ? output_si_unit(record.motion, data::OutputQuantity::acceleration) : position);
   text += '\n';
   auto out = std::back_inserter(text);
   for (std::size_t i = 0; i < record.samples(); ++i) {

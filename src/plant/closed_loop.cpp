@@ -15,6 +15,8 @@ ClosedLoop::ClosedLoop(std::unique_ptr<Drive> drive, Surroundings surroundings)
     : drive_(std::move(drive)),
       around_(std::move(surroundings)),
       sensor_(around_.delay, around_.velocity, around_.count, around_.sample_time_s),
+      filter_({around_.velocity, around_.filter_pole, around_.hold, 0.0}),
+      second_(around_.delay, VelocitySource::sensor, 0.0, around_.sample_time_s),
       open_(!around_.controller.closed()),
       moves_(around_.motion.moves() || around_.controller.uses_position()),
       constant_(setpoint()) {
@@ -32,6 +34,9 @@ ClosedLoop::ClosedLoop(std::unique_ptr<Drive> drive, Surroundings surroundings)
   }
   const MassMotion now = drive_->motions().front();
   sensor_.settle(now);
+  filter_.settle(velocity);
+  second_.settle(
+      {around_.second_output == data::SecondOutput::load_encoder ? velocity : 0.0, drive_->second_output()});
   around_.controller.settle(constant_, {now.angle - velocity * late_s, velocity}, holding_torque_);
 }
 
@@ -86,7 +91,7 @@ double ClosedLoop::rounded(double torque) const noexcept {
 
 ClosedLoop::Sample ClosedLoop::step(double excitation, double noise) noexcept {
   const MassMotion measured = sensor_.read();
-  const double velocity = measured.velocity + noise;
+  const double velocity = filter_.step(measured.velocity + noise);
   const Setpoint reference = moves_ ? setpoint() : constant_;
   Controller& controller = around_.controller;
   const double command = open_ ? holding_torque_ : controller.command(reference, {measured.angle, velocity});
@@ -97,7 +102,11 @@ ClosedLoop::Sample ClosedLoop::step(double excitation, double noise) noexcept {
   const double place = drive_->place();
   sensor_.push(drive_->advance(torque));
   ++sample_;
-  return {torque, velocity, reference.velocity, place};
+  if (around_.second_output == data::SecondOutput::none)
+    return {torque, velocity, reference.velocity, place, 0.0};
+  const double second = second_.read().angle;
+  second_.push({0.0, drive_->second_output()});
+  return {torque, velocity, reference.velocity, place, second};
 }
 
 }  // namespace resonid::plant

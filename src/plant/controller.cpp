@@ -213,13 +213,19 @@ double Controller::following_error(double velocity) const noexcept {
   return (1.0 - config_.velocity_feedforward) * velocity / config_.position_gain;
 }
 
-std::optional<data::TransferFunction> Controller::feedback() const {
+std::optional<data::TransferFunction> Controller::velocity_feedback() const {
   if (!closed()) return std::nullopt;
   if (config_.kind == ControllerKind::rst) return data::TransferFunction{config_.s, config_.r, step_s_};
-  auto law = error_law(config_, step_s_);
-  if (!uses_position()) return law;
-  return data::TransferFunction{product(law.numerator, {1.0 + config_.position_gain * step_s_, -1.0}),
-                                product(law.denominator, {1.0, -1.0}), step_s_};
+  return error_law(config_, step_s_);
+}
+
+/// With the filter F = (1-p)/(1 - p q): C (1 + position_gain Ts/(1-q)/F).
+std::optional<data::TransferFunction> Controller::feedback(double filter_pole) const {
+  const auto law = velocity_feedback();
+  if (!law || !uses_position()) return law;
+  const double gain = config_.position_gain * step_s_ / (1.0 - filter_pole);
+  return data::TransferFunction{product(law->numerator, {1.0 + gain, -1.0 - gain * filter_pole}),
+                                product(law->denominator, {1.0, -1.0}), step_s_};
 }
 
 }  // namespace resonid::plant

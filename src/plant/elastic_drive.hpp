@@ -49,6 +49,7 @@ class ElasticDrive final : public Drive {
         dry_(machine_.config().friction.driven.any() || machine_.config().friction.load.any()),
         disturbed_(machine_.disturbed()),
         grounded_(machine_.grounded()),
+        second_(machine_.config().second_output),
         per_scale_(1.0 / of_.angle_scale()) {
     const auto law = of_.law();
     law_ = {few(law.fixed), few(law.by_factor), few(law.by_root)};
@@ -83,6 +84,7 @@ class ElasticDrive final : public Drive {
         of_.balance(factor_, velocity, angle, Eigen::Map<const Eigen::VectorXd>(torques.data(), Masses));
     std::copy_n(state.data(), kStates, state_.begin());
     state_[kAngle] = driven_angle_at(place);
+    if (second_ == data::SecondOutput::load_encoder) second_value_ = state_[kAngle] + twist(kLoad);
     return state(kStates);
   }
 
@@ -90,6 +92,7 @@ class ElasticDrive final : public Drive {
     const double start = static_cast<double>(sample_) * sample_time_s_;
     advance_segment(0, start, torque);
     const MassMotion read{state_[0], state_[kAngle]};
+    if (second_ != data::SecondOutput::none) second_value_ = measured_load(start + segment_s_[0], torque);
     if (segments_ > 1) advance_segment(1, start + segment_s_[0], torque);
     ++sample_;
     return read;
@@ -100,6 +103,7 @@ class ElasticDrive final : public Drive {
     for (std::size_t i = 1; i < Masses; ++i) result.push_back({state_[i], state_[kAngle] + twist(i)});
     return result;
   }
+  [[nodiscard]] double second_output() const noexcept override { return second_value_; }
   [[nodiscard]] double place() const noexcept override {
     return machine_.place(state_[kAngle], state_[kAngle] + twist(kLoad));
   }
@@ -218,15 +222,21 @@ class ElasticDrive final : public Drive {
     torques[kLoad] -= load_.direction * load_.torque;
   }
 
-  /// One piece of a sample with friction that slides and sticks.
-  void slide(std::size_t segment, double piece_s, double command, const Torques& outer) noexcept {
-    if (!(law_factor_ == factor_)) {
-      law_.put(factor_, kStates, law_now_);
-      law_factor_ = factor_;
-    }
+  void take_law() noexcept {
+    if (law_factor_ == factor_) return;
+    law_.put(factor_, kStates, law_now_);
+    law_factor_ = factor_;
+  }
+  void take_inputs(double command, const Torques& outer) noexcept {
     input_ = {};
     add(input_, law_now_.column(kCommand), command);
     for (std::size_t i = 0; i < Masses; ++i) add(input_, law_now_.column(kCommand + 1 + i), outer[i]);
+  }
+
+  /// One piece of a sample with friction that slides and sticks.
+  void slide(std::size_t segment, double piece_s, double command, const Torques& outer) noexcept {
+    take_law();
+    take_inputs(command, outer);
     const bool stiff = norm_ * kShortestCourse * piece_s > 1.0;
     double left = piece_s;
     double attempt = piece_s;  // of a stiff machine
@@ -350,6 +360,16 @@ class ElasticDrive final : public Drive {
     return !may_dip({from, early}, {to, late});
   }
 
+  [[nodiscard]] double measured_load(double time_s, double command) noexcept {
+    if (second_ == data::SecondOutput::load_encoder) return state_[kAngle] + twist(kLoad);
+    if (load_.rests()) return 0.0;
+    take_law();
+    take_inputs(command, outer_torques(time_s, 0.0));
+    const double sliding =
+        load_.slides() ? load_.direction * load_.friction.sliding(state_[kLoad], load_.direction) : 0.0;
+    return (pull(load_, kLoad, state_) - sliding) * load_.per_inertia;
+  }
+
   void turn(DrySide& side, std::size_t mass) noexcept {
     if (side.slides()) {
       rest(side, mass);
@@ -382,6 +402,8 @@ class ElasticDrive final : public Drive {
   bool dry_;
   bool disturbed_;
   bool grounded_;
+  data::SecondOutput second_;
+  double second_value_ = 0.0;
   double per_scale_;
   std::size_t segments_ = 0;
   std::array<double, 2> segment_s_{};

@@ -11,7 +11,8 @@ namespace {
 
 constexpr double kMaxSamples = 1e8;
 constexpr double kDiverged = 1e12;
-constexpr std::size_t kInstants = 1000;  // of what changes over time
+constexpr std::uint64_t kSecondNoise = 0xd1b54a32d192ed03U;  // another sequence than that of the velocity
+constexpr std::size_t kInstants = 1000;                      // of what changes over time
 
 /// One encoder count at the driven side.
 double encoder_count(const ExperimentConfig& c) {
@@ -33,6 +34,11 @@ data::Record empty_record(const ExperimentConfig& config, std::size_t samples, c
   if (controller.closed()) record.reference = {"r", rotary ? "rad/s" : "m/s", std::vector<double>(samples)};
   if (belt || controller.uses_position())
     record.position = {"position", belt || !rotary ? "m" : "rad", std::vector<double>(samples)};
+  record.second_output_kind = config.measurement.second_output;
+  if (record.second_output_kind == data::SecondOutput::load_encoder)
+    record.second_output = {"load_position", rotary ? "rad" : "m", std::vector<double>(samples)};
+  if (record.second_output_kind == data::SecondOutput::load_accelerometer)
+    record.second_output = {"load_acceleration", rotary ? "rad/s2" : "m/s2", std::vector<double>(samples)};
   return record;
 }
 
@@ -46,9 +52,11 @@ expected<ClosedLoop> make_loop(const ExperimentConfig& config, double duration_s
   const auto motion = MotionProfile::create(config.motion);
   if (!motion) return unexpected(located("motion", motion.error()));
   const bool belt = config.drive.structure == Structure::tooth_belt;
+  const VelocityPath path = velocity_path(config.measurement, rate, 0.0);
   return ClosedLoop(std::move(*drive), {std::move(*controller), *motion, delay, config.measurement.velocity,
                                         encoder_count(config), config.actuator.torque_resolution,
-                                        belt ? 1.0 / config.drive.radius_m : 1.0, 1.0 / rate});
+                                        belt ? 1.0 / config.drive.radius_m : 1.0, 1.0 / rate,
+                                        path.filter_pole, path.hold, config.measurement.second_output});
 }
 
 /// Follows what changes, at most kInstants times.
@@ -129,9 +137,10 @@ expected<Simulation> simulate_closed_loop(const ExperimentConfig& config,
   const Controller controller = *Controller::create(config.controller, rate);
   const Machine machine(machine_of(config), static_cast<double>(samples) / rate);
   MeasurementNoise noise(config.measurement, rate, config.run.seed);
+  WhiteNoise second_noise(config.run.seed ^ kSecondNoise, config.measurement.second_noise);
   Observer observer(config, samples, machine);
   Simulation simulation;
-  simulation.truth = truth_of(config, loop->drive(), controller.feedback(), response_hz);
+  simulation.truth = truth_of(config, loop->drive(), controller, response_hz);
   auto& record = simulation.record = empty_record(config, samples, controller);
   const bool belt = config.drive.structure == Structure::tooth_belt;
   for (std::size_t k = 0; k < samples; ++k) {
@@ -147,6 +156,7 @@ expected<Simulation> simulate_closed_loop(const ExperimentConfig& config,
     record.output.samples[k] = s.output;
     if (record.reference.present()) record.reference.samples[k] = s.reference;
     if (record.position.present()) record.position.samples[k] = s.place;
+    if (record.second_output.present()) record.second_output.samples[k] = s.second + second_noise.step();
   }
   simulation.truth.over_time = std::move(observer).seen();
   return simulation;

@@ -118,21 +118,23 @@ expected<void> check_loop(const ExperimentConfig& c, const Drive& drive, const M
   const double rate = c.run.sample_rate_hz;
   const auto controller = Controller::create(c.controller, rate);
   if (!controller) return refused("controller", controller.error());
-  const auto feedback = controller->feedback();
+  const auto feedback = controller->velocity_feedback();
+  const VelocityPath path = velocity_path(c.measurement, rate, controller->position_gain());
   const SampleDelay delay = split_delay(c.measurement.delay_s, rate);
   if (!feedback) return {};
   for (const double factor : judged_factors(c, machine, *controller, duration_s)) {
     const SampledDrive sampled = drive.sampled(factor);
     std::string how;
     if (delay.whole > kMaxPoleDelay) {
-      if (!loop_is_unstable(sampled, delay, c.measurement.velocity, *feedback)) continue;
+      if (!loop_is_unstable(sampled, delay, path, *feedback)) continue;
       how = fmt::format("with {} samples of delay it is not", delay.whole);
     } else {
-      const auto pole = dominant_loop_pole(sampled, delay, c.measurement.velocity, *feedback);
+      const auto pole = dominant_loop_pole(sampled, delay, path, *feedback);
       if (std::abs(pole) <= kStable) continue;
-      how = fmt::format("an oscillation at {:.3g} Hz grows tenfold in {:.3g} s",
-                        std::abs(std::arg(pole)) / kTwoPi * rate,
-                        std::log(10.0) / (rate * std::log(std::abs(pole))));
+      const double grows_s = std::log(10.0) / (rate * std::log(std::abs(pole)));
+      how = path.hold > 1 ? fmt::format("an oscillation grows tenfold in {:.3g} s", grows_s)
+                          : fmt::format("an oscillation at {:.3g} Hz grows tenfold in {:.3g} s",
+                                        std::abs(std::arg(pole)) / kTwoPi * rate, grows_s);
     }
     if (machine.varies())
       how += fmt::format(" where the drive resonates at {:.4g} Hz",
@@ -152,7 +154,7 @@ Error located(std::string_view table, const Error& error) {
 }
 
 MachineConfig machine_of(const ExperimentConfig& c) {
-  return {c.drive, c.friction, c.disturbance, c.actuator.lag_s};
+  return {c.drive, c.friction, c.disturbance, c.actuator.lag_s, c.measurement.second_output};
 }
 
 expected<void> check(const ExperimentConfig& config) {
@@ -165,6 +167,8 @@ expected<void> check(const ExperimentConfig& config) {
   if (!drive)
     return refused(drive.error().field == "load_coulomb" ? "friction" : "disturbance", drive.error());
   const Machine machine(machine_of(config), duration_s);
+  if (config.measurement.second_output != data::SecondOutput::none && machine.masses() < 2)
+    return refused("measurement", {"second_output", "needs a load: this machine is rigid"});
   if (const auto ok = check_resonances(config, machine.highest_factor()); !ok) return ok;
   if (const auto ok = check_stroke(config, duration_s); !ok) return ok;
   return check_loop(config, **drive, machine, duration_s);

@@ -13,8 +13,7 @@ namespace resonid::plant {
 /// Samples of the record. The excitation must be valid.
 [[nodiscard]] expected<std::size_t> length_of(const ExperimentConfig& config);
 /// What is true of the machine at the start; `response_hz` as of simulate_closed_loop().
-[[nodiscard]] Truth truth_of(const ExperimentConfig& config, const Drive& drive,
-                             std::optional<data::TransferFunction> feedback,
+[[nodiscard]] Truth truth_of(const ExperimentConfig& config, const Drive& drive, const Controller& controller,
                              std::span<const double> response_hz);
 
 }  // namespace resonid::plant

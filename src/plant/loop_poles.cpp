@@ -29,8 +29,20 @@ Ways ways(const SampledDrive& drive) {
   return {drive.early_angle - now, drive.a.row(angle) - now};
 }
 
+/// From the velocity that is read to what C acts on: filtered, held, and of a cascade its integral beside it.
+Complex seen_by_law(const VelocityPath& path, double step_s, Complex z) {
+  Complex seen = 1.0;
+  if (path.filter_pole > 0.0) seen = (1.0 - path.filter_pole) / (1.0 - path.filter_pole / z);
+  if (path.hold > 1) {
+    Complex mean = 0.0;
+    for (std::size_t i = 0; i < path.hold; ++i) mean = mean / z + 1.0;
+    seen *= mean / static_cast<double>(path.hold);
+  }
+  return seen + path.position_gain * step_s * z / (z - 1.0);
+}
+
 /// L(z) without the whole samples of the delay.
-Complex loop_without_delay(const SampledDrive& drive, VelocitySource velocity,
+Complex loop_without_delay(const SampledDrive& drive, const VelocityPath& path,
                            const data::TransferFunction& controller, Complex z) {
   const Eigen::Index n = drive.moving_states();
   Eigen::MatrixXcd m = -drive.a.topLeftCorner(n, n).cast<Complex>();
@@ -40,12 +52,14 @@ Complex loop_without_delay(const SampledDrive& drive, VelocitySource velocity,
     return (row.head(n).cast<Complex>() * x)(0) + command;
   };
   Complex reading = seen(drive.early_velocity, drive.early_velocity_command);
-  if (velocity == VelocitySource::encoder) {  // way up to the reading, and what was left of the sample before
+  if (path.source ==
+      VelocitySource::encoder) {  // way up to the reading, and what was left of the sample before
     const auto [first, all] = ways(drive);
     const Complex early = seen(first, drive.early_angle_command);
     reading = (early + (seen(all, drive.b(drive.b.size() - 1)) - early) / z) / drive.sample_time_s;
   }
-  return in_powers(controller.numerator, z) / in_powers(controller.denominator, z) * reading / z;
+  const Complex law = in_powers(controller.numerator, z) / in_powers(controller.denominator, z);
+  return law * seen_by_law(path, drive.sample_time_s, z) * reading / z;
 }
 
 /// Angles at which |L| may change fast: 1 % apart, and close to the machine's own poles as close as these lie
@@ -78,24 +92,24 @@ std::vector<double> angles_of(const SampledDrive& drive, double outside) {
 }  // namespace
 
 data::FrequencyResponse loop_response(const SampledDrive& drive, const SampleDelay& delay,
-                                      VelocitySource velocity, const data::TransferFunction& controller,
+                                      const VelocityPath& path, const data::TransferFunction& controller,
                                       std::vector<double> frequency_hz) {
   data::FrequencyResponse loop;
   loop.frequency_hz = std::move(frequency_hz);
   for (const double f : loop.frequency_hz) {
     const double angle = kTwoPi * f * drive.sample_time_s;
-    loop.value.push_back(loop_without_delay(drive, velocity, controller, std::polar(1.0, angle)) *
+    loop.value.push_back(loop_without_delay(drive, path, controller, std::polar(1.0, angle)) *
                          std::polar(1.0, -angle * static_cast<double>(delay.whole)));
   }
   return loop;
 }
 
-bool loop_is_unstable(const SampledDrive& drive, const SampleDelay& delay, VelocitySource velocity,
+bool loop_is_unstable(const SampledDrive& drive, const SampleDelay& delay, const VelocityPath& path,
                       const data::TransferFunction& controller) {
   constexpr double kOutside = 1e-9;   // of the circle: integrators lie on it
   constexpr double kDelayTurn = 0.1;  // rad that the delay turns from one angle to the next
   const auto at = [&](double angle) {
-    return loop_without_delay(drive, velocity, controller, std::polar(1.0 + kOutside, angle));
+    return loop_without_delay(drive, path, controller, std::polar(1.0 + kOutside, angle));
   };
   const std::vector<double> angles = angles_of(drive, kOutside);
   // Where |L| < 1 the curve cannot turn around -1.
@@ -122,58 +136,120 @@ bool loop_is_unstable(const SampledDrive& drive, const SampleDelay& delay, Veloc
   return std::abs(turned) > kPi / 2.0;
 }
 
-// State: [machine; readings r_0 ... r_m, newest first; for differences the position increment's second half;
-// controller]. A free machine without its angle: increments of position are linear in the rest.
-std::complex<double> dominant_loop_pole(const SampledDrive& drive, const SampleDelay& delay,
-                                        VelocitySource velocity, const data::TransferFunction& controller) {
+namespace {
+
+/// The closed loop over one sample, x(k+1) = step x(k), in which the held velocity is renewed or stays.
+/// State: [machine; readings r_0 ... r_m, newest first; for differences the position increment's second half;
+/// the velocity filter's and the held value; of a cascade the position; controller]. A free machine without
+/// its angle: increments of position are linear in the rest.
+class LoopStep {
   using Index = Eigen::Index;
-  const Index n = drive.moving_states();
-  const bool differences = velocity == VelocitySource::encoder;
-  const auto readings = static_cast<Index>(delay.whole) + 1;
-  const Index rest = n + readings;  // way from the reading to the sample's end, of differences
-  const Index first = rest + (differences ? 1 : 0);
-  const auto order =
-      static_cast<Index>(std::max(controller.numerator.size(), controller.denominator.size())) - 1;
-  Eigen::MatrixXd a = Eigen::MatrixXd::Zero(first + order, first + order);
-  Eigen::VectorXd b = Eigen::VectorXd::Zero(first + order);  // of u
-  a.topLeftCorner(n, n) = drive.a.topLeftCorner(n, n);
-  b.head(n) = drive.b.head(n);
-  if (differences) {
-    // Way in this sample up to the reading, and the rest of it, which the next reading adds.
-    const double rate = 1.0 / drive.sample_time_s;
-    const auto [early, whole] = ways(drive);
-    a.row(n).head(n) = rate * early.head(n);
-    b(n) = rate * drive.early_angle_command;
-    a(n, rest) = 1.0;
-    a.row(rest).head(n) = rate * (whole - early).head(n);
-    b(rest) = rate * (drive.b(drive.b.size() - 1) - drive.early_angle_command);
-  } else {
-    a.row(n).head(n) = drive.early_velocity.head(n);
-    b(n) = drive.early_velocity_command;
-  }
-  for (Index i = 1; i < readings; ++i) a(n + i, n + i - 1) = 1.0;
 
-  // Controller in transposed direct form: c = b0 e + s1, s_i' = s_(i+1) + b_i e - a_i c, with e = -y.
-  const auto coefficient = [](const std::vector<double>& x, Index i) {
-    return static_cast<std::size_t>(i) < x.size() ? x[static_cast<std::size_t>(i)] : 0.0;
-  };
-  const double a0 = controller.denominator[0];
-  const double b0 = controller.numerator[0] / a0;
-  const Index output = n + readings - 1;
-  Eigen::RowVectorXd u = Eigen::RowVectorXd::Zero(first + order);
-  u(output) = -b0;
-  if (order > 0) u(first) = 1.0;
-  for (Index i = 0; i < order; ++i) {
-    a(first + i, output) -= coefficient(controller.numerator, i + 1) / a0;
-    if (i + 1 < order) a(first + i, first + i + 1) += 1.0;
-    a.row(first + i) -= coefficient(controller.denominator, i + 1) / a0 * u;
+ public:
+  LoopStep(const SampledDrive& drive, const SampleDelay& delay, const VelocityPath& path,
+           const data::TransferFunction& controller)
+      : drive_(drive),
+        path_(path),
+        controller_(controller),
+        machine_(drive.moving_states()),
+        reading_(machine_ + static_cast<Index>(delay.whole)),
+        rest_(reading_ + 1),
+        filter_(rest_ + (path.source == VelocitySource::encoder ? 1 : 0)),
+        kept_(filter_ + (path.filter_pole > 0.0 ? 1 : 0)),
+        position_(kept_ + (path.hold > 1 ? 1 : 0)),
+        first_(position_ + (path.position_gain > 0.0 ? 1 : 0)),
+        order_(static_cast<Index>(std::max(controller.numerator.size(), controller.denominator.size())) - 1) {
   }
-  a += b * u;
 
+  [[nodiscard]] Eigen::MatrixXd at(bool renewed) const {
+    Eigen::MatrixXd a = Eigen::MatrixXd::Zero(first_ + order_, first_ + order_);
+    Eigen::VectorXd b = Eigen::VectorXd::Zero(first_ + order_);  // of u
+    put_machine(a, b);
+    const Eigen::RowVectorXd seen = put_path(a, renewed);
+    const Eigen::RowVectorXd u = put_controller(a, seen);
+    return a + b * u;
+  }
+
+ private:
+  void put_machine(Eigen::MatrixXd& a, Eigen::VectorXd& b) const {
+    const Index n = machine_;
+    a.topLeftCorner(n, n) = drive_.a.topLeftCorner(n, n);
+    b.head(n) = drive_.b.head(n);
+    if (path_.source == VelocitySource::encoder) {
+      // Way in this sample up to the reading, and the rest of it, which the next reading adds.
+      const double rate = 1.0 / drive_.sample_time_s;
+      const auto [early, whole] = ways(drive_);
+      a.row(n).head(n) = rate * early.head(n);
+      b(n) = rate * drive_.early_angle_command;
+      a(n, rest_) = 1.0;
+      a.row(rest_).head(n) = rate * (whole - early).head(n);
+      b(rest_) = rate * (drive_.b(drive_.b.size() - 1) - drive_.early_angle_command);
+    } else {
+      a.row(n).head(n) = drive_.early_velocity.head(n);
+      b(n) = drive_.early_velocity_command;
+    }
+    for (Index i = n + 1; i <= reading_; ++i) a(i, i - 1) = 1.0;
+  }
+
+  /// What the controller's law acts on, by the state.
+  Eigen::RowVectorXd put_path(Eigen::MatrixXd& a, bool renewed) const {
+    const auto unit = [&](Index i) { return Eigen::RowVectorXd::Unit(a.cols(), i); };
+    Eigen::RowVectorXd seen = unit(reading_);
+    if (path_.filter_pole > 0.0) {
+      seen = path_.filter_pole * unit(filter_) + (1.0 - path_.filter_pole) * seen;
+      a.row(filter_) = seen;
+    }
+    if (path_.hold > 1) {
+      if (!renewed) seen = unit(kept_);
+      a.row(kept_) = seen;
+    }
+    if (path_.position_gain > 0.0) {  // backward Euler
+      a.row(position_) = unit(position_) + drive_.sample_time_s * unit(reading_);
+      seen += path_.position_gain * a.row(position_);
+    }
+    return seen;
+  }
+
+  /// In transposed direct form: c = b0 e + s1, s_i' = s_(i+1) + b_i e - a_i c, with e = -seen. Returns c.
+  Eigen::RowVectorXd put_controller(Eigen::MatrixXd& a, const Eigen::RowVectorXd& seen) const {
+    const auto coefficient = [](const std::vector<double>& x, Index i) {
+      return static_cast<std::size_t>(i) < x.size() ? x[static_cast<std::size_t>(i)] : 0.0;
+    };
+    const double a0 = controller_.denominator[0];
+    Eigen::RowVectorXd u = -controller_.numerator[0] / a0 * seen;
+    if (order_ > 0) u(first_) += 1.0;
+    for (Index i = 0; i < order_; ++i) {
+      a.row(first_ + i) -= coefficient(controller_.numerator, i + 1) / a0 * seen;
+      if (i + 1 < order_) a(first_ + i, first_ + i + 1) += 1.0;
+      a.row(first_ + i) -= coefficient(controller_.denominator, i + 1) / a0 * u;
+    }
+    return u;
+  }
+
+  const SampledDrive& drive_;
+  const VelocityPath& path_;
+  const data::TransferFunction& controller_;
+  Index machine_;  // states of it; then the places of the others
+  Index reading_;  // the oldest, which is read
+  Index rest_;     // way from the reading to the sample's end, of differences
+  Index filter_, kept_, position_, first_;
+  Index order_;
+};
+
+}  // namespace
+
+std::complex<double> dominant_loop_pole(const SampledDrive& drive, const SampleDelay& delay,
+                                        const VelocityPath& path, const data::TransferFunction& controller) {
+  const LoopStep step(drive, delay, path, controller);
+  Eigen::MatrixXd a = step.at(true);
+  if (path.hold > 1) {
+    const Eigen::MatrixXd between = step.at(false);
+    for (std::size_t i = 1; i < path.hold; ++i) a = (between * a).eval();
+  }
   std::complex<double> greatest = 0.0;
   for (const auto& pole : linalg::eigenvalues(a))
     if (std::abs(pole) > std::abs(greatest)) greatest = pole;
-  return greatest;
+  return path.hold > 1 ? std::pow(std::abs(greatest), 1.0 / static_cast<double>(path.hold)) : greatest;
 }
 
 }  // namespace resonid::plant

@@ -10,7 +10,17 @@ expected<void, Error> check(const MeasurementConfig& c) noexcept {
   if (!(c.noise_bandwidth_hz >= 0.0))
     return refuse("noise_bandwidth_hz", "must be >= 0", c.noise_bandwidth_hz);
   if (!(c.encoder_counts >= 0.0)) return refuse("encoder_counts", "must be >= 0", c.encoder_counts);
+  if (!(c.filter_s >= 0.0)) return refuse("filter_s", "must be >= 0", c.filter_s);
+  if (!(c.hold_samples >= 1 && c.hold_samples <= 64))
+    return refuse("hold_samples", "must be 1 ... 64", static_cast<double>(c.hold_samples));
+  if (!(c.second_noise >= 0.0)) return refuse("second_noise", "must be >= 0", c.second_noise);
   return {};
+}
+
+VelocityPath velocity_path(const MeasurementConfig& config, double sample_rate_hz,
+                           double position_gain) noexcept {
+  const double pole = config.filter_s > 0.0 ? std::exp(-1.0 / (config.filter_s * sample_rate_hz)) : 0.0;
+  return {config.velocity, pole, static_cast<std::size_t>(config.hold_samples), position_gain};
 }
 
 double encoder_velocity_noise(double counts_per_turn, double sample_time_s) noexcept {

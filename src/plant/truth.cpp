@@ -53,6 +53,43 @@ SampledDrive by_difference(const SampledDrive& drive) {
   return with_output(drive, way / drive.sample_time_s, drive.b(angle) / drive.sample_time_s);
 }
 
+/// Its output through f(k) = p f(k-1) + (1-p) v(k): one more state holds f(k-1).
+SampledDrive filtered(const SampledDrive& drive, double pole) {
+  SampledDrive result = with_output(drive, drive.velocity, 0.0);
+  Eigen::RowVectorXd& row = result.velocity;
+  const Eigen::Index state = drive.moving_states();
+  row(state) = pole;
+  row.head(state) = (1.0 - pole) * drive.velocity.head(state);
+  result.a.row(state) = row;
+  return result;
+}
+
+/// Its output held over n samples, in the mean over them: 0 ... n-1 samples late. One more state for each.
+SampledDrive with_hold(const SampledDrive& drive, std::size_t samples) {
+  const double share = 1.0 / static_cast<double>(samples);
+  SampledDrive result = drive;
+  Eigen::RowVectorXd last = drive.velocity;
+  Eigen::RowVectorXd mean = share * drive.velocity;
+  for (std::size_t i = 1; i < samples; ++i) {
+    const Eigen::Index state = result.moving_states();
+    result = with_output(result, last, 0.0);
+    last = Eigen::RowVectorXd::Unit(result.a.rows(), state);
+    Eigen::RowVectorXd wider = share * last;
+    wider.head(state) = mean.head(state);
+    mean = wider;
+  }
+  result.velocity = mean;
+  return result;
+}
+
+/// The machine with the measured velocity as its output.
+SampledDrive as_measured(SampledDrive drive, const VelocityPath& path) {
+  if (path.source == VelocitySource::encoder) drive = by_difference(drive);
+  if (path.filter_pole > 0.0) drive = filtered(drive, path.filter_pole);
+  if (path.hold > 1) drive = with_hold(drive, path.hold);
+  return drive;
+}
+
 /// 6000 frequencies in even ratio up to half the sample rate.
 std::vector<double> loop_lines(double sample_rate_hz) {
   constexpr std::size_t kLines = 6000;
@@ -66,8 +103,8 @@ std::vector<double> loop_lines(double sample_rate_hz) {
 
 }  // namespace
 
-Truth truth_of(const ExperimentConfig& config, const Drive& drive,
-               std::optional<data::TransferFunction> feedback, std::span<const double> response_hz) {
+Truth truth_of(const ExperimentConfig& config, const Drive& drive, const Controller& controller,
+               std::span<const double> response_hz) {
   Truth truth;
   truth.structure = config.drive.structure;
   truth.motion = config.drive.motion;
@@ -81,17 +118,19 @@ Truth truth_of(const ExperimentConfig& config, const Drive& drive,
   truth.resonances = resonances(truth.system);
   truth.antiresonances = antiresonances(truth.system);
   truth.torque_lag_s = config.actuator.lag_s;
-  truth.controller = std::move(feedback);
+  const double rate = config.run.sample_rate_hz;
+  const VelocityPath path = velocity_path(config.measurement, rate, controller.position_gain());
+  truth.controller = controller.feedback(path.filter_pole);
+  truth.output_filter_s = config.measurement.filter_s;
+  truth.hold_samples = path.hold;
   truth.delay_s = config.measurement.delay_s;
   truth.friction = config.friction.driven;
   truth.load_friction = config.friction.load;
   truth.seed = config.run.seed;
   SampledDrive sampled = drive.sampled(drive.stiffness_factor());
-  if (truth.controller)
-    truth.loop =
-        loop_response(sampled, split_delay(truth.delay_s, config.run.sample_rate_hz),
-                      config.measurement.velocity, *truth.controller, loop_lines(config.run.sample_rate_hz));
-  if (config.measurement.velocity == VelocitySource::encoder) sampled = by_difference(sampled);
+  if (const auto law = controller.velocity_feedback())
+    truth.loop = loop_response(sampled, split_delay(truth.delay_s, rate), path, *law, loop_lines(rate));
+  sampled = as_measured(std::move(sampled), path);
   truth.plant = transfer_function(sampled);
   truth.response.frequency_hz = response_hz.empty()
                                     ? default_lines(config)

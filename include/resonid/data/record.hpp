@@ -23,6 +23,16 @@ enum class Motion { rotary, linear };
 inline constexpr EnumName<Motion> kMotionNames[] = {{Motion::rotary, "rotary"}, {Motion::linear, "linear"}};
 [[nodiscard]] constexpr std::span<const EnumName<Motion>> enum_names(Motion) noexcept { return kMotionNames; }
 
+/// What a record may hold beside the output: motion measured at the load.
+enum class SecondOutput { none, load_encoder, load_accelerometer };
+inline constexpr EnumName<SecondOutput> kSecondOutputNames[] = {
+    {SecondOutput::none, "none"},
+    {SecondOutput::load_encoder, "load-encoder"},
+    {SecondOutput::load_accelerometer, "load-accelerometer"}};
+[[nodiscard]] constexpr std::span<const EnumName<SecondOutput>> enum_names(SecondOutput) noexcept {
+  return kSecondOutputNames;
+}
+
 /// One signal of a record. No samples means that the signal is not there.
 struct Channel {
   std::string name;             ///< Name in the file ("iq_meas_A").
@@ -55,6 +65,8 @@ struct Record {
   Channel excitation;           ///< ru: what is added to the controller's output; optional.
   Channel reference;            ///< r: reference of the loop; optional.
   Channel position;             ///< Position of the machine for plants that vary over it; optional.
+  Channel second_output;        ///< Position or acceleration of the load, delay included; optional.
+  SecondOutput second_output_kind = SecondOutput::none;
   OutputQuantity output_quantity = OutputQuantity::velocity;
   Motion motion = Motion::rotary;
   Sampling sampling;

@@ -25,7 +25,7 @@ void describe(Visitor&& v, ActuatorConfig& c) {
 
 /// A drive under its controller with delayed feedback, or alone.
 ///
-///   y(k) = velocity((k - m - e) Ts) + n(k)          first, from torques up to u(k-1)
+///   y(k) = velocity((k - m - e) Ts) + n(k)          first, from torques up to u(k-1); filtered, held
 ///   u(k) = round(limit(C(r, y, position) + ru(k)))  then; it acts from k Ts to (k+1) Ts
 ///
 /// It starts in the steady state of the motion's first sample: the machine turns or rests, the delay line is
@@ -40,6 +40,7 @@ class ClosedLoop {
     double output;     ///< y
     double reference;  ///< r: velocity reference of the motion
     double place;      ///< angle of the driven side, or position of the cart, without delay
+    double second;     ///< the drive's second output, as late as y
   };
   /// Everything around the machine. `setpoint_scale` turns the motion's unit into that of the driven side
   /// (1/r of a tooth belt); `count` is the encoder's step at the driven side, 0: none.
@@ -52,6 +53,9 @@ class ClosedLoop {
     double torque_resolution = 0.0;
     double setpoint_scale = 1.0;
     double sample_time_s = 0.0;
+    double filter_pole = 0.0;  ///< As in VelocityPath.
+    std::size_t hold = 1;
+    data::SecondOutput second_output = data::SecondOutput::none;  ///< That of the drive.
   };
 
   /// `drive` must have been made with delay.fraction as its early_fraction.
@@ -70,6 +74,8 @@ class ClosedLoop {
   std::unique_ptr<Drive> drive_;
   Surroundings around_;
   MotionSensor sensor_;
+  VelocityFilter filter_;
+  MotionSensor second_;  // its angle is whatever the drive's second output is
   bool open_;
   bool moves_;
   std::size_t sample_ = 0;       // before constant_, which is of this sample

@@ -79,11 +79,16 @@ struct Truth {
   std::optional<data::TwoMassParameters> two_mass;             ///< Parameters of a two-mass machine only.
   std::vector<data::UndampedMode> resonances, antiresonances;  ///< Undamped, ascending.
   double torque_lag_s = 0.0;                                   ///< Part of `plant`.
+  double output_filter_s = 0.0;  ///< Time constant of the filter of the measured velocity; part of `plant`.
+  std::size_t hold_samples =
+      1;  ///< Samples over which the measured velocity is held; part of `plant` in the mean.
   /// Zero-order-hold equivalent from u to what is measured, without the delay. A velocity from an encoder's
-  /// differences is the mean over the past sample, and that is part of it.
+  /// differences is the mean over the past sample, and that is part of it; so are the filter of the velocity
+  /// and, as 0 ... n-1 samples of delay in the mean, its hold.
   data::TransferFunction plant;
   SampledDrive sampled;  ///< `plant` as states, which keeps the digits that polynomials of high order lose.
-  std::optional<data::TransferFunction> controller;  ///< From measured velocity to -u; none in open loop.
+  /// From measured velocity to -u; none in open loop. Of a cascade with its position before the filter.
+  std::optional<data::TransferFunction> controller;
   /// The real loop C times what is measured, in 6000 frequencies up to half the sample rate; every delay in
   /// it, fractions of a sample exactly (`plant` times e^{-jwTd} is that for whole samples only). Empty in
   /// open loop.
@@ -96,7 +101,8 @@ struct Truth {
 };
 
 struct Simulation {
-  data::Record record;  ///< ru, u, y; in closed loop r; position where it matters (cascade, tooth belt).
+  data::Record record;  ///< ru, u, y; in closed loop r; position where it matters (cascade, tooth belt);
+                        ///< second_output.
   Truth truth;
 };
 

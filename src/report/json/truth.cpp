@@ -124,6 +124,8 @@ void describe_parameters(Fields& f, Truth& truth) {
             truth.load_friction.coulomb_negative, units.torque, truth.load_friction.coulomb_negative > 0.0);
   parameter(f, {"torque_lag", "time constant of the torque loop"}, truth.torque_lag_s, units.time,
             truth.torque_lag_s > 0.0);
+  parameter(f, {"output_filter", "time constant of the filter of the measured velocity"},
+            truth.output_filter_s, units.time, truth.output_filter_s > 0.0);
 }
 
 /// Whether the polynomials give the response: of high order at a fast rate their digits cancel.
@@ -200,6 +202,8 @@ void describe(Fields& f, SimulatedTruth& t) {
   if (f.reading()) truth.seed = seed;
   f({"delay_s", "delay of the measured velocity, not part of the response", "s", not_negative},
     truth.delay_s);
+  f.only_if(truth.hold_samples > 1, {"hold_samples", "samples over which the measured velocity is held"},
+            truth.hold_samples);
   f({"frequency_response", "from u to what is measured, without the delay"}, truth.response);
   describe_modes(f, truth);
   describe_model(f, truth);

@@ -74,7 +74,8 @@ Section record_section(const data::Record& record) {
                                       {"Input", &record.input},
                                       {"Output", &record.output},
                                       {"Reference", &record.reference},
-                                      {"Position", &record.position}}) {
+                                      {"Position", &record.position},
+                                      {"Second output", &record.second_output}}) {
     if (!channel->present()) continue;
     Chart chart;
     chart.title = name;

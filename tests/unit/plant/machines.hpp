@@ -94,15 +94,18 @@ struct LoopConfig {
   double count = 0.0;
   double torque_resolution = 0.0;
   double longest_s = 0.0;
+  double filter_pole = 0.0;
+  std::size_t hold = 1;
 };
 
 inline ClosedLoop make_loop(const LoopConfig& c) {
   const SampleDelay delay = split_delay(c.delay_s, c.sample_rate_hz);
   const bool belt = c.machine.drive.structure == Structure::tooth_belt;
-  return ClosedLoop(make_drive(c.machine, c.sample_rate_hz, delay.fraction, c.longest_s).value(),
-                    {Controller::create(c.controller, c.sample_rate_hz).value(),
-                     MotionProfile::create(c.motion).value(), delay, c.velocity, c.count, c.torque_resolution,
-                     belt ? 1.0 / c.machine.drive.radius_m : 1.0, 1.0 / c.sample_rate_hz});
+  return ClosedLoop(
+      make_drive(c.machine, c.sample_rate_hz, delay.fraction, c.longest_s).value(),
+      {Controller::create(c.controller, c.sample_rate_hz).value(), MotionProfile::create(c.motion).value(),
+       delay, c.velocity, c.count, c.torque_resolution, belt ? 1.0 / c.machine.drive.radius_m : 1.0,
+       1.0 / c.sample_rate_hz, c.filter_pole, c.hold, c.machine.second_output});
 }
 
 }  // namespace resonid::plant::test

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <complex>
+#include <resonid/plant/experiment.hpp>
 #include <vector>
 
 #include "machines.hpp"
@@ -179,6 +180,107 @@ TEST(Torque, RoundingStaysWithinTheLimit) {
     EXPECT_LE(std::abs(torque), 0.5 + 1e-12);
     EXPECT_LE(std::abs(torque - std::clamp(wanted, -0.55, 0.55)), 0.05 + 1e-12);
   }
+}
+
+/// Two masses that are shaken in the open or under a proportional controller.
+ExperimentConfig shaken(ControllerKind kind) {
+  ExperimentConfig c;
+  c.drive = test::system_2();
+  c.controller.kind = kind;
+  c.controller.gain = 0.5;
+  c.excitation.kind = online::Kind::prbs;
+  c.measurement.delay_s = 0.0013;
+  c.measurement.noise_rms = 0.05;
+  c.run = {500.0, 2.0, 3};
+  return c;
+}
+
+// Record and controller both see what the filter makes of velocity and noise, renewed every third sample.
+TEST(VelocityFilter, IsWhatRecordAndControllerSee) {
+  ExperimentConfig open = shaken(ControllerKind::none);
+  const auto plain = simulate_closed_loop(open).value().record.output.samples;
+  open.measurement.filter_s = 0.005;
+  open.measurement.hold_samples = 3;
+  const auto seen = simulate_closed_loop(open).value().record.output.samples;
+  const double p = std::exp(-0.002 / 0.005);
+  double filtered = 0.0;
+  double renewed = 0.0;
+  for (std::size_t k = 0; k < plain.size(); ++k) {
+    filtered = p * filtered + (1.0 - p) * plain[k];
+    if (k % 3 == 0) renewed = filtered;
+    ASSERT_NEAR(seen[k], renewed, 1e-12) << k;
+  }
+  ExperimentConfig closed = shaken(ControllerKind::p);
+  closed.measurement.filter_s = 0.005;
+  closed.measurement.hold_samples = 3;
+  const auto record = simulate_closed_loop(closed).value().record;
+  for (std::size_t k = 0; k < record.samples(); ++k)
+    ASSERT_NEAR(record.input.samples[k], record.excitation.samples[k] - 0.5 * record.output.samples[k],
+                1e-12);
+}
+
+// The load by its equation of motion, from a drive that runs eight times as fast under the same torque; as
+// late as the velocity.
+TEST(SecondOutput, IsTheMotionOfTheLoadAsLateAsTheVelocity) {
+  for (const auto kind : {data::SecondOutput::load_encoder, data::SecondOutput::load_accelerometer})
+    for (const double friction : {0.0, 0.3}) {
+      ExperimentConfig c = shaken(ControllerKind::none);
+      c.friction.load.coulomb = friction;
+      c.motion.kind = MotionKind::constant;
+      c.motion.velocity = 30.0 * friction;  // with friction it slides on
+      c.disturbance.load_torque = 0.2;
+      c.measurement.delay_s = 1.375 * 0.002;
+      c.measurement.second_output = kind;
+      const auto record = simulate_closed_loop(c).value().record;
+      EXPECT_EQ(record.second_output_kind, kind);
+      const auto fast = make_drive({c.drive, c.friction, c.disturbance, 0.0}, 4000.0, 0.0).value();
+      const double holding = fast->settle(c.motion.velocity, 0.0);
+      std::vector<double> course;  // at multiples of 1/4000 s
+      for (std::size_t k = 0; k < 400; ++k)
+        for (int i = 0; i < 8; ++i) {
+          const auto m = fast->motions();
+          const double shaft = 143.75 * (m[0].angle - m[1].angle) + 0.3 * (m[0].velocity - m[1].velocity);
+          ASSERT_TRUE(friction == 0.0 || m[1].velocity > 0.0);
+          course.push_back(kind == data::SecondOutput::load_encoder ? m[1].angle
+                                                                    : (shaft + 0.2 - friction) / 0.032);
+          fast->advance(record.input.samples[k]);
+        }
+      EXPECT_NEAR(record.input.samples[0] - record.excitation.samples[0], holding, 1e-12);
+      double largest = 0.0;
+      for (std::size_t k = 2; k < 400; ++k) {
+        const double expected = course[8 * k - 11];
+        largest = std::max(largest, std::abs(expected));
+        ASSERT_NEAR(record.second_output.samples[k], expected, 1e-9 * std::max(1.0, largest))
+            << k << " " << friction;
+      }
+      EXPECT_GT(largest, 0.01);
+    }
+}
+
+TEST(SecondOutput, HasNoiseOfItsOwn) {
+  ExperimentConfig c = shaken(ControllerKind::none);
+  c.run.duration_s = 40.0;
+  c.measurement.second_output = data::SecondOutput::load_encoder;
+  const auto quiet = simulate_closed_loop(c).value().record;
+  c.measurement.second_noise = 2e-4;
+  const auto noisy = simulate_closed_loop(c).value().record;
+  EXPECT_EQ(quiet.output.samples, noisy.output.samples);
+  double square = 0.0, product = 0.0;
+  const auto clean = [&] {
+    ExperimentConfig silent = c;
+    silent.measurement.noise_rms = 0.0;
+    return simulate_closed_loop(silent).value().record.output.samples;
+  }();
+  const double n = static_cast<double>(quiet.samples());
+  for (std::size_t k = 0; k < quiet.samples(); ++k) {
+    const double second = (noisy.second_output.samples[k] - quiet.second_output.samples[k]) / 2e-4;
+    square += second * second / n;
+    product += second * (noisy.output.samples[k] - clean[k]) / 0.05 / n;
+  }
+  EXPECT_NEAR(square, 1.0, 4.0 * std::sqrt(2.0 / n));
+  EXPECT_NEAR(product, 0.0, 4.0 / std::sqrt(n));
+  c.drive = test::rigid();
+  EXPECT_EQ(std::string(simulate_closed_loop(c).error().field), "measurement.second_output");
 }
 
 }  // namespace

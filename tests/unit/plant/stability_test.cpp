@@ -71,6 +71,9 @@ bool decays(const ExperimentConfig& c, double gain) {
   loop_config.sample_rate_hz = c.run.sample_rate_hz;
   loop_config.delay_s = c.measurement.delay_s;
   loop_config.velocity = c.measurement.velocity;
+  const VelocityPath path = velocity_path(c.measurement, c.run.sample_rate_hz, 0.0);
+  loop_config.filter_pole = path.filter_pole;
+  loop_config.hold = path.hold;
   auto loop = test::make_loop(loop_config);
   constexpr int kSamples = 40000;
   double early = 0.0;
@@ -136,6 +139,42 @@ TEST(Stability, CheckFlipsWhereTheLoopDoes) {
   }
 }
 
+// With a filter, a hold and a position loop the loop that is simulated is the witness.
+TEST(Stability, KnowsFilterAndHold) {
+  for (const auto kind : {ControllerKind::pi, ControllerKind::cascade})
+    for (const auto& [filter_s, hold] : {std::pair{0.006, 1}, {0.0, 3}, {0.004, 4}}) {
+      ExperimentConfig c = cases()[3].config;
+      c.controller.kind = kind;
+      c.controller.position_gain = 6.0;
+      c.measurement.filter_s = filter_s;
+      c.measurement.hold_samples = static_cast<std::uint64_t>(hold);
+      const double checked = critical_gain([&](double gain) { return accepted(c, gain); });
+      const double simulated = critical_gain([&](double gain) { return decays(c, gain); });
+      EXPECT_NEAR(checked / simulated, 1.0, 1e-2) << filter_s << " " << hold;
+      ExperimentConfig plain = c;
+      plain.measurement.filter_s = 0.0;
+      plain.measurement.hold_samples = 1;
+      EXPECT_LT(checked, 0.97 * critical_gain([&](double gain) { return accepted(plain, gain); }));
+    }
+}
+
+// The position of a cascade is not filtered: seen from the filtered velocity, its law undoes the filter.
+TEST(Stability, FeedbackOfACascadeGivesTheTrueLoop) {
+  ExperimentConfig c = cases()[0].config;
+  c.controller.kind = ControllerKind::cascade;
+  c.controller.position_gain = 6.0;
+  c.controller.gain = 0.5;
+  c.measurement.filter_s = 0.004;
+  const auto truth = simulate_closed_loop(c).value().truth;
+  for (std::size_t i = 0; i < truth.loop.lines(); i += 37) {
+    const double f = truth.loop.frequency_hz[i];
+    if (f < 0.5) continue;  // the law's polynomials cancel towards its three integrators
+    const auto expected = truth.controller->response(f) * response(truth.sampled, f) *
+                          std::polar(1.0, -kTwoPi * f * c.measurement.delay_s);
+    EXPECT_LT(std::abs(truth.loop.value[i] - expected), 1e-9 * std::abs(expected)) << f;
+  }
+}
+
 // Beyond 400 samples the turns of the Nyquist curve are counted, not the poles found.
 TEST(Stability, LongDelaysAreJudgedToo) {
   for (const auto velocity : {VelocitySource::sensor, VelocitySource::encoder})
@@ -164,8 +203,8 @@ TEST(Stability, TurnsAndPolesAgree) {
                                           1.0 / config.run.sample_rate_hz);
       const auto sampled = drive->sampled(1.0);
       EXPECT_EQ(
-          loop_is_unstable(sampled, delay, config.measurement.velocity, feedback),
-          std::abs(dominant_loop_pole(sampled, delay, config.measurement.velocity, feedback)) > 1.0 + 1e-9)
+          loop_is_unstable(sampled, delay, {config.measurement.velocity}, feedback),
+          std::abs(dominant_loop_pole(sampled, delay, {config.measurement.velocity}, feedback)) > 1.0 + 1e-9)
           << name << " " << part;
     }
   }
@@ -232,8 +271,9 @@ TEST(Stability, TurnsSeeNarrowResonances) {
         const auto sampled = make_drive({drive, {}, {}, 0.0}, 20000.0, 0.0).value()->sampled(1.0);
         const auto feedback = data::pi_controller(gain, 0.5, 1.0 / 20000.0);
         const SampleDelay delay{samples, 0.0};
-        EXPECT_EQ(loop_is_unstable(sampled, delay, VelocitySource::sensor, feedback),
-                  std::abs(dominant_loop_pole(sampled, delay, VelocitySource::sensor, feedback)) > 1.0 + 1e-9)
+        EXPECT_EQ(
+            loop_is_unstable(sampled, delay, {VelocitySource::sensor}, feedback),
+            std::abs(dominant_loop_pole(sampled, delay, {VelocitySource::sensor}, feedback)) > 1.0 + 1e-9)
             << damping << " " << gain << " " << samples;
       }
     }

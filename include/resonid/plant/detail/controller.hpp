@@ -143,9 +143,14 @@ class Controller {
   [[nodiscard]] double following_error(double velocity) const noexcept;
 
   /// Linear law from measured velocity to -u, for judging the loop: C; R^-1 S; of a cascade
-  /// C_pi (1 + position_gain Ts z/(z-1)), position being the backward-Euler integral of velocity. None in
-  /// open loop.
-  [[nodiscard]] std::optional<data::TransferFunction> feedback() const;
+  /// C_pi (1 + position_gain Ts z/(z-1)), position being the backward-Euler integral of velocity: of that
+  /// before a filter of the velocity with this pole. None in open loop.
+  [[nodiscard]] std::optional<data::TransferFunction> feedback(double filter_pole = 0.0) const;
+  /// The same of the velocity loop alone, and the gain of the position loop around it, 0: none.
+  [[nodiscard]] std::optional<data::TransferFunction> velocity_feedback() const;
+  [[nodiscard]] double position_gain() const noexcept {
+    return uses_position() ? config_.position_gain : 0.0;
+  }
 
  private:
   using Filter = DiscreteFilter<double, kMaxOrder>;

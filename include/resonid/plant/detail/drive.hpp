@@ -64,6 +64,10 @@ class Drive {
   /// how a delay of a fraction of a sample is exact.
   virtual MassMotion advance(double torque) noexcept = 0;
 
+  /// The load's angle (rad, m) or acceleration (rad/s2, m/s2) at the instant that settle() or advance() last
+  /// returned the motion of; 0 without a second output.
+  [[nodiscard]] virtual double second_output() const noexcept = 0;
+
   [[nodiscard]] virtual std::vector<MassMotion> motions() const = 0;  ///< [mass], now
   [[nodiscard]] virtual double place() const noexcept = 0;            ///< As in settle().
   [[nodiscard]] virtual double stiffness_factor()
@@ -200,6 +204,7 @@ struct MachineConfig {
   FrictionConfig friction;
   DisturbanceConfig disturbance;
   double torque_lag_s = 0.0;  ///< Time constant of the torque loop, 0: none.
+  data::SecondOutput second_output = data::SecondOutput::none;
 };
 
 /// `early_fraction` in [0, 1), see Drive::advance; `longest_s` is how long the drive will run at most: over

@@ -7,6 +7,7 @@
 #include <resonid/base/constants.hpp>
 #include <resonid/base/enum_names.hpp>
 #include <resonid/base/expected.hpp>
+#include <resonid/data/record.hpp>
 #include <resonid/plant/detail/drive.hpp>
 #include <resonid/plant/detail/white_noise.hpp>
 #include <span>
@@ -29,6 +30,10 @@ struct MeasurementConfig {
   double noise_bandwidth_hz = 0.0;
   VelocitySource velocity = VelocitySource::sensor;
   double encoder_counts = 0.0;
+  double filter_s = 0.0;
+  std::uint64_t hold_samples = 1;
+  data::SecondOutput second_output = data::SecondOutput::none;
+  double second_noise = 0.0;
 };
 template <class Visitor>
 void describe(Visitor&& v, MeasurementConfig& c) {
@@ -40,6 +45,18 @@ void describe(Visitor&& v, MeasurementConfig& c) {
     "sensor (of velocity), or encoder: difference of two positions one sample apart over the sample time");
   v("encoder_counts", c.encoder_counts,
     "counts of the position encoder per turn (per m when linear), all edges; 0: not quantised");
+  v("filter_s", c.filter_s,
+    "time constant T of the drive's filter of the measured velocity, noise included, as controller and "
+    "record "
+    "see it: f(k) = p f(k-1) + (1-p) v(k), p = exp(-Ts/T); 0: none (s)");
+  v("hold_samples", c.hold_samples,
+    "the measured velocity, filtered, is renewed in every n-th sample only, n = 1 ... 64");
+  v("second_output", c.second_output,
+    "none, load-encoder (column load_position, rad) or load-accelerometer (column load_acceleration, "
+    "rad/s2): "
+    "motion of the load at the driven shaft, as late as the velocity; unfiltered");
+  v("second_noise", c.second_noise,
+    "standard deviation of white noise on the second output, >= 0 (its unit)");
 }
 
 [[nodiscard]] expected<void, Error> check(const MeasurementConfig& config) noexcept;
@@ -110,6 +127,42 @@ class MotionSensor {
   std::vector<MassMotion> line_;  // ring of whole + 1 motions; next_ is the oldest
   std::size_t next_ = 0;
   double last_position_ = 0.0;
+};
+
+/// How the velocity that is read becomes the measured one, and how a cascade sees the position.
+struct VelocityPath {
+  VelocitySource source = VelocitySource::sensor;
+  double filter_pole = 0.0;    ///< exp(-Ts/T) of the drive's filter, 0: none.
+  std::size_t hold = 1;        ///< Samples over which a value stays.
+  double position_gain = 0.0;  ///< Position loop of a cascade: its position is neither filtered nor held.
+};
+[[nodiscard]] VelocityPath velocity_path(const MeasurementConfig& config, double sample_rate_hz,
+                                         double position_gain) noexcept;
+
+/// What a drive makes of the velocity that it reads: filtered, then held.
+class VelocityFilter {
+ public:
+  explicit VelocityFilter(const VelocityPath& path) noexcept
+      : pole_(path.filter_pole), hold_(path.hold), passes_(path.filter_pole == 0.0 && path.hold <= 1) {}
+  void settle(double velocity) noexcept {
+    filtered_ = kept_ = velocity;
+    age_ = 0;
+  }
+  double step(double velocity) noexcept {
+    if (passes_) return velocity;
+    filtered_ = pole_ * filtered_ + (1.0 - pole_) * velocity;
+    if (age_ == 0) kept_ = filtered_;
+    age_ = age_ + 1 >= hold_ ? 0 : age_ + 1;
+    return kept_;
+  }
+
+ private:
+  double pole_;
+  std::size_t hold_;
+  bool passes_;
+  double filtered_ = 0.0;
+  double kept_ = 0.0;
+  std::size_t age_ = 0;  // samples since the value was renewed
 };
 
 }  // namespace resonid::plant
