@@ -133,7 +133,19 @@ expected<void, Error> check(const DriveConfig& c) noexcept {
     return refuse("motor_ground_stiffness", "must be >= 0", c.motor_ground_stiffness);
   if (!is_not_negative(c.load_ground_stiffness))
     return refuse("load_ground_stiffness", "must be >= 0", c.load_ground_stiffness);
+  if (!is_not_negative(c.backlash)) return refuse("backlash", "must be >= 0", c.backlash);
+  if (!is_not_negative(c.stiffening_twist))
+    return refuse("stiffening_twist", "must be >= 0", c.stiffening_twist);
+  if (c.structure == Structure::two_mass && bent_coupling(c).bends() && c.load_ground_stiffness > 0.0)
+    return refuse("load_ground_stiffness", "must be 0 beside backlash or stiffening_twist",
+                  c.load_ground_stiffness);
   return {};
+}
+
+BentCoupling bent_coupling(const DriveConfig& c) noexcept {
+  if (c.structure != Structure::two_mass) return {};
+  const double radius = c.radius_m > 0.0 ? c.radius_m : 1.0;
+  return {c.backlash / radius, c.stiffening_twist / radius};
 }
 
 double tooth_belt_stiffness(const DriveConfig& c, double position_m) noexcept {
@@ -216,7 +228,11 @@ expected<std::unique_ptr<Drive>, Error> make_drive(const MachineConfig& machine,
     return refuse("load_coulomb", "needs a load: this machine is rigid", machine.friction.load.coulomb);
   if (masses == 1)
     if (const auto ok = check_rigid(machine.disturbance); !ok) return unexpected(ok.error());
-  return elastic_drive(std::move(model), step, early_fraction);
+  if (!bent_coupling(machine.drive).bends()) return elastic_drive(std::move(model), step, early_fraction);
+  if (machine.disturbance.eccentricity != 0.0)
+    return refuse("eccentricity", "must be 0 beside backlash or stiffening_twist",
+                  machine.disturbance.eccentricity);
+  return bent_drive(std::move(model), step, early_fraction);
 }
 
 }  // namespace resonid::plant

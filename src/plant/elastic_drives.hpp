@@ -15,4 +15,7 @@ namespace resonid::plant {
 [[nodiscard]] std::unique_ptr<Drive> other_elastic_drive(Machine machine, double sample_time_s,
                                                          double early_fraction);
 
+/// BentDrive: two masses whose coupling has play or stiffens.
+[[nodiscard]] std::unique_ptr<Drive> bent_drive(Machine machine, double sample_time_s, double early_fraction);
+
 }  // namespace resonid::plant

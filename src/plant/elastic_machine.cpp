@@ -108,6 +108,15 @@ ElasticMachine::Law ElasticMachine::law() const {
   return law;
 }
 
+Eigen::MatrixXd ElasticMachine::open_law() const {
+  MassSystem open = machine.system(1.0);
+  for (Coupling& c : open.couplings) c.stiffness = c.damping = 0.0;
+  const ContinuousDrive drive = continuous_drive(open, lags_ ? machine.config().torque_lag_s : 0.0, scale_);
+  Eigen::MatrixXd law(drive.a.rows(), drive.a.cols() + drive.b.cols());
+  law << drive.a, drive.b;
+  return law;
+}
+
 unsigned ElasticMachine::pieces(double duration_s, bool dry) const {
   unsigned pieces = 1;
   if (!dry) return pieces;

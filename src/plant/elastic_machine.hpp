@@ -19,6 +19,8 @@ class ElasticMachine {
     [[nodiscard]] Eigen::MatrixXd at(double factor) const;
   };
   [[nodiscard]] Law law() const;
+  /// [state; command; torques] of the machine with its couplings open.
+  [[nodiscard]] Eigen::MatrixXd open_law() const;
   [[nodiscard]] double angle_scale() const noexcept { return scale_; }  ///< Of the states that are twists.
   [[nodiscard]] double first_stiffness() const noexcept { return first_stiffness_; }
 

@@ -93,6 +93,11 @@ template <int States>
 class TaylorMotion {
  public:
   using State = Few<States>;
+  struct Cubic {
+    std::size_t twist;         ///< Which state.
+    double per_twist, offset;  ///< d = per_twist x_twist - offset
+    State effect;              ///< On the rates, by d^3.
+  };
 
   /// `rate`: dx/dt at the start. `a` by columns; `norm`: not below its infinity norm. Where `locked` is 0,
   /// the state stays as it is.
@@ -129,6 +134,40 @@ class TaylorMotion {
     }
     terms_[count_ + 1].fill(0.0);
   }
+  /// The same of dx/dt = a x + effect d^3 + const with d = per_twist x_twist - offset, by the recursion of
+  /// the terms. False where the terms do not fall to rounding: the duration is too long then.
+  [[nodiscard]] bool expand_cubic(const State& start, const State& rate, const double* a, const State& locked,
+                                  double duration_s, const Cubic& cubic) noexcept {
+    std::array<double, kTerms + 2> d{}, square{};
+    cube_.fill(0.0);
+    terms_[0] = end_ = start;
+    double size = 0.0;  // of all but the angle, which acts on little
+    for (std::size_t i = 0; i + 1 < kStates; ++i) size = std::max(size, std::abs(start[i]));
+    bool small_before = false;
+    for (count_ = 0; count_ + 1 < kTerms;) {
+      const std::size_t k = count_;
+      d[k] = cubic.per_twist * terms_[k][cubic.twist] - (k == 0 ? cubic.offset : 0.0);
+      for (std::size_t j = 0; j <= k; ++j) square[k] += d[j] * d[k - j];
+      for (std::size_t j = 0; j <= k; ++j) cube_[k] += square[j] * d[k - j];
+      State slope = rate;
+      if (k > 0) {
+        slope = times(a, terms_[k]);
+        add(slope, cubic.effect.data(), cube_[k]);
+      }
+      for (std::size_t i = 0; i < kStates; ++i) slope[i] *= duration_s * locked[i];
+      put(++count_, slope, kInverse[k + 1]);
+      double term = 0.0;
+      for (std::size_t i = 0; i + 1 < kStates; ++i) term = std::max(term, std::abs(terms_[count_][i]));
+      size = std::max(size, term);
+      const bool small = term <= 1e-16 * size;
+      if (small && small_before) {
+        terms_[count_ + 1].fill(0.0);
+        return true;
+      }
+      small_before = small;
+    }
+    return false;
+  }
   [[nodiscard]] const State& end() const noexcept { return end_; }
   [[nodiscard]] State at(double s) const noexcept {
     const double square = s * s;  // even and odd powers apart: two short chains of products
@@ -148,6 +187,17 @@ class TaylorMotion {
     std::array<double, kTerms + 2> p{};
     for (std::size_t k = 0; k <= count_; ++k)
       for (std::size_t i = 0; i < kStates; ++i) p[k] += row[i] * terms_[k][i];
+    p[0] += offset;
+    return first_crossing_of(p, count_, end);
+  }
+  /// The same with `weight` d^3(s) added, after expand_cubic().
+  [[nodiscard]] double crossing_of(const State& row, double offset, double weight,
+                                   double end) const noexcept {
+    std::array<double, kTerms + 2> p{};
+    for (std::size_t k = 0; k <= count_; ++k) {
+      for (std::size_t i = 0; i < kStates; ++i) p[k] += row[i] * terms_[k][i];
+      p[k] += weight * cube_[k];
+    }
     p[0] += offset;
     return first_crossing_of(p, count_, end);
   }
@@ -177,6 +227,7 @@ class TaylorMotion {
   std::size_t count_ = 0;                // of the last term
   std::array<State, kTerms + 2> terms_;  // 0 above count_
   State end_{};
+  std::array<double, kTerms + 2> cube_{};  // of d^3, after expand_cubic()
 };
 
 }  // namespace resonid::plant

@@ -117,6 +117,7 @@ Truth truth_of(const ExperimentConfig& config, const Drive& drive, const Control
   }
   truth.resonances = resonances(truth.system);
   truth.antiresonances = antiresonances(truth.system);
+  truth.coupling = bent_coupling(config.drive);
   truth.torque_lag_s = config.actuator.lag_s;
   const double rate = config.run.sample_rate_hz;
   const VelocityPath path = velocity_path(config.measurement, rate, controller.position_gain());

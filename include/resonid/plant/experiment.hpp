@@ -78,10 +78,10 @@ struct Truth {
   MassSystem system;                                           ///< At the driven shaft.
   std::optional<data::TwoMassParameters> two_mass;             ///< Parameters of a two-mass machine only.
   std::vector<data::UndampedMode> resonances, antiresonances;  ///< Undamped, ascending.
-  double torque_lag_s = 0.0;                                   ///< Part of `plant`.
+  BentCoupling coupling;         ///< Model and response are those of the linear coupling in contact.
+  double torque_lag_s = 0.0;     ///< Part of `plant`.
   double output_filter_s = 0.0;  ///< Time constant of the filter of the measured velocity; part of `plant`.
-  std::size_t hold_samples =
-      1;  ///< Samples over which the measured velocity is held; part of `plant` in the mean.
+  std::size_t hold_samples = 1;  ///< Samples over which it is held then; part of `plant` in the mean.
   /// Zero-order-hold equivalent from u to what is measured, without the delay. A velocity from an encoder's
   /// differences is the mean over the past sample, and that is part of it; so are the filter of the velocity
   /// and, as 0 ... n-1 samples of delay in the mean, its hold.

@@ -114,6 +114,11 @@ void describe_parameters(Fields& f, Truth& truth) {
   if (flexible)
     parameter(f, {"load_viscous_friction", "viscous friction of the load"}, load, units.damping, load > 0.0);
   describe_ground(f, system, units);
+  std::string twist = truth.motion == data::Motion::rotary ? "rad" : "m";
+  parameter(f, {"backlash", "whole width of the play in the coupling"}, truth.coupling.play, twist,
+            truth.coupling.play > 0.0);
+  parameter(f, {"stiffening_twist", "twist at which the coupling's torque is twice the linear one"},
+            truth.coupling.stiffening_twist, twist, truth.coupling.stiffening_twist > 0.0);
   parameter(f, {"coulomb_friction", "Coulomb friction of the driven side"}, truth.friction.coulomb,
             units.torque, truth.friction.any());
   parameter(f, {"coulomb_friction_negative", "the same in the negative direction, where it differs"},

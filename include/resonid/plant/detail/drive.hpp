@@ -116,6 +116,8 @@ struct DriveConfig {
   double stroke_to_m = 0.0;
   double motor_ground_stiffness = 0.0;
   double load_ground_stiffness = 0.0;
+  double backlash = 0.0;
+  double stiffening_twist = 0.0;
 };
 
 /// The fields in the order of reading; `structure` is set first and selects the rest.
@@ -181,6 +183,15 @@ void describe(Visitor&& v, DriveConfig& c) {
   if (coupled)
     v("load_ground_stiffness", c.load_ground_stiffness,
       "the same on the load, referred to the driven shaft, >= 0 (Nm/rad)");
+  if (c.structure == Structure::two_mass) {
+    v("backlash", c.backlash,
+      "whole width of the play in the coupling, within which it gives no torque; 0: none (rad; m of a belt "
+      "when "
+      "radius_m is given)");
+    v("stiffening_twist", c.stiffening_twist,
+      "twist d0 at which the coupling's restoring torque, stiffness d (1 + (d/d0)^2), is twice that of the "
+      "linear one, d beyond the play; 0: linear (as backlash)");
+  }
 }
 
 [[nodiscard]] expected<void, Error> check(const DriveConfig& config) noexcept;
@@ -188,6 +199,14 @@ void describe(Visitor&& v, DriveConfig& c) {
 /// Stiffness that the cart of a tooth belt sees at a position (METHOD 2.2):
 /// K1 + K2 K3/(K2 + K3) with Ki = c/li, l1 the position.
 [[nodiscard]] double tooth_belt_stiffness(const DriveConfig& config, double position_m) noexcept;
+
+/// Play and the twist at which the torque doubles, at the driven shaft (rad, m); 0: none, and linear.
+struct BentCoupling {
+  double play = 0.0;
+  double stiffening_twist = 0.0;
+  [[nodiscard]] bool bends() const noexcept { return play > 0.0 || stiffening_twist > 0.0; }
+};
+[[nodiscard]] BentCoupling bent_coupling(const DriveConfig& config) noexcept;
 
 /// The machine's masses and couplings at the driven shaft, with every stiffness times `factor`. A tooth belt
 /// is taken at the position; its damping follows its stiffness.
