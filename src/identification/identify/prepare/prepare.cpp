@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <identification/criteria.hpp>
 #include <identification/identify/measure/methods.hpp>
 #include <identification/identify/prepare/choices.hpp>
@@ -16,11 +15,6 @@ RecordFacts facts_of(const data::Record& record) {
   return {record.source,         record.samples(),   record.sample_rate_hz,  record.sampling.time_name,
           record.input.name,     record.output.name, record.excitation.name, record.reference.name,
           record.output_quantity};
-}
-
-bool moves(const data::Channel& channel) {
-  const auto [low, high] = std::minmax_element(channel.samples.begin(), channel.samples.end());
-  return channel.present() && *low < *high;
 }
 
 /// The record without the periods in which transients last.
@@ -52,10 +46,6 @@ expected<Prepared, Error> prepare(data::Record record, const Options& options) {
   auto cut = without_transient(std::move(record), options);
   if (!cut) return tl::unexpected(std::move(cut.error()));
   Prepared prepared{std::move(*cut), {}, ExcitationSource::none};
-  // Where nothing is injected, the motion excites.
-  if (prepared.record.excitation.present() && !moves(prepared.record.excitation) &&
-      moves(prepared.record.input))
-    prepared.record.excitation = {};
   prepared.facts = facts_of(prepared.record);
   prepared.source = complete_excitation(prepared.record, options);
   return prepared;

@@ -19,8 +19,8 @@ struct Variant {
   fit::Structure structure = fit::Structure::two_mass;
   bool friction = false;
   bool delay = false;
-  bool dry = false;                     ///< Dry friction; told by the record only.
-  std::vector<fit::Parameter> further;  ///< fit::OutputErrorConfig::further
+  bool dry = false;                          ///< Dry friction; told by the record only.
+  std::vector<fit::Parameter> further = {};  ///< fit::OutputErrorConfig::further
   fit::Velocity velocity = fit::Velocity::sampled;
 
   [[nodiscard]] bool has(fit::Parameter parameter) const {
