@@ -119,7 +119,13 @@ std::optional<std::pair<double, double>> coherent_band(const response::LineEstim
   for (std::size_t i = 0, k = 0; i < g.lines(); ++i) {
     while (k < lines.lines.size() && lines.lines[k].frequency_hz < g.frequency_hz[i]) ++k;
     x.push_back(std::log(g.frequency_hz[i]));
-    known.push_back(k < own.size() && own[k] && g.std[i] < kCriteria.usable_line * std::abs(g.value[i]));
+    // An indirect response may look known where it is noise: its coherence tells.
+    constexpr double kChance = 4.0;  // times 1/degrees: exceeded by 2 % of noise
+    const bool coherent =
+        k < own.size() &&
+        (!std::isfinite(lines.lines[k].coherence) || !std::isfinite(lines.lines[k].degrees_of_freedom) ||
+         lines.lines[k].coherence * lines.lines[k].degrees_of_freedom > kChance);
+    known.push_back(coherent && own[k] && g.std[i] < kCriteria.usable_line * std::abs(g.value[i]));
   }
   std::vector<Run> stretches;
   for (const auto& run : known_runs(x, known)) {
