@@ -2,7 +2,9 @@
 #include <algorithm>
 #include <cmath>
 #include <identification/criteria.hpp>
+#include <identification/identify/measure/measure.hpp>
 #include <identification/identify/measure/methods.hpp>
+#include <identification/identify/prepare/prepare.hpp>
 #include <identification/linear_simulation.hpp>
 #include <identification/validate/evidence.hpp>
 #include <resonid/base/constants.hpp>
@@ -55,6 +57,28 @@ Options as_measured(Options options, const std::string& method) {
   return options;
 }
 
+/// The response from input to residual at the lines of the measured one: what is left chooses neither band
+/// nor resolution.
+expected<data::FrequencyResponse, Error> response_at(const data::Record& left, const Options& own,
+                                                     const std::vector<double>& hz) {
+  auto experiment = plan_experiment(left, own);
+  if (!experiment) return tl::unexpected(experiment.error());
+  Plan plan = experiment->plan;
+  if (plan.method == Method::welch && plan.period_samples == 0 && hz.size() > 1) {
+    const double spacing = hz[1] - hz[0];
+    plan.segment_samples = static_cast<std::size_t>(std::lround(left.sample_rate_hz / spacing));
+    plan.low_hz = hz.front() - 0.5 * spacing;
+    plan.high_hz = std::min(hz.back() + 0.5 * spacing, 0.5 * left.sample_rate_hz);
+  } else if (plan.method == Method::local_rational) {
+    plan.grid_hz = hz;
+  } else {
+    auto result = identify(left, own);
+    if (!result) return tl::unexpected(result.error());
+    return std::move(result->response);
+  }
+  return measure_response(experiment->record, plan, own);
+}
+
 /// From input to residual; in closed-loop prediction that is S times the model's error.
 std::optional<data::FrequencyResponse> error_response(const data::Record& record, const Options& options,
                                                       const Options& own, const ModelValidation& v,
@@ -63,9 +87,9 @@ std::optional<data::FrequencyResponse> error_response(const data::Record& record
   std::fill(left.output.samples.begin(), left.output.samples.end(), 0.0);
   std::copy(v.residual.begin(), v.residual.end(),
             left.output.samples.begin() + static_cast<std::ptrdiff_t>(v.first_sample));
-  auto result = identify(left, own);
-  if (!result || result->response.frequency_hz != model.frequency_hz) return std::nullopt;
-  auto& error = result->response;
+  auto measured = response_at(left, own, model.frequency_hz);
+  if (!measured || measured->frequency_hz != model.frequency_hz) return std::nullopt;
+  auto& error = *measured;
   if (v.approach != "indirect" || !options.controller) return std::move(error);
   for (std::size_t i = 0; i < error.lines(); ++i) {
     const double f = error.frequency_hz[i];
