@@ -59,7 +59,8 @@ std::vector<Finding> findings_of(const Experiment& experiment, const Measurement
       if (finding.id == "incoherent" || finding.id == "reversed") finding.severity = Severity::info;
   if (fitted.black_box) inspect_black_box(fitted.black_box->result, findings);
   if (fitted.to_record()) downweight_incoherent(m.evidence, findings);
-  if (fitted.black_box)  // which may have such a pair of poles
+  // A black box may have such a pair of poles, a drive model the spring.
+  if (fitted.black_box || (fitted.drive && fitted.drive->result.drive.grounded()))
     for (auto& f : findings)
       if (f.id == "spring-to-ground") f.severity = Severity::info;
   const bool of_model = biased_without_model(m, fitted, options) || options.method == Method::model;
