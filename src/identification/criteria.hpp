@@ -38,7 +38,7 @@ struct Criteria {
   double bias_uncertainty = 1.0 / 3.0;  ///< Of the bias taken out, kept as its standard deviation.
   double most_bias = 10.0;  ///< Beyond it the autoregression's own response vanishes and tells nothing.
   double controller_difference =
-      0.05;  ///< Of |C|, from which a told controller is another: a phase moves by up to 3 deg ...
+      0.02;  ///< Of |C|, from which a told controller is another: a phase moves by up to 1 deg ...
   double controller_deviations = 3.0;  ///< ... and beyond the error bars (0.3 % false alarms).
   double noisy_input = 2e-3;  ///< Of u - ru, below which simulation from u is biased within its error bars.
   double orientation_line = 0.3;   ///< std/|G| of a line whose phase is taken for that of the drive.
@@ -77,7 +77,10 @@ struct Criteria {
   double constancy_false_alarm =
       1e-3;  ///< Probability, per record, that a parameter that stays the same is said to change.
   double constant_parameter =
-      0.005;  ///< Scatter over value of an inertia or a stiffness that one value describes.
+      0.005;             ///< Scatter over value of an inertia or a stiffness that one value describes.
+  double outlier = 6.0;  ///< Standard deviations, by the median; of Gaussian noise one sample in 5e8.
+  std::size_t fewest_outliers = 4;
+  double outlier_share = 2e-4;  ///< Of the samples.
   double contradicted_inertia =
       0.01;  ///< Of the inertia in all, by which a model may differ from what its motion took ...
   double contradicted_deviations = 4.0;  ///< ... and beyond both error bars.

@@ -137,6 +137,14 @@ struct IndependentValidation {
   std::string verdict;  ///< "accepted", "doubtful", "rejected".
 };
 
+/// What holds of a result by itself, where the whole need not be trusted.
+struct Reliability {
+  bool response = false;    ///< The lines that are known to 30 %.
+  bool resonances = false;  ///< All that are given.
+  bool parameters = false;  ///< Of the drive model.
+  bool margins = false;
+};
+
 struct Result {
   RecordFacts record;
   Units units;
@@ -161,6 +169,7 @@ struct Result {
   std::vector<double> residual;    ///< [sample] of the model's simulation; empty without a model.
   std::size_t residual_start = 0;  ///< Sample of the record at which it begins.
   bool trusted = false;
+  Reliability reliable;
   std::vector<diagnostics::Finding> findings;
 };
 

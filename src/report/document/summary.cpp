@@ -186,6 +186,16 @@ std::vector<std::string> sentences(const Result& result) {
   return list;
 }
 
+std::string reliable_text(const identification::Reliability& r) {
+  std::vector<const char*> parts;
+  if (r.response) parts.push_back("the measured response");
+  if (r.resonances) parts.push_back("the resonances");
+  if (r.parameters) parts.push_back("the parameters");
+  if (r.margins) parts.push_back("the margins");
+  if (parts.empty()) return {};
+  return fmt::format("Reliable by themselves: {}.\n", fmt::join(parts, ", "));
+}
+
 std::string summary_text(const Result& result) {
   const double z = two_sided_quantile(result.confidence);
   const auto& r = result.record;
@@ -203,6 +213,7 @@ std::string summary_text(const Result& result) {
   text += findings_text(result.findings);
   text +=
       result.trusted ? "\nTrusted.\n" : "\nNOT trusted: the result is not reliable; see the errors above.\n";
+  if (!result.trusted) text += reliable_text(result.reliable);
   return text;
 }
 

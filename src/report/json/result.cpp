@@ -202,6 +202,15 @@ void describe(Fields& f, Result& r) {
   f.assumed({"confidence", "confidence of all intervals", "", positive}, r.confidence);
   describe_result(f, r);
   f({"trusted", "no finding is an error"}, r.trusted);
+  f.object(
+      {"reliable", "what holds by itself, where the whole need not be trusted"}, true,
+      [&] {
+        f({"response", "the lines that are known to 30 %"}, r.reliable.response);
+        f({"resonances", "all that are given"}, r.reliable.resonances);
+        f({"parameters", "of the drive model"}, r.reliable.parameters);
+        f({"margins", "of the loop"}, r.reliable.margins);
+      },
+      Presence::assumed);
   f({"findings", "what to know of record and result"}, r.findings);
 }
 

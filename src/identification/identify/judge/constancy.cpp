@@ -5,6 +5,8 @@
 #include <cmath>
 #include <identification/criteria.hpp>
 #include <identification/identify/judge/constancy.hpp>
+#include <resonid/base/detail/statistics.hpp>
+#include <resonid/fit/detail/noise_model.hpp>
 #include <string>
 
 namespace resonid::identification::detail {
@@ -78,6 +80,29 @@ std::optional<diagnostics::Finding> inspect_constancy(const std::vector<fit::Con
   return diagnostics::Finding{over_frequency ? "differs-over-frequency" : "changes-within-recording",
                               moves ? Severity::error : Severity::info, largest, kCriteria.constant_parameter,
                               std::move(text)};
+}
+
+std::optional<diagnostics::Finding> inspect_outliers(const fit::OutputErrorFit& fit, double sample_time_s) {
+  const auto white = fit::whiten(fit.residual, fit.noise);
+  std::vector<double> sizes;
+  for (const double e : white) sizes.push_back(std::abs(e));
+  constexpr double kGaussian = 0.6745;  // median of |e| over the standard deviation
+  const double deviation = median(sizes) / kGaussian;
+  std::size_t count = 0, first = 0;
+  for (std::size_t k = 0; k < sizes.size(); ++k)
+    if (sizes[k] > kCriteria.outlier * deviation && count++ == 0) first = k;
+  const double share =
+      static_cast<double>(count) / static_cast<double>(std::max<std::size_t>(1, sizes.size()));
+  if (!(deviation > 0.0) || count < kCriteria.fewest_outliers || share < kCriteria.outlier_share)
+    return std::nullopt;
+  return diagnostics::Finding{
+      "disturbed-samples", Severity::error, share, kCriteria.outlier_share,
+      fmt::format(
+          "{} samples, the first after {:.4g} s, lie beyond {:g} standard deviations of the noise: samples "
+          "are "
+          "missing or doubled, impacts or load steps disturb the drive, or it does something that the model "
+          "does not hold.",
+          count, static_cast<double>(fit.first_sample + first) * sample_time_s, kCriteria.outlier)};
 }
 
 }  // namespace resonid::identification::detail

@@ -20,4 +20,9 @@ void widen(const std::vector<fit::Constancy>& inconstant, fit::DriveModel& model
 [[nodiscard]] std::optional<diagnostics::Finding> inspect_constancy(
     const std::vector<fit::Constancy>& inconstant, const fit::DriveModel& model, bool over_frequency);
 
+/// Samples that nothing of a drive explains, as missing, doubled or disturbed ones leave:
+/// `disturbed-samples`.
+[[nodiscard]] std::optional<diagnostics::Finding> inspect_outliers(const fit::OutputErrorFit& fit,
+                                                                   double sample_time_s);
+
 }  // namespace resonid::identification::detail

@@ -1,12 +1,16 @@
 // SPDX-License-Identifier: MIT
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <identification/criteria.hpp>
 #include <identification/identify/judge/judge.hpp>
 #include <identification/identify/judge/loop.hpp>
 #include <identification/identify/judge/modes.hpp>
+#include <identification/identify/judge/reliability.hpp>
 #include <identification/identify/judge/shown_modes.hpp>
 #include <identification/identify/judge/trust.hpp>
 #include <identification/identify/judge/validation.hpp>
+#include <resonid/base/detail/statistics.hpp>
 
 namespace resonid::identification::detail {
 namespace {
@@ -93,7 +97,39 @@ void discard_undetermined(Result& result) {
                                "longer, or take a lower .order."});
 }
 
-void judge_loop(const Measurement& m, const Options& options, Result& result) {
+/// A told controller against what the lines show of it, where u and y by themselves show none: the output may
+/// be late, held or filtered between the controller and the record.
+std::optional<Finding> inspect_told_controller(const Measurement& m, const Options& options) {
+  if (!options.controller || m.evidence.controller || m.plan.approach != Approach::joint ||
+      m.lines.output_quantity != data::OutputQuantity::velocity)
+    return std::nullopt;
+  const auto shown = response::controller_response(m.lines);
+  if (!shown || shown->std.size() != shown->lines()) return std::nullopt;
+  std::vector<double> relative, bars;
+  for (std::size_t i = 0; i < shown->lines(); ++i) {
+    const double size = std::abs(shown->value[i]);
+    if (!(shown->std[i] < kCriteria.margin_line * size)) continue;
+    const double difference =
+        std::abs(options.controller->response(shown->frequency_hz[i]) - shown->value[i]);
+    relative.push_back(difference / size);
+    bars.push_back(difference / std::max(shown->std[i], 1e-300));
+  }
+  constexpr std::size_t kFewest = 5;
+  if (relative.size() < kFewest) return std::nullopt;
+  const double typical = median(std::move(relative));
+  if (!(typical > kCriteria.controller_difference) ||
+      !(median(std::move(bars)) > kCriteria.controller_deviations))
+    return std::nullopt;
+  return Finding{
+      "controller-differs", Severity::error, typical, kCriteria.controller_difference,
+      fmt::format("What input and excitation show of the controller, (Ru - U)/Y, typically differs by {:.0f} "
+                  "% from the one given: another one ran, or the recorded output is not what it was fed "
+                  "(late, filtered, held). The margins are not those of the loop.",
+                  100.0 * typical)};
+}
+
+void judge_loop(const Measurement& m, const Options& options, std::optional<double> motion_bandwidth_hz,
+                Result& result) {
   if (auto loop = response::loop_response(m.lines)) result.measured_loop = std::move(*loop);
   const Options real = with_real_controller(m, options);
   const bool identified = m.evidence.controller && (!options.controller || m.controller_differs);
@@ -108,6 +144,10 @@ void judge_loop(const Measurement& m, const Options& options, Result& result) {
     if (auto finding = include_controller(*m.evidence.controller, m.plan, loop_with, *result.loop))
       result.findings.push_back(std::move(*finding));
   }
+  // A motion of few frequencies says nothing of where the loop crosses over.
+  const auto crossover = result.loop ? result.loop->margins.crossover_hz() : std::nullopt;
+  if (motion_bandwidth_hz && !(crossover && *crossover < *motion_bandwidth_hz)) result.loop.reset();
+  if (auto differs = inspect_told_controller(m, options)) result.findings.push_back(std::move(*differs));
   inspect_loop(result);
 }
 
@@ -141,6 +181,9 @@ Result judge(const Experiment& experiment, const Measurement& m, Fitted fitted, 
   if (fitted.drive) result.model = fitted.drive->result;
   if (fitted.black_box) result.black_box = fitted.black_box->result;
   if (!fitted.black_box) inspect_model(m.plan, options, fitted.drive, result);
+  std::optional<double> bandwidth_hz;
+  if (in_motion(fitted) && fitted.drive->result.drive.structure == fit::Structure::rigid)
+    bandwidth_hz = experiment.motion->bandwidth_hz;
   put_validation(experiment.record, m.lines, std::move(fitted), result);
   inspect_validation(result);
   result.modes = modes_of_model(m, result);
@@ -148,7 +191,7 @@ Result judge(const Experiment& experiment, const Measurement& m, Fitted fitted, 
   if (!m.evidence.biased())
     hold_against_response(result.response, fit::response_modes(result.response), result);
   result.roots = roots_of(result);
-  judge_loop(m, options, result);
+  judge_loop(m, options, bandwidth_hz, result);
   return result;
 }
 
@@ -160,6 +203,7 @@ void conclude(Result& result) {
     result.response.coherence = std::move(coherence);
   }
   result.trusted = trusted(result);
+  result.reliable = reliability_of(result);
 }
 
 }  // namespace resonid::identification::detail

@@ -152,7 +152,8 @@ bool model_holds(const Result& result) {
   return std::none_of(result.findings.begin(), result.findings.end(), [](const Finding& f) {
     return f.severity == Severity::error &&
            (f.id == "misfit" || f.id == "explains-nothing" || f.id == "unphysical-damping" ||
-            f.id == "mode-above-nyquist" || f.id == "unstable-model" || f.id == "response-shows-less");
+            f.id == "mode-above-nyquist" || f.id == "differs-over-frequency" || f.id == "dry-friction" ||
+            f.id == "unstable-model" || f.id == "response-shows-less");
   });
 }
 

@@ -93,6 +93,7 @@ void inspect_model(const Plan& plan, const Options& options, const std::optional
   }
   const auto& model = selection->result;
   if (selection->contradiction) findings.push_back(*selection->contradiction);
+  if (selection->outliers) findings.push_back(*selection->outliers);
   for (const bool over_frequency : {false, true})
     if (auto changes = inspect_constancy(selection->inconstant, model.drive, over_frequency))
       findings.push_back(std::move(*changes));

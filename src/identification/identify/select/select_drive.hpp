@@ -19,6 +19,7 @@ struct Selection {
   double residual_rms = 0.0;                     ///< Likewise.
   std::vector<double> fit_percents;              ///< [record]; empty for a model of the response.
   std::vector<fit::Consistency> against_others;  ///< [record] Of several, where fitted to them.
+  std::optional<diagnostics::Finding> outliers;  ///< Of the residual of a single record.
   std::vector<fit::Constancy> inconstant;        ///< Parameters that a single record shows to change.
   std::vector<StructureTrial> structures;        ///< All that were fitted, the simplest first.
   Choice choice;                                 ///< Of the structure.

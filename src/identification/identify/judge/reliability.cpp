@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: MIT
+#include <algorithm>
+#include <array>
+#include <identification/criteria.hpp>
+#include <identification/identify/judge/reliability.hpp>
+#include <string_view>
+
+namespace resonid::identification::detail {
+namespace {
+
+/// Errors of the model alone, and of the controller; all others are of the record, and nothing holds.
+constexpr std::array<std::string_view, 15> kOfModel = {"no-model",
+                                                       "misfit",
+                                                       "explains-nothing",
+                                                       "unphysical-damping",
+                                                       "mode-above-nyquist",
+                                                       "unstable-model",
+                                                       "not-converged",
+                                                       "response-shows-more",
+                                                       "response-shows-less",
+                                                       "differs-over-frequency",
+                                                       "dry-friction",
+                                                       "uncertain-inertia",
+                                                       "uncertain-resonance",
+                                                       "spring-to-ground",
+                                                       "fails-on-held-back"};
+constexpr std::string_view kOfController = "controller-differs";
+
+bool of_model(std::string_view id) {
+  return std::find(kOfModel.begin(), kOfModel.end(), id) != kOfModel.end();
+}
+
+}  // namespace
+
+Reliability reliability_of(const Result& result) {
+  bool record = true, model = true, controller = true;
+  for (const auto& f : result.findings) {
+    if (f.severity != diagnostics::Severity::error) continue;
+    if (f.id == kOfController)
+      controller = false;
+    else if (of_model(f.id))
+      model = false;
+    else
+      record = false;
+  }
+  const auto& g = result.response;
+  std::size_t known = 0;
+  for (std::size_t i = 0; i < g.lines() && i < g.std.size(); ++i)
+    if (g.std[i] < kCriteria.margin_line * std::abs(g.value[i])) ++known;
+  constexpr std::size_t kFew = 3;
+  Reliability r;
+  r.response = record && known >= kFew;
+  r.parameters = record && model && result.model.has_value();
+  const bool box = record && model && result.black_box.has_value();
+  r.resonances = !result.modes.empty() && (r.response || r.parameters || box) &&
+                 std::all_of(result.modes.begin(), result.modes.end(), [&](const data::Mode& m) {
+                   const auto& f = m.frequency_hz;
+                   return f.std < kCriteria.uncertain_resonance * f.value &&
+                          (m.from_model ? r.parameters || box : r.response);
+                 });
+  r.margins = controller && result.loop.has_value() &&
+              (result.loop->source == "model" ? r.parameters || box : r.response);
+  return r;
+}
+
+}  // namespace resonid::identification::detail
