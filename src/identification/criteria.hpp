@@ -50,7 +50,7 @@ struct Criteria {
   double residual_beyond_chance = 1.5;  ///< Times the 3 % limit of a lag: 0.1 % for each of 40.
   double holdout_clear = 10.0;          ///< Gain in the hold-out score that decides: odds of 150 to 1.
   double contradicted = 10.0;           ///< Times that gain, lost over the whole record: then it was chance.
-  double third_mass = 50.0;             ///< In BIC of lines: a third mass explains some of any bias.
+  double biased_lines = 50.0;           ///< In BIC of lines: a further parameter explains some of any bias.
   double ruled_out = 300.0;             ///< In BIC of lines that may repeat one another.
   double more_parameters = 8.0;         ///< In BIC, for friction or delay that only lines ask for.
   double dry_friction_found = 4.0;      ///< Standard deviations from none.

@@ -84,6 +84,8 @@ TEST(Recovery, NoiseFreeRecordsGiveTheParametersBack) {
              << (experiment.controller.kind == plant::ControllerKind::none ? "open" : "closed") << " loop, "
              << (experiment.excitation.kind == online::Kind::prbs ? "PRBS" : "chirp") << ", delay "
              << experiment.measurement.delay_s << " s\n";
+    for (const auto& f : result->findings)
+      if (f.severity == diagnostics::Severity::error) RC_LOG() << f.meaning << "\n";
     RC_ASSERT(result->model->drive.structure == fit::Structure::two_mass);
     RC_ASSERT(worst_relative_error(result->model->drive.parameters, c.drive) < 1e-3);
     RC_ASSERT(result->trusted);

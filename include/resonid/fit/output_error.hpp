@@ -68,7 +68,7 @@ struct OutputErrorFit {
   NoiseModel noise;          ///< Model of the residual.
   std::optional<HoldoutFit> holdout;
   std::vector<Constancy> constancy;  ///< [estimated parameter] Empty with hold-out samples or a given model.
-  std::vector<Lacking> lacking;      ///< Of what the structure may have beside; as `constancy`.
+  std::vector<Lacking> lacking;      ///< Score tests of what the structure may have beside; as `constancy`.
   double bic = 0.0;                  ///< Bayesian information criterion; comparable on the same record.
 };
 

@@ -48,7 +48,7 @@ struct ResponseFit {
   /// How many neighbouring lines say the same: by smoothing, or since the model is wrong in a smooth way.
   double repetition = 1.0;
   std::size_t lines = 0, parameters = 0;  ///< Fitted lines, estimated parameters.
-  std::vector<Lacking> lacking = {};  ///< Of what the structure may have beside, lines taken for independent.
+  std::vector<Lacking> lacking = {};      ///< Score tests of the like, lines taken for independent.
 
   /// The criterion when so many neighbouring lines are worth one.
   [[nodiscard]] double bic_for(double lines_per_independent_line) const;

@@ -141,7 +141,7 @@ struct IndependentValidation {
 struct Reliability {
   bool response = false;    ///< The lines that are known to 30 %.
   bool resonances = false;  ///< All that are given.
-  bool parameters = false;  ///< Of the drive model.
+  bool parameters = false;  ///< Those of the drive model.
   bool margins = false;
 };
 

@@ -132,8 +132,9 @@ void describe_drive(Fields& f, identification::Result& result, identification::M
            Presence::assumed);
   f.assumed({"model_error", "relative difference to the measured response that noise does not explain"},
             model.model_error);
-  f.choice({"velocity", "measured at the sample itself, or by differences: the mean over the past sample"},
-           drive.velocity, Presence::assumed);
+  if (!f.writing() || f.sketching() || drive.velocity != fit::Velocity::sampled)
+    f.choice({"velocity", "measured at the sample itself, or by differences: the mean over the past sample"},
+             drive.velocity, Presence::assumed);
   f.object({"parameters", "physical parameters, referred to the driven shaft"}, [&] {
     for (const auto& text : kParameters) describe_parameter(f, text, drive, result.units);
     if (!f.reading() && (result.radius_m || f.sketching()) && drive.structure != fit::Structure::rigid)

@@ -203,7 +203,8 @@ void describe(Fields& f, Result& r) {
   describe_result(f, r);
   f({"trusted", "no finding is an error"}, r.trusted);
   f.object(
-      {"reliable", "what holds by itself, where the whole need not be trusted"}, true,
+      {"reliable", "what holds by itself, where the whole need not be trusted; absent: nothing"},
+      r.reliable.response || r.reliable.resonances || r.reliable.parameters || r.reliable.margins,
       [&] {
         f({"response", "the lines that are known to 30 %"}, r.reliable.response);
         f({"resonances", "all that are given"}, r.reliable.resonances);

@@ -84,6 +84,8 @@ std::optional<diagnostics::Finding> inspect_constancy(const std::vector<fit::Con
 
 std::optional<diagnostics::Finding> inspect_outliers(const fit::OutputErrorFit& fit, double sample_time_s) {
   const auto white = fit::whiten(fit.residual, fit.noise);
+  constexpr double kRounding = 1e-4;  // per cent of the output that a fit leaves
+  if (fit.fit_percent > 100.0 - kRounding) return std::nullopt;
   std::vector<double> sizes;
   for (const double e : white) sizes.push_back(std::abs(e));
   constexpr double kGaussian = 0.6745;  // median of |e| over the standard deviation

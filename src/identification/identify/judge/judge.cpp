@@ -10,6 +10,7 @@
 #include <identification/identify/judge/shown_modes.hpp>
 #include <identification/identify/judge/trust.hpp>
 #include <identification/identify/judge/validation.hpp>
+#include <identification/identify/select/simulate_and_correct.hpp>
 #include <resonid/base/detail/statistics.hpp>
 
 namespace resonid::identification::detail {
@@ -95,6 +96,29 @@ void discard_undetermined(Result& result) {
                                "The black box has resonances, but the record determines none of them: excite "
                                "more strongly or record "
                                "longer, or take a lower .order."});
+}
+
+/// What model and response say of each other's modes. Where they differ it may be the method: a fast sweep
+/// smears a sharp resonance, short segments a deep dip. Then the response is judged as it comes from the
+/// model by the same method.
+void hold_against_measured(const Experiment& experiment, const Measurement& m, const Options& options,
+                           Result& result) {
+  const auto judged_by = [&](const data::FrequencyResponse& response) {
+    Result judged = result;
+    hold_against_response(response, fit::response_modes(response), judged);
+    return judged;
+  };
+  Result judged = judged_by(result.response);
+  const bool contradicted = std::any_of(judged.findings.begin(), judged.findings.end(), [](const Finding& f) {
+    return f.id == "response-shows-more" || f.id == "response-shows-less";
+  });
+  if (contradicted && result.model && result.model->from_record && experiment.record.input.present()) {
+    const Measure measure = [&](const data::Record& r) { return measure_response(r, m.plan, options); };
+    const auto corrected =
+        corrected_response(experiment.record, result.response, result.model->drive, options.delay_s, measure);
+    if (corrected) judged = judged_by(*corrected);
+  }
+  result = std::move(judged);
 }
 
 /// A told controller against what the lines show of it, where u and y by themselves show none: the output may
@@ -188,8 +212,7 @@ Result judge(const Experiment& experiment, const Measurement& m, Fitted fitted, 
   inspect_validation(result);
   result.modes = modes_of_model(m, result);
   if (result.black_box) discard_undetermined(result);
-  if (!m.evidence.biased())
-    hold_against_response(result.response, fit::response_modes(result.response), result);
+  if (!m.evidence.biased()) hold_against_measured(experiment, m, options, result);
   result.roots = roots_of(result);
   judge_loop(m, options, bandwidth_hz, result);
   return result;

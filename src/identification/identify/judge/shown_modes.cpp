@@ -142,9 +142,9 @@ Finding shows_more(const std::vector<fit::ResponseMode>& lacking, bool drive) {
 
 Finding shows_less(const diagnostics::ResponseExtremum& e) {
   return {"response-shows-less", Severity::error, e.prominence_db, kCriteria.striking_mode_db,
-          fmt::format("The model has an {} ({:.0f} dB) where the measured response shows none, though its "
+          fmt::format("The model has {} {} ({:.0f} dB) where the measured response shows none, though its "
                       "lines are known there: the model imitates something else.",
-                      name_of(e.minimum, e.frequency_hz), e.prominence_db)};
+                      e.minimum ? "an" : "a", name_of(e.minimum, e.frequency_hz), e.prominence_db)};
 }
 
 /// Whether findings say already that the model is not the machine.
@@ -193,9 +193,7 @@ void hold_against_response(const data::FrequencyResponse& response,
       }
   }
   if (shown.empty()) return;
-  if (result.modes.empty())
-    take(modes_of(shown), "the model has none; each by a local rational fit", result);
-  else if (!model_holds(result)) {
+  if (!model_holds(result)) {
     result.modes.clear();
     take(modes_of(shown), "the model does not hold; each by a local rational fit", result);
   } else if (!lacking.empty()) {

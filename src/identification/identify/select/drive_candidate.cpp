@@ -173,8 +173,11 @@ Variant with(Variant variant, fit::Parameter parameter) {
 
 /// Springs that push, friction that drives: an imitation of something else.
 bool implausible(const Variant& variant, const fit::DriveModel& model) {
-  return std::any_of(variant.further.begin(), variant.further.end(),
-                     [&](fit::Parameter p) { return !(model.value(p) > 0.0); });
+  constexpr double kClearly = 3.0;  // standard deviations
+  return std::any_of(variant.further.begin(), variant.further.end(), [&](fit::Parameter p) {
+    const auto e = model.estimate(p);
+    return !(e.value > kClearly * e.std);
+  });
 }
 
 constexpr std::array kExtras = {fit::kViscousFriction,      fit::kDelay,
@@ -288,7 +291,7 @@ void CandidateFits::extend_by_response(DriveCandidate& candidate) const {
     }
     for (const auto& instead : instead_of_delay(variant)) consider(instead);
     if (!best ||
-        !(best->second.bic_for(told.repetition) + kCriteria.more_parameters < told.bic_for(told.repetition)))
+        !(best->second.bic_for(told.repetition) + kCriteria.biased_lines < told.bic_for(told.repetition)))
       return;
     candidate.variants.insert(candidate.variants.begin(), std::move(*best));
   }
@@ -432,7 +435,9 @@ std::vector<Variant> CandidateFits::instead_of_delay(const Variant& variant) con
 
 /// The score test says what would pay, before it is fitted.
 void CandidateFits::extend_by_record(DriveCandidate& candidate) const {
+  constexpr double kRounding = 1e-6;  // per cent of the output that a fit leaves
   for (int round = 0; round < kMostExtras && candidate.record_fit; ++round) {
+    if (candidate.record_fit->fit_percent > 100.0 - kRounding) return;
     std::array<double, fit::kParameterCount> gain{};
     for (const auto& record : candidate.record_fit->records)
       for (const auto& l : record.lacking) gain[static_cast<std::size_t>(l.parameter)] += l.gain;
@@ -456,7 +461,7 @@ void CandidateFits::extend_by_record(DriveCandidate& candidate) const {
       best = std::move(fit);
       chosen = v;
     }
-    if (!best || !(best->bic + kCriteria.more_parameters < candidate.record_fit->bic)) return;
+    if (!best || !(best->bic + kCriteria.clearly_better < candidate.record_fit->bic)) return;
     candidate.record_fit = std::move(best);
     candidate.record_variant = chosen;
   }

@@ -52,7 +52,8 @@ class Selector {
       for (auto& c : candidates)
         if (c.remark.empty() && !c.record_fit) fits_.fit_to_record(c);
       if (candidates.size() > 1) discard_unobserved(candidates);
-      if (structure == Structure::two_mass && candidates.size() == 2)
+      if (structure == Structure::two_mass && candidates.size() == 2 &&
+          !(candidates[0].record_fit && !misfit_is_significant(*candidates[0].record_fit)))
         fits_.fit_to_record_alone(candidates[0], candidates[1]);
     }
     if (candidates.empty()) return std::nullopt;
@@ -82,10 +83,15 @@ class Selector {
     if (!two.record_fit) {
       return two.response_fit().model_error > kCriteria.explained_response;
     }
-    if (two.record_fit->fit_percent > kCriteria.explained_record) return false;
+    return misfit_is_significant(*two.record_fit);
+  }
+
+  /// Whether the residual of any record follows what the model simulates.
+  [[nodiscard]] bool misfit_is_significant(const RecordFit& of_records) const {
+    if (of_records.fit_percent > kCriteria.explained_record) return false;
     constexpr std::size_t kLags = 40;
     for (std::size_t i = 0; i < records_.size(); ++i) {
-      const auto& fit = two.record_fit->records[i];
+      const auto& fit = of_records.records[i];
       const auto simulated = diagnostics::simulated_of(records_[i].output.samples, fit.residual);
       const auto test = diagnostics::test_residual({fit.residual, simulated, {}, {}}, kLags, kLags);
       if (test.with_simulated.largest > kCriteria.residual_beyond_chance * test.limit) return true;
@@ -107,7 +113,7 @@ class Selector {
     if (smaller.validated && !larger.validated) return false;
     if (smaller.record_fit && larger.record_fit) return larger.record_fit->bic < smaller.record_fit->bic;
     // Lines tell the same thing more than once, and a third mass finds something to explain in any bias.
-    const double least = larger.structure == Structure::three_mass ? kCriteria.third_mass : 0.0;
+    const double least = larger.structure == Structure::three_mass ? kCriteria.biased_lines : 0.0;
     const double repeated = larger.response_fit().repetition;
     return larger.response_fit().bic_for(repeated) + least < smaller.response_fit().bic_for(repeated);
   }
