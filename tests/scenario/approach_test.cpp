@@ -188,6 +188,39 @@ TEST(LoopEvidence, WrongControllerIsNotTrustedAndTheMarginsAreTheRecordsOwn) {
   EXPECT_NEAR(wrong.loop->margins.crossover_hz().value(), 2.69, 0.05);  // Publication VI: 2.7 Hz
 }
 
+/// Docs: named from 2 % on, beyond three of its deviations. The gain alone is off: 1 % moves the crossover by
+/// less than 1 %, and is left alone.
+TEST(LoopEvidence, AControllerFivePercentOffIsNamedAndOneOfOnePercentIsNot) {
+  for (const bool sequence : {false, true})
+    for (const std::uint64_t seed : {1U, 2U}) {
+      SCOPED_TRACE(testing::Message() << (sequence ? "prbs" : "sweep") << ", seed " << seed);
+      auto c = test::published_drive(0.1, 10.0, seed);
+      sequence ? test::prbs(c) : test::sweep(c);
+      const auto run = test::simulated(c);
+      const auto told = [&](double factor) {
+        auto options = test::known(c);
+        options.controller =
+            data::pi_controller(factor * c.controller.gain, c.controller.integral_time_s, 0.002);
+        return test::identified(run.record, options);
+      };
+      const auto near = told(1.01);
+      EXPECT_EQ(test::finding(near, "controller-differs"), nullptr);
+      EXPECT_TRUE(near.trusted);
+      for (const double factor : {0.95, 1.05}) {
+        const auto wrong = told(factor);
+        const auto* named = test::finding(wrong, "controller-differs");
+        ASSERT_NE(named, nullptr) << factor;
+        EXPECT_EQ(named->severity, diagnostics::Severity::error);
+        EXPECT_NEAR(named->value.value(), std::abs(factor - 1.0), 0.002);
+        EXPECT_NEAR(named->threshold.value(), 0.02, 1e-9);
+        EXPECT_FALSE(wrong.trusted);
+        // Of the one that ran; 2.69 Hz is rounded.
+        EXPECT_NEAR(wrong.loop->margins.crossover_hz().value(), 2.69,
+                    4.0 * wrong.loop->crossover_std_hz.value() + 0.005);
+      }
+    }
+}
+
 TEST(LoopEvidence, MirroredAndExchangedSignalsAreNamed) {
   auto c = test::published_drive(0.1, 10.0, 2);
   test::prbs(c);

@@ -61,7 +61,8 @@ std::vector<Finding> findings_of(const Experiment& experiment, const Measurement
   // The response that is reported is the model's.
   if (in_motion(fitted) && options.method == Method::automatic)
     for (auto& finding : findings)
-      if (finding.id == "incoherent" || finding.id == "reversed") finding.severity = Severity::info;
+      if (finding.id == "incoherent" || finding.id == "reversed" || finding.id == "controller-differs")
+        finding.severity = Severity::info;
   if (fitted.black_box) inspect_black_box(fitted.black_box->result, findings);
   if (fitted.to_record()) downweight_incoherent(m.evidence, findings);
   // A black box may have such a pair of poles, a drive model the spring.
@@ -152,8 +153,8 @@ std::optional<Finding> inspect_told_controller(const Measurement& m, const Optio
                   100.0 * typical)};
 }
 
-void judge_loop(const Measurement& m, const Options& options, std::optional<double> motion_bandwidth_hz,
-                Result& result) {
+void judge_loop(const Measurement& m, const Options& options, bool of_motion, Result& result) {
+  if (of_motion) return;  // few frequencies, which say nothing of the loop
   if (auto loop = response::loop_response(m.lines)) result.measured_loop = std::move(*loop);
   const Options real = with_real_controller(m, options);
   const bool identified = m.evidence.controller && (!options.controller || m.controller_differs);
@@ -168,9 +169,6 @@ void judge_loop(const Measurement& m, const Options& options, std::optional<doub
     if (auto finding = include_controller(*m.evidence.controller, m.plan, loop_with, *result.loop))
       result.findings.push_back(std::move(*finding));
   }
-  // A motion of few frequencies says nothing of where the loop crosses over.
-  const auto crossover = result.loop ? result.loop->margins.crossover_hz() : std::nullopt;
-  if (motion_bandwidth_hz && !(crossover && *crossover < *motion_bandwidth_hz)) result.loop.reset();
   if (auto differs = inspect_told_controller(m, options)) result.findings.push_back(std::move(*differs));
   inspect_loop(result);
 }
@@ -205,16 +203,14 @@ Result judge(const Experiment& experiment, const Measurement& m, Fitted fitted, 
   if (fitted.drive) result.model = fitted.drive->result;
   if (fitted.black_box) result.black_box = fitted.black_box->result;
   if (!fitted.black_box) inspect_model(m.plan, options, fitted.drive, result);
-  std::optional<double> bandwidth_hz;
-  if (in_motion(fitted) && fitted.drive->result.drive.structure == fit::Structure::rigid)
-    bandwidth_hz = experiment.motion->bandwidth_hz;
+  const bool of_motion = in_motion(fitted) && fitted.drive->result.drive.structure == fit::Structure::rigid;
   put_validation(experiment.record, m.lines, std::move(fitted), result);
   inspect_validation(result);
   result.modes = modes_of_model(m, result);
   if (result.black_box) discard_undetermined(result);
-  if (!m.evidence.biased()) hold_against_measured(experiment, m, options, result);
+  if (!m.evidence.biased() && !of_motion) hold_against_measured(experiment, m, options, result);
   result.roots = roots_of(result);
-  judge_loop(m, options, bandwidth_hz, result);
+  judge_loop(m, options, of_motion, result);
   return result;
 }
 

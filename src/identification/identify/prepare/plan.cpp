@@ -97,11 +97,15 @@ ExcitationType kind_of(const data::Record& record, const Options& options, const
   return ExcitationType::other;
 }
 
+/// Multiples of 0.1 Hz, of 0.2, 0.4 ... Hz where there were more than 4000.
 std::vector<double> chirp_grid(double low_hz, double high_hz) {
+  constexpr double kMost = 4000.0;
+  double per_hz = 10.0;
+  while ((high_hz - low_hz) * per_hz > kMost) per_hz *= 0.5;
   std::vector<double> grid;
-  const auto first = static_cast<long>(std::ceil(low_hz * 10.0 - 1e-9));
-  const auto last = static_cast<long>(std::floor(high_hz * 10.0 + 1e-9));
-  for (long i = std::max(first, 1L); i <= last; ++i) grid.push_back(static_cast<double>(i) / 10.0);
+  const auto first = static_cast<long>(std::ceil(low_hz * per_hz - 1e-9));
+  const auto last = static_cast<long>(std::floor(high_hz * per_hz + 1e-9));
+  for (long i = std::max(first, 1L); i <= last; ++i) grid.push_back(static_cast<double>(i) / per_hz);
   return grid;
 }
 

@@ -171,6 +171,18 @@ Variant with(Variant variant, fit::Parameter parameter) {
   return variant;
 }
 
+/// What a variant has beside its structure.
+std::size_t parameters_of(const Variant& v) {
+  return v.further.size() + (v.friction ? 1 : 0) + (v.delay ? 1 : 0);
+}
+
+/// The model of one variant as a start for another: a delay that is left out may have been a lag.
+fit::DriveModel start_of_other(const Variant& other, const Variant& own, fit::DriveModel model) {
+  const double delay_s = other.delay ? 0.0 : std::exchange(model.delay_s, 0.0);
+  if (other.has(fit::kTorqueLag) && !own.has(fit::kTorqueLag)) model.torque_lag_s = std::max(0.0, delay_s);
+  return model;
+}
+
 /// Springs that push, friction that drives: an imitation of something else.
 bool implausible(const Variant& variant, const fit::DriveModel& model) {
   constexpr double kClearly = 3.0;  // standard deviations
@@ -266,16 +278,20 @@ void CandidateFits::extend_by_response(DriveCandidate& candidate) const {
   for (int round = 0; round < kMostExtras; ++round) {
     const Variant variant = candidate.variants.front().first;
     const fit::ResponseFit told = candidate.variants.front().second;
-    if (!(told.model_error > 0.0)) return;  // noise explains what is left
+    const double repeated = told.repetition;
     std::optional<std::pair<Variant, fit::ResponseFit>> best;
-    const auto consider = [&](Variant wider) {
-      std::vector<std::optional<fit::DriveModel>> starts = {told.model};
+    double least = told.bic_for(repeated);
+    const auto consider = [&](const Variant& wider) {
+      std::vector<std::optional<fit::DriveModel>> starts = {start_of_other(wider, variant, told.model)};
       if (wider.has(fit::kMotorGroundStiffness) || wider.has(fit::kLoadGroundStiffness))
         starts.emplace_back(std::nullopt);
       for (const auto& start : starts) {
         auto fit = response_fit(wider, start, true);
         if (!fit || implausible(wider, fit->model)) continue;
-        if (best && best->second.bic_for(told.repetition) <= fit->bic_for(told.repetition)) continue;
+        const double price = parameters_of(wider) > parameters_of(variant) ? kCriteria.biased_lines : 0.0;
+        const double cost = fit->bic_for(repeated) + price;
+        if (!(cost < least)) continue;
+        least = cost;
         best.emplace(wider, std::move(*fit));
       }
     };
@@ -284,15 +300,14 @@ void CandidateFits::extend_by_response(DriveCandidate& candidate) const {
     constexpr std::size_t kFew = 2;
     std::size_t tried = 0;
     for (const auto& [p, gain] : lacking) {
-      if (tried == kFew || gain < kCriteria.clearly_better * told.repetition) break;
+      // Noise may explain what is left.
+      if (tried == kFew || !(told.model_error > 0.0) || gain < kCriteria.clearly_better * repeated) break;
       if (p == fit::kDelay || !offered(variant, p)) continue;
       ++tried;
       consider(with(variant, p));
     }
     for (const auto& instead : instead_of_delay(variant)) consider(instead);
-    if (!best ||
-        !(best->second.bic_for(told.repetition) + kCriteria.biased_lines < told.bic_for(told.repetition)))
-      return;
+    if (!best) return;
     candidate.variants.insert(candidate.variants.begin(), std::move(*best));
   }
 }
@@ -437,31 +452,32 @@ std::vector<Variant> CandidateFits::instead_of_delay(const Variant& variant) con
 void CandidateFits::extend_by_record(DriveCandidate& candidate) const {
   constexpr double kRounding = 1e-6;  // per cent of the output that a fit leaves
   for (int round = 0; round < kMostExtras && candidate.record_fit; ++round) {
-    if (candidate.record_fit->fit_percent > 100.0 - kRounding) return;
+    const bool exact = candidate.record_fit->fit_percent > 100.0 - kRounding;  // nothing is left to add
     std::array<double, fit::kParameterCount> gain{};
     for (const auto& record : candidate.record_fit->records)
       for (const auto& l : record.lacking) gain[static_cast<std::size_t>(l.parameter)] += l.gain;
     const Variant variant = candidate.record_variant;
     std::vector<Variant> wider;
     for (const auto p : kExtras) {
-      if (gain[static_cast<std::size_t>(p)] < kCriteria.clearly_better || !offered(variant, p)) continue;
+      if (exact || gain[static_cast<std::size_t>(p)] < kCriteria.clearly_better || !offered(variant, p))
+        continue;
       wider.push_back(with(variant, p));
     }
     const auto instead = instead_of_delay(variant);
     wider.insert(wider.end(), instead.begin(), instead.end());
     std::optional<RecordFit> best;
     Variant chosen;
+    double least = candidate.record_fit->bic;
     for (const auto& v : wider) {
-      auto start = candidate.record_fit->model;
-      const double delay_s = v.delay ? 0.0 : std::exchange(start.delay_s, 0.0);
-      if (v.has(fit::kTorqueLag) && !variant.has(fit::kTorqueLag))
-        start.torque_lag_s = std::max(0.0, delay_s);
-      auto fit = fit_to_records(v, start);
-      if (!fit || implausible(v, fit->model) || (best && best->bic <= fit->bic)) continue;
+      auto fit = fit_to_records(v, start_of_other(v, variant, candidate.record_fit->model));
+      if (!fit || implausible(v, fit->model)) continue;
+      const double price = parameters_of(v) > parameters_of(variant) ? kCriteria.clearly_better : 0.0;
+      if (!(fit->bic + price < least)) continue;
+      least = fit->bic + price;
       best = std::move(fit);
       chosen = v;
     }
-    if (!best || !(best->bic + kCriteria.clearly_better < candidate.record_fit->bic)) return;
+    if (!best) return;
     candidate.record_fit = std::move(best);
     candidate.record_variant = chosen;
   }
