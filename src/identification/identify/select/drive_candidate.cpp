@@ -399,7 +399,10 @@ CandidateFits::Acceptance CandidateFits::acceptance(const DriveCandidate& candid
 }
 
 void CandidateFits::fit_variants(DriveCandidate& candidate, const Acceptance& acceptable) const {
-  const bool ask_for_delay = candidate.variants.front().first.delay;
+  // The lines may have taken a delay for a lag; the record tells them apart.
+  const auto& first = candidate.variants.front().first;
+  const bool ask_for_delay =
+      first.delay || first.has(fit::kTorqueLag) || first.velocity == fit::Velocity::differences;
   auto variants = candidate.variants;
   std::stable_sort(variants.begin(), variants.end(),
                    [](const auto& a, const auto& b) { return a.first.delay < b.first.delay; });
