@@ -17,6 +17,7 @@ struct Criteria {
   double exact_repetition = 1e-6;  ///< Of the variance: a reconstructed excitation repeats to 0.1 %.
   double excitation_share = 1e-4;  ///< Of the input's variance, below which a reconstruction is rounding.
   double motion_share = 0.9;  ///< Of the input's variance, explained by motion and friction: nothing excites.
+  double followed_reference = 0.9;     ///< Correlation with the output, from which on the reference leads it.
   double feedback_false_alarm = 1e-3;  ///< Probability of feedback seen where there is none, per record.
 
   // ---- measure: what the response is worth
