@@ -54,8 +54,9 @@ class MotionModel {
     s.result.drive = rigid();
     auto two = two_masses();
     if (!two && options_.model == ModelChoice::two_mass) return std::nullopt;
+    const auto& estimated = two ? two->model.estimated : s.result.drive.estimated;
     const Variant variant{two ? Structure::two_mass : Structure::rigid, options_.friction != Friction::dry,
-                          s.result.drive.estimated[fit::kDelay], true};
+                          estimated[fit::kDelay], true};
     s.choice = {"structure", name_of(variant), ""};
     s.choice.because =
         options_.model != ModelChoice::automatic ? "asked for"
@@ -65,7 +66,6 @@ class MotionModel {
     if (two) {
       s.result.drive = two->model;
       s.inconstant = inconstant(std::move(two->constancy));
-      widen(s.inconstant, s.result.drive);
     }
     s.structures.emplace_back();
     s.structures.front().name = name_of(variant);
@@ -116,24 +116,24 @@ class MotionModel {
     return model;
   }
 
-  [[nodiscard]] fit::OutputErrorConfig config_of(const fit::DriveModel& start) const {
+  [[nodiscard]] fit::OutputErrorConfig config_of(const fit::DriveModel& start, bool delay) const {
     fit::OutputErrorConfig config;
     config.initial = start;
     config.viscous_friction = options_.friction != Friction::dry;
     config.known_delay_s = known_delay_s();
-    config.delay = later();
+    config.delay = delay;
     return config;
   }
 
-  [[nodiscard]] std::optional<fit::OutputErrorFit> simulate(const fit::DriveModel& model) const {
-    auto fit = fit::fit_output_error(net_, config_of(model));
+  [[nodiscard]] std::optional<fit::OutputErrorFit> simulate(const fit::DriveModel& model, bool delay) const {
+    auto fit = fit::fit_output_error(net_, config_of(model, delay));
     if (!fit || !fit->converged) return std::nullopt;
     return std::move(*fit);
   }
 
   [[nodiscard]] std::optional<double> holdout_score(const fit::DriveModel& model) const {
     if (net_.samples() < kCriteria.holdout_samples) return std::nullopt;
-    auto config = config_of(model);
+    auto config = config_of(model, model.estimated[fit::kDelay]);
     config.holdout = fit::holdout_parts(net_.samples());
     const auto fit = fit::fit_output_error(net_, config);
     if (!fit || !fit->converged || !fit->holdout) return std::nullopt;
@@ -151,19 +151,30 @@ class MotionModel {
     const bool asked = options_.model == ModelChoice::two_mass;
     if (options_.model == ModelChoice::rigid || (motion_.rigid && !asked)) return std::nullopt;
     std::optional<fit::OutputErrorFit> best;
-    const double further = later() ? motion_.further_delay_s.value : 0.0;
-    for (auto start : fit::initial_models(net_, std::max(0.0, known_delay_s() + further))) {
-      start.delay_s = further;
-      auto fit = simulate(start);
-      if (fit && (!best || fit->bic < best->bic)) best = std::move(fit);
+    // What inverse dynamics take for a delay may be the coupling's.
+    for (const bool delay : {false, true}) {
+      if (delay && !later()) continue;
+      const double further = delay ? motion_.further_delay_s.value : 0.0;
+      for (auto start : fit::initial_models(net_, std::max(0.0, known_delay_s() + further))) {
+        start.delay_s = further;
+        auto fit = simulate(start, delay);
+        if (fit && (!best || fit->bic < best->bic)) best = std::move(fit);
+      }
     }
     if (!best || !of_this_machine(best->model)) return std::nullopt;
+    const auto parts = inconstant(best->constancy);
+    widen(parts, best->model);
     if (asked) return best;
+    // Two masses that parts of the record see differently say less than the inertia in all does.
+    for (const bool over_frequency : {false, true}) {
+      const auto found = inspect_constancy(parts, best->model, over_frequency);
+      if (found && found->severity == diagnostics::Severity::error) return std::nullopt;
+    }
     const auto resonance = best->model.resonance();
     if (resonance.std > kCriteria.known_resonance * resonance.value ||
         !(resonance.value < 0.5 * record_.sample_rate_hz))
       return std::nullopt;
-    const auto one = simulate(rigid());
+    const auto one = simulate(rigid(), later());
     if (!one || best->bic + kCriteria.clearly_better > one->bic) return std::nullopt;
     const auto alone = holdout_score(one->model), together = holdout_score(best->model);
     if (!alone || !together || !(*alone - *together > kCriteria.holdout_clear)) return std::nullopt;
