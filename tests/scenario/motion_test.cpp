@@ -35,6 +35,27 @@ TEST(Motion, RigidAxesWithFrictionComeOutTrusted) {
   }
 }
 
+/// Bearings may have hardly any dry friction: then the reference tells that the axis is led, not excited.
+TEST(Motion, AnAxisLedByItsReferenceNeedsNoDryFriction) {
+  test::MovingAxis machine;
+  machine.forth = machine.back = 0.0;
+  auto record = test::simulated(machine, 7, data::OutputQuantity::velocity);
+  identification::Options options;
+  options.delay_s = test::told(machine).known_delay_s;
+  const auto result = identification::identify(record, options);
+  ASSERT_TRUE(result.has_value());
+  EXPECT_EQ(result->choices.front().chosen, "other");
+  EXPECT_TRUE(result->trusted);
+  ASSERT_TRUE(result->model.has_value());
+  const auto inertia = result->model->drive.estimate(fit::kDrivenInertia);
+  EXPECT_NEAR(inertia.value, machine.inertia, 4.0 * inertia.std);
+  EXPECT_LT(inertia.std, 0.02 * machine.inertia);
+  record.reference = {};
+  const auto alone = identification::identify(record, options);
+  ASSERT_TRUE(alone.has_value());
+  EXPECT_NE(alone->choices.front().chosen, "other");
+}
+
 /// A channel that was recorded but never used is no excitation.
 TEST(Motion, AnExcitationThatStaysAtRestIsNone) {
   const test::MovingAxis machine;

@@ -42,6 +42,7 @@ inline data::Record simulated(const MovingAxis& m, unsigned seed, data::OutputQu
     const double s = t < half ? t : t - half;
     const double shape = std::clamp(std::min((s - 0.05) / kRamp, (half - 0.05 - s) / kRamp), 0.0, 1.0);
     const double goal = kTop * (t < half ? 1.0 : m.away) * shape;
+    record.reference.samples.push_back(goal);
     const double error = goal - measured[k];
     integral += gain * 15.0 * error / m.rate_hz;
     const double torque = gain * error + integral;
@@ -62,6 +63,7 @@ inline data::Record simulated(const MovingAxis& m, unsigned seed, data::OutputQu
   if (quantity == data::OutputQuantity::velocity) {
     record.output.samples = measured;
   } else {
+    record.reference = {};  // of velocity
     std::normal_distribution<double> rounding(0.0, 4.0 * m.noise / m.rate_hz);
     for (std::size_t k = 0; k < n; ++k)
       record.output.samples.push_back((k >= m.late ? position[k - m.late] : 0.0) + rounding(generator));
