@@ -27,11 +27,14 @@ struct SampledSlopes {
   std::array<std::array<Slopes<Columns>, kStates>, kStates> a;
   std::array<Slopes<Columns>, kStates> b, c, lag_b;
   Slopes<Columns> d, lag_d, decay, past_d;
+  FrictionParts<Masses, double> parts;  ///< With dry friction only.
+  std::array<std::array<Slopes<Columns>, kStates>, kFrictionParts> parts_b;
+  std::array<Slopes<Columns>, kFrictionParts> parts_d;
 };
 
 template <int Masses, int Columns>
 SampledSlopes<Masses, Columns> sampled(const SimulationSetup& setup, const double* x,
-                                       std::span<const int> active) {
+                                       std::span<const int> active, bool dry) {
   constexpr int kStates = Sizes<Masses>::kStates, kCount = Sizes<Masses>::kParameters;
   SampledSlopes<Masses, Columns> result;
   const auto of = [&](const auto* coordinates) {
@@ -41,8 +44,20 @@ SampledSlopes<Masses, Columns> sampled(const SimulationSetup& setup, const doubl
                                  setup.coordinates.sample_time_s, setup.lag, coordinates[kTorqueLag],
                                  setup.velocity);
   };
+  const auto parts_of = [&](const auto* coordinates) {
+    using T = std::decay_t<decltype(*coordinates)>;
+    return friction_parts<Masses>(setup.coordinates.parameters(coordinates, Masses == 3), setup.quantity,
+                                  coordinates[kDelay] + T(setup.known_delay_samples),
+                                  setup.coordinates.sample_time_s, setup.lag, coordinates[kTorqueLag],
+                                  setup.velocity);
+  };
   result.drive = of(x);
+  if (dry) result.parts = parts_of(x);
   if constexpr (Columns > 0) {
+    for (std::size_t part = 0; part < kFrictionParts; ++part) {
+      result.parts_b[part].fill(zero<Columns>());
+      result.parts_d[part] = zero<Columns>();
+    }
     for (int i = 0; i < kStates; ++i) {
       result.a[static_cast<std::size_t>(i)].fill(zero<Columns>());
       const auto at = static_cast<std::size_t>(i);
@@ -70,6 +85,18 @@ SampledSlopes<Masses, Columns> sampled(const SimulationSetup& setup, const doubl
       result.lag_d(to) = jet.lag_d.v(from);
       result.decay(to) = jet.decay.v(from);
       result.past_d(to) = jet.past_d.v(from);
+    }
+    if (!dry) return result;
+    const auto jet_parts = parts_of(jets.data());
+    for (std::size_t p = 0; p < active.size(); ++p) {
+      const int from = active[p];
+      if (from >= kCount) continue;
+      const auto to = static_cast<Eigen::Index>(p);
+      for (std::size_t part = 0; part < kFrictionParts; ++part) {
+        for (int i = 0; i < kStates; ++i)
+          result.parts_b[part][static_cast<std::size_t>(i)](to) = jet_parts.b[part](i).v(from);
+        result.parts_d[part](to) = jet_parts.d[part].v(from);
+      }
     }
   }
   return result;
@@ -153,6 +180,10 @@ DriveSignals whitened(const DriveSignals& raw, const NoiseModel& noise) {
   s.output = whiten(raw.output, noise);
   s.direction = whiten(raw.direction, noise);
   s.stuck = whiten(raw.stuck, noise);
+  for (std::size_t part = 0; part < kFrictionParts; ++part) {
+    s.direction_parts[part] = whiten(raw.direction_parts[part], noise);
+    s.stuck_parts[part] = whiten(raw.stuck_parts[part], noise);
+  }
   s.unused = touched(raw.unused, noise);
   s.constant = std::accumulate(noise.polynomial.begin(), noise.polynomial.end(), 0.0);
   return s;
@@ -169,13 +200,14 @@ void DriveSimulation::run(const double* x, std::span<const int> active, Sink&& s
   constexpr int kOrder = Sizes<Masses>::kOrder;
   constexpr bool kSlopes = Columns > 0;
   using Row = Slopes<Columns>;
-  const auto model = sampled<Masses, Columns>(setup_, x, active);
+  const bool dry = !signals_.direction.empty();
+  const bool in_parts = friction != nullptr || (dry && !signals_.direction_parts.front().empty());
+  const auto model = sampled<Masses, Columns>(setup_, x, active, in_parts);
   const auto& s = model.drive.system;
   const bool lagging = setup_.lag == Lag::first_order;
   const bool grounded = setup_.grounded;
   const int used = kOrder + (grounded || setup_.quantity == data::OutputQuantity::position ? 1 : 0);
   const bool closed = setup_.controller.has_value();
-  const bool dry = !signals_.direction.empty();
   std::array<double, kOrder + 1> state;
   std::array<Row, kOrder + 1> slopes;
   for (int i = 0; i <= kOrder; ++i) {
@@ -198,7 +230,7 @@ void DriveSimulation::run(const double* x, std::span<const int> active, Sink&& s
   std::vector<Row> late_slopes(kSlopes && closed ? first : 0, zero<Columns>());
   std::optional<Controller<Columns>> controller;
   if (closed) controller.emplace(*setup_.controller, x + kControllerState, active);
-  const double constant = x[kOffset] * signals_.constant;
+  const double constant = x[kOffset] * signals_.constant, coulomb = std::max(0.0, x[kCoulomb]);
   const bool differences =
       setup_.velocity == Velocity::differences && setup_.quantity == data::OutputQuantity::velocity;
   double last_torque = 0.0;
@@ -225,17 +257,42 @@ void DriveSimulation::run(const double* x, std::span<const int> active, Sink&& s
       last_command = command;
       if constexpr (kSlopes) last_slopes = command_slopes;
     }
+    // Friction torque of the sample's parts beyond its mean, and the direction's.
+    std::array<double, kFrictionParts> beyond{}, direction_beyond{};
     if (friction != nullptr) {
-      double free = s.b(0) * torque;  // velocity that the driven side would have without friction
-      for (int c = 0; c < kOrder; ++c) free += s.a(0, c) * state[static_cast<std::size_t>(c)];
-      if (grounded) free += s.a(0, kOrder) * state[kOrder];
-      if (lagging) free += model.drive.lag_b(0) * behind;
-      slide_or_stick(state[0], free, s.b(0), std::max(0.0, x[kCoulomb]), friction->direction[j],
-                     friction->stuck[j]);
+      std::array<double, kFrictionParts> direction{}, stuck{};
+      auto inner = state;
+      double still_behind = behind;
+      for (std::size_t part = 0; part < kFrictionParts; ++part) {
+        const auto& step = model.parts.step;
+        const auto moved = [&](int row, double by) {
+          double sum = step.b(row) * by;
+          for (int c = 0; c < used; ++c) sum += step.a(row, c) * inner[static_cast<std::size_t>(c)];
+          if (lagging) sum += model.parts.lag_b(row) * still_behind;
+          return sum;
+        };
+        slide_or_stick(inner[0], moved(0, torque), step.b(0), coulomb, direction[part], stuck[part]);
+        auto next = inner;
+        for (int i = 0; i < used; ++i)
+          next[static_cast<std::size_t>(i)] = moved(i, torque - x[kCoulomb] * direction[part] - stuck[part]);
+        inner = next;
+        still_behind *= model.parts.decay;
+      }
+      friction->direction[j] = std::accumulate(direction.begin(), direction.end(), 0.0) / kFrictionParts;
+      friction->stuck[j] = std::accumulate(stuck.begin(), stuck.end(), 0.0) / kFrictionParts;
+      for (std::size_t part = 0; part < kFrictionParts; ++part) {
+        friction->direction_parts[part][j] = direction[part] - friction->direction[j];
+        friction->stuck_parts[part][j] = stuck[part] - friction->stuck[j];
+        beyond[part] = x[kCoulomb] * friction->direction_parts[part][j] + friction->stuck_parts[part][j];
+      }
       torque -= x[kCoulomb] * friction->direction[j] + friction->stuck[j];
     } else if (dry) {
       torque -= x[kCoulomb] * signals_.direction[j] + signals_.stuck[j];
       if constexpr (kSlopes) torque_slopes += by_coulomb * signals_.direction[j];
+      for (std::size_t part = 0; in_parts && part < kFrictionParts; ++part) {
+        direction_beyond[part] = signals_.direction_parts[part][j];
+        beyond[part] = x[kCoulomb] * direction_beyond[part] + signals_.stuck_parts[part][j];
+      }
     }
     double output = s.d * torque;
     Row output_slopes = zero<Columns>();
@@ -261,6 +318,12 @@ void DriveSimulation::run(const double* x, std::span<const int> active, Sink&& s
       output += s.c(i) * state[at];
       if constexpr (kSlopes) output_slopes += s.c(i) * slopes[at] + model.c[at] * state[at];
     }
+    for (std::size_t part = 0; in_parts && part < kFrictionParts; ++part) {
+      output -= model.parts.d[part] * beyond[part];
+      if constexpr (kSlopes)
+        output_slopes +=
+            by_coulomb * (model.parts.d[part] * direction_beyond[part]) - model.parts_d[part] * beyond[part];
+    }
     if (signals_.unused.empty() || !signals_.unused[k]) sink(signals_.output[k] - output, output_slopes);
     if (closed) {
       late_output[j % first] = output;
@@ -275,6 +338,8 @@ void DriveSimulation::run(const double* x, std::span<const int> active, Sink&& s
       if (by_place) sum += s.a(i, kOrder) * past[kOrder];
       if (lagging) sum += model.drive.lag_b(i) * behind;
       for (int c = 0; c < kOrder; ++c) sum += s.a(i, c) * past[static_cast<std::size_t>(c)];
+      for (std::size_t part = 0; in_parts && part < kFrictionParts; ++part)
+        sum -= model.parts.b[part](i) * beyond[part];
       state[at] = sum;
       if constexpr (kSlopes) {
         Row row = s.b(i) * torque_slopes + model.b[at] * torque;
@@ -282,6 +347,9 @@ void DriveSimulation::run(const double* x, std::span<const int> active, Sink&& s
         if (lagging) row += model.drive.lag_b(i) * behind_slopes + model.lag_b[at] * behind;
         for (std::size_t c = 0; c < kOrder; ++c)
           row += s.a(i, static_cast<int>(c)) * past_slopes[c] + model.a[at][c] * past[c];
+        for (std::size_t part = 0; in_parts && part < kFrictionParts; ++part)
+          row += by_coulomb * (model.parts.b[part](i) * direction_beyond[part]) -
+                 model.parts_b[part][at] * beyond[part];
         slopes[at] = row;
       }
     }
@@ -402,6 +470,8 @@ std::vector<double> DriveSimulation::simulate_friction(std::span<const double> x
                                                        DriveSignals& course) const {
   course.direction.assign(signals_.output.size(), 0.0);
   course.stuck = course.direction;
+  course.direction_parts.fill(course.direction);
+  course.stuck_parts.fill(course.direction);
   std::vector<double> left;
   left.reserve(signals_.output.size());
   with_masses(setup_.structure, [&](auto masses) {

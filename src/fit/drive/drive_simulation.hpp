@@ -2,6 +2,8 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
+#include <fit/drive/friction_parts.hpp>
 #include <fit/drive/sampled_drive.hpp>
 #include <optional>
 #include <resonid/data/transfer_function.hpp>
@@ -29,8 +31,10 @@ struct DriveSignals {
   std::vector<double>
       direction;              ///< Of sliding: -1 ... 1 as a mean over the sample; empty without dry friction.
   std::vector<double> stuck;  ///< Friction torque of samples that end at rest, where `direction` is 0.
-  double constant = 1.0;      ///< What a constant becomes.
-  std::vector<bool> unused;   ///< [sample] of the output: no residual is taken there; empty: none.
+  /// [part][sample] What direction and stuck are beyond their means over the sample; empty: nothing.
+  std::array<std::vector<double>, kFrictionParts> direction_parts, stuck_parts;
+  double constant = 1.0;     ///< What a constant becomes.
+  std::vector<bool> unused;  ///< [sample] of the output: no residual is taken there; empty: none.
 };
 
 [[nodiscard]] DriveSignals whitened(const DriveSignals& raw, const NoiseModel& noise);
@@ -73,7 +77,7 @@ class DriveSimulation {
   [[nodiscard]] Eigen::MatrixXd rows(std::span<const double> x, std::span<const int> active) const;
 
   /// Dry friction of the drive itself under x: in each sample the driven side slides, up to a standstill or
-  /// past it, or rests. Returns direction and stuck; the rest is empty.
+  /// past it, or rests. Returns direction and stuck, with their parts; the rest is empty.
   [[nodiscard]] DriveSignals friction(std::span<const double> x) const;
   /// The residual under that friction, whatever course the signals have.
   [[nodiscard]] std::vector<double> moving_residual(std::span<const double> x) const;

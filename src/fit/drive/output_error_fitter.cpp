@@ -314,6 +314,8 @@ class OutputErrorFitter {
       all += static_cast<double>(raw.direction.size());
       raw.direction = std::move(course.direction);
       raw.stuck = std::move(course.stuck);
+      raw.direction_parts = std::move(course.direction_parts);
+      raw.stuck_parts = std::move(course.stuck_parts);
     }
     constexpr double kSame = 1e-5;
     return changed < kSame * all;
