@@ -6,12 +6,21 @@
 #include <identification/criteria.hpp>
 #include <identification/identify/judge/constancy.hpp>
 #include <identification/identify/judge/trust.hpp>
+#include <string_view>
 
 namespace resonid::identification::detail {
 namespace {
 
 using diagnostics::Finding;
 using diagnostics::Severity;
+
+/// Of a motor that is fed a voltage, current not being controlled.
+constexpr const char* kOfAMotorAtAVoltage =
+    " Of a motor at a voltage they are ratios to its torque per volt: the viscous friction holds the "
+    "back-EMF, "
+    "a torque lag the electrical time constant. Resonances are as they are.";
+
+bool is_voltage(std::string_view unit) { return unit == "V" || unit == "mV" || unit == "kV"; }
 
 void inspect_resonance(const Plan& plan, const data::Mode& mode, bool one_of_several, Result& result) {
   auto& findings = result.findings;
@@ -79,8 +88,9 @@ void inspect_model(const Plan& plan, const Options& options, const std::optional
                         {},
                         fmt::format("The input is in {} and the output velocity in {}: the model's "
                                     "coefficients are in these units and are not inertias or stiffnesses. "
-                                    "Give .input_scale and .output_scale to get physical parameters.",
-                                    result.units.input, result.units.velocity)});
+                                    "Give .input_scale and .output_scale to get physical parameters.{}",
+                                    result.units.input, result.units.velocity,
+                                    is_voltage(result.units.input) ? kOfAMotorAtAVoltage : "")});
   if (options.model == ModelChoice::none) return;
   if (!selection) {
     findings.push_back(
