@@ -2,6 +2,7 @@
 #include <ceres/sized_cost_function.h>
 
 #include <algorithm>
+#include <fit/drive/grounded_start.hpp>
 #include <fit/drive/initial_models.hpp>
 #include <fit/drive/measured_response.hpp>
 #include <fit/drive/score.hpp>
@@ -400,9 +401,15 @@ expected<ResponseFit, Error> fit_response(const data::FrequencyResponse& respons
   if (config.weighting != Weighting::none && lines.std.size() != lines.lines())
     return refuse("response", "needs standard deviations for this weighting");
   std::vector<DriveModel> starts;
-  if (config.initial)
-    starts.push_back(*config.initial);
-  else
+  if (config.initial) starts.push_back(*config.initial);
+  for (const Parameter ground : {kMotorGroundStiffness, kLoadGroundStiffness}) {
+    if (!starts.empty() ||
+        std::find(config.further.begin(), config.further.end(), ground) == config.further.end())
+      continue;
+    if (auto start = detail::grounded_start(lines, config.structure, ground, config.sample_time_s))
+      starts.push_back(std::move(*start));
+  }
+  if (starts.empty())
     starts = detail::initial_models(lines, config.structure, config.sample_time_s, config.viscous_friction);
   if (config.delay && !config.initial)
     for (auto& start : starts) start.delay_s = scanned_delay_s(lines, start);

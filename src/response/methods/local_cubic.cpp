@@ -81,10 +81,11 @@ Regression regress(const Sweep& sweep, const SweptConfig& config, double centre,
     const double distance = static_cast<double>(k) - centre;
     const double u = std::min(1.0, std::abs(distance) / (half_width + 1.0));
     result.weights(n) = std::pow(1.0 - u * u * u, 3);
+    const double cosine = std::cos(sweep.phase_rad[k]), sine = std::sin(sweep.phase_rad[k]);
     double power = 1.0;
     for (Eigen::Index i = 0; i < kTerms; ++i, power *= distance / half_width) {
-      design(n, i) = power * std::cos(sweep.phase_rad[k]);
-      design(n, kTerms + i) = -power * std::sin(sweep.phase_rad[k]);
+      design(n, i) = power * cosine;
+      design(n, kTerms + i) = -power * sine;
     }
     if (config.fit_offset) {
       design(n, 2 * kTerms) = 1.0;

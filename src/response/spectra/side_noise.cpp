@@ -3,8 +3,14 @@
 
 #include <complex>
 #include <resonid/base/constants.hpp>
+#include <vector>
 
 namespace resonid::response {
+namespace {
+
+using Complex = std::complex<double>;
+
+}  // namespace
 
 SideNoise noise_beside(std::span<const double> phase_rad, double sample_time_s, double frequency_hz,
                        const Eigen::MatrixX3d& residual, const Eigen::VectorXd& weights, double nearest_hz,
@@ -12,6 +18,9 @@ SideNoise noise_beside(std::span<const double> phase_rad, double sample_time_s, 
   constexpr int kOffsets = 4;
   SideNoise noise;
   const double nyquist_hz = 0.5 / sample_time_s;
+  std::vector<Complex> carrier;  // what all offsets have in common: sines are what this costs
+  for (Eigen::Index n = 0; n < weights.size(); ++n)
+    carrier.push_back(std::polar(weights(n), -phase_rad[static_cast<std::size_t>(n)]));
   for (int side = -1; side <= 1; side += 2)
     for (int i = 0; i < kOffsets; ++i) {
       const double offset_hz = side * (nearest_hz + (farthest_hz - nearest_hz) * i / (kOffsets - 1.0));
@@ -19,10 +28,11 @@ SideNoise noise_beside(std::span<const double> phase_rad, double sample_time_s, 
       if (frequency_hz + offset_hz < nearest_hz || frequency_hz + offset_hz > nyquist_hz - nearest_hz)
         continue;
       Eigen::Vector3cd bin = Eigen::Vector3cd::Zero();
-      for (Eigen::Index n = 0; n < weights.size(); ++n) {
-        const double angle = phase_rad[static_cast<std::size_t>(n)] +
-                             kTwoPi * offset_hz * static_cast<double>(n) * sample_time_s;
-        bin += residual.row(n).transpose() * std::polar(weights(n), -angle);
+      const Complex turn = std::polar(1.0, -kTwoPi * offset_hz * sample_time_s);
+      Complex turned = 1.0;
+      for (Eigen::Index n = 0; n < weights.size(); ++n, turned *= turn) {
+        const Complex at = carrier[static_cast<std::size_t>(n)] * turned;
+        for (Eigen::Index s = 0; s < 3; ++s) bin(s) += residual(n, s) * at;
       }
       noise.density += bin * bin.adjoint() / weights.squaredNorm();
       noise.averages += 1.0;
@@ -32,7 +42,7 @@ SideNoise noise_beside(std::span<const double> phase_rad, double sample_time_s, 
     return noise;
   }
   const Eigen::Matrix3d white = residual.transpose() * residual / static_cast<double>(residual.rows());
-  noise.density = white.cast<std::complex<double>>();
+  noise.density = white.cast<Complex>();
   noise.averages = 0.5 * static_cast<double>(residual.rows());
   return noise;
 }

@@ -4,6 +4,7 @@
 #include <experiments.hpp>
 #include <functional>
 #include <resonid/fit/output_error.hpp>
+#include <resonid/fit/response_fit.hpp>
 
 namespace resonid::fit {
 namespace {
@@ -124,6 +125,57 @@ TEST(FurtherParameters, SpringsToTheGroundGiveTheResponseOfTheirEquations) {
                  far = p.stiffness + 25.0 - p.load_inertia * w2;
     EXPECT_NEAR(mode.anti ? far / p.stiffness : (near * far / p.stiffness - p.stiffness) / p.stiffness, 0.0,
                 1e-9);
+  }
+}
+
+/// Lines of the equations themselves, 300 of them; the lowest resonance lies in the band or below it.
+TEST(FurtherParameters, ADriveOnASpringIsFoundFromItsResponseAlone) {
+  for (const double ground : {4.0, 60.0})
+    for (const bool of_load : {false, true}) {
+      SCOPED_TRACE(testing::Message() << ground << " " << of_load);
+      const auto truth = model_of(servo(1)).parameters;
+      const auto drive = [&](Complex s) {
+        const Complex far = truth.load_inertia * s + (of_load ? ground / s : 0.0);
+        const Complex near = truth.driven_inertia * s + (of_load ? 0.0 : ground / s);
+        return 1.0 / (near + 1.0 / (1.0 / (truth.damping + truth.stiffness / s) + 1.0 / far));
+      };
+      data::FrequencyResponse lines;
+      ResponseFitConfig config;
+      config.sample_time_s = 1e-5;
+      config.further = {of_load ? kLoadGroundStiffness : kMotorGroundStiffness};
+      for (double f = 6.0; f < 400.0; f *= 1.0145) {
+        const Complex s(0.0, kTwoPi * f);  // the images are 2e-5 of this
+        const Complex hold = (1.0 - std::exp(-s * config.sample_time_s)) / (s * config.sample_time_s);
+        lines.frequency_hz.push_back(f);
+        lines.value.push_back(drive(s) * hold);
+        lines.std.push_back(0.01 * std::abs(lines.value.back()));
+      }
+      const auto fit = fit_response(lines, config);
+      ASSERT_TRUE(fit);
+      EXPECT_LT(fit->model_error, 1e-3);
+      EXPECT_NEAR(fit->model.estimate(config.further[0]).value / ground, 1.0, 0.02);
+      EXPECT_NEAR(fit->model.parameters.driven_inertia / truth.driven_inertia, 1.0, 0.02);
+      EXPECT_NEAR(fit->model.parameters.load_inertia / truth.load_inertia, 1.0, 0.02);
+      EXPECT_NEAR(fit->model.parameters.stiffness / truth.stiffness, 1.0, 0.02);
+    }
+}
+
+TEST(FurtherParameters, SpringsToTheGroundAreFoundWithoutBeingNamed) {
+  for (const bool of_load : {false, true}) {
+    SCOPED_TRACE(of_load);
+    auto c = servo(3);
+    (of_load ? c.drive.load_ground_stiffness : c.drive.motor_ground_stiffness) = 30.0;
+    const auto result = test::identified(test::simulated(c).record, test::known(c));
+    EXPECT_TRUE(result.trusted);
+    EXPECT_EQ(test::finding(result, "reversed"), nullptr);
+    ASSERT_TRUE(result.model);
+    const auto& drive = result.model->drive;
+    test::expect_within(drive.estimate(of_load ? kLoadGroundStiffness : kMotorGroundStiffness), 30.0, 4.0,
+                        0.1);
+    EXPECT_FALSE(drive.estimated[of_load ? kMotorGroundStiffness : kLoadGroundStiffness]);
+    test::expect_within(drive.estimate(kDrivenInertia), 0.0015, 4.0, 0.05);
+    test::expect_within(drive.estimate(kLoadInertia), 0.0021, 4.0, 0.1);
+    test::expect_within(drive.estimate(kStiffness), 270.0, 4.0, 0.1);
   }
 }
 

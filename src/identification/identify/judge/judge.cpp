@@ -54,6 +54,20 @@ std::vector<Choice> choices_of(const Experiment& experiment, const Measurement& 
   return choices;
 }
 
+/// Whether a spring to the ground is why the velocity leads at low frequencies: the model that has it holds,
+/// and the lines reach well beyond its modes, where they would not lag if input and output were exchanged.
+bool explains_lead(const ModelResult& model, const data::FrequencyResponse& response) {
+  constexpr double kBeyond = 1.2;
+  if (!model.drive.grounded() || !(model.model_error < kCriteria.misfit)) return false;
+  const auto modes = model.drive.modes();
+  if (modes.empty()) return false;
+  double known_hz = 0.0;
+  for (std::size_t i = 0; i < response.lines(); ++i)
+    if (!response.std.empty() && response.std[i] < kCriteria.orientation_line * std::abs(response.value[i]))
+      known_hz = response.frequency_hz[i];
+  return modes.back().frequency_hz.value * kBeyond < known_hz;
+}
+
 std::vector<Finding> findings_of(const Experiment& experiment, const Measurement& m, const Fitted& fitted,
                                  const Options& options) {
   auto findings = experiment.findings;
@@ -69,6 +83,8 @@ std::vector<Finding> findings_of(const Experiment& experiment, const Measurement
   if (fitted.black_box || (fitted.drive && fitted.drive->result.drive.grounded()))
     for (auto& f : findings)
       if (f.id == "spring-to-ground") f.severity = Severity::info;
+  if (fitted.drive && explains_lead(fitted.drive->result, m.response))
+    std::erase_if(findings, [](const Finding& f) { return f.id == "reversed"; });
   const bool of_model = biased_without_model(m, fitted, options) || options.method == Method::model;
   if (auto feedback = inspect_feedback(m.evidence, of_model)) findings.push_back(std::move(*feedback));
   return findings;
@@ -115,8 +131,8 @@ void hold_against_measured(const Experiment& experiment, const Measurement& m, c
   });
   if (contradicted && result.model && result.model->from_record && experiment.record.input.present()) {
     const Measure measure = [&](const data::Record& r) { return measure_response(r, m.plan, options); };
-    const auto corrected =
-        corrected_response(experiment.record, result.response, result.model->drive, options.delay_s, measure);
+    const auto corrected = corrected_response(experiment.record, result.response, result.model->drive,
+                                              options.delay_s, measure, Uncertainty::of_measurement);
     if (corrected) judged = judged_by(*corrected);
   }
   result = std::move(judged);

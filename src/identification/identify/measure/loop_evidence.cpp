@@ -237,8 +237,8 @@ std::optional<Finding> inspect_orientation(const LoopEvidence& evidence,
           "spring-to-ground",
           fmt::format("Below {:.3g} Hz the velocity leads by about 90 deg and grows with frequency, "
                       "above {:.3g} Hz it falls and lags as that of a free drive: a spring to ground "
-                      "(flexure, gravity, gas spring) or a position loop holds the machine. The drive "
-                      "models have none: their parameters are not reliable.",
+                      "(flexure, gravity, gas spring) or a position loop holds the machine. A model "
+                      "without that spring is not reliable.",
                       low.last_hz, high.first_hz));
     return finding("reversed",
                    "At low frequencies the response leads by about 90 deg and grows with frequency, as the "

@@ -97,9 +97,9 @@ ExcitationType kind_of(const data::Record& record, const Options& options, const
   return ExcitationType::other;
 }
 
-/// Multiples of 0.1 Hz, of 0.2, 0.4 ... Hz where there were more than 4000.
+/// Multiples of 0.1 Hz, of 0.2, 0.4 ... Hz where there were more than 2000: a fit takes no more.
 std::vector<double> chirp_grid(double low_hz, double high_hz) {
-  constexpr double kMost = 4000.0;
+  constexpr double kMost = 2000.0;
   double per_hz = 10.0;
   while ((high_hz - low_hz) * per_hz > kMost) per_hz *= 0.5;
   std::vector<double> grid;

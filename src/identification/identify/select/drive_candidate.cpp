@@ -4,6 +4,7 @@
 #include <cmath>
 #include <identification/criteria.hpp>
 #include <identification/identify/select/drive_candidate.hpp>
+#include <identification/identify/select/ground.hpp>
 #include <limits>
 #include <numbers>
 #include <resonid/base/constants.hpp>
@@ -16,16 +17,17 @@ namespace {
 
 using fit::Structure;
 
-const char* plain_name(Structure structure) {
-  switch (structure) {
-    case Structure::rigid:
-      return "rigid";
-    case Structure::two_mass:
-      return "two-mass";
-    case Structure::three_mass:
-      break;
-  }
-  return "three-mass";
+constexpr double kNear = 0.05;  ///< Model error of a start that a fit to the response goes on from.
+
+constexpr double kNothing = 4.0;  ///< Chi-square of one degree of freedom that a chance of 5 % exceeds.
+
+bool holds(const fit::ResponseFit& fit) { return fit.model_error < kCriteria.true_enough; }
+
+/// What a score test says that the parameter would gain; as much as may be where there is none.
+double gain_of(const fit::ResponseFit& fit, fit::Parameter parameter) {
+  const auto tested = std::find_if(fit.lacking.begin(), fit.lacking.end(),
+                                   [&](const fit::Lacking& l) { return l.parameter == parameter; });
+  return tested != fit.lacking.end() ? tested->gain : std::numeric_limits<double>::infinity();
 }
 
 /// Friction that pushes: such a fit imitates noise. Beside dry friction viscous friction may well be nothing,
@@ -35,29 +37,7 @@ bool self_excited(const fit::DriveModel& model, bool dry) {
   return viscous.value < (dry ? -3.0 * viscous.std : 0.0);
 }
 
-/// Dry friction that the fit tells from none.
-bool finds_dry_friction(const std::optional<RecordFit>& fit) {
-  return fit && fit->coulomb_friction &&
-         fit->coulomb_friction->value > kCriteria.dry_friction_found * fit->coulomb_friction->std;
-}
-
 }  // namespace
-
-std::string name_of(const Variant& v) {
-  std::vector<const char*> parts;
-  if (v.friction) parts.push_back("viscous friction");
-  if (v.dry) parts.push_back("dry friction");
-  if (v.has(fit::kLoadViscousFriction)) parts.push_back("viscous friction of the load");
-  if (v.has(fit::kMotorGroundStiffness)) parts.push_back("spring to ground");
-  if (v.has(fit::kLoadGroundStiffness)) parts.push_back("spring from load to ground");
-  if (v.has(fit::kTorqueLag)) parts.push_back("torque lag");
-  if (v.delay) parts.push_back("delay");
-  if (v.velocity == fit::Velocity::differences) parts.push_back("velocity by differences");
-  std::string name = plain_name(v.structure);
-  for (std::size_t i = 0; i < parts.size(); ++i)
-    name += std::string(i == 0 ? " with " : i + 1 == parts.size() ? " and " : ", ") + parts[i];
-  return name;
-}
 
 Difference difference(const fit::DriveModel& model, const data::FrequencyResponse& response) {
   const auto fitted = model.values(response.frequency_hz, true);
@@ -96,8 +76,10 @@ data::FrequencyResponse thinned(const data::FrequencyResponse& g) {
 
 bool modes_are_seen(const fit::DriveModel& model, const Plan& plan) {
   const auto modes = model.modes();
-  const bool one_pair = modes.size() == 2;
-  for (std::size_t i = 0; i < modes.size(); ++i) {
+  // The lowest one, on a spring to the ground, shows below itself in how the velocity leads.
+  const std::size_t first = !modes.empty() && !modes.front().anti ? 1 : 0;
+  const bool one_pair = modes.size() == first + 2;
+  for (std::size_t i = first; i < modes.size(); ++i) {
     const auto& m = modes[i];
     const double f = m.frequency_hz.value;
     if (!std::isfinite(f) || !(m.damping_ratio.value < 1.0)) return false;
@@ -111,6 +93,7 @@ bool modes_are_seen(const fit::DriveModel& model, const Plan& plan) {
     // A pair that cancels within its error bars is none.
     const auto gap = [i](const fit::DriveModel& d) {
       const auto moved = d.modes();
+      if (i + 1 >= moved.size()) return 0.0;
       return moved[i + 1].frequency_hz.value - moved[i].frequency_hz.value;
     };
     const double least = one_pair ? 0.0 : 1e-3 * f;
@@ -142,93 +125,6 @@ std::vector<fit::Parameter> CandidateFits::demanded(Structure structure) const {
   return {};
 }
 
-bool CandidateFits::offered(const Variant& variant, fit::Parameter parameter) const {
-  if (!fit::may_have_parameter(variant.structure, parameter) || variant.has(parameter)) return false;
-  switch (parameter) {
-    case fit::kViscousFriction:
-      return !variant.friction && allowed(true);
-    case fit::kLoadViscousFriction:
-      return allowed(true);
-    case fit::kDelay:
-      return !variant.delay;
-    case fit::kTorqueLag:
-      return !options_.torque_lag_s.has_value();
-    default:
-      return options_.ground == Ground::automatic;
-  }
-}
-
-namespace {
-
-/// The variant with one parameter more.
-Variant with(Variant variant, fit::Parameter parameter) {
-  if (parameter == fit::kViscousFriction)
-    variant.friction = true;
-  else if (parameter == fit::kDelay)
-    variant.delay = true;
-  else
-    variant.further.push_back(parameter);
-  return variant;
-}
-
-/// What a variant has beside its structure.
-std::size_t parameters_of(const Variant& v) {
-  return v.further.size() + (v.friction ? 1 : 0) + (v.delay ? 1 : 0);
-}
-
-/// The model of one variant as a start for another: a delay that is left out may have been a lag.
-fit::DriveModel start_of_other(const Variant& other, const Variant& own, fit::DriveModel model) {
-  const double delay_s = other.delay ? 0.0 : std::exchange(model.delay_s, 0.0);
-  if (other.has(fit::kTorqueLag) && !own.has(fit::kTorqueLag)) model.torque_lag_s = std::max(0.0, delay_s);
-  return model;
-}
-
-/// Springs that push, friction that drives: an imitation of something else.
-bool implausible(const Variant& variant, const fit::DriveModel& model) {
-  constexpr double kClearly = 3.0;  // standard deviations
-  return std::any_of(variant.further.begin(), variant.further.end(), [&](fit::Parameter p) {
-    const auto e = model.estimate(p);
-    return !(e.value > kClearly * e.std);
-  });
-}
-
-constexpr std::array kExtras = {fit::kViscousFriction,      fit::kDelay,
-                                fit::kLoadViscousFriction,  fit::kTorqueLag,
-                                fit::kMotorGroundStiffness, fit::kLoadGroundStiffness};
-constexpr int kMostExtras = 3;
-constexpr double kNear = 0.05;  ///< Model error of a start that a fit to the response goes on from.
-
-/// Stiffness to the ground by the lowest lines, where the velocity leads: |G| = w/K. 0: it does not.
-double ground_of(const data::FrequencyResponse& g) {
-  std::vector<double> stiffness;
-  const std::size_t few = std::max<std::size_t>(3, g.lines() / 20);
-  for (std::size_t i = 0; i < g.lines() && stiffness.size() < few; ++i) {
-    if (!(g.std[i] < kCriteria.usable_line * std::abs(g.value[i]))) continue;
-    stiffness.push_back((std::complex<double>(0.0, kTwoPi * g.frequency_hz[i]) / g.value[i]).real());
-  }
-  return stiffness.empty() ? 0.0 : std::max(0.0, median(std::move(stiffness)));
-}
-
-/// The response without a spring that ties the driven side to the ground: impedances add up.
-data::FrequencyResponse released(data::FrequencyResponse g, double stiffness) {
-  for (std::size_t i = 0; i < g.lines(); ++i) {
-    const std::complex<double> spring = stiffness / std::complex<double>(0.0, kTwoPi * g.frequency_hz[i]);
-    const auto value = 1.0 / (1.0 / g.value[i] - spring);
-    g.std[i] *= std::norm(value / g.value[i]);
-    g.value[i] = value;
-  }
-  return g;
-}
-
-}  // namespace
-
-/// What a fit to the record must hold against the measured response.
-struct CandidateFits::Acceptance {
-  bool by_the_lines = true;  ///< False: the lines have already said that the drive is not linear.
-  double difference = 0.0;   ///< Largest one.
-  double fit_percent = 0.0;  ///< That of the simulation with which a larger one is a correction.
-};
-
 CandidateFits::CandidateFits(std::span<const data::Record> records, const Plan& plan, const Options& options,
                              const data::FrequencyResponse& response, std::span<const fit::DriveModel> starts,
                              bool to_records)
@@ -255,10 +151,8 @@ std::optional<fit::ResponseFit> CandidateFits::response_fit(const Variant& varia
     config.initial = start_of(variant, *start);
     if (near) config.initial_error = kNear;
   }
-  const double ground =
-      start || (!variant.has(fit::kMotorGroundStiffness) && !variant.has(fit::kLoadGroundStiffness))
-          ? 0.0
-          : ground_of(response_);
+  const bool three_on_ground = !start && variant.structure == Structure::three_mass && variant.grounded();
+  const double ground = three_on_ground ? ground_stiffness_of(response_) : 0.0;
   if (ground > 0.0) {  // a machine begun without its spring never finds it
     auto free = config;
     free.further.clear();
@@ -274,71 +168,51 @@ std::optional<fit::ResponseFit> CandidateFits::response_fit(const Variant& varia
   return std::move(*fit);
 }
 
-void CandidateFits::extend_by_response(DriveCandidate& candidate) const {
-  for (int round = 0; round < kMostExtras; ++round) {
-    const Variant variant = candidate.variants.front().first;
-    const fit::ResponseFit told = candidate.variants.front().second;
-    const double repeated = told.repetition;
-    std::optional<std::pair<Variant, fit::ResponseFit>> best;
-    double least = told.bic_for(repeated);
-    const auto consider = [&](const Variant& wider) {
-      std::vector<std::optional<fit::DriveModel>> starts = {start_of_other(wider, variant, told.model)};
-      if (wider.has(fit::kMotorGroundStiffness) || wider.has(fit::kLoadGroundStiffness))
-        starts.emplace_back(std::nullopt);
-      for (const auto& start : starts) {
-        auto fit = response_fit(wider, start, true);
-        if (!fit || implausible(wider, fit->model)) continue;
-        const double price = parameters_of(wider) > parameters_of(variant) ? kCriteria.biased_lines : 0.0;
-        const double cost = fit->bic_for(repeated) + price;
-        if (!(cost < least)) continue;
-        least = cost;
-        best.emplace(wider, std::move(*fit));
+void CandidateFits::add_variants(DriveCandidate& candidate, const std::vector<fit::Parameter>& further,
+                                 const Variant* like) const {
+  for (const bool friction : {false, true}) {
+    if (!allowed(friction)) continue;
+    std::optional<fit::ResponseFit> without;
+    for (const bool delay : {false, true}) {
+      if (like != nullptr && (friction != like->friction || delay != like->delay)) continue;
+      const Variant variant{candidate.structure, friction, delay, false, further};
+      // Near the truth the score test says all that the fit would.
+      if (delay && without && holds(*without) && gain_of(*without, fit::kDelay) < kNothing) continue;
+      auto fit = response_fit(variant, without ? std::optional(without->model) : std::nullopt);
+      // A delay that was left out may have spoilt the start.
+      if (delay && without && !(fit && holds(*fit))) {
+        auto afresh = response_fit(variant, std::nullopt);
+        if (afresh && (!fit || afresh->bic < fit->bic)) fit = std::move(afresh);
       }
-    };
-    auto lacking = told.lacking;
-    std::sort(lacking.begin(), lacking.end(), [](const auto& a, const auto& b) { return a.gain > b.gain; });
-    constexpr std::size_t kFew = 2;
-    std::size_t tried = 0;
-    for (const auto& [p, gain] : lacking) {
-      // Noise may explain what is left.
-      if (tried == kFew || !(told.model_error > 0.0) || gain < kCriteria.clearly_better * repeated) break;
-      if (p == fit::kDelay || !offered(variant, p)) continue;
-      ++tried;
-      consider(with(variant, p));
+      if (!fit) continue;
+      without = fit;
+      candidate.variants.emplace_back(variant, std::move(*fit));
     }
-    for (const auto& instead : instead_of_delay(variant)) consider(instead);
-    if (!best) return;
-    candidate.variants.insert(candidate.variants.begin(), std::move(*best));
   }
+}
+
+/// A machine on a spring that is begun without it is not found, however much it lacks.
+bool CandidateFits::ground_is_likely(const DriveCandidate& candidate) const {
+  if (leads_at_first(response_)) return true;
+  return std::all_of(candidate.variants.begin(), candidate.variants.end(),
+                     [](const auto& v) { return v.second.model_error > kCriteria.true_enough; });
 }
 
 DriveCandidate CandidateFits::fit_to_response(Structure structure, const Variant* like) const {
   DriveCandidate candidate;
   candidate.structure = structure;
-  for (const bool friction : {false, true}) {
-    if (!allowed(friction)) continue;
-    std::optional<fit::DriveModel> start;
-    for (const bool delay : {false, true}) {
-      if (like != nullptr && (friction != like->friction || delay != like->delay)) continue;
-      const Variant variant{structure, friction, delay, false,
-                            like != nullptr ? like->further : demanded(structure)};
-      auto fit = response_fit(variant, start);
-      if (delay && start) {  // a delay that was left out may have spoilt the start
-        auto afresh = response_fit(variant, std::nullopt);
-        if (afresh && (!fit || afresh->bic < fit->bic)) fit = std::move(afresh);
-      }
-      if (!fit) continue;
-      start = fit->model;
-      candidate.variants.emplace_back(variant, std::move(*fit));
-    }
-  }
+  const auto given = like != nullptr ? like->further : demanded(structure);
+  add_variants(candidate, given, like);
+  if (like == nullptr && ground_is_likely(candidate))
+    for (const auto p : {fit::kMotorGroundStiffness, fit::kLoadGroundStiffness})
+      if (offered({structure, false, false, false, given}, p)) add_variants(candidate, {p}, nullptr);
   // Lines that repeat one another, smoothed ones or those that a model misses in a smooth way, count as the
   // fewer that they are worth; by the variant that leaves least unexplained.
   double repeated = std::numeric_limits<double>::infinity();
   for (const auto& v : candidate.variants) repeated = std::min(repeated, v.second.repetition);
   const auto price = [&](const std::pair<Variant, fit::ResponseFit>& v) {
-    return v.second.bic_for(repeated) + (v.first.friction ? kCriteria.more_parameters : 0.0) +
-           (v.first.delay ? kCriteria.more_parameters : 0.0);
+    return v.second.bic_for(repeated) +
+           static_cast<double>(parameters_of(v.first)) * kCriteria.more_parameters;
   };
   std::sort(candidate.variants.begin(), candidate.variants.end(),
             [&](const auto& a, const auto& b) { return price(a) < price(b); });
@@ -406,10 +280,15 @@ void CandidateFits::fit_variants(DriveCandidate& candidate, const Acceptance& ac
   auto variants = candidate.variants;
   std::stable_sort(variants.begin(), variants.end(),
                    [](const auto& a, const auto& b) { return a.first.delay < b.first.delay; });
+  double repeated = std::numeric_limits<double>::infinity();
+  for (const auto& v : candidate.variants) repeated = std::min(repeated, v.second.repetition);
+  const double least = candidate.response_fit().bic_for(repeated);
   for (const auto& [variant, told] : variants) {
     if (variant.delay && !ask_for_delay) continue;
+    if (told.bic_for(repeated) > least + kCriteria.ruled_out) continue;
     std::vector<fit::DriveModel> starts = {told.model};
-    if (candidate.record_fit) starts.push_back(candidate.record_fit->model);
+    if (candidate.record_fit && candidate.record_variant.further == variant.further)
+      starts.push_back(candidate.record_fit->model);
     for (const auto& start : starts_)
       if (start.structure == variant.structure) starts.push_back(start);
     for (const auto& start : starts) {
@@ -431,119 +310,6 @@ void CandidateFits::fit_to_record(DriveCandidate& candidate) const {
   if (acceptable.by_the_lines) fit_variants(candidate, acceptable);
   try_dry_friction(candidate, acceptable);
   extend_by_record(candidate);
-}
-
-/// To the test a lag, the mean over a sample and the delay that stands in its place are alike.
-std::vector<Variant> CandidateFits::instead_of_delay(const Variant& variant) const {
-  std::vector<Variant> others;
-  if (!variant.delay) return others;
-  Variant without = variant;
-  without.delay = false;
-  if (offered(variant, fit::kTorqueLag)) {
-    others.push_back(with(variant, fit::kTorqueLag));
-    others.push_back(with(without, fit::kTorqueLag));
-  }
-  if (records_.front().output_quantity == data::OutputQuantity::velocity &&
-      variant.velocity == fit::Velocity::sampled) {
-    others.push_back(without);
-    others.back().velocity = fit::Velocity::differences;
-  }
-  return others;
-}
-
-/// The score test says what would pay, before it is fitted.
-void CandidateFits::extend_by_record(DriveCandidate& candidate) const {
-  constexpr double kRounding = 1e-6;  // per cent of the output that a fit leaves
-  for (int round = 0; round < kMostExtras && candidate.record_fit; ++round) {
-    const bool exact = candidate.record_fit->fit_percent > 100.0 - kRounding;  // nothing is left to add
-    std::array<double, fit::kParameterCount> gain{};
-    for (const auto& record : candidate.record_fit->records)
-      for (const auto& l : record.lacking) gain[static_cast<std::size_t>(l.parameter)] += l.gain;
-    const Variant variant = candidate.record_variant;
-    std::vector<Variant> wider;
-    for (const auto p : kExtras) {
-      if (exact || gain[static_cast<std::size_t>(p)] < kCriteria.clearly_better || !offered(variant, p))
-        continue;
-      wider.push_back(with(variant, p));
-    }
-    const auto instead = instead_of_delay(variant);
-    wider.insert(wider.end(), instead.begin(), instead.end());
-    std::optional<RecordFit> best;
-    Variant chosen;
-    double least = candidate.record_fit->bic;
-    for (const auto& v : wider) {
-      auto fit = fit_to_records(v, start_of_other(v, variant, candidate.record_fit->model));
-      if (!fit || implausible(v, fit->model)) continue;
-      const double price = parameters_of(v) > parameters_of(variant) ? kCriteria.clearly_better : 0.0;
-      if (!(fit->bic + price < least)) continue;
-      least = fit->bic + price;
-      best = std::move(fit);
-      chosen = v;
-    }
-    if (!best) return;
-    candidate.record_fit = std::move(best);
-    candidate.record_variant = chosen;
-  }
-}
-
-/// Dry friction passes for viscous friction, colours the residual, or keeps a linear fit from coming out. A
-/// motion that never reverses shows none.
-bool CandidateFits::dry_friction_is_likely(const DriveCandidate& candidate) const {
-  if (options_.friction == Friction::none || options_.friction == Friction::viscous) return false;
-  if (records_.front().output_quantity == data::OutputQuantity::acceleration) return false;
-  // A position that no linear drive explains drifts by more than friction.
-  if (!candidate.record_fit) return records_.front().output_quantity == data::OutputQuantity::velocity;
-  const auto& records = candidate.record_fit->records;
-  return candidate.record_variant.friction ||
-         std::any_of(records.begin(), records.end(),
-                     [](const fit::OutputErrorFit& fit) { return fit.noise.order() > 0; });
-}
-
-std::optional<RecordFit> CandidateFits::with_dry_friction(Variant& variant,
-                                                          const fit::DriveModel& start) const {
-  variant.dry = true;
-  variant.friction = options_.friction != Friction::dry;
-  auto fit = fit_to_records(variant, start);
-  if (!friction_is_free()) {
-    if (fit || options_.friction == Friction::dry) return fit;
-    Variant alone = variant;  // for a start
-    alone.friction = false;
-    auto without = fit_to_records(alone, start);
-    return without ? fit_to_records(variant, without->model) : without;
-  }
-  if (finds_dry_friction(fit)) {
-    const auto viscous = fit->model.estimate(fit::kViscousFriction);
-    if (viscous.value > kCriteria.viscous_friction_found * viscous.std) return fit;
-  }
-  // Both together are one too many where the motion tells little of them.
-  Variant alone = variant;
-  alone.friction = false;
-  auto without = fit_to_records(alone, fit ? fit->model : start);
-  if (!finds_dry_friction(without)) return finds_dry_friction(fit) ? std::move(fit) : std::nullopt;
-  if (!finds_dry_friction(fit)) {
-    Variant both = variant;
-    both.friction = true;
-    auto again = fit_to_records(both, without->model);
-    if (finds_dry_friction(again)) fit = std::move(again);
-  }
-  if (finds_dry_friction(fit) && without->bic > fit->bic) return fit;
-  variant = alone;
-  return without;
-}
-
-void CandidateFits::try_dry_friction(DriveCandidate& candidate, const Acceptance& acceptable) const {
-  if (!dry_friction_is_likely(candidate)) return;
-  Variant variant = candidate.variant();
-  auto fit = with_dry_friction(variant, candidate.model());
-  if (!fit) return;
-  const bool better = !friction_is_free() ? true
-                      : candidate.record_fit
-                          ? fit->bic + kCriteria.clearly_better < candidate.record_fit->bic
-                          : fit->fit_percent >= acceptable.fit_percent ||
-                                difference(fit->model, response_).whole <= acceptable.difference;
-  if (!better) return;
-  candidate.record_fit = std::move(*fit);
-  candidate.record_variant = variant;
 }
 
 void CandidateFits::validate(DriveCandidate& candidate) const {

@@ -2,8 +2,10 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <identification/identify/measure/methods.hpp>
 #include <identification/identify/select/record_fit.hpp>
+#include <identification/identify/select/variant.hpp>
 #include <optional>
 #include <resonid/fit/output_error.hpp>
 #include <resonid/fit/response_fit.hpp>
@@ -14,22 +16,10 @@
 
 namespace resonid::identification::detail {
 
-/// What is estimated of a structure.
-struct Variant {
-  fit::Structure structure = fit::Structure::two_mass;
-  bool friction = false;
-  bool delay = false;
-  bool dry = false;                          ///< Dry friction; told by the record only.
-  std::vector<fit::Parameter> further = {};  ///< fit::OutputErrorConfig::further
-  fit::Velocity velocity = fit::Velocity::sampled;
-
-  [[nodiscard]] bool has(fit::Parameter parameter) const {
-    return std::find(further.begin(), further.end(), parameter) != further.end();
-  }
-};
-
-/// "two-mass with viscous friction and delay"
-[[nodiscard]] std::string name_of(const Variant& variant);
+/// What a variant may have beside its structure.
+inline constexpr std::array kExtras = {fit::kViscousFriction,      fit::kDelay,
+                                       fit::kLoadViscousFriction,  fit::kTorqueLag,
+                                       fit::kMotorGroundStiffness, fit::kLoadGroundStiffness};
 
 /// One structure: what the response says of its variants, and the best fit to the records if there is one.
 struct DriveCandidate {
@@ -97,7 +87,12 @@ class CandidateFits {
   void for_comparison(DriveCandidate& candidate, const Variant& chosen) const;
 
  private:
-  struct Acceptance;
+  /// What a fit to the record must hold against the measured response.
+  struct Acceptance {
+    bool by_the_lines = true;  ///< False: the lines have already said that the drive is not linear.
+    double difference = 0.0;   ///< Largest one.
+    double fit_percent = 0.0;  ///< That of the simulation with which a larger one is a correction.
+  };
   [[nodiscard]] bool allowed(bool viscous_friction) const;
   [[nodiscard]] bool friction_is_free() const { return options_.friction == Friction::automatic; }
   /// What every model of the structure has, since the user says so.
@@ -107,6 +102,10 @@ class CandidateFits {
   [[nodiscard]] std::vector<Variant> instead_of_delay(const Variant& variant) const;
   /// What a variant does not estimate, it must not inherit either.
   [[nodiscard]] fit::DriveModel start_of(const Variant& variant, fit::DriveModel model) const;
+  /// Fits to the response with and without friction and delay.
+  void add_variants(DriveCandidate& candidate, const std::vector<fit::Parameter>& further,
+                    const Variant* like) const;
+  [[nodiscard]] bool ground_is_likely(const DriveCandidate& candidate) const;
   /// Adds, one after the other, the parameters that pay: to the response's best fit, to the record's.
   void extend_by_response(DriveCandidate& candidate) const;
   void extend_by_record(DriveCandidate& candidate) const;

@@ -92,11 +92,14 @@ std::vector<fit::DriveModel> neighbours_of(const fit::DriveModel& model) {
 expected<data::FrequencyResponse, Error> corrected_response(const data::Record& record,
                                                             const data::FrequencyResponse& measured,
                                                             const fit::DriveModel& model,
-                                                            double known_delay_s, const Measure& measure) {
+                                                            double known_delay_s, const Measure& measure,
+                                                            Uncertainty uncertainty) {
   const auto factor = factor_of(record, measured, model, known_delay_s, measure);
   if (!factor) return tl::unexpected(factor.error());
   std::vector<double> variance(measured.lines(), 0.0);  // of the factor
-  for (const auto& neighbour : neighbours_of(model)) {
+  const auto neighbours =
+      uncertainty == Uncertainty::of_model ? neighbours_of(model) : std::vector<fit::DriveModel>();
+  for (const auto& neighbour : neighbours) {
     const auto moved = factor_of(record, measured, neighbour, known_delay_s, measure);
     if (!moved) return tl::unexpected(moved.error());
     for (std::size_t i = 0; i < variance.size(); ++i) variance[i] += std::norm((*moved)[i] - (*factor)[i]);
@@ -125,7 +128,8 @@ expected<void, Error> simulate_and_correct(const data::Record& record, const Pla
   for (int round = 0; round < kRounds; ++round) {
     if (!selection)
       return complain("simulate-and-correct needs a model, and none could be fitted to this response");
-    auto corrected = corrected_response(record, measured, selection->result.drive, options.delay_s, measure);
+    auto corrected = corrected_response(record, measured, selection->result.drive, options.delay_s, measure,
+                                        Uncertainty::of_model);
     if (!corrected) return tl::unexpected(corrected.error());
     response = std::move(*corrected);
     selection = select_model({&record, 1}, plan, options, response);

@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: MIT
+#include <identification/identify/select/variant.hpp>
+
+namespace resonid::identification::detail {
+namespace {
+
+using fit::Structure;
+
+const char* plain_name(Structure structure) {
+  switch (structure) {
+    case Structure::rigid:
+      return "rigid";
+    case Structure::two_mass:
+      return "two-mass";
+    case Structure::three_mass:
+      break;
+  }
+  return "three-mass";
+}
+
+}  // namespace
+
+std::string name_of(const Variant& v) {
+  std::vector<const char*> parts;
+  if (v.friction) parts.push_back("viscous friction");
+  if (v.dry) parts.push_back("dry friction");
+  if (v.has(fit::kLoadViscousFriction)) parts.push_back("viscous friction of the load");
+  if (v.has(fit::kMotorGroundStiffness)) parts.push_back("spring to ground");
+  if (v.has(fit::kLoadGroundStiffness)) parts.push_back("spring from load to ground");
+  if (v.has(fit::kTorqueLag)) parts.push_back("torque lag");
+  if (v.delay) parts.push_back("delay");
+  if (v.velocity == fit::Velocity::differences) parts.push_back("velocity by differences");
+  std::string name = plain_name(v.structure);
+  for (std::size_t i = 0; i < parts.size(); ++i)
+    name += std::string(i == 0 ? " with " : i + 1 == parts.size() ? " and " : ", ") + parts[i];
+  return name;
+}
+
+Variant with(Variant variant, fit::Parameter parameter) {
+  if (parameter == fit::kViscousFriction)
+    variant.friction = true;
+  else if (parameter == fit::kDelay)
+    variant.delay = true;
+  else
+    variant.further.push_back(parameter);
+  return variant;
+}
+
+std::size_t parameters_of(const Variant& v) {
+  return v.further.size() + (v.friction ? 1 : 0) + (v.delay ? 1 : 0);
+}
+
+}  // namespace resonid::identification::detail
