@@ -164,6 +164,7 @@ TEST(FurtherParameters, SpringsToTheGroundAreFoundWithoutBeingNamed) {
   for (const bool of_load : {false, true}) {
     SCOPED_TRACE(of_load);
     auto c = servo(3);
+    test::prbs(c);
     (of_load ? c.drive.load_ground_stiffness : c.drive.motor_ground_stiffness) = 30.0;
     const auto result = test::identified(test::simulated(c).record, test::known(c));
     EXPECT_TRUE(result.trusted);

@@ -2,6 +2,8 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdio>
+#include <ctime>
 #include <identification/criteria.hpp>
 #include <identification/identify/select/drive_candidate.hpp>
 #include <identification/identify/select/ground.hpp>
@@ -11,6 +13,7 @@
 #include <resonid/base/detail/statistics.hpp>
 #include <resonid/fit/detail/order_selection.hpp>
 #include <utility>
+// TRACE
 
 namespace resonid::identification::detail {
 namespace {
@@ -163,7 +166,20 @@ std::optional<fit::ResponseFit> CandidateFits::response_fit(const Variant& varia
           ground);
     }
   }
+  const auto t0 = std::clock();  // TRACE
   auto fit = fit::fit_response(response_, config);
+  if (getenv("RST"))
+    std::fprintf(stderr,
+                 "response %s start %d: %s bic %.1f err %.4f misfit %.2f rep %.1f conv %d J1 %.4g J2 %.4g K "
+                 "%.4g D %.3g Kg %.4g KL %.4g  %.2fs\n",
+                 name_of(variant).c_str(), start.has_value(), fit ? "ok" : "none", fit ? fit->bic : 0,
+                 fit ? fit->model_error : 0, fit ? fit->misfit : 0, fit ? fit->repetition : 0,
+                 fit ? fit->converged : 0, fit ? fit->model.parameters.driven_inertia : 0,
+                 fit ? fit->model.parameters.load_inertia : 0, fit ? fit->model.parameters.stiffness : 0,
+                 fit ? fit->model.parameters.damping : 0,
+                 fit ? fit->model.parameters.motor_ground_stiffness : 0,
+                 fit ? fit->model.parameters.load_ground_stiffness : 0,
+                 double(std::clock() - t0) / CLOCKS_PER_SEC);  // TRACE
   if (!fit || !std::isfinite(fit->bic) || self_excited(fit->model, false)) return std::nullopt;
   return std::move(*fit);
 }
@@ -184,7 +200,9 @@ void CandidateFits::add_variants(DriveCandidate& candidate, const std::vector<fi
         auto afresh = response_fit(variant, std::nullopt);
         if (afresh && (!fit || afresh->bic < fit->bic)) fit = std::move(afresh);
       }
-      if (!fit) continue;
+      if (!fit ||
+          (further != demanded(candidate.structure) && like == nullptr && implausible(variant, fit->model)))
+        continue;
       without = fit;
       candidate.variants.emplace_back(variant, std::move(*fit));
     }
@@ -250,7 +268,18 @@ std::optional<RecordFit> CandidateFits::fit_to_records(const Variant& variant,
     if (const auto first = fit_records(records_, plain); first && first->converged)
       config.initial = first->model;
   }
+  const auto t0 = std::clock();  // TRACE
   auto fit = fit_records(records_, config);
+  if (getenv("RST"))
+    std::fprintf(
+        stderr,
+        "  record %s: %s bic %.1f fit %.3f conv %d J1 %.4g J2 %.4g K %.4g D %.3g Kg %.4g KL %.4g  %.2fs\n",
+        name_of(variant).c_str(), fit ? "ok" : "none", fit ? fit->bic : 0, fit ? fit->fit_percent : 0,
+        fit ? fit->converged : 0, fit ? fit->model.parameters.driven_inertia : 0,
+        fit ? fit->model.parameters.load_inertia : 0, fit ? fit->model.parameters.stiffness : 0,
+        fit ? fit->model.parameters.damping : 0, fit ? fit->model.parameters.motor_ground_stiffness : 0,
+        fit ? fit->model.parameters.load_ground_stiffness : 0,
+        double(std::clock() - t0) / CLOCKS_PER_SEC);  // TRACE
   if (!fit || !fit->converged || (friction_is_free() && self_excited(fit->model, variant.dry)))
     return std::nullopt;
   return fit;

@@ -18,15 +18,6 @@ fit::DriveModel start_of_other(const Variant& other, const Variant& own, fit::Dr
   return model;
 }
 
-/// Springs that push, friction that drives: an imitation of something else.
-bool implausible(const Variant& variant, const fit::DriveModel& model) {
-  constexpr double kClearly = 3.0;  // standard deviations
-  return std::any_of(variant.further.begin(), variant.further.end(), [&](fit::Parameter p) {
-    const auto e = model.estimate(p);
-    return !(e.value > kClearly * e.std);
-  });
-}
-
 }  // namespace
 
 bool CandidateFits::offered(const Variant& variant, fit::Parameter parameter) const {

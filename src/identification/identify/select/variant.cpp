@@ -50,4 +50,12 @@ std::size_t parameters_of(const Variant& v) {
   return v.further.size() + (v.friction ? 1 : 0) + (v.delay ? 1 : 0);
 }
 
+bool implausible(const Variant& variant, const fit::DriveModel& model) {
+  constexpr double kClearly = 3.0;  // standard deviations
+  return std::any_of(variant.further.begin(), variant.further.end(), [&](fit::Parameter p) {
+    const auto e = model.estimate(p);
+    return !(e.value > kClearly * e.std);
+  });
+}
+
 }  // namespace resonid::identification::detail

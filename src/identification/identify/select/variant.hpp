@@ -34,4 +34,7 @@ struct Variant {
 /// What a variant has beside its structure.
 [[nodiscard]] std::size_t parameters_of(const Variant& variant);
 
+/// Springs that push, friction that drives: an imitation of something else.
+[[nodiscard]] bool implausible(const Variant& variant, const fit::DriveModel& model);
+
 }  // namespace resonid::identification::detail
