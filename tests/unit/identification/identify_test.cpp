@@ -274,5 +274,27 @@ TEST(Identify, UnitsFollowTheSignals) {
   EXPECT_FALSE(u.physical);
 }
 
+/// Low sines last longest, and most of the power is theirs; the resonance, 11.9 Hz, shows in the high ones.
+TEST(Identify, ResonanceAmongTheHighSinesOfASteppedSineIsFound) {
+  auto c = drive();
+  c.drive.driven_inertia = 0.03;
+  c.drive.load_inertia = 0.25;
+  c.drive.stiffness = 150.0;
+  c.drive.damping = 0.1;
+  c.excitation.kind = online::Kind::stepped_sine;
+  std::vector<double> lines;
+  for (double f = 1.5; f < 22.0; f *= 1.15) lines.push_back(f);
+  c.excitation.lines_hz.assign(lines);
+  c.run.sample_rate_hz = 200.0;
+  const auto result = identify(run(c), {}).value();
+  EXPECT_TRUE(result.trusted);
+  ASSERT_TRUE(result.model);
+  EXPECT_EQ(result.model->drive.structure, fit::Structure::two_mass);
+  const auto resonance = result.model->drive.resonance();
+  EXPECT_NEAR(resonance.value, std::sqrt(150.0 * (1.0 / 0.03 + 1.0 / 0.25)) / 6.283185307,
+              4.0 * resonance.std);
+  EXPECT_LT(resonance.std, 0.01 * resonance.value);
+}
+
 }  // namespace
 }  // namespace resonid::identification

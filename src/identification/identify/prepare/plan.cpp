@@ -113,12 +113,19 @@ std::vector<double> chirp_grid(double low_hz, double high_hz) {
 /// given.
 std::optional<Error> set_band(const data::Record& record, const Options& options, Plan& plan) {
   const double nyquist = 0.5 * record.sample_rate_hz;
+  // Low sines last longest and have most of the power, but every one is a line.
+  const auto dwells = plan.excitation == ExcitationType::stepped_sine && plan.grid_hz.empty()
+                          ? response::detect_stepped_sine(record)
+                          : std::vector<double>();
   if (plan.sweep) {
     plan.low_hz = std::min(plan.sweep->from_hz, plan.sweep->to_hz);
     plan.high_hz = std::max(plan.sweep->from_hz, plan.sweep->to_hz);
   } else if (!plan.grid_hz.empty()) {
     plan.low_hz = plan.grid_hz.front();
     plan.high_hz = plan.grid_hz.back();
+  } else if (!dwells.empty()) {
+    plan.low_hz = dwells.front();
+    plan.high_hz = dwells.back();
   } else {
     // A PRBS excites beyond the zeros of its spectrum; those belong into the picture.
     const double share = plan.excitation == ExcitationType::prbs ? 0.01 : 0.1;
