@@ -61,8 +61,8 @@ void read_parameters(const std::string& text, fit::DriveModel& model) {
     const auto is = [&](fit::Parameter p) {
       return name == fit::kParameterNames[static_cast<std::size_t>(p)];
     };
-    return is(fit::kDelay) || is(fit::kTorqueLag) || is(fit::kMotorGroundStiffness) ||
-           is(fit::kLoadGroundStiffness);
+    return is(fit::kDelay) || is(fit::kTorqueLag) || is(fit::kOutputFilter) ||
+           is(fit::kMotorGroundStiffness) || is(fit::kLoadGroundStiffness);
   });
   std::array<std::optional<double>, fit::kParameterCount> given;
   for (const auto& [name, value] : items_of("--parameters", text)) {
@@ -104,9 +104,9 @@ void read_model(PlanOptions& o) {
   auto& drive = o.config.drive;
   drive.model = result.model->drive;
   // To a plan the torque loop's lag is a delay as long as itself.
-  drive.model.known_delay_s += drive.model.delay_s + drive.model.torque_lag_s;
-  drive.model.delay_s = drive.model.torque_lag_s = 0.0;
-  drive.model.estimated[fit::kTorqueLag] = false;
+  drive.model.known_delay_s += drive.model.delay_s + drive.model.torque_lag_s + drive.model.output_filter_s;
+  drive.model.delay_s = drive.model.torque_lag_s = drive.model.output_filter_s = 0.0;
+  drive.model.estimated[fit::kTorqueLag] = drive.model.estimated[fit::kOutputFilter] = false;
   if (!o.noise && result.validation) o.noise = result.validation->residual_rms;
 }
 

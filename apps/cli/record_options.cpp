@@ -113,6 +113,8 @@ void add_model_options(CLI::App& verb, MethodOptions& o) {
   add_enum(verb, "--ground", k.ground, "side of the drive model that a spring ties to the ground");
   add_number(verb, "--torque-lag", k.torque_lag_s, "SECONDS",
              "time constant of the torque loop, 0 for none; otherwise estimated where the record shows it");
+  add_number(verb, "--output-filter", k.output_filter_s, "SECONDS",
+             "time constant of the drive's filter of the measured velocity, 0 for none; otherwise estimated");
   static_assert(std::is_same_v<std::size_t, std::uint64_t>);
   add_count(verb, "--order", k.order, "of the black-box model, 1 ... 20; otherwise chosen", 1)
       ->default_str("");
@@ -151,12 +153,14 @@ void check(const CLI::App& verb, MethodOptions& o) {
   const bool drive = o.options.model != ModelChoice::none && o.options.model != ModelChoice::black_box;
   if (given("--friction") && !drive)
     throw UsageError("--friction: is that of a drive model; required --model other than none and black-box");
-  for (const char* name : {"--ground", "--torque-lag"})
+  for (const char* name : {"--ground", "--torque-lag", "--output-filter"})
     if (given(name) && !drive)
       throw UsageError(
           fmt::format("{}: is that of a drive model; required --model other than none and black-box", name));
   if (const double lag = o.options.torque_lag_s.value_or(0.0); !(lag >= 0.0))
     throw UsageError(fmt::format("--torque-lag: found {:g} s, required >= 0", lag));
+  if (const double lag = o.options.output_filter_s.value_or(0.0); !(lag >= 0.0))
+    throw UsageError(fmt::format("--output-filter: found {:g} s, required >= 0", lag));
   if (given("--seed") && !given("--bootstrap"))
     throw UsageError("--seed: is the seed of the bootstrap; required --bootstrap N with it");
   if (given("--bootstrap") && o.options.model == ModelChoice::none)

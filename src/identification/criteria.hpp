@@ -30,6 +30,7 @@ struct Criteria {
   double lost_coherence = 0.1;   ///< The same in any tenth of the band: a mode takes up no more.
   double coherent_gap = 2.0;     ///< Factor of frequency that an anti-resonance may drown in.
   double fed_back_power = 1e-3;  ///< Of the densest excitation: less may be noise in a closed loop.
+  double held_band = 0.8;        ///< Of half the rate of a held output's new values, up to which lines count.
   std::size_t fewest_lines = 4;  ///< Of a response that tells a drive; periodic ones of fewer are none.
   double relevant_distortion = 1e-3;  ///< Of the output; less is of no consequence to a loop.
   double warned_distortion = 0.1;     ///< Of the output, from which the finding is a warning.
@@ -82,6 +83,9 @@ struct Criteria {
   double outlier = 6.0;  ///< Standard deviations, by the median; of Gaussian noise one sample in 5e8.
   std::size_t fewest_outliers = 4;
   double outlier_share = 2e-4;  ///< Of the samples.
+  double slipped_gain =
+      9.0;  ///< In log-likelihood (1e-5 by chance), by which lost or doubled samples explain a residual ...
+  double slipped_one_way = 2.0;  ///< ... and times what the other of the two explains.
   double contradicted_inertia =
       0.01;  ///< Of the inertia in all, by which a model may differ from what its motion took ...
   double contradicted_deviations = 4.0;  ///< ... and beyond both error bars.

@@ -75,6 +75,7 @@ std::string unit_of(fit::Parameter parameter, const Units& units) {
       return units.stiffness;
     case fit::kDelay:
     case fit::kTorqueLag:
+    case fit::kOutputFilter:
       return "s";
     default:
       return units.damping;

@@ -96,10 +96,17 @@ data::FrequencyResponse loop_response(const SampledDrive& drive, const SampleDel
                                       std::vector<double> frequency_hz) {
   data::FrequencyResponse loop;
   loop.frequency_hz = std::move(frequency_hz);
+  // A held velocity samples the loop anew: at the rate of its new values the images add up.
+  const std::size_t images = path.position_gain > 0.0 ? 1 : path.hold;
   for (const double f : loop.frequency_hz) {
-    const double angle = kTwoPi * f * drive.sample_time_s;
-    loop.value.push_back(loop_without_delay(drive, path, controller, std::polar(1.0, angle)) *
-                         std::polar(1.0, -angle * static_cast<double>(delay.whole)));
+    Complex sum = 0.0;
+    for (std::size_t i = 0; i < images; ++i) {
+      const double turns = static_cast<double>(i) / static_cast<double>(images);
+      const double angle = kTwoPi * (f * drive.sample_time_s + turns);
+      sum += loop_without_delay(drive, path, controller, std::polar(1.0, angle)) *
+             std::polar(1.0, -angle * static_cast<double>(delay.whole));
+    }
+    loop.value.push_back(sum);
   }
   return loop;
 }

@@ -90,7 +90,7 @@ SampledDrive as_measured(SampledDrive drive, const VelocityPath& path) {
   return drive;
 }
 
-/// 6000 frequencies in even ratio up to half the sample rate.
+/// 6000 frequencies in even ratio up to half the rate at which the loop gets new values.
 std::vector<double> loop_lines(double sample_rate_hz) {
   constexpr std::size_t kLines = 6000;
   constexpr double kSpan = 5e4;  // highest to lowest
@@ -130,7 +130,9 @@ Truth truth_of(const ExperimentConfig& config, const Drive& drive, const Control
   truth.seed = config.run.seed;
   SampledDrive sampled = drive.sampled(drive.stiffness_factor());
   if (const auto law = controller.velocity_feedback())
-    truth.loop = loop_response(sampled, split_delay(truth.delay_s, rate), path, *law, loop_lines(rate));
+    truth.loop =
+        loop_response(sampled, split_delay(truth.delay_s, rate), path, *law,
+                      loop_lines(path.position_gain > 0.0 ? rate : rate / static_cast<double>(path.hold)));
   sampled = as_measured(std::move(sampled), path);
   truth.plant = transfer_function(sampled);
   truth.response.frequency_hz = response_hz.empty()

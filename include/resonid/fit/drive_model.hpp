@@ -38,6 +38,7 @@ enum Parameter : int {
   kDelay,
   kLoadViscousFriction,
   kTorqueLag,
+  kOutputFilter,
   kMotorGroundStiffness,
   kLoadGroundStiffness,
   kMiddleInertia,
@@ -53,6 +54,7 @@ inline constexpr std::array<std::string_view, kParameterCount> kParameterNames =
                                                                                   "delay",
                                                                                   "load_viscous_friction",
                                                                                   "torque_lag",
+                                                                                  "output_filter",
                                                                                   "motor_ground_stiffness",
                                                                                   "load_ground_stiffness",
                                                                                   "middle_inertia",
@@ -101,8 +103,10 @@ struct DriveModel {
   data::ThreeMassParameters parameters;   ///< Rigid: driven_inertia (the whole one), viscous_friction only.
   Velocity velocity = Velocity::sampled;  ///< Part of response(), as the torque lag is.
   double torque_lag_s = 0.0;              ///< Time constant of a torque loop of first order, >= 0.
-  double delay_s = 0.0;                   ///< Fitted delay, on top of the known one; not part of response().
-  double known_delay_s = 0.0;             ///< In the measured output and taken out of its response.
+  /// Time constant T of a filter of the measured velocity, f(k) = p f(k-1) + (1-p) v(k), p = exp(-Ts/T).
+  double output_filter_s = 0.0;
+  double delay_s = 0.0;        ///< Fitted delay, on top of the known one; not part of response().
+  double known_delay_s = 0.0;  ///< In the measured output and taken out of its response.
   double sample_time_s = 0.0;
   ParameterMask estimated{};
   /// Covariance of the parameters themselves, not logarithms.

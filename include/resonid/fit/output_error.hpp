@@ -20,7 +20,8 @@ struct OutputErrorConfig {
   bool coulomb_friction =
       false;           ///< Estimate dry friction there, with the direction of the simulated motion.
   bool delay = false;  ///< Estimate a delay of -1 ... 50 samples on top of the known one.
-  /// More to estimate: kLoadViscousFriction, kTorqueLag, kMotorGroundStiffness, kLoadGroundStiffness. What is
+  /// More to estimate: kLoadViscousFriction, kTorqueLag, kOutputFilter, kMotorGroundStiffness,
+  /// kLoadGroundStiffness. What is
   /// not estimated of these keeps the value of `initial`.
   std::vector<Parameter> further = {};
   double known_delay_s = 0.0;  ///< In the measured output, >= 0.

@@ -25,11 +25,13 @@ struct ResponseFitConfig {
       0.0;  ///< What was taken out of the response, >= 0; its fraction of a sample matters.
   bool viscous_friction = false;  ///< Estimate friction on the driven side.
   bool delay = false;  ///< Estimate a delay of -1 ... 50 samples on top of what was taken out already.
-  /// More to estimate: kLoadViscousFriction, kTorqueLag, kMotorGroundStiffness, kLoadGroundStiffness. What is
+  /// More to estimate: kLoadViscousFriction, kTorqueLag, kOutputFilter, kMotorGroundStiffness,
+  /// kLoadGroundStiffness. What is
   /// not estimated of these keeps the value of `initial`.
   std::vector<Parameter> further = {};
   Velocity velocity = Velocity::sampled;  ///< As `initial` has it where that is given.
-  double torque_lag_s = 0.0;  ///< Known time constant of the torque loop, where it is not estimated.
+  /// Known time constants of torque loop and output filter, where they are not estimated.
+  double torque_lag_s = 0.0, output_filter_s = 0.0;
   Weighting weighting = Weighting::model_error;
   double initial_error = 0.3;  ///< e that Weighting::model_error begins with; less from a start that is near.
   double low_hz = 0.0;         ///< Lines outside the band are not used.

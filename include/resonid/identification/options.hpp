@@ -114,6 +114,8 @@ struct Options {
   /// Time constant of the torque loop, of first order; 0: it has none. Absent: estimated where the record
   /// shows it.
   std::optional<double> torque_lag_s = {};
+  /// Time constant of the drive's filter of the measured velocity, of first order; otherwise as torque_lag_s.
+  std::optional<double> output_filter_s = {};
   std::size_t order = 0;      ///< Order of the black-box model, 1 ... 20; 0: chosen by hold-out data.
   std::size_t bootstrap = 0;  ///< Replicas of a parametric bootstrap; 0: error bars by covariance only.
   std::uint64_t seed = 1;     ///< Seed of the bootstrap.

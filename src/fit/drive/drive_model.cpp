@@ -45,6 +45,7 @@ bool may_have_parameter(Structure structure, int parameter) noexcept {
     case kViscousFriction:
     case kDelay:
     case kTorqueLag:
+    case kOutputFilter:
     case kMotorGroundStiffness:
       return true;
     case kLoadViscousFriction:
@@ -89,6 +90,8 @@ double& reference(DriveModel& model, int parameter) {
       return model.parameters.load_viscous_friction;
     case kTorqueLag:
       return model.torque_lag_s;
+    case kOutputFilter:
+      return model.output_filter_s;
     case kMotorGroundStiffness:
       return model.parameters.motor_ground_stiffness;
     case kLoadGroundStiffness:
@@ -115,7 +118,8 @@ std::vector<Complex> eigenvalues(const Eigen::MatrixXd& a) {
 }
 
 /// Poles of the continuous drive, or its zeros: the poles with the driven side clamped. The velocity of a
-/// drive that is tied to the ground has a further zero at 0; the lag of the torque loop is a pole of its own.
+/// drive that is tied to the ground has a further zero at 0; torque lag and output filter are poles of their
+/// own.
 std::vector<Complex> continuous_roots(const DriveModel& model, bool zeros) {
   auto roots = detail::with_masses(model.structure, [&](auto masses) {
     constexpr int kOrder = detail::Sizes<masses>::kOrder;
@@ -124,7 +128,8 @@ std::vector<Complex> continuous_roots(const DriveModel& model, bool zeros) {
     return eigenvalues(whole.block(1, 1, kOrder - 1, kOrder - 1));
   });
   if (zeros && model.grounded()) roots.insert(roots.begin(), Complex(0.0, 0.0));
-  if (!zeros && model.torque_lag_s > 0.0) roots.emplace_back(-1.0 / model.torque_lag_s, 0.0);
+  for (const double lag_s : {model.torque_lag_s, model.output_filter_s})
+    if (!zeros && lag_s > 0.0) roots.emplace_back(-1.0 / lag_s, 0.0);
   return roots;
 }
 
@@ -275,6 +280,7 @@ std::vector<std::complex<double>> DriveModel::values(std::span<const double> fre
   detail::with_masses(structure, [&](auto masses) {
     const detail::MeasuredResponse<masses> measured(
         parameters, as_measured ? delay_s / sample_time_s : 0.0, torque_lag_s / sample_time_s,
+        detail::filter_pole(output_filter_s, sample_time_s),
         {sample_time_s, as_measured ? known_delay_s / sample_time_s : 0.0,
          torque_lag_s > 0.0 ? detail::Lag::first_order : detail::Lag::none, grounded(), velocity});
     for (const double f : frequencies_hz) result.push_back(measured(f));
@@ -348,6 +354,12 @@ data::TransferFunction DriveModel::transfer_function() const {
     m = am;
     m.diagonal().array() += coefficient;
   }
+  if (const double pole = detail::filter_pole(output_filter_s, sample_time_s); pole > 0.0) {
+    for (double& coefficient : g.numerator) coefficient *= 1.0 - pole;
+    g.denominator.push_back(0.0);
+    for (std::size_t i = g.denominator.size() - 1; i > 0; --i)
+      g.denominator[i] -= pole * g.denominator[i - 1];
+  }
   return g;
 }
 
@@ -396,6 +408,7 @@ std::array<double, kParameterCount> Coordinates::from(const DriveModel& model) c
     const auto at = static_cast<std::size_t>(i);
     x[at] = is_logarithm(i) ? std::log(std::max(value, 1e-300)) : value / unit[at];
   }
+  x[kOutputFilter] = filter_pole(model.output_filter_s, sample_time_s);
   return x;
 }
 
@@ -405,6 +418,8 @@ void Coordinates::store(const double* x, DriveModel& model) const {
     model.parameters.load_inertia = model.parameters.stiffness = model.parameters.damping = 0.0;
   model.delay_s = x[kDelay] * sample_time_s;
   model.torque_lag_s = x[kTorqueLag] * sample_time_s;
+  const double pole = std::min(x[kOutputFilter], kMaximumFilterPole);
+  model.output_filter_s = pole > 0.0 ? -sample_time_s / std::log(pole) : 0.0;
 }
 
 std::array<double, kParameterCount> Coordinates::jacobian(const DriveModel& model) const {
@@ -414,6 +429,9 @@ std::array<double, kParameterCount> Coordinates::jacobian(const DriveModel& mode
   unit[kViscousFriction] = unit[kLoadViscousFriction] = viscous_unit;
   unit[kMotorGroundStiffness] = unit[kLoadGroundStiffness] = ground_unit;
   unit[kDelay] = unit[kTorqueLag] = sample_time_s;
+  // T = -Ts/ln p; without a filter as at a hundredth, where p vanishes faster than T.
+  const double pole = std::max(0.01, filter_pole(model.output_filter_s, sample_time_s));
+  unit[kOutputFilter] = sample_time_s / (pole * std::pow(std::log(pole), 2));
   return unit;
 }
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <ceres/jet.h>
 
+#include <algorithm>
 #include <fit/controller_law.hpp>
 #include <fit/drive/drive_simulation.hpp>
 #include <numeric>
@@ -237,6 +238,14 @@ void DriveSimulation::run(const double* x, std::span<const int> active, Sink&& s
   Row last_torque_slopes = zero<Columns>();
   double behind = 0.0, last_command = 0.0;  // by how much the torque loop lags behind its command
   Row behind_slopes = zero<Columns>(), last_slopes = zero<Columns>();
+  // The filter of the measured output holds what was recorded before.
+  const double pole = x[kOutputFilter];
+  double filtered = signals_.output[first > 0 ? first - 1 : 0];
+  Row filtered_slopes = zero<Columns>(), by_pole = zero<Columns>();
+  if constexpr (kSlopes)
+    for (std::size_t p = 0; p < active.size(); ++p)
+      if (active[p] == kOutputFilter) by_pole(static_cast<Eigen::Index>(p)) = 1.0;
+  const bool filters = pole > 0.0 || std::find(active.begin(), active.end(), kOutputFilter) != active.end();
   for (std::size_t k = first; k < signals_.output.size(); ++k) {
     const std::size_t j = k - first;
     double command = signals_.input[j];
@@ -323,6 +332,13 @@ void DriveSimulation::run(const double* x, std::span<const int> active, Sink&& s
       if constexpr (kSlopes)
         output_slopes +=
             by_coulomb * (model.parts.d[part] * direction_beyond[part]) - model.parts_d[part] * beyond[part];
+    }
+    if (filters) {
+      if constexpr (kSlopes)
+        output_slopes = pole * filtered_slopes + (1.0 - pole) * output_slopes + (filtered - output) * by_pole;
+      output = pole * filtered + (1.0 - pole) * output;
+      filtered = output;
+      filtered_slopes = output_slopes;
     }
     if (signals_.unused.empty() || !signals_.unused[k]) sink(signals_.output[k] - output, output_slopes);
     if (closed) {

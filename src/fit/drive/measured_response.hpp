@@ -35,8 +35,8 @@ class MeasuredResponse {
   using Complex = std::complex<double>;
 
   MeasuredResponse(const data::ThreeMass<double>& p, double fitted_delay_samples, double lag_samples,
-                   const ResponseSetting& setting)
-      : setting_(setting), order_(setting.grounded ? kStates : kStates - 1) {
+                   double filter_pole, const ResponseSetting& setting)
+      : setting_(setting), filter_pole_(filter_pole), order_(setting.grounded ? kStates : kStates - 1) {
     const double delay = place(fitted_delay_samples);
     drive_ = sampled_drive<Masses>(p, data::OutputQuantity::velocity, delay, setting.sample_time_s,
                                    setting.lag, lag_samples, setting.velocity);
@@ -45,7 +45,8 @@ class MeasuredResponse {
   /// From the fit's coordinates, to be differentiated by those that are `active`.
   MeasuredResponse(const Coordinates& coordinates, const double* x, const ResponseSetting& setting,
                    std::span<const int> active)
-      : MeasuredResponse(coordinates.parameters(x, Masses == 3), x[kDelay], x[kTorqueLag], setting) {
+      : MeasuredResponse(coordinates.parameters(x, Masses == 3), x[kDelay], x[kTorqueLag], x[kOutputFilter],
+                         setting) {
     using Jet = ceres::Jet<double, kParameters>;
     std::array<Jet, kParameters> jets;
     for (int i = 0; i < kParameters; ++i) jets[static_cast<std::size_t>(i)] = Jet(x[i], i);
@@ -66,6 +67,7 @@ class MeasuredResponse {
       slope.decay = s.decay.v(p);
       slope.past_d = s.past_d.v(p);
       slope.turn = p == kDelay && turn_samples_ < 0.0 ? 1.0 : 0.0;
+      slope.filter = p == kOutputFilter ? 1.0 : 0.0;
       slopes_.push_back(slope);
     }
   }
@@ -104,8 +106,12 @@ class MeasuredResponse {
     Complex sum = drive_.system.d + lagging * drive_.lag_d + past * drive_.past_d;
     for (int i = 0; i < order_; ++i) sum += drive_.system.c(i) * x[at(i)];
     const double omega = kTwoPi * frequency_hz * setting_.sample_time_s;
-    const Complex turn =
+    // F = (1 - p) z/(z - p), dF/dp = -z (z - 1)/(z - p)^2
+    const Complex at_pole = inverse(step + 1.0 - filter_pole_);
+    const Complex filtered = (1.0 - filter_pole_) * product(step + 1.0, at_pole);
+    const Complex delayed =
         std::polar(1.0, (setting_.known_delay_samples - drive_.whole_delay - 1 - turn_samples_) * omega);
+    const Complex turn = product(delayed, filtered);
     if (!derivatives.empty()) {
       const auto y = adjoint(m, pivots);
       const Complex lagging_slope = product(lagging, lag_pole);
@@ -118,6 +124,9 @@ class MeasuredResponse {
           by += product(y[at(i)], row) + s.c(i) * x[at(i)];
         }
         derivatives[p] = product(turn, by - product(Complex(0.0, s.turn * omega), sum));
+        if (s.filter != 0.0)
+          derivatives[p] -=
+              product(product(delayed, sum), product(product(step + 1.0, step), product(at_pole, at_pole)));
       }
     }
     return product(turn, sum);
@@ -127,7 +136,7 @@ class MeasuredResponse {
   struct Slope {
     Eigen::Matrix<double, kStates, kStates> a;
     Eigen::Matrix<double, kStates, 1> b, c, lag_b;
-    double d = 0.0, lag_d = 0.0, decay = 0.0, past_d = 0.0, turn = 0.0;
+    double d = 0.0, lag_d = 0.0, decay = 0.0, past_d = 0.0, turn = 0.0, filter = 0.0;
   };
 
   static std::size_t at(int i) { return static_cast<std::size_t>(i); }
@@ -159,6 +168,7 @@ class MeasuredResponse {
   }
 
   ResponseSetting setting_;
+  double filter_pole_ = 0.0;
   int order_ = 0;
   double turn_samples_ = 0.0;
   SampledDrive<Masses, double> drive_;

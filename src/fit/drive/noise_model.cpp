@@ -66,7 +66,8 @@ std::vector<bool> touched(const std::vector<bool>& marked, const NoiseModel& noi
   if (marked.size() <= order) return {};
   std::vector<bool> any(marked.size() - order, false);
   for (std::size_t k = 0; k < any.size(); ++k)
-    for (std::size_t i = k; i <= k + order && !any[k]; ++i) any[k] = marked[i];
+    for (std::size_t i = 0; i <= order && !any[k]; ++i)
+      any[k] = noise.polynomial[i] != 0.0 && marked[k + order - i];
   return any;
 }
 

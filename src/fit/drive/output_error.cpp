@@ -113,7 +113,12 @@ expected<JointOutputErrorFit, Error> solve(std::span<const data::Record> records
     if (!config.holdout.empty()) signals->unused.assign(record.samples(), false);
     for (const auto& [from, to] : config.holdout)
       for (std::size_t k = from; k < std::min(to, record.samples()); ++k) signals->unused[k] = true;
-    parts.push_back({&record, std::move(*signals)});
+    const auto hold = data::output_hold(record.output.samples);
+    const auto stale = hold.stale(record.samples());
+    if (signals->unused.empty()) signals->unused = stale;
+    for (std::size_t k = 0; k < stale.size(); ++k)
+      if (stale[k]) signals->unused[k] = true;
+    parts.push_back({&record, std::move(*signals), hold});
     if (config.coulomb_friction && !both_ways) both_ways = reverses(direction_of(record));
   }
   if (both_ways)

@@ -28,6 +28,14 @@ bool integrates(const data::TransferFunction& controller) {
   return std::abs(sum) < 1e-9 * size;
 }
 
+/// A noise model of every n-th sample, for all of them.
+NoiseModel spread(const NoiseModel& noise, std::size_t n) {
+  NoiseModel wide{{}, noise.innovation_variance};
+  wide.polynomial.assign(n * noise.order() + 1, 0.0);
+  for (std::size_t i = 0; i <= noise.order(); ++i) wide.polynomial[n * i] = noise.polynomial[i];
+  return wide;
+}
+
 /// A record with its noise, as it is found.
 struct Part : RecordPart {
   NoiseModel noise;
@@ -202,7 +210,7 @@ class OutputErrorFitter {
       noises.emplace_back();
       if (left < kRounding * kRounding * mean_square(part(r).raw.output)) continue;
       auto noise = fit_noise_model(residual, config_.max_noise_order);
-      if (noise.innovation_variance >= kForetold * left) noises.back() = std::move(noise);
+      if (noise.innovation_variance >= kForetold * left) noises.back() = spread(noise, part(r).hold.samples);
     }
     return noises;
   }
@@ -235,6 +243,7 @@ class OutputErrorFitter {
     std::vector<Bound> bounds;
     if (mask[kDelay]) bounds.push_back(delay_bounds());
     if (mask[kTorqueLag]) bounds.push_back({kTorqueLag, 0.0, kMaximumLagSamples});
+    if (mask[kOutputFilter]) bounds.push_back({kOutputFilter, 0.0, kMaximumFilterPole});
     // With a noise model the cost need not be exact to more digits than the likelihood tells apart.
     const Effort effort{kMaximumIterations, config_.noise_model ? 1e-9 : 1e-14};
     const std::unique_ptr<bool[]> flags(new bool[mask.size()]);
@@ -281,13 +290,15 @@ class OutputErrorFitter {
   /// What the hold-out samples say of the fit to the others.
   [[nodiscard]] HoldoutFit judge_holdout(int r) const {
     DriveSignals rest = part(r).raw;
+    for (std::size_t k = 0; k < rest.unused.size(); ++k)
+      if (!part(r).hold.is_new(k)) rest.unused[k] = false;
     double mean = 0.0, count = 0.0, total = 0.0;
     for (std::size_t k = 0; k < rest.output.size(); ++k)
       if (rest.unused[k]) mean += rest.output[k], count += 1.0;
     mean /= std::max(1.0, count);
     for (std::size_t k = 0; k < rest.output.size(); ++k)
       if (rest.unused[k]) total += std::pow(rest.output[k] - mean, 2);
-    rest.unused.flip();
+    rest.unused.flip();  // old values of a held output count neither here nor there
     const auto residual = raw_residual(r, rest);
     const double left = mean_square(residual) * static_cast<double>(residual.size());
     HoldoutFit judged{residual.size(), fit_percent_of(left, total), 0.0};
@@ -443,7 +454,8 @@ class OutputErrorFitter {
       const int offset = layout_.of(r, kOffset);
       if (active_[static_cast<std::size_t>(offset)]) own.offset = estimate(offset);
       describe(r, own);
-      const double count = static_cast<double>(p.samples), order = static_cast<double>(own.noise.order());
+      const double count = static_cast<double>(p.samples),
+                   order = static_cast<double>(own.noise.order() / p.hold.samples);
       const double square = records() == 1 ? 2.0 * physical_.cost : p.variance * count;
       own.bic = count * std::log(std::max(square / count, 1e-300)) + (parameters + order) * std::log(n);
       likelihood += count * std::log(std::max(square / count, 1e-300));
@@ -546,11 +558,13 @@ class OutputErrorFitter {
     own.coulomb_friction = fit_.coulomb_friction;
     own.samples = p.samples;
     own.one_direction = config_.coulomb_friction && !dry();
-    if (!p.raw.unused.empty()) own.holdout = judge_holdout(r);
+    if (!config_.holdout.empty()) own.holdout = judge_holdout(r);
     DriveSignals all = p.raw;
     all.unused.clear();
     own.residual = raw_residual(r, all);
     own.first_sample = p.raw.output.size() - own.residual.size();
+    for (std::size_t i = 1; i < own.residual.size(); ++i)  // that of the simulation held alike
+      if (!p.hold.is_new(own.first_sample + i)) own.residual[i] = own.residual[i - 1];
     own.noise = with_noise_ ? p.noise : NoiseModel{};
     own.noise.innovation_variance = p.variance;
     const auto& y = p.raw.output;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <fit/drive/drive_simulation.hpp>
+#include <resonid/data/detail/output_hold.hpp>
 #include <resonid/fit/output_error.hpp>
 #include <vector>
 
@@ -11,6 +12,7 @@ namespace resonid::fit::detail {
 struct RecordPart {
   const data::Record* record = nullptr;
   DriveSignals raw;
+  data::OutputHold hold;  ///< Only new values of the output are fitted.
 };
 
 /// The maximum-likelihood fit itself, of configurations and records that have been checked. Consistency and

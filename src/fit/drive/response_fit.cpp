@@ -177,6 +177,7 @@ struct Fitter {
     if (config.delay) bounds.push_back({kDelay, detail::kMinimumDelaySamples, detail::kMaximumDelaySamples});
     const auto& estimated = fit.model.estimated;
     if (estimated[kTorqueLag]) bounds.push_back({kTorqueLag, 0.0, detail::kMaximumLagSamples});
+    if (estimated[kOutputFilter]) bounds.push_back({kOutputFilter, 0.0, detail::kMaximumFilterPole});
     const detail::ResponseSetting setting = setting_of(fit.model);
     std::vector<int> active;
     for (int i = 0; i < kParameterCount; ++i)
@@ -415,8 +416,12 @@ expected<ResponseFit, Error> fit_response(const data::FrequencyResponse& respons
     for (auto& start : starts) start.delay_s = scanned_delay_s(lines, start);
   if (!config.initial)
     for (auto& start : starts) start.velocity = config.velocity;
-  if (std::find(config.further.begin(), config.further.end(), kTorqueLag) == config.further.end())
-    for (auto& start : starts) start.torque_lag_s = config.torque_lag_s;
+  const auto given = [&](Parameter p, double value) {
+    if (std::find(config.further.begin(), config.further.end(), p) == config.further.end())
+      for (auto& start : starts) start.set(p, value);
+  };
+  given(kTorqueLag, config.torque_lag_s);
+  given(kOutputFilter, config.output_filter_s);
 
   const Fitter fitter{lines, config};
   constexpr double kExplains = 1.2;  // misfit of a model that needs no other start

@@ -22,7 +22,8 @@ double plain(const Jet& x) {
 }
 
 /// Natural parameters, in the order of `Parameter`, from the fit's coordinates: logarithms of the positive
-/// ones; frictions, springs to the ground, delay and lag in units that make them of order one.
+/// ones; frictions, springs to the ground, delay and lag in units that make them of order one; the pole of
+/// the output filter.
 struct Coordinates {
   double viscous_unit = 1.0;
   double sample_time_s = 1.0;
@@ -56,6 +57,12 @@ inline constexpr double kMaximumDelaySamples = 50.0;
 
 /// Range of the lag of a torque loop: beyond, it is the drive's own inertia.
 inline constexpr double kMaximumLagSamples = 200.0;
+
+/// Pole of the output filter, 0: none; the longest as the longest lag.
+inline constexpr double kMaximumFilterPole = 0.995;
+[[nodiscard]] inline double filter_pole(double output_filter_s, double sample_time_s) {
+  return output_filter_s > 0.0 ? std::exp(-sample_time_s / output_filter_s) : 0.0;
+}
 
 /// Coordinates that are logarithms.
 inline constexpr bool is_logarithm(int parameter) {

@@ -9,8 +9,9 @@
 namespace resonid::fit::detail {
 
 /// What a drive may have beside its structure, in the order of trying.
-inline constexpr std::array kFurtherTried = {
-    kViscousFriction, kDelay, kLoadViscousFriction, kTorqueLag, kMotorGroundStiffness, kLoadGroundStiffness};
+inline constexpr std::array kFurtherTried = {kViscousFriction,    kDelay,        kLoadViscousFriction,
+                                             kTorqueLag,          kOutputFilter, kMotorGroundStiffness,
+                                             kLoadGroundStiffness};
 
 /// Lagrange multiplier tests: what of the residual follows the slope by a parameter that is not estimated,
 /// beyond what the estimated ones take up. Columns of `factor`: slopes of the `estimated`, of those in

@@ -126,10 +126,13 @@ std::string parameter_lines(const Result& result, double z) {
   further("friction of the load", fit::kLoadViscousFriction, u.damping);
   further("spring to ground", fit::kMotorGroundStiffness, u.stiffness);
   further("load to ground", fit::kLoadGroundStiffness, u.stiffness);
-  if (drive.estimated[fit::kTorqueLag]) {
-    auto lag = drive.estimate(fit::kTorqueLag);
-    put("torque lag", {1e3 * lag.value, 1e3 * lag.std}, "ms");
-  }
+  const auto lag = [&](const char* label, fit::Parameter p) {
+    if (!drive.estimated[static_cast<std::size_t>(p)]) return;
+    const auto time = drive.estimate(p);
+    put(label, {1e3 * time.value, 1e3 * time.std}, "ms");
+  };
+  lag("torque lag", fit::kTorqueLag);
+  lag("output filter", fit::kOutputFilter);
   if (result.model->coulomb_friction) put("dry friction", *result.model->coulomb_friction, u.torque);
   if (drive.estimated[fit::kDelay]) {
     auto delay = drive.estimate(fit::kDelay);

@@ -27,6 +27,7 @@ constexpr std::array<ParameterText, fit::kParameterCount> kParameters = {
      {fit::kDelay, "fitted delay, on top of the known one"},
      {fit::kLoadViscousFriction, "viscous friction of the load"},
      {fit::kTorqueLag, "time constant of the torque loop, of first order"},
+     {fit::kOutputFilter, "time constant of the filter of the measured velocity, of first order"},
      {fit::kMotorGroundStiffness, "spring from the driven side to the ground; below 0: gravity that topples"},
      {fit::kLoadGroundStiffness, "spring from the load to the ground"},
      {fit::kMiddleInertia, "inertia between driven side and load"},
@@ -47,6 +48,7 @@ std::string& unit_of(identification::Units& units, Parameter parameter, std::str
       return units.stiffness;
     case fit::kDelay:
     case fit::kTorqueLag:
+    case fit::kOutputFilter:
       return seconds;
     default:
       return units.damping;

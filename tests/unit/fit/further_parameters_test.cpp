@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // What drives have beside inertias and springs: lag of the torque loop, friction of the load, springs to the
-// ground, velocities by differences.
+// ground, filter of the velocity, velocities by differences.
 #include <experiments.hpp>
 #include <functional>
 #include <resonid/fit/output_error.hpp>
@@ -38,6 +38,7 @@ DriveModel model_of(const plant::ExperimentConfig& c) {
   m.parameters = {d.driven_inertia, d.load_inertia, d.stiffness, d.damping, d.viscous_friction};
   m.parameters.load_viscous_friction = d.load_viscous_friction;
   m.torque_lag_s = c.actuator.lag_s;
+  m.output_filter_s = c.measurement.filter_s;
   m.sample_time_s = 1.0 / c.run.sample_rate_hz;
   return m;
 }
@@ -62,6 +63,7 @@ TEST(FurtherParameters, ResponseIsThatOfTheSimulatedDrive) {
         auto c = servo(1);
         c.actuator.lag_s = lag_s;
         c.drive.load_viscous_friction = friction;
+        c.measurement.filter_s = friction > 0.0 ? 0.0006 : 0.0;
         if (encoder) {
           c.measurement.velocity = plant::VelocitySource::encoder;
         }

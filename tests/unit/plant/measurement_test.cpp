@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <complex>
+#include <resonid/online/supervision/loop_margins.hpp>
 #include <resonid/plant/experiment.hpp>
 #include <vector>
 
@@ -217,6 +218,29 @@ TEST(VelocityFilter, IsWhatRecordAndControllerSee) {
   for (std::size_t k = 0; k < record.samples(); ++k)
     ASSERT_NEAR(record.input.samples[k], record.excitation.samples[k] - 0.5 * record.output.samples[k],
                 1e-12);
+}
+
+// What the loop's response promises is where the loop becomes unstable.
+TEST(VelocityFilter, GainMarginOfAHeldLoopIsWhereItBecomesUnstable) {
+  for (const std::uint64_t samples : {1, 2, 4, 5}) {
+    ExperimentConfig c = shaken(ControllerKind::pi);
+    c.controller.integral_time_s = 0.2;
+    c.measurement.filter_s = samples == 5 ? 0.003 : 0.0;
+    c.measurement.hold_samples = samples;
+    const auto loop = simulate_closed_loop(c).value().truth.loop;
+    const auto margins = online::loop_margins<double>(loop.frequency_hz, loop.value);
+    // At half the rate of the new values the loop is real and may end at -180 degrees.
+    const double end = loop.value.back().real();
+    EXPECT_NEAR(loop.value.back().imag(), 0.0, 1e-9) << samples;
+    const double factor =
+        std::fmin(std::pow(10.0, margins.gain_margin_db / 20.0), end < 0.0 ? -1.0 / end : NAN);
+    ASSERT_GT(factor, 1.0) << samples;
+    const double gain = c.controller.gain * factor;
+    c.controller.gain = 0.998 * gain;
+    EXPECT_TRUE(simulate_closed_loop(c)) << samples;
+    c.controller.gain = 1.002 * gain;
+    EXPECT_FALSE(simulate_closed_loop(c)) << samples;
+  }
 }
 
 // The load by its equation of motion, from a drive that runs eight times as fast under the same torque; as

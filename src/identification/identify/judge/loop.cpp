@@ -25,35 +25,63 @@ std::vector<double> dense_grid(double low_hz, double high_hz) {
 
 class Loop {
  public:
-  Loop(const Options& options, const data::FrequencyResponse& controller)
-      : options_(options), controller_(controller) {}
+  Loop(const Options& options, const data::FrequencyResponse& controller, const data::OutputHold& hold,
+       double sample_time_s)
+      : options_(options), controller_(controller), hold_(hold), sample_time_s_(sample_time_s) {}
 
   [[nodiscard]] data::FrequencyResponse curve(const fit::DriveModel& drive,
                                               const std::vector<double>& grid) const {
-    return weighted(drive.response(grid), grid, options_.delay_s + drive.delay_s);
+    // A fraction of a sample of the delay is seen through the hold, which is more than a turn.
+    auto loop = drive.response(grid);
+    auto delayed = drive;
+    delayed.known_delay_s = options_.delay_s;
+    return weighted(
+        std::move(loop), [&](const std::vector<double>& hz) { return delayed.values(hz, true); },
+        options_.delay_s);
   }
   [[nodiscard]] data::FrequencyResponse curve(const fit::BlackBoxModel& model,
                                               const std::vector<double>& grid) const {
-    return weighted(model.response(grid), grid, model.known_delay_s);
+    return weighted(
+        model.response(grid), [&](const std::vector<double>& hz) { return model.response(hz).value; },
+        model.known_delay_s);
   }
 
   [[nodiscard]] Complex controller_at(double f) const {
     return options_.controller ? options_.controller->response(f) : controller_.at(f);
   }
+  /// Controller and hold of the measured output.
+  [[nodiscard]] Complex feedback_at(double f) const {
+    return controller_at(f) * hold_.response(f, sample_time_s_);
+  }
 
  private:
-  [[nodiscard]] data::FrequencyResponse weighted(data::FrequencyResponse loop,
-                                                 const std::vector<double>& grid, double delay) const {
-    for (std::size_t i = 0; i < grid.size(); ++i) {
-      const Complex factor = controller_at(grid[i]) * std::polar(1.0, -kTwoPi * grid[i] * delay);
-      loop.value[i] *= factor;
-      loop.std[i] *= std::abs(factor);
+  /// The machine's response to the loop's: `plant` gives values at any lines. A held output samples the loop
+  /// anew: at the rate of its new values the images of all multiples of that rate add up.
+  template <class Plant>
+  [[nodiscard]] data::FrequencyResponse weighted(data::FrequencyResponse loop, Plant&& plant,
+                                                 double delay_s) const {
+    const double rate_hz = 1.0 / sample_time_s_;
+    for (std::size_t i = 0; i < loop.lines(); ++i) {
+      loop.std[i] *= std::abs(feedback_at(loop.frequency_hz[i]));
+      loop.value[i] = 0.0;
+    }
+    for (std::size_t image = 0; image < hold_.samples; ++image) {
+      const double shift_hz = rate_hz * static_cast<double>(image) / static_cast<double>(hold_.samples);
+      std::vector<double> hz;
+      for (const double f : loop.frequency_hz) hz.push_back(std::min(f + shift_hz, rate_hz - f - shift_hz));
+      const auto values = plant(hz);
+      for (std::size_t i = 0; i < hz.size(); ++i) {
+        const Complex value = values[i] * feedback_at(hz[i]) * std::polar(1.0, -kTwoPi * hz[i] * delay_s);
+        loop.value[i] += loop.frequency_hz[i] + shift_hz > 0.5 * rate_hz ? std::conj(value) : value;
+      }
     }
     return loop;
   }
 
   const Options& options_;
   const data::FrequencyResponse& controller_;
+  const data::OutputHold& hold_;
+  double sample_time_s_;
 };
 
 /// Without what makes standard deviations, which moved models need not have.
@@ -66,15 +94,29 @@ fit::BlackBoxModel plain(fit::BlackBoxModel model) {
   return model;
 }
 
+/// At half the rate of its samples a loop is real: it may end at -180 degrees without crossing them.
+LoopMargins margins_of(const data::FrequencyResponse& curve, bool to_half_the_rate) {
+  auto margins = diagnostics::loop_margins(curve);
+  const double end = curve.value.back().real();
+  if (!to_half_the_rate || end >= 0.0) return margins;
+  const double db = -20.0 * std::log10(-end);
+  if (db > 0.0 && !(margins.gain_margin_db && db >= *margins.gain_margin_db)) {
+    margins.gain_margin_db = db;
+    margins.gain_margin_hz = curve.frequency_hz.back();
+  }
+  return margins;
+}
+
 template <class Model>
-LoopResult from_model(const Loop& loop, const std::vector<double>& grid, const Model& model) {
+LoopResult from_model(const Loop& loop, const std::vector<double>& grid, bool to_half_the_rate,
+                      const Model& model) {
   LoopResult result;
   result.source = "model";
   result.curve = loop.curve(model, grid);
-  result.margins = diagnostics::loop_margins(result.curve);
+  result.margins = margins_of(result.curve, to_half_the_rate);
   const auto deviation = [&](auto&& part) {
     return model.standard_deviation_of(
-        [&](const Model& m) { return part(diagnostics::loop_margins(loop.curve(plain(m), grid))); });
+        [&](const Model& m) { return part(margins_of(loop.curve(plain(m), grid), to_half_the_rate)); });
   };
   if (result.margins.crossover_hz()) {
     result.crossover_std_hz = deviation([](const LoopMargins& l) { return l.crossover_hz().value_or(0.0); });
@@ -192,15 +234,18 @@ std::optional<LoopResult> loop_of(const Plan& plan, const Options& options,
     controller = well_known(*measured);
     if (!enough(controller, measured->lines())) return std::nullopt;
   }
-  const Loop loop(options, controller);
+  const Loop loop(options, controller, plan.hold, lines.sample_time_s);
   if (!std::holds_alternative<std::monostate>(model)) {
-    const double nyquist = 0.499 / lines.sample_time_s;
+    const double nyquist = 0.5 / lines.sample_time_s;
     const double low =
         options.controller ? std::min(0.1 * plan.low_hz, 0.01 * nyquist) : controller.frequency_hz.front();
-    const double high = options.controller ? nyquist : controller.frequency_hz.back();
+    // Of a held output's new values.
+    const double highest = nyquist / static_cast<double>(plan.hold.samples);
+    const double high = std::min(highest, options.controller ? nyquist : controller.frequency_hz.back());
     const auto grid = dense_grid(std::max(low, 1e-6 * nyquist), high);
-    if (const auto* drive = std::get_if<fit::DriveModel>(&model)) return from_model(loop, grid, *drive);
-    return from_model(loop, grid, std::get<fit::BlackBoxModel>(model));
+    if (const auto* drive = std::get_if<fit::DriveModel>(&model))
+      return from_model(loop, grid, high == highest, *drive);
+    return from_model(loop, grid, high == highest, std::get<fit::BlackBoxModel>(model));
   }
   if (!options.controller) {
     const auto measured = response::loop_response(lines);
@@ -210,7 +255,7 @@ std::optional<LoopResult> loop_of(const Plan& plan, const Options& options,
   auto curve = response;
   for (std::size_t i = 0; i < curve.lines(); ++i) {
     const double f = curve.frequency_hz[i];
-    const Complex factor = loop.controller_at(f) * std::polar(1.0, -kTwoPi * f * options.delay_s);
+    const Complex factor = loop.feedback_at(f) * std::polar(1.0, -kTwoPi * f * options.delay_s);
     curve.value[i] *= factor;
     if (!curve.std.empty()) curve.std[i] *= std::abs(factor);
   }

@@ -13,11 +13,23 @@
 namespace resonid::identification::detail {
 namespace {
 
+/// A held output's response without the hold, where no image of higher frequencies lies near.
+void take_out(const data::OutputHold& hold, double sample_time_s, data::FrequencyResponse& response) {
+  response =
+      response.band(0.0, kCriteria.held_band * 0.5 / (sample_time_s * static_cast<double>(hold.samples)));
+  for (std::size_t i = 0; i < response.lines(); ++i) {
+    const auto by = hold.response(response.frequency_hz[i], sample_time_s);
+    response.value[i] /= by;
+    if (i < response.std.size()) response.std[i] /= std::abs(by);
+  }
+}
+
 expected<data::FrequencyResponse, Error> response_of(const Measured& measured, const Plan& plan,
                                                      const Options& options) {
   auto response =
       response::plant_response(measured.lines, {plan.approach, options.controller, options.delay_s});
   if (!response) return tl::unexpected(Error{"approach", response.error().requirement});
+  if (plan.hold.samples > 1) take_out(plan.hold, measured.lines.sample_time_s, *response);
   return std::move(*response);
 }
 

@@ -166,6 +166,7 @@ std::vector<data::Record> realisations_in(const data::Record& record, std::size_
 expected<Plan, Error> make_plan(const data::Record& record, const Options& options) {
   if (auto complaint = check_ranges(record, options)) return Refused(std::move(*complaint));
   Plan plan;
+  plan.hold = data::output_hold(record.output.samples);
   plan.approach = options.approach.value_or(record.excitation.present() ? Approach::joint : Approach::direct);
   plan.sweep = sweep_of(record, options);
   plan.period_samples = options.period_samples;

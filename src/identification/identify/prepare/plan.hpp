@@ -2,6 +2,7 @@
 #pragma once
 
 #include <resonid/base/expected.hpp>
+#include <resonid/data/detail/output_hold.hpp>
 #include <resonid/data/record.hpp>
 #include <resonid/identification/options.hpp>
 #include <resonid/online/lines/detail/sweep.hpp>
@@ -20,6 +21,7 @@ struct Plan {
   std::optional<online::SweepLaw> sweep;  ///< Of a chirp that is known.
   double low_hz = 0.0;
   double high_hz = 0.0;
+  data::OutputHold hold;        ///< Of the measured output; responses are without it, loops with it.
   std::vector<double> grid_hz;  ///< Frequencies to report; empty: those of the method.
   /// Identified controller, with which the model is simulated in its loop; absent: by the recorded input.
   std::optional<data::TransferFunction> loop_controller;

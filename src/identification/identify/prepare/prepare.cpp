@@ -77,6 +77,14 @@ expected<Experiment, Error> plan_experiment(const data::Record& record, const Op
                     "itself is all that excites",
                     100.0 * experiment.motion->share)};
   experiment.findings = diagnostics::inspect(experiment.record);
+  if (const auto n = experiment.plan.hold.samples; n > 1)
+    experiment.findings.push_back(
+        {"held-output", diagnostics::Severity::info, static_cast<double>(n), 1.0,
+         fmt::format(
+             "The measured output is new in every {}th sample only: between them it says nothing. Models "
+             "are fitted to the new values; response, modes and parameters are without the hold, margins "
+             "with it.",
+             n)});
   return experiment;
 }
 

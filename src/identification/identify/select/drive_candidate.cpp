@@ -2,8 +2,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdio>
-#include <ctime>
 #include <identification/criteria.hpp>
 #include <identification/identify/select/drive_candidate.hpp>
 #include <identification/identify/select/ground.hpp>
@@ -13,7 +11,6 @@
 #include <resonid/base/detail/statistics.hpp>
 #include <resonid/fit/detail/order_selection.hpp>
 #include <utility>
-// TRACE
 
 namespace resonid::identification::detail {
 namespace {
@@ -150,6 +147,7 @@ std::optional<fit::ResponseFit> CandidateFits::response_fit(const Variant& varia
   config.further = variant.further;
   config.velocity = variant.velocity;
   config.torque_lag_s = options_.torque_lag_s.value_or(0.0);
+  config.output_filter_s = options_.output_filter_s.value_or(0.0);
   if (start) {
     config.initial = start_of(variant, *start);
     if (near) config.initial_error = kNear;
@@ -166,20 +164,7 @@ std::optional<fit::ResponseFit> CandidateFits::response_fit(const Variant& varia
           ground);
     }
   }
-  const auto t0 = std::clock();  // TRACE
   auto fit = fit::fit_response(response_, config);
-  if (getenv("RST"))
-    std::fprintf(stderr,
-                 "response %s start %d: %s bic %.1f err %.4f misfit %.2f rep %.1f conv %d J1 %.4g J2 %.4g K "
-                 "%.4g D %.3g Kg %.4g KL %.4g  %.2fs\n",
-                 name_of(variant).c_str(), start.has_value(), fit ? "ok" : "none", fit ? fit->bic : 0,
-                 fit ? fit->model_error : 0, fit ? fit->misfit : 0, fit ? fit->repetition : 0,
-                 fit ? fit->converged : 0, fit ? fit->model.parameters.driven_inertia : 0,
-                 fit ? fit->model.parameters.load_inertia : 0, fit ? fit->model.parameters.stiffness : 0,
-                 fit ? fit->model.parameters.damping : 0,
-                 fit ? fit->model.parameters.motor_ground_stiffness : 0,
-                 fit ? fit->model.parameters.load_ground_stiffness : 0,
-                 double(std::clock() - t0) / CLOCKS_PER_SEC);  // TRACE
   if (!fit || !std::isfinite(fit->bic) || self_excited(fit->model, false)) return std::nullopt;
   return std::move(*fit);
 }
@@ -224,6 +209,7 @@ DriveCandidate CandidateFits::fit_to_response(Structure structure, const Variant
   if (like == nullptr && ground_is_likely(candidate))
     for (const auto p : {fit::kMotorGroundStiffness, fit::kLoadGroundStiffness})
       if (offered({structure, false, false, false, given}, p)) add_variants(candidate, {p}, nullptr);
+  if (like == nullptr && structure == Structure::two_mass) add_filtered(candidate);
   // Lines that repeat one another, smoothed ones or those that a model misses in a smooth way, count as the
   // fewer that they are worth; by the variant that leaves least unexplained.
   double repeated = std::numeric_limits<double>::infinity();
@@ -242,7 +228,9 @@ fit::DriveModel CandidateFits::start_of(const Variant& variant, fit::DriveModel 
   model.velocity = variant.velocity;
   for (const auto p : kExtras)
     if (p != fit::kViscousFriction && p != fit::kDelay && !variant.has(p))
-      model.set(p, p == fit::kTorqueLag ? options_.torque_lag_s.value_or(0.0) : 0.0);
+      model.set(p, p == fit::kTorqueLag      ? options_.torque_lag_s.value_or(0.0)
+                   : p == fit::kOutputFilter ? options_.output_filter_s.value_or(0.0)
+                                             : 0.0);
   return model;
 }
 
@@ -268,18 +256,7 @@ std::optional<RecordFit> CandidateFits::fit_to_records(const Variant& variant,
     if (const auto first = fit_records(records_, plain); first && first->converged)
       config.initial = first->model;
   }
-  const auto t0 = std::clock();  // TRACE
   auto fit = fit_records(records_, config);
-  if (getenv("RST"))
-    std::fprintf(
-        stderr,
-        "  record %s: %s bic %.1f fit %.3f conv %d J1 %.4g J2 %.4g K %.4g D %.3g Kg %.4g KL %.4g  %.2fs\n",
-        name_of(variant).c_str(), fit ? "ok" : "none", fit ? fit->bic : 0, fit ? fit->fit_percent : 0,
-        fit ? fit->converged : 0, fit ? fit->model.parameters.driven_inertia : 0,
-        fit ? fit->model.parameters.load_inertia : 0, fit ? fit->model.parameters.stiffness : 0,
-        fit ? fit->model.parameters.damping : 0, fit ? fit->model.parameters.motor_ground_stiffness : 0,
-        fit ? fit->model.parameters.load_ground_stiffness : 0,
-        double(std::clock() - t0) / CLOCKS_PER_SEC);  // TRACE
   if (!fit || !fit->converged || (friction_is_free() && self_excited(fit->model, variant.dry)))
     return std::nullopt;
   return fit;
@@ -304,8 +281,8 @@ CandidateFits::Acceptance CandidateFits::acceptance(const DriveCandidate& candid
 void CandidateFits::fit_variants(DriveCandidate& candidate, const Acceptance& acceptable) const {
   // The lines may have taken a delay for a lag; the record tells them apart.
   const auto& first = candidate.variants.front().first;
-  const bool ask_for_delay =
-      first.delay || first.has(fit::kTorqueLag) || first.velocity == fit::Velocity::differences;
+  const bool ask_for_delay = first.delay || first.has(fit::kTorqueLag) || first.has(fit::kOutputFilter) ||
+                             first.velocity == fit::Velocity::differences;
   auto variants = candidate.variants;
   std::stable_sort(variants.begin(), variants.end(),
                    [](const auto& a, const auto& b) { return a.first.delay < b.first.delay; });
@@ -380,6 +357,7 @@ void CandidateFits::fit_to_record_alone(const DriveCandidate& rigid, DriveCandid
       for (auto start : fit::initial_models(record, options_.delay_s + further_s)) {
         start.delay_s = further_s;
         start.torque_lag_s = options_.torque_lag_s.value_or(0.0);
+        start.output_filter_s = options_.output_filter_s.value_or(0.0);
         auto fit = fit_to_records(variant, start);
         if (!fit || (best && fit->bic >= best->bic)) continue;
         best = std::move(fit);

@@ -17,9 +17,10 @@
 namespace resonid::identification::detail {
 
 /// What a variant may have beside its structure.
-inline constexpr std::array kExtras = {fit::kViscousFriction,      fit::kDelay,
-                                       fit::kLoadViscousFriction,  fit::kTorqueLag,
-                                       fit::kMotorGroundStiffness, fit::kLoadGroundStiffness};
+inline constexpr std::array kExtras = {fit::kViscousFriction,     fit::kDelay,
+                                       fit::kLoadViscousFriction, fit::kTorqueLag,
+                                       fit::kOutputFilter,        fit::kMotorGroundStiffness,
+                                       fit::kLoadGroundStiffness};
 
 /// One structure: what the response says of its variants, and the best fit to the records if there is one.
 struct DriveCandidate {
@@ -108,6 +109,8 @@ class CandidateFits {
   [[nodiscard]] bool ground_is_likely(const DriveCandidate& candidate) const;
   /// Adds, one after the other, the parameters that pay: to the response's best fit, to the record's.
   void extend_by_response(DriveCandidate& candidate) const;
+  /// Adds the variant with a filter of the measured velocity where none without it holds.
+  void add_filtered(DriveCandidate& candidate) const;
   void extend_by_record(DriveCandidate& candidate) const;
   /// `near`: the start is the fit of a variant with little less.
   [[nodiscard]] std::optional<fit::ResponseFit> response_fit(const Variant& variant,

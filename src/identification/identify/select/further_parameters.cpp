@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: MIT
 #include <array>
 #include <cmath>
+#include <complex>
 #include <identification/criteria.hpp>
 #include <identification/identify/select/drive_candidate.hpp>
+#include <resonid/base/constants.hpp>
 #include <utility>
 
 // Parameters that are added to a variant one after the other, as the score tests say that they would pay.
@@ -11,11 +13,36 @@ namespace {
 
 constexpr int kMostExtras = 3;
 
-/// The model of one variant as a start for another: a delay that is left out may have been a lag.
+/// The model of one variant as a start for another: by what the other lacks of delay and lags, its new one is
+/// longer.
 fit::DriveModel start_of_other(const Variant& other, const Variant& own, fit::DriveModel model) {
-  const double delay_s = other.delay ? 0.0 : std::exchange(model.delay_s, 0.0);
-  if (other.has(fit::kTorqueLag) && !own.has(fit::kTorqueLag)) model.torque_lag_s = std::max(0.0, delay_s);
+  double late_s = 0.0;
+  if (other.velocity != own.velocity)
+    late_s += (own.velocity == fit::Velocity::differences ? 0.5 : -0.5) * model.sample_time_s;
+  if (!other.delay) late_s += std::exchange(model.delay_s, 0.0);
+  for (const auto p : {fit::kTorqueLag, fit::kOutputFilter})
+    if (own.has(p) && !other.has(p)) {
+      late_s += model.value(p);
+      model.set(p, 0.0);
+    }
+  for (const auto p : {fit::kTorqueLag, fit::kOutputFilter})
+    if (other.has(p) && !own.has(p)) {
+      model.set(p, std::max(0.0, late_s));
+      return model;
+    }
   return model;
+}
+
+/// The response without a filter of the measured velocity.
+data::FrequencyResponse unfiltered(data::FrequencyResponse g, double filter_s, double sample_time_s) {
+  const double pole = std::exp(-sample_time_s / filter_s);
+  for (std::size_t i = 0; i < g.lines(); ++i) {
+    const auto by =
+        (1.0 - pole * std::polar(1.0, -kTwoPi * g.frequency_hz[i] * sample_time_s)) / (1.0 - pole);
+    g.value[i] *= by;
+    g.std[i] *= std::abs(by);
+  }
+  return g;
 }
 
 }  // namespace
@@ -31,6 +58,9 @@ bool CandidateFits::offered(const Variant& variant, fit::Parameter parameter) co
       return !variant.delay;
     case fit::kTorqueLag:
       return !options_.torque_lag_s.has_value();
+    case fit::kOutputFilter:
+      return !options_.output_filter_s.has_value() &&
+             records_.front().output_quantity == data::OutputQuantity::velocity;
     default:
       return options_.ground == Ground::automatic;
   }
@@ -73,20 +103,52 @@ void CandidateFits::extend_by_response(DriveCandidate& candidate) const {
   }
 }
 
-/// To the test a lag, the mean over a sample and the delay that stands in its place are alike.
+/// A low-pass bends the magnitudes from which a start is found: where no variant holds, the lines without
+/// such filters give others. What of it is a torque lag, the search finds after.
+void CandidateFits::add_filtered(DriveCandidate& candidate) const {
+  for (const auto& v : candidate.variants)
+    if (v.second.model_error < kCriteria.true_enough) return;
+  const Variant plain{candidate.structure, false, false, false, demanded(candidate.structure)};
+  if (!allowed(false) || !offered(plain, fit::kOutputFilter)) return;
+  const Variant filtered = with(plain, fit::kOutputFilter);
+  std::optional<fit::ResponseFit> best;
+  for (const double samples : {0.7, 1.4, 2.8, 5.6, 11.0, 22.0}) {
+    fit::ResponseFitConfig config;
+    config.structure = candidate.structure;
+    config.sample_time_s = records_.front().sample_time_s();
+    config.known_delay_s = options_.delay_s;
+    config.further = plain.further;
+    config.torque_lag_s = options_.torque_lag_s.value_or(0.0);
+    const double filter_s = samples * config.sample_time_s;
+    auto start = fit::fit_response(unfiltered(response_, filter_s, config.sample_time_s), config);
+    if (!start) continue;
+    start->model.output_filter_s = filter_s;
+    auto fit = response_fit(filtered, start->model, true);
+    if (fit && (!best || fit->likelihood < best->likelihood)) best = std::move(fit);
+    if (best && best->model_error < kCriteria.true_enough) break;
+  }
+  if (best) candidate.variants.emplace_back(filtered, std::move(*best));
+}
+
+/// To the test a lag, a filter, the mean over a sample and the delay that stands in their place are alike.
 std::vector<Variant> CandidateFits::instead_of_delay(const Variant& variant) const {
   std::vector<Variant> others;
-  if (!variant.delay) return others;
-  Variant without = variant;
-  without.delay = false;
-  if (offered(variant, fit::kTorqueLag)) {
-    others.push_back(with(variant, fit::kTorqueLag));
-    others.push_back(with(without, fit::kTorqueLag));
-  }
-  if (records_.front().output_quantity == data::OutputQuantity::velocity &&
-      variant.velocity == fit::Velocity::sampled) {
-    others.push_back(without);
-    others.back().velocity = fit::Velocity::differences;
+  const bool lags = variant.has(fit::kTorqueLag), filters = variant.has(fit::kOutputFilter);
+  if (!variant.delay && !lags && !filters) return others;
+  Variant bare = variant;
+  bare.delay = false;
+  std::erase_if(bare.further,
+                [](fit::Parameter p) { return p == fit::kTorqueLag || p == fit::kOutputFilter; });
+  for (const auto velocity : {fit::Velocity::sampled, fit::Velocity::differences}) {
+    const bool own = velocity == variant.velocity, differs = velocity == fit::Velocity::differences;
+    if (differs && records_.front().output_quantity != data::OutputQuantity::velocity) continue;
+    bare.velocity = velocity;
+    if (differs && (!own || lags || filters)) others.push_back(bare);
+    for (const auto p : {fit::kTorqueLag, fit::kOutputFilter}) {
+      if (!offered(bare, p)) continue;
+      if (!own || variant.delay || !variant.has(p)) others.push_back(with(bare, p));
+      if (own && variant.delay && !variant.has(p)) others.push_back(with(variant, p));
+    }
   }
   return others;
 }

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <identification/criteria.hpp>
 #include <identification/identify/judge/constancy.hpp>
+#include <identification/identify/judge/slipped_samples.hpp>
 #include <identification/identify/select/drive_candidate.hpp>
 #include <identification/identify/select/select_drive.hpp>
 #include <limits>
@@ -209,7 +210,8 @@ class Selector {
         s.inconstant = inconstant(fit.records[0].constancy);
         // A model that is wrong in one respect is so in others, which chance alone does not show.
         if (!s.inconstant.empty()) widen(fit.records[0].constancy, s.result.drive);
-        s.outliers = inspect_outliers(fit.records[0], records_.front().sample_time_s());
+        s.outliers = inspect_slips(records_.front().output.samples, fit.records[0]);
+        if (!s.outliers) s.outliers = inspect_outliers(fit.records[0], records_.front().sample_time_s());
         s.residual = std::move(fit.records[0].residual);
         s.residual_start = fit.records[0].first_sample;
         s.result.offset = fit.records[0].offset;

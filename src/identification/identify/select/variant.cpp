@@ -28,6 +28,7 @@ std::string name_of(const Variant& v) {
   if (v.has(fit::kMotorGroundStiffness)) parts.push_back("spring to ground");
   if (v.has(fit::kLoadGroundStiffness)) parts.push_back("spring from load to ground");
   if (v.has(fit::kTorqueLag)) parts.push_back("torque lag");
+  if (v.has(fit::kOutputFilter)) parts.push_back("output filter");
   if (v.delay) parts.push_back("delay");
   if (v.velocity == fit::Velocity::differences) parts.push_back("velocity by differences");
   std::string name = plain_name(v.structure);
