@@ -337,7 +337,13 @@ std::vector<ResponseMode> response_modes(const data::FrequencyResponse& response
   if (known.lines() < kFewest) return {};
   Search search(known);
   search.accept(extremum_candidates(known));
-  return search.modes(least_db);
+  auto modes = search.modes(least_db);
+  // A fit to the flank of something beyond the lines tells its slope, not where it is.
+  std::erase_if(modes, [&](const ResponseMode& m) {
+    const double f = m.mode.frequency_hz.value;
+    return f < known.frequency_hz.front() || f > known.frequency_hz.back();
+  });
+  return modes;
 }
 
 }  // namespace resonid::fit

@@ -25,13 +25,13 @@ bool of_response(const Result& result) {
 }
 
 /// Those that come from the measured response.
-std::string modes_sentence(const Result& result, double z) {
+std::string modes_sentence(const Result& result, double z, bool of_model = false) {
   std::string text;
   for (const auto& r : result.modes)
-    if (!r.from_model)
+    if (r.from_model == of_model)
       text += fmt::format("{}{} {} at {}", text.empty() ? "" : ", ", r.anti ? "an" : "a", r.name(),
                           resonance_text(r, z));
-  return "The measured response has " + text + ".";
+  return fmt::format("The {} has {}.", of_model ? "model" : "measured response", text);
 }
 
 /// Errors by which a model is not this machine's.
@@ -43,16 +43,21 @@ bool explains_little(std::string_view id) {
 std::string structure_sentence(const Result& result) {
   if (result.black_box && !result.model) {
     const auto& delay = result.black_box->further_delay;
-    return fmt::format(
+    const double z = two_sided_quantile(result.confidence);
+    auto text = fmt::format(
         "A black-box model of order {}{} describes the record: {:.1f} % of the output in simulation. It has "
         "no "
         "drive structure, so it gives no inertias and no stiffness.",
         result.black_box->model.transfer_function.denominator.size() - 1,
-        delay ? fmt::format(
-                    " with a further delay of {} ms",
-                    with_error(1e3 * delay->value, 1e3 * two_sided_quantile(result.confidence) * delay->std))
+        delay ? fmt::format(" with a further delay of {} ms",
+                            with_error(1e3 * delay->value, 1e3 * z * delay->std))
               : "",
         result.black_box->fit_percent);
+    if (of_response(result)) text += " " + modes_sentence(result, z);
+    if (std::any_of(result.modes.begin(), result.modes.end(),
+                    [](const data::Mode& m) { return m.from_model; }))
+      text += " " + modes_sentence(result, z, true);
+    return text;
   }
   const double z = two_sided_quantile(result.confidence);
   if (!result.model) {
@@ -165,6 +170,25 @@ std::string distortion_sentence(const identification::Distortion& d) {
   return text + ".";
 }
 
+std::string reliable_text(const Result& result) {
+  const auto& r = result.reliable;
+  std::vector<const char*> holds, not_held;
+  const auto put = [&](bool given, bool reliable, const char* name) {
+    if (reliable)
+      holds.push_back(name);
+    else if (given)
+      not_held.push_back(name);
+  };
+  put(true, r.response, "the measured response");
+  put(!result.modes.empty(), r.resonances, "the resonances");
+  put(result.model.has_value(), r.parameters, "the parameters");
+  put(result.loop.has_value(), r.margins, "the margins");
+  if (holds.empty()) return {};
+  auto text = fmt::format("The whole is not reliable; by themselves are: {}", fmt::join(holds, ", "));
+  if (!not_held.empty()) text += fmt::format("; not: {}", fmt::join(not_held, ", "));
+  return text + ".";
+}
+
 }  // namespace
 
 std::vector<std::string> sentences(const Result& result) {
@@ -186,17 +210,8 @@ std::vector<std::string> sentences(const Result& result) {
         fmt::format("On {}, to which it was not fitted, the model reproduces {:.1f} % of the output: {}.",
                     v.file, v.simulation_fit_percent, v.verdict));
   }
+  if (auto parts = reliable_text(result); !result.trusted && !parts.empty()) list.push_back(std::move(parts));
   return list;
-}
-
-std::string reliable_text(const identification::Reliability& r) {
-  std::vector<const char*> parts;
-  if (r.response) parts.push_back("the measured response");
-  if (r.resonances) parts.push_back("the resonances");
-  if (r.parameters) parts.push_back("the parameters");
-  if (r.margins) parts.push_back("the margins");
-  if (parts.empty()) return {};
-  return fmt::format("Reliable by themselves: {}.\n", fmt::join(parts, ", "));
 }
 
 std::string summary_text(const Result& result) {
@@ -216,7 +231,6 @@ std::string summary_text(const Result& result) {
   text += findings_text(result.findings);
   text +=
       result.trusted ? "\nTrusted.\n" : "\nNOT trusted: the result is not reliable; see the errors above.\n";
-  if (!result.trusted) text += reliable_text(result.reliable);
   return text;
 }
 

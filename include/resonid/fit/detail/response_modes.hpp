@@ -21,7 +21,8 @@ struct ResponseMode {
 /// with a complex polynomial P for everything else, lines weighted by their standard deviations, in windows
 /// of several widths (docs/methods/response_modes.md). The widest window that the model holds in gives the
 /// values; what narrower ones differ from it beyond noise goes into the standard deviations. Extrema of less
-/// than `least_db` are left out. Empty without standard deviations or with fewer than 8 lines.
+/// than `least_db`, and those beyond the lines, are left out. Empty without standard deviations or with fewer
+/// than 8 lines.
 [[nodiscard]] std::vector<ResponseMode> response_modes(const data::FrequencyResponse& response,
                                                        double least_db = 3.0);
 

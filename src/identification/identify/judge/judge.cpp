@@ -10,6 +10,7 @@
 #include <identification/identify/judge/shown_modes.hpp>
 #include <identification/identify/judge/trust.hpp>
 #include <identification/identify/judge/validation.hpp>
+#include <identification/identify/judge/without_structure.hpp>
 #include <identification/identify/select/simulate_and_correct.hpp>
 #include <resonid/base/detail/statistics.hpp>
 
@@ -115,6 +116,18 @@ void discard_undetermined(Result& result) {
                                "longer, or take a lower .order."});
 }
 
+void inspect_black_box_error(Result& result) {
+  const double error = black_box_error(result.black_box->model, result.response);
+  if (!(error > kCriteria.misfit)) return;
+  const bool bad = error > kCriteria.worthless;
+  result.findings.push_back(
+      {"misfit", bad ? Severity::error : Severity::warning, error,
+       bad ? kCriteria.worthless : kCriteria.misfit,
+       fmt::format("Black box and measured response typically differ by {:.0f} % beyond the noise: take a "
+                   "higher .order, or a narrower .band_hz.",
+                   100.0 * error)});
+}
+
 /// What model and response say of each other's modes. Where they differ it may be the method: a fast sweep
 /// smears a sharp resonance, short segments a deep dip. Then the response is judged as it comes from the
 /// model by the same method.
@@ -125,7 +138,8 @@ void hold_against_measured(const Experiment& experiment, const Measurement& m, c
     hold_against_response(response, fit::response_modes(response), judged);
     return judged;
   };
-  Result judged = judged_by(result.response);
+  Result judged =
+      judged_by(result.black_box ? within_reach(result.black_box->model, result.response) : result.response);
   const bool contradicted = std::any_of(judged.findings.begin(), judged.findings.end(), [](const Finding& f) {
     return f.id == "response-shows-more" || f.id == "response-shows-less";
   });
@@ -175,9 +189,12 @@ void judge_loop(const Measurement& m, const Options& options, bool of_motion, Re
   const Options real = with_real_controller(m, options);
   const bool identified = m.evidence.controller && (!options.controller || m.controller_differs);
   if (identified) result.choices.push_back(controller_choice(*m.evidence.controller));
-  result.loop = loop_of(m.plan, real, m.lines, result.response, plant_model(result));
+  // What stands for a drive model that does not hold is no better than the response.
+  const bool instead = options.model == ModelChoice::automatic && result.black_box;
+  const auto model = instead ? PlantModel() : plant_model(result);
+  result.loop = loop_of(m.plan, real, m.lines, result.response, model);
   if (identified && result.loop) {
-    const auto loop_with = [&, plant = plain(plant_model(result))](const data::TransferFunction& controller) {
+    const auto loop_with = [&, plant = plain(model)](const data::TransferFunction& controller) {
       Options other = real;
       other.controller = controller;
       return loop_of(m.plan, other, m.lines, result.response, plant);
@@ -224,8 +241,10 @@ Result judge(const Experiment& experiment, const Measurement& m, Fitted fitted, 
   inspect_validation(result);
   result.modes = modes_of_model(m, result);
   if (result.black_box) discard_undetermined(result);
+  if (result.black_box && !m.evidence.biased()) inspect_black_box_error(result);
   if (!m.evidence.biased() && !of_motion) hold_against_measured(experiment, m, options, result);
   result.roots = roots_of(result);
+  put_black_box_instead(experiment, m, options, result);
   judge_loop(m, options, of_motion, result);
   return result;
 }

@@ -9,7 +9,7 @@ namespace resonid::identification::detail {
 namespace {
 
 /// Errors of the model alone, and of the controller; all others are of the record, and nothing holds.
-constexpr std::array<std::string_view, 15> kOfModel = {"no-model",
+constexpr std::array<std::string_view, 16> kOfModel = {"no-model",
                                                        "misfit",
                                                        "explains-nothing",
                                                        "unphysical-damping",
@@ -23,6 +23,7 @@ constexpr std::array<std::string_view, 15> kOfModel = {"no-model",
                                                        "uncertain-inertia",
                                                        "uncertain-resonance",
                                                        "spring-to-ground",
+                                                       "unexplained-response",
                                                        "fails-on-held-back"};
 constexpr std::string_view kOfController = "controller-differs";
 

@@ -40,7 +40,9 @@ void of_lines(const response::LineEstimates& lines, Result& result) {
 
 void put_validation(const data::Record& record, const response::LineEstimates& lines, Fitted fitted,
                     Result& result) {
-  if (auto& box = fitted.black_box)
+  if (auto& box = fitted.black_box; box && box->residual.empty())
+    result.validation = Validation{box->result.fit_percent, true, std::nullopt, std::nullopt, std::nullopt};
+  else if (box)
     of_record(record, box->result.fit_percent, std::move(box->residual), box->residual_start,
               box->result.model.transfer_function.denominator.size() - 1, result);
   else if (auto& drive = fitted.drive; drive && !drive->residual.empty())

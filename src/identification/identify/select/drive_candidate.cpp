@@ -40,7 +40,11 @@ bool self_excited(const fit::DriveModel& model, bool dry) {
 }  // namespace
 
 Difference difference(const fit::DriveModel& model, const data::FrequencyResponse& response) {
-  const auto fitted = model.values(response.frequency_hz, true);
+  return difference(model.values(response.frequency_hz, true), response);
+}
+
+Difference difference(const std::vector<std::complex<double>>& fitted,
+                      const data::FrequencyResponse& response) {
   std::vector<double> squares, noise;
   for (std::size_t i = 0; i < response.lines(); ++i) {
     const double size = std::abs(response.value[i]);

@@ -49,6 +49,9 @@ struct Difference {
   double unexplained = 0.0;
 };
 [[nodiscard]] Difference difference(const fit::DriveModel& model, const data::FrequencyResponse& response);
+/// The same of a model's values at the lines.
+[[nodiscard]] Difference difference(const std::vector<std::complex<double>>& fitted,
+                                    const data::FrequencyResponse& response);
 
 /// Whether the band shows every mode: one that nothing in it shows is idle parameters of a simpler machine.
 [[nodiscard]] bool modes_are_seen(const fit::DriveModel& model, const Plan& plan);

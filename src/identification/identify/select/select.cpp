@@ -9,7 +9,7 @@ namespace resonid::identification::detail {
 namespace {
 
 expected<void, Error> fit_black_box(const Experiment& experiment, const Options& options, Fitted& fitted) {
-  auto chosen = select_black_box(experiment.record, options);
+  auto chosen = select_black_box(experiment.record, options, {options.band_hz, true});
   if (!chosen) return tl::unexpected(std::move(chosen.error()));
   fitted.structures = std::move(chosen->structures);
   fitted.choices = std::move(chosen->choices);

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <identification/identify/select/band_record.hpp>
 #include <identification/identify/select/select_black_box.hpp>
 #include <resonid/fit/detail/order_selection.hpp>
 
@@ -46,6 +47,14 @@ std::vector<Choice> choices_of(const BlackBoxSelection& s, const fit::OrderSelec
   return choices;
 }
 
+/// Between the samples of a record in a band the signals go on smoothly, they are not held: the output knows
+/// of the input to come. A sample later it does not.
+void shift_output(data::Record& record) {
+  for (auto* c : {&record.input, &record.excitation, &record.reference})
+    if (c->present()) c->samples.erase(c->samples.begin());
+  record.output.samples.pop_back();
+}
+
 }  // namespace
 
 fit::BlackBoxConfig black_box_config(const data::Record& record, const Options& options) {
@@ -83,14 +92,24 @@ data::Estimate delay_of(const fit::BlackBoxModel& model) {
   return {(static_cast<double>(model.delay_samples) - 0.5) * ts, kUniform * ts};
 }
 
-expected<BlackBoxSelection, Error> select_black_box(const data::Record& record, const Options& options) {
+expected<BlackBoxSelection, Error> select_black_box(const data::Record& whole, const Options& given,
+                                                    const BlackBoxBand& band) {
+  Options options = given;
+  const bool in_band = band.hz && options.approach != Approach::indirect && options.bootstrap == 0;
+  auto part = in_band ? record_in_band(whole, *band.hz, band.alone) : BandRecord{whole, 1, 0};
+  auto& record = part.record;
+  if (part.every > 1) {
+    shift_output(record);
+    options.delay_s += record.sample_time_s();
+  }
   if (options.approach == Approach::indirect && record.output_quantity != data::OutputQuantity::velocity)
     return tl::unexpected(Error{"approach",
                                 "indirect with .model black-box needs a recorded velocity, which is what the "
                                 "controller is fed; found another output"});
   fit::OrderSelectionConfig search;
   search.model = black_box_config(record, options);
-  search.further_delay = true;
+  if (part.every > 1) search.model.direct_term = true;
+  search.further_delay = part.every == 1;
   if (options.order != 0) search.lowest = search.highest = static_cast<int>(options.order);
   auto selected = fit::select_order(record, search);
   if (!selected)
@@ -103,9 +122,17 @@ expected<BlackBoxSelection, Error> select_black_box(const data::Record& record, 
     s.result.further_delay = delay_of(fit.model);
     s.result.further_delay->value -= options.delay_s;
   }
-  s.residual = std::move(fit.residual);
-  s.residual_start = fit.first_sample;
+  if (part.every > 1) {
+    --s.result.model.delay_samples;
+    s.result.model.known_delay_s = given.delay_s;
+  } else {
+    s.residual = std::move(fit.residual);
+    s.residual_start = part.first_sample + fit.first_sample;
+  }
   s.choices = choices_of(s, *selected, options.order != 0);
+  if (part.every > 1)
+    s.choices.push_back({"sample rate", fmt::format("{:.4g} Hz", record.sample_rate_hz),
+                         "the black box is fitted at the rate that the band needs"});
   if (options.order == 0)
     for (const auto& t : selected->trials) s.structures.push_back(listed(t, *selected));
   return s;

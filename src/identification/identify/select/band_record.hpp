@@ -1,0 +1,24 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <cstddef>
+#include <resonid/data/record.hpp>
+#include <utility>
+
+namespace resonid::identification::detail {
+
+/// A record at the rate that a band needs. Input, output, excitation and reference pass the same filters, so
+/// that the response between them stays what it was.
+struct BandRecord {
+  data::Record record;
+  std::size_t every = 1;         ///< Samples of the given record per sample of this one; 1: its own rate.
+  std::size_t first_sample = 0;  ///< Of the given record.
+};
+
+/// Decimated to at least five times the band's upper end by a linear-phase low-pass. With `high_pass`, what
+/// lies below the lower end is taken out too (second order, damping ratio 1/sqrt 2, half an octave below it),
+/// and the time in which that filter settles. Second output and position are dropped.
+[[nodiscard]] BandRecord record_in_band(const data::Record& record, std::pair<double, double> band_hz,
+                                        bool high_pass);
+
+}  // namespace resonid::identification::detail
