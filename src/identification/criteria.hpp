@@ -107,8 +107,10 @@ struct Criteria {
 
   // ---- validate
   double noticeable_error = 0.1,
-         rejected_error = 0.3;    ///< rms over the lines of |error|/|G|, as misfit, worthless.
-  double poor_fit = 50.0;         ///< Per cent of the output that a model of this drive reproduces at least.
+         rejected_error = 0.3;  ///< rms over the lines of |error|/|G|, as misfit, worthless.
+  double excited_residual =
+      0.5;                 ///< Share of the residual above the lowest line, below which drift rules it.
+  double poor_fit = 50.0;  ///< Per cent of the output that a model of this drive reproduces at least.
   double improbable_line = 1e-4;  ///< Of noise alone at any line.
   double chance = 0.01;           ///< Of a dependence by noise alone.
   double fit_points = 10.0;       ///< Per cent of fit less than its own record lets expect.

@@ -91,6 +91,9 @@ struct ModelValidation {
   std::vector<ResidualBand> bands;            ///< Octaves down from half the sample rate.
   std::optional<double> fit_in_band_percent;  ///< 100 (1 - sqrt(residual/output power)) in fit_band_hz.
   std::optional<std::pair<double, double>> fit_band_hz;
+  /// Where most of the residual lies below what excites the machine: the frequency from which correlations
+  /// and fit are judged, and the fit there. Drift of an unexcited band says nothing of a model.
+  std::optional<double> judged_from_hz, judged_fit_percent;
   std::optional<double> expected_fit_percent;  ///< If the model left here what it left of its own record.
   std::vector<double> simulated, residual;     ///< [sample] from first_sample on.
   std::size_t first_sample = 0;
@@ -119,7 +122,9 @@ struct ModelValidation {
 /// than 30 % (rms over the lines, at least), or when it reproduces less than half of the output and the rest
 /// follows the input beyond the practical limit. It is doubtful beyond 10 %, beyond the practical limit,
 /// where a single line differs by more than 10 %, or where it fits 10 points less than the residual on its
-/// own record lets expect.
+/// own record lets expect. Where most of the residual lies below the lowest line of the record's response,
+/// correlations and fit are those above it. A response that feedback biases is not compared; what is wrong
+/// with the response alone is a warning then, since the verdict is that of the simulation.
 ///
 /// `common.approach` indirect: the closed-loop predictor, driven by the excitation (and reference) alone
 /// through the known controller, so that no noise reaches the model's input.

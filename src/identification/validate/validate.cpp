@@ -3,7 +3,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <identification/criteria.hpp>
 #include <identification/identify/prepare/prepare.hpp>
+#include <identification/identify/select/band_record.hpp>
 #include <identification/linear_simulation.hpp>
 #include <identification/validate/evidence.hpp>
 #include <identification/validate/verdict.hpp>
@@ -30,9 +32,11 @@ class Simulator {
     v_.known_delay_s = options.common.delay_s;
   }
 
-  expected<ModelValidation, Error> run() {
+  /// `lowest_hz`: of what excites the machine; 0: not known.
+  expected<ModelValidation, Error> run(double lowest_hz) {
     if (const auto done = simulate(); !done) return tl::unexpected(done.error());
     fit_percents();
+    judge_above(lowest_hz);
     residual_tests();
     return std::move(v_);
   }
@@ -171,6 +175,29 @@ class Simulator {
     v_.prediction_fit_percent = fit_percent_of(sum_of_squares(innovation), squares_about_mean(foretold));
   }
 
+  /// What drifts below the excited band says nothing of the model, and two slow signals always correlate.
+  void judge_above(double lowest_hz) {
+    const double hz = lowest_hz / std::sqrt(2.0), rate = record_.sample_rate_hz;
+    const auto settled = hz > 0.0 ? static_cast<std::size_t>(rate / hz) : 0;
+    if (settled == 0 || 4 * settled > v_.residual.size()) return;
+    const auto output = std::span(record_.output.samples).subspan(v_.first_sample);
+    const double all = squares_about_mean(v_.residual);
+    const auto left = above(v_.residual, hz, settled);
+    if (!(sum_of_squares(left) < detail::kCriteria.excited_residual * all)) return;
+    const double total = sum_of_squares(above(output, hz, settled));
+    if (!(total > 0.0)) return;
+    v_.judged_from_hz = hz;
+    v_.judged_fit_percent = fit_percent_of(sum_of_squares(left), total);
+    settled_ = settled;
+  }
+
+  [[nodiscard]] std::vector<double> above(std::span<const double> samples, double hz,
+                                          std::size_t settled) const {
+    auto filtered = detail::high_passed(samples, hz, record_.sample_rate_hz);
+    filtered.erase(filtered.begin(), filtered.begin() + static_cast<std::ptrdiff_t>(settled));
+    return filtered;
+  }
+
   void residual_tests() {
     double delay = options_.common.delay_s;
     std::size_t poles = 3;
@@ -186,14 +213,25 @@ class Simulator {
     const auto part = [&](const data::Channel& c) {
       return c.present() ? std::span(c.samples).subspan(v_.first_sample) : std::span<const double>();
     };
-    v_.residual_test =
-        diagnostics::test_residual({v_.residual, v_.simulated, part(record_.input), part(record_.excitation)},
-                                   std::max(options_.max_lag, judged), judged);
+    const std::size_t lags = std::max(options_.max_lag, judged);
+    v_.residual_test = diagnostics::test_residual(
+        {v_.residual, v_.simulated, part(record_.input), part(record_.excitation)}, lags, judged);
+    if (!v_.judged_from_hz) return;
+    const auto judged_part = [&](std::span<const double> samples) {
+      return samples.empty() ? std::vector<double>() : above(samples, *v_.judged_from_hz, settled_);
+    };
+    const auto residual = judged_part(v_.residual), simulated = judged_part(v_.simulated),
+               input = judged_part(part(record_.input)), excitation = judged_part(part(record_.excitation));
+    const double mean = v_.residual_test.mean, rms = v_.residual_test.rms;
+    v_.residual_test = diagnostics::test_residual({residual, simulated, input, excitation}, lags, judged);
+    v_.residual_test.mean = mean;
+    v_.residual_test.rms = rms;
   }
 
   const data::Record& record_;
   const ValidateOptions& options_;
   ModelValidation v_;
+  std::size_t settled_ = 0;  ///< Samples left out of what is judged above a frequency.
 };
 
 /// How the residual moves with each independent standard deviation of the model, [sample x direction].
@@ -241,17 +279,21 @@ expected<ModelValidation, Error> validate(const data::Record& record, const Cand
   options.common = detail::sampled(options.common, record);
   if (!candidate.model && !candidate.transfer_function)
     return refused("candidate", "holds no model; required a result with one, or a transfer function");
-  auto validation = Simulator(record, candidate, options).run();
-  if (!validation) return validation;
   Options own = options.common;
   own.model = ModelChoice::none;
   if (own.approach == Approach::indirect) own.approach.reset();
   const auto result = identify(record, own);
   if (!result) return tl::unexpected(result.error());
+  const auto& lines = result->response.frequency_hz;
+  auto validation = Simulator(record, candidate, options).run(lines.empty() ? 0.0 : lines.front());
+  if (!validation) return validation;
   validation->record = result->record;
   validation->units = result->units;
   validation->findings.insert(validation->findings.begin(), result->findings.begin(), result->findings.end());
-  detail::compare_with_response(record, options.common, own, *result, *validation);
+  if (detail::speaks_of_response_alone(validation->findings))
+    validation->measured = result->response;
+  else
+    detail::compare_with_response(record, options.common, own, *result, *validation);
   detail::look_into_residual(record, options,
                              uncertainty_of(record, candidate, options, validation->residual), *validation);
   detail::judge(*validation);

@@ -87,10 +87,14 @@ void inspect_response(ModelValidation& v, const Evidence& e) {
                                     100.0 * v.response_error.value_or(0.0), 100.0 * e.response_error)});
 }
 
+/// Of the output, above what drifts where nothing excites.
+double judged_fit(const ModelValidation& v) {
+  return v.judged_fit_percent.value_or(v.simulation_fit_percent);
+}
+
 /// Much less is reproduced than the residual on the model's own record lets expect, and noise is not why.
 bool fits_less_here(const ModelValidation& v, const Evidence& e) {
-  return e.significant &&
-         v.expected_fit_percent.value_or(-HUGE_VAL) > v.simulation_fit_percent + kCriteria.fit_points;
+  return e.significant && v.expected_fit_percent.value_or(-HUGE_VAL) > judged_fit(v) + kCriteria.fit_points;
 }
 
 void inspect_fit(ModelValidation& v, const Evidence& e) {
@@ -100,13 +104,14 @@ void inspect_fit(ModelValidation& v, const Evidence& e) {
          fmt::format("The model reproduces {:.0f} % of this output; with the residual of its own record it "
                      "would be {:.0f} %. The rest depends on the {}: the drive behaves differently here.",
                      v.simulation_fit_percent, *v.expected_fit_percent, v.dependence.on)});
-  if (v.simulation_fit_percent >= kCriteria.poor_fit) return;
+  const double fit = judged_fit(v);
+  if (fit >= kCriteria.poor_fit) return;
   if (e.correlated())
-    v.findings.push_back({"poor-fit", Severity::error, v.simulation_fit_percent, kCriteria.poor_fit,
+    v.findings.push_back({"poor-fit", Severity::error, fit, kCriteria.poor_fit,
                           "The model reproduces less than half of the output, and the residual is not noise: "
                           "it is not the model of this drive at this operating point."});
   else
-    v.findings.push_back({"noisy-record", Severity::warning, v.simulation_fit_percent, kCriteria.poor_fit,
+    v.findings.push_back({"noisy-record", Severity::warning, fit, kCriteria.poor_fit,
                           "Less than half of the output is reproduced, but the residual does not follow the "
                           "input: it is noise or disturbances, which say little for or against the model."});
 }
@@ -125,6 +130,16 @@ void inspect_maps(ModelValidation& v) {
 }
 
 }  // namespace
+
+bool speaks_of_response_alone(std::vector<diagnostics::Finding>& findings) {
+  bool any = false;
+  for (auto& f : findings) {
+    if (f.severity != Severity::error || (f.id != "feedback-bias" && f.id != "incoherent")) continue;
+    f.severity = Severity::warning;
+    any = true;
+  }
+  return any;
+}
 
 void judge(ModelValidation& v) {
   const auto e = evidence_of(v);

@@ -72,6 +72,12 @@ std::vector<std::string> sentences(const ModelValidation& v) {
   if (v.fit_in_band_percent)
     list.push_back(fmt::format("Within {:g} ... {:g} Hz it reproduces {:.1f} %.", v.fit_band_hz->first,
                                v.fit_band_hz->second, *v.fit_in_band_percent));
+  if (v.judged_from_hz && v.judged_fit_percent)
+    list.push_back(
+        fmt::format("Most of the residual lies below {:.3g} Hz, where nothing excites the drive; above, the "
+                    "model reproduces "
+                    "{:.1f} % of the output, and that is judged.",
+                    *v.judged_from_hz, *v.judged_fit_percent));
   list.push_back(correlation_sentence(v));
   if (const auto residual = residual_sentence(v); !residual.empty()) list.push_back(residual);
   if (v.gap && !v.gap->distance.empty()) {

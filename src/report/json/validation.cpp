@@ -121,6 +121,10 @@ void describe(Fields& f, ModelValidation& v) {
     f({"high_hz", "upper end", "Hz"}, v.fit_band_hz->second);
     f({"fit_percent", "100 (1 - sqrt(residual/output power))", "%"}, *v.fit_in_band_percent);
   });
+  f({"judged_from_hz", "most of the residual lies below, where nothing excites: what lies above is judged",
+     "Hz"},
+    v.judged_from_hz);
+  f({"judged_fit_percent", "fit above judged_from_hz", "%"}, v.judged_fit_percent);
   f({"expected_fit_percent", "fit with the residual of the model's own record", "%"}, v.expected_fit_percent);
   quantity(f, {"offset", "constant torque, estimated on this record"}, v.offset, v.units.torque);
   quantity(f, {"coulomb_friction", "estimated on this record again"}, v.coulomb_friction, v.units.torque);

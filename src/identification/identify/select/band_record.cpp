@@ -37,8 +37,10 @@ std::vector<double> decimated(const std::vector<double>& x, const std::vector<do
   return y;
 }
 
-/// s^2/(s^2 + sqrt 2 w s + w^2) by the bilinear transformation, at rest on the first sample.
-std::vector<double> high_passed(const std::vector<double>& x, double hz, double sample_rate_hz) {
+}  // namespace
+
+// s^2/(s^2 + sqrt 2 w s + w^2) by the bilinear transformation.
+std::vector<double> high_passed(std::span<const double> x, double hz, double sample_rate_hz) {
   const double w = std::tan(kPi * hz / sample_rate_hz), a0 = 1.0 + std::sqrt(2.0) * w + w * w;
   const double a1 = 2.0 * (w * w - 1.0) / a0, a2 = (1.0 - std::sqrt(2.0) * w + w * w) / a0;
   std::vector<double> y;
@@ -51,8 +53,6 @@ std::vector<double> high_passed(const std::vector<double>& x, double hz, double 
   }
   return y;
 }
-
-}  // namespace
 
 BandRecord record_in_band(const data::Record& record, std::pair<double, double> band_hz, bool high_pass) {
   BandRecord result{record, 1, 0};

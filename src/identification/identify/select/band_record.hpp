@@ -3,7 +3,9 @@
 
 #include <cstddef>
 #include <resonid/data/record.hpp>
+#include <span>
 #include <utility>
+#include <vector>
 
 namespace resonid::identification::detail {
 
@@ -20,5 +22,10 @@ struct BandRecord {
 /// and the time in which that filter settles. Second output and position are dropped.
 [[nodiscard]] BandRecord record_in_band(const data::Record& record, std::pair<double, double> band_hz,
                                         bool high_pass);
+
+/// What lies above a frequency, as that high-pass leaves it; the filter begins at rest on the first sample
+/// and has settled after sample_rate_hz/hz samples.
+[[nodiscard]] std::vector<double> high_passed(std::span<const double> samples, double hz,
+                                              double sample_rate_hz);
 
 }  // namespace resonid::identification::detail
