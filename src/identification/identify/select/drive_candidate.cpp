@@ -78,6 +78,11 @@ data::FrequencyResponse thinned(const data::FrequencyResponse& g) {
   return few;
 }
 
+bool is_astray(const DriveCandidate& larger, const DriveCandidate& simpler) {
+  return larger.record_fit && simpler.record_fit &&
+         larger.record_fit->bic > simpler.record_fit->bic + kCriteria.ruled_out;
+}
+
 bool modes_are_seen(const fit::DriveModel& model, const Plan& plan) {
   const auto modes = model.modes();
   // The lowest one, on a spring to the ground, shows below itself in how the velocity leads.
@@ -198,11 +203,16 @@ void CandidateFits::add_variants(DriveCandidate& candidate, const std::vector<fi
   }
 }
 
-/// A machine on a spring that is begun without it is not found, however much it lacks.
-bool CandidateFits::ground_is_likely(const DriveCandidate& candidate) const {
-  if (leads_at_first(response_)) return true;
-  return std::all_of(candidate.variants.begin(), candidate.variants.end(),
-                     [](const auto& v) { return v.second.model_error > kCriteria.true_enough; });
+/// Parameters without which a machine that has them is hardly found, so that no score test asks for them: a
+/// spring where the velocity leads or nothing else holds, a lag where nothing else does.
+std::vector<fit::Parameter> CandidateFits::likely_at_first(const DriveCandidate& candidate) const {
+  const bool none_holds = std::none_of(candidate.variants.begin(), candidate.variants.end(),
+                                       [](const auto& v) { return holds(v.second); });
+  std::vector<fit::Parameter> likely;
+  if (none_holds || leads_at_first(response_))
+    likely = {fit::kMotorGroundStiffness, fit::kLoadGroundStiffness};
+  if (none_holds) likely.push_back(fit::kTorqueLag);
+  return likely;
 }
 
 DriveCandidate CandidateFits::fit_to_response(Structure structure, const Variant* like) const {
@@ -210,8 +220,8 @@ DriveCandidate CandidateFits::fit_to_response(Structure structure, const Variant
   candidate.structure = structure;
   const auto given = like != nullptr ? like->further : demanded(structure);
   add_variants(candidate, given, like);
-  if (like == nullptr && ground_is_likely(candidate))
-    for (const auto p : {fit::kMotorGroundStiffness, fit::kLoadGroundStiffness})
+  if (like == nullptr)
+    for (const auto p : likely_at_first(candidate))
       if (offered({structure, false, false, false, given}, p)) add_variants(candidate, {p}, nullptr);
   if (like == nullptr && structure == Structure::two_mass) add_filtered(candidate);
   // Lines that repeat one another, smoothed ones or those that a model misses in a smooth way, count as the
@@ -314,10 +324,12 @@ void CandidateFits::fit_variants(DriveCandidate& candidate, const Acceptance& ac
   }
 }
 
-void CandidateFits::fit_to_record(DriveCandidate& candidate) const {
+void CandidateFits::fit_to_record(DriveCandidate& candidate, const DriveCandidate* simpler) const {
   if (!to_records_) return;
   const auto acceptable = acceptance(candidate);
   if (acceptable.by_the_lines) fit_variants(candidate, acceptable);
+  // A larger structure that fits far less well has gone astray: nothing that is added brings it back.
+  if (simpler != nullptr && !simpler->record_variant.dry && is_astray(candidate, *simpler)) return;
   try_dry_friction(candidate, acceptable);
   extend_by_record(candidate);
 }

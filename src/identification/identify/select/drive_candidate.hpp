@@ -53,6 +53,10 @@ struct Difference {
 [[nodiscard]] Difference difference(const std::vector<std::complex<double>>& fitted,
                                     const data::FrequencyResponse& response);
 
+/// Whether the fit of more masses to the record is so much worse that its search went astray: no more time is
+/// spent on it.
+[[nodiscard]] bool is_astray(const DriveCandidate& larger, const DriveCandidate& simpler);
+
 /// Whether the band shows every mode: one that nothing in it shows is idle parameters of a simpler machine.
 [[nodiscard]] bool modes_are_seen(const fit::DriveModel& model, const Plan& plan);
 
@@ -78,7 +82,8 @@ class CandidateFits {
   /// measured response: then the drive is not what the likelihood assumes (non-linear friction, a disturbance
   /// that looks like a response). One that simulates the record clearly better than the response's own model
   /// does not contradict, it corrects.
-  void fit_to_record(DriveCandidate& candidate) const;
+  /// `simpler`: a structure of fewer masses that has been fitted.
+  void fit_to_record(DriveCandidate& candidate, const DriveCandidate* simpler = nullptr) const;
 
   /// Fits two masses to the record without a start from the response, which may not show the resonance of a
   /// short or noisy record.
@@ -109,7 +114,7 @@ class CandidateFits {
   /// Fits to the response with and without friction and delay.
   void add_variants(DriveCandidate& candidate, const std::vector<fit::Parameter>& further,
                     const Variant* like) const;
-  [[nodiscard]] bool ground_is_likely(const DriveCandidate& candidate) const;
+  [[nodiscard]] std::vector<fit::Parameter> likely_at_first(const DriveCandidate& candidate) const;
   /// Adds, one after the other, the parameters that pay: to the response's best fit, to the record's.
   void extend_by_response(DriveCandidate& candidate) const;
   /// Adds the variant with a filter of the measured velocity where none without it holds.

@@ -50,8 +50,9 @@ class Selector {
       candidates.push_back(std::move(candidate));
       if (structure == Structure::rigid && options_.model == ModelChoice::automatic) continue;
       if (candidates.size() > 1) discard_unidentifiable(candidates);
-      for (auto& c : candidates)
-        if (c.remark.empty() && !c.record_fit) fits_.fit_to_record(c);
+      for (std::size_t i = 0; i < candidates.size(); ++i)
+        if (candidates[i].remark.empty() && !candidates[i].record_fit)
+          fits_.fit_to_record(candidates[i], i > 0 ? &candidates[i - 1] : nullptr);
       if (candidates.size() > 1) discard_unobserved(candidates);
       if (structure == Structure::two_mass && candidates.size() == 2 &&
           !(candidates[0].record_fit && !misfit_is_significant(*candidates[0].record_fit)))
@@ -59,8 +60,9 @@ class Selector {
     }
     if (candidates.empty()) return std::nullopt;
     if (candidates.size() == 1 && !candidates[0].record_fit) fits_.fit_to_record(candidates[0]);
-    for (auto& candidate : candidates)
-      if (candidate.record_fit) fits_.validate(candidate);
+    for (std::size_t i = 0; i < candidates.size(); ++i)
+      if (candidates[i].record_fit && (i == 0 || !is_astray(candidates[i], candidates[i - 1])))
+        fits_.validate(candidates[i]);
     std::size_t chosen = candidates.size();
     for (std::size_t i = 0; i < candidates.size(); ++i) {
       if (!candidates[i].remark.empty()) continue;
