@@ -107,7 +107,9 @@ struct Criteria {
 
   // ---- validate
   double noticeable_error = 0.1,
-         rejected_error = 0.3;  ///< rms over the lines of |error|/|G|, as misfit, worthless.
+         rejected_error = 0.3;        ///< rms over the lines of |error|/|G|, as misfit, worthless.
+  double refitted_difference = 0.02;  ///< Of an inertia or a stiffness fitted to the record itself, ...
+  double refitted_deviations = 4.0;   ///< ... and of both error bars: by chance once in 16 000.
   double excited_residual =
       0.5;                 ///< Share of the residual above the lowest line, below which drift rules it.
   double poor_fit = 50.0;  ///< Per cent of the output that a model of this drive reproduces at least.

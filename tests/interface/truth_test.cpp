@@ -69,7 +69,8 @@ TEST_F(Truth, ThreeMassesWithATensioner) {
 }
 
 // scipy 1.10: eigh(S, M) for the modes; response from expm of [A B; 0 0] Ts, c (z - Ad)^-1 Bd, with M, S, C
-// of the chain's masses, stiffnesses and dampings and 0.01 Nms/rad on the first.
+// of the chain's masses, stiffnesses and dampings and 0.01 Nms/rad on the first:
+// tests/reference/published_drives.py.
 TEST_F(Truth, ChainOfFourMasses) {
   const json truth = truth_of("chain_four_masses --lines 5,26,65,110,300");
   EXPECT_EQ(truth.at("model").at("structure"), "chain");

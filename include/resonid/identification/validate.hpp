@@ -121,10 +121,11 @@ struct ModelValidation {
 /// (below 1e-4, all lines counted). Then a model is rejected when model and measured response differ by more
 /// than 30 % (rms over the lines, at least), or when it reproduces less than half of the output and the rest
 /// follows the input beyond the practical limit. It is doubtful beyond 10 %, beyond the practical limit,
-/// where a single line differs by more than 10 %, or where it fits 10 points less than the residual on its
-/// own record lets expect. Where most of the residual lies below the lowest line of the record's response,
-/// correlations and fit are those above it. A response that feedback biases is not compared; what is wrong
-/// with the response alone is a warning then, since the verdict is that of the simulation.
+/// where a single line differs by more than 10 %, where an inertia or a stiffness fitted to this record
+/// differs by more than 2 % and 4 standard deviations, or where it fits 10 points less than the residual on
+/// its own record lets expect. Where most of the residual lies below the lowest line of the record's
+/// response, correlations and fit are those above it. A response that feedback biases is not compared; what
+/// is wrong with the response alone is a warning then, since the verdict is that of the simulation.
 ///
 /// `common.approach` indirect: the closed-loop predictor, driven by the excitation (and reference) alone
 /// through the known controller, so that no noise reaches the model's input.

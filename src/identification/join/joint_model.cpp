@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <identification/identify/select/record_fit.hpp>
 #include <identification/identify/select/select_drive.hpp>
+#include <identification/join/between_records.hpp>
 #include <identification/join/estimate_combination.hpp>
 #include <identification/join/joint_model.hpp>
 
@@ -75,6 +76,11 @@ class Joiner {
       if (!combine(*kind)) return std::nullopt;
     }
     joint_.model.offset.reset();  // each record has its own
+    std::vector<const DriveModel*> own;
+    for (const auto& r : results_)
+      if (r.model && alike(r.model->drive, joint_.model.drive)) own.push_back(&r.model->drive);
+    if (auto differs = include_scatter(own, joint_.model.drive))
+      joint_.findings.push_back(std::move(*differs));
     return std::move(joint_);
   }
 

@@ -8,6 +8,7 @@
 #include <identification/identify/select/band_record.hpp>
 #include <identification/linear_simulation.hpp>
 #include <identification/validate/evidence.hpp>
+#include <identification/validate/refit.hpp>
 #include <identification/validate/verdict.hpp>
 #include <resonid/base/detail/statistics.hpp>
 #include <resonid/diagnostics/detail/data_findings.hpp>
@@ -296,6 +297,9 @@ expected<ModelValidation, Error> validate(const data::Record& record, const Cand
     detail::compare_with_response(record, options.common, own, *result, *validation);
   detail::look_into_residual(record, options,
                              uncertainty_of(record, candidate, options, validation->residual), *validation);
+  if (!validation->judged_from_hz)
+    if (auto differs = detail::inspect_refit(record, candidate, options.common))
+      validation->findings.push_back(std::move(*differs));
   detail::judge(*validation);
   return validation;
 }

@@ -162,7 +162,10 @@ void judge(ModelValidation& v) {
          fmt::format("The model is in {}, the record in {}.", v.candidate.units_response, v.units.response)});
   const auto is_error = [](const diagnostics::Finding& f) { return f.severity == Severity::error; };
   v.trusted = std::none_of(v.findings.begin(), v.findings.end(), is_error);
-  const bool noticeable = e.correlated() || e.line_differs || e.misfit() || fits_less_here(v, e);
+  const bool refitted = std::any_of(v.findings.begin(), v.findings.end(), [](const diagnostics::Finding& f) {
+    return f.id == "parameters-differ";
+  });
+  const bool noticeable = refitted || e.correlated() || e.line_differs || e.misfit() || fits_less_here(v, e);
   const bool wrong = std::any_of(v.findings.begin(), v.findings.end(), [&](const diagnostics::Finding& f) {
     return is_error(f) && (f.id == "misfit" || f.id == "poor-fit" || f.id == "different-units");
   });

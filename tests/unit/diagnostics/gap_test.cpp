@@ -198,7 +198,8 @@ TEST(NuGap, ConditionAgreesWithTheContourOfTheDefinition) {
 
 TEST(NuGap, OfThePublishedSystemsIsThatOfTheIndependentImplementation) {
   // Systems 2 (K 5.75e4 N/m, D 120 Ns/m) and 1 (3.10e4, 90), r = 0.05 m: 0.711 at 11.44 Hz; with Publication
-  // IV's own damping, 100 Ns/m, scipy's zero-order hold gives 0.7218 at 11.51 Hz.
+  // IV's own damping, 100 Ns/m, scipy's zero-order hold gives 0.7218 at 11.51 Hz
+  // (tests/reference/published_drives.py).
   const double square = 0.05 * 0.05;
   const auto second = drive(3.10e4 * square, 90.0 * square, 0.032, 0.002);
   const auto result = gap(drive(5.75e4 * square, 120.0 * square, 0.032, 0.002), second);

@@ -209,7 +209,7 @@ TEST(BlackBox, AGivenStartNeedNotBeNear) {
 /// offset:
 ///   yh(b, a) = r_[0, 0, lfilter(r_[0, b], r_[1, a], u)[:-2]], least_squares(y - yh, x0, method="lm",
 ///   xtol=1e-15, ftol=1e-15, x_scale="jac", jac by lfilter), x0: the zero-order-hold model of oe_ml in
-///   f_expected.json.
+///   f_expected.json. tests/reference/black_box_least_squares.py does it from a start nearby.
 TEST(BlackBox, MeetsScipyLeastSquares) {
   data::Record record;
   record.sample_rate_hz = 500.0;

@@ -58,6 +58,35 @@ TEST(Join, EveryRecordHasItsOwnOffsetStateNoiseAndLength) {
   for (const auto& r : joint.records) EXPECT_TRUE(r.own_estimate && r.agrees) << r.file;
 }
 
+bool differs(const Joint& joint, diagnostics::Severity severity) {
+  return std::any_of(joint.result.findings.begin(), joint.result.findings.end(), [&](const auto& f) {
+    return f.id == "differs-between-records" && f.severity == severity;
+  });
+}
+
+/// Four records of one machine, and the same with a stiffness that scatters by 1 % between them.
+TEST(Join, ScatterBetweenRecordsIsToldAndHeld) {
+  for (const double scatter : {0.0, 0.01}) {
+    test::JoinedRecords bench;
+    for (const double sign : {1.0, -1.0, -0.5, 0.5}) {
+      auto c = test::published_drive(0.05, 10.0, 40 + bench.records.size());
+      test::prbs(c);
+      c.drive.stiffness *= 1.0 + sign * scatter;
+      bench.add(c);
+      bench.options = test::known(c);
+    }
+    const auto joint = bench.joined();
+    ASSERT_TRUE(joint.result.model);
+    const auto stiffness = joint.result.model->drive.estimate(fit::kStiffness);
+    EXPECT_EQ(differs(joint, diagnostics::Severity::error), scatter > 0.0);
+    EXPECT_EQ(joint.result.trusted, scatter == 0.0);
+    EXPECT_NEAR(stiffness.value, 143.75, 4.0 * stiffness.std);
+    if (scatter > 0.0) {
+      EXPECT_GT(stiffness.std, 0.5 * scatter * 143.75);
+    }
+  }
+}
+
 TEST(Join, RepeatsAllExperimentsTogether) {
   auto bench = test::narrow_bands(1);
   bench.options.bootstrap = 40;

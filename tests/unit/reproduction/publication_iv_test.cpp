@@ -235,7 +235,7 @@ TEST(PublicationIv, DistancesOfPlantsAndClosedLoops) {
       EXPECT_GT(*row.reproduced, *row.truth - 3.0 * *row.deviation / std::sqrt(kSeeds)) << title << i;
     }
   }
-  // scipy, zero-order hold of the printed parameters with D = 100 (numpy.linalg.solve at z = e^{jwTs})
+  // scipy, zero-order hold of the printed parameters with D = 100: tests/reference/published_drives.py
   const std::array<double, 8> printed = {0.0182, 0.0819, 0.3118, 0.7163, 0.6292, 0.1844, 0.0720, 0.0371};
   for (std::size_t i = 0; i < printed.size(); ++i)
     EXPECT_NEAR(table("Plants G, D = 100").rows[i].truth.value(), printed[i], 6e-5) << i;

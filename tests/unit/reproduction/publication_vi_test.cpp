@@ -257,7 +257,7 @@ TEST_F(Figure5, NyquistDistancesInEveryConfiguration) {
 }
 
 // Records of `resonid simulate` with seeds 1 ... 20, filtered (p(k) = e^{jw(k-1)Ts} p(k-1) + (z - Re)/9), set
-// into L = C Y/U e^{jw 4 ms} and read at every sample by a NumPy script that shares no code: means.
+// into L = C Y/U e^{jw 4 ms} and read at every sample by tests/reference/figure_5_every_sample.py: means.
 TEST_F(Figure5, ReadAtEverySample) {
   const struct {
     const char* title;
@@ -417,7 +417,8 @@ TEST_F(Figure7, FrequenciesOfThePrintedTable2) {
 }
 
 // Exact responses of both drives by scipy.linalg.expm (5.75e4 N/m and 120 Ns/m split as in the experiment
-// file), fitted by scipy.optimize.least_squares to the lines 2, 2.25 ... Hz: errors in percent.
+// file), fitted by scipy.optimize.least_squares to the lines 2, 2.25 ... Hz: errors in percent
+// (tests/reference/published_drives.py).
 TEST_F(Tensioner, TwoMassFitToTheExactResponse) {
   const struct {
     const char* band;
@@ -466,7 +467,7 @@ TEST_F(Tensioner, TwoMassFitToTheAveragedSpectra) {
   }
 }
 
-// The same drive by scipy.linalg.expm: c (zI - A)^-1 b at 2 ms.
+// The same drive by scipy.linalg.expm: c (zI - A)^-1 b at 2 ms (tests/reference/published_drives.py).
 TEST_F(Figure10, SimulatesTheTensioner) {
   const std::vector<double> grid{5.0, 15.0, 78.0};
   const std::complex<double> expected[] = {{-0.00893002320431788, -0.42730781156641007},
