@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: MIT
-// A part of tests/statistics/compare_test.cpp, and models validated on records of other machines.
+// A part of tests/statistics/compare_test.cpp, models validated on records of other machines, and drives
+// tracked that an on-line estimator does not hold.
 #include <repetitions.hpp>
 #include <resonid/base/constants.hpp>
 #include <resonid/identification/compare.hpp>
+#include <resonid/identification/track.hpp>
 #include <resonid/identification/validate.hpp>
 
 namespace resonid {
@@ -84,6 +86,23 @@ TEST(Validate, AStiffnessThatIsOffIsToldByTheRecord) {
                                      [](const auto& f) { return f.id == "parameters-differ"; });
     EXPECT_EQ(differs, stiffness != 1.0);
     EXPECT_EQ(validation.verdict == Verdict::accepted, stiffness == 1.0);
+  }
+}
+
+/// A lag that the estimator takes for inertia and damping: by what it leaves, and by the start model that has
+/// it.
+TEST(Track, DoesNotTrustADriveWithATorqueLag) {
+  for (const double lag_s : {0.0, 0.001}) {
+    auto c = test::published_drive(0.02, 10.0, 5);
+    test::prbs(c);
+    c.actuator.lag_s = lag_s;
+    identification::TrackOptions options;
+    options.common = test::known(c);
+    const auto record = test::simulated(c).record;
+    const auto track = identification::track(record, options).value();
+    EXPECT_EQ(track.trusted, lag_s == 0.0);
+    options.start = test::identified(record, options.common).model.value().drive;
+    EXPECT_EQ(identification::track(record, options).value().trusted, lag_s == 0.0);
   }
 }
 

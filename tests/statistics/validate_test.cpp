@@ -102,9 +102,9 @@ TEST(Validate, SeldomDoubtsTheTrueModel) {
   }
 }
 
-/// Whether the stiffness can be seen at all is a matter of energy: what it changes of the output, over the noise
-/// variance. Initial state, load torque and the other parameters take over what they can, nine tenths of it at
-/// worst: of 1000, ten standard deviations are left, of which four are asked.
+/// Whether the stiffness can be seen at all is a matter of energy: what it changes of the output, over the
+/// noise variance. Initial state, load torque and the other parameters take over what they can, nine tenths
+/// of it at worst: of 1000, ten standard deviations are left, of which four are asked.
 TEST(Validate, FindsAStiffnessThatIsOff) {
   constexpr double kAlways = 1000.0, kMostly = 200.0;
   int always = 0;

@@ -14,6 +14,7 @@ using diagnostics::Severity;
 using Findings = std::vector<Finding>;
 
 constexpr double kColoured = 0.15;       // practical limit of a correlation (METHOD 9)
+constexpr double kMostColoured = 0.5;    // error bars 1.7 times too small: sqrt((1 + r)/(1 - r))
 constexpr double kEnough = 0.8;          // share of the rows
 constexpr double kLost = 0.05;           // share of the rows
 constexpr double kEnoughExcited = 0.5;   // likewise: a drive need not be excited all the time
@@ -71,10 +72,18 @@ void inspect_gates(const online::Axis& axis, const online::AxisCounts& n, Findin
         fmt::format("The residual grew to {:.1f} times its usual rms: the machine did something that the "
                     "model does not describe, or changed faster than the estimate follows.",
                     result.worst_residual_growth));
-  if (axis.white_residual() && std::abs(result.residual_correlation) > kColoured)
-    findings.push_back({"coloured-residual", Severity::info, result.residual_correlation, kColoured,
-                        "Neighbouring residuals are correlated: the noise is not white, or the model misses "
-                        "something. The error bars are then too small."});
+  const double correlation = result.residual_correlation;
+  if (!axis.white_residual() || !(std::abs(correlation) > kColoured)) return;
+  const bool bad = correlation > kMostColoured;
+  findings.push_back({"coloured-residual", bad ? Severity::error : Severity::info, correlation,
+                      bad ? kMostColoured : kColoured,
+                      bad ? "Neighbouring residuals are alike: the model misses something, such as the lag "
+                            "of a torque loop, a filter "
+                            "or friction, or the noise is slow. The error bars are far too small. See what "
+                            "identify says of the record."
+                          : "Neighbouring residuals are correlated: the noise is not white, or the model "
+                            "misses something. The error "
+                            "bars are then too small."});
 }
 
 /// Whether a small error of the parameters would have grown.
@@ -172,6 +181,16 @@ std::vector<Finding> learning_findings(const TrackOptions& options, const TrackP
                         fmt::format("The start model has a delay of {:.3g} ms where {:.3g} ms were given: "
                                     "the model's delay is used, in the margins too.",
                                     1e3 * plan.delay_s, 1e3 * options.common.delay_s)});
+  const auto& drive = plan.start->drive;
+  if (drive.estimated[fit::kTorqueLag] &&
+      drive.value(fit::kTorqueLag) * setup.config.sample_rate_hz > kNoticeable)
+    findings.push_back(
+        {"untracked-lag", Severity::error, drive.value(fit::kTorqueLag),
+         kNoticeable / setup.config.sample_rate_hz,
+         fmt::format(
+             "The start model has a torque lag of {:.3g} ms, which no estimator here holds: inertias and "
+             "damping take it over, and the margins lack it. Use identify on parts of the record.",
+             1e3 * drive.value(fit::kTorqueLag))});
   if (!plan.start->trusted)
     findings.push_back(
         {"untrusted-start",
