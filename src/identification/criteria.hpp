@@ -79,7 +79,13 @@ struct Criteria {
   double constancy_false_alarm =
       1e-3;  ///< Probability, per record, that a parameter that stays the same is said to change.
   double constant_parameter =
-      0.005;             ///< Scatter over value of an inertia or a stiffness that one value describes.
+      0.005;  ///< Scatter over value of an inertia or a stiffness that one value describes.
+  double noticeable_shift = 1.0;  ///< Standard deviations by which what bends a machine moves a parameter ...
+  double correctable_shift = 0.02;  ///< ... and of an inertia or a stiffness, beyond which first order fails.
+  double trace_share = 0.3;         ///< Of what the strongest explains: less may be left of it.
+  double as_well_as_a_mass =
+      0.4;               ///< Of what a third mass explains, explained by what bends two masses to
+                         ///< first order: 0.07 where there is a third mass, 0.56 where there is none.
   double outlier = 6.0;  ///< Standard deviations, by the median; of Gaussian noise one sample in 5e8.
   std::size_t fewest_outliers = 4;
   double outlier_share = 2e-4;  ///< Of the samples.

@@ -170,6 +170,44 @@ TEST(TwoMassDrive, IsToldFromOneThatChangesOrHasMoreToIt) {
   }
 }
 
+/// At standstill nothing holds a coupling to one side of its play. What bends the machine is named, and a
+/// linear one does not have it.
+TEST(TwoMassDrive, IsToldFromOneThatBends) {
+  constexpr double kRadius = 0.05, kStiffness = 143.75;
+  constexpr const char* kBent[] = {"backlash", "stiffening-coupling", "dry-friction", "torque-gain"};
+  auto plain = test::published_drive(0.005);
+  test::prbs(plain);
+  const auto conform = test::identified(test::simulated(plain).record, test::known(plain));
+  EXPECT_TRUE(conform.trusted);
+  for (const auto* id : kBent) EXPECT_EQ(test::finding(conform, id), nullptr) << id;
+  const double twist = 0.5 * plain.excitation.amplitude / kStiffness;  // at rest, both inertias being equal
+
+  auto loose = plain;
+  loose.drive.backlash = 0.5 * twist * kRadius;
+  const auto play = test::identified(test::simulated(loose).record, test::known(loose));
+  EXPECT_FALSE(play.trusted);
+  EXPECT_NE(test::finding(play, "backlash"), nullptr);
+  EXPECT_EQ(test::finding(play, "stiffening-coupling"), nullptr);
+
+  auto rubber = plain;
+  rubber.drive.stiffening_twist = 4.0 * twist * kRadius;
+  const auto stiffening = test::identified(test::simulated(rubber).record, test::known(rubber));
+  EXPECT_FALSE(stiffening.trusted);
+  EXPECT_NE(test::finding(stiffening, "stiffening-coupling"), nullptr);
+  EXPECT_EQ(test::finding(stiffening, "backlash"), nullptr);
+}
+
+/// A sweep passes anti-resonance and resonance at different times: a third mass would explain a stiffness
+/// that drifts.
+TEST(TwoMassDrive, DriftUnderOneSweepIsNoThirdMass) {
+  auto drifting = test::published_drive(0.01, 10.0);
+  test::sweep(drifting);
+  drifting.disturbance.stiffness_drift_per_s = 0.01;
+  const auto result = test::identified(test::simulated(drifting).record, test::known(drifting));
+  EXPECT_FALSE(result.trusted);
+  EXPECT_NE(test::finding(result, "changes-within-recording"), nullptr);
+}
+
 /// Without being told the controller, margins come from the one that the record shows, with their error bars.
 TEST(TwoMassDrive, MarginsComeFromTheControllerThatTheRecordShows) {
   auto experiment = test::published_drive(0.1, 10.0, 3);

@@ -62,6 +62,7 @@ inline constexpr std::array<std::string_view, kParameterCount> kParameterNames =
                                                                                   "damping_2"};
 
 using ParameterMask = std::array<bool, kParameterCount>;
+using ParameterVector = Eigen::Matrix<double, kParameterCount, 1>;
 using ParameterCovariance = Eigen::Matrix<double, kParameterCount, kParameterCount>;
 
 /// "rigid", "two-mass", "three-mass"

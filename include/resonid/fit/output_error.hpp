@@ -35,7 +35,8 @@ struct OutputErrorConfig {
       false;  ///< Estimate initial state and offset only: simulate a given model on the record.
   Predictor predictor = Predictor::open_loop;
   std::optional<data::TransferFunction> controller;  ///< From velocity error to torque; closed_loop needs it.
-  bool consistency = true;  ///< Several records: fit each alone too, and test whether they agree.
+  bool disturbances = false;  ///< With `fixed_model`: test for torques that a linear machine does not have.
+  bool consistency = true;    ///< Several records: fit each alone too, and test whether they agree.
 };
 
 /// What the hold-out samples say of a fit to the others.
@@ -54,6 +55,33 @@ struct Constancy {
   double scatter = 0.0;         ///< Standard deviation between eighths of the information, beyond chance.
 };
 
+/// A torque that no linear machine has, as it would be seen beside the model.
+enum class BendingTorque {
+  stiffening,    ///< With the cube of a coupling's twist.
+  backlash,      ///< Even, with the sign of the twist.
+  dry_friction,  ///< Against the driven side; `load_dry_friction` against the load.
+  load_dry_friction,
+  stribeck_friction,       ///< More of it where the driven side hardly moves.
+  load_stribeck_friction,  ///< The same of the load.
+  stiffness_drift,         ///< With a coupling's twist and the time.
+  inertia_drift,           ///< With the driven side's acceleration and the time.
+  load_inertia_drift,      ///< The same of the load.
+  torque_gain              ///< With the square of the torque, signed: a gain that depends on its size.
+};
+
+/// Lagrange multiplier test of such a torque, and what it would do to the estimates.
+struct Bending {
+  BendingTorque torque = BendingTorque::dry_friction;
+  int coupling = 0;  ///< Place of a coupling, from the driven side on.
+  /// To first order. Friction: its torque. Backlash: the play in all; < 0: yielding. Stiffening: part of the
+  /// stiffness, at a twist of its standard deviation. Drift: part of the value, from the record's start to
+  /// its end.
+  double amplitude = 0.0;
+  double deviations = 0.0;                          ///< Amplitude over its standard deviation.
+  double share = 0.0;                               ///< Part of the whitened residual's power.
+  ParameterVector shift = ParameterVector::Zero();  ///< Move of the parameters with it estimated along.
+};
+
 struct OutputErrorFit {
   DriveModel model;
   bool converged = false;
@@ -70,6 +98,7 @@ struct OutputErrorFit {
   std::optional<HoldoutFit> holdout;
   std::vector<Constancy> constancy;  ///< [estimated parameter] Empty with hold-out samples or a given model.
   std::vector<Lacking> lacking;      ///< Score tests of what the structure may have beside; as `constancy`.
+  std::vector<Bending> bending;      ///< Where asked for.
   double bic = 0.0;                  ///< Bayesian information criterion; comparable on the same record.
 };
 

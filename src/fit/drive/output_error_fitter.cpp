@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <algorithm>
 #include <cmath>
+#include <fit/drive/bending.hpp>
 #include <fit/drive/constancy.hpp>
 #include <fit/drive/friction_fit.hpp>
 #include <fit/drive/output_error_cost.hpp>
@@ -464,6 +465,8 @@ class OutputErrorFitter {
     }
     fit.bic = likelihood + (parameters + noise_orders) * std::log(n);
     if (records() > 1 && !config_.fixed_model) fit.against_others = consistency();
+    if (config_.fixed_model && config_.disturbances)
+      for (int r = 0; r < records(); ++r) test_bending(r, fit.records[static_cast<std::size_t>(r)]);
     if (!config_.fixed_model && config_.holdout.empty())
       for (int r = 0; r < records(); ++r) {
         auto& own = fit.records[static_cast<std::size_t>(r)];
@@ -501,6 +504,24 @@ class OutputErrorFitter {
         factor.middleCols(estimated, tried), factor.rightCols(1);
     score(ordered, estimated + states, part(r).variance, found);
     return found;
+  }
+
+  /// Of a given model; the record's own coordinates are those of its raw signals.
+  void test_bending(int r, OutputErrorFit& fit) const {
+    std::vector<int> estimated, own;
+    for (int i = 0; i < kParameterCount; ++i)
+      if (config_.initial.estimated[static_cast<std::size_t>(i)]) estimated.push_back(i);
+    for (int i = kInitialState; i < layout_.local_size(); ++i)
+      if (active_[static_cast<std::size_t>(layout_.of(r, i))]) own.push_back(i);
+    fit.noise = noises_of_residual()[static_cast<std::size_t>(r)];
+    auto test = bending_of(setup_, part(r).raw, layout_.local(r, x_), estimated, own, fit.noise);
+    const auto scale = setup_.coordinates.jacobian(fit_.model);
+    for (auto& b : test.found)
+      for (int i = 0; i < kParameterCount; ++i) b.shift(i) *= scale[static_cast<std::size_t>(i)];
+    for (auto& c : test.constancy) c.scatter *= std::abs(scale[static_cast<std::size_t>(c.parameter)]);
+    fit.noise.innovation_variance = test.left;
+    fit.bending = std::move(test.found);
+    fit.constancy = std::move(test.constancy);
   }
 
   [[nodiscard]] std::vector<Constancy> constancy(int r) const {

@@ -197,13 +197,13 @@ struct SampledDrive {
 enum class Lag { none, first_order };
 
 /// Output delayed by `delay_samples` >= -1 (whole samples and an exact fraction: the state between two
-/// samples).
+/// samples). The input is that of `continuous`, wherever it acts.
 template <int Masses, class T>
-SampledDrive<Masses, T> sampled_drive(const data::ThreeMass<T>& p, data::OutputQuantity quantity,
-                                      const T& delay_samples, double sample_time_s, Lag lag,
-                                      const T& lag_samples, Velocity velocity) {
+SampledDrive<Masses, T> sampled_drive(const LinearSystem<T, Sizes<Masses>::kStates>& continuous,
+                                      data::OutputQuantity quantity, const T& delay_samples,
+                                      double sample_time_s, Lag lag, const T& lag_samples,
+                                      Velocity velocity) {
   constexpr int kStates = Sizes<Masses>::kStates;
-  const auto continuous = continuous_drive<Masses>(p);
   SampledDrive<Masses, T> drive;
   drive.system = hold(continuous, T(sample_time_s));
   drive.whole_delay = static_cast<int>(std::floor(plain(delay_samples) + 1e-9));
@@ -258,6 +258,15 @@ SampledDrive<Masses, T> sampled_drive(const data::ThreeMass<T>& p, data::OutputQ
     drive.lag_d += row[static_cast<std::size_t>(i)] * part(i) * share;
   }
   return drive;
+}
+
+/// The drive by its parameters, from the torque on the driven side.
+template <int Masses, class T>
+SampledDrive<Masses, T> sampled_drive(const data::ThreeMass<T>& p, data::OutputQuantity quantity,
+                                      const T& delay_samples, double sample_time_s, Lag lag,
+                                      const T& lag_samples, Velocity velocity) {
+  return sampled_drive<Masses>(continuous_drive<Masses>(p), quantity, delay_samples, sample_time_s, lag,
+                               lag_samples, velocity);
 }
 
 }  // namespace resonid::fit::detail

@@ -20,14 +20,13 @@ std::string words_of(int parameter) {
   return name;
 }
 
-/// An inertia or a stiffness: what modes and loop gain come from.
+}  // namespace
+
 bool essential(int parameter) {
   using namespace fit;
   return parameter == kDrivenInertia || parameter == kLoadInertia || parameter == kMiddleInertia ||
          parameter == kStiffness || parameter == kStiffness2;
 }
-
-}  // namespace
 
 std::vector<fit::Constancy> inconstant(std::vector<fit::Constancy> all) {
   const double most = kCriteria.constancy_false_alarm / std::max(1.0, static_cast<double>(all.size()));

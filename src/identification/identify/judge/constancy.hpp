@@ -8,6 +8,9 @@
 
 namespace resonid::identification::detail {
 
+/// An inertia or a stiffness: what modes and loop gain come from.
+[[nodiscard]] bool essential(int parameter);
+
 /// Those parameters that were not the same throughout the record, with the probability of a false alarm of
 /// Criteria per record.
 [[nodiscard]] std::vector<fit::Constancy> inconstant(std::vector<fit::Constancy> all);

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <identification/criteria.hpp>
+#include <identification/identify/judge/bending.hpp>
 #include <identification/identify/judge/judge.hpp>
 #include <identification/identify/judge/loop.hpp>
 #include <identification/identify/judge/modes.hpp>
@@ -183,6 +184,19 @@ std::optional<Finding> inspect_told_controller(const Measurement& m, const Optio
                   100.0 * typical)};
 }
 
+/// What constancy found too is told once, by its cause.
+void include(std::vector<Finding>& bending, Result& result) {
+  for (auto& b : bending) {
+    const auto same = std::find_if(result.findings.begin(), result.findings.end(),
+                                   [&](const Finding& f) { return f.id == b.id; });
+    if (same == result.findings.end()) {
+      result.findings.push_back(std::move(b));
+    } else if (b.severity == Severity::error || same->severity != Severity::error) {
+      *same = std::move(b);
+    }
+  }
+}
+
 void judge_loop(const Measurement& m, const Options& options, bool of_motion, Result& result) {
   if (of_motion) return;  // few frequencies, which say nothing of the loop
   if (auto loop = response::loop_response(m.lines)) result.measured_loop = std::move(*loop);
@@ -233,9 +247,14 @@ Result judge(const Experiment& experiment, const Measurement& m, Fitted fitted, 
   result.choices = choices_of(experiment, m, fitted, options);
   result.findings = findings_of(experiment, m, fitted, options);
   result.structures = std::move(fitted.structures);
-  if (fitted.drive) result.model = fitted.drive->result;
+  std::vector<Finding> bending;
+  if (fitted.drive) {
+    bending = inspect_bending(experiment, m, options, *fitted.drive);
+    result.model = fitted.drive->result;
+  }
   if (fitted.black_box) result.black_box = fitted.black_box->result;
   if (!fitted.black_box) inspect_model(m.plan, options, fitted.drive, result);
+  include(bending, result);
   const bool of_motion = in_motion(fitted) && fitted.drive->result.drive.structure == fit::Structure::rigid;
   put_validation(experiment.record, m.lines, std::move(fitted), result);
   inspect_validation(result);

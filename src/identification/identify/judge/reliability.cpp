@@ -9,7 +9,7 @@ namespace resonid::identification::detail {
 namespace {
 
 /// Errors of the model alone, and of the controller; all others are of the record, and nothing holds.
-constexpr std::array<std::string_view, 16> kOfModel = {"no-model",
+constexpr std::array<std::string_view, 19> kOfModel = {"no-model",
                                                        "misfit",
                                                        "explains-nothing",
                                                        "unphysical-damping",
@@ -20,6 +20,9 @@ constexpr std::array<std::string_view, 16> kOfModel = {"no-model",
                                                        "response-shows-less",
                                                        "differs-over-frequency",
                                                        "dry-friction",
+                                                       "backlash",
+                                                       "stiffening-coupling",
+                                                       "torque-gain",
                                                        "uncertain-inertia",
                                                        "uncertain-resonance",
                                                        "spring-to-ground",

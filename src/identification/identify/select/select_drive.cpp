@@ -198,6 +198,10 @@ class Selector {
     s.structures = trials_of(candidates, chosen);
     s.choice = reason(candidates, chosen);
     auto& candidate = candidates[chosen];
+    if (candidate.structure == Structure::three_mass && candidate.record_fit)
+      for (const auto& c : candidates)
+        if (c.structure == Structure::two_mass && c.record_fit)
+          s.simpler = ModelResult{c.model(), true, 0.0, c.record_fit->coulomb_friction, std::nullopt};
     s.result.drive = candidate.model();
     s.result.from_record = candidate.record_fit.has_value();
     s.result.model_error = difference(candidate.model(), fits_.response()).unexplained;

@@ -23,7 +23,8 @@ struct Selection {
   std::vector<fit::Constancy> inconstant;        ///< Parameters that a single record shows to change.
   std::vector<StructureTrial> structures;        ///< All that were fitted, the simplest first.
   Choice choice;                                 ///< Of the structure.
-  bool in_motion = false;                        ///< From inverse dynamics: the measured response has no say.
+  std::optional<ModelResult> simpler;  ///< Two masses where three were chosen, both fitted to the record.
+  bool in_motion = false;              ///< From inverse dynamics: the measured response has no say.
   std::optional<diagnostics::Finding> contradiction;  ///< By the motion, see inspect_against_motion().
 };
 

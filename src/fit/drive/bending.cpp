@@ -1,0 +1,441 @@
+// SPDX-License-Identifier: MIT
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <fit/controller_law.hpp>
+#include <fit/drive/bending.hpp>
+#include <fit/drive/constancy.hpp>
+#include <fit/drive/score.hpp>
+#include <resonid/base/detail/statistics.hpp>
+
+#include "linalg/decompositions.hpp"
+
+namespace resonid::fit::detail {
+namespace {
+
+/// Motion of the simulated drive, [sample].
+struct Motion {
+  std::vector<std::vector<double>> velocity;  ///< [mass]
+  std::vector<std::vector<double>> twist;     ///< [coupling]
+  std::vector<double> torque;                 ///< On the driven side.
+};
+
+/// Torques on the masses, [mass][sample]; an empty one: none.
+using Torques = std::vector<std::vector<double>>;
+
+/// A drive in its loop, with torques on any mass.
+template <int Masses>
+class PushedDrive {
+ public:
+  static constexpr int kStates = Sizes<Masses>::kStates, kOrder = Sizes<Masses>::kOrder;
+
+  PushedDrive(const SimulationSetup& setup, const DriveSignals& raw, std::span<const double> x)
+      : setup_(setup), raw_(raw), x_(x) {
+    const auto p = setup.coordinates.parameters(x.data(), Masses == 3);
+    parameters_ = p;
+    const auto continuous = continuous_drive<Masses>(p);
+    const double delay = x[kDelay] + setup.known_delay_samples;
+    const auto sampled = [&](const auto& system, Lag lag) {
+      return sampled_drive<Masses>(system, setup.quantity, delay, setup.coordinates.sample_time_s, lag,
+                                   x[kTorqueLag], setup.velocity);
+    };
+    drive_ = sampled(continuous, setup.lag);
+    const std::array inertia = {p.driven_inertia, Masses == 3 ? p.middle_inertia : p.load_inertia,
+                                p.load_inertia};
+    for (int m = 0; m < Masses; ++m) {
+      auto pushed = continuous;
+      pushed.b.setZero();
+      pushed.b(m) = 1.0 / inertia[static_cast<std::size_t>(m)];
+      pushed_.push_back(sampled(pushed, Lag::none));
+    }
+    for (int c = 0; c + 1 < Masses; ++c) twist_unit_.push_back(continuous.a(Masses + c, c));
+  }
+
+  [[nodiscard]] double stiffness(std::size_t coupling) const {
+    return coupling == 0 ? parameters_.stiffness : parameters_.stiffness_2;
+  }
+  [[nodiscard]] double inertia(std::size_t mass) const {
+    return mass == 0 ? parameters_.driven_inertia : parameters_.load_inertia;
+  }
+  [[nodiscard]] std::size_t first() const { return static_cast<std::size_t>(drive_.whole_delay + 1); }
+
+  /// The machine's own motion.
+  Motion motion() const {
+    Motion moved;
+    moved.velocity.resize(Masses);
+    moved.twist.resize(Masses - 1);
+    run(true, {}, [&](const auto& state, double torque, double) {
+      for (std::size_t m = 0; m < Masses; ++m) moved.velocity[m].push_back(state[m]);
+      for (std::size_t c = 0; c + 1 < Masses; ++c)
+        moved.twist[c].push_back(state[Masses + c] / twist_unit_[c]);
+      moved.torque.push_back(torque);
+    });
+    return moved;
+  }
+
+  /// Output by the torques alone, from first() on.
+  std::vector<double> output(const Torques& torques) const {
+    std::vector<double> y;
+    run(false, torques, [&](const auto&, double, double output) { y.push_back(output); });
+    return y;
+  }
+
+ private:
+  template <class Sink>
+  void run(bool driven, const Torques& torques, Sink&& sink) const {
+    std::array<double, kStates> state{};
+    const std::size_t first = this->first(), n = raw_.output.size();
+    const bool closed = setup_.controller.has_value();
+    std::vector<double> late(closed ? first : 0, 0.0);
+    std::vector<double> controller_state;
+    std::optional<ControllerLaw> law;
+    if (closed) {
+      law.emplace(*setup_.controller);
+      controller_state.assign(law->order() + 1, 0.0);
+    }
+    if (driven) {
+      for (std::size_t i = 0; i < kOrder; ++i) state[i] = x_[kInitialState + i];
+      state[kOrder] = x_[kPlace];
+      std::copy_n(raw_.output.begin(), late.size(), late.begin());
+      for (std::size_t i = 0; i + 1 < controller_state.size(); ++i)
+        controller_state[i] = x_[kControllerState + i];
+    }
+    const bool lagging = setup_.lag == Lag::first_order;
+    double behind = 0.0, last_command = 0.0;
+    std::array<double, Masses> last{};
+    for (std::size_t k = first; k < n; ++k) {
+      const std::size_t j = k - first;
+      double command = driven ? raw_.input[j] : 0.0;
+      if (closed) {
+        const double wanted = driven ? raw_.reference[j] : 0.0;
+        command += law->step(wanted - late[j % first], controller_state);
+      }
+      double torque = command + (driven ? x_[kOffset] : 0.0);
+      if (lagging) {
+        if (j > 0) behind = last_command + drive_.decay * behind - command;
+        last_command = command;
+      }
+      if (driven && !raw_.direction.empty()) torque -= x_[kCoulomb] * raw_.direction[j] + raw_.stuck[j];
+      double output = drive_.system.d * torque;
+      if (lagging) output += drive_.lag_d * behind;
+      for (int i = 0; i < kStates; ++i) output += drive_.system.c(i) * state[static_cast<std::size_t>(i)];
+      std::array<double, Masses> push{};
+      push[0] = torque;
+      double by_pushes = drive_.past_d * ((j == 0 ? torque : last[0]) - torque);
+      for (std::size_t m = 0; m < torques.size(); ++m) {
+        if (torques[m].empty()) continue;
+        const double t = torques[m][j];
+        by_pushes += pushed_[m].system.d * t;
+        if (m > 0) by_pushes += pushed_[m].past_d * ((j == 0 ? t : last[m]) - t);
+        push[m] += t;
+        if (m > 0) last[m] = t;
+      }
+      last[0] = torque;
+      output += by_pushes;
+      sink(state, torque + behind, output);
+      if (closed) late[j % first] = output;
+      const auto past = state;
+      for (int i = 0; i < kStates; ++i) {
+        double sum = lagging ? drive_.lag_b(i) * behind : 0.0;
+        for (std::size_t m = 0; m < Masses; ++m) sum += pushed_[m].system.b(i) * push[m];
+        for (int c = 0; c < kStates; ++c) sum += drive_.system.a(i, c) * past[static_cast<std::size_t>(c)];
+        state[static_cast<std::size_t>(i)] = sum;
+      }
+    }
+  }
+
+  const SimulationSetup& setup_;
+  const DriveSignals& raw_;
+  std::span<const double> x_;
+  data::ThreeMassParameters parameters_;
+  SampledDrive<Masses, double> drive_;
+  std::vector<SampledDrive<Masses, double>> pushed_;
+  std::vector<double> twist_unit_;
+};
+
+/// One torque of the dictionary.
+struct Shape {
+  Bending bending;
+  Torques torques;
+  double unit = 1.0;  ///< What its amplitude is told in.
+};
+
+/// A torque by the motion, held over the sample that causes it.
+template <class Function>
+std::vector<double> torque_by(const std::vector<double>& motion, Function&& function) {
+  std::vector<double> torque(motion.size());
+  for (std::size_t k = 0; k < motion.size(); ++k) torque[k] = function(motion[k], k);
+  for (std::size_t k = 0; k + 1 < torque.size(); ++k) torque[k] = 0.5 * (torque[k] + torque[k + 1]);
+  return torque;
+}
+
+/// Time from -1/2 to 1/2 over the record.
+struct Course {
+  double samples;
+  [[nodiscard]] double at(std::size_t k) const { return static_cast<double>(k) / samples - 0.5; }
+};
+
+Shape acting(BendingTorque torque, std::size_t masses, std::size_t mass, std::vector<double> f) {
+  Shape s;
+  s.bending.torque = torque;
+  s.torques.resize(masses);
+  s.torques[mass] = std::move(f);
+  return s;
+}
+
+void add_coupling(const std::vector<double>& twist, std::size_t coupling, std::size_t masses,
+                  double stiffness, std::vector<Shape>& shapes) {
+  const double size = deviation(twist);
+  if (!(size > 0.0)) return;
+  const Course time{static_cast<double>(twist.size())};
+  const auto add = [&](BendingTorque torque, const std::vector<double>& f, double unit) {
+    Shape s = acting(torque, masses, coupling + 1, f);
+    s.bending.coupling = static_cast<int>(coupling);
+    s.torques[coupling] = f;
+    for (double& v : s.torques[coupling]) v = -v;
+    s.unit = unit;
+    shapes.push_back(std::move(s));
+  };
+  add(BendingTorque::stiffening,
+      torque_by(twist, [&](double q, std::size_t) { return std::pow(q / size, 3); }),
+      1.0 / (stiffness * size));
+  // Beside a spring, play of b is -K q within b/2 and -K b/2 beyond. Narrow and wide, by the twist's
+  // deviation.
+  for (const double edge : {0.2, 1.0})
+    add(BendingTorque::backlash,
+        torque_by(twist, [&](double q, std::size_t) { return std::tanh(q / (edge * size)); }),
+        -2.0 / stiffness);
+  add(BendingTorque::stiffness_drift,
+      torque_by(twist, [&](double q, std::size_t k) { return q / size * time.at(k); }),
+      1.0 / (stiffness * size));
+}
+
+void add_side(const std::vector<double>& velocity, std::size_t mass, std::size_t masses, double inertia,
+              double sample_time_s, std::vector<Shape>& shapes) {
+  const double size = rms(velocity);
+  const bool load = mass > 0;
+  if (!(size > 0.0)) return;
+  constexpr double kEdge = 0.1, kSlow = 0.3;  // of the velocity
+  const auto against = [&](double v) { return -std::tanh(v / (kEdge * size)); };
+  shapes.push_back(acting(load ? BendingTorque::load_dry_friction : BendingTorque::dry_friction, masses, mass,
+                          torque_by(velocity, [&](double v, std::size_t) { return against(v); })));
+  shapes.push_back(acting(load ? BendingTorque::load_stribeck_friction : BendingTorque::stribeck_friction,
+                          masses, mass, torque_by(velocity, [&](double v, std::size_t) {
+                            return against(v) * std::exp(-std::abs(v) / (kSlow * size));
+                          })));
+  const Course time{static_cast<double>(velocity.size())};
+  std::vector<double> drift(velocity.size(), 0.0);
+  for (std::size_t k = 0; k + 1 < drift.size(); ++k)
+    drift[k] = -(velocity[k + 1] - velocity[k]) / sample_time_s * inertia * time.at(k);
+  shapes.push_back(acting(load ? BendingTorque::load_inertia_drift : BendingTorque::inertia_drift, masses,
+                          mass, std::move(drift)));
+}
+
+template <int Masses>
+std::vector<Shape> dictionary(const PushedDrive<Masses>& drive, double sample_time_s) {
+  const Motion motion = drive.motion();
+  std::vector<Shape> shapes;
+  for (std::size_t c = 0; c + 1 < Masses; ++c)
+    add_coupling(motion.twist[c], c, Masses, drive.stiffness(c), shapes);
+  add_side(motion.velocity[0], 0, Masses, drive.inertia(0), sample_time_s, shapes);
+  if constexpr (Masses > 1)
+    add_side(motion.velocity[Masses - 1], Masses - 1, Masses, drive.inertia(Masses - 1), sample_time_s,
+             shapes);
+  const double size = deviation(motion.torque);
+  if (size > 0.0) {
+    const double centre = mean(motion.torque);
+    std::vector<double> f;
+    for (const double t : motion.torque) f.push_back((t - centre) / size * std::abs(t - centre));
+    shapes.push_back(acting(BendingTorque::torque_gain, Masses, 0, std::move(f)));
+  }
+  return shapes;
+}
+
+/// Columns orthonormal, those that depend on others left out.
+Eigen::MatrixXd orthonormal(Eigen::MatrixXd columns) {
+  Eigen::Index kept = 0;
+  constexpr double kDependent = 1e-9;
+  for (Eigen::Index i = 0; i < columns.cols(); ++i) {
+    Eigen::VectorXd v = columns.col(i);
+    const double before = v.norm();
+    if (!(before > 0.0) || !std::isfinite(before)) continue;
+    v /= before;
+    for (int pass = 0; pass < 2; ++pass)
+      v -= columns.leftCols(kept) * (columns.leftCols(kept).transpose() * v);
+    const double after = v.norm();
+    if (!(after > kDependent)) continue;
+    columns.col(kept++) = v / after;
+  }
+  return columns.leftCols(kept);
+}
+
+Eigen::VectorXd whitened_column(const Eigen::Ref<const Eigen::VectorXd>& column, const NoiseModel& noise) {
+  const auto white = whiten(std::span(column.data(), static_cast<std::size_t>(column.size())), noise);
+  return Eigen::Map<const Eigen::VectorXd>(white.data(), static_cast<Eigen::Index>(white.size()));
+}
+
+/// Variance of sum d_k r_k, r neither even in size nor quite white (Newey and West 1987).
+double robust_variance(const Eigen::VectorXd& d, const Eigen::VectorXd& r) {
+  const Eigen::VectorXd s = d.cwiseProduct(r);
+  constexpr Eigen::Index kLags = 12;
+  double sum = s.squaredNorm();
+  for (Eigen::Index lag = 1; lag < std::min(kLags, s.size()); ++lag) {
+    const double weight = 1.0 - static_cast<double>(lag) / static_cast<double>(kLags);
+    sum += 2.0 * weight * s.head(s.size() - lag).dot(s.tail(s.size() - lag));
+  }
+  return sum;
+}
+
+/// Whitened slopes and residual at the estimate.
+struct Slopes {
+  Eigen::MatrixXd own;     ///< Of the output by what is estimated: parameters first, then the record's own.
+  Eigen::MatrixXd linear;  ///< Orthonormal: the same, and of what a linear drive may have beside.
+  Eigen::VectorXd residual;
+};
+
+std::optional<Slopes> slopes_of(const SimulationSetup& setup, const DriveSignals& raw,
+                                std::span<const double> x, std::span<const int> estimated,
+                                std::span<const int> own, const NoiseModel& noise) {
+  SimulationSetup wider = setup;
+  wider.lag = Lag::first_order;
+  wider.grounded = true;
+  std::vector<int> columns(estimated.begin(), estimated.end());
+  for (const Parameter p : kFurtherTried)
+    if (std::find(estimated.begin(), estimated.end(), p) == estimated.end() &&
+        may_have_parameter(setup.structure, p))
+      columns.push_back(p);
+  const auto parameters = static_cast<Eigen::Index>(estimated.size());
+  const auto states = static_cast<Eigen::Index>(own.size());
+  columns.insert(columns.end(), own.begin(), own.end());
+  if (columns.size() > DriveSimulation::kMostColumns) return std::nullopt;
+  const Eigen::MatrixXd rows = DriveSimulation(wider, raw).rows(x, columns);
+  if (!rows.allFinite() || rows.rows() <= static_cast<Eigen::Index>(noise.order() + columns.size()))
+    return std::nullopt;
+  Eigen::MatrixXd white(rows.rows() - static_cast<Eigen::Index>(noise.order()), rows.cols());
+  for (Eigen::Index i = 0; i < rows.cols(); ++i) white.col(i) = whitened_column(rows.col(i), noise);
+  Slopes s;
+  s.own.resize(white.rows(), parameters + states);
+  s.own << -white.leftCols(parameters), -white.middleCols(white.cols() - 1 - states, states);
+  s.residual = white.rightCols(1);
+  s.linear = orthonormal(white.leftCols(white.cols() - 1));
+  return s;
+}
+
+/// A torque's whitened output, whole and without what is linear, beside those that were found before.
+struct Column {
+  Bending bending;
+  Eigen::VectorXd whole, apart;
+  double unit, size;
+};
+
+/// Beyond noise: one in a thousand that any of so many torques is found where there is none.
+constexpr double kBeyondNoise = 4.0;
+
+template <int Masses>
+std::vector<Column> columns_of(const SimulationSetup& setup, const DriveSignals& raw,
+                               std::span<const double> x, const NoiseModel& noise, const Slopes& slopes) {
+  const PushedDrive<Masses> drive(setup, raw, x);
+  std::vector<Column> found;
+  for (auto& shape : dictionary<Masses>(drive, setup.coordinates.sample_time_s)) {
+    const auto output = drive.output(shape.torques);
+    Column c{shape.bending,
+             whitened_column(
+                 Eigen::Map<const Eigen::VectorXd>(output.data(), static_cast<Eigen::Index>(output.size())),
+                 noise),
+             {},
+             shape.unit,
+             0.0};
+    if (c.whole.size() != slopes.residual.size() || !c.whole.allFinite()) continue;
+    c.apart = c.whole - slopes.linear * (slopes.linear.transpose() * c.whole);
+    c.apart -= slopes.linear * (slopes.linear.transpose() * c.apart);
+    c.size = c.whole.squaredNorm();
+    found.push_back(std::move(c));
+  }
+  return found;
+}
+
+/// Amplitude, significance and share of one torque, of the residual that is left.
+bool test(Column& c, const Eigen::VectorXd& residual, double degrees) {
+  constexpr double kLinear = 1e-6;  // of a torque that a linear drive has too
+  const double size = c.apart.squaredNorm();
+  if (!(size > kLinear * c.size)) return false;
+  const double along = c.apart.dot(residual);
+  auto& b = c.bending;
+  b.amplitude = along / size;
+  const Eigen::VectorXd left = residual - b.amplitude * c.apart;
+  const double variance = std::max(left.squaredNorm() / degrees * size, robust_variance(c.apart, left));
+  b.deviations = variance > 0.0 ? along / std::sqrt(variance) : 0.0;
+  b.share = along * along / (size * residual.squaredNorm());
+  return true;
+}
+
+std::vector<Constancy> constancy_without(const Slopes& slopes, Eigen::VectorXd left,
+                                         std::span<const int> names) {
+  const Eigen::MatrixXd basis = orthonormal(slopes.own);
+  left -= basis * (basis.transpose() * left);
+  Eigen::MatrixXd rows(slopes.own.rows(), slopes.own.cols() + 1);
+  rows << -slopes.own, left;
+  constexpr Eigen::Index kStretches = 64, kLength = 32;
+  const Eigen::Index stretches = std::min(kStretches, rows.rows() / kLength);
+  if (stretches < 16) return {};
+  std::vector<StretchFactor> parts;
+  const Eigen::Index length = (rows.rows() + stretches - 1) / stretches;
+  for (Eigen::Index from = 0; from < rows.rows(); from += length) {
+    const Eigen::Index count = std::min(length, rows.rows() - from);
+    parts.push_back({rows.middleRows(from, count), static_cast<std::size_t>(count)});
+  }
+  auto found = constancy_of(parts, names);
+  for (const auto& c : constancy_over_frequency(rows, names)) found.push_back(c);
+  return found;
+}
+
+template <int Masses>
+BendingTest tested(const SimulationSetup& setup, const DriveSignals& raw, std::span<const double> x,
+                   std::span<const int> estimated, std::span<const int> own, const NoiseModel& noise) {
+  const auto slopes = slopes_of(setup, raw, x, estimated, own, noise);
+  if (!slopes) return {};
+  Eigen::VectorXd residual = slopes->residual, left = slopes->residual;
+  residual -= slopes->linear * (slopes->linear.transpose() * residual);
+  const double degrees = static_cast<double>(residual.size() - slopes->linear.cols());
+  if (!(residual.squaredNorm() > 0.0)) return {};
+  const Eigen::VectorXd scale = slopes->own.colwise().norm().cwiseMax(1e-300).cwiseInverse();
+  const Eigen::MatrixXd scaled = slopes->own * scale.asDiagonal();
+  const Eigen::MatrixXd inverse = linalg::pseudo_inverse(scaled.transpose() * scaled).matrix;
+  auto columns = columns_of<Masses>(setup, raw, x, noise, *slopes);
+  BendingTest result;
+  while (!columns.empty()) {
+    std::erase_if(columns, [&](Column& c) { return !test(c, residual, degrees); });
+    const auto best = std::max_element(columns.begin(), columns.end(), [](const Column& a, const Column& b) {
+      return std::abs(a.bending.deviations) < std::abs(b.bending.deviations);
+    });
+    if (best == columns.end() || !(std::abs(best->bending.deviations) > kBeyondNoise)) break;
+    const Column chosen = std::move(*best);
+    columns.erase(best);
+    Bending b = chosen.bending;
+    residual -= b.amplitude * chosen.apart;
+    left -= b.amplitude * chosen.whole;
+    const Eigen::VectorXd moved = inverse * (scaled.transpose() * chosen.whole) * -b.amplitude;
+    for (std::size_t i = 0; i < estimated.size(); ++i)
+      b.shift(estimated[i]) = scale(static_cast<Eigen::Index>(i)) * moved(static_cast<Eigen::Index>(i));
+    b.amplitude *= chosen.unit;
+    result.found.push_back(b);
+    for (auto& c : columns) {
+      const double common = c.apart.dot(chosen.apart) / chosen.apart.squaredNorm();
+      c.apart -= common * chosen.apart;
+      c.whole -= common * chosen.whole;
+    }
+  }
+  result.left = residual.squaredNorm() / degrees;
+  if (!result.found.empty()) result.constancy = constancy_without(*slopes, std::move(left), estimated);
+  return result;
+}
+
+}  // namespace
+
+BendingTest bending_of(const SimulationSetup& setup, const DriveSignals& raw, std::span<const double> x,
+                       std::span<const int> estimated, std::span<const int> own, const NoiseModel& noise) {
+  return with_masses(setup.structure,
+                     [&](auto masses) { return tested<masses>(setup, raw, x, estimated, own, noise); });
+}
+
+}  // namespace resonid::fit::detail
