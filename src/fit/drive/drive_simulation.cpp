@@ -236,8 +236,11 @@ void DriveSimulation::run(const double* x, std::span<const int> active, Sink&& s
       setup_.velocity == Velocity::differences && setup_.quantity == data::OutputQuantity::velocity;
   double last_torque = 0.0;
   Row last_torque_slopes = zero<Columns>();
-  double behind = 0.0, last_command = 0.0;  // by how much the torque loop lags behind its command
+  double behind = x[kBehind], last_command = 0.0;  // by how much the torque loop lags behind its command
   Row behind_slopes = zero<Columns>(), last_slopes = zero<Columns>();
+  if constexpr (kSlopes)
+    for (std::size_t p = 0; p < active.size(); ++p)
+      if (active[p] == kBehind) behind_slopes(static_cast<Eigen::Index>(p)) = 1.0;
   // The filter of the measured output holds what was recorded before.
   const double pole = x[kOutputFilter];
   double filtered = signals_.output[first > 0 ? first - 1 : 0];

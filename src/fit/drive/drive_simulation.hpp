@@ -14,13 +14,14 @@
 // A record's output simulated by a drive, alone or in its loop, with exact derivatives.
 namespace resonid::fit::detail {
 
-/// A record's own coordinates follow the physical ones: states and place at its start, constant torque, then
-/// the shared dry friction and the controller's states.
+/// A record's own coordinates follow the physical ones: states and place at its start, constant torque,
+/// the shared dry friction, by how much the torque lags behind its command, and the controller's states.
 inline constexpr int kInitialState = kParameterCount;
 inline constexpr int kPlace = kInitialState + Sizes<3>::kOrder;
 inline constexpr int kOffset = kPlace + 1;
 inline constexpr int kCoulomb = kPlace + 2;
-inline constexpr int kControllerState = kPlace + 3;
+inline constexpr int kBehind = kPlace + 3;
+inline constexpr int kControllerState = kPlace + 4;
 
 /// What a record gives to a simulation. Filtering all of it by a noise model commutes with drive and
 /// controller, both being linear.

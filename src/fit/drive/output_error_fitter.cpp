@@ -145,6 +145,7 @@ class OutputErrorFitter {
       set(kPlace, config_.initial_state && (place || setup_.grounded));
       // Between springs the place at the start tells a velocity all that a constant torque does.
       set(kOffset, config_.offset && !hidden && (place || !setup_.grounded));
+      set(kBehind, config_.initial_state && setup_.lag != Lag::none);
       for (int i = 0; i < setup_.controller_order(); ++i)
         set(kControllerState + i, config_.initial_state || hidden);
     }

@@ -47,7 +47,8 @@ std::optional<diagnostics::Finding> inspect_slips(std::span<const double> output
   constexpr double kGaussian = 0.6745;  // median of |e| over the standard deviation
   const double deviation = median(sizes) / kGaussian;
   const std::size_t before = fit.residual.size() - white.size();
-  if (!(deviation > 0.0) || simulated.size() != fit.residual.size()) return std::nullopt;
+  if (fit.fit_percent < kCriteria.poor_fit || !(deviation > 0.0) || simulated.size() != fit.residual.size())
+    return std::nullopt;
   std::vector<double> dropped, repeated;
   for (std::size_t k = before > 0 ? 0 : 1; k < white.size(); ++k) {
     const double e = white[k] / deviation;

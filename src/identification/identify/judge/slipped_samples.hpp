@@ -16,7 +16,7 @@ namespace resonid::identification::detail {
 ///   sum ln(1 - p + p exp((+-2 e s - s^2)/(2 v^2))),
 ///
 /// largest over p by expectation and maximisation (Dempster, Laird and Rubin 1977). Where e is heavy-tailed
-/// for another reason, both signs gain alike and nothing is found.
+/// for another reason, both signs gain alike and nothing is found; of a poor fit nothing is said.
 [[nodiscard]] std::optional<diagnostics::Finding> inspect_slips(std::span<const double> output,
                                                                 const fit::OutputErrorFit& fit);
 

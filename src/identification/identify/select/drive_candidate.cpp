@@ -223,18 +223,18 @@ DriveCandidate CandidateFits::fit_to_response(Structure structure, const Variant
   if (like == nullptr)
     for (const auto p : likely_at_first(candidate))
       if (offered({structure, false, false, false, given}, p)) add_variants(candidate, {p}, nullptr);
-  if (like == nullptr && structure == Structure::two_mass) add_filtered(candidate);
   // Lines that repeat one another, smoothed ones or those that a model misses in a smooth way, count as the
   // fewer that they are worth; by the variant that leaves least unexplained.
   double repeated = std::numeric_limits<double>::infinity();
   for (const auto& v : candidate.variants) repeated = std::min(repeated, v.second.repetition);
   const auto price = [&](const std::pair<Variant, fit::ResponseFit>& v) {
-    return v.second.bic_for(repeated) +
-           static_cast<double>(parameters_of(v.first)) * kCriteria.more_parameters;
+    return v.second.bic_for(repeated) + static_cast<double>(parts_of(v.first)) * kCriteria.more_parameters;
   };
   std::sort(candidate.variants.begin(), candidate.variants.end(),
             [&](const auto& a, const auto& b) { return price(a) < price(b); });
-  if (like == nullptr && !candidate.variants.empty()) extend_by_response(candidate);
+  if (like != nullptr || candidate.variants.empty()) return candidate;
+  extend_by_response(candidate);
+  if (structure == Structure::two_mass) add_filtered(candidate);
   return candidate;
 }
 

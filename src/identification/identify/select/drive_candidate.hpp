@@ -108,7 +108,7 @@ class CandidateFits {
   [[nodiscard]] std::vector<fit::Parameter> demanded(fit::Structure structure) const;
   /// Whether the search may add the parameter to the variant.
   [[nodiscard]] bool offered(const Variant& variant, fit::Parameter parameter) const;
-  [[nodiscard]] std::vector<Variant> instead_of_delay(const Variant& variant) const;
+  [[nodiscard]] std::vector<Variant> instead_of_delay(const Variant& variant, bool combined) const;
   /// What a variant does not estimate, it must not inherit either.
   [[nodiscard]] fit::DriveModel start_of(const Variant& variant, fit::DriveModel model) const;
   /// Fits to the response with and without friction and delay.

@@ -77,13 +77,18 @@ void CandidateFits::extend_by_response(DriveCandidate& candidate) const {
       std::vector<std::optional<fit::DriveModel>> starts = {start_of_other(wider, variant, told.model)};
       if (wider.grounded()) starts.emplace_back(std::nullopt);
       for (const auto& start : starts) {
-        auto fit = response_fit(wider, start, true);
-        if (!fit || implausible(wider, fit->model)) continue;
-        const double price = parameters_of(wider) > parameters_of(variant) ? kCriteria.biased_lines : 0.0;
+        Variant tested = wider;
+        auto fit = response_fit(tested, start, true);
+        if (fit && implausible(tested, fit->model) && lags(variant) && lags(tested)) {
+          tested = without_lags(tested);
+          fit = response_fit(tested, start_of_other(tested, wider, fit->model), true);
+        }
+        if (!fit || implausible(tested, fit->model)) continue;
+        const double price = std::max(0.0, price_of(tested, variant, kCriteria.biased_lines));
         const double cost = fit->bic_for(repeated) + price;
         if (!(cost < least)) continue;
         least = cost;
-        best.emplace(wider, std::move(*fit));
+        best.emplace(tested, std::move(*fit));
       }
     };
     auto lacking = told.lacking;
@@ -93,11 +98,13 @@ void CandidateFits::extend_by_response(DriveCandidate& candidate) const {
     for (const auto& [p, gain] : lacking) {
       // Noise may explain what is left.
       if (tried == kFew || !(told.model_error > 0.0) || gain < kCriteria.clearly_better * repeated) break;
+      // What a filter gains, a lag gains nearly alike; the filter is tried in the lag's stead after.
+      if (p == fit::kOutputFilter && offered(variant, fit::kTorqueLag)) continue;
       if (p == fit::kDelay || !offered(variant, p)) continue;
       ++tried;
       consider(with(variant, p));
     }
-    for (const auto& instead : instead_of_delay(variant)) consider(instead);
+    for (const auto& instead : instead_of_delay(variant, false)) consider(instead);
     if (!best) return;
     candidate.variants.insert(candidate.variants.begin(), std::move(*best));
   }
@@ -127,27 +134,30 @@ void CandidateFits::add_filtered(DriveCandidate& candidate) const {
     if (fit && (!best || fit->likelihood < best->likelihood)) best = std::move(fit);
     if (best && best->model_error < kCriteria.true_enough) break;
   }
-  if (best) candidate.variants.emplace_back(filtered, std::move(*best));
+  if (!best) return;
+  const auto& front = candidate.variants.front().second;
+  const double repeated = std::min(front.repetition, best->repetition);
+  if (!(best->bic_for(repeated) + kCriteria.biased_lines < front.bic_for(repeated))) return;
+  candidate.variants.insert(candidate.variants.begin(), {filtered, std::move(*best)});
+  extend_by_response(candidate);
 }
 
 /// To the test a lag, a filter, the mean over a sample and the delay that stands in their place are alike.
-std::vector<Variant> CandidateFits::instead_of_delay(const Variant& variant) const {
+std::vector<Variant> CandidateFits::instead_of_delay(const Variant& variant, bool combined) const {
   std::vector<Variant> others;
-  const bool lags = variant.has(fit::kTorqueLag), filters = variant.has(fit::kOutputFilter);
-  if (!variant.delay && !lags && !filters) return others;
-  Variant bare = variant;
+  if (!variant.delay && !lags(variant)) return others;
+  Variant bare = without_lags(variant);
   bare.delay = false;
-  std::erase_if(bare.further,
-                [](fit::Parameter p) { return p == fit::kTorqueLag || p == fit::kOutputFilter; });
   for (const auto velocity : {fit::Velocity::sampled, fit::Velocity::differences}) {
     const bool own = velocity == variant.velocity, differs = velocity == fit::Velocity::differences;
     if (differs && records_.front().output_quantity != data::OutputQuantity::velocity) continue;
     bare.velocity = velocity;
-    if (differs && (!own || lags || filters)) others.push_back(bare);
+    if (differs && (!own || lags(variant))) others.push_back(bare);
     for (const auto p : {fit::kTorqueLag, fit::kOutputFilter}) {
-      if (!offered(bare, p)) continue;
+      if (!offered(bare, p) || (differs && !own && !combined)) continue;
       if (!own || variant.delay || !variant.has(p)) others.push_back(with(bare, p));
-      if (own && variant.delay && !variant.has(p)) others.push_back(with(variant, p));
+      if (own && variant.delay && !variant.has(p) && (combined || p == fit::kTorqueLag))
+        others.push_back(with(variant, p));
     }
   }
   return others;
@@ -166,17 +176,24 @@ void CandidateFits::extend_by_record(DriveCandidate& candidate) const {
     for (const auto p : kExtras) {
       if (exact || gain[static_cast<std::size_t>(p)] < kCriteria.clearly_better || !offered(variant, p))
         continue;
+      if (p == fit::kOutputFilter && offered(variant, fit::kTorqueLag) &&
+          gain[fit::kTorqueLag] > gain[fit::kOutputFilter])
+        continue;
       wider.push_back(with(variant, p));
     }
-    const auto instead = instead_of_delay(variant);
+    const auto instead = instead_of_delay(variant, true);
     wider.insert(wider.end(), instead.begin(), instead.end());
     std::optional<RecordFit> best;
     Variant chosen;
     double least = candidate.record_fit->bic;
-    for (const auto& v : wider) {
+    for (auto& v : wider) {
       auto fit = fit_to_records(v, start_of_other(v, variant, candidate.record_fit->model));
+      if (fit && implausible(v, fit->model) && lags(variant) && lags(v)) {
+        v = without_lags(v);
+        fit = fit_to_records(v, start_of(v, fit->model));
+      }
       if (!fit || implausible(v, fit->model)) continue;
-      const double price = parameters_of(v) > parameters_of(variant) ? kCriteria.clearly_better : 0.0;
+      const double price = price_of(v, variant, kCriteria.clearly_better);
       if (!(fit->bic + price < least)) continue;
       least = fit->bic + price;
       best = std::move(fit);

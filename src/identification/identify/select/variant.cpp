@@ -47,8 +47,20 @@ Variant with(Variant variant, fit::Parameter parameter) {
   return variant;
 }
 
-std::size_t parameters_of(const Variant& v) {
-  return v.further.size() + (v.friction ? 1 : 0) + (v.delay ? 1 : 0);
+std::size_t parts_of(const Variant& v) {
+  return v.further.size() + (v.friction ? 1 : 0) + (v.delay ? 1 : 0) +
+         (v.velocity == fit::Velocity::differences ? 1 : 0);
+}
+
+double price_of(const Variant& v, const Variant& other, double price) {
+  return price * (static_cast<double>(parts_of(v)) - static_cast<double>(parts_of(other)));
+}
+
+bool lags(const Variant& v) { return v.has(fit::kTorqueLag) || v.has(fit::kOutputFilter); }
+
+Variant without_lags(Variant v) {
+  std::erase_if(v.further, [](fit::Parameter p) { return p == fit::kTorqueLag || p == fit::kOutputFilter; });
+  return v;
 }
 
 bool implausible(const Variant& variant, const fit::DriveModel& model) {

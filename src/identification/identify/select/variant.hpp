@@ -31,8 +31,14 @@ struct Variant {
 /// The variant with one parameter more.
 [[nodiscard]] Variant with(Variant variant, fit::Parameter parameter);
 
-/// What a variant has beside its structure.
-[[nodiscard]] std::size_t parameters_of(const Variant& variant);
+/// What a variant has beside its structure. The mean over a sample costs as much as the delay in its stead.
+[[nodiscard]] std::size_t parts_of(const Variant& variant);
+/// By how much a variant must be better than another, in BIC, for what it has more; negative for less.
+[[nodiscard]] double price_of(const Variant& variant, const Variant& other, double price);
+
+[[nodiscard]] bool lags(const Variant& variant);
+/// The variant without a lag or filter, which may have stood for what it has now.
+[[nodiscard]] Variant without_lags(Variant variant);
 
 /// Springs that push, friction that drives: an imitation of something else.
 [[nodiscard]] bool implausible(const Variant& variant, const fit::DriveModel& model);
