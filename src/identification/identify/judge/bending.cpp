@@ -206,8 +206,12 @@ std::vector<Finding> inspect_bending(const Experiment& experiment, const Measure
                                      const Options& options, Selection& selection) {
   auto& model = selection.result;
   if (selection.in_motion) return {};
-  const auto fit = tested(model, experiment, measurement, options);
+  auto fit = tested(model, experiment, measurement, options);
   if (!fit) return {};
+  // Slow disturbances, for which a model is fitted to the response, look like friction and gain in the
+  // record.
+  if (!model.from_record)
+    std::erase_if(fit->bending, [](const fit::Bending& b) { return !of_coupling(b.torque); });
   // A model that is none leaves more than any of these, and to them as chance has it.
   constexpr double kCause = 0.01;
   const bool clear = !fit->bending.empty() &&
