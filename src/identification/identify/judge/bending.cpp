@@ -205,20 +205,17 @@ std::vector<Finding> told(const std::vector<fit::Bending>& found, const Units& u
 std::vector<Finding> inspect_bending(const Experiment& experiment, const Measurement& measurement,
                                      const Options& options, Selection& selection) {
   auto& model = selection.result;
-  if (selection.in_motion) return {};
-  auto fit = tested(model, experiment, measurement, options);
+  // Slow disturbances, for which a model is fitted to the response, look like a bent machine in the record.
+  if (selection.in_motion || !model.from_record) return {};
+  const auto fit = tested(model, experiment, measurement, options);
   if (!fit) return {};
-  // Slow disturbances, for which a model is fitted to the response, look like friction and gain in the
-  // record.
-  if (!model.from_record)
-    std::erase_if(fit->bending, [](const fit::Bending& b) { return !of_coupling(b.torque); });
   // A model that is none leaves more than any of these, and to them as chance has it.
   constexpr double kCause = 0.01;
   const bool clear = !fit->bending.empty() &&
                      (model.model_error <= kCriteria.worthless || fit->bending.front().share > kCause);
   std::vector<Finding> findings;
   if (clear) findings = told(fit->bending, experiment.units, model);
-  if (!findings.empty() && model.from_record) selection.inconstant = inconstant(fit->constancy);
+  if (!findings.empty()) selection.inconstant = inconstant(fit->constancy);
   if (selection.simpler)
     if (auto instead = instead_of_third(selection, experiment, measurement, options))
       findings.push_back(std::move(*instead));
