@@ -182,8 +182,8 @@ std::vector<Finding> told(const std::vector<fit::Bending>& found, const Units& u
   const fit::DriveModel as_fitted = model.drive;
   for (const auto& b : found) {
     const auto e = effect_of(b, as_fitted);
-    const bool held = drifts(b.torque) || of_coupling(b.torque);
-    const double most = held ? kCriteria.constant_parameter : kCriteria.correctable_shift;
+    const bool strict = drifts(b.torque) || of_coupling(b.torque);
+    const double most = strict ? kCriteria.constant_parameter : kCriteria.correctable_shift;
     const bool error = e.relative > most;
     // Bars may hold a drift already, but not either end of it.
     if (!(e.deviations > kCriteria.noticeable_shift) && !(error && drifts(b.torque))) continue;
