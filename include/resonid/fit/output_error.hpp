@@ -18,7 +18,9 @@ struct OutputErrorConfig {
   DriveModel initial;             ///< Structure and start; a fit to the response is a good one.
   bool viscous_friction = false;  ///< Estimate friction on the driven side.
   bool coulomb_friction =
-      false;           ///< Estimate dry friction there, with the direction of the simulated motion.
+      false;  ///< Estimate dry friction there, with the direction of the simulated motion.
+  /// Dry friction of a start that is near: its course is the start's own, else that of the measured velocity.
+  std::optional<double> coulomb_start;
   bool delay = false;  ///< Estimate a delay of -1 ... 50 samples on top of the known one.
   /// More to estimate: kLoadViscousFriction, kTorqueLag, kOutputFilter, kMotorGroundStiffness,
   /// kLoadGroundStiffness. What is
@@ -31,6 +33,8 @@ struct OutputErrorConfig {
   std::size_t max_noise_order = kHighestNoiseOrder;
   /// [from, to) of samples whose output is not used: a validation part. The simulation runs through them.
   std::vector<std::pair<std::size_t, std::size_t>> holdout;
+  /// [record] Dry friction that is known, as OutputErrorFit::friction_torque: nothing of it is estimated.
+  std::vector<std::vector<double>> friction_torque;
   bool fixed_model =
       false;  ///< Estimate initial state and offset only: simulate a given model on the record.
   Predictor predictor = Predictor::open_loop;
@@ -89,6 +93,7 @@ struct OutputErrorFit {
   std::optional<data::Estimate>
       offset;  ///< Torque added to the input; an integrating controller in the loop hides it.
   std::optional<data::Estimate> coulomb_friction;
+  std::vector<double> friction_torque;  ///< [4 sample + quarter of it] Of dry friction; empty without.
   bool one_direction =
       false;  ///< The motion never reverses: dry friction, if asked for, is part of the offset.
   std::vector<double> residual;  ///< [sample] output minus simulated output, from first_sample on.

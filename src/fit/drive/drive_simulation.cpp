@@ -30,7 +30,7 @@ struct SampledSlopes {
   Slopes<Columns> d, lag_d, decay, past_d;
   FrictionParts<Masses, double> parts;  ///< With dry friction only.
   std::array<std::array<Slopes<Columns>, kStates>, kFrictionParts> parts_b;
-  std::array<Slopes<Columns>, kFrictionParts> parts_d;
+  std::array<Slopes<Columns>, kFrictionParts> parts_d, parts_past_d;
 };
 
 template <int Masses, int Columns>
@@ -57,7 +57,7 @@ SampledSlopes<Masses, Columns> sampled(const SimulationSetup& setup, const doubl
   if constexpr (Columns > 0) {
     for (std::size_t part = 0; part < kFrictionParts; ++part) {
       result.parts_b[part].fill(zero<Columns>());
-      result.parts_d[part] = zero<Columns>();
+      result.parts_d[part] = result.parts_past_d[part] = zero<Columns>();
     }
     for (int i = 0; i < kStates; ++i) {
       result.a[static_cast<std::size_t>(i)].fill(zero<Columns>());
@@ -97,6 +97,7 @@ SampledSlopes<Masses, Columns> sampled(const SimulationSetup& setup, const doubl
         for (int i = 0; i < kStates; ++i)
           result.parts_b[part][static_cast<std::size_t>(i)](to) = jet_parts.b[part](i).v(from);
         result.parts_d[part](to) = jet_parts.d[part].v(from);
+        result.parts_past_d[part](to) = jet_parts.past_d[part].v(from);
       }
     }
   }
@@ -190,6 +191,30 @@ DriveSignals whitened(const DriveSignals& raw, const NoiseModel& noise) {
   return s;
 }
 
+std::vector<double> friction_of(const DriveSignals& s, double coulomb) {
+  std::vector<double> torque;
+  torque.reserve(kFrictionParts * s.stuck.size());
+  for (std::size_t k = 0; k < s.stuck.size(); ++k)
+    for (std::size_t part = 0; part < kFrictionParts; ++part) {
+      const bool even = s.stuck_parts[part].empty();
+      torque.push_back(coulomb * (s.direction[k] + (even ? 0.0 : s.direction_parts[part][k])) + s.stuck[k] +
+                       (even ? 0.0 : s.stuck_parts[part][k]));
+    }
+  return torque;
+}
+
+void take_friction(std::span<const double> torque, DriveSignals& s) {
+  const std::size_t samples = torque.size() / kFrictionParts;
+  s.stuck.assign(samples, 0.0);
+  s.stuck_parts.fill(s.stuck);
+  for (std::size_t k = 0; k < samples; ++k) {
+    for (std::size_t part = 0; part < kFrictionParts; ++part)
+      s.stuck[k] += torque[kFrictionParts * k + part] / kFrictionParts;
+    for (std::size_t part = 0; part < kFrictionParts; ++part)
+      s.stuck_parts[part][k] = torque[kFrictionParts * k + part] - s.stuck[k];
+  }
+}
+
 int SimulationSetup::controller_order() const {
   if (!controller) return 0;
   return static_cast<int>(std::max(controller->numerator.size(), controller->denominator.size())) - 1;
@@ -202,7 +227,8 @@ void DriveSimulation::run(const double* x, std::span<const int> active, Sink&& s
   constexpr bool kSlopes = Columns > 0;
   using Row = Slopes<Columns>;
   const bool dry = !signals_.direction.empty();
-  const bool in_parts = friction != nullptr || (dry && !signals_.direction_parts.front().empty());
+  const bool given = !dry && !signals_.stuck.empty();
+  const bool in_parts = friction != nullptr || ((dry || given) && !signals_.stuck_parts.front().empty());
   const auto model = sampled<Masses, Columns>(setup_, x, active, in_parts);
   const auto& s = model.drive.system;
   const bool lagging = setup_.lag == Lag::first_order;
@@ -236,6 +262,7 @@ void DriveSimulation::run(const double* x, std::span<const int> active, Sink&& s
       setup_.velocity == Velocity::differences && setup_.quantity == data::OutputQuantity::velocity;
   double last_torque = 0.0;
   Row last_torque_slopes = zero<Columns>();
+  std::array<double, kFrictionParts> last_beyond{}, last_direction_beyond{};
   double behind = x[kBehind], last_command = 0.0;  // by how much the torque loop lags behind its command
   Row behind_slopes = zero<Columns>(), last_slopes = zero<Columns>();
   if constexpr (kSlopes)
@@ -305,6 +332,10 @@ void DriveSimulation::run(const double* x, std::span<const int> active, Sink&& s
         direction_beyond[part] = signals_.direction_parts[part][j];
         beyond[part] = x[kCoulomb] * direction_beyond[part] + signals_.stuck_parts[part][j];
       }
+    } else if (given) {
+      torque -= signals_.stuck[j];
+      for (std::size_t part = 0; in_parts && part < kFrictionParts; ++part)
+        beyond[part] = signals_.stuck_parts[part][j];
     }
     double output = s.d * torque;
     Row output_slopes = zero<Columns>();
@@ -331,11 +362,14 @@ void DriveSimulation::run(const double* x, std::span<const int> active, Sink&& s
       if constexpr (kSlopes) output_slopes += s.c(i) * slopes[at] + model.c[at] * state[at];
     }
     for (std::size_t part = 0; in_parts && part < kFrictionParts; ++part) {
-      output -= model.parts.d[part] * beyond[part];
+      const double d = model.parts.d[part], past_d = model.parts.past_d[part];
+      output -= d * beyond[part] + past_d * last_beyond[part];
       if constexpr (kSlopes)
-        output_slopes +=
-            by_coulomb * (model.parts.d[part] * direction_beyond[part]) - model.parts_d[part] * beyond[part];
+        output_slopes += by_coulomb * (d * direction_beyond[part] + past_d * last_direction_beyond[part]) -
+                         model.parts_d[part] * beyond[part] - model.parts_past_d[part] * last_beyond[part];
     }
+    last_beyond = beyond;
+    last_direction_beyond = direction_beyond;
     if (filters) {
       if constexpr (kSlopes)
         output_slopes = pole * filtered_slopes + (1.0 - pole) * output_slopes + (filtered - output) * by_pole;

@@ -30,8 +30,9 @@ struct DriveSignals {
   std::vector<double> reference;  ///< In closed loop only.
   std::vector<double> output;
   std::vector<double>
-      direction;              ///< Of sliding: -1 ... 1 as a mean over the sample; empty without dry friction.
-  std::vector<double> stuck;  ///< Friction torque of samples that end at rest, where `direction` is 0.
+      direction;  ///< Of sliding: -1 ... 1 as a mean over the sample; empty without dry friction.
+  /// Friction torque of samples that end at rest, where `direction` is 0; with no `direction` all of it.
+  std::vector<double> stuck;
   /// [part][sample] What direction and stuck are beyond their means over the sample; empty: nothing.
   std::array<std::vector<double>, kFrictionParts> direction_parts, stuck_parts;
   double constant = 1.0;     ///< What a constant becomes.
@@ -39,6 +40,10 @@ struct DriveSignals {
 };
 
 [[nodiscard]] DriveSignals whitened(const DriveSignals& raw, const NoiseModel& noise);
+
+/// Torque of dry friction along its course, [kFrictionParts sample + part], and back as one that is given.
+[[nodiscard]] std::vector<double> friction_of(const DriveSignals& signals, double coulomb);
+void take_friction(std::span<const double> torque, DriveSignals& signals);
 
 struct SimulationSetup {
   Structure structure = Structure::two_mass;

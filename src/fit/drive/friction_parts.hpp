@@ -21,6 +21,7 @@ struct FrictionParts {
   /// [part] What a torque of 1 in it does to the states at the end of the sample, and to the output.
   std::array<Eigen::Matrix<T, kStates, 1>, kFrictionParts> b;
   std::array<T, kFrictionParts> d;
+  std::array<T, kFrictionParts> past_d;  ///< [part of the sample before] Of differences, beside its mean.
 };
 
 /// Of the drive that sampled_drive() describes with the same arguments.
@@ -54,16 +55,22 @@ FrictionParts<Masses, T> friction_parts(const data::ThreeMass<T>& p, data::Outpu
   const T scale(differences ? 1.0 / sample_time_s : 1.0);
   for (int i = 0; i < kFrictionParts; ++i) {
     auto& d = parts.d[static_cast<std::size_t>(i)];
-    d = T(0.0);
-    const T begin(i * length);
-    const bool last = plain(rest) < (i + 1) * length;
+    d = parts.past_d[static_cast<std::size_t>(i)] = T(0.0);
+    const T begin(i * length), end((i + 1) * length);
+    if (differences && plain(rest) < plain(end)) {  // the place one sample before, looked back to
+      const auto on = hold(continuous, plain(begin) < plain(rest) ? end - rest : T(length));
+      const auto before = hold(continuous, rest - end);
+      for (int c = 0; c < kStates; ++c)
+        parts.past_d[static_cast<std::size_t>(i)] += scale * before.a(seen, c) * on.b(c);
+    }
+    const bool last = plain(rest) < plain(end);
     if (!(plain(begin) < plain(rest))) continue;
     const auto on = hold(continuous, last ? rest - begin : T(length));
     if (last) {
       d = scale * on.b(seen);
       continue;
     }
-    const auto after = hold(continuous, rest - T((i + 1) * length));
+    const auto after = hold(continuous, rest - end);
     for (int c = 0; c < kStates; ++c) d += scale * after.a(seen, c) * on.b(c);
   }
   return parts;

@@ -69,6 +69,9 @@ expected<void, Error> check(const data::Record& record, const OutputErrorConfig&
     if (has_parameter(config.initial.structure, i) && !(value > 0.0 && std::isfinite(value)))
       return refuse("initial", "must have positive inertias, stiffnesses and dampings");
   }
+  for (const auto& torque : config.friction_torque)
+    if (config.coulomb_friction && !torque.empty())
+      return refuse("friction_torque", "is known or coulomb_friction estimated, not both");
   if (config.coulomb_friction && record.output_quantity == data::OutputQuantity::acceleration)
     return refuse("coulomb_friction", "needs a velocity or a position, whose direction can be told");
   if (config.predictor != Predictor::closed_loop) return {};
@@ -121,6 +124,8 @@ expected<JointOutputErrorFit, Error> solve(std::span<const data::Record> records
     parts.push_back({&record, std::move(*signals), hold});
     if (config.coulomb_friction && !both_ways) both_ways = reverses(direction_of(record));
   }
+  for (std::size_t r = 0; r < config.friction_torque.size() && r < parts.size(); ++r)
+    detail::take_friction(config.friction_torque[r], parts[r].raw);
   if (both_ways)
     for (auto& p : parts) {
       p.raw.direction = direction_of(*p.record);

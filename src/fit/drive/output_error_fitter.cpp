@@ -82,7 +82,13 @@ class OutputErrorFitter {
       const auto start = x_;
       const double at_start = raw_power();
       weigh();
-      if (dry()) follow_friction(active_);
+      if (dry() && config_.coulomb_start) {
+        x_[kCommonCoulomb] = *config_.coulomb_start;
+        set_friction(x_);
+        follow_friction(linear_part());
+      } else if (dry()) {
+        follow_friction(active_);
+      }
       solve_whitened();
       // A start whose own error outweighs the noise makes a noise model that hides the resonance, and the fit
       // then simulates worse than the start did. Plain output error is led by what is large.
@@ -579,6 +585,7 @@ class OutputErrorFitter {
     own.converged = fit_.converged;
     own.coulomb_friction = fit_.coulomb_friction;
     own.samples = p.samples;
+    if (dry()) own.friction_torque = friction_of(p.raw, fit_.coulomb_friction->value);
     own.one_direction = config_.coulomb_friction && !dry();
     if (!config_.holdout.empty()) own.holdout = judge_holdout(r);
     DriveSignals all = p.raw;

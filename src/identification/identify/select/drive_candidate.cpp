@@ -78,9 +78,9 @@ data::FrequencyResponse thinned(const data::FrequencyResponse& g) {
   return few;
 }
 
-bool is_astray(const DriveCandidate& larger, const DriveCandidate& simpler) {
-  return larger.record_fit && simpler.record_fit &&
-         larger.record_fit->bic > simpler.record_fit->bic + kCriteria.ruled_out;
+bool is_astray(const DriveCandidate& candidate, const DriveCandidate& rival) {
+  return candidate.record_fit && rival.record_fit &&
+         candidate.record_fit->bic > rival.record_fit->bic + kCriteria.ruled_out;
 }
 
 bool modes_are_seen(const fit::DriveModel& model, const Plan& plan) {
@@ -260,9 +260,11 @@ fit::OutputErrorConfig CandidateFits::config_of(const Variant& variant, const fi
   return config;
 }
 
-std::optional<RecordFit> CandidateFits::fit_to_records(const Variant& variant,
-                                                       const fit::DriveModel& start) const {
+std::optional<RecordFit> CandidateFits::fit_to_records(
+    const Variant& variant, const fit::DriveModel& start,
+    const std::optional<data::Estimate>& dry_friction) const {
   auto config = config_of(variant, start);
+  if (dry_friction) config.coulomb_start = dry_friction->value;
   // A position drifts with what the start misses of friction, and a noise model of that drift leads astray.
   if (records_.front().output_quantity == data::OutputQuantity::position) {
     auto plain = config;
@@ -307,7 +309,9 @@ void CandidateFits::fit_variants(DriveCandidate& candidate, const Acceptance& ac
     if (variant.delay && !ask_for_delay) continue;
     if (told.bic_for(repeated) > least + kCriteria.ruled_out) continue;
     std::vector<fit::DriveModel> starts = {told.model};
-    if (candidate.record_fit && candidate.record_variant.further == variant.further)
+    // Of one mass there is one minimum.
+    if (candidate.structure != Structure::rigid && candidate.record_fit &&
+        candidate.record_variant.further == variant.further)
       starts.push_back(candidate.record_fit->model);
     for (const auto& start : starts_)
       if (start.structure == variant.structure) starts.push_back(start);
@@ -324,13 +328,17 @@ void CandidateFits::fit_variants(DriveCandidate& candidate, const Acceptance& ac
   }
 }
 
-void CandidateFits::fit_to_record(DriveCandidate& candidate, const DriveCandidate* simpler) const {
+void CandidateFits::fit_to_record(DriveCandidate& candidate) const {
   if (!to_records_) return;
   const auto acceptable = acceptance(candidate);
   if (acceptable.by_the_lines) fit_variants(candidate, acceptable);
-  // A larger structure that fits far less well has gone astray: nothing that is added brings it back.
-  if (simpler != nullptr && !simpler->record_variant.dry && is_astray(candidate, *simpler)) return;
-  try_dry_friction(candidate, acceptable);
+}
+
+void CandidateFits::extend_fit_to_record(DriveCandidate& candidate, const DriveCandidate* rival) const {
+  if (!to_records_) return;
+  // One that fits far less well is none: nothing that is added makes it the machine.
+  if (rival != nullptr && !rival->record_variant.dry && is_astray(candidate, *rival)) return;
+  try_dry_friction(candidate, acceptance(candidate));
   extend_by_record(candidate);
 }
 

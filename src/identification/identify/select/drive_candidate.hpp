@@ -53,9 +53,8 @@ struct Difference {
 [[nodiscard]] Difference difference(const std::vector<std::complex<double>>& fitted,
                                     const data::FrequencyResponse& response);
 
-/// Whether the fit of more masses to the record is so much worse that its search went astray: no more time is
-/// spent on it.
-[[nodiscard]] bool is_astray(const DriveCandidate& larger, const DriveCandidate& simpler);
+/// Whether the fit to the record is so much worse than a rival's that no more time is spent on it.
+[[nodiscard]] bool is_astray(const DriveCandidate& candidate, const DriveCandidate& rival);
 
 /// Whether the band shows every mode: one that nothing in it shows is idle parameters of a simpler machine.
 [[nodiscard]] bool modes_are_seen(const fit::DriveModel& model, const Plan& plan);
@@ -78,12 +77,14 @@ class CandidateFits {
   /// when that is given: a structure of more masses is tried as the simpler one came out.
   [[nodiscard]] DriveCandidate fit_to_response(fit::Structure structure, const Variant* like = nullptr) const;
 
-  /// From the response's fits to the record's, dry friction tried. A fit is kept unless it contradicts the
+  /// From the response's fits to the record's. A fit is kept unless it contradicts the
   /// measured response: then the drive is not what the likelihood assumes (non-linear friction, a disturbance
   /// that looks like a response). One that simulates the record clearly better than the response's own model
   /// does not contradict, it corrects.
-  /// `simpler`: a structure of fewer masses that has been fitted.
-  void fit_to_record(DriveCandidate& candidate, const DriveCandidate* simpler = nullptr) const;
+  void fit_to_record(DriveCandidate& candidate) const;
+
+  /// Tries dry friction and further parameters, unless a rival of other structure is far better.
+  void extend_fit_to_record(DriveCandidate& candidate, const DriveCandidate* rival) const;
 
   /// Fits two masses to the record without a start from the response, which may not show the resonance of a
   /// short or noisy record.
@@ -120,13 +121,19 @@ class CandidateFits {
   /// Adds the variant with a filter of the measured velocity where none without it holds.
   void add_filtered(DriveCandidate& candidate) const;
   void extend_by_record(DriveCandidate& candidate) const;
+  /// The fits that are compared to choose an extension: dry friction acts as it was found.
+  [[nodiscard]] std::optional<RecordFit> fit_to_records_as_it_slides(const Variant& variant,
+                                                                     const fit::DriveModel& start,
+                                                                     const RecordFit& found) const;
   /// `near`: the start is the fit of a variant with little less.
   [[nodiscard]] std::optional<fit::ResponseFit> response_fit(const Variant& variant,
                                                              const std::optional<fit::DriveModel>& start,
                                                              bool near = false) const;
   [[nodiscard]] fit::OutputErrorConfig config_of(const Variant& variant, const fit::DriveModel& start) const;
-  [[nodiscard]] std::optional<RecordFit> fit_to_records(const Variant& variant,
-                                                        const fit::DriveModel& start) const;
+  /// `dry_friction`: of a start that is near.
+  [[nodiscard]] std::optional<RecordFit> fit_to_records(
+      const Variant& variant, const fit::DriveModel& start,
+      const std::optional<data::Estimate>& dry_friction = std::nullopt) const;
   [[nodiscard]] Acceptance acceptance(const DriveCandidate& candidate) const;
   void fit_variants(DriveCandidate& candidate, const Acceptance& acceptable) const;
   [[nodiscard]] bool dry_friction_is_likely(const DriveCandidate& candidate) const;

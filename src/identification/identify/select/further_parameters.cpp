@@ -33,6 +33,17 @@ fit::DriveModel start_of_other(const Variant& other, const Variant& own, fit::Dr
   return model;
 }
 
+/// Lets the error bars hold by how much an alternative that is better to one test, and not to the other,
+/// disagrees.
+void hold_alternative(const fit::DriveModel& before, const fit::DriveModel& after, fit::DriveModel& model) {
+  fit::ParameterVector moved = fit::ParameterVector::Zero();
+  for (int i = 0; i < fit::kParameterCount; ++i)
+    if (model.estimated[static_cast<std::size_t>(i)] && before.estimated[static_cast<std::size_t>(i)] &&
+        after.estimated[static_cast<std::size_t>(i)])
+      moved(i) = after.value(static_cast<fit::Parameter>(i)) - before.value(static_cast<fit::Parameter>(i));
+  model.covariance += moved * moved.transpose();
+}
+
 /// The response without a filter of the measured velocity.
 data::FrequencyResponse unfiltered(data::FrequencyResponse g, double filter_s, double sample_time_s) {
   const double pole = std::exp(-sample_time_s / filter_s);
@@ -163,13 +174,28 @@ std::vector<Variant> CandidateFits::instead_of_delay(const Variant& variant, boo
   return others;
 }
 
-/// The score test says what would pay, before it is fitted.
+std::optional<RecordFit> CandidateFits::fit_to_records_as_it_slides(const Variant& variant,
+                                                                    const fit::DriveModel& start,
+                                                                    const RecordFit& found) const {
+  if (!variant.dry) return fit_to_records(variant, start);
+  Variant linear = variant;
+  linear.dry = false;
+  auto config = config_of(linear, start);
+  for (const auto& record : found.records) config.friction_torque.push_back(record.friction_torque);
+  auto fit = fit_records(records_, config);
+  if (!fit || !fit->converged) return std::nullopt;
+  return fit;
+}
+
+/// The score test says what would pay, before it is fitted. Along a motion with dry friction every fit takes
+/// long: what is to be compared is fitted with the friction that was found, and only the best with its own.
 void CandidateFits::extend_by_record(DriveCandidate& candidate) const {
   constexpr double kRounding = 1e-6;  // per cent of the output that a fit leaves
   for (int round = 0; round < kMostExtras && candidate.record_fit; ++round) {
-    const bool exact = candidate.record_fit->fit_percent > 100.0 - kRounding;  // nothing is left to add
+    const RecordFit& found = *candidate.record_fit;
+    const bool exact = found.fit_percent > 100.0 - kRounding;  // nothing is left to add
     std::array<double, fit::kParameterCount> gain{};
-    for (const auto& record : candidate.record_fit->records)
+    for (const auto& record : found.records)
       for (const auto& l : record.lacking) gain[static_cast<std::size_t>(l.parameter)] += l.gain;
     const Variant variant = candidate.record_variant;
     std::vector<Variant> wider;
@@ -183,14 +209,20 @@ void CandidateFits::extend_by_record(DriveCandidate& candidate) const {
     }
     const auto instead = instead_of_delay(variant, true);
     wider.insert(wider.end(), instead.begin(), instead.end());
-    std::optional<RecordFit> best;
-    Variant chosen;
-    double least = candidate.record_fit->bic;
+    if (wider.empty()) return;
+    const auto fitted = [&](const Variant& v, const fit::DriveModel& start) {
+      return fit_to_records_as_it_slides(v, start, found);
+    };
+    auto best = variant.dry ? fitted(variant, found.model) : std::optional(found);
+    if (!best) return;
+    const fit::DriveModel before = best->model;
+    double least = best->bic;
+    std::optional<Variant> chosen;
     for (auto& v : wider) {
-      auto fit = fit_to_records(v, start_of_other(v, variant, candidate.record_fit->model));
+      auto fit = fitted(v, start_of_other(v, variant, found.model));
       if (fit && implausible(v, fit->model) && lags(variant) && lags(v)) {
         v = without_lags(v);
-        fit = fit_to_records(v, start_of(v, fit->model));
+        fit = fitted(v, start_of(v, fit->model));
       }
       if (!fit || implausible(v, fit->model)) continue;
       const double price = price_of(v, variant, kCriteria.clearly_better);
@@ -199,9 +231,18 @@ void CandidateFits::extend_by_record(DriveCandidate& candidate) const {
       best = std::move(fit);
       chosen = v;
     }
-    if (!best) return;
+    if (!chosen) return;
+    if (variant.dry) {
+      const fit::DriveModel as_it_slides = best->model;
+      best = fit_to_records(*chosen, best->model, found.coulomb_friction);
+      if (!best || implausible(*chosen, best->model) ||
+          !(best->bic + price_of(*chosen, variant, kCriteria.clearly_better) < found.bic)) {
+        hold_alternative(before, as_it_slides, candidate.record_fit->model);
+        return;
+      }
+    }
     candidate.record_fit = std::move(best);
-    candidate.record_variant = chosen;
+    candidate.record_variant = *chosen;
   }
 }
 

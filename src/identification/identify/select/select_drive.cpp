@@ -50,16 +50,27 @@ class Selector {
       candidates.push_back(std::move(candidate));
       if (structure == Structure::rigid && options_.model == ModelChoice::automatic) continue;
       if (candidates.size() > 1) discard_unidentifiable(candidates);
-      for (std::size_t i = 0; i < candidates.size(); ++i)
-        if (candidates[i].remark.empty() && !candidates[i].record_fit)
-          fits_.fit_to_record(candidates[i], i > 0 ? &candidates[i - 1] : nullptr);
+      std::vector<std::size_t> fitted;  // the largest first
+      for (std::size_t i = candidates.size(); i-- > 0;)
+        if (candidates[i].remark.empty() && !candidates[i].record_fit) {
+          fits_.fit_to_record(candidates[i]);
+          fitted.push_back(i);
+        }
+      for (const std::size_t i : fitted) {
+        const bool larger = i > 0;
+        const Candidate* rival = candidates.size() == 1 ? nullptr : &candidates[larger ? i - 1 : i + 1];
+        fits_.extend_fit_to_record(candidates[i], rival);
+      }
       if (candidates.size() > 1) discard_unobserved(candidates);
       if (structure == Structure::two_mass && candidates.size() == 2 &&
           !(candidates[0].record_fit && !misfit_is_significant(*candidates[0].record_fit)))
         fits_.fit_to_record_alone(candidates[0], candidates[1]);
     }
     if (candidates.empty()) return std::nullopt;
-    if (candidates.size() == 1 && !candidates[0].record_fit) fits_.fit_to_record(candidates[0]);
+    if (candidates.size() == 1 && !candidates[0].record_fit) {
+      fits_.fit_to_record(candidates[0]);
+      fits_.extend_fit_to_record(candidates[0], nullptr);
+    }
     for (std::size_t i = 0; i < candidates.size(); ++i)
       if (candidates[i].record_fit && (i == 0 || !is_astray(candidates[i], candidates[i - 1])))
         fits_.validate(candidates[i]);
