@@ -10,6 +10,7 @@
 #include <resonid/base/detail/statistics.hpp>
 #include <resonid/fit/output_error.hpp>
 #include <string>
+#include <string_view>
 
 namespace resonid::identification::detail {
 namespace {
@@ -37,6 +38,25 @@ bool drifts(BendingTorque t) {
 }
 
 bool of_coupling(BendingTorque t) { return t == BendingTorque::stiffening || t == BendingTorque::backlash; }
+
+const char* id_of(BendingTorque t) {
+  switch (t) {
+    case BendingTorque::stiffening:
+      return "stiffening-coupling";
+    case BendingTorque::backlash:
+      return "backlash";
+    case BendingTorque::torque_gain:
+      return "torque-gain";
+    case BendingTorque::stiffness_drift:
+    case BendingTorque::inertia_drift:
+    case BendingTorque::load_inertia_drift:
+      return "changes-within-recording";
+    default:
+      return "dry-friction";
+  }
+}
+
+bool of_friction(BendingTorque t) { return std::string_view(id_of(t)) == "dry-friction"; }
 
 /// What drifts.
 fit::Parameter parameter_of(const fit::Bending& b) {
@@ -77,23 +97,6 @@ void widen(const fit::Bending& b, fit::DriveModel& model) {
   if (!drifts(b.torque)) return;
   const auto p = parameter_of(b);
   model.covariance(p, p) += std::pow(b.amplitude * model.value(p), 2) / 12.0;
-}
-
-const char* id_of(BendingTorque t) {
-  switch (t) {
-    case BendingTorque::stiffening:
-      return "stiffening-coupling";
-    case BendingTorque::backlash:
-      return "backlash";
-    case BendingTorque::torque_gain:
-      return "torque-gain";
-    case BendingTorque::stiffness_drift:
-    case BendingTorque::inertia_drift:
-    case BendingTorque::load_inertia_drift:
-      return "changes-within-recording";
-    default:
-      return "dry-friction";
-  }
 }
 
 std::string words_of(const fit::Bending& b, const Units& units) {
@@ -205,17 +208,24 @@ std::vector<Finding> told(const std::vector<fit::Bending>& found, const Units& u
 std::vector<Finding> inspect_bending(const Experiment& experiment, const Measurement& measurement,
                                      const Options& options, Selection& selection) {
   auto& model = selection.result;
-  // Slow disturbances, for which a model is fitted to the response, look like a bent machine in the record.
-  if (selection.in_motion || !model.from_record) return {};
-  const auto fit = tested(model, experiment, measurement, options);
+  if (selection.in_motion) return {};
+  auto fit = tested(model, experiment, measurement, options);
   if (!fit) return {};
+  // Slow disturbances, for which a model is fitted to the response, look like drift and gain in the record,
+  // and leave to the rest what chance has.
+  if (!model.from_record) {
+    const auto first = std::find_if(fit->bending.begin(), fit->bending.end(), [](const fit::Bending& b) {
+      return !of_coupling(b.torque) && !of_friction(b.torque);
+    });
+    fit->bending.erase(first, fit->bending.end());
+  }
   // A model that is none leaves more than any of these, and to them as chance has it.
   constexpr double kCause = 0.01;
   const bool clear = !fit->bending.empty() &&
                      (model.model_error <= kCriteria.worthless || fit->bending.front().share > kCause);
   std::vector<Finding> findings;
   if (clear) findings = told(fit->bending, experiment.units, model);
-  if (!findings.empty()) selection.inconstant = inconstant(fit->constancy);
+  if (!findings.empty() && model.from_record) selection.inconstant = inconstant(fit->constancy);
   if (selection.simpler)
     if (auto instead = instead_of_third(selection, experiment, measurement, options))
       findings.push_back(std::move(*instead));
