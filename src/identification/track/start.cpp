@@ -15,6 +15,7 @@ constexpr double kKnownDelays = 20.0;         // a delay is a small part of what
 constexpr double kPeriods = 2.0;              // of a periodic excitation
 constexpr double kPeriodsSeen = 8.0;          // of the resonance
 constexpr double kUncertainResonance = 0.01;  // relative standard deviation
+constexpr double kChangingResonance = 0.05;   // the same with a change within the stretch in it
 
 /// What identify() is told about a stretch; a chirp is cut where the stretch ends.
 Options options_of_stretch(const TrackOptions& options, const Plan& plan, double seconds) {
@@ -28,13 +29,29 @@ Options options_of_stretch(const TrackOptions& options, const Plan& plan, double
   return o;
 }
 
+/// What changes within the stretch is what is tracked from there on.
+bool trusted_but_for_changes(const Result& result) {
+  return std::none_of(result.findings.begin(), result.findings.end(), [](const diagnostics::Finding& f) {
+    return f.severity == diagnostics::Severity::error && f.id != "changes-within-recording";
+  });
+}
+
+/// The drive model, also where a black box took its place.
+const ModelResult* closest_drive(const Result& result) {
+  if (result.model) return &*result.model;
+  const auto aside = std::find_if(result.structures.begin(), result.structures.end(),
+                                  [](const StructureTrial& t) { return t.model.has_value(); });
+  return result.black_box && aside != result.structures.end() ? &*aside->model : nullptr;
+}
+
 /// Whether a result's model is one to begin with.
 bool suffices(const Result& result, double seconds) {
-  if (!result.model || !result.trusted) return false;
+  if (!result.model || !trusted_but_for_changes(result)) return false;
   const auto& drive = result.model->drive;
   if (drive.structure != fit::Structure::two_mass) return false;
   const auto resonance = drive.resonance();
-  const bool known = resonance.std <= kUncertainResonance * resonance.value;
+  const double most = result.trusted ? kUncertainResonance : kChangingResonance;
+  const bool known = resonance.std <= most * resonance.value;
   return known && seconds * resonance.value >= kPeriodsSeen;
 }
 
@@ -55,11 +72,13 @@ std::optional<StartModel> find_start(const data::Record& stretch, const TrackOpt
     return StartModel{options.baseline->model->drive, "the baseline's model"};
   const double seconds = stretch.duration_s();
   const auto result = identify(stretch, options_of_stretch(options, plan, seconds));
-  if (!result || !result->model || !(final || suffices(*result, seconds))) return std::nullopt;
-  return StartModel{result->model->drive,
+  if (!result || !(final || suffices(*result, seconds))) return std::nullopt;
+  const auto* model = closest_drive(*result);
+  if (model == nullptr) return std::nullopt;
+  return StartModel{model->drive,
                     options.whole_record ? std::string("the whole record")
                                          : fmt::format("the first {:.3g} s of the record", seconds),
-                    result->trusted};
+                    trusted_but_for_changes(*result)};
 }
 
 std::optional<online::SweepLaw> running_sweep(const data::Record& stretch, const online::SweepLaw& found) {

@@ -316,14 +316,20 @@ void CandidateFits::fit_variants(DriveCandidate& candidate, const Acceptance& ac
     for (const auto& start : starts_)
       if (start.structure == variant.structure) starts.push_back(start);
     for (const auto& start : starts) {
-      auto fit = fit_to_records(variant, start);
+      Variant tried = variant;
+      auto fit = fit_to_records(tried, start);
+      // What the lines ask for and the record does not show is an imitation of what bends the lines.
+      if (fit && tried.further != demanded(tried.structure) && implausible(tried, fit->model)) {
+        tried.further = demanded(tried.structure);
+        fit = fit_to_records(tried, start_of(tried, fit->model));
+      }
       if (!fit) continue;
       if (difference(fit->model, response_).whole > acceptable.difference &&
           fit->fit_percent < acceptable.fit_percent)
         continue;
       if (candidate.record_fit && fit->bic >= candidate.record_fit->bic) continue;
       candidate.record_fit = std::move(*fit);
-      candidate.record_variant = variant;
+      candidate.record_variant = tried;
     }
   }
 }
@@ -337,7 +343,8 @@ void CandidateFits::fit_to_record(DriveCandidate& candidate) const {
 void CandidateFits::extend_fit_to_record(DriveCandidate& candidate, const DriveCandidate* rival) const {
   if (!to_records_) return;
   // One that fits far less well is none: nothing that is added makes it the machine.
-  if (rival != nullptr && !rival->record_variant.dry && is_astray(candidate, *rival)) return;
+  if (friction_is_free() && rival != nullptr && !rival->record_variant.dry && is_astray(candidate, *rival))
+    return;
   try_dry_friction(candidate, acceptance(candidate));
   extend_by_record(candidate);
 }
