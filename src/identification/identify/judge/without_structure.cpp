@@ -103,7 +103,8 @@ double black_box_error(const fit::BlackBoxModel& model, const data::FrequencyRes
 
 void put_black_box_instead(const Experiment& experiment, const Measurement& m, const Options& options,
                            Result& result) {
-  const bool asked = options.model != ModelChoice::automatic || options.method == Method::model;
+  const bool asked = options.model != ModelChoice::automatic || options.method == Method::model ||
+                     options.friction != Friction::automatic || options.ground != Ground::automatic;
   if (asked || experiment.motion || !experiment.record.input.present() || m.evidence.biased()) return;
   if (!fails_grossly(result) || !reliability_of(result).response) return;
   tell(options, "black-box");
@@ -131,12 +132,10 @@ void put_black_box_instead(const Experiment& experiment, const Measurement& m, c
            "the measured response: it stands in the drive model's place, without inertias and "
            "stiffness. Resonances and margins are those of the response.",
            order)});
-  if (result.modes.empty() || std::any_of(result.modes.begin(), result.modes.end(),
-                                          [](const data::Mode& mode) { return mode.from_model; })) {
-    const auto [low_hz, high_hz] = visible_modes_hz(m.plan);
-    result.modes = modes_of(fit::response_modes(result.response));
-    if (result.modes.empty()) result.modes = determined(modes_of(box->result.model, low_hz, high_hz));
-  }
+  // What the drive model, which does not hold, made of the response goes with it.
+  const auto [low_hz, high_hz] = visible_modes_hz(m.plan);
+  result.modes = determined(modes_of(fit::response_modes(result.response)));
+  if (result.modes.empty()) result.modes = determined(modes_of(box->result.model, low_hz, high_hz));
   Fitted fitted;
   fitted.black_box = std::move(*box);
   result.residual.clear();
