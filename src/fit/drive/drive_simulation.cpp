@@ -38,19 +38,17 @@ SampledSlopes<Masses, Columns> sampled(const SimulationSetup& setup, const doubl
                                        std::span<const int> active, bool dry) {
   constexpr int kStates = Sizes<Masses>::kStates, kCount = Sizes<Masses>::kParameters;
   SampledSlopes<Masses, Columns> result;
-  const auto of = [&](const auto* coordinates) {
+  const auto with = [&](const auto* coordinates, auto&& make) {
     using T = std::decay_t<decltype(*coordinates)>;
-    return sampled_drive<Masses>(setup.coordinates.parameters(coordinates, Masses == 3), setup.quantity,
-                                 coordinates[kDelay] + T(setup.known_delay_samples),
-                                 setup.coordinates.sample_time_s, setup.lag, coordinates[kTorqueLag],
-                                 setup.velocity);
+    return make(setup.coordinates.parameters(coordinates, Masses == 3), setup.quantity,
+                T(coordinates[kDelay] + T(setup.known_delay_samples)), setup.coordinates.sample_time_s,
+                setup.lag, coordinates[kTorqueLag], setup.velocity);
   };
-  const auto parts_of = [&](const auto* coordinates) {
-    using T = std::decay_t<decltype(*coordinates)>;
-    return friction_parts<Masses>(setup.coordinates.parameters(coordinates, Masses == 3), setup.quantity,
-                                  coordinates[kDelay] + T(setup.known_delay_samples),
-                                  setup.coordinates.sample_time_s, setup.lag, coordinates[kTorqueLag],
-                                  setup.velocity);
+  const auto of = [&](const auto* x_or_jets) {
+    return with(x_or_jets, [](const auto&... a) { return sampled_drive<Masses>(a...); });
+  };
+  const auto parts_of = [&](const auto* x_or_jets) {
+    return with(x_or_jets, [](const auto&... a) { return friction_parts<Masses>(a...); });
   };
   result.drive = of(x);
   if (dry) result.parts = parts_of(x);
@@ -172,6 +170,55 @@ class Compressed {
   int used_ = 0;
 };
 
+/// Further torques, and what those that do not act on the driven side do.
+template <int Masses>
+class Pushed {
+ public:
+  Pushed(const SimulationSetup& setup, const double* x, const std::vector<std::vector<double>>& torques)
+      : torques_(torques) {
+    continuous_ = continuous_drive<Masses>(setup.coordinates.parameters(x, Masses == 3));
+    const auto p = setup.coordinates.parameters(x, Masses == 3);
+    for (std::size_t m = 1; m < torques.size(); ++m) {
+      auto system = continuous_;
+      system.b.setZero();
+      system.b(static_cast<Eigen::Index>(m)) =
+          1.0 / (Masses == 3 && m == 1 ? p.middle_inertia : p.load_inertia);
+      drives_[m] = sampled_drive<Masses>(system, setup.quantity, x[kDelay] + setup.known_delay_samples,
+                                         setup.coordinates.sample_time_s, Lag::none, 0.0, setup.velocity);
+    }
+  }
+  [[nodiscard]] bool on(std::size_t mass) const { return mass < torques_.size() && !torques_[mass].empty(); }
+  [[nodiscard]] double output(std::size_t j) const {
+    double sum = 0.0;
+    for (std::size_t m = 1; m < torques_.size(); ++m)
+      if (on(m))
+        sum += drives_[m].system.d * torques_[m][j] +
+               drives_[m].past_d * (torques_[m][j == 0 ? 0 : j - 1] - torques_[m][j]);
+    return sum;
+  }
+  [[nodiscard]] double state(int i, std::size_t j) const {
+    double sum = 0.0;
+    for (std::size_t m = 1; m < torques_.size(); ++m)
+      if (on(m)) sum += drives_[m].system.b(i) * torques_[m][j];
+    return sum;
+  }
+  template <class State>
+  void record(const State& state, double torque, DriveMotion& motion) const {
+    motion.velocity.resize(Masses);
+    motion.twist.resize(Masses - 1);
+    for (std::size_t m = 0; m < Masses; ++m) motion.velocity[m].push_back(state[m]);
+    for (std::size_t c = 0; c + 1 < Masses; ++c)  // the states hold it scaled
+      motion.twist[c].push_back(state[Masses + c] /
+                                continuous_.a(static_cast<int>(Masses + c), static_cast<int>(c)));
+    motion.torque.push_back(torque);
+  }
+
+ private:
+  const std::vector<std::vector<double>>& torques_;
+  LinearSystem<double, Sizes<Masses>::kStates> continuous_;
+  std::array<SampledDrive<Masses, double>, Masses> drives_;
+};
+
 }  // namespace
 
 DriveSignals whitened(const DriveSignals& raw, const NoiseModel& noise) {
@@ -221,8 +268,8 @@ int SimulationSetup::controller_order() const {
 }
 
 template <int Masses, int Columns, class Sink>
-void DriveSimulation::run(const double* x, std::span<const int> active, Sink&& sink,
-                          DriveSignals* friction) const {
+void DriveSimulation::run(const double* x, std::span<const int> active, Sink&& sink, DriveSignals* friction,
+                          DriveMotion* motion) const {
   constexpr int kOrder = Sizes<Masses>::kOrder;
   constexpr bool kSlopes = Columns > 0;
   using Row = Slopes<Columns>;
@@ -235,6 +282,7 @@ void DriveSimulation::run(const double* x, std::span<const int> active, Sink&& s
   const bool grounded = setup_.grounded;
   const int used = kOrder + (grounded || setup_.quantity == data::OutputQuantity::position ? 1 : 0);
   const bool closed = setup_.controller.has_value();
+  const Pushed<Masses> pushed(setup_, x, signals_.pushes);
   std::array<double, kOrder + 1> state;
   std::array<Row, kOrder + 1> slopes;
   for (int i = 0; i <= kOrder; ++i) {
@@ -337,7 +385,9 @@ void DriveSimulation::run(const double* x, std::span<const int> active, Sink&& s
       for (std::size_t part = 0; in_parts && part < kFrictionParts; ++part)
         beyond[part] = signals_.stuck_parts[part][j];
     }
-    double output = s.d * torque;
+    if (pushed.on(0)) torque += signals_.pushes[0][j];
+    if (motion != nullptr) pushed.record(state, torque + behind, *motion);
+    double output = s.d * torque + pushed.output(j);
     Row output_slopes = zero<Columns>();
     if constexpr (kSlopes) output_slopes = s.d * torque_slopes + model.d * torque;
     if (lagging) {
@@ -393,6 +443,7 @@ void DriveSimulation::run(const double* x, std::span<const int> active, Sink&& s
       for (int c = 0; c < kOrder; ++c) sum += s.a(i, c) * past[static_cast<std::size_t>(c)];
       for (std::size_t part = 0; in_parts && part < kFrictionParts; ++part)
         sum -= model.parts.b[part](i) * beyond[part];
+      sum += pushed.state(i, j);
       state[at] = sum;
       if constexpr (kSlopes) {
         Row row = s.b(i) * torque_slopes + model.b[at] * torque;
@@ -479,6 +530,30 @@ std::vector<std::pair<Eigen::MatrixXd, std::size_t>> DriveSimulation::factors(st
     if (active.size() <= kMany) return with(std::integral_constant<int, kMany>());
     return with(std::integral_constant<int, kMost>());
   });
+}
+
+DriveMotion DriveSimulation::motion(std::span<const double> x) const {
+  DriveMotion motion;
+  with_masses(setup_.structure, [&](auto masses) {
+    run<masses, 0>(
+        x.data(), {}, [](double, const auto&) {}, nullptr, &motion);
+  });
+  return motion;
+}
+
+std::vector<double> DriveSimulation::moved_by(std::vector<std::vector<double>> pushes,
+                                              std::span<const double> x) const {
+  DriveSignals still;
+  still.output.assign(signals_.output.size(), 0.0);
+  still.input = still.output;
+  if (setup_.controller) still.reference = still.output;
+  still.unused = signals_.unused;
+  still.pushes = std::move(pushes);
+  std::vector<double> resting(x.begin(), x.end());
+  std::fill(resting.begin() + kInitialState, resting.end(), 0.0);
+  auto output = DriveSimulation(setup_, still).residual(resting);
+  for (double& y : output) y = -y;
+  return output;
 }
 
 Eigen::MatrixXd DriveSimulation::rows(std::span<const double> x, std::span<const int> active) const {

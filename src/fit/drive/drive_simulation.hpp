@@ -35,11 +35,19 @@ struct DriveSignals {
   std::vector<double> stuck;
   /// [part][sample] What direction and stuck are beyond their means over the sample; empty: nothing.
   std::array<std::vector<double>, kFrictionParts> direction_parts, stuck_parts;
-  double constant = 1.0;     ///< What a constant becomes.
+  std::vector<std::vector<double>> pushes;  ///< [mass][sample] Further torques; an empty one: none.
+  double constant = 1.0;                    ///< What a constant becomes.
   std::vector<bool> unused;  ///< [sample] of the output: no residual is taken there; empty: none.
 };
 
 [[nodiscard]] DriveSignals whitened(const DriveSignals& raw, const NoiseModel& noise);
+
+/// How a simulated drive moves, [sample] from the first that the delay leaves.
+struct DriveMotion {
+  std::vector<std::vector<double>> velocity;  ///< [mass]
+  std::vector<std::vector<double>> twist;     ///< [coupling]
+  std::vector<double> torque;                 ///< On the driven side.
+};
 
 /// Torque of dry friction along its course, [kFrictionParts sample + part], and back as one that is given.
 [[nodiscard]] std::vector<double> friction_of(const DriveSignals& signals, double coulomb);
@@ -79,6 +87,12 @@ class DriveSimulation {
                                                                              std::span<const int> active,
                                                                              std::size_t stretches) const;
 
+  [[nodiscard]] DriveMotion motion(std::span<const double> x) const;
+  /// What further torques [mass][sample] alone do to the output, in the loop, for every sample that has a
+  /// residual.
+  [[nodiscard]] std::vector<double> moved_by(std::vector<std::vector<double>> pushes,
+                                             std::span<const double> x) const;
+
   /// [J r] itself, [sample]: as many rows as the record leaves.
   [[nodiscard]] Eigen::MatrixXd rows(std::span<const double> x, std::span<const int> active) const;
 
@@ -91,7 +105,8 @@ class DriveSimulation {
  private:
   std::vector<double> simulate_friction(std::span<const double> x, DriveSignals& course) const;
   template <int Masses, int Columns, class Sink>
-  void run(const double* x, std::span<const int> active, Sink&& sink, DriveSignals* friction) const;
+  void run(const double* x, std::span<const int> active, Sink&& sink, DriveSignals* friction,
+           DriveMotion* motion = nullptr) const;
 
   const SimulationSetup& setup_;
   const DriveSignals& signals_;
