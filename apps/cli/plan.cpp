@@ -103,7 +103,7 @@ void read_model(PlanOptions& o) {
   if (!result.model) throw InputError(o.model + ": holds no drive model; required a result with one");
   auto& drive = o.config.drive;
   drive.model = result.model->drive;
-  // To a plan the torque loop's lag is a delay as long as itself.
+  // To a plan the lags of torque loop and output filter are a delay as long as themselves.
   drive.model.known_delay_s += drive.model.delay_s + drive.model.torque_lag_s + drive.model.output_filter_s;
   drive.model.delay_s = drive.model.torque_lag_s = drive.model.output_filter_s = 0.0;
   drive.model.estimated[fit::kTorqueLag] = drive.model.estimated[fit::kOutputFilter] = false;

@@ -132,10 +132,25 @@ Eigen::MatrixXd orthonormal(Eigen::MatrixXd columns) {
   return columns.leftCols(kept);
 }
 
-Eigen::VectorXd whitened_column(const Eigen::Ref<const Eigen::VectorXd>& column, const NoiseModel& noise) {
-  const auto white = whiten(std::span(column.data(), static_cast<std::size_t>(column.size())), noise);
-  return Eigen::Map<const Eigen::VectorXd>(white.data(), static_cast<Eigen::Index>(white.size()));
-}
+/// Whitens what has a value in every sample, and leaves out what samples touch that are not used.
+class Whitening {
+ public:
+  Whitening(const DriveSignals& raw, const NoiseModel& noise)
+      : noise_(noise), touched_(touched(raw.unused, noise)) {}
+  [[nodiscard]] Eigen::VectorXd operator()(std::span<const double> column) const {
+    const auto white = whiten(column, noise_);
+    Eigen::VectorXd used(static_cast<Eigen::Index>(white.size()));
+    Eigen::Index count = 0;
+    const std::size_t before = touched_.empty() ? 0 : touched_.size() - white.size();
+    for (std::size_t k = 0; k < white.size(); ++k)
+      if (touched_.empty() || !touched_[before + k]) used(count++) = white[k];
+    return used.head(count);
+  }
+
+ private:
+  const NoiseModel& noise_;
+  std::vector<bool> touched_;
+};
 
 /// Variance of sum d_k r_k, r neither even in size nor quite white (Newey and West 1987).
 double robust_variance(const Eigen::VectorXd& d, const Eigen::VectorXd& r) {
@@ -158,7 +173,7 @@ struct Slopes {
 
 std::optional<Slopes> slopes_of(const SimulationSetup& setup, const DriveSignals& raw,
                                 std::span<const double> x, std::span<const int> estimated,
-                                std::span<const int> own, const NoiseModel& noise) {
+                                std::span<const int> own, const Whitening& whitening) {
   SimulationSetup wider = setup;
   wider.lag = Lag::first_order;
   wider.grounded = true;
@@ -172,10 +187,15 @@ std::optional<Slopes> slopes_of(const SimulationSetup& setup, const DriveSignals
   columns.insert(columns.end(), own.begin(), own.end());
   if (columns.size() > DriveSimulation::kMostColumns) return std::nullopt;
   const Eigen::MatrixXd rows = DriveSimulation(wider, raw).rows(x, columns);
-  if (!rows.allFinite() || rows.rows() <= static_cast<Eigen::Index>(noise.order() + columns.size()))
-    return std::nullopt;
-  Eigen::MatrixXd white(rows.rows() - static_cast<Eigen::Index>(noise.order()), rows.cols());
-  for (Eigen::Index i = 0; i < rows.cols(); ++i) white.col(i) = whitened_column(rows.col(i), noise);
+  if (!rows.allFinite()) return std::nullopt;
+  Eigen::MatrixXd white;
+  for (Eigen::Index i = 0; i < rows.cols(); ++i) {
+    const Eigen::VectorXd column =
+        whitening(std::span(rows.col(i).data(), static_cast<std::size_t>(rows.rows())));
+    if (i == 0) white.resize(column.size(), rows.cols());
+    white.col(i) = column;
+  }
+  if (white.rows() <= white.cols()) return std::nullopt;
   Slopes s;
   s.own.resize(white.rows(), parameters + states);
   s.own << -white.leftCols(parameters), -white.middleCols(white.cols() - 1 - states, states);
@@ -195,19 +215,13 @@ struct Column {
 constexpr double kBeyondNoise = 4.0;
 
 std::vector<Column> columns_of(const SimulationSetup& setup, const DriveSignals& raw,
-                               std::span<const double> x, const NoiseModel& noise, const Slopes& slopes) {
+                               std::span<const double> x, const Whitening& whitening, const Slopes& slopes) {
   const DriveSimulation drive(setup, raw);
   const auto p = setup.coordinates.parameters(x.data(), setup.structure == Structure::three_mass);
   std::vector<Column> found;
   for (auto& shape : dictionary(drive.motion(x), p, setup.coordinates.sample_time_s)) {
     const auto output = drive.moved_by(std::move(shape.torques), x);
-    Column c{shape.bending,
-             whitened_column(
-                 Eigen::Map<const Eigen::VectorXd>(output.data(), static_cast<Eigen::Index>(output.size())),
-                 noise),
-             {},
-             shape.unit,
-             0.0};
+    Column c{shape.bending, whitening(output), {}, shape.unit, 0.0};
     if (c.whole.size() != slopes.residual.size() || !c.whole.allFinite()) continue;
     c.apart = c.whole - slopes.linear * (slopes.linear.transpose() * c.whole);
     c.apart -= slopes.linear * (slopes.linear.transpose() * c.apart);
@@ -238,9 +252,8 @@ std::vector<Constancy> constancy_without(const Slopes& slopes, Eigen::VectorXd l
   left -= basis * (basis.transpose() * left);
   Eigen::MatrixXd rows(slopes.own.rows(), slopes.own.cols() + 1);
   rows << -slopes.own, left;
-  constexpr Eigen::Index kStretches = 64, kLength = 32;
-  const Eigen::Index stretches = std::min(kStretches, rows.rows() / kLength);
-  if (stretches < 16) return {};
+  const auto stretches = static_cast<Eigen::Index>(stretches_of(static_cast<std::size_t>(rows.rows())));
+  if (stretches == 0) return {};
   std::vector<StretchFactor> parts;
   const Eigen::Index length = (rows.rows() + stretches - 1) / stretches;
   for (Eigen::Index from = 0; from < rows.rows(); from += length) {
@@ -256,7 +269,11 @@ std::vector<Constancy> constancy_without(const Slopes& slopes, Eigen::VectorXd l
 
 BendingTest bending_of(const SimulationSetup& setup, const DriveSignals& raw, std::span<const double> x,
                        std::span<const int> estimated, std::span<const int> own, const NoiseModel& noise) {
-  const auto slopes = slopes_of(setup, raw, x, estimated, own, noise);
+  if (raw.output.size() > kLongRecord) return {};
+  const Whitening whitening(raw, noise);
+  DriveSignals all = raw;
+  all.unused.clear();  // the noise model needs neighbours
+  const auto slopes = slopes_of(setup, all, x, estimated, own, whitening);
   if (!slopes) return {};
   Eigen::VectorXd residual = slopes->residual, left = slopes->residual;
   residual -= slopes->linear * (slopes->linear.transpose() * residual);
@@ -265,7 +282,7 @@ BendingTest bending_of(const SimulationSetup& setup, const DriveSignals& raw, st
   const Eigen::VectorXd scale = slopes->own.colwise().norm().cwiseMax(1e-300).cwiseInverse();
   const Eigen::MatrixXd scaled = slopes->own * scale.asDiagonal();
   const Eigen::MatrixXd inverse = linalg::pseudo_inverse(scaled.transpose() * scaled).matrix;
-  auto columns = columns_of(setup, raw, x, noise, *slopes);
+  auto columns = columns_of(setup, all, x, whitening, *slopes);
   BendingTest result;
   while (!columns.empty()) {
     std::erase_if(columns, [&](Column& c) { return !test(c, residual, degrees); });

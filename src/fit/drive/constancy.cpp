@@ -125,6 +125,12 @@ struct Directions {
 
 }  // namespace
 
+std::size_t stretches_of(std::size_t samples) {
+  constexpr std::size_t kMost = 64, kFewest = 16, kLength = 32;
+  const std::size_t stretches = std::min(kMost, samples / kLength);
+  return stretches < kFewest ? 0 : stretches;
+}
+
 std::vector<Constancy> constancy_over_frequency(const Eigen::MatrixXd& rows, std::span<const int> names) {
   const Eigen::Index columns = rows.cols() - 1;
   const Eigen::MatrixXd raw = rows.leftCols(columns);

@@ -8,6 +8,12 @@
 
 namespace resonid::fit::detail {
 
+/// Samples beyond which rows are not kept.
+inline constexpr std::size_t kLongRecord = 300'000;
+
+/// Stretches of a record that are compared: at most 64, of 32 samples or more; 0: too few for that.
+[[nodiscard]] std::size_t stretches_of(std::size_t samples);
+
 /// One stretch of a record at the estimate: triangular factor of [J r] of the active coordinates, and its
 /// length.
 struct StretchFactor {

@@ -418,7 +418,7 @@ void Coordinates::store(const double* x, DriveModel& model) const {
     model.parameters.load_inertia = model.parameters.stiffness = model.parameters.damping = 0.0;
   model.delay_s = x[kDelay] * sample_time_s;
   model.torque_lag_s = x[kTorqueLag] * sample_time_s;
-  const double pole = std::min(x[kOutputFilter], kMaximumFilterPole);
+  const double pole = std::min(x[kOutputFilter], 1.0 - 1e-9);
   model.output_filter_s = pole > 0.0 ? -sample_time_s / std::log(pole) : 0.0;
 }
 

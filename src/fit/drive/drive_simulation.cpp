@@ -497,7 +497,9 @@ std::vector<std::pair<Eigen::MatrixXd, std::size_t>> DriveSimulation::factors(st
                                                                               std::size_t stretches) const {
   using Factors = std::vector<std::pair<Eigen::MatrixXd, std::size_t>>;
   const auto count = static_cast<Eigen::Index>(active.size());
-  const std::size_t length = (signals_.output.size() + stretches - 1) / stretches;
+  const auto unused =
+      static_cast<std::size_t>(std::count(signals_.unused.begin(), signals_.unused.end(), true));
+  const std::size_t length = (signals_.output.size() - unused + stretches - 1) / stretches;
   return with_masses(setup_.structure, [&](auto masses) -> Factors {
     const auto with = [&](auto columns) -> Factors {
       Factors found;

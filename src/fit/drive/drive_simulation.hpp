@@ -79,7 +79,7 @@ class DriveSimulation {
 
   /// Triangular factor of [J r] for the active coordinates: the same least-squares problem in few rows,
   /// whatever the record's length. J is the derivative of the residual.
-  static constexpr std::size_t kMostColumns = 32;  ///< Active coordinates at most.
+  static constexpr std::size_t kMostColumns = 36;  ///< Active coordinates at most.
   [[nodiscard]] static Eigen::Index factor_rows(std::size_t active);
   [[nodiscard]] Eigen::MatrixXd factor(std::span<const double> x, std::span<const int> active) const;
   /// [stretch] The same of so many stretches of equal length, one after the other, and their samples.

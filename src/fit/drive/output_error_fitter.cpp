@@ -532,9 +532,8 @@ class OutputErrorFitter {
   }
 
   [[nodiscard]] std::vector<Constancy> constancy(int r) const {
-    constexpr std::size_t kMost = 64, kFewest = 16, kLength = 32;  // stretches, and samples of one
-    const std::size_t stretches = std::min(kMost, part(r).samples / kLength);
-    if (stretches < kFewest) return {};
+    const std::size_t stretches = stretches_of(part(r).samples);
+    if (stretches == 0) return {};
     std::vector<int> active, names;
     for (int i = 0; i < layout_.local_size(); ++i) {
       if (!active_[static_cast<std::size_t>(layout_.of(r, i))]) continue;
@@ -548,8 +547,7 @@ class OutputErrorFitter {
     for (auto& [factor, samples] : simulation.factors(local, active, stretches))
       parts.push_back({std::move(factor), samples});
     auto found = constancy_of(parts, names);
-    constexpr std::size_t kLong = 300'000;  // rows that are kept
-    if (part(r).samples <= kLong)
+    if (part(r).samples <= kLongRecord)
       for (const auto& c : constancy_over_frequency(simulation.rows(local, active), names))
         found.push_back(c);
     const auto scale = setup_.coordinates.jacobian(fit_.model);

@@ -415,13 +415,11 @@ expected<ResponseFit, Error> fit_response(const data::FrequencyResponse& respons
   if (config.delay && !config.initial)
     for (auto& start : starts) start.delay_s = scanned_delay_s(lines, start);
   if (!config.initial)
-    for (auto& start : starts) start.velocity = config.velocity;
-  const auto given = [&](Parameter p, double value) {
-    if (std::find(config.further.begin(), config.further.end(), p) == config.further.end())
-      for (auto& start : starts) start.set(p, value);
-  };
-  given(kTorqueLag, config.torque_lag_s);
-  given(kOutputFilter, config.output_filter_s);
+    for (auto& start : starts) {
+      start.velocity = config.velocity;
+      start.torque_lag_s = config.torque_lag_s;
+      start.output_filter_s = config.output_filter_s;
+    }
 
   const Fitter fitter{lines, config};
   constexpr double kExplains = 1.2;  // misfit of a model that needs no other start

@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <identification/criteria.hpp>
 #include <identification/identify/bootstrap/bootstrap.hpp>
@@ -17,6 +18,7 @@
 #include <numeric>
 #include <resonid/fit/detail/controller_estimate.hpp>
 #include <resonid/identification/join.hpp>
+#include <string_view>
 
 namespace resonid::identification {
 namespace {
@@ -170,9 +172,11 @@ expected<std::vector<detail::Prepared>, Error> prepared(std::span<const data::Re
   return list;
 }
 
-/// Band of the joined response; nothing else of a plan holds for several records.
-detail::Plan plan_of(const data::FrequencyResponse& response) {
+/// Band of the joined response, and the output's hold, which is that of the first record; nothing else of a
+/// plan holds for several records.
+detail::Plan plan_of(const data::FrequencyResponse& response, const data::Record& first) {
   detail::Plan plan;
+  plan.hold = data::output_hold(first.output.samples);
   plan.low_hz = response.frequency_hz.front();
   plan.high_hz = response.frequency_hz.back();
   return plan;
@@ -254,8 +258,16 @@ void note(Joint& joint, std::span<const Result> results) {
                         fmt::format("The lines of the records scatter {:.1f} times more than their error "
                                     "bars say; the error bars of the averaged response include that.",
                                     std::sqrt(scatter))});
-  for (const auto& r : results)
+  const auto bent = [](const diagnostics::Finding& f) {
+    constexpr std::array<std::string_view, 4> kBent = {"backlash", "stiffening-coupling", "torque-gain",
+                                                       "dry-friction"};
+    return f.severity == Severity::error && std::find(kBent.begin(), kBent.end(), f.id) != kBent.end();
+  };
+  bool any_bent = false;
+  for (const auto& r : results) {
     if (!r.trusted) untrusted += (untrusted.empty() ? "" : ", ") + r.record.file;
+    any_bent = any_bent || std::any_of(r.findings.begin(), r.findings.end(), bent);
+  }
   std::string weak;
   for (const auto& r : joint.records)
     if (joint.result.model && !r.own_estimate) weak += (weak.empty() ? "" : ", ") + r.file;
@@ -269,10 +281,13 @@ void note(Joint& joint, std::span<const Result> results) {
                      weak)});
   if (!untrusted.empty())
     findings.push_back({"untrusted-record",
-                        Severity::warning,
+                        any_bent ? Severity::error : Severity::warning,
                         {},
                         {},
-                        fmt::format("Not reliable by themselves, see their own findings: {}.", untrusted)});
+                        fmt::format("Not reliable by themselves, see their own findings: {}.{}", untrusted,
+                                    any_bent ? " Several records of a machine that no linear model describes "
+                                               "agree in what is wrong."
+                                             : "")});
   if (!joint.result.model)
     findings.push_back({"no-joint-model",
                         Severity::warning,
@@ -324,7 +339,7 @@ expected<Joint, Error> join(std::span<const data::Record> records, std::span<con
   }
   if (auto loops = average_of(results, true); loops.response.lines() > 1)
     joint.result.measured_loop = std::move(loops.response);
-  auto plan = plan_of(joint.result.response);
+  auto plan = plan_of(joint.result.response, same->front().record);
   const bool recorded = same->front().source == detail::ExcitationSource::recorded;
   std::vector<data::Record> list;
   for (auto& one : *same) list.push_back(std::move(one.record));

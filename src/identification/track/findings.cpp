@@ -182,15 +182,18 @@ std::vector<Finding> learning_findings(const TrackOptions& options, const TrackP
                                     "the model's delay is used, in the margins too.",
                                     1e3 * plan.delay_s, 1e3 * options.common.delay_s)});
   const auto& drive = plan.start->drive;
-  if (drive.estimated[fit::kTorqueLag] &&
-      drive.value(fit::kTorqueLag) * setup.config.sample_rate_hz > kNoticeable)
+  // A held output is late by the mean of its hold.
+  const auto hold = static_cast<double>(plan.measurement.hold.samples);
+  const double lag_s =
+      drive.torque_lag_s + drive.output_filter_s + 0.5 * (hold - 1.0) / setup.config.sample_rate_hz;
+  if (lag_s * setup.config.sample_rate_hz > kNoticeable)
     findings.push_back(
-        {"untracked-lag", Severity::error, drive.value(fit::kTorqueLag),
-         kNoticeable / setup.config.sample_rate_hz,
+        {"untracked-lag", Severity::error, lag_s, kNoticeable / setup.config.sample_rate_hz,
          fmt::format(
-             "The start model has a torque lag of {:.3g} ms, which no estimator here holds: inertias and "
-             "damping take it over, and the margins lack it. Use identify on parts of the record.",
-             1e3 * drive.value(fit::kTorqueLag))});
+             "Torque loop, output filter or an output that is new in every {:g}th sample only lag by {:.3g} "
+             "ms, which no estimator here holds: inertias and damping take it over, and the margins lack it. "
+             "Use identify on parts of the record.",
+             hold, 1e3 * lag_s)});
   if (!plan.start->trusted)
     findings.push_back(
         {"untrusted-start",

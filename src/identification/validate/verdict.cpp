@@ -94,7 +94,9 @@ double judged_fit(const ModelValidation& v) {
 
 /// Much less is reproduced than the residual on the model's own record lets expect, and noise is not why.
 bool fits_less_here(const ModelValidation& v, const Evidence& e) {
-  return e.significant && v.expected_fit_percent.value_or(-HUGE_VAL) > judged_fit(v) + kCriteria.fit_points;
+  // What is expected is of the whole output.
+  return e.significant && !v.judged_fit_percent &&
+         v.expected_fit_percent.value_or(-HUGE_VAL) > v.simulation_fit_percent + kCriteria.fit_points;
 }
 
 void inspect_fit(ModelValidation& v, const Evidence& e) {

@@ -130,11 +130,13 @@ json page_json(const Result& result, const data::Record& record) {
     page["model_curve"] = curve(model, true);
   }
   if (result.black_box && !result.model)
-    page["model_curve"] =
-        curve(response::to_velocity(
-                  result.black_box->model.response(model_grid(result.response, 0.5 * record.sample_rate_hz)),
-                  record.output_quantity, record.sample_time_s()),
-              true);
+    page["model_curve"] = curve(
+        response::to_velocity(
+            result.black_box->model.response(model_grid(
+                result.response, std::min(0.5 * record.sample_rate_hz,
+                                          0.5 / result.black_box->model.transfer_function.sample_time_s))),
+            record.output_quantity, record.sample_time_s()),
+        true);
   put_loop(result, page);
   if (!result.residual.empty()) {
     const double start =

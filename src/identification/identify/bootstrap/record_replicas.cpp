@@ -81,7 +81,7 @@ fit::OutputErrorConfig repeatable(const data::Record& record, const Plan& plan, 
 
 RecordReplicas::RecordReplicas(const data::Record& record, const Plan& plan, const Options& options,
                                const Result& result)
-    : record_(record), residual_(result.residual), first_(result.residual_start) {
+    : record_(record), residual_(result.residual), first_(result.residual_start), hold_(plan.hold) {
   noise_ = fit::fit_noise_model(residual_, fit::kHighestNoiseOrder);
   bool at_once = false;
   if (result.model) {
@@ -112,6 +112,8 @@ data::Record RecordReplicas::repeated(std::uint64_t seed) const {
     for (std::size_t k = 0; k < w.size(); ++k) u[first_ + k] += d.input[k];
     w = d.output;
   }
+  for (std::size_t k = 1; k < w.size(); ++k)
+    if (!hold_.is_new(first_ + k)) w[k] = w[k - 1];  // as the record's own output stays
   for (std::size_t k = 0; k < w.size(); ++k) y[first_ + k] += w[k];
   return record;
 }

@@ -26,6 +26,7 @@ class RecordReplicas {
   const data::Record& record_;
   std::vector<double> residual_;
   std::size_t first_;
+  data::OutputHold hold_;
   fit::NoiseModel noise_;
   std::optional<fit::OutputErrorConfig> drive_;
   std::optional<fit::BlackBoxConfig> black_box_;  ///< One of the two.

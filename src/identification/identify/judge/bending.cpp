@@ -194,11 +194,16 @@ std::vector<Finding> told(const std::vector<fit::Bending>& found, const Units& u
     const std::string id = id_of(b.torque);
     // To first order only, the strongest leaves traces in all that resembles it.
     const bool trace = !findings.empty() && b.share < kCriteria.trace_share * found.front().share;
-    const bool again =
-        std::any_of(findings.begin(), findings.end(), [&](const Finding& f) { return f.id == id; });
-    if (trace || again) continue;
-    findings.push_back({id, error ? Severity::error : Severity::info, e.relative, most,
-                        words_of(b, units) + effect_in_words(e, error)});
+    const auto earlier =
+        std::find_if(findings.begin(), findings.end(), [&](const Finding& f) { return f.id == id; });
+    const bool again = earlier != findings.end();
+    if ((trace && !again) || (again && (!error || earlier->severity == Severity::error))) continue;
+    Finding finding{id, error ? Severity::error : Severity::info, e.relative, most,
+                    words_of(b, units) + effect_in_words(e, error)};
+    if (again)
+      *earlier = std::move(finding);
+    else
+      findings.push_back(std::move(finding));
   }
   return findings;
 }

@@ -81,12 +81,15 @@ std::optional<diagnostics::Finding> inspect_constancy(const std::vector<fit::Con
                               std::move(text)};
 }
 
-std::optional<diagnostics::Finding> inspect_outliers(const fit::OutputErrorFit& fit, double sample_time_s) {
+std::optional<diagnostics::Finding> inspect_outliers(const fit::OutputErrorFit& fit, double sample_time_s,
+                                                     const data::OutputHold& hold) {
   const auto white = fit::whiten(fit.residual, fit.noise);
+  const std::size_t begin = fit.first_sample + fit.noise.order();
   constexpr double kRounding = 1e-4;  // per cent of the output that a fit leaves
   if (fit.fit_percent > 100.0 - kRounding) return std::nullopt;
   std::vector<double> sizes;
-  for (const double e : white) sizes.push_back(std::abs(e));
+  for (std::size_t k = 0; k < white.size(); ++k)
+    if (hold.is_new(begin + k)) sizes.push_back(std::abs(white[k]));
   constexpr double kGaussian = 0.6745;  // median of |e| over the standard deviation
   const double deviation = median(sizes) / kGaussian;
   std::size_t count = 0, first = 0;
@@ -103,7 +106,7 @@ std::optional<diagnostics::Finding> inspect_outliers(const fit::OutputErrorFit& 
           "are "
           "missing or doubled, impacts or load steps disturb the drive, or it does something that the model "
           "does not hold.",
-          count, static_cast<double>(fit.first_sample + first) * sample_time_s, kCriteria.outlier)};
+          count, static_cast<double>(begin + first * hold.samples) * sample_time_s, kCriteria.outlier)};
 }
 
 }  // namespace resonid::identification::detail

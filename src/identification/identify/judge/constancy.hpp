@@ -2,6 +2,7 @@
 #pragma once
 
 #include <optional>
+#include <resonid/data/detail/output_hold.hpp>
 #include <resonid/diagnostics/finding.hpp>
 #include <resonid/fit/output_error.hpp>
 #include <vector>
@@ -24,8 +25,9 @@ void widen(const std::vector<fit::Constancy>& inconstant, fit::DriveModel& model
     const std::vector<fit::Constancy>& inconstant, const fit::DriveModel& model, bool over_frequency);
 
 /// Samples that nothing of a drive explains, as missing, doubled or disturbed ones leave:
-/// `disturbed-samples`.
+/// `disturbed-samples`. Of a held output the new ones count.
 [[nodiscard]] std::optional<diagnostics::Finding> inspect_outliers(const fit::OutputErrorFit& fit,
-                                                                   double sample_time_s);
+                                                                   double sample_time_s,
+                                                                   const data::OutputHold& hold);
 
 }  // namespace resonid::identification::detail

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <identification/criteria.hpp>
 #include <identification/identify/judge/loop.hpp>
+#include <identification/identify/judge/without_structure.hpp>
 #include <resonid/base/constants.hpp>
 
 namespace resonid::identification::detail {
@@ -241,7 +242,11 @@ std::optional<LoopResult> loop_of(const Plan& plan, const Options& options,
         options.controller ? std::min(0.1 * plan.low_hz, 0.01 * nyquist) : controller.frequency_hz.front();
     // Of a held output's new values.
     const double highest = nyquist / static_cast<double>(plan.hold.samples);
-    const double high = std::min(highest, options.controller ? nyquist : controller.frequency_hz.back());
+    double high = std::min(highest, options.controller ? nyquist : controller.frequency_hz.back());
+    // A black box of a band has a rate of its own, about which its response would repeat.
+    if (const auto* box = std::get_if<fit::BlackBoxModel>(&model);
+        box != nullptr && box->transfer_function.sample_time_s > 1.5 * lines.sample_time_s)
+      high = std::min(high, reach_hz(*box));
     const auto grid = dense_grid(std::max(low, 1e-6 * nyquist), high);
     if (const auto* drive = std::get_if<fit::DriveModel>(&model))
       return from_model(loop, grid, high == highest, *drive);

@@ -13,7 +13,7 @@
 namespace resonid::identification::detail {
 namespace {
 
-/// What samples that slip by one step explain.
+/// What a share of the samples explains that follow another law than the noise.
 struct Mixture {
   double share = 0.0;
   double gain = 0.0;  ///< In log-likelihood.
@@ -34,6 +34,19 @@ Mixture fitted(const std::vector<double>& ratio) {
   }
   for (const double o : odds) m.gain += std::log(1.0 - m.share + m.share * o);
   return m;
+}
+
+/// What samples of any other size explain, as where the model is wrong at times.
+double gain_of_outliers(const std::vector<double>& white, double deviation) {
+  double most = 0.0;
+  for (const double wider : {1.5, 3.0, 6.0, 12.0}) {  // standard deviations
+    const double variance = 1.0 + wider * wider;
+    std::vector<double> ratio;
+    for (const double e : white)
+      ratio.push_back(0.5 * std::pow(e / deviation, 2) * (1.0 - 1.0 / variance) - 0.5 * std::log(variance));
+    most = std::max(most, fitted(ratio).gain);
+  }
+  return most;
 }
 
 }  // namespace
@@ -62,15 +75,17 @@ std::optional<diagnostics::Finding> inspect_slips(std::span<const double> output
   const Mixture& other = drops ? behind : ahead;
   const double count = best.share * static_cast<double>(white.size());
   if (best.gain < kCriteria.slipped_gain || best.gain < kCriteria.slipped_one_way * other.gain ||
-      best.share < kCriteria.outlier_share || count < static_cast<double>(kCriteria.fewest_outliers))
+      best.gain < gain_of_outliers(white, deviation) || best.share < kCriteria.outlier_share ||
+      count < static_cast<double>(kCriteria.fewest_outliers))
     return std::nullopt;
   return diagnostics::Finding{
       drops ? "dropped-samples" : "repeated-samples", diagnostics::Severity::error, best.share,
       kCriteria.outlier_share,
-      fmt::format("About {:.2g} % of the samples {} though the times do not tell: the output is {} of its "
+      fmt::format("About {:.2g} % of the samples {} though the times do not tell: the output is {} its "
                   "simulation by one step there. Frequencies and inertias come out wrong; record without "
                   "losses, or with the times at which the samples were taken.",
-                  100.0 * best.share, drops ? "are missing," : "stand twice,", drops ? "ahead" : "behind")};
+                  100.0 * best.share, drops ? "are missing," : "stand twice,",
+                  drops ? "ahead of" : "behind")};
 }
 
 }  // namespace resonid::identification::detail

@@ -89,10 +89,14 @@ void set_aside(Result& result) {
 
 }  // namespace
 
+double reach_hz(const fit::BlackBoxModel& model) {
+  constexpr double kReach = 0.4;
+  return kReach / model.transfer_function.sample_time_s;
+}
+
 data::FrequencyResponse within_reach(const fit::BlackBoxModel& model,
                                      const data::FrequencyResponse& response) {
-  constexpr double kReach = 0.4;
-  return response.band(0.0, kReach / model.transfer_function.sample_time_s);
+  return response.band(0.0, reach_hz(model));
 }
 
 double black_box_error(const fit::BlackBoxModel& model, const data::FrequencyResponse& response) {
@@ -104,7 +108,8 @@ double black_box_error(const fit::BlackBoxModel& model, const data::FrequencyRes
 void put_black_box_instead(const Experiment& experiment, const Measurement& m, const Options& options,
                            Result& result) {
   const bool asked = options.model != ModelChoice::automatic || options.method == Method::model ||
-                     options.friction != Friction::automatic || options.ground != Ground::automatic;
+                     options.friction != Friction::automatic || options.ground != Ground::automatic ||
+                     options.torque_lag_s || options.output_filter_s;
   if (asked || experiment.motion || !experiment.record.input.present() || m.evidence.biased()) return;
   if (!fails_grossly(result) || !reliability_of(result).response) return;
   tell(options, "black-box");

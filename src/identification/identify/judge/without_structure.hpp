@@ -12,6 +12,7 @@ namespace resonid::identification::detail {
                                      const data::FrequencyResponse& response);
 
 /// Of a measured response, the lines that a black box reaches: those below 0.4 of its own sample rate.
+[[nodiscard]] double reach_hz(const fit::BlackBoxModel& model);
 [[nodiscard]] data::FrequencyResponse within_reach(const fit::BlackBoxModel& model,
                                                    const data::FrequencyResponse& response);
 

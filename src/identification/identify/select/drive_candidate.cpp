@@ -409,6 +409,8 @@ void CandidateFits::fit_to_record_alone(const DriveCandidate& rigid, DriveCandid
 void CandidateFits::for_comparison(DriveCandidate& candidate, const Variant& chosen) const {
   Variant variant = chosen;
   variant.structure = candidate.structure;
+  std::erase_if(variant.further,
+                [&](fit::Parameter p) { return !fit::may_have_parameter(variant.structure, p); });
   auto fit = fit_records(records_, config_of(variant, candidate.response_fit().model));
   if (!fit || !fit->converged) return;
   candidate.record_fit = std::move(*fit);

@@ -125,7 +125,7 @@ expected<BlackBoxSelection, Error> select_black_box(const data::Record& whole, c
   if (part.every > 1) {
     --s.result.model.delay_samples;
     s.result.model.known_delay_s = given.delay_s;
-  } else {
+  } else if (!(in_band && band.alone)) {  // that of a filtered record is none of the record
     s.residual = std::move(fit.residual);
     s.residual_start = part.first_sample + fit.first_sample;
   }

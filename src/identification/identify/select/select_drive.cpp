@@ -228,7 +228,8 @@ class Selector {
         // A model that is wrong in one respect is so in others, which chance alone does not show.
         if (!s.inconstant.empty()) widen(fit.records[0].constancy, s.result.drive);
         s.outliers = inspect_slips(records_.front().output.samples, fit.records[0]);
-        if (!s.outliers) s.outliers = inspect_outliers(fit.records[0], records_.front().sample_time_s());
+        if (!s.outliers)
+          s.outliers = inspect_outliers(fit.records[0], records_.front().sample_time_s(), plan_.hold);
         s.residual = std::move(fit.records[0].residual);
         s.residual_start = fit.records[0].first_sample;
         s.result.offset = fit.records[0].offset;
