@@ -201,6 +201,19 @@ TEST(TwoMassDrive, IsToldFromOneThatBends) {
   EXPECT_EQ(test::finding(stiffening, "backlash"), nullptr);
 }
 
+/// A velocity that is new in every second sample only: the test takes what is new.
+TEST(TwoMassDrive, PlayIsSeenInAHeldVelocityToo) {
+  auto held = test::published_drive(0.005);
+  test::prbs(held);
+  held.measurement.hold_samples = 2;
+  const auto conform = test::identified(test::simulated(held).record, test::known(held));
+  EXPECT_EQ(test::finding(conform, "backlash"), nullptr);
+  held.drive.backlash = 0.25 * held.excitation.amplitude / 143.75 * 0.05;
+  const auto play = test::identified(test::simulated(held).record, test::known(held));
+  EXPECT_FALSE(play.trusted);
+  EXPECT_NE(test::finding(play, "backlash"), nullptr);
+}
+
 /// A sweep passes anti-resonance and resonance at different times: a third mass would explain a stiffness
 /// that drifts.
 TEST(TwoMassDrive, DriftUnderOneSweepIsNoThirdMass) {

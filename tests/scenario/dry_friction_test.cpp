@@ -144,6 +144,9 @@ TEST(MachinesInMotion, ServoAxisWithLimitsAndFriction) {
   EXPECT_NEAR(drive.parameters.driven_inertia, 0.0012, 0.05 * 0.0012);
   EXPECT_NEAR(drive.parameters.load_inertia, 0.0030, 0.03 * 0.0030);
   EXPECT_NEAR(drive.parameters.stiffness, 600.0, 0.03 * 600.0);
+  expect_near(drive.estimate(fit::kDrivenInertia), 0.0012);
+  expect_near(drive.estimate(fit::kLoadInertia), 0.0030);
+  expect_near(drive.estimate(fit::kStiffness), 600.0);
   EXPECT_NEAR(result.model->coulomb_friction->value, 0.05, 0.01);
   EXPECT_TRUE(result.trusted);
 }

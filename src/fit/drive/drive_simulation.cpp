@@ -333,8 +333,7 @@ void DriveSimulation::run(const double* x, std::span<const int> active, Sink&& s
       if constexpr (kSlopes) command_slopes = controller->step_slopes(-late_slopes[j % first]);
     }
     double torque = constant + command;
-    Row torque_slopes = by_offset;
-    if constexpr (kSlopes) torque_slopes += command_slopes;
+    Row torque_slopes = by_offset + command_slopes;
     if (lagging) {
       if constexpr (kSlopes)
         if (j > 0)
@@ -433,7 +432,8 @@ void DriveSimulation::run(const double* x, std::span<const int> active, Sink&& s
       if constexpr (kSlopes) late_slopes[j % first] = output_slopes;
     }
     const auto past = state;
-    const auto past_slopes = slopes;
+    decltype(slopes) past_slopes{};
+    if constexpr (kSlopes) past_slopes = slopes;
     for (int i = 0; i < used; ++i) {
       const auto at = static_cast<std::size_t>(i);
       const bool by_place = grounded || i == kOrder;

@@ -463,7 +463,7 @@ class OutputErrorFitter {
       if (active_[static_cast<std::size_t>(offset)]) own.offset = estimate(offset);
       describe(r, own);
       const double count = static_cast<double>(p.samples),
-                   order = static_cast<double>(own.noise.order() / p.hold.samples);
+                   order = static_cast<double>(own.noise.order()) / static_cast<double>(p.hold.samples);
       const double square = records() == 1 ? 2.0 * physical_.cost : p.variance * count;
       own.bic = count * std::log(std::max(square / count, 1e-300)) + (parameters + order) * std::log(n);
       likelihood += count * std::log(std::max(square / count, 1e-300));

@@ -6,6 +6,7 @@
 #include <identification/criteria.hpp>
 #include <identification/identify/judge/bending.hpp>
 #include <identification/identify/judge/constancy.hpp>
+#include <identification/identify/prepare/units.hpp>
 #include <identification/identify/select/record_fit.hpp>
 #include <resonid/base/detail/statistics.hpp>
 #include <resonid/fit/output_error.hpp>
@@ -115,7 +116,7 @@ std::string words_of(const fit::Bending& b, const Units& units) {
             "The coupling has play, about {:.2g} {} in all, or hardens with its twist. "
             "What is found holds for this amplitude only. Preload the coupling (a constant "
             "load, or motion in one direction) and record again.",
-            a, units.physical ? "rad or m" : "units of position");
+            a, position_unit(units.velocity));
       return "The coupling is stiffer about its middle than beyond, as one that slips or yields: what is "
              "found "
              "holds for this amplitude only. Excite less, and record again.";

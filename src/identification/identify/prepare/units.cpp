@@ -27,6 +27,10 @@ bool compound(const std::string& unit) {
 
 }  // namespace
 
+std::string position_unit(const std::string& velocity) {
+  return velocity.ends_with("/s") ? velocity.substr(0, velocity.size() - 2) : velocity + " s";
+}
+
 Units units_of(const data::Record& record) {
   const bool rotary = record.motion == data::Motion::rotary;
   Units u;
@@ -41,11 +45,7 @@ Units units_of(const data::Record& record) {
     u.damping = rotary ? "Nms/rad" : "Ns/m";
     return u;
   }
-  std::string position = u.velocity;
-  if (position.ends_with("/s"))
-    position.resize(position.size() - 2);
-  else
-    position += " s";
+  const auto position = position_unit(u.velocity);
   u.inertia = fmt::format("{} s2/{}", u.input, position);
   u.stiffness = fmt::format("{}/{}", u.input, position);
   u.damping = fmt::format("{} s/{}", u.input, position);

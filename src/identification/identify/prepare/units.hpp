@@ -3,10 +3,14 @@
 
 #include <resonid/data/record.hpp>
 #include <resonid/identification/result.hpp>
+#include <string>
 
 namespace resonid::identification::detail {
 
 /// Units of everything reported, from the units of input and output.
 [[nodiscard]] Units units_of(const data::Record& record);
+
+/// Unit of the place that a velocity in that unit leads to: "rad" of "rad/s".
+[[nodiscard]] std::string position_unit(const std::string& velocity);
 
 }  // namespace resonid::identification::detail
