@@ -106,7 +106,7 @@ TEST_F(Truth, MarginsOfALongChainDoNotDependOnTheRate) {
   const json slow = truth_of("slow.toml").at("loop");
   const json truth = truth_of("fast.toml");
   EXPECT_FALSE(truth.at("model").contains("transfer_function"));  // it would be far off
-  const json fast = truth.at("loop");
+  const json& fast = truth.at("loop");
   EXPECT_NEAR(slow.at("crossover_hz").get<double>(), fast.at("crossover_hz").get<double>(), 2e-3);
   EXPECT_NEAR(slow.at("phase_margin_deg").get<double>(), fast.at("phase_margin_deg").get<double>(), 0.1);
   EXPECT_NEAR(slow.at("modulus_margin").get<double>(), fast.at("modulus_margin").get<double>(), 2e-3);

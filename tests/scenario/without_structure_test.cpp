@@ -13,7 +13,6 @@ namespace {
 
 using identification::ModelChoice;
 using identification::Options;
-using identification::Result;
 
 struct Pair {
   double hz = 0.0, damping = 0.0;

@@ -5,6 +5,7 @@
 #include <limits>
 #include <optional>
 #include <resonid/fit/detail/response_modes.hpp>
+#include <utility>
 
 #include "fit/modes/extremum_candidates.hpp"
 #include "fit/modes/local_modes.hpp"
@@ -215,8 +216,7 @@ class Search {
     constexpr int kFurther = 2;
     for (const int degree : {least, std::min(least + kFurther, kMostTerms)}) {
       auto& fit = fits[static_cast<std::size_t>(degree)];
-      if (fit.usable) put_account(lines, std::move(fit), to);
-      fit.usable = false;
+      if (fit.usable) put_account(lines, std::exchange(fit, {}), to);
     }
   }
 

@@ -12,7 +12,6 @@ namespace resonid::report {
 namespace {
 
 using diagnostics::ResidualCorrelation;
-using diagnostics::ResidualTest;
 using identification::ModelValidation;
 
 /// In which bands most of the residual lies, and whether the input explains any of it.

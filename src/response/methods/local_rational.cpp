@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: MIT
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <limits>
 #include <resonid/response/detail/local_rational.hpp>
+#include <utility>
 
 #include "linalg/decompositions.hpp"
 #include "response/signals.hpp"
@@ -45,18 +48,6 @@ Eigen::MatrixXd powers_of(Eigen::Index first, Eigen::Index count, double centre,
   return powers;
 }
 
-/// Columns B, T and -A (without its 1) of A x = B r + T, rows divided by A.
-Eigen::MatrixXcd regressors(const Problem& problem, const Eigen::MatrixXd& powers, const Column& input,
-                            const Column& output, const Column& denominator) {
-  const Eigen::Index b = problem.degree + 1;
-  const Eigen::Index t = problem.transient_degree + 1;
-  Eigen::MatrixXcd columns(input.size(), problem.parameters());
-  columns.leftCols(b) = input.asDiagonal() * powers.leftCols(b).cast<Complex>();
-  columns.middleCols(b, t) = powers.leftCols(t).cast<Complex>();
-  columns.rightCols(b - 1) = output.asDiagonal() * (-powers.middleCols(1, b - 1)).cast<Complex>();
-  return denominator.cwiseInverse().asDiagonal() * columns;
-}
-
 /// The part of a signal that a local polynomial makes of the reference: first instrument.
 Column smoothed(const Eigen::MatrixXd& powers, const Column& reference, const Column& signal) {
   constexpr Eigen::Index kTerms = 5;
@@ -68,6 +59,111 @@ Column smoothed(const Eigen::MatrixXd& powers, const Column& reference, const Co
   return columns * linalg::ComplexLdlt(columns.adjoint() * columns).solve(columns.adjoint() * signal);
 }
 
+/// The equations y A = r B + T of one window, rows divided by A: columns are the signals (r, 1, -y) times
+/// powers of the distance from the centre. The instruments are the same of noise-free signals, so that every
+/// entry of Z'X is a moment of one of nine products of two signals.
+class Equations {
+ public:
+  Equations(const Problem& problem, const Eigen::MatrixXd& powers, const Column& input,
+            const Column& instrument, const Column& output)
+      : counts_{problem.degree + 1, problem.transient_degree + 1, problem.degree},
+        powers_(powers),
+        input_(input),
+        instrument_(instrument),
+        output_(output),
+        products_(input.size(), 2 * kProducts) {
+    put(0, instrument);
+    put(1, Column::Ones(input.size()));
+    products_.col(2 * kSquares) = instrument.cwiseAbs2();
+    products_.col(2 * kSquares + 1).setZero();
+  }
+
+  /// For these noise-free outputs and A; false where a column vanishes.
+  bool set(const Column& noise_free, const Column& denominator) {
+    noise_free_ = noise_free;
+    denominator_ = denominator;
+    put(2, -noise_free);
+    products_.col(2 * kSquares + 1) = noise_free.cwiseAbs2();
+    const Eigen::Index sums = 2 * std::max(counts_[0], counts_[1]) - 1;
+    const Eigen::MatrixXd moments = powers_.leftCols(sums).transpose() *
+                                    (denominator.cwiseAbs2().cwiseInverse().asDiagonal() * products_);
+    const auto moment = [&](int z, int x, Eigen::Index power) {
+      return Complex{moments(power, 2 * (3 * z + x)), moments(power, 2 * (3 * z + x) + 1)};
+    };
+    scale.resize(parameters());
+    each_column([&](int signal, Eigen::Index power, Eigen::Index at) {
+      const Eigen::Index square = signal == 1 ? 2 * 4 : 2 * kSquares + signal / 2;
+      scale(at) = std::sqrt(moments(2 * power, square));
+    });
+    if (!(scale.minCoeff() > 0.0) || !scale.allFinite()) return false;
+    matrix.resize(parameters(), parameters());
+    right.resize(parameters());
+    each_column([&](int z, Eigen::Index p, Eigen::Index row) {
+      right(row) = -moment(z, 2, p) / scale(row);
+      each_column([&](int x, Eigen::Index q, Eigen::Index column) {
+        matrix(row, column) = moment(z, x, p + q) / (scale(row) * scale(column));
+      });
+    });
+    return true;
+  }
+
+  /// What the rows of a solution (scaled) make of the noise in every bin.
+  [[nodiscard]] Column weights(const Eigen::VectorXcd& row) const {
+    const Eigen::VectorXcd by = row.conjugate().cwiseQuotient(scale.cast<Complex>());
+    const auto polynomial = [&](int signal) -> Column {
+      return powers_.middleCols(first(signal), counts_[signal]) * by.segment(offset(signal), counts_[signal]);
+    };
+    return (instrument_.cwiseProduct(polynomial(0)) + polynomial(1) - noise_free_.cwiseProduct(polynomial(2)))
+        .cwiseQuotient(denominator_);
+  }
+
+  /// Weight of one bin upon its own fit.
+  [[nodiscard]] double leverage(Eigen::Index bin, const Eigen::MatrixXcd& inverse) const {
+    Eigen::RowVectorXcd x(parameters()), z(parameters());
+    each_column([&](int signal, Eigen::Index power, Eigen::Index at) {
+      const Complex by = powers_(bin, power) / (denominator_(bin) * scale(at));
+      const std::array<Complex, 3> of_x{input_(bin), 1.0, -output_(bin)},
+          of_z{instrument_(bin), 1.0, -noise_free_(bin)};
+      x(at) = of_x[static_cast<std::size_t>(signal)] * by;
+      z(at) = of_z[static_cast<std::size_t>(signal)] * by;
+    });
+    return (x * inverse * z.adjoint()).value().real();
+  }
+
+  Eigen::MatrixXcd matrix;  ///< Z'X, with columns of Z of length one.
+  Eigen::VectorXcd right;   ///< Z'y
+  Eigen::VectorXd scale;    ///< Lengths of the columns of Z.
+
+ private:
+  static constexpr Eigen::Index kSquares = 9, kProducts = 10;
+
+  [[nodiscard]] Eigen::Index parameters() const { return counts_[0] + counts_[1] + counts_[2]; }
+  [[nodiscard]] static Eigen::Index first(int signal) { return signal == 2 ? 1 : 0; }
+  [[nodiscard]] Eigen::Index offset(int signal) const {
+    return (signal > 0 ? counts_[0] : 0) + (signal > 1 ? counts_[1] : 0);
+  }
+  void each_column(const auto& with) const {
+    for (int signal = 0; signal < 3; ++signal)
+      for (Eigen::Index k = 0; k < counts_[signal]; ++k) with(signal, first(signal) + k, offset(signal) + k);
+  }
+  /// The products of an instrument with the three signals.
+  void put(int z, const Column& instrument) {
+    const auto store = [&](int x, const auto& product) {
+      products_.col(2 * (3 * z + x)) = product.real();
+      products_.col(2 * (3 * z + x) + 1) = product.imag();
+    };
+    store(0, instrument.conjugate().cwiseProduct(input_));
+    store(1, instrument.conjugate());
+    store(2, -instrument.conjugate().cwiseProduct(output_));
+  }
+
+  std::array<Eigen::Index, 3> counts_;
+  const Eigen::MatrixXd& powers_;
+  const Column &input_, &instrument_, &output_;
+  Column noise_free_, denominator_;
+  Eigen::MatrixXd products_;  ///< [bin, real and imaginary part of the product of two signals]
+};
+
 /// Refined instrumental variables; `instrument` and `noise_free` are the noise-free parts of input and
 /// output.
 Ratio fit_ratio(const Problem& problem, const Eigen::MatrixXd& powers, const Column& input,
@@ -78,38 +174,39 @@ Ratio fit_ratio(const Problem& problem, const Eigen::MatrixXd& powers, const Col
   Ratio ratio;
   ratio.degrees = static_cast<double>(count - problem.parameters());
   if (ratio.degrees < 4.0) return ratio;
-  Column denominator = Column::Ones(count);
+  Equations equations(problem, powers, input, instrument, output);
+  Column denominator = Column::Ones(count), last_free, last_denominator;
   double least = std::numeric_limits<double>::infinity();
   for (int round = 0; round < kRounds; ++round) {
-    Eigen::MatrixXcd x = regressors(problem, powers, input, output, denominator);
-    Eigen::MatrixXcd z = regressors(problem, powers, instrument, noise_free, denominator);
-    const Eigen::RowVectorXd scale = z.colwise().norm();
-    if (!(scale.minCoeff() > 0.0) || !scale.allFinite()) break;
-    x = x * scale.cwiseInverse().asDiagonal();
-    z = z * scale.cwiseInverse().asDiagonal();
-    const linalg::ComplexLu solver(z.adjoint() * x);
+    if (!equations.set(noise_free, denominator)) break;
+    const linalg::ComplexLu solver(equations.matrix);
     if (!(solver.rcond() > 1e-17)) break;  // pole and zero may cancel: any solution is right then
-    Eigen::VectorXcd solution = solver.solve(z.adjoint() * output.cwiseQuotient(denominator));
-    solution = solution.cwiseQuotient(scale.transpose().cast<Complex>());
+    const Eigen::VectorXcd solution =
+        solver.solve(equations.right).cwiseQuotient(equations.scale.cast<Complex>());
     if (!solution.allFinite()) break;
-    denominator = Column::Ones(count) + powers.middleCols(1, b - 1) * solution.tail(b - 1);
+    const Column before =
+        std::exchange(denominator, Column::Ones(count) + powers.middleCols(1, b - 1) * solution.tail(b - 1));
     const Column forced = powers.leftCols(b) * solution.head(b);
     const Column transient = powers.leftCols(t) * solution.segment(b, t);
-    const Column noise = (output - (forced.cwiseProduct(input) + transient).cwiseQuotient(denominator));
-    noise_free = (forced.cwiseProduct(instrument) + transient).cwiseQuotient(denominator);
+    Column noise = output - (forced.cwiseProduct(input) + transient).cwiseQuotient(denominator);
     const double power = noise.squaredNorm();
     if (!std::isfinite(power)) break;
     if (power > 1.05 * least) break;  // began to diverge
     least = std::min(power, least);
     ratio.value = solution(0);
-    ratio.noise = noise;
-    ratio.fitted = noise_free;
+    ratio.noise = std::move(noise);
     ratio.variance = power / ratio.degrees;
-    const Eigen::MatrixXcd inverse = solver.inverse();
-    ratio.weights = z * inverse.row(0).adjoint() / scale(0);
-    ratio.leverage = (x.row(centre_bin) * inverse * z.row(centre_bin).adjoint()).value().real();
+    last_denominator = before;
+    last_free =
+        std::exchange(noise_free, (forced.cwiseProduct(instrument) + transient).cwiseQuotient(denominator));
+    ratio.fitted = noise_free;
     ratio.usable = true;
   }
+  if (!ratio.usable) return ratio;
+  equations.set(last_free, last_denominator);
+  const Eigen::MatrixXcd inverse = linalg::ComplexLu(equations.matrix).inverse();
+  ratio.weights = equations.weights(inverse.row(0).transpose() / equations.scale(0));
+  ratio.leverage = equations.leverage(centre_bin, inverse);
   return ratio;
 }
 
@@ -129,8 +226,8 @@ Window fit_window(const Problem& problem, Approach approach, bool has_input, dou
   Window window;
   window.first = low;
   if (count <= problem.parameters() + 4) return window;
-  const auto powers =
-      powers_of(low, count, centre, half_width, std::max({4, problem.degree, problem.transient_degree}));
+  const auto powers = powers_of(low, count, centre, half_width,
+                                std::max({4, 2 * problem.degree, 2 * problem.transient_degree}));
   const auto middle = std::clamp<Eigen::Index>(std::lround(centre) - low, 0, count - 1);
   const Column excitation = problem.spectra.col(0).segment(low, count);
   const Column input = problem.spectra.col(1).segment(low, count);

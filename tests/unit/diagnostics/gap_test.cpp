@@ -177,15 +177,16 @@ int winding_number(const data::TransferFunction& first, const data::TransferFunc
 }
 
 TEST(NuGap, ConditionAgreesWithTheContourOfTheDefinition) {
-  const double Ts = 0.002;
+  const double sample_time_s = 0.002;
   const std::vector<data::TransferFunction> plants = {
-      drive(143.75, 0.3, 0.032, Ts), drive(77.5, 0.225, 0.032, Ts), drive(143.75, -0.3, 0.032, Ts),
-      drive(20.0, -0.02, 0.5, Ts), drive(143.75, 3.0, 0.01, Ts)};
+      drive(143.75, 0.3, 0.032, sample_time_s), drive(77.5, 0.225, 0.032, sample_time_s),
+      drive(143.75, -0.3, 0.032, sample_time_s), drive(20.0, -0.02, 0.5, sample_time_s),
+      drive(143.75, 3.0, 0.01, sample_time_s)};
   int failures = 0;
   for (const auto& a : plants)
     for (const auto& b : plants)
       for (const double gain : {0.02, 1.0, 30.0}) {
-        const data::TransferFunction scale{{gain}, {1.0}, Ts};
+        const data::TransferFunction scale{{gain}, {1.0}, sample_time_s};
         const auto first = weighted(scale, a), second = weighted(scale, b);
         const auto result = gap(first, second);
         if (result.largest_distance > 0.9999) continue;  // 1 + G2~ G1 all but vanishes somewhere
@@ -213,16 +214,16 @@ TEST(NuGap, OfThePublishedSystemsIsThatOfTheIndependentImplementation) {
 
 TEST(NuGap, GuaranteesStability) {
   // b(G1, C) > gap(G1, G2) keeps the loop stable: held against the closed loops' poles.
-  const double Ts = 0.002;
-  const auto controller = data::pi_controller(1.036, 0.147, Ts);
-  const auto first = drive(143.75, 0.3, 0.032, Ts);
+  const double sample_time_s = 0.002;
+  const auto controller = data::pi_controller(1.036, 0.147, sample_time_s);
+  const auto first = drive(143.75, 0.3, 0.032, sample_time_s);
   const auto closed_poles = [&](const data::TransferFunction& g) {
     const auto loop = weighted(controller, g);
     auto sum = loop.denominator;
     sum.resize(std::max(sum.size(), loop.numerator.size()));
     for (std::size_t i = 0; i < loop.numerator.size(); ++i) sum[i] += loop.numerator[i];
     double largest = 0.0;
-    for (const Complex& p : data::TransferFunction{{1.0}, sum, Ts}.poles())
+    for (const Complex& p : data::TransferFunction{{1.0}, sum, sample_time_s}.poles())
       largest = std::max(largest, std::abs(p));
     return largest;
   };
@@ -235,7 +236,7 @@ TEST(NuGap, GuaranteesStability) {
   int covered = 0, unstable = 0;
   for (double load = 0.004; load < 0.2; load *= 1.2)
     for (double damping : {-0.2, -0.02, 0.02, 0.3, 2.0}) {
-      const auto second = drive(143.75, damping, load, Ts);
+      const auto second = drive(143.75, damping, load, sample_time_s);
       const bool stable = closed_poles(second) < 1.0;
       const bool promised = gap(first, second).gap < margin;
       EXPECT_TRUE(stable || !promised) << load << " " << damping;

@@ -32,12 +32,12 @@ template <vi::Part (*Make)(const Options&)>
 class PartTest : public testing::Test {
  protected:
   static const vi::Part& part() {
-    static const vi::Part kPart = [] {
+    static const vi::Part made = [] {
       Options options;
       options.seeds = kSeeds;
       return Make(options);
     }();
-    return kPart;
+    return made;
   }
   static const report::ComparisonTable& table(const std::string& title) {
     for (const auto& t : part().section.tables)

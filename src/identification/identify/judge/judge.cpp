@@ -242,7 +242,7 @@ Result judge(const Experiment& experiment, const Measurement& m, Fitted fitted, 
   result.confidence = options.confidence;
   result.known_delay_s = options.delay_s;
   result.radius_m = options.radius_m;
-  result.response = fitted.corrected ? std::move(*fitted.corrected) : m.response;
+  result.response = fitted.corrected ? *fitted.corrected : m.response;
   result.distortion = m.distortion;
   result.choices = choices_of(experiment, m, fitted, options);
   result.findings = findings_of(experiment, m, fitted, options);

@@ -345,7 +345,7 @@ void CandidateFits::extend_fit_to_record(DriveCandidate& candidate, const DriveC
   // One that fits far less well is none: nothing that is added makes it the machine.
   if (friction_is_free() && rival != nullptr && !rival->record_variant.dry && is_astray(candidate, *rival))
     return;
-  try_dry_friction(candidate, acceptance(candidate));
+  try_dry_friction(candidate);
   extend_by_record(candidate);
 }
 

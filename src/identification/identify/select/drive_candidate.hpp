@@ -139,7 +139,7 @@ class CandidateFits {
   [[nodiscard]] bool dry_friction_is_likely(const DriveCandidate& candidate) const;
   [[nodiscard]] std::optional<RecordFit> with_dry_friction(Variant& variant,
                                                            const fit::DriveModel& start) const;
-  void try_dry_friction(DriveCandidate& candidate, const Acceptance& acceptable) const;
+  void try_dry_friction(DriveCandidate& candidate) const;
   [[nodiscard]] const data::Record& record_of_most_output_energy() const;
 
   std::span<const data::Record> records_;

@@ -59,16 +59,19 @@ std::optional<RecordFit> CandidateFits::with_dry_friction(Variant& variant,
   return without;
 }
 
-void CandidateFits::try_dry_friction(DriveCandidate& candidate, const Acceptance& acceptable) const {
+void CandidateFits::try_dry_friction(DriveCandidate& candidate) const {
   if (!dry_friction_is_likely(candidate)) return;
   Variant variant = candidate.variant();
   auto fit = with_dry_friction(variant, candidate.model());
   if (!fit) return;
-  const bool better = !friction_is_free() ? true
-                      : candidate.record_fit
-                          ? fit->bic + kCriteria.clearly_better < candidate.record_fit->bic
-                          : fit->fit_percent >= acceptable.fit_percent ||
-                                difference(fit->model, response_).whole <= acceptable.difference;
+  const auto acceptable = [&] {
+    const auto least = acceptance(candidate);
+    return fit->fit_percent >= least.fit_percent ||
+           difference(fit->model, response_).whole <= least.difference;
+  };
+  const bool better = !friction_is_free()    ? true
+                      : candidate.record_fit ? fit->bic + kCriteria.clearly_better < candidate.record_fit->bic
+                                             : acceptable();
   if (!better) return;
   candidate.record_fit = std::move(*fit);
   candidate.record_variant = variant;
