@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <fit/least_squares.hpp>
+#include <utility>
 
 #include "linalg/decompositions.hpp"
 
@@ -46,8 +47,19 @@ LeastSquaresResult minimise(std::unique_ptr<ceres::CostFunction> function, std::
   options.parameter_tolerance = 1e-11;
   options.gradient_tolerance = 1e-14;
   options.logging_type = ceres::SILENT;
+  // A search along every step that is cut at a bound costs as much as the fit itself, and is needed only
+  // where one holds.
+  const int searches = std::exchange(options.max_num_line_search_step_size_iterations, 0);
   ceres::Solver::Summary summary;
   ceres::Solve(options, &problem, &summary);
+  const bool at_bound = std::any_of(bounds.begin(), bounds.end(), [&](const Bound& b) {
+    const double at = x[static_cast<std::size_t>(b.parameter)];
+    return at <= b.lower || at >= b.upper;
+  });
+  if (at_bound || (!bounds.empty() && summary.termination_type != ceres::CONVERGENCE)) {
+    options.max_num_line_search_step_size_iterations = searches;
+    ceres::Solve(options, &problem, &summary);
+  }
   result.converged = summary.termination_type == ceres::CONVERGENCE;
   result.cost = summary.final_cost;
 

@@ -66,7 +66,9 @@ SampledSlopes<Masses, Columns> sampled(const SimulationSetup& setup, const doubl
     if (active.empty() || active.front() >= kCount) return result;
     using Jet = ceres::Jet<double, kCount>;
     std::array<Jet, kCount> jets;
-    for (int i = 0; i < kCount; ++i) jets[static_cast<std::size_t>(i)] = Jet(x[i], i);
+    for (int i = 0; i < kCount; ++i) jets[static_cast<std::size_t>(i)] = Jet(x[i]);
+    for (const int p : active)
+      if (p < kCount) jets[static_cast<std::size_t>(p)].v(p) = 1.0;
     const auto jet = of(jets.data());
     const auto& s = jet.system;
     for (std::size_t p = 0; p < active.size(); ++p) {

@@ -47,9 +47,11 @@ class MeasuredResponse {
                    std::span<const int> active)
       : MeasuredResponse(coordinates.parameters(x, Masses == 3), x[kDelay], x[kTorqueLag], x[kOutputFilter],
                          setting) {
+    if (active.empty()) return;
     using Jet = ceres::Jet<double, kParameters>;
     std::array<Jet, kParameters> jets;
-    for (int i = 0; i < kParameters; ++i) jets[static_cast<std::size_t>(i)] = Jet(x[i], i);
+    for (int i = 0; i < kParameters; ++i) jets[static_cast<std::size_t>(i)] = Jet(x[i]);
+    for (const int p : active) jets[static_cast<std::size_t>(p)].v(p) = 1.0;
     const Jet delay = turn_samples_ < 0.0 ? Jet(0.0) : jets[kDelay] + Jet(setting.known_delay_samples);
     const auto s = sampled_drive<Masses>(coordinates.parameters(jets.data(), Masses == 3),
                                          data::OutputQuantity::velocity, delay, setting.sample_time_s,

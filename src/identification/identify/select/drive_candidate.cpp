@@ -294,7 +294,8 @@ CandidateFits::Acceptance CandidateFits::acceptance(const DriveCandidate& candid
               : 100.0};
 }
 
-void CandidateFits::fit_variants(DriveCandidate& candidate, const Acceptance& acceptable) const {
+void CandidateFits::fit_variants(DriveCandidate& candidate, const Acceptance& acceptable,
+                                 const DriveCandidate* larger) const {
   // The lines may have taken a delay for a lag; the record tells them apart.
   const auto& first = candidate.variants.front().first;
   const bool ask_for_delay = first.delay || first.has(fit::kTorqueLag) || first.has(fit::kOutputFilter) ||
@@ -308,6 +309,8 @@ void CandidateFits::fit_variants(DriveCandidate& candidate, const Acceptance& ac
   for (const auto& [variant, told] : variants) {
     if (variant.delay && !ask_for_delay) continue;
     if (told.bic_for(repeated) > least + kCriteria.ruled_out) continue;
+    // Of one mass there is one minimum, and no friction or delay makes up for a mode that lacks.
+    if (candidate.structure == Structure::rigid && larger != nullptr && is_astray(candidate, *larger)) break;
     std::vector<fit::DriveModel> starts = {told.model};
     // Of one mass there is one minimum.
     if (candidate.structure != Structure::rigid && candidate.record_fit &&
@@ -334,10 +337,10 @@ void CandidateFits::fit_variants(DriveCandidate& candidate, const Acceptance& ac
   }
 }
 
-void CandidateFits::fit_to_record(DriveCandidate& candidate) const {
+void CandidateFits::fit_to_record(DriveCandidate& candidate, const DriveCandidate* larger) const {
   if (!to_records_) return;
   const auto acceptable = acceptance(candidate);
-  if (acceptable.by_the_lines) fit_variants(candidate, acceptable);
+  if (acceptable.by_the_lines) fit_variants(candidate, acceptable, larger);
 }
 
 void CandidateFits::extend_fit_to_record(DriveCandidate& candidate, const DriveCandidate* rival) const {

@@ -80,8 +80,9 @@ class CandidateFits {
   /// From the response's fits to the record's. A fit is kept unless it contradicts the
   /// measured response: then the drive is not what the likelihood assumes (non-linear friction, a disturbance
   /// that looks like a response). One that simulates the record clearly better than the response's own model
-  /// does not contradict, it corrects.
-  void fit_to_record(DriveCandidate& candidate) const;
+  /// does not contradict, it corrects. Beside a `larger` one far ahead a rigid drive has its first variant
+  /// only.
+  void fit_to_record(DriveCandidate& candidate, const DriveCandidate* larger) const;
 
   /// Tries dry friction and further parameters, unless a rival of other structure is far better.
   void extend_fit_to_record(DriveCandidate& candidate, const DriveCandidate* rival) const;
@@ -135,7 +136,8 @@ class CandidateFits {
       const Variant& variant, const fit::DriveModel& start,
       const std::optional<data::Estimate>& dry_friction = std::nullopt) const;
   [[nodiscard]] Acceptance acceptance(const DriveCandidate& candidate) const;
-  void fit_variants(DriveCandidate& candidate, const Acceptance& acceptable) const;
+  void fit_variants(DriveCandidate& candidate, const Acceptance& acceptable,
+                    const DriveCandidate* larger) const;
   [[nodiscard]] bool dry_friction_is_likely(const DriveCandidate& candidate) const;
   [[nodiscard]] std::optional<RecordFit> with_dry_friction(Variant& variant,
                                                            const fit::DriveModel& start) const;

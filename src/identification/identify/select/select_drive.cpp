@@ -53,7 +53,7 @@ class Selector {
       std::vector<std::size_t> fitted;  // the largest first
       for (std::size_t i = candidates.size(); i-- > 0;)
         if (candidates[i].remark.empty() && !candidates[i].record_fit) {
-          fits_.fit_to_record(candidates[i]);
+          fits_.fit_to_record(candidates[i], i + 1 < candidates.size() ? &candidates[i + 1] : nullptr);
           fitted.push_back(i);
         }
       for (const std::size_t i : fitted) {
@@ -68,7 +68,7 @@ class Selector {
     }
     if (candidates.empty()) return std::nullopt;
     if (candidates.size() == 1 && !candidates[0].record_fit) {
-      fits_.fit_to_record(candidates[0]);
+      fits_.fit_to_record(candidates[0], nullptr);
       fits_.extend_fit_to_record(candidates[0], nullptr);
     }
     for (std::size_t i = 0; i < candidates.size(); ++i)
