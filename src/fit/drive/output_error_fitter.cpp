@@ -183,8 +183,8 @@ class OutputErrorFitter {
     auto noises = noises_of_residual();
     constexpr int kRounds = 5;
     for (int round = 0; round < kRounds; ++round) {
-      for (int r = 0; r < records(); ++r) part(r).noise = noises[static_cast<std::size_t>(r)];
       if (dry() && round > 0) set_friction(whitened_any() ? raw_x_ : x_);
+      for (int r = 0; r < records(); ++r) part(r).noise = noises[static_cast<std::size_t>(r)];
       solve(true, active_);
       solve_linear_part_raw();
       weigh_whitened();
