@@ -60,6 +60,8 @@ void identify_one(const CLI::App& verb, IdentifyOptions& o) {
 
 void run_identify(const CLI::App& verb, IdentifyOptions& o) {
   check(verb, o.method);
+  if (o.join && o.record.columns.second_output)
+    throw UsageError("--second-output: is fitted record by record; leave --join out");
   if (o.join)
     if (const auto joinable = identification::check_join(o.method.options); !joinable)
       throw UsageError(in_options(joinable.error()));
@@ -94,6 +96,7 @@ void add_identify(CLI::App& app) {
       ->required()
       ->type_name("FILE ...");
   add_signal_options(*verb, o->record);
+  add_second_output_options(*verb, o->record);
   add_excitation_options(*verb, o->method);
   add_method(*verb, o->method);
   add_loop_options(*verb, o->method);

@@ -157,7 +157,10 @@ std::vector<std::string> expanded(const std::vector<std::string>& arguments) {
 
 void validate_elsewhere(const CLI::App& verb, const IdentifyOptions& o, identification::Result& result) {
   if (o.validate_on.empty() || !(result.model || result.black_box)) return;
-  auto job = load(verb, o, o.validate_on);
+  IdentifyOptions other = o;
+  other.record.columns.second_output = {};  // the other record need not have one
+  other.record.columns.second_output_kind = data::SecondOutput::none;
+  auto job = load(verb, other, o.validate_on);
   if (!job) throw InputError("--validate-on: " + in_options(job.error()));
   const auto done = identification::validate_on(job->record, job->options, result);
   if (!done) throw UsageError("--validate-on: " + o.validate_on + ": " + in_options(done.error()));

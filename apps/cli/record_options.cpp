@@ -25,6 +25,26 @@ constexpr std::size_t kHighestOrder = 20;
 void add_record_options(CLI::App& verb, RecordOptions& o) {
   verb.add_option("RECORD", o.record, "CSV or MAT file")->required()->type_name("FILE");
   add_signal_options(verb, o);
+  for (const char* name : {"--second-output", "--second-output-kind"})
+    verb.add_option_function<std::string>(
+            name,
+            [name, &verb](const std::string&) {
+              throw UsageError(
+                  fmt::format("{}: {} works on one output; only identify measures and fits a second one",
+                              name, verb.get_name()));
+            },
+            "refused")
+        ->group("");  // not listed
+}
+
+void add_second_output_options(CLI::App& verb, RecordOptions& o) {
+  auto& c = o.columns;
+  add_text(verb, "--second-output", c.second_output,
+           "motion measured at the load; the drive model is fitted to both outputs", "COL");
+  add_enum(verb, "--second-output-kind", c.second_output_kind, "what the second output is");
+  add_number(verb, "--second-output-scale", c.second_output_scale, "X", "factor of the second output");
+  add_text(verb, "--second-output-unit", c.second_output_unit,
+           "unit of the scaled second output, if its column's name does not tell", "UNIT");
 }
 
 void add_signal_options(CLI::App& verb, RecordOptions& o) {

@@ -15,10 +15,12 @@ struct RecordOptions {
   io::ColumnMapping columns;
 };
 
-/// RECORD itself, and which column is which signal.
+/// RECORD itself, and which column is which signal; a second output is refused.
 void add_record_options(CLI::App& verb, RecordOptions& o);
 /// Which column is which signal.
 void add_signal_options(CLI::App& verb, RecordOptions& o);
+/// --second-output and what goes with it.
+void add_second_output_options(CLI::App& verb, RecordOptions& o);
 
 /// Reads the record that the options name; a wrong one is an InputError.
 [[nodiscard]] data::Record read_record(const CLI::App& verb, const RecordOptions& o);

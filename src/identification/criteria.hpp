@@ -106,6 +106,13 @@ struct Criteria {
   double bootstrap_scatter =
       0.5;  ///< Of the error bars, below which replicas miss what lines have in common.
 
+  double second_output_deviations =
+      4.0;  ///< By which a second output's factor or delay is not that of the output ...
+  double noticeable_scale = 1e-3;     ///< ... and least ones that count, of the factor
+  double noticeable_lateness = 0.05;  ///< ... and in samples.
+  double encoder_scale = 0.01;        ///< Off by more, counts or ratio of a load encoder are wrong ...
+  double accelerometer_scale = 0.1;   ///< ... and the calibration of an accelerometer, of usually 2 ... 10 %.
+
   // ---- join
   double same_rate = 1e-3;        ///< Relative: clocks of one machine, read from time columns.
   double scattering_lines = 2.0;  ///< Chi-square per degree from which the records' responses scatter.

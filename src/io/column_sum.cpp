@@ -148,7 +148,8 @@ expected<std::optional<SummedTable>, Error> add_sums(const Table& table, const C
   constexpr std::pair<const char*, Field> kSignals[] = {{".input", &ColumnMapping::input},
                                                         {".output", &ColumnMapping::output},
                                                         {".excitation", &ColumnMapping::excitation},
-                                                        {".reference", &ColumnMapping::reference}};
+                                                        {".reference", &ColumnMapping::reference},
+                                                        {".second_output", &ColumnMapping::second_output}};
   for (const auto& signal : kSignals)
     if (auto done = resolve(signal.first, signal.second); !done) return unexpected<Error>(done.error());
   return result;

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "io/text.hpp"
@@ -59,7 +60,8 @@ class ColumnFinder {
     auto ru = named(excitation.option, mapping_.excitation);
     auto r = named(reference.option, mapping_.reference);
     auto x = named(position.option, mapping_.position);
-    for (const auto* result : {&t, &u, &y, &ru, &r, &x})
+    auto z = named(".second_output", mapping_.second_output);
+    for (const auto* result : {&t, &u, &y, &ru, &r, &x, &z})
       if (!*result) return unexpected<Error>(result->error());
     if (!no_time && !*t) t = find_time();
     if (t && !*u) u = needed(input);
@@ -69,7 +71,7 @@ class ColumnFinder {
       if (!*result) return unexpected<Error>(result->error());
     if (!*r) r = only_candidate(reference);
     if (!*x) x = only_candidate(position);
-    return checked(FoundColumns{*t, **u, **y, *ru, *r, *x});
+    return checked(FoundColumns{*t, **u, **y, *ru, *r, *x, *z});
   }
 
  private:
@@ -172,8 +174,19 @@ class ColumnFinder {
     if (found.input == found.output) return same(".input", ".output", found.input);
     if (found.time && *found.time == found.input) return same(".time", ".input", found.input);
     if (found.time && *found.time == found.output) return same(".time", ".output", found.output);
+    if (const auto& second = found.second_output) {
+      const std::pair<std::string_view, std::optional<std::size_t>> others[] = {
+          {".output", found.output},
+          {".input", found.input},
+          {".time", found.time},
+          {".excitation", found.excitation},
+          {".reference", found.reference}};
+      for (const auto& [option, column] : others)
+        if (column == second) return same(option, ".second_output", *second);
+    }
     std::vector<std::size_t> used = {found.output, found.input};
-    for (const auto& column : {found.time, found.excitation, found.reference, found.position})
+    for (const auto& column :
+         {found.time, found.excitation, found.reference, found.position, found.second_output})
       if (column) used.push_back(*column);
     const std::size_t length = table_.columns[found.output].size();
     for (const std::size_t i : used)

@@ -16,6 +16,7 @@ struct FoundColumns {
   std::optional<std::size_t> excitation;
   std::optional<std::size_t> reference;
   std::optional<std::size_t> position;
+  std::optional<std::size_t> second_output;
 };
 
 /// Named columns must be there, the others are looked for under their usual names.

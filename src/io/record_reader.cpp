@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <resonid/data/detail/second_output.hpp>
 #include <resonid/io/record_reader.hpp>
 #include <span>
 
@@ -25,6 +26,15 @@ expected<void, Error> check_options(const ColumnMapping& m) {
     return refuse("input_scale", "must be a finite number other than 0", m.input_scale);
   if (!scale(m.output_scale))
     return refuse("output_scale", "must be a finite number other than 0", m.output_scale);
+  if (!scale(m.second_output_scale))
+    return refuse("second_output_scale", "must be a finite number other than 0", m.second_output_scale);
+  const bool of_a_kind = m.second_output_kind != data::SecondOutput::none;
+  if (m.second_output && !of_a_kind)
+    return refuse("second_output_kind",
+                  "is required with .second_output: what that column measures, load-encoder or "
+                  "load-accelerometer");
+  if (of_a_kind && !m.second_output)
+    return refuse("second_output", "names the column that .second_output_kind is of; it is required with it");
   if (!(m.sample_rate_hz >= 0.0 && std::isfinite(m.sample_rate_hz)))
     return refuse("sample_rate_hz", "must be a number of Hz above 0", m.sample_rate_hz);
   if (m.differentiate && m.output_quantity != data::OutputQuantity::position)
@@ -193,6 +203,13 @@ class RecordMaker {
       const std::string si = output_si_unit(m.motion, data::OutputQuantity::position);
       record_.position = channel(*found_.position, 1.0, named.empty() ? si : named);
     }
+    if (found_.second_output) {
+      const std::string named = take_apart(table_.names[*found_.second_output]).unit;
+      const std::string si = output_si_unit(m.motion, data::quantity_of(m.second_output_kind));
+      record_.second_output = channel(*found_.second_output, m.second_output_scale,
+                                      scaled_unit(m.second_output_unit, m.second_output_scale, named, si));
+      record_.second_output_kind = m.second_output_kind;
+    }
     if (found_.time) record_.sampling.time_name = table_.names[*found_.time];
   }
 
@@ -204,8 +221,8 @@ class RecordMaker {
       if (channel->present() && !mapping_.output_unit) channel->unit += "/s";
     }
     record_.start_time_s += record_.sample_time_s();
-    for (auto* channel :
-         {&record_.input, &record_.output, &record_.excitation, &record_.reference, &record_.position})
+    for (auto* channel : {&record_.input, &record_.output, &record_.excitation, &record_.reference,
+                          &record_.position, &record_.second_output})
       if (channel->present()) channel->samples.erase(channel->samples.begin());
     record_.output_quantity = data::OutputQuantity::velocity;
   }

@@ -9,6 +9,7 @@
 #include <resonid/diagnostics/finding.hpp>
 #include <resonid/diagnostics/margins.hpp>
 #include <resonid/fit/black_box.hpp>
+#include <resonid/fit/detail/second_output.hpp>
 #include <resonid/fit/drive_model.hpp>
 #include <resonid/fit/output_error.hpp>
 #include <resonid/response/detail/distortion_level.hpp>
@@ -137,6 +138,18 @@ struct IndependentValidation {
   std::string verdict;  ///< "accepted", "doubtful", "rejected".
 };
 
+/// What was measured at the load, and how it agrees with the drive model.
+struct SecondOutputResult {
+  data::SecondOutput kind = data::SecondOutput::load_encoder;
+  std::string signal;                  ///< Name of the column.
+  std::string unit;                    ///< Unit of the response, "(rad/s)/Nm".
+  data::FrequencyResponse response;    ///< Input to velocity of the load, known delay removed.
+  bool fitted = false;                 ///< The drive model is that of both outputs; otherwise of the output.
+  std::optional<double> model_error;   ///< Relative difference to the model that noise does not explain.
+  std::optional<data::Estimate> gain;  ///< Measured over expected, where it is not 1.
+  std::optional<data::Estimate> delay_s = {};  ///< By which it is later than the output, where it is not 0.
+};
+
 /// What holds of a result by itself, where the whole need not be trusted.
 struct Reliability {
   bool response = false;    ///< The lines that are known to 30 %.
@@ -155,6 +168,7 @@ struct Result {
   std::optional<double> radius_m;
   data::FrequencyResponse response;
   std::optional<Distortion> distortion;
+  std::optional<SecondOutputResult> second_output;
   std::vector<data::Mode> modes;  ///< Ascending.
   std::optional<ModelResult> model;
   std::optional<BlackBoxResult> black_box;  ///< In place of `model` when no drive structure was asked for.

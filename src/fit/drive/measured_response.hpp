@@ -7,6 +7,7 @@
 #include <complex>
 #include <fit/drive/sampled_drive.hpp>
 #include <resonid/base/constants.hpp>
+#include <resonid/data/detail/second_output.hpp>
 #include <span>
 #include <vector>
 
@@ -19,6 +20,11 @@ struct ResponseSetting {
   Lag lag = Lag::none;
   bool grounded = false;
   Velocity velocity = Velocity::sampled;
+  /// The response is that of the load, as such an output shows it: no filter, and the velocity from what it
+  /// measures.
+  data::SecondOutput second_output = data::SecondOutput::none;
+
+  [[nodiscard]] bool at_load() const noexcept { return second_output != data::SecondOutput::none; }
 };
 
 /// Torque to delayed velocity, times exp(j w known delay): what is measured once the known delay is taken
@@ -36,10 +42,12 @@ class MeasuredResponse {
 
   MeasuredResponse(const data::ThreeMass<double>& p, double fitted_delay_samples, double lag_samples,
                    double filter_pole, const ResponseSetting& setting)
-      : setting_(setting), filter_pole_(filter_pole), order_(setting.grounded ? kStates : kStates - 1) {
+      : setting_(setting),
+        filter_pole_(setting.at_load() ? 0.0 : filter_pole),
+        order_(setting.grounded || setting.second_output == data::SecondOutput::load_encoder ? kStates
+                                                                                             : kStates - 1) {
     const double delay = place(fitted_delay_samples);
-    drive_ = sampled_drive<Masses>(p, data::OutputQuantity::velocity, delay, setting.sample_time_s,
-                                   setting.lag, lag_samples, setting.velocity);
+    drive_ = sampled(p, delay, lag_samples);
   }
 
   /// From the fit's coordinates, to be differentiated by those that are `active`.
@@ -53,9 +61,7 @@ class MeasuredResponse {
     for (int i = 0; i < kParameters; ++i) jets[static_cast<std::size_t>(i)] = Jet(x[i]);
     for (const int p : active) jets[static_cast<std::size_t>(p)].v(p) = 1.0;
     const Jet delay = turn_samples_ < 0.0 ? Jet(0.0) : jets[kDelay] + Jet(setting.known_delay_samples);
-    const auto s = sampled_drive<Masses>(coordinates.parameters(jets.data(), Masses == 3),
-                                         data::OutputQuantity::velocity, delay, setting.sample_time_s,
-                                         setting.lag, jets[kTorqueLag], setting.velocity);
+    const auto s = sampled(coordinates.parameters(jets.data(), Masses == 3), delay, jets[kTorqueLag]);
     for (const int p : active) {
       Slope slope;
       for (int i = 0; i < kStates; ++i) {
@@ -69,7 +75,7 @@ class MeasuredResponse {
       slope.decay = s.decay.v(p);
       slope.past_d = s.past_d.v(p);
       slope.turn = p == kDelay && turn_samples_ < 0.0 ? 1.0 : 0.0;
-      slope.filter = p == kOutputFilter ? 1.0 : 0.0;
+      slope.filter = p == kOutputFilter && !setting.at_load() ? 1.0 : 0.0;
       slopes_.push_back(slope);
     }
   }
@@ -112,7 +118,8 @@ class MeasuredResponse {
     const Complex at_pole = inverse(step + 1.0 - filter_pole_);
     const Complex filtered = (1.0 - filter_pole_) * product(step + 1.0, at_pole);
     const Complex delayed =
-        std::polar(1.0, (setting_.known_delay_samples - drive_.whole_delay - 1 - turn_samples_) * omega);
+        std::polar(1.0, (setting_.known_delay_samples - drive_.whole_delay - 1 - turn_samples_) * omega) *
+        data::load_velocity_factor(setting_.second_output, frequency_hz, setting_.sample_time_s);
     const Complex turn = product(delayed, filtered);
     if (!derivatives.empty()) {
       const auto y = adjoint(m, pivots);
@@ -140,6 +147,15 @@ class MeasuredResponse {
     Eigen::Matrix<double, kStates, 1> b, c, lag_b;
     double d = 0.0, lag_d = 0.0, decay = 0.0, past_d = 0.0, turn = 0.0, filter = 0.0;
   };
+
+  template <class T>
+  [[nodiscard]] SampledDrive<Masses, T> sampled(const data::ThreeMass<T>& p, const T& delay,
+                                                const T& lag_samples) const {
+    return sampled_drive<Masses>(p, data::quantity_of(setting_.second_output), delay, setting_.sample_time_s,
+                                 setting_.lag, lag_samples,
+                                 setting_.at_load() ? Velocity::sampled : setting_.velocity,
+                                 setting_.at_load() ? Masses - 1 : 0);
+  }
 
   static std::size_t at(int i) { return static_cast<std::size_t>(i); }
   /// Without the checks for infinities that operator* makes.

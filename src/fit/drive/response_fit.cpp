@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: MIT
-#include <ceres/sized_cost_function.h>
-
 #include <algorithm>
 #include <fit/drive/grounded_start.hpp>
 #include <fit/drive/initial_models.hpp>
-#include <fit/drive/measured_response.hpp>
+#include <fit/drive/response_cost.hpp>
+#include <fit/drive/response_lines.hpp>
 #include <fit/drive/score.hpp>
 #include <fit/least_squares.hpp>
 #include <resonid/fit/response_fit.hpp>
@@ -15,144 +14,13 @@ namespace resonid::fit {
 namespace {
 
 using Complex = std::complex<double>;
+using detail::explaining_error;
+using detail::known_repetition;
+using detail::ResponseCost;
+using detail::weights;
 
-/// One of the two points that stand for a smoothed line, and its share (data::Smoothing). Known and smoothed
-/// phasors differ by the delay's phase over the distance.
-struct Point {
-  double frequency_hz = 0.0;
-  Complex share = 1.0;
-};
-
-std::array<Point, 2> points_of(const data::FrequencyResponse& g, std::size_t line, double known_delay_s) {
-  const double f = g.frequency_hz[line];
-  const double distance = g.smoothing.width_hz;
-  if (!(distance > 0.0) || distance >= f) return {Point{f, 1.0}, Point{f, 0.0}};
-  const Complex slope = g.smoothing.slope.empty() ? 0.0 : g.smoothing.slope[line];
-  const Complex delay(0.0, -kTwoPi * known_delay_s);
-  const Complex whole = 2.0 * std::cosh(distance * slope);
-  return {Point{f + distance, std::exp(distance * (slope + delay)) / whole},
-          Point{f - distance, std::exp(-distance * (slope + delay)) / whole}};
-}
-
-/// The model as the response shows it.
 std::vector<Complex> as_measured(const data::FrequencyResponse& g, const DriveModel& model) {
-  std::vector<double> above, below;
-  for (std::size_t i = 0; i < g.lines(); ++i) {
-    const auto points = points_of(g, i, model.known_delay_s);
-    above.push_back(points[0].frequency_hz);
-    below.push_back(points[1].frequency_hz);
-  }
-  auto values = model.values(above, true);
-  if (!(g.smoothing.width_hz > 0.0)) return values;
-  const auto other = model.values(below, true);
-  for (std::size_t i = 0; i < g.lines(); ++i) {
-    const auto points = points_of(g, i, model.known_delay_s);
-    values[i] = points[0].share * values[i] + points[1].share * other[i];
-  }
-  return values;
-}
-
-/// Weighted differences, real and imaginary part per line.
-template <int Masses>
-class ResponseCost : public ceres::SizedCostFunction<ceres::DYNAMIC, detail::Sizes<Masses>::kParameters> {
- public:
-  static constexpr int kParameters = detail::Sizes<Masses>::kParameters;
-  const data::FrequencyResponse* response;
-  std::vector<double> weight;
-  std::vector<std::array<Point, 2>> points;
-  detail::Coordinates coordinates;
-  detail::SearchRange range;
-  detail::ResponseSetting setting;
-  std::vector<int> active;
-
-  ResponseCost(const data::FrequencyResponse& lines, std::vector<double> weights,
-               std::vector<std::array<Point, 2>> where, const detail::Coordinates& in,
-               const detail::SearchRange& allowed, const detail::ResponseSetting& with, std::vector<int> by)
-      : response(&lines),
-        weight(std::move(weights)),
-        points(std::move(where)),
-        coordinates(in),
-        range(allowed),
-        setting(with),
-        active(std::move(by)) {
-    this->set_num_residuals(static_cast<int>(2 * lines.lines()));
-  }
-
-  bool Evaluate(double const* const* blocks, double* residual, double** jacobians) const override {
-    const double* x = blocks[0];
-    if (!range.contains(x, kParameters)) return false;
-    double* const slopes = jacobians == nullptr ? nullptr : jacobians[0];
-    const auto measured = slopes == nullptr
-                              ? detail::MeasuredResponse<Masses>(coordinates, x, setting, {})
-                              : detail::MeasuredResponse<Masses>(coordinates, x, setting, active);
-    std::vector<Complex> by(slopes == nullptr ? 0 : active.size());
-    if (slopes != nullptr) std::fill(slopes, slopes + 2 * response->lines() * kParameters, 0.0);
-    for (std::size_t i = 0; i < response->lines(); ++i) {
-      Complex difference = -response->value[i];
-      for (const Point& point : points[i]) {
-        if (point.share == 0.0) continue;
-        difference += point.share * measured.evaluate(point.frequency_hz, by);
-        for (std::size_t p = 0; p < by.size(); ++p) {
-          const Complex slope = weight[i] * point.share * by[p];
-          const std::size_t at = 2 * i * kParameters + static_cast<std::size_t>(active[p]);
-          slopes[at] += slope.real();
-          slopes[at + kParameters] += slope.imag();
-          if (!std::isfinite(slopes[at]) || !std::isfinite(slopes[at + kParameters])) return false;
-        }
-      }
-      residual[2 * i] = weight[i] * difference.real();
-      residual[2 * i + 1] = weight[i] * difference.imag();
-      if (!std::isfinite(residual[2 * i]) || !std::isfinite(residual[2 * i + 1])) return false;
-    }
-    return true;
-  }
-};
-
-/// Smallest relative model error e with mean |error|^2 / (std^2 + (e |G|)^2) = (degrees of freedom)/(data); 0
-/// while the mean exceeds that by no more than chance does, two standard deviations of `independent` lines.
-double explaining_error(const data::FrequencyResponse& g, const std::vector<Complex>& fitted, double wanted,
-                        double independent) {
-  const auto mean = [&](double e) {
-    double sum = 0.0;
-    for (std::size_t i = 0; i < g.lines(); ++i) {
-      const double bound = e * std::abs(g.value[i]);
-      const double variance = g.std[i] * g.std[i] + bound * bound;
-      sum += std::norm(g.value[i] - fitted[i]) / std::max(variance, 1e-300);
-    }
-    return sum / static_cast<double>(g.lines());
-  };
-  if (mean(0.0) <= wanted * (1.0 + 2.0 / std::sqrt(independent))) return 0.0;
-  double low = 0.0;
-  double high = 1e-6;
-  while (mean(high) > wanted && high < 1e3) high *= 4.0;
-  for (int k = 0; k < 60; ++k) (mean(0.5 * (low + high)) > wanted ? low : high) = 0.5 * (low + high);
-  return high;
-}
-
-std::vector<double> weights(const data::FrequencyResponse& g, Weighting weighting, double error) {
-  std::vector<double> w(g.lines(), 1.0);
-  if (weighting == Weighting::none) return w;
-  double smallest = std::numeric_limits<double>::infinity();
-  for (std::size_t i = 0; i < g.lines(); ++i)
-    if (g.std[i] > 0.0) smallest = std::min(smallest, g.std[i]);
-  if (!std::isfinite(smallest)) smallest = 1e-12 * std::abs(g.value[0]) + 1e-300;
-  for (std::size_t i = 0; i < g.lines(); ++i) {
-    const double bound = error * std::abs(g.value[i]);
-    const double sd = std::hypot(std::max(g.std[i], 1e-3 * smallest), bound);
-    w[i] = std::sqrt(2.0) / sd;  // each of the two parts has half the variance
-  }
-  return w;
-}
-
-/// How many correlated lines are worth one independent line: n/(sum of all correlations) of them are there.
-double known_repetition(const data::FrequencyResponse& g) {
-  if (g.correlation.value.empty() || g.lines() == 0) return 1.0;
-  const double reach = g.correlation.distance_hz.back();
-  double sum = 0.0;
-  for (std::size_t i = 0; i < g.lines(); ++i)
-    for (std::size_t k = i + 1; k < g.lines() && g.frequency_hz[k] - g.frequency_hz[i] < reach; ++k)
-      sum += 2.0 * g.correlation.at(g.frequency_hz[k] - g.frequency_hz[i]);
-  return std::max(1.0, 1.0 + sum / static_cast<double>(g.lines()));
+  return detail::as_measured(g, model, data::SecondOutput::none);
 }
 
 struct Fitter {
@@ -273,10 +141,8 @@ struct Fitter {
     return found;
   }
 
-  [[nodiscard]] std::vector<std::array<Point, 2>> points() const {
-    std::vector<std::array<Point, 2>> all;
-    for (std::size_t i = 0; i < lines.lines(); ++i) all.push_back(points_of(lines, i, config.known_delay_s));
-    return all;
+  [[nodiscard]] std::vector<detail::Points> points() const {
+    return detail::points_of(lines, config.known_delay_s);
   }
 
   [[nodiscard]] detail::Coordinates coordinates_of(const DriveModel& start) const {
@@ -358,30 +224,6 @@ double scanned_delay_s(const data::FrequencyResponse& g, const DriveModel& model
   return best_s;
 }
 
-/// By how much neighbouring lines repeat one another: 1 + 2 sum of the autocorrelation of the weighted
-/// differences over the lines, up to where it has died out. Smoothed responses, and models that are wrong in
-/// a smooth way, have many lines and little information.
-double repetition(const data::FrequencyResponse& g, const ResponseFit& fit) {
-  const auto fitted = as_measured(g, fit.model);
-  std::vector<Complex> e;
-  double power = 0.0;
-  for (std::size_t i = 0; i < g.lines(); ++i) {
-    const double sd = std::hypot(g.std[i], fit.model_error * std::abs(g.value[i]));
-    e.push_back((g.value[i] - fitted[i]) / std::max(sd, 1e-300));
-    power += std::norm(e.back());
-  }
-  double sum = 1.0;
-  for (std::size_t lag = 1; power > 0.0 && lag < e.size() / 4; ++lag) {
-    double correlation = 0.0;
-    for (std::size_t i = lag; i < e.size(); ++i) correlation += (e[i] * std::conj(e[i - lag])).real();
-    correlation /= power;
-    constexpr double kDiedOut = 0.15;
-    if (correlation < kDiedOut) break;
-    sum += 2.0 * correlation;
-  }
-  return sum;
-}
-
 }  // namespace
 
 double ResponseFit::bic_for(double lines_per_independent_line) const {
@@ -435,7 +277,7 @@ expected<ResponseFit, Error> fit_response(const data::FrequencyResponse& respons
   if (config.weighting != Weighting::model_error) return fit;
   // What lines repeat beyond what their method's smoothing explains: a model that is wrong in a smooth way.
   const double known = known_repetition(lines);
-  fit.repetition = std::max(known, repetition(lines, fit));
+  fit.repetition = std::max(known, detail::repetition(lines, fit.model_error, as_measured(lines, fit.model)));
   fit.model.covariance *= fit.repetition / known;
   return fit;
 }

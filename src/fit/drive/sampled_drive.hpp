@@ -211,12 +211,13 @@ struct SampledDrive {
 enum class Lag { none, first_order };
 
 /// Output delayed by `delay_samples` >= -1 (whole samples and an exact fraction: the state between two
-/// samples). The input is that of `continuous`, wherever it acts.
+/// samples). The input is that of `continuous`, wherever it acts. The motion is that of mass number `mass`,
+/// 0: driven side.
 template <int Masses, class T>
 SampledDrive<Masses, T> sampled_drive(const LinearSystem<T, Sizes<Masses>::kStates>& continuous,
                                       data::OutputQuantity quantity, const T& delay_samples,
-                                      double sample_time_s, Lag lag, const T& lag_samples,
-                                      Velocity velocity) {
+                                      double sample_time_s, Lag lag, const T& lag_samples, Velocity velocity,
+                                      int mass = 0) {
   constexpr int kStates = Sizes<Masses>::kStates;
   SampledDrive<Masses, T> drive;
   drive.system = hold(continuous, T(sample_time_s));
@@ -230,14 +231,17 @@ SampledDrive<Masses, T> sampled_drive(const LinearSystem<T, Sizes<Masses>::kStat
   T feed_through(0.0);
   switch (quantity) {
     case data::OutputQuantity::velocity:
-      row[differences ? kStates - 1 : 0] = T(differences ? 1.0 / sample_time_s : 1.0);
+      row[static_cast<std::size_t>(differences ? kStates - 1 : mass)] =
+          T(differences ? 1.0 / sample_time_s : 1.0);
       break;
     case data::OutputQuantity::position:
-      row[kStates - 1] = T(1.0);
+      row[kStates - 1] = T(1.0);  // of the driven side, less the twists, which are scaled
+      for (int twist = Masses; twist < Masses + mass; ++twist)
+        row[static_cast<std::size_t>(twist)] = -T(1.0) / continuous.a(twist, twist - Masses);
       break;
     case data::OutputQuantity::acceleration:  // sampled just before the input changes
-      for (int j = 0; j < kStates; ++j) row[static_cast<std::size_t>(j)] = continuous.a(0, j);
-      feed_through = continuous.b(0);
+      for (int j = 0; j < kStates; ++j) row[static_cast<std::size_t>(j)] = continuous.a(mass, j);
+      feed_through = continuous.b(mass);
       break;
   }
   drive.system.d = feed_through;
@@ -278,9 +282,9 @@ SampledDrive<Masses, T> sampled_drive(const LinearSystem<T, Sizes<Masses>::kStat
 template <int Masses, class T>
 SampledDrive<Masses, T> sampled_drive(const data::ThreeMass<T>& p, data::OutputQuantity quantity,
                                       const T& delay_samples, double sample_time_s, Lag lag,
-                                      const T& lag_samples, Velocity velocity) {
+                                      const T& lag_samples, Velocity velocity, int mass = 0) {
   return sampled_drive<Masses>(continuous_drive<Masses>(p), quantity, delay_samples, sample_time_s, lag,
-                               lag_samples, velocity);
+                               lag_samples, velocity, mass);
 }
 
 }  // namespace resonid::fit::detail

@@ -7,6 +7,9 @@
 namespace resonid::identification {
 
 expected<Result, Error> identify(const data::Record& record, const Options& given) {
+  if (given.bootstrap > 0 && record.second_output.present())
+    return tl::unexpected(
+        Error{"bootstrap", "repeats the experiment with one output; leave .second_output out for it"});
   const Options options = detail::sampled(given, record);
 
   const auto experiment = detail::plan_experiment(record, options);

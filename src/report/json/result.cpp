@@ -85,6 +85,7 @@ void describe_result(Fields& f, Result& r) {
     if (!r.distortion) r.distortion.emplace();
     describe_distortion(f, *r.distortion, r.response.lines());
   });
+  f({"second_output", "what was measured at the load"}, r.second_output);
   f({"resonances", "resonances and anti-resonances, ascending; empty: none"}, r.modes);
   describe_model(f, r);
   f.object({"loop", "margins of the real loop, every delay included"}, r.loop.has_value(), [&] {
@@ -108,6 +109,19 @@ void describe(Fields& f, response::DistortionLevel& level) {
     level.level);
   f({"noise", "what noise alone gives there", "", not_negative}, level.noise);
   f({"significant", "more than noise: F test, 0.1 %"}, level.significant);
+}
+
+void describe(Fields& f, identification::SecondOutputResult& s) {
+  std::string factor = "1", seconds = "s";
+  f.choice({"kind", "what it measures"}, s.kind);
+  f({"signal", "its column"}, s.signal);
+  f({"unit", "unit of its response, \"(rad/s)/Nm\""}, s.unit);
+  f({"frequency_response", "response of the load's velocity; known delay removed"}, s.response);
+  f({"fitted", "whether the drive model is that of both outputs"}, s.fitted);
+  f({"model_error", "relative difference to the drive model that noise does not explain", "", not_negative},
+    s.model_error);
+  quantity(f, {"gain", "measured over expected, where it is not 1"}, s.gain, factor);
+  quantity(f, {"delay", "by which it is later than the output, where it is not 0"}, s.delay_s, seconds);
 }
 
 void describe(Fields& f, data::Mode& r) {

@@ -27,6 +27,7 @@ void describe_model(Fields& f, identification::Result& result);
 
 void describe(Fields& f, response::DistortionLevel& level);
 void describe(Fields& f, data::Mode& resonance);
+void describe(Fields& f, identification::SecondOutputResult& second);
 void describe(Fields& f, identification::Validation& validation);
 void describe(Fields& f, identification::IndependentValidation& validation);
 void describe(Fields& f, identification::Choice& choice);

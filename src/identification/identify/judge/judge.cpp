@@ -8,6 +8,7 @@
 #include <identification/identify/judge/loop.hpp>
 #include <identification/identify/judge/modes.hpp>
 #include <identification/identify/judge/reliability.hpp>
+#include <identification/identify/judge/second_output.hpp>
 #include <identification/identify/judge/shown_modes.hpp>
 #include <identification/identify/judge/trust.hpp>
 #include <identification/identify/judge/validation.hpp>
@@ -248,13 +249,13 @@ Result judge(const Experiment& experiment, const Measurement& m, Fitted fitted, 
   result.findings = findings_of(experiment, m, fitted, options);
   result.structures = std::move(fitted.structures);
   std::vector<Finding> bending;
-  if (fitted.drive) {
-    bending = inspect_bending(experiment, m, options, *fitted.drive);
-    result.model = fitted.drive->result;
-  }
+  if (fitted.drive) bending = inspect_bending(experiment, m, options, *fitted.drive);
+  auto of_second = fit_to_second_output(experiment, m, fitted.drive, result);
+  if (fitted.drive) result.model = fitted.drive->result;
   if (fitted.black_box) result.black_box = fitted.black_box->result;
   if (!fitted.black_box) inspect_model(m.plan, options, fitted.drive, result);
   include(bending, result);
+  for (auto& finding : of_second) result.findings.push_back(std::move(finding));
   const bool of_motion = in_motion(fitted) && fitted.drive->result.drive.structure == fit::Structure::rigid;
   put_validation(experiment.record, m.lines, std::move(fitted), result);
   inspect_validation(result);
@@ -264,6 +265,7 @@ Result judge(const Experiment& experiment, const Measurement& m, Fitted fitted, 
   if (!m.evidence.biased() && !of_motion) hold_against_measured(experiment, m, options, result);
   result.roots = roots_of(result);
   put_black_box_instead(experiment, m, options, result);
+  if (result.second_output && !result.model) result.second_output->fitted = false;
   judge_loop(m, options, of_motion, result);
   return result;
 }

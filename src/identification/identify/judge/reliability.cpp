@@ -9,7 +9,7 @@ namespace resonid::identification::detail {
 namespace {
 
 /// Errors of the model alone, and of the controller; all others are of the record, and nothing holds.
-constexpr std::array<std::string_view, 19> kOfModel = {"no-model",
+constexpr std::array<std::string_view, 21> kOfModel = {"no-model",
                                                        "misfit",
                                                        "explains-nothing",
                                                        "unphysical-damping",
@@ -27,7 +27,9 @@ constexpr std::array<std::string_view, 19> kOfModel = {"no-model",
                                                        "uncertain-resonance",
                                                        "spring-to-ground",
                                                        "unexplained-response",
-                                                       "fails-on-held-back"};
+                                                       "fails-on-held-back",
+                                                       "second-output-scale",
+                                                       "second-output-differs"};
 constexpr std::string_view kOfController = "controller-differs";
 
 bool of_model(std::string_view id) {

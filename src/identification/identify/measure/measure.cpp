@@ -6,6 +6,7 @@
 #include <identification/identify/measure/distortion.hpp>
 #include <identification/identify/measure/measure.hpp>
 #include <identification/identify/measure/resolution.hpp>
+#include <resonid/data/detail/second_output.hpp>
 #include <resonid/diagnostics/detail/data_findings.hpp>
 #include <resonid/response/detail/excitation_lines.hpp>
 #include <tuple>
@@ -174,6 +175,27 @@ expected<Measurement, Error> by_what_shows(const data::Record& record, const Pla
   return second;
 }
 
+/// At the lines of the output, as they were measured. By U, which the indirect approach does without.
+expected<data::FrequencyResponse, Error> second_response(const data::Record& record, const Measurement& m,
+                                                         const Options& options) {
+  const auto kind = record.second_output_kind;
+  const auto second = data::with_second_output(record);
+  Plan plan = m.plan;
+  if (plan.approach == Approach::indirect) plan.approach = Approach::joint;
+  plan.hold = data::output_hold(second.output.samples);
+  auto measured = measure_lines(second, plan, options);
+  if (!measured) return tl::unexpected(std::move(measured.error()));
+  measured->lines.output_quantity = data::OutputQuantity::velocity;  // turned into one below
+  auto response = response_of(*measured, plan, options);
+  if (!response) return response;
+  for (std::size_t i = 0; i < response->lines(); ++i) {
+    const auto factor = data::load_velocity_factor(kind, response->frequency_hz[i], record.sample_time_s());
+    response->value[i] *= factor;
+    response->std[i] *= std::abs(factor);
+  }
+  return response->band(m.response.frequency_hz.front(), m.response.frequency_hz.back());
+}
+
 void append(std::vector<diagnostics::Finding>& to, std::optional<diagnostics::Finding> finding) {
   if (finding) to.push_back(std::move(*finding));
 }
@@ -208,6 +230,13 @@ expected<Measurement, Error> measure(const Experiment& experiment, const Options
     m.plan.high_hz = m.response.frequency_hz.back();
   }
   m.findings = diagnostics::inspect(m.response);
+  if (record.second_output.present()) {
+    auto second = second_response(record, m, options);
+    if (!second) return tl::unexpected(Error{"second_output", second.error().requirement});
+    if (second->lines() == 0)
+      return tl::unexpected(Error{"second_output", "gives no finite response: it does not move"});
+    m.second_response = std::move(*second);
+  }
   m.distortion = find_distortion(record, m.plan, options, m, m.response);
   if (m.distortion)
     for (auto& finding : inspect_distortion(*m.distortion)) m.findings.push_back(std::move(finding));

@@ -13,6 +13,7 @@ struct Measurement : Measured {
   std::optional<Choice> method;      ///< Where that is not the planned one.
   std::optional<Choice> resolution;  ///< Of averaged spectra.
   data::FrequencyResponse response;
+  std::optional<data::FrequencyResponse> second_response;  ///< Of the load's velocity, where it is measured.
   std::optional<Distortion> distortion;
   LoopEvidence evidence;
   bool controller_differs = false;  ///< The controller that was told is not the one that ran.

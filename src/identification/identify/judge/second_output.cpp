@@ -1,0 +1,233 @@
+// SPDX-License-Identifier: MIT
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <identification/criteria.hpp>
+#include <identification/identify/judge/constancy.hpp>
+#include <identification/identify/judge/second_output.hpp>
+#include <identification/identify/prepare/units.hpp>
+#include <identification/identify/select/drive_candidate.hpp>
+#include <resonid/base/constants.hpp>
+#include <resonid/base/detail/statistics.hpp>
+#include <resonid/data/detail/second_output.hpp>
+#include <resonid/fit/detail/second_output.hpp>
+#include <string_view>
+
+namespace resonid::identification::detail {
+namespace {
+
+using diagnostics::Finding;
+using diagnostics::Severity;
+using fit::SecondOutputFit;
+
+std::string unit_of_response(const data::Record& record) {
+  data::Record units;
+  units.input.unit = record.input.unit;
+  units.output.unit = record.second_output.unit;
+  units.output_quantity = data::quantity_of(record.second_output_kind);
+  units.motion = record.motion;
+  return units_of(units).response;
+}
+
+std::string_view name_of_kind(data::SecondOutput kind) {
+  return kind == data::SecondOutput::load_encoder ? "load encoder" : "load accelerometer";
+}
+
+double tolerance_of(data::SecondOutput kind) {
+  return kind == data::SecondOutput::load_encoder ? kCriteria.encoder_scale : kCriteria.accelerometer_scale;
+}
+
+bool off(const data::Estimate& e, double expected, double least) {
+  const double by = std::abs(e.value - expected);
+  return by > kCriteria.second_output_deviations * e.std && by > least;
+}
+
+/// With the factor and the delay that the second output shows beyond doubt, and no other.
+std::optional<SecondOutputFit> fitted_to_both(const fit::DriveModel& first,
+                                              const data::FrequencyResponse& second, data::SecondOutput kind,
+                                              fit::SecondOutputConfig& config) {
+  config = {kind, true, true};
+  const auto free = fit::fit_second_output(first, second, config);
+  if (!free) return std::nullopt;
+  config.gain = off(free->gain, 1.0, kCriteria.noticeable_scale);
+  config.delay = off(free->delay_s, 0.0, kCriteria.noticeable_lateness * first.sample_time_s);
+  if (config.gain && config.delay) return *free;
+  const auto chosen = fit::fit_second_output(first, second, config);
+  if (!chosen) return std::nullopt;
+  return *chosen;
+}
+
+/// What makes such a factor.
+std::string cause_of(double gain) {
+  struct Known {
+    double factor;
+    const char* words;
+  };
+  constexpr double kGravity = 9.80665;
+  constexpr std::array kFactors = {Known{180.0 / kPi, "it is in degrees, not in radians"},
+                                   Known{1.0 / kTwoPi, "it is in turns, not in radians"},
+                                   Known{1e3, "it is in thousandths of the unit"},
+                                   Known{1e-3, "it is in thousands of the unit"},
+                                   Known{1.0 / kGravity, "it is in g, not in m/s2"},
+                                   Known{1.0, "its sign is wrong"}};
+  for (const auto& known : kFactors)
+    if (std::abs(std::abs(gain) / known.factor - 1.0) < kCriteria.encoder_scale)
+      return gain < 0.0 && known.factor != 1.0 ? fmt::format("{}, and its sign is wrong", known.words)
+                                               : known.words;
+  return gain < 0.0 ? "its sign is wrong, and a gear ratio or a scale is missing"
+                    : "a gear ratio or a scale is missing or wrong";
+}
+
+Finding scale_finding(data::SecondOutput kind, const data::Estimate& gain) {
+  const double by = std::abs(gain.value - 1.0), most = tolerance_of(kind);
+  if (by <= most)
+    return {"second-output-scale", Severity::info, by, most,
+            fmt::format("The {} shows {:.4g} times the motion that input and output let expect of the load "
+                        "(standard deviation {:.2g}). The factor was estimated with the model.",
+                        name_of_kind(kind), gain.value, gain.std)};
+  return {
+      "second-output-scale", Severity::error, by, most,
+      fmt::format("The {} shows {:.4g} times the motion that input and output let expect of the load: {}. "
+                  "Multiply .second_output_scale by {:.5g}, or mend the scale of input and output.",
+                  name_of_kind(kind), gain.value, cause_of(gain.value), 1.0 / gain.value)};
+}
+
+Finding late_finding(data::SecondOutput kind, const data::Estimate& delay_s) {
+  return {"second-output-late", Severity::info, delay_s.value, 0.0,
+          fmt::format("The {} comes {:.3g} ms {} than the output (standard deviation {:.2g} ms). This was "
+                      "estimated with the model.",
+                      name_of_kind(kind), 1e3 * std::abs(delay_s.value),
+                      delay_s.value > 0.0 ? "later" : "earlier", 1e3 * delay_s.std)};
+}
+
+/// Largest relative change of an inertia or a stiffness.
+double largest_move(const fit::DriveModel& from, const fit::DriveModel& to) {
+  double largest = 0.0;
+  for (int i = 0; i < fit::kParameterCount; ++i) {
+    if (!from.estimated[static_cast<std::size_t>(i)] || !essential(i)) continue;
+    const auto p = static_cast<fit::Parameter>(i);
+    largest = std::max(largest, std::abs(to.value(p) / from.value(p) - 1.0));
+  }
+  return largest;
+}
+
+/// Below this frequency the load follows the driven side.
+double following_hz(const fit::DriveModel& model, const data::FrequencyResponse& response) {
+  constexpr double kFollows = 0.5;
+  if (const auto modes = model.modes(); !modes.empty()) return kFollows * modes.front().frequency_hz.value;
+  return std::sqrt(response.frequency_hz.front() * response.frequency_hz.back());
+}
+
+Finding differs(data::SecondOutput kind, double value, double most, std::string why) {
+  return {"second-output-differs", Severity::error, value, most,
+          fmt::format("The {} contradicts the model of input and output: {} The model is that of the output "
+                      "alone.",
+                      name_of_kind(kind), why)};
+}
+
+Finding misfit_finding(data::SecondOutput kind, const SecondOutputFit& fit,
+                       const data::FrequencyResponse& response) {
+  fit::DriveModel late = fit.model;
+  late.delay_s += fit.delay_s.value;
+  auto expected = fit::load_values(late, kind, response.frequency_hz);
+  for (auto& v : expected) v *= fit.gain.value;
+  const double follows_hz = following_hz(fit.model, response);
+  std::vector<double> low;
+  for (std::size_t i = 0; i < response.lines() && response.frequency_hz[i] < follows_hz; ++i) {
+    const double size = std::abs(response.value[i]);
+    if (response.std[i] < kCriteria.orientation_line * size)
+      low.push_back(std::abs(response.value[i] - expected[i]) / size);
+  }
+  constexpr std::size_t kFewest = 3;
+  const bool of_low = low.size() >= kFewest && median(std::move(low)) > kCriteria.misfit;
+  return differs(
+      kind, fit.model_error, kCriteria.misfit,
+      fmt::format("they typically differ by {:.0f} %{}.", 100.0 * fit.model_error,
+                  of_low ? fmt::format(", below {:.3g} Hz too, where the load has to follow the driven side: "
+                                       "it slips, or the column measures something else",
+                                       follows_hz)
+                         : fmt::format(" beyond {:.3g} Hz: between the two outputs is a compliance or a mass "
+                                       "that the model lacks, or the sensor's mount gives way",
+                                       follows_hz)));
+}
+
+/// Parameters that the second output moves by more than the output's error bars allow: the bars then hold it.
+std::optional<Finding> inspect_contradiction(data::SecondOutput kind, const fit::DriveModel& first,
+                                             SecondOutputFit& fit) {
+  if (!(chi_square_tail(fit.contradiction, fit.parameters) < kCriteria.constancy_false_alarm))
+    return std::nullopt;
+  const double moved = largest_move(first, fit.model);
+  if (moved > kCriteria.correctable_shift)
+    return differs(kind, moved, kCriteria.correctable_shift,
+                   fmt::format("it moves an inertia or a stiffness by {:.2g} %, far beyond the error bars.",
+                               100.0 * moved));
+  fit::ParameterVector shift = fit::ParameterVector::Zero();
+  for (int i = 0; i < fit::kParameterCount; ++i)
+    if (first.estimated[static_cast<std::size_t>(i)])
+      shift(i) =
+          fit.model.value(static_cast<fit::Parameter>(i)) - first.value(static_cast<fit::Parameter>(i));
+  fit.model.covariance += shift * shift.transpose();
+  return Finding{
+      "second-output-differs", Severity::info, moved, kCriteria.correctable_shift,
+      fmt::format("The {} moves inertias and stiffness by up to {:.2g} %, more than the error bars "
+                  "of the output alone. The error bars hold that difference.",
+                  name_of_kind(kind), 100.0 * moved)};
+}
+
+}  // namespace
+
+std::vector<Finding> fit_to_second_output(const Experiment& experiment, const Measurement& m,
+                                          std::optional<Selection>& selection, Result& result) {
+  if (!m.second_response) return {};
+  const auto kind = experiment.record.second_output_kind;
+  auto& second = result.second_output.emplace();
+  second.kind = kind;
+  second.signal = experiment.record.second_output.name;
+  second.unit = unit_of_response(experiment.record);
+  second.response = *m.second_response;
+  if (!selection) return {};
+  if (selection->in_motion)
+    return {{"second-output-unused",
+             Severity::info,
+             {},
+             {},
+             "The model is one of the motion, whose few frequencies give no response: it is that of the "
+             "output alone."}};
+  auto& model = selection->result;
+  fit::SecondOutputConfig config;
+  const auto lines = thinned(second.response);
+  auto fit = fitted_to_both(model.drive, lines, kind, config);
+  if (!fit || !fit->converged)
+    return {{"second-output-unused",
+             Severity::warning,
+             {},
+             {},
+             "No fit to both outputs succeeded: the model is that of the output alone."}};
+  second.model_error = fit->model_error;
+  std::vector<Finding> findings;
+  if (config.gain) {
+    second.gain = fit->gain;
+    findings.push_back(scale_finding(kind, fit->gain));
+  }
+  if (config.delay) {
+    second.delay_s = fit->delay_s;
+    findings.push_back(late_finding(kind, fit->delay_s));
+  }
+  if (fit->model_error > kCriteria.misfit) {
+    second.gain.reset();
+    second.delay_s.reset();
+    return {misfit_finding(kind, *fit, lines)};
+  }
+  auto contradiction = inspect_contradiction(kind, model.drive, *fit);
+  const bool refused = contradiction && contradiction->severity == Severity::error;
+  if (contradiction) findings.push_back(std::move(*contradiction));
+  if (refused) return findings;
+  second.fitted = true;
+  model.drive = fit->model;
+  model.model_error = unexplained_difference(model.drive, m.response);
+  return findings;
+}
+
+}  // namespace resonid::identification::detail
