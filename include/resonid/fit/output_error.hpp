@@ -36,7 +36,8 @@ struct OutputErrorConfig {
   /// [record] Dry friction that is known, as OutputErrorFit::friction_torque: nothing of it is estimated.
   std::vector<std::vector<double>> friction_torque;
   bool fixed_model =
-      false;  ///< Estimate initial state and offset only: simulate a given model on the record.
+      false;             ///< Estimate initial state and offset only: simulate a given model on the record.
+  bool at_load = false;  ///< The output is the motion of the load; without dry friction.
   Predictor predictor = Predictor::open_loop;
   std::optional<data::TransferFunction> controller;  ///< From velocity error to torque; closed_loop needs it.
   bool disturbances = false;  ///< With `fixed_model`: test for torques that a linear machine does not have.

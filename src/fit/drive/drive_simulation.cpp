@@ -45,7 +45,7 @@ SampledSlopes<Masses, Columns> sampled(const SimulationSetup& setup, const doubl
                 setup.lag, coordinates[kTorqueLag], setup.velocity);
   };
   const auto of = [&](const auto* x_or_jets) {
-    return with(x_or_jets, [](const auto&... a) { return sampled_drive<Masses>(a...); });
+    return with(x_or_jets, [&](const auto&... a) { return sampled_drive<Masses>(a..., setup.mass); });
   };
   const auto parts_of = [&](const auto* x_or_jets) {
     return with(x_or_jets, [](const auto&... a) { return friction_parts<Masses>(a...); });

@@ -62,6 +62,7 @@ struct SimulationSetup {
   Lag lag = Lag::none;                               ///< Of the torque loop.
   Velocity velocity = Velocity::sampled;
   bool grounded = false;  ///< Springs to the ground: the velocity depends on the place.
+  int mass = 0;           ///< Whose motion the output is; dry friction needs that of the driven side, 0.
 
   [[nodiscard]] int controller_order() const;
 };

@@ -74,6 +74,9 @@ expected<void, Error> check(const data::Record& record, const OutputErrorConfig&
       return refuse("friction_torque", "is known or coulomb_friction estimated, not both");
   if (config.coulomb_friction && record.output_quantity == data::OutputQuantity::acceleration)
     return refuse("coulomb_friction", "needs a velocity or a position, whose direction can be told");
+  if (config.at_load && (config.coulomb_friction || !config.friction_torque.empty() ||
+                         config.predictor != Predictor::open_loop))
+    return refuse("at_load", "needs the open-loop predictor and no dry friction");
   if (config.predictor != Predictor::closed_loop) return {};
   if (!config.controller || config.controller->numerator.empty() || config.controller->denominator.empty() ||
       config.controller->denominator.front() == 0.0)

@@ -123,6 +123,7 @@ class OutputErrorFitter {
     };
     if (start.torque_lag_s > 0.0 || asked(kTorqueLag)) setup.lag = Lag::first_order;
     setup.velocity = start.velocity;
+    if (config.at_load) setup.mass = (order_of(start.structure) - 1) / 2;
     setup.grounded = start.grounded() || asked(kMotorGroundStiffness) || asked(kLoadGroundStiffness);
     if (config.predictor == Predictor::closed_loop) setup.controller = config.controller;
     return setup;

@@ -250,7 +250,7 @@ Result judge(const Experiment& experiment, const Measurement& m, Fitted fitted, 
   result.structures = std::move(fitted.structures);
   std::vector<Finding> bending;
   if (fitted.drive) bending = inspect_bending(experiment, m, options, *fitted.drive);
-  auto of_second = fit_to_second_output(experiment, m, fitted.drive, result);
+  auto of_second = fit_to_second_output(experiment, m, options, fitted.drive, result);
   if (fitted.drive) result.model = fitted.drive->result;
   if (fitted.black_box) result.black_box = fitted.black_box->result;
   if (!fitted.black_box) inspect_model(m.plan, options, fitted.drive, result);

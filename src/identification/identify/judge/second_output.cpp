@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
 #include <identification/criteria.hpp>
 #include <identification/identify/judge/constancy.hpp>
@@ -13,6 +14,7 @@
 #include <resonid/base/detail/statistics.hpp>
 #include <resonid/data/detail/second_output.hpp>
 #include <resonid/fit/detail/second_output.hpp>
+#include <resonid/fit/output_error.hpp>
 #include <string_view>
 
 namespace resonid::identification::detail {
@@ -44,19 +46,110 @@ bool off(const data::Estimate& e, double expected, double least) {
   return by > kCriteria.second_output_deviations * e.std && by > least;
 }
 
+/// Segments that resolve the sharpest mode, a few of them at least.
+std::size_t segments_for(const fit::DriveModel& model, const data::Record& record) {
+  constexpr double kLinesPerWidth = 4.0;
+  constexpr std::size_t kShortest = 64, kFewest = 4;
+  double wanted = static_cast<double>(kShortest);
+  for (const auto& mode : model.modes()) {
+    const double width_hz = 2.0 * mode.damping_ratio.value * mode.frequency_hz.value;
+    if (width_hz > 0.0) wanted = std::max(wanted, kLinesPerWidth * record.sample_rate_hz / width_hz);
+  }
+  const std::size_t most = std::bit_floor(std::max(kShortest, record.samples() / kFewest));
+  return std::bit_ceil(static_cast<std::size_t>(std::min(wanted, static_cast<double>(most))));
+}
+
+/// What the method measures of the second output less `gain` times its simulation by the model, and the model
+/// again: no leakage of what the model knows, and no smoothing of it, is in the lines then.
+std::optional<data::FrequencyResponse> corrected(const Experiment& experiment, const Measurement& m,
+                                                 const Options& options, fit::DriveModel model, double gain) {
+  const auto kind = experiment.record.second_output_kind;
+  auto record = data::with_second_output(experiment.record);
+  for (double& sample : record.output.samples) sample /= gain;
+  model.velocity = fit::Velocity::sampled;
+  model.output_filter_s = 0.0;
+  model.estimated[fit::kOutputFilter] = false;
+  fit::OutputErrorConfig config;
+  config.initial = model;
+  config.fixed_model = config.at_load = true;
+  config.noise_model = false;
+  config.known_delay_s = options.delay_s;
+  const auto simulated = fit::fit_output_error(record, config);
+  if (!simulated) return std::nullopt;
+  std::vector<double> left(record.samples(), 0.0);
+  std::copy(simulated->residual.rbegin(), simulated->residual.rend(), left.rbegin());
+  auto response =
+      load_response(experiment.record, std::move(left), segments_for(model, experiment.record), m, options);
+  if (!response || response->lines() == 0) return std::nullopt;
+  response->smoothing = {};
+  const auto known = fit::load_values(model, kind, response->frequency_hz);
+  for (std::size_t i = 0; i < response->lines(); ++i) {
+    response->value[i] = gain * (response->value[i] + known[i]);
+    response->std[i] *= std::abs(gain);
+  }
+  return thinned(*response);
+}
+
+/// A fit to both outputs, and what of the second one it was fitted to.
+struct Both {
+  SecondOutputFit fit;
+  fit::SecondOutputConfig config;
+  data::FrequencyResponse lines;
+};
+
+std::optional<SecondOutputFit> fitted(const fit::DriveModel& first, const Both& both) {
+  auto fit = fit::fit_second_output(first, both.lines, both.config);
+  if (!fit) return std::nullopt;
+  return std::move(*fit);
+}
+
+/// Whether no parameter moves by more than a part of its error bar.
+bool settled(const fit::DriveModel& before, const fit::DriveModel& after) {
+  constexpr double kPart = 0.1;
+  for (int i = 0; i < fit::kParameterCount; ++i) {
+    const auto p = static_cast<fit::Parameter>(i);
+    if (after.estimated[static_cast<std::size_t>(i)] &&
+        std::abs(after.value(p) - before.value(p)) > kPart * after.estimate(p).std)
+      return false;
+  }
+  return true;
+}
+
+/// Fit and correction in turns, from `model`: segments smear what the correction does not know yet, too.
+bool iterate(const Experiment& experiment, const Measurement& m, const Options& options,
+             const fit::DriveModel& first, fit::DriveModel& model, Both& both) {
+  constexpr int kRounds = 5;
+  for (int round = 0; round < kRounds; ++round) {
+    if (auto lines = corrected(experiment, m, options, model, both.fit.gain.value))
+      both.lines = std::move(*lines);
+    auto fit = fitted(first, both);
+    if (!fit) return false;
+    both.fit = std::move(*fit);
+    if (both.fit.model_error > kCriteria.misfit) continue;
+    const bool done = settled(model, both.fit.model);
+    model = both.fit.model;
+    if (done) break;
+  }
+  return true;
+}
+
 /// With the factor and the delay that the second output shows beyond doubt, and no other.
-std::optional<SecondOutputFit> fitted_to_both(const fit::DriveModel& first,
-                                              const data::FrequencyResponse& second, data::SecondOutput kind,
-                                              fit::SecondOutputConfig& config) {
-  config = {kind, true, true};
-  const auto free = fit::fit_second_output(first, second, config);
-  if (!free) return std::nullopt;
-  config.gain = off(free->gain, 1.0, kCriteria.noticeable_scale);
-  config.delay = off(free->delay_s, 0.0, kCriteria.noticeable_lateness * first.sample_time_s);
-  if (config.gain && config.delay) return *free;
-  const auto chosen = fit::fit_second_output(first, second, config);
-  if (!chosen) return std::nullopt;
-  return *chosen;
+std::optional<Both> fitted_to_both(const Experiment& experiment, const Measurement& m, const Options& options,
+                                   const fit::DriveModel& first) {
+  const auto kind = experiment.record.second_output_kind;
+  Both both{{}, {kind, true, true}, thinned(*m.second_response)};
+  const auto rough = fitted(first, both);
+  if (!rough) return std::nullopt;
+  constexpr double kNear = 0.25;  // of 1, and what leakage may do to the factor
+  if (std::abs(rough->gain.value - 1.0) > kNear) both.fit.gain = rough->gain;
+  fit::DriveModel model = first;
+  if (!iterate(experiment, m, options, first, model, both)) return std::nullopt;
+  both.config.gain = off(both.fit.gain, 1.0, kCriteria.noticeable_scale);
+  both.config.delay = off(both.fit.delay_s, 0.0, kCriteria.noticeable_lateness * first.sample_time_s);
+  if (both.config.gain && both.config.delay) return both;
+  if (!both.config.gain) both.fit.gain = {1.0, 0.0};
+  if (!iterate(experiment, m, options, first, model, both)) return std::nullopt;
+  return both;
 }
 
 /// What makes such a factor.
@@ -179,7 +272,8 @@ std::optional<Finding> inspect_contradiction(data::SecondOutput kind, const fit:
 }  // namespace
 
 std::vector<Finding> fit_to_second_output(const Experiment& experiment, const Measurement& m,
-                                          std::optional<Selection>& selection, Result& result) {
+                                          const Options& options, std::optional<Selection>& selection,
+                                          Result& result) {
   if (!m.second_response) return {};
   const auto kind = experiment.record.second_output_kind;
   auto& second = result.second_output.emplace();
@@ -196,36 +290,35 @@ std::vector<Finding> fit_to_second_output(const Experiment& experiment, const Me
              "The model is one of the motion, whose few frequencies give no response: it is that of the "
              "output alone."}};
   auto& model = selection->result;
-  fit::SecondOutputConfig config;
-  const auto lines = thinned(second.response);
-  auto fit = fitted_to_both(model.drive, lines, kind, config);
-  if (!fit || !fit->converged)
+  auto both = fitted_to_both(experiment, m, options, model.drive);
+  if (!both || !both->fit.converged)
     return {{"second-output-unused",
              Severity::warning,
              {},
              {},
              "No fit to both outputs succeeded: the model is that of the output alone."}};
-  second.model_error = fit->model_error;
+  auto& fit = both->fit;
+  second.model_error = fit.model_error;
   std::vector<Finding> findings;
-  if (config.gain) {
-    second.gain = fit->gain;
-    findings.push_back(scale_finding(kind, fit->gain));
+  if (both->config.gain) {
+    second.gain = fit.gain;
+    findings.push_back(scale_finding(kind, fit.gain));
   }
-  if (config.delay) {
-    second.delay_s = fit->delay_s;
-    findings.push_back(late_finding(kind, fit->delay_s));
+  if (both->config.delay) {
+    second.delay_s = fit.delay_s;
+    findings.push_back(late_finding(kind, fit.delay_s));
   }
-  if (fit->model_error > kCriteria.misfit) {
+  if (fit.model_error > kCriteria.misfit) {
     second.gain.reset();
     second.delay_s.reset();
-    return {misfit_finding(kind, *fit, lines)};
+    return {misfit_finding(kind, fit, both->lines)};
   }
-  auto contradiction = inspect_contradiction(kind, model.drive, *fit);
+  auto contradiction = inspect_contradiction(kind, model.drive, fit);
   const bool refused = contradiction && contradiction->severity == Severity::error;
   if (contradiction) findings.push_back(std::move(*contradiction));
   if (refused) return findings;
   second.fitted = true;
-  model.drive = fit->model;
+  model.drive = fit.model;
   model.model_error = unexplained_difference(model.drive, m.response);
   return findings;
 }

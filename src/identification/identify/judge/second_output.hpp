@@ -9,6 +9,7 @@ namespace resonid::identification::detail {
 /// tells about both. A second output that contradicts the model, or is not of this drive, leaves it as it is.
 [[nodiscard]] std::vector<diagnostics::Finding> fit_to_second_output(const Experiment& experiment,
                                                                      const Measurement& measurement,
+                                                                     const Options& options,
                                                                      std::optional<Selection>& selection,
                                                                      Result& result);
 

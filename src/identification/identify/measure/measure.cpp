@@ -6,6 +6,7 @@
 #include <identification/identify/measure/distortion.hpp>
 #include <identification/identify/measure/measure.hpp>
 #include <identification/identify/measure/resolution.hpp>
+#include <resonid/base/constants.hpp>
 #include <resonid/data/detail/second_output.hpp>
 #include <resonid/diagnostics/detail/data_findings.hpp>
 #include <resonid/response/detail/excitation_lines.hpp>
@@ -175,25 +176,10 @@ expected<Measurement, Error> by_what_shows(const data::Record& record, const Pla
   return second;
 }
 
-/// At the lines of the output, as they were measured. By U, which the indirect approach does without.
-expected<data::FrequencyResponse, Error> second_response(const data::Record& record, const Measurement& m,
-                                                         const Options& options) {
-  const auto kind = record.second_output_kind;
-  const auto second = data::with_second_output(record);
-  Plan plan = m.plan;
-  if (plan.approach == Approach::indirect) plan.approach = Approach::joint;
-  plan.hold = data::output_hold(second.output.samples);
-  auto measured = measure_lines(second, plan, options);
-  if (!measured) return tl::unexpected(std::move(measured.error()));
-  measured->lines.output_quantity = data::OutputQuantity::velocity;  // turned into one below
-  auto response = response_of(*measured, plan, options);
-  if (!response) return response;
-  for (std::size_t i = 0; i < response->lines(); ++i) {
-    const auto factor = data::load_velocity_factor(kind, response->frequency_hz[i], record.sample_time_s());
-    response->value[i] *= factor;
-    response->std[i] *= std::abs(factor);
-  }
-  return response->band(m.response.frequency_hz.front(), m.response.frequency_hz.back());
+/// From sample to sample: a position that drifts leaks into every line, its steps do not. As many as before.
+void difference(std::vector<double>& x) {
+  for (std::size_t k = x.size(); k-- > 1;) x[k] -= x[k - 1];
+  if (x.size() > 2) x[0] = 2.0 * x[1] - x[2];
 }
 
 void append(std::vector<diagnostics::Finding>& to, std::optional<diagnostics::Finding> finding) {
@@ -207,6 +193,39 @@ expected<data::FrequencyResponse, Error> measure_response(const data::Record& re
   auto measured = measure_lines(record, plan, options);
   if (!measured) return tl::unexpected(std::move(measured.error()));
   return response_of(*measured, plan, options);
+}
+
+expected<data::FrequencyResponse, Error> load_response(const data::Record& record,
+                                                       std::vector<double> samples,
+                                                       std::size_t segment_samples, const Measurement& m,
+                                                       const Options& options) {
+  const auto kind = record.second_output_kind;
+  auto second = data::with_second_output(record);
+  Plan plan = m.plan;
+  if (plan.approach == Approach::indirect) plan.approach = Approach::joint;
+  const bool local = plan.method == Method::local_rational || plan.method == Method::local_polynomial;
+  if (segment_samples > 0 && local) {
+    plan.method = Method::welch;
+    plan.period_samples = 0;
+    plan.segment_samples = segment_samples;
+  }
+  plan.hold = data::output_hold(second.output.samples);
+  second.output.samples = std::move(samples);
+  const bool position = kind == data::SecondOutput::load_encoder;
+  if (position) difference(second.output.samples);
+  second.output_quantity = data::OutputQuantity::velocity;  // what it is, the factor below tells
+  auto measured = measure_lines(second, plan, options);
+  if (!measured) return tl::unexpected(std::move(measured.error()));
+  auto response = response_of(*measured, plan, options);
+  if (!response) return response;
+  for (std::size_t i = 0; i < response->lines(); ++i) {
+    const double f = response->frequency_hz[i], step = record.sample_time_s();
+    auto factor = data::load_velocity_factor(kind, f, step);
+    if (position) factor /= 1.0 - std::polar(1.0, -kTwoPi * f * step);
+    response->value[i] *= factor;
+    response->std[i] *= std::abs(factor);
+  }
+  return response->band(m.response.frequency_hz.front(), m.response.frequency_hz.back());
 }
 
 expected<Measurement, Error> measure(const Experiment& experiment, const Options& options) {
@@ -231,7 +250,7 @@ expected<Measurement, Error> measure(const Experiment& experiment, const Options
   }
   m.findings = diagnostics::inspect(m.response);
   if (record.second_output.present()) {
-    auto second = second_response(record, m, options);
+    auto second = load_response(record, record.second_output.samples, 0, m, options);
     if (!second) return tl::unexpected(Error{"second_output", second.error().requirement});
     if (second->lines() == 0)
       return tl::unexpected(Error{"second_output", "gives no finite response: it does not move"});

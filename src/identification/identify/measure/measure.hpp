@@ -25,6 +25,16 @@ struct Measurement : Measured {
 /// smooth spectrum out. Refused: what the method refuses, and records without a finite response.
 [[nodiscard]] expected<Measurement, Error> measure(const Experiment& experiment, const Options& options);
 
+/// Input to velocity of the load by these samples in the place of the record's second output, at the lines of
+/// the output and as they were measured; by U, which the indirect approach does without. `segment_samples`:
+/// what a simulation leaves does not show local fits how wide they may be; averaged spectra of such segments
+/// take their place.
+[[nodiscard]] expected<data::FrequencyResponse, Error> load_response(const data::Record& record,
+                                                                     std::vector<double> samples,
+                                                                     std::size_t segment_samples,
+                                                                     const Measurement& measurement,
+                                                                     const Options& options);
+
 /// By the plan's method, nothing else tried.
 [[nodiscard]] expected<data::FrequencyResponse, Error> measure_response(const data::Record& record,
                                                                         const Plan& plan,
