@@ -128,6 +128,9 @@ def run(options, simulate, kind, seed):
         delay = truth["delay_s"] + kind.told_delay / config["run"]["sample_rate_hz"]
         if delay > 1e-12:
             told += ["--delay", repr(delay)]
+        for column, measures in trust_kinds.SECOND_OUTPUTS.items():
+            if column in names:
+                told += ["--second-output", column, "--second-output-kind", measures]
         if "controller" in truth:
             controller = {**truth["controller"], "numerator": [kind.told_controller * b for b in truth["controller"]["numerator"]]}
             (folder / "c.json").write_text(json.dumps(controller), encoding="utf-8")

@@ -220,6 +220,17 @@ def not_ideal(name, machine, excitation, **how):
     return of, linear, config
 
 
+SECOND_OUTPUTS = {"load_position": "load-encoder", "load_acceleration": "load-accelerometer"}  # columns of the simulation
+
+
+def second_output(m, excitation, measures):
+    """Load side too: an encoder as noisy as the velocity over the sharpest mode's period, an accelerometer of 5 % of the torque's."""
+    config = experiment(m, excitation)
+    sizes = config["sizes"]
+    noise = 0.02 * sizes["velocity"] / (2.0 * math.pi * m.resonance_hz) if measures == "load-encoder" else 0.05 * sizes["torque"] / m.inertia
+    return with_(config, measurement={"second_output": measures, "second_noise": noise})
+
+
 # ---- the kinds
 
 SHIPPED = {  # name -> (class, linear)
@@ -286,6 +297,18 @@ def kinds(salt=""):
         for machine, e in ((("belt", "prbs"), ("stage", "chirp")) if name != "torque lag" else (("stage", "chirp"),)):
             _, _, config = not_ideal(name, lambda g, m=machine: MACHINES[m], e)
             add(f"{machine}, {name}", of, lambda g, c=config, n=name: c(random.Random(n)), linear=linear)
+
+    for machine, e in (("belt", "prbs"), ("servo", "chirp")):
+        for measures in SECOND_OUTPUTS.values():
+            add(f"{machine}, {measures}", "conform", lambda g, m=machine, e=e, s=measures: second_output(MACHINES[m], e, s), linear=True)
+    add("drawn machine, multisine, load-encoder", "conform", lambda g: second_output(random_machine(g), "multisine", "load-encoder"),
+        linear=True, drawn=True)
+    add("drawn machine, chirp, load-accelerometer", "conform", lambda g: second_output(random_machine(g), "chirp", "load-accelerometer"),
+        linear=True, drawn=True)
+    add("belt: load encoder of a gear", "fault", lambda g: second_output(belt, "prbs", "load-encoder"),
+        faults=(column("load_position", lambda v, *_: 3.2 * v),))
+    add("servo: load accelerometer upside down", "fault", lambda g: second_output(servo, "chirp", "load-accelerometer"),
+        faults=(column("load_acceleration", lambda v, *_: -v),))
 
     moving = {"rigid axis": MACHINES["rigid"], "servo": servo, "belt": belt, "stage": MACHINES["stage"]}
     recorded = (without("ru"),)  # no column where nothing is injected

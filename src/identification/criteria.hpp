@@ -109,6 +109,7 @@ struct Criteria {
   double second_output_deviations =
       4.0;  ///< By which a second output's factor or delay is not that of the output ...
   double noticeable_scale = 1e-3;     ///< ... and least ones that count, of the factor
+  double unrelated_scale = 1e-6;      ///< Factor of a signal that is none of the load, whatever its unit.
   double noticeable_lateness = 0.05;  ///< ... and in samples.
   double encoder_scale = 0.01;        ///< Off by more, counts or ratio of a load encoder are wrong ...
   double accelerometer_scale = 0.1;   ///< ... and the calibration of an accelerometer, of usually 2 ... 10 %.

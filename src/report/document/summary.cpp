@@ -204,6 +204,10 @@ std::vector<std::string> sentences(const Result& result) {
                                                   : "; some of the rest still follows the input";
     list.push_back(text + ".");
   }
+  if (const auto& second = result.second_output; second && result.model)
+    list.push_back(second->fitted ? fmt::format("The model is that of both outputs, {} and {}.",
+                                                result.record.output, second->signal)
+                                  : fmt::format("The model is that of {} alone.", result.record.output));
   if (result.independent) {
     const auto& v = *result.independent;
     list.push_back(
@@ -220,6 +224,7 @@ std::string summary_text(const Result& result) {
   std::string text = fmt::format("{}: {} samples at {:g} Hz\n", r.file, r.samples, r.sample_rate_hz);
   text += fmt::format("  input {}, output {}", r.input, r.output);
   if (!r.excitation.empty()) text += fmt::format(", excitation {}", r.excitation);
+  if (result.second_output) text += fmt::format(", second output {}", result.second_output->signal);
   text += fmt::format("\n  response by {}, {} approach, {} lines {:.3g} ... {:.3g} Hz\n\n", result.method,
                       result.approach, result.response.lines(), result.response.frequency_hz.front(),
                       result.response.frequency_hz.back());

@@ -136,8 +136,10 @@ void thin_signals(json* signals, std::size_t most) {
 void thin(json& data, std::size_t most) {
   thin_signals(find(data, {"page", "signals"}), most);
   thin_signals(find(data, {"page", "residual"}), most);
-  for (const char* curve : {"model_curve", "loop_curve", "loop_measured"})
+  for (const char* curve : {"model_curve", "load_curve", "loop_curve", "loop_measured"})
     thin_curve(find(data, {"page", curve}), most);
+  if (json* load = find(data, {"second_output", "frequency_response"}); thin_curve(load, most))
+    round_numbers(*load);
   json* response = find(data, {"frequency_response"});
   const std::size_t total = response == nullptr ? 0 : length_of(*response, "frequency_hz");
   if (!thin_curve(response, most)) return;

@@ -62,6 +62,7 @@ json signals_json(const data::Record& record, std::size_t used) {
   put("excitation", record.excitation);
   put("input", record.input);
   put("output", record.output);
+  put("second output", record.second_output);
   return signals;
 }
 
@@ -128,6 +129,13 @@ json page_json(const Result& result, const data::Record& record) {
     auto model = result.model->drive.response(model_grid(result.response, 0.5 * record.sample_rate_hz));
     model.value = result.model->drive.values(model.frequency_hz, true);  // drawn as it was measured
     page["model_curve"] = curve(model, true);
+    if (const auto& second = result.second_output) {
+      auto model_at_load = result.model->drive;
+      if (second->delay_s) model_at_load.delay_s += second->delay_s->value;
+      model.value = fit::load_values(model_at_load, second->kind, model.frequency_hz);
+      for (auto& value : model.value) value *= second->gain ? second->gain->value : 1.0;
+      page["load_curve"] = curve(model, false);
+    }
   }
   if (result.black_box && !result.model)
     page["model_curve"] = curve(

@@ -16,19 +16,21 @@ export function drawBode(root, data) {
   const response = data.frequency_response;
   const model = modelBode(page.model_curve, confidence);
   const measured = measuredBode(response, confidence, model);
+  const loadModel = modelBode(page.load_curve, confidence);
+  const load = measuredBode(data.second_output?.frequency_response, confidence, loadModel);
   if (measured.length === 0 && model.length === 0) return;
   const unit = prettyUnit(page.units?.response ?? "");
   const marks = marksOf(data.resonances, confidence);
   const box = section(root, "Frequency response",
-    explanation(measured, model, marks, confidence, page.reduced), "whole");
-  box.append(legendOf(measured, model, confidence));
+    explanation(measured, model, marks, confidence, page.reduced, load), "whole");
+  box.append(legendOf(measured, model, confidence, load, loadModel));
   const readout = document.createElement("div");
   readout.className = "readout";
   box.append(readout);
   const hint = "Move over a chart, or touch it, to read values. Drag to zoom, double-click to reset.";
   readout.textContent = hint;
   const context = {
-    box, measured, model, marks, confidence, unit,
+    box, measured, model, load, loadModel, marks, confidence, unit,
     onCursor: (f) => {
       if (f === null) readout.textContent = hint;
       else readout.innerHTML = reading(f, measured, model, unit);
@@ -40,7 +42,7 @@ export function drawBode(root, data) {
   if (coherence) coherenceChart(context, list(data.findings));
 }
 
-function explanation(measured, model, marks, confidence, reduced) {
+function explanation(measured, model, marks, confidence, reduced, load) {
   const text = ["How strongly and how late the output follows the input at each frequency."];
   if (measured.some((p) => p.radius !== null)) {
     text.push(`${measured.length > WHISKERS ? "Shaded" : "Bars"}: ${percent(confidence)} confidence regions.`);
@@ -49,6 +51,7 @@ function explanation(measured, model, marks, confidence, reduced) {
   if (hasLevels(measured)) {
     text.push("Below it: standard deviations of the response by noise, and of one realisation's response by non-linear distortion.");
   }
+  if (load.length) text.push("Load: the response of the load's velocity, from the second output.");
   if (marks.length) text.push("Dashed: anti-resonance (the load holds the motor still) and resonance.");
   if (reduced?.lines_total) text.push(`Drawn: ${reduced.lines_shown} of ${reduced.lines_total} lines.`);
   return text.join(" ");
@@ -56,7 +59,7 @@ function explanation(measured, model, marks, confidence, reduced) {
 
 const hasLevels = (measured) => measured.some((p) => p.noiseDb !== null || p.distortionDb !== null);
 
-function legendOf(measured, model, confidence) {
+function legendOf(measured, model, confidence, load, loadModel) {
   const items = [];
   if (measured.some((p) => p.settled)) items.push(["point", "measured"]);
   if (measured.some((p) => !p.settled)) items.push(["hollow", "not settled within the record"]);
@@ -65,6 +68,8 @@ function legendOf(measured, model, confidence) {
   if (measured.some((p) => p.distortionDb !== null)) items.push(["distortion", "non-linear distortion"]);
   if (model.length) items.push(["line", "model"]);
   if (model.some((p) => isNumber(p.dbLow))) items.push(["modelBand", `model, ${percent(confidence)} confidence`]);
+  if (load.length) items.push(["load", "load, measured"]);
+  if (loadModel.length) items.push(["loadLine", "load, model"]);
   return legend(items);
 }
 
@@ -153,17 +158,19 @@ function chartHost(box, title, unit) {
 
 /** One of the three charts: series are band (low, high), measured, unsettled, model and its band. */
 function bodeChart(context, { host, label, height, last, key, ticks, scale, showMarks, withModel = true, connect = false, levels = [] }) {
-  const { measured, model, marks } = context;
+  const { measured, model, load, loadModel, marks } = context;
   const has = withModel && model.length > 0;
   // All three charts get the same frequencies, so that zoom and cursor mean the same in each.
-  const grids = [measured.map((p) => p.f), model.map((p) => p.f)];
-  const column = (read, grid = 0) => ({ grid, values: (grid ? model : measured).map(read) });
+  const curves = [measured, model, load, loadModel];
+  const grids = curves.map((line) => line.map((p) => p.f));
+  const column = (read, grid = 0) => ({ grid, values: curves[grid].map(read) });
   const data = align(grids, [
     column((p) => p[key + "Low"] ?? null), column((p) => p[key + "High"] ?? null),
     column((p) => (p.settled ? p[key] : null)), column((p) => (p.settled ? null : p[key])),
     column((p) => (has ? p[key] : null), 1),
     column((p) => (has ? p[key + "Low"] ?? null : null), 1), column((p) => (has ? p[key + "High"] ?? null : null), 1),
     ...levels.map((name) => column((p) => p[name + "Db"])),
+    ...(load.length ? [column((p) => p[key], 2), column((p) => (withModel ? p[key] : null), 3)] : []),
   ]);
   const size = measured.length > 400 ? 3 : measured.length > 120 ? 4 : 6;
   const dots = (hollow) => ({
@@ -182,10 +189,19 @@ function bodeChart(context, { host, label, height, last, key, ticks, scale, show
     series: [{}, bare, bare,
       { paths: connect ? uPlot.paths.linear() : () => null, spanGaps: true, width: 1, stroke: () => colour("measured"), points: dots(false) },
       { paths: () => null, stroke: () => colour("measured"), points: dots(true) },
-      { spanGaps: true, width: 2, stroke: () => colour("model"), points: { show: false } }, bare, bare, ...levels.map((name) => levelSeries(name, size))],
+      { spanGaps: true, width: 2, stroke: () => colour("model"), points: { show: false } }, bare, bare, ...levels.map((name) => levelSeries(name, size)), ...(load.length ? loadSeries(size) : [])],
     hooks: { drawClear: [(u) => { drawMarks(u, marks); drawBand(u, data); drawModelBand(u, data); }], draw: [(u) => { if (showMarks) drawMarkLabels(u, marks); }] },
     onCursor: context.onCursor,
   });
+}
+
+/** The load's response: hollow points, and its model as a thin line. */
+function loadSeries(size) {
+  const stroke = () => colour("load");
+  return [
+    { paths: () => null, stroke, points: { show: true, size: Math.max(3, size - 1), width: 1.3, stroke, fill: () => colour("card") } },
+    { paths: uPlot.paths.linear(), spanGaps: true, width: 1.5, stroke, points: { show: false } },
+  ];
 }
 
 /** A level beside |G|: noise as small dots on a thin line, distortion as hollow ones that scatter as estimates do. */
@@ -201,23 +217,23 @@ function levelSeries(name, size) {
 }
 
 function magnitude(context, last) {
-  const { measured, model, unit } = context;
+  const { measured, model, load, unit } = context;
   const levels = ["noise", "distortion"].filter((name) => measured.some((p) => p[name + "Db"] !== null));
   const host = chartHost(context.box, "Magnitude", unit ? `in dB, 0 dB = 1 ${unit}` : "in dB");
   bodeChart(context, {
     host, last, height: levels.length ? 380 : 290, key: "db", ticks: decibelTicks, showMarks: true, levels,
     label: "Magnitude of the frequency response in decibels over frequency",
-    scale: (u) => scaleOver(u, measured, model, "db", { allow: 12, least: 3 }, levelRange(measured)),
+    scale: (u) => scaleOver(u, measured, model, "db", { allow: 12, least: 3 }, levelRange(measured), load),
   });
 }
 
 function phase(context, last) {
-  const { measured, model } = context;
+  const { measured, model, load } = context;
   const host = chartHost(context.box, "Phase", "in degrees");
   bodeChart(context, {
     host, last, height: last ? 240 : 200, key: "degrees", ticks: phaseTicks,
     label: "Phase of the frequency response in degrees over frequency",
-    scale: (u) => scaleOver(u, measured, model, "degrees", { allow: 45, least: 20 }),
+    scale: (u) => scaleOver(u, measured, model, "degrees", { allow: 45, least: 20 }, undefined, load),
   });
 }
 
@@ -238,7 +254,7 @@ function levelRange(measured) {
   return (p) => [p.noiseDb, isNumber(p.distortionDb) ? Math.max(p.distortionDb, floor) : null];
 }
 
-function scaleOver(u, measured, model, key, options, more = () => []) {
+function scaleOver(u, measured, model, key, options, more = () => [], load = []) {
   const visible = (line) => {
     const data = u.data[0];
     const [i, j] = u.series[0].idxs ?? [0, data.length - 1];
@@ -246,7 +262,7 @@ function scaleOver(u, measured, model, key, options, more = () => []) {
     return line.filter((p) => p.f >= low && p.f <= high);
   };
   const shown = visible(measured);
-  return limits([...shown.map((p) => p[key]), ...shown.flatMap(more), ...visible(model).map((p) => p[key])],
+  return limits([...shown.map((p) => p[key]), ...shown.flatMap(more), ...visible(model).map((p) => p[key]), ...visible(load).map((p) => p[key])],
     shown.flatMap((p) => [p[key + "Low"], p[key + "High"]]), options);
 }
 

@@ -300,6 +300,10 @@ std::vector<Finding> fit_to_second_output(const Experiment& experiment, const Me
   auto& fit = both->fit;
   second.model_error = fit.model_error;
   std::vector<Finding> findings;
+  if (both->config.gain && !off(fit.gain, 0.0, kCriteria.unrelated_scale))
+    return {differs(kind, std::abs(fit.gain.value), kCriteria.unrelated_scale,
+                    "it hardly follows the input. The column is another signal, or its sensor measures "
+                    "nothing.")};
   if (both->config.gain) {
     second.gain = fit.gain;
     findings.push_back(scale_finding(kind, fit.gain));
