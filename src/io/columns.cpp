@@ -66,9 +66,10 @@ class ColumnFinder {
     if (!no_time && !*t) t = find_time();
     if (t && !*u) u = needed(input);
     if (t && u && !*y && z && *z && candidates(output).empty() && is_usual(output, table_.names[**z]))
-      return error(fmt::format("{} is the only column that is called like an output, and .second_output too; "
-                               "name another one with .output",
-                               in_quotes(table_.names[**z])));
+      return error(
+          fmt::format("{} is the only column that is called like an output, and .second_output too; "
+                      "name another one with .output",
+                      in_quotes(table_.names[**z])));
     if (t && u && !*y) y = needed(output);
     if (t && u && y && !*ru) ru = candidate(excitation);
     for (const auto* result : {&t, &u, &y, &ru})

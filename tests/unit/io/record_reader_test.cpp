@@ -325,6 +325,50 @@ TEST(RecordReader, CutsFromInclusiveToExclusive) {
                          "has 15 samples; at least 16 are required");
 }
 
+TEST(RecordReader, ReadsASecondOutput) {
+  auto table = table_of({"t", "u", "y", "load_mrad"}, 100);
+  ColumnMapping mapping;
+  mapping.second_output = "load_mrad";
+  mapping.second_output_kind = data::SecondOutput::load_encoder;
+  auto record = record_of(table, mapping);
+  EXPECT_EQ(record.second_output.unit, "mrad");
+  EXPECT_EQ(record.second_output_kind, data::SecondOutput::load_encoder);
+  EXPECT_EQ(record.second_output.samples, table.columns[3]);
+  mapping.second_output_scale = 1e-3;
+  mapping.from_s = table.columns[0][10];
+  record = record_of(table, mapping);
+  EXPECT_EQ(record.second_output.unit, "rad");
+  EXPECT_EQ(record.second_output.samples.front(), 1e-3 * table.columns[3][10]);
+  EXPECT_EQ(record.second_output.samples.size(), record.samples());
+  mapping.second_output_kind = data::SecondOutput::load_accelerometer;
+  mapping.second_output_unit = "g";
+  EXPECT_EQ(record_of(table, mapping).second_output.unit, "g");
+  EXPECT_FALSE(record_of(table, {}).second_output.present());
+}
+
+TEST(RecordReader, RefusesASecondOutputThatIsNone) {
+  const auto table = table_of({"t", "u", "y", "z"});
+  ColumnMapping mapping;
+  mapping.second_output = "z";
+  RESONID_EXPECT_MESSAGE(to_record(table, mapping),
+                         "second_output_kind: is required with .second_output: what that column measures, "
+                         "load-encoder or load-accelerometer");
+  mapping.second_output_kind = data::SecondOutput::load_encoder;
+  mapping.second_output_scale = 0.0;
+  RESONID_EXPECT_MESSAGE(to_record(table, mapping), "second_output_scale: found 0, must be a finite number");
+  mapping.second_output_scale = 1.0;
+  mapping.second_output = "w";
+  RESONID_EXPECT_MESSAGE(to_record(table, mapping), "there is no column 'w' (.second_output)");
+  mapping.second_output = "y";
+  RESONID_EXPECT_MESSAGE(to_record(table, mapping),
+                         "'y' is the only column that is called like an output, and .second_output too");
+  mapping.output = "y";
+  RESONID_EXPECT_MESSAGE(to_record(table, mapping), ".output and .second_output are the same column 'y'");
+  mapping.second_output.reset();
+  RESONID_EXPECT_MESSAGE(to_record(table, mapping),
+                         "second_output: names the column that .second_output_kind is of");
+}
+
 TEST(RecordReader, RefusesOptionsOutOfRange) {
   const auto table = table_of({"t", "u", "y"});
   ColumnMapping mapping;
