@@ -17,6 +17,7 @@ using Complex = std::complex<double>;
 using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
 constexpr std::size_t kFewestLines = 4;
+constexpr double kShown = 0.5;         // std over |G| of a line that shows the response
 constexpr double kLargestLead = 10.0;  // samples by which a second output may come before the output
 
 /// What the output says of the parameters, as rows of a least-squares problem: rows (x - x1).
@@ -155,9 +156,21 @@ struct Fitter {
     return values;
   }
 
+  /// By the lines that show the expected response at all: an error of noise is not one of the model.
   [[nodiscard]] double error_of(const SecondOutputFit& fit) const {
-    return detail::explaining_error(lines, expected_by(fit), 1.0,
-                                    static_cast<double>(lines.lines()) / detail::known_repetition(lines));
+    const auto expected = expected_by(fit);
+    data::FrequencyResponse shown;
+    std::vector<Complex> of_shown;
+    for (std::size_t i = 0; i < lines.lines(); ++i) {
+      if (!(lines.std[i] < kShown * std::abs(expected[i]))) continue;
+      shown.frequency_hz.push_back(lines.frequency_hz[i]);
+      shown.value.push_back(lines.value[i]);
+      shown.std.push_back(lines.std[i]);
+      of_shown.push_back(expected[i]);
+    }
+    if (shown.lines() == 0) return 0.0;
+    return detail::explaining_error(shown, of_shown, 1.0,
+                                    static_cast<double>(shown.lines()) / detail::known_repetition(lines));
   }
 
   /// Lines that repeat one another are weighted as the fewer that they are worth.

@@ -15,7 +15,7 @@ namespace {
 using data::SecondOutput;
 using diagnostics::Severity;
 
-plant::ExperimentConfig belt(SecondOutput kind, std::uint64_t seed, bool chirp = false) {
+plant::ExperimentConfig belt(SecondOutput kind, std::uint64_t seed) {
   plant::ExperimentConfig c;
   c.drive.driven_inertia = 0.032;
   c.drive.load_inertia = 0.05;
@@ -28,14 +28,11 @@ plant::ExperimentConfig belt(SecondOutput kind, std::uint64_t seed, bool chirp =
   c.measurement.noise_rms = 0.05;
   c.measurement.second_output = kind;
   c.measurement.second_noise = kind == SecondOutput::load_encoder ? 3e-4 : 2.0;
-  c.excitation.kind = chirp ? online::Kind::chirp : online::Kind::multisine;
-  c.excitation.amplitude = chirp ? 3.0 : 0.5;
+  c.excitation.kind = online::Kind::multisine;
+  c.excitation.amplitude = 0.5;
   std::vector<double> lines;
   for (int f = 1; f <= 40; ++f) lines.push_back(f);
   c.excitation.lines_hz.assign(lines);
-  c.excitation.from_hz = 0.8;
-  c.excitation.to_hz = 45.0;
-  c.excitation.duration_s = 8.0;
   c.run.sample_rate_hz = 500.0;
   c.run.duration_s = 8.0;
   c.run.seed = seed;
@@ -74,8 +71,8 @@ data::Record without_second(data::Record record) {
 TEST(IdentifySecondOutput, ErrorsAreWithinSmallerBars) {
   double squares = 0.0, count = 0.0;
   for (const auto kind : {SecondOutput::load_encoder, SecondOutput::load_accelerometer})
-    for (const bool chirp : {false, true}) {
-      const auto c = belt(kind, chirp ? 3 : 2, chirp);
+    for (const std::uint64_t seed : {2, 3}) {
+      const auto c = belt(kind, seed);
       const auto record = recorded(c);
       const auto both = identified(record), one = identified(without_second(record));
       ASSERT_TRUE(both.second_output && both.model && one.model);
