@@ -430,5 +430,42 @@ TEST_F(Identify, HelpShowsExamplesAndEveryOption) {
     EXPECT_NE(help.out.find(std::string("  ") + option + " "), std::string::npos) << option;
 }
 
+TEST_F(Identify, FitsASecondOutputAndRefusesWhatIsNone) {
+  write("second.toml",
+        drive_toml(false) +
+            "controller = {kind = 'pi', gain = 1.036, integral_time_s = 0.147}\n"
+            "excitation = {kind = 'multisine', lines_hz = '1:40:1', amplitude = 0.2}\n"
+            "measurement = {delay_s = 0.004, noise_rms = 0.02, second_output = 'load-encoder', "
+            "second_noise = 1e-4}\n"
+            "run = {sample_rate_hz = 500, duration_s = 8}\n");
+  ASSERT_EQ(run("simulate second.toml --out second.csv").exit_code, 0);
+  const std::string second =
+      "identify second.csv --delay 0.004 --model two-mass --second-output load_position ";
+  const auto done = run(second + "--second-output-kind load-encoder" + kOutputs);
+  ASSERT_EQ(done.exit_code, 0) << done.error;
+  EXPECT_NE(done.out.find("second output load_position"), std::string::npos);
+  const auto result = json::parse(text("o.json"));
+  EXPECT_EQ(result.at("second_output").at("kind"), "load-encoder");
+  EXPECT_EQ(result.at("second_output").at("fitted"), true);
+  EXPECT_EQ(result.at("second_output").at("frequency_response").at("frequency_hz"),
+            result.at("frequency_response").at("frequency_hz"));
+  EXPECT_NE(text("o.csv").find("load_real,load_imag,load_std,load_coherence"), std::string::npos);
+  EXPECT_NE(text("o.html").find("load_curve"), std::string::npos);
+  const std::pair<std::string, std::string> wrong[] = {
+      {second, "--second-output-kind: is required with --second-output"},
+      {second + "--second-output-kind encoder", "--second-output-kind: found 'encoder', required one of"},
+      {second + "--second-output-kind load-encoder --bootstrap 20", "--bootstrap: repeats the experiment"},
+      {second + "--second-output-kind load-encoder --join", "--second-output: is fitted record by record"},
+      {"track second.csv --out t.csv --second-output load_position",
+       "--second-output: track works on one output"},
+      {"validate o.json second.csv --second-output load_position",
+       "--second-output: validate works on one output"}};
+  for (const auto& [command, message] : wrong) {
+    const auto refused = run(command);
+    EXPECT_EQ(refused.exit_code, 2) << command;
+    EXPECT_NE(refused.error.find(message), std::string::npos) << refused.error;
+  }
+}
+
 }  // namespace
 }  // namespace resonid

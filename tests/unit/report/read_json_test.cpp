@@ -44,7 +44,7 @@ std::string message(const json& j) {
 
 TEST(ReadJson, GivesBackWhatWasWritten) {
   for (const auto& result : {test::bare(), test::full(), correlated(), rigid(), test::listed(),
-                             test::distorted(), test::black_box()}) {
+                             test::distorted(), test::black_box(), test::with_second_output()}) {
     const json j = to_json(result);
     const auto again = from_json<identification::Result>(j);
     ASSERT_TRUE(again) << message_of(again.error());

@@ -77,6 +77,20 @@ inline identification::Result listed() {
   return r;
 }
 
+/// full() with what was measured at the load.
+inline identification::Result with_second_output() {
+  identification::Result r = full();
+  r.second_output = identification::SecondOutputResult{data::SecondOutput::load_accelerometer,
+                                                       "tool_acc",
+                                                       "(rad/s)/Nm",
+                                                       r.response,
+                                                       true,
+                                                       0.02,
+                                                       data::Estimate{0.95, 0.004},
+                                                       data::Estimate{0.001, 0.0001}};
+  return r;
+}
+
 /// full() with distortion by realisations and at detection lines.
 inline identification::Result distorted() {
   identification::Result r = full();

@@ -31,7 +31,7 @@ struct SecondOutputFit {
   bool converged = false;
   data::Estimate gain{1.0, 0.0};     ///< Measured over expected.
   data::Estimate delay_s{0.0, 0.0};  ///< By which the second output is later than the output.
-  double model_error = 0.0;          ///< Of the second output's lines, as ResponseFit::model_error.
+  double model_error = 0.0;          ///< As ResponseFit::model_error, over the second output's lines.
   /// How far the parameters went from what the output alone says: chi-square of at most as many degrees of
   /// freedom as there are parameters when both are of one drive.
   double contradiction = 0.0;
