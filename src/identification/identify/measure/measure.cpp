@@ -179,7 +179,7 @@ expected<Measurement, Error> by_what_shows(const data::Record& record, const Pla
 /// From sample to sample: a position that drifts leaks into every line, its steps do not. As many as before.
 void difference(std::vector<double>& x) {
   for (std::size_t k = x.size(); k-- > 1;) x[k] -= x[k - 1];
-  if (x.size() > 2) x[0] = 2.0 * x[1] - x[2];
+  if (x.size() > 1) x[0] = x[1];
 }
 
 void append(std::vector<diagnostics::Finding>& to, std::optional<diagnostics::Finding> finding) {
@@ -211,17 +211,22 @@ expected<data::FrequencyResponse, Error> load_response(const data::Record& recor
   }
   plan.hold = data::output_hold(second.output.samples);
   second.output.samples = std::move(samples);
-  const bool position = kind == data::SecondOutput::load_encoder;
-  if (position) difference(second.output.samples);
-  second.output_quantity = data::OutputQuantity::velocity;  // what it is, the factor below tells
+  // Averages take a position's drift out themselves; what follows a sweep does not.
+  const bool by_steps = kind == data::SecondOutput::load_encoder && plan.sweep &&
+                        (plan.method == Method::local_cubic || plan.method == Method::kalman);
+  if (by_steps) {
+    difference(second.output.samples);
+    second.output_quantity = data::OutputQuantity::velocity;
+  }
   auto measured = measure_lines(second, plan, options);
   if (!measured) return tl::unexpected(std::move(measured.error()));
+  measured->lines.output_quantity = data::OutputQuantity::velocity;  // turned into one below
   auto response = response_of(*measured, plan, options);
   if (!response) return response;
   for (std::size_t i = 0; i < response->lines(); ++i) {
     const double f = response->frequency_hz[i], step = record.sample_time_s();
     auto factor = data::load_velocity_factor(kind, f, step);
-    if (position) factor /= 1.0 - std::polar(1.0, -kTwoPi * f * step);
+    if (by_steps) factor /= 1.0 - std::polar(1.0, -kTwoPi * f * step);
     response->value[i] *= factor;
     response->std[i] *= std::abs(factor);
   }
