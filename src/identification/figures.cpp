@@ -49,6 +49,11 @@ void put_parameters(const Result& result, List& list) {
     if (e) list.put(name, result.units.torque, e->value, e->std);
   };
   put("coulomb_friction", result.model->coulomb_friction);
+  const auto& further = result.model->further_friction;
+  put("breakaway_friction", further.breakaway);
+  put("load_coulomb_friction", further.load_coulomb);
+  if (const auto& e = further.stribeck_velocity)
+    list.put("stribeck_velocity", result.units.velocity, e->value, e->std);
   put("offset", result.model->offset);
 }
 

@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: MIT
 // Dry friction, from records of simulated machines that stick and slide; the truth is that of the simulation.
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <experiments.hpp>
+#include <moving_axis.hpp>
 #include <resonid/fit/output_error.hpp>
 #include <resonid/io/shipped_experiments.hpp>
 
@@ -38,6 +40,7 @@ TEST(DryFriction, IsToldFromViscousFriction) {
     expect_near(drive.estimate(fit::kDrivenInertia), 0.032);
     expect_near(drive.estimate(fit::kLoadInertia), 0.032);
     expect_near(drive.estimate(fit::kStiffness), 143.75);
+    EXPECT_FALSE(result.model->further_friction.any()) << "seed " << seed;
     EXPECT_LT(drive.parameters.viscous_friction, 0.12);  // 0.96 in a fit without dry friction
     EXPECT_TRUE(result.trusted);
   }
@@ -56,7 +59,7 @@ TEST(DryFriction, IsNotFoundWhereThereIsNone) {
   for (const std::uint64_t seed : {1U, 2U, 3U}) {
     const auto result = result_of(turning_back(0.0, seed));
     ASSERT_TRUE(result.model.has_value());
-    EXPECT_FALSE(result.model->coulomb_friction.has_value()) << "seed " << seed;
+    EXPECT_FALSE(result.model->has_dry_friction()) << "seed " << seed;
     EXPECT_NEAR(result.model->drive.parameters.viscous_friction, 0.05, 0.01);
   }
 }
@@ -76,7 +79,7 @@ TEST(DryFriction, CanBeAskedForAndForbidden) {
 }
 
 /// From a start next to the truth, as a response gives it.
-fit::OutputErrorFit fitted(const plant::ExperimentConfig& c) {
+fit::OutputErrorConfig near_truth(const plant::ExperimentConfig& c) {
   fit::OutputErrorConfig config;
   config.initial.structure = fit::Structure::two_mass;
   auto& p = config.initial.parameters;
@@ -87,9 +90,104 @@ fit::OutputErrorFit fitted(const plant::ExperimentConfig& c) {
   p.viscous_friction = 0.05;
   config.viscous_friction = config.coulomb_friction = true;
   config.known_delay_s = c.measurement.delay_s;
-  auto fit = fit::fit_output_error(test::simulated(c).record, config);
+  return config;
+}
+
+fit::OutputErrorFit fitted(const plant::ExperimentConfig& c) {
+  auto fit = fit::fit_output_error(test::simulated(c).record, near_truth(c));
   if (!fit) throw std::runtime_error("fit refused");
   return std::move(*fit);
+}
+
+/// What is lacking most, of the fit with Coulomb friction on the driven side.
+struct Extension {
+  fit::LackingFriction lacking;
+  double bic = 0.0;                 ///< Without it.
+  fit::JointOutputErrorFit fitted;  ///< With it, from what the test says.
+};
+Extension extension_of(const data::Record& record, fit::OutputErrorConfig config) {
+  const auto simple = fit::fit_output_error(std::span(&record, 1), config);
+  if (!simple || simple->lacking_friction.empty()) throw std::runtime_error("no fit");
+  const auto& all = simple->lacking_friction;
+  Extension found;
+  found.lacking =
+      *std::max_element(all.begin(), all.end(), [](const auto& a, const auto& b) { return a.gain < b.gain; });
+  found.bic = simple->bic;
+  config.initial = simple->model;
+  config.coulomb_start = found.lacking.coulomb_start;
+  config.further_friction = found.lacking.start;
+  auto wider = fit::fit_output_error(std::span(&record, 1), config);
+  if (!wider) throw std::runtime_error("fit refused");
+  found.fitted = std::move(*wider);
+  return found;
+}
+Extension extension_of(const plant::ExperimentConfig& c) {
+  return extension_of(test::simulated(c).record, near_truth(c));
+}
+
+/// To and fro.
+Extension extension_of(const test::MovingAxis& m, unsigned seed) {
+  fit::OutputErrorConfig config;
+  config.initial.structure = fit::Structure::rigid;
+  config.initial.parameters.driven_inertia = 1.02 * m.inertia;
+  config.viscous_friction = config.coulomb_friction = true;
+  config.known_delay_s = static_cast<double>(m.late) / m.rate_hz;
+  return extension_of(test::simulated(m, seed, data::OutputQuantity::velocity), config);
+}
+
+TEST(DryFriction, OnTheLoadIsFoundBesideThatOnTheMotor) {
+  auto c = turning_back(0.2, 1);
+  c.run.duration_s = 10.0;
+  c.friction.load.coulomb = 0.15;
+  const auto found = extension_of(c);
+  ASSERT_TRUE(found.lacking.start.load_coulomb.has_value());
+  ASSERT_TRUE(found.fitted.converged && found.fitted.further_friction.load_coulomb);
+  EXPECT_LT(found.fitted.bic, found.bic - 100.0);
+  expect_near(*found.fitted.further_friction.load_coulomb, 0.15);
+  expect_near(*found.fitted.coulomb_friction, 0.2);
+  expect_near(found.fitted.model.estimate(fit::kLoadInertia), 0.032);
+  EXPECT_LT(found.fitted.further_friction.load_coulomb->std, 0.05 * 0.15);
+}
+
+TEST(DryFriction, ThatFallsWithTheSpeedIsFound) {
+  constexpr int kSeeds = 2;
+  test::MovingAxis axis;
+  axis.breakaway = 0.3;
+  axis.stribeck = 0.8;
+  const std::array<double, 5> truth = {axis.inertia, axis.viscous, 0.5, 0.8, 0.8};
+  double square = 0.0;
+  for (unsigned seed = 1; seed <= kSeeds; ++seed) {
+    const auto found = extension_of(axis, seed);
+    ASSERT_TRUE(found.lacking.start.breakaway.has_value());
+    const auto& further = found.fitted.further_friction;
+    ASSERT_TRUE(found.fitted.converged && further.breakaway && further.stribeck_velocity) << "seed " << seed;
+    EXPECT_LT(found.fitted.bic, found.bic - 100.0);
+    const std::array<data::Estimate, 5> estimates = {
+        found.fitted.model.estimate(fit::kDrivenInertia), found.fitted.model.estimate(fit::kViscousFriction),
+        *found.fitted.coulomb_friction, *further.breakaway, *further.stribeck_velocity};
+    for (std::size_t i = 0; i < truth.size(); ++i) {
+      EXPECT_LT(estimates[i].std, 0.1 * truth[i]) << i;
+      square += std::pow((estimates[i].value - truth[i]) / estimates[i].std, 2);
+    }
+  }
+  // Of ten squares, dependent ones among them, a mean beyond 2.5 is left by chance about once in 100 times.
+  EXPECT_LT(square / (kSeeds * 5.0), 2.5);
+}
+
+/// Two sizes are their mean and a constant torque: no more is there to be found.
+TEST(DryFriction, OfTwoSizesIsTheirMeanAndAnOffset) {
+  test::MovingAxis axis;
+  axis.back = 0.7;
+  const auto found = extension_of(axis, 1);
+  EXPECT_LT(found.lacking.gain, 16.0);
+  EXPECT_NEAR(found.lacking.coulomb_start, 0.6, 0.005);
+}
+
+/// Chi-square of one degree of freedom, the largest of five: 16 is beyond a chance of 1 in 3000.
+TEST(DryFriction, LacksNothingMoreWhereThereIsNone) {
+  auto c = turning_back(0.2, 1);
+  c.run.duration_s = 10.0;
+  EXPECT_LT(extension_of(c).lacking.gain, 16.0);
 }
 
 /// The sum of 16 squared deviations in units of their bars is chi-square distributed: an rms of 0.5 ... 1.5
@@ -119,6 +217,19 @@ TEST(DryFriction, ErrorBarsHold) {
     EXPECT_GT(std::sqrt(squares[i] / kSeeds), 0.5) << names[i];
     EXPECT_LT(std::sqrt(squares[i] / kSeeds), 1.5) << names[i];
   }
+}
+
+/// One more of each, all the way: chosen, right, trusted.
+TEST(DryFriction, OfTheLoadAloneIsTold) {
+  auto c = turning_back(0.0, 1);
+  c.run.duration_s = 10.0;
+  c.friction.load.coulomb = 0.3;
+  const auto result = result_of(c);
+  ASSERT_TRUE(result.model && result.model->further_friction.load_coulomb);
+  EXPECT_FALSE(result.model->coulomb_friction.has_value());
+  expect_near(*result.model->further_friction.load_coulomb, 0.3);
+  expect_near(result.model->drive.estimate(fit::kLoadInertia), 0.032);
+  EXPECT_TRUE(result.trusted);
 }
 
 /// What sampling leaves of the plant's own motion, which sticks and turns back between samples.

@@ -14,6 +14,17 @@
 
 namespace resonid::fit {
 
+/// Dry friction beside Coulomb's on the driven side, each where it is given or found. Another size in the
+/// negative direction is none of it: no record tells it from the mean of both and a constant torque.
+struct FurtherFriction {
+  std::optional<data::Estimate> load_coulomb;  ///< On the load.
+  std::optional<data::Estimate> breakaway;     ///< Torque that it takes to start the driven side.
+  /// Velocity over which that falls to Coulomb's, as exp(-(v/vs)^2) (Stribeck).
+  std::optional<data::Estimate> stribeck_velocity;
+
+  [[nodiscard]] bool any() const noexcept { return load_coulomb || breakaway || stribeck_velocity; }
+};
+
 struct OutputErrorConfig {
   DriveModel initial;             ///< Structure and start; a fit to the response is a good one.
   bool viscous_friction = false;  ///< Estimate friction on the driven side.
@@ -21,7 +32,11 @@ struct OutputErrorConfig {
       false;  ///< Estimate dry friction there, with the direction of the simulated motion.
   /// Dry friction of a start that is near: its course is the start's own, else that of the measured velocity.
   std::optional<double> coulomb_start;
-  bool delay = false;  ///< Estimate a delay of -1 ... 50 samples on top of the known one.
+  /// More of dry friction to estimate, each from the value given, which must be near (LackingFriction); with
+  /// `coulomb_friction` left out it may be the load's alone.
+  FurtherFriction further_friction = {};
+  bool score_friction = true;  ///< Fill lacking_friction, which takes as long as some steps of the fit.
+  bool delay = false;          ///< Estimate a delay of -1 ... 50 samples on top of the known one.
   /// More to estimate: kLoadViscousFriction, kTorqueLag, kOutputFilter, kMotorGroundStiffness,
   /// kLoadGroundStiffness. What is
   /// not estimated of these keeps the value of `initial`.
@@ -35,6 +50,7 @@ struct OutputErrorConfig {
   std::vector<std::pair<std::size_t, std::size_t>> holdout;
   /// [record] Dry friction that is known, as OutputErrorFit::friction_torque: nothing of it is estimated.
   std::vector<std::vector<double>> friction_torque;
+  std::vector<std::vector<double>> load_friction_torque;  ///< [record] The same of the load.
   bool fixed_model =
       false;             ///< Estimate initial state and offset only: simulate a given model on the record.
   bool at_load = false;  ///< The output is the motion of the load; without dry friction.
@@ -87,6 +103,13 @@ struct Bending {
   ParameterVector shift = ParameterVector::Zero();  ///< Move of the parameters with it estimated along.
 };
 
+/// More of dry friction that the fit leaves out, and what estimating it would gain (score test, as Lacking).
+struct LackingFriction {
+  double gain = 0.0;
+  double coulomb_start = 0.0;  ///< OutputErrorConfig::coulomb_start
+  FurtherFriction start;       ///< With what is estimated already; values to begin a fit from.
+};
+
 struct OutputErrorFit {
   DriveModel model;
   bool converged = false;
@@ -94,7 +117,9 @@ struct OutputErrorFit {
   std::optional<data::Estimate>
       offset;  ///< Torque added to the input; an integrating controller in the loop hides it.
   std::optional<data::Estimate> coulomb_friction;
-  std::vector<double> friction_torque;  ///< [4 sample + quarter of it] Of dry friction; empty without.
+  FurtherFriction further_friction;          ///< What was asked for.
+  std::vector<double> friction_torque;       ///< [4 sample + quarter of it] Of dry friction; empty without.
+  std::vector<double> load_friction_torque;  ///< The same on the load.
   bool one_direction =
       false;  ///< The motion never reverses: dry friction, if asked for, is part of the offset.
   std::vector<double> residual;  ///< [sample] output minus simulated output, from first_sample on.
@@ -134,6 +159,8 @@ struct JointOutputErrorFit {
   DriveModel model;
   bool converged = false;
   std::optional<data::Estimate> coulomb_friction;
+  FurtherFriction further_friction;
+  std::vector<LackingFriction> lacking_friction;  ///< Where there is dry friction, and no hold-out samples.
   std::vector<OutputErrorFit> records;  ///< [record] The common model, with each one's offset and residual.
   std::vector<DriveModel> own;  ///< [record] What each says alone; empty if not asked for or one cannot be
                                 ///< fitted.

@@ -45,6 +45,10 @@ struct ModelResult {
   double model_error = 0.0;  ///< Relative difference to the measured response that noise does not explain.
   std::optional<data::Estimate> coulomb_friction;
   std::optional<data::Estimate> offset;
+  fit::FurtherFriction further_friction = {};
+
+  /// On either side.
+  [[nodiscard]] bool has_dry_friction() const noexcept { return coulomb_friction || further_friction.any(); }
 };
 
 struct LoopResult {

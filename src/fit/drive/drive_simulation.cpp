@@ -1,108 +1,14 @@
 // SPDX-License-Identifier: MIT
-#include <ceres/jet.h>
-
 #include <algorithm>
 #include <fit/controller_law.hpp>
 #include <fit/drive/drive_simulation.hpp>
+#include <fit/drive/sampled_slopes.hpp>
 #include <numeric>
 
 #include "linalg/decompositions.hpp"
 
 namespace resonid::fit::detail {
 namespace {
-
-/// A value's derivatives by the active coordinates.
-template <int Columns>
-using Slopes = Eigen::Array<double, 1, Columns>;
-
-template <int Columns>
-Slopes<Columns> zero() {
-  return Slopes<Columns>::Zero();
-}
-
-/// The sampled drive with the slopes of its matrices.
-template <int Masses, int Columns>
-struct SampledSlopes {
-  static constexpr int kStates = Sizes<Masses>::kStates;
-  SampledDrive<Masses, double> drive;
-  std::array<std::array<Slopes<Columns>, kStates>, kStates> a;
-  std::array<Slopes<Columns>, kStates> b, c, lag_b;
-  Slopes<Columns> d, lag_d, decay, past_d;
-  FrictionParts<Masses, double> parts;  ///< With dry friction only.
-  std::array<std::array<Slopes<Columns>, kStates>, kFrictionParts> parts_b;
-  std::array<Slopes<Columns>, kFrictionParts> parts_d, parts_past_d;
-};
-
-template <int Masses, int Columns>
-SampledSlopes<Masses, Columns> sampled(const SimulationSetup& setup, const double* x,
-                                       std::span<const int> active, bool dry) {
-  constexpr int kStates = Sizes<Masses>::kStates, kCount = Sizes<Masses>::kParameters;
-  SampledSlopes<Masses, Columns> result;
-  const auto with = [&](const auto* coordinates, auto&& make) {
-    using T = std::decay_t<decltype(*coordinates)>;
-    return make(setup.coordinates.parameters(coordinates, Masses == 3), setup.quantity,
-                T(coordinates[kDelay] + T(setup.known_delay_samples)), setup.coordinates.sample_time_s,
-                setup.lag, coordinates[kTorqueLag], setup.velocity);
-  };
-  const auto of = [&](const auto* x_or_jets) {
-    return with(x_or_jets, [&](const auto&... a) { return sampled_drive<Masses>(a..., setup.mass); });
-  };
-  const auto parts_of = [&](const auto* x_or_jets) {
-    return with(x_or_jets, [](const auto&... a) { return friction_parts<Masses>(a...); });
-  };
-  result.drive = of(x);
-  if (dry) result.parts = parts_of(x);
-  if constexpr (Columns > 0) {
-    for (std::size_t part = 0; part < kFrictionParts; ++part) {
-      result.parts_b[part].fill(zero<Columns>());
-      result.parts_d[part] = result.parts_past_d[part] = zero<Columns>();
-    }
-    for (int i = 0; i < kStates; ++i) {
-      result.a[static_cast<std::size_t>(i)].fill(zero<Columns>());
-      const auto at = static_cast<std::size_t>(i);
-      result.b[at] = result.c[at] = result.lag_b[at] = zero<Columns>();
-    }
-    result.d = result.lag_d = result.decay = result.past_d = zero<Columns>();
-    if (active.empty() || active.front() >= kCount) return result;
-    using Jet = ceres::Jet<double, kCount>;
-    std::array<Jet, kCount> jets;
-    for (int i = 0; i < kCount; ++i) jets[static_cast<std::size_t>(i)] = Jet(x[i]);
-    for (const int p : active)
-      if (p < kCount) jets[static_cast<std::size_t>(p)].v(p) = 1.0;
-    const auto jet = of(jets.data());
-    const auto& s = jet.system;
-    for (std::size_t p = 0; p < active.size(); ++p) {
-      const int from = active[p];
-      if (from >= kCount) continue;
-      const auto to = static_cast<Eigen::Index>(p);
-      for (int i = 0; i < kStates; ++i) {
-        const auto row = static_cast<std::size_t>(i);
-        for (int j = 0; j < kStates; ++j) result.a[row][static_cast<std::size_t>(j)](to) = s.a(i, j).v(from);
-        result.b[row](to) = s.b(i).v(from);
-        result.c[row](to) = s.c(i).v(from);
-        result.lag_b[row](to) = jet.lag_b(i).v(from);
-      }
-      result.d(to) = s.d.v(from);
-      result.lag_d(to) = jet.lag_d.v(from);
-      result.decay(to) = jet.decay.v(from);
-      result.past_d(to) = jet.past_d.v(from);
-    }
-    if (!dry) return result;
-    const auto jet_parts = parts_of(jets.data());
-    for (std::size_t p = 0; p < active.size(); ++p) {
-      const int from = active[p];
-      if (from >= kCount) continue;
-      const auto to = static_cast<Eigen::Index>(p);
-      for (std::size_t part = 0; part < kFrictionParts; ++part) {
-        for (int i = 0; i < kStates; ++i)
-          result.parts_b[part][static_cast<std::size_t>(i)](to) = jet_parts.b[part](i).v(from);
-        result.parts_d[part](to) = jet_parts.d[part].v(from);
-        result.parts_past_d[part](to) = jet_parts.past_d[part].v(from);
-      }
-    }
-  }
-  return result;
-}
 
 /// Controller run on a value and its slopes at once.
 template <int Columns>
@@ -126,25 +32,6 @@ class Controller {
   std::vector<double> state_;
   std::vector<Slopes<Columns>> slopes_;
 };
-
-/// Friction over one sample of a driven side that would go from `velocity` to `free` without it, the torque
-/// on it being even: it slides to the end, or up to a standstill, from where it rests or, pulled by more than
-/// there is of friction, slides back.
-void slide_or_stick(double velocity, double free, double velocity_gain, double coulomb, double& direction,
-                    double& stuck) {
-  direction = stuck = 0.0;
-  const double pull = (free - velocity) / velocity_gain;
-  const bool rests = std::abs(pull) <= coulomb;
-  const double way = velocity > 0.0 ? 1.0 : velocity < 0.0 ? -1.0 : pull > 0.0 ? 1.0 : -1.0;
-  if (way * free > velocity_gain * coulomb || way * pull > coulomb) {
-    direction = way;
-  } else if (rests) {
-    stuck = free / velocity_gain;
-  } else {
-    const double share = std::abs(velocity) / (velocity_gain * (coulomb - way * pull));
-    direction = way * (2.0 * share - 1.0);
-  }
-}
 
 /// Rows [J r] reduced to their triangular factor from time to time.
 template <int Columns>
@@ -170,6 +57,65 @@ class Compressed {
   }
   Eigen::MatrixXd rows_ = Eigen::MatrixXd::Zero(kRows, Columns + 1);
   int used_ = 0;
+};
+
+/// The course of dry friction as the drive itself moves.
+template <int Masses>
+class MovingFriction {
+ public:
+  static constexpr std::size_t kStates = Sizes<Masses>::kStates;
+  using State = std::array<double, kStates>;
+  using Parts = std::array<double, kFrictionParts>;
+
+  /// `used`: states that count.
+  template <class Model>
+  MovingFriction(const SimulationSetup& setup, const double* x, const Model& model, int used, bool on_load)
+      : driven_(model.driven.parts),
+        load_(model.load.parts),
+        law_{std::max(0.0, x[kCoulomb]), x[kExcess], x[kStribeckVelocity]},
+        load_law_{x[kLoadCoulomb]},
+        coulomb_(x[kCoulomb]),
+        used_(used),
+        lagging_(setup.lag == Lag::first_order),
+        on_load_(on_load) {}
+
+  /// Over one sample from `state` under `torque`, which lags `behind`.
+  void advance(State state, double torque, double behind, Parts& direction, Parts& stuck, Parts& load) {
+    const auto& step = driven_.step;
+    constexpr std::size_t kLast = Masses - 1;
+    for (std::size_t part = 0; part < kFrictionParts; ++part) {
+      State next = state;
+      for (int i = 0; i < used_; ++i) {
+        double sum = step.b(i) * torque;
+        for (int c = 0; c < used_; ++c) sum += step.a(i, c) * state[static_cast<std::size_t>(c)];
+        if (lagging_) sum += driven_.lag_b(i) * behind;
+        next[static_cast<std::size_t>(i)] = sum;
+      }
+      // The sides hardly reach each other within the part: the load's friction of the part before will do.
+      const double across = on_load_ ? load_.step.b(0) * last_load_ : 0.0;
+      const auto f = slide_or_stick(law_, state[0], next[0] - across, step.b(0));
+      direction[part] = f.direction;
+      stuck[part] = f.stuck;
+      const double against = coulomb_ * f.direction + f.stuck;
+      for (int i = 0; i < used_; ++i) next[static_cast<std::size_t>(i)] -= step.b(i) * against;
+      if (on_load_) {
+        const auto g = slide_or_stick(load_law_, state[kLast], next[kLast], load_.step.b(kLast));
+        load[part] = last_load_ = load_law_.coulomb * g.direction + g.stuck;
+        for (int i = 0; i < used_; ++i) next[static_cast<std::size_t>(i)] -= load_.step.b(i) * last_load_;
+      }
+      state = next;
+      behind *= driven_.decay;
+    }
+  }
+
+ private:
+  const FrictionParts<Masses, double>& driven_;
+  const FrictionParts<Masses, double>& load_;
+  FrictionLaw law_, load_law_;
+  double coulomb_;
+  int used_;
+  bool lagging_, on_load_;
+  double last_load_ = 0.0;
 };
 
 /// Further torques, and what those that do not act on the driven side do.
@@ -223,47 +169,6 @@ class Pushed {
 
 }  // namespace
 
-DriveSignals whitened(const DriveSignals& raw, const NoiseModel& noise) {
-  if (noise.order() == 0) return raw;
-  DriveSignals s;
-  s.input = whiten(raw.input, noise);
-  s.reference = whiten(raw.reference, noise);
-  s.output = whiten(raw.output, noise);
-  s.direction = whiten(raw.direction, noise);
-  s.stuck = whiten(raw.stuck, noise);
-  for (std::size_t part = 0; part < kFrictionParts; ++part) {
-    s.direction_parts[part] = whiten(raw.direction_parts[part], noise);
-    s.stuck_parts[part] = whiten(raw.stuck_parts[part], noise);
-  }
-  s.unused = touched(raw.unused, noise);
-  s.constant = std::accumulate(noise.polynomial.begin(), noise.polynomial.end(), 0.0);
-  return s;
-}
-
-std::vector<double> friction_of(const DriveSignals& s, double coulomb) {
-  std::vector<double> torque;
-  torque.reserve(kFrictionParts * s.stuck.size());
-  for (std::size_t k = 0; k < s.stuck.size(); ++k)
-    for (std::size_t part = 0; part < kFrictionParts; ++part) {
-      const bool even = s.stuck_parts[part].empty();
-      torque.push_back(coulomb * (s.direction[k] + (even ? 0.0 : s.direction_parts[part][k])) + s.stuck[k] +
-                       (even ? 0.0 : s.stuck_parts[part][k]));
-    }
-  return torque;
-}
-
-void take_friction(std::span<const double> torque, DriveSignals& s) {
-  const std::size_t samples = torque.size() / kFrictionParts;
-  s.stuck.assign(samples, 0.0);
-  s.stuck_parts.fill(s.stuck);
-  for (std::size_t k = 0; k < samples; ++k) {
-    for (std::size_t part = 0; part < kFrictionParts; ++part)
-      s.stuck[k] += torque[kFrictionParts * k + part] / kFrictionParts;
-    for (std::size_t part = 0; part < kFrictionParts; ++part)
-      s.stuck_parts[part][k] = torque[kFrictionParts * k + part] - s.stuck[k];
-  }
-}
-
 int SimulationSetup::controller_order() const {
   if (!controller) return 0;
   return static_cast<int>(std::max(controller->numerator.size(), controller->denominator.size())) - 1;
@@ -278,7 +183,9 @@ void DriveSimulation::run(const double* x, std::span<const int> active, Sink&& s
   const bool dry = !signals_.direction.empty();
   const bool given = !dry && !signals_.stuck.empty();
   const bool in_parts = friction != nullptr || ((dry || given) && !signals_.stuck_parts.front().empty());
-  const auto model = sampled<Masses, Columns>(setup_, x, active, in_parts);
+  const bool on_load =
+      Masses > 1 && (friction != nullptr ? x[kLoadCoulomb] > 0.0 : !signals_.on_load.front().empty());
+  const auto model = sampled<Masses, Columns>(setup_, x, active, {in_parts, on_load});
   const auto& s = model.drive.system;
   const bool lagging = setup_.lag == Lag::first_order;
   const bool grounded = setup_.grounded;
@@ -307,12 +214,13 @@ void DriveSimulation::run(const double* x, std::span<const int> active, Sink&& s
   std::vector<Row> late_slopes(kSlopes && closed ? first : 0, zero<Columns>());
   std::optional<Controller<Columns>> controller;
   if (closed) controller.emplace(*setup_.controller, x + kControllerState, active);
-  const double constant = x[kOffset] * signals_.constant, coulomb = std::max(0.0, x[kCoulomb]);
+  const double constant = x[kOffset] * signals_.constant;
   const bool differences =
       setup_.velocity == Velocity::differences && setup_.quantity == data::OutputQuantity::velocity;
   double last_torque = 0.0;
   Row last_torque_slopes = zero<Columns>();
-  std::array<double, kFrictionParts> last_beyond{}, last_direction_beyond{};
+  std::array<double, kFrictionParts> last_beyond{}, last_direction_beyond{}, last_load{};
+  MovingFriction<Masses> moving(setup_, x, model, used, on_load);
   double behind = x[kBehind], last_command = 0.0;  // by how much the torque loop lags behind its command
   Row behind_slopes = zero<Columns>(), last_slopes = zero<Columns>();
   if constexpr (kSlopes)
@@ -345,33 +253,18 @@ void DriveSimulation::run(const double* x, std::span<const int> active, Sink&& s
       last_command = command;
       if constexpr (kSlopes) last_slopes = command_slopes;
     }
-    // Friction torque of the sample's parts beyond its mean, and the direction's.
-    std::array<double, kFrictionParts> beyond{}, direction_beyond{};
+    // Friction torque of the sample's parts beyond its mean, and the direction's; all of it on the load.
+    std::array<double, kFrictionParts> beyond{}, direction_beyond{}, load{};
     if (friction != nullptr) {
       std::array<double, kFrictionParts> direction{}, stuck{};
-      auto inner = state;
-      double still_behind = behind;
-      for (std::size_t part = 0; part < kFrictionParts; ++part) {
-        const auto& step = model.parts.step;
-        const auto moved = [&](int row, double by) {
-          double sum = step.b(row) * by;
-          for (int c = 0; c < used; ++c) sum += step.a(row, c) * inner[static_cast<std::size_t>(c)];
-          if (lagging) sum += model.parts.lag_b(row) * still_behind;
-          return sum;
-        };
-        slide_or_stick(inner[0], moved(0, torque), step.b(0), coulomb, direction[part], stuck[part]);
-        auto next = inner;
-        for (int i = 0; i < used; ++i)
-          next[static_cast<std::size_t>(i)] = moved(i, torque - x[kCoulomb] * direction[part] - stuck[part]);
-        inner = next;
-        still_behind *= model.parts.decay;
-      }
+      moving.advance(state, torque, lagging ? behind : 0.0, direction, stuck, load);
       friction->direction[j] = std::accumulate(direction.begin(), direction.end(), 0.0) / kFrictionParts;
       friction->stuck[j] = std::accumulate(stuck.begin(), stuck.end(), 0.0) / kFrictionParts;
       for (std::size_t part = 0; part < kFrictionParts; ++part) {
         friction->direction_parts[part][j] = direction[part] - friction->direction[j];
         friction->stuck_parts[part][j] = stuck[part] - friction->stuck[j];
         beyond[part] = x[kCoulomb] * friction->direction_parts[part][j] + friction->stuck_parts[part][j];
+        if (on_load) friction->on_load[part][j] = load[part];
       }
       torque -= x[kCoulomb] * friction->direction[j] + friction->stuck[j];
     } else if (dry) {
@@ -386,6 +279,8 @@ void DriveSimulation::run(const double* x, std::span<const int> active, Sink&& s
       for (std::size_t part = 0; in_parts && part < kFrictionParts; ++part)
         beyond[part] = signals_.stuck_parts[part][j];
     }
+    if (on_load && friction == nullptr)
+      for (std::size_t part = 0; part < kFrictionParts; ++part) load[part] = signals_.on_load[part][j];
     if (pushed.on(0)) torque += signals_.pushes[0][j];
     if (motion != nullptr) pushed.record(state, torque + behind, *motion);
     double output = s.d * torque + pushed.output(j);
@@ -412,13 +307,21 @@ void DriveSimulation::run(const double* x, std::span<const int> active, Sink&& s
       output += s.c(i) * state[at];
       if constexpr (kSlopes) output_slopes += s.c(i) * slopes[at] + model.c[at] * state[at];
     }
+    const auto against = [&](const PartsSlopes<Masses, Columns>& side, std::size_t part, double now,
+                             double before) {
+      output -= side.parts.d[part] * now + side.parts.past_d[part] * before;
+      if constexpr (kSlopes) output_slopes -= side.d[part] * now + side.past_d[part] * before;
+    };
     for (std::size_t part = 0; in_parts && part < kFrictionParts; ++part) {
-      const double d = model.parts.d[part], past_d = model.parts.past_d[part];
-      output -= d * beyond[part] + past_d * last_beyond[part];
+      const double d = model.driven.parts.d[part], past_d = model.driven.parts.past_d[part];
+      against(model.driven, part, beyond[part], last_beyond[part]);
       if constexpr (kSlopes)
-        output_slopes += by_coulomb * (d * direction_beyond[part] + past_d * last_direction_beyond[part]) -
-                         model.parts_d[part] * beyond[part] - model.parts_past_d[part] * last_beyond[part];
+        output_slopes += by_coulomb * (d * direction_beyond[part] + past_d * last_direction_beyond[part]);
     }
+    if (j == 0) last_load = load;
+    for (std::size_t part = 0; on_load && part < kFrictionParts; ++part)
+      against(model.load, part, load[part], last_load[part]);
+    last_load = load;
     last_beyond = beyond;
     last_direction_beyond = direction_beyond;
     if (filters) {
@@ -444,7 +347,9 @@ void DriveSimulation::run(const double* x, std::span<const int> active, Sink&& s
       if (lagging) sum += model.drive.lag_b(i) * behind;
       for (int c = 0; c < kOrder; ++c) sum += s.a(i, c) * past[static_cast<std::size_t>(c)];
       for (std::size_t part = 0; in_parts && part < kFrictionParts; ++part)
-        sum -= model.parts.b[part](i) * beyond[part];
+        sum -= model.driven.parts.b[part](i) * beyond[part];
+      for (std::size_t part = 0; on_load && part < kFrictionParts; ++part)
+        sum -= model.load.parts.b[part](i) * load[part];
       sum += pushed.state(i, j);
       state[at] = sum;
       if constexpr (kSlopes) {
@@ -454,8 +359,10 @@ void DriveSimulation::run(const double* x, std::span<const int> active, Sink&& s
         for (std::size_t c = 0; c < kOrder; ++c)
           row += s.a(i, static_cast<int>(c)) * past_slopes[c] + model.a[at][c] * past[c];
         for (std::size_t part = 0; in_parts && part < kFrictionParts; ++part)
-          row += by_coulomb * (model.parts.b[part](i) * direction_beyond[part]) -
-                 model.parts_b[part][at] * beyond[part];
+          row += by_coulomb * (model.driven.parts.b[part](i) * direction_beyond[part]) -
+                 model.driven.b[part][at] * beyond[part];
+        for (std::size_t part = 0; on_load && part < kFrictionParts; ++part)
+          row -= model.load.b[part][at] * load[part];
         slopes[at] = row;
       }
     }
@@ -604,6 +511,7 @@ std::vector<double> DriveSimulation::simulate_friction(std::span<const double> x
   course.stuck = course.direction;
   course.direction_parts.fill(course.direction);
   course.stuck_parts.fill(course.direction);
+  if (x[kLoadCoulomb] > 0.0) course.on_load.fill(course.direction);
   std::vector<double> left;
   left.reserve(signals_.output.size());
   with_masses(setup_.structure, [&](auto masses) {

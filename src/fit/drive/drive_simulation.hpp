@@ -3,44 +3,30 @@
 
 #include <Eigen/Core>
 #include <array>
-#include <fit/drive/friction_parts.hpp>
+#include <fit/drive/drive_signals.hpp>
+#include <fit/drive/friction_law.hpp>
 #include <fit/drive/sampled_drive.hpp>
 #include <optional>
 #include <resonid/data/transfer_function.hpp>
-#include <resonid/fit/detail/noise_model.hpp>
 #include <span>
 #include <vector>
 
 // A record's output simulated by a drive, alone or in its loop, with exact derivatives.
 namespace resonid::fit::detail {
 
-/// A record's own coordinates follow the physical ones: states and place at its start, constant torque,
-/// the shared dry friction, by how much the torque lags behind its command, and the controller's states.
+/// A record's own coordinates follow the physical ones: states and place at its start, constant torque, by
+/// how much the torque lags behind its command, and the controller's states; among them, from kCoulomb on,
+/// the shared ones of dry friction: on the driven side, on the load; and of FrictionLaw on the driven side.
 inline constexpr int kInitialState = kParameterCount;
 inline constexpr int kPlace = kInitialState + Sizes<3>::kOrder;
 inline constexpr int kOffset = kPlace + 1;
 inline constexpr int kCoulomb = kPlace + 2;
-inline constexpr int kBehind = kPlace + 3;
-inline constexpr int kControllerState = kPlace + 4;
-
-/// What a record gives to a simulation. Filtering all of it by a noise model commutes with drive and
-/// controller, both being linear.
-struct DriveSignals {
-  std::vector<double> input;      ///< Torque; in closed loop the excitation.
-  std::vector<double> reference;  ///< In closed loop only.
-  std::vector<double> output;
-  std::vector<double>
-      direction;  ///< Of sliding: -1 ... 1 as a mean over the sample; empty without dry friction.
-  /// Friction torque of samples that end at rest, where `direction` is 0; with no `direction` all of it.
-  std::vector<double> stuck;
-  /// [part][sample] What direction and stuck are beyond their means over the sample; empty: nothing.
-  std::array<std::vector<double>, kFrictionParts> direction_parts, stuck_parts;
-  std::vector<std::vector<double>> pushes;  ///< [mass][sample] Further torques; an empty one: none.
-  double constant = 1.0;                    ///< What a constant becomes.
-  std::vector<bool> unused;  ///< [sample] of the output: no residual is taken there; empty: none.
-};
-
-[[nodiscard]] DriveSignals whitened(const DriveSignals& raw, const NoiseModel& noise);
+inline constexpr int kLoadCoulomb = kCoulomb + 1;
+inline constexpr int kExcess = kCoulomb + 2;
+inline constexpr int kStribeckVelocity = kCoulomb + 3;
+inline constexpr int kFrictionCoordinates = 4;
+inline constexpr int kBehind = kCoulomb + kFrictionCoordinates;
+inline constexpr int kControllerState = kBehind + 1;
 
 /// How a simulated drive moves, [sample] from the first that the delay leaves.
 struct DriveMotion {
@@ -48,10 +34,6 @@ struct DriveMotion {
   std::vector<std::vector<double>> twist;     ///< [coupling]
   std::vector<double> torque;                 ///< On the driven side.
 };
-
-/// Torque of dry friction along its course, [kFrictionParts sample + part], and back as one that is given.
-[[nodiscard]] std::vector<double> friction_of(const DriveSignals& signals, double coulomb);
-void take_friction(std::span<const double> torque, DriveSignals& signals);
 
 struct SimulationSetup {
   Structure structure = Structure::two_mass;
@@ -97,8 +79,9 @@ class DriveSimulation {
   /// [J r] itself, [sample]: as many rows as the record leaves.
   [[nodiscard]] Eigen::MatrixXd rows(std::span<const double> x, std::span<const int> active) const;
 
-  /// Dry friction of the drive itself under x: in each sample the driven side slides, up to a standstill or
-  /// past it, or rests. Returns direction and stuck, with their parts; the rest is empty.
+  /// Dry friction of the drive itself under x: in each part of a sample either side slides, up to a
+  /// standstill or past it, or rests. Returns direction and stuck, with their parts, and what acts on the
+  /// load; the rest is empty.
   [[nodiscard]] DriveSignals friction(std::span<const double> x) const;
   /// The residual under that friction, whatever course the signals have.
   [[nodiscard]] std::vector<double> moving_residual(std::span<const double> x) const;

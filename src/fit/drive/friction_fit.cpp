@@ -2,7 +2,6 @@
 #include <algorithm>
 #include <cmath>
 #include <fit/drive/friction_fit.hpp>
-#include <fit/least_squares.hpp>
 #include <limits>
 
 #include "linalg/decompositions.hpp"
@@ -30,10 +29,41 @@ Eigen::VectorXd FrictionProblem::residual(const FrictionRecord& record, const st
 
 double FrictionProblem::cost(const std::vector<double>& x) const {
   constexpr double kWorst = std::numeric_limits<double>::infinity();
-  if (!allowed(x) || x[kDelay] < least_delay || x[kDelay] > most_delay) return kWorst;
+  const auto outside = [&](const Bound& b) {
+    const double at = x[static_cast<std::size_t>(b.parameter)];
+    return at < b.lower || at > b.upper;
+  };
+  if (!allowed(x) || std::any_of(bounds.begin(), bounds.end(), outside)) return kWorst;
   double sum = 0.0;
   for (const auto& record : records) sum += record.weight * record.weight * residual(record, x).squaredNorm();
   return std::isfinite(sum) ? sum : kWorst;
+}
+
+double FrictionProblem::clamped(int place, double value) const {
+  for (const auto& b : bounds)
+    if (b.parameter == place) value = std::clamp(value, b.lower, b.upper);
+  return value;
+}
+
+Eigen::Index FrictionProblem::samples(const std::vector<double>& x) const {
+  Eigen::Index sum = 0;
+  for (const auto& record : records) sum += residual(record, x).size();
+  return sum;
+}
+
+Eigen::VectorXd FrictionProblem::slope(const FrictionRecord& record, const std::vector<double>& x, int place,
+                                       double step, Eigen::Index samples) const {
+  Eigen::VectorXd slopes = Eigen::VectorXd::Zero(samples);
+  const auto at = static_cast<std::size_t>(place);
+  auto low = x, high = x;
+  low[at] = clamped(place, x[at] - step);
+  high[at] = clamped(place, x[at] + step);
+  if (!(high[at] > low[at])) return slopes;
+  const Eigen::VectorXd above = residual(record, high), below = residual(record, low);
+  // A longer delay leaves fewer samples at the start.
+  const auto common = std::min({above.size(), below.size(), samples});
+  slopes.tail(common) = (above.tail(common) - below.tail(common)) / (high[at] - low[at]);
+  return slopes;
 }
 
 Eigen::MatrixXd FrictionProblem::factor(const std::vector<double>& x, const Eigen::VectorXd& steps) const {
@@ -49,20 +79,7 @@ Eigen::MatrixXd FrictionProblem::factor(const std::vector<double>& x, const Eige
       const int place = active[static_cast<std::size_t>(p)];
       const auto& mine = record.coordinates;
       if (std::find(mine.begin(), mine.end(), place) == mine.end()) continue;
-      const auto at = static_cast<std::size_t>(place);
-      auto low = x, high = x;
-      low[at] -= steps(p);
-      high[at] += steps(p);
-      if (place == kDelay) {
-        low[at] = std::max(low[at], least_delay);
-        high[at] = std::min(high[at], most_delay);
-      }
-      if (!(high[at] > low[at])) continue;
-      const Eigen::VectorXd above = residual(record, high), below = residual(record, low);
-      // A longer delay leaves fewer samples at the start.
-      const auto common = std::min({above.size(), below.size(), here.size()});
-      rows.col(p).segment(here.size() - common, common) =
-          (above.tail(common) - below.tail(common)) / (high[at] - low[at]);
+      rows.col(p).head(here.size()) = slope(record, x, place, steps(p), here.size());
     }
     stacked.middleRows(r * (columns + 1), columns + 1) = record.weight * linalg::upper_factor(rows);
   }
@@ -71,12 +88,10 @@ Eigen::MatrixXd FrictionProblem::factor(const std::vector<double>& x, const Eige
 
 std::optional<FrictionFit> fit_with_friction(const FrictionProblem& problem, std::vector<double> x,
                                              Eigen::VectorXd deviations) {
-  constexpr int kSteps = 12, kHalvings = 6;
-  constexpr double kSmall = 0.03, kNear = 0.3;  // of a standard deviation
+  constexpr int kSteps = 12, kHalvings = 8;
+  constexpr double kSmall = 0.03, kNear = 0.3, kRough = 1.2;  // of a standard deviation
   const auto count = static_cast<Eigen::Index>(problem.active.size());
-  double samples = 0.0;
-  for (const auto& record : problem.records)
-    samples += static_cast<double>(problem.residual(record, x).size());
+  const auto samples = static_cast<double>(problem.samples(x));
   FrictionFit fit{std::move(x), 0.0, {}, false};
   fit.cost = problem.cost(fit.x);
   if (!std::isfinite(fit.cost)) return std::nullopt;
@@ -105,7 +120,15 @@ std::optional<FrictionFit> fit_with_friction(const FrictionProblem& problem, std
       fit.x = std::move(next);
       break;
     }
-    if (!(there < fit.cost)) break;
+    if (!(there < fit.cost)) {
+      // Instants that stay within a part of a sample leave the cost rough: no lower one along a step of
+      // about a deviation is as near as it tells.
+      if (!fit.converged && length < kRough) {
+        fit.covariance += way * way.transpose();
+        fit.converged = true;
+      }
+      break;
+    }
     fit.cost = there;
   }
   return fit;

@@ -3,6 +3,7 @@
 
 #include <Eigen/Core>
 #include <fit/drive/drive_simulation.hpp>
+#include <fit/least_squares.hpp>
 #include <functional>
 #include <optional>
 #include <resonid/fit/detail/noise_model.hpp>
@@ -24,7 +25,7 @@ struct FrictionProblem {
   std::vector<FrictionRecord> records;
   std::vector<int> active;  ///< Places, ascending.
   std::function<bool(const std::vector<double>&)> allowed;
-  double least_delay, most_delay;  ///< Of the coordinate.
+  std::vector<Bound> bounds;  ///< Of places.
 
   [[nodiscard]] std::vector<double> local(const FrictionRecord& record, const std::vector<double>& x) const;
   /// Whitened residual, not weighted, of the samples that are used.
@@ -35,6 +36,13 @@ struct FrictionProblem {
   /// differences of `steps` [active]: the residual has a kink wherever a sample starts or ends to stick, so
   /// steps are as wide as the parameters are in doubt. A step of 0 gives a slope of 0.
   [[nodiscard]] Eigen::MatrixXd factor(const std::vector<double>& x, const Eigen::VectorXd& steps) const;
+  /// Slopes of one record's residual, `samples` to the end, by one place.
+  [[nodiscard]] Eigen::VectorXd slope(const FrictionRecord& record, const std::vector<double>& x, int place,
+                                      double step, Eigen::Index samples) const;
+  [[nodiscard]] Eigen::Index samples(const std::vector<double>& x) const;  ///< Of all records.
+
+ private:
+  [[nodiscard]] double clamped(int place, double value) const;
 };
 
 struct FrictionFit {

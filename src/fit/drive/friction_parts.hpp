@@ -24,13 +24,19 @@ struct FrictionParts {
   std::array<T, kFrictionParts> past_d;  ///< [part of the sample before] Of differences, beside its mean.
 };
 
-/// Of the drive that sampled_drive() describes with the same arguments.
+enum class Side { driven, load };
+
+/// Of the drive that sampled_drive() describes with the same arguments, and a torque on one side of it.
 template <int Masses, class T>
-FrictionParts<Masses, T> friction_parts(const data::ThreeMass<T>& p, data::OutputQuantity quantity,
+FrictionParts<Masses, T> friction_parts(Side side, const data::ThreeMass<T>& p, data::OutputQuantity quantity,
                                         const T& delay_samples, double sample_time_s, Lag lag,
                                         const T& lag_samples, Velocity velocity) {
   constexpr int kStates = Sizes<Masses>::kStates;
-  const auto continuous = continuous_drive<Masses>(p);
+  auto continuous = continuous_drive<Masses>(p);
+  if (side == Side::load && Masses > 1) {
+    for (int i = 0; i < kStates; ++i) continuous.b(i) = T(0.0);
+    continuous.b(Masses - 1) = T(1.0) / p.load_inertia;
+  }
   const double length = sample_time_s / kFrictionParts;
   FrictionParts<Masses, T> parts;
   parts.step = hold(continuous, T(length));

@@ -72,7 +72,17 @@ expected<void, Error> check(const data::Record& record, const OutputErrorConfig&
   for (const auto& torque : config.friction_torque)
     if (config.coulomb_friction && !torque.empty())
       return refuse("friction_torque", "is known or coulomb_friction estimated, not both");
-  if (config.coulomb_friction && record.output_quantity == data::OutputQuantity::acceleration)
+  const auto& further = config.further_friction;
+  if (further.load_coulomb && config.initial.structure == Structure::rigid)
+    return refuse("further_friction", "of a load needs one: a structure with two masses or more");
+  if (further.breakaway.has_value() != further.stribeck_velocity.has_value())
+    return refuse("further_friction", "needs breakaway and Stribeck velocity together");
+  if (further.any() && config.coulomb_friction != config.coulomb_start.has_value())
+    return refuse("coulomb_start", "is needed with more of dry friction, unless that is the load's alone");
+  if (!config.coulomb_friction && further.breakaway)
+    return refuse("further_friction", "of the driven side needs coulomb_friction");
+  if ((config.coulomb_friction || further.any()) &&
+      record.output_quantity == data::OutputQuantity::acceleration)
     return refuse("coulomb_friction", "needs a velocity or a position, whose direction can be told");
   if (config.at_load && (config.coulomb_friction || !config.friction_torque.empty() ||
                          config.predictor != Predictor::open_loop))
@@ -125,10 +135,13 @@ expected<JointOutputErrorFit, Error> solve(std::span<const data::Record> records
     for (std::size_t k = 0; k < stale.size(); ++k)
       if (stale[k]) signals->unused[k] = true;
     parts.push_back({&record, std::move(*signals), hold});
-    if (config.coulomb_friction && !both_ways) both_ways = reverses(direction_of(record));
+    if ((config.coulomb_friction || config.further_friction.any()) && !both_ways)
+      both_ways = reverses(direction_of(record));
   }
   for (std::size_t r = 0; r < config.friction_torque.size() && r < parts.size(); ++r)
     detail::take_friction(config.friction_torque[r], parts[r].raw);
+  for (std::size_t r = 0; r < config.load_friction_torque.size() && r < parts.size(); ++r)
+    detail::take_load_friction(config.load_friction_torque[r], parts[r].raw);
   if (both_ways)
     for (auto& p : parts) {
       p.raw.direction = direction_of(*p.record);

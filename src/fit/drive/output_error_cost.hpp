@@ -13,7 +13,8 @@ namespace resonid::fit::detail {
 /// Common coordinates: the physical ones and dry friction. A record's own ones follow, in the order of
 /// kInitialState ..., dry friction left out.
 inline constexpr int kCommonCoulomb = int{kParameterCount};
-inline constexpr int kCommon = kCommonCoulomb + 1;
+inline constexpr int kCommon = kCommonCoulomb + kFrictionCoordinates;
+[[nodiscard]] constexpr int common_friction(int local) { return kCommonCoulomb + local - kCoulomb; }
 
 /// Where a record's coordinates lie among all.
 class CoordinateLayout {
@@ -25,8 +26,8 @@ class CoordinateLayout {
   [[nodiscard]] int local_size() const { return kCommon + own_; }
   [[nodiscard]] int of(int record, int local) const {
     if (local < kParameterCount) return local;
-    if (local == kCoulomb) return kCommonCoulomb;
-    return kCommon + record * own_ + local - kParameterCount - (local > kCoulomb ? 1 : 0);
+    if (local >= kCoulomb && local < kBehind) return common_friction(local);
+    return kCommon + record * own_ + local - kParameterCount - (local >= kBehind ? kFrictionCoordinates : 0);
   }
   [[nodiscard]] std::vector<double> local(int record, std::span<const double> x) const {
     std::vector<double> mine(static_cast<std::size_t>(local_size()));

@@ -4,6 +4,7 @@
 #include <fit/drive/bending.hpp>
 #include <fit/drive/constancy.hpp>
 #include <fit/drive/friction_fit.hpp>
+#include <fit/drive/friction_scores.hpp>
 #include <fit/drive/output_error_cost.hpp>
 #include <fit/drive/output_error_fitter.hpp>
 #include <fit/drive/record_consistency.hpp>
@@ -65,6 +66,7 @@ class OutputErrorFitter {
     const auto physical = setup_.coordinates.from(model);
     std::copy(physical.begin(), physical.end(), x_.begin());
     start_ = x_;
+    store_friction(config.coulomb_start.value_or(0.0), config.further_friction, x_);
     start_states();
     activate();
   }
@@ -74,6 +76,8 @@ class OutputErrorFitter {
       solve(false, linear_part());
       physical_ = result_;
       if (dry()) follow_friction(linear_part());
+    } else if (dry() && config_.further_friction.any()) {
+      begin_near();
     } else if (!config_.noise_model) {
       solve(false, active_);
       if (dry()) follow_friction(active_);
@@ -141,7 +145,7 @@ class OutputErrorFitter {
     active_.assign(x_.size(), false);
     const auto& model = fit_.model;
     std::copy(model.estimated.begin(), model.estimated.end(), active_.begin());
-    active_[kCommonCoulomb] = dry();
+    active_[kCommonCoulomb] = dry() && config_.coulomb_friction;
     const bool hidden = setup_.controller && integrates(*setup_.controller);
     for (int r = 0; r < records(); ++r) {
       const auto set = [&](int local, bool on) {
@@ -184,7 +188,7 @@ class OutputErrorFitter {
     auto noises = noises_of_residual();
     constexpr int kRounds = 5;
     for (int round = 0; round < kRounds; ++round) {
-      if (dry() && round > 0) set_friction(whitened_any() ? raw_x_ : x_);
+      if (dry() && round > 0) set_friction(raw_x());
       for (int r = 0; r < records(); ++r) part(r).noise = noises[static_cast<std::size_t>(r)];
       solve(true, active_);
       solve_linear_part_raw();
@@ -336,6 +340,7 @@ class OutputErrorFitter {
       raw.stuck = std::move(course.stuck);
       raw.direction_parts = std::move(course.direction_parts);
       raw.stuck_parts = std::move(course.stuck_parts);
+      raw.on_load = std::move(course.on_load);
     }
     constexpr double kSame = 1e-5;
     return changed < kSame * all;
@@ -349,6 +354,25 @@ class OutputErrorFitter {
       solve(false, mask);
       if (same) break;
     }
+  }
+
+  /// More of dry friction than its size begins near its end: turns would lead away, since at a given course
+  /// they move the size alone. What they would say gives the steps of slopes.
+  void begin_near() {
+    auto states = linear_part();
+    states[kCommonCoulomb] = false;
+    solve(false, states);
+    set_friction(x_);
+    follow_friction(states);
+    raw_x_ = x_;
+    if (config_.noise_model) {
+      const auto noises = noises_of_residual();
+      for (int r = 0; r < records(); ++r) part(r).noise = noises[static_cast<std::size_t>(r)];
+    }
+    solve(config_.noise_model, active_);
+    weigh_whitened();
+    x_ = raw_x_;
+    physical_.converged = false;
   }
 
   [[nodiscard]] double samples() const {
@@ -376,8 +400,8 @@ class OutputErrorFitter {
     const auto allowed = [this](const std::vector<double>& x) {
       return SearchRange(start_).contains(x.data(), checked());
     };
-    const auto bounds = delay_bounds();
-    FrictionProblem problem{setup_, {}, physical_.active, allowed, bounds.lower, bounds.upper};
+    FrictionProblem problem{setup_, {}, physical_.active, allowed, friction_bounds(config_.further_friction)};
+    problem.bounds.push_back(delay_bounds());
     for (int r = 0; r < records(); ++r) {
       problem.records.push_back({part(r).raw, noise_of(r), part(r).weight, {}});
       for (int i = 0; i < layout_.local_size(); ++i)
@@ -385,28 +409,63 @@ class OutputErrorFitter {
     }
     return problem;
   }
+  [[nodiscard]] const std::vector<double>& raw_x() const { return whitened_any() ? raw_x_ : x_; }
 
   /// The turns take the course of friction as given: they come near, but slowly, and their covariance leaves
-  /// out that the course is in doubt as well. Where steps that move it find no end, since the model is too
-  /// simple, the turns' result stays, with the larger deviations.
+  /// out that the course is in doubt as well; more of friction than its size they hold. Where steps that move
+  /// the course find no end, since the model is too simple, the turns' result stays, with the larger
+  /// deviations.
   void include_friction() {
-    const auto& active = physical_.active;
+    const auto further = coordinates_of(config_.further_friction);
+    auto& active = physical_.active;
+    active.insert(active.end(), further.begin(), further.end());
+    std::sort(active.begin(), active.end());
     const auto count = static_cast<Eigen::Index>(active.size());
+    constexpr double kDoubt = 0.1;  // of a start
     Eigen::VectorXd fixed(count);
     for (Eigen::Index i = 0; i < count; ++i) {
       const int at = active[static_cast<std::size_t>(i)];
       fixed(i) = std::sqrt(std::max(0.0, covariance_(at, at)));
+      if (std::find(further.begin(), further.end(), at) != further.end())
+        fixed(i) =
+            kDoubt * (std::abs(x_[static_cast<std::size_t>(at)]) +
+                      std::abs(x_[at == common_friction(kStribeckVelocity) ? static_cast<std::size_t>(at)
+                                                                           : kCommonCoulomb]));
     }
-    const auto problem = friction_problem();
-    const auto fit = fit_with_friction(problem, whitened_any() ? raw_x_ : x_, fixed);
-    if (!fit) return;
-    Eigen::VectorXd larger = Eigen::VectorXd::Ones(count);
-    if (!fit->converged) larger = fixed.cwiseQuotient(fit->covariance.diagonal().cwiseSqrt()).cwiseMax(1.0);
-    for (Eigen::Index i = 0; i < count; ++i)
-      for (Eigen::Index j = 0; j < count; ++j)
-        covariance_(active[static_cast<std::size_t>(i)], active[static_cast<std::size_t>(j)]) =
-            larger(i) * larger(j) * fit->covariance(i, j);
-    if (fit->converged) take(problem, *fit);
+    // The noise model is of what the simpler friction of the turns leaves.
+    const int rounds = further.empty() || !config_.noise_model ? 1 : 4;
+    for (int round = 0; round < rounds; ++round) {
+      const auto problem = friction_problem();
+      const auto fit = fit_with_friction(problem, raw_x(), fixed);
+      if (!further.empty()) physical_.converged = fit && fit->converged;
+      if (!fit) return;
+      Eigen::VectorXd larger = Eigen::VectorXd::Ones(count);
+      if (!fit->converged && further.empty())
+        larger = fixed.cwiseQuotient(fit->covariance.diagonal().cwiseSqrt()).cwiseMax(1.0);
+      for (Eigen::Index i = 0; i < count; ++i)
+        for (Eigen::Index j = 0; j < count; ++j)
+          covariance_(active[static_cast<std::size_t>(i)], active[static_cast<std::size_t>(j)]) =
+              larger(i) * larger(j) * fit->covariance(i, j);
+      if (!fit->converged && further.empty()) return;
+      take(problem, *fit);
+      fixed = fit->covariance.diagonal().cwiseSqrt();
+      if (round + 1 == rounds || !renew_noise()) return;
+    }
+  }
+
+  /// Noise models of what is left now. Says whether they are others.
+  bool renew_noise() {
+    const auto noises = noises_of_residual();
+    bool same = true;
+    for (int r = 0; r < records(); ++r)
+      same = same && alike(noises[static_cast<std::size_t>(r)], part(r).noise);
+    if (same) return false;
+    raw_x_ = raw_x();
+    for (int r = 0; r < records(); ++r) part(r).noise = noises[static_cast<std::size_t>(r)];
+    with_noise_ = true;
+    if (!whitened_any()) x_ = raw_x_;
+    weigh_whitened();
+    return true;
   }
 
   /// What was found with friction on the raw signals; the whitened ones have states of their own.
@@ -455,7 +514,8 @@ class OutputErrorFitter {
     const auto estimate = [&](int i) {
       return data::Estimate{x_[static_cast<std::size_t>(i)], std::sqrt(std::max(0.0, covariance(i, i)))};
     };
-    if (dry()) fit.coulomb_friction = estimate(kCommonCoulomb);
+    if (dry() && config_.coulomb_friction) fit.coulomb_friction = estimate(kCommonCoulomb);
+    if (dry()) fit.further_friction = further_friction_of(config_.further_friction, x_, covariance);
     double likelihood = 0.0, noise_orders = 0.0;
     for (int r = 0; r < records(); ++r) {
       const auto& p = part(r);
@@ -475,6 +535,9 @@ class OutputErrorFitter {
     if (records() > 1 && !config_.fixed_model) fit.against_others = consistency();
     if (config_.fixed_model && config_.disturbances)
       for (int r = 0; r < records(); ++r) test_bending(r, fit.records[static_cast<std::size_t>(r)]);
+    if (dry() && config_.score_friction && !config_.fixed_model && config_.holdout.empty())
+      fit.lacking_friction = score_friction(friction_problem(), raw_x(), covariance, config_.further_friction,
+                                            config_.coulomb_friction);
     if (!config_.fixed_model && config_.holdout.empty())
       for (int r = 0; r < records(); ++r) {
         auto& own = fit.records[static_cast<std::size_t>(r)];
@@ -583,9 +646,11 @@ class OutputErrorFitter {
     own.model = fit_.model;
     own.converged = fit_.converged;
     own.coulomb_friction = fit_.coulomb_friction;
+    own.further_friction = fit_.further_friction;
     own.samples = p.samples;
-    if (dry()) own.friction_torque = friction_of(p.raw, fit_.coulomb_friction->value);
-    own.one_direction = config_.coulomb_friction && !dry();
+    if (dry()) own.friction_torque = friction_of(p.raw, x_[kCommonCoulomb]);
+    if (dry()) own.load_friction_torque = load_friction_of(p.raw);
+    own.one_direction = (config_.coulomb_friction || config_.further_friction.any()) && !dry();
     if (!config_.holdout.empty()) own.holdout = judge_holdout(r);
     DriveSignals all = p.raw;
     all.unused.clear();

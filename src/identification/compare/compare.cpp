@@ -91,12 +91,16 @@ void compare_parameters(const Result& first, const Result& second, Changes& c) {
     c.parameters.push_back(difference(std::string(fit::kParameterNames[static_cast<std::size_t>(i)]),
                                       unit_of(p, u), a.estimate(p), b.estimate(p)));
   }
-  const auto optional = [&](const char* name, const std::optional<data::Estimate>& x,
+  const auto optional = [&](const char* name, const std::string& unit, const std::optional<data::Estimate>& x,
                             const std::optional<data::Estimate>& y) {
-    if (x && y) c.parameters.push_back(difference(name, u.torque, *x, *y));
+    if (x && y) c.parameters.push_back(difference(name, unit, *x, *y));
   };
-  optional("coulomb_friction", first.model->coulomb_friction, second.model->coulomb_friction);
-  optional("offset", first.model->offset, second.model->offset);
+  optional("coulomb_friction", u.torque, first.model->coulomb_friction, second.model->coulomb_friction);
+  const auto &f = first.model->further_friction, &g = second.model->further_friction;
+  optional("breakaway_friction", u.torque, f.breakaway, g.breakaway);
+  optional("stribeck_velocity", u.velocity, f.stribeck_velocity, g.stribeck_velocity);
+  optional("load_coulomb_friction", u.torque, f.load_coulomb, g.load_coulomb);
+  optional("offset", u.torque, first.model->offset, second.model->offset);
 }
 
 void compare_margins(const Result& first, const Result& second, Changes& c) {

@@ -150,6 +150,7 @@ class Joiner {
     }
     model.drive = fit->model;
     model.coulomb_friction = fit->coulomb_friction;
+    model.further_friction = fit->further_friction;
     model.from_record = true;
     model.model_error = unexplained_difference(model.drive, response_);
     joint_.model = model;

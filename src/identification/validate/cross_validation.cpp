@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <identification/identify/select/record_fit.hpp>
 #include <identification/linear_simulation.hpp>
 #include <resonid/base/detail/statistics.hpp>
 #include <resonid/fit/output_error.hpp>
@@ -22,7 +23,7 @@ std::optional<double> fit_percent(const data::Record& record, const ModelResult&
   config.noise_model = false;
   config.known_delay_s = options.delay_s;
   config.viscous_friction = model.drive.estimated[fit::kViscousFriction];
-  config.coulomb_friction = model.coulomb_friction.has_value();
+  detail::use_friction(model.coulomb_friction, model.further_friction, config);
   const auto simulation = fit::fit_output_error(record, config);
   if (!simulation) return std::nullopt;
   return simulation->fit_percent;

@@ -15,7 +15,7 @@ std::optional<diagnostics::Finding> inspect_refit(const data::Record& record, co
   using namespace fit;
   if (!candidate.model || !candidate.model->from_record || !record.input.present()) return std::nullopt;
   const auto& model = *candidate.model;
-  if (model.coulomb_friction && !record.excitation.present()) return std::nullopt;
+  if (model.has_dry_friction() && !record.excitation.present()) return std::nullopt;
   auto config = config_of(model, {&record, 1}, options, {});
   config.initial.sample_time_s = record.sample_time_s();
   auto fitted = fit_output_error(record, config);

@@ -6,6 +6,7 @@
 #include <identification/criteria.hpp>
 #include <identification/identify/prepare/prepare.hpp>
 #include <identification/identify/select/band_record.hpp>
+#include <identification/identify/select/record_fit.hpp>
 #include <identification/linear_simulation.hpp>
 #include <identification/validate/evidence.hpp>
 #include <identification/validate/refit.hpp>
@@ -77,7 +78,7 @@ class Simulator {
     config.noise_model = false;
     config.known_delay_s = options_.common.delay_s;
     config.viscous_friction = config.initial.estimated[fit::kViscousFriction];
-    config.coulomb_friction = v_.candidate.model->coulomb_friction.has_value();
+    detail::use_friction(v_.candidate.model->coulomb_friction, v_.candidate.model->further_friction, config);
     auto simulation = fit::fit_output_error(record_, config);
     if (!simulation)
       return refused(
@@ -141,7 +142,7 @@ class Simulator {
       return refused("approach", "indirect needs an excitation in the record");
     const auto g = plant();
     if (!g) return tl::unexpected(g.error());
-    if (v_.candidate.model && v_.candidate.model->coulomb_friction)
+    if (v_.candidate.model && v_.candidate.model->has_dry_friction())
       v_.findings.push_back(
           {"friction-left-out",
            Severity::warning,

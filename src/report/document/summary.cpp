@@ -138,7 +138,15 @@ std::string parameter_lines(const Result& result, double z) {
   };
   lag("torque lag", fit::kTorqueLag);
   lag("output filter", fit::kOutputFilter);
-  if (result.model->coulomb_friction) put("dry friction", *result.model->coulomb_friction, u.torque);
+  const auto friction = [&](const char* label, const std::optional<data::Estimate>& e,
+                            const std::string& unit) {
+    if (e) put(label, *e, unit);
+  };
+  const auto& more = result.model->further_friction;
+  friction("dry friction", result.model->coulomb_friction, u.torque);
+  friction("breakaway friction", more.breakaway, u.torque);
+  friction("Stribeck velocity", more.stribeck_velocity, u.velocity);
+  friction("dry friction of the load", more.load_coulomb, u.torque);
   if (drive.estimated[fit::kDelay]) {
     auto delay = drive.estimate(fit::kDelay);
     put("further delay", {1e3 * delay.value, 1e3 * delay.std}, "ms");

@@ -143,6 +143,15 @@ void describe_drive(Fields& f, identification::Result& result, identification::M
       describe_belt(f, drive, result.radius_m.value_or(1.0));
     quantity(f, {"coulomb_friction", "dry friction of the driven side"}, model.coulomb_friction,
              result.units.torque);
+    auto& more = model.further_friction;
+    quantity(f, {"breakaway_friction", "torque that it takes to start the driven side"}, more.breakaway,
+             result.units.torque);
+    quantity(f,
+             {"stribeck_velocity",
+              "velocity v over which breakaway friction falls to coulomb_friction as exp(-(w/v)^2)"},
+             more.stribeck_velocity, result.units.velocity);
+    quantity(f, {"load_coulomb_friction", "dry friction of the load"}, more.load_coulomb,
+             result.units.torque);
     quantity(f, {"offset", "constant torque"}, model.offset, result.units.torque);
   });
   auto g = f.writing() ? drive.transfer_function() : data::TransferFunction{};

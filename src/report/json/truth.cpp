@@ -9,11 +9,11 @@ namespace {
 using plant::Truth;
 
 struct TruthUnits {
-  std::string inertia, stiffness, damping, torque, time = "s";
+  std::string inertia, stiffness, damping, torque, velocity, time = "s";
 };
 TruthUnits units_of(data::Motion motion) {
-  if (motion == data::Motion::rotary) return {"kgm2", "Nm/rad", "Nms/rad", "Nm"};
-  return {"kg", "N/m", "Ns/m", "N"};
+  if (motion == data::Motion::rotary) return {"kgm2", "Nm/rad", "Nms/rad", "Nm", "rad/s"};
+  return {"kg", "N/m", "Ns/m", "N", "m/s"};
 }
 
 /// {value, unit}, where it is there.
@@ -123,6 +123,12 @@ void describe_parameters(Fields& f, Truth& truth) {
             units.torque, truth.friction.any());
   parameter(f, {"coulomb_friction_negative", "the same in the negative direction, where it differs"},
             truth.friction.coulomb_negative, units.torque, truth.friction.coulomb_negative > 0.0);
+  const bool falls =
+      truth.friction.stribeck_velocity > 0.0 && truth.friction.at_rest() > truth.friction.coulomb;
+  parameter(f, {"breakaway_friction", "torque that it takes to start the driven side, where that is more"},
+            truth.friction.breakaway, units.torque, falls);
+  parameter(f, {"stribeck_velocity", "velocity over which that falls to coulomb_friction"},
+            truth.friction.stribeck_velocity, units.velocity, falls);
   parameter(f, {"load_coulomb_friction", "Coulomb friction of the load"}, truth.load_friction.coulomb,
             units.torque, truth.load_friction.any());
   parameter(f, {"load_coulomb_friction_negative", "the same in the negative direction, where it differs"},

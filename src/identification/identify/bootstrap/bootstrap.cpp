@@ -187,7 +187,8 @@ Repetition repetition_of(std::span<const data::Record> records, const Plan& plan
     const auto fit = fit_records(repeated, config);
     if (!fit || !fit->converged) return std::nullopt;
     Result replica;
-    replica.model = ModelResult{fit->model, true, 0.0, fit->coulomb_friction, std::nullopt};
+    replica.model =
+        ModelResult{fit->model, true, 0.0, fit->coulomb_friction, std::nullopt, fit->further_friction};
     return replica;
   };
 }

@@ -124,7 +124,8 @@ std::optional<Result> RecordReplicas::fitted(std::uint64_t seed) const {
   if (drive_) {
     auto fit = fit::fit_output_error(record, *drive_);
     if (!fit || !fit->converged) return std::nullopt;
-    replica.model = ModelResult{fit->model, true, 0.0, fit->coulomb_friction, fit->offset};
+    replica.model =
+        ModelResult{fit->model, true, 0.0, fit->coulomb_friction, fit->offset, fit->further_friction};
     return replica;
   }
   auto fit = fit::fit_black_box(record, *black_box_);

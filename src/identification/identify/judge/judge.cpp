@@ -147,7 +147,7 @@ void hold_against_measured(const Experiment& experiment, const Measurement& m, c
   });
   if (contradicted && result.model && result.model->from_record && experiment.record.input.present()) {
     const Measure measure = [&](const data::Record& r) { return measure_response(r, m.plan, options); };
-    const auto corrected = corrected_response(experiment.record, result.response, result.model->drive,
+    const auto corrected = corrected_response(experiment.record, result.response, *result.model,
                                               options.delay_s, measure, Uncertainty::of_measurement);
     if (corrected) judged = judged_by(*corrected);
   }

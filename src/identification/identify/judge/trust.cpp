@@ -107,7 +107,7 @@ void inspect_model(const Plan& plan, const Options& options, const std::optional
   for (const bool over_frequency : {false, true})
     if (auto changes = inspect_constancy(selection->inconstant, model.drive, over_frequency))
       findings.push_back(std::move(*changes));
-  if (result.model && !model.coulomb_friction &&
+  if (result.model && !model.has_dry_friction() &&
       (options.friction == Friction::dry || options.friction == Friction::both))
     findings.push_back(
         {"no-dry-friction",
@@ -115,8 +115,10 @@ void inspect_model(const Plan& plan, const Options& options, const std::optional
          {},
          {},
          "Dry friction was requested, but no fit with it succeeded: the model is without dry friction."});
-  const bool tellable = model.model_error <= kCriteria.worthless || selection->in_motion;
-  if (model.model_error > kCriteria.misfit && tellable && model.coulomb_friction) {
+  const bool explained =
+      selection->error_with_friction && *selection->error_with_friction <= kCriteria.misfit;
+  const bool tellable = model.model_error <= kCriteria.worthless || selection->in_motion || explained;
+  if (model.model_error > kCriteria.misfit && tellable && model.has_dry_friction()) {
     findings.push_back(
         {"friction-in-response", Severity::info, model.model_error, kCriteria.misfit,
          fmt::format("Dry friction distorts the measured response: it typically differs by {:.0f} % from the "

@@ -248,23 +248,34 @@ fit::DriveModel CandidateFits::start_of(const Variant& variant, fit::DriveModel 
   return model;
 }
 
-fit::OutputErrorConfig CandidateFits::config_of(const Variant& variant, const fit::DriveModel& start) const {
+std::optional<CandidateFits::FrictionStart> CandidateFits::friction_of(const RecordFit& fit) {
+  if (!fit.coulomb_friction && !fit.further_friction.any()) return std::nullopt;
+  return FrictionStart{fit.coulomb_friction ? fit.coulomb_friction->value : 0.0, fit.further_friction};
+}
+
+fit::OutputErrorConfig CandidateFits::config_of(const Variant& variant, const fit::DriveModel& start,
+                                                const std::optional<FrictionStart>& dry) const {
   fit::OutputErrorConfig config;
   config.initial = start_of(variant, start);
   config.viscous_friction = variant.friction;
   config.delay = variant.delay;
   config.coulomb_friction = variant.dry;
+  if (dry) {
+    if (variant.dry) config.coulomb_start = dry->coulomb;
+    auto& further = config.further_friction;
+    if (variant.load_dry) further.load_coulomb = dry->further.load_coulomb;
+    if (variant.stribeck) further.breakaway = dry->further.breakaway;
+    if (variant.stribeck) further.stribeck_velocity = dry->further.stribeck_velocity;
+  }
   config.further = variant.further;
   config.known_delay_s = options_.delay_s;
   use_predictor(records_, options_, plan_.loop_controller, config);
   return config;
 }
 
-std::optional<RecordFit> CandidateFits::fit_to_records(
-    const Variant& variant, const fit::DriveModel& start,
-    const std::optional<data::Estimate>& dry_friction) const {
-  auto config = config_of(variant, start);
-  if (dry_friction) config.coulomb_start = dry_friction->value;
+std::optional<RecordFit> CandidateFits::fit_to_records(const Variant& variant, const fit::DriveModel& start,
+                                                       const std::optional<FrictionStart>& dry) const {
+  auto config = config_of(variant, start, dry);
   // A position drifts with what the start misses of friction, and a noise model of that drift leads astray.
   if (records_.front().output_quantity == data::OutputQuantity::position) {
     auto plain = config;
@@ -273,7 +284,7 @@ std::optional<RecordFit> CandidateFits::fit_to_records(
       config.initial = first->model;
   }
   auto fit = fit_records(records_, config);
-  if (!fit || !fit->converged || (friction_is_free() && self_excited(fit->model, variant.dry)))
+  if (!fit || !fit->converged || (friction_is_free() && self_excited(fit->model, variant.any_dry())))
     return std::nullopt;
   return fit;
 }
@@ -346,16 +357,23 @@ void CandidateFits::fit_to_record(DriveCandidate& candidate, const DriveCandidat
 void CandidateFits::extend_fit_to_record(DriveCandidate& candidate, const DriveCandidate* rival) const {
   if (!to_records_) return;
   // One that fits far less well is none: nothing that is added makes it the machine.
-  if (friction_is_free() && rival != nullptr && !rival->record_variant.dry && is_astray(candidate, *rival))
+  if (friction_is_free() && rival != nullptr && !rival->record_variant.any_dry() &&
+      is_astray(candidate, *rival))
     return;
   try_dry_friction(candidate);
+  const std::size_t parts = parts_of(candidate.variant());
   extend_by_record(candidate);
+  // What was taken for friction may have hidden it, or stood for it.
+  if (candidate.record_fit && parts_of(candidate.variant()) != parts)
+    extend_dry_friction(candidate.record_variant, *candidate.record_fit);
 }
 
 void CandidateFits::validate(DriveCandidate& candidate) const {
   std::size_t longest = 0;
   for (const auto& record : records_) longest = std::max(longest, record.samples());
-  auto config = config_of(candidate.record_variant, candidate.record_fit->model);
+  const auto& found = *candidate.record_fit;
+  const bool further = found.further_friction.any();
+  auto config = config_of(candidate.record_variant, found.model, further ? friction_of(found) : std::nullopt);
   if (longest < kCriteria.holdout_samples) return;
   config.holdout = fit::holdout_parts(longest);
   if (const auto fit = fit_records(records_, config); fit && fit->converged)
@@ -414,7 +432,9 @@ void CandidateFits::for_comparison(DriveCandidate& candidate, const Variant& cho
   variant.structure = candidate.structure;
   std::erase_if(variant.further,
                 [&](fit::Parameter p) { return !fit::may_have_parameter(variant.structure, p); });
-  auto fit = fit_records(records_, config_of(variant, candidate.response_fit().model));
+  auto config = config_of(variant, candidate.response_fit().model);
+  config.score_friction = false;
+  auto fit = fit_records(records_, config);
   if (!fit || !fit->converged) return;
   candidate.record_fit = std::move(*fit);
   candidate.record_variant = variant;

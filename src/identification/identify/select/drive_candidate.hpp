@@ -130,18 +130,31 @@ class CandidateFits {
   [[nodiscard]] std::optional<fit::ResponseFit> response_fit(const Variant& variant,
                                                              const std::optional<fit::DriveModel>& start,
                                                              bool near = false) const;
-  [[nodiscard]] fit::OutputErrorConfig config_of(const Variant& variant, const fit::DriveModel& start) const;
-  /// `dry_friction`: of a start that is near.
+  /// Dry friction of a start that is near; a variant takes from it what it has.
+  struct FrictionStart {
+    double coulomb = 0.0;
+    fit::FurtherFriction further;
+  };
+  [[nodiscard]] static std::optional<FrictionStart> friction_of(const RecordFit& fit);
+  [[nodiscard]] fit::OutputErrorConfig config_of(
+      const Variant& variant, const fit::DriveModel& start,
+      const std::optional<FrictionStart>& dry = std::nullopt) const;
   [[nodiscard]] std::optional<RecordFit> fit_to_records(
       const Variant& variant, const fit::DriveModel& start,
-      const std::optional<data::Estimate>& dry_friction = std::nullopt) const;
+      const std::optional<FrictionStart>& dry = std::nullopt) const;
   [[nodiscard]] Acceptance acceptance(const DriveCandidate& candidate) const;
   void fit_variants(DriveCandidate& candidate, const Acceptance& acceptable,
                     const DriveCandidate* larger) const;
   [[nodiscard]] bool dry_friction_is_likely(const DriveCandidate& candidate) const;
   [[nodiscard]] std::optional<RecordFit> with_dry_friction(Variant& variant,
                                                            const fit::DriveModel& start) const;
+  /// The same of the load alone, where a fit that found none on the driven side says so.
+  [[nodiscard]] std::optional<RecordFit> with_load_friction(Variant& variant, const RecordFit& told) const;
   void try_dry_friction(DriveCandidate& candidate) const;
+  /// Adds dry friction on the load, or that falls with the speed, as score tests say that it pays.
+  void extend_dry_friction(Variant& variant, RecordFit& fit) const;
+  /// Leaves out what stood for the dry friction that was added.
+  void drop_imitations(Variant& variant, RecordFit& fit) const;
   [[nodiscard]] const data::Record& record_of_most_output_energy() const;
 
   std::span<const data::Record> records_;

@@ -177,11 +177,12 @@ std::vector<Variant> CandidateFits::instead_of_delay(const Variant& variant, boo
 std::optional<RecordFit> CandidateFits::fit_to_records_as_it_slides(const Variant& variant,
                                                                     const fit::DriveModel& start,
                                                                     const RecordFit& found) const {
-  if (!variant.dry) return fit_to_records(variant, start);
-  Variant linear = variant;
-  linear.dry = false;
-  auto config = config_of(linear, start);
-  for (const auto& record : found.records) config.friction_torque.push_back(record.friction_torque);
+  if (!variant.any_dry()) return fit_to_records(variant, start);
+  auto config = config_of(without_dry_friction(variant), start);
+  for (const auto& record : found.records) {
+    config.friction_torque.push_back(record.friction_torque);
+    config.load_friction_torque.push_back(record.load_friction_torque);
+  }
   auto fit = fit_records(records_, config);
   if (!fit || !fit->converged) return std::nullopt;
   return fit;
@@ -213,7 +214,7 @@ void CandidateFits::extend_by_record(DriveCandidate& candidate) const {
     const auto fitted = [&](const Variant& v, const fit::DriveModel& start) {
       return fit_to_records_as_it_slides(v, start, found);
     };
-    auto best = variant.dry ? fitted(variant, found.model) : std::optional(found);
+    auto best = variant.any_dry() ? fitted(variant, found.model) : std::optional(found);
     if (!best) return;
     const fit::DriveModel before = best->model;
     double least = best->bic;
@@ -232,9 +233,9 @@ void CandidateFits::extend_by_record(DriveCandidate& candidate) const {
       chosen = v;
     }
     if (!chosen) return;
-    if (variant.dry) {
+    if (variant.any_dry()) {
       const fit::DriveModel as_it_slides = best->model;
-      best = fit_to_records(*chosen, best->model, found.coulomb_friction);
+      best = fit_to_records(*chosen, best->model, friction_of(found));
       if (!best || implausible(*chosen, best->model) ||
           !(best->bic + price_of(*chosen, variant, kCriteria.clearly_better) < found.bic)) {
         hold_alternative(before, as_it_slides, candidate.record_fit->model);

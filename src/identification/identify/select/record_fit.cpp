@@ -55,9 +55,24 @@ std::optional<RecordFit> fit_records(std::span<const data::Record> records, fit:
   if (!fit) return std::nullopt;
   const double percent = pooled_fit_percent(fit->records), rms = pooled_rms(fit->records);
   auto holdout = pooled_holdout(fit->records);
-  return RecordFit{
-      std::move(fit->model), fit->converged,          fit->coulomb_friction,         percent, rms, fit->bic,
-      std::move(holdout),    std::move(fit->records), std::move(fit->against_others)};
+  return RecordFit{std::move(fit->model),
+                   fit->converged,
+                   fit->coulomb_friction,
+                   fit->further_friction,
+                   std::move(fit->lacking_friction),
+                   percent,
+                   rms,
+                   fit->bic,
+                   std::move(holdout),
+                   std::move(fit->records),
+                   std::move(fit->against_others)};
+}
+
+void use_friction(const std::optional<data::Estimate>& coulomb, const fit::FurtherFriction& further,
+                  fit::OutputErrorConfig& config) {
+  config.coulomb_friction = coulomb.has_value();
+  config.further_friction = further;
+  if (coulomb && further.any()) config.coulomb_start = coulomb->value;
 }
 
 void use_predictor(std::span<const data::Record> records, const Options& options,
@@ -85,7 +100,7 @@ fit::OutputErrorConfig config_of(const ModelResult& model, std::span<const data:
   config.viscous_friction = model.drive.estimated[fit::kViscousFriction];
   config.delay = model.drive.estimated[fit::kDelay];
   config.further = model.drive.further();
-  config.coulomb_friction = model.coulomb_friction.has_value();
+  use_friction(model.coulomb_friction, model.further_friction, config);
   config.known_delay_s = options.delay_s;
   use_predictor(records, options, loop_controller, config);
   return config;

@@ -13,6 +13,8 @@ struct RecordFit {
   fit::DriveModel model;
   bool converged = false;
   std::optional<data::Estimate> coulomb_friction;
+  fit::FurtherFriction further_friction;
+  std::vector<fit::LackingFriction> lacking_friction;
   double fit_percent = 0.0;   ///< Of the simulations of all records together.
   double residual_rms = 0.0;  ///< Of all records together, means removed.
   double bic = 0.0;
@@ -24,6 +26,10 @@ struct RecordFit {
 /// Nothing where the fit refuses the records. They have one sample rate and one output quantity.
 [[nodiscard]] std::optional<RecordFit> fit_records(std::span<const data::Record> records,
                                                    fit::OutputErrorConfig config);
+
+/// Dry friction is estimated as it was found, and from there.
+void use_friction(const std::optional<data::Estimate>& coulomb, const fit::FurtherFriction& further,
+                  fit::OutputErrorConfig& config);
 
 /// An approach that was asked for holds for the fit to the records too. By itself the recorded input drives
 /// the simulation: with the noise modelled that is right in closed loop too, and loses nothing.

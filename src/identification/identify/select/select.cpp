@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: MIT
+#include <identification/criteria.hpp>
 #include <identification/identify/measure/distortion.hpp>
+#include <identification/identify/select/drive_candidate.hpp>
 #include <identification/identify/select/motion_model.hpp>
 #include <identification/identify/select/select.hpp>
 #include <identification/identify/select/simulate_and_correct.hpp>
@@ -17,6 +19,22 @@ expected<void, Error> fit_black_box(const Experiment& experiment, const Options&
   return {};
 }
 
+/// A measured response has the dry friction of the record in it: what the drive alone says differs from it.
+/// The record simulated with friction, measured alike, has it too.
+std::optional<double> error_with_friction(const Experiment& experiment, const Measurement& m,
+                                          const Options& options, const Selection& selection) {
+  const auto& model = selection.result;
+  if (!model.from_record || !model.has_dry_friction() || !(model.model_error > kCriteria.misfit)) return {};
+  data::Record simulated = experiment.record;
+  auto& y = simulated.output.samples;
+  if (selection.residual.size() + selection.residual_start != y.size()) return {};
+  for (std::size_t k = 0; k < selection.residual.size(); ++k)
+    y[selection.residual_start + k] -= selection.residual[k];
+  const auto shown = measure_response(simulated, m.plan, options);
+  if (!shown || shown->lines() != m.response.lines()) return {};
+  return difference(shown->value, m.response).unexplained;
+}
+
 /// Distortion repeats with every period, and a likelihood would take each for new information.
 void fit_drive(const Experiment& experiment, const Measurement& m, const Options& options, Fitted& fitted) {
   if (experiment.motion) fitted.drive = model_in_motion(experiment, options, m.response);
@@ -27,6 +45,8 @@ void fit_drive(const Experiment& experiment, const Measurement& m, const Options
   if (!fitted.drive) return;
   if (!in_motion && fitted.drive->result.from_record)
     fitted.drive->contradiction = inspect_against_motion(experiment.record, options, fitted.drive->result);
+  if (!in_motion)
+    fitted.drive->error_with_friction = error_with_friction(experiment, m, options, *fitted.drive);
   fitted.structures = std::move(fitted.drive->structures);
   fitted.choices = {fitted.drive->choice};
 }

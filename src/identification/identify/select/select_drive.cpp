@@ -212,7 +212,9 @@ class Selector {
     if (candidate.structure == Structure::three_mass && candidate.record_fit)
       for (const auto& c : candidates)
         if (c.structure == Structure::two_mass && c.record_fit)
-          s.simpler = ModelResult{c.model(), true, 0.0, c.record_fit->coulomb_friction, std::nullopt};
+          s.simpler = ModelResult{c.model(),    true,
+                                  0.0,          c.record_fit->coulomb_friction,
+                                  std::nullopt, c.record_fit->further_friction};
     s.result.drive = candidate.model();
     s.result.from_record = candidate.record_fit.has_value();
     s.result.model_error = difference(candidate.model(), fits_.response()).unexplained;
@@ -220,6 +222,7 @@ class Selector {
       auto& fit = *candidate.record_fit;
       s.fit_percent = fit.fit_percent;
       s.result.coulomb_friction = fit.coulomb_friction;
+      s.result.further_friction = fit.further_friction;
       s.against_others = fit.against_others;
       s.residual_rms = fit.residual_rms;
       for (const auto& record : fit.records) s.fit_percents.push_back(record.fit_percent);

@@ -25,6 +25,9 @@ struct Selection {
   Choice choice;                                 ///< Of the structure.
   std::optional<ModelResult> simpler;  ///< Two masses where three were chosen, both fitted to the record.
   bool in_motion = false;              ///< From inverse dynamics: the measured response has no say.
+  /// How far the response of the record that the model simulates with its dry friction is from the measured
+  /// one, as ModelResult::model_error of the drive alone; where that is large.
+  std::optional<double> error_with_friction;
   std::optional<diagnostics::Finding> contradiction;  ///< By the motion, see inspect_against_motion().
 };
 

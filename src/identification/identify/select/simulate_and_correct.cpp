@@ -5,6 +5,7 @@
 #include <cmath>
 #include <identification/criteria.hpp>
 #include <identification/identify/measure/measure.hpp>
+#include <identification/identify/select/record_fit.hpp>
 #include <identification/identify/select/simulate_and_correct.hpp>
 #include <resonid/diagnostics/residuals.hpp>
 #include <resonid/fit/output_error.hpp>
@@ -18,13 +19,14 @@ using Complex = std::complex<double>;
 
 /// The record with the output that the model gives for its input, without noise, from the state and with the
 /// load torque that come nearest to the record; every delay to the fraction of a sample.
-expected<data::Record, Error> simulated_on(const data::Record& record, const fit::DriveModel& model,
+expected<data::Record, Error> simulated_on(const data::Record& record, const ModelResult& model,
                                            double known_delay_s) {
   fit::OutputErrorConfig config;
-  config.initial = model;
+  config.initial = model.drive;
   config.fixed_model = true;
-  config.delay = model.delay_s != 0.0;
-  config.viscous_friction = model.parameters.viscous_friction != 0.0;
+  config.delay = model.drive.delay_s != 0.0;
+  config.viscous_friction = model.drive.parameters.viscous_friction != 0.0;
+  use_friction(model.coulomb_friction, model.further_friction, config);
   config.noise_model = false;
   config.known_delay_s = known_delay_s;
   const auto fit = fit::fit_output_error(record, config);
@@ -49,13 +51,13 @@ expected<data::Record, Error> simulated_on(const data::Record& record, const fit
 /// Factor that takes the method's bias out, at every line of `measured`.
 expected<std::vector<Complex>, Error> factor_of(const data::Record& record,
                                                 const data::FrequencyResponse& measured,
-                                                const fit::DriveModel& model, double known_delay_s,
+                                                const ModelResult& model, double known_delay_s,
                                                 const Measure& measure) {
   const auto simulated = simulated_on(record, model, known_delay_s);
   if (!simulated) return tl::unexpected(simulated.error());
   const auto found = measure(*simulated);
   if (!found) return tl::unexpected(found.error());
-  const auto known = model.values(measured.frequency_hz, true);
+  const auto known = model.drive.values(measured.frequency_hz, true);
   std::vector<Complex> factor(measured.lines(), 1.0);
   std::size_t k = 0;
   for (std::size_t i = 0; i < measured.lines(); ++i) {
@@ -91,16 +93,17 @@ std::vector<fit::DriveModel> neighbours_of(const fit::DriveModel& model) {
 
 expected<data::FrequencyResponse, Error> corrected_response(const data::Record& record,
                                                             const data::FrequencyResponse& measured,
-                                                            const fit::DriveModel& model,
-                                                            double known_delay_s, const Measure& measure,
-                                                            Uncertainty uncertainty) {
+                                                            const ModelResult& model, double known_delay_s,
+                                                            const Measure& measure, Uncertainty uncertainty) {
   const auto factor = factor_of(record, measured, model, known_delay_s, measure);
   if (!factor) return tl::unexpected(factor.error());
   std::vector<double> variance(measured.lines(), 0.0);  // of the factor
   const auto neighbours =
-      uncertainty == Uncertainty::of_model ? neighbours_of(model) : std::vector<fit::DriveModel>();
+      uncertainty == Uncertainty::of_model ? neighbours_of(model.drive) : std::vector<fit::DriveModel>();
   for (const auto& neighbour : neighbours) {
-    const auto moved = factor_of(record, measured, neighbour, known_delay_s, measure);
+    ModelResult beside = model;
+    beside.drive = neighbour;
+    const auto moved = factor_of(record, measured, beside, known_delay_s, measure);
     if (!moved) return tl::unexpected(moved.error());
     for (std::size_t i = 0; i < variance.size(); ++i) variance[i] += std::norm((*moved)[i] - (*factor)[i]);
   }
@@ -128,7 +131,7 @@ expected<void, Error> simulate_and_correct(const data::Record& record, const Pla
   for (int round = 0; round < kRounds; ++round) {
     if (!selection)
       return complain("simulate-and-correct needs a model, and none could be fitted to this response");
-    auto corrected = corrected_response(record, measured, selection->result.drive, options.delay_s, measure,
+    auto corrected = corrected_response(record, measured, selection->result, options.delay_s, measure,
                                         Uncertainty::of_model);
     if (!corrected) return tl::unexpected(corrected.error());
     response = std::move(*corrected);

@@ -13,8 +13,8 @@ using Measure = std::function<expected<data::FrequencyResponse, Error>(const dat
 enum class Uncertainty { of_measurement, of_model };
 
 /// A response freed from the bias of the method that measured it. The method runs once more on the noise-free
-/// record that the model gives for the recorded input; what it makes of the model's known response is its
-/// bias:
+/// record that the model, its dry friction included, gives for the recorded input; what it makes of the
+/// model's known response is its bias:
 ///
 ///   G_corrected = G_measured * G_model/G_measured(model)
 ///
@@ -22,7 +22,7 @@ enum class Uncertainty { of_measurement, of_model };
 /// model's covariance (the model moved along each of its principal directions, one run of the method for
 /// each), squares added. Refuses what the method refuses.
 [[nodiscard]] expected<data::FrequencyResponse, Error> corrected_response(
-    const data::Record& record, const data::FrequencyResponse& measured, const fit::DriveModel& model,
+    const data::Record& record, const data::FrequencyResponse& measured, const ModelResult& model,
     double known_delay_s, const Measure& measure, Uncertainty uncertainty);
 
 /// Two rounds of correction, the model fitted again after each; `response` and `selection` are replaced.

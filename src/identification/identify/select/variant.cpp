@@ -23,7 +23,8 @@ const char* plain_name(Structure structure) {
 std::string name_of(const Variant& v) {
   std::vector<const char*> parts;
   if (v.friction) parts.push_back("viscous friction");
-  if (v.dry) parts.push_back("dry friction");
+  if (v.dry) parts.push_back(v.stribeck ? "dry friction that falls with the speed" : "dry friction");
+  if (v.load_dry) parts.push_back("dry friction of the load");
   if (v.has(fit::kLoadViscousFriction)) parts.push_back("viscous friction of the load");
   if (v.has(fit::kMotorGroundStiffness)) parts.push_back("spring to ground");
   if (v.has(fit::kLoadGroundStiffness)) parts.push_back("spring from load to ground");
@@ -49,11 +50,17 @@ Variant with(Variant variant, fit::Parameter parameter) {
 
 std::size_t parts_of(const Variant& v) {
   return v.further.size() + (v.friction ? 1 : 0) + (v.delay ? 1 : 0) +
-         (v.velocity == fit::Velocity::differences ? 1 : 0);
+         (v.velocity == fit::Velocity::differences ? 1 : 0) + (v.dry && v.load_dry ? 1 : 0) +
+         (v.stribeck ? 2 : 0);
 }
 
 double price_of(const Variant& v, const Variant& other, double price) {
   return price * (static_cast<double>(parts_of(v)) - static_cast<double>(parts_of(other)));
+}
+
+Variant without_dry_friction(Variant v) {
+  v.dry = v.load_dry = v.stribeck = false;
+  return v;
 }
 
 bool lags(const Variant& v) { return v.has(fit::kTorqueLag) || v.has(fit::kOutputFilter); }

@@ -16,7 +16,10 @@ struct Variant {
   bool dry = false;                          ///< Dry friction; told by the record only.
   std::vector<fit::Parameter> further = {};  ///< fit::OutputErrorConfig::further
   fit::Velocity velocity = fit::Velocity::sampled;
+  bool load_dry = false;  ///< Dry friction on the load.
+  bool stribeck = false;  ///< Dry friction that is larger where the driven side hardly moves.
 
+  [[nodiscard]] bool any_dry() const { return dry || load_dry; }
   [[nodiscard]] bool has(fit::Parameter parameter) const {
     return std::find(further.begin(), further.end(), parameter) != further.end();
   }
@@ -35,6 +38,9 @@ struct Variant {
 [[nodiscard]] std::size_t parts_of(const Variant& variant);
 /// By how much a variant must be better than another, in BIC, for what it has more; negative for less.
 [[nodiscard]] double price_of(const Variant& variant, const Variant& other, double price);
+
+/// The variant without dry friction of any kind.
+[[nodiscard]] Variant without_dry_friction(Variant variant);
 
 [[nodiscard]] bool lags(const Variant& variant);
 /// The variant without a lag or filter, which may have stood for what it has now.

@@ -1,0 +1,128 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <ceres/jet.h>
+
+#include <array>
+#include <fit/drive/drive_simulation.hpp>
+#include <span>
+#include <type_traits>
+
+namespace resonid::fit::detail {
+
+/// A value's derivatives by the active coordinates.
+template <int Columns>
+using Slopes = Eigen::Array<double, 1, Columns>;
+
+template <int Columns>
+Slopes<Columns> zero() {
+  return Slopes<Columns>::Zero();
+}
+
+/// Parts of a sample in which friction acts on one side, with their slopes.
+template <int Masses, int Columns>
+struct PartsSlopes {
+  static constexpr std::size_t kStates = Sizes<Masses>::kStates;
+  FrictionParts<Masses, double> parts;
+  std::array<std::array<Slopes<Columns>, kStates>, kFrictionParts> b;
+  std::array<Slopes<Columns>, kFrictionParts> d, past_d;
+
+  void clear() {
+    for (std::size_t part = 0; part < kFrictionParts; ++part) {
+      b[part].fill(zero<Columns>());
+      d[part] = past_d[part] = zero<Columns>();
+    }
+  }
+  /// Column `to` from the derivatives by parameter `from`.
+  template <class Jets>
+  void take(const Jets& jets, int from, Eigen::Index to) {
+    for (std::size_t part = 0; part < kFrictionParts; ++part) {
+      for (std::size_t i = 0; i < kStates; ++i)
+        b[part][i](to) = jets.b[part](static_cast<Eigen::Index>(i)).v(from);
+      d[part](to) = jets.d[part].v(from);
+      past_d[part](to) = jets.past_d[part].v(from);
+    }
+  }
+};
+
+/// Sides on which friction acts in parts of a sample.
+struct InParts {
+  bool driven = false, load = false;
+};
+
+/// The sampled drive with the slopes of its matrices.
+template <int Masses, int Columns>
+struct SampledSlopes {
+  static constexpr int kStates = Sizes<Masses>::kStates;
+  SampledDrive<Masses, double> drive;
+  std::array<std::array<Slopes<Columns>, kStates>, kStates> a;
+  std::array<Slopes<Columns>, kStates> b, c, lag_b;
+  Slopes<Columns> d, lag_d, decay, past_d;
+  PartsSlopes<Masses, Columns> driven, load;  ///< With dry friction there only.
+};
+
+template <int Masses, int Columns>
+SampledSlopes<Masses, Columns> sampled(const SimulationSetup& setup, const double* x,
+                                       std::span<const int> active, InParts dry) {
+  constexpr int kStates = Sizes<Masses>::kStates, kCount = Sizes<Masses>::kParameters;
+  SampledSlopes<Masses, Columns> result;
+  const auto with = [&](const auto* coordinates, auto&& make) {
+    using T = std::decay_t<decltype(*coordinates)>;
+    return make(setup.coordinates.parameters(coordinates, Masses == 3), setup.quantity,
+                T(coordinates[kDelay] + T(setup.known_delay_samples)), setup.coordinates.sample_time_s,
+                setup.lag, coordinates[kTorqueLag], setup.velocity);
+  };
+  const auto of = [&](const auto* x_or_jets) {
+    return with(x_or_jets, [&](const auto&... a) { return sampled_drive<Masses>(a..., setup.mass); });
+  };
+  const auto parts_of = [&](const auto* x_or_jets, Side side) {
+    return with(x_or_jets, [side](const auto&... a) { return friction_parts<Masses>(side, a...); });
+  };
+  result.drive = of(x);
+  if (dry.driven) result.driven.parts = parts_of(x, Side::driven);
+  if (dry.load) result.load.parts = parts_of(x, Side::load);
+  if constexpr (Columns > 0) {
+    result.driven.clear();
+    result.load.clear();
+    for (int i = 0; i < kStates; ++i) {
+      result.a[static_cast<std::size_t>(i)].fill(zero<Columns>());
+      const auto at = static_cast<std::size_t>(i);
+      result.b[at] = result.c[at] = result.lag_b[at] = zero<Columns>();
+    }
+    result.d = result.lag_d = result.decay = result.past_d = zero<Columns>();
+    if (active.empty() || active.front() >= kCount) return result;
+    using Jet = ceres::Jet<double, kCount>;
+    std::array<Jet, kCount> jets;
+    for (int i = 0; i < kCount; ++i) jets[static_cast<std::size_t>(i)] = Jet(x[i]);
+    for (const int p : active)
+      if (p < kCount) jets[static_cast<std::size_t>(p)].v(p) = 1.0;
+    const auto jet = of(jets.data());
+    const auto& s = jet.system;
+    for (std::size_t p = 0; p < active.size(); ++p) {
+      const int from = active[p];
+      if (from >= kCount) continue;
+      const auto to = static_cast<Eigen::Index>(p);
+      for (int i = 0; i < kStates; ++i) {
+        const auto row = static_cast<std::size_t>(i);
+        for (int j = 0; j < kStates; ++j) result.a[row][static_cast<std::size_t>(j)](to) = s.a(i, j).v(from);
+        result.b[row](to) = s.b(i).v(from);
+        result.c[row](to) = s.c(i).v(from);
+        result.lag_b[row](to) = jet.lag_b(i).v(from);
+      }
+      result.d(to) = s.d.v(from);
+      result.lag_d(to) = jet.lag_d.v(from);
+      result.decay(to) = jet.decay.v(from);
+      result.past_d(to) = jet.past_d.v(from);
+    }
+    const auto add_parts = [&](Side side, PartsSlopes<Masses, Columns>& parts) {
+      const auto jet_parts = parts_of(jets.data(), side);
+      for (std::size_t p = 0; p < active.size(); ++p)
+        if (active[p] < kCount) parts.take(jet_parts, active[p], static_cast<Eigen::Index>(p));
+    };
+    if (dry.driven) add_parts(Side::driven, result.driven);
+    if (dry.load) add_parts(Side::load, result.load);
+  }
+  return result;
+}
+
+}  // namespace resonid::fit::detail
