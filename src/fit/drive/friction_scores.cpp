@@ -185,7 +185,7 @@ std::vector<LackingFriction> score_friction(const FrictionProblem& problem, cons
       lack.start.breakaway = data::Estimate{coulomb + size, 0.0};
       lack.start.stribeck_velocity = data::Estimate{at(trial.x, kOver), 0.0};
     }
-    lacking.push_back(std::move(lack));
+    lacking.push_back(lack);
   }
   return lacking;
 }

@@ -63,7 +63,7 @@ std::optional<RecordFit> fit_records(std::span<const data::Record> records, fit:
                    percent,
                    rms,
                    fit->bic,
-                   std::move(holdout),
+                   holdout,
                    std::move(fit->records),
                    std::move(fit->against_others)};
 }
