@@ -84,9 +84,12 @@ expected<void, Error> check(const data::Record& record, const OutputErrorConfig&
   if ((config.coulomb_friction || further.any()) &&
       record.output_quantity == data::OutputQuantity::acceleration)
     return refuse("coulomb_friction", "needs a velocity or a position, whose direction can be told");
-  if (config.at_load && (config.coulomb_friction || !config.friction_torque.empty() ||
-                         config.predictor != Predictor::open_loop))
-    return refuse("at_load", "needs the open-loop predictor and no dry friction");
+  if (further.any() && !config.friction_torque.empty())
+    return refuse("friction_torque", "is known or further_friction estimated, not both");
+  if (config.at_load && (config.coulomb_friction || further.any() || !config.friction_torque.empty() ||
+                         !config.load_friction_torque.empty() || config.predictor != Predictor::open_loop ||
+                         config.initial.velocity == Velocity::differences))
+    return refuse("at_load", "needs the open-loop predictor, sampled velocities and no dry friction");
   if (config.predictor != Predictor::closed_loop) return {};
   if (!config.controller || config.controller->numerator.empty() || config.controller->denominator.empty() ||
       config.controller->denominator.front() == 0.0)

@@ -228,7 +228,22 @@ struct Fitter {
                      step * std::sqrt(std::max(0.0, covariance(Cost::kOwnDelay, Cost::kOwnDelay)))};
       const Eigen::VectorXd moved = Eigen::Map<const Eigen::VectorXd>(drive.data(), kParameterCount) -
                                     Eigen::Map<const Eigen::VectorXd>(known.at.data(), kParameterCount);
-      fit.contradiction = (known.rows * moved).squaredNorm();
+      // The part of the first output's covariance, in its own units, that the second one takes away.
+      const auto own = known.rows.leftCols(Cost::kDrive);
+      const Eigen::MatrixXd both =
+          own * covariance.topLeftCorner(Cost::kDrive, Cost::kDrive) * own.transpose();
+      const auto parts =
+          linalg::symmetric_eigenpairs(Eigen::MatrixXd::Identity(both.rows(), both.cols()) - both);
+      const Eigen::VectorXd along = parts.vectors.transpose() * (known.rows * moved);
+      constexpr double kSomething = 0.1;
+      fit.contradiction = 0.0;
+      fit.directions = 0;
+      for (Eigen::Index i = 0; i < along.size(); ++i) {
+        const double taken = parts.values(i);
+        if (!(taken > kSomething)) continue;
+        fit.contradiction += along(i) * along(i) / taken;
+        ++fit.directions;
+      }
     });
     return fit;
   }
@@ -237,7 +252,6 @@ struct Fitter {
   [[nodiscard]] SecondOutputFit settle() const {
     SecondOutputFit fit;
     fit.model = first;
-    fit.parameters = static_cast<std::size_t>(known.rows.rows());
     if (config.gain) fit.gain.value = scale_of(lines, expected_by(fit));
     const double repeated = detail::known_repetition(lines);
     double error = error_of(fit), most = repeated;

@@ -139,8 +139,8 @@ TEST(SecondOutput, ErrorsAreAsLargeAsTheBarsOfBothOutputs) {
     const auto d = drawn(truth, SecondOutput::load_encoder, random);
     const auto fit = fit_second_output(d.first, d.second, {SecondOutput::load_encoder, false, false});
     ASSERT_TRUE(fit && fit->converged);
-    EXPECT_EQ(fit->parameters, 4U);
-    contradiction += fit->contradiction / kDraws;
+    ASSERT_GT(fit->directions, 0U);
+    contradiction += fit->contradiction / static_cast<double>(fit->directions) / kDraws;
     int k = 0;
     for (const auto p : {kDrivenInertia, kLoadInertia, kStiffness, kDamping}) {
       const auto e = fit->model.estimate(p);
@@ -153,7 +153,8 @@ TEST(SecondOutput, ErrorsAreAsLargeAsTheBarsOfBothOutputs) {
     EXPECT_GT(squares(k), 0.45) << k;
     EXPECT_LT(squares(k), 1.75) << k;
   }
-  EXPECT_LT(contradiction, 4.0);
+  EXPECT_GT(contradiction, 0.5);
+  EXPECT_LT(contradiction, 1.6);
 }
 
 TEST(SecondOutput, CovarianceIsTheInverseOfTheInformationOfBoth) {

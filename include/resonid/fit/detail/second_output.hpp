@@ -32,10 +32,10 @@ struct SecondOutputFit {
   data::Estimate gain{1.0, 0.0};     ///< Measured over expected.
   data::Estimate delay_s{0.0, 0.0};  ///< By which the second output is later than the output.
   double model_error = 0.0;          ///< As ResponseFit::model_error, over the second output's lines.
-  /// How far the parameters went from what the output alone says: chi-square of at most as many degrees of
-  /// freedom as there are parameters when both are of one drive.
+  /// How far the parameters went from what the output alone says, over the part of its covariance that the
+  /// second output takes away: chi-square of `directions` degrees of freedom when both are of one drive.
   double contradiction = 0.0;
-  std::size_t parameters = 0;  ///< Estimated ones, gain and delay not counted.
+  std::size_t directions = 0;  ///< Of the parameters in which the second output says something.
 };
 
 /// Fits the model of the output to a second one too (docs/methods/second_output.md): the least of

@@ -255,7 +255,7 @@ Finding misfit_finding(data::SecondOutput kind, const SecondOutputFit& fit, doub
 /// Parameters that the second output moves by more than the output's error bars allow: the bars then hold it.
 std::optional<Finding> inspect_contradiction(data::SecondOutput kind, const fit::DriveModel& first,
                                              SecondOutputFit& fit) {
-  if (!(chi_square_tail(fit.contradiction, fit.parameters) < kCriteria.constancy_false_alarm))
+  if (!(chi_square_tail(fit.contradiction, fit.directions) < kCriteria.constancy_false_alarm))
     return std::nullopt;
   const double moved = largest_move(first, fit.model);
   if (moved > kCriteria.correctable_shift)
@@ -329,7 +329,11 @@ std::vector<Finding> fit_to_second_output(const Experiment& experiment, const Me
   auto contradiction = inspect_contradiction(kind, model.drive, fit);
   const bool refused = contradiction && contradiction->severity == Severity::error;
   if (contradiction) findings.push_back(std::move(*contradiction));
-  if (refused) return findings;
+  if (refused) {  // nor is the factor of a model that is not told
+    second.gain.reset();
+    second.delay_s.reset();
+    return {std::move(findings.back())};
+  }
   second.fitted = true;
   model.drive = fit.model;
   model.model_error = unexplained_difference(model.drive, m.response);

@@ -320,8 +320,11 @@ void CandidateFits::fit_variants(DriveCandidate& candidate, const Acceptance& ac
   for (const auto& [variant, told] : variants) {
     if (variant.delay && !ask_for_delay) continue;
     if (told.bic_for(repeated) > least + kCriteria.ruled_out) continue;
-    // Of one mass there is one minimum, and no friction or delay makes up for a mode that lacks.
-    if (candidate.structure == Structure::rigid && larger != nullptr && is_astray(candidate, *larger)) break;
+    // Of one mass there is one minimum. Where two masses need neither friction nor delay, neither makes up
+    // for their mode.
+    if (candidate.structure == Structure::rigid && larger != nullptr && is_astray(candidate, *larger) &&
+        parts_of(larger->record_variant) == 0 && modes_are_seen(larger->record_fit->model, plan_))
+      break;
     std::vector<fit::DriveModel> starts = {told.model};
     // Of one mass there is one minimum.
     if (candidate.structure != Structure::rigid && candidate.record_fit &&

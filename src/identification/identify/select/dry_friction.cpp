@@ -27,7 +27,10 @@ bool plausible(const RecordFit& fit) {
   const auto& f = fit.further_friction;
   for (const auto& e : {fit.coulomb_friction, f.load_coulomb, f.breakaway, f.stribeck_velocity})
     if (e && !(e->value > kClearly * e->std)) return false;
-  return true;
+  // Coulomb's alone is no breakaway; as if the errors of both were independent.
+  return !f.breakaway || !fit.coulomb_friction ||
+         f.breakaway->value - fit.coulomb_friction->value >
+             kClearly * std::hypot(f.breakaway->std, fit.coulomb_friction->std);
 }
 
 /// Step of a velocity that comes by counts, 0 for any other.
@@ -194,7 +197,9 @@ void CandidateFits::drop_imitations(Variant& variant, RecordFit& found) const {
     Variant less = variant;
     std::erase(less.further, p);
     auto fit = fit_to_records(less, start_of(less, found.model), friction_of(found));
-    if (!fit || !plausible(*fit) || !(fit->bic < found.bic + kCriteria.clearly_better)) continue;
+    if (!fit || !plausible(*fit) || !resolves(records_, fit->further_friction) ||
+        !(fit->bic < found.bic + kCriteria.clearly_better))
+      continue;
     found = std::move(*fit);
     variant = less;
   }
