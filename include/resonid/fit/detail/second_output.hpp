@@ -35,7 +35,7 @@ struct SecondOutputFit {
   /// How far the parameters went from what the output alone says, over the part of its covariance that the
   /// second output takes away: chi-square of `directions` degrees of freedom when both are of one drive.
   double contradiction = 0.0;
-  std::size_t directions = 0;  ///< Of the parameters in which the second output says something.
+  std::size_t directions = 0;  ///< How many combinations of parameters the second output tells something of.
 };
 
 /// Fits the model of the output to a second one too (docs/methods/second_output.md): the least of
