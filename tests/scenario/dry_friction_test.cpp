@@ -55,6 +55,36 @@ TEST(DryFriction, OfARigidMachineIsFound) {
   expect_near(*result.model->coulomb_friction, 0.3);
 }
 
+/// The noise is white at first and coloured after: what is simulated with friction then has states of its
+/// own.
+TEST(DryFriction, BearsANoiseModelThatComesLate) {
+  auto c =
+      test::loop_of_two_masses(2.3731556e-4, 3.2434761e-4, 930.47714, 0.028683553, 0.23526892, 0.014323945);
+  c.measurement.delay_s = 0.00025;
+  c.measurement.noise_rms = 0.041299255;
+  c.excitation.kind = online::Kind::chirp;
+  c.excitation.sweep = online::Sweep::logarithmic;
+  c.excitation.from_hz = 44.927927;
+  c.excitation.to_hz = 1036.7702;
+  c.excitation.duration_s = 0.92741129;
+  c.excitation.repeat = false;
+  c.friction.driven.coulomb = 0.14142136;
+  c.run.sample_rate_hz = 4000.0;
+  c.run.duration_s = 0.92741129;
+  c.run.seed = 100;
+  fit::OutputErrorConfig config;
+  config.initial.structure = fit::Structure::two_mass;
+  config.initial.parameters = {0.000237 * 1.01, 0.000324 / 1.01, 930.0 * 1.01, 0.0287 * 1.01, 0.0};
+  config.initial.sample_time_s = 1.0 / c.run.sample_rate_hz;
+  config.coulomb_friction = true;
+  config.known_delay_s = c.measurement.delay_s;
+  const auto fit = fit::fit_output_error(test::simulated(c).record, config);
+  ASSERT_TRUE(fit && fit->converged && fit->coulomb_friction);
+  EXPECT_GT(fit->noise.order(), 0U);
+  expect_near(*fit->coulomb_friction, 0.14142136);
+  expect_near(fit->model.estimate(fit::kStiffness), 930.47714);
+}
+
 TEST(DryFriction, IsNotFoundWhereThereIsNone) {
   for (const std::uint64_t seed : {1U, 2U, 3U}) {
     const auto result = result_of(turning_back(0.0, seed));

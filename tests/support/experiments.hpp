@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <loop_of_two_masses.hpp>
 #include <resonid/base/error_text.hpp>
 #include <resonid/data/transfer_function.hpp>
 #include <resonid/identification/identify.hpp>
@@ -16,14 +17,8 @@ namespace resonid::test {
 /// System 2 of Nevaranta 2016, Publication VI, with its controller, 4 ms of delay and 500 Hz; nothing
 /// injected yet.
 inline plant::ExperimentConfig published_drive(double noise, double reference = 0.0, std::uint64_t seed = 1) {
-  plant::ExperimentConfig c;
-  c.drive.driven_inertia = c.drive.load_inertia = 0.032;
-  c.drive.stiffness = 5.75e4;
-  c.drive.damping = 120.0;
+  auto c = loop_of_two_masses(0.032, 0.032, 5.75e4, 120.0, 1.036, 0.147);
   c.drive.radius_m = 0.05;
-  c.controller.kind = plant::ControllerKind::pi;
-  c.controller.gain = 1.036;
-  c.controller.integral_time_s = 0.147;
   c.measurement.delay_s = 0.004;
   c.measurement.noise_rms = noise;
   c.run.sample_rate_hz = 500.0;

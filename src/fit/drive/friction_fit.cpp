@@ -123,9 +123,9 @@ std::optional<FrictionFit> fit_with_friction(const FrictionProblem& problem, std
     if (!(there < fit.cost)) {
       // Instants that stay within a part of a sample leave the cost rough: no lower one along a step of
       // about a deviation is as near as it tells.
-      if (!fit.converged && length < kRough) {
+      if (!fit.converged && length < kRough && step > 0) {
         fit.covariance += way * way.transpose();
-        fit.converged = true;
+        fit.converged = fit.rough = true;
       }
       break;
     }

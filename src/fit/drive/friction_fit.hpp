@@ -50,6 +50,7 @@ struct FrictionFit {
   double cost;
   Eigen::MatrixXd covariance;  ///< [active, active] At the best x that was found.
   bool converged;
+  bool rough = false;  ///< Converged as far as a rough cost tells.
 };
 
 /// Gauss-Newton steps from x, whose `deviations` [active] are known about. Nothing where the slopes do not

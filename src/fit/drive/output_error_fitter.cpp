@@ -440,7 +440,7 @@ class OutputErrorFitter {
       if (!further.empty()) physical_.converged = fit && fit->converged;
       if (!fit) return;
       Eigen::VectorXd larger = Eigen::VectorXd::Ones(count);
-      if (!fit->converged && further.empty())
+      if ((!fit->converged || fit->rough) && further.empty())
         larger = fixed.cwiseQuotient(fit->covariance.diagonal().cwiseSqrt()).cwiseMax(1.0);
       for (Eigen::Index i = 0; i < count; ++i)
         for (Eigen::Index j = 0; j < count; ++j)

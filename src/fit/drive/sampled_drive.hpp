@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <fit/drive/exponential.hpp>
 #include <resonid/base/detail/linear_system.hpp>
 #include <resonid/data/record.hpp>
 #include <resonid/fit/drive_model.hpp>
@@ -162,20 +161,7 @@ double norm_of(const LinearSystem<T, States>& s) {
 
 template <int States, class T>
 LinearSystem<T, States> hold(const LinearSystem<T, States>& s, const T& step) {
-  Eigen::Matrix<T, States + 1, States + 1> m = Eigen::Matrix<T, States + 1, States + 1>::Zero();
-  for (int i = 0; i < States; ++i) {
-    for (int j = 0; j < States; ++j) m(i, j) = s.a(i, j) * step;
-    m(i, States) = s.b(i) * step;
-  }
-  const auto whole = exponential<T, States + 1>(m, norm_of(s) * std::abs(plain(step)));
-  LinearSystem<T, States> discrete;
-  for (int i = 0; i < States; ++i) {
-    for (int j = 0; j < States; ++j) discrete.a(i, j) = whole(i, j);
-    discrete.b(i) = whole(i, States);
-  }
-  discrete.c = s.c;
-  discrete.d = s.d;
-  return discrete;
+  return zero_order_hold<T, States>(s, step, norm_of(s) * std::abs(plain(step)));
 }
 
 /// What an input of 1 that decays with the time constant `lag` leaves after `step`.
@@ -189,7 +175,7 @@ Eigen::Matrix<T, States, 1> decayed(const LinearSystem<T, States>& s, const T& l
   m(States, States) = -step / lag;
   const double norm =
       std::max(norm_of(s) * std::abs(plain(step)), std::abs(plain(step)) / std::abs(plain(lag)));
-  const auto whole = exponential<T, States + 1>(m, norm);
+  const auto whole = matrix_exponential<T, States + 1>(m, norm);
   Eigen::Matrix<T, States, 1> left;
   for (int i = 0; i < States; ++i) left(i) = whole(i, States);
   return left;

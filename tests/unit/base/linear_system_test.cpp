@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: MIT
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <array>
+#include <cmath>
 #include <golden.hpp>
 #include <resonid/base/detail/linear_system.hpp>
 
@@ -27,6 +30,43 @@ TEST(MatrixExponential, IsThatOfScipy) {
   e << 0.4548580220368126, 0.7410357862973838, 0.3850655865024176, 0.067653643296164, 0.31324215552364365,
       0.1831991682161248, 0.09990331996403576, 0.6828450128824811, 0.4340017487622462;
   expect_near<3>(matrix_exponential<double, 3>(a, norm<3>(a)), e, 1e-14);
+}
+
+/// A number with three derivatives, as automatic differentiation has.
+struct Dual {
+  enum { DIMENSION = 3 };
+  Dual() = default;
+  explicit Dual(double value) : a(value) {}
+  [[nodiscard]] double v(int p) const { return by[static_cast<std::size_t>(p)]; }
+  double& v(int p) { return by[static_cast<std::size_t>(p)]; }
+  double a = 0.0;
+  std::array<double, 3> by{};
+};
+
+/// exp([-d w; -w -d]) = e^-d [cos w, sin w; -sin w, cos w].
+TEST(MatrixExponential, HasTheDerivativesOfADampedRotation) {
+  for (const double w : {0.3, 2.0, 40.0}) {
+    const double d = 0.1 * w;
+    Eigen::Matrix<Dual, 2, 2> a;
+    a(0, 0) = a(1, 1) = Dual(-d);
+    a(0, 1) = Dual(w);
+    a(1, 0) = Dual(-w);
+    a(0, 0).v(0) = a(1, 1).v(0) = -1.0;  // by d; nothing by the second
+    a(0, 1).v(2) = 1.0;                  // by w
+    a(1, 0).v(2) = -1.0;
+    const auto e = matrix_exponential<Dual, 2>(a, d + w);
+    const double size = std::exp(-d), c = size * std::cos(w), s = size * std::sin(w);
+    const double near = 1e-13 * size * std::max(1.0, w);
+    const std::array<double, 4> value{c, s, -s, c}, by_w{-s, c, -c, -s};
+    for (int i = 0; i < 4; ++i) {
+      const Dual& found = e(i / 2, i % 2);
+      const auto k = static_cast<std::size_t>(i);
+      EXPECT_NEAR(found.a, value[k], near);
+      EXPECT_NEAR(found.v(0), -value[k], near);
+      EXPECT_EQ(found.v(1), 0.0);
+      EXPECT_NEAR(found.v(2), by_w[k], near);
+    }
+  }
 }
 
 TEST(MatrixExponential, KeepsItsDigitsAtLargeNorms) {

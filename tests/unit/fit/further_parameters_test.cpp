@@ -3,6 +3,7 @@
 // ground, filter of the velocity, velocities by differences.
 #include <experiments.hpp>
 #include <functional>
+#include <loop_of_two_masses.hpp>
 #include <resonid/fit/output_error.hpp>
 #include <resonid/fit/response_fit.hpp>
 
@@ -12,14 +13,7 @@ namespace {
 using Complex = std::complex<double>;
 
 plant::ExperimentConfig servo(std::uint64_t seed) {
-  plant::ExperimentConfig c;
-  c.drive.driven_inertia = 0.0015;
-  c.drive.load_inertia = 0.0021;
-  c.drive.stiffness = 270.0;
-  c.drive.damping = 0.07;
-  c.controller.kind = plant::ControllerKind::pi;
-  c.controller.gain = 0.06;
-  c.controller.integral_time_s = 0.08;
+  auto c = test::loop_of_two_masses(0.0015, 0.0021, 270.0, 0.07, 0.06, 0.08);
   c.measurement.delay_s = 0.00075;
   c.measurement.noise_rms = 0.02;
   c.excitation.kind = online::Kind::chirp;

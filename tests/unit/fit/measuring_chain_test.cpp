@@ -2,20 +2,14 @@
 // What a drive's measuring chain does to a record: filter and hold of the velocity, parts of a sample of
 // delay, samples that are lost or stand twice.
 #include <experiments.hpp>
+#include <loop_of_two_masses.hpp>
 #include <resonid/diagnostics/margins.hpp>
 
 namespace resonid::fit {
 namespace {
 
 plant::ExperimentConfig servo(std::uint64_t seed) {
-  plant::ExperimentConfig c;
-  c.drive.driven_inertia = 0.0015;
-  c.drive.load_inertia = 0.0021;
-  c.drive.stiffness = 270.0;
-  c.drive.damping = 0.07;
-  c.controller.kind = plant::ControllerKind::pi;
-  c.controller.gain = 0.06;
-  c.controller.integral_time_s = 0.08;
+  auto c = test::loop_of_two_masses(0.0015, 0.0021, 270.0, 0.07, 0.06, 0.08);
   c.measurement.delay_s = 0.001;
   c.measurement.noise_rms = 0.02;
   c.motion = {plant::MotionKind::constant, 20.0};

@@ -6,6 +6,7 @@
 #include <Eigen/LU>
 #include <cmath>
 #include <experiments.hpp>
+#include <loop_of_two_masses.hpp>
 #include <random>
 #include <resonid/base/constants.hpp>
 #include <resonid/data/detail/second_output.hpp>
@@ -22,14 +23,7 @@ constexpr int kPeriod = 500;
 constexpr std::array kLines = {3, 9, 14, 22, 40, 90, 160};
 
 plant::ExperimentConfig belt(SecondOutput kind) {
-  plant::ExperimentConfig c;
-  c.drive.driven_inertia = 0.032;
-  c.drive.load_inertia = 0.05;
-  c.drive.stiffness = 400.0;
-  c.drive.damping = 0.6;
-  c.controller.kind = plant::ControllerKind::pi;
-  c.controller.gain = 1.0;
-  c.controller.integral_time_s = 0.15;
+  auto c = test::loop_of_two_masses(0.032, 0.05, 400.0, 0.6, 1.0, 0.15);
   c.measurement.delay_s = 0.0034;  // a fraction of a sample, too
   c.measurement.second_output = kind;
   c.excitation.kind = online::Kind::multisine;

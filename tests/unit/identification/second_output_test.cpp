@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <loop_of_two_masses.hpp>
 #include <random>
 #include <resonid/base/constants.hpp>
 #include <resonid/identification/identify.hpp>
@@ -16,14 +17,7 @@ using data::SecondOutput;
 using diagnostics::Severity;
 
 plant::ExperimentConfig belt(SecondOutput kind, std::uint64_t seed) {
-  plant::ExperimentConfig c;
-  c.drive.driven_inertia = 0.032;
-  c.drive.load_inertia = 0.05;
-  c.drive.stiffness = 400.0;
-  c.drive.damping = 0.4;
-  c.controller.kind = plant::ControllerKind::pi;
-  c.controller.gain = 1.0;
-  c.controller.integral_time_s = 0.15;
+  auto c = test::loop_of_two_masses(0.032, 0.05, 400.0, 0.4, 1.0, 0.15);
   c.measurement.delay_s = 0.002;
   c.measurement.noise_rms = 0.05;
   c.measurement.second_output = kind;

@@ -2,8 +2,10 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
 #include <cmath>
 #include <complex>
+#include <type_traits>
 
 namespace resonid {
 
@@ -31,34 +33,89 @@ template <class Matrix>
   return product;
 }
 
-/// exp(A) by scaling and squaring of a Taylor series; relative error near machine precision for |A| up to a
-/// few hundred. Works for automatic-differentiation scalars too, so exact derivatives come for free.
-/// `norm_bound` is a plain number not below the infinity norm of A.
-template <class Scalar, int Order>
-Eigen::Matrix<Scalar, Order, Order> matrix_exponential(const Eigen::Matrix<Scalar, Order, Order>& a,
-                                                       double norm_bound) {
-  using Matrix = Eigen::Matrix<Scalar, Order, Order>;
-  constexpr int kTerms = 14;  // 0.5^15/15! = 2e-17
-  int squarings = 0;
-  double scale = 1.0;
-  while (norm_bound * scale > 0.5 && squarings < 60) {
-    scale *= 0.5;
-    ++squarings;
+/// A matrix and its derivatives by `count` variables, in plain numbers.
+template <int Order, int Most>
+struct MatrixWithSlopes {
+  using Matrix = Eigen::Matrix<double, Order, Order>;
+  Matrix value;
+  std::array<Matrix, static_cast<std::size_t>(Most)> slope;
+  std::size_t count = 0;
+
+  /// this = first * this / divisor + I
+  void horner(const MatrixWithSlopes& first, double divisor) {
+    for (std::size_t s = 0; s < count; ++s)
+      slope[s] = (plain_product(first.slope[s], value) + plain_product(first.value, slope[s])) / divisor;
+    value = Matrix::Identity() + plain_product(first.value, value) / divisor;
   }
+  void square() {
+    for (std::size_t s = 0; s < count; ++s)
+      slope[s] = plain_product(slope[s], value) + plain_product(value, slope[s]);
+    value = plain_product(value, value);
+  }
+};
+
+/// How often exp(A) is squared after a Taylor series of A / 2^n, |A| <= norm_bound.
+[[nodiscard]] inline int squarings_of_exponential(double norm_bound) noexcept {
+  int squarings = 0;
+  for (; std::ldexp(norm_bound, -squarings) > 0.5 && squarings < 60; ++squarings) {
+  }
+  return squarings;
+}
+inline constexpr int kExponentialTerms = 14;  // 0.5^15/15! = 2e-17
+
+/// exp(A) by scaling and squaring of a Taylor series; relative error near machine precision for |A| up to a
+/// few hundred. `norm_bound` is a plain number not below the infinity norm of A.
+template <class Scalar, int Order>
+requires std::is_floating_point_v<Scalar> Eigen::Matrix<Scalar, Order, Order> matrix_exponential(
+    const Eigen::Matrix<Scalar, Order, Order>& a, double norm_bound) {
+  using Matrix = Eigen::Matrix<Scalar, Order, Order>;
+  const int squarings = squarings_of_exponential(norm_bound);
   const auto scale_by = [](Matrix& m, double factor) {
     for (Eigen::Index j = 0; j < m.cols(); ++j)
       for (Eigen::Index i = 0; i < m.rows(); ++i) m(i, j) *= Scalar(factor);
   };
   Matrix scaled = a;
-  scale_by(scaled, scale);
+  scale_by(scaled, std::ldexp(1.0, -squarings));
   Matrix sum = Matrix::Identity(a.rows(), a.cols());
-  for (int k = kTerms; k >= 1; --k) {  // Horner: I + A/1 (I + A/2 (I + ...))
+  for (int k = kExponentialTerms; k >= 1; --k) {  // Horner: I + A/1 (I + A/2 (I + ...))
     sum = plain_product(scaled, sum);
     scale_by(sum, 1.0 / k);
     for (Eigen::Index i = 0; i < sum.rows(); ++i) sum(i, i) += Scalar(1);
   }
   for (int k = 0; k < squarings; ++k) sum = plain_product(sum, sum);
   return sum;
+}
+
+/// The same of automatic-differentiation scalars (value `a`, derivatives `v`), by the product rule over the
+/// derivatives that are not zero throughout A: few are, and plain matrices take a tenth of the time.
+template <class Scalar, int Order>
+requires(!std::is_floating_point_v<Scalar>) Eigen::Matrix<Scalar, Order, Order> matrix_exponential(
+    const Eigen::Matrix<Scalar, Order, Order>& a, double norm_bound) {
+  constexpr int kMost = Scalar::DIMENSION;
+  const int squarings = squarings_of_exponential(norm_bound);
+  MatrixWithSlopes<Order, kMost> scaled;
+  std::array<int, static_cast<std::size_t>(kMost)> by{};
+  for (int p = 0; p < kMost; ++p) {
+    bool any = false;
+    for (Eigen::Index k = 0; k < a.size() && !any; ++k) any = a.data()[k].v(p) != 0.0;
+    if (any) by[scaled.count++] = p;
+  }
+  for (Eigen::Index k = 0; k < a.size(); ++k) {
+    scaled.value.data()[k] = std::ldexp(a.data()[k].a, -squarings);
+    for (std::size_t s = 0; s < scaled.count; ++s)
+      scaled.slope[s].data()[k] = std::ldexp(a.data()[k].v(by[s]), -squarings);
+  }
+  auto sum = scaled;
+  sum.value.setIdentity();
+  for (std::size_t s = 0; s < sum.count; ++s) sum.slope[s].setZero();
+  for (int k = kExponentialTerms; k >= 1; --k) sum.horner(scaled, k);
+  for (int k = 0; k < squarings; ++k) sum.square();
+  Eigen::Matrix<Scalar, Order, Order> result;
+  for (Eigen::Index k = 0; k < a.size(); ++k) {
+    result.data()[k] = Scalar(sum.value.data()[k]);
+    for (std::size_t s = 0; s < sum.count; ++s) result.data()[k].v(by[s]) = sum.slope[s].data()[k];
+  }
+  return result;
 }
 
 /// Zero-order-hold equivalent over `step_s`: the input is constant between samples (METHOD 2.5).

@@ -10,6 +10,7 @@
 #include <identification/identify/judge/second_output.hpp>
 #include <identification/identify/prepare/units.hpp>
 #include <identification/identify/select/drive_candidate.hpp>
+#include <identification/identify/select/record_fit.hpp>
 #include <resonid/base/constants.hpp>
 #include <resonid/base/detail/statistics.hpp>
 #include <resonid/data/detail/second_output.hpp>
@@ -275,6 +276,26 @@ std::optional<Finding> inspect_contradiction(data::SecondOutput kind, const fit:
                   name_of_kind(kind), 100.0 * moved)};
 }
 
+/// What is judged by the simulated output is that of the model of both, if it is no worse than that of the
+/// output alone.
+std::optional<Finding> take_simulation(data::SecondOutput kind, const ModelResult& of_both,
+                                       const data::Record& record, const Options& options,
+                                       Selection& selection) {
+  if (selection.residual.empty()) return std::nullopt;
+  const auto simulated = simulation_by(of_both, record, options.delay_s);
+  if (!simulated) return std::nullopt;
+  const auto left = [](double fit_percent) { return std::max(1e-9, 100.0 - fit_percent); };
+  const double more = left(simulated->fit_percent) / left(selection.fit_percent) - 1.0;
+  if (more > kCriteria.misfit)
+    return differs(kind, more, kCriteria.misfit,
+                   fmt::format("with it {:.0f} % more of the output is left over.", 100.0 * more));
+  selection.residual = simulated->residual;
+  selection.residual_start = simulated->first_sample;
+  selection.fit_percent = simulated->fit_percent;
+  if (selection.fit_percents.size() == 1) selection.fit_percents = {simulated->fit_percent};
+  return std::nullopt;
+}
+
 }  // namespace
 
 std::vector<Finding> fit_to_second_output(const Experiment& experiment, const Measurement& m,
@@ -333,6 +354,13 @@ std::vector<Finding> fit_to_second_output(const Experiment& experiment, const Me
     second.gain.reset();
     second.delay_s.reset();
     return {std::move(findings.back())};
+  }
+  auto of_both = model;
+  of_both.drive = fit.model;
+  if (auto worse = take_simulation(kind, of_both, experiment.record, options, *selection)) {
+    second.gain.reset();
+    second.delay_s.reset();
+    return {std::move(*worse)};
   }
   second.fitted = true;
   model.drive = fit.model;

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <identification/identify/select/record_fit.hpp>
 #include <resonid/base/detail/statistics.hpp>
+#include <resonid/diagnostics/residuals.hpp>
 
 namespace resonid::identification::detail {
 namespace {
@@ -104,6 +105,26 @@ fit::OutputErrorConfig config_of(const ModelResult& model, std::span<const data:
   config.known_delay_s = options.delay_s;
   use_predictor(records, options, loop_controller, config);
   return config;
+}
+
+expected<fit::OutputErrorFit, Error> simulation_by(const ModelResult& model, const data::Record& record,
+                                                   double known_delay_s) {
+  fit::OutputErrorConfig config;
+  config.initial = model.drive;
+  config.fixed_model = true;
+  config.delay = model.drive.delay_s != 0.0;
+  config.viscous_friction = model.drive.parameters.viscous_friction != 0.0;
+  use_friction(model.coulomb_friction, model.further_friction, config);
+  config.noise_model = false;
+  config.known_delay_s = known_delay_s;
+  return fit::fit_output_error(record, config);
+}
+
+data::Record simulated_record(data::Record record, const std::vector<double>& residual) {
+  const auto explained = diagnostics::simulated_of(record.output.samples, residual);
+  std::copy(explained.begin(), explained.end(),
+            record.output.samples.end() - static_cast<std::ptrdiff_t>(explained.size()));
+  return record;
 }
 
 }  // namespace resonid::identification::detail

@@ -43,4 +43,13 @@ void use_predictor(std::span<const data::Record> records, const Options& options
                                                std::span<const data::Record> records, const Options& options,
                                                const std::optional<data::TransferFunction>& loop_controller);
 
+/// The simulation by a model as it is on the record's input, from the state and with the load torque that
+/// come nearest to the record; every delay to the fraction of a sample.
+[[nodiscard]] expected<fit::OutputErrorFit, Error> simulation_by(const ModelResult& model,
+                                                                 const data::Record& record,
+                                                                 double known_delay_s);
+
+/// The record with what was simulated in the place of its output.
+[[nodiscard]] data::Record simulated_record(data::Record record, const std::vector<double>& residual);
+
 }  // namespace resonid::identification::detail

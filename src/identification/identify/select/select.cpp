@@ -3,6 +3,7 @@
 #include <identification/identify/measure/distortion.hpp>
 #include <identification/identify/select/drive_candidate.hpp>
 #include <identification/identify/select/motion_model.hpp>
+#include <identification/identify/select/record_fit.hpp>
 #include <identification/identify/select/select.hpp>
 #include <identification/identify/select/simulate_and_correct.hpp>
 #include <identification/progress.hpp>
@@ -20,19 +21,25 @@ expected<void, Error> fit_black_box(const Experiment& experiment, const Options&
 }
 
 /// A measured response has the dry friction of the record in it: what the drive alone says differs from it.
-/// The record simulated with friction, measured alike, has it too.
+/// The record simulated with friction, measured alike, has it too. A record that the drive simulates without
+/// its friction must not: then friction is not what makes the difference.
 std::optional<double> error_with_friction(const Experiment& experiment, const Measurement& m,
                                           const Options& options, const Selection& selection) {
   const auto& model = selection.result;
   if (!model.from_record || !model.has_dry_friction() || !(model.model_error > kCriteria.misfit)) return {};
-  data::Record simulated = experiment.record;
-  auto& y = simulated.output.samples;
-  if (selection.residual.size() + selection.residual_start != y.size()) return {};
-  for (std::size_t k = 0; k < selection.residual.size(); ++k)
-    y[selection.residual_start + k] -= selection.residual[k];
-  const auto shown = measure_response(simulated, m.plan, options);
-  if (!shown || shown->lines() != m.response.lines()) return {};
-  return difference(shown->value, m.response).unexplained;
+  const auto error_of = [&](const std::vector<double>& residual) -> std::optional<double> {
+    const auto shown = measure_response(simulated_record(experiment.record, residual), m.plan, options);
+    if (!shown || shown->lines() != m.response.lines()) return {};
+    return difference(shown->value, m.response).unexplained;
+  };
+  ModelResult smooth = model;
+  smooth.coulomb_friction.reset();
+  smooth.further_friction = {};
+  const auto without = simulation_by(smooth, experiment.record, options.delay_s);
+  if (!without) return {};
+  const auto error_without = error_of(without->residual);
+  if (!error_without || !(*error_without > kCriteria.misfit)) return {};
+  return error_of(selection.residual);
 }
 
 /// Distortion repeats with every period, and a likelihood would take each for new information.

@@ -7,8 +7,6 @@
 #include <identification/identify/measure/measure.hpp>
 #include <identification/identify/select/record_fit.hpp>
 #include <identification/identify/select/simulate_and_correct.hpp>
-#include <resonid/diagnostics/residuals.hpp>
-#include <resonid/fit/output_error.hpp>
 
 #include "linalg/decompositions.hpp"
 
@@ -17,19 +15,10 @@ namespace {
 
 using Complex = std::complex<double>;
 
-/// The record with the output that the model gives for its input, without noise, from the state and with the
-/// load torque that come nearest to the record; every delay to the fraction of a sample.
+/// The record with the output that the model gives for its input, without noise.
 expected<data::Record, Error> simulated_on(const data::Record& record, const ModelResult& model,
                                            double known_delay_s) {
-  fit::OutputErrorConfig config;
-  config.initial = model.drive;
-  config.fixed_model = true;
-  config.delay = model.drive.delay_s != 0.0;
-  config.viscous_friction = model.drive.parameters.viscous_friction != 0.0;
-  use_friction(model.coulomb_friction, model.further_friction, config);
-  config.noise_model = false;
-  config.known_delay_s = known_delay_s;
-  const auto fit = fit::fit_output_error(record, config);
+  const auto fit = simulation_by(model, record, known_delay_s);
   if (!fit)
     return tl::unexpected(Error{"method", fmt::format("simulate-and-correct: {} {}", fit.error().field.view(),
                                                       fit.error().requirement.view())});
@@ -41,11 +30,7 @@ expected<data::Record, Error> simulated_on(const data::Record& record, const Mod
               fmt::format("simulate-and-correct: the model reproduces {:.0f} % of the recorded position, "
                           "which drifts by friction or disturbances; required {:.0f} %, or another method",
                           fit->fit_percent, kCriteria.correctable_position)});
-  data::Record simulated = record;
-  const auto explained = diagnostics::simulated_of(record.output.samples, fit->residual);
-  std::copy(explained.begin(), explained.end(),
-            simulated.output.samples.end() - static_cast<std::ptrdiff_t>(explained.size()));
-  return simulated;
+  return simulated_record(record, fit->residual);
 }
 
 /// Factor that takes the method's bias out, at every line of `measured`.
