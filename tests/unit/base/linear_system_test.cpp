@@ -34,7 +34,7 @@ TEST(MatrixExponential, IsThatOfScipy) {
 
 /// A number with three derivatives, as automatic differentiation has.
 struct Dual {
-  enum { DIMENSION = 3 };
+  enum { DIMENSION = 3 };  // NOLINT(readability-identifier-naming): as ceres::Jet says it
   Dual() = default;
   explicit Dual(double value) : a(value) {}
   [[nodiscard]] double v(int p) const { return by[static_cast<std::size_t>(p)]; }
