@@ -10,6 +10,25 @@
 
 namespace resonid::fit::detail {
 
+namespace {
+
+/// Whether the cost falls from any of these bounds inwards.
+bool leaves_a_bound(const ceres::CostFunction& function, std::span<const double> x,
+                    const std::vector<const Bound*>& at) {
+  const int rows = function.num_residuals(), columns = static_cast<int>(x.size());
+  Eigen::VectorXd residuals(rows);
+  Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor> jacobian(rows, columns);
+  const double* blocks[] = {x.data()};
+  double* jacobians[] = {jacobian.data()};
+  if (!function.Evaluate(blocks, residuals.data(), jacobians)) return true;
+  return std::any_of(at.begin(), at.end(), [&](const Bound* b) {
+    const double slope = jacobian.col(b->parameter).dot(residuals);
+    return x[static_cast<std::size_t>(b->parameter)] <= b->lower ? slope < 0.0 : slope > 0.0;
+  });
+}
+
+}  // namespace
+
 LeastSquaresResult minimise(std::unique_ptr<ceres::CostFunction> function, std::span<double> x,
                             std::span<const bool> active, std::span<const Bound> bounds,
                             const Effort& effort) {
@@ -18,11 +37,9 @@ LeastSquaresResult minimise(std::unique_ptr<ceres::CostFunction> function, std::
   ceres::Problem problem(problem_options);
   problem.AddResidualBlock(function.get(), nullptr, x.data());
   LeastSquaresResult result;
-  std::vector<int> constant;
-  for (int i = 0; i < static_cast<int>(x.size()); ++i)
-    (active[static_cast<std::size_t>(i)] ? result.active : constant).push_back(i);
-  if (!constant.empty())
-    problem.SetManifold(x.data(), new ceres::SubsetManifold(static_cast<int>(x.size()), constant));
+  const auto parameters = static_cast<int>(x.size());
+  for (int i = 0; i < parameters; ++i)
+    if (active[static_cast<std::size_t>(i)]) result.active.push_back(i);
   for (const auto& bound : bounds) {
     problem.SetParameterLowerBound(x.data(), bound.parameter, bound.lower);
     problem.SetParameterUpperBound(x.data(), bound.parameter, bound.upper);
@@ -36,8 +53,9 @@ LeastSquaresResult minimise(std::unique_ptr<ceres::CostFunction> function, std::
                        [](double v) { return std::isfinite(v) && std::abs(v) < 1e150; });
   };
   if (!evaluates()) {
-    result.jacobian =
-        Eigen::MatrixXd::Zero(function->num_residuals(), static_cast<Eigen::Index>(result.active.size()));
+    const auto columns = static_cast<Eigen::Index>(result.active.size());
+    result.jacobian = Eigen::MatrixXd::Zero(function->num_residuals(), columns);
+    result.gradient = Eigen::VectorXd::Zero(columns);
     return result;
   }
   ceres::Solver::Options options;
@@ -47,35 +65,67 @@ LeastSquaresResult minimise(std::unique_ptr<ceres::CostFunction> function, std::
   options.parameter_tolerance = 1e-11;
   options.gradient_tolerance = 1e-14;
   options.logging_type = ceres::SILENT;
-  // A search along every step that is cut at a bound costs as much as the fit itself, and is needed only
-  // where one holds.
+  // A search along every step that is cut at a bound costs as much as the fit itself. What lies at its bound
+  // is kept there instead, until the others are found and the cost says whether it would leave again.
   const int searches = std::exchange(options.max_num_line_search_step_size_iterations, 0);
   ceres::Solver::Summary summary;
-  ceres::Solve(options, &problem, &summary);
-  const bool at_bound = std::any_of(bounds.begin(), bounds.end(), [&](const Bound& b) {
-    const double at = x[static_cast<std::size_t>(b.parameter)];
-    return at <= b.lower || at >= b.upper;
-  });
-  if (at_bound || (!bounds.empty() && summary.termination_type != ceres::CONVERGENCE)) {
-    options.max_num_line_search_step_size_iterations = searches;
+  std::vector<const Bound*> kept;
+  const auto solve = [&] {
+    std::vector<int> constant;
+    for (int i = 0; i < parameters; ++i)
+      if (!active[static_cast<std::size_t>(i)] ||
+          std::any_of(kept.begin(), kept.end(), [i](const Bound* b) { return b->parameter == i; }))
+        constant.push_back(i);
+    if (static_cast<int>(constant.size()) == parameters) return;
+    problem.SetManifold(x.data(),
+                        constant.empty() ? nullptr : new ceres::SubsetManifold(parameters, constant));
     ceres::Solve(options, &problem, &summary);
+  };
+  const auto at_bounds = [&] {
+    std::vector<const Bound*> all;
+    for (const auto& b : bounds) {
+      const double at = x[static_cast<std::size_t>(b.parameter)];
+      if (active[static_cast<std::size_t>(b.parameter)] && (at <= b.lower || at >= b.upper))
+        all.push_back(&b);
+    }
+    return all;
+  };
+  solve();
+  bool wanders = false;  // over bounds
+  constexpr int kTurns = 4;
+  for (int turn = 0;; ++turn) {
+    const auto now = at_bounds();
+    if (now == kept) break;
+    wanders = turn == kTurns;
+    if (wanders) break;
+    kept = now;
+    solve();
+    const bool settled = summary.termination_type == ceres::CONVERGENCE && at_bounds() == kept;
+    wanders = settled && leaves_a_bound(*function, x, kept);
+    if (wanders) break;
+  }
+  if (wanders || (kept.empty() && !bounds.empty() && summary.termination_type != ceres::CONVERGENCE)) {
+    kept.clear();
+    options.max_num_line_search_step_size_iterations = searches;
+    solve();
   }
   result.converged = summary.termination_type == ceres::CONVERGENCE;
   result.cost = summary.final_cost;
 
   const int rows = function->num_residuals();
-  const int columns = static_cast<int>(x.size());
   Eigen::VectorXd residuals(rows);
-  Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor> jacobian(rows, columns);
+  Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor> jacobian(rows, parameters);
   const double* blocks[] = {x.data()};
   double* jacobians[] = {jacobian.data()};
   if (!function->Evaluate(blocks, residuals.data(), jacobians)) {
     result.converged = false;
     jacobian.setZero();
+    residuals.setZero();
   }
   result.jacobian.resize(rows, static_cast<Eigen::Index>(result.active.size()));
   for (std::size_t i = 0; i < result.active.size(); ++i)
     result.jacobian.col(static_cast<Eigen::Index>(i)) = jacobian.col(result.active[i]);
+  result.gradient = result.jacobian.transpose() * residuals;
   return result;
 }
 

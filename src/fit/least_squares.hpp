@@ -14,6 +14,7 @@ struct LeastSquaresResult {
   bool converged = false;
   double cost = 0.0;         ///< Half the sum of squares.
   Eigen::MatrixXd jacobian;  ///< [residual, active parameter]
+  Eigen::VectorXd gradient;  ///< [active parameter] Of the cost; not 0 at a bound.
   std::vector<int> active;   ///< Index of each column of the Jacobian.
 };
 

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+#include <Eigen/Core>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -75,14 +76,8 @@ struct Modes {
   double spread = std::numeric_limits<double>::infinity();
 };
 
-/// Compares magnitudes; `left` is what the factors leave of them.
-void judge(const Lines& lines, const std::vector<double>& left, Modes modes, Modes& best) {
-  double sum = 0.0, mean = 0.0, square = 0.0;
-  for (std::size_t i = 0; i < left.size(); ++i) {
-    sum += lines.weight[i];
-    mean += lines.weight[i] * left[i];
-    square += lines.weight[i] * left[i] * left[i];
-  }
+/// Takes the modes over where they leave less; the weighted moments are those of what their factors leave.
+void judge(double sum, double mean, double square, Modes modes, Modes& best) {
   mean /= sum;
   modes.spread = square / sum - mean * mean;
   if (!(modes.spread < best.spread)) return;
@@ -92,26 +87,39 @@ void judge(const Lines& lines, const std::vector<double>& left, Modes modes, Mod
   best = modes;
 }
 
+/// By the moments of all pairs of factors, so that a triple of places costs no sum over the lines.
 Modes best_modes(const Lines& lines, bool coupling) {
   Modes best;
-  const std::size_t n = lines.frequency_hz.size();
-  std::vector<double> slope(n), left(n);
-  for (std::size_t k = 0; k < n; ++k)
-    slope[k] = lines.log_magnitude[k] - std::log(kTwoPi * lines.frequency_hz[k]);
+  const auto n = static_cast<Eigen::Index>(lines.frequency_hz.size());
+  const Eigen::Map<const Eigen::ArrayXd> weight(lines.weight.data(), n);
+  const double sum = weight.sum();
   for (const double ratio : kRatios) {
     const Factors factors(lines, ratio);
-    for (std::size_t first = 0; first < factors.size(); ++first) {
-      std::vector<double> without = slope;
-      for (std::size_t k = 0; k < n; ++k) without[k] += factors[first][k];
+    const auto places = static_cast<Eigen::Index>(factors.size());
+    Eigen::MatrixXd columns(n, places + 1);  // the last: the slope, without any factor
+    for (Eigen::Index i = 0; i < places; ++i)
+      columns.col(i) = Eigen::Map<const Eigen::VectorXd>(factors[static_cast<std::size_t>(i)].data(), n);
+    for (Eigen::Index k = 0; k < n; ++k) {
+      const auto line = static_cast<std::size_t>(k);
+      columns(k, places) = lines.log_magnitude[line] - std::log(kTwoPi * lines.frequency_hz[line]);
+    }
+    columns = weight.sqrt().matrix().asDiagonal() * columns;
+    const Eigen::MatrixXd square = columns.transpose() * columns;
+    const Eigen::VectorXd mean = columns.transpose() * weight.sqrt().matrix();
+    const auto hz = [&](Eigen::Index i) { return factors.hz(static_cast<std::size_t>(i)); };
+    for (Eigen::Index first = 0; first < places; ++first) {
+      const Eigen::VectorXd with = square.col(places) + square.col(first);  // of slope + first by any other
+      const double own = with(places) + with(first), own_mean = mean(places) + mean(first);
       if (!coupling) {
-        judge(lines, without, {factors.hz(first), 0.0, 0.0, ratio}, best);
+        judge(sum, own_mean, own, {hz(first), 0.0, 0.0, ratio}, best);
         continue;
       }
-      for (std::size_t zero = std::max<std::size_t>(first + 1, kBelow); zero + 1 < factors.size(); ++zero)
-        for (std::size_t pole = zero + 1; pole < factors.size(); ++pole) {
-          for (std::size_t k = 0; k < n; ++k) left[k] = without[k] - factors[zero][k] + factors[pole][k];
-          judge(lines, left, {factors.hz(first), factors.hz(zero), factors.hz(pole), ratio}, best);
-        }
+      for (Eigen::Index zero = std::max<Eigen::Index>(first + 1, kBelow); zero + 1 < places; ++zero)
+        for (Eigen::Index pole = zero + 1; pole < places; ++pole)
+          judge(sum, own_mean - mean(zero) + mean(pole),
+                own + square(zero, zero) + square(pole, pole) +
+                    2.0 * (with(pole) - with(zero) - square(zero, pole)),
+                {hz(first), hz(zero), hz(pole), ratio}, best);
     }
   }
   return best;
@@ -123,7 +131,7 @@ Modes refined(const Lines& lines, const Modes& start) {
   Modes best = start;
   best.spread = std::numeric_limits<double>::infinity();
   const auto consider = [&](const Modes& modes) {
-    std::vector<double> left;
+    double sum = 0.0, mean = 0.0, square = 0.0;
     for (std::size_t k = 0; k < lines.frequency_hz.size(); ++k) {
       const double f = lines.frequency_hz[k];
       double rest =
@@ -131,9 +139,11 @@ Modes refined(const Lines& lines, const Modes& start) {
       if (modes.resonance_hz > 0.0)
         rest += log_factor(f, modes.resonance_hz, modes.damping_ratio) -
                 log_factor(f, modes.antiresonance_hz, modes.damping_ratio);
-      left.push_back(rest);
+      sum += lines.weight[k];
+      mean += lines.weight[k] * rest;
+      square += lines.weight[k] * rest * rest;
     }
-    judge(lines, left, modes, best);
+    judge(sum, mean, square, modes, best);
   };
   consider(start);
   constexpr std::array kMoved = {&Modes::first_hz, &Modes::antiresonance_hz, &Modes::resonance_hz,

@@ -123,6 +123,8 @@ OutputErrorConfig with_controller(const data::Record& record, const OutputErrorC
 expected<JointOutputErrorFit, Error> solve(std::span<const data::Record> records,
                                            const OutputErrorConfig& asked) {
   const OutputErrorConfig config = with_controller(records.front(), asked);
+  if (!config.noise_start.empty() && config.noise_start.size() != records.size())
+    return refuse("noise_start", "needs a noise model of every record");
   std::vector<detail::RecordPart> parts;
   bool both_ways = false;
   for (const auto& record : records) {

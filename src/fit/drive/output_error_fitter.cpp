@@ -10,6 +10,7 @@
 #include <fit/drive/record_consistency.hpp>
 #include <fit/drive/score.hpp>
 #include <fit/least_squares.hpp>
+#include <limits>
 #include <memory>
 #include <resonid/base/constants.hpp>
 #include <resonid/base/detail/statistics.hpp>
@@ -105,6 +106,7 @@ class OutputErrorFitter {
       }
     }
     covariance_ = noise_scale() * detail::covariance(physical_, layout_.size());
+    if (delay_presses()) physical_.converged = false;
     if (dry() && !config_.fixed_model) include_friction();
     finish();
     return std::move(fit_);
@@ -185,20 +187,42 @@ class OutputErrorFitter {
 
   /// Noise models, parameters and the course of friction in turns, from the residual that x_ leaves.
   void solve_whitened() {
-    auto noises = noises_of_residual();
+    auto noises = config_.noise_start.empty() ? noises_of_residual() : config_.noise_start;
     constexpr int kRounds = 5;
+    bool wanders = false;
     for (int round = 0; round < kRounds; ++round) {
       if (dry() && round > 0) set_friction(raw_x());
       for (int r = 0; r < records(); ++r) part(r).noise = noises[static_cast<std::size_t>(r)];
       solve(true, active_);
+      const bool lost = !result_.converged, lost_again = lost && wanders;
+      wanders = lost;
       solve_linear_part_raw();
       weigh_whitened();
+      if ((lost && lag_is_none()) || (lost_again && dry())) break;
       noises = noises_of_residual();
       bool settled = records() == 1 || round > 1;
       for (int r = 0; r < records(); ++r)
         settled = settled && alike(noises[static_cast<std::size_t>(r)], part(r).noise);
       if (settled && (!dry() || round > 1)) break;
     }
+  }
+
+  /// Whether the search for a lag or filter ended where there is none.
+  [[nodiscard]] bool lag_is_none() const {
+    return (active_[kTorqueLag] && x_[kTorqueLag] <= 0.0) ||
+           (active_[kOutputFilter] && x_[kOutputFilter] <= 0.0);
+  }
+
+  /// Whether the delay ends at a bound that the record clearly wants to cross: then it is another machine's,
+  /// or the known delay is wrong. By the gain of a step across, a chi-square of one degree of freedom.
+  [[nodiscard]] bool delay_presses() const {
+    const auto bound = delay_bounds();
+    const double at = x_[kDelay];
+    const auto found = std::find(physical_.active.begin(), physical_.active.end(), kDelay);
+    if (found == physical_.active.end() || (at > bound.lower && at < bound.upper)) return false;
+    constexpr double kClearly = 25.0;
+    const double slope = physical_.gradient(found - physical_.active.begin()) / noise_scale();
+    return slope * slope * covariance_(kDelay, kDelay) > kClearly;
   }
 
   static bool alike(const NoiseModel& a, const NoiseModel& b) {
@@ -243,7 +267,7 @@ class OutputErrorFitter {
   }
 
   /// One solution with the noise models or without.
-  void solve(bool with_noise, const std::vector<bool>& mask) {
+  void solve(bool with_noise, const std::vector<bool>& mask, int iterations = kMaximumIterations) {
     std::vector<DriveSignals> signals;
     for (const auto& p : parts_) signals.push_back(with_noise ? whitened(p.raw, p.noise) : p.raw);
     std::vector<OutputErrorCost::Part> pieces;
@@ -258,7 +282,7 @@ class OutputErrorFitter {
     if (mask[kTorqueLag]) bounds.push_back({kTorqueLag, 0.0, kMaximumLagSamples});
     if (mask[kOutputFilter]) bounds.push_back({kOutputFilter, 0.0, kMaximumFilterPole});
     // With a noise model the cost need not be exact to more digits than the likelihood tells apart.
-    const Effort effort{kMaximumIterations, config_.noise_model ? 1e-9 : 1e-14};
+    const Effort effort{iterations, config_.noise_model ? 1e-9 : 1e-14};
     const std::unique_ptr<bool[]> flags(new bool[mask.size()]);
     std::copy(mask.begin(), mask.end(), flags.get());
     result_ = detail::minimise(
@@ -347,13 +371,26 @@ class OutputErrorFitter {
   }
 
   void follow_friction(const std::vector<bool>& mask) {
-    constexpr int kTurns = 12;
-    solve(false, mask);
-    for (int turn = 0; turn < kTurns; ++turn) {
+    // Before the course has settled, a few steps do. Where turns lead away, the best of them is taken.
+    constexpr int kTurns = 12, kFew = 10, kWorse = 2;
+    solve(false, mask, kFew);
+    double least = std::numeric_limits<double>::infinity();
+    auto best = x_;
+    int worse = 0;
+    for (int turn = 0; turn < kTurns && worse < kWorse; ++turn) {
       const bool same = set_friction(x_);
-      solve(false, mask);
-      if (same) break;
+      solve(false, mask, same || turn + 1 == kTurns ? kMaximumIterations : kFew);
+      worse = result_.converged || result_.cost < least ? 0 : worse + 1;
+      if (result_.cost < least) {
+        least = result_.cost;
+        best = x_;
+      }
+      if (same) return;
     }
+    if (worse == 0) return;
+    x_ = best;
+    set_friction(x_);
+    solve(false, mask);
   }
 
   /// More of dry friction than its size begins near its end: turns would lead away, since at a given course

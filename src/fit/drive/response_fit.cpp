@@ -27,7 +27,8 @@ struct Fitter {
   const data::FrequencyResponse& lines;
   const ResponseFitConfig& config;
 
-  ResponseFit run(const DriveModel& start, Weighting weighting, double error) const {
+  ResponseFit run(const DriveModel& start, Weighting weighting, double error,
+                  const detail::Effort& effort = {}) const {
     ResponseFit fit;
     fit.model = start;
     fit.model.sample_time_s = config.sample_time_s;
@@ -56,7 +57,7 @@ struct Fitter {
           std::make_unique<ResponseCost<masses>>(lines, weights(lines, weighting, error), points(),
                                                  coordinates, detail::SearchRange(x), setting, active);
       return detail::minimise(std::move(cost), std::span(x).template first<kParameters>(),
-                              fit.model.estimated, bounds);
+                              fit.model.estimated, bounds, effort);
     });
     coordinates.store(x.data(), fit.model);
     fit.converged = solution.converged;
@@ -88,13 +89,18 @@ struct Fitter {
   /// From a soft weighting towards the data's own: a start far off must not follow its best-measured lines.
   ResponseFit settle(const DriveModel& start) const {
     const bool soft = config.weighting == Weighting::model_error;
-    auto fit = run(start, config.weighting, soft ? config.initial_error : 0.0);
+    constexpr double kNothing =
+        0.99;  // model error of a fit that explains nothing, nor will by other weights
+    constexpr detail::Effort kNear{100, 1e-8};  // the rounds that follow go on from there
+    auto fit =
+        run(start, config.weighting, soft ? config.initial_error : 0.0, soft ? kNear : detail::Effort{});
     for (int round = 0; soft && round < 12; ++round) {
       const double parameters =
           static_cast<double>(std::count(fit.model.estimated.begin(), fit.model.estimated.end(), true));
       const double free = std::max(0.1, 1.0 - parameters / static_cast<double>(2 * lines.lines()));
       const double error = explaining_error(lines, as_measured(lines, fit.model), free,
                                             static_cast<double>(lines.lines()) / known_repetition(lines));
+      if (error > kNothing) break;
       const double before = fit.model_error;
       fit = run(fit.model, Weighting::model_error, error);
       if (std::abs(error - before) <= 1e-3 * before + 1e-9) break;
@@ -204,22 +210,31 @@ struct Fitter {
 double scanned_delay_s(const data::FrequencyResponse& g, const DriveModel& model) {
   const auto fitted = model.values(g.frequency_hz);
   const bool known = g.std.size() == g.lines();
-  constexpr double kSoft = 0.3;  // as the first round of the fit
+  constexpr double kSoft = 0.3;    // as the first round of the fit
+  constexpr double kStep = 0.125;  // samples
+  std::vector<Complex> turned, step;
+  for (std::size_t i = 0; i < g.lines(); ++i) {
+    const double size = std::abs(g.value[i]);
+    const double relative = known && size > 0.0 ? g.std[i] / size : 0.0;
+    const double turn = kTwoPi * g.frequency_hz[i] * model.sample_time_s;  // per sample of delay
+    const double angle = std::arg(fitted[i]) - std::arg(g.value[i]) - turn * detail::kMinimumDelaySamples;
+    turned.push_back(std::polar(1.0 / (kSoft * kSoft + relative * relative), angle));
+    step.push_back(std::polar(1.0, -turn * kStep));
+  }
   double best = -std::numeric_limits<double>::infinity();
   double best_s = 0.0;
   for (double samples = detail::kMinimumDelaySamples; samples <= detail::kMaximumDelaySamples;
-       samples += 0.125) {
-    const double delay_s = samples * model.sample_time_s;
+       samples += kStep) {
     double sum = 0.0;
-    for (std::size_t i = 0; i < g.lines(); ++i) {
-      const double size = std::abs(g.value[i]);
-      const double relative = known && size > 0.0 ? g.std[i] / size : 0.0;
-      const double angle = std::arg(fitted[i]) - std::arg(g.value[i]) - kTwoPi * g.frequency_hz[i] * delay_s;
-      sum += std::cos(angle) / (kSoft * kSoft + relative * relative);
+    for (std::size_t i = 0; i < turned.size(); ++i) {
+      const Complex now = turned[i];
+      sum += now.real();
+      turned[i] = {now.real() * step[i].real() - now.imag() * step[i].imag(),
+                   now.real() * step[i].imag() + now.imag() * step[i].real()};
     }
     if (sum <= best) continue;
     best = sum;
-    best_s = delay_s;
+    best_s = samples * model.sample_time_s;
   }
   return best_s;
 }

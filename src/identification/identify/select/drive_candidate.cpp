@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <functional>
 #include <identification/criteria.hpp>
 #include <identification/identify/select/drive_candidate.hpp>
 #include <identification/identify/select/ground.hpp>
@@ -35,6 +36,11 @@ double gain_of(const fit::ResponseFit& fit, fit::Parameter parameter) {
 bool self_excited(const fit::DriveModel& model, bool dry) {
   const auto viscous = model.estimate(fit::kViscousFriction);
   return viscous.value < (dry ? -3.0 * viscous.std : 0.0);
+}
+
+void begin_with_noise_of(const RecordFit& fit, fit::OutputErrorConfig& config) {
+  config.noise_start.clear();
+  for (const auto& record : fit.records) config.noise_start.push_back(record.noise);
 }
 
 }  // namespace
@@ -273,9 +279,31 @@ fit::OutputErrorConfig CandidateFits::config_of(const Variant& variant, const fi
   return config;
 }
 
+fit::OutputErrorConfig CandidateFits::as_it_slides(const Variant& variant, const fit::DriveModel& start,
+                                                   const RecordFit& found) const {
+  auto config = config_of(without_dry_friction(variant), start);
+  begin_with_noise_of(found, config);
+  if (!variant.any_dry()) return config;
+  const bool one_mass = variant.structure == Structure::rigid;  // it has all of the friction
+  for (const auto& record : found.records) {
+    auto torque = record.friction_torque;
+    const auto& of_load = record.load_friction_torque;
+    if (one_mass) {
+      torque.resize(std::max(torque.size(), of_load.size()));
+      std::transform(of_load.begin(), of_load.end(), torque.begin(), torque.begin(), std::plus());
+    } else {
+      config.load_friction_torque.push_back(of_load);
+    }
+    config.friction_torque.push_back(std::move(torque));
+  }
+  return config;
+}
+
 std::optional<RecordFit> CandidateFits::fit_to_records(const Variant& variant, const fit::DriveModel& start,
-                                                       const std::optional<FrictionStart>& dry) const {
+                                                       const std::optional<FrictionStart>& dry,
+                                                       const RecordFit* near) const {
   auto config = config_of(variant, start, dry);
+  if (near != nullptr) begin_with_noise_of(*near, config);
   // A position drifts with what the start misses of friction, and a noise model of that drift leads astray.
   if (records_.front().output_quantity == data::OutputQuantity::position) {
     auto plain = config;
@@ -353,6 +381,7 @@ void CandidateFits::fit_variants(DriveCandidate& candidate, const Acceptance& ac
 
 void CandidateFits::fit_to_record(DriveCandidate& candidate, const DriveCandidate* larger) const {
   if (!to_records_) return;
+  candidate.tried_on_record = true;
   const auto acceptable = acceptance(candidate);
   if (acceptable.by_the_lines) fit_variants(candidate, acceptable, larger);
 }
@@ -372,11 +401,15 @@ void CandidateFits::extend_fit_to_record(DriveCandidate& candidate, const DriveC
 }
 
 void CandidateFits::validate(DriveCandidate& candidate) const {
+  const auto& found = *candidate.record_fit;
+  judge_by_holdout(candidate, as_it_slides(candidate.record_variant, found.model, found));
+}
+
+void CandidateFits::judge_by_holdout(DriveCandidate& candidate, fit::OutputErrorConfig config) const {
   std::size_t longest = 0;
   for (const auto& record : records_) longest = std::max(longest, record.samples());
-  const auto& found = *candidate.record_fit;
-  const bool further = found.further_friction.any();
-  auto config = config_of(candidate.record_variant, found.model, further ? friction_of(found) : std::nullopt);
+  config.initial = candidate.record_fit->model;
+  begin_with_noise_of(*candidate.record_fit, config);
   if (longest < kCriteria.holdout_samples) return;
   config.holdout = fit::holdout_parts(longest);
   if (const auto fit = fit_records(records_, config); fit && fit->converged)
@@ -430,18 +463,18 @@ void CandidateFits::fit_to_record_alone(const DriveCandidate& rigid, DriveCandid
   }
 }
 
-void CandidateFits::for_comparison(DriveCandidate& candidate, const Variant& chosen) const {
-  Variant variant = chosen;
+void CandidateFits::for_comparison(DriveCandidate& candidate, const DriveCandidate& chosen) const {
+  Variant variant = chosen.record_variant;
   variant.structure = candidate.structure;
   std::erase_if(variant.further,
                 [&](fit::Parameter p) { return !fit::may_have_parameter(variant.structure, p); });
-  auto config = config_of(variant, candidate.response_fit().model);
-  config.score_friction = false;
+  auto config = as_it_slides(variant, candidate.response_fit().model, *chosen.record_fit);
+  config.noise_start.clear();
   auto fit = fit_records(records_, config);
   if (!fit || !fit->converged) return;
   candidate.record_fit = std::move(*fit);
   candidate.record_variant = variant;
-  validate(candidate);
+  judge_by_holdout(candidate, config);
 }
 
 }  // namespace resonid::identification::detail

@@ -28,6 +28,7 @@ struct DriveCandidate {
   std::vector<std::pair<Variant, fit::ResponseFit>> variants;  ///< Best first.
   std::optional<RecordFit> record_fit;
   Variant record_variant;
+  bool tried_on_record = false;
   std::optional<fit::HoldoutFit> validated;  ///< The same variant, fitted to the rest of the record.
   std::string remark;                        ///< Why it went no further.
 
@@ -91,11 +92,13 @@ class CandidateFits {
   /// short or noisy record.
   void fit_to_record_alone(const DriveCandidate& rigid, DriveCandidate& two_mass) const;
 
-  /// The candidate's own variant fitted without the hold-out samples, and judged by them.
+  /// The candidate's own variant fitted without the hold-out samples, and judged by them. Dry friction acts
+  /// as the whole record showed it: one or two numbers of thousands of samples.
   void validate(DriveCandidate& candidate) const;
 
   /// A structure that is out of the question, as the chosen one was fitted: for the comparison side by side.
-  void for_comparison(DriveCandidate& candidate, const Variant& chosen) const;
+  /// Dry friction acts as it was found with the chosen one.
+  void for_comparison(DriveCandidate& candidate, const DriveCandidate& chosen) const;
 
  private:
   /// What a fit to the record must hold against the measured response.
@@ -122,7 +125,10 @@ class CandidateFits {
   /// Adds the variant with a filter of the measured velocity where none without it holds.
   void add_filtered(DriveCandidate& candidate) const;
   void extend_by_record(DriveCandidate& candidate) const;
-  /// The fits that are compared to choose an extension: dry friction acts as it was found.
+  /// A fit along which dry friction acts as it was found, beginning with the noise of that fit.
+  [[nodiscard]] fit::OutputErrorConfig as_it_slides(const Variant& variant, const fit::DriveModel& start,
+                                                    const RecordFit& found) const;
+  /// The fits that are compared to choose an extension.
   [[nodiscard]] std::optional<RecordFit> fit_to_records_as_it_slides(const Variant& variant,
                                                                      const fit::DriveModel& start,
                                                                      const RecordFit& found) const;
@@ -139,9 +145,11 @@ class CandidateFits {
   [[nodiscard]] fit::OutputErrorConfig config_of(
       const Variant& variant, const fit::DriveModel& start,
       const std::optional<FrictionStart>& dry = std::nullopt) const;
+  /// `near`: a fit whose noise is nearly that of this one.
   [[nodiscard]] std::optional<RecordFit> fit_to_records(
       const Variant& variant, const fit::DriveModel& start,
-      const std::optional<FrictionStart>& dry = std::nullopt) const;
+      const std::optional<FrictionStart>& dry = std::nullopt, const RecordFit* near = nullptr) const;
+  void judge_by_holdout(DriveCandidate& candidate, fit::OutputErrorConfig config) const;
   [[nodiscard]] Acceptance acceptance(const DriveCandidate& candidate) const;
   void fit_variants(DriveCandidate& candidate, const Acceptance& acceptable,
                     const DriveCandidate* larger) const;

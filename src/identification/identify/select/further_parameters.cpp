@@ -5,6 +5,8 @@
 #include <identification/criteria.hpp>
 #include <identification/identify/select/drive_candidate.hpp>
 #include <resonid/base/constants.hpp>
+#include <set>
+#include <string>
 #include <utility>
 
 // Parameters that are added to a variant one after the other, as the score tests say that they would pay.
@@ -54,6 +56,17 @@ data::FrequencyResponse unfiltered(data::FrequencyResponse g, double filter_s, d
     g.std[i] *= std::abs(by);
   }
   return g;
+}
+
+/// What the score tests say that the better of the two lags would gain.
+double gain_of_lags(const RecordFit& fit) {
+  double lag = 0.0, filter = 0.0;
+  for (const auto& record : fit.records)
+    for (const auto& l : record.lacking) {
+      if (l.parameter == fit::kTorqueLag) lag += l.gain;
+      if (l.parameter == fit::kOutputFilter) filter += l.gain;
+    }
+  return std::max(lag, filter);
 }
 
 }  // namespace
@@ -177,13 +190,8 @@ std::vector<Variant> CandidateFits::instead_of_delay(const Variant& variant, boo
 std::optional<RecordFit> CandidateFits::fit_to_records_as_it_slides(const Variant& variant,
                                                                     const fit::DriveModel& start,
                                                                     const RecordFit& found) const {
-  if (!variant.any_dry()) return fit_to_records(variant, start);
-  auto config = config_of(without_dry_friction(variant), start);
-  for (const auto& record : found.records) {
-    config.friction_torque.push_back(record.friction_torque);
-    config.load_friction_torque.push_back(record.load_friction_torque);
-  }
-  auto fit = fit_records(records_, config);
+  if (!variant.any_dry()) return fit_to_records(variant, start, std::nullopt, &found);
+  auto fit = fit_records(records_, as_it_slides(variant, start, found));
   if (!fit || !fit->converged) return std::nullopt;
   return fit;
 }
@@ -219,13 +227,23 @@ void CandidateFits::extend_by_record(DriveCandidate& candidate) const {
     const fit::DriveModel before = best->model;
     double least = best->bic;
     std::optional<Variant> chosen;
+    std::optional<RecordFit> by_differences;
+    std::set<std::string> tried;
     for (auto& v : wider) {
+      if (!tried.insert(name_of(v)).second) continue;
+      // Score tests are of a parabola; a bound to three times as much leaves room.
+      constexpr double kRoom = 3.0;
+      if (by_differences && lags(v) && v.velocity == fit::Velocity::differences &&
+          by_differences->bic - kRoom * gain_of_lags(*by_differences) > least)
+        continue;
       auto fit = fitted(v, start_of_other(v, variant, found.model));
       if (fit && implausible(v, fit->model) && lags(variant) && lags(v)) {
         v = without_lags(v);
+        if (!tried.insert(name_of(v)).second) continue;
         fit = fitted(v, start_of(v, fit->model));
       }
       if (!fit || implausible(v, fit->model)) continue;
+      if (!lags(v) && v.velocity == fit::Velocity::differences) by_differences = fit;
       const double price = price_of(v, variant, kCriteria.clearly_better);
       if (!(fit->bic + price < least)) continue;
       least = fit->bic + price;

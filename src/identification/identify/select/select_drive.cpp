@@ -52,7 +52,7 @@ class Selector {
       if (candidates.size() > 1) discard_unidentifiable(candidates);
       std::vector<std::size_t> fitted;  // the largest first
       for (std::size_t i = candidates.size(); i-- > 0;)
-        if (candidates[i].remark.empty() && !candidates[i].record_fit) {
+        if (candidates[i].remark.empty() && !candidates[i].record_fit && !candidates[i].tried_on_record) {
           fits_.fit_to_record(candidates[i], i + 1 < candidates.size() ? &candidates[i + 1] : nullptr);
           fitted.push_back(i);
         }
@@ -67,7 +67,7 @@ class Selector {
         fits_.fit_to_record_alone(candidates[0], candidates[1]);
     }
     if (candidates.empty()) return std::nullopt;
-    if (candidates.size() == 1 && !candidates[0].record_fit) {
+    if (candidates.size() == 1 && !candidates[0].tried_on_record) {
       fits_.fit_to_record(candidates[0], nullptr);
       fits_.extend_fit_to_record(candidates[0], nullptr);
     }
@@ -85,7 +85,7 @@ class Selector {
     for (auto& candidate : candidates)
       if (candidate.structure == Structure::rigid && !candidate.record_fit && candidates[chosen].record_fit &&
           records_.front().samples() <= kQuick)
-        fits_.for_comparison(candidate, candidates[chosen].record_variant);
+        fits_.for_comparison(candidate, candidates[chosen]);
     return finish(candidates, chosen);
   }
 
