@@ -150,7 +150,8 @@ struct Track {
 ///
 /// A learning stretch at the beginning decides on method, excitation and start; a row depends on no sample
 /// after its own. Every row passes four gates before it is trusted: there is excitation, the resonance has
-/// converged, the parameters are physical, and the residual is what it was. docs/methods/track.md
+/// converged, the parameters are physical, and the residual is what it was. None is trusted where the stretch
+/// has shown what no estimator here holds. docs/methods/track.md
 [[nodiscard]] expected<Track, Error> track(const data::Record& record, const TrackOptions& options = {});
 
 /// track() while the samples come in, in batches of any size: the rows are the same.

@@ -32,7 +32,11 @@ std::string unit_of(std::string_view parameter, const Units& units) {
 
 Rows::Rows(const data::Record& stretch, const TrackOptions& options, const AxisSetup& setup, const Axis& axis,
            Track& track)
-    : options_(options), has_position_(stretch.position.present()), track_(track) {
+    : options_(options),
+      has_position_(stretch.position.present()),
+      doubtful_(std::any_of(track.findings.begin(), track.findings.end(),
+                            [](const auto& f) { return f.severity == diagnostics::Severity::error; })),
+      track_(track) {
   if (setup.config.method == AxisMethod::chirp)
     add_chirp();
   else
@@ -128,7 +132,7 @@ void Rows::add(const Axis& axis, const Place& place) {
       if (series_[i].has_std) flat_.push_back(values_[i].std);
     }
     if (has_position_) flat_.push_back(place.position_m);
-    flat_.push_back(axis.row().trusted ? 1.0 : 0.0);
+    flat_.push_back(trusted(axis.row()) ? 1.0 : 0.0);
     options_.on_row(flat_);
   }
   if (track_.rows++ % stride_ != 0) return;
@@ -143,7 +147,7 @@ void Rows::keep(const Place& place, const AxisRow& row) {
   track_.lag_s.push_back(place.lag_s);
   track_.residual.push_back(row.residual_rms);
   if (has_position_) track_.position_m.push_back(place.position_m);
-  track_.trusted_rows.push_back(row.trusted);
+  track_.trusted_rows.push_back(trusted(row));
   for (std::size_t i = 0; i < series_.size(); ++i) {
     TrackSeries& series = (track_.*series_[i].group)[series_[i].index];
     series.value.push_back(values_[i].value);

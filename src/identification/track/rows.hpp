@@ -24,6 +24,9 @@ class Rows {
        const online::Axis& axis, Track& track);
 
   void add(const online::Axis& axis, const Place& place);
+  /// No row is better than what it was begun from.
+  [[nodiscard]] bool trusted(const online::AxisRow& row) const { return row.trusted && !doubtful_; }
+  [[nodiscard]] bool doubtful() const { return doubtful_; }
   [[nodiscard]] std::size_t values_per_row() const { return series_.size() + 6; }
 
  private:
@@ -50,6 +53,7 @@ class Rows {
   std::vector<Series> series_;
   std::vector<online::Figure> values_;  // [series] of the newest row
   bool has_position_;
+  bool doubtful_;           // the learning stretch has shown an error
   std::size_t stride_ = 1;  // between rows that are kept; doubles when they become too many
   std::vector<double> flat_;
   Track& track_;

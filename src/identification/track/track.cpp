@@ -107,6 +107,7 @@ class Run {
     auto findings = detail::run_findings(*axis_, counts, controller_, plan_, *setup_, start_time_s_);
     std::move(findings.begin(), findings.end(), std::back_inserter(track_.findings));
     track_.shares = detail::shares_of(counts);
+    if (rows_.doubtful()) track_.shares.all = 0.0;
     track_.loop = curves_.take(*axis_);
     if (axis_->result().changed) track_.change = axis_->result().change;
   }

@@ -115,10 +115,17 @@ void inspect_model(const Plan& plan, const Options& options, const std::optional
          {},
          {},
          "Dry friction was requested, but no fit with it succeeded: the model is without dry friction."});
-  const bool explained =
-      selection->error_with_friction && *selection->error_with_friction <= kCriteria.misfit;
+  const auto& alike = selection->measured_alike;
+  const bool explained = alike && alike->error <= kCriteria.misfit;
   const bool tellable = model.model_error <= kCriteria.worthless || selection->in_motion || explained;
-  if (model.model_error > kCriteria.misfit && tellable && model.has_dry_friction()) {
+  if (model.model_error > kCriteria.misfit && explained && !alike->by_friction) {
+    findings.push_back(
+        {"response-biased", Severity::info, model.model_error, kCriteria.misfit,
+         fmt::format(
+             "The measured response typically differs by {:.0f} % from the model's, and so does that of "
+             "the record that the model simulates: motion and feedback bias it, not the machine.",
+             100.0 * model.model_error)});
+  } else if (model.model_error > kCriteria.misfit && tellable && model.has_dry_friction()) {
     findings.push_back(
         {"friction-in-response", Severity::info, model.model_error, kCriteria.misfit,
          fmt::format("Dry friction distorts the measured response: it typically differs by {:.0f} % from the "

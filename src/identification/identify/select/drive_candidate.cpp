@@ -436,8 +436,13 @@ void CandidateFits::fit_to_record_alone(const DriveCandidate& rigid, DriveCandid
   // or brake this one too.
   for (const bool friction : {false, true}) {
     if (!allowed(friction) || (friction && friction_is_free() && !rigid.record_variant.friction)) continue;
-    Variant chosen;
-    std::optional<RecordFit> best;
+    // Plain output error says which starts lead somewhere; the likelihood is worth its time for few.
+    struct Start {
+      double fit_percent;
+      Variant variant;
+      fit::DriveModel model;
+    };
+    std::vector<Start> starts;
     for (const int further_delay : {0, 1, 2, 4, 8}) {  // in samples; the fit's valley is a few wide
       const Variant variant{Structure::two_mass, friction, further_delay > 0, false,
                             demanded(Structure::two_mass)};
@@ -446,11 +451,30 @@ void CandidateFits::fit_to_record_alone(const DriveCandidate& rigid, DriveCandid
         start.delay_s = further_s;
         start.torque_lag_s = options_.torque_lag_s.value_or(0.0);
         start.output_filter_s = options_.output_filter_s.value_or(0.0);
-        auto fit = fit_to_records(variant, start);
-        if (!fit || (best && fit->bic >= best->bic)) continue;
-        best = std::move(fit);
-        chosen = variant;
+        auto plain = config_of(variant, start);
+        plain.noise_model = false;
+        if (auto fit = fit_records(records_, plain))
+          starts.push_back({fit->fit_percent, variant, fit->model});
       }
+    }
+    constexpr std::size_t kFew = 3;
+    std::sort(starts.begin(), starts.end(),
+              [](const Start& x, const Start& y) { return x.fit_percent > y.fit_percent; });
+    constexpr double kSame = 1e-4;
+    starts.erase(std::unique(starts.begin(), starts.end(),
+                             [](const Start& x, const Start& y) {
+                               return x.variant.delay == y.variant.delay &&
+                                      x.fit_percent - y.fit_percent < kSame;
+                             }),
+                 starts.end());
+    starts.erase(starts.begin() + static_cast<std::ptrdiff_t>(std::min(kFew, starts.size())), starts.end());
+    Variant chosen;
+    std::optional<RecordFit> best;
+    for (const auto& start : starts) {
+      auto fit = fit_to_records(start.variant, start.model);
+      if (!fit || (best && fit->bic >= best->bic)) continue;
+      best = std::move(fit);
+      chosen = start.variant;
     }
     if (!best || best->bic + kCriteria.clearly_better > rigid.record_fit->bic) continue;
     const auto resonance = best->model.resonance();

@@ -20,11 +20,11 @@ expected<void, Error> fit_black_box(const Experiment& experiment, const Options&
   return {};
 }
 
-/// A measured response has the dry friction of the record in it: what the drive alone says differs from it.
-/// The record simulated with friction, measured alike, has it too. A record that the drive simulates without
-/// its friction must not: then friction is not what makes the difference.
-std::optional<double> error_with_friction(const Experiment& experiment, const Measurement& m,
-                                          const Options& options, const Selection& selection) {
+/// A measured response has the dry friction of the record in it, and what its method makes of the motion:
+/// what the drive alone says differs from it. The record simulated with friction, measured alike, has both
+/// too.
+std::optional<MeasuredAlike> measured_alike(const Experiment& experiment, const Measurement& m,
+                                            const Options& options, const Selection& selection) {
   const auto& model = selection.result;
   if (!model.from_record || !model.has_dry_friction() || !(model.model_error > kCriteria.misfit)) return {};
   const auto error_of = [&](const std::vector<double>& residual) -> std::optional<double> {
@@ -32,14 +32,14 @@ std::optional<double> error_with_friction(const Experiment& experiment, const Me
     if (!shown || shown->lines() != m.response.lines()) return {};
     return difference(shown->value, m.response).unexplained;
   };
+  const auto error = error_of(selection.residual);
+  if (!error) return {};
   ModelResult smooth = model;
   smooth.coulomb_friction.reset();
   smooth.further_friction = {};
-  const auto without = simulation_by(smooth, experiment.record, options.delay_s);
-  if (!without) return {};
-  const auto error_without = error_of(without->residual);
-  if (!error_without || !(*error_without > kCriteria.misfit)) return {};
-  return error_of(selection.residual);
+  const auto simulated = simulation_by(smooth, experiment.record, options.delay_s);
+  const auto without = simulated ? error_of(simulated->residual) : std::nullopt;
+  return MeasuredAlike{*error, without && *without > kCriteria.misfit};
 }
 
 /// Distortion repeats with every period, and a likelihood would take each for new information.
@@ -52,8 +52,7 @@ void fit_drive(const Experiment& experiment, const Measurement& m, const Options
   if (!fitted.drive) return;
   if (!in_motion && fitted.drive->result.from_record)
     fitted.drive->contradiction = inspect_against_motion(experiment.record, options, fitted.drive->result);
-  if (!in_motion)
-    fitted.drive->error_with_friction = error_with_friction(experiment, m, options, *fitted.drive);
+  if (!in_motion) fitted.drive->measured_alike = measured_alike(experiment, m, options, *fitted.drive);
   fitted.structures = std::move(fitted.drive->structures);
   fitted.choices = {fitted.drive->choice};
 }

@@ -9,6 +9,12 @@
 
 namespace resonid::identification::detail {
 
+/// How far the response of the record that a model with dry friction simulates is from the measured one.
+struct MeasuredAlike {
+  double error = 0.0;        ///< As ModelResult::model_error.
+  bool by_friction = false;  ///< The record simulated without the friction leaves it unexplained.
+};
+
 /// The chosen model and how it was come by.
 struct Selection {
   ModelResult result;            ///< The offset of a single record only: every record has its own.
@@ -25,9 +31,8 @@ struct Selection {
   Choice choice;                                 ///< Of the structure.
   std::optional<ModelResult> simpler;  ///< Two masses where three were chosen, both fitted to the record.
   bool in_motion = false;              ///< From inverse dynamics: the measured response has no say.
-  /// How far the response of the record that the model simulates with its dry friction is from the measured
-  /// one, as ModelResult::model_error of the drive alone; where that is large.
-  std::optional<double> error_with_friction;
+  /// Where ModelResult::model_error of the drive alone is large and the model has dry friction.
+  std::optional<MeasuredAlike> measured_alike;
   std::optional<diagnostics::Finding> contradiction;  ///< By the motion, see inspect_against_motion().
 };
 
