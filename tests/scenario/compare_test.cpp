@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // A part of tests/statistics/compare_test.cpp, models validated on records of other machines, and drives
 // tracked that an on-line estimator does not hold.
+#include <algorithm>
 #include <repetitions.hpp>
 #include <resonid/base/constants.hpp>
 #include <resonid/identification/compare.hpp>
@@ -102,7 +103,10 @@ TEST(Track, DoesNotTrustADriveWithATorqueLag) {
     const auto track = identification::track(record, options).value();
     EXPECT_EQ(track.trusted, lag_s == 0.0);
     options.start = test::identified(record, options.common).model.value().drive;
-    EXPECT_EQ(identification::track(record, options).value().trusted, lag_s == 0.0);
+    const auto started = identification::track(record, options).value();
+    EXPECT_EQ(started.trusted, lag_s == 0.0);
+    const auto& rows = started.trusted_rows;
+    EXPECT_EQ(std::find(rows.begin(), rows.end(), true) != rows.end(), lag_s == 0.0);
   }
 }
 

@@ -57,10 +57,10 @@ struct OutputErrorConfig {
   bool fixed_model =
       false;             ///< Estimate initial state and offset only: simulate a given model on the record.
   bool at_load = false;  ///< The output is the motion of the load; without dry friction.
-  Predictor predictor = Predictor::open_loop;
-  std::optional<data::TransferFunction> controller;  ///< From velocity error to torque; closed_loop needs it.
   bool disturbances = false;  ///< With `fixed_model`: test for torques that a linear machine does not have.
   bool consistency = true;    ///< Several records: fit each alone too, and test whether they agree.
+  Predictor predictor = Predictor::open_loop;
+  std::optional<data::TransferFunction> controller;  ///< From velocity error to torque; closed_loop needs it.
 };
 
 /// What the hold-out samples say of a fit to the others.

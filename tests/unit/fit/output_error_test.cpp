@@ -146,6 +146,51 @@ TEST(OutputError, FractionalDelayIsFound) {
   EXPECT_NEAR(fit->model.parameters.driven_inertia, 0.05, 1e-5);
 }
 
+/// A delay that is known too long by half a sample is found, by five it presses against its bound.
+TEST(OutputError, DelayThatPressesAgainstItsBoundIsNoFit) {
+  const auto record = rigid_record(0.0, 3);
+  OutputErrorConfig config;
+  config.initial.structure = Structure::rigid;
+  config.initial.parameters.driven_inertia = 0.06;
+  config.viscous_friction = config.delay = true;
+  config.noise_model = false;  // one of sines takes up what they leave
+  for (const auto& [known_s, converges] : {std::pair{0.0005, true}, std::pair{0.005, false}}) {
+    config.known_delay_s = known_s;
+    const auto fit = fit_output_error(record, config);
+    ASSERT_TRUE(fit.has_value());
+    EXPECT_EQ(fit->converged, converges);
+    if (converges) {
+      const auto delay = fit->model.estimate(kDelay);
+      EXPECT_NEAR(delay.value, -0.0005, 4.0 * delay.std);
+    } else {
+      EXPECT_EQ(fit->model.delay_s, -0.001);
+    }
+  }
+}
+
+/// The noise of a fit begins the next one in fewer rounds, and ends at the same.
+TEST(OutputError, GoesOnFromTheNoiseOfAnotherFit) {
+  auto record = rigid_record(0.0, 2);
+  double slow = 0.0;
+  std::mt19937_64 random(7);
+  std::normal_distribution<double> normal(0.0, 0.02);
+  for (auto& y : record.output.samples) y += slow = 0.95 * slow + normal(random);
+  OutputErrorConfig config;
+  config.initial.structure = Structure::rigid;
+  config.initial.parameters.driven_inertia = 0.08;
+  config.viscous_friction = true;
+  const auto first = fit_output_error(record, config);
+  ASSERT_TRUE(first && first->converged);
+  ASSERT_GT(first->noise.order(), 0U);
+  config.noise_start = {first->noise};
+  const auto again = fit_output_error(record, config);
+  ASSERT_TRUE(again && again->converged);
+  const auto expected = first->model.estimate(kDrivenInertia);
+  EXPECT_NEAR(again->model.parameters.driven_inertia, expected.value, 0.05 * expected.std);
+  config.noise_start.push_back(first->noise);
+  EXPECT_EQ(fit_output_error(record, config).error().field, "noise_start");
+}
+
 TEST(OutputError, RefusesWhatItCannotUse) {
   data::Record record = rigid_record(0.0, 1);
   OutputErrorConfig config;
