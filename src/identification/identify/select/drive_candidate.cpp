@@ -453,7 +453,7 @@ void CandidateFits::fit_to_record_alone(const DriveCandidate& rigid, DriveCandid
         start.output_filter_s = options_.output_filter_s.value_or(0.0);
         auto plain = config_of(variant, start);
         plain.noise_model = false;
-        if (auto fit = fit_records(records_, plain))
+        if (auto fit = fit_records(records_, plain); fit && std::isfinite(fit->fit_percent))
           starts.push_back({fit->fit_percent, variant, fit->model});
       }
     }
