@@ -46,8 +46,8 @@ struct OutputErrorConfig {
   bool offset = true;  ///< Estimate a constant torque at the input (load, friction at an operating point).
   bool noise_model = true;  ///< Weight by an autoregressive model of the residual (order 0 if it is white).
   std::size_t max_noise_order = kHighestNoiseOrder;
-  /// [record] Noise models of a start that is near: the fit begins with them, not with those of the start's
-  /// residual. One that weighed every n-th sample as the record is held.
+  /// [record] Noise models (OutputErrorFit::noise of a fit that is near) to begin with, not with those of the
+  /// start's residual; empty: none.
   std::vector<NoiseModel> noise_start;
   /// [from, to) of samples whose output is not used: a validation part. The simulation runs through them.
   std::vector<std::pair<std::size_t, std::size_t>> holdout;

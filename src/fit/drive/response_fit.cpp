@@ -89,8 +89,7 @@ struct Fitter {
   /// From a soft weighting towards the data's own: a start far off must not follow its best-measured lines.
   ResponseFit settle(const DriveModel& start) const {
     const bool soft = config.weighting == Weighting::model_error;
-    constexpr double kNothing =
-        0.99;  // model error of a fit that explains nothing, nor will by other weights
+    constexpr double kNothing = 0.99;           // model error: other weights will explain no more
     constexpr detail::Effort kNear{100, 1e-8};  // the rounds that follow go on from there
     auto fit =
         run(start, config.weighting, soft ? config.initial_error : 0.0, soft ? kNear : detail::Effort{});

@@ -190,10 +190,15 @@ std::vector<Finding> learning_findings(const TrackOptions& options, const TrackP
     findings.push_back(
         {"untracked-lag", Severity::error, lag_s, kNoticeable / setup.config.sample_rate_hz,
          fmt::format(
-             "Torque loop, output filter or an output that is new in every {:g}th sample only lag by {:.3g} "
-             "ms, which no estimator here holds: inertias and damping take it over, and the margins lack it. "
-             "Use identify on parts of the record.",
-             hold, 1e3 * lag_s)});
+             "{} lags by {:.3g} ms, which no estimator here holds: inertias and damping take it over, and "
+             "the "
+             "margins lack it. Use identify on parts of the record.",
+             hold > 1.0
+                 ? fmt::format(
+                       "Torque loop, output filter or an output that is new in every {:g}th sample only",
+                       hold)
+                 : "Torque loop or output filter",
+             1e3 * lag_s)});
   if (!plan.start->trusted)
     findings.push_back(
         {"untrusted-start",

@@ -34,6 +34,7 @@ std::optional<MeasuredAlike> measured_alike(const Experiment& experiment, const 
   };
   const auto error = error_of(selection.residual);
   if (!error) return {};
+  if (*error > kCriteria.misfit) return MeasuredAlike{*error, false};
   ModelResult smooth = model;
   smooth.coulomb_friction.reset();
   smooth.further_friction = {};
