@@ -3,7 +3,8 @@ add_library(resonid_options INTERFACE)
 target_compile_features(resonid_options INTERFACE cxx_std_20)
 target_compile_options(resonid_options INTERFACE
   -Wall -Wextra -Wpedantic -Wshadow -Wconversion -Wno-sign-conversion -Wnon-virtual-dtor -Wold-style-cast
-  $<$<BOOL:${RESONID_WERROR}>:-Werror>)
+  $<$<BOOL:${RESONID_WERROR}>:-Werror>
+  $<$<AND:$<CXX_COMPILER_ID:GNU>,$<VERSION_LESS:$<CXX_COMPILER_VERSION>,13>>:-Wno-restrict>)  # its bug 105651: "a" + string
 if(RESONID_EMBEDDED)
   target_compile_options(resonid_options INTERFACE -fno-exceptions -fno-rtti -fno-threadsafe-statics)
   target_compile_definitions(resonid_options INTERFACE EIGEN_NO_MALLOC EIGEN_NO_IO)

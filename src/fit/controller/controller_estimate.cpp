@@ -123,8 +123,7 @@ std::optional<ControllerEstimate> estimate_controller(std::span<const data::Reco
   std::erase_if(all, [&](const Own& own) { return order(own) != kind; });
   double total = 0.0;
   for (const auto& own : all) total += own.weight;
-  ControllerEstimate mean = all.front().estimate;
-  auto& c = mean.controller;
+  data::TransferFunction c = all.front().estimate.controller;
   std::fill(c.numerator.begin(), c.numerator.end(), 0.0);
   std::fill(c.denominator.begin(), c.denominator.end(), 0.0);
   for (const auto& own : all) {
@@ -134,9 +133,11 @@ std::optional<ControllerEstimate> estimate_controller(std::span<const data::Reco
       c.numerator[i] += own.weight / total * b[i];
     for (std::size_t i = 0; i < a.size(); ++i) c.denominator[i] += own.weight / total * a[i];
   }
+  ControllerEstimate& mean = all.front().estimate;
+  mean.controller = std::move(c);
   mean.model->realisation.covariance *= all.front().weight / total;
   mean.model->covariance *= all.front().weight / total;
-  return mean;
+  return std::move(mean);
 }
 
 }  // namespace resonid::fit

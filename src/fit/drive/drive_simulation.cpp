@@ -126,7 +126,7 @@ class Pushed {
       : torques_(torques) {
     continuous_ = continuous_drive<Masses>(setup.coordinates.parameters(x, Masses == 3));
     const auto p = setup.coordinates.parameters(x, Masses == 3);
-    for (std::size_t m = 1; m < torques.size(); ++m) {
+    for (std::size_t m = 1; m < std::min<std::size_t>(torques.size(), Masses); ++m) {
       auto system = continuous_;
       system.b.setZero();
       system.b(static_cast<Eigen::Index>(m)) =
@@ -138,7 +138,7 @@ class Pushed {
   [[nodiscard]] bool on(std::size_t mass) const { return mass < torques_.size() && !torques_[mass].empty(); }
   [[nodiscard]] double output(std::size_t j) const {
     double sum = 0.0;
-    for (std::size_t m = 1; m < torques_.size(); ++m)
+    for (std::size_t m = 1; m < Masses; ++m)
       if (on(m))
         sum += drives_[m].system.d * torques_[m][j] +
                drives_[m].past_d * (torques_[m][j == 0 ? 0 : j - 1] - torques_[m][j]);
@@ -146,7 +146,7 @@ class Pushed {
   }
   [[nodiscard]] double state(int i, std::size_t j) const {
     double sum = 0.0;
-    for (std::size_t m = 1; m < torques_.size(); ++m)
+    for (std::size_t m = 1; m < Masses; ++m)
       if (on(m)) sum += drives_[m].system.b(i) * torques_[m][j];
     return sum;
   }
