@@ -20,7 +20,7 @@ class Controller {
       state_[i] = start[i];
       for (std::size_t p = 0; p < active.size(); ++p)
         if (active[p] == kControllerState + static_cast<int>(i))
-          slopes_[i](static_cast<Eigen::Index>(p)) = 1.0;
+          slopes_[i].set(static_cast<Eigen::Index>(p), 1.0);
     }
   }
 
@@ -38,7 +38,7 @@ template <int Columns>
 class Compressed {
  public:
   void add(const Slopes<Columns>& slopes, double residual) {
-    rows_.row(used_).template head<Columns>() = -slopes.matrix();
+    for (int p = 0; p < Columns; ++p) rows_(used_, p) = -slopes(p);
     rows_(used_, Columns) = residual;
     if (++used_ == kRows) reduce();
   }
@@ -200,13 +200,13 @@ void DriveSimulation::run(const double* x, std::span<const int> active, Sink&& s
     slopes[static_cast<std::size_t>(i)] = zero<Columns>();
     if constexpr (kSlopes)
       for (std::size_t p = 0; p < active.size(); ++p)
-        if (active[p] == from) slopes[static_cast<std::size_t>(i)](static_cast<Eigen::Index>(p)) = 1.0;
+        if (active[p] == from) slopes[static_cast<std::size_t>(i)].set(static_cast<Eigen::Index>(p), 1.0);
   }
   Row by_offset = zero<Columns>(), by_coulomb = zero<Columns>();
   if constexpr (kSlopes)
     for (std::size_t p = 0; p < active.size(); ++p) {
-      if (active[p] == kOffset) by_offset(static_cast<Eigen::Index>(p)) = signals_.constant;
-      if (active[p] == kCoulomb) by_coulomb(static_cast<Eigen::Index>(p)) = -1.0;
+      if (active[p] == kOffset) by_offset.set(static_cast<Eigen::Index>(p), signals_.constant);
+      if (active[p] == kCoulomb) by_coulomb.set(static_cast<Eigen::Index>(p), -1.0);
     }
   const auto first = static_cast<std::size_t>(model.drive.whole_delay + 1);
   std::vector<double> late_output(signals_.output.begin(),
@@ -225,14 +225,14 @@ void DriveSimulation::run(const double* x, std::span<const int> active, Sink&& s
   Row behind_slopes = zero<Columns>(), last_slopes = zero<Columns>();
   if constexpr (kSlopes)
     for (std::size_t p = 0; p < active.size(); ++p)
-      if (active[p] == kBehind) behind_slopes(static_cast<Eigen::Index>(p)) = 1.0;
+      if (active[p] == kBehind) behind_slopes.set(static_cast<Eigen::Index>(p), 1.0);
   // The filter of the measured output holds what was recorded before.
   const double pole = x[kOutputFilter];
   double filtered = signals_.output[first > 0 ? first - 1 : 0];
   Row filtered_slopes = zero<Columns>(), by_pole = zero<Columns>();
   if constexpr (kSlopes)
     for (std::size_t p = 0; p < active.size(); ++p)
-      if (active[p] == kOutputFilter) by_pole(static_cast<Eigen::Index>(p)) = 1.0;
+      if (active[p] == kOutputFilter) by_pole.set(static_cast<Eigen::Index>(p), 1.0);
   const bool filters = pole > 0.0 || std::find(active.begin(), active.end(), kOutputFilter) != active.end();
   for (std::size_t k = first; k < signals_.output.size(); ++k) {
     const std::size_t j = k - first;
@@ -476,7 +476,7 @@ Eigen::MatrixXd DriveSimulation::rows(std::span<const double> x, std::span<const
       run<masses, columns>(
           x.data(), active,
           [&](double r, const Slopes<columns>& slopes) {
-            found.row(row).head(count) = -slopes.matrix().head(count);
+            for (Eigen::Index p = 0; p < count; ++p) found(row, p) = -slopes(p);
             found(row++, count) = r;
           },
           nullptr);

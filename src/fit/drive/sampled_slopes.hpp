@@ -5,19 +5,11 @@
 
 #include <array>
 #include <fit/drive/drive_simulation.hpp>
+#include <fit/drive/slopes.hpp>
 #include <span>
 #include <type_traits>
 
 namespace resonid::fit::detail {
-
-/// A value's derivatives by the active coordinates.
-template <int Columns>
-using Slopes = Eigen::Array<double, 1, Columns>;
-
-template <int Columns>
-Slopes<Columns> zero() {
-  return Slopes<Columns>::Zero();
-}
 
 /// Parts of a sample in which friction acts on one side, with their slopes.
 template <int Masses, int Columns>
@@ -38,9 +30,9 @@ struct PartsSlopes {
   void take(const Jets& jets, int from, Eigen::Index to) {
     for (std::size_t part = 0; part < kFrictionParts; ++part) {
       for (std::size_t i = 0; i < kStates; ++i)
-        b[part][i](to) = jets.b[part](static_cast<Eigen::Index>(i)).v(from);
-      d[part](to) = jets.d[part].v(from);
-      past_d[part](to) = jets.past_d[part].v(from);
+        b[part][i].set(to, jets.b[part](static_cast<Eigen::Index>(i)).v(from));
+      d[part].set(to, jets.d[part].v(from));
+      past_d[part].set(to, jets.past_d[part].v(from));
     }
   }
 };
@@ -104,15 +96,16 @@ SampledSlopes<Masses, Columns> sampled(const SimulationSetup& setup, const doubl
       const auto to = static_cast<Eigen::Index>(p);
       for (int i = 0; i < kStates; ++i) {
         const auto row = static_cast<std::size_t>(i);
-        for (int j = 0; j < kStates; ++j) result.a[row][static_cast<std::size_t>(j)](to) = s.a(i, j).v(from);
-        result.b[row](to) = s.b(i).v(from);
-        result.c[row](to) = s.c(i).v(from);
-        result.lag_b[row](to) = jet.lag_b(i).v(from);
+        for (int j = 0; j < kStates; ++j)
+          result.a[row][static_cast<std::size_t>(j)].set(to, s.a(i, j).v(from));
+        result.b[row].set(to, s.b(i).v(from));
+        result.c[row].set(to, s.c(i).v(from));
+        result.lag_b[row].set(to, jet.lag_b(i).v(from));
       }
-      result.d(to) = s.d.v(from);
-      result.lag_d(to) = jet.lag_d.v(from);
-      result.decay(to) = jet.decay.v(from);
-      result.past_d(to) = jet.past_d.v(from);
+      result.d.set(to, s.d.v(from));
+      result.lag_d.set(to, jet.lag_d.v(from));
+      result.decay.set(to, jet.decay.v(from));
+      result.past_d.set(to, jet.past_d.v(from));
     }
     const auto add_parts = [&](Side side, PartsSlopes<Masses, Columns>& parts) {
       const auto jet_parts = parts_of(jets.data(), side);
