@@ -258,15 +258,20 @@ void DriveSimulation::run(const double* x, std::span<const int> active, Sink&& s
     if (friction != nullptr) {
       std::array<double, kFrictionParts> direction{}, stuck{};
       moving.advance(state, torque, lagging ? behind : 0.0, direction, stuck, load);
-      friction->direction[j] = std::accumulate(direction.begin(), direction.end(), 0.0) / kFrictionParts;
-      friction->stuck[j] = std::accumulate(stuck.begin(), stuck.end(), 0.0) / kFrictionParts;
-      for (std::size_t part = 0; part < kFrictionParts; ++part) {
-        friction->direction_parts[part][j] = direction[part] - friction->direction[j];
-        friction->stuck_parts[part][j] = stuck[part] - friction->stuck[j];
-        beyond[part] = x[kCoulomb] * friction->direction_parts[part][j] + friction->stuck_parts[part][j];
-        if (on_load) friction->on_load[part][j] = load[part];
+      const double sides = std::accumulate(direction.begin(), direction.end(), 0.0) / kFrictionParts;
+      const double rests = std::accumulate(stuck.begin(), stuck.end(), 0.0) / kFrictionParts;
+      for (std::size_t part = 0; part < kFrictionParts; ++part)
+        beyond[part] = x[kCoulomb] * (direction[part] - sides) + (stuck[part] - rests);
+      torque -= x[kCoulomb] * sides + rests;
+      if (!friction->direction.empty()) {  // it is asked for
+        friction->direction[j] = sides;
+        friction->stuck[j] = rests;
+        for (std::size_t part = 0; part < kFrictionParts; ++part) {
+          friction->direction_parts[part][j] = direction[part] - sides;
+          friction->stuck_parts[part][j] = stuck[part] - rests;
+          if (on_load) friction->on_load[part][j] = load[part];
+        }
       }
-      torque -= x[kCoulomb] * friction->direction[j] + friction->stuck[j];
     } else if (dry) {
       torque -= x[kCoulomb] * signals_.direction[j] + signals_.stuck[j];
       if constexpr (kSlopes) torque_slopes += by_coulomb * signals_.direction[j];
@@ -496,6 +501,11 @@ Eigen::MatrixXd DriveSimulation::rows(std::span<const double> x, std::span<const
 
 DriveSignals DriveSimulation::friction(std::span<const double> x) const {
   DriveSignals course;
+  course.direction.assign(signals_.output.size(), 0.0);
+  course.stuck = course.direction;
+  course.direction_parts.fill(course.direction);
+  course.stuck_parts.fill(course.direction);
+  if (x[kLoadCoulomb] > 0.0) course.on_load.fill(course.direction);
   simulate_friction(x, course);
   return course;
 }
@@ -507,11 +517,6 @@ std::vector<double> DriveSimulation::moving_residual(std::span<const double> x) 
 
 std::vector<double> DriveSimulation::simulate_friction(std::span<const double> x,
                                                        DriveSignals& course) const {
-  course.direction.assign(signals_.output.size(), 0.0);
-  course.stuck = course.direction;
-  course.direction_parts.fill(course.direction);
-  course.stuck_parts.fill(course.direction);
-  if (x[kLoadCoulomb] > 0.0) course.on_load.fill(course.direction);
   std::vector<double> left;
   left.reserve(signals_.output.size());
   with_masses(setup_.structure, [&](auto masses) {

@@ -87,6 +87,7 @@ class DriveSimulation {
   [[nodiscard]] std::vector<double> moving_residual(std::span<const double> x) const;
 
  private:
+  /// Its residual, and the course where `course` has room for all of it; an empty one is left alone.
   std::vector<double> simulate_friction(std::span<const double> x, DriveSignals& course) const;
   template <int Masses, int Columns, class Sink>
   void run(const double* x, std::span<const int> active, Sink&& sink, DriveSignals* friction,

@@ -15,9 +15,10 @@ std::vector<double> FrictionProblem::local(const FrictionRecord& record, const s
 }
 
 Eigen::VectorXd FrictionProblem::residual(const FrictionRecord& record, const std::vector<double>& x) const {
-  DriveSignals all = record.raw;
-  all.unused.clear();  // the noise model needs neighbours
-  const auto white = whiten(DriveSimulation(setup, all).moving_residual(local(record, x)), record.noise);
+  std::optional<DriveSignals> all;  // the noise model needs neighbours
+  if (!record.raw.unused.empty()) all.emplace(record.raw).unused.clear();
+  const DriveSimulation simulation(setup, all ? *all : record.raw);
+  const auto white = whiten(simulation.moving_residual(local(record, x)), record.noise);
   const auto unused = touched(record.raw.unused, record.noise);
   const std::size_t before = unused.empty() ? 0 : unused.size() - white.size();
   Eigen::VectorXd used(static_cast<Eigen::Index>(white.size()));

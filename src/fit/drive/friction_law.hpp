@@ -16,7 +16,9 @@ struct FrictionLaw {
   [[nodiscard]] double at_rest() const { return coulomb + std::max(0.0, excess); }
   [[nodiscard]] double sliding(double speed) const {
     if (!(excess > 0.0) || !(velocity > 0.0)) return coulomb;
-    return coulomb + excess * std::exp(-std::pow(speed / velocity, 2));
+    constexpr double kNothing = 40.0;  // nothing that counts is left of it
+    const double square = std::pow(speed / velocity, 2);
+    return square < kNothing ? coulomb + excess * std::exp(-square) : coulomb;
   }
 };
 
