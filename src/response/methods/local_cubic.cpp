@@ -80,8 +80,9 @@ Regression regress(const Sweep& sweep, const SweptConfig& config, double centre,
     const auto k = static_cast<std::size_t>(result.first + n);
     const double distance = static_cast<double>(k) - centre;
     const double u = std::min(1.0, std::abs(distance) / (half_width + 1.0));
-    result.weights(n) = std::pow(1.0 - u * u * u, 3);
-    const double cosine = std::cos(sweep.phase_rad[k]), sine = std::sin(sweep.phase_rad[k]);
+    const double falling = 1.0 - u * u * u;
+    result.weights(n) = falling * falling * falling;
+    const double cosine = sweep.cosine[k], sine = sweep.sine[k];
     double power = 1.0;
     for (Eigen::Index i = 0; i < kTerms; ++i, power *= distance / half_width) {
       design(n, i) = power * cosine;
@@ -99,10 +100,12 @@ Regression regress(const Sweep& sweep, const SweptConfig& config, double centre,
   const Eigen::MatrixX3d solution = qr.solve(root.asDiagonal() * measured);
   result.residual = measured - design * solution;
 
-  // Estimates are P x with P = (A'WA)^-1 A'W, so white noise gives P P' = R^-1 (Q' W Q) R^-T.
-  const Eigen::MatrixXd weighted = root.asDiagonal() * qr.thin_q();
-  const Eigen::MatrixXd projection = linalg::solve_upper(qr.upper(), weighted.transpose());
-  const Eigen::MatrixXd gain = projection * projection.transpose();
+  // Estimates are P x with P = (A'WA)^-1 A'W, so white noise gives P P' = (A'WA)^-1 A'W W A (A'WA)^-1.
+  const Eigen::MatrixXd inverse_root =
+      linalg::solve_upper(qr.upper(), Eigen::MatrixXd::Identity(columns, columns));
+  design = result.weights.asDiagonal() * design;
+  const Eigen::MatrixXd spread = design * (inverse_root * inverse_root.transpose());
+  const Eigen::MatrixXd gain = spread.transpose() * spread;
   const double unit_s = half_width * sweep.sample_time_s;
   for (Eigen::Index i = 0; i < 3; ++i) {
     const double scale = std::pow(unit_s, static_cast<double>(-i));

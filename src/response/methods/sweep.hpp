@@ -16,7 +16,8 @@ namespace resonid::response {
 struct Sweep {
   online::SweepLaw law;
   double sample_time_s = 0.0;
-  std::vector<double> phase_rad;  ///< [sample] of the sweep, without the constant
+  std::vector<double> phase_rad;     ///< [sample] of the sweep, without the constant
+  std::vector<double> cosine, sine;  ///< [sample] of that
   Signals signals;
   std::array<std::vector<double>, 3> values;  ///< excitation, input, output over the sweep; empty when absent
 };

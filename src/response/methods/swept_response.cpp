@@ -29,9 +29,13 @@ expected<Sweep, Error> sweep_of(const data::Record& record, const SweptConfig& c
   sweep.sample_time_s = record.sample_time_s();
   sweep.signals = *signals;
   sweep.phase_rad.resize(samples);
+  sweep.cosine.reserve(samples);
+  sweep.sine.reserve(samples);
   for (std::size_t k = 0; k < samples; ++k) {
     const double t = static_cast<double>(k) * sweep.sample_time_s;
     sweep.phase_rad[k] = kTwoPi * law.cycles(t);
+    sweep.cosine.push_back(std::cos(sweep.phase_rad[k]));
+    sweep.sine.push_back(std::sin(sweep.phase_rad[k]));
   }
   for (std::size_t i = 0; i < 3; ++i) {
     const auto part = signals->signal[i].first(signals->has(i) ? samples : 0);

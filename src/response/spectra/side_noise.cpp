@@ -27,13 +27,19 @@ SideNoise noise_beside(std::span<const double> phase_rad, double sample_time_s, 
       // As far from 0 and from the image beyond half the sample rate as from the line itself.
       if (frequency_hz + offset_hz < nearest_hz || frequency_hz + offset_hz > nyquist_hz - nearest_hz)
         continue;
-      Eigen::Vector3cd bin = Eigen::Vector3cd::Zero();
+      // In real numbers: every product of complex ones is tested for NaN.
       const Complex turn = std::polar(1.0, -kTwoPi * offset_hz * sample_time_s);
-      Complex turned = 1.0;
-      for (Eigen::Index n = 0; n < weights.size(); ++n, turned *= turn) {
-        const Complex at = carrier[static_cast<std::size_t>(n)] * turned;
-        for (Eigen::Index s = 0; s < 3; ++s) bin(s) += residual(n, s) * at;
+      double cosine = 1.0, sine = 0.0;
+      Eigen::Array3d in_phase = Eigen::Array3d::Zero(), beside = in_phase;
+      for (Eigen::Index n = 0; n < weights.size(); ++n) {
+        const Complex& c = carrier[static_cast<std::size_t>(n)];
+        in_phase += (c.real() * cosine - c.imag() * sine) * residual.row(n).transpose().array();
+        beside += (c.real() * sine + c.imag() * cosine) * residual.row(n).transpose().array();
+        const double turned = cosine * turn.real() - sine * turn.imag();
+        sine = cosine * turn.imag() + sine * turn.real();
+        cosine = turned;
       }
+      const Eigen::Vector3cd bin = in_phase + Complex(0.0, 1.0) * beside;
       noise.density += bin * bin.adjoint() / weights.squaredNorm();
       noise.averages += 1.0;
     }
