@@ -1,5 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include <glog/logging.h>
+#ifdef __GLIBC__
+#include <malloc.h>
+#endif
 
 #include <CLI/Config.hpp>
 #include <CLI/Formatter.hpp>
@@ -44,12 +47,22 @@ void print_wrong_use(const CLI::App& app, const std::string& message) {
   print_error("resonid: " + in_options(message) + "\nSee '" + name + " --help'.\n");
 }
 
+/// Matrices come and go by the thousand; to give their pages back each time takes a fifth of some searches.
+void keep_memory() {
+#ifdef __GLIBC__
+  constexpr int kMebibyte = 1 << 20;
+  mallopt(M_MMAP_THRESHOLD, 8 * kMebibyte);
+  mallopt(M_TRIM_THRESHOLD, 64 * kMebibyte);
+#endif
+}
+
 /// Steps that the solver of the fits takes back itself are no business of the user's.
 void quieten_solver() { FLAGS_minloglevel = google::GLOG_FATAL; }
 
 }  // namespace
 
 int run_program(CLI::App& app, int argc, char** argv, bool needs_verb) {
+  keep_memory();
   quieten_solver();
   try {
     app.parse(argc, argv);
