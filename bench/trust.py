@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: MIT
 """How often a trusted result of `identify` is wrong: kinds of experiment, several seeds each, against the truth of the simulation.
 
-    bench/trust.py PROGRAM [--seeds 10] [--jobs 2] [--only REGEX] [--class conform|beyond|fault] [--draw SALT]
+    bench/trust.py PROGRAM [--seeds 10] [--first 0] [--jobs 2] [--only REGEX] [--class conform|beyond|fault] [--draw SALT]
                    [--markdown FILE] [--json FILE] [--list] [--no-baseline] [--fail-beyond 5]
     bench/trust.py PROGRAM --merge FILE ... --markdown FILE    tables of the --json of runs made in parts
 
@@ -110,6 +110,10 @@ def limited(command, folder, seconds):
 
 def run(options, simulate, kind, seed):
     """Outcome of one record: a dictionary; `status` is trusted, untrusted, error, timeout or skipped."""
+    return {"seed": seed, **outcome_of(options, simulate, kind, seed)}
+
+
+def outcome_of(options, simulate, kind, seed):
     drawn = f"{options.draw}{kind.name}/{seed if kind.drawn else 0}"
     config = kind.config(random.Random(drawn))
     own = int.from_bytes(hashlib.sha256(kind.name.encode()).digest()[:4], "big")  # kinds must not share their noise
@@ -255,7 +259,7 @@ class Table:
 def identified(table, kinds, options):
     with tempfile.TemporaryDirectory() as folder, concurrent.futures.ThreadPoolExecutor(options.jobs) as pool:
         simulate = Simulator(options.program, pathlib.Path(folder))
-        runs = [(k, [pool.submit(run, options, simulate, k, s) for s in range(options.seeds)]) for k in kinds]
+        runs = [(k, [pool.submit(run, options, simulate, k, s) for s in range(options.first, options.first + options.seeds)]) for k in kinds]
         for kind, futures in runs:
             table.add(kind, [f.result() for f in futures])
             if options.json:
@@ -266,6 +270,7 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("program")
     parser.add_argument("--seeds", type=int, default=10)
+    parser.add_argument("--first", type=int, default=0, help="the first of the seeds: tables in parts")
     parser.add_argument("--jobs", type=int, default=2)
     parser.add_argument("--only", default="", help="kinds whose name this regular expression is found in")
     parser.add_argument("--class", dest="of", choices=("conform", "beyond", "fault"))
@@ -291,11 +296,15 @@ def main():
     table = Table()
     print("\n".join(Table.HEAD))
     if options.merge:
-        parts = {}  # of a kind in several parts the last
+        found, outcomes = {}, collections.defaultdict(dict)  # the last part that has a seed counts
         for file in options.merge:
-            parts |= json.loads(pathlib.Path(file).read_text(encoding="utf-8"))
-        for name, k in parts.items():
-            table.add(types.SimpleNamespace(name=name, of=k["class"], linear=k["linear"]), k["outcomes"])
+            for name, k in json.loads(pathlib.Path(file).read_text(encoding="utf-8")).items():
+                found[name] = k
+                outcomes[name] |= {o.get("seed", seed): o for seed, o in enumerate(k["outcomes"])}
+        order = {k.name: place for place, k in enumerate(kinds)}
+        for name in sorted(found, key=lambda n: order.get(n, len(order))):
+            k = types.SimpleNamespace(name=name, of=found[name]["class"], linear=found[name]["linear"])
+            table.add(k, [o for _, o in sorted(outcomes[name].items())])
     else:
         identified(table, kinds, options)
     print("\n".join(["", *table.totals(), "", *table.coverage()]))

@@ -321,6 +321,9 @@ def kinds(salt=""):
         "breakaway": 0.2, "stribeck_velocity": 0.1}))
     add("belt, Stribeck friction to and fro", "conform", lambda g: with_(positioning(belt, excited=0.3), friction={
         "breakaway": 0.2, "stribeck_velocity": 0.1}))
+    of_load = {"load_coulomb": 0.1, "load_breakaway": 0.2, "load_stribeck_velocity": 0.1}
+    for name, m in (("servo", servo), ("belt", belt)):
+        add(f"{name}, Stribeck friction on the load to and fro", "beyond", lambda g, m=m: with_(positioning(m, excited=0.3), friction=of_load))
     add("rigid axis, asymmetric friction", "conform", lambda g: with_(positioning(MACHINES["rigid"]), friction={"coulomb_friction_negative": 0.15}),
         faults=recorded)
     for name, faults in FAULTS.items():
