@@ -100,7 +100,8 @@ struct Criteria {
   double nearly_all = 99.0;              ///< Per cent of fit: what remains is small, whatever it follows.
   double phase_margin_deg = 30.0, modulus_margin = 0.5;  ///< Usual least ones (Astrom and Hagglund 2006).
   double margin_line = 0.3;  ///< std/|L| of lines that margins are read from: margins of noise are none.
-  double beyond_band = 1.5;  ///< Factor by which an identified controller may be extrapolated.
+  double beyond_band = 1.5;  ///< Factor by which an identified controller, or a model to higher frequencies,
+                             ///< may be extrapolated.
   double lower_mode = 0.3,
          upper_mode = 1.5;  ///< Times the band's ends: where a model's single pair still shows.
   double bootstrap_scatter =

@@ -359,15 +359,18 @@ expected<Joint, Error> join(std::span<const data::Record> records, std::span<con
   Options in_loop = options;
   if (!in_loop.controller && shown) in_loop.controller = shown->controller;
   find_loop(in_loop, plan, joint.result);
-  if (shown && !options.controller && joint.result.loop && joint.result.model) {
+  const bool identified = shown && !options.controller;
+  if (joint.result.loop && joint.result.model)
+    if (auto finding = detail::keep_to_band(plan, identified, *joint.result.loop))
+      joint.result.findings.push_back(std::move(*finding));
+  if (identified && joint.result.loop && joint.result.model) {
     const auto loop_with = [&, plant = detail::plain(detail::plant_model(joint.result))](
                                const data::TransferFunction& controller) {
       Options other = in_loop;
       other.controller = controller;
       return loop_with_controller(other, plan, joint.result, plant);
     };
-    if (auto finding = detail::include_controller(*shown, plan, loop_with, *joint.result.loop))
-      joint.result.findings.push_back(std::move(*finding));
+    detail::include_controller(*shown, loop_with, *joint.result.loop);
   }
   if (options.bootstrap > 0 && joint.result.model) repeat(list, plan, in_loop, one_likelihood, joint.result);
   note(joint, results);

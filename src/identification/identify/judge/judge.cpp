@@ -208,14 +208,16 @@ void judge_loop(const Measurement& m, const Options& options, bool of_motion, Re
   const bool instead = options.model == ModelChoice::automatic && result.black_box;
   const auto model = instead ? PlantModel() : plant_model(result);
   result.loop = loop_of(m.plan, real, m.lines, result.response, model);
+  if (result.loop)
+    if (auto finding = keep_to_band(m.plan, identified, *result.loop))
+      result.findings.push_back(std::move(*finding));
   if (identified && result.loop) {
     const auto loop_with = [&, plant = plain(model)](const data::TransferFunction& controller) {
       Options other = real;
       other.controller = controller;
       return loop_of(m.plan, other, m.lines, result.response, plant);
     };
-    if (auto finding = include_controller(*m.evidence.controller, m.plan, loop_with, *result.loop))
-      result.findings.push_back(std::move(*finding));
+    include_controller(*m.evidence.controller, loop_with, *result.loop);
   }
   if (auto differs = inspect_told_controller(m, options)) result.findings.push_back(std::move(*differs));
   inspect_loop(result);

@@ -161,13 +161,12 @@ LoopResult from_response(const data::FrequencyResponse& curve) {
 
 }  // namespace
 
-std::optional<diagnostics::Finding> include_controller(
-    const fit::ControllerEstimate& shown, const Plan& plan,
-    const std::function<std::optional<LoopResult>(const data::TransferFunction&)>& loop_with,
-    LoopResult& loop) {
+std::optional<diagnostics::Finding> keep_to_band(const Plan& plan, bool controller_from_record,
+                                                 LoopResult& loop) {
+  const double lowest_hz = plan.low_hz / kCriteria.beyond_band,
+               highest_hz = kCriteria.beyond_band * plan.high_hz;
   const auto crossover = loop.margins.crossover_hz();
-  if (crossover && !(*crossover > plan.low_hz / kCriteria.beyond_band &&
-                     *crossover < kCriteria.beyond_band * plan.high_hz)) {
+  if (controller_from_record && crossover && !(*crossover > lowest_hz && *crossover < highest_hz)) {
     loop.crossover_std_hz = loop.phase_margin_std_deg = loop.modulus_margin_std =
         loop.gain_margin_std_db = {};
     return diagnostics::Finding{
@@ -177,7 +176,33 @@ std::optional<diagnostics::Finding> include_controller(
                     "bars. Give .controller.",
                     *crossover, plan.low_hz, plan.high_hz)};
   }
-  if (!shown.model) return std::nullopt;
+  if (loop.source != "model") return std::nullopt;
+  std::vector<std::string> beyond;
+  double furthest_hz = 0.0;
+  const auto withhold = [&](const char* name, std::optional<double> hz, std::optional<double>& std) {
+    if (!std || !hz || !(*hz > highest_hz)) return;
+    beyond.push_back(fmt::format("{} ({:.3g} Hz)", name, *hz));
+    furthest_hz = std::max(furthest_hz, *hz);
+    std.reset();
+  };
+  withhold("crossover", crossover, loop.crossover_std_hz);
+  withhold("phase margin", crossover, loop.phase_margin_std_deg);
+  withhold("modulus margin", loop.margins.modulus_margin_hz, loop.modulus_margin_std);
+  withhold("gain margin", loop.margins.gain_margin_hz, loop.gain_margin_std_db);
+  if (beyond.empty()) return std::nullopt;
+  return diagnostics::Finding{
+      "margins-beyond-band", diagnostics::Severity::info, furthest_hz, plan.high_hz,
+      fmt::format("Beyond the excited band of {:.3g} ... {:.3g} Hz the model alone tells the {}: a mode that "
+                  "the record does not show would change them, and they have no error bars. Excite up to "
+                  "{:.3g} Hz.",
+                  plan.low_hz, plan.high_hz, fmt::join(beyond, ", "), furthest_hz)};
+}
+
+void include_controller(
+    const fit::ControllerEstimate& shown,
+    const std::function<std::optional<LoopResult>(const data::TransferFunction&)>& loop_with,
+    LoopResult& loop) {
+  if (!shown.model) return;
   const auto figures = [](const LoopMargins& m) -> Eigen::Vector4d {
     return {m.crossover_hz().value_or(0.0), m.phase_margin_deg().value_or(0.0), m.modulus_margin,
             m.gain_margin_db.value_or(0.0)};
@@ -204,7 +229,6 @@ std::optional<diagnostics::Finding> include_controller(
                                          &loop.modulus_margin_std, &loop.gain_margin_std_db};
   for (Eigen::Index i = 0; i < 4; ++i)
     if (auto& std = *stds[i]) std = std::sqrt(*std * *std + variance(i));
-  return std::nullopt;
 }
 
 PlantModel plain(PlantModel model) {

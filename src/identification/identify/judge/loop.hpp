@@ -23,12 +23,17 @@ using PlantModel = std::variant<std::monostate, fit::DriveModel, fit::BlackBoxMo
                                                 const data::FrequencyResponse& response,
                                                 const PlantModel& model);
 
+/// Takes the standard deviations from margins that lie further beyond the excited frequencies than the model
+/// is to be trusted with: above them, where a machine may have modes that the record does not show. Where the
+/// controller comes from the record too, and is extrapolated to the crossover, from all of them. The finding
+/// says which.
+[[nodiscard]] std::optional<diagnostics::Finding> keep_to_band(const Plan& plan, bool controller_from_record,
+                                                               LoopResult& loop);
+
 /// A loop whose controller comes from the record itself: its error goes into the margins' standard
-/// deviations, to first order. Margins beyond the frequencies that the plan excites lose theirs: there the
-/// controller is extrapolated, and the finding that says so is returned. `loop_with`: the loop with another
-/// controller.
-[[nodiscard]] std::optional<diagnostics::Finding> include_controller(
-    const fit::ControllerEstimate& shown, const Plan& plan,
+/// deviations, to first order. `loop_with`: the loop with another controller.
+void include_controller(
+    const fit::ControllerEstimate& shown,
     const std::function<std::optional<LoopResult>(const data::TransferFunction&)>& loop_with,
     LoopResult& loop);
 
