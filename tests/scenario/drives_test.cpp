@@ -3,6 +3,7 @@
 // can be found.
 #include <experiments.hpp>
 #include <nlohmann/json.hpp>
+#include <resonid/io/shipped_experiments.hpp>
 #include <resonid/plant/detail/white_noise.hpp>
 #include <resonid/report/json.hpp>
 
@@ -76,6 +77,34 @@ TEST(TwoMassDrive, ViscousFrictionIsFound) {
   test::expect_within(drive.estimate(fit::kViscousFriction), 0.2, 4.0, 0.05);
   test::expect_within(drive.estimate(fit::kDrivenInertia), 0.032, 4.0, 0.02);
   test::expect_within(drive.estimate(fit::kStiffness), 143.75, 4.0, 0.02);
+}
+
+/// At these frequencies both masses turn together: the record tells all of the friction and not where it
+/// acts.
+TEST(TwoMassDrive, FrictionThatTheRecordDoesNotDivideIsTheMotors) {
+  auto experiment = io::shipped_experiment("shaft_drive");
+  experiment.run.seed = 307070094;  // the load's alone is the likelier, by a factor of 1.3
+  const auto result = test::identified(test::simulated(experiment).record, test::known(experiment));
+  EXPECT_TRUE(result.trusted);
+  const auto& drive = result.model.value().drive;
+  ASSERT_TRUE(drive.estimated[fit::kViscousFriction]);
+  EXPECT_FALSE(drive.estimated[fit::kLoadViscousFriction]);
+  test::expect_within(drive.estimate(fit::kViscousFriction), 0.001, 4.0, 0.1);
+}
+
+TEST(TwoMassDrive, FrictionThatIsClearlyTheLoadsIsTheLoads) {
+  auto experiment = test::published_drive(0.02);
+  experiment.drive.load_viscous_friction = 0.2;
+  test::prbs(experiment);
+  const auto result = test::identified(test::simulated(experiment).record, test::known(experiment));
+  EXPECT_TRUE(result.trusted);
+  const auto& drive = result.model.value().drive;
+  ASSERT_TRUE(drive.estimated[fit::kLoadViscousFriction]);
+  test::expect_within(drive.estimate(fit::kLoadViscousFriction), 0.2, 4.0, 0.05);
+  if (drive.estimated[fit::kViscousFriction]) {
+    const auto motor = drive.estimate(fit::kViscousFriction);
+    EXPECT_LT(std::abs(motor.value), 4.0 * motor.std);
+  }
 }
 
 /// The motor holds a constant load that no column tells of.

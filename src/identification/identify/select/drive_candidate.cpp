@@ -393,10 +393,10 @@ void CandidateFits::extend_fit_to_record(DriveCandidate& candidate, const DriveC
       is_astray(candidate, *rival))
     return;
   try_dry_friction(candidate);
-  const std::size_t parts = parts_of(candidate.variant());
+  const std::string before = name_of(candidate.variant());
   extend_by_record(candidate);
   // What was taken for friction may have hidden it, or stood for it.
-  if (candidate.record_fit && parts_of(candidate.variant()) != parts)
+  if (candidate.record_fit && name_of(candidate.variant()) != before)
     extend_dry_friction(candidate.record_variant, *candidate.record_fit);
 }
 

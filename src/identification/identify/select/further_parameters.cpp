@@ -35,6 +35,11 @@ fit::DriveModel start_of_other(const Variant& other, const Variant& own, fit::Dr
   return model;
 }
 
+/// Where the load has all of the friction, noise may turn the motor's into one that drives: no fit then.
+bool divides_friction(const Variant& variant) {
+  return variant.friction && variant.has(fit::kLoadViscousFriction);
+}
+
 /// Lets the error bars hold by how much an alternative that is better to one test, and not to the other,
 /// disagrees.
 void hold_alternative(const fit::DriveModel& before, const fit::DriveModel& after, fit::DriveModel& model) {
@@ -103,6 +108,10 @@ void CandidateFits::extend_by_response(DriveCandidate& candidate) const {
       for (const auto& start : starts) {
         Variant tested = wider;
         auto fit = response_fit(tested, start, true);
+        if (!fit && divides_friction(tested)) {
+          tested.friction = false;
+          fit = response_fit(tested, start, true);
+        }
         if (fit && implausible(tested, fit->model) && lags(variant) && lags(tested)) {
           tested = without_lags(tested);
           fit = response_fit(tested, start_of_other(tested, wider, fit->model), true);
@@ -237,6 +246,11 @@ void CandidateFits::extend_by_record(DriveCandidate& candidate) const {
           by_differences->bic - kRoom * gain_of_lags(*by_differences) > least)
         continue;
       auto fit = fitted(v, start_of_other(v, variant, found.model));
+      if (!fit && divides_friction(v)) {
+        v.friction = false;
+        if (!tried.insert(name_of(v)).second) continue;
+        fit = fitted(v, start_of_other(v, variant, found.model));
+      }
       if (fit && implausible(v, fit->model) && lags(variant) && lags(v)) {
         v = without_lags(v);
         if (!tried.insert(name_of(v)).second) continue;

@@ -49,7 +49,8 @@ Variant with(Variant variant, fit::Parameter parameter) {
 }
 
 std::size_t parts_of(const Variant& v) {
-  return v.further.size() + (v.friction ? 1 : 0) + (v.delay ? 1 : 0) +
+  const bool viscous = v.friction || v.has(fit::kLoadViscousFriction);
+  return v.further.size() + (viscous ? 1 : 0) + (v.delay ? 1 : 0) +
          (v.velocity == fit::Velocity::differences ? 1 : 0) + (v.dry && v.load_dry ? 1 : 0) +
          (v.stribeck ? 2 : 0);
 }

@@ -34,7 +34,8 @@ struct Variant {
 /// The variant with one parameter more.
 [[nodiscard]] Variant with(Variant variant, fit::Parameter parameter);
 
-/// What a variant has beside its structure. The mean over a sample costs as much as the delay in its stead.
+/// What a variant has beside its structure. The mean over a sample costs as much as the delay in its stead;
+/// friction of the load alone costs two, since it says where friction acts as well as how large it is.
 [[nodiscard]] std::size_t parts_of(const Variant& variant);
 /// By how much a variant must be better than another, in BIC, for what it has more; negative for less.
 [[nodiscard]] double price_of(const Variant& variant, const Variant& other, double price);
