@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <experiments.hpp>
+#include <resonid/fit/output_error.hpp>
 #include <resonid/io/shipped_experiments.hpp>
 #include <resonid/plant/detail/white_noise.hpp>
 #include <unsupported/Eigen/MatrixFunctions>
@@ -91,6 +92,33 @@ TEST(OwnController, ItsErrorIsInTheMargins) {
         std::pow((*result.loop->margins.phase_margin_deg() - 63.488) / *result.loop->phase_margin_std_deg, 2);
   }
   EXPECT_LT(squares / kSeeds, 3.3);  // 1; chi-square of 8 degrees, 0.1 %
+}
+
+/// What is simulated in the loop of such a controller has its error: a gain that is off is taken for
+/// friction.
+TEST(OwnController, ItsErrorIsInTheModel) {
+  auto c = io::shipped_experiment("vi_prbs_a");
+  c.run.duration_s = 8.0;
+  double squares = 0.0;
+  constexpr int kSeeds = 8;
+  for (int seed = 1; seed <= kSeeds; ++seed) {
+    c.run.seed = static_cast<std::uint64_t>(seed);
+    auto record = test::simulated(c).record;
+    plant::WhiteNoise noise(500 + c.run.seed, 0.3);
+    for (double& u : record.input.samples) u += noise.step();
+    fit::OutputErrorConfig config;
+    config.initial.parameters = {0.03, 0.035, 150.0, 0.25, 0.0};
+    config.viscous_friction = true;
+    config.known_delay_s = c.measurement.delay_s;
+    config.predictor = fit::Predictor::joint;
+    const auto fit = fit::fit_output_error(record, config);
+    ASSERT_TRUE(fit && fit->converged);
+    const auto friction = fit->model.estimate(fit::kViscousFriction);
+    squares += std::pow((friction.value - c.drive.viscous_friction) / friction.std, 2);
+  }
+  RecordProperty("squared error over the claimed one", std::to_string(squares / kSeeds));
+  EXPECT_LT(squares / kSeeds, 3.3);  // 1; chi-square of 8 degrees, 0.1 % on either side
+  EXPECT_GT(squares / kSeeds, 0.1);
 }
 
 /// Where the record does not excite the crossover the controller is extrapolated: no error bars, and a

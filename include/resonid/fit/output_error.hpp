@@ -61,6 +61,9 @@ struct OutputErrorConfig {
   bool consistency = true;    ///< Several records: fit each alone too, and test whether they agree.
   Predictor predictor = Predictor::open_loop;
   std::optional<data::TransferFunction> controller;  ///< From velocity error to torque; closed_loop needs it.
+  /// Covariance of the controller's [b0, b1, ..., a1, a2, ...], which goes into the model's to first order;
+  /// empty: exact.
+  Eigen::MatrixXd controller_covariance;
 };
 
 /// What the hold-out samples say of a fit to the others.

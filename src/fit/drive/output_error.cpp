@@ -94,6 +94,11 @@ expected<void, Error> check(const data::Record& record, const OutputErrorConfig&
   if (!config.controller || config.controller->numerator.empty() || config.controller->denominator.empty() ||
       config.controller->denominator.front() == 0.0)
     return refuse("controller", "is needed for the closed loop");
+  const auto coefficients = static_cast<Eigen::Index>(config.controller->numerator.size() +
+                                                      config.controller->denominator.size() - 1);
+  const auto& doubt = config.controller_covariance;
+  if (doubt.size() != 0 && (doubt.rows() != coefficients || doubt.cols() != coefficients))
+    return refuse("controller_covariance", "must be of the controller's coefficients");
   constexpr std::size_t kHighest = 11;
   if (std::max(config.controller->numerator.size(), config.controller->denominator.size()) > kHighest)
     return refuse("controller", "must be of order 10 at most");
@@ -117,6 +122,7 @@ OutputErrorConfig with_controller(const data::Record& record, const OutputErrorC
   if (!shown) return config;
   config.predictor = Predictor::closed_loop;
   config.controller = std::move(shown->controller);
+  if (shown->model) config.controller_covariance = shown->model->covariance;
   return config;
 }
 

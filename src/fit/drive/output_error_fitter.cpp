@@ -108,6 +108,7 @@ class OutputErrorFitter {
     covariance_ = noise_scale() * detail::covariance(physical_, layout_.size());
     if (delay_presses()) physical_.converged = false;
     if (dry() && !config_.fixed_model) include_friction();
+    if (setup_.controller && !config_.fixed_model) include_controller();
     finish();
     return std::move(fit_);
   }
@@ -266,17 +267,67 @@ class OutputErrorFitter {
     p.weight = 1.0 / std::sqrt(std::max(variance, floor + 1e-300));
   }
 
-  /// One solution with the noise models or without.
-  void solve(bool with_noise, const std::vector<bool>& mask, int iterations = kMaximumIterations) {
+  [[nodiscard]] std::vector<DriveSignals> signals_of(bool with_noise) const {
     std::vector<DriveSignals> signals;
     for (const auto& p : parts_) signals.push_back(with_noise ? whitened(p.raw, p.noise) : p.raw);
+    return signals;
+  }
+
+  /// Keeps references to the signals.
+  [[nodiscard]] std::unique_ptr<OutputErrorCost> cost_of(const SimulationSetup& setup,
+                                                         const std::vector<DriveSignals>& signals,
+                                                         const std::vector<bool>& mask) const {
     std::vector<OutputErrorCost::Part> pieces;
     for (int r = 0; r < records(); ++r) {
-      OutputErrorCost::Part piece{{setup_, signals[static_cast<std::size_t>(r)]}, part(r).weight, {}};
+      OutputErrorCost::Part piece{{setup, signals[static_cast<std::size_t>(r)]}, part(r).weight, {}};
       for (int i = 0; i < layout_.local_size(); ++i)
         if (mask[static_cast<std::size_t>(layout_.of(r, i))]) piece.active.push_back(i);
       pieces.push_back(std::move(piece));
     }
+    return std::make_unique<OutputErrorCost>(std::move(pieces), layout_, SearchRange(start_), checked());
+  }
+
+  /// Where the controller is uncertain, so is the model that is simulated in its loop: by how far the minimum
+  /// moves with the coefficients, to first order.
+  void include_controller() {
+    const auto& doubt = config_.controller_covariance;
+    if (doubt.size() == 0 || !(noise_scale() > 0.0)) return;
+    const auto signals = signals_of(with_noise_);
+    const Eigen::MatrixXd normal = covariance_ / noise_scale();
+    const auto gradient_with = [&](const Eigen::VectorXd& step) {
+      data::TransferFunction c = *setup_.controller;
+      const auto zeros = c.numerator.size();
+      for (std::size_t i = 0; i < zeros; ++i) c.numerator[i] += step(static_cast<Eigen::Index>(i));
+      for (std::size_t i = 1; i < c.denominator.size(); ++i)
+        c.denominator[i] += step(static_cast<Eigen::Index>(zeros + i - 1));
+      auto moved = setup_;
+      moved.controller = std::move(c);
+      const auto cost = cost_of(moved, signals, active_);
+      const auto columns = static_cast<Eigen::Index>(x_.size());
+      Eigen::VectorXd residuals(cost->num_residuals());
+      Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor> slopes(cost->num_residuals(),
+                                                                                    columns);
+      const double* blocks[] = {x_.data()};
+      double* jacobians[] = {slopes.data()};
+      if (!cost->Evaluate(blocks, residuals.data(), jacobians))
+        residuals.setConstant(std::numeric_limits<double>::quiet_NaN());
+      return Eigen::VectorXd(slopes.transpose() * residuals);
+    };
+    // Along the axes of the ellipsoid: coefficients of an integrating controller nearly cancel.
+    const auto axes = linalg::symmetric_eigenpairs(doubt);
+    for (Eigen::Index i = 0; i < doubt.rows(); ++i) {
+      const double std = std::sqrt(std::max(0.0, axes.values(i)));
+      if (!(std > 0.0)) continue;
+      constexpr double kSmall = 0.1;  // of the standard deviation
+      const Eigen::VectorXd step = kSmall * std * axes.vectors.col(i);
+      const Eigen::VectorXd move = normal * (gradient_with(-step) - gradient_with(step)) / (2.0 * kSmall);
+      if (move.allFinite()) covariance_ += move * move.transpose();
+    }
+  }
+
+  /// One solution with the noise models or without.
+  void solve(bool with_noise, const std::vector<bool>& mask, int iterations = kMaximumIterations) {
+    const auto signals = signals_of(with_noise);
     std::vector<Bound> bounds;
     if (mask[kDelay]) bounds.push_back(delay_bounds());
     if (mask[kTorqueLag]) bounds.push_back({kTorqueLag, 0.0, kMaximumLagSamples});
@@ -285,9 +336,8 @@ class OutputErrorFitter {
     const Effort effort{iterations, config_.noise_model ? 1e-9 : 1e-14};
     const std::unique_ptr<bool[]> flags(new bool[mask.size()]);
     std::copy(mask.begin(), mask.end(), flags.get());
-    result_ = detail::minimise(
-        std::make_unique<OutputErrorCost>(std::move(pieces), layout_, SearchRange(start_), checked()), x_,
-        {flags.get(), mask.size()}, bounds, effort);
+    result_ =
+        detail::minimise(cost_of(setup_, signals, mask), x_, {flags.get(), mask.size()}, bounds, effort);
     with_noise_ = with_noise;
     if (!mask[kDrivenInertia]) return;
     physical_ = result_;

@@ -74,13 +74,15 @@ LoopEvidence loop_evidence(const data::Record& record, const Plan& plan, Excitat
   return evidence;
 }
 
-std::optional<data::TransferFunction> predictor_controller(
+std::optional<fit::ControllerEstimate> predictor_controller(
     const std::optional<fit::ControllerEstimate>& shown, const Options& options) {
   if (!shown) return std::nullopt;
   const bool asked = options.approach == Approach::joint;
   const bool needed = !options.approach && shown->relative_noise > kCriteria.noisy_input;
   if (!asked && !needed) return std::nullopt;
-  return shown->controller;
+  auto controller = *shown;
+  controller.noise.clear();
+  return controller;
 }
 
 data::FrequencyResponse without_bias(const data::FrequencyResponse& response, const LoopEvidence& evidence) {

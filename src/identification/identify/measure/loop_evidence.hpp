@@ -28,7 +28,7 @@ struct LoopEvidence {
 /// The controller that the model's predictor needs, if it is to be the one of the closed loop: the joint
 /// approach was asked for, or none was and the recorded input is noisy, by which the open-loop predictor
 /// would be biased (errors in variables).
-[[nodiscard]] std::optional<data::TransferFunction> predictor_controller(
+[[nodiscard]] std::optional<fit::ControllerEstimate> predictor_controller(
     const std::optional<fit::ControllerEstimate>& shown, const Options& options);
 
 /// A direct response without the bias of the feedback, as far as a high-order autoregression tells it; the

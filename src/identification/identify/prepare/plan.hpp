@@ -4,6 +4,7 @@
 #include <resonid/base/expected.hpp>
 #include <resonid/data/detail/output_hold.hpp>
 #include <resonid/data/record.hpp>
+#include <resonid/fit/detail/controller_estimate.hpp>
 #include <resonid/identification/options.hpp>
 #include <resonid/online/lines/detail/sweep.hpp>
 
@@ -24,7 +25,7 @@ struct Plan {
   data::OutputHold hold;        ///< Of the measured output; responses are without it, loops with it.
   std::vector<double> grid_hz;  ///< Frequencies to report; empty: those of the method.
   /// Identified controller, with which the model is simulated in its loop; absent: by the recorded input.
-  std::optional<data::TransferFunction> loop_controller;
+  std::optional<fit::ControllerEstimate> loop_controller;
 };
 
 /// Refused: options that contradict one another or the record, and a method that lacks what it needs.

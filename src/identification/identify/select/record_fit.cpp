@@ -77,7 +77,7 @@ void use_friction(const std::optional<data::Estimate>& coulomb, const fit::Furth
 }
 
 void use_predictor(std::span<const data::Record> records, const Options& options,
-                   const std::optional<data::TransferFunction>& loop_controller,
+                   const std::optional<fit::ControllerEstimate>& loop_controller,
                    fit::OutputErrorConfig& config) {
   const bool velocity = records.front().output_quantity == data::OutputQuantity::velocity;
   if (options.approach == Approach::indirect && options.controller && velocity) {
@@ -89,13 +89,14 @@ void use_predictor(std::span<const data::Record> records, const Options& options
   if (options.approach == Approach::joint && excited) config.predictor = fit::Predictor::joint;
   if (loop_controller) {
     config.predictor = fit::Predictor::closed_loop;
-    config.controller = loop_controller;
+    config.controller = loop_controller->controller;
+    if (loop_controller->model) config.controller_covariance = loop_controller->model->covariance;
   }
 }
 
 fit::OutputErrorConfig config_of(const ModelResult& model, std::span<const data::Record> records,
                                  const Options& options,
-                                 const std::optional<data::TransferFunction>& loop_controller) {
+                                 const std::optional<fit::ControllerEstimate>& loop_controller) {
   fit::OutputErrorConfig config;
   config.initial = model.drive;
   config.viscous_friction = model.drive.estimated[fit::kViscousFriction];

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <resonid/fit/detail/controller_estimate.hpp>
 #include <resonid/fit/output_error.hpp>
 #include <resonid/identification/options.hpp>
 #include <resonid/identification/result.hpp>
@@ -35,13 +36,13 @@ void use_friction(const std::optional<data::Estimate>& coulomb, const fit::Furth
 /// the simulation: with the noise modelled that is right in closed loop too, and loses nothing.
 /// With a `loop_controller` (Plan) the model is simulated in its loop.
 void use_predictor(std::span<const data::Record> records, const Options& options,
-                   const std::optional<data::TransferFunction>& loop_controller,
+                   const std::optional<fit::ControllerEstimate>& loop_controller,
                    fit::OutputErrorConfig& config);
 
 /// Settings of the fit that a model came from, begun at the model.
 [[nodiscard]] fit::OutputErrorConfig config_of(const ModelResult& model,
                                                std::span<const data::Record> records, const Options& options,
-                                               const std::optional<data::TransferFunction>& loop_controller);
+                                               const std::optional<fit::ControllerEstimate>& loop_controller);
 
 /// The simulation by a model as it is on the record's input, from the state and with the load torque that
 /// come nearest to the record; every delay to the fraction of a sample.
