@@ -235,11 +235,10 @@ def second_output(m, excitation, measures):
 
 SHIPPED = {  # name -> (class, linear)
     **{n: ("conform", True) for n in ("demo", "belt_1", "belt_2", "belt_3", "i_prbs", "iv_multisine_a", "iv_multisine_b", "iv_prbs_a",
-                                      "vi_chirp_a", "vi_chirp_b", "vi_chirp_a_5s", "three_mass_tensioner", "vi_chirp_tensioner_a",
-                                      "chain_four_masses")},
+                                      "vi_chirp_a", "vi_chirp_b", "vi_chirp_a_5s", "three_mass_tensioner", "vi_chirp_tensioner_a")},
     **{n: ("conform", False) for n in ("rigid", "shaft_drive", "servo_cascade", "friction_reversal", "ii_tooth_standstill")},
     **{n: ("beyond", False) for n in ("belt_loosens", "stiffness_drifts", "ii_iii_tooth_prbs", "ii_iii_tooth_prbs_2ms", "v_tooth_chirp_middle",
-                                      "load_steps", "eccentric_roller")}}
+                                      "load_steps", "eccentric_roller", "chain_four_masses")}}
 MACHINES = {
     "belt": Machine(11.0, 1.0, 0.064, 500.0, 0.05), "servo": Machine(95.0, 1.8, 0.0042, 2000.0, 0.04),
     "slow": Machine(2.2, 9.0, 22.0, 200.0, 0.03), "stage": Machine(60.0, 0.5, 9.0, 4000.0, 0.02, linear=True),

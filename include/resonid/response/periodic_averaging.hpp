@@ -28,7 +28,8 @@ struct PeriodicConfig {
 /// Whole periods at the record's start in which the drive has not settled: their rms distance from the mean
 /// of the record's last half (two periods at least) is more than twice the largest among the periods of that
 /// half, and more than a thousandth of the motion. 0 with fewer than three. Positions count by their
-/// differences, since they drift. `period_samples` >= 4.
+/// differences, since they drift. None where the last but one (of two: the last) is still as far from it as
+/// 0.7 of the first: what does not decay is a machine that changes. `period_samples` >= 4.
 [[nodiscard]] std::size_t transient_periods(const data::Record& record, std::size_t period_samples);
 
 /// plant_response of periodic_lines.

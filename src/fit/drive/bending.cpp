@@ -213,6 +213,7 @@ struct Column {
 
 /// Beyond noise: one in a thousand that any of so many torques is found where there is none.
 constexpr double kBeyondNoise = 4.0;
+constexpr double kLikely = 3.0;  ///< The same for one that may be the cause of what was found.
 
 std::vector<Column> columns_of(const SimulationSetup& setup, const DriveSignals& raw,
                                std::span<const double> x, const Whitening& whitening, const Slopes& slopes) {
@@ -286,10 +287,16 @@ BendingTest bending_of(const SimulationSetup& setup, const DriveSignals& raw, st
   BendingTest result;
   while (!columns.empty()) {
     std::erase_if(columns, [&](Column& c) { return !test(c, residual, degrees); });
-    const auto best = std::max_element(columns.begin(), columns.end(), [](const Column& a, const Column& b) {
-      return std::abs(a.bending.deviations) < std::abs(b.bending.deviations);
+    const auto beyond = [&](double deviations) {
+      return [deviations](const Column& c) { return std::abs(c.bending.deviations) > deviations; };
+    };
+    if (std::none_of(columns.begin(), columns.end(), beyond(kBeyondNoise))) break;
+    // That something is there is known now. What explains most of the residual is its likeliest cause, also
+    // where an uneven residual makes another's deviation smaller.
+    const auto best = std::max_element(columns.begin(), columns.end(), [&](const Column& a, const Column& b) {
+      const auto is_likely = beyond(kLikely);
+      return std::pair(is_likely(a), a.bending.share) < std::pair(is_likely(b), b.bending.share);
     });
-    if (best == columns.end() || !(std::abs(best->bending.deviations) > kBeyondNoise)) break;
     const Column chosen = std::move(*best);
     columns.erase(best);
     Bending b = chosen.bending;

@@ -42,7 +42,12 @@ std::size_t transient_periods(const data::Record& record, std::size_t period_sam
   constexpr double kNoticeable = 1e-3;
   const double most = std::max(kUnsettled * distances(last).maxCoeff(), kNoticeable * mean.norm());
   Eigen::Index first = 0;
-  while (first < periods.cols() - settled && (periods.col(first) - mean).norm() > most) ++first;
+  const auto apart = [&](Eigen::Index period) { return (periods.col(period) - mean).norm(); };
+  while (first < periods.cols() - settled && apart(first) > most) ++first;
+  // A transient decays into what settles. What stays as far from it until it ends is another machine; it may
+  // have changed within the last of the periods.
+  constexpr double kDecayed = 0.7;
+  if (first > 1 && apart(std::max<Eigen::Index>(1, first - 2)) > kDecayed * apart(0)) return 0;
   return static_cast<std::size_t>(first);
 }
 

@@ -72,6 +72,20 @@ TEST(TransientPeriods, AreNoneInARecordThatHasSettled) {
   }
 }
 
+TEST(TransientPeriods, AreNoneInARecordOfAMachineThatChanges) {
+  const test::BeltDrive drive;
+  auto record = drive.run(test::multisine(500, 16, {3, 5, 8, 12}), 0.002, 1, 10.0);
+  for (auto* channel : {&record.input, &record.output, &record.excitation})
+    channel->samples.erase(channel->samples.begin(), channel->samples.begin() + 8 * 500);
+  auto changed = record;
+  for (std::size_t k = 0; k < 4 * 500; ++k) changed.output.samples[k] *= 1.05;
+  EXPECT_EQ(response::transient_periods(record, 500), 0U);
+  EXPECT_EQ(response::transient_periods(changed, 500), 0U);
+  changed = record;
+  for (std::size_t k = 0; k < 500; ++k) changed.output.samples[k] *= 1.05;
+  EXPECT_EQ(response::transient_periods(changed, 500), 1U);  // one alone may be a transient
+}
+
 TEST(PeriodicAveraging, RegionsHoldTheTruthWithFewPeriods) {
   const test::BeltDrive drive;
   const std::vector<int> lines{3, 5, 8, 12, 17, 23, 31, 40};

@@ -72,6 +72,19 @@ void inspect_parameters(const Plan& plan, const Options& options, const fit::Dri
     findings.push_back({"uncertain-inertia", Severity::error, inertia.std / inertia.value,
                         kCriteria.uncertain_inertia,
                         "The record does not determine the inertia: excite more strongly or record longer."});
+  // Lines find a third mass in any bend; one that is there they tell.
+  if (drive.structure == Structure::three_mass && result.model && !result.model->from_record)
+    for (const auto p : {kMiddleInertia, kLoadInertia}) {
+      const auto further = drive.estimate(p);
+      if (further.std < kCriteria.uncertain_inertia * further.value) continue;
+      findings.push_back(
+          {"uncertain-inertia", Severity::error, further.std / further.value, kCriteria.uncertain_inertia,
+           fmt::format(
+               "The measured response does not determine the inertia of the {}, which need not exist: "
+               "excite more strongly or record longer.",
+               p == kMiddleInertia ? "middle mass" : "load")});
+      break;
+    }
   if (!drive.estimated[kDelay]) return;
   findings.push_back(further_delay(drive.delay_s, options.delay_s));
 }
@@ -132,10 +145,11 @@ void inspect_model(const Plan& plan, const Options& options, const std::optional
                      "model, which describes the drive without its dry friction.",
                      100.0 * model.model_error)});
   } else if (model.model_error > kCriteria.misfit) {
-    const bool bad = model.model_error > kCriteria.worthless;
+    // Of the lines alone a model knows no more than they do, and what is smooth of a misfit is no noise.
+    const bool bad = model.model_error > kCriteria.worthless || !model.from_record;
     findings.push_back(
         {"misfit", bad ? Severity::error : Severity::warning, model.model_error,
-         bad ? kCriteria.worthless : kCriteria.misfit,
+         bad && model.from_record ? kCriteria.worthless : kCriteria.misfit,
          fmt::format(
              "Model and measured response typically differ by {:.0f} % beyond the noise: the drive is not "
              "exactly {}. {}{}",
@@ -145,7 +159,7 @@ void inspect_model(const Plan& plan, const Options& options, const std::optional
                  : fmt::format("a {} system", fit::name_of(model.drive.structure)),
              model.from_record
                  ? "The parameters' error bars include the noise of the record, but not this difference."
-                 : "The parameters' error bars include this difference as if it were noise.",
+                 : "The parameters' error bars include this difference as if it were noise, which it is not.",
              bad ? " A model without drive structure (.model black-box) may describe it." : "")});
   }
   if (!model.from_record)
