@@ -132,6 +132,23 @@ TEST(OwnController, MarginsBeyondTheExcitedBandHaveNoErrorBars) {
                           [](const diagnostics::Finding& f) { return f.id == "crossover-outside-band"; }));
 }
 
+/// A mode above the band, which the record does not show, would change them.
+TEST(Margins, OfAModelBeyondTheBandHaveNoErrorBars) {
+  auto c = io::shipped_experiment("vi_chirp_a");
+  c.excitation.from_hz = 28.0;  // downwards; the phase crosses -180 deg at 50 Hz
+  const auto result = test::identified(test::simulated(c).record, test::known(c));
+  ASSERT_TRUE(result.loop);
+  const auto& margins = result.loop->margins;
+  const double end_hz = result.response.frequency_hz.back();
+  ASSERT_LT(margins.crossover_hz().value(), end_hz);
+  EXPECT_TRUE(result.loop->crossover_std_hz && result.loop->phase_margin_std_deg);
+  ASSERT_GT(margins.gain_margin_hz.value(), 1.5 * end_hz);
+  EXPECT_FALSE(result.loop->gain_margin_std_db);
+  EXPECT_EQ(result.loop->modulus_margin_std.has_value(), margins.modulus_margin_hz < 1.5 * end_hz);
+  EXPECT_TRUE(std::any_of(result.findings.begin(), result.findings.end(),
+                          [](const diagnostics::Finding& f) { return f.id == "margins-beyond-band"; }));
+}
+
 /// Lines of a local polynomial that a two-mass model misses in a smooth way are not repeated by independent
 /// noise.
 TEST(FourMasses, NoBootstrapWhereRepetitionsWouldPromiseTooMuch) {
