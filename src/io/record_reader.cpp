@@ -140,6 +140,10 @@ class RecordMaker {
     record_.sample_rate_hz = mapping_.sample_rate_hz;
     if (!found_.time) return {};
     const TimeGrid grid = fit_time_grid(std::span(time()).subspan(rows_.begin, rows_.size()));
+    if (!std::isnormal(grid.sample_rate_hz))
+      return fail(fmt::format("{}: column {}", table_.source, time_name()),
+                  fmt::format("stamps from {} to {} give no sample rate; they must be the time in seconds",
+                              instant(rows_.begin), instant(rows_.end - 1)));
     const double given = mapping_.sample_rate_hz;
     if (given > 0.0 && std::abs(grid.sample_rate_hz - given) > kRateAgreement * given)
       return fail(

@@ -100,12 +100,16 @@ double median_interval(std::span<const double> t) {
 TimeGrid fit_time_grid(std::span<const double> t) {
   auto k = grid_indices(t, median_interval(t));
   Line line = least_squares(t, k);
-  k = grid_indices(t, line.slope);  // coarse stamps have a coarse median, which miscounts long gaps
-  line = least_squares(t, k);
+  if (std::isfinite(line.slope)) {    // stamps of 1e308 s overflow
+    k = grid_indices(t, line.slope);  // coarse stamps have a coarse median, which miscounts long gaps
+    line = least_squares(t, k);
+  }
 
   TimeGrid grid;
   grid.sample_rate_hz = nominal_rate(line);
-  grid.missing = static_cast<std::size_t>(k.back()) + 1 - t.size();
+  constexpr double kMostIndex =
+      1e15;  // exact in double precision; stamps of 1e300 s leave out more than can be counted
+  grid.missing = static_cast<std::size_t>(std::min(k.back(), kMostIndex)) + 1 - t.size();
   data::Sampling& sampling = grid.sampling;
   sampling.measured = true;
   double squares = 0.0;

@@ -68,7 +68,7 @@ std::vector<double> angles_of(const SampledDrive& drive, double outside) {
   constexpr double kFirst = 1e-11;  // rad, well below `outside`: the turn around an integrator is seen
   constexpr double kRatio = 1.01;
   constexpr double kNearest = 0.05;  // of a pole's distance from the circle
-  constexpr double kStep = 1.2;
+  constexpr double kStep = 1.05;
   std::vector<double> angles;
   for (double angle = kFirst; angle < kPi; angle *= kRatio) angles.push_back(angle);
   angles.push_back(kPi);
@@ -113,34 +113,40 @@ data::FrequencyResponse loop_response(const SampledDrive& drive, const SampleDel
 
 bool loop_is_unstable(const SampledDrive& drive, const SampleDelay& delay, const VelocityPath& path,
                       const data::TransferFunction& controller) {
-  constexpr double kOutside = 1e-9;   // of the circle: integrators lie on it
-  constexpr double kDelayTurn = 0.1;  // rad that the delay turns from one angle to the next
-  const auto at = [&](double angle) {
-    return loop_without_delay(drive, path, controller, std::polar(1.0 + kOutside, angle));
-  };
-  const std::vector<double> angles = angles_of(drive, kOutside);
-  // Where |L| < 1 the curve cannot turn around -1.
-  std::size_t last = 0;
-  for (std::size_t i = 0; i < angles.size(); ++i)
-    if (std::abs(at(angles[i])) >= 0.99) last = std::min(i + 1, angles.size() - 1);
+  constexpr double kOutside = 1e-9;  // of the circle: integrators lie on it
   const auto samples = static_cast<double>(delay.whole);
-  const double widest = kDelayTurn / (samples + 1.0);
-  const auto delayed = [&](double angle) {
-    return 1.0 + at(angle) * std::polar(std::pow(1.0 + kOutside, -samples), -angle * samples);
-  };
-  Complex before = delayed(angles.front());
-  double turned = 0.0;
-  double angle = angles.front();
-  for (std::size_t i = 1; i <= last; ++i)
-    while (angle < angles[i]) {
-      angle = std::min(angle + widest, angles[i]);
-      const Complex now = delayed(angle);
-      turned += std::arg(now / before);
-      before = now;
+  const double delay_log_gain = -samples * std::log1p(kOutside);
+  // From one angle to the next L without the delay hardly changes, and the delay's turn is known: what lies
+  // in between needs no evaluation however long the delay is.
+  double angle = 0.0, log_gain = 0.0, phase = 0.0;  // of the last L
+  Complex last = 0.0;
+  // At 0 and at half the sample rate L is real: left of -1, an odd number of poles is outside.
+  const auto left_of_critical = [&] { return log_gain > 0.0 && std::cos(phase) < 0.0; };
+  double encirclements = 0.0;
+  for (const double next : angles_of(drive, kOutside)) {
+    const Complex loop = loop_without_delay(drive, path, controller, std::polar(1.0 + kOutside, next));
+    if (loop == 0.0) continue;
+    const double next_log_gain = std::log(std::abs(loop)) + delay_log_gain;
+    const bool first = last == 0.0;
+    const double next_phase =
+        first ? std::arg(loop) - next * samples : phase + std::arg(loop / last) - (next - angle) * samples;
+    if (!first && std::max(log_gain, next_log_gain) > 0.0) {
+      // The part of the way on which |L| > 1.
+      const double unity = log_gain / (log_gain - next_log_gain);
+      const double from = log_gain > 0.0 ? 0.0 : unity;
+      const double to = next_log_gain > 0.0 ? 1.0 : unity;
+      const auto half_turns = [&](double part) {
+        return std::floor((phase + part * (next_phase - phase) + kPi) / kTwoPi);
+      };
+      encirclements += half_turns(to) - half_turns(from);
     }
-  // Where |L| < 1 from there on, 1 + L stays right of 0 and ends on the positive real axis.
-  if (last + 1 < angles.size()) turned -= std::arg(before);
-  return std::abs(turned) > kPi / 2.0;
+    angle = next;
+    log_gain = next_log_gain;
+    phase = next_phase;
+    last = loop;
+    if (first && left_of_critical()) return true;
+  }
+  return encirclements != 0.0 || left_of_critical();
 }
 
 namespace {

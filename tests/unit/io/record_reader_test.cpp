@@ -263,6 +263,25 @@ TEST(RecordReader, CountsGapsAndRefusesTooMany) {
   EXPECT_EQ(record_of(table, part).sampling.gaps, 2U);
 }
 
+TEST(RecordReader, RefusesAGapBeyondCounting) {
+  for (const double stamp : {1e30, 1e122, 1e150}) {
+    auto table = table_of({"t", "u", "y"}, 1000);
+    table.columns[0].back() = stamp;
+    RESONID_EXPECT_MESSAGE(to_record(table, {}), "samples are missing (100.0 %, in 1 gaps, the first after");
+  }
+}
+
+TEST(RecordReader, RefusesStampsThatAreNoTime) {
+  for (const double factor : {1e307, 1e-308}) {
+    auto table = table_of({"t", "u", "y"}, 1000);
+    for (double& t : table.columns[0]) t *= factor;
+    RESONID_EXPECT_MESSAGE(to_record(table, {}), "give no sample rate; they must be the time in seconds");
+  }
+  auto table = table_of({"t", "u", "y"}, 1000);
+  table.columns[0].back() = 1e308;
+  RESONID_EXPECT_MESSAGE(to_record(table, {}), "give no sample rate; they must be the time in seconds");
+}
+
 TEST(RecordReader, ALateStampIsJitterAndNoGap) {
   auto table = table_of({"t", "u", "y"}, 100);
   table.columns[0][50] += 0.0006;
