@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 // Drives of other kinds than the published one: identify() finds what was simulated, and says so when nothing
 // can be found.
+#include <fmt/format.h>
+
 #include <experiments.hpp>
 #include <nlohmann/json.hpp>
 #include <resonid/io/shipped_experiments.hpp>
@@ -105,6 +107,50 @@ TEST(TwoMassDrive, FrictionThatIsClearlyTheLoadsIsTheLoads) {
     const auto motor = drive.estimate(fit::kViscousFriction);
     EXPECT_LT(std::abs(motor.value), 4.0 * motor.std);
   }
+}
+
+/// Which side the spring holds, only damping and friction tell: loads of 0.032 and 0.045 kgm2 come out alike.
+void expect_the_right_side_or_none(double noise_rms, std::size_t fewest_trusted, std::size_t fewest_refused) {
+  std::size_t trusted = 0, refused = 0;
+  for (const auto side : {fit::kMotorGroundStiffness, fit::kLoadGroundStiffness})
+    for (const std::uint64_t seed :
+         {1U, 4U}) {  // of 4 the motion seems to take less inertia, which the spring explains
+      auto experiment = test::published_drive(noise_rms, 0.0, seed);
+      (side == fit::kMotorGroundStiffness ? experiment.drive.motor_ground_stiffness
+                                          : experiment.drive.load_ground_stiffness) = 20.0;
+      test::prbs(experiment);
+      SCOPED_TRACE(fmt::format("{} {}", side == fit::kMotorGroundStiffness ? "motor" : "load", seed));
+      const auto options = test::known(experiment);
+      const auto record = test::simulated(experiment).record;
+      const auto result = test::identified(record, options);
+      ASSERT_TRUE(result.model);
+      const auto& drive = result.model->drive;
+      if (result.trusted) {
+        ++trusted;
+        EXPECT_TRUE(drive.estimated[side]);
+        test::expect_within(drive.estimate(fit::kLoadInertia), 0.032, 4.0, 0.1);
+        test::expect_within(drive.estimate(fit::kStiffness), 143.75, 4.0, 0.1);
+        continue;
+      }
+      ++refused;
+      EXPECT_NE(test::finding(result, "ground-side"), nullptr);
+      EXPECT_FALSE(result.reliable.parameters);
+      EXPECT_TRUE(result.reliable.resonances);
+      auto told = options;
+      told.ground =
+          side == fit::kMotorGroundStiffness ? identification::Ground::motor : identification::Ground::load;
+      const auto better = test::identified(record, told);
+      EXPECT_TRUE(better.trusted);
+      test::expect_within(better.model.value().drive.estimate(fit::kLoadInertia), 0.032, 4.0, 0.1);
+    }
+  EXPECT_GE(trusted, fewest_trusted) << refused;
+  EXPECT_GE(refused, fewest_refused) << trusted;
+}
+
+TEST(TwoMassDrive, SideOfASpringToTheGroundIsTold) { expect_the_right_side_or_none(0.02, 4, 0); }
+
+TEST(TwoMassDrive, SideOfASpringToTheGroundThatNoiseHidesIsNotGuessed) {
+  expect_the_right_side_or_none(0.1, 0, 1);
 }
 
 /// The motor holds a constant load that no column tells of.

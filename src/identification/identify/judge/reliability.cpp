@@ -31,6 +31,8 @@ constexpr std::array<std::string_view, 21> kOfModel = {"no-model",
                                                        "second-output-scale",
                                                        "second-output-differs"};
 constexpr std::string_view kOfController = "controller-differs";
+/// Of the parameters alone: another model is as good, and has the same response.
+constexpr std::string_view kOfParameters = "ground-side";
 
 bool of_model(std::string_view id) {
   return std::find(kOfModel.begin(), kOfModel.end(), id) != kOfModel.end();
@@ -39,11 +41,13 @@ bool of_model(std::string_view id) {
 }  // namespace
 
 Reliability reliability_of(const Result& result) {
-  bool record = true, model = true, controller = true;
+  bool record = true, model = true, parameters = true, controller = true;
   for (const auto& f : result.findings) {
     if (f.severity != diagnostics::Severity::error) continue;
     if (f.id == kOfController)
       controller = false;
+    else if (f.id == kOfParameters)
+      parameters = false;
     else if (of_model(f.id))
       model = false;
     else
@@ -56,16 +60,16 @@ Reliability reliability_of(const Result& result) {
   constexpr std::size_t kFew = 3;
   Reliability r;
   r.response = record && known >= kFew;
-  r.parameters = record && model && result.model.has_value();
-  const bool box = record && model && result.black_box.has_value();
-  r.resonances = !result.modes.empty() && (r.response || r.parameters || box) &&
-                 std::all_of(result.modes.begin(), result.modes.end(), [&](const data::Mode& m) {
-                   const auto& f = m.frequency_hz;
-                   return f.std < kCriteria.uncertain_resonance * f.value &&
-                          (m.from_model ? r.parameters || box : r.response);
-                 });
-  r.margins = controller && result.loop.has_value() &&
-              (result.loop->source == "model" ? r.parameters || box : r.response);
+  const bool by_model = record && model && (result.model.has_value() || result.black_box.has_value());
+  r.parameters = by_model && parameters && result.model.has_value();
+  r.resonances =
+      !result.modes.empty() && (r.response || by_model) &&
+      std::all_of(result.modes.begin(), result.modes.end(), [&](const data::Mode& m) {
+        const auto& f = m.frequency_hz;
+        return f.std < kCriteria.uncertain_resonance * f.value && (m.from_model ? by_model : r.response);
+      });
+  r.margins =
+      controller && result.loop.has_value() && (result.loop->source == "model" ? by_model : r.response);
   return r;
 }
 

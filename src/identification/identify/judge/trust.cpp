@@ -89,6 +89,22 @@ void inspect_parameters(const Plan& plan, const Options& options, const fit::Dri
   findings.push_back(further_delay(drive.delay_s, options.delay_s));
 }
 
+Finding ground_side(const fit::DriveModel& chosen, const fit::DriveModel& other) {
+  const auto change = [&](fit::Parameter p) { return 100.0 * (other.value(p) / chosen.value(p) - 1.0); };
+  const bool at_load = chosen.parameters.load_ground_stiffness != 0.0;
+  return {
+      "ground-side",
+      Severity::error,
+      {},
+      {},
+      fmt::format("The record does not tell which side the spring to the ground holds: on the {} instead of "
+                  "the {} it is described as well, with a load inertia other by {:+.0f} % and a stiffness "
+                  "by {:+.0f} %. Resonances, margins and the driven inertia are the same. Say which it is "
+                  "(.ground motor, .ground load).",
+                  at_load ? "driven side" : "load", at_load ? "load" : "driven side",
+                  change(fit::kLoadInertia), change(fit::kStiffness))};
+}
+
 }  // namespace
 
 void inspect_model(const Plan& plan, const Options& options, const std::optional<Selection>& selection,
@@ -116,6 +132,7 @@ void inspect_model(const Plan& plan, const Options& options, const std::optional
   }
   const auto& model = selection->result;
   if (selection->contradiction) findings.push_back(*selection->contradiction);
+  if (selection->other_ground) findings.push_back(ground_side(model.drive, *selection->other_ground));
   if (selection->outliers) findings.push_back(*selection->outliers);
   for (const bool over_frequency : {false, true})
     if (auto changes = inspect_constancy(selection->inconstant, model.drive, over_frequency))

@@ -400,6 +400,51 @@ void CandidateFits::extend_fit_to_record(DriveCandidate& candidate, const DriveC
     extend_dry_friction(candidate.record_variant, *candidate.record_fit);
 }
 
+void CandidateFits::contest_ground(DriveCandidate& candidate) const {
+  const Variant own = candidate.variant();
+  if (options_.ground != Ground::automatic || candidate.structure != Structure::two_mass || !own.grounded() ||
+      (own.has(fit::kMotorGroundStiffness) && own.has(fit::kLoadGroundStiffness)))
+    return;
+  const Variant other = grounded_on_other_side(own);
+  const auto start = with_spring_on_other_side(candidate.model());
+  DriveCandidate rival;
+  rival.structure = candidate.structure;
+  if (auto told = response_fit(other, start, true)) rival.variants.emplace_back(other, std::move(*told));
+  for (const auto& v : candidate.variants)
+    if (v.first.grounded() &&
+        v.first.has(fit::kLoadGroundStiffness) == other.has(fit::kLoadGroundStiffness) &&
+        v.first.has(fit::kMotorGroundStiffness) == other.has(fit::kMotorGroundStiffness))
+      rival.variants.push_back(v);
+  if (rival.variants.empty()) return;
+  double repeated = candidate.response_fit().repetition;
+  for (const auto& v : rival.variants) repeated = std::min(repeated, v.second.repetition);
+  std::sort(rival.variants.begin(), rival.variants.end(), [&](const auto& a, const auto& b) {
+    return a.second.bic_for(repeated) < b.second.bic_for(repeated);
+  });
+  fit_to_record(rival, nullptr);
+  if (candidate.record_fit) {
+    auto fit = fit_to_records(other, start, friction_of(*candidate.record_fit));
+    if (fit && (!rival.record_fit || fit->bic < rival.record_fit->bic)) {
+      rival.record_fit = std::move(fit);
+      rival.record_variant = other;
+    }
+  }
+  extend_fit_to_record(rival, &candidate);
+  if (rival.variant().has(fit::kMotorGroundStiffness) && rival.variant().has(fit::kLoadGroundStiffness))
+    return;
+  const bool by_record = candidate.record_fit && rival.record_fit;
+  if (!by_record && (candidate.record_fit || rival.record_fit)) {
+    if (rival.record_fit) candidate = std::move(rival);
+    return;
+  }
+  const double gain =
+      by_record ? candidate.record_fit->bic - rival.record_fit->bic
+                : candidate.response_fit().bic_for(repeated) - rival.response_fit().bic_for(repeated);
+  if (gain > 0.0) std::swap(candidate, rival);
+  if (std::abs(gain) < (by_record ? kCriteria.clearly_better : kCriteria.biased_lines))
+    candidate.other_side = rival.model();
+}
+
 void CandidateFits::validate(DriveCandidate& candidate) const {
   const auto& found = *candidate.record_fit;
   judge_by_holdout(candidate, as_it_slides(candidate.record_variant, found.model, found));

@@ -31,6 +31,8 @@ struct DriveCandidate {
   bool tried_on_record = false;
   std::optional<fit::HoldoutFit> validated;  ///< The same variant, fitted to the rest of the record.
   std::string remark;                        ///< Why it went no further.
+  /// The model with the spring to the ground on the other side, where that one is as likely.
+  std::optional<fit::DriveModel> other_side;
 
   [[nodiscard]] const fit::ResponseFit& response_fit() const { return variants.front().second; }
   [[nodiscard]] const Variant& variant() const {
@@ -91,6 +93,11 @@ class CandidateFits {
   /// Fits two masses to the record without a start from the response, which may not show the resonance of a
   /// short or noisy record.
   void fit_to_record_alone(const DriveCandidate& rigid, DriveCandidate& two_mass) const;
+
+  /// Two masses on a spring to the ground move the driven side nearly alike whichever side it holds: only
+  /// damping and friction differ. Fits the other side too, takes it where it is the better, and tells it
+  /// where neither is clearly so.
+  void contest_ground(DriveCandidate& candidate) const;
 
   /// The candidate's own variant fitted without the hold-out samples, and judged by them. Dry friction acts
   /// as the whole record showed it: one or two numbers of thousands of samples.

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <resonid/data/frequency_response.hpp>
+#include <resonid/fit/drive_model.hpp>
 
 // What a response shows of a spring that ties the driven side to the ground.
 namespace resonid::identification::detail {
@@ -11,6 +12,10 @@ namespace resonid::identification::detail {
 
 /// Whether the velocity leads at the lowest known lines, as that of a drive on a spring to the ground does.
 [[nodiscard]] bool leads_at_first(const data::FrequencyResponse& response);
+
+/// The two masses that move the driven side alike with the spring to the ground on the other side: undamped
+/// exactly, for any such machine; damped as the anti-resonance is.
+[[nodiscard]] fit::DriveModel with_spring_on_other_side(fit::DriveModel model);
 
 /// The response without such a spring: impedances add up.
 [[nodiscard]] data::FrequencyResponse released(data::FrequencyResponse response, double stiffness);

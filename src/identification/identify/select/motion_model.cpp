@@ -193,6 +193,8 @@ class MotionModel {
 std::optional<diagnostics::Finding> inspect_against_motion(const data::Record& record, const Options& options,
                                                            const ModelResult& model) {
   if (record.output_quantity == data::OutputQuantity::acceleration) return std::nullopt;
+  // A spring to the ground takes torque that inverse dynamics have no place for.
+  if (model.drive.grounded()) return std::nullopt;
   fit::InverseDynamicsConfig config;
   config.known_delay_s = options.delay_s;
   const auto motion = fit::fit_inverse_dynamics(record, config);

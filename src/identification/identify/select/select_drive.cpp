@@ -61,6 +61,7 @@ class Selector {
         const Candidate* rival = candidates.size() == 1 ? nullptr : &candidates[larger ? i - 1 : i + 1];
         fits_.extend_fit_to_record(candidates[i], rival);
       }
+      if (candidates.back().remark.empty()) fits_.contest_ground(candidates.back());
       if (candidates.size() > 1) discard_unobserved(candidates);
       if (structure == Structure::two_mass && candidates.size() == 2 &&
           !(candidates[0].record_fit && !misfit_is_significant(*candidates[0].record_fit)))
@@ -215,6 +216,7 @@ class Selector {
           s.simpler = ModelResult{c.model(),    true,
                                   0.0,          c.record_fit->coulomb_friction,
                                   std::nullopt, c.record_fit->further_friction};
+    s.other_ground = candidate.other_side;
     s.result.drive = candidate.model();
     s.result.from_record = candidate.record_fit.has_value();
     s.result.model_error = difference(candidate.model(), fits_.response()).unexplained;

@@ -30,7 +30,9 @@ struct Selection {
   std::vector<StructureTrial> structures;        ///< All that were fitted, the simplest first.
   Choice choice;                                 ///< Of the structure.
   std::optional<ModelResult> simpler;  ///< Two masses where three were chosen, both fitted to the record.
-  bool in_motion = false;              ///< From inverse dynamics: the measured response has no say.
+  /// The model with the spring to the ground on the other side, where the record does not tell which it is.
+  std::optional<fit::DriveModel> other_ground;
+  bool in_motion = false;  ///< From inverse dynamics: the measured response has no say.
   /// Where ModelResult::model_error of the drive alone is large and the model has dry friction.
   std::optional<MeasuredAlike> measured_alike;
   std::optional<diagnostics::Finding> contradiction;  ///< By the motion, see inspect_against_motion().

@@ -48,6 +48,15 @@ Variant with(Variant variant, fit::Parameter parameter) {
   return variant;
 }
 
+Variant grounded_on_other_side(Variant variant) {
+  for (auto& p : variant.further)
+    if (p == fit::kMotorGroundStiffness)
+      p = fit::kLoadGroundStiffness;
+    else if (p == fit::kLoadGroundStiffness)
+      p = fit::kMotorGroundStiffness;
+  return variant;
+}
+
 std::size_t parts_of(const Variant& v) {
   const bool viscous = v.friction || v.has(fit::kLoadViscousFriction);
   return v.further.size() + (viscous ? 1 : 0) + (v.delay ? 1 : 0) +

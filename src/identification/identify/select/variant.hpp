@@ -34,6 +34,9 @@ struct Variant {
 /// The variant with one parameter more.
 [[nodiscard]] Variant with(Variant variant, fit::Parameter parameter);
 
+/// The variant with its spring to the ground on the other side.
+[[nodiscard]] Variant grounded_on_other_side(Variant variant);
+
 /// What a variant has beside its structure. The mean over a sample costs as much as the delay in its stead;
 /// friction of the load alone costs two, since it says where friction acts as well as how large it is.
 [[nodiscard]] std::size_t parts_of(const Variant& variant);
