@@ -12,15 +12,43 @@ namespace resonid::fit::detail {
 
 namespace {
 
+using Jacobian = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+
+/// Remembers its last evaluation with derivatives: a solver that begins where the start was checked, and the
+/// result where it ended, ask for the same once more.
+class Remembering final : public ceres::CostFunction {
+ public:
+  explicit Remembering(std::unique_ptr<ceres::CostFunction> function) : function_(std::move(function)) {
+    set_num_residuals(function_->num_residuals());
+    *mutable_parameter_block_sizes() = function_->parameter_block_sizes();
+    residuals_.resize(num_residuals());
+    jacobian_.resize(num_residuals(), parameter_block_sizes().front());
+  }
+
+  bool Evaluate(double const* const* blocks, double* residuals, double** jacobians) const override {
+    if (jacobians == nullptr || jacobians[0] == nullptr)
+      return function_->Evaluate(blocks, residuals, jacobians);
+    const Eigen::Map<const Eigen::VectorXd> x(blocks[0], jacobian_.cols());
+    if (x_.size() == 0 || x_ != x) {
+      x_ = x;
+      double* slopes[] = {jacobian_.data()};
+      succeeded_ = function_->Evaluate(blocks, residuals_.data(), slopes);
+    }
+    std::copy(residuals_.begin(), residuals_.end(), residuals);
+    std::copy(jacobian_.data(), jacobian_.data() + jacobian_.size(), jacobians[0]);
+    return succeeded_;
+  }
+
+ private:
+  std::unique_ptr<ceres::CostFunction> function_;
+  mutable Eigen::VectorXd x_, residuals_;
+  mutable Jacobian jacobian_;
+  mutable bool succeeded_ = false;
+};
+
 /// Whether the cost falls from any of these bounds inwards.
-bool leaves_a_bound(const ceres::CostFunction& function, std::span<const double> x,
+bool leaves_a_bound(const Eigen::VectorXd& residuals, const Jacobian& jacobian, std::span<const double> x,
                     const std::vector<const Bound*>& at) {
-  const int rows = function.num_residuals(), columns = static_cast<int>(x.size());
-  Eigen::VectorXd residuals(rows);
-  Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor> jacobian(rows, columns);
-  const double* blocks[] = {x.data()};
-  double* jacobians[] = {jacobian.data()};
-  if (!function.Evaluate(blocks, residuals.data(), jacobians)) return true;
   return std::any_of(at.begin(), at.end(), [&](const Bound* b) {
     const double slope = jacobian.col(b->parameter).dot(residuals);
     return x[static_cast<std::size_t>(b->parameter)] <= b->lower ? slope < 0.0 : slope > 0.0;
@@ -29,13 +57,14 @@ bool leaves_a_bound(const ceres::CostFunction& function, std::span<const double>
 
 }  // namespace
 
-LeastSquaresResult minimise(std::unique_ptr<ceres::CostFunction> function, std::span<double> x,
+LeastSquaresResult minimise(std::unique_ptr<ceres::CostFunction> cost, std::span<double> x,
                             std::span<const bool> active, std::span<const Bound> bounds,
                             const Effort& effort) {
+  Remembering function(std::move(cost));
   ceres::Problem::Options problem_options;
   problem_options.cost_function_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
   ceres::Problem problem(problem_options);
-  problem.AddResidualBlock(function.get(), nullptr, x.data());
+  problem.AddResidualBlock(&function, nullptr, x.data());
   LeastSquaresResult result;
   const auto parameters = static_cast<int>(x.size());
   for (int i = 0; i < parameters; ++i)
@@ -45,17 +74,17 @@ LeastSquaresResult minimise(std::unique_ptr<ceres::CostFunction> function, std::
     problem.SetParameterUpperBound(x.data(), bound.parameter, bound.upper);
   }
   // Asked first, since Ceres writes to the log about a start that cannot be evaluated.
+  const int rows = function.num_residuals();
+  Eigen::VectorXd residuals(rows);
+  Jacobian jacobian(rows, parameters);
   const auto evaluates = [&] {
-    std::vector<double> values(static_cast<std::size_t>(function->num_residuals()));
-    const double* start[] = {x.data()};
-    return function->Evaluate(start, values.data(), nullptr) &&
-           std::all_of(values.begin(), values.end(),
-                       [](double v) { return std::isfinite(v) && std::abs(v) < 1e150; });
+    const double* blocks[] = {x.data()};
+    double* jacobians[] = {jacobian.data()};
+    return function.Evaluate(blocks, residuals.data(), jacobians);
   };
-  if (!evaluates()) {
-    const auto columns = static_cast<Eigen::Index>(result.active.size());
-    result.jacobian = Eigen::MatrixXd::Zero(function->num_residuals(), columns);
-    result.gradient = Eigen::VectorXd::Zero(columns);
+  if (!evaluates() || !residuals.allFinite() || residuals.cwiseAbs().maxCoeff() > 1e150) {
+    result.jacobian = Eigen::MatrixXd::Zero(rows, static_cast<Eigen::Index>(result.active.size()));
+    result.gradient = Eigen::VectorXd::Zero(result.jacobian.cols());
     return result;
   }
   ceres::Solver::Options options;
@@ -101,7 +130,7 @@ LeastSquaresResult minimise(std::unique_ptr<ceres::CostFunction> function, std::
     kept = now;
     solve();
     const bool settled = summary.termination_type == ceres::CONVERGENCE && at_bounds() == kept;
-    wanders = settled && leaves_a_bound(*function, x, kept);
+    wanders = settled && (!evaluates() || leaves_a_bound(residuals, jacobian, x, kept));
     if (wanders) break;
   }
   if (wanders || (kept.empty() && !bounds.empty() && summary.termination_type != ceres::CONVERGENCE)) {
@@ -112,12 +141,7 @@ LeastSquaresResult minimise(std::unique_ptr<ceres::CostFunction> function, std::
   result.converged = summary.termination_type == ceres::CONVERGENCE;
   result.cost = summary.final_cost;
 
-  const int rows = function->num_residuals();
-  Eigen::VectorXd residuals(rows);
-  Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor> jacobian(rows, parameters);
-  const double* blocks[] = {x.data()};
-  double* jacobians[] = {jacobian.data()};
-  if (!function->Evaluate(blocks, residuals.data(), jacobians)) {
+  if (!evaluates()) {
     result.converged = false;
     jacobian.setZero();
     residuals.setZero();

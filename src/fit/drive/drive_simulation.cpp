@@ -3,19 +3,31 @@
 #include <fit/controller_law.hpp>
 #include <fit/drive/drive_simulation.hpp>
 #include <fit/drive/sampled_slopes.hpp>
+#include <fit/drive/slopes.hpp>
 #include <numeric>
+#include <utility>
 
 #include "linalg/decompositions.hpp"
 
 namespace resonid::fit::detail {
 namespace {
 
+#ifdef __x86_64__
+#define RESONID_WIDE [[gnu::target("avx2")]]
+constexpr bool kMayBeWide = true;
+bool is_wide() { return __builtin_cpu_supports("avx2") != 0; }
+#else
+#define RESONID_WIDE
+constexpr bool kMayBeWide = false;
+bool is_wide() { return false; }
+#endif
+
 /// Controller run on a value and its slopes at once.
-template <int Columns>
+template <class Row>
 class Controller {
  public:
   Controller(const data::TransferFunction& c, const double* start, std::span<const int> active)
-      : law_(c), state_(law_.order() + 1, 0.0), slopes_(state_.size(), zero<Columns>()) {
+      : law_(c), state_(law_.order() + 1, 0.0), slopes_(state_.size()) {
     for (std::size_t i = 0; i + 1 < state_.size(); ++i) {
       state_[i] = start[i];
       for (std::size_t p = 0; p < active.size(); ++p)
@@ -25,38 +37,43 @@ class Controller {
   }
 
   double step(double e) { return law_.step(e, state_); }
-  Slopes<Columns> step_slopes(const Slopes<Columns>& e) { return law_.step(e, slopes_); }
+  Row step_slopes(const Row& e) { return law_.step(e, slopes_); }
 
  private:
   ControllerLaw law_;
   std::vector<double> state_;
-  std::vector<Slopes<Columns>> slopes_;
+  std::vector<Row> slopes_;
 };
 
 /// Rows [J r] reduced to their triangular factor from time to time.
-template <int Columns>
 class Compressed {
  public:
-  void add(const Slopes<Columns>& slopes, double residual) {
-    for (int p = 0; p < Columns; ++p) rows_(used_, p) = -slopes(p);
-    rows_(used_, Columns) = residual;
+  explicit Compressed(Eigen::Index columns)
+      : columns_(columns), rows_(Eigen::MatrixXd::Zero(kRows, columns + 1)) {}
+  template <class Row>
+  void add(const Row& slopes, double residual) {
+    for (Eigen::Index p = 0; p < columns_; ++p) rows_(used_, p) = -slopes(p);
+    rows_(used_, columns_) = residual;
     if (++used_ == kRows) reduce();
   }
+  /// Begins anew.
   Eigen::MatrixXd factor() {
     reduce();
-    return rows_.template topRows<Columns + 1>();
+    used_ = 0;
+    return rows_.topRows(columns_ + 1);
   }
 
  private:
-  static constexpr int kRows = 256;
+  static constexpr Eigen::Index kRows = 256;
   void reduce() {
     rows_.bottomRows(kRows - used_).setZero();
     linalg::qr_in_place(rows_);
-    for (int j = 0; j <= Columns; ++j) rows_.col(j).tail(kRows - 1 - j).setZero();
-    used_ = Columns + 1;
+    for (Eigen::Index j = 0; j <= columns_; ++j) rows_.col(j).tail(kRows - 1 - j).setZero();
+    used_ = columns_ + 1;
   }
-  Eigen::MatrixXd rows_ = Eigen::MatrixXd::Zero(kRows, Columns + 1);
-  int used_ = 0;
+  Eigen::Index columns_;
+  Eigen::MatrixXd rows_;
+  Eigen::Index used_ = 0;
 };
 
 /// The course of dry friction as the drive itself moves.
@@ -174,18 +191,18 @@ int SimulationSetup::controller_order() const {
   return static_cast<int>(std::max(controller->numerator.size(), controller->denominator.size())) - 1;
 }
 
-template <int Masses, int Columns, class Sink>
-void DriveSimulation::run(const double* x, std::span<const int> active, Sink&& sink, DriveSignals* friction,
-                          DriveMotion* motion) const {
+template <int Masses, class Row, class Sink>
+[[gnu::always_inline]] inline void DriveSimulation::run(const double* x, std::span<const int> active,
+                                                        Sink&& sink, DriveSignals* friction,
+                                                        DriveMotion* motion) const {
   constexpr int kOrder = Sizes<Masses>::kOrder;
-  constexpr bool kSlopes = Columns > 0;
-  using Row = Slopes<Columns>;
+  constexpr bool kSlopes = Row::kColumns > 0;
   const bool dry = !signals_.direction.empty();
   const bool given = !dry && !signals_.stuck.empty();
   const bool in_parts = friction != nullptr || ((dry || given) && !signals_.stuck_parts.front().empty());
   const bool on_load =
       Masses > 1 && (friction != nullptr ? x[kLoadCoulomb] > 0.0 : !signals_.on_load.front().empty());
-  const auto model = sampled<Masses, Columns>(setup_, x, active, {in_parts, on_load});
+  const auto model = sampled<Masses, Row>(setup_, x, active, {in_parts, on_load});
   const auto& s = model.drive.system;
   const bool lagging = setup_.lag == Lag::first_order;
   const bool grounded = setup_.grounded;
@@ -197,12 +214,11 @@ void DriveSimulation::run(const double* x, std::span<const int> active, Sink&& s
   for (int i = 0; i <= kOrder; ++i) {
     const int from = i < kOrder ? kInitialState + i : kPlace;
     state[static_cast<std::size_t>(i)] = x[from];
-    slopes[static_cast<std::size_t>(i)] = zero<Columns>();
     if constexpr (kSlopes)
       for (std::size_t p = 0; p < active.size(); ++p)
         if (active[p] == from) slopes[static_cast<std::size_t>(i)].set(static_cast<Eigen::Index>(p), 1.0);
   }
-  Row by_offset = zero<Columns>(), by_coulomb = zero<Columns>();
+  Row by_offset, by_coulomb;
   if constexpr (kSlopes)
     for (std::size_t p = 0; p < active.size(); ++p) {
       if (active[p] == kOffset) by_offset.set(static_cast<Eigen::Index>(p), signals_.constant);
@@ -211,25 +227,25 @@ void DriveSimulation::run(const double* x, std::span<const int> active, Sink&& s
   const auto first = static_cast<std::size_t>(model.drive.whole_delay + 1);
   std::vector<double> late_output(signals_.output.begin(),
                                   signals_.output.begin() + static_cast<std::ptrdiff_t>(closed ? first : 0));
-  std::vector<Row> late_slopes(kSlopes && closed ? first : 0, zero<Columns>());
-  std::optional<Controller<Columns>> controller;
+  std::vector<Row> late_slopes(kSlopes && closed ? first : 0);
+  std::optional<Controller<Row>> controller;
   if (closed) controller.emplace(*setup_.controller, x + kControllerState, active);
   const double constant = x[kOffset] * signals_.constant;
   const bool differences =
       setup_.velocity == Velocity::differences && setup_.quantity == data::OutputQuantity::velocity;
   double last_torque = 0.0;
-  Row last_torque_slopes = zero<Columns>();
+  Row last_torque_slopes;
   std::array<double, kFrictionParts> last_beyond{}, last_direction_beyond{}, last_load{};
   MovingFriction<Masses> moving(setup_, x, model, used, on_load);
   double behind = x[kBehind], last_command = 0.0;  // by how much the torque loop lags behind its command
-  Row behind_slopes = zero<Columns>(), last_slopes = zero<Columns>();
+  Row behind_slopes, last_slopes;
   if constexpr (kSlopes)
     for (std::size_t p = 0; p < active.size(); ++p)
       if (active[p] == kBehind) behind_slopes.set(static_cast<Eigen::Index>(p), 1.0);
   // The filter of the measured output holds what was recorded before.
   const double pole = x[kOutputFilter];
   double filtered = signals_.output[first > 0 ? first - 1 : 0];
-  Row filtered_slopes = zero<Columns>(), by_pole = zero<Columns>();
+  Row filtered_slopes, by_pole;
   if constexpr (kSlopes)
     for (std::size_t p = 0; p < active.size(); ++p)
       if (active[p] == kOutputFilter) by_pole.set(static_cast<Eigen::Index>(p), 1.0);
@@ -237,7 +253,7 @@ void DriveSimulation::run(const double* x, std::span<const int> active, Sink&& s
   for (std::size_t k = first; k < signals_.output.size(); ++k) {
     const std::size_t j = k - first;
     double command = signals_.input[j];
-    Row command_slopes = zero<Columns>();
+    Row command_slopes;
     if (closed) {
       command += controller->step(signals_.reference[j] - late_output[j % first]);
       if constexpr (kSlopes) command_slopes = controller->step_slopes(-late_slopes[j % first]);
@@ -289,7 +305,7 @@ void DriveSimulation::run(const double* x, std::span<const int> active, Sink&& s
     if (pushed.on(0)) torque += signals_.pushes[0][j];
     if (motion != nullptr) pushed.record(state, torque + behind, *motion);
     double output = s.d * torque + pushed.output(j);
-    Row output_slopes = zero<Columns>();
+    Row output_slopes;
     if constexpr (kSlopes) output_slopes = s.d * torque_slopes + model.d * torque;
     if (lagging) {
       output += model.drive.lag_d * behind;
@@ -312,7 +328,7 @@ void DriveSimulation::run(const double* x, std::span<const int> active, Sink&& s
       output += s.c(i) * state[at];
       if constexpr (kSlopes) output_slopes += s.c(i) * slopes[at] + model.c[at] * state[at];
     }
-    const auto against = [&](const PartsSlopes<Masses, Columns>& side, std::size_t part, double now,
+    const auto against = [&](const PartsSlopes<Masses, Row>& side, std::size_t part, double now,
                              double before) {
       output -= side.parts.d[part] * now + side.parts.past_d[part] * before;
       if constexpr (kSlopes) output_slopes -= side.d[part] * now + side.past_d[part] * before;
@@ -374,11 +390,31 @@ void DriveSimulation::run(const double* x, std::span<const int> active, Sink&& s
   }
 }
 
+// The same for processors that add four doubles at once; to the last bit the same, since products and sums
+// stay apart.
+template <int Masses, class Row, class Sink>
+RESONID_WIDE void DriveSimulation::run_wide(const double* x, std::span<const int> active, Sink&& sink) const {
+  run<Masses, Row>(x, active, sink, nullptr);
+}
+
+template <int Masses, class Sink>
+void DriveSimulation::run_with_slopes(const double* x, std::span<const int> active, Sink&& sink) const {
+  const auto with = [&](auto columns) {
+    if constexpr (kMayBeWide)
+      if (is_wide()) return run_wide<Masses, Slopes<columns, 4>>(x, active, sink);
+    run<Masses, Slopes<columns>>(x, active, sink, nullptr);
+  };
+  if (active.size() <= 8) return with(std::integral_constant<int, 8>());
+  if (active.size() <= 12) return with(std::integral_constant<int, 12>());
+  if (active.size() <= 18) return with(std::integral_constant<int, 18>());
+  with(std::integral_constant<int, kMostColumns>());
+}
+
 std::vector<double> DriveSimulation::residual(std::span<const double> x) const {
   std::vector<double> left;
   left.reserve(signals_.output.size());
   with_masses(setup_.structure, [&](auto masses) {
-    run<masses, 0>(
+    run<masses, Slopes<0>>(
         x.data(), {}, [&](double r, const auto&) { left.push_back(r); }, nullptr);
   });
   return left;
@@ -387,19 +423,10 @@ std::vector<double> DriveSimulation::residual(std::span<const double> x) const {
 double DriveSimulation::sum_of_squares(std::span<const double> x) const {
   double sum = 0.0;
   with_masses(setup_.structure, [&](auto masses) {
-    run<masses, 0>(
+    run<masses, Slopes<0>>(
         x.data(), {}, [&](double r, const auto&) { sum += r * r; }, nullptr);
   });
   return sum;
-}
-
-constexpr std::size_t kFew = 8, kSome = 12, kMany = 18, kMost = DriveSimulation::kMostColumns;
-
-Eigen::Index DriveSimulation::factor_rows(std::size_t active) {
-  return 1 + static_cast<Eigen::Index>(active <= kFew    ? kFew
-                                       : active <= kSome ? kSome
-                                       : active <= kMany ? kMany
-                                                         : kMost);
 }
 
 Eigen::MatrixXd DriveSimulation::factor(std::span<const double> x, std::span<const int> active) const {
@@ -409,49 +436,28 @@ Eigen::MatrixXd DriveSimulation::factor(std::span<const double> x, std::span<con
 std::vector<std::pair<Eigen::MatrixXd, std::size_t>> DriveSimulation::factors(std::span<const double> x,
                                                                               std::span<const int> active,
                                                                               std::size_t stretches) const {
-  using Factors = std::vector<std::pair<Eigen::MatrixXd, std::size_t>>;
-  const auto count = static_cast<Eigen::Index>(active.size());
   const auto unused =
       static_cast<std::size_t>(std::count(signals_.unused.begin(), signals_.unused.end(), true));
   const std::size_t length = (signals_.output.size() - unused + stretches - 1) / stretches;
-  return with_masses(setup_.structure, [&](auto masses) -> Factors {
-    const auto with = [&](auto columns) -> Factors {
-      Factors found;
-      Compressed<columns> compressed;
-      std::size_t rows = 0;
-      const auto close = [&] {
-        const Eigen::MatrixXd whole = compressed.factor();
-        Eigen::MatrixXd used(whole.rows(), count + 1);
-        used.leftCols(count) = whole.leftCols(count);
-        used.col(count) = whole.col(columns);
-        found.emplace_back(std::move(used), rows);
-        rows = 0;
-      };
-      run<masses, columns>(
-          x.data(), active,
-          [&](double r, const Slopes<columns>& slopes) {
-            if (rows == length) {
-              close();
-              compressed = {};
-            }
-            compressed.add(slopes, r);
-            ++rows;
-          },
-          nullptr);
-      close();
-      return found;
-    };
-    if (active.size() <= kFew) return with(std::integral_constant<int, kFew>());
-    if (active.size() <= kSome) return with(std::integral_constant<int, kSome>());
-    if (active.size() <= kMany) return with(std::integral_constant<int, kMany>());
-    return with(std::integral_constant<int, kMost>());
+  std::vector<std::pair<Eigen::MatrixXd, std::size_t>> found;
+  Compressed compressed(static_cast<Eigen::Index>(active.size()));
+  std::size_t rows = 0;
+  const auto close = [&] { found.emplace_back(compressed.factor(), std::exchange(rows, 0)); };
+  with_masses(setup_.structure, [&](auto masses) {
+    run_with_slopes<masses>(x.data(), active, [&](double r, const auto& slopes) {
+      if (rows == length) close();
+      compressed.add(slopes, r);
+      ++rows;
+    });
   });
+  close();
+  return found;
 }
 
 DriveMotion DriveSimulation::motion(std::span<const double> x) const {
   DriveMotion motion;
   with_masses(setup_.structure, [&](auto masses) {
-    run<masses, 0>(
+    run<masses, Slopes<0>>(
         x.data(), {}, [](double, const auto&) {}, nullptr, &motion);
   });
   return motion;
@@ -477,23 +483,10 @@ Eigen::MatrixXd DriveSimulation::rows(std::span<const double> x, std::span<const
   Eigen::MatrixXd found(static_cast<Eigen::Index>(signals_.output.size()), count + 1);
   Eigen::Index row = 0;
   with_masses(setup_.structure, [&](auto masses) {
-    const auto with = [&](auto columns) {
-      run<masses, columns>(
-          x.data(), active,
-          [&](double r, const Slopes<columns>& slopes) {
-            for (Eigen::Index p = 0; p < count; ++p) found(row, p) = -slopes(p);
-            found(row++, count) = r;
-          },
-          nullptr);
-    };
-    if (active.size() <= kFew)
-      with(std::integral_constant<int, kFew>());
-    else if (active.size() <= kSome)
-      with(std::integral_constant<int, kSome>());
-    else if (active.size() <= kMany)
-      with(std::integral_constant<int, kMany>());
-    else
-      with(std::integral_constant<int, kMost>());
+    run_with_slopes<masses>(x.data(), active, [&](double r, const auto& slopes) {
+      for (Eigen::Index p = 0; p < count; ++p) found(row, p) = -slopes(p);
+      found(row++, count) = r;
+    });
   });
   found.conservativeResize(row, Eigen::NoChange);
   return found;
@@ -520,7 +513,7 @@ std::vector<double> DriveSimulation::simulate_friction(std::span<const double> x
   std::vector<double> left;
   left.reserve(signals_.output.size());
   with_masses(setup_.structure, [&](auto masses) {
-    run<masses, 0>(
+    run<masses, Slopes<0>>(
         x.data(), {}, [&](double r, const auto&) { left.push_back(r); }, &course);
   });
   return left;

@@ -63,7 +63,6 @@ class DriveSimulation {
   /// Triangular factor of [J r] for the active coordinates: the same least-squares problem in few rows,
   /// whatever the record's length. J is the derivative of the residual.
   static constexpr std::size_t kMostColumns = 36;  ///< Active coordinates at most.
-  [[nodiscard]] static Eigen::Index factor_rows(std::size_t active);
   [[nodiscard]] Eigen::MatrixXd factor(std::span<const double> x, std::span<const int> active) const;
   /// [stretch] The same of so many stretches of equal length, one after the other, and their samples.
   [[nodiscard]] std::vector<std::pair<Eigen::MatrixXd, std::size_t>> factors(std::span<const double> x,
@@ -89,9 +88,14 @@ class DriveSimulation {
  private:
   /// Its residual, and the course where `course` has room for all of it; an empty one is left alone.
   std::vector<double> simulate_friction(std::span<const double> x, DriveSignals& course) const;
-  template <int Masses, int Columns, class Sink>
+  template <int Masses, class Row, class Sink>
   void run(const double* x, std::span<const int> active, Sink&& sink, DriveSignals* friction,
            DriveMotion* motion = nullptr) const;
+  template <int Masses, class Row, class Sink>
+  void run_wide(const double* x, std::span<const int> active, Sink&& sink) const;
+  /// `sink` is given the residual and its slopes, a Slopes of at least as many columns as are active.
+  template <int Masses, class Sink>
+  void run_with_slopes(const double* x, std::span<const int> active, Sink&& sink) const;
 
   const SimulationSetup& setup_;
   const DriveSignals& signals_;

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <resonid/base/detail/statistics.hpp>
 #include <resonid/fit/detail/noise_model.hpp>
@@ -48,16 +49,25 @@ NoiseModel fit_noise_model(std::span<const double> residual, std::size_t max_ord
   return best;
 }
 
+// Side by side, since a sum alone waits for each of its terms; each in its own order.
 std::vector<double> whiten(std::span<const double> signal, const NoiseModel& noise) {
+  constexpr std::size_t kSide = 16;
   const std::size_t order = noise.order();
-  std::vector<double> result;
-  if (signal.size() <= order) return result;
-  result.reserve(signal.size() - order);
-  for (std::size_t k = order; k < signal.size(); ++k) {
-    double sum = 0.0;
-    for (std::size_t i = 0; i <= order; ++i) sum += noise.polynomial[i] * signal[k - i];
-    result.push_back(sum);
-  }
+  if (signal.size() <= order) return {};
+  std::vector<double> result(signal.size() - order);
+  const auto sums_from = [&](std::size_t start, auto count) {
+    std::array<double, count> sums{};
+    for (std::size_t i = 0; i <= order; ++i) {
+      const double weight = noise.polynomial[i];
+      const double* past = signal.data() + start + order - i;
+      for (std::size_t k = 0; k < count; ++k) sums[k] += weight * past[k];
+    }
+    std::copy(sums.begin(), sums.end(), result.begin() + static_cast<std::ptrdiff_t>(start));
+  };
+  std::size_t start = 0;
+  for (; start + kSide <= result.size(); start += kSide)
+    sums_from(start, std::integral_constant<std::size_t, kSide>());
+  for (; start < result.size(); ++start) sums_from(start, std::integral_constant<std::size_t, 1>());
   return result;
 }
 

@@ -6,9 +6,7 @@
 namespace resonid::fit::detail {
 namespace {
 
-int rows_of(const OutputErrorCost::Part& part) {
-  return static_cast<int>(DriveSimulation::factor_rows(part.active.size()));
-}
+int rows_of(const OutputErrorCost::Part& part) { return static_cast<int>(part.active.size()) + 1; }
 
 }  // namespace
 

@@ -5,26 +5,21 @@
 
 #include <array>
 #include <fit/drive/drive_simulation.hpp>
-#include <fit/drive/slopes.hpp>
 #include <span>
 #include <type_traits>
 
 namespace resonid::fit::detail {
 
+// `Row`: Slopes.
+
 /// Parts of a sample in which friction acts on one side, with their slopes.
-template <int Masses, int Columns>
+template <int Masses, class Row>
 struct PartsSlopes {
   static constexpr std::size_t kStates = Sizes<Masses>::kStates;
   FrictionParts<Masses, double> parts;
-  std::array<std::array<Slopes<Columns>, kStates>, kFrictionParts> b;
-  std::array<Slopes<Columns>, kFrictionParts> d, past_d;
+  std::array<std::array<Row, kStates>, kFrictionParts> b;
+  std::array<Row, kFrictionParts> d, past_d;
 
-  void clear() {
-    for (std::size_t part = 0; part < kFrictionParts; ++part) {
-      b[part].fill(zero<Columns>());
-      d[part] = past_d[part] = zero<Columns>();
-    }
-  }
   /// Column `to` from the derivatives by parameter `from`.
   template <class Jets>
   void take(const Jets& jets, int from, Eigen::Index to) {
@@ -43,21 +38,21 @@ struct InParts {
 };
 
 /// The sampled drive with the slopes of its matrices.
-template <int Masses, int Columns>
+template <int Masses, class Row>
 struct SampledSlopes {
   static constexpr int kStates = Sizes<Masses>::kStates;
   SampledDrive<Masses, double> drive;
-  std::array<std::array<Slopes<Columns>, kStates>, kStates> a;
-  std::array<Slopes<Columns>, kStates> b, c, lag_b;
-  Slopes<Columns> d, lag_d, decay, past_d;
-  PartsSlopes<Masses, Columns> driven, load;  ///< With dry friction there only.
+  std::array<std::array<Row, kStates>, kStates> a;
+  std::array<Row, kStates> b, c, lag_b;
+  Row d, lag_d, decay, past_d;
+  PartsSlopes<Masses, Row> driven, load;  ///< With dry friction there only.
 };
 
-template <int Masses, int Columns>
-SampledSlopes<Masses, Columns> sampled(const SimulationSetup& setup, const double* x,
-                                       std::span<const int> active, InParts dry) {
+template <int Masses, class Row>
+SampledSlopes<Masses, Row> sampled(const SimulationSetup& setup, const double* x, std::span<const int> active,
+                                   InParts dry) {
   constexpr int kStates = Sizes<Masses>::kStates, kCount = Sizes<Masses>::kParameters;
-  SampledSlopes<Masses, Columns> result;
+  SampledSlopes<Masses, Row> result;
   const auto with = [&](const auto* coordinates, auto&& make) {
     using T = std::decay_t<decltype(*coordinates)>;
     return make(setup.coordinates.parameters(coordinates, Masses == 3), setup.quantity,
@@ -73,15 +68,7 @@ SampledSlopes<Masses, Columns> sampled(const SimulationSetup& setup, const doubl
   result.drive = of(x);
   if (dry.driven) result.driven.parts = parts_of(x, Side::driven);
   if (dry.load) result.load.parts = parts_of(x, Side::load);
-  if constexpr (Columns > 0) {
-    result.driven.clear();
-    result.load.clear();
-    for (int i = 0; i < kStates; ++i) {
-      result.a[static_cast<std::size_t>(i)].fill(zero<Columns>());
-      const auto at = static_cast<std::size_t>(i);
-      result.b[at] = result.c[at] = result.lag_b[at] = zero<Columns>();
-    }
-    result.d = result.lag_d = result.decay = result.past_d = zero<Columns>();
+  if constexpr (Row::kColumns > 0) {
     if (active.empty() || active.front() >= kCount) return result;
     using Jet = ceres::Jet<double, kCount>;
     std::array<Jet, kCount> jets;
@@ -107,7 +94,7 @@ SampledSlopes<Masses, Columns> sampled(const SimulationSetup& setup, const doubl
       result.decay.set(to, jet.decay.v(from));
       result.past_d.set(to, jet.past_d.v(from));
     }
-    const auto add_parts = [&](Side side, PartsSlopes<Masses, Columns>& parts) {
+    const auto add_parts = [&](Side side, PartsSlopes<Masses, Row>& parts) {
       const auto jet_parts = parts_of(jets.data(), side);
       for (std::size_t p = 0; p < active.size(); ++p)
         if (active[p] < kCount) parts.take(jet_parts, active[p], static_cast<Eigen::Index>(p));

@@ -7,16 +7,29 @@
 
 namespace resonid::fit::detail {
 
-/// A value's derivatives by the active coordinates. Eigen's arrays of more than eight leave a call for every
-/// sum of two; in these the packs stay in registers.
-template <int Columns>
+template <int Lanes>
+struct PackOf;
+template <>
+struct PackOf<2> {
+  using Type [[gnu::vector_size(16)]] = double;
+};
+template <>
+struct PackOf<4> {
+  using Type [[gnu::vector_size(32)]] = double;
+};
+
+/// A value's derivatives by the active coordinates, 0 at first. Eigen's arrays of more than eight leave a
+/// call for every sum of two; in these the packs stay in registers.
+template <int Columns, int Lanes = 2>
 class Slopes {
  public:
+  static constexpr int kColumns = Columns;
+
   [[gnu::always_inline]] inline void set(std::ptrdiff_t i, double value) {
-    packs_[static_cast<std::size_t>(i / kLanes)][i % kLanes] = value;
+    packs_[static_cast<std::size_t>(i / Lanes)][i % Lanes] = value;
   }
   [[gnu::always_inline]] inline double operator()(std::ptrdiff_t i) const {
-    return packs_[static_cast<std::size_t>(i / kLanes)][i % kLanes];
+    return packs_[static_cast<std::size_t>(i / Lanes)][i % Lanes];
   }
 
   [[gnu::always_inline]] inline Slopes& operator+=(const Slopes& other) {
@@ -28,16 +41,15 @@ class Slopes {
   [[gnu::always_inline]] inline Slopes& operator*=(double scale) {
     return each([&](std::size_t p) { packs_[p] *= scale; });
   }
-  friend inline Slopes operator+(Slopes a, const Slopes& b) { return a += b; }
-  friend inline Slopes operator-(Slopes a, const Slopes& b) { return a -= b; }
-  friend inline Slopes operator-(Slopes a) { return a *= -1.0; }
-  friend inline Slopes operator*(double scale, Slopes a) { return a *= scale; }
-  friend inline Slopes operator*(Slopes a, double scale) { return a *= scale; }
+  [[gnu::always_inline]] friend inline Slopes operator+(Slopes a, const Slopes& b) { return a += b; }
+  [[gnu::always_inline]] friend inline Slopes operator-(Slopes a, const Slopes& b) { return a -= b; }
+  [[gnu::always_inline]] friend inline Slopes operator-(Slopes a) { return a *= -1.0; }
+  [[gnu::always_inline]] friend inline Slopes operator*(double scale, Slopes a) { return a *= scale; }
+  [[gnu::always_inline]] friend inline Slopes operator*(Slopes a, double scale) { return a *= scale; }
 
  private:
-  static constexpr int kLanes = 2;
-  static constexpr std::size_t kPacks = (Columns + kLanes - 1) / kLanes;
-  using Pack [[gnu::vector_size(kLanes * sizeof(double))]] = double;
+  static constexpr std::size_t kPacks = (Columns + Lanes - 1) / Lanes;
+  using Pack = typename PackOf<Lanes>::Type;
 
   template <class Operation>
   [[gnu::always_inline]] inline Slopes& each(Operation&& operation) {
@@ -46,12 +58,8 @@ class Slopes {
     return *this;
   }
 
-  std::array<Pack, kPacks> packs_{};
+  // The array alone is aligned as two doubles are.
+  alignas(sizeof(Pack)) std::array<Pack, kPacks> packs_{};
 };
-
-template <int Columns>
-Slopes<Columns> zero() {
-  return {};
-}
 
 }  // namespace resonid::fit::detail

@@ -35,6 +35,18 @@ TEST(NoiseModel, FindsAnAutoregressiveProcessAndWhitensIt) {
   EXPECT_EQ(fit_noise_model(w, 32).order(), 0U);
 }
 
+TEST(NoiseModel, WhitensEverySampleByThoseBeforeIt) {
+  for (const std::size_t size : {0U, 1U, 3U, 4U, 18U, 19U, 20U, 53U}) {
+    const auto v = white(size, 3);
+    const NoiseModel noise{{1.0, -0.7, 0.2, 0.1}, 1.0};
+    const auto w = whiten(v, noise);
+    ASSERT_EQ(w.size(), size > 3 ? size - 3 : 0) << size;
+    for (std::size_t k = 3; k < size; ++k)
+      EXPECT_NEAR(w[k - 3], v[k] - 0.7 * v[k - 1] + 0.2 * v[k - 2] + 0.1 * v[k - 3], 1e-12)
+          << size << " " << k;
+  }
+}
+
 TEST(NoiseModel, SilenceIsHarmless) {
   EXPECT_EQ(fit_noise_model(std::vector<double>(100, 0.0), 8).order(), 0U);
   EXPECT_EQ(fit_noise_model(std::vector<double>{}, 8).order(), 0U);
