@@ -34,9 +34,10 @@ class Remembering final : public ceres::CostFunction {
       double* slopes[] = {jacobian_.data()};
       succeeded_ = function_->Evaluate(blocks, residuals_.data(), slopes);
     }
+    if (!succeeded_) return false;
     std::copy(residuals_.begin(), residuals_.end(), residuals);
     std::copy(jacobian_.data(), jacobian_.data() + jacobian_.size(), jacobians[0]);
-    return succeeded_;
+    return true;
   }
 
  private:

@@ -19,7 +19,7 @@ bool is_wide() { return __builtin_cpu_supports("avx2") != 0; }
 #else
 #define RESONID_WIDE
 constexpr bool kMayBeWide = false;
-bool is_wide() { return false; }
+[[maybe_unused]] bool is_wide() { return false; }
 #endif
 
 /// Controller run on a value and its slopes at once.

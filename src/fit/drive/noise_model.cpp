@@ -4,6 +4,7 @@
 #include <cmath>
 #include <resonid/base/detail/statistics.hpp>
 #include <resonid/fit/detail/noise_model.hpp>
+#include <type_traits>
 
 namespace resonid::fit {
 
