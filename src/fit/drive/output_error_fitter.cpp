@@ -472,10 +472,14 @@ class OutputErrorFitter {
   }
 
   [[nodiscard]] Bound delay_bounds() const {
+    double largest = kMaximumDelaySamples;  // that leaves enough of every record
+    for (const auto& p : parts_)
+      largest = std::min(
+          largest, kDelayedPart * static_cast<double>(p.record->samples()) - setup_.known_delay_samples);
     return {kDelay,
             setup_.controller ? std::max(kMinimumDelaySamples, -setup_.known_delay_samples)
                               : kMinimumDelaySamples,
-            kMaximumDelaySamples};
+            largest};
   }
   [[nodiscard]] int checked() const {
     return setup_.structure == Structure::three_mass ? kParameterCount : kMiddleInertia;

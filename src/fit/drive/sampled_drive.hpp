@@ -54,6 +54,8 @@ struct Coordinates {
 /// its samples look up to half a sample ahead of the hold that the model assumes.
 inline constexpr double kMinimumDelaySamples = -1.0;
 inline constexpr double kMaximumDelaySamples = 50.0;
+/// All of the delay, as a part of the record: what is left of it says something.
+inline constexpr double kDelayedPart = 0.5;
 
 /// Range of the lag of a torque loop: beyond, it is the drive's own inertia.
 inline constexpr double kMaximumLagSamples = 200.0;

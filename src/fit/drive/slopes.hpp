@@ -41,11 +41,19 @@ class Slopes {
   [[gnu::always_inline]] inline Slopes& operator*=(double scale) {
     return each([&](std::size_t p) { packs_[p] *= scale; });
   }
-  [[gnu::always_inline]] friend inline Slopes operator+(Slopes a, const Slopes& b) { return a += b; }
-  [[gnu::always_inline]] friend inline Slopes operator-(Slopes a, const Slopes& b) { return a -= b; }
-  [[gnu::always_inline]] friend inline Slopes operator-(Slopes a) { return a *= -1.0; }
-  [[gnu::always_inline]] friend inline Slopes operator*(double scale, Slopes a) { return a *= scale; }
-  [[gnu::always_inline]] friend inline Slopes operator*(Slopes a, double scale) { return a *= scale; }
+  [[gnu::always_inline]] friend inline Slopes operator+(const Slopes& a, const Slopes& b) {
+    return Slopes(a) += b;
+  }
+  [[gnu::always_inline]] friend inline Slopes operator-(const Slopes& a, const Slopes& b) {
+    return Slopes(a) -= b;
+  }
+  [[gnu::always_inline]] friend inline Slopes operator-(const Slopes& a) { return Slopes(a) *= -1.0; }
+  [[gnu::always_inline]] friend inline Slopes operator*(double scale, const Slopes& a) {
+    return Slopes(a) *= scale;
+  }
+  [[gnu::always_inline]] friend inline Slopes operator*(const Slopes& a, double scale) {
+    return Slopes(a) *= scale;
+  }
 
  private:
   static constexpr std::size_t kPacks = (Columns + Lanes - 1) / Lanes;

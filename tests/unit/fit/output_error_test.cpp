@@ -168,6 +168,23 @@ TEST(OutputError, DelayThatPressesAgainstItsBoundIsNoFit) {
   }
 }
 
+TEST(OutputError, DelayOfAShortRecordStaysWithinHalfOfIt) {
+  auto record = rigid_record(0.0, 4);
+  record.input.samples.resize(60);
+  record.output.samples.resize(60);
+  OutputErrorConfig config;
+  config.initial.structure = Structure::rigid;
+  config.initial.parameters.driven_inertia = 0.05;
+  config.known_delay_s = 12.0 * record.sample_time_s();
+  config.delay = true;
+  config.initial.delay_s = 49.0 * record.sample_time_s();
+  EXPECT_EQ(fit_output_error(record, config).error().field, "initial");
+  config.initial.delay_s = 17.0 * record.sample_time_s();
+  const auto fit = fit_output_error(record, config);
+  ASSERT_TRUE(fit.has_value());
+  EXPECT_LE(fit->model.delay_s, 18.0 * record.sample_time_s() * (1.0 + 1e-9));
+}
+
 /// The noise of a fit begins the next one in fewer rounds, and ends at the same.
 TEST(OutputError, GoesOnFromTheNoiseOfAnotherFit) {
   auto record = rigid_record(0.0, 2);

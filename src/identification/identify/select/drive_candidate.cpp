@@ -411,8 +411,7 @@ void CandidateFits::contest_ground(DriveCandidate& candidate) const {
   rival.structure = candidate.structure;
   if (auto told = response_fit(other, start, true)) rival.variants.emplace_back(other, std::move(*told));
   for (const auto& v : candidate.variants)
-    if (v.first.grounded() &&
-        v.first.has(fit::kLoadGroundStiffness) == other.has(fit::kLoadGroundStiffness) &&
+    if (v.first.has(fit::kLoadGroundStiffness) == other.has(fit::kLoadGroundStiffness) &&
         v.first.has(fit::kMotorGroundStiffness) == other.has(fit::kMotorGroundStiffness))
       rival.variants.push_back(v);
   if (rival.variants.empty()) return;

@@ -40,18 +40,16 @@ fit::DriveModel with_spring_on_other_side(fit::DriveModel model) {
   auto& p = model.parameters;
   // The driven side feels the stiffness J1 s^2 + K1 - c/(s^2 + wa^2), either way of the same K1, c and wa.
   const double k = p.stiffness;
-  double load = 0.0;
   if (p.motor_ground_stiffness != 0.0) {
     const double ground = std::exchange(p.motor_ground_stiffness, 0.0);
     p.stiffness = k + ground;
     p.load_ground_stiffness = ground * p.stiffness / k;
-    load = std::pow(p.stiffness / k, 2);
   } else {
     const double ground = std::exchange(p.load_ground_stiffness, 0.0);
     p.stiffness = k * k / (k + ground);
     p.motor_ground_stiffness = k - p.stiffness;
-    load = std::pow(p.stiffness / k, 2);
   }
+  const double load = std::pow(p.stiffness / k, 2);
   p.load_inertia *= load;
   p.damping *= load;
   return model;
