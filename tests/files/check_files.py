@@ -29,6 +29,8 @@ TOLERANCE = {"resonance": 0.01, "antiresonance": 0.01, "driven_inertia": 0.03, "
              "damping": 0.25}
 FREQUENCIES = ("resonance", "antiresonance")
 SECONDS = 120
+# What nobody wants to read: 0.9999999999999996669, 4.4e9, -5860 %.
+ABSURD = re.compile(r"\d\.\d{11,}|\d{13,}|\d[eE]\+?(?:0?[6-9]|[1-9]\d)\b|-\d{3,}(?:\.\d+)? ?%")
 
 
 def wanted(case):
@@ -81,6 +83,11 @@ def unsaid(patterns, text):
     return [f"does not say /{p}/" for p in patterns if not re.search(p, text, re.IGNORECASE)]
 
 
+def absurd(answer, case):
+    """Figures in the text that no drive has; the file's own name and numbers quoted from it are not meant."""
+    return [f"says {m.group(0)}" for m in ABSURD.finditer(answer.out.replace(case.get("file", ""), ""))][:3]
+
+
 def first_finding(result):
     findings = result.get("findings", [])
     return " ".join(str(v) for v in findings[0].values()) if findings else ""
@@ -99,11 +106,13 @@ def complaints(answer, case):
             return ["trusted: a silent wrong answer"]
         found = list(wrong_figures(answer.json, case))
         text = answer.out + answer.err + json.dumps(answer.json.get("findings", []), ensure_ascii=False)
-        return found + unsaid(says + case.get("says_right", []), text)
+        return found + absurd(answer, case) + unsaid(says + case.get("says_right", []), text)
     if got not in accepted:
         return [f"{got}: {(answer.err.strip() or (first_finding(answer.json) if answer.json else '')) or 'nothing said'}"]
     if got == "untrusted":
-        return unsaid(says + case.get("says_untrusted", []), first_finding(answer.json))
+        errors = [f["id"] for f in answer.json.get("findings", []) if f.get("severity") == "error"]
+        followers = [f"followers are not suppressed: {', '.join(errors)}"] if len(errors) > 1 else []
+        return unsaid(says + case.get("says_untrusted", []), first_finding(answer.json)) + followers + absurd(answer, case)
     found = unsaid(says + case.get("says_error", []), answer.err)
     if len(messages(answer.err)) != 1:
         found.append(f"{len(messages(answer.err))} messages instead of one")
@@ -140,18 +149,19 @@ def cases(only, expect):
 def self_test():
     """Answers made up: right ones, and each way of being wrong. And README.md lists every source."""
     true = signals.truth()
-    def answer(trusted=True, code=0, err="", scale=1.0, left=False, finding="low-excitation"):
-        result = {"trusted": trusted, "findings": [{"id": finding}],
+    def answer(trusted=True, code=0, err="", scale=1.0, left=False, finding="low-excitation", out="", errors=1):
+        result = {"trusted": trusted, "findings": [{"id": finding, "severity": "error"}] * errors,
                   "resonances": [{"kind": k, "frequency_hz": scale * true[k]} for k in FREQUENCIES],
                   "model": {"parameters": {k: {"value": true[k]} for k in TOLERANCE if k not in FREQUENCIES}}}
-        return types.SimpleNamespace(code=code, out="", err=err, json=None if code else result, left=left)
+        return types.SimpleNamespace(code=code, out=out, err=err, json=None if code else result, left=left)
     right, error, refused = {"expect": "right"}, {"expect": "error", "says": ["comma"]}, {"expect": ["error", "untrusted"], "says": ["excit"]}
     sound = [(answer(), right), (answer(code=2, err="resonid: decimal comma\n"), error), (answer(False), refused),
              (answer(scale=3.0), {"expect": "right", "figures": "none"})]
     unsound = [(answer(scale=1.02), right), (answer(False), right), (answer(), refused), (answer(), error),
                (answer(code=2, err="resonid: bad line\n"), error), (answer(code=2, err="resonid: comma\nwarning: comma\n"), error),
                (answer(code=2, err="resonid: comma\n", left=True), error), (answer(code=-11), error), (answer(code=1), error),
-               (answer(False, finding="jitter"), refused), (answer(), {"expect": "right", "says": ["rpm"]})]
+               (answer(False, finding="jitter"), refused), (answer(False, errors=2), refused), (answer(out="fit -5860 %"), right),
+               (answer(out="inertia 4.4e9"), right), (answer(out="0.9999999999999996669"), right), (answer(), {"expect": "right", "says": ["rpm"]})]
     with open(HERE / "expected.toml", "rb") as file:
         unlisted = [k for k in tomllib.load(file)["sources"] if f"`{k}`" not in (HERE / "README.md").read_text("utf-8")]
     if unlisted:

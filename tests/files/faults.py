@@ -4,14 +4,14 @@ import numpy as np
 
 from formats import plain
 from registry import file
-from signals import swept
+from signals import periodic
 from writers import compressed, doubles, mat_file, numbers, table
 
 NAMES = ["time_s", "torque_Nm", "velocity_rad_s"]
 
 
 def columns(comma=False):
-    s = swept()
+    s = periodic()
     return [numbers(x, comma=comma) for x in (s.t, s.u, s.y)]
 
 
@@ -33,7 +33,7 @@ def with_cells(value, rows, column=2, separator=",", comma=False):
 
 def some(count, seed, least=100, apart=3):
     """Indices that lie at least `apart` from each other."""
-    slots = np.arange(least, len(swept().t) - 100, apart)
+    slots = np.arange(least, len(periodic().t) - 100, apart)
     return sorted(np.random.default_rng(seed).choice(slots, count, replace=False).tolist())
 
 
@@ -68,7 +68,7 @@ def _():
 
 @file("torn.mat")
 def _():
-    s = swept()
+    s = periodic()
     whole = mat_file(doubles("t_s", s.t), doubles("torque_Nm", s.u), doubles("velocity_rad_s", s.y))
     return whole[:len(whole) * 3 // 4]
 
@@ -108,7 +108,7 @@ def _():
 
 @file("empty_many.csv")
 def _():
-    return with_cells("", some(1300, 26))
+    return with_cells("", some(1200, 26))
 
 
 @file("empty_run.csv")
@@ -155,14 +155,14 @@ def _():
 def _():
     """Two different samples carry one stamp: the clock ticks at 4 ms, the samples come every 2 ms."""
     c = columns()
-    s = swept()
+    s = periodic()
     c[0] = numbers(np.floor(s.t / 0.004 + 1e-9) * 0.004)
     return table(c, NAMES)
 
 
 @file("time_goes_back.csv")
 def _():
-    s = swept()
+    s = periodic()
     c = columns()
     c[0] = numbers(np.where(s.t > 6.0, s.t - 1.5, s.t))
     return table(c, NAMES)
@@ -177,7 +177,7 @@ def _():
 
 @file("missing_one_percent.csv")
 def _():
-    return without(some(65, 32))
+    return without(some(58, 32))
 
 
 @file("missing_two_in_a_row.csv")
@@ -186,9 +186,19 @@ def _():
     return without(first + [k + 1 for k in first])
 
 
+@file("missing_three_percent.csv")
+def _():
+    return without(some(180, 37))
+
+
+@file("missing_five_in_a_row.csv")
+def _():
+    return without(range(2500, 2505))
+
+
 @file("missing_ten_percent.csv")
 def _():
-    return without(some(650, 34, apart=1))
+    return without(some(600, 34, apart=1))
 
 
 @file("long_gap.csv")
@@ -199,7 +209,7 @@ def _():
 @file("missing_without_time.csv")
 def _():
     """The tags of halsampler show the loss: 'overrun', and the sample number jumps."""
-    s = swept()
+    s = periodic()
     lost = {k for first in (1500, 3000, 4500) for k in range(first, first + 2)}
     rows = []
     for k, (u, y) in enumerate(zip(s.u, s.y)):
@@ -244,7 +254,7 @@ def _():
 
 @file("stuck_velocity.csv")
 def _():
-    """The bus stood still for one and a half seconds in the middle of the sweep: the last velocity is repeated."""
+    """The bus stood still for one and a half seconds in the middle: the last velocity is repeated."""
     c = columns()
     for k in range(3000, 3750):
         c[2][k] = c[2][2999]
@@ -266,7 +276,7 @@ def _():
 
 @file("duplicate_names_that_differ.csv")
 def _():
-    s = swept()
+    s = periodic()
     t, u, y = columns()
     return table([t, u, numbers(0.5 * s.u + 1.0), y], ["time_s", "torque_Nm", "torque_Nm", "velocity_rad_s"])
 
@@ -278,12 +288,12 @@ def _():
 
 @file("trailing_separators.csv")
 def _():
-    return table([*columns(True), [""] * len(swept().t)], [*NAMES, ""], ";", "\r\n")
+    return table([*columns(True), [""] * len(periodic().t)], [*NAMES, ""], ";", "\r\n")
 
 
 @file("trailing_separators_data_only.csv")
 def _():
-    return table([*columns(), [""] * len(swept().t)], NAMES)
+    return table([*columns(), [""] * len(periodic().t)], NAMES)
 
 
 @file("decimal_comma_tab.csv")
@@ -303,7 +313,7 @@ def _():
 
 @file("decimal_comma_and_comma.csv")
 def _():
-    s = swept()
+    s = periodic()
     return table([numbers(s.t, "%.4f", True), numbers(s.u, "%.4f", True), numbers(s.y, "%.4f", True)], NAMES, ",")
 
 
@@ -324,7 +334,7 @@ def _():
 
 @file("summary_below.csv")
 def _():
-    s = swept()
+    s = periodic()
     return text([*lines(), "", "Statistics", f"mean,{s.u.mean():.4f},{s.y.mean():.4f}", f"max,{s.u.max():.4f},{s.y.max():.4f}"])
 
 
@@ -357,4 +367,4 @@ def _():
 
 @file("one_column.csv")
 def _():
-    return table([numbers(swept().y)], ["velocity_rad_s"])
+    return table([numbers(periodic().y)], ["velocity_rad_s"])

@@ -6,7 +6,7 @@ import numpy as np
 from faults import NAMES
 from formats import DEG, RATED_TORQUE, RPM, TORQUE_CONSTANT, TURN
 from registry import file
-from signals import RATE_HZ, chirp, periodic, quiet, run, swept, total_samples
+from signals import periodic, quiet, swept
 from writers import numbers, table
 
 
@@ -35,7 +35,7 @@ def _():
 @file("position_standing_called_y.csv")
 def _():
     """The same fault on a drive that does not turn, so that no ramp gives it away."""
-    s = run(chirp(total_samples(), 250), 6, velocity=0.0)
+    s = swept(6, velocity=0.0)
     return record(s.u, s.angle, names=["t", "u", "y"], form="%.9g")
 
 
@@ -126,6 +126,12 @@ def _():
 def _():
     s = swept()
     return record(np.round(1000.0 * s.u / RATED_TORQUE), s.y, names=["t_s", "torque [‰]", "velocity_rad_s"])
+
+
+@file("input_per_mille_of_a_large_motor.csv")
+def _():
+    s = swept()
+    return record(np.round(1000.0 * s.u / (2.0 * RATED_TORQUE)), s.y, names=["t_s", "torque [‰]", "velocity_rad_s"])
 
 
 @file("input_millinewtonmetres.csv")
@@ -223,6 +229,12 @@ def whole(s):
 for name in ("chirp_told_right.csv", "chirp_told_other_way.csv", "chirp_told_too_long.csv", "chirp_told_other_band.csv"):
     file(name)(lambda: whole(swept()))
 
+@file("chirp_told_with_rest_before.csv")
+def _():
+    """--chirp counts from the first sample, the sweep begins half a second later."""
+    return whole(swept(rest_s=0.5))
+
+
 for name in ("period_told_right.csv", "period_told_wrong.csv"):
     file(name)(lambda: whole(periodic()))
 
@@ -260,7 +272,7 @@ def _():
 @file("hardly_excited_at_rest.csv")
 def _():
     """A millionth of the torque is injected: what moves is noise of the measurement."""
-    return s_table(run(1e-6 * chirp(total_samples(), 250), 8))
+    return s_table(swept(8, amplitude=1e-6))
 
 
 @file("constant_output.csv")
@@ -289,13 +301,13 @@ LIMIT_NM = 0.8
 @file("saturated_torque.csv")
 def _():
     """What acted was recorded: the plant can still be identified."""
-    return s_table(run(chirp(total_samples(), int(0.5 * RATE_HZ)), 9, torque_limit=LIMIT_NM))
+    return s_table(swept(9, torque_limit=LIMIT_NM))
 
 
 @file("saturated_torque_not_recorded.csv")
 def _():
-    """The command before the limit was recorded: for a third of the time another torque acted."""
-    s = run(chirp(total_samples(), int(0.5 * RATE_HZ), amplitude=1.6), 9, torque_limit=LIMIT_NM)
+    """The command before the limit was recorded: for two fifths of the time another torque acted."""
+    s = swept(9, torque_limit=LIMIT_NM)
     return record(s.demanded, s.y, s.t)
 
 

@@ -111,19 +111,16 @@ def run(excitation, seed, noise=NOISE_RMS, torque_limit=None, velocity=VELOCITY)
     return signals
 
 
-def total_samples():
-    return int(round((CHIRP_S + 1.0) * RATE_HZ))
+@functools.lru_cache(maxsize=None)
+def swept(seed=1, rest_s=0.0, amplitude=1.0, **options):
+    """A sweep, with some rest before and after it."""
+    rest = int(round(rest_s * RATE_HZ))
+    return run(chirp(int(round(CHIRP_S * RATE_HZ)) + 2 * rest, rest, amplitude=amplitude), seed, **options)
 
 
 @functools.lru_cache(maxsize=None)
-def swept(seed=1, **options):
-    """A sweep with half a second of rest before and after it."""
-    return run(chirp(total_samples(), int(0.5 * RATE_HZ)), seed, **options)
-
-
-@functools.lru_cache(maxsize=None)
-def periodic(periods=6, seed=2):
-    return run(multisine(periods), seed)
+def periodic(periods=6, seed=2, **options):
+    return run(multisine(periods), seed, **options)
 
 
 @functools.lru_cache(maxsize=None)
