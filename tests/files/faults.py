@@ -319,7 +319,7 @@ def _():
 
 @file("aligned_with_blanks.txt")
 def _():
-    return table([[x.rjust(14) for x in c] for c in columns()], [n.rjust(14) for n in NAMES], "")
+    return table([[x.rjust(16) for x in c] for c in columns()], [n.rjust(16) for n in NAMES], "")
 
 
 @file("pipes.csv")
