@@ -18,6 +18,7 @@ except ImportError:
 import faults  # noqa: F401, each module adds its files to the registry
 import formats  # noqa: F401
 import misspecified  # noqa: F401
+import vendors  # noqa: F401
 from registry import FILES
 
 

@@ -4,9 +4,9 @@
 import numpy as np
 
 from faults import NAMES
-from formats import DEG, RATED_TORQUE, RPM, TORQUE_CONSTANT, TURN
 from registry import file
 from signals import periodic, quiet, swept
+from units import DEG, RATED_TORQUE, RPM, TORQUE_CONSTANT, TURN
 from writers import numbers, table
 
 
