@@ -13,7 +13,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   fuzz::require(table->names.size() == table->columns.size() && !table->columns.empty());
   for (const auto& column : table->columns) {
     fuzz::require(column.size() == table->columns.front().size());
-    for (const double x : column) fuzz::require(std::isfinite(x));
+    for (const double x : column) fuzz::require(!std::isinf(x));
   }
   const auto record = io::to_record(*table, {});
   fuzz::require(!record || record->sample_rate_hz > 0.0);

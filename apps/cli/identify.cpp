@@ -92,7 +92,8 @@ void add_identify(CLI::App& app) {
       "its\nerror, does not stop the others, and makes the exit code 2.\n"
       "Columns with usual names (time, u, torque, y, velocity, ru, ...) are found without options.");
   const auto o = std::make_shared<IdentifyOptions>();
-  verb->add_option("RECORD", o->records, "CSV or MAT files, or folders of them")
+  verb->add_option("RECORD", o->records,
+                   "CSV or MAT files, also packed (.gz), or folders of them; - is standard input")
       ->required()
       ->type_name("FILE ...");
   add_signal_options(*verb, o->record);

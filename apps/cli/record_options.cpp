@@ -23,7 +23,9 @@ constexpr std::size_t kHighestOrder = 20;
 }  // namespace
 
 void add_record_options(CLI::App& verb, RecordOptions& o) {
-  verb.add_option("RECORD", o.record, "CSV or MAT file")->required()->type_name("FILE");
+  verb.add_option("RECORD", o.record, "CSV or MAT file, also packed (.gz); - is standard input")
+      ->required()
+      ->type_name("FILE");
   add_signal_options(verb, o);
   for (const char* name : {"--second-output", "--second-output-kind"})
     verb.add_option_function<std::string>(
@@ -47,9 +49,32 @@ void add_second_output_options(CLI::App& verb, RecordOptions& o) {
            "unit of the scaled second output, if its column's name does not tell", "UNIT");
 }
 
+namespace {
+
+/// How a text file is written, where it is not sniffed right.
+void add_layout_options(CLI::App& verb, io::TextLayout& layout) {
+  static constexpr std::array<std::string_view, 3> kMarks = {"auto", "point", "comma"};
+  add_choice(
+      verb, "--decimal", kMarks,
+      [&layout](std::size_t i) {
+        layout.decimal = i == 0 ? std::nullopt : std::optional(i == 1 ? '.' : ',');
+      },
+      "decimal mark of a text file")
+      ->default_str("auto");
+  add_count(verb, "--skip", layout.skip_lines, "lines to leave out at the beginning of a text file", 0)
+      ->default_str("");
+  verb.add_option_function<std::uint64_t>(
+          "--header-line", [&layout](std::uint64_t line) { layout.header_line = line; },
+          "line of the column names in a text file, from 1; 0: there is none, columns are called c1, c2 ...")
+      ->type_name("N");
+}
+
+}  // namespace
+
 void add_signal_options(CLI::App& verb, RecordOptions& o) {
   auto& c = o.columns;
-  add_text(verb, "--time", c.time, "time column, in seconds", "COL");
+  add_text(verb, "--time", c.time, "time column; 'none' ignores one", "COL");
+  add_enum(verb, "--time-unit", c.time_unit, "of the time column; samples: numbers of samples");
   add_number(verb, "--sample-rate", c.sample_rate_hz, "HZ",
              "sample rate, for a record without a time column");
   add_text(verb, "--input", c.input, "input u: torque (force) that the drive receives", "COL");
@@ -64,6 +89,11 @@ void add_signal_options(CLI::App& verb, RecordOptions& o) {
   add_text(verb, "--input-unit", c.input_unit, "unit of the scaled input, if its column's name does not tell",
            "UNIT");
   add_text(verb, "--output-unit", c.output_unit, "unit of the scaled (and differentiated) output", "UNIT");
+  add_number(verb, "--counts-per-rev", c.counts_per_rev, "N",
+             "counts of the encoder per turn, for an output in counts");
+  add_number(verb, "--rated-torque", c.rated_torque, "NM",
+             "what 100 % are, for an input in % of the rated torque");
+  add_number(verb, "--torque-constant", c.torque_constant, "NM_A", "torque per ampere, for an input in A");
   add_enum(verb, "--motion", c.motion, "kgm2 and Nm/rad, or kg and N/m");
   add_enum(verb, "--output-quantity", c.output_quantity,
            "what the output is; the response is always that of the velocity");
@@ -71,6 +101,8 @@ void add_signal_options(CLI::App& verb, RecordOptions& o) {
                 "turn a position into a velocity by backward differences (half a sample late)");
   add_number(verb, "--from", c.from_s, "SECONDS", "first instant used");
   add_number(verb, "--to", c.to_s, "SECONDS", "first instant no longer used");
+  add_enum(verb, "--missing", c.missing, "what is done about isolated missing samples, at most 1 %");
+  add_layout_options(verb, c.layout);
 }
 
 data::Record read_record(const CLI::App& verb, const RecordOptions& o) {

@@ -19,6 +19,7 @@ void put_in_options(std::vector<std::string>& sentences) {
 }
 
 void put_in_options(identification::Result& result) {
+  put_in_options(result.record.reading);
   translate(result.findings);
   for (auto& c : result.choices) translate(c.because);
   for (auto& s : result.structures) translate(s.remark);
@@ -35,10 +36,14 @@ void put_in_options(report::BatchResult& result) {
 }
 
 void put_in_options(identification::Track& track) {
+  put_in_options(track.record.reading);
   translate(track.findings);
   translate(track.reason);
 }
-void put_in_options(identification::ModelValidation& validation) { translate(validation.findings); }
+void put_in_options(identification::ModelValidation& validation) {
+  put_in_options(validation.record.reading);
+  translate(validation.findings);
+}
 void put_in_options(identification::Changes& changes) { translate(changes.findings); }
 
 }  // namespace resonid::cli

@@ -141,6 +141,8 @@ expected<std::optional<SummedTable>, Error> add_sums(const Table& table, const C
     auto& names = result->table.names;
     if (std::find(names.begin(), names.end(), name) != names.end()) return {};
     names.push_back(name);
+    result->table.units.resize(result->table.columns.size());
+    result->table.units.emplace_back();
     result->table.columns.push_back(std::move(sum));
     return {};
   };

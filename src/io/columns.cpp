@@ -4,6 +4,7 @@
 #include <fmt/core.h>
 
 #include <algorithm>
+#include <cmath>
 #include <string_view>
 #include <utility>
 #include <vector>
@@ -29,17 +30,31 @@ std::string names_of(const Usual& usual) {
   return text;
 }
 
-bool is_usual(const Usual& usual, std::string_view column) {
-  const std::string base = lower(take_apart(column).base);
+bool is_usual(const Usual& usual, const std::string& name) {
+  const std::string base = lower(name);
   const auto begins = [&](std::string_view start) { return base.compare(0, start.size(), start) == 0; };
   return std::find(usual.whole.begin(), usual.whole.end(), base) != usual.whole.end() ||
          std::any_of(usual.beginning.begin(), usual.beginning.end(), begins);
 }
 
-Usual usual_output(data::OutputQuantity quantity) {
+Usual usual_output(const std::optional<data::OutputQuantity>& quantity) {
   Usual usual{".output", "output", {"y"}, {"output"}};
-  usual.beginning.push_back(name_of(quantity));
+  usual.beginning.push_back(name_of(quantity.value_or(data::OutputQuantity::velocity)));
   return usual;
+}
+
+using Kind = SignalSense::Kind;
+
+Kind kind_of(data::OutputQuantity quantity) {
+  switch (quantity) {
+    case data::OutputQuantity::position:
+      return Kind::position;
+    case data::OutputQuantity::acceleration:
+      return Kind::acceleration;
+    case data::OutputQuantity::velocity:
+      break;
+  }
+  return Kind::velocity;
 }
 
 class ColumnFinder {
@@ -47,6 +62,10 @@ class ColumnFinder {
   ColumnFinder(const Table& table, const ColumnMapping& mapping) : table_(table), mapping_(mapping) {}
 
   expected<FoundColumns, Error> find() {
+    for (std::size_t i = 0; i < table_.names.size(); ++i) {
+      bases_.push_back(named_unit(table_, i).base);
+      senses_.push_back(sense_of_column(table_, i));
+    }
     const Usual input{".input", "input", {"u"}, {"input", "torque"}};
     const Usual output = usual_output(mapping_.output_quantity);
     const Usual excitation{".excitation", "excitation", {"ru"}, {"excitation"}};
@@ -64,19 +83,21 @@ class ColumnFinder {
     for (const auto* result : {&t, &u, &y, &ru, &r, &x, &z})
       if (!*result) return unexpected<Error>(result->error());
     if (!no_time && !*t) t = find_time();
-    if (t && !*u) u = needed(input);
-    if (t && u && !*y && z && *z && candidates(output).empty() && is_usual(output, table_.names[**z]))
+    if (t && !*u) u = needed(input, [this] { return sensed_input(); });
+    if (t && u && !*y && z && *z && candidates(output).empty() && is_usual(output, bases_[**z]))
       return error(
           fmt::format("{} is the only column that is called like an output, and .second_output too; "
                       "name another one with .output",
                       in_quotes(table_.names[**z])));
-    if (t && u && !*y) y = needed(output);
+    if (t && u && !*y) y = needed(output, [this] { return sensed_output(); });
     if (t && u && y && !*ru) ru = candidate(excitation);
     for (const auto* result : {&t, &u, &y, &ru})
       if (!*result) return unexpected<Error>(result->error());
     if (!*r) r = only_candidate(reference);
     if (!*x) x = only_candidate(position);
-    return checked(FoundColumns{*t, **u, **y, *ru, *r, *x, *z});
+    FoundColumns found{*t, {}, **u, **y, *ru, *r, *x, *z};
+    if (!no_time && !mapping_.time && times_.size() > 1) assign_times(found);
+    return checked(found);
   }
 
  private:
@@ -115,7 +136,7 @@ class ColumnFinder {
   [[nodiscard]] std::vector<std::size_t> candidates(const Usual& usual) const {
     std::vector<std::size_t> found;
     for (std::size_t i = 0; i < table_.names.size(); ++i)
-      if (std::find(taken_.begin(), taken_.end(), i) == taken_.end() && is_usual(usual, table_.names[i]))
+      if (std::find(taken_.begin(), taken_.end(), i) == taken_.end() && is_usual(usual, bases_[i]))
         found.push_back(i);
     return found;
   }
@@ -123,14 +144,78 @@ class ColumnFinder {
   expected<Found, Error> candidate(const Usual& usual) {
     const auto found = candidates(usual);
     if (found.empty()) return Found();
-    if (found.size() > 1) {
-      std::vector<std::string> names;
-      for (const std::size_t i : found) names.push_back(table_.names[i]);
-      return error(fmt::format("{} columns may be the {} ({}); choose one with {}", found.size(),
-                               usual.signal, listed(names), usual.option));
+    const auto best = preferred(found, usual.option == ".output");
+    if (best.size() > 1) return several(found, usual.signal, usual.option);
+    taken_.push_back(best.front());
+    return Found(best.front());
+  }
+
+  [[nodiscard]] std::vector<std::size_t> of_kind(Kind kind) const {
+    std::vector<std::size_t> found;
+    for (std::size_t i = 0; i < senses_.size(); ++i)
+      if (senses_[i].kind == kind && std::find(taken_.begin(), taken_.end(), i) == taken_.end())
+        found.push_back(i);
+    return found;
+  }
+
+  [[nodiscard]] unexpected<Error> several(const std::vector<std::size_t>& found, std::string_view signal,
+                                          std::string_view option) const {
+    std::vector<std::string> names;
+    for (const std::size_t i : found) names.push_back(table_.names[i]);
+    return error(fmt::format("{} columns may be the {} ({}); choose one with {}", found.size(), signal,
+                             listed(names), option));
+  }
+
+  /// The only one that is measured, where others are said to be commanded.
+  [[nodiscard]] std::vector<std::size_t> preferred(std::vector<std::size_t> found, bool may_be_unsaid) const {
+    if (found.size() < 2) return found;
+    std::vector<std::size_t> measured;
+    for (const std::size_t i : found)
+      if (senses_[i].actual || (may_be_unsaid && !senses_[i].commanded)) measured.push_back(i);
+    return measured.size() == 1 ? measured : found;
+  }
+
+  /// A torque or force, else a current. What is only said to be commanded may be the only one that is
+  /// recorded; of several the one that is said to be measured.
+  expected<Found, Error> sensed_input() {
+    for (const Kind kind : {Kind::torque, Kind::current}) {
+      const auto found = preferred(of_kind(kind), false);
+      if (found.empty()) continue;
+      if (found.size() > 1) return several(found, "input", ".input");
+      taken_.push_back(found.front());
+      return Found(found.front());
     }
-    taken_.push_back(found.front());
-    return Found(found.front());
+    return Found();
+  }
+
+  /// A velocity, else a position, else an acceleration, when none of them was asked for.
+  expected<Found, Error> sensed_output() {
+    std::vector<Kind> kinds = {Kind::velocity, Kind::position, Kind::acceleration};
+    if (mapping_.output_quantity) kinds = {kind_of(*mapping_.output_quantity)};
+    for (const Kind kind : kinds) {
+      auto found = of_kind(kind);
+      std::erase_if(found, [&](std::size_t i) { return senses_[i].commanded && !senses_[i].actual; });
+      found = preferred(std::move(found), true);
+      if (found.empty()) continue;
+      if (found.size() > 1) return several(found, "output", ".output");
+      taken_.push_back(found.front());
+      return Found(found.front());
+    }
+    return Found();
+  }
+
+  /// The time column nearest to the left of each signal.
+  void assign_times(FoundColumns& found) const {
+    const auto time_of = [&](std::size_t column) {
+      std::size_t best = times_.front();
+      for (const std::size_t t : times_)
+        if (t < column && (t > best || best > column)) best = t;
+      return best;
+    };
+    for (const auto& column : {Found(found.input), Found(found.output), found.excitation, found.reference,
+                               found.position, found.second_output})
+      if (column) found.times.push_back(time_of(*column));
+    found.time = found.times.front();
   }
 
   /// A signal without which the work goes on: several candidates are as good as none.
@@ -141,35 +226,53 @@ class ColumnFinder {
     return found.front();
   }
 
-  expected<Found, Error> needed(const Usual& usual) {
+  template <class Sensed>
+  expected<Found, Error> needed(const Usual& usual, Sensed sensed) {
     auto found = candidate(usual);
+    if (found && !*found) found = sensed();
     if (!found || *found) return found;
     for (const auto& variable : table_.unusable)
-      if (is_usual(usual, variable.name))
+      if (is_usual(usual, take_apart(variable.name).base))
         return error(fmt::format("variable {}, which may be the {}, {}; choose another with {}",
                                  in_quotes(variable.name), usual.signal, variable.reason, usual.option));
     return error(fmt::format("no column is called like an {} ({}); name it with {}", usual.signal,
                              names_of(usual), usual.option));
   }
 
+  /// The column that is called like a time; of several the one that is called `t` or `time`, unless each
+  /// signal may have one of its own. Else the sample's number. Without a header the first column, where it
+  /// rises evenly.
   expected<Found, Error> find_time() {
+    times_ = of_kind(Kind::time);
+    if (times_.empty()) times_ = of_kind(Kind::sample_number);
+    if (times_.empty() && !table_.names.empty() && table_.names.front() == "c1" &&
+        rises_evenly(table_.columns.front()))
+      times_ = {0};
+    if (times_.empty()) return Found();
+    for (const std::size_t i : times_) taken_.push_back(i);
+    if (times_.size() == 1 || each_has_its_own()) return Found(times_.front());
     const Usual time{".time", "time", {"t", "time"}, {}};
-    std::vector<std::size_t> seconds;
-    std::vector<std::size_t> others;
-    for (const std::size_t i : candidates(time)) {
-      const NamedUnit name = take_apart(table_.names[i]);
-      (name.unit.empty() || name.unit == "s" ? seconds : others).push_back(i);
-    }
-    if (seconds.size() == 1) {
-      taken_.push_back(seconds.front());
-      return Found(seconds.front());
-    }
-    if (seconds.size() > 1) return candidate(time);
-    if (!others.empty() && mapping_.sample_rate_hz == 0.0)
-      return error(fmt::format(
-          "the time must be in seconds, column {} is in {}; give .sample_rate_hz instead",
-          in_quotes(table_.names[others.front()]), take_apart(table_.names[others.front()]).unit));
-    return Found();
+    std::vector<std::size_t> usual;
+    for (const std::size_t i : times_)
+      if (is_usual(time, bases_[i])) usual.push_back(i);
+    if (usual.size() != 1) return several(times_, "time", ".time");
+    times_ = usual;
+    return Found(usual.front());
+  }
+
+  /// Time columns of per-channel recordings stand between the signals.
+  [[nodiscard]] bool each_has_its_own() const {
+    for (std::size_t i = 1; i < times_.size(); ++i)
+      if (times_[i] == times_[i - 1] + 1) return false;
+    return times_.back() + 1 < table_.names.size();
+  }
+
+  static bool rises_evenly(const std::vector<double>& x) {
+    if (x.size() < 3) return false;
+    const double step = (x.back() - x.front()) / static_cast<double>(x.size() - 1);
+    for (std::size_t i = 1; i < x.size(); ++i)
+      if (!(std::abs(x[i] - x[i - 1] - step) < 0.5 * step)) return false;
+    return step > 0.0;
   }
 
   [[nodiscard]] expected<FoundColumns, Error> checked(const FoundColumns& found) const {
@@ -206,9 +309,39 @@ class ColumnFinder {
   const Table& table_;
   const ColumnMapping& mapping_;
   std::vector<std::size_t> taken_;
+  std::vector<std::size_t> times_;
+  std::vector<std::string> bases_;   // [column]
+  std::vector<SignalSense> senses_;  // [column]
 };
 
 }  // namespace
+
+NamedUnit named_unit(const Table& table, std::size_t column) {
+  NamedUnit named = take_apart(table.names[column]);
+  if (column < table.units.size() && !table.units[column].empty()) named.unit = table.units[column];
+  // "omega_m" is that of the motor, in no unit that is told.
+  if (named.unit == "m" && table.names[column].ends_with("_m") &&
+      sense_of(named.base, std::nullopt).kind != Kind::position)
+    return {table.names[column], {}};
+  return named;
+}
+
+SignalSense sense_of_column(const Table& table, std::size_t column) {
+  const NamedUnit named = named_unit(table, column);
+  return sense_of(named.base, known_unit(named.unit));
+}
+
+data::OutputQuantity output_quantity(const Table& table, const ColumnMapping& mapping, std::size_t output) {
+  if (mapping.output_quantity) return *mapping.output_quantity;
+  switch (sense_of_column(table, output).kind) {
+    case Kind::position:
+      return data::OutputQuantity::position;
+    case Kind::acceleration:
+      return data::OutputQuantity::acceleration;
+    default:
+      return data::OutputQuantity::velocity;
+  }
+}
 
 expected<FoundColumns, Error> find_columns(const Table& table, const ColumnMapping& mapping) {
   return ColumnFinder(table, mapping).find();

@@ -2,25 +2,37 @@
 #pragma once
 
 #include <cstddef>
+#include <resonid/io/detail/table.hpp>
 #include <string>
 #include <string_view>
 #include <vector>
 
+#include "io/csv_cell.hpp"
 #include "io/text.hpp"
 
 namespace resonid::io {
 
 inline constexpr std::string_view kCsvRequirement =
-    "required: a header row with column names, then rows of numbers, separated by comma, semicolon or tab";
+    "required: rows of numbers, separated by comma, semicolon, tab or blanks, with the column names above "
+    "them";
 
-/// How the rows of a text table are written, as its header tells.
+/// The separator of columns between which blanks and tabs stand, as many as there are.
+inline constexpr char kBlanks = ' ';
+
+/// How the rows of a text table are written.
 struct CsvFormat {
   std::string file;
-  std::vector<std::string> names;
-  std::size_t header_line = 0;  ///< From 1.
-  std::size_t data_offset = 0;  ///< Byte at which the line after the header begins.
+  std::vector<std::string> names;  ///< [column], all different, UTF-8.
+  std::vector<std::string> units;  ///< [column], empty where none is told apart from the name.
+  std::vector<CellKind> kinds;     ///< [column]
+  std::size_t header_line = 0;     ///< From 1; 0 when there is none.
+  std::size_t data_line = 1;       ///< Line of the first row, from 1.
+  std::size_t data_offset = 0;     ///< Byte at which that line begins.
   char separator = ',';
+  char decimal = '.';
+  double sample_interval_s = 0.0;   ///< As a line above the rows tells; 0: none does.
   bool trailing_separator = false;  ///< The header ends with one, so every row may.
+  std::vector<std::string> notes;   ///< What was sniffed, where it is not the usual.
 
   [[nodiscard]] bool is_blank(char c) const noexcept { return c == ' ' || (c == '\t' && separator != '\t'); }
 };
@@ -48,11 +60,17 @@ class LineCursor {
   std::size_t lines_ = 0;
 };
 
-/// Reads the header from the beginning of a file.
-[[nodiscard]] expected<CsvFormat, Error> read_csv_header(const std::string& file, std::string_view text);
+struct Field {
+  std::string text;     ///< Without the blanks around it and without quotes.
+  bool closed = true;   ///< False when a quote was opened and not closed.
+  bool quoted = false;  ///< Began with a quote.
+};
+
+/// The fields of a line; one more, empty, where it ends with a separator.
+[[nodiscard]] std::vector<Field> split_fields(char separator, std::string_view line);
 
 /// Reads one line field by field: for what the fast scanner does not understand. `line` counts from 1; `row`
-/// has as many elements as there are columns.
+/// has as many elements as there are columns; a missing value and text become NaN.
 [[nodiscard]] expected<void, Error> read_csv_row(const CsvFormat& format, std::string_view text,
                                                  std::size_t line, std::vector<double>& row);
 

@@ -8,6 +8,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
+#include <string>
 #include <system_error>
 
 namespace resonid::io {
@@ -82,8 +83,20 @@ inline double scaled_exactly(std::uint64_t mantissa, int exponent) noexcept {
 }
 
 /// What parse_number() leaves to the standard library: many digits, large exponents. `text` has no plus sign.
-inline const char* parse_rare_number(const char* text, const char* end, long magnitude,
-                                     double& value) noexcept {
+inline const char* parse_rare_number(const char* text, const char* end, long magnitude, double& value,
+                                     char decimal) noexcept {
+  if (decimal != '.') {  // the standard library knows the point only
+    const char* last = text;
+    while (last != end && (is_digit(*last) || *last == decimal || *last == 'e' || *last == 'E' ||
+                           *last == '+' || *last == '-'))
+      ++last;
+    std::string pointed(text, last);
+    for (char& c : pointed)
+      if (c == decimal) c = '.';
+    const char* const begin = pointed.data();
+    const char* const after = parse_rare_number(begin, begin + pointed.size(), magnitude, value, '.');
+    return after == nullptr ? nullptr : text + (after - begin);
+  }
   const auto result = std::from_chars(text, end, value);
   if (result.ec == std::errc::result_out_of_range) {
     if (magnitude > 0) return nullptr;  // too large for a double
@@ -93,14 +106,15 @@ inline const char* parse_rare_number(const char* text, const char* end, long mag
   return result.ec == std::errc() && std::isfinite(value) ? result.ptr : nullptr;
 }
 
-/// Reads a finite decimal number, correctly rounded. A NUL and kNumberPadding readable bytes must follow
-/// `end`.
+/// Reads a finite decimal number, correctly rounded, with `decimal` between whole and fraction. A NUL and
+/// kNumberPadding readable bytes must follow `end`.
 ///
 /// A mantissa below 2^53 and a power of ten up to 10^22 are both exact doubles, so one multiplication or
 /// division rounds once and correctly (Clinger 1990); up to 19 digits go through exact 128-bit integers.
 ///
 /// @return the character after the number, or nullptr when there is none or it is not finite
-inline const char* parse_number(const char* text, const char* end, double& value) noexcept {
+inline const char* parse_number(const char* text, const char* end, double& value,
+                                char decimal = '.') noexcept {
   static constexpr std::array<double, 23> kPowers = {1e0,  1e1,  1e2,  1e3,  1e4,  1e5,  1e6,  1e7,
                                                      1e8,  1e9,  1e10, 1e11, 1e12, 1e13, 1e14, 1e15,
                                                      1e16, 1e17, 1e18, 1e19, 1e20, 1e21, 1e22};
@@ -111,7 +125,7 @@ inline const char* parse_number(const char* text, const char* end, double& value
   while (is_digit(*p)) mantissa = 10 * mantissa + static_cast<std::uint64_t>(*p++ - '0');
   long count = p - digits;
   long exponent = 0;
-  if (*p == '.') {
+  if (*p == decimal) {
     const char* const fraction = ++p;
     append_digits(p, mantissa);
     exponent = fraction - p;
@@ -128,7 +142,7 @@ inline const char* parse_number(const char* text, const char* end, double& value
     exponent += down ? -power : power;
   }
   if (count > 19 || exponent < -27 || exponent > 27)
-    return parse_rare_number(digits - negative, end, exponent + count, value);
+    return parse_rare_number(digits - negative, end, exponent + count, value, decimal);
   double magnitude = 0.0;
   if (mantissa <= (std::uint64_t{1} << 53) && exponent >= -22 && exponent <= 22) {
     const auto exact = static_cast<double>(mantissa);

@@ -3,13 +3,18 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <resonid/data/detail/second_output.hpp>
 #include <resonid/io/record_reader.hpp>
-#include <span>
+#include <utility>
+#include <vector>
 
 #include "io/column_sum.hpp"
 #include "io/columns.hpp"
+#include "io/missing_samples.hpp"
+#include "io/signal_units.hpp"
 #include "io/text.hpp"
+#include "io/time_axis.hpp"
 #include "io/time_grid.hpp"
 #include "io/units.hpp"
 
@@ -37,8 +42,16 @@ expected<void, Error> check_options(const ColumnMapping& m) {
     return refuse("second_output", "names the column that .second_output_kind is of; it is required with it");
   if (!(m.sample_rate_hz >= 0.0 && std::isfinite(m.sample_rate_hz)))
     return refuse("sample_rate_hz", "must be a number of Hz above 0", m.sample_rate_hz);
-  if (m.differentiate && m.output_quantity != data::OutputQuantity::position)
-    return refuse("differentiate", "makes a velocity of a position: .output_quantity position is required");
+  const auto above_zero = [](const std::optional<double>& value) {
+    return !value || (*value > 0.0 && std::isfinite(*value));
+  };
+  if (!above_zero(m.counts_per_rev))
+    return refuse("counts_per_rev", "must be a number above 0", *m.counts_per_rev);
+  if (!above_zero(m.rated_torque))
+    return refuse("rated_torque", "must be a number of Nm (N) above 0", *m.rated_torque);
+  if (m.torque_constant && !scale(*m.torque_constant))
+    return refuse("torque_constant", "must be a finite number of Nm/A (N/A) other than 0",
+                  *m.torque_constant);
   if (m.from_s && m.to_s && !(*m.from_s < *m.to_s))
     return refuse("from_s", fmt::format("must be before .to_s {}", *m.to_s), *m.from_s);
   return {};
@@ -53,168 +66,428 @@ struct Rows {
 
 class RecordMaker {
  public:
-  RecordMaker(const Table& table, const ColumnMapping& mapping, const FoundColumns& found)
-      : table_(table), mapping_(mapping), found_(found) {}
+  RecordMaker(const Table& table, const ColumnMapping& mapping, FoundColumns found)
+      : table_(table), mapping_(mapping), found_(std::move(found)) {
+    for (const auto& column : {std::optional(found_.input), std::optional(found_.output), found_.excitation,
+                               found_.reference, found_.position, found_.second_output})
+      if (column) used_.push_back(*column);
+  }
 
   expected<data::Record, Error> make() {
     record_.source = table_.source;
-    record_.output_quantity = mapping_.output_quantity;
-    record_.motion = mapping_.motion;
-    const std::size_t samples = table_.columns[found_.output].size();
-    if (!found_.time && mapping_.sample_rate_hz == 0.0) return no_time();
-    if (auto rising = check_time(); !rising) return unexpected<Error>(rising.error());
-    rows_ = {0, samples};
-    if (auto cut = cut_rows(); !cut) return unexpected<Error>(cut.error());
-    if (rows_.size() < kFewestSamples + (mapping_.differentiate ? 1 : 0))
-      return fail(table_.source,
-                  fmt::format("has {} samples{}; at least {} are required", rows_.size(),
-                              rows_.size() == samples ? "" : " in the part chosen with .from_s and .to_s",
-                              kFewestSamples));
-    if (auto rate = set_rate(); !rate) return unexpected<Error>(rate.error());
-    fill_channels();
+    record_.reading = table_.notes;
+    record_.output_quantity = output_quantity(table_, mapping_, found_.output);
+    record_.motion = mapping_.motion.value_or(motion());
+    if (auto fits = check_quantity(); !fits) return unexpected<Error>(fits.error());
+    for (const auto& step : {&RecordMaker::read_time, &RecordMaker::check_times, &RecordMaker::order_rows,
+                             &RecordMaker::cut_rows, &RecordMaker::trim_rows, &RecordMaker::check_length,
+                             &RecordMaker::set_rate})
+      if (auto done = (this->*step)(); !done) return unexpected<Error>(done.error());
+    if (auto filled = fill_channels(); !filled) return unexpected<Error>(filled.error());
     if (mapping_.differentiate) differentiate();
     return std::move(record_);
   }
 
  private:
-  [[nodiscard]] const std::vector<double>& time() const { return table_.columns[*found_.time]; }
   [[nodiscard]] std::string time_name() const { return in_quotes(table_.names[*found_.time]); }
+  [[nodiscard]] std::string column_place() const {
+    return fmt::format("{}: column {}", table_.source, time_name());
+  }
+  void note(std::string text) { record_.reading.push_back(std::move(text)); }
 
-  [[nodiscard]] unexpected<Error> no_time() const {
-    std::string scalars;
-    for (const auto& scalar : table_.scalars) scalars += fmt::format(" {} = {}", scalar.name, scalar.value);
-    return fail(table_.source,
-                fmt::format("the sample rate is not known: no column is called 't' or 'time'; give .time or "
-                            ".sample_rate_hz{}{}; columns: {}",
-                            scalars.empty() ? "" : "; the file holds", scalars, listed(table_.names)));
+  /// Linear where the output is in units of length or the input in one of force.
+  [[nodiscard]] data::Motion motion() const {
+    const auto dimension = [&](std::size_t column, const std::optional<std::string>& given) {
+      const auto unit = known_unit(given.value_or(named_unit(table_, column).unit));
+      return unit ? std::optional(unit->dimension) : std::nullopt;
+    };
+    const auto out = dimension(found_.output, mapping_.output_unit);
+    const bool length =
+        out == Dimension::length || out == Dimension::velocity || out == Dimension::acceleration;
+    const bool angle = out == Dimension::angle || out == Dimension::angular_velocity ||
+                       out == Dimension::angular_acceleration;
+    const bool force = dimension(found_.input, mapping_.input_unit) == Dimension::force;
+    return length || (force && !angle) ? data::Motion::linear : data::Motion::rotary;
   }
 
-  [[nodiscard]] expected<void, Error> check_time() const {
-    if (!found_.time) return {};
-    const auto bad = first_not_rising(time());
-    if (!bad) return {};
-    const bool equal = time()[*bad] == time()[*bad - 1];
-    return fail(fmt::format("{}: {}, column {}", table_.source, table_.place(*bad), time_name()),
-                fmt::format("the time {} {} {} of the sample before it; time must rise{}", time()[*bad],
-                            equal ? "repeats the" : "comes after the later", time()[*bad - 1],
-                            equal ? " (stamps too coarse? then give .sample_rate_hz with .time none)" : ""));
+  /// A unit that belongs to another quantity than the user says.
+  [[nodiscard]] expected<void, Error> check_quantity() {
+    if (mapping_.differentiate && record_.output_quantity != data::OutputQuantity::position)
+      return refuse("differentiate", "makes a velocity of a position: .output_quantity position is required");
+    const std::string unit = named_unit(table_, found_.output).unit;
+    const auto known = known_unit(unit);
+    if (!known || std::abs(mapping_.output_scale) != 1.0) return {};
+    const auto quantity = quantity_of(known->dimension);
+    if (quantity && mapping_.output_quantity && *quantity != *mapping_.output_quantity)
+      return fail(fmt::format("{}: column {}", table_.source, in_quotes(table_.names[found_.output])),
+                  fmt::format("is in {}, the unit of a{} {}; .output_quantity {} contradicts it", unit,
+                              *quantity == data::OutputQuantity::acceleration ? "n" : "", name_of(*quantity),
+                              name_of(*mapping_.output_quantity)));
+    if (!mapping_.output_quantity && record_.output_quantity != data::OutputQuantity::velocity)
+      note(fmt::format("the output {} is a{} {}", in_quotes(table_.names[found_.output]),
+                       record_.output_quantity == data::OutputQuantity::acceleration ? "n" : "",
+                       name_of(record_.output_quantity)));
+    return {};
   }
 
-  [[nodiscard]] double instant(std::size_t row) const {
-    return found_.time ? time()[row] : static_cast<double>(row) / mapping_.sample_rate_hz;
+  expected<void, Error> read_time() {
+    auto axis = time_axis(table_, mapping_, found_.time, table_.columns[found_.output].size());
+    if (!axis) return unexpected<Error>(axis.error());
+    axis_ = std::move(*axis);
+    for (auto& text : axis_.notes) note(std::move(text));
+    return {};
   }
 
-  /// The first row that is not before `limit_s`; instants that differ by rounding only are the same.
-  [[nodiscard]] std::size_t first_from(double limit_s) const {
-    const double step = (instant(rows_.end - 1) - instant(0)) / static_cast<double>(rows_.end - 1);
-    std::size_t low = 0;
-    std::size_t high = rows_.end;
-    while (low < high) {
-      const std::size_t middle = (low + high) / 2;
-      if (instant(middle) < limit_s - 1e-6 * step) {
-        low = middle + 1;
-      } else {
-        high = middle;
+  /// Signals with times of their own must have been sampled together.
+  expected<void, Error> check_times() {
+    for (std::size_t i = 1; i < found_.times.size(); ++i) {
+      const std::size_t column = found_.times[i];
+      if (column == *found_.time) continue;
+      const auto other = time_axis(table_, mapping_, column, axis_.time_s.size());
+      if (!other) return unexpected<Error>(other.error());
+      const auto& a = axis_.time_s;
+      const auto& b = other->time_s;
+      if (a.size() < 3 || b.size() != a.size()) continue;
+      const double step = std::abs(a[2] - a[1]);
+      double apart = 0.0;
+      std::size_t common = 0;
+      for (std::size_t k = 0; k < a.size(); ++k) {
+        if (std::isnan(a[k]) || std::isnan(b[k])) continue;
+        apart = std::max(apart, std::abs(a[k] - b[k]));
+        ++common;
       }
+      if (apart > 0.5 * step || 10 * common < 9 * a.size())
+        return fail(
+            table_.source,
+            fmt::format(
+                "{} and {} were sampled at different times or rates (their times differ by up to {:.3g} s, "
+                "{} of {} rows have both); export all signals with one sample time",
+                in_quotes(table_.names[used_[0]]), in_quotes(table_.names[used_[i]]), apart, common,
+                a.size()));
+      if (apart > 0.01 * step)
+        note(fmt::format("{} was sampled up to {:.3g} s apart from {}: that is part of the delay",
+                         in_quotes(table_.names[used_[i]]), apart, in_quotes(table_.names[used_[0]])));
     }
-    return low;
+    return {};
   }
+
+  [[nodiscard]] bool same_samples(std::size_t a, std::size_t b) const {
+    return std::all_of(used_.begin(), used_.end(), [&](std::size_t c) {
+      const double x = table_.columns[c][a];
+      const double y = table_.columns[c][b];
+      return x == y || (std::isnan(x) && std::isnan(y));
+    });
+  }
+
+  /// Keeps the rows that have a time, in rising order, once.
+  expected<void, Error> order_rows() {
+    std::size_t timeless = 0, twice = 0;
+    for (std::size_t row = 0; row < axis_.time_s.size(); ++row) {
+      const double t = axis_.time_s[row];
+      if (std::isnan(t)) {
+        ++timeless;
+        continue;
+      }
+      if (!rows_.empty() && !(t > axis_.time_s[rows_.back()])) {
+        const std::size_t before = rows_.back();
+        if (t == axis_.time_s[before] && same_samples(row, before)) {
+          ++twice;
+          continue;
+        }
+        return not_rising(row, before);
+      }
+      rows_.push_back(row);
+    }
+    if (timeless > 0)
+      note(fmt::format("{} row{} without a time left out", timeless, timeless == 1 ? "" : "s"));
+    if (twice > 0)
+      note(fmt::format("{} row{} that stand{} twice left out", twice, twice == 1 ? "" : "s",
+                       twice == 1 ? "s" : ""));
+    return {};
+  }
+
+  [[nodiscard]] unexpected<Error> not_rising(std::size_t row, std::size_t before) const {
+    const double now = table_.columns[*found_.time][row];
+    const double then = table_.columns[*found_.time][before];
+    const bool equal = now == then;
+    return fail(fmt::format("{}: {}, column {}", table_.source, table_.place(row), time_name()),
+                fmt::format("the time {} {} {} of the sample before it; time must rise{}", now,
+                            equal ? "repeats the" : "comes after the later", then,
+                            equal ? " (stamps too coarse? then give .sample_rate_hz with .time none)"
+                                  : " (two recordings in one file, or a clock that was set? take one part)"));
+  }
+
+  /// The first of the rows that is not before `limit_s`; instants that differ by rounding only are the same.
+  [[nodiscard]] std::size_t first_from(double limit_s) const {
+    const double step = (instant(rows_.size() - 1) - instant(0)) / static_cast<double>(rows_.size() - 1);
+    const auto found =
+        std::lower_bound(rows_.begin(), rows_.end(), limit_s - 1e-6 * step,
+                         [&](std::size_t row, double limit) { return axis_.time_s[row] < limit; });
+    return static_cast<std::size_t>(found - rows_.begin());
+  }
+  [[nodiscard]] double instant(std::size_t i) const { return axis_.time_s[rows_[i]]; }
 
   expected<void, Error> cut_rows() {
-    if (rows_.end < 2) return {};
-    const Rows all = rows_;
-    const std::size_t begin = mapping_.from_s ? first_from(*mapping_.from_s) : all.begin;
-    const std::size_t end = mapping_.to_s ? first_from(*mapping_.to_s) : all.end;
+    if (rows_.size() < 2) return {};
+    const std::size_t begin = mapping_.from_s ? first_from(*mapping_.from_s) : 0;
+    const std::size_t end = mapping_.to_s ? first_from(*mapping_.to_s) : rows_.size();
     if (begin >= end)
       return fail(table_.source,
                   fmt::format("no sample lies in the part chosen with{}{}; the record spans {} ... {} s",
                               mapping_.from_s ? fmt::format(" .from_s {}", *mapping_.from_s) : "",
-                              mapping_.to_s ? fmt::format(" .to_s {}", *mapping_.to_s) : "",
-                              instant(all.begin), instant(all.end - 1)));
-    rows_ = {begin, end};
+                              mapping_.to_s ? fmt::format(" .to_s {}", *mapping_.to_s) : "", instant(0),
+                              instant(rows_.size() - 1)));
+    cut_ = begin > 0 || end < rows_.size();
+    rows_ = std::vector<std::size_t>(rows_.begin() + static_cast<std::ptrdiff_t>(begin),
+                                     rows_.begin() + static_cast<std::ptrdiff_t>(end));
     return {};
   }
 
+  [[nodiscard]] bool complete(std::size_t row) const {
+    return std::none_of(used_.begin(), used_.end(),
+                        [&](std::size_t c) { return std::isnan(table_.columns[c][row]); });
+  }
+
+  /// Rows without a value at the beginning and at the end.
+  expected<void, Error> trim_rows() {
+    const auto whole = [&](std::size_t row) { return complete(row); };
+    const auto first = std::find_if(rows_.begin(), rows_.end(), whole);
+    const auto last = std::find_if(rows_.rbegin(), rows_.rend(), whole).base();
+    if (first >= last) return no_values();
+    const std::size_t trimmed = rows_.size() - static_cast<std::size_t>(last - first);
+    if (trimmed == 0) return {};
+    if (static_cast<double>(trimmed) > 0.5 * static_cast<double>(rows_.size())) return no_values();
+    rows_ = std::vector<std::size_t>(first, last);
+    note(fmt::format("{} rows at the beginning or end without all signals left out", trimmed));
+    return {};
+  }
+
+  [[nodiscard]] unexpected<Error> no_values() const {
+    std::size_t worst = used_.front(), most = 0;
+    for (const std::size_t c : used_) {
+      const auto empty = static_cast<std::size_t>(std::count_if(
+          rows_.begin(), rows_.end(), [&](std::size_t row) { return std::isnan(table_.columns[c][row]); }));
+      if (empty > most) {
+        most = empty;
+        worst = c;
+      }
+    }
+    return fail(fmt::format("{}: column {}", table_.source, in_quotes(table_.names[worst])),
+                fmt::format("has no value in {} of {} rows; export all signals with one sample time", most,
+                            rows_.size()));
+  }
+
+  expected<void, Error> check_length() {
+    if (rows_.size() >= kFewestSamples + (mapping_.differentiate ? 1 : 0)) return {};
+    return fail(table_.source,
+                fmt::format("has {} samples{}; at least {} are required", rows_.size(),
+                            cut_ ? " in the part chosen with .from_s and .to_s" : "", kFewestSamples));
+  }
+
   expected<void, Error> set_rate() {
-    record_.start_time_s = instant(rows_.begin);
-    record_.sample_rate_hz = mapping_.sample_rate_hz;
-    if (!found_.time) return {};
-    const TimeGrid grid = fit_time_grid(std::span(time()).subspan(rows_.begin, rows_.size()));
-    if (!std::isnormal(grid.sample_rate_hz))
-      return fail(fmt::format("{}: column {}", table_.source, time_name()),
+    record_.sample_rate_hz = axis_.sample_rate_hz > 0.0 ? axis_.sample_rate_hz : mapping_.sample_rate_hz;
+    std::vector<double> times;
+    for (const std::size_t row : rows_) times.push_back(axis_.time_s[row]);
+    record_.start_time_s = times.front();
+    grid_.index.resize(rows_.size());
+    for (std::size_t i = 0; i < rows_.size(); ++i) grid_.index[i] = rows_[i] - rows_.front();
+    if (!axis_.measured) return {};
+    grid_ = fit_time_grid(times);
+    if (!std::isnormal(grid_.sample_rate_hz))
+      return fail(column_place(),
                   fmt::format("stamps from {} to {} give no sample rate; they must be the time in seconds",
-                              instant(rows_.begin), instant(rows_.end - 1)));
+                              times.front(), times.back()));
     const double given = mapping_.sample_rate_hz;
-    if (given > 0.0 && std::abs(grid.sample_rate_hz - given) > kRateAgreement * given)
+    if (given > 0.0 && std::abs(grid_.sample_rate_hz - given) > kRateAgreement * given)
       return fail(
           table_.source,
           fmt::format(".sample_rate_hz {} contradicts the time column {}, which says {:.6g} Hz; leave one of "
                       "them out (.time none ignores the column)",
-                      given, time_name(), grid.sample_rate_hz));
-    const auto complete = static_cast<double>(rows_.size() + grid.missing);
-    const double missing = static_cast<double>(grid.missing) / complete;
-    if (missing > kMostMissing)
-      return fail(fmt::format("{}: column {}", table_.source, time_name()),
-                  fmt::format("{} of {} samples are missing ({:.1f} %, in {} gaps, the first after {} "
-                              "s); at most {} % may be; choose an unbroken part with .from_s and .to_s",
-                              grid.missing, rows_.size() + grid.missing, 100.0 * missing, grid.sampling.gaps,
-                              grid.sampling.first_gap_at_s, 100.0 * kMostMissing));
-    if (given == 0.0) record_.sample_rate_hz = grid.sample_rate_hz;
-    record_.sampling = grid.sampling;
+                      given, time_name(), grid_.sample_rate_hz));
+    if (record_.sample_rate_hz == 0.0) record_.sample_rate_hz = grid_.sample_rate_hz;
+    record_.sampling = grid_.sampling;
+    record_.sampling.time_name = table_.names[*found_.time];
     return {};
   }
 
-  [[nodiscard]] data::Channel channel(std::size_t column, double scale, std::string unit) const {
-    data::Channel result{table_.names[column], std::move(unit), {}};
-    const auto first = table_.columns[column].begin() + static_cast<std::ptrdiff_t>(rows_.begin);
-    result.samples.assign(first, first + static_cast<std::ptrdiff_t>(rows_.size()));
-    if (scale != 1.0)
-      for (double& sample : result.samples) sample *= scale;
+  /// Places of the grid at which a signal has no value.
+  [[nodiscard]] std::vector<std::size_t> missing_places() const {
+    std::vector<std::size_t> missing;
+    std::size_t next = 0;
+    for (std::size_t i = 0; i < rows_.size() && !grid_.index.empty(); ++i) {
+      for (; next < grid_.index[i]; ++next) missing.push_back(next);
+      if (!complete(rows_[i])) missing.push_back(next);
+      ++next;
+    }
+    return missing;
+  }
+
+  /// How many samples there would be if none were missing.
+  [[nodiscard]] std::size_t complete_size() const {
+    return grid_.index.empty() ? rows_.size() + grid_.missing : grid_.index.back() + 1;
+  }
+
+  [[nodiscard]] unexpected<Error> too_many_missing(std::size_t missing) const {
+    const std::string how = grid_.sampling.gaps == 0
+                                ? std::string("cells without a number")
+                                : fmt::format("in {} gaps, the first after {} s", grid_.sampling.gaps,
+                                              grid_.sampling.first_gap_at_s);
+    return fail(
+        found_.time ? column_place() : table_.source,
+        fmt::format(
+            "{} of {} samples are missing ({:.1f} %, {}); at most {} % may be; choose an unbroken part "
+            "with .from_s and .to_s",
+            missing, complete_size(),
+            100.0 * static_cast<double>(missing) / static_cast<double>(complete_size()), how,
+            100.0 * kMostMissing));
+  }
+
+  /// Takes the samples: all of them, on the complete grid where few are missing.
+  expected<void, Error> fill_channels() {
+    const std::size_t cells = grid_.index.empty() ? 0 : missing_count();
+    const std::size_t missing = grid_.missing + cells;
+    const double share = static_cast<double>(missing) / static_cast<double>(complete_size());
+    if (share > kMostMissing || (missing > 0 && grid_.index.empty())) return too_many_missing(missing);
+    if (missing > 0) {
+      auto places = missing_places();
+      const std::size_t run = longest_run(places);
+      if (mapping_.missing == MissingSamples::refuse)
+        return fail(
+            fmt::format("{}: {}", table_.source, table_.place(row_at(places.front()))),
+            fmt::format("{} of {} samples are missing, the first at or after this row; .missing refuse "
+                        "allows none",
+                        missing, complete_size()));
+      if (share <= kMostFilled && run <= kLongestFilled) {
+        note(fmt::format("{} of {} samples ({:.2g} %) were missing and are interpolated", missing,
+                         complete_size(), 100.0 * share));
+        fill_ = true;
+        record_.sampling.filled = std::move(places);
+        record_.sampling.gaps = 0;
+        record_.sampling.largest_gap_s = record_.sampling.first_gap_at_s = 0.0;
+      } else {
+        drop_incomplete();
+      }
+    }
+    make_channels();
+    return {};
+  }
+
+  /// The row at a place of the grid, or the last one before it.
+  [[nodiscard]] std::size_t row_at(std::size_t place) const {
+    const auto after = std::upper_bound(grid_.index.begin(), grid_.index.end(), place);
+    return rows_[static_cast<std::size_t>(std::max<std::ptrdiff_t>(1, after - grid_.index.begin()) - 1)];
+  }
+
+  [[nodiscard]] std::size_t missing_count() const {
+    return static_cast<std::size_t>(
+        std::count_if(rows_.begin(), rows_.end(), [&](std::size_t row) { return !complete(row); }));
+  }
+
+  /// More are missing than may be filled: what is left stands next to each other, and the gaps are told.
+  void drop_incomplete() {
+    std::vector<std::size_t> kept;
+    data::Sampling& s = record_.sampling;
+    s.gaps = 0;
+    s.largest_gap_s = s.first_gap_at_s = 0.0;
+    s.measured = true;
+    std::size_t last = 0;
+    for (std::size_t i = 0; i < rows_.size(); ++i) {
+      if (!complete(rows_[i])) continue;
+      if (!kept.empty() && grid_.index[i] > grid_.index[last] + 1) {
+        const double gap = static_cast<double>(grid_.index[i] - grid_.index[last]) / record_.sample_rate_hz;
+        if (s.gaps++ == 0) s.first_gap_at_s = axis_.time_s[rows_[last]];
+        s.largest_gap_s = std::max(s.largest_gap_s, gap);
+      }
+      kept.push_back(rows_[i]);
+      last = i;
+    }
+    rows_ = std::move(kept);
+  }
+
+  [[nodiscard]] std::vector<double> samples_of(std::size_t column) const {
+    const auto& all = table_.columns[column];
+    std::vector<double> values;
+    values.reserve(rows_.size());
+    if (!fill_) {
+      for (const std::size_t row : rows_) values.push_back(all[row]);
+      return values;
+    }
+    std::vector<std::size_t> at;
+    for (std::size_t i = 0; i < rows_.size(); ++i) {
+      if (std::isnan(all[rows_[i]])) continue;
+      values.push_back(all[rows_[i]]);
+      at.push_back(grid_.index[i]);
+    }
+    return interpolated(values, at, complete_size());
+  }
+
+  [[nodiscard]] data::Channel channel(std::size_t column, const Conversion& conversion) {
+    data::Channel result{table_.names[column], conversion.unit, samples_of(column)};
+    const std::string unit = named_unit(table_, column).unit;
+    const auto known = known_unit(unit);
+    const bool counts = known && known->dimension == Dimension::counts;
+    if (counts || (known && known->dimension == Dimension::angle)) {
+      const double turn =
+          counts ? mapping_.counts_per_rev.value_or(0.0) : 2.0 * std::numbers::pi / known->factor;
+      if (const auto unwrapped = unwrap(result.samples, turn, counts))
+        note(fmt::format("{}: wrap-around at {:g} {} undone ({} times)", in_quotes(result.name),
+                         unwrapped->range, unit, unwrapped->jumps));
+    }
+    if (conversion.factor != 1.0)
+      for (double& sample : result.samples) sample *= conversion.factor;
     return result;
   }
 
-  /// Unit of a signal after scaling: given, or SI when a factor other than a sign was applied, or as the name
-  /// says, or SI.
-  static std::string scaled_unit(const std::optional<std::string>& given, double scale,
-                                 const std::string& named, const std::string& si) {
-    if (given) return *given;
-    return std::abs(scale) != 1.0 || named.empty() ? si : named;
-  }
-
   /// A signal that is added to or compared with another one in the drive (ru with u, r with y), and so is
-  /// scaled like it, unless its name says that it already has the unit that the other one gets.
-  [[nodiscard]] data::Channel companion(std::size_t column, const data::Channel& main, double scale) const {
-    const std::string own = take_apart(table_.names[column]).unit;
-    const bool converted = own == main.unit && own != take_apart(main.name).unit;
-    const bool keeps_own = converted || (std::abs(scale) == 1.0 && !own.empty());
-    return channel(column, converted ? 1.0 : scale, keeps_own ? own : main.unit);
+  /// scaled like it, unless its name tells a unit of its own.
+  [[nodiscard]] data::Channel companion(UnitConverter& converter, std::size_t column, std::size_t main_column,
+                                        const data::Channel& main, const Conversion& like, double scale) {
+    const std::string own = named_unit(table_, column).unit;
+    const std::string of_main = named_unit(table_, main_column).unit;
+    const auto known = known_unit(own);
+    const bool in_unit_of_main = known && own != of_main && base_unit(known->dimension) == main.unit;
+    if (in_unit_of_main)
+      return channel(
+          column, converter.convert({table_.names[column], own, {}, std::copysign(1.0, scale), main.unit}));
+    if (own.empty() || own == of_main || std::abs(scale) != 1.0) return channel(column, like);
+    return channel(column, converter.convert({table_.names[column], own, {}, scale, main.unit}));
   }
 
-  void fill_channels() {
+  void make_channels() {
     const auto& m = mapping_;
-    const std::string input_named = take_apart(table_.names[found_.input]).unit;
-    std::string output_named = take_apart(table_.names[found_.output]).unit;
-    const std::string output_si = output_si_unit(m.motion, m.output_quantity);
-    if (output_named == "m" && output_si != "m") output_named.clear();  // "omega_m": of the motor, measured
-    record_.input = channel(found_.input, m.input_scale,
-                            scaled_unit(m.input_unit, m.input_scale, input_named, input_si_unit(m.motion)));
-    record_.output = channel(found_.output, m.output_scale,
-                             scaled_unit(m.output_unit, m.output_scale, output_named, output_si));
-    if (found_.excitation) record_.excitation = companion(*found_.excitation, record_.input, m.input_scale);
-    if (found_.reference) record_.reference = companion(*found_.reference, record_.output, m.output_scale);
+    UnitConverter converter(m, record_.motion, record_.reading);
+    const auto unit_of = [&](std::size_t column) { return named_unit(table_, column).unit; };
+    const std::string output_si = output_si_unit(record_.motion, record_.output_quantity);
+    const bool current = sense_of_column(table_, found_.input).kind == SignalSense::Kind::current &&
+                         std::abs(m.input_scale) == 1.0;
+    const Conversion u = converter.convert({table_.names[found_.input], unit_of(found_.input), m.input_unit,
+                                            m.input_scale, current ? "A" : input_si_unit(record_.motion)});
+    record_.input = channel(found_.input, u);
+    const Conversion y = converter.convert(
+        {table_.names[found_.output], unit_of(found_.output), m.output_unit, m.output_scale, output_si});
+    record_.output = channel(found_.output, y);
+    if (found_.excitation)
+      record_.excitation =
+          companion(converter, *found_.excitation, found_.input, record_.input, u, m.input_scale);
+    if (found_.reference)
+      record_.reference =
+          companion(converter, *found_.reference, found_.output, record_.output, y, m.output_scale);
     if (found_.position) {
-      const std::string named = take_apart(table_.names[*found_.position]).unit;
-      const std::string si = output_si_unit(m.motion, data::OutputQuantity::position);
-      record_.position = channel(*found_.position, 1.0, named.empty() ? si : named);
+      const std::string si = output_si_unit(record_.motion, data::OutputQuantity::position);
+      const std::string unit = unit_of(*found_.position);
+      record_.position =
+          channel(*found_.position,
+                  unit.empty() ? Conversion{1.0, si}
+                               : converter.convert({table_.names[*found_.position], unit, {}, 1.0, si}));
     }
     if (found_.second_output) {
-      const std::string named = take_apart(table_.names[*found_.second_output]).unit;
-      const std::string si = output_si_unit(m.motion, data::quantity_of(m.second_output_kind));
-      record_.second_output = channel(*found_.second_output, m.second_output_scale,
-                                      scaled_unit(m.second_output_unit, m.second_output_scale, named, si));
+      const std::string si = output_si_unit(record_.motion, data::quantity_of(m.second_output_kind));
+      record_.second_output =
+          channel(*found_.second_output,
+                  converter.convert({table_.names[*found_.second_output], unit_of(*found_.second_output),
+                                     m.second_output_unit, m.second_output_scale, si}));
       record_.second_output_kind = m.second_output_kind;
     }
-    if (found_.time) record_.sampling.time_name = table_.names[*found_.time];
   }
 
   /// Backward differences, from the second sample on.
@@ -228,13 +501,21 @@ class RecordMaker {
     for (auto* channel : {&record_.input, &record_.output, &record_.excitation, &record_.reference,
                           &record_.position, &record_.second_output})
       if (channel->present()) channel->samples.erase(channel->samples.begin());
+    auto& filled = record_.sampling.filled;
+    std::erase(filled, std::size_t{0});
+    for (std::size_t& place : filled) --place;
     record_.output_quantity = data::OutputQuantity::velocity;
   }
 
   const Table& table_;
   const ColumnMapping& mapping_;
-  const FoundColumns& found_;
-  Rows rows_;
+  FoundColumns found_;
+  std::vector<std::size_t> used_;  // columns of signals
+  TimeAxis axis_;
+  std::vector<std::size_t> rows_;  // of the table, that are taken
+  TimeGrid grid_;                  // index: of the rows
+  bool cut_ = false;
+  bool fill_ = false;
   data::Record record_;
 };
 
@@ -252,7 +533,7 @@ expected<data::Record, Error> to_record(const Table& table, const ColumnMapping&
 }
 
 expected<data::Record, Error> read_record(const std::filesystem::path& path, const ColumnMapping& mapping) {
-  const auto table = read_table(path);
+  const auto table = read_table(path, mapping.layout);
   if (!table) return unexpected<Error>(table.error());
   return to_record(*table, mapping);
 }

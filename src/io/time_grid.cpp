@@ -110,6 +110,8 @@ TimeGrid fit_time_grid(std::span<const double> t) {
   constexpr double kMostIndex =
       1e15;  // exact in double precision; stamps of 1e300 s leave out more than can be counted
   grid.missing = static_cast<std::size_t>(std::min(k.back(), kMostIndex)) + 1 - t.size();
+  if (k.back() < kMostIndex)
+    for (const double index : k) grid.index.push_back(static_cast<std::size_t>(index));
   data::Sampling& sampling = grid.sampling;
   sampling.measured = true;
   double squares = 0.0;

@@ -5,13 +5,15 @@
 #include <optional>
 #include <resonid/data/record.hpp>
 #include <span>
+#include <vector>
 
 namespace resonid::io {
 
 /// What the time stamps say about the sampling.
 struct TimeGrid {
   double sample_rate_hz = 0.0;
-  std::size_t missing = 0;  ///< Samples that the gaps leave out.
+  std::size_t missing = 0;         ///< Samples that the gaps leave out.
+  std::vector<std::size_t> index;  ///< Of each stamp on the grid, from 0; empty when they cannot be counted.
   data::Sampling sampling;
 };
 

@@ -350,7 +350,7 @@ TEST_F(Identify, UnusableRecordsAreRefusedWithTheirPlace) {
   refused(sound, {"r.csv", "no column 'speed'", "--output", "time_s, u, y"}, "--output speed");
   refused(sound, {"no column 'tims_s'", "--time", "did you mean 'time_s'?"}, "--time tims_s");
   refused(with_line(50, "0.096,abc,1"), {"r.csv", "line 50", "column 'u'", "'abc'", "not a number"});
-  refused(with_line(51, "0.098,1,nan"), {"r.csv", "line 51", "column 'y'", "'nan'", "finite"});
+  refused(with_line(51, "0.098,1,nan"), {"r.csv", "line 51", "1 of", "missing"}, "--missing refuse");
   refused(with_line(52, "0.1,inf,1"), {"r.csv", "line 52", "column 'u'", "'inf'", "finite"});
   refused(with_line(53, "0.102,1"), {"r.csv", "line 53", "2 fields", "3 columns"});
   refused(with_line(54, "0.102,1,1,1"), {"r.csv", "line 54", "3 columns"});

@@ -44,13 +44,14 @@ struct Channel {
 
 /// How evenly the samples lie in time, measured from the time column.
 struct Sampling {
-  bool measured = false;        ///< False when only a rate was given.
-  double jitter_rms_s = 0.0;    ///< Deviation of the time stamps from the uniform grid, rms.
-  double jitter_max_s = 0.0;    ///< The same, largest.
-  std::size_t gaps = 0;         ///< Intervals longer than 1.5 sample times.
-  double largest_gap_s = 0.0;   ///< Longest interval between neighbouring samples, if there is a gap.
-  double first_gap_at_s = 0.0;  ///< Time stamp before the first gap.
-  std::string time_name;        ///< Name of the time column; empty when only a rate was given.
+  bool measured = false;            ///< False when only a rate was given.
+  double jitter_rms_s = 0.0;        ///< Deviation of the time stamps from the uniform grid, rms.
+  double jitter_max_s = 0.0;        ///< The same, largest.
+  std::size_t gaps = 0;             ///< Intervals longer than 1.5 sample times.
+  double largest_gap_s = 0.0;       ///< Longest interval between neighbouring samples, if there is a gap.
+  double first_gap_at_s = 0.0;      ///< Time stamp before the first gap.
+  std::string time_name;            ///< Name of the time column; empty when only a rate was given.
+  std::vector<std::size_t> filled;  ///< Samples that were missing and are interpolated, ascending.
 };
 
 /// Uniformly sampled signals of one experiment on a drive; what a measured and a simulated drive have in
@@ -70,6 +71,7 @@ struct Record {
   OutputQuantity output_quantity = OutputQuantity::velocity;
   Motion motion = Motion::rotary;
   Sampling sampling;
+  std::vector<std::string> reading;  ///< What the reader assumed and converted, a sentence each.
 
   [[nodiscard]] std::size_t samples() const noexcept { return output.samples.size(); }
   [[nodiscard]] double sample_time_s() const noexcept { return 1.0 / sample_rate_hz; }

@@ -25,6 +25,7 @@ struct RecordFacts {
   double sample_rate_hz = 0.0;
   std::string time, input, output, excitation, reference;  ///< Signal names; empty: not there.
   data::OutputQuantity output_quantity = data::OutputQuantity::velocity;
+  std::vector<std::string> reading;  ///< What the reader assumed and converted, a sentence each.
 };
 
 /// Units of signals, response and parameters, as told by the record.

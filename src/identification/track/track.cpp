@@ -23,7 +23,7 @@ RecordFacts facts_of(const data::Record& record, std::size_t samples) {
           record.sample_rate_hz,  record.sampling.time_name,
           record.input.name,      record.output.name,
           record.excitation.name, record.reference.name,
-          record.output_quantity};
+          record.output_quantity, record.reading};
 }
 
 constexpr std::array kChannels = {&data::Record::input, &data::Record::output, &data::Record::excitation,

@@ -103,6 +103,11 @@ std::string parameter_lines(const Result& result, double z) {
   const auto& drive = result.model->drive;
   std::string text;
   const auto put = [&](const char* label, const data::Estimate& e, const std::string& unit) {
+    constexpr double kDetermined = 1.0;  // standard deviation over value of what is a figure at all
+    if (e.std > kDetermined * std::abs(e.value) && std::abs(e.value) > 0.0 && unit != "ms") {
+      text += fmt::format("  {:<18} not determined\n", label);
+      return;
+    }
     text += fmt::format("  {:<18} {} {}\n", label, with_error(e.value, z * e.std), unit);
   };
   const auto& u = result.units;
@@ -233,7 +238,8 @@ std::string summary_text(const Result& result) {
   text += fmt::format("  input {}, output {}", r.input, r.output);
   if (!r.excitation.empty()) text += fmt::format(", excitation {}", r.excitation);
   if (result.second_output) text += fmt::format(", second output {}", result.second_output->signal);
-  text += fmt::format("\n  response by {}, {} approach, {} lines {:.3g} ... {:.3g} Hz\n\n", result.method,
+  text += "\n" + reading_text(r.reading);
+  text += fmt::format("  response by {}, {} approach, {} lines {:.3g} ... {:.3g} Hz\n\n", result.method,
                       result.approach, result.response.lines(), result.response.frequency_hz.front(),
                       result.response.frequency_hz.back());
   for (const auto& sentence : sentences(result)) text += wrapped(sentence, "", "") + "\n";

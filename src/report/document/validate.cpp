@@ -94,8 +94,9 @@ std::vector<std::string> sentences(const ModelValidation& v) {
 }
 
 std::string summary_text(const ModelValidation& v) {
-  std::string text = fmt::format("{}: {} samples at {:g} Hz, {} approach\n\n", v.record.file,
-                                 v.record.samples, v.record.sample_rate_hz, v.approach);
+  std::string text =
+      fmt::format("{}: {} samples at {:g} Hz, {} approach\n{}\n", v.record.file, v.record.samples,
+                  v.record.sample_rate_hz, v.approach, reading_text(v.record.reading));
   for (const auto& s : sentences(v)) text += wrapped(s, "", "  ") + "\n";
   text += findings_text(v.findings);
   std::string verdict(name_of(v.verdict));

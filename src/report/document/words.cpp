@@ -12,8 +12,9 @@ std::string with_error(double value, double half_width) {
   if (!(half_width > 0.0) || !std::isfinite(half_width)) return fmt::format("{:.5g}", value);
   const int decimals = 1 - static_cast<int>(std::floor(std::log10(half_width)));
   if (decimals < 0 || decimals > 6 || std::abs(value) < 1e-3 || std::abs(value) >= 1e5) {
-    const int digits =
-        std::max(2, 2 + static_cast<int>(std::floor(std::log10(std::abs(value) / half_width))));
+    constexpr int kMostDigits = 8;  // what is known better than that is a bound of the fit, not a figure
+    const int digits = std::clamp(2 + static_cast<int>(std::floor(std::log10(std::abs(value) / half_width))),
+                                  2, kMostDigits);
     return fmt::format("{:.{}g} +- {:.2g}", value, digits, half_width);
   }
   return fmt::format("{:.{}f} +- {:.{}f}", value, decimals, half_width, decimals);
@@ -27,6 +28,11 @@ std::string interval_text(double low, double high) {
       return fmt::format("{:.{}f} ... {:.{}f}", low, decimals, high, decimals);
   }
   return fmt::format("{:.4g} ... {:.4g}", low, high);
+}
+
+std::string reading_text(const std::vector<std::string>& reading) {
+  if (reading.empty()) return {};
+  return wrapped(fmt::format("read: {}", fmt::join(reading, "; ")), "  ", "    ") + "\n";
 }
 
 std::string wrapped(const std::string& text, const std::string& first, const std::string& indent) {
@@ -55,13 +61,12 @@ std::string_view word_of(diagnostics::Severity severity) {
 }
 
 std::string findings_text(const std::vector<diagnostics::Finding>& findings) {
-  if (findings.empty()) return "";
-  std::string text = "\nFindings\n";
+  std::string text;
   for (const auto& f : findings) {
     const auto mark = f.severity == diagnostics::Severity::error ? "ERROR" : word_of(f.severity);
     text += wrapped(fmt::format("{}: {} ({})", mark, f.meaning, f.id), "  ", "    ") + "\n";
   }
-  return text;
+  return text.empty() ? text : "\nFindings\n" + text;
 }
 
 }  // namespace resonid::report

@@ -21,6 +21,9 @@ namespace resonid::report {
 [[nodiscard]] std::string wrapped(const std::string& text, const std::string& first,
                                   const std::string& indent);
 
+/// What the reader assumed and converted, in lines for a terminal; empty for nothing.
+[[nodiscard]] std::string reading_text(const std::vector<std::string>& reading);
+
 [[nodiscard]] std::string_view word_of(diagnostics::Severity severity);
 
 /// The findings under their heading, for a terminal; empty without any.

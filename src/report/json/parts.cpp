@@ -73,6 +73,8 @@ void describe(Fields& f, identification::RecordFacts& record) {
     f.unless_empty({"excitation", "what was added to the controller's output"}, record.excitation);
     f.unless_empty({"reference", "reference of the loop"}, record.reference);
   });
+  f.unless_empty({"reading", "what was told from the file, assumed and converted, a sentence each"},
+                 record.reading);
 }
 
 void describe_units(Fields& f, identification::Units& units) {

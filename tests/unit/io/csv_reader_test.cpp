@@ -179,48 +179,177 @@ TEST(CsvReader, SaysWhatIsWrongWithTheFile) {
   const TemporaryFolder folder;
   RESONID_EXPECT_MESSAGE(read_csv(folder / "absent.csv"), "absent.csv: there is no such file");
   RESONID_EXPECT_MESSAGE(read_csv(folder.path()), ": is a folder, a file is required");
-  RESONID_EXPECT_MESSAGE(read_text(""), "record.csv: the file is empty; required: a header row");
+  RESONID_EXPECT_MESSAGE(read_text(""), "record.csv: the file is empty; required: rows of numbers");
   RESONID_EXPECT_MESSAGE(read_text("# nothing\n\n"), "holds only comments and blank lines");
   RESONID_EXPECT_MESSAGE(read_text("t,u\n"), "has a header (line 1) but no samples");
   RESONID_EXPECT_MESSAGE(read_text("t,u"), "has a header (line 1) but no samples");
   RESONID_EXPECT_MESSAGE(read_text("# x\nt,u\n1,2\n"),
                          "has only one row of samples (line 3); at least 2 are required");
-  RESONID_EXPECT_MESSAGE(read_text("\xff\xfet\0,\0"), "is UTF-16 text");
 }
 
 TEST(CsvReader, SaysWhatIsWrongWithTheHeader) {
-  RESONID_EXPECT_MESSAGE(read_text("0,1\n2,3\n"), "line 1: has '0,1' where the column names should be");
-  RESONID_EXPECT_MESSAGE(read_text("# t,u\n0,1\n2,3\n"),
-                         "a line that begins with # is a comment, not the header");
-  RESONID_EXPECT_MESSAGE(read_text("t,u,t\n0,1,2\n"), "line 1: columns 1 and 3 are both called 't'");
-  RESONID_EXPECT_MESSAGE(read_text("t,,u\n0,1,2\n"), "line 1: column 2 has no name");
-  RESONID_EXPECT_MESSAGE(read_text("\"t,u\n0,1\n"), "line 1: the quote before 't,u' is not closed");
+  RESONID_EXPECT_MESSAGE(
+      read_text("0,1,2,3\n1,2,3,4\n2,3,4,5\n5,6\n7,8\n9,1\n2,3\n4,5\n6,7\n8,9\n1,2\n3,4\n5,6\n7,8\n9,1\n"),
+      "line 1: has 4 fields, from line 4 on rows have 2");
+  RESONID_EXPECT_MESSAGE(read_text("t,u\n0,1,2\n1,2,3\n"),
+                         "line 2: has 3 fields, the header (line 1) names 2 columns");
 }
 
 TEST(CsvReader, SaysWhatIsWrongWithARow) {
-  const std::string head = "t,u\n0,1\n";
-  RESONID_EXPECT_MESSAGE(read_text(head + "1,abc\n"),
-                         "record.csv: line 3, column 'u': 'abc' is not a number");
-  RESONID_EXPECT_MESSAGE(read_text(head + "1,2x\n"), "line 3, column 'u': '2x' is not a number");
-  RESONID_EXPECT_MESSAGE(read_text(head + "1,1e\n"), "line 3, column 'u': '1e' is not a number");
-  RESONID_EXPECT_MESSAGE(read_text(head + "1,\n"), "line 3, column 'u': is empty; a number is required");
-  RESONID_EXPECT_MESSAGE(read_text(head + "1,1e999\n"), "'1e999' is larger than a double can hold");
-  for (const char* word : {"nan", "NaN", "-inf", "Infinity"})
-    RESONID_EXPECT_MESSAGE(read_text(head + "1," + word + "\n"),
-                           "line 3, column 'u': '" + std::string(word) + "' is not a finite number");
-  RESONID_EXPECT_MESSAGE(read_text(head + "1\n"), "line 3: has 1 field, the header (line 1) names 2 columns");
-  RESONID_EXPECT_MESSAGE(read_text(head + "1,2,3\n"),
-                         "line 3: has 3 fields, the header (line 1) names 2 columns");
-  RESONID_EXPECT_MESSAGE(read_text(head + "1,\"2\n"),
-                         "line 3, column 'u': the quote before '2' is not closed");
+  const std::string head = "t,u\n0,1\n2,3\n";
+  const std::string rest = "\n3,4\n";
+  RESONID_EXPECT_MESSAGE(read_text(head + "1,abc" + rest),
+                         "record.csv: line 4, column 'u': 'abc' is not a number");
+  RESONID_EXPECT_MESSAGE(read_text(head + "1,2x" + rest), "line 4, column 'u': '2x' is not a number");
+  RESONID_EXPECT_MESSAGE(read_text(head + "1,1e" + rest), "line 4, column 'u': '1e' is not a number");
+  RESONID_EXPECT_MESSAGE(read_text(head + "1,1e999" + rest), "'1e999' is larger than a double can hold");
+  for (const char* word : {"-inf", "Infinity"})
+    RESONID_EXPECT_MESSAGE(read_text(head + "1," + word + rest),
+                           "line 4, column 'u': '" + std::string(word) + "' is not a finite number");
+  RESONID_EXPECT_MESSAGE(read_text(head + "1" + rest),
+                         "line 4: has 1 field, the header (line 1) names 2 columns");
+  RESONID_EXPECT_MESSAGE(read_text(head + "1,2,3" + rest),
+                         "line 4: has 3 fields, the header (line 1) names 2 columns");
+  RESONID_EXPECT_MESSAGE(read_text(head + "1,\"2" + rest),
+                         "line 4, column 'u': the quote before '2' is not closed");
 }
 
-TEST(CsvReader, ExplainsDecimalCommasAndUnknownSeparators) {
-  RESONID_EXPECT_MESSAGE(read_text("t;u\n0,1;0,2\n"),
-                         "line 2, column 't': '0,1' has a decimal comma; write numbers with a decimal point");
-  RESONID_EXPECT_MESSAGE(read_text("t,u\n0,1,0,2\n"),
-                         "numbers must be written with a decimal point, not a comma");
-  RESONID_EXPECT_MESSAGE(read_text("t u y\n0 1 2\n"), "columns must be separated by comma, semicolon or tab");
+TEST(CsvReader, MarksWhatIsMissing) {
+  const auto table =
+      read_text("t,u,y\n0,,1\n1,NaN,2\n2,#NV,3\n3,4,4\n4,null,5\n5,n/a,6\n6,1,7\n7,2,8\n8,3,9\n9,4,\n");
+  ASSERT_TRUE(table) << message_of(table.error());
+  const auto missing = [&](std::size_t column) {
+    std::vector<std::size_t> rows;
+    for (std::size_t i = 0; i < table->columns[column].size(); ++i)
+      if (std::isnan(table->columns[column][i])) rows.push_back(i);
+    return rows;
+  };
+  EXPECT_EQ(missing(1), (std::vector<std::size_t>{0, 1, 2, 4, 5}));
+  EXPECT_EQ(missing(2), (std::vector<std::size_t>{9}));
+  EXPECT_EQ(table->columns[1][3], 4.0);
+}
+
+struct Spelling {
+  const char* what;
+  const char* text;
+};
+
+/// The same table, t = 0, 0.5, 1 and u = -1.5, 2000, 0.25, as others write it.
+TEST(CsvReader, TellsHowATableIsWritten) {
+  const Spelling spellings[] = {
+      {"decimal comma, semicolon", "t;u\n0;-1,5\n0,5;2,0e3\n1;0,25\n"},
+      {"decimal comma, tab", "t\tu\r\n0\t-1,5\r\n0,5\t2000\r\n1\t,25\r\n"},
+      {"decimal comma, blanks", "t u\n0 -1,5\n0,5 2000\n1 0,25\n"},
+      {"aligned with blanks", "  t      u\n  0   -1.5\n0.5  2000 \n  1   0.25\n"},
+      {"bars", "t|u\n0|-1.5\n0.5|2000\n1|0.25\n"},
+      {"a preamble", "Axis 3\nDate: 2026-01-05; operator: x\n\nt;u\n0;-1.5\n0.5;2000\n1;0.25\n"},
+      {"a preamble of pairs", "Axis,3\nRate,2\nt,u\n0,-1.5\n0.5,2000\n1,0.25\n"},
+      {"names in a comment", "# made by a script\n# t,u\n0,-1.5\n0.5,2000\n1,0.25\n"},
+      {"quoted numbers", "\"t\",\"u\"\n\"0\",\"-1.5\"\n\"0.5\",\"2000\"\n\"1\",\"0.25\"\n"},
+      {"an end mark", "t,u\n0,-1.5\n0.5,2000\n1,0.25\nEOF\n"},
+      {"statistics below", "t,u\n0,-1.5\n0.5,2000\n1,0.25\n\nmean,3\nmax,4\n"},
+      {"a torn line", "t,u\n0,-1.5\n0.5,2000\n1,0.25\n1.5"},
+      {"a number cut off", "t,u\n0,-1.5\n0.5,2000\n1,0.25\n1.5,2"},
+      {"a column of text", "t,state,u\n0,run,-1.5\n0.5,run,2000\n1,stop,0.25\n"},
+      {"separators at the end", "t;u;\n0;-1,5;\n0,5;2000;\n1;0,25;\n"},
+      {"separators at the end of the rows", "t,u\n0,-1.5,\n0.5,2000,\n1,0.25,\n"},
+  };
+  for (const auto& s : spellings) {
+    const auto table = read_text(s.text);
+    ASSERT_TRUE(table) << s.what << ": " << message_of(table.error());
+    EXPECT_EQ(table->names, (Names{"t", "u"})) << s.what;
+    EXPECT_EQ(table->columns[0], (Column{0.0, 0.5, 1.0})) << s.what;
+    EXPECT_EQ(table->columns[1], (Column{-1.5, 2000.0, 0.25})) << s.what;
+    const bool usual =
+        s.what == std::string("quoted numbers") || s.what == std::string("separators at the end of the rows");
+    EXPECT_EQ(table->notes.empty(), usual) << s.what << ": must say what was sniffed";
+  }
+}
+
+TEST(CsvReader, NamesColumnsWhereTheFileDoesNot) {
+  EXPECT_EQ(read_text("0,1\n2,3\n")->names, (Names{"c1", "c2"}));
+  EXPECT_EQ(read_text("t,,u\n0,1,2\n1,2,3\n")->names, (Names{"t", "c2", "u"}));
+  EXPECT_EQ(read_text("t,u,t\n0,1,2\n1,2,3\n")->names, (Names{"t", "u", "t#2"}));
+  EXPECT_EQ(read_text("Log closed\n0;1\n2;3\n")->names, (Names{"c1", "c2"}));
+}
+
+TEST(CsvReader, TakesARowOfUnits) {
+  for (const char* text :
+       {"t;n;M\nms;1/min;Nm\n0;1;2\n1;2;3\n", "t;n;M\n[ms];[1/min];[Nm]\n0;1;2\n1;2;3\n"}) {
+    const auto table = read_text(text);
+    ASSERT_TRUE(table) << message_of(table.error());
+    EXPECT_EQ(table->names, (Names{"t", "n", "M"}));
+    EXPECT_EQ(table->units, (Names{"ms", "1/min", "Nm"}));
+  }
+}
+
+TEST(CsvReader, ReadsPropertiesOfChannels) {
+  const std::string head = "Name\tScope 1\nFile\tx.svdx\n\n";
+  const auto own = read_text(head +
+                             "Name\tM\tName\tn\nSampleTime[ms]\t1\tSampleTime[ms]\t1\nUnit\tNm\tUnit\trpm\n\n"
+                             "0\t1,5\t0\t7\n1\t2,5\t1\t8\n");
+  ASSERT_TRUE(own) << message_of(own.error());
+  EXPECT_EQ(own->names, (Names{"time", "M", "time#2", "n"}));
+  EXPECT_EQ(own->units, (Names{"ms", "Nm", "ms", "rpm"}));
+  EXPECT_EQ(own->columns[1], (Column{1.5, 2.5}));
+  const auto shared = read_text(head + "Name;M;n\nData-Type;REAL64;REAL64\n\n0;1,5;7\n1;2,5;8\nEOF\n");
+  ASSERT_TRUE(shared) << message_of(shared.error());
+  EXPECT_EQ(shared->names, (Names{"time", "M", "n"}));
+}
+
+TEST(CsvReader, ReadsTimesOfDay) {
+  const auto table = read_text("Time;u\n23:59:59,5;1\n00:00:00,0;2\n00:00:00,5;3\n");
+  ASSERT_TRUE(table) << message_of(table.error());
+  EXPECT_EQ(table->columns[0], (Column{86399.5, 86400.0, 86400.5}));
+  EXPECT_EQ(read_text("at,u\n2026-11-27T01:00:00.25Z,1\n2026-11-27T01:00:00.5Z,1\n")->columns[0],
+            (Column{3600.25, 3600.5}));
+  EXPECT_EQ(read_text("at,u\n1:00:01 PM,1\n1:00:02 PM,1\n")->columns[0], (Column{46801, 46802}));
+}
+
+std::string utf16(std::string_view text, bool big, bool mark) {
+  std::string bytes = mark ? (big ? "\xfe\xff" : "\xff\xfe") : "";
+  for (const char c : text) {
+    if (big) bytes += '\0';
+    bytes += c;
+    if (!big) bytes += '\0';
+  }
+  return bytes;
+}
+
+TEST(CsvReader, ReadsOtherCharacterSets) {
+  const std::string_view text = "t,u\r\n0,1\r\n2,3\r\n";
+  for (const bool big : {false, true})
+    for (const bool mark : {false, true}) {
+      const auto table = read_text(utf16(text, big, mark));
+      ASSERT_TRUE(table) << message_of(table.error());
+      EXPECT_EQ(table->names, (Names{"t", "u"}));
+      EXPECT_EQ(table->columns[1], (Column{1, 3}));
+    }
+  EXPECT_EQ(read_text("t;Winkel [\xb0]\n0;1\n2;3\n")->names[1], "Winkel [\u00b0]");
+}
+
+TEST(CsvReader, DoesWhatTheLayoutSays) {
+  const TemporaryFolder folder;
+  const auto path = folder.file("record.csv", "a,b\nt,u\n1,2\n3,4\n");
+  EXPECT_EQ(read_csv(path, {.header_line = 1})->names, (Names{"a", "b"}));
+  EXPECT_EQ(read_csv(path, {.header_line = 0})->names, (Names{"c1", "c2"}));
+
+  EXPECT_EQ(read_csv(path, {.skip_lines = 1})->names, (Names{"t", "u"}));
+  RESONID_EXPECT_MESSAGE(read_csv(path, {.skip_lines = 10}), ".skip_lines");
+  const auto integers = folder.file("i.csv", "t;u\n1;2\n3;4\n");
+  EXPECT_EQ(read_csv(integers, {.decimal = ','})->columns[1], (Column{2, 4}));
+}
+
+TEST(CsvReader, ExplainsDecimalCommas) {
+  RESONID_EXPECT_MESSAGE(
+      read_text("t,u\n0,1,0,2\n0,2,0,3\n"),
+      "numbers must be written with a decimal point, or columns separated by semicolon or tab");
+  RESONID_EXPECT_MESSAGE(read_text("t;u\n0;1\n1;2\n2;3\n3;4\n4;5\n5;6\n6;7\n7;8\n8;9\n9;1.234,5\n"),
+                         "'1.234,5' has thousands separators");
+}
+
+TEST(CsvReader, SaysWhatToDoWithAWorkbook) {
+  RESONID_EXPECT_MESSAGE(read_text("PK\x03\x04..."), "save the sheet as CSV");
 }
 
 }  // namespace

@@ -133,10 +133,13 @@ TEST_P(MatReader, RefusesOtherVariablesOnlyWhenTheyAreAskedFor) {
   EXPECT_EQ(plain->sample_rate_hz, 10.0);
   RESONID_EXPECT_MESSAGE(with_input("spectrum"), "record.mat: variable 'spectrum' (.input) is complex (2x1)");
   RESONID_EXPECT_MESSAGE(with_input("matrix"),
-                         "'matrix' (.input) is a matrix (3x2); one real numeric vector");
-  RESONID_EXPECT_MESSAGE(with_input("log"), "variable 'log' (.input) is a struct (1x1)");
+                         "'matrix' (.input) is a matrix (3x2); name one of its columns, matrix_1 ...");
+  RESONID_EXPECT_MESSAGE(with_input("matrix_1"), "'y' has 32 samples and 'matrix_1' has 3");
+  RESONID_EXPECT_MESSAGE(with_input("log"),
+                         "variable 'log' (.input) is a struct (1x1); name one of its fields");
+  RESONID_EXPECT_MESSAGE(with_input("log.u"), "'y' has 32 samples and 'log.u' has 2");
   RESONID_EXPECT_MESSAGE(with_input("box"), "variable 'box' (.input) is a cell array (1x1)");
-  RESONID_EXPECT_MESSAGE(with_input("holed"), "variable 'holed' (.input) holds nan at element 5");
+  EXPECT_EQ(with_input("holed")->sampling.gaps, 1U);  // 3 %: more than is filled
   RESONID_EXPECT_MESSAGE(with_input("fs"), "variable 'fs' (.input) is a single number");
   RESONID_EXPECT_MESSAGE(with_input("short"),
                          "'y' has 32 samples and 'short' has 3; all signals must have equally many");
@@ -160,23 +163,33 @@ TEST_P(MatReader, NamesAVariableThatWouldHaveBeenFound) {
   RESONID_EXPECT_MESSAGE(read_record(path_, mapping), ".input and .output are the same column 'y'");
 }
 
-TEST_P(MatReader, PointsOutScalarsWhenTheSampleRateIsNotKnown) {
+TEST_P(MatReader, TakesTheSampleRateFromAScalar) {
   {
     MatWriter file(path_, GetParam());
     file.doubles("u", Column(32, 1.0));
     file.doubles("y", Column(32, 1.0));
     file.doubles("fs", {2500});
   }
-  RESONID_EXPECT_MESSAGE(read_record(path_, {}), ".sample_rate_hz; the file holds fs = 2500");
+  EXPECT_EQ(read_record(path_, {})->sample_rate_hz, 2500.0);
+}
+
+TEST_P(MatReader, PointsOutScalarsWhenTheSampleRateIsNotKnown) {
+  {
+    MatWriter file(path_, GetParam());
+    file.doubles("u", Column(32, 1.0));
+    file.doubles("y", Column(32, 1.0));
+    file.doubles("tick", {2500});
+  }
+  RESONID_EXPECT_MESSAGE(read_record(path_, {}), ".sample_rate_hz; the file holds tick = 2500");
 }
 
 TEST_P(MatReader, RefusesAFileWithoutAVector) {
   {
     MatWriter file(path_, GetParam());
-    file.structure("log");
+    file.cell("log");
     file.doubles("fs", {2500});
   }
-  RESONID_EXPECT_MESSAGE(read_mat(path_), "no variable is a vector of numbers: 'log' is a struct (1x1)");
+  RESONID_EXPECT_MESSAGE(read_mat(path_), "no variable is a vector of numbers: 'log' is a cell array (1x1)");
 }
 
 TEST(MatReader, ReportsATruncatedFileWithoutPrintingAnything) {
@@ -190,6 +203,20 @@ TEST(MatReader, ReportsATruncatedFileWithoutPrintingAnything) {
   const auto table = read_table(path);
   EXPECT_EQ(::testing::internal::GetCapturedStderr(), "");
   RESONID_EXPECT_MESSAGE(table, "cut.mat: holds no variable that can be read: it is empty or damaged");
+}
+
+TEST(MatReader, RefusesAFileThatEndsInTheMiddleOfAVariable) {
+  const TemporaryFolder folder;
+  {
+    MatWriter file(folder / "whole.mat", MAT_FT_MAT5);
+    file.doubles("t", Column(200, 1.0));
+    file.doubles("u", Column(200, 1.0));
+  }
+  const std::string whole = test::contents_of(folder / "whole.mat");
+  EXPECT_TRUE(read_mat(folder / "whole.mat"));
+  for (const std::size_t size : {whole.size() - 1, whole.size() - 900, whole.size() - 1700})
+    RESONID_EXPECT_MESSAGE(read_mat(folder.file("cut.mat", whole.substr(0, size))),
+                           "ends in the middle of a variable");
 }
 
 INSTANTIATE_TEST_SUITE_P(Versions, MatReader, ::testing::Values(MAT_FT_MAT5, MAT_FT_MAT73),

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include <cmath>
+#include <numbers>
 #include <random>
 #include <resonid/base/error_text.hpp>
 #include <resonid/io/record_reader.hpp>
@@ -20,7 +21,9 @@ Table table_of(const Names& names, std::size_t rows = 20, double step_s = 0.001)
   table.line_runs = {{0, 2}};
   for (std::size_t c = 0; c < names.size(); ++c) {
     Column column(rows);
-    const bool time = names[c][0] == 't' && names[c].substr(0, 6) != "torque";
+    const bool time = std::string("tTZ").find(names[c][0]) != std::string::npos &&
+                      names[c].substr(0, 3) != "tor" && names[c].substr(0, 3) != "Tor" &&
+                      names[c] != "TORQUE" && names[c] != "theta_rad" && names[c] != "trq";
     for (std::size_t i = 0; i < rows; ++i)
       column[i] =
           time ? step_s * static_cast<double>(i) : 100.0 * static_cast<double>(c) + static_cast<double>(i);
@@ -91,8 +94,6 @@ TEST(RecordReader, NamesWhatIsThereWhenAColumnIsNot) {
       "no column is called like an input ('u', 'input...', 'torque...'); name it with .input; "
       "columns: t_s, a, y");
   RESONID_EXPECT_MESSAGE(to_record(table_of({"u", "y"}), {}), "give .time or .sample_rate_hz");
-  RESONID_EXPECT_MESSAGE(to_record(table_of({"t_ms", "u", "y"}), {}),
-                         "the time must be in seconds, column 't_ms' is in ms");
 }
 
 struct UnitCase {
@@ -104,7 +105,10 @@ struct UnitCase {
   double output_scale;
   const char* input_unit;
   const char* output_unit;
+  double input_factor = 1.0;  // of the unit
+  double output_factor = 1.0;
 };
+constexpr double kPi = std::numbers::pi;
 
 TEST(RecordReader, TellsUnitsFromNamesScalesAndMotion) {
   using data::Motion;
@@ -116,10 +120,10 @@ TEST(RecordReader, TellsUnitsFromNamesScalesAndMotion) {
       {"u_A", "y_rad", Motion::rotary, OutputQuantity::position, 1, -1, "A", "rad"},
       {"u_A", "y_rad", Motion::rotary, OutputQuantity::position, 0.564, 1, "Nm", "rad"},
       {"u_V", "y_V", Motion::rotary, OutputQuantity::position, -1, 1, "V", "V"},
-      {"u_nm", "y_rpm", Motion::rotary, OutputQuantity::velocity, 1, 1, "Nm", "rpm"},
+      {"u_nm", "y_rpm", Motion::rotary, OutputQuantity::velocity, 1, 1, "Nm", "rad/s", 1, kPi / 30},
       {"u", "y_rpm", Motion::rotary, OutputQuantity::velocity, 1, 0.1047, "Nm", "rad/s"},
       {"u_N", "y_m_s", Motion::linear, OutputQuantity::velocity, 1, 1, "N", "m/s"},
-      {"u [mA]", "y_deg", Motion::rotary, OutputQuantity::position, 1, 1, "mA", "deg"},
+      {"u [mA]", "y_deg", Motion::rotary, OutputQuantity::position, 1, 1, "A", "rad", 1e-3, kPi / 180},
       {"u", "output_m", Motion::rotary, OutputQuantity::velocity, 1, 1, "Nm", "rad/s"},
   };
   for (const auto& c : cases) {
@@ -131,10 +135,12 @@ TEST(RecordReader, TellsUnitsFromNamesScalesAndMotion) {
     const auto record = record_of(table_of({"t", c.input, c.output}), mapping);
     EXPECT_EQ(record.input.unit, c.input_unit) << c.input << " " << c.output;
     EXPECT_EQ(record.output.unit, c.output_unit) << c.input << " " << c.output;
-    EXPECT_DOUBLE_EQ(record.input.samples[3], 103.0 * c.input_scale);
-    EXPECT_DOUBLE_EQ(record.output.samples[3], 203.0 * c.output_scale);
+    EXPECT_DOUBLE_EQ(record.input.samples[3], 103.0 * c.input_scale * c.input_factor);
+    EXPECT_DOUBLE_EQ(record.output.samples[3], 203.0 * c.output_scale * c.output_factor);
     mapping.input_unit = "kN";
-    EXPECT_EQ(record_of(table_of({"t", c.input, c.output}), mapping).input.unit, "kN");
+    const auto told = record_of(table_of({"t", c.input, c.output}), mapping);
+    EXPECT_EQ(told.input.unit, "N");
+    EXPECT_DOUBLE_EQ(told.input.samples[3], 103e3 * c.input_scale);
   }
 }
 
@@ -167,7 +173,8 @@ TEST(RecordReader, AddsColumns) {
   EXPECT_EQ(record_of(table, mapping).output.samples[0], -100.0);
   EXPECT_EQ(record_of(table, mapping).output.unit, "V");
   mapping.output_unit = "deg/s";
-  EXPECT_EQ(record_of(table, mapping).output.unit, "deg/s");
+  EXPECT_EQ(record_of(table, mapping).output.unit, "rad/s");
+  EXPECT_DOUBLE_EQ(record_of(table, mapping).output.samples[0], -100.0 * kPi / 180.0);
 }
 
 TEST(RecordReader, RefusesWhatIsNoSum) {
@@ -195,14 +202,14 @@ TEST(RecordReader, DifferentiatesAPosition) {
   mapping.differentiate = true;
   const auto record = record_of(table, mapping);
   EXPECT_EQ(record.output_quantity, data::OutputQuantity::velocity);
-  EXPECT_EQ(record.output.unit, "deg/s");
+  EXPECT_EQ(record.output.unit, "rad/s");
   ASSERT_EQ(record.samples(), 19U);
   EXPECT_EQ(record.input.samples.size(), 19U);
   EXPECT_EQ(record.input.samples[0], 101.0);
   EXPECT_NEAR(record.start_time_s, 0.001, 1e-12);
-  EXPECT_NEAR(record.output.samples[4], 1000.0 * 4.5,
+  EXPECT_NEAR(record.output.samples[4], 1000.0 * 4.5 * kPi / 180.0,
               1e-6);  // from sample 4 to 5: the mean, half a sample late
-  EXPECT_NEAR(record.reference.samples[4], 1000.0, 1e-6);
+  EXPECT_NEAR(record.reference.samples[4], 1000.0 * kPi / 180.0, 1e-6);
   mapping.output_quantity = data::OutputQuantity::velocity;
   RESONID_EXPECT_MESSAGE(to_record(table, mapping), ".output_quantity position is required");
 }
@@ -275,7 +282,9 @@ TEST(RecordReader, RefusesStampsThatAreNoTime) {
   for (const double factor : {1e307, 1e-308}) {
     auto table = table_of({"t", "u", "y"}, 1000);
     for (double& t : table.columns[0]) t *= factor;
-    RESONID_EXPECT_MESSAGE(to_record(table, {}), "give no sample rate; they must be the time in seconds");
+    RESONID_EXPECT_MESSAGE(to_record(table, {}), "gives a sample rate of");
+    RESONID_EXPECT_MESSAGE(to_record(table, {.time_unit = TimeUnit::seconds}),
+                           "give no sample rate; they must be the time in seconds");
   }
   auto table = table_of({"t", "u", "y"}, 1000);
   table.columns[0].back() = 1e308;
@@ -315,6 +324,158 @@ TEST(RecordReader, ASampleRateMustAgreeWithTheTimeColumn) {
   EXPECT_EQ(record.sampling.time_name, "");
 }
 
+bool says(const data::Record& record, const std::string& phrase) {
+  return std::any_of(record.reading.begin(), record.reading.end(),
+                     [&](const std::string& note) { return note.find(phrase) != note.npos; });
+}
+
+TEST(RecordReader, SaysWhatItAssumesAndConverts) {
+  const auto bare = record_of(table_of({"t", "u", "y"}));
+  EXPECT_TRUE(says(bare, "no unit in 'u': Nm assumed"));
+  EXPECT_TRUE(says(bare, "no unit in 'y': rad/s assumed"));
+  EXPECT_TRUE(record_of(table_of({"t_s", "u_Nm", "y_rad_s"})).reading.empty());
+  EXPECT_TRUE(
+      says(record_of(table_of({"t_s", "u_Nm", "y_rpm"})), "'y_rpm': rpm converted to rad/s (x 0.10472)"));
+  EXPECT_TRUE(says(record_of(table_of({"t_s", "u_A", "y_rad_s"})), "give .torque_constant for Nm"));
+  auto row = table_of({"t", "u", "y"});
+  row.units = {"ms", "mNm", "1/min"};
+  const auto record = record_of(row);
+  EXPECT_NEAR(record.sample_rate_hz, 1e6, 1e-3);
+  EXPECT_DOUBLE_EQ(record.input.samples[1], 0.101);
+  EXPECT_DOUBLE_EQ(record.output.samples[1], 201.0 * kPi / 30.0);
+}
+
+TEST(RecordReader, ConvertsToTorqueAndAngleWithWhatTheUserTells) {
+  ColumnMapping mapping;
+  mapping.torque_constant = 0.5;
+  mapping.rated_torque = 8.0;
+  mapping.counts_per_rev = 4096.0;
+  EXPECT_DOUBLE_EQ(record_of(table_of({"t", "u_mA", "y"}), mapping).input.samples[2], 102.0 * 0.5e-3);
+  EXPECT_DOUBLE_EQ(record_of(table_of({"t", "u [%]", "y"}), mapping).input.samples[2], 1.02 * 8.0);
+  const auto permille = record_of(table_of({"t", "u [\u2030]", "y_counts"}), mapping);
+  EXPECT_DOUBLE_EQ(permille.input.samples[2], 0.102 * 8.0);
+  EXPECT_EQ(permille.input.unit, "Nm");
+  EXPECT_DOUBLE_EQ(permille.output.samples[2], 202.0 * 2.0 * kPi / 4096.0);
+  EXPECT_EQ(permille.output.unit, "rad");
+  EXPECT_EQ(permille.output_quantity, data::OutputQuantity::position);
+  mapping.counts_per_rev = -1.0;
+  RESONID_EXPECT_MESSAGE(to_record(table_of({"t", "u", "y"}), mapping), "counts_per_rev: found -1");
+}
+
+TEST(RecordReader, FindsTheNamesOfDrives) {
+  const struct {
+    Names names;
+    const char *input, *output;
+    data::OutputQuantity quantity;
+  } cases[] = {
+      {{"Zeit", "Sollmoment", "Istdrehzahl"}, "Sollmoment", "Istdrehzahl", data::OutputQuantity::velocity},
+      {{"t", "n_ref", "n_act", "M_act"}, "M_act", "n_act", data::OutputQuantity::velocity},
+      {{"t_s", "trq", "theta_rad"}, "trq", "theta_rad", data::OutputQuantity::position},
+      {{"t_s", "Iq", "speed"}, "Iq", "speed", data::OutputQuantity::velocity},
+      {{"time", "POSITION", "VELOCITY", "TORQUE"}, "TORQUE", "VELOCITY", data::OutputQuantity::velocity},
+      {{"t", "MOT.M [mNm]", "MOT.W [rad/s]"}, "MOT.M [mNm]", "MOT.W [rad/s]", data::OutputQuantity::velocity},
+      {{"Time (s)", "01.01 Motor speed used (rpm)", "01.10 Motor torque (%)"},
+       "01.10 Motor torque (%)",
+       "01.01 Motor speed used (rpm)",
+       data::OutputQuantity::velocity},
+      {{"t", "torque_set", "torque_act", "angle"}, "torque_act", "angle", data::OutputQuantity::position},
+  };
+  for (const auto& c : cases) {
+    const auto record = record_of(table_of(c.names));
+    EXPECT_EQ(record.input.name, c.input);
+    EXPECT_EQ(record.output.name, c.output);
+    EXPECT_EQ(record.output_quantity, c.quantity) << c.output;
+  }
+  RESONID_EXPECT_MESSAGE(to_record(table_of({"t", "torque_set", "torque_load", "y"}), {}),
+                         "2 columns may be the input");
+}
+
+TEST(RecordReader, TakesTimesInOtherUnits) {
+  const auto rate = [](const char* name, double step, ColumnMapping mapping = {}) {
+    return record_of(table_of({name, "u", "y"}, 50, step), mapping).sample_rate_hz;
+  };
+  EXPECT_NEAR(rate("t_ms", 2.0), 500.0, 1e-6);
+  EXPECT_NEAR(rate("time [us]", 250.0), 4000.0, 1e-6);
+  EXPECT_NEAR(rate("t", 2.0, {.time_unit = TimeUnit::milliseconds}), 500.0, 1e-6);
+  EXPECT_NEAR(rate("t", 1.0, {.time_unit = TimeUnit::samples, .sample_rate_hz = 250.0}), 250.0, 1e-6);
+  EXPECT_NEAR(rate("t", 2.0, {.time_unit = TimeUnit::seconds}), 0.5, 1e-9);
+  RESONID_EXPECT_MESSAGE(to_record(table_of({"t", "u", "y"}, 50, 2.0), {}),
+                         "give .time_unit ms, us or samples");
+  auto filetime = table_of({"timestamp", "u", "y"}, 50);
+  for (std::size_t k = 0; k < 50; ++k) filetime.columns[0][k] = 133535826e9 + 2e4 * static_cast<double>(k);
+  EXPECT_NEAR(record_of(filetime).sample_rate_hz, 500.0, 1e-3);
+  auto numbers = table_of({"sample", "u", "y"}, 50);
+  for (std::size_t k = 0; k < 50; ++k) numbers.columns[0][k] = static_cast<double>(k);
+  RESONID_EXPECT_MESSAGE(to_record(numbers, {}),
+                         "holds sample numbers, which tell no time; give .sample_rate_hz");
+  EXPECT_EQ(record_of(numbers, {.sample_rate_hz = 250.0}).sample_rate_hz, 250.0);
+}
+
+/// A smooth signal with samples that are missing, by rows that are not there or cells that are empty.
+TEST(RecordReader, PutsMissingSamplesBack) {
+  const auto smooth = [](std::size_t k) { return std::sin(0.05 * static_cast<double>(k)); };
+  auto table = table_of({"t", "u", "y"}, 1000);
+  for (std::size_t k = 0; k < 1000; ++k) table.columns[2][k] = smooth(k);
+  for (const std::size_t k : {100U, 500U, 501U, 900U})
+    for (auto& column : table.columns) column.erase(column.begin() + k - (k > 100) - (k > 500) - (k > 501));
+  table.columns[2][300] = std::nan("");  // place 301
+  const auto record = record_of(table);
+  ASSERT_EQ(record.samples(), 1000U);
+  EXPECT_EQ(record.sampling.filled, (std::vector<std::size_t>{100, 301, 500, 501, 900}));
+  EXPECT_EQ(record.sampling.gaps, 0U);
+  for (std::size_t k = 0; k < 1000; ++k) {
+    EXPECT_NEAR(record.output.samples[k], smooth(k), 1e-5) << k;
+    EXPECT_NEAR(record.input.samples[k], 100.0 + static_cast<double>(k), 1e-9) << k;
+  }
+  EXPECT_TRUE(says(record, "5 of 1000 samples (0.5 %) were missing and are interpolated"));
+  RESONID_EXPECT_MESSAGE(to_record(table, {.missing = MissingSamples::refuse}),
+                         ".missing refuse allows none");
+}
+
+TEST(RecordReader, LeavesOutWhatIsMissingInLongRuns) {
+  auto table = table_of({"t", "u", "y"}, 1000);
+  for (std::size_t k = 400; k < 410; ++k) table.columns[1][k] = std::nan("");
+  for (std::size_t k = 0; k < 5; ++k) table.columns[2][k] = std::nan("");
+  const auto record = record_of(table);
+  EXPECT_EQ(record.samples(), 985U);
+  EXPECT_EQ(record.sampling.gaps, 1U);
+  EXPECT_NEAR(record.sampling.first_gap_at_s, 0.399, 1e-9);
+  for (std::size_t k = 0; k < 1000; k += 2) table.columns[2][k] = std::nan("");
+  RESONID_EXPECT_MESSAGE(to_record(table, {}), "samples are missing");
+}
+
+TEST(RecordReader, UndoesTheWrapAroundOfACounter) {
+  auto table = table_of({"t", "u", "y_counts"}, 1000);
+  for (std::size_t k = 0; k < 1000; ++k) {
+    const double position = 310.0 * static_cast<double>(k) + 40.0 * std::sin(0.3 * static_cast<double>(k));
+    table.columns[2][k] = std::fmod(position + 65536.0, 65536.0) - 32768.0;
+  }
+  const auto record = record_of(table, {.counts_per_rev = 65536.0});
+  EXPECT_TRUE(says(record, "wrap-around at 65536 counts undone (4 times)") ||
+              says(record, "undone (5 times)"));
+  for (std::size_t k = 1; k < 1000; ++k)
+    ASSERT_LT(std::abs(record.output.samples[k] - record.output.samples[k - 1]), 400.0 * 2.0 * kPi / 65536.0)
+        << k;
+}
+
+TEST(RecordReader, TakesOnceWhatStandsTwice) {
+  auto table = table_of({"t", "u", "y"}, 100);
+  for (auto& column : table.columns) column.insert(column.begin() + 40, column[40]);
+  const auto record = record_of(table);
+  EXPECT_EQ(record.samples(), 100U);
+  EXPECT_TRUE(says(record, "1 row that stands twice left out"));
+}
+
+TEST(RecordReader, ComparesTheTimesOfSignals) {
+  auto table = table_of({"time", "torque", "time#2", "velocity"}, 100);
+  table.columns[2] = table.columns[0];
+  EXPECT_EQ(record_of(table).samples(), 100U);
+  for (double& t : table.columns[2]) t += 0.0002;
+  EXPECT_TRUE(says(record_of(table), "'velocity' was sampled up to 0.0002 s apart"));
+  for (double& t : table.columns[2]) t *= 2.0;
+  RESONID_EXPECT_MESSAGE(to_record(table, {}), "export all signals with one sample time");
+}
+
 TEST(RecordReader, CutsFromInclusiveToExclusive) {
   auto table = table_of({"t", "u", "y"}, 100);
   for (double& t : table.columns[0]) t += 5.0;
@@ -350,9 +511,9 @@ TEST(RecordReader, ReadsASecondOutput) {
   mapping.second_output = "load_mrad";
   mapping.second_output_kind = data::SecondOutput::load_encoder;
   auto record = record_of(table, mapping);
-  EXPECT_EQ(record.second_output.unit, "mrad");
+  EXPECT_EQ(record.second_output.unit, "rad");
   EXPECT_EQ(record.second_output_kind, data::SecondOutput::load_encoder);
-  EXPECT_EQ(record.second_output.samples, table.columns[3]);
+  EXPECT_EQ(record.second_output.samples[7], 1e-3 * table.columns[3][7]);
   mapping.second_output_scale = 1e-3;
   mapping.from_s = table.columns[0][10];
   record = record_of(table, mapping);
@@ -361,7 +522,7 @@ TEST(RecordReader, ReadsASecondOutput) {
   EXPECT_EQ(record.second_output.samples.size(), record.samples());
   mapping.second_output_kind = data::SecondOutput::load_accelerometer;
   mapping.second_output_unit = "g";
-  EXPECT_EQ(record_of(table, mapping).second_output.unit, "g");
+  EXPECT_EQ(record_of(table, mapping).second_output.unit, "m/s2");
   EXPECT_FALSE(record_of(table, {}).second_output.present());
 }
 

@@ -11,7 +11,7 @@ inline constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
 /// The least that identify() gives: a response, and nothing made of it.
 inline identification::Result bare() {
   identification::Result r;
-  r.record = {"bench.csv", 1000, 500.0, "t", "u", "y", "", "", data::OutputQuantity::velocity};
+  r.record = {"bench.csv", 1000, 500.0, "t", "u", "y", "", "", data::OutputQuantity::velocity, {}};
   r.units = {"Nm", "rad/s", "(rad/s)/Nm", "kgm2", "Nm/rad", "Nms/rad", "Nm", true};
   r.method = "welch";
   r.approach = "direct";

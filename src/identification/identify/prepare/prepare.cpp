@@ -12,9 +12,9 @@ namespace resonid::identification::detail {
 namespace {
 
 RecordFacts facts_of(const data::Record& record) {
-  return {record.source,         record.samples(),   record.sample_rate_hz,  record.sampling.time_name,
-          record.input.name,     record.output.name, record.excitation.name, record.reference.name,
-          record.output_quantity};
+  return {record.source,          record.samples(),   record.sample_rate_hz,  record.sampling.time_name,
+          record.input.name,      record.output.name, record.excitation.name, record.reference.name,
+          record.output_quantity, record.reading};
 }
 
 /// The record without the periods in which transients last.
