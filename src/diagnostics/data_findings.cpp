@@ -5,6 +5,7 @@
 #include <cmath>
 #include <resonid/base/detail/statistics.hpp>
 #include <resonid/diagnostics/detail/data_findings.hpp>
+#include <span>
 
 namespace resonid::diagnostics {
 namespace {
@@ -37,7 +38,13 @@ double saturated_share(const std::vector<double>& u) {
 
 void inspect_timing(const data::Record& record, std::vector<Finding>& findings) {
   const auto& s = record.sampling;
-  if (!s.measured) return;
+  if (!s.filled.empty()) {
+    const double share = static_cast<double>(s.filled.size()) / static_cast<double>(record.samples());
+    findings.push_back({"filled-samples", Severity::warning, share, 0.0,
+                        fmt::format("{} of {} samples ({:.2g} %) were missing and are interpolated.",
+                                    s.filled.size(), record.samples(), 100.0 * share)});
+  }
+  if (!s.measured && s.gaps == 0) return;
   if (s.gaps > 0)
     findings.push_back(
         {"gaps", Severity::error, s.largest_gap_s, 1.5 * record.sample_time_s(),
@@ -124,6 +131,70 @@ void inspect_outliers(const data::Channel& channel, std::vector<Finding>& findin
                    largest, channel.name, channel.samples[largest])});
 }
 
+struct Run {
+  std::size_t first = 0, samples = 0;
+};
+
+/// Longest stretch of the same value, and how many samples stand in stretches of three and more at the values
+/// `low` and `high`.
+struct Runs {
+  Run longest;
+  std::size_t low = 0, high = 0;
+};
+
+Runs runs_of(const std::vector<double>& y, double low, double high) {
+  Runs runs;
+  for (std::size_t first = 0, k = 1; k <= y.size(); ++k) {
+    if (k < y.size() && y[k] == y[first]) continue;
+    const std::size_t length = k - first;
+    if (length > runs.longest.samples) runs.longest = {first, length};
+    if (length >= 3 && y[first] == low) runs.low += length;
+    if (length >= 3 && y[first] == high) runs.high += length;
+    first = k;
+  }
+  return runs;
+}
+
+/// A velocity that stands still at a value other than zero while the torque goes on, or that ends at a limit:
+/// a bus or a converter, no machine. Not of coarse velocities, which keep their few values for long.
+void inspect_velocity(const data::Record& record, std::vector<Finding>& findings) {
+  constexpr std::size_t kValues = 100;  // different ones, from which on a velocity is no coarse one
+  constexpr double kStuck = 0.02;       // of the samples
+  constexpr double kLimited = 0.01;     // of the samples
+  constexpr double kMoves = 0.25;       // of its variance, that the input has meanwhile
+  const auto& y = record.output.samples;
+  const auto& u = record.input.samples;
+  if (y.size() < 2 * kValues || u.size() != y.size()) return;
+  std::vector<double> sorted = y;
+  std::sort(sorted.begin(), sorted.end());
+  const auto values = static_cast<std::size_t>(std::unique(sorted.begin(), sorted.end()) - sorted.begin());
+  if (values < kValues) return;
+  const double low = sorted.front(), high = sorted[values - 1];
+  const double still = 1e-3 * std::max(std::abs(low), std::abs(high));
+  const Runs runs = runs_of(y, low, high);
+  const auto n = static_cast<double>(y.size());
+  const auto [first, samples] = runs.longest;
+  const std::span<const double> meanwhile(u.data() + first, samples);
+  if (static_cast<double>(samples) > kStuck * n && std::abs(y[first]) > still &&
+      variance(meanwhile) > kMoves * variance(u))
+    return findings.push_back(
+        {"stuck-output", Severity::error, static_cast<double>(samples) / n, kStuck,
+         fmt::format("The output {} repeats the same value {:.6g} over {} samples from {:.4g} s on, while "
+                     "the input goes "
+                     "on: the measurement stood still. Take a part without that (.from_s, .to_s).",
+                     record.output.name, y[first], samples,
+                     record.start_time_s + static_cast<double>(first) / record.sample_rate_hz)});
+  const bool at_high = runs.high >= runs.low;
+  const double limit = at_high ? high : low;
+  const double share = static_cast<double>(at_high ? runs.high : runs.low) / n;
+  if (share > kLimited && std::abs(limit) > still)
+    findings.push_back(
+        {"limited-output", Severity::error, share, kLimited,
+         fmt::format("The output {} stays at its limit {:.6g} for {:.1f} % of the time: its measurement is "
+                     "clipped there. Excite less, or move more slowly.",
+                     record.output.name, limit, 100.0 * share)});
+}
+
 }  // namespace
 
 std::vector<Finding> inspect(const data::Record& record) {
@@ -141,16 +212,17 @@ std::vector<Finding> inspect(const data::Record& record) {
          Severity::error,
          0.0,
          {},
-         fmt::format("The input {} does not move: nothing can be learned from it.", record.input.name)});
+         fmt::format("The input {} is constant: nothing can be learned from it.", record.input.name)});
   if (constant(y))
-    findings.push_back(
-        {"dead-output",
-         Severity::error,
-         0.0,
-         {},
-         fmt::format("The output {} does not move: is the right signal recorded?", record.output.name)});
+    findings.push_back({"dead-output",
+                        Severity::error,
+                        0.0,
+                        {},
+                        fmt::format("The output {} is constant: is the right signal recorded (.output)?",
+                                    record.output.name)});
   inspect_outliers(record.input, findings);
   inspect_outliers(record.output, findings);
+  if (record.output_quantity == data::OutputQuantity::velocity) inspect_velocity(record, findings);
   const double saturated = saturated_share(u);
   if (saturated > 0.005)
     findings.push_back(

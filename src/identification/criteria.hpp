@@ -16,6 +16,12 @@ struct Criteria {
   int excitation_turns = 40;       ///< A motion profile turns a few times; what excites, at least so often.
   double exact_repetition = 1e-6;  ///< Of the variance: a reconstructed excitation repeats to 0.1 %.
   double excitation_share = 1e-4;  ///< Of the input's variance, below which a reconstruction is rounding.
+  double told_excitation =
+      0.5;  ///< Share of a recorded excitation that a told chirp or period must explain ...
+  double told_of_input =
+      0.1;                    ///< ... and of an input, in which the loop's motion and friction stand as well.
+  double same_sweep = 0.03;   ///< Of a chirp's span: how near a told one must be to the one that is seen.
+  double copied = 1e-6;       ///< Of the variance: what a copy of a signal leaves is rounding.
   double motion_share = 0.9;  ///< Of the input's variance, explained by motion and friction: nothing excites.
   double followed_reference = 0.9;     ///< Correlation with the output, from which on the reference leads it.
   double feedback_false_alarm = 1e-3;  ///< Probability of feedback seen where there is none, per record.
@@ -44,6 +50,8 @@ struct Criteria {
   double controller_deviations = 3.0;  ///< ... and beyond the error bars (0.3 % false alarms).
   double noisy_input = 2e-3;  ///< Of u - ru, below which simulation from u is biased within its error bars.
   double orientation_line = 0.3;   ///< std/|G| of a line whose phase is taken for that of the drive.
+  double quantity_fits = 0.1;      ///< Model error below which a response is that of a drive ...
+  double quantity_gain = 0.33;     ///< ... and the part of it that taking the output for another one leaves.
   double orientation_slope = 0.3;  ///< A drive's response falls with slope -1, its inverse grows with 1.
 
   // ---- select: which structure a record shows

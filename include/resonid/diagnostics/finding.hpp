@@ -26,6 +26,7 @@ struct Finding {
   std::optional<double> value;      ///< What was measured.
   std::optional<double> threshold;  ///< Value that it is compared with.
   std::string meaning;              ///< One or two sentences for a drive engineer.
+  bool follows = false;  ///< From a cause that another finding tells; texts and pages leave it out.
 };
 
 }  // namespace resonid::diagnostics

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <identification/identify/bootstrap/bootstrap.hpp>
 #include <identification/identify/judge/judge.hpp>
+#include <identification/identify/judge/root_cause.hpp>
 #include <identification/progress.hpp>
 #include <resonid/identification/identify.hpp>
 
@@ -10,7 +11,7 @@ expected<Result, Error> identify(const data::Record& record, const Options& give
   if (given.bootstrap > 0 && record.second_output.present())
     return tl::unexpected(
         Error{"bootstrap", "repeats the experiment with one output; leave .second_output out for it"});
-  const Options options = detail::sampled(given, record);
+  Options options = detail::sampled(given, record);
 
   const auto experiment = detail::plan_experiment(record, options);
   if (!experiment) return tl::unexpected(experiment.error());
@@ -19,6 +20,8 @@ expected<Result, Error> identify(const data::Record& record, const Options& give
   const auto measurement = detail::measure(*experiment, options);
   if (!measurement) return tl::unexpected(measurement.error());
 
+  if (options.model == ModelChoice::automatic && detail::is_misnamed(measurement->findings))
+    options.model = ModelChoice::none;
   auto fitted = detail::select(*experiment, *measurement, options);
   if (!fitted) return tl::unexpected(std::move(fitted.error()));
 
@@ -29,7 +32,7 @@ expected<Result, Error> identify(const data::Record& record, const Options& give
     detail::tell(options, "bootstrap");
     detail::put_bootstrap(*experiment, *measurement, options, result);
   }
-  detail::conclude(result);
+  detail::conclude(given, result);
   return result;
 }
 

@@ -7,7 +7,8 @@ namespace resonid::report {
 
 Section findings_section(const std::vector<diagnostics::Finding>& findings) {
   Table table{"", {"Kind", "What it means", "Name"}, {}};
-  for (const auto& f : findings) table.rows.push_back({std::string(word_of(f.severity)), f.meaning, f.id});
+  for (const auto& f : findings)
+    if (!f.follows) table.rows.push_back({std::string(word_of(f.severity)), f.meaning, f.id});
   Section section;
   section.title = "Findings";
   section.plain_tables.push_back(std::move(table));

@@ -63,6 +63,7 @@ std::string_view word_of(diagnostics::Severity severity) {
 std::string findings_text(const std::vector<diagnostics::Finding>& findings) {
   std::string text;
   for (const auto& f : findings) {
+    if (f.follows) continue;
     const auto mark = f.severity == diagnostics::Severity::error ? "ERROR" : word_of(f.severity);
     text += wrapped(fmt::format("{}: {} ({})", mark, f.meaning, f.id), "  ", "    ") + "\n";
   }

@@ -12,6 +12,8 @@ void describe(Fields& f, diagnostics::Finding& finding) {
   f({"value", "what was measured"}, finding.value);
   f({"threshold", "value that it is compared with"}, finding.threshold);
   f({"meaning", "in one or two sentences"}, finding.meaning);
+  f.unless(false, {"follows", "whether it only follows from what another finding tells: texts leave it out"},
+           finding.follows);
 }
 
 void describe(Fields& f, diagnostics::Crossover& crossover) {

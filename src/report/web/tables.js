@@ -16,7 +16,7 @@ const RANK = { error: 0, warning: 1, info: 2 };
 const severity = (finding) => (finding.severity in RANK ? finding.severity : "warning");
 
 export function sortedFindings(findings) {
-  return list(findings).filter((f) => f && typeof f === "object")
+  return list(findings).filter((f) => f && typeof f === "object" && !f.follows)
     .sort((a, b) => RANK[severity(a)] - RANK[severity(b)]);
 }
 

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <random>
 #include <resonid/diagnostics/detail/data_findings.hpp>
 
 namespace resonid::diagnostics {
@@ -59,6 +60,36 @@ TEST(RecordFindings, DeadSignalsGapsAndJitter) {
   EXPECT_TRUE(has(findings, "jitter"));
   record.input.samples.assign(record.input.samples.size(), 0.0);
   EXPECT_TRUE(has(inspect(record), "no-excitation"));
+}
+
+/// A velocity that repeats its last value while the torque goes on, and one that ends at a limit.
+TEST(RecordFindings, StuckAndLimitedVelocities) {
+  auto record = sine_record(2.0);
+  auto& y = record.output.samples;
+  std::mt19937 random(3);
+  std::normal_distribution<double> noise(5.0, 0.3);
+  for (double& x : y) x += noise(random);
+  EXPECT_FALSE(has(inspect(record), "stuck-output") || has(inspect(record), "limited-output"));
+  auto stuck = record;
+  for (std::size_t k = y.size() / 2; k < y.size() * 5 / 8; ++k) stuck.output.samples[k] = y[y.size() / 2];
+  EXPECT_TRUE(has(inspect(stuck), "stuck-output"));
+  auto at_rest = record;  // held by dry friction
+  for (std::size_t k = y.size() / 2; k < y.size() * 5 / 8; ++k) at_rest.output.samples[k] = 0.0;
+  EXPECT_FALSE(has(inspect(at_rest), "stuck-output"));
+  auto limited = record;
+  std::vector<double> sorted = y;
+  std::sort(sorted.begin(), sorted.end());
+  const double limit = sorted[sorted.size() * 4 / 5];
+  for (double& x : limited.output.samples) x = std::min(x, limit);
+  EXPECT_TRUE(has(inspect(limited), "limited-output"));
+}
+
+TEST(RecordFindings, InterpolatedSamplesAreAWarning) {
+  auto record = sine_record(2.0);
+  record.sampling.filled = {7, 40};
+  const auto findings = inspect(record);
+  ASSERT_TRUE(has(findings, "filled-samples"));
+  EXPECT_EQ(findings[0].severity, Severity::warning);
 }
 
 data::FrequencyResponse response_with(double coherence, std::size_t from, std::size_t to, double there) {

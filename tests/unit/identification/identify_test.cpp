@@ -235,6 +235,65 @@ TEST(Identify, DeadSignalsAreFindings) {
                           [](const auto& f) { return f.id == "dead-output"; }));
 }
 
+std::string refusal(const data::Record& record, const Options& options) {
+  const auto result = identify(record, options);
+  return result ? "no refusal"
+                : std::string(result.error().field.view()) + ": " + result.error().requirement.str();
+}
+
+TEST(Identify, RefusesWhatContradictsTheRecord) {
+  Options options = response_only();
+  options.chirp = online::SweepLaw{35.0, 1.5, 10.0};
+  EXPECT_TRUE(identify(chirp(), options));
+  EXPECT_NE(refusal(multisine(), options).find("chirp: contradicts the record"), std::string::npos);
+  options.chirp = online::SweepLaw{1.5, 35.0, 10.0};
+  EXPECT_NE(refusal(chirp(), options).find("is a chirp from 35 to 1.5 Hz in 10 s"), std::string::npos);
+  options = response_only();
+  for (const std::size_t right : {500U, 1000U}) {
+    options.period_samples = right;
+    EXPECT_TRUE(identify(multisine(), options)) << right;
+  }
+  options.period_samples = 450;
+  EXPECT_NE(refusal(multisine(), options).find("repeats every 500 samples"), std::string::npos);
+  options.period_samples = 1000;
+  EXPECT_NE(refusal(chirp(), options).find("period_samples: is 1000, but"), std::string::npos);
+}
+
+TEST(Identify, RefusesSignalsThatSayNothing) {
+  auto record = multisine();
+  record.excitation = {};
+  for (std::size_t k = 0; k < record.samples(); ++k)
+    record.output.samples[k] = 3.0 - 2.5 * record.input.samples[k];
+  EXPECT_NE(refusal(record, {}).find("output: y is -2.5 times u and a constant"), std::string::npos);
+  record.input.samples.assign(record.samples(), 0.5);
+  EXPECT_NE(refusal(record, {}).find("input: u is constant (0.5)"), std::string::npos);
+}
+
+/// A position that is called a velocity, and the other way round: one message, no figures.
+TEST(Identify, NamesTheQuantityThatTheOutputIs) {
+  const auto velocity = multisine();
+  auto position = velocity;
+  double angle = 0.0;
+  for (double& y : position.output.samples) y = angle += y / position.sample_rate_hz;
+  auto called_position = velocity;
+  called_position.output_quantity = data::OutputQuantity::position;
+  for (const auto& [record, cure] :
+       {std::pair(position, "position"), std::pair(called_position, "velocity")}) {
+    const auto result = identify(record, {});
+    ASSERT_TRUE(result);
+    EXPECT_FALSE(result->trusted);
+    EXPECT_EQ(result->findings.front().id, "other-quantity");
+    EXPECT_NE(result->findings.front().meaning.find(std::string(".output_quantity ") + cure),
+              std::string::npos);
+    EXPECT_FALSE(result->model || result->black_box);
+    EXPECT_EQ(std::count_if(result->findings.begin(), result->findings.end(),
+                            [](const auto& f) { return f.severity == diagnostics::Severity::error; }),
+              1);
+  }
+  position.output_quantity = data::OutputQuantity::position;
+  EXPECT_TRUE(identify(position, {})->trusted);
+}
+
 /// Units of everything reported follow those of the signals.
 Units units(data::Record record, const char* input, const char* output, data::OutputQuantity quantity,
             data::Motion motion = data::Motion::rotary) {

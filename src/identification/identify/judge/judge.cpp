@@ -8,6 +8,7 @@
 #include <identification/identify/judge/loop.hpp>
 #include <identification/identify/judge/modes.hpp>
 #include <identification/identify/judge/reliability.hpp>
+#include <identification/identify/judge/root_cause.hpp>
 #include <identification/identify/judge/second_output.hpp>
 #include <identification/identify/judge/shown_modes.hpp>
 #include <identification/identify/judge/trust.hpp>
@@ -272,7 +273,7 @@ Result judge(const Experiment& experiment, const Measurement& m, Fitted fitted, 
   return result;
 }
 
-void conclude(Result& result) {
+void conclude(const Options& options, Result& result) {
   if (result.method == name_of(Method::model)) {
     auto coherence = std::move(result.response.coherence);
     const auto f = result.response.frequency_hz;
@@ -281,6 +282,7 @@ void conclude(Result& result) {
   }
   result.trusted = trusted(result);
   result.reliable = reliability_of(result);
+  keep_root_cause(options.model == ModelChoice::automatic, result);
 }
 
 }  // namespace resonid::identification::detail

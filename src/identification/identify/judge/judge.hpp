@@ -17,6 +17,6 @@ namespace resonid::identification::detail {
 [[nodiscard]] std::pair<double, double> visible_modes_hz(const Plan& plan);
 
 /// The last word: the model's response where it stands for the measured one, and the verdict.
-void conclude(Result& result);
+void conclude(const Options& options, Result& result);
 
 }  // namespace resonid::identification::detail

@@ -168,9 +168,11 @@ void inspect_model(const Plan& plan, const Options& options, const std::optional
         {"misfit", bad ? Severity::error : Severity::warning, model.model_error,
          bad && model.from_record ? kCriteria.worthless : kCriteria.misfit,
          fmt::format(
-             "Model and measured response typically differ by {:.0f} % beyond the noise: the drive is not "
+             "Model and measured response typically differ by {:.0f} % beyond the noise: {}the drive is not "
              "exactly {}. {}{}",
              100.0 * model.model_error,
+             model.model_error > 1.0 ? "hardly anything excites the machine, a column is the wrong one, or "
+                                     : "",
              model.drive.structure == fit::Structure::rigid
                  ? std::string("rigid")
                  : fmt::format("a {} system", fit::name_of(model.drive.structure)),

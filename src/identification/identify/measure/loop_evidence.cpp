@@ -6,7 +6,10 @@
 #include <identification/criteria.hpp>
 #include <identification/identify/measure/loop_evidence.hpp>
 #include <limits>
+#include <resonid/base/constants.hpp>
 #include <resonid/base/detail/statistics.hpp>
+#include <resonid/fit/response_fit.hpp>
+#include <resonid/response/line_estimates.hpp>
 #include <tuple>
 #include <vector>
 
@@ -220,6 +223,56 @@ Trend trend_of(const data::FrequencyResponse& g, bool lowest) {
 }
 
 }  // namespace
+
+std::optional<Finding> inspect_quantity(const data::Record& record, const data::FrequencyResponse& response) {
+  using data::OutputQuantity;
+  const double step = record.sample_time_s();
+  const auto error_of = [&](const data::FrequencyResponse& g, bool with_lag) {
+    double least = std::numeric_limits<double>::infinity();
+    for (const auto structure : {fit::Structure::rigid, fit::Structure::two_mass}) {
+      fit::ResponseFitConfig config;
+      config.structure = structure;
+      config.sample_time_s = step;
+      config.delay = true;
+      if (with_lag) config.further = {fit::kTorqueLag};
+      const auto fitted = fit::fit_response(g, config);
+      // A lag whose corner lies below the lines is an integrator to them.
+      if (!fitted ||
+          (with_lag && kTwoPi * g.frequency_hz.front() * fitted->model.value(fit::kTorqueLag) > 1.0))
+        continue;
+      least = std::min(least, fitted->model_error);
+    }
+    return least;
+  };
+  // A lag bends the response of a velocity towards that of a position.
+  double as_told = error_of(response, false);
+  if (as_told > kCriteria.quantity_fits) as_told = std::min(as_told, error_of(response, true));
+  if (!(as_told > kCriteria.quantity_fits)) return std::nullopt;
+  for (const auto other :
+       {OutputQuantity::velocity, OutputQuantity::position, OutputQuantity::acceleration}) {
+    if (other == record.output_quantity) continue;
+    auto converted = response;
+    for (std::size_t i = 0; i < converted.lines(); ++i) {
+      const Complex factor =
+          response::velocity_factor(other, converted.frequency_hz[i], step) /
+          response::velocity_factor(record.output_quantity, converted.frequency_hz[i], step);
+      converted.value[i] *= factor;
+      if (!converted.std.empty()) converted.std[i] *= std::abs(factor);
+    }
+    const double error = error_of(converted, false);
+    if (!(error < kCriteria.quantity_fits) || !(error < kCriteria.quantity_gain * as_told)) continue;
+    const auto named = [](OutputQuantity q) {
+      return fmt::format("{} {}", q == OutputQuantity::acceleration ? "an" : "a", name_of(q));
+    };
+    return Finding{
+        "other-quantity", Severity::error, as_told, kCriteria.quantity_fits,
+        fmt::format("{} answers as {} does, not as {} (a drive explains it to {:.1f} %, otherwise to "
+                    "{:.0f} %): give .output_quantity {}.",
+                    record.output.name, named(other), named(record.output_quantity), 100.0 * error,
+                    100.0 * std::min(as_told, 9.99), name_of(other))};
+  }
+  return std::nullopt;
+}
 
 std::optional<Finding> inspect_orientation(const LoopEvidence& evidence,
                                            const data::FrequencyResponse& response) {

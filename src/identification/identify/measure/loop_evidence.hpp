@@ -55,6 +55,11 @@ void downweight_incoherent(const LoopEvidence& evidence, std::vector<diagnostics
 [[nodiscard]] std::optional<diagnostics::Finding> inspect_feedback(const LoopEvidence& evidence,
                                                                    bool from_model);
 
+/// An output that is another quantity than it is called, a position for a velocity: rigid and two-mass drives
+/// do not describe its response, and describe it well when it is taken for that other one.
+[[nodiscard]] std::optional<diagnostics::Finding> inspect_quantity(const data::Record& record,
+                                                                   const data::FrequencyResponse& response);
+
 /// A mirrored signal, input and output exchanged, or a spring to ground, by a response that leads at low
 /// frequencies: exchanged columns also do at high ones, a machine on a spring lags there.
 [[nodiscard]] std::optional<diagnostics::Finding> inspect_orientation(

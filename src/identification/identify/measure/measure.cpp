@@ -266,6 +266,7 @@ expected<Measurement, Error> measure(const Experiment& experiment, const Options
     for (auto& finding : inspect_distortion(*m.distortion)) m.findings.push_back(std::move(finding));
   m.evidence = loop_evidence(record, m.plan, experiment.source, options, m.response);
   m.plan.loop_controller = predictor_controller(m.evidence.controller, options);
+  append(m.findings, inspect_quantity(record, m.response));
   append(m.findings, inspect_orientation(m.evidence, m.response));
   auto differs = inspect_controller(options, m.evidence, m.response);
   m.controller_differs = differs.has_value();

@@ -4,6 +4,7 @@
 #include <identification/criteria.hpp>
 #include <identification/identify/measure/methods.hpp>
 #include <identification/identify/prepare/choices.hpp>
+#include <identification/identify/prepare/contradictions.hpp>
 #include <identification/identify/prepare/prepare.hpp>
 #include <identification/identify/prepare/units.hpp>
 #include <resonid/diagnostics/detail/data_findings.hpp>
@@ -58,6 +59,9 @@ expected<Experiment, Error> plan_experiment(const data::Record& record, const Op
     return tl::unexpected(
         Error{"input", fmt::format("holds {} samples, too few for a response; required at least {}",
                                    prepared->record.samples(), kCriteria.fewest_samples)});
+  for (auto check : {constant_input(prepared->record), copied_input(prepared->record),
+                     contradiction(prepared->record, options)})
+    if (check) return tl::unexpected(std::move(*check));
   auto motion = motion_in(prepared->record, prepared->source, options);
   Options planned = options;
   if (motion) {
