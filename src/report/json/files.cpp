@@ -5,6 +5,7 @@
 #include <array>
 #include <cassert>
 
+#include "report/json/provenance.hpp"
 #include "report/json/results.hpp"
 
 namespace resonid::report {
@@ -15,6 +16,8 @@ ResultFile file(const char* name, const char* made_by) {
   return {name, made_by, [](Fields& f) {
             T result;
             describe(f, result);
+            Provenance provenance;
+            describe_provenance(f, provenance, false);
           }};
 }
 

@@ -5,6 +5,7 @@
 #include <limits>
 #include <nlohmann/json.hpp>
 #include <resonid/report/document.hpp>
+#include <resonid/report/provenance.hpp>
 #include <string>
 
 #include "page_data.hpp"
@@ -240,6 +241,19 @@ TEST(DocumentPage, TellsVerdictAndFiguresFirst) {
   const json j = document_json(d);
   EXPECT_EQ(j["badge"], (json{{"good", false}, {"word", "Rejected <b>"}, {"reason", "see the findings"}}));
   EXPECT_EQ(j["cards"][0]["under"], json::array({"+- 0.3 at 95 %"}));
+}
+
+TEST(Provenance, StandsBesideAResultAndMayBeAbsent) {
+  json result{{"schema", "resonid.track/1"}, {"rows", 3}};
+  EXPECT_FALSE(provenance_of(result));
+  put_provenance(result, {"0.1.0", "resonid track a.csv", "2026-03-01T12:00:00Z", {{"a.csv", "12"}}});
+  EXPECT_EQ(result.at("rows"), 3);
+  EXPECT_EQ(result.at("provenance").at("command"), "resonid track a.csv");
+  const auto read = provenance_of(result);
+  ASSERT_TRUE(read);
+  EXPECT_EQ(read->files[0].name, "a.csv");
+  result["provenance"] = "somebody";
+  EXPECT_FALSE(provenance_of(result));
 }
 
 }  // namespace
