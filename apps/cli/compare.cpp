@@ -14,6 +14,7 @@
 #include "option_names.hpp"
 #include "options.hpp"
 #include "output.hpp"
+#include "provenance.hpp"
 #include "result_file.hpp"
 #include "result_words.hpp"
 #include "verbs.hpp"
@@ -59,12 +60,19 @@ void run_compare(CompareVerb& o) {
   }
   auto comparison = identification::compare(first, second, o.options).value();
   put_in_options(comparison);
+  const auto provenance = provenance_of_files({o.first, o.second});
   if (!o.report.empty()) {
-    auto page = report::document(comparison);
-    page.command = fmt::format("resonid compare {} {} --report {}", o.first, o.second, o.report);
+    report::ComparedResults results{first, second};
+    if (!o.controller.empty()) results.controller = o.options.weight;
+    auto page = report::document(comparison, results);
+    page.provenance = provenance;
     write_output(o.report, report::document_page(page));
   }
-  if (!o.json.empty()) write_json(o.json, report::to_json(comparison));
+  if (!o.json.empty()) {
+    auto json = report::to_json(comparison);
+    report::put_provenance(json, provenance);
+    write_json(o.json, json);
+  }
   if (!quiet) {
     print(report::summary_text(comparison));
     if (!o.report.empty()) print(fmt::format("Report written to {}\n", o.report));

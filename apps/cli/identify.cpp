@@ -18,6 +18,7 @@
 #include "options.hpp"
 #include "output.hpp"
 #include "progress.hpp"
+#include "provenance.hpp"
 #include "record_options.hpp"
 #include "result_file.hpp"
 #include "result_words.hpp"
@@ -48,8 +49,13 @@ void identify_one(const CLI::App& verb, IdentifyOptions& o) {
   put_in_options(*result);
   progress.stage("writing");
   if (!o.response.empty()) write_response(o.response, *result);
-  if (!o.report.empty()) write_output(o.report, report::page(report::page_json(*result, record)));
-  if (!o.json.empty()) write_json(o.json, report::to_json(*result));
+  const auto with_provenance = [&](nlohmann::json data) {
+    report::put_provenance(data, provenance_of_files({o.record.record, o.validate_on}));
+    return data;
+  };
+  if (!o.report.empty())
+    write_output(o.report, report::page(with_provenance(report::page_json(*result, record))));
+  if (!o.json.empty()) write_json(o.json, with_provenance(report::to_json(*result)));
   if (!quiet) {
     print(report::summary_text(*result));
     if (!o.report.empty()) print(fmt::format("Report written to {}\n", o.report));

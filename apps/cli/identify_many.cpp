@@ -16,6 +16,7 @@
 #include "option_names.hpp"
 #include "output.hpp"
 #include "progress.hpp"
+#include "provenance.hpp"
 #include "result_file.hpp"
 #include "result_words.hpp"
 
@@ -92,19 +93,22 @@ void validate_all(const CLI::App& verb, const IdentifyOptions& o, report::BatchR
   if (result.joint) validate_elsewhere(verb, o, result.joint->result);
 }
 
-std::string command_of(const IdentifyOptions& o, std::size_t records) {
-  return fmt::format("resonid identify ({} records){} --report {}", records, o.join ? " --join" : "",
-                     o.report);
-}
-
-void write_all(const IdentifyOptions& o, const report::BatchResult& result) {
+void write_all(const IdentifyOptions& o, const std::vector<std::string>& files,
+               const report::BatchResult& result) {
   if (!o.response.empty() && result.joint) write_response(o.response, result.joint->result);
+  if (o.report.empty() && o.json.empty()) return;
+  auto inputs = files;
+  inputs.push_back(o.validate_on);
+  const auto provenance = provenance_of_files(inputs);
   if (!o.report.empty()) {
     auto page = report::document(result);
-    page.command = command_of(o, result.batch.entries.size());
+    page.provenance = provenance;
     write_output(o.report, report::document_page(page));
   }
-  if (!o.json.empty()) write_json(o.json, report::to_json(result));
+  if (o.json.empty()) return;
+  auto json = report::to_json(result);
+  report::put_provenance(json, provenance);
+  write_json(o.json, json);
 }
 
 /// What went wrong, after everything else has been written.
@@ -196,7 +200,7 @@ void identify_many(const CLI::App& verb, const IdentifyOptions& o, const std::ve
   if (!o.validate_on.empty()) validate_all(verb, o, result);
   put_in_options(result);
   progress.stage("writing");
-  write_all(o, result);
+  write_all(o, files, result);
   if (!quiet) {
     print(report::summary_text(result));
     if (!o.report.empty()) print(fmt::format("Report written to {}\n", o.report));

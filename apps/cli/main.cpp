@@ -3,10 +3,12 @@
 #include <cli/program.hpp>
 #include <string_view>
 
+#include "provenance.hpp"
 #include "verbs.hpp"
 
 int main(int argc, char** argv) {
   using namespace resonid::cli;
+  remember_command(argc, argv);
   if (argc > 1 && std::string_view(argv[1]) == "reproduce") return run_reproduce(argc - 1, argv + 1);
   CLI::App app("Identifies resonating mechanical systems in electric drives.", "resonid");
   app.set_version_flag("--version", "resonid " RESONID_VERSION);

@@ -18,6 +18,7 @@
 #include "options.hpp"
 #include "output.hpp"
 #include "progress.hpp"
+#include "provenance.hpp"
 #include "result_file.hpp"
 #include "result_words.hpp"
 #include "verbs.hpp"
@@ -238,11 +239,16 @@ void write_results(const planning::Plan& plan, const PlanOptions& o) {
     write_output(o.out, csv_text({{"time_s", time}, {"ru", x.excitation}}));
   }
   if (!o.experiment.empty()) write_output(o.experiment, experiment_toml(plan));
-  if (!o.json.empty()) write_json(o.json, report::to_json(plan));
+  const auto provenance = provenance_of_files({o.model});
+  if (!o.json.empty()) {
+    auto json = report::to_json(plan);
+    report::put_provenance(json, provenance);
+    write_json(o.json, json);
+  }
   if (!o.report.empty()) {
     auto page = report::document(plan);
     put_in_options(page.summary);
-    page.command = fmt::format("resonid plan ... --report {}", o.report);
+    page.provenance = provenance;
     write_output(o.report, report::document_page(page));
   }
 }

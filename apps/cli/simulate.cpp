@@ -22,6 +22,7 @@
 #include "options.hpp"
 #include "output.hpp"
 #include "progress.hpp"
+#include "provenance.hpp"
 #include "verbs.hpp"
 
 namespace resonid::cli {
@@ -239,11 +240,17 @@ void run_simulate(const CLI::App& verb, const SimulateOptions& o) {
   const auto simulation = simulated(verb, o);
   progress.stage("writing");
   if (!o.out.empty()) write_output(o.out, record_csv(simulation.record));
-  if (!o.truth.empty()) write_json(o.truth, report::to_json(report::simulated_truth(simulation.truth)));
-  if (!o.json.empty()) write_json(o.json, summary_json(o, simulation));
+  const auto provenance = provenance_of_files({o.experiment});
+  const auto write_with_provenance = [&](const std::string& path, nlohmann::json json) {
+    report::put_provenance(json, provenance);
+    write_json(path, json);
+  };
+  if (!o.truth.empty())
+    write_with_provenance(o.truth, report::to_json(report::simulated_truth(simulation.truth)));
+  if (!o.json.empty()) write_with_provenance(o.json, summary_json(o, simulation));
   if (!o.report.empty()) {
     auto page = report::document(simulation);
-    page.command = fmt::format("resonid simulate {} --report {}", o.experiment, o.report);
+    page.provenance = provenance;
     write_output(o.report, report::document_page(page));
   }
   if (!quiet) print(summary_text(o, simulation));

@@ -18,6 +18,7 @@
 #include "options.hpp"
 #include "output.hpp"
 #include "progress.hpp"
+#include "provenance.hpp"
 #include "record_options.hpp"
 #include "result_file.hpp"
 #include "result_words.hpp"
@@ -152,8 +153,17 @@ void run_track(const CLI::App& verb, TrackVerbOptions& o) {
   put_in_options(*track);
   progress.stage("writing");
   if (writer) writer->finish();
-  if (!o.report.empty()) write_output(o.report, report::document_page(report::track_document(*track)));
-  if (!o.json.empty()) write_json(o.json, report::to_json(*track));
+  const auto provenance = provenance_of_files({o.record.record, o.start, o.baseline});
+  if (!o.report.empty()) {
+    auto page = report::track_document(*track, record);
+    page.provenance = provenance;
+    write_output(o.report, report::document_page(page));
+  }
+  if (!o.json.empty()) {
+    auto json = report::to_json(*track);
+    report::put_provenance(json, provenance);
+    write_json(o.json, json);
+  }
   if (!quiet) {
     print(report::track_text(*track));
     if (!o.out.empty()) print(fmt::format("{} rows written to {}\n", track->rows, o.out));

@@ -14,6 +14,7 @@
 #include "options.hpp"
 #include "output.hpp"
 #include "progress.hpp"
+#include "provenance.hpp"
 #include "record_options.hpp"
 #include "result_words.hpp"
 #include "verbs.hpp"
@@ -77,12 +78,17 @@ void run_validate(const CLI::App& verb, ValidateVerb& o) {
                                                     : in_options(v.error()));
   put_in_options(*v);
   if (!o.residual.empty()) write_output(o.residual, residual_csv(*v, record));
+  const auto provenance = provenance_of_files({o.model, o.record.record});
   if (!o.report.empty()) {
     auto page = report::document(*v, record);
-    page.command = fmt::format("resonid validate {} {} --report {}", o.model, o.record.record, o.report);
+    page.provenance = provenance;
     write_output(o.report, report::document_page(page));
   }
-  if (!o.json.empty()) write_json(o.json, report::to_json(*v));
+  if (!o.json.empty()) {
+    auto json = report::to_json(*v);
+    report::put_provenance(json, provenance);
+    write_json(o.json, json);
+  }
   if (!quiet) {
     print(report::summary_text(*v));
     if (!o.report.empty()) print(fmt::format("Report written to {}\n", o.report));

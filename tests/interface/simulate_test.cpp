@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+#include <cstdlib>
 #include <golden.hpp>
 #include <nlohmann/json.hpp>
 #include <resonid/io/detail/table.hpp>
@@ -33,6 +34,31 @@ class Simulate : public test::ProgramTest {
  private:
   std::string demo_;
 };
+
+// The date is that of `date -u -d @86400`.
+TEST_F(Simulate, ResultsNameVersionCommandDateAndFiles) {
+  write_demo();
+  ASSERT_EQ(run("simulate e.toml --duration 2 --out r.csv").exit_code, 0);
+  const auto identify = [&] {
+    const auto done = run("identify r.csv --model none --json o.json --report 'o o.html'");
+    EXPECT_EQ(done.exit_code, 0) << done.error;
+    return nlohmann::json::parse(text("o.json")).at("provenance");
+  };
+  ::setenv("SOURCE_DATE_EPOCH", "86400", 1);
+  const auto made = identify();
+  const std::string result = text("o.json"), page = text("o o.html");
+  EXPECT_EQ(identify(), made);
+  EXPECT_EQ(text("o.json"), result);  // the same again, to the byte
+  EXPECT_EQ(text("o o.html"), page);
+  ::unsetenv("SOURCE_DATE_EPOCH");
+  EXPECT_EQ(made.at("date"), "1970-01-02T00:00:00Z");
+  EXPECT_EQ(made.at("command"), "resonid identify r.csv --model none --json o.json --report 'o o.html'");
+  EXPECT_EQ(run("--version").out, "resonid " + made.at("version").get<std::string>() + "\n");
+  EXPECT_EQ(made.at("files").at(0).at("name"), "r.csv");
+  EXPECT_EQ(made.at("files").at(0).at("sha256").get<std::string>().size(), 64U);
+  EXPECT_NE(page.find(made.at("files").at(0).at("sha256").get<std::string>()), std::string::npos);
+  EXPECT_GT(identify().at("date").get<std::string>(), "2020");  // the clock's
+}
 
 TEST_F(Simulate, DemoWritesRecordTruthAndSummary) {
   write_demo();

@@ -227,8 +227,10 @@ TEST_F(Track, ThePageStandsAlone) {
   simulate("ii_iii_tooth_prbs", "--duration 4");
   ASSERT_EQ(run("track r.csv --delay 0.004 " + cascade() + "--report p.html").exit_code, 0);
   const std::string page = text("p.html");
-  for (const char* part : {"resonid tracking", "Over position", "Nyquist curve of the loop along the record",
-                           "modulus margin", "Rows after the start that passed"})
+  for (const char* part :
+       {"resonid \xC2\xB7 tracking", "Over position", "Nyquist curve of the loop along the record",
+        "modulus margin", "Rows after the start that passed", "Input and output",
+        "resonid track r.csv --delay 0.004", "SHA-256 "})
     EXPECT_NE(page.find(part), std::string::npos) << part;
   EXPECT_EQ(page.find("http://"), std::string::npos);
   EXPECT_LT(page.size(), 2'800'000U);

@@ -5,6 +5,8 @@
 #include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <resonid/base/enum_names.hpp>
+#include <resonid/diagnostics/finding.hpp>
+#include <resonid/report/provenance.hpp>
 #include <string>
 #include <vector>
 
@@ -35,10 +37,27 @@ struct Table {
   std::vector<std::vector<std::string>> rows;  ///< [row][column]
 };
 
+/// One quantity over several recordings: a row each, with its interval as a bar.
+struct Intervals {
+  struct Row {
+    std::string name;  ///< What was measured: a file's name.
+    double value = 0.0;
+    double half_width = 0.0;  ///< Half the width of its interval; 0: unknown.
+    bool marked = false;      ///< Doubtful: drawn paler.
+  };
+  std::string title;
+  std::string unit;
+  std::vector<Row> rows;
+  std::optional<double> mean = {};  ///< Drawn through all rows.
+  double mean_half_width = 0.0;     ///< Half the width of its interval; 0: unknown.
+  std::string verdict = {};         ///< Beside the title: "agrees".
+};
+
 /// One curve, or one set of points, of a chart; with lower and upper also the band around it.
 struct Curve {
-  /// `band`: nothing but what lies between lower and upper; it has no y.
-  enum class Mark { line, dashed, points, band };
+  /// `band`: nothing but what lies between lower and upper; it has no y. `faint`: points that say little (no
+  /// excitation); drawn pale, and the axes do not reach for them.
+  enum class Mark { line, dashed, points, band, faint };
   std::string name;
   Mark mark = Mark::line;
   std::vector<double> x;  ///< [point]; ascending unless the chart has equal axes
@@ -52,7 +71,8 @@ struct Curve {
 inline constexpr EnumName<Curve::Mark> kMarkNames[] = {{Curve::Mark::line, "line"},
                                                        {Curve::Mark::dashed, "dashed"},
                                                        {Curve::Mark::points, "points"},
-                                                       {Curve::Mark::band, "band"}};
+                                                       {Curve::Mark::band, "band"},
+                                                       {Curve::Mark::faint, "faint"}};
 [[nodiscard]] constexpr std::span<const EnumName<Curve::Mark>> enum_names(Curve::Mark) noexcept {
   return kMarkNames;
 }
@@ -76,6 +96,15 @@ inline constexpr EnumName<Shape::Kind> kShapeNames[] = {
   return kShapeNames;
 }
 
+/// Values over two axes as colours: a response's magnitude over time and frequency.
+struct HeatMap {
+  std::vector<double> x;  ///< Ascending.
+  std::vector<double> y;  ///< Ascending.
+  /// [y][x]; a gap where not finite.
+  std::vector<std::vector<double>> value;
+  std::string unit;  ///< "dB"
+};
+
 /// What an axis shows before it is zoomed.
 struct AxisRange {
   double low = 0.0, high = 0.0;
@@ -93,6 +122,8 @@ struct Chart {
   std::vector<Shape> shapes = {};
   /// Ranges of the axes; absent: that of all curves. In a plane both or neither count.
   std::optional<AxisRange> x_range = {}, y_range = {};
+  /// In place of curves.
+  std::optional<HeatMap> map = {};
 };
 
 /// A place where the print contradicts itself or its own figures, and what was taken instead.
@@ -110,13 +141,17 @@ struct Section {
   std::vector<Chart> charts;
   std::vector<Table> plain_tables = {};
   bool folded = false;  ///< shown by its title until it is opened; without charts
+  std::vector<Intervals> intervals = {};
+  bool side_by_side = false;  ///< Its charts and intervals in two columns where there is room.
+  bool sheet = false;         ///< Part of the one printed page.
 };
 
 /// What the page says first, as a badge beside its title.
 struct Badge {
   bool good = false;
-  std::string word;    ///< "Trusted"
-  std::string reason;  ///< In a few words; may be empty.
+  std::string word;      ///< "Trusted"
+  std::string reason;    ///< In a few words; may be empty.
+  bool warning = false;  ///< Where not good: something to look at rather than a failure.
 };
 
 /// A figure that a reader looks for first.
@@ -136,9 +171,13 @@ struct Document {
   std::vector<Discrepancy> discrepancies;
   /// Noisy runs that means and deviations are taken over; every form of the document says so. 0: none.
   std::size_t seeds = 0;
-  std::string kind = "reproduction";  ///< what the page calls itself, above its title
-  std::optional<Badge> badge = {};    ///< the verdict, where there is one
-  std::vector<Card> cards = {};       ///< at most six
+  std::string kind = "reproduction";    ///< what the page calls itself, above its title
+  std::optional<Badge> badge = {};      ///< the verdict, where there is one
+  std::vector<Card> cards = {};         ///< at most six
+  std::vector<std::string> facts = {};  ///< Below the title in one line: "8500 samples", "500 Hz".
+  /// What to know of recording and result, beside the summary; absent: nothing was judged.
+  std::optional<std::vector<diagnostics::Finding>> findings = {};
+  std::optional<Provenance> provenance = {};  ///< At the page's end.
 };
 
 /// One self-contained HTML page: no network, no other files, readable on a phone, in the dark and on paper.
@@ -165,7 +204,9 @@ struct Document {
 ///     at_unit, lower, upper}], shapes: [{kind, name, x, y, radius, x_end, y_end}], x_range, y_range}
 ///
 /// `badge`, `cards`, `plain_tables`, `shapes`, `lower`, `upper` and the ranges stand there only where there
-/// are any.
+/// are any; so do `warning` in a badge, `map` {x, y, value, unit} in a chart and `intervals` [{title, unit,
+/// rows: [{name, value, half_width}], mean, mean_half_width, verdict}] in a section, and `facts` and
+/// `findings` [{id, severity, meaning}].
 [[nodiscard]] nlohmann::json document_json(const Document& document);
 
 }  // namespace resonid::report

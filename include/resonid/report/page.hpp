@@ -11,8 +11,8 @@ namespace resonid::report {
 /// One self-contained HTML page that shows an identification: no network, no other files, readable on a
 /// phone, in the dark and on paper. A pure function of its data.
 ///
-/// `data` is the object of `identify --json`, and for the pictures a key "page" beside it, all of it
-/// optional:
+/// `data` is the object of `identify --json` (with put_provenance() that too), and for the pictures a key
+/// "page" beside it, all of it optional:
 ///
 ///     title            shown on top
 ///     confidence       of every band and range drawn, 0.95 unless told
@@ -23,7 +23,13 @@ namespace resonid::report {
 ///     loop_marks       [{kind: "crossover"|"modulus"|"gain", frequency_hz, real, imag}]
 ///     signals          {time_s, channels: [{role, name, unit, min, max}]}: envelopes per bin
 ///     residual         {time_s, min, max, unit}: output less the simulated model
+///     overlay          chart: the output, measured and simulated
+///     sensitivity      chart: |S| and |T|; peaks {ms, ms_hz, mt, mt_hz}
+///     spectra          charts: power of input and output, lines of the response marked
+///     inertia_ratio    {value, std}: load over motor
 ///     summary          plain sentences
+///
+/// Charts are as document_json() has them (document.hpp).
 ///
 /// Curves of "page" are kept to 7 significant digits. A page that would grow beyond kPageBytes is thinned:
 /// envelopes get wider bins, curves and measured lines fewer points (evenly over log frequency), and the page

@@ -51,15 +51,17 @@ std::string blocks(const Table& table) {
 
 std::string summary_text(const BatchResult& result) {
   const double percent = 100.0 * result.batch.confidence;
-  std::string text = fmt::format("Records, {:.0f} % confidence\n", percent) + blocks(records_table(result));
+  std::string text =
+      fmt::format("Recordings, {:.0f} % confidence\n", percent) + blocks(records_table(result));
   for (const auto& e : result.batch.entries)
     if (!e.result) text += wrapped(error_line(e), "\n  ", "    ") + "\n";
   const auto spread = spread_table(result);
   if (!spread.rows.empty()) {
-    text += "\nOver the records (scatter: their standard deviation)\n" + blocks(spread);
+    text += "\nOver the recordings (scatter: their standard deviation)\n" + blocks(spread);
   }
   if (result.joint) {
-    text += "\nJoint estimate, each record against the others\n" + blocks(consistency_table(*result.joint));
+    text +=
+        "\nJoint estimate, each recording against the others\n" + blocks(consistency_table(*result.joint));
     text += fmt::format("\nJoint figures, {:.0f} % confidence intervals\n", percent) +
             blocks(figures_table(result.joint->result));
     text += findings_text(result.joint->result.findings);

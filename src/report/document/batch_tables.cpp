@@ -61,7 +61,7 @@ std::string heading(const Spread& figure) {
 Table records_table(const BatchResult& result) {
   const Batch& batch = result.batch;
   const double z = two_sided_quantile(batch.confidence);
-  Table table{"", {"Record"}, {}};
+  Table table{"", {"Recording"}, {}};
   std::vector<const Spread*> shown;
   for (const auto& f : batch.figures)
     if (!secondary(f.name)) shown.push_back(&f);
@@ -96,7 +96,7 @@ Table records_table(const BatchResult& result) {
 
 Table spread_table(const BatchResult& result) {
   const double z = two_sided_quantile(result.batch.confidence);
-  Table table{"", {"Figure", "Mean", "Scatter", "chi2/degrees", "p", "Verdict", "Records"}, {}};
+  Table table{"", {"Figure", "Mean", "Scatter", "chi2/degrees", "p", "Verdict", "Recordings"}, {}};
   for (const auto& f : result.batch.figures) {
     if (f.values.size() < 2) continue;
     const std::string ratio =
@@ -112,7 +112,8 @@ Table spread_table(const BatchResult& result) {
 }
 
 Table consistency_table(const identification::Joint& joint) {
-  Table table{"", {"Record", "chi2", "degrees", "p", "lines' chi2/degrees", "joint fit, %", "Verdict"}, {}};
+  Table table{
+      "", {"Recording", "chi2", "degrees", "p", "lines' chi2/degrees", "joint fit, %", "Verdict"}, {}};
   for (const auto& r : joint.records)
     table.rows.push_back({r.file, optional_text(r.chi_square, "{:.2f}"),
                           r.chi_square ? fmt::format("{}", r.degrees) : "-", probability_text(r.probability),
@@ -169,7 +170,7 @@ std::vector<std::string> sentences(const BatchResult& result) {
     if (e.result->trusted) ++trusted;
   }
   std::vector<std::string> list = {fmt::format(
-      "{} records: {} identified, {} of them trusted{}.", batch.entries.size(), identified, trusted,
+      "{} recordings: {} identified, {} of them trusted{}.", batch.entries.size(), identified, trusted,
       identified < batch.entries.size()
           ? fmt::format(", {} could not be read or identified", batch.entries.size() - identified)
           : "")};
@@ -180,10 +181,10 @@ std::vector<std::string> sentences(const BatchResult& result) {
     if (!f.agrees) differing += (differing.empty() ? "" : ", ") + spaced(f.name);
   }
   if (!differing.empty())
-    list.push_back("The records differ beyond their error bars in: " + differing + ".");
+    list.push_back("The recordings differ beyond their error bars in: " + differing + ".");
   else if (judged > 0)
     list.push_back(
-        fmt::format("Noise explains every difference between the records ({} figures, {:.0f} % "
+        fmt::format("Noise explains every difference between the recordings ({} figures, {:.0f} % "
                     "confidence over all).",
                     judged, 100.0 * batch.confidence));
   if (!result.join_error.empty()) list.push_back("Not joined: " + result.join_error + ".");

@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 #include <resonid/report/document.hpp>
 
+#include "report/document/chart_json.hpp"
 #include "report/document/document_cells.hpp"
 #include "report/json/put.hpp"
 
@@ -195,6 +196,29 @@ json shape_json(const Shape& shape) {
   return out;
 }
 
+json intervals_json(const Intervals& list) {
+  json out{{"title", list.title}, {"unit", list.unit}, {"rows", json::array()}};
+  for (const auto& row : list.rows)
+    out["rows"].push_back({{"name", row.name}, {"value", row.value}, {"half_width", row.half_width}});
+  put(out, "mean", list.mean);
+  if (list.mean) out["mean_half_width"] = list.mean_half_width;
+  if (!list.verdict.empty()) out["verdict"] = list.verdict;
+  return out;
+}
+
+json section_json(const Section& s) {
+  json section{{"title", s.title}, {"text", s.text}, {"tables", json::array()}, {"charts", json::array()}};
+  for (const auto& table : s.tables) section["tables"].push_back(table_json(table));
+  for (const auto& chart : s.charts) section["charts"].push_back(chart_json(chart));
+  for (const auto& table : s.plain_tables)
+    section["plain_tables"].push_back(
+        {{"title", table.title}, {"columns", table.columns}, {"rows", table.rows}});
+  for (const auto& list : s.intervals) section["intervals"].push_back(intervals_json(list));
+  return section;
+}
+
+}  // namespace
+
 json chart_json(const Chart& chart) {
   json curves = json::array();
   for (const Curve& c : chart.curves) {
@@ -215,10 +239,10 @@ json chart_json(const Chart& chart) {
   for (const Shape& shape : chart.shapes) out["shapes"].push_back(shape_json(shape));
   if (chart.x_range) out["x_range"] = {chart.x_range->low, chart.x_range->high};
   if (chart.y_range) out["y_range"] = {chart.y_range->low, chart.y_range->high};
+  if (const auto& m = chart.map)
+    out["map"] = {{"x", m->x}, {"y", m->y}, {"value", m->value}, {"unit", m->unit}};
   return out;
 }
-
-}  // namespace
 
 std::string document_markdown(const Document& document) {
   std::string out = "# " + escaped(document.title) + "\n\n";
@@ -255,15 +279,7 @@ std::string document_text(const Document& document) {
 
 json document_json(const Document& document) {
   json sections = json::array();
-  for (const Section& s : document.sections) {
-    json section{{"title", s.title}, {"text", s.text}, {"tables", json::array()}, {"charts", json::array()}};
-    for (const auto& table : s.tables) section["tables"].push_back(table_json(table));
-    for (const auto& chart : s.charts) section["charts"].push_back(chart_json(chart));
-    for (const auto& table : s.plain_tables)
-      section["plain_tables"].push_back(
-          {{"title", table.title}, {"columns", table.columns}, {"rows", table.rows}});
-    sections.push_back(std::move(section));
-  }
+  for (const Section& s : document.sections) sections.push_back(section_json(s));
   json discrepancies = json::array();
   for (const auto& d : document.discrepancies)
     discrepancies.push_back(
@@ -274,8 +290,16 @@ json document_json(const Document& document) {
   if (document.seeds > 0) whole["seeds"] = document.seeds;
   if (const auto& b = document.badge)
     whole["badge"] = {{"good", b->good}, {"word", b->word}, {"reason", b->reason}};
+  if (document.badge && document.badge->warning) whole["badge"]["warning"] = true;
   for (const Card& c : document.cards)
     whole["cards"].push_back({{"name", c.name}, {"value", c.value}, {"unit", c.unit}, {"under", c.under}});
+  if (document.provenance) put_provenance(whole, *document.provenance);
+  if (!document.facts.empty()) whole["facts"] = document.facts;
+  if (document.findings) {
+    whole["findings"] = json::array();
+    for (const auto& f : *document.findings)
+      whole["findings"].push_back({{"id", f.id}, {"severity", name_of(f.severity)}, {"meaning", f.meaning}});
+  }
   return whole;
 }
 

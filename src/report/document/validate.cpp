@@ -22,7 +22,7 @@ std::string residual_sentence(const ModelValidation& v) {
   std::string text;
   if (most != v.bands.end())
     text = fmt::format(
-        "{:.0f} % of the residual's power lies in {:.3g} ... {:.3g} Hz, where the residual has {:.2g} % of "
+        "{:.0f} % of the residual's power lies in {:.3g} ... {:.3g} Hz, where the residual has {:.3g} % of "
         "the output's power. ",
         100.0 * most->residual_share, most->low_hz, most->high_hz, 100.0 * most->residual_over_output);
   if (v.dependence.lags > 0)

@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cctype>
 #include <cmath>
 #include <complex>
 #include <resonid/base/constants.hpp>
@@ -11,6 +12,7 @@
 #include "report/document/batch_tables.hpp"
 #include "report/document/result_parts.hpp"
 #include "report/document/words.hpp"
+#include "report/pages/curves.hpp"
 
 namespace resonid::report {
 namespace {
@@ -35,6 +37,7 @@ double decibels(double x) { return 20.0 * std::log10(x); }
 Curve magnitude(const std::string& name, const data::FrequencyResponse& g, double confidence, bool band) {
   Curve curve{name, Curve::Mark::line, {}, {}};
   for (const std::size_t i : spread_lines(g.lines())) {
+    if (!determined(g, i)) continue;  // nothing excites it
     const double size = std::abs(g.value[i]);
     curve.x.push_back(g.frequency_hz[i]);
     curve.y.push_back(decibels(size));
@@ -52,6 +55,7 @@ Curve phase(const std::string& name, const data::FrequencyResponse& g) {
   Curve curve{name, Curve::Mark::line, {}, {}};
   double turns = 0.0, last = 0.0;
   for (const std::size_t i : spread_lines(g.lines())) {
+    if (!determined(g, i)) continue;
     const double angle = std::arg(g.value[i]) * 180.0 / kPi;
     if (!curve.y.empty()) turns -= 360.0 * std::round((angle + turns - last) / 360.0);
     last = angle + turns;
@@ -77,7 +81,7 @@ Section responses_section(const BatchResult& result) {
       add(e.file, e.result->response, identified <= kMostBands && !result.joint);
   amplitude.caption =
       fmt::format("Measured responses, known delay removed.{}{}",
-                  identified > kMostCurves ? fmt::format(" The first {} records.", kMostCurves) : "",
+                  identified > kMostCurves ? fmt::format(" The first {} recordings.", kMostCurves) : "",
                   result.joint || identified <= kMostBands
                       ? fmt::format(" Bands: {:.0f} % confidence.", 100.0 * batch.confidence)
                       : "");
@@ -89,36 +93,53 @@ Section responses_section(const BatchResult& result) {
 
 /// The loops near the point -1.
 Section loops_section(const BatchResult& result) {
-  Chart chart{"Open loops", "Real part of L", "Imaginary part of L", false, true, {}, ""};
+  Chart chart = nyquist_plane("Open loops");
   const auto add = [&](const std::string& name, const data::FrequencyResponse& loop) {
-    Curve curve{name, Curve::Mark::line, {}, {}, {}};
-    constexpr double kFar = 4.0;
+    data::FrequencyResponse shown;
     for (const std::size_t i : spread_lines(loop.lines())) {
-      const bool near = std::abs(loop.value[i]) < kFar;
-      curve.x.push_back(near ? loop.value[i].real() : std::nan(""));
-      curve.y.push_back(near ? loop.value[i].imag() : std::nan(""));
-      curve.at.push_back(loop.frequency_hz[i]);
+      shown.frequency_hz.push_back(loop.frequency_hz[i]);
+      shown.value.push_back(loop.value[i]);
     }
-    chart.curves.push_back(std::move(curve));
+    chart.curves.push_back(nyquist_curve(name, shown));
   };
   if (result.joint && result.joint->result.loop) add("joined", result.joint->result.loop->curve);
   for (const auto& e : result.batch.entries)
     if (e.result && e.result->loop && chart.curves.size() < kMostCurves) add(e.file, e.result->loop->curve);
   Section section;
   if (chart.curves.empty()) return section;
-  Shape unit;
-  unit.kind = Shape::Kind::circle;
-  unit.name = "unit circle |L| = 1";
-  unit.radius = 1.0;
-  Shape critical;
-  critical.kind = Shape::Kind::cross;
-  critical.name = "the point -1";
-  critical.x = -1.0;
-  chart.shapes = {unit, critical};
-  chart.x_range = AxisRange{-2.0, 2.0};
-  chart.y_range = AxisRange{-2.0, 2.0};
   section.title = "All loops";
   section.charts = {chart};
+  return section;
+}
+
+/// Every figure over the recordings, each with its interval.
+Section intervals_section(const BatchResult& result) {
+  Section section;
+  section.title = "Parameters over the recordings";
+  section.side_by_side = section.sheet = true;
+  const double z = two_sided_quantile(result.batch.confidence);
+  for (const auto& f : result.batch.figures) {
+    if (f.values.size() < 2) continue;
+    Intervals list;
+    const std::string name = heading(f);
+    list.title = name.substr(0, name.rfind(", "));
+    list.unit = f.unit;
+    list.mean = f.mean;
+    if (f.std) list.mean_half_width = z * *f.std;
+    if (f.probability) list.verdict = f.agrees ? "agrees" : "differs";
+    for (const auto& v : f.values) {
+      const auto& entry = result.batch.entries[v.record];
+      list.rows.push_back({base_name(entry.file), v.value, v.std ? z * *v.std : 0.0,
+                           !(entry.result && entry.result->trusted)});
+    }
+    section.intervals.push_back(std::move(list));
+  }
+  if (!section.intervals.empty())
+    section.text = {
+        fmt::format("Bars: {:.0f} % confidence intervals; the band through all rows is the weighted mean. "
+                    "Recordings that "
+                    "are not trusted are pale and do not widen the scale.",
+                    100.0 * result.batch.confidence)};
   return section;
 }
 
@@ -147,58 +168,118 @@ Section record_section(const BatchEntry& entry) {
   return section;
 }
 
+/// The verdict beside the name, so that it shows however many figures follow.
+Table verdict_first(Table table) {
+  const auto is_verdict = [](const std::string& name) { return name == "verdict" || name == "Verdict"; };
+  const auto at =
+      std::find_if(table.columns.begin(), table.columns.end(), is_verdict) - table.columns.begin();
+  if (at < 2 || at == std::ssize(table.columns)) return table;
+  std::rotate(table.columns.begin() + 1, table.columns.begin() + at, table.columns.begin() + at + 1);
+  for (auto& row : table.rows)
+    if (std::ssize(row) > at) std::rotate(row.begin() + 1, row.begin() + at, row.begin() + at + 1);
+  return table;
+}
+
 Section joint_section(const identification::Joint& joint) {
   Section section;
   section.title = "Joint estimate";
   section.text = {
-      "All records as one experiment. Each record's parameters are compared with those of all others; p is "
+      "All recordings as one experiment. Each recording's parameters are compared with those of all others; "
+      "p is "
       "the probability of such a distance by noise alone. The lines' chi2 per degree of freedom is 1 where "
-      "the records scatter as their error bars say."};
+      "the recordings scatter as their error bars say."};
   auto records = consistency_table(joint);
-  records.title = "Each record against the others";
+  records.title = "Each recording against the others";
   auto figures = figures_table(joint.result);
   figures.title = "Joint figures";
-  section.plain_tables = {figures, records};
-  if (!joint.result.findings.empty()) {
-    auto findings = findings_section(joint.result.findings).plain_tables.front();
-    findings.title = "Findings";
-    section.plain_tables.push_back(std::move(findings));
-  }
+  section.plain_tables = {figures, verdict_first(std::move(records))};
   return section;
+}
+
+/// The joint estimate's findings; else the warnings and errors of all recordings, those of one kind together.
+std::vector<diagnostics::Finding> findings_of(const BatchResult& result) {
+  if (result.joint) return result.joint->result.findings;
+  std::vector<diagnostics::Finding> list;
+  std::vector<std::string> files;
+  for (const auto& entry : result.batch.entries) {
+    if (!entry.result) {
+      list.push_back({"not identified", diagnostics::Severity::error, {}, {}, error_line(entry)});
+      files.emplace_back();
+      continue;
+    }
+    for (const auto& f : entry.result->findings) {
+      if (f.severity == diagnostics::Severity::info) continue;
+      std::size_t i = 0;
+      while (i < list.size() && (list[i].id != f.id || list[i].severity != f.severity)) ++i;
+      if (i == list.size()) {
+        list.push_back({f.id, f.severity, {}, {}, f.meaning});
+        files.emplace_back();
+      }
+      files[i] += (files[i].empty() ? "" : ", ") + base_name(entry.file);
+    }
+  }
+  for (std::size_t i = 0; i < list.size(); ++i)
+    if (!files[i].empty()) list[i].meaning = files[i] + ": " + list[i].meaning;
+  return list;
+}
+
+/// Means over the recordings, or the joint estimate's figures.
+std::vector<Card> cards_of(const BatchResult& result) {
+  constexpr std::size_t kMostCards = 6;
+  const double z = two_sided_quantile(result.batch.confidence);
+  std::vector<Card> cards;
+  for (const auto& f : result.batch.figures) {
+    if (f.values.size() < 2 || f.name == "offset" || f.name.find("damping_ratio") != std::string::npos)
+      continue;
+    if (cards.size() == kMostCards) break;
+    const std::string name = heading(f);
+    Card card = estimate_card(name.substr(0, name.rfind(", ")), f.mean, f.std ? z * *f.std : 0.0, f.unit,
+                              result.batch.confidence, {fmt::format("mean of {}", f.values.size())});
+    card.name[0] = static_cast<char>(std::toupper(static_cast<unsigned char>(card.name[0])));
+    cards.push_back(std::move(card));
+  }
+  return cards;
 }
 
 }  // namespace
 
 Document document(const BatchResult& result) {
   Document d;
-  d.kind = "identification of several records";
-  d.title = fmt::format("{} records", result.batch.entries.size());
-  d.summary = sentences(result);
+  d.kind = "identification of several recordings";
   const auto& entries = result.batch.entries;
+  d.title = fmt::format("{} recordings", entries.size());
+  d.summary = sentences(result);
   const auto good = std::count_if(entries.begin(), entries.end(),
                                   [](const BatchEntry& e) { return e.result && e.result->trusted; });
-  d.badge = Badge{good == std::ssize(entries), fmt::format("{} of {} trusted", good, entries.size()), ""};
+  d.badge = Badge{
+      good == std::ssize(entries), fmt::format("{} of {} trusted", good, entries.size()),
+      result.joint ? (result.joint->result.trusted ? "joint estimate trusted" : "joint estimate not trusted")
+                   : "",
+      good > 0};
+  d.cards = cards_of(result);
   Section table;
-  table.title = "Records";
+  table.title = "Recordings";
   table.text = {fmt::format("Ranges are {:.0f} % confidence intervals.", 100.0 * result.batch.confidence)};
-  table.plain_tables.push_back(records_table(result));
+  table.plain_tables.push_back(verdict_first(records_table(result)));
+  table.sheet = true;
   d.sections.push_back(std::move(table));
+  if (auto bars = intervals_section(result); !bars.intervals.empty()) d.sections.push_back(std::move(bars));
   if (auto spread = spread_table(result); !spread.rows.empty()) {
     Section section;
-    section.title = "Over the records";
+    section.title = "Over the recordings";
     section.text = {
-        "Mean weighted by the error bars, scatter over the records, and whether the error bars explain it: "
-        "chi2 per degree of freedom is near 1 for repetitions of one experiment. Judged over all figures "
-        "together (Holm)."};
-    section.plain_tables.push_back(std::move(spread));
+        "Mean weighted by the error bars, standard deviation over the recordings, and whether the error bars "
+        "explain it: chi2 per degree of freedom is near 1 for repetitions of one experiment. Judged over all "
+        "figures together (Holm)."};
+    section.plain_tables.push_back(verdict_first(std::move(spread)));
     d.sections.push_back(std::move(section));
   }
   if (result.joint) d.sections.push_back(joint_section(*result.joint));
-  if (std::any_of(result.batch.entries.begin(), result.batch.entries.end(),
-                  [](const BatchEntry& e) { return e.result.has_value(); }))
+  if (std::any_of(entries.begin(), entries.end(), [](const BatchEntry& e) { return e.result.has_value(); }))
     d.sections.push_back(responses_section(result));
   if (auto loops = loops_section(result); !loops.charts.empty()) d.sections.push_back(std::move(loops));
-  for (const auto& e : result.batch.entries) d.sections.push_back(record_section(e));
+  for (const auto& e : entries) d.sections.push_back(record_section(e));
+  d.findings = findings_of(result);
   return d;
 }
 

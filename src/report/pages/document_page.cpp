@@ -8,6 +8,7 @@
 #include <resonid/report/page.hpp>
 
 #include "report/document/document_cells.hpp"
+#include "report/pages/html.hpp"
 #include "report/pages/page_template.hpp"
 
 namespace resonid::report {
@@ -15,19 +16,7 @@ namespace {
 
 using nlohmann::json;
 
-constexpr std::string_view kMinus = "\xE2\x88\x92";
 constexpr std::string_view kTitleOfDiscrepancies = "Where the print contradicts itself, and what was taken";
-
-std::string html(const std::string& text) { return escape_html(with_sign(text, kPlusMinus)); }
-
-std::string figure(const std::string& text) {
-  const std::string escaped = escape_html(text);
-  return !escaped.empty() && escaped.front() == '-' ? std::string(kMinus) + escaped.substr(1) : escaped;
-}
-
-std::string element(std::string_view open, const std::string& content, std::string_view tag) {
-  return std::string(open).append(content).append("</").append(tag).append(">");
-}
 
 std::string heading_row(std::initializer_list<std::pair<std::string_view, bool>> names) {
   std::string out = "<thead><tr>";
@@ -53,23 +42,6 @@ std::string comparison_table(const ComparisonTable& table) {
     out += "<tr>" + element("<th scope=\"row\">", escape_html(c.quantity), "th") + number(c.published) +
            number(c.reproduced) + number(c.truth) +
            element("<td class=\"note\">", escape_html(c.note), "td") + "</tr>\n";
-  }
-  return out + "</tbody></table></div>\n";
-}
-
-std::string plain_table(const Table& table) {
-  std::string out = table.title.empty() ? "" : element("<h3>", html(table.title), "h3") + "\n";
-  out += "<div class=\"scroll\"><table class=\"plain\">\n<thead><tr>";
-  const auto class_of = [&](std::size_t i) { return numeric(table, i) ? " class=\"n\">" : ">"; };
-  for (std::size_t i = 0; i < table.columns.size(); ++i)
-    out += element(std::string("<th scope=\"col\"") + class_of(i), html(table.columns[i]), "th");
-  out += "</tr></thead>\n<tbody>\n";
-  for (const auto& row : table.rows) {
-    out += "<tr>";
-    for (std::size_t i = 0; i < std::min(row.size(), table.columns.size()); ++i)
-      out += element(std::string("<td") + class_of(i),
-                     numeric(table, i) ? with_sign(figure(row[i]), kPlusMinus) : html(row[i]), "td");
-    out += "</tr>\n";
   }
   return out + "</tbody></table></div>\n";
 }
@@ -106,9 +78,10 @@ std::string contents(const Document& document) {
 }
 
 std::string badge(const Badge& b) {
-  const std::string kind = b.good ? "good" : "bad";
+  const std::string kind = b.good ? "good" : b.warning ? "warning" : "bad";
   return "<div class=\"verdict " + kind + "\" role=\"status\"><svg aria-hidden=\"true\"><use href=\"#sign-" +
-         kind + "\"/></svg><div><b>" + html(b.word) + "</b><span>" + html(b.reason) + "</span></div></div>\n";
+         (b.good ? "good" : "bad") + "\"/></svg><div><b>" + html(b.word) + "</b><span>" + html(b.reason) +
+         "</span></div></div>\n";
 }
 
 std::string cards(const std::vector<Card>& list) {
@@ -125,47 +98,78 @@ std::string cards(const std::vector<Card>& list) {
   return out + "</dl>\n";
 }
 
-std::string body(const Document& document) {
-  std::string out =
-      "<header class=\"head\">\n<div><div class=\"brand\">resonid " + html(document.kind) + "</div>\n";
+std::string head(const Document& document) {
+  std::string out = "<header class=\"head\">\n<div><div class=\"brand\">resonid \xC2\xB7 " +
+                    html(document.kind) + "</div>\n";
   out += element("<h1>", html(document.title), "h1") + "\n";
+  std::string facts;
+  for (const auto& fact : document.facts) facts += (facts.empty() ? "" : " \xC2\xB7 ") + html(fact);
+  if (!facts.empty()) out += element("<p class=\"meta\">", facts, "p") + "\n";
   if (!document.command.empty())
     out += "<p class=\"soft small\">Made by <code>" + escape_html(document.command) + "</code></p>\n";
   if (document.seeds > 0) out += element("<p class=\"soft small\">", html(legend_of(document)), "p") + "\n";
-  out += "</div>\n" + (document.badge ? badge(*document.badge) : "") + "</header>\n";
-  if (!document.cards.empty()) out += cards(document.cards);
-  if (!document.summary.empty()) {
-    out += "<section class=\"summary-box\">\n";
+  return out + "</div>\n" + (document.badge ? badge(*document.badge) : "") + "</header>\n";
+}
+
+/// Beside each other where both are short: what it comes to, and what to know of it.
+std::string summary_and_findings(const Document& document) {
+  if (!document.findings) {
+    if (document.summary.empty()) return "";
+    std::string out = document.cards.empty() ? "<section class=\"summary-box\">\n"
+                                             : "<section class=\"sheet\"><h2>Summary</h2>\n";
     for (const auto& text : document.summary) out += element("<p>", html(text), "p") + "\n";
+    return out + "</section>\n";
+  }
+  const bool none = document.findings->empty();
+  const bool both = !document.summary.empty() && !none && document.findings->size() <= 3;
+  std::string out = std::string("<div class=\"split") + (both ? " two" : "") + "\">\n";
+  if (!document.summary.empty()) {
+    out += "<section class=\"sheet\"><h2>Summary</h2>\n<ul class=\"summary\">\n";
+    for (const auto& text : document.summary) out += element("<li>", html(text), "li") + "\n";
+    out += "</ul>";
+    if (none) out += "<p class=\"explain none\">Findings: none, every check passed.</p>";
     out += "</section>\n";
+    if (none) return out + "</div>\n";
   }
-  if (document.sections.size() > 1) out += contents(document);
+  return out + findings_box(*document.findings) + "</div>\n";
+}
+
+std::string section_html(const Section& s, std::size_t number, std::size_t& charts) {
+  std::string out =
+      "<section id=\"part-" + std::to_string(number) + "\"" + (s.sheet ? " class=\"sheet\"" : "") + ">\n";
+  out += s.folded ? "<details><summary>" + html(s.title) + "</summary>\n"
+                  : element("<h2>", html(s.title), "h2") + "\n";
+  for (const auto& text : s.text) out += element("<p class=\"explain\">", html(text), "p") + "\n";
+  if (s.side_by_side) out += "<div class=\"pair\">\n";
+  for (const auto& chart : s.charts) out += chart_place(chart, charts++);
+  for (const auto& list : s.intervals) out += interval_table(list);
+  if (s.side_by_side) out += "</div>\n";
+  for (const auto& table : s.tables) out += comparison_table(table);
+  for (const auto& table : s.plain_tables) out += plain_table(table);
+  return out + (s.folded ? "</details></section>\n" : "</section>\n");
+}
+
+std::string body(const Document& document) {
+  std::string out = head(document);
+  if (!document.cards.empty()) out += cards(document.cards);
+  out += summary_and_findings(document);
+  if (document.cards.empty() && document.sections.size() > 1) out += contents(document);
   std::size_t charts = 0;
-  for (std::size_t i = 0; i < document.sections.size(); ++i) {
-    const Section& s = document.sections[i];
-    out += "<section id=\"part-" + std::to_string(i + 1) + "\">\n";
-    if (s.folded)
-      out += "<details><summary>" + html(s.title) + "</summary>\n";
-    else
-      out += element("<h2>", html(s.title), "h2") + "\n";
-    for (const auto& text : s.text) out += element("<p class=\"explain\">", html(text), "p") + "\n";
-    for (const auto& chart : s.charts) out += chart_place(chart, charts++);
-    for (const auto& table : s.tables) out += comparison_table(table);
-    for (const auto& table : s.plain_tables) out += plain_table(table);
-    out += s.folded ? "</details></section>\n" : "</section>\n";
-  }
+  for (std::size_t i = 0; i < document.sections.size(); ++i)
+    out += section_html(document.sections[i], i + 1, charts);
   if (!document.discrepancies.empty())
     out += "<section id=\"discrepancies\">\n" + element("<h2>", std::string(kTitleOfDiscrepancies), "h2") +
            "\n" + discrepancy_table(document.discrepancies) + "</section>\n";
+  if (document.provenance) out += provenance_box(*document.provenance);
   return out;
 }
 
 /// Seven digits are more than any picture shows.
-void shorten(json& values) {
+void shorten(json& values, int digits = 7) {
   for (json& v : values) {
     if (!v.is_number_float() || !std::isfinite(v.get<double>())) continue;
     char text[40];
-    std::snprintf(text, sizeof text, "%.7g", v.get<double>());
+    std::snprintf(text, sizeof text, "%.*g", digits, v.get<double>());
     v = std::strtod(text, nullptr);
   }
 }
@@ -180,6 +184,8 @@ json charts_json(const Document& document) {
       for (json& curve : chart["curves"])
         for (const char* key : {"x", "y", "at", "lower", "upper"})
           if (curve.contains(key)) shorten(curve[key]);
+      if (chart.contains("map"))
+        for (json& line : chart["map"]["value"]) shorten(line, 4);
       chart["section"] = number;
       charts.push_back(std::move(chart));
     }

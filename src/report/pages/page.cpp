@@ -93,6 +93,10 @@ std::string still(const json& data, const std::string& title) {
             {"name", "low", "high", "unit"});
   list_rows(out, at(data, "structures"), "structure tried", {"name", "chosen", "remark"});
   list_rows(out, at(data, "choices"), "chosen", {"what", "chosen", "because"});
+  const json& made = at(data, "provenance");
+  for (const char* key : {"version", "date", "command"})
+    if (const auto text = text_of(at(made, key)); !text.empty()) row(out, key, text);
+  list_rows(out, at(made, "files"), "made from", {"name", "sha256"});
   out += "</table>\n";
   const json& summary = at(at(data, "page"), "summary");
   if (summary.is_array()) {

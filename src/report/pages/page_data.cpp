@@ -133,7 +133,23 @@ void thin_signals(json* signals, std::size_t most) {
   merge_bins((*signals)["time_s"], wide, false);
 }
 
+/// Fewer points of every curve of a chart, evenly.
+void thin_chart(json* chart, std::size_t most) {
+  if (chart == nullptr || !chart->is_object() || !chart->contains("curves")) return;
+  for (json& curve : (*chart)["curves"]) {
+    const std::size_t length = length_of(curve, "x");
+    if (length <= most) continue;
+    std::vector<std::size_t> rows;
+    for (std::size_t i = 0; i < most; ++i) rows.push_back(i * (length - 1) / (most - 1));
+    keep_rows(curve, length, rows);
+  }
+}
+
 void thin(json& data, std::size_t most) {
+  thin_chart(find(data, {"page", "overlay"}), most);
+  thin_chart(find(data, {"page", "sensitivity"}), most);
+  if (json* spectra = find(data, {"page", "spectra"}); spectra != nullptr && spectra->is_array())
+    for (json& chart : *spectra) thin_chart(&chart, most);
   thin_signals(find(data, {"page", "signals"}), most);
   thin_signals(find(data, {"page", "residual"}), most);
   for (const char* curve : {"model_curve", "load_curve", "loop_curve", "loop_measured"})

@@ -7,6 +7,8 @@
 #include <resonid/report/json.hpp>
 #include <resonid/response/line_estimates.hpp>
 
+#include "report/pages/page_charts.hpp"
+
 namespace resonid::report {
 namespace {
 
@@ -153,6 +155,7 @@ json page_json(const Result& result, const data::Record& record) {
     const auto e = envelope(result.residual, start, record.sample_rate_hz);
     page["residual"] = {{"time_s", e.time_s}, {"min", e.low}, {"max", e.high}, {"unit", record.output.unit}};
   }
+  put_charts(result, record, page);
   put_levels(data);
   data["page"] = std::move(page);
   return data;

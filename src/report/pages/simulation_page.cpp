@@ -2,8 +2,6 @@
 #include <fmt/format.h>
 
 #include <cctype>
-#include <complex>
-#include <resonid/base/constants.hpp>
 #include <resonid/base/enum_names.hpp>
 #include <resonid/report/detail/truth.hpp>
 
@@ -36,24 +34,20 @@ Table margins_table(const diagnostics::LoopMargins& m) {
   return table;
 }
 
-Section truth_section(const SimulatedTruth& simulated) {
+Section truth_section(const SimulatedTruth& simulated, const data::Record& record) {
   const auto& truth = simulated.truth;
   Section s;
   s.title = "What is true";
+  s.sheet = true;
   if (!truth.resonances.empty()) s.plain_tables.push_back(modes_table(truth));
   if (truth.controller) s.plain_tables.push_back(margins_table(simulated.margins));
-  Chart magnitude, phase;
-  magnitude.title = "Magnitude";
-  magnitude.y_label = "Torque to what is measured, in dB";
-  magnitude.curves = {level_db("machine", truth.response)};
-  phase.title = "Phase";
-  phase.y_label = "Phase in deg";
-  phase.curves = {{"machine", Curve::Mark::line, truth.response.frequency_hz, {}}};
-  for (const auto& value : truth.response.value) phase.curves[0].y.push_back(180.0 / kPi * std::arg(value));
-  for (Chart* chart : {&magnitude, &phase}) {
-    chart->x_label = "Frequency in Hz";
-    chart->log_x = true;
-    if (!truth.response.value.empty()) s.charts.push_back(*chart);
+  if (!truth.response.value.empty()) {
+    BodeCharts bode;
+    bode.magnitude.y_label =
+        fmt::format("Magnitude in dB, 0 dB = 1 ({})/{}", record.output.unit, record.input.unit);
+    bode.magnitude.curves = {level_db("machine", truth.response)};
+    bode.phase.curves = {phase_deg("machine", truth.response)};
+    s.charts = {bode.magnitude, bode.phase};
   }
   if (truth.over_time) {
     Chart course;
@@ -69,7 +63,7 @@ Section truth_section(const SimulatedTruth& simulated) {
 
 Section record_section(const data::Record& record) {
   Section s;
-  s.title = "Record";
+  s.title = "Recording";
   for (const auto& [name, channel] : {std::pair{"Excitation", &record.excitation},
                                       {"Input", &record.input},
                                       {"Output", &record.output},
@@ -87,6 +81,26 @@ Section record_section(const data::Record& record) {
   return s;
 }
 
+std::vector<Card> cards_of(const SimulatedTruth& simulated) {
+  std::vector<Card> cards;
+  const auto add = [&](const char* name, double value, const char* unit, std::string under) {
+    if (cards.size() < 6) cards.push_back({name, fmt::format("{:.4g}", value), unit, {std::move(under)}});
+  };
+  const auto& truth = simulated.truth;
+  const auto modes = [&](const char* name, const std::vector<data::UndampedMode>& list) {
+    for (const auto& mode : list)
+      add(name, mode.frequency_hz, "Hz", fmt::format("damping ratio {:.2g}", mode.damping_ratio));
+  };
+  modes("Anti-resonance", truth.antiresonances);
+  modes("Resonance", truth.resonances);
+  if (!truth.controller) return cards;
+  const auto& m = simulated.margins;
+  if (const auto f = m.crossover_hz()) add("Crossover", *f, "Hz", "of the open loop");
+  if (const auto phase = m.phase_margin_deg()) add("Phase margin", *phase, "deg", "delay included");
+  add("Modulus margin", m.modulus_margin, "", fmt::format("Ms {:.3g}", 1.0 / m.modulus_margin));
+  return cards;
+}
+
 }  // namespace
 
 Document document(const plant::Simulation& simulation) {
@@ -101,7 +115,12 @@ Document document(const plant::Simulation& simulation) {
   if (truth.delay_s > 0.0)
     d.summary.push_back(fmt::format("The measurement is {:g} ms late; the response shown leaves that out.",
                                     1e3 * truth.delay_s));
-  d.sections = {truth_section(simulated_truth(truth)), record_section(record)};
+  d.facts = {fmt::format("{} samples", record.samples()), fmt::format("{:g} Hz", record.sample_rate_hz),
+             fmt::format("{:.3g} s", static_cast<double>(record.samples()) / record.sample_rate_hz)};
+  d.badge = Badge{true, "Simulated", "what is true of the drive is known"};
+  const auto simulated = simulated_truth(truth);
+  d.cards = cards_of(simulated);
+  d.sections = {truth_section(simulated, record), record_section(record)};
   return d;
 }
 

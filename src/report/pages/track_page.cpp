@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 #include <complex>
+#include <cstdlib>
 #include <limits>
 #include <resonid/base/constants.hpp>
 #include <resonid/report/detail/track.hpp>
@@ -12,6 +13,7 @@
 #include "report/document/document_cells.hpp"
 #include "report/document/track_words.hpp"
 #include "report/document/words.hpp"
+#include "report/pages/curves.hpp"
 
 namespace resonid::report {
 namespace {
@@ -116,21 +118,29 @@ std::vector<Curve> curves_of(const Track& track, const TrackSeries& series, cons
   return curves;
 }
 
-/// What the trusted rows need, with room for their bands; the start would else flatten everything.
+/// What the trusted rows need, with room for their bands, up to half the values' own span; the start and
+/// single wide bands would else flatten everything.
 std::optional<AxisRange> range_of(const Track& track, const std::vector<const TrackSeries*>& list, double z) {
-  double low = kInfinity, high = -kInfinity;
+  double low = kInfinity, high = -kInfinity, band_low = kInfinity, band_high = -kInfinity;
   std::size_t count = 0;
   for (const auto* series : list)
     for (std::size_t i = 0; i < series->value.size(); ++i) {
-      if (!track.trusted_rows[i] || !std::isfinite(series->value[i])) continue;
-      const double half = series->std.empty() ? 0.0 : z * series->std[i];
-      low = std::min(low, series->value[i] - (std::isfinite(half) ? half : 0.0));
-      high = std::max(high, series->value[i] + (std::isfinite(half) ? half : 0.0));
+      const double value = series->value[i];
+      if (!track.trusted_rows[i] || !std::isfinite(value)) continue;
+      const double half = series->std.empty() || !std::isfinite(series->std[i]) ? 0.0 : z * series->std[i];
+      low = std::min(low, value);
+      high = std::max(high, value);
+      band_low = std::min(band_low, value - half);
+      band_high = std::max(band_high, value + half);
       ++count;
     }
-  if (count < 10 || !(high > low)) return std::nullopt;
-  const double room = std::max(0.15 * (high - low), 1e-3 * std::abs(high));
-  return AxisRange{low - room, high + room};
+  if (count < 10 || !(band_high > band_low)) return std::nullopt;
+  if (const double most = 0.5 * (high - low); most > 1e-3 * std::abs(high)) {
+    band_low = std::max(band_low, low - most);
+    band_high = std::min(band_high, high + most);
+  }
+  const double room = std::max(0.15 * (band_high - band_low), 1e-3 * std::abs(band_high));
+  return AxisRange{band_low - room, band_high + room};
 }
 
 Chart chart_of(const Track& track, std::string title, const std::string& unit,
@@ -150,7 +160,7 @@ Chart chart_of(const Track& track, std::string title, const std::string& unit,
 }
 
 std::string with_unit(const TrackSeries& series) {
-  return series.unit.empty() ? label(series) : fmt::format("{} ({})", label(series), series.unit);
+  return series.unit.empty() ? label(series) : fmt::format("{} in {}", label(series), series.unit);
 }
 
 bool known(const TrackSeries* series) {
@@ -167,8 +177,8 @@ Section resonance_section(const Track& track, const Axis& time, const Axis& alon
   if (list.empty()) return section;
   const std::string caption =
       fmt::format("Shaded around a curve: {:.0f} % confidence interval.", 100.0 * track.confidence);
-  section.charts.push_back(chart_of(track, "Over time", "frequency (Hz)", list, time));
-  if (!along.time) section.charts.push_back(chart_of(track, "Over position", "frequency (Hz)", list, along));
+  section.charts.push_back(chart_of(track, "Over time", "Frequency in Hz", list, time));
+  if (!along.time) section.charts.push_back(chart_of(track, "Over position", "Frequency in Hz", list, along));
   for (Chart& chart : section.charts) chart.caption = caption;
   return section;
 }
@@ -202,7 +212,7 @@ Chart line_chart(const Track& track, const Axis& time) {
   Chart chart;
   chart.title = "Magnitude at the lines";
   chart.x_label = time.label;
-  chart.y_label = "magnitude (dB)";
+  chart.y_label = "Magnitude in dB";
   const std::size_t lines = track.lines.size() / 3;
   const std::size_t shown = std::min(lines, kMostLines);
   for (std::size_t n = 0; n < shown; ++n) {
@@ -217,6 +227,40 @@ Chart line_chart(const Track& track, const Axis& time) {
   }
   if (shown < lines) chart.caption = fmt::format("{} of {} lines.", shown, lines);
   chart.shapes = untrusted(track);
+  return chart;
+}
+
+/// Magnitude of all lines over time, in colour. A line known worse than its magnitude is a gap.
+std::optional<Chart> waterfall(const Track& track, const Axis& time) {
+  constexpr std::size_t kLeastLines = 4, kMostColumns = 240, kMostRows = 120;
+  const std::size_t lines = track.lines.size() / 3, rows = time.x.size();
+  if (lines < kLeastLines || rows < 2) return std::nullopt;
+  HeatMap map;
+  map.unit = "dB";
+  const std::size_t columns = std::min(rows, kMostColumns), shown = std::min(lines, kMostRows);
+  const auto row_of = [&](std::size_t c) { return columns > 1 ? c * (rows - 1) / (columns - 1) : 0; };
+  for (std::size_t c = 0; c < columns; ++c) map.x.push_back(time.x[row_of(c)]);
+  for (std::size_t n = 0; n < shown; ++n) {
+    const std::size_t i = n * (lines - 1) / (shown - 1);
+    const auto &re = track.lines[3 * i], &im = track.lines[3 * i + 1], &std = track.lines[3 * i + 2];
+    map.y.push_back(std::strtod(re.name.c_str() + 3, nullptr));
+    auto& level = map.value.emplace_back();
+    for (std::size_t c = 0; c < columns; ++c) {
+      const std::size_t k = row_of(c);
+      const double size = std::hypot(re.value[k], im.value[k]);
+      const bool known = !(k < std.value.size() && std.value[k] > size);
+      level.push_back(known ? decibel(re.value[k], im.value[k]) : std::nan(""));
+    }
+  }
+  Chart chart;
+  chart.title = "Magnitude of the response over time";
+  chart.x_label = time.label;
+  chart.y_label = "Frequency in Hz";
+  chart.caption =
+      "Bright: much velocity for the torque, a resonance; dark: an anti-resonance. Where a line is not "
+      "known, "
+      "nothing is drawn.";
+  chart.map = std::move(map);
   return chart;
 }
 
@@ -243,8 +287,8 @@ std::vector<Chart> sweep_charts(const Track& track) {
   };
   const bool rising = f.size() > 1 && f.back() > f.front();
   for (std::size_t i = 0; i < f.size(); ++i) put(rising ? i : f.size() - 1 - i);
-  Chart one{"Response along the chirp", "frequency (Hz)", "magnitude (dB)", true, false, {magnitude}, ""};
-  Chart two{"Its phase", "frequency (Hz)", "phase (deg)", true, false, {phase}, ""};
+  Chart one{"Response along the chirp", "Frequency in Hz", "Magnitude in dB", true, false, {magnitude}, ""};
+  Chart two{"Its phase", "Frequency in Hz", "Phase in degrees", true, false, {phase}, ""};
   return {one, two};
 }
 
@@ -254,23 +298,11 @@ Section response_section(const Track& track, const Axis& time) {
   if (track.lines.empty()) return section;
   if (track.lines.front().name == "frequency_hz")
     section.charts = sweep_charts(track);
-  else
-    section.charts = {line_chart(track, time)};
-  return section;
-}
-
-Curve nyquist_curve(const data::FrequencyResponse& loop, std::string name, Curve::Mark mark) {
-  Curve curve;
-  curve.name = std::move(name);
-  curve.mark = mark;
-  constexpr double kFar = 4.0;  // beyond it nothing is shown
-  for (std::size_t i = 0; i < loop.lines(); ++i) {
-    const bool near = std::abs(loop.value[i]) < kFar;
-    curve.x.push_back(near ? loop.value[i].real() : std::nan(""));
-    curve.y.push_back(near ? loop.value[i].imag() : std::nan(""));
-    curve.at.push_back(loop.frequency_hz[i]);
+  else {
+    if (auto map = waterfall(track, time)) section.charts.push_back(std::move(*map));
+    section.charts.push_back(line_chart(track, time));
   }
-  return curve;
+  return section;
 }
 
 /// Publication VI's on-line Nyquist plot: the loop along the record, with the regions that it is read in.
@@ -292,10 +324,9 @@ Chart nyquist(const Track& track) {
     if (const auto s = summary_of(track, *margin))
       chart.shapes.push_back({Shape::Kind::circle, "modulus margin, at the end", -1.0, 0.0, s->last});
   if (track.baseline_loop)
-    chart.curves.push_back(nyquist_curve(*track.baseline_loop, "baseline", Curve::Mark::dashed));
+    chart.curves.push_back(nyquist_curve("baseline", *track.baseline_loop, Curve::Mark::dashed));
   for (const auto& snapshot : track.loop)
-    chart.curves.push_back(
-        nyquist_curve(snapshot.curve, fmt::format("at {:.4g} s", snapshot.time_s), Curve::Mark::line));
+    chart.curves.push_back(nyquist_curve(fmt::format("at {:.4g} s", snapshot.time_s), snapshot.curve));
   chart.caption =
       "L = C G with its delay, as estimated at these times. The phase margin is the angle at the crossing of "
       "the unit circle; the circle around -1 touches the curve where it comes closest.";
@@ -339,12 +370,7 @@ Section trust_section(const Track& track, const Axis& time) {
         {"physical", percent(s.physical), "stable; inertia, stiffness and damping above 0"},
         {"residual", percent(s.residual), "not above three times its usual rms"},
         {"all", percent(s.all), ""}}});
-  Table findings{"Findings", {"finding", "value", "threshold", "meaning"}, {}};
-  for (const auto& f : track.findings)
-    findings.rows.push_back({f.id, f.value ? number_text(*f.value) : "",
-                             f.threshold ? number_text(*f.threshold) : "", f.meaning});
-  if (!findings.rows.empty()) section.plain_tables.push_back(std::move(findings));
-  Chart residual{"Residual", time.label, "rms in the output's unit", false, false, {}, ""};
+  Chart residual{"Residual", time.label, "rms in " + track.units.velocity, false, false, {}, ""};
   residual.curves.push_back(
       {"residual, rms over the last stretch", Curve::Mark::line, time.x, track.residual});
   residual.shapes = untrusted(track);
@@ -353,7 +379,7 @@ Section trust_section(const Track& track, const Axis& time) {
     section.charts.push_back(std::move(residual));
   Chart lag{"Age of the estimate",
             time.label,
-            "lag (s)",
+            "Lag in s",
             false,
             false,
             {},
@@ -377,34 +403,101 @@ Table final_table(const Track& track) {
   return table;
 }
 
-}  // namespace
+Section signal_section(const Track& track, const data::Record& record) {
+  Section section;
+  section.title = "Input and output";
+  const auto add = [&](const char* name, const data::Channel& channel) {
+    if (!channel.present()) return;
+    Chart chart;
+    chart.title = name;
+    chart.x_label = "Time in s";
+    chart.y_label = channel.unit.empty() ? channel.name : fmt::format("{} in {}", channel.name, channel.unit);
+    chart.curves = {thinned(channel.name, channel.samples, record.start_time_s, record.sample_rate_hz)};
+    chart.shapes = untrusted(track);
+    section.charts.push_back(std::move(chart));
+  };
+  add("Excitation", record.excitation);
+  add("Input", record.input);
+  add("Output", record.output);
+  return section;
+}
 
-Document track_document(const Track& track) {
+std::vector<Card> cards_of(const Track& track) {
+  const double z = two_sided_quantile(track.confidence);
+  std::vector<Card> cards;
+  const auto last = [&](const char* series, const char* name) {
+    const auto* found = track.find(series);
+    const auto s = found == nullptr ? std::nullopt : summary_of(track, *found);
+    if (s)
+      cards.push_back(estimate_card(name, s->last, z * s->last_deviation.value_or(0.0), found->unit,
+                                    track.confidence,
+                                    {fmt::format("{:.4g} ... {:.4g}", s->least, s->greatest)}));
+  };
+  const auto extreme = [&](const char* series, const char* name, bool least) {
+    const auto* found = track.find(series);
+    const auto s = found == nullptr ? std::nullopt : summary_of(track, *found);
+    if (s)
+      cards.push_back({name,
+                       fmt::format("{:.3g}", least ? s->least : s->greatest),
+                       found->unit,
+                       {least ? "least along the recording" : "greatest along the recording"}});
+  };
+  last("antiresonance_hz", "Anti-resonance, at the end");
+  last("resonance_hz", "Resonance, at the end");
+  extreme("phase_margin_deg", "Phase margin", true);
+  extreme("modulus_margin", "Modulus margin", true);
+  extreme("gap", "Gap to the baseline", false);
+  last("stiffness", "Stiffness, at the end");
+  if (cards.size() > 5) cards.resize(5);
+  cards.push_back(
+      {"Rows trusted", fmt::format("{:.0f}", 100.0 * track.shares.all), "%", {"after the start"}});
+  return cards;
+}
+
+Badge badge_of(const Track& track) {
+  const auto errors = std::count_if(track.findings.begin(), track.findings.end(),
+                                    [](const auto& f) { return f.severity == diagnostics::Severity::error; });
+  if (!track.trusted)
+    return {false, "Not trusted", errors > 0 ? fmt::format("{} error{}", errors, errors > 1 ? "s" : "") : ""};
+  return {true, "Trusted", fmt::format("{:.0f} % of the rows", 100.0 * track.shares.all)};
+}
+
+Document page_of(const Track& track, const data::Record* record) {
   Document document;
   document.kind = "tracking";
-  document.title = fmt::format("{}, tracked by {}", track.record.file, track.method);
+  document.title = fmt::format("{}, tracked by {}", base_name(track.record.file), track.method);
+  document.facts = {fmt::format("{} samples", track.record.samples),
+                    fmt::format("{:g} Hz", track.record.sample_rate_hz), track.approach + " approach",
+                    fmt::format("{} rows", track.rows)};
   document.summary = track_sentences(track);
-  document.summary.push_back(
-      track.trusted ? "Trusted." : "Not trusted: the result is not reliable; the findings say why.");
-  document.badge = Badge{track.trusted, track.trusted ? "Trusted" : "Not trusted",
-                         fmt::format("{:.0f} % of the rows", 100.0 * track.shares.all)};
+  document.badge = badge_of(track);
+  document.cards = cards_of(track);
+  document.findings = track.findings;
   if (!track.reason.empty())
     document.summary.push_back(fmt::format("{} was chosen: {}.", track.method, track.reason));
-  if (!track.start.empty()) document.summary.push_back("The start came from: " + track.start + ".");
-  const Axis time{"time (s)", track.time_s, true};
-  const Axis along = moves(track) ? Axis{"position (m)", track.position_m, false} : time;
+  if (!track.start.empty()) document.summary.push_back("Start model: " + track.start + ".");
+  const Axis time{"Time in s", track.time_s, true};
+  const Axis along = moves(track) ? Axis{"Position in m", track.position_m, false} : time;
   Section values{"Values", {}, {}, {}, {final_table(track)}};
-  std::vector<Section> sections{resonance_section(track, time, along),
-                                parameter_section(track, time, along),
+  Section resonance = resonance_section(track, time, along);
+  resonance.sheet = values.sheet = true;
+  std::vector<Section> sections{std::move(resonance),
                                 response_section(track, time),
                                 loop_section(track, time),
-                                gap_section(track, time),
-                                trust_section(track, time),
-                                values};
+                                values,
+                                parameter_section(track, time, along),
+                                gap_section(track, time)};
+  if (record != nullptr) sections.push_back(signal_section(track, *record));
+  sections.push_back(trust_section(track, time));
   for (auto& section : sections)
     if (!section.charts.empty() || !section.plain_tables.empty())
       document.sections.push_back(std::move(section));
   return document;
 }
+
+}  // namespace
+
+Document track_document(const Track& track) { return page_of(track, nullptr); }
+Document track_document(const Track& track, const data::Record& record) { return page_of(track, &record); }
 
 }  // namespace resonid::report

@@ -7,7 +7,6 @@
 #include <resonid/report/detail/validate.hpp>
 
 #include "report/document/document_cells.hpp"
-#include "report/document/result_parts.hpp"
 #include "report/document/words.hpp"
 #include "report/pages/curves.hpp"
 
@@ -19,22 +18,23 @@ using identification::ModelValidation;
 
 Section signal_section(const ModelValidation& v, const data::Record& record) {
   Section s;
-  s.title = "Record and simulation";
+  s.title = "Measured and simulated";
+  s.sheet = true;
   const double start = record.start_time_s + static_cast<double>(v.first_sample) / record.sample_rate_hz;
   std::vector<double> output(v.residual.size());
   for (std::size_t k = 0; k < output.size(); ++k) output[k] = v.simulated[k] + v.residual[k];
   Chart outputs;
-  outputs.title = "Output, recorded and simulated";
+  outputs.title = "Output, measured and simulated";
   outputs.x_label = "Time in s";
   outputs.y_label = fmt::format("Output in {}", record.output.unit);
-  outputs.curves = {thinned("recorded", output, start, record.sample_rate_hz, Curve::Mark::line),
-                    thinned("simulated", v.simulated, start, record.sample_rate_hz, Curve::Mark::line)};
-  outputs.caption = "Drag sideways to enlarge.";
+  outputs.curves = {thinned("measured", output, start, record.sample_rate_hz),
+                    thinned("simulated", v.simulated, start, record.sample_rate_hz)};
+  outputs.caption = "Drag sideways to enlarge, double-click to see all.";
   Chart residual;
   residual.title = "Residual";
   residual.x_label = outputs.x_label;
-  residual.y_label = fmt::format("Recorded less simulated, in {}", record.output.unit);
-  residual.curves = {thinned("residual", v.residual, start, record.sample_rate_hz, Curve::Mark::line)};
+  residual.y_label = fmt::format("Measured less simulated, in {}", record.output.unit);
+  residual.curves = {thinned("residual", v.residual, start, record.sample_rate_hz)};
   s.charts = {outputs, residual};
   return s;
 }
@@ -124,16 +124,34 @@ Chart map_chart(const diagnostics::StaticMap& map, const ModelValidation& v) {
   return chart;
 }
 
+/// Frequencies that the verdict is about, behind the curves.
+void shade_judged(const ModelValidation& v, Chart& chart) {
+  const auto shade = [&](std::string name, double from, double to) {
+    Shape shape;
+    shape.kind = Shape::Kind::rectangle;
+    shape.name = std::move(name);
+    shape.x = from;
+    shape.x_end = to;
+    shape.y = -HUGE_VAL;
+    shape.y_end = HUGE_VAL;
+    chart.shapes.push_back(std::move(shape));
+  };
+  if (v.fit_band_hz) shade("band of the fit asked for", v.fit_band_hz->first, v.fit_band_hz->second);
+  if (v.judged_from_hz)
+    shade(fmt::format("judged, from {:.3g} Hz", *v.judged_from_hz), *v.judged_from_hz, HUGE_VAL);
+}
+
 Section residual_section(const ModelValidation& v) {
   Section s;
   s.title = "Residual by frequency";
   Chart spectrum;
   spectrum.title = "Power";
   spectrum.x_label = "Frequency in Hz";
-  spectrum.y_label = fmt::format("dB of ({})^2 per line", v.units.velocity);
+  spectrum.y_label = fmt::format("Power in dB of ({})^2 per line", v.units.velocity);
   spectrum.log_x = true;
   spectrum.curves = {power_db("output", v.output_spectrum, Curve::Mark::line),
                      power_db("residual", v.residual_spectrum, Curve::Mark::dashed)};
+  shade_judged(v, spectrum);
   s.charts = {std::move(spectrum)};
   for (const auto& map : v.maps) s.charts.push_back(map_chart(map, v));
   Table table;
@@ -152,25 +170,25 @@ Section residual_section(const ModelValidation& v) {
 Section response_section(const ModelValidation& v) {
   Section s;
   s.title = "Responses";
-  Chart magnitude;
-  magnitude.title = "Magnitude";
-  magnitude.x_label = "Frequency in Hz";
-  magnitude.y_label = "Magnitude in dB";
-  magnitude.log_x = true;
-  magnitude.curves = {level_db("measured on this record", *v.measured, Curve::Mark::line),
-                      level_db("model", *v.modelled, Curve::Mark::dashed)};
+  s.sheet = true;
+  BodeCharts bode;
+  bode.add_measured("measured on this recording", *v.measured, Curve::Mark::points);
+  bode.add_model("model", *v.modelled);
+  bode.magnitude.y_label = fmt::format("Magnitude in dB, 0 dB = 1 {}", v.units.response);
   Chart gap;
   gap.title = "Chordal distance";
-  gap.x_label = magnitude.x_label;
+  gap.x_label = bode.magnitude.x_label;
   gap.y_label = "Distance, 0 ... 1";
   gap.log_x = true;
   gap.curves = {Curve{"distance", Curve::Mark::line, v.gap->frequency_hz, v.gap->distance}};
   if (!v.gap->noise.empty())
     gap.curves.push_back({"noise alone (rms)", Curve::Mark::dashed, v.gap->frequency_hz, v.gap->noise});
   gap.caption =
-      "Pointwise, in the units of the record, by the response from input to residual. Lines do not show the "
+      "Pointwise, in the units of the recording, by the response from input to residual. Lines do not show "
+      "the "
       "winding number, so this is not the v-gap.";
-  s.charts = {magnitude, gap};
+  for (Chart* chart : {&bode.magnitude, &bode.phase, &gap}) shade_judged(v, *chart);
+  s.charts = {bode.magnitude, bode.phase, gap};
   return s;
 }
 
@@ -186,26 +204,64 @@ std::string verdict_word(const ModelValidation& v) {
   return "";
 }
 
+std::string reason_of(const ModelValidation& v) {
+  if (!v.trusted) return "not trusted, see the findings";
+  const auto warnings = std::count_if(v.findings.begin(), v.findings.end(), [](const auto& f) {
+    return f.severity == diagnostics::Severity::warning;
+  });
+  if (warnings > 0) return fmt::format("with {} warning{}", warnings, warnings > 1 ? "s" : "");
+  return v.verdict == identification::Verdict::accepted ? "Every check passed." : "";
+}
+
+std::vector<Card> cards_of(const ModelValidation& v) {
+  std::vector<Card> cards = {
+      {"Fit, simulated", fmt::format("{:.1f}", v.simulation_fit_percent), "%", {"NRMSE"}},
+      {"Fit one step ahead", fmt::format("{:.1f}", v.prediction_fit_percent), "%"}};
+  if (v.judged_from_hz && v.judged_fit_percent)
+    cards.push_back({"Fit where judged",
+                     fmt::format("{:.1f}", *v.judged_fit_percent),
+                     "%",
+                     {fmt::format("above {:.3g} Hz", *v.judged_from_hz)}});
+  if (v.fit_in_band_percent)
+    cards.push_back({"Fit in the band",
+                     fmt::format("{:.1f}", *v.fit_in_band_percent),
+                     "%",
+                     {fmt::format("{:g} ... {:g} Hz", v.fit_band_hz->first, v.fit_band_hz->second)}});
+  if (v.expected_fit_percent)
+    cards.push_back({"Fit to be expected",
+                     fmt::format("{:.1f}", *v.expected_fit_percent),
+                     "%",
+                     {"by what the model left of its own recording"}});
+  if (v.response_error)
+    cards.push_back({"Distance to the response",
+                     fmt::format("{:.1f}", 100.0 * *v.response_error),
+                     "%",
+                     {"beyond the noise, rms over the lines"}});
+  cards.push_back({"Residual",
+                   fmt::format("{:#.3g}", v.residual_test.rms),
+                   v.units.velocity,
+                   {fmt::format("rms, {:.1f} dB below the output", v.residual_test.snr_db)}});
+  if (cards.size() > 6) cards.resize(6);
+  return cards;
+}
+
 }  // namespace
 
 Document document(const ModelValidation& v, const data::Record& record) {
   Document d;
   d.kind = "validation";
-  d.title = fmt::format("{} on {}", v.candidate.source, v.record.file);
+  d.title = fmt::format("{} on {}", base_name(v.candidate.source), base_name(v.record.file));
+  d.facts = {fmt::format("{} samples", v.record.samples), fmt::format("{:g} Hz", v.record.sample_rate_hz),
+             v.approach + " approach"};
   d.summary = sentences(v);
-  d.summary.push_back(v.trusted ? "Trusted."
-                                : "Not trusted: the result is not reliable; the findings say why.");
-  d.badge = Badge{v.trusted && v.verdict == identification::Verdict::accepted, verdict_word(v),
-                  v.trusted ? "" : "see the findings"};
-  d.cards = {{"Fit, simulated", number_text(v.simulation_fit_percent), "%"},
-             {"Fit one step ahead", number_text(v.prediction_fit_percent), "%"}};
-  if (v.expected_fit_percent)
-    d.cards.push_back({"Fit to be expected", number_text(*v.expected_fit_percent), "%"});
-  if (v.response_error)
-    d.cards.push_back({"Distance to the measured response", number_text(100.0 * *v.response_error), "%"});
-  d.sections = {correlation_section(v), signal_section(v, record), residual_section(v)};
+  d.badge = Badge{v.trusted && v.verdict == identification::Verdict::accepted, verdict_word(v), reason_of(v),
+                  v.verdict != identification::Verdict::rejected};
+  d.cards = cards_of(v);
+  d.findings = v.findings;
+  d.sections = {signal_section(v, record)};
   if (v.gap && !v.gap->distance.empty()) d.sections.push_back(response_section(v));
-  if (!v.findings.empty()) d.sections.push_back(findings_section(v.findings));
+  d.sections.push_back(residual_section(v));
+  d.sections.push_back(correlation_section(v));
   return d;
 }
 

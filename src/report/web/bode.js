@@ -3,7 +3,7 @@
 import { align, limits, measuredBode, modelBode, nearest } from "./curves.js";
 import { escapeHtml, isNumber, list, normalFactor, percent, plain, prettyUnit, significant } from "./format.js";
 import { legend, section } from "./markup.js";
-import { axis, AXIS_WIDTH, makePlot } from "./plot.js";
+import { axis, AXIS_WIDTH, makePlot, onSheet } from "./plot.js";
 import { colour } from "./theme.js";
 import { decibelTicks, linearTicks, logLabels, logTicks, phaseTicks } from "./ticks.js";
 
@@ -22,10 +22,11 @@ export function drawBode(root, data) {
   const unit = prettyUnit(page.units?.response ?? "");
   const marks = marksOf(data.resonances, confidence);
   const box = section(root, "Frequency response",
-    explanation(measured, model, marks, confidence, page.reduced, load), "whole");
+    explanation(measured, model, marks, confidence, page.reduced, load), "whole sheet");
   box.append(legendOf(measured, model, confidence, load, loadModel));
   const readout = document.createElement("div");
   readout.className = "readout";
+  readout.setAttribute("aria-live", "polite");
   box.append(readout);
   const hint = "Move over a chart, or touch it, to read values. Drag to zoom, double-click to reset.";
   readout.textContent = hint;
@@ -62,6 +63,7 @@ const hasLevels = (measured) => measured.some((p) => p.noiseDb !== null || p.dis
 function legendOf(measured, model, confidence, load, loadModel) {
   const items = [];
   if (measured.some((p) => p.settled)) items.push(["point", "measured"]);
+  if (measured.some((p) => p.weak)) items.push(["faint", "hardly excited"]);
   if (measured.some((p) => !p.settled)) items.push(["hollow", "not settled within the record"]);
   if (measured.some((p) => p.radius !== null)) items.push([measured.length > WHISKERS ? "band" : "whisker", `${percent(confidence)} confidence`]);
   if (measured.some((p) => p.noiseDb !== null)) items.push(["noise", "noise"]);
@@ -105,8 +107,11 @@ function reading(f, measured, model, unit) {
   return parts.join("");
 }
 
+/** Those lines that say something; all where none does. */
+const strong = (line) => (line.some((p) => !p.weak) ? line.filter((p) => !p.weak) : line);
+
 function frequencyScale(measured, model) {
-  const [low, high] = extremes([...measured, ...model].map((p) => p.f));
+  const [low, high] = extremes([...strong(measured), ...model].map((p) => p.f));
   const room = high > low ? 1.04 : 1.5;
   return {
     time: false, distr: 3,
@@ -165,12 +170,13 @@ function bodeChart(context, { host, label, height, last, key, ticks, scale, show
   const grids = curves.map((line) => line.map((p) => p.f));
   const column = (read, grid = 0) => ({ grid, values: curves[grid].map(read) });
   const data = align(grids, [
-    column((p) => p[key + "Low"] ?? null), column((p) => p[key + "High"] ?? null),
-    column((p) => (p.settled ? p[key] : null)), column((p) => (p.settled ? null : p[key])),
+    column((p) => (p.weak ? null : p[key + "Low"] ?? null)), column((p) => (p.weak ? null : p[key + "High"] ?? null)),
+    column((p) => (p.settled && !p.weak ? p[key] : null)), column((p) => (p.settled || p.weak ? null : p[key])),
     column((p) => (has ? p[key] : null), 1),
     column((p) => (has ? p[key + "Low"] ?? null : null), 1), column((p) => (has ? p[key + "High"] ?? null : null), 1),
     ...levels.map((name) => column((p) => p[name + "Db"])),
     ...(load.length ? [column((p) => p[key], 2), column((p) => (withModel ? p[key] : null), 3)] : []),
+    column((p) => (p.weak ? p[key] : null)),
   ]);
   const size = measured.length > 400 ? 3 : measured.length > 120 ? 4 : 6;
   const dots = (hollow) => ({
@@ -189,10 +195,16 @@ function bodeChart(context, { host, label, height, last, key, ticks, scale, show
     series: [{}, bare, bare,
       { paths: connect ? uPlot.paths.linear() : () => null, spanGaps: true, width: 1, stroke: () => colour("measured"), points: dots(false) },
       { paths: () => null, stroke: () => colour("measured"), points: dots(true) },
-      { spanGaps: true, width: 2, stroke: () => colour("model"), points: { show: false } }, bare, bare, ...levels.map((name) => levelSeries(name, size)), ...(load.length ? loadSeries(size) : [])],
+      { spanGaps: true, width: 2, stroke: () => colour("model"), points: { show: false } }, bare, bare, ...levels.map((name) => levelSeries(name, size)), ...(load.length ? loadSeries(size) : []), weakSeries(size)],
     hooks: { drawClear: [(u) => { drawMarks(u, marks); drawBand(u, data); drawModelBand(u, data); }], draw: [(u) => { if (showMarks) drawMarkLabels(u, marks); }] },
     onCursor: context.onCursor,
   });
+}
+
+/** Lines that nothing excites: pale. */
+function weakSeries(size) {
+  const tint = () => colour("measured") + "59";
+  return { paths: () => null, stroke: tint, points: { show: true, size: Math.max(3, size - 2), width: 0, stroke: tint, fill: tint } };
 }
 
 /** The load's response: hollow points, and its model as a thin line. */
@@ -239,9 +251,10 @@ function phase(context, last) {
 
 function coherenceChart(context, findings) {
   const host = chartHost(context.box, "Coherence", "1 = all of the output is explained by the input");
+  host.parentElement.classList.add("coherence");
   const limit = findings.find((f) => /coherence/.test(f?.id ?? "") && isNumber(f.threshold) && f.threshold > 0 && f.threshold < 1);
   bodeChart(context, {
-    host, last: true, height: 158, key: "coherence", ticks: () => [0, 0.5, 1], withModel: false, connect: true,
+    host, last: true, height: 158, key: "coherence", ticks: () => (onSheet() ? [0, 1] : [0, 0.5, 1]), withModel: false, connect: true,
     label: "Coherence from 0 to 1 over frequency", scale: () => [0, 1.06],
   });
   if (limit) host.previousSibling.lastChild.textContent += `; below ${plain(limit.threshold)} the response is doubtful`;
@@ -261,7 +274,7 @@ function scaleOver(u, measured, model, key, options, more = () => [], load = [])
     const [low, high] = [data[i], data[j]];
     return line.filter((p) => p.f >= low && p.f <= high);
   };
-  const shown = visible(measured);
+  const shown = strong(visible(measured));
   return limits([...shown.map((p) => p[key]), ...shown.flatMap(more), ...visible(model).map((p) => p[key]), ...visible(load).map((p) => p[key])],
     shown.flatMap((p) => [p[key + "Low"], p[key + "High"]]), options);
 }

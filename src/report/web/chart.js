@@ -1,21 +1,25 @@
 // SPDX-License-Identifier: MIT
 // A document's chart over one x axis, with a legend that tells the values under the cursor.
 import { limits } from "./curves.js";
-import { isNumber, plain, significant } from "./format.js";
+import { isNumber, plain, powers, significant } from "./format.js";
 import { entry } from "./markup.js";
 import { axis, AXIS_WIDTH, makePlot } from "./plot.js";
-import { bandsOf, columnsOf, curvesOf, extentOf, groupOf, pointAt, rangeOf, shapesOf } from "./series.js";
+import { bandsOf, columnsOf, counting, curvesOf, extentOf, groupOf, pointAt, rangeOf, shapesOf } from "./series.js";
 import { colour } from "./theme.js";
-import { linearTicks, logLabels, logTicks } from "./ticks.js";
+import { linearTicks, logLabels, logTicks, phaseTicks } from "./ticks.js";
 
 const HEIGHT = 280;
 /** How dense bands and regions are: what lies behind stays readable. */
 const BAND = 0.2;
 const REGION = 0.16;
+const FAINT = 0.35;
+/** A line through more points is thinner: it would become a bar. */
+const MANY = 1000;
 const SWATCH = {
   line: (c) => `<path d="M1 7h22" stroke="var(--${c})" stroke-width="2.4"/>`,
   dashed: (c) => `<path d="M1 7h22" stroke="var(--${c})" stroke-width="2.2" stroke-dasharray="5 3"/>`,
   points: (c) => `<circle cx="12" cy="7" r="3.8" fill="var(--${c})"/>`,
+  faint: (c) => `<circle cx="12" cy="7" r="3.2" fill="var(--${c})" opacity="${FAINT}"/>`,
   band: (c) => `<path d="M1 2h22v10h-22z" fill="var(--${c})" opacity="${BAND}"/>`,
   rectangle: (c) => `<path d="M1 2h22v10h-22z" fill="var(--${c})" opacity="${REGION}"/>`,
   circle: (c) => `<circle cx="12" cy="7" r="5.5" fill="none" stroke="var(--${c})" stroke-width="1.6"/>`,
@@ -26,6 +30,7 @@ const SWATCH = {
 export function legendOf(curves, shapes = []) {
   const box = document.createElement("div");
   box.className = "legend curves";
+  box.setAttribute("aria-live", "polite");
   box.innerHTML = curves.map((c) => entry((SWATCH[c.mark] ?? SWATCH.line)(c.colour), c.name, "<b></b>")).join("") +
     regionLegend(shapes) + '<span class="where screen-only"></span>';
   const values = [...box.querySelectorAll("b")];
@@ -44,7 +49,7 @@ function regionLegend(shapes) {
   return named.map((s) => entry((SWATCH[s.kind] ?? SWATCH.rectangle)(s.colour), s.name)).join("");
 }
 
-export function drawChart(place, chart) {
+export function drawChart(place, chart, { height } = {}) {
   const curves = curvesOf(chart);
   const shapes = shapesOf(chart);
   const extent = extentOf(curves);
@@ -54,19 +59,19 @@ export function drawChart(place, chart) {
   const legend = legendOf(curves, shapes);
   const upright = document.createElement("div");
   upright.className = "axis-name";
-  upright.textContent = chart.y_label;
+  upright.textContent = powers(chart.y_label);
   const host = document.createElement("div");
   host.className = "plot";
   place.append(legend.box, upright, host);
   makePlot(host, {
-    height: HEIGHT, label: `${chart.title}: ${chart.y_label} over ${chart.x_label}`, group: groupOf(chart, extent),
+    height: height ?? HEIGHT, label: `${chart.title}: ${chart.y_label} over ${chart.x_label}`, group: groupOf(chart, extent),
     data: columnsOf(curves), padding: [8, 14, 0, 0],
-    rings: curves.flatMap((c, i) => (c.mark === "points" ? [i + 1] : [])),
+    rings: curves.flatMap((c, i) => (isPoints(c) ? [i + 1] : [])),
     scales: { x: xScale(extent, log), y: { range: (u) => yLimits(u, curves, extent.x, given.y) } },
     hooks: { drawAxes: [(u) => drawBehind(u, curves, shapes)] },
     axes: [xAxis(chart.x_label, log), axis({
       size: (u, labels) => Math.max(AXIS_WIDTH, ...(labels ?? []).map((text) => 13 + 7 * text.length)),
-      splits: (u, i, low, high) => linearTicks(low, high, Math.max(2, Math.floor(u.height / 44))),
+      splits: (u, i, low, high) => (/\bdeg(rees)?$/.test(chart.y_label ?? "") ? phaseTicks : linearTicks)(low, high, Math.max(3, Math.floor(u.height / 44))),
       values: (u, splits) => splits.map((v) => plain(v)),
     })],
     series: [{}, ...curves.map(seriesOf)],
@@ -115,13 +120,16 @@ function drawBehind(u, curves, shapes) {
   ctx.restore();
 }
 
+const isPoints = (curve) => curve.mark === "points" || curve.mark === "faint";
+
 function seriesOf(curve) {
-  const tint = () => colour(curve.colour);
-  if (curve.mark === "points") {
-    return { paths: () => null, stroke: tint, points: { show: true, size: 7, width: 0, stroke: tint, fill: tint } };
+  const pale = curve.mark === "faint" ? Math.round(255 * FAINT).toString(16) : "";
+  const tint = () => colour(curve.colour) + pale;
+  if (isPoints(curve)) {
+    return { paths: () => null, stroke: tint, points: { show: true, size: curve.points.length > 200 ? 4 : curve.mark === "faint" ? 5 : 7, width: 0, stroke: tint, fill: tint } };
   }
   return {
-    stroke: tint, width: curve.mark === "dashed" ? 1.6 : 1.8, dash: curve.mark === "dashed" ? [6, 4] : undefined,
+    stroke: tint, width: curve.points.length > MANY ? 1.1 : curve.mark === "dashed" ? 1.6 : 1.8, dash: curve.mark === "dashed" ? [6, 4] : undefined,
     paths: uPlot.paths.linear(), points: { show: false },
   };
 }
@@ -145,7 +153,7 @@ function yLimits(u, curves, whole, given) {
   const [low, high] = [u.data[0][first], u.data[0][last]];
   const { min, max } = u.scales.x;
   if (given && !(max - min < 0.98 * (whole[1] - whole[0]))) return given;
-  const shown = curves.flatMap((c) => c.points.filter((p) => p.x >= low && p.x <= high));
+  const shown = counting(curves).flatMap((c) => c.points.filter((p) => p.x >= low && p.x <= high));
   const values = shown.flatMap((p) => (p.y !== null ? [p.y] : isNumber(p.lower) ? [p.lower, p.upper] : []));
   const bounds = shown.flatMap((p) => (p.y !== null && isNumber(p.lower) ? [p.lower, p.upper] : []));
   const numbers = values.filter(isNumber);
@@ -153,7 +161,7 @@ function yLimits(u, curves, whole, given) {
   return limits(values, bounds, { least: 0, allow: allow > 0 ? allow : Infinity });
 }
 
-function xAxis(label, log) {
+export function xAxis(label, log) {
   return axis({
     size: 24, label, labelSize: 18, labelGap: 0, labelFont: "12px system-ui, sans-serif",
     splits: (u, i, low, high) => {

@@ -8,6 +8,9 @@ const toDb = (x) => 20 * Math.log10(x);
 const FLOOR_DB = 30;
 /** A line with more relative error than this says nothing about the turn its neighbours are on. */
 const RELIABLE = 0.3;
+/** A line known worse than this says nothing: nothing excites it. Drawn faint, and no axis reaches for it. */
+const SAYS_NOTHING = 0.5;
+const INCOHERENT = 0.3;
 
 /** Columns -> points in ascending frequency; lines without a usable value drop out. */
 export function points(columns) {
@@ -98,6 +101,7 @@ export function measuredBode(columns, confidence, model = []) {
     const around = radius === null || db === null ? null : bounds(p.abs, radius);
     return {
       ...p, radius, db, degrees: phase[i],
+      weak: (p.std !== null && p.std > SAYS_NOTHING * p.abs) || (p.coherence !== null && p.coherence < INCOHERENT),
       settled: !unsettled.some((f) => Math.abs(f - p.f) <= 1e-6 * p.f),
       dbLow: around && around.low, dbHigh: around && around.high,
       degreesLow: around && phase[i] - around.angle, degreesHigh: around && phase[i] + around.angle,

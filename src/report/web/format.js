@@ -62,9 +62,14 @@ export function interval(value, half, unit = "") {
   return (parts.times ? `(${body})${parts.times}` : body) + tail;
 }
 
-/** kgm2 -> kgm², V s2/rad -> V s²/rad. */
+/** kgm2 -> kg m², V s2/rad -> V s²/rad. */
 export function prettyUnit(unit) {
-  return String(unit).replace(/([A-Za-z])([23])(?![A-Za-z0-9])/g, (_, letter, digit) => letter + SUPERSCRIPT[digit]);
+  return String(unit).replace(/\bkgm2\b/g, "kg m2").replace(/([A-Za-z])([23])(?![A-Za-z0-9])/g, (_, letter, digit) => letter + SUPERSCRIPT[digit]);
+}
+
+/** A text with the powers of its units raised: "inertia in kgm2" -> "inertia in kg m²". */
+export function powers(text) {
+  return String(text ?? "").replace(/\bkgm2\b/g, "kg m²").replace(/\)\^2/g, ")²").replace(/\/s2\b/g, "/s²");
 }
 
 /** "low-coherence" and "driven_inertia" as words. */

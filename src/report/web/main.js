@@ -3,12 +3,14 @@
 // identification's result.
 import { drawBode } from "./bode.js";
 import { drawChart } from "./chart.js";
+import { drawHeat } from "./heat.js";
+import { drawLoopShape, drawOverlay, drawSpectra } from "./extras.js";
 import { drawNyquist } from "./nyquist.js";
 import { drawPlane } from "./plane.js";
 import { watchLayout } from "./plot.js";
 import { drawRoots } from "./roots.js";
 import { drawSignals } from "./signals.js";
-import { bootstrapTable, figures, foot, head, modelTables, recordTable, structuresAndChoices, summaryAndFindings, transferFunction } from "./tables.js";
+import { bootstrapTable, figures, foot, head, modelTables, provenance, recordTable, structuresAndChoices, summaryAndFindings, transferFunction } from "./tables.js";
 
 const page = document.getElementById("page");
 const data = JSON.parse(document.getElementById("data").textContent);
@@ -26,14 +28,14 @@ function build(part, root, ...rest) {
 
 function drawResult(result) {
   page.replaceChildren();
-  for (const part of [head, figures, summaryAndFindings, drawBode, drawNyquist]) build(part, page, result);
+  for (const part of [head, figures, summaryAndFindings, drawBode, drawNyquist, drawLoopShape, drawOverlay]) build(part, page, result);
   const pair = document.createElement("div");
   pair.className = "split two";
   page.append(pair);
   build(modelTables, pair, result);
   build(recordTable, pair, result);
   if (pair.children.length < 2) pair.className = "split";
-  for (const part of [drawRoots, bootstrapTable, structuresAndChoices, drawSignals, transferFunction, foot]) build(part, page, result);
+  for (const part of [drawRoots, drawSpectra, bootstrapTable, structuresAndChoices, drawSignals, transferFunction, provenance, foot]) build(part, page, result);
 }
 
 function drawCharts(charts) {
@@ -41,9 +43,37 @@ function drawCharts(charts) {
     const chart = charts[Number(figure.dataset.chart)];
     const place = document.createElement("div");
     figure.querySelector("h3").after(place);
-    if (!build(chart.equal_axes ? drawPlane : drawChart, place, chart)) place.textContent = "This chart could not be drawn.";
+    if (!build(chart.map ? drawHeat : chart.equal_axes ? drawPlane : drawChart, place, chart)) place.textContent = "This chart could not be drawn.";
   }
 }
 
 (Array.isArray(data) ? drawCharts : drawResult)(data);
 watchLayout(page);
+
+/** A table that is wider than its place can be scrolled by the keyboard. */
+for (const box of document.querySelectorAll(".scroll")) {
+  if (box.scrollWidth <= box.clientWidth) continue;
+  box.tabIndex = 0;
+  box.setAttribute("role", "region");
+  box.setAttribute("aria-label", "Table, wider than the page");
+}
+/** One page of what matters, or all of it. */
+function printButtons() {
+  const foot = page.querySelector("footer") ?? page.appendChild(document.createElement("footer"));
+  const group = document.createElement("div");
+  group.className = "buttons screen-only";
+  for (const [text, all] of [["Print one page", false], ["Print everything", true]]) {
+    const button = document.createElement("button");
+    button.type = "button";
+    button.textContent = text;
+    button.addEventListener("click", () => {
+      document.documentElement.classList.toggle("print-all", all);
+      print();
+    });
+    group.append(button);
+  }
+  foot.append(group);
+  addEventListener("afterprint", () => document.documentElement.classList.remove("print-all"));
+}
+
+printButtons();

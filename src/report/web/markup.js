@@ -13,6 +13,7 @@ export function section(root, title, explain = "", className = "") {
 
 const SWATCH = {
   point: '<circle cx="12" cy="7" r="3.6" fill="var(--measured)"/>',
+  faint: '<circle cx="12" cy="7" r="3" fill="var(--measured)" opacity=".35"/>',
   hollow: '<circle cx="12" cy="7" r="4" fill="var(--card)" stroke="var(--measured)" stroke-width="1.6"/>',
   band: '<rect x="1" y="1" width="22" height="12" rx="2" fill="var(--band)"/>',
   whisker: '<path d="M12 1v12M8 1h8M8 13h8" fill="none" stroke="var(--measured)" stroke-width="1.4"/>',
@@ -43,13 +44,17 @@ export function legend(items) {
   return box;
 }
 
+/** More columns are folded on a phone: a row's cells then stand below each other, with their columns' names. */
+const MOST_COLUMNS = 3;
+
 /** Rows of cells, all escaped; `head` may be null. The first cell of a row is its heading; `numeric` columns align right. */
 export function table(head, rows, numeric = []) {
-  const kind = (i) => (numeric.includes(i) ? ' class="n"' : "");
+  const fold = head !== null && head.length > MOST_COLUMNS;
+  const kind = (i) => (numeric.includes(i) ? ' class="n"' : "") + (fold ? ` data-name="${escapeHtml(head[i] ?? "")}"` : "");
   const top = head
     ? `<thead><tr>${head.map((h, i) => `<th scope="col"${numeric.includes(i) ? ' class="n"' : ""}>${escapeHtml(h)}</th>`).join("")}</tr></thead>`
     : "";
   const body = rows.map((row) =>
     `<tr>${row.map((cell, i) => (i ? `<td${kind(i)}>${escapeHtml(cell)}</td>` : `<th scope="row">${escapeHtml(cell)}</th>`)).join("")}</tr>`);
-  return `<div class="scroll"><table>${top}<tbody>${body.join("")}</tbody></table></div>`;
+  return `<div class="scroll"><table${fold ? ' class="fold"' : ""}>${top}<tbody>${body.join("")}</tbody></table></div>`;
 }

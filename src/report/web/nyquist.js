@@ -4,12 +4,13 @@ import { points, tube } from "./curves.js";
 import { escapeHtml, interval, isNumber, list, normalFactor, percent, plain, regionFactor, significant } from "./format.js";
 import { arcEnds, freeSpot, homeView, viewAround } from "./geometry.js";
 import { legend, section, table } from "./markup.js";
-import { onLayout } from "./plot.js";
+import { onLayout, onSheet } from "./plot.js";
 import { linearTicks } from "./ticks.js";
 
 /** More regions than this would be a cloud. */
 const REGIONS = 300;
 const PRINT_SIZE = 380;
+const SHEET_SIZE = 230;
 /** Below this width the labels are figures alone; the legend tells their colours. */
 const WORDS = 400;
 
@@ -22,7 +23,7 @@ export function drawNyquist(root, data) {
   const source = page.loop_curve?.source === "response" ? "the measured response" : "the model";
   const box = section(root, "Loop and its margins",
     "The open loop L = C G in the complex plane, delay included. The further it stays from the point −1, the more robust the " +
-    "loop is; the circle around −1 touches it at its closest.", "whole");
+    "loop is; the circle around −1 touches it at its closest.", "whole sheet nyquist-box");
   const grid = document.createElement("div");
   grid.className = "nyquist";
   const host = document.createElement("div");
@@ -37,7 +38,7 @@ export function drawNyquist(root, data) {
   const around = tube(curve, curve.map((p) => (p.std > 0 ? p.std * factor : null)));
   const plane = { host, around, curve, measured, radius, marks, loop, home: homeView(curve, measured, marks), readout };
   plane.view = plane.home;
-  onLayout(host, (width) => { plane.size = Math.min(width, 600); render(plane); }, PRINT_SIZE);
+  onLayout(host, (width) => { plane.size = Math.min(width, 600); render(plane); }, () => (onSheet() ? SHEET_SIZE : PRINT_SIZE));
   listen(plane);
 }
 
@@ -94,6 +95,7 @@ function fillSide(side, { loop, curve, measured, marks, source, confidence, regi
   side.append(legend(items));
   const readout = document.createElement("div");
   readout.className = "readout";
+  readout.setAttribute("aria-live", "polite");
   readout.textContent = HINT;
   side.append(readout);
 }
@@ -244,15 +246,7 @@ function listen(plane) {
         if (distance < 40 && (!best || distance < best.distance)) best = { p, name, distance };
       }
     }
-    const ring = host.querySelector(".probe");
-    ring.setAttribute("visibility", best ? "visible" : "hidden");
-    if (best) {
-      ring.setAttribute("cx", fixed(map.x(best.p.re)));
-      ring.setAttribute("cy", fixed(map.y(best.p.im)));
-      plane.readout.innerHTML = reading(best.p, best.name);
-    } else {
-      plane.readout.textContent = HINT;
-    }
+    show(plane, best?.p, best?.name);
   };
   const band = (a, b) => {
     const rect = host.querySelector(".select");
@@ -286,4 +280,52 @@ function listen(plane) {
   });
   host.addEventListener("pointerleave", () => { if (!start) probe(-1e6, -1e6); });
   host.addEventListener("dblclick", () => { plane.view = plane.home; render(plane); });
+  listenToKeys(plane);
+}
+
+/** Rings a point and tells its figures; none: tells how to read. */
+function show(plane, p, name) {
+  const ring = plane.host.querySelector(".probe");
+  ring.setAttribute("visibility", p ? "visible" : "hidden");
+  if (!p) {
+    plane.readout.textContent = HINT;
+    return;
+  }
+  ring.setAttribute("cx", fixed(plane.map.x(p.re)));
+  ring.setAttribute("cy", fixed(plane.map.y(p.im)));
+  plane.readout.innerHTML = reading(p, name);
+}
+
+/** Along the curve by arrow keys, with Shift in larger steps; plus and minus zoom around the point, Escape shows all. */
+function listenToKeys(plane) {
+  const { host } = plane;
+  const [line, name] = plane.curve.length ? [plane.curve, "L"] : [plane.measured, "L measured"];
+  if (line.length === 0) return;
+  host.tabIndex = 0;
+  host.setAttribute("role", "figure");
+  host.setAttribute("aria-label", "Nyquist curve. Arrow keys go along it, plus and minus zoom, Escape shows all.");
+  let at = nearestTo(line, plane.marks.modulus ?? plane.marks.crossover);
+  const zoom = (factor) => {
+    plane.view = { re: line[at].re, im: line[at].im, half: plane.view.half * factor };
+    render(plane);
+  };
+  host.addEventListener("keydown", (event) => {
+    const step = event.shiftKey ? Math.max(1, Math.round(line.length / 20)) : 1;
+    const actions = {
+      ArrowRight: () => { at = Math.min(at + step, line.length - 1); }, ArrowLeft: () => { at = Math.max(at - step, 0); },
+      "+": () => zoom(0.7), "=": () => zoom(0.7), "-": () => zoom(1 / 0.7), Escape: () => { plane.view = plane.home; render(plane); },
+    };
+    if (!actions[event.key] || event.ctrlKey || event.metaKey || event.altKey) return;
+    event.preventDefault();
+    actions[event.key]();
+    show(plane, line[at], name);
+  });
+}
+
+/** The place in the line that lies nearest to a mark's frequency. */
+function nearestTo(line, mark) {
+  if (!(mark?.frequency_hz > 0)) return 0;
+  let best = 0;
+  line.forEach((p, i) => { if (Math.abs(Math.log(p.f / mark.frequency_hz)) < Math.abs(Math.log(line[best].f / mark.frequency_hz))) best = i; });
+  return best;
 }

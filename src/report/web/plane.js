@@ -2,11 +2,12 @@
 // A document's chart with equal axes: curves in a plane, in any order of x.
 import { legendOf } from "./chart.js";
 import { escapeHtml, plain, significant } from "./format.js";
-import { onLayout } from "./plot.js";
+import { onLayout, onSheet } from "./plot.js";
 import { curvesOf, extentOf, rangeOf, shapesOf } from "./series.js";
 import { linearTicks } from "./ticks.js";
 
 const PRINT_WIDTH = 420;
+const SHEET_WIDTH = 250;
 /** A tall plane gets more room at its sides instead of running down the page. */
 const TALLEST = 520;
 const LEFT = 44;
@@ -24,13 +25,14 @@ export function drawPlane(place, chart) {
   upright.textContent = `${chart.y_label} (upwards), ${chart.x_label} (to the right)`;
   const host = document.createElement("div");
   host.className = "plane-box";
-  host.setAttribute("role", "img");
-  host.setAttribute("aria-label", `${chart.title}: ${chart.y_label} over ${chart.x_label}`);
+  host.setAttribute("role", "figure");
+  host.setAttribute("aria-label", `${chart.title}: ${chart.y_label} over ${chart.x_label}. Arrow keys go along the curves.`);
+  host.tabIndex = 0;
   place.append(legend.box, upright, host);
   const [x, y] = [rangeOf(chart.x_range), rangeOf(chart.y_range)];
   const view = viewOf(x && y ? { x, y } : extentOf(curves));
   const plane = { host, curves, shapes, legend, view, map: null, clip: `plane-${++planes}` };
-  onLayout(host, (width) => render(plane, Math.min(width, 720)), PRINT_WIDTH);
+  onLayout(host, (width) => render(plane, Math.min(width, 720)), () => (onSheet() ? SHEET_WIDTH : PRINT_WIDTH));
   const read = (event) => {
     const box = host.firstElementChild.getBoundingClientRect();
     const scale = plane.map.width / box.width;
@@ -38,7 +40,25 @@ export function drawPlane(place, chart) {
   };
   host.addEventListener("pointerdown", read);
   host.addEventListener("pointermove", read);
+  listenToKeys(plane);
   host.addEventListener("pointerleave", () => probe(plane, -1e6, -1e6));
+}
+
+/** Along a curve by left and right, with Shift in larger steps, from curve to curve by up and down. */
+function listenToKeys(plane) {
+  const lines = plane.curves.map((c) => c.points.filter((p) => p.y !== null)).filter((points) => points.length);
+  if (lines.length === 0) return;
+  let [curve, at] = [0, 0];
+  plane.host.addEventListener("keydown", (event) => {
+    const step = event.shiftKey ? Math.max(1, Math.round(lines[curve].length / 20)) : 1;
+    const moves = { ArrowRight: [0, step], ArrowLeft: [0, -step], ArrowDown: [1, 0], ArrowUp: [-1, 0] };
+    const move = moves[event.key];
+    if (!move || event.ctrlKey || event.metaKey || event.altKey) return;
+    event.preventDefault();
+    curve = (curve + move[0] + lines.length) % lines.length;
+    at = Math.min(Math.max(at + move[1], 0), lines[curve].length - 1);
+    probe(plane, plane.map.x(lines[curve][at].x), plane.map.y(lines[curve][at].y));
+  });
 }
 
 /** All points with a margin; neither flatter nor steeper than 1 : 2. */

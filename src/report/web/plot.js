@@ -9,14 +9,24 @@ const PRINT_WIDTH = 668;
 
 /** Lower charts on paper: the response then fits the first page. */
 const PRINT_HEIGHT = 0.68;
+const SHEET_HEIGHT = 0.37;
 
 const redraws = [];
+/** Plots by group: zoomed together by the keyboard as they are by the mouse. */
+const groups = new Map();
 let printing = false;
 
+/** On paper the charts of two columns, and on the one page all of a document's, have half the width. */
+const HALF_WIDTH = 316;
+const printWidthOf = (host) => (host.closest(".pair") || (onSheet() && host.closest(".sheet > figure + figure, .sheet > figure:has(+ figure)")) ? HALF_WIDTH : PRINT_WIDTH);
+
+/** Whether the one page of what matters is printed, not everything. */
+export const onSheet = () => printing && !document.documentElement.classList.contains("print-all");
+
 /** Registers a picture: `draw(width)` lays it out anew. Called on resize, change of theme and print. */
-export function onLayout(host, draw, printWidth = PRINT_WIDTH) {
+export function onLayout(host, draw, printWidth = () => printWidthOf(host)) {
   const run = () => {
-    const width = printing ? printWidth : host.clientWidth;
+    const width = printing ? printWidth() : host.clientWidth;
     if (width > 0) draw(width);
   };
   redraws.push(run);
@@ -65,8 +75,9 @@ export function axis(overrides) {
 
 /** A chart in `host`. `group` shares cursor and zoom among charts with the same x axis; the series `rings` get a ring there. */
 export function makePlot(host, { height, label, group, scales, axes, series, bands, hooks, padding, data, rings, onCursor }) {
-  host.setAttribute("role", "img");
-  host.setAttribute("aria-label", label);
+  host.setAttribute("role", "figure");
+  host.setAttribute("aria-label", `${label}. Arrow keys read values, plus and minus zoom, Escape shows all.`);
+  host.tabIndex = 0;
   const options = {
     width: Math.max(200, host.clientWidth), height, padding: padding ?? [6, 10, 0, 0],
     legend: { show: false }, scales, axes, series, bands,
@@ -80,14 +91,16 @@ export function makePlot(host, { height, label, group, scales, axes, series, ban
       ...hooks,
       setCursor: [(u) => {
         const inside = u.cursor.left >= 0 && u.cursor.left <= u.over.clientWidth;
-        onCursor(inside ? u.posToVal(u.cursor.left, "x") : null);
+        onCursor(inside ? u.posToVal(u.cursor.left, "x") : null, u);
       }],
     },
   };
   const plot = new uPlot(options, data, host);
   readByFinger(plot);
+  groups.set(group, [...(groups.get(group) ?? []), plot]);
+  readByKeys(host, plot, () => groups.get(group));
   onLayout(host, (width) => {
-    plot.setSize({ width, height: Math.round(printing ? height * PRINT_HEIGHT : height) });
+    plot.setSize({ width, height: Math.round(onSheet() ? height * SHEET_HEIGHT : printing ? height * PRINT_HEIGHT : height) });
     plot.redraw(false, true);
   });
   return plot;
@@ -102,4 +115,33 @@ function readByFinger(plot) {
   };
   plot.over.addEventListener("touchstart", move, { passive: true });
   plot.over.addEventListener("touchmove", move, { passive: true });
+}
+
+/** Part of the shown axis that an arrow key goes, alone and with Shift. */
+const STEP = 0.01;
+const LEAP = 0.1;
+
+/** What the mouse does by the keyboard: read, zoom around the cursor, show all. */
+function readByKeys(host, plot, group) {
+  const width = () => plot.over.clientWidth;
+  const at = () => (plot.cursor.left >= 0 ? plot.cursor.left : width() / 2);
+  const move = (by) => {
+    const left = Math.min(Math.max(at() + by * width(), 0), width());
+    for (const p of group()) p.setCursor({ left: (left / width()) * p.over.clientWidth, top: p.over.clientHeight / 2 });
+  };
+  const zoom = (factor) => {
+    const ends = [at() * (1 - factor), at() + (width() - at()) * factor].map((left) => plot.posToVal(left, "x"));
+    for (const p of group()) p.setScale("x", { min: ends[0], max: ends[1] });
+  };
+  const all = () => { for (const p of group()) p.setScale("x", { min: p.data[0][0], max: p.data[0][p.data[0].length - 1] }); };
+  host.addEventListener("keydown", (event) => {
+    const step = event.shiftKey ? LEAP : STEP;
+    const actions = {
+      ArrowLeft: () => move(-step), ArrowRight: () => move(step), "+": () => zoom(0.5), "=": () => zoom(0.5), "-": () => zoom(2),
+      Escape: all, Home: () => move(-1), End: () => move(1),
+    };
+    if (!actions[event.key] || event.ctrlKey || event.metaKey || event.altKey) return;
+    event.preventDefault();
+    actions[event.key]();
+  });
 }

@@ -59,7 +59,7 @@ export function drawRoots(root, data) {
   box.append(grid);
   fillSide(side, roots, confidence);
   const shown = near(roots, data);
-  onLayout(host, (width) => render(host, shown, Math.min(width, 600)), PRINT_SIZE);
+  onLayout(host, (width) => render(host, shown, Math.min(width, 600)), () => PRINT_SIZE);
 }
 
 /** Without those far above the measured band, which belong to the sampling rather than to the drive. */

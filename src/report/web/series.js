@@ -9,7 +9,15 @@ export const REGIONS = 4;
 
 /** Curves with the points that can be drawn; a gap is a point whose y is null (in a plane x, too, may be). */
 export function curvesOf(chart) {
-  return list(chart.curves).map((curve, i) => {
+  let last = -1;
+  const [names, indices] = [[], []];
+  return list(chart.curves).map((curve) => {
+    // What says little, and a model, have the colour of the curve that they belong to.
+    const of = /^model of (.*)$/.exec(String(curve.name ?? ""));
+    const owner = of ? names.indexOf(of[1]) : -1;
+    names.push(String(curve.name ?? ""));
+    if (owner < 0 && (curve.mark !== "faint" || last < 0)) ++last;
+    indices.push(owner < 0 ? last : indices[owner]);
     const x = list(curve.x);
     const y = list(curve.y);
     const at = list(curve.at);
@@ -25,7 +33,7 @@ export function curvesOf(chart) {
       const point = { x: value, y: isNumber(y[k]) ? y[k] : null, at: isNumber(at[k]) ? at[k] : null };
       points.push(isNumber(lower[k]) && isNumber(upper[k]) ? { ...point, lower: lower[k], upper: upper[k] } : point);
     });
-    return { name: String(curve.name ?? ""), mark: curve.mark, unit: String(curve.at_unit ?? ""), colour: "c" + (i % COLOURS), points };
+    return { name: String(curve.name ?? ""), mark: curve.mark, unit: String(curve.at_unit ?? ""), colour: "c" + (indices[indices.length - 1] % COLOURS), points };
   });
 }
 
@@ -59,8 +67,15 @@ export function pointAt(points, x, log = false) {
   return points.length > 1 && away > Math.max(step, 0.02 * span) && (x < points[0].x || x > points[points.length - 1].x) ? null : points[best];
 }
 
+/** Those that the axes reach for: not what says little, unless there is nothing else. */
+export function counting(curves) {
+  const strong = curves.filter((c) => c.mark !== "faint");
+  return strong.some((c) => c.points.length) ? strong : curves;
+}
+
 /** Lowest and highest of both coordinates; 0 ... 1 where there is no point. */
-export function extentOf(curves) {
+export function extentOf(all) {
+  const curves = counting(all);
   const e = { x: [Infinity, -Infinity], y: [Infinity, -Infinity] };
   for (const { points } of curves) {
     for (const p of points) {
@@ -84,6 +99,12 @@ export function bandsOf(points) {
   return stretches.filter((s) => s.length > 1);
 }
 
+/** The unit circle and a point to keep away from look the same in every plane. */
+function colourOf({ kind, x, y, radius }) {
+  if (kind === "cross") return "bad";
+  return kind === "circle" && radius === 1 && x === 0 && y === 0 ? "soft" : undefined;
+}
+
 /** Regions behind the curves; those of one name share a colour. A side that is no number lies at the edge. */
 export function shapesOf(chart) {
   const names = [];
@@ -92,7 +113,7 @@ export function shapesOf(chart) {
     if (!names.includes(name)) names.push(name);
     const side = (v, edge) => (isNumber(v) ? v : edge);
     return {
-      kind: s.kind, name, colour: "r" + (names.indexOf(name) % REGIONS), radius: isNumber(s.radius) ? s.radius : 0,
+      kind: s.kind, name, colour: colourOf(s) ?? "r" + (names.indexOf(name) % REGIONS), radius: isNumber(s.radius) ? s.radius : 0,
       x: side(s.x, -Infinity), y: side(s.y, -Infinity), xEnd: side(s.x_end, Infinity), yEnd: side(s.y_end, Infinity),
     };
   });

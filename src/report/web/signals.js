@@ -27,6 +27,7 @@ export function drawSignals(root, data) {
     "The recording as it was used. A good residual looks like noise; where it still follows the excitation, the model misses something.", "whole");
   const readout = document.createElement("div");
   readout.className = "readout";
+  readout.setAttribute("aria-live", "polite");
   box.append(readout);
   const hint = "Move over a chart, or touch it, to read values. Drag to zoom, double-click to reset.";
   readout.textContent = hint;

@@ -24,13 +24,13 @@ export function head(root, data) {
   const page = data.page ?? {};
   const record = data.record ?? {};
   const facts = [];
-  if (record.file) facts.push(String(record.file).split(/[\\/]/).pop());
+  if (record.file && record.file !== page.title) facts.push(String(record.file).split(/[\\/]/).pop());
   if (isNumber(record.samples)) facts.push(`${grouped(record.samples)} samples`);
   if (isNumber(record.sample_rate_hz)) facts.push(`${plain(record.sample_rate_hz, 6)} Hz`);
   if (isNumber(record.samples) && record.sample_rate_hz > 0) facts.push(`${significant(record.samples / record.sample_rate_hz, 3)} s`);
   const box = document.createElement("header");
   box.className = "head";
-  box.innerHTML = `<div><div class="brand">resonid · identification report</div><h1>${escapeHtml(page.title ?? "Identification")}</h1>` +
+  box.innerHTML = `<div><div class="brand">resonid · identification</div><h1>${escapeHtml(page.title ?? "Identification")}</h1>` +
     `<p class="meta">${escapeHtml(facts.join(" · "))}</p></div>` + verdict(data);
   root.append(box);
 }
@@ -41,7 +41,7 @@ function verdict(data) {
   }
   const serious = sortedFindings(data.findings).filter((f) => severity(f) !== "info");
   if (data.trusted) {
-    const text = serious.length ? `with ${serious.length} remark${serious.length > 1 ? "s" : ""}, see the findings` : "Every check passed.";
+    const text = serious.length ? `with ${serious.length} warning${serious.length > 1 ? "s" : ""}, see the findings` : "Every check passed.";
     return `<div class="verdict good" role="status">${sign("good")}<div><b>Trusted</b><span>${text}</span></div></div>`;
   }
   const errors = serious.filter((f) => severity(f) === "error");
@@ -49,6 +49,9 @@ function verdict(data) {
   const shown = reasons.slice(0, 3).join(", ") + (reasons.length > 3 ? ` and ${reasons.length - 3} more` : "");
   return `<div class="verdict bad" role="status">${sign("bad")}<div><b>Not trusted</b><span>${escapeHtml(shown || "see the findings")}</span></div></div>`;
 }
+
+const modulusNote = (peaks) => (isNumber(peaks?.ms)
+  ? `least distance from −1; Ms ${significant(peaks.ms, 3)}${isNumber(peaks.mt) ? `, Mt ${significant(peaks.mt, 3)}` : ""}` : "least distance from −1");
 
 /** The figures that an engineer looks for first, at most six. */
 export function keyFigures(data) {
@@ -75,7 +78,9 @@ export function keyFigures(data) {
   };
   addLoop("Crossover", loop.crossover_hz, loop.crossover_std_hz, "Hz", "of the open loop");
   addLoop("Phase margin", loop.phase_margin_deg, loop.phase_margin_std_deg, "°", "delay included");
-  addLoop("Modulus margin", loop.modulus_margin, loop.modulus_margin_std, "", "least distance from −1");
+  addLoop("Modulus margin", loop.modulus_margin, loop.modulus_margin_std, "", modulusNote(data.page?.peaks));
+  const inertias = data.page?.inertia_ratio;
+  if (inertias) add("Inertia ratio", inertias.value, "", inertias.std * factor, "load over motor", "measured");
   const parameters = data.model?.parameters ?? {};
   for (const name of ["driven_inertia", "load_inertia", "stiffness", "viscous_friction", "damping"]) {
     const p = parameters[name];
@@ -107,23 +112,24 @@ export function summaryAndFindings(root, data) {
   const known = Array.isArray(data.findings);
   if (sentences.length === 0 && !known) return;
   const many = findings.length > 3;
-  const both = sentences.length > 0 && known && !many;
+  const both = sentences.length > 0 && findings.length > 0 && !many;
   const split = document.createElement("div");
   split.className = both ? "split two" : "split";
   root.append(split);
   if (sentences.length) {
-    const box = section(split, "Summary");
+    const box = section(split, "Summary", "", "sheet");
     box.insertAdjacentHTML("beforeend", `<ul class="summary">${sentences.map((s) => `<li>${escapeHtml(s)}</li>`).join("")}</ul>`);
+    if (known && findings.length === 0) box.insertAdjacentHTML("beforeend", '<p class="explain none">Findings: none, every check passed.</p>');
   }
-  if (!known) return;
-  const box = section(split, "Findings");
+  if (!known || (sentences.length && findings.length === 0)) return;
+  const box = section(split, "Findings", "", "sheet");
   const items = findings.map((f) => {
     const figures = [
       isNumber(f.value) ? `found ${plain(f.value, 3)}` : "",
       isNumber(f.threshold) ? `limit ${plain(f.threshold, 3)}` : "",
     ].filter(Boolean).join(", ");
     const kind = severity(f);
-    const name = { error: "Error", warning: "Remark", info: "Note" }[kind];
+    const name = { error: "Error", warning: "Warning", info: "Note" }[kind];
     return `<li><span class="tag ${kind}">${name}</span><div><b>${escapeHtml(words(f.id ?? "finding"))}</b>` +
       `${f.meaning ? `<p>${escapeHtml(f.meaning)}</p>` : ""}${figures ? `<p class="soft small">${escapeHtml(figures)}</p>` : ""}</div></li>`;
   });
@@ -147,18 +153,18 @@ export function modelTables(root, data) {
   const factor = normalFactor(confidence);
   const rows = ordered(data.model?.parameters).filter(([, p]) => isNumber(p?.value)).map(([name, p]) => [
     parameterName(name, p.unit), interval(p.value, p.std * factor, p.unit ?? ""),
-    p.std > 0 && p.value !== 0 ? percent((p.std * factor) / Math.abs(p.value)) : "–",
+    p.std > 0 && p.std * factor < Math.abs(p.value) ? percent((p.std * factor) / Math.abs(p.value)) : "–",
   ]);
   const resonances = list(data.resonances).filter((r) => isNumber(r?.frequency_hz)).map((r) => [
     r.kind === "antiresonance" ? "Anti-resonance" : words(r.kind ?? "resonance"), interval(r.frequency_hz, r.std_hz * factor, "Hz"),
     isNumber(r.damping_ratio) ? (r.damping_ratio_std > 0 ? interval(r.damping_ratio, r.damping_ratio_std * factor) : significant(r.damping_ratio, 2)) : "–",
     r.source ?? "–",
   ]);
-  const validation = [...validationRows(data.validation), ...elsewhereRows(data.cross_validation)];
+  const validation = [...validationRows(data.validation, data.page?.units?.output), ...elsewhereRows(data.cross_validation)];
   if (rows.length + resonances.length + validation.length === 0) return;
   const structure = data.model?.structure ? ` (${data.model.structure})` : "";
   const box = section(root, "Model" + structure,
-    `Ranges are ${percent(confidence)} confidence intervals, provided that the structure is right.`, "model");
+    `Ranges are ${percent(confidence)} confidence intervals, provided that the structure is right.`, "model sheet");
   if (rows.length) box.insertAdjacentHTML("beforeend", table(["Parameter", "Value", "Relative"], rows, [2]));
   if (resonances.length) {
     box.insertAdjacentHTML("beforeend", "<h3>Resonances</h3>" + table(["Kind", "Frequency", "Damping", "From"], resonances, [2]));
@@ -257,13 +263,13 @@ const VALIDATION = {
     : significant(v, 2)],
 };
 
-function validationRows(validation) {
+function validationRows(validation, unit) {
   const all = validation ?? {};
   return ordered(all).filter(([name, v]) => (isNumber(v) || typeof v === "boolean" || typeof v === "string") && !(name === "limit" && "cross_correlation_max" in all))
     .map(([name, v]) => {
       const known = VALIDATION[name];
       if (known && (isNumber(v) || name === "of")) return [known[0], known[1](v, all)];
-      return [words(name), isNumber(v) ? plain(v) : String(v)];
+      return [words(name), isNumber(v) ? plain(v) + (name === "residual_rms" && unit ? ` ${prettyUnit(unit)}` : "") : String(v)];
     });
 }
 
@@ -306,6 +312,23 @@ export function transferFunction(root, data) {
     `known delay removed.</p>${table(["Power", "Numerator", "Denominator"], rows, [1, 2])}</details>`;
   root.append(box);
 }
+
+/** Who made this from what, and lines to sign on paper. */
+export function provenance(root, data) {
+  const p = data.provenance;
+  if (!p || typeof p !== "object") return;
+  const rows = [];
+  if (p.version) rows.push(["Program", `resonid ${p.version}`]);
+  if (p.date) rows.push(["Date", p.date]);
+  if (p.command) rows.push(["Command", p.command]);
+  for (const file of list(p.files)) rows.push([file.name ?? "", file.sha256 ? `SHA-256 ${file.sha256}` : "not a file"]);
+  if (rows.length === 0) return;
+  const box = section(root, "Provenance", "", "provenance sheet");
+  box.insertAdjacentHTML("beforeend", table(null, rows));
+  box.insertAdjacentHTML("beforeend", SIGN_OFF);
+}
+
+const SIGN_OFF = '<div class="sign-off print-only"><span>Machine, axis</span><span>Done by</span><span>Date</span><span>Signature</span></div>';
 
 export function foot(root, data) {
   const box = document.createElement("footer");

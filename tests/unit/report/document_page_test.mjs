@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: MIT
 // The arithmetic of a document's charts, without a browser.
 import assert from "node:assert/strict";
+import { readFileSync } from "node:fs";
 import { test } from "node:test";
 
 const web = "../../../src/report/web/";
 const series = await import(web + "series.js");
 const plane = await import(web + "plane.js");
+const heat = await import(web + "heat.js");
 
 const chart = {
   section: 1, x_label: "t", log_x: false,
@@ -83,3 +85,64 @@ test("a range must be two ascending numbers", () => {
   assert.deepEqual(series.rangeOf([1, 2]), [1, 2]);
   for (const wrong of [undefined, [2, 1], [1], [1, null], "12"]) assert.equal(series.rangeOf(wrong), null);
 });
+
+test("what says little is drawn, and no axis reaches for it", () => {
+  const curves = series.curvesOf({ curves: [
+    { name: "measured", mark: "points", x: [1, 2], y: [5, 6] }, { name: "hardly excited", mark: "faint", x: [3, 4], y: [90, -90] },
+    { name: "model", mark: "dashed", x: [1, 2], y: [5, 6] }] });
+  assert.deepEqual(series.extentOf(curves), { x: [1, 2], y: [5, 6] });
+  assert.equal(curves[1].colour, curves[0].colour);
+  assert.notEqual(curves[2].colour, curves[0].colour);
+  assert.equal(curves[1].points.length, 2);
+  assert.deepEqual(series.extentOf([curves[1]]), { x: [3, 4], y: [-90, 90] }); // unless there is nothing else
+});
+
+test("cells of a heat map meet half-way, in ratio on a logarithmic axis", () => {
+  assert.deepEqual(heat.edgesOf([0, 2, 4]), [-1, 1, 3, 5]);
+  const edges = heat.edgesOf([1, 4, 16], true);
+  [0.5, 2, 8, 32].forEach((e, i) => assert.ok(Math.abs(edges[i] - e) < 1e-9));
+  assert.deepEqual(heat.edgesOf([]), []);
+});
+
+test("a heat map's colours span its values, whatever strays", () => {
+  const rows = [Array.from({ length: 500 }, (_, i) => i), [null, 1e9]];
+  const [low, high] = heat.scaleOf(rows);
+  assert.ok(low >= 0 && low < 10 && high < 500);
+  assert.deepEqual(heat.scaleOf([[null]]), [0, 1]);
+  assert.deepEqual(heat.scaleOf([[3, 3]]), [2, 4]);
+  assert.equal(heat.shade(-1), "rgb(68,1,84)");
+  assert.equal(heat.shade(2), "rgb(253,231,37)");
+});
+
+// WCAG 2.1, 1.4.3 and 1.4.11: relative luminance and contrast ratio.
+const luminance = (hex) => [1, 3, 5].map((i) => parseInt(hex.slice(i, i + 2), 16) / 255)
+  .map((v) => (v <= 0.03928 ? v / 12.92 : ((v + 0.055) / 1.055) ** 2.4)).reduce((sum, v, i) => sum + v * [0.2126, 0.7152, 0.0722][i], 0);
+const contrast = (a, b) => {
+  const [high, low] = [luminance(a), luminance(b)].sort((x, y) => y - x);
+  return (high + 0.05) / (low + 0.05);
+};
+
+test("contrast is computed as the standard has it", () => {
+  assert.ok(Math.abs(contrast("#000000", "#ffffff") - 21) < 1e-9);
+  assert.ok(Math.abs(contrast("#777777", "#ffffff") - 4.48) < 0.01); // the known near miss
+});
+
+for (const theme of ["light", "dark"]) {
+  test(`text and curves of the ${theme} palette meet WCAG AA`, () => {
+    const css = readFileSync(new URL(web + "page.css", import.meta.url), "utf8");
+    const blocks = [...css.matchAll(/:root(?::not\(\.printing\))? \{([^}]*--[^}]*)\}/g)];
+    const dark = blocks.filter((b) => b[0].includes(":not(.printing)"));
+    const light = blocks.filter((b) => !b[0].includes(":not(.printing)"));
+    const palette = {};
+    for (const block of [...light, ...(theme === "dark" ? dark : [])]) {
+      for (const [, name, value] of block[1].matchAll(/--([a-z0-9-]+): (#[0-9a-f]{6});/g)) palette[name] = value;
+    }
+    const text = ["ink", "soft", "measured", "model", "good", "bad", "note", "resonance", "antiresonance"];
+    const soft = [["good", "good-soft"], ["bad", "bad-soft"], ["note", "note-soft"], ["ink", "page"], ["soft", "page"], ["ink", "good-soft"]];
+    for (const [front, back] of [...text.map((name) => [name, "card"]), ...soft]) {
+      assert.ok(contrast(palette[front], palette[back]) >= 4.5, `${front} on ${back}: ${contrast(palette[front], palette[back])}`);
+    }
+    const drawn = ["noise", "distortion", "load", "signal", ...Array.from({ length: 8 }, (_, i) => `c${i}`), "r0", "r1", "r2", "r3"];
+    for (const name of drawn) assert.ok(contrast(palette[name], palette.card) >= 3, `${name}: ${contrast(palette[name], palette.card)}`);
+  });
+}

@@ -78,7 +78,7 @@ TEST(Document, CarriesBandsRegionsRangesAndPlainTables) {
   EXPECT_EQ(whole["sections"][0]["charts"][1]["shapes"][0]["radius"], 1.0);
   EXPECT_EQ(whole["sections"][0]["plain_tables"][0]["rows"][1][0], "gap");
   const std::string html = document_page(d);
-  EXPECT_NE(html.find("resonid tracking"), html.npos);
+  EXPECT_NE(html.find("resonid \xC2\xB7 tracking"), html.npos);
   EXPECT_NE(html.find("<td class=\"n\">\xE2\x88\x92"
                       "15.1 \xC2\xB1 0.2</td>"),
             html.npos);
@@ -241,6 +241,87 @@ TEST(DocumentPage, TellsVerdictAndFiguresFirst) {
   const json j = document_json(d);
   EXPECT_EQ(j["badge"], (json{{"good", false}, {"word", "Rejected <b>"}, {"reason", "see the findings"}}));
   EXPECT_EQ(j["cards"][0]["under"], json::array({"+- 0.3 at 95 %"}));
+}
+
+TEST(DocumentPage, ShowsFindingsAsTheIdentificationDoes) {
+  Document d = example();
+  d.findings = {{{"low-coherence", diagnostics::Severity::warning, 0.4, 0.8, "Falls <b>."},
+                 {"misfit", diagnostics::Severity::error, {}, {}, "It is not this drive."}}};
+  const std::string html = document_page(d);
+  const auto error = html.find("<span class=\"tag error\">Error</span>"),
+             warning = html.find("<span class=\"tag warning\">Warning</span>");
+  ASSERT_NE(error, html.npos);
+  ASSERT_NE(warning, html.npos);
+  EXPECT_LT(error, warning);  // what matters most first
+  EXPECT_NE(
+      html.find(
+          "<b>Low coherence</b><p>Falls &lt;b&gt;.</p><p class=\"soft small\">found 0.4, limit 0.8</p>"),
+      html.npos);
+  EXPECT_LT(html.find("<h2>Findings</h2>"), html.find("id=\"part-1\""));
+  EXPECT_EQ(document_json(d)["findings"][1]["severity"], "error");
+  d.findings->clear();
+  EXPECT_NE(document_page(d).find("Findings: none, every check passed."), html.npos);
+}
+
+TEST(DocumentPage, FoldsWideTablesByNamingEachCell) {
+  Document d;
+  d.sections = {
+      {"s", {}, {}, {}, {{"t", {"Record", "verdict", "a, kgm2", "b"}, {{"x.csv", "trusted", "-1", "2"}}}}}};
+  const std::string html = document_page(d);
+  EXPECT_NE(html.find("<table class=\"plain fold\">"), html.npos);
+  EXPECT_NE(html.find("<th scope=\"row\">x.csv</th><td data-name=\"verdict\">trusted</td>"
+                      "<td class=\"n\" data-name=\"a, kg m\xC2\xB2\">\xE2\x88\x92"
+                      "1</td>"),
+            html.npos);
+  d.sections[0].plain_tables[0].columns.resize(3);
+  EXPECT_EQ(document_page(d).find("<table class=\"plain fold\">"), html.npos);
+}
+
+TEST(DocumentPage, DrawsIntervalsOnOneScaleThatDoubtfulRowsDoNotWiden) {
+  Document d;
+  Section s;
+  s.title = "Parameters";
+  Intervals list{"stiffness", "Nm/rad", {{"a.csv", 100.0, 2.0}, {"b<.csv", 104.0, 2.0}},
+                 102.0,       1.0,      "agrees"};
+  s.intervals = {list};
+  d.sections = {s};
+  const std::string html = document_page(d);
+  // The scale is 98 ... 106 with 6 % of room: 97.52 ... 106.48.
+  EXPECT_NE(html.find("<i class=\"dot\" style=\"left:27.68%\">"), html.npos);
+  EXPECT_NE(html.find("<i class=\"whisker\" style=\"left:5.36%;width:44.64%\">"), html.npos);
+  EXPECT_NE(html.find("b&lt;.csv"), html.npos);
+  EXPECT_NE(html.find("100.0 \xC2\xB1 2.0"), html.npos);
+  d.sections[0].intervals[0].rows.push_back({"broken.csv", 9000.0, 50.0, true});
+  const std::string wider = document_page(d);
+  EXPECT_NE(wider.find("<i class=\"dot\" style=\"left:27.68%\">"), wider.npos);
+  EXPECT_NE(wider.find("<tr class=\"doubtful\">"), wider.npos);
+  EXPECT_NE(wider.find("<i class=\"dot\" style=\"left:100.00%\">"), wider.npos);
+  EXPECT_EQ(document_json(d)["sections"][0]["intervals"][0]["mean"], 102.0);
+}
+
+TEST(DocumentPage, CarriesAHeatMapWithItsGaps) {
+  Document d;
+  Chart chart;
+  chart.title = "waterfall";
+  chart.map = HeatMap{{0.0, 1.0}, {2.0, 3.0}, {{-1.23456, 0.0}, {std::nan(""), 4.0}}, "dB"};
+  d.sections = {{"s", {}, {}, {chart}}};
+  const json shown = carried(document_page(d)).at(0).at("map");
+  EXPECT_EQ(shown.at("value"), json::parse("[[-1.235, 0.0], [null, 4.0]]"));
+  EXPECT_EQ(shown.at("unit"), "dB");
+}
+
+TEST(DocumentPage, EndsWithWhatItWasMadeBy) {
+  Document d = example();
+  EXPECT_EQ(document_page(d).find("<h2>Provenance</h2>"), std::string::npos);
+  d.provenance = Provenance{"0.1.0",
+                            "resonid validate 'a <b>.json' c.csv",
+                            "2026-03-01T12:00:00Z",
+                            {{"c.csv", std::string(64, 'a')}, {"-", ""}}};
+  const std::string html = document_page(d);
+  for (const char* part :
+       {"resonid 0.1.0", "2026-03-01T12:00:00Z", "a &lt;b&gt;.json", "SHA-256 aaaa", "not a file"})
+    EXPECT_NE(html.find(part), html.npos) << part;
+  EXPECT_EQ(provenance_of(document_json(d))->files[0].sha256, std::string(64, 'a'));
 }
 
 TEST(Provenance, StandsBesideAResultAndMayBeAbsent) {

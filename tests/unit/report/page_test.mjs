@@ -8,6 +8,7 @@ const format = await import(web + "format.js");
 const curves = await import(web + "curves.js");
 const ticks = await import(web + "ticks.js");
 const geometry = await import(web + "geometry.js");
+const tables = await import(web + "tables.js");
 
 const near = (actual, expected, tolerance) =>
   assert.ok(Math.abs(actual - expected) <= tolerance, `${actual} is not ${expected} +- ${tolerance}`);
@@ -32,7 +33,7 @@ test("numbers keep their significant digits", () => {
 });
 
 test("a value ends where its uncertainty does", () => {
-  assert.equal(format.interval(0.032, 0.000196, "kgm2"), "0.03200 ± 0.00020 kgm²");
+  assert.equal(format.interval(0.032, 0.000196, "kgm2"), "0.03200 ± 0.00020 kg m²");
   assert.equal(format.interval(143.75, 0.784, "Nm/rad"), "143.75 ± 0.78 Nm/rad");
   assert.equal(format.interval(15.086, 0.0997, "Hz"), "15.09 ± 0.10 Hz");
   assert.equal(format.interval(2.13e-6, 4e-7), "(2.13 ± 0.40)×10⁻⁶");
@@ -46,7 +47,7 @@ test("a value ends where its uncertainty does", () => {
 test("units and words are set for readers", () => {
   assert.equal(format.prettyUnit("V s2/rad"), "V s²/rad");
   assert.equal(format.prettyUnit("(rad/s)/Nm"), "(rad/s)/Nm");
-  assert.equal(format.prettyUnit("kgm2"), "kgm²");
+  assert.equal(format.prettyUnit("kgm2"), "kg m²");
   assert.equal(format.words("low-coherence"), "Low coherence");
   assert.equal(format.escapeHtml(`<b a="1">'&`), "&lt;b a=&quot;1&quot;&gt;&#39;&amp;");
 });
@@ -127,4 +128,18 @@ test("labels keep clear of one another", () => {
   const first = geometry.freeSpot({ x: 200, y: 200, text: "one", clear: 8 }, frame, [], []);
   const second = geometry.freeSpot({ x: 200, y: 200, text: "two", clear: 8 }, frame, [first], []);
   assert.ok(second.left >= first.right || second.right <= first.left || second.top >= first.bottom || second.bottom <= first.top);
+});
+
+test("a line that nothing excites is told from the others", () => {
+  const line = curves.measuredBode({ frequency_hz: [1, 2, 3, 4], real: [1, 1, 1, 1], imag: [0, 0, 0, 0], std: [0.1, 0.6, null, 0.1], coherence: [0.9, 0.9, null, 0.1] }, 0.95);
+  assert.deepEqual(line.map((p) => p.weak), [false, true, false, true]);
+});
+
+test("the cards hold the inertia ratio, and Ms and Mt beside the modulus margin", () => {
+  const cards = tables.keyFigures({ resonances: [{ kind: "resonance", frequency_hz: 15, std_hz: 0.1 }], loop: { modulus_margin: 0.8 },
+    page: { inertia_ratio: { value: 1.25, std: 0.01 }, peaks: { ms: 1.25, mt: 1.1 } } });
+  const ratio = cards.find((c) => c.name === "Inertia ratio");
+  assert.equal(ratio.value, "1.250");
+  assert.equal(ratio.half, "0.020");
+  assert.match(cards.find((c) => c.name === "Modulus margin").under, /Ms 1\.25, Mt 1\.10/);
 });

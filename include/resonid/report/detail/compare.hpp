@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <optional>
+#include <resonid/data/transfer_function.hpp>
 #include <resonid/identification/compare.hpp>
 #include <resonid/report/document.hpp>
 #include <resonid/report/json.hpp>
@@ -15,7 +17,16 @@ namespace resonid::report {
 /// Readable summary for a terminal, lines of at most 100 characters.
 [[nodiscard]] std::string summary_text(const identification::Changes& comparison);
 
-/// The page of `compare --report`.
+/// The results themselves, for the pictures of their models and loops.
+struct ComparedResults {
+  const identification::Result& first;
+  const identification::Result& second;
+  std::optional<data::TransferFunction> controller = {};  ///< Controller of the loop that both are judged in.
+};
+
+/// The page of `compare --report`: verdict, what changed, both responses; with the results their models too,
+/// and with the controller the loop before and after.
 [[nodiscard]] Document document(const identification::Changes& comparison);
+[[nodiscard]] Document document(const identification::Changes& comparison, const ComparedResults& results);
 
 }  // namespace resonid::report

@@ -15,5 +15,7 @@ namespace resonid::report {
 /// The page of `track --report`: what is tracked over time, or over position where the machine moves, with
 /// bands; the loop's Nyquist curve along the record, and the trust in it.
 [[nodiscard]] Document track_document(const identification::Track& track);
+/// The same with the recording's input and output.
+[[nodiscard]] Document track_document(const identification::Track& track, const data::Record& record);
 
 }  // namespace resonid::report

@@ -1,0 +1,18 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <nlohmann/json_fwd.hpp>
+#include <resonid/report/provenance.hpp>
+#include <string>
+#include <vector>
+
+namespace resonid::cli {
+
+/// Keeps the command line as a shell would read it again.
+void remember_command(int argc, const char* const* argv);
+
+/// What the program was told and when ($SOURCE_DATE_EPOCH, else the clock), with the hashes of the files that
+/// it read; empty names are left out.
+[[nodiscard]] report::Provenance provenance_of_files(const std::vector<std::string>& files);
+
+}  // namespace resonid::cli
