@@ -143,7 +143,7 @@ std::string interval_table(const Intervals& list) {
   std::string out =
       "<figure class=\"intervals\">\n<h3>" + html(list.title) +
       (list.unit.empty() ? "" : " <small>in " + html(list.unit) + "</small>") +
-      (list.verdict.empty() ? "" : " <span class=\"soft\">" + html(list.verdict) + "</span>") +
+      (list.verdict.empty() ? "" : " <span class=\"soft\">\xC2\xB7 " + html(list.verdict) + "</span>") +
       "</h3>\n<table class=\"bars\"><thead class=\"unseen\"><tr><th scope=\"col\">Recording</th>"
       "<th scope=\"col\">Interval</th><th scope=\"col\">Value</th></tr></thead>\n<tbody>\n";
   for (const auto& row : list.rows) out += row_of_bars(list, row, scale);

@@ -4,8 +4,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <complex>
-#include <cstdlib>
 #include <limits>
 #include <resonid/base/constants.hpp>
 #include <resonid/report/detail/track.hpp>
@@ -14,6 +12,7 @@
 #include "report/document/track_words.hpp"
 #include "report/document/words.hpp"
 #include "report/pages/curves.hpp"
+#include "report/pages/track_parts.hpp"
 
 namespace resonid::report {
 namespace {
@@ -22,15 +21,7 @@ using identification::Track;
 using identification::TrackSeries;
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
-constexpr std::size_t kMostLines = 6;
 constexpr std::size_t kLeastRows = 8;  // of a passage
-
-/// What the charts run over: the position of a machine that moves, else time.
-struct Axis {
-  std::string label;
-  const std::vector<double>& x;
-  bool time;
-};
 
 bool moves(const Track& track) {
   if (track.position_m.size() < 2) return false;
@@ -46,31 +37,9 @@ std::string label(const TrackSeries& series) {
   return text;
 }
 
-/// Stretches of rows that are not trusted, over time.
-std::vector<Shape> untrusted(const Track& track) {
-  std::vector<Shape> shapes;
-  const auto& trusted = track.trusted_rows;
-  for (std::size_t i = 0; i < trusted.size();) {
-    if (trusted[i]) {
-      ++i;
-      continue;
-    }
-    std::size_t end = i;
-    while (end < trusted.size() && !trusted[end]) ++end;
-    const double until = end < trusted.size() ? track.time_s[end] : track.time_s.back();
-    shapes.push_back(
-        {Shape::Kind::rectangle, "not trusted", track.time_s[i], -kInfinity, 0.0, until, kInfinity});
-    i = end;
-  }
-  // Rows that change their minds all the time would hide the curves.
-  constexpr std::size_t kMostStretches = 150;
-  if (shapes.size() > kMostStretches) shapes.clear();
-  return shapes;
-}
-
 /// The rows that a curve over `axis` runs through, passage by passage: all of them over time; over a position
 /// those that are trusted and go on in its direction, until it has turned back by a twentieth of its range.
-std::vector<std::vector<std::size_t>> passages(const Track& track, const Axis& axis) {
+std::vector<std::vector<std::size_t>> passages(const Track& track, const TrackAxis& axis) {
   std::vector<std::vector<std::size_t>> list(1);
   if (axis.time) {
     for (std::size_t i = 0; i < axis.x.size(); ++i) list[0].push_back(i);
@@ -98,7 +67,7 @@ std::vector<std::vector<std::size_t>> passages(const Track& track, const Axis& a
 }
 
 /// In ascending x, as charts want it; a machine that goes back and forth gives several curves.
-std::vector<Curve> curves_of(const Track& track, const TrackSeries& series, const Axis& axis, double z) {
+std::vector<Curve> curves_of(const Track& track, const TrackSeries& series, const TrackAxis& axis, double z) {
   std::vector<Curve> curves;
   const bool band = !series.std.empty();
   for (auto& rows : passages(track, axis)) {
@@ -118,8 +87,8 @@ std::vector<Curve> curves_of(const Track& track, const TrackSeries& series, cons
   return curves;
 }
 
-/// What the trusted rows need, with room for their bands, up to half the values' own span; the start and
-/// single wide bands would else flatten everything.
+/// What the trusted rows need, with room for their bands, up to a quarter of the values' own span; the start
+/// and single wide bands would else flatten everything.
 std::optional<AxisRange> range_of(const Track& track, const std::vector<const TrackSeries*>& list, double z) {
   double low = kInfinity, high = -kInfinity, band_low = kInfinity, band_high = -kInfinity;
   std::size_t count = 0;
@@ -135,16 +104,18 @@ std::optional<AxisRange> range_of(const Track& track, const std::vector<const Tr
       ++count;
     }
   if (count < 10 || !(band_high > band_low)) return std::nullopt;
-  if (const double most = 0.5 * (high - low); most > 1e-3 * std::abs(high)) {
+  if (const double most = 0.25 * (high - low); most > 1e-3 * std::abs(high)) {
     band_low = std::max(band_low, low - most);
     band_high = std::min(band_high, high + most);
   }
-  const double room = std::max(0.15 * (band_high - band_low), 1e-3 * std::abs(band_high));
-  return AxisRange{band_low - room, band_high + room};
+  const double room = std::max(0.1 * (band_high - band_low), 1e-3 * std::abs(band_high));
+  // A frequency or an inertia is not negative, whatever its error bar.
+  const double least = low >= 0.0 ? std::max(band_low - room, 0.0) : band_low - room;
+  return AxisRange{least, band_high + room};
 }
 
 Chart chart_of(const Track& track, std::string title, const std::string& unit,
-               const std::vector<const TrackSeries*>& list, const Axis& axis) {
+               const std::vector<const TrackSeries*>& list, const TrackAxis& axis) {
   const double z = two_sided_quantile(track.confidence);
   Chart chart;
   chart.title = std::move(title);
@@ -168,7 +139,7 @@ bool known(const TrackSeries* series) {
          std::any_of(series->value.begin(), series->value.end(), [](double v) { return std::isfinite(v); });
 }
 
-Section resonance_section(const Track& track, const Axis& time, const Axis& along) {
+Section resonance_section(const Track& track, const TrackAxis& time, const TrackAxis& along) {
   Section section;
   section.title = "Resonance";
   std::vector<const TrackSeries*> list;
@@ -183,7 +154,7 @@ Section resonance_section(const Track& track, const Axis& time, const Axis& alon
   return section;
 }
 
-Section parameter_section(const Track& track, const Axis& time, const Axis& along) {
+Section parameter_section(const Track& track, const TrackAxis& time, const TrackAxis& along) {
   Section section;
   section.title = "Parameters";
   const bool physical = known(track.find("stiffness"));
@@ -201,106 +172,6 @@ Section parameter_section(const Track& track, const Axis& time, const Axis& alon
     if (list.empty()) continue;
     section.charts.push_back(chart_of(track, fmt::format("Coefficients {}", letter), "", list, along));
     section.text = {"Coefficients of y(k) = -a1 y(k-1) - ... + b1 u(k-1) + ..., without the known delay."};
-  }
-  return section;
-}
-
-double decibel(double re, double im) { return 20.0 * std::log10(std::hypot(re, im)); }
-
-/// Magnitudes of some of the lines over time.
-Chart line_chart(const Track& track, const Axis& time) {
-  Chart chart;
-  chart.title = "Magnitude at the lines";
-  chart.x_label = time.label;
-  chart.y_label = "Magnitude in dB";
-  const std::size_t lines = track.lines.size() / 3;
-  const std::size_t shown = std::min(lines, kMostLines);
-  for (std::size_t n = 0; n < shown; ++n) {
-    const std::size_t i = shown < 2 ? 0 : n * (lines - 1) / (shown - 1);
-    const auto& re = track.lines[3 * i];
-    const auto& im = track.lines[3 * i + 1];
-    Curve curve;
-    curve.name = re.name.substr(3) + " Hz";
-    curve.x = time.x;
-    for (std::size_t k = 0; k < re.value.size(); ++k) curve.y.push_back(decibel(re.value[k], im.value[k]));
-    chart.curves.push_back(std::move(curve));
-  }
-  if (shown < lines) chart.caption = fmt::format("{} of {} lines.", shown, lines);
-  chart.shapes = untrusted(track);
-  return chart;
-}
-
-/// Magnitude of all lines over time, in colour. A line known worse than its magnitude is a gap.
-std::optional<Chart> waterfall(const Track& track, const Axis& time) {
-  constexpr std::size_t kLeastLines = 4, kMostColumns = 240, kMostRows = 120;
-  const std::size_t lines = track.lines.size() / 3, rows = time.x.size();
-  if (lines < kLeastLines || rows < 2) return std::nullopt;
-  HeatMap map;
-  map.unit = "dB";
-  const std::size_t columns = std::min(rows, kMostColumns), shown = std::min(lines, kMostRows);
-  const auto row_of = [&](std::size_t c) { return columns > 1 ? c * (rows - 1) / (columns - 1) : 0; };
-  for (std::size_t c = 0; c < columns; ++c) map.x.push_back(time.x[row_of(c)]);
-  for (std::size_t n = 0; n < shown; ++n) {
-    const std::size_t i = n * (lines - 1) / (shown - 1);
-    const auto &re = track.lines[3 * i], &im = track.lines[3 * i + 1], &std = track.lines[3 * i + 2];
-    map.y.push_back(std::strtod(re.name.c_str() + 3, nullptr));
-    auto& level = map.value.emplace_back();
-    for (std::size_t c = 0; c < columns; ++c) {
-      const std::size_t k = row_of(c);
-      const double size = std::hypot(re.value[k], im.value[k]);
-      const bool known = !(k < std.value.size() && std.value[k] > size);
-      level.push_back(known ? decibel(re.value[k], im.value[k]) : std::nan(""));
-    }
-  }
-  Chart chart;
-  chart.title = "Magnitude of the response over time";
-  chart.x_label = time.label;
-  chart.y_label = "Frequency in Hz";
-  chart.caption =
-      "Bright: much velocity for the torque, a resonance; dark: an anti-resonance. Where a line is not "
-      "known, "
-      "nothing is drawn.";
-  chart.map = std::move(map);
-  return chart;
-}
-
-/// Magnitude and phase over the frequency that a chirp passed.
-std::vector<Chart> sweep_charts(const Track& track) {
-  const auto& f = track.lines[0].value;
-  const auto& re = track.lines[1].value;
-  const auto& im = track.lines[2].value;
-  const auto& std = track.lines[3].value;
-  const double radius = std::sqrt(-std::log(1.0 - track.confidence));
-  Curve magnitude, phase;
-  magnitude.name = "magnitude";
-  phase.name = "phase";
-  const auto put = [&](std::size_t k) {
-    if (!std::isfinite(re[k]) || (!magnitude.x.empty() && !(f[k] > magnitude.x.back()))) return;
-    const double size = std::hypot(re[k], im[k]);
-    magnitude.x.push_back(f[k]);
-    magnitude.y.push_back(decibel(re[k], im[k]));
-    const double off = std::isfinite(std[k]) ? radius * std[k] : kInfinity;
-    magnitude.lower.push_back(off < size ? 20.0 * std::log10(size - off) : std::nan(""));
-    magnitude.upper.push_back(off < size ? 20.0 * std::log10(size + off) : std::nan(""));
-    phase.x.push_back(f[k]);
-    phase.y.push_back(std::atan2(im[k], re[k]) * 360.0 / kTwoPi);
-  };
-  const bool rising = f.size() > 1 && f.back() > f.front();
-  for (std::size_t i = 0; i < f.size(); ++i) put(rising ? i : f.size() - 1 - i);
-  Chart one{"Response along the chirp", "Frequency in Hz", "Magnitude in dB", true, false, {magnitude}, ""};
-  Chart two{"Its phase", "Frequency in Hz", "Phase in degrees", true, false, {phase}, ""};
-  return {one, two};
-}
-
-Section response_section(const Track& track, const Axis& time) {
-  Section section;
-  section.title = "Response";
-  if (track.lines.empty()) return section;
-  if (track.lines.front().name == "frequency_hz")
-    section.charts = sweep_charts(track);
-  else {
-    if (auto map = waterfall(track, time)) section.charts.push_back(std::move(*map));
-    section.charts.push_back(line_chart(track, time));
   }
   return section;
 }
@@ -333,7 +204,7 @@ Chart nyquist(const Track& track) {
   return chart;
 }
 
-Section loop_section(const Track& track, const Axis& axis) {
+Section loop_section(const Track& track, const TrackAxis& axis) {
   Section section;
   section.title = "Loop and its margins";
   for (const char* name : {"crossover_hz", "phase_margin_deg", "modulus_margin"})
@@ -343,7 +214,7 @@ Section loop_section(const Track& track, const Axis& axis) {
   return section;
 }
 
-Section gap_section(const Track& track, const Axis& axis) {
+Section gap_section(const Track& track, const TrackAxis& axis) {
   Section section;
   section.title = "Distance from the baseline";
   const auto* gap = track.find("gap");
@@ -357,7 +228,7 @@ Section gap_section(const Track& track, const Axis& axis) {
 
 std::string percent(double share) { return fmt::format("{:.0f} %", 100.0 * share); }
 
-Section trust_section(const Track& track, const Axis& time) {
+Section trust_section(const Track& track, const TrackAxis& time) {
   Section section;
   section.title = "Trust";
   const auto& s = track.shares;
@@ -476,13 +347,13 @@ Document page_of(const Track& track, const data::Record* record) {
   if (!track.reason.empty())
     document.summary.push_back(fmt::format("{} was chosen: {}.", track.method, track.reason));
   if (!track.start.empty()) document.summary.push_back("Start model: " + track.start + ".");
-  const Axis time{"Time in s", track.time_s, true};
-  const Axis along = moves(track) ? Axis{"Position in m", track.position_m, false} : time;
+  const TrackAxis time{"Time in s", track.time_s, true};
+  const TrackAxis along = moves(track) ? TrackAxis{"Position in m", track.position_m, false} : time;
   Section values{"Values", {}, {}, {}, {final_table(track)}};
   Section resonance = resonance_section(track, time, along);
   resonance.sheet = values.sheet = true;
   std::vector<Section> sections{std::move(resonance),
-                                response_section(track, time),
+                                track_response_section(track, time),
                                 loop_section(track, time),
                                 values,
                                 parameter_section(track, time, along),
