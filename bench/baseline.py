@@ -116,7 +116,9 @@ RECORDINGS = {
 
 def recordings(program):
     """Lines of a table; one that says so where there are none."""
-    folder = pathlib.Path(os.environ.get("RESONID_RECORDINGS", pathlib.Path(__file__).resolve().parent.parent.parent / "shared" / "recordings"))
+    root = pathlib.Path(__file__).resolve().parent.parent
+    fetched = root / "recordings"  # by tools/fetch_recordings
+    folder = pathlib.Path(os.environ.get("RESONID_RECORDINGS", fetched if fetched.is_dir() else root.parent / "shared" / "recordings"))
     if not folder.is_dir():
         return [f"No recordings of real machines in {folder.name}/ beside the checkout: skipped."]
     said = lambda figures: ", ".join(f"{k} {v:.4g}" for k, v in figures.items()) or "nothing"
