@@ -2,10 +2,10 @@
 .DEFAULT_GOAL := help
 # What makes a build from nothing fast (docs/decisions/0010-compile-once.md).
 RESONID_CMAKE ?= -DRESONID_PCH=ON -DRESONID_UNITY=ON
-.PHONY: help demo test build statistics sanitize fuzz bench trust format check clean
+.PHONY: help demo test build statistics sanitize fuzz bench trust package package-test format check clean
 
 help:          ## This list.
-	@awk -F ':|## ' '/^[a-z]+:.*## / {printf "  make %-11s %s\n", $$1, $$NF}' Makefile
+	@awk -F ':|## ' '/^[a-z-]+:.*## / {printf "  make %-12s %s\n", $$1, $$NF}' Makefile
 
 demo:          ## Simulate the published drive, identify it, write demo/report.html; real recordings too, where present.
 	tools/install_packages build
@@ -49,6 +49,15 @@ trust:         ## How often trusted results are wrong, over all kinds of experim
 	cmake --preset release
 	cmake --build --preset release --target resonid_cli
 	/usr/bin/python3 bench/trust.py build/release/apps/cli/resonid --seeds 10 --jobs $$(nproc) --markdown docs/validation/trust.md
+
+package:       ## What to hand on, .deb files and a tarball that needs nothing but the C library, in build/packages (half an hour).
+	tools/install_packages build package
+	tools/package
+
+package-test:  ## What `make package` made, installed and used in a bare Debian, as root (minutes).
+	tools/install_packages build package
+	cmake --preset package
+	ctest --preset package --verbose
 
 format:        ## Format every C++ file in place.
 	tools/install_packages ci

@@ -1,8 +1,11 @@
-# Install rules and the exported package: find_package(resonid) gives resonid::<stage>.
+# Install rules and the exported package: find_package(resonid) gives resonid::<stage>. Components are packages: program, library
+# (what a program linked with it needs to run), development.
 include(CMakePackageConfigHelpers)
+set(CMAKE_INSTALL_DEFAULT_COMPONENT_NAME development)
 get_property(stage_targets GLOBAL PROPERTY RESONID_STAGE_TARGETS)
 install(TARGETS ${stage_targets} EXPORT resonid-targets
-        LIBRARY DESTINATION "${CMAKE_INSTALL_LIBDIR}" ARCHIVE DESTINATION "${CMAKE_INSTALL_LIBDIR}")
+        LIBRARY DESTINATION "${CMAKE_INSTALL_LIBDIR}" COMPONENT library NAMELINK_COMPONENT development
+        ARCHIVE DESTINATION "${CMAKE_INSTALL_LIBDIR}" COMPONENT development)
 foreach(target IN LISTS stage_targets)  # headers of the stages that are built: the embedded preset installs three
   get_target_property(stage ${target} EXPORT_NAME)
   if(stage STREQUAL "c_static")  # has the headers of c
@@ -19,7 +22,9 @@ endforeach()
 if(TARGET resonid_report)
   install(DIRECTORY "${PROJECT_SOURCE_DIR}/docs/schema" DESTINATION "${CMAKE_INSTALL_DATADIR}/resonid")
 endif()
-install(FILES "${PROJECT_SOURCE_DIR}/LICENSE" DESTINATION "${CMAKE_INSTALL_DOCDIR}")
+if(NOT RESONID_PACKAGE)  # whose file `copyright` has it
+  install(FILES "${PROJECT_SOURCE_DIR}/LICENSE" DESTINATION "${CMAKE_INSTALL_DOCDIR}")
+endif()
 install(EXPORT resonid-targets NAMESPACE resonid::
         DESTINATION "${CMAKE_INSTALL_LIBDIR}/cmake/resonid")
 configure_package_config_file("${PROJECT_SOURCE_DIR}/cmake/resonid-config.cmake.in"
@@ -39,5 +44,5 @@ if(TARGET resonid_c)
   install(FILES "${PROJECT_BINARY_DIR}/resonid.pc" DESTINATION "${CMAKE_INSTALL_LIBDIR}/pkgconfig")
 endif()
 if(TARGET resonid_cli)
-  install(TARGETS resonid_cli resonid_reproduce RUNTIME DESTINATION "${CMAKE_INSTALL_BINDIR}")
+  install(TARGETS resonid_cli resonid_reproduce RUNTIME DESTINATION "${CMAKE_INSTALL_BINDIR}" COMPONENT program)
 endif()

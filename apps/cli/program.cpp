@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
+#ifdef RESONID_SOLVER_LOGS  // not where Ceres was built to be silent
 #include <glog/logging.h>
-#ifdef __GLIBC__
+#endif
+#if __has_include(<malloc.h>)
 #include <malloc.h>
 #endif
 
@@ -57,7 +59,11 @@ void keep_memory() {
 }
 
 /// Steps that the solver of the fits takes back itself are no business of the user's.
-void quieten_solver() { FLAGS_minloglevel = google::GLOG_FATAL; }
+void quieten_solver() {
+#ifdef RESONID_SOLVER_LOGS
+  FLAGS_minloglevel = google::GLOG_FATAL;
+#endif
+}
 
 }  // namespace
 
