@@ -15,6 +15,7 @@ int main(int argc, char** argv) {
   app.footer("'resonid VERB --help' explains a verb and shows an example.");
   add_excite(app);
   add_simulate(app);
+  add_inspect(app);
   add_identify(app);
   add_track(app);
   add_validate(app);

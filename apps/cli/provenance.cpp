@@ -64,7 +64,7 @@ report::Provenance provenance_of_files(const std::vector<std::string>& files) {
   p.command = command_line();
   p.date = date_text(now());
   for (const auto& file : files)
-    if (!file.empty()) p.files.push_back({file, io::sha256_of_file(file).value_or("")});
+    if (!file.empty() && file != "-") p.files.push_back({file, io::sha256_of_file(file).value_or("")});
   return p;
 }
 

@@ -18,6 +18,8 @@ void put_in_options(std::vector<std::string>& sentences) {
   for (auto& sentence : sentences) translate(sentence);
 }
 
+void put_in_options(std::vector<diagnostics::Finding>& findings) { translate(findings); }
+
 void put_in_options(identification::Result& result) {
   put_in_options(result.record.reading);
   translate(result.findings);

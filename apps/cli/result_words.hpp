@@ -11,6 +11,7 @@
 namespace resonid::cli {
 
 /// What results say to their readers, in the words of the command line.
+void put_in_options(std::vector<diagnostics::Finding>& findings);
 void put_in_options(identification::Result& result);
 void put_in_options(report::BatchResult& result);
 void put_in_options(identification::Track& track);

@@ -8,6 +8,7 @@ namespace resonid::cli {
 // One function per verb, in the order of the pipeline; each in a file of its name.
 void add_excite(CLI::App& app);
 void add_simulate(CLI::App& app);
+void add_inspect(CLI::App& app);
 void add_identify(CLI::App& app);
 void add_track(CLI::App& app);
 void add_validate(CLI::App& app);

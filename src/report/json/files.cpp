@@ -24,12 +24,13 @@ ResultFile file(const char* name, const char* made_by) {
 }  // namespace
 
 std::span<const ResultFile> result_files() {
-  static const std::array<ResultFile, 7> kFiles = {
+  static const std::array<ResultFile, 8> kFiles = {
       file<identification::Result>("identification", "Written by `resonid identify RECORD`"),
       file<BatchResult>("identifications", "Written by `resonid identify RECORD RECORD ...`"),
       file<identification::Track>("track", "Written by `resonid track`"),
       file<identification::ModelValidation>("validation", "Written by `resonid validate`"),
       file<identification::Changes>("comparison", "Written by `resonid compare`"),
+      file<FileInspection>("inspection", "Written by `resonid inspect`"),
       file<planning::Plan>("plan", "Written by `resonid plan`"),
       file<SimulatedTruth>("truth", "Written by `resonid simulate` as the truth")};
   return kFiles;

@@ -40,6 +40,7 @@ json to_json(const BatchResult& result) { return written(result); }
 json to_json(const identification::Track& track) { return written(track); }
 json to_json(const identification::ModelValidation& validation) { return written(validation); }
 json to_json(const identification::Changes& changes) { return written(changes); }
+json to_json(const FileInspection& inspection) { return written(inspection); }
 json to_json(const planning::Plan& plan) { return written(plan); }
 json to_json(const SimulatedTruth& truth) { return written(truth); }
 
@@ -60,6 +61,10 @@ expected<Result> from_json(const json& j) {
 template <>
 expected<BatchResult> from_json(const json& j) {
   return read_as<BatchResult>(j);
+}
+template <>
+expected<FileInspection> from_json(const json& j) {
+  return read_as<FileInspection>(j);
 }
 template <>
 expected<identification::Track> from_json(const json& j) {

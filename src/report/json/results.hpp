@@ -6,6 +6,7 @@
 #include <resonid/identification/validate.hpp>
 #include <resonid/planning/plan.hpp>
 #include <resonid/report/detail/batch.hpp>
+#include <resonid/report/detail/inspection.hpp>
 #include <resonid/report/detail/truth.hpp>
 
 #include "report/json/parts.hpp"
@@ -19,6 +20,7 @@ void describe(Fields& f, BatchResult& result);
 void describe(Fields& f, identification::Track& track);
 void describe(Fields& f, identification::ModelValidation& validation);
 void describe(Fields& f, identification::Changes& changes);
+void describe(Fields& f, FileInspection& inspection);
 void describe(Fields& f, planning::Plan& plan);
 void describe(Fields& f, SimulatedTruth& truth);
 

@@ -16,6 +16,7 @@
 #include <resonid/identification/validate.hpp>
 #include <resonid/planning/plan.hpp>
 #include <resonid/report/detail/batch.hpp>
+#include <resonid/report/detail/inspection.hpp>
 #include <resonid/report/detail/truth.hpp>
 #include <resonid/report/json.hpp>
 #include <string>
@@ -48,6 +49,7 @@ json again(const json& file) {
       {"resonid.track/1", again<identification::Track>},
       {"resonid.validation/1", again<identification::ModelValidation>},
       {"resonid.comparison/1", again<identification::Changes>},
+      {"resonid.inspection/1", again<FileInspection>},
       {"resonid.plan/1", again<planning::Plan>},
       {"resonid.truth/1", again<SimulatedTruth>}};
   return kKinds.at(file.at("schema").get<std::string>())(file);
