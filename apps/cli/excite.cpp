@@ -13,6 +13,7 @@
 #include "errors.hpp"
 #include "options.hpp"
 #include "output.hpp"
+#include "provenance.hpp"
 #include "verbs.hpp"
 
 namespace resonid::cli {
@@ -205,6 +206,7 @@ void run_excite(const CLI::App& verb, ExciteOptions& o) {
     json["crest_factor"] = metrics.crest_factor;
     json["band_hz"] = {band.low_hz, band.high_hz};
     if (!o.out.empty() && o.out != "-") json["file"] = o.out;
+    report::put_provenance(json, provenance_of_files({}));
     write_json(o.json, json);
   }
   if (quiet) return;

@@ -8,7 +8,7 @@
 
 int main(int argc, char** argv) {
   using namespace resonid::cli;
-  remember_command(argc, argv);
+  remember_command("resonid", argc, argv);
   if (argc > 1 && std::string_view(argv[1]) == "reproduce") return run_reproduce(argc - 1, argv + 1);
   CLI::App app("Identifies resonating mechanical systems in electric drives.", "resonid");
   app.set_version_flag("--version", "resonid " RESONID_VERSION);

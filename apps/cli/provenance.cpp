@@ -52,8 +52,8 @@ std::string date_text(std::time_t time) {
 
 }  // namespace
 
-void remember_command(int argc, const char* const* argv) {
-  std::string text = "resonid";
+void remember_command(const std::string& program, int argc, const char* const* argv) {
+  std::string text = program;
   for (int i = 1; i < argc; ++i) text += " " + quoted(argv[i]);
   command_line() = std::move(text);
 }

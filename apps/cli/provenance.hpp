@@ -8,8 +8,8 @@
 
 namespace resonid::cli {
 
-/// Keeps the command line as a shell would read it again.
-void remember_command(int argc, const char* const* argv);
+/// Keeps the command line as a shell would read it again, argv[0] being the program that is named.
+void remember_command(const std::string& program, int argc, const char* const* argv);
 
 /// What the program was told and when ($SOURCE_DATE_EPOCH, else the clock), with the hashes of the files that
 /// it read; empty names are left out.

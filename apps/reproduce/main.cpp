@@ -8,6 +8,7 @@
 #include <cli/output.hpp>
 #include <cli/program.hpp>
 #include <cli/progress.hpp>
+#include <cli/provenance.hpp>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 #include <reproduce/reproduction.hpp>
@@ -73,6 +74,7 @@ std::string page_of(const reproduction::Entry& entry, const ReproduceOptions& o)
 void write_documents(const reproduction::Entry& entry, report::Document document, const ReproduceOptions& o) {
   const auto with_command = [&](std::string_view option, const std::string& path) -> const report::Document& {
     document.command = command_of(entry.name, o, option, path);
+    document.provenance = provenance_of_files({});
     return document;
   };
   if (!o.out.empty()) write_output(page_of(entry, o), report::document_page(with_command("--out", o.out)));
@@ -124,6 +126,7 @@ void run_entries(const ReproduceOptions& o) {
 int main(int argc, char** argv) {
   using namespace resonid;
   using namespace resonid::cli;
+  remember_command("resonid reproduce", argc, argv);
   CLI::App app("Runs published experiments and sets both figures side by side", "resonid reproduce");
   std::string names;
   for (const auto& entry : reproduction::entries())

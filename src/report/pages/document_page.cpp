@@ -115,10 +115,12 @@ std::string head(const Document& document) {
 std::string summary_and_findings(const Document& document) {
   if (!document.findings) {
     if (document.summary.empty()) return "";
-    std::string out = document.cards.empty() ? "<section class=\"summary-box\">\n"
-                                             : "<section class=\"sheet\"><h2>Summary</h2>\n";
-    for (const auto& text : document.summary) out += element("<p>", html(text), "p") + "\n";
-    return out + "</section>\n";
+    const bool plain = document.cards.empty();
+    std::string out = plain ? "<section class=\"summary-box\">\n"
+                            : "<section class=\"sheet\"><h2>Summary</h2>\n<ul class=\"summary\">\n";
+    for (const auto& text : document.summary)
+      out += plain ? element("<p>", html(text), "p") + "\n" : element("<li>", html(text), "li") + "\n";
+    return out + (plain ? "</section>\n" : "</ul></section>\n");
   }
   const bool none = document.findings->empty();
   const bool both = !document.summary.empty() && !none && document.findings->size() <= 3;

@@ -57,23 +57,26 @@ for (const box of document.querySelectorAll(".scroll")) {
   box.setAttribute("role", "region");
   box.setAttribute("aria-label", "Table, wider than the page");
 }
-/** One page of what matters, or all of it. */
+/** One page of what matters, or all of it; all where nothing is marked for the one page. */
 function printButtons() {
+  const root = document.documentElement;
+  const sheet = page.querySelector("section.sheet:not(.provenance)") !== null;
+  root.classList.toggle("print-all", !sheet);
   const foot = page.querySelector("footer") ?? page.appendChild(document.createElement("footer"));
   const group = document.createElement("div");
   group.className = "buttons screen-only";
-  for (const [text, all] of [["Print one page", false], ["Print everything", true]]) {
+  for (const [text, all] of sheet ? [["Print one page", false], ["Print everything", true]] : [["Print", true]]) {
     const button = document.createElement("button");
     button.type = "button";
     button.textContent = text;
     button.addEventListener("click", () => {
-      document.documentElement.classList.toggle("print-all", all);
+      root.classList.toggle("print-all", all);
       print();
     });
     group.append(button);
   }
   foot.append(group);
-  addEventListener("afterprint", () => document.documentElement.classList.remove("print-all"));
+  addEventListener("afterprint", () => root.classList.toggle("print-all", !sheet));
 }
 
 printButtons();
