@@ -117,10 +117,8 @@ Chart map_chart(const diagnostics::StaticMap& map, const ModelValidation& v) {
     curve.upper.push_back(map.mean[b] + half);
   }
   chart.curves = {std::move(curve)};
-  chart.caption = fmt::format(
-      "Disturbance of the model's input, off a straight line, that no linear dynamics explains; probability "
-      "by chance {:.2g}.",
-      map.probability);
+  // Its probability by chance is not shown: it assumes a residual that is white beside the map.
+  chart.caption = "Disturbance of the model's input, off a straight line, that no linear dynamics explains.";
   return chart;
 }
 
@@ -162,7 +160,7 @@ Section residual_section(const ModelValidation& v) {
     table.rows.push_back({fmt::format("{:.3g} ... {:.3g}", b.low_hz, b.high_hz),
                           fmt::format("{:.2f} %", 100.0 * b.output_share),
                           fmt::format("{:.2f} %", 100.0 * b.residual_share),
-                          fmt::format("{:.2g} %", 100.0 * b.residual_over_output)});
+                          fmt::format("{:.3g} %", 100.0 * b.residual_over_output)});
   s.plain_tables = {std::move(table)};
   return s;
 }

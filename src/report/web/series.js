@@ -99,21 +99,27 @@ export function bandsOf(points) {
   return stretches.filter((s) => s.length > 1);
 }
 
-/** The unit circle and a point to keep away from look the same in every plane. */
-function colourOf({ kind, x, y, radius }) {
+/** The unit circle and a point to keep away from look the same in every plane; a circle named after a curve has its
+ *  colour, and only what speaks against the data is red. */
+function colourOf({ kind, x, y, radius, name }, curves, place) {
   if (kind === "cross") return "bad";
-  return kind === "circle" && radius === 1 && x === 0 && y === 0 ? "soft" : undefined;
+  if (kind === "circle" && radius === 1 && x === 0 && y === 0) return "soft";
+  const owner = kind === "circle" ? curves.find((c) => c.name && String(name ?? "").startsWith(c.name + ":")) : undefined;
+  if (owner) return owner.colour;
+  const calm = kind === "rectangle" && !/^not /.test(String(name ?? ""));
+  return "r" + ((place + (calm ? 2 : 0)) % REGIONS);
 }
 
 /** Regions behind the curves; those of one name share a colour. A side that is no number lies at the edge. */
 export function shapesOf(chart) {
   const names = [];
+  const curves = list(chart.shapes).some((s) => s.kind === "circle") ? curvesOf(chart) : [];
   return list(chart.shapes).map((s) => {
     const name = String(s.name ?? "");
     if (!names.includes(name)) names.push(name);
     const side = (v, edge) => (isNumber(v) ? v : edge);
     return {
-      kind: s.kind, name, colour: colourOf(s) ?? "r" + (names.indexOf(name) % REGIONS), radius: isNumber(s.radius) ? s.radius : 0,
+      kind: s.kind, name, colour: colourOf(s, curves, names.indexOf(name)), radius: isNumber(s.radius) ? s.radius : 0,
       x: side(s.x, -Infinity), y: side(s.y, -Infinity), xEnd: side(s.x_end, Infinity), yEnd: side(s.y_end, Infinity),
     };
   });

@@ -81,6 +81,21 @@ test("regions of one name share a colour, and what is no number lies at the edge
   assert.deepEqual([a.x, a.y, a.xEnd, a.yEnd], [1, -Infinity, 2, Infinity]);
 });
 
+test("a circle named after a curve has its colour, and only what speaks against the data is red", () => {
+  const shapes = series.shapesOf({ curves: [{ name: "a.csv", x: [], y: [] }, { name: "b.csv", x: [], y: [] }], shapes: [
+    { kind: "circle", name: "unit circle", x: 0, y: 0, radius: 1 }, { kind: "circle", name: "b.csv: modulus margin 0.8", x: -1, y: 0, radius: 0.8 },
+    { kind: "rectangle", name: "not trusted", x: 1, x_end: 2 }, { kind: "rectangle", name: "judged", x: 1, x_end: 2 }] });
+  assert.deepEqual(shapes.slice(0, 2).map((s) => s.colour), ["soft", "c1"]);
+  const alone = (name) => series.shapesOf({ shapes: [{ kind: "rectangle", name, x: 1, x_end: 2 }] })[0].colour;
+  assert.equal(alone("not trusted"), "r0");
+  assert.notEqual(alone("judged"), "r0");
+});
+
+test("a model has the colour of what it was fitted to", () => {
+  const curves = series.curvesOf({ curves: ["a.csv", "b.csv", "model of a.csv", "model of b.csv", "other"].map((name) => ({ name })) });
+  assert.deepEqual(curves.map((c) => c.colour), ["c0", "c1", "c0", "c1", "c2"]);
+});
+
 test("a range must be two ascending numbers", () => {
   assert.deepEqual(series.rangeOf([1, 2]), [1, 2]);
   for (const wrong of [undefined, [2, 1], [1], [1, null], "12"]) assert.equal(series.rangeOf(wrong), null);
