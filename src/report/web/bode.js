@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Magnitude, phase and coherence over one logarithmic frequency axis.
-import { align, limits, measuredBode, modelBode, nearest } from "./curves.js";
+import { align, limits, measuredBode, modelBode, nearest, shownBand } from "./curves.js";
 import { escapeHtml, isNumber, list, normalFactor, percent, plain, prettyUnit, significant } from "./format.js";
 import { legend, section } from "./markup.js";
 import { axis, AXIS_WIDTH, makePlot, onSheet } from "./plot.js";
@@ -111,7 +111,7 @@ function reading(f, measured, model, unit) {
 const strong = (line) => (line.some((p) => !p.weak) ? line.filter((p) => !p.weak) : line);
 
 function frequencyScale(measured, model) {
-  const [low, high] = extremes([...strong(measured), ...model].map((p) => p.f));
+  const [low, high] = shownBand(measured, model);
   const room = high > low ? 1.04 : 1.5;
   return {
     time: false, distr: 3,
@@ -121,13 +121,6 @@ function frequencyScale(measured, model) {
       return whole ? [low / room, high * room] : [min, max];
     },
   };
-}
-
-function extremes(values) {
-  let low = Infinity;
-  let high = -Infinity;
-  for (const v of values) { low = Math.min(low, v); high = Math.max(high, v); }
-  return [low, high];
 }
 
 function frequencyAxis(last) {

@@ -109,6 +109,16 @@ export function measuredBode(columns, confidence, model = []) {
   });
 }
 
+/** The frequencies that are shown: the lines that say something, with a little of the model beyond them; all where none does. */
+export function shownBand(measured, model) {
+  const ends = (line) => line.reduce(([low, high], p) => [Math.min(low, p.f), Math.max(high, p.f)], [Infinity, -Infinity]);
+  const [low, high] = ends([...measured, ...model]);
+  const strong = measured.filter((p) => !p.weak);
+  if (strong.length < 2) return [low, high];
+  const [first, last] = ends(strong);
+  return [Math.max(low, 0.7 * first), Math.min(high, 1.4 * last)];
+}
+
 /** The disc of `radius` around a value of modulus `abs`, as extremes of magnitude and angle. */
 function bounds(abs, radius) {
   const floor = toDb(abs) - FLOOR_DB;

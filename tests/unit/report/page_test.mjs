@@ -143,3 +143,11 @@ test("the cards hold the inertia ratio, and Ms and Mt beside the modulus margin"
   assert.equal(ratio.half, "0.020");
   assert.match(cards.find((c) => c.name === "Modulus margin").under, /Ms 1\.25, Mt 1\.10/);
 });
+
+test("the frequency axis reaches for the lines that say something", () => {
+  const line = (f, weak) => ({ f, weak });
+  const model = [0.1, 1, 10, 100].map((f) => line(f));
+  assert.deepEqual(curves.shownBand([line(0.2, true), line(5, false), line(20, false), line(90, true)], model), [3.5, 28]);
+  assert.deepEqual(curves.shownBand([line(0.2, true), line(90, true)], model), [0.1, 100]);
+  assert.deepEqual(curves.shownBand([], model), [0.1, 100]);
+});
