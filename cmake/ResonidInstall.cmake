@@ -44,5 +44,6 @@ if(TARGET resonid_c)
   install(FILES "${PROJECT_BINARY_DIR}/resonid.pc" DESTINATION "${CMAKE_INSTALL_LIBDIR}/pkgconfig")
 endif()
 if(TARGET resonid_cli)
+  install(DIRECTORY "${RESONID_HELP_FILES}/share/" DESTINATION "${CMAKE_INSTALL_DATADIR}" COMPONENT program)  # completions and man pages
   install(TARGETS resonid_cli resonid_reproduce RUNTIME DESTINATION "${CMAKE_INSTALL_BINDIR}" COMPONENT program)
 endif()

@@ -10,13 +10,17 @@
 #include <resonid/io/detail/number_list.hpp>
 #include <resonid/report/detail/compare.hpp>
 
+#include "brief.hpp"
 #include "errors.hpp"
+#include "help.hpp"
+#include "inherit.hpp"
 #include "option_names.hpp"
 #include "options.hpp"
 #include "output.hpp"
 #include "provenance.hpp"
 #include "result_file.hpp"
 #include "result_words.hpp"
+#include "terminal.hpp"
 #include "verbs.hpp"
 
 namespace resonid::cli {
@@ -41,8 +45,8 @@ data::TransferFunction weight_of(const std::string& text, double sample_time_s) 
   return *file;
 }
 
-void run_compare(CompareVerb& o) {
-  const bool quiet = standard_output_taken({{"--report", o.report}, {"--json", o.json}});
+void run_compare(CLI::App& verb, CompareVerb& o) {
+  const bool quiet = no_summary({{"--report", o.report}, {"--json", o.json}});
   refuse_shared_files({o.first, o.second}, {{"--report", o.report}, {"--json", o.json}});
   if (!o.controller.empty() && !o.weight.empty())
     throw UsageError("--weight: found beside --controller, required one of the two");
@@ -50,6 +54,7 @@ void run_compare(CompareVerb& o) {
     throw UsageError(fmt::format("--confidence: found {:g}, required between 0 and 1", o.options.confidence));
   refuse_unwritable({o.report, o.json});
   const auto first = read_result(o.first), second = read_result(o.second);
+  if (o.weight.empty()) inherit(verb, first.options, o.first);
   const double sample_time_s = 1.0 / first.record.sample_rate_hz;
   if (!o.controller.empty()) {
     auto controller = io::read_controller(o.controller, sample_time_s);
@@ -74,7 +79,11 @@ void run_compare(CompareVerb& o) {
     write_json(o.json, json);
   }
   if (!quiet) {
-    print(report::summary_text(comparison));
+    print_summary(output_settings().brief
+                      ? brief_text(std::string(comparison.changed ? "Changed." : "No change shown.") +
+                                       (comparison.trusted ? "" : " NOT trusted."),
+                                   report::sentences(comparison), comparison.findings)
+                      : report::summary_text(comparison));
     if (!o.report.empty()) print(fmt::format("Report written to {}\n", o.report));
   }
   if (o.require_trusted && !comparison.trusted)
@@ -91,13 +100,15 @@ void add_compare(CLI::App& app) {
       "Example:\n"
       "  resonid compare january.json june.json --controller pi:1.036,0.147 --report changes.html\n"
       "A.json and B.json are what 'resonid identify ... --json FILE' writes. Responses are compared by their "
-      "chordal\n"
-      "distance, which depends on the unit: scale them by the controller, or by a weight.");
+      "chordal distance, which depends on the unit: they are scaled by the controller, that of A unless "
+      "given, or by a "
+      "weight (--weight 1: not at all).");
   const auto o = std::make_shared<CompareVerb>();
   verb->add_option("A", o->first, "result of identify --json, the baseline")->required()->type_name("A.json");
   verb->add_option("B", o->second, "result of identify --json, what it is now")
       ->required()
       ->type_name("B.json");
+  verb->option_defaults()->group("Comparison");
   verb->add_option("--controller", o->controller,
                    "scale both responses by the controller: pi:KP,TI or a JSON file")
       ->type_name("SPEC");
@@ -106,12 +117,13 @@ void add_compare(CLI::App& app) {
       ->type_name("X|FILE");
   add_number(*verb, "--confidence", o->options.confidence, "P",
              "of the verdict over all differences together");
+  add_summary_options(*verb);
   verb->add_option("--report", o->report, "self-contained HTML report")->type_name("FILE");
   verb->add_option("--json", o->json, "comparison for machines ('-': standard output)")->type_name("FILE");
   verb->add_flag("--require-trusted", o->require_trusted, "exit code 3 when the comparison is not reliable");
   verb->add_flag("--require-unchanged", o->require_unchanged,
                  "exit code 3 when anything changed significantly");
-  verb->callback([o] { run_compare(*o); });
+  verb->callback([verb, o] { run_compare(*verb, *o); });
 }
 
 }  // namespace resonid::cli

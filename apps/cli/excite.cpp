@@ -179,7 +179,7 @@ void run_excite(const CLI::App& verb, ExciteOptions& o) {
   if (o.optimised) optimise(verb, o);
   auto excitation = Excitation::create(o.config, o.sample_rate_hz);
   if (!excitation) refuse_option(verb, excitation.error());
-  const bool quiet = standard_output_taken({{"--out", o.out}, {"--json", o.json}});
+  const bool quiet = no_summary({{"--out", o.out}, {"--json", o.json}});
   refuse_unwritable({o.out, o.json});
   std::vector<double> samples(length_of(verb, o, *excitation));
   fill(*excitation, o, samples);
@@ -223,7 +223,8 @@ void run_excite(const CLI::App& verb, ExciteOptions& o) {
 }
 
 void add_kind(CLI::App& excite, Kind kind, const std::string& doc, const std::string& example) {
-  auto* verb = excite.add_subcommand(std::string(name_of(kind)), doc);
+  auto* verb = excite.add_subcommand(std::string(name_of(kind)), doc)->group("Kinds");
+  verb->option_defaults()->group("Excitation");
   verb->footer("Example:\n  resonid excite " + example);
   const auto o = std::make_shared<ExciteOptions>();
   o->config.kind = kind;
@@ -241,6 +242,7 @@ void add_kind(CLI::App& excite, Kind kind, const std::string& doc, const std::st
         ->default_str("")
         ->excludes(periods)
         ->excludes(duration);
+  verb->option_defaults()->group("Results");
   verb->add_option("--out", o->out, "CSV file with time_s, excitation ('-': standard output)")
       ->type_name("FILE");
   verb->add_option("--json", o->json, "what is known of it, for machines ('-': standard output)")

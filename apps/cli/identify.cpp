@@ -12,8 +12,11 @@
 #include <resonid/report/json.hpp>
 #include <resonid/report/page.hpp>
 
+#include "brief.hpp"
 #include "errors.hpp"
+#include "help.hpp"
 #include "identify_many.hpp"
+#include "inherit.hpp"
 #include "option_names.hpp"
 #include "options.hpp"
 #include "output.hpp"
@@ -22,21 +25,26 @@
 #include "record_options.hpp"
 #include "result_file.hpp"
 #include "result_words.hpp"
+#include "terminal.hpp"
 #include "verbs.hpp"
 
 namespace resonid::cli {
 namespace {
 
 void add_method(CLI::App& verb, MethodOptions& o) {
+  verb.option_defaults()->group("Estimation");
   add_enum(verb, "--method", o.options.method, "how the response is measured");
 }
 
 void identify_one(const CLI::App& verb, IdentifyOptions& o) {
-  const bool quiet =
-      standard_output_taken({{"--report", o.report}, {"--json", o.json}, {"--response", o.response}});
-  refuse_shared_files({o.record.record, o.validate_on.empty() ? o.record.record : o.validate_on},
-                      {{"--report", o.report}, {"--json", o.json}, {"--response", o.response}});
-  refuse_unwritable({o.report, o.json, o.response});
+  const std::initializer_list<std::pair<std::string_view, std::string_view>> outputs = {
+      {"--report", o.report},
+      {"--json", o.json},
+      {"--response", o.response},
+      {"--save-profile", o.save_profile}};
+  const bool quiet = no_summary(outputs);
+  refuse_shared_files({o.record.record, o.validate_on.empty() ? o.record.record : o.validate_on}, outputs);
+  refuse_unwritable({o.report, o.json, o.response, o.save_profile});
   Progress progress;
   progress.stage("reading " + o.record.record);
   const auto record = read_record(verb, o.record);
@@ -47,7 +55,9 @@ void identify_one(const CLI::App& verb, IdentifyOptions& o) {
   if (!result) throw UsageError(in_options(result.error()));
   validate_elsewhere(verb, o, *result);
   put_in_options(*result);
+  result->options = given_options(verb);
   progress.stage("writing");
+  if (!o.save_profile.empty()) write_output(o.save_profile, profile_text(verb, result->record));
   if (!o.response.empty()) write_response(o.response, *result);
   const auto with_provenance = [&](nlohmann::json data) {
     report::put_provenance(data, provenance_of_files({o.record.record, o.validate_on}));
@@ -57,7 +67,9 @@ void identify_one(const CLI::App& verb, IdentifyOptions& o) {
     write_output(o.report, report::page(with_provenance(report::page_json(*result, record))));
   if (!o.json.empty()) write_json(o.json, with_provenance(report::to_json(*result)));
   if (!quiet) {
-    print(report::summary_text(*result));
+    print_summary(output_settings().brief ? brief_text(trusted_text(result->trusted),
+                                                       report::sentences(*result), result->findings)
+                                          : report::summary_text(*result));
     if (!o.report.empty()) print(fmt::format("Report written to {}\n", o.report));
   }
   if (o.require_trusted && !result->trusted)
@@ -74,6 +86,8 @@ void run_identify(const CLI::App& verb, IdentifyOptions& o) {
   if (!o.validate_on.empty() && o.method.options.model == identification::ModelChoice::none)
     throw UsageError("--validate-on: simulates the model; required --model other than none");
   const auto files = expanded(o.records);
+  if (!o.save_profile.empty() && files.size() > 1)
+    throw UsageError("--save-profile: holds what one record was read with; required a single record");
   if (std::find(files.begin(), files.end(), o.validate_on) != files.end())
     throw UsageError("--validate-on: " + o.validate_on + " is fitted too; required a record of its own");
   if (files.size() > 1) return identify_many(verb, o, files);
@@ -95,7 +109,7 @@ void add_identify(CLI::App& app) {
       "      --output-quantity position --drop-periods 1\n"
       "  resonid identify bench/*.csv --join --report bench.html --json bench.json\n"
       "Several records give one table, one report and one JSON; a record that cannot be read gets a row with "
-      "its\nerror, does not stop the others, and makes the exit code 2.\n"
+      "its error, does not stop the others, and makes the exit code 2.\n"
       "Columns with usual names (time, u, torque, y, velocity, ru, ...) are found without options.");
   const auto o = std::make_shared<IdentifyOptions>();
   verb->add_option("RECORD", o->records,
@@ -110,6 +124,7 @@ void add_identify(CLI::App& app) {
   add_result_options(*verb, o->method);
   add_model_options(*verb, o->method);
   add_tracker_options(*verb, o->method);
+  add_summary_options(*verb);
   verb->add_option("--report", o->report, "self-contained HTML report")->type_name("FILE");
   verb->add_option("--json", o->json, "result for machines ('-': standard output)")->type_name("FILE");
   verb->add_option("--response", o->response, "frequency response as CSV (several records: with --join)")
@@ -120,6 +135,9 @@ void add_identify(CLI::App& app) {
                    "simulate the model on this record too, to which it is not fitted")
       ->type_name("FILE");
   add_count(*verb, "--jobs", o->jobs, "threads for several records or the bootstrap; 0: one per core");
+  verb->add_option("--save-profile", o->save_profile,
+                   "write the options given and the columns found as a profile for later calls")
+      ->type_name("FILE.toml");
   verb->add_flag("--require-trusted", o->require_trusted, "exit code 3 when the result is not reliable");
   verb->callback([verb, o] { run_identify(*verb, *o); });
 }

@@ -12,13 +12,16 @@
 #include <resonid/report/json.hpp>
 #include <set>
 
+#include "brief.hpp"
 #include "errors.hpp"
+#include "inherit.hpp"
 #include "option_names.hpp"
 #include "output.hpp"
 #include "progress.hpp"
 #include "provenance.hpp"
 #include "result_file.hpp"
 #include "result_words.hpp"
+#include "terminal.hpp"
 
 namespace resonid::cli {
 namespace {
@@ -111,6 +114,14 @@ void write_all(const IdentifyOptions& o, const std::vector<std::string>& files,
   write_json(o.json, json);
 }
 
+std::string brief_of(const report::BatchResult& result) {
+  const auto* joint = result.joint ? &result.joint->result : nullptr;
+  return brief_text(
+      joint == nullptr ? "No joint estimate." : "Joint estimate: " + trusted_text(joint->trusted),
+      report::document(result).summary,
+      joint == nullptr ? std::vector<diagnostics::Finding>{} : joint->findings);
+}
+
 /// What went wrong, after everything else has been written.
 void complain(const IdentifyOptions& o, const report::BatchResult& result) {
   std::string broken;
@@ -176,8 +187,7 @@ void identify_many(const CLI::App& verb, const IdentifyOptions& o, const std::ve
         fmt::format("--response: holds one response, and there are {} records; required a single "
                     "record, or --join for the averaged one (--json holds all)",
                     files.size()));
-  const bool quiet =
-      standard_output_taken({{"--report", o.report}, {"--json", o.json}, {"--response", o.response}});
+  const bool quiet = no_summary({{"--report", o.report}, {"--json", o.json}, {"--response", o.response}});
   std::vector<std::string_view> inputs(files.begin(), files.end());
   refuse_shared_files(inputs, {{"--report", o.report}, {"--json", o.json}, {"--response", o.response}});
   refuse_unwritable({o.report, o.json, o.response});
@@ -199,10 +209,13 @@ void identify_many(const CLI::App& verb, const IdentifyOptions& o, const std::ve
   if (o.join) join(verb, o, files, progress, result);
   if (!o.validate_on.empty()) validate_all(verb, o, result);
   put_in_options(result);
+  for (auto& entry : result.batch.entries)
+    if (entry.result) entry.result->options = given_options(verb);
+  if (result.joint) result.joint->result.options = given_options(verb);
   progress.stage("writing");
   write_all(o, files, result);
   if (!quiet) {
-    print(report::summary_text(result));
+    print_summary(output_settings().brief ? brief_of(result) : report::summary_text(result));
     if (!o.report.empty()) print(fmt::format("Report written to {}\n", o.report));
   }
   complain(o, result);

@@ -15,7 +15,7 @@ struct IdentifyOptions {
   std::vector<std::string> records;
   RecordOptions record;
   MethodOptions method;
-  std::string report, json, response, validate_on;
+  std::string report, json, response, validate_on, save_profile;
   std::uint64_t jobs = 0;
   bool join = false;
   bool require_trusted = false;

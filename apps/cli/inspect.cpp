@@ -41,7 +41,7 @@ std::string further_options(const report::FileInspection& i, const RecordOptions
 }
 
 /// The options of this call that name columns and units, as they were written.
-std::string given_options(const CLI::App& verb) {
+std::string words_given(const CLI::App& verb) {
   std::string text;
   for (const auto* option : verb.get_options()) {
     const std::string name = option->get_name();
@@ -56,12 +56,12 @@ std::string command_of(const CLI::App& verb, const InspectVerb& o, const report:
   const std::string page = o.record.record == "-"
                                ? "report.html"
                                : std::filesystem::path(o.record.record).stem().string() + ".html";
-  return fmt::format("resonid identify {}{}{} --report {}", o.record.record, given_options(verb),
+  return fmt::format("resonid identify {}{}{} --report {}", o.record.record, words_given(verb),
                      further_options(i, o.record), page);
 }
 
 void run_inspect(const CLI::App& verb, const InspectVerb& o) {
-  const bool quiet = standard_output_taken({{"--report", o.report}, {"--json", o.json}});
+  const bool quiet = no_summary({{"--report", o.report}, {"--json", o.json}});
   refuse_shared_files({o.record.record}, {{"--report", o.report}, {"--json", o.json}});
   refuse_unwritable({o.report, o.json});
   const auto table = io::read_table(o.record.record, o.record.columns.layout);
@@ -100,7 +100,7 @@ void run_inspect(const CLI::App& verb, const InspectVerb& o) {
     write_json(o.json, json);
   }
   if (quiet) return;
-  print(report::summary_text(i));
+  print_summary(report::summary_text(i));
   if (!o.report.empty()) print(fmt::format("Report written to {}\n", o.report));
 }
 

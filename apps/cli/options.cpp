@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <map>
 #include <resonid/io/detail/number_list.hpp>
 #include <resonid/io/detail/suggestion.hpp>
 
@@ -20,7 +21,18 @@ namespace {
   throw UsageError(fmt::format("{}: found '{}', required {}", name, found, required));
 }
 
+/// What every option that takes names takes; options live as long as the program.
+std::map<const CLI::Option*, std::vector<std::string>>& choices() {
+  static std::map<const CLI::Option*, std::vector<std::string>> all;
+  return all;
+}
+
 }  // namespace
+
+std::span<const std::string> choices_of(const CLI::Option& option) {
+  const auto found = choices().find(&option);
+  return found == choices().end() ? std::span<const std::string>() : found->second;
+}
 
 CLI::Option* add_number(CLI::App& app, const std::string& name, double& target, const std::string& unit,
                         const std::string& doc) {
@@ -69,9 +81,10 @@ CLI::Option* add_choice(CLI::App& app, const std::string& name, std::span<const 
                   fmt::format("one of {}{}", fmt::join(known, ", "), io::suggestion(text, known)));
     assign(static_cast<std::size_t>(found - known.begin()));
   };
-  return app
-      .add_option_function<std::string>(name, read, fmt::format("{}; one of {}", doc, fmt::join(known, ", ")))
-      ->type_name("NAME");
+  auto* option = app.add_option_function<std::string>(
+      name, read, fmt::format("{}; one of {}", doc, fmt::join(known, ", ")));
+  choices()[option] = known;
+  return option->type_name("NAME");
 }
 
 CLI::Option* add_text(CLI::App& app, const std::string& name, std::optional<std::string>& target,

@@ -31,6 +31,8 @@ CLI::Option* add_lines(CLI::App& app, const std::string& name,
 /// Calls `assign` with the index of the chosen name.
 CLI::Option* add_choice(CLI::App& app, const std::string& name, std::span<const std::string_view> names,
                         std::function<void(std::size_t)> assign, const std::string& doc);
+/// The names that an option of add_choice() or add_enum() takes; of others none.
+[[nodiscard]] std::span<const std::string> choices_of(const CLI::Option& option);
 
 /// An option that takes the names of an enum's first `count` enumerators, all of them by default.
 template <NamedEnum Enum>

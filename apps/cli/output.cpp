@@ -2,6 +2,7 @@
 #include "output.hpp"
 
 #include <fmt/format.h>
+#include <unistd.h>
 
 #include <cstdio>
 #include <filesystem>
@@ -12,6 +13,8 @@
 #include <vector>
 
 #include "errors.hpp"
+#include "progress.hpp"
+#include "terminal.hpp"
 
 namespace resonid::cli {
 namespace {
@@ -23,7 +26,12 @@ void put(std::FILE* stream, std::string_view text) {
 
 }  // namespace
 
-void print(std::string_view text) { put(stdout, text); }
+void print(std::string_view text) {
+  finish_progress();
+  put(stdout, text);
+}
+
+void print_summary(std::string_view text) { print(with_painted_verdict(text, STDOUT_FILENO)); }
 
 void print_error(std::string_view text) { std::fwrite(text.data(), 1, text.size(), stderr); }
 
@@ -61,8 +69,7 @@ std::string csv_text(const std::vector<CsvColumn>& columns) {
   return fmt::to_string(text);
 }
 
-bool standard_output_taken(
-    std::initializer_list<std::pair<std::string_view, std::string_view>> option_and_path) {
+bool no_summary(std::initializer_list<std::pair<std::string_view, std::string_view>> option_and_path) {
   std::string_view taken;
   for (const auto& [option, path] : option_and_path) {
     if (path != "-") continue;
@@ -70,7 +77,7 @@ bool standard_output_taken(
       throw UsageError(fmt::format("{} and {} cannot both be standard output", taken, option));
     taken = option;
   }
-  return !taken.empty();
+  return !taken.empty() || output_settings().quiet;
 }
 
 void refuse_shared_files(

@@ -16,8 +16,9 @@ void write_json(const std::string& path, const nlohmann::json& value);
 /// Refuses before long work what write_output() would refuse after it. Empty paths and `-` are left aside.
 void refuse_unwritable(std::initializer_list<std::string_view> paths);
 
-void print(std::string_view text);        ///< To standard output.
-void print_error(std::string_view text);  ///< To standard error.
+void print(std::string_view text);          ///< To standard output.
+void print_summary(std::string_view text);  ///< The same with the verdict in colour.
+void print_error(std::string_view text);    ///< To standard error.
 
 struct CsvColumn {
   std::string name;
@@ -31,8 +32,8 @@ void refuse_shared_files(
     const std::vector<std::string_view>& inputs,
     std::initializer_list<std::pair<std::string_view, std::string_view>> option_and_path);
 
-/// Refuses that two results go to standard output; true when one does, so that no summary must be printed.
-bool standard_output_taken(
-    std::initializer_list<std::pair<std::string_view, std::string_view>> option_and_path);
+/// Refuses that two results go to standard output; true when one does, or with -q: no summary must be
+/// printed.
+bool no_summary(std::initializer_list<std::pair<std::string_view, std::string_view>> option_and_path);
 
 }  // namespace resonid::cli

@@ -13,7 +13,9 @@
 #include <resonid/planning/plan.hpp>
 #include <resonid/report/detail/plan.hpp>
 
+#include "brief.hpp"
 #include "errors.hpp"
+#include "help.hpp"
 #include "option_names.hpp"
 #include "options.hpp"
 #include "output.hpp"
@@ -21,6 +23,7 @@
 #include "provenance.hpp"
 #include "result_file.hpp"
 #include "result_words.hpp"
+#include "terminal.hpp"
 #include "verbs.hpp"
 
 namespace resonid::cli {
@@ -263,7 +266,7 @@ void write_results(const planning::Plan& plan, const PlanOptions& o) {
 }
 
 void run_plan(const CLI::App& verb, PlanOptions& o) {
-  const bool quiet = standard_output_taken(
+  const bool quiet = no_summary(
       {{"--out", o.out}, {"--experiment", o.experiment}, {"--json", o.json}, {"--report", o.report}});
   refuse_shared_files(
       {o.model},
@@ -279,12 +282,14 @@ void run_plan(const CLI::App& verb, PlanOptions& o) {
   if (!plan) refuse_plan(verb, plan.error());
   write_results(*plan, o);
   if (quiet) return;
-  print(in_options(report::summary_text(*plan)));
+  print(in_options(output_settings().brief ? brief_text(std::string("Plan."), report::sentences(*plan))
+                                           : report::summary_text(*plan)));
   for (const auto& path : {o.out, o.experiment, o.report})
     if (!path.empty()) print(fmt::format("Written to {}\n", path));
 }
 
 void add_drive_options(CLI::App& verb, PlanOptions& o) {
+  verb.option_defaults()->group("Drive");
   verb.add_option("--model", o.model, "nominal model: a result of 'resonid identify --json'")
       ->type_name("RESULT.json");
   verb.add_option("--parameters", o.parameters,
@@ -303,6 +308,7 @@ void add_drive_options(CLI::App& verb, PlanOptions& o) {
 }
 
 void add_target_options(CLI::App& verb, PlanOptions& o) {
+  verb.option_defaults()->group("Limits");
   add_number(verb, "--max-torque", o.max_torque, "NM",
              "peak torque of the machine, above the operating point");
   add_number(verb, "--max-excitation", o.max_excitation, "NM",
@@ -311,6 +317,7 @@ void add_target_options(CLI::App& verb, PlanOptions& o) {
   add_number(verb, "--max-velocity", o.max_velocity, "RAD/S", "peak velocity, above the operating point");
   add_number(verb, "--max-stroke", o.max_stroke, "RAD", "travel of the driven side, end to end");
   add_number(verb, "--max-time", o.max_time_s, "SECONDS", "length of the experiment");
+  verb.option_defaults()->group("Targets");
   verb.add_option(
           "--accuracy", o.accuracy,
           "wanted standard deviations, in % or in the figure's unit; X% alone: of all parameters, as 1% "
@@ -344,13 +351,13 @@ void add_plan(CLI::App& app) {
       "    --accuracy resonance=0.1%,stiffness=1% --report plan.html\n"
       "Figures: the drive's parameters, resonance, antiresonance, resonance_damping, antiresonance_damping, "
       "of "
-      "three\n"
-      "masses resonance_2 ... too; with a controller crossover, phase_margin, modulus_margin. Accuracies and "
-      "error bars are one standard "
-      "deviation.");
+      "three masses resonance_2 ... too; with a controller crossover, phase_margin, modulus_margin. "
+      "Accuracies "
+      "and error bars are one standard deviation.");
   const auto o = std::make_shared<PlanOptions>();
   add_drive_options(*verb, *o);
   add_target_options(*verb, *o);
+  add_summary_options(*verb);
   verb->add_option("--out", o->out, "CSV file with time_s, ru ('-': standard output)")->type_name("FILE");
   verb->add_option("--experiment", o->experiment,
                    "TOML file for 'resonid simulate': a rehearsal on the nominal model")

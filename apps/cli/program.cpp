@@ -2,16 +2,22 @@
 #ifdef RESONID_SOLVER_LOGS  // not where Ceres was built to be silent
 #include <glog/logging.h>
 #endif
+#include <unistd.h>
 #if __has_include(<malloc.h>)
 #include <malloc.h>
 #endif
 
 #include <CLI/Config.hpp>
 #include <CLI/Formatter.hpp>
+#include <algorithm>
 #include <cli/errors.hpp>
+#include <cli/help.hpp>
+#include <cli/interrupt.hpp>
 #include <cli/option_names.hpp>
 #include <cli/output.hpp>
+#include <cli/profile.hpp>
 #include <cli/program.hpp>
+#include <cli/terminal.hpp>
 #include <exception>
 #include <resonid/io/detail/suggestion.hpp>
 #include <string>
@@ -42,11 +48,24 @@ std::string unknown_argument(const CLI::App& app) {
   return "unknown " + what + " '" + word + "'" + io::suggestion(word, names);
 }
 
+void complain(const std::string& message, const std::string& hint = {}) {
+  tell_profile();
+  print_error(painted("resonid:", Paint::bad, STDERR_FILENO) + " " + in_options(message) + "\n" + hint);
+}
+
 void print_wrong_use(const CLI::App& app, const std::string& message) {
-  std::string name;
-  for (const CLI::App* verb = &deepest(app); verb != nullptr; verb = verb->get_parent())
-    name = verb->get_name() + (name.empty() ? "" : " " + name);
-  print_error("resonid: " + in_options(message) + "\nSee '" + name + " --help'.\n");
+  complain(message, "See '" + command_of(deepest(app)) + " --help'.\n");
+}
+
+/// Before the parser, whose own complaints are coloured too. What makes no sense is left to it.
+void settle_colour(const std::vector<std::string>& arguments) {
+  for (std::size_t i = 0; i < arguments.size(); ++i) {
+    std::string when;
+    if (arguments[i].starts_with("--color=")) when = arguments[i].substr(arguments[i].find('=') + 1);
+    if (arguments[i] == "--color" && i + 1 < arguments.size()) when = arguments[i + 1];
+    if (when == "always") output_settings().colour = When::always;
+    if (when == "never") output_settings().colour = When::never;
+  }
 }
 
 /// Matrices come and go by the thousand; to give their pages back each time takes a fifth of some searches.
@@ -67,28 +86,47 @@ void quieten_solver() {
 
 }  // namespace
 
-int run_program(CLI::App& app, int argc, char** argv, bool needs_verb) {
+std::vector<std::string> arguments_of(int argc, char** argv) {
+  return {argv + std::min(argc, 1), argv + argc};
+}
+
+void parse(CLI::App& app, const std::vector<std::string>& arguments) {
+  std::vector<std::string> reversed(arguments.rbegin(), arguments.rend());
+  app.parse(std::move(reversed));
+}
+
+int run_program(CLI::App& app, const std::vector<std::string>& arguments,
+                const std::function<int(const std::vector<std::string>&)>& run) {
   keep_memory();
   quieten_solver();
+  settle_colour(arguments);
+  end_on_signals();
   try {
-    app.parse(argc, argv);
-    if (needs_verb && app.get_subcommands().empty()) throw UsageError("a verb is required");
-    return kDone;
+    const int code = run(arguments);
+    tell_profile();
+    return code;
   } catch (const CLI::ExtrasError&) {
     print_wrong_use(app, unknown_argument(app));
-  } catch (const CLI::Success& request) {  // --help, --version
-    return app.exit(request);
+  } catch (const CLI::CallForAllHelp&) {
+    print(app.help("", CLI::AppFormatMode::All));
+    return kDone;
+  } catch (const CLI::CallForHelp&) {
+    print(app.help());
+    return kDone;
+  } catch (const CLI::CallForVersion& version) {
+    print(std::string(version.what()) + "\n");
+    return kDone;
   } catch (const CLI::ParseError& error) {
     print_wrong_use(app, error.what());
   } catch (const UsageError& error) {
-    print_wrong_use(app, error.what());
+    print_wrong_use(app, error.what() + profile_place(error.what()));
   } catch (const InputError& error) {
-    print_error("resonid: " + in_options(error.what()) + "\n");
+    complain(error.what());
   } catch (const NotTrustedError& error) {
-    print_error("resonid: " + in_options(error.what()) + "\n");
+    complain(error.what());
     return kNotTrusted;
   } catch (const std::exception& error) {
-    print_error("resonid: " + in_options(error.what()) + "\n");
+    complain(error.what());
     return kFailed;
   }
   return kWrongUse;

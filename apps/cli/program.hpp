@@ -2,12 +2,22 @@
 #pragma once
 
 #include <CLI/App.hpp>
+#include <functional>
+#include <string>
+#include <vector>
 
 namespace resonid::cli {
 
-/// Parses the command line, which runs what it asks for, and returns the exit code: 0 done, 2 wrong usage or
-/// input that cannot be read, 3 not trusted where that is required, 1 anything else. Errors are told on
-/// standard error. `needs_verb`: a command line without a verb is wrong usage.
-[[nodiscard]] int run_program(CLI::App& app, int argc, char** argv, bool needs_verb);
+/// What stands behind the name of the program.
+[[nodiscard]] std::vector<std::string> arguments_of(int argc, char** argv);
+
+/// Calls `run` with the arguments and returns its exit code, or that of what it throws: 0 done, 2 wrong usage
+/// or input that cannot be read, 3 not trusted where that is required, 1 anything else, 130 interrupted.
+/// Errors are told on standard error, help on standard output. `app` has its general options.
+[[nodiscard]] int run_program(CLI::App& app, const std::vector<std::string>& arguments,
+                              const std::function<int(const std::vector<std::string>&)>& run);
+
+/// Parses the arguments, which runs what they ask for.
+void parse(CLI::App& app, const std::vector<std::string>& arguments);
 
 }  // namespace resonid::cli

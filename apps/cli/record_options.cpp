@@ -40,6 +40,7 @@ void add_record_options(CLI::App& verb, RecordOptions& o) {
 }
 
 void add_second_output_options(CLI::App& verb, RecordOptions& o) {
+  verb.option_defaults()->group("Recording");
   auto& c = o.columns;
   add_text(verb, "--second-output", c.second_output,
            "motion measured at the load; the drive model is fitted to both outputs", "COL");
@@ -72,6 +73,7 @@ void add_layout_options(CLI::App& verb, io::TextLayout& layout) {
 }  // namespace
 
 void add_signal_options(CLI::App& verb, RecordOptions& o) {
+  verb.option_defaults()->group("Recording");
   auto& c = o.columns;
   add_text(verb, "--time", c.time, "time column; 'none' ignores one", "COL");
   add_enum(verb, "--time-unit", c.time_unit, "of the time column; samples: numbers of samples");
@@ -114,6 +116,7 @@ data::Record read_record(const CLI::App& verb, const RecordOptions& o) {
 }
 
 void add_excitation_options(CLI::App& verb, MethodOptions& o) {
+  verb.option_defaults()->group("Excitation");
   auto& k = o.options;
   add_enum(verb, "--excitation-type", k.excitation_type, "how the drive was excited");
   add_colons(
@@ -126,11 +129,13 @@ void add_excitation_options(CLI::App& verb, MethodOptions& o) {
       verb, "--lines", [&k](std::span<const double> hz) { k.lines_hz.assign(hz.begin(), hz.end()); },
       "frequencies to report");
   static_assert(std::is_same_v<std::size_t, std::uint64_t>);
-  add_count(verb, "--period-samples", k.period_samples, "period of the excitation; otherwise detected");
+  add_count(verb, "--period-samples", k.period_samples, "period of the excitation; otherwise detected")
+      ->default_str("");
   add_count(verb, "--drop-periods", k.drop_periods, "discard so many periods at the start");
 }
 
 void add_loop_options(CLI::App& verb, MethodOptions& o) {
+  verb.option_defaults()->group("Loop");
   auto& k = o.options;
   add_enum(verb, "--approach", k.approach, "auto: joint with an excitation, else direct");
   verb.add_option("--controller", o.controller, "controller of the loop: pi:KP,TI or a JSON file")
@@ -139,6 +144,7 @@ void add_loop_options(CLI::App& verb, MethodOptions& o) {
 }
 
 void add_result_options(CLI::App& verb, MethodOptions& o) {
+  verb.option_defaults()->group("Estimation");
   auto& k = o.options;
   add_colons(
       verb, "--band", 2, "LO:HI",
@@ -151,14 +157,17 @@ void add_result_options(CLI::App& verb, MethodOptions& o) {
 }
 
 void add_drive_model_option(CLI::App& verb, MethodOptions& o) {
+  verb.option_defaults()->group("Model");
   add_enum(verb, "--model", o.options.model, "drive model to fit", kTrackedModels);
 }
 
 void add_friction_option(CLI::App& verb, MethodOptions& o, const std::string& doc) {
+  verb.option_defaults()->group("Model");
   add_enum(verb, "--friction", o.options.friction, doc);
 }
 
 void add_model_options(CLI::App& verb, MethodOptions& o) {
+  verb.option_defaults()->group("Model");
   auto& k = o.options;
   add_enum(verb, "--model", k.model, "drive model to fit, or a black box without drive structure");
   add_friction_option(verb, o, "friction of the drive model");
@@ -178,6 +187,7 @@ void add_model_options(CLI::App& verb, MethodOptions& o) {
 }
 
 void add_tracker_options(CLI::App& verb, MethodOptions& o) {
+  verb.option_defaults()->group("Kalman method");
   auto& k = o.options;
   add_number(verb, "--lambda", o.lambda, "X",
              "kalman: fixed gain of the published filter instead of placed poles");

@@ -230,8 +230,8 @@ plant::Simulation simulated(const CLI::App& verb, const SimulateOptions& o) {
 
 void run_simulate(const CLI::App& verb, const SimulateOptions& o) {
   if (told_about(o)) return;
-  const bool quiet = standard_output_taken(
-      {{"--out", o.out}, {"--truth", o.truth}, {"--json", o.json}, {"--report", o.report}});
+  const bool quiet =
+      no_summary({{"--out", o.out}, {"--truth", o.truth}, {"--json", o.json}, {"--report", o.report}});
   refuse_shared_files({o.experiment},
                       {{"--out", o.out}, {"--truth", o.truth}, {"--json", o.json}, {"--report", o.report}});
   refuse_unwritable({o.out, o.truth, o.json, o.report});
@@ -265,23 +265,27 @@ void add_simulate(CLI::App& app) {
       "  resonid simulate experiments/demo.toml --out demo.csv --truth truth.json\n"
       "  resonid simulate --list\n"
       "  resonid simulate friction_reversal --duration 2 --out record.csv\n"
-      "The record has the columns time_s, ru, u, y; in closed loop r; of a tooth belt and under a position\n"
-      "controller position; load_position or load_acceleration where it is measured. "
+      "The record has the columns time_s, ru, u, y; in closed loop r; of a tooth belt and under a position "
+      "controller position; load_position or load_acceleration where it is measured.\n"
       "docs/experiment_files.md (or --schema) explains the files.");
   const auto o = std::make_shared<SimulateOptions>();
   verb->add_option("EXPERIMENT", o->experiment, "TOML file, or the name of a shipped experiment")
       ->type_name("FILE|NAME");
+  verb->option_defaults()->group("Results");
   verb->add_option("--out", o->out, "CSV file for the record ('-': standard output)")->type_name("FILE");
   verb->add_option("--truth", o->truth, "JSON file for what was true ('-': standard output)")
       ->type_name("FILE");
+  verb->option_defaults()->group("Run");
   add_number(*verb, "--duration", o->duration_s, "SECONDS", "length of the record, instead of the file's");
   add_count(*verb, "--seed", o->seed, "seed of the measurement noise, instead of the file's")
       ->default_str("");
   add_lines(
       *verb, "--lines", [o](std::span<const double> hz) { o->lines_hz.assign(hz.begin(), hz.end()); },
       "frequencies of the true response; otherwise the excitation's (Hz)");
+  verb->option_defaults()->group("Results");
   verb->add_option("--json", o->json, "summary for machines ('-': standard output)")->type_name("FILE");
   verb->add_option("--report", o->report, "self-contained HTML report")->type_name("FILE");
+  verb->option_defaults()->group("Instead of a run");
   verb->add_flag("--list", o->list, "names the shipped experiments, with --json for machines");
   verb->add_flag("--schema", o->schema, "prints all tables and keys of an experiment file as Markdown");
   verb->callback([verb, o] { run_simulate(*verb, *o); });

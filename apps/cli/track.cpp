@@ -13,7 +13,10 @@
 #include <resonid/report/detail/track.hpp>
 #include <resonid/report/json.hpp>
 
+#include "brief.hpp"
 #include "errors.hpp"
+#include "help.hpp"
+#include "inherit.hpp"
 #include "option_names.hpp"
 #include "options.hpp"
 #include "output.hpp"
@@ -22,6 +25,7 @@
 #include "record_options.hpp"
 #include "result_file.hpp"
 #include "result_words.hpp"
+#include "terminal.hpp"
 #include "verbs.hpp"
 
 namespace resonid::cli {
@@ -34,7 +38,7 @@ struct TrackVerbOptions {
   RecordOptions record;
   MethodOptions method;
   identification::TrackOptions track;
-  std::string out, json, report, start, baseline;
+  std::string out, json, report, start, baseline, result;
   bool require_trusted = false;
 };
 
@@ -100,6 +104,7 @@ void read_models(TrackVerbOptions& o) {
 
 void add_method(CLI::App& verb, TrackVerbOptions& o) {
   auto& t = o.track;
+  verb.option_defaults()->group("On-line estimator");
   add_enum(verb, "--method", t.method, "the on-line estimator");
   add_number(verb, "--learn", t.learn_s, "SECONDS",
              "length of the stretch that method, excitation and start are decided from; rows begin after it; "
@@ -121,16 +126,31 @@ void add_method(CLI::App& verb, TrackVerbOptions& o) {
   add_count(verb, "--every", t.every, "a row every so many samples", 1);
   verb.add_flag("--raw-time", t.raw_time,
                 "time of the newest sample instead of the time that the estimate describes");
+  verb.add_option("--result", o.result,
+                  "result of identify that tells columns, units, scales, controller and delay; otherwise "
+                  "--baseline or --start does")
+      ->type_name("FILE.json");
   verb.add_option("--start", o.start, "result of identify whose model the estimate begins with")
       ->type_name("FILE.json");
   verb.add_option("--baseline", o.baseline, "result of identify to which the gap is taken")
       ->type_name("FILE.json");
 }
 
-void run_track(const CLI::App& verb, TrackVerbOptions& o) {
-  const bool quiet = standard_output_taken({{"--out", o.out}, {"--report", o.report}, {"--json", o.json}});
-  refuse_shared_files({o.record.record, o.start, o.baseline},
+/// What the first of the results that are given stores of the machine.
+void inherit_from_results(CLI::App& verb, const TrackVerbOptions& o) {
+  for (const auto& [option, file] :
+       {std::pair{"--result", &o.result}, {"--baseline", &o.baseline}, {"--start", &o.start}}) {
+    if (file->empty()) continue;
+    const auto result = read_result(*file, option);
+    return inherit(verb, result.options, *file, is_of_record(result, o.record.record));
+  }
+}
+
+void run_track(CLI::App& verb, TrackVerbOptions& o) {
+  const bool quiet = no_summary({{"--out", o.out}, {"--report", o.report}, {"--json", o.json}});
+  refuse_shared_files({o.record.record, o.start, o.baseline, o.result},
                       {{"--out", o.out}, {"--report", o.report}, {"--json", o.json}});
+  inherit_from_results(verb, o);
   check(verb, o.method);
   if (verb.get_option("--memory")->count() > 0 && !(o.track.memory_s > 0.0))
     throw UsageError(fmt::format("--memory: found {:g} s, required > 0", o.track.memory_s));
@@ -153,7 +173,7 @@ void run_track(const CLI::App& verb, TrackVerbOptions& o) {
   put_in_options(*track);
   progress.stage("writing");
   if (writer) writer->finish();
-  const auto provenance = provenance_of_files({o.record.record, o.start, o.baseline});
+  const auto provenance = provenance_of_files({o.record.record, o.start, o.baseline, o.result});
   if (!o.report.empty()) {
     auto page = report::track_document(*track, record);
     page.provenance = provenance;
@@ -165,7 +185,10 @@ void run_track(const CLI::App& verb, TrackVerbOptions& o) {
     write_json(o.json, json);
   }
   if (!quiet) {
-    print(report::track_text(*track));
+    print_summary(output_settings().brief
+                      ? brief_text(trusted_text(track->trusted), report::track_document(*track).summary,
+                                   track->findings)
+                      : report::track_text(*track));
     if (!o.out.empty()) print(fmt::format("{} rows written to {}\n", track->rows, o.out));
     if (!o.report.empty()) print(fmt::format("Report written to {}\n", o.report));
   }
@@ -184,11 +207,12 @@ void add_track(CLI::App& app) {
       "  resonid track today.csv --controller pi:1.036,0.147 --delay 0.004 --baseline first.json --every 50 "
       "--json -\n"
       "  resonid track axis.csv --method iv --controller pi.json --out rows.csv\n"
-      "Methods: physical (inertias, stiffness, damping); iv, arx, oe, rpem, cloe, f-cloe, d-cloe\n"
+      "Methods: physical (inertias, stiffness, damping); iv, arx, oe, rpem, cloe, f-cloe, d-cloe "
       "(coefficients b, a); kalman, sliding-dft (response at lines, or along a chirp).\n"
-      "A learning stretch at the beginning decides on method and start; no row depends on a later sample.\n"
-      "Times are those that the estimate describes. Columns: time_s, what the method tracks, resonance_hz,\n"
-      "antiresonance_hz with _std, margins with --controller, gap with --baseline, position_m, trusted.");
+      "A learning stretch at the beginning decides on method and start; no row depends on a later sample. "
+      "Times are those that the estimate describes.\n"
+      "Columns: time_s, what the method tracks, resonance_hz, antiresonance_hz with _std, margins with "
+      "--controller, gap with --baseline, position_m, trusted.");
   const auto o = std::make_shared<TrackVerbOptions>();
   add_record_options(*verb, o->record);
   add_excitation_options(*verb, o->method);
@@ -201,6 +225,7 @@ void add_track(CLI::App& app) {
       "of the start model; dry: arx, iv and physical follow Coulomb friction, viscous: physical "
       "follows viscous friction");
   add_tracker_options(*verb, o->method);
+  add_summary_options(*verb);
   verb->add_option("--out", o->out, "the rows as CSV ('-': standard output)")->type_name("FILE");
   verb->add_option("--report", o->report, "self-contained HTML report")->type_name("FILE");
   verb->add_option("--json", o->json, "summary and thinned rows for machines ('-': standard output)")

@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include <CLI/App.hpp>
+#include <cctype>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <resonid/base/error_text.hpp>
@@ -9,7 +10,10 @@
 #include <resonid/io/detail/json_file.hpp>
 #include <resonid/report/detail/validate.hpp>
 
+#include "brief.hpp"
 #include "errors.hpp"
+#include "help.hpp"
+#include "inherit.hpp"
 #include "option_names.hpp"
 #include "options.hpp"
 #include "output.hpp"
@@ -17,6 +21,7 @@
 #include "provenance.hpp"
 #include "record_options.hpp"
 #include "result_words.hpp"
+#include "terminal.hpp"
 #include "verbs.hpp"
 
 namespace resonid::cli {
@@ -44,6 +49,14 @@ identification::CandidateModel read_candidate(const std::string& path) {
   return std::move(*candidate);
 }
 
+/// What the model's result stores of the machine, unless the file is a bare transfer function.
+void inherit_from_model(CLI::App& verb, const ValidateVerb& o) {
+  const auto json = io::read_json(o.model);
+  if (!json) return;
+  if (const auto result = report::from_json<identification::Result>(*json))
+    inherit(verb, result->options, o.model, is_of_record(*result, o.record.record));
+}
+
 std::string residual_csv(const identification::ModelValidation& v, const data::Record& record) {
   std::vector<double> time, output;
   for (std::size_t k = 0; k < v.residual.size(); ++k) {
@@ -54,11 +67,17 @@ std::string residual_csv(const identification::ModelValidation& v, const data::R
       {{"time_s", time}, {"output", output}, {"simulated", v.simulated}, {"residual", v.residual}});
 }
 
-void run_validate(const CLI::App& verb, ValidateVerb& o) {
-  const bool quiet =
-      standard_output_taken({{"--report", o.report}, {"--json", o.json}, {"--residual", o.residual}});
+std::string brief_of(const identification::ModelValidation& v) {
+  std::string verdict(name_of(v.verdict));
+  verdict[0] = static_cast<char>(std::toupper(static_cast<unsigned char>(verdict[0])));
+  return brief_text(verdict + (v.trusted ? "." : ". NOT trusted."), report::sentences(v), v.findings);
+}
+
+void run_validate(CLI::App& verb, ValidateVerb& o) {
+  const bool quiet = no_summary({{"--report", o.report}, {"--json", o.json}, {"--residual", o.residual}});
   refuse_shared_files({o.model, o.record.record},
                       {{"--report", o.report}, {"--json", o.json}, {"--residual", o.residual}});
+  inherit_from_model(verb, o);
   check(verb, o.method);
   if (o.fit_band_hz && !(o.fit_band_hz->first >= 0.0 && o.fit_band_hz->first < o.fit_band_hz->second))
     throw UsageError(fmt::format("--fit-band: found {:g}:{:g}, required 0 <= LO < HI", o.fit_band_hz->first,
@@ -90,7 +109,7 @@ void run_validate(const CLI::App& verb, ValidateVerb& o) {
     write_json(o.json, json);
   }
   if (!quiet) {
-    print(report::summary_text(*v));
+    print_summary(output_settings().brief ? brief_of(*v) : report::summary_text(*v));
     if (!o.report.empty()) print(fmt::format("Report written to {}\n", o.report));
   }
   if (o.require_trusted && !v->trusted)
@@ -106,9 +125,8 @@ void add_validate(CLI::App& app) {
       "  resonid validate result.json tomorrow.csv --controller pi:1.036,0.147 --report validation.html\n"
       "  resonid validate result.json tomorrow.csv --controller pi:1.036,0.147 --approach indirect\n"
       "MODEL.json is what 'resonid identify ... --json FILE' writes, or {\"numerator\": [], \"denominator\": "
-      "[],\n"
-      "\"sample_time_s\": T} in powers of z^-1 from input to velocity. The known delay is the model's unless "
-      "given.");
+      "[], \"sample_time_s\": T} in powers of z^-1 from input to velocity. Columns, units, scales, "
+      "controller and delay are those that the result stores unless given.");
   const auto o = std::make_shared<ValidateVerb>();
   verb->add_option("MODEL", o->model, "result of identify --json, or a transfer function")
       ->required()
@@ -116,6 +134,7 @@ void add_validate(CLI::App& app) {
   add_record_options(*verb, o->record);
   add_excitation_options(*verb, o->method);
   add_loop_options(*verb, o->method);
+  verb->option_defaults()->group("Tests");
   add_count(*verb, "--max-lag", o->max_lag, "correlations are shown for lags -N ... N", 1);
   add_colons(
       *verb, "--fit-band", 2, "LO:HI",
@@ -123,6 +142,7 @@ void add_validate(CLI::App& app) {
         o->fit_band_hz = {v[0], v[1]};
       },
       "also tell the fit within these frequencies, in Hz");
+  add_summary_options(*verb);
   verb->add_option("--report", o->report, "self-contained HTML report")->type_name("FILE");
   verb->add_option("--json", o->json, "validation for machines ('-': standard output)")->type_name("FILE");
   verb->add_option("--residual", o->residual, "recorded and simulated output and their difference as CSV")

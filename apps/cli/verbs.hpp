@@ -2,6 +2,8 @@
 #pragma once
 
 #include <CLI/App.hpp>
+#include <string>
+#include <vector>
 
 namespace resonid::cli {
 
@@ -14,7 +16,13 @@ void add_track(CLI::App& app);
 void add_validate(CLI::App& app);
 void add_compare(CLI::App& app);
 void add_plan(CLI::App& app);
-void add_reproduce(CLI::App& app);         ///< Lists it; run_reproduce() does it.
-int run_reproduce(int argc, char** argv);  ///< By the program resonid-reproduce, in place of this one.
+void add_demo(CLI::App& app);
+void add_reproduce(CLI::App& app);  ///< Lists it; run_reproduce() does it.
+void add_help(CLI::App& app);       ///< Lists it; run_help() does it.
+
+/// `reproduce` by the program resonid-reproduce, in place of this one.
+int run_reproduce(const std::vector<std::string>& arguments);
+/// `help` for the verbs of `app`, whose names are its arguments.
+int run_help(const CLI::App& app, const std::vector<std::string>& arguments);
 
 }  // namespace resonid::cli

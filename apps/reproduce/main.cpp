@@ -4,11 +4,14 @@
 #include <CLI/App.hpp>
 #include <algorithm>
 #include <cli/errors.hpp>
+#include <cli/help.hpp>
 #include <cli/options.hpp>
 #include <cli/output.hpp>
+#include <cli/profile.hpp>
 #include <cli/program.hpp>
 #include <cli/progress.hpp>
 #include <cli/provenance.hpp>
+#include <cli/reproduce_options.hpp>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 #include <reproduce/reproduction.hpp>
@@ -19,15 +22,6 @@
 
 namespace resonid::cli {
 namespace {
-
-struct ReproduceOptions {
-  std::string name;
-  std::string out;
-  std::string report;
-  std::string markdown;
-  std::string json;
-  std::uint64_t seeds = reproduction::Options{}.seeds;
-};
 
 std::vector<std::string> known_names() {
   std::vector<std::string> names;
@@ -95,8 +89,7 @@ void check_options(const ReproduceOptions& o) {
 }
 
 void run_entries(const ReproduceOptions& o) {
-  const bool quiet =
-      standard_output_taken({{"--report", o.report}, {"--markdown", o.markdown}, {"--json", o.json}});
+  const bool quiet = no_summary({{"--report", o.report}, {"--markdown", o.markdown}, {"--json", o.json}});
   refuse_shared_files({}, {{"--report", o.report}, {"--markdown", o.markdown}, {"--json", o.json}});
   const auto entries = chosen_entries(o.name);
   check_options(o);
@@ -129,21 +122,19 @@ int main(int argc, char** argv) {
   remember_command("resonid reproduce", argc, argv);
   CLI::App app("Runs published experiments and sets both figures side by side", "resonid reproduce");
   std::string names;
-  for (const auto& entry : reproduction::entries())
-    names += fmt::format("\n  {:<4} {}", entry.name, entry.title);
+  for (const auto& entry : reproduction::entries()) names += fmt::format("\n{}: {}", entry.name, entry.title);
   app.footer(
       "Example:\n  resonid reproduce iv --report iv.html\n"
       "Names:" +
       names);
   ReproduceOptions o;
-  app.add_option("NAME", o.name, "which; all when not given")->type_name("");
-  app.add_option("--report", o.report, "self-contained HTML page with the figures' counterparts")
-      ->type_name("FILE");
-  app.add_option("--out", o.out, "a page NAME.html in this folder for every experiment that is run")
-      ->type_name("FOLDER");
-  app.add_option("--markdown", o.markdown, "text and tables ('-': standard output)")->type_name("FILE");
-  app.add_option("--json", o.json, "everything, for machines ('-': standard output)")->type_name("FILE");
-  add_count(app, "--seeds", o.seeds, "noisy runs that means and deviations are taken over, >= 2", 2);
+  o.seeds = reproduction::Options{}.seeds;
+  add_reproduce_options(app, o);
+  add_general_options(app);
+  add_profile_options(app);  // `resonid` has read it by now
   app.callback([&o] { run_entries(o); });
-  return run_program(app, argc, argv, false);
+  return run_program(app, arguments_of(argc, argv), [&app](const std::vector<std::string>& arguments) {
+    parse(app, arguments);
+    return int{kDone};
+  });
 }

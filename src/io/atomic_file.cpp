@@ -7,11 +7,13 @@
 #include <atomic>
 #include <cerrno>
 #include <cmath>
+#include <mutex>
 #include <optional>
 #include <resonid/io/detail/atomic_file.hpp>
 #include <string>
 #include <system_error>
 #include <utility>
+#include <vector>
 
 namespace resonid::io {
 namespace {
@@ -82,7 +84,30 @@ expected<Target, Error> target_of(const fs::path& path) {
   return target;
 }
 
+/// Temporary files that are there now, or will be in a moment.
+struct UnfinishedFiles {
+  std::mutex mutex;
+  std::vector<fs::path> files;
+};
+UnfinishedFiles& unfinished() {
+  static auto* all = new UnfinishedFiles;  // outlives every thread that might end the program
+  return *all;
+}
+void note_unfinished(const fs::path& file) {
+  const std::lock_guard lock(unfinished().mutex);
+  unfinished().files.push_back(file);
+}
+void note_finished(const fs::path& file) {
+  const std::lock_guard lock(unfinished().mutex);
+  std::erase(unfinished().files, file);
+}
+
 }  // namespace
+
+void remove_unfinished_files() {
+  unfinished().mutex.lock();  // for good: the program ends, and nothing new begins meanwhile
+  for (const auto& file : unfinished().files) ::unlink(file.c_str());
+}
 
 expected<void, Error> check_writable(const fs::path& path) {
   const auto target = target_of(path);
@@ -105,10 +130,14 @@ expected<AtomicFile, Error> AtomicFile::create(const fs::path& path) {
     return file;
   }
   fs::path temporary = temporary_name(file.target_);
+  note_unfinished(temporary);
   file.descriptor_ = ::open(temporary.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
-  if (file.descriptor_ < 0 && errno == EEXIST)
-    return cannot_write(path, fmt::format("'{}' is in the way", temporary.string()));
-  if (file.descriptor_ < 0) return file.failed(errno);
+  if (file.descriptor_ < 0) {
+    const int code = errno;
+    note_finished(temporary);
+    if (code == EEXIST) return cannot_write(path, fmt::format("'{}' is in the way", temporary.string()));
+    return file.failed(code);
+  }
   file.temporary_ = std::move(temporary);
   if (target->mode && ::fchmod(file.descriptor_, *target->mode) != 0) return file.failed(errno);
   return file;
@@ -122,7 +151,9 @@ AtomicFile::AtomicFile(AtomicFile&& other) noexcept
 
 AtomicFile::~AtomicFile() {
   if (descriptor_ >= 0) ::close(descriptor_);
-  if (!temporary_.empty()) ::unlink(temporary_.c_str());
+  if (temporary_.empty()) return;
+  ::unlink(temporary_.c_str());
+  note_finished(temporary_);
 }
 
 expected<void, Error> AtomicFile::write(std::string_view piece) {
@@ -136,7 +167,7 @@ expected<void, Error> AtomicFile::commit() {
   if (::close(std::exchange(descriptor_, -1)) != 0 && !direct) return failed(errno);  // a delayed write error
   if (direct) return {};
   if (::rename(temporary_.c_str(), target_.c_str()) != 0) return failed(errno);
-  temporary_.clear();
+  note_finished(std::exchange(temporary_, {}));
   flush_folder(target_.parent_path());
   return {};
 }

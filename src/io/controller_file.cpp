@@ -46,9 +46,13 @@ std::optional<std::vector<double>> coefficients(const nlohmann::json& json, cons
 
 Result read_controller(const std::string& text, double sample_time_s) {
   if (text.rfind("pi:", 0) == 0) return pi(text.substr(3), sample_time_s);
-  std::ifstream file(text);
-  if (!file) return refused(fmt::format("'{}' is neither pi:KP,TI nor a file that can be read", text));
-  const auto json = nlohmann::json::parse(file, nullptr, false);
+  std::ifstream file;
+  const bool is_contents = text.starts_with('{');
+  if (!is_contents) file.open(text);
+  if (!is_contents && !file)
+    return refused(fmt::format("'{}' is neither pi:KP,TI nor a file that can be read", text));
+  const auto json =
+      is_contents ? nlohmann::json::parse(text, nullptr, false) : nlohmann::json::parse(file, nullptr, false);
   if (json.is_discarded()) return refused(text, "is not valid JSON");
   const auto numerator = coefficients(json, "numerator");
   const auto denominator = coefficients(json, "denominator");

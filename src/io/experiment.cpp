@@ -3,6 +3,7 @@
 #include <iterator>
 #include <resonid/io/experiment.hpp>
 
+#include "io/toml_text.hpp"
 #include "io/toml_visitor.hpp"
 
 namespace resonid::io {
@@ -14,16 +15,6 @@ std::string one_line(std::string_view description) {
   for (const char c : description)
     if (static_cast<unsigned char>(c) >= 0x20 && c != 0x7f) line += c;
   return line;
-}
-
-expected<toml::table, Error> parse_toml(std::string_view text, std::string_view source) {
-  if (text.find('\0') != std::string_view::npos)
-    return fail(std::string(source), "is not TOML: it holds binary data");
-  try {
-    return toml::parse(text, source);
-  } catch (const toml::parse_error& e) {
-    return fail(position(source, e.source()), "is not TOML: " + one_line(e.description()));
-  }
 }
 
 /// The refusal with its place in the file: at the value, else at its table, else at the file.
@@ -49,6 +40,16 @@ Error placed(const toml::table& file, std::string_view source, Error error) {
 }
 
 }  // namespace
+
+expected<toml::table, Error> parse_toml(std::string_view text, std::string_view source) {
+  if (text.find('\0') != std::string_view::npos)
+    return fail(std::string(source), "is not TOML: it holds binary data");
+  try {
+    return toml::parse(text, source);
+  } catch (const toml::parse_error& e) {
+    return fail(position(source, e.source()), "is not TOML: " + one_line(e.description()));
+  }
+}
 
 expected<plant::ExperimentConfig, Error> parse_experiment(std::string_view text, std::string_view source,
                                                           std::optional<double> duration_s) {

@@ -43,8 +43,12 @@ class ProgramTest : public ::testing::Test {
 
   /// `arguments` as a shell reads them; the program runs in the test's folder.
   [[nodiscard]] Outcome run(const std::string& arguments) const {
-    const std::string command =
-        "cd '" + folder_.string() + "' && '" RESONID_PROGRAM "' " + arguments + " 2> stderr.txt";
+    return shell("'" RESONID_PROGRAM "' " + arguments);
+  }
+
+  /// Any other command, in the test's folder.
+  [[nodiscard]] Outcome shell(const std::string& words) const {
+    const std::string command = "cd '" + folder_.string() + "' && { " + words + "; } 2> stderr.txt";
     Outcome outcome{-1, {}, {}};
     std::FILE* pipe = ::popen(command.c_str(), "r");
     if (pipe == nullptr) return outcome;
@@ -53,6 +57,11 @@ class ProgramTest : public ::testing::Test {
     outcome.exit_code = WIFEXITED(status) ? WEXITSTATUS(status) : -1;
     outcome.error = text("stderr.txt");
     return outcome;
+  }
+
+  /// Whether there is a program of that name.
+  [[nodiscard]] bool has(const std::string& program) const {
+    return shell("command -v " + program).exit_code == 0;
   }
 
   /// Wrong use: exit code 2, nothing on standard output, and all of `words` in the message.

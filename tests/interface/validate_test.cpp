@@ -162,7 +162,9 @@ TEST_F(Validate, TakesABlackBoxOfAPosition) {
   EXPECT_TRUE(j.contains("expected_fit_percent"));
   const auto same = run("compare x.json x.json --json -");
   EXPECT_EQ(same.exit_code, 0) << same.error;
-  expect_refused("validate x.json w.csv", {"--output-quantity", "position"});
+  expect_refused("validate x.json w.csv", {"from x.json: output, output-quantity", "'x' (--output)"});
+  expect_refused("validate x.json w.csv --output y --output-quantity velocity",
+                 {"--output-quantity", "position"});
 }
 
 TEST_F(Validate, TellsDryFrictionFromWhatIsLeft) {

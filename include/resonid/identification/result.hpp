@@ -163,6 +163,11 @@ struct Reliability {
   bool margins = false;
 };
 
+/// An option of the command line as it was given, by its name without dashes: {"output-scale", "-1"}.
+struct GivenOption {
+  std::string name, value;
+};
+
 struct Result {
   RecordFacts record;
   Units units;
@@ -190,6 +195,8 @@ struct Result {
   bool trusted = false;
   Reliability reliable;
   std::vector<diagnostics::Finding> findings;
+  /// What identification was told, where the caller notes it: for later work on the same machine.
+  std::vector<GivenOption> options;
 };
 
 }  // namespace resonid::identification

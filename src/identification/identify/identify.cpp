@@ -16,7 +16,7 @@ expected<Result, Error> identify(const data::Record& record, const Options& give
   const auto experiment = detail::plan_experiment(record, options);
   if (!experiment) return tl::unexpected(experiment.error());
 
-  detail::tell(options, "response");
+  detail::tell(options, "measuring the response");
   const auto measurement = detail::measure(*experiment, options);
   if (!measurement) return tl::unexpected(measurement.error());
 
@@ -25,7 +25,7 @@ expected<Result, Error> identify(const data::Record& record, const Options& give
   auto fitted = detail::select(*experiment, *measurement, options);
   if (!fitted) return tl::unexpected(std::move(fitted.error()));
 
-  detail::tell(options, "loop");
+  detail::tell(options, "margins of the loop");
   Result result = detail::judge(*experiment, *measurement, std::move(*fitted), options);
 
   if (options.bootstrap > 0 && (result.model || result.black_box)) {

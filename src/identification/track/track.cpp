@@ -246,7 +246,7 @@ class Tracking::Impl {
 
   /// Begins the run, if the stretch suffices.
   std::optional<Error> learn(bool final) {
-    tell("start");
+    tell("learning from the start of the record");
     auto plan = detail::make_track_plan(stretch_, options_, final);
     if (!plan) return std::move(plan.error());
     if (!*plan) return std::nullopt;

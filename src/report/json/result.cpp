@@ -72,6 +72,23 @@ void describe_loop(Fields& f, identification::LoopResult& loop) {
   m.crossovers.push_back({*crossover, phase.value_or(0.0)});
 }
 
+void describe_options(Fields& f, std::vector<identification::GivenOption>& options) {
+  std::vector<std::string> names;
+  for (const auto& option : options) names.push_back(option.name);
+  f.object({"options",
+            "options of identify as they were given, by their names without dashes; verbs that read "
+            "this file inherit columns, units, scales, controller and delay"},
+           !options.empty(), [&] {
+             std::size_t next = 0;
+             f.each(names, [&](const Key& key) {
+               if (f.reading()) options.push_back({std::string(key.name), {}});
+               identification::GivenOption none;
+               auto& option = f.sketching() ? none : f.reading() ? options.back() : options[next++];
+               f({key.name, "its value, as the command line has it"}, option.value);
+             });
+           });
+}
+
 void describe_result(Fields& f, Result& r) {
   describe_units(f, r.units);
   f.unless(0.0,
@@ -213,6 +230,7 @@ void describe(Fields& f, Result& r) {
   f({"record", "what was identified"}, r.record);
   f({"method", "how the response was measured, \"local-polynomial\""}, r.method);
   f({"approach", "\"direct\", \"indirect\" or \"joint\""}, r.approach);
+  describe_options(f, r.options);
   f.assumed({"confidence", "confidence of all intervals", "", positive}, r.confidence);
   describe_result(f, r);
   f({"trusted", "no finding is an error"}, r.trusted);

@@ -201,11 +201,14 @@ TEST(Identify, TellsItsStagesInOrder) {
   Options options;
   options.progress = [&](std::string_view stage) { stages.emplace_back(stage); };
   ASSERT_TRUE(identify(multisine(), options));
-  EXPECT_EQ(stages, (std::vector<std::string>{"response", "model", "loop"}));
+  ASSERT_GE(stages.size(), 4U);
+  EXPECT_EQ(stages.front(), "measuring the response");
+  EXPECT_EQ(stages.back(), "margins of the loop");
+  EXPECT_NE(std::find(stages.begin(), stages.end(), "fitting a two-mass model to the record"), stages.end());
   stages.clear();
   options.model = ModelChoice::none;
   ASSERT_TRUE(identify(multisine(), options));
-  EXPECT_EQ(stages, (std::vector<std::string>{"response", "loop"}));
+  EXPECT_EQ(stages, (std::vector<std::string>{"measuring the response", "margins of the loop"}));
 }
 
 TEST(Identify, FitsTheStructureThatIsAskedFor) {

@@ -33,6 +33,21 @@ TEST(AtomicFile, KeepsPermissionsOfAnExistingFile) {
   EXPECT_EQ(fs::status(path).permissions(), wanted);
 }
 
+TEST(AtomicFile, AProgramThatIsEndedLeavesNothing) {
+  const TemporaryFolder folder;
+  const fs::path kept = folder.file("kept.json", "old");
+  const auto end = [&] {
+    auto first = AtomicFile::create(kept), second = AtomicFile::create(folder / "second.csv");
+    ASSERT_TRUE(first && second && first->write("new") && second->write("1,2\n"));
+    ASSERT_EQ(folder.entries(), 3U);
+    remove_unfinished_files();
+    ::_exit(7);
+  };
+  EXPECT_EXIT(end(), ::testing::ExitedWithCode(7), "");
+  EXPECT_EQ(contents_of(kept), "old");
+  EXPECT_EQ(folder.entries(), 1U);
+}
+
 TEST(AtomicFile, FollowsASymbolicLink) {
   const TemporaryFolder folder;
   const fs::path path = folder.file("real.json", "old");

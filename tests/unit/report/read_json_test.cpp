@@ -52,6 +52,22 @@ TEST(ReadJson, GivesBackWhatWasWritten) {
   }
 }
 
+TEST(ReadJson, KeepsTheOptionsThatWereGiven) {
+  auto result = test::bare();
+  EXPECT_FALSE(to_json(result).contains("options"));
+  result.options = {{"output-scale", "-1"}, {"controller", "pi:1,0.1"}};
+  json j = to_json(result);
+  EXPECT_EQ(j.at("options"), (json{{"output-scale", "-1"}, {"controller", "pi:1,0.1"}}));
+  const auto again = from_json<identification::Result>(j);
+  ASSERT_TRUE(again);
+  EXPECT_EQ(again->options.size(), 2U);
+  EXPECT_EQ(to_json(*again), j);
+  j["options"]["output-scale"] = -1;
+  EXPECT_NE(message(j).find("$.options.output-scale"), std::string::npos) << message(j);
+  j.erase("options");
+  EXPECT_TRUE(from_json<identification::Result>(j)->options.empty());
+}
+
 TEST(ReadJson, KeepsTheCovariance) {
   const auto again = from_json<identification::Result>(to_json(correlated()));
   ASSERT_TRUE(again);

@@ -36,6 +36,10 @@ class AtomicFile {
   int descriptor_ = -1;
 };
 
+/// For a program that is ended by a signal: removes the temporary files of all that is being written. Whoever
+/// writes a file afterwards waits forever; the program has to end.
+void remove_unfinished_files();
+
 /// The same refusals, as far as they can be told before there is anything to write: a folder that is not
 /// there or takes no files, a target that is a folder or write-protected. For work that takes long.
 [[nodiscard]] expected<void, Error> check_writable(const std::filesystem::path& path);

@@ -112,7 +112,7 @@ void put_black_box_instead(const Experiment& experiment, const Measurement& m, c
                      options.torque_lag_s || options.output_filter_s;
   if (asked || experiment.motion || !experiment.record.input.present() || m.evidence.biased()) return;
   if (!fails_grossly(result) || !reliability_of(result).response) return;
-  tell(options, "black-box");
+  tell(options, "fitting a black-box model");
   auto box = box_that_holds(experiment, m.plan, options, result.response);
   if (!box) return;
   set_aside(result);

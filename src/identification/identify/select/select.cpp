@@ -63,7 +63,6 @@ void fit_drive(const Experiment& experiment, const Measurement& m, const Options
 expected<Fitted, Error> select(const Experiment& experiment, const Measurement& measurement,
                                const Options& options) {
   Fitted fitted;
-  if (options.model != ModelChoice::none) tell(options, "model");
   if (options.model == ModelChoice::black_box) {
     if (auto done = fit_black_box(experiment, options, fitted); !done)
       return tl::unexpected(std::move(done.error()));
@@ -71,7 +70,7 @@ expected<Fitted, Error> select(const Experiment& experiment, const Measurement& 
     fit_drive(experiment, measurement, options, fitted);
   }
   if (options.method == Method::simulate_and_correct) {
-    tell(options, "correction");
+    tell(options, "correcting the response");
     fitted.corrected = measurement.response;
     auto done =
         simulate_and_correct(experiment.record, measurement.plan, options, *fitted.corrected, fitted.drive);

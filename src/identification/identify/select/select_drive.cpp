@@ -8,6 +8,7 @@
 #include <identification/identify/judge/slipped_samples.hpp>
 #include <identification/identify/select/drive_candidate.hpp>
 #include <identification/identify/select/select_drive.hpp>
+#include <identification/progress.hpp>
 #include <limits>
 #include <resonid/diagnostics/residuals.hpp>
 
@@ -42,6 +43,7 @@ class Selector {
   std::optional<Selection> run() {
     std::vector<Candidate> candidates;
     for (const Structure structure : structures(options_.model)) {
+      tell(options_, fmt::format("fitting a {} model to the response", fit::name_of(structure)));
       const bool after_two = structure == Structure::three_mass && !candidates.empty();
       if (after_two && !misfit_is_significant(candidates.back())) continue;
       auto candidate =
@@ -53,12 +55,14 @@ class Selector {
       std::vector<std::size_t> fitted;  // the largest first
       for (std::size_t i = candidates.size(); i-- > 0;)
         if (candidates[i].remark.empty() && !candidates[i].record_fit && !candidates[i].tried_on_record) {
+          tell_record_fit(candidates[i]);
           fits_.fit_to_record(candidates[i], i + 1 < candidates.size() ? &candidates[i + 1] : nullptr);
           fitted.push_back(i);
         }
       for (const std::size_t i : fitted) {
         const bool larger = i > 0;
         const Candidate* rival = candidates.size() == 1 ? nullptr : &candidates[larger ? i - 1 : i + 1];
+        tell_further(candidates[i]);
         fits_.extend_fit_to_record(candidates[i], rival);
       }
       if (candidates.back().remark.empty()) fits_.contest_ground(candidates.back());
@@ -69,9 +73,12 @@ class Selector {
     }
     if (candidates.empty()) return std::nullopt;
     if (candidates.size() == 1 && !candidates[0].tried_on_record) {
+      tell_record_fit(candidates[0]);
       fits_.fit_to_record(candidates[0], nullptr);
+      tell_further(candidates[0]);
       fits_.extend_fit_to_record(candidates[0], nullptr);
     }
+    tell(options_, "comparing the models on hold-out data");
     for (std::size_t i = 0; i < candidates.size(); ++i)
       if (candidates[i].record_fit && (i == 0 || !is_astray(candidates[i], candidates[i - 1])))
         fits_.validate(candidates[i]);
@@ -91,6 +98,13 @@ class Selector {
   }
 
  private:
+  void tell_record_fit(const Candidate& c) const {
+    tell(options_, fmt::format("fitting a {} model to the record", fit::name_of(c.structure)));
+  }
+  void tell_further(const Candidate& c) const {
+    tell(options_, fmt::format("{} model: friction, delay and lags", fit::name_of(c.structure)));
+  }
+
   /// Whether a third mass is worth a try: two are seen and leave something unexplained, of the record if a
   /// model could be fitted to it, else of the response.
   [[nodiscard]] bool misfit_is_significant(const Candidate& two) const {
