@@ -2,7 +2,7 @@
 #pragma once
 
 #include <nlohmann/json_fwd.hpp>
-#include <resonid/report/provenance.hpp>
+#include <resonid/report/detail/provenance.hpp>
 #include <string>
 #include <vector>
 

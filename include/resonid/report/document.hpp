@@ -6,7 +6,7 @@
 #include <optional>
 #include <resonid/base/enum_names.hpp>
 #include <resonid/diagnostics/finding.hpp>
-#include <resonid/report/provenance.hpp>
+#include <resonid/report/detail/provenance.hpp>
 #include <string>
 #include <vector>
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <resonid/report/provenance.hpp>
+#include <resonid/report/detail/provenance.hpp>
 
 #include "report/json/fields.hpp"
 
