@@ -12,8 +12,9 @@ namespace resonid {
 namespace {
 
 constexpr const char* kVerbs[] = {
-    "excite",   "excite prbs", "excite multisine", "excite chirp", "excite stepped-sine", "simulate", "plan",
-    "identify", "track",       "validate",         "compare",      "reproduce",           "help"};
+    "excite",   "excite prbs", "excite multisine", "excite chirp", "excite stepped-sine",
+    "simulate", "plan",        "inspect",          "identify",     "track",
+    "validate", "compare",     "reproduce",        "help"};
 
 std::vector<std::string> lines_of(const std::string& text) {
   std::vector<std::string> lines;
@@ -117,7 +118,8 @@ TEST_F(Help, CompletesEveryVerbAndOption) {
   }
   EXPECT_EQ(completed("resonid excite ''"),
             (std::set<std::string>{"prbs", "multisine", "chirp", "stepped-sine"}));
-  EXPECT_EQ(completed("resonid identify a.csv --motion ''"), (std::set<std::string>{"rotary", "linear"}));
+  EXPECT_EQ(completed("resonid identify a.csv --color ''"),
+            (std::set<std::string>{"auto", "always", "never"}));
   EXPECT_EQ(completed("resonid identify --motion = l"), (std::set<std::string>{"linear"}));
   EXPECT_TRUE(completed("resonid help ''").contains("track"));
   write("record.csv", "");
