@@ -13,7 +13,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   if (!table) return 0;
   fuzz::require(table->names.size() == table->columns.size() && !table->columns.empty());
   for (const auto& column : table->columns)
-    for (const double x : column) fuzz::require(std::isfinite(x));
+    for (const double x : column) fuzz::require(!std::isinf(x));
   static_cast<void>(io::to_record(*table, {}));
   return 0;
 }
