@@ -19,9 +19,10 @@ struct Criteria {
   double told_excitation =
       0.5;  ///< Share of a recorded excitation that a told chirp or period must explain ...
   double told_of_input =
-      0.1;                    ///< ... and of an input, in which the loop's motion and friction stand as well.
-  double same_sweep = 0.03;   ///< Of a chirp's span: how near a told one must be to the one that is seen.
-  double copied = 1e-6;       ///< Of the variance: what a copy of a signal leaves is rounding.
+      0.1;  ///< ... and of an input, in which the loop's motion and friction stand as well.
+  double more_than_chance = 3.0;  ///< Times the share of a chirp that is not there.
+  double same_sweep = 0.03;       ///< Of a chirp's span: how near a told one must be to the one that is seen.
+  double copied = 1e-6;           ///< Of the variance: what a copy of a signal leaves is rounding.
   double motion_share = 0.9;  ///< Of the input's variance, explained by motion and friction: nothing excites.
   double followed_reference = 0.9;     ///< Correlation with the output, from which on the reference leads it.
   double feedback_false_alarm = 1e-3;  ///< Probability of feedback seen where there is none, per record.

@@ -133,10 +133,24 @@ class ColumnFinder {
                              similar.empty() ? "" : fmt::format("; did you mean {}?", in_quotes(similar))));
   }
 
+  /// Whether a column that is called like the input or the output cannot be it: by its unit, as a limit or an
+  /// error, or, of an output, as a set-point.
+  [[nodiscard]] bool is_foreign(const Usual& usual, std::size_t column) const {
+    const bool input = usual.option == ".input", output = usual.option == ".output";
+    if (!input && !output) return false;
+    const SignalSense& sense = senses_[column];
+    if (sense.aside) return true;
+    const auto unit = known_unit(named_unit(table_, column).unit);
+    if (!unit) return output && sense.commanded && !sense.actual;
+    if (input) return quantity_of(unit->dimension).has_value() || unit->dimension == Dimension::time;
+    return !quantity_of(unit->dimension) || (sense.commanded && !sense.actual);
+  }
+
   [[nodiscard]] std::vector<std::size_t> candidates(const Usual& usual) const {
     std::vector<std::size_t> found;
     for (std::size_t i = 0; i < table_.names.size(); ++i)
-      if (std::find(taken_.begin(), taken_.end(), i) == taken_.end() && is_usual(usual, bases_[i]))
+      if (std::find(taken_.begin(), taken_.end(), i) == taken_.end() && is_usual(usual, bases_[i]) &&
+          (is_exact(usual, i) || !is_foreign(usual, i)))
         found.push_back(i);
     return found;
   }
@@ -226,14 +240,45 @@ class ColumnFinder {
     return found.front();
   }
 
+  static bool is_like(const Usual& usual, Kind kind) {
+    if (usual.option == ".input") return kind == Kind::torque || kind == Kind::current;
+    return kind == Kind::velocity || kind == Kind::position || kind == Kind::acceleration;
+  }
+
+  /// Called by nothing but the symbol or the word.
+  [[nodiscard]] bool is_exact(const Usual& usual, std::size_t column) const {
+    const std::string base = lower(bases_[column]);
+    return std::find(usual.whole.begin(), usual.whole.end(), base) != usual.whole.end() ||
+           std::find(usual.beginning.begin(), usual.beginning.end(), base) != usual.beginning.end();
+  }
+
+  /// Other columns of the same kind that are measured as well, as far as their names tell.
+  [[nodiscard]] std::vector<std::size_t> rivals(std::size_t column) const {
+    const SignalSense& own = senses_[column];
+    if (own.kind == Kind::none || own.actual) return {};
+    auto others = of_kind(own.kind);
+    std::erase_if(others, [&](std::size_t i) { return senses_[i].commanded && !senses_[i].actual; });
+    return others;
+  }
+
   template <class Sensed>
   expected<Found, Error> needed(const Usual& usual, Sensed sensed) {
     auto found = candidate(usual);
+    if (found && *found && !is_exact(usual, **found))
+      if (auto others = rivals(**found); !others.empty()) {
+        others.insert(others.begin(), **found);
+        return several(others, usual.signal, usual.option);
+      }
     if (found && !*found) found = sensed();
     if (!found || *found) return found;
     for (const auto& variable : table_.unusable)
       if (is_usual(usual, take_apart(variable.name).base))
         return error(fmt::format("variable {}, which may be the {}, {}; choose another with {}",
+                                 in_quotes(variable.name), usual.signal, variable.reason, usual.option));
+    for (const auto& variable : table_.unusable)
+      if (is_like(usual,
+                  sense_of(take_apart(variable.name).base, known_unit(take_apart(variable.name).unit)).kind))
+        return error(fmt::format("column {}, which may be the {}, {}; choose another with {}",
                                  in_quotes(variable.name), usual.signal, variable.reason, usual.option));
     return error(fmt::format("no column is called like an {} ({}); name it with {}", usual.signal,
                              names_of(usual), usual.option));
@@ -316,13 +361,24 @@ class ColumnFinder {
 
 }  // namespace
 
+namespace {
+constexpr std::string_view kAngles[] = {"theta", "phi", "angle", "winkel", "encoder"};
+}  // namespace
+
 NamedUnit named_unit(const Table& table, std::size_t column) {
   NamedUnit named = take_apart(table.names[column]);
   if (column < table.units.size() && !table.units[column].empty()) named.unit = table.units[column];
-  // "omega_m" is that of the motor, in no unit that is told.
-  if (named.unit == "m" && table.names[column].ends_with("_m") &&
-      sense_of(named.base, std::nullopt).kind != Kind::position)
-    return {table.names[column], {}};
+  // "omega_m" and "theta_m" are those of the motor, "torque_s" is that of a shaft: in no unit that is told.
+  const bool of_suffix = table.names[column].ends_with("_" + named.unit) && named.unit.size() == 1;
+  if (!of_suffix || (named.unit != "m" && named.unit != "s")) return named;
+  const Kind kind = sense_of(named.base, std::nullopt).kind;
+  const std::string base = lower(named.base);
+  const bool turns = std::any_of(std::begin(kAngles), std::end(kAngles),
+                                 [&](std::string_view word) { return base.find(word) != base.npos; });
+  const bool fits = named.unit == "s"
+                        ? kind == Kind::none || kind == Kind::time || kind == Kind::sample_number
+                        : kind == Kind::position && !turns;
+  if (!fits) return {table.names[column], {}};
   return named;
 }
 

@@ -28,7 +28,14 @@ void take_quoted(std::string_view line, std::size_t& i, Field& field) {
   }
 }
 
-/// What stands in a field that should hold a number.
+/// "#NV" and its like are values, no comments.
+bool begins_with_missing(std::string_view text) noexcept {
+  const std::string_view word = text.substr(0, text.find_first_of(",; \t|\r\n"));
+  return word.size() > 1 && says_missing(word);
+}
+
+}  // namespace
+
 std::string not_a_number(const Field& field, char decimal) {
   std::string_view text = field.text;
   const std::string found = in_quotes(as_utf8(field.text));
@@ -57,8 +64,6 @@ std::string not_a_number(const Field& field, char decimal) {
   return fmt::format("{} is not a number", found);
 }
 
-}  // namespace
-
 std::vector<Field> split_fields(char separator, std::string_view line) {
   const bool blanks = separator == kBlanks;
   const auto is_blank = [&](char c) { return c == ' ' || (c == '\t' && separator != '\t'); };
@@ -80,10 +85,10 @@ bool LineCursor::find() noexcept {
   while (next_ != end_) {
     const char* p = next_;
     while (p != end_ && (*p == ' ' || *p == '\t')) ++p;
-    // "#NV" and its like are values, not comments
     const bool comment =
-        p != end_ && *p == '#' && !(end_ - p > 2 && p[1] == 'N' && (p[2] == 'V' || p[2] == '/'));
+        p != end_ && *p == '#' && !begins_with_missing({p, static_cast<std::size_t>(end_ - p)});
     if (p != end_ && *p != '\n' && *p != '\r' && !comment) return true;
+    comments_ += comment ? 1U : 0U;
     while (p != end_ && *p != '\n' && *p != '\r') ++p;
     next_ = p;
     end_line();

@@ -22,12 +22,13 @@ inline constexpr char kBlanks = ' ';
 /// How the rows of a text table are written.
 struct CsvFormat {
   std::string file;
-  std::vector<std::string> names;  ///< [column], all different, UTF-8.
-  std::vector<std::string> units;  ///< [column], empty where none is told apart from the name.
-  std::vector<CellKind> kinds;     ///< [column]
-  std::size_t header_line = 0;     ///< From 1; 0 when there is none.
-  std::size_t data_line = 1;       ///< Line of the first row, from 1.
-  std::size_t data_offset = 0;     ///< Byte at which that line begins.
+  std::vector<std::string> names;     ///< [column], all different, UTF-8.
+  std::vector<std::string> units;     ///< [column], empty where none is told apart from the name.
+  std::vector<CellKind> kinds;        ///< [column]
+  std::vector<std::string> examples;  ///< [column] why the first cell is no number; empty where it is one.
+  std::size_t header_line = 0;        ///< From 1; 0 when there is none.
+  std::size_t data_line = 1;          ///< Line of the first row, from 1.
+  std::size_t data_offset = 0;        ///< Byte at which that line begins.
   char separator = ',';
   char decimal = '.';
   double sample_interval_s = 0.0;   ///< As a line above the rows tells; 0: none does.
@@ -51,13 +52,15 @@ class LineCursor {
   [[nodiscard]] const char* position() const noexcept { return next_; }
   [[nodiscard]] const char* end() const noexcept { return end_; }
   void move_to(const char* position) noexcept { next_ = position; }
-  [[nodiscard]] std::size_t lines() const noexcept { return lines_; }  ///< Line ends passed.
+  [[nodiscard]] std::size_t lines() const noexcept { return lines_; }        ///< Line ends passed.
+  [[nodiscard]] std::size_t comments() const noexcept { return comments_; }  ///< Comments passed.
   [[nodiscard]] std::string_view rest_of_line() const noexcept;
 
  private:
   const char* next_;
   const char* end_;
   std::size_t lines_ = 0;
+  std::size_t comments_ = 0;
 };
 
 struct Field {
@@ -68,6 +71,9 @@ struct Field {
 
 /// The fields of a line; one more, empty, where it ends with a separator.
 [[nodiscard]] std::vector<Field> split_fields(char separator, std::string_view line);
+
+/// What stands in a field that should hold a number: "'2,012.3' has thousands separators; write ...".
+[[nodiscard]] std::string not_a_number(const Field& field, char decimal);
 
 /// Reads one line field by field: for what the fast scanner does not understand. `line` counts from 1; `row`
 /// has as many elements as there are columns; a missing value and text become NaN.

@@ -68,7 +68,7 @@ class HeaderFinder {
   expected<Header, Error> find() {
     if (auto header = properties()) return std::move(*header);
     std::size_t i = above_.size();
-    while (i > 0 && above_[i - 1].comment) --i;
+    while (i > 0 && (above_[i - 1].comment || is_empty(above_[i - 1]))) --i;
     if (i == 0) return comment();
     const TextLine& nearest = above_[i - 1];
     auto header = take(nearest);
@@ -85,6 +85,12 @@ class HeaderFinder {
   }
 
  private:
+  /// Fields that all are missing: a row of samples that were not there.
+  [[nodiscard]] bool is_empty(const TextLine& line) const {
+    const auto fields = fields_of(line);
+    return std::all_of(fields.begin(), fields.end(), [](const Field& f) { return says_missing(f.text); });
+  }
+
   [[nodiscard]] std::vector<Field> fields_of(const TextLine& line) const {
     std::string_view text = line.text;
     if (line.comment) text.remove_prefix(std::min(text.find_first_not_of(" \t#"), text.size()));

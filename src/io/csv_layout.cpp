@@ -71,12 +71,14 @@ struct Shape {
 struct RowCells {
   std::vector<Cell> cells;
   std::size_t numbers = 0;
+  std::size_t texts = 0;
 };
 
 RowCells cells_of(const TextLine& line, const Dialect& dialect) {
   RowCells row;
   for (const Field& field : split_fields(dialect.separator, line.text)) {
     row.cells.push_back(read_cell(field.text, dialect.decimal));
+    row.texts += row.cells.back().kind == Cell::Kind::text ? 1U : 0U;
     row.numbers +=
         row.cells.back().kind == Cell::Kind::number || row.cells.back().kind == Cell::Kind::clock ? 1U : 0U;
   }
@@ -165,8 +167,8 @@ std::optional<std::size_t> first_row(const std::vector<TextLine>& lines, std::si
       ++seen;
       rows += is_row(lines[j], shape) ? 1U : 0U;
       const RowCells cells = cells_of(lines[j], shape.dialect);
-      names = names || (shape.width > 1 && cells.numbers == 0 && cells.cells.size() == shape.width &&
-                        seen <= 4 && j + 1 < lines.size());
+      names = names || (shape.width > 1 && cells.texts > 0 && cells.numbers == 0 &&
+                        cells.cells.size() == shape.width && seen <= 4 && j + 1 < lines.size());
     }
     if (2 * rows >= seen && !names) return i;
   }
@@ -222,7 +224,8 @@ class Sniffer {
 
   expected<CsvFormat, Error> sniff() {
     if (auto from = set_beginning(); !from) return unexpected<Error>(from.error());
-    if (std::all_of(lines_.begin(), lines_.end(), [](const TextLine& l) { return l.comment; }))
+    if (std::all_of(lines_.begin() + static_cast<std::ptrdiff_t>(from_), lines_.end(),
+                    [](const TextLine& l) { return l.comment; }))
       return fail(file_, fmt::format("holds only comments and blank lines; {}", kCsvRequirement));
     const Shape shape = best_shape(lines_, from_, layout_);
     const auto row = shape.numbers > 0 ? first_row(lines_, from_, shape) : std::nullopt;
@@ -250,6 +253,9 @@ class Sniffer {
     format.sample_interval_s =
         header.sample_interval_s > 0.0 ? header.sample_interval_s : told_interval(above);
     set_names(format, std::move(header), shape);
+    const auto fields = split_fields(format.separator, lines_[*row].text);
+    for (std::size_t i = 0; i < format.examples.size() && i < fields.size(); ++i)
+      if (format.kinds[i] == CellKind::text) format.examples[i] = not_a_number(fields[i], format.decimal);
     return format;
   }
 
@@ -328,6 +334,7 @@ class Sniffer {
       format.trailing_separator = header.names.size() == width + 1;
     }
     format.kinds.resize(width);
+    format.examples.resize(width);
     header.names.resize(width);
     header.units.resize(width);
     bool encoded = false;

@@ -34,6 +34,7 @@ struct Region {
   std::vector<Table::LineRun> line_runs;
   std::size_t rows = 0;
   std::size_t lines = 0;
+  std::size_t comments = 0;
   std::size_t remarks = 0;       ///< Lines of words among the rows ...
   std::size_t first_remark = 0;  ///< ... and the first of them.
   std::optional<Error> read_failure;
@@ -115,6 +116,7 @@ class RegionReader {
       cursor.end_line();
     }
     region_.lines = lines_before + cursor.lines();
+    region_.comments += cursor.comments();
     if (!reserved_) reserve(text.size());
     return true;
   }
@@ -306,6 +308,7 @@ expected<Table, Error> joined(const TextSource& source, const CsvFormat& format,
   table.sample_interval_s = format.sample_interval_s;
   table.columns = std::move(regions.front().columns);
   std::size_t rows = 0;
+  std::size_t comments = 0;
   std::size_t line = format.data_line;
   for (std::size_t i = 0; i < regions.size(); ++i) {
     Region& region = regions[i];
@@ -318,6 +321,7 @@ expected<Table, Error> joined(const TextSource& source, const CsvFormat& format,
       if (end->note.empty() && !read) return unexpected<Error>(read.error());
       if (!end->note.empty()) table.notes.push_back(end->note);
     }
+    comments += region.comments;
     if (region.remarks > 0)
       table.notes.push_back(fmt::format("{} line{} of words left out from line {} on", region.remarks,
                                         region.remarks == 1 ? "" : "s", line + region.first_remark));
@@ -334,6 +338,9 @@ expected<Table, Error> joined(const TextSource& source, const CsvFormat& format,
     rows += region.rows;
     line += region.lines;
   }
+  if (comments > 0)
+    table.notes.push_back(
+        fmt::format("{} comment{} (#) among the samples left out", comments, comments == 1 ? "" : "s"));
   return table;
 }
 
@@ -369,10 +376,11 @@ void set_aside_text(const CsvFormat& format, Table& table) {
   for (std::size_t c = format.kinds.size(); c-- > 0;) {
     if (format.kinds[c] == CellKind::clock) {
       go_on_after_midnight(table.columns[c]);
-      if (table.units[c].empty()) table.units[c] = "s";
+      table.units[c] = "s";
     }
     if (format.kinds[c] != CellKind::text) continue;
-    table.unusable.push_back({table.names[c], "holds text"});
+    table.unusable.push_back(
+        {table.names[c], "holds text" + (format.examples[c].empty() ? "" : ": " + format.examples[c])});
     const auto at = static_cast<std::ptrdiff_t>(c);
     table.names.erase(table.names.begin() + at);
     table.units.erase(table.units.begin() + at);

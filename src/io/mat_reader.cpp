@@ -318,6 +318,8 @@ void shorten_names(Table& table) {
   for (const auto& scalar : table.scalars) all.push_back(ending(scalar.name));
   for (auto& name : table.names)
     if (std::count(all.begin(), all.end(), ending(name)) == 1) name = ending(name);
+  for (auto& scalar : table.scalars)
+    if (std::count(all.begin(), all.end(), ending(scalar.name)) == 1) scalar.name = ending(scalar.name);
   for (std::size_t i = 0; i < table.names.size(); ++i)
     for (std::size_t k = 2;
          std::count(table.names.begin(), table.names.begin() + static_cast<std::ptrdiff_t>(i),

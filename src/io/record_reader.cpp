@@ -262,16 +262,19 @@ class RecordMaker {
     return {};
   }
 
+  [[nodiscard]] std::size_t empty_in(std::size_t column) const {
+    return static_cast<std::size_t>(std::count_if(rows_.begin(), rows_.end(), [&](std::size_t row) {
+      return std::isnan(table_.columns[column][row]);
+    }));
+  }
+  [[nodiscard]] std::size_t worst_column() const {
+    return *std::max_element(used_.begin(), used_.end(),
+                             [&](std::size_t a, std::size_t b) { return empty_in(a) < empty_in(b); });
+  }
+
   [[nodiscard]] unexpected<Error> no_values() const {
-    std::size_t worst = used_.front(), most = 0;
-    for (const std::size_t c : used_) {
-      const auto empty = static_cast<std::size_t>(std::count_if(
-          rows_.begin(), rows_.end(), [&](std::size_t row) { return std::isnan(table_.columns[c][row]); }));
-      if (empty > most) {
-        most = empty;
-        worst = c;
-      }
-    }
+    const std::size_t worst = worst_column();
+    const std::size_t most = empty_in(worst);
     return fail(fmt::format("{}: column {}", table_.source, in_quotes(table_.names[worst])),
                 fmt::format("has no value in {} of {} rows; export all signals with one sample time", most,
                             rows_.size()));
@@ -328,10 +331,11 @@ class RecordMaker {
   }
 
   [[nodiscard]] unexpected<Error> too_many_missing(std::size_t missing) const {
-    const std::string how = grid_.sampling.gaps == 0
-                                ? std::string("cells without a number")
-                                : fmt::format("in {} gaps, the first after {} s", grid_.sampling.gaps,
-                                              grid_.sampling.first_gap_at_s);
+    const std::string how =
+        grid_.sampling.gaps == 0
+            ? fmt::format("cells without a number, most in {}", in_quotes(table_.names[worst_column()]))
+            : fmt::format("in {} gaps, the first after {} s", grid_.sampling.gaps,
+                          grid_.sampling.first_gap_at_s);
     return fail(
         found_.time ? column_place() : table_.source,
         fmt::format(
@@ -404,35 +408,34 @@ class RecordMaker {
     rows_ = std::move(kept);
   }
 
-  [[nodiscard]] std::vector<double> samples_of(std::size_t column) const {
+  /// The samples of a column without its wrap-around, on the complete grid where few are missing.
+  [[nodiscard]] std::vector<double> samples_of(std::size_t column, const std::string& unit) {
     const auto& all = table_.columns[column];
     std::vector<double> values;
-    values.reserve(rows_.size());
-    if (!fill_) {
-      for (const std::size_t row : rows_) values.push_back(all[row]);
-      return values;
-    }
     std::vector<std::size_t> at;
     for (std::size_t i = 0; i < rows_.size(); ++i) {
-      if (std::isnan(all[rows_[i]])) continue;
+      if (fill_ && std::isnan(all[rows_[i]])) continue;
       values.push_back(all[rows_[i]]);
-      at.push_back(grid_.index[i]);
+      if (fill_) at.push_back(grid_.index[i]);
     }
-    return interpolated(values, at, complete_size());
-  }
-
-  [[nodiscard]] data::Channel channel(std::size_t column, const Conversion& conversion) {
-    data::Channel result{table_.names[column], conversion.unit, samples_of(column)};
-    const std::string unit = named_unit(table_, column).unit;
     const auto known = known_unit(unit);
     const bool counts = known && known->dimension == Dimension::counts;
     if (counts || (known && known->dimension == Dimension::angle)) {
       const double turn =
           counts ? mapping_.counts_per_rev.value_or(0.0) : 2.0 * std::numbers::pi / known->factor;
-      if (const auto unwrapped = unwrap(result.samples, turn, counts))
-        note(fmt::format("{}: wrap-around at {:g} {} undone ({} times)", in_quotes(result.name),
+      if (const auto unwrapped = unwrap(values, turn, counts))
+        note(fmt::format("{}: wrap-around at {:g} {} undone ({} times)", in_quotes(table_.names[column]),
                          unwrapped->range, unit, unwrapped->jumps));
     }
+    return fill_ ? interpolated(values, at, complete_size()) : values;
+  }
+
+  /// `unit`: of the column's numbers, where its name does not tell.
+  [[nodiscard]] data::Channel channel(std::size_t column, const Conversion& conversion,
+                                      const std::string& unit = {}) {
+    const std::string named = named_unit(table_, column).unit;
+    data::Channel result{table_.names[column], conversion.unit,
+                         samples_of(column, named.empty() ? unit : named)};
     if (conversion.factor != 1.0)
       for (double& sample : result.samples) sample *= conversion.factor;
     return result;
@@ -453,6 +456,14 @@ class RecordMaker {
     return channel(column, converter.convert({table_.names[column], own, {}, scale, main.unit}));
   }
 
+  /// What an output that is a position is in, where its name does not tell.
+  [[nodiscard]] std::string position_unit() const {
+    if (record_.output_quantity != data::OutputQuantity::position || std::abs(mapping_.output_scale) != 1.0)
+      return {};
+    if (mapping_.output_unit && !mapping_.differentiate) return *mapping_.output_unit;
+    return output_si_unit(record_.motion, record_.output_quantity);
+  }
+
   void make_channels() {
     const auto& m = mapping_;
     UnitConverter converter(m, record_.motion, record_.reading);
@@ -465,7 +476,12 @@ class RecordMaker {
     record_.input = channel(found_.input, u);
     const Conversion y = converter.convert(
         {table_.names[found_.output], unit_of(found_.output), m.output_unit, m.output_scale, output_si});
-    record_.output = channel(found_.output, y);
+    record_.output = channel(found_.output, y, position_unit());
+    if (m.output_quantity)  // then nothing is assumed of it
+      for (auto& text : record_.reading)
+        if (text.starts_with("no unit in " + in_quotes(table_.names[found_.output])))
+          text = fmt::format("{} taken for a {} in {}", in_quotes(table_.names[found_.output]),
+                             name_of(*m.output_quantity), y.unit);
     if (found_.excitation)
       record_.excitation =
           companion(converter, *found_.excitation, found_.input, record_.input, u, m.input_scale);

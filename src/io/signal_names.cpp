@@ -126,7 +126,8 @@ SignalSense sense_of(std::string_view base, const std::optional<Unit>& unit) {
   const auto begins_ist = [](const std::string& word) { return word.starts_with("ist") && word.size() > 5; };
   sense.actual = holds(words, kActual) || has(words, kActualWords) ||
                  std::any_of(words.begin(), words.end(), begins_ist);
-  if (holds(words, kAside)) return sense;
+  sense.aside = holds(words, kAside);
+  if (sense.aside) return sense;
   const auto of_unit = unit ? kind_of(unit->dimension) : std::nullopt;
   const Kind of_name = kind_of(words, sense.commanded || sense.actual);
   sense.kind = of_unit ? *of_unit : of_name;

@@ -15,6 +15,7 @@ struct SignalSense {
   enum class Kind { none, time, sample_number, torque, current, velocity, position, acceleration };
   Kind kind = Kind::none;
   bool commanded = false;  ///< Called set-point, command, reference, Soll...
+  bool aside = false;      ///< Called a limit, an error, a voltage: neither input nor output.
   bool actual = false;     ///< Called actual, measured, feedback, Ist...
 };
 

@@ -14,7 +14,8 @@
 namespace resonid::io {
 namespace {
 
-constexpr double kSlowest = 5.0;       // Hz; no drive is recorded more slowly
+constexpr double kSlowestTold = 5.0;   // Hz, of a column that says its unit
+constexpr double kSlowest = 60.0;      // Hz; no drive is recorded more slowly
 constexpr double kFastest = 1e7;       // Hz
 constexpr double kFiletime = 5e16;     // 100 ns since 1601; after 1759
 constexpr double kNanoseconds = 3e17;  // since 1970; after 1979
@@ -60,7 +61,7 @@ class TimeReader {
     if (!factor) return unexpected<Error>(factor.error());
     axis_.measured = true;
     axis_.time_s = stamps;
-    const double first = stamps.empty() ? 0.0 : stamps.front();
+    const double first = first_of(stamps);
     const bool since_long = std::abs(first * *factor) > 1e8;  // years: keep the digits for what differs
     for (double& t : axis_.time_s) t = (since_long ? t - first : t) * *factor;
     if (since_long)
@@ -116,7 +117,7 @@ class TimeReader {
   [[nodiscard]] expected<double, Error> factor_of(std::size_t column, const std::vector<double>& stamps) {
     const std::string unit = named_unit(table_, column).unit;
     if (mapping_.time_unit) return seconds_in(*mapping_.time_unit);
-    const double first = stamps.empty() || std::isnan(stamps.front()) ? 0.0 : std::abs(stamps.front());
+    const double first = std::abs(first_of(stamps));
     const auto since = [&](const char* what, double factor) {
       axis_.notes.push_back(fmt::format("{} holds {}", name_, what));
       return factor;
@@ -137,7 +138,14 @@ class TimeReader {
       if (first > kMicroseconds) return since("microseconds since 1970", 1e-6);
       if (first > kMilliseconds) return since("milliseconds since 1970", 1e-3);
     }
+    if (unit.empty()) axis_.notes.push_back(fmt::format("no unit in {}: s assumed", name_));
     return plausible(stamps, 1.0, unit);
+  }
+
+  /// The first that is there.
+  static double first_of(const std::vector<double>& stamps) {
+    const auto found = std::find_if(stamps.begin(), stamps.end(), [](double t) { return !std::isnan(t); });
+    return found == stamps.end() ? 0.0 : *found;
   }
 
   /// Milliseconds taken for seconds give a rate below 1 Hz.
@@ -150,7 +158,7 @@ class TimeReader {
     const double hz = 1.0 / median(std::move(steps));
     const bool whole = std::all_of(stamps.begin(), stamps.end(),
                                    [](double t) { return std::isnan(t) || t == std::round(t); });
-    if (hz < kSlowest)
+    if (hz < (unit.empty() ? kSlowest : kSlowestTold))
       return fail(
           fmt::format("{}: column {}", table_.source, name_),
           fmt::format(

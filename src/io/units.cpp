@@ -243,6 +243,8 @@ std::string bare(std::string_view text) {
 }  // namespace
 
 std::optional<Unit> known_unit(std::string_view text) {
+  if (text == "MN" || text == "[MN]") return Unit{Dimension::force, 1e6};
+  if (text == "MNm" || text == "[MNm]") return Unit{Dimension::torque, 1e6};
   const std::string unit = bare(text);
   for (const auto& spelling : kSpellings)
     if (spelling.text == unit) return spelling.unit;

@@ -348,6 +348,37 @@ TEST(CsvReader, ExplainsDecimalCommas) {
                          "'1.234,5' has thousands separators");
 }
 
+TEST(CsvReader, CountsTheCommentsAmongTheSamples) {
+  const auto table = read_text("t,u\n0,1\n# pause\n1,2\n#2,3\n3,4\n");
+  ASSERT_TRUE(table) << message_of(table.error());
+  EXPECT_EQ(table->columns[0], (Column{0, 1, 3}));
+  EXPECT_EQ(table->notes, (Names{"2 comments (#) among the samples left out"}));
+  const auto missing = read_text("u,y\n1,2\n#NA,3\n#N/A,4\n5,6\n");
+  EXPECT_EQ(missing->columns[0].size(), 4U);
+}
+
+TEST(CsvReader, TakesARowWithoutAnyNumberForASample) {
+  const auto table = read_text("u,y\nNaN,NaN\n1,2\n3,4\n");
+  ASSERT_TRUE(table) << message_of(table.error());
+  EXPECT_EQ(table->names, (Names{"u", "y"}));
+}
+
+TEST(CsvReader, SaysWhyAColumnIsText) {
+  const auto table = read_text("t;n\n0;2.012,3\n1;2.013,4\n2;2.014,5\n");
+  ASSERT_TRUE(table) << message_of(table.error());
+  ASSERT_EQ(table->unusable.size(), 1U);
+  EXPECT_NE(table->unusable[0].reason.find("thousands separators"), std::string::npos)
+      << table->unusable[0].reason;
+}
+
+TEST(CsvReader, RefusesALayoutThatLeavesNothing) {
+  const TemporaryFolder folder;
+  const auto path = folder.file("record.csv", "t,u\n0,1\n1,2\n# end\n");
+  TextLayout layout;
+  layout.skip_lines = 3;
+  RESONID_EXPECT_MESSAGE(read_csv(path, layout), "holds only comments and blank lines");
+}
+
 TEST(CsvReader, SaysWhatToDoWithAWorkbook) {
   RESONID_EXPECT_MESSAGE(read_text("PK\x03\x04..."), "save the sheet as CSV");
 }

@@ -106,7 +106,7 @@ TEST_P(MatReader, ReadsVectorsOfAllNumericClassesAndKeepsScalarsApart) {
 
 TEST_P(MatReader, RefusesOtherVariablesOnlyWhenTheyAreAskedFor) {
   Column rising(32);
-  for (std::size_t i = 0; i < rising.size(); ++i) rising[i] = 0.1 * static_cast<double>(i);
+  for (std::size_t i = 0; i < rising.size(); ++i) rising[i] = 0.01 * static_cast<double>(i);
   Column holed = rising;
   holed[4] = std::numeric_limits<double>::quiet_NaN();
   {
@@ -130,7 +130,7 @@ TEST_P(MatReader, RefusesOtherVariablesOnlyWhenTheyAreAskedFor) {
   const auto plain = with_input("u");
   ASSERT_TRUE(plain) << message_of(plain.error());
   EXPECT_EQ(plain->input.samples, rising);
-  EXPECT_EQ(plain->sample_rate_hz, 10.0);
+  EXPECT_EQ(plain->sample_rate_hz, 100.0);
   RESONID_EXPECT_MESSAGE(with_input("spectrum"), "record.mat: variable 'spectrum' (.input) is complex (2x1)");
   RESONID_EXPECT_MESSAGE(with_input("matrix"),
                          "'matrix' (.input) is a matrix (3x2); name one of its columns, matrix_1 ...");

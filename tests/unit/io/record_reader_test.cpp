@@ -390,6 +390,37 @@ TEST(RecordReader, FindsTheNamesOfDrives) {
                          "2 columns may be the input");
 }
 
+TEST(RecordReader, TakesALetterAtTheEndForWhatItMeans) {
+  const auto motor = record_of(table_of({"t", "u", "theta_m"}));
+  EXPECT_EQ(motor.output.unit, "rad");
+  EXPECT_EQ(motor.motion, data::Motion::rotary);
+  EXPECT_EQ(record_of(table_of({"t", "force_N", "position_m"})).output.unit, "m");
+  const auto shaft = record_of(table_of({"t", "torque_m", "omega_m"}));
+  EXPECT_EQ(shaft.output.unit, "rad/s");
+  RESONID_EXPECT_MESSAGE(to_record(table_of({"t", "torque_m", "torque_s", "omega_m"}), {}),
+                         "2 columns may be the input");
+}
+
+TEST(RecordReader, DoesNotTakeASetPointOrALimitForASignal) {
+  const struct {
+    Names names;
+    const char *input, *output;
+  } cases[] = {
+      {{"t", "torque_Nm", "velocity_setpoint_rad_s", "motor_speed_rad_s"}, "torque_Nm", "motor_speed_rad_s"},
+      {{"t", "torque_Nm", "velocity_error_rad_s", "motor_speed_rad_s"}, "torque_Nm", "motor_speed_rad_s"},
+      {{"t", "torque_limit_max_Nm", "Motor torque [Nm]", "speed"}, "Motor torque [Nm]", "speed"},
+      {{"t", "Input voltage [V]", "iq_A", "speed"}, "iq_A", "speed"},
+      {{"t", "torque_Nm", "Output current [A]", "Motor speed [rad/s]"}, "torque_Nm", "Motor speed [rad/s]"},
+  };
+  for (const auto& c : cases) {
+    const auto record = record_of(table_of(c.names));
+    EXPECT_EQ(record.input.name, c.input);
+    EXPECT_EQ(record.output.name, c.output);
+  }
+  RESONID_EXPECT_MESSAGE(to_record(table_of({"t", "u", "velocity_load_rad_s", "motor_speed_rad_s"}), {}),
+                         "2 columns may be the output (velocity_load_rad_s, motor_speed_rad_s)");
+}
+
 TEST(RecordReader, TakesTimesInOtherUnits) {
   const auto rate = [](const char* name, double step, ColumnMapping mapping = {}) {
     return record_of(table_of({name, "u", "y"}, 50, step), mapping).sample_rate_hz;
@@ -399,8 +430,9 @@ TEST(RecordReader, TakesTimesInOtherUnits) {
   EXPECT_NEAR(rate("t", 2.0, {.time_unit = TimeUnit::milliseconds}), 500.0, 1e-6);
   EXPECT_NEAR(rate("t", 1.0, {.time_unit = TimeUnit::samples, .sample_rate_hz = 250.0}), 250.0, 1e-6);
   EXPECT_NEAR(rate("t", 2.0, {.time_unit = TimeUnit::seconds}), 0.5, 1e-9);
-  RESONID_EXPECT_MESSAGE(to_record(table_of({"t", "u", "y"}, 50, 2.0), {}),
-                         "give .time_unit ms, us or samples");
+  for (const double ms : {2.0, 0.1, 0.0625, 0.05})  // 500 Hz ... 20 kHz in ms
+    RESONID_EXPECT_MESSAGE(to_record(table_of({"t", "u", "y"}, 50, ms), {}), "give .time_unit ms, us");
+  EXPECT_TRUE(says(record_of(table_of({"t", "u", "y"})), "no unit in 't': s assumed"));
   auto filetime = table_of({"timestamp", "u", "y"}, 50);
   for (std::size_t k = 0; k < 50; ++k) filetime.columns[0][k] = 133535826e9 + 2e4 * static_cast<double>(k);
   EXPECT_NEAR(record_of(filetime).sample_rate_hz, 500.0, 1e-3);
@@ -456,6 +488,17 @@ TEST(RecordReader, UndoesTheWrapAroundOfACounter) {
   for (std::size_t k = 1; k < 1000; ++k)
     ASSERT_LT(std::abs(record.output.samples[k] - record.output.samples[k - 1]), 400.0 * 2.0 * kPi / 65536.0)
         << k;
+}
+
+TEST(RecordReader, UndoesTheWrapAroundBesideAMissingSample) {
+  auto table = table_of({"t", "u", "theta"}, 1000);
+  for (std::size_t k = 0; k < 1000; ++k)
+    table.columns[2][k] = std::fmod(0.05 * static_cast<double>(k), 2.0 * kPi);
+  table.columns[2][126] = std::nan("");  // the first sample after a wrap
+  const auto record = record_of(table);
+  EXPECT_TRUE(says(record, "wrap-around at 6.28319 rad undone (7 times)"));
+  for (std::size_t k = 0; k < 1000; ++k)
+    ASSERT_NEAR(record.output.samples[k], 0.05 * static_cast<double>(k), 1e-6) << k;
 }
 
 TEST(RecordReader, TakesOnceWhatStandsTwice) {

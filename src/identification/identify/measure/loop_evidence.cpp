@@ -222,31 +222,43 @@ Trend trend_of(const data::FrequencyResponse& g, bool lowest) {
   return trend;
 }
 
+/// Whether the reader took the output's unit for SI, and with it what the output is, as nothing told it: its
+/// note says so. A unit that the file or the user tells is not doubted.
+bool unit_was_assumed(const data::Record& record) {
+  const std::string note = fmt::format("no unit in '{}'", record.output.name);
+  return std::any_of(record.reading.begin(), record.reading.end(),
+                     [&](const std::string& text) { return text.starts_with(note); });
+}
+
 }  // namespace
 
 std::optional<Finding> inspect_quantity(const data::Record& record, const data::FrequencyResponse& response) {
   using data::OutputQuantity;
+  if (!unit_was_assumed(record)) return std::nullopt;
   const double step = record.sample_time_s();
-  const auto error_of = [&](const data::FrequencyResponse& g, bool with_lag) {
+  const auto error_of = [&](const data::FrequencyResponse& g, double lag_s) {
     double least = std::numeric_limits<double>::infinity();
     for (const auto structure : {fit::Structure::rigid, fit::Structure::two_mass}) {
       fit::ResponseFitConfig config;
       config.structure = structure;
       config.sample_time_s = step;
       config.delay = true;
-      if (with_lag) config.further = {fit::kTorqueLag};
+      if (lag_s > 0.0) config.further = {fit::kTorqueLag};
+      config.torque_lag_s = lag_s;
       const auto fitted = fit::fit_response(g, config);
       // A lag whose corner lies below the lines is an integrator to them.
       if (!fitted ||
-          (with_lag && kTwoPi * g.frequency_hz.front() * fitted->model.value(fit::kTorqueLag) > 1.0))
+          (lag_s > 0.0 && kTwoPi * g.frequency_hz.front() * fitted->model.value(fit::kTorqueLag) > 1.0))
         continue;
       least = std::min(least, fitted->model_error);
     }
     return least;
   };
   // A lag bends the response of a velocity towards that of a position.
-  double as_told = error_of(response, false);
-  if (as_told > kCriteria.quantity_fits) as_told = std::min(as_told, error_of(response, true));
+  double as_told = error_of(response, 0.0);
+  const double middle = kTwoPi * std::sqrt(response.frequency_hz.front() * response.frequency_hz.back());
+  for (const double part : {0.3, 1.0, 3.0})
+    if (as_told > kCriteria.quantity_fits) as_told = std::min(as_told, error_of(response, part / middle));
   if (!(as_told > kCriteria.quantity_fits)) return std::nullopt;
   for (const auto other :
        {OutputQuantity::velocity, OutputQuantity::position, OutputQuantity::acceleration}) {
@@ -259,7 +271,7 @@ std::optional<Finding> inspect_quantity(const data::Record& record, const data::
       converted.value[i] *= factor;
       if (!converted.std.empty()) converted.std[i] *= std::abs(factor);
     }
-    const double error = error_of(converted, false);
+    const double error = error_of(converted, 0.0);
     if (!(error < kCriteria.quantity_fits) || !(error < kCriteria.quantity_gain * as_told)) continue;
     const auto named = [](OutputQuantity q) {
       return fmt::format("{} {}", q == OutputQuantity::acceleration ? "an" : "a", name_of(q));

@@ -10,6 +10,7 @@
 #include <resonid/base/detail/statistics.hpp>
 #include <resonid/response/detail/excitation_lines.hpp>
 #include <span>
+#include <utility>
 
 #include "linalg/decompositions.hpp"
 
@@ -83,6 +84,11 @@ std::optional<Error> against_chirp(const data::Record& record, const online::Swe
   }
   const double share = share_along(data::exciting(record), record.sample_rate_hz, told);
   if (share >= least_share(record)) return std::nullopt;
+  // In a noisy loop a chirp may be a small part of the input, and yet more than the same chirp backwards.
+  online::SweepLaw backwards = told;
+  std::swap(backwards.from_hz, backwards.to_hz);
+  const double by_chance = share_along(data::exciting(record), record.sample_rate_hz, backwards);
+  if (!record.excitation.present() && share > kCriteria.more_than_chance * by_chance) return std::nullopt;
   return Error{
       "chirp",
       fmt::format("contradicts the record: {} holds hardly anything ({:.0f} %) of {} that begins with "
@@ -100,7 +106,8 @@ std::optional<Error> against_period(const data::Record& record, std::size_t told
         fmt::format("is {}, but {} repeats every {} samples; leave .period_samples out, or correct it", told,
                     exciting_name(record), *shown)};
   }
-  const auto& x = data::exciting(record);
+  if (!record.excitation.present()) return std::nullopt;  // noise of the loop hides a period from the input
+  const auto& x = record.excitation.samples;
   if (x.size() < told + told / 2) return std::nullopt;
   double both = 0.0, first = 0.0, second = 0.0;
   const double middle = mean(x);
