@@ -29,6 +29,7 @@ struct Option {
 /// Every field that the library's texts name.
 constexpr std::array kOptions = {
     Option{"approach", {}},
+    Option{"band_hz", {}, "LO:HI"},
     Option{"candidate", "MODEL"},
     Option{"change_of", "--detect-change"},
     Option{"chirp", {}, "F0:F1:SECONDS"},
@@ -42,6 +43,7 @@ constexpr std::array kOptions = {
     Option{"excitation_type", {}},
     Option{"false_alarm_interval_s", "--false-alarms"},
     Option{"from_s", {}},
+    Option{"ground", {}},
     Option{"independent", "--validate-on"},
     Option{"header_line", {}},
     Option{"input", {}},
