@@ -10,6 +10,7 @@
 #include <resonid/report/detail/inspection.hpp>
 
 #include "errors.hpp"
+#include "inherit.hpp"
 #include "option_names.hpp"
 #include "output.hpp"
 #include "provenance.hpp"
@@ -40,14 +41,12 @@ std::string further_options(const report::FileInspection& i, const RecordOptions
   return text;
 }
 
-/// The options of this call that name columns and units, as they were written.
+/// The options of this call that name columns and units.
 std::string words_given(const CLI::App& verb) {
   std::string text;
-  for (const auto* option : verb.get_options()) {
-    const std::string name = option->get_name();
-    if (option->count() == 0 || name.substr(0, 2) != "--" || name == "--report" || name == "--json") continue;
-    text += " " + name;
-    for (const auto& value : option->results()) text += value == "true" ? "" : " " + value;
+  for (const auto& option : given_options(verb)) {
+    text += " --" + option.name;
+    if (option.value != "true") text += " " + shell_word(option.value);
   }
   return text;
 }
@@ -56,8 +55,8 @@ std::string command_of(const CLI::App& verb, const InspectVerb& o, const report:
   const std::string page = o.record.record == "-"
                                ? "report.html"
                                : std::filesystem::path(o.record.record).stem().string() + ".html";
-  return fmt::format("resonid identify {}{}{} --report {}", o.record.record, words_given(verb),
-                     further_options(i, o.record), page);
+  return fmt::format("resonid identify {}{}{} --report {}", shell_word(o.record.record), words_given(verb),
+                     further_options(i, o.record), shell_word(page));
 }
 
 void run_inspect(const CLI::App& verb, const InspectVerb& o) {
@@ -117,6 +116,7 @@ void add_inspect(CLI::App& app) {
       "excitation, and whether the loop was closed. The options are those of identify.");
   const auto o = std::make_shared<InspectVerb>();
   add_record_options(*verb, o->record);
+  verb->option_defaults()->group("Results");
   verb->add_option("--report", o->report, "self-contained HTML page: signals and spectra")->type_name("FILE");
   verb->add_option("--json", o->json, "for machines ('-': standard output)")->type_name("FILE");
   verb->callback([verb, o] { run_inspect(*verb, *o); });

@@ -18,20 +18,6 @@ std::string& command_line() {
   return text;
 }
 
-/// As it stands, or in single quotes where a shell would take it apart.
-std::string quoted(std::string_view word) {
-  const auto plain = [](char c) {
-    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') ||
-           std::strchr("_-+=.,:/@%", c) != nullptr;
-  };
-  bool simple = !word.empty();
-  for (const char c : word) simple = simple && plain(c);
-  if (simple) return std::string(word);
-  std::string out = "'";
-  for (const char c : word) out += c == '\'' ? std::string("'\\''") : std::string(1, c);
-  return out + "'";
-}
-
 /// Seconds since 1970: those that a reproducible build asks for, else the clock's.
 std::time_t now() {
   if (const char* epoch = std::getenv("SOURCE_DATE_EPOCH"); epoch != nullptr) {
@@ -52,9 +38,22 @@ std::string date_text(std::time_t time) {
 
 }  // namespace
 
+std::string shell_word(std::string_view word) {
+  const auto plain = [](char c) {
+    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') ||
+           std::strchr("_-+=.,:/@%", c) != nullptr;
+  };
+  bool simple = !word.empty();
+  for (const char c : word) simple = simple && plain(c);
+  if (simple) return std::string(word);
+  std::string out = "'";
+  for (const char c : word) out += c == '\'' ? std::string("'\\''") : std::string(1, c);
+  return out + "'";
+}
+
 void remember_command(const std::string& program, int argc, const char* const* argv) {
   std::string text = program;
-  for (int i = 1; i < argc; ++i) text += " " + quoted(argv[i]);
+  for (int i = 1; i < argc; ++i) text += " " + shell_word(argv[i]);
   command_line() = std::move(text);
 }
 

@@ -133,15 +133,13 @@ class HeaderFinder {
     return Header();
   }
 
-  /// A line of the block of properties: label and values, or label and value in turn.
-  [[nodiscard]] std::optional<std::vector<std::string>> property(std::string_view label,
-                                                                 bool last = true) const {
+  /// The last such line of the block of properties: label and values, or label and value in turn.
+  [[nodiscard]] std::optional<std::vector<std::string>> property(std::string_view label) const {
     std::optional<std::vector<std::string>> found;
     for (const TextLine& line : above_) {
       const auto fields = fields_of(line);
       if (lower(as_utf8(fields.front().text)) != label || fields.size() < 2) continue;
       found = texts_of(fields);
-      if (!last) break;
     }
     return found;
   }

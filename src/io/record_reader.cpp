@@ -57,13 +57,6 @@ expected<void, Error> check_options(const ColumnMapping& m) {
   return {};
 }
 
-/// The rows [begin, end) that are taken.
-struct Rows {
-  std::size_t begin = 0;
-  std::size_t end = 0;
-  [[nodiscard]] std::size_t size() const noexcept { return end - begin; }
-};
-
 class RecordMaker {
  public:
   RecordMaker(const Table& table, const ColumnMapping& mapping, FoundColumns found)

@@ -40,6 +40,15 @@ TEST_F(Inspect, ShowsTheColumnsOfAFileThatIsNoRecordingYet) {
   expect_refused("inspect nowhere.csv", {"there is no such file"});
 }
 
+TEST_F(Inspect, WritesACommandThatAShellReads) {
+  ASSERT_EQ(run("simulate demo --out 'my file.csv'").exit_code, 0);
+  const auto done = run("inspect 'my file.csv' --output '2*y - y'");
+  ASSERT_EQ(done.exit_code, 0) << done.error;
+  const auto at = done.out.find("resonid identify 'my file.csv' --output '2*y - y'");
+  EXPECT_NE(at, std::string::npos) << done.out;
+  EXPECT_NE(done.out.find("--report 'my file.html'"), std::string::npos) << done.out;
+}
+
 TEST_F(Inspect, ReadsStandardInput) {
   ASSERT_EQ(run("simulate demo --out demo.csv").exit_code, 0);
   const auto done = run("inspect - --json - < demo.csv");

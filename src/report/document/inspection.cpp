@@ -5,6 +5,7 @@
 #include <cmath>
 #include <resonid/report/detail/inspection.hpp>
 #include <resonid/response/detail/power_spectrum.hpp>
+#include <utility>
 
 #include "report/document/document_cells.hpp"
 #include "report/document/words.hpp"
@@ -104,18 +105,13 @@ Chart signal_chart(const data::Record& record, const data::Channel& channel, con
 }
 
 Chart spectrum_chart(const data::Record& record, const data::Channel& channel) {
-  const auto spectrum = response::power_spectrum(channel.samples, record.sample_rate_hz);
   Chart chart;
   chart.title = fmt::format("Spectrum of {}", channel.name);
   chart.x_label = "Frequency in Hz";
   chart.y_label = fmt::format("Power in dB of ({})^2 per line", channel.unit);
   chart.log_x = true;
-  Curve curve{channel.name, Curve::Mark::line, {}, {}};
-  for (std::size_t i = 1; i < spectrum.power.size(); ++i) {
-    curve.x.push_back(spectrum.frequency_hz[i]);
-    curve.y.push_back(10.0 * std::log10(spectrum.power[i]));
-  }
-  chart.curves = {std::move(curve)};
+  chart.curves = {
+      power_curve(channel.name, response::power_spectrum(channel.samples, record.sample_rate_hz))};
   return chart;
 }
 
@@ -175,7 +171,9 @@ Document document(const FileInspection& i, const data::Record* record) {
   for (const auto& [role, channel] : channels) {
     if (!channel->present()) continue;
     signals.charts.push_back(signal_chart(*record, *channel, role));
-    spectra.charts.push_back(spectrum_chart(*record, *channel));
+    auto spectrum = spectrum_chart(*record, *channel);
+    if (!spectrum.curves.front().x.empty())
+      spectra.charts.push_back(std::move(spectrum));  // of a constant: none
   }
   d.sections.push_back(std::move(signals));
   d.sections.push_back(std::move(spectra));

@@ -144,4 +144,14 @@ Card estimate_card(const std::string& name, double value, double half_width, con
   return card;
 }
 
+Curve power_curve(const std::string& name, const response::PowerSpectrum& spectrum, Curve::Mark mark) {
+  Curve curve{name, mark, {}, {}};
+  for (std::size_t i = 1; i < spectrum.power.size(); ++i) {
+    if (!(spectrum.power[i] > 0.0)) continue;
+    curve.x.push_back(spectrum.frequency_hz[i]);
+    curve.y.push_back(10.0 * std::log10(spectrum.power[i]));
+  }
+  return curve;
+}
+
 }  // namespace resonid::report

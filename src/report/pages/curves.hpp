@@ -3,6 +3,7 @@
 
 #include <resonid/data/frequency_response.hpp>
 #include <resonid/report/document.hpp>
+#include <resonid/response/detail/power_spectrum.hpp>
 #include <span>
 #include <string>
 #include <vector>
@@ -41,6 +42,10 @@ struct BodeCharts {
                                   Curve::Mark mark = Curve::Mark::line);
 /// The plane that loops are drawn in: unit circle, the point -1, both axes -2 ... 2.
 [[nodiscard]] Chart nyquist_plane(const std::string& title);
+
+/// Power per line in dB; lines without power are left out.
+[[nodiscard]] Curve power_curve(const std::string& name, const response::PowerSpectrum& spectrum,
+                                Curve::Mark mark = Curve::Mark::line);
 
 /// The end of a path, which tells files apart.
 [[nodiscard]] std::string base_name(const std::string& path);

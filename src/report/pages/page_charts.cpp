@@ -67,13 +67,8 @@ json sensitivity(const data::FrequencyResponse& loop, const SensitivityPeaks& pe
 json spectrum(const char* title, const data::Channel& channel, std::size_t dropped, const Result& result,
               double rate_hz) {
   const std::span<const double> all(channel.samples);
-  const auto power = response::power_spectrum(all.subspan(std::min(dropped, all.size())), rate_hz);
-  Curve curve{channel.name, Curve::Mark::line, {}, {}};
-  for (std::size_t i = 1; i < power.power.size(); ++i) {
-    if (!(power.power[i] > 0.0)) continue;
-    curve.x.push_back(power.frequency_hz[i]);
-    curve.y.push_back(10.0 * std::log10(power.power[i]));
-  }
+  const Curve curve = power_curve(
+      channel.name, response::power_spectrum(all.subspan(std::min(dropped, all.size())), rate_hz));
   Chart chart;
   chart.title = title;
   chart.x_label = "Frequency in Hz";

@@ -94,15 +94,6 @@ Section correlation_section(const ModelValidation& v) {
   return s;
 }
 
-Curve power_db(const std::string& name, const response::PowerSpectrum& spectrum, Curve::Mark mark) {
-  Curve curve{name, mark, {}, {}};
-  for (std::size_t i = 1; i < spectrum.power.size(); ++i) {
-    curve.x.push_back(spectrum.frequency_hz[i]);
-    curve.y.push_back(10.0 * std::log10(spectrum.power[i]));
-  }
-  return curve;
-}
-
 Chart map_chart(const diagnostics::StaticMap& map, const ModelValidation& v) {
   Chart chart;
   const bool velocity = map.over == "velocity";
@@ -147,8 +138,8 @@ Section residual_section(const ModelValidation& v) {
   spectrum.x_label = "Frequency in Hz";
   spectrum.y_label = fmt::format("Power in dB of ({})^2 per line", v.units.velocity);
   spectrum.log_x = true;
-  spectrum.curves = {power_db("output", v.output_spectrum, Curve::Mark::line),
-                     power_db("residual", v.residual_spectrum, Curve::Mark::dashed)};
+  spectrum.curves = {power_curve("output", v.output_spectrum, Curve::Mark::line),
+                     power_curve("residual", v.residual_spectrum, Curve::Mark::dashed)};
   shade_judged(v, spectrum);
   s.charts = {std::move(spectrum)};
   for (const auto& map : v.maps) s.charts.push_back(map_chart(map, v));
