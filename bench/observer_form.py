@@ -4,7 +4,7 @@ record: one filter whose states are the input's phasor and the transfer function
 
     u = Re(U e^{j phase})        y = Re(Y e^{j phase})        Y = G U - (j/w') (G' U' + G'' U/2)
 
-in time derivatives (METHOD 4.3), w' the sweep's rate: so the filter takes out to first order what the sweep
+in time derivatives (docs/methods/swept_response.md), w' the sweep's rate: so the filter takes out to first order what the sweep
 does to Y/U. U is a random walk with rate, G one with rate and curvature; extended Kalman filter; the process
 noise of G is scheduled with |G|, and the response is read `lag` samples back. Compared too: a sweep whose
 amplitude is designed for an even relative error, ru(f) ~ 1/sqrt(|Gcl|) at equal rms.

@@ -5,7 +5,7 @@
 
 namespace resonid::cli {
 
-/// Exit codes of every verb (INTERFACES 1).
+/// Exit codes of every verb (docs/command_line.md).
 enum ExitCode : int { kDone = 0, kFailed = 1, kWrongUse = 2, kNotTrusted = 3 };
 
 /// Wrong options: the message names the option, what was found and what is required. Ends with kWrongUse.

@@ -9,7 +9,7 @@
 
 namespace resonid::cli {
 
-/// The verbs that work on a record share its options: the same words mean the same everywhere (INTERFACES 1).
+/// The verbs that work on a record share its options: the same words mean the same everywhere.
 struct RecordOptions {
   std::string record;
   io::ColumnMapping columns;

@@ -78,7 +78,7 @@ struct Errors {
 [[nodiscard]] Errors errors(const Run& run, const std::vector<Estimate>& estimates);
 
 /// Residual of the closed loop as simulated with the models tracked in one run on the signals of another,
-/// over `kValidationSamples` at constant velocity. METHOD 9.
+/// over `kValidationSamples` at constant velocity.
 struct Validation {
   diagnostics::ResidualTest test;
   double noise_share = 0.0;  ///< rms of the residual over that of the measurement noise.

@@ -50,7 +50,7 @@ std::vector<double> estimate(const data::Record& record, std::span<const double>
 /// Over the second half of the record, where the bank has settled.
 struct Residual {
   double rms = 0.0;
-  double fit_percent = 0.0;  // NRMSE, METHOD 9
+  double fit_percent = 0.0;  // NRMSE
 };
 
 Residual residual(const std::vector<double>& y, const std::vector<double>& estimated) {
@@ -65,7 +65,7 @@ Residual residual(const std::vector<double>& y, const std::vector<double>& estim
 ///
 ///   e = E y,   E = 1/(1 + sum_i H (zI - Phi)^-1 K),   y = S n,   S = 1/(1 + C G e^{-jwTd})
 ///
-/// the mean of |E S|^2 over all frequencies, with the gains of METHOD 4.1 written out.
+/// the mean of |E S|^2 over all frequencies, with the gains of Nevaranta 2016, eq. 3.22, written out.
 double expected_residual(const plant::Truth& truth, std::span<const double> lines_hz) {
   constexpr int kGrid = 20000;
   const double weight = 1.0 / (static_cast<double>(lines_hz.size()) + 1.0 + kLambda);

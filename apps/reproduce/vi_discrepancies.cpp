@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Where Publication VI's print contradicts itself or its own figures (METHOD 12).
+// Where Publication VI's print contradicts itself or its own figures (docs/errata.md).
 #include <fmt/format.h>
 
 #include <resonid/io/shipped_experiments.hpp>

@@ -14,7 +14,7 @@
 
 namespace resonid::reproduction::vi {
 
-/// Off-line response by averaged spectra: Hann segments of 4096 samples, half overlapping (METHOD 8.1).
+/// Off-line response by averaged spectra: Hann segments of 4096 samples, half overlapping (Welch 1967).
 [[nodiscard]] data::FrequencyResponse averaged_response(const data::Record& record, const Known& known,
                                                         Approach approach);
 

@@ -20,7 +20,8 @@ double load_factor(const DriveConfig& c) noexcept {
   return c.radius_m > 0.0 && c.load_radius_m > 0.0 ? squared(c.radius_m / c.load_radius_m) : 1.0;
 }
 
-/// Damping that gives the resonance its quality, METHOD 2.2: b = K/(2 pi f_res Q), at the driven shaft.
+/// Damping that gives the resonance its quality (Nevaranta 2016, Table 2.2): b = K/(2 pi f_res Q), at the
+/// driven shaft.
 double belt_damping(const DriveConfig& c, double stiffness, double load_inertia) noexcept {
   const double omega = std::sqrt(stiffness * (1.0 / c.driven_inertia + 1.0 / load_inertia));
   return stiffness / (omega * c.quality);

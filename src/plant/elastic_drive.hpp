@@ -14,7 +14,7 @@
 
 namespace resonid::plant {
 
-/// N masses by exact zero-order hold (METHOD 2.5): without error at any sample time while the machine is
+/// N masses by exact zero-order hold: without error at any sample time while the machine is
 /// linear.
 ///
 /// - A stiffness that varies is taken in the middle of the step.

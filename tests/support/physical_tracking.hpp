@@ -138,7 +138,7 @@ inline ParameterScatter parameter_scatter(plant::ExperimentConfig experiment, do
 }
 
 /// Cramer-Rao bounds (1 sd, %) of J1, J2, K, D, f_res for the published sweep of 17 s, 1 Nm, noise 0.1 rad/s,
-/// by an independent implementation (ORACLE G). System 3 is driven on its J2 side.
+/// by an independent implementation (tests/golden/README.md). System 3 is driven on its J2 side.
 inline constexpr std::array<double, 5> kSweepBoundSystem2{0.482, 0.845, 0.563, 1.394, 0.106};
 inline constexpr std::array<double, 5> kSweepBoundSystem3{0.494, 0.933, 0.609, 1.934, 0.109};
 

@@ -11,7 +11,7 @@
 
 namespace resonid::test {
 
-/// Two masses joined by a spring and a damper, sampled: driven torque to driven velocity (METHOD 2.5).
+/// Two masses joined by a spring and a damper, sampled: driven torque to driven velocity.
 inline online::DiscreteModel<double, 3> two_masses(double driven, double load, double stiffness,
                                                    double damping, double sample_time_s) {
   LinearSystem<double, 3> machine;  // velocities of both, twist
@@ -32,7 +32,7 @@ inline online::DiscreteModel<double, 3> two_masses(double driven, double load, d
   return m;
 }
 
-/// The tooth belt of Publications II, III and V with its cart at `place_m`, sampled (METHOD 2.2).
+/// The tooth belt of Publications II, III and V with its cart at `place_m`, sampled.
 inline online::DiscreteModel<double, 3> tooth_belt(double place_m, double sample_time_s,
                                                    double quality = 10.0) {
   constexpr double kPulley = 0.0028, kCart = 6.7, kRadius = 0.0199, kSpecific = 376406.25;

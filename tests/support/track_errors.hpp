@@ -68,7 +68,7 @@ inline TrackErrors errors_of_trusted(identification::Track track, const plant::O
   return errors_of(track, truth, 0.0);
 }
 
-/// The tooth belt with its cart where it starts (METHOD 2.2), the stiffness off by a factor.
+/// The tooth belt with its cart where it starts, the stiffness off by a factor.
 inline fit::DriveModel tooth_belt_start(const plant::ExperimentConfig& c, double stiffness_factor) {
   const auto& d = c.drive;
   const double place = c.motion.from, r2 = d.radius_m * d.radius_m;

@@ -5,7 +5,7 @@
 
 namespace resonid {
 
-/// How the plant's response is formed from the phasors of excitation, input and output (METHOD 5.1 ... 5.3).
+/// How the plant's response is formed from the phasors of excitation, input and output (Ljung 1999, ch. 13).
 enum class Approach {
   direct,    ///< Gd = Y/U. With spectra, biased under feedback when the noise is not small.
   indirect,  ///< Gcl = Y/Ru, Gd = Gcl/(1 - C Gcl). Needs the controller.

@@ -8,8 +8,8 @@
 namespace resonid::data {
 
 /// Three inertias in a row, joined by two springs and dampers, everything referred to the driven shaft
-/// (METHOD 2.3): driven, middle, load. `stiffness` and `damping` lie between driven and middle, `stiffness_2`
-/// and `damping_2` between middle and load.
+/// (docs/methods/drive_models.md): driven, middle, load. `stiffness` and `damping` lie between driven and
+/// middle, `stiffness_2` and `damping_2` between middle and load.
 template <class Scalar>
 struct ThreeMass : TwoMass<Scalar> {
   Scalar middle_inertia{};

@@ -23,7 +23,7 @@ struct TransferFunction {
   [[nodiscard]] std::vector<std::complex<double>> poles() const;
 };
 
-/// PI controller `C(z) = gain (1 + Ts/integral_time * z/(z-1))` (backward Euler; INTERFACES 1).
+/// PI controller `C(z) = gain (1 + Ts/integral_time * z/(z-1))` (backward Euler).
 [[nodiscard]] TransferFunction pi_controller(double gain, double integral_time_s, double sample_time_s);
 
 }  // namespace resonid::data

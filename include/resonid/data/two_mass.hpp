@@ -7,9 +7,9 @@
 
 namespace resonid::data {
 
-/// Two inertias joined by a spring and a damper, everything referred to the driven shaft (METHOD 2.1 with
-/// r1 = r2 = 1; the coupled belt has stiffness K r^2 and damping D r^2). SI units of the motion: kgm2,
-/// Nm/rad, Nms/rad, or kg, N/m, Ns/m.
+/// Two inertias joined by a spring and a damper, everything referred to the driven shaft (Nevaranta 2016,
+/// eqs. 2.1-2.3 with r1 = r2 = 1; the coupled belt has stiffness K r^2 and damping D r^2). SI units of the
+/// motion: kgm2, Nm/rad, Nms/rad, or kg, N/m, Ns/m.
 template <class Scalar>
 struct TwoMass {
   Scalar driven_inertia{};

@@ -18,8 +18,8 @@ namespace resonid::diagnostics {
 /// the distance of their images on the Riemann sphere of diameter 1. Its maximum over frequency is
 /// Vinnicombe's gap only where the winding-number condition holds, which single lines cannot show. It depends
 /// on the unit of G: two plants far below or far above 1 look alike, so scale them (by the controller)
-/// before. Finite values only. Source: METHOD 10.1; Nevaranta 2016, Pub. IV, eq. 19 with |G|^2 in place of
-/// |G^2|.
+/// before. Finite values only. Source: Vinnicombe 1993; Nevaranta 2016, Pub. IV, eq. 19 with |G|^2 in place
+/// of |G^2|.
 [[nodiscard]] double chordal_distance(std::complex<double> first, std::complex<double> second);
 
 /// The same of values with independent circular errors of total standard deviation `first_std`, `second_std`,
@@ -72,7 +72,7 @@ struct NuGap {
 /// factors that turn F into the normalised coprime form N2* N1 + M2* M1 do not wind. F is finite where G has
 /// a pole, so integrators need no indentation. Numerator and denominator must have no common factor outside
 /// the unit circle. Errors: different sample times, a denominator that is empty or begins with 0. Source:
-/// Vinnicombe 2001, Uncertainty and Feedback; METHOD 10.1.
+/// Vinnicombe 2001.
 [[nodiscard]] expected<NuGap, Error> nu_gap(const data::TransferFunction& first,
                                             const data::TransferFunction& second);
 

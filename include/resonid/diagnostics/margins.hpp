@@ -15,7 +15,7 @@ struct Crossover {
 };
 
 /// Stability margins read off the Nyquist curve of the real loop L = C Gd, every known delay included
-/// (METHOD 10.2). What the band does not show is absent.
+/// (Astrom and Murray 2008, 9.3; Nevaranta 2016, Pub. VI). What the band does not show is absent.
 struct LoopMargins {
   std::vector<Crossover> crossovers;  ///< In ascending frequency; empty: |L| does not cross 1 downwards.
   std::optional<double> worst_phase_margin_deg;  ///< Smallest over all crossings of |L| = 1, upward ones too.

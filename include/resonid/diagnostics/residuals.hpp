@@ -20,9 +20,10 @@ struct ResidualCorrelation {
   double colour = 1.0;
 };
 
-/// What a residual still holds (METHOD 9). Lags 1 ... judged_lags are judged, those that a model of na poles,
-/// nb zeros and d samples of delay must explain: max(na, nb + d). Negative lags are shown only: in closed
-/// loop the noise acts on later inputs through the controller, and that rejects nothing.
+/// What a residual still holds (Nevaranta 2016, section 3.6.1). Lags 1 ... judged_lags are judged, those that
+/// a model of na poles, nb zeros and d samples of delay must explain: max(na, nb + d). Negative lags are
+/// shown only: in closed loop the noise acts on later inputs through the controller, and that rejects
+/// nothing.
 struct ResidualTest {
   std::size_t samples = 0;
   std::size_t max_lag = 0;      ///< M

@@ -107,7 +107,7 @@ struct BlackBoxFit {
   double holdout_fit_percent = 0.0;  ///< fit_percent of the hold-out samples.
 };
 
-/// Prediction-error fit of an output-error model of any order, y = q^-d B/A u + noise (METHOD 8.4).
+/// Prediction-error fit of an output-error model of any order, y = q^-d B/A u + noise (Ljung 1999, ch. 7).
 [[nodiscard]] expected<BlackBoxFit, Error> fit_black_box(const data::Record& record,
                                                          const BlackBoxConfig& config);
 

@@ -140,11 +140,12 @@ struct OutputErrorFit {
 };
 
 /// Maximum-likelihood fit of the sampled physical drive to the record itself: the output simulated from the
-/// input (METHOD 8.4). With white output noise it reaches the Cramer-Rao bound, in closed loop too; coloured
-/// noise is whitened by an autoregressive model found from the residual. Initial state and load torque are
-/// estimated with it, so an operating point does no harm. Errors: fewer than 50 samples, a start that is not
-/// finite and positive, a known delay of more than a quarter of the record or, with the start's, half of it,
-/// dry friction from an acceleration, a closed loop without its controller or of anything but velocity.
+/// input (Ljung 1999, ch. 7). With white output noise it reaches the Cramer-Rao bound, in closed loop too;
+/// coloured noise is whitened by an autoregressive model found from the residual. Initial state and load
+/// torque are estimated with it, so an operating point does no harm. Errors: fewer than 50 samples, a start
+/// that is not finite and positive, a known delay of more than a quarter of the record or, with the start's,
+/// half of it, dry friction from an acceleration, a closed loop without its controller or of anything but
+/// velocity.
 [[nodiscard]] expected<OutputErrorFit, Error> fit_output_error(const data::Record& record,
                                                                const OutputErrorConfig& config);
 

@@ -57,7 +57,7 @@ struct ResponseFit {
 };
 
 /// Levenberg-Marquardt fit of the physical drive, sampled by zero-order hold, to a measured response
-/// (METHOD 7.4; Nevaranta 2016, Pub. VI, eq. 28 uses the continuous model, which is biased on sampled data).
+/// (Nevaranta 2016, Pub. VI, eq. 28 uses the continuous model, which is biased on sampled data).
 /// The response is that of the velocity, with its known delay taken out. Needs at least 4 lines (rigid: 2,
 /// three masses: 6) in the band, and standard deviations for every weighting but none.
 [[nodiscard]] expected<ResponseFit, Error> fit_response(const data::FrequencyResponse& response,

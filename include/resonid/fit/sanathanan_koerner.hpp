@@ -26,9 +26,9 @@ struct RationalFit {
 };
 
 /// Rational discrete model `B/A` of a response by Sanathanan-Koerner iteration: the linear problem A G - B =
-/// 0, weighted by 1/|A| of the step before and by the standard deviations if there are any (METHOD 7.1, 7.2;
-/// Nevaranta 2016, eq. 3.19 with its second row mended). A fixed point is near the least-squares fit, not on
-/// it. Needs at least as many lines as parameters.
+/// 0, weighted by 1/|A| of the step before and by the standard deviations if there are any (Levy 1959;
+/// Sanathanan and Koerner 1963; Nevaranta 2016, eq. 3.19 with its second row mended). A fixed point is near
+/// the least-squares fit, not on it. Needs at least as many lines as parameters.
 [[nodiscard]] expected<RationalFit, Error> fit_sanathanan_koerner(const data::FrequencyResponse& response,
                                                                   const SanathananKoernerConfig& config);
 

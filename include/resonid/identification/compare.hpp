@@ -76,8 +76,8 @@ struct Changes {
 /// and a verdict over all of them together: Holm's procedure at 1 - confidence, so that two results of the
 /// same machine differ in none of them with that probability. Quantities without a standard deviation are
 /// shown and not judged. The responses' distance is pointwise (lines know no winding number); models give the
-/// v-gap (METHOD 10.1). Where both results have been bootstrapped, their replicas in pairs give intervals of
-/// the changes and of the v-gap, and what v-gap noise alone makes, without linearisation. What cannot be
+/// v-gap (Vinnicombe 1993). Where both results have been bootstrapped, their replicas in pairs give intervals
+/// of the changes and of the v-gap, and what v-gap noise alone makes, without linearisation. What cannot be
 /// compared (units, structures, bands) is a finding. Limits: error bars hold noise, not what the model leaves
 /// out; two records at different operating points differ by friction too. Refused: a confidence outside (0,
 /// 1).

@@ -112,9 +112,9 @@ struct ModelValidation {
 };
 
 /// Simulates a model on an independent record; constant torque and initial state are estimated, nothing else.
-/// Residual tests (METHOD 9), and the distance to the record's own response where there is an excitation to
-/// measure it. That distance is the response from the input to the residual: its leakage and smoothing are
-/// those of the difference, not of the whole response, so a true model has none.
+/// Residual tests (docs/methods/residual_tests.md), and the distance to the record's own response where there
+/// is an excitation to measure it. That distance is the response from the input to the residual: its leakage
+/// and smoothing are those of the difference, not of the whole response, so a true model has none.
 ///
 /// Nothing counts against a model that chance, or its own uncertainty, explains: the residual must depend on
 /// excitation or input (probability below 1 %, residual_dependence), or the response must differ at one line

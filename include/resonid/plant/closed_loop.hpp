@@ -32,7 +32,7 @@ void describe(Visitor&& v, ActuatorConfig& c) {
 /// full, the controller's integrator holds the torque that friction and load take. Without an integrator the
 /// velocity settles where the controller's gain at 0 Hz leaves it, a machine held by a spring to the ground
 /// rests where both balance; without a controller the machine turns at the motion's velocity, and u = ru +
-/// the holding torque. Source: METHOD 1, 2.4, 2.5.
+/// the holding torque. Source: docs/methods/simulation.md.
 class ClosedLoop {
  public:
   struct Sample {

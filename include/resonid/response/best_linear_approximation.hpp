@@ -35,10 +35,9 @@ struct BestLinearApproximation {
 /// the noise; 0 where the difference is negative.
 [[nodiscard]] double distortion_variance(double scatter, double noise, std::size_t realisations);
 
-/// Best linear approximation by the robust method (METHOD 8.5; Pintelon and Schoukens 2012, System
-/// Identification, 4.3.1): M records, each with several periods of one random-phase realisation of the same
-/// amplitude spectrum. Per record m the mean over its periods gives G_m and, by their scatter, its noise
-/// variance s_m^2; over the records
+/// Best linear approximation by the robust method (Pintelon and Schoukens 2012, 4.3.1): M records, each with
+/// several periods of one random-phase realisation of the same amplitude spectrum. Per record m the mean over
+/// its periods gives G_m and, by their scatter, its noise variance s_m^2; over the records
 ///
 ///   G = mean G_m,   var G = sum |G_m - G|^2/(M (M - 1)),   noise: sum s_m^2/M^2,
 ///   distortion of one realisation: M (var G - noise), 0 where that is negative

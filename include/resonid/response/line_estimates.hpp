@@ -51,7 +51,7 @@ struct ResponseOptions {
   double delay_s = 0.0;  ///< Known delay Td in the measured output, >= 0: taken out, times exp(+j w Td).
 };
 
-/// The plant's response to velocity, known delay removed (METHOD 5.1 ... 5.4):
+/// The plant's response to velocity, known delay removed:
 ///
 ///   direct, joint  G = Y/U e^{jwTd}        indirect  Gcl = Y/Ru,  G = Gcl/(1 - C Gcl) e^{jwTd}
 ///

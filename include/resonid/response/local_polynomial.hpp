@@ -15,8 +15,8 @@ struct LocalPolynomialConfig {
   double band_high_hz = 0.0;           ///< Highest one.
 };
 
-/// Lines by the local polynomial method on one transform of the whole record (METHOD 8.3; Schoukens,
-/// Vandersteen, Barbe and Pintelon 2009, IEEE Trans. IM 58(8)). Around each frequency, over the bins k within
+/// Lines by the local polynomial method on one transform of the whole record (Schoukens et al.
+/// 2009; Pintelon and Schoukens 2012, ch. 7). Around each frequency, over the bins k within
 /// n of it,
 ///
 ///   X(k) = G_x(k) R(k) + T_x(k),   G_x, T_x: polynomials in frequency,   X in {U, Y},  R: Ru (U when direct)

@@ -16,12 +16,13 @@ struct PeriodicConfig {
 };
 
 /// Lines of a periodic experiment (multisine, repeated PRBS or chirp): one Fourier transform per period, mean
-/// and scatter over the n whole periods (METHOD 8.2). Covariance of the means: sum_p (X_p - X)(X_p - X)^H/(n
-/// (n - 1)), n - 1 complex degrees of freedom, averaged over up to four neighbours on either side where these
-/// are fewer than twelve; no leakage, no bias under feedback. A slow drift of the signals (line through the
-/// period means) is taken out. A line is excited when its reference signal passes excited_power_threshold()
-/// and stands out of the scatter (F test, 0.1 %). Coherence: |sum Y_p R_p*|^2/(sum |Y_p|^2 sum |R_p|^2).
-/// Limits: needs two whole periods after the dropped ones; transients that outlast them show up as noise.
+/// and scatter over the n whole periods (Pintelon and Schoukens 2012, ch. 2). Covariance of the means: sum_p
+/// (X_p - X)(X_p - X)^H/(n (n - 1)), n - 1 complex degrees of freedom, averaged over up to four neighbours on
+/// either side where these are fewer than twelve; no leakage, no bias under feedback. A slow drift of the
+/// signals (line through the period means) is taken out. A line is excited when its reference signal passes
+/// excited_power_threshold() and stands out of the scatter (F test, 0.1 %). Coherence: |sum Y_p R_p*|^2/(sum
+/// |Y_p|^2 sum |R_p|^2). Limits: needs two whole periods after the dropped ones; transients that outlast them
+/// show up as noise.
 [[nodiscard]] expected<LineEstimates, Error> periodic_lines(const data::Record& record,
                                                             const PeriodicConfig& config, Approach approach);
 

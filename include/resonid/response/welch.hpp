@@ -19,7 +19,7 @@ struct WelchConfig {
 /// than a resolution of 0.1 Hz takes and no shorter than 64 samples.
 [[nodiscard]] std::size_t default_segment(std::size_t samples, double sample_rate_hz);
 
-/// How many independent averages K overlapping segments are worth (Welch 1967, IEEE Trans. AU-15, p. 70):
+/// How many independent averages K overlapping segments are worth (Welch 1967):
 ///
 ///   K / (1 + 2 sum_j (1 - j/K) rho_j),   rho_j = (sum_n w(n) w(n + j D))^2 / (sum_n w(n)^2)^2
 ///
@@ -27,7 +27,7 @@ struct WelchConfig {
 [[nodiscard]] double equivalent_averages(const std::vector<double>& window, std::size_t hop,
                                          std::size_t segments);
 
-/// Lines by averaged spectra of Hann-windowed overlapping segments (METHOD 8.1). Each signal is referred to
+/// Lines by averaged spectra of Hann-windowed overlapping segments (Welch 1967). Each signal is referred to
 /// the reference R (input for direct, else excitation): X = S_xr/sqrt(S_rr), so Y/U is S_yu/S_uu (direct) or
 /// S_yru/S_uru (joint), and Y/Ru is S_yru/S_ruru. Covariance from what the reference does not explain,
 /// (S_xx - S_xr S_rx/S_rr)/(n - 1) with n equivalent averages.

@@ -109,8 +109,8 @@ std::vector<std::complex<double>> mirrored(const Eigen::VectorXcd& poles) {
   return result;
 }
 
-/// (A_new/A) y = (B_new/A) u, solved for A_new and repeated (Steiglitz, McBride 1965). Goes on from `at` and
-/// keeps the best state in `best`.
+/// (A_new/A) y = (B_new/A) u, solved for A_new and repeated (Steiglitz and McBride 1965). Goes on from `at`
+/// and keeps the best state in `best`.
 void steiglitz_mcbride(const BlackBoxProblem& problem, BlackBoxState& at, BlackBoxSearch& best,
                        int iterations) {
   const auto n = problem.layout().order;

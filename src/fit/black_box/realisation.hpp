@@ -15,7 +15,7 @@ namespace resonid::fit::detail {
 ///   G = (sum c_i F_i + h) / (1 + sum alpha_i F_i)  has the transition  transition - input alpha^T
 ///
 /// so a step alpha in the denominator is a state feedback, and the basis can be renewed after every step.
-/// Source: input-normal form (Mullis, Roberts 1976); data-driven local coordinates (McKelvey et al. 2004).
+/// Source: input-normal form (Mullis and Roberts 1976); data-driven local coordinates (McKelvey et al. 2004).
 struct Realisation {
   Eigen::MatrixXd transition;
   Eigen::VectorXd input;

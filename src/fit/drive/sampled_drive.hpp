@@ -12,7 +12,8 @@
 #include <type_traits>
 
 // The drive's equations for any scalar type, so that Ceres' automatic differentiation gives exact derivatives
-// of the *sampled* model: a continuous model fitted to sampled data errs by 1 % in the resonance (ORACLE F).
+// of the *sampled* model: a continuous model fitted to sampled data errs by 1 % in the resonance
+// (docs/decisions/0003-fit-the-sampled-model.md).
 namespace resonid::fit::detail {
 
 inline double plain(double x) { return x; }

@@ -13,7 +13,7 @@ using diagnostics::Finding;
 using diagnostics::Severity;
 using Findings = std::vector<Finding>;
 
-constexpr double kColoured = 0.15;       // practical limit of a correlation (METHOD 9)
+constexpr double kColoured = 0.15;       // practical limit of a correlation (Landau et al. 2011)
 constexpr double kMostColoured = 0.5;    // error bars 1.7 times too small: sqrt((1 + r)/(1 - r))
 constexpr double kEnough = 0.8;          // share of the rows
 constexpr double kLost = 0.05;           // share of the rows

@@ -21,8 +21,9 @@ struct SweepRate {
   double curvature = 0.0;
 };
 
-/// Value of the quotient a/b freed from the sweep (METHOD 4.3). With q the quotient's series in time, G' =
-/// q1/wdot and G'' = (2 q2 - q1 wddot/wdot)/wdot^2, so G = q0 + j (q1 (b1/b0 - wddot/(2 wdot)) + q2)/wdot.
+/// Value of the quotient a/b freed from the sweep (docs/methods/swept_response.md). With q the quotient's
+/// series in time, G' = q1/wdot and G'' = (2 q2 - q1 wddot/wdot)/wdot^2, so
+/// G = q0 + j (q1 (b1/b0 - wddot/(2 wdot)) + q2)/wdot.
 Complex corrected_ratio(const Series& a, const Series& b, const SweepRate& sweep) {
   const Complex q0 = a[0] / b[0];
   const Complex q1 = (a[1] - q0 * b[1]) / b[0];

@@ -24,7 +24,7 @@ bool smooth(std::size_t length) {
 
 /// Bluestein's chirp transform: a transform of any length as a convolution of one that is a power of two,
 ///   X(k) = c(k) sum_n (x(n) c(n)) c*(k - n),   c(n) = exp(-j pi n^2/N)
-/// Source: Bluestein 1970, IEEE Trans. Audio Electroacoustics 18(4).
+/// Source: Bluestein 1970.
 std::vector<Complex> chirp_transform(std::span<const double> samples) {
   const std::size_t n = samples.size();
   std::size_t length = 1;

@@ -121,7 +121,8 @@ TEST(ZeroOrderHold, IsThatOfScipy) {
   EXPECT_EQ(d.d, 0.25);
 }
 
-/// Belt of METHOD 2.1 in the golden file's state: velocities of the rollers, elongation of the belt.
+/// Belt of Nevaranta 2016, eqs. 2.1-2.3, in the golden file's state: velocities of the rollers, elongation of
+/// the belt.
 LinearSystem<double, 3> belt(const nlohmann::json& golden) {
   constexpr double kRadius = 0.05;
   const auto& p = golden.at("params");

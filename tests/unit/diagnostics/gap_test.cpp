@@ -146,7 +146,7 @@ data::TransferFunction drive(double stiffness, double damping, double load_inert
   return model.transfer_function();
 }
 
-/// wno(1 + G2~ G1) + eta(G1) - eta0(G2) as METHOD 10.1 writes it, by brute force: a contour around the
+/// wno(1 + G2~ G1) + eta(G1) - eta0(G2) as docs/methods/gap.md has it, by brute force: a contour around the
 /// outside of the unit circle that leaves poles on the circle outside (it runs on a slightly larger one),
 /// G2~(z) = G2(1/z).
 int winding_number(const data::TransferFunction& first, const data::TransferFunction& second) {

@@ -40,7 +40,7 @@ TEST(LoopMargins, RealLoopOfThePublishedDesign) {
   const auto margins = loop_margins(system_2_loop(0.5, 249.0, 20000, 0.004));
   EXPECT_NEAR(*margins.crossover_hz(), 2.7, 1e-4);
   EXPECT_NEAR(*margins.phase_margin_deg(), 63.5, 0.01);
-  EXPECT_NEAR(margins.modulus_margin, 0.849, 0.001);  // METHOD 10.2: the true minimum, at 27 Hz
+  EXPECT_NEAR(margins.modulus_margin, 0.849, 0.001);  // the true minimum, at 27 Hz
   EXPECT_NEAR(margins.modulus_margin_hz, 27.0, 1.0);
   EXPECT_GT(*margins.gain_margin_db, 10.0);
 }

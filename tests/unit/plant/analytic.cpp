@@ -45,8 +45,7 @@ Analytic::Analytic(const DriveConfig& c, double torque_lag_s, double position_m)
         springs_.push_back({i, i + 1, r2 * c.stiffnesses[i], r2 * c.dampings[i]});
       break;
     case Structure::two_mass: {
-      // The load at its own shaft, seen through rollers of different radius: METHOD 2.1, w_ares = r2
-      // sqrt(K/J2).
+      // The load at its own shaft, seen through rollers of different radius: w_ares = r2 sqrt(K/J2).
       const Real ratio = c.load_radius_m > 0.0 ? Real(c.radius_m) / c.load_radius_m : Real(1);
       inertia_ = {c.driven_inertia, c.load_inertia * ratio * ratio};
       springs_ = {{0, 1, r2 * c.stiffness, r2 * c.damping}};
@@ -65,7 +64,7 @@ Analytic::Analytic(const DriveConfig& c, double torque_lag_s, double position_m)
       const Real k2 = c0 / (c.upper_length_m - x);
       const Real k3 = c0 / c.lower_length_m;
       stiffness_ = k1 + k2 * k3 / (k2 + k3);
-      // Qk = 10 of the resonance sqrt(K (r^2/Js + 1/mL)): METHOD 2.2.
+      // Qk = 10 of the resonance sqrt(K (r^2/Js + 1/mL)): Nevaranta 2016, Table 2.2.
       damping_ = stiffness_ /
                  (std::sqrt(stiffness_ * (r2 / c.driven_inertia + 1 / Real(c.cart_mass_kg))) * c.quality);
       inertia_ = {c.driven_inertia, r2 * c.cart_mass_kg};

@@ -50,7 +50,7 @@ TEST(ClosedLoop, ReproducesTheNoiseFreeGoldenRecords) {
 }
 
 // The noise of the golden record is what its output holds beyond the response to its input; fed into the loop
-// it must give back both columns, which it does only when it goes round the loop as METHOD 1 says.
+// it must give back both columns, which it does only when it goes round the loop as docs/notation.md says.
 TEST(ClosedLoop, ReproducesTheNoisyGoldenRecord) {
   const char* file = "b_chirp_sys2.csv";
   const auto ru = test::golden_column(file, "ru");

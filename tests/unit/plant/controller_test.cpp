@@ -149,7 +149,7 @@ TEST(Controller, RstByHand) {
   }
 }
 
-// Velocity back with position as its backward-Euler integral: C_pi (1 + Kpc Ts z/(z-1)), METHOD golden files.
+// Velocity back with position as its backward-Euler integral: C_pi (1 + Kpc Ts z/(z-1)), as in tests/golden.
 TEST(Controller, CascadeFeedbackIsThePiTimesThePositionLoop) {
   const auto y = signals(100);
   auto c = make(cascade());

@@ -8,7 +8,7 @@
 
 namespace resonid::plant::test {
 
-/// Coupled belt drive, METHOD 2.1, driven on the first roller.
+/// Coupled belt drive (Nevaranta 2016, eqs. 2.1-2.3), driven on the first roller.
 inline DriveConfig coupled_belt(double driven, double load, double stiffness, double damping) {
   DriveConfig c;
   c.driven_inertia = driven;
@@ -24,7 +24,8 @@ inline DriveConfig system_3(bool first_driven) {
   return first_driven ? coupled_belt(0.018, 0.032, 7.00e4, 100.0) : coupled_belt(0.032, 0.018, 7.00e4, 100.0);
 }
 
-/// System 2 with a tensioner through which half of the static stiffness goes: ORACLE.md, A.
+/// System 2 with a tensioner through which half of the static stiffness goes, as the independent
+/// implementation has it (tests/golden/README.md).
 inline DriveConfig with_tensioner() {
   DriveConfig c;
   c.structure = Structure::three_mass;
@@ -38,7 +39,7 @@ inline DriveConfig with_tensioner() {
   return c;
 }
 
-/// METHOD 2.2 with the geometry of ORACLE.md, A.
+/// Tooth belt (Nevaranta 2016, section 2.2) with the geometry of the independent implementation.
 inline DriveConfig tooth_belt(double radius_m = 0.0199) {
   DriveConfig c;
   c.structure = Structure::tooth_belt;

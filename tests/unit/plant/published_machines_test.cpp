@@ -24,7 +24,8 @@ std::vector<std::pair<double, double>> oscillations(const std::vector<test::Comp
   return result;
 }
 
-// METHOD 2.1; the printed 20.4 and 16.6 Hz of system 3 do not follow from its parameters (METHOD 12).
+// Nevaranta 2016, Table 2.1; the printed 20.4 and 16.6 Hz of system 3 do not follow from its parameters
+// (docs/errata.md).
 TEST(PublishedMachines, CoupledBeltsResonateWhereTheirParametersSay) {
   const auto expect = [](const DriveConfig& c, double resonance, double antiresonance) {
     const MassSystem system = mass_system(c);
@@ -60,7 +61,7 @@ TEST(PublishedMachines, RollersOfDifferentRadius) {
               1e-12);
 }
 
-TEST(PublishedMachines, DampingOfTheCoupledBelts) {  // ORACLE.md, A
+TEST(PublishedMachines, DampingOfTheCoupledBelts) {  // by an independent implementation
   const auto expect = [](const DriveConfig& c, double resonance, double antiresonance) {
     EXPECT_NEAR(resonances(mass_system(c))[0].damping_ratio, resonance, 5e-4);
     EXPECT_NEAR(antiresonances(mass_system(c))[0].damping_ratio, antiresonance, 5e-5);
@@ -113,7 +114,7 @@ TEST(PublishedMachines, ToothBeltHasThePitchRadius) {
   expect(0.0199, 1.125e6, 91.0, 197.0);
 }
 
-TEST(PublishedMachines, ThreeMassesWithATensioner) {  // ORACLE.md, A
+TEST(PublishedMachines, ThreeMassesWithATensioner) {  // by an independent implementation
   const auto c = test::with_tensioner();
   const auto system = mass_system(c);
   // In series the two halves are half as stiff as one: with the direct path, static stiffness is that of

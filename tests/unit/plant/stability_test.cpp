@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
 // Where a closed loop becomes unstable, three ways: the check before a run, growth of the simulated loop, and
-// the gain margin of the analytic response (METHOD 10.2).
+// the gain margin of the analytic response.
 #include <gtest/gtest.h>
 
 #include <algorithm>

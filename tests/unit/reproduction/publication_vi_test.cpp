@@ -578,7 +578,7 @@ TEST(LoopFigures, AreMissingWhereTheCurveDoesNotShowThem) {
     EXPECT_TRUE(std::isnan(x));
 }
 
-// Section A of the source's errata, item 21.
+// Pub. VI, eq. 27 (docs/errata.md).
 TEST(LoopFigures, TheLiteralEquation27) { EXPECT_NEAR(vi::phase_margin_as_printed(63.5), 61.7, 0.05); }
 
 TEST(PublicationVi, IsTheSameEveryTime) {
@@ -593,7 +593,7 @@ TEST(PublicationVi, IsTheSameEveryTime) {
 }
 
 // The parts that a page must hold, whatever it shows: curves with as many x as y, and the discrepancies of
-// every contradiction that METHOD 12 lists for this publication.
+// every contradiction that docs/errata.md lists for this publication.
 TEST(PublicationVi, PageIsWhole) {
   Options options;
   options.seeds = 2;

@@ -15,8 +15,8 @@ response::ResponseOptions with_delay() {
 }
 
 TEST(LocalPolynomial, MeetsTheAccuracyOfTheOracleOnAChirp) {
-  // ORACLE section B, +-35 bins, joint: noise-free rms 0.0124, noisy 0.0479 (other seeds; own treatment of
-  // the ends).
+  // Independent implementation (tests/golden/README.md), +-35 bins, joint: noise-free rms 0.0124, noisy
+  // 0.0479 (other seeds; own treatment of the ends).
   const test::BeltDrive drive;
   const auto excitation = test::chirp(35.0, 1.5, 17.0, drive.step_s);
   response::LocalPolynomialConfig config;

@@ -91,8 +91,8 @@ TEST(SweptResponse, TrackersAgreeWithTheGoldenResponses) {
 }
 
 TEST(SweptResponse, TrackerReproducesThePublishedFigures) {
-  // ORACLE section B, "published: f0+mt, lam 8, direct", on a 0.1 Hz grid: 1.58 dB, 9.15 deg, rms 0.0618
-  // without noise, 0.189 with.
+  // Independent implementation (tests/golden/README.md), f0 + m t, lambda 8, direct, on a 0.1 Hz grid: 1.58
+  // dB, 9.15 deg, rms 0.0618 without noise, 0.189 with.
   const test::BeltDrive drive;
   const auto excitation = test::chirp(35.0, 1.5, 17.0, drive.step_s);
   response::SweptConfig config;

@@ -118,7 +118,8 @@ requires(!std::is_floating_point_v<Scalar>) Eigen::Matrix<Scalar, Order, Order> 
   return result;
 }
 
-/// Zero-order-hold equivalent over `step_s`: the input is constant between samples (METHOD 2.5).
+/// Zero-order-hold equivalent over `step_s`: the input is constant between samples (Astrom and
+/// Wittenmark 1997, ch. 2).
 /// `norm_bound` as in matrix_exponential, of A * step_s extended by b * step_s.
 template <class Scalar, int Order>
 LinearSystem<Scalar, Order> zero_order_hold(const LinearSystem<Scalar, Order>& continuous, Scalar step_s,

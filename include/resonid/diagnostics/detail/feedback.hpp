@@ -15,8 +15,8 @@ namespace resonid::diagnostics {
 ///   y(k) = sum_{i=1}^p a_i y(k-i) + b_i u(k-i) + e(k),   u(k) = sum_{i=1}^p c_i u(k-i) + sum_{i=0}^p d_i
 ///   y(k-i) + w(k),
 ///
-/// whose first line is right in closed loop too, e being new at sample k (Ljung 1999, 13.4; Forssell, Ljung
-/// 1999).
+/// whose first line is right in closed loop too, e being new at sample k (Ljung 1999, 13.4; Forssell and
+/// Ljung 1999).
 struct Feedback {
   /// Probability of so much of e in u(k) ... u(k+20) by chance, e and u being independent without feedback
   /// (Sims 1972):

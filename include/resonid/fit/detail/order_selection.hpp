@@ -48,8 +48,8 @@ struct OrderSelection {
 
 /// Chooses order, integrator and delay of a black-box model. Delay and integrator within an order by the
 /// Bayesian information criterion. Between orders by the hold-out data: the lowest order whose mean squared
-/// one-step-ahead error exceeds the smallest one by at most two standard errors of that difference (METHOD
-/// 8.4; after Breiman et al. 1984), or by no more than 10 in N ln(mean square). Errors made alike by both
+/// one-step-ahead error exceeds the smallest one by at most two standard errors of that difference (after
+/// Breiman et al. 1984), or by no more than 10 in N ln(mean square). Errors made alike by both
 /// orders cancel in that comparison, so noise does not ask for high orders. Orders whose fit converged and is
 /// stable are preferred. Orders are tried in ascending order until the criterion has grown three times. All
 /// of that by the open-loop predictor with a noise model, the last fit by the one asked for. Errors: those of

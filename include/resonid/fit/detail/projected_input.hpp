@@ -9,7 +9,7 @@ namespace resonid::fit {
 
 /// What of the record's input its excitation and reference explain: the input as it would be without output
 /// noise. Fed to the plant in place of the recorded input it makes an open-loop fit consistent under feedback
-/// without knowledge of the controller (two-stage method, METHOD 8.4; Van den Hof, Schrama 1993).
+/// without knowledge of the controller (two-stage method, Van den Hof and Schrama 1993).
 ///
 ///   u(k) = c + sum_{i=1} a_i u(k-i) + sum_{i=0} b_i ru(k-i) [+ sum_{i=0} c_i r(k-i)] + e(k),   simulated
 ///   with e = 0

@@ -88,9 +88,9 @@ class AxisBaseline {
 /// by point: the work of a point is bounded.
 ///
 /// L = C G e^{-jwTd} with the controller told and the known delay, or L as measured at the lines; margins as
-/// METHOD 10.2 has them. Gap: the largest chordal distance over frequency between W G and W G0, W = C where
-/// it is known, else 1 over the baseline's median gain (METHOD 10.1: the distance needs a scale). It is
-/// pointwise: no winding numbers. A model is looked at where LoopGrid says.
+/// docs/methods/margins.md has them. Gap: the largest chordal distance over frequency between W G and W G0,
+/// W = C where it is known, else 1 over the baseline's median gain (docs/methods/gap.md: the distance needs a
+/// scale). It is pointwise: no winding numbers. A model is looked at where LoopGrid says.
 class AxisLoopFigures {
  public:
   using Complex = std::complex<double>;

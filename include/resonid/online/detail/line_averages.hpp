@@ -18,7 +18,8 @@ namespace resonid::online::detail {
 ///
 /// Visits follow one another faster than the filters forget: c of them share their noise. Like every estimate
 /// with a band, it smooths the response over that band; the second filter keeps what lies between the lines
-/// out, which a tracker with steep neighbours lets through. Source: METHOD 5.3, 8.1.
+/// out, which a tracker with steep neighbours lets through. Joint approach (docs/notation.md) to
+/// averaged spectra (Welch 1967).
 template <std::size_t MaxLines>
 class LineAverages {
  public:

@@ -28,7 +28,7 @@ struct ChirpConfig {
 ///                              logarithmic:  φ = f0 T/q (e^{q t/T} - 1),  q = ln(f1/f0),   f = f0 e^{q t/T}
 ///
 /// The phase is evaluated in closed form at every sample: no error accumulates.
-/// Source: METHOD 3.3; Nevaranta 2016, Pub. VI, eq. 17 (mended in METHOD 12).
+/// Source: Nevaranta 2016, Pub. VI, eq. 17 (mended: docs/errata.md).
 class Chirp {
  public:
   static expected<Chirp, Error> create(const ChirpConfig& config);

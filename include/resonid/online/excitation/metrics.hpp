@@ -5,7 +5,7 @@
 
 namespace resonid::online {
 
-/// What an excitation asks of the drive, in the unit of the samples (METHOD 3.4).
+/// What an excitation asks of the drive, in the unit of the samples.
 struct Metrics {
   double rms = 0.0;
   double peak = 0.0;          ///< Largest magnitude.

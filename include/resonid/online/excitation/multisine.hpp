@@ -24,7 +24,7 @@ inline constexpr EnumName<Phases> kPhasesNames[] = {{Phases::random, "random"},
 [[nodiscard]] constexpr std::span<const EnumName<Phases>> enum_names(Phases) noexcept { return kPhasesNames; }
 
 /// First phase that serves small crest factors: with it the flat 21-line multisine has 1.79 at any sample
-/// rate; with 0, which METHOD's figures have, 1.835.
+/// rate; with 0, which Schroeder's formula has, 1.835.
 inline constexpr double kSchroederStart = kPi / 6.0;
 
 struct MultisineConfig {
@@ -47,8 +47,7 @@ struct MultisineConfig {
 ///
 ///   p_k = p_1 - 2π sum_{l<k} (k - l) A_l²/sum A²        (flat: p_1 - π k (k-1)/N),
 ///
-/// which spread the signal's energy over time. Source: METHOD 3.2; Schroeder 1970, IEEE Trans. Inf. Theory
-/// 16, eq. 9.
+/// which spread the signal's energy over time. Source: Schroeder 1970.
 void multisine_phases(const MultisineConfig& config, std::span<double> phase_rad) noexcept;
 
 /// What draws the phases of realisation m = 0, 1 ... of so many lines, in ascending frequency: one stream of
@@ -73,7 +72,7 @@ void multisine_phases(const MultisineConfig& config, std::span<double> phase_rad
 /// so the error stays below 1e-13 of the amplitude for as long as it runs; when the lines have a common
 /// period the signal repeats bit for bit. With periods_per_realisation P it repeats P times, then goes on
 /// with the phases of the next realisation: what a best linear approximation needs, each P periods one
-/// realisation. O(lines) per sample, no heap. Source: METHOD 3.2, 8.5.
+/// realisation. O(lines) per sample, no heap. Source: Pintelon and Schoukens 2012, ch. 5.
 template <std::size_t MaxLines>
 class Multisine {
  public:

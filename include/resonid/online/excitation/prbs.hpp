@@ -25,8 +25,8 @@ struct PrbsConfig {
 ///
 /// By default the register starts with a 1 in its first cell, so the sequence begins with n - 1 minus signs.
 /// Over a period there is one plus more than minus: the sum is +amplitude, not 0. The spectrum is flat up to
-/// about 0.3 of the bit rate; half the power is left at 0.443 of it. Source: METHOD 3.1; taps: Xilinx XAPP
-/// 052; period and balance are tested for every n.
+/// about 0.3 of the bit rate; half the power is left at 0.443 of it. Source: Pintelon and Schoukens 2012,
+/// ch. 5; taps: Xilinx XAPP 052; period and balance are tested for every n.
 class Prbs {
  public:
   static constexpr std::size_t kMinRegister = 2;

@@ -26,7 +26,7 @@ struct SteppedSineConfig {
 
 /// One sine after another: each frequency settles, then is measured. The phase goes on without a jump at the
 /// change. The settling time is rounded up, the measuring time to the nearest number of samples. Silent (0)
-/// after the last frequency. Source: METHOD 3.3.
+/// after the last frequency. Source: Pintelon and Schoukens 2012, ch. 5.
 template <std::size_t MaxLines>
 class SteppedSine {
  public:

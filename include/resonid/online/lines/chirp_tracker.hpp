@@ -32,20 +32,19 @@ struct ChirpTrackerConfig {
 };
 
 /// Phasor of the one line whose frequency follows a chirp: Kalman short-time DFT with Phi(k) of the
-/// instantaneous frequency f(k), which for a linear chirp is f0 + m t (not the printed f0 + m t/2; METHOD
-/// 12).
+/// instantaneous frequency f(k), which for a linear chirp is f0 + m t (not the printed f0 + m t/2:
+/// docs/errata.md).
 ///
 ///   e(k) = z(k) - Re p(k) - offset(k)        p(k+1) = e^{j w(k)} p(k) + gain(k) e(k)
 ///
 /// Reported is the filtered phasor. It lags the line by lag_samples() and, what is more, a sweep through a
-/// resonance biases Y/U to first order in the sweep rate (METHOD 4.3): slower sweeps are better ones. A
-/// linear chirp needs no trigonometry per sample: the rotation is itself rotated, and set anew every 32
-/// samples. A logarithmic one takes an exponential, a cosine and a sine in double precision per sample: not
-/// for microcontrollers. A sample that is not finite counts as missing.
+/// resonance biases Y/U to first order in the sweep rate (docs/methods/swept_response.md): slower sweeps are
+/// better ones. A linear chirp needs no trigonometry per sample: the rotation is itself rotated, and set anew
+/// every 32 samples. A logarithmic one takes an exponential, a cosine and a sine in double precision per
+/// sample: not for microcontrollers. A sample that is not finite counts as missing.
 ///
 /// Several signals (ru, u, y) share one rotation and one gain as the channels of one tracker; a sample of
-/// which any channel is not finite is then missing for all. Source: METHOD 4.3; Nevaranta 2016, Pub. VI, eqs.
-/// 8-17.
+/// which any channel is not finite is then missing for all. Source: Nevaranta 2016, Pub. VI, eqs. 8-17.
 template <class Real, std::size_t Channels = 1>
 class ChirpTracker {
  public:

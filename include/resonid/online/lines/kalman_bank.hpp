@@ -26,7 +26,8 @@ namespace resonid::online {
 /// signal = sum Re phasor(i) + offset. Reported is the filtered phasor, the newest sample included. All lines
 /// share one innovation, so that a settled bank separates them exactly, however close they are; lines of the
 /// signal that the bank does not hold leak into it. A sample that is not finite counts as missing. Trivially
-/// copyable, no heap. Source: METHOD 4.1; Nevaranta 2016, Pub. IV, eqs. 5-16 (mended in METHOD 12).
+/// copyable, no heap. Source: Bitmead et al. 1986; Nevaranta 2016, Pub. IV, eqs. 5-16 (mended:
+/// docs/errata.md).
 template <class Real, std::size_t MaxLines>
 class KalmanBank {
  public:
@@ -112,7 +113,7 @@ class KalmanBank {
   [[nodiscard]] std::uint64_t samples() const noexcept { return samples_; }  ///< Missing ones included.
   [[nodiscard]] std::uint64_t skipped_samples() const noexcept { return skipped_; }
 
-  /// Gain of the predictor form for the phasor; K in METHOD 4.1 is (Re, -Im) of it.
+  /// Gain of the predictor form for the phasor; K of the printed state is (Re, -Im) of it.
   [[nodiscard]] std::complex<Scalar> gain(std::size_t line) const noexcept { return oscillators_.gain(line); }
   [[nodiscard]] Scalar offset_gain() const noexcept { return oscillators_.offset_gain(); }
 

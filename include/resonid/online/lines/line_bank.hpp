@@ -37,7 +37,7 @@ struct LineBankConfig {
 /// finite is missing for all; no instruction of step() depends on the data. A bank of five lines or more uses
 /// the widest vectors of the processor (RESONID_SIMD), to rounding as without; fastest at an address that is
 /// a multiple of 64. There are no error bars: ResponseTracker has them. Trivially copyable, no heap. Source:
-/// METHOD 4.1, 5.1; docs/methods/line_bank.md.
+/// Bitmead et al. 1986; docs/methods/line_bank.md.
 template <class Real, std::size_t MaxLines, std::size_t Channels = 2>
 class LineBank {
  public:

@@ -36,7 +36,7 @@ struct ResponseTrackerConfig {
 ///
 /// Direct and joint agree here: each phasor is locked to the line, so the direct ratio has not the bias that
 /// it has with spectra (docs/methods/response_tracker.md). A sample with any signal not finite is missing for
-/// all three. An approach that lacks what it needs gives NaN. Source: METHOD 5.1-5.4.
+/// all three. An approach that lacks what it needs gives NaN. Source: Nevaranta 2016, Pub. VI, eqs. 1-6.
 template <class TrackerType>
 class ResponseTracker {
  public:

@@ -45,7 +45,7 @@ struct SlidingDftConfig {
 /// and gone is at most its rounding; eight columns after the other are summed afresh over one window in every
 /// kRest, and take the place of theirs: no rounding error lives for ever, a spike's neither. The last step of
 /// a block adds the block, as much again as about a step. Nothing fades, so nothing becomes denormal. A
-/// sample that is not finite is taken to be what it was one window ago. Source: METHOD 4.4.
+/// sample that is not finite is taken to be what it was one window ago. Source: Duda 2010.
 template <class Real, std::size_t MaxLines, std::size_t MaxWindow>
 class SlidingDft {
  public:

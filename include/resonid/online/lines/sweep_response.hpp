@@ -41,7 +41,8 @@ struct SweepResponseConfig {
 /// cannot explain. T: the chirp tracker and two more stages of the same time constant; the response is that
 /// of the frequency lag_samples() ago. A sample that is not finite is missing for both signals; after it the
 /// filter begins anew. No heap, bounded work per sample. Limits: one machine for the whole sweep; the model
-/// is of third order. Source: METHOD 4.3 for the tracker; the correction is this project's own.
+/// is of third order. Source: Nevaranta 2016, Pub. VI, for the tracker; the correction is this
+/// project's own.
 template <class Real, std::size_t Rows = 128>
 class SweepResponse {
  public:

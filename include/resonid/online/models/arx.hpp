@@ -27,7 +27,7 @@ struct ArxConfig {
 ///
 /// Limits: biased by output noise, which is no equation error, and the more so the faster the sampling;
 /// sluggish: lags by the whole memory. ru is not used, but tells whether there is excitation, where it is
-/// given (else u does). Source: METHOD 6.2; Nevaranta 2016, eqs. 3.9-3.12.
+/// given (else u does). Source: Nevaranta 2016, eqs. 3.9-3.12.
 template <class Real, std::size_t Order>
 class Arx {
  public:

@@ -54,7 +54,7 @@ struct ClosedLoopOutputErrorConfig {
 /// Limits: needs the true controller; locally stable only where E[f (S f/A)'] is positive
 /// (positive_real.hpp). F-CLOE mends that with a filter that must fit the machine; `damped_filter` with one
 /// that follows it, and is the most accurate of all: use it unless the published methods are wanted. Source:
-/// METHOD 6.4, 6.5; Nevaranta 2016, Pub. III and eq. 3.13; Landau and Karimi 1997.
+/// Nevaranta 2016, Pub. III and eq. 3.13; Landau and Karimi 1997.
 template <class Real, std::size_t Order>
 class ClosedLoopOutputError {
  public:

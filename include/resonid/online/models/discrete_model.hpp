@@ -10,7 +10,7 @@
 
 namespace resonid::online {
 
-/// Discrete model of a drive, from torque to velocity, without direct feed-through (METHOD 1):
+/// Discrete model of a drive, from torque to velocity, without direct feed-through (docs/notation.md):
 ///
 ///   y(k) = -a_1 y(k-1) - ... - a_n y(k-n) + b_1 u(k-d-1) + ... + b_n u(k-d-n)
 ///

@@ -34,7 +34,7 @@ namespace resonid::online {
 ///
 /// For a missing sample (anything in it not finite) the prediction is put in its place, and equations that
 /// would hold it are left out. Trivially copyable, no heap. Limits: needs ru and the controller, and a start
-/// whose resonance is right within about 15 %, since the first instruments come from it. Source: METHOD 6.8;
+/// whose resonance is right within about 15 %, since the first instruments come from it. Source:
 /// Young 2011, ch. 9; Gilson and Van den Hof 2005; the rules for memory, refresh and lag are this project's
 /// (docs/methods/instrumental_variables.md).
 template <class Real, std::size_t Order>

@@ -32,7 +32,7 @@ struct DiscreteModes {
   [[nodiscard]] const DiscreteMode& operator[](std::size_t i) const noexcept { return mode[i]; }
 };
 
-/// Poles and zeros of a sampled drive as the continuous machine has them (METHOD 7.5).
+/// Poles and zeros of a sampled drive as the continuous machine has them.
 ///
 ///   G(z) = sum rho_i/(z - z_i) is the zero-order-hold equivalent of
 ///   G(s) = sum R_i/(s - p_i)  with  p_i = ln(z_i)/Ts,  R_i = rho_i p_i/(z_i - 1)

@@ -43,7 +43,7 @@ struct OutputErrorConfig {
 /// Follows changes along the resonance much faster than the memory (lag.hpp).
 ///
 /// Limits: direct, so the noise that feedback brings into u is a bias, small with a soft loop; an unknown
-/// load torque hurts unless it is estimated or filtered out. Source: METHOD 6.3; Nevaranta 2016, Pub. II;
+/// load torque hurts unless it is estimated or filtered out. Source: Nevaranta 2016, Pub. II;
 /// Ljung and Soderstrom 1983.
 template <class Real, std::size_t Order>
 class OutputError {

@@ -44,7 +44,7 @@ enum class PhysicalParameter : std::size_t {
 /// `at_best_known_time` the one at which K is known best.
 ///
 /// Limits: two masses, white output noise, delay and sample rate known. From a start several times off it can
-/// settle wrongly: `consistent()` tells. Source: METHOD 6.9.
+/// settle wrongly: `consistent()` tells. Source: Ljung 1979; docs/methods/physical_tracker.md.
 template <class Real, std::size_t ReplaySamples = 16384>
 class PhysicalTracker {
  public:

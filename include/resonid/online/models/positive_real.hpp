@@ -122,7 +122,7 @@ struct LocalStability {
 /// by an integral over the excited band, ru being white in it as a PRBS is. M is I where H = F. A stable
 /// machine keeps the recursion stable if Re F/H > 1/2; light damping and fast sampling break that, and then M
 /// decides. Its inverse, along the direction in which a changing stiffness moves the parameters, is the lag.
-/// No heap; some 50 us. Source: METHOD 6.3-6.5; ORACLE E; Ljung 1977; Landau and Karimi 1997.
+/// No heap; some 50 us. Source: Ljung 1977; Landau and Karimi 1997.
 template <std::size_t Order>
 class PositiveReal {
  public:

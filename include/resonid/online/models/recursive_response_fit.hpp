@@ -39,7 +39,7 @@ struct RecursiveResponseFitConfig {
 ///
 /// A step costs a fixed few rotations whatever the number of lines. What it costs in turn is delay: the model
 /// describes the lines as they were memory_steps ago on average, on top of the lines' own lag. A line that is
-/// not finite is left out, and nothing is forgotten for it. Source: METHOD 7.3; Nevaranta 2016, section 5.1.
+/// not finite is left out, and nothing is forgotten for it. Source: Nevaranta 2016, section 5.1.
 template <class Real, std::size_t Order, std::size_t MaxLines>
 class RecursiveResponseFit {
  public:

@@ -23,7 +23,7 @@ namespace resonid::online {
 enum class Forgetting {
   none,         ///< Never: for a constant machine.
   constant,     ///< By `factor` per sample.
-  variable,     ///< The faster, the larger the newest error is against the usual one (Fortescue 1981).
+  variable,     ///< The faster, the larger the newest error is against the usual one (Fortescue et al. 1981).
   directional,  ///< Only what the newest regressor tells about (Kulhavy 1985): silence forgets nothing.
 };
 inline constexpr EnumName<Forgetting> kForgettingNames[] = {{Forgetting::constant, "constant"},
@@ -65,7 +65,7 @@ struct RecursiveLeastSquaresConfig {
 /// numbers; the regressors are the caller's.
 ///
 /// A sample that is not finite counts as missing. Trivially copyable, no heap. Limit: the covariance is right
-/// for white equation errors, and for pseudo-linear regressions only near them. Source: METHOD 6.1; Bierman
+/// for white equation errors, and for pseudo-linear regressions only near them. Source: Bierman
 /// 1977; Fortescue, Kershenbaum and Ydstie 1981; Kulhavy 1985.
 template <class Real, std::size_t Parameters, class Factors = UdFactors<Real, Parameters>>
 class RecursiveLeastSquares {

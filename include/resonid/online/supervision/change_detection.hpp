@@ -60,8 +60,8 @@ struct Change {
 /// missing; a block with less than half of its values is passed over. After an alarm the change is measured
 /// on, the baseline kept; relearn() starts anew. Limits: changes during the baseline belong to it; what
 /// drifts within many times `baseline_s` is learned, not found; tails far heavier than normal ones, or
-/// correlation beyond two blocks (`reliable()`), make more false alarms than stated. Source: METHOD 10.3;
-/// Basseville and Nikiforov 1993, Detection of Abrupt Changes.
+/// correlation beyond two blocks (`reliable()`), make more false alarms than stated. Source:
+/// Basseville and Nikiforov 1993.
 template <class Real, std::size_t MaxWindow = 256>
 class ChangeDetector {
  public:

@@ -36,7 +36,7 @@ struct LoopMargins {
 /// Between neighbouring lines log |L| is interpolated linearly in log f (a slope stays one), arg L linearly
 /// in f (so does a delay), and the distance to -1 is that of the chord. A line whose L is 0 or not finite (a
 /// tracker that has not settled) makes a gap in the band: nothing is interpolated across it. Trivially
-/// copyable, no heap. Source: METHOD 10.2.
+/// copyable, no heap. Source: Astrom and Murray 2008, 9.3; Nevaranta 2016, Pub. VI.
 template <class Real>
 class MarginScan {
  public:

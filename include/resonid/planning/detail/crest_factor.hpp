@@ -38,7 +38,7 @@ struct OptimisedPhases {
 /// by Levenberg-Marquardt for rising q (L_2q tends to the peak), from Schroeder's and from random phases. The
 /// best of all starts is given; the same configuration gives the same phases. Peaks are taken on a grid of 48
 /// points per period of the highest line. 21 flat lines come to a crest factor of 1.42; very few lines stay
-/// higher (3: 1.62). Source: Guillaume, Schoukens, Pintelon, Kollar 1991, IEEE Trans. Instrum. Meas. 40(6).
+/// higher (3: 1.62). Source: Guillaume et al. 1991.
 [[nodiscard]] expected<OptimisedPhases, Error> optimise_phases(const PhaseConfig& config);
 
 }  // namespace resonid::planning

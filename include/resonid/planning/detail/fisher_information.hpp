@@ -80,7 +80,7 @@ struct FisherInformation {
 ///
 /// for the record that the excitation makes from rest, transients included; initial state and a constant load
 /// torque are unknown as well, as fit::fit_output_error() has them. Coloured noise whitens X. Sources: Ljung
-/// 1999, System Identification, ch. 7 and 13; Goodwin, Payne 1977, Dynamic System Identification, ch. 6.
+/// 1999, ch. 7 and 13; Goodwin and Payne 1977, ch. 6.
 [[nodiscard]] NominalDrive predicted(const NominalDrive& drive, std::span<const double> excitation);
 
 }  // namespace resonid::planning

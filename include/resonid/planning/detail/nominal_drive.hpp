@@ -22,7 +22,7 @@ struct NominalDrive {
 
 [[nodiscard]] expected<void, Error> check(const NominalDrive& drive);
 
-/// Responses of the loop at some lines, from the excitation to what it moves (METHOD 1).
+/// Responses of the loop at some lines, from the excitation to what it moves (docs/notation.md).
 struct LoopResponse {
   std::vector<std::complex<double>> torque;    ///< S = 1/(1 + C Gd): to the torque that the machine gets.
   std::vector<std::complex<double>> velocity;  ///< G S: to the machine's velocity, no delay.

@@ -50,9 +50,8 @@ struct PowerDistribution {
 /// The problem is convex. Multiplicative algorithm: p_k grows with the ratio of what a line gains, the
 /// criterion's slope, to what it costs, the limits' uses weighted by their prices; prices rise where a limit
 /// is exceeded; the weights of the targets rise where one lags behind. At the optimum no line has a higher
-/// ratio than the lines that are used (equivalence theorem), which bounds the gap. Sources: Fedorov 1972,
-/// Theory of Optimal Experiments; Silvey, Titterington, Torsney 1978, Commun. Stat. A7(14); Goodwin, Payne
-/// 1977, ch. 6.
+/// ratio than the lines that are used (equivalence theorem), which bounds the gap. Sources: Fedorov 1972;
+/// Silvey, Titterington and Torsney 1978; Goodwin and Payne 1977, ch. 6.
 [[nodiscard]] PowerDistribution distribute_power(const DesignProblem& problem);
 
 }  // namespace resonid::planning

@@ -99,7 +99,7 @@ struct Measured {
 ///   cascade            u = C_pi (v* - y),  v* = position_gain (p* - p) + velocity_feedforward dp*/dt
 ///   rst                R u = T v* - S y
 ///
-/// Integral and derivative are backward Euler (INTERFACES 1; the derivative's lag with its pole in
+/// Integral and derivative are backward Euler (the derivative's lag with its pole in
 /// Tf/(Tf+Ts)). v* is limited first. A sample takes three calls, between which the caller adds the
 /// excitation:
 ///
@@ -107,8 +107,8 @@ struct Measured {
 ///
 /// Anti-windup: the recursion goes on from the output that commit() reports, so that an integrating law
 /// resumes from the torque that was really given, as an incremental PI does (observer polynomial 1: Astrom
-/// and Wittenmark, Computer-Controlled Systems, 3rd ed., 9.4). What the limit takes from a proportional or
-/// derivative kick is therefore not given later either. A copyable value; no heap outside create(),
+/// and Wittenmark 1997, 9.4). What the limit takes from a proportional or derivative kick is therefore not
+/// given later either. A copyable value; no heap outside create(),
 /// feedback() and copies.
 class Controller {
  public:

@@ -196,7 +196,7 @@ void describe(Visitor&& v, DriveConfig& c) {
 
 [[nodiscard]] expected<void, Error> check(const DriveConfig& config) noexcept;
 
-/// Stiffness that the cart of a tooth belt sees at a position (METHOD 2.2):
+/// Stiffness that the cart of a tooth belt sees at a position (Nevaranta 2016, eq. 2.7):
 /// K1 + K2 K3/(K2 + K3) with Ki = c/li, l1 the position.
 [[nodiscard]] double tooth_belt_stiffness(const DriveConfig& config, double position_m) noexcept;
 
@@ -212,7 +212,7 @@ struct BentCoupling {
 /// is taken at the position; its damping follows its stiffness.
 [[nodiscard]] MassSystem mass_system(const DriveConfig& config, double factor = 1.0, double position_m = 0.0);
 
-/// The two-mass parameters at the driven shaft: for a belt K r², D r² (METHOD 2.1). Two-mass drives, and
+/// The two-mass parameters at the driven shaft: for a belt K r², D r². Two-mass drives, and
 /// tooth belts at a position.
 [[nodiscard]] data::TwoMassParameters at_driven_shaft(const DriveConfig& config,
                                                       double position_m = 0.0) noexcept;

@@ -17,7 +17,7 @@ struct Coupling {
   double damping = 0.0;    ///< Nms/rad (Ns/m)
 };
 
-/// Any number of inertias joined by springs and dampers, referred to the driven shaft (METHOD 2.1 ... 2.3).
+/// Any number of inertias joined by springs and dampers, referred to the driven shaft.
 /// Mass 0 is the driven side, the last one the load. Couplings may form loops, as a belt with a tensioner
 /// does.
 struct MassSystem {

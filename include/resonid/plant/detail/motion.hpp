@@ -72,9 +72,9 @@ void describe(Visitor&& v, MotionConfig& c) {
 /// A move takes the least time from rest to rest within its limits. One of limited jerk is the trapezoid of
 /// velocity v and acceleration a, averaged over the past a/jerk seconds, with v and a lowered where the move
 /// is too short to reach them (averaging the full trapezoid would exceed the jerk there): a = sqrt(v jerk)
-/// below v = a²/jerk, and v from the distance D = v (v/a + a/jerk). Lambrechts, Boerlage and Steinbuch,
-/// Control Engineering Practice 13 (2005) 145-157, third-order profile. Each value is computed from the time
-/// alone, so nothing accumulates; ends are met exactly.
+/// below v = a²/jerk, and v from the distance D = v (v/a + a/jerk). Source: Lambrechts, Boerlage and
+/// Steinbuch 2005, third-order profile. Each value is computed from the time alone, so nothing accumulates;
+/// ends are met exactly.
 class MotionProfile {
  public:
   struct Range {

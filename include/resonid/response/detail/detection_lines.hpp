@@ -19,8 +19,8 @@ struct DetectionLines {
   double base_hz = 0.0;  ///< Frequency of which the lines are multiples.
 };
 
-/// Non-linear distortion at lines that a periodic excitation leaves out (METHOD 8.5, fast method; Pintelon
-/// and Schoukens 2012, 4.3.2). A linear drive answers only where it is excited. Between the lowest and the
+/// Non-linear distortion at lines that a periodic excitation leaves out (fast method, Pintelon and
+/// Schoukens 2012, 4.3.2). A linear drive answers only where it is excited. Between the lowest and the
 /// highest excited line, the lines k/period with k even or odd are found by themselves from the spectrum of
 /// the reference signal (Ru, else U); at each
 ///

@@ -16,8 +16,8 @@ struct LocalRationalConfig {
   double band_high_hz = 0.0;           ///< Highest one.
 };
 
-/// Lines by the local rational method on one transform of the whole record (METHOD 8.3; McKelvey and Guerin
-/// 2012, IFAC SYSID; Voorhoeve, van der Maas and Oomen 2018, MSSP 105). Around each frequency, over the bins
+/// Lines by the local rational method on one transform of the whole record (McKelvey and Guerin 2012;
+/// Voorhoeve, van der Maas and Oomen 2018). Around each frequency, over the bins
 /// k within n of it,
 ///
 ///   A(k) X(k) = B(k) R(k) + T(k),   A, B, T: polynomials in frequency, A = 1 in the centre

@@ -18,7 +18,7 @@ struct SteppedSineConfig {
 /// Limits: a chirp swept slowly looks alike; ask detect_chirp() first.
 [[nodiscard]] std::vector<double> detect_stepped_sine(const data::Record& record);
 
-/// Lines of a stepped sine: one frequency after another (METHOD 3.3).
+/// Lines of a stepped sine: one frequency after another.
 ///
 /// The dwells are found in the exciting signal (excitation, else input), frequencies included, from the
 /// corners of its phase. A dwell's first third is left out, and then as many periods as the output needs:

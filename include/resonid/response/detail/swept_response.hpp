@@ -8,7 +8,7 @@
 namespace resonid::response {
 
 enum class SweptMethod {
-  tracker,           ///< One causal pass of the chirp-synchronised filter: the published method (METHOD 4.3).
+  tracker,           ///< One causal pass of the chirp-synchronised filter (Nevaranta 2016, Pub. VI).
   forward_backward,  ///< Mean of a forward and a backward pass: no lag.
   local_cubic,       ///< Local regression of the demodulated signals: no lag, least error; the default.
 };
@@ -37,7 +37,7 @@ struct SweptConfig {
 /// point therefore changes nothing). That gives its phasor and two derivatives in time; the quotient's
 /// derivatives follow by the quotient rule and, by the law of the sweep, those in frequency. Then
 ///
-///   Y/U = G - j G' (U'/U) wdot - (j/2) G'' wdot      (METHOD 4.3)
+///   Y/U = G - j G' (U'/U) wdot - (j/2) G'' wdot      (docs/methods/swept_response.md)
 ///
 /// is solved for G. Ru/U is treated alike. Covariance from the noise spectrum beside the chirp's
 /// instantaneous frequency, where the regression does not reach, and the regression's own noise gain.

@@ -7,15 +7,15 @@
 namespace resonid::response {
 
 enum class LineMethod {
-  kalman,         ///< Bank of oscillators with one innovation (METHOD 4.1).
-  sliding_dft,    ///< Sliding DFT over one window (METHOD 4.4).
+  kalman,         ///< Bank of oscillators with one innovation.
+  sliding_dft,    ///< Sliding DFT over one window.
   least_squares,  ///< All lines and a constant at once over the whole range.
 };
 
 struct TrackedLinesConfig {
   std::vector<double> lines_hz;  ///< Lines of the excitation, 1 ... 256, each in (0, half the sample rate).
   LineMethod method = LineMethod::kalman;
-  double lambda = 0.0;  ///< Bank with METHOD 4.1's gain, > 0; 0: poles placed at pole_radius.
+  double lambda = 0.0;  ///< Bank with the published gain, > 0; 0: poles placed at pole_radius.
   double pole_radius =
       0.0;  ///< Bank's poles, 0 < radius < 1; 0: 1 - 1.5 (least distance of lines)/(sample rate).
   std::size_t window_samples = 0;  ///< Window of the sliding DFT, 3 ... 16384; 0: period_samples.
@@ -23,7 +23,7 @@ struct TrackedLinesConfig {
   std::size_t first_sample = 0;    ///< Samples left out at the start, while transients last.
 };
 
-/// Lines at known, constant frequencies from line trackers run over the record (METHOD 4.1, 4.4).
+/// Lines at known, constant frequencies from line trackers run over the record.
 ///
 /// Kalman bank: the mean of the settled amplitudes; with a known period over as many whole periods as there
 /// are, so that lines of the same grid which the bank does not hold average out. Covariance from the scatter

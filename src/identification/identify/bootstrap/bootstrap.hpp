@@ -46,7 +46,7 @@ using Repetition = std::function<std::optional<Result>(std::uint64_t seed)>;
 [[nodiscard]] std::optional<diagnostics::Finding> inspect_bootstrap(const Bootstrap& bootstrap,
                                                                     const Result& result);
 
-/// Parametric bootstrap (Efron 1993, chapter 6): the experiment repeated on the fitted model.
+/// Parametric bootstrap (Efron and Tibshirani 1993, ch. 6): the experiment repeated on the fitted model.
 ///
 /// Intervals lie between the (1-c)/2 and (1+c)/2 quantiles of the replicas. They follow the shape that the
 /// estimates really have, which the covariance cannot: short records, a damping near zero, margins that jump

@@ -15,7 +15,7 @@ enum class ExcitationSource {
 };
 
 /// Gives a record without an excitation channel one, if there is a way: a response without it would be biased
-/// towards -1/C by the noise that the controller feeds back (METHOD 5.2). With the controller known ru is
+/// towards -1/C by the noise that the controller feeds back. With the controller known ru is
 /// reconstructed, and taken when it comes out as what somebody would inject (two levels, a chirp, a period
 /// that repeats to 0.1 %), or when the input shows noise that is fed back and ru shows none any more
 /// (diagnostics::find_feedback): then the loop did run with this controller. Else a reference that turns

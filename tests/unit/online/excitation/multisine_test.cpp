@@ -40,7 +40,8 @@ TEST(Multisine, ReproducesTheGoldenRecord) {
   for (std::size_t k = 0; k < ru.size(); ++k) ASSERT_NEAR(multisine.step(), ru[k], 1e-8) << "sample " << k;
 }
 
-// ORACLE section D: Schroeder k(k-1) 1.823, the printed linear phase -pi k/kmax 6.371, both at Ts = 0.5 ms.
+// By an independent implementation (tests/golden/README.md): Schroeder k(k-1) 1.823, the printed linear
+// phase -pi k/kmax 6.371, both at Ts = 0.5 ms.
 TEST(Multisine, SchroederPhasesHaveALowCrestFactor) {
   const auto f = lines(20.0, 5.0, 21);
   const std::vector<double> amplitude{0.3};

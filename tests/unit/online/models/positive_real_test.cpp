@@ -22,8 +22,8 @@ PseudoLinearRecursion<3> recursion(double place_m, double sample_time_s, double 
   return r;
 }
 
-// ORACLE E, "Local stability of the pseudolinear recursions": averages over a PRBS record there, the integral
-// over its spectrum here.
+// Local stability of the pseudolinear recursions by an independent implementation (tests/golden/README.md):
+// averages over a PRBS record there, the integral over its spectrum here.
 TEST(PositiveReal, ReproducesTheTableOfTheToothBelt) {
   struct Row {
     double sample_time_s, quality;

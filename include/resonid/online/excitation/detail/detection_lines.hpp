@@ -32,7 +32,7 @@ struct DetectionLinesConfig {
 /// Marks the lines that stay. The base frequency is that of the common period, fs/N. odd_random leaves out
 /// one of every `group` odd lines in ascending order; a last group that is not whole keeps all. Refused:
 /// lines without common period, or with no odd multiple among them. `kept`: [line]. Source: Pintelon and
-/// Schoukens 2012, System Identification, 4.3.2.
+/// Schoukens 2012, 4.3.2.
 [[nodiscard]] expected<void, Error> mark_kept_lines(const DetectionLinesConfig& config,
                                                     std::span<bool> kept) noexcept;
 

@@ -6,8 +6,7 @@
 namespace resonid::online {
 
 /// Small deterministic random generator: the same seed gives the same numbers with every compiler and
-/// standard library. Source: Steele, Lea, Flood, "Fast splittable pseudorandom number generators", OOPSLA
-/// 2014.
+/// standard library. Source: Steele, Lea and Flood 2014.
 class SplitMix64 {
  public:
   /// `drawn`: goes on as after so many numbers.

@@ -50,8 +50,7 @@ struct FullKalmanBankConfig {
 /// own rate, the gain follows from noise and drift, and covariance() is the uncertainty of what is reported,
 /// if those two are true. Without drift the gain would die out, so it must be > 0. A step costs about
 /// (2 lines + 1)^2 * 3 operations (time_varying). A sample that is not finite counts as missing. Trivially
-/// copyable, no heap. Source: METHOD 4.2; Nevaranta 2016, Pub. IV, eqs. 9-11, sign of (11) mended in METHOD
-/// 12.
+/// copyable, no heap. Source: Nevaranta 2016, Pub. IV, eqs. 9-11, sign of (11) mended (docs/errata.md).
 template <class Real, std::size_t MaxLines>
 class FullKalmanBank {
  public:

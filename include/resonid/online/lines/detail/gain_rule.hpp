@@ -11,7 +11,7 @@ namespace resonid::online {
 
 /// How a tracker weighs what it has against the newest sample.
 enum class GainRule {
-  fixed,         ///< K = Phi H^T/(H H^T + lambda): one number for speed against noise (METHOD 4.1).
+  fixed,         ///< K = Phi H^T/(H H^T + lambda): one number for speed against noise.
   placed_poles,  ///< All observer poles at one radius, on the angles of the lines themselves.
 };
 
@@ -30,7 +30,7 @@ struct BankGain {
   double offset = 0.0;
 };
 
-/// METHOD 4.1: gain = e^{jw}/(n + lambda), n the number of oscillators and offset states.
+/// Nevaranta 2016, eq. 3.22: gain = e^{jw}/(n + lambda), n the number of oscillators and offset states.
 template <std::size_t MaxLines>
 BankGain<MaxLines> fixed_gain(std::span<const double> angle_rad, bool offset, double lambda) {
   BankGain<MaxLines> gain;

@@ -18,7 +18,7 @@
 namespace resonid::online {
 
 /// Bank of oscillators for one or more signals (channels) over the same lines; each channel has one
-/// innovation, shared by its lines. The recursion of METHOD 4.1 in phasors:
+/// innovation, shared by its lines. The recursion of Nevaranta 2016, eqs. 3.20-3.22, in phasors:
 ///
 ///   e(k) = z(k) - sum_i Re p_i(k) - offset(k)
 ///   p_i(k+1) = e^{j w_i} p_i(k) + gain_i e(k)          offset(k+1) = offset(k) + gain_0 e(k)

@@ -11,7 +11,7 @@
 
 namespace resonid::online {
 
-/// Frequency and phase of a chirp from f0 to f1 in the time T, which stays at f1 from there on (METHOD 3.3).
+/// Frequency and phase of a chirp from f0 to f1 in the time T, which stays at f1 from there on.
 ///
 ///   linear:       f = f0 + m t,        phase = 2π (f0 t + m t²/2),           m = (f1 - f0)/T
 ///   logarithmic:  f = f0 e^{q t/T},    phase = 2π f0 T/q (e^{q t/T} - 1),    q = ln(f1/f0)

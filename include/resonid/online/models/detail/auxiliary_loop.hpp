@@ -36,7 +36,7 @@ class SignalHistory {
 ///   yh(k) = B/A uh(k-d)        uh(k) = ru(k) - C yh(k)
 ///
 /// Its signals are what the measured ones would be without noise, load and reference. The model may be
-/// replaced at any time; the loop keeps its past. Source: METHOD 6.8.
+/// replaced at any time; the loop keeps its past. Source: Gilson and Van den Hof 2005.
 template <class Real, std::size_t Order>
 class AuxiliaryLoop {
  public:

@@ -39,7 +39,8 @@ struct EquationTerms {
 /// z holds the same of the auxiliary loop. Filtered are whole equations, never the signals: t, f and z pass
 /// 1/((1 - rho z^-1) C) with the auxiliary model's C, and an equation that held before the filter holds after
 /// it even while C changes. rho makes the integrator leak, so that constants do not grow without bound. The
-/// high-pass (1 - z^-1)/(1 - rho z^-1) stands before everything, ru included. Source: METHOD 6.7, 6.8.
+/// high-pass (1 - z^-1)/(1 - rho z^-1) stands before everything, ru included. Source: Young 2011, ch. 9;
+/// Gilson and Van den Hof 2005.
 template <class Real, std::size_t Order>
 class InstrumentalRegressors {
  public:

@@ -32,7 +32,7 @@ struct ErrorCorrelation {
 };
 
 /// The weighted normal equations of the instrumental-variable estimate, R theta = q, that the recursion
-/// P = R^-1, theta = P q of METHOD 6.8 solves:
+/// P = R^-1, theta = P q solves (Young 2011):
 ///
 ///   R <- lambda R + z f'        q <- lambda q + z t
 ///

@@ -49,8 +49,8 @@ struct DifferenceModel {
   }
 };
 
-/// A frequency as the fits see it: the polynomials above at z = e^{jw}, and the rows of A G - B = 0 (METHOD
-/// 7.1, with the second row of Nevaranta 2016, eq. 3.19 mended).
+/// A frequency as the fits see it: the polynomials above at z = e^{jw}, and the rows of A G - B = 0 (Levy
+/// 1959; the second row of Nevaranta 2016, eq. 3.19, is mended).
 template <class Real, std::size_t Order>
 class LineRows {
  public:

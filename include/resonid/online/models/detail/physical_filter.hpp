@@ -47,7 +47,8 @@ struct PhysicalNoise {
 /// `freeze()` the derivatives are those along a trajectory of fixed parameters: the filter then solves the
 /// linear least-squares problem of one Gauss-Newton step, exactly and in one pass.
 ///
-/// Measurement updates in Joseph's form on a symmetric matrix: it stays positive. Source: METHOD 6.9.
+/// Measurement updates in Joseph's form on a symmetric matrix: it stays positive. Source: Ljung
+/// 1979 (extended Kalman filter as a parameter estimator).
 template <class Real>
 class PhysicalFilter {
  public:

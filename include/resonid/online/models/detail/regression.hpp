@@ -37,7 +37,7 @@ inline constexpr std::size_t kMaxDelaySamples = 63;
 ///   free:               f = [u(k-d-1) ..., -y(k-1) ...]                base = 0
 ///   integrator fixed:   f = [u(k-d-1) ..., -y(k-1) + y(k-2) ..., 0]    base = y(k-1)
 ///
-/// with the fixed integrator, theta holds the n-1 coefficients of A/(1 - z^-1) and a 0. METHOD 6.2, 6.6.
+/// with the fixed integrator, theta holds the n-1 coefficients of A/(1 - z^-1) and a 0.
 template <class Real, std::size_t Order, std::size_t Extra = 0>
 class Regression {
  public:

@@ -40,7 +40,8 @@ struct ResponseFitConfig {
 /// G_l has no known delay in it. The covariance is that of the noise in the lines, carried through the
 /// weights in use (sandwich); what a moving machine or a wrong order adds shows in misfit(). A fit that
 /// cannot be made (too few finite lines) leaves the model as it was. Between steps that share a window the
-/// error hardly changes. No heap. Source: METHOD 7.1, 7.2; Nevaranta 2016, eqs. 3.15-3.19, Pub. V.
+/// error hardly changes. No heap. Source: Levy 1959; Sanathanan and Koerner 1963; Nevaranta 2016,
+/// eqs. 3.15-3.19, Pub. V.
 template <class Real, std::size_t Order, std::size_t MaxLines>
 class ResponseFit {
  public:

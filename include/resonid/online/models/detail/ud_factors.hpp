@@ -11,7 +11,7 @@ namespace resonid::online {
 
 /// Symmetric positive semi-definite matrix P = U D U' as its factors, U unit upper triangular, D diagonal and
 /// never negative: symmetric and positive by construction, whatever rounding does. A D of 0 stays 0.
-/// Source: Bierman, Factorization Methods for Discrete Sequential Estimation, 1977, ch. V; METHOD 6.1.
+/// Source: Bierman 1977, ch. V.
 template <class Real, std::size_t N>
 class UdFactors {
  public:

@@ -8,8 +8,8 @@
 
 namespace resonid::online {
 
-/// Two inertias joined by a spring and a damper, referred to the driven shaft (METHOD 2.1 with r1 = r2 = 1;
-/// linear machines: kg, N/m, Ns/m).
+/// Two inertias joined by a spring and a damper, referred to the driven shaft (Nevaranta 2016, eqs. 2.1-2.3,
+/// r1 = r2 = 1; linear machines: kg, N/m, Ns/m).
 template <class Real>
 struct TwoMassPoint {
   Real driven_inertia{};    ///< J1, kgm2
@@ -25,7 +25,7 @@ struct TwoMassPoint {
 ///   0] h)
 ///
 /// w0 is a constant that only scales the twist. Derivatives by ln J1, ln J2, ln K, ln D and B are those of
-/// the exponential's Taylor series and of its squarings (Frechet derivative). Source: METHOD 2.5, 6.9.
+/// the exponential's Taylor series and of its squarings (Frechet derivative).
 template <class Real>
 struct ZohTwoMass {
   static constexpr std::size_t kStates = 3;

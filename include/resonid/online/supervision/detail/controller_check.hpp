@@ -36,7 +36,7 @@ struct ControllerCheckConfig {
 ///
 /// It differs when two lines of those that are known say so, by more than 5 % and four standard deviations.
 /// Limits: needs an excitation that is measured; a line without excitation says nothing; a controller that
-/// limits its output differs while it does. Source: METHOD 5.2; the test is this project's.
+/// limits its output differs while it does. Source: the test is this project's.
 template <class Real>
 class ControllerCheck {
  public:

@@ -126,7 +126,8 @@ struct MarginStds {
 ///   d|1 + L| = Re(conj(1 + L) L e)/|1 + L|             at its minimum, wherever that moves to
 ///
 /// `found`: of the loop whose error is meant; error_at(f) gives its RelativeError, loop_at(f) the loop.
-/// Bounded: two evaluations of the error, three of the loop. Source: METHOD 10.2; first-order propagation.
+/// Bounded: two evaluations of the error, three of the loop. Source: first-order propagation
+/// (docs/methods/margins.md).
 template <class ErrorAt, class LoopAt>
 [[nodiscard]] MarginStds margin_stds(const LoopMargins<double>& found, ErrorAt&& error_at,
                                      LoopAt&& loop_at) noexcept {
@@ -175,7 +176,7 @@ template <class Real>
 }
 
 /// The largest chordal distance to a reference over the lines or points of a band, one by one: the work of
-/// one is bounded. Pointwise: no winding numbers. What is not finite is left out. Source: METHOD 10.1.
+/// one is bounded. Pointwise: no winding numbers. What is not finite is left out. Source: Vinnicombe 1993.
 class GapScan {
  public:
   using Complex = std::complex<double>;
