@@ -2,7 +2,7 @@
 .DEFAULT_GOAL := help
 # What makes a build from nothing fast (docs/decisions/0010-compile-once.md).
 RESONID_CMAKE ?= -DRESONID_PCH=ON -DRESONID_UNITY=ON
-.PHONY: help demo test build statistics sanitize fuzz bench trust package package-test format check clean
+.PHONY: help demo test build statistics sanitize fuzz bench trust figures package package-test format check clean
 
 help:          ## This list.
 	@awk -F ':|## ' '/^[a-z-]+:.*## / {printf "  make %-12s %s\n", $$1, $$NF}' Makefile
@@ -49,6 +49,13 @@ trust:         ## How often trusted results are wrong, over all kinds of experim
 	cmake --preset release
 	cmake --build --preset release --target resonid_cli
 	/usr/bin/python3 bench/trust.py build/release/apps/cli/resonid --seeds 10 --jobs $$(nproc) --markdown docs/validation/trust.md
+
+figures:       ## The pictures of README.md whose page has changed, by Chromium, and the answers that it quotes.
+	tools/install_packages build figures
+	cmake --preset demo
+	cmake --build --preset demo --target resonid_cli
+	tools/figures build/demo/apps/cli/resonid
+	tools/check_readme --write build/demo/apps/cli/resonid
 
 package:       ## What to hand on, .deb files and a tarball that needs nothing but the C library, in build/packages (half an hour).
 	tools/install_packages build package
