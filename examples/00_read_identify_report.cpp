@@ -6,7 +6,7 @@ int main() {
   const auto record = resonid::read_record("run.csv").value();
   const auto result =
       resonid::identify(record, {.controller = resonid::pi(1.036, 0.147), .delay_s = 0.004}).value();
-  for (const auto& mode : result.modes)  // "resonance 15.11 Hz +- 0.03"
+  for (const auto& mode : result.modes)  // "resonance 15.112 Hz +- 0.0158", one standard deviation
     std::cout << mode.name() << ' ' << mode.frequency_hz.value << " Hz +- " << mode.frequency_hz.std << '\n';
   resonid::write_report("report.html", result, record).value();
 }
