@@ -21,8 +21,9 @@ execute_process(COMMAND git log -1 --format=%cd --date=rfc WORKING_DIRECTORY "${
 if(NOT date)
   string(TIMESTAMP date "%a, %d %b %Y %H:%M:%S +0000" UTC)
 endif()
-set(maintainer "The resonid developers <resonid@localhost>")
-file(CONFIGURE OUTPUT "${documents}/changelog.Debian" CONTENT "${changelog} -- ${maintainer}  ${date}\n")
+# The project has no mailbox; .invalid says so (RFC 2606). Whoever hands packages on gives theirs.
+set(RESONID_MAINTAINER "The resonid developers <resonid@resonid.invalid>" CACHE STRING "Maintainer of the packages, Name <address>")
+file(CONFIGURE OUTPUT "${documents}/changelog.Debian" CONTENT "${changelog} -- ${RESONID_MAINTAINER}  ${date}\n")
 add_custom_command(OUTPUT "${documents}/changelog.Debian.gz" "${documents}/changelog.gz" "${documents}/copyright"
   COMMAND "${RESONID_GZIP}" -9nc "${documents}/changelog.Debian" > "${documents}/changelog.Debian.gz"
   COMMAND "${RESONID_GZIP}" -9nc "${PROJECT_SOURCE_DIR}/CHANGELOG.md" > "${documents}/changelog.gz"
@@ -50,7 +51,7 @@ set(CPACK_COMPONENTS_ALL program library development)
 set(CPACK_DEB_COMPONENT_INSTALL ON)
 set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
 set(CPACK_DEBIAN_PACKAGE_RELEASE 1)
-set(CPACK_DEBIAN_PACKAGE_MAINTAINER "${maintainer}")
+set(CPACK_DEBIAN_PACKAGE_MAINTAINER "${RESONID_MAINTAINER}")
 set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
 set(CPACK_DEBIAN_PACKAGE_GENERATE_SHLIBS ON)
 set(CPACK_DEBIAN_PACKAGE_CONTROL_STRICT_PERMISSION ON)
