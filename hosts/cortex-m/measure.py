@@ -54,7 +54,7 @@ CASES = {
     "change_detector": "`ChangeDetector<float, 64>`, blocks of 16",
     "axis_lines_8": "`BasicAxis` of `AxisLines<float, 8>`: a row of response and margins every 64 samples, spread over them",
 }
-# Most that may be, on the M4F (issue 6): instructions per sample, bytes.
+# Most that may be, on the M4F: instructions per sample, bytes.
 LARGEST_STEP = {"line_bank_8": 600, "line_bank_21": 1400, "chirp_tracker_3": 300, "rls_6": 650, "cloe_3": 1300}
 LARGEST_STATE = {"line_bank_21": 1024}
 LARGEST_CODE = {"core_set": 48 * 1024, "whole_library": 48 * 1024}
