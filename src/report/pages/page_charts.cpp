@@ -67,8 +67,8 @@ json sensitivity(const data::FrequencyResponse& loop, const SensitivityPeaks& pe
 json spectrum(const char* title, const data::Channel& channel, std::size_t dropped, const Result& result,
               double rate_hz) {
   const std::span<const double> all(channel.samples);
-  Curve curve = power_curve(
-      channel.name, response::power_spectrum(all.subspan(std::min(dropped, all.size())), rate_hz));
+  Curve curve = power_curve(channel.name,
+                            response::power_spectrum(all.subspan(std::min(dropped, all.size())), rate_hz));
   Chart chart;
   chart.title = title;
   chart.x_label = "Frequency in Hz";
