@@ -70,12 +70,13 @@ format:        ## Format every C++ file in place.
 	tools/install_packages ci
 	tools/check_format --fix
 
-check:         ## Format, layers, vocabulary, citations, and clang-tidy on what changed.
+check:         ## Format, layers, vocabulary, citations, findings, and clang-tidy on what changed.
 	tools/install_packages build test ci
 	tools/check_format
 	tools/check_layers
 	tools/check_vocabulary
 	tools/check_citations
+	tools/check_findings
 	tools/check_tidy
 
 clean:         ## Remove all build and demo output.

@@ -219,7 +219,7 @@ void run_excite(const CLI::App& verb, ExciteOptions& o) {
   text += fmt::format("  rms           {:.4g}\n  peak          {:.4g}\n  crest factor  {:.4g}\n", metrics.rms,
                       metrics.peak, metrics.crest_factor);
   if (!o.out.empty()) text += fmt::format("  written to    {}\n", o.out);
-  print(text);
+  print_text(text);
 }
 
 void add_kind(CLI::App& excite, Kind kind, const std::string& doc, const std::string& example) {

@@ -219,7 +219,8 @@ std::vector<ExitCodeText> exit_codes_of(const CLI::App& verb) {
       {"1", "anything that has no code of its own"},
       {"2", "wrong usage, or input that cannot be read; the message names option or file, line and column"},
   };
-  if (may_end_not_trusted(verb)) codes.push_back({"3", "what a --require option asks for does not hold"});
+  if (may_end_not_trusted(verb))
+    codes.push_back({"3", "not trusted, where a --require option asks for trust"});
   codes.push_back({"130", "interrupted"});
   return codes;
 }
@@ -241,13 +242,14 @@ void add_general_options(CLI::App& app) {
   app.set_help_flag("-h", "short help");
   app.set_help_all_flag("--help", "all options with what they do, examples and exit codes");
   app.add_flag("-q,--quiet", settings.quiet, "say nothing but errors");
-  app.add_flag("-v,--verbose", settings.verbose, "tell every stage with the time that has passed");
+  app.add_flag("-v,--verbose", settings.verbose, "report every stage with the elapsed time");
   constexpr std::string_view kWhen[] = {"auto", "always", "never"};
   add_choice(
       app, "--color", kWhen, [&settings](std::size_t i) { settings.colour = static_cast<When>(i); },
       "colour of verdicts and errors; auto: on a terminal, unless NO_COLOR is set")
       ->type_name("WHEN")
       ->default_str("auto");
+  app.add_flag("--ascii", settings.ascii, "texts in ASCII ('+-', 'kg m2'), as where the locale is not UTF-8");
   for (auto* verb : app.get_subcommands({})) add_general_options(*verb);
 }
 

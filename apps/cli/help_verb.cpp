@@ -14,6 +14,7 @@
 #include "completion.hpp"
 #include "errors.hpp"
 #include "help.hpp"
+#include "help_findings.hpp"
 #include "man_page.hpp"
 #include "options.hpp"
 #include "output.hpp"
@@ -36,10 +37,14 @@ void add_help_options(CLI::App& verb, HelpOptions& o) {
       "Examples:\n"
       "  resonid help identify\n"
       "  resonid help excite chirp\n"
+      "  resonid help low-coherence\n"
       "  resonid help --completion bash > ~/.local/share/bash-completion/completions/resonid\n"
       "  resonid help --man identify | man -l -");
   verb.option_defaults()->group("Output");
-  verb.add_option("VERB", o.words, "verb, and kind of a verb; the program without one")->type_name("WORD");
+  verb.add_option(
+          "VERB", o.words,
+          "verb, and kind of a verb; id of a finding, or findings for all of them; the program without one")
+      ->type_name("WORD");
   add_choice(
       verb, "--completion", kShells, [&o](std::size_t i) { o.shell = i; },
       "print the script that completes verbs, options and names in this shell")
@@ -58,7 +63,7 @@ const CLI::App& named_verb(const CLI::App& app, std::span<const std::string> wor
     names.push_back(verb->get_name());
   }
   throw UsageError("help: found '" + words.front() + "', which is no verb or kind of '" + command_of(app) +
-                   "'" + io::suggestion(words.front(), names));
+                   "' and no finding" + io::suggestion(words.front(), names));
 }
 
 std::string completion_for(const CLI::App& app, std::size_t shell) {
@@ -87,7 +92,20 @@ void install_files(const CLI::App& app, const std::filesystem::path& prefix) {
   }
 }
 
+/// Whether the words ask about findings; then they are explained.
+bool explains_finding(const HelpOptions& o) {
+  if (o.words.size() != 1 || o.shell || o.man || !o.install.empty()) return false;
+  if (o.words.front() == "findings") {
+    print(findings_page());
+    return true;
+  }
+  const auto text = finding_text(o.words.front());
+  if (text) print_text(*text);
+  return text.has_value();
+}
+
 int explain(const CLI::App& app, const HelpOptions& o) {
+  if (explains_finding(o)) return kDone;
   const auto& verb = named_verb(app, o.words);
   if (!o.install.empty())
     install_files(app, o.install);
@@ -98,7 +116,7 @@ int explain(const CLI::App& app, const HelpOptions& o) {
   else if (command_of(verb) == "resonid reproduce")  // which knows its experiments
     return run_reproduce({"--help"});
   else
-    print(HelpFormatter().make_help(&verb, "", CLI::AppFormatMode::All));
+    print_text(HelpFormatter().make_help(&verb, "", CLI::AppFormatMode::All));
   return kDone;
 }
 

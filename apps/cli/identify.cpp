@@ -79,7 +79,7 @@ void identify_one(const CLI::App& verb, IdentifyOptions& o) {
 void run_identify(const CLI::App& verb, IdentifyOptions& o) {
   check(verb, o.method);
   if (o.join && o.record.columns.second_output)
-    throw UsageError("--second-output: is fitted record by record; leave --join out");
+    throw UsageError("--second-output: is fitted recording by recording; leave --join out");
   if (o.join)
     if (const auto joinable = identification::check_join(o.method.options); !joinable)
       throw UsageError(in_options(joinable.error()));
@@ -87,11 +87,11 @@ void run_identify(const CLI::App& verb, IdentifyOptions& o) {
     throw UsageError("--validate-on: simulates the model; required --model other than none");
   const auto files = expanded(o.records);
   if (!o.save_profile.empty() && files.size() > 1)
-    throw UsageError("--save-profile: holds what one record was read with; required a single record");
+    throw UsageError("--save-profile: holds what one recording was read with; required a single recording");
   if (std::find(files.begin(), files.end(), o.validate_on) != files.end())
-    throw UsageError("--validate-on: " + o.validate_on + " is fitted too; required a record of its own");
+    throw UsageError("--validate-on: " + o.validate_on + " is fitted too; required a recording of its own");
   if (files.size() > 1) return identify_many(verb, o, files);
-  if (o.join) throw UsageError("--join: joins repeated experiments; found 1 record, required at least 2");
+  if (o.join) throw UsageError("--join: joins repeated experiments; found 1 recording, required at least 2");
   o.record.record = files.front();
   identify_one(verb, o);
 }
@@ -100,7 +100,7 @@ void run_identify(const CLI::App& verb, IdentifyOptions& o) {
 
 void add_identify(CLI::App& app) {
   auto* verb =
-      app.add_subcommand("identify", "Finds response, resonance, parameters and margins in a record");
+      app.add_subcommand("identify", "Finds response, resonance, parameters and margins in a recording");
   verb->footer(
       "Examples:\n"
       "  resonid identify demo.csv --chirp 35:1.5:17 --controller pi:1.036,0.147 --delay 0.004 --report "
@@ -108,7 +108,8 @@ void add_identify(CLI::App& app) {
       "  resonid identify bench.csv --input iq_A --input-scale 0.564 --output theta_rad\n"
       "      --output-quantity position --drop-periods 1\n"
       "  resonid identify bench/*.csv --join --report bench.html --json bench.json\n"
-      "Several records give one table, one report and one JSON; a record that cannot be read gets a row with "
+      "Several recordings give one table, one report and one JSON; a recording that cannot be read gets a "
+      "row with "
       "its error, does not stop the others, and makes the exit code 2.\n"
       "Columns with usual names (time, u, torque, y, velocity, ru, ...) are found without options.");
   const auto o = std::make_shared<IdentifyOptions>();
@@ -127,14 +128,14 @@ void add_identify(CLI::App& app) {
   add_summary_options(*verb);
   verb->add_option("--report", o->report, "self-contained HTML report")->type_name("FILE");
   verb->add_option("--json", o->json, "result for machines ('-': standard output)")->type_name("FILE");
-  verb->add_option("--response", o->response, "frequency response as CSV (several records: with --join)")
+  verb->add_option("--response", o->response, "frequency response as CSV (several recordings: with --join)")
       ->type_name("FILE");
   verb->add_flag("--join", o->join,
-                 "take several records for repetitions of one experiment: one estimate of all");
+                 "take several recordings for repetitions of one experiment: one estimate of all");
   verb->add_option("--validate-on", o->validate_on,
-                   "simulate the model on this record too, to which it is not fitted")
+                   "simulate the model on this recording too, to which it is not fitted")
       ->type_name("FILE");
-  add_count(*verb, "--jobs", o->jobs, "threads for several records or the bootstrap; 0: one per core");
+  add_count(*verb, "--jobs", o->jobs, "threads for several recordings or the bootstrap; 0: one per core");
   verb->add_option("--save-profile", o->save_profile,
                    "write the options given and the columns found as a profile for later calls")
       ->type_name("FILE.toml");

@@ -78,7 +78,7 @@ void join(const CLI::App& verb, const IdentifyOptions& o, const std::vector<std:
   }
   if (records.size() < 2) {
     result.join_error =
-        fmt::format("{} of the records could be identified, at least 2 are required", records.size());
+        fmt::format("{} of the recordings could be identified, at least 2 are required", records.size());
     return;
   }
   options->jobs = o.jobs;
@@ -136,7 +136,7 @@ void complain(const IdentifyOptions& o, const report::BatchResult& result) {
     broken += "\n  " + report::error_line(e);
   }
   if (count > 0)
-    throw InputError(fmt::format("{} of {} records could not be identified:{}", count,
+    throw InputError(fmt::format("{} of {} recordings could not be identified:{}", count,
                                  result.batch.entries.size(), broken));
   if (!result.join_error.empty()) throw InputError("--join: " + result.join_error);
   if (o.require_trusted && !trusted)
@@ -184,21 +184,21 @@ void validate_elsewhere(const CLI::App& verb, const IdentifyOptions& o, identifi
 void identify_many(const CLI::App& verb, const IdentifyOptions& o, const std::vector<std::string>& files) {
   if (!o.response.empty() && !o.join)
     throw UsageError(
-        fmt::format("--response: holds one response, and there are {} records; required a single "
-                    "record, or --join for the averaged one (--json holds all)",
+        fmt::format("--response: holds one response, and there are {} recordings; required a single "
+                    "recording, or --join for the averaged one (--json holds all)",
                     files.size()));
   const bool quiet = no_summary({{"--report", o.report}, {"--json", o.json}, {"--response", o.response}});
   std::vector<std::string_view> inputs(files.begin(), files.end());
   refuse_shared_files(inputs, {{"--report", o.report}, {"--json", o.json}, {"--response", o.response}});
   refuse_unwritable({o.report, o.json, o.response});
   Progress progress;
-  progress.stage(fmt::format("identifying {} records", files.size()));
+  progress.stage(fmt::format("identifying {} recordings", files.size()));
   identification::BatchTask task;
   task.files = files;
   task.jobs = o.jobs;
   task.load = [&](std::size_t i) { return load(verb, o, files[i]); };
   task.progress = [&](std::size_t done, const BatchEntry& entry) {
-    progress.stage(fmt::format("{} of {} records done, {}{}", done, files.size(), entry.file,
+    progress.stage(fmt::format("{} of {} recordings done, {}{}", done, files.size(), entry.file,
                                entry.result ? "" : ": failed"));
   };
   report::BatchResult result;
@@ -215,7 +215,8 @@ void identify_many(const CLI::App& verb, const IdentifyOptions& o, const std::ve
   progress.stage("writing");
   write_all(o, files, result);
   if (!quiet) {
-    print_summary(output_settings().brief ? brief_of(result) : report::summary_text(result));
+    print_summary(output_settings().brief ? brief_of(result)
+                                          : report::summary_text(result, characters_of_text()));
     if (!o.report.empty()) print(fmt::format("Report written to {}\n", o.report));
   }
   complain(o, result);

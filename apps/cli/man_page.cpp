@@ -82,6 +82,8 @@ constexpr const char* kFilesAndEnvironment =
     ".TP\n.B resonid.toml\nin the current folder: defaults of options, by their names without dashes\n"
     ".SH ENVIRONMENT\n"
     ".TP\n.B NO_COLOR\nif set and not empty, nothing is coloured unless \\-\\-color asks for it\n"
+    ".TP\n.B LC_ALL, LC_CTYPE, LANG\nthe first that is set: texts are ASCII unless it names UTF-8 (or with "
+    "\\-\\-ascii)\n"
     ".TP\n.B COLUMNS\nwidth that help is wrapped to, at most 100; otherwise the terminal's\n";
 
 }  // namespace

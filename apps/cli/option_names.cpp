@@ -42,6 +42,7 @@ constexpr std::array kOptions = {
     Option{"excitation", {}, "COL"},
     Option{"excitation_type", {}},
     Option{"false_alarm_interval_s", "--false-alarms"},
+    Option{"friction", {}},
     Option{"from_s", {}},
     Option{"ground", {}},
     Option{"independent", "--validate-on"},

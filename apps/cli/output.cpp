@@ -31,7 +31,13 @@ void print(std::string_view text) {
   put(stdout, text);
 }
 
-void print_summary(std::string_view text) { print(with_painted_verdict(text, STDOUT_FILENO)); }
+report::Characters characters_of_text() {
+  return is_unicode() ? report::Characters::unicode : report::Characters::ascii;
+}
+
+void print_text(std::string_view text) { is_unicode() ? print(report::typeset(text)) : print(text); }
+
+void print_summary(std::string_view text) { print_text(with_painted_verdict(text, STDOUT_FILENO)); }
 
 void print_error(std::string_view text) { std::fwrite(text.data(), 1, text.size(), stderr); }
 

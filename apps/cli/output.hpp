@@ -2,6 +2,7 @@
 #pragma once
 
 #include <nlohmann/json_fwd.hpp>
+#include <resonid/report/detail/typography.hpp>
 #include <span>
 #include <string>
 #include <string_view>
@@ -16,9 +17,13 @@ void write_json(const std::string& path, const nlohmann::json& value);
 /// Refuses before long work what write_output() would refuse after it. Empty paths and `-` are left aside.
 void refuse_unwritable(std::initializer_list<std::string_view> paths);
 
-void print(std::string_view text);          ///< To standard output.
+void print(std::string_view text);       ///< To standard output, as it is: what machines read.
+void print_text(std::string_view text);  ///< What people read: typeset where they can read it (is_unicode).
 void print_summary(std::string_view text);  ///< The same with the verdict in colour.
 void print_error(std::string_view text);    ///< To standard error.
+
+/// What print_text() writes in, for tables whose columns depend on it.
+[[nodiscard]] report::Characters characters_of_text();
 
 struct CsvColumn {
   std::string name;

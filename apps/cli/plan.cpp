@@ -282,8 +282,8 @@ void run_plan(const CLI::App& verb, PlanOptions& o) {
   if (!plan) refuse_plan(verb, plan.error());
   write_results(*plan, o);
   if (quiet) return;
-  print(in_options(output_settings().brief ? brief_text(std::string("Plan."), report::sentences(*plan))
-                                           : report::summary_text(*plan)));
+  print_text(in_options(output_settings().brief ? brief_text(std::string("Plan."), report::sentences(*plan))
+                                                : report::summary_text(*plan)));
   for (const auto& path : {o.out, o.experiment, o.report})
     if (!path.empty()) print(fmt::format("Written to {}\n", path));
 }
@@ -315,12 +315,12 @@ void add_target_options(CLI::App& verb, PlanOptions& o) {
              "peak of what is added to the controller's output");
   add_number(verb, "--max-torque-rms", o.max_torque_rms, "NM", "rms torque over the experiment");
   add_number(verb, "--max-velocity", o.max_velocity, "RAD/S", "peak velocity, above the operating point");
-  add_number(verb, "--max-stroke", o.max_stroke, "RAD", "travel of the driven side, end to end");
+  add_number(verb, "--max-stroke", o.max_stroke, "RAD", "travel of the motor side, end to end");
   add_number(verb, "--max-time", o.max_time_s, "SECONDS", "length of the experiment");
   verb.option_defaults()->group("Targets");
   verb.add_option(
           "--accuracy", o.accuracy,
-          "wanted standard deviations, in % or in the figure's unit; X% alone: of all parameters, as 1% "
+          "target standard deviations, in % or in the figure's unit; X% alone: of all parameters, as 1% "
           "without this option")
       ->type_name("NAME=X%,...|X%");
   add_enum(verb, "--criterion", o.config.criterion,
@@ -340,7 +340,7 @@ void add_target_options(CLI::App& verb, PlanOptions& o) {
 
 void add_plan(CLI::App& app) {
   auto* verb =
-      app.add_subcommand("plan", "Plans the excitation that reaches a wanted accuracy in the least time");
+      app.add_subcommand("plan", "Plans the excitation that reaches the accuracy targets in the least time");
   verb->footer(
       "Examples:\n"
       "  resonid plan --model result.json --noise 0.1 --controller pi:1.036,0.147 --max-torque 2 --out "

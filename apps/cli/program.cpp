@@ -57,10 +57,12 @@ void print_wrong_use(const CLI::App& app, const std::string& message) {
   complain(message, "See '" + command_of(deepest(app)) + " --help'.\n");
 }
 
-/// Before the parser, whose own complaints are coloured too. What makes no sense is left to it.
-void settle_colour(const std::vector<std::string>& arguments) {
+/// Before the parser, whose own complaints are coloured too, and whose help is typeset. What makes no sense
+/// is left to it.
+void settle_output(const std::vector<std::string>& arguments) {
   for (std::size_t i = 0; i < arguments.size(); ++i) {
     std::string when;
+    if (arguments[i] == "--ascii") output_settings().ascii = true;
     if (arguments[i].starts_with("--color=")) when = arguments[i].substr(arguments[i].find('=') + 1);
     if (arguments[i] == "--color" && i + 1 < arguments.size()) when = arguments[i + 1];
     if (when == "always") output_settings().colour = When::always;
@@ -99,7 +101,7 @@ int run_program(CLI::App& app, const std::vector<std::string>& arguments,
                 const std::function<int(const std::vector<std::string>&)>& run) {
   keep_memory();
   quieten_solver();
-  settle_colour(arguments);
+  settle_output(arguments);
   end_on_signals();
   try {
     const int code = run(arguments);
@@ -108,10 +110,10 @@ int run_program(CLI::App& app, const std::vector<std::string>& arguments,
   } catch (const CLI::ExtrasError&) {
     print_wrong_use(app, unknown_argument(app));
   } catch (const CLI::CallForAllHelp&) {
-    print(app.help("", CLI::AppFormatMode::All));
+    print_text(app.help("", CLI::AppFormatMode::All));
     return kDone;
   } catch (const CLI::CallForHelp&) {
-    print(app.help());
+    print_text(app.help());
     return kDone;
   } catch (const CLI::CallForVersion& version) {
     print(std::string(version.what()) + "\n");

@@ -78,10 +78,10 @@ void add_signal_options(CLI::App& verb, RecordOptions& o) {
   add_text(verb, "--time", c.time, "time column; 'none' ignores one", "COL");
   add_enum(verb, "--time-unit", c.time_unit, "of the time column; samples: numbers of samples");
   add_number(verb, "--sample-rate", c.sample_rate_hz, "HZ",
-             "sample rate, for a record without a time column");
+             "sample rate, for a recording without a time column");
   add_text(verb, "--input", c.input, "input u: torque (force) that the drive receives", "COL");
   add_text(verb, "--output", c.output,
-           "output y: what is measured on the driven side; signals may be sums of columns, '34.2*a - 3.3*b'",
+           "output y: what is measured on the motor side; signals may be sums of columns, '34.2*a - 3.3*b'",
            "COL");
   add_text(verb, "--excitation", c.excitation, "excitation ru, added to the controller's output", "COL");
   add_text(verb, "--reference", c.reference, "reference r of the loop", "COL");
@@ -96,7 +96,7 @@ void add_signal_options(CLI::App& verb, RecordOptions& o) {
   add_number(verb, "--rated-torque", c.rated_torque, "NM",
              "what 100 % are, for an input in % of the rated torque");
   add_number(verb, "--torque-constant", c.torque_constant, "NM_A", "torque per ampere, for an input in A");
-  add_enum(verb, "--motion", c.motion, "kgm2 and Nm/rad, or kg and N/m");
+  add_enum(verb, "--motion", c.motion, "kg m2 and Nm/rad, or kg and N/m");
   add_enum(verb, "--output-quantity", c.output_quantity,
            "what the output is; the response is always that of the velocity");
   verb.add_flag("--differentiate", c.differentiate,
@@ -172,8 +172,9 @@ void add_model_options(CLI::App& verb, MethodOptions& o) {
   add_enum(verb, "--model", k.model, "drive model to fit, or a black box without drive structure");
   add_friction_option(verb, o, "friction of the drive model");
   add_enum(verb, "--ground", k.ground, "side of the drive model that a spring ties to the ground");
-  add_number(verb, "--torque-lag", k.torque_lag_s, "SECONDS",
-             "time constant of the torque loop, 0 for none; otherwise estimated where the record shows it");
+  add_number(
+      verb, "--torque-lag", k.torque_lag_s, "SECONDS",
+      "time constant of the torque loop, 0 for none; otherwise estimated where the recording shows it");
   add_number(verb, "--output-filter", k.output_filter_s, "SECONDS",
              "time constant of the drive's filter of the measured velocity, 0 for none; otherwise estimated");
   static_assert(std::is_same_v<std::size_t, std::uint64_t>);

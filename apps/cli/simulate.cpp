@@ -85,7 +85,7 @@ void run_list(const SimulateOptions& o) {
     json["experiments"].push_back({{"name", shipped.name}, {"about", about(shipped.text)}});
   }
   if (!o.json.empty()) write_json(o.json, json);
-  if (o.json != "-") print(text);
+  if (o.json != "-") print_text(text);
 }
 
 struct Statistics {
@@ -181,10 +181,10 @@ std::string summary_text(const SimulateOptions& o, const plant::Simulation& simu
                       1e3 * truth.delay_s);
   for (const auto* channel : channels_of(record)) {
     const auto s = statistics(channel->samples);
-    text += fmt::format("  {:<8} mean {:.4g}, deviation {:.4g}, {:.4g} ... {:.4g} {}\n", channel->name,
-                        s.mean, s.deviation, s.lowest, s.highest, channel->unit);
+    text += fmt::format("  {:<8} mean {:.4g}, standard deviation {:.4g}, {:.4g} ... {:.4g} {}\n",
+                        channel->name, s.mean, s.deviation, s.lowest, s.highest, channel->unit);
   }
-  if (!o.out.empty()) text += fmt::format("  record written to {}\n", o.out);
+  if (!o.out.empty()) text += fmt::format("  recording written to {}\n", o.out);
   if (!o.truth.empty()) text += fmt::format("  truth written to {}\n", o.truth);
   if (!o.report.empty()) text += fmt::format("  report written to {}\n", o.report);
   return text;
@@ -253,7 +253,7 @@ void run_simulate(const CLI::App& verb, const SimulateOptions& o) {
     page.provenance = provenance;
     write_output(o.report, report::document_page(page));
   }
-  if (!quiet) print(summary_text(o, simulation));
+  if (!quiet) print_text(summary_text(o, simulation));
 }
 
 }  // namespace
@@ -265,18 +265,19 @@ void add_simulate(CLI::App& app) {
       "  resonid simulate experiments/demo.toml --out demo.csv --truth truth.json\n"
       "  resonid simulate --list\n"
       "  resonid simulate friction_reversal --duration 2 --out record.csv\n"
-      "The record has the columns time_s, ru, u, y; in closed loop r; of a tooth belt and under a position "
+      "The recording has the columns time_s, ru, u, y; in closed loop r; of a tooth belt and under a "
+      "position "
       "controller position; load_position or load_acceleration where it is measured.\n"
       "docs/experiment_files.md (or --schema) explains the files.");
   const auto o = std::make_shared<SimulateOptions>();
   verb->add_option("EXPERIMENT", o->experiment, "TOML file, or the name of a shipped experiment")
       ->type_name("FILE|NAME");
   verb->option_defaults()->group("Results");
-  verb->add_option("--out", o->out, "CSV file for the record ('-': standard output)")->type_name("FILE");
+  verb->add_option("--out", o->out, "CSV file for the recording ('-': standard output)")->type_name("FILE");
   verb->add_option("--truth", o->truth, "JSON file for what was true ('-': standard output)")
       ->type_name("FILE");
   verb->option_defaults()->group("Run");
-  add_number(*verb, "--duration", o->duration_s, "SECONDS", "length of the record, instead of the file's");
+  add_number(*verb, "--duration", o->duration_s, "SECONDS", "length of the recording, instead of the file's");
   add_count(*verb, "--seed", o->seed, "seed of the measurement noise, instead of the file's")
       ->default_str("");
   add_lines(

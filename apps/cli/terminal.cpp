@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cctype>
 #include <charconv>
 #include <cstdlib>
 #include <utility>
@@ -52,6 +53,18 @@ OutputSettings& output_settings() noexcept {
 std::size_t text_width() { return std::clamp(terminal_columns(), kNarrowest, kWidest); }
 
 bool is_screen(int stream) { return ::isatty(stream) != 0 && environment("TERM") != "dumb"; }
+
+bool is_unicode() {
+  if (output_settings().ascii) return false;
+  for (const char* name : {"LC_ALL", "LC_CTYPE", "LANG"}) {
+    std::string locale(environment(name));
+    if (locale.empty()) continue;
+    std::transform(locale.begin(), locale.end(), locale.begin(),
+                   [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+    return locale.find("utf-8") != std::string::npos || locale.find("utf8") != std::string::npos;
+  }
+  return false;
+}
 
 bool is_coloured(int stream) {
   switch (output_settings().colour) {

@@ -16,6 +16,7 @@ struct OutputSettings {
   bool verbose = false;  ///< Stages with elapsed times, wherever standard error goes.
   bool brief = false;    ///< The verdict and the key figures instead of the summary.
   When colour = When::automatic;
+  bool ascii = false;  ///< No character beyond ASCII of the program's own.
 };
 [[nodiscard]] OutputSettings& output_settings() noexcept;
 
@@ -24,6 +25,10 @@ struct OutputSettings {
 
 /// Whether this stream of the process (STDOUT_FILENO ...) is a terminal that moves its cursor.
 [[nodiscard]] bool is_screen(int stream);
+/// Whether the program writes "±" and "m²" to people: where the locale (LC_ALL, else LC_CTYPE, else LANG) is
+/// a UTF-8 one, unless --ascii is given.
+[[nodiscard]] bool is_unicode();
+
 /// Whether colours are written to it: as --color says; auto: a screen, unless NO_COLOR is set and not empty.
 [[nodiscard]] bool is_coloured(int stream);
 

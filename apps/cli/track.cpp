@@ -95,7 +95,7 @@ void read_models(TrackVerbOptions& o) {
   if (!o.start.empty()) {
     const auto result = read_result(o.start, "--start");
     if (!result.model)
-      throw InputError(fmt::format("--start: '{}': holds no model; one is required to begin with", o.start));
+      throw InputError(fmt::format("--start: '{}': holds no model; required: an initial model", o.start));
     o.track.start = result.model->drive;
     o.track.start_units = result.units;
   }
@@ -109,8 +109,9 @@ void add_method(CLI::App& verb, TrackVerbOptions& o) {
   add_number(verb, "--learn", t.learn_s, "SECONDS",
              "length of the stretch that method, excitation and start are decided from; rows begin after it; "
              "otherwise half a second or more, doubled while it does not suffice");
-  verb.add_flag("--whole-record", t.whole_record,
-                "learn from the whole record: rows begin at its first sample and know what came after them");
+  verb.add_flag(
+      "--whole-record", t.whole_record,
+      "learn from the whole recording: rows begin at its first sample and know what came after them");
   add_number(verb, "--memory", t.memory_s, "SECONDS", "how long the estimate remembers; otherwise chosen");
   add_enum(verb, "--forgetting", t.forgetting,
            "arx, oe, rpem, cloe, f-cloe, d-cloe: how old samples lose weight");
@@ -222,7 +223,7 @@ void add_track(CLI::App& app) {
   add_drive_model_option(*verb, o->method);
   add_friction_option(
       *verb, o->method,
-      "of the start model; dry: arx, iv and physical follow Coulomb friction, viscous: physical "
+      "of the initial model; dry: arx, iv and physical follow Coulomb friction, viscous: physical "
       "follows viscous friction");
   add_tracker_options(*verb, o->method);
   add_summary_options(*verb);

@@ -113,13 +113,13 @@ void run_validate(CLI::App& verb, ValidateVerb& o) {
     if (!o.report.empty()) print(fmt::format("Report written to {}\n", o.report));
   }
   if (o.require_trusted && !v->trusted)
-    throw NotTrustedError("the model does not hold on this record; the findings say why");
+    throw NotTrustedError("the model is not valid for this recording; the findings say why");
 }
 
 }  // namespace
 
 void add_validate(CLI::App& app) {
-  auto* verb = app.add_subcommand("validate", "Tests a model on a record that it was not fitted to");
+  auto* verb = app.add_subcommand("validate", "Tests a model on a recording that it was not fitted to");
   verb->footer(
       "Examples:\n"
       "  resonid validate result.json tomorrow.csv --controller pi:1.036,0.147 --report validation.html\n"
@@ -141,14 +141,14 @@ void add_validate(CLI::App& app) {
       [o](const std::vector<double>& v) {
         o->fit_band_hz = {v[0], v[1]};
       },
-      "also tell the fit within these frequencies, in Hz");
+      "also give the fit within these frequencies, in Hz");
   add_summary_options(*verb);
   verb->add_option("--report", o->report, "self-contained HTML report")->type_name("FILE");
   verb->add_option("--json", o->json, "validation for machines ('-': standard output)")->type_name("FILE");
   verb->add_option("--residual", o->residual, "recorded and simulated output and their difference as CSV")
       ->type_name("FILE");
   verb->add_flag("--require-trusted", o->require_trusted,
-                 "exit code 3 when the model does not hold on the record");
+                 "exit code 3 when the model is not valid for the recording");
   verb->callback([verb, o] { run_validate(*verb, *o); });
 }
 

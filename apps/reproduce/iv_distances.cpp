@@ -124,12 +124,12 @@ report::Section distances(const System& a, const System& b, const System& a_120,
   section.text = {
       "Pointwise chordal distance (eq. 19 with |G|^2 under the roots), from the banks' responses. It is "
       "what lines allow: the gap of eq. 20 is the maximum over all frequencies, and only where the "
-      "winding-number condition holds, which no line shows. The print draws it of the closed loops T (eq. "
+      "winding-number condition holds, which no line shows. The paper draws it of the closed loops T (eq. "
       "21), whose phase holds the delay of 4 ms here; of the plants G as well here.",
       "Scaling matters: the distance is blind to whatever lies far below or far above 1, so it depends on "
       "the unit of G. In (rad/s)/Nm this drive happens to lie near 1 about its resonance; scaled by its "
       "controller, 1.04 Nms/rad, it changes little. Other units would hide the change altogether.",
-      "The print shows a picture only. The distances that an independent implementation computed, which the "
+      "The paper shows a picture only. The distances that an independent implementation computed, which the "
       "tests compare with, belong to D = 120 Ns/m in system A; with the 100 that Publication IV prints they "
       "differ where A resonates, so both are given.",
       "A and B are run with different noise, as two experiments are; beside weak changes the distance then "

@@ -142,7 +142,7 @@ report::Section estimated_output(const Options& options, const Step& step) {
   section.text = {
       "System A at 10 rad/s, excited with more and more lines of 1 Nm each, random phases; the bank holds a "
       "constant part and the lines that are excited, lambda 100. The estimated output is the sum of the "
-      "states' first components (eq. 8), predicted from the samples before. The print shows pictures only "
+      "states' first components (eq. 8), predicted from the samples before. The paper shows pictures only "
       "and calls the case of eight lines the one with the largest error.",
       "Simulated with white noise of 0.1 rad/s only, no eccentricity of the roller. The true residual is "
       "what the loop and the bank make of that noise. From one line to eight it grows by less than 2 %: a "

@@ -167,7 +167,7 @@ ComparisonTable settling_table(double rate_hz) {
                           settled,
                           {},
                           {},
-                          settled >= kDuration ? "not settled when the record ends" : ""});
+                          settled >= kDuration ? "not settled when the recording ends" : ""});
   }
   return table;
 }
@@ -281,11 +281,11 @@ report::Section known_signal(const Options& options, const Step& step) {
       "rad/s by one bank with a shared constant state. e(t) is white noise and three lines at 26, 54 and 72 "
       "pi rad/s, each of 0.25 (for the noise read as its standard deviation). The sample time is not "
       "printed; 1 ms is taken, and 2 ms beside it where it matters.",
-      "The print calls the lines that are not in the signal near zero. At 24 pi rad/s two thirds of the "
+      "The paper calls the lines that are not in the signal near zero. At 24 pi rad/s two thirds of the "
       "neighbouring 0.25 show with lambda 100, all of it with 20, a sixth with 500: a bank separates its own "
       "lines exactly, but what it does not hold leaks into it, the less the larger lambda. With 500 the "
       "amplitudes that are in the signal have not quite arrived at 3 s.",
-      "The print says that with a larger lambda the error grows and the tracking is faster (text on figure "
+      "The paper says that with a larger lambda the error grows and the tracking is faster (text on figure "
       "2 b), and just before that a small epsilon, that is a large lambda, tracks slowly with little error. "
       "What holds: the noise falls with lambda without exception, its variance is r/(2 lambda + c'c), c'c = "
       "8 here. Speed has an optimum: below it a larger lambda is indeed faster, since the lines share one "

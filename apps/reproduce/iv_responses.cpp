@@ -216,7 +216,7 @@ report::Section offline_response(const OfflineRun& printed, const OfflineRun& he
   report::Section section;
   section.title = "Figure 4: off-line response of A";
   section.text = {
-      fmt::format("The print excites with a PRBS of a 7-cell register, +-2.3 Nm, takes Welch's spectra, and "
+      fmt::format("The paper excites with a PRBS of a 7-cell register, +-2.3 Nm, takes Welch's spectra, and "
                   "names no sample time, no clock and no segment. At the 2 ms of Publication VI the sequence "
                   "repeats after {:.3f} s, so its lines lie {:.2f} Hz apart: too few to draw a resonance at "
                   "15.1 Hz whose width is 2.5 Hz, as the printed figure does. Between the lines Welch's "
@@ -261,13 +261,14 @@ report::Section line_responses(const System& a, const System& b, const System& a
   section.title = "Figures 7 and 8: responses of A and B at the eight lines";
   section.text = {
       "Banks with lambda 100 on u and y, direct, the known delay of 4 ms taken out, read after 30 s. True "
-      "is the zero-order-hold equivalent of the simulated drive. The print shows pictures only; of the two "
+      "is the zero-order-hold equivalent of the simulated drive. The paper shows pictures only; of the two "
       "figures it says that the line f7 (20.9 Hz) has the largest error, and that the change from A to B "
       "shows best at f3 and f4. In truth it is " +
           change_at(a, b, 2) + ", " + change_at(a, b, 3) + ", and " + change_at(a, b, 4) + ".",
       "A row 'rms' is over lines and seeds; its +- is that of a single seed's rms over the lines.",
       "The bank uses what its memory of about 250 samples holds. Its phasors averaged over whole periods, "
-      "or least squares over the same record, come down to the bound: the error of the published reading is "
+      "or least squares over the same recording, come down to the bound: the error of the published reading "
+      "is "
       "the price of being ready at every sample.",
       "System A has the damping of 100 Ns/m that Publication IV prints; 'A, D = 120' is the same with the "
       "120 of Table 2.1 and Publication VI."};

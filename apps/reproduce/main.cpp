@@ -105,7 +105,7 @@ void run_entries(const ReproduceOptions& o) {
   for (const auto& entry : entries) {
     const auto document = run_entry(entry, o, progress);
     write_documents(entry, document, o);
-    if (!quiet) print(separator + report::document_text(document));
+    if (!quiet) print_text(separator + report::document_text(document, characters_of_text()));
     separator = "\n";
   }
   if (quiet) return;

@@ -22,7 +22,7 @@ data::FrequencyResponse loop_of(const plant::Truth& truth) {
   return loop;
 }
 
-/// What the print gives as numbers; all else there are pictures.
+/// What the paper gives as numbers; all else there are pictures.
 Section printed_figures(const iv::System& a, const iv::System& b, const Section& responses) {
   Section section;
   section.title = "Printed figures side by side";
@@ -78,16 +78,16 @@ std::string at_most(double percent) {
 
 std::vector<std::string> summary(const Section& responses, const Section& gap) {
   return {
-      fmt::format("The method does what the print says. Without noise the bank's responses agree with the "
+      fmt::format("The method does what the paper says. Without noise the bank's responses agree with the "
                   "simulated drives to {} % (A) and {} % (B) at all eight lines; with noise of 0.1 "
-                  "rad/s they scatter by {:.1f} % and {:.1f} % rms.",
+                  "rad/s their standard deviations are {:.1f} % and {:.1f} %.",
                   at_most(figure(responses, 0, 0)), at_most(figure(responses, 1, 0)), figure(responses, 0, 1),
                   figure(responses, 1, 1)),
       fmt::format(
           "The change from A to B is plain in the pointwise distance: {:.2f} at 11.9 Hz, {:.3f} at 2.9 Hz.",
           figure(gap, 0, 3), figure(gap, 0, 0)),
       "What does not hold as printed: what is said of lambda on figure 2 b, the off-line PRBS at the sample "
-      "time of the sister publication, and f7 as the line of the largest error (not by noise). The print "
+      "time of the sister publication, and f7 as the line of the largest error (not by noise). The paper "
       "shows its results as pictures, so most rows have no published figure."};
 }
 

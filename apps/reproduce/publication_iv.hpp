@@ -13,7 +13,7 @@
 
 #include "reproduce/spread.hpp"
 
-/// The parts of Publication IV. What the print leaves open (sample time, controller, noise) stands in the
+/// The parts of Publication IV. What the paper leaves open (sample time, controller, noise) stands in the
 /// files experiments/iv_*.toml.
 namespace resonid::reproduction::iv {
 
@@ -95,7 +95,7 @@ inline constexpr std::size_t kSegment = 2048;
 /// meaning.
 inline constexpr double kRounding = 1e-9;
 
-/// Every place where the print of Publication IV needs a decision.
+/// Every place where the paper of Publication IV needs a decision.
 [[nodiscard]] std::vector<report::Discrepancy> discrepancies();
 
 /// Magnitude in dB and phase in degrees (unwrapped along the lines, started in -180 ... 180) of a response.

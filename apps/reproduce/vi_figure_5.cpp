@@ -42,7 +42,7 @@ std::vector<Configuration> configurations() {
           {"exact PI, descending, 2 ms", io::shipped_experiment("vi_chirp_a")},
           {"exact PI, ascending, 2 ms", io::shipped_experiment("vi_chirp_a_ascending")}};
 }
-constexpr std::size_t kDescending = 0;  // of the configurations, those nearest to the print
+constexpr std::size_t kDescending = 0;  // of the configurations, those nearest to the paper
 constexpr std::size_t kAscending = 3;
 
 data::FrequencyResponse estimated_loop(const TrackedSweep& tracked, const Known& given, double sample_rate_hz,
@@ -115,7 +115,7 @@ report::ComparisonTable table_of(const std::string& name, const Outcome& o) {
   table.title = name;
   for (std::size_t q = 0; q < kLoopQuantities; ++q) {
     auto note = fmt::format("truth with the delay {:.{}f}", o.truth_real[q], q == kPhaseMargin ? 1 : 3);
-    if (!clean_agrees(o.clean, q)) note += "; more than 1 % from the print";
+    if (!clean_agrees(o.clean, q)) note += "; more than 1 % from the paper";
     table.rows.push_back(row(fmt::format("{}, noise-free", kLoopNames[q].name),
                              std::string(kLoopNames[q].unit), o.clean[q], o.truth[q], kPublishedClean[q],
                              note));
@@ -124,7 +124,7 @@ report::ComparisonTable table_of(const std::string& name, const Outcome& o) {
     table.rows.push_back(
         row(fmt::format("{}, noisy", kLoopNames[q].name), std::string(kLoopNames[q].unit), o.noisy[q],
             o.truth[q], kPublishedNoisy[q],
-            noisy_agrees(o.noisy, q) ? "" : "more than 2 standard deviations from the print"));
+            noisy_agrees(o.noisy, q) ? "" : "more than 2 standard deviations from the paper"));
   return table;
 }
 
@@ -138,19 +138,19 @@ report::ComparisonTable other_grids(const Configuration& c, const Outcome& o) {
       table.rows.push_back(
           row(fmt::format("{}, noisy, {}", kLoopNames[q].name, grid), std::string(kLoopNames[q].unit),
               figures[q], o.truth[q], kPublishedNoisy[q],
-              noisy_agrees(figures, q) ? "" : "more than 2 standard deviations from the print"));
+              noisy_agrees(figures, q) ? "" : "more than 2 standard deviations from the paper"));
   };
   for (std::size_t q = 0; q < kLoopQuantities; ++q)
     table.rows.push_back(row(fmt::format("{}, noise-free, every sample", kLoopNames[q].name),
                              std::string(kLoopNames[q].unit), o.clean_every_sample[q], o.truth[q],
                              kPublishedClean[q],
-                             clean_agrees(o.clean_every_sample, q) ? "" : "more than 1 % from the print"));
+                             clean_agrees(o.clean_every_sample, q) ? "" : "more than 1 % from the paper"));
   for (std::size_t g = 0; g < o.noisy_other.size(); ++g) add(o.noisy_other[g], kOtherSteps_hz[g]);
   add(o.noisy, kNoisyStepHz);
   return table;
 }
 
-/// Names of the quantities that agree with the print.
+/// Names of the quantities that agree with the paper.
 template <class Agrees>
 std::string reproduced(const Agrees& agrees) {
   std::string names;
@@ -346,7 +346,7 @@ Part figure_5(const Options& options) {
       "ms lie within two standard deviations of what an independent implementation gave (2.67, 63.45 deg, "
       "0.90). What depends on it stands below, and tables read on other grids.",
       "Ascending sweeps begin where the loop crosses 1, in the filter's transient: with noise their "
-      "crossover scatters most.",
+      "crossover has the largest standard deviation.",
       "Published, noise-free: 2.7 Hz, 63.5 deg, 0.958, 15.3 Hz, 10.7 Hz; with noise: 2.7, 61.3, 0.915, "
       "15.5, 10.4. As reproduced counts what is within 1 %, with noise also what is within 2 standard "
       "deviations."};

@@ -14,7 +14,7 @@ namespace {
 
 using Mark = report::Curve::Mark;
 
-/// One configuration: the machine with tensioner, the two-mass drive that it is nominally, and the print.
+/// One configuration: the machine with tensioner, the two-mass drive that it is nominally, and the paper.
 struct Configuration {
   const char* letter;
   const char* prbs_file;
@@ -76,7 +76,7 @@ report::ComparisonTable table_2(const Configuration& c, std::size_t seeds) {
   for (std::size_t i = 0; i < kBeltQuantities; ++i)
     table.rows.push_back(row(fmt::format("{}, noisy", kBeltNames[i].first), kBeltNames[i].second,
                              spread(noisy[i]), truth[i], c.printed[i],
-                             "print: of the source's real machine"));
+                             "paper: of the source's real machine"));
   return table;
 }
 

@@ -41,7 +41,8 @@ void inspect_timing(const data::Record& record, std::vector<Finding>& findings) 
   if (!s.filled.empty()) {
     const double share = static_cast<double>(s.filled.size()) / static_cast<double>(record.samples());
     findings.push_back({"filled-samples", Severity::warning, share, 0.0,
-                        fmt::format("{} of {} samples ({:.2g} %) were missing and are interpolated.",
+                        fmt::format("{} of {} samples ({:.2g} %) were missing and are interpolated. Record "
+                                    "without losses where that is possible.",
                                     s.filled.size(), record.samples(), 100.0 * share)});
   }
   if (!s.measured && s.gaps == 0) return;
@@ -55,8 +56,9 @@ void inspect_timing(const data::Record& record, std::vector<Finding>& findings) 
   if (relative > 0.05)
     findings.push_back(
         {"jitter", Severity::warning, relative, 0.05,
-         fmt::format("The time stamps scatter by {:.1f} % of the sample time (rms). If the samples were "
-                     "really taken so unevenly, high frequencies are blurred.",
+         fmt::format("The time stamps jitter by {:.1f} % of the sample time (standard deviation). If the "
+                     "samples were "
+                     "really taken so unevenly, high frequencies are blurred: sample by a timer.",
                      100.0 * relative)});
 }
 
@@ -127,7 +129,7 @@ void inspect_outliers(const data::Channel& channel, std::vector<Finding>& findin
   findings.push_back(
       {"outlier", Severity::error, channel.samples[largest], middle + kFar * *usual,
        fmt::format("Sample {} of {} is {:.4g}, far from all others: a transmission or conversion error. "
-                   "Remove it, or cut the record with .from_s and .to_s.",
+                   "Remove it, or cut the recording with .from_s and .to_s.",
                    largest, channel.name, channel.samples[largest])});
 }
 
@@ -207,12 +209,13 @@ std::vector<Finding> inspect(const data::Record& record) {
     return *low == *high;
   };
   if (constant(u))
-    findings.push_back(
-        {"no-excitation",
-         Severity::error,
-         0.0,
-         {},
-         fmt::format("The input {} is constant: nothing can be learned from it.", record.input.name)});
+    findings.push_back({"no-excitation",
+                        Severity::error,
+                        0.0,
+                        {},
+                        fmt::format("The input {} is constant: nothing can be learned from it. Is the right "
+                                    "signal recorded (.input)?",
+                                    record.input.name)});
   if (constant(y))
     findings.push_back({"dead-output",
                         Severity::error,
@@ -238,7 +241,7 @@ std::vector<Finding> inspect(const data::FrequencyResponse& g) {
   if (!g.unsettled_hz.empty())
     findings.push_back(
         {"unsettled-lines", Severity::warning, static_cast<double>(g.unsettled_hz.size()), 0.0,
-         fmt::format("{} of {} lines had not settled when the record ended (the first at {:.4g} Hz): "
+         fmt::format("{} of {} lines had not settled when the recording ended (the first at {:.4g} Hz): "
                      "record longer, or track fewer lines.",
                      g.unsettled_hz.size(), g.lines() + g.unsettled_hz.size(), g.unsettled_hz.front())});
   if (g.coherence.size() != g.lines() || g.lines() == 0) return findings;
@@ -249,10 +252,11 @@ std::vector<Finding> inspect(const data::FrequencyResponse& g) {
   if (usable < std::max(std::min(3.0, all), 0.05 * all)) {
     findings.push_back(
         {"incoherent", Severity::error, usable / static_cast<double>(g.lines()), 0.05,
-         fmt::format("Only {:.0f} of {} lines are coherent (median coherence {:.2f}): noise or the motion "
-                     "outweighs the response to the excitation, or the output is no response to it at all "
-                     "(wrong column, no excitation).",
-                     usable, g.lines(), middle)});
+         fmt::format(
+             "Only {:.0f} of {} lines are coherent (median coherence {:.2f}): noise or the motion "
+             "outweighs the response to the excitation, or the output is no response to it at all "
+             "(wrong column, no excitation). Check the columns (.input, .output), or excite more strongly.",
+             usable, g.lines(), middle)});
     return findings;
   }
   for (const auto& band : low_bands(g)) findings.push_back(low_coherence(g, band));

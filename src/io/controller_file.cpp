@@ -63,8 +63,9 @@ Result read_controller(const std::string& text, double sample_time_s) {
       std::abs(step - sample_time_s) > 0.01 * sample_time_s)
     return refused(
         text,
-        fmt::format("runs at {:g} s, the record at {:g} s; a controller must run at the record's sample time",
-                    step, sample_time_s));
+        fmt::format(
+            "runs at {:g} s, the recording at {:g} s; a controller must run at the recording's sample time",
+            step, sample_time_s));
   return data::TransferFunction{*numerator, *denominator, sample_time_s};
 }
 

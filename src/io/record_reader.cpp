@@ -226,7 +226,7 @@ class RecordMaker {
     const std::size_t end = mapping_.to_s ? first_from(*mapping_.to_s) : rows_.size();
     if (begin >= end)
       return fail(table_.source,
-                  fmt::format("no sample lies in the part chosen with{}{}; the record spans {} ... {} s",
+                  fmt::format("no sample lies in the part chosen with{}{}; the recording spans {} ... {} s",
                               mapping_.from_s ? fmt::format(" .from_s {}", *mapping_.from_s) : "",
                               mapping_.to_s ? fmt::format(" .to_s {}", *mapping_.to_s) : "", instant(0),
                               instant(rows_.size() - 1)));

@@ -126,7 +126,8 @@ template <>
 expected<Joint, Error> from_json<Joint>(std::string_view text) {
   auto result = read<report::BatchResult>(text);
   if (!result) return unexpected(std::move(result.error()));
-  if (!result->joint) return refuse("$.joint", "must hold a joint estimate: these records were not joined");
+  if (!result->joint)
+    return refuse("$.joint", "must hold a joint estimate: these recordings were not joined");
   return std::move(*result->joint);
 }
 template <>

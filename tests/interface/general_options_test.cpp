@@ -35,12 +35,37 @@ TEST_F(GeneralOptions, QuietSaysNothingButErrors) {
   EXPECT_NE(run("identify demo.csv -q --json -").out.find("resonid.identification/1"), std::string::npos);
 }
 
+/// Texts are typeset where the locale is UTF-8, unless --ascii is given; what machines read never is.
+TEST_F(GeneralOptions, TextsAreTypesetWhereTheyCanBeRead) {
+  simulate();
+  const auto identify = [&](const std::string& locale, const std::string& more = "") {
+    return shell("unset LC_ALL LC_CTYPE LANG; " + locale + " '" RESONID_PROGRAM "' identify demo.csv " + more)
+        .out;
+  };
+  const auto is_ascii = [](const std::string& text) {
+    return std::none_of(text.begin(), text.end(), [](unsigned char c) { return c > 127; });
+  };
+  const auto set = identify("LANG=de_DE.UTF-8");
+  EXPECT_NE(set.find(" \u00b1 "), std::string::npos) << set;
+  EXPECT_NE(set.find(" kg m\u00b2\n"), std::string::npos) << set;
+  EXPECT_EQ(identify("LC_CTYPE=C.utf8"), set);
+  for (const auto& plain :
+       {identify(""), identify("LANG=de_DE.UTF-8 LC_ALL=C"), identify("LANG=C.UTF-8", "--ascii"),
+        identify("LANG=C.UTF-8", "--json -"), identify("LANG=C.UTF-8", "--response -")})
+    EXPECT_TRUE(is_ascii(plain)) << plain;
+  EXPECT_NE(identify("").find(" +- "), std::string::npos);
+  EXPECT_NE(identify("").find(" kg m2\n"), std::string::npos);
+  EXPECT_NE(shell("LC_ALL=C.UTF-8 '" RESONID_PROGRAM "' identify --help").out.find("kg m\u00b2"),
+            std::string::npos);
+  EXPECT_TRUE(is_ascii(shell("LC_ALL=C.UTF-8 '" RESONID_PROGRAM "' --ascii identify --help").out));
+}
+
 TEST_F(GeneralOptions, VerboseTellsStagesWithTimes) {
   simulate();
   const auto done = run("identify demo.csv -v --json result.json");
   EXPECT_NE(done.out.find("Trusted"), std::string::npos);
   for (const char* stage : {"reading demo.csv", "measuring the response",
-                            "fitting a two-mass model to the record", "margins of the loop", "writing"})
+                            "fitting a two-mass model to the recording", "margins of the loop", "writing"})
     EXPECT_NE(done.error.find(stage), std::string::npos) << stage << "\n" << done.error;
   EXPECT_TRUE(done.error.starts_with("resonid:    0.0")) << done.error;
   EXPECT_EQ(run("identify demo.csv").error, "");  // no terminal, nothing asked for

@@ -70,6 +70,10 @@ TEST_F(Help, IsAVerb) {
   EXPECT_EQ(run("help").out, run("--help").out);
   EXPECT_EQ(run("help identify").out, run("identify --help").out);
   EXPECT_EQ(run("help excite chirp").out, run("excite chirp --help").out);
+  const auto finding = run("help low-coherence").out;
+  for (const char* word :
+       {"low-coherence: Low coherence\n", "\nmeaning   ", "\ncause     ", "\ncure      ", "\ntrust "})
+    EXPECT_NE(finding.find(word), std::string::npos) << finding;
   EXPECT_NE(run("help reproduce").out.find("vi"), std::string::npos);  // knows its experiments
   expect_refused("help identfy", {"identfy", "did you mean 'identify'"});
   expect_refused("help identify chirp", {"'chirp'", "'resonid identify'"});
@@ -171,6 +175,14 @@ TEST_F(Help, WritesManPages) {
     }
   }
   EXPECT_EQ(run("help --man identify").out, text("share/man/man1/resonid-identify.1"));
+}
+
+/// With RESONID_WRITE_DOCS in the environment the page is written instead.
+TEST_F(Help, WritesThePageOfFindings) {
+  const std::filesystem::path page = RESONID_DOCS_DIR "/findings.md";
+  const auto written = run("help findings").out;
+  if (std::getenv("RESONID_WRITE_DOCS") != nullptr) std::ofstream(page, std::ios::binary) << written;
+  EXPECT_EQ(written, test::text_of(page)) << "write it by: resonid help findings > docs/findings.md";
 }
 
 }  // namespace

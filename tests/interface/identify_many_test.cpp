@@ -108,7 +108,7 @@ TEST_F(IdentifyMany, GivesABrokenRecordARowAndEndsWithTwo) {
   const auto done =
       run("identify r1.csv r2.csv r3.csv absent.csv" + std::string(kKnown) + "--json o.json --report o.html");
   EXPECT_EQ(done.exit_code, 2);
-  for (const char* word : {"2 of 4 records", "r2.csv", "absent.csv", "line 3"})
+  for (const char* word : {"2 of 4 recordings", "r2.csv", "absent.csv", "line 3"})
     EXPECT_NE(done.error.find(word), std::string::npos) << word << "\n" << done.error;
   EXPECT_NE(done.out.find("error"), std::string::npos) << done.out;
   const auto j = parsed("o.json");
@@ -144,7 +144,8 @@ TEST_F(IdentifyMany, JoinsRepetitions) {
   ASSERT_EQ(joint.at("records").size(), 3U);
   for (const auto& r : joint.at("records"))
     EXPECT_TRUE(r.at("agrees").get<bool>() && r.at("own_estimate").get<bool>());
-  EXPECT_NE(joint.at("result").at("choices").dump().find("one likelihood over 3 records"), std::string::npos);
+  EXPECT_NE(joint.at("result").at("choices").dump().find("one likelihood over 3 recordings"),
+            std::string::npos);
   const auto stiffness = [](const json& result) {
     return result.at("model").at("parameters").at("stiffness");
   };
@@ -176,7 +177,7 @@ TEST_F(IdentifyMany, JointResultsAreReadByEveryVerb) {
   ASSERT_EQ(run("identify other.csv --json one.json" + std::string(kKnown)).exit_code, 0);
   const auto compared = run("compare joint.json one.json --require-unchanged");
   EXPECT_EQ(compared.exit_code, 0) << compared.error << compared.out;
-  EXPECT_NE(compared.out.find("3 records joined"), std::string::npos) << compared.out;
+  EXPECT_NE(compared.out.find("3 recordings joined"), std::string::npos) << compared.out;
   const auto planned =
       run("plan --model joint.json --controller pi:1.036,0.147 --max-torque 1 --type chirp --accuracy "
           "resonance=1% --json -");
@@ -223,9 +224,9 @@ TEST_F(IdentifyMany, ValidatesOnAnotherRecord) {
 TEST_F(IdentifyMany, RefusesWhatItWouldIgnore) {
   simulate("a", 1);
   simulate("b", 2);
-  expect_refused("identify a.csv --join", {"--join", "found 1 record", "at least 2"});
+  expect_refused("identify a.csv --join", {"--join", "found 1 recording", "at least 2"});
   expect_refused("identify a.csv b.csv --join --model black-box", {"--join", "black box", "--model auto"});
-  expect_refused("identify a.csv b.csv --response o.csv", {"--response", "--join", "2 records"});
+  expect_refused("identify a.csv b.csv --response o.csv", {"--response", "--join", "2 recordings"});
   expect_refused("identify a.csv --order 3", {"--order", "--model black-box"});
   expect_refused("identify a.csv --model black-box --order 21", {"--order", "found 21", "1 ... 20"});
   expect_refused("identify a.csv --seed 3", {"--seed", "--bootstrap"});

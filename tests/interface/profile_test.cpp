@@ -123,7 +123,8 @@ TEST_F(Profile, IsWrittenByIdentify) {
   EXPECT_NE(text("found.toml").find("input = \"u\"\noutput = \"y\"\nexcitation = \"ru\"\n"),
             std::string::npos)
       << text("found.toml");
-  expect_refused("identify demo.csv plain.csv --save-profile many.toml", {"--save-profile", "single record"});
+  expect_refused("identify demo.csv plain.csv --save-profile many.toml",
+                 {"--save-profile", "single recording"});
   expect_refused("identify demo.csv --save-profile demo.csv", {"--save-profile", "the input"});
 }
 

@@ -46,9 +46,10 @@ class ProgramTest : public ::testing::Test {
     return shell("'" RESONID_PROGRAM "' " + arguments);
   }
 
-  /// Any other command, in the test's folder.
+  /// Any other command, in the test's folder and in a locale that is not UTF-8.
   [[nodiscard]] Outcome shell(const std::string& words) const {
-    const std::string command = "cd '" + folder_.string() + "' && { " + words + "; } 2> stderr.txt";
+    const std::string command =
+        "cd '" + folder_.string() + "' && export LC_ALL=C && { " + words + "; } 2> stderr.txt";
     Outcome outcome{-1, {}, {}};
     std::FILE* pipe = ::popen(command.c_str(), "r");
     if (pipe == nullptr) return outcome;

@@ -228,7 +228,7 @@ TEST_F(Track, ThePageStandsAlone) {
   ASSERT_EQ(run("track r.csv --delay 0.004 " + cascade() + "--report p.html").exit_code, 0);
   const std::string page = text("p.html");
   for (const char* part :
-       {"resonid \xC2\xB7 tracking", "Over position", "Nyquist curve of the loop along the record",
+       {"resonid \xC2\xB7 tracking", "Over position", "Nyquist curve of the loop along the recording",
         "modulus margin", "Rows after the start that passed", "Input and output",
         "resonid track r.csv --delay 0.004", "SHA-256 "})
     EXPECT_NE(page.find(part), std::string::npos) << part;

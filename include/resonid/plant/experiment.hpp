@@ -25,8 +25,8 @@ struct RunConfig {
 template <class Visitor>
 void describe(Visitor&& v, RunConfig& c) {
   v("sample_rate_hz", c.sample_rate_hz,
-    "of controller and record, more than twice the highest resonance (Hz)");
-  v("duration_s", c.duration_s, "length of the record; 0: one period, sweep or stepped measurement (s)");
+    "of controller and recording, more than twice the highest resonance (Hz)");
+  v("duration_s", c.duration_s, "length of the recording; 0: one period, sweep or stepped measurement (s)");
   v("seed", c.seed, "seed of the measurement noise");
 }
 

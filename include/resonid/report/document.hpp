@@ -7,6 +7,7 @@
 #include <resonid/base/enum_names.hpp>
 #include <resonid/diagnostics/finding.hpp>
 #include <resonid/report/detail/provenance.hpp>
+#include <resonid/report/detail/typography.hpp>
 #include <string>
 #include <vector>
 
@@ -189,7 +190,7 @@ struct Document {
 [[nodiscard]] std::string document_markdown(const Document& document);
 
 /// The tables and discrepancies as text for a terminal.
-[[nodiscard]] std::string document_text(const Document& document);
+[[nodiscard]] std::string document_text(const Document& document, Characters characters = Characters::ascii);
 
 /// Everything, for machines, in full precision; absent values are left out, values that are not finite are
 /// null:

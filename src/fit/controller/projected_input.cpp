@@ -131,7 +131,8 @@ expected<std::vector<double>, Error> projected_input(const data::Record& record)
   best.bic = n * std::log(std::max(total / n, 1e-300)) + std::log(n);
   for (int order = 1; order <= highest; order += order < 12 ? 1 : (order < 24 ? 2 : 4))
     if (auto s = simulate(u, channels, order, regression.solve(order)); s.bic < best.bic) best = std::move(s);
-  if (best.input.empty()) return refuse("record", "excitation and reference explain nothing of the input");
+  if (best.input.empty())
+    return refuse("record", "excitation and reference have no predictive power for the input");
   return std::move(best.input);
 }
 

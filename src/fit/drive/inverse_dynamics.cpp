@@ -505,7 +505,7 @@ expected<InverseDynamics, Error> fit_inverse_dynamics(const data::Record& record
   if (record.output_quantity == data::OutputQuantity::acceleration)
     return refuse("record", "needs a velocity or a position");
   if (!(config.known_delay_s >= 0.0) || config.known_delay_s > 0.25 * record.duration_s())
-    return refuse("known_delay_s", "must be >= 0 and a small part of the record", config.known_delay_s);
+    return refuse("known_delay_s", "must be >= 0 and a small part of the recording", config.known_delay_s);
   Fitter fitter(record, config);
   if (!fitter.moves()) return refuse("record", "needs a motion beyond the noise");
   auto found = fitter.run();

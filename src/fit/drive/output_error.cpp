@@ -63,10 +63,10 @@ expected<void, Error> check(const data::Record& record, const OutputErrorConfig&
     return refuse("record", "needs an input of the output's length");
   if (!(config.known_delay_s >= 0.0)) return refuse("known_delay_s", "must be >= 0", config.known_delay_s);
   if (config.known_delay_s > 0.25 * record.duration_s())
-    return refuse("known_delay_s", "must be a small part of the record", config.known_delay_s);
+    return refuse("known_delay_s", "must be a small part of the recording", config.known_delay_s);
   if ((config.delay || config.fixed_model) &&
       config.known_delay_s + config.initial.delay_s > detail::kDelayedPart * record.duration_s())
-    return refuse("initial", "must have a delay that leaves half of the record", config.initial.delay_s);
+    return refuse("initial", "must have a delay that leaves half of the recording", config.initial.delay_s);
   for (int i = 0; i < kParameterCount; ++i) {
     const double value = config.initial.value(static_cast<Parameter>(i));
     if (has_parameter(config.initial.structure, i) && !(value > 0.0 && std::isfinite(value)))
@@ -133,7 +133,7 @@ expected<JointOutputErrorFit, Error> solve(std::span<const data::Record> records
                                            const OutputErrorConfig& asked) {
   const OutputErrorConfig config = with_controller(records.front(), asked);
   if (!config.noise_start.empty() && config.noise_start.size() != records.size())
-    return refuse("noise_start", "needs a noise model of every record");
+    return refuse("noise_start", "needs a noise model of every recording");
   std::vector<detail::RecordPart> parts;
   bool both_ways = false;
   for (const auto& record : records) {

@@ -46,7 +46,7 @@ void compare_resonances(const Result& first, const Result& second, Changes& c) {
     if (a.size() != b.size())
       note(c, "different-resonances", Severity::warning,
            fmt::format("The first result has {} {}{}, the second {}. Those that both have are compared, the "
-                       "lowest with the lowest.",
+                       "lowest with the lowest. Identify both with the same .model.",
                        a.size(), name, a.size() == 1 ? "" : "s", b.size()));
     for (std::size_t i = 0; i < std::min(a.size(), b.size()); ++i) {
       const std::string number = std::max(a.size(), b.size()) > 1 ? fmt::format("_{}", i + 1) : "";
@@ -54,7 +54,8 @@ void compare_resonances(const Result& first, const Result& second, Changes& c) {
       if (a[i].from_model != b[i].from_model)
         note(c, "different-sources", Severity::warning,
              fmt::format("The {} is the model's undamped frequency in one result and an extremum of the "
-                         "response in the other. These differ even for the same machine.",
+                         "response in the other. These differ even for the same machine. Identify both with "
+                         "a drive model.",
                          name));
     }
   }
@@ -65,15 +66,16 @@ void compare_resonances(const Result& first, const Result& second, Changes& c) {
 bool comparable_models(const Result& first, const Result& second, Changes& c) {
   if (!first.model || !second.model) {
     note(c, "no-model", Severity::info,
-         fmt::format("{} no drive model: parameters and the v-gap are not compared.",
-                     first.model || second.model ? "One result has" : "Both results have"));
+         fmt::format(
+             "{} no drive model: parameters and the v-gap are not compared. Identify both with one (.model).",
+             first.model || second.model ? "One result has" : "Both results have"));
     return false;
   }
   if (first.model->drive.structure != second.model->drive.structure) {
     note(
         c, "different-structures", Severity::warning,
         fmt::format("One result is {}, the other {}: their parameters mean different things and are not "
-                    "compared.",
+                    "compared. Identify both with the same .model.",
                     fit::name_of(first.model->drive.structure), fit::name_of(second.model->drive.structure)));
     return false;
   }
@@ -143,7 +145,8 @@ void compare_responses(const Result& first, const Result& second, const CompareO
   c.gap = diagnostics::gap_curve(first.response, second.response, weight);
   if (c.gap.frequency_hz.empty()) {
     note(c, "no-common-band", Severity::warning,
-         "The bands of the two responses do not overlap: their distance cannot be computed.");
+         "The bands of the two responses do not overlap: their distance cannot be computed. Excite both in "
+         "one band.");
     return;
   }
   if (!c.gap.noise.empty()) c.gap_probability = c.gap.chance();
@@ -220,10 +223,11 @@ expected<Changes, Error> compare(const Result& first, const Result& second, cons
   compare_margins(first, second, c);
   if (first.units.response != second.units.response) {
     note(c, "different-units", Severity::error,
-         fmt::format(
-             "The first result is in {}, the second in {}: responses and parameters cannot be compared.",
-             first.units.response.empty() ? "unknown units" : first.units.response,
-             second.units.response.empty() ? "unknown units" : second.units.response));
+         fmt::format("The first result is in {}, the second in {}: responses and parameters cannot be "
+                     "compared. Identify both in the same units (.input_scale, "
+                     ".output_scale).",
+                     first.units.response.empty() ? "unknown units" : first.units.response,
+                     second.units.response.empty() ? "unknown units" : second.units.response));
   } else {
     compare_responses(first, second, options, c);
     if (comparable_models(first, second, c)) {

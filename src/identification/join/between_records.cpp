@@ -58,12 +58,13 @@ std::optional<diagnostics::Finding> include_scatter(std::span<const fit::DriveMo
   const bool moves = finding->severity == diagnostics::Severity::error;
   const double scatter = finding->value.value_or(0.0);
   finding->id = "differs-between-records";
-  finding->meaning = fmt::format("The records' own estimates scatter{} beyond their error bars. {}",
-                                 scatter > 0.0 ? fmt::format(" by {:.2g} %", 100.0 * scatter) : std::string(),
-                                 moves ? "One value does not describe the machine: it changed between the "
-                                         "records, or stood, moved or was loaded "
-                                         "otherwise; compare tells what differs."
-                                       : "The joint error bars hold that scatter.");
+  finding->meaning = fmt::format(
+      "The recordings' own estimates differ beyond their error bars{}. {}",
+      scatter > 0.0 ? fmt::format(" (standard deviation {:.2g} %)", 100.0 * scatter) : std::string(),
+      moves ? "One value does not describe the machine: it changed between the "
+              "recordings, or stood, moved or was loaded "
+              "otherwise; compare tells what differs."
+            : "The joint error bars include it.");
   return finding;
 }
 

@@ -27,7 +27,7 @@ using diagnostics::Severity;
 
 std::optional<Error> mismatch(std::span<const data::Record> records, std::span<const Result> results) {
   if (records.size() < 2 || records.size() != results.size())
-    return Error{"records", fmt::format("found {} record{}, required at least 2", records.size(),
+    return Error{"records", fmt::format("found {} recording{}, required at least 2", records.size(),
                                         records.size() == 1 ? "" : "s")};
   for (std::size_t i = 1; i < records.size(); ++i)
     for (std::size_t k = 0; k < i; ++k)
@@ -39,9 +39,10 @@ std::optional<Error> mismatch(std::span<const data::Record> records, std::span<c
   for (std::size_t i = 1; i < records.size(); ++i) {
     const auto& other = records[i];
     const auto told = [&](const char* what, const std::string& a, const std::string& b) {
-      return Error{"records", fmt::format("{} and {} differ in {}: {} and {}; records of one experiment are "
-                                          "required to be alike in it",
-                                          first.source, other.source, what, a, b)};
+      return Error{"records",
+                   fmt::format("{} and {} differ in {}: {} and {}; recordings of one experiment are "
+                               "required to be alike in it",
+                               first.source, other.source, what, a, b)};
     };
     if (std::abs(other.sample_rate_hz - first.sample_rate_hz) >
         detail::kCriteria.same_rate * first.sample_rate_hz)
@@ -145,7 +146,7 @@ Average average_of(std::span<const Result> results, bool loops) {
 Result frame(std::span<const data::Record> records, std::span<const Result> results, const Options& options) {
   Result joint;
   joint.record = results.front().record;
-  joint.record.file = fmt::format("{} records joined", records.size());
+  joint.record.file = fmt::format("{} recordings joined", records.size());
   joint.record.samples = std::accumulate(results.begin(), results.end(), std::size_t{0},
                                          [](std::size_t n, const Result& r) { return n + r.record.samples; });
   joint.units = results.front().units;
@@ -218,13 +219,14 @@ void repeat(std::span<const data::Record> records, const detail::Plan& plan, con
   const auto repetition =
       one_likelihood ? detail::repetition_of(records, plan, options, *result.model) : detail::Repetition{};
   if (!repetition) {
-    result.findings.push_back(
-        {"no-joint-bootstrap",
-         Severity::info,
-         {},
-         {},
-         "The joint figures have no bootstrap intervals: the records' own estimates were combined, so there "
-         "is no single fit to repeat. Their error bars come from the covariance."});
+    result.findings.push_back({"no-joint-bootstrap",
+                               Severity::info,
+                               {},
+                               {},
+                               "The joint figures have no bootstrap intervals: the recordings' own estimates "
+                               "were combined, so there "
+                               "is no single fit to repeat. Their error bars come from the covariance; the "
+                               "recordings' own results have bootstrap intervals."});
     return;
   }
   const detail::LoopOfModel loop_of_model =
@@ -249,15 +251,20 @@ void note(Joint& joint, std::span<const Result> results) {
     findings.push_back(
         {"records-disagree", Severity::error, worst,
          (1.0 - joint.result.confidence) / static_cast<double>(joint.records.size()),
-         fmt::format("The parameters of {} differ from those of the other records by more than noise "
-                     "explains: the records are not repetitions of one experiment on an unchanged machine.",
+         fmt::format("The parameters of {} differ from those of the other recordings by more than noise "
+                     "explains: the recordings are not repetitions of one experiment on an unchanged "
+                     "machine. Leave them out, or compare "
+                     "them.",
                      apart)});
   const double scatter = joint.response_chi_square.value_or(0.0);
   if (scatter > detail::kCriteria.scattering_lines)
-    findings.push_back({"responses-scatter", Severity::warning, scatter, detail::kCriteria.scattering_lines,
-                        fmt::format("The lines of the records scatter {:.1f} times more than their error "
-                                    "bars say; the error bars of the averaged response include that.",
-                                    std::sqrt(scatter))});
+    findings.push_back(
+        {"responses-scatter", Severity::warning, scatter, detail::kCriteria.scattering_lines,
+         fmt::format("The standard deviation of the lines between the recordings is {:.1f} times that of "
+                     "their error bars; the error bars of the averaged response include that. Check that "
+                     "nothing changed between "
+                     "the recordings.",
+                     std::sqrt(scatter))});
   const auto bent = [](const diagnostics::Finding& f) {
     constexpr std::array<std::string_view, 4> kBent = {"backlash", "stiffening-coupling", "torque-gain",
                                                        "dry-friction"};
@@ -272,29 +279,31 @@ void note(Joint& joint, std::span<const Result> results) {
   for (const auto& r : joint.records)
     if (joint.result.model && !r.own_estimate) weak += (weak.empty() ? "" : ", ") + r.file;
   if (!weak.empty())
-    findings.push_back(
-        {"undetermined-record",
-         Severity::info,
-         {},
-         {},
-         fmt::format("Too weak to determine any parameter: {}. It cannot be compared with the other records.",
-                     weak)});
+    findings.push_back({"undetermined-record",
+                        Severity::info,
+                        {},
+                        {},
+                        fmt::format("Too weak to determine any parameter: {}. It cannot be compared with the "
+                                    "other recordings: leave it out, or excite more strongly.",
+                                    weak)});
   if (!untrusted.empty())
-    findings.push_back({"untrusted-record",
-                        any_bent ? Severity::error : Severity::warning,
-                        {},
-                        {},
-                        fmt::format("Not reliable by themselves, see their own findings: {}.{}", untrusted,
-                                    any_bent ? " Several records of a machine that no linear model describes "
-                                               "agree in what is wrong."
-                                             : "")});
+    findings.push_back(
+        {"untrusted-record",
+         any_bent ? Severity::error : Severity::warning,
+         {},
+         {},
+         fmt::format("Not reliable by themselves, see their own findings: {}.{}", untrusted,
+                     any_bent ? " Several recordings of a machine that no linear model describes "
+                                "agree in what is wrong."
+                              : "")});
   if (!joint.result.model)
-    findings.push_back({"no-joint-model",
-                        Severity::warning,
-                        {},
-                        {},
-                        "Neither all records together nor two of them determine a model: only the responses "
-                        "are joined."});
+    findings.push_back(
+        {"no-joint-model",
+         Severity::warning,
+         {},
+         {},
+         "Neither all recordings together nor two of them determine a model: only the responses "
+         "are joined. Excite more strongly."});
   joint.result.trusted = std::none_of(findings.begin(), findings.end(), [](const diagnostics::Finding& f) {
     return f.severity == Severity::error;
   });
@@ -305,7 +314,7 @@ void note(Joint& joint, std::span<const Result> results) {
 expected<void, Error> check_join(const Options& options) {
   if (options.model != ModelChoice::black_box) return {};
   return tl::unexpected(Error{"records",
-                              "black boxes of several records cannot be joined; required a drive model "
+                              "black boxes of several recordings cannot be joined; required a drive model "
                               "(.model auto, rigid, two-mass or three-mass) or .model none"});
 }
 
@@ -321,7 +330,8 @@ expected<Joint, Error> join(std::span<const data::Record> records, std::span<con
   for (const auto& r : results) joint.records.push_back({r.record.file, {}, 0, {}, {}, {}, false, true});
   auto lines = average_of(results, false);
   if (lines.response.lines() == 0)
-    return tl::unexpected(Error{"records", "no record's response has error bars; required for an average"});
+    return tl::unexpected(
+        Error{"records", "no recording's response has error bars; required for an average"});
   joint.result.response = std::move(lines.response);
   joint.response_degrees = lines.total_degrees;
   if (lines.total_degrees > 0)

@@ -128,7 +128,8 @@ class Joiner {
     joint_.structures = std::move(chosen->structures);
     joint_.choices.push_back(std::move(chosen->choice));
     tell_likelihood(
-        "structure and model are chosen from all records together: by themselves, most show at most a rigid "
+        "structure and model are chosen from all recordings together: by themselves, most show at most a "
+        "rigid "
         "machine");
     return true;
   }
@@ -140,12 +141,13 @@ class Joiner {
     model.drive = start_of(kind.model().drive, count);
     const auto fit = fit_records(records_, config_of(model));
     if (!fit || !fit->converged) {
-      joint_.findings.push_back({"joint-fit-failed",
-                                 diagnostics::Severity::warning,
-                                 {},
-                                 {},
-                                 "The fit to all records together did not converge: the records' own "
-                                 "estimates are combined instead."});
+      joint_.findings.push_back(
+          {"joint-fit-failed",
+           diagnostics::Severity::warning,
+           {},
+           {},
+           "The fit to all recordings together did not converge: the recordings' own "
+           "estimates are combined instead. Check that all are repetitions of one experiment."});
       return false;
     }
     model.drive = fit->model;
@@ -156,8 +158,8 @@ class Joiner {
     joint_.model = model;
     take_fits(*fit);
     judge(fit->against_others);
-    tell_likelihood(count < 2 ? std::string("started from the one record that shows such a model")
-                              : fmt::format("started from the mean of {} records' own estimates", count));
+    tell_likelihood(count < 2 ? std::string("started from the one recording that shows such a model")
+                              : fmt::format("started from the mean of {} recordings' own estimates", count));
     return true;
   }
 
@@ -171,13 +173,13 @@ class Joiner {
     for (const auto& choice : kind.example->choices)
       if (choice.what == "structure")
         joint_.choices.push_back({choice.what, choice.chosen,
-                                  fmt::format("{} of {} records show it", kind.count, records_.size())});
+                                  fmt::format("{} of {} recordings show it", kind.count, records_.size())});
   }
 
   void tell_likelihood(std::string because) {
     joint_.one_likelihood = true;
     joint_.choices.push_back(
-        {"estimate", fmt::format("one likelihood over {} records", records_.size()), std::move(because)});
+        {"estimate", fmt::format("one likelihood over {} recordings", records_.size()), std::move(because)});
   }
 
   /// The record's own model when it is of the common kind, else a fit of that kind from the common one.
@@ -228,10 +230,10 @@ class Joiner {
     joint_.model.model_error = unexplained_difference(joint_.model.drive, response_);
     if (joint_.choices.empty()) tell_structure(kind);
     joint_.choices.push_back(
-        {"estimate", fmt::format("mean of {} records' own estimates", own_.size()),
+        {"estimate", fmt::format("mean of {} recordings' own estimates", own_.size()),
          kind.of_responses
-             ? "their models were fitted to responses: something else would dominate a fit to the records"
-             : "the fit to all records together did not converge"});
+             ? "their models were fitted to responses: something else would dominate a fit to the recordings"
+             : "the fit to all recordings together did not converge"});
     if (!joint_.model.from_record) return true;
     auto config = config_of(joint_.model);
     config.fixed_model = true;

@@ -29,7 +29,7 @@ expected<Parts, Error> parts_of(std::span<const data::Record> records, const Opt
     if (all.period_samples == 0) all.period_samples = period;
     if (period == 0 || period != all.period_samples)
       return refused(fmt::format(
-          "the excitation of {} {}; required the same period in all records", record.source,
+          "the excitation of {} {}; required the same period in all recordings", record.source,
           period == 0 ? std::string("shows no period")
                       : fmt::format("repeats after {} samples instead of {}", period, all.period_samples)));
     auto parts = response::realisations_of(record, period);
@@ -64,7 +64,7 @@ expected<PooledResponse, Error> pooled_response(std::span<const data::Record> re
   if (!found)
     return refused(fmt::format("{} {}", found.error().field.view(), found.error().requirement.view()));
   auto response = response::plant_response(found->lines, form);
-  if (!response || response->lines() == 0) return refused("the records share no line");
+  if (!response || response->lines() == 0) return refused("the recordings share no line");
   std::optional<Distortion> distortion = distortion_of(*found, form, *response);
   add_detection_lines(parts->records, parts->period_samples, distortion);
   return PooledResponse{std::move(*response), std::move(*distortion)};

@@ -235,7 +235,7 @@ expected<std::unique_ptr<AxisSetup>, Error> axis_setup(const data::Record& stret
   const bool two_masses = plan.start && plan.start->drive.structure == fit::Structure::two_mass;
   const auto needs = [&](const char* what) {
     return tl::unexpected(
-        Error{"method", fmt::format("{} needs {} to begin with, and the record shows none: give .start",
+        Error{"method", fmt::format("{} needs {} as initial model, and the recording shows none: give .start",
                                     name_of(plan.method), what)});
   };
   if (is_lines(plan.method)) {
@@ -290,9 +290,9 @@ expected<AxisPointer, Error> make_axis(const AxisSetup& setup, const TrackPlan& 
   const Error& e = made.error();
   if (e.field == "start_b")  // it has the right size: what is left to be refused is its loop
     return tl::unexpected(
-        Error{"controller", fmt::format("{}: the loop of the start model and this controller is "
+        Error{"controller", fmt::format("{}: the loop of the initial model and this controller is "
                                         "unstable: controller, delay or sign do not belong to "
-                                        "this record",
+                                        "this recording",
                                         name_of(plan.method))});
   std::string message = fmt::format("{}: {} {}", name_of(plan.method), e.field.view(), e.requirement.view());
   if (std::isfinite(e.value)) message += fmt::format(" (found {:.6g})", e.value);

@@ -35,8 +35,9 @@ void inspect_gates(const online::Axis& axis, const online::AxisCounts& n, Findin
   const online::AxisCriteria criteria;
   if (n.ready == 0) {
     add(findings, "never-ready", true, static_cast<double>(n.rows), 0.0,
-        "The estimator never got beyond its start: the record is too short, nothing excited the drive, or "
-        "the start model is not that of this machine.");
+        "The estimator never got beyond its start: the recording is too short, nothing excited the drive, or "
+        "the initial model is not that of this machine. Excite more strongly, record longer, or give another "
+        ".start.");
     return;
   }
   const TrustShares s = shares_of(n);
@@ -44,7 +45,7 @@ void inspect_gates(const online::Axis& axis, const online::AxisCounts& n, Findin
     add(findings, "no-excitation", s.excited < kEnoughExcited, result.weakest_excitation,
         criteria.weak_excitation,
         fmt::format("For {:.1f} % of the time the excitation around the resonance was below a tenth of the "
-                    "strongest so far: the estimate is frozen there, and its rows are not trusted.",
+                    "strongest so far: the estimate is frozen there, and not valid. Excite throughout.",
                     100.0 * (1.0 - s.excited)));
   if (n.excited == 0) return;
   if (s.converged < 1.0) {
@@ -52,38 +53,43 @@ void inspect_gates(const online::Axis& axis, const online::AxisCounts& n, Findin
     const bool known = std::isfinite(row.uncertainty);
     add(findings, "not-converged", s.converged < kEnough, known ? row.uncertainty : s.converged,
         known ? row.most_uncertainty : 1.0,
-        fmt::format("For {:.1f} % of the time the estimate was too uncertain (at most {:.2g} % is allowed), "
-                    "still moving, or showed no resonance.",
-                    100.0 * (1.0 - s.converged), 100.0 * row.most_uncertainty));
+        fmt::format(
+            "For {:.1f} % of the time the estimate was too uncertain (at most {:.2g} % is allowed), "
+            "still moving, or showed no resonance. Excite more strongly, or average longer (.memory_s).",
+            100.0 * (1.0 - s.converged), 100.0 * row.most_uncertainty));
   }
   if (n.lost > 0)
     add(findings, "lost", share(n.lost, n.ready) > kLost, share(n.lost, n.ready), kLost,
-        fmt::format("For {:.2g} % of the time after its start, the estimator had lost the machine: its "
-                    "predictions failed, or it had to restart.",
-                    100.0 * share(n.lost, n.ready)));
+        fmt::format(
+            "For {:.2g} % of the time after its start, the estimator had lost the machine: its "
+            "predictions failed, or it had to restart. Excite more strongly, or give a better initial model "
+            "(.start).",
+            100.0 * share(n.lost, n.ready)));
   if (s.physical < 1.0)
     add(findings, "unphysical", s.physical < kEnough, s.physical, 1.0,
         fmt::format("For {:.1f} % of the time the estimate was not physical: unstable, or with an inertia, "
-                    "stiffness or damping below zero.",
+                    "stiffness or damping below zero. Excite more strongly, or average longer (.memory_s).",
                     100.0 * (1.0 - s.physical)));
   if (s.residual < 1.0)
     add(findings, "residual-grown", s.residual < kEnough, result.worst_residual_growth,
         criteria.residual_growth,
         fmt::format("The residual grew to {:.1f} times its usual rms: the machine did something that the "
-                    "model does not describe, or changed faster than the estimate follows.",
+                    "model does not describe, or changed faster than the estimate follows. Look at the "
+                    "recording there, or "
+                    "average for a shorter time (.memory_s).",
                     result.worst_residual_growth));
   const double correlation = result.residual_correlation;
   if (!axis.white_residual() || !(std::abs(correlation) > kColoured)) return;
   const bool bad = correlation > kMostColoured;
-  findings.push_back({"coloured-residual", bad ? Severity::error : Severity::info, correlation,
-                      bad ? kMostColoured : kColoured,
-                      bad ? "Neighbouring residuals are alike: the model misses something, such as the lag "
-                            "of a torque loop, a filter "
-                            "or friction, or the noise is slow. The error bars are far too small. See what "
-                            "identify says of the record."
-                          : "Neighbouring residuals are correlated: the noise is not white, or the model "
-                            "misses something. The error "
-                            "bars are then too small."});
+  findings.push_back(
+      {"coloured-residual", bad ? Severity::error : Severity::info, correlation,
+       bad ? kMostColoured : kColoured,
+       bad ? "Neighbouring residuals are alike: the model lacks dynamics, such as the lag "
+             "of a torque loop, a filter "
+             "or friction, or the noise is slow. The error bars are far too small. See what "
+             "identify says of the recording."
+           : "Neighbouring residuals are correlated: the noise is not white, or the model "
+             "lacks dynamics. The error bars are then too small: take them for lower bounds."});
 }
 
 /// Whether a small error of the parameters would have grown.
@@ -107,7 +113,7 @@ void inspect_controller(const ControllerRows& rows, Findings& findings) {
        online::ControllerCheck<double>::kRelevant,
        fmt::format("The controller given is not the one that ran: for {:.0f} % of the time excitation, input "
                    "and output show another one{}. The margins are not those of this loop, and methods that "
-                   "use the controller give wrong estimates.",
+                   "use the controller give wrong estimates. Give the controller that ran (.controller).",
                    100.0 * differing,
                    rows.difference
                        ? fmt::format(", which differs from it by up to {:.0f} %", 100.0 * *rows.difference)
@@ -119,7 +125,7 @@ void inspect_change(const online::AxisResult& result, double start_time_s, Findi
   const auto& c = result.change;
   add(findings, "changed", false, c.size, c.size_std,
       fmt::format("From {:.4g} s on the watched figure differs by {:.4g} +- {:.2g}; the change was detected "
-                  "at {:.4g} s.",
+                  "at {:.4g} s. Compare results from before and after it.",
                   start_time_s + c.time_s, c.size, 2.0 * c.size_std, start_time_s + c.detected_s));
 }
 
@@ -165,12 +171,14 @@ std::vector<Finding> learning_findings(const TrackOptions& options, const TrackP
                                        const AxisSetup& setup) {
   Findings findings;
   if (options.whole_record)
-    findings.push_back({"whole-record",
-                        Severity::info,
-                        {},
-                        {},
-                        "Method, excitation and start model were chosen from the whole record: the rows use "
-                        "later samples, which a drive would not have had."});
+    findings.push_back(
+        {"whole-record",
+         Severity::info,
+         {},
+         {},
+         "Method, excitation and initial model were chosen from the whole recording: the rows use "
+         "later samples, which a drive would not have had. For an on-line test learn from a stretch "
+         "(.learn_s)."});
   if (!plan.start) return findings;
   const double further = plan.delay_s - options.common.delay_s;
   if (std::abs(further) * setup.config.sample_rate_hz > kNoticeable)
@@ -178,8 +186,8 @@ std::vector<Finding> learning_findings(const TrackOptions& options, const TrackP
                         Severity::info,
                         further,
                         {},
-                        fmt::format("The start model has a delay of {:.3g} ms where {:.3g} ms were given: "
-                                    "the model's delay is used, in the margins too.",
+                        fmt::format("The initial model has a delay of {:.3g} ms where {:.3g} ms were given: "
+                                    "the model's delay is used, in the margins too. Check the delay given.",
                                     1e3 * plan.delay_s, 1e3 * options.common.delay_s)});
   const auto& drive = plan.start->drive;
   // A held output is late by the mean of its hold.
@@ -190,9 +198,9 @@ std::vector<Finding> learning_findings(const TrackOptions& options, const TrackP
     findings.push_back(
         {"untracked-lag", Severity::error, lag_s, kNoticeable / setup.config.sample_rate_hz,
          fmt::format(
-             "{} lags by {:.3g} ms, which no estimator here holds: inertias and damping take it over, and "
+             "{} lags by {:.3g} ms, which no estimator here models: inertias and damping take it over, and "
              "the "
-             "margins lack it. Use identify on parts of the record.",
+             "margins lack it. Use identify on parts of the recording.",
              hold > 1.0
                  ? fmt::format(
                        "Torque loop, output filter or an output that is new in every {:g}th sample only",
@@ -200,13 +208,13 @@ std::vector<Finding> learning_findings(const TrackOptions& options, const TrackP
                  : "Torque loop or output filter",
              1e3 * lag_s)});
   if (!plan.start->trusted)
-    findings.push_back(
-        {"untrusted-start",
-         Severity::error,
-         {},
-         {},
-         "The start model is itself not reliable (`identify` says why), and what is tracked from it has its "
-         "structure and delay. Give .start, or the right input, output and delay."});
+    findings.push_back({"untrusted-start",
+                        Severity::error,
+                        {},
+                        {},
+                        "The initial model is itself not reliable (`identify` says why), and what is tracked "
+                        "from it has its "
+                        "structure and delay. Give .start, or the right input, output and delay."});
   return findings;
 }
 

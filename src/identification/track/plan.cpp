@@ -45,15 +45,15 @@ void choose(const data::Record& stretch, const TrackOptions& options, TrackPlan&
   const bool lines = m.sweep || !m.grid_hz.empty() || m.period_samples > 0;
   if (plan.start && !plan.start->trusted && lines) {
     plan.method = TrackMethod::kalman;
-    plan.reason = "the model identified from the record is itself not reliable, so lines are tracked";
+    plan.reason = "the model identified from the recording is itself not reliable, so lines are tracked";
     return;
   }
   if (velocity && has_two_masses(plan.start) && !(options.memory_s > 0.0)) {
     plan.method = TrackMethod::physical;
     plan.reason =
         plan.measurement.sweep
-            ? "a two-mass start model is known; the machine is assumed constant during the chirp"
-            : "a two-mass start model is known; stiffness drift and load torque are tracked with it";
+            ? "a two-mass initial model is known; the machine is assumed constant during the chirp"
+            : "a two-mass initial model is known; stiffness drift and load torque are tracked with it";
     return;
   }
   if (velocity && plan.start && options.common.controller && stretch.excitation.present() &&
@@ -61,16 +61,16 @@ void choose(const data::Record& stretch, const TrackOptions& options, TrackPlan&
     plan.method = TrackMethod::instrumental_variables;
     plan.reason = options.memory_s > 0.0
                       ? "excitation and controller are known, and a memory was requested"
-                      : "the start model is not a two-mass one, but excitation and controller are known";
+                      : "the initial model is not a two-mass one, but excitation and controller are known";
     return;
   }
   plan.method = TrackMethod::kalman;
-  plan.reason = plan.measurement.sweep ? "no two-mass start model: the line of the chirp is tracked"
-                                       : "no start model that other methods could use: lines are tracked";
+  plan.reason = plan.measurement.sweep ? "no two-mass initial model: the line of the chirp is tracked"
+                                       : "no initial model that other methods could use: lines are tracked";
 }
 
-/// What the start model found beyond its known delay counts as long as that known delay is the one told now:
-/// with another one, the model comes from another loop.
+/// What the initial model found beyond its known delay counts as long as that known delay is the one told
+/// now: with another one, the model comes from another loop.
 double delay_of(const TrackOptions& options, const TrackPlan& plan) {
   const double told = options.common.delay_s;
   if (!plan.start) return told;

@@ -76,8 +76,8 @@ std::optional<StartModel> find_start(const data::Record& stretch, const TrackOpt
   const auto* model = closest_drive(*result);
   if (model == nullptr) return std::nullopt;
   return StartModel{model->drive,
-                    options.whole_record ? std::string("the whole record")
-                                         : fmt::format("the first {:.3g} s of the record", seconds),
+                    options.whole_record ? std::string("the whole recording")
+                                         : fmt::format("the first {:.3g} s of the recording", seconds),
                     trusted_but_for_changes(*result)};
 }
 

@@ -158,7 +158,7 @@ std::optional<Error> check(const data::Record& head, const TrackOptions& options
   if (options.every == 0) return Error{"every", "must be 1 or more, found 0"};
   if (options.learn_s && options.whole_record)
     return Error{"learn_s",
-                 "names a stretch of the record, and .whole_record takes all of it: leave one out"};
+                 "names a stretch of the recording, and .whole_record takes all of it: leave one out"};
   if (options.learn_s && !(*options.learn_s * rate_hz >= kFewestLearned && std::isfinite(*options.learn_s)))
     return Error{"learn_s", fmt::format("must be {:g} samples ({:g} s) at least, found {:g} s",
                                         kFewestLearned, kFewestLearned / rate_hz, *options.learn_s)};
@@ -176,9 +176,10 @@ std::optional<Error> check(const data::Record& head, const TrackOptions& options
 std::optional<Error> foreign_units(const Units& ours, const std::optional<Units>& theirs,
                                    const char* option) {
   if (!theirs || theirs->response == ours.response) return std::nullopt;
-  return Error{option, fmt::format("its response is in {}, the record's in {}; required are the same units "
-                                   "(.input_scale, .input_unit, .output_unit)",
-                                   theirs->response, ours.response)};
+  return Error{option,
+               fmt::format("its response is in {}, the recording's in {}; required are the same units "
+                           "(.input_scale, .input_unit, .output_unit)",
+                           theirs->response, ours.response)};
 }
 
 }  // namespace
@@ -246,7 +247,7 @@ class Tracking::Impl {
 
   /// Begins the run, if the stretch suffices.
   std::optional<Error> learn(bool final) {
-    tell("learning from the start of the record");
+    tell("learning from the start of the recording");
     auto plan = detail::make_track_plan(stretch_, options_, final);
     if (!plan) return std::move(plan.error());
     if (!*plan) return std::nullopt;
@@ -279,13 +280,14 @@ class Tracking::Impl {
     if (!run_ && detail::is_lines(method))
       return {"lines_hz", "must be given: the excitation shows no period"};
     if (!run_)
-      return {"method", fmt::format("{} needs a model to begin with, and the record shows none: give .start",
+      return {"method", fmt::format("{} needs an initial model, and the recording shows none: give .start",
                                     name_of(method))};
     const double seconds = static_cast<double>(samples_) / stretch_.sample_rate_hz;
-    return {"learn_s",
-            fmt::format("the record ends after {:.3g} s, too early to start from what it shows: give .start, "
-                        "a shorter .learn_s, a longer record, or .whole_record (rows then use later samples)",
-                        seconds)};
+    return {
+        "learn_s",
+        fmt::format("the recording ends after {:.3g} s, too early to start from what it shows: give .start, "
+                    "a shorter .learn_s, a longer recording, or .whole_record (rows then use later samples)",
+                    seconds)};
   }
 
   void tell(std::string_view stage) const {
@@ -310,7 +312,7 @@ expected<Track, Error> Tracking::finish() { return impl_->finish(); }
 expected<Track, Error> track(const data::Record& record, const TrackOptions& options) {
   if (options.every > record.samples())
     return tl::unexpected(
-        Error{"every", fmt::format("must not be more than the record's {} samples, found {}",
+        Error{"every", fmt::format("must not be more than the recording's {} samples, found {}",
                                    record.samples(), options.every)});
   Tracking tracking(options);
   if (auto added = tracking.add(record); !added) return tl::unexpected(std::move(added.error()));

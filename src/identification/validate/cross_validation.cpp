@@ -61,9 +61,10 @@ void judge(Verdict verdict, Result& result) {
        rejected ? Severity::error : Severity::warning,
        v.simulation_fit_percent,
        {},
-       fmt::format("On {}, to which it was not fitted, the model is {}: its simulation reproduces {:.1f} % "
-                   "of the output there.",
-                   v.file, rejected ? "rejected" : "doubtful", v.simulation_fit_percent)});
+       fmt::format(
+           "On {}, to which it was not fitted, the model is {}: the fit of its simulation is {:.1f} % "
+           "(NRMSE) there. Compare both recordings: the machine or its operating point differs.",
+           v.file, rejected ? "rejected" : "doubtful", v.simulation_fit_percent)});
   if (rejected) result.trusted = false;
 }
 

@@ -6,6 +6,7 @@
 #include <identification/criteria.hpp>
 #include <identification/identify/judge/constancy.hpp>
 #include <identification/identify/select/record_fit.hpp>
+#include <identification/parameter_words.hpp>
 #include <identification/validate/refit.hpp>
 
 namespace resonid::identification::detail {
@@ -32,12 +33,10 @@ std::optional<diagnostics::Finding> inspect_refit(const data::Record& record, co
     const double relative = difference / std::abs(told.value);
     if (!(relative > kCriteria.refitted_difference) || !(relative > largest)) continue;
     largest = relative;
-    std::string name(kParameterNames[static_cast<std::size_t>(p)]);
-    std::replace(name.begin(), name.end(), '_', ' ');
     text = fmt::format(
-        "Fitted to this record, the {} is {:.4g}, {:.2g} % off the model's {:.4g} and {:.1f} standard "
+        "Fitted to this recording, the {} is {:.4g}, {:.2g} % off the model's {:.4g} and {:.1f} standard "
         "deviations of both: the drive is another one here, or has changed (compare tells what).",
-        name, found.value, 100.0 * relative, told.value, difference / deviation);
+        parameter_words(p), found.value, 100.0 * relative, told.value, difference / deviation);
   }
   if (text.empty()) return std::nullopt;
   return diagnostics::Finding{"parameters-differ", diagnostics::Severity::warning, largest,

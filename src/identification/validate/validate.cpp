@@ -109,10 +109,11 @@ class Simulator {
     }
     const auto& g = *v_.candidate.transfer_function;
     if (std::abs(g.sample_time_s - record_.sample_time_s()) > 0.01 * record_.sample_time_s())
-      return refused("candidate",
-                     fmt::format("the transfer function runs at {:g} s, the record at {:g} s; required the "
-                                 "record's sample time",
-                                 g.sample_time_s, record_.sample_time_s()));
+      return refused(
+          "candidate",
+          fmt::format("the transfer function runs at {:g} s, the recording at {:g} s; required the "
+                      "recording's sample time",
+                      g.sample_time_s, record_.sample_time_s()));
     const std::size_t own = v_.candidate.delay_samples;
     return detail::delayed(g, own > 0 ? own : delay_samples(options_.common.delay_s));
   }
@@ -139,7 +140,7 @@ class Simulator {
     const auto& controller = options_.common.controller;
     if (!controller) return refused("approach", "indirect needs .controller");
     if (!record_.excitation.present())
-      return refused("approach", "indirect needs an excitation in the record");
+      return refused("approach", "indirect needs an excitation in the recording");
     const auto g = plant();
     if (!g) return tl::unexpected(g.error());
     if (v_.candidate.model && v_.candidate.model->has_dry_friction())

@@ -59,8 +59,9 @@ void inspect_correlation(ModelValidation& v, const Evidence& e) {
   if (e.correlated())
     v.findings.push_back({"correlated-residual", Severity::warning, l.value,
                           diagnostics::kPracticalCorrelation,
-                          fmt::format("The residual follows the {} with a correlation of {:.2f} (lag {}), "
-                                      "beyond the practical limit: the model misses something of the drive.",
+                          fmt::format("The residual is correlated with the {} ({:.2f} at lag {}), beyond the "
+                                      "practical limit: the drive has dynamics that the model lacks. "
+                                      "Identify it with more masses, friction or lags.",
                                       l.with, l.value, l.lag)});
   else if (l.value > test.limit)
     v.findings.push_back(
@@ -76,14 +77,16 @@ void inspect_response(ModelValidation& v, const Evidence& e) {
     v.findings.push_back({"response-differs", Severity::warning, v.worst_line_error,
                           kCriteria.noticeable_error,
                           fmt::format("At {:.4g} Hz model and measured response differ by {:.0f} %, more "
-                                      "than noise explains: the drive is different there, or has changed.",
+                                      "than noise explains: the drive is different there, or has changed. "
+                                      "Identify this recording and compare.",
                                       *v.worst_line_hz, 100.0 * *v.worst_line_error)});
   if (!e.misfit()) return;
   const bool bad = e.response_error > kCriteria.rejected_error;
   v.findings.push_back({"misfit", bad ? Severity::error : Severity::warning, e.response_error,
                         bad ? kCriteria.rejected_error : kCriteria.noticeable_error,
                         fmt::format("Model and measured response differ beyond the noise by {:.0f} % (rms "
-                                    "over the lines), and by at least {:.0f} % with 95 % confidence.",
+                                    "over the lines), and by at least {:.0f} % with 95 % confidence. "
+                                    "Identify this recording and compare.",
                                     100.0 * v.response_error.value_or(0.0), 100.0 * e.response_error)});
 }
 
@@ -103,19 +106,23 @@ void inspect_fit(ModelValidation& v, const Evidence& e) {
   if (fits_less_here(v, e))
     v.findings.push_back(
         {"fits-less-here", Severity::warning, v.simulation_fit_percent, v.expected_fit_percent,
-         fmt::format("The model reproduces {:.0f} % of this output; with the residual of its own record it "
-                     "would be {:.0f} %. The rest depends on the {}: the drive behaves differently here.",
+         fmt::format("Fit {:.0f} % (NRMSE) here; with the residual of the model's own recording it would be "
+                     "{:.0f} %. The residual depends on the {}: the drive behaves differently here. Identify "
+                     "this recording and compare.",
                      v.simulation_fit_percent, *v.expected_fit_percent, v.dependence.on)});
   const double fit = judged_fit(v);
   if (fit >= kCriteria.poor_fit) return;
   if (e.correlated())
-    v.findings.push_back({"poor-fit", Severity::error, fit, kCriteria.poor_fit,
-                          "The model reproduces less than half of the output, and the residual is not noise: "
-                          "it is not the model of this drive at this operating point."});
+    v.findings.push_back(
+        {"poor-fit", Severity::error, fit, kCriteria.poor_fit,
+         "Fit below 50 % (NRMSE), and the residual is not noise: "
+         "this is not the model of this drive at this operating point. Check columns, units and the "
+         "model's file, or identify this recording."});
   else
     v.findings.push_back({"noisy-record", Severity::warning, fit, kCriteria.poor_fit,
-                          "Less than half of the output is reproduced, but the residual does not follow the "
-                          "input: it is noise or disturbances, which say little for or against the model."});
+                          "Fit below 50 % (NRMSE), but the residual is not correlated with the "
+                          "input: it is noise or disturbances, which say little for or against the model. "
+                          "Excite more strongly."});
 }
 
 void inspect_maps(ModelValidation& v) {
@@ -124,7 +131,7 @@ void inspect_maps(ModelValidation& v) {
     const auto [low, high] = std::minmax_element(map.mean.begin(), map.mean.end());
     v.findings.push_back({"static-nonlinearity", Severity::warning, map.share, kCriteria.map_share,
                           fmt::format("A static function of the {} at the model's input ({:.3g} ... {:.3g} "
-                                      "{} off a straight line) explains {:.0f} % of the residual: {}.",
+                                      "{} off a straight line) accounts for {:.0f} % of the residual: {}.",
                                       map.over, *low, *high, v.units.input, 100.0 * map.share,
                                       map.over == "velocity" ? "perhaps friction that is not viscous"
                                                              : "perhaps a dead zone or saturation")});
@@ -154,14 +161,16 @@ void judge(ModelValidation& v) {
                           Severity::warning,
                           {},
                           {},
-                          "The result that the model comes from is itself not reliable."});
+                          "The result that the model comes from is itself not reliable: mend what its own "
+                          "findings name first."});
   if (!v.candidate.units_response.empty() && v.candidate.units_response != v.units.response)
     v.findings.push_back(
         {"different-units",
          Severity::error,
          {},
          {},
-         fmt::format("The model is in {}, the record in {}.", v.candidate.units_response, v.units.response)});
+         fmt::format("The model is in {}, the recording in {}: give the same scales and units to both.",
+                     v.candidate.units_response, v.units.response)});
   const auto is_error = [](const diagnostics::Finding& f) { return f.severity == Severity::error; };
   v.trusted = std::none_of(v.findings.begin(), v.findings.end(), is_error);
   const bool refitted = std::any_of(v.findings.begin(), v.findings.end(), [](const diagnostics::Finding& f) {

@@ -7,6 +7,7 @@
 #include <resonid/report/json.hpp>
 
 #include "report/document/batch_tables.hpp"
+#include "report/document/document_cells.hpp"
 #include "report/document/words.hpp"
 
 namespace resonid::report {
@@ -14,20 +15,27 @@ namespace {
 
 using identification::Batch;
 
+/// The last characters of UTF-8 text.
+std::string end_of(const std::string& text, std::size_t characters) {
+  std::size_t from = text.size();
+  while (from > 0 && columns_of(std::string_view(text).substr(from)) < characters) --from;
+  while (from > 0 && (static_cast<unsigned char>(text[from]) & 0xC0U) == 0x80U) --from;
+  return text.substr(from);
+}
+
 /// A table in as many blocks as its columns need, each beginning with the first column.
 std::string blocks(const Table& table) {
   constexpr std::size_t kWidth = 100;
   constexpr std::size_t kWidestName = 40;
   const auto cell = [](const std::string& text, std::size_t width, bool left) {
     // The end of a path tells files apart.
-    const std::string shown =
-        text.size() > width && left ? "..." + text.substr(text.size() - width + 3) : text;
+    const std::string shown = columns_of(text) > width && left ? "..." + end_of(text, width - 3) : text;
     return left ? fmt::format("{:<{}}", shown, width) : fmt::format("{:>{}}", shown, width);
   };
   std::vector<std::size_t> width;
   for (std::size_t c = 0; c < table.columns.size(); ++c) {
-    std::size_t widest = table.columns[c].size();
-    for (const auto& row : table.rows) widest = std::max(widest, row[c].size());
+    std::size_t widest = columns_of(table.columns[c]);
+    for (const auto& row : table.rows) widest = std::max(widest, columns_of(row[c]));
     width.push_back(c == 0 ? std::min(widest, kWidestName) : widest);
   }
   std::string text;
@@ -49,21 +57,20 @@ std::string blocks(const Table& table) {
 
 }  // namespace
 
-std::string summary_text(const BatchResult& result) {
+std::string summary_text(const BatchResult& result, Characters characters) {
+  const auto table = [&](Table t) { return blocks(written(std::move(t), characters)); };
   const double percent = 100.0 * result.batch.confidence;
-  std::string text =
-      fmt::format("Recordings, {:.0f} % confidence\n", percent) + blocks(records_table(result));
+  std::string text = fmt::format("Recordings, {:.0f} % confidence\n", percent) + table(records_table(result));
   for (const auto& e : result.batch.entries)
     if (!e.result) text += wrapped(error_line(e), "\n  ", "    ") + "\n";
   const auto spread = spread_table(result);
   if (!spread.rows.empty()) {
-    text += "\nOver the recordings (scatter: their standard deviation)\n" + blocks(spread);
+    text += "\nOver the recordings\n" + table(spread);
   }
   if (result.joint) {
-    text +=
-        "\nJoint estimate, each recording against the others\n" + blocks(consistency_table(*result.joint));
+    text += "\nJoint estimate, each recording against the others\n" + table(consistency_table(*result.joint));
     text += fmt::format("\nJoint figures, {:.0f} % confidence intervals\n", percent) +
-            blocks(figures_table(result.joint->result));
+            table(figures_table(result.joint->result));
     text += findings_text(result.joint->result.findings);
   }
   text += "\n";
@@ -72,7 +79,7 @@ std::string summary_text(const BatchResult& result) {
     text += result.joint->result.trusted
                 ? "\nJoint estimate: trusted.\n"
                 : "\nJoint estimate: NOT trusted, the result is not reliable; see the errors above.\n";
-  return text;
+  return characters == Characters::unicode ? typeset(text) : text;
 }
 
 }  // namespace resonid::report

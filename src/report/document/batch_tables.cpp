@@ -18,18 +18,9 @@ namespace {
 using identification::Batch;
 using identification::Spread;
 
-/// Figures that a table of machines leaves out: they are in the table of scatter.
+/// Figures that a table of machines leaves out: they are in the table over the recordings.
 bool secondary(const std::string& name) {
   return name.find("damping_ratio") != std::string::npos || name == "offset" || name == "gain_margin_db";
-}
-
-std::string spaced(std::string name) {
-  for (const char* unit : {"_hz", "_deg", "_db"})
-    if (const auto at = name.rfind(unit);
-        at != std::string::npos && at + std::string(unit).size() == name.size())
-      name.resize(at);
-  std::replace(name.begin(), name.end(), '_', ' ');
-  return name;
 }
 
 std::string probability_text(const std::optional<double>& p) {
@@ -55,7 +46,8 @@ std::string value_text(double value, const std::optional<double>& std, double z)
 }
 
 std::string heading(const Spread& figure) {
-  return spaced(figure.name) + (figure.unit.empty() ? "" : ", " + figure.unit);
+  return quantity_words(figure.name, figure.unit) +
+         (figure.unit.empty() ? "" : ", " + unit_words(figure.unit));
 }
 
 Table records_table(const BatchResult& result) {
@@ -96,7 +88,7 @@ Table records_table(const BatchResult& result) {
 
 Table spread_table(const BatchResult& result) {
   const double z = two_sided_quantile(result.batch.confidence);
-  Table table{"", {"Figure", "Mean", "Scatter", "chi2/degrees", "p", "Verdict", "Recordings"}, {}};
+  Table table{"", {"Figure", "Mean", "Std. deviation", "chi2/degrees", "p", "Verdict", "Recordings"}, {}};
   for (const auto& f : result.batch.figures) {
     if (f.values.size() < 2) continue;
     const std::string ratio =
@@ -131,7 +123,8 @@ Table figures_table(const identification::Result& result) {
   Table table{"", {"Figure", "Value", "Unit"}, {}};
   if (result.bootstrap) table.columns.emplace_back("Bootstrap interval");
   for (const auto& f : identification::figures(result)) {
-    std::vector<std::string> row = {spaced(f.name), value_text(f.value, f.std, z), f.unit};
+    std::vector<std::string> row = {quantity_words(f.name, f.unit), value_text(f.value, f.std, z),
+                                    unit_words(f.unit)};
     if (result.bootstrap) {
       std::string interval = "-";
       for (const auto& i : result.bootstrap->intervals)
@@ -145,7 +138,7 @@ Table figures_table(const identification::Result& result) {
 
 Table structures_table(const std::vector<identification::StructureTrial>& structures) {
   Table table{"Structures side by side",
-              {"Structure", "Parameters", "BIC", "Fit on hold-out data, %", "Fit elsewhere, %", "Remark"},
+              {"Structure", "Parameters", "BIC", "Fit on hold-out data, %", "Fit elsewhere, %", "Note"},
               {}};
   for (const auto& t : structures)
     table.rows.push_back({t.name + (t.chosen ? " (chosen)" : ""), fmt::format("{}", t.parameters),
@@ -156,7 +149,7 @@ Table structures_table(const std::vector<identification::StructureTrial>& struct
 }
 
 Table choices_table(const std::vector<identification::Choice>& choices) {
-  Table table{"Chosen by the record", {"What", "Chosen", "Because"}, {}};
+  Table table{"Chosen from the recording", {"What", "Chosen", "Because"}, {}};
   for (const auto& c : choices) table.rows.push_back({c.what, c.chosen, c.because});
   return table;
 }
@@ -178,7 +171,7 @@ std::vector<std::string> sentences(const BatchResult& result) {
   std::size_t judged = 0;
   for (const auto& f : batch.figures) {
     if (f.probability) ++judged;
-    if (!f.agrees) differing += (differing.empty() ? "" : ", ") + spaced(f.name);
+    if (!f.agrees) differing += (differing.empty() ? "" : ", ") + quantity_words(f.name);
   }
   if (!differing.empty())
     list.push_back("The recordings differ beyond their error bars in: " + differing + ".");

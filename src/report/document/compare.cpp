@@ -11,10 +11,7 @@
 #include "report/document/words.hpp"
 
 namespace resonid::report {
-std::string spaced_name(std::string name) {
-  std::replace(name.begin(), name.end(), '_', ' ');
-  return name;
-}
+std::string spaced_name(std::string name) { return quantity_words(std::move(name)); }
 
 std::string capitalised(std::string text) {
   if (!text.empty()) text[0] = static_cast<char>(std::toupper(static_cast<unsigned char>(text[0])));
@@ -112,13 +109,13 @@ std::string summary_text(const Changes& c) {
     const double z = two_sided_quantile(c.confidence);
     text += fmt::format("\nChanges, {:.0f} % confidence\n", 100.0 * c.confidence);
     for (const auto& d : all)
-      text += fmt::format(
-          "  {:<18} {:>10.5g} -> {:>10.5g} {:<8} {}{}{}\n", spaced_name(d.name), d.first.value,
-          d.second.value, d.unit, d.change < 0.0 ? "" : "+", with_error(d.change, z * d.std.value_or(0.0)),
-          (d.significant ? "  changed" : (d.probability ? "" : "  not judged")) +
-              (d.interval
-                   ? fmt::format("  ({}, bootstrap)", interval_text(d.interval->first, d.interval->second))
-                   : ""));
+      text += fmt::format("  {:<18} {:>10.5g} -> {:>10.5g} {:<8} {}{}{}\n", spaced_name(d.name),
+                          d.first.value, d.second.value, unit_words(d.unit), d.change < 0.0 ? "" : "+",
+                          with_error(d.change, z * d.std.value_or(0.0)),
+                          (d.significant ? "  changed" : (d.probability ? "" : "  not judged")) +
+                              (d.interval ? fmt::format("  ({}, bootstrap)",
+                                                        interval_text(d.interval->first, d.interval->second))
+                                          : ""));
   }
   text += findings_text(c.findings);
   text += c.changed ? "\nChanged." : "\nNo change shown.";

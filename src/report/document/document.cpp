@@ -7,6 +7,7 @@
 
 #include "report/document/chart_json.hpp"
 #include "report/document/document_cells.hpp"
+#include "report/document/words.hpp"
 #include "report/json/put.hpp"
 
 namespace resonid::report {
@@ -30,7 +31,7 @@ std::string escaped(const std::string& text) {
     if (std::string_view("\\`*_<[|").find(c) != std::string_view::npos && !inside_word) out += '\\';
     out += c == '\n' ? ' ' : c;
   }
-  return with_sign(out, kPlusMinus);
+  return typeset(out);
 }
 
 /// A paragraph must not begin like a list, a heading or a quotation.
@@ -64,7 +65,7 @@ std::string markdown_table(const Table& table) {
 
 std::string markdown_discrepancies(const std::vector<Discrepancy>& list) {
   if (list.empty()) return "";
-  std::string out = "## Where the print contradicts itself, and what was taken\n\n";
+  std::string out = "## Where the paper contradicts itself, and what was taken\n\n";
   out += "| place | printed | taken | why |\n|:--|:--|:--|:--|\n";
   for (const auto& d : list) out += markdown_row({d.place, d.printed, d.taken, d.reason});
   return out + "\n";
@@ -72,19 +73,13 @@ std::string markdown_discrepancies(const std::vector<Discrepancy>& list) {
 
 // --- terminal
 
-/// Characters, not bytes.
-std::size_t width(const std::string& text) {
-  return static_cast<std::size_t>(std::count_if(
-      text.begin(), text.end(), [](char c) { return (static_cast<unsigned char>(c) & 0xC0U) != 0x80U; }));
-}
-
 std::string padded(const std::string& text, std::size_t columns, bool right) {
-  const std::string room(columns - std::min(columns, width(text)), ' ');
+  const std::string room(columns - std::min(columns, columns_of(text)), ' ');
   return right ? room + text : text + room;
 }
 
 /// Words in lines of at most kWidth columns; all lines but the first begin with `indent` spaces.
-std::string wrapped(const std::string& text, std::size_t indent, std::size_t used = 0) {
+std::string lines_of(const std::string& text, std::size_t indent, std::size_t used = 0) {
   std::string out;
   std::size_t column = used;
   std::size_t from = 0;
@@ -94,7 +89,7 @@ std::string wrapped(const std::string& text, std::size_t indent, std::size_t use
     from = end + 1;
     if (word.empty()) continue;
     const bool first = column == used && out.empty();
-    if (!first && column + 1 + width(word) > kWidth) {
+    if (!first && column + 1 + columns_of(word) > kWidth) {
       out += "\n" + std::string(indent, ' ');
       column = indent;
     } else if (!first) {
@@ -102,31 +97,31 @@ std::string wrapped(const std::string& text, std::size_t indent, std::size_t use
       ++column;
     }
     out += word;
-    column += width(word);
+    column += columns_of(word);
   }
   return out + "\n";
 }
 
-std::string text_table(const ComparisonTable& table) {
-  const auto rows = cells_of(table, "+-");
+std::string text_table(const ComparisonTable& table, Characters characters) {
+  const auto rows = cells_of(table, characters == Characters::unicode ? kPlusMinus : "+-");
   std::array<std::size_t, 4> widest{8, 9, 10, 4};
   for (const Cells& c : rows) {
-    widest[0] = std::max(widest[0], width(c.quantity));
-    widest[1] = std::max(widest[1], width(c.published));
-    widest[2] = std::max(widest[2], width(c.reproduced));
-    widest[3] = std::max(widest[3], width(c.truth));
+    widest[0] = std::max(widest[0], columns_of(c.quantity));
+    widest[1] = std::max(widest[1], columns_of(c.published));
+    widest[2] = std::max(widest[2], columns_of(c.reproduced));
+    widest[3] = std::max(widest[3], columns_of(c.truth));
   }
   const auto line = [&](const Cells& c) {
     std::string out = "  " + padded(c.quantity, widest[0], false) + "  " +
                       padded(c.published, widest[1], true) + "  " + padded(c.reproduced, widest[2], true) +
                       "  " + padded(c.truth, widest[3], true);
-    const std::size_t used = width(out);
-    if (c.note.empty() || used + 2 + width(c.note) > kWidth) out.erase(out.find_last_not_of(' ') + 1);
+    const std::size_t used = columns_of(out);
+    if (c.note.empty() || used + 2 + columns_of(c.note) > kWidth) out.erase(out.find_last_not_of(' ') + 1);
     if (c.note.empty()) return out + "\n";
-    if (used + 2 + width(c.note) <= kWidth) return out + "  " + c.note + "\n";
-    return out + "\n      " + wrapped(c.note, 6, 6);
+    if (used + 2 + columns_of(c.note) <= kWidth) return out + "  " + c.note + "\n";
+    return out + "\n      " + lines_of(c.note, 6, 6);
   };
-  std::string out = wrapped(table.title, 2);
+  std::string out = lines_of(table.title, 2);
   out += line({"quantity", "published", "reproduced", "true", ""});
   for (const Cells& c : rows) out += line(c);
   return out + "\n";
@@ -137,7 +132,7 @@ std::string text_table(const Table& table) {
   std::vector<std::size_t> widest(table.columns.size(), 0);
   const auto widen = [&](const std::vector<std::string>& cells) {
     for (std::size_t i = 0; i < std::min(cells.size(), widest.size()); ++i)
-      widest[i] = std::max(widest[i], width(cells[i]));
+      widest[i] = std::max(widest[i], columns_of(cells[i]));
   };
   widen(table.columns);
   for (const auto& row : table.rows) widen(row);
@@ -145,13 +140,13 @@ std::string text_table(const Table& table) {
     std::string out;
     for (std::size_t i = 0; i < std::min(cells.size(), widest.size()); ++i) {
       out += "  ";
-      const std::size_t used = width(out);
-      if (i + 1 == widest.size() && !numeric(table, i)) return out + wrapped(cells[i], used, used);
+      const std::size_t used = columns_of(out);
+      if (i + 1 == widest.size() && !numeric(table, i)) return out + lines_of(cells[i], used, used);
       out += padded(cells[i], widest[i], numeric(table, i));
     }
     return out.substr(0, out.find_last_not_of(' ') + 1) + "\n";
   };
-  std::string out = table.title.empty() ? "" : wrapped(table.title, 2);
+  std::string out = table.title.empty() ? "" : lines_of(table.title, 2);
   out += line(table.columns);
   for (const auto& row : table.rows) out += line(row);
   return out + "\n";
@@ -159,12 +154,12 @@ std::string text_table(const Table& table) {
 
 std::string text_discrepancies(const std::vector<Discrepancy>& list) {
   if (list.empty()) return "";
-  std::string out = "WHERE THE PRINT CONTRADICTS ITSELF, AND WHAT WAS TAKEN\n\n";
+  std::string out = "WHERE THE PAPER CONTRADICTS ITSELF, AND WHAT WAS TAKEN\n\n";
   for (const auto& d : list) {
-    out += wrapped(d.place, 2);
-    out += "    printed  " + wrapped(d.printed, 13, 13);
-    out += "    taken    " + wrapped(d.taken, 13, 13);
-    out += "    why      " + wrapped(d.reason, 13, 13);
+    out += lines_of(d.place, 2);
+    out += "    printed  " + lines_of(d.printed, 13, 13);
+    out += "    taken    " + lines_of(d.taken, 13, 13);
+    out += "    why      " + lines_of(d.reason, 13, 13);
   }
   return out;
 }
@@ -260,21 +255,22 @@ std::string document_markdown(const Document& document) {
   return out;
 }
 
-std::string document_text(const Document& document) {
-  std::string out = wrapped(document.title, 0) + "\n";
-  for (const auto& text : document.summary) out += wrapped(text, 0);
-  if (document.seeds > 0) out += wrapped(legend_of(document), 0);
+std::string document_text(const Document& document, Characters characters) {
+  std::string out = lines_of(document.title, 0) + "\n";
+  for (const auto& text : document.summary) out += lines_of(text, 0);
+  if (document.seeds > 0) out += lines_of(legend_of(document), 0);
   if (!document.summary.empty() || document.seeds > 0) out += "\n";
   for (const Section& section : document.sections) {
     if (section.tables.empty() && section.plain_tables.empty()) continue;
     std::string title = section.title;
     std::transform(title.begin(), title.end(), title.begin(),
                    [](unsigned char c) { return static_cast<char>(c < 0x80 ? std::toupper(c) : c); });
-    out += wrapped(title, 0) + "\n";
-    for (const auto& table : section.tables) out += text_table(table);
-    for (const auto& table : section.plain_tables) out += text_table(table);
+    out += lines_of(title, 0) + "\n";
+    for (const auto& table : section.tables) out += text_table(table, characters);
+    for (const auto& table : section.plain_tables) out += text_table(written(table, characters));
   }
-  return out + text_discrepancies(document.discrepancies);
+  out += text_discrepancies(document.discrepancies);
+  return characters == Characters::unicode ? typeset(out) : out;
 }
 
 json document_json(const Document& document) {

@@ -22,7 +22,8 @@ std::string reproduced_text(const Comparison& row, std::string_view plus_minus) 
 bool is_number(const std::string& text) {
   char* end = nullptr;
   std::strtod(text.c_str(), &end);
-  return end != text.c_str() && (*end == '\0' || std::string_view(end).starts_with(" +-"));
+  return end != text.c_str() && (*end == '\0' || std::string_view(end).starts_with(" +-") ||
+                                 std::string_view(end).starts_with(" \u00b1"));
 }
 
 }  // namespace
@@ -35,6 +36,14 @@ bool numeric(const Table& table, std::size_t column) {
     any = true;
   }
   return any;
+}
+
+Table written(Table table, Characters characters) {
+  if (characters == Characters::ascii) return table;
+  for (auto& column : table.columns) column = typeset(column);
+  for (auto& row : table.rows)
+    for (auto& cell : row) cell = typeset(cell);
+  return table;
 }
 
 std::string number_text(double value) { return fmt::format("{:.4g}", value == 0.0 ? 0.0 : value); }
@@ -71,7 +80,7 @@ std::vector<Cells> cells_of(const ComparisonTable& table, std::string_view plus_
   std::vector<Cells> out;
   for (const Comparison& row : table.rows) {
     const std::string unit = row.unit.empty() ? "" : " (" + row.unit + ")";
-    out.push_back({with_sign(row.quantity + unit, plus_minus), optional_text(row.published),
+    out.push_back({unit_words(with_sign(row.quantity + unit, plus_minus)), optional_text(row.published),
                    reproduced_text(row, plus_minus), optional_text(row.truth),
                    with_sign(row.note, plus_minus)});
   }

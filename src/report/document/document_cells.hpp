@@ -32,6 +32,9 @@ struct Cells {
 [[nodiscard]] std::string number_text(double value);
 [[nodiscard]] std::string number_text(double value, double deviation, std::string_view plus_minus);
 
+/// A table whose cells, and so whose columns, are as wide as they are written.
+[[nodiscard]] Table written(Table table, Characters characters);
+
 /// A text with `sign` for every "+-".
 [[nodiscard]] std::string with_sign(std::string text, std::string_view sign);
 

@@ -44,8 +44,8 @@ Table signals_table(const Inspection& r) {
 std::string aligned(const Table& table) {
   std::vector<std::size_t> width;
   for (std::size_t c = 0; c < table.columns.size(); ++c) {
-    width.push_back(table.columns[c].size());
-    for (const auto& row : table.rows) width[c] = std::max(width[c], row[c].size());
+    width.push_back(columns_of(table.columns[c]));
+    for (const auto& row : table.rows) width[c] = std::max(width[c], columns_of(row[c]));
   }
   std::string text;
   const auto put = [&](const std::vector<std::string>& row) {

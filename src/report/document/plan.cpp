@@ -24,6 +24,10 @@ std::string relative_text(const Figure& f) {
   return fmt::format("{:.3g} %", 100.0 * f.std / std::abs(f.value));
 }
 
+std::string_view type_words(planning::ExcitationType type) {
+  return type == planning::ExcitationType::prbs ? "PRBS" : name_of(type);
+}
+
 namespace {
 
 /// How to go about it in two runs, and what they take.
@@ -40,12 +44,12 @@ std::string compared(const Plan& plan, const Experiment& other) {
   const auto& x = plan.planned();
   if (plan.reached && other.least_s)
     return fmt::format("A {} within the same limits would take {:.3g} s, {:.2g} times as long.",
-                       name_of(other.type), *other.least_s, *other.least_s / x.duration_s);
+                       type_words(other.type), *other.least_s, *other.least_s / x.duration_s);
   if (!std::isfinite(other.ratio) || !(x.ratio > 0.0))
-    return fmt::format("A {} of the same length would leave a wanted figure unknown.", name_of(other.type));
+    return fmt::format("A {} of the same length would leave a target unknown.", type_words(other.type));
   return fmt::format(
       "A {} of the same length within the same limits would leave error bars {:.2g} times as wide.",
-      name_of(other.type), other.ratio / x.ratio);
+      type_words(other.type), other.ratio / x.ratio);
 }
 
 }  // namespace
@@ -54,12 +58,11 @@ std::vector<std::string> sentences(const Plan& plan) {
   const auto& x = plan.planned();
   std::vector<std::string> list;
   if (plan.reached) {
-    list.push_back(
-        fmt::format("All accuracy targets are met by a {} of {:.3g} s.", name_of(x.type), x.duration_s));
+    list.push_back(fmt::format("All targets met by a {} of {:.3g} s.", type_words(x.type), x.duration_s));
   } else {
     list.push_back(fmt::format(
         "The accuracy targets cannot be met within the limits: after {:.3g} s the worst error bar is still "
-        "{:.3g} times as wide as wanted. What follows is the best plan of that length.",
+        "{:.3g} times as wide as its target. What follows is the best plan of that length.",
         x.duration_s, x.ratio));
     std::string way = fmt::format("With the amplitude that the limit of {} allows, ", x.binding);
     if (x.needed_s && std::isfinite(*x.needed_s))
@@ -86,7 +89,7 @@ std::vector<std::string> sentences(const Plan& plan) {
   for (std::size_t i = 1; i < plan.experiments.size(); ++i)
     list.push_back(compared(plan, plan.experiments[i]));
   for (const auto& out : plan.skipped)
-    list.push_back(fmt::format("No {} was laid out: {}.", name_of(out.type), out.reason));
+    list.push_back(fmt::format("No {} was laid out: {}.", type_words(out.type), out.reason));
   for (const auto& e : plan.experiments)
     if (plan.band_given && e.type == planning::ExcitationType::prbs)
       list.push_back(
@@ -100,20 +103,20 @@ std::string summary_text(const Plan& plan) {
   const auto& x = plan.planned();
   std::string text;
   for (const auto& sentence : sentences(plan)) text += wrapped(sentence, "", "") + "\n";
-  text += fmt::format("\n{:<24} {:>12} {:>12}", "one standard deviation", "wanted", "expected");
+  text += fmt::format("\n{:<24} {:>12} {:>12}", "one standard deviation", "target", "expected");
   text += "\n";
   for (std::size_t i = 0; i < x.targeted.size(); ++i) {
     Figure wanted = x.targeted[i];
     wanted.std = wanted_of(plan, i);
-    text += fmt::format("  {:<22} {:>12} {:>12}\n", wanted.name, relative_text(wanted),
+    text += fmt::format("  {:<22} {:>12} {:>12}\n", quantity_words(wanted.name), relative_text(wanted),
                         relative_text(x.targeted[i]));
   }
-  text += fmt::format("\n{:<24} {:>12}", "on the nominal model", name_of(x.type));
+  text += fmt::format("\n{:<24} {:>12}", "on the nominal model", type_words(x.type));
   for (std::size_t i = 1; i < plan.experiments.size(); ++i)
-    text += fmt::format(" {:>12}", name_of(plan.experiments[i].type));
+    text += fmt::format(" {:>12}", type_words(plan.experiments[i].type));
   text += "\n";
   for (std::size_t f = 0; f < x.figures.size(); ++f) {
-    text += fmt::format("  {:<22}", x.figures[f].name);
+    text += fmt::format("  {:<22}", quantity_words(x.figures[f].name));
     for (const auto& e : plan.experiments) text += fmt::format(" {:>12}", relative_text(e.figures[f]));
     text += "\n";
   }
@@ -123,7 +126,7 @@ std::string summary_text(const Plan& plan) {
                 "settled\n",
                 x.frequency_hz.size(), x.frequency_hz.front(), x.frequency_hz.back(), x.periods,
                 x.period_samples, x.settle_periods) +
-            fmt::format("identify the record with .lines_hz {:.10g}:{:.10g}:{:.10g}\n",
+            fmt::format("identify the recording with .lines_hz {:.10g}:{:.10g}:{:.10g}\n",
                         x.frequency_hz.front(), x.frequency_hz.back(),
                         1.0 / plan.config.drive.model.sample_time_s / static_cast<double>(x.period_samples));
   text += fmt::format(

@@ -14,16 +14,16 @@ using identification::Result;
 
 std::string choices_text(const Result& result) {
   if (result.choices.empty()) return "";
-  std::string text = "\nChosen by the record\n";
+  std::string text = "\nChosen from the recording\n";
   for (const auto& c : result.choices)
-    text += wrapped(fmt::format("{}: {}. {}", c.what, c.chosen, c.because), "  ", "    ") + "\n";
+    text += wrapped(fmt::format("{}: {}; {}", c.what, c.chosen, c.because), "  ", "    ") + "\n";
   return text;
 }
 
 std::string structures_text(const Result& result) {
   if (result.structures.size() < 2) return "";
   std::size_t wide = 9;
-  for (const auto& t : result.structures) wide = std::max(wide, t.name.size());
+  for (const auto& t : result.structures) wide = std::max(wide, columns_of(t.name));
   double best = HUGE_VAL;
   for (const auto& t : result.structures)
     if (t.bic < best) best = t.bic;
@@ -37,7 +37,7 @@ std::string structures_text(const Result& result) {
     text += t.holdout_fit_percent ? fmt::format("  {:>18.2f} %", *t.holdout_fit_percent)
                                   : fmt::format("  {:>20}", "-");
     if (t.independent_fit_percent)
-      text += fmt::format("\n      {:.2f} % of the other record", *t.independent_fit_percent);
+      text += fmt::format("\n      {:.2f} % of the other recording", *t.independent_fit_percent);
     text += "\n";
     if (!t.remark.empty()) text += wrapped(t.remark, "      ", "      ") + "\n";
   }
@@ -53,9 +53,9 @@ std::string bootstrap_text(const Result& result) {
   const double z = two_sided_quantile(result.confidence);
   const auto told = identification::figures(result);
   for (const auto& i : b.intervals) {
-    std::string name = i.name;
-    std::replace(name.begin(), name.end(), '_', ' ');
-    text += fmt::format("  {:<28}  {:<24}", name, interval_text(i.low, i.high));
+    const auto unit = i.unit.empty() ? std::string() : ", " + unit_words(i.unit);
+    text +=
+        fmt::format("  {:<28}  {:<24}", quantity_words(i.name, i.unit) + unit, interval_text(i.low, i.high));
     const auto* figure = identification::find(told, i.name);
     if (figure != nullptr && figure->std)
       text += "  " + interval_text(figure->value - z * *figure->std, figure->value + z * *figure->std);

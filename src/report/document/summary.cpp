@@ -45,11 +45,11 @@ std::string structure_sentence(const Result& result) {
     const auto& delay = result.black_box->further_delay;
     const double z = two_sided_quantile(result.confidence);
     auto text = fmt::format(
-        "A black-box model of order {}{} describes the record: {:.1f} % of the output in simulation. It has "
-        "no "
-        "drive structure, so it gives no inertias and no stiffness.",
+        "A black-box model of order {}{} describes the recording: fit of the simulated output {:.1f} % "
+        "(NRMSE). It "
+        "has no drive structure, so it gives no inertias and no stiffness.",
         result.black_box->model.transfer_function.denominator.size() - 1,
-        delay ? fmt::format(" with a further delay of {} ms",
+        delay ? fmt::format(" with an additional delay of {} ms",
                             with_error(1e3 * delay->value, 1e3 * z * delay->std))
               : "",
         result.black_box->fit_percent);
@@ -67,7 +67,7 @@ std::string structure_sentence(const Result& result) {
   const auto& drive = result.model->drive;
   for (const auto& f : result.findings)
     if (f.severity == diagnostics::Severity::error && explains_little(f.id))
-      return "No drive model explains this record; what follows is only the closest one." +
+      return "No drive model fits this recording; what follows is only the closest one." +
              (of_response(result) ? " " + modes_sentence(result, z) : "");
   if (drive.structure == fit::Structure::rigid && !result.modes.empty())
     return fmt::format("A rigid {} is the closest drive model. {}",
@@ -76,7 +76,7 @@ std::string structure_sentence(const Result& result) {
     return fmt::format("The drive behaves as one rigid {}; no resonance shows in {:.3g} ... {:.3g} Hz.",
                        result.units.physical ? "inertia" : "mass", result.response.frequency_hz.front(),
                        result.response.frequency_hz.back());
-  std::string text = fmt::format("The record shows a {}-inertia ({}) drive: ",
+  std::string text = fmt::format("The recording shows a {}-inertia ({}) drive: ",
                                  drive.structure == fit::Structure::two_mass ? "two" : "three",
                                  fit::name_of(drive.structure));
   bool first = true;
@@ -89,31 +89,36 @@ std::string structure_sentence(const Result& result) {
 
 std::string loop_sentence(const Result& result) {
   const auto& m = result.loop->margins;
-  std::string text = "The loop ";
+  std::string text = "Loop: ";
   if (m.crossover_hz())
-    text += fmt::format("crosses over at {:.3g} Hz with a phase margin of {:.1f} deg, ", *m.crossover_hz(),
+    text += fmt::format("crossover {:.3g} Hz, phase margin {:.1f} deg, ", *m.crossover_hz(),
                         *m.phase_margin_deg());
-  text += fmt::format("comes within {:.2f} of -1 (modulus margin, at {:.3g} Hz)", m.modulus_margin,
+  if (m.gain_margin_db) text += fmt::format("gain margin {:.1f} dB, ", *m.gain_margin_db);
+  text += fmt::format("minimum distance to -1 (modulus margin) {:.2f} at {:.3g} Hz", m.modulus_margin,
                       m.modulus_margin_hz);
-  if (m.gain_margin_db) text += fmt::format(", gain margin {:.1f} dB", *m.gain_margin_db);
+  if (m.modulus_margin > 0.0) text += fmt::format(", Ms {:.2f}", 1.0 / m.modulus_margin);
   return text + ".";
 }
 
 std::string parameter_lines(const Result& result, double z) {
   const auto& drive = result.model->drive;
   std::string text;
-  const auto put = [&](const char* label, const data::Estimate& e, const std::string& unit) {
+  const auto put = [&](const std::string& label, const data::Estimate& e, const std::string& unit) {
     constexpr double kDetermined = 1.0;  // standard deviation over value of what is a figure at all
     if (e.std > kDetermined * std::abs(e.value) && std::abs(e.value) > 0.0 && unit != "ms") {
       text += fmt::format("  {:<18} not determined\n", label);
       return;
     }
-    text += fmt::format("  {:<18} {} {}\n", label, with_error(e.value, z * e.std), unit);
+    text += fmt::format("  {:<18} {} {}\n", label, with_error(e.value, z * e.std), unit_words(unit));
   };
   const auto& u = result.units;
-  put(u.physical ? "driven inertia" : "driven coefficient", drive.estimate(fit::kDrivenInertia), u.inertia);
+  const bool linear = u.inertia == "kg";
+  const auto inertia = [&](const char* side) {
+    return fmt::format("{} {}", side, !u.physical ? "coefficient" : linear ? "mass" : "inertia");
+  };
+  put(inertia("motor"), drive.estimate(fit::kDrivenInertia), u.inertia);
   if (drive.structure != fit::Structure::rigid) {
-    put(u.physical ? "load inertia" : "load coefficient", drive.estimate(fit::kLoadInertia), u.inertia);
+    put(inertia("load"), drive.estimate(fit::kLoadInertia), u.inertia);
     put("stiffness", drive.estimate(fit::kStiffness), u.stiffness);
     put("damping", drive.estimate(fit::kDamping), u.damping);
     if (result.radius_m) {
@@ -122,8 +127,7 @@ std::string parameter_lines(const Result& result, double z) {
       put("belt stiffness", {stiffness.value / square, stiffness.std / square}, "N/m");
     }
     if (drive.structure == fit::Structure::three_mass) {
-      put(u.physical ? "middle inertia" : "middle coefficient", drive.estimate(fit::kMiddleInertia),
-          u.inertia);
+      put(inertia("middle"), drive.estimate(fit::kMiddleInertia), u.inertia);
       put("stiffness 2", drive.estimate(fit::kStiffness2), u.stiffness);
       put("damping 2", drive.estimate(fit::kDamping2), u.damping);
     }
@@ -154,7 +158,7 @@ std::string parameter_lines(const Result& result, double z) {
   friction("dry friction of the load", more.load_coulomb, u.torque);
   if (drive.estimated[fit::kDelay]) {
     auto delay = drive.estimate(fit::kDelay);
-    put("further delay", {1e3 * delay.value, 1e3 * delay.std}, "ms");
+    put("additional delay", {1e3 * delay.value, 1e3 * delay.std}, "ms");
   }
   if (result.model->offset && std::abs(result.model->offset->value) > z * result.model->offset->std)
     put("input offset", *result.model->offset, u.torque);
@@ -197,7 +201,8 @@ std::string reliable_text(const Result& result) {
   put(result.model.has_value(), r.parameters, "the parameters");
   put(result.loop.has_value(), r.margins, "the margins");
   if (holds.empty()) return {};
-  auto text = fmt::format("The whole is not reliable; by themselves are: {}", fmt::join(holds, ", "));
+  auto text = fmt::format("The result as a whole is not reliable; reliable by themselves: {}",
+                          fmt::join(holds, ", "));
   if (!not_held.empty()) text += fmt::format("; not: {}", fmt::join(not_held, ", "));
   return text + ".";
 }
@@ -210,11 +215,13 @@ std::vector<std::string> sentences(const Result& result) {
   if (result.loop) list.push_back(loop_sentence(result));
   if (result.validation) {
     const auto& v = *result.validation;
-    std::string text = fmt::format("The model reproduces {:.0f} % of the {}", v.fit_percent,
-                                   v.of_record ? "recorded output in simulation" : "measured response");
+    std::string text =
+        fmt::format("Fit of the {} {:.0f} % (NRMSE)",
+                    v.of_record ? "simulated output" : "model to the measured response", v.fit_percent);
     if (v.cross_correlation_max && v.limit)
-      text += *v.cross_correlation_max < *v.limit ? "; the rest does not follow the input: it is noise"
-                                                  : "; some of the rest still follows the input";
+      text += *v.cross_correlation_max < *v.limit
+                  ? "; the residual is not correlated with the input: it is noise"
+                  : "; the residual is correlated with the input";
     list.push_back(text + ".");
   }
   if (const auto& second = result.second_output; second && result.model)
@@ -223,9 +230,8 @@ std::vector<std::string> sentences(const Result& result) {
                                   : fmt::format("The model is that of {} alone.", result.record.output));
   if (result.independent) {
     const auto& v = *result.independent;
-    list.push_back(
-        fmt::format("On {}, to which it was not fitted, the model reproduces {:.1f} % of the output: {}.",
-                    v.file, v.simulation_fit_percent, v.verdict));
+    list.push_back(fmt::format("On {}, to which it was not fitted, the model's fit is {:.1f} % (NRMSE): {}.",
+                               v.file, v.simulation_fit_percent, v.verdict));
   }
   if (auto parts = reliable_text(result); !result.trusted && !parts.empty()) list.push_back(std::move(parts));
   return list;

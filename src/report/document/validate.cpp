@@ -22,7 +22,7 @@ std::string residual_sentence(const ModelValidation& v) {
   std::string text;
   if (most != v.bands.end())
     text = fmt::format(
-        "{:.0f} % of the residual's power lies in {:.3g} ... {:.3g} Hz, where the residual has {:.3g} % of "
+        "{:.0f} % of the residual's power lies in {:.4g} ... {:.4g} Hz, where the residual has {:.3g} % of "
         "the output's power. ",
         100.0 * most->residual_share, most->low_hz, most->high_hz, 100.0 * most->residual_over_output);
   if (v.dependence.lags > 0)
@@ -58,25 +58,24 @@ std::string correlation_sentence(const ModelValidation& v) {
 
 std::vector<std::string> sentences(const ModelValidation& v) {
   std::vector<std::string> list;
-  list.push_back(fmt::format("{} on this record: {}.", v.candidate.source,
+  list.push_back(fmt::format("{} on this recording: {}.", v.candidate.source,
                              v.verdict == identification::Verdict::accepted ? "accepted"
                              : v.verdict == identification::Verdict::doubtful
-                                 ? "doubtful, it misses something of the drive"
+                                 ? "doubtful, the drive has dynamics that it lacks"
                                  : "rejected"));
   list.push_back(
-      fmt::format("Simulated from the {} alone it reproduces {:.1f} % of the output; predicted one step "
-                  "ahead from past outputs, {:.1f} %.",
+      fmt::format("Fit (NRMSE): simulated from the {} alone {:.1f} %; predicted one step ahead from past "
+                  "outputs {:.1f} %.",
                   v.approach == "indirect" ? "excitation (closed-loop predictor)" : "input",
                   v.simulation_fit_percent, v.prediction_fit_percent));
   if (v.fit_in_band_percent)
-    list.push_back(fmt::format("Within {:g} ... {:g} Hz it reproduces {:.1f} %.", v.fit_band_hz->first,
+    list.push_back(fmt::format("Fit within {:g} ... {:g} Hz: {:.1f} %.", v.fit_band_hz->first,
                                v.fit_band_hz->second, *v.fit_in_band_percent));
   if (v.judged_from_hz && v.judged_fit_percent)
-    list.push_back(
-        fmt::format("Most of the residual lies below {:.3g} Hz, where nothing excites the drive; above, the "
-                    "model reproduces "
-                    "{:.1f} % of the output, and that is judged.",
-                    *v.judged_from_hz, *v.judged_fit_percent));
+    list.push_back(fmt::format(
+        "Most of the residual lies below {:.3g} Hz, where nothing excites the drive; above, the fit is "
+        "{:.1f} %, and that is judged.",
+        *v.judged_from_hz, *v.judged_fit_percent));
   list.push_back(correlation_sentence(v));
   if (const auto residual = residual_sentence(v); !residual.empty()) list.push_back(residual);
   if (v.gap && !v.gap->distance.empty()) {

@@ -10,8 +10,10 @@ namespace resonid::report {
 
 std::string with_error(double value, double half_width) {
   if (!(half_width > 0.0) || !std::isfinite(half_width)) return fmt::format("{:.5g}", value);
-  const int decimals = 1 - static_cast<int>(std::floor(std::log10(half_width)));
-  if (decimals < 0 || decimals > 6 || std::abs(value) < 1e-3 || std::abs(value) >= 1e5) {
+  constexpr double kWhole = 1e5;  // what is smaller is written out
+  int decimals = 1 - static_cast<int>(std::floor(std::log10(half_width)));
+  if (half_width < kWhole) decimals = std::max(decimals, 0);
+  if (decimals < 0 || decimals > 8 || std::abs(value) < 1e-3 || std::abs(value) >= 1e5) {
     constexpr int kMostDigits = 8;  // what is known better than that is a bound of the fit, not a figure
     const int digits = std::clamp(2 + static_cast<int>(std::floor(std::log10(std::abs(value) / half_width))),
                                   2, kMostDigits);
@@ -30,26 +32,61 @@ std::string interval_text(double low, double high) {
   return fmt::format("{:.4g} ... {:.4g}", low, high);
 }
 
+std::size_t columns_of(std::string_view text) {
+  return static_cast<std::size_t>(std::count_if(
+      text.begin(), text.end(), [](char c) { return (static_cast<unsigned char>(c) & 0xC0U) != 0x80U; }));
+}
+
+std::string quantity_words(std::string name, std::string_view unit) {
+  for (const std::string_view suffix : {"_hz", "_deg", "_db"})
+    if (name.ends_with(suffix)) name.resize(name.size() - suffix.size());
+  std::replace(name.begin(), name.end(), '_', ' ');
+  constexpr std::pair<std::string_view, std::string_view> kWords[] = {
+      {"driven ", "motor "}, {"antiresonance", "anti-resonance"}, {"coulomb friction", "dry friction"}};
+  for (const auto& [ours, said] : kWords)
+    if (const auto at = name.find(ours); at != std::string::npos) name.replace(at, ours.size(), said);
+  constexpr std::string_view kInertia = "inertia";
+  if (unit == "kg" && name.ends_with(kInertia))
+    name.replace(name.size() - kInertia.size(), kInertia.size(), "mass");
+  return name;
+}
+
 std::string reading_text(const std::vector<std::string>& reading) {
   if (reading.empty()) return {};
   return wrapped(fmt::format("read: {}", fmt::join(reading, "; ")), "  ", "    ") + "\n";
 }
 
+namespace {
+
+/// Where the next line may break: not between a figure, its deviation and the sign of per cent.
+std::size_t end_of_word(std::string_view text, std::size_t start) {
+  auto end = std::min(text.find(' ', start), text.size());
+  while (end < text.size()) {
+    const auto next = text.substr(end + 1);
+    const bool after_sign = end >= 2 && text.substr(end - 2, 2) == "+-";
+    if (!after_sign && !next.starts_with("+- ") && !next.starts_with('%')) break;
+    end = std::min(text.find(' ', end + 1), text.size());
+  }
+  return end;
+}
+
+}  // namespace
+
 std::string wrapped(const std::string& text, const std::string& first, const std::string& indent) {
   constexpr std::size_t kWidth = 100;
   std::string out = first;
-  std::size_t column = first.size(), start = 0;
+  std::size_t column = columns_of(first), start = 0;
   while (start < text.size()) {
-    const std::size_t end = std::min(text.find(' ', start), text.size());
-    const std::size_t length = end - start;
+    const std::size_t end = end_of_word(text, start);
+    const std::size_t length = columns_of(std::string_view(text).substr(start, end - start));
     if (start > 0 && column + 1 + length > kWidth) {
       out += "\n" + indent;
-      column = indent.size();
+      column = columns_of(indent);
     } else if (start > 0) {
       out += ' ';
       ++column;
     }
-    out.append(text, start, length);
+    out.append(text, start, end - start);
     column += length;
     start = end + 1;
   }

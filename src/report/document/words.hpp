@@ -3,6 +3,7 @@
 
 #include <resonid/base/detail/statistics.hpp>
 #include <resonid/identification/result.hpp>
+#include <resonid/report/detail/typography.hpp>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -15,6 +16,13 @@ namespace resonid::report {
 
 /// "15.075 ... 15.137": as many decimals as half the distance has two digits.
 [[nodiscard]] std::string interval_text(double low, double high);
+
+/// Characters of UTF-8 text, not bytes.
+[[nodiscard]] std::size_t columns_of(std::string_view text);
+
+/// A name of JSON as people say it: "driven_inertia" is "motor inertia", in kg "motor mass"; "resonance_2_hz"
+/// is "resonance 2".
+[[nodiscard]] std::string quantity_words(std::string name, std::string_view unit = {});
 
 /// Text broken at spaces so that no line is longer than 100 characters; `first` stands before the first line,
 /// `indent` before the others.

@@ -76,8 +76,8 @@ void describe_model_gap(Fields& f, Changes& c) {
 
 void describe(Fields& f, Changes& c) {
   f.schema({"resonid.comparison/1"});
-  f.object({"first", "record of the first result"}, [&] { describe_file(f, c.first); });
-  f.object({"second", "record of the second result"}, [&] { describe_file(f, c.second); });
+  f.object({"first", "recording of the first result"}, [&] { describe_file(f, c.first); });
+  f.object({"second", "recording of the second result"}, [&] { describe_file(f, c.second); });
   f({"confidence", "confidence of the verdict over all differences", "", positive}, c.confidence);
   f({"changed", "any difference is significant"}, c.changed);
   f({"trusted", "both results are, and they can be compared"}, c.trusted);

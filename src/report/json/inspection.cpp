@@ -43,7 +43,7 @@ void describe_recording(Fields& f, identification::Inspection& r) {
   });
   f.choice({"loop", "whether a controller returns the output's noise"}, r.loop, Presence::required);
   f({"feedback_probability", "of so much of that by chance"}, r.feedback_probability);
-  f({"findings", "what to know of the record"}, r.findings);
+  f({"findings", "what to know of the recording"}, r.findings);
 }
 
 }  // namespace

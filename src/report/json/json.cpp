@@ -53,7 +53,7 @@ expected<Result> from_json(const json& j) {
       return describe(f, result);
     }
     const bool joint = f.object({"joint", ""}, true, [&] { f({"result", ""}, result); });
-    f.require(joint, "joint", "one estimate of all records, as join() makes it");
+    f.require(joint, "joint", "one estimate of all recordings, as join() makes it");
   });
   if (!done) return unexpected(std::move(done.error()));
   return result;

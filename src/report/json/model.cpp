@@ -130,8 +130,8 @@ void describe_drive(Fields& f, identification::Result& result, identification::M
                    static_cast<std::size_t>(drive.structure)};
   f({"structure", "what the drive is taken for"}, structure);
   if (f.reading()) drive.structure = static_cast<fit::Structure>(std::min<std::size_t>(structure.index, 2));
-  f.choice({"fitted_to", "the record (output error), or the measured response"}, kFittedTo, model.from_record,
-           Presence::assumed);
+  f.choice({"fitted_to", "the recording (output error), or the measured response"}, kFittedTo,
+           model.from_record, Presence::assumed);
   f.assumed({"model_error", "relative difference to the measured response that noise does not explain"},
             model.model_error);
   if (!f.writing() || f.sketching() || drive.velocity != fit::Velocity::sampled)
@@ -183,7 +183,7 @@ void describe_black_box(Fields& f, identification::BlackBoxResult& box) {
   f({"delay_samples", "delay of the model, the known one included"}, box.model.delay_samples);
   f({"fit_percent", "fit of the simulation", "%"}, box.fit_percent);
   std::string seconds = "s";
-  quantity(f, {"delay", "a further delay, on top of the known one"}, box.further_delay, seconds);
+  quantity(f, {"delay", "an additional delay, on top of the known one"}, box.further_delay, seconds);
   f.object({"transfer_function", "without the delay"}, [&] {
     describe(f, g);
     if (!f.reading()) return;

@@ -60,9 +60,9 @@ void describe(Fields& f, data::TransferFunction& g) {
 }
 
 void describe_file(Fields& f, identification::RecordFacts& record) {
-  f({"file", "name of the record's file"}, record.file);
+  f({"file", "name of the recording's file"}, record.file);
   f({"samples", "used, after cutting"}, record.samples);
-  f({"sample_rate_hz", "sample rate of the record", "Hz", positive}, record.sample_rate_hz);
+  f({"sample_rate_hz", "sample rate of the recording", "Hz", positive}, record.sample_rate_hz);
 }
 
 void describe(Fields& f, identification::RecordFacts& record) {

@@ -43,7 +43,7 @@ void describe_distortion(Fields& f, identification::Distortion& d, std::size_t l
   per_line(
       {"distortion_std", "per line, of the response of one realisation, by distortion", "", not_negative},
       d.distortion_std);
-  f.with(several, {"scatter", "scatter of the realisations over their noise"}, d.scatter);
+  f.with(several, {"scatter", "standard deviation of the realisations beyond their noise"}, d.scatter);
   const bool even = d.even.lines > 0, odd = d.odd.lines > 0;
   f.object({"detection_lines", "distortion at lines that the excitation leaves out"}, even || odd, [&] {
     f.only_if(even, {"even", "even multiples of the base frequency"}, d.even);
@@ -110,8 +110,8 @@ void describe_result(Fields& f, Result& r) {
     describe_loop(f, *r.loop);
   });
   f({"validation", "how well the model reproduces what it was fitted to"}, r.validation);
-  f({"cross_validation", "how the model holds on a record that it was not fitted to"}, r.independent);
-  f.unless_empty({"choices", "what the record decided, in the order of the work"}, r.choices);
+  f({"cross_validation", "how the model holds on a recording that it was not fitted to"}, r.independent);
+  f.unless_empty({"choices", "what the recording decided, in the order of the work"}, r.choices);
   f.unless_empty({"structures", "all that were fitted, side by side"}, r.structures);
   describe_roots(f, {"poles", "poles of the model, in the s-plane"}, "pole", r.roots);
   describe_roots(f, {"zeros", "zeros of the model, in the s-plane"}, "zero", r.roots);
@@ -153,7 +153,7 @@ void describe(Fields& f, data::Mode& r) {
 
 void describe(Fields& f, identification::Validation& v) {
   f({"fit_percent", "100 (1 - |y - yh|/|y - mean y|)", "%"}, v.fit_percent);
-  f.choice({"of", "whether the fit is that of the simulated record, or of the response's lines"}, kFitOf,
+  f.choice({"of", "whether the fit is that of the simulated recording, or of the response's lines"}, kFitOf,
            v.of_record, Presence::assumed);
   f({"cross_correlation_max", "largest correlation of the residual with the simulated output"},
     v.cross_correlation_max);
@@ -162,18 +162,19 @@ void describe(Fields& f, identification::Validation& v) {
 }
 
 void describe(Fields& f, identification::IndependentValidation& v) {
-  f({"file", "name of the other record's file"}, v.file);
+  f({"file", "name of the other recording's file"}, v.file);
   f({"approach", "\"direct\" or \"indirect\""}, v.approach);
   f({"simulation_fit_percent", "100 (1 - |y - yh|/|y - mean y|), simulated", "%"}, v.simulation_fit_percent);
   f({"prediction_fit_percent", "the same one step ahead", "%"}, v.prediction_fit_percent);
-  f({"response_error", "relative distance to that record's own response beyond the noise"}, v.response_error);
+  f({"response_error", "relative distance to that recording's own response beyond the noise"},
+    v.response_error);
   f({"verdict", "\"accepted\", \"doubtful\" or \"rejected\""}, v.verdict);
 }
 
 void describe(Fields& f, identification::Choice& c) {
   f({"what", "what was to be chosen, \"method\""}, c.what);
   f({"chosen", "\"local-cubic\""}, c.chosen);
-  f({"because", "what of the record decided, a sentence"}, c.because);
+  f({"because", "what of the recording decided, a sentence"}, c.because);
 }
 
 void describe(Fields& f, identification::StructureTrial& t) {
@@ -182,7 +183,8 @@ void describe(Fields& f, identification::StructureTrial& t) {
   f.unless(kUnknown, {"information", "Bayesian information criterion, smaller is better"}, t.bic);
   f({"validation_fit_percent", "fit of the simulation to the hold-out data", "%"}, t.holdout_fit_percent);
   f({"validation_information", "N ln(mean square) there, smaller is better"}, t.holdout_score);
-  f({"independent_fit_percent", "fit of the simulation to another record", "%"}, t.independent_fit_percent);
+  f({"independent_fit_percent", "fit of the simulation to another recording", "%"},
+    t.independent_fit_percent);
   f({"chosen", "whether the result is this one"}, t.chosen);
   f.unless_empty({"remark", "why not"}, t.remark);
 }
@@ -244,7 +246,7 @@ void describe(Fields& f, Result& r) {
         f({"margins", "of the loop"}, r.reliable.margins);
       },
       Presence::assumed);
-  f({"findings", "what to know of record and result"}, r.findings);
+  f({"findings", "what to know of recording and result"}, r.findings);
 }
 
 }  // namespace resonid::report

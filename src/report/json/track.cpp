@@ -152,8 +152,8 @@ void describe(Fields& f, Track& track) {
   f({"record", "what was tracked"}, track.record);
   f({"method", "on-line estimator, \"iv\""}, track.method);
   f({"approach", "\"direct\", \"indirect\" or \"joint\""}, track.approach);
-  f.unless_empty({"reason", "why it was chosen; absent: it was told"}, track.reason);
-  f.unless_empty({"start", "where the start model came from; absent: the method needs none"}, track.start);
+  f.unless_empty({"reason", "why it was chosen; absent: it was specified"}, track.reason);
+  f.unless_empty({"start", "where the initial model came from; absent: the method needs none"}, track.start);
   f({"known_delay_s", "known delay in the measured output", "s", not_negative}, track.known_delay_s);
   f({"confidence", "confidence of all intervals", "", positive}, track.confidence);
   describe_units(f, track.units);
@@ -182,7 +182,7 @@ void describe(Fields& f, Track& track) {
                }) &&
       f.reading())
     track.change = change;
-  f({"findings", "what to know of record and estimates"}, track.findings);
+  f({"findings", "what to know of recording and estimates"}, track.findings);
   auto summaries = f.writing() ? summaries_of(track) : Summaries();
   describe_summaries(f, summaries);
   describe_rows(f, track, summaries);

@@ -103,16 +103,17 @@ void describe_response(Fields& f, ModelValidation& v) {
 void describe(Fields& f, ModelValidation& v) {
   f.schema({"resonid.validation/1"});
   f({"model", "file of the model"}, v.candidate.source);
-  f({"record", "record that the model was validated on"}, v.record);
+  f({"record", "recording that the model was validated on"}, v.record);
   f({"approach", "\"direct\": simulated from the input; \"indirect\": from the excitation, in closed loop"},
     v.approach);
-  f.choice({"verdict", "nothing speaks against the model; it misses something; it is not this drive"},
-           v.verdict);
-  f({"trusted", "not rejected, and nothing wrong with the record"}, v.trusted);
+  f.choice(
+      {"verdict", "nothing speaks against the model; it lacks dynamics of the drive; it is not this drive"},
+      v.verdict);
+  f({"trusted", "not rejected, and nothing wrong with the recording"}, v.trusted);
   f({"simulation_fit_percent", "100 (1 - |y - yh|/|y - mean y|), simulated", "%"}, v.simulation_fit_percent);
   f({"prediction_fit_percent", "the same one step ahead", "%"}, v.prediction_fit_percent);
   f.object({"residual", "residual: output less simulation"}, [&] { describe_residual(f, v); });
-  f({"findings", "what to know of model and record"}, v.findings);
+  f({"findings", "what to know of model and recording"}, v.findings);
   f.unless(0.0, {"known_delay_s", "known delay in the measured output", "s", not_negative}, v.known_delay_s);
   f.object({"fit_in_band", "fit within a band of frequencies"}, v.fit_in_band_percent.has_value(), [&] {
     if (!v.fit_band_hz) v.fit_band_hz.emplace();
@@ -125,9 +126,10 @@ void describe(Fields& f, ModelValidation& v) {
      "Hz"},
     v.judged_from_hz);
   f({"judged_fit_percent", "fit above judged_from_hz", "%"}, v.judged_fit_percent);
-  f({"expected_fit_percent", "fit with the residual of the model's own record", "%"}, v.expected_fit_percent);
-  quantity(f, {"offset", "constant torque, estimated on this record"}, v.offset, v.units.torque);
-  quantity(f, {"coulomb_friction", "estimated on this record again"}, v.coulomb_friction, v.units.torque);
+  f({"expected_fit_percent", "fit with the residual of the model's own recording", "%"},
+    v.expected_fit_percent);
+  quantity(f, {"offset", "constant torque, estimated on this recording"}, v.offset, v.units.torque);
+  quantity(f, {"coulomb_friction", "estimated on this recording again"}, v.coulomb_friction, v.units.torque);
   describe_response(f, v);
 }
 

@@ -187,7 +187,7 @@ Section joint_section(const identification::Joint& joint) {
       "All recordings as one experiment. Each recording's parameters are compared with those of all others; "
       "p is "
       "the probability of such a distance by noise alone. The lines' chi2 per degree of freedom is 1 where "
-      "the recordings scatter as their error bars say."};
+      "the standard deviation between the recordings is that of their error bars."};
   auto records = consistency_table(joint);
   records.title = "Each recording against the others";
   auto figures = figures_table(joint.result);
@@ -268,8 +268,9 @@ Document document(const BatchResult& result) {
     Section section;
     section.title = "Over the recordings";
     section.text = {
-        "Mean weighted by the error bars, standard deviation over the recordings, and whether the error bars "
-        "explain it: chi2 per degree of freedom is near 1 for repetitions of one experiment. Judged over all "
+        "Mean weighted by the error bars, standard deviation over the recordings, and whether it agrees with "
+        "the "
+        "error bars: chi2 per degree of freedom is near 1 for repetitions of one experiment. Judged over all "
         "figures together (Holm)."};
     section.plain_tables.push_back(verdict_first(std::move(spread)));
     d.sections.push_back(std::move(section));

@@ -16,7 +16,7 @@ namespace {
 
 using nlohmann::json;
 
-constexpr std::string_view kTitleOfDiscrepancies = "Where the print contradicts itself, and what was taken";
+constexpr std::string_view kTitleOfDiscrepancies = "Where the paper contradicts itself, and what was taken";
 
 std::string heading_row(std::initializer_list<std::pair<std::string_view, bool>> names) {
   std::string out = "<thead><tr>";

@@ -7,6 +7,7 @@
 #include <cctype>
 #include <cmath>
 #include <limits>
+#include <resonid/diagnostics/detail/finding_catalogue.hpp>
 #include <resonid/report/page.hpp>
 #include <utility>
 
@@ -87,25 +88,14 @@ std::string finding_item(const diagnostics::Finding& f) {
     figures += fmt::format("{}limit {:.3g}", figures.empty() ? "" : ", ", *f.threshold);
   return fmt::format("<li><span class=\"tag {}\">{}</span><div><b>{}</b>{}{}</div></li>\n",
                      name_of(f.severity), as_title(std::string(word_of(f.severity))),
-                     escape_html(as_title(f.id)),
+                     escape_html(diagnostics::finding_title(f.id)),
                      f.meaning.empty() ? "" : element("<p>", html(f.meaning), "p"),
                      figures.empty() ? "" : element("<p class=\"soft small\">", figures, "p"));
 }
 
 }  // namespace
 
-std::string html(const std::string& text) {
-  std::string out = escape_html(with_sign(text, kPlusMinus));
-  static constexpr std::pair<std::string_view, std::string_view> kPowers[] = {{"kgm2", "kg m\xC2\xB2"},
-                                                                              {"/s2", "/s\xC2\xB2"},
-                                                                              {" s2/", " s\xC2\xB2/"},
-                                                                              {")^2", ")\xC2\xB2"},
-                                                                              {"chi2", "\xCF\x87\xC2\xB2"}};
-  for (const auto& [plain, set] : kPowers)
-    for (auto at = out.find(plain); at != std::string::npos; at = out.find(plain, at + set.size()))
-      out.replace(at, plain.size(), set);
-  return out;
-}
+std::string html(const std::string& text) { return escape_html(typeset(text)); }
 
 std::string figure(const std::string& text) {
   const std::string escaped = escape_html(text);

@@ -8,7 +8,7 @@
 // Pieces of markup that a document's page is made of.
 namespace resonid::report {
 
-/// Escaped, with "+-" as its sign and the powers of units raised.
+/// Escaped and typeset.
 [[nodiscard]] std::string html(const std::string& text);
 /// A number: escaped, with a typographic minus.
 [[nodiscard]] std::string figure(const std::string& text);

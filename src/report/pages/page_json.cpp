@@ -3,6 +3,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <resonid/base/constants.hpp>
+#include <resonid/diagnostics/detail/finding_catalogue.hpp>
 #include <resonid/identification/result.hpp>
 #include <resonid/report/json.hpp>
 #include <resonid/response/line_estimates.hpp>
@@ -121,11 +122,8 @@ json page_json(const Result& result, const data::Record& record) {
        {{"input", result.units.input}, {"output", record.output.unit}, {"response", result.units.response}}},
       {"signals", signals_json(record, result.record.samples)},
       {"summary", json::array()}};
-  for (auto text : sentences(result)) {
-    for (auto at = text.find("+-"); at != std::string::npos; at = text.find("+-"))
-      text.replace(at, 2, "\u00b1");
-    page["summary"].push_back(std::move(text));
-  }
+  for (const auto& text : sentences(result)) page["summary"].push_back(typeset(text));
+  for (const auto& f : result.findings) page["finding_titles"][f.id] = diagnostics::finding_title(f.id);
   if (record.excitation.present()) page["units"]["excitation"] = record.excitation.unit;
   if (result.model) {
     auto model = result.model->drive.response(model_grid(result.response, 0.5 * record.sample_rate_hz));

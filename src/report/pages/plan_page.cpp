@@ -6,6 +6,7 @@
 #include <resonid/report/detail/plan.hpp>
 
 #include "report/document/plan_words.hpp"
+#include "report/document/words.hpp"
 
 namespace resonid::report {
 namespace {
@@ -14,16 +15,14 @@ using planning::Experiment;
 using planning::Plan;
 
 /// "phase_margin" -> "phase margin"
-std::string figure_words(std::string name) {
-  std::replace(name.begin(), name.end(), '_', ' ');
-  return name;
-}
+std::string figure_words(std::string name) { return quantity_words(std::move(name)); }
 
 Section figures_section(const Plan& plan) {
   Section s;
-  s.title = "What the experiment will tell";
+  s.title = "Expected accuracy";
   s.sheet = true;
-  Table targets{"Wanted and expected, one standard deviation", {"figure", "wanted", "expected", "met"}, {}};
+  Table targets{
+      "Targets and expectation, one standard deviation", {"figure", "target", "expected", "met"}, {}};
   const auto& x = plan.planned();
   for (std::size_t i = 0; i < x.targeted.size(); ++i) {
     auto wanted = x.targeted[i];
@@ -33,14 +32,14 @@ Section figures_section(const Plan& plan) {
         {figure_words(wanted.name), relative_text(wanted), relative_text(x.targeted[i]), met ? "yes" : "no"});
   }
   Table bars{"Predicted error bars on the nominal model, one standard deviation", {"figure", "value"}, {}};
-  for (const auto& e : plan.experiments) bars.columns.push_back(std::string(name_of(e.type)));
+  for (const auto& e : plan.experiments) bars.columns.push_back(std::string(type_words(e.type)));
   for (std::size_t f = 0; f < x.figures.size(); ++f) {
     bars.rows.push_back(
         {figure_words(x.figures[f].name), fmt::format("{:.4g} {}", x.figures[f].value, x.figures[f].unit)});
     for (const auto& e : plan.experiments) bars.rows.back().push_back(relative_text(e.figures[f]));
   }
   Table cost{"What it asks of the drive", {"quantity"}, {}};
-  for (const auto& e : plan.experiments) cost.columns.push_back(std::string(name_of(e.type)));
+  for (const auto& e : plan.experiments) cost.columns.push_back(std::string(type_words(e.type)));
   const auto row = [&](const char* name, auto&& value) {
     cost.rows.push_back({name});
     for (const auto& e : plan.experiments) cost.rows.back().push_back(value(e));
@@ -155,7 +154,7 @@ std::vector<Card> cards_of(const Plan& plan) {
     cards.push_back({"Error bar of " + figure_words(wanted.name),
                      text.substr(0, space),
                      space == std::string::npos ? "" : text.substr(space + 1),
-                     {"wanted " + relative_text(wanted) + ", one standard deviation"}});
+                     {"target " + relative_text(wanted) + ", one standard deviation"}});
   }
   return cards;
 }
@@ -166,15 +165,14 @@ Document document(const Plan& plan) {
   Document d;
   d.kind = "plan";
   const auto& x = plan.planned();
-  d.title = fmt::format("{} of {:.3g} s", x.type == planning::ExcitationType::prbs ? "PRBS" : name_of(x.type),
-                        x.duration_s);
+  d.title = fmt::format("{} of {:.3g} s", type_words(x.type), x.duration_s);
   d.facts = {fmt::format("{} samples", x.excitation.size()),
              fmt::format("{:g} Hz", 1.0 / plan.config.drive.model.sample_time_s),
              fmt::format("{:.3g} ... {:.3g} Hz", plan.config.band_hz->first, plan.config.band_hz->second)};
   d.summary = sentences(plan);
   d.badge = Badge{plan.reached, plan.reached ? "All targets met" : "Targets not met",
-                  plan.reached ? fmt::format("by a {} of {:.3g} s", name_of(x.type), x.duration_s)
-                               : fmt::format("worst error bar {:.3g} times as wide as wanted", x.ratio),
+                  plan.reached ? fmt::format("by a {} of {:.3g} s", type_words(x.type), x.duration_s)
+                               : fmt::format("worst error bar {:.3g} times as wide as its target", x.ratio),
                   true};
   d.cards = cards_of(plan);
   d.sections = {figures_section(plan), spectrum_section(plan), waveform_section(plan)};

@@ -29,13 +29,7 @@ bool moves(const Track& track) {
   return *high - *low > 1e-3 * std::max(std::abs(*low), std::abs(*high));
 }
 
-std::string label(const TrackSeries& series) {
-  std::string text = series.name;
-  std::replace(text.begin(), text.end(), '_', ' ');
-  for (const char* unit : {" hz", " deg"})
-    if (text.ends_with(unit)) text.resize(text.size() - std::string_view(unit).size());
-  return text;
-}
+std::string label(const TrackSeries& series) { return quantity_words(series.name, series.unit); }
 
 /// The rows that a curve over `axis` runs through, passage by passage: all of them over time; over a position
 /// those that are trusted and go on in its direction, until it has turned back by a twentieth of its range.
@@ -179,7 +173,7 @@ Section parameter_section(const Track& track, const TrackAxis& time, const Track
 /// Publication VI's on-line Nyquist plot: the loop along the record, with the regions that it is read in.
 Chart nyquist(const Track& track) {
   Chart chart;
-  chart.title = "Nyquist curve of the loop along the record";
+  chart.title = "Nyquist curve of the loop along the recording";
   chart.x_label = "real part";
   chart.y_label = "imaginary part";
   chart.equal_axes = true;
@@ -237,7 +231,7 @@ Section trust_section(const Track& track, const TrackAxis& time) {
        {"gate", "share", "what it asks"},
        {{"excitation", percent(s.excited),
          "excitation around the resonance at least a tenth of the strongest so far"},
-        {"converged", percent(s.converged), "certain enough, and at rest"},
+        {"converged", percent(s.converged), "converged: known well enough, and no longer moving"},
         {"physical", percent(s.physical), "stable; inertia, stiffness and damping above 0"},
         {"residual", percent(s.residual), "not above three times its usual rms"},
         {"all", percent(s.all), ""}}});
@@ -262,7 +256,7 @@ Section trust_section(const Track& track, const TrackAxis& time) {
 }
 
 Table final_table(const Track& track) {
-  Table table{"Last trusted row", {"quantity", "value", "least", "greatest", "unit"}, {}};
+  Table table{"Last valid estimates", {"quantity", "value", "minimum", "maximum", "unit"}, {}};
   const double z = two_sided_quantile(track.confidence);
   for (const auto* group : {&track.figures, &track.parameters})
     for (const auto& series : *group) {
@@ -311,7 +305,7 @@ std::vector<Card> cards_of(const Track& track) {
       cards.push_back({name,
                        fmt::format("{:.3g}", least ? s->least : s->greatest),
                        found->unit,
-                       {least ? "least along the recording" : "greatest along the recording"}});
+                       {least ? "minimum along the recording" : "maximum along the recording"}});
   };
   last("antiresonance_hz", "Anti-resonance, at the end");
   last("resonance_hz", "Resonance, at the end");
@@ -320,8 +314,10 @@ std::vector<Card> cards_of(const Track& track) {
   extreme("gap", "Gap to the baseline", false);
   last("stiffness", "Stiffness, at the end");
   if (cards.size() > 5) cards.resize(5);
-  cards.push_back(
-      {"Rows trusted", fmt::format("{:.0f}", 100.0 * track.shares.all), "%", {"after the start"}});
+  cards.push_back({"Estimates valid",
+                   fmt::format("{:.0f}", 100.0 * track.shares.all),
+                   "%",
+                   {"of the rows after the start"}});
   return cards;
 }
 
@@ -330,7 +326,7 @@ Badge badge_of(const Track& track) {
                                     [](const auto& f) { return f.severity == diagnostics::Severity::error; });
   if (!track.trusted)
     return {false, "Not trusted", errors > 0 ? fmt::format("{} error{}", errors, errors > 1 ? "s" : "") : ""};
-  return {true, "Trusted", fmt::format("{:.0f} % of the rows", 100.0 * track.shares.all)};
+  return {true, "Trusted", fmt::format("estimates valid in {:.0f} % of the rows", 100.0 * track.shares.all)};
 }
 
 Document page_of(const Track& track, const data::Record* record) {
@@ -346,7 +342,7 @@ Document page_of(const Track& track, const data::Record* record) {
   document.findings = track.findings;
   if (!track.reason.empty())
     document.summary.push_back(fmt::format("{} was chosen: {}.", track.method, track.reason));
-  if (!track.start.empty()) document.summary.push_back("Start model: " + track.start + ".");
+  if (!track.start.empty()) document.summary.push_back("Initial model: " + track.start + ".");
   const TrackAxis time{"Time in s", track.time_s, true};
   const TrackAxis along = moves(track) ? TrackAxis{"Position in m", track.position_m, false} : time;
   Section values{"Values", {}, {}, {}, {final_table(track)}};

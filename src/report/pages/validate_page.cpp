@@ -81,7 +81,7 @@ Section correlation_section(const ModelValidation& v) {
   s.text = {
       fmt::format("Lags 1 ... {} are judged: max(na, nb + d). Negative lags are only shown: in closed loop "
                   "the noise acts on later inputs through the controller, which does not speak against the "
-                  "model. The limit of 3 % holds per lag; with the simulated output {:.0f} dB above the "
+                  "model. The limit of 3 % is per lag; with the simulated output {:.0f} dB above the "
                   "residual, even small errors of a model of the right structure exceed it.",
                   t.judged_lags, t.snr_db)};
   const auto add = [&](const char* title, const ResidualCorrelation& c) {
@@ -109,7 +109,7 @@ Chart map_chart(const diagnostics::StaticMap& map, const ModelValidation& v) {
   }
   chart.curves = {std::move(curve)};
   // Its probability by chance is not shown: it assumes a residual that is white beside the map.
-  chart.caption = "Disturbance of the model's input, off a straight line, that no linear dynamics explains.";
+  chart.caption = "Disturbance of the model's input, off a straight line, that no linear model describes.";
   return chart;
 }
 
@@ -125,7 +125,7 @@ void shade_judged(const ModelValidation& v, Chart& chart) {
     shape.y_end = HUGE_VAL;
     chart.shapes.push_back(std::move(shape));
   };
-  if (v.fit_band_hz) shade("band of the fit asked for", v.fit_band_hz->first, v.fit_band_hz->second);
+  if (v.fit_band_hz) shade("band that was given", v.fit_band_hz->first, v.fit_band_hz->second);
   if (v.judged_from_hz)
     shade(fmt::format("judged, from {:.3g} Hz", *v.judged_from_hz), *v.judged_from_hz, HUGE_VAL);
 }
@@ -148,7 +148,7 @@ Section residual_section(const ModelValidation& v) {
   table.columns = {"Band in Hz", "Share of the output's power", "Share of the residual's",
                    "Residual over output"};
   for (const auto& b : v.bands)
-    table.rows.push_back({fmt::format("{:.3g} ... {:.3g}", b.low_hz, b.high_hz),
+    table.rows.push_back({fmt::format("{:.4g} ... {:.4g}", b.low_hz, b.high_hz),
                           fmt::format("{:.2f} %", 100.0 * b.output_share),
                           fmt::format("{:.2f} %", 100.0 * b.residual_share),
                           fmt::format("{:.3g} %", 100.0 * b.residual_over_output)});
@@ -220,7 +220,7 @@ std::vector<Card> cards_of(const ModelValidation& v) {
     cards.push_back({"Fit to be expected",
                      fmt::format("{:.1f}", *v.expected_fit_percent),
                      "%",
-                     {"by what the model left of its own recording"}});
+                     {"with the residual of its own recording"}});
   if (v.response_error)
     cards.push_back({"Distance to the response",
                      fmt::format("{:.1f}", 100.0 * *v.response_error),

@@ -48,7 +48,7 @@ function explanation(measured, model, marks, confidence, reduced, load) {
   if (measured.some((p) => p.radius !== null)) {
     text.push(`${measured.length > WHISKERS ? "Shaded" : "Bars"}: ${percent(confidence)} confidence regions.`);
   }
-  if (model.length && measured.length) text.push("Where the model's line departs from the points, the model misses something.");
+  if (model.length && measured.length) text.push("Where the model's line departs from the points, the model lacks dynamics.");
   if (hasLevels(measured)) {
     text.push("Below it: standard deviations of the response by noise, and of one realisation's response by non-linear distortion.");
   }
@@ -64,7 +64,7 @@ function legendOf(measured, model, confidence, load, loadModel) {
   const items = [];
   if (measured.some((p) => p.settled)) items.push(["point", "measured"]);
   if (measured.some((p) => p.weak)) items.push(["faint", "hardly excited"]);
-  if (measured.some((p) => !p.settled)) items.push(["hollow", "not settled within the record"]);
+  if (measured.some((p) => !p.settled)) items.push(["hollow", "not settled within the recording"]);
   if (measured.some((p) => p.radius !== null)) items.push([measured.length > WHISKERS ? "band" : "whisker", `${percent(confidence)} confidence`]);
   if (measured.some((p) => p.noiseDb !== null)) items.push(["noise", "noise"]);
   if (measured.some((p) => p.distortionDb !== null)) items.push(["distortion", "non-linear distortion"]);

@@ -62,19 +62,23 @@ export function interval(value, half, unit = "") {
   return (parts.times ? `(${body})${parts.times}` : body) + tail;
 }
 
+/** kgm2 -> kg m2, Nms/rad -> Nm s/rad. */
+const wholeUnits = (text) => String(text ?? "").replace(/\bkgm2\b/g, "kg m2").replace(/\bNms\/rad\b/g, "Nm s/rad").replace(/\bNs\/m\b/g, "N s/m");
+
 /** kgm2 -> kg m², V s2/rad -> V s²/rad. */
 export function prettyUnit(unit) {
-  return String(unit).replace(/\bkgm2\b/g, "kg m2").replace(/([A-Za-z])([23])(?![A-Za-z0-9])/g, (_, letter, digit) => letter + SUPERSCRIPT[digit]);
+  return wholeUnits(unit).replace(/([A-Za-z])([23])(?![A-Za-z0-9])/g, (_, letter, digit) => letter + SUPERSCRIPT[digit]);
 }
 
-/** A text with the powers of its units raised: "inertia in kgm2" -> "inertia in kg m²". */
+/** A text with signs and the powers of its units: "0.1 +- 0.01 kgm2" -> "0.1 ± 0.01 kg m²". */
 export function powers(text) {
-  return String(text ?? "").replace(/\bkgm2\b/g, "kg m²").replace(/\)\^2/g, ")²").replace(/\/s2\b/g, "/s²");
+  return wholeUnits(text).replace(/\bkg m2\b/g, "kg m²").replace(/\)\^2/g, ")²").replace(/\/s2\b/g, "/s²")
+    .replace(/(^|[ (])\+-(?=[ \d])/g, "$1±");
 }
 
-/** "low-coherence" and "driven_inertia" as words. */
+/** "low-coherence" and "driven_inertia" ("motor inertia") as words. */
 export function words(id) {
-  const text = String(id).replace(/[-_]+/g, " ").trim();
+  const text = String(id).replace(/[-_]+/g, " ").trim().replace(/^driven /, "motor ").replace(/^antiresonance/, "anti-resonance").replace(/^coulomb friction/, "dry friction");
   return text.charAt(0).toUpperCase() + text.slice(1);
 }
 

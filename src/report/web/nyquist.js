@@ -78,7 +78,7 @@ function fillSide(side, { loop, curve, measured, marks, source, confidence, regi
     rows.push(["Phase margin", value(loop.phase_margin_deg, loop.phase_margin_std_deg, "°"), `lag that the loop still bears ${at(marks.crossover)}`]);
   }
   if (isNumber(loop.modulus_margin)) {
-    rows.push(["Modulus margin", value(loop.modulus_margin, loop.modulus_margin_std, ""), `least distance from −1, ${at(marks.modulus)}`]);
+    rows.push(["Modulus margin", value(loop.modulus_margin, loop.modulus_margin_std, ""), `minimum distance to −1, ${at(marks.modulus)}`]);
   }
   if (isNumber(loop.gain_margin_db)) {
     rows.push(["Gain margin", value(loop.gain_margin_db, loop.gain_margin_std_db, "dB"), `gain that the loop still bears ${at(marks.gain)}`]);

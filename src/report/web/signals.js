@@ -24,7 +24,7 @@ export function drawSignals(root, data) {
   const filled = charts.filter((c) => c.time.length > 1 && c.min.some(isNumber));
   if (filled.length === 0) return;
   const box = section(root, "Signals",
-    "The recording as it was used. A good residual looks like noise; where it still follows the excitation, the model misses something.", "whole");
+    "The recording as it was used. A good residual looks like noise; where it is correlated with the excitation, the model lacks dynamics.", "whole");
   const readout = document.createElement("div");
   readout.className = "readout";
   readout.setAttribute("aria-live", "polite");

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Everything of the report that is words and figures.
-import { escapeHtml, interval, isNumber, list, normalFactor, percent, plain, plusMinus, prettyUnit, significant, superscript, words } from "./format.js";
+import { escapeHtml, interval, isNumber, list, normalFactor, percent, plain, plusMinus, powers, prettyUnit, significant, superscript, words } from "./format.js";
 import { section, table } from "./markup.js";
 
 const sign = (kind) => `<svg aria-hidden="true"><use href="#sign-${kind}"/></svg>`;
@@ -35,6 +35,8 @@ export function head(root, data) {
   root.append(box);
 }
 
+const titleOf = (data, finding) => data.page?.finding_titles?.[finding.id] ?? words(finding.id ?? "finding");
+
 function verdict(data) {
   if (typeof data.trusted !== "boolean") {
     return '<div class="verdict none"><div><b>Not judged</b><span>This result holds no verdict.</span></div></div>';
@@ -45,13 +47,13 @@ function verdict(data) {
     return `<div class="verdict good" role="status">${sign("good")}<div><b>Trusted</b><span>${text}</span></div></div>`;
   }
   const errors = serious.filter((f) => severity(f) === "error");
-  const reasons = (errors.length ? errors : serious).map((f) => words(f.id ?? "finding").toLowerCase());
+  const reasons = (errors.length ? errors : serious).map((f) => titleOf(data, f).toLowerCase());
   const shown = reasons.slice(0, 3).join(", ") + (reasons.length > 3 ? ` and ${reasons.length - 3} more` : "");
   return `<div class="verdict bad" role="status">${sign("bad")}<div><b>Not trusted</b><span>${escapeHtml(shown || "see the findings")}</span></div></div>`;
 }
 
 const modulusNote = (peaks) => (isNumber(peaks?.ms)
-  ? `least distance from −1; Ms ${significant(peaks.ms, 3)}${isNumber(peaks.mt) ? `, Mt ${significant(peaks.mt, 3)}` : ""}` : "least distance from −1");
+  ? `minimum distance to −1; Ms ${significant(peaks.ms, 3)}${isNumber(peaks.mt) ? `, Mt ${significant(peaks.mt, 3)}` : ""}` : "minimum distance to −1");
 
 /** The figures that an engineer looks for first, at most six. */
 export function keyFigures(data) {
@@ -84,7 +86,7 @@ export function keyFigures(data) {
   const parameters = data.model?.parameters ?? {};
   for (const name of ["driven_inertia", "load_inertia", "stiffness", "viscous_friction", "damping"]) {
     const p = parameters[name];
-    if (out.length < 5 && isNumber(p?.value) && isPhysical(p.unit)) add(words(name), p.value, p.unit ?? "", p.std * factor, "", "measured");
+    if (out.length < 5 && isNumber(p?.value) && isPhysical(p.unit)) add(parameterName(name, p.unit), p.value, p.unit ?? "", p.std * factor, "", "measured");
   }
   return out.slice(0, 6);
 }
@@ -130,8 +132,8 @@ export function summaryAndFindings(root, data) {
     ].filter(Boolean).join(", ");
     const kind = severity(f);
     const name = { error: "Error", warning: "Warning", info: "Note" }[kind];
-    return `<li><span class="tag ${kind}">${name}</span><div><b>${escapeHtml(words(f.id ?? "finding"))}</b>` +
-      `${f.meaning ? `<p>${escapeHtml(f.meaning)}</p>` : ""}${figures ? `<p class="soft small">${escapeHtml(figures)}</p>` : ""}</div></li>`;
+    return `<li><span class="tag ${kind}">${name}</span><div><b>${escapeHtml(titleOf(data, f))}</b>` +
+      `${f.meaning ? `<p>${escapeHtml(powers(f.meaning))}</p>` : ""}${figures ? `<p class="soft small">${escapeHtml(figures)}</p>` : ""}</div></li>`;
   });
   box.insertAdjacentHTML("beforeend", items.length
     ? `<ul class="findings${many ? " many" : ""}">${items.join("")}</ul>`
@@ -144,8 +146,9 @@ function isPhysical(unit) {
 }
 
 function parameterName(name, unit) {
+  if (unit === "kg") return words(name).replace(/inertia$/, "mass");
   if (isPhysical(unit)) return words(name);
-  return { driven_inertia: "Driven coefficient", middle_inertia: "Middle coefficient", load_inertia: "Load coefficient" }[name] ?? words(name);
+  return { driven_inertia: "Motor coefficient", middle_inertia: "Middle coefficient", load_inertia: "Load coefficient" }[name] ?? words(name);
 }
 
 export function modelTables(root, data) {
@@ -212,7 +215,7 @@ function bootstrapRows(data, factor) {
 
 function elsewhereRows(v) {
   if (!v || typeof v !== "object") return [];
-  const rows = [["Another record", String(v.file ?? "")]];
+  const rows = [["Another recording", String(v.file ?? "")]];
   if (isNumber(v.simulation_fit_percent)) rows.push(["Fit there, simulated", `${significant(v.simulation_fit_percent, 3)} %`]);
   if (v.verdict) rows.push(["Verdict there", String(v.verdict)]);
   return rows;
@@ -237,7 +240,7 @@ export function structuresAndChoices(root, data) {
     isNumber(t.information) ? (t.information - best).toFixed(1) : "–", fit(t.validation_fit_percent),
     ...(elsewhere ? [fit(t.independent_fit_percent)] : []), t.remark ?? "",
   ]);
-  const head = ["Structure", "Parameters", "BIC above best", "Fit on hold-out data", ...(elsewhere ? ["Fit on the other record"] : []), "Remark"];
+  const head = ["Structure", "Parameters", "BIC above best", "Fit on hold-out data", ...(elsewhere ? ["Fit on the other recording"] : []), "Note"];
   box.insertAdjacentHTML("beforeend", "<h3>Structures side by side</h3>" + table(head, rows, elsewhere ? [1, 2, 3, 4] : [1, 2, 3]) +
     '<p class="explain">BIC: the Bayesian information criterion, smaller is better; a difference of 10 is decisive.</p>');
 }
@@ -256,10 +259,10 @@ function ordered(object) {
 }
 
 const VALIDATION = {
-  of: ["Judged on", (v) => (v === "lines" ? "the excited lines" : `the ${v}`)],
-  fit_percent: ["Fit", (v) => `${significant(v, 3)} % of the output explained`],
+  of: ["Judged on", (v) => (v === "lines" ? "the excited lines" : v === "record" ? "the recording" : `the ${v}`)],
+  fit_percent: ["Fit", (v) => `${significant(v, 3)} % (NRMSE)`],
   cross_correlation_max: ["Residual against input", (v, all) => isNumber(all.limit)
-    ? `${significant(v, 2)}, limit ${significant(all.limit, 2)}: ${v <= all.limit ? "passed" : "the model misses something"}`
+    ? `${significant(v, 2)}, limit ${significant(all.limit, 2)}: ${v <= all.limit ? "passed" : "the residual is correlated with the input"}`
     : significant(v, 2)],
 };
 
@@ -294,7 +297,7 @@ export function recordTable(root, data) {
   if (data.method) rows.push(["Method", data.method]);
   if (data.approach) rows.push(["Approach", APPROACH[data.approach] ?? data.approach]);
   if (rows.length === 0) return;
-  section(root, "Record and method", "", "facts").insertAdjacentHTML("beforeend", table(null, rows));
+  section(root, "Recording and method", "", "facts").insertAdjacentHTML("beforeend", table(null, rows));
 }
 
 export function transferFunction(root, data) {

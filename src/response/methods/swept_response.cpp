@@ -23,7 +23,7 @@ expected<Sweep, Error> sweep_of(const data::Record& record, const SweptConfig& c
   const double wanted = std::round(law.duration_s * record.sample_rate_hz);
   const std::size_t samples = std::min(signals->samples, static_cast<std::size_t>(wanted));
   if (static_cast<double>(samples) < 0.9 * wanted)
-    return refuse("duration_s", "the record is shorter than the sweep", law.duration_s);
+    return refuse("duration_s", "the recording is shorter than the sweep", law.duration_s);
   Sweep sweep;
   sweep.law = law;
   sweep.sample_time_s = record.sample_time_s();

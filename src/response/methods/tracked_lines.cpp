@@ -248,7 +248,7 @@ expected<LineEstimates, Error> run_least_squares(const Problem& problem, LineEst
   }
   const Eigen::MatrixXd gram = design.transpose() * design;
   const linalg::RealLdlt solver(gram);
-  if (!(solver.rcond() > 1e-10)) return refuse("lines_hz", "are too close for the length of the record");
+  if (!(solver.rcond() > 1e-10)) return refuse("lines_hz", "are too close for the length of the recording");
   const Eigen::MatrixX3d solution = solver.solve(design.transpose() * measured);
   const Eigen::MatrixX3d residual = measured - design * solution;
   const Eigen::MatrixXd inverse = solver.solve(Eigen::MatrixXd::Identity(2 * lines + 1, 2 * lines + 1));

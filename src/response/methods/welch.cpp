@@ -42,7 +42,7 @@ expected<Segments, Error> segments_of(const WelchConfig& config, std::size_t sam
   if (length < 16) return refuse("segment_samples", "must be at least 16", static_cast<double>(length));
   segments.count = samples < length ? 0 : 1 + (samples - length) / segments.hop;
   if (segments.count < 2)
-    return refuse("segment_samples", "the record must hold at least two segments",
+    return refuse("segment_samples", "the recording must hold at least two segments",
                   static_cast<double>(length));
   return segments;
 }

@@ -125,7 +125,7 @@ TEST(IdentifyRefuses, WhatContradictsTheRecord) {
   };
   refused("delay_s", "-0.1", [](Options& o) { o.delay_s = -0.1; });
   refused("delay_s", "nan", [](Options& o) { o.delay_s = std::nan(""); });
-  refused("delay_s", "small part of the record", [](Options& o) { o.delay_s = 5.0; });
+  refused("delay_s", "small part of the recording", [](Options& o) { o.delay_s = 5.0; });
   refused("confidence", "between 0 and 1", [](Options& o) { o.confidence = 1.0; });
   refused("band_hz", "empty", [](Options& o) { o.band_hz = {20.0, 20.0}; });
   refused("band_hz", "Nyquist", [](Options& o) { o.band_hz = {260.0, 300.0}; });
@@ -204,7 +204,8 @@ TEST(Identify, TellsItsStagesInOrder) {
   ASSERT_GE(stages.size(), 4U);
   EXPECT_EQ(stages.front(), "measuring the response");
   EXPECT_EQ(stages.back(), "margins of the loop");
-  EXPECT_NE(std::find(stages.begin(), stages.end(), "fitting a two-mass model to the record"), stages.end());
+  EXPECT_NE(std::find(stages.begin(), stages.end(), "fitting a two-mass model to the recording"),
+            stages.end());
   stages.clear();
   options.model = ModelChoice::none;
   ASSERT_TRUE(identify(multisine(), options));
@@ -248,7 +249,7 @@ TEST(Identify, RefusesWhatContradictsTheRecord) {
   Options options = response_only();
   options.chirp = online::SweepLaw{35.0, 1.5, 10.0};
   EXPECT_TRUE(identify(chirp(), options));
-  EXPECT_NE(refusal(multisine(), options).find("chirp: contradicts the record"), std::string::npos);
+  EXPECT_NE(refusal(multisine(), options).find("chirp: contradicts the recording"), std::string::npos);
   options.chirp = online::SweepLaw{1.5, 35.0, 10.0};
   EXPECT_NE(refusal(chirp(), options).find("is a chirp from 35 to 1.5 Hz in 10 s"), std::string::npos);
   options = response_only();

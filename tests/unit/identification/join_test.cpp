@@ -35,7 +35,7 @@ TEST(Join, RecordsThatSayLittleAloneTellTheMachineTogether) {
   });
   EXPECT_LT(two_masses, 3);
   expect_at_the_bound(joint, bench);
-  EXPECT_EQ(chosen(joint.result, "estimate"), "one likelihood over 4 records");
+  EXPECT_EQ(chosen(joint.result, "estimate"), "one likelihood over 4 recordings");
 }
 
 TEST(Join, EveryRecordHasItsOwnOffsetStateNoiseAndLength) {

@@ -539,8 +539,9 @@ TEST(RecordReader, CutsFromInclusiveToExclusive) {
 
   mapping.from_s = 7.0;
   mapping.to_s.reset();
-  RESONID_EXPECT_MESSAGE(to_record(table, mapping),
-                         "no sample lies in the part chosen with .from_s 7; the record spans 5 ... 5.099 s");
+  RESONID_EXPECT_MESSAGE(
+      to_record(table, mapping),
+      "no sample lies in the part chosen with .from_s 7; the recording spans 5 ... 5.099 s");
   mapping.from_s = 5.09;
   RESONID_EXPECT_MESSAGE(to_record(table, mapping),
                          "has 10 samples in the part chosen with .from_s and .to_s; at least 16");

@@ -145,7 +145,7 @@ TEST(DocumentMarkdown, SaysHowItIsMadeAndKeepsTheTables) {
             "| phase margin (deg) | 63.5 | 61.6 \xC2\xB1 2.9 | 59.9 | reading: \xC2\xB1"
             "1 deg |\n"
             "| ripple | | 5.4e-12 | 0 | |\n\n"
-            "## Where the print contradicts itself, and what was taken\n\n"
+            "## Where the paper contradicts itself, and what was taken\n\n"
             "| place | printed | taken | why |\n|:--|:--|:--|:--|\n"
             "| Table 2.1 | 20.4 Hz | 19.6 Hz | follows from its own \\<parameters> |\n");
 }

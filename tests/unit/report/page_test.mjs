@@ -48,6 +48,9 @@ test("units and words are set for readers", () => {
   assert.equal(format.prettyUnit("V s2/rad"), "V s²/rad");
   assert.equal(format.prettyUnit("(rad/s)/Nm"), "(rad/s)/Nm");
   assert.equal(format.prettyUnit("kgm2"), "kg m²");
+  assert.equal(format.prettyUnit("Nms/rad"), "Nm s/rad");
+  assert.equal(format.powers("0.1 +- 0.01 kgm2, a+-b"), "0.1 ± 0.01 kg m², a+-b");
+  assert.equal(format.words("driven_inertia"), "Motor inertia");
   assert.equal(format.words("low-coherence"), "Low coherence");
   assert.equal(format.escapeHtml(`<b a="1">'&`), "&lt;b a=&quot;1&quot;&gt;&#39;&amp;");
 });

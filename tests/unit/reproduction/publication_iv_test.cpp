@@ -252,7 +252,7 @@ TEST(PublicationIv, DistancesUnderSharedNoiseAreThoseComputedIndependently) {
                                               {0.0374, 0.000325}}};
   const std::string title = "Plants G, D = 120, the same noise in both runs";
   for (std::size_t i = 0; i < expected.size(); ++i) {
-    // Four standard errors, since eight lines are looked at, and the rounding of the print. The mean at 14.9
+    // Four standard errors, since eight lines are looked at, and the rounding of the paper. The mean at 14.9
     // Hz is the farthest; over 400 seeds it is 0.5709 +- 0.0002.
     EXPECT_NEAR(reproduced(title, i), expected[i].mean,
                 4.0 * standard_error(deviation(title, i), expected[i].ripple) + 5e-4)

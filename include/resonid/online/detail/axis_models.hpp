@@ -33,7 +33,7 @@ struct AxisStart {
   static expected<AxisStart, Error> create(const AxisConfig& c) noexcept {
     constexpr double kIntegrator = 1e-9, kLeastMemory = 50.0, kPeriodsRemembered = 24.0;
     if (c.start_b.size() != Order)
-      return refuse("start_b", "needs a model to begin with, of order 1 or 3",
+      return refuse("start_b", "needs an initial model of order 1 or 3",
                     static_cast<double>(c.start_b.size()));
     AxisStart s;
     std::copy(c.start_b.begin(), c.start_b.end(), s.b.begin());

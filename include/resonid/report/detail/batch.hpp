@@ -18,7 +18,7 @@ struct BatchResult {
 };
 
 /// The tables for a terminal, lines of at most 100 characters.
-[[nodiscard]] std::string summary_text(const BatchResult& result);
+[[nodiscard]] std::string summary_text(const BatchResult& result, Characters characters = Characters::ascii);
 
 /// One page: table first, spread over the records, joint estimate, all responses and loops in one picture
 /// each, then every record folded.

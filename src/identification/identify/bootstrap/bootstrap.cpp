@@ -147,9 +147,11 @@ std::optional<diagnostics::Finding> inspect_bootstrap(const Bootstrap& bootstrap
   return diagnostics::Finding{
       "no-bootstrap", diagnostics::Severity::warning, typical, kCriteria.bootstrap_scatter,
       fmt::format(
-          "No bootstrap intervals: the replicas scatter by only {:.2g} of the error bars. The model was "
+          "No bootstrap intervals: the standard deviation of the replicas is only {:.2g} of the error bars. "
+          "The model was "
           "fitted to the response and misses its lines systematically, or neighbouring lines are correlated. "
-          "Replicas with independent noise on the lines do not show that; the covariance includes it.",
+          "Replicas with independent noise on the lines do not show that; the covariance includes it: use "
+          "its intervals.",
           typical)};
 }
 

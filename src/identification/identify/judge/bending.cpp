@@ -8,6 +8,7 @@
 #include <identification/identify/judge/constancy.hpp>
 #include <identification/identify/prepare/units.hpp>
 #include <identification/identify/select/record_fit.hpp>
+#include <identification/parameter_words.hpp>
 #include <resonid/base/detail/statistics.hpp>
 #include <resonid/fit/output_error.hpp>
 #include <string>
@@ -135,13 +136,11 @@ std::string words_of(const fit::Bending& b, const Units& units) {
     case BendingTorque::stiffness_drift:
     case BendingTorque::inertia_drift:
     case BendingTorque::load_inertia_drift: {
-      std::string name(fit::kParameterNames[static_cast<std::size_t>(parameter_of(b))]);
-      std::replace(name.begin(), name.end(), '_', ' ');
       return fmt::format(
           "The {} changes by about {:.2g} % from the recording's start to its end. Follow it "
           "with track, or take a part (.from_s, .to_s) in which it stays. Under a single sweep, a mass or a "
           "lag that the model lacks looks the same.",
-          name, 100.0 * std::abs(a));
+          parameter_words(parameter_of(b)), 100.0 * std::abs(a));
     }
     case BendingTorque::torque_gain:
       break;
@@ -153,7 +152,7 @@ std::string words_of(const fit::Bending& b, const Units& units) {
 
 std::string effect_in_words(const Effect& e, bool error) {
   if (error) return fmt::format(" It moves inertia or stiffness by {:.2g} %.", 100.0 * e.relative);
-  return " The error bars hold what it does to the parameters.";
+  return " The error bars include its effect on the parameters.";
 }
 
 /// A torque that two masses would have in the third one's place. Held against white noise: a model of the
@@ -176,8 +175,8 @@ std::optional<Finding> instead_of_third(const Selection& chosen, const Experimen
   return Finding{
       id_of(b.torque), Severity::error, e.relative, kCriteria.constant_parameter,
       words_of(b, experiment.units) +
-          " Beside two masses this explains the record about as well as the third mass does, which "
-          "need not exist."};
+          " With two masses, this fits the recording about as well as a third mass does, which need not "
+          "exist."};
 }
 
 /// What a test found, told; the bars hold it.

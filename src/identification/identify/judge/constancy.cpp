@@ -5,6 +5,7 @@
 #include <cmath>
 #include <identification/criteria.hpp>
 #include <identification/identify/judge/constancy.hpp>
+#include <identification/parameter_words.hpp>
 #include <resonid/base/detail/statistics.hpp>
 #include <resonid/fit/detail/noise_model.hpp>
 #include <string>
@@ -13,12 +14,6 @@ namespace resonid::identification::detail {
 namespace {
 
 using diagnostics::Severity;
-
-std::string words_of(int parameter) {
-  std::string name(fit::kParameterNames[static_cast<std::size_t>(parameter)]);
-  std::replace(name.begin(), name.end(), '_', ' ');
-  return name;
-}
 
 }  // namespace
 
@@ -60,17 +55,18 @@ std::optional<diagnostics::Finding> inspect_constancy(const std::vector<fit::Con
   if (worst == nullptr) return std::nullopt;
   const bool moves = largest > kCriteria.constant_parameter;
   auto text = over_frequency ? fmt::format("The {} comes out different in different bands of frequency",
-                                           words_of(worst->parameter))
+                                           parameter_words(worst->parameter))
                              : fmt::format("The {} is not the same throughout the recording",
-                                           words_of(worst->parameter));
-  if (largest > 0.0) text += fmt::format(": it scatters by {:.2g} %, beyond noise", 100.0 * largest);
+                                           parameter_words(worst->parameter));
+  if (largest > 0.0) text += fmt::format(": standard deviation {:.2g} %, beyond noise", 100.0 * largest);
   if (!moves)
-    text += ". The error bars hold that scatter.";
+    text += ". The error bars include it.";
   else if (over_frequency)
     text +=
         ". The model lacks something that the machine or its measurement has, such as the lag of a torque "
         "loop, a "
-        "filter, friction, or a further mass: the result is not reliable.";
+        "filter, friction, or a further mass: the result is not reliable. Give them (.model, "
+        ".friction), or a narrower .band_hz.";
   else
     text +=
         ". One value cannot describe the machine: follow it with track, or take a part (.from_s, .to_s) in "
@@ -105,7 +101,7 @@ std::optional<diagnostics::Finding> inspect_outliers(const fit::OutputErrorFit& 
           "{} samples, the first after {:.4g} s, lie beyond {:g} standard deviations of the noise: samples "
           "are "
           "missing or doubled, impacts or load steps disturb the drive, or it does something that the model "
-          "does not hold.",
+          "lacks. Take a part without them (.from_s, .to_s), or record without losses.",
           count, static_cast<double>(begin + first * hold.samples) * sample_time_s, kCriteria.outlier)};
 }
 

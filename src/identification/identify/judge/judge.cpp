@@ -110,13 +110,14 @@ void discard_undetermined(Result& result) {
   });
   for (const auto& mode : result.modes) kept += mode.anti ? 0 : 1;
   if (resonances > 0 && kept == 0)
-    result.findings.push_back({"uncertain-resonance",
-                               Severity::error,
-                               {},
-                               kCriteria.determined_mode,
-                               "The black box has resonances, but the record determines none of them: excite "
-                               "more strongly or record "
-                               "longer, or take a lower .order."});
+    result.findings.push_back(
+        {"uncertain-resonance",
+         Severity::error,
+         {},
+         kCriteria.determined_mode,
+         "The black box has resonances, but the recording determines none of them: excite "
+         "more strongly or record "
+         "longer, or take a lower .order."});
 }
 
 void inspect_black_box_error(Result& result) {
@@ -182,7 +183,8 @@ std::optional<Finding> inspect_told_controller(const Measurement& m, const Optio
       "controller-differs", Severity::error, typical, kCriteria.controller_difference,
       fmt::format("What input and excitation show of the controller, (Ru - U)/Y, typically differs by {:.0f} "
                   "% from the one given: another one ran, or the recorded output is not what it was fed "
-                  "(late, filtered, held). The margins are not those of the loop.",
+                  "(late, filtered, sampled and held). Give the right .controller, or leave it out. The "
+                  "margins are not those of the loop.",
                   100.0 * typical)};
 }
 

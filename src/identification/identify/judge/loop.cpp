@@ -193,7 +193,7 @@ std::optional<diagnostics::Finding> keep_to_band(const Plan& plan, bool controll
   return diagnostics::Finding{
       "margins-beyond-band", diagnostics::Severity::info, furthest_hz, plan.high_hz,
       fmt::format("Beyond the excited band of {:.3g} ... {:.3g} Hz the model alone tells the {}: a mode that "
-                  "the record does not show would change them, and they have no error bars. Excite up to "
+                  "the recording does not show would change them, and they have no error bars. Excite up to "
                   "{:.3g} Hz.",
                   plan.low_hz, plan.high_hz, fmt::join(beyond, ", "), furthest_hz)};
 }

@@ -217,7 +217,7 @@ double following_hz(const fit::DriveModel& model, const data::FrequencyResponse&
 Finding differs(data::SecondOutput kind, double value, double most, std::string why) {
   return {"second-output-differs", Severity::error, value, most,
           fmt::format("The {} contradicts the model of input and output: {} The model is that of the output "
-                      "alone.",
+                      "alone. Check column, scale and mount of the second output.",
                       name_of_kind(kind), why)};
 }
 
@@ -245,7 +245,7 @@ Finding misfit_finding(data::SecondOutput kind, const SecondOutputFit& fit, doub
   return differs(
       kind, error, kCriteria.misfit,
       fmt::format("they typically differ by {:.0f} %{}.", 100.0 * error,
-                  of_low ? fmt::format(", below {:.3g} Hz too, where the load has to follow the driven side: "
+                  of_low ? fmt::format(", below {:.3g} Hz too, where the load has to follow the motor: "
                                        "it slips, or the column measures something else",
                                        follows_hz)
                          : fmt::format(" beyond {:.3g} Hz: between the two outputs is a compliance or a mass "
@@ -272,7 +272,7 @@ std::optional<Finding> inspect_contradiction(data::SecondOutput kind, const fit:
   return Finding{
       "second-output-differs", Severity::info, moved, kCriteria.correctable_shift,
       fmt::format("The {} moves inertias and stiffness by up to {:.2g} %, more than the error bars "
-                  "of the output alone. The error bars hold that difference.",
+                  "of the output alone. The error bars include that difference.",
                   name_of_kind(kind), 100.0 * moved)};
 }
 
@@ -288,7 +288,7 @@ std::optional<Finding> take_simulation(data::SecondOutput kind, const ModelResul
   const double more = left(simulated->fit_percent) / left(selection.fit_percent) - 1.0;
   if (more > kCriteria.misfit)
     return differs(kind, more, kCriteria.misfit,
-                   fmt::format("with it {:.0f} % more of the output is left over.", 100.0 * more));
+                   fmt::format("with it the residual is {:.0f} % larger.", 100.0 * more));
   selection.residual = simulated->residual;
   selection.residual_start = simulated->first_sample;
   selection.fit_percent = simulated->fit_percent;
@@ -315,15 +315,17 @@ std::vector<Finding> fit_to_second_output(const Experiment& experiment, const Me
              {},
              {},
              "The model is one of the motion, whose few frequencies give no response: it is that of the "
-             "output alone."}};
+             "output alone. Excite more frequencies to use both."}};
   auto& model = selection->result;
   auto both = fitted_to_both(experiment, m, options, model.drive);
   if (!both || !both->fit.converged)
-    return {{"second-output-unused",
-             Severity::warning,
-             {},
-             {},
-             "No fit to both outputs succeeded: the model is that of the output alone."}};
+    return {
+        {"second-output-unused",
+         Severity::warning,
+         {},
+         {},
+         "No fit to both outputs succeeded: the model is that of the output alone. Check column and scale "
+         "(.second_output, .second_output_scale)."}};
   auto& fit = both->fit;
   // The middle line for the typical error; what a few lines miss by shows in the mean.
   const double typical = difference(expected_by(fit, kind, both->lines), both->lines).unexplained;
@@ -331,9 +333,10 @@ std::vector<Finding> fit_to_second_output(const Experiment& experiment, const Me
   second.model_error = error;
   std::vector<Finding> findings;
   if (both->config.gain && !off(fit.gain, 0.0, kCriteria.unrelated_scale))
-    return {differs(kind, std::abs(fit.gain.value), kCriteria.unrelated_scale,
-                    "it hardly follows the input. The column is another signal, or its sensor measures "
-                    "nothing.")};
+    return {differs(
+        kind, std::abs(fit.gain.value), kCriteria.unrelated_scale,
+        "it is hardly correlated with the input. The column is another signal, or its sensor measures "
+        "nothing.")};
   if (both->config.gain) {
     second.gain = fit.gain;
     findings.push_back(scale_finding(kind, fit.gain));

@@ -136,14 +136,17 @@ Finding shows_more(const std::vector<fit::ResponseMode>& lacking, bool drive) {
       fmt::format("The measured response shows {} that the model does not have: {}. What is given for the "
                   "resonances comes from the response.",
                   joined(names),
-                  drive ? "the drive has more to it than this structure, or the fit went astray"
+                  drive ? "the drive has more masses than this structure, or the fit missed them; try .model "
+                          "three-mass or "
+                          "black-box"
                         : "take a higher .order")};
 }
 
 Finding shows_less(const diagnostics::ResponseExtremum& e) {
   return {"response-shows-less", Severity::error, e.prominence_db, kCriteria.striking_mode_db,
           fmt::format("The model has {} {} ({:.0f} dB) where the measured response shows none, though its "
-                      "lines are known there: the model imitates something else.",
+                      "lines are known there: the model is over-fitted. Take a model of fewer masses "
+                      "(.model, .order), or a narrower .band_hz.",
                       e.minimum ? "an" : "a", name_of(e.minimum, e.frequency_hz), e.prominence_db)};
 }
 
@@ -195,7 +198,7 @@ void hold_against_response(const data::FrequencyResponse& response,
   if (shown.empty()) return;
   if (!model_holds(result)) {
     result.modes.clear();
-    take(modes_of(shown), "the model does not hold; each by a local rational fit", result);
+    take(modes_of(shown), "the model does not fit; each by a local rational fit", result);
   } else if (!lacking.empty()) {
     take(modes_of(lacking), "those that the model lacks, each by a local rational fit", result);
   }

@@ -81,7 +81,7 @@ void set_aside(Result& result) {
   for (auto& trial : result.structures) {
     if (!trial.chosen) continue;
     trial.chosen = false;
-    trial.remark = "closest drive model, but it does not hold";
+    trial.remark = "closest drive model, but it does not fit";
     if (result.model) trial.model = std::move(result.model);
   }
   result.model.reset();
@@ -133,7 +133,7 @@ void put_black_box_instead(const Experiment& experiment, const Measurement& m, c
        static_cast<double>(order),
        {},
        fmt::format(
-           "No drive model holds, for the reasons given as errors. A black box of order {} agrees with "
+           "No drive model fits, for the reasons given as errors. A black box of order {} agrees with "
            "the measured response: it stands in the drive model's place, without inertias and "
            "stiffness. Resonances and margins are those of the response.",
            order)});

@@ -88,7 +88,7 @@ std::vector<diagnostics::Finding> inspect_distortion(const Distortion& d) {
   if (scatters)
     text = fmt::format(
         "The responses to different realisations of the excitation differ by {} of the output, more than "
-        "noise explains.",
+        "noise accounts for.",
         per_cent(d.scatter.level));
   const double silent = std::max(even ? d.even.level : 0.0, odd ? d.odd.level : 0.0);
   if (even || odd) {
@@ -99,9 +99,12 @@ std::vector<diagnostics::Finding> inspect_distortion(const Distortion& d) {
         "multiples: {}).",
         text.empty() ? "" : " ", per_cent(silent), kind, cause);
   }
-  text += scatters ? " The drive is nonlinear: the response is valid for excitations of this amplitude, and "
-                     "its error bars include the distortion."
-                   : " The response is valid for excitations of this amplitude.";
+  text +=
+      scatters
+          ? " The drive is nonlinear: the response is valid for excitations of this amplitude, and "
+            "its error bars include the distortion. Excite as strongly as the machine is used."
+          : " The response is valid for excitations of this amplitude: excite as strongly as the machine is "
+            "used.";
   const double level = scatters ? d.scatter.level : silent;
   return {{"non-linear-distortion",
            level > kCriteria.warned_distortion ? diagnostics::Severity::warning : diagnostics::Severity::info,

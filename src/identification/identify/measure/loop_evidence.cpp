@@ -45,12 +45,14 @@ std::optional<Finding> inspect_gain(const data::TransferFunction& told,
   if (!(difference > kCriteria.controller_difference * std::abs(shown)) ||
       !(difference > kCriteria.controller_deviations * deviation))
     return std::nullopt;
-  return Finding{"controller-differs", Severity::error, difference / std::abs(shown),
-                 kCriteria.controller_difference,
-                 fmt::format("The input responds to output noise within one sample with a gain of {:.4g} +- "
-                             "{:.2g}, the controller given with {:.4g}: it is not the one that ran, and the "
-                             "margins are not those of this loop.",
-                             shown, 2.0 * deviation, expected)};
+  return Finding{
+      "controller-differs", Severity::error, difference / std::abs(shown), kCriteria.controller_difference,
+      fmt::format(
+          "The input responds to output noise within one sample with a gain of {:.4g} +- "
+          "{:.2g}, the controller given with {:.4g}: it is not the one that ran, and the "
+          "margins are not those of this loop. Give the controller that ran (.controller), or leave it "
+          "out.",
+          shown, 2.0 * deviation, expected)};
 }
 
 }  // namespace
@@ -102,16 +104,17 @@ data::FrequencyResponse without_bias(const data::FrequencyResponse& response, co
 }
 
 Choice controller_choice(const fit::ControllerEstimate& shown) {
-  return {
-      "controller", fmt::format("of order {}", shown.controller.denominator.size() - 1),
-      shown.input_noise > 0.0
-          ? fmt::format("u - ru = C (r - y) holds in the record except for noise of {:.3g} rms on the input",
-                        shown.input_noise)
-          : std::string("u - ru = C (r - y) holds in the record without any noise")};
+  return {"controller", fmt::format("of order {}", shown.controller.denominator.size() - 1),
+          shown.input_noise > 0.0
+              ? fmt::format(
+                    "u - ru = C (r - y) holds in the recording except for noise of {:.3g} rms on the input",
+                    shown.input_noise)
+              : std::string("u - ru = C (r - y) holds in the recording without any noise")};
 }
 
 Choice predictor_choice(const Options& options, const fit::ControllerEstimate& shown) {
-  if (options.approach) return {"predictor", "closed loop with the identified controller", "asked for joint"};
+  if (options.approach)
+    return {"predictor", "closed loop with the identified controller", "joint was specified"};
   return {"predictor", "closed loop with the identified controller",
           fmt::format("the recorded input contains noise ({:.2g} % of the controller's output), which would "
                       "bias a simulation from it",
@@ -130,7 +133,7 @@ void downweight_incoherent(const LoopEvidence& evidence, std::vector<Finding>& f
 Choice model_choice(const LoopEvidence& evidence, Method measured) {
   return {"method", std::string(name_of(Method::model)),
           fmt::format("noise is fed back: the response by {} is typically biased by {}; the fit to the "
-                      "record models the noise and is not",
+                      "recording models the noise and is not",
                       name_of(measured), percent(evidence.bias))};
 }
 
@@ -158,7 +161,9 @@ std::optional<Finding> inspect_controller(const Options& options, const LoopEvid
       "controller-differs", Severity::error, typical, kCriteria.controller_difference,
       fmt::format("The controller given is not the one that ran: it typically differs by {} from the "
                   "controller identified by u - ru = C (r - y) (gain at {:.3g} Hz: given {:.4g}, identified "
-                  "{:.4g}). The margins are those of the identified controller.",
+                  "{:.4g}). The margins are those of the identified controller. Give the right .controller, "
+                  "or leave it "
+                  "out.",
                   percent(typical), middle, std::abs(options.controller->response(middle)),
                   std::abs(shown.controller.response(middle)))};
 }
@@ -172,7 +177,7 @@ std::optional<Finding> inspect_feedback(const LoopEvidence& evidence, bool from_
   if (from_model)
     return Finding{
         "feedback-bias", Severity::info, evidence.bias, kCriteria.feedback_bias,
-        what + ". The response given is that of the model fitted to the record, which has no such bias."};
+        what + ". The response given is that of the model fitted to the recording, which has no such bias."};
   const char* help =
       ". Record the excitation (ru), or give the controller and the reference, or allow a model (.model).";
   if (!evidence.biased())
@@ -305,7 +310,7 @@ std::optional<Finding> inspect_orientation(const LoopEvidence& evidence,
           fmt::format("Below {:.3g} Hz the velocity leads by about 90 deg and grows with frequency, "
                       "above {:.3g} Hz it falls and lags as that of a free drive: a spring to ground "
                       "(flexure, gravity, gas spring) or a position loop holds the machine. A model "
-                      "without that spring is not reliable.",
+                      "without that spring is not reliable. Give .ground motor or .ground load.",
                       low.last_hz, high.first_hz));
     return finding("reversed",
                    "At low frequencies the response leads by about 90 deg and grows with frequency, as the "

@@ -97,7 +97,7 @@ std::optional<Measurement> finer(const data::Record& record, const Plan& plan, c
       coherent_share(m->lines, averaged.low_hz, averaged.high_hz) < averaged.share - kCriteria.same_coherence)
     return std::nullopt;
   m->method = {"method", std::string(name_of(local.method)),
-               "segments of the record are too short for its resonances; its own length resolves them"};
+               "segments of the recording are too short for its resonances; its own length resolves them"};
   return std::move(*m);
 }
 

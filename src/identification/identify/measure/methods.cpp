@@ -46,13 +46,13 @@ std::string no_period(const Record& record, const Plan& plan) {
 std::string best_linear_lacks(const Record& record, const Plan& plan) {
   if (plan.period_samples != 0 && plan.realisations < 2)
     return "needs at least two realisations of a random-phase excitation, three periods or more each, found "
-           "fewer in this record (several records: join())";
+           "fewer in this recording (several recordings: join())";
   return no_period(record, plan);
 }
 
 std::string periodic_lacks(const Record& record, const Plan& plan) {
   if (plan.period_samples != 0 && plan.realisations > 1)
-    return "averages over periods of one excitation, and the phases change within this record; take "
+    return "averages over periods of one excitation, and the phases change within this recording; take "
            "best-linear, or cut one realisation out by .from_s and .to_s";
   return no_period(record, plan);
 }
@@ -86,10 +86,10 @@ bool suits_periodic(const Record& record, const Plan& plan) {
 std::string why_periodic(const Record& record, const Plan& plan) {
   const std::size_t periods = plan.period_samples == 0 ? 0 : record.samples() / plan.period_samples;
   if (plan.transient_periods == 0)
-    return fmt::format("{} whole periods: no leakage, and their scatter is the noise", periods);
+    return fmt::format("{} whole periods: no leakage, and their standard deviation is the noise", periods);
   return fmt::format(
       "{} whole periods without the first {}, in which the drive has not settled: no leakage, "
-      "and their scatter is the noise",
+      "and their standard deviation is the noise",
       periods - plan.transient_periods,
       plan.transient_periods == 1 ? std::string("one") : std::to_string(plan.transient_periods));
 }
@@ -107,8 +107,8 @@ constexpr std::array kMethods = {
                 best_linear_lacks, best_linear,
                 [](const Record&, const Plan& p) {
                   return fmt::format(
-                      "{} realisations with different phases: what they scatter beyond the noise between "
-                      "periods is non-linear distortion",
+                      "{} realisations with different phases: their standard deviation beyond that "
+                      "between periods is non-linear distortion",
                       p.realisations);
                 }},
     MethodEntry{
@@ -194,7 +194,7 @@ Error as_field(const Error& error) {
 Error no_lines(const Record& record, const Plan& plan, const response::LineEstimates& lines) {
   if (!lines.unsettled_hz.empty())
     return {"method",
-            fmt::format("{}: none of the {} lines settled within the record's {:g} s; record longer "
+            fmt::format("{}: none of the {} lines settled within the recording's {:g} s; record longer "
                         "or track fewer lines",
                         name_of(plan.method), lines.unsettled_hz.size(), record.duration_s())};
   const auto [low, high] = std::minmax_element(data::exciting(record).begin(), data::exciting(record).end());

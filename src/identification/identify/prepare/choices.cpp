@@ -10,13 +10,13 @@ namespace {
 Choice excitation_choice(const data::Record& record, const Options& options, const Plan& plan) {
   const char* signal = record.excitation.present() ? "the excitation" : "the input";
   const bool told = options.excitation_type != ExcitationType::automatic;
-  const std::string asked = told ? "asked for" : "";
+  const std::string asked = told ? "as specified" : "";
   switch (plan.excitation) {
     case ExcitationType::chirp:
-      if (!plan.sweep) return {"excitation", "chirp", "asked for; its law is not known"};
+      if (!plan.sweep) return {"excitation", "chirp", "as specified; its law is not known"};
       return {"excitation", "chirp",
               fmt::format("{} sweeps from {:.4g} to {:.4g} Hz in {:.4g} s{}", signal, plan.sweep->from_hz,
-                          plan.sweep->to_hz, plan.sweep->duration_s, options.chirp ? ", as told" : "")};
+                          plan.sweep->to_hz, plan.sweep->duration_s, options.chirp ? ", as specified" : "")};
     case ExcitationType::stepped_sine:
       return {"excitation", "stepped-sine",
               told ? asked : fmt::format("{} is one sine after another", signal)};
@@ -25,10 +25,10 @@ Choice excitation_choice(const data::Record& record, const Options& options, con
       return {"excitation", "prbs",
               plan.period_samples != 0
                   ? fmt::format("{} has two levels and repeats every {} samples", signal, plan.period_samples)
-                  : fmt::format("{} has two levels and does not repeat within the record", signal)};
+                  : fmt::format("{} has two levels and does not repeat within the recording", signal)};
     case ExcitationType::multisine:
       if (told) return {"excitation", "multisine", asked};
-      if (plan.period_samples == 0) return {"excitation", "multisine", "a single period, as told"};
+      if (plan.period_samples == 0) return {"excitation", "multisine", "a single period, as specified"};
       return {"excitation", "multisine",
               plan.realisations > 1
                   ? fmt::format("{} repeats every {} samples and changes its phases {} times", signal,
@@ -43,7 +43,7 @@ Choice excitation_choice(const data::Record& record, const Options& options, con
 
 Choice approach_choice(const data::Record& record, const Options& options, const Plan& plan,
                        ExcitationSource source) {
-  Choice choice{"approach", std::string(name_of(plan.approach)), "asked for"};
+  Choice choice{"approach", std::string(name_of(plan.approach)), "as specified"};
   if (options.approach) return choice;
   switch (source) {
     case ExcitationSource::recorded:
@@ -70,9 +70,9 @@ Choice method_choice(const data::Record& record, const Options& options, const P
   const std::string measured(name_of(plan.method));
   const std::string why = entry_of(plan.method).reason(record, plan);
   if (options.method == Method::automatic) return {"method", measured, why};
-  if (options.method == plan.method) return {"method", measured, "asked for"};
+  if (options.method == plan.method) return {"method", measured, "as specified"};
   return {"method", std::string(name_of(options.method)),
-          fmt::format("asked for; begins with {}: {}", measured, why)};
+          fmt::format("as specified; begins with {}: {}", measured, why)};
 }
 
 }  // namespace

@@ -79,7 +79,7 @@ double share_along(std::span<const double> x, double rate_hz, const online::Swee
 std::optional<Error> against_chirp(const data::Record& record, const online::SweepLaw& told) {
   if (const auto shown = response::detect_chirp(record)) {
     if (same_law(told, *shown)) return std::nullopt;
-    return Error{"chirp", fmt::format("contradicts the record: {} is {}; leave .chirp out, or correct it",
+    return Error{"chirp", fmt::format("contradicts the recording: {} is {}; leave .chirp out, or correct it",
                                       exciting_name(record), text_of(*shown))};
   }
   const double share = share_along(data::exciting(record), record.sample_rate_hz, told);
@@ -91,7 +91,7 @@ std::optional<Error> against_chirp(const data::Record& record, const online::Swe
   if (!record.excitation.present() && share > kCriteria.more_than_chance * by_chance) return std::nullopt;
   return Error{
       "chirp",
-      fmt::format("contradicts the record: {} holds hardly anything ({:.0f} %) of {} that begins with "
+      fmt::format("contradicts the recording: {} holds hardly anything ({:.0f} %) of {} that begins with "
                   "the first sample; leave .chirp out, or say where it begins (.from_s)",
                   exciting_name(record), 100.0 * share, text_of(told))};
 }

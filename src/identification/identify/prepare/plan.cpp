@@ -27,7 +27,7 @@ std::optional<Error> check_ranges(const data::Record& record, const Options& o) 
   if (!(o.delay_s >= 0.0))
     return complain("delay_s", fmt::format("must be 0 s or more, found {:g}", o.delay_s));
   if (o.delay_s > 0.1 * record.duration_s())
-    return complain("delay_s", fmt::format("must be a small part of the record ({:g} s), found {:g} s",
+    return complain("delay_s", fmt::format("must be a small part of the recording ({:g} s), found {:g} s",
                                            record.duration_s(), o.delay_s));
   if (!(o.confidence > 0.0 && o.confidence < 1.0))
     return complain("confidence", fmt::format("must lie between 0 and 1, found {:g}", o.confidence));
@@ -49,7 +49,7 @@ std::optional<Error> check_ranges(const data::Record& record, const Options& o) 
       return complain("chirp", fmt::format("must last longer than 0 s, found {:g}", c.duration_s));
     if (std::max(c.from_hz, c.to_hz) >= nyquist)
       return complain("chirp",
-                      fmt::format("reaches {:g} Hz; the record, sampled at {:g} Hz, ends at its Nyquist "
+                      fmt::format("reaches {:g} Hz; the recording, sampled at {:g} Hz, ends at its Nyquist "
                                   "frequency {:g} Hz",
                                   std::max(c.from_hz, c.to_hz), record.sample_rate_hz, nyquist));
   }
@@ -62,7 +62,7 @@ std::optional<Error> check_ranges(const data::Record& record, const Options& o) 
                       *low, *high));
   }
   if (o.period_samples != 0 && (o.period_samples < 4 || o.period_samples > record.samples()))
-    return complain("period_samples", fmt::format("must be 4 ... {} (the record's length), found {}",
+    return complain("period_samples", fmt::format("must be 4 ... {} (the recording's length), found {}",
                                                   record.samples(), o.period_samples));
   if (o.approach == Approach::indirect && !o.controller)
     return complain("approach", "indirect needs the controller: give .controller");

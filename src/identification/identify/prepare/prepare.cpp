@@ -28,10 +28,10 @@ expected<data::Record, Error> without_transient(data::Record record, const Optio
     return tl::unexpected(
         Error{"drop_periods", "no period was found in the excitation; give .period_samples"});
   if (options.drop_periods >= record.samples() / period)
-    return tl::unexpected(
-        Error{"drop_periods",
-              fmt::format("dropping {} periods of {} samples leaves less than one of the record's {} samples",
-                          options.drop_periods, period, record.samples())});
+    return tl::unexpected(Error{
+        "drop_periods",
+        fmt::format("dropping {} periods of {} samples leaves less than one of the recording's {} samples",
+                    options.drop_periods, period, record.samples())});
   const std::size_t dropped = options.drop_periods * period;
   return data::part_of(record, dropped, record.samples() - dropped);
 }
@@ -87,7 +87,7 @@ expected<Experiment, Error> plan_experiment(const data::Record& record, const Op
          fmt::format(
              "The measured output is new in every {}th sample only: between them it says nothing. Models "
              "are fitted to the new values; response, modes and parameters are without the hold, margins "
-             "with it.",
+             "with it. Record at the rate of the measurement where that is possible.",
              n)});
   return experiment;
 }

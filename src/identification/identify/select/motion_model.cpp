@@ -59,8 +59,8 @@ class MotionModel {
                           estimated[fit::kDelay], true};
     s.choice = {"structure", name_of(variant), ""};
     s.choice.because =
-        options_.model != ModelChoice::automatic ? "asked for"
-        : two ? "less its friction, the record shows two masses: they predict the hold-out samples better"
+        options_.model != ModelChoice::automatic ? "as specified"
+        : two ? "less its friction, the recording shows two masses: they predict the hold-out samples better"
               : fmt::format("inverse dynamics below {:.3g} Hz explain {:.5g} % of the torque",
                             motion_.bandwidth_hz, 100.0 * motion_.explained);
     if (two) {

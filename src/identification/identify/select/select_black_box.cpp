@@ -31,7 +31,7 @@ std::vector<Choice> choices_of(const BlackBoxSelection& s, const fit::OrderSelec
   std::vector<Choice> choices;
   std::string why = "lowest order that predicts the hold-out data as well as any";
   if (asked)
-    why = "asked for";
+    why = "as specified";
   else if (s.result.converged && s.result.stable)
     why += " whose fit converged and is stable";
   choices.push_back({"structure", name_of_order(selected.order), why});
@@ -41,7 +41,7 @@ std::vector<Choice> choices_of(const BlackBoxSelection& s, const fit::OrderSelec
                        "a pole lies within its error bar of 1, and the criterion is less with it there"});
   if (s.result.further_delay)
     choices.push_back({"delay",
-                       fmt::format("{:.4g} +- {:.2g} ms further", 1e3 * s.result.further_delay->value,
+                       fmt::format("{:.4g} +- {:.2g} ms additional", 1e3 * s.result.further_delay->value,
                                    1e3 * s.result.further_delay->std),
                        "the criterion is clearly less with it than with the known delay alone"});
   return choices;

@@ -99,7 +99,7 @@ class Selector {
 
  private:
   void tell_record_fit(const Candidate& c) const {
-    tell(options_, fmt::format("fitting a {} model to the record", fit::name_of(c.structure)));
+    tell(options_, fmt::format("fitting a {} model to the recording", fit::name_of(c.structure)));
   }
   void tell_further(const Candidate& c) const {
     tell(options_, fmt::format("{} model: friction, delay and lags", fit::name_of(c.structure)));
@@ -196,7 +196,7 @@ class Selector {
       trial.remark = c.remark;
       if (!trial.chosen && c.remark.empty())
         trial.remark = c.validated    ? "predicts the hold-out samples less well"
-                       : c.record_fit ? "has a larger BIC over the record"
+                       : c.record_fit ? "has a larger BIC over the recording"
                                       : "has a larger BIC over the lines";
       trials.push_back(std::move(trial));
     }
@@ -206,9 +206,9 @@ class Selector {
   [[nodiscard]] Choice reason(const std::vector<Candidate>& candidates, std::size_t chosen) const {
     const auto& c = candidates[chosen];
     Choice choice{"structure", name_of(c.variant()), ""};
-    const char* whole = records_.size() == 1 ? "the record" : "the records";
+    const char* whole = records_.size() == 1 ? "the recording" : "the recordings";
     if (options_.model != ModelChoice::automatic)
-      choice.because = "asked for";
+      choice.because = "as specified";
     else if (c.validated)
       choice.because = fmt::format("predicts the hold-out samples best, 30 % of {}", whole);
     else if (std::count_if(candidates.begin(), candidates.end(),

@@ -27,8 +27,8 @@ expected<data::Record, Error> simulated_on(const data::Record& record, const Mod
       fit->fit_percent < kCriteria.correctable_position)
     return tl::unexpected(
         Error{"method",
-              fmt::format("simulate-and-correct: the model reproduces {:.0f} % of the recorded position, "
-                          "which drifts by friction or disturbances; required {:.0f} %, or another method",
+              fmt::format("simulate-and-correct: the fit of the recorded position is {:.0f} % (NRMSE), which "
+                          "drifts by friction or disturbances; required {:.0f} %, or another method",
                           fit->fit_percent, kCriteria.correctable_position)});
   return simulated_record(record, fit->residual);
 }
