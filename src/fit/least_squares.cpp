@@ -154,6 +154,38 @@ LeastSquaresResult minimise(std::unique_ptr<ceres::CostFunction> cost, std::span
   return result;
 }
 
+LeastSquaresResult minimise_linear(const ceres::CostFunction& function, std::span<double> x,
+                                   std::span<const bool> active) {
+  LeastSquaresResult result;
+  for (std::size_t i = 0; i < active.size(); ++i)
+    if (active[i]) result.active.push_back(static_cast<int>(i));
+  const auto count = static_cast<Eigen::Index>(result.active.size());
+  Eigen::VectorXd residuals(function.num_residuals());
+  Jacobian jacobian(residuals.size(), static_cast<Eigen::Index>(x.size()));
+  const double* blocks[] = {x.data()};
+  double* jacobians[] = {jacobian.data()};
+  result.jacobian = Eigen::MatrixXd::Zero(residuals.size(), count);
+  result.gradient = Eigen::VectorXd::Zero(count);
+  if (!function.Evaluate(blocks, residuals.data(), jacobians) || !residuals.allFinite() ||
+      !jacobian.allFinite())
+    return result;
+  for (Eigen::Index i = 0; i < count; ++i)
+    result.jacobian.col(i) = jacobian.col(result.active[static_cast<std::size_t>(i)]);
+  Eigen::VectorXd size = result.jacobian.colwise().norm().transpose();
+  for (Eigen::Index i = 0; i < count; ++i)
+    if (!(size(i) > 0.0)) size(i) = 1.0;
+  const Eigen::VectorXd scale = size.cwiseInverse();
+  const Eigen::VectorXd step =
+      scale.cwiseProduct(linalg::shortest_solution(result.jacobian * scale.asDiagonal(), -residuals));
+  residuals += result.jacobian * step;
+  for (Eigen::Index i = 0; i < count; ++i)
+    x[static_cast<std::size_t>(result.active[static_cast<std::size_t>(i)])] += step(i);
+  result.cost = 0.5 * residuals.squaredNorm();
+  result.converged = std::isfinite(result.cost);
+  result.gradient = result.jacobian.transpose() * residuals;
+  return result;
+}
+
 Eigen::MatrixXd inverse_normal_matrix(const Eigen::MatrixXd& jacobian, bool* full_rank) {
   const auto n = jacobian.cols();
   // Columns scaled to length one first: the coordinates differ by orders of magnitude.

@@ -34,6 +34,10 @@ LeastSquaresResult minimise(std::unique_ptr<ceres::CostFunction> function, std::
                             std::span<const bool> active, std::span<const Bound> bounds = {},
                             const Effort& effort = {});
 
+/// The same of a cost that is linear in the active parameters: one evaluation does.
+LeastSquaresResult minimise_linear(const ceres::CostFunction& function, std::span<double> x,
+                                   std::span<const bool> active);
+
 /// (J^T J)^-1; singular directions are dropped and reported by `full_rank`.
 Eigen::MatrixXd inverse_normal_matrix(const Eigen::MatrixXd& jacobian, bool* full_rank = nullptr);
 

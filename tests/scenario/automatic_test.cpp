@@ -157,7 +157,7 @@ TEST(FourMasses, NoBootstrapWhereRepetitionsWouldPromiseTooMuch) {
   options.model = identification::ModelChoice::two_mass;
   options.method = identification::Method::local_polynomial;
   options.bootstrap = 20;
-  options.delay_s = 0.008;  // 1 ms in truth: nothing of the record comes out with it
+  options.delay_s = 0.006;  // 1 ms in truth: nothing of the record comes out with it
   const auto result = test::identified(run.record, options);
   ASSERT_TRUE(result.model);
   ASSERT_FALSE(result.model->from_record);

@@ -86,6 +86,11 @@ class DriveSimulation {
   [[nodiscard]] std::vector<double> moving_residual(std::span<const double> x) const;
 
  private:
+  /// Empty where the reduction is not exact enough.
+  template <class Reduction>
+  [[nodiscard]] std::vector<std::pair<Eigen::MatrixXd, std::size_t>> factors_by(std::span<const double> x,
+                                                                                std::span<const int> active,
+                                                                                std::size_t stretches) const;
   /// Its residual, and the course where `course` has room for all of it; an empty one is left alone.
   std::vector<double> simulate_friction(std::span<const double> x, DriveSignals& course) const;
   template <int Masses, class Row, class Sink>

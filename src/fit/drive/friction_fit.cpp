@@ -69,20 +69,35 @@ Eigen::VectorXd FrictionProblem::slope(const FrictionRecord& record, const std::
 
 Eigen::MatrixXd FrictionProblem::factor(const std::vector<double>& x, const Eigen::VectorXd& steps) const {
   const auto columns = static_cast<Eigen::Index>(active.size());
-  const auto size = static_cast<Eigen::Index>(records.size());
-  Eigen::MatrixXd stacked((columns + 1) * size, columns + 1);
-  for (Eigen::Index r = 0; r < size; ++r) {
-    const auto& record = records[static_cast<std::size_t>(r)];
+  std::vector<Eigen::MatrixXd> factors;
+  Eigen::Index all = 0;
+  for (const auto& record : records) {
+    std::vector<Eigen::Index> own;  // the others' states do not move it
+    for (Eigen::Index p = 0; p < columns; ++p)
+      if (std::find(record.coordinates.begin(), record.coordinates.end(),
+                    active[static_cast<std::size_t>(p)]) != record.coordinates.end())
+        own.push_back(p);
+    const auto count = static_cast<Eigen::Index>(own.size());
     const Eigen::VectorXd here = residual(record, x);
-    Eigen::MatrixXd rows = Eigen::MatrixXd::Zero(std::max(here.size(), columns + 1), columns + 1);
-    rows.col(columns).head(here.size()) = here;
-    for (Eigen::Index p = 0; p < columns; ++p) {
-      const int place = active[static_cast<std::size_t>(p)];
-      const auto& mine = record.coordinates;
-      if (std::find(mine.begin(), mine.end(), place) == mine.end()) continue;
-      rows.col(p).head(here.size()) = slope(record, x, place, steps(p), here.size());
+    Eigen::MatrixXd rows = Eigen::MatrixXd::Zero(std::max(here.size(), count + 1), count + 1);
+    rows.col(count).head(here.size()) = here;
+    for (Eigen::Index i = 0; i < count; ++i) {
+      const Eigen::Index p = own[static_cast<std::size_t>(i)];
+      rows.col(i).head(here.size()) =
+          slope(record, x, active[static_cast<std::size_t>(p)], steps(p), here.size());
     }
-    stacked.middleRows(r * (columns + 1), columns + 1) = record.weight * linalg::upper_factor(rows);
+    const Eigen::MatrixXd factor = record.weight * linalg::upper_factor(rows);
+    Eigen::MatrixXd spread = Eigen::MatrixXd::Zero(factor.rows(), columns + 1);
+    for (Eigen::Index i = 0; i < count; ++i) spread.col(own[static_cast<std::size_t>(i)]) = factor.col(i);
+    spread.col(columns) = factor.col(count);
+    all += spread.rows();
+    factors.push_back(std::move(spread));
+  }
+  Eigen::MatrixXd stacked(all, columns + 1);
+  Eigen::Index row = 0;
+  for (const auto& f : factors) {
+    stacked.middleRows(row, f.rows()) = f;
+    row += f.rows();
   }
   return stacked;
 }

@@ -84,6 +84,14 @@ class MeasuredResponse {
 
   /// The same, and its derivatives by the active coordinates.
   [[nodiscard]] Complex evaluate(double frequency_hz, std::span<Complex> derivatives) const {
+    return order_ == kStates ? of_order<kStates>(frequency_hz, derivatives)
+                             : of_order<kStates - 1>(frequency_hz, derivatives);
+  }
+
+ private:
+  /// Of a known order the loops are unrolled.
+  template <int Order>
+  [[nodiscard]] Complex of_order(double frequency_hz, std::span<Complex> derivatives) const {
     // z - 1 = 2j sin(w/2) e^{jw/2}
     const double half = kPi * frequency_hz * setting_.sample_time_s;
     const Complex step(-2.0 * std::sin(half) * std::sin(half), 2.0 * std::sin(half) * std::cos(half));
@@ -91,28 +99,28 @@ class MeasuredResponse {
     const Complex lagging = product(-step, lag_pole);  // e over u
     std::array<std::array<Complex, kStates>, kStates> m;
     std::array<Complex, kStates> x;
-    for (int i = 0; i < order_; ++i) {
-      for (int j = 0; j < order_; ++j) m[at(i)][at(j)] = -drive_.system.a(i, j);
+    for (int i = 0; i < Order; ++i) {
+      for (int j = 0; j < Order; ++j) m[at(i)][at(j)] = -drive_.system.a(i, j);
       m[at(i)][at(i)] += 1.0 + step;
       x[at(i)] = drive_.system.b(i) + lagging * drive_.lag_b(i);
     }
     std::array<Complex, kStates> pivots;  // inverse; zI - A is far from singular ones off the poles
-    for (int i = 0; i < order_; ++i) {
+    for (int i = 0; i < Order; ++i) {
       pivots[at(i)] = inverse(m[at(i)][at(i)]);
-      for (int r = i + 1; r < order_; ++r) {
+      for (int r = i + 1; r < Order; ++r) {
         const Complex factor = product(m[at(r)][at(i)], pivots[at(i)]);
         m[at(r)][at(i)] = factor;
-        for (int c = i + 1; c < order_; ++c) m[at(r)][at(c)] -= product(factor, m[at(i)][at(c)]);
+        for (int c = i + 1; c < Order; ++c) m[at(r)][at(c)] -= product(factor, m[at(i)][at(c)]);
         x[at(r)] -= product(factor, x[at(i)]);
       }
     }
-    for (int i = order_ - 1; i >= 0; --i) {
-      for (int c = i + 1; c < order_; ++c) x[at(i)] -= product(m[at(i)][at(c)], x[at(c)]);
+    for (int i = Order - 1; i >= 0; --i) {
+      for (int c = i + 1; c < Order; ++c) x[at(i)] -= product(m[at(i)][at(c)], x[at(c)]);
       x[at(i)] = product(x[at(i)], pivots[at(i)]);
     }
     const Complex past = product(-step, inverse(step + 1.0));  // u one sample ago, less u, over u
     Complex sum = drive_.system.d + lagging * drive_.lag_d + past * drive_.past_d;
-    for (int i = 0; i < order_; ++i) sum += drive_.system.c(i) * x[at(i)];
+    for (int i = 0; i < Order; ++i) sum += drive_.system.c(i) * x[at(i)];
     const double omega = kTwoPi * frequency_hz * setting_.sample_time_s;
     // F = (1 - p) z/(z - p), dF/dp = -z (z - 1)/(z - p)^2
     const Complex at_pole = inverse(step + 1.0 - filter_pole_);
@@ -122,14 +130,14 @@ class MeasuredResponse {
         data::load_velocity_factor(setting_.second_output, frequency_hz, setting_.sample_time_s);
     const Complex turn = product(delayed, filtered);
     if (!derivatives.empty()) {
-      const auto y = adjoint(m, pivots);
+      const auto y = adjoint<Order>(m, pivots);
       const Complex lagging_slope = product(lagging, lag_pole);
       for (std::size_t p = 0; p < slopes_.size(); ++p) {
         const Slope& s = slopes_[p];
         Complex by = s.d + lagging * s.lag_d + lagging_slope * (s.decay * drive_.lag_d) + past * s.past_d;
-        for (int i = 0; i < order_; ++i) {
+        for (int i = 0; i < Order; ++i) {
           Complex row = s.b(i) + lagging * s.lag_b(i) + lagging_slope * (s.decay * drive_.lag_b(i));
-          for (int j = 0; j < order_; ++j) row += s.a(i, j) * x[at(j)];
+          for (int j = 0; j < Order; ++j) row += s.a(i, j) * x[at(j)];
           by += product(y[at(i)], row) + s.c(i) * x[at(i)];
         }
         derivatives[p] = product(turn, by - product(Complex(0.0, s.turn * omega), sum));
@@ -141,7 +149,6 @@ class MeasuredResponse {
     return product(turn, sum);
   }
 
- private:
   struct Slope {
     Eigen::Matrix<double, kStates, kStates> a;
     Eigen::Matrix<double, kStates, 1> b, c, lag_b;
@@ -172,16 +179,17 @@ class MeasuredResponse {
   }
 
   /// Solves (zI - A)' y = c' from the factors.
+  template <int Order>
   std::array<Complex, kStates> adjoint(const std::array<std::array<Complex, kStates>, kStates>& m,
                                        const std::array<Complex, kStates>& pivots) const {
     std::array<Complex, kStates> y;
-    for (int i = 0; i < order_; ++i) {
+    for (int i = 0; i < Order; ++i) {
       y[at(i)] = drive_.system.c(i);
       for (int c = 0; c < i; ++c) y[at(i)] -= product(m[at(c)][at(i)], y[at(c)]);
       y[at(i)] = product(y[at(i)], pivots[at(i)]);
     }
-    for (int i = order_ - 1; i >= 0; --i)
-      for (int r = i + 1; r < order_; ++r) y[at(i)] -= product(m[at(r)][at(i)], y[at(r)]);
+    for (int i = Order - 1; i >= 0; --i)
+      for (int r = i + 1; r < Order; ++r) y[at(i)] -= product(m[at(r)][at(i)], y[at(r)]);
     return y;
   }
 

@@ -191,21 +191,35 @@ class OutputErrorFitter {
     auto noises = config_.noise_start.empty() ? noises_of_residual() : config_.noise_start;
     constexpr int kRounds = 5;
     bool wanders = false;
+    double before = std::numeric_limits<double>::infinity();
     for (int round = 0; round < kRounds; ++round) {
       if (dry() && round > 0) set_friction(raw_x());
       for (int r = 0; r < records(); ++r) part(r).noise = noises[static_cast<std::size_t>(r)];
       solve(true, active_);
+      const double result_cost = result_.cost;
       const bool lost = !result_.converged, lost_again = lost && wanders;
       wanders = lost;
       solve_linear_part_raw();
       weigh_whitened();
       if ((lost && lag_is_none()) || (lost_again && dry())) break;
+      if (is_behind(std::exchange(before, result_cost), result_cost)) break;
       noises = noises_of_residual();
       bool settled = records() == 1 || round > 1;
       for (int r = 0; r < records(); ++r)
         settled = settled && alike(noises[static_cast<std::size_t>(r)], part(r).noise);
       if (settled && (!dry() || round > 1)) break;
     }
+  }
+
+  /// Whether the fit whose noise was the start is clearly better, and further rounds would not change that.
+  [[nodiscard]] bool is_behind(double before, double now) const {
+    double of_start = 0.0;
+    for (int r = 0; r < records() && !config_.noise_start.empty(); ++r)
+      of_start += 0.5 * static_cast<double>(part(r).samples) * std::pow(part(r).weight, 2) *
+                  config_.noise_start[static_cast<std::size_t>(r)].innovation_variance;
+    constexpr double kClearly = 1.05, kHardly = 0.1;
+    const double behind = now - kClearly * of_start;
+    return of_start > 0.0 && behind > 0.0 && before - now < kHardly * behind;
   }
 
   /// Whether the search for a lag or filter ended where there is none.
@@ -336,8 +350,11 @@ class OutputErrorFitter {
     const Effort effort{iterations, config_.noise_model ? 1e-9 : 1e-14};
     const std::unique_ptr<bool[]> flags(new bool[mask.size()]);
     std::copy(mask.begin(), mask.end(), flags.get());
-    result_ =
-        detail::minimise(cost_of(setup_, signals, mask), x_, {flags.get(), mask.size()}, bounds, effort);
+    const std::span<const bool> active(flags.get(), mask.size());
+    const bool linear =
+        std::none_of(mask.begin(), mask.begin() + kParameterCount, [](bool on) { return on; });
+    result_ = linear ? minimise_linear(*cost_of(setup_, signals, mask), x_, active)
+                     : detail::minimise(cost_of(setup_, signals, mask), x_, active, bounds, effort);
     with_noise_ = with_noise;
     if (!mask[kDrivenInertia]) return;
     physical_ = result_;

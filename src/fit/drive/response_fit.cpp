@@ -88,12 +88,16 @@ struct Fitter {
 
   /// From a soft weighting towards the data's own: a start far off must not follow its best-measured lines.
   ResponseFit settle(const DriveModel& start) const {
-    const bool soft = config.weighting == Weighting::model_error;
-    constexpr double kNothing = 0.99;           // model error: other weights will explain no more
+    if (config.weighting != Weighting::model_error) return run(start, config.weighting, 0.0);
     constexpr detail::Effort kNear{100, 1e-8};  // the rounds that follow go on from there
-    auto fit =
-        run(start, config.weighting, soft ? config.initial_error : 0.0, soft ? kNear : detail::Effort{});
-    for (int round = 0; soft && round < 12; ++round) {
+    return reweight(run(start, config.weighting, config.initial_error, kNear));
+  }
+
+  /// The rounds that follow: the weighting is that of the model error that the last fit leaves.
+  ResponseFit reweight(ResponseFit fit) const {
+    constexpr double kNothing = 0.99;             // model error: other weights will explain no more
+    constexpr detail::Effort kRound{100, 1e-10};  // far below what the likelihood tells apart
+    for (int round = 0; round < 12; ++round) {
       const double parameters =
           static_cast<double>(std::count(fit.model.estimated.begin(), fit.model.estimated.end(), true));
       const double free = std::max(0.1, 1.0 - parameters / static_cast<double>(2 * lines.lines()));
@@ -101,7 +105,7 @@ struct Fitter {
                                             static_cast<double>(lines.lines()) / known_repetition(lines));
       if (error > kNothing) break;
       const double before = fit.model_error;
-      fit = run(fit.model, Weighting::model_error, error);
+      fit = run(fit.model, Weighting::model_error, error, kRound);
       if (std::abs(error - before) <= 1e-3 * before + 1e-9) break;
     }
     return fit;
@@ -203,6 +207,36 @@ struct Fitter {
   }
 };
 
+/// Every n-th line, in all about `count`.
+data::FrequencyResponse some_of(const data::FrequencyResponse& lines, std::size_t count) {
+  data::FrequencyResponse few;
+  few.correlation = lines.correlation;
+  few.smoothing.width_hz = lines.smoothing.width_hz;
+  for (std::size_t i = 0; i < lines.lines(); i += lines.lines() / count) {
+    few.frequency_hz.push_back(lines.frequency_hz[i]);
+    few.value.push_back(lines.value[i]);
+    few.std.push_back(lines.std[i]);
+    if (!lines.smoothing.slope.empty()) few.smoothing.slope.push_back(lines.smoothing.slope[i]);
+  }
+  return few;
+}
+
+/// A search takes many steps far from its end, for which few lines do; the last ones are made with all.
+ResponseFit search(const Fitter& fitter, const DriveModel& start) {
+  constexpr std::size_t kFew = 300;
+  if (fitter.config.weighting != Weighting::model_error || fitter.lines.lines() < 2 * kFew)
+    return fitter.settle(start);
+  const auto few = some_of(fitter.lines, kFew);
+  auto near = Fitter{few, fitter.config}.settle(start);
+  const double error = near.model_error;
+  auto fit = fitter.reweight(std::move(near));
+  // What stands between the few lines may be a mode.
+  constexpr double kAlike = 1.3, kSmall = 0.01;
+  if (fit.converged && fit.model_error < kAlike * error + kSmall) return fit;
+  auto with_all = fitter.settle(start);
+  return with_all.converged && (!fit.converged || fitter.worse(fit, with_all)) ? with_all : fit;
+}
+
 /// Delay at which the model's phase follows the response best: the largest Re sum conj(G) Gm e^{-jwd}, each
 /// line weighted by how well it is known. The cost's own valley is only about 1/band wide, too narrow to be
 /// found from 0.
@@ -281,7 +315,7 @@ expected<ResponseFit, Error> fit_response(const data::FrequencyResponse& respons
   constexpr double kExplains = 1.2;  // misfit of a model that needs no other start
   std::optional<ResponseFit> best;
   for (const auto& start : starts) {
-    auto fit = fitter.settle(start);
+    auto fit = search(fitter, start);
     const bool better = !best || (fit.converged && (!best->converged || fitter.worse(*best, fit)));
     if (better) best = std::move(fit);
     if (best->converged && best->misfit > 0.0 && best->misfit < kExplains) break;
