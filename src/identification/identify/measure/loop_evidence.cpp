@@ -5,6 +5,7 @@
 #include <cmath>
 #include <identification/criteria.hpp>
 #include <identification/identify/measure/loop_evidence.hpp>
+#include <identification/identify/measure/thinned.hpp>
 #include <limits>
 #include <resonid/base/constants.hpp>
 #include <resonid/base/detail/statistics.hpp>
@@ -237,9 +238,10 @@ bool unit_was_assumed(const data::Record& record) {
 
 }  // namespace
 
-std::optional<Finding> inspect_quantity(const data::Record& record, const data::FrequencyResponse& response) {
+std::optional<Finding> inspect_quantity(const data::Record& record, const data::FrequencyResponse& measured) {
   using data::OutputQuantity;
   if (!unit_was_assumed(record)) return std::nullopt;
+  const auto response = thinned(measured);
   const double step = record.sample_time_s();
   const auto error_of = [&](const data::FrequencyResponse& g, double lag_s) {
     double least = std::numeric_limits<double>::infinity();

@@ -22,6 +22,12 @@ constexpr double kNear = 0.05;  ///< Model error of a start that a fit to the re
 
 constexpr double kNothing = 4.0;  ///< Chi-square of one degree of freedom that a chance of 5 % exceeds.
 
+double least_bic(const DriveCandidate& candidate) {
+  double least = std::numeric_limits<double>::infinity();
+  for (const auto& v : candidate.variants) least = std::min(least, v.second.bic);
+  return least;
+}
+
 bool holds(const fit::ResponseFit& fit) { return fit.model_error < kCriteria.true_enough; }
 
 /// What a score test says that the parameter would gain; as much as may be where there is none.
@@ -64,24 +70,6 @@ Difference difference(const std::vector<std::complex<double>>& fitted,
                 (std::numbers::ln2 * std::sqrt(std::max(1.0, static_cast<double>(squares.size()))));
   const double whole = median(squares) / std::numbers::ln2;
   return {std::sqrt(whole), std::sqrt(std::max(0.0, whole - chance * median(noise)))};
-}
-
-data::FrequencyResponse thinned(const data::FrequencyResponse& g) {
-  constexpr std::size_t kLines = 2000;
-  if (g.lines() <= kLines) return g;
-  std::vector<std::size_t> usable;
-  for (std::size_t k = 0; k < g.lines(); ++k)
-    if (g.std[k] < kCriteria.usable_line * std::abs(g.value[k])) usable.push_back(k);
-  if (usable.size() < 10) return g;
-  data::FrequencyResponse few;
-  const std::size_t count = std::min(kLines, usable.size());
-  for (std::size_t i = 0; i < count; ++i) {
-    const std::size_t k = usable[i * usable.size() / count];
-    few.frequency_hz.push_back(g.frequency_hz[k]);
-    few.value.push_back(g.value[k]);
-    few.std.push_back(g.std[k]);
-  }
-  return few;
 }
 
 bool is_astray(const DriveCandidate& candidate, const DriveCandidate& rival) {
@@ -210,15 +198,22 @@ void CandidateFits::add_variants(DriveCandidate& candidate, const std::vector<fi
 }
 
 /// Parameters without which a machine that has them is hardly found, so that no score test asks for them: a
-/// spring where the velocity leads or nothing else holds, a lag where nothing else does.
-std::vector<fit::Parameter> CandidateFits::likely_at_first(const DriveCandidate& candidate) const {
-  const bool none_holds = std::none_of(candidate.variants.begin(), candidate.variants.end(),
-                                       [](const auto& v) { return holds(v.second); });
-  std::vector<fit::Parameter> likely;
-  if (none_holds || leads_at_first(response_))
-    likely = {fit::kMotorGroundStiffness, fit::kLoadGroundStiffness};
-  if (none_holds) likely.push_back(fit::kTorqueLag);
-  return likely;
+/// lag where nothing holds, a spring where nothing does with it either or the velocity leads.
+void CandidateFits::add_likely_variants(DriveCandidate& candidate) const {
+  const auto given = demanded(candidate.structure);
+  const auto none_holds = [&] {
+    return std::none_of(candidate.variants.begin(), candidate.variants.end(),
+                        [](const auto& v) { return holds(v.second); });
+  };
+  const auto add = [&](fit::Parameter p) {
+    if (offered({candidate.structure, false, false, false, given}, p)) add_variants(candidate, {p}, nullptr);
+  };
+  if (none_holds()) add(fit::kTorqueLag);
+  if (!none_holds() && !leads_at_first(response_)) return;
+  const double free = least_bic(candidate);
+  add(fit::kMotorGroundStiffness);
+  // Whichever side a spring holds, the driven side moves nearly alike.
+  if (leads_at_first(response_) || least_bic(candidate) < free) add(fit::kLoadGroundStiffness);
 }
 
 DriveCandidate CandidateFits::fit_to_response(Structure structure, const Variant* like) const {
@@ -226,9 +221,7 @@ DriveCandidate CandidateFits::fit_to_response(Structure structure, const Variant
   candidate.structure = structure;
   const auto given = like != nullptr ? like->further : demanded(structure);
   add_variants(candidate, given, like);
-  if (like == nullptr)
-    for (const auto p : likely_at_first(candidate))
-      if (offered({structure, false, false, false, given}, p)) add_variants(candidate, {p}, nullptr);
+  if (like == nullptr) add_likely_variants(candidate);
   // Lines that repeat one another, smoothed ones or those that a model misses in a smooth way, count as the
   // fewer that they are worth; by the variant that leaves least unexplained.
   double repeated = std::numeric_limits<double>::infinity();
@@ -398,6 +391,15 @@ void CandidateFits::extend_fit_to_record(DriveCandidate& candidate, const DriveC
   // What was taken for friction may have hidden it, or stood for it.
   if (candidate.record_fit && name_of(candidate.variant()) != before)
     extend_dry_friction(candidate.record_variant, *candidate.record_fit);
+}
+
+bool CandidateFits::fit_chosen(DriveCandidate& candidate) const {
+  const auto& found = *candidate.record_fit;
+  auto fit = fit_to_records(candidate.record_variant, found.model, friction_of(found));
+  if (!fit) return false;
+  candidate.record_fit = std::move(fit);
+  extend_by_record(candidate, false);
+  return true;
 }
 
 void CandidateFits::contest_ground(DriveCandidate& candidate) const {

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <identification/identify/measure/methods.hpp>
+#include <identification/identify/measure/thinned.hpp>
 #include <identification/identify/select/record_fit.hpp>
 #include <identification/identify/select/variant.hpp>
 #include <optional>
@@ -62,10 +63,6 @@ struct Difference {
 /// Whether the band shows every mode: one that nothing in it shows is idle parameters of a simpler machine.
 [[nodiscard]] bool modes_are_seen(const fit::DriveModel& model, const Plan& plan);
 
-/// At most 2000 of the usable lines, evenly taken: the fits' cost must not grow with the 65 535 lines of a
-/// long PRBS, most of them noise. What is left out comes back in the fit to the record.
-[[nodiscard]] data::FrequencyResponse thinned(const data::FrequencyResponse& response);
-
 /// Fits the variants of one structure, to the response and from there to the record, or to several records in
 /// one likelihood. Beside the response's fits, `starts` of the same structure begin those to the records.
 class CandidateFits {
@@ -107,6 +104,10 @@ class CandidateFits {
   /// Dry friction acts as it was found with the chosen one.
   void for_comparison(DriveCandidate& candidate, const DriveCandidate& chosen) const;
 
+  /// A candidate that was chosen on stretches of the record fitted to all of it, and what more its score
+  /// tests ask for. Says whether that came out.
+  [[nodiscard]] bool fit_chosen(DriveCandidate& candidate) const;
+
  private:
   /// What a fit to the record must hold against the measured response.
   struct Acceptance {
@@ -126,12 +127,14 @@ class CandidateFits {
   /// Fits to the response with and without friction and delay.
   void add_variants(DriveCandidate& candidate, const std::vector<fit::Parameter>& further,
                     const Variant* like) const;
-  [[nodiscard]] std::vector<fit::Parameter> likely_at_first(const DriveCandidate& candidate) const;
+  void add_likely_variants(DriveCandidate& candidate) const;
   /// Adds, one after the other, the parameters that pay: to the response's best fit, to the record's.
   void extend_by_response(DriveCandidate& candidate) const;
   /// Adds the variant with a filter of the measured velocity where none without it holds.
   void add_filtered(DriveCandidate& candidate) const;
-  void extend_by_record(DriveCandidate& candidate) const;
+  void extend_by_record(DriveCandidate& candidate, bool instead_of_others = true) const;
+  /// Variants that the response rules out beside the one that was found.
+  void drop_ruled_out(std::vector<Variant>& variants, const Variant& own, const fit::DriveModel& found) const;
   /// A fit along which dry friction acts as it was found, beginning with the noise of that fit.
   [[nodiscard]] fit::OutputErrorConfig as_it_slides(const Variant& variant, const fit::DriveModel& start,
                                                     const RecordFit& found) const;

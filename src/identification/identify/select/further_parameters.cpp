@@ -102,6 +102,7 @@ void CandidateFits::extend_by_response(DriveCandidate& candidate) const {
     const double repeated = told.repetition;
     std::optional<std::pair<Variant, fit::ResponseFit>> best;
     double least = told.bic_for(repeated);
+    std::set<std::string> bare;  // tried without lags
     const auto consider = [&](const Variant& wider) {
       std::vector<std::optional<fit::DriveModel>> starts = {start_of_other(wider, variant, told.model)};
       if (wider.grounded()) starts.emplace_back(std::nullopt);
@@ -114,6 +115,7 @@ void CandidateFits::extend_by_response(DriveCandidate& candidate) const {
         }
         if (fit && implausible(tested, fit->model) && lags(variant) && lags(tested)) {
           tested = without_lags(tested);
+          if (!bare.insert(name_of(tested)).second) continue;
           fit = response_fit(tested, start_of_other(tested, wider, fit->model), true);
         }
         if (!fit || implausible(tested, fit->model)) continue;
@@ -164,8 +166,10 @@ void CandidateFits::add_filtered(DriveCandidate& candidate) const {
     if (!start) continue;
     start->model.output_filter_s = filter_s;
     auto fit = response_fit(filtered, start->model, true);
+    constexpr double kSame = 1e-3;
+    const bool again = fit && best && std::abs(fit->likelihood - best->likelihood) < kSame;
     if (fit && (!best || fit->likelihood < best->likelihood)) best = std::move(fit);
-    if (best && best->model_error < kCriteria.true_enough) break;
+    if (again || (best && best->model_error < kCriteria.true_enough)) break;
   }
   if (!best) return;
   const auto& front = candidate.variants.front().second;
@@ -196,6 +200,25 @@ std::vector<Variant> CandidateFits::instead_of_delay(const Variant& variant, boo
   return others;
 }
 
+void CandidateFits::drop_ruled_out(std::vector<Variant>& variants, const Variant& own,
+                                   const fit::DriveModel& found) const {
+  if (variants.empty()) return;
+  const auto by_lines = [&](Variant v) {
+    auto fit = response_fit(v, start_of_other(v, own, found), true);
+    if (fit || !v.friction) return fit;
+    v.friction = false;  // it came out as one that drives: the least there is, is none
+    return response_fit(v, start_of_other(v, own, found), true);
+  };
+  const auto told = by_lines(own);
+  if (!told || told->model_error > kCriteria.misfit) return;
+  std::erase_if(variants, [&](const Variant& v) {
+    const auto other = by_lines(v);
+    if (!other) return false;
+    const double repeated = std::min(told->repetition, other->repetition);
+    return other->bic_for(repeated) > told->bic_for(repeated) + kCriteria.ruled_out;
+  });
+}
+
 std::optional<RecordFit> CandidateFits::fit_to_records_as_it_slides(const Variant& variant,
                                                                     const fit::DriveModel& start,
                                                                     const RecordFit& found) const {
@@ -207,7 +230,7 @@ std::optional<RecordFit> CandidateFits::fit_to_records_as_it_slides(const Varian
 
 /// The score test says what would pay, before it is fitted. Along a motion with dry friction every fit takes
 /// long: what is to be compared is fitted with the friction that was found, and only the best with its own.
-void CandidateFits::extend_by_record(DriveCandidate& candidate) const {
+void CandidateFits::extend_by_record(DriveCandidate& candidate, bool instead_of_others) const {
   constexpr double kRounding = 1e-6;  // per cent of the output that a fit leaves
   for (int round = 0; round < kMostExtras && candidate.record_fit; ++round) {
     const RecordFit& found = *candidate.record_fit;
@@ -215,17 +238,20 @@ void CandidateFits::extend_by_record(DriveCandidate& candidate) const {
     std::array<double, fit::kParameterCount> gain{};
     for (const auto& record : found.records)
       for (const auto& l : record.lacking) gain[static_cast<std::size_t>(l.parameter)] += l.gain;
+    // What chance alone adds up to over several records, one degree of freedom each, with three deviations.
+    const double others = static_cast<double>(found.records.size() - 1);
+    const double clearly = kCriteria.clearly_better + others + 3.0 * std::sqrt(2.0 * others);
     const Variant variant = candidate.record_variant;
     std::vector<Variant> wider;
     for (const auto p : kExtras) {
-      if (exact || gain[static_cast<std::size_t>(p)] < kCriteria.clearly_better || !offered(variant, p))
-        continue;
+      if (exact || gain[static_cast<std::size_t>(p)] < clearly || !offered(variant, p)) continue;
       if (p == fit::kOutputFilter && offered(variant, fit::kTorqueLag) &&
           gain[fit::kTorqueLag] > gain[fit::kOutputFilter])
         continue;
       wider.push_back(with(variant, p));
     }
-    const auto instead = instead_of_delay(variant, true);
+    auto instead = instead_of_others ? instead_of_delay(variant, true) : std::vector<Variant>();
+    drop_ruled_out(instead, variant, found.model);
     wider.insert(wider.end(), instead.begin(), instead.end());
     if (wider.empty()) return;
     const auto fitted = [&](const Variant& v, const fit::DriveModel& start) {

@@ -8,6 +8,7 @@
 #include <identification/identify/judge/slipped_samples.hpp>
 #include <identification/identify/select/drive_candidate.hpp>
 #include <identification/identify/select/select_drive.hpp>
+#include <identification/identify/select/stretches.hpp>
 #include <identification/progress.hpp>
 #include <limits>
 #include <resonid/diagnostics/residuals.hpp>
@@ -33,11 +34,15 @@ std::vector<Structure> structures(ModelChoice choice) {
 
 class Selector {
  public:
+  /// `whole`: the one that the records are stretches of, if so; the chosen model is fitted to it.
   Selector(std::span<const data::Record> records, const Plan& plan, const Options& options,
-           const data::FrequencyResponse& response, std::span<const fit::DriveModel> starts, bool to_records)
+           const data::FrequencyResponse& response, std::span<const fit::DriveModel> starts, bool to_records,
+           const data::Record* whole = nullptr)
       : records_(records),
+        whole_(whole),
         plan_(plan),
         options_(options),
+        starts_(starts),
         fits_(records, plan, options, response, starts, to_records) {}
 
   std::optional<Selection> run() {
@@ -92,7 +97,7 @@ class Selector {
     constexpr std::size_t kQuick = 50'000;
     for (auto& candidate : candidates)
       if (candidate.structure == Structure::rigid && !candidate.record_fit && candidates[chosen].record_fit &&
-          records_.front().samples() <= kQuick)
+          whole_ == nullptr && records_.front().samples() <= kQuick)
         fits_.for_comparison(candidate, candidates[chosen]);
     return finish(candidates, chosen);
   }
@@ -206,7 +211,10 @@ class Selector {
   [[nodiscard]] Choice reason(const std::vector<Candidate>& candidates, std::size_t chosen) const {
     const auto& c = candidates[chosen];
     Choice choice{"structure", name_of(c.variant()), ""};
-    const char* whole = records_.size() == 1 ? "the recording" : "the recordings";
+    const std::string whole = whole_ != nullptr
+                                  ? fmt::format("{} stretches of the recording", records_.size())
+                              : records_.size() == 1 ? "the recording"
+                                                     : "the recordings";
     if (options_.model != ModelChoice::automatic)
       choice.because = "as specified";
     else if (c.validated)
@@ -219,11 +227,18 @@ class Selector {
     return choice;
   }
 
-  Selection finish(std::vector<Candidate>& candidates, std::size_t chosen) const {
+  std::optional<Selection> finish(std::vector<Candidate>& candidates, std::size_t chosen) const {
     Selection s;
     s.structures = trials_of(candidates, chosen);
     s.choice = reason(candidates, chosen);
     auto& candidate = candidates[chosen];
+    if (whole_ != nullptr && candidate.record_fit) {
+      tell(options_,
+           fmt::format("fitting the {} model to the whole recording", fit::name_of(candidate.structure)));
+      const CandidateFits fits({whole_, 1}, plan_, options_, fits_.response(), starts_, true);
+      if (!fits.fit_chosen(candidate)) return std::nullopt;
+    }
+    const data::Record& record = whole_ != nullptr ? *whole_ : records_.front();
     if (candidate.structure == Structure::three_mass && candidate.record_fit)
       for (const auto& c : candidates)
         if (c.structure == Structure::two_mass && c.record_fit)
@@ -241,14 +256,13 @@ class Selector {
       s.result.further_friction = fit.further_friction;
       s.against_others = fit.against_others;
       s.residual_rms = fit.residual_rms;
-      for (const auto& record : fit.records) s.fit_percents.push_back(record.fit_percent);
+      for (const auto& own : fit.records) s.fit_percents.push_back(own.fit_percent);
       if (fit.records.size() == 1) {
         s.inconstant = inconstant(fit.records[0].constancy);
         // A model that is wrong in one respect is so in others, which chance alone does not show.
         if (!s.inconstant.empty()) widen(fit.records[0].constancy, s.result.drive);
-        s.outliers = inspect_slips(records_.front().output.samples, fit.records[0]);
-        if (!s.outliers)
-          s.outliers = inspect_outliers(fit.records[0], records_.front().sample_time_s(), plan_.hold);
+        s.outliers = inspect_slips(record.output.samples, fit.records[0]);
+        if (!s.outliers) s.outliers = inspect_outliers(fit.records[0], record.sample_time_s(), plan_.hold);
         s.residual = std::move(fit.records[0].residual);
         s.residual_start = fit.records[0].first_sample;
         s.result.offset = fit.records[0].offset;
@@ -258,8 +272,10 @@ class Selector {
   }
 
   std::span<const data::Record> records_;
+  const data::Record* whole_;
   const Plan& plan_;
   const Options& options_;
+  std::span<const fit::DriveModel> starts_;
   const CandidateFits fits_;
 };
 
@@ -273,6 +289,11 @@ std::optional<Selection> select_model(std::span<const data::Record> records, con
                                       const Options& options, const data::FrequencyResponse& response,
                                       std::span<const fit::DriveModel> starts, bool to_records) {
   if (response.std.size() != response.lines()) return std::nullopt;
+  if (to_records && records.size() == 1 && records.front().samples() > kLongRecord) {
+    const auto parts = stretches_of(records.front(), plan.low_hz, plan.sweep.has_value());
+    auto selection = Selector(parts, plan, options, response, starts, to_records, &records.front()).run();
+    if (selection && selection->result.from_record) return selection;
+  }
   return Selector(records, plan, options, response, starts, to_records).run();
 }
 
