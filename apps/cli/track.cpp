@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include <CLI/App.hpp>
+#include <algorithm>
 #include <cmath>
 #include <iterator>
 #include <memory>
@@ -33,6 +34,9 @@ namespace {
 
 /// Rows that page, JSON and summary are made of; the CSV file holds all.
 constexpr std::size_t kKeptRows = 2000;
+/// Rows of a long recording, unless --every is given: the modes of every sample take longer than the
+/// tracking.
+constexpr std::size_t kMostRows = 200'000;
 
 struct TrackVerbOptions {
   RecordOptions record;
@@ -124,7 +128,8 @@ void add_method(CLI::App& verb, TrackVerbOptions& o) {
   add_number(verb, "--false-alarms", t.false_alarm_interval_s, "SECONDS",
              "mean time between changes that are none");
   static_assert(std::is_same_v<std::size_t, std::uint64_t>);
-  add_count(verb, "--every", t.every, "a row every so many samples", 1);
+  add_count(verb, "--every", t.every, "a row every so many samples", 1)
+      ->default_str(fmt::format("1, or what leaves {} rows", kMostRows));
   verb.add_flag("--raw-time", t.raw_time,
                 "time of the newest sample instead of the time that the estimate describes");
   verb.add_option("--result", o.result,
@@ -164,6 +169,8 @@ void run_track(CLI::App& verb, TrackVerbOptions& o) {
   o.track.common = o.method.options;
   o.track.common.progress = [&progress](std::string_view stage) { progress.stage(stage); };
   o.track.kept_rows = kKeptRows;
+  if (verb.get_option("--every")->count() == 0)
+    o.track.every = std::max<std::size_t>(1, record.samples() / kMostRows);
   std::optional<RowWriter> writer;
   if (!o.out.empty()) {
     o.track.on_columns = [&](std::span<const std::string> names) { writer.emplace(o.out).columns(names); };
