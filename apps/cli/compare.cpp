@@ -54,21 +54,26 @@ void run_compare(CLI::App& verb, CompareVerb& o) {
     throw UsageError(fmt::format("--confidence: found {:g}, required between 0 and 1", o.options.confidence));
   refuse_unwritable({o.report, o.json});
   const auto first = read_result(o.first), second = read_result(o.second);
-  if (o.weight.empty()) inherit(verb, first.options, o.first);
+  // With a weight of its own the comparison needs none, the Nyquist curves do.
+  inherit(verb, first.options, o.first);
+  if (o.controller.empty()) inherit(verb, second.options, o.second);
   const double sample_time_s = 1.0 / first.record.sample_rate_hz;
+  std::optional<data::TransferFunction> controller;
   if (!o.controller.empty()) {
-    auto controller = io::read_controller(o.controller, sample_time_s);
-    if (!controller) throw UsageError("--controller: " + message_of(controller.error()));
-    o.options.weight = std::move(*controller);
-  } else if (!o.weight.empty()) {
-    o.options.weight = weight_of(o.weight, sample_time_s);
+    auto read = io::read_controller(o.controller, sample_time_s);
+    if (!read) throw UsageError("--controller: " + message_of(read.error()));
+    controller = std::move(*read);
   }
+  if (!o.weight.empty())
+    o.options.weight = weight_of(o.weight, sample_time_s);
+  else if (controller)
+    o.options.weight = controller;
   auto comparison = identification::compare(first, second, o.options).value();
   put_in_options(comparison);
   const auto provenance = provenance_of_files({o.first, o.second});
   if (!o.report.empty()) {
     report::ComparedResults results{first, second};
-    if (!o.controller.empty()) results.controller = o.options.weight;
+    results.controller = controller;
     auto page = report::document(comparison, results);
     page.provenance = provenance;
     write_output(o.report, report::document_page(page));
@@ -100,8 +105,8 @@ void add_compare(CLI::App& app) {
       "Example:\n"
       "  resonid compare january.json june.json --controller pi:1.036,0.147 --report changes.html\n"
       "A.json and B.json are what 'resonid identify ... --json FILE' writes. Responses are compared by their "
-      "chordal distance, which depends on the unit: they are scaled by the controller, that of A unless "
-      "given, or by a "
+      "chordal distance, which depends on the unit: they are scaled by the controller, that of A (else of B) "
+      "unless given, or by a "
       "weight (--weight 1: not at all).");
   const auto o = std::make_shared<CompareVerb>();
   verb->add_option("A", o->first, "result of identify --json, the baseline")->required()->type_name("A.json");

@@ -77,6 +77,21 @@ TEST_F(Compare, SaysThatTheSameMachineIsTheSame) {
   EXPECT_TRUE(c.at("response_distance").at("weighted"));  // by the controller that the first result tells
 }
 
+TEST_F(Compare, DrawsTheLoopOfTheControllerThatEitherResultTells) {
+  make("told", 143.75, 1);
+  const auto silent = run("identify told.csv --delay 0.004 --json silent.json");
+  ASSERT_EQ(silent.exit_code, 0) << silent.error;
+  const auto drawn = [&](const std::string& arguments) {
+    const auto done = run("compare " + arguments + " --report c.html");
+    EXPECT_EQ(done.exit_code, 0) << done.error;
+    return text("c.html").find("Nyquist curves of L = C G") != std::string::npos;
+  };
+  EXPECT_TRUE(drawn("told.json told.json"));
+  EXPECT_TRUE(drawn("silent.json told.json"));
+  EXPECT_TRUE(drawn("told.json told.json --weight 1"));
+  EXPECT_FALSE(drawn("silent.json silent.json"));
+}
+
 /// Intervals of change and v-gap hold the truth; on one machine the gap is what noise makes.
 TEST_F(Compare, RepeatsBothExperimentsWhereBothWereBootstrapped) {
   const std::string replicas = " --model two-mass --bootstrap 60 --jobs 2";

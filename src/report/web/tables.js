@@ -294,6 +294,7 @@ export function recordTable(root, data) {
     const unit = units[role] ? ` in ${prettyUnit(units[role])}` : "";
     if (typeof column === "string") rows.push([words(role) + " taken from", `column ${column}${unit}`]);
   }
+  if (Array.isArray(record.reading) && record.reading.length > 0) rows.push(["Reader", record.reading.join("; ")]);
   if (data.method) rows.push(["Method", data.method]);
   if (data.approach) rows.push(["Approach", APPROACH[data.approach] ?? data.approach]);
   if (rows.length === 0) return;

@@ -154,3 +154,12 @@ test("the frequency axis reaches for the lines that say something", () => {
   assert.deepEqual(curves.shownBand([line(0.2, true), line(90, true)], model), [0.1, 100]);
   assert.deepEqual(curves.shownBand([], model), [0.1, 100]);
 });
+
+test("what the reader found stands beside what was recorded", () => {
+  let html = "";
+  const box = { insertAdjacentHTML: (_, added) => { html += added; } };
+  globalThis.document = { createElement: () => box };
+  tables.recordTable({ append: () => {} }, { record: { file: "r.csv", samples: 100, reading: ["decimal comma", "no unit in 'u': Nm assumed"] }, method: "welch" });
+  delete globalThis.document;
+  assert.match(html, />Reader<.*decimal comma; no unit in/);
+});
