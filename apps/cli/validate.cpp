@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include <CLI/App.hpp>
+#include <algorithm>
 #include <cctype>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -57,6 +58,17 @@ void inherit_from_model(CLI::App& verb, const ValidateVerb& o) {
     inherit(verb, result->options, o.model, is_of_record(*result, o.record.record));
 }
 
+/// By the hashes of the files; not known of a result without them.
+std::optional<bool> is_own_record(const std::string& model, const report::Provenance& now) {
+  const auto json = io::read_json(model);
+  const auto then = json ? report::provenance_of(*json) : std::nullopt;
+  if (!then || then->files.empty() || now.files.empty()) return std::nullopt;
+  const auto& record = now.files.back();
+  if (record.sha256.empty()) return std::nullopt;
+  return std::any_of(then->files.begin(), then->files.end(),
+                     [&](const auto& file) { return file.sha256 == record.sha256; });
+}
+
 std::string residual_csv(const identification::ModelValidation& v, const data::Record& record) {
   std::vector<double> time, output;
   for (std::size_t k = 0; k < v.residual.size(); ++k) {
@@ -91,13 +103,14 @@ void run_validate(CLI::App& verb, ValidateVerb& o) {
   if (verb.get_option("--delay")->count() == 0) o.method.options.delay_s = candidate.known_delay_s;
   o.method.options.progress = [&progress](std::string_view stage) { progress.stage(stage); };
   progress.stage("simulating");
-  auto v = identification::validate(record, candidate, {o.method.options, o.max_lag, o.fit_band_hz});
+  const auto provenance = provenance_of_files({o.model, o.record.record});
+  auto v = identification::validate(
+      record, candidate, {o.method.options, o.max_lag, o.fit_band_hz, is_own_record(o.model, provenance)});
   if (!v)
     throw UsageError(v.error().field == "candidate" ? o.model + ": " + v.error().requirement.str()
                                                     : in_options(v.error()));
   put_in_options(*v);
   if (!o.residual.empty()) write_output(o.residual, residual_csv(*v, record));
-  const auto provenance = provenance_of_files({o.model, o.record.record});
   if (!o.report.empty()) {
     auto page = report::document(*v, record);
     page.provenance = provenance;

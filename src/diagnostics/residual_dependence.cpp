@@ -1,10 +1,13 @@
 // SPDX-License-Identifier: MIT
 #include <algorithm>
 #include <cmath>
+#include <complex>
+#include <resonid/base/constants.hpp>
 #include <resonid/base/detail/statistics.hpp>
 #include <resonid/diagnostics/detail/residual_dependence.hpp>
 #include <resonid/fit/detail/noise_model.hpp>
 
+#include "diagnostics/lag_regression.hpp"
 #include "linalg/decompositions.hpp"
 
 namespace resonid::diagnostics {
@@ -15,40 +18,8 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
 constexpr std::size_t kSamplesPerUnknown = 4;
-constexpr double kRank = 1e-10;  // of the largest eigenvalue
 
 std::size_t noise_order(std::size_t samples) { return std::min<std::size_t>(32, samples / 20); }
-
-/// The lags `first` ... `last` of a signal as columns; rows begin at sample `skip`.
-MatrixXd lagged(std::span<const double> x, std::size_t first, std::size_t last, std::size_t skip) {
-  const auto rows = static_cast<Index>(x.size() - skip);
-  MatrixXd columns(rows, static_cast<Index>(last - first + 1));
-  for (std::size_t lag = first; lag <= last; ++lag)
-    columns.col(static_cast<Index>(lag - first)) = Eigen::Map<const VectorXd>(x.data() + (skip - lag), rows);
-  return columns;
-}
-
-/// The same, filtered by the noise model; rows begin at sample order + `skip`.
-MatrixXd whitened_lags(std::span<const double> x, const fit::NoiseModel& noise, std::size_t first,
-                       std::size_t last, std::size_t skip) {
-  return lagged(fit::whiten(x, noise), first, last, skip);
-}
-
-void centre(MatrixXd& columns) {
-  for (Index j = 0; j < columns.cols(); ++j) columns.col(j).array() -= columns.col(j).mean();
-}
-
-/// W with W^T (X^T X) W = I over the directions that X has.
-MatrixXd inverse_root(const MatrixXd& gram) {
-  const VectorXd scale = gram.diagonal().cwiseSqrt().cwiseMax(1e-300).cwiseInverse();
-  const auto axes = linalg::symmetric_eigenpairs(scale.asDiagonal() * gram * scale.asDiagonal());
-  const double limit = kRank * std::max(0.0, axes.values(gram.rows() - 1));
-  Index kept = 0;
-  for (Index i = 0; i < gram.rows(); ++i)
-    if (axes.values(i) > limit) ++kept;
-  return scale.asDiagonal() * axes.vectors.rightCols(kept) *
-         axes.values.tail(kept).cwiseSqrt().cwiseInverse().asDiagonal();
-}
 
 /// Chance of a sum of squares T over sigma^2, sigma^2 from `freedom` other degrees: Bartlett's correction of
 /// the likelihood ratio.
@@ -58,36 +29,96 @@ double chance(double statistic, std::size_t degrees, double freedom) {
   return chi_square_tail(corrected, degrees);
 }
 
-}  // namespace
-
-ResidualDependence residual_dependence(std::span<const double> residual, std::span<const double> signal,
-                                       std::size_t lags, const MatrixXd& uncertainty) {
+/// Residual on columns that the noise of this sample cannot be in.
+ResidualDependence dependence_on(std::span<const LaggedColumns> past, std::span<const double> residual,
+                                 const fit::NoiseModel& noise, std::size_t skip,
+                                 const ModelUncertainty& uncertainty) {
   ResidualDependence d;
-  const std::size_t n = residual.size();
-  if (n < 2 * noise_order(n) + (kSamplesPerUnknown + 1) * lags || lags == 0 || signal.size() != n) return d;
-  const auto noise = fit::fit_noise_model(residual, noise_order(n));
-  MatrixXd x = lagged(signal.subspan(noise.order()), 1, lags, lags);
-  MatrixXd e = whitened_lags(residual, noise, 0, 0, lags);
-  centre(x);
-  centre(e);
-  const MatrixXd to_basis = inverse_root(x.transpose() * x);
+  std::vector<LaggedColumns> columns;
+  const Index directions = uncertainty.moved.cols();
+  for (Index j = 0; j < directions; ++j)
+    columns.push_back({{uncertainty.moved.col(j).data(), residual.size()}, 0, 0, &noise});
+  columns.insert(columns.end(), past.begin(), past.end());
+  columns.push_back({residual, 0, 0, &noise});
+  const MatrixXd all = gram_of(columns, skip);
+  const bool fitted_here = uncertainty.fitted_here;
+  const auto rest =
+      fitted_here ? without_first(all, directions)
+                  : PartialGram{all.bottomRightCorner(all.rows() - directions, all.cols() - directions), 0};
+  const Index width = rest.gram.rows() - 1;
+  const VectorXd scale = all.diagonal().segment(directions, width);
+  const MatrixXd to_basis = inverse_root(rest.gram.topLeftCorner(width, width), scale);
   const auto degrees = static_cast<std::size_t>(to_basis.cols());
-  const VectorXd s = to_basis.transpose() * (x.transpose() * e);
-  const double total = e.squaredNorm(), freedom = static_cast<double>(e.rows() - to_basis.cols() - 1);
+  const VectorXd s = to_basis.transpose() * rest.gram.topRightCorner(width, 1);
+  const double total = rest.gram(width, width),
+               freedom = static_cast<double>(residual.size() - skip - rest.rank - degrees) - 1.0;
   const double variance = (total - s.squaredNorm()) / freedom;
-  d.lags = lags;
-  if (degrees == 0 || !(variance > 0.0)) return d;
+  if (degrees == 0 || !(variance > 0.0) || !(freedom > 0.0)) return d;
   MatrixXd covariance = MatrixXd::Identity(s.size(), s.size());
-  for (Index j = 0; j < uncertainty.cols(); ++j) {
-    const std::span<const double> moved(uncertainty.col(j).data(), n);
-    MatrixXd p = whitened_lags(moved, noise, 0, 0, lags);
-    centre(p);
-    const VectorXd k = to_basis.transpose() * (x.transpose() * p);
+  for (Index j = 0; j < directions && !fitted_here; ++j) {
+    const VectorXd k = to_basis.transpose() * all.col(j).segment(directions, width);
     covariance += k * k.transpose() / variance;
   }
   d.probability = chance(s.dot(linalg::RealLdlt(covariance).solve(s)) / variance, degrees, freedom);
   d.share = std::max(0.0, (s.squaredNorm() - static_cast<double>(degrees) * variance) / total);
   return d;
+}
+
+/// What of a signal lies around a frequency, and the same a quarter of a period later: averaged twice over
+/// 1/(2 half_width) s after demodulation.
+std::pair<std::vector<double>, std::vector<double>> demodulated(std::span<const double> signal,
+                                                                const LineOfSignal& line) {
+  const std::size_t n = signal.size();
+  const auto length = std::clamp<std::size_t>(
+      static_cast<std::size_t>(line.sample_rate_hz / (2.0 * line.half_width)), 1, n / 2);
+  std::vector<std::complex<double>> z(n);
+  const double step = -kTwoPi * line.frequency_hz / line.sample_rate_hz, level = mean(signal);
+  for (std::size_t k = 0; k < n; ++k)
+    z[k] = (signal[k] - level) * std::polar(1.0, step * static_cast<double>(k));
+  // Of the past alone, or centred: of samples k - length ... k - 1, then k ... k + length - 1.
+  const auto averaged = [&](std::size_t behind) {
+    std::vector<std::complex<double>> y(n);
+    std::complex<double> sum = 0.0;
+    for (std::size_t k = 0; k < n + behind; ++k) {
+      if (k < n) sum += z[k];
+      if (k >= length) sum -= z[k - length];
+      if (k >= behind) y[k - behind] = sum;
+    }
+    z = std::move(y);
+  };
+  averaged(0);
+  averaged(line.past_alone ? 0 : length - 1);
+  std::vector<double> real(n), imaginary(n);
+  const std::size_t late = line.past_alone ? 1 : 0;
+  for (std::size_t k = late; k < n; ++k) {
+    const auto v = z[k - late] * std::polar(1.0, -step * static_cast<double>(k - late));
+    real[k] = v.real();
+    imaginary[k] = v.imag();
+  }
+  return {std::move(real), std::move(imaginary)};
+}
+
+}  // namespace
+
+ResidualDependence residual_dependence(std::span<const double> residual, std::span<const double> signal,
+                                       std::size_t lags, const ModelUncertainty& uncertainty) {
+  const std::size_t n = residual.size();
+  if (n < 2 * noise_order(n) + (kSamplesPerUnknown + 1) * lags || lags == 0 || signal.size() != n) return {};
+  const auto noise = fit::fit_noise_model(residual, noise_order(n));
+  const LaggedColumns past{signal, 1, lags, nullptr};
+  auto d = dependence_on({&past, 1}, residual, noise, lags + noise.order(), uncertainty);
+  d.lags = lags;
+  return d;
+}
+
+double dependence_at(std::span<const double> residual, std::span<const double> signal,
+                     const LineOfSignal& line, const ModelUncertainty& uncertainty) {
+  const std::size_t n = residual.size();
+  if (signal.size() != n || n < 20 * kSamplesPerUnknown || !(line.half_width > 0.0)) return 1.0;
+  const auto noise = fit::fit_noise_model(residual, noise_order(n));
+  const auto [real, imaginary] = demodulated(signal, line);
+  const LaggedColumns parts[] = {{real, 0, 0, nullptr}, {imaginary, 0, 0, nullptr}};
+  return dependence_on(parts, residual, noise, noise.order(), uncertainty).probability;
 }
 
 std::vector<std::size_t> bins_of(std::span<const double> over, std::size_t most) {
@@ -131,28 +162,32 @@ StaticMap static_map(const StaticMapSignals& signals, std::span<const std::size_
   const MatrixXd curved = linalg::symmetric_eigenpairs(off_line).vectors.rightCols(b_count - 2);
 
   const auto noise = fit::fit_noise_model(signals.residual, noise_order(n));
-  const MatrixXd e = whitened_lags(signals.residual, noise, 0, 0, lags);
-  MatrixXd linear(e.rows(), static_cast<Index>(2 * (lags + 1) + 2));
   std::vector<double> all(n, 0.0);
   for (const auto& answer : signals.answers)
     for (std::size_t k = 0; k < n; ++k) all[k] += answer[k];
-  linear << whitened_lags(signals.input, noise, 0, lags, lags),
-      whitened_lags(signals.simulated, noise, 0, lags, lags), whitened_lags(all, noise, 0, 0, lags),
-      VectorXd::Ones(e.rows());
-  MatrixXd steps(e.rows(), b_count);
-  for (Index b = 0; b < b_count; ++b)
-    steps.col(b) = whitened_lags(signals.answers[static_cast<std::size_t>(b)], noise, 0, 0, lags);
-  MatrixXd x = steps * curved;
-  VectorXd left = e;
-  const MatrixXd basis = inverse_root(linear.transpose() * linear);
-  const MatrixXd of_linear = linear * basis;
-  x -= of_linear * (of_linear.transpose() * x);
-  left -= of_linear * (of_linear.transpose() * left);
-  const MatrixXd to_basis = inverse_root(x.transpose() * x);
+  const std::size_t first = std::min(signals.first_lag, lags);
+  std::vector<LaggedColumns> columns = {
+      {signals.input, first, lags, &noise}, {signals.simulated, 0, lags, &noise}, {all, 0, 0, &noise}};
+  for (const auto& answer : signals.answers) columns.push_back({answer, 0, 0, &noise});
+  columns.push_back({signals.residual, 0, 0, &noise});
+  const std::size_t skip = lags + noise.order();
+  const MatrixXd gram = gram_of(columns, skip);
+  const Index linear = gram.rows() - b_count - 1;
+  // Columns: the linear ones, what bends, the residual.
+  MatrixXd bent = MatrixXd::Zero(gram.rows(), linear + curved.cols() + 1);
+  bent.topLeftCorner(linear, linear).setIdentity();
+  bent.block(linear, linear, b_count, curved.cols()) = curved;
+  bent(gram.rows() - 1, bent.cols() - 1) = 1.0;
+  const MatrixXd turned = bent.transpose() * gram * bent;
+  const auto left = without_first(turned, linear);
+  const Index width = curved.cols();
+  const MatrixXd to_basis =
+      inverse_root(left.gram.topLeftCorner(width, width), turned.diagonal().segment(linear, width));
   if (to_basis.cols() == 0) return map;
-  const VectorXd s = to_basis.transpose() * (x.transpose() * left);
-  const double freedom = static_cast<double>(e.rows() - of_linear.cols() - to_basis.cols());
-  const double variance = (left.squaredNorm() - s.squaredNorm()) / freedom;
+  const VectorXd s = to_basis.transpose() * left.gram.topRightCorner(width, 1);
+  const double freedom =
+      static_cast<double>(n - skip - left.rank) - static_cast<double>(to_basis.cols()) - 1.0;
+  const double variance = (left.gram(width, width) - s.squaredNorm()) / freedom;
   if (!(variance > 0.0)) return map;
   const MatrixXd to_bins = curved * to_basis;
   const VectorXd c = to_bins * s;
@@ -160,7 +195,8 @@ StaticMap static_map(const StaticMapSignals& signals, std::span<const std::size_
   map.mean.assign(c.data(), c.data() + c.size());
   for (Index b = 0; b < b_count; ++b) map.std.push_back(std::sqrt(variance) * to_bins.row(b).norm());
   map.probability = chance(s.squaredNorm() / variance, static_cast<std::size_t>(to_basis.cols()), freedom);
-  map.share = std::max(0.0, s.squaredNorm() - static_cast<double>(s.size()) * variance) / e.squaredNorm();
+  map.share = std::max(0.0, s.squaredNorm() - static_cast<double>(s.size()) * variance) /
+              gram(gram.rows() - 1, gram.rows() - 1);
   return map;
 }
 

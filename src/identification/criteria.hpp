@@ -135,8 +135,10 @@ struct Criteria {
   double refitted_difference = 0.02;  ///< Of an inertia or a stiffness fitted to the record itself, ...
   double refitted_deviations = 4.0;   ///< ... and of both error bars: by chance once in 16 000.
   double excited_residual =
-      0.5;                 ///< Share of the residual above the lowest line, below which drift rules it.
-  double poor_fit = 50.0;  ///< Per cent of the output that a model of this drive reproduces at least.
+      0.5;                   ///< Share of the residual above the lowest line, below which drift rules it.
+  double poor_fit = 50.0;    ///< Per cent of the output that a model of this drive reproduces at least.
+  double motion_fit = 95.0;  ///< Per cent, where motion and friction alone drive: from there on details of
+                             ///< friction, integrated, are what is left.
   double improbable_line = 1e-4;  ///< Of noise alone at any line.
   double chance = 0.01;           ///< Of a dependence by noise alone.
   double fit_points = 10.0;       ///< Per cent of fit less than its own record lets expect.

@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <algorithm>
+#include <array>
+#include <cmath>
 #include <nlohmann/json.hpp>
 #include <sstream>
 #include <string>
@@ -102,6 +104,61 @@ TEST_F(Validate, TakesABareTransferFunction) {
     EXPECT_NEAR(v.at("residual").at("rms").get<double>(), 0.1, 0.006);
     EXPECT_EQ(v.at("residual").at("judged_lags"), 5);
   }
+}
+
+TEST_F(Validate, AgreesWithIdentifyAboutOneRecording) {
+  // A sweep whose last lines look better known than they are; motion alone; one that identify does not trust.
+  for (const auto& [name, experiment, told] :
+       std::vector<std::array<std::string, 3>>{{"sweep", "vi_chirp_a_5s", "--delay 0.004"},
+                                               {"moved", "axis_s_curve_gravity", ""},
+                                               {"changed", "belt_loosens", "--delay 0.004"}}) {
+    ASSERT_EQ(run("simulate " + experiment + " --out " + name + ".csv").exit_code, 0);
+    ASSERT_EQ(run("identify " + name + ".csv --json " + name + ".json " + told).exit_code, 0);
+    const auto done = run("validate " + name + ".json " + name + ".csv --json -");
+    ASSERT_EQ(done.exit_code, 0) << done.error;
+    const auto v = json::parse(done.out);
+    const bool trusted = json::parse(text(name + ".json")).at("trusted");
+    EXPECT_EQ(trusted, name != "changed");
+    EXPECT_TRUE(v.at("own_record")) << name;
+    EXPECT_EQ(v.at("trusted"), trusted) << name << v.at("findings");
+    EXPECT_EQ(v.at("verdict"), trusted ? "accepted" : "doubtful") << name << v.at("findings");
+  }
+}
+
+TEST_F(Validate, JudgesInTheBandInWhichTheModelWasIdentified) {
+  for (const auto& seed : {"1", "2"})
+    ASSERT_EQ(run(std::string("simulate demo --seed ") + seed + " --out d" + seed + ".csv").exit_code, 0);
+  const auto fitted = run("identify d1.csv --controller pi:1.036,0.147 --delay 0.004 --json d.json");
+  ASSERT_EQ(fitted.exit_code, 0) << fitted.error;
+  // A disturbance of 120 Hz, far above the sweep of 1.5 ... 35 Hz, and larger than the output.
+  std::istringstream rows(text("d2.csv"));
+  std::ostringstream disturbed;
+  std::string line;
+  std::getline(rows, line);
+  disturbed << line << "\n";
+  ASSERT_EQ(line.substr(0, 13), "time_s,ru,u,y");
+  for (int k = 0; std::getline(rows, line); ++k) {
+    std::size_t from = 0;
+    for (int comma = 0; comma < 3; ++comma) from = line.find(',', from) + 1;
+    const auto to = std::min(line.find(',', from), line.size());
+    disturbed << line.substr(0, from)
+              << std::stod(line.substr(from)) + 2.0 * std::sin(2.0 * 3.14159265358979 * 0.24 * k)
+              << line.substr(to) << "\n";
+  }
+  write("d3.csv", disturbed.str());
+  const auto v = validated("d.json d3.csv");
+  const auto& band = v.at("judged_band");
+  EXPECT_NEAR(band.at("low_hz").get<double>(), 1.5, 0.6);
+  EXPECT_NEAR(band.at("high_hz").get<double>(), 35.0, 1.0);
+  EXPECT_TRUE(band.at("of_model"));
+  EXPECT_FALSE(v.contains("own_record"));
+  EXPECT_LT(v.at("simulation_fit_percent").get<double>(), 10.0);
+  EXPECT_GT(band.at("fit_percent").get<double>(), 75.0);
+  EXPECT_GT(v.at("residual").at("rms").get<double>(), 1.4);
+  EXPECT_LT(band.at("residual_rms").get<double>(), 0.1);
+  EXPECT_EQ(v.at("verdict"), "accepted") << v.at("findings");
+  const auto said = run("validate d.json d3.csv");
+  EXPECT_NE(said.out.find("Judged within 1.5 ... 35 Hz"), std::string::npos) << said.out;
 }
 
 TEST_F(Validate, WritesPageAndResidual) {

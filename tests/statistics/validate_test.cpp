@@ -5,10 +5,13 @@
 
 #include <cmath>
 #include <cstdio>
+#include <cstdlib>
 #include <experiments.hpp>
 #include <resonid/fit/drive_model.hpp>
 #include <resonid/identification/validate.hpp>
 #include <string>
+#include <uniformity.hpp>
+#include <vector>
 
 namespace resonid {
 namespace {
@@ -123,6 +126,107 @@ TEST(Validate, FindsAStiffnessThatIsOff) {
       }
   EXPECT_GE(always, 12);
 }
+
+// ---- whether the probabilities are ones
+
+struct Kind {
+  const char* name;
+  online::Kind excitation;
+  bool coloured;
+};
+constexpr Kind kKinds[] = {
+    {"chirp", online::Kind::chirp, false},         {"chirp, coloured", online::Kind::chirp, true},
+    {"PRBS", online::Kind::prbs, false},           {"PRBS, coloured", online::Kind::prbs, true},
+    {"multisine", online::Kind::multisine, false}, {"multisine, coloured", online::Kind::multisine, true}};
+
+plant::ExperimentConfig driven(const Kind& kind, std::uint64_t seed) {
+  auto c = test::published_drive(0.1, 10.0, seed);
+  c.excitation.kind = kind.excitation;
+  c.excitation.amplitude = kind.excitation == online::Kind::prbs ? 2.1 : 1.0;
+  c.run.duration_s = 16.0;
+  if (kind.excitation == online::Kind::chirp) {
+    test::sweep(c);
+    c.run.duration_s = 17.0;
+  } else if (kind.excitation == online::Kind::prbs) {
+    c.excitation.register_length = 13;
+  } else {
+    constexpr double kLines[] = {2.9, 5.9, 8.9, 11.9, 14.9, 17.9, 20.9, 23.9};
+    c.excitation.lines_hz.assign(kLines);
+  }
+  if (kind.coloured) c.measurement.noise_bandwidth_hz = 20.0;
+  return c;
+}
+
+struct Probabilities {
+  std::vector<double> dependence, velocity, input, response;
+};
+
+/// The machine's own model, known exactly or fitted to another record or (`own`) to this one.
+enum class Model { exact, of_another, of_this };
+
+Probabilities probabilities(const Kind& kind, Model model, int seeds) {
+  Probabilities p;
+  for (int i = 0; i < seeds; ++i) {
+    const auto c = driven(kind, 20000 + static_cast<std::uint64_t>(i));
+    const auto record = test::simulated(c).record;
+    auto options = test::known(c);
+    identification::CandidateModel candidate;
+    identification::ValidateOptions how{options, 25};
+    if (model == Model::exact) {
+      candidate.model = identification::ModelResult{true_drive(c), true, 0.0, {}, {}};
+    } else {
+      options.model = identification::ModelChoice::two_mass;
+      const auto other = model == Model::of_this
+                             ? record
+                             : test::simulated(driven(kind, 40000 + static_cast<std::uint64_t>(i))).record;
+      const auto result = test::identified(other, options);
+      if (!result.model) continue;
+      candidate = identification::candidate_of(result);
+      how.own_record = model == Model::of_this;
+    }
+    const auto v = identification::validate(record, candidate, how);
+    if (!v) {
+      ADD_FAILURE() << v.error().requirement;
+      continue;
+    }
+    p.dependence.push_back(v->dependence.probability);
+    p.response.push_back(v->response_probability.value_or(1.0));
+    for (const auto& map : v->maps)
+      (map.over == "velocity" ? p.velocity : p.input).push_back(map.probability);
+  }
+  return p;
+}
+
+void tell(const char* what, const std::vector<double>& p) {
+  std::printf("  %-10s %4zu  KS %.3f  below 0.05: %.3f  0.01: %.3f  0.001: %.3f\n", what, p.size(),
+              test::uniformity(p), test::share_below(p, 0.05), test::share_below(p, 0.01),
+              test::share_below(p, 0.001));
+}
+
+/// Uniform over the seeds, each kind on its own; 200 of them, or RESONID_SEEDS.
+void expect_uniform(Model model) {
+  const char* told = std::getenv("RESONID_SEEDS");
+  const int seeds = told ? std::atoi(told) : 200;
+  for (const Kind& kind : kKinds) {
+    SCOPED_TRACE(kind.name);
+    const auto p = probabilities(kind, model, seeds);
+    std::printf("%s\n", kind.name);
+    tell("dependence", p.dependence);
+    tell("velocity", p.velocity);
+    tell("input", p.input);
+    tell("response", p.response);
+    std::fflush(stdout);
+    EXPECT_GT(test::uniformity(p.dependence), 1e-3);
+    EXPECT_GT(test::uniformity(p.velocity), 1e-3);
+    EXPECT_TRUE(p.input.empty() || test::uniformity(p.input) > 1e-3);
+    // An upper bound: the greater of two probabilities.
+    EXPECT_LE(test::share_below(p.response, 1e-3), 0.005 + 2.0 / seeds);
+  }
+}
+
+TEST(ValidateProbabilities, AreUniformForTheExactModel) { expect_uniform(Model::exact); }
+TEST(ValidateProbabilities, AreUniformForAModelOfAnotherRecord) { expect_uniform(Model::of_another); }
+TEST(ValidateProbabilities, AreUniformForTheModelOfTheRecordItself) { expect_uniform(Model::of_this); }
 
 }  // namespace
 }  // namespace resonid

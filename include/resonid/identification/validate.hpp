@@ -37,6 +37,10 @@ struct CandidateModel {
   std::optional<OwnResidual> own;  ///< Residual on the record that the result is from.
   std::string units_response;      ///< Unit of the result's response; empty: unknown.
   bool trusted = true;             ///< Whether the result is trusted.
+  std::string record_file = {};    ///< Record that the result is from ...
+  std::size_t record_samples = 0;  ///< ... and how many samples of it.
+  /// Band in which it was identified: the lines of its result that are known to 50 %.
+  std::optional<std::pair<double, double>> band_hz = {};
 };
 
 /// The model of a result that has one, drive or black box.
@@ -47,6 +51,8 @@ struct ValidateOptions {
   std::size_t max_lag = 25;
   std::optional<std::pair<double, double>> fit_band_hz =
       {};  ///< Also report the fit within it, 0 <= low < high.
+  /// Whether the record's file is the one that the result is from; not known: by name and residual.
+  std::optional<bool> own_record = {};
 };
 
 /// Share of the output that the residual is in a band of frequencies, low_hz <= f < high_hz.
@@ -55,6 +61,14 @@ struct ResidualBand {
   double output_share = 0.0;          ///< Share of the output's power (about its mean), 0 ... 1.
   double residual_share = 0.0;        ///< Share of the residual's power.
   double residual_over_output = 0.0;  ///< Ratio of the powers there.
+};
+
+/// The band in which a model is judged; what lies outside is shown.
+struct JudgedBand {
+  double low_hz = 0.0, high_hz = 0.0;
+  bool of_model = false;      ///< Where the model was identified; otherwise where this record has lines.
+  double fit_percent = 0.0;   ///< 100 (1 - sqrt(residual/output power)) within it.
+  double residual_rms = 0.0;  ///< Within it, in the output's unit.
 };
 
 enum class Verdict {
@@ -94,6 +108,11 @@ struct ModelValidation {
   /// Where most of the residual lies below what excites the machine: the frequency from which correlations
   /// and fit are judged, and the fit there. Drift of an unexcited band says nothing of a model.
   std::optional<double> judged_from_hz, judged_fit_percent;
+  std::optional<JudgedBand> judged;  ///< None where no line is known: everything is judged then.
+  bool fitted_here = false;          ///< The record is the one that the model was fitted to.
+  bool in_motion = false;            ///< Nothing but a motion profile and dry friction drives the record.
+  bool in_loop =
+      false;  ///< The input is more than the excitation: feedback puts this record's noise into it.
   std::optional<double> expected_fit_percent;  ///< If the model left here what it left of its own record.
   std::vector<double> simulated, residual;     ///< [sample] from first_sample on.
   std::size_t first_sample = 0;
@@ -123,9 +142,15 @@ struct ModelValidation {
 /// follows the input beyond the practical limit. It is doubtful beyond 10 %, beyond the practical limit,
 /// where a single line differs by more than 10 %, where an inertia or a stiffness fitted to this record
 /// differs by more than 2 % and 4 standard deviations, or where it fits 10 points less than the residual on
-/// its own record lets expect. Where most of the residual lies below the lowest line of the record's
+/// its own record lets expect. All of it is judged in the band in which the model was identified (as far as
+/// this record excites it), by the correlation with the excitation where feedback puts noise into the input.
+/// Where most of the residual lies below the lowest line of the record's
 /// response, correlations and fit are those above it. A response that feedback biases is not compared; what
 /// is wrong with the response alone is a warning then, since the verdict is that of the simulation.
+///
+/// On the record that it was fitted to, a model is not called better than its result: not accepted where that
+/// is not trusted. What the record's response alone would say and the model explains (a spring to the ground;
+/// the motion and friction that drive the record) is no finding, as in identify().
 ///
 /// `common.approach` indirect: the closed-loop predictor, driven by the excitation (and reference) alone
 /// through the known controller, so that no noise reaches the model's input.

@@ -57,13 +57,11 @@ Options as_measured(Options options, const std::string& method) {
   return options;
 }
 
-/// The response from input to residual at the lines of the measured one: what is left chooses neither band
-/// nor resolution.
-expected<data::FrequencyResponse, Error> response_at(const data::Record& left, const Options& own,
+/// The response at the lines of the measured one: what is left chooses neither band nor resolution.
+expected<data::FrequencyResponse, Error> response_at(const Experiment& experiment, const Options& own,
                                                      const std::vector<double>& hz) {
-  auto experiment = plan_experiment(left, own);
-  if (!experiment) return tl::unexpected(experiment.error());
-  Plan plan = experiment->plan;
+  const auto& left = experiment.record;
+  Plan plan = experiment.plan;
   if (plan.method == Method::welch && plan.period_samples == 0 && hz.size() > 1) {
     const double spacing = hz[1] - hz[0];
     plan.segment_samples = static_cast<std::size_t>(std::lround(left.sample_rate_hz / spacing));
@@ -76,18 +74,35 @@ expected<data::FrequencyResponse, Error> response_at(const data::Record& left, c
     if (!result) return tl::unexpected(result.error());
     return std::move(result->response);
   }
-  return measure_response(experiment->record, plan, own);
+  return measure_response(left, plan, own);
+}
+
+/// The record's experiment with the residual in the place of the output.
+expected<Experiment, Error> experiment_of_residual(const data::Record& record, const Options& own,
+                                                   const ModelValidation& v) {
+  const auto put = [&](std::vector<double>& output) {
+    std::fill(output.begin(), output.end(), 0.0);
+    std::copy(v.residual.begin(), v.residual.end(),
+              output.begin() + static_cast<std::ptrdiff_t>(v.first_sample));
+  };
+  auto experiment = plan_experiment(record, own);
+  if (!experiment) return experiment;
+  if (experiment->record.samples() == record.samples()) {
+    put(experiment->record.output.samples);
+    return experiment;
+  }
+  data::Record left = record;
+  put(left.output.samples);
+  return plan_experiment(left, own);
 }
 
 /// From input to residual; in closed-loop prediction that is S times the model's error.
 std::optional<data::FrequencyResponse> error_response(const data::Record& record, const Options& options,
                                                       const Options& own, const ModelValidation& v,
                                                       const data::FrequencyResponse& model) {
-  data::Record left = record;
-  std::fill(left.output.samples.begin(), left.output.samples.end(), 0.0);
-  std::copy(v.residual.begin(), v.residual.end(),
-            left.output.samples.begin() + static_cast<std::ptrdiff_t>(v.first_sample));
-  auto measured = response_at(left, own, model.frequency_hz);
+  const auto experiment = experiment_of_residual(record, own, v);
+  if (!experiment) return std::nullopt;
+  auto measured = response_at(*experiment, own, model.frequency_hz);
   if (!measured || measured->frequency_hz != model.frequency_hz) return std::nullopt;
   auto& error = *measured;
   if (v.approach != "indirect" || !options.controller) return std::move(error);
@@ -121,6 +136,22 @@ void put_error(const data::FrequencyResponse& model, const data::FrequencyRespon
   if (lines == 0.0) return;
   v.response_error = std::sqrt(std::max(0.0, sum / lines));
   v.response_error_low = std::sqrt(std::max(0.0, (sum - kLow * std::sqrt(scatter)) / lines));
+}
+
+/// Probability that noise alone depends so strongly on what drives the machine around a line, at any of the
+/// judged lines.
+double dependence_around(const data::Record& record, double frequency_hz,
+                         const data::FrequencyResponse& lines,
+                         const diagnostics::ModelUncertainty& uncertainty, const ModelValidation& v) {
+  const bool excited = record.excitation.present();
+  const auto& drives = excited ? record.excitation : record.input;
+  const double spacing = (lines.frequency_hz.back() - lines.frequency_hz.front()) /
+                         static_cast<double>(std::max<std::size_t>(1, lines.lines() - 1));
+  const double half = std::max({4.0 * spacing, 2.0 / record.duration_s(), 0.03 * frequency_hz});
+  const double single =
+      diagnostics::dependence_at(v.residual, std::span(drives.samples).subspan(v.first_sample),
+                                 {frequency_hz, half, record.sample_rate_hz, !excited}, uncertainty);
+  return -std::expm1(static_cast<double>(lines.lines()) * std::log1p(-std::min(single, 1.0 - 1e-16)));
 }
 
 void put_bands(double sample_rate_hz, ModelValidation& v) {
@@ -160,6 +191,10 @@ void put_maps(const data::Record& record, ModelValidation& v) {
   velocity.resize(v.simulated.size(), velocity.back());
   const auto answer = delayed(std::move(g), delay);
   constexpr std::size_t kBins = 12;
+  // More would tell nothing that these do not.
+  constexpr std::size_t kMost = std::size_t{1} << 19;
+  const std::size_t n = std::min(v.residual.size(), kMost);
+  const auto first_of = [n](std::span<const double> x) { return x.first(n); };
   const auto add = [&](const char* name, std::span<const double> over) {
     const auto bins = diagnostics::bins_of(over, kBins);
     std::vector<std::vector<double>> answers;
@@ -169,16 +204,29 @@ void put_maps(const data::Record& record, ModelValidation& v) {
       for (std::size_t k = 0; k < member.size(); ++k) member[k] = bins[k] == b ? 1.0 : 0.0;
       answers.push_back(answer.simulate(member));
     }
-    const auto lags = std::min<std::size_t>(25, v.residual.size() / 100);
-    auto map = diagnostics::static_map({v.residual, input, v.simulated, over, answers}, bins, lags);
+    const auto lags = std::max(delay + 1, std::min<std::size_t>(25, n / 100));
+    auto map = diagnostics::static_map(
+        {first_of(v.residual), first_of(input), first_of(v.simulated), over, answers, delay + 1}, bins, lags);
     map.over = name;
     if (!map.level.empty()) v.maps.push_back(std::move(map));
   };
-  add("velocity", velocity);
-  add("input", input);
+  add("velocity", first_of(velocity));
+  add("input", first_of(input));
 }
 
 }  // namespace
+
+std::optional<std::pair<double, double>> known_band(const data::FrequencyResponse& response) {
+  std::optional<std::pair<double, double>> band;
+  for (std::size_t i = 0; i < response.lines() && i < response.std.size(); ++i) {
+    if (!(response.std[i] < kCriteria.usable_line * std::abs(response.value[i]))) continue;
+    const double f = response.frequency_hz[i];
+    if (!band) band.emplace(f, f);
+    band->second = f;
+  }
+  if (band && !(band->second > band->first)) band.reset();
+  return band;
+}
 
 std::vector<CandidateModel> moved_by_deviations(const CandidateModel& candidate, double step) {
   std::vector<CandidateModel> list;
@@ -211,31 +259,39 @@ std::vector<CandidateModel> moved_by_deviations(const CandidateModel& candidate,
 }
 
 void compare_with_response(const data::Record& record, const Options& options, const Options& own,
-                           const Result& measured, ModelValidation& v) {
+                           const Result& measured,
+                           const std::function<const diagnostics::ModelUncertainty&()>& uncertainty,
+                           ModelValidation& v) {
   auto model = response_of(v, measured.response.frequency_hz, record.sample_time_s());
   v.measured = measured.response;
   const auto error = error_response(record, options, as_measured(own, measured.method), v, model);
   if (error) {
-    put_error(model, *error, v);
+    const auto [low, high] = v.judged ? std::pair(v.judged->low_hz, v.judged->high_hz)
+                                      : std::pair(0.0, 0.5 * record.sample_rate_hz);
+    const auto judged = model.band(low, high), differs = error->band(low, high);
+    put_error(judged, differs, v);
     auto shown = *error;  // what the record says the drive is
     for (std::size_t i = 0; i < shown.lines(); ++i) shown.value[i] += model.value[i];
     v.gap = diagnostics::gap_curve(shown, model);
-    if (!v.gap->noise.empty()) {
-      const std::size_t worst = v.gap->most_excessive();
-      const double f = v.gap->frequency_hz[worst];
+    const auto among = diagnostics::gap_curve(shown.band(low, high), judged);
+    if (!among.noise.empty()) {
+      const std::size_t worst = among.most_excessive();
+      const double f = among.frequency_hz[worst];
       const double relative = std::abs(error->at(f)) / std::max(std::abs(model.at(f)), 1e-300);
       v.worst_line_hz = f;
-      v.worst_line_error = relative * std::sqrt(std::max(0.0, 1.0 - std::pow(v.gap->excess(worst), -2)));
-      v.response_probability = v.gap->chance();
+      v.worst_line_error = relative * std::sqrt(std::max(0.0, 1.0 - std::pow(among.excess(worst), -2)));
+      v.response_probability = among.chance();
+      constexpr double kAskTwice = 0.05;
+      if (*v.response_probability < kAskTwice)
+        v.response_probability =
+            std::max(*v.response_probability, dependence_around(record, f, judged, uncertainty(), v));
     }
   }
   v.modelled = std::move(model);
 }
 
-void look_into_residual(const data::Record& record, const ValidateOptions& options,
-                        const Eigen::MatrixXd& uncertainty, ModelValidation& v) {
-  const auto part = [&](const data::Channel& c) { return std::span(c.samples).subspan(v.first_sample); };
-  const auto output = part(record.output);
+void put_spectra(const data::Record& record, const ValidateOptions& options, ModelValidation& v) {
+  const auto output = std::span(record.output.samples).subspan(v.first_sample);
   v.output_spectrum = response::power_spectrum(output, record.sample_rate_hz);
   v.residual_spectrum = response::power_spectrum(v.residual, record.sample_rate_hz);
   put_bands(record.sample_rate_hz, v);
@@ -245,6 +301,18 @@ void look_into_residual(const data::Record& record, const ValidateOptions& optio
     v.fit_band_hz = options.fit_band_hz;
     if (all > 0.0) v.fit_in_band_percent = fit_percent_of(v.residual_spectrum.between(low, high), all);
   }
+  if (!v.judged) return;
+  const double all = v.output_spectrum.between(v.judged->low_hz, v.judged->high_hz);
+  const double left = v.residual_spectrum.between(v.judged->low_hz, v.judged->high_hz);
+  if (!(all > 0.0)) return v.judged.reset();
+  v.judged->fit_percent = fit_percent_of(left, all);
+  v.judged->residual_rms = std::sqrt(left);
+}
+
+void look_into_residual(const data::Record& record, const diagnostics::ModelUncertainty& uncertainty,
+                        ModelValidation& v) {
+  const auto part = [&](const data::Channel& c) { return std::span(c.samples).subspan(v.first_sample); };
+  const auto output = part(record.output);
   const bool excited = record.excitation.present();
   const auto lags =
       std::max(v.residual_test.judged_lags, std::min(v.residual_test.max_lag, v.residual.size() / 20));

@@ -34,11 +34,13 @@ class Simulator {
     v_.known_delay_s = options.common.delay_s;
   }
 
-  /// `lowest_hz`: of what excites the machine; 0: not known.
-  expected<ModelValidation, Error> run(double lowest_hz) {
+  /// `response`: of the record, says where it is excited.
+  expected<ModelValidation, Error> run(const data::FrequencyResponse& response) {
     if (const auto done = simulate(); !done) return tl::unexpected(done.error());
     fit_percents();
-    judge_above(lowest_hz);
+    judge_above(response.frequency_hz.empty() ? 0.0 : response.frequency_hz.front());
+    choose_band(detail::known_band(response));
+    detail::put_spectra(record_, options_, v_);
     residual_tests();
     return std::move(v_);
   }
@@ -194,6 +196,20 @@ class Simulator {
     settled_ = settled;
   }
 
+  /// Where the model was identified and this record excites it; where they have next to nothing in common,
+  /// where it was identified.
+  void choose_band(const std::optional<std::pair<double, double>>& excited) {
+    constexpr double kNarrowest = 1.2;  // ratio of the ends
+    auto band = v_.candidate.band_hz ? v_.candidate.band_hz : excited;
+    if (!band) return;
+    if (v_.candidate.band_hz && excited) {
+      const std::pair both(std::max(band->first, excited->first), std::min(band->second, excited->second));
+      if (both.second > kNarrowest * both.first) band = both;
+    }
+    v_.judged = JudgedBand{band->first, std::min(band->second, 0.5 * record_.sample_rate_hz),
+                           v_.candidate.band_hz.has_value()};
+  }
+
   [[nodiscard]] std::vector<double> above(std::span<const double> samples, double hz,
                                           std::size_t settled) const {
     auto filtered = detail::high_passed(samples, hz, record_.sample_rate_hz);
@@ -217,18 +233,33 @@ class Simulator {
       return c.present() ? std::span(c.samples).subspan(v_.first_sample) : std::span<const double>();
     };
     const std::size_t lags = std::max(options_.max_lag, judged);
+    v_.in_loop = detail::is_fed_back(record_);
     v_.residual_test = diagnostics::test_residual(
         {v_.residual, v_.simulated, part(record_.input), part(record_.excitation)}, lags, judged);
-    if (!v_.judged_from_hz) return;
+    if (!v_.judged && !v_.judged_from_hz) return;
     const auto judged_part = [&](std::span<const double> samples) {
-      return samples.empty() ? std::vector<double>() : above(samples, *v_.judged_from_hz, settled_);
+      return samples.empty() ? std::vector<double>() : within(samples);
     };
     const auto residual = judged_part(v_.residual), simulated = judged_part(v_.simulated),
                input = judged_part(part(record_.input)), excitation = judged_part(part(record_.excitation));
-    const double mean = v_.residual_test.mean, rms = v_.residual_test.rms;
+    const double mean = v_.residual_test.mean, rms = v_.residual_test.rms, snr = v_.residual_test.snr_db;
     v_.residual_test = diagnostics::test_residual({residual, simulated, input, excitation}, lags, judged);
     v_.residual_test.mean = mean;
     v_.residual_test.rms = rms;
+    if (!v_.judged_from_hz) v_.residual_test.snr_db = snr;
+  }
+
+  /// What lies in the judged band.
+  [[nodiscard]] std::vector<double> within(std::span<const double> samples) const {
+    const double rate = record_.sample_rate_hz;
+    const double low = v_.judged_from_hz.value_or(v_.judged ? v_.judged->low_hz / std::sqrt(2.0) : 0.0);
+    const auto settled = low > 0.0 ? static_cast<std::size_t>(rate / low) : 0;
+    // A filter that takes long to settle costs more than what lies below the band disturbs.
+    const std::size_t least = (v_.judged_from_hz ? 4 : 10) * settled;
+    auto filtered = settled > 0 && least < samples.size() ? above(samples, low, settled)
+                                                          : std::vector(samples.begin(), samples.end());
+    const double high = v_.judged ? std::sqrt(2.0) * v_.judged->high_hz : rate;
+    return high < 0.4 * rate ? detail::low_passed(std::move(filtered), high, rate) : filtered;
   }
 
   const data::Record& record_;
@@ -242,24 +273,43 @@ Eigen::MatrixXd uncertainty_of(const data::Record& record, const CandidateModel&
                                const ValidateOptions& options, const std::vector<double>& residual) {
   constexpr double kStep = 0.01;  // standard deviations
   const auto n = static_cast<Eigen::Index>(residual.size());
-  std::vector<Eigen::VectorXd> columns;
-  for (const auto& moved : detail::moved_by_deviations(candidate, kStep)) {
+  const auto models = detail::moved_by_deviations(candidate, kStep);
+  Eigen::MatrixXd uncertainty(n, static_cast<Eigen::Index>(models.size()));
+  Eigen::Index kept = 0;
+  for (const auto& moved : models) {
     const auto other = Simulator(record, moved, options).residual();
     if (!other || other->size() != residual.size()) continue;
-    columns.push_back((Eigen::Map<const Eigen::VectorXd>(other->data(), n) -
-                       Eigen::Map<const Eigen::VectorXd>(residual.data(), n)) /
-                      kStep);
+    uncertainty.col(kept++) = (Eigen::Map<const Eigen::VectorXd>(other->data(), n) -
+                               Eigen::Map<const Eigen::VectorXd>(residual.data(), n)) /
+                              kStep;
   }
-  Eigen::MatrixXd uncertainty(n, static_cast<Eigen::Index>(columns.size()));
-  for (std::size_t j = 0; j < columns.size(); ++j) uncertainty.col(static_cast<Eigen::Index>(j)) = columns[j];
+  uncertainty.conservativeResize(n, kept);
   return uncertainty;
+}
+
+/// Whether the record is the one that the model was fitted to, all of it.
+bool is_own_record(const ModelValidation& v, const std::optional<bool>& same_file) {
+  const auto& c = v.candidate;
+  const auto name = [](const std::string& file) { return file.substr(file.find_last_of("/\\") + 1); };
+  if (c.record_samples != v.record.samples) return false;
+  if (same_file) return *same_file;
+  const double rms = std::hypot(v.residual_test.mean, v.residual_test.rms);
+  return c.own && name(c.record_file) == name(v.record.file) && std::abs(c.own->rms - rms) < 1e-3 * rms;
+}
+
+/// A model without dry friction is not one of a motion profile alone.
+bool moves_only(const data::Record& record, const CandidateModel& candidate, const Options& own) {
+  if (!candidate.model || !candidate.model->has_dry_friction()) return false;
+  const auto experiment = detail::plan_experiment(record, own);
+  return experiment && experiment->motion;
 }
 
 }  // namespace
 
 CandidateModel candidate_of(const Result& result) {
   CandidateModel candidate;
-  candidate.source = result.record.file;
+  candidate.source = candidate.record_file = result.record.file;
+  candidate.record_samples = result.record.samples;
   candidate.units_response = result.units.response;
   candidate.trusted = result.trusted;
   candidate.known_delay_s = result.known_delay_s;
@@ -273,6 +323,7 @@ CandidateModel candidate_of(const Result& result) {
   }
   if (const auto& v = result.validation; v && v->residual_rms)
     candidate.own = OwnResidual{*v->residual_rms, v->fit_percent};
+  candidate.band_hz = detail::known_band(result.response);
   return candidate;
 }
 
@@ -287,18 +338,26 @@ expected<ModelValidation, Error> validate(const data::Record& record, const Cand
   if (own.approach == Approach::indirect) own.approach.reset();
   const auto result = identify(record, own);
   if (!result) return tl::unexpected(result.error());
-  const auto& lines = result->response.frequency_hz;
-  auto validation = Simulator(record, candidate, options).run(lines.empty() ? 0.0 : lines.front());
+  auto validation = Simulator(record, candidate, options).run(result->response);
   if (!validation) return validation;
   validation->record = result->record;
   validation->units = result->units;
+  validation->fitted_here = is_own_record(*validation, options.own_record);
+  validation->in_motion = moves_only(record, candidate, own);
   validation->findings.insert(validation->findings.begin(), result->findings.begin(), result->findings.end());
-  if (detail::speaks_of_response_alone(validation->findings))
+  std::optional<diagnostics::ModelUncertainty> known;
+  const auto uncertainty = [&]() -> const diagnostics::ModelUncertainty& {
+    if (!known)
+      known = diagnostics::ModelUncertainty{uncertainty_of(record, candidate, options, validation->residual),
+                                            validation->fitted_here};
+    return *known;
+  };
+  if (detail::speaks_of_response_alone(*validation))
     validation->measured = result->response;
   else
-    detail::compare_with_response(record, options.common, own, *result, *validation);
-  detail::look_into_residual(record, options,
-                             uncertainty_of(record, candidate, options, validation->residual), *validation);
+    detail::compare_with_response(record, options.common, own, *result, uncertainty, *validation);
+  detail::look_into_residual(record, uncertainty(), *validation);
+  known.reset();
   if (!validation->judged_from_hz)
     if (auto differs = detail::inspect_refit(record, candidate, options.common))
       validation->findings.push_back(std::move(*differs));

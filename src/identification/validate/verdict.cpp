@@ -17,15 +17,23 @@ struct Largest {
   int lag = 0;
 };
 
-Largest largest_correlation(const diagnostics::ResidualTest& test, bool indirect) {
+/// Of the output within the band, or above what drifts where nothing excites.
+double judged_fit(const ModelValidation& v) {
+  return v.judged ? v.judged->fit_percent : v.judged_fit_percent.value_or(v.simulation_fit_percent);
+}
+
+Largest largest_correlation(const ModelValidation& v) {
+  const auto& test = v.residual_test;
   Largest l;
   const auto take = [&](const diagnostics::ResidualCorrelation& c, const char* with) {
     if (c.value.empty() || c.largest <= l.value) return;
     l = {c.largest, with, c.largest_lag};
   };
-  take(test.with_simulated, "simulated output");
-  // Driven by the excitation, the input holds noise that feedback put there.
-  if (!indirect) take(test.with_input, "input");
+  // Feedback puts the noise of this record into the input, and into what is simulated from it; what a filter
+  // to a band makes of both looks like dependence.
+  const bool driven = !test.with_excitation.value.empty();
+  if (!(driven && v.in_loop && v.judged)) take(test.with_simulated, "simulated output");
+  if (!(driven && v.in_loop && v.judged) && v.approach != "indirect") take(test.with_input, "input");
   take(test.with_excitation, "excitation");
   return l;
 }
@@ -35,20 +43,24 @@ struct Evidence {
   Largest correlation;
   bool line_differs = false;    ///< One line that noise cannot explain.
   bool significant = false;     ///< That, or a residual that depends on what drives the machine.
+  bool telling = true;          ///< Whether a correlation says anything of the model.
   double response_error = 0.0;  ///< At least.
 
   [[nodiscard]] bool correlated() const {
-    return significant && correlation.value > diagnostics::kPracticalCorrelation;
+    return significant && telling && correlation.value > diagnostics::kPracticalCorrelation;
   }
   [[nodiscard]] bool misfit() const { return significant && response_error > kCriteria.noticeable_error; }
 };
 
 Evidence evidence_of(const ModelValidation& v) {
   Evidence e;
-  e.correlation = largest_correlation(v.residual_test, v.approach == "indirect");
+  e.correlation = largest_correlation(v);
   e.line_differs = v.response_probability.value_or(1.0) < kCriteria.improbable_line &&
                    v.worst_line_error.value_or(0.0) > kCriteria.noticeable_error;
   e.significant = e.line_differs || v.dependence.probability < kCriteria.chance;
+  // Where friction and motion alone drive a record, what little is off of the friction adds up in the
+  // simulated velocity: two slow signals, which always correlate.
+  e.telling = !v.in_motion || judged_fit(v) < kCriteria.motion_fit;
   e.response_error = v.response_error_low.value_or(0.0);
   return e;
 }
@@ -88,11 +100,6 @@ void inspect_response(ModelValidation& v, const Evidence& e) {
                                     "over the lines), and by at least {:.0f} % with 95 % confidence. "
                                     "Identify this recording and compare.",
                                     100.0 * v.response_error.value_or(0.0), 100.0 * e.response_error)});
-}
-
-/// Of the output, above what drifts where nothing excites.
-double judged_fit(const ModelValidation& v) {
-  return v.judged_fit_percent.value_or(v.simulation_fit_percent);
 }
 
 /// Much less is reproduced than the residual on the model's own record lets expect, and noise is not why.
@@ -140,14 +147,34 @@ void inspect_maps(ModelValidation& v) {
 
 }  // namespace
 
-bool speaks_of_response_alone(std::vector<diagnostics::Finding>& findings) {
-  bool any = false;
-  for (auto& f : findings) {
-    if (f.severity != Severity::error || (f.id != "feedback-bias" && f.id != "incoherent")) continue;
-    f.severity = Severity::warning;
-    any = true;
+bool is_fed_back(const data::Record& record) {
+  if (!record.excitation.present() || !record.input.present()) return false;
+  const auto& u = record.input.samples;
+  const auto& ru = record.excitation.samples;
+  double apart = 0.0, all = 0.0;
+  for (std::size_t k = 0; k < u.size(); ++k) {
+    apart += (u[k] - ru[k]) * (u[k] - ru[k]);
+    all += ru[k] * ru[k];
   }
-  return any;
+  return apart > kCriteria.excitation_share * all;
+}
+
+bool speaks_of_response_alone(ModelValidation& v) {
+  const bool grounded = (v.candidate.model && v.candidate.model->drive.grounded()) || !v.candidate.model;
+  const bool fits = judged_fit(v) >= kCriteria.poor_fit;
+  if (fits && grounded) std::erase_if(v.findings, [](const auto& f) { return f.id == "reversed"; });
+  bool alone = v.in_motion;
+  for (auto& f : v.findings) {
+    if (f.severity != Severity::error) continue;
+    const bool of_response = f.id == "feedback-bias" || f.id == "incoherent";
+    const bool of_motion = v.in_motion && (of_response || f.id == "reversed" || f.id == "controller-differs");
+    if (of_motion || (f.id == "spring-to-ground" && fits && grounded))
+      f.severity = Severity::info;
+    else if (of_response || (f.id == "controller-differs" && v.approach != "indirect"))
+      f.severity = Severity::warning;
+    alone = alone || of_response;
+  }
+  return alone;
 }
 
 void judge(ModelValidation& v) {
@@ -156,13 +183,17 @@ void judge(ModelValidation& v) {
   inspect_response(v, e);
   inspect_fit(v, e);
   inspect_maps(v);
+  const bool known_bad = !v.candidate.trusted && v.fitted_here;
   if (!v.candidate.trusted)
-    v.findings.push_back({"untrusted-model",
-                          Severity::warning,
-                          {},
-                          {},
-                          "The result that the model comes from is itself not reliable: mend what its own "
-                          "findings name first."});
+    v.findings.push_back(
+        {"untrusted-model",
+         known_bad ? Severity::error : Severity::warning,
+         {},
+         {},
+         known_bad ? "The result of this very recording is not reliable: mend what its own findings "
+                     "name first."
+                   : "The result that the model comes from is itself not reliable: mend what its own "
+                     "findings name first."});
   if (!v.candidate.units_response.empty() && v.candidate.units_response != v.units.response)
     v.findings.push_back(
         {"different-units",
@@ -176,7 +207,8 @@ void judge(ModelValidation& v) {
   const bool refitted = std::any_of(v.findings.begin(), v.findings.end(), [](const diagnostics::Finding& f) {
     return f.id == "parameters-differ";
   });
-  const bool noticeable = refitted || e.correlated() || e.line_differs || e.misfit() || fits_less_here(v, e);
+  const bool noticeable =
+      known_bad || refitted || e.correlated() || e.line_differs || e.misfit() || fits_less_here(v, e);
   const bool wrong = std::any_of(v.findings.begin(), v.findings.end(), [&](const diagnostics::Finding& f) {
     return is_error(f) && (f.id == "misfit" || f.id == "poor-fit" || f.id == "different-units");
   });

@@ -68,6 +68,18 @@ std::vector<std::string> sentences(const ModelValidation& v) {
                   "outputs {:.1f} %.",
                   v.approach == "indirect" ? "excitation (closed-loop predictor)" : "input",
                   v.simulation_fit_percent, v.prediction_fit_percent));
+  if (v.judged)
+    list.push_back(
+        fmt::format("Judged within {:.3g} ... {:.3g} Hz, {}: the fit there is {:.1f} % (NRMSE), "
+                    "with a residual of {:.3g} {} rms. What lies outside is shown, not judged.",
+                    v.judged->low_hz, v.judged->high_hz,
+                    v.judged->of_model ? "the band in which the model was identified"
+                                       : "where this recording excites the drive",
+                    v.judged->fit_percent, v.judged->residual_rms, v.units.velocity));
+  if (v.fitted_here)
+    list.push_back(
+        "This is the recording that the model was fitted to: what its parameters have used up counts as "
+        "explained. It shows whether the structure suffices, not whether the model holds elsewhere.");
   if (v.fit_in_band_percent)
     list.push_back(fmt::format("Fit within {:g} ... {:g} Hz: {:.1f} %.", v.fit_band_hz->first,
                                v.fit_band_hz->second, *v.fit_in_band_percent));

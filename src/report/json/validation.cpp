@@ -126,6 +126,20 @@ void describe(Fields& f, ModelValidation& v) {
      "Hz"},
     v.judged_from_hz);
   f({"judged_fit_percent", "fit above judged_from_hz", "%"}, v.judged_fit_percent);
+  f.object(
+      {"judged_band", "band in which the model is judged; what lies outside is shown"}, v.judged.has_value(),
+      [&] {
+        if (!v.judged) v.judged.emplace();
+        f({"low_hz", "lower end", "Hz"}, v.judged->low_hz);
+        f({"high_hz", "upper end", "Hz"}, v.judged->high_hz);
+        f({"of_model",
+           "the band in which the model was identified; otherwise that of this recording's lines"},
+          v.judged->of_model);
+        f({"fit_percent", "100 (1 - sqrt(residual/output power)) within it", "%"}, v.judged->fit_percent);
+        f({"residual_rms", "rms of the residual within it, in the unit of residual.rms"},
+          v.judged->residual_rms);
+      });
+  f.unless(false, {"own_record", "the recording is the one that the model was fitted to"}, v.fitted_here);
   f({"expected_fit_percent", "fit with the residual of the model's own recording", "%"},
     v.expected_fit_percent);
   quantity(f, {"offset", "constant torque, estimated on this recording"}, v.offset, v.units.torque);

@@ -78,12 +78,18 @@ Section correlation_section(const ModelValidation& v) {
   const auto& t = v.residual_test;
   Section s;
   s.title = "Residual tests";
-  s.text = {
+  if (v.judged || v.judged_from_hz)
+    s.text.push_back(
+        v.in_loop && v.judged && !t.with_excitation.value.empty()
+            ? "All signals are filtered to the judged band. The correlation with the excitation decides: the "
+              "input, and what is simulated from it, hold noise that feedback put there."
+            : "All signals are filtered to the judged band.");
+  s.text.push_back(
       fmt::format("Lags 1 ... {} are judged: max(na, nb + d). Negative lags are only shown: in closed loop "
                   "the noise acts on later inputs through the controller, which does not speak against the "
                   "model. The limit of 3 % is per lag; with the simulated output {:.0f} dB above the "
                   "residual, even small errors of a model of the right structure exceed it.",
-                  t.judged_lags, t.snr_db)};
+                  t.judged_lags, t.snr_db));
   const auto add = [&](const char* title, const ResidualCorrelation& c) {
     if (!c.value.empty()) s.charts.push_back(correlation_chart(title, c, t, true));
   };
@@ -125,8 +131,11 @@ void shade_judged(const ModelValidation& v, Chart& chart) {
     shape.y_end = HUGE_VAL;
     chart.shapes.push_back(std::move(shape));
   };
-  if (v.fit_band_hz) shade("band that was given", v.fit_band_hz->first, v.fit_band_hz->second);
-  if (v.judged_from_hz)
+  if (v.fit_band_hz) shade("band that was specified", v.fit_band_hz->first, v.fit_band_hz->second);
+  if (v.judged)
+    shade(fmt::format("judged, {:.3g} ... {:.3g} Hz", v.judged->low_hz, v.judged->high_hz), v.judged->low_hz,
+          v.judged->high_hz);
+  else if (v.judged_from_hz)
     shade(fmt::format("judged, from {:.3g} Hz", *v.judged_from_hz), *v.judged_from_hz, HUGE_VAL);
 }
 
@@ -147,11 +156,17 @@ Section residual_section(const ModelValidation& v) {
   table.title = "By bands";
   table.columns = {"Band in Hz", "Share of the output's power", "Share of the residual's",
                    "Residual over output"};
-  for (const auto& b : v.bands)
+  if (v.judged) table.columns.emplace_back("Judged");
+  for (const auto& b : v.bands) {
     table.rows.push_back({fmt::format("{:.4g} ... {:.4g}", b.low_hz, b.high_hz),
                           fmt::format("{:.2f} %", 100.0 * b.output_share),
                           fmt::format("{:.2f} %", 100.0 * b.residual_share),
                           fmt::format("{:.3g} %", 100.0 * b.residual_over_output)});
+    if (!v.judged) continue;
+    const bool apart = b.high_hz <= v.judged->low_hz || b.low_hz >= v.judged->high_hz;
+    const bool all = b.low_hz >= v.judged->low_hz && b.high_hz <= v.judged->high_hz;
+    table.rows.back().emplace_back(apart ? "no" : all ? "yes" : "in part");
+  }
   s.plain_tables = {std::move(table)};
   return s;
 }
@@ -206,7 +221,12 @@ std::vector<Card> cards_of(const ModelValidation& v) {
   std::vector<Card> cards = {
       {"Fit, simulated", fmt::format("{:.1f}", v.simulation_fit_percent), "%", {"NRMSE"}},
       {"Fit one step ahead", fmt::format("{:.1f}", v.prediction_fit_percent), "%"}};
-  if (v.judged_from_hz && v.judged_fit_percent)
+  if (v.judged)
+    cards.push_back({"Fit where judged",
+                     fmt::format("{:.1f}", v.judged->fit_percent),
+                     "%",
+                     {fmt::format("{:.3g} ... {:.3g} Hz", v.judged->low_hz, v.judged->high_hz)}});
+  else if (v.judged_from_hz && v.judged_fit_percent)
     cards.push_back({"Fit where judged",
                      fmt::format("{:.1f}", *v.judged_fit_percent),
                      "%",

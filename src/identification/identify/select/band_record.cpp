@@ -54,6 +54,21 @@ std::vector<double> high_passed(std::span<const double> x, double hz, double sam
   return y;
 }
 
+// w^2/(s^2 + sqrt 2 w s + w^2), likewise.
+std::vector<double> low_passed(std::vector<double> x, double hz, double sample_rate_hz) {
+  const double w = std::tan(kPi * hz / sample_rate_hz), a0 = 1.0 + std::sqrt(2.0) * w + w * w;
+  const double a1 = 2.0 * (w * w - 1.0) / a0, a2 = (1.0 - std::sqrt(2.0) * w + w * w) / a0, b = w * w / a0;
+  const double start = x.empty() ? 0.0 : x.front();
+  double x1 = 0.0, x2 = 0.0, y1 = 0.0, y2 = 0.0;
+  for (double& sample : x) {
+    const double now = sample - start;
+    const double out = b * (now + 2.0 * x1 + x2) - a1 * y1 - a2 * y2;
+    x2 = x1, x1 = now, y2 = y1, y1 = out;
+    sample = start + out;
+  }
+  return x;
+}
+
 BandRecord record_in_band(const data::Record& record, std::pair<double, double> band_hz, bool high_pass) {
   BandRecord result{record, 1, 0};
   auto& own = result.record;

@@ -28,4 +28,7 @@ struct BandRecord {
 [[nodiscard]] std::vector<double> high_passed(std::span<const double> samples, double hz,
                                               double sample_rate_hz);
 
+/// What lies below one, likewise of second order and begun at rest on the first sample.
+[[nodiscard]] std::vector<double> low_passed(std::vector<double> samples, double hz, double sample_rate_hz);
+
 }  // namespace resonid::identification::detail
