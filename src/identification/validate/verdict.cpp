@@ -15,6 +15,7 @@ struct Largest {
   double value = 0.0;
   const char* with = "";
   int lag = 0;
+  double colour = 1.0;  ///< By which the limit per lag is wider, of coloured signals.
 };
 
 /// Of the output within the band, or above what drifts where nothing excites.
@@ -27,7 +28,7 @@ Largest largest_correlation(const ModelValidation& v) {
   Largest l;
   const auto take = [&](const diagnostics::ResidualCorrelation& c, const char* with) {
     if (c.value.empty() || c.largest <= l.value) return;
-    l = {c.largest, with, c.largest_lag};
+    l = {c.largest, with, c.largest_lag, c.colour};
   };
   // Feedback puts the noise of this record into the input, and into what is simulated from it; what a filter
   // to a band makes of both looks like dependence.
@@ -75,9 +76,9 @@ void inspect_correlation(ModelValidation& v, const Evidence& e) {
                                       "practical limit: the drive has dynamics that the model lacks. "
                                       "Identify it with more masses, friction or lags.",
                                       l.with, l.value, l.lag)});
-  else if (l.value > test.limit)
+  else if (l.value > l.colour * test.limit)
     v.findings.push_back(
-        {"correlation-shows", Severity::info, l.value, test.limit,
+        {"correlation-shows", Severity::info, l.value, l.colour * test.limit,
          fmt::format("The residual's correlation with the {} exceeds the limit of 3 % per lag. With the "
                      "simulated output {:.0f} dB above the residual, even small errors of a model of the "
                      "right structure do that: it does not affect the verdict.",

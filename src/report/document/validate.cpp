@@ -58,11 +58,13 @@ std::string correlation_sentence(const ModelValidation& v) {
 
 std::vector<std::string> sentences(const ModelValidation& v) {
   std::vector<std::string> list;
-  list.push_back(fmt::format("{} on this recording: {}.", v.candidate.source,
-                             v.verdict == identification::Verdict::accepted ? "accepted"
-                             : v.verdict == identification::Verdict::doubtful
-                                 ? "doubtful, the drive has dynamics that it lacks"
-                                 : "rejected"));
+  list.push_back(fmt::format(
+      "{} on this recording: {}.", v.candidate.source,
+      v.verdict == identification::Verdict::accepted ? "accepted"
+      : v.verdict == identification::Verdict::doubtful && v.fitted_here && !v.candidate.trusted
+          ? "doubtful, as its own result is not trusted"
+      : v.verdict == identification::Verdict::doubtful ? "doubtful, the drive has dynamics that it lacks"
+                                                       : "rejected"));
   list.push_back(
       fmt::format("Fit (NRMSE): simulated from the {} alone {:.1f} %; predicted one step ahead from past "
                   "outputs {:.1f} %.",

@@ -59,12 +59,14 @@ Table difference_table(const Changes& c) {
   for (const auto& d : all) {
     const double percent = d.relative ? 100.0 * *d.relative : 0.0;
     const double scale = d.first.value != 0.0 ? 100.0 / std::abs(d.first.value) : 0.0;
+    // Per cent of a value that may be 0 say nothing.
+    const bool known = std::abs(d.first.value) > z * d.first.std;
     table.rows.push_back({spaced_name(d.name) + (d.unit.empty() ? "" : ", " + d.unit),
                           d.significant ? "changed" : (d.probability ? "within noise" : "not judged"),
                           with_error(d.first.value, z * d.first.std),
                           with_error(d.second.value, z * d.second.std),
                           with_error(d.change, z * d.std.value_or(0.0)),
-                          d.relative ? with_error(percent, scale * z * d.std.value_or(0.0)) : "",
+                          d.relative && known ? with_error(percent, scale * z * d.std.value_or(0.0)) : "",
                           d.probability ? probability_of_change(*d.probability) : ""});
     if (repeated)
       table.rows.back().push_back(d.interval ? interval_text(d.interval->first, d.interval->second) : "");
@@ -155,7 +157,8 @@ Section loop_section(const Changes& c, const ComparedResults& results) {
   add(first, results.first, results.first.response);
   add(second, results.second, results.second.response);
   chart.caption =
-      "With the controller given. The circles around -1 touch their curve where it comes closest.";
+      "With the controller given, or stored in a result. The circles around -1 touch their curve where it "
+      "comes closest.";
   s.charts = {std::move(chart)};
   s.sheet = true;
   return s;

@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <resonid/base/constants.hpp>
 #include <resonid/report/detail/validate.hpp>
@@ -171,7 +172,8 @@ Section residual_section(const ModelValidation& v) {
   return s;
 }
 
-Section response_section(const ModelValidation& v) {
+/// The distance is no part of the sheet that is printed: that has to fit one page.
+std::array<Section, 2> response_sections(const ModelValidation& v) {
   Section s;
   s.title = "Responses";
   s.sheet = true;
@@ -191,9 +193,15 @@ Section response_section(const ModelValidation& v) {
       "Pointwise, in the units of the recording, by the response from input to residual. Lines do not show "
       "the "
       "winding number, so this is not the v-gap.";
-  for (Chart* chart : {&bode.magnitude, &bode.phase, &gap}) shade_judged(v, *chart);
-  s.charts = {bode.magnitude, bode.phase, gap};
-  return s;
+  const auto& lines = v.gap->frequency_hz;
+  const bool all = v.judged && v.judged->low_hz <= lines.front() && v.judged->high_hz >= lines.back();
+  for (Chart* chart : {&bode.magnitude, &bode.phase, &gap})
+    if (!all) shade_judged(v, *chart);
+  s.charts = {bode.magnitude, bode.phase};
+  Section distance;
+  distance.title = "Distance of the responses";
+  distance.charts = {gap};
+  return {std::move(s), std::move(distance)};
 }
 
 std::string verdict_word(const ModelValidation& v) {
@@ -268,7 +276,8 @@ Document document(const ModelValidation& v, const data::Record& record) {
   d.cards = cards_of(v);
   d.findings = v.findings;
   d.sections = {signal_section(v, record)};
-  if (v.gap && !v.gap->distance.empty()) d.sections.push_back(response_section(v));
+  if (v.gap && !v.gap->distance.empty())
+    for (auto& section : response_sections(v)) d.sections.push_back(std::move(section));
   d.sections.push_back(residual_section(v));
   d.sections.push_back(correlation_section(v));
   return d;

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <resonid/base/constants.hpp>
+#include <resonid/diagnostics/gap.hpp>
 #include <resonid/report/detail/batch.hpp>
 #include <resonid/report/detail/compare.hpp>
 #include <resonid/report/detail/track.hpp>
@@ -118,6 +119,16 @@ TEST_F(ComparePage, NamesTheFilesAndDrawsBothModels) {
   EXPECT_EQ(document(changes_).title, "same.csv (second) against same.csv (first)");
 }
 
+TEST_F(ComparePage, GivesNoPerCentOfWhatMayBeZero) {
+  changes_.parameters = {
+      {"offset", "Nm", {-4e-7, 1.4e-5}, {1.5e-5, 1.4e-5}, 1.54e-5, 2e-5, -38.5, 0.4, false, {}},
+      {"stiffness", "Nm/rad", {144.0, 1.0}, {150.0, 1.0}, 6.0, 1.4, 0.0417, 1e-5, true, {}}};
+  const auto page = document(changes_, ComparedResults{first_, second_});
+  const auto& rows = section_of(page, "What changed")->plain_tables.at(0).rows;
+  EXPECT_EQ(rows.at(0).at(5), "");
+  EXPECT_NE(rows.at(1).at(5), "");
+}
+
 /// L = C G e^{-jwT}, with the model's G as it was measured.
 TEST_F(ComparePage, DrawsTheLoopBeforeAndAfterWithTheController) {
   const data::TransferFunction controller{{2.0}, {1.0}, 0.002};
@@ -218,6 +229,39 @@ TEST(ValidatePage, OverlayComesFirstAndTheJudgedBandIsShaded) {
   EXPECT_EQ(spectrum->charts.at(0).shapes.at(0).x, 2.5);
   EXPECT_TRUE(std::any_of(page.cards.begin(), page.cards.end(),
                           [](const Card& c) { return c.name == "Fit where judged" && c.value == "91.0"; }));
+}
+
+/// The sheet that is printed holds both responses and not their distance; what is judged as a whole is not
+/// shaded.
+TEST(ValidatePage, PutsTheJudgedBandIntoCardsTableAndResponses) {
+  identification::ModelValidation v;
+  data::Record record;
+  record.sample_rate_hz = 100.0;
+  record.output = {"y", "rad/s", {1.0, 2.0, 3.0, 4.0}};
+  v.simulated = {1.0, 2.0, 3.0, 3.5};
+  v.residual = {0.0, 0.0, 0.0, 0.5};
+  v.residual_test.self.value = {0.0, 1.0, 0.0};
+  v.residual_test.max_lag = 1;
+  v.measured = v.modelled = test::full().response;
+  v.gap = diagnostics::gap_curve(*v.measured, *v.modelled);
+  const double first = v.gap->frequency_hz.front(), last = v.gap->frequency_hz.back();
+  v.bands = {{0.0, 0.5 * first, 0.1, 0.1, 0.1}, {first, last, 0.1, 0.1, 0.1}};
+  v.judged = identification::JudgedBand{first, last, true, 92.5, 0.25};
+  const auto page = document(v, record);
+  const auto* responses = section_of(page, "Responses");
+  ASSERT_NE(responses, nullptr);
+  EXPECT_EQ(responses->charts.size(), 2U);
+  EXPECT_TRUE(responses->charts.at(0).shapes.empty());
+  ASSERT_NE(section_of(page, "Distance of the responses"), nullptr);
+  EXPECT_FALSE(section_of(page, "Distance of the responses")->sheet);
+  const auto& bands = section_of(page, "Residual by frequency")->plain_tables.at(0);
+  EXPECT_EQ(bands.columns.back(), "Judged");
+  EXPECT_EQ(bands.rows.at(0).back(), "no");
+  EXPECT_EQ(bands.rows.at(1).back(), "yes");
+  EXPECT_TRUE(std::any_of(page.cards.begin(), page.cards.end(),
+                          [](const Card& c) { return c.name == "Fit where judged" && c.value == "92.5"; }));
+  v.judged->high_hz = 0.5 * (first + last);
+  EXPECT_EQ(section_of(document(v, record), "Responses")->charts.at(0).shapes.size(), 1U);
 }
 
 }  // namespace
