@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: MIT
 #include <gtest/gtest.h>
+#include <sys/resource.h>
 
 #include <cmath>
 #include <random>
 #include <resonid/diagnostics/detail/residual_dependence.hpp>
+#include <sanitized.hpp>
 #include <uniformity.hpp>
 
 namespace resonid::diagnostics {
@@ -101,6 +103,21 @@ TEST(ResidualDependence, SeesOneLineOfManyAndNoOther) {
   EXPECT_LT(dependence_at(e, x, {10.0, 1.0, 100.0, false}), 1e-6);
   EXPECT_LT(dependence_at(e, x, {10.0, 1.0, 100.0, true}), 1e-4);
   EXPECT_GT(dependence_at(e, x, {35.0, 1.0, 100.0, false}), 1e-3);
+}
+
+/// Peak of the process, in MB.
+double peak_memory() {
+  rusage usage{};
+  getrusage(RUSAGE_SELF, &usage);
+  return 1e-3 * static_cast<double>(usage.ru_maxrss);
+}
+
+TEST(ResidualDependence, TakesNoMemoryPerLag) {
+  if (RESONID_SANITIZED != 0) GTEST_SKIP() << "a sanitizer keeps what is freed";
+  const auto x = normal_samples(400000, 1), e = normal_samples(400000, 2);
+  const double before = peak_memory();
+  EXPECT_GT(residual_dependence(e, x, 25).probability, 1e-4);
+  EXPECT_LT(peak_memory() - before, 40.0);  // one column: 3.2 MB
 }
 
 TEST(ResidualDependence, TellsNothingOfTooFewSamples) {
