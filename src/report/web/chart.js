@@ -166,7 +166,7 @@ export function xAxis(label, log) {
     size: 24, label, labelSize: 18, labelGap: 0, labelFont: "12px system-ui, sans-serif",
     splits: (u, i, low, high) => {
       const { min, max } = u.scales.x;
-      return log ? logTicks(min, max) : linearTicks(low, high, Math.max(2, Math.floor(u.width / 90)));
+      return log ? logTicks(min, max) : linearTicks(low, high, Math.max(4, Math.floor(u.width / 90)));
     },
     filter: (u, splits) => splits,
     values: (u, splits) => {
