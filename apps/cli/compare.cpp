@@ -54,9 +54,11 @@ void run_compare(CLI::App& verb, CompareVerb& o) {
     throw UsageError(fmt::format("--confidence: found {:g}, required between 0 and 1", o.options.confidence));
   refuse_unwritable({o.report, o.json});
   const auto first = read_result(o.first), second = read_result(o.second);
-  // With a weight of its own the comparison needs none, the Nyquist curves do.
-  inherit(verb, first.options, o.first);
-  if (o.controller.empty()) inherit(verb, second.options, o.second);
+  // With a weight of its own the comparison needs none, the Nyquist curves of the page do.
+  if (o.weight.empty() || !o.report.empty()) {
+    inherit(verb, first.options, o.first);
+    if (o.controller.empty()) inherit(verb, second.options, o.second);
+  }
   const double sample_time_s = 1.0 / first.record.sample_rate_hz;
   std::optional<data::TransferFunction> controller;
   if (!o.controller.empty()) {
