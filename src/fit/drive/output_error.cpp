@@ -148,6 +148,10 @@ expected<JointOutputErrorFit, Error> solve(std::span<const data::Record> records
     if (signals->unused.empty()) signals->unused = stale;
     for (std::size_t k = 0; k < stale.size(); ++k)
       if (stale[k]) signals->unused[k] = true;
+    const auto& filled = record.sampling.filled;  // what was interpolated says nothing
+    if (!filled.empty() && signals->unused.empty()) signals->unused.assign(record.samples(), false);
+    for (const std::size_t k : filled)
+      if (k < record.samples()) signals->unused[k] = true;
     parts.push_back({&record, std::move(*signals), hold});
     if ((config.coulomb_friction || config.further_friction.any()) && !both_ways)
       both_ways = reverses(direction_of(record));

@@ -396,6 +396,9 @@ class OutputErrorFitter {
     DriveSignals rest = part(r).raw;
     for (std::size_t k = 0; k < rest.unused.size(); ++k)
       if (!part(r).hold.is_new(k)) rest.unused[k] = false;
+    const auto& filled = part(r).record->sampling.filled;
+    for (const std::size_t k : filled)
+      if (k < rest.unused.size()) rest.unused[k] = false;
     double mean = 0.0, count = 0.0, total = 0.0;
     for (std::size_t k = 0; k < rest.output.size(); ++k)
       if (rest.unused[k]) mean += rest.output[k], count += 1.0;
@@ -403,6 +406,8 @@ class OutputErrorFitter {
     for (std::size_t k = 0; k < rest.output.size(); ++k)
       if (rest.unused[k]) total += std::pow(rest.output[k] - mean, 2);
     rest.unused.flip();  // old values of a held output count neither here nor there
+    for (const std::size_t k : filled)
+      if (k < rest.unused.size()) rest.unused[k] = true;
     const auto residual = raw_residual(r, rest);
     const double left = mean_square(residual) * static_cast<double>(residual.size());
     HoldoutFit judged{residual.size(), fit_percent_of(left, total), 0.0};

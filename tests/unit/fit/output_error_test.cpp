@@ -5,6 +5,7 @@
 #include <golden.hpp>
 #include <numbers>
 #include <random>
+#include <resonid/fit/detail/order_selection.hpp>
 #include <resonid/fit/output_error.hpp>
 
 namespace resonid::fit {
@@ -206,6 +207,38 @@ TEST(OutputError, GoesOnFromTheNoiseOfAnotherFit) {
   EXPECT_NEAR(again->model.parameters.driven_inertia, expected.value, 0.05 * expected.std);
   config.noise_start.push_back(first->noise);
   EXPECT_EQ(fit_output_error(record, config).error().field, "noise_start");
+}
+
+/// Samples that were missing and are interpolated have no weight, whatever stands there.
+TEST(OutputError, InterpolatedSamplesSayNothing) {
+  auto record = rigid_record(0.0, 2);
+  std::mt19937_64 random(7);
+  std::normal_distribution<double> normal(0.0, 0.02);
+  for (auto& y : record.output.samples) y += normal(random);
+  OutputErrorConfig config;
+  config.initial.structure = Structure::rigid;
+  config.initial.parameters.driven_inertia = 0.08;
+  config.viscous_friction = true;
+  const auto complete = fit_output_error(record, config);
+  ASSERT_TRUE(complete && complete->converged);
+  const auto expected = complete->model.estimate(kDrivenInertia);
+  auto damaged = record;
+  for (std::size_t k = 37; k < damaged.samples(); k += 100) {
+    damaged.output.samples[k] += 5.0;
+    damaged.sampling.filled.push_back(k);
+  }
+  const auto fit = fit_output_error(damaged, config);
+  ASSERT_TRUE(fit && fit->converged);
+  EXPECT_NEAR(fit->model.parameters.driven_inertia, expected.value, expected.std);
+  EXPECT_NEAR(fit->model.estimate(kDrivenInertia).std, expected.std, 0.2 * expected.std);
+  config.holdout = holdout_parts(damaged.samples());
+  const auto judged = fit_output_error(damaged, config);
+  ASSERT_TRUE(judged && judged->holdout);
+  EXPECT_LT(judged->holdout->samples, complete->samples / 3);
+  damaged.sampling.filled.clear();
+  const auto misled = fit_output_error(damaged, config);
+  ASSERT_TRUE(misled && misled->holdout);
+  EXPECT_LT(misled->holdout->fit_percent, judged->holdout->fit_percent - 1.0);
 }
 
 TEST(OutputError, RefusesWhatItCannotUse) {
