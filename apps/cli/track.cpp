@@ -170,7 +170,7 @@ void run_track(CLI::App& verb, TrackVerbOptions& o) {
   o.track.common.progress = [&progress](std::string_view stage) { progress.stage(stage); };
   o.track.kept_rows = kKeptRows;
   if (verb.get_option("--every")->count() == 0)
-    o.track.every = std::max<std::size_t>(1, record.samples() / kMostRows);
+    o.track.every = std::max<std::size_t>(1, (record.samples() + kMostRows - 1) / kMostRows);
   std::optional<RowWriter> writer;
   if (!o.out.empty()) {
     o.track.on_columns = [&](std::span<const std::string> names) { writer.emplace(o.out).columns(names); };

@@ -488,8 +488,19 @@ TEST(Tracking, TheWholeRecordIsLearnedFromOnlyWhenAsked) {
   EXPECT_FALSE(whole.causal);
   EXPECT_EQ(whole.rows, 1000U);
   EXPECT_EQ(whole.learned_s, 4.0);
-  EXPECT_EQ(whole.start, "the whole record");
+  EXPECT_EQ(whole.start, "the whole recording");
   EXPECT_EQ(findings_of(whole, "whole-record"), 1);
+}
+
+/// The first seconds of a sweep suit a two-mass model that is none: rivals say so, and learning goes on.
+TEST(Tracking, LearnsFromASweepUntilItIsKnown) {
+  auto config = io::shipped_experiment("demo");
+  for (const std::uint64_t seed : {1U, 3U, 5U}) {
+    config.run.seed = seed;
+    const Track track = tracked(test::simulated(config).record, test::known_to_track(config));
+    EXPECT_TRUE(track.trusted) << seed << " from " << track.start;
+    EXPECT_NEAR(track.find("resonance_hz")->value.back(), 15.1, 0.2) << seed;
+  }
 }
 
 // Rows may be too many to be kept: every one is handed out, a few are kept.

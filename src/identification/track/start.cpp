@@ -18,14 +18,14 @@ constexpr double kUncertainResonance = 0.01;  // relative standard deviation
 constexpr double kChangingResonance = 0.05;   // the same with a change within the stretch in it
 
 /// What identify() is told about a stretch; a chirp is cut where the stretch ends.
-Options options_of_stretch(const TrackOptions& options, const Plan& plan, double seconds, bool final) {
+Options options_of_stretch(const TrackOptions& options, const Plan& plan, double seconds,
+                           bool two_masses_alone) {
   Options o = options.common;
   o.method = Method::automatic;
   o.lines_hz.clear();
   o.drop_periods = 0;
   o.progress = nullptr;
-  // Until the last stretch nothing but two masses is a start; their rivals take most of the time.
-  if (!final && o.model == ModelChoice::automatic) o.model = ModelChoice::two_mass;
+  if (two_masses_alone && o.model == ModelChoice::automatic) o.model = ModelChoice::two_mass;
   if (plan.sweep && plan.sweep->sweep == online::Sweep::linear && seconds < plan.sweep->duration_s)
     o.chirp = online::SweepLaw{plan.sweep->from_hz, plan.sweep->frequency_hz(seconds), seconds};
   return o;
@@ -73,7 +73,16 @@ std::optional<StartModel> find_start(const data::Record& stretch, const TrackOpt
   if (options.baseline && options.baseline->model)
     return StartModel{options.baseline->model->drive, "the baseline's model"};
   const double seconds = stretch.duration_s();
-  const auto result = identify(stretch, options_of_stretch(options, plan, seconds, final));
+  const auto learnt = [&](bool two_masses_alone) {
+    return identify(stretch, options_of_stretch(options, plan, seconds, two_masses_alone));
+  };
+  // Until the last stretch two masses alone, which take little time, say whether to ask what all structures
+  // do.
+  if (!final) {
+    const auto two = learnt(true);
+    if (!two || !suffices(*two, seconds)) return std::nullopt;
+  }
+  const auto result = learnt(false);
   if (!result || !(final || suffices(*result, seconds))) return std::nullopt;
   const auto* model = closest_drive(*result);
   if (model == nullptr) return std::nullopt;
