@@ -14,6 +14,8 @@ namespace {
 
 using Jacobian = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
+constexpr double kLargest = 1e150;  ///< Residual whose square is a number.
+
 /// Remembers its last evaluation with derivatives: a solver that begins where the start was checked, and the
 /// result where it ended, ask for the same once more.
 class Remembering final : public ceres::CostFunction {
@@ -83,7 +85,7 @@ LeastSquaresResult minimise(std::unique_ptr<ceres::CostFunction> cost, std::span
     double* jacobians[] = {jacobian.data()};
     return function.Evaluate(blocks, residuals.data(), jacobians);
   };
-  if (!evaluates() || !residuals.allFinite() || residuals.cwiseAbs().maxCoeff() > 1e150) {
+  if (!evaluates() || !residuals.allFinite() || residuals.cwiseAbs().maxCoeff() > kLargest) {
     result.jacobian = Eigen::MatrixXd::Zero(rows, static_cast<Eigen::Index>(result.active.size()));
     result.gradient = Eigen::VectorXd::Zero(result.jacobian.cols());
     return result;
@@ -167,7 +169,7 @@ LeastSquaresResult minimise_linear(const ceres::CostFunction& function, std::spa
   result.jacobian = Eigen::MatrixXd::Zero(residuals.size(), count);
   result.gradient = Eigen::VectorXd::Zero(count);
   if (!function.Evaluate(blocks, residuals.data(), jacobians) || !residuals.allFinite() ||
-      !jacobian.allFinite())
+      residuals.cwiseAbs().maxCoeff() > kLargest || !jacobian.allFinite())
     return result;
   for (Eigen::Index i = 0; i < count; ++i)
     result.jacobian.col(i) = jacobian.col(result.active[static_cast<std::size_t>(i)]);

@@ -100,6 +100,7 @@ class Squared {
     for (Eigen::Index i = 0; i <= columns_; ++i) {
       const double all = products(i, i);
       const double left = all - upper.col(i).head(i).squaredNorm();
+      if (!std::isfinite(all)) return std::nullopt;  // an overflow must stay one
       constexpr double kIndependent = 1e-7;  // of a column's square: rounding then moves the factor by 1e-7
       if (i < columns_ && all > 0.0 && !(left > kIndependent * all)) return std::nullopt;
       upper(i, i) = std::sqrt(std::max(0.0, left));

@@ -24,6 +24,8 @@ std::vector<Complex> as_measured(const data::FrequencyResponse& g, const DriveMo
 }
 
 struct Fitter {
+  static constexpr detail::Effort kNear{100, 1e-8};  ///< The rounds that follow go on from there.
+
   const data::FrequencyResponse& lines;
   const ResponseFitConfig& config;
 
@@ -89,7 +91,6 @@ struct Fitter {
   /// From a soft weighting towards the data's own: a start far off must not follow its best-measured lines.
   ResponseFit settle(const DriveModel& start) const {
     if (config.weighting != Weighting::model_error) return run(start, config.weighting, 0.0);
-    constexpr detail::Effort kNear{100, 1e-8};  // the rounds that follow go on from there
     return reweight(run(start, config.weighting, config.initial_error, kNear));
   }
 
@@ -227,9 +228,9 @@ ResponseFit search(const Fitter& fitter, const DriveModel& start) {
   if (fitter.config.weighting != Weighting::model_error || fitter.lines.lines() < 2 * kFew)
     return fitter.settle(start);
   const auto few = some_of(fitter.lines, kFew);
-  auto near = Fitter{few, fitter.config}.settle(start);
+  const auto near = Fitter{few, fitter.config}.settle(start);
   const double error = near.model_error;
-  auto fit = fitter.reweight(std::move(near));
+  auto fit = fitter.reweight(fitter.run(near.model, fitter.config.weighting, error, Fitter::kNear));
   // What stands between the few lines may be a mode.
   constexpr double kAlike = 1.3, kSmall = 0.01;
   if (fit.converged && fit.model_error < kAlike * error + kSmall) return fit;

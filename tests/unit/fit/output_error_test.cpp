@@ -241,6 +241,22 @@ TEST(OutputError, InterpolatedSamplesSayNothing) {
   EXPECT_LT(misled->holdout->fit_percent, judged->holdout->fit_percent - 1.0);
 }
 
+/// In the loop of a controller of the wrong sign the simulation overflows: that is no fit.
+TEST(OutputError, SimulationThatOverflowsIsNoFit) {
+  auto record = rigid_record(0.0, 2);
+  record.excitation.samples = record.input.samples;
+  OutputErrorConfig config;
+  config.initial.structure = Structure::rigid;
+  config.initial.parameters.driven_inertia = 0.08;
+  config.predictor = Predictor::closed_loop;
+  for (const double gain : {-20.0, -500.0}) {
+    config.controller = data::TransferFunction{{gain}, {1.0}, record.sample_time_s()};
+    const auto fit = fit_output_error(record, config);
+    EXPECT_FALSE(fit && fit->converged && fit->fit_percent > 50.0) << gain << ": " << fit->fit_percent;
+    EXPECT_FALSE(fit && fit->converged && std::isnan(fit->fit_percent)) << gain;
+  }
+}
+
 TEST(OutputError, RefusesWhatItCannotUse) {
   data::Record record = rigid_record(0.0, 1);
   OutputErrorConfig config;

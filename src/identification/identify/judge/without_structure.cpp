@@ -112,6 +112,12 @@ void put_black_box_instead(const Experiment& experiment, const Measurement& m, c
                      options.torque_lag_s || options.output_filter_s;
   if (asked || experiment.motion || !experiment.record.input.present() || m.evidence.biased()) return;
   if (!fails_grossly(result) || !reliability_of(result).response) return;
+  // A response by another controller than the one that ran is no drive's, nor a box's.
+  if (options.approach == Approach::indirect &&
+      std::any_of(result.findings.begin(), result.findings.end(), [](const auto& f) {
+        return f.id == "controller-differs" && f.severity == Severity::error;
+      }))
+    return;
   tell(options, "fitting a black-box model");
   auto box = box_that_holds(experiment, m.plan, options, result.response);
   if (!box) return;

@@ -73,6 +73,7 @@ BandRecord record_in_band(const data::Record& record, std::pair<double, double> 
   BandRecord result{record, 1, 0};
   auto& own = result.record;
   own.position = own.second_output = {};
+  own.sampling.filled.clear();  // a filter spreads them
   const double ratio = record.sample_rate_hz / (kRateOverBand * std::max(band_hz.second, 1e-9));
   if (ratio >= 2.0 && static_cast<double>(record.samples()) > 100.0 * ratio) {
     result.every = static_cast<std::size_t>(ratio);

@@ -305,7 +305,8 @@ std::optional<RecordFit> CandidateFits::fit_to_records(const Variant& variant, c
       config.initial = first->model;
   }
   auto fit = fit_records(records_, config);
-  if (!fit || !fit->converged || (friction_is_free() && self_excited(fit->model, variant.any_dry())))
+  if (!fit || !fit->converged || !std::isfinite(fit->bic) || !std::isfinite(fit->fit_percent) ||
+      (friction_is_free() && self_excited(fit->model, variant.any_dry())))
     return std::nullopt;
   return fit;
 }
