@@ -82,8 +82,14 @@ std::vector<identification::GivenOption> given_options(const CLI::App& verb) {
 void inherit(CLI::App& verb, const std::vector<identification::GivenOption>& options, const std::string& file,
              bool same_record) {
   std::vector<std::string> names;
+  const auto is_given = [&](const char* name) {
+    const auto* option = verb.get_option_no_throw(name);
+    return option != nullptr && option->count() > 0 && !is_from_profile(*option);
+  };
+  const bool other_stretch = is_given("--from") || is_given("--to");
   for (auto* option : verb.get_options()) {
     const auto name = name_of_option(*option);
+    if (other_stretch && (name == "from" || name == "to")) continue;
     const auto stored =
         std::find_if(options.begin(), options.end(), [&](const auto& o) { return o.name == name; });
     if (stored == options.end() || option->get_group().empty() || !is_inherited(*option, same_record))

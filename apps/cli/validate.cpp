@@ -3,6 +3,7 @@
 
 #include <CLI/App.hpp>
 #include <algorithm>
+#include <array>
 #include <cctype>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -58,14 +59,32 @@ void inherit_from_model(CLI::App& verb, const ValidateVerb& o) {
     inherit(verb, result->options, o.model, is_of_record(*result, o.record.record));
 }
 
-/// By the hashes of the files; not known of a result without them.
-std::optional<bool> is_own_record(const std::string& model, const report::Provenance& now) {
+/// Whether the model's options cut the same stretch out of the file as those of this run.
+bool is_own_stretch(const CLI::App& verb, const std::string& model) {
+  const auto json = io::read_json(model);
+  if (!json) return false;
+  const auto result = report::from_json<identification::Result>(*json);
+  if (!result) return false;
+  constexpr std::array<std::string_view, 2> kEnds = {"from", "to"};
+  return std::all_of(kEnds.begin(), kEnds.end(), [&](std::string_view end) {
+    const auto stored = std::find_if(result->options.begin(), result->options.end(),
+                                     [&](const auto& o) { return o.name == end; });
+    const auto* now = verb.get_option(fmt::format("--{}", end));
+    const std::string then = stored == result->options.end() ? std::string() : stored->value;
+    return then == (now->count() > 0 ? now->results().front() : std::string());
+  });
+}
+
+/// By the hashes of the files and what was cut out of them; not known of a result without hashes.
+std::optional<bool> is_own_record(const CLI::App& verb, const std::string& model,
+                                  const report::Provenance& now) {
   const auto json = io::read_json(model);
   const auto then = json ? report::provenance_of(*json) : std::nullopt;
   if (!then || then->files.empty() || now.files.empty()) return std::nullopt;
   const auto& record = now.files.back();
   if (record.sha256.empty()) return std::nullopt;
-  return std::any_of(then->files.begin(), then->files.end(),
+  return is_own_stretch(verb, model) &&
+         std::any_of(then->files.begin(), then->files.end(),
                      [&](const auto& file) { return file.sha256 == record.sha256; });
 }
 
@@ -105,7 +124,8 @@ void run_validate(CLI::App& verb, ValidateVerb& o) {
   progress.stage("simulating");
   const auto provenance = provenance_of_files({o.model, o.record.record});
   auto v = identification::validate(
-      record, candidate, {o.method.options, o.max_lag, o.fit_band_hz, is_own_record(o.model, provenance)});
+      record, candidate,
+      {o.method.options, o.max_lag, o.fit_band_hz, is_own_record(verb, o.model, provenance)});
   if (!v)
     throw UsageError(v.error().field == "candidate" ? o.model + ": " + v.error().requirement.str()
                                                     : in_options(v.error()));

@@ -125,6 +125,26 @@ TEST_F(Validate, AgreesWithIdentifyAboutOneRecording) {
   }
 }
 
+/// One file cut in two is two recordings. They excite two bands here, which is said.
+TEST_F(Validate, TakesTheOtherHalfOfAFileForAnotherRecording) {
+  ASSERT_EQ(run("simulate demo --out halves.csv").exit_code, 0);
+  ASSERT_EQ(run("identify halves.csv --to 8 --delay 0.004 --json half.json").exit_code, 0);
+  const auto validated_on = [&](const std::string& stretch) {
+    const auto done = run("validate half.json halves.csv --json - " + stretch);
+    EXPECT_EQ(done.exit_code, 0) << done.error;
+    return json::parse(done.out);
+  };
+  EXPECT_TRUE(validated_on("").at("own_record"));  // --to 8 is inherited
+  const auto other = validated_on("--from 8");
+  EXPECT_FALSE(other.contains("own_record"));
+  EXPECT_FALSE(other.at("judged_band").at("of_model"));
+  EXPECT_LT(other.at("judged_band").at("low_hz").get<double>(), 5.0);
+  const auto& findings = other.at("findings");
+  EXPECT_TRUE(std::any_of(findings.begin(), findings.end(), [](const json& f) {
+    return f.at("id") == "other-band";
+  })) << findings;
+}
+
 TEST_F(Validate, JudgesInTheBandInWhichTheModelWasIdentified) {
   for (const auto& seed : {"1", "2"})
     ASSERT_EQ(run(std::string("simulate demo --seed ") + seed + " --out d" + seed + ".csv").exit_code, 0);

@@ -5,10 +5,15 @@ namespace resonid::diagnostics::detail {
 namespace {
 
 constexpr FindingKind kValidate[] = {
-    {"untrusted-model", "Model not reliable", "validate", TrustEffect::keeps,
-     "The result that the model comes from is itself not trusted.",
+    {"untrusted-model", "Model not reliable", "validate", TrustEffect::may_withdraw,
+     "The result that the model comes from is itself not trusted; on its own recording that withdraws trust "
+     "here too.",
      "A model that is wrong on its own recording is no better on another.",
      "Cure the findings of that result first."},
+    {"other-band", "Other band", "validate", TrustEffect::keeps,
+     "The recording excites a band in which the model was not identified.",
+     "A model is measured where its own recording excited the drive; elsewhere it extrapolates.",
+     "Excite the band of the model, or identify from a recording that excites both."},
     {"different-units", "Different units", "validate, compare", TrustEffect::withdraws,
      "Model and recording, or both results, are in different units.",
      "Scales or units were given to one of them only.", "Give the same scales and units to both."},

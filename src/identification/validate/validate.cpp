@@ -202,12 +202,22 @@ class Simulator {
     constexpr double kNarrowest = 1.2;  // ratio of the ends
     auto band = v_.candidate.band_hz ? v_.candidate.band_hz : excited;
     if (!band) return;
+    bool of_model = v_.candidate.band_hz.has_value();
     if (v_.candidate.band_hz && excited) {
       const std::pair both(std::max(band->first, excited->first), std::min(band->second, excited->second));
-      if (both.second > kNarrowest * both.first) band = both;
+      of_model = both.second > kNarrowest * both.first;
+      band = of_model ? both : *excited;  // the model speaks beyond its own lines then
+      if (!of_model)
+        v_.findings.push_back(
+            {"other-band", Severity::warning, excited->first, v_.candidate.band_hz->first,
+             fmt::format(
+                 "The recording excites {:.3g} ... {:.3g} Hz, and the model was identified in {:.3g} ... "
+                 "{:.3g} Hz: it is judged where it was not measured. Excite the model's band, or "
+                 "identify in both.",
+                 excited->first, excited->second, v_.candidate.band_hz->first,
+                 v_.candidate.band_hz->second)});
     }
-    v_.judged = JudgedBand{band->first, std::min(band->second, 0.5 * record_.sample_rate_hz),
-                           v_.candidate.band_hz.has_value()};
+    v_.judged = JudgedBand{band->first, std::min(band->second, 0.5 * record_.sample_rate_hz), of_model};
   }
 
   [[nodiscard]] std::vector<double> above(std::span<const double> samples, double hz,

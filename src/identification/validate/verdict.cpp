@@ -120,13 +120,13 @@ void inspect_fit(ModelValidation& v, const Evidence& e) {
                      v.simulation_fit_percent, *v.expected_fit_percent, v.dependence.on)});
   const double fit = judged_fit(v);
   if (fit >= kCriteria.poor_fit) return;
-  if (e.correlated())
+  if (e.correlated() || e.misfit() || e.line_differs)
     v.findings.push_back(
         {"poor-fit", Severity::error, fit, kCriteria.poor_fit,
          "Fit below 50 % (NRMSE), and the residual is not noise: "
          "this is not the model of this drive at this operating point. Check columns, units and the "
          "model's file, or identify this recording."});
-  else
+  else if (!e.significant)
     v.findings.push_back({"noisy-record", Severity::warning, fit, kCriteria.poor_fit,
                           "Fit below 50 % (NRMSE), but the residual is not correlated with the "
                           "input: it is noise or disturbances, which say little for or against the model. "

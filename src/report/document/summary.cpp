@@ -105,7 +105,9 @@ std::string parameter_lines(const Result& result, double z) {
   std::string text;
   const auto put = [&](const std::string& label, const data::Estimate& e, const std::string& unit) {
     constexpr double kDetermined = 1.0;  // standard deviation over value of what is a figure at all
-    if (e.std > kDetermined * std::abs(e.value) && std::abs(e.value) > 0.0 && unit != "ms") {
+    constexpr double kSecond = 1e3;      // a time may be none to within a few samples, not to within a second
+    if (e.std > kDetermined * std::abs(e.value) && std::abs(e.value) > 0.0 &&
+        (unit != "ms" || e.std > kSecond)) {
       text += fmt::format("  {:<18} not determined\n", label);
       return;
     }
