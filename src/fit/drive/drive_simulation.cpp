@@ -45,16 +45,30 @@ class Controller {
   std::vector<Row> slopes_;
 };
 
-/// Rows [J r] reduced to their triangular factor by Householder's reflections, from time to time.
-class Reflected {
- public:
-  explicit Reflected(Eigen::Index columns)
-      : columns_(columns), rows_(Eigen::MatrixXd::Zero(kRows, columns + 1)) {}
+/// Rows [J r] as they come, to be reduced to their triangular factor some at a time.
+class Rows {
+ protected:
+  static constexpr Eigen::Index kRows = 256;
+  explicit Rows(Eigen::Index columns) : columns_(columns), rows_(Eigen::MatrixXd::Zero(kRows, columns + 1)) {}
+  /// Whether there is no room for another.
   template <class Row>
-  void add(const Row& slopes, double residual) {
+  bool fill(const Row& slopes, double residual) {
     for (Eigen::Index p = 0; p < columns_; ++p) rows_(used_, p) = -slopes(p);
     rows_(used_, columns_) = residual;
-    if (++used_ == kRows) reduce();
+    return ++used_ == kRows;
+  }
+  Eigen::Index columns_;
+  Eigen::MatrixXd rows_;
+  Eigen::Index used_ = 0;
+};
+
+/// By Householder's reflections.
+class Reflected : Rows {
+ public:
+  explicit Reflected(Eigen::Index columns) : Rows(columns) {}
+  template <class Row>
+  void add(const Row& slopes, double residual) {
+    if (fill(slopes, residual)) reduce();
   }
   /// Begins anew.
   std::optional<Eigen::MatrixXd> factor() {
@@ -64,32 +78,23 @@ class Reflected {
   }
 
  private:
-  static constexpr Eigen::Index kRows = 256;
   void reduce() {
     rows_.bottomRows(kRows - used_).setZero();
     linalg::qr_in_place(rows_);
     for (Eigen::Index j = 0; j <= columns_; ++j) rows_.col(j).tail(kRows - 1 - j).setZero();
     used_ = columns_ + 1;
   }
-  Eigen::Index columns_;
-  Eigen::MatrixXd rows_;
-  Eigen::Index used_ = 0;
 };
 
-/// The same by the Cholesky factor of their scalar products, in a third of the time: exact enough where no
-/// column is nearly a combination of others. The residual's own column may be one: what is left of it then
-/// is nothing.
-class Squared {
+/// By the Cholesky factor of their scalar products, in a third of the time: exact enough where no column is
+/// nearly a combination of others. The residual's own column may be one: what is left of it then is nothing.
+class Squared : Rows {
  public:
   explicit Squared(Eigen::Index columns)
-      : columns_(columns),
-        rows_(kRows, columns + 1),
-        products_(Eigen::MatrixXd::Zero(columns + 1, columns + 1)) {}
+      : Rows(columns), products_(Eigen::MatrixXd::Zero(columns + 1, columns + 1)) {}
   template <class Row>
   void add(const Row& slopes, double residual) {
-    for (Eigen::Index p = 0; p < columns_; ++p) rows_(used_, p) = -slopes(p);
-    rows_(used_, columns_) = residual;
-    if (++used_ == kRows) reduce();
+    if (fill(slopes, residual)) reduce();
   }
   /// Begins anew. Nothing where rounding would show.
   std::optional<Eigen::MatrixXd> factor() {
@@ -112,17 +117,13 @@ class Squared {
   }
 
  private:
-  static constexpr Eigen::Index kRows = 256;
   void reduce() {
     for (Eigen::Index i = 0; i <= columns_; ++i)
       for (Eigen::Index j = i; j <= columns_; ++j)
         products_(j, i) += rows_.col(i).head(used_).dot(rows_.col(j).head(used_));
     used_ = 0;
   }
-  Eigen::Index columns_;
-  Eigen::MatrixXd rows_;
   Eigen::MatrixXd products_;  ///< Lower triangle.
-  Eigen::Index used_ = 0;
 };
 
 /// The course of dry friction as the drive itself moves.

@@ -289,7 +289,7 @@ std::optional<Selection> select_model(std::span<const data::Record> records, con
                                       const Options& options, const data::FrequencyResponse& response,
                                       std::span<const fit::DriveModel> starts, bool to_records) {
   if (response.std.size() != response.lines()) return std::nullopt;
-  if (to_records && records.size() == 1 && records.front().samples() > kLongRecord) {
+  if (to_records && records.size() == 1 && records.front().samples() > kChosenOnStretches) {
     const auto parts = stretches_of(records.front(), plan.low_hz, plan.sweep.has_value());
     auto selection = Selector(parts, plan, options, response, starts, to_records, &records.front()).run();
     if (selection && selection->result.from_record) return selection;
