@@ -5,16 +5,17 @@
 #include <atomic>
 #include <filesystem>
 #include <fstream>
-#include <identification/parallel.hpp>
 #include <numeric>
 #include <resonid/io/detail/table.hpp>
 #include <stdexcept>
 #include <vector>
 
+#include "linalg/parallel.hpp"
+
 namespace resonid {
 namespace {
 
-using identification::detail::for_each_index;
+using linalg::for_each_index;
 
 TEST(Jobs, EveryIndexIsWorkedOnOnceAndItsResultIsSeen) {
   for (const std::size_t jobs : {1U, 2U, 7U, 64U}) {

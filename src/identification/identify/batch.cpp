@@ -2,10 +2,11 @@
 #include <algorithm>
 #include <cmath>
 #include <exception>
-#include <identification/parallel.hpp>
 #include <mutex>
 #include <resonid/base/detail/statistics.hpp>
 #include <resonid/identification/batch.hpp>
+
+#include "linalg/parallel.hpp"
 
 namespace resonid::identification {
 namespace {
@@ -103,7 +104,7 @@ Batch identify_batch(const BatchTask& task) {
   batch.entries.resize(task.files.size());
   std::mutex telling;
   std::size_t done = 0;
-  detail::for_each_index(task.files.size(), task.jobs, [&](std::size_t i) {
+  linalg::for_each_index(task.files.size(), task.jobs, [&](std::size_t i) {
     batch.entries[i] = identified(task, i);
     const std::lock_guard lock(telling);
     ++done;

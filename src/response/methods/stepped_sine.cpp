@@ -18,9 +18,10 @@ using Complex = std::complex<double>;
 /// Constant, slope and sine over a range of samples; columns as in Signals.
 struct LineFit {
   Eigen::Vector3cd phasors = Eigen::Vector3cd::Zero();
-  Eigen::MatrixX3d residual;      ///< [sample of the range, signal]
-  std::vector<double> phase_rad;  ///< [sample of the range] of the line, 0 at the record's first sample
-  double noise_gain = 0.0;        ///< E|error|^2 of a phasor for white noise of variance 1
+  Eigen::MatrixX3d residual;  ///< [sample of the range, signal]
+  std::vector<double> cosine,
+      sine;                 ///< [sample of the range] of the line, phase 0 at the record's first sample
+  double noise_gain = 0.0;  ///< E|error|^2 of a phasor for white noise of variance 1
 };
 
 LineFit fit_line(const Signals& signals, double cycles_per_sample, std::size_t first, std::size_t samples) {
@@ -31,9 +32,11 @@ LineFit fit_line(const Signals& signals, double cycles_per_sample, std::size_t f
   for (Eigen::Index n = 0; n < count; ++n) {
     const std::size_t k = first + static_cast<std::size_t>(n);
     const double cycles = cycles_per_sample * static_cast<double>(k);
-    fit.phase_rad.push_back(kTwoPi * (cycles - std::floor(cycles)));
-    design.row(n) << 1.0, 2.0 * static_cast<double>(n) / static_cast<double>(count) - 1.0,
-        std::cos(fit.phase_rad.back()), -std::sin(fit.phase_rad.back());
+    const double phase_rad = kTwoPi * (cycles - std::floor(cycles));
+    fit.cosine.push_back(std::cos(phase_rad));
+    fit.sine.push_back(std::sin(phase_rad));
+    design.row(n) << 1.0, 2.0 * static_cast<double>(n) / static_cast<double>(count) - 1.0, fit.cosine.back(),
+        -fit.sine.back();
     for (std::size_t i = 0; i < 3; ++i)
       if (signals.has(i)) measured(n, static_cast<Eigen::Index>(i)) = signals.signal[i][k];
   }
@@ -72,8 +75,8 @@ Groups groups_of(const Signals& signals, double cycles_per_sample, std::size_t f
     const auto length = static_cast<Eigen::Index>(groups.start(left - 1) - begin) - from;
     Eigen::MatrixX3d design(length, 3);
     for (Eigen::Index n = 0; n < length; ++n) {
-      const double phase = whole.phase_rad[static_cast<std::size_t>(from + n)];
-      design.row(n) << 1.0, std::cos(phase), -std::sin(phase);
+      const auto k = static_cast<std::size_t>(from + n);
+      design.row(n) << 1.0, whole.cosine[k], -whole.sine[k];
     }
     const Eigen::Matrix3d gram = design.transpose() * design;
     const Eigen::Vector3d solution =
@@ -158,7 +161,7 @@ std::optional<LineEstimate> line_of(const Signals& signals, double rate_hz, cons
   const LineFit fit = fit_line(signals, cycles_per_sample, first, groups.end - first);
   const double bin_hz = rate_hz / static_cast<double>(groups.end - first);
   const SideNoise noise =
-      noise_beside(fit.phase_rad, 1.0 / rate_hz, dwell.frequency_hz, fit.residual,
+      noise_beside({fit.cosine, fit.sine}, 1.0 / rate_hz, dwell.frequency_hz, fit.residual,
                    Eigen::VectorXd::Ones(fit.residual.rows()), 1.5 * bin_hz, 4.5 * bin_hz);
   LineEstimate line;
   line.frequency_hz = dwell.frequency_hz;

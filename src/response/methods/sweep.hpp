@@ -20,6 +20,12 @@ struct Sweep {
   std::vector<double> cosine, sine;  ///< [sample] of that
   Signals signals;
   std::array<std::vector<double>, 3> values;  ///< excitation, input, output over the sweep; empty when absent
+
+  /// From sample `first` on.
+  [[nodiscard]] Carrier carrier(Eigen::Index first) const {
+    const auto from = static_cast<std::size_t>(first);
+    return {std::span(cosine).subspan(from), std::span(sine).subspan(from)};
+  }
 };
 
 /// When the sweep passes a frequency.

@@ -4,6 +4,7 @@
 #include <resonid/base/constants.hpp>
 #include <resonid/response/detail/swept_response.hpp>
 
+#include "linalg/parallel.hpp"
 #include "response/methods/sweep.hpp"
 
 namespace resonid::response {
@@ -95,8 +96,10 @@ expected<LineEstimates, Error> swept_lines(const data::Record& record, const Swe
                                      : default_half_width(config.chirp, record.sample_rate_hz);
   if (half_width < 16)
     return refuse("half_width_samples", "must be at least 16", static_cast<double>(half_width));
-  for (const double f : *frequencies)
-    estimates.lines.push_back(local_cubic_line(*sweep, config, static_cast<double>(half_width), f));
+  estimates.lines.resize(frequencies->size());
+  linalg::for_each_index(frequencies->size(), 0, [&](std::size_t i) {
+    estimates.lines[i] = local_cubic_line(*sweep, config, static_cast<double>(half_width), (*frequencies)[i]);
+  });
   return estimates;
 }
 

@@ -48,16 +48,18 @@ SideNoise line_noise(const Problem& problem, const Eigen::MatrixX3d& residual, s
                      double frequency_hz) {
   const std::size_t count = problem.samples - first;
   const double ts = 1.0 / problem.rate_hz;
-  std::vector<double> phase(count);
+  std::vector<double> cosine(count), sine(count);
   Eigen::VectorXd window(static_cast<Eigen::Index>(count));
   for (std::size_t n = 0; n < count; ++n) {
-    phase[n] = kTwoPi * frequency_hz * static_cast<double>(n) * ts;
+    const double phase_rad = kTwoPi * frequency_hz * static_cast<double>(n) * ts;
+    cosine[n] = std::cos(phase_rad);
+    sine[n] = std::sin(phase_rad);
     window(static_cast<Eigen::Index>(n)) =
         0.5 - 0.5 * std::cos(kTwoPi * static_cast<double>(n) / static_cast<double>(count));
   }
   const double bin_hz = problem.rate_hz / static_cast<double>(count);
-  return noise_beside(phase, ts, frequency_hz, residual.bottomRows(static_cast<Eigen::Index>(count)), window,
-                      2.5 * bin_hz, 8.5 * bin_hz);
+  return noise_beside({cosine, sine}, ts, frequency_hz, residual.bottomRows(static_cast<Eigen::Index>(count)),
+                      window, 2.5 * bin_hz, 8.5 * bin_hz);
 }
 
 template <std::size_t MaxLines>

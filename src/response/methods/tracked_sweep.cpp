@@ -104,9 +104,9 @@ expected<std::vector<LineEstimate>, Error> tracked_sweep(const Sweep& sweep, con
         static_cast<Eigen::Index>(std::lround(time_of(sweep.law, f) / sweep.sample_time_s)), 0, samples - 1);
     const auto first = std::max<Eigen::Index>(0, nearest - half);
     const auto count = std::min(samples, nearest + half + 1) - first;
-    const SideNoise noise = noise_beside(std::span(sweep.phase_rad).subspan(static_cast<std::size_t>(first)),
-                                         sweep.sample_time_s, f, residual.middleRows(first, count),
-                                         Eigen::VectorXd::Ones(count), 2.0 * reach_hz, 5.0 * reach_hz);
+    const SideNoise noise =
+        noise_beside(sweep.carrier(first), sweep.sample_time_s, f, residual.middleRows(first, count),
+                     Eigen::VectorXd::Ones(count), 2.0 * reach_hz, 5.0 * reach_hz);
     LineEstimate line;
     line.frequency_hz = f;
     const double position =

@@ -9,7 +9,6 @@
 #include <identification/identify/judge/modes.hpp>
 #include <identification/identify/select/record_fit.hpp>
 #include <identification/identify/select/select_black_box.hpp>
-#include <identification/parallel.hpp>
 #include <mutex>
 #include <numbers>
 #include <resonid/base/detail/statistics.hpp>
@@ -17,6 +16,8 @@
 #include <resonid/identification/detail/figures.hpp>
 #include <resonid/online/excitation/detail/splitmix64.hpp>
 #include <resonid/plant/detail/white_noise.hpp>
+
+#include "linalg/parallel.hpp"
 
 namespace resonid::identification::detail {
 namespace {
@@ -124,7 +125,7 @@ Bootstrap bootstrap(const Repetition& repetition, const Options& options, const 
   std::vector<std::vector<Figure>> replicas(options.bootstrap);
   std::mutex telling;
   std::size_t done = 0;
-  for_each_index(options.bootstrap, options.jobs, [&](std::size_t i) {
+  linalg::for_each_index(options.bootstrap, options.jobs, [&](std::size_t i) {
     replicas[i] = figures_of(repetition(seed_of(options.seed, i)), result.units, loop_of_model, modes_hz);
     const std::lock_guard lock(telling);
     ++done;

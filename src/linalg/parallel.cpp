@@ -1,13 +1,14 @@
 // SPDX-License-Identifier: MIT
+#include "linalg/parallel.hpp"
+
 #include <algorithm>
 #include <atomic>
 #include <exception>
-#include <identification/parallel.hpp>
 #include <mutex>
 #include <thread>
 #include <vector>
 
-namespace resonid::identification::detail {
+namespace resonid::linalg {
 
 void for_each_index(std::size_t count, std::size_t jobs, const std::function<void(std::size_t)>& work) {
   const std::size_t wanted = jobs != 0 ? jobs : std::max(1U, std::thread::hardware_concurrency());
@@ -33,4 +34,4 @@ void for_each_index(std::size_t count, std::size_t jobs, const std::function<voi
   if (failure) std::rethrow_exception(failure);
 }
 
-}  // namespace resonid::identification::detail
+}  // namespace resonid::linalg
