@@ -275,17 +275,14 @@ std::complex<double> DriveModel::response(double frequency_hz) const {
 
 std::vector<std::complex<double>> DriveModel::values(std::span<const double> frequencies_hz,
                                                      bool as_measured) const {
-  std::vector<std::complex<double>> result;
-  result.reserve(frequencies_hz.size());
-  detail::with_masses(structure, [&](auto masses) {
+  return detail::with_masses(structure, [&](auto masses) {
     const detail::MeasuredResponse<masses> measured(
         parameters, as_measured ? delay_s / sample_time_s : 0.0, torque_lag_s / sample_time_s,
         detail::filter_pole(output_filter_s, sample_time_s),
         {sample_time_s, as_measured ? known_delay_s / sample_time_s : 0.0,
          torque_lag_s > 0.0 ? detail::Lag::first_order : detail::Lag::none, grounded(), velocity});
-    for (const double f : frequencies_hz) result.push_back(measured(f));
+    return measured.values(frequencies_hz);
   });
-  return result;
 }
 
 data::FrequencyResponse DriveModel::response(std::span<const double> frequencies_hz) const {

@@ -3,8 +3,11 @@
 
 #include <ceres/jet.h>
 
+#include <algorithm>
 #include <array>
+#include <cmath>
 #include <complex>
+#include <fit/drive/lanes.hpp>
 #include <fit/drive/sampled_drive.hpp>
 #include <resonid/base/constants.hpp>
 #include <resonid/data/detail/second_output.hpp>
@@ -80,35 +83,41 @@ class MeasuredResponse {
     }
   }
 
-  [[nodiscard]] Complex operator()(double frequency_hz) const { return evaluate(frequency_hz, {}); }
+  /// At any number of frequencies.
+  [[nodiscard]] std::vector<Complex> values(std::span<const double> frequencies_hz) const {
+    std::vector<Complex> found;
+    for (const auto& some : abscissae_of(frequencies_hz, setting_.sample_time_s)) {
+      const ComplexLanes g = evaluate(some, {});
+      for (int l = 0; l < kLanes && found.size() < frequencies_hz.size(); ++l) found.push_back(g.at(l));
+    }
+    return found;
+  }
 
-  /// The same, and its derivatives by the active coordinates.
-  [[nodiscard]] Complex evaluate(double frequency_hz, std::span<Complex> derivatives) const {
-    return order_ == kStates ? of_order<kStates>(frequency_hz, derivatives)
-                             : of_order<kStates - 1>(frequency_hz, derivatives);
+  /// At some frequencies side by side, and the derivatives by the active coordinates.
+  [[nodiscard]] ComplexLanes evaluate(const Abscissa& where, std::span<ComplexLanes> derivatives) const {
+    return order_ == kStates ? of_order<kStates>(where, derivatives)
+                             : of_order<kStates - 1>(where, derivatives);
   }
 
  private:
   /// Of a known order the loops are unrolled.
   template <int Order>
-  [[nodiscard]] Complex of_order(double frequency_hz, std::span<Complex> derivatives) const {
-    // z - 1 = 2j sin(w/2) e^{jw/2}
-    const double half = kPi * frequency_hz * setting_.sample_time_s;
-    const Complex step(-2.0 * std::sin(half) * std::sin(half), 2.0 * std::sin(half) * std::cos(half));
-    const Complex lag_pole = inverse(step + 1.0 - drive_.decay);
-    const Complex lagging = product(-step, lag_pole);  // e over u
-    std::array<std::array<Complex, kStates>, kStates> m;
-    std::array<Complex, kStates> x;
+  [[nodiscard]] ComplexLanes of_order(const Abscissa& where, std::span<ComplexLanes> derivatives) const {
+    const ComplexLanes& step = where.step;
+    const ComplexLanes lag_pole = inverse(step + 1.0 - drive_.decay);
+    const ComplexLanes lagging = product(-step, lag_pole);  // e over u
+    std::array<std::array<ComplexLanes, kStates>, kStates> m;
+    std::array<ComplexLanes, kStates> x;
     for (int i = 0; i < Order; ++i) {
       for (int j = 0; j < Order; ++j) m[at(i)][at(j)] = -drive_.system.a(i, j);
       m[at(i)][at(i)] += 1.0 + step;
       x[at(i)] = drive_.system.b(i) + lagging * drive_.lag_b(i);
     }
-    std::array<Complex, kStates> pivots;  // inverse; zI - A is far from singular ones off the poles
+    std::array<ComplexLanes, kStates> pivots;  // inverse; zI - A is far from singular ones off the poles
     for (int i = 0; i < Order; ++i) {
       pivots[at(i)] = inverse(m[at(i)][at(i)]);
       for (int r = i + 1; r < Order; ++r) {
-        const Complex factor = product(m[at(r)][at(i)], pivots[at(i)]);
+        const ComplexLanes factor = product(m[at(r)][at(i)], pivots[at(i)]);
         m[at(r)][at(i)] = factor;
         for (int c = i + 1; c < Order; ++c) m[at(r)][at(c)] -= product(factor, m[at(i)][at(c)]);
         x[at(r)] -= product(factor, x[at(i)]);
@@ -118,29 +127,27 @@ class MeasuredResponse {
       for (int c = i + 1; c < Order; ++c) x[at(i)] -= product(m[at(i)][at(c)], x[at(c)]);
       x[at(i)] = product(x[at(i)], pivots[at(i)]);
     }
-    const Complex past = product(-step, inverse(step + 1.0));  // u one sample ago, less u, over u
-    Complex sum = drive_.system.d + lagging * drive_.lag_d + past * drive_.past_d;
+    const ComplexLanes past = product(-step, inverse(step + 1.0));  // u one sample ago, less u, over u
+    ComplexLanes sum = drive_.system.d + lagging * drive_.lag_d + past * drive_.past_d;
     for (int i = 0; i < Order; ++i) sum += drive_.system.c(i) * x[at(i)];
-    const double omega = kTwoPi * frequency_hz * setting_.sample_time_s;
     // F = (1 - p) z/(z - p), dF/dp = -z (z - 1)/(z - p)^2
-    const Complex at_pole = inverse(step + 1.0 - filter_pole_);
-    const Complex filtered = (1.0 - filter_pole_) * product(step + 1.0, at_pole);
-    const Complex delayed =
-        std::polar(1.0, (setting_.known_delay_samples - drive_.whole_delay - 1 - turn_samples_) * omega) *
-        data::load_velocity_factor(setting_.second_output, frequency_hz, setting_.sample_time_s);
-    const Complex turn = product(delayed, filtered);
+    const ComplexLanes at_pole = inverse(step + 1.0 - filter_pole_);
+    const ComplexLanes filtered = (1.0 - filter_pole_) * product(step + 1.0, at_pole);
+    const ComplexLanes delayed = turned(where);
+    const ComplexLanes turn = product(delayed, filtered);
     if (!derivatives.empty()) {
       const auto y = adjoint<Order>(m, pivots);
-      const Complex lagging_slope = product(lagging, lag_pole);
+      const ComplexLanes lagging_slope = product(lagging, lag_pole);
       for (std::size_t p = 0; p < slopes_.size(); ++p) {
         const Slope& s = slopes_[p];
-        Complex by = s.d + lagging * s.lag_d + lagging_slope * (s.decay * drive_.lag_d) + past * s.past_d;
+        ComplexLanes by =
+            s.d + lagging * s.lag_d + lagging_slope * (s.decay * drive_.lag_d) + past * s.past_d;
         for (int i = 0; i < Order; ++i) {
-          Complex row = s.b(i) + lagging * s.lag_b(i) + lagging_slope * (s.decay * drive_.lag_b(i));
+          ComplexLanes row = s.b(i) + lagging * s.lag_b(i) + lagging_slope * (s.decay * drive_.lag_b(i));
           for (int j = 0; j < Order; ++j) row += s.a(i, j) * x[at(j)];
           by += product(y[at(i)], row) + s.c(i) * x[at(i)];
         }
-        derivatives[p] = product(turn, by - product(Complex(0.0, s.turn * omega), sum));
+        derivatives[p] = product(turn, by - product(ComplexLanes(Lanes::Zero(), s.turn * where.omega), sum));
         if (s.filter != 0.0)
           derivatives[p] -=
               product(product(delayed, sum), product(product(step + 1.0, step), product(at_pole, at_pole)));
@@ -165,12 +172,17 @@ class MeasuredResponse {
   }
 
   static std::size_t at(int i) { return static_cast<std::size_t>(i); }
-  /// Without the checks for infinities that operator* makes.
-  static Complex product(const Complex& a, const Complex& b) {
-    return {a.real() * b.real() - a.imag() * b.imag(), a.real() * b.imag() + a.imag() * b.real()};
-  }
 
-  static Complex inverse(const Complex& a) { return std::conj(a) * (1.0 / std::norm(a)); }
+  /// By the delay that is not in the sampled drive, and by what the second output measures.
+  [[nodiscard]] ComplexLanes turned(const Abscissa& where) const {
+    const double delay = setting_.known_delay_samples - drive_.whole_delay - 1 - turn_samples_;
+    ComplexLanes turn;
+    for (int l = 0; l < kLanes; ++l)
+      turn.set(l, std::polar(1.0, delay * where.omega(l)) *
+                      data::load_velocity_factor(setting_.second_output, where.frequency_hz(l),
+                                                 setting_.sample_time_s));
+    return turn;
+  }
 
   double place(double fitted_delay_samples) {
     const double delay = fitted_delay_samples + setting_.known_delay_samples;
@@ -180,9 +192,9 @@ class MeasuredResponse {
 
   /// Solves (zI - A)' y = c' from the factors.
   template <int Order>
-  std::array<Complex, kStates> adjoint(const std::array<std::array<Complex, kStates>, kStates>& m,
-                                       const std::array<Complex, kStates>& pivots) const {
-    std::array<Complex, kStates> y;
+  std::array<ComplexLanes, kStates> adjoint(const std::array<std::array<ComplexLanes, kStates>, kStates>& m,
+                                            const std::array<ComplexLanes, kStates>& pivots) const {
+    std::array<ComplexLanes, kStates> y;
     for (int i = 0; i < Order; ++i) {
       y[at(i)] = drive_.system.c(i);
       for (int c = 0; c < i; ++c) y[at(i)] -= product(m[at(c)][at(i)], y[at(c)]);

@@ -94,8 +94,8 @@ class SecondOutputCost : public ceres::CostFunction {
     const Eigen::VectorXd expected = all.head(rows);
     for (std::size_t i = 0; i < lines_.lines(); ++i) {
       const auto at = static_cast<Eigen::Index>(2 * i);
-      all(at) = gain * expected(at) - model_.weight[i] * lines_.value[i].real();
-      all(at + 1) = gain * expected(at + 1) - model_.weight[i] * lines_.value[i].imag();
+      all(at) = gain * expected(at) - model_.weight(i) * lines_.value[i].real();
+      all(at + 1) = gain * expected(at + 1) - model_.weight(i) * lines_.value[i].imag();
     }
     const Eigen::MatrixXd information = known_.rows.leftCols(kDrive);
     all.tail(told) = information * (Eigen::Map<const Eigen::VectorXd>(x, kDrive) -
@@ -273,18 +273,15 @@ struct Fitter {
 
 std::vector<Complex> load_values(const DriveModel& model, data::SecondOutput kind,
                                  std::span<const double> frequencies_hz) {
-  std::vector<Complex> values;
-  values.reserve(frequencies_hz.size());
   const double step = model.sample_time_s;
-  detail::with_masses(model.structure, [&](auto masses) {
+  return detail::with_masses(model.structure, [&](auto masses) {
     const detail::MeasuredResponse<masses> measured(
         model.parameters, model.delay_s / step, model.torque_lag_s / step, 0.0,
         {step, model.known_delay_s / step,
          model.torque_lag_s > 0.0 ? detail::Lag::first_order : detail::Lag::none, model.grounded(),
          model.velocity, kind});
-    for (const double f : frequencies_hz) values.push_back(measured(f));
+    return measured.values(frequencies_hz);
   });
-  return values;
 }
 
 expected<SecondOutputFit, Error> fit_second_output(const DriveModel& first,
