@@ -9,6 +9,8 @@
 #include <string>
 #include <utility>
 
+#include "linalg/parallel.hpp"
+
 // Parameters that are added to a variant one after the other, as the score tests say that they would pay.
 namespace resonid::identification::detail {
 namespace {
@@ -74,6 +76,35 @@ double gain_of_lags(const RecordFit& fit) {
   return std::max(lag, filter);
 }
 
+/// A variant as it was fitted in the end, and what came out.
+template <class Fit>
+struct Trial {
+  Variant variant;
+  std::optional<Fit> fit;
+  bool bare = false;          ///< Without the lags that were asked for.
+  bool frictionless = false;  ///< Without the driven side's friction that was asked for.
+
+  [[nodiscard]] bool is_another() const { return bare || frictionless; }
+};
+
+/// Fits a variant that is wider than `own`; where it makes no sense, what is left of it without the friction
+/// of the driven side, and without its lags from the model found.
+template <class Fit, class First, class Again>
+Trial<Fit> trial(const Variant& wider, const Variant& own, const First& first, const Again& again) {
+  Trial<Fit> t{wider, first(wider)};
+  if (!t.fit && divides_friction(t.variant)) {
+    t.variant.friction = false;
+    t.frictionless = true;
+    t.fit = first(t.variant);
+  }
+  if (t.fit && implausible(t.variant, t.fit->model) && lags(own) && lags(t.variant)) {
+    t.variant = without_lags(t.variant);
+    t.bare = true;
+    t.fit = again(t.variant, t.fit->model);
+  }
+  return t;
+}
+
 }  // namespace
 
 bool CandidateFits::offered(const Variant& variant, fit::Parameter parameter) const {
@@ -100,31 +131,10 @@ void CandidateFits::extend_by_response(DriveCandidate& candidate) const {
     const Variant variant = candidate.variants.front().first;
     const fit::ResponseFit told = candidate.variants.front().second;
     const double repeated = told.repetition;
-    std::optional<std::pair<Variant, fit::ResponseFit>> best;
-    double least = told.bic_for(repeated);
-    std::set<std::string> bare;  // tried without lags
+    std::vector<std::pair<Variant, std::optional<fit::DriveModel>>> tries;
     const auto consider = [&](const Variant& wider) {
-      std::vector<std::optional<fit::DriveModel>> starts = {start_of_other(wider, variant, told.model)};
-      if (wider.grounded()) starts.emplace_back(std::nullopt);
-      for (const auto& start : starts) {
-        Variant tested = wider;
-        auto fit = response_fit(tested, start, true);
-        if (!fit && divides_friction(tested)) {
-          tested.friction = false;
-          fit = response_fit(tested, start, true);
-        }
-        if (fit && implausible(tested, fit->model) && lags(variant) && lags(tested)) {
-          tested = without_lags(tested);
-          if (!bare.insert(name_of(tested)).second) continue;
-          fit = response_fit(tested, start_of_other(tested, wider, fit->model), true);
-        }
-        if (!fit || implausible(tested, fit->model)) continue;
-        const double price = std::max(0.0, price_of(tested, variant, kCriteria.biased_lines));
-        const double cost = fit->bic_for(repeated) + price;
-        if (!(cost < least)) continue;
-        least = cost;
-        best.emplace(tested, std::move(*fit));
-      }
+      tries.emplace_back(wider, start_of_other(wider, variant, told.model));
+      if (wider.grounded()) tries.emplace_back(wider, std::nullopt);
     };
     auto lacking = told.lacking;
     std::sort(lacking.begin(), lacking.end(), [](const auto& a, const auto& b) { return a.gain > b.gain; });
@@ -140,6 +150,27 @@ void CandidateFits::extend_by_response(DriveCandidate& candidate) const {
       consider(with(variant, p));
     }
     for (const auto& instead : instead_of_delay(variant, false)) consider(instead);
+    std::vector<Trial<fit::ResponseFit>> trials(tries.size());
+    linalg::for_each_index(tries.size(), 0, [&](std::size_t i) {
+      const auto& [wider, start] = tries[i];
+      trials[i] = trial<fit::ResponseFit>(
+          wider, variant, [&](const Variant& v) { return response_fit(v, start, true); },
+          [&](const Variant& v, const fit::DriveModel& model) {
+            return response_fit(v, start_of_other(v, wider, model), true);
+          });
+    });
+    std::optional<std::pair<Variant, fit::ResponseFit>> best;
+    double least = told.bic_for(repeated);
+    std::set<std::string> bare;
+    for (auto& t : trials) {
+      if (t.bare && !bare.insert(name_of(t.variant)).second) continue;
+      if (!t.fit || implausible(t.variant, t.fit->model)) continue;
+      const double price = std::max(0.0, price_of(t.variant, variant, kCriteria.biased_lines));
+      const double cost = t.fit->bic_for(repeated) + price;
+      if (!(cost < least)) continue;
+      least = cost;
+      best.emplace(t.variant, std::move(*t.fit));
+    }
     if (!best) return;
     candidate.variants.insert(candidate.variants.begin(), std::move(*best));
   }
@@ -211,12 +242,17 @@ void CandidateFits::drop_ruled_out(std::vector<Variant>& variants, const Variant
   };
   const auto told = by_lines(own);
   if (!told || told->model_error > kCriteria.misfit) return;
-  std::erase_if(variants, [&](const Variant& v) {
-    const auto other = by_lines(v);
-    if (!other) return false;
-    const double repeated = std::min(told->repetition, other->repetition);
-    return other->bic_for(repeated) > told->bic_for(repeated) + kCriteria.ruled_out;
-  });
+  std::vector<std::optional<fit::ResponseFit>> others(variants.size());
+  linalg::for_each_index(variants.size(), options_.jobs,
+                         [&](std::size_t i) { others[i] = by_lines(variants[i]); });
+  std::vector<Variant> left;
+  for (std::size_t i = 0; i < variants.size(); ++i) {
+    const auto& other = others[i];
+    const double repeated = other ? std::min(told->repetition, other->repetition) : 1.0;
+    if (!other || other->bic_for(repeated) <= told->bic_for(repeated) + kCriteria.ruled_out)
+      left.push_back(variants[i]);
+  }
+  variants = std::move(left);
 }
 
 std::optional<RecordFit> CandidateFits::fit_to_records_as_it_slides(const Variant& variant,
@@ -262,34 +298,37 @@ void CandidateFits::extend_by_record(DriveCandidate& candidate, bool instead_of_
     const fit::DriveModel before = best->model;
     double least = best->bic;
     std::optional<Variant> chosen;
+    std::set<std::string> names;
+    std::erase_if(wider, [&](const Variant& v) { return !names.insert(name_of(v)).second; });
     std::optional<RecordFit> by_differences;
-    std::set<std::string> tried;
-    for (auto& v : wider) {
-      if (!tried.insert(name_of(v)).second) continue;
-      // Score tests are of a parabola; a bound to three times as much leaves room.
-      constexpr double kRoom = 3.0;
-      if (by_differences && lags(v) && v.velocity == fit::Velocity::differences &&
-          by_differences->bic - kRoom * gain_of_lags(*by_differences) > least)
-        continue;
-      auto fit = fitted(v, start_of_other(v, variant, found.model));
-      if (!fit && divides_friction(v)) {
-        v.friction = false;
-        if (!tried.insert(name_of(v)).second) continue;
-        fit = fitted(v, start_of_other(v, variant, found.model));
+    const auto compare = [&](const std::vector<Variant>& variants) {
+      std::vector<Trial<RecordFit>> trials(variants.size());
+      linalg::for_each_index(variants.size(), 0, [&](std::size_t i) {
+        trials[i] = trial<RecordFit>(
+            variants[i], variant,
+            [&](const Variant& v) { return fitted(v, start_of_other(v, variant, found.model)); },
+            [&](const Variant& v, const fit::DriveModel& model) { return fitted(v, start_of(v, model)); });
+      });
+      for (auto& t : trials) {
+        if (t.is_another() && !names.insert(name_of(t.variant)).second) continue;
+        if (!t.fit || implausible(t.variant, t.fit->model)) continue;
+        if (!lags(t.variant) && t.variant.velocity == fit::Velocity::differences) by_differences = t.fit;
+        const double price = price_of(t.variant, variant, kCriteria.clearly_better);
+        if (!(t.fit->bic + price < least)) continue;
+        least = t.fit->bic + price;
+        best = std::move(t.fit);
+        chosen = t.variant;
       }
-      if (fit && implausible(v, fit->model) && lags(variant) && lags(v)) {
-        v = without_lags(v);
-        if (!tried.insert(name_of(v)).second) continue;
-        fit = fitted(v, start_of(v, fit->model));
-      }
-      if (!fit || implausible(v, fit->model)) continue;
-      if (!lags(v) && v.velocity == fit::Velocity::differences) by_differences = fit;
-      const double price = price_of(v, variant, kCriteria.clearly_better);
-      if (!(fit->bic + price < least)) continue;
-      least = fit->bic + price;
-      best = std::move(fit);
-      chosen = v;
-    }
+    };
+    // What differences alone leave says what a lag beside them can gain at most: score tests are of a
+    // parabola, a bound to three times as much leaves room.
+    const auto lagging = std::stable_partition(wider.begin(), wider.end(), [](const Variant& v) {
+      return !lags(v) || v.velocity != fit::Velocity::differences;
+    });
+    compare({wider.begin(), lagging});
+    constexpr double kRoom = 3.0;
+    if (!by_differences || by_differences->bic - kRoom * gain_of_lags(*by_differences) <= least)
+      compare({lagging, wider.end()});
     if (!chosen) return;
     if (variant.any_dry()) {
       const fit::DriveModel as_it_slides = best->model;
