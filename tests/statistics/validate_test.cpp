@@ -111,7 +111,7 @@ TEST(Validate, SeldomDoubtsTheTrueModel) {
 TEST(Validate, FindsAStiffnessThatIsOff) {
   constexpr double kAlways = 1000.0, kMostly = 200.0;
   int always = 0;
-  for (const double stiffness : {0.95, 0.9})
+  for (const double stiffness : {0.95, 0.9, 0.8})
     for (const double seconds : kSeconds)
       for (const double noise : kNoise) {
         const auto v = verdicts(seconds, noise, stiffness, false, 20);
