@@ -28,6 +28,7 @@ Record part_of(const Record& record, std::size_t first, std::size_t count) {
     Channel& few = part.*channel;
     few.name = all.name;
     few.unit = all.unit;
+    few.unit_assumed = all.unit_assumed;
     if (!all.present()) continue;
     const auto begin = all.samples.begin() + static_cast<std::ptrdiff_t>(first);
     few.samples.assign(begin, begin + static_cast<std::ptrdiff_t>(count));

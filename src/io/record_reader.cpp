@@ -428,7 +428,7 @@ class RecordMaker {
                                       const std::string& unit = {}) {
     const std::string named = named_unit(table_, column).unit;
     data::Channel result{table_.names[column], conversion.unit,
-                         samples_of(column, named.empty() ? unit : named)};
+                         samples_of(column, named.empty() ? unit : named), conversion.assumed};
     if (conversion.factor != 1.0)
       for (double& sample : result.samples) sample *= conversion.factor;
     return result;
@@ -467,14 +467,10 @@ class RecordMaker {
     const Conversion u = converter.convert({table_.names[found_.input], unit_of(found_.input), m.input_unit,
                                             m.input_scale, current ? "A" : input_si_unit(record_.motion)});
     record_.input = channel(found_.input, u);
-    const Conversion y = converter.convert(
-        {table_.names[found_.output], unit_of(found_.output), m.output_unit, m.output_scale, output_si});
+    const Conversion y =
+        converter.convert({table_.names[found_.output], unit_of(found_.output), m.output_unit, m.output_scale,
+                           output_si, m.output_quantity ? std::string(name_of(*m.output_quantity)) : ""});
     record_.output = channel(found_.output, y, position_unit());
-    if (m.output_quantity)  // then nothing is assumed of it
-      for (auto& text : record_.reading)
-        if (text.starts_with("no unit in " + in_quotes(table_.names[found_.output])))
-          text = fmt::format("{} taken for a {} in {}", in_quotes(table_.names[found_.output]),
-                             name_of(*m.output_quantity), y.unit);
     if (found_.excitation)
       record_.excitation =
           companion(converter, *found_.excitation, found_.input, record_.input, u, m.input_scale);

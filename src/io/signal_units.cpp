@@ -30,9 +30,12 @@ Conversion UnitConverter::convert(const SignalUnit& signal) {
   const bool scaled = std::abs(signal.scale) != 1.0;
   // A scale gives SI, unless the user says what.
   if (scaled && !signal.given) return {signal.scale, signal.si};
+  const bool assumed = unit.empty() && signal.quantity.empty();
   if (unit.empty()) {
-    notes_.push_back(fmt::format("no unit in {}: {} assumed", in_quotes(signal.column), signal.si));
-    if (signal.si != base_unit(Dimension::current)) return {signal.scale, signal.si};
+    notes_.push_back(assumed ? fmt::format("no unit in {}: {} assumed", in_quotes(signal.column), signal.si)
+                             : fmt::format("{} taken for a {} in {}", in_quotes(signal.column),
+                                           signal.quantity, signal.si));
+    if (signal.si != base_unit(Dimension::current)) return {signal.scale, signal.si, assumed};
   }
   const auto known = known_unit(unit.empty() ? signal.si : unit);
   if (!known) return {signal.scale, unit};
@@ -67,7 +70,7 @@ Conversion UnitConverter::convert(const SignalUnit& signal) {
   }
   const std::string base(base_unit(known->dimension));
   if (factor != 1.0) note_converted(signal, unit, factor, base);
-  return {signal.scale * factor, base};
+  return {signal.scale * factor, base, assumed};
 }
 
 std::optional<Unwrapped> unwrap(std::vector<double>& values, double turn, bool counts) {

@@ -16,12 +16,14 @@ struct SignalUnit {
   std::optional<std::string> given;  ///< As the user tells: of the scaled column.
   double scale = 1.0;                ///< As the user tells.
   std::string si;                    ///< What is assumed where nothing tells.
+  std::string quantity = {};         ///< What the user says that it is, if so: then nothing is assumed.
 };
 
 /// A factor and what the product is measured in.
 struct Conversion {
   double factor = 1.0;  ///< The scale included.
   std::string unit;
+  bool assumed = false;  ///< Nothing told the unit.
 };
 
 /// From known units to SI, from counts to rad with the counts per turn, from per cent to Nm with the rated

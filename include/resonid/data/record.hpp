@@ -38,6 +38,7 @@ struct Channel {
   std::string name;             ///< Name in the file ("iq_meas_A").
   std::string unit;             ///< Unit after scaling ("Nm", "rad/s", "V").
   std::vector<double> samples;  ///< [sample], finite.
+  bool unit_assumed = false;    ///< Nothing told the unit: the reader took it for SI.
 
   [[nodiscard]] bool present() const noexcept { return !samples.empty(); }
 };

@@ -13,6 +13,7 @@ TEST(Record, PartHasItsSamplesAndKnowsWhichOfThemWereFilled) {
   record.start_time_s = 2.0;
   record.output_quantity = OutputQuantity::position;
   record.input.name = "u";
+  record.input.unit_assumed = true;
   record.input.samples = {0.0, 1.0, 2.0, 3.0, 4.0, 5.0};
   record.output.samples = {10.0, 11.0, 12.0, 13.0, 14.0, 15.0};
   record.excitation.name = "not recorded";
@@ -24,6 +25,8 @@ TEST(Record, PartHasItsSamplesAndKnowsWhichOfThemWereFilled) {
   EXPECT_DOUBLE_EQ(part.start_time_s, 2.2);
   EXPECT_EQ(part.output_quantity, OutputQuantity::position);
   EXPECT_EQ(part.input.name, "u");
+  EXPECT_TRUE(part.input.unit_assumed);
+  EXPECT_FALSE(part.output.unit_assumed);
   EXPECT_EQ(part.input.samples, (std::vector<double>{2.0, 3.0, 4.0}));
   EXPECT_EQ(part.output.samples, (std::vector<double>{12.0, 13.0, 14.0}));
   EXPECT_FALSE(part.excitation.present());

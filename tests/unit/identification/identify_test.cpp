@@ -284,7 +284,7 @@ TEST(Identify, NamesTheQuantityThatTheOutputIs) {
   // What the file or the user tells of the unit is not doubted.
   EXPECT_NE(identify(position, {})->findings.front().id, "other-quantity");
   for (auto [record, cure] : {std::pair(position, "position"), std::pair(called_position, "velocity")}) {
-    record.reading = {"no unit in '" + record.output.name + "': rad/s assumed"};
+    record.output.unit_assumed = true;
     const auto result = identify(record, {});
     ASSERT_TRUE(result);
     EXPECT_FALSE(result->trusted);

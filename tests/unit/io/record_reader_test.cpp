@@ -333,7 +333,16 @@ TEST(RecordReader, SaysWhatItAssumesAndConverts) {
   const auto bare = record_of(table_of({"t", "u", "y"}));
   EXPECT_TRUE(says(bare, "no unit in 'u': Nm assumed"));
   EXPECT_TRUE(says(bare, "no unit in 'y': rad/s assumed"));
-  EXPECT_TRUE(record_of(table_of({"t_s", "u_Nm", "y_rad_s"})).reading.empty());
+  EXPECT_TRUE(bare.input.unit_assumed && bare.output.unit_assumed);
+  const auto called =
+      record_of(table_of({"t", "u", "y"}), {.output_quantity = data::OutputQuantity::velocity});
+  EXPECT_TRUE(says(called, "'y' taken for a velocity in rad/s"));
+  EXPECT_FALSE(called.output.unit_assumed);
+  EXPECT_FALSE(record_of(table_of({"t", "u", "y"}), {.output_unit = "rad/s"}).output.unit_assumed);
+  EXPECT_FALSE(record_of(table_of({"t", "u", "y"}), {.output_scale = 2.0}).output.unit_assumed);
+  const auto told = record_of(table_of({"t_s", "u_Nm", "y_rad_s"}));
+  EXPECT_TRUE(told.reading.empty());
+  EXPECT_FALSE(told.input.unit_assumed || told.output.unit_assumed);
   EXPECT_TRUE(
       says(record_of(table_of({"t_s", "u_Nm", "y_rpm"})), "'y_rpm': rpm converted to rad/s (x 0.10472)"));
   EXPECT_TRUE(says(record_of(table_of({"t_s", "u_A", "y_rad_s"})), "give .torque_constant for Nm"));

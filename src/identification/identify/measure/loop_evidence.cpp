@@ -228,19 +228,12 @@ Trend trend_of(const data::FrequencyResponse& g, bool lowest) {
   return trend;
 }
 
-/// Whether the reader took the output's unit for SI, and with it what the output is, as nothing told it: its
-/// note says so. A unit that the file or the user tells is not doubted.
-bool unit_was_assumed(const data::Record& record) {
-  const std::string note = fmt::format("no unit in '{}'", record.output.name);
-  return std::any_of(record.reading.begin(), record.reading.end(),
-                     [&](const std::string& text) { return text.starts_with(note); });
-}
-
 }  // namespace
 
 std::optional<Finding> inspect_quantity(const data::Record& record, const data::FrequencyResponse& measured) {
   using data::OutputQuantity;
-  if (!unit_was_assumed(record)) return std::nullopt;
+  // With the unit the reader assumed what the output is; what the file or the user tells is not doubted.
+  if (!record.output.unit_assumed) return std::nullopt;
   const auto response = thinned(measured);
   const double step = record.sample_time_s();
   const auto error_of = [&](const data::FrequencyResponse& g, double lag_s) {
