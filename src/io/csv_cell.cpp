@@ -38,7 +38,7 @@ void skip_blanks(std::string_view& text) {
 }
 
 /// A date in front, three numbers with the same mark between them; left as it is where there is none.
-void skip_date(std::string_view& text) {
+bool skip_date(std::string_view& text) {
   for (const char mark : {'-', '.', '/'}) {
     std::string_view rest = text;
     if (!take_digits(rest, 4) || !take(rest, mark) || !take_digits(rest, 2) || !take(rest, mark) ||
@@ -46,8 +46,18 @@ void skip_date(std::string_view& text) {
       continue;
     if (!take(rest, 'T')) skip_blanks(rest);
     text = rest;
-    return;
+    return true;
   }
+  return false;
+}
+
+/// What may stand behind whole seconds: `.125`; false where a mark is not followed by a digit.
+bool take_fraction(std::string_view& text, double& fraction) {
+  if (!take(text, '.') && !take(text, ',') && !take(text, ':')) return true;
+  if (text.empty() || !is_digit(text.front())) return false;
+  for (double unit = 0.1; !text.empty() && is_digit(text.front()); text.remove_prefix(1), unit *= 0.1)
+    fraction += unit * (text.front() - '0');
+  return true;
 }
 
 /// What may stand behind the seconds: AM or PM, a zone. False for anything else.
@@ -74,23 +84,28 @@ bool says_missing(std::string_view text) noexcept {
   return std::find(kMissing.begin(), kMissing.end(), word) != kMissing.end();
 }
 
+bool is_without_hours(std::string_view text) noexcept {
+  return std::count(text.begin(), text.end(), ':') == 1;
+}
+
 std::optional<double> parse_clock(std::string_view text) {
-  skip_date(text);
-  const auto hour = take_digits(text, 2);
-  if (!hour || !take(text, ':')) return std::nullopt;
-  const auto minute = take_digits(text, 2);
+  constexpr std::size_t kHourDigits = 3, kMinuteDigits = 4;  // those of a run go on counting
+  constexpr int kDay = 24, kHour = 60;
+  const bool without_hours = is_without_hours(text);
+  const bool dated = !without_hours && skip_date(text);
+  const auto hour = without_hours ? std::optional(0) : take_digits(text, kHourDigits);
+  if (!hour || (!without_hours && !take(text, ':'))) return std::nullopt;
+  const auto minute = take_digits(text, without_hours ? kMinuteDigits : 2);
   if (!minute || !take(text, ':')) return std::nullopt;
+  const std::size_t before = text.size();
   const auto second = take_digits(text, 2);
-  if (!second || *hour > 23 || *minute > 59 || *second > 60) return std::nullopt;
+  const bool two_digits = before == text.size() + 2;
+  if (!second || *second > 60 || (without_hours ? !two_digits : *minute >= kHour)) return std::nullopt;
   double fraction = 0.0;
-  if (take(text, '.') || take(text, ',') || take(text, ':')) {
-    double unit = 0.1;
-    if (text.empty() || !is_digit(text.front())) return std::nullopt;
-    for (; !text.empty() && is_digit(text.front()); text.remove_prefix(1), unit *= 0.1)
-      fraction += unit * (text.front() - '0');
-  }
+  if (!take_fraction(text, fraction)) return std::nullopt;
   double hours = *hour;
-  if (!take_ending(text, hours)) return std::nullopt;
+  const bool of_a_day = dated || !text.empty();
+  if ((of_a_day && (without_hours || *hour >= kDay)) || !take_ending(text, hours)) return std::nullopt;
   return 3600.0 * hours + 60.0 * *minute + *second + fraction;
 }
 

@@ -139,7 +139,7 @@ expected<void, Error> read_csv_row(const CsvFormat& format, std::string_view tex
     if (!field.closed || !fits)
       return fail(fmt::format("{}: line {}, column {}", format.file, line, in_quotes(format.names[i])),
                   format.kinds[i] == CellKind::clock
-                      ? fmt::format("{} is not a time of day like the others", in_quotes(field.text))
+                      ? fmt::format("{} is not a time like the others", in_quotes(field.text))
                       : not_a_number(field, format.decimal));
     row[i] = cell.value;
   }

@@ -26,6 +26,7 @@ struct CsvFormat {
   std::vector<std::string> units;     ///< [column], empty where none is told apart from the name.
   std::vector<CellKind> kinds;        ///< [column]
   std::vector<std::string> examples;  ///< [column] why the first cell is no number; empty where it is one.
+  std::vector<bool> without_hours;    ///< [column] of times: the first is written `mm:ss`.
   std::size_t header_line = 0;        ///< From 1; 0 when there is none.
   std::size_t data_line = 1;          ///< Line of the first row, from 1.
   std::size_t data_offset = 0;        ///< Byte at which that line begins.

@@ -254,8 +254,11 @@ class Sniffer {
         header.sample_interval_s > 0.0 ? header.sample_interval_s : told_interval(above);
     set_names(format, std::move(header), shape);
     const auto fields = split_fields(format.separator, lines_[*row].text);
-    for (std::size_t i = 0; i < format.examples.size() && i < fields.size(); ++i)
+    format.without_hours.resize(format.kinds.size());
+    for (std::size_t i = 0; i < format.examples.size() && i < fields.size(); ++i) {
       if (format.kinds[i] == CellKind::text) format.examples[i] = not_a_number(fields[i], format.decimal);
+      format.without_hours[i] = format.kinds[i] == CellKind::clock && is_without_hours(fields[i].text);
+    }
     return format;
   }
 

@@ -284,17 +284,25 @@ expected<Ending, Error> ending(const TextSource& source, const CsvFormat& format
   return Ending{fmt::format("the text from line {} on is left out", line)};
 }
 
-/// Times of day of one recording, after midnight a day later.
-void go_on_after_midnight(std::vector<double>& time) {
-  constexpr double kDay = 86400.0;
-  double days = 0.0;
+/// Times of one recording: a clock that begins anew with the day, or with the hour where it shows none, goes
+/// on. Says how they were read.
+std::string read_times(const std::string& name, bool without_hours, std::vector<double>& time) {
+  constexpr double kDay = 86400.0, kHour = 3600.0;
+  const bool of_the_hour =
+      without_hours && std::none_of(time.begin(), time.end(), [](double t) { return t >= kHour; });
+  const double turn = of_the_hour ? kHour : kDay;
+  double turns = 0.0;
   double before = time.empty() ? 0.0 : time.front();
   for (double& t : time) {
     if (std::isnan(t)) continue;
-    if (t < before - 0.5 * kDay) days += kDay;
+    if (t < before - 0.5 * turn) turns += 1.0;
     before = t;
-    t += days;
+    t += turns * turn;
   }
+  std::string note = fmt::format("{} read as {}", in_quotes(name),
+                                 without_hours ? "minutes and seconds (mm:ss)" : "HH:MM:SS");
+  if (turns > 0.0) note += fmt::format(", going on after {}", of_the_hour ? "the full hour" : "midnight");
+  return note;
 }
 
 /// Puts the regions behind one another; the first error in the file's order is the one that counts.
@@ -371,16 +379,27 @@ void drop_cut_row(const TextSource& source, const CsvFormat& format, Table& tabl
       "the file ends without a line end, maybe within a number: the last line is left out");
 }
 
-/// Columns of text are no signals.
+/// Whole numbers of which most repeat the one before: `14:03` are hours and minutes of the day, no stamps.
+bool hardly_runs(const std::vector<double>& time) {
+  std::size_t repeated = 0;
+  for (std::size_t k = 1; k < time.size(); ++k) repeated += time[k] == time[k - 1] ? 1U : 0U;
+  return 2 * repeated > time.size() &&
+         std::all_of(time.begin(), time.end(), [](double t) { return std::isnan(t) || t == std::round(t); });
+}
+
+/// Columns of text are no signals; times go on.
 void set_aside_text(const CsvFormat& format, Table& table) {
   for (std::size_t c = format.kinds.size(); c-- > 0;) {
-    if (format.kinds[c] == CellKind::clock) {
-      go_on_after_midnight(table.columns[c]);
+    const bool coarse = format.without_hours[c] && hardly_runs(table.columns[c]);
+    if (format.kinds[c] == CellKind::clock && !coarse) {
+      table.notes.push_back(read_times(table.names[c], format.without_hours[c], table.columns[c]));
       table.units[c] = "s";
     }
-    if (format.kinds[c] != CellKind::text) continue;
-    table.unusable.push_back(
-        {table.names[c], "holds text" + (format.examples[c].empty() ? "" : ": " + format.examples[c])});
+    if (format.kinds[c] != CellKind::text && !coarse) continue;
+    table.unusable.push_back({table.names[c], coarse ? "holds times that hardly run"
+                                              : format.examples[c].empty()
+                                                  ? "holds text"
+                                                  : "holds text: " + format.examples[c]});
     const auto at = static_cast<std::ptrdiff_t>(c);
     table.names.erase(table.names.begin() + at);
     table.units.erase(table.units.begin() + at);

@@ -96,10 +96,14 @@ class TimeReader {
   [[nodiscard]] unexpected<Error> no_time() const {
     std::string scalars;
     for (const auto& scalar : table_.scalars) scalars += fmt::format(" {} = {}", scalar.name, scalar.value);
+    std::string times;
+    for (const auto& variable : table_.unusable)
+      if (sense_of(take_apart(variable.name).base, std::nullopt).kind == SignalSense::Kind::time)
+        times += fmt::format("; {} {}", in_quotes(variable.name), variable.reason);
     return fail(table_.source,
                 fmt::format("the sample rate is not known: no column is called 't' or 'time'; give .time or "
-                            ".sample_rate_hz{}{}; columns: {}",
-                            scalars.empty() ? "" : "; the file holds", scalars, listed(table_.names)));
+                            ".sample_rate_hz{}{}{}; columns: {}",
+                            times, scalars.empty() ? "" : "; the file holds", scalars, listed(table_.names)));
   }
 
   expected<TimeAxis, Error> read_numbers(const std::vector<double>& stamps) {

@@ -3,7 +3,7 @@
 from registry import file
 from signals import RADIUS_M, periodic, swept
 from units import DEG, FILETIME, RPM, TORQUE_CONSTANT
-from writers import clock, compressed, grouped, numbers, table, workbook
+from writers import clock, compressed, grouped, minutes, numbers, table, workbook
 
 
 # --- plain
@@ -217,6 +217,27 @@ def _():
 @file("time_of_day_over_midnight.csv")
 def _():
     return timed(clock((86395.0 + periodic().t) % 86400.0), "Time")
+
+
+@file("time_minutes.csv")
+def _():
+    return timed(minutes(30.0 + periodic().t), "Time")
+
+
+@file("time_minutes_beyond_the_hour.csv")
+def _():
+    return timed([x.replace(".", ",") for x in minutes(3595.0 + periodic().t)], "Zeit", separator=";")
+
+
+@file("time_minutes_of_the_hour.csv")
+def _():
+    """As spreadsheets show a time of day that they are to show as mm:ss: begins anew with the hour."""
+    return timed(minutes((3595.0 + periodic().t) % 3600.0), "Time")
+
+
+@file("time_hours_of_a_run.csv")
+def _():
+    return timed(clock(86400.0 * 2 + 3595.0 + periodic().t), "Elapsed time")
 
 
 @file("time_iso.csv")

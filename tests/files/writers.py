@@ -37,6 +37,13 @@ def clock(seconds, digits=3):
     return [f"{w // scale // 3600:02d}:{w // scale // 60 % 60:02d}:{w // scale % 60:02d}.{w % scale:0{digits}d}" for w in whole]
 
 
+def minutes(seconds, digits=3):
+    """MM:SS.fff, the minutes of a run counted on."""
+    scale = 10**digits
+    whole = [int(round(s * scale)) for s in seconds]
+    return [f"{w // scale // 60:02d}:{w // scale % 60:02d}.{w % scale:0{digits}d}" for w in whole]
+
+
 def compressed(text):
     packed = io.BytesIO()
     with gzip.GzipFile(fileobj=packed, mode="wb", mtime=0, compresslevel=6) as file:

@@ -56,6 +56,63 @@ TEST(CsvReader, AcceptsASeparatorAtTheEndOfEveryLineAndOldLineEnds) {
   EXPECT_EQ(old->columns[1], (Column{2, 4}));
 }
 
+/// Two columns of three rows, the first of times.
+expected<Table, Error> with_times(const std::array<std::string, 3>& times) {
+  std::string text = "Time,u\n";
+  for (const auto& time : times) text += time + ",1.5\n";
+  return read_text(text);
+}
+
+TEST(CsvReader, ReadsTimesWithAndWithoutHours) {
+  struct Case {
+    std::array<std::string, 3> times;
+    Column seconds;
+    const char* note;
+  };
+  const Case cases[] = {
+      {{"10:00:00.5", "10:00:01", "10:00:01.5"}, {36000.5, 36001.0, 36001.5}, "'Time' read as HH:MM:SS"},
+      {{"23:59:59", "23:59:59.5", "00:00:00"},
+       {86399.0, 86399.5, 86400.0},
+       "'Time' read as HH:MM:SS, going on after midnight"},
+      {{"25:00:00", "25:00:00.25", "125:00:00"}, {90000.0, 90000.25, 450000.0}, "'Time' read as HH:MM:SS"},
+      {{"02:03", "02:04", "02:05"}, {123.0, 124.0, 125.0}, "'Time' read as minutes and seconds (mm:ss)"},
+      {{"2:03.125", "2:03.250", "2:03.375"},
+       {123.125, 123.25, 123.375},
+       "'Time' read as minutes and seconds (mm:ss)"},
+      {{"59:59.5", "60:00.0", "75:12.5"},
+       {3599.5, 3600.0, 4512.5},
+       "'Time' read as minutes and seconds (mm:ss)"},
+      {{"59:59.5", "00:00.0", "00:00.5"},
+       {3599.5, 3600.0, 3600.5},
+       "'Time' read as minutes and seconds (mm:ss), going on after the full hour"},
+      {{"59:59.5", "1:00:00.0", "1:00:00.5"},
+       {3599.5, 3600.0, 3600.5},
+       "'Time' read as minutes and seconds (mm:ss)"}};
+  for (const auto& c : cases) {
+    const auto table = with_times(c.times);
+    ASSERT_TRUE(table) << message_of(table.error());
+    ASSERT_EQ(table->names, (Names{"Time", "u"})) << c.times[0];
+    for (std::size_t k = 0; k < 3; ++k) EXPECT_NEAR(table->columns[0][k], c.seconds[k], 1e-9) << c.times[k];
+    ASSERT_EQ(table->notes.size(), 1U);
+    EXPECT_EQ(table->notes.front(), c.note);
+  }
+}
+
+/// What only looks like a time is text: minutes of the day that stand still, ratios, hours beyond the day.
+TEST(CsvReader, DoesNotTakeEverythingWithAColonForATime) {
+  for (const std::array<std::string, 3>& times :
+       {std::array<std::string, 3>{"14:03", "14:03", "14:03"},
+        {"1:5", "1:6", "1:7"},
+        {"14:61", "14:62", "14:63"},
+        {"2026-11-27T25:00:00", "2026-11-27T25:00:01", "2026-11-27T25:00:02"},
+        {"2:03 PM", "2:04 PM", "2:05 PM"}}) {
+    const auto table = with_times(times);
+    ASSERT_TRUE(table) << message_of(table.error());
+    EXPECT_EQ(table->names, (Names{"u"})) << times[0];
+    ASSERT_EQ(table->unusable.size(), 1U);
+  }
+}
+
 /// All ways through the number scanner: few and many digits, exponents, subnormal, far too small, ties.
 TEST(CsvReader, RoundsNumbersLikeTheStandardLibrary) {
   std::vector<std::string> texts = {"0",
