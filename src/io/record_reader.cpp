@@ -12,6 +12,7 @@
 #include "io/column_sum.hpp"
 #include "io/columns.hpp"
 #include "io/missing_samples.hpp"
+#include "io/optional_columns.hpp"
 #include "io/signal_units.hpp"
 #include "io/text.hpp"
 #include "io/time_axis.hpp"
@@ -22,7 +23,6 @@ namespace resonid::io {
 namespace {
 
 constexpr std::size_t kFewestSamples = 16;
-constexpr double kMostMissing = 0.05;
 constexpr double kRateAgreement = 0.01;
 
 expected<void, Error> check_options(const ColumnMapping& m) {
@@ -60,11 +60,7 @@ expected<void, Error> check_options(const ColumnMapping& m) {
 class RecordMaker {
  public:
   RecordMaker(const Table& table, const ColumnMapping& mapping, FoundColumns found)
-      : table_(table), mapping_(mapping), found_(std::move(found)) {
-    for (const auto& column : {std::optional(found_.input), std::optional(found_.output), found_.excitation,
-                               found_.reference, found_.position, found_.second_output})
-      if (column) used_.push_back(*column);
-  }
+      : table_(table), mapping_(mapping), found_(std::move(found)), used_(signal_columns(found_)) {}
 
   expected<data::Record, Error> make() {
     record_.source = table_.source;
@@ -72,9 +68,9 @@ class RecordMaker {
     record_.output_quantity = output_quantity(table_, mapping_, found_.output);
     record_.motion = mapping_.motion.value_or(motion());
     if (auto fits = check_quantity(); !fits) return unexpected<Error>(fits.error());
-    for (const auto& step : {&RecordMaker::read_time, &RecordMaker::check_times, &RecordMaker::order_rows,
-                             &RecordMaker::cut_rows, &RecordMaker::trim_rows, &RecordMaker::check_length,
-                             &RecordMaker::set_rate})
+    for (const auto& step : {&RecordMaker::read_time, &RecordMaker::order_rows, &RecordMaker::cut_rows,
+                             &RecordMaker::leave_out, &RecordMaker::check_times, &RecordMaker::trim_rows,
+                             &RecordMaker::check_length, &RecordMaker::set_rate})
       if (auto done = (this->*step)(); !done) return unexpected<Error>(done.error());
     if (auto filled = fill_channels(); !filled) return unexpected<Error>(filled.error());
     if (mapping_.differentiate) differentiate();
@@ -233,6 +229,13 @@ class RecordMaker {
     cut_ = begin > 0 || end < rows_.size();
     rows_ = std::vector<std::size_t>(rows_.begin() + static_cast<std::ptrdiff_t>(begin),
                                      rows_.begin() + static_cast<std::ptrdiff_t>(end));
+    return {};
+  }
+
+  /// Signals that are not needed and have too few values.
+  expected<void, Error> leave_out() {
+    for (auto& text : leave_out_sparse(table_, mapping_, rows_, found_)) note(std::move(text));
+    used_ = signal_columns(found_);
     return {};
   }
 

@@ -117,6 +117,24 @@ def _():
     return with_cells("", range(3000, 3500))
 
 
+def half_empty(name):
+    """The last column is a slow channel: a value in every second row."""
+    s = periodic()
+    last = numbers(s.ru if name == "ru" else s.r)
+    last[1::2] = [""] * len(last[1::2])
+    return table([*columns(), last], [*NAMES, name])
+
+
+@file("half_empty_reference.csv")
+def _():
+    return half_empty("r")
+
+
+@file("half_empty_excitation.csv")
+def _():
+    return half_empty("ru")
+
+
 @file("time_cells_empty.csv")
 def _():
     return with_cells("", some(12, 27), column=0)

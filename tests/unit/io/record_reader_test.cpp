@@ -510,6 +510,44 @@ TEST(RecordReader, UndoesTheWrapAroundBesideAMissingSample) {
     ASSERT_NEAR(record.output.samples[k], 0.05 * static_cast<double>(k), 1e-6) << k;
 }
 
+TEST(RecordReader, LeavesOutAHalfEmptySignalThatNobodyNamed) {
+  const auto with_empty = [](std::size_t first, std::size_t every) {
+    auto table = table_of({"t", "u", "y", "ru", "r", "position"}, 1000);
+    for (const std::size_t c : {3, 4, 5})
+      for (std::size_t k = first; k < 1000; k += every) table.columns[c][k] = std::nan("");
+    return table;
+  };
+  const auto half = with_empty(1, 2);
+  const auto record = record_of(half);
+  EXPECT_EQ(record.samples(), 1000U);
+  EXPECT_EQ(record.sampling.gaps, 0U);
+  EXPECT_FALSE(record.excitation.present() || record.reference.present() || record.position.present());
+  EXPECT_TRUE(says(record, "'ru' left out: 500 of its 1000 cells are empty"));
+  EXPECT_TRUE(says(record, "'r' left out: 500 of its 1000 cells are empty"));
+  EXPECT_TRUE(says(record, "'position' left out: 500 of its 1000 cells are empty"));
+  EXPECT_TRUE(says(record_of(with_empty(400, 1)), "'ru' left out: 600 of its 1000 cells are empty"));
+  // What is named is required; few empty cells are filled; signals that stop early end the recording.
+  RESONID_EXPECT_MESSAGE(to_record(half, {.excitation = "ru"}), "samples are missing");
+  RESONID_EXPECT_MESSAGE(to_record(half, {.reference = "r"}), "samples are missing");
+  EXPECT_TRUE(record_of(with_empty(100, 200)).excitation.present());
+  EXPECT_EQ(record_of(with_empty(700, 1)).samples(), 700U);
+  // Cut to where it is there, it stays.
+  EXPECT_TRUE(record_of(with_empty(400, 1), {.to_s = 0.39}).excitation.present());
+  auto required = table_of({"t", "u", "y"}, 1000);
+  for (std::size_t k = 1; k < 1000; k += 2) required.columns[1][k] = std::nan("");
+  RESONID_EXPECT_MESSAGE(to_record(required, {}), "samples are missing");
+}
+
+/// With a time of its own, it takes that with it.
+TEST(RecordReader, LeavesOutAHalfEmptySignalWithItsTime) {
+  auto table = table_of({"t", "u", "time2", "y", "time3", "r"}, 1000);
+  for (std::size_t k = 0; k < 1000; k += 2) table.columns[4][k] = table.columns[5][k] = std::nan("");
+  const auto record = record_of(table);
+  EXPECT_EQ(record.samples(), 1000U);
+  EXPECT_FALSE(record.reference.present());
+  EXPECT_TRUE(says(record, "'r' left out: 500 of its 1000 cells are empty"));
+}
+
 TEST(RecordReader, TakesOnceWhatStandsTwice) {
   auto table = table_of({"t", "u", "y"}, 100);
   for (auto& column : table.columns) column.insert(column.begin() + 40, column[40]);
