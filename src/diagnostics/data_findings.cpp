@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <resonid/base/detail/statistics.hpp>
 #include <resonid/diagnostics/detail/data_findings.hpp>
@@ -197,6 +198,48 @@ void inspect_velocity(const data::Record& record, std::vector<Finding>& findings
                      record.output.name, limit, 100.0 * share)});
 }
 
+/// A position that steps by more than half of its span where all other steps are small, and runs through the
+/// span besides: a counter that wraps around or is set anew. What wraps around by one range the reader
+/// undoes.
+void inspect_position(const data::Record& record, std::vector<Finding>& findings) {
+  constexpr double kJump = 0.5, kUsual = 0.25;     // of the span
+  constexpr double kMost = 0.25;                   // of the samples
+  constexpr std::size_t kBins = 16, kFilled = 12;  // of the span
+  const auto& y = record.output.samples;
+  const auto [low, high] = std::minmax_element(y.begin(), y.end());
+  const double span = *high - *low;
+  if (!(span > 0.0)) return;
+  std::vector<double> jumps;
+  std::size_t first = 0;
+  std::array<bool, kBins> filled{};
+  for (std::size_t k = 0; k < y.size(); ++k) {
+    filled[std::min(kBins - 1, static_cast<std::size_t>((y[k] - *low) / span * kBins))] = true;
+    const double step = k > 0 ? std::abs(y[k] - y[k - 1]) : 0.0;
+    if (step > kJump * span) {
+      if (jumps.empty()) first = k;
+      jumps.push_back(step);
+    } else if (step > kUsual * span) {
+      return;
+    }
+  }
+  const auto full = static_cast<std::size_t>(std::count(filled.begin(), filled.end(), true));
+  if (jumps.empty() || static_cast<double>(jumps.size()) > kMost * static_cast<double>(y.size()) ||
+      full < kFilled)
+    return;
+  const auto [least, most] = std::minmax_element(jumps.begin(), jumps.end());
+  const std::string by = jumps.size() == 1
+                             ? fmt::format("once by {:.5g}", *least)
+                             : fmt::format("{} times by {:.5g} ... {:.5g}", jumps.size(), *least, *most);
+  findings.push_back(
+      {"position-jumps", Severity::error, static_cast<double>(jumps.size()), 0.0,
+       fmt::format("The position {} jumps {} {} from one sample to the next, first at {:.4g} s, which shows "
+                   "no range: "
+                   "the counter was set anew, lost counts, or wraps around. Give .counts_per_rev if it wraps "
+                   "around there, or take a part between two jumps (.from_s, .to_s).",
+                   record.output.name, by, record.output.unit,
+                   record.start_time_s + static_cast<double>(first) / record.sample_rate_hz)});
+}
+
 }  // namespace
 
 std::vector<Finding> inspect(const data::Record& record) {
@@ -226,6 +269,7 @@ std::vector<Finding> inspect(const data::Record& record) {
   inspect_outliers(record.input, findings);
   inspect_outliers(record.output, findings);
   if (record.output_quantity == data::OutputQuantity::velocity) inspect_velocity(record, findings);
+  if (record.output_quantity == data::OutputQuantity::position) inspect_position(record, findings);
   const double saturated = saturated_share(u);
   if (saturated > 0.005)
     findings.push_back(

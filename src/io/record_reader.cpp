@@ -18,6 +18,7 @@
 #include "io/time_axis.hpp"
 #include "io/time_grid.hpp"
 #include "io/units.hpp"
+#include "io/wrap_around.hpp"
 
 namespace resonid::io {
 namespace {
@@ -404,26 +405,46 @@ class RecordMaker {
     rows_ = std::move(kept);
   }
 
-  /// The samples of a column without its wrap-around, on the complete grid where few are missing.
-  [[nodiscard]] std::vector<double> samples_of(std::size_t column, const std::string& unit) {
+  /// The samples of a column that are there and, where few are missing, their places on the grid.
+  [[nodiscard]] std::vector<double> present_samples(std::size_t column, std::vector<std::size_t>& at) const {
     const auto& all = table_.columns[column];
     std::vector<double> values;
-    std::vector<std::size_t> at;
     for (std::size_t i = 0; i < rows_.size(); ++i) {
       if (fill_ && std::isnan(all[rows_[i]])) continue;
       values.push_back(all[rows_[i]]);
       if (fill_) at.push_back(grid_.index[i]);
     }
-    const auto known = known_unit(unit);
-    const bool counts = known && known->dimension == Dimension::counts;
-    if (counts || (known && known->dimension == Dimension::angle)) {
-      const double turn =
-          counts ? mapping_.counts_per_rev.value_or(0.0) : 2.0 * std::numbers::pi / known->factor;
-      if (const auto unwrapped = unwrap(values, turn, counts))
-        note(fmt::format("{}: wrap-around at {:g} {} undone ({} times)", in_quotes(table_.names[column]),
-                         unwrapped->range, unit, unwrapped->jumps));
-    }
+    return values;
+  }
+
+  /// The samples of a column without its wrap-around, on the complete grid where few are missing.
+  [[nodiscard]] std::vector<double> samples_of(std::size_t column, const std::string& unit) {
+    std::vector<std::size_t> at;
+    auto values = present_samples(column, at);
+    undo_wrap_around(column, unit, at, values);
     return fill_ ? interpolated(values, at, complete_size()) : values;
+  }
+
+  void undo_wrap_around(std::size_t column, const std::string& unit, const std::vector<std::size_t>& at,
+                        std::vector<double>& values) {
+    const auto known = known_unit(unit);
+    const bool output = column == found_.output && record_.output_quantity == data::OutputQuantity::position;
+    if (!output && !(known && quantity_of(known->dimension) == data::OutputQuantity::position)) return;
+    WrapRanges ranges;
+    ranges.counts = known && known->dimension == Dimension::counts;
+    if (ranges.counts && mapping_.counts_per_rev) ranges.known.push_back(*mapping_.counts_per_rev);
+    if (known && known->dimension == Dimension::angle)
+      ranges.known.push_back(2.0 * std::numbers::pi / known->factor);
+    // A reference may step; it wraps around where the output does.
+    ranges.any = column != found_.reference;
+    if (!ranges.any && wrap_range_ > 0.0) ranges.known.push_back(wrap_range_);
+    const auto unwrapped = unwrap(values, at, ranges);
+    if (!unwrapped) return;
+    if (column == found_.output) wrap_range_ = unwrapped->range;
+    const int digits = unwrapped->range == std::round(unwrapped->range) ? 10 : 6;
+    note(fmt::format("{}: wrap-around at {:.{}g}{}{} undone ({} times)", in_quotes(table_.names[column]),
+                     unwrapped->range, digits, unit.empty() ? "" : " " + unit,
+                     unwrapped->estimated ? ", found from the jumps," : "", unwrapped->jumps));
   }
 
   /// `unit`: of the column's numbers, where its name does not tell.
@@ -452,6 +473,25 @@ class RecordMaker {
     return channel(column, converter.convert({table_.names[column], own, {}, scale, main.unit}));
   }
 
+  /// The unit of the output as the file tells it; of a position without one what it wraps around at tells:
+  /// 360 of anything are degrees, whole numbers are counts.
+  [[nodiscard]] std::string output_unit() {
+    const std::string unit = named_unit(table_, found_.output).unit;
+    if (!unit.empty() || mapping_.output_unit || std::abs(mapping_.output_scale) != 1.0 ||
+        record_.output_quantity != data::OutputQuantity::position)
+      return unit;
+    std::vector<std::size_t> at;
+    auto values = present_samples(found_.output, at);
+    const auto unwrapped = unwrap(values, at, {.known = {2.0 * std::numbers::pi}, .any = true});
+    if (!unwrapped || unwrapped->range != std::round(unwrapped->range)) return unit;
+    const bool degrees = unwrapped->range == 360.0;
+    if (!degrees && !unwrapped->whole) return unit;
+    const std::string told = degrees ? "deg" : "counts";
+    note(fmt::format("no unit in {}: {} assumed, as it wraps around at {:.10g}",
+                     in_quotes(table_.names[found_.output]), told, unwrapped->range));
+    return told;
+  }
+
   /// What an output that is a position is in, where its name does not tell.
   [[nodiscard]] std::string position_unit() const {
     if (record_.output_quantity != data::OutputQuantity::position || std::abs(mapping_.output_scale) != 1.0)
@@ -470,10 +510,11 @@ class RecordMaker {
     const Conversion u = converter.convert({table_.names[found_.input], unit_of(found_.input), m.input_unit,
                                             m.input_scale, current ? "A" : input_si_unit(record_.motion)});
     record_.input = channel(found_.input, u);
+    const std::string told = output_unit();
     const Conversion y =
-        converter.convert({table_.names[found_.output], unit_of(found_.output), m.output_unit, m.output_scale,
-                           output_si, m.output_quantity ? std::string(name_of(*m.output_quantity)) : ""});
-    record_.output = channel(found_.output, y, position_unit());
+        converter.convert({table_.names[found_.output], told, m.output_unit, m.output_scale, output_si,
+                           m.output_quantity ? std::string(name_of(*m.output_quantity)) : ""});
+    record_.output = channel(found_.output, y, told.empty() ? position_unit() : told);
     if (found_.excitation)
       record_.excitation =
           companion(converter, *found_.excitation, found_.input, record_.input, u, m.input_scale);
@@ -486,7 +527,8 @@ class RecordMaker {
       record_.position =
           channel(*found_.position,
                   unit.empty() ? Conversion{1.0, si}
-                               : converter.convert({table_.names[*found_.position], unit, {}, 1.0, si}));
+                               : converter.convert({table_.names[*found_.position], unit, {}, 1.0, si}),
+                  si);
     }
     if (found_.second_output) {
       const std::string si = output_si_unit(record_.motion, data::quantity_of(m.second_output_kind));
@@ -522,6 +564,7 @@ class RecordMaker {
   TimeAxis axis_;
   std::vector<std::size_t> rows_;  // of the table, that are taken
   TimeGrid grid_;                  // index: of the rows
+  double wrap_range_ = 0.0;        // of the output
   bool cut_ = false;
   bool fill_ = false;
   data::Record record_;

@@ -73,45 +73,4 @@ Conversion UnitConverter::convert(const SignalUnit& signal) {
   return {signal.scale * factor, base, assumed};
 }
 
-std::optional<Unwrapped> unwrap(std::vector<double>& values, double turn, bool counts) {
-  if (values.size() < 16) return std::nullopt;
-  std::vector<double> steps;
-  for (std::size_t k = 1; k < values.size(); ++k) steps.push_back(std::abs(values[k] - values[k - 1]));
-  const auto [low, high] = std::minmax_element(values.begin(), values.end());
-  const double span = *high - *low;
-  std::vector<double> sorted = steps;
-  const auto usual = sorted.begin() + static_cast<std::ptrdiff_t>(0.95 * static_cast<double>(sorted.size()));
-  std::nth_element(sorted.begin(), usual, sorted.end());
-  // A jump is more than half of the range, and no more than one in twenty samples jumps.
-  if (!(span > 0.0) || !(*usual < 0.25 * span)) return std::nullopt;
-  std::vector<double> ranges;
-  if (turn > 0.0) ranges.push_back(turn);
-  for (int bits = 8; counts && bits <= 32; ++bits) ranges.push_back(std::ldexp(1.0, bits));
-  const double tolerance = 4.0 * *usual + 1e-9 * span;
-  for (const double range : ranges) {
-    std::size_t jumps = 0;
-    bool all = span < range * (1.0 + 1e-9) && span > 0.5 * range;
-    for (const double step : steps) {
-      if (step < 0.5 * range) {
-        all = all && step <= tolerance + 0.25 * range;
-        continue;
-      }
-      ++jumps;
-      all = all && std::abs(step - range) <= tolerance;
-    }
-    if (!all || jumps == 0) continue;
-    double turns = 0.0;
-    double before = values.front();
-    for (double& value : values) {
-      const double now = value;
-      if (now - before > 0.5 * range) turns -= 1.0;
-      if (before - now > 0.5 * range) turns += 1.0;
-      before = now;
-      value = now + turns * range;
-    }
-    return Unwrapped{jumps, range};
-  }
-  return std::nullopt;
-}
-
 }  // namespace resonid::io

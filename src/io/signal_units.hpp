@@ -46,15 +46,4 @@ class UnitConverter {
   std::vector<std::string>& notes_;
 };
 
-/// Undoes the wrap-around of a position that jumps by a whole range between samples that otherwise differ
-/// little: one turn in the unit of the values, the counts per turn, 2^8 ... 2^32 counts.
-///
-/// @param turn one turn in the unit of the values; 0: none
-/// @return how often it jumped, and by how much; nothing where it does not jump or jumps by something else
-struct Unwrapped {
-  std::size_t jumps = 0;
-  double range = 0.0;
-};
-[[nodiscard]] std::optional<Unwrapped> unwrap(std::vector<double>& values, double turn, bool counts);
-
 }  // namespace resonid::io

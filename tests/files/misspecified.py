@@ -75,9 +75,39 @@ def _():
     return record(s.u, TURN * s.angle, names=["t_s", "torque_Nm", "position [rev]"], form="%.9g")
 
 
-def counter(per_turn, bits):
+def counter(per_turn, bits, modulus=None, lowest=0):
     s = swept()
-    return s, np.floor(per_turn * TURN * s.angle).astype(int) % 2**bits
+    return s, (np.floor(per_turn * TURN * s.angle).astype(int) - lowest) % (modulus or 2**bits) + lowest
+
+
+def counted(values, name="position_counts"):
+    s = swept()
+    return table([numbers(s.t), numbers(s.u), numbers(values, "%d")], ["t_s", "torque_Nm", name])
+
+
+for name, modulus, lowest in (("counts_wrapping_at_4000.csv", 4000, 0), ("counts_wrapping_at_9999.csv", 9999, 0),
+                              ("counts_wrapping_between_signs.csv", 4000, -2000)):
+    file(name)(lambda modulus=modulus, lowest=lowest: counted(counter(20000, 0, modulus, lowest)[1]))
+
+
+@file("counts_without_unit_wrapping.csv")
+def _():
+    return counted(counter(20000, 0, 3600)[1], "position")
+
+
+@file("degrees_without_unit_wrapping.csv")
+def _():
+    s = swept()
+    return record(s.u, (DEG * s.angle) % 360.0, names=["t_s", "torque_Nm", "position"], form="%.9g")
+
+
+@file("counts_reset_at_the_index.csv")
+def _():
+    """The counter is set to zero at a mark that comes 3600 ... 4400 counts later: no one range."""
+    counts = np.floor(20000 * TURN * swept().angle).astype(int) + 1000
+    marks = np.cumsum(np.random.default_rng(11).integers(3600, 4400, 100))
+    passed = np.searchsorted(marks, counts, side="right")
+    return counted(counts - np.concatenate([[0], marks])[passed])
 
 
 @file("counts_wrapping_at_16_bits.csv")

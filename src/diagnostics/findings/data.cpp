@@ -25,6 +25,11 @@ constexpr FindingKind kData[] = {
      "The output stays at its largest or smallest value for part of the time.",
      "The measurement's range is too small. A clipped signal is no linear response.",
      "Excite less, move more slowly, or widen the measuring range."},
+    {"position-jumps", "Jumps of the position", "identify, inspect", TrustEffect::withdraws,
+     "The position jumps by most of its span from one sample to the next, by amounts that do not agree.",
+     "A counter was set anew, lost counts, or wraps around at a number that its jumps do not show.",
+     "Give `.counts_per_rev` if it wraps around there, or take a part between two jumps (`.from_s`, "
+     "`.to_s`)."},
     {"saturation", "Saturated input", "identify, inspect", TrustEffect::may_withdraw,
      "The input stays at its limit for part of the time.",
      "A torque or current limit acts: the drive is not linear there.", "Reduce the amplitude."},

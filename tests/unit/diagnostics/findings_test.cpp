@@ -62,6 +62,37 @@ TEST(RecordFindings, DeadSignalsGapsAndJitter) {
   EXPECT_TRUE(has(inspect(record), "no-excitation"));
 }
 
+/// A counter that is set anew at marks, one that counts on, one that toggles between two counts, and a step.
+TEST(RecordFindings, JumpsOfAPosition) {
+  auto record = sine_record(2.0);
+  record.output_quantity = data::OutputQuantity::position;
+  auto& y = record.output.samples;
+  EXPECT_FALSE(has(inspect(record), "position-jumps"));
+  const auto count_to = [&](std::size_t even, std::size_t odd) {
+    std::size_t at = 0, turn = 0;
+    for (double& x : y) {
+      x = static_cast<double>(at++);
+      if (at == (turn % 2 == 0 ? even : odd)) at = 0, ++turn;
+    }
+  };
+  count_to(120, 80);
+  const auto findings = inspect(record);
+  ASSERT_TRUE(has(findings, "position-jumps"));
+  EXPECT_NE(findings[0].meaning.find("jumps 9 times by 79 ... 119"), std::string::npos)
+      << findings[0].meaning;
+  record.output_quantity = data::OutputQuantity::velocity;
+  EXPECT_FALSE(has(inspect(record), "position-jumps"));
+  record.output_quantity = data::OutputQuantity::position;
+  count_to(700, 700);
+  EXPECT_TRUE(has(inspect(record), "position-jumps"));
+  count_to(2000, 2000);
+  EXPECT_FALSE(has(inspect(record), "position-jumps"));
+  for (std::size_t k = 0; k < y.size(); ++k) y[k] = k % 7 == 0 ? 1.0 : 0.0;
+  EXPECT_FALSE(has(inspect(record), "position-jumps"));
+  for (std::size_t k = 0; k < y.size(); ++k) y[k] = (k / 100) % 2 == 0 ? 0.0 : 40.0;
+  EXPECT_FALSE(has(inspect(record), "position-jumps"));
+}
+
 /// A velocity that repeats its last value while the torque goes on, and one that ends at a limit.
 TEST(RecordFindings, StuckAndLimitedVelocities) {
   auto record = sine_record(2.0);

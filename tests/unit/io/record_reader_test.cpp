@@ -510,6 +510,76 @@ TEST(RecordReader, UndoesTheWrapAroundBesideAMissingSample) {
     ASSERT_NEAR(record.output.samples[k], 0.05 * static_cast<double>(k), 1e-6) << k;
 }
 
+/// A position that turns at a changing rate, in counts of `per_turn`.
+Table counter_of(double modulus, double lowest = 0.0, const char* name = "y_counts") {
+  auto table = table_of({"t", "u", name}, 2000);
+  for (std::size_t k = 0; k < 2000; ++k) {
+    const auto n = static_cast<double>(k);
+    const double position = modulus * (0.011 * n + 0.1 * std::sin(0.05 * n));
+    table.columns[2][k] = std::floor(position - modulus * std::floor(position / modulus)) + lowest;
+  }
+  return table;
+}
+
+TEST(RecordReader, FindsTheRangeOfACounterFromItsJumps) {
+  for (const double modulus : {360.0, 1000.0, 3600.0, 4000.0, 4096.0, 8000.0, 10000.0, 16384.0})
+    for (const double lowest : {0.0, -modulus / 2.0}) {
+      const auto table = counter_of(modulus, lowest);
+      const auto record = record_of(table);
+      EXPECT_TRUE(says(record, "'y_counts': wrap-around at " + std::to_string(static_cast<int>(modulus))))
+          << modulus << ' ' << (record.reading.empty() ? "" : record.reading.back());
+      for (std::size_t k = 1; k < 2000; ++k)
+        ASSERT_LT(std::abs(record.output.samples[k] - record.output.samples[k - 1]), 0.05 * modulus)
+            << modulus << ' ' << k;
+    }
+  // No round number, but the one that the jumps agree in; a name without a unit; millimetres of a conveyor.
+  EXPECT_TRUE(
+      says(record_of(counter_of(1237.0)), "wrap-around at 1237 counts, found from the jumps, undone"));
+  // Whole numbers without a unit are no rad, nor are 360 of anything.
+  const auto counted = record_of(counter_of(4000.0, 0.0, "position"));
+  EXPECT_TRUE(says(counted, "no unit in 'position': counts assumed, as it wraps around at 4000"));
+  EXPECT_TRUE(says(counted, "'position': wrap-around at 4000 counts, found from the jumps, undone"));
+  EXPECT_EQ(counted.output.unit, "counts");
+  EXPECT_EQ(record_of(counter_of(4000.0, 0.0, "position"), {.counts_per_rev = 4000.0}).output.unit, "rad");
+  const auto degrees = record_of(counter_of(360.0, 0.0, "position"));
+  EXPECT_TRUE(says(degrees, "no unit in 'position': deg assumed, as it wraps around at 360"));
+  EXPECT_NEAR(degrees.output.samples[1] - degrees.output.samples[0], 2.0 * kPi * 6.0 / 360.0, 0.03);
+  EXPECT_TRUE(says(record_of(counter_of(2500.0, 0.0, "position_mm")), "wrap-around at 2500 mm, found from"));
+}
+
+TEST(RecordReader, LeavesJumpsThatDoNotAgree) {
+  auto table = counter_of(4000.0);
+  std::size_t jumps = 0;
+  for (std::size_t k = 1; k < 2000; ++k) {
+    if (std::abs(table.columns[2][k] - table.columns[2][k - 1]) < 2000.0) continue;
+    if (++jumps == 4)
+      for (std::size_t i = k; i < 2000; ++i) table.columns[2][i] += 150.0;
+  }
+  ASSERT_GT(jumps, 10U);
+  EXPECT_FALSE(says(record_of(table), "undone"));
+  // A reference that steps to and fro, and a position that does.
+  auto steps = table_of({"t", "u", "position_rad"}, 2000);
+  for (std::size_t k = 0; k < 2000; ++k) steps.columns[2][k] = (k / 100) % 2 == 0 ? 0.0 : 40.0;
+  EXPECT_FALSE(says(record_of(steps), "undone"));
+  // One jump of a size that is no usual one tells nothing.
+  auto one = table_of({"t", "u", "y_counts"}, 2000);
+  for (std::size_t k = 0; k < 2000; ++k) one.columns[2][k] = std::fmod(3.0 * static_cast<double>(k), 4000.0);
+  EXPECT_FALSE(says(record_of(one), "undone"));
+}
+
+/// 16 samples a turn, and a reference that wraps where the position does.
+TEST(RecordReader, UndoesTheWrapAroundOfAFastTurningPositionAndOfItsReference) {
+  auto table = table_of({"t", "u", "y_counts", "r"}, 2000);
+  for (std::size_t k = 0; k < 2000; ++k)
+    for (const std::size_t c : {2, 3})
+      table.columns[c][k] = std::fmod(250.0 * static_cast<double>(k), 4000.0);
+  table.names[3] = "reference_counts";
+  const auto record = record_of(table);
+  EXPECT_TRUE(
+      says(record, "'y_counts': wrap-around at 4000 counts, found from the jumps, undone (124 times)"));
+  EXPECT_TRUE(says(record, "'reference_counts': wrap-around at 4000 counts undone (124 times)"));
+}
+
 TEST(RecordReader, LeavesOutAHalfEmptySignalThatNobodyNamed) {
   const auto with_empty = [](std::size_t first, std::size_t every) {
     auto table = table_of({"t", "u", "y", "ru", "r", "position"}, 1000);

@@ -18,8 +18,9 @@ constexpr std::array<std::string_view, 5> kVoid = {"no-excitation", "dead-output
                                                    "incoherent"};
 /// Errors by how near they are to the cause, the data first, what the model lacks last; what stands in no
 /// list is as near as the machine.
-constexpr std::array<std::string_view, 7> kOfData = {
-    "outlier", "stuck-output", "limited-output", "gaps", "dropped-samples", "repeated-samples", "saturation"};
+constexpr std::array<std::string_view, 8> kOfData = {"outlier",          "stuck-output", "limited-output",
+                                                     "position-jumps",   "gaps",         "dropped-samples",
+                                                     "repeated-samples", "saturation"};
 constexpr std::array<std::string_view, 13> kOfModel = {"misfit",
                                                        "differs-over-frequency",
                                                        "response-shows-more",
