@@ -15,7 +15,7 @@ std::string brief_text(const std::string& verdict, const std::vector<std::string
   for (const auto& finding : findings) {
     if (finding.severity == diagnostics::Severity::error)
       text += wrapped("Error " + finding.id + ": " + finding.meaning, kWidth, "", "  ");
-    if (finding.severity == diagnostics::Severity::warning)
+    if (finding.severity == diagnostics::Severity::warning && !finding.follows)
       warnings += (warnings.empty() ? "" : ", ") + std::string(finding.id);
   }
   return warnings.empty() ? text : text + wrapped("Warnings: " + warnings + ".", kWidth, "", "  ");

@@ -296,11 +296,12 @@ std::vector<Finding> inspect(const data::FrequencyResponse& g) {
   if (usable < std::max(std::min(3.0, all), 0.05 * all)) {
     findings.push_back(
         {"incoherent", Severity::error, usable / static_cast<double>(g.lines()), 0.05,
-         fmt::format(
-             "Only {:.0f} of {} lines are coherent (median coherence {:.2f}): noise or the motion "
-             "outweighs the response to the excitation, or the output is no response to it at all "
-             "(wrong column, no excitation). Check the columns (.input, .output), or excite more strongly.",
-             usable, g.lines(), middle)});
+         fmt::format("The excitation is too weak for noise and motion, or the output is no response to it "
+                     "(wrong column): only "
+                     "{:.0f} of {} lines from {:.3g} to {:.3g} Hz are coherent (median coherence {:.2f}). "
+                     "Excite more strongly "
+                     "there, or check the columns (.input, .output).",
+                     usable, g.lines(), g.frequency_hz.front(), g.frequency_hz.back(), middle)});
     return findings;
   }
   for (const auto& band : low_bands(g)) findings.push_back(low_coherence(g, band));

@@ -98,6 +98,13 @@ std::complex<double> Feedback::direct_bias(double frequency_hz) const {
   return cross / power * output / forward - 1.0;
 }
 
+double Feedback::noise_share(double frequency_hz) const {
+  const auto z = std::polar(1.0, -kTwoPi * frequency_hz * sample_time_s);
+  const double by_e = output_variance * std::norm(polynomial(d, z));
+  const double by_w = input_variance * std::norm(1.0 - z * polynomial(a, z));
+  return by_e / (by_e + by_w);
+}
+
 expected<Feedback, Error> find_feedback(const data::Record& record, double known_delay_s) {
   constexpr std::size_t kMost = 100000, kOrder = 40, kPerCoefficient = 10;
   const double delay = known_delay_s * record.sample_rate_hz;

@@ -44,6 +44,14 @@ struct Criteria {
 
   // ---- measure: what the record shows of its loop
   double feedback_bias = 0.1;  ///< Of |G|: errors of that size are told, and mended beyond the error bars.
+  double input_by_noise =
+      0.5;  ///< Share of the input's power, of a typical line, that noise fed back may be. Without excitation
+            ///< it is 0.95 and more, with one that moves the output clearly below 0.1.
+  double input_by_noise_alone = 0.9;  ///< The same from which on no model makes anything of the rest.
+  double input_by_noise_in_part =
+      0.3;  ///< The same that a tenth of the lines exceeds, of averages over the input.
+  double lines_above_noise = 0.1;  ///< Share of usable lines that noise alone gives at most: sweeps of no
+                                   ///< effect have 0 ... 0.09, those that tell a drive just so 0.2.
   double bias_uncertainty = 1.0 / 3.0;  ///< Of the bias taken out, kept as its standard deviation.
   double most_bias = 10.0;  ///< Beyond it the autoregression's own response vanishes and tells nothing.
   double controller_difference =

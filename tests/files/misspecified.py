@@ -5,7 +5,7 @@ import numpy as np
 
 from faults import NAMES
 from registry import file
-from signals import periodic, quiet, swept
+from signals import NOISE_RMS, STEP_S, chirp, discrete, periodic, quiet, swept
 from units import DEG, RATED_TORQUE, RPM, TORQUE_CONSTANT, TURN
 from writers import numbers, table
 
@@ -303,6 +303,42 @@ def _():
 def _():
     """A millionth of the torque is injected: what moves is noise of the measurement."""
     return s_table(swept(8, amplitude=1e-6))
+
+
+@file("hardly_excited_excitation_recorded.csv")
+def _():
+    """The injected torque is 0.005 Nm, a twentieth of what the controller makes of the noise."""
+    s = swept(8, amplitude=5e-3)
+    return table([numbers(x) for x in (s.t, s.ru, s.u, s.y)], ["time_s", "ru", "u", "y"])
+
+
+@file("hardly_excited_open_loop.csv")
+def _():
+    """A sweep of 1 mNm on a drive without a controller, below the noise of the velocity."""
+    rng = np.random.default_rng(12)
+    u = chirp(6000, 0, amplitude=1e-3)
+    a, b = discrete()
+    x, y = np.zeros(4), []
+    for torque in u:
+        y.append(x[0] + NOISE_RMS * rng.standard_normal())
+        x = a @ x + b * torque
+    return record(u, np.array(y), form="%.9g")
+
+
+@file("idle_position_loop.csv")
+def _():
+    """A position loop that keeps its place: noise of the encoder and the torque that answers it."""
+    rng = np.random.default_rng(7)
+    a, b = discrete()
+    x, last, rows = np.zeros(4), 0.0, []
+    for _ in range(6000):
+        position = x[2] + 1e-5 * rng.standard_normal()
+        torque = -1.5 * position - 0.06 * (position - last) / STEP_S
+        last = position
+        rows.append((torque, position))
+        x = a @ x + b * torque
+    u, y = np.array(rows).T
+    return record(u, y, names=["t_s", "torque_Nm", "position_rad"], form="%.9g")
 
 
 @file("constant_output.csv")

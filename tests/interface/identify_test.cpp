@@ -333,6 +333,33 @@ TEST_F(Identify, NoiseIsNotTrusted) {
   EXPECT_EQ(run("identify noise.csv").exit_code, 0);  // said, but not asked to fail
 }
 
+/// A velocity loop without excitation: one message, no model, whichever was asked for.
+TEST_F(Identify, ALoopThatAnswersNoiseIsToldOnce) {
+  std::uint64_t state = 5;
+  std::ostringstream csv;
+  csv << "time_s,torque_Nm,velocity_rad_s\n";
+  double velocity = 0.0, integral = 0.0;
+  for (int k = 0; k < 4000; ++k) {
+    state = state * 6364136223846793005ULL + 1442695040888963407ULL;
+    const double y = velocity + 0.05 * (static_cast<double>(state >> 40) / 16777216.0 - 0.5);
+    integral += 0.002 / 0.15 * y;
+    const double u = -1.2 * (y + integral);
+    csv << 0.002 * k << "," << u << "," << y << "\n";
+    velocity += 0.002 / 0.064 * u;
+  }
+  write("idle.csv", csv.str());
+  for (const std::string model : {"auto", "none", "two-mass", "black-box"}) {
+    const auto done = run("identify idle.csv --brief --require-trusted --json o.json --model " + model);
+    EXPECT_EQ(done.exit_code, 3) << model;
+    EXPECT_NE(done.out.find("Error weak-excitation"), std::string::npos) << done.out;
+    EXPECT_NE(done.out.find("--excitation"), std::string::npos) << done.out;
+    EXPECT_EQ(done.out.find("Warnings"), std::string::npos) << done.out;
+    const auto result = json::parse(text("o.json"));
+    EXPECT_FALSE(result.contains("model")) << model;
+    EXPECT_EQ(result.at("resonances"), json::array()) << model;
+  }
+}
+
 TEST_F(Identify, UnusableRecordsAreRefusedWithTheirPlace) {
   expect_identify_refused("missing.csv", {"missing.csv", "no such file"});
   expect_identify_refused("", {"RECORD", "required"});

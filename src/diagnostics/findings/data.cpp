@@ -72,6 +72,14 @@ constexpr FindingKind kData[] = {
      "Hardly any line of the response is coherent.",
      "Noise or motion outweighs the response, or the output is no response to this input (wrong column).",
      "Check the columns (`.input`, `.output`), or excite more strongly."},
+    {"weak-excitation", "Excitation too weak for the noise", "identify", TrustEffect::withdraws,
+     "Noise is as large as what the excitation makes: in a loop most of the input's power is the "
+     "controller's "
+     "answer to the noise of the output, or hardly any line of the response rises above its standard "
+     "deviation.",
+     "Of noise that a controller feeds back averages show minus the inverse of the controller, with high "
+     "coherence, and no machine. No model is shown where noise is most of a typical line.",
+     "Excite more strongly or longer in the band named, and record the excitation (`.excitation`)."},
     {"unsettled-lines", "Unsettled lines", "identify", TrustEffect::keeps,
      "Some tracked lines had not settled when the recording ended.",
      "The recording is too short for the number of lines.", "Record longer, or track fewer lines."},

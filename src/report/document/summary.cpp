@@ -40,6 +40,13 @@ bool explains_little(std::string_view id) {
          id == "response-shows-less";
 }
 
+/// Whether the lines are noise.
+bool of_noise(const Result& result) {
+  return std::any_of(result.findings.begin(), result.findings.end(), [](const diagnostics::Finding& f) {
+    return f.severity == diagnostics::Severity::error && (f.id == "weak-excitation" || f.id == "incoherent");
+  });
+}
+
 std::string structure_sentence(const Result& result) {
   if (result.black_box && !result.model) {
     const auto& delay = result.black_box->further_delay;
@@ -61,6 +68,7 @@ std::string structure_sentence(const Result& result) {
   }
   const double z = two_sided_quantile(result.confidence);
   if (!result.model) {
+    if (result.modes.empty() && of_noise(result)) return "The recording shows no response of the machine.";
     if (result.modes.empty()) return "The measured response shows no resonance.";
     return modes_sentence(result, z);
   }

@@ -71,6 +71,16 @@ TEST(Feedback, BiasOfTheDirectResponseIsThatOfTheory) {
   }
 }
 
+/// u = S (ru - C v): C^2 S_v/(S_ru + C^2 S_v) of its power is noise, at every frequency.
+TEST(Feedback, ShareOfNoiseInTheInputIsThatOfTheory) {
+  for (const auto& [feedback, excitation] : {std::pair(2.0, 1.0), {0.5, 2.0}, {2.0, 0.05}}) {
+    const auto f = find_feedback(loop(feedback, excitation, 60000, 1), 0.0);
+    ASSERT_TRUE(f.has_value());
+    const double share = feedback * feedback / (feedback * feedback + excitation * excitation);
+    for (const double hz : {20.0, 50.0, 100.0}) EXPECT_NEAR(f->noise_share(hz), share, 0.3 * share) << hz;
+  }
+}
+
 TEST(Feedback, InputThatLooksAheadIsNone) {
   auto record = loop(0.0, 1.0, 20000, 3);
   // The output half a sample early: y(k) answers part of u(k) too.

@@ -269,6 +269,7 @@ TEST(Identify, RefusesSignalsThatSayNothing) {
   for (std::size_t k = 0; k < record.samples(); ++k)
     record.output.samples[k] = 3.0 - 2.5 * record.input.samples[k];
   EXPECT_NE(refusal(record, {}).find("output: y is -2.5 times u and a constant"), std::string::npos);
+  EXPECT_NE(refusal(record, {}).find("proportional controller only answers the noise"), std::string::npos);
   record.input.samples.assign(record.samples(), 0.5);
   EXPECT_NE(refusal(record, {}).find("input: u is constant (0.5)"), std::string::npos);
 }

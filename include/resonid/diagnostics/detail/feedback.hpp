@@ -37,6 +37,9 @@ struct Feedback {
   /// (Gd - G)/G: Gd is what averaged spectra of u and y tend to under this feedback, (G S_w - S_e / C)/(S_w +
   /// S_e) of the input's parts by w and by e.
   [[nodiscard]] std::complex<double> direct_bias(double frequency_hz) const;
+  /// Share of the input's power that is e returned by the controller, the rest being w: of u = (A w + D
+  /// e)/det with A and D from a and d, S_e |D|^2/(S_w |A|^2 + S_e |D|^2). 0 ... 1.
+  [[nodiscard]] double noise_share(double frequency_hz) const;
 };
 
 /// Feedback in at most the first 100 000 samples, p = 40 plus the known delay. For records without noise (e

@@ -13,6 +13,7 @@
 #include <identification/identify/judge/shown_modes.hpp>
 #include <identification/identify/judge/trust.hpp>
 #include <identification/identify/judge/validation.hpp>
+#include <identification/identify/judge/weak_excitation.hpp>
 #include <identification/identify/judge/without_structure.hpp>
 #include <identification/identify/select/simulate_and_correct.hpp>
 #include <resonid/base/detail/statistics.hpp>
@@ -226,6 +227,17 @@ void judge_loop(const Measurement& m, const Options& options, bool of_motion, Re
   inspect_loop(result);
 }
 
+/// Stands first. What says nothing of the machine is shown as it was measured.
+void put_weak_excitation(const Experiment& experiment, const Measurement& m, Finding weak, Result& result) {
+  if (drowns_everything(weak) && result.method == name_of(Method::model)) {
+    result.method = name_of(m.plan.method);
+    for (const auto& choice : experiment.choices)
+      if (choice.what == "method") replace(result.choices, choice);
+    if (m.method) replace(result.choices, *m.method);
+  }
+  result.findings.insert(result.findings.begin(), std::move(weak));
+}
+
 }  // namespace
 
 Options with_real_controller(const Measurement& measurement, const Options& options) {
@@ -272,6 +284,8 @@ Result judge(const Experiment& experiment, const Measurement& m, Fitted fitted, 
   put_black_box_instead(experiment, m, options, result);
   if (result.second_output && !result.model) result.second_output->fitted = false;
   judge_loop(m, options, of_motion, result);
+  if (auto weak = inspect_excitation(experiment, m, options, result))
+    put_weak_excitation(experiment, m, std::move(*weak), result);
   return result;
 }
 

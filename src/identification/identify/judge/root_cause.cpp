@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <array>
 #include <identification/identify/judge/root_cause.hpp>
+#include <identification/identify/judge/weak_excitation.hpp>
 #include <limits>
 #include <resonid/identification/options.hpp>
 #include <string_view>
@@ -13,6 +14,7 @@ using diagnostics::Finding;
 using diagnostics::Severity;
 
 constexpr std::string_view kQuantity = "other-quantity";
+constexpr std::string_view kWeak = "weak-excitation";
 /// Nothing of the result means anything then.
 constexpr std::array<std::string_view, 5> kVoid = {"no-excitation", "dead-output", kQuantity, "reversed",
                                                    "incoherent"};
@@ -43,7 +45,7 @@ bool among(const std::array<std::string_view, N>& ids, const Finding& f) {
 /// From the cause; those of what a model lacks one behind the other.
 std::size_t distance(const Finding& f) {
   if (among(kOfData, f)) return 0;
-  if (among(kVoid, f)) return 1;
+  if (among(kVoid, f) || f.id == kWeak) return 1;
   const auto of_model = std::find(kOfModel.begin(), kOfModel.end(), f.id);
   return of_model == kOfModel.end() ? 2 : 3 + static_cast<std::size_t>(of_model - kOfModel.begin());
 }
@@ -57,6 +59,9 @@ void discard_model(Result& result) {
   result.validation.reset();
   result.second_output.reset();
   result.structures.clear();
+  result.bootstrap.reset();
+  result.roots.clear();
+  result.residual.clear();
   std::erase_if(result.modes, [](const data::Mode& mode) { return mode.from_model; });
   std::erase_if(result.choices, [](const Choice& choice) { return choice.what == "structure"; });
 }
@@ -74,9 +79,14 @@ void keep_root_cause(bool discards_model, Result& result) {
   for (const auto& f : findings)
     if (is_error(f)) nearest = std::min(nearest, distance(f));
   if (nearest == std::numeric_limits<std::size_t>::max()) return;
-  const bool means_nothing = result.method != name_of(Method::model) &&
-                             std::any_of(findings.begin(), findings.end(),
-                                         [](const Finding& f) { return is_error(f) && among(kVoid, f); });
+  const bool drowned = std::any_of(findings.begin(), findings.end(), drowns_everything);
+  const bool means_nothing = drowned || (result.method != name_of(Method::model) &&
+                                         std::any_of(findings.begin(), findings.end(), [](const Finding& f) {
+                                           return is_error(f) && among(kVoid, f);
+                                         }));
+  const bool of_noise = std::any_of(findings.begin(), findings.end(), [](const Finding& f) {
+    return is_error(f) && (f.id == "incoherent" || drowns_everything(f));
+  });
   // Of one cause the first is told; of data there may be several.
   bool told = false;
   for (auto& f : findings) {
@@ -89,7 +99,9 @@ void keep_root_cause(bool discards_model, Result& result) {
     if (f.follows) f.severity = Severity::info;
   }
   std::stable_partition(findings.begin(), findings.end(), is_error);
-  if (means_nothing && discards_model) discard_model(result);
+  if (means_nothing && (discards_model || of_noise)) discard_model(result);
+  if (means_nothing && of_noise)
+    std::erase_if(result.modes, [](const data::Mode& m) { return !m.from_model; });
 }
 
 }  // namespace resonid::identification::detail

@@ -157,9 +157,13 @@ std::optional<Error> copied_input(const data::Record& record) {
   return Error{
       "output",
       fmt::format("{} is {:.4g} times {}{}, sample by sample: it is the same signal, no answer to it. Name "
-                  "the column of the measured motion with .output",
+                  "the column of the measured motion with .output{}",
                   record.output.name, factor, record.input.name,
-                  std::abs(my - factor * mu) > 1e-6 * std::sqrt(yy) ? " and a constant" : "")};
+                  std::abs(my - factor * mu) > 1e-6 * std::sqrt(yy) ? " and a constant" : "",
+                  factor < 0.0
+                      ? "; or a proportional controller only answers the noise of the output: excite "
+                        "the machine"
+                      : "")};
 }
 
 }  // namespace resonid::identification::detail
