@@ -114,7 +114,7 @@ TEST(Bootstrap, ForetellsTheScatterOfRepeatedExperiments) {
 }
 
 TEST(Bootstrap, LeavesTheCovarianceWhereTheRecordIsShortAndNoisy) {
-  const auto result = bootstrapped(experiment(1.0, 1.0, 3), 120);
+  const auto result = bootstrapped(experiment(1.0, 0.5, 3), 120);
   ASSERT_TRUE(result.bootstrap);
   double largest = 0.0;
   for (const auto& figure : figures(result)) {
