@@ -26,8 +26,11 @@ struct ResponseSetting {
   /// The response is that of the load, as such an output shows it: no filter, and the velocity from what it
   /// measures.
   data::SecondOutput second_output = data::SecondOutput::none;
+  bool load_velocity = false;  ///< The response is that of the load's velocity itself.
 
-  [[nodiscard]] bool at_load() const noexcept { return second_output != data::SecondOutput::none; }
+  [[nodiscard]] bool at_load() const noexcept {
+    return load_velocity || second_output != data::SecondOutput::none;
+  }
 };
 
 /// Torque to delayed velocity, times exp(j w known delay): what is measured once the known delay is taken
