@@ -1,0 +1,78 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <complex>
+#include <optional>
+#include <resonid/fit/detail/sampled_states.hpp>
+#include <span>
+#include <vector>
+
+#include "design/bounds.hpp"
+#include "design/controller.hpp"
+
+namespace resonid::design {
+
+/// Drive and controller: u = C (r - y).
+struct ClosedLoop {
+  Eigen::MatrixXd a;
+  Eigen::VectorXd reference, load_torque;
+  Eigen::RowVectorXd measured, load, torque;  ///< The torque's part by the reference comes on top.
+  double torque_by_reference = 0.0;
+  double sample_time_s = 0.0;
+
+  [[nodiscard]] double spectral_radius() const;
+  [[nodiscard]] bool is_stable() const { return spectral_radius() < 1.0; }
+};
+[[nodiscard]] ClosedLoop closed_loop(const fit::SampledStates& drive, const ControllerStates& controller);
+
+/// What of a loop has a maximum over frequency.
+enum class Transfer {
+  sensitivity,
+  complementary,
+  load_transfer,
+  controller_sensitivity,
+  process_sensitivity,
+  disk
+};
+inline constexpr std::array kTransfers = {Transfer::sensitivity,         Transfer::complementary,
+                                          Transfer::load_transfer,       Transfer::controller_sensitivity,
+                                          Transfer::process_sensitivity, Transfer::disk};
+[[nodiscard]] std::optional<double> bound_of(const Bounds& bounds, Transfer transfer);
+
+/// A maximum over frequency.
+struct Peak {
+  Transfer transfer = Transfer::sensitivity;
+  double value = 0.0, frequency_hz = 0.0, bound = 0.0;
+};
+
+/// The exact loop of a machine at any frequency.
+class LoopFunctions {
+ public:
+  /// Keeps a reference to the plant.
+  LoopFunctions(const fit::SampledResponse& plant, FilteredPi controller, double sample_time_s);
+
+  struct Values {
+    std::complex<double> loop, controller, load;
+    [[nodiscard]] double size_of(Transfer transfer) const;
+  };
+  [[nodiscard]] std::vector<Values> at(std::span<const double> frequencies_hz) const;
+
+  /// Local maxima from `least` of their bound on, each refined between the lines.
+  [[nodiscard]] std::vector<Peak> peaks(const std::vector<double>& lines_hz, const Bounds& bounds,
+                                        double least) const;
+  /// The largest over all frequencies.
+  [[nodiscard]] Peak largest(Transfer transfer, const std::vector<double>& lines_hz) const;
+  /// [transfer]
+  [[nodiscard]] std::vector<Peak> largest_of(const std::vector<Transfer>& transfers,
+                                             const std::vector<double>& lines_hz) const;
+
+ private:
+  [[nodiscard]] Peak refined(Transfer transfer, double from_hz, double to_hz) const;
+  const fit::SampledResponse& plant_;
+  FilteredPi controller_;
+  double sample_time_s_;
+};
+
+}  // namespace resonid::design

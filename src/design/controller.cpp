@@ -1,0 +1,94 @@
+// SPDX-License-Identifier: MIT
+#include "design/controller.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <resonid/base/constants.hpp>
+
+namespace resonid::design {
+namespace {
+
+/// One after the other: what comes out of `first` goes into `second`.
+ControllerStates in_series(const ControllerStates& first, const ControllerStates& second) {
+  const Eigen::Index n = first.a.rows(), m = second.a.rows();
+  ControllerStates s{Eigen::MatrixXd::Zero(n + m, n + m), Eigen::VectorXd(n + m), Eigen::RowVectorXd(n + m),
+                     first.d * second.d};
+  s.a.topLeftCorner(n, n) = first.a;
+  s.a.bottomLeftCorner(m, n) = second.b * first.c;
+  s.a.bottomRightCorner(m, m) = second.a;
+  s.b << first.b, second.b * first.d;
+  s.c << second.d * first.c, second.c;
+  return s;
+}
+
+std::vector<double> times(const std::vector<double>& p, std::span<const double> q) {
+  std::vector<double> product(p.size() + q.size() - 1, 0.0);
+  for (std::size_t i = 0; i < p.size(); ++i)
+    for (std::size_t j = 0; j < q.size(); ++j) product[i + j] += p[i] * q[j];
+  return product;
+}
+
+}  // namespace
+
+Biquad::Coefficients Biquad::coefficients(double sample_time_s) const {
+  const double omega = kTwoPi * frequency_hz;
+  const double warped = omega / std::tan(0.5 * omega * sample_time_s);
+  const double square = warped * warped + omega * omega;
+  const double upper = 2.0 * numerator_damping * omega * warped;
+  const double lower = 2.0 * denominator_damping * omega * warped;
+  const double middle = 2.0 * (omega * omega - warped * warped), first = square + lower;
+  return {{(square + upper) / first, middle / first, (square - upper) / first},
+          {1.0, middle / first, (square - lower) / first}};
+}
+
+data::TransferFunction FilteredPi::transfer_function(double sample_time_s) const {
+  data::TransferFunction c{{kp + ki * sample_time_s, -kp}, {1.0, -1.0}, sample_time_s};
+  for (const Biquad& biquad : biquads) {
+    const auto filter = biquad.coefficients(sample_time_s);
+    c.numerator = times(c.numerator, filter.b);
+    c.denominator = times(c.denominator, filter.a);
+  }
+  return c;
+}
+
+std::vector<std::complex<double>> filter_values(std::span<const Biquad> biquads,
+                                                std::span<const double> frequencies_hz,
+                                                double sample_time_s) {
+  std::vector<std::complex<double>> values(frequencies_hz.size(), 1.0);
+  for (const Biquad& biquad : biquads) {
+    const auto filter = biquad.coefficients(sample_time_s);
+    for (std::size_t i = 0; i < values.size(); ++i)
+      values[i] *= filter.at(std::polar(1.0, -kTwoPi * frequencies_hz[i] * sample_time_s));
+  }
+  return values;
+}
+
+ControllerStates states_of(const data::TransferFunction& controller) {
+  const std::size_t terms = std::max(controller.numerator.size(), controller.denominator.size());
+  const auto order = static_cast<Eigen::Index>(terms) - 1;
+  const auto term = [](const std::vector<double>& p, Eigen::Index i) {
+    return static_cast<std::size_t>(i) < p.size() ? p[static_cast<std::size_t>(i)] : 0.0;
+  };
+  ControllerStates s{Eigen::MatrixXd::Zero(order, order), Eigen::VectorXd(order),
+                     Eigen::RowVectorXd::Zero(order), term(controller.numerator, 0)};
+  for (Eigen::Index i = 0; i < order; ++i) {  // transposed direct form II
+    s.a(i, 0) = -term(controller.denominator, i + 1);
+    if (i + 1 < order) s.a(i, i + 1) = 1.0;
+    s.b(i) = term(controller.numerator, i + 1) - term(controller.denominator, i + 1) * s.d;
+  }
+  if (order > 0) s.c(0) = 1.0;
+  return s;
+}
+
+ControllerStates states_of(const FilteredPi& controller, double sample_time_s) {
+  auto s = states_of(FilteredPi{controller.kp, controller.ki, {}}.transfer_function(sample_time_s));
+  for (const Biquad& biquad : controller.biquads) {
+    const auto filter = biquad.coefficients(sample_time_s);
+    s = in_series(
+        s, states_of(data::TransferFunction{
+               {filter.b.begin(), filter.b.end()}, {filter.a.begin(), filter.a.end()}, sample_time_s}));
+  }
+  return s;
+}
+
+}  // namespace resonid::design

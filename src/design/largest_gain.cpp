@@ -1,0 +1,190 @@
+// SPDX-License-Identifier: MIT
+#include "design/largest_gain.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+#include "design/closed_loop.hpp"
+
+namespace resonid::design {
+namespace {
+
+using Complex = std::complex<double>;
+
+/// The smaller positive root of a x^2 + 2 b x + c, which is not negative at 0; infinite where there is none.
+/// By the formula that does not subtract (docs/methods/tune.md 4.6).
+double first_root(double a, double b, double c) {
+  constexpr double kNever = std::numeric_limits<double>::infinity();
+  const double discriminant = b * b - a * c;
+  if (discriminant < 0.0) return kNever;
+  const double s = -(b + std::copysign(std::sqrt(discriminant), b));
+  const double one = a != 0.0 ? s / a : kNever, other = s != 0.0 ? c / s : kNever;
+  double least = kNever;
+  for (const double root : {one, other})
+    if (root > 0.0) least = std::min(least, root);
+  return least;
+}
+
+double product(const Complex& x, const Complex& y) { return x.real() * y.real() + x.imag() * y.imag(); }
+
+/// The rows of all machines, and how far a pair of gains is from the bounds.
+class GainSearch {
+ public:
+  GainSearch(Machines& machines, std::span<const Biquad> biquads, const Bounds& bounds)
+      : machines_(machines), biquads_(biquads), bounds_(bounds) {
+    fill();
+  }
+
+  [[nodiscard]] std::optional<LargestGain> best_of(double from, double to, int gains) const {
+    std::vector<LargestGain> found;
+    for (int i = 1; i <= gains; ++i) {
+      const double kp = from + (to - from) * i / gains;
+      if (const double ki = rows_.largest_integral(kp); ki > 0.0 && std::isfinite(ki))
+        found.push_back({kp, ki});
+    }
+    std::sort(found.begin(), found.end(), [](const auto& a, const auto& b) { return a.ki > b.ki; });
+    for (const auto& one : found)
+      if (is_stable(one)) return one;
+    return std::nullopt;
+  }
+
+  [[nodiscard]] double largest_proportional() const { return rows_.largest_proportional(); }
+
+  /// Nine values of kp around the best, nearer and nearer.
+  void zoom(LargestGain& best, double distance, int rounds) const {
+    for (int round = 0; round < rounds; ++round) {
+      constexpr int kHalf = 4;
+      const LargestGain centre = best;
+      for (int i = -kHalf; i <= kHalf; ++i) {
+        const double kp = centre.kp + distance * i / (kHalf + 1.0);
+        if (i == 0 || !(kp > 0.0)) continue;
+        const double ki = rows_.largest_integral(kp);
+        if (ki > best.ki && std::isfinite(ki) && is_stable({kp, ki})) best = {kp, ki};
+      }
+      distance /= kHalf + 1.0;
+    }
+  }
+
+  /// Adds the frequencies between lines at which a bound is nearly reached. By how much one is exceeded.
+  double exchange(const LargestGain& gains) {
+    constexpr double kNearly = 0.9;
+    double worst = 0.0;
+    for (std::size_t m = 0; m < machines_.all.size(); ++m) {
+      const Machine& machine = machines_.all[m];
+      const LoopFunctions loop(machine.response(), {gains.kp, gains.ki, {biquads_.begin(), biquads_.end()}},
+                               machine.sample_time_s());
+      std::vector<double> added;
+      for (const auto& peak : loop.peaks(machines_.lines[m].frequencies_hz(), bounds_, kNearly)) {
+        worst = std::max(worst, peak.value / peak.bound - 1.0);
+        added.push_back(peak.frequency_hz);
+      }
+      machines_.lines[m].add(machine, added);
+    }
+    fill();
+    return worst;
+  }
+
+  /// At half the integral gain: inside an interval of gains that meet the bounds no pole crosses the circle
+  /// (docs/methods/tune.md 4.3).
+  [[nodiscard]] bool is_stable(const LargestGain& gains) const {
+    const FilteredPi controller{gains.kp, 0.5 * gains.ki, {biquads_.begin(), biquads_.end()}};
+    return std::all_of(machines_.all.begin(), machines_.all.end(), [&](const Machine& machine) {
+      return closed_loop(machine.states(), states_of(controller, machine.sample_time_s())).is_stable();
+    });
+  }
+
+ private:
+  void fill() {
+    rows_ = {};
+    for (std::size_t m = 0; m < machines_.all.size(); ++m) {
+      const auto& lines = machines_.lines[m].lines();
+      const auto filter =
+          filter_values(biquads_, machines_.lines[m].frequencies_hz(), machines_.all[m].sample_time_s());
+      for (std::size_t i = 0; i < lines.size(); ++i) rows_.add(lines[i], filter[i], bounds_);
+    }
+  }
+
+  Machines& machines_;
+  std::span<const Biquad> biquads_;
+  const Bounds& bounds_;
+  QuadraticRows rows_;
+};
+
+}  // namespace
+
+void QuadraticRows::add(const MachineLines::Line& line, const Complex& filter, const Bounds& bounds) {
+  const Complex one(1.0), none(0.0);
+  const auto pi = [&](const Complex& x) { return std::array{none, x, x * line.integrator}; };
+  const Complex measured = filter * line.plant.measured;
+  const std::array loop = {one, measured, measured * line.integrator};
+  if (bounds.sensitivity) add(loop, {one, none, none}, *bounds.sensitivity);
+  if (bounds.complementary) add(loop, pi(measured), *bounds.complementary);
+  if (bounds.load_transfer) add(loop, pi(filter * line.plant.load), *bounds.load_transfer);
+  if (bounds.controller_sensitivity) add(loop, pi(filter), *bounds.controller_sensitivity);
+  if (bounds.disk) add(loop, {one, -loop[1], -loop[2]}, *bounds.disk);
+}
+
+void QuadraticRows::add(const std::array<Complex, 3>& loop, const std::array<Complex, 3>& bounded,
+                        double bound) {
+  const auto entry = [&](std::size_t i, std::size_t j) {
+    return bound * bound * product(loop[i], loop[j]) - product(bounded[i], bounded[j]);
+  };
+  q00_.push_back(entry(0, 0));
+  q01_.push_back(entry(0, 1));
+  q02_.push_back(entry(0, 2));
+  q11_.push_back(entry(1, 1));
+  q12_.push_back(entry(1, 2));
+  q22_.push_back(entry(2, 2));
+}
+
+double QuadraticRows::largest_proportional() const {
+  double least = std::numeric_limits<double>::infinity();
+  for (std::size_t i = 0; i < size(); ++i) least = std::min(least, first_root(q11_[i], q01_[i], q00_[i]));
+  return least;
+}
+
+double QuadraticRows::largest_integral(double kp) const {
+  double least = std::numeric_limits<double>::infinity();
+  for (std::size_t i = 0; i < size(); ++i) {
+    const double c = q00_[i] + kp * (2.0 * q01_[i] + kp * q11_[i]);
+    if (c < 0.0) return -1.0;
+    const double b = q02_[i] + kp * q12_[i], a = q22_[i];
+    // Most rows are met up to the least root so far: at it, and with no valley before it.
+    const bool valley = a > 0.0 && b < 0.0 && b * b > a * c && -b < a * least;
+    if (valley || !(least < std::numeric_limits<double>::infinity()) ||
+        c + least * (2.0 * b + least * a) < 0.0)
+      least = std::min(least, first_root(a, b, c));
+  }
+  return least;
+}
+
+Machines::Machines(std::vector<Machine> machines, double share) : all(std::move(machines)) {
+  for (const Machine& machine : all) lines.emplace_back(machine, share);
+}
+
+std::optional<LargestGain> largest_integral_gain(Machines& machines, std::span<const Biquad> biquads,
+                                                 const Bounds& bounds, const Accuracy& accuracy) {
+  GainSearch search(machines, biquads, bounds);
+  const double limit = search.largest_proportional();
+  if (!std::isfinite(limit)) return std::nullopt;
+  auto best = search.best_of(0.0, limit, accuracy.gains);
+  if (!best) return std::nullopt;
+  const double distance = limit / accuracy.gains;
+  search.zoom(*best, distance, accuracy.zooms);
+  constexpr double kMet = 1e-9;
+  for (int round = 0; round < accuracy.exchanges; ++round) {
+    best->exceeded = search.exchange(*best);
+    if (best->exceeded <= kMet) break;
+    // The new lines take something off everywhere near the best.
+    auto again = search.best_of(std::max(0.0, best->kp - distance), best->kp + distance, 20);
+    if (!again) again = search.best_of(0.0, search.largest_proportional(), accuracy.gains);
+    if (!again) return std::nullopt;
+    search.zoom(*again, 0.1 * distance, accuracy.zooms);
+    best = again;
+  }
+  return best;
+}
+
+}  // namespace resonid::design

@@ -1,0 +1,64 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <array>
+#include <complex>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "design/bounds.hpp"
+#include "design/controller.hpp"
+#include "design/machine.hpp"
+
+// The PI controller of the largest integral gain under bounds, exactly (docs/methods/tune.md 4; the idea is
+// that of Astrom et al. 1998 and of Yaniv and Nagurka 2003).
+namespace resonid::design {
+
+/// Each bound at each frequency of each machine as v' Q v >= 0 with v = [1, kp, ki]
+/// (docs/methods/tune.md 4.1).
+class QuadraticRows {
+ public:
+  void add(const MachineLines::Line& line, const std::complex<double>& filter, const Bounds& bounds);
+  [[nodiscard]] std::size_t size() const { return q00_.size(); }
+
+  /// Largest kp that meets every bound, from kp = 0 on without a gap, with ki = 0.
+  [[nodiscard]] double largest_proportional() const;
+  /// Largest ki that meets every bound, from ki = 0 on without a gap; negative where ki = 0 does not.
+  [[nodiscard]] double largest_integral(double kp) const;
+
+ private:
+  void add(const std::array<std::complex<double>, 3>& loop,
+           const std::array<std::complex<double>, 3>& bounded, double bound);
+  std::vector<double> q00_, q01_, q02_, q11_, q12_, q22_;
+};
+
+/// A PI controller at the largest integral gain.
+struct LargestGain {
+  double kp = 0.0, ki = 0.0;
+  double exceeded = 0.0;  ///< By what a bound is exceeded between lines, relative.
+};
+
+struct Accuracy {
+  int gains = 60;      ///< Values of kp that are tried first.
+  int zooms = 14;      ///< Rounds of nine values around the best.
+  int exchanges = 12;  ///< Rounds in which lines are added where a bound is exceeded between lines.
+};
+/// What a search with filters in it asks again and again.
+inline constexpr Accuracy kRough{40, 4, 0};
+
+/// Machines that one controller is to suit, each with its lines.
+struct Machines {
+  explicit Machines(std::vector<Machine> machines, double share = 1.0);
+  std::vector<Machine> all;
+  std::vector<MachineLines> lines;
+};
+
+/// Stable, and within the bounds at every frequency of every machine. Nothing where no gain is. Lines at
+/// which a bound is nearly reached are added to `machines`.
+[[nodiscard]] std::optional<LargestGain> largest_integral_gain(Machines& machines,
+                                                               std::span<const Biquad> biquads,
+                                                               const Bounds& bounds,
+                                                               const Accuracy& accuracy = {});
+
+}  // namespace resonid::design

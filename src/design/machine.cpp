@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: MIT
+#include "design/machine.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <resonid/base/constants.hpp>
+
+namespace resonid::design {
+
+std::vector<double> first_lines_hz(const fit::DriveModel& model, double share) {
+  const int logarithmic = static_cast<int>(400 * share), even = static_cast<int>(60 * share);
+  const int around = static_cast<int>(18 * share);
+  const double nyquist_hz = 0.5 / model.sample_time_s;
+  double lowest_hz = 1e-4 * nyquist_hz;
+  const auto modes = model.modes();
+  if (!modes.empty()) lowest_hz = std::min(lowest_hz, 0.01 * modes.front().frequency_hz.value);
+  std::vector<double> lines;
+  for (int i = 0; i < logarithmic; ++i)
+    lines.push_back(nyquist_hz * std::pow(lowest_hz / nyquist_hz, 1.0 - i / (logarithmic - 1.0)));
+  for (int i = 0; i < even; ++i) lines.push_back(nyquist_hz * (0.3 + 0.7 * i / (even - 1.0)));
+  constexpr double kNear = 0.05, kFar = 20.0;  // times the width
+  for (const auto& mode : modes) {
+    const double centre = mode.frequency_hz.value;
+    const double width = std::max(mode.damping_ratio.value, 1e-4) * centre;
+    lines.push_back(centre);
+    for (int i = 0; i < around; ++i) {
+      const double distance = width * kNear * std::pow(kFar / kNear, i / (around - 1.0));
+      lines.push_back(centre - distance);
+      lines.push_back(centre + distance);
+    }
+  }
+  std::erase_if(lines, [&](double f) { return !(f >= lowest_hz && f <= nyquist_hz); });
+  std::sort(lines.begin(), lines.end());
+  lines.erase(std::unique(lines.begin(), lines.end()), lines.end());
+  return lines;
+}
+
+MachineLines::MachineLines(const Machine& machine, double share) {
+  add(machine, first_lines_hz(machine.model(), share));
+}
+
+std::vector<double> MachineLines::frequencies_hz() const {
+  std::vector<double> all;
+  for (const Line& line : lines_) all.push_back(line.frequency_hz);
+  return all;
+}
+
+void MachineLines::add(const Machine& machine, std::span<const double> frequencies_hz) {
+  const auto plant = machine.response().at(frequencies_hz);
+  const double step = machine.sample_time_s();
+  for (std::size_t i = 0; i < frequencies_hz.size(); ++i)
+    lines_.push_back(
+        {frequencies_hz[i], plant[i], step / (1.0 - std::polar(1.0, -kTwoPi * frequencies_hz[i] * step))});
+  std::sort(lines_.begin(), lines_.end(),
+            [](const Line& a, const Line& b) { return a.frequency_hz < b.frequency_hz; });
+  lines_.erase(std::unique(lines_.begin(), lines_.end(),
+                           [](const Line& a, const Line& b) { return a.frequency_hz == b.frequency_hz; }),
+               lines_.end());
+}
+
+}  // namespace resonid::design

@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <complex>
+#include <resonid/fit/detail/sampled_states.hpp>
+#include <resonid/fit/drive_model.hpp>
+#include <span>
+#include <vector>
+
+namespace resonid::design {
+
+/// One machine that a controller is to suit, with what a design asks of it.
+class Machine {
+ public:
+  explicit Machine(const fit::DriveModel& model)
+      : model_(model), response_(model), states_(fit::sampled_states(model)) {}
+
+  [[nodiscard]] const fit::SampledResponse& response() const { return response_; }
+  [[nodiscard]] const fit::SampledStates& states() const { return states_; }
+  [[nodiscard]] const fit::DriveModel& model() const { return model_; }
+  [[nodiscard]] double sample_time_s() const { return model_.sample_time_s; }
+
+ private:
+  fit::DriveModel model_;
+  fit::SampledResponse response_;
+  fit::SampledStates states_;
+};
+
+/// Where bounds are looked at first: 400 logarithmic lines up to the Nyquist frequency, 60 evenly over its
+/// upper 70 %, and 37 around each mode, at distances of its width (docs/methods/tune.md 4.4a); `share` of
+/// them. Ascending.
+[[nodiscard]] std::vector<double> first_lines_hz(const fit::DriveModel& model, double share = 1.0);
+
+/// A machine's responses at the frequencies at which bounds are looked at.
+class MachineLines {
+ public:
+  /// On first_lines_hz.
+  explicit MachineLines(const Machine& machine, double share = 1.0);
+
+  struct Line {
+    double frequency_hz = 0.0;
+    fit::SampledResponse::Value plant;
+    std::complex<double> integrator;  ///< Ts z/(z - 1)
+  };
+  [[nodiscard]] const std::vector<Line>& lines() const { return lines_; }
+  [[nodiscard]] std::vector<double> frequencies_hz() const;
+  void add(const Machine& machine, std::span<const double> frequencies_hz);
+
+ private:
+  std::vector<Line> lines_;  ///< Ascending.
+};
+
+}  // namespace resonid::design

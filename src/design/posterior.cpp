@@ -1,0 +1,78 @@
+// SPDX-License-Identifier: MIT
+#include "design/posterior.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "linalg/decompositions.hpp"
+
+namespace resonid::design {
+namespace {
+
+/// Positive by nature: inertias, stiffnesses, dampings.
+bool is_logarithm(fit::Parameter p) { return p < fit::kViscousFriction || p > fit::kLoadGroundStiffness; }
+bool is_never_negative(fit::Parameter p) {
+  return p == fit::kTorqueLag || p == fit::kOutputFilter || p == fit::kViscousFriction ||
+         p == fit::kLoadViscousFriction;
+}
+
+}  // namespace
+
+Posterior::Posterior(fit::DriveModel nominal, double delay_std_s) : nominal_(std::move(nominal)) {
+  std::vector<double> scale;
+  for (int i = 0; i < fit::kParameterCount; ++i) {
+    const auto p = static_cast<fit::Parameter>(i);
+    if (!nominal_.estimated[static_cast<std::size_t>(i)] || p == fit::kDelay) continue;
+    parameters_.push_back(p);
+    scale.push_back(is_logarithm(p) ? 1.0 / nominal_.value(p) : 1.0);
+  }
+  parameters_.push_back(fit::kDelay);
+  scale.push_back(1.0);
+  const auto count = static_cast<Eigen::Index>(parameters_.size());
+  Eigen::MatrixXd covariance(count, count);
+  for (Eigen::Index i = 0; i < count; ++i)
+    for (Eigen::Index j = 0; j < count; ++j)
+      covariance(i, j) = nominal_.covariance(parameters_[static_cast<std::size_t>(i)],
+                                             parameters_[static_cast<std::size_t>(j)]) *
+                         scale[static_cast<std::size_t>(i)] * scale[static_cast<std::size_t>(j)];
+  const bool estimated = nominal_.estimated[fit::kDelay] && covariance(count - 1, count - 1) > 0.0;
+  if (!estimated) {
+    covariance.row(count - 1).setZero();
+    covariance.col(count - 1).setZero();
+    covariance(count - 1, count - 1) = delay_std_s * delay_std_s;
+  }
+  spread_by(covariance);
+}
+
+Posterior::Posterior(fit::DriveModel nominal, std::vector<fit::Parameter> parameters,
+                     const Eigen::MatrixXd& covariance)
+    : nominal_(std::move(nominal)), parameters_(std::move(parameters)) {
+  spread_by(covariance);
+}
+
+void Posterior::spread_by(const Eigen::MatrixXd& covariance) {
+  const auto axes = linalg::symmetric_eigenpairs(covariance);
+  spread_ = axes.vectors * axes.values.cwiseMax(0.0).cwiseSqrt().asDiagonal();
+}
+
+Posterior Posterior::scaled(double factor) const {
+  Posterior other = *this;
+  other.spread_ *= std::sqrt(factor);
+  return other;
+}
+
+fit::DriveModel Posterior::at(const Eigen::VectorXd& u) const {
+  const Eigen::VectorXd moved = spread_ * u;
+  fit::DriveModel model = nominal_;
+  for (std::size_t i = 0; i < parameters_.size(); ++i) {
+    const fit::Parameter p = parameters_[i];
+    const double by = moved(static_cast<Eigen::Index>(i)), from = nominal_.value(p);
+    double value = is_logarithm(p) ? from * std::exp(by) : from + by;
+    if (is_never_negative(p)) value = std::max(0.0, value);
+    if (p == fit::kDelay) value = std::max(-nominal_.known_delay_s, value);
+    model.set(p, value);
+  }
+  return model;
+}
+
+}  // namespace resonid::design
