@@ -3,33 +3,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <random>
 
+#include "design/normal.hpp"
 #include "linalg/parallel.hpp"
 
 namespace resonid::design {
 namespace {
-
-/// Standard normal numbers by Marsaglia's polar method: the same on every platform.
-class Normal {
- public:
-  explicit Normal(std::uint64_t seed) : random_(seed) {}
-  Eigen::VectorXd operator()(Eigen::Index count) {
-    Eigen::VectorXd u(count);
-    for (auto& x : u) x = next();
-    return u;
-  }
-
- private:
-  double uniform() { return static_cast<double>(random_() >> 11) / 9007199254740992.0; }
-  double next() {
-    for (;;) {
-      const double a = 2.0 * uniform() - 1.0, b = 2.0 * uniform() - 1.0, s = a * a + b * b;
-      if (s > 0.0 && s < 1.0) return a * std::sqrt(-2.0 * std::log(s) / s);
-    }
-  }
-  std::mt19937_64 random_;
-};
 
 class Climber {
  public:
@@ -44,9 +23,9 @@ class Climber {
     const WorstCase nominal = at(Eigen::VectorXd::Zero(posterior_.dimension()));
     const Eigen::VectorXd slope = gradient(nominal);
     std::vector<Eigen::VectorXd> starts = {slope, -slope};
-    Normal normal(1);
+    StandardNormal normal(1);
     constexpr int kRandom = 4;
-    for (int i = 0; i < kRandom; ++i) starts.push_back(normal(posterior_.dimension()));
+    for (int i = 0; i < kRandom; ++i) starts.push_back(normal.next(posterior_.dimension()));
     std::vector<WorstCase> found(starts.size(), nominal);
     linalg::for_each_index(starts.size(), 0, [&](std::size_t i) {
       if (starts[i].norm() > 0.0) found[i] = climb(radius_ * starts[i].normalized());
@@ -130,9 +109,9 @@ WorstCase worst_case(const Posterior& posterior, const FilteredPi& controller, T
 
 MonteCarlo monte_carlo(const Posterior& posterior, const FilteredPi& controller, const Bounds& bounds,
                        std::size_t draws, std::uint64_t seed, double radius) {
-  Normal normal(seed);
+  StandardNormal normal(seed);
   std::vector<Eigen::VectorXd> points;
-  for (std::size_t i = 0; i < draws; ++i) points.push_back(normal(posterior.dimension()));
+  for (std::size_t i = 0; i < draws; ++i) points.push_back(normal.next(posterior.dimension()));
   if (radius > 0.0)
     for (auto& u : points) u *= radius / u.norm();
   std::vector<std::array<double, kTransfers.size()>> values(draws);
