@@ -1,0 +1,161 @@
+// SPDX-License-Identifier: MIT
+#include "design/export_text.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <cmath>
+
+namespace resonid::design {
+namespace {
+
+/// Names that mean something in C or in structured text, where case does not count, or stand in the texts.
+constexpr std::array kReservedWords = {"abs",
+                                       "and",
+                                       "array",
+                                       "auto",
+                                       "begin",
+                                       "bool",
+                                       "break",
+                                       "by",
+                                       "byte",
+                                       "case",
+                                       "char",
+                                       "class",
+                                       "configuration",
+                                       "const",
+                                       "constant",
+                                       "continue",
+                                       "default",
+                                       "deviation",
+                                       "do",
+                                       "double",
+                                       "dword",
+                                       "else",
+                                       "elsif",
+                                       "enable",
+                                       "end",
+                                       "enum",
+                                       "exit",
+                                       "extern",
+                                       "false",
+                                       "float",
+                                       "for",
+                                       "function",
+                                       "goto",
+                                       "if",
+                                       "inline",
+                                       "int",
+                                       "integral",
+                                       "limit",
+                                       "long",
+                                       "lreal",
+                                       "max",
+                                       "min",
+                                       "mod",
+                                       "not",
+                                       "of",
+                                       "or",
+                                       "out",
+                                       "program",
+                                       "real",
+                                       "reference",
+                                       "register",
+                                       "repeat",
+                                       "restrict",
+                                       "retain",
+                                       "return",
+                                       "short",
+                                       "signed",
+                                       "sizeof",
+                                       "static",
+                                       "string",
+                                       "struct",
+                                       "switch",
+                                       "task",
+                                       "then",
+                                       "time",
+                                       "to",
+                                       "torque",
+                                       "true",
+                                       "type",
+                                       "typedef",
+                                       "union",
+                                       "unsigned",
+                                       "until",
+                                       "var",
+                                       "velocity",
+                                       "void",
+                                       "volatile",
+                                       "while",
+                                       "with",
+                                       "word",
+                                       "xor"};
+
+bool is_name(const std::string& name) {
+  constexpr std::size_t kLongest = 30;
+  const auto is_alphanumeric = [](unsigned char c) { return c < 128 && std::isalnum(c) != 0; };
+  if (name.size() < 2 || name.size() > kLongest ||
+      std::isdigit(static_cast<unsigned char>(name.front())) != 0)
+    return false;
+  if (name.front() == '_' || name.back() == '_' || name.find("__") != std::string::npos) return false;
+  if (!std::all_of(name.begin(), name.end(),
+                   [&](char c) { return c == '_' || is_alphanumeric(static_cast<unsigned char>(c)); }))
+    return false;
+  std::string lower = name;
+  for (char& c : lower) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  return std::none_of(kReservedWords.begin(), kReservedWords.end(),
+                      [&](const char* word) { return lower == word; });
+}
+
+}  // namespace
+
+expected<void> check_exported(const ExportedController& design) {
+  const double step = design.sample_time_s, weight = design.set_point_weight;
+  if (!is_name(design.name))
+    return refuse(
+        "name",
+        "must be a letter, then letters, digits and single underscores, 2 to 30 in all, and no word "
+        "of the language");
+  if (!(step > 0.0 && std::isfinite(step))) return refuse("sample_time_s", "must be > 0", step);
+  if (!(design.controller.kp >= 0.0 && std::isfinite(design.controller.kp)))
+    return refuse("kp", "must be >= 0", design.controller.kp);
+  if (!(design.controller.ki >= 0.0 && std::isfinite(design.controller.ki)))
+    return refuse("ki", "must be >= 0", design.controller.ki);
+  if (!(weight >= 0.0 && weight <= 1.0)) return refuse("set_point_weight", "must be from 0 to 1", weight);
+  if (design.torque_limit && !(*design.torque_limit > 0.0 && std::isfinite(*design.torque_limit)))
+    return refuse("torque_limit", "must be > 0", *design.torque_limit);
+  for (const Biquad& biquad : design.controller.biquads) {
+    if (!(biquad.frequency_hz > 0.0 && biquad.frequency_hz < 0.5 / step))
+      return refuse("biquads", "must lie between 0 and the Nyquist frequency", biquad.frequency_hz);
+    if (!(biquad.denominator_damping > 0.0))
+      return refuse("biquads", "must have a denominator with damping", biquad.denominator_damping);
+  }
+  return {};
+}
+
+std::string digits_17(double value) {
+  std::string text = fmt::format("{:.17g}", value);
+  if (text.find('.') != std::string::npos) return text;
+  const auto exponent = text.find('e');
+  text.insert(exponent == std::string::npos ? text.size() : exponent, ".0");
+  return text;
+}
+
+std::string filled_in(std::string_view text, const TextValues& values) {
+  std::string filled;
+  while (!text.empty()) {
+    const auto begin = text.find('@'), end = text.find('@', begin + 1);
+    filled += text.substr(0, begin);
+    if (begin == std::string_view::npos || end == std::string_view::npos) break;
+    const auto key = text.substr(begin + 1, end - begin - 1);
+    for (const auto& [known, value] : values)
+      if (known == key) filled += value;
+    text.remove_prefix(end + 1);
+  }
+  return filled;
+}
+
+}  // namespace resonid::design

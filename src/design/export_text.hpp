@@ -1,0 +1,24 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <resonid/base/expected.hpp>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "design/export.hpp"
+
+namespace resonid::design {
+
+/// What every target asks of a controller.
+[[nodiscard]] expected<void> check_exported(const ExportedController& design);
+
+/// 17 digits, with a decimal point: read back it is the same number everywhere.
+[[nodiscard]] std::string digits_17(double value);
+
+/// A text in which each @key@ is replaced by its value.
+using TextValues = std::vector<std::pair<std::string_view, std::string>>;
+[[nodiscard]] std::string filled_in(std::string_view text, const TextValues& values);
+
+}  // namespace resonid::design

@@ -1,0 +1,142 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <gtest/gtest.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include "design/controller.hpp"
+#include "design/export.hpp"
+
+namespace resonid::test {
+
+/// What a controller is given sample by sample.
+struct Sample {
+  double reference, velocity;
+};
+
+/// Steps of the reference, and a velocity that follows with noise; whole multiples of 2^-10, so that every
+/// text says them exactly.
+inline std::vector<Sample> exported_samples() {
+  std::vector<Sample> samples;
+  double velocity = 0.0;
+  unsigned noise = 1;
+  for (int k = 0; k < 600; ++k) {
+    const double reference = k < 20 ? 0.0 : k < 250 ? 10.0 : k < 450 ? -4.0 : 1.5;
+    noise = noise * 1664525U + 1013904223U;
+    velocity += 0.02 * (reference - velocity);
+    const double measured = velocity + static_cast<double>(noise >> 24) / 256.0 - 0.5;
+    samples.push_back({reference, std::round(1024.0 * measured) / 1024.0});
+  }
+  return samples;
+}
+
+/// The design's own simulation by its states: what the texts must do.
+inline std::vector<double> simulated(const design::ExportedController& exported,
+                                     const std::vector<Sample>& samples) {
+  const auto& controller = exported.controller;
+  const double step = exported.sample_time_s;
+  // By superposition: all of the error, and the part that the set-point weight takes off.
+  const auto main = design::states_of(controller, step);
+  const auto weight = design::states_of(
+      design::FilteredPi{controller.kp * (exported.set_point_weight - 1.0), 0.0, controller.biquads}, step);
+  Eigen::VectorXd x = Eigen::VectorXd::Zero(main.a.rows()), w = Eigen::VectorXd::Zero(weight.a.rows());
+  std::vector<double> torque;
+  for (const Sample& sample : samples) {
+    const double error = sample.reference - sample.velocity;
+    double u = main.c * x + main.d * error + weight.c * w + weight.d * sample.reference;
+    const double sum = x(0);
+    x = (main.a * x + main.b * error).eval();
+    w = (weight.a * w + weight.b * sample.reference).eval();
+    const double limit = exported.torque_limit.value_or(INFINITY);
+    if ((u > limit && error >= 0.0) || (u < -limit && error <= 0.0)) x(0) = sum;
+    torque.push_back(std::clamp(u, -limit, limit));
+  }
+  return torque;
+}
+
+/// A folder of the test's own, and programs that run in it.
+class ExportedRuns : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    std::string pattern = (std::filesystem::temp_directory_path() / "resonid_export_XXXXXX").string();
+    ASSERT_NE(::mkdtemp(pattern.data()), nullptr);
+    folder_ = pattern;
+  }
+  void TearDown() override {
+    std::error_code ignored;
+    std::filesystem::remove_all(folder_, ignored);
+  }
+
+  void write(const std::string& name, const std::string& text) const {
+    std::ofstream(folder_ / name) << text;
+  }
+  [[nodiscard]] std::string read(const std::string& name) const {
+    std::ostringstream text;
+    text << std::ifstream(folder_ / name).rdbuf();
+    return text.str();
+  }
+  /// Exit code; what it says stands in "log".
+  [[nodiscard]] int shell(const std::string& words) const {
+    const int status = std::system(("cd '" + folder_.string() + "' && { " + words + "; } 2> log").c_str());
+    return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+  }
+  void write_samples(const std::vector<Sample>& samples, const std::string& more = "") const {
+    std::ostringstream rows;
+    rows.precision(17);
+    for (const Sample& sample : samples) rows << sample.reference << ' ' << sample.velocity << more << '\n';
+    write("rows", rows.str());
+  }
+  /// First column of what a program has printed.
+  [[nodiscard]] std::vector<double> printed(const std::string& name) const {
+    std::ifstream file(folder_ / name);
+    std::vector<double> values;
+    for (std::string line; std::getline(file, line);) values.push_back(std::strtod(line.c_str(), nullptr));
+    return values;
+  }
+  static void expect_alike(const std::vector<double>& found, const std::vector<double>& wanted,
+                           double tolerance) {
+    ASSERT_EQ(found.size(), wanted.size());
+    double most = 0.0, error = 0.0;
+    for (std::size_t i = 0; i < wanted.size(); ++i) {
+      most = std::max(most, std::abs(wanted[i]));
+      error = std::max(error, std::abs(found[i] - wanted[i]));
+    }
+    EXPECT_GT(most, 0.0);
+    EXPECT_LT(error, tolerance * most);
+  }
+
+  std::filesystem::path folder_;
+};
+
+/// PI with a notch and a broad lead, 1 kHz.
+inline design::ExportedController exported_controller() {
+  design::ExportedController exported;
+  exported.controller = {0.6, 25.0, {{54.0, 0.2, 0.6}, {210.0, 1.2, 0.5}}};
+  exported.sample_time_s = 0.001;
+  return exported;
+}
+
+/// With and without filters, limit and set-point weight.
+inline std::vector<design::ExportedController> exported_variants() {
+  std::vector<design::ExportedController> all(5, exported_controller());
+  all[1].controller.biquads.clear();
+  all[2].torque_limit = 3.0;
+  all[3].set_point_weight = 0.4;
+  all[3].torque_limit = 2.0;
+  all[4].controller.biquads.resize(1);
+  all[4].set_point_weight = 0.0;
+  all[4].name = "Axis_2";
+  return all;
+}
+
+}  // namespace resonid::test
