@@ -152,7 +152,8 @@ void CandidateFits::extend_by_response(DriveCandidate& candidate) const {
     for (const auto& instead : instead_of_delay(variant, false)) consider(instead);
     std::vector<Trial<fit::ResponseFit>> trials(tries.size());
     linalg::for_each_index(tries.size(), 0, [&](std::size_t i) {
-      const auto& [wider, start] = tries[i];
+      const Variant& wider = tries[i].first;
+      const auto& start = tries[i].second;
       trials[i] = trial<fit::ResponseFit>(
           wider, variant, [&](const Variant& v) { return response_fit(v, start, true); },
           [&](const Variant& v, const fit::DriveModel& model) {
