@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <resonid/base/constants.hpp>
 #include <utility>
 
 #include "linalg/decompositions.hpp"
@@ -50,8 +49,8 @@ std::optional<double> bound_of(const Bounds& bounds, Transfer transfer) {
   }
 }
 
-LoopFunctions::LoopFunctions(const fit::SampledResponse& plant, FilteredPi controller, double sample_time_s)
-    : plant_(plant), controller_(std::move(controller)), sample_time_s_(sample_time_s) {}
+LoopFunctions::LoopFunctions(const fit::SampledResponse& plant, LinearController controller)
+    : plant_(plant), controller_(std::move(controller)) {}
 
 double LoopFunctions::Values::size_of(Transfer transfer) const {
   const auto s = 1.0 / (1.0 + loop);
@@ -61,7 +60,7 @@ double LoopFunctions::Values::size_of(Transfer transfer) const {
     case Transfer::complementary:
       return std::abs(loop * s);
     case Transfer::load_transfer:
-      return std::abs(controller * load * s);
+      return std::abs(reference * load * s);
     case Transfer::controller_sensitivity:
       return std::abs(controller * s);
     case Transfer::process_sensitivity:
@@ -72,15 +71,13 @@ double LoopFunctions::Values::size_of(Transfer transfer) const {
 }
 
 std::vector<LoopFunctions::Values> LoopFunctions::at(std::span<const double> frequencies_hz) const {
-  const double step = sample_time_s_;
   const auto plant = plant_.at(frequencies_hz);
-  const auto filter = filter_values(controller_.biquads, frequencies_hz, step);
+  const auto c = controller_.at(frequencies_hz);
+  const auto& reference = controller_.reference_response();
+  const auto r = reference ? reference(frequencies_hz) : c;
   std::vector<Values> values(frequencies_hz.size());
-  for (std::size_t i = 0; i < values.size(); ++i) {
-    const auto integrator = step / (1.0 - std::polar(1.0, -kTwoPi * frequencies_hz[i] * step));
-    const auto c = (controller_.kp + controller_.ki * integrator) * filter[i];
-    values[i] = {c * plant[i].measured, c, plant[i].load};
-  }
+  for (std::size_t i = 0; i < values.size(); ++i)
+    values[i] = {c[i] * plant[i].measured, c[i], plant[i].load, r[i]};
   return values;
 }
 

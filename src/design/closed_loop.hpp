@@ -51,10 +51,13 @@ struct Peak {
 class LoopFunctions {
  public:
   /// Keeps a reference to the plant.
-  LoopFunctions(const fit::SampledResponse& plant, FilteredPi controller, double sample_time_s);
+  LoopFunctions(const fit::SampledResponse& plant, LinearController controller);
+  LoopFunctions(const fit::SampledResponse& plant, const FilteredPi& controller, double sample_time_s)
+      : LoopFunctions(plant, LinearController(controller, sample_time_s)) {}
 
   struct Values {
     std::complex<double> loop, controller, load;
+    std::complex<double> reference;  ///< Reference to torque before any feedback; C but for a cascade.
     [[nodiscard]] double size_of(Transfer transfer) const;
   };
   [[nodiscard]] std::vector<Values> at(std::span<const double> frequencies_hz) const;
@@ -71,8 +74,7 @@ class LoopFunctions {
  private:
   [[nodiscard]] Peak refined(Transfer transfer, double from_hz, double to_hz) const;
   const fit::SampledResponse& plant_;
-  FilteredPi controller_;
-  double sample_time_s_;
+  LinearController controller_;
 };
 
 }  // namespace resonid::design

@@ -5,27 +5,24 @@
 #include <cmath>
 #include <resonid/base/constants.hpp>
 
+#include "design/polynomial.hpp"
+#include "linalg/decompositions.hpp"
+
 namespace resonid::design {
 namespace {
 
-/// One after the other: what comes out of `first` goes into `second`.
-ControllerStates in_series(const ControllerStates& first, const ControllerStates& second) {
-  const Eigen::Index n = first.a.rows(), m = second.a.rows();
-  ControllerStates s{Eigen::MatrixXd::Zero(n + m, n + m), Eigen::VectorXd(n + m), Eigen::RowVectorXd(n + m),
-                     first.d * second.d};
-  s.a.topLeftCorner(n, n) = first.a;
-  s.a.bottomLeftCorner(m, n) = second.b * first.c;
-  s.a.bottomRightCorner(m, m) = second.a;
-  s.b << first.b, second.b * first.d;
-  s.c << second.d * first.c, second.c;
-  return s;
-}
-
-std::vector<double> times(const std::vector<double>& p, std::span<const double> q) {
-  std::vector<double> product(p.size() + q.size() - 1, 0.0);
-  for (std::size_t i = 0; i < p.size(); ++i)
-    for (std::size_t j = 0; j < q.size(); ++j) product[i + j] += p[i] * q[j];
-  return product;
+LinearController::Response response_of(const ControllerStates& s, double sample_time_s) {
+  return [s, sample_time_s](std::span<const double> frequencies_hz) {
+    std::vector<std::complex<double>> values;
+    values.reserve(frequencies_hz.size());
+    for (const double f : frequencies_hz) {
+      Eigen::MatrixXcd m = -s.a;
+      m.diagonal().array() += std::polar(1.0, kTwoPi * f * sample_time_s);
+      const Eigen::VectorXcd state = linalg::ComplexLu(m).solve(s.b.cast<std::complex<double>>());
+      values.push_back((s.c * state).value() + s.d);
+    }
+    return values;
+  };
 }
 
 }  // namespace
@@ -45,10 +42,22 @@ data::TransferFunction FilteredPi::transfer_function(double sample_time_s) const
   data::TransferFunction c{{kp + ki * sample_time_s, -kp}, {1.0, -1.0}, sample_time_s};
   for (const Biquad& biquad : biquads) {
     const auto filter = biquad.coefficients(sample_time_s);
-    c.numerator = times(c.numerator, filter.b);
-    c.denominator = times(c.denominator, filter.a);
+    c.numerator = polynomial_product(c.numerator, filter.b);
+    c.denominator = polynomial_product(c.denominator, filter.a);
   }
   return c;
+}
+
+ControllerStates in_series(const ControllerStates& first, const ControllerStates& second) {
+  const Eigen::Index n = first.a.rows(), m = second.a.rows();
+  ControllerStates s{Eigen::MatrixXd::Zero(n + m, n + m), Eigen::VectorXd(n + m), Eigen::RowVectorXd(n + m),
+                     first.d * second.d};
+  s.a.topLeftCorner(n, n) = first.a;
+  s.a.bottomLeftCorner(m, n) = second.b * first.c;
+  s.a.bottomRightCorner(m, m) = second.a;
+  s.b << first.b, second.b * first.d;
+  s.c << second.d * first.c, second.c;
+  return s;
 }
 
 std::vector<std::complex<double>> filter_values(std::span<const Biquad> biquads,
@@ -90,5 +99,34 @@ ControllerStates states_of(const FilteredPi& controller, double sample_time_s) {
   }
   return s;
 }
+
+std::complex<double> integrator_at(double frequency_hz, double sample_time_s) {
+  return sample_time_s / (1.0 - std::polar(1.0, -kTwoPi * frequency_hz * sample_time_s));
+}
+
+LinearController::LinearController(const FilteredPi& controller, double sample_time_s)
+    : LinearController(design::states_of(controller, sample_time_s),
+                       [controller, sample_time_s](std::span<const double> frequencies_hz) {
+                         auto values = filter_values(controller.biquads, frequencies_hz, sample_time_s);
+                         for (std::size_t i = 0; i < values.size(); ++i)
+                           values[i] *= controller.kp +
+                                        controller.ki * integrator_at(frequencies_hz[i], sample_time_s);
+                         return values;
+                       }) {}
+
+LinearController::LinearController(const data::TransferFunction& controller)
+    : LinearController(design::states_of(controller), [controller](std::span<const double> frequencies_hz) {
+        std::vector<std::complex<double>> values;
+        values.reserve(frequencies_hz.size());
+        for (const double f : frequencies_hz) {
+          const auto inverse_z = std::polar(1.0, -kTwoPi * f * controller.sample_time_s);
+          values.push_back(polynomial_at(controller.numerator, inverse_z) /
+                           polynomial_at(controller.denominator, inverse_z));
+        }
+        return values;
+      }) {}
+
+LinearController::LinearController(ControllerStates states, double sample_time_s)
+    : states_(std::move(states)), response_(response_of(states_, sample_time_s)) {}
 
 }  // namespace resonid::design

@@ -32,17 +32,11 @@ double root_between(const LoopFunctions& loop, const Function& function, double 
 
 double phase_margin_deg(const std::complex<double>& loop) { return std::arg(-loop) * 180.0 / kPi; }
 
-/// How many samples it takes until nothing is left, within reason.
-std::size_t most_samples(double spectral_radius) {
-  const double decay = -std::log(std::min(spectral_radius, 1.0 - 1e-7));
-  return static_cast<std::size_t>(std::clamp(40.0 / decay, 100.0, 2e6));
-}
-
 class Figures {
  public:
-  Figures(const Machine& machine, const FilteredPi& controller)
-      : loop_(machine.response(), controller, machine.sample_time_s()),
-        closed_(closed_loop(machine.states(), states_of(controller, machine.sample_time_s()))),
+  Figures(const Machine& machine, const LinearController& controller)
+      : loop_(machine.response(), controller),
+        closed_(closed_loop(machine.states(), controller.states())),
         lines_hz_(first_lines_hz(machine.model())),
         values_(loop_.at(lines_hz_)) {}
 
@@ -136,6 +130,11 @@ class Figures {
 
 }  // namespace
 
+std::size_t most_samples(double spectral_radius) {
+  const double decay = -std::log(std::min(spectral_radius, 1.0 - 1e-7));
+  return static_cast<std::size_t>(std::clamp(40.0 / decay, 100.0, 2e6));
+}
+
 const Peak& LoopFigures::peak(Transfer transfer) const {
   return *std::find_if(peaks.begin(), peaks.end(), [&](const Peak& p) { return p.transfer == transfer; });
 }
@@ -161,7 +160,7 @@ LoadStep load_step_of(const ClosedLoop& loop, double spectral_radius) {
   return step;
 }
 
-LoopFigures figures_of(const Machine& machine, const FilteredPi& controller) {
+LoopFigures figures_of(const Machine& machine, const LinearController& controller) {
   return Figures(machine, controller).run();
 }
 

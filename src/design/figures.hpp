@@ -27,6 +27,9 @@ struct LoadStep {
 
 [[nodiscard]] LoadStep load_step_of(const ClosedLoop& loop, double spectral_radius);
 
+/// How many samples it takes until nothing is left, within reason.
+[[nodiscard]] std::size_t most_samples(double spectral_radius);
+
 /// A controlled pole pair.
 struct ClosedLoopMode {
   double frequency_hz = 0.0, damping_ratio = 0.0;
@@ -48,6 +51,9 @@ struct LoopFigures {
 
   [[nodiscard]] const Peak& peak(Transfer transfer) const;
 };
-[[nodiscard]] LoopFigures figures_of(const Machine& machine, const FilteredPi& controller);
+[[nodiscard]] LoopFigures figures_of(const Machine& machine, const LinearController& controller);
+[[nodiscard]] inline LoopFigures figures_of(const Machine& machine, const FilteredPi& controller) {
+  return figures_of(machine, LinearController(controller, machine.sample_time_s()));
+}
 
 }  // namespace resonid::design

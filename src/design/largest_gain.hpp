@@ -20,6 +20,9 @@ namespace resonid::design {
 class QuadraticRows {
  public:
   void add(const MachineLines::Line& line, const std::complex<double>& filter, const Bounds& bounds);
+  /// |bounded' v| <= bound |loop' v|, for gains of any other meaning.
+  void add(const std::array<std::complex<double>, 3>& loop,
+           const std::array<std::complex<double>, 3>& bounded, double bound);
   [[nodiscard]] std::size_t size() const { return q00_.size(); }
 
   /// Largest kp that meets every bound, from kp = 0 on without a gap, with ki = 0.
@@ -28,8 +31,6 @@ class QuadraticRows {
   [[nodiscard]] double largest_integral(double kp) const;
 
  private:
-  void add(const std::array<std::complex<double>, 3>& loop,
-           const std::array<std::complex<double>, 3>& bounded, double bound);
   std::vector<double> q00_, q01_, q02_, q11_, q12_, q22_;
 };
 

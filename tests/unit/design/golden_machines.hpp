@@ -3,8 +3,11 @@
 
 #include <golden.hpp>
 #include <resonid/fit/drive_model.hpp>
+#include <stdexcept>
+#include <string>
 #include <vector>
 
+#include "design/bounds.hpp"
 #include "design/controller.hpp"
 #include "design/machine.hpp"
 
@@ -46,6 +49,14 @@ inline std::vector<design::Machine> golden_machines(const nlohmann::json& one) {
     machines.push_back(golden_machine(one.at("parameters"), step, delay));
   }
   return machines;
+}
+
+/// system2, R5 or bench, as the cases of the structures name them.
+inline design::Machine golden_plant(const nlohmann::json& structures, const std::string& plant) {
+  for (const auto& c : structures.at("cascade").at("cases"))
+    if (c.at("plant") == plant)
+      return golden_machine(c.at("parameters"), c.at("sample_time_s"), c.at("delay_s"));
+  throw std::out_of_range(plant);
 }
 
 inline design::Bounds golden_bounds(const nlohmann::json& b) {

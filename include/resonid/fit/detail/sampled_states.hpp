@@ -13,7 +13,7 @@ namespace resonid::fit {
 /// A drive as a loop around it sees it, sampled by zero-order hold with every delay inside:
 /// x(k+1) = a x(k) + command u(k) + load_torque m(k), with the commanded torque u and a torque m on the load
 /// (Nm; positive: it drives); y(k) = measured x(k) is the measured velocity, v(k) = load x(k) the load's
-/// (rad/s). A rigid drive's load is the drive itself.
+/// (rad/s). A rigid drive's load is the drive itself; x(0) is the velocity of the driven side.
 struct SampledStates {
   Eigen::MatrixXd a;
   Eigen::VectorXd command, load_torque;
