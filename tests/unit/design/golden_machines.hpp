@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <gtest/gtest.h>
+
 #include <golden.hpp>
 #include <resonid/fit/drive_model.hpp>
 #include <stdexcept>
@@ -73,6 +75,17 @@ inline std::vector<design::Biquad> golden_biquads(const nlohmann::json& one) {
     for (const auto& b : one.at("biquads"))
       biquads.push_back({b.at("frequency_hz"), b.at("zeta_numerator"), b.at("zeta_denominator")});
   return biquads;
+}
+
+/// check(case, machine) for every golden case of RST and state feedback.
+template <class Check>
+void for_each_rst_and_lqg(const Check& check) {
+  const auto golden = golden_json("e_tune_structures.json");
+  ASSERT_EQ(golden.at("rst_lqg").at("cases").size(), 4U);
+  for (const auto& c : golden.at("rst_lqg").at("cases")) {
+    SCOPED_TRACE(c.at("plant").dump() + " " + c.at("bounds").dump());
+    check(c, golden_machines(c).front());
+  }
 }
 
 }  // namespace resonid::test

@@ -14,16 +14,6 @@
 namespace resonid::design {
 namespace {
 
-template <class Check>
-void for_each_rst(const Check& check) {
-  const auto golden = test::golden_json("e_tune_structures.json");
-  ASSERT_EQ(golden.at("rst_lqg").at("cases").size(), 4U);
-  for (const auto& c : golden.at("rst_lqg").at("cases")) {
-    SCOPED_TRACE(c.at("plant").dump() + " " + c.at("bounds").dump());
-    check(c, test::golden_machines(c).front());
-  }
-}
-
 void expect_coefficients(const std::vector<double>& found, const std::vector<double>& golden, double room) {
   ASSERT_EQ(found.size(), golden.size());
   double largest = 0.0;
@@ -32,7 +22,7 @@ void expect_coefficients(const std::vector<double>& found, const std::vector<dou
 }
 
 TEST(GoldenRst, PlantInPowersOfTheDelay) {
-  for_each_rst([](const auto& c, const Machine& machine) {
+  test::for_each_rst_and_lqg([](const auto& c, const Machine& machine) {
     const auto plant = sampled_plant(machine.model());
     expect_coefficients(plant.numerator, c.at("rst").at("plant_b"), 1e-8);
     expect_coefficients(plant.denominator, c.at("rst").at("plant_a"), 1e-8);
@@ -53,7 +43,7 @@ std::vector<double> closed_polynomial(const data::TransferFunction& plant, const
 /// those were worked out before the poles were rounded. So: the golden R and S give the golden poles, from
 /// what they give they come back in full, and from the rounded poles to those three digits.
 TEST(GoldenRst, CoefficientsAtTheGivenPoles) {
-  for_each_rst([](const auto& c, const Machine& machine) {
+  test::for_each_rst_and_lqg([](const auto& c, const Machine& machine) {
     const auto& g = c.at("rst");
     const auto plant = sampled_plant(machine.model());
     const std::vector<double> poles = g.at("poles");
@@ -82,7 +72,7 @@ TEST(GoldenRst, CoefficientsAtTheGivenPoles) {
 }
 
 TEST(GoldenRst, Figures) {
-  for_each_rst([](const auto& c, const Machine& machine) {
+  test::for_each_rst_and_lqg([](const auto& c, const Machine& machine) {
     const auto& g = c.at("rst");
     const auto plant = sampled_plant(machine.model());
     const auto rst = place_poles(plant, closed_polynomial(plant, g.at("R"), g.at("S"))).value();
@@ -104,7 +94,7 @@ TEST(GoldenRst, Figures) {
 }
 
 TEST(GoldenRst, SearchIsBetterThanTheGoldenOne) {
-  for_each_rst([](const auto& c, const Machine& machine) {
+  test::for_each_rst_and_lqg([](const auto& c, const Machine& machine) {
     Machines machines({machine}, 0.5);
     const auto found = search_rst(machines, test::golden_bounds(c.at("bounds")));
     ASSERT_TRUE(found);

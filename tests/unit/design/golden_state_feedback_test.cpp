@@ -12,16 +12,6 @@
 namespace resonid::design {
 namespace {
 
-template <class Check>
-void for_each_lqg(const Check& check) {
-  const auto golden = test::golden_json("e_tune_structures.json");
-  ASSERT_EQ(golden.at("rst_lqg").at("cases").size(), 4U);
-  for (const auto& c : golden.at("rst_lqg").at("cases")) {
-    SCOPED_TRACE(c.at("plant").dump() + " " + c.at("bounds").dump());
-    check(c, test::golden_machines(c).front());
-  }
-}
-
 StateWeights weights_of(const nlohmann::json& w) {
   return {w.at("load_speed"),       w.at("twist"),        w.at("motor_speed"),      w.at("torque"),
           w.at("load_torque_walk"), w.at("torque_noise"), w.at("measurement_noise")};
@@ -34,7 +24,7 @@ LinearController golden_controller(const nlohmann::json& lqg, const Machine& mac
 }
 
 TEST(GoldenStateFeedback, Response) {
-  for_each_lqg([](const auto& c, const Machine& machine) {
+  test::for_each_rst_and_lqg([](const auto& c, const Machine& machine) {
     const auto& g = c.at("lqg");
     const std::vector<double> f = g.at("frequency_hz"), re = g.at("controller_real"),
                               im = g.at("controller_imag");
@@ -45,7 +35,7 @@ TEST(GoldenStateFeedback, Response) {
 }
 
 TEST(GoldenStateFeedback, Figures) {
-  for_each_lqg([](const auto& c, const Machine& machine) {
+  test::for_each_rst_and_lqg([](const auto& c, const Machine& machine) {
     const auto& g = c.at("lqg");
     const auto f = figures_of(machine, golden_controller(g, machine));
     const auto expect = [&](double found, const auto& golden, double room) {
@@ -65,7 +55,7 @@ TEST(GoldenStateFeedback, Figures) {
 }
 
 TEST(GoldenStateFeedback, SearchIsBetterThanTheGoldenOne) {
-  for_each_lqg([](const auto& c, const Machine& machine) {
+  test::for_each_rst_and_lqg([](const auto& c, const Machine& machine) {
     Machines machines({machine}, 0.5);
     const auto found = search_state_feedback(machines, test::golden_bounds(c.at("bounds")));
     ASSERT_TRUE(found);
