@@ -45,6 +45,8 @@ static void use(const subject* s, resonid_handle* h, uint64_t missed) {
   size_t count;
   uint32_t accepted;
   const double told = 0.3, one = 1.0;
+  const resonid_gain_node node = {0.1, 0.3, 2.0};
+  const resonid_biquad notch = {30.0, 0.1, 0.8};
   (void)tell(h);
   for (int round = 0; round < 2; ++round) {
     for (int k = 0; k < 40; ++k) {
@@ -62,6 +64,10 @@ static void use(const subject* s, resonid_handle* h, uint64_t missed) {
     (void)resonid_stop(h);
     (void)resonid_acknowledge(h, &accepted);
     (void)resonid_encoder_set_position(h, -5);
+    (void)resonid_control_set_gains(h, 0.4, 3.0, NULL);
+    (void)resonid_control_set_schedule(h, &node, 1, NULL);
+    (void)resonid_control_exchange_filters(h, &notch, 1, 3, 5, NULL);
+    (void)resonid_control_set_position(h, 0.2);
     (void)resonid_axis_excite(h, 0.1, 0.2, 0.3, 0.4, x);
     (void)resonid_axis_set_loop(h, &told, 1, &one, 1, 0, RESONID_LOOP_CONTROLLER, 0.002, NULL);
     (void)resonid_miss(h, missed);

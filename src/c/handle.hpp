@@ -56,7 +56,7 @@ struct Family {
   const Operations* (*operations)(std::uint32_t variant) noexcept;  // null: no such variant
 };
 extern const Family kExcitation, kLineBank, kTracker, kResponse, kRls, kModel, kPhysical, kChange, kGuard,
-    kEncoder, kAxis;
+    kEncoder, kAxis, kControl;
 
 /// resonid_stop() of an axis.
 resonid_status stop_axis(resonid_handle* handle) noexcept;

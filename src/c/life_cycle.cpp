@@ -20,7 +20,7 @@ static_assert(std::string_view(RESONID_VERSION_TEXT) == RESONID_PROJECT_VERSION,
 const Family* family(std::uint32_t kind) noexcept {
   static constexpr const Family* kFamilies[] = {&kExcitation, &kLineBank, &kTracker,  &kResponse,
                                                 &kRls,        &kModel,    &kPhysical, &kChange,
-                                                &kGuard,      &kEncoder,  &kAxis};
+                                                &kGuard,      &kEncoder,  &kAxis,     &kControl};
   const std::uint32_t id = family_of(kind);
   return id >= 1 && id <= std::size(kFamilies) ? kFamilies[id - 1] : nullptr;
 }

@@ -14,9 +14,9 @@
 ///   resonid_read()              what is known now, in a resonid_FAMILY_results that begins with its size
 ///   resonid_snapshot()          ..., checked by resonid_restore(), which continues it
 ///
-/// A generator is read by resonid_generate(); guard, encoder, least squares and change detection, whose
-/// samples are not ru, u, y, have a step that bears their name; so has an axis, which says when a row is
-/// done.
+/// A generator is read by resonid_generate(); guard, encoder, least squares, change detection and control,
+/// whose samples are not ru, u, y, have a step that bears their name; so has an axis, which says when a row
+/// is done.
 ///
 /// Rules for all functions: none throws, prints, aborts, or keeps a pointer that it was given. Arguments that
 /// must not be NULL, memory that is no handle, handles of another kind and indices out of range give a
@@ -29,6 +29,7 @@
 #define RESONID_C_RESONID_H
 
 #include <resonid/c/detail/axis.h>
+#include <resonid/c/detail/control.h>
 #include <resonid/c/detail/excitation.h>
 #include <resonid/c/detail/lines.h>
 #include <resonid/c/detail/models.h>

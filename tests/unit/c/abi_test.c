@@ -43,7 +43,8 @@ static void kinds_are_those_that_there_are(void) {
                 {RESONID_CUSUM, RESONID_LIKELIHOOD_RATIO, sizeof(resonid_change_settings)},
                 {RESONID_GUARD, RESONID_GUARD, sizeof(resonid_guard_settings)},
                 {RESONID_ENCODER_COUNTER, RESONID_ENCODER_ABSOLUTE, sizeof(resonid_encoder_settings)},
-                {RESONID_AXIS_ARX, RESONID_AXIS_CHIRP, sizeof(resonid_axis_settings)}};
+                {RESONID_AXIS_ARX, RESONID_AXIS_CHIRP, sizeof(resonid_axis_settings)},
+                {RESONID_CONTROL, RESONID_CONTROL, sizeof(resonid_control_settings)}};
   enum { kFamilies = sizeof family / sizeof family[0] };
   for (uint32_t kind = 0; kind < 0x1800; ++kind) {
     size_t settings = 0;

@@ -43,6 +43,8 @@ static void run(const subject* s, void* memory, signals* from, int begin, int en
   }
 }
 
+static const resonid_gain_node kNode = {0.0, 1.0, 1.0};
+
 static void memory_is_checked(const subject* s) {
   const size_t size = subject_size(s);
   resonid_error error = RESONID_ERROR_INIT;
@@ -84,9 +86,13 @@ static int calls_not_refused_with(resonid_status status, void* memory) {
          (resonid_parameters(h, x, 1) != status) + (resonid_covariance(h, x, 1) != status) +
          (resonid_lag_samples(h, x) != status) + (resonid_modes(h, 0, &mode, 1, &count) != status) +
          (resonid_generate(h, x, 1) != status) + (resonid_guard_step(h, 0, 0, 0, 0, x) != status) +
-         (resonid_watch(h, 0) != status) + (resonid_stop(h) != status) +
-         (resonid_acknowledge(h, &accepted) != status) + (resonid_ratios(h, 0, 1, z, 2) != status) +
-         (resonid_phasors(h, 0, z, 2) != status) +
+         (resonid_control_step(h, 0, 0, 0, 0, 0, x) != status) +
+         (resonid_control_set_gains(h, 1, 1, NULL) != status) +
+         (resonid_control_set_schedule(h, &kNode, 1, NULL) != status) +
+         (resonid_control_exchange_filters(h, NULL, 0, 0, 1, NULL) != status) +
+         (resonid_control_set_position(h, 0) != status) + (resonid_watch(h, 0) != status) +
+         (resonid_stop(h) != status) + (resonid_acknowledge(h, &accepted) != status) +
+         (resonid_ratios(h, 0, 1, z, 2) != status) + (resonid_phasors(h, 0, z, 2) != status) +
          (resonid_read_tracker_line(h, 0, &tracker_line, sizeof tracker_line) != status) +
          (resonid_read_response_line(h, 0, 0, &response_line, sizeof response_line) != status) +
          (resonid_encoder_step(h, 0, NULL) != status) + (resonid_encoder_set_position(h, 0) != status) +
@@ -161,6 +167,11 @@ static void other_kinds_are_refused(const subject* s) {
   CHECK_ONLY_OF(resonid_modes(h, RESONID_RESONANCES, &mode, 1, &count), RESONID_ARX);
   CHECK_ONLY_OF(resonid_generate(h, x, 1), RESONID_PRBS);
   CHECK_ONLY_OF(resonid_guard_step(h, 0, 0, 0, 0, x), RESONID_GUARD);
+  CHECK_ONLY_OF(resonid_control_step(h, 0, 0, 0, 0, 0, x), RESONID_CONTROL);
+  CHECK_ONLY_OF(resonid_control_set_gains(h, 1, 1, NULL), RESONID_CONTROL);
+  CHECK_ONLY_OF(resonid_control_set_schedule(h, &kNode, 1, NULL), RESONID_CONTROL);
+  CHECK_ONLY_OF(resonid_control_exchange_filters(h, NULL, 0, 0, 1, NULL), RESONID_CONTROL);
+  CHECK_ONLY_OF(resonid_control_set_position(h, 0), RESONID_CONTROL);
   CHECK_ONLY_OF(resonid_watch(h, 0), RESONID_GUARD);
   CHECK_ONLY_OF(resonid_stop(h), RESONID_GUARD, RESONID_AXIS_ARX);
   CHECK_ONLY_OF(resonid_acknowledge(h, &accepted), RESONID_GUARD);

@@ -39,6 +39,7 @@ typedef struct any_settings {
     resonid_guard_settings guard;
     resonid_encoder_settings encoder;
     resonid_axis_settings axis;
+    resonid_control_settings control;
   } of;
   resonid_tracker_settings pattern;
   resonid_physical_settings physical;
@@ -124,6 +125,26 @@ static inline void configure_axis(any_settings* a, int form) {
   x->change_of = RESONID_FIGURE_RESONANCE;
 }
 
+/// Form 0: a filtered PI; 1: a cascade with a schedule over the summed position, in float.
+static inline void configure_control(resonid_control_settings* c, int form) {
+  static const resonid_biquad notches[] = {{20.0, 0.2, 0.6}, {60.0, 0.9, 0.5}};
+  static const resonid_gain_node nodes[] = {{-0.1, 0.2, 1.0}, {0.1, 0.5, 4.0}};
+  c->sample_rate_hz = 500.0;
+  c->biquads = notches;
+  c->biquad_count = 2;
+  c->torque_limit = 3.0;
+  if (form == 0) {
+    c->kp = 0.3;
+    c->ki = 2.0;
+    return;
+  }
+  c->precision = RESONID_FLOAT;
+  c->kv = 5.0;
+  c->sums_velocity = 1;
+  c->schedule = nodes;
+  c->node_count = 2;
+}
+
 static inline void configure(const subject* s, any_settings* a) {
   const int form = s->form;
   memset(a, 0, sizeof *a);
@@ -171,6 +192,9 @@ static inline void configure(const subject* s, any_settings* a) {
     case RESONID_AXIS_ARX >> 8:
       configure_axis(a, form);
       break;
+    case RESONID_CONTROL >> 8:
+      configure_control(&a->of.control, form);
+      break;
     case RESONID_GUARD >> 8:
       a->of.guard.sample_rate_hz = 500.0;
       a->of.guard.amplitude = 1.0;
@@ -214,6 +238,8 @@ static inline resonid_status subject_step(const subject* s, void* memory, double
       return resonid_change_step(h, y, 1.0);
     case RESONID_GUARD >> 8:
       return resonid_guard_step(h, ru, u, y, 0.0, &x);
+    case RESONID_CONTROL >> 8:
+      return resonid_control_step(h, ru, y, 0.1 * y, 0.0, 0.01 * u, &x);
     case RESONID_ENCODER_COUNTER >> 8:
       if (isnan(y)) return resonid_miss(h, 1);
       return resonid_encoder_step(h, (uint64_t)(2048 + (int)(300.0 * y)), NULL);
@@ -309,6 +335,8 @@ static const subject kSubjects[] = {
     {"axis: lines in turn", RESONID_AXIS_LINES, 1},
     {"axis: sliding DFT", RESONID_AXIS_SLIDING_DFT, 0},
     {"axis: chirp", RESONID_AXIS_CHIRP, 0},
+    {"control", RESONID_CONTROL, 0},
+    {"control: cascade with a schedule, float", RESONID_CONTROL, 1},
 };
 enum { kSubjectCount = sizeof kSubjects / sizeof kSubjects[0] };
 

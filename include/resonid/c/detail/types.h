@@ -105,7 +105,8 @@ enum {
   RESONID_AXIS_PHYSICAL = 0x0b07,
   RESONID_AXIS_LINES = 0x0b08,
   RESONID_AXIS_SLIDING_DFT = 0x0b09,
-  RESONID_AXIS_CHIRP = 0x0b0a
+  RESONID_AXIS_CHIRP = 0x0b0a,
+  RESONID_CONTROL = 0x0c00  ///< control.h.
 };
 
 /// Settings of every kind begin with this.

@@ -57,7 +57,7 @@ class BiquadChain {
   [[nodiscard]] bool exchanging() const noexcept { return remaining_ > 0; }
   /// For a state of unknown origin (base/detail/intact.hpp).
   [[nodiscard]] bool intact() const noexcept {
-    return resonid::intact(second_) && banks_[0].count <= Max && banks_[1].count <= Max;
+    return resonid::intact(second_) && fade_ > 0 && banks_[0].count <= Max && banks_[1].count <= Max;
   }
 
  private:
