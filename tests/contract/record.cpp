@@ -56,6 +56,7 @@ const std::vector<Case>& cases() {
     add_model_cases(c);
     add_other_cases(c);
     add_axis_cases(c);
+    add_control_cases(c);
     return c;
   }();
   return all;

@@ -164,6 +164,7 @@ void add_tracking_cases(std::vector<Case>& all);
 void add_model_cases(std::vector<Case>& all);
 void add_other_cases(std::vector<Case>& all);
 void add_axis_cases(std::vector<Case>& all);
+void add_control_cases(std::vector<Case>& all);
 
 /// Sample k of a fixed record of a drive in its loop, kPeriod samples that repeat: PRBS and two sines at
 /// 12 and 31 Hz of 250 Hz sample rate.
