@@ -7,26 +7,36 @@
 #include <vector>
 
 #include "design/controller.hpp"
+#include "design/schedule.hpp"
 #include "design/shaper.hpp"
 
 // Designs as text for other controllers (docs/methods/tune.md 16). What a target cannot express is refused,
 // never approximated.
 namespace resonid::design {
 
-/// u = F (kp (b r - y) + sum of ki Ts (r - y)), F the product of the biquads.
+///   r = reference, or kv (reference - x) + velocity feed-forward
+///   u = F (kp (b r - y) + sum of ki Ts (r - y)) + torque feed-forward, F the product of the biquads
+///
+/// There are feed-forwards where kv is given. It is the law of online::DriveControl, but for samples that are
+/// missing: a text takes what it is given.
 struct ExportedController {
-  FilteredPi controller;
+  FilteredPi controller;  ///< kp and ki 0 where a schedule gives them.
   double sample_time_s = 0.0;
   double set_point_weight = 1.0;             ///< b, 0 ... 1
   std::optional<double> torque_limit;        ///< Nm; at it the sum is not driven further out.
   std::string name = "velocity_controller";  ///< A letter, then letters, digits and single underscores.
+  std::vector<ScheduleNode> schedule;        ///< Gains over position, ascending; empty: kp and ki everywhere.
+  double kv = 0.0;                           ///< 1/s; > 0: the reference is a position. Then b must be 1.
+  bool sums_velocity = false;  ///< The position is Ts times the sum of the velocity, from 0, not measured.
+
+  [[nodiscard]] bool needs_position() const { return kv > 0.0 || !schedule.empty(); }
 };
 
 enum class CNumber { in_double, in_float };
 
 /// A C99 header without heap or library: struct of coefficients and states, NAME_init(), NAME_step(), and
-/// NAME_set_gains(), which makes no jump. In float, biquads that lose their shape are refused
-/// (docs/methods/tune.md 16.4).
+/// without a schedule NAME_set_gains(), which makes no jump. In float, biquads that lose their shape are
+/// refused (docs/methods/tune.md 16.4).
 [[nodiscard]] expected<std::string> to_c(const ExportedController& design, CNumber number);
 
 /// IEC 61131-3 structured text: a FUNCTION_BLOCK with LREAL variables, which gives no torque when the cycle
@@ -34,7 +44,8 @@ enum class CNumber { in_double, in_float };
 [[nodiscard]] expected<std::string> to_structured_text(const ExportedController& design);
 
 /// LinuxCNC HAL: `pid`, and before it `biquad`s of type 0, alike in the paths of reference and velocity, so
-/// that the limit of `pid` is that of the torque. A set-point weight other than 1 is refused.
+/// that the limit of `pid` is that of the torque; a position loop is a second `pid`, a summed position an
+/// `integ`. A set-point weight other than 1 and a schedule are refused.
 [[nodiscard]] expected<std::string> to_hal(const ExportedController& design,
                                            const std::string& thread = "servo-thread");
 

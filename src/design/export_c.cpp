@@ -12,9 +12,9 @@ namespace resonid::design {
 namespace {
 
 constexpr std::string_view kHeader =
-    R"(/* @name@: PI control of a velocity, designed by resonid. C99, no heap, no library.
+    R"(/* @name@: PI control of a @what@, designed by resonid. C99, no heap, no library.
  *
- *   u = F (kp (b r - y) + sum of ki Ts (r - y)),   r, y in rad/s, u in Nm
+@loop@ *   u = F (kp (b r - y) + sum of ki Ts (r - y))@and_torque@,   r, y in rad/s, u in Nm
  *
  * F: product of biquads (@count@), transposed direct form II. @name@_step() must be called every @period@ s. */
 #ifndef @guard@
@@ -22,31 +22,68 @@ constexpr std::string_view kHeader =
 
 typedef struct {
   @real@ kp, ki_ts, set_point_weight;
-@declared@  @real@ sum; /* of ki Ts (r - y), Nm */
+@declared@  @real@ sum;       /* of ki Ts (r - y), Nm */
+  @real@ deviation; /* b r - y of the last step */
 } @name@;
 
 static inline void @name@_init(@name@ *c) {
   static const @name@ fresh = {
-    @kp@, @ki_ts@, @weight@, @initial@@zero@};
+    @kp@, @ki_ts@, @weight@, @initial@@zero@, @zero@};
   *c = fresh;
 }
-
+@gains@
 /* Torque for a reference and a measured velocity. */
-static inline @real@ @name@_step(@name@ *c, @real@ reference, @real@ velocity) {
-  const @real@ error = reference - velocity, sum = c->sum + c->ki_ts * error;
-  @real@ u = c->kp * (c->set_point_weight * reference - velocity) + sum;
-@filters@@limit@  c->sum = sum;
+static inline @real@ @name@_step(@name@ *c, @arguments@) {
+@position@@scheduled@@reference@  const @real@ error = reference - velocity, sum = c->sum + c->ki_ts * error;
+  @real@ u;
+  c->deviation = c->set_point_weight * reference - velocity;
+  u = c->kp * c->deviation + sum;
+@filters@@feed_forward@@limit@  c->sum = sum;
   return u;
 }
+@set_gains@
+#endif
+)";
 
-/* Other gains, without a jump of the torque; the velocities are those of the last step. */
-static inline void @name@_set_gains(@name@ *c, @real@ kp, @real@ ki, @real@ reference, @real@ velocity) {
-  c->sum -= (kp - c->kp) * (c->set_point_weight * reference - velocity);
+constexpr std::string_view kSetGains = R"(
+/* Other gains, without a jump of the torque. */
+static inline void @name@_set_gains(@name@ *c, @real@ kp, @real@ ki) {
+  c->sum -= (kp - c->kp) * c->deviation;
   c->kp = kp;
   c->ki_ts = ki * @step@;
 }
+)";
 
-#endif
+/// Tables of positions, gains, and their slopes up to the next position.
+constexpr std::string_view kGains = R"(
+/* Gains at a position: linear between nodes, constant beyond them. */
+static inline void @name@_gains(@real@ position, @real@ *kp, @real@ *ki_ts) {
+  static const @real@ at[@nodes@] = {@at@};
+  static const @real@ kp_at[@nodes@] = {@kp_at@};
+  static const @real@ ki_ts_at[@nodes@] = {@ki_ts_at@};
+  static const @real@ kp_slope[@nodes@] = {@kp_slope@};
+  static const @real@ ki_ts_slope[@nodes@] = {@ki_ts_slope@};
+  @real@ way;
+  int i = 0;
+  while (i < @last@ && position >= at[i + 1]) ++i;
+  way = position > at[i] ? position - at[i] : @zero@;
+  *kp = kp_at[i] + way * kp_slope[i];
+  *ki_ts = ki_ts_at[i] + way * ki_ts_slope[i];
+}
+)";
+
+/// For another kp the sum takes what the torque would jump by, but not behind a torque that was cut.
+constexpr std::string_view kScheduled = R"(  @real@ kp, ki_ts;
+  @name@_gains(position, &kp, &ki_ts);
+  @unless_limited@c->sum -= (kp - c->kp) * c->deviation; /* no jump */
+  c->kp = kp;
+  c->ki_ts = ki_ts;
+)";
+
+constexpr std::string_view kSummedPosition =
+    R"(  const @real@ way = @step@ * velocity + c->position_rest, position = c->position + way;
+  c->position_rest = way - (position - c->position); /* what rounding cuts off */
+  c->position = position;
 )";
 
 constexpr std::string_view kFilters = R"(  for (int i = 0; i < @count@; ++i) {
@@ -57,7 +94,8 @@ constexpr std::string_view kFilters = R"(  for (int i = 0; i < @count@; ++i) {
   }
 )";
 
-constexpr std::string_view kLimit = R"(  if (u > c->torque_limit) { /* the sum is not driven further out */
+constexpr std::string_view kLimit =
+    R"(@marked@  if (u > c->torque_limit) { /* the sum is not driven further out */
     if (error < @zero@) c->sum = sum;
     return c->torque_limit;
   }
@@ -66,6 +104,10 @@ constexpr std::string_view kLimit = R"(  if (u > c->torque_limit) { /* the sum i
     return -c->torque_limit;
   }
 )";
+constexpr std::string_view kMarked = R"(  c->limited = u > c->torque_limit || u < -c->torque_limit;
+)";
+
+using Number = std::function<std::string(double)>;
 
 std::string guard_of(const std::string& name) {
   std::string guard = name + "_h";
@@ -74,9 +116,13 @@ std::string guard_of(const std::string& name) {
   return guard;
 }
 
-/// Coefficients and states of the biquads, in the order in which they are declared.
-std::string initial_filters(const ExportedController& design,
-                            const std::function<std::string(double)>& number) {
+/// Members of the struct and what they begin with, in the order in which they are declared.
+struct Members {
+  std::string declared, initial;
+};
+
+void add_filters(Members& members, const ExportedController& design, std::string_view real,
+                 const Number& number) {
   std::string b, a, s;
   for (const Biquad& biquad : design.controller.biquads) {
     const auto c = biquad.coefficients(design.sample_time_s);
@@ -85,52 +131,134 @@ std::string initial_filters(const ExportedController& design,
     a += fmt::format("{}{{{}, {}}}", comma, number(c.a[1]), number(c.a[2]));
     s += fmt::format("{}{{{}, {}}}", comma, number(0.0), number(0.0));
   }
-  return b.empty() ? std::string() : fmt::format("{{{}}},\n    {{{}}},\n    {{{}}},\n    ", b, a, s);
+  if (b.empty()) return;
+  members.declared +=
+      fmt::format("  {0} b[{1}][3], a[{1}][2]; /* in powers of z^-1, without a0 = 1 */\n  {0} s[{1}][2];\n",
+                  real, design.controller.biquads.size());
+  members.initial += fmt::format("{{{}}},\n    {{{}}},\n    {{{}}},\n    ", b, a, s);
 }
 
-}  // namespace
+Members members_of(const ExportedController& design, std::string_view real, const Number& number) {
+  Members members;
+  if (design.torque_limit) {
+    members.declared += fmt::format("  {} torque_limit; /* Nm */\n", real);
+    members.initial += number(*design.torque_limit) + ", ";
+    if (!design.schedule.empty()) {
+      members.declared += "  int limited; /* the last torque was cut */\n";
+      members.initial += "0, ";
+    }
+  }
+  if (design.kv > 0.0) {
+    members.declared += fmt::format("  {} kv; /* 1/s */\n", real);
+    members.initial += number(design.kv) + ", ";
+  }
+  if (design.sums_velocity) {
+    members.declared += fmt::format("  {} position, position_rest; /* their sum is that of Ts y */\n", real);
+    members.initial += number(0.0) + ", " + number(0.0) + ", ";
+  }
+  add_filters(members, design, real, number);
+  return members;
+}
 
-expected<std::string> to_c(const ExportedController& design, CNumber type) {
-  if (const auto valid = check_exported(design); !valid) return tl::unexpected(valid.error());
-  const bool in_float = type == CNumber::in_float;
+std::string arguments_of(const ExportedController& design, std::string_view real) {
+  std::string text =
+      design.kv > 0.0
+          ? fmt::format("{0} position_reference, {0} velocity_feed_forward, {0} torque_feed_forward,\n    ",
+                        real)
+          : fmt::format("{} reference, ", real);
+  text += fmt::format("{} velocity", real);
+  if (design.needs_position() && !design.sums_velocity) text += fmt::format(", {} position", real);
+  return text;
+}
+
+std::string reference_of(const ExportedController& design, std::string_view real) {
+  if (design.kv == 0.0) return {};
+  return fmt::format("  const {} reference = c->kv * {} + velocity_feed_forward;\n", real,
+                     design.sums_velocity ? "((position_reference - position) - c->position_rest)"
+                                          : "(position_reference - position)");
+}
+
+std::string gains_of(const ExportedController& design, const TextValues& common, const Number& number) {
+  const auto& nodes = design.schedule;
+  if (nodes.empty()) return {};
+  std::string at, kp, ki, kp_slope, ki_slope;
+  for (std::size_t i = 0; i < nodes.size(); ++i) {
+    const ScheduleSlope slope = slope_behind(nodes, i);
+    const char* comma = i == 0 ? "" : ", ";
+    at += comma + number(nodes[i].position);
+    kp += comma + number(nodes[i].kp);
+    ki += comma + number(nodes[i].ki * design.sample_time_s);
+    kp_slope += comma + number(slope.kp);
+    ki_slope += comma + number(slope.ki * design.sample_time_s);
+  }
+  TextValues values = common;
+  values.insert(values.end(), {{"nodes", std::to_string(nodes.size())},
+                               {"last", std::to_string(nodes.size() - 1)},
+                               {"at", at},
+                               {"kp_at", kp},
+                               {"ki_ts_at", ki},
+                               {"kp_slope", kp_slope},
+                               {"ki_ts_slope", ki_slope}});
+  return filled_in(kGains, values);
+}
+
+/// What this target cannot express.
+expected<void> check_c(const ExportedController& design, bool in_float) {
+  if (const auto valid = check_exported(design); !valid) return valid;
   for (const Biquad& biquad : design.controller.biquads)
     if (in_float && float_biquad(biquad, design.sample_time_s).largest_error > kLargestFloatError)
       return refuse("biquads",
                     "must be computed in double: so far below the sample rate floats lose their shape",
                     biquad.frequency_hz * design.sample_time_s);
-  const auto number = [in_float](double value) {
+  return {};
+}
+
+}  // namespace
+
+expected<std::string> to_c(const ExportedController& design, CNumber type) {
+  const bool in_float = type == CNumber::in_float;
+  if (const auto valid = check_c(design, in_float); !valid) return tl::unexpected(valid.error());
+  const Number number = [in_float](double value) {
     if (!in_float) return digits_17(value);
     return digits_17(static_cast<double>(static_cast<float>(value))) + "f";
   };
-  const FilteredPi& controller = design.controller;
-  const std::string real = in_float ? "float" : "double", count = std::to_string(controller.biquads.size());
-  const bool filtered = !controller.biquads.empty();
-  std::string declared, initial;
-  if (design.torque_limit) {
-    declared += fmt::format("  {} torque_limit; /* Nm */\n", real);
-    initial += number(*design.torque_limit) + ", ";
-  }
-  if (filtered) {
-    declared +=
-        fmt::format("  {0} b[{1}][3], a[{1}][2]; /* in powers of z^-1, without a0 = 1 */\n  {0} s[{1}][2];\n",
-                    real, count);
-    initial += initial_filters(design, number);
-  }
-  const TextValues common = {{"count", count}, {"real", real}, {"zero", number(0.0)}};
-  return filled_in(kHeader, {{"name", design.name},
-                             {"guard", guard_of(design.name)},
-                             {"real", real},
-                             {"count", count},
-                             {"step", number(design.sample_time_s)},
-                             {"period", fmt::format("{}", design.sample_time_s)},
-                             {"kp", number(controller.kp)},
-                             {"ki_ts", number(controller.ki * design.sample_time_s)},
-                             {"weight", number(design.set_point_weight)},
-                             {"zero", number(0.0)},
-                             {"declared", declared},
-                             {"initial", initial},
-                             {"filters", filtered ? filled_in(kFilters, common) : std::string()},
-                             {"limit", design.torque_limit ? filled_in(kLimit, common) : std::string()}});
+  const std::string real = in_float ? "float" : "double",
+                    count = std::to_string(design.controller.biquads.size());
+  const bool scheduled = !design.schedule.empty(), cascaded = design.kv > 0.0;
+  const FilteredPi first =
+      scheduled ? GainSchedule(design.schedule).at(design.schedule.front().position) : design.controller;
+  const Members members = members_of(design, real, number);
+  TextValues values = {
+      {"name", design.name},
+      {"guard", guard_of(design.name)},
+      {"real", real},
+      {"count", count},
+      {"step", number(design.sample_time_s)},
+      {"period", fmt::format("{}", design.sample_time_s)},
+      {"kp", number(first.kp)},
+      {"ki_ts", number(first.ki * design.sample_time_s)},
+      {"weight", number(design.set_point_weight)},
+      {"zero", number(0.0)},
+      {"what", cascaded ? "position" : "velocity"},
+      {"loop", cascaded ? " *   r = kv (reference - position) + velocity feed-forward\n" : ""},
+      {"and_torque", cascaded ? " + torque feed-forward" : ""},
+      {"feed_forward", cascaded ? "  u += torque_feed_forward;\n" : ""},
+      {"unless_limited", design.torque_limit ? "if (!c->limited) " : ""},
+      {"marked", scheduled ? std::string(kMarked) : ""},
+      {"declared", members.declared},
+      {"initial", members.initial},
+      {"arguments", arguments_of(design, real)},
+      {"reference", reference_of(design, real)}};
+  const auto part = [&values](std::string_view key, bool wanted, std::string_view text) {
+    values.emplace_back(key, wanted ? filled_in(text, values) : std::string());
+  };
+  part("position", design.sums_velocity, kSummedPosition);
+  part("scheduled", scheduled, kScheduled);
+  part("filters", !design.controller.biquads.empty(), kFilters);
+  part("limit", design.torque_limit.has_value(), kLimit);
+  part("set_gains", !scheduled, kSetGains);
+  values.emplace_back("gains", gains_of(design, values, number));
+  return filled_in(kHeader, values);
 }
 
 }  // namespace resonid::design

@@ -11,30 +11,49 @@ namespace resonid::design {
 namespace {
 
 constexpr std::string_view kHalHead =
-    R"(# @name@: PI control of a velocity, designed by resonid, for LinuxCNC's pid@and_biquad@.
+    R"(# @name@: PI control of a @what@, designed by resonid, for LinuxCNC's pid@and_biquad@.
 # The period of @thread@ must be @period@ ns; at another one these gains@and_filters@ are wrong.
-# Connect the reference and the measured velocity (rad/s), the torque (Nm), and the signal that enables:
-#   net @name@-reference  <= ...        net @name@-torque => ...
-#   net @name@-velocity   <= ...        net @name@-enable <= ...
-# Do not change Igain while it runs: it multiplies the sum, so that the torque would jump.
-loadrt pid names=@name@-pid
+# Connect @signals@, the torque (Nm), and the signal that enables:
+#   net @name@-@reference@ <= ...        net @name@-torque => ...
+#   net @name@-velocity <= ...           net @name@-enable <= ...
+@connections@# Do not change Igain while it runs: it multiplies the sum, so that the torque would jump.
+loadrt pid names=@outer@@name@-pid
 )";
 
 constexpr std::string_view kHalGains = R"(addf @name@-pid.do-pid-calcs @thread@
 net @name@-torque <= @name@-pid.output
 net @name@-enable => @name@-pid.enable
-setp @name@-pid.Pgain @kp@
-setp @name@-pid.Igain @ki@
-setp @name@-pid.Dgain 0
-setp @name@-pid.FF0 0
-setp @name@-pid.FF1 0
-setp @name@-pid.FF2 0
-setp @name@-pid.bias 0
-setp @name@-pid.deadband 0
-setp @name@-pid.maxerror 0
-setp @name@-pid.maxerrorI 0
-setp @name@-pid.maxoutput @limit@
-setp @name@-pid.error-previous-target 0
+)";
+
+/// Of one pid.
+constexpr std::string_view kHalSettings = R"(setp @pid@.Pgain @kp@
+setp @pid@.Igain @ki@
+setp @pid@.Dgain 0
+setp @pid@.FF0 0
+setp @pid@.FF1 @forward@
+setp @pid@.FF2 0
+@bias@setp @pid@.deadband 0
+setp @pid@.maxerror 0
+setp @pid@.maxerrorI 0
+setp @pid@.maxoutput @limit@
+setp @pid@.error-previous-target 0
+)";
+
+/// r = kv (reference - position) + velocity feed-forward, which stands for the derivative of the command.
+constexpr std::string_view kHalOuter = R"(@sum@addf @name@-pos.do-pid-calcs @thread@
+net @name@-position-reference => @name@-pos.command
+net @name@-position => @name@-pos.feedback
+net @name@-velocity-feed-forward => @name@-pos.command-deriv
+net @name@-enable => @name@-pos.enable
+)";
+constexpr std::string_view kHalSum = R"(loadrt integ names=@name@-sum
+addf @name@-sum @thread@
+net @name@-velocity => @name@-sum.in
+setp @name@-sum.gain 1
+net @name@-position <= @name@-sum.out
+)";
+constexpr std::string_view kHalConnections =
+    R"(#   net @name@-velocity-feed-forward <= ...    net @name@-torque-feed-forward <= ...
 )";
 
 /// Type 0 takes its coefficients as they are, once `enable` rises.
@@ -74,10 +93,12 @@ HalPath path_into(const ExportedController& design, std::string_view signal, std
   return path;
 }
 
-}  // namespace
-
-expected<std::string> to_hal(const ExportedController& design, const std::string& thread) {
-  if (const auto valid = check_exported(design); !valid) return tl::unexpected(valid.error());
+/// What HAL cannot express.
+expected<void> check_hal(const ExportedController& design, const std::string& thread) {
+  if (const auto valid = check_exported(design); !valid) return valid;
+  if (!design.schedule.empty())
+    return refuse("schedule", "must be empty: LinuxCNC's pid has one set of gains, and its torque would jump",
+                  static_cast<double>(design.schedule.size()));
   if (design.set_point_weight != 1.0)
     return refuse("set_point_weight", "must be 1: LinuxCNC's pid knows the error only",
                   design.set_point_weight);
@@ -91,20 +112,60 @@ expected<std::string> to_hal(const ExportedController& design, const std::string
   if (std::abs(std::round(period) / period - 1.0) > kSamePeriod)
     return refuse("sample_time_s", "must be whole nanoseconds, as a thread's period is",
                   design.sample_time_s);
-  const bool filtered = !design.controller.biquads.empty();
+  return {};
+}
+
+struct HalPid {
+  std::string name;
+  double kp = 0.0, ki = 0.0;
+  std::string bias, limit = "0", forward = "0";
+};
+std::string settings_of(const HalPid& pid) {
+  return filled_in(kHalSettings, {{"pid", pid.name},
+                                  {"kp", digits_17(pid.kp)},
+                                  {"ki", digits_17(pid.ki)},
+                                  {"forward", pid.forward},
+                                  {"bias", pid.bias},
+                                  {"limit", pid.limit}});
+}
+
+}  // namespace
+
+expected<std::string> to_hal(const ExportedController& design, const std::string& thread) {
+  if (const auto valid = check_hal(design, thread); !valid) return tl::unexpected(valid.error());
+  const double period = 1e9 * design.sample_time_s;
+  const bool filtered = !design.controller.biquads.empty(), cascaded = design.kv > 0.0;
+  const bool measured = cascaded && !design.sums_velocity;
   const HalPath reference = path_into(design, "reference", "command", thread);
   const HalPath velocity = path_into(design, "velocity", "feedback", thread);
-  const TextValues values = {{"name", design.name},
-                             {"thread", thread},
-                             {"period", fmt::format("{:.0f}", period)},
-                             {"and_biquad", filtered ? " and biquad" : ""},
-                             {"and_filters", filtered ? " and filters" : ""},
-                             {"kp", digits_17(design.controller.kp)},
-                             {"ki", digits_17(design.controller.ki)},
-                             {"limit", design.torque_limit ? digits_17(*design.torque_limit) : "0"}};
+  TextValues values = {{"name", design.name},
+                       {"thread", thread},
+                       {"period", fmt::format("{:.0f}", period)},
+                       {"what", cascaded ? "position" : "velocity"},
+                       {"signals", cascaded ? "the references, what was measured (rad, rad/s)"
+                                            : "the reference and the measured velocity (rad/s)"},
+                       {"reference", cascaded ? "position-reference" : "reference"},
+                       {"outer", cascaded ? design.name + "-pos," : ""},
+                       {"and_biquad", filtered ? " and biquad" : ""},
+                       {"and_filters", filtered ? " and filters" : ""}};
+  std::string connections = measured ? "#   net " + design.name + "-position <= ...\n" : "";
+  if (cascaded) connections += filled_in(kHalConnections, values);
+  values.emplace_back("connections", connections);
+  values.emplace_back("sum", design.sums_velocity ? filled_in(kHalSum, values) : std::string());
   std::string text = filled_in(kHalHead, values);
   if (filtered) text += fmt::format("loadrt biquad names={},{}\n", reference.names, velocity.names);
-  return text + "\n" + reference.text + "\n" + velocity.text + "\n" + filled_in(kHalGains, values);
+  HalPid inner{design.name + "-pid", design.controller.kp, design.controller.ki, {}, "0", "0"};
+  inner.bias = cascaded ? fmt::format("net {0}-torque-feed-forward => {0}-pid.bias\n", design.name)
+                        : "setp " + inner.name + ".bias 0\n";
+  if (design.torque_limit) inner.limit = digits_17(*design.torque_limit);
+  if (cascaded) {
+    const HalPid outer{
+        design.name + "-pos", design.kv, 0.0, "setp " + design.name + "-pos.bias 0\n", "0", "1"};
+    text += "\n" + filled_in(kHalOuter, values) + settings_of(outer) +
+            fmt::format("net {0}-reference <= {0}-pos.output\n", design.name);
+  }
+  return text + "\n" + reference.text + "\n" + velocity.text + "\n" + filled_in(kHalGains, values) +
+         settings_of(inner);
 }
 
 }  // namespace resonid::design

@@ -9,14 +9,14 @@
 namespace resonid::design {
 namespace {
 
-constexpr std::string_view kBlock = R"((* @name@: PI control of a velocity, designed by resonid. IEC 61131-3.
-   u = F (kp (b r - y) + sum of ki Ts (r - y)); F: product of biquads (@count@), transposed direct form II.
+constexpr std::string_view kBlock = R"((* @name@: PI control of a @what@, designed by resonid. IEC 61131-3.
+@loop@   u = F (kp (b r - y) + sum of ki Ts (r - y))@and_torque@
+   F: product of biquads (@count@), transposed direct form II.
    To be called in every cycle of a task of @step@ s; in another one it gives no torque. *)
 FUNCTION_BLOCK @name@
 VAR_INPUT
   enable : BOOL;
-  reference : LREAL; (* rad/s *)
-  velocity : LREAL; (* rad/s, measured *)
+@inputs@  velocity : LREAL; (* rad/s, measured *)
   cycle_time : LREAL; (* s, of the task that calls this block *)
 END_VAR
 VAR_OUTPUT
@@ -25,28 +25,29 @@ VAR_OUTPUT
 END_VAR
 VAR
   deviation : LREAL;
+  weighted_deviation : LREAL := 0.0; (* b r - y, of the last call *)
   integral_part : LREAL := 0.0; (* sum of ki Ts (r - y), Nm *)
   next_part : LREAL;
   filter_in : LREAL;
   filter_out : LREAL;
-@states@END_VAR
+@variables@END_VAR
 VAR CONSTANT
-  gain_p : LREAL := @kp@;
-  gain_i_step : LREAL := @ki_ts@;
-  set_point_weight : LREAL := @weight@;
+@constants@  set_point_weight : LREAL := @weight@;
   sample_time : LREAL := @step@;
-@constants@END_VAR
+END_VAR
 
 wrong_cycle_time := ABS(cycle_time - sample_time) > 0.01 * sample_time;
-IF wrong_cycle_time OR NOT enable THEN
+@position@IF wrong_cycle_time OR NOT enable THEN
   torque := 0.0;
   integral_part := 0.0;
+  weighted_deviation := 0.0;
 @reset@  RETURN;
 END_IF;
-deviation := reference - velocity;
+@scheduled@@reference@deviation := reference - velocity;
+weighted_deviation := set_point_weight * reference - velocity;
 next_part := integral_part + gain_i_step * deviation;
-filter_out := gain_p * (set_point_weight * reference - velocity) + next_part;
-@filters@@limit@END_FUNCTION_BLOCK
+filter_out := gain_p * weighted_deviation + next_part;
+@filters@@feed_forward@@limit@END_FUNCTION_BLOCK
 )";
 
 constexpr std::string_view kBiquad = R"(filter_in := filter_out;
@@ -60,6 +61,7 @@ torque := filter_out;
 )";
 
 constexpr std::string_view kLimited = R"((* At the limit the sum is not driven further out. *)
+limited := ABS(filter_out) > torque_limit;
 IF filter_out > torque_limit THEN
   torque := torque_limit;
   IF deviation < 0.0 THEN
@@ -76,38 +78,140 @@ ELSE
 END_IF;
 )";
 
+constexpr std::string_view kSegment = R"(@if@ place < position_@next@ THEN
+  next_p := p_@i@ + (place - position_@i@) * p_slope_@i@;
+  next_i := i_@i@ + (place - position_@i@) * i_slope_@i@;
+)";
+
+/// The place is kept within the ends; between them it is one of the segments.
+constexpr std::string_view kScheduled =
+    R"((* Gains over position: linear between nodes, constant beyond them. *)
+place := position;
+IF place < position_1 THEN
+  place := position_1;
+END_IF;
+@segments@(* For another gain the sum takes what the torque would jump by, but not behind a torque that was cut. *)
+@unless_limited@integral_part := integral_part - (next_p - gain_p) * weighted_deviation;
+@end_unless@gain_p := next_p;
+gain_i_step := next_i;
+)";
+
+/// Parts of the block that grow with the design.
+struct Parts {
+  std::string inputs, variables, constants, reset, filters, segments;
+
+  void constant(std::string_view name, double value) {
+    constants += fmt::format("  {} : LREAL := {};\n", name, digits_17(value));
+  }
+  void variable(std::string_view name, double value) {
+    variables += fmt::format("  {} : LREAL := {};\n", name, digits_17(value));
+  }
+};
+
+void add_filters(Parts& parts, const ExportedController& design) {
+  for (std::size_t i = 1; i <= design.controller.biquads.size(); ++i) {
+    const auto c = design.controller.biquads[i - 1].coefficients(design.sample_time_s);
+    parts.filters += filled_in(kBiquad, {{"i", std::to_string(i)}});
+    for (std::size_t k = 0; k < 3; ++k) parts.constant(fmt::format("b{}_{}", i, k), c.b[k]);
+    for (std::size_t k = 1; k < 3; ++k) {
+      parts.constant(fmt::format("a{}_{}", i, k), c.a[k]);
+      parts.variable(fmt::format("s{}_{}", i, k), 0.0);
+      parts.reset += fmt::format("  s{}_{} := 0.0;\n", i, k);
+    }
+  }
+}
+
+void add_schedule(Parts& parts, const ExportedController& design) {
+  const auto& nodes = design.schedule;
+  parts.variables += "  place : LREAL;\n  next_p : LREAL;\n  next_i : LREAL;\n";
+  for (std::size_t i = 1; i <= nodes.size(); ++i) {
+    const ScheduleNode& node = nodes[i - 1];
+    const ScheduleSlope slope = slope_behind(nodes, i - 1);
+    parts.constant(fmt::format("position_{}", i), node.position);
+    parts.constant(fmt::format("p_{}", i), node.kp);
+    parts.constant(fmt::format("i_{}", i), node.ki * design.sample_time_s);
+    if (i == nodes.size()) break;
+    parts.constant(fmt::format("p_slope_{}", i), slope.kp);
+    parts.constant(fmt::format("i_slope_{}", i), slope.ki * design.sample_time_s);
+    parts.segments += filled_in(
+        kSegment,
+        {{"if", i == 1 ? "IF" : "ELSIF"}, {"i", std::to_string(i)}, {"next", std::to_string(i + 1)}});
+  }
+  const std::string last =
+      fmt::format("next_p := p_{0};\n{1}next_i := i_{0};\n", nodes.size(), nodes.size() > 1 ? "  " : "");
+  parts.segments += nodes.size() > 1 ? "ELSE\n  " + last + "END_IF;\n" : last;
+}
+
+/// Gains: constants, or variables that the schedule sets.
+void add_gains(Parts& parts, const ExportedController& design) {
+  const double step = design.sample_time_s;
+  if (design.schedule.empty()) {
+    parts.constant("gain_p", design.controller.kp);
+    parts.constant("gain_i_step", design.controller.ki * step);
+    return;
+  }
+  parts.variable("gain_p", design.schedule.front().kp);
+  parts.variable("gain_i_step", design.schedule.front().ki * step);
+  add_schedule(parts, design);
+}
+
+void add_position(Parts& parts, const ExportedController& design) {
+  if (design.kv > 0.0) {
+    parts.inputs +=
+        "  position_reference : LREAL; (* rad *)\n  velocity_feed_forward : LREAL; (* rad/s *)\n"
+        "  torque_feed_forward : LREAL; (* Nm *)\n";
+    parts.variables += "  reference : LREAL;\n";
+    parts.constant("gain_v", design.kv);
+  } else {
+    parts.inputs += "  reference : LREAL; (* rad/s *)\n";
+  }
+  if (!design.needs_position()) return;
+  if (design.sums_velocity)
+    parts.variable("position", 0.0);
+  else
+    parts.inputs += "  position : LREAL; (* measured *)\n";
+}
+
 }  // namespace
 
 expected<std::string> to_structured_text(const ExportedController& design) {
   if (const auto valid = check_exported(design); !valid) return tl::unexpected(valid.error());
-  const FilteredPi& controller = design.controller;
-  std::string states, constants, reset, filters;
-  for (std::size_t i = 1; i <= controller.biquads.size(); ++i) {
-    const auto c = controller.biquads[i - 1].coefficients(design.sample_time_s);
-    filters += filled_in(kBiquad, {{"i", std::to_string(i)}});
-    for (int k = 0; k < 3; ++k)
-      constants +=
-          fmt::format("  b{}_{} : LREAL := {};\n", i, k, digits_17(c.b[static_cast<std::size_t>(k)]));
-    for (int k = 1; k < 3; ++k) {
-      constants +=
-          fmt::format("  a{}_{} : LREAL := {};\n", i, k, digits_17(c.a[static_cast<std::size_t>(k)]));
-      states += fmt::format("  s{}_{} : LREAL := 0.0;\n", i, k);
-      reset += fmt::format("  s{}_{} := 0.0;\n", i, k);
-    }
+  const bool scheduled = !design.schedule.empty(), cascaded = design.kv > 0.0;
+  Parts parts;
+  add_position(parts, design);
+  add_gains(parts, design);
+  add_filters(parts, design);
+  if (design.torque_limit) {
+    parts.constant("torque_limit", *design.torque_limit);
+    parts.variables += "  limited : BOOL := FALSE;\n";
+    parts.reset += "  limited := FALSE;\n";
   }
-  if (design.torque_limit)
-    constants += fmt::format("  torque_limit : LREAL := {};\n", digits_17(*design.torque_limit));
-  return filled_in(kBlock, {{"name", design.name},
-                            {"count", std::to_string(controller.biquads.size())},
-                            {"step", digits_17(design.sample_time_s)},
-                            {"kp", digits_17(controller.kp)},
-                            {"ki_ts", digits_17(controller.ki * design.sample_time_s)},
-                            {"weight", digits_17(design.set_point_weight)},
-                            {"states", states},
-                            {"constants", constants},
-                            {"reset", reset},
-                            {"filters", filters},
-                            {"limit", std::string(design.torque_limit ? kLimited : kUnlimited)}});
+  const std::string schedule =
+      scheduled
+          ? filled_in(kScheduled, {{"segments", parts.segments},
+                                   {"unless_limited", design.torque_limit ? "IF NOT limited THEN\n  " : ""},
+                                   {"end_unless", design.torque_limit ? "END_IF;\n" : ""}})
+          : "";
+  return filled_in(
+      kBlock,
+      {{"name", design.name},
+       {"what", cascaded ? "position" : "velocity"},
+       {"loop", cascaded ? "   r = kv (reference - position) + velocity feed-forward\n" : ""},
+       {"and_torque", cascaded ? " + torque feed-forward" : ""},
+       {"count", std::to_string(design.controller.biquads.size())},
+       {"step", digits_17(design.sample_time_s)},
+       {"weight", digits_17(design.set_point_weight)},
+       {"inputs", parts.inputs},
+       {"variables", parts.variables},
+       {"constants", parts.constants},
+       {"reset", parts.reset},
+       {"position", design.sums_velocity ? "position := position + sample_time * velocity;\n" : ""},
+       {"scheduled", schedule},
+       {"reference",
+        cascaded ? "reference := gain_v * (position_reference - position) + velocity_feed_forward;\n" : ""},
+       {"filters", parts.filters},
+       {"feed_forward", cascaded ? "filter_out := filter_out + torque_feed_forward;\n" : ""},
+       {"limit", std::string(design.torque_limit ? kLimited : kUnlimited)}});
 }
 
 }  // namespace resonid::design

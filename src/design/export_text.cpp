@@ -28,6 +28,7 @@ constexpr std::array kReservedWords = {"abs",
                                        "const",
                                        "constant",
                                        "continue",
+                                       "cycle_time",
                                        "default",
                                        "deviation",
                                        "do",
@@ -50,6 +51,7 @@ constexpr std::array kReservedWords = {"abs",
                                        "int",
                                        "integral",
                                        "limit",
+                                       "limited",
                                        "long",
                                        "lreal",
                                        "max",
@@ -59,6 +61,8 @@ constexpr std::array kReservedWords = {"abs",
                                        "of",
                                        "or",
                                        "out",
+                                       "position",
+                                       "position_reference",
                                        "program",
                                        "real",
                                        "reference",
@@ -79,6 +83,7 @@ constexpr std::array kReservedWords = {"abs",
                                        "time",
                                        "to",
                                        "torque",
+                                       "torque_feed_forward",
                                        "true",
                                        "type",
                                        "typedef",
@@ -87,8 +92,10 @@ constexpr std::array kReservedWords = {"abs",
                                        "until",
                                        "var",
                                        "velocity",
+                                       "velocity_feed_forward",
                                        "void",
                                        "volatile",
+                                       "way",
                                        "while",
                                        "with",
                                        "word",
@@ -108,6 +115,34 @@ bool is_name(const std::string& name) {
   for (char& c : lower) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
   return std::none_of(kReservedWords.begin(), kReservedWords.end(),
                       [&](const char* word) { return lower == word; });
+}
+
+expected<void> check_schedule(const ExportedController& design) {
+  const auto& nodes = design.schedule;
+  if (nodes.empty()) return {};
+  if (design.controller.kp != 0.0)
+    return refuse("kp", "must be 0 where a schedule gives the gains", design.controller.kp);
+  if (design.controller.ki != 0.0)
+    return refuse("ki", "must be 0 where a schedule gives the gains", design.controller.ki);
+  for (std::size_t i = 0; i < nodes.size(); ++i) {
+    if (!std::isfinite(nodes[i].position) || (i > 0 && !(nodes[i].position > nodes[i - 1].position)))
+      return refuse("schedule", "must ascend in position", nodes[i].position);
+    if (!(nodes[i].kp >= 0.0 && std::isfinite(nodes[i].kp)))
+      return refuse("schedule", "must have a kp >= 0", nodes[i].kp);
+    if (!(nodes[i].ki >= 0.0 && std::isfinite(nodes[i].ki)))
+      return refuse("schedule", "must have a ki >= 0", nodes[i].ki);
+  }
+  return {};
+}
+
+expected<void> check_position_loop(const ExportedController& design) {
+  if (!(design.kv >= 0.0 && std::isfinite(design.kv))) return refuse("kv", "must be >= 0", design.kv);
+  if (design.kv > 0.0 && design.set_point_weight != 1.0)
+    return refuse("set_point_weight", "must be 1 under a position loop, which it would weigh too",
+                  design.set_point_weight);
+  if (design.sums_velocity && !design.needs_position())
+    return refuse("sums_velocity", "must be false where neither kv nor a schedule asks for the position");
+  return {};
 }
 
 }  // namespace
@@ -133,7 +168,15 @@ expected<void> check_exported(const ExportedController& design) {
     if (!(biquad.denominator_damping > 0.0))
       return refuse("biquads", "must have a denominator with damping", biquad.denominator_damping);
   }
-  return {};
+  if (const auto nodes = check_schedule(design); !nodes) return nodes;
+  return check_position_loop(design);
+}
+
+ScheduleSlope slope_behind(const std::vector<ScheduleNode>& nodes, std::size_t i) {
+  if (i + 1 >= nodes.size()) return {};
+  const ScheduleNode &from = nodes[i], &to = nodes[i + 1];
+  const double way = to.position - from.position;
+  return {(to.kp - from.kp) / way, (to.ki - from.ki) / way};
 }
 
 std::string digits_17(double value) {

@@ -14,6 +14,12 @@ namespace resonid::design {
 /// What every target asks of a controller.
 [[nodiscard]] expected<void> check_exported(const ExportedController& design);
 
+/// What the gains change by per unit of the position, from a node to the next one; behind the last one 0.
+struct ScheduleSlope {
+  double kp = 0.0, ki = 0.0;
+};
+[[nodiscard]] ScheduleSlope slope_behind(const std::vector<ScheduleNode>& nodes, std::size_t i);
+
 /// 17 digits, with a decimal point: read back it is the same number everywhere.
 [[nodiscard]] std::string digits_17(double value);
 

@@ -25,7 +25,7 @@ class CExport : public test::ExportedRuns {
     write("run.c", "#include <stdio.h>\n#include \"controller.h\"\nint main(void) {\n  " + name +
                        " c;\n  double r, y;\n  int k = 0;\n  " + name + "_init(&c);\n  " + name +
                        "_set_gains(&c, c.kp, (" + real + ")" + std::to_string(exported.controller.ki) +
-                       ", 0, 0);\n  while (scanf(\"%lf %lf\", &r, &y) == 2) {\n" + before_step +
+                       ");\n  while (scanf(\"%lf %lf\", &r, &y) == 2) {\n" + before_step +
                        "    printf(\"%.17g\\n\", (double)" + name + "_step(&c, (" + real + ")r, (" + real +
                        ")y));\n    ++k;\n  }\n  return k == 0;\n}\n");
     write_samples(exported_samples());
@@ -57,7 +57,7 @@ TEST_F(CExport, ChangesGainsWithoutAJump) {
   ExportedController exported = exported_controller();
   exported.controller.ki = 0.0;
   run(exported, CNumber::in_double,
-      "    if (k == 30) velocity_controller_set_gains(&c, 2.0 * c.kp, 0.0, 10.0, 0.0);\n"
+      "    if (k == 30) velocity_controller_set_gains(&c, 2.0 * c.kp, 0.0);\n"
       "    r = k < 20 ? 0.0 : 10.0;\n    y = 0.0;\n");
   const auto torque = printed("torque");
   const auto plain = simulated(exported, std::vector<test::Sample>(600, {10.0, 0.0}));
@@ -122,8 +122,9 @@ class HalExport : public test::ExportedRuns {
     EXPECT_TRUE(text);
     write("controller.hal", *text);
     write_samples(exported_samples());
-    const int code = shell(std::string("'") + RESONID_PYTHON + "' '" + RESONID_DESIGN_TESTS +
-                           "/hal_run.py' '" + folder_.string() + "' " + exported.name + " 1000000 > said");
+    const int code =
+        shell(std::string("'") + RESONID_PYTHON + "' '" + RESONID_DESIGN_TESTS + "/hal_run.py' '" +
+              folder_.string() + "' " + exported.name + " 1000000 reference velocity > said");
     if (code == 77) return std::nullopt;
     EXPECT_EQ(code, 0) << *text << read("said") << read("log");
     return printed("torque");
@@ -187,7 +188,7 @@ TEST(Export, RefusesWhatIsNoController) {
     EXPECT_FALSE(c || text || hal);
     return c ? std::string() : c.error().field.str();
   };
-  for (const char* name : {"", "2nd", "a b", "a__b", "a_", "_a", "While", "torque", "x"})
+  for (const char* name : {"", "2nd", "a b", "a__b", "a_", "_a", "While", "torque", "x", "position", "way"})
     EXPECT_EQ(refused([&](auto& e) { e.name = name; }), "name") << name;
   EXPECT_EQ(refused([](auto& e) { e.sample_time_s = 0.0; }), "sample_time_s");
   EXPECT_EQ(refused([](auto& e) { e.controller.kp = NAN; }), "kp");
@@ -196,6 +197,24 @@ TEST(Export, RefusesWhatIsNoController) {
   EXPECT_EQ(refused([](auto& e) { e.torque_limit = 0.0; }), "torque_limit");
   EXPECT_EQ(refused([](auto& e) { e.controller.biquads[0].frequency_hz = 500.0; }), "biquads");
   EXPECT_EQ(refused([](auto& e) { e.controller.biquads[0].denominator_damping = 0.0; }), "biquads");
+  EXPECT_EQ(refused([](auto& e) { e.kv = -1.0; }), "kv");
+  EXPECT_EQ(refused([](auto& e) { e.sums_velocity = true; }), "sums_velocity");
+  EXPECT_EQ(refused([](auto& e) {
+              e.kv = 3.0;
+              e.set_point_weight = 0.9;
+            }),
+            "set_point_weight");
+  EXPECT_EQ(refused([](auto& e) { e.schedule = {{0.0, 1.0, 1.0}}; }), "kp");
+  const auto schedule_refused = [&](std::vector<ScheduleNode> nodes) {
+    return refused([&](auto& e) {
+      e.controller.kp = e.controller.ki = 0.0;
+      e.schedule = nodes;
+    });
+  };
+  EXPECT_EQ(schedule_refused({{0.0, 1.0, 1.0}, {0.0, 2.0, 1.0}}), "schedule");
+  EXPECT_EQ(schedule_refused({{0.0, -1.0, 1.0}}), "schedule");
+  EXPECT_EQ(schedule_refused({{0.0, 1.0, NAN}}), "schedule");
+  EXPECT_EQ(schedule_refused({{INFINITY, 1.0, 1.0}}), "schedule");
 }
 
 TEST(KlipperExport, SaysTheShaperOfEachAxis) {

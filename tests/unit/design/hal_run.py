@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: MIT
 """Runs controller.hal of a folder in LinuxCNC, without real time:
 
-    hal_run.py FOLDER NAME PERIOD_NS      FOLDER/rows: reference and velocity, one period a row
+    hal_run.py FOLDER NAME PERIOD_NS SIGNAL ...   FOLDER/rows: the values of the signals, one period a row
 
 writes the torque of each period to FOLDER/torque. Exit code 77, with the reason, where LinuxCNC or its namespaces cannot
 be had."""
@@ -13,13 +13,12 @@ import subprocess
 import sys
 
 SESSION = """loadrt threads name1=servo-thread period1={period}
-loadrt streamer depth=4000 cfg=ff
+loadrt streamer depth=4000 cfg={kinds}
 loadrt sampler depth=4000 cfg=f
 addf streamer.0 servo-thread
 source controller.hal
 addf sampler.0 servo-thread
-net {name}-reference <= streamer.0.pin.0
-net {name}-velocity <= streamer.0.pin.1
+{inputs}
 net {name}-torque => sampler.0.pin.0
 sets {name}-enable 1
 setp streamer.0.enable 1
@@ -31,7 +30,7 @@ loadusr -w halsampler -n {count} torque
 
 
 def main():
-    folder, name, period = pathlib.Path(sys.argv[1]), sys.argv[2], sys.argv[3]
+    folder, name, period, signals = pathlib.Path(sys.argv[1]), sys.argv[2], sys.argv[3], sys.argv[4:]
     if not shutil.which("halrun"):
         print("no LinuxCNC here")
         sys.exit(77)
@@ -42,7 +41,9 @@ def main():
         print("namespaces are not permitted here")
         sys.exit(77)
     count = len((folder / "rows").read_text().splitlines())
-    (folder / "session.hal").write_text(SESSION.format(name=name, period=period, count=count))
+    (folder / "session.hal").write_text(SESSION.format(
+        name=name, period=period, count=count, kinds="f" * len(signals),
+        inputs="\n".join(f"net {name}-{signal} <= streamer.0.pin.{i}" for i, signal in enumerate(signals))))
     folder.chmod(0o777)
     for file in folder.iterdir():
         file.chmod(0o666)

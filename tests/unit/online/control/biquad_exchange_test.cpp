@@ -29,10 +29,16 @@ double excited(int k) { return std::sin(0.35 * k) + 0.4 * std::cos(0.08 * k) + 2
 TEST(FilterExchange, LeavesAConstantTorqueAlone) {
   auto control = proportional(test::kFilters);
   for (int k = 0; k < 3000; ++k) {
-    if (k == 2000) ASSERT_TRUE(control.exchange_filters(kOthers, 20, 50));
-    if (k == 2400) ASSERT_TRUE(control.exchange_filters({}, 0, 1));
+    if (k == 2000) {
+      ASSERT_TRUE(control.exchange_filters(kOthers, 20, 50));
+    }
+    if (k == 2400) {
+      ASSERT_TRUE(control.exchange_filters({}, 0, 1));
+    }
     const double torque = control.step(velocity_inputs<double>(10.0, 0.0));
-    if (k > 1500) EXPECT_NEAR(torque, 6.0, 1e-12) << k;
+    if (k > 1500) {
+      EXPECT_NEAR(torque, 6.0, 1e-12) << k;
+    }
   }
 }
 
@@ -48,7 +54,9 @@ TEST(FilterExchange, IsTheMeanOfBothWhileItFades) {
     for (auto& section : fresh) x = section.step(x);
   }
   for (int k = 0; k < 1200; ++k) {
-    if (k == kAt) ASSERT_TRUE(control.exchange_filters(kOthers, kWarm, kFade));
+    if (k == kAt) {
+      ASSERT_TRUE(control.exchange_filters(kOthers, kWarm, kFade));
+    }
     const double torque = control.step(velocity_inputs<double>(excited(k), 0.0));
     const double before = old.step(velocity_inputs<double>(excited(k), 0.0));
     long double after = 0.6L * excited(k);
@@ -57,7 +65,9 @@ TEST(FilterExchange, IsTheMeanOfBothWhileItFades) {
     const double share = std::clamp((k - (kAt + kWarm - 1.0)) / kFade, 0.0, 1.0);
     EXPECT_NEAR(torque, before + share * (static_cast<double>(after) - before), 1e-11) << k;
     EXPECT_EQ(control.exchanging(), k >= kAt && k < kAt + kWarm + kFade - 1) << k;
-    if (share == 0.0) EXPECT_EQ(torque, before);  // no state of the old ones is touched
+    if (share == 0.0) {
+      EXPECT_EQ(torque, before);
+    }  // no state of the old ones is touched
   }
 }
 
@@ -68,8 +78,12 @@ TEST(FilterExchange, IsContinuous) {
   auto faded = proportional(test::kFilters), hard = faded, old = faded, fresh = proportional(kOthers);
   double before[4] = {}, apart = 0.0, moved = 0.0, faded_step = 0.0, hard_step = 0.0;
   for (int k = 0; k < 800; ++k) {
-    if (k == kAt) ASSERT_TRUE(faded.exchange_filters(kOthers, 0, kFade));
-    if (k == kAt) ASSERT_TRUE(hard.exchange_filters(kOthers, 0, 1));
+    if (k == kAt) {
+      ASSERT_TRUE(faded.exchange_filters(kOthers, 0, kFade));
+    }
+    if (k == kAt) {
+      ASSERT_TRUE(hard.exchange_filters(kOthers, 0, 1));
+    }
     const auto inputs = velocity_inputs<double>(excited(k), 0.0);
     const double now[4] = {faded.step(inputs), hard.step(inputs), old.step(inputs), fresh.step(inputs)};
     if (k >= kAt && k < kAt + kFade) {
@@ -90,8 +104,12 @@ TEST(FilterExchange, DoesNotDisturbALoopAtRest) {
   auto control = DriveControl<double>::create(filtered_config()).value();
   double velocity = 0.0, largest = 0.0;
   for (int k = 0; k < 6000; ++k) {
-    if (k == 3000) ASSERT_TRUE(control.exchange_filters(kOthers, 100, 200));
-    if (k == 4500) ASSERT_TRUE(control.exchange_filters(test::kFilters, 0, 1));
+    if (k == 3000) {
+      ASSERT_TRUE(control.exchange_filters(kOthers, 100, 200));
+    }
+    if (k == 4500) {
+      ASSERT_TRUE(control.exchange_filters(test::kFilters, 0, 1));
+    }
     const double torque = control.step(velocity_inputs<double>(5.0, velocity));
     velocity += 0.02 * (torque - 0.3 * velocity);
     if (k >= 3000) largest = std::max(largest, std::abs(velocity - 5.0));

@@ -21,8 +21,12 @@ TEST(GainChange, AnotherKpMakesNoJump) {
   config.set_point_weight = 0.3;
   auto control = DriveControl<double>::create(config).value(), plain = control;
   for (int k = 0; k < 600; ++k) {
-    if (k == 300) ASSERT_TRUE(control.set_gains(7.0, 0.0));
-    if (k == 320) ASSERT_TRUE(control.set_gains(0.01, 0.0));
+    if (k == 300) {
+      ASSERT_TRUE(control.set_gains(7.0, 0.0));
+    }
+    if (k == 320) {
+      ASSERT_TRUE(control.set_gains(0.01, 0.0));
+    }
     EXPECT_NEAR(control.step(velocity_inputs<double>(10.0, -4.0)),
                 plain.step(velocity_inputs<double>(10.0, -4.0)), 1e-12)
         << k;
@@ -35,9 +39,13 @@ TEST(GainChange, AnotherKiMakesNoJump) {
   auto control = DriveControl<double>::create(plain_config()).value();
   double before = 0.0;
   for (int k = 0; k < 200; ++k) {
-    if (k == 100) ASSERT_TRUE(control.set_gains(0.6, 400.0));
+    if (k == 100) {
+      ASSERT_TRUE(control.set_gains(0.6, 400.0));
+    }
     const double torque = control.step(velocity_inputs<double>(2.0, 1.5));
-    if (k > 0) EXPECT_NEAR(torque - before, (k < 100 ? 25.0 : 400.0) / kRate * 0.5, 1e-12) << k;
+    if (k > 0) {
+      EXPECT_NEAR(torque - before, (k < 100 ? 25.0 : 400.0) / kRate * 0.5, 1e-12) << k;
+    }
     before = torque;
   }
 }
@@ -97,8 +105,12 @@ TEST(GainSchedule, ComesAndGoesWithoutAJump) {
   config.ki = 0.0;
   auto control = DriveControl<double>::create(config).value(), plain = control;
   for (int k = 0; k < 400; ++k) {
-    if (k == 100) ASSERT_TRUE(control.set_schedule(kNodes));
-    if (k == 300) ASSERT_TRUE(control.set_gains(2.0, 0.0));
+    if (k == 100) {
+      ASSERT_TRUE(control.set_schedule(kNodes));
+    }
+    if (k == 300) {
+      ASSERT_TRUE(control.set_gains(2.0, 0.0));
+    }
     EXPECT_NEAR(control.step(at(0.01 * k, 3.0, 1.0)), plain.step(at(0.0, 3.0, 1.0)), 1e-12) << k;
   }
   EXPECT_EQ(control.kp(), 2.0);

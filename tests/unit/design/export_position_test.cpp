@@ -1,0 +1,274 @@
+// SPDX-License-Identifier: MIT
+// Position loops and gain schedules as texts: run against the law by its definition, and against the
+// controller in the drive.
+#include <gtest/gtest.h>
+
+#include <resonid/online/control.hpp>
+
+#include "design/export.hpp"
+#include "exported_runs.hpp"
+
+namespace resonid::design {
+namespace {
+
+/// All that a controller may be told at a sample.
+struct Told {
+  double reference, velocity, position, velocity_feed_forward, torque_feed_forward;
+};
+
+/// Whole multiples of 2^-10, so that every text says them exactly. The axis follows with noise, and its
+/// position comes from elsewhere: nothing is in a loop.
+std::vector<Told> told_samples() {
+  std::vector<Told> samples;
+  const auto grid = [](double x) { return std::round(1024.0 * x) / 1024.0; };
+  int k = 0;
+  for (const test::Sample& sample : test::exported_samples()) {
+    const double t = 0.01 * k++;
+    samples.push_back({grid(0.1 * sample.reference), sample.velocity,
+                       grid(0.7 * std::sin(t) + 0.02 * sample.velocity), grid(std::cos(t)),
+                       k % 90 < 30 ? 0.5 : 0.0});
+  }
+  return samples;
+}
+
+/// In the order of the arguments of the C function.
+struct Column {
+  const char* name;
+  double Told::*value;
+};
+std::vector<Column> columns_of(const ExportedController& exported) {
+  std::vector<Column> columns = {{"reference", &Told::reference}};
+  if (exported.kv > 0.0)
+    columns = {{"position_reference", &Told::reference},
+               {"velocity_feed_forward", &Told::velocity_feed_forward},
+               {"torque_feed_forward", &Told::torque_feed_forward}};
+  columns.push_back({"velocity", &Told::velocity});
+  if (exported.needs_position() && !exported.sums_velocity) columns.push_back({"position", &Told::position});
+  return columns;
+}
+
+/// F by its states, gains by GainSchedule, the rest by definition. HAL: the sum behind the filters, and
+/// stopped one period later (export_test.cpp).
+enum class Meaning { texts, hal };
+std::vector<double> by_definition(const ExportedController& exported, Meaning meaning = Meaning::texts) {
+  const double step = exported.sample_time_s, limit = exported.torque_limit.value_or(INFINITY);
+  const auto filters = states_of(FilteredPi{1.0, 0.0, exported.controller.biquads}, step);
+  Eigen::VectorXd x = Eigen::VectorXd::Zero(filters.a.rows());
+  const auto filtered = [&](double value) {
+    const double out = filters.c * x + filters.d * value;
+    x = (filters.a * x + filters.b * value).eval();
+    return out;
+  };
+  double sum = 0.0, summed = 0.0, kp_before = 0.0, deviation = 0.0, at_limit = 0.0;
+  std::vector<double> torque;
+  for (const Told& told : told_samples()) {
+    summed += step * told.velocity;
+    const double position = exported.sums_velocity ? summed : told.position;
+    const FilteredPi gains =
+        exported.schedule.empty() ? exported.controller : GainSchedule(exported.schedule).at(position);
+    if (at_limit == 0.0) sum -= (gains.kp - kp_before) * deviation;
+    kp_before = gains.kp;
+    const double reference = exported.kv > 0.0
+                                 ? exported.kv * (told.reference - position) + told.velocity_feed_forward
+                                 : told.reference;
+    const double error = reference - told.velocity;
+    deviation = exported.set_point_weight * reference - told.velocity;
+    double u = 0.0;
+    if (meaning == Meaning::texts) {
+      u = filtered(gains.kp * deviation + sum + step * gains.ki * error);
+    } else {
+      const double late = filtered(error);
+      if (late * at_limit <= 0.0) sum += step * gains.ki * late;
+      u = gains.kp * late + sum;
+    }
+    if (exported.kv > 0.0) u += told.torque_feed_forward;
+    at_limit = u > limit ? 1.0 : u < -limit ? -1.0 : 0.0;
+    if (meaning == Meaning::texts && error * at_limit <= 0.0) sum += step * gains.ki * error;
+    torque.push_back(std::clamp(u, -limit, limit));
+  }
+  return torque;
+}
+
+/// What the drive's own controller makes of it.
+std::vector<double> in_the_drive(const ExportedController& exported) {
+  std::vector<online::Biquad> biquads;
+  std::vector<online::GainNode> nodes;
+  for (const Biquad& b : exported.controller.biquads)
+    biquads.push_back({b.frequency_hz, b.numerator_damping, b.denominator_damping});
+  for (const ScheduleNode& node : exported.schedule) nodes.push_back({node.position, node.kp, node.ki});
+  online::DriveControlConfig config;
+  config.sample_rate_hz = 1.0 / exported.sample_time_s;
+  config.kp = exported.controller.kp;
+  config.ki = exported.controller.ki;
+  config.set_point_weight = exported.set_point_weight;
+  config.torque_limit = exported.torque_limit.value_or(INFINITY);
+  config.biquads = biquads;
+  config.schedule = nodes;
+  config.kv = exported.kv;
+  config.sums_velocity = exported.sums_velocity;
+  auto control = online::DriveControl<double>::create(config).value();
+  std::vector<double> torque;
+  for (const Told& told : told_samples())
+    torque.push_back(control.step({told.reference, told.velocity, told.position, told.velocity_feed_forward,
+                                   exported.kv > 0.0 ? told.torque_feed_forward : 0.0}));
+  return torque;
+}
+
+ExportedController cascade(bool sums) {
+  ExportedController exported = test::exported_controller();
+  exported.name = "axis_position_control";  // as long as HAL allows
+  exported.kv = 30.0;
+  exported.sums_velocity = sums;
+  return exported;
+}
+ExportedController scheduled() {
+  ExportedController exported = test::exported_controller();
+  exported.controller.kp = exported.controller.ki = 0.0;
+  exported.schedule = {{-0.5, 0.3, 10.0}, {0.0, 0.9, 40.0}, {0.25, 0.4, 60.0}};
+  return exported;
+}
+/// Position loops, schedules, and both; with and without limit and set-point weight.
+std::vector<ExportedController> position_variants() {
+  std::vector<ExportedController> all = {cascade(false), cascade(true), cascade(false), scheduled(),
+                                         scheduled(),    scheduled(),   cascade(true),  scheduled()};
+  all[2].torque_limit = 4.0;
+  all[4].set_point_weight = 0.4;
+  all[4].torque_limit = 0.3;
+  all[4].controller.biquads.clear();
+  all[5].sums_velocity = true;
+  all[6].controller = scheduled().controller;
+  all[6].schedule = scheduled().schedule;
+  all[6].torque_limit = 5.0;
+  all[7].schedule.resize(1);
+  return all;
+}
+
+TEST(ExportedLaw, IsThatOfTheControllerInTheDrive) {
+  for (const auto& exported : position_variants()) {
+    const auto wanted = by_definition(exported), found = in_the_drive(exported);
+    double most = 0.0, error = 0.0;
+    for (std::size_t i = 0; i < wanted.size(); ++i) {
+      most = std::max(most, std::abs(wanted[i]));
+      error = std::max(error, std::abs(found[i] - wanted[i]));
+    }
+    EXPECT_GT(most, 0.2);
+    EXPECT_LT(error, 1e-12 * most);
+  }
+  // The variants do reach what they are there for.
+  const auto limited = by_definition(position_variants()[4]);
+  EXPECT_GT(std::count(limited.begin(), limited.end(), 0.3), 20);
+  EXPECT_GT(std::count(limited.begin(), limited.end(), -0.3), 20);
+}
+
+class PositionExport : public test::ExportedRuns {
+ protected:
+  void write_told(const std::vector<Column>& columns, const std::string& more = "") const {
+    std::ostringstream rows;
+    rows.precision(17);
+    for (const Told& told : told_samples()) {
+      for (const Column& column : columns) rows << told.*column.value << ' ';
+      rows << more << '\n';
+    }
+    write("rows", rows.str());
+  }
+  void run_c(const ExportedController& exported, CNumber number) {
+    const auto text = to_c(exported, number);
+    ASSERT_TRUE(text) << text.error().requirement;
+    const auto columns = columns_of(exported);
+    const std::string real = number == CNumber::in_float ? "float" : "double";
+    std::string scanned, given;
+    for (std::size_t i = 0; i < columns.size(); ++i) {
+      scanned += ", &x[" + std::to_string(i) + "]";
+      given += ", (" + real + ")x[" + std::to_string(i) + "]";
+    }
+    std::string format;
+    for (std::size_t i = 0; i < columns.size(); ++i) format += "%lf ";
+    write("controller.h", *text);
+    write("run.c", "#include <stdio.h>\n#include \"controller.h\"\nint main(void) {\n  " + exported.name +
+                       " c;\n  double x[5];\n  " + exported.name + "_init(&c);\n  while (scanf(\"" + format +
+                       "\"" + scanned + ") == " + std::to_string(columns.size()) +
+                       ")\n    printf(\"%.17g\\n\", (double)" + exported.name + "_step(&c" + given +
+                       "));\n  return 0;\n}\n");
+    write_told(columns);
+    const std::string flags =
+        " -std=c99 -O1 -ffp-contract=off -Wall -Wextra -Wpedantic -Wconversion -Wshadow -Werror" +
+        std::string(exported.schedule.empty() ? " -Wno-unused-function" : "");
+    ASSERT_EQ(shell("'" + std::string(RESONID_C_COMPILER) + "'" + flags + " run.c -o run"), 0)
+        << *text << read("log");
+    ASSERT_EQ(shell("./run < rows > torque"), 0) << read("log");
+  }
+  void run_structured_text(const ExportedController& exported, const std::string& more = "0.001 1") {
+    const auto text = to_structured_text(exported);
+    ASSERT_TRUE(text) << text.error().requirement;
+    const auto columns = columns_of(exported);
+    write("controller.st", *text);
+    write_told(columns, more);
+    std::string names;
+    for (const Column& column : columns) names += std::string(column.name) + " ";
+    ASSERT_EQ(shell(std::string("'") + RESONID_PYTHON + "' '" + RESONID_DESIGN_TESTS +
+                    "/structured_text.py' controller.st " + names + "cycle_time enable < rows > torque"),
+              0)
+        << *text << read("log");
+  }
+  /// Nothing where LinuxCNC is not here.
+  std::optional<std::vector<double>> run_hal(const ExportedController& exported) {
+    const auto text = to_hal(exported);
+    EXPECT_TRUE(text);
+    const auto columns = columns_of(exported);
+    write("controller.hal", *text);
+    write_told(columns);
+    std::string names;
+    for (const Column& column : columns) names += " " + std::string(column.name);
+    std::replace(names.begin(), names.end(), '_', '-');
+    const int code =
+        shell(std::string("'") + RESONID_PYTHON + "' '" + RESONID_DESIGN_TESTS + "/hal_run.py' '" +
+              folder_.string() + "' " + exported.name + " 1000000" + names + " > said");
+    if (code == 77) return std::nullopt;
+    EXPECT_EQ(code, 0) << *text << read("said") << read("log");
+    return printed("torque");
+  }
+};
+
+TEST_F(PositionExport, CIsTheLaw) {
+  for (const auto& exported : position_variants()) {
+    SCOPED_TRACE(to_c(exported, CNumber::in_double).value());
+    run_c(exported, CNumber::in_double);
+    expect_alike(printed("torque"), by_definition(exported), 1e-12);
+    run_c(exported, CNumber::in_float);
+    expect_alike(printed("torque"), by_definition(exported), 2e-4);
+  }
+}
+
+TEST_F(PositionExport, StructuredTextIsTheLaw) {
+  for (const auto& exported : position_variants()) {
+    SCOPED_TRACE(to_structured_text(exported).value());
+    run_structured_text(exported);
+    expect_alike(printed("torque"), by_definition(exported), 1e-12);
+  }
+}
+
+TEST_F(PositionExport, StructuredTextGivesNoTorqueAtAnotherCycleTimeOrDisabled) {
+  for (const auto& exported : position_variants())
+    for (const char* more : {"0.002 1", "0.001 0"}) {
+      run_structured_text(exported, more);
+      for (const double torque : printed("torque")) EXPECT_EQ(torque, 0.0);
+    }
+}
+
+/// The sampler says six decimals.
+TEST_F(PositionExport, HalIsTheLawInLinuxCnc) {
+  for (const auto& exported : position_variants()) {
+    if (!exported.schedule.empty()) continue;
+    const auto torque = run_hal(exported);
+    if (!torque) GTEST_SKIP() << read("said");
+    expect_alike(*torque, by_definition(exported, Meaning::hal), 1e-6);
+  }
+}
+
+TEST(PositionExportRefusal, HalKnowsNoSchedule) {
+  EXPECT_EQ(to_hal(scheduled()).error().field, "schedule");
+  EXPECT_TRUE(to_hal(cascade(true)));
+}
+
+}  // namespace
+}  // namespace resonid::design
