@@ -12,3 +12,4 @@ extern const Case response_fit_3_21, recursive_response_fit_3_21;
 extern const Case prbs_10, multisine_21, chirp, stepped_sine_21;
 extern const Case change_detector;
 extern const Case axis_lines_8;
+extern const Case drive_control;
