@@ -12,7 +12,7 @@ namespace {
 
 class Climber {
  public:
-  Climber(const Posterior& posterior, const FilteredPi& controller, Transfer transfer, double radius)
+  Climber(const Posterior& posterior, const LinearController& controller, Transfer transfer, double radius)
       : posterior_(posterior),
         controller_(controller),
         transfer_(transfer),
@@ -83,11 +83,11 @@ class Climber {
   }
 
   [[nodiscard]] LoopFunctions loop_around(const fit::SampledResponse& plant) const {
-    return {plant, controller_, posterior_.nominal().sample_time_s};
+    return {plant, controller_};
   }
 
   const Posterior& posterior_;
-  const FilteredPi& controller_;
+  const LinearController& controller_;
   Transfer transfer_;
   double radius_;
   std::vector<double> lines_hz_;  ///< Peaks are refined between them.
@@ -102,12 +102,12 @@ std::vector<Transfer> bounded(const Bounds& bounds) {
 
 }  // namespace
 
-WorstCase worst_case(const Posterior& posterior, const FilteredPi& controller, Transfer transfer,
+WorstCase worst_case(const Posterior& posterior, const LinearController& controller, Transfer transfer,
                      double radius) {
   return Climber(posterior, controller, transfer, radius).run();
 }
 
-MonteCarlo monte_carlo(const Posterior& posterior, const FilteredPi& controller, const Bounds& bounds,
+MonteCarlo monte_carlo(const Posterior& posterior, const LinearController& controller, const Bounds& bounds,
                        std::size_t draws, std::uint64_t seed, double radius) {
   StandardNormal normal(seed);
   std::vector<Eigen::VectorXd> points;
@@ -118,21 +118,19 @@ MonteCarlo monte_carlo(const Posterior& posterior, const FilteredPi& controller,
   std::vector<char> unstable(draws, 0);
   const auto transfers = bounded(bounds);
   const auto lines_hz = first_lines_hz(posterior.nominal(), 0.3);
-  const double step = posterior.nominal().sample_time_s;
   constexpr std::size_t kBatch = 100;
   linalg::for_each_index((draws + kBatch - 1) / kBatch, 0, [&](std::size_t batch) {
     for (std::size_t i = batch * kBatch; i < std::min(draws, (batch + 1) * kBatch); ++i) {
       const fit::DriveModel drawn = posterior.at(points[i]);
       const fit::SampledResponse plant(drawn);
-      const auto peaks = LoopFunctions(plant, controller, step).largest_of(transfers, lines_hz);
+      const auto peaks = LoopFunctions(plant, controller).largest_of(transfers, lines_hz);
       bool exceeds = false;
       for (std::size_t t = 0; t < transfers.size(); ++t) {
         values[i][static_cast<std::size_t>(transfers[t])] = peaks[t].value;
         exceeds = exceeds || peaks[t].value > *bound_of(bounds, transfers[t]);
       }
       // Within the bounds no pole can have crossed the circle on the way from the nominal machine.
-      if (exceeds)
-        unstable[i] = !closed_loop(fit::sampled_states(drawn), states_of(controller, step)).is_stable();
+      if (exceeds) unstable[i] = !closed_loop(fit::sampled_states(drawn), controller.states()).is_stable();
     }
   });
   MonteCarlo found;

@@ -22,8 +22,13 @@ struct WorstCase {
 /// By maximisation over the whole ellipsoid (docs/methods/tune.md 7.2): from the nominal gradient, its
 /// opposite, and four random directions. As far as a local search finds; a Monte Carlo stands beside every
 /// promise.
-[[nodiscard]] WorstCase worst_case(const Posterior& posterior, const FilteredPi& controller,
+[[nodiscard]] WorstCase worst_case(const Posterior& posterior, const LinearController& controller,
                                    Transfer transfer, double radius);
+[[nodiscard]] inline WorstCase worst_case(const Posterior& posterior, const FilteredPi& controller,
+                                          Transfer transfer, double radius) {
+  return worst_case(posterior, LinearController(controller, posterior.nominal().sample_time_s), transfer,
+                    radius);
+}
 
 /// What of the posterior exceeds the bounds.
 struct MonteCarlo {
@@ -36,9 +41,15 @@ struct MonteCarlo {
   }
 };
 /// `radius`: draws are put on the surface of that ellipsoid instead; 0: the posterior's own.
-[[nodiscard]] MonteCarlo monte_carlo(const Posterior& posterior, const FilteredPi& controller,
+[[nodiscard]] MonteCarlo monte_carlo(const Posterior& posterior, const LinearController& controller,
                                      const Bounds& bounds, std::size_t draws, std::uint64_t seed,
                                      double radius = 0.0);
+[[nodiscard]] inline MonteCarlo monte_carlo(const Posterior& posterior, const FilteredPi& controller,
+                                            const Bounds& bounds, std::size_t draws, std::uint64_t seed,
+                                            double radius = 0.0) {
+  return monte_carlo(posterior, LinearController(controller, posterior.nominal().sample_time_s), bounds,
+                     draws, seed, radius);
+}
 
 struct RobustDesign {
   FilteredPi controller;
