@@ -3,8 +3,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <utility>
 
+#include "design/maxima.hpp"
 #include "linalg/decompositions.hpp"
 
 namespace resonid::design {
@@ -49,24 +51,32 @@ std::optional<double> bound_of(const Bounds& bounds, Transfer transfer) {
   }
 }
 
+std::vector<Transfer> bounded_transfers(const Bounds& bounds) {
+  std::vector<Transfer> transfers;
+  std::copy_if(kTransfers.begin(), kTransfers.end(), std::back_inserter(transfers),
+               [&](Transfer transfer) { return bound_of(bounds, transfer).has_value(); });
+  return transfers;
+}
+
 LoopFunctions::LoopFunctions(const fit::SampledResponse& plant, LinearController controller)
     : plant_(plant), controller_(std::move(controller)) {}
 
 double LoopFunctions::Values::size_of(Transfer transfer) const {
-  const auto s = 1.0 / (1.0 + loop);
+  const auto square = [](const std::complex<double>& x) { return x.real() * x.real() + x.imag() * x.imag(); };
+  const double returned = square(1.0 + loop);
   switch (transfer) {
     case Transfer::sensitivity:
-      return std::abs(s);
+      return 1.0 / std::sqrt(returned);
     case Transfer::complementary:
-      return std::abs(loop * s);
+      return std::sqrt(square(loop) / returned);
     case Transfer::load_transfer:
-      return std::abs(reference * load * s);
+      return std::sqrt(square(reference) * square(load) / returned);
     case Transfer::controller_sensitivity:
-      return std::abs(controller * s);
+      return std::sqrt(square(controller) / returned);
     case Transfer::process_sensitivity:
-      return std::abs(loop / controller * s);
+      return std::sqrt(square(loop) / (square(controller) * returned));
     default:
-      return std::abs((1.0 - loop) * s);
+      return std::sqrt(square(1.0 - loop) / returned);
   }
 }
 
@@ -81,48 +91,18 @@ std::vector<LoopFunctions::Values> LoopFunctions::at(std::span<const double> fre
   return values;
 }
 
-Peak LoopFunctions::refined(Transfer transfer, double from_hz, double to_hz) const {
-  // Four inner points at a time, since as many are worked out at once as cost one.
-  constexpr int kInner = 4, kRounds = 22;
-  Peak best{transfer, 0.0, from_hz, 0.0};
-  for (int round = 0; round < kRounds; ++round) {
-    std::array<double, kInner> points;
-    for (int i = 0; i < kInner; ++i)
-      points[static_cast<std::size_t>(i)] = from_hz + (to_hz - from_hz) * (i + 1) / (kInner + 1.0);
-    const auto values = at(points);
-    std::size_t top = 0;
-    for (std::size_t i = 0; i < values.size(); ++i) {
-      if (values[i].size_of(transfer) > values[top].size_of(transfer)) top = i;
-    }
-    if (const double value = values[top].size_of(transfer); value > best.value) {
-      best.value = value;
-      best.frequency_hz = points[top];
-    }
-    const double width = (to_hz - from_hz) / (kInner + 1.0);
-    from_hz = points[top] - width;
-    to_hz = points[top] + width;
-    if (width < 1e-9 * to_hz) break;  // the maximum is flat: its value has all digits
-  }
-  return best;
-}
-
 std::vector<Peak> LoopFunctions::peaks(const std::vector<double>& lines_hz, const Bounds& bounds,
                                        double least) const {
   const auto values = at(lines_hz);
+  std::vector<double> sizes(values.size());
   std::vector<Peak> found;
   for (const Transfer transfer : kTransfers) {
     const auto bound = bound_of(bounds, transfer);
     if (!bound) continue;
-    const auto size = [&](std::size_t i) { return values[i].size_of(transfer); };
-    for (std::size_t i = 0; i < values.size(); ++i) {
-      const bool rises = i == 0 || size(i) >= size(i - 1),
-                 falls = i + 1 == values.size() || size(i) >= size(i + 1);
-      if (!rises || !falls || !(size(i) > least * *bound)) continue;
-      Peak peak =
-          refined(transfer, lines_hz[i == 0 ? 0 : i - 1], lines_hz[i + 1 == values.size() ? i : i + 1]);
-      peak.bound = *bound;
-      found.push_back(peak);
-    }
+    std::transform(values.begin(), values.end(), sizes.begin(),
+                   [&](const Values& v) { return v.size_of(transfer); });
+    for (const auto& top : maxima_between(lines_hz, sizes, least * *bound, sizes_of(transfer)))
+      found.push_back({transfer, top.value, top.frequency_hz, *bound});
   }
   return found;
 }
@@ -135,18 +115,8 @@ std::vector<Peak> LoopFunctions::largest_of(const std::vector<Transfer>& transfe
   for (const Transfer transfer : transfers) {
     std::transform(values.begin(), values.end(), sizes.begin(),
                    [&](const Values& v) { return v.size_of(transfer); });
-    const auto top = static_cast<std::size_t>(std::max_element(sizes.begin(), sizes.end()) - sizes.begin());
-    Peak best{transfer, sizes[top], lines_hz[top], 0.0};
-    constexpr double kNear = 0.97;  // lines are near enough for a maximum to be seen
-    for (std::size_t i = 0; i < sizes.size(); ++i) {
-      const bool rises = i == 0 || sizes[i] >= sizes[i - 1];
-      const bool falls = i + 1 == sizes.size() || sizes[i] >= sizes[i + 1];
-      if (!rises || !falls || sizes[i] < kNear * sizes[top]) continue;
-      const Peak peak =
-          refined(transfer, lines_hz[i == 0 ? 0 : i - 1], lines_hz[i + 1 == sizes.size() ? i : i + 1]);
-      if (peak.value > best.value) best = peak;
-    }
-    found.push_back(best);
+    const auto top = largest_between(lines_hz, sizes, sizes_of(transfer));
+    found.push_back({transfer, top.value, top.frequency_hz, 0.0});
   }
   return found;
 }

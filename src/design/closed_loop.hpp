@@ -40,6 +40,7 @@ inline constexpr std::array kTransfers = {Transfer::sensitivity,         Transfe
                                           Transfer::load_transfer,       Transfer::controller_sensitivity,
                                           Transfer::process_sensitivity, Transfer::disk};
 [[nodiscard]] std::optional<double> bound_of(const Bounds& bounds, Transfer transfer);
+[[nodiscard]] std::vector<Transfer> bounded_transfers(const Bounds& bounds);
 
 /// A maximum over frequency.
 struct Peak {
@@ -72,7 +73,13 @@ class LoopFunctions {
                                              const std::vector<double>& lines_hz) const;
 
  private:
-  [[nodiscard]] Peak refined(Transfer transfer, double from_hz, double to_hz) const;
+  /// Sizes at frequencies, as the search for maxima between lines asks for them.
+  [[nodiscard]] auto sizes_of(Transfer transfer) const {
+    return [this, transfer](std::span<const double> frequencies_hz, std::span<double> sizes) {
+      const auto values = at(frequencies_hz);
+      for (std::size_t i = 0; i < values.size(); ++i) sizes[i] = values[i].size_of(transfer);
+    };
+  }
   const fit::SampledResponse& plant_;
   LinearController controller_;
 };

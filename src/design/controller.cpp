@@ -105,14 +105,22 @@ std::complex<double> integrator_at(double frequency_hz, double sample_time_s) {
 }
 
 LinearController::LinearController(const FilteredPi& controller, double sample_time_s)
-    : LinearController(design::states_of(controller, sample_time_s),
-                       [controller, sample_time_s](std::span<const double> frequencies_hz) {
-                         auto values = filter_values(controller.biquads, frequencies_hz, sample_time_s);
-                         for (std::size_t i = 0; i < values.size(); ++i)
-                           values[i] *= controller.kp +
-                                        controller.ki * integrator_at(frequencies_hz[i], sample_time_s);
-                         return values;
-                       }) {}
+    : states_(design::states_of(controller, sample_time_s)) {
+  std::vector<Biquad::Coefficients> filters;
+  for (const Biquad& biquad : controller.biquads) filters.push_back(biquad.coefficients(sample_time_s));
+  response_ = [kp = controller.kp, ki = controller.ki, filters = std::move(filters),
+               sample_time_s](std::span<const double> frequencies_hz) {
+    std::vector<std::complex<double>> values;
+    values.reserve(frequencies_hz.size());
+    for (const double f : frequencies_hz) {
+      const auto inverse_z = std::polar(1.0, -kTwoPi * f * sample_time_s);
+      std::complex<double> c = kp + ki * sample_time_s / (1.0 - inverse_z);
+      for (const auto& filter : filters) c *= filter.at(inverse_z);
+      values.push_back(c);
+    }
+    return values;
+  };
+}
 
 LinearController::LinearController(const data::TransferFunction& controller)
     : LinearController(design::states_of(controller), [controller](std::span<const double> frequencies_hz) {

@@ -2,6 +2,7 @@
 #include "design/filter_search.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <utility>
@@ -21,7 +22,11 @@ class FilterSearcher {
  public:
   /// Searches one biquad beside those that are found already, and then all of them together.
   FilterSearcher(Machines& machines, const Bounds& bounds, const FilterSearch& how, std::vector<Biquad> found)
-      : machines_(machines), bounds_(bounds), how_(how), found_(std::move(found)) {
+      : machines_(machines),
+        coarse_(machines.all, kCoarse),
+        bounds_(bounds),
+        how_(how),
+        found_(std::move(found)) {
     double lowest_hz = kInfinite, highest_hz = 0.0;
     for (const Machine& machine : machines.all) {
       const double nyquist_hz = 0.5 / machine.sample_time_s();
@@ -41,14 +46,17 @@ class FilterSearcher {
     auto points = GlobalSearch(ranges_, cost_of, effort).evolved(first_points(starts));
     together(points);
     const GlobalSearch all(ranges_, cost_of, effort);
-    Point found = all.descend_all(points);
-    // The exact gains add the lines between which a filter had hidden; then the search goes on with them.
-    std::optional<FilteredDesign> best;
-    for (const double size : {0.1, 0.03, 0.0}) {
-      if (auto now = exact(biquads_of(found)); now && (!best || now->iae < best->iae)) best = std::move(now);
-      if (size > 0.0) found = all.descend(found, size);
-    }
-    return best;
+    return polished(all, all.descend_all(points), std::array{0.1, 0.03, 0.0});
+  }
+
+  /// From filters that suited other machines.
+  std::optional<FilteredDesign> again() {
+    const Point from = point_of(found_);
+    const std::vector<Range> one = ranges_;
+    for (std::size_t i = 1; i < found_.size(); ++i) ranges_.insert(ranges_.end(), one.begin(), one.end());
+    found_.clear();
+    const GlobalSearch all(ranges_, [this](const Point& x) { return cost(x); }, {});
+    return polished(all, all.descend(from, 0.3), std::array{0.1, 0.0});
   }
 
  private:
@@ -67,17 +75,35 @@ class FilterSearcher {
     return design;
   }
 
+  /// The exact gains add the lines between which a filter had hidden; then the search goes on with them.
+  std::optional<FilteredDesign> polished(const GlobalSearch& search, Point from,
+                                         std::span<const double> sizes) {
+    std::optional<FilteredDesign> best;
+    on_all_lines_ = true;
+    for (const double size : sizes) {
+      if (auto now = exact(biquads_of(from)); now && (!best || now->iae < best->iae)) best = std::move(now);
+      if (size > 0.0) from = search.descend(from, size);
+    }
+    return best;
+  }
+
+  /// Of a loop within the bounds on the lines, and so stable but for what hides between them; then the error
+  /// grows beyond measure.
   [[nodiscard]] double mean_iae(const FilteredPi& controller) const {
+    constexpr double kSlow = 0.999;
     double sum = 0.0;
-    for (const Machine& machine : machines_.all) sum += load_step_iae(machine, controller);
+    for (const Machine& machine : machines_.all)
+      sum +=
+          load_step_of(closed_loop(machine.states(), states_of(controller, machine.sample_time_s())), kSlow)
+              .iae;
+    if (!std::isfinite(sum)) return kInfinite;
     return sum / static_cast<double>(machines_.all.size());
   }
 
   [[nodiscard]] double cost(const Point& x) const {
     auto biquads = biquads_of(x);
     biquads.insert(biquads.end(), found_.begin(), found_.end());
-    Machines machines = machines_;
-    const auto gains = largest_integral_gain(machines, biquads, bounds_, kRough);
+    const auto gains = rough_integral_gain(on_all_lines_ ? machines_ : coarse_, biquads, bounds_);
     return gains ? mean_iae({gains->kp, gains->ki, biquads}) : kInfinite;
   }
 
@@ -114,7 +140,10 @@ class FilterSearcher {
     return points;
   }
 
+  static constexpr double kCoarse = 0.5;
   Machines& machines_;
+  Machines coarse_;
+  bool on_all_lines_ = false;
   const Bounds& bounds_;
   const FilterSearch& how_;
   std::vector<Biquad> found_;
@@ -133,6 +162,12 @@ std::optional<FilteredDesign> search_filters(Machines& machines, const Bounds& b
     if (found && (!best || found->iae < best->iae)) best = std::move(found);
   }
   return best;
+}
+
+std::optional<FilteredDesign> search_filters_again(Machines& machines, const Bounds& bounds,
+                                                   const std::vector<Biquad>& from) {
+  const FilterSearch how;
+  return FilterSearcher(machines, bounds, how, from).again();
 }
 
 double load_step_iae(const Machine& machine, const FilteredPi& controller) {

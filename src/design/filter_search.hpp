@@ -32,6 +32,10 @@ struct FilteredDesign {
                                                            const FilterSearch& how,
                                                            const std::vector<Biquad>& starts = {});
 
+/// From filters that suited other machines, by simplices alone: the least that is near.
+[[nodiscard]] std::optional<FilteredDesign> search_filters_again(Machines& machines, const Bounds& bounds,
+                                                                 const std::vector<Biquad>& from);
+
 /// Integrated absolute error of the load's velocity after a torque step of 1 Nm against it, rad; infinite
 /// where the loop is unstable.
 [[nodiscard]] double load_step_iae(const Machine& machine, const FilteredPi& controller);

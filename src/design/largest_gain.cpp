@@ -32,55 +32,53 @@ double product(const Complex& x, const Complex& y) { return x.real() * y.real() 
 /// The rows of all machines, and how far a pair of gains is from the bounds.
 class GainSearch {
  public:
-  GainSearch(Machines& machines, std::span<const Biquad> biquads, const Bounds& bounds)
+  GainSearch(const Machines& machines, std::span<const Biquad> biquads, const Bounds& bounds)
       : machines_(machines), biquads_(biquads), bounds_(bounds) {
     fill();
   }
 
-  [[nodiscard]] std::optional<LargestGain> best_of(double from, double to, int gains) const {
-    std::vector<LargestGain> found;
+  [[nodiscard]] std::optional<LargestGain> best_of(double from, double to, int gains) {
+    LargestGain best{0.0, 0.0};
     for (int i = 1; i <= gains; ++i) {
       const double kp = from + (to - from) * i / gains;
-      if (const double ki = rows_.largest_integral(kp); ki > 0.0 && std::isfinite(ki))
-        found.push_back({kp, ki});
+      const double ki = rows_.largest_integral(kp, best.ki, recent_);
+      if (ki > best.ki && std::isfinite(ki)) best = {kp, ki};
     }
-    std::sort(found.begin(), found.end(), [](const auto& a, const auto& b) { return a.ki > b.ki; });
-    for (const auto& one : found)
-      if (is_stable(one)) return one;
-    return std::nullopt;
+    if (!(best.ki > 0.0)) return std::nullopt;
+    return is_stable_there(best) ? best : best_stable_of(from, to, gains);
   }
 
-  [[nodiscard]] double largest_proportional() const { return rows_.largest_proportional(); }
+  [[nodiscard]] double largest_proportional() const { return limit_; }
 
   /// Nine values of kp around the best, nearer and nearer.
-  void zoom(LargestGain& best, double distance, int rounds) const {
+  void zoom(LargestGain& best, double distance, int rounds) {
     for (int round = 0; round < rounds; ++round) {
       constexpr int kHalf = 4;
       const LargestGain centre = best;
       for (int i = -kHalf; i <= kHalf; ++i) {
         const double kp = centre.kp + distance * i / (kHalf + 1.0);
         if (i == 0 || !(kp > 0.0)) continue;
-        const double ki = rows_.largest_integral(kp);
-        if (ki > best.ki && std::isfinite(ki) && is_stable({kp, ki})) best = {kp, ki};
+        const double ki = rows_.largest_integral(kp, best.ki, recent_);
+        if (ki > best.ki && std::isfinite(ki) && is_stable_there({kp, ki})) best = {kp, ki};
       }
       distance /= kHalf + 1.0;
     }
   }
 
   /// Adds the frequencies between lines at which a bound is nearly reached. By how much one is exceeded.
-  double exchange(const LargestGain& gains) {
+  double exchange(Machines& machines, const LargestGain& gains) {
     constexpr double kNearly = 0.9;
     double worst = 0.0;
-    for (std::size_t m = 0; m < machines_.all.size(); ++m) {
-      const Machine& machine = machines_.all[m];
+    for (std::size_t m = 0; m < machines.all.size(); ++m) {
+      const Machine& machine = machines.all[m];
       const LoopFunctions loop(machine.response(), {gains.kp, gains.ki, {biquads_.begin(), biquads_.end()}},
                                machine.sample_time_s());
       std::vector<double> added;
-      for (const auto& peak : loop.peaks(machines_.lines[m].frequencies_hz(), bounds_, kNearly)) {
+      for (const auto& peak : loop.peaks(machines.lines[m].frequencies_hz(), bounds_, kNearly)) {
         worst = std::max(worst, peak.value / peak.bound - 1.0);
         added.push_back(peak.frequency_hz);
       }
-      machines_.lines[m].add(machine, added);
+      machines.lines[m].add(machine, added);
     }
     fill();
     return worst;
@@ -96,20 +94,53 @@ class GainSearch {
   }
 
  private:
-  void fill() {
-    rows_ = {};
-    for (std::size_t m = 0; m < machines_.all.size(); ++m) {
-      const auto& lines = machines_.lines[m].lines();
-      const auto filter =
-          filter_values(biquads_, machines_.lines[m].frequencies_hz(), machines_.all[m].sample_time_s());
-      for (std::size_t i = 0; i < lines.size(); ++i) rows_.add(lines[i], filter[i], bounds_);
+  /// Where the largest of all is not stable.
+  [[nodiscard]] std::optional<LargestGain> best_stable_of(double from, double to, int gains) {
+    std::vector<LargestGain> found;
+    for (int i = 1; i <= gains; ++i) {
+      const double kp = from + (to - from) * i / gains;
+      if (const double ki = rows_.largest_integral(kp); ki > 0.0 && std::isfinite(ki))
+        found.push_back({kp, ki});
     }
+    std::sort(found.begin(), found.end(), [](const auto& a, const auto& b) { return a.ki > b.ki; });
+    for (const auto& one : found)
+      if (is_stable_there(one)) return one;
+    return std::nullopt;
   }
 
-  Machines& machines_;
+  /// Up to the largest proportional gain all intervals begin at ki = 0 side by side: there one look decides
+  /// for every kp.
+  [[nodiscard]] bool is_stable_there(const LargestGain& gains) {
+    if (gains.kp > limit_) return is_stable(gains);
+    if (!stable_below_limit_) stable_below_limit_ = is_stable(gains);
+    return *stable_below_limit_;
+  }
+
+  void fill() {
+    rows_ = {};
+    std::vector<Biquad::Coefficients> filters;
+    for (std::size_t m = 0; m < machines_.all.size(); ++m) {
+      filters.clear();
+      for (const Biquad& biquad : biquads_)
+        filters.push_back(biquad.coefficients(machines_.all[m].sample_time_s()));
+      for (const auto& line : machines_.lines[m].lines()) {
+        std::complex<double> filter = 1.0;
+        for (const auto& one : filters) filter *= one.at(line.inverse_z);
+        rows_.add(line, filter, bounds_);
+      }
+    }
+    recent_ = {};
+    limit_ = rows_.largest_proportional();
+    stable_below_limit_.reset();
+  }
+
+  const Machines& machines_;
   std::span<const Biquad> biquads_;
   const Bounds& bounds_;
   QuadraticRows rows_;
+  QuadraticRows::Recent recent_;
+  double limit_ = 0.0;
+  std::optional<bool> stable_below_limit_;
 };
 
 }  // namespace
@@ -146,22 +177,54 @@ double QuadraticRows::largest_proportional() const {
 }
 
 double QuadraticRows::largest_integral(double kp) const {
+  Recent none;
+  return largest_integral(kp, -1.0, none);
+}
+
+double QuadraticRows::largest_integral(double kp, double wanted, Recent& recent) const {
   double least = std::numeric_limits<double>::infinity();
-  for (std::size_t i = 0; i < size(); ++i) {
+  std::size_t limiting = size();
+  const auto meets = [&](std::size_t i) {
     const double c = q00_[i] + kp * (2.0 * q01_[i] + kp * q11_[i]);
-    if (c < 0.0) return -1.0;
+    if (c < 0.0) return false;
     const double b = q02_[i] + kp * q12_[i], a = q22_[i];
     // Most rows are met up to the least root so far: at it, and with no valley before it.
     const bool valley = a > 0.0 && b < 0.0 && b * b > a * c && -b < a * least;
     if (valley || !(least < std::numeric_limits<double>::infinity()) ||
-        c + least * (2.0 * b + least * a) < 0.0)
-      least = std::min(least, first_root(a, b, c));
-  }
-  return least;
+        c + least * (2.0 * b + least * a) < 0.0) {
+      if (const double root = first_root(a, b, c); root < least) {
+        least = root;
+        limiting = i;
+      }
+    }
+    return least > wanted;
+  };
+  for (const std::size_t i : recent.rows)
+    if (i < size() && !meets(i)) return std::min(least, wanted);
+  bool met = true;
+  for (std::size_t i = 0; i < size() && met; ++i) met = meets(i);
+  if (limiting < size()) recent.rows[recent.next++ % recent.rows.size()] = limiting;
+  return met ? least : -1.0;
 }
 
 Machines::Machines(std::vector<Machine> machines, double share) : all(std::move(machines)) {
   for (const Machine& machine : all) lines.emplace_back(machine, share);
+}
+
+void Machines::add(Machine machine, double share) {
+  all.push_back(std::move(machine));
+  lines.emplace_back(all.back(), share);
+}
+
+std::optional<LargestGain> rough_integral_gain(const Machines& machines, std::span<const Biquad> biquads,
+                                               const Bounds& bounds) {
+  constexpr int kGains = 40, kZooms = 4;
+  GainSearch search(machines, biquads, bounds);
+  const double limit = search.largest_proportional();
+  if (!std::isfinite(limit)) return std::nullopt;
+  auto best = search.best_of(0.0, limit, kGains);
+  if (best) search.zoom(*best, limit / kGains, kZooms);
+  return best;
 }
 
 std::optional<LargestGain> largest_integral_gain(Machines& machines, std::span<const Biquad> biquads,
@@ -175,7 +238,7 @@ std::optional<LargestGain> largest_integral_gain(Machines& machines, std::span<c
   search.zoom(*best, distance, accuracy.zooms);
   constexpr double kMet = 1e-9;
   for (int round = 0; round < accuracy.exchanges; ++round) {
-    best->exceeded = search.exchange(*best);
+    best->exceeded = search.exchange(machines, *best);
     if (best->exceeded <= kMet) break;
     // The new lines take something off everywhere near the best.
     auto again = search.best_of(std::max(0.0, best->kp - distance), best->kp + distance, 20);
@@ -184,7 +247,7 @@ std::optional<LargestGain> largest_integral_gain(Machines& machines, std::span<c
     search.zoom(*again, 0.1 * distance, accuracy.zooms);
     best = again;
   }
-  return best;
+  return search.is_stable(*best) ? best : std::nullopt;
 }
 
 }  // namespace resonid::design

@@ -30,6 +30,14 @@ class QuadraticRows {
   /// Largest ki that meets every bound, from ki = 0 on without a gap; negative where ki = 0 does not.
   [[nodiscard]] double largest_integral(double kp) const;
 
+  /// Rows that limited ki at other kp; where they leave less than is wanted, no other row need be looked at.
+  struct Recent {
+    std::array<std::size_t, 4> rows{};
+    std::size_t next = 0;
+  };
+  /// The same where it exceeds `wanted`, else any number that does not.
+  [[nodiscard]] double largest_integral(double kp, double wanted, Recent& recent) const;
+
  private:
   std::vector<double> q00_, q01_, q02_, q11_, q12_, q22_;
 };
@@ -45,12 +53,11 @@ struct Accuracy {
   int zooms = 14;      ///< Rounds of nine values around the best.
   int exchanges = 12;  ///< Rounds in which lines are added where a bound is exceeded between lines.
 };
-/// What a search with filters in it asks again and again.
-inline constexpr Accuracy kRough{40, 4, 0};
 
 /// Machines that one controller is to suit, each with its lines.
 struct Machines {
   explicit Machines(std::vector<Machine> machines, double share = 1.0);
+  void add(Machine machine, double share = 1.0);
   std::vector<Machine> all;
   std::vector<MachineLines> lines;
 };
@@ -61,5 +68,10 @@ struct Machines {
                                                                std::span<const Biquad> biquads,
                                                                const Bounds& bounds,
                                                                const Accuracy& accuracy = {});
+/// The same on the lines alone, from fewer values of kp: what a search with filters in it asks again and
+/// again.
+[[nodiscard]] std::optional<LargestGain> rough_integral_gain(const Machines& machines,
+                                                             std::span<const Biquad> biquads,
+                                                             const Bounds& bounds);
 
 }  // namespace resonid::design

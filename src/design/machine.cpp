@@ -48,9 +48,10 @@ std::vector<double> MachineLines::frequencies_hz() const {
 void MachineLines::add(const Machine& machine, std::span<const double> frequencies_hz) {
   const auto plant = machine.response().at(frequencies_hz);
   const double step = machine.sample_time_s();
-  for (std::size_t i = 0; i < frequencies_hz.size(); ++i)
-    lines_.push_back(
-        {frequencies_hz[i], plant[i], step / (1.0 - std::polar(1.0, -kTwoPi * frequencies_hz[i] * step))});
+  for (std::size_t i = 0; i < frequencies_hz.size(); ++i) {
+    const auto inverse_z = std::polar(1.0, -kTwoPi * frequencies_hz[i] * step);
+    lines_.push_back({frequencies_hz[i], plant[i], inverse_z, step / (1.0 - inverse_z)});
+  }
   std::sort(lines_.begin(), lines_.end(),
             [](const Line& a, const Line& b) { return a.frequency_hz < b.frequency_hz; });
   lines_.erase(std::unique(lines_.begin(), lines_.end(),

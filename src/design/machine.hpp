@@ -40,7 +40,7 @@ class MachineLines {
   struct Line {
     double frequency_hz = 0.0;
     fit::SampledResponse::Value plant;
-    std::complex<double> integrator;  ///< Ts z/(z - 1)
+    std::complex<double> inverse_z, integrator;  ///< 1/z; Ts z/(z - 1)
   };
   [[nodiscard]] const std::vector<Line>& lines() const { return lines_; }
   [[nodiscard]] std::vector<double> frequencies_hz() const;

@@ -51,8 +51,19 @@ Posterior::Posterior(fit::DriveModel nominal, std::vector<fit::Parameter> parame
 }
 
 void Posterior::spread_by(const Eigen::MatrixXd& covariance) {
-  const auto axes = linalg::symmetric_eigenpairs(covariance);
-  spread_ = axes.vectors * axes.values.cwiseMax(0.0).cwiseSqrt().asDiagonal();
+  // By correlations, since a delay in seconds has another size than a logarithm.
+  const Eigen::VectorXd std = covariance.diagonal().cwiseMax(0.0).cwiseSqrt();
+  const Eigen::VectorXd scale = std.unaryExpr([](double s) { return s > 0.0 ? 1.0 / s : 0.0; });
+  const auto axes = linalg::symmetric_eigenpairs(scale.asDiagonal() * covariance * scale.asDiagonal());
+  constexpr double kNone = 1e-9;
+  std::vector<Eigen::Index> used;
+  for (Eigen::Index i = 0; i < axes.values.size(); ++i)
+    if (axes.values(i) > kNone) used.push_back(i);
+  spread_.resize(covariance.rows(), static_cast<Eigen::Index>(used.size()));
+  for (Eigen::Index i = 0; i < spread_.cols(); ++i) {
+    const Eigen::Index axis = used[static_cast<std::size_t>(i)];
+    spread_.col(i) = std.cwiseProduct(axes.vectors.col(axis)) * std::sqrt(axes.values(axis));
+  }
 }
 
 Posterior Posterior::scaled(double factor) const {

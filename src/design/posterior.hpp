@@ -17,6 +17,7 @@ class Posterior {
   Posterior(fit::DriveModel nominal, std::vector<fit::Parameter> parameters,
             const Eigen::MatrixXd& covariance);
 
+  /// How many axes the ellipsoid has: the covariance's rank.
   [[nodiscard]] Eigen::Index dimension() const { return spread_.cols(); }
   [[nodiscard]] const fit::DriveModel& nominal() const { return nominal_; }
   /// The machine at u standard deviations along the axes of the ellipsoid.

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "design/loop_survey.hpp"
 #include "design/normal.hpp"
 #include "linalg/parallel.hpp"
 
@@ -14,10 +15,9 @@ class Climber {
  public:
   Climber(const Posterior& posterior, const LinearController& controller, Transfer transfer, double radius)
       : posterior_(posterior),
-        controller_(controller),
         transfer_(transfer),
         radius_(radius),
-        lines_hz_(first_lines_hz(posterior.nominal(), 0.5)) {}
+        survey_(controller, first_lines_hz(posterior.nominal(), 0.5), posterior.nominal().sample_time_s) {}
 
   WorstCase run() const {
     const WorstCase nominal = at(Eigen::VectorXd::Zero(posterior_.dimension()));
@@ -38,8 +38,7 @@ class Climber {
 
  private:
   [[nodiscard]] WorstCase at(const Eigen::VectorXd& u) const {
-    const fit::SampledResponse plant(posterior_.at(u));
-    return {loop_around(plant).largest(transfer_, lines_hz_), u};
+    return {survey_.largest_of(plant_at(u), {transfer_}).front(), u};
   }
 
   /// At the frequency of the peak alone: there the maximum moves as the function does.
@@ -50,8 +49,7 @@ class Climber {
       const auto size = [&](double step) {
         Eigen::VectorXd u = here.u;
         u(i) += step;
-        const fit::SampledResponse plant(posterior_.at(u));
-        return loop_around(plant).at(std::array{here.peak.frequency_hz}).front().size_of(transfer_);
+        return survey_.size_at(plant_at(u), transfer_, here.peak.frequency_hz);
       };
       slope(i) = (size(kStep) - size(-kStep)) / (2.0 * kStep);
     }
@@ -82,23 +80,15 @@ class Climber {
     return here;
   }
 
-  [[nodiscard]] LoopFunctions loop_around(const fit::SampledResponse& plant) const {
-    return {plant, controller_};
+  [[nodiscard]] RationalResponse plant_at(const Eigen::VectorXd& u) const {
+    return RationalResponse(fit::sampled_states(posterior_.at(u)));
   }
 
   const Posterior& posterior_;
-  const LinearController& controller_;
   Transfer transfer_;
   double radius_;
-  std::vector<double> lines_hz_;  ///< Peaks are refined between them.
+  LoopSurvey survey_;
 };
-
-std::vector<Transfer> bounded(const Bounds& bounds) {
-  std::vector<Transfer> transfers;
-  for (const Transfer transfer : kTransfers)
-    if (bound_of(bounds, transfer)) transfers.push_back(transfer);
-  return transfers;
-}
 
 }  // namespace
 
@@ -116,21 +106,21 @@ MonteCarlo monte_carlo(const Posterior& posterior, const LinearController& contr
     for (auto& u : points) u *= radius / u.norm();
   std::vector<std::array<double, kTransfers.size()>> values(draws);
   std::vector<char> unstable(draws, 0);
-  const auto transfers = bounded(bounds);
-  const auto lines_hz = first_lines_hz(posterior.nominal(), 0.3);
+  const auto transfers = bounded_transfers(bounds);
+  const LoopSurvey survey(controller, first_lines_hz(posterior.nominal(), 0.3),
+                          posterior.nominal().sample_time_s);
   constexpr std::size_t kBatch = 100;
   linalg::for_each_index((draws + kBatch - 1) / kBatch, 0, [&](std::size_t batch) {
     for (std::size_t i = batch * kBatch; i < std::min(draws, (batch + 1) * kBatch); ++i) {
-      const fit::DriveModel drawn = posterior.at(points[i]);
-      const fit::SampledResponse plant(drawn);
-      const auto peaks = LoopFunctions(plant, controller).largest_of(transfers, lines_hz);
+      const fit::SampledStates drawn = fit::sampled_states(posterior.at(points[i]));
+      const auto peaks = survey.largest_of(RationalResponse(drawn), transfers);
       bool exceeds = false;
       for (std::size_t t = 0; t < transfers.size(); ++t) {
         values[i][static_cast<std::size_t>(transfers[t])] = peaks[t].value;
         exceeds = exceeds || peaks[t].value > *bound_of(bounds, transfers[t]);
       }
       // Within the bounds no pole can have crossed the circle on the way from the nominal machine.
-      if (exceeds) unstable[i] = !closed_loop(fit::sampled_states(drawn), controller.states()).is_stable();
+      if (exceeds) unstable[i] = !closed_loop(drawn, controller.states()).is_stable();
     }
   });
   MonteCarlo found;
@@ -157,61 +147,10 @@ MonteCarlo monte_carlo(const Posterior& posterior, const LinearController& contr
   }
   found.exceeding = static_cast<std::size_t>(std::count(exceeds.begin(), exceeds.end(), 1));
   found.unstable = static_cast<std::size_t>(std::count(unstable.begin(), unstable.end(), 1));
+  for (std::size_t i = 0; i < draws; ++i)
+    if (unstable[i])
+      found.nearest_unstable = std::min(found.nearest_unstable.value_or(points[i].norm()), points[i].norm());
   return found;
-}
-
-std::optional<RobustDesign> robust_gains(const Posterior& posterior, std::span<const Biquad> biquads,
-                                         const Bounds& bounds, double radius) {
-  constexpr double kMet = 1e-3;
-  constexpr int kRounds = 12;
-  std::vector<Machine> machines = {Machine(posterior.nominal())};
-  RobustDesign design;
-  design.radius = radius;
-  for (int round = 0; round < kRounds; ++round) {
-    Machines all(machines);
-    const auto gains = largest_integral_gain(all, biquads, bounds);
-    if (!gains) return std::nullopt;
-    design.controller = {gains->kp, gains->ki, {biquads.begin(), biquads.end()}};
-    design.machines = machines.size();
-    design.worst.clear();
-    bool met = true;
-    for (const Transfer transfer : bounded(bounds)) {
-      auto worst = worst_case(posterior, design.controller, transfer, radius);
-      worst.peak.bound = *bound_of(bounds, transfer);
-      if (worst.peak.value > (1.0 + kMet) * worst.peak.bound) {
-        met = false;
-        machines.emplace_back(posterior.at(worst.u));
-      }
-      design.worst.push_back(std::move(worst));
-    }
-    if (met) return design;
-  }
-  return std::nullopt;
-}
-
-std::optional<ConfidentDesign> confident_gains(const Posterior& posterior, std::span<const Biquad> biquads,
-                                               const Bounds& bounds, double confidence, std::size_t draws,
-                                               std::uint64_t seed) {
-  constexpr int kRounds = 8;
-  constexpr double kLeast = 0.8;  // of the allowed probability: no need to come nearer
-  const double allowed = 1.0 - confidence;
-  std::optional<ConfidentDesign> best;
-  double low = 0.0, high = 0.0, radius = 2.0;
-  for (int round = 0; round < kRounds; ++round) {
-    auto design = robust_gains(posterior, biquads, bounds, radius);
-    if (!design) {
-      high = radius;
-      radius = 0.5 * (low + high);
-      continue;
-    }
-    auto check = monte_carlo(posterior, design->controller, bounds, draws, seed);
-    const double probability = check.probability();
-    if (probability <= allowed && (!best || radius < best->design.radius)) best = {*std::move(design), check};
-    if (probability <= allowed && probability >= kLeast * allowed) break;
-    (probability > allowed ? low : high) = radius;
-    radius = high > 0.0 ? 0.5 * (low + high) : 1.25 * radius;
-  }
-  return best;
 }
 
 }  // namespace resonid::design

@@ -35,6 +35,8 @@ struct MonteCarlo {
   std::size_t draws = 0, exceeding = 0, unstable = 0;
   std::vector<std::size_t> exceeding_each;  ///< [kTransfers]
   std::vector<double> quantile_95, worst;   ///< [kTransfers], of those that are bounded; else 0
+  /// The least distance from the nominal machine of a draw that is unstable, in standard deviations.
+  std::optional<double> nearest_unstable;
 
   [[nodiscard]] double probability() const {
     return draws == 0 ? 0.0 : static_cast<double>(exceeding) / static_cast<double>(draws);
@@ -64,15 +66,41 @@ struct RobustDesign {
                                                        std::span<const Biquad> biquads, const Bounds& bounds,
                                                        double radius);
 
-/// The radius at which all bounds are met with the probability `confidence`, and the design there
-/// (docs/methods/tune.md 7.5).
+/// What a design promises, and what a Monte Carlo says of it.
 struct ConfidentDesign {
   RobustDesign design;
   MonteCarlo check;
+  Bounds bounds;     ///< Those that the design meets: |CS| is bounded where there are filters.
+  double iae = 0.0;  ///< Of the nominal machine's load after a load step, rad.
 };
+
+/// The radius at which all bounds are met with the probability `confidence`, and the design there
+/// (docs/methods/tune.md 7.5).
 [[nodiscard]] std::optional<ConfidentDesign> confident_gains(const Posterior& posterior,
                                                              std::span<const Biquad> biquads,
                                                              const Bounds& bounds, double confidence,
                                                              std::size_t draws, std::uint64_t seed);
+
+/// What a confidence means.
+enum class Guarantee {
+  probability,  ///< All bounds are met with this probability.
+  ellipsoid     ///< They are met by every machine of the ellipsoid that holds the true one with this
+                ///< probability.
+};
+struct Confidence {
+  double probability = 0.95;
+  Guarantee guarantee = Guarantee::probability;
+  std::size_t draws = 10'000;
+  std::uint64_t seed = 1;
+};
+
+/// PI with `how.biquads` filters (0: none) of the least integrated error for all machines of an ellipsoid.
+/// The filters are searched again on the nominal machine and the worst ones, since those that suit the
+/// nominal machine best lose most as its gains are made robust (docs/methods/tune.md 7.8). Where no bound
+/// limits |CS| and there are filters, it is twice that of the nominal machine's PI. Nothing where no gain
+/// meets the bounds, or a draw of the ellipsoid is unstable.
+[[nodiscard]] std::optional<ConfidentDesign> confident_design(const Posterior& posterior,
+                                                              const FilterSearch& how, const Bounds& bounds,
+                                                              const Confidence& confidence);
 
 }  // namespace resonid::design

@@ -29,9 +29,14 @@ SampledStates states_of(const DriveModel& model) {
   const int motion = model.grounded() ? Sizes<Masses>::kStates : Sizes<Masses>::kOrder;
   const int lagging = motion, command_before = motion + 1, push_before = motion + 2, late = motion + 3;
   const int size = late + drive.whole_delay + 1;
-  SampledStates s{Eigen::MatrixXd::Zero(size, size), Eigen::VectorXd::Zero(size),
-                  Eigen::VectorXd::Zero(size),       Eigen::RowVectorXd::Zero(size),
-                  Eigen::RowVectorXd::Zero(size),    step};
+  SampledStates s{Eigen::MatrixXd::Zero(size, size),
+                  Eigen::VectorXd::Zero(size),
+                  Eigen::VectorXd::Zero(size),
+                  Eigen::RowVectorXd::Zero(size),
+                  Eigen::RowVectorXd::Zero(size),
+                  step,
+                  motion,
+                  drive.whole_delay};
   for (int i = 0; i < motion; ++i) {
     for (int j = 0; j < motion; ++j) s.a(i, j) = drive.system.a(i, j);
     s.a(i, lagging) = drive.lag_b(i);

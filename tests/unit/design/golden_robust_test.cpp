@@ -55,7 +55,8 @@ TEST(GoldenRobust, WorstCasesGainsAndProbabilities) {
       EXPECT_LT(std::abs(found->controller.ki / g.at("ki").get<double>() - 1.0), 0.01)
           << found->controller.ki;
       expect_probability(posterior, found->controller, g.at("monte_carlo").at("p_exceed"), 1000);
-      const auto check = monte_carlo(posterior, found->controller, test::calm(), 2000, 3);
+      // So many that their own scatter is a part of the tolerance.
+      const auto check = monte_carlo(posterior, found->controller, test::calm(), 40'000, 3);
       EXPECT_EQ(check.unstable, 0U);
       const auto q = g.at("monte_carlo").at("q95");
       EXPECT_LT(std::abs(check.quantile_95[0] / q.at("sensitivity").get<double>() - 1.0), 3e-3);

@@ -19,6 +19,9 @@ struct SampledStates {
   Eigen::VectorXd command, load_torque;
   Eigen::RowVectorXd measured, load;
   double sample_time_s = 0.0;
+  /// The first states are those of the motion; then come the lagging torque, the commanded torque and that on
+  /// the load of the sample before, the filter of the velocity, and `whole_delay` velocities on their way.
+  Eigen::Index motion = 0, whole_delay = 0;
 };
 
 /// Torque lag, filter of the measured velocity, encoder differences, springs to the ground, known and fitted

@@ -1,0 +1,190 @@
+// SPDX-License-Identifier: MIT
+#include <algorithm>
+#include <cmath>
+#include <resonid/base/detail/statistics.hpp>
+#include <utility>
+
+#include "design/active_set.hpp"
+#include "design/figures.hpp"
+#include "design/robust.hpp"
+
+namespace resonid::design {
+namespace {
+
+/// The normal value that is exceeded with a probability.
+double normal_value(double probability) {
+  constexpr double kLeast = 1e-6;
+  const double p = std::clamp(probability, kLeast, 1.0 - kLeast);
+  const double size = two_sided_quantile(std::abs(1.0 - 2.0 * p));
+  return p < 0.5 ? size : -size;
+}
+
+/// Of the ellipsoid that holds a normal variable of so many dimensions with a probability.
+double ellipsoid_radius(double probability, Eigen::Index dimension) {
+  if (dimension == 0) return 0.0;
+  double low = 0.0, high = 100.0;
+  constexpr int kHalvings = 60;
+  for (int i = 0; i < kHalvings; ++i) {
+    const double middle = 0.5 * (low + high);
+    const double outside = chi_square_tail(middle * middle, static_cast<std::size_t>(dimension));
+    (outside > 1.0 - probability ? low : high) = middle;
+  }
+  return high;
+}
+
+/// Designs for ellipsoids, with filters or without, and what the posterior says of them.
+class ConfidentSearch {
+ public:
+  ConfidentSearch(const Posterior& posterior, const Bounds& bounds, const Confidence& confidence)
+      : posterior_(posterior),
+        bounds_(bounds),
+        confidence_(confidence),
+        nominal_(posterior.nominal()),
+        active_(posterior, bounds_, 0.0) {}
+
+  /// |CS| needs a bound, or the best filter is a lead near the Nyquist frequency (docs/methods/tune.md 6.3).
+  bool bound_controller() {
+    if (bounds_.controller_sensitivity) return true;
+    Machines alone({nominal_});
+    const auto gains = largest_integral_gain(alone, {}, bounds_);
+    if (!gains) return false;
+    const auto figures = figures_of(nominal_, FilteredPi{gains->kp, gains->ki, {}});
+    bounds_.controller_sensitivity = 2.0 * figures.peak(Transfer::controller_sensitivity).value;
+    return true;
+  }
+
+  bool search_nominal_filters(const FilterSearch& how) {
+    Machines alone({nominal_});
+    const auto found = search_filters(alone, bounds_, how);
+    if (found) biquads_ = found->controller.biquads;
+    return found.has_value();
+  }
+
+  void set_biquads(std::span<const Biquad> biquads) { biquads_.assign(biquads.begin(), biquads.end()); }
+
+  /// At a radius, with filters searched again on the worst machines so many times.
+  std::optional<RobustDesign> design_at(double radius, int searches) {
+    active_.scale_to(radius);
+    auto best = active_.gains(biquads_);
+    for (int i = 0; i < searches && !biquads_.empty(); ++i) {
+      const auto found = search_filters_again(active_.machines(), bounds_, biquads_);
+      if (!found) break;
+      auto next = active_.gains(found->controller.biquads);
+      if (!next || (best && iae_of(*next) >= iae_of(*best))) continue;
+      best = std::move(next);
+      biquads_ = best->controller.biquads;
+    }
+    return best;
+  }
+
+  /// By the whole ellipsoid.
+  std::optional<ConfidentDesign> of_ellipsoid(int searches) {
+    auto design = design_at(ellipsoid_radius(confidence_.probability, posterior_.dimension()), searches);
+    if (!design) return std::nullopt;
+    auto check = checked(*design, confidence_.draws);
+    return is_stable_inside(*design, check) ? std::optional(told(*std::move(design), std::move(check)))
+                                            : std::nullopt;
+  }
+
+  /// The least radius that gives the probability: few draws bring it near, all of them decide.
+  std::optional<ConfidentDesign> of_probability(int searches) {
+    constexpr std::size_t kFew = 2000;
+    constexpr int kRounds = 12;
+    const double allowed = 1.0 - confidence_.probability;
+    double radius = 2.0;
+    std::size_t draws = std::min(kFew, confidence_.draws);
+    std::optional<ConfidentDesign> best;
+    Bracket bracket(allowed);
+    for (int round = 0; round < kRounds; ++round) {
+      auto design = design_at(radius, round < 2 ? searches : 0);
+      if (!design) {
+        radius = bracket.below(radius);
+        continue;
+      }
+      auto check = checked(*design, draws);
+      const double probability = is_stable_inside(*design, check) ? check.probability() : 1.0;
+      const bool enough = probability <= allowed, near = enough && probability >= kLeast * allowed;
+      if (draws == confidence_.draws && enough && (!best || radius < best->design.radius))
+        best = told(*std::move(design), std::move(check));
+      if (near && draws == confidence_.draws) break;
+      if (near) {
+        draws = confidence_.draws;
+        bracket = Bracket(allowed);
+        continue;
+      }
+      radius = bracket.next(radius, probability);
+      if (round + 4 >= kRounds) draws = confidence_.draws;
+    }
+    return best;
+  }
+
+ private:
+  static constexpr double kLeast = 0.8;  ///< Of the allowed probability: no need to come nearer.
+
+  /// Radii that are too small and too large. The normal value of the probability is nearly linear in the
+  /// radius, and near to that of half at none.
+  class Bracket {
+   public:
+    explicit Bracket(double allowed) : aim_(normal_value(0.5 * (1.0 + kLeast) * allowed)) {}
+    double next(double radius, double probability) {
+      const double value = normal_value(probability);
+      (value < aim_ ? low_ : high_) = radius;
+      const double slope = std::max(0.5, (value - at_none_) / std::max(radius, 0.1));
+      return inside(radius + (aim_ - value) / slope);
+    }
+    double below(double radius) {
+      high_ = radius;
+      return 0.5 * (low_ + high_);
+    }
+
+   private:
+    [[nodiscard]] double inside(double radius) const {
+      const double margin = high_ > 0.0 ? 0.1 * (high_ - low_) : 0.0;
+      radius = std::max(radius, low_ + margin);
+      return high_ > 0.0 ? std::min(radius, high_ - margin) : std::min(radius, 2.0 * low_ + 1.0);
+    }
+    double aim_, at_none_ = -0.25, low_ = 0.0, high_ = 0.0;
+  };
+
+  [[nodiscard]] double iae_of(const RobustDesign& design) const {
+    return load_step_iae(nominal_, design.controller);
+  }
+  [[nodiscard]] MonteCarlo checked(const RobustDesign& design, std::size_t draws) const {
+    return monte_carlo(posterior_, design.controller, bounds_, draws, confidence_.seed);
+  }
+  static bool is_stable_inside(const RobustDesign& design, const MonteCarlo& check) {
+    return !check.nearest_unstable || *check.nearest_unstable > design.radius;
+  }
+  [[nodiscard]] ConfidentDesign told(RobustDesign design, MonteCarlo check) const {
+    const double iae = iae_of(design);
+    return {std::move(design), std::move(check), bounds_, iae};
+  }
+
+  const Posterior& posterior_;
+  Bounds bounds_;
+  const Confidence& confidence_;
+  Machine nominal_;
+  ActiveSet active_;
+  std::vector<Biquad> biquads_;
+};
+
+}  // namespace
+
+std::optional<ConfidentDesign> confident_gains(const Posterior& posterior, std::span<const Biquad> biquads,
+                                               const Bounds& bounds, double confidence, std::size_t draws,
+                                               std::uint64_t seed) {
+  const Confidence asked{confidence, Guarantee::probability, draws, seed};
+  ConfidentSearch search(posterior, bounds, asked);
+  search.set_biquads(biquads);
+  return search.of_probability(0);
+}
+
+std::optional<ConfidentDesign> confident_design(const Posterior& posterior, const FilterSearch& how,
+                                                const Bounds& bounds, const Confidence& confidence) {
+  ConfidentSearch search(posterior, bounds, confidence);
+  if (how.biquads > 0 && (!search.bound_controller() || !search.search_nominal_filters(how)))
+    return std::nullopt;
+  return confidence.guarantee == Guarantee::ellipsoid ? search.of_ellipsoid(2) : search.of_probability(1);
+}
+
+}  // namespace resonid::design
