@@ -1,0 +1,87 @@
+// SPDX-License-Identifier: MIT
+// What bounds and a better experiment are worth, against golden gains.
+#include "design/trade_off.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "design/robust.hpp"
+#include "golden_posteriors.hpp"
+
+namespace resonid::design {
+namespace {
+
+/// ki of a golden PI of system 2.
+std::optional<double> golden_ki(const nlohmann::json& golden, double sensitivity, double load_transfer) {
+  for (const auto& c : golden.at("cases"))
+    if (c.at("plant") == "system2" &&
+        c.at("bounds") == nlohmann::json{{"sensitivity", sensitivity}, {"load_transfer", load_transfer}})
+      return c.at("ki").get<double>();
+  return std::nullopt;
+}
+
+const TradeOff& at(const std::vector<TradeOff>& curve, double sensitivity, double load_transfer) {
+  return *std::find_if(curve.begin(), curve.end(), [&](const TradeOff& t) {
+    return std::abs(t.sensitivity - sensitivity) < 1e-9 && std::abs(t.load_transfer - load_transfer) < 1e-9;
+  });
+}
+
+TEST(TradeOffs, GoThroughTheGoldenGains) {
+  const auto golden = test::golden_json("e_tune_pi.json");
+  const auto machine =
+      test::golden_posterior(test::golden_json("e_tune_robust.json").at("cases")[0]).nominal();
+  const auto found = trade_offs(Machine(machine), {}, test::calm());
+  ASSERT_EQ(found.over_sensitivity.size(), 9U);
+  ASSERT_EQ(found.over_load_transfer.size(), 10U);
+  const auto calm = golden_ki(golden, 1.4, 1.3), stiff = golden_ki(golden, 1.4, 1.5);
+  ASSERT_TRUE(calm && stiff);
+  EXPECT_NEAR(at(found.over_sensitivity, 1.4, 1.3).ki, *calm, 1e-5 * *calm);
+  EXPECT_NEAR(at(found.over_load_transfer, 1.4, 1.3).ki, *calm, 1e-5 * *calm);
+  EXPECT_NEAR(at(found.over_load_transfer, 1.4, 1.5).ki, *stiff, 1e-5 * *stiff);
+  for (const auto* curve : {&found.over_sensitivity, &found.over_load_transfer})
+    for (std::size_t i = 1; i < curve->size(); ++i)
+      EXPECT_GE((*curve)[i].ki, (*curve)[i - 1].ki * (1 - 1e-9));
+}
+
+TEST(TradeOffs, TellTheMaximumWhereThereIsNoBound) {
+  const auto golden = test::golden_json("e_tune_robust.json");
+  Bounds bounds;
+  bounds.sensitivity = 1.4;
+  const auto found = trade_offs(Machine(test::golden_posterior(golden.at("cases")[0]).nominal()), {}, bounds);
+  ASSERT_EQ(found.over_sensitivity.size(), 9U);
+  EXPECT_NEAR(found.over_sensitivity[2].load_transfer, 1.91, 0.01);  // docs/methods/tune.md 2.4
+}
+
+TEST(ExperimentValue, IsThatOfASmallerEllipsoid) {
+  const auto golden = test::golden_json("e_tune_robust.json");
+  for (const auto& c : golden.at("cases")) {
+    SCOPED_TRACE(c.at("label").dump());
+    const auto posterior = test::golden_posterior(c);
+    const double radius = c.at("robust").at("radius"), robust = c.at("robust").at("ki"),
+                 nominal = c.at("nominal").at("ki");
+    const auto values = value_of_experiment(posterior, {}, test::calm(), radius);
+    ASSERT_EQ(values.size(), 3U);
+    EXPECT_NEAR(values[0].ki, robust, 0.01 * robust);
+    EXPECT_NEAR(values[0].iae, c.at("robust").at("load_step").at("iae").get<double>(), 0.01 * values[0].iae);
+    const auto half = robust_gains(posterior, {}, test::calm(), 0.5 * radius);
+    ASSERT_TRUE(half);
+    EXPECT_NEAR(values[1].ki, half->controller.ki, 1e-3 * values[1].ki);
+    EXPECT_NEAR(values[2].ki, nominal, 1e-5 * nominal);
+    EXPECT_EQ(values[2].factor, 0.0);
+  }
+}
+
+/// A delay that is known to 0.1 ms leaves 90 % of ki at parameters of 1 %, one known to 0.4 ms 66 %.
+TEST(ExperimentValue, IsThatOfTheDelayAboveAll) {
+  auto golden = test::golden_json("e_tune_robust.json").at("cases")[0];
+  for (const auto& [delay_std_s, left] : {std::pair(1e-4, 0.90), std::pair(4e-4, 0.66)}) {
+    golden["covariance"][4][4] = delay_std_s * delay_std_s;
+    const auto values = value_of_experiment(test::golden_posterior(golden), {}, test::calm(), 3.3272357436);
+    ASSERT_EQ(values.size(), 3U);
+    EXPECT_NEAR(values[0].ki / values[2].ki, left, 0.006);
+  }
+}
+
+}  // namespace
+}  // namespace resonid::design
