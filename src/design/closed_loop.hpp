@@ -2,14 +2,12 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <array>
 #include <complex>
-#include <optional>
+#include <resonid/design/detail/loop_figures.hpp>
 #include <resonid/fit/detail/sampled_states.hpp>
 #include <span>
 #include <vector>
 
-#include "design/bounds.hpp"
 #include "design/controller.hpp"
 
 namespace resonid::design {
@@ -26,27 +24,6 @@ struct ClosedLoop {
   [[nodiscard]] bool is_stable() const { return spectral_radius() < 1.0; }
 };
 [[nodiscard]] ClosedLoop closed_loop(const fit::SampledStates& drive, const ControllerStates& controller);
-
-/// What of a loop has a maximum over frequency.
-enum class Transfer {
-  sensitivity,
-  complementary,
-  load_transfer,
-  controller_sensitivity,
-  process_sensitivity,
-  disk
-};
-inline constexpr std::array kTransfers = {Transfer::sensitivity,         Transfer::complementary,
-                                          Transfer::load_transfer,       Transfer::controller_sensitivity,
-                                          Transfer::process_sensitivity, Transfer::disk};
-[[nodiscard]] std::optional<double> bound_of(const Bounds& bounds, Transfer transfer);
-[[nodiscard]] std::vector<Transfer> bounded_transfers(const Bounds& bounds);
-
-/// A maximum over frequency.
-struct Peak {
-  Transfer transfer = Transfer::sensitivity;
-  double value = 0.0, frequency_hz = 0.0, bound = 0.0;
-};
 
 /// The exact loop of a machine at any frequency.
 class LoopFunctions {

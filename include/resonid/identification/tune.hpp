@@ -1,0 +1,227 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <resonid/base/enum_names.hpp>
+#include <resonid/base/expected.hpp>
+#include <resonid/data/controller.hpp>
+#include <resonid/design/detail/bounds.hpp>
+#include <resonid/design/detail/filtered_pi.hpp>
+#include <resonid/design/detail/loop_figures.hpp>
+#include <resonid/identification/result.hpp>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace resonid::identification {
+
+/// What a controller is made of.
+enum class ControllerStructure {
+  automatic,      ///< PI, and PI with biquads: the one with the least error of the load.
+  pi,             ///< Exactly the best one under the bounds.
+  cascade,        ///< Position gain over PI.
+  pi_biquads,     ///< PI with notches, leads or low-passes.
+  pid,            ///< PI with a filtered derivative.
+  rst,            ///< By pole placement.
+  state_feedback  ///< With a Kalman filter that observes the load and its torque.
+};
+inline constexpr EnumName<ControllerStructure> kControllerStructureNames[] = {
+    {ControllerStructure::automatic, "auto"},
+    {ControllerStructure::pi, "pi"},
+    {ControllerStructure::cascade, "cascade"},
+    {ControllerStructure::pi_biquads, "pi+biquads"},
+    {ControllerStructure::pid, "pid"},
+    {ControllerStructure::rst, "rst"},
+    {ControllerStructure::state_feedback, "state-feedback"}};
+[[nodiscard]] constexpr std::span<const EnumName<ControllerStructure>> enum_names(
+    ControllerStructure) noexcept {
+  return kControllerStructureNames;
+}
+
+/// What a confidence is of.
+enum class Guarantee {
+  probability,  ///< Probability that every bound is met.
+  ellipsoid     ///< Every machine of the confidence ellipsoid meets them: surer, and softer.
+};
+inline constexpr EnumName<Guarantee> kGuaranteeNames[] = {{Guarantee::probability, "probability"},
+                                                          {Guarantee::ellipsoid, "ellipsoid"}};
+[[nodiscard]] constexpr std::span<const EnumName<Guarantee>> enum_names(Guarantee) noexcept {
+  return kGuaranteeNames;
+}
+
+/// What is wanted of the controller. The defaults are those of docs/methods/tune.md 5.1: calm.
+struct TuneOptions {
+  ControllerStructure structure = ControllerStructure::automatic;
+  double largest_sensitivity = 1.4;    ///< Bound on |S|, > 1.
+  double largest_load_transfer = 1.3;  ///< Bound on |T_load|, > 1; infinite: none.
+  std::optional<double> largest_complementary;
+  /// On |C S|, Nm/(rad/s). Absent: filters may have twice that of the best PI.
+  std::optional<double> largest_controller_sensitivity;
+  std::size_t biquads = 1;                     ///< 1 ... 4
+  std::optional<double> least_bandwidth_hz;    ///< Of the load, for every machine that may be.
+  std::optional<double> torque_limit;          ///< Of the drive, in the unit of torque.
+  std::optional<double> largest_noise_torque;  ///< Rms of the torque that measurement noise makes.
+  double reference_step = 1.0;                 ///< What of velocity is stepped for figures of the reference.
+  double overshoot = 0.02;                     ///< Of the load after that step, for the set-point weight.
+  double confidence = 0.95;                    ///< Inside (0, 1).
+  Guarantee guarantee = Guarantee::probability;
+  /// Standard deviation of the delay. Absent: that of the result, or a quarter of a sample where it has none.
+  std::optional<double> delay_std_s;
+  /// A controller that is judged in place of designing one.
+  std::optional<data::Controller> evaluate;
+  /// Positions of the results, ascending: gains are scheduled over them.
+  std::vector<double> positions;
+  bool shaper = false;         ///< Also choose an input shaper for the loop.
+  double shaper_limit = 0.05;  ///< Residual vibration that it may leave.
+  bool force = false;          ///< Also of results that are not trusted; every output says so.
+  std::size_t draws = 10'000;  ///< Of the posterior, that the confidence is counted on.
+  std::uint64_t seed = 1;
+  std::function<void(std::string_view)> progress = {};
+};
+
+/// One figure of a loop: of the identified machine, and of the machines that may be.
+struct LoopFigure {
+  std::string name;  ///< As in JSON: "sensitivity_peak", "phase_margin_deg".
+  std::string unit;
+  double value = 0.0;
+  std::optional<double> frequency_hz;  ///< Where a maximum over frequency is.
+  std::optional<double> low, high;     ///< Central 95 % over the posterior.
+  std::optional<double> worst;         ///< Over the ellipsoid that the design was made for.
+  std::optional<double> bound;
+  std::optional<double> probability;  ///< That the bound is exceeded.
+};
+
+/// A real function of frequency or time, and in between which values 95 % of the machines that may be lie.
+struct Band {
+  std::vector<double> value, low, high;
+};
+
+/// What a loop looks like.
+struct LoopCurves {
+  std::vector<double> frequency_hz;
+  std::vector<std::complex<double>> loop;  ///< L of the identified machine.
+  Band loop_size, loop_phase_deg, sensitivity, complementary, load_transfer;
+  /// L at key frequencies of the machines that may be: covariance of (real, imaginary).
+  struct Ellipse {
+    double frequency_hz = 0.0;
+    std::complex<double> value;
+    Eigen::Matrix2d covariance = Eigen::Matrix2d::Zero();
+  };
+  std::vector<Ellipse> ellipses;
+  std::vector<double> time_s;
+  Band load_by_reference;    ///< Velocity of the load after the reference step.
+  Band torque_by_reference;  ///< Torque meanwhile.
+  Band load_by_torque;       ///< Velocity of the load after a torque step of 1 on it.
+};
+
+/// One controller, designed or given, and what it does.
+struct TunedController {
+  std::string structure;                    ///< Name of a ControllerStructure, "running" or "given".
+  std::string name;                         ///< For people: "PI + 1 biquad".
+  data::TransferFunction feedback;          ///< From velocity error to torque.
+  std::optional<design::FilteredPi> gains;  ///< Where it is a PI with or without biquads.
+  std::optional<double> position_gain;      ///< kv of a cascade, 1/s.
+  std::optional<double> derivative_gain, derivative_time_s;  ///< Of a PID, and its filter.
+  double set_point_weight = 1.0;                             ///< b
+  std::vector<double> reference_numerator;                   ///< T of u = (T r - R y)/S where it is not R.
+  std::vector<LoopFigure> figures;
+  std::vector<design::Crossing> crossings;
+  std::vector<design::ClosedLoopMode> modes;
+  bool stable = false;  ///< On the identified machine.
+  double spectral_radius = 0.0;
+  std::size_t draws = 0, exceeding = 0, unstable = 0;  ///< Of the posterior.
+  double radius = 0.0;              ///< Of the ellipsoid over which the bounds are met, standard deviations.
+  std::vector<std::string> limits;  ///< The bounds that keep the gains down, by names of figures.
+  bool within = false;              ///< Every bound is met with the confidence that is wanted.
+  std::string remark;               ///< Why it was not proposed.
+  LoopCurves curves;
+
+  [[nodiscard]] double probability() const {
+    return draws == 0 ? 0.0 : static_cast<double>(exceeding) / static_cast<double>(draws);
+  }
+  [[nodiscard]] const LoopFigure* figure(std::string_view figure_name) const;
+};
+
+/// What a bound costs.
+struct TradeOff {
+  double sensitivity = 0.0, load_transfer = 0.0;  ///< The bounds.
+  double kp = 0.0, ki = 0.0, iae = 0.0;           ///< The best PI under them.
+};
+
+/// What a better experiment would buy: every variance times `factor`.
+struct ExperimentValue {
+  double factor = 1.0, ki = 0.0, iae = 0.0;
+};
+
+/// Gains over position.
+struct TunedSchedule {
+  struct Node {
+    double position = 0.0, kp = 0.0, ki = 0.0;
+  };
+  std::vector<Node> nodes;
+  std::vector<LoopFigure> figures;  ///< Largest over the stroke, with the position fixed.
+  double worst_position = 0.0;
+  std::optional<double> fixed_iae, scheduled_iae;  ///< On a run, of one PI for all and of the schedule.
+  bool within = false;
+};
+
+/// An input shaper for the closed loop.
+struct TunedShaper {
+  std::string kind;  ///< "zv", "mzv" ...
+  double duration_s = 0.0;
+  double vibration = 0.0;  ///< That 95 % of the machines stay below, of that of an unshaped step.
+  bool chosen = false;
+  std::vector<double> amplitudes, times_s;
+};
+
+/// A figure of a run on a simulated machine beside what was promised of it.
+struct SimulatedFigure {
+  std::string name, unit;
+  double promised = 0.0;
+  double simulated = 0.0;
+};
+struct SimulatedRun {
+  std::string what;  ///< "reference step", "load step", "move".
+  std::vector<double> time_s, reference, velocity, torque;
+  std::vector<SimulatedFigure> figures;
+};
+
+/// A controller for an identified drive, beside others, and what is known of them.
+struct Tuning {
+  std::vector<std::string> files;  ///< Of the records that were identified.
+  Units units;
+  double sample_time_s = 0.0;
+  std::vector<fit::DriveModel> machines;  ///< [result]
+  double delay_std_s = 0.0;
+  bool delay_std_assumed = false;  ///< A quarter of a sample, as the result tells none.
+  TuneOptions options;
+  /// What a scale of the recording makes of gains: drive units of torque and velocity per SI unit.
+  double input_scale = 1.0, output_scale = 1.0;
+  std::vector<TunedController> candidates;  ///< The best first; the controller that is judged alone.
+  std::optional<TunedController> running;   ///< Under which was recorded.
+  std::optional<TunedController> nominal;   ///< The proposed structure, without regard to uncertainty.
+  std::vector<TradeOff> over_sensitivity, over_load_transfer;
+  std::vector<ExperimentValue> experiment;
+  std::optional<TunedSchedule> schedule;
+  std::vector<TunedShaper> shapers;  ///< Ascending in duration.
+  std::vector<SimulatedRun> simulated;
+  bool trusted = false;  ///< All results are, and the proposed controller is within the bounds.
+  std::vector<diagnostics::Finding> findings;
+
+  [[nodiscard]] const TunedController& proposed() const { return candidates.front(); }
+  /// Whether a given controller was judged instead.
+  [[nodiscard]] bool is_evaluation() const { return options.evaluate.has_value(); }
+};
+
+/// Designs a controller for the machine, or one that suits all machines, of these results, so that every
+/// bound is met with the confidence that is wanted, whatever machine of the posterior it is
+/// (docs/methods/tune.md). Refused (the error says what): results that are not trusted, without a drive model
+/// or its covariance, of different rates or units; bounds that no controller meets, and which could be met; a
+/// crossover outside the band that was identified.
+[[nodiscard]] expected<Tuning, Error> tune(std::span<const Result> results, const TuneOptions& options = {});
+[[nodiscard]] expected<Tuning, Error> tune(const Result& result, const TuneOptions& options = {});
+
+}  // namespace resonid::identification
