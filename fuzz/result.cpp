@@ -3,6 +3,7 @@
 #include <nlohmann/json.hpp>
 #include <resonid/identification/compare.hpp>
 #include <resonid/identification/track.hpp>
+#include <resonid/identification/tune.hpp>
 #include <resonid/identification/validate.hpp>
 #include <resonid/planning/plan.hpp>
 #include <resonid/report/detail/batch.hpp>
@@ -32,6 +33,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   read_and_write<identification::ModelValidation>(json);
   read_and_write<identification::Changes>(json);
   read_and_write<planning::Plan>(json);
+  read_and_write<identification::Tuning>(json);
   read_and_write<report::SimulatedTruth>(json);
   static_cast<void>(report::from_json<identification::CandidateModel>(json));
   return 0;

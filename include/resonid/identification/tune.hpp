@@ -200,6 +200,7 @@ struct Tuning {
   TuneOptions options;
   /// What a scale of the recording makes of gains: drive units of torque and velocity per SI unit.
   double input_scale = 1.0, output_scale = 1.0;
+  std::string input_unit, output_unit;      ///< Those drive units, "A" and "rpm"; empty: not told.
   std::vector<TunedController> candidates;  ///< The best first; the controller that is judged alone.
   std::optional<TunedController> running;   ///< Under which was recorded.
   std::optional<TunedController> nominal;   ///< The proposed structure, without regard to uncertainty.

@@ -16,6 +16,7 @@ struct Changes;
 struct ModelValidation;
 struct Result;
 struct Track;
+struct Tuning;
 }  // namespace resonid::identification
 namespace resonid::planning {
 struct Plan;
@@ -35,6 +36,7 @@ struct SimulatedTruth;
 [[nodiscard]] nlohmann::json to_json(const identification::ModelValidation& validation);
 [[nodiscard]] nlohmann::json to_json(const identification::Changes& changes);
 [[nodiscard]] nlohmann::json to_json(const planning::Plan& plan);
+[[nodiscard]] nlohmann::json to_json(const identification::Tuning& tuning);
 [[nodiscard]] nlohmann::json to_json(const SimulatedTruth& truth);
 
 /// What to_json() wrote of one of these types; a Result also of a file of several records, the joint one.
@@ -56,6 +58,8 @@ expected<identification::Changes> from_json(const nlohmann::json& json);
 template <>
 expected<planning::Plan> from_json(const nlohmann::json& json);
 template <>
+expected<identification::Tuning> from_json(const nlohmann::json& json);
+template <>
 expected<SimulatedTruth> from_json(const nlohmann::json& json);
 /// The model of a file: a result of identify(), or a bare transfer function `{"numerator": [], "denominator":
 /// [], "sample_time_s": T}` in powers of z^-1.
@@ -63,7 +67,7 @@ template <>
 expected<identification::CandidateModel> from_json(const nlohmann::json& json);
 
 /// Kinds of result files: "identification", "identifications", "track", "validation", "comparison", "plan",
-/// "truth".
+/// "tuning", "truth".
 [[nodiscard]] std::vector<std::string> result_kinds();
 /// JSON Schema (2020-12) of one of them.
 [[nodiscard]] nlohmann::json json_schema(std::string_view kind);

@@ -24,7 +24,7 @@ ResultFile file(const char* name, const char* made_by) {
 }  // namespace
 
 std::span<const ResultFile> result_files() {
-  static const std::array<ResultFile, 8> kFiles = {
+  static const std::array<ResultFile, 9> kFiles = {
       file<identification::Result>("identification", "Written by `resonid identify RECORD`"),
       file<BatchResult>("identifications", "Written by `resonid identify RECORD RECORD ...`"),
       file<identification::Track>("track", "Written by `resonid track`"),
@@ -32,6 +32,7 @@ std::span<const ResultFile> result_files() {
       file<identification::Changes>("comparison", "Written by `resonid compare`"),
       file<FileInspection>("inspection", "Written by `resonid inspect`"),
       file<planning::Plan>("plan", "Written by `resonid plan`"),
+      file<identification::Tuning>("tuning", "Written by `resonid tune`"),
       file<SimulatedTruth>("truth", "Written by `resonid simulate` as the truth")};
   return kFiles;
 }

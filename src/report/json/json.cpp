@@ -42,6 +42,7 @@ json to_json(const identification::ModelValidation& validation) { return written
 json to_json(const identification::Changes& changes) { return written(changes); }
 json to_json(const FileInspection& inspection) { return written(inspection); }
 json to_json(const planning::Plan& plan) { return written(plan); }
+json to_json(const identification::Tuning& tuning) { return written(tuning); }
 json to_json(const SimulatedTruth& truth) { return written(truth); }
 
 template <>
@@ -81,6 +82,10 @@ expected<identification::Changes> from_json(const json& j) {
 template <>
 expected<planning::Plan> from_json(const json& j) {
   return read_as<planning::Plan>(j);
+}
+template <>
+expected<identification::Tuning> from_json(const json& j) {
+  return read_as<identification::Tuning>(j);
 }
 template <>
 expected<SimulatedTruth> from_json(const json& j) {

@@ -210,6 +210,21 @@ void describe_black_box(Fields& f, identification::BlackBoxResult& box) {
 
 }  // namespace
 
+void describe_machine(Fields& f, fit::DriveModel& drive, identification::Units& units) {
+  Chosen structure{std::span(kStructures).first(3), static_cast<std::size_t>(drive.structure)};
+  f({"structure", "what the drive is taken for"}, structure);
+  if (f.reading()) drive.structure = static_cast<fit::Structure>(structure.index);
+  f.choice({"velocity", "measured at the sample itself, or by differences: the mean over the past sample"},
+           drive.velocity);
+  f.object({"parameters", "physical parameters, referred to the driven shaft"}, [&] {
+    for (const auto& text : kParameters) describe_parameter(f, text, drive, units);
+  });
+  f.unless(0.0, {"known_delay_s", "known delay in the measured velocity", "s", not_negative},
+           drive.known_delay_s);
+  f({"sample_time_s", "sample time of the sampled drive", "s", positive}, drive.sample_time_s);
+  describe_covariance(f, drive);
+}
+
 void describe_model(Fields& f, identification::Result& r) {
   f.object({"model", "the fitted model"}, r.model || r.black_box, [&] {
     const bool box = f.reading() ? f.says("structure", "black-box") : !r.model && r.black_box;

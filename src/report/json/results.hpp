@@ -3,6 +3,7 @@
 
 #include <resonid/identification/compare.hpp>
 #include <resonid/identification/track.hpp>
+#include <resonid/identification/tune.hpp>
 #include <resonid/identification/validate.hpp>
 #include <resonid/planning/plan.hpp>
 #include <resonid/report/detail/batch.hpp>
@@ -22,11 +23,17 @@ void describe(Fields& f, identification::ModelValidation& validation);
 void describe(Fields& f, identification::Changes& changes);
 void describe(Fields& f, FileInspection& inspection);
 void describe(Fields& f, planning::Plan& plan);
+void describe(Fields& f, identification::Tuning& tuning);
 void describe(Fields& f, SimulatedTruth& truth);
 
 /// "model" of a result, with or without drive structure.
 void describe_model(Fields& f, identification::Result& result);
 
+/// The identified drive itself, in an object that says nothing else.
+void describe_machine(Fields& f, fit::DriveModel& drive, identification::Units& units);
+
+void describe(Fields& f, identification::TunedController& controller);
+void describe(Fields& f, identification::LoopFigure& figure);
 void describe(Fields& f, response::DistortionLevel& level);
 void describe(Fields& f, data::Mode& resonance);
 void describe(Fields& f, identification::SecondOutputResult& second);

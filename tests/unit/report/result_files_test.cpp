@@ -13,6 +13,7 @@
 #include <resonid/base/error_text.hpp>
 #include <resonid/identification/compare.hpp>
 #include <resonid/identification/track.hpp>
+#include <resonid/identification/tune.hpp>
 #include <resonid/identification/validate.hpp>
 #include <resonid/planning/plan.hpp>
 #include <resonid/report/detail/batch.hpp>
@@ -51,6 +52,7 @@ json again(const json& file) {
       {"resonid.comparison/1", again<identification::Changes>},
       {"resonid.inspection/1", again<FileInspection>},
       {"resonid.plan/1", again<planning::Plan>},
+      {"resonid.tuning/1", again<identification::Tuning>},
       {"resonid.truth/1", again<SimulatedTruth>}};
   return kKinds.at(file.at("schema").get<std::string>())(file);
 }
@@ -137,7 +139,7 @@ TEST(ResultFiles, AreRefusedInWordsOrCanBeWritten) {
   std::mt19937_64 generator(1);
   std::size_t refused = 0, taken = 0;
   for (const char* name : {"batch", "compare_bootstrap", "identify_black_box", "identify_three_mass", "join",
-                           "plan_multisine", "track_lines", "truth_chain", "validate"}) {
+                           "plan_multisine", "track_lines", "truth_chain", "tune_design", "validate"}) {
     const json file = json::parse(text_of(RESONID_FIXTURES_DIR "/results/" + std::string(name) + ".json"));
     const json places = file.flatten();
     constexpr std::size_t kTries = 150;

@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <nlohmann/json_fwd.hpp>
+#include <resonid/identification/tune.hpp>
+#include <resonid/report/document.hpp>
+#include <resonid/report/json.hpp>
+#include <string>
+#include <vector>
+
+namespace resonid::report {
+
+/// What a design or an evaluation comes to, in plain sentences, whether it may be relied on first.
+[[nodiscard]] std::vector<std::string> sentences(const identification::Tuning& tuning);
+
+/// Readable summary for a terminal, lines of at most 100 characters.
+[[nodiscard]] std::string summary_text(const identification::Tuning& tuning);
+
+/// The page of `tune --report`: figures with their intervals, loop, steps, trade-offs, candidates.
+[[nodiscard]] Document document(const identification::Tuning& tuning);
+
+/// A controller as io::read_controller() takes it: {numerator, denominator, sample_time_s, structure}, and
+/// `reference_numerator` where the reference goes its own way.
+[[nodiscard]] nlohmann::json controller_json(const identification::TunedController& controller);
+
+}  // namespace resonid::report

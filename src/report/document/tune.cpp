@@ -1,0 +1,236 @@
+// SPDX-License-Identifier: MIT
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <resonid/report/detail/tune.hpp>
+
+#include "report/document/tune_words.hpp"
+#include "report/document/words.hpp"
+
+namespace resonid::report {
+namespace {
+
+using identification::TradeOff;
+using identification::TunedController;
+using identification::Tuning;
+
+/// "of 10 000 machines that the identification leaves possible, 4.2 % exceed one, none is unstable"
+std::string counted_text(const TunedController& c) {
+  if (c.draws == 0) return "on the identified machine; what its uncertainty does was not looked at";
+  return fmt::format("of {} machines that the identification leaves possible, {} exceed one, {}",
+                     grouped(c.draws), c.exceeding == 0 ? "none" : share_text(c.probability()),
+                     c.unstable == 0   ? std::string("none is unstable")
+                     : c.unstable == 1 ? std::string("one is UNSTABLE")
+                                       : grouped(c.unstable) + " are UNSTABLE");
+}
+
+/// What exceeds its bound on the identified machine: "|T_load| is 1.91 (bound 1.30)".
+std::string exceeded_text(const TunedController& c) {
+  std::string text;
+  for (const auto& figure : c.figures) {
+    if (!figure.bound || !figure.probability || *figure.probability < 0.5) continue;
+    const auto unit = shown_unit(figure);
+    text += fmt::format("{}{} is {} (bound {})", text.empty() ? "" : ", ", loop_figure_symbol(figure.name),
+                        unit.text(figure.value), unit.text(*figure.bound));
+  }
+  return text;
+}
+
+std::string verdict_sentence(const Tuning& t) {
+  const auto& c = t.proposed();
+  const std::string who = t.is_evaluation() ? fmt::format("The given controller ({})", c.name) : c.name;
+  const auto bounds = bounds_text(c);
+  const double percent = 100.0 * t.options.confidence;
+  if (!c.stable) return fmt::format("{}: the loop of the identified machine is UNSTABLE with it.", who);
+  if (c.within && t.options.guarantee == identification::Guarantee::ellipsoid)
+    return fmt::format("{} keeps every bound ({}) on every machine of the {:g} % confidence ellipsoid: {}.",
+                       who, bounds, percent, counted_text(c));
+  if (c.within)
+    return fmt::format("{} keeps every bound ({}) with at least {:g} % probability: {}.", who, bounds,
+                       percent, counted_text(c));
+  const auto exceeded = exceeded_text(c);
+  const std::string on = exceeded.empty() ? "" : fmt::format(" On the identified machine {}.", exceeded);
+  if (t.is_evaluation())
+    return fmt::format("{} does NOT keep every bound ({}) with {:g} % probability: {}.{}", who, bounds,
+                       percent, counted_text(c), on);
+  return fmt::format(
+      "No controller keeps every bound ({}) with {:g} % probability; what follows is the closest, {}: {}.{}",
+      bounds, percent, who, counted_text(c), on);
+}
+
+/// What a reader must know before the verdict; empty for nothing. That bounds are not kept is the verdict's.
+std::string warning_sentence(const Tuning& t) {
+  if (t.trusted) return {};
+  if (t.options.force)
+    return "Made by force (.force): results or controller are not trusted. Nothing below may be relied on "
+           "before it has been measured on the machine.";
+  return results_are_trusted(t) ? std::string()
+                                : "Not trusted: what was identified is not reliable; see the findings.";
+}
+
+std::string filter_kind(const design::Biquad& b) {
+  return b.numerator_damping < b.denominator_damping ? "notch" : "lead";
+}
+
+std::string rest_of_gains(const TunedController& c) {
+  std::string text;
+  if (c.position_gain) text += fmt::format(", position gain kv {} 1/s", three_digits(*c.position_gain));
+  if (c.derivative_gain) text += fmt::format(", kd {}", three_digits(*c.derivative_gain));
+  if (c.derivative_time_s)
+    text += fmt::format(" filtered with {} ms", three_digits(1e3 * *c.derivative_time_s));
+  if (c.set_point_weight != 1.0) text += fmt::format(", set-point weight b {:.2g}", c.set_point_weight);
+  return text;
+}
+
+void put_gains(const Tuning& t, std::vector<std::string>& list) {
+  const auto& c = t.proposed();
+  if (!c.gains) {
+    if (!c.feedback.denominator.empty())
+      list.push_back(fmt::format("Controller of order {} from velocity error to torque, at {:g} Hz{}.",
+                                 std::max(c.feedback.numerator.size(), c.feedback.denominator.size()) - 1,
+                                 1.0 / c.feedback.sample_time_s, rest_of_gains(c)));
+    return;
+  }
+  const auto units = gain_units(t.units.input, t.units.velocity);
+  std::string text = fmt::format("Gains: {}{}.", gains_text(c, units), rest_of_gains(c));
+  for (std::size_t i = 0; i < c.gains->biquads.size(); ++i) {
+    const auto& b = c.gains->biquads[i];
+    text += fmt::format(" Biquad {} ({}): {} Hz, damping {} over {}.", i + 1, filter_kind(b),
+                        three_digits(b.frequency_hz), three_digits(b.numerator_damping),
+                        three_digits(b.denominator_damping));
+  }
+  list.push_back(std::move(text));
+  const double scale = t.input_scale / t.output_scale;
+  if (t.input_scale == 1.0 && t.output_scale == 1.0) return;
+  list.push_back(fmt::format("In the recording's own units: {}.",
+                             gains_text(c, gain_units(t.input_unit, t.output_unit), scale)));
+}
+
+/// Every first step on a machine is a small one.
+std::string first_step_sentence(const Tuning& t) {
+  const auto& c = t.proposed();
+  if (t.is_evaluation() || !c.gains) return {};
+  return fmt::format(
+      "First step: half the gains, {}. Record under them, compare the measured loop with this one, then take "
+      "the full gains.",
+      gains_text(c, gain_units(t.units.input, t.units.velocity), 0.5));
+}
+
+/// The error of the load on a curve of trade-offs, at the bound and a tenth or more above it.
+std::string cost_text(const std::vector<TradeOff>& curve, double bound, double TradeOff::*of,
+                      const char* symbol) {
+  const TradeOff *here = nullptr, *next = nullptr;
+  for (const auto& point : curve) {
+    if (here == nullptr || std::abs(point.*of - bound) < std::abs(here->*of - bound)) here = &point;
+    if (next == nullptr && point.*of >= 1.1 * bound && std::isfinite(point.*of)) next = &point;
+  }
+  if (here == nullptr || next == nullptr || !(here->iae > 0.0)) return {};
+  const double less = 1.0 - next->iae / here->iae;
+  if (less < 0.005)
+    return fmt::format(" A bound of {} on {} would gain nothing.", three_digits(next->*of), symbol);
+  return fmt::format(" A bound of {} on {} would make the load step's IAE {:.0f} % smaller.",
+                     three_digits(next->*of), symbol, 100.0 * less);
+}
+
+std::string limit_sentence(const Tuning& t) {
+  const auto& c = t.proposed();
+  if (c.limits.empty() || t.is_evaluation()) return {};
+  std::string text;
+  for (std::size_t i = 0; i < c.limits.size(); ++i)
+    text += (i == 0 ? "" : i + 1 == c.limits.size() ? " and " : ", ") + loop_figure_symbol(c.limits[i]);
+  text = fmt::format("What limits the design: the bound{} on {}.", c.limits.size() > 1 ? "s" : "", text);
+  const auto limits = [&](const char* name) {
+    return std::find(c.limits.begin(), c.limits.end(), name) != c.limits.end();
+  };
+  if (limits("sensitivity_peak"))
+    text += cost_text(t.over_sensitivity, t.options.largest_sensitivity, &TradeOff::sensitivity, "|S|");
+  if (limits("load_peak"))
+    text += cost_text(t.over_load_transfer, t.options.largest_load_transfer, &TradeOff::load_transfer,
+                      "|T_load|");
+  return text;
+}
+
+/// What an engineer looks for: "crossover 4.90 Hz, phase margin 63.2 deg, gain margin 12.1 dB".
+std::string margins_sentence(const TunedController& c) {
+  std::string text;
+  for (const auto& figure : c.figures) {
+    if (figure.name != "crossover_hz" && figure.name != "phase_margin_deg" &&
+        figure.name != "gain_margin_db" && figure.name != "delay_margin_s")
+      continue;
+    if (!std::isfinite(figure.value)) continue;
+    const auto unit = shown_unit(figure);
+    text += (text.empty() ? "" : ", ") + loop_figure_symbol(figure.name) + " " + unit.text(figure.value);
+    if (figure.low && figure.high)
+      text += fmt::format(" ({} ... {})", unit.number(*figure.low), unit.number(*figure.high));
+  }
+  if (text.empty() || !c.stable) return {};
+  text[0] = static_cast<char>(std::toupper(static_cast<unsigned char>(text[0])));
+  return text + "; in brackets what 95 % of the machines have.";
+}
+
+std::string running_sentence(const Tuning& t) {
+  if (!t.running) return {};
+  if (!t.running->stable) return "The loop of the running controller is unstable on the identified machine.";
+  const auto ratio = stiffer_by(t);
+  if (!ratio) return {};
+  const std::string how = *ratio > 1.05   ? fmt::format("{:.2g} times stiffer", *ratio)
+                          : *ratio < 0.95 ? fmt::format("{:.2g} times softer", 1.0 / *ratio)
+                                          : std::string("as stiff");
+  std::string text = fmt::format(
+      "Against the running controller: {}; the load's error after a torque step (IAE) is {}, before {}.", how,
+      figure_text(t.proposed(), "load_step_iae"), figure_text(*t.running, "load_step_iae"));
+  const auto s = value_of(*t.running, "sensitivity_peak"), load = value_of(*t.running, "load_peak");
+  if (s && load)
+    text +=
+        fmt::format(" The running one has |S| {} and |T_load| {}.", three_digits(*s), three_digits(*load));
+  return text;
+}
+
+/// Where the crossover lies against the common rule of half the anti-resonance (docs/methods/tune.md 5.3).
+std::string crossover_sentence(const Tuning& t) {
+  const auto crossover = value_of(t.proposed(), "crossover_hz");
+  if (!crossover || t.machines.size() != 1 || t.machines[0].structure != fit::Structure::two_mass) return {};
+  const auto& machine = t.machines.front();
+  const double anti = machine.antiresonance().value;
+  if (!(anti > 0.0)) return {};
+  return fmt::format(
+      "The crossover is {:.2f} of the anti-resonance ({} Hz). The common rule, half of it, suits inertia "
+      "ratios (load over motor) of 0.5 ... 1 only; here the ratio is {:.2f}.",
+      *crossover / anti, three_digits(anti),
+      machine.parameters.load_inertia / machine.parameters.driven_inertia);
+}
+
+}  // namespace
+
+std::vector<std::string> lead_sentences(const Tuning& t) {
+  std::vector<std::string> list;
+  const auto put = [&](std::string text) {
+    if (!text.empty()) list.push_back(std::move(text));
+  };
+  put(warning_sentence(t));
+  put(verdict_sentence(t));
+  put_gains(t, list);
+  put(first_step_sentence(t));
+  put(running_sentence(t));
+  put(limit_sentence(t));
+  for (auto& sentence : uncertainty_sentences(t)) put(std::move(sentence));
+  return list;
+}
+
+std::vector<std::string> loop_sentences(const Tuning& t) {
+  std::vector<std::string> list;
+  for (auto& text : {margins_sentence(t.proposed()), crossover_sentence(t)})
+    if (!text.empty()) list.push_back(text);
+  return list;
+}
+
+std::vector<std::string> sentences(const Tuning& t) {
+  auto list = lead_sentences(t);
+  for (auto& text : loop_sentences(t)) list.push_back(std::move(text));
+  for (auto& text : {schedule_sentence(t), shaper_sentence(t), simulated_sentence(t)})
+    if (!text.empty()) list.push_back(text);
+  return list;
+}
+
+}  // namespace resonid::report

@@ -1,0 +1,126 @@
+// SPDX-License-Identifier: MIT
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "report/document/tune_words.hpp"
+
+namespace resonid::report {
+namespace {
+
+using identification::ExperimentValue;
+using identification::Tuning;
+
+std::string nominal_sentence(const Tuning& t) {
+  if (!t.nominal || t.nominal->draws == 0) return {};
+  const auto& n = *t.nominal;
+  std::string gains;
+  if (n.gains && t.proposed().gains)
+    gains = fmt::format("have ki {} in place of {} and ", three_digits(n.gains->ki),
+                        three_digits(t.proposed().gains->ki));
+  return fmt::format(
+      "Designed for the identified machine alone it would {}exceed a bound with {} probability.", gains,
+      share_text(n.probability()));
+}
+
+std::string delay_sentence(const Tuning& t) {
+  if (t.delay_std_assumed)
+    return fmt::format(
+        "The delay's standard deviation is assumed to be {} ms, a quarter of a sample, as the result tells "
+        "none; the delay decides most of the margins: give .delay_std_s where it is known better.",
+        three_digits(1e3 * t.delay_std_s));
+  return fmt::format("The delay's standard deviation is {} ms, {}.", three_digits(1e3 * t.delay_std_s),
+                     t.options.delay_std_s ? "as specified" : "that of the result");
+}
+
+/// Half of each standard deviation, as `plan` takes it.
+std::string half_deviations(const fit::DriveModel& machine) {
+  std::string text;
+  for (int i = 0; i < fit::kParameterCount; ++i) {
+    if (!machine.estimated[static_cast<std::size_t>(i)]) continue;
+    const auto e = machine.estimate(static_cast<fit::Parameter>(i));
+    if (!(e.std > 0.0) || !(e.std < std::abs(e.value))) continue;
+    text += fmt::format("{}{}={:.2g}%", text.empty() ? "" : ",",
+                        fit::kParameterNames[static_cast<std::size_t>(i)], 50.0 * e.std / std::abs(e.value));
+  }
+  return text;
+}
+
+std::string variance_words(double factor) {
+  if (factor == 0.0) return "with no uncertainty at all";
+  return factor == 0.25 ? "with half of every standard deviation"
+                        : fmt::format("with {:.2g} times every variance", factor);
+}
+
+void put_experiment(const Tuning& t, std::vector<std::string>& list) {
+  const ExperimentValue* now = nullptr;
+  for (const auto& value : t.experiment)
+    if (value.factor == 1.0) now = &value;
+  if (now == nullptr || !(now->iae > 0.0)) return;
+  std::string text;
+  double most = 0.0;
+  for (const auto& value : t.experiment) {
+    if (value.factor >= 1.0) continue;
+    const double less = 1.0 - value.iae / now->iae;
+    most = std::max(most, less);
+    text +=
+        fmt::format("{}{} ki could be {}, and the load step's IAE {:.0f} % smaller", text.empty() ? "" : "; ",
+                    variance_words(value.factor), three_digits(value.ki), std::max(0.0, 100.0 * less));
+  }
+  if (text.empty()) return;
+  constexpr double kWorthWhile = 0.03;  // of the load's error: less is lost in everything else
+  if (most < kWorthWhile) {
+    list.emplace_back("A better experiment would buy nothing: the uncertainty hardly costs any stiffness.");
+    return;
+  }
+  list.push_back("What a better experiment would buy: " + text + ".");
+  const auto accuracy = t.machines.empty() ? std::string() : half_deviations(t.machines.front());
+  // A command ends its line, so that it can be copied.
+  if (!accuracy.empty())
+    list.push_back("To plan one that halves them: resonid plan .model RESULT.json .accuracy " + accuracy);
+}
+
+}  // namespace
+
+std::vector<std::string> uncertainty_sentences(const Tuning& t) {
+  std::vector<std::string> list;
+  if (auto text = nominal_sentence(t); !text.empty()) list.push_back(std::move(text));
+  list.push_back(delay_sentence(t));
+  put_experiment(t, list);
+  return list;
+}
+
+std::string schedule_sentence(const Tuning& t) {
+  if (!t.schedule) return {};
+  const auto& s = *t.schedule;
+  std::string text = fmt::format("Gains over position, {} nodes: every bound is {} at every position",
+                                 s.nodes.size(), s.within ? "met" : "NOT met");
+  if (s.fixed_iae && s.scheduled_iae)
+    text += fmt::format("; on a run through the stroke IAE {} against {} with one controller for all",
+                        three_digits(*s.scheduled_iae), three_digits(*s.fixed_iae));
+  return text + ".";
+}
+
+std::string shaper_sentence(const Tuning& t) {
+  if (t.shapers.empty()) return {};
+  for (const auto& s : t.shapers)
+    if (s.chosen)
+      return s.duration_s <= 0.0
+                 ? std::string("No input shaper is needed.")
+                 : fmt::format("Input shaper: {}, {} ms long, leaves {} of the vibration or less.", s.kind,
+                               three_digits(1e3 * s.duration_s), share_text(s.vibration));
+  return fmt::format("No input shaper leaves less than {} of the vibration.",
+                     share_text(t.options.shaper_limit));
+}
+
+std::string simulated_sentence(const Tuning& t) {
+  std::string text;
+  for (const auto& run : t.simulated)
+    for (const auto& figure : run.figures)
+      text += fmt::format("{}{} {} (promised {})", text.empty() ? "" : ", ", loop_figure_symbol(figure.name),
+                          three_digits(figure.simulated), three_digits(figure.promised));
+  return text.empty() ? text : "On the simulated machine: " + text + ".";
+}
+
+}  // namespace resonid::report

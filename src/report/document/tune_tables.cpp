@@ -1,0 +1,174 @@
+// SPDX-License-Identifier: MIT
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <resonid/report/detail/tune.hpp>
+
+#include "report/document/tune_words.hpp"
+#include "report/document/words.hpp"
+
+namespace resonid::report {
+namespace {
+
+using identification::LoopFigure;
+using identification::TunedController;
+using identification::Tuning;
+
+std::string optional_cell(const ShownUnit& unit, const std::optional<double>& value) {
+  return value && std::isfinite(*value) ? unit.number(*value) : "";
+}
+
+std::string with_unit_of(const LoopFigure& figure) {
+  const auto unit = shown_unit(figure).unit;
+  return loop_figure_words(figure.name) + (unit.empty() ? "" : ", " + unit);
+}
+
+std::string figure_cell(const TunedController& c, const char* name) {
+  const auto value = value_of(c, name);
+  return value && c.stable ? three_digits(*value) : "";
+}
+
+/// A share of 100 in a column whose head has the unit.
+std::string percent_cell(const std::optional<double>& share) {
+  if (!share) return {};
+  const auto text = share_text(*share);
+  return *share > 0.0 && *share < 1e-4 ? "0.01" : text.substr(0, text.find(" %"));
+}
+
+/// Rows of texts under their columns' names, the first column to the left; columns without a cell are left
+/// out.
+std::string table_text(const Table& table) {
+  std::vector<std::size_t> width;
+  for (std::size_t k = 0; k < table.columns.size(); ++k) {
+    std::size_t widest = 0;
+    for (const auto& row : table.rows) widest = std::max(widest, columns_of(row[k]));
+    width.push_back(widest == 0 ? 0 : std::max(widest, columns_of(table.columns[k])));
+  }
+  const auto line = [&](const std::vector<std::string>& cells) {
+    std::string text = " ";
+    for (std::size_t k = 0; k < cells.size(); ++k) {
+      if (width[k] == 0) continue;
+      const std::string pad(width[k] - columns_of(cells[k]), ' ');
+      text += k == 0 ? " " + cells[k] + pad : "  " + pad + cells[k];
+    }
+    return text.substr(0, text.find_last_not_of(' ') + 1) + "\n";
+  };
+  std::string text = "\n" + table.title + "\n" + line(table.columns);
+  for (const auto& row : table.rows) text += line(row);
+  return text;
+}
+
+/// The same without a column, which stands elsewhere.
+Table without(Table table, std::string_view column) {
+  const auto found = std::find(table.columns.begin(), table.columns.end(), column);
+  if (found == table.columns.end()) return table;
+  const auto at = found - table.columns.begin();
+  table.columns.erase(found);
+  for (auto& row : table.rows) row.erase(row.begin() + at);
+  return table;
+}
+
+std::string machine_line(const Tuning& t) {
+  std::string text = fmt::format("{} at {:g} Hz", fmt::join(t.files, ", "), 1.0 / t.sample_time_s);
+  if (t.machines.empty()) return text;
+  const auto& m = t.machines.front();
+  text += fmt::format(": {}{} drive",
+                      t.machines.size() > 1 ? fmt::format("{} machines, ", t.machines.size()) : "",
+                      fit::name_of(m.structure));
+  for (const auto& mode : m.modes())
+    text += fmt::format(", {} {} Hz", mode.name(), three_digits(mode.frequency_hz.value));
+  return text + fmt::format(", delay {} ms", three_digits(1e3 * (m.known_delay_s + m.delay_s)));
+}
+
+}  // namespace
+
+std::vector<ComparedController> compared_controllers(const Tuning& t) {
+  std::vector<ComparedController> list;
+  for (const auto& c : t.candidates) list.push_back({c, c.name});
+  if (t.nominal) list.push_back({*t.nominal, "without regard to uncertainty"});
+  if (t.running) list.push_back({*t.running, "running"});
+  return list;
+}
+
+Table candidate_table(const Tuning& t) {
+  const auto units = gain_units(t.units.input, t.units.velocity);
+  Table table{
+      units.kp.empty() ? "Controllers" : fmt::format("Controllers, kp in {}, ki in {}", units.kp, units.ki),
+      {"controller", "kp", "ki", "|S|", "|T_load|", "IAE", "noise gain", "exceeds, %", "remark"},
+      {}};
+  for (const auto& [c, name] : compared_controllers(t)) {
+    const bool first = &c == &t.candidates.front();
+    table.rows.push_back({name, c.gains ? three_digits(c.gains->kp) : "",
+                          c.gains ? three_digits(c.gains->ki) : "", figure_cell(c, "sensitivity_peak"),
+                          figure_cell(c, "load_peak"), figure_cell(c, "load_step_iae"),
+                          figure_cell(c, "noise_gain"),
+                          percent_cell(c.draws > 0 ? std::optional(c.probability()) : std::nullopt),
+                          !c.stable                     ? "unstable"
+                          : !c.remark.empty()           ? c.remark
+                          : first && !t.is_evaluation() ? "proposed"
+                                                        : ""});
+  }
+  return table;
+}
+
+Table figure_table(const TunedController& c) {
+  Table table{"", {"figure", "value", "95 % from", "to", "worst", "bound", "exceeded, %"}, {}};
+  for (const auto& figure : c.figures) {
+    const auto unit = shown_unit(figure);
+    table.rows.push_back({with_unit_of(figure), unit.number(figure.value), optional_cell(unit, figure.low),
+                          optional_cell(unit, figure.high), optional_cell(unit, figure.worst),
+                          optional_cell(unit, figure.bound), percent_cell(figure.probability)});
+  }
+  return table;
+}
+
+Table schedule_table(const Tuning& t) {
+  Table table{"Gains over position", {"position", "kp", "ki", "Ti in ms"}, {}};
+  if (!t.schedule) return table;
+  for (const auto& n : t.schedule->nodes)
+    table.rows.push_back({fmt::format("{:.4g}", n.position), three_digits(n.kp), three_digits(n.ki),
+                          n.ki > 0.0 ? three_digits(1e3 * n.kp / n.ki) : ""});
+  return table;
+}
+
+Table shaper_table(const Tuning& t) {
+  Table table{"Input shapers", {"shaper", "length in ms", "vibration left at 95 %, in %", ""}, {}};
+  for (const auto& s : t.shapers)
+    table.rows.push_back(
+        {s.kind, three_digits(1e3 * s.duration_s), percent_cell(s.vibration), s.chosen ? "chosen" : ""});
+  return table;
+}
+
+std::string summary_text(const Tuning& t) {
+  std::string text;
+  for (const auto& sentence : sentences(t)) text += wrapped(sentence, "", "  ") + "\n";
+  const auto& c = t.proposed();
+  auto figures = figure_table(c);
+  figures.title = fmt::format("{}: figures of the identified machine", c.name);
+  if (c.stable) text += table_text(figures);  // those of an unstable loop mean nothing
+  const auto all = candidate_table(t);
+  if (all.rows.size() > 1) {
+    text += table_text(without(all, "remark"));
+    for (const auto& row : all.rows)
+      if (!row.back().empty()) text += wrapped(row.front() + ": " + row.back(), "  ", "    ") + "\n";
+  }
+  if (t.schedule) text += table_text(schedule_table(t));
+  if (!t.shapers.empty()) text += table_text(shaper_table(t));
+  text += "\n" + wrapped(machine_line(t), "", "  ") + "\n" + findings_text(t.findings);
+  if (t.trusted) return text + "\nTrusted.\n";
+  if (t.options.force) return text + "\nFORCED, and NOT trusted.\n";
+  return text + (results_are_trusted(t) ? "\nBounds NOT kept.\n" : "\nNOT trusted: see the findings.\n");
+}
+
+nlohmann::json controller_json(const TunedController& c) {
+  nlohmann::json j{{"numerator", c.feedback.numerator},
+                   {"denominator", c.feedback.denominator},
+                   {"sample_time_s", c.feedback.sample_time_s},
+                   {"structure", c.structure}};
+  if (!c.reference_numerator.empty()) j["reference_numerator"] = c.reference_numerator;
+  return j;
+}
+
+}  // namespace resonid::report

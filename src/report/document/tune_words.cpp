@@ -1,0 +1,155 @@
+// SPDX-License-Identifier: MIT
+#include "report/document/tune_words.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+namespace resonid::report {
+namespace {
+
+using identification::LoopFigure;
+using identification::TunedController;
+using identification::Tuning;
+
+constexpr std::array kFigures = {
+    FigureWords{"sensitivity_peak", "largest |S| (Ms)", "|S|"},
+    FigureWords{"complementary_peak", "largest |T| (Mt)", "|T|"},
+    FigureWords{"load_peak", "largest |T_load|", "|T_load|"},
+    FigureWords{"controller_sensitivity_peak", "largest |C S|", "|C S|"},
+    FigureWords{"process_sensitivity_peak", "largest |G S|", "|G S|"},
+    FigureWords{"disk_peak", "largest |S - T|", "|S - T|"},
+    FigureWords{"phase_margin_deg", "least phase margin", "phase margin"},
+    FigureWords{"gain_margin_db", "gain margin", "gain margin"},
+    FigureWords{"delay_margin_s", "delay margin", "delay margin"},
+    FigureWords{"crossover_hz", "crossover", "crossover"},
+    FigureWords{"load_bandwidth_hz", "bandwidth of the load", "bandwidth of the load"},
+    FigureWords{"load_step_iae", "load step: IAE", "IAE of the load step"},
+    FigureWords{"load_step_ie", "load step: IE", "IE of the load step"},
+    FigureWords{"load_step_peak", "load step: peak velocity", "peak of the load step"},
+    FigureWords{"load_step_rebound", "load step: swing to the other side", "rebound of the load"},
+    FigureWords{"noise_gain", "torque per velocity noise (rms)", "noise gain"},
+    FigureWords{"reference_overshoot", "reference step: overshoot", "overshoot of the load"},
+    FigureWords{"reference_settling_s", "reference step: settling", "settling of the load"},
+    FigureWords{"reference_peak_torque", "reference step: peak torque", "peak torque"},
+    FigureWords{"reference_rms_torque", "reference step: rms torque", "rms torque"}};
+
+const FigureWords* words_of(std::string_view name) {
+  const auto* found =
+      std::find_if(kFigures.begin(), kFigures.end(), [&](const FigureWords& w) { return w.name == name; });
+  return found == kFigures.end() ? nullptr : found;
+}
+
+std::string spaced(std::string_view name) {
+  std::string text(name);
+  std::replace(text.begin(), text.end(), '_', ' ');
+  return text;
+}
+
+}  // namespace
+
+std::string loop_figure_words(std::string_view name) {
+  const auto* words = words_of(name);
+  return words == nullptr ? spaced(name) : std::string(words->words);
+}
+
+std::string loop_figure_symbol(std::string_view name) {
+  const auto* words = words_of(name);
+  return words == nullptr ? spaced(name) : std::string(words->symbol);
+}
+
+std::string three_digits(double value) {
+  constexpr double kWhole = 99.95, kLong = 1e5, kSmall = 1e-4;
+  const double size = std::abs(value);
+  if (!std::isfinite(value)) return value > 0.0 ? "infinite" : "unknown";
+  if (size == 0.0) return "0";
+  if (size >= kLong || size < kSmall) return fmt::format("{:.3g}", value);
+  return size >= kWhole ? fmt::format("{:.0f}", value) : fmt::format("{:#.3g}", value);
+}
+
+std::string grouped(std::size_t count) {
+  std::string text = std::to_string(count);
+  for (auto at = text.size(); at > 3 && text.size() > 4;) text.insert(at -= 3, 1, ' ');
+  return text;
+}
+
+std::string share_text(double share) {
+  const double percent = 100.0 * share;
+  constexpr double kFew = 0.01, kMost = 99.5;  // where whole numbers would say none, or all
+  if (percent > 0.0 && percent < kFew) return "less than 0.01 %";
+  if (percent > 0.0 && percent < 9.95) return fmt::format("{:.2g} %", percent);
+  if (percent >= kMost && percent < 100.0) return fmt::format("{:.2f} %", std::min(percent, 99.99));
+  return fmt::format("{:.0f} %", percent);
+}
+
+std::string ShownUnit::number(double value) const { return three_digits(factor * value); }
+
+std::string ShownUnit::text(double value) const { return number(value) + (unit.empty() ? "" : " " + unit); }
+
+ShownUnit shown_unit(const LoopFigure& figure) {
+  if (figure.unit == "s" && std::abs(figure.value) < 1.0) return {1e3, "ms"};
+  const bool share = figure.name == "load_step_rebound" || figure.name == "reference_overshoot";
+  if (share && figure.unit.empty()) return {100.0, "%"};
+  return {1.0, figure.unit};
+}
+
+GainUnits gain_units(const std::string& input, const std::string& velocity) {
+  if (input.empty() || velocity.empty()) return {};
+  const bool of_time = velocity.ends_with("/s");
+  const std::string per = velocity.find('/') == std::string::npos ? velocity : "(" + velocity + ")";
+  return {input + "/" + per,
+          of_time ? input + "/" + velocity.substr(0, velocity.size() - 2) : input + "/(" + velocity + " s)"};
+}
+
+std::string gains_text(const TunedController& c, const GainUnits& units, double factor) {
+  if (!c.gains) return {};
+  const auto with = [](double value, const std::string& unit) {
+    return three_digits(value) + (unit.empty() ? "" : " " + unit);
+  };
+  std::string text =
+      fmt::format("kp {}, ki {}", with(factor * c.gains->kp, units.kp), with(factor * c.gains->ki, units.ki));
+  if (c.gains->ki > 0.0) text += fmt::format(" (Ti {} ms)", three_digits(1e3 * c.gains->kp / c.gains->ki));
+  return text;
+}
+
+std::optional<double> value_of(const TunedController& c, std::string_view name) {
+  for (const auto& figure : c.figures)
+    if (figure.name == name && std::isfinite(figure.value)) return figure.value;
+  return std::nullopt;
+}
+
+std::string figure_text(const TunedController& c, std::string_view name) {
+  for (const auto& figure : c.figures)
+    if (figure.name == name) return shown_unit(figure).text(figure.value);
+  return "unknown";
+}
+
+bool results_are_trusted(const Tuning& t) {
+  const bool within = t.proposed().within && t.proposed().stable;
+  return t.trusted || (!within && std::none_of(t.findings.begin(), t.findings.end(), [](const auto& finding) {
+           return finding.severity == diagnostics::Severity::error;
+         }));
+}
+
+std::optional<double> stiffer_by(const Tuning& t) {
+  if (!t.running || !t.running->stable || !t.proposed().stable) return std::nullopt;
+  const auto now = value_of(*t.running, "load_step_iae"), then = value_of(t.proposed(), "load_step_iae");
+  if (!now || !then || !(*now > 0.0) || !(*then > 0.0)) return std::nullopt;
+  return *now / *then;
+}
+
+std::string bounds_text(const TunedController& c) {
+  std::string text;
+  for (const auto& figure : c.figures) {
+    if (!figure.bound) continue;
+    const bool least =
+        figure.name == "load_bandwidth_hz" || figure.name.find("_margin_") != std::string::npos;
+    text += fmt::format("{}{} {} {}", text.empty() ? "" : ", ", loop_figure_symbol(figure.name),
+                        least ? ">=" : "<=", shown_unit(figure).text(*figure.bound));
+  }
+  return text;
+}
+
+}  // namespace resonid::report

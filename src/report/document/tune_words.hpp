@@ -1,0 +1,94 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <optional>
+#include <resonid/identification/tune.hpp>
+#include <resonid/report/document.hpp>
+#include <string>
+#include <string_view>
+#include <vector>
+
+// Words that text and page of a tuning share.
+namespace resonid::report {
+
+/// A figure of a loop as people call it.
+struct FigureWords {
+  std::string_view name;    ///< As in JSON.
+  std::string_view words;   ///< In tables: "largest |S|, Ms".
+  std::string_view symbol;  ///< In sentences: "|S|".
+};
+/// Those of a name that is not known: the name with spaces.
+[[nodiscard]] std::string loop_figure_words(std::string_view name);
+[[nodiscard]] std::string loop_figure_symbol(std::string_view name);
+
+/// What a figure's numbers are multiplied by to be shown, and their unit then: shares in %, short times in
+/// ms.
+struct ShownUnit {
+  double factor = 1.0;
+  std::string unit;
+
+  /// Three digits, without the unit.
+  [[nodiscard]] std::string number(double value) const;
+  /// With the unit.
+  [[nodiscard]] std::string text(double value) const;
+};
+[[nodiscard]] ShownUnit shown_unit(const identification::LoopFigure& figure);
+
+/// Three digits, the zeros at their end too: "1.40", "0.0530", "143".
+[[nodiscard]] std::string three_digits(double value);
+/// "10 000"
+[[nodiscard]] std::string grouped(std::size_t count);
+/// "4.2 %"
+[[nodiscard]] std::string share_text(double share);
+
+/// Units of proportional and integral gain: "Nm/(rad/s)" and "Nm/rad", "A/rpm" and "A/(rpm s)".
+struct GainUnits {
+  std::string kp, ki;
+};
+[[nodiscard]] GainUnits gain_units(const std::string& input, const std::string& velocity);
+
+/// "kp 2.11 Nm/(rad/s), ki 21.5 Nm/rad (Ti 98.1 ms)"; times `factor`.
+[[nodiscard]] std::string gains_text(const identification::TunedController& controller,
+                                     const GainUnits& units, double factor = 1.0);
+
+[[nodiscard]] std::optional<double> value_of(const identification::TunedController& controller,
+                                             std::string_view figure);
+
+/// With its unit; "unknown" where there is none.
+[[nodiscard]] std::string figure_text(const identification::TunedController& controller,
+                                      std::string_view figure);
+
+/// Whether nothing but the bounds speaks against a tuning.
+[[nodiscard]] bool results_are_trusted(const identification::Tuning& tuning);
+
+/// How many times smaller the load's error after a torque step is than under the running controller.
+[[nodiscard]] std::optional<double> stiffer_by(const identification::Tuning& tuning);
+
+/// "|S| <= 1.40, |T_load| <= 1.30": bounds on figures; empty without.
+[[nodiscard]] std::string bounds_text(const identification::TunedController& controller);
+
+/// Parts of sentences(): what matters most, the command that follows from it included; what the loop is like.
+[[nodiscard]] std::vector<std::string> lead_sentences(const identification::Tuning& tuning);
+[[nodiscard]] std::vector<std::string> loop_sentences(const identification::Tuning& tuning);
+/// What uncertainty costs, and what less of it would buy.
+[[nodiscard]] std::vector<std::string> uncertainty_sentences(const identification::Tuning& tuning);
+/// Empty where there is nothing of the kind.
+[[nodiscard]] std::string schedule_sentence(const identification::Tuning& tuning);
+[[nodiscard]] std::string shaper_sentence(const identification::Tuning& tuning);
+[[nodiscard]] std::string simulated_sentence(const identification::Tuning& tuning);
+
+/// All controllers that are compared, with what people call them: candidates, the one without regard to
+/// uncertainty, the running one.
+struct ComparedController {
+  const identification::TunedController& controller;
+  std::string name;
+};
+[[nodiscard]] std::vector<ComparedController> compared_controllers(const identification::Tuning& tuning);
+
+/// Their gains and figures, and all figures of the first with interval, worst case, bound and probability.
+[[nodiscard]] Table candidate_table(const identification::Tuning& tuning);
+[[nodiscard]] Table figure_table(const identification::TunedController& controller);
+[[nodiscard]] Table schedule_table(const identification::Tuning& tuning);
+[[nodiscard]] Table shaper_table(const identification::Tuning& tuning);
+
+}  // namespace resonid::report

@@ -1,0 +1,190 @@
+// SPDX-License-Identifier: MIT
+#include <limits>
+
+#include "report/json/results.hpp"
+
+namespace resonid::report {
+namespace {
+
+using identification::TradeOff;
+using identification::TunedController;
+using identification::TuneOptions;
+using identification::Tuning;
+
+constexpr double kNoBound = std::numeric_limits<double>::infinity();
+
+void describe_given(Fields& f, std::optional<data::Controller>& controller) {
+  f.object({"evaluate", "controller that was judged instead"}, controller.has_value(), [&] {
+    if (!controller) controller.emplace();
+    const bool law = f.reading() ? f.holds("gain") : controller->law.has_value();
+    f.one_of(2, law ? 1 : 0, [&](std::size_t kind) {
+      if (kind == 0) return describe(f, static_cast<data::TransferFunction&>(*controller));
+      if (!controller->law) controller->law = data::Controller::Pi{};
+      f({"gain", "of gain (1 + Ts/integral_time z/(z - 1))"}, controller->law->gain);
+      f({"integral_time_s", "its integral time", "s", positive}, controller->law->integral_time_s);
+    });
+  });
+}
+
+void describe_bounds(Fields& f, TuneOptions& o) {
+  f({"sensitivity", "on |S|"}, o.largest_sensitivity);
+  f.unless(kNoBound, {"load_transfer", "on |T_load|; absent: none"}, o.largest_load_transfer);
+  f({"complementary", "on |T|"}, o.largest_complementary);
+  f({"controller_sensitivity", "on |C S|; absent: that of filters is twice that of the best PI"},
+    o.largest_controller_sensitivity);
+  f({"bandwidth_hz", "least bandwidth of the load", "Hz"}, o.least_bandwidth_hz);
+  f({"torque", "of the drive"}, o.torque_limit);
+  f({"noise_torque", "rms of the torque that measurement noise makes"}, o.largest_noise_torque);
+  f({"overshoot", "of the load after the reference step"}, o.overshoot);
+}
+
+void describe_wanted(Fields& f, Tuning& t) {
+  auto& o = t.options;
+  auto seed = static_cast<std::size_t>(o.seed);
+  f.object({"wanted", "what was wanted of the controller"}, [&] {
+    f.choice({"structure", "what it may be made of"}, o.structure);
+    f.object({"bounds", "bounds on the loop"}, [&] { describe_bounds(f, o); });
+    f({"biquads", "filters at most"}, o.biquads);
+    f({"reference_step", "velocity of the step that figures of the reference are of"}, o.reference_step);
+    f({"confidence", "with which all bounds are to be met"}, o.confidence);
+    f.choice({"guarantee",
+              "what the confidence is of: the probability that every bound is met, or every "
+              "machine of the confidence ellipsoid"},
+             o.guarantee);
+    f({"delay_std_s", "standard deviation of the delay, where it was given", "s", not_negative},
+      o.delay_std_s);
+    describe_given(f, o.evaluate);
+    f.unless_empty({"positions", "positions of the machines, over which gains are scheduled"}, o.positions);
+    f.unless(false, {"shaper", "whether an input shaper was to be chosen"}, o.shaper);
+    f({"shaper_limit", "residual vibration that it may leave"}, o.shaper_limit);
+    f.unless(false, {"forced", "made of results that need not be trusted"}, o.force);
+    f({"draws", "machines that the confidence is counted on"}, o.draws);
+    f({"seed", "seed of the draws"}, seed);
+  });
+  if (f.reading()) o.seed = seed;
+}
+
+void describe_trade_off(Fields& f, const Key& key, std::vector<TradeOff>& list) {
+  f.list(key, !list.empty(), list, [&](TradeOff& p) {
+    f({"sensitivity", "bound on |S|"}, p.sensitivity);
+    f.unless(kNoBound, {"load_transfer", "bound on |T_load|; absent: none"}, p.load_transfer);
+    f({"kp", "of the best PI under them"}, p.kp);
+    f({"ki", "of the best PI under them"}, p.ki);
+    f({"iae", "its error of the load after a torque step of 1, integral of the size"}, p.iae);
+  });
+}
+
+void describe_schedule(Fields& f, std::optional<identification::TunedSchedule>& schedule) {
+  f.object({"schedule", "gains over position, linear between nodes"}, schedule.has_value(), [&] {
+    if (!schedule) schedule.emplace();
+    f.list(
+        {"nodes", "ascending in position"}, true, schedule->nodes,
+        [&](identification::TunedSchedule::Node& n) {
+          f({"position", "where"}, n.position);
+          f({"kp", "proportional gain there"}, n.kp);
+          f({"ki", "integral gain there"}, n.ki);
+        },
+        Presence::required);
+    f({"figures", "largest over the stroke, with the position fixed"}, schedule->figures);
+    f({"worst_position", "where the margins are least"}, schedule->worst_position);
+    f({"fixed_iae", "error of the load on a run through the stroke with one PI"}, schedule->fixed_iae);
+    f({"scheduled_iae", "the same with the schedule"}, schedule->scheduled_iae);
+    f({"within", "every bound is met at every position"}, schedule->within);
+  });
+}
+
+void describe_shapers(Fields& f, std::vector<identification::TunedShaper>& shapers) {
+  f.list({"shapers", "input shapers for the closed loop, ascending in duration"}, !shapers.empty(), shapers,
+         [&](identification::TunedShaper& s) {
+           f({"kind", "\"zv\", \"mzv\", \"zvd\", \"ei\" or \"2hump_ei\""}, s.kind);
+           f({"duration_s", "time of its last impulse", "s", not_negative}, s.duration_s);
+           f({"vibration", "what 95 % of the machines stay below, of that of an unshaped step", "",
+              not_negative},
+             s.vibration);
+           f({"chosen", "the shortest that leaves little enough"}, s.chosen);
+           f({"amplitudes", "of the impulses"}, s.amplitudes);
+           f({"times_s", "of the impulses", "s"}, s.times_s);
+         });
+}
+
+void describe_runs(Fields& f, std::vector<identification::SimulatedRun>& runs) {
+  f.list({"simulated", "runs on a simulated machine"}, !runs.empty(), runs,
+         [&](identification::SimulatedRun& run) {
+           f({"what", "\"reference step\", \"load step\" or \"move\""}, run.what);
+           f.list({"figures", "what was promised, and what came"}, !run.figures.empty(), run.figures,
+                  [&](identification::SimulatedFigure& figure) {
+                    f({"name", "name of the figure"}, figure.name);
+                    f.unless_empty({"unit", "unit of its numbers"}, figure.unit);
+                    f({"promised", "by the design", "unit"}, figure.promised);
+                    f({"simulated", "by the run", "unit"}, figure.simulated);
+                  });
+           Gaps time{run.time_s}, reference{run.reference}, velocity{run.velocity}, torque{run.torque};
+           f.only_if(!run.time_s.empty(), {"time_s", "of the samples", "s"}, time);
+           f.only_if(!run.reference.empty(), {"reference", "velocity that was wanted"}, reference);
+           f.only_if(!run.velocity.empty(), {"velocity", "velocity of the load"}, velocity);
+           f.only_if(!run.torque.empty(), {"torque", "torque of the machine"}, torque);
+         });
+}
+
+/// A file of this kind serves as a controller's: what such a file needs stands on top.
+void describe_controller_file(Fields& f, const Tuning& t) {
+  static const TunedController kNone;
+  const auto& c = t.candidates.empty() ? kNone : t.candidates.front();
+  const bool known = !c.feedback.denominator.empty();
+  f.derived({"numerator",
+             "numerator of the first candidate's feedback, from velocity error to torque, in "
+             "powers of z^-1: with it the file can be given as a controller"},
+            c.feedback.numerator, known);
+  f.derived({"denominator", "denominator of it"}, c.feedback.denominator, known);
+  f.derived({"structure", "structure of it"}, c.structure, known);
+  f.derived({"reference_numerator", "T of u = (T r - R y)/S where it is not the numerator"},
+            c.reference_numerator, known && !c.reference_numerator.empty());
+}
+
+void describe_machines(Fields& f, Tuning& t) {
+  f.list(
+      {"machines", "identified drives that the controller is for"}, true, t.machines,
+      [&](fit::DriveModel& drive) { describe_machine(f, drive, t.units); }, Presence::required);
+  f.object({"delay", "what is known of the delay"}, [&] {
+    f({"std_s", "standard deviation", "s", not_negative}, t.delay_std_s);
+    f({"assumed", "a quarter of a sample, as the result tells none"}, t.delay_std_assumed);
+  });
+}
+
+}  // namespace
+
+void describe(Fields& f, Tuning& t) {
+  f.schema({"resonid.tuning/1"});
+  f({"trusted", "all results are, and the first candidate is within the bounds"}, t.trusted);
+  f({"files", "recordings that were identified"}, t.files);
+  describe_units(f, t.units);
+  f({"sample_time_s", "sample time of the loop", "s", positive}, t.sample_time_s);
+  describe_controller_file(f, t);
+  describe_machines(f, t);
+  describe_wanted(f, t);
+  f.object({"scale", "units of the recording per unit of torque and of velocity"},
+           t.input_scale != 1.0 || t.output_scale != 1.0, [&] {
+             f({"input", "of torque"}, t.input_scale);
+             f({"output", "of velocity"}, t.output_scale);
+             f.unless_empty({"input_unit", "its name"}, t.input_unit);
+             f.unless_empty({"output_unit", "its name"}, t.output_unit);
+           });
+  f({"candidates", "controllers, the best first; one that was judged alone"}, t.candidates);
+  f.require(!t.candidates.empty(), "candidates", "at least one controller");
+  f({"running", "the controller under which was recorded"}, t.running);
+  f({"nominal", "the first candidate's structure, designed without regard to uncertainty"}, t.nominal);
+  describe_trade_off(f, {"over_sensitivity", "what the bound on |S| costs"}, t.over_sensitivity);
+  describe_trade_off(f, {"over_load_transfer", "what the bound on |T_load| costs"}, t.over_load_transfer);
+  f.list({"experiment", "what a better experiment would buy"}, !t.experiment.empty(), t.experiment,
+         [&](identification::ExperimentValue& v) {
+           f({"variance_factor", "of every variance", "", not_negative}, v.factor);
+           f({"ki", "integral gain that would then be possible"}, v.ki);
+           f({"iae", "error of the load after a torque step of 1"}, v.iae);
+         });
+  describe_schedule(f, t.schedule);
+  describe_shapers(f, t.shapers);
+  describe_runs(f, t.simulated);
+  f({"findings", "what to know of results and controller"}, t.findings);
+}
+
+}  // namespace resonid::report

@@ -1,0 +1,302 @@
+// SPDX-License-Identifier: MIT
+#include "report/pages/tune_charts.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <resonid/base/constants.hpp>
+
+#include "report/document/tune_words.hpp"
+#include "report/pages/curves.hpp"
+
+namespace resonid::report {
+namespace {
+
+using identification::Band;
+using identification::LoopCurves;
+using identification::TradeOff;
+using identification::TunedController;
+using identification::Tuning;
+
+/// The controllers that pictures show: the proposed one with its bands, and the running one.
+std::vector<std::pair<std::string, const TunedController*>> drawn_controllers(const Tuning& t) {
+  std::vector<std::pair<std::string, const TunedController*>> list = {
+      {t.is_evaluation() ? "given: " + t.proposed().name : t.proposed().name, &t.proposed()}};
+  if (t.running) list.emplace_back("running controller", &*t.running);
+  return list;
+}
+
+/// A curve with its band, all of it through a function that grows; nothing where lengths differ.
+template <class Function>
+void put_band(Chart& chart, const std::string& name, bool first, const std::vector<double>& x,
+              const Band& band, Function&& shown) {
+  if (x.empty() || band.value.size() != x.size()) return;
+  Curve curve{name, first ? Curve::Mark::line : Curve::Mark::dashed, x, {}};
+  const bool both = first && band.low.size() == x.size() && band.high.size() == x.size();
+  for (std::size_t i = 0; i < x.size(); ++i) {
+    curve.y.push_back(shown(band.value[i]));
+    if (!both) continue;
+    curve.lower.push_back(shown(band.low[i]));
+    curve.upper.push_back(shown(band.high[i]));
+  }
+  chart.curves.push_back(std::move(curve));
+}
+
+constexpr auto kAsIs = [](double v) { return v; };
+constexpr auto kDecibel = [](double v) { return 20.0 * std::log10(v); };
+
+/// |S| or another size of each controller, and the bound on it.
+Chart peak_chart(const Tuning& t, const char* title, const char* figure, Band LoopCurves::*band) {
+  Chart chart;
+  chart.title = title;
+  chart.x_label = "Frequency in Hz";
+  chart.y_label = "Magnitude";
+  chart.log_x = true;
+  bool first = true;
+  for (const auto& [name, c] : drawn_controllers(t)) {
+    put_band(chart, name, first, c->curves.frequency_hz, c->curves.*band, kAsIs);
+    first = false;
+  }
+  if (chart.curves.empty()) return chart;
+  const auto& figures = t.proposed().figures;
+  const auto found =
+      std::find_if(figures.begin(), figures.end(), [&](const auto& f) { return f.name == figure; });
+  if (found == figures.end() || !found->bound || !std::isfinite(*found->bound)) return chart;
+  const auto& x = chart.curves.front().x;
+  chart.curves.push_back({"bound " + three_digits(*found->bound),
+                          Curve::Mark::line,
+                          {x.front(), x.back()},
+                          {*found->bound, *found->bound}});
+  return chart;
+}
+
+/// Around L, 95 % of what the covariance leaves in the plane: a closed line, then a gap.
+void put_ellipse(const LoopCurves::Ellipse& e, Curve& curve) {
+  constexpr double kFar = 3.0;  // beyond it no loop is judged
+  const double a = e.covariance(0, 0), b = e.covariance(0, 1), c = e.covariance(1, 1);
+  const double middle = 0.5 * (a + c), half = std::hypot(0.5 * (a - c), b);
+  if (!std::isfinite(middle) || !(middle > 0.0) || std::abs(e.value) > kFar) return;
+  const double radius = std::sqrt(-2.0 * std::log(0.05));
+  const double major = radius * std::sqrt(middle + half),
+               minor = radius * std::sqrt(std::max(0.0, middle - half)),
+               turn = 0.5 * std::atan2(2.0 * b, a - c);
+  constexpr int kPoints = 48;
+  for (int k = 0; k <= kPoints; ++k) {
+    const double at = kTwoPi * k / kPoints;
+    const auto point =
+        e.value + std::polar(1.0, turn) * std::complex<double>(major * std::cos(at), minor * std::sin(at));
+    curve.x.push_back(point.real());
+    curve.y.push_back(point.imag());
+    curve.at.push_back(e.frequency_hz);
+  }
+  for (auto* list : {&curve.x, &curve.y, &curve.at}) list->push_back(std::nan(""));
+}
+
+Chart nyquist_chart(const Tuning& t) {
+  Chart chart = nyquist_plane("Nyquist curve of L = C G, every delay included");
+  for (const auto& [name, c] : drawn_controllers(t)) {
+    if (c->curves.loop.empty() || c->curves.loop.size() != c->curves.frequency_hz.size()) continue;
+    data::FrequencyResponse loop;
+    loop.frequency_hz = c->curves.frequency_hz;
+    loop.value = c->curves.loop;
+    chart.curves.push_back(
+        nyquist_curve(name, loop, c == &t.proposed() ? Curve::Mark::line : Curve::Mark::dashed));
+  }
+  if (chart.curves.empty()) return chart;
+  Curve ellipses{"95 % of the machines at key frequencies", Curve::Mark::line, {}, {}, {}};
+  for (const auto& e : t.proposed().curves.ellipses) put_ellipse(e, ellipses);
+  if (!ellipses.x.empty()) chart.curves.push_back(std::move(ellipses));
+  Shape circle;
+  circle.kind = Shape::Kind::circle;
+  circle.name = fmt::format("|S| = {}: no loop may enter", three_digits(t.options.largest_sensitivity));
+  circle.x = -1.0;
+  circle.radius = 1.0 / t.options.largest_sensitivity;
+  chart.shapes.insert(chart.shapes.begin(), std::move(circle));  // the first region is red
+  return chart;
+}
+
+/// A step of all controllers.
+Chart step_chart(const Tuning& t, std::string title, std::string y_label, Band LoopCurves::*band) {
+  Chart chart;
+  chart.title = std::move(title);
+  chart.x_label = "Time in s";
+  chart.y_label = std::move(y_label);
+  bool first = true;
+  for (const auto& [name, c] : drawn_controllers(t)) {
+    put_band(chart, name, first, c->curves.time_s, c->curves.*band, kAsIs);
+    first = false;
+  }
+  return chart;
+}
+
+void put_chart(Section& s, Chart chart) {
+  if (!chart.curves.empty()) s.charts.push_back(std::move(chart));
+}
+
+std::vector<Chart> trade_off_pair(const std::vector<TradeOff>& list, double bound, double TradeOff::*of,
+                                  const char* symbol, const std::string& ki_unit,
+                                  const std::string& iae_unit) {
+  std::vector<const TradeOff*> points;
+  for (const auto& point : list)
+    if (std::isfinite(point.*of)) points.push_back(&point);
+  if (points.size() < 2) return {};
+  std::sort(points.begin(), points.end(),
+            [&](const TradeOff* a, const TradeOff* b) { return a->*of < b->*of; });
+  const auto* here = *std::min_element(points.begin(), points.end(), [&](const auto* a, const auto* b) {
+    return std::abs(a->*of - bound) < std::abs(b->*of - bound);
+  });
+  const auto chart = [&](const std::string& title, const std::string& y_label, double TradeOff::*y) {
+    Chart c;
+    c.title = title;
+    c.x_label = fmt::format("Bound on {}", symbol);
+    c.y_label = y_label;
+    Curve curve{"best PI", Curve::Mark::line, {}, {}};
+    for (const auto* point : points) {
+      curve.x.push_back(point->*of);
+      curve.y.push_back(point->*y);
+    }
+    c.curves = {std::move(curve)};
+    if (std::abs(here->*of - bound) <= 0.02 * bound)
+      c.curves.push_back({"bound of this design", Curve::Mark::points, {here->*of}, {here->*y}});
+    return c;
+  };
+  return {chart(fmt::format("Integral gain over the bound on {}", symbol),
+                ki_unit.empty() ? "ki" : "ki in " + ki_unit, &TradeOff::ki),
+          chart(fmt::format("Error of the load over the bound on {}", symbol),
+                "IAE of the load step" + (iae_unit.empty() ? "" : " in " + iae_unit), &TradeOff::iae)};
+}
+
+Curve timed(const std::string& name, const std::vector<double>& time, const std::vector<double>& y) {
+  const double rate =
+      time.size() > 1 ? static_cast<double>(time.size() - 1) / (time.back() - time.front()) : 1.0;
+  return thinned(name, y, time.front(), rate);
+}
+
+}  // namespace
+
+Section loop_section(const Tuning& t) {
+  Section s;
+  s.title = "Loop";
+  BodeCharts bode;
+  bode.magnitude.title = "Open loop L: magnitude";
+  bode.phase.title = "Open loop L: phase, every delay included";
+  bool first = true;
+  for (const auto& [name, c] : drawn_controllers(t)) {
+    put_band(bode.magnitude, name, first, c->curves.frequency_hz, c->curves.loop_size, kDecibel);
+    put_band(bode.phase, name, first, c->curves.frequency_hz, c->curves.loop_phase_deg, kAsIs);
+    first = false;
+  }
+  put_chart(s, peak_chart(t, "Sensitivity |S|", "sensitivity_peak", &LoopCurves::sensitivity));
+  put_chart(
+      s, peak_chart(t, "From the reference to the load, |T_load|", "load_peak", &LoopCurves::load_transfer));
+  put_chart(s, bode.magnitude);
+  put_chart(s, bode.phase);
+  put_chart(s,
+            peak_chart(t, "Complementary sensitivity |T|", "complementary_peak", &LoopCurves::complementary));
+  put_chart(s, nyquist_chart(t));
+  if (!s.charts.empty())
+    s.text = {
+        "Bands hold 95 % of the machines that the identification leaves possible, line by line; the "
+        "curves are those of the identified machine."};
+  s.side_by_side = true;
+  return s;
+}
+
+Section step_section(const Tuning& t) {
+  Section s;
+  s.title = "Steps";
+  const auto& u = t.units;
+  put_chart(s, step_chart(t, fmt::format("Load after a torque step of 1 {} on it", u.input),
+                          "Velocity of the load in " + u.velocity, &LoopCurves::load_by_torque));
+  put_chart(
+      s, step_chart(
+             t, fmt::format("Load after a reference step of {:.4g} {}", t.options.reference_step, u.velocity),
+             "Velocity of the load in " + u.velocity, &LoopCurves::load_by_reference));
+  put_chart(s, step_chart(t, "Torque after the reference step", "Torque in " + u.input,
+                          &LoopCurves::torque_by_reference));
+  s.side_by_side = true;
+  return s;
+}
+
+std::vector<Chart> trade_off_charts(const Tuning& t) {
+  const auto unit = gain_units(t.units.input, t.units.velocity).ki;
+  std::string iae_unit;
+  for (const auto& figure : t.proposed().figures)
+    if (figure.name == "load_step_iae") iae_unit = figure.unit;
+  auto charts = trade_off_pair(t.over_sensitivity, t.options.largest_sensitivity, &TradeOff::sensitivity,
+                               "|S|", unit, iae_unit);
+  for (auto& chart : trade_off_pair(t.over_load_transfer, t.options.largest_load_transfer,
+                                    &TradeOff::load_transfer, "|T_load|", unit, iae_unit))
+    charts.push_back(std::move(chart));
+  return charts;
+}
+
+Section schedule_section(const Tuning& t) {
+  Section s;
+  s.title = "Gains over position";
+  if (!t.schedule) return s;
+  Curve kp{"kp", Curve::Mark::line, {}, {}}, ki{"ki", Curve::Mark::line, {}, {}};
+  for (const auto& n : t.schedule->nodes) {
+    kp.x.push_back(n.position);
+    kp.y.push_back(n.kp);
+    ki.x.push_back(n.position);
+    ki.y.push_back(n.ki);
+  }
+  const auto units = gain_units(t.units.input, t.units.velocity);
+  for (const auto& [curve, unit] : {std::pair{&kp, units.kp}, {&ki, units.ki}}) {
+    Chart chart;
+    chart.title = curve == &kp ? "Proportional gain" : "Integral gain";
+    chart.x_label = "Position";
+    chart.y_label = curve->name + (unit.empty() ? "" : " in " + unit);
+    auto nodes = *curve;
+    nodes.name = "nodes";
+    nodes.mark = Curve::Mark::points;
+    chart.curves = {*curve, std::move(nodes)};
+    s.charts.push_back(std::move(chart));
+  }
+  s.text = {
+      "Linear between the nodes, constant beyond the ends; figures are the largest over the stroke, "
+      "with the position fixed."};
+  s.side_by_side = true;
+  TunedController over_stroke;
+  over_stroke.figures = t.schedule->figures;
+  s.plain_tables = {schedule_table(t)};
+  if (!over_stroke.figures.empty()) {
+    s.plain_tables.push_back(figure_table(over_stroke));
+    s.plain_tables.back().title = "Figures over the stroke";
+  }
+  return s;
+}
+
+Section simulated_section(const Tuning& t) {
+  Section s;
+  s.title = "On the simulated machine";
+  s.side_by_side = true;
+  Table table{"Promised and simulated", {"run", "figure", "promised", "simulated"}, {}};
+  for (const auto& run : t.simulated) {
+    for (const auto& figure : run.figures)
+      table.rows.push_back({run.what,
+                            loop_figure_words(figure.name) + (figure.unit.empty() ? "" : ", " + figure.unit),
+                            three_digits(figure.promised), three_digits(figure.simulated)});
+    if (run.time_s.empty()) continue;
+    Chart velocity, torque;
+    velocity.title = fmt::format("Velocity, {}", run.what);
+    velocity.y_label = "Velocity in " + t.units.velocity;
+    torque.title = fmt::format("Torque, {}", run.what);
+    torque.y_label = "Torque in " + t.units.input;
+    const auto size = run.time_s.size();
+    if (run.velocity.size() == size) velocity.curves.push_back(timed("load", run.time_s, run.velocity));
+    if (run.reference.size() == size)
+      velocity.curves.push_back(timed("reference", run.time_s, run.reference));
+    if (run.torque.size() == size) torque.curves.push_back(timed("torque", run.time_s, run.torque));
+    for (auto* chart : {&velocity, &torque}) {
+      chart->x_label = "Time in s";
+      put_chart(s, std::move(*chart));
+    }
+  }
+  if (!table.rows.empty()) s.plain_tables = {std::move(table)};
+  return s;
+}
+
+}  // namespace resonid::report

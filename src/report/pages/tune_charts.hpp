@@ -1,0 +1,20 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <resonid/identification/tune.hpp>
+#include <resonid/report/document.hpp>
+
+// Pictures of the page of a tuning: the loop and its steps, the proposed controller before the running one.
+namespace resonid::report {
+
+/// L over frequency and in the plane, |S|, |T| and |T_load| with their bounds; without charts where there are
+/// no curves.
+[[nodiscard]] Section loop_section(const identification::Tuning& tuning);
+/// Load and torque after a step of the reference, load after a step of torque on it.
+[[nodiscard]] Section step_section(const identification::Tuning& tuning);
+/// ki and the load's error over each bound.
+[[nodiscard]] std::vector<Chart> trade_off_charts(const identification::Tuning& tuning);
+[[nodiscard]] Section schedule_section(const identification::Tuning& tuning);
+[[nodiscard]] Section simulated_section(const identification::Tuning& tuning);
+
+}  // namespace resonid::report

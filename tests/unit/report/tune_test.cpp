@@ -1,0 +1,324 @@
+// SPDX-License-Identifier: MIT
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <nlohmann/json.hpp>
+#include <resonid/base/error_text.hpp>
+#include <resonid/io/controller_file.hpp>
+#include <resonid/report/detail/tune.hpp>
+#include <resonid/report/page.hpp>
+#include <sstream>
+
+#include "tunings.hpp"
+
+namespace resonid::report {
+namespace {
+
+using identification::Tuning;
+using nlohmann::json;
+
+/// The least that a tuning holds.
+Tuning least_tuning() {
+  Tuning t;
+  t.sample_time_s = 0.002;
+  t.units = test::bare().units;
+  identification::TunedController c;
+  c.structure = "rst";
+  c.name = "RST";
+  c.feedback = {{1.0, -0.9}, {1.0, -1.0}, 0.002};
+  t.candidates = {c};
+  return t;
+}
+
+std::string text_of(const std::vector<std::string>& list) {
+  std::string text;
+  for (const auto& s : list) text += s + "\n";
+  return text;
+}
+
+bool holds(const std::string& text, const std::string& part) { return text.find(part) != std::string::npos; }
+
+const Chart* chart_of(const Document& d, const std::string& title) {
+  for (const auto& section : d.sections)
+    for (const auto& chart : section.charts)
+      if (chart.title == title) return &chart;
+  return nullptr;
+}
+
+TEST(TuneJson, GivesBackWhatWasWritten) {
+  for (const auto& t : {test::tuning(), test::full_tuning(), test::evaluation(), least_tuning()}) {
+    const json j = to_json(t);
+    const auto again = from_json<Tuning>(j);
+    ASSERT_TRUE(again) << message_of(again.error());
+    EXPECT_EQ(to_json(*again), j);
+  }
+}
+
+TEST(TuneJson, KeepsWhatIsNotFiniteAndLargeSeeds) {
+  auto t = test::tuning();
+  t.options.largest_load_transfer = std::numeric_limits<double>::infinity();
+  t.options.seed = 18'000'000'000'000'000'000U;
+  t.options.guarantee = identification::Guarantee::ellipsoid;
+  t.candidates[0].curves.sensitivity.high[3] = std::nan("");
+  t.candidates[0].figures[0].value = std::numeric_limits<double>::infinity();
+  t.over_sensitivity[1].load_transfer = std::numeric_limits<double>::infinity();
+  const auto again = from_json<Tuning>(to_json(t));
+  ASSERT_TRUE(again) << message_of(again.error());
+  EXPECT_TRUE(std::isinf(again->options.largest_load_transfer));
+  EXPECT_EQ(again->options.seed, 18'000'000'000'000'000'000U);
+  EXPECT_EQ(again->options.guarantee, identification::Guarantee::ellipsoid);
+  EXPECT_TRUE(std::isnan(again->candidates[0].curves.sensitivity.high[3]));
+  EXPECT_EQ(again->candidates[0].curves.sensitivity.high[4], t.candidates[0].curves.sensitivity.high[4]);
+  EXPECT_FALSE(std::isfinite(again->candidates[0].figures[0].value));
+  EXPECT_TRUE(std::isinf(again->over_sensitivity[1].load_transfer));
+}
+
+TEST(TuneJson, KeepsMachineAndController) {
+  const auto t = test::full_tuning();
+  const auto again = from_json<Tuning>(to_json(t));
+  ASSERT_TRUE(again) << message_of(again.error());
+  const auto& m = again->machines.at(0);
+  EXPECT_EQ(m.parameters.stiffness, t.machines[0].parameters.stiffness);
+  EXPECT_EQ(m.known_delay_s, test::kDelay_s);
+  EXPECT_DOUBLE_EQ(m.estimate(fit::kStiffness).std, t.machines[0].estimate(fit::kStiffness).std);
+  EXPECT_NEAR(m.resonance().std, t.machines[0].resonance().std, 1e-12);
+  const auto& c = again->proposed();
+  EXPECT_EQ(c.gains->biquads.at(0).denominator_damping, 0.6);
+  EXPECT_EQ(c.feedback.numerator, t.proposed().feedback.numerator);
+  EXPECT_EQ(c.curves.loop, t.proposed().curves.loop);
+  EXPECT_EQ(c.curves.ellipses.at(2).covariance, t.proposed().curves.ellipses[2].covariance);
+  EXPECT_EQ(again->schedule->nodes.at(2).ki, 17.5);
+  EXPECT_EQ(again->shapers.at(1).times_s, t.shapers[1].times_s);
+  EXPECT_EQ(again->simulated.at(0).velocity, t.simulated[0].velocity);
+}
+
+/// The file, and what controller_json() makes, are what a controller is read from.
+TEST(TuneJson, ServesAsAControllerFile) {
+  const auto t = test::tuning();
+  for (const auto& text : {to_json(t).dump(), controller_json(t.proposed()).dump()}) {
+    const auto read = io::read_controller(text, 0.002);
+    ASSERT_TRUE(read) << message_of(read.error());
+    EXPECT_EQ(read->numerator, t.proposed().feedback.numerator);
+    EXPECT_EQ(read->denominator, t.proposed().feedback.denominator);
+    EXPECT_FALSE(io::read_controller(text, 0.001));
+  }
+  EXPECT_FALSE(controller_json(t.proposed()).contains("reference_numerator"));
+  auto least = least_tuning();
+  least.candidates[0].reference_numerator = {0.5};
+  EXPECT_EQ(controller_json(least.proposed()).at("reference_numerator"), json({0.5}));
+  EXPECT_EQ(to_json(least).at("reference_numerator"), json({0.5}));
+}
+
+TEST(TuneJson, TellsTheCoefficientsOfBiquads) {
+  const json j = to_json(test::tuning());
+  const json& b = j.at("candidates").at(0).at("gains").at("biquads").at(0);
+  // The biquad alone: what test::feedback_of() gives beside a PI that is 1.
+  auto alone = test::feedback_of({1.0, 0.0, {{151.0, 1.2, 0.6}}});
+  const std::vector<double> numerator = b.at("b"), denominator = b.at("a");
+  for (const double z : {0.3, -0.7, 2.0}) {
+    const auto at = [&](const std::vector<double>& c) {
+      double sum = 0.0;
+      for (std::size_t i = c.size(); i-- > 0;) sum = sum * z + c[i];
+      return sum;
+    };
+    EXPECT_NEAR(at(numerator) / at(denominator), at(alone.numerator) / at(alone.denominator), 1e-9);
+  }
+}
+
+TEST(TuneJson, NamesWhatIsWrong) {
+  const auto message = [](const char* pointer, const json& value) {
+    json j = to_json(test::full_tuning());
+    j[json::json_pointer(pointer)] = value;
+    const auto read = from_json<Tuning>(j);
+    return read ? std::string("nothing is wrong") : message_of(read.error());
+  };
+  EXPECT_EQ(message("/candidates", json::array()),
+            "$.candidates: found an array of 0, required at least one controller");
+  EXPECT_EQ(message("/wanted/guarantee", "sure"),
+            "$.wanted.guarantee: found \"sure\", required one of \"probability\", \"ellipsoid\"");
+  EXPECT_EQ(message("/machines/0/structure", "black-box"),
+            "$.machines[0].structure: found \"black-box\", required one of \"rigid\", \"two-mass\", "
+            "\"three-mass\"");
+  EXPECT_EQ(
+      message("/candidates/0/curves/loop_imag", json{1.0}),
+      "$.candidates[0].curves.loop_imag: found an array of 1, required as many numbers as loop_real has");
+}
+
+TEST(TuneText, SaysTheVerdictFirst) {
+  const auto t = test::tuning();
+  const auto list = sentences(t);
+  EXPECT_EQ(
+      list.at(0),
+      "PI + 1 biquad keeps every bound (|S| <= 1.40, |T_load| <= 1.30) with at least 95 % probability: "
+      "of 10 000 machines that the identification leaves possible, 4.2 % exceed one, none is unstable.");
+  EXPECT_EQ(list.at(1),
+            "Gains: kp 2.20 Nm/(rad/s), ki 20.4 Nm/rad (Ti 108 ms), set-point weight b 0.5. Biquad 1 (lead): "
+            "151 Hz, damping 1.20 over 0.600.");
+}
+
+/// 1 Nm is 2.5 A and 1 rad/s is 9.549 rpm: 2.20 Nm/(rad/s) are 2.20 * 2.5/9.549 = 0.576 A/rpm.
+TEST(TuneText, TellsGainsInTheUnitsOfTheRecording) {
+  auto t = test::tuning();
+  EXPECT_TRUE(holds(text_of(sentences(t)),
+                    "In the recording's own units: kp 0.576 A/rpm, ki 5.34 A/(rpm s) (Ti 108 ms)."));
+  t.input_unit = t.output_unit = "";
+  EXPECT_TRUE(holds(text_of(sentences(t)), "own units: kp 0.576, ki 5.34 (Ti 108 ms)."));
+  t.input_scale = t.output_scale = 1.0;
+  EXPECT_FALSE(holds(text_of(sentences(t)), "own units"));
+}
+
+TEST(TuneText, TellsFirstStepLimitsAndWhatUncertaintyCosts) {
+  const auto t = test::tuning();
+  const auto text = text_of(sentences(t));
+  EXPECT_TRUE(holds(text, "First step: half the gains, kp 1.10 Nm/(rad/s), ki 10.2 Nm/rad (Ti 108 ms)."));
+  EXPECT_TRUE(holds(text, "What limits the design: the bounds on |S| and |T_load|."));
+  // On the curve: 0.08 - 0.02 * 1.6 against 0.08 - 0.02 * 1.4.
+  EXPECT_TRUE(holds(text, "A bound of 1.60 on |S| would make the load step's IAE 8 % smaller."));
+  EXPECT_TRUE(holds(text,
+                    "Designed for the identified machine alone it would have ki 25.1 in place of 20.4 and "
+                    "exceed a bound with 56 % probability."));
+  EXPECT_TRUE(holds(text, "assumed to be 0.500 ms, a quarter of a sample"));
+  EXPECT_TRUE(holds(text,
+                    "with half of every standard deviation ki could be 22.3, and the load step's IAE 8 % "
+                    "smaller; with no uncertainty at all ki could be 25.1, and the load step's IAE 17 % "
+                    "smaller."));
+  // Half of 2, 2, 2 and 6 %.
+  EXPECT_TRUE(holds(text,
+                    "resonid plan .model RESULT.json .accuracy "
+                    "driven_inertia=1%,load_inertia=1%,stiffness=1%,damping=3%\n"));
+  // sqrt(143.75/0.032)/(2 pi) = 10.67 Hz, 4.9 * 2.2/2.1 = 5.13 Hz.
+  EXPECT_TRUE(holds(text, "The crossover is 0.48 of the anti-resonance (10.7 Hz)."));
+}
+
+TEST(TuneText, ComparesWithTheRunningController) {
+  auto t = test::tuning();
+  const double now = t.running->figures.at(9).value, then = t.proposed().figures.at(9).value;
+  ASSERT_EQ(t.running->figures.at(9).name, "load_step_iae");
+  ASSERT_GT(now, 2.0 * then);
+  std::ostringstream ratio;
+  ratio.precision(2);
+  ratio << now / then;
+  EXPECT_TRUE(
+      holds(text_of(sentences(t)), "Against the running controller: " + ratio.str() + " times stiffer;"));
+  std::swap(*t.running, t.candidates.front());
+  EXPECT_TRUE(holds(text_of(sentences(t)), ratio.str() + " times softer;"));
+}
+
+/// A verdict on a controller is one, though the controller is not to be used.
+TEST(TuneText, TellsBoundsFromTrust) {
+  auto t = test::evaluation();
+  EXPECT_TRUE(holds(summary_text(t), "\nBounds NOT kept.\n"));
+  t.findings.push_back({"misfit", diagnostics::Severity::error, {}, {}, "It does not fit."});
+  EXPECT_TRUE(holds(summary_text(t), "\nNOT trusted: see the findings.\n"));
+  EXPECT_EQ(document(t).badge->word, "Not trusted");
+}
+
+TEST(TuneText, SaysWhatMayNotBeReliedOnBeforeAnythingElse) {
+  auto t = test::tuning();
+  t.trusted = false;
+  EXPECT_EQ(sentences(t).front().substr(0, 12), "Not trusted:");
+  t.options.force = true;
+  EXPECT_EQ(sentences(t).front().substr(0, 23), "Made by force (.force):");
+  EXPECT_TRUE(holds(summary_text(t), "\nFORCED, and NOT trusted.\n"));
+  EXPECT_EQ(document(t).badge->word, "Forced, not trusted");
+  t = test::tuning();
+  t.candidates.front().stable = false;
+  EXPECT_TRUE(holds(sentences(t).front(), "UNSTABLE"));
+  EXPECT_EQ(document(t).badge->word, "Unstable");
+  EXPECT_FALSE(document(t).badge->good);
+}
+
+TEST(TuneText, JudgesTheControllerThatWasGiven) {
+  const auto t = test::evaluation();
+  const auto list = sentences(t);
+  // |T_load| of 1.9: docs/methods/tune.md 2.4.
+  EXPECT_EQ(
+      list.at(0),
+      "The given controller (PI) does NOT keep every bound (|S| <= 1.40, |T_load| <= 1.30) with 95 % "
+      "probability: of 10 000 machines that the identification leaves possible, 99.73 % exceed one, none "
+      "is unstable. On the identified machine |T_load| is 1.90 (bound 1.30).");
+  EXPECT_FALSE(holds(text_of(list), "First step"));
+  EXPECT_EQ(document(t).badge->word, "Bounds not kept");
+  EXPECT_EQ(document(t).title, "Evaluation of PI for axis_x.csv");
+}
+
+TEST(TuneText, FitsTheTerminal) {
+  for (const auto& t : {test::tuning(), test::full_tuning(), test::evaluation(), least_tuning()}) {
+    std::istringstream lines(summary_text(t));
+    std::string line;
+    while (std::getline(lines, line)) EXPECT_LE(line.size(), 100U) << line;
+  }
+  const auto text = summary_text(test::full_tuning());
+  for (const char* part : {"largest |S| (Ms)", "least phase margin, deg", "95 % from", "delay margin, ms",
+                           "without regard to uncertainty", "PI: a larger error of the load",
+                           "Gains over position", "mzv", "\nTrusted.\n", "delay-unknown"})
+    EXPECT_TRUE(holds(text, part)) << part << "\n" << text;
+}
+
+TEST(TunePage, DrawsProposedBeforeRunningWithBandsAndBounds) {
+  const auto t = test::tuning();
+  const auto page = document(t);
+  EXPECT_LE(page.cards.size(), 6U);
+  const auto* sensitivity = chart_of(page, "Sensitivity |S|");
+  ASSERT_NE(sensitivity, nullptr);
+  ASSERT_EQ(sensitivity->curves.size(), 3U);
+  EXPECT_EQ(sensitivity->curves[0].name, "PI + 1 biquad");
+  EXPECT_EQ(sensitivity->curves[0].upper, t.proposed().curves.sensitivity.high);
+  EXPECT_EQ(sensitivity->curves[1].name, "running controller");
+  EXPECT_TRUE(sensitivity->curves[1].lower.empty());
+  EXPECT_EQ(sensitivity->curves[2].y, (std::vector<double>{1.4, 1.4}));
+  const auto* magnitude = chart_of(page, "Open loop L: magnitude");
+  ASSERT_NE(magnitude, nullptr);
+  EXPECT_NEAR(magnitude->curves[0].lower[7], 20.0 * std::log10(t.proposed().curves.loop_size.low[7]), 1e-12);
+  EXPECT_NE(chart_of(page, "Load after a torque step of 1 Nm on it"), nullptr);
+}
+
+/// On an ellipse of 95 %, d' P^-1 d = chi2 of two degrees at 0.95 = 5.9915 (scipy.stats.chi2.ppf(0.95, 2)).
+TEST(TunePage, DrawsTheCircleOfMsAndEllipses) {
+  auto t = test::tuning();
+  auto& e = t.candidates[0].curves.ellipses;
+  e.resize(1);
+  e[0].value = {-0.3, -0.5};
+  e[0].covariance << 4e-4, 1.5e-4, 1.5e-4, 1e-4;
+  const auto page = document(t);
+  const auto* plane = chart_of(page, "Nyquist curve of L = C G, every delay included");
+  ASSERT_NE(plane, nullptr);
+  ASSERT_EQ(plane->curves.size(), 3U);
+  const auto& ellipse = plane->curves[2];
+  ASSERT_GT(ellipse.x.size(), 40U);
+  const double determinant = 4e-4 * 1e-4 - 1.5e-4 * 1.5e-4;
+  Eigen::Matrix2d inverse;
+  inverse << 1e-4 / determinant, -1.5e-4 / determinant, -1.5e-4 / determinant, 4e-4 / determinant;
+  for (std::size_t i = 0; i + 1 < ellipse.x.size(); ++i) {
+    const Eigen::Vector2d d(ellipse.x[i] + 0.3, ellipse.y[i] + 0.5);
+    EXPECT_NEAR(d.dot(inverse * d), 5.991464547107979, 1e-9);
+  }
+  const auto circle = std::find_if(plane->shapes.begin(), plane->shapes.end(),
+                                   [](const Shape& s) { return s.name.find("|S| = 1.40") == 0; });
+  ASSERT_NE(circle, plane->shapes.end());
+  EXPECT_EQ(circle->x, -1.0);
+  EXPECT_DOUBLE_EQ(circle->radius, 1.0 / 1.4);
+}
+
+TEST(TunePage, IsMadeOfWhateverIsThere) {
+  const auto page = document(test::full_tuning());
+  for (const char* title :
+       {"Steps", "Loop", "What the loop does", "Controllers that were compared", "What the bounds cost",
+        "Gains over position", "Input shapers", "On the simulated machine"})
+    EXPECT_TRUE(std::any_of(page.sections.begin(), page.sections.end(), [&](const Section& s) {
+      return s.title == title;
+    })) << title;
+  EXPECT_LT(document_page(page).size(), kPageBytes);
+  const auto least = document(least_tuning());
+  EXPECT_EQ(least.sections.size(), 1U);  // the table of controllers
+  EXPECT_FALSE(document_page(least).empty());
+  // What a file gives back makes the same page.
+  const auto t = test::full_tuning();
+  EXPECT_EQ(document_json(document(*from_json<Tuning>(to_json(t)))).dump(),
+            document_json(document(t)).dump());
+}
+
+}  // namespace
+}  // namespace resonid::report
