@@ -20,6 +20,7 @@
 #include <resonid/identification/identify.hpp>
 #include <resonid/identification/join.hpp>
 #include <resonid/identification/track.hpp>
+#include <resonid/identification/tune.hpp>
 #include <resonid/identification/validate.hpp>
 #include <resonid/io/record_reader.hpp>
 #include <resonid/planning/plan.hpp>
@@ -63,6 +64,12 @@ using identification::Changes;
 using identification::compare;
 using identification::CompareOptions;
 
+/// A controller for an identified drive, or for several, that keeps its bounds whatever the identification
+/// leaves open; or the verdict on one that is given.
+using identification::tune;
+using identification::TuneOptions;
+using identification::Tuning;
+
 /// The excitation that reaches the wanted accuracies within the drive's limits; of an identified drive, its
 /// model and noise are put in place of those of the options.
 using planning::Plan;
@@ -89,6 +96,7 @@ expected<std::filesystem::path, Error> write_report(const std::filesystem::path&
 expected<std::filesystem::path, Error> write_report(const std::filesystem::path& file,
                                                     const Changes& changes);
 expected<std::filesystem::path, Error> write_report(const std::filesystem::path& file, const Plan& plan);
+expected<std::filesystem::path, Error> write_report(const std::filesystem::path& file, const Tuning& tuning);
 expected<std::filesystem::path, Error> write_report(const std::filesystem::path& file,
                                                     const Simulation& simulation);
 
@@ -100,6 +108,7 @@ expected<std::filesystem::path, Error> write_report(const std::filesystem::path&
 [[nodiscard]] std::string to_json(const ModelValidation& validation);
 [[nodiscard]] std::string to_json(const Changes& changes);
 [[nodiscard]] std::string to_json(const Plan& plan);
+[[nodiscard]] std::string to_json(const Tuning& tuning);
 [[nodiscard]] std::string to_json(const Truth& truth);
 
 /// What to_json() wrote. What a file does not hold is empty: residuals, loop curves, samples. A file of
@@ -120,6 +129,8 @@ template <>
 [[nodiscard]] expected<Changes, Error> from_json<Changes>(std::string_view text);
 template <>
 [[nodiscard]] expected<Plan, Error> from_json<Plan>(std::string_view text);
+template <>
+[[nodiscard]] expected<Tuning, Error> from_json<Tuning>(std::string_view text);
 template <>
 [[nodiscard]] expected<Truth, Error> from_json<Truth>(std::string_view text);
 

@@ -7,6 +7,7 @@
 #include <resonid/report/detail/plan.hpp>
 #include <resonid/report/detail/track.hpp>
 #include <resonid/report/detail/truth.hpp>
+#include <resonid/report/detail/tune.hpp>
 #include <resonid/report/detail/validate.hpp>
 #include <resonid/report/json.hpp>
 #include <resonid/report/page.hpp>
@@ -93,6 +94,9 @@ expected<std::filesystem::path, Error> write_report(const std::filesystem::path&
 expected<std::filesystem::path, Error> write_report(const std::filesystem::path& file, const Plan& plan) {
   return write(file, report::document_page(report::document(plan)));
 }
+expected<std::filesystem::path, Error> write_report(const std::filesystem::path& file, const Tuning& tuning) {
+  return write(file, report::document_page(report::document(tuning)));
+}
 expected<std::filesystem::path, Error> write_report(const std::filesystem::path& file,
                                                     const Simulation& simulation) {
   return write(file, report::document_page(report::document(simulation)));
@@ -109,6 +113,7 @@ std::string to_json(const Track& track) { return report::to_json(track).dump(1);
 std::string to_json(const ModelValidation& validation) { return report::to_json(validation).dump(1); }
 std::string to_json(const Changes& changes) { return report::to_json(changes).dump(1); }
 std::string to_json(const Plan& plan) { return report::to_json(plan).dump(1); }
+std::string to_json(const Tuning& tuning) { return report::to_json(tuning).dump(1); }
 
 std::string to_json(const Truth& truth) { return report::to_json(report::simulated_truth(truth)).dump(1); }
 
@@ -145,6 +150,10 @@ expected<Changes, Error> from_json<Changes>(std::string_view text) {
 template <>
 expected<Plan, Error> from_json<Plan>(std::string_view text) {
   return read<Plan>(text);
+}
+template <>
+expected<Tuning, Error> from_json<Tuning>(std::string_view text) {
+  return read<Tuning>(text);
 }
 template <>
 expected<Truth, Error> from_json<Truth>(std::string_view text) {
