@@ -37,7 +37,7 @@ void add_method(CLI::App& verb, MethodOptions& o) {
 }
 
 void identify_one(const CLI::App& verb, IdentifyOptions& o) {
-  const std::initializer_list<std::pair<std::string_view, std::string_view>> outputs = {
+  const std::vector<std::pair<std::string_view, std::string_view>> outputs = {
       {"--report", o.report},
       {"--json", o.json},
       {"--response", o.response},

@@ -25,6 +25,7 @@ void add_verbs(CLI::App& app) {
   add_track(app);
   add_validate(app);
   add_compare(app);
+  add_tune(app);
   add_demo(app);
   add_reproduce(app);
   add_help(app);
@@ -33,6 +34,7 @@ void add_verbs(CLI::App& app) {
   };
   under("Experiments", {"excite", "simulate", "plan"});
   under("Recordings", {"inspect", "identify", "track", "validate", "compare"});
+  under("Control", {"tune"});
   under("More", {"demo", "reproduce", "help"});
   add_general_options(app);
   add_profile_options(app);

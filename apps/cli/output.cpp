@@ -75,7 +75,7 @@ std::string csv_text(const std::vector<CsvColumn>& columns) {
   return fmt::to_string(text);
 }
 
-bool no_summary(std::initializer_list<std::pair<std::string_view, std::string_view>> option_and_path) {
+bool no_summary(const std::vector<std::pair<std::string_view, std::string_view>>& option_and_path) {
   std::string_view taken;
   for (const auto& [option, path] : option_and_path) {
     if (path != "-") continue;
@@ -86,9 +86,8 @@ bool no_summary(std::initializer_list<std::pair<std::string_view, std::string_vi
   return !taken.empty() || output_settings().quiet;
 }
 
-void refuse_shared_files(
-    const std::vector<std::string_view>& inputs,
-    std::initializer_list<std::pair<std::string_view, std::string_view>> option_and_path) {
+void refuse_shared_files(const std::vector<std::string_view>& inputs,
+                         const std::vector<std::pair<std::string_view, std::string_view>>& option_and_path) {
   const auto canonical = [](std::string_view path) {
     std::error_code ignored;
     // Absolute first: of a relative path only the part that exists would be made so.

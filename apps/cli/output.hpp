@@ -33,12 +33,11 @@ struct CsvColumn {
 [[nodiscard]] std::string csv_text(const std::vector<CsvColumn>& columns);
 
 /// Refuses that a result would overwrite an input or another result.
-void refuse_shared_files(
-    const std::vector<std::string_view>& inputs,
-    std::initializer_list<std::pair<std::string_view, std::string_view>> option_and_path);
+void refuse_shared_files(const std::vector<std::string_view>& inputs,
+                         const std::vector<std::pair<std::string_view, std::string_view>>& option_and_path);
 
 /// Refuses that two results go to standard output; true when one does, or with -q: no summary must be
 /// printed.
-bool no_summary(std::initializer_list<std::pair<std::string_view, std::string_view>> option_and_path);
+bool no_summary(const std::vector<std::pair<std::string_view, std::string_view>>& option_and_path);
 
 }  // namespace resonid::cli

@@ -47,5 +47,6 @@ void put_in_options(identification::ModelValidation& validation) {
   translate(validation.findings);
 }
 void put_in_options(identification::Changes& changes) { translate(changes.findings); }
+void put_in_options(identification::Tuning& tuning) { translate(tuning.findings); }
 
 }  // namespace resonid::cli

@@ -3,6 +3,7 @@
 
 #include <resonid/identification/compare.hpp>
 #include <resonid/identification/track.hpp>
+#include <resonid/identification/tune.hpp>
 #include <resonid/identification/validate.hpp>
 #include <resonid/report/detail/batch.hpp>
 #include <string>
@@ -17,6 +18,7 @@ void put_in_options(report::BatchResult& result);
 void put_in_options(identification::Track& track);
 void put_in_options(identification::ModelValidation& validation);
 void put_in_options(identification::Changes& changes);
+void put_in_options(identification::Tuning& tuning);
 void put_in_options(std::vector<std::string>& sentences);
 
 }  // namespace resonid::cli

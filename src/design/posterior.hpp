@@ -22,6 +22,12 @@ class Posterior {
   [[nodiscard]] const fit::DriveModel& nominal() const { return nominal_; }
   /// The machine at u standard deviations along the axes of the ellipsoid.
   [[nodiscard]] fit::DriveModel at(const Eigen::VectorXd& u) const;
+  /// The same deviations around another machine: relative ones of what is positive by nature.
+  [[nodiscard]] Posterior around(fit::DriveModel nominal) const {
+    Posterior other = *this;
+    other.nominal_ = std::move(nominal);
+    return other;
+  }
   /// The same with every variance times `factor`.
   [[nodiscard]] Posterior scaled(double factor) const;
 

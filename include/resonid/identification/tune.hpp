@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <complex>
 #include <cstdint>
 #include <functional>
 #include <optional>
@@ -72,6 +73,8 @@ struct TuneOptions {
   std::optional<double> delay_std_s;
   /// A controller that is judged in place of designing one.
   std::optional<data::Controller> evaluate;
+  /// The controller under which was recorded: shown beside the one that is proposed.
+  std::optional<data::Controller> running;
   /// Positions of the results, ascending: gains are scheduled over them.
   std::vector<double> positions;
   bool shaper = false;         ///< Also choose an input shaper for the loop.
@@ -180,13 +183,31 @@ struct TunedShaper {
 /// A figure of a run on a simulated machine beside what was promised of it.
 struct SimulatedFigure {
   std::string name, unit;
-  double promised = 0.0;
+  std::optional<double> promised;  ///< By the design; of a motion nothing is.
   double simulated = 0.0;
 };
 struct SimulatedRun {
   std::string what;  ///< "reference step", "load step", "move".
   std::vector<double> time_s, reference, velocity, torque;
   std::vector<SimulatedFigure> figures;
+};
+
+/// What was promised of a figure, and what a recording under the new controller shows.
+struct CheckedFigure {
+  std::string name, unit;
+  data::Estimate predicted, measured;
+  std::optional<double> probability;  ///< Of so large a difference by noise alone.
+};
+struct TuningCheck {
+  std::string record;
+  std::vector<CheckedFigure> figures;
+  std::vector<double> frequency_hz;                       ///< [line]
+  std::vector<std::complex<double>> predicted, measured;  ///< [line] L
+  std::vector<double> predicted_std, measured_std;        ///< [line] total, complex
+  double probability = 1.0;                               ///< Of so large a difference at any line by noise.
+  double worst_line_hz = 0.0;
+  bool agrees = true;
+  std::string cause;  ///< The likely one, where it does not.
 };
 
 /// A controller for an identified drive, beside others, and what is known of them.
@@ -207,9 +228,11 @@ struct Tuning {
   std::vector<TradeOff> over_sensitivity, over_load_transfer;
   std::vector<ExperimentValue> experiment;
   std::optional<TunedSchedule> schedule;
-  std::vector<TunedShaper> shapers;  ///< Ascending in duration.
+  std::vector<TunedShaper> shapers;                   ///< Ascending in duration.
+  std::optional<design::ClosedLoopMode> shaped_mode;  ///< That they were made for.
   std::vector<SimulatedRun> simulated;
-  bool trusted = false;  ///< All results are, and the proposed controller is within the bounds.
+  std::optional<TuningCheck> check;  ///< By a recording under the proposed (or judged) controller.
+  bool trusted = false;              ///< All results are, and the proposed controller is within the bounds.
   std::vector<diagnostics::Finding> findings;
 
   [[nodiscard]] const TunedController& proposed() const { return candidates.front(); }

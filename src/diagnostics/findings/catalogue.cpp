@@ -16,14 +16,15 @@ struct Chapter {
   std::span<const FindingKind> kinds;
 };
 
-std::array<Chapter, 7> chapters() noexcept {
+std::array<Chapter, 8> chapters() noexcept {
   return {Chapter{"Data", detail::data_kinds()},
           Chapter{"Columns, signs and loop", detail::loop_kinds()},
           Chapter{"Models", detail::model_kinds()},
           Chapter{"Several recordings", detail::join_kinds()},
           Chapter{"Validation", detail::validate_kinds()},
           Chapter{"Comparison", detail::compare_kinds()},
-          Chapter{"Tracking", detail::track_kinds()}};
+          Chapter{"Tracking", detail::track_kinds()},
+          Chapter{"Control design", detail::tune_kinds()}};
 }
 
 }  // namespace
@@ -54,7 +55,8 @@ std::string finding_title(std::string_view id) {
 std::string findings_markdown() {
   std::string out =
       "# Findings\n\n"
-      "What `identify`, `inspect`, `validate`, `compare` and `track` may say of a recording or a result. A "
+      "What `identify`, `inspect`, `validate`, `compare`, `track` and `tune` may say of a recording or a "
+      "result. A "
       "note is worth "
       "knowing, a warning weakens a part of the result, an error withdraws the trust in it. Every finding "
       "has an id, by "

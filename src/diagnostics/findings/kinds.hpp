@@ -14,5 +14,6 @@ namespace resonid::diagnostics::detail {
 [[nodiscard]] std::span<const FindingKind> validate_kinds() noexcept;
 [[nodiscard]] std::span<const FindingKind> compare_kinds() noexcept;
 [[nodiscard]] std::span<const FindingKind> track_kinds() noexcept;
+[[nodiscard]] std::span<const FindingKind> tune_kinds() noexcept;
 
 }  // namespace resonid::diagnostics::detail

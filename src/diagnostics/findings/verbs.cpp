@@ -52,6 +52,47 @@ constexpr FindingKind kValidate[] = {
      "The closed-loop predictor is linear.", "Use `.approach direct`."},
 };
 
+constexpr FindingKind kTune[] = {
+    {"tuned-untrusted", "Designed for an untrusted result", "tune", TrustEffect::withdraws,
+     "The controller was designed for a result that is not trusted, as `.force` was given.",
+     "The machine may be another one than the model says, and the loop unstable on it.",
+     "Cure the findings of that result, and design anew."},
+    {"design-unstable", "Unstable with this controller", "tune", TrustEffect::withdraws,
+     "With the given controller the loop is unstable on the identified machine.",
+     "The controller is for another machine, sample time or unit, or its gains are too high.",
+     "Do not run it; check its sample time and units."},
+    {"bounds-exceeded", "Bounds exceeded", "tune", TrustEffect::withdraws,
+     "More of the machines that may be exceed a bound than the confidence allows.",
+     "The gains leave no room for what is not known of the machine.",
+     "Lower the gains, loosen the bounds, or identify the machine more closely."},
+    {"delay-uncertainty-assumed", "Uncertainty of the delay assumed", "tune", TrustEffect::keeps,
+     "The result tells no variance of the delay: a quarter of a sample was taken.",
+     "A delay that was told to identification is taken for exact there; no loop may rely on that.",
+     "Give `.delay_std_s` when the data sheet tells more."},
+    {"loop-beyond-band", "Loop not small above the band", "tune", TrustEffect::keeps,
+     "Above the measured band the loop's gain is still large.",
+     "A mode that the recording did not excite could make the loop unstable.",
+     "Excite up to where the loop is small, or limit |C S|."},
+    {"integral-with-dry-friction", "Integral part and dry friction", "tune", TrustEffect::keeps,
+     "The machine has dry friction and the controller an integral part.",
+     "At rest both make a slow limit cycle; the figures of the design are those of motion.",
+     "Try it with `.simulate`; hold the integral part at rest."},
+    {"fails-in-simulation", "Fails in the simulation", "tune", TrustEffect::withdraws,
+     "On the drive that it was simulated on the loop is unstable.",
+     "The simulated drive differs from the identified one by more than its error bars.",
+     "Compare the experiment with the result; identify the drive as it is."},
+    {"prediction-fails", "Loop is not as promised", "tune", TrustEffect::withdraws,
+     "A recording under the new controller shows another loop than the design promised, by more than the "
+     "error "
+     "bars of both.",
+     "Delay, gain or machine are not what was identified, or another controller runs.",
+     "Go back to the gains that ran before; identify the new recording, and design for it."},
+    {"design-of-linear-part", "Design for the linear part", "tune", TrustEffect::keeps,
+     "Identification found backlash, a coupling that stiffens or a torque that is not proportional.",
+     "Margins and steps are those of the linear machine around the recording's operating point.",
+     "Try the controller with small gains first, and check it with `.check`."},
+};
+
 constexpr FindingKind kCompare[] = {
     {"untrusted-input", "Compared result not reliable", "compare", TrustEffect::withdraws,
      "One of the results is itself not trusted.", "What differs may be its error.",
@@ -125,6 +166,7 @@ constexpr FindingKind kTrack[] = {
 }  // namespace
 
 std::span<const FindingKind> validate_kinds() noexcept { return kValidate; }
+std::span<const FindingKind> tune_kinds() noexcept { return kTune; }
 std::span<const FindingKind> compare_kinds() noexcept { return kCompare; }
 std::span<const FindingKind> track_kinds() noexcept { return kTrack; }
 

@@ -1,0 +1,243 @@
+// SPDX-License-Identifier: MIT
+#include <fmt/format.h>
+
+#include <CLI/App.hpp>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <resonid/base/error_text.hpp>
+#include <resonid/identification/detail/tune_export.hpp>
+#include <resonid/identification/detail/tune_simulation.hpp>
+#include <resonid/identification/tune.hpp>
+#include <resonid/io/controller_file.hpp>
+#include <resonid/io/detail/number_list.hpp>
+#include <resonid/io/detail/suggestion.hpp>
+#include <resonid/io/experiment.hpp>
+#include <resonid/report/detail/tune.hpp>
+
+#include "brief.hpp"
+#include "errors.hpp"
+#include "help.hpp"
+#include "inherit.hpp"
+#include "option_names.hpp"
+#include "options.hpp"
+#include "output.hpp"
+#include "progress.hpp"
+#include "provenance.hpp"
+#include "result_file.hpp"
+#include "result_words.hpp"
+#include "terminal.hpp"
+#include "verbs.hpp"
+
+namespace resonid::cli {
+namespace {
+
+struct TuneVerb {
+  std::vector<std::string> results;
+  identification::TuneOptions options;
+  std::uint64_t biquads = 1, draws = 10'000;
+  std::optional<std::string> evaluate, controller, schedule, experiment;
+  std::vector<std::string> exports;
+  identification::ExportNames names;
+  std::string report, json;
+  bool require_trusted = false;
+};
+
+/// FORMAT:FILE
+struct Export {
+  identification::ExportFormat format;
+  std::string file;
+};
+
+std::vector<Export> exports_of(const TuneVerb& o) {
+  std::vector<std::string> known;
+  for (const auto& format : enum_names(identification::ExportFormat{})) known.emplace_back(format.name);
+  std::vector<Export> list;
+  for (const auto& text : o.exports) {
+    const auto colon = text.find(':');
+    const std::string format = text.substr(0, colon);
+    const auto found = std::find(known.begin(), known.end(), format);
+    if (colon == std::string::npos || colon + 1 == text.size() || found == known.end())
+      throw UsageError(fmt::format("--export: found '{}', required FORMAT:FILE with one of {}{}", text,
+                                   fmt::join(known, ", "), io::suggestion(format, known)));
+    list.push_back(
+        {enum_names(identification::ExportFormat{})[static_cast<std::size_t>(found - known.begin())].value,
+         text.substr(colon + 1)});
+  }
+  return list;
+}
+
+data::Controller controller_of(const char* option, const std::string& text, double sample_time_s) {
+  auto read = io::read_controller(text, sample_time_s);
+  if (!read) throw UsageError(fmt::format("{}: {}", option, message_of(read.error())));
+  return data::Controller(std::move(*read));
+}
+
+/// What the recording was multiplied with, as the result stores it.
+double stored_scale(const identification::Result& result, std::string_view name) {
+  const auto found = std::find_if(result.options.begin(), result.options.end(),
+                                  [&](const auto& given) { return given.name == name; });
+  const auto scale = found == result.options.end() ? std::nullopt : io::parse_number(found->value);
+  return scale.value_or(1.0);
+}
+
+void read_positions(TuneVerb& o) {
+  if (!o.schedule) return;
+  const std::string& text = *o.schedule;
+  for (std::size_t from = 0; from <= text.size();) {
+    const std::size_t to = std::min(text.find(',', from), text.size());
+    const auto position = io::parse_number(text.substr(from, to - from));
+    if (!position)
+      throw UsageError(fmt::format("--schedule: found '{}', required POSITION,POSITION,...", text));
+    o.options.positions.push_back(*position);
+    from = to + 1;
+  }
+}
+
+std::string brief_of(const identification::Tuning& tuning) {
+  return brief_text(tuning.proposed().name + (tuning.trusted ? "." : ". NOT trusted."),
+                    report::sentences(tuning), tuning.findings);
+}
+
+void simulate(TuneVerb& o, identification::Tuning& tuning,
+              const std::vector<identification::Result>& results) {
+  expected<void, Error> done;
+  if (o.experiment) {
+    const auto text = io::read_experiment_text(*o.experiment);
+    if (!text) throw InputError("--simulate: " + message_of(text.error()));
+    const auto config = io::parse_experiment(*text, *o.experiment);
+    if (!config) throw InputError("--simulate: " + message_of(config.error()));
+    done = identification::simulate_on(tuning, *config);
+  } else {
+    done = identification::simulate_on(tuning, identification::experiment_of(results.front(), o.options));
+  }
+  if (!done) throw UsageError(in_options(done.error()));
+}
+
+void run_tune(CLI::App& verb, TuneVerb& o) {
+  const auto exports = exports_of(o);
+  std::vector<std::pair<std::string_view, std::string_view>> outputs = {{"--report", o.report},
+                                                                        {"--json", o.json}};
+  for (const auto& e : exports) outputs.emplace_back("--export", e.file);
+  const bool quiet = no_summary(outputs);
+  refuse_shared_files({o.results.begin(), o.results.end()}, outputs);
+  for (const auto& [option, file] : outputs) refuse_unwritable({file});
+  o.options.biquads = o.biquads;
+  o.options.draws = o.draws;
+  read_positions(o);
+  Progress progress;
+  std::vector<identification::Result> results;
+  for (const auto& file : o.results) results.push_back(read_result(file));
+  inherit(verb, results.front().options, o.results.front());
+  const double sample_time_s = 1.0 / results.front().record.sample_rate_hz;
+  if (o.evaluate) o.options.evaluate = controller_of("--evaluate", *o.evaluate, sample_time_s);
+  if (o.controller) o.options.running = controller_of("--controller", *o.controller, sample_time_s);
+  o.options.progress = [&progress](std::string_view stage) { progress.stage(stage); };
+  auto tuning = identification::tune(results, o.options);
+  if (!tuning) throw UsageError(in_options(tuning.error()));
+  tuning->input_scale = 1.0 / stored_scale(results.front(), "input-scale");
+  tuning->output_scale = 1.0 / stored_scale(results.front(), "output-scale");
+  progress.stage("simulating");
+  simulate(o, *tuning, results);
+  put_in_options(*tuning);
+  std::vector<std::string> texts;  // all of them before the first is written
+  for (const auto& e : exports) {
+    auto text = e.format == identification::ExportFormat::json
+                    ? expected<std::string>(report::controller_json(tuning->proposed()).dump(2) + "\n")
+                    : identification::exported(*tuning, e.format, o.names);
+    if (!text) throw UsageError(fmt::format("--export {}: {}", name_of(e.format), message_of(text.error())));
+    texts.push_back(std::move(*text));
+  }
+  const auto provenance = provenance_of_files(o.results);
+  for (std::size_t i = 0; i < exports.size(); ++i) write_output(exports[i].file, texts[i]);
+  if (!o.report.empty()) {
+    auto page = report::document(*tuning);
+    page.provenance = provenance;
+    write_output(o.report, report::document_page(page));
+  }
+  if (!o.json.empty()) {
+    auto json = report::to_json(*tuning);
+    report::put_provenance(json, provenance);
+    write_json(o.json, json);
+  }
+  if (!quiet) {
+    print_summary(output_settings().brief ? brief_of(*tuning) : report::summary_text(*tuning));
+    if (!o.report.empty()) print(fmt::format("Report written to {}\n", o.report));
+    for (const auto& e : exports) print(fmt::format("{} written to {}\n", name_of(e.format), e.file));
+  }
+  if (o.require_trusted && !tuning->trusted)
+    throw NotTrustedError("the controller is not sure to work; the findings say why");
+}
+
+void add_wishes(CLI::App& verb, TuneVerb& o) {
+  auto& t = o.options;
+  verb.option_defaults()->group("Specification");
+  add_enum(verb, "--structure", t.structure, "what the controller is made of");
+  add_number(verb, "--ms", t.largest_sensitivity, "X", "largest |S|: 1.4 keeps 42 deg and 11 dB");
+  add_number(verb, "--load-peak", t.largest_load_transfer, "X",
+             "largest |T_load|, reference to the load's velocity: 1.3 calm, 1.5 stiff");
+  add_number(verb, "--mt", t.largest_complementary, "X", "largest |T|");
+  add_number(verb, "--controller-peak", t.largest_controller_sensitivity, "X",
+             "largest |C S| in torque per velocity; default: twice that of the best PI");
+  add_count(verb, "--biquads", o.biquads, "filters of pi+biquads, 1 ... 4", 1);
+  add_number(verb, "--bandwidth", t.least_bandwidth_hz, "HZ", "least bandwidth of the load, or refuse");
+  add_number(verb, "--max-torque", t.torque_limit, "NM", "torque limit of the drive");
+  add_number(verb, "--noise-torque", t.largest_noise_torque, "NM",
+             "largest rms of the torque that measurement noise makes");
+  add_number(verb, "--step", t.reference_step, "X",
+             "step of the velocity reference that figures are given for");
+  add_number(verb, "--overshoot", t.overshoot, "PART", "of the load after it, for the set-point weight");
+  verb.option_defaults()->group("Uncertainty");
+  add_number(verb, "--confidence", t.confidence, "P", "probability that every bound is met");
+  add_enum(verb, "--guarantee", t.guarantee, "what the confidence is of: ellipsoid is surer and softer");
+  add_number(verb, "--delay-uncertainty", t.delay_std_s, "SECONDS",
+             "standard deviation of the delay; default: that of the result, else a quarter of a sample");
+  add_count(verb, "--draws", o.draws, "machines that the confidence is counted on", 100);
+  add_count(verb, "--seed", t.seed, "seed of draws and searches");
+  verb.add_flag("--force", t.force, "also of a result that is not trusted; every output says so");
+}
+
+}  // namespace
+
+void add_tune(CLI::App& app) {
+  auto* verb = app.add_subcommand(
+      "tune", "Designs a controller that holds its margins for every machine in the error bars");
+  verb->footer(
+      "Examples:\n"
+      "  resonid tune result.json --report tune.html --export json:controller.json\n"
+      "  resonid tune result.json --structure pi --ms 1.6 --load-peak 1.5 --export st:controller.st\n"
+      "  resonid tune result.json --evaluate pi:2,0.1\n"
+      "RESULT.json is what 'resonid identify ... --json FILE' writes; of several one controller suits all "
+      "machines, or with --schedule gains over their positions. Controller, units and scales are those that "
+      "the "
+      "result stores unless given. A controller that is exported is in SI units, as the result is.");
+  const auto o = std::make_shared<TuneVerb>();
+  verb->add_option("RESULT", o->results, "results of identify --json")
+      ->required()
+      ->type_name("RESULT.json ...");
+  add_wishes(*verb, *o);
+  verb->option_defaults()->group("Loop");
+  add_text(*verb, "--controller", o->controller,
+           "the controller that ran, to compare with: pi:KP,TI or a JSON file", "SPEC");
+  add_text(*verb, "--evaluate", o->evaluate, "judge this controller in place of designing one", "SPEC");
+  add_text(*verb, "--schedule", o->schedule, "positions of the results: gains over position", "POSITION,...");
+  verb->add_flag("--shaper", o->options.shaper, "also choose an input shaper for the loop");
+  add_number(*verb, "--shaper-limit", o->options.shaper_limit, "PART",
+             "residual vibration that it may leave");
+  add_text(*verb, "--simulate", o->experiment,
+           "show the controller on the drive of this experiment; default: on the model, with its friction",
+           "EXPERIMENT.toml");
+  add_summary_options(*verb);
+  verb->add_option("--export", o->exports, "take the controller away: json, c, c-float, st, hal, klipper")
+      ->type_name("FORMAT:FILE");
+  verb->add_option("--export-name", o->names.name, "name of what is exported")->type_name("NAME");
+  verb->add_option("--report", o->report, "self-contained HTML report")->type_name("FILE");
+  verb->add_option("--json", o->json, "design for machines ('-': standard output)")->type_name("FILE");
+  verb->add_flag("--require-trusted", o->require_trusted,
+                 "exit code 3 when the controller is not sure to work");
+  verb->callback([verb, o] { run_tune(*verb, *o); });
+}
+
+}  // namespace resonid::cli

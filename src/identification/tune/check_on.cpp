@@ -1,0 +1,198 @@
+// SPDX-License-Identifier: MIT
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <resonid/base/detail/statistics.hpp>
+#include <resonid/identification/compare.hpp>
+#include <resonid/identification/detail/tune_check.hpp>
+
+#include "design/normal.hpp"
+#include "identification/tune/checks.hpp"
+#include "identification/tune/law.hpp"
+
+namespace resonid::identification {
+namespace {
+
+using diagnostics::Severity;
+
+constexpr double kSure = 0.001;  // probability by chance below which a difference counts
+
+/// L of one machine at lines.
+std::vector<std::complex<double>> loop_at(const fit::DriveModel& model, const Law& law,
+                                          std::span<const double> lines_hz) {
+  const fit::SampledResponse plant(model);
+  std::vector<std::complex<double>> loop;
+  for (const auto& v : design::LoopFunctions(plant, law.linear).at(lines_hz)) loop.push_back(v.loop);
+  return loop;
+}
+
+class Checker {
+ public:
+  Checker(Tuning& tuning, const Result& designed_for, const Result& measured)
+      : t_(tuning),
+        designed_for_(designed_for),
+        measured_(measured),
+        law_(law_of(tuning.proposed().feedback)) {}
+
+  void run() {
+    check_.record = measured_.record.file;
+    compare_lines();
+    compare_margins();
+    judge();
+    t_.check = std::move(check_);
+  }
+
+ private:
+  void compare_lines() {
+    const auto& loop = *measured_.measured_loop;
+    const auto posteriors = posteriors_of({&designed_for_, 1}, t_.options);
+    const auto nominal = loop_at(designed_for_.model->drive, law_, loop.frequency_hz);
+    constexpr std::size_t kDraws = 200;
+    design::StandardNormal normal(t_.options.seed + 2);
+    std::vector<double> variance(nominal.size(), 0.0);
+    for (std::size_t d = 0; d < kDraws; ++d) {
+      const auto drawn = loop_at(posteriors.front().at(normal.next(posteriors.front().dimension())), law_,
+                                 loop.frequency_hz);
+      for (std::size_t i = 0; i < drawn.size(); ++i)
+        variance[i] += std::norm(drawn[i] - nominal[i]) / static_cast<double>(kDraws);
+    }
+    for (std::size_t i = 0; i < nominal.size(); ++i) {
+      const double noise = i < loop.std.size() ? loop.std[i] : 0.0;
+      check_.frequency_hz.push_back(loop.frequency_hz[i]);
+      check_.predicted.push_back(nominal[i]);
+      check_.predicted_std.push_back(std::sqrt(variance[i]));
+      check_.measured.push_back(loop.value[i]);
+      check_.measured_std.push_back(noise);
+      const double total = variance[i] + noise * noise;
+      const double distance = total > 0.0 ? std::norm(loop.value[i] - nominal[i]) / total : 0.0;
+      // E|error|^2 = total of a complex normal number: its square exceeds d times that with e^-d.
+      const double probability = std::min(1.0, std::exp(-distance) * static_cast<double>(nominal.size()));
+      if (probability < check_.probability) {
+        check_.probability = probability;
+        check_.worst_line_hz = loop.frequency_hz[i];
+      }
+    }
+  }
+
+  void compare_margins() {
+    if (!measured_.loop) return;
+    const auto& l = *measured_.loop;
+    const auto put = [&](const char* name, std::optional<double> value, std::optional<double> std) {
+      const auto* promised = t_.proposed().figure(name);
+      if (promised == nullptr || !value) return;
+      CheckedFigure figure{name, promised->unit, {promised->value, 0.0}, {*value, std.value_or(0.0)}, {}};
+      constexpr double kWidth = 2.0 * 1.96;
+      if (promised->low && promised->high) figure.predicted.std = (*promised->high - *promised->low) / kWidth;
+      const double both = std::hypot(figure.predicted.std, figure.measured.std);
+      if (both > 0.0 && std)
+        figure.probability = std::erfc(std::abs(*value - promised->value) / both / std::sqrt(2.0));
+      check_.figures.push_back(std::move(figure));
+    };
+    put("crossover_hz", l.margins.crossover_hz(), l.crossover_std_hz);
+    put("phase_margin_deg", l.margins.phase_margin_deg(), l.phase_margin_std_deg);
+    put("gain_margin_db", l.margins.gain_margin_db, l.gain_margin_std_db);
+    if (l.margins.modulus_margin > 0.0) {
+      const double ms = 1.0 / l.margins.modulus_margin;
+      std::optional<double> std;
+      if (l.modulus_margin_std) std = *l.modulus_margin_std * ms * ms;
+      put("sensitivity_peak", ms, std);
+    }
+  }
+
+  void judge() {
+    const bool figure_differs = std::any_of(check_.figures.begin(), check_.figures.end(), [&](const auto& f) {
+      return f.probability && *f.probability * static_cast<double>(check_.figures.size()) < kSure;
+    });
+    check_.agrees = !figure_differs && check_.probability >= kSure;
+    if (check_.agrees) return;
+    check_.cause = cause();
+    t_.findings.push_back(
+        {"prediction-fails", Severity::error, check_.probability, kSure,
+         fmt::format(
+             "Under this controller the loop is another one than was promised, by more than both error "
+             "bars (furthest at {:.3g} Hz). Likely cause: {}.",
+             check_.worst_line_hz, check_.cause)});
+    t_.trusted = false;
+  }
+
+  [[nodiscard]] std::string cause() const {
+    for (const auto& f : measured_.findings)
+      if (f.id == "controller-differs") return "the controller that runs is not the one that was designed";
+    const auto changes = compare(designed_for_, measured_);
+    if (!changes) return "not found out";
+    if (!measured_.model) return "the new recording shows no drive model: see its findings";
+    if (measured_.model->drive.structure != designed_for_.model->drive.structure)
+      return "another mode: the new recording shows a " +
+             std::string(name_of(measured_.model->drive.structure)) + " machine";
+    return cause_of(*changes);
+  }
+
+  /// By which parameters differ, and whether by one factor.
+  [[nodiscard]] static std::string cause_of(const Changes& changes) {
+    const auto find = [&](std::string_view name) -> const Difference* {
+      const auto at = std::find_if(changes.parameters.begin(), changes.parameters.end(),
+                                   [&](const Difference& d) { return d.name == name; });
+      return at == changes.parameters.end() ? nullptr : &*at;
+    };
+    const auto differs = [&](std::string_view name) {
+      const auto* d = find(name);
+      return d != nullptr && d->significant;
+    };
+    const auto words = [&](std::string_view name, const char* what) {
+      const auto* d = find(name);
+      return fmt::format("the {} ({:+.3g} %)", what, 100.0 * d->relative.value_or(0.0));
+    };
+    constexpr std::array<std::string_view, 3> kScaled = {"driven_inertia", "load_inertia", "stiffness"};
+    double least = HUGE_VAL, most = -HUGE_VAL;
+    bool all = true;
+    for (const auto name : kScaled) {
+      const auto* d = find(name);
+      all = all && d != nullptr && d->significant && d->relative;
+      if (d == nullptr || !d->relative) continue;
+      least = std::min(least, *d->relative);
+      most = std::max(most, *d->relative);
+    }
+    constexpr double kAlike = 0.2;  // of the change
+    if (all && most - least < kAlike * std::max(std::abs(least), std::abs(most)))
+      return fmt::format(
+          "the gain: inertias and stiffness all differ by {:+.3g} %, as a torque constant or a "
+          "scale makes it",
+          50.0 * (least + most));
+    if (differs("stiffness")) return words("stiffness", "stiffness");
+    if (differs("load_inertia")) return words("load_inertia", "load's inertia");
+    if (differs("driven_inertia")) return words("driven_inertia", "driven side's inertia");
+    if (const auto* d = find("delay"); d != nullptr && d->significant)
+      return fmt::format("the delay ({:+.3g} ms)", 1e3 * d->change);
+    for (const auto& d : changes.parameters)
+      if (d.significant) return "the " + d.name;
+    return "no parameter differs for sure: another mode or a non-linear part";
+  }
+
+  Tuning& t_;
+  const Result& designed_for_;
+  const Result& measured_;
+  Law law_;
+  TuningCheck check_;
+};
+
+}  // namespace
+
+expected<void, Error> check_on(Tuning& tuning, const Result& designed_for, const Result& measured) {
+  if (!measured.measured_loop || measured.measured_loop->frequency_hz.empty())
+    return refuse("check",
+                  "must be recorded with an excitation added to the controller's output, in closed "
+                  "loop: the loop is measured by L = Ru/U - 1");
+  const double rate = measured.record.sample_rate_hz;
+  if (std::abs(rate * tuning.sample_time_s - 1.0) > 0.01)
+    return refuse("check", fmt::format("was sampled at {:g} Hz, the controller runs at {:g} Hz", rate,
+                                       1.0 / tuning.sample_time_s));
+  if (measured.units.response != tuning.units.response)
+    return refuse("check",
+                  fmt::format("is in {}, the design in {}", measured.units.response, tuning.units.response));
+  Checker(tuning, designed_for, measured).run();
+  return {};
+}
+
+}  // namespace resonid::identification

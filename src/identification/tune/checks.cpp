@@ -1,0 +1,171 @@
+// SPDX-License-Identifier: MIT
+#include "identification/tune/checks.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "design/machine.hpp"
+
+namespace resonid::identification {
+namespace {
+
+using Checked = expected<void, Error>;
+
+std::string named(const Result& result) {
+  return result.record.file.empty() ? "the result" : "the result of " + result.record.file;
+}
+
+Checked check_ranges(const TuneOptions& o) {
+  const auto is_positive = [](const std::optional<double>& x) {
+    return !x || (*x > 0.0 && std::isfinite(*x));
+  };
+  if (!(o.largest_sensitivity > 1.0 && std::isfinite(o.largest_sensitivity)))
+    return refuse("largest_sensitivity", "must be > 1: no loop with a delay stays below",
+                  o.largest_sensitivity);
+  if (!(o.largest_load_transfer > 1.0))
+    return refuse("largest_load_transfer", "must be > 1: it is 1 at standstill", o.largest_load_transfer);
+  if (o.largest_complementary && !(*o.largest_complementary > 1.0))
+    return refuse("largest_complementary", "must be > 1: it is 1 at standstill", *o.largest_complementary);
+  if (!is_positive(o.largest_controller_sensitivity))
+    return refuse("largest_controller_sensitivity", "must be > 0", *o.largest_controller_sensitivity);
+  if (!is_positive(o.least_bandwidth_hz))
+    return refuse("least_bandwidth_hz", "must be > 0", *o.least_bandwidth_hz);
+  if (!is_positive(o.torque_limit)) return refuse("torque_limit", "must be > 0", *o.torque_limit);
+  if (!is_positive(o.largest_noise_torque))
+    return refuse("largest_noise_torque", "must be > 0", *o.largest_noise_torque);
+  if (!(o.reference_step > 0.0 && std::isfinite(o.reference_step)))
+    return refuse("reference_step", "must be > 0", o.reference_step);
+  if (!(o.overshoot >= 0.0 && o.overshoot < 1.0))
+    return refuse("overshoot", "must be from 0 to below 1", o.overshoot);
+  if (!(o.confidence > 0.0 && o.confidence < 1.0))
+    return refuse("confidence", "must be between 0 and 1", o.confidence);
+  if (o.delay_std_s && !(*o.delay_std_s >= 0.0 && std::isfinite(*o.delay_std_s)))
+    return refuse("delay_std_s", "must be >= 0", *o.delay_std_s);
+  if (o.biquads < 1 || o.biquads > 4)
+    return refuse("biquads", "must be from 1 to 4", static_cast<double>(o.biquads));
+  if (o.draws < 100) return refuse("draws", "must be at least 100", static_cast<double>(o.draws));
+  if (!(o.shaper_limit > 0.0 && o.shaper_limit < 1.0))
+    return refuse("shaper_limit", "must be between 0 and 1", o.shaper_limit);
+  return {};
+}
+
+Checked check_positions(std::size_t results, const TuneOptions& o) {
+  if (o.positions.empty()) return {};
+  if (o.positions.size() != results)
+    return refuse("positions", fmt::format("must be as many as there are results, {}", results),
+                  static_cast<double>(o.positions.size()));
+  if (results < 2) return refuse("positions", "need at least two results");
+  if (!std::is_sorted(o.positions.begin(), o.positions.end(), std::less_equal<>()))
+    return refuse("positions", "must ascend");
+  if (o.structure != ControllerStructure::automatic && o.structure != ControllerStructure::pi)
+    return refuse("structure", "must be pi: only its gains are scheduled");
+  return {};
+}
+
+/// A model whose parameters are all known exactly says nothing of what may be.
+bool has_covariance(const fit::DriveModel& model) {
+  for (int i = 0; i < fit::kParameterCount; ++i) {
+    const auto p = static_cast<std::size_t>(i);
+    if (!model.estimated[p] || i == fit::kDelay) continue;
+    if (!(model.covariance(i, i) > 0.0 && std::isfinite(model.covariance(i, i)))) return false;
+  }
+  return true;
+}
+
+Checked check_result(const Result& r, const TuneOptions& o) {
+  if (!r.model)
+    return refuse("results",
+                  named(r) + " holds no drive model; identify it with .model auto, two-mass or rigid");
+  if (!r.trusted && !o.force)
+    return refuse("results", named(r) +
+                                 " is not trusted, for the reasons that its findings give; cure them, or "
+                                 "give .force, which marks every output");
+  const auto& drive = r.model->drive;
+  if (!(drive.sample_time_s > 0.0)) return refuse("results", named(r) + " tells no sample time");
+  if (!has_covariance(drive))
+    return refuse("results", named(r) +
+                                 " holds no covariance of its model: what a controller must withstand is not "
+                                 "known; identify it anew");
+  if (drive.output_filter_s < 0.0 || drive.torque_lag_s < 0.0)
+    return refuse("results", named(r) + " has an unstable current loop: a lag below 0");
+  return {};
+}
+
+}  // namespace
+
+Checked check(std::span<const Result> results, const TuneOptions& options) {
+  if (results.empty()) return refuse("results", "must be at least one");
+  if (auto checked = check_ranges(options); !checked) return checked;
+  if (auto checked = check_positions(results.size(), options); !checked) return checked;
+  const Result& first = results.front();
+  for (const Result& r : results) {
+    if (auto checked = check_result(r, options); !checked) return checked;
+    const double step = r.model->drive.sample_time_s, first_step = first.model->drive.sample_time_s;
+    constexpr double kSame = 1e-6;
+    if (std::abs(step / first_step - 1.0) > kSame)
+      return refuse("results",
+                    fmt::format("{} was sampled every {:g} s, the first every {:g} s: one controller has one "
+                                "sample time",
+                                named(r), step, first_step));
+    if (r.units.response != first.units.response)
+      return refuse("results", fmt::format("{} is in {}, the first in {}: scales or units were given to one "
+                                           "of them only",
+                                           named(r), r.units.response, first.units.response));
+  }
+  if (options.evaluate && !options.evaluate->law) {
+    const double step = options.evaluate->sample_time_s, own = first.model->drive.sample_time_s;
+    if (step > 0.0 && std::abs(step / own - 1.0) > 0.01)
+      return refuse("evaluate",
+                    fmt::format("runs every {:g} s, the machine was sampled every {:g} s", step, own));
+  }
+  return {};
+}
+
+bool has_delay_std(const Result& result) {
+  const auto& drive = result.model->drive;
+  return drive.estimated[fit::kDelay] && drive.covariance(fit::kDelay, fit::kDelay) > 0.0;
+}
+
+double assumed_delay_std(const Result& result) { return 0.25 * result.model->drive.sample_time_s; }
+
+std::vector<design::Posterior> posteriors_of(std::span<const Result> results, const TuneOptions& options) {
+  std::vector<design::Posterior> list;
+  for (const Result& r : results) {
+    fit::DriveModel drive = r.model->drive;
+    // What is told overrules what was fitted.
+    if (options.delay_std_s) {
+      drive.covariance.row(fit::kDelay).setZero();
+      drive.covariance.col(fit::kDelay).setZero();
+    }
+    list.emplace_back(std::move(drive), options.delay_std_s.value_or(assumed_delay_std(r)));
+  }
+  return list;
+}
+
+MeasuredBand measured_band(const Result& result) {
+  const auto& f = result.response.frequency_hz;
+  if (f.empty()) return {0.0, std::numeric_limits<double>::infinity()};
+  return {f.front(), f.back()};
+}
+
+Checked check_crossover(const TunedController& controller, std::span<const Result> results) {
+  // Below the band the inertia alone counts, which the lowest lines tell.
+  constexpr double kBelow = 0.3;
+  for (const Result& r : results) {
+    const auto band = measured_band(r);
+    for (const auto& crossing : controller.crossings) {
+      if (crossing.frequency_hz >= kBelow * band.low_hz && crossing.frequency_hz <= band.high_hz) continue;
+      return refuse(
+          "results",
+          fmt::format("{} was measured from {:.3g} to {:.3g} Hz, the loop would cross at {:.3g} Hz, "
+                      "where nothing is known; excite that band, or ask for less",
+                      named(r), band.low_hz, band.high_hz, crossing.frequency_hz));
+    }
+  }
+  return {};
+}
+
+}  // namespace resonid::identification

@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <resonid/identification/tune.hpp>
+#include <span>
+#include <vector>
+
+#include "design/posterior.hpp"
+
+namespace resonid::identification {
+
+/// What is out of range in the options, or does not go with these results.
+[[nodiscard]] expected<void, Error> check(std::span<const Result> results, const TuneOptions& options);
+
+/// Standard deviation of a delay that a result gives none.
+[[nodiscard]] double assumed_delay_std(const Result& result);
+/// Whether it had to be assumed.
+[[nodiscard]] bool has_delay_std(const Result& result);
+
+/// What each result leaves open of its machine.
+[[nodiscard]] std::vector<design::Posterior> posteriors_of(std::span<const Result> results,
+                                                           const TuneOptions& options);
+
+/// The band in which a result was measured, Hz.
+struct MeasuredBand {
+  double low_hz = 0.0, high_hz = 0.0;
+};
+[[nodiscard]] MeasuredBand measured_band(const Result& result);
+
+/// Refuses a loop that crosses where nothing was measured.
+[[nodiscard]] expected<void, Error> check_crossover(const TunedController& controller,
+                                                    std::span<const Result> results);
+
+}  // namespace resonid::identification

@@ -1,0 +1,135 @@
+// SPDX-License-Identifier: MIT
+#include "identification/tune/designs.hpp"
+
+#include <cmath>
+#include <utility>
+
+#include "design/cascade.hpp"
+#include "design/figures.hpp"
+#include "design/filter_search.hpp"
+#include "design/pid.hpp"
+#include "design/rst.hpp"
+#include "design/state_feedback.hpp"
+
+namespace resonid::identification {
+namespace {
+
+/// By what a search with penalties may leave a bound exceeded, relative.
+constexpr double kExceeded = 1e-3;
+
+double sample_time_of(const design::Machines& machines) { return machines.all.front().sample_time_s(); }
+
+std::optional<Law> best_pi(design::Machines& machines, const design::Bounds& bounds) {
+  const auto gains = largest_integral_gain(machines, {}, bounds);
+  if (!gains) return std::nullopt;
+  return law_of(design::FilteredPi{gains->kp, gains->ki, {}}, sample_time_of(machines));
+}
+
+std::optional<Law> best_cascade(design::Machines& machines, const design::Bounds& bounds) {
+  const auto found = search_cascade(machines, bounds);
+  if (!found) return std::nullopt;
+  return law_of(found->cascade, sample_time_of(machines));
+}
+
+std::optional<Law> best_pid(design::Machines& machines, const design::Bounds& bounds, std::uint64_t seed) {
+  const auto found = search_pid(machines, bounds, {30, 30, seed});
+  if (!found || found->exceeded > kExceeded) return std::nullopt;
+  const auto& pid = found->controller;
+  Law law = law_of(pid.transfer_function(sample_time_of(machines)));
+  law.what.structure = "pid";
+  law.what.name = "PID";
+  law.what.gains = design::FilteredPi{pid.kp, pid.ki, {}};
+  law.what.derivative_gain = pid.kd;
+  law.what.derivative_time_s = pid.filter_s;
+  return law;
+}
+
+std::optional<Law> best_rst(design::Machines& machines, const design::Bounds& bounds, std::uint64_t seed) {
+  const auto found = search_rst(machines, bounds, {}, {40, 40, seed});
+  if (!found || found->exceeded > kExceeded) return std::nullopt;
+  return law_of(found->rst, sample_time_of(machines));
+}
+
+std::optional<Law> best_state_feedback(design::Machines& machines, const design::Bounds& bounds,
+                                       std::uint64_t seed) {
+  const auto found = search_state_feedback(machines, bounds, {50, 40, seed});
+  if (!found || found->exceeded > kExceeded) return std::nullopt;
+  return law_of(found->feedback.controller, sample_time_of(machines));
+}
+
+/// Filters of one call are where the next begins.
+class FilterDesigner {
+ public:
+  FilterDesigner(const design::Bounds& bounds, std::size_t biquads, std::uint64_t seed) : bounds_(bounds) {
+    how_.biquads = static_cast<int>(biquads);
+    how_.seed = seed;
+  }
+  std::optional<Law> operator()(design::Machines& machines) {
+    const auto found = search_filters(machines, bounds_, how_, last_);
+    if (!found) return std::nullopt;
+    last_ = found->controller.biquads;
+    return law_of(found->controller, sample_time_of(machines));
+  }
+
+ private:
+  design::Bounds bounds_;
+  design::FilterSearch how_;
+  std::vector<design::Biquad> last_;
+};
+
+}  // namespace
+
+DesignFor design_for(ControllerStructure structure, const design::Bounds& bounds, std::size_t biquads,
+                     std::uint64_t seed) {
+  switch (structure) {
+    case ControllerStructure::cascade:
+      return [bounds](design::Machines& machines) { return best_cascade(machines, bounds); };
+    case ControllerStructure::pi_biquads:
+      return FilterDesigner(bounds, biquads, seed);
+    case ControllerStructure::pid:
+      return [bounds, seed](design::Machines& machines) { return best_pid(machines, bounds, seed); };
+    case ControllerStructure::rst:
+      return [bounds, seed](design::Machines& machines) { return best_rst(machines, bounds, seed); };
+    case ControllerStructure::state_feedback:
+      return
+          [bounds, seed](design::Machines& machines) { return best_state_feedback(machines, bounds, seed); };
+    default:
+      return [bounds](design::Machines& machines) { return best_pi(machines, bounds); };
+  }
+}
+
+design::Bounds plain_bounds(const TuneOptions& options) {
+  design::Bounds bounds;
+  bounds.sensitivity = options.largest_sensitivity;
+  if (std::isfinite(options.largest_load_transfer)) bounds.load_transfer = options.largest_load_transfer;
+  bounds.complementary = options.largest_complementary;
+  bounds.controller_sensitivity = options.largest_controller_sensitivity;
+  return bounds;
+}
+
+design::Bounds bounds_for(ControllerStructure structure, const TuneOptions& options,
+                          double best_controller_sensitivity) {
+  design::Bounds bounds = plain_bounds(options);
+  if (structure == ControllerStructure::cascade) {
+    bounds.load_transfer = design::default_cascade_bounds().load_transfer;
+    return bounds;
+  }
+  constexpr double kTimes = 2.0;  // docs/methods/tune.md 6.3
+  if (structure != ControllerStructure::pi && !bounds.controller_sensitivity)
+    bounds.controller_sensitivity = kTimes * best_controller_sensitivity;
+  return bounds;
+}
+
+std::optional<double> best_controller_sensitivity(design::Machines& machines, const design::Bounds& bounds) {
+  const auto pi = best_pi(machines, bounds);
+  if (!pi) return std::nullopt;
+  double largest = 0.0;
+  for (std::size_t m = 0; m < machines.all.size(); ++m)
+    largest = std::max(
+        largest, design::LoopFunctions(machines.all[m].response(), pi->linear)
+                     .largest(design::Transfer::controller_sensitivity, machines.lines[m].frequencies_hz())
+                     .value);
+  return largest;
+}
+
+}  // namespace resonid::identification

@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <cstdint>
+#include <string_view>
+
+#include "identification/tune/robust_law.hpp"
+
+namespace resonid::identification {
+
+/// How a structure is designed for a set of machines under bounds; `biquads` where it has them.
+[[nodiscard]] DesignFor design_for(ControllerStructure structure, const design::Bounds& bounds,
+                                   std::size_t biquads, std::uint64_t seed);
+
+/// The bounds of a structure: of a cascade |T_load| is that of the position, and filters get a limit of |C S|
+/// where none is given.
+[[nodiscard]] design::Bounds bounds_for(ControllerStructure structure, const TuneOptions& options,
+                                        double best_controller_sensitivity);
+
+/// |C S| of the best PI for these machines; nothing where no PI meets the bounds.
+[[nodiscard]] std::optional<double> best_controller_sensitivity(design::Machines& machines,
+                                                                const design::Bounds& bounds);
+
+/// The bounds of the options that hold for every structure.
+[[nodiscard]] design::Bounds plain_bounds(const TuneOptions& options);
+
+}  // namespace resonid::identification

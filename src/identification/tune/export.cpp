@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: MIT
+#include "design/export.hpp"
+
+#include <algorithm>
+#include <resonid/identification/detail/tune_export.hpp>
+
+namespace resonid::identification {
+namespace {
+
+expected<std::string> klipper_text(const Tuning& tuning, const ExportNames& names) {
+  const auto chosen = std::find_if(tuning.shapers.begin(), tuning.shapers.end(),
+                                   [](const TunedShaper& s) { return s.chosen; });
+  if (chosen == tuning.shapers.end())
+    return refuse("shaper", tuning.shapers.empty()
+                                ? "must have been asked for: Klipper takes an input shaper, no controller"
+                                : "must stay below the limit: none of them does");
+  design::KlipperAxis axis;
+  axis.axis = names.axis;
+  axis.limit = tuning.options.shaper_limit;
+  for (const auto& known : design::enum_names(design::ShaperKind{}))
+    if (known.name == chosen->kind) axis.kinds = {known.value};
+  axis.modes = {{tuning.shaped_mode->frequency_hz, tuning.shaped_mode->damping_ratio}};
+  return design::to_klipper({axis});
+}
+
+}  // namespace
+
+expected<std::string> exported(const Tuning& tuning, ExportFormat format, const ExportNames& names) {
+  if (format == ExportFormat::klipper) return klipper_text(tuning, names);
+  const TunedController& c = tuning.proposed();
+  if (!c.gains || c.derivative_gain)
+    return refuse("structure", "must be a PI with or without biquads for this language, found " +
+                                   c.structure + "; json takes every structure");
+  if (c.position_gain)
+    return refuse("structure", "must be a velocity controller for this language, found " + c.structure);
+  design::ExportedController design;
+  design.controller = *c.gains;
+  design.sample_time_s = tuning.sample_time_s;
+  design.set_point_weight = c.set_point_weight;
+  design.torque_limit = tuning.options.torque_limit;
+  design.name = names.name;
+  switch (format) {
+    case ExportFormat::c_float:
+      return design::to_c(design, design::CNumber::in_float);
+    case ExportFormat::structured_text:
+      return design::to_structured_text(design);
+    case ExportFormat::hal:
+      // LinuxCNC's pid knows the error only: the weight of the set-point is left to the trajectory.
+      return design::to_hal(design, names.thread);
+    default:
+      return design::to_c(design, design::CNumber::in_double);
+  }
+}
+
+}  // namespace resonid::identification

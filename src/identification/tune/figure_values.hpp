@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "identification/tune/law.hpp"
+
+namespace resonid::identification {
+
+/// A figure of one machine; of an unstable loop some mean nothing and are absent.
+struct FigureValue {
+  std::optional<double> value = {};
+  std::optional<double> frequency_hz = {};
+};
+
+/// Every figure of docs/methods/tune.md 2.1, in the order of figure_name(): maxima over frequency in that of
+/// design::kTransfers first.
+[[nodiscard]] std::vector<FigureValue> figure_values(const design::Machine& machine, const Law& law,
+                                                     const StepResponses& steps, double reference_step);
+
+/// "sensitivity_peak", "phase_margin_deg" ...
+[[nodiscard]] std::string_view figure_name(std::size_t index);
+[[nodiscard]] std::string figure_unit(std::size_t index, const TunedController& controller,
+                                      const Units& units);
+
+}  // namespace resonid::identification

@@ -1,0 +1,184 @@
+// SPDX-License-Identifier: MIT
+#include "identification/tune/law.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+#include "design/figures.hpp"
+#include "design/pid.hpp"
+#include "linalg/decompositions.hpp"
+
+namespace resonid::identification {
+namespace {
+
+std::string words_of(const design::FilteredPi& pi) {
+  const std::size_t count = pi.biquads.size();
+  const char* base = pi.ki > 0.0 ? "PI" : "P";
+  return count == 0 ? base : fmt::format("{} + {} biquad{}", base, count, count == 1 ? "" : "s");
+}
+
+/// By its impulse response and its poles: b = a * h.
+data::TransferFunction transfer_function_of(const design::ControllerStates& states, double sample_time_s) {
+  const Eigen::VectorXcd poles = linalg::eigenvalues(states.a);
+  std::vector<std::complex<double>> denominator = {1.0};
+  for (const auto& pole : poles) {
+    denominator.emplace_back(0.0);
+    for (std::size_t i = denominator.size() - 1; i > 0; --i) denominator[i] -= pole * denominator[i - 1];
+  }
+  data::TransferFunction f;
+  f.sample_time_s = sample_time_s;
+  for (const auto& c : denominator) f.denominator.push_back(c.real());
+  std::vector<double> impulse = {states.d};
+  Eigen::VectorXd x = states.b;
+  for (std::size_t k = 1; k < f.denominator.size(); ++k) {
+    impulse.push_back(states.c * x);
+    x = (states.a * x).eval();
+  }
+  for (std::size_t k = 0; k < f.denominator.size(); ++k) {
+    double sum = 0.0;
+    for (std::size_t i = 0; i <= k; ++i) sum += f.denominator[i] * impulse[k - i];
+    f.numerator.push_back(sum);
+  }
+  return f;
+}
+
+/// The same states with another way of the reference into them.
+struct ReferencePath {
+  Eigen::VectorXd b;
+  double d = 0.0;
+};
+ReferencePath reference_path(const Law& law, double sample_time_s) {
+  const auto& what = law.what;
+  if (what.gains && !what.position_gain && !what.derivative_gain) {
+    auto weighted = *what.gains;
+    weighted.kp *= what.set_point_weight;
+    const auto states = design::states_of(weighted, sample_time_s);
+    return {states.b, states.d};
+  }
+  if (!what.reference_numerator.empty()) {
+    auto numerator = what.reference_numerator;
+    numerator.resize(std::max(numerator.size(), what.feedback.numerator.size()));  // as many states
+    const auto states =
+        design::states_of(data::TransferFunction{numerator, what.feedback.denominator, sample_time_s});
+    return {states.b, states.d};
+  }
+  return {law.linear.states().b, law.linear.states().d};
+}
+
+}  // namespace
+
+Law law_of(const design::FilteredPi& controller, double sample_time_s) {
+  Law law{design::LinearController(controller, sample_time_s)};
+  law.what.structure = controller.biquads.empty() ? "pi" : "pi+biquads";
+  law.what.name = words_of(controller);
+  law.what.gains = controller;
+  law.what.feedback = controller.transfer_function(sample_time_s);
+  return law;
+}
+
+Law law_of(const design::Cascade& cascade, double sample_time_s) {
+  Law law{design::linear_controller(cascade, sample_time_s)};
+  law.what.structure = "cascade";
+  law.what.name = "P over " + words_of(cascade.velocity);
+  law.what.gains = cascade.velocity;
+  law.what.position_gain = cascade.kv;
+  law.what.feedback = transfer_function_of(law.linear.states(), sample_time_s);
+  return law;
+}
+
+Law law_of(const design::Rst& rst, double sample_time_s) {
+  const auto feedback = rst.controller(sample_time_s);
+  Law law{design::LinearController(feedback)};
+  law.what.structure = "rst";
+  law.what.name = "RST";
+  law.what.feedback = feedback;
+  law.what.reference_numerator = {rst.t()};
+  return law;
+}
+
+Law law_of(const design::ControllerStates& controller, double sample_time_s) {
+  Law law{design::LinearController(controller, sample_time_s)};
+  law.what.structure = "state-feedback";
+  law.what.name = "State feedback";
+  law.what.feedback = transfer_function_of(controller, sample_time_s);
+  law.what.reference_numerator = {
+      std::accumulate(law.what.feedback.numerator.begin(), law.what.feedback.numerator.end(), 0.0)};
+  return law;
+}
+
+Law law_of(const data::TransferFunction& controller) {
+  const auto &n = controller.numerator, &d = controller.denominator;
+  constexpr double kSame = 1e-9;
+  const bool is_pi = n.size() == 2 && d.size() == 2 && std::abs(d[1] / d[0] + 1.0) < kSame;
+  if (is_pi) {  // kp + ki Ts/(1 - z^-1)
+    const double kp = -n[1] / d[0], ki = (n[0] + n[1]) / d[0] / controller.sample_time_s;
+    if (kp >= 0.0 && ki > 0.0) return law_of(design::FilteredPi{kp, ki, {}}, controller.sample_time_s);
+  }
+  Law law{design::LinearController(controller)};
+  law.what.name = "Controller";
+  law.what.feedback = controller;
+  return law;
+}
+
+void set_weight(Law& law, double weight) {
+  auto& what = law.what;
+  what.set_point_weight = weight;
+  if (!what.derivative_gain) return;
+  const design::Pid way{weight * what.gains->kp, what.gains->ki, 0.0, *what.derivative_time_s};
+  what.reference_numerator = way.transfer_function(what.feedback.sample_time_s).numerator;
+}
+
+ReferenceStep reference_step_of(const design::Machine& machine, const Law& law) {
+  const design::ClosedLoop loop = loop_of(machine, law);
+  const double radius = loop.spectral_radius();
+  constexpr std::size_t kMost = 20'000;
+  const auto samples = std::min(kMost, design::most_samples(radius));
+  ReferenceStep found;
+  Eigen::VectorXd x = Eigen::VectorXd::Zero(loop.a.rows());
+  for (std::size_t k = 0; k < samples; ++k) {
+    found.overshoot = std::max(found.overshoot, (loop.load * x).value() - 1.0);
+    found.peak_torque =
+        std::max(found.peak_torque, std::abs((loop.torque * x).value() + loop.torque_by_reference));
+    x = (loop.a * x + loop.reference).eval();
+  }
+  return found;
+}
+
+design::ClosedLoop loop_of(const design::Machine& machine, const Law& law) {
+  // States of one form whatever goes into them; those of an observer are of another.
+  const auto states =
+      law.what.reference_numerator.empty() ? law.linear.states() : design::states_of(law.what.feedback);
+  design::ClosedLoop loop = design::closed_loop(machine.states(), states);
+  const auto path = reference_path(law, machine.sample_time_s());
+  loop.reference << path.d * machine.states().command, path.b;
+  loop.torque_by_reference = path.d;
+  return loop;
+}
+
+StepResponses step_responses(const design::Machine& machine, const Law& law, std::size_t samples) {
+  const design::ClosedLoop loop = loop_of(machine, law);
+  const double step = machine.sample_time_s();
+  StepResponses found;
+  Eigen::VectorXd x = Eigen::VectorXd::Zero(loop.a.rows()), by_torque = x;
+  const auto kv = law.what.position_gain;
+  double position_sum = 0.0, load_position = 0.0, load_position_by_torque = 0.0;
+  for (std::size_t k = 0; k < samples; ++k) {
+    // A cascade takes its position as one more way into C: r' + kv sum(Ts r') = kv r.
+    const double reference = kv ? *kv * (1.0 - position_sum) / (1.0 + *kv * step) : 1.0;
+    position_sum += step * reference;
+    const double load = loop.load * x, load_by_torque = loop.load * by_torque;
+    load_position += step * load;
+    load_position_by_torque += step * load_by_torque;
+    found.load_by_reference.push_back(kv ? load_position : load);
+    found.load_by_torque.push_back(kv ? load_position_by_torque : load_by_torque);
+    found.torque_by_reference.push_back(loop.torque * x + loop.torque_by_reference * reference);
+    x = (loop.a * x + loop.reference * reference).eval();
+    by_torque = (loop.a * by_torque - loop.load_torque).eval();
+  }
+  return found;
+}
+
+}  // namespace resonid::identification

@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <optional>
+#include <resonid/identification/tune.hpp>
+#include <string>
+#include <vector>
+
+#include "design/cascade.hpp"
+#include "design/closed_loop.hpp"
+#include "design/controller.hpp"
+#include "design/machine.hpp"
+#include "design/rst.hpp"
+
+namespace resonid::identification {
+
+/// A controller with what its figures need beside its loop.
+struct Law {
+  design::LinearController linear;  ///< From velocity error to torque.
+  TunedController what = {};        ///< Structure, name, gains; figures are put in later.
+};
+
+[[nodiscard]] Law law_of(const design::FilteredPi& controller, double sample_time_s);
+[[nodiscard]] Law law_of(const design::Cascade& cascade, double sample_time_s);
+[[nodiscard]] Law law_of(const design::Rst& rst, double sample_time_s);
+/// Of a state feedback, by its states.
+[[nodiscard]] Law law_of(const design::ControllerStates& controller, double sample_time_s);
+/// Of any transfer function; a PI is known as one.
+[[nodiscard]] Law law_of(const data::TransferFunction& controller);
+
+/// Gives a PI or PID a set-point weight; the derivative takes the velocity alone.
+void set_weight(Law& law, double weight);
+
+/// The loop with the reference as the law takes it: set-point weight, T of an RST.
+[[nodiscard]] design::ClosedLoop loop_of(const design::Machine& machine, const Law& law);
+
+/// What steps do, sample by sample.
+struct StepResponses {
+  /// Velocity of the load after a step of the velocity reference by 1, of a cascade the position of the load
+  /// after a step of the position reference by 1; the torque meanwhile.
+  std::vector<double> load_by_reference, torque_by_reference;
+  /// The same after a torque step of 1 on the load, against it.
+  std::vector<double> load_by_torque;
+};
+[[nodiscard]] StepResponses step_responses(const design::Machine& machine, const Law& law,
+                                           std::size_t samples);
+
+/// What a step of the velocity reference by 1 does.
+struct ReferenceStep {
+  double overshoot = 0.0;    ///< Of the load, part of the step.
+  double peak_torque = 0.0;  ///< Per unit of the step.
+};
+[[nodiscard]] ReferenceStep reference_step_of(const design::Machine& machine, const Law& law);
+
+}  // namespace resonid::identification

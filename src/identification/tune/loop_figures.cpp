@@ -1,0 +1,270 @@
+// SPDX-License-Identifier: MIT
+#include "identification/tune/loop_figures.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numeric>
+#include <resonid/base/constants.hpp>
+#include <resonid/base/detail/statistics.hpp>
+
+#include "design/figures.hpp"
+#include "design/normal.hpp"
+#include "identification/tune/figure_values.hpp"
+#include "linalg/parallel.hpp"
+
+namespace resonid::identification {
+namespace {
+
+constexpr double kLow = 0.025, kHigh = 0.975;
+
+/// What one machine shows.
+struct OneMachine {
+  std::vector<FigureValue> figures;
+  std::vector<std::complex<double>> loop;                ///< [frequency]
+  std::vector<double> sensitivity, complementary, load;  ///< [frequency]
+  StepResponses steps;
+};
+
+/// How long steps are followed: until the slowest pole has let go of all but a thousandth.
+std::size_t samples_of(const TunedController& c, double sample_time_s) {
+  const double decay = -std::log(std::clamp(c.spectral_radius, 0.1, 1.0 - 1e-6));
+  const double least = 0.05 / sample_time_s;
+  return static_cast<std::size_t>(std::clamp(std::log(1e3) / decay, std::max(50.0, least), 20'000.0));
+}
+
+class Describer {
+ public:
+  Describer(const RobustLaw& found, const FigureTask& task)
+      : found_(found),
+        task_(task),
+        posterior_(task.robust.posteriors.front()),
+        nominal_(posterior_.nominal()),
+        controller_(found.law.what) {}
+
+  TunedController run() {
+    const auto figures = design::figures_of(nominal_, found_.law.linear);
+    controller_.stable = figures.stable;
+    controller_.spectral_radius = figures.spectral_radius;
+    controller_.crossings = figures.crossings;
+    controller_.modes = figures.modes;
+    controller_.draws = found_.check.draws;
+    controller_.exceeding = found_.check.exceeding;
+    controller_.unstable = found_.check.unstable;
+    controller_.radius = found_.radius;
+    choose_lines(figures);
+    const OneMachine here = on(nominal_);
+    const auto drawn = draws();
+    put_figures(here, drawn);
+    put_worst();
+    if (task_.curves) put_curves(here, drawn);
+    return std::move(controller_);
+  }
+
+ private:
+  void choose_lines(const design::LoopFigures& figures) {
+    constexpr double kBelow = 30.0;
+    double crossover = 0.0;
+    for (const auto& crossing : figures.crossings) crossover = std::max(crossover, crossing.frequency_hz);
+    const double nyquist = 0.5 / nominal_.sample_time_s();
+    const double from = (crossover > 0.0 ? figures.crossings.front().frequency_hz : 0.01 * nyquist) / kBelow;
+    for (const double f : design::first_lines_hz(nominal_.model(), 0.5))
+      if (f >= from && f < nyquist) lines_hz_.push_back(f);
+    samples_ = samples_of(controller_, nominal_.sample_time_s());
+  }
+
+  [[nodiscard]] OneMachine on(const design::Machine& machine) const {
+    OneMachine one;
+    one.steps = step_responses(machine, found_.law, samples_);
+    one.figures = figure_values(machine, found_.law, one.steps, task_.reference_step);
+    if (!task_.curves) return one;
+    for (const auto& v : design::LoopFunctions(machine.response(), found_.law.linear).at(lines_hz_)) {
+      one.loop.push_back(v.loop);
+      one.sensitivity.push_back(v.size_of(design::Transfer::sensitivity));
+      one.complementary.push_back(v.size_of(design::Transfer::complementary));
+      one.load.push_back(v.size_of(design::Transfer::load_transfer));
+    }
+    return one;
+  }
+
+  [[nodiscard]] std::vector<OneMachine> draws() const {
+    design::StandardNormal normal(task_.robust.seed + 1);
+    std::vector<Eigen::VectorXd> points;
+    for (std::size_t i = 0; i < task_.draws; ++i) points.push_back(normal.next(posterior_.dimension()));
+    std::vector<OneMachine> drawn(points.size());
+    linalg::for_each_index(points.size(), 0,
+                           [&](std::size_t i) { drawn[i] = on(design::Machine(posterior_.at(points[i]))); });
+    return drawn;
+  }
+
+  void put_figures(const OneMachine& here, const std::vector<OneMachine>& drawn) {
+    for (std::size_t f = 0; f < here.figures.size(); ++f) {
+      const auto& value = here.figures[f];
+      if (!value.value) continue;
+      LoopFigure figure{std::string(figure_name(f)),
+                        figure_unit(f, controller_, task_.units),
+                        *value.value,
+                        value.frequency_hz,
+                        {},
+                        {},
+                        {},
+                        {},
+                        {}};
+      std::vector<double> all;
+      for (const auto& one : drawn)
+        if (one.figures[f].value) all.push_back(*one.figures[f].value);
+      std::sort(all.begin(), all.end());
+      if (all.size() > 1) {
+        figure.low = ordered_quantile(all, kLow);
+        figure.high = ordered_quantile(all, kHigh);
+      }
+      controller_.figures.push_back(std::move(figure));
+    }
+  }
+
+  /// Figures that are bounded: where they end over the ellipsoid, and how often they exceed.
+  void put_worst() {
+    constexpr double kActive = 0.985;
+    for (const auto& worst : found_.worst) {
+      const auto t = static_cast<std::size_t>(worst.peak.transfer);
+      for (auto& figure : controller_.figures) {
+        if (figure.name != figure_name(t)) continue;
+        figure.worst = worst.peak.value;
+        figure.bound = worst.peak.bound;
+        if (found_.check.draws > 0)
+          figure.probability =
+              static_cast<double>(found_.check.exceeding_each[t]) / static_cast<double>(found_.check.draws);
+        if (worst.peak.value >= kActive * worst.peak.bound) controller_.limits.push_back(figure.name);
+      }
+    }
+  }
+
+  template <class Values>
+  [[nodiscard]] static Band band_of(const OneMachine& here, const std::vector<OneMachine>& drawn,
+                                    std::size_t every, Values&& values_of) {
+    Band band;
+    const auto& nominal = values_of(here);
+    std::vector<double> all(drawn.size());
+    for (std::size_t i = 0; i < nominal.size(); i += every) {
+      band.value.push_back(nominal[i]);
+      if (drawn.empty()) continue;
+      for (std::size_t d = 0; d < drawn.size(); ++d) all[d] = values_of(drawn[d])[i];
+      std::sort(all.begin(), all.end());
+      band.low.push_back(ordered_quantile(all, kLow));
+      band.high.push_back(ordered_quantile(all, kHigh));
+    }
+    return band;
+  }
+
+  void put_curves(const OneMachine& here, const std::vector<OneMachine>& drawn) {
+    LoopCurves& c = controller_.curves;
+    c.frequency_hz = lines_hz_;
+    c.loop = here.loop;
+    put_loop_bands(here, drawn, c);
+    c.sensitivity = band_of(
+        here, drawn, 1, [](const OneMachine& m) -> auto& { return m.sensitivity; });
+    c.complementary = band_of(
+        here, drawn, 1, [](const OneMachine& m) -> auto& { return m.complementary; });
+    c.load_transfer = band_of(
+        here, drawn, 1, [](const OneMachine& m) -> auto& { return m.load; });
+    put_ellipses(here, drawn, c);
+    constexpr std::size_t kShown = 400;
+    const std::size_t every = std::max<std::size_t>(1, (samples_ + kShown - 1) / kShown);
+    for (std::size_t k = 0; k < samples_; k += every)
+      c.time_s.push_back(static_cast<double>(k) * nominal_.sample_time_s());
+    c.load_by_reference = band_of(
+        here, drawn, every, [](const OneMachine& m) -> auto& { return m.steps.load_by_reference; });
+    c.torque_by_reference = band_of(
+        here, drawn, every, [](const OneMachine& m) -> auto& { return m.steps.torque_by_reference; });
+    c.load_by_torque = band_of(
+        here, drawn, every, [](const OneMachine& m) -> auto& { return m.steps.load_by_torque; });
+    const double step = controller_.position_gain ? 1.0 : task_.reference_step;
+    for (auto* band : {&c.load_by_reference, &c.torque_by_reference})
+      for (auto* values : {&band->value, &band->low, &band->high})
+        for (double& x : *values) x *= step;
+  }
+
+  /// Phases of draws are taken on the turn of the identified machine's.
+  static void put_loop_bands(const OneMachine& here, const std::vector<OneMachine>& drawn, LoopCurves& c) {
+    const auto unwrapped = [](const std::vector<std::complex<double>>& loop) {
+      std::vector<double> phase;
+      for (const auto& v : loop) {
+        double p = std::arg(v) * 180.0 / kPi;
+        if (!phase.empty()) p -= 360.0 * std::round((p - phase.back()) / 360.0);
+        phase.push_back(p);
+      }
+      return phase;
+    };
+    struct Polar {
+      std::vector<double> size, phase;
+    };
+    const auto polar = [&](const OneMachine& m) {
+      Polar p{{}, unwrapped(m.loop)};
+      for (const auto& v : m.loop) p.size.push_back(std::abs(v));
+      return p;
+    };
+    std::vector<Polar> all;
+    all.reserve(drawn.size());
+    for (const auto& one : drawn) all.push_back(polar(one));
+    const Polar nominal = polar(here);
+    std::vector<double> values(all.size());
+    const auto put = [&](std::vector<double> Polar::*part, Band& band) {
+      band.value = nominal.*part;
+      if (all.empty()) return;
+      for (std::size_t i = 0; i < band.value.size(); ++i) {
+        for (std::size_t d = 0; d < all.size(); ++d) values[d] = (all[d].*part)[i];
+        std::sort(values.begin(), values.end());
+        band.low.push_back(ordered_quantile(values, kLow));
+        band.high.push_back(ordered_quantile(values, kHigh));
+      }
+    };
+    put(&Polar::size, c.loop_size);
+    put(&Polar::phase, c.loop_phase_deg);
+  }
+
+  /// Where the loop crosses, and where |S| is largest.
+  void put_ellipses(const OneMachine& here, const std::vector<OneMachine>& drawn, LoopCurves& c) const {
+    if (drawn.size() < 3) return;
+    std::vector<double> keys;
+    for (const auto& crossing : controller_.crossings) keys.push_back(crossing.frequency_hz);
+    if (const auto* peak = controller_.figure("sensitivity_peak"); peak != nullptr && peak->frequency_hz)
+      keys.push_back(*peak->frequency_hz);
+    std::sort(keys.begin(), keys.end());
+    for (const double key : keys) {
+      const auto at = std::lower_bound(lines_hz_.begin(), lines_hz_.end(), key);
+      if (at == lines_hz_.end()) continue;
+      const auto i = static_cast<std::size_t>(at - lines_hz_.begin());
+      LoopCurves::Ellipse ellipse{lines_hz_[i], here.loop[i]};
+      if (!c.ellipses.empty() && c.ellipses.back().frequency_hz == ellipse.frequency_hz) continue;
+      std::complex<double> mean = 0.0;
+      for (const auto& one : drawn) mean += one.loop[i] / static_cast<double>(drawn.size());
+      for (const auto& one : drawn) {
+        const Eigen::Vector2d d((one.loop[i] - mean).real(), (one.loop[i] - mean).imag());
+        ellipse.covariance += d * d.transpose() / static_cast<double>(drawn.size() - 1);
+      }
+      c.ellipses.push_back(ellipse);
+    }
+  }
+
+  const RobustLaw& found_;
+  const FigureTask& task_;
+  const design::Posterior& posterior_;
+  design::Machine nominal_;
+  TunedController controller_;
+  std::vector<double> lines_hz_;
+  std::size_t samples_ = 0;
+};
+
+}  // namespace
+
+TunedController with_figures(const RobustLaw& found, const FigureTask& task) {
+  return Describer(found, task).run();
+}
+
+const LoopFigure* TunedController::figure(std::string_view figure_name) const {
+  const auto found = std::find_if(figures.begin(), figures.end(),
+                                  [&](const LoopFigure& f) { return f.name == figure_name; });
+  return found == figures.end() ? nullptr : &*found;
+}
+
+}  // namespace resonid::identification

@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <cstddef>
+#include <span>
+#include <vector>
+
+#include "design/posterior.hpp"
+#include "identification/tune/robust_law.hpp"
+
+namespace resonid::identification {
+
+/// What figures are given in and of.
+struct FigureTask {
+  const RobustTask& robust;
+  Units units;
+  double reference_step = 1.0;
+  std::size_t draws = 200;  ///< For intervals and bands.
+  bool curves = true;       ///< Worked out too.
+};
+
+/// A controller with all its figures on the machine of the first result: intervals over that posterior, worst
+/// cases and probabilities over all of them.
+[[nodiscard]] TunedController with_figures(const RobustLaw& found, const FigureTask& task);
+
+}  // namespace resonid::identification

@@ -1,0 +1,101 @@
+// SPDX-License-Identifier: MIT
+#include "identification/tune/reach.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "design/figures.hpp"
+#include "design/largest_gain.hpp"
+#include "identification/tune/designs.hpp"
+
+namespace resonid::identification {
+namespace {
+
+struct Named {
+  const char* field;
+  const char* symbol;
+  std::optional<double> design::Bounds::*bound;
+};
+constexpr Named kBounds[] = {
+    {"largest_sensitivity", "|S|", &design::Bounds::sensitivity},
+    {"largest_load_transfer", "|T_load|", &design::Bounds::load_transfer},
+    {"largest_complementary", "|T|", &design::Bounds::complementary},
+    {"largest_controller_sensitivity", "|C S|", &design::Bounds::controller_sensitivity}};
+
+bool is_met(const std::vector<design::Machine>& machines, const design::Bounds& bounds) {
+  design::Machines all(machines, 0.5);
+  const auto gains = largest_integral_gain(all, {}, bounds, design::kRough);
+  return gains && gains->ki > 0.0;
+}
+
+/// The least value of one bound that can be met beside the others; nothing where none can.
+std::optional<double> least_met(const std::vector<design::Machine>& machines, design::Bounds bounds,
+                                std::optional<double> design::Bounds::*bound) {
+  const double asked = *(bounds.*bound);
+  double low = asked, high = 8.0 * asked;
+  bounds.*bound = high;
+  if (!is_met(machines, bounds)) return std::nullopt;
+  constexpr int kHalvings = 12;
+  for (int i = 0; i < kHalvings; ++i) {
+    const double middle = std::sqrt(low * high);
+    bounds.*bound = middle;
+    (is_met(machines, bounds) ? high : low) = middle;
+  }
+  return high;
+}
+
+}  // namespace
+
+Error out_of_reach(const TuneOptions& options, const std::vector<design::Machine>& machines,
+                   const std::string& what) {
+  const auto bounds = plain_bounds(options);
+  std::string together, could, field = "largest_sensitivity";
+  for (const auto& named : kBounds) {
+    if (!(bounds.*named.bound)) continue;
+    together +=
+        fmt::format("{}{} <= {:.4g}", together.empty() ? "" : ", ", named.symbol, *(bounds.*named.bound));
+    const auto least = least_met(machines, bounds, named.bound);
+    if (!least) continue;
+    could += fmt::format("{}{} <= {:.3g}", could.empty() ? "" : " or ", named.symbol, *least);
+    field = named.field;
+  }
+  return {field, fmt::format("{} meets {} together with the confidence{}", what, together,
+                             could.empty() ? std::string("; no single looser bound helps")
+                                           : "; beside the others could be met " + could)};
+}
+
+Error bandwidth_out_of_reach(const TuneOptions& options, const std::vector<design::Machine>& machines,
+                             double reached_hz) {
+  struct Looser {
+    double sensitivity, load_transfer;
+  };
+  constexpr Looser kLooser[] = {{1.4, 1.5}, {1.6, 1.3}, {1.6, 1.5}, {2.0, 1.5}, {2.0, 2.0}, {2.5, 3.0}};
+  std::string could = "; no looser bounds reach it with a PI";
+  for (const auto& looser : kLooser) {
+    if (looser.sensitivity < options.largest_sensitivity ||
+        looser.load_transfer < options.largest_load_transfer)
+      continue;
+    auto bounds = plain_bounds(options);
+    bounds.sensitivity = looser.sensitivity;
+    bounds.load_transfer = looser.load_transfer;
+    design::Machines all(machines);
+    const auto gains = largest_integral_gain(all, {}, bounds);
+    if (!gains) continue;
+    double least = std::numeric_limits<double>::infinity();
+    for (const auto& machine : machines)
+      least = std::min(least, design::figures_of(machine, design::FilteredPi{gains->kp, gains->ki, {}})
+                                  .load_bandwidth_hz.value_or(0.0));
+    if (least < *options.least_bandwidth_hz) continue;
+    could =
+        fmt::format("; with .largest_sensitivity {:g} and .largest_load_transfer {:g} a PI reaches {:.3g} Hz",
+                    looser.sensitivity, looser.load_transfer, least);
+    break;
+  }
+  return {"least_bandwidth_hz",
+          fmt::format("is not reached under the other bounds: at most {:.3g} Hz{}", reached_hz, could),
+          *options.least_bandwidth_hz};
+}
+
+}  // namespace resonid::identification

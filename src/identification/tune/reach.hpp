@@ -1,0 +1,20 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <resonid/identification/tune.hpp>
+#include <string>
+#include <vector>
+
+#include "design/machine.hpp"
+
+namespace resonid::identification {
+
+/// Bounds that no controller meets: which of them cannot be met beside the others, and what could.
+[[nodiscard]] Error out_of_reach(const TuneOptions& options, const std::vector<design::Machine>& machines,
+                                 const std::string& what);
+
+/// A bandwidth that is not reached under the bounds, and looser ones under which a PI reaches it.
+[[nodiscard]] Error bandwidth_out_of_reach(const TuneOptions& options,
+                                           const std::vector<design::Machine>& machines, double reached_hz);
+
+}  // namespace resonid::identification

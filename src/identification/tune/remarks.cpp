@@ -1,0 +1,127 @@
+// SPDX-License-Identifier: MIT
+#include "identification/tune/remarks.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "identification/tune/checks.hpp"
+
+namespace resonid::identification {
+namespace {
+
+using diagnostics::Severity;
+
+class Remarks {
+ public:
+  Remarks(Tuning& tuning, std::span<const Result> results) : t_(tuning), results_(results) {}
+
+  void add() {
+    untrusted();
+    not_within();
+    assumed_delay();
+    beyond_band();
+    sticking();
+    bending();
+  }
+
+ private:
+  void note(const char* id, Severity severity, std::string meaning, std::optional<double> value = {},
+            std::optional<double> threshold = {}) {
+    t_.findings.push_back({id, severity, value, threshold, std::move(meaning)});
+  }
+
+  void untrusted() {
+    for (const Result& r : results_)
+      if (!r.trusted)
+        note("tuned-untrusted", Severity::error,
+             fmt::format("The result of {} is not trusted: its machine may be another one, and this "
+                         "controller wrong for it. Do not run it without cure of that result's findings.",
+                         r.record.file));
+  }
+
+  void not_within() {
+    const auto& c = t_.proposed();
+    if (!c.stable)
+      return note("design-unstable", Severity::error,
+                  fmt::format("The loop is unstable on the identified machine (spectral radius {:.4f}).",
+                              c.spectral_radius),
+                  c.spectral_radius, 1.0);
+    if (c.within) return;
+    note("bounds-exceeded", Severity::error,
+         fmt::format(
+             "{:.3g} % of the machines that may be exceed a bound{}; allowed are {:.3g} %.",
+             100.0 * c.probability(),
+             c.unstable > 0 ? fmt::format(", and in {} of {} the loop is unstable", c.unstable, c.draws) : "",
+             100.0 * (1.0 - t_.options.confidence)),
+         c.probability(), 1.0 - t_.options.confidence);
+  }
+
+  void assumed_delay() {
+    if (t_.delay_std_assumed)
+      note(
+          "delay-uncertainty-assumed", Severity::info,
+          fmt::format("The result holds no variance of the delay: a quarter of a sample, {:.3g} ms, is taken "
+                      "as its standard deviation. What is known better is told by .delay_std_s.",
+                      1e3 * t_.delay_std_s),
+          t_.delay_std_s);
+  }
+
+  /// A mode above the band would be met by a loop that is not small there.
+  void beyond_band() {
+    constexpr double kSmall = 0.5;
+    const auto& c = t_.proposed().curves;
+    for (const Result& r : results_) {
+      const double end = measured_band(r).high_hz;
+      double largest = 0.0, at = 0.0;
+      for (std::size_t i = 0; i < c.frequency_hz.size(); ++i)
+        if (c.frequency_hz[i] > end && std::abs(c.loop[i]) > largest) {
+          largest = std::abs(c.loop[i]);
+          at = c.frequency_hz[i];
+        }
+      if (largest > kSmall)
+        return note("loop-beyond-band", Severity::warning,
+                    fmt::format("The loop is still {:.2g} at {:.3g} Hz, above the measured band ({:.3g} Hz): "
+                                "a further resonance there could make it unstable. Excite up to there.",
+                                largest, at, end),
+                    largest, kSmall);
+    }
+  }
+
+  void sticking() {
+    for (const Result& r : results_) {
+      const auto& friction = r.model->coulomb_friction;
+      const bool dry = r.model->has_dry_friction();
+      const bool integrates = t_.proposed().feedback.denominator.size() > 1;
+      if (!dry || !integrates) continue;
+      return note(
+          "integral-with-dry-friction", Severity::info,
+          fmt::format("The machine has dry friction{}: with an integral part a position may hunt around "
+                      "its target, and the figures hold while it moves. Simulate it, or leave the "
+                      "integral part out at rest.",
+                      friction ? fmt::format(" ({:.3g} {})", friction->value, r.units.torque) : ""));
+    }
+  }
+
+  /// What identification found of a machine that no linear model describes stands for the design too.
+  void bending() {
+    for (const Result& r : results_)
+      for (const auto& f : r.findings)
+        if (f.id == "backlash" || f.id == "stiffening-coupling" || f.id == "torque-gain") {
+          note("design-of-linear-part", Severity::warning,
+               "Identification found that the machine is not linear (" + f.id +
+                   "): margins and steps are those of its linear part.");
+          return;
+        }
+  }
+
+  Tuning& t_;
+  std::span<const Result> results_;
+};
+
+}  // namespace
+
+void add_remarks(Tuning& tuning, std::span<const Result> results) { Remarks(tuning, results).add(); }
+
+}  // namespace resonid::identification

@@ -1,0 +1,126 @@
+// SPDX-License-Identifier: MIT
+#include "identification/tune/robust_law.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace resonid::identification {
+namespace {
+
+std::vector<design::Transfer> bounded_transfers(const design::Bounds& bounds) {
+  std::vector<design::Transfer> transfers;
+  for (const auto transfer : design::kTransfers)
+    if (bound_of(bounds, transfer)) transfers.push_back(transfer);
+  return transfers;
+}
+
+/// Probability that a sum of `degrees` squared standard normal numbers stays below x.
+double chi_square_probability(double degrees, double x) {
+  const double a = 0.5 * degrees, y = 0.5 * x;
+  double term = 1.0 / a, sum = term;
+  for (int n = 1; n < 1000 && term > 1e-16 * sum; ++n) {
+    term *= y / (a + n);
+    sum += term;
+  }
+  return sum * std::exp(a * std::log(y) - y - std::lgamma(a));
+}
+
+/// Of the ellipsoid that holds a posterior's machine with that probability, standard deviations.
+double ellipsoid_radius(const design::Posterior& posterior, double probability) {
+  const auto degrees = static_cast<double>(posterior.dimension());
+  double low = 1e-6, high = 100.0;
+  constexpr int kHalvings = 60;
+  for (int i = 0; i < kHalvings; ++i) {
+    const double middle = 0.5 * (low + high);
+    (chi_square_probability(degrees, middle * middle) < probability ? low : high) = middle;
+  }
+  return high;
+}
+
+/// By an active set of machines over ellipsoids of that radius.
+std::optional<RobustLaw> over_ellipsoids(const RobustTask& task, const DesignFor& design, double radius) {
+  constexpr double kMet = 2e-3;
+  constexpr int kRounds = 6;
+  std::vector<design::Machine> machines;
+  for (const auto& posterior : task.posteriors) machines.emplace_back(posterior.nominal());
+  for (int round = 0; round < kRounds; ++round) {
+    design::Machines all(machines);
+    auto law = design(all);
+    if (!law) return std::nullopt;
+    bool met = true;
+    RobustLaw found{*std::move(law), radius, {}, {}};
+    for (const auto transfer : bounded_transfers(task.bounds)) {
+      design::WorstCase worst;
+      for (const auto& posterior : task.posteriors) {
+        auto here = worst_case(posterior, found.law.linear, transfer, radius);
+        here.peak.bound = *bound_of(task.bounds, transfer);
+        if (here.peak.value > (1.0 + kMet) * here.peak.bound) {
+          met = false;
+          machines.emplace_back(posterior.at(here.u));
+        }
+        if (here.peak.value > worst.peak.value) worst = std::move(here);
+      }
+      found.worst.push_back(std::move(worst));
+    }
+    if (met) return found;
+  }
+  return std::nullopt;
+}
+
+}  // namespace
+
+std::vector<design::WorstCase> worst_cases(const RobustTask& task, const Law& law, double radius) {
+  std::vector<design::WorstCase> list;
+  for (const auto transfer : bounded_transfers(task.bounds)) {
+    design::WorstCase worst;
+    for (const auto& posterior : task.posteriors) {
+      auto here = worst_case(posterior, law.linear, transfer, radius);
+      if (here.peak.value > worst.peak.value) worst = std::move(here);
+    }
+    worst.peak.bound = *bound_of(task.bounds, transfer);
+    list.push_back(std::move(worst));
+  }
+  return list;
+}
+
+design::MonteCarlo drawn(const RobustTask& task, const Law& law) {
+  std::optional<design::MonteCarlo> most;
+  for (const auto& posterior : task.posteriors) {
+    auto here = monte_carlo(posterior, law.linear, task.bounds, task.draws, task.seed);
+    if (!most || here.exceeding > most->exceeding) most = std::move(here);
+  }
+  return *most;
+}
+
+std::optional<RobustLaw> robust_law(const RobustTask& task, const DesignFor& design) {
+  if (task.guarantee == Guarantee::ellipsoid) {
+    double radius = 0.0;
+    for (const auto& posterior : task.posteriors)
+      radius = std::max(radius, ellipsoid_radius(posterior, task.confidence));
+    auto found = over_ellipsoids(task, design, radius);
+    if (found) found->check = drawn(task, found->law);
+    return found;
+  }
+  constexpr int kRounds = 6;
+  constexpr double kLeast = 0.7;  // of the allowed probability: no need to come nearer
+  const double allowed = 1.0 - task.confidence;
+  std::optional<RobustLaw> best;
+  double low = 0.0, high = 0.0, radius = 2.0;
+  for (int round = 0; round < kRounds; ++round) {
+    auto found = over_ellipsoids(task, design, radius);
+    if (!found) {
+      high = radius;
+      radius = 0.5 * (low + high);
+      continue;
+    }
+    found->check = drawn(task, found->law);
+    const double probability = found->check.probability();
+    if (probability <= allowed && (!best || radius < best->radius)) best = std::move(found);
+    if (probability <= allowed && probability >= kLeast * allowed) break;
+    (probability > allowed ? low : high) = radius;
+    radius = high > 0.0 ? 0.5 * (low + high) : 1.25 * radius;
+  }
+  return best;
+}
+
+}  // namespace resonid::identification

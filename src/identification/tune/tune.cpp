@@ -1,0 +1,266 @@
+// SPDX-License-Identifier: MIT
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <resonid/identification/tune.hpp>
+#include <utility>
+
+#include "design/figures.hpp"
+#include "identification/tune/checks.hpp"
+#include "identification/tune/designs.hpp"
+#include "identification/tune/loop_figures.hpp"
+#include "identification/tune/reach.hpp"
+#include "identification/tune/remarks.hpp"
+#include "identification/tune/scheduled.hpp"
+#include "identification/tune/value.hpp"
+
+namespace resonid::identification {
+namespace {
+
+using Structure = ControllerStructure;
+
+class Tuner {
+ public:
+  Tuner(std::span<const Result> results, const TuneOptions& options)
+      : results_(results), options_(options), posteriors_(posteriors_of(results, options)) {
+    sample_time_s_ = results.front().model->drive.sample_time_s;
+    for (const auto& posterior : posteriors_) nominal_.emplace_back(posterior.nominal());
+  }
+
+  expected<Tuning, Error> run() {
+    describe_task();
+    if (auto done = options_.evaluate ? evaluate() : design(); !done) return tl::unexpected(done.error());
+    if (auto done = add_running(); !done) return tl::unexpected(done.error());
+    if (options_.evaluate) return finished();
+    progress("what bounds and accuracy cost");
+    add_value(tuning_, posteriors_.front(), plain_bounds(options_));
+    if (options_.shaper) add_shapers(tuning_, posteriors_);
+    if (!options_.positions.empty()) {
+      progress("gains over position");
+      if (auto done = add_schedule(tuning_, posteriors_); !done) return tl::unexpected(done.error());
+    }
+    return finished();
+  }
+
+ private:
+  void progress(std::string_view stage) const {
+    if (options_.progress) options_.progress(stage);
+  }
+
+  void describe_task() {
+    const Result& first = results_.front();
+    for (const Result& r : results_) {
+      tuning_.files.push_back(r.record.file);
+      tuning_.machines.push_back(r.model->drive);
+    }
+    tuning_.units = first.units;
+    tuning_.sample_time_s = sample_time_s_;
+    tuning_.options = options_;
+    tuning_.delay_std_assumed = !options_.delay_std_s && !has_delay_std(first);
+    tuning_.delay_std_s = options_.delay_std_s.value_or(
+        has_delay_std(first) ? first.model->drive.estimate(fit::kDelay).std : assumed_delay_std(first));
+  }
+
+  [[nodiscard]] RobustTask task(const design::Bounds& bounds) const {
+    return {posteriors_, bounds, options_.confidence, options_.guarantee, options_.draws, options_.seed};
+  }
+
+  [[nodiscard]] TunedController described(const RobustLaw& found, const design::Bounds& bounds,
+                                          bool curves) const {
+    const RobustTask robust = task(bounds);
+    FigureTask figures{robust, results_.front().units, options_.reference_step, 200, curves};
+    auto controller = with_figures(found, figures);
+    controller.within = controller.stable && controller.unstable == 0 &&
+                        found.check.probability() <= 1.0 - options_.confidence;
+    return controller;
+  }
+
+  /// A controller as it is: its worst cases at the radius of a first design.
+  [[nodiscard]] TunedController judged(Law law, const design::Bounds& bounds, bool curves) const {
+    constexpr double kRadius = 2.0;
+    const RobustTask robust = task(bounds);
+    RobustLaw found{std::move(law), kRadius, {}, {}};
+    if (loop_of(design::Machine(posteriors_.front().nominal()), found.law).is_stable())
+      found.worst = worst_cases(robust, found.law, kRadius);
+    found.check = drawn(robust, found.law);
+    return described(found, bounds, curves);
+  }
+
+  expected<void, Error> evaluate() {
+    progress("judging the controller");
+    const auto controller = options_.evaluate->sampled(sample_time_s_);
+    auto judgement = judged(law_of(controller), plain_bounds(options_), true);
+    if (judgement.structure.empty()) judgement.structure = "given";
+    tuning_.candidates = {std::move(judgement)};
+    return {};
+  }
+
+  expected<void, Error> add_running() {
+    if (!options_.running) return {};
+    progress("judging the controller that ran");
+    auto running = judged(law_of(options_.running->sampled(sample_time_s_)), plain_bounds(options_), true);
+    running.structure = "running";
+    if (!running.stable && !options_.force)
+      return refuse(
+          "results",
+          "contradict the controller that ran: on the identified machine its loop is unstable; give "
+          "the .controller that ran, or .force");
+    tuning_.running = std::move(running);
+    return {};
+  }
+
+  [[nodiscard]] std::vector<Structure> structures() const {
+    if (!options_.positions.empty()) return {Structure::pi};
+    switch (options_.structure) {
+      case Structure::automatic:
+        return {Structure::pi, Structure::pi_biquads};
+      case Structure::pi:
+      case Structure::cascade:
+        return {options_.structure};
+      default:
+        return {Structure::pi, options_.structure};
+    }
+  }
+
+  expected<void, Error> design() {
+    design::Machines machines(nominal_);
+    auto bounds = plain_bounds(options_);
+    auto sensitivity = best_controller_sensitivity(machines, bounds);
+    if (!sensitivity) return tl::unexpected(out_of_reach(options_, nominal_, "no gain"));
+    if (auto limited = limit_noise(machines, bounds, *sensitivity); !limited)
+      return tl::unexpected(limited.error());
+    for (const Structure structure : structures()) {
+      progress("designing: " + std::string(name_of(structure)));
+      auto own = bounds_for(structure, options_, *sensitivity);
+      if (bounds.controller_sensitivity) own.controller_sensitivity = bounds.controller_sensitivity;
+      auto found = robust_law(task(own), design_for(structure, own, options_.biquads, options_.seed));
+      if (!found) continue;
+      choose_weight(found->law);
+      tuning_.candidates.push_back(described(*found, own, true));
+      if (structure == chosen_structure()) add_nominal(structure, own);
+    }
+    return choose();
+  }
+
+  [[nodiscard]] Structure chosen_structure() const {
+    return options_.structure == Structure::automatic ? structures().back() : options_.structure;
+  }
+
+  /// A bound of |C S| that keeps the torque of measurement noise below its limit.
+  expected<void, Error> limit_noise(design::Machines& machines, design::Bounds& bounds, double sensitivity) {
+    if (!options_.largest_noise_torque) return {};
+    const auto& validation = results_.front().validation;
+    if (!validation || !validation->residual_rms)
+      return refuse(
+          "largest_noise_torque",
+          "needs the noise of the measured velocity, which the result does not tell: its model must "
+          "be fitted to the recording");
+    const double most = *options_.largest_noise_torque / *validation->residual_rms;
+    double bound = bounds.controller_sensitivity.value_or(2.0 * sensitivity);
+    constexpr int kRounds = 12;
+    for (int round = 0; round < kRounds; ++round) {
+      bounds.controller_sensitivity = bound;
+      const auto gains = largest_integral_gain(machines, {}, bounds);
+      if (!gains) break;
+      const Law law = law_of(design::FilteredPi{gains->kp, gains->ki, {}}, sample_time_s_);
+      const double noise = design::figures_of(machines.all.front(), law.linear).noise_gain;
+      if (noise <= most) return {};
+      bound = std::min(bound, sensitivity) * 0.98 * most / noise;
+      sensitivity = bound;
+    }
+    return refuse("largest_noise_torque", "is met by no gain", *options_.largest_noise_torque);
+  }
+
+  /// The largest that keeps overshoot and torque of the reference step.
+  void choose_weight(Law& law) const {
+    if (!law.what.gains || law.what.position_gain) return;
+    const design::Machine& machine = nominal_.front();
+    const auto is_too_much = [&](double weight) {
+      Law weighted = law;
+      set_weight(weighted, weight);
+      const auto f = reference_step_of(machine, weighted);
+      return f.overshoot > options_.overshoot ||
+             (options_.torque_limit && f.peak_torque * options_.reference_step > *options_.torque_limit);
+    };
+    double low = 0.0, high = 1.0;
+    constexpr int kHalvings = 20;
+    if (!is_too_much(1.0)) low = 1.0;
+    for (int i = 0; i < kHalvings && low < 1.0; ++i) {
+      const double middle = 0.5 * (low + high);
+      (is_too_much(middle) ? high : low) = middle;
+    }
+    set_weight(law, low);
+  }
+
+  void add_nominal(Structure structure, const design::Bounds& bounds) {
+    design::Machines machines(nominal_);
+    auto law = design_for(structure, bounds, options_.biquads, options_.seed)(machines);
+    if (!law) return;
+    choose_weight(*law);
+    tuning_.nominal = judged(*std::move(law), bounds, false);
+    tuning_.nominal->remark = "without regard to what is not known of the machine";
+  }
+
+  expected<void, Error> choose() {
+    auto& all = tuning_.candidates;
+    std::erase_if(all, [](const TunedController& c) { return !c.stable; });
+    if (all.empty()) return tl::unexpected(out_of_reach(options_, nominal_, "no controller"));
+    const auto iae = [](const TunedController& c) {
+      const auto* figure = c.figure("load_step_iae");
+      return figure == nullptr ? std::numeric_limits<double>::infinity() : figure->value;
+    };
+    const std::string_view wanted = name_of(chosen_structure());
+    std::stable_sort(all.begin(), all.end(), [&](const TunedController& a, const TunedController& b) {
+      if (options_.structure != Structure::automatic) return a.structure == wanted && b.structure != wanted;
+      return iae(a) < iae(b);
+    });
+    if (options_.structure != Structure::automatic && all.front().structure != wanted)
+      return refuse("structure",
+                    fmt::format("{}: none was found that meets the bounds with the confidence; a {} does",
+                                wanted, all.front().structure));
+    // A filter must earn its place.
+    constexpr double kWorthIt = 0.95;
+    if (options_.structure == Structure::automatic && all.size() > 1 && all[0].structure != "pi" &&
+        iae(all[0]) > kWorthIt * iae(all[1])) {
+      std::swap(all[0], all[1]);
+      all[1].remark = "less than 5 % better: not worth its filter";
+    }
+    if (auto crossing = check_crossover(all.front(), results_); !crossing) return crossing;
+    if (options_.least_bandwidth_hz) {
+      const auto* bandwidth = all.front().figure("load_bandwidth_hz");
+      const double reached = bandwidth == nullptr ? 0.0 : bandwidth->low.value_or(bandwidth->value);
+      if (reached < *options_.least_bandwidth_hz)
+        return tl::unexpected(bandwidth_out_of_reach(options_, nominal_, reached));
+    }
+    return {};
+  }
+
+  Tuning finished() {
+    const bool trusted =
+        std::all_of(results_.begin(), results_.end(), [](const Result& r) { return r.trusted; });
+    tuning_.trusted = trusted && tuning_.proposed().within;
+    add_remarks(tuning_, results_);
+    return std::move(tuning_);
+  }
+
+  std::span<const Result> results_;
+  const TuneOptions& options_;
+  std::vector<design::Posterior> posteriors_;
+  std::vector<design::Machine> nominal_;
+  double sample_time_s_ = 0.0;
+  Tuning tuning_;
+};
+
+}  // namespace
+
+expected<Tuning, Error> tune(std::span<const Result> results, const TuneOptions& options) {
+  if (auto checked = check(results, options); !checked) return tl::unexpected(checked.error());
+  return Tuner(results, options).run();
+}
+
+expected<Tuning, Error> tune(const Result& result, const TuneOptions& options) {
+  return tune(std::span(&result, 1), options);
+}
+
+}  // namespace resonid::identification
