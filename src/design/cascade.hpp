@@ -2,8 +2,8 @@
 #pragma once
 
 #include <optional>
+#include <resonid/design/detail/bounds.hpp>
 
-#include "design/bounds.hpp"
 #include "design/controller.hpp"
 #include "design/largest_gain.hpp"
 #include "design/machine.hpp"

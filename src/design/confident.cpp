@@ -9,17 +9,7 @@
 #include "design/robust.hpp"
 
 namespace resonid::design {
-namespace {
 
-/// The normal value that is exceeded with a probability.
-double normal_value(double probability) {
-  constexpr double kLeast = 1e-6;
-  const double p = std::clamp(probability, kLeast, 1.0 - kLeast);
-  const double size = two_sided_quantile(std::abs(1.0 - 2.0 * p));
-  return p < 0.5 ? size : -size;
-}
-
-/// Of the ellipsoid that holds a normal variable of so many dimensions with a probability.
 double ellipsoid_radius(double probability, Eigen::Index dimension) {
   if (dimension == 0) return 0.0;
   double low = 0.0, high = 100.0;
@@ -30,6 +20,16 @@ double ellipsoid_radius(double probability, Eigen::Index dimension) {
     (outside > 1.0 - probability ? low : high) = middle;
   }
   return high;
+}
+
+namespace {
+
+/// The normal value that is exceeded with a probability.
+double normal_value(double probability) {
+  constexpr double kLeast = 1e-6;
+  const double p = std::clamp(probability, kLeast, 1.0 - kLeast);
+  const double size = two_sided_quantile(std::abs(1.0 - 2.0 * p));
+  return p < 0.5 ? size : -size;
 }
 
 /// Designs for ellipsoids, with filters or without, and what the posterior says of them.

@@ -84,7 +84,7 @@ constexpr std::string_view kSegment = R"(@if@ place < position_@next@ THEN
 )";
 
 /// The place is kept within the ends; between them it is one of the segments.
-constexpr std::string_view kScheduled =
+constexpr std::string_view kScheduledText =
     R"((* Gains over position: linear between nodes, constant beyond them. *)
 place := position;
 IF place < position_1 THEN
@@ -188,7 +188,7 @@ expected<std::string> to_structured_text(const ExportedController& design) {
   }
   const std::string schedule =
       scheduled
-          ? filled_in(kScheduled, {{"segments", parts.segments},
+          ? filled_in(kScheduledText, {{"segments", parts.segments},
                                    {"unless_limited", design.torque_limit ? "IF NOT limited THEN\n  " : ""},
                                    {"end_unless", design.torque_limit ? "END_IF;\n" : ""}})
           : "";

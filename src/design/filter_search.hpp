@@ -3,9 +3,9 @@
 
 #include <cstdint>
 #include <optional>
+#include <resonid/design/detail/bounds.hpp>
 #include <vector>
 
-#include "design/bounds.hpp"
 #include "design/controller.hpp"
 #include "design/largest_gain.hpp"
 

@@ -4,10 +4,10 @@
 #include <array>
 #include <complex>
 #include <optional>
+#include <resonid/design/detail/bounds.hpp>
 #include <span>
 #include <vector>
 
-#include "design/bounds.hpp"
 #include "design/controller.hpp"
 #include "design/machine.hpp"
 

@@ -3,8 +3,8 @@
 
 #include <optional>
 #include <resonid/data/transfer_function.hpp>
+#include <resonid/design/detail/bounds.hpp>
 
-#include "design/bounds.hpp"
 #include "design/global_search.hpp"
 #include "design/largest_gain.hpp"
 

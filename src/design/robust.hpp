@@ -3,9 +3,9 @@
 
 #include <cstdint>
 #include <optional>
+#include <resonid/design/detail/bounds.hpp>
 #include <vector>
 
-#include "design/bounds.hpp"
 #include "design/closed_loop.hpp"
 #include "design/filter_search.hpp"
 #include "design/largest_gain.hpp"
@@ -81,12 +81,11 @@ struct ConfidentDesign {
                                                              const Bounds& bounds, double confidence,
                                                              std::size_t draws, std::uint64_t seed);
 
-/// What a confidence means.
-enum class Guarantee {
-  probability,  ///< All bounds are met with this probability.
-  ellipsoid     ///< They are met by every machine of the ellipsoid that holds the true one with this
-                ///< probability.
-};
+/// In standard deviations, of the ellipsoid that holds a normal variable of so many dimensions with that
+/// probability.
+[[nodiscard]] double ellipsoid_radius(double probability, Eigen::Index dimension);
+
+/// How sure a design is to meet its bounds.
 struct Confidence {
   double probability = 0.95;
   Guarantee guarantee = Guarantee::probability;

@@ -3,10 +3,10 @@
 
 #include <optional>
 #include <resonid/data/transfer_function.hpp>
+#include <resonid/design/detail/bounds.hpp>
 #include <resonid/fit/drive_model.hpp>
 #include <vector>
 
-#include "design/bounds.hpp"
 #include "design/controller.hpp"
 #include "design/global_search.hpp"
 #include "design/largest_gain.hpp"

@@ -5,10 +5,10 @@
 #include <functional>
 #include <optional>
 #include <resonid/base/expected.hpp>
+#include <resonid/design/detail/bounds.hpp>
 #include <resonid/fit/drive_model.hpp>
 #include <vector>
 
-#include "design/bounds.hpp"
 #include "design/closed_loop.hpp"
 #include "design/controller.hpp"
 #include "design/posterior.hpp"

@@ -3,9 +3,9 @@
 
 #include <Eigen/Core>
 #include <optional>
+#include <resonid/design/detail/bounds.hpp>
 #include <resonid/fit/drive_model.hpp>
 
-#include "design/bounds.hpp"
 #include "design/controller.hpp"
 #include "design/global_search.hpp"
 #include "design/largest_gain.hpp"

@@ -3,9 +3,9 @@
 
 #include <functional>
 #include <optional>
+#include <resonid/design/detail/bounds.hpp>
 #include <vector>
 
-#include "design/bounds.hpp"
 #include "design/controller.hpp"
 #include "design/global_search.hpp"
 #include "design/largest_gain.hpp"

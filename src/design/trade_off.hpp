@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <resonid/design/detail/bounds.hpp>
+#include <resonid/design/detail/trade_off.hpp>
 #include <span>
 #include <vector>
 
-#include "design/bounds.hpp"
 #include "design/controller.hpp"
 #include "design/machine.hpp"
 #include "design/posterior.hpp"
@@ -12,25 +13,12 @@
 // What a bound costs, and what is not known of the machine.
 namespace resonid::design {
 
-/// The largest integral gain on an ellipsoid if the covariance were `factor` times as large.
-struct ExperimentValue {
-  double factor = 1.0;
-  double ki = 0.0;   ///< Nm/rad
-  double iae = 0.0;  ///< Of the nominal machine's load after a load step, rad.
-};
 /// With the covariance as it is, a quarter of it (an experiment four times as long), and none: what a better
 /// experiment would buy (docs/methods/tune.md 7.6). What has no solution is left out.
 [[nodiscard]] std::vector<ExperimentValue> value_of_experiment(const Posterior& posterior,
                                                                std::span<const Biquad> biquads,
                                                                const Bounds& bounds, double radius);
 
-/// The largest integral gain of one machine, and its bounds; where there is none, the maximum that is
-/// reached.
-struct TradeOff {
-  double sensitivity = 0.0, load_transfer = 0.0;
-  double kp = 0.0, ki = 0.0;
-  double iae = 0.0;  ///< Of the load after a load step, rad.
-};
 struct TradeOffs {
   std::vector<TradeOff> over_sensitivity;  ///< Bounds on |S| of 1.2 ... 2, all others as given.
   std::vector<TradeOff>

@@ -11,8 +11,8 @@ using namespace resonid::online;
 
 namespace {
 
-/// PI behind two biquads with gains over position and a limit of the torque. The excitation is the reference, the
-/// output of the drive the velocity, and its input stands for a position.
+/// PI behind two biquads with gains over position and a limit of the torque. The excitation is the reference,
+/// the output of the drive the velocity, and its input stands for a position.
 struct DriveControlCase {
   using Estimator = DriveControl<float, 2, 5>;
   static inline Storage<Estimator> control;

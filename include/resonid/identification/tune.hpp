@@ -11,6 +11,7 @@
 #include <resonid/design/detail/bounds.hpp>
 #include <resonid/design/detail/filtered_pi.hpp>
 #include <resonid/design/detail/loop_figures.hpp>
+#include <resonid/design/detail/trade_off.hpp>
 #include <resonid/identification/result.hpp>
 #include <span>
 #include <string>
@@ -42,16 +43,7 @@ inline constexpr EnumName<ControllerStructure> kControllerStructureNames[] = {
   return kControllerStructureNames;
 }
 
-/// What a confidence is of.
-enum class Guarantee {
-  probability,  ///< Probability that every bound is met.
-  ellipsoid     ///< Every machine of the confidence ellipsoid meets them: surer, and softer.
-};
-inline constexpr EnumName<Guarantee> kGuaranteeNames[] = {{Guarantee::probability, "probability"},
-                                                          {Guarantee::ellipsoid, "ellipsoid"}};
-[[nodiscard]] constexpr std::span<const EnumName<Guarantee>> enum_names(Guarantee) noexcept {
-  return kGuaranteeNames;
-}
+using design::Guarantee;
 
 /// What is wanted of the controller. The defaults are those of docs/methods/tune.md 5.1: calm.
 struct TuneOptions {
@@ -148,17 +140,6 @@ struct TunedController {
   [[nodiscard]] const LoopFigure* figure(std::string_view figure_name) const;
 };
 
-/// What a bound costs.
-struct TradeOff {
-  double sensitivity = 0.0, load_transfer = 0.0;  ///< The bounds.
-  double kp = 0.0, ki = 0.0, iae = 0.0;           ///< The best PI under them.
-};
-
-/// What a better experiment would buy: every variance times `factor`.
-struct ExperimentValue {
-  double factor = 1.0, ki = 0.0, iae = 0.0;
-};
-
 /// Gains over position.
 struct TunedSchedule {
   struct Node {
@@ -225,8 +206,8 @@ struct Tuning {
   std::vector<TunedController> candidates;  ///< The best first; the controller that is judged alone.
   std::optional<TunedController> running;   ///< Under which was recorded.
   std::optional<TunedController> nominal;   ///< The proposed structure, without regard to uncertainty.
-  std::vector<TradeOff> over_sensitivity, over_load_transfer;
-  std::vector<ExperimentValue> experiment;
+  std::vector<design::TradeOff> over_sensitivity, over_load_transfer;
+  std::vector<design::ExperimentValue> experiment;
   std::optional<TunedSchedule> schedule;
   std::vector<TunedShaper> shapers;                   ///< Ascending in duration.
   std::optional<design::ClosedLoopMode> shaped_mode;  ///< That they were made for.

@@ -26,7 +26,7 @@ constexpr Named kBounds[] = {
 
 bool is_met(const std::vector<design::Machine>& machines, const design::Bounds& bounds) {
   design::Machines all(machines, 0.5);
-  const auto gains = largest_integral_gain(all, {}, bounds, design::kRough);
+  const auto gains = largest_integral_gain(all, {}, bounds, design::Accuracy{40, 4, 0});
   return gains && gains->ki > 0.0;
 }
 

@@ -7,35 +7,7 @@
 namespace resonid::identification {
 namespace {
 
-std::vector<design::Transfer> bounded_transfers(const design::Bounds& bounds) {
-  std::vector<design::Transfer> transfers;
-  for (const auto transfer : design::kTransfers)
-    if (bound_of(bounds, transfer)) transfers.push_back(transfer);
-  return transfers;
-}
-
-/// Probability that a sum of `degrees` squared standard normal numbers stays below x.
-double chi_square_probability(double degrees, double x) {
-  const double a = 0.5 * degrees, y = 0.5 * x;
-  double term = 1.0 / a, sum = term;
-  for (int n = 1; n < 1000 && term > 1e-16 * sum; ++n) {
-    term *= y / (a + n);
-    sum += term;
-  }
-  return sum * std::exp(a * std::log(y) - y - std::lgamma(a));
-}
-
-/// Of the ellipsoid that holds a posterior's machine with that probability, standard deviations.
-double ellipsoid_radius(const design::Posterior& posterior, double probability) {
-  const auto degrees = static_cast<double>(posterior.dimension());
-  double low = 1e-6, high = 100.0;
-  constexpr int kHalvings = 60;
-  for (int i = 0; i < kHalvings; ++i) {
-    const double middle = 0.5 * (low + high);
-    (chi_square_probability(degrees, middle * middle) < probability ? low : high) = middle;
-  }
-  return high;
-}
+using design::bounded_transfers;
 
 /// By an active set of machines over ellipsoids of that radius.
 std::optional<RobustLaw> over_ellipsoids(const RobustTask& task, const DesignFor& design, double radius) {
@@ -96,7 +68,7 @@ std::optional<RobustLaw> robust_law(const RobustTask& task, const DesignFor& des
   if (task.guarantee == Guarantee::ellipsoid) {
     double radius = 0.0;
     for (const auto& posterior : task.posteriors)
-      radius = std::max(radius, ellipsoid_radius(posterior, task.confidence));
+      radius = std::max(radius, design::ellipsoid_radius(task.confidence, posterior.dimension()));
     auto found = over_ellipsoids(task, design, radius);
     if (found) found->check = drawn(task, found->law);
     return found;

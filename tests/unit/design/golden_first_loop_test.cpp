@@ -7,8 +7,8 @@
 #include <cmath>
 #include <golden.hpp>
 #include <numbers>
+#include <resonid/design/detail/bounds.hpp>
 
-#include "design/bounds.hpp"
 #include "design/closed_loop.hpp"
 #include "design/first_loop.hpp"
 #include "golden_machines.hpp"

@@ -4,12 +4,12 @@
 #include <gtest/gtest.h>
 
 #include <golden.hpp>
+#include <resonid/design/detail/bounds.hpp>
 #include <resonid/fit/drive_model.hpp>
 #include <stdexcept>
 #include <string>
 #include <vector>
 
-#include "design/bounds.hpp"
 #include "design/controller.hpp"
 #include "design/machine.hpp"
 

@@ -5,8 +5,8 @@
 #include <cmath>
 #include <golden.hpp>
 #include <numeric>
+#include <resonid/design/detail/bounds.hpp>
 
-#include "design/bounds.hpp"
 #include "design/normal.hpp"
 #include "design/shaper_choice.hpp"
 #include "golden_machines.hpp"

@@ -43,4 +43,16 @@ inline constexpr EnumName<Transfer> kTransferNames[] = {
 [[nodiscard]] std::optional<double> bound_of(const Bounds& bounds, Transfer transfer);
 [[nodiscard]] std::vector<Transfer> bounded_transfers(const Bounds& bounds);
 
+/// What a confidence is of.
+enum class Guarantee {
+  probability,  ///< Probability that every bound is met.
+  ellipsoid     ///< Every machine of the ellipsoid that holds the true one with this probability meets them:
+                ///< surer, and softer.
+};
+inline constexpr EnumName<Guarantee> kGuaranteeNames[] = {{Guarantee::probability, "probability"},
+                                                          {Guarantee::ellipsoid, "ellipsoid"}};
+[[nodiscard]] constexpr std::span<const EnumName<Guarantee>> enum_names(Guarantee) noexcept {
+  return kGuaranteeNames;
+}
+
 }  // namespace resonid::design

@@ -1,0 +1,20 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+namespace resonid::design {
+
+/// The largest integral gain on an ellipsoid if the covariance were `factor` times as large.
+struct ExperimentValue {
+  double factor = 1.0;
+  double ki = 0.0;   ///< Nm/rad
+  double iae = 0.0;  ///< Of the nominal machine's load after a load step, rad.
+};
+
+/// The largest integral gain of one machine under bounds.
+struct TradeOff {
+  double sensitivity = 0.0, load_transfer = 0.0;
+  double kp = 0.0, ki = 0.0;
+  double iae = 0.0;  ///< Of the load after a load step, rad.
+};
+
+}  // namespace resonid::design
