@@ -174,12 +174,10 @@ std::string running_sentence(const Tuning& t) {
   if (!t.running->stable) return "The loop of the running controller is unstable on the identified machine.";
   const auto ratio = stiffer_by(t);
   if (!ratio) return {};
-  const std::string how = *ratio > 1.05   ? fmt::format("{:.2g} times stiffer", *ratio)
-                          : *ratio < 0.95 ? fmt::format("{:.2g} times softer", 1.0 / *ratio)
-                                          : std::string("as stiff");
   std::string text = fmt::format(
-      "Against the running controller: {}; the load's error after a torque step (IAE) is {}, before {}.", how,
-      figure_text(t.proposed(), "load_step_iae"), figure_text(*t.running, "load_step_iae"));
+      "Against the running controller: {}; the load's error after a torque step (IAE) is {}, before {}.",
+      stiffness_words(*ratio), figure_text(t.proposed(), "load_step_iae"),
+      figure_text(*t.running, "load_step_iae"));
   const auto s = value_of(*t.running, "sensitivity_peak"), load = value_of(*t.running, "load_peak");
   if (s && load)
     text +=

@@ -114,7 +114,7 @@ Table candidate_table(const Tuning& t) {
 }
 
 Table figure_table(const TunedController& c) {
-  Table table{"", {"figure", "value", "95 % from", "to", "worst", "bound", "exceeded, %"}, {}};
+  Table table{"", {"figure", "value", "95 % from", "95 % to", "worst", "bound", "exceeded, %"}, {}};
   for (const auto& figure : c.figures) {
     const auto unit = shown_unit(figure);
     table.rows.push_back({with_unit_of(figure), unit.number(figure.value), optional_cell(unit, figure.low),

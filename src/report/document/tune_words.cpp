@@ -140,6 +140,12 @@ std::optional<double> stiffer_by(const Tuning& t) {
   return *now / *then;
 }
 
+std::string stiffness_words(double ratio) {
+  constexpr double kClearly = 0.05;
+  if (ratio > 1.0 + kClearly) return fmt::format("{:.2g} times stiffer", ratio);
+  return ratio < 1.0 - kClearly ? fmt::format("{:.2g} times softer", 1.0 / ratio) : "as stiff";
+}
+
 std::string bounds_text(const TunedController& c) {
   std::string text;
   for (const auto& figure : c.figures) {

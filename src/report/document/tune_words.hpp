@@ -63,6 +63,8 @@ struct GainUnits {
 
 /// How many times smaller the load's error after a torque step is than under the running controller.
 [[nodiscard]] std::optional<double> stiffer_by(const identification::Tuning& tuning);
+/// "2.7 times stiffer"
+[[nodiscard]] std::string stiffness_words(double ratio);
 
 /// "|S| <= 1.40, |T_load| <= 1.30": bounds on figures; empty without.
 [[nodiscard]] std::string bounds_text(const identification::TunedController& controller);

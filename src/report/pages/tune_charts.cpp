@@ -167,17 +167,27 @@ std::vector<Chart> trade_off_pair(const std::vector<TradeOff>& list, double boun
                 "IAE of the load step" + (iae_unit.empty() ? "" : " in " + iae_unit), &TradeOff::iae)};
 }
 
-Curve timed(const std::string& name, const std::vector<double>& time, const std::vector<double>& y) {
-  const double rate =
-      time.size() > 1 ? static_cast<double>(time.size() - 1) / (time.back() - time.front()) : 1.0;
-  return thinned(name, y, time.front(), rate);
-}
-
 }  // namespace
+
+Section sensitivity_section(const Tuning& t) {
+  Section s;
+  s.title = "Sensitivity, and what the load does";
+  s.sheet = true;
+  s.side_by_side = true;
+  put_chart(s, peak_chart(t, "Sensitivity |S|", "sensitivity_peak", &LoopCurves::sensitivity));
+  put_chart(
+      s, peak_chart(t, "From the reference to the load, |T_load|", "load_peak", &LoopCurves::load_transfer));
+  if (!s.charts.empty())
+    s.text = {
+        "Bands hold 95 % of the machines that the identification leaves possible, line by line; the "
+        "curves are those of the identified machine."};
+  return s;
+}
 
 Section loop_section(const Tuning& t) {
   Section s;
   s.title = "Loop";
+  s.side_by_side = true;
   BodeCharts bode;
   bode.magnitude.title = "Open loop L: magnitude";
   bode.phase.title = "Open loop L: phase, every delay included";
@@ -187,25 +197,18 @@ Section loop_section(const Tuning& t) {
     put_band(bode.phase, name, first, c->curves.frequency_hz, c->curves.loop_phase_deg, kAsIs);
     first = false;
   }
-  put_chart(s, peak_chart(t, "Sensitivity |S|", "sensitivity_peak", &LoopCurves::sensitivity));
-  put_chart(
-      s, peak_chart(t, "From the reference to the load, |T_load|", "load_peak", &LoopCurves::load_transfer));
   put_chart(s, bode.magnitude);
   put_chart(s, bode.phase);
   put_chart(s,
             peak_chart(t, "Complementary sensitivity |T|", "complementary_peak", &LoopCurves::complementary));
   put_chart(s, nyquist_chart(t));
-  if (!s.charts.empty())
-    s.text = {
-        "Bands hold 95 % of the machines that the identification leaves possible, line by line; the "
-        "curves are those of the identified machine."};
-  s.side_by_side = true;
   return s;
 }
 
 Section step_section(const Tuning& t) {
   Section s;
   s.title = "Steps";
+  s.sheet = true;
   const auto& u = t.units;
   put_chart(s, step_chart(t, fmt::format("Load after a torque step of 1 {} on it", u.input),
                           "Velocity of the load in " + u.velocity, &LoopCurves::load_by_torque));
@@ -213,9 +216,15 @@ Section step_section(const Tuning& t) {
       s, step_chart(
              t, fmt::format("Load after a reference step of {:.4g} {}", t.options.reference_step, u.velocity),
              "Velocity of the load in " + u.velocity, &LoopCurves::load_by_reference));
-  put_chart(s, step_chart(t, "Torque after the reference step", "Torque in " + u.input,
-                          &LoopCurves::torque_by_reference));
   s.side_by_side = true;
+  return s;
+}
+
+Section torque_section(const Tuning& t) {
+  Section s;
+  s.title = "What it asks of the drive";
+  put_chart(s, step_chart(t, "Torque after the reference step", "Torque in " + t.units.input,
+                          &LoopCurves::torque_by_reference));
   return s;
 }
 
@@ -230,73 +239,6 @@ std::vector<Chart> trade_off_charts(const Tuning& t) {
                                     &TradeOff::load_transfer, "|T_load|", unit, iae_unit))
     charts.push_back(std::move(chart));
   return charts;
-}
-
-Section schedule_section(const Tuning& t) {
-  Section s;
-  s.title = "Gains over position";
-  if (!t.schedule) return s;
-  Curve kp{"kp", Curve::Mark::line, {}, {}}, ki{"ki", Curve::Mark::line, {}, {}};
-  for (const auto& n : t.schedule->nodes) {
-    kp.x.push_back(n.position);
-    kp.y.push_back(n.kp);
-    ki.x.push_back(n.position);
-    ki.y.push_back(n.ki);
-  }
-  const auto units = gain_units(t.units.input, t.units.velocity);
-  for (const auto& [curve, unit] : {std::pair{&kp, units.kp}, {&ki, units.ki}}) {
-    Chart chart;
-    chart.title = curve == &kp ? "Proportional gain" : "Integral gain";
-    chart.x_label = "Position";
-    chart.y_label = curve->name + (unit.empty() ? "" : " in " + unit);
-    auto nodes = *curve;
-    nodes.name = "nodes";
-    nodes.mark = Curve::Mark::points;
-    chart.curves = {*curve, std::move(nodes)};
-    s.charts.push_back(std::move(chart));
-  }
-  s.text = {
-      "Linear between the nodes, constant beyond the ends; figures are the largest over the stroke, "
-      "with the position fixed."};
-  s.side_by_side = true;
-  TunedController over_stroke;
-  over_stroke.figures = t.schedule->figures;
-  s.plain_tables = {schedule_table(t)};
-  if (!over_stroke.figures.empty()) {
-    s.plain_tables.push_back(figure_table(over_stroke));
-    s.plain_tables.back().title = "Figures over the stroke";
-  }
-  return s;
-}
-
-Section simulated_section(const Tuning& t) {
-  Section s;
-  s.title = "On the simulated machine";
-  s.side_by_side = true;
-  Table table{"Promised and simulated", {"run", "figure", "promised", "simulated"}, {}};
-  for (const auto& run : t.simulated) {
-    for (const auto& figure : run.figures)
-      table.rows.push_back({run.what,
-                            loop_figure_words(figure.name) + (figure.unit.empty() ? "" : ", " + figure.unit),
-                            three_digits(figure.promised), three_digits(figure.simulated)});
-    if (run.time_s.empty()) continue;
-    Chart velocity, torque;
-    velocity.title = fmt::format("Velocity, {}", run.what);
-    velocity.y_label = "Velocity in " + t.units.velocity;
-    torque.title = fmt::format("Torque, {}", run.what);
-    torque.y_label = "Torque in " + t.units.input;
-    const auto size = run.time_s.size();
-    if (run.velocity.size() == size) velocity.curves.push_back(timed("load", run.time_s, run.velocity));
-    if (run.reference.size() == size)
-      velocity.curves.push_back(timed("reference", run.time_s, run.reference));
-    if (run.torque.size() == size) torque.curves.push_back(timed("torque", run.time_s, run.torque));
-    for (auto* chart : {&velocity, &torque}) {
-      chart->x_label = "Time in s";
-      put_chart(s, std::move(*chart));
-    }
-  }
-  if (!table.rows.empty()) s.plain_tables = {std::move(table)};
-  return s;
 }
 
 }  // namespace resonid::report

@@ -7,11 +7,13 @@
 // Pictures of the page of a tuning: the loop and its steps, the proposed controller before the running one.
 namespace resonid::report {
 
-/// L over frequency and in the plane, |S|, |T| and |T_load| with their bounds; without charts where there are
-/// no curves.
+/// |S| and |T_load| with their bounds; L over frequency and in the plane, and |T|. Without charts where there
+/// are no curves.
+[[nodiscard]] Section sensitivity_section(const identification::Tuning& tuning);
 [[nodiscard]] Section loop_section(const identification::Tuning& tuning);
-/// Load and torque after a step of the reference, load after a step of torque on it.
+/// Load after a torque step on it and after a step of the reference; torque after the latter.
 [[nodiscard]] Section step_section(const identification::Tuning& tuning);
+[[nodiscard]] Section torque_section(const identification::Tuning& tuning);
 /// ki and the load's error over each bound.
 [[nodiscard]] std::vector<Chart> trade_off_charts(const identification::Tuning& tuning);
 [[nodiscard]] Section schedule_section(const identification::Tuning& tuning);

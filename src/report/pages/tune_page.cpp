@@ -54,9 +54,7 @@ std::vector<Card> tune_cards(const Tuning& t) {
   put_figure_card(cards, c, "load_peak", "Largest |T_load|");
   put_figure_card(cards, c, "phase_margin_deg", "Phase margin");
   std::string against;
-  if (const auto ratio = stiffer_by(t))
-    against = fmt::format("running: {}, {:.2g} times",
-                          three_digits(value_of(*t.running, "load_step_iae").value_or(0.0)), *ratio);
+  if (const auto ratio = stiffer_by(t)) against = stiffness_words(*ratio);
   put_figure_card(cards, c, "load_step_iae", "Load step, IAE", against);
   if (c.draws > 0)
     cards.push_back({"Beyond a bound",
@@ -165,6 +163,8 @@ Document document(const Tuning& t) {
     if (!s.charts.empty() || !s.plain_tables.empty()) d.sections.push_back(std::move(s));
   };
   put(step_section(t));
+  put(sensitivity_section(t));
+  put(torque_section(t));
   put(loop_section(t));
   if (t.proposed().stable && !t.proposed().figures.empty()) put(figures_section_of(t));
   put(controllers_section(t));

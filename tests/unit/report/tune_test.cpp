@@ -304,9 +304,9 @@ TEST(TunePage, DrawsTheCircleOfMsAndEllipses) {
 
 TEST(TunePage, IsMadeOfWhateverIsThere) {
   const auto page = document(test::full_tuning());
-  for (const char* title :
-       {"Steps", "Loop", "What the loop does", "Controllers that were compared", "What the bounds cost",
-        "Gains over position", "Input shapers", "On the simulated machine"})
+  for (const char* title : {"Steps", "Sensitivity, and what the load does", "Loop", "What the loop does",
+                            "Controllers that were compared", "What the bounds cost", "Gains over position",
+                            "Input shapers", "On the simulated machine"})
     EXPECT_TRUE(std::any_of(page.sections.begin(), page.sections.end(), [&](const Section& s) {
       return s.title == title;
     })) << title;

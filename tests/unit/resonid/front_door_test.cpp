@@ -136,6 +136,31 @@ TEST_F(FrontDoor, WritesAPageAndSaysWhereItCannot) {
   EXPECT_FALSE(read_record("/nowhere/at/all.csv"));
 }
 
+// A tuning that is put together here: tune() has tests of its own.
+TEST_F(FrontDoor, ReadsTheTuningThatItWrote) {
+  Tuning tuning;
+  tuning.sample_time_s = 0.002;
+  tuning.units = result_->units;
+  tuning.machines = {result_->model->drive};
+  identification::TunedController controller;
+  controller.structure = "pi";
+  controller.name = "PI";
+  controller.gains = design::FilteredPi{2.1, 21.5, {}};
+  controller.feedback = data::pi_controller(2.1, 2.1 / 21.5, 0.002);
+  controller.stable = true;
+  tuning.candidates = {controller};
+  const auto back = from_json<Tuning>(to_json(tuning));
+  ASSERT_TRUE(back);
+  EXPECT_EQ(back->proposed().feedback.numerator, controller.feedback.numerator);
+  EXPECT_EQ(back->machines.at(0).parameters.stiffness, result_->model->drive.parameters.stiffness);
+  EXPECT_EQ(to_json(*back), to_json(tuning));
+  EXPECT_FALSE(from_json<Tuning>(to_json(*result_)));
+  const auto file = std::filesystem::temp_directory_path() / "resonid_front_door_tuning_test.html";
+  EXPECT_EQ(write_report(file, tuning).value(), file);
+  EXPECT_GT(std::filesystem::file_size(file), 10000U);
+  std::filesystem::remove(file);
+}
+
 TEST_F(FrontDoor, RefusesWrongCalls) {
   auto options = known();
   options.confidence = 1.5;

@@ -1,0 +1,89 @@
+// SPDX-License-Identifier: MIT
+#include <fmt/format.h>
+
+#include "report/document/tune_words.hpp"
+#include "report/pages/curves.hpp"
+#include "report/pages/tune_charts.hpp"
+
+namespace resonid::report {
+namespace {
+
+using identification::TunedController;
+using identification::Tuning;
+
+Curve timed(const std::string& name, const std::vector<double>& time, const std::vector<double>& y) {
+  const double rate =
+      time.size() > 1 ? static_cast<double>(time.size() - 1) / (time.back() - time.front()) : 1.0;
+  return thinned(name, y, time.front(), rate);
+}
+
+}  // namespace
+
+Section schedule_section(const Tuning& t) {
+  Section s;
+  s.title = "Gains over position";
+  if (!t.schedule) return s;
+  Curve kp{"kp", Curve::Mark::line, {}, {}}, ki{"ki", Curve::Mark::line, {}, {}};
+  for (const auto& n : t.schedule->nodes) {
+    kp.x.push_back(n.position);
+    kp.y.push_back(n.kp);
+    ki.x.push_back(n.position);
+    ki.y.push_back(n.ki);
+  }
+  const auto units = gain_units(t.units.input, t.units.velocity);
+  for (const auto& [curve, unit] : {std::pair{&kp, units.kp}, {&ki, units.ki}}) {
+    Chart chart;
+    chart.title = curve == &kp ? "Proportional gain" : "Integral gain";
+    chart.x_label = "Position";
+    chart.y_label = curve->name + (unit.empty() ? "" : " in " + unit);
+    auto nodes = *curve;
+    nodes.name = "nodes";
+    nodes.mark = Curve::Mark::points;
+    chart.curves = {*curve, std::move(nodes)};
+    s.charts.push_back(std::move(chart));
+  }
+  s.text = {
+      "Linear between the nodes, constant beyond the ends; figures are the largest over the stroke, "
+      "with the position fixed."};
+  s.side_by_side = true;
+  TunedController over_stroke;
+  over_stroke.figures = t.schedule->figures;
+  s.plain_tables = {schedule_table(t)};
+  if (!over_stroke.figures.empty()) {
+    s.plain_tables.push_back(figure_table(over_stroke));
+    s.plain_tables.back().title = "Figures over the stroke";
+  }
+  return s;
+}
+
+Section simulated_section(const Tuning& t) {
+  Section s;
+  s.title = "On the simulated machine";
+  s.side_by_side = true;
+  Table table{"Promised and simulated", {"run", "figure", "promised", "simulated"}, {}};
+  for (const auto& run : t.simulated) {
+    for (const auto& figure : run.figures)
+      table.rows.push_back({run.what,
+                            loop_figure_words(figure.name) + (figure.unit.empty() ? "" : ", " + figure.unit),
+                            three_digits(figure.promised), three_digits(figure.simulated)});
+    if (run.time_s.empty()) continue;
+    Chart velocity, torque;
+    velocity.title = fmt::format("Velocity, {}", run.what);
+    velocity.y_label = "Velocity in " + t.units.velocity;
+    torque.title = fmt::format("Torque, {}", run.what);
+    torque.y_label = "Torque in " + t.units.input;
+    const auto size = run.time_s.size();
+    if (run.velocity.size() == size) velocity.curves.push_back(timed("load", run.time_s, run.velocity));
+    if (run.reference.size() == size)
+      velocity.curves.push_back(timed("reference", run.time_s, run.reference));
+    if (run.torque.size() == size) torque.curves.push_back(timed("torque", run.time_s, run.torque));
+    for (auto* chart : {&velocity, &torque}) {
+      chart->x_label = "Time in s";
+      if (!chart->curves.empty()) s.charts.push_back(std::move(*chart));
+    }
+  }
+  if (!table.rows.empty()) s.plain_tables = {std::move(table)};
+  return s;
+}
+
+}  // namespace resonid::report
