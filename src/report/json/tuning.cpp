@@ -128,8 +128,8 @@ void describe_runs(Fields& f, std::vector<identification::SimulatedRun>& runs) {
 
 /// A file of this kind serves as a controller's: what such a file needs stands on top.
 void describe_controller_file(Fields& f, const Tuning& t) {
-  static const TunedController kNone;
-  const auto& c = t.candidates.empty() ? kNone : t.candidates.front();
+  static const TunedController none;
+  const auto& c = t.candidates.empty() ? none : t.candidates.front();
   const bool known = !c.feedback.denominator.empty();
   f.derived({"numerator",
              "numerator of the first candidate's feedback, from velocity error to torque, in "
