@@ -28,6 +28,7 @@ struct Option {
 };
 /// Every field that the library's texts name.
 constexpr std::array kOptions = {
+    Option{"accuracy", {}},
     Option{"approach", {}},
     Option{"band_hz", {}, "LO:HI"},
     Option{"candidate", "MODEL"},

@@ -155,6 +155,7 @@ void run_tune(CLI::App& verb, TuneVerb& o) {
   if (!o.report.empty()) {
     auto page = report::document(*tuning);
     page.provenance = provenance;
+    put_in_options(page.summary);
     write_output(o.report, report::document_page(page));
   }
   if (!o.json.empty()) {
@@ -163,7 +164,7 @@ void run_tune(CLI::App& verb, TuneVerb& o) {
     write_json(o.json, json);
   }
   if (!quiet) {
-    print_summary(output_settings().brief ? brief_of(*tuning) : report::summary_text(*tuning));
+    print_summary(in_options(output_settings().brief ? brief_of(*tuning) : report::summary_text(*tuning)));
     if (!o.report.empty()) print(fmt::format("Report written to {}\n", o.report));
     for (const auto& e : exports) print(fmt::format("{} written to {}\n", name_of(e.format), e.file));
   }

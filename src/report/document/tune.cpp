@@ -11,7 +11,7 @@
 namespace resonid::report {
 namespace {
 
-using identification::TradeOff;
+using TradeOff = decltype(identification::Tuning::over_sensitivity)::value_type;
 using identification::TunedController;
 using identification::Tuning;
 
@@ -208,6 +208,7 @@ std::vector<std::string> lead_sentences(const Tuning& t) {
   };
   put(warning_sentence(t));
   put(verdict_sentence(t));
+  put(check_sentence(t));
   put_gains(t, list);
   put(first_step_sentence(t));
   put(running_sentence(t));

@@ -9,7 +9,7 @@
 namespace resonid::report {
 namespace {
 
-using identification::ExperimentValue;
+using ExperimentValue = decltype(identification::Tuning::experiment)::value_type;
 using identification::Tuning;
 
 std::string nominal_sentence(const Tuning& t) {
@@ -118,8 +118,10 @@ std::string simulated_sentence(const Tuning& t) {
   std::string text;
   for (const auto& run : t.simulated)
     for (const auto& figure : run.figures)
-      text += fmt::format("{}{} {} (promised {})", text.empty() ? "" : ", ", loop_figure_symbol(figure.name),
-                          three_digits(figure.simulated), three_digits(figure.promised));
+      if (figure.promised)
+        text +=
+            fmt::format("{}{} {} (promised {})", text.empty() ? "" : ", ", loop_figure_symbol(figure.name),
+                        three_digits(figure.simulated), three_digits(*figure.promised));
   return text.empty() ? text : "On the simulated machine: " + text + ".";
 }
 

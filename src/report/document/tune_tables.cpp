@@ -87,7 +87,7 @@ std::string machine_line(const Tuning& t) {
 std::vector<ComparedController> compared_controllers(const Tuning& t) {
   std::vector<ComparedController> list;
   for (const auto& c : t.candidates) list.push_back({c, c.name});
-  if (t.nominal) list.push_back({*t.nominal, "without regard to uncertainty"});
+  if (t.nominal) list.push_back({*t.nominal, t.nominal->name + ", nominal"});
   if (t.running) list.push_back({*t.running, "running"});
   return list;
 }
@@ -148,6 +148,7 @@ std::string summary_text(const Tuning& t) {
   auto figures = figure_table(c);
   figures.title = fmt::format("{}: figures of the identified machine", c.name);
   if (c.stable) text += table_text(figures);  // those of an unstable loop mean nothing
+  if (t.check) text += table_text(check_table(*t.check));
   const auto all = candidate_table(t);
   if (all.rows.size() > 1) {
     text += table_text(without(all, "remark"));

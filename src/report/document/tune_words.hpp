@@ -93,4 +93,8 @@ struct ComparedController {
 [[nodiscard]] Table schedule_table(const identification::Tuning& tuning);
 [[nodiscard]] Table shaper_table(const identification::Tuning& tuning);
 
+/// What a recording under the controller shows; empty without one.
+[[nodiscard]] std::string check_sentence(const identification::Tuning& tuning);
+[[nodiscard]] Table check_table(const identification::TuningCheck& check);
+
 }  // namespace resonid::report

@@ -34,6 +34,7 @@ void describe_machine(Fields& f, fit::DriveModel& drive, identification::Units& 
 
 void describe(Fields& f, identification::TunedController& controller);
 void describe(Fields& f, identification::LoopFigure& figure);
+void describe(Fields& f, identification::TuningCheck& check);
 void describe(Fields& f, response::DistortionLevel& level);
 void describe(Fields& f, data::Mode& resonance);
 void describe(Fields& f, identification::SecondOutputResult& second);

@@ -6,15 +6,16 @@
 namespace resonid::report {
 namespace {
 
-using identification::TradeOff;
 using identification::TunedController;
 using identification::TuneOptions;
 using identification::Tuning;
 
+using TradeOff = decltype(Tuning::over_sensitivity)::value_type;
+
 constexpr double kNoBound = std::numeric_limits<double>::infinity();
 
-void describe_given(Fields& f, std::optional<data::Controller>& controller) {
-  f.object({"evaluate", "controller that was judged instead"}, controller.has_value(), [&] {
+void describe_given(Fields& f, const Key& key, std::optional<data::Controller>& controller) {
+  f.object(key, controller.has_value(), [&] {
     if (!controller) controller.emplace();
     const bool law = f.reading() ? f.holds("gain") : controller->law.has_value();
     f.one_of(2, law ? 1 : 0, [&](std::size_t kind) {
@@ -53,7 +54,8 @@ void describe_wanted(Fields& f, Tuning& t) {
              o.guarantee);
     f({"delay_std_s", "standard deviation of the delay, where it was given", "s", not_negative},
       o.delay_std_s);
-    describe_given(f, o.evaluate);
+    describe_given(f, {"evaluate", "controller that was judged instead"}, o.evaluate);
+    describe_given(f, {"running", "controller under which was recorded"}, o.running);
     f.unless_empty({"positions", "positions of the machines, over which gains are scheduled"}, o.positions);
     f.unless(false, {"shaper", "whether an input shaper was to be chosen"}, o.shaper);
     f({"shaper_limit", "residual vibration that it may leave"}, o.shaper_limit);
@@ -115,7 +117,7 @@ void describe_runs(Fields& f, std::vector<identification::SimulatedRun>& runs) {
                   [&](identification::SimulatedFigure& figure) {
                     f({"name", "name of the figure"}, figure.name);
                     f.unless_empty({"unit", "unit of its numbers"}, figure.unit);
-                    f({"promised", "by the design", "unit"}, figure.promised);
+                    f({"promised", "by the design; of a motion nothing is", "unit"}, figure.promised);
                     f({"simulated", "by the run", "unit"}, figure.simulated);
                   });
            Gaps time{run.time_s}, reference{run.reference}, velocity{run.velocity}, torque{run.torque};
@@ -176,14 +178,21 @@ void describe(Fields& f, Tuning& t) {
   describe_trade_off(f, {"over_sensitivity", "what the bound on |S| costs"}, t.over_sensitivity);
   describe_trade_off(f, {"over_load_transfer", "what the bound on |T_load| costs"}, t.over_load_transfer);
   f.list({"experiment", "what a better experiment would buy"}, !t.experiment.empty(), t.experiment,
-         [&](identification::ExperimentValue& v) {
+         [&](auto& v) {
            f({"variance_factor", "of every variance", "", not_negative}, v.factor);
            f({"ki", "integral gain that would then be possible"}, v.ki);
            f({"iae", "error of the load after a torque step of 1"}, v.iae);
          });
   describe_schedule(f, t.schedule);
+  f.object({"shaped_mode", "mode of the closed loop that the shapers are for"}, t.shaped_mode.has_value(),
+           [&] {
+             if (!t.shaped_mode) t.shaped_mode.emplace();
+             f({"frequency_hz", "undamped", "Hz", positive}, t.shaped_mode->frequency_hz);
+             f({"damping_ratio", "share of critical damping"}, t.shaped_mode->damping_ratio);
+           });
   describe_shapers(f, t.shapers);
   describe_runs(f, t.simulated);
+  f({"check", "what a recording under the first candidate shows"}, t.check);
   f({"findings", "what to know of results and controller"}, t.findings);
 }
 

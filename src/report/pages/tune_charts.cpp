@@ -15,7 +15,7 @@ namespace {
 
 using identification::Band;
 using identification::LoopCurves;
-using identification::TradeOff;
+using TradeOff = decltype(identification::Tuning::over_sensitivity)::value_type;
 using identification::TunedController;
 using identification::Tuning;
 

@@ -18,5 +18,7 @@ namespace resonid::report {
 [[nodiscard]] std::vector<Chart> trade_off_charts(const identification::Tuning& tuning);
 [[nodiscard]] Section schedule_section(const identification::Tuning& tuning);
 [[nodiscard]] Section simulated_section(const identification::Tuning& tuning);
+/// L promised and measured.
+[[nodiscard]] Section check_section(const identification::Tuning& tuning);
 
 }  // namespace resonid::report

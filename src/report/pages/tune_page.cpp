@@ -162,6 +162,7 @@ Document document(const Tuning& t) {
   const auto put = [&](Section s) {
     if (!s.charts.empty() || !s.plain_tables.empty()) d.sections.push_back(std::move(s));
   };
+  put(check_section(t));
   put(step_section(t));
   put(sensitivity_section(t));
   put(torque_section(t));

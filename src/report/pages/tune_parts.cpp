@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: MIT
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <cmath>
+
 #include "report/document/tune_words.hpp"
 #include "report/pages/curves.hpp"
 #include "report/pages/tune_charts.hpp"
@@ -15,6 +18,17 @@ Curve timed(const std::string& name, const std::vector<double>& time, const std:
   const double rate =
       time.size() > 1 ? static_cast<double>(time.size() - 1) / (time.back() - time.front()) : 1.0;
   return thinned(name, y, time.front(), rate);
+}
+
+/// Where 95 % of the promised |L| lies, in dB.
+void put_promised_band(const identification::TuningCheck& check, Curve& curve) {
+  constexpr double kWidth = 1.96, kLeast = 1e-3;  // of |L|: a band that ends there is endless in dB
+  for (std::size_t i = 0; i < check.predicted.size() && i < check.predicted_std.size(); ++i) {
+    const double size = std::abs(check.predicted[i]);
+    const double half = kWidth * check.predicted_std[i] / std::sqrt(2.0);  // one direction of the plane
+    curve.lower.push_back(20.0 * std::log10(std::max(size - half, kLeast * size)));
+    curve.upper.push_back(20.0 * std::log10(size + half));
+  }
 }
 
 }  // namespace
@@ -63,9 +77,9 @@ Section simulated_section(const Tuning& t) {
   Table table{"Promised and simulated", {"run", "figure", "promised", "simulated"}, {}};
   for (const auto& run : t.simulated) {
     for (const auto& figure : run.figures)
-      table.rows.push_back({run.what,
-                            loop_figure_words(figure.name) + (figure.unit.empty() ? "" : ", " + figure.unit),
-                            three_digits(figure.promised), three_digits(figure.simulated)});
+      table.rows.push_back(
+          {run.what, loop_figure_words(figure.name) + (figure.unit.empty() ? "" : ", " + figure.unit),
+           figure.promised ? three_digits(*figure.promised) : "", three_digits(figure.simulated)});
     if (run.time_s.empty()) continue;
     Chart velocity, torque;
     velocity.title = fmt::format("Velocity, {}", run.what);
@@ -83,6 +97,30 @@ Section simulated_section(const Tuning& t) {
     }
   }
   if (!table.rows.empty()) s.plain_tables = {std::move(table)};
+  return s;
+}
+
+Section check_section(const Tuning& t) {
+  Section s;
+  s.title = "Checked on the machine";
+  if (!t.check) return s;
+  const auto& check = *t.check;
+  s.side_by_side = true;
+  s.text = {check_sentence(t)};
+  s.plain_tables = {check_table(check)};
+  if (check.frequency_hz.empty()) return s;
+  data::FrequencyResponse promised, measured;
+  promised.frequency_hz = measured.frequency_hz = check.frequency_hz;
+  promised.value = check.predicted;
+  measured.value = check.measured;
+  measured.std = check.measured_std;
+  BodeCharts bode;
+  bode.magnitude.title = "Open loop L: magnitude";
+  bode.phase.title = "Open loop L: phase";
+  bode.add_measured("measured", measured, Curve::Mark::points);
+  bode.add_model("promised", promised);
+  put_promised_band(check, bode.magnitude.curves.back());
+  s.charts = {std::move(bode.magnitude), std::move(bode.phase)};
   return s;
 }
 

@@ -19,6 +19,8 @@ TEST(OptionNames, AreFieldsWithoutTheirUnit) {
 TEST(OptionNames, StandInTextsInPlaceOfFields) {
   EXPECT_EQ(in_options("give .controller."), "give --controller.");
   EXPECT_EQ(in_options("(.model auto) or .model none"), "(--model auto) or --model none");
+  EXPECT_EQ(in_options("resonid plan .model RESULT.json .accuracy stiffness=1%"),
+            "resonid plan --model RESULT.json --accuracy stiffness=1%");
   EXPECT_EQ(in_options("(several recordings: join())"), "(several recordings: --join)");
   EXPECT_EQ(in_options("in the part chosen with .from_s and .to_s"),
             "in the part chosen with --from and --to");

@@ -48,7 +48,8 @@ const Chart* chart_of(const Document& d, const std::string& title) {
 }
 
 TEST(TuneJson, GivesBackWhatWasWritten) {
-  for (const auto& t : {test::tuning(), test::full_tuning(), test::evaluation(), least_tuning()}) {
+  for (const auto& t :
+       {test::tuning(), test::full_tuning(), test::evaluation(), test::checked(), least_tuning()}) {
     const json j = to_json(t);
     const auto again = from_json<Tuning>(j);
     ASSERT_TRUE(again) << message_of(again.error());
@@ -245,16 +246,37 @@ TEST(TuneText, JudgesTheControllerThatWasGiven) {
 }
 
 TEST(TuneText, FitsTheTerminal) {
-  for (const auto& t : {test::tuning(), test::full_tuning(), test::evaluation(), least_tuning()}) {
+  for (const auto& t :
+       {test::tuning(), test::full_tuning(), test::evaluation(), test::checked(), least_tuning()}) {
     std::istringstream lines(summary_text(t));
     std::string line;
     while (std::getline(lines, line)) EXPECT_LE(line.size(), 100U) << line;
   }
   const auto text = summary_text(test::full_tuning());
   for (const char* part : {"largest |S| (Ms)", "least phase margin, deg", "95 % from", "delay margin, ms",
-                           "without regard to uncertainty", "PI: a larger error of the load",
-                           "Gains over position", "mzv", "\nTrusted.\n", "delay-unknown"})
+                           "PI + 1 biquad, nominal", "PI: a larger error of the load", "Gains over position",
+                           "mzv", "\nTrusted.\n", "delay-unknown"})
     EXPECT_TRUE(holds(text, part)) << part << "\n" << text;
+}
+
+TEST(TuneText, TellsWhatTheMachineShows) {
+  auto t = test::checked();
+  EXPECT_EQ(sentences(t).at(2),
+            "Checked on the machine: the loop of run/after.csv is NOT the one that was promised, furthest at "
+            "15.5 Hz (probability of that by noise less than 0.0001). Likely cause: the stiffness (+15 %).");
+  // 1.96 times the standard deviations, in ms.
+  EXPECT_TRUE(holds(summary_text(t), "8.40 +- 0.59"));
+  EXPECT_TRUE(holds(summary_text(t), "6.60 +- 0.39"));
+  const auto page = document(t);
+  EXPECT_EQ(page.sections.at(0).title, "Checked on the machine");
+  const auto& magnitude = page.sections[0].charts.at(0);
+  EXPECT_EQ(magnitude.curves.at(0).name, "measured");
+  EXPECT_NEAR(magnitude.curves[0].y.at(3), 20.0 * std::log10(std::abs(t.check->measured[3])), 1e-12);
+  EXPECT_GT(magnitude.curves.at(1).upper.at(3), magnitude.curves[1].y.at(3));
+  t.check->agrees = true;
+  t.trusted = true;
+  t.findings.clear();
+  EXPECT_TRUE(holds(sentences(t).at(1), "is the one that was promised, within both error bars."));
 }
 
 TEST(TunePage, DrawsProposedBeforeRunningWithBandsAndBounds) {

@@ -291,6 +291,35 @@ inline identification::Tuning full_tuning() {
   run.torque = curves.torque_by_reference.value;
   run.figures = {{"load_step_iae", "rad", 0.0531, 0.0549}, {"load_step_rebound", "", 0.02, 0.024}};
   t.simulated = {run};
+  t.simulated.push_back({"move", {}, {}, {}, {}, {{"velocity_error", "rad/s", {}, 0.031}}});
+  t.shaped_mode = design::ClosedLoopMode{16.3, 0.1};
+  t.options.running = data::Controller(data::Controller::Pi{1.036, 0.147});
+  return t;
+}
+
+/// tuning() with a recording under its controller, of a machine that is 15 % stiffer.
+inline identification::Tuning checked() {
+  auto t = tuning();
+  identification::TuningCheck check;
+  check.record = "run/after.csv";
+  const auto& c = t.candidates.front().feedback;
+  for (double hz = 2.0; hz <= 34.0; hz += 0.5) {
+    check.frequency_hz.push_back(hz);
+    check.predicted.push_back(loop_at(tuned_machine(), c, hz).loop);
+    check.measured.push_back(loop_at(tuned_machine(1.15), c, hz).loop);
+    check.predicted_std.push_back(0.02 * std::abs(check.predicted.back()));
+    check.measured_std.push_back(0.03 * std::abs(check.measured.back()));
+  }
+  check.figures = {{"phase_margin_deg", "deg", {63.2, 1.2}, {64.9, 0.9}, 0.26},
+                   {"delay_margin_s", "s", {0.0084, 0.0003}, {0.0066, 0.0002}, 6e-7}};
+  check.probability = 3e-9;
+  check.worst_line_hz = 15.5;
+  check.agrees = false;
+  check.cause = "the stiffness (+15 %)";
+  t.check = check;
+  t.trusted = false;
+  t.findings.push_back({"prediction-fails", diagnostics::Severity::error, 3e-9, 0.001,
+                        "Under this controller the loop is another one than was promised."});
   return t;
 }
 
