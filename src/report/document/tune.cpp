@@ -65,8 +65,7 @@ std::string warning_sentence(const Tuning& t) {
   if (t.options.force)
     return "Made by force (.force): results or controller are not trusted. Nothing below may be relied on "
            "before it has been measured on the machine.";
-  return results_are_trusted(t) ? std::string()
-                                : "Not trusted: what was identified is not reliable; see the findings.";
+  return results_are_trusted(t) ? std::string() : "Not trusted: see the findings.";
 }
 
 std::string filter_kind(const design::Biquad& b) {

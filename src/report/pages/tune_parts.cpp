@@ -106,7 +106,6 @@ Section check_section(const Tuning& t) {
   if (!t.check) return s;
   const auto& check = *t.check;
   s.side_by_side = true;
-  s.text = {check_sentence(t)};
   s.plain_tables = {check_table(check)};
   if (check.frequency_hz.empty()) return s;
   data::FrequencyResponse promised, measured;
