@@ -5,6 +5,7 @@
 #include <resonid/base/constants.hpp>
 #include <resonid/diagnostics/detail/finding_catalogue.hpp>
 #include <resonid/identification/result.hpp>
+#include <resonid/report/detail/typography.hpp>
 #include <resonid/report/json.hpp>
 #include <resonid/response/line_estimates.hpp>
 
