@@ -2,8 +2,10 @@
 # SPDX-License-Identifier: MIT
 """The embedded stages on a Cortex-M, in QEMU: builds the images, runs them, compares and tabulates.
 
-    measure.py build   CORE WORK                     cross-compile the images (CORE: m4 or m7) into the folder WORK
+    measure.py build   CORE WORK [--texts PROGRAM]   cross-compile the images (CORE: m4 or m7) into the folder WORK; with the
+                                                     program's exported controllers (exported/texts.cpp)
     measure.py run     CORE WORK --reference PROGRAM run them all, compare with the host's results, write WORK/results.json
+    measure.py exported CORE WORK --texts PROGRAM    run those controllers, compare with what the program says
     measure.py example CORE WORK                     run the example; its exit code tells whether it saw what it should
     measure.py symbols CORE WORK                     no heap; double precision only where it is known to be
     measure.py check   CORE WORK                     floors, and the table in docs/embedded.md against the results
@@ -72,9 +74,23 @@ def tools_or_skip():
         sys.exit(77)
 
 
-def build(core, work):
-    subprocess.run(["cmake", "--preset", f"cortex-{core}", "-B", str(work)], cwd=ROOT, check=True,
-                   stdout=subprocess.DEVNULL)
+def write_texts(program, work):
+    """C texts of designs into the folder of which an image is made; torque of each by the law's definition."""
+    said = subprocess.run([program, str(work / "exported")], stdout=subprocess.PIPE, text=True, check=True).stdout
+    torque = {}
+    for line in said.splitlines():
+        _, name, value = line.split()
+        torque.setdefault(name, []).append(float(value))
+    return torque
+
+
+def build(core, work, texts):
+    folder = ""
+    if texts:
+        write_texts(texts, work)
+        folder = str((work / "exported").resolve())
+    subprocess.run(["cmake", "--preset", f"cortex-{core}", "-B", str(work), f"-DRESONID_EXPORTED={folder}"], cwd=ROOT,
+                   check=True, stdout=subprocess.DEVNULL)
     return subprocess.run(["cmake", "--build", str(work), "--target", "cortex_images"], check=False).returncode
 
 
@@ -102,6 +118,30 @@ def parse(text):
         elif kind == "number":
             numbers[name] = int(words[0], 16)
     return groups, numbers
+
+
+# Largest difference, relative to the largest torque.
+EXPORTED_TOLERANCE = {"double": 1e-12, "float": 1e-5}
+
+
+def exported(core, work, texts):
+    groups, numbers = run_image(core, images(work) / "exported.elf")
+    found, failed = {}, 0
+    for name, (rounded, rest) in groups:
+        found.setdefault(name, []).append(rounded + rest)
+    wanted = write_texts(texts, work)
+    if found.keys() != wanted.keys() or not wanted:
+        sys.exit("the image has other controllers than the program: measure.py build")
+    for name, torque in wanted.items():
+        size = max(abs(x) for x in torque)
+        if len(found[name]) != len(torque) or not size > 0.0:
+            sys.exit(f"{name}: {len(found[name])} samples, not {len(torque)}")
+        difference = max(abs(a - b) for a, b in zip(found[name], torque)) / size
+        good = difference <= EXPORTED_TOLERANCE[name.rsplit("_", 1)[1]]
+        instructions = numbers[name] * INSTRUCTIONS_PER_TICK / len(torque)
+        print(f"{name:16} {instructions:6.0f} instructions, {difference:.1e} from the design{'' if good else ': too far'}")
+        failed |= not good
+    return failed
 
 
 def sizes(path):
@@ -370,21 +410,25 @@ def write(works):
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     verbs = parser.add_subparsers(dest="verb", required=True)
-    for verb in ("build", "run", "example", "symbols", "check"):
+    for verb in ("build", "run", "exported", "example", "symbols", "check"):
         part = verbs.add_parser(verb)
         part.add_argument("core", choices=MACHINE)
         part.add_argument("work", type=pathlib.Path)
         if verb == "run":
             part.add_argument("--reference", required=True)
+        if verb in ("build", "exported"):
+            part.add_argument("--texts", required=verb == "exported")
     part = verbs.add_parser("write")
     part.add_argument("work_m4", type=pathlib.Path)
     part.add_argument("work_m7", type=pathlib.Path)
     options = parser.parse_args()
     tools_or_skip()
     if options.verb == "build":
-        return build(options.core, options.work)
+        return build(options.core, options.work, options.texts)
     if options.verb == "run":
         return run(options.core, options.work, options.reference)
+    if options.verb == "exported":
+        return exported(options.core, options.work, options.texts)
     if options.verb == "example":
         run_image(options.core, images(options.work) / "example.elf")
         return 0

@@ -11,83 +11,15 @@
 namespace resonid::design {
 namespace {
 
-/// All that a controller may be told at a sample.
-struct Told {
-  double reference, velocity, position, velocity_feed_forward, torque_feed_forward;
-};
-
-/// Whole multiples of 2^-10, so that every text says them exactly. The axis follows with noise, and its
-/// position comes from elsewhere: nothing is in a loop.
-std::vector<Told> told_samples() {
-  std::vector<Told> samples;
-  const auto grid = [](double x) { return std::round(1024.0 * x) / 1024.0; };
-  int k = 0;
-  for (const test::Sample& sample : test::exported_samples()) {
-    const double t = 0.01 * k++;
-    samples.push_back({grid(0.1 * sample.reference), sample.velocity,
-                       grid(0.7 * std::sin(t) + 0.02 * sample.velocity), grid(std::cos(t)),
-                       k % 90 < 30 ? 0.5 : 0.0});
-  }
-  return samples;
-}
-
-/// In the order of the arguments of the C function.
-struct Column {
-  const char* name;
-  double Told::*value;
-};
-std::vector<Column> columns_of(const ExportedController& exported) {
-  std::vector<Column> columns = {{"reference", &Told::reference}};
-  if (exported.kv > 0.0)
-    columns = {{"position_reference", &Told::reference},
-               {"velocity_feed_forward", &Told::velocity_feed_forward},
-               {"torque_feed_forward", &Told::torque_feed_forward}};
-  columns.push_back({"velocity", &Told::velocity});
-  if (exported.needs_position() && !exported.sums_velocity) columns.push_back({"position", &Told::position});
-  return columns;
-}
-
-/// F by its states, gains by GainSchedule, the rest by definition. HAL: the sum behind the filters, and
-/// stopped one period later (export_test.cpp).
-enum class Meaning { texts, hal };
-std::vector<double> by_definition(const ExportedController& exported, Meaning meaning = Meaning::texts) {
-  const double step = exported.sample_time_s, limit = exported.torque_limit.value_or(INFINITY);
-  const auto filters = states_of(FilteredPi{1.0, 0.0, exported.controller.biquads}, step);
-  Eigen::VectorXd x = Eigen::VectorXd::Zero(filters.a.rows());
-  const auto filtered = [&](double value) {
-    const double out = filters.c * x + filters.d * value;
-    x = (filters.a * x + filters.b * value).eval();
-    return out;
-  };
-  double sum = 0.0, summed = 0.0, kp_before = 0.0, deviation = 0.0, at_limit = 0.0;
-  std::vector<double> torque;
-  for (const Told& told : told_samples()) {
-    summed += step * told.velocity;
-    const double position = exported.sums_velocity ? summed : told.position;
-    const FilteredPi gains =
-        exported.schedule.empty() ? exported.controller : GainSchedule(exported.schedule).at(position);
-    if (at_limit == 0.0) sum -= (gains.kp - kp_before) * deviation;
-    kp_before = gains.kp;
-    const double reference = exported.kv > 0.0
-                                 ? exported.kv * (told.reference - position) + told.velocity_feed_forward
-                                 : told.reference;
-    const double error = reference - told.velocity;
-    deviation = exported.set_point_weight * reference - told.velocity;
-    double u = 0.0;
-    if (meaning == Meaning::texts) {
-      u = filtered(gains.kp * deviation + sum + step * gains.ki * error);
-    } else {
-      const double late = filtered(error);
-      if (late * at_limit <= 0.0) sum += step * gains.ki * late;
-      u = gains.kp * late + sum;
-    }
-    if (exported.kv > 0.0) u += told.torque_feed_forward;
-    at_limit = u > limit ? 1.0 : u < -limit ? -1.0 : 0.0;
-    if (meaning == Meaning::texts && error * at_limit <= 0.0) sum += step * gains.ki * error;
-    torque.push_back(std::clamp(u, -limit, limit));
-  }
-  return torque;
-}
+using test::by_definition;
+using test::cascade;
+using test::Column;
+using test::columns_of;
+using test::Meaning;
+using test::position_variants;
+using test::scheduled;
+using test::Told;
+using test::told_samples;
 
 /// What the drive's own controller makes of it.
 std::vector<double> in_the_drive(const ExportedController& exported) {
@@ -112,35 +44,6 @@ std::vector<double> in_the_drive(const ExportedController& exported) {
     torque.push_back(control.step({told.reference, told.velocity, told.position, told.velocity_feed_forward,
                                    exported.kv > 0.0 ? told.torque_feed_forward : 0.0}));
   return torque;
-}
-
-ExportedController cascade(bool sums) {
-  ExportedController exported = test::exported_controller();
-  exported.name = "axis_position_control";  // as long as HAL allows
-  exported.kv = 30.0;
-  exported.sums_velocity = sums;
-  return exported;
-}
-ExportedController scheduled() {
-  ExportedController exported = test::exported_controller();
-  exported.controller.kp = exported.controller.ki = 0.0;
-  exported.schedule = {{-0.5, 0.3, 10.0}, {0.0, 0.9, 40.0}, {0.25, 0.4, 60.0}};
-  return exported;
-}
-/// Position loops, schedules, and both; with and without limit and set-point weight.
-std::vector<ExportedController> position_variants() {
-  std::vector<ExportedController> all = {cascade(false), cascade(true), cascade(false), scheduled(),
-                                         scheduled(),    scheduled(),   cascade(true),  scheduled()};
-  all[2].torque_limit = 4.0;
-  all[4].set_point_weight = 0.4;
-  all[4].torque_limit = 0.3;
-  all[4].controller.biquads.clear();
-  all[5].sums_velocity = true;
-  all[6].controller = scheduled().controller;
-  all[6].schedule = scheduled().schedule;
-  all[6].torque_limit = 5.0;
-  all[7].schedule.resize(1);
-  return all;
 }
 
 TEST(ExportedLaw, IsThatOfTheControllerInTheDrive) {
@@ -235,7 +138,7 @@ TEST_F(PositionExport, CIsTheLaw) {
     run_c(exported, CNumber::in_double);
     expect_alike(printed("torque"), by_definition(exported), 1e-12);
     run_c(exported, CNumber::in_float);
-    expect_alike(printed("torque"), by_definition(exported), 2e-4);
+    expect_alike(printed("torque"), by_definition(exported), 1e-5);
   }
 }
 

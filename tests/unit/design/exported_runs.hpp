@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
+#include <exported_laws.hpp>
 #include <filesystem>
 #include <fstream>
 #include <sstream>
@@ -18,27 +19,6 @@
 #include "design/export.hpp"
 
 namespace resonid::test {
-
-/// What a controller is given sample by sample.
-struct Sample {
-  double reference, velocity;
-};
-
-/// Steps of the reference, and a velocity that follows with noise; whole multiples of 2^-10, so that every
-/// text says them exactly.
-inline std::vector<Sample> exported_samples() {
-  std::vector<Sample> samples;
-  double velocity = 0.0;
-  unsigned noise = 1;
-  for (int k = 0; k < 600; ++k) {
-    const double reference = k < 20 ? 0.0 : k < 250 ? 10.0 : k < 450 ? -4.0 : 1.5;
-    noise = noise * 1664525U + 1013904223U;
-    velocity += 0.02 * (reference - velocity);
-    const double measured = velocity + static_cast<double>(noise >> 24) / 256.0 - 0.5;
-    samples.push_back({reference, std::round(1024.0 * measured) / 1024.0});
-  }
-  return samples;
-}
 
 /// The design's own simulation by its states: what the texts must do.
 inline std::vector<double> simulated(const design::ExportedController& exported,
@@ -117,26 +97,5 @@ class ExportedRuns : public ::testing::Test {
 
   std::filesystem::path folder_;
 };
-
-/// PI with a notch and a broad lead, 1 kHz.
-inline design::ExportedController exported_controller() {
-  design::ExportedController exported;
-  exported.controller = {0.6, 25.0, {{54.0, 0.2, 0.6}, {210.0, 1.2, 0.5}}};
-  exported.sample_time_s = 0.001;
-  return exported;
-}
-
-/// With and without filters, limit and set-point weight.
-inline std::vector<design::ExportedController> exported_variants() {
-  std::vector<design::ExportedController> all(5, exported_controller());
-  all[1].controller.biquads.clear();
-  all[2].torque_limit = 3.0;
-  all[3].set_point_weight = 0.4;
-  all[3].torque_limit = 2.0;
-  all[4].controller.biquads.resize(1);
-  all[4].set_point_weight = 0.0;
-  all[4].name = "Axis_2";
-  return all;
-}
 
 }  // namespace resonid::test
