@@ -5,7 +5,7 @@
 #include <cmath>
 #include <cstdint>
 #include <resonid/fit/black_box.hpp>
-#include <resonid/fit/sanathanan_koerner.hpp>
+#include <resonid/fit/detail/sanathanan_koerner.hpp>
 #include <resonid/response/welch.hpp>
 
 namespace {

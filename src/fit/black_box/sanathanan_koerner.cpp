@@ -4,7 +4,7 @@
 #include <fit/least_squares.hpp>
 #include <resonid/base/constants.hpp>
 #include <resonid/base/detail/polynomial.hpp>
-#include <resonid/fit/sanathanan_koerner.hpp>
+#include <resonid/fit/detail/sanathanan_koerner.hpp>
 
 #include "linalg/decompositions.hpp"
 

@@ -7,8 +7,8 @@
 #include <optional>
 #include <resonid/base/constants.hpp>
 #include <resonid/base/detail/statistics.hpp>
+#include <resonid/fit/detail/sanathanan_koerner.hpp>
 #include <resonid/fit/response_fit.hpp>
-#include <resonid/fit/sanathanan_koerner.hpp>
 #include <vector>
 
 namespace resonid::fit {

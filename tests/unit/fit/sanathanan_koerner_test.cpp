@@ -2,7 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <golden.hpp>
-#include <resonid/fit/sanathanan_koerner.hpp>
+#include <resonid/fit/detail/sanathanan_koerner.hpp>
 
 namespace resonid::fit {
 namespace {
