@@ -11,7 +11,7 @@
 namespace resonid::design {
 namespace {
 
-constexpr std::string_view kHeader =
+constexpr std::string_view kCHeader =
     R"(/* @name@: PI control of a @what@, designed by resonid. C99, no heap, no library.
  *
 @loop@ *   u = F (kp (b r - y) + sum of ki Ts (r - y))@and_torque@,   r, y in rad/s, u in Nm
@@ -45,7 +45,7 @@ static inline @real@ @name@_step(@name@ *c, @arguments@) {
 #endif
 )";
 
-constexpr std::string_view kSetGains = R"(
+constexpr std::string_view kCSetGains = R"(
 /* Other gains, without a jump of the torque. */
 static inline void @name@_set_gains(@name@ *c, @real@ kp, @real@ ki) {
   c->sum -= (kp - c->kp) * c->deviation;
@@ -55,7 +55,7 @@ static inline void @name@_set_gains(@name@ *c, @real@ kp, @real@ ki) {
 )";
 
 /// Tables of positions, gains, and their slopes up to the next position.
-constexpr std::string_view kGains = R"(
+constexpr std::string_view kCGains = R"(
 /* Gains at a position: linear between nodes, constant beyond them. */
 static inline void @name@_gains(@real@ position, @real@ *kp, @real@ *ki_ts) {
   static const @real@ at[@nodes@] = {@at@};
@@ -73,20 +73,20 @@ static inline void @name@_gains(@real@ position, @real@ *kp, @real@ *ki_ts) {
 )";
 
 /// For another kp the sum takes what the torque would jump by, but not behind a torque that was cut.
-constexpr std::string_view kScheduled = R"(  @real@ kp, ki_ts;
+constexpr std::string_view kCScheduled = R"(  @real@ kp, ki_ts;
   @name@_gains(position, &kp, &ki_ts);
   @unless_limited@c->sum -= (kp - c->kp) * c->deviation; /* no jump */
   c->kp = kp;
   c->ki_ts = ki_ts;
 )";
 
-constexpr std::string_view kSummedPosition =
+constexpr std::string_view kCSummedPosition =
     R"(  const @real@ way = @step@ * velocity + c->position_rest, position = c->position + way;
   c->position_rest = way - (position - c->position); /* what rounding cuts off */
   c->position = position;
 )";
 
-constexpr std::string_view kFilters = R"(  for (int i = 0; i < @count@; ++i) {
+constexpr std::string_view kCFilters = R"(  for (int i = 0; i < @count@; ++i) {
     const @real@ x = u;
     u = c->b[i][0] * x + c->s[i][0];
     c->s[i][0] = c->b[i][1] * x - c->a[i][0] * u + c->s[i][1];
@@ -94,7 +94,7 @@ constexpr std::string_view kFilters = R"(  for (int i = 0; i < @count@; ++i) {
   }
 )";
 
-constexpr std::string_view kLimit =
+constexpr std::string_view kCLimit =
     R"(@marked@  if (u > c->torque_limit) { /* the sum is not driven further out */
     if (error < @zero@) c->sum = sum;
     return c->torque_limit;
@@ -104,10 +104,10 @@ constexpr std::string_view kLimit =
     return -c->torque_limit;
   }
 )";
-constexpr std::string_view kMarked = R"(  c->limited = u > c->torque_limit || u < -c->torque_limit;
+constexpr std::string_view kCMarked = R"(  c->limited = u > c->torque_limit || u < -c->torque_limit;
 )";
 
-using Number = std::function<std::string(double)>;
+using CNumberText = std::function<std::string(double)>;
 
 std::string guard_of(const std::string& name) {
   std::string guard = name + "_h";
@@ -116,13 +116,13 @@ std::string guard_of(const std::string& name) {
   return guard;
 }
 
-/// Members of the struct and what they begin with, in the order in which they are declared.
-struct Members {
+/// CMembers of the struct and what they begin with, in the order in which they are declared.
+struct CMembers {
   std::string declared, initial;
 };
 
-void add_filters(Members& members, const ExportedController& design, std::string_view real,
-                 const Number& number) {
+void add_c_filters(CMembers& members, const ExportedController& design, std::string_view real,
+                   const CNumberText& number) {
   std::string b, a, s;
   for (const Biquad& biquad : design.controller.biquads) {
     const auto c = biquad.coefficients(design.sample_time_s);
@@ -138,8 +138,8 @@ void add_filters(Members& members, const ExportedController& design, std::string
   members.initial += fmt::format("{{{}}},\n    {{{}}},\n    {{{}}},\n    ", b, a, s);
 }
 
-Members members_of(const ExportedController& design, std::string_view real, const Number& number) {
-  Members members;
+CMembers c_members_of(const ExportedController& design, std::string_view real, const CNumberText& number) {
+  CMembers members;
   if (design.torque_limit) {
     members.declared += fmt::format("  {} torque_limit; /* Nm */\n", real);
     members.initial += number(*design.torque_limit) + ", ";
@@ -156,11 +156,11 @@ Members members_of(const ExportedController& design, std::string_view real, cons
     members.declared += fmt::format("  {} position, position_rest; /* their sum is that of Ts y */\n", real);
     members.initial += number(0.0) + ", " + number(0.0) + ", ";
   }
-  add_filters(members, design, real, number);
+  add_c_filters(members, design, real, number);
   return members;
 }
 
-std::string arguments_of(const ExportedController& design, std::string_view real) {
+std::string c_arguments_of(const ExportedController& design, std::string_view real) {
   std::string text =
       design.kv > 0.0
           ? fmt::format("{0} position_reference, {0} velocity_feed_forward, {0} torque_feed_forward,\n    ",
@@ -171,14 +171,15 @@ std::string arguments_of(const ExportedController& design, std::string_view real
   return text;
 }
 
-std::string reference_of(const ExportedController& design, std::string_view real) {
+std::string c_reference_of(const ExportedController& design, std::string_view real) {
   if (design.kv == 0.0) return {};
   return fmt::format("  const {} reference = c->kv * {} + velocity_feed_forward;\n", real,
                      design.sums_velocity ? "((position_reference - position) - c->position_rest)"
                                           : "(position_reference - position)");
 }
 
-std::string gains_of(const ExportedController& design, const TextValues& common, const Number& number) {
+std::string c_gains_of(const ExportedController& design, const TextValues& common,
+                       const CNumberText& number) {
   const auto& nodes = design.schedule;
   if (nodes.empty()) return {};
   std::string at, kp, ki, kp_slope, ki_slope;
@@ -199,7 +200,7 @@ std::string gains_of(const ExportedController& design, const TextValues& common,
                                {"ki_ts_at", ki},
                                {"kp_slope", kp_slope},
                                {"ki_ts_slope", ki_slope}});
-  return filled_in(kGains, values);
+  return filled_in(kCGains, values);
 }
 
 /// What this target cannot express.
@@ -218,7 +219,7 @@ expected<void> check_c(const ExportedController& design, bool in_float) {
 expected<std::string> to_c(const ExportedController& design, CNumber type) {
   const bool in_float = type == CNumber::in_float;
   if (const auto valid = check_c(design, in_float); !valid) return tl::unexpected(valid.error());
-  const Number number = [in_float](double value) {
+  const CNumberText number = [in_float](double value) {
     if (!in_float) return digits_17(value);
     return digits_17(static_cast<double>(static_cast<float>(value))) + "f";
   };
@@ -227,7 +228,7 @@ expected<std::string> to_c(const ExportedController& design, CNumber type) {
   const bool scheduled = !design.schedule.empty(), cascaded = design.kv > 0.0;
   const FilteredPi first =
       scheduled ? GainSchedule(design.schedule).at(design.schedule.front().position) : design.controller;
-  const Members members = members_of(design, real, number);
+  const CMembers members = c_members_of(design, real, number);
   TextValues values = {
       {"name", design.name},
       {"guard", guard_of(design.name)},
@@ -244,21 +245,21 @@ expected<std::string> to_c(const ExportedController& design, CNumber type) {
       {"and_torque", cascaded ? " + torque feed-forward" : ""},
       {"feed_forward", cascaded ? "  u += torque_feed_forward;\n" : ""},
       {"unless_limited", design.torque_limit ? "if (!c->limited) " : ""},
-      {"marked", scheduled ? std::string(kMarked) : ""},
+      {"marked", scheduled ? std::string(kCMarked) : ""},
       {"declared", members.declared},
       {"initial", members.initial},
-      {"arguments", arguments_of(design, real)},
-      {"reference", reference_of(design, real)}};
+      {"arguments", c_arguments_of(design, real)},
+      {"reference", c_reference_of(design, real)}};
   const auto part = [&values](std::string_view key, bool wanted, std::string_view text) {
     values.emplace_back(key, wanted ? filled_in(text, values) : std::string());
   };
-  part("position", design.sums_velocity, kSummedPosition);
-  part("scheduled", scheduled, kScheduled);
-  part("filters", !design.controller.biquads.empty(), kFilters);
-  part("limit", design.torque_limit.has_value(), kLimit);
-  part("set_gains", !scheduled, kSetGains);
-  values.emplace_back("gains", gains_of(design, values, number));
-  return filled_in(kHeader, values);
+  part("position", design.sums_velocity, kCSummedPosition);
+  part("scheduled", scheduled, kCScheduled);
+  part("filters", !design.controller.biquads.empty(), kCFilters);
+  part("limit", design.torque_limit.has_value(), kCLimit);
+  part("set_gains", !scheduled, kCSetGains);
+  values.emplace_back("gains", c_gains_of(design, values, number));
+  return filled_in(kCHeader, values);
 }
 
 }  // namespace resonid::design

@@ -9,7 +9,7 @@
 namespace resonid::design {
 namespace {
 
-constexpr std::string_view kBlock = R"((* @name@: PI control of a @what@, designed by resonid. IEC 61131-3.
+constexpr std::string_view kStBlock = R"((* @name@: PI control of a @what@, designed by resonid. IEC 61131-3.
 @loop@   u = F (kp (b r - y) + sum of ki Ts (r - y))@and_torque@
    F: product of biquads (@count@), transposed direct form II.
    To be called in every cycle of a task of @step@ s; in another one it gives no torque. *)
@@ -50,17 +50,17 @@ filter_out := gain_p * weighted_deviation + next_part;
 @filters@@feed_forward@@limit@END_FUNCTION_BLOCK
 )";
 
-constexpr std::string_view kBiquad = R"(filter_in := filter_out;
+constexpr std::string_view kStBiquad = R"(filter_in := filter_out;
 filter_out := b@i@_0 * filter_in + s@i@_1;
 s@i@_1 := b@i@_1 * filter_in - a@i@_1 * filter_out + s@i@_2;
 s@i@_2 := b@i@_2 * filter_in - a@i@_2 * filter_out;
 )";
 
-constexpr std::string_view kUnlimited = R"(integral_part := next_part;
+constexpr std::string_view kStUnlimited = R"(integral_part := next_part;
 torque := filter_out;
 )";
 
-constexpr std::string_view kLimited = R"((* At the limit the sum is not driven further out. *)
+constexpr std::string_view kStLimited = R"((* At the limit the sum is not driven further out. *)
 limited := ABS(filter_out) > torque_limit;
 IF filter_out > torque_limit THEN
   torque := torque_limit;
@@ -78,13 +78,13 @@ ELSE
 END_IF;
 )";
 
-constexpr std::string_view kSegment = R"(@if@ place < position_@next@ THEN
+constexpr std::string_view kStSegment = R"(@if@ place < position_@next@ THEN
   next_p := p_@i@ + (place - position_@i@) * p_slope_@i@;
   next_i := i_@i@ + (place - position_@i@) * i_slope_@i@;
 )";
 
 /// The place is kept within the ends; between them it is one of the segments.
-constexpr std::string_view kScheduledText =
+constexpr std::string_view kStScheduled =
     R"((* Gains over position: linear between nodes, constant beyond them. *)
 place := position;
 IF place < position_1 THEN
@@ -96,8 +96,8 @@ END_IF;
 gain_i_step := next_i;
 )";
 
-/// Parts of the block that grow with the design.
-struct Parts {
+/// StParts of the block that grow with the design.
+struct StParts {
   std::string inputs, variables, constants, reset, filters, segments;
 
   void constant(std::string_view name, double value) {
@@ -108,10 +108,10 @@ struct Parts {
   }
 };
 
-void add_filters(Parts& parts, const ExportedController& design) {
+void add_st_filters(StParts& parts, const ExportedController& design) {
   for (std::size_t i = 1; i <= design.controller.biquads.size(); ++i) {
     const auto c = design.controller.biquads[i - 1].coefficients(design.sample_time_s);
-    parts.filters += filled_in(kBiquad, {{"i", std::to_string(i)}});
+    parts.filters += filled_in(kStBiquad, {{"i", std::to_string(i)}});
     for (std::size_t k = 0; k < 3; ++k) parts.constant(fmt::format("b{}_{}", i, k), c.b[k]);
     for (std::size_t k = 1; k < 3; ++k) {
       parts.constant(fmt::format("a{}_{}", i, k), c.a[k]);
@@ -121,7 +121,7 @@ void add_filters(Parts& parts, const ExportedController& design) {
   }
 }
 
-void add_schedule(Parts& parts, const ExportedController& design) {
+void add_st_schedule(StParts& parts, const ExportedController& design) {
   const auto& nodes = design.schedule;
   parts.variables += "  place : LREAL;\n  next_p : LREAL;\n  next_i : LREAL;\n";
   for (std::size_t i = 1; i <= nodes.size(); ++i) {
@@ -134,7 +134,7 @@ void add_schedule(Parts& parts, const ExportedController& design) {
     parts.constant(fmt::format("p_slope_{}", i), slope.kp);
     parts.constant(fmt::format("i_slope_{}", i), slope.ki * design.sample_time_s);
     parts.segments += filled_in(
-        kSegment,
+        kStSegment,
         {{"if", i == 1 ? "IF" : "ELSIF"}, {"i", std::to_string(i)}, {"next", std::to_string(i + 1)}});
   }
   const std::string last =
@@ -143,7 +143,7 @@ void add_schedule(Parts& parts, const ExportedController& design) {
 }
 
 /// Gains: constants, or variables that the schedule sets.
-void add_gains(Parts& parts, const ExportedController& design) {
+void add_st_gains(StParts& parts, const ExportedController& design) {
   const double step = design.sample_time_s;
   if (design.schedule.empty()) {
     parts.constant("gain_p", design.controller.kp);
@@ -152,10 +152,10 @@ void add_gains(Parts& parts, const ExportedController& design) {
   }
   parts.variable("gain_p", design.schedule.front().kp);
   parts.variable("gain_i_step", design.schedule.front().ki * step);
-  add_schedule(parts, design);
+  add_st_schedule(parts, design);
 }
 
-void add_position(Parts& parts, const ExportedController& design) {
+void add_st_position(StParts& parts, const ExportedController& design) {
   if (design.kv > 0.0) {
     parts.inputs +=
         "  position_reference : LREAL; (* rad *)\n  velocity_feed_forward : LREAL; (* rad/s *)\n"
@@ -177,10 +177,10 @@ void add_position(Parts& parts, const ExportedController& design) {
 expected<std::string> to_structured_text(const ExportedController& design) {
   if (const auto valid = check_exported(design); !valid) return tl::unexpected(valid.error());
   const bool scheduled = !design.schedule.empty(), cascaded = design.kv > 0.0;
-  Parts parts;
-  add_position(parts, design);
-  add_gains(parts, design);
-  add_filters(parts, design);
+  StParts parts;
+  add_st_position(parts, design);
+  add_st_gains(parts, design);
+  add_st_filters(parts, design);
   if (design.torque_limit) {
     parts.constant("torque_limit", *design.torque_limit);
     parts.variables += "  limited : BOOL := FALSE;\n";
@@ -188,12 +188,12 @@ expected<std::string> to_structured_text(const ExportedController& design) {
   }
   const std::string schedule =
       scheduled
-          ? filled_in(kScheduledText, {{"segments", parts.segments},
-                                   {"unless_limited", design.torque_limit ? "IF NOT limited THEN\n  " : ""},
-                                   {"end_unless", design.torque_limit ? "END_IF;\n" : ""}})
+          ? filled_in(kStScheduled, {{"segments", parts.segments},
+                                     {"unless_limited", design.torque_limit ? "IF NOT limited THEN\n  " : ""},
+                                     {"end_unless", design.torque_limit ? "END_IF;\n" : ""}})
           : "";
   return filled_in(
-      kBlock,
+      kStBlock,
       {{"name", design.name},
        {"what", cascaded ? "position" : "velocity"},
        {"loop", cascaded ? "   r = kv (reference - position) + velocity feed-forward\n" : ""},
@@ -211,7 +211,7 @@ expected<std::string> to_structured_text(const ExportedController& design) {
         cascaded ? "reference := gain_v * (position_reference - position) + velocity_feed_forward;\n" : ""},
        {"filters", parts.filters},
        {"feed_forward", cascaded ? "filter_out := filter_out + torque_feed_forward;\n" : ""},
-       {"limit", std::string(design.torque_limit ? kLimited : kUnlimited)}});
+       {"limit", std::string(design.torque_limit ? kStLimited : kStUnlimited)}});
 }
 
 }  // namespace resonid::design
