@@ -137,6 +137,7 @@ void run_tune(CLI::App& verb, TuneVerb& o) {
   o.options.progress = [&progress](std::string_view stage) { progress.stage(stage); };
   auto tuning = identification::tune(results, o.options);
   if (!tuning) throw UsageError(in_options(tuning.error()));
+  tuning->results = o.results;
   tuning->input_scale = 1.0 / stored_scale(results.front(), "input-scale");
   tuning->output_scale = 1.0 / stored_scale(results.front(), "output-scale");
   progress.stage("simulating");

@@ -54,12 +54,12 @@ struct TuneOptions {
   /// On |C S|, Nm/(rad/s). Absent: filters may have twice that of the best PI.
   std::optional<double> largest_controller_sensitivity;
   std::size_t biquads = 1;                     ///< 1 ... 4
-  std::optional<double> least_bandwidth_hz;    ///< Of the load, for every machine that may be.
-  std::optional<double> torque_limit;          ///< Of the drive, in the unit of torque.
+  std::optional<double> least_bandwidth_hz;    ///< The load's, for every machine that may be.
+  std::optional<double> torque_limit;          ///< The drive's, in the unit of torque.
   std::optional<double> largest_noise_torque;  ///< Rms of the torque that measurement noise makes.
   double reference_step = 1.0;                 ///< What of velocity is stepped for figures of the reference.
-  double overshoot = 0.02;                     ///< Of the load after that step, for the set-point weight.
-  double confidence = 0.95;                    ///< Inside (0, 1).
+  double overshoot = 0.02;   ///< The load's after that step, part of it, for the set-point weight.
+  double confidence = 0.95;  ///< Inside (0, 1).
   Guarantee guarantee = Guarantee::probability;
   /// Standard deviation of the delay. Absent: that of the result, or a quarter of a sample where it has none.
   std::optional<double> delay_std_s;
@@ -72,7 +72,7 @@ struct TuneOptions {
   bool shaper = false;         ///< Also choose an input shaper for the loop.
   double shaper_limit = 0.05;  ///< Residual vibration that it may leave.
   bool force = false;          ///< Also of results that are not trusted; every output says so.
-  std::size_t draws = 10'000;  ///< Of the posterior, that the confidence is counted on.
+  std::size_t draws = 10'000;  ///< Machines that the confidence is counted on.
   std::uint64_t seed = 1;
   std::function<void(std::string_view)> progress = {};
 };
@@ -119,7 +119,7 @@ struct TunedController {
   data::TransferFunction feedback;          ///< From velocity error to torque.
   std::optional<design::FilteredPi> gains;  ///< Where it is a PI with or without biquads.
   std::optional<double> position_gain;      ///< kv of a cascade, 1/s.
-  std::optional<double> derivative_gain, derivative_time_s;  ///< Of a PID, and its filter.
+  std::optional<double> derivative_gain, derivative_time_s;  ///< A PID's, and its filter.
   double set_point_weight = 1.0;                             ///< b
   std::vector<double> reference_numerator;                   ///< T of u = (T r - R y)/S where it is not R.
   std::vector<LoopFigure> figures;
@@ -127,8 +127,8 @@ struct TunedController {
   std::vector<design::ClosedLoopMode> modes;
   bool stable = false;  ///< On the identified machine.
   double spectral_radius = 0.0;
-  std::size_t draws = 0, exceeding = 0, unstable = 0;  ///< Of the posterior.
-  double radius = 0.0;              ///< Of the ellipsoid over which the bounds are met, standard deviations.
+  std::size_t draws = 0, exceeding = 0, unstable = 0;  ///< Machines of the posterior.
+  double radius = 0.0;              ///< The ellipsoid's over which the bounds are met, standard deviations.
   std::vector<std::string> limits;  ///< The bounds that keep the gains down, by names of figures.
   bool within = false;              ///< Every bound is met with the confidence that is wanted.
   std::string remark;               ///< Why it was not proposed.
@@ -177,7 +177,7 @@ struct SimulatedRun {
 struct CheckedFigure {
   std::string name, unit;
   data::Estimate predicted, measured;
-  std::optional<double> probability;  ///< Of so large a difference by noise alone.
+  std::optional<double> probability;  ///< That noise alone makes so large a difference.
 };
 struct TuningCheck {
   std::string record;
@@ -185,7 +185,7 @@ struct TuningCheck {
   std::vector<double> frequency_hz;                       ///< [line]
   std::vector<std::complex<double>> predicted, measured;  ///< [line] L
   std::vector<double> predicted_std, measured_std;        ///< [line] total, complex
-  double probability = 1.0;                               ///< Of so large a difference at any line by noise.
+  double probability = 1.0;                               ///< That noise makes so large a one at any line.
   double worst_line_hz = 0.0;
   bool agrees = true;
   std::string cause;  ///< The likely one, where it does not.
@@ -193,7 +193,8 @@ struct TuningCheck {
 
 /// A controller for an identified drive, beside others, and what is known of them.
 struct Tuning {
-  std::vector<std::string> files;  ///< Of the records that were identified.
+  std::vector<std::string> files;    ///< Names of the records that were identified.
+  std::vector<std::string> results;  ///< Files of the results, where they come from files.
   Units units;
   double sample_time_s = 0.0;
   std::vector<fit::DriveModel> machines;  ///< [result]

@@ -31,14 +31,18 @@ expected<std::string> exported(const Tuning& tuning, ExportFormat format, const 
   if (!c.gains || c.derivative_gain)
     return refuse("structure", "must be a PI with or without biquads for this language, found " +
                                    c.structure + "; json takes every structure");
-  if (c.position_gain)
-    return refuse("structure", "must be a velocity controller for this language, found " + c.structure);
   design::ExportedController design;
   design.controller = *c.gains;
   design.sample_time_s = tuning.sample_time_s;
   design.set_point_weight = c.set_point_weight;
   design.torque_limit = tuning.options.torque_limit;
   design.name = names.name;
+  if (c.position_gain) design.kv = *c.position_gain;
+  if (tuning.schedule) {
+    design.controller.kp = design.controller.ki = 0.0;
+    for (const auto& node : tuning.schedule->nodes)
+      design.schedule.push_back({node.position, node.kp, node.ki});
+  }
   switch (format) {
     case ExportFormat::c_float:
       return design::to_c(design, design::CNumber::in_float);

@@ -68,7 +68,7 @@ class Describer {
     for (const auto& crossing : figures.crossings) crossover = std::max(crossover, crossing.frequency_hz);
     const double nyquist = 0.5 / nominal_.sample_time_s();
     const double from = (crossover > 0.0 ? figures.crossings.front().frequency_hz : 0.01 * nyquist) / kBelow;
-    for (const double f : design::first_lines_hz(nominal_.model(), 0.5))
+    for (const double f : design::first_lines_hz(nominal_.model()))
       if (f >= from && f < nyquist) lines_hz_.push_back(f);
     samples_ = samples_of(controller_, nominal_.sample_time_s());
   }

@@ -78,7 +78,9 @@ void put_experiment(const Tuning& t, std::vector<std::string>& list) {
   const auto accuracy = t.machines.empty() ? std::string() : half_deviations(t.machines.front());
   // A command ends its line, so that it can be copied.
   if (!accuracy.empty())
-    list.push_back("To plan one that halves them: resonid plan .model RESULT.json .accuracy " + accuracy);
+    list.push_back("To plan one that halves them: resonid plan .model " +
+                   (t.results.empty() ? std::string("RESULT.json") : t.results.front()) + " .accuracy " +
+                   accuracy);
 }
 
 }  // namespace

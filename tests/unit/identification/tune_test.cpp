@@ -332,9 +332,14 @@ TEST(Tune, IsTakenAway) {
     ASSERT_TRUE(text) << name_of(format) << message_of(text.error());
     EXPECT_NE(text->find("velocity_controller"), std::string::npos) << name_of(format);
   }
-  const auto cascade = tune(identified(), few_draws(ControllerStructure::pid));
+  const auto cascade = tune(identified(), few_draws(ControllerStructure::cascade));
   ASSERT_TRUE(cascade);
-  const auto refused = exported(*cascade, ExportFormat::c);
+  const auto position = exported(*cascade, ExportFormat::c);
+  ASSERT_TRUE(position) << message_of(position.error());
+  o.evaluate = data::Controller(data::TransferFunction{{1.5, -1.3, 0.02}, {1.0, -1.2, 0.2}, 0.002});
+  const auto other = tune(identified(), o);
+  ASSERT_TRUE(other);
+  const auto refused = exported(*other, ExportFormat::c);
   ASSERT_FALSE(refused);
   EXPECT_EQ(refused.error().field, "structure");
 }

@@ -7,14 +7,14 @@ namespace resonid::design {
 struct ExperimentValue {
   double factor = 1.0;
   double ki = 0.0;   ///< Nm/rad
-  double iae = 0.0;  ///< Of the nominal machine's load after a load step, rad.
+  double iae = 0.0;  ///< That of the nominal machine's load after a load step, rad.
 };
 
 /// The largest integral gain of one machine under bounds.
 struct TradeOff {
   double sensitivity = 0.0, load_transfer = 0.0;
   double kp = 0.0, ki = 0.0;
-  double iae = 0.0;  ///< Of the load after a load step, rad.
+  double iae = 0.0;  ///< That of the load after a load step, rad.
 };
 
 }  // namespace resonid::design

@@ -26,9 +26,9 @@ inline constexpr EnumName<ExportFormat> kExportFormatNames[] = {
 }
 
 struct ExportNames {
-  std::string name = "velocity_controller";  ///< Of struct, block or component.
-  std::string axis = "x";                    ///< Of a printer.
-  std::string thread = "servo-thread";       ///< Of LinuxCNC.
+  std::string name = "velocity_controller";  ///< Name of struct, block or component.
+  std::string axis = "x";                    ///< The printer's.
+  std::string thread = "servo-thread";       ///< LinuxCNC's.
 };
 
 /// The proposed controller as text for another controller, with the torque limit of the options
