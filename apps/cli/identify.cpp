@@ -122,6 +122,9 @@ void add_identify(CLI::App& app) {
   add_excitation_options(*verb, o->method);
   add_method(*verb, o->method);
   add_loop_options(*verb, o->method);
+  verb->add_option("--planned-controller", o->method.planned_controller,
+                   "also show the margins with this controller, which is to run")
+      ->type_name("SPEC");
   add_result_options(*verb, o->method);
   add_model_options(*verb, o->method);
   add_tracker_options(*verb, o->method);

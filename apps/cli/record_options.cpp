@@ -233,10 +233,15 @@ void check(const CLI::App& verb, MethodOptions& o) {
 }
 
 void complete(MethodOptions& o, const data::Record& record) {
-  if (o.controller.empty()) return;
-  auto controller = io::read_controller(o.controller, record.sample_time_s());
-  if (!controller) throw UsageError("--controller: " + message_of(controller.error()));
-  o.options.controller = std::move(*controller);
+  const auto read = [&](const char* option, const std::string& text,
+                        std::optional<data::Controller>& target) {
+    if (text.empty()) return;
+    auto controller = io::read_controller(text, record.sample_time_s());
+    if (!controller) throw UsageError(fmt::format("{}: {}", option, message_of(controller.error())));
+    target = std::move(*controller);
+  };
+  read("--controller", o.controller, o.options.controller);
+  read("--planned-controller", o.planned_controller, o.options.planned_controller);
 }
 
 }  // namespace resonid::cli

@@ -28,7 +28,7 @@ void add_second_output_options(CLI::App& verb, RecordOptions& o);
 /// What the user knows and wants, and the words whose meaning needs the record.
 struct MethodOptions {
   identification::Options options;
-  std::string controller;  ///< As written; in `options` after complete().
+  std::string controller, planned_controller;  ///< As written; in `options` after complete().
   double lambda = 0.0, pole_radius = 0.0;
 };
 

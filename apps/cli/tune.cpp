@@ -8,8 +8,10 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <resonid/base/error_text.hpp>
+#include <resonid/identification/detail/tune_check.hpp>
 #include <resonid/identification/detail/tune_export.hpp>
 #include <resonid/identification/detail/tune_simulation.hpp>
+#include <resonid/identification/identify.hpp>
 #include <resonid/identification/tune.hpp>
 #include <resonid/io/controller_file.hpp>
 #include <resonid/io/detail/number_list.hpp>
@@ -26,6 +28,7 @@
 #include "output.hpp"
 #include "progress.hpp"
 #include "provenance.hpp"
+#include "record_options.hpp"
 #include "result_file.hpp"
 #include "result_words.hpp"
 #include "terminal.hpp"
@@ -41,6 +44,8 @@ struct TuneVerb {
   std::optional<std::string> evaluate, controller, schedule, experiment;
   std::vector<std::string> exports;
   identification::ExportNames names;
+  RecordOptions check;
+  MethodOptions method;  ///< What is known of the excitation of that recording.
   std::string report, json;
   bool require_trusted = false;
 };
@@ -116,6 +121,21 @@ void simulate(TuneVerb& o, identification::Tuning& tuning,
   if (!done) throw UsageError(in_options(done.error()));
 }
 
+/// --check: the recording under the new controller, identified as the result was.
+void check_record(CLI::App& verb, TuneVerb& o, identification::Tuning& tuning,
+                  const identification::Result& designed_for) {
+  const auto record = read_record(verb, o.check);
+  complete(o.method, record);
+  auto& options = o.method.options;
+  options.controller = data::Controller(tuning.proposed().feedback);
+  options.delay_s = designed_for.known_delay_s;
+  options.progress = o.options.progress;
+  const auto measured = identification::identify(record, options);
+  if (!measured) throw UsageError("--check: " + in_options(measured.error()));
+  const auto done = identification::check_on(tuning, designed_for, *measured);
+  if (!done) throw UsageError(in_options(done.error()));
+}
+
 void run_tune(CLI::App& verb, TuneVerb& o) {
   const auto exports = exports_of(o);
   std::vector<std::pair<std::string_view, std::string_view>> outputs = {{"--report", o.report},
@@ -142,6 +162,10 @@ void run_tune(CLI::App& verb, TuneVerb& o) {
   tuning->output_scale = 1.0 / stored_scale(results.front(), "output-scale");
   progress.stage("simulating");
   simulate(o, *tuning, results);
+  if (!o.check.record.empty()) {
+    progress.stage("checking on " + o.check.record);
+    check_record(verb, o, *tuning, results.front());
+  }
   put_in_options(*tuning);
   std::vector<std::string> texts;  // all of them before the first is written
   for (const auto& e : exports) {
@@ -151,7 +175,9 @@ void run_tune(CLI::App& verb, TuneVerb& o) {
     if (!text) throw UsageError(fmt::format("--export {}: {}", name_of(e.format), message_of(text.error())));
     texts.push_back(std::move(*text));
   }
-  const auto provenance = provenance_of_files(o.results);
+  auto files = o.results;
+  if (!o.check.record.empty()) files.push_back(o.check.record);
+  const auto provenance = provenance_of_files(files);
   for (std::size_t i = 0; i < exports.size(); ++i) write_output(exports[i].file, texts[i]);
   if (!o.report.empty()) {
     auto page = report::document(*tuning);
@@ -211,6 +237,7 @@ void add_tune(CLI::App& app) {
       "  resonid tune result.json --report tune.html --export json:controller.json\n"
       "  resonid tune result.json --structure pi --ms 1.6 --load-peak 1.5 --export st:controller.st\n"
       "  resonid tune result.json --evaluate pi:2,0.1\n"
+      "  resonid tune result.json --evaluate controller.json --check after.csv\n"
       "RESULT.json is what 'resonid identify ... --json FILE' writes; of several one controller suits all "
       "machines, or with --schedule gains over their positions. Controller, units and scales are those that "
       "the "
@@ -231,6 +258,12 @@ void add_tune(CLI::App& app) {
   add_text(*verb, "--simulate", o->experiment,
            "show the controller on the drive of this experiment; default: on the model, with its friction",
            "EXPERIMENT.toml");
+  verb->add_option("--check", o->check.record,
+                   "a recording under the controller that is judged (--evaluate) or was designed, with an "
+                   "excitation: is the loop as promised?")
+      ->type_name("RECORD");
+  add_signal_options(*verb, o->check);
+  add_excitation_options(*verb, o->method);
   add_summary_options(*verb);
   verb->add_option("--export", o->exports, "take the controller away: json, c, c-float, st, hal, klipper")
       ->type_name("FORMAT:FILE");

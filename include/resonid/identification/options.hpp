@@ -105,7 +105,9 @@ struct Options {
   Method method = Method::automatic;
   std::optional<Approach> approach = {};            ///< Absent: joint with an excitation signal, else direct.
   std::optional<data::Controller> controller = {};  ///< C, from velocity error to torque.
-  double delay_s = 0.0;                             ///< Known delay in the measured output.
+  /// A controller that is to run: its margins are shown beside those of the one that ran.
+  std::optional<data::Controller> planned_controller = {};
+  double delay_s = 0.0;  ///< Known delay in the measured output.
   std::optional<std::pair<double, double>> band_hz = {};
   ModelChoice model = ModelChoice::automatic;
   /// Friction of drive models; dry friction needs a fit to the record.

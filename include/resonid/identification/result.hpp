@@ -187,6 +187,7 @@ struct Result {
   std::vector<StructureTrial> structures;   ///< All that were fitted.
   std::optional<Bootstrap> bootstrap;
   std::optional<LoopResult> loop;
+  std::optional<LoopResult> planned_loop;                ///< The same with Options::planned_controller.
   std::optional<data::FrequencyResponse> measured_loop;  ///< L = Ru/U - 1 at the lines.
   std::optional<Validation> validation;
   std::optional<IndependentValidation> independent;

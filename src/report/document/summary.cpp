@@ -95,15 +95,20 @@ std::string structure_sentence(const Result& result) {
   return text + fmt::format(" (undamped, {:.0f} % confidence intervals).", 100.0 * result.confidence);
 }
 
-std::string loop_sentence(const Result& result) {
-  const auto& m = result.loop->margins;
-  std::string text = "Loop: ";
+/// With bars where they are asked for and known: those of the loop that ran stand in the table of the page.
+std::string loop_sentence(const char* which, const identification::LoopResult& loop, double z) {
+  const auto& m = loop.margins;
+  const auto bar = [&](const std::optional<double>& std) {
+    return z > 0.0 && std ? fmt::format(" +- {:.2g}", z * *std) : std::string();
+  };
+  std::string text = which;
   if (m.crossover_hz())
-    text += fmt::format("crossover {:.3g} Hz, phase margin {:.1f} deg, ", *m.crossover_hz(),
-                        *m.phase_margin_deg());
-  if (m.gain_margin_db) text += fmt::format("gain margin {:.1f} dB, ", *m.gain_margin_db);
-  text += fmt::format("minimum distance to -1 (modulus margin) {:.2f} at {:.3g} Hz", m.modulus_margin,
-                      m.modulus_margin_hz);
+    text += fmt::format("crossover {:.3g}{} Hz, phase margin {:.1f}{} deg, ", *m.crossover_hz(),
+                        bar(loop.crossover_std_hz), *m.phase_margin_deg(), bar(loop.phase_margin_std_deg));
+  if (m.gain_margin_db)
+    text += fmt::format("gain margin {:.1f}{} dB, ", *m.gain_margin_db, bar(loop.gain_margin_std_db));
+  text += fmt::format("minimum distance to -1 (modulus margin) {:.2f}{} at {:.3g} Hz", m.modulus_margin,
+                      bar(loop.modulus_margin_std), m.modulus_margin_hz);
   if (m.modulus_margin > 0.0) text += fmt::format(", Ms {:.2f}", 1.0 / m.modulus_margin);
   return text + ".";
 }
@@ -222,7 +227,10 @@ std::string reliable_text(const Result& result) {
 std::vector<std::string> sentences(const Result& result) {
   std::vector<std::string> list = {structure_sentence(result)};
   if (result.distortion) list.push_back(distortion_sentence(*result.distortion));
-  if (result.loop) list.push_back(loop_sentence(result));
+  if (result.loop) list.push_back(loop_sentence("Loop: ", *result.loop, 0.0));
+  if (result.planned_loop)
+    list.push_back(loop_sentence("With the planned controller: ", *result.planned_loop,
+                                 two_sided_quantile(result.confidence)));
   if (result.validation) {
     const auto& v = *result.validation;
     std::string text =

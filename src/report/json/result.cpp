@@ -105,6 +105,10 @@ void describe_result(Fields& f, Result& r) {
   f({"second_output", "what was measured at the load"}, r.second_output);
   f({"resonances", "resonances and anti-resonances, ascending; empty: none"}, r.modes);
   describe_model(f, r);
+  f.object({"planned_loop", "the same with the controller that is to run"}, r.planned_loop.has_value(), [&] {
+    if (!r.planned_loop) r.planned_loop.emplace();
+    describe_loop(f, *r.planned_loop);
+  });
   f.object({"loop", "margins of the real loop, every delay included"}, r.loop.has_value(), [&] {
     if (!r.loop) r.loop.emplace();
     describe_loop(f, *r.loop);

@@ -18,6 +18,8 @@
 #include <identification/identify/select/simulate_and_correct.hpp>
 #include <resonid/base/detail/statistics.hpp>
 
+#include "design/closed_loop.hpp"
+
 namespace resonid::identification::detail {
 namespace {
 
@@ -202,6 +204,25 @@ void include(std::vector<Finding>& bending, Result& result) {
   }
 }
 
+/// The loop with the controller that is to run; whether it is stable a drive model tells.
+void judge_planned_loop(const Measurement& m, const Options& options, const PlantModel& model,
+                        Result& result) {
+  Options planned = options;
+  planned.controller = options.planned_controller->sampled(1.0 / result.record.sample_rate_hz);
+  result.planned_loop = loop_of(m.plan, planned, m.lines, result.response, model);
+  if (result.planned_loop) static_cast<void>(keep_to_band(m.plan, false, *result.planned_loop));
+  const auto* drive = std::get_if<fit::DriveModel>(&model);
+  if (drive == nullptr) return;
+  fit::DriveModel real = *drive;
+  real.known_delay_s = options.delay_s;
+  const double radius = design::closed_loop(fit::sampled_states(real), design::states_of(*planned.controller))
+                            .spectral_radius();
+  if (radius >= 1.0)
+    result.findings.push_back(
+        {"planned-unstable", Severity::warning, radius, 1.0,
+         "With the planned controller the loop is unstable on the identified machine. Do not run it."});
+}
+
 void judge_loop(const Measurement& m, const Options& options, bool of_motion, Result& result) {
   if (of_motion) return;  // few frequencies, which say nothing of the loop
   if (auto loop = response::loop_response(m.lines)) result.measured_loop = std::move(*loop);
@@ -225,6 +246,7 @@ void judge_loop(const Measurement& m, const Options& options, bool of_motion, Re
   }
   if (auto differs = inspect_told_controller(m, options)) result.findings.push_back(std::move(*differs));
   inspect_loop(result);
+  if (options.planned_controller) judge_planned_loop(m, options, model, result);
 }
 
 /// Stands first. What says nothing of the machine is shown as it was measured.
