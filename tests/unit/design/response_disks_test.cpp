@@ -1,0 +1,192 @@
+// SPDX-License-Identifier: MIT
+// Gains from a response alone against an independent implementation (tests/golden/e_tune_robust.json),
+// against responses inside the disks, and against loops that lines cannot tell.
+#include "design/response_disks.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <resonid/base/constants.hpp>
+
+#include "design/figures.hpp"
+#include "design/first_sign_change.hpp"
+#include "design/normal.hpp"
+#include "golden_posteriors.hpp"
+
+namespace resonid::design {
+namespace {
+
+constexpr double kStep = 0.002;
+
+struct GoldenDisks {
+  nlohmann::json golden = test::golden_json("e_tune_robust.json").at("disk");
+  AntiResonance load{golden.at("antiresonance_hz"), golden.at("antiresonance_damping")};
+
+  [[nodiscard]] ResponseDisks of(double relative_radius) const {
+    ResponseDisks disks;
+    disks.sample_time_s = kStep;
+    disks.frequencies_hz = golden.at("frequency_hz").get<std::vector<double>>();
+    for (std::size_t i = 0; i < disks.frequencies_hz.size(); ++i) {
+      disks.centres.emplace_back(golden.at("real")[i].get<double>(), golden.at("imag")[i].get<double>());
+      disks.radii.push_back(relative_radius * std::abs(disks.centres.back()));
+    }
+    return disks;
+  }
+};
+
+Bounds sensitivity_only() {
+  Bounds bounds = test::calm();
+  bounds.load_transfer.reset();
+  return bounds;
+}
+
+TEST(ResponseDisks, GiveTheGoldenGains) {
+  const GoldenDisks g;
+  ASSERT_EQ(g.golden.at("cases").size(), 5U);
+  for (const auto& c : g.golden.at("cases")) {
+    const auto disks = g.of(c.at("relative_radius"));
+    SCOPED_TRACE(c.at("relative_radius").dump());
+    const auto alone = largest_integral_gain(disks, {}, sensitivity_only());
+    const auto both = largest_integral_gain(disks, {}, test::calm(), g.load);
+    ASSERT_TRUE(alone && both);
+    const double golden_alone = c.at("ms_only").at("ki"), golden_both = c.at("ms_and_load").at("ki");
+    EXPECT_NEAR(alone->controller.ki, golden_alone, 2e-3 * golden_alone);
+    EXPECT_NEAR(both->controller.ki, golden_both, 2e-3 * golden_both);
+    EXPECT_NEAR(both->controller.kp, c.at("ms_and_load").at("kp").get<double>(), 0.02 * both->controller.kp);
+    for (const Peak& peak : both->worst) EXPECT_LT(peak.value, peak.bound * (1.0 + 1e-6));
+    EXPECT_LT(both->largest_turn_deg, 90.0);
+  }
+}
+
+/// With nothing uncertain they are the exact ones of the model, but for the lines and N.
+TEST(ResponseDisks, GiveTheExactGainsWithoutUncertainty) {
+  const GoldenDisks g;
+  const auto golden = test::golden_json("e_tune_robust.json").at("cases")[0].at("nominal");
+  const auto found = largest_integral_gain(g.of(0.0), {}, test::calm(), g.load);
+  ASSERT_TRUE(found);
+  EXPECT_NEAR(found->controller.ki, golden.at("ki").get<double>(), 0.01 * found->controller.ki);
+  const auto figures = figures_of(
+      Machine(test::golden_posterior(test::golden_json("e_tune_robust.json").at("cases")[0]).nominal()),
+      found->controller);
+  EXPECT_TRUE(figures.stable);
+  EXPECT_NEAR(found->crossover_hz, figures.crossings.back().frequency_hz, 0.2);
+}
+
+/// Random responses on the edges of the disks, all bounds and a filter: none exceeds, and some come near.
+TEST(ResponseDisks, BoundEveryResponseInThem) {
+  const GoldenDisks g;
+  const auto disks = g.of(0.08);
+  Bounds bounds = test::calm();
+  bounds.complementary = 1.25;
+  bounds.controller_sensitivity = 2.6;
+  bounds.disk = 1.7;
+  const std::vector<Biquad> filters = {{20.0, 0.4, 0.6}};
+  const auto found = largest_integral_gain(disks, filters, bounds, g.load);
+  ASSERT_TRUE(found);
+  ASSERT_EQ(found->worst.size(), 5U);
+  const auto c = LinearController(found->controller, kStep).at(disks.frequencies_hz);
+  StandardNormal normal(5);
+  std::vector<double> largest(kTransfers.size(), 0.0);
+  for (std::size_t i = 0; i < c.size(); ++i) {
+    const std::complex<double> s(0.0, disks.frequencies_hz[i] / g.load.frequency_hz);
+    const auto n = (2.0 * g.load.damping_ratio * s + 1.0) / (s * s + 2.0 * g.load.damping_ratio * s + 1.0);
+    for (int draw = 0; draw < 3000; ++draw) {
+      const auto plant =
+          disks.centres[i] +
+          disks.radii[i] * std::polar(1.0, std::arg(std::complex(normal.next(), normal.next())));
+      const auto loop = c[i] * plant;
+      const LoopFunctions::Values v{loop, c[i], n * plant, c[i]};
+      for (const Transfer transfer : kTransfers)
+        largest[static_cast<std::size_t>(transfer)] =
+            std::max(largest[static_cast<std::size_t>(transfer)], v.size_of(transfer));
+    }
+  }
+  bool active = false;
+  for (const Peak& peak : found->worst) {
+    const double seen = largest[static_cast<std::size_t>(peak.transfer)];
+    EXPECT_LE(seen, peak.value * (1.0 + 1e-9));
+    EXPECT_GT(seen, peak.value * (1.0 - 1e-4));  // the worst of a disk is reached
+    EXPECT_LE(peak.value, peak.bound * (1.0 + 1e-6));
+    active = active || peak.value > 0.999 * peak.bound;
+  }
+  EXPECT_TRUE(active);
+}
+
+TEST(ResponseDisks, HoldAllLinesAtOnce) {
+  data::FrequencyResponse measured;
+  for (int i = 1; i <= 20; ++i) {
+    measured.frequency_hz.push_back(i);
+    measured.value.emplace_back(1.0, 0.0);
+    measured.std.push_back(0.01 * i);
+  }
+  const auto disks = response_disks(measured, 0.95, kStep);
+  ASSERT_TRUE(disks);
+  EXPECT_NEAR(disks->radii[2], 0.03 * std::sqrt(-std::log(0.05 / 20.0)), 1e-12);
+  measured.std.clear();
+  EXPECT_EQ(response_disks(measured, 0.95, kStep).error().field, "std");
+}
+
+TEST(ResponseDisks, RefuseWhatTheLinesCannotTell) {
+  const GoldenDisks g;
+  const auto part = [&](double from_hz, double to_hz) {
+    const auto all = g.of(0.01);
+    ResponseDisks some;
+    some.sample_time_s = kStep;
+    for (std::size_t i = 0; i < all.frequencies_hz.size(); ++i) {
+      if (all.frequencies_hz[i] < from_hz || all.frequencies_hz[i] > to_hz) continue;
+      some.frequencies_hz.push_back(all.frequencies_hz[i]);
+      some.centres.push_back(all.centres[i]);
+      some.radii.push_back(all.radii[i]);
+    }
+    return some;
+  };
+  // Whole up to the Nyquist frequency; up to where |L| is still large; from beyond the crossover.
+  EXPECT_TRUE(largest_integral_gain(part(0.0, 250.0), {}, sensitivity_only()));
+  const auto why = [&](const ResponseDisks& some, const Bounds& bounds) {
+    const auto found = largest_integral_gain(some, {}, bounds, g.load);
+    return found ? std::string() : found.error().requirement.str();
+  };
+  EXPECT_NE(why(part(0.0, 13.0), sensitivity_only()).find("told stable"), std::string::npos);
+  EXPECT_EQ(why(part(8.0, 250.0), sensitivity_only()), "must begin where |L| is above 1");
+  EXPECT_EQ(largest_integral_gain(g.of(0.01), {}, test::calm()).error().field, "load_transfer");
+  EXPECT_EQ(largest_integral_gain(part(0.0, 3.0), {}, sensitivity_only()).error().field, "frequencies_hz");
+  EXPECT_FALSE(why(g.of(1.0), sensitivity_only()).empty());
+}
+
+/// An inertia of 0.05 kgm2 crosses at 6.4 Hz with kp = 2: lines up to 8 Hz end too early.
+TEST(ResponseDisks, GoOnBeyondTheCrossover) {
+  const auto inertia = [](double to_hz) {
+    ResponseDisks disks;
+    disks.sample_time_s = kStep;
+    for (double f = 0.5; f <= to_hz; f += 0.5) {
+      disks.frequencies_hz.push_back(f);
+      disks.centres.push_back(1.0 / std::complex(0.0, kTwoPi * f * 0.05));
+      disks.radii.push_back(0.01 * std::abs(disks.centres.back()));
+    }
+    return disks;
+  };
+  Bounds bounds = sensitivity_only();
+  bounds.controller_sensitivity = 2.2;
+  const auto whole = largest_integral_gain(inertia(40.0), {}, bounds);
+  ASSERT_TRUE(whole);
+  EXPECT_NEAR(whole->crossover_hz, 6.4, 0.7);
+  const auto part = largest_integral_gain(inertia(8.0), {}, bounds);
+  ASSERT_FALSE(part);
+  EXPECT_EQ(part.error().requirement, "must go on until |L| is below 0.5");
+  EXPECT_GT(part.error().value, 0.5);
+}
+
+/// Roots far apart in size, close by, and one where the sign stays.
+TEST(FirstSignChange, MissesNoPairOfRoots) {
+  EXPECT_EQ(first_sign_change(std::array{1.0, 0.0, 1.0}), std::numeric_limits<double>::infinity());
+  EXPECT_NEAR(first_sign_change(std::array{6.0, -5.0, 1.0}), 2.0, 1e-14);
+  EXPECT_NEAR(first_sign_change(std::array{6e12, -5e6, 1.0}), 2e6, 1e-8);
+  const double near = 1.0 + 1e-6;  // (x - 1)(x - near)(x^2 + 1)
+  const double b = -(1.0 + near);
+  EXPECT_NEAR(first_sign_change(std::array{near, b, near + 1.0, b, 1.0}), 1.0, 1e-8);
+  EXPECT_EQ(first_sign_change(std::array{1.0, -2.0, 1.0}),
+            std::numeric_limits<double>::infinity());  // touches
+}
+
+}  // namespace
+}  // namespace resonid::design
