@@ -39,8 +39,11 @@ class GainSearch {
 
   [[nodiscard]] std::optional<LargestGain> best_of(double from, double to, int gains) {
     LargestGain best{0.0, 0.0};
+    // To and fro, since where a large one is known the others are quickly seen to be smaller. A prime, so
+    // that all of them have their turn.
+    constexpr int kStride = 37;
     for (int i = 1; i <= gains; ++i) {
-      const double kp = from + (to - from) * i / gains;
+      const double kp = from + (to - from) * (1 + i * kStride % gains) / gains;
       const double ki = rows_.largest_integral(kp, best.ki, recent_);
       if (ki > best.ki && std::isfinite(ki)) best = {kp, ki};
     }

@@ -48,5 +48,49 @@ TEST(RobustGains, NoDrawInsideTheEllipsoidExceedsTheBounds) {
   }
 }
 
+/// With a filter that was searched on the worst machines, at three confidences; no draw may be unstable.
+TEST(ConfidentDesign, KeepsItsProbabilityOnFreshDraws) {
+  constexpr std::size_t kFresh = 100'000;
+  const auto golden = test::golden_json("e_tune_robust.json");
+  std::vector<nlohmann::json> cases = golden.at("cases");
+  cases.push_back(golden.at("with_biquad"));
+  for (const auto& c : cases)
+    for (const double confidence : {0.8, 0.95, 0.99}) {
+      SCOPED_TRACE(testing::Message() << c.at("covariance").dump() << " " << confidence);
+      const auto posterior = test::golden_posterior(c);
+      const auto found = confident_design(posterior, {}, test::calm(), {.probability = confidence});
+      ASSERT_TRUE(found);
+      const auto fresh = monte_carlo(posterior, found->design.controller, found->bounds, kFresh, 12);
+      const double allowed = 1.0 - confidence;
+      std::printf("%.2f: radius %.2f, ki %.2f, IAE %.4f, exceeded by %.4f, on fresh draws %.4f\n", confidence,
+                  found->design.radius, found->design.controller.ki, found->iae, found->check.probability(),
+                  fresh.probability());
+      const double chance = std::sqrt(allowed * confidence * (1.0 / 10'000 + 1.0 / kFresh));
+      EXPECT_LT(fresh.probability(), allowed + 3.0 * chance);
+      EXPECT_GT(fresh.probability(), 0.6 * allowed);
+      EXPECT_EQ(fresh.unstable, 0U);
+    }
+}
+
+TEST(ConfidentDesign, KeepsItsBoundsOnTheWholeEllipsoid) {
+  const auto golden = test::golden_json("e_tune_robust.json");
+  std::vector<nlohmann::json> cases = golden.at("cases");
+  cases.push_back(golden.at("with_biquad"));
+  for (const auto& c : cases) {
+    SCOPED_TRACE(c.at("covariance").dump());
+    const auto posterior = test::golden_posterior(c);
+    const auto found = confident_design(posterior, {}, test::calm(), {.guarantee = Guarantee::ellipsoid});
+    ASSERT_TRUE(found);
+    Bounds loose = found->bounds;
+    for (auto* bound : {&loose.sensitivity, &loose.load_transfer, &loose.controller_sensitivity})
+      **bound *= 1.005;
+    const auto surface =
+        monte_carlo(posterior, found->design.controller, loose, 20'000, 13, found->design.radius);
+    EXPECT_EQ(surface.exceeding, 0U);
+    EXPECT_LT(monte_carlo(posterior, found->design.controller, found->bounds, 100'000, 14).probability(),
+              0.01);
+  }
+}
+
 }  // namespace
 }  // namespace resonid::design
