@@ -5,10 +5,10 @@
 #include <optional>
 #include <resonid/base/expected.hpp>
 #include <resonid/data/frequency_response.hpp>
+#include <resonid/design/detail/bounds.hpp>
 #include <span>
 #include <vector>
 
-#include "design/bounds.hpp"
 #include "design/closed_loop.hpp"
 #include "design/controller.hpp"
 

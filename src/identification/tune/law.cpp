@@ -45,6 +45,15 @@ data::TransferFunction transfer_function_of(const design::ControllerStates& stat
   return f;
 }
 
+/// With or without biquads.
+bool is_pi(const TunedController& c) { return c.gains && !c.position_gain && !c.derivative_gain; }
+/// From reference to torque.
+design::FilteredPi weighted(const TunedController& c) {
+  auto way = *c.gains;
+  way.kp *= c.set_point_weight;
+  return way;
+}
+
 /// The same states with another way of the reference into them.
 struct ReferencePath {
   Eigen::VectorXd b;
@@ -52,10 +61,8 @@ struct ReferencePath {
 };
 ReferencePath reference_path(const Law& law, double sample_time_s) {
   const auto& what = law.what;
-  if (what.gains && !what.position_gain && !what.derivative_gain) {
-    auto weighted = *what.gains;
-    weighted.kp *= what.set_point_weight;
-    const auto states = design::states_of(weighted, sample_time_s);
+  if (is_pi(what)) {
+    const auto states = design::states_of(weighted(what), sample_time_s);
     return {states.b, states.d};
   }
   if (!what.reference_numerator.empty()) {
@@ -126,6 +133,8 @@ Law law_of(const data::TransferFunction& controller) {
 void set_weight(Law& law, double weight) {
   auto& what = law.what;
   what.set_point_weight = weight;
+  if (is_pi(what) && weight != 1.0)
+    what.reference_numerator = weighted(what).transfer_function(what.feedback.sample_time_s).numerator;
   if (!what.derivative_gain) return;
   const design::Pid way{weight * what.gains->kp, what.gains->ki, 0.0, *what.derivative_time_s};
   what.reference_numerator = way.transfer_function(what.feedback.sample_time_s).numerator;
@@ -149,8 +158,9 @@ ReferenceStep reference_step_of(const design::Machine& machine, const Law& law) 
 
 design::ClosedLoop loop_of(const design::Machine& machine, const Law& law) {
   // States of one form whatever goes into them; those of an observer are of another.
-  const auto states =
-      law.what.reference_numerator.empty() ? law.linear.states() : design::states_of(law.what.feedback);
+  const auto states = law.what.reference_numerator.empty() || is_pi(law.what)
+                          ? law.linear.states()
+                          : design::states_of(law.what.feedback);
   design::ClosedLoop loop = design::closed_loop(machine.states(), states);
   const auto path = reference_path(law, machine.sample_time_s());
   loop.reference << path.d * machine.states().command, path.b;
