@@ -160,8 +160,13 @@ void run_tune(CLI::App& verb, TuneVerb& o) {
   tuning->results = o.results;
   tuning->input_scale = 1.0 / stored_scale(results.front(), "input-scale");
   tuning->output_scale = 1.0 / stored_scale(results.front(), "output-scale");
-  progress.stage("simulating");
-  simulate(o, *tuning, results);
+  if (tuning->by_response && (o.experiment || !o.check.record.empty()))
+    throw UsageError(fmt::format("{}: needs a drive model, which {} does not hold",
+                                 o.experiment ? "--simulate" : "--check", o.results.front()));
+  if (!tuning->by_response) {
+    progress.stage("simulating");
+    simulate(o, *tuning, results);
+  }
   if (!o.check.record.empty()) {
     progress.stage("checking on " + o.check.record);
     check_record(verb, o, *tuning, results.front());

@@ -186,7 +186,8 @@ struct TuningCheck {
   std::vector<std::complex<double>> predicted, measured;  ///< [line] L
   std::vector<double> predicted_std, measured_std;        ///< [line] total, complex
   double probability = 1.0;                               ///< That noise makes so large a one at any line.
-  double worst_line_hz = 0.0;
+  double worst_line_hz = 0.0;    ///< The line that differs most surely; 0: none by more than matters.
+  std::size_t judged_lines = 0;  ///< Those near the margins.
   bool agrees = true;
   std::string cause;  ///< The likely one, where it does not.
 };
@@ -197,6 +198,7 @@ struct Tuning {
   std::vector<std::string> results;  ///< Files of the results, where they come from files.
   Units units;
   double sample_time_s = 0.0;
+  bool by_response = false;               ///< Designed by the lines of a response: there is no machine.
   std::vector<fit::DriveModel> machines;  ///< [result]
   double delay_std_s = 0.0;
   bool delay_std_assumed = false;  ///< A quarter of a sample, as the result tells none.

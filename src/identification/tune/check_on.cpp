@@ -4,9 +4,11 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <resonid/base/constants.hpp>
 #include <resonid/base/detail/statistics.hpp>
 #include <resonid/identification/compare.hpp>
 #include <resonid/identification/detail/tune_check.hpp>
+#include <resonid/identification/options.hpp>
 
 #include "design/normal.hpp"
 #include "identification/tune/checks.hpp"
@@ -28,6 +30,24 @@ std::vector<std::complex<double>> loop_at(const fit::DriveModel& model, const La
   return loop;
 }
 
+/// L at the lines: Ru/U - 1 where lines are estimated by themselves; estimates that look at neighbouring
+/// lines smooth U/Ru where it rises from nothing, so that of those L is the controller times the response.
+data::FrequencyResponse measured_loop(const Result& measured, const data::TransferFunction& controller) {
+  constexpr std::array kOfNeighbours = {Method::local_polynomial, Method::local_cubic, Method::local_rational,
+                                        Method::welch};
+  const bool smooths = std::any_of(kOfNeighbours.begin(), kOfNeighbours.end(),
+                                   [&](Method method) { return measured.method == name_of(method); });
+  if (!smooths) return *measured.measured_loop;
+  data::FrequencyResponse loop = measured.response;
+  for (std::size_t i = 0; i < loop.lines(); ++i) {
+    const double f = loop.frequency_hz[i];
+    const auto c = controller.response(f) * std::polar(1.0, -kTwoPi * f * measured.known_delay_s);
+    loop.value[i] *= c;
+    if (i < loop.std.size()) loop.std[i] *= std::abs(c);
+  }
+  return loop;
+}
+
 class Checker {
  public:
   Checker(Tuning& tuning, const Result& designed_for, const Result& measured)
@@ -46,7 +66,7 @@ class Checker {
 
  private:
   void compare_lines() {
-    const auto& loop = *measured_.measured_loop;
+    const auto loop = measured_loop(measured_, t_.proposed().feedback);
     const auto posteriors = posteriors_of({&designed_for_, 1}, t_.options);
     const auto nominal = loop_at(designed_for_.model->drive, law_, loop.frequency_hz);
     constexpr std::size_t kDraws = 200;
@@ -65,14 +85,26 @@ class Checker {
       check_.predicted_std.push_back(std::sqrt(variance[i]));
       check_.measured.push_back(loop.value[i]);
       check_.measured_std.push_back(noise);
-      const double total = variance[i] + noise * noise;
-      const double distance = total > 0.0 ? std::norm(loop.value[i] - nominal[i]) / total : 0.0;
-      // E|error|^2 = total of a complex normal number: its square exceeds d times that with e^-d.
-      const double probability = std::min(1.0, std::exp(-distance) * static_cast<double>(nominal.size()));
-      if (probability < check_.probability) {
-        check_.probability = probability;
-        check_.worst_line_hz = loop.frequency_hz[i];
-      }
+      judge_line(i, variance[i] + noise * noise);
+    }
+  }
+
+  /// Where the margins lie, by a part of the distance to -1 that matters: lines far above 0 dB are as good as
+  /// their leakage, and what is far below it moves nothing.
+  void judge_line(std::size_t i, double variance) {
+    constexpr double kLarge = 10.0, kSmall = 0.05, kMatters = 0.05;
+    const auto predicted = check_.predicted[i];
+    if (std::abs(predicted) > kLarge || std::abs(predicted) < kSmall) return;
+    ++check_.judged_lines;
+    const double difference = std::abs(check_.measured[i] - predicted);
+    if (difference - 2.0 * std::sqrt(variance) < kMatters * std::abs(1.0 + predicted)) return;
+    // E|error|^2 = variance of a complex normal number: its square exceeds d times that with e^-d.
+    const double distance = variance > 0.0 ? difference * difference / variance : HUGE_VAL;
+    const double probability =
+        std::min(1.0, std::exp(-distance) * static_cast<double>(check_.predicted.size()));
+    if (probability < check_.probability) {
+      check_.probability = probability;
+      check_.worst_line_hz = check_.frequency_hz[i];
     }
   }
 
@@ -107,13 +139,15 @@ class Checker {
     });
     check_.agrees = !figure_differs && check_.probability >= kSure;
     if (check_.agrees) return;
+    if (check_.worst_line_hz == 0.0 && !check_.figures.empty()) check_.probability = least_probability();
     check_.cause = cause();
     t_.findings.push_back(
         {"prediction-fails", Severity::error, check_.probability, kSure,
          fmt::format(
              "Under this controller the loop is another one than was promised, by more than both error "
-             "bars (furthest at {:.3g} Hz). Likely cause: {}.",
-             check_.worst_line_hz, check_.cause)});
+             "bars{}. Likely cause: {}.",
+             check_.worst_line_hz > 0.0 ? fmt::format(" (furthest at {:.3g} Hz)", check_.worst_line_hz) : "",
+             check_.cause)});
     t_.trusted = false;
   }
 
@@ -129,44 +163,57 @@ class Checker {
     return cause_of(*changes);
   }
 
-  /// By which parameters differ, and whether by one factor.
-  [[nodiscard]] static std::string cause_of(const Changes& changes) {
-    const auto find = [&](std::string_view name) -> const Difference* {
-      const auto at = std::find_if(changes.parameters.begin(), changes.parameters.end(),
-                                   [&](const Difference& d) { return d.name == name; });
-      return at == changes.parameters.end() ? nullptr : &*at;
+  [[nodiscard]] double least_probability() const {
+    double least = 1.0;
+    for (const auto& f : check_.figures) least = std::min(least, f.probability.value_or(1.0));
+    return least;
+  }
+
+  /// How surely something differs, in standard deviations.
+  struct Suspect {
+    std::string words;
+    double distance = 0.0;
+  };
+
+  /// What both delays come to, known and fitted.
+  [[nodiscard]] Suspect delay_suspect() const {
+    const auto &a = designed_for_.model->drive, &b = measured_.model->drive;
+    const double change = b.known_delay_s + b.delay_s - a.known_delay_s - a.delay_s;
+    const double std = std::hypot(a.estimate(fit::kDelay).std, b.estimate(fit::kDelay).std);
+    return {fmt::format("the delay ({:+.3g} ms)", 1e3 * change), std > 0.0 ? std::abs(change) / std : 0.0};
+  }
+
+  /// The parameter that differs most surely; all of them by one factor are the gain.
+  [[nodiscard]] std::string cause_of(const Changes& changes) const {
+    struct Name {
+      std::string_view name;
+      const char* words;
     };
-    const auto differs = [&](std::string_view name) {
-      const auto* d = find(name);
-      return d != nullptr && d->significant;
-    };
-    const auto words = [&](std::string_view name, const char* what) {
-      const auto* d = find(name);
-      return fmt::format("the {} ({:+.3g} %)", what, 100.0 * d->relative.value_or(0.0));
-    };
-    constexpr std::array<std::string_view, 3> kScaled = {"driven_inertia", "load_inertia", "stiffness"};
+    constexpr std::array kNames = {Name{"driven_inertia", "driven side's inertia"},
+                                   Name{"load_inertia", "load's inertia"}, Name{"stiffness", "stiffness"}};
+    constexpr double kSurely = 3.3;
+    std::vector<Suspect> suspects = {delay_suspect()};
     double least = HUGE_VAL, most = -HUGE_VAL;
-    bool all = true;
-    for (const auto name : kScaled) {
-      const auto* d = find(name);
-      all = all && d != nullptr && d->significant && d->relative;
-      if (d == nullptr || !d->relative) continue;
-      least = std::min(least, *d->relative);
-      most = std::max(most, *d->relative);
-    }
+    std::size_t sure = 0;
+    for (const auto& d : changes.parameters)
+      for (const auto& known : kNames) {
+        if (d.name != known.name || !d.std || !(*d.std > 0.0) || !d.relative) continue;
+        suspects.push_back({fmt::format("the {} ({:+.3g} %)", known.words, 100.0 * *d.relative),
+                            std::abs(d.change) / *d.std});
+        least = std::min(least, *d.relative);
+        most = std::max(most, *d.relative);
+        if (suspects.back().distance > kSurely) ++sure;
+      }
     constexpr double kAlike = 0.2;  // of the change
-    if (all && most - least < kAlike * std::max(std::abs(least), std::abs(most)))
+    if (sure == kNames.size() && most - least < kAlike * std::max(std::abs(least), std::abs(most)))
       return fmt::format(
           "the gain: inertias and stiffness all differ by {:+.3g} %, as a torque constant or a "
           "scale makes it",
           50.0 * (least + most));
-    if (differs("stiffness")) return words("stiffness", "stiffness");
-    if (differs("load_inertia")) return words("load_inertia", "load's inertia");
-    if (differs("driven_inertia")) return words("driven_inertia", "driven side's inertia");
-    if (const auto* d = find("delay"); d != nullptr && d->significant)
-      return fmt::format("the delay ({:+.3g} ms)", 1e3 * d->change);
-    for (const auto& d : changes.parameters)
-      if (d.significant) return "the " + d.name;
+    const auto& first = *std::max_element(suspects.begin(), suspects.end(), [](const auto& a, const auto& b) {
+      return a.distance < b.distance;
+    });
+    if (first.distance > kSurely) return first.words;
     return "no parameter differs for sure: another mode or a non-linear part";
   }
 

@@ -8,6 +8,7 @@
 #include <limits>
 
 #include "design/machine.hpp"
+#include "identification/tune/response_only.hpp"
 
 namespace resonid::identification {
 namespace {
@@ -76,13 +77,16 @@ bool has_covariance(const fit::DriveModel& model) {
 }
 
 Checked check_result(const Result& r, const TuneOptions& o) {
-  if (!r.model)
-    return refuse("results",
-                  named(r) + " holds no drive model; identify it with .model auto, two-mass or rigid");
   if (!r.trusted && !o.force)
     return refuse("results", named(r) +
                                  " is not trusted, for the reasons that its findings give; cure them, or "
                                  "give .force, which marks every output");
+  if (!r.model && is_response_only(r, o)) return {};
+  if (!r.model)
+    return refuse("results",
+                  named(r) +
+                      " holds no drive model, which this design needs; identify it with .model auto, "
+                      "two-mass or rigid");
   const auto& drive = r.model->drive;
   if (!(drive.sample_time_s > 0.0)) return refuse("results", named(r) + " tells no sample time");
   if (!has_covariance(drive))
@@ -103,6 +107,9 @@ Checked check(std::span<const Result> results, const TuneOptions& options) {
   const Result& first = results.front();
   for (const Result& r : results) {
     if (auto checked = check_result(r, options); !checked) return checked;
+    if (!r.model && results.size() > 1)
+      return refuse("results", named(r) + " holds no drive model, as designs for several machines need");
+    if (!r.model) return {};
     const double step = r.model->drive.sample_time_s, first_step = first.model->drive.sample_time_s;
     constexpr double kSame = 1e-6;
     if (std::abs(step / first_step - 1.0) > kSame)

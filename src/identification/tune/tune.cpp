@@ -12,6 +12,7 @@
 #include "identification/tune/loop_figures.hpp"
 #include "identification/tune/reach.hpp"
 #include "identification/tune/remarks.hpp"
+#include "identification/tune/response_only.hpp"
 #include "identification/tune/scheduled.hpp"
 #include "identification/tune/value.hpp"
 
@@ -272,6 +273,7 @@ class Tuner {
 
 expected<Tuning, Error> tune(std::span<const Result> results, const TuneOptions& options) {
   if (auto checked = check(results, options); !checked) return tl::unexpected(checked.error());
+  if (!results.front().model) return tune_by_response(results.front(), options);
   return Tuner(results, options).run();
 }
 

@@ -17,7 +17,7 @@ using identification::Tuning;
 
 /// "of 10 000 machines that the identification leaves possible, 4.2 % exceed one, none is unstable"
 std::string counted_text(const TunedController& c) {
-  if (c.draws == 0) return "on the identified machine; what its uncertainty does was not looked at";
+  if (c.draws == 0) return "of every response within the error bars of all lines at once";
   return fmt::format("of {} machines that the identification leaves possible, {} exceed one, {}",
                      grouped(c.draws), c.exceeding == 0 ? "none" : share_text(c.probability()),
                      c.unstable == 0   ? std::string("none is unstable")
@@ -165,7 +165,7 @@ std::string margins_sentence(const TunedController& c) {
   }
   if (text.empty() || !c.stable) return {};
   text[0] = static_cast<char>(std::toupper(static_cast<unsigned char>(text[0])));
-  return text + "; in brackets what 95 % of the machines have.";
+  return text + (c.draws > 0 ? "; in brackets what 95 % of the machines have." : ".");
 }
 
 std::string running_sentence(const Tuning& t) {

@@ -25,6 +25,7 @@ std::string nominal_sentence(const Tuning& t) {
 }
 
 std::string delay_sentence(const Tuning& t) {
+  if (t.by_response) return {};
   if (t.delay_std_assumed)
     return fmt::format(
         "The delay's standard deviation is assumed to be {} ms, a quarter of a sample, as the result tells "
@@ -88,7 +89,7 @@ void put_experiment(const Tuning& t, std::vector<std::string>& list) {
 std::vector<std::string> uncertainty_sentences(const Tuning& t) {
   std::vector<std::string> list;
   if (auto text = nominal_sentence(t); !text.empty()) list.push_back(std::move(text));
-  list.push_back(delay_sentence(t));
+  if (auto text = delay_sentence(t); !text.empty()) list.push_back(std::move(text));
   put_experiment(t, list);
   return list;
 }

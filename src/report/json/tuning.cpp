@@ -171,6 +171,8 @@ void describe(Fields& f, Tuning& t) {
              f.unless_empty({"input_unit", "its name"}, t.input_unit);
              f.unless_empty({"output_unit", "its name"}, t.output_unit);
            });
+  f.unless(false, {"by_response", "designed by the lines of a response, without a drive model"},
+           t.by_response);
   f({"candidates", "controllers, the best first; one that was judged alone"}, t.candidates);
   f.require(!t.candidates.empty(), "candidates", "at least one controller");
   f({"running", "the controller under which was recorded"}, t.running);

@@ -52,7 +52,9 @@ void describe(Fields& f, TuningCheck& check) {
   f.unless_empty({"cause", "likely cause, where it does not"}, check.cause);
   f({"probability", "of so large a difference of L at any line by noise", "", not_negative},
     check.probability);
-  f({"worst_line_hz", "line that differs most", "Hz", not_negative}, check.worst_line_hz);
+  f({"worst_line_hz", "line that differs most surely; 0: none by more than matters", "Hz", not_negative},
+    check.worst_line_hz);
+  f({"judged_lines", "lines near the margins, which were judged"}, check.judged_lines);
   f.list(
       {"figures", "margins, predicted and measured"}, true, check.figures,
       [&](CheckedFigure& figure) { describe_checked(f, figure); }, Presence::required);

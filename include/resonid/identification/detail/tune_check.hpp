@@ -7,8 +7,9 @@ namespace resonid::identification {
 
 /// Sets what was promised of the proposed (or judged) controller beside what a recording under it shows:
 /// `measured` is the result of that recording, identified with the controller and an excitation,
-/// `designed_for` the result that the controller was designed for. Lines are compared by L = Ru/U - 1, each
-/// with the error bars of both sides; margins likewise. Where they disagree the finding names the likely
+/// `designed_for` the result that the controller was designed for. Lines are compared by L = Ru/U - 1 (of
+/// methods that smooth over lines: by controller times response), each with the error bars of both sides;
+/// margins likewise. Where they disagree the finding names the likely
 /// cause, by what differs between both models: the delay, the gain, the stiffness, the load, another mode.
 /// Refused: a result without excitation, of another sample time or other units.
 [[nodiscard]] expected<void, Error> check_on(Tuning& tuning, const Result& designed_for,

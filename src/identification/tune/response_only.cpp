@@ -1,0 +1,195 @@
+// SPDX-License-Identifier: MIT
+#include "identification/tune/response_only.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <resonid/base/constants.hpp>
+
+#include "design/response_disks.hpp"
+#include "identification/tune/designs.hpp"
+#include "identification/tune/figure_values.hpp"
+#include "identification/tune/law.hpp"
+
+namespace resonid::identification {
+namespace {
+
+/// From the first line that is known better than 30 % to the last, with the delay that was taken out.
+data::FrequencyResponse known_lines(const Result& result) {
+  const auto& g = result.response;
+  constexpr double kKnown = 0.3;
+  const auto is_known = [&](std::size_t i) {
+    return i < g.std.size() && g.std[i] < kKnown * std::abs(g.value[i]);
+  };
+  std::size_t first = 0, last = g.lines();
+  while (first < last && !is_known(first)) ++first;
+  while (last > first && !is_known(last - 1)) --last;
+  data::FrequencyResponse known;
+  for (std::size_t i = first; i < last; ++i) {
+    known.frequency_hz.push_back(g.frequency_hz[i]);
+    known.value.push_back(g.value[i] * std::polar(1.0, -kTwoPi * g.frequency_hz[i] * result.known_delay_s));
+    known.std.push_back(g.std[i]);
+  }
+  return known;
+}
+
+/// The lowest, with its damping where that is known.
+std::optional<design::AntiResonance> anti_resonance(const Result& result) {
+  constexpr double kLittle = 0.02;
+  for (const auto& mode : result.modes)
+    if (mode.anti)
+      return design::AntiResonance{mode.frequency_hz.value,
+                                   mode.damping_ratio.value > 0.0 ? mode.damping_ratio.value : kLittle};
+  return std::nullopt;
+}
+
+/// What lines tell of a loop.
+class LineFigures {
+ public:
+  LineFigures(const data::FrequencyResponse& plant, const data::TransferFunction& controller)
+      : plant_(plant) {
+    for (std::size_t i = 0; i < plant.lines(); ++i) {
+      c_.push_back(controller.response(plant.frequency_hz[i]));
+      loop_.push_back(c_.back() * plant.value[i]);
+    }
+  }
+
+  [[nodiscard]] LoopFigure peak(design::Transfer transfer, const Units& units,
+                                const TunedController& controller) const {
+    LoopFigure figure;
+    figure.name = figure_name(static_cast<std::size_t>(transfer));
+    figure.unit = figure_unit(static_cast<std::size_t>(transfer), controller, units);
+    for (std::size_t i = 0; i < loop_.size(); ++i) {
+      const double size = std::abs((transfer == design::Transfer::sensitivity     ? 1.0
+                                    : transfer == design::Transfer::complementary ? loop_[i]
+                                                                                  : c_[i]) /
+                                   (1.0 + loop_[i]));
+      if (!(size > figure.value)) continue;
+      figure.value = size;
+      figure.frequency_hz = plant_.frequency_hz[i];
+    }
+    return figure;
+  }
+
+  void put_curves(LoopCurves& curves) const {
+    curves.frequency_hz = plant_.frequency_hz;
+    curves.loop = loop_;
+    double phase = 0.0;
+    for (std::size_t i = 0; i < loop_.size(); ++i) {
+      const double turn = std::arg(loop_[i]) * 180.0 / kPi;
+      phase = i == 0 ? turn : turn - 360.0 * std::round((turn - phase) / 360.0);
+      const double bar = 1.96 * std::abs(c_[i]) * plant_.std[i] / std::sqrt(2.0);
+      const double size = std::abs(loop_[i]), s = 1.0 / std::abs(1.0 + loop_[i]);
+      put(curves.loop_size, size, bar);
+      put(curves.loop_phase_deg, phase, std::atan2(bar, size) * 180.0 / kPi);
+      put(curves.sensitivity, s, bar * s * s);
+      put(curves.complementary, size * s, bar * s * s);
+    }
+  }
+
+ private:
+  static void put(Band& band, double value, double bar) {
+    band.value.push_back(value);
+    band.low.push_back(value - bar);
+    band.high.push_back(value + bar);
+  }
+  const data::FrequencyResponse& plant_;
+  std::vector<std::complex<double>> c_, loop_;
+};
+
+void put_figures(const data::FrequencyResponse& plant, const Units& units, TunedController& controller) {
+  const LineFigures lines(plant, controller.feedback);
+  for (const auto transfer : {design::Transfer::sensitivity, design::Transfer::complementary,
+                              design::Transfer::controller_sensitivity})
+    controller.figures.push_back(lines.peak(transfer, units, controller));
+  lines.put_curves(controller.curves);
+}
+
+}  // namespace
+
+bool is_response_only(const Result& result, const TuneOptions& options) {
+  const bool pi =
+      options.structure == ControllerStructure::automatic || options.structure == ControllerStructure::pi;
+  return !result.model && pi && !options.evaluate && options.positions.empty() && !options.shaper &&
+         result.response.lines() > 2;
+}
+
+expected<Tuning, Error> tune_by_response(const Result& result, const TuneOptions& options) {
+  const double step = 1.0 / result.record.sample_rate_hz;
+  const auto plant = known_lines(result);
+  const auto disks = design::response_disks(plant, options.confidence, step);
+  const auto refused = [&](const Error& error) {
+    return refuse("results",
+                  fmt::format("hold no drive model, and the response of {} {}", result.record.file,
+                              error.requirement.view()),
+                  error.value);
+  };
+  if (!disks) return refused(disks.error());
+  auto bounds = plain_bounds(options);
+  const auto load = anti_resonance(result);
+  if (!load) bounds.load_transfer.reset();
+  auto found = design::largest_integral_gain(*disks, {}, bounds, load);
+  if (!found) return refused(found.error());
+  Tuning tuning;
+  tuning.files = {result.record.file};
+  tuning.units = result.units;
+  tuning.sample_time_s = step;
+  tuning.options = options;
+  tuning.by_response = true;
+  auto controller = law_of(found->controller, step).what;
+  controller.stable = true;
+  controller.within = true;
+  put_figures(plant, result.units, controller);
+  constexpr double kActive = 0.985;
+  for (const auto& worst : found->worst) {
+    const auto name = std::string(figure_name(static_cast<std::size_t>(worst.transfer)));
+    auto at = std::find_if(controller.figures.begin(), controller.figures.end(),
+                           [&](const LoopFigure& f) { return f.name == name; });
+    if (at == controller.figures.end()) {
+      LoopFigure figure;
+      figure.name = name;
+      figure.value = worst.value;
+      figure.frequency_hz = worst.frequency_hz;
+      at = controller.figures.insert(at, std::move(figure));
+    }
+    at->worst = worst.value;
+    at->bound = worst.bound;
+    if (worst.value >= kActive * worst.bound) controller.limits.push_back(name);
+  }
+  LoopFigure crossover;
+  crossover.name = "crossover_hz";
+  crossover.unit = "Hz";
+  crossover.value = found->crossover_hz;
+  controller.figures.push_back(std::move(crossover));
+  tuning.candidates = {std::move(controller)};
+  if (options.running) {
+    auto running = law_of(options.running->sampled(step)).what;
+    running.structure = "running";
+    running.stable = true;  // it was recorded under it
+    put_figures(plant, result.units, running);
+    tuning.running = std::move(running);
+  }
+  tuning.findings.push_back(
+      {"design-by-response",
+       diagnostics::Severity::info,
+       {},
+       {},
+       fmt::format(
+           "The result holds no drive model: the gains suit every response within the error bars of all "
+           "{} lines, from {:.3g} to {:.3g} Hz. What lies between or beyond them is not known, and a "
+           "drive that integrates its torque below them is taken for granted{}.",
+           plant.lines(), plant.frequency_hz.front(), plant.frequency_hz.back(),
+           load ? "" : "; without an anti-resonance nothing bounds the load")});
+  if (!result.trusted)
+    tuning.findings.push_back(
+        {"tuned-untrusted",
+         diagnostics::Severity::error,
+         {},
+         {},
+         "The result of " + result.record.file + " is not trusted, nor is this design."});
+  tuning.trusted = result.trusted;
+  return tuning;
+}
+
+}  // namespace resonid::identification
