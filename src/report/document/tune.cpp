@@ -11,7 +11,7 @@
 namespace resonid::report {
 namespace {
 
-using TradeOff = decltype(identification::Tuning::over_sensitivity)::value_type;
+using design::TradeOff;
 using identification::TunedController;
 using identification::Tuning;
 

@@ -9,7 +9,7 @@
 namespace resonid::report {
 namespace {
 
-using ExperimentValue = decltype(identification::Tuning::experiment)::value_type;
+using design::ExperimentValue;
 using identification::Tuning;
 
 std::string nominal_sentence(const Tuning& t) {

@@ -6,11 +6,10 @@
 namespace resonid::report {
 namespace {
 
+using design::TradeOff;
 using identification::TunedController;
 using identification::TuneOptions;
 using identification::Tuning;
-
-using TradeOff = decltype(Tuning::over_sensitivity)::value_type;
 
 constexpr double kNoBound = std::numeric_limits<double>::infinity();
 

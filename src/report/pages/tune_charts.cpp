@@ -13,9 +13,9 @@
 namespace resonid::report {
 namespace {
 
+using design::TradeOff;
 using identification::Band;
 using identification::LoopCurves;
-using TradeOff = decltype(identification::Tuning::over_sensitivity)::value_type;
 using identification::TunedController;
 using identification::Tuning;
 
