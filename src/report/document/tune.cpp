@@ -31,6 +31,7 @@ std::string exceeded_text(const TunedController& c) {
   for (const auto& figure : c.figures) {
     if (!figure.bound || !figure.probability || *figure.probability < 0.5) continue;
     const auto unit = shown_unit(figure);
+    if (unit.number(figure.value) == unit.number(*figure.bound)) continue;
     text += fmt::format("{}{} is {} (bound {})", text.empty() ? "" : ", ", loop_figure_symbol(figure.name),
                         unit.text(figure.value), unit.text(*figure.bound));
   }
@@ -72,13 +73,16 @@ std::string filter_kind(const design::Biquad& b) {
   return b.numerator_damping < b.denominator_damping ? "notch" : "lead";
 }
 
-std::string rest_of_gains(const TunedController& c) {
+/// What kp and ki leave out; times `factor`, as those are.
+std::string rest_of_gains(const TunedController& c, double factor = 1.0) {
   std::string text;
-  if (c.position_gain) text += fmt::format(", position gain kv {} 1/s", three_digits(*c.position_gain));
-  if (c.derivative_gain) text += fmt::format(", kd {}", three_digits(*c.derivative_gain));
+  if (c.position_gain)
+    text += fmt::format(", position gain kv {} 1/s", three_digits(factor * *c.position_gain));
+  if (c.derivative_gain) text += fmt::format(", kd {}", three_digits(factor * *c.derivative_gain));
   if (c.derivative_time_s)
     text += fmt::format(" filtered with {} ms", three_digits(1e3 * *c.derivative_time_s));
-  if (c.set_point_weight != 1.0) text += fmt::format(", set-point weight b {:.2g}", c.set_point_weight);
+  if (factor == 1.0 && c.set_point_weight != 1.0)
+    text += fmt::format(", set-point weight b {:.2g}", c.set_point_weight);
   return text;
 }
 
@@ -111,9 +115,10 @@ std::string first_step_sentence(const Tuning& t) {
   const auto& c = t.proposed();
   if (t.is_evaluation() || !c.gains) return {};
   return fmt::format(
-      "First step: half the gains, {}. Record under them, compare the measured loop with this one, then take "
+      "First step: half the gains, {}{}. Record under them, compare the measured loop with this one, then "
+      "take "
       "the full gains.",
-      gains_text(c, gain_units(t.units.input, t.units.velocity), 0.5));
+      gains_text(c, gain_units(t.units.input, t.units.velocity), 0.5), rest_of_gains(c, 0.5));
 }
 
 /// The error of the load on a curve of trade-offs, at the bound and a tenth or more above it.
@@ -127,8 +132,8 @@ std::string cost_text(const std::vector<TradeOff>& curve, double bound, double T
   if (here == nullptr || next == nullptr || !(here->iae > 0.0)) return {};
   const double less = 1.0 - next->iae / here->iae;
   if (less < 0.005)
-    return fmt::format(" A bound of {} on {} would gain nothing.", three_digits(next->*of), symbol);
-  return fmt::format(" A bound of {} on {} would make the load step's IAE {:.0f} % smaller.",
+    return fmt::format(" A bound of {} on {} would gain nothing for a PI.", three_digits(next->*of), symbol);
+  return fmt::format(" A bound of {} on {} would make the load step's IAE of the best PI {:.0f} % smaller.",
                      three_digits(next->*of), symbol, 100.0 * less);
 }
 

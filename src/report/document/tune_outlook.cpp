@@ -117,14 +117,23 @@ std::string shaper_sentence(const Tuning& t) {
                      share_text(t.options.shaper_limit));
 }
 
+RunName name_of_run(const identification::SimulatedRun& run) {
+  constexpr std::string_view kRunning = " with the running controller";
+  if (!run.what.ends_with(kRunning)) return {run.what, false};
+  return {run.what.substr(0, run.what.size() - kRunning.size()), true};
+}
+
 std::string simulated_sentence(const Tuning& t) {
   std::string text;
-  for (const auto& run : t.simulated)
-    for (const auto& figure : run.figures)
-      if (figure.promised)
-        text +=
-            fmt::format("{}{} {} (promised {})", text.empty() ? "" : ", ", loop_figure_symbol(figure.name),
-                        three_digits(figure.simulated), three_digits(*figure.promised));
+  for (const auto& run : t.simulated) {
+    if (name_of_run(run).running) continue;
+    for (const auto& figure : run.figures) {
+      if (!figure.promised) continue;
+      const auto unit = shown_unit({figure.name, figure.unit, *figure.promised, {}, {}, {}, {}, {}, {}});
+      text += fmt::format("{}{} {} (promised {})", text.empty() ? "" : ", ", loop_figure_symbol(figure.name),
+                          unit.text(figure.simulated), unit.text(*figure.promised));
+    }
+  }
   return text.empty() ? text : "On the simulated machine: " + text + ".";
 }
 

@@ -25,7 +25,9 @@ std::string with_unit_of(const LoopFigure& figure) {
   return loop_figure_words(figure.name) + (unit.empty() ? "" : ", " + unit);
 }
 
-std::string figure_cell(const TunedController& c, const char* name) {
+/// In the unit of the first controller; empty where it has another one.
+std::string figure_cell(const Tuning& t, const TunedController& c, const char* name) {
+  if (unit_of_figure(c, name) != unit_of_figure(t.proposed(), name)) return {};
   const auto value = value_of(c, name);
   return value && c.stable ? three_digits(*value) : "";
 }
@@ -94,16 +96,18 @@ std::vector<ComparedController> compared_controllers(const Tuning& t) {
 
 Table candidate_table(const Tuning& t) {
   const auto units = gain_units(t.units.input, t.units.velocity);
+  const auto iae_unit = unit_of_figure(t.proposed(), "load_step_iae");
   Table table{
       units.kp.empty() ? "Controllers" : fmt::format("Controllers, kp in {}, ki in {}", units.kp, units.ki),
-      {"controller", "kp", "ki", "|S|", "|T_load|", "IAE", "noise gain", "exceeds, %", "remark"},
+      {"controller", "kp", "ki", "|S|", "|T_load|", iae_unit.empty() ? "IAE" : "IAE, " + iae_unit,
+       "noise gain", "exceeds, %", "remark"},
       {}};
   for (const auto& [c, name] : compared_controllers(t)) {
     const bool first = &c == &t.candidates.front();
     table.rows.push_back({name, c.gains ? three_digits(c.gains->kp) : "",
-                          c.gains ? three_digits(c.gains->ki) : "", figure_cell(c, "sensitivity_peak"),
-                          figure_cell(c, "load_peak"), figure_cell(c, "load_step_iae"),
-                          figure_cell(c, "noise_gain"),
+                          c.gains ? three_digits(c.gains->ki) : "", figure_cell(t, c, "sensitivity_peak"),
+                          figure_cell(t, c, "load_peak"), figure_cell(t, c, "load_step_iae"),
+                          figure_cell(t, c, "noise_gain"),
                           percent_cell(c.draws > 0 ? std::optional(c.probability()) : std::nullopt),
                           !c.stable                     ? "unstable"
                           : !c.remark.empty()           ? c.remark

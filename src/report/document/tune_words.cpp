@@ -127,15 +127,27 @@ std::string figure_text(const TunedController& c, std::string_view name) {
 }
 
 bool results_are_trusted(const Tuning& t) {
-  const bool within = t.proposed().within && t.proposed().stable;
-  return t.trusted || (!within && std::none_of(t.findings.begin(), t.findings.end(), [](const auto& finding) {
-           return finding.severity == diagnostics::Severity::error;
-         }));
+  const auto& c = t.proposed();
+  if (t.trusted) return true;
+  if (c.within && c.stable) return false;
+  return std::none_of(t.findings.begin(), t.findings.end(), [](const auto& finding) {
+    return finding.severity == diagnostics::Severity::error && finding.id != "bounds-exceeded" &&
+           finding.id != "design-unstable";
+  });
+}
+
+std::string unit_of_figure(const TunedController& c, std::string_view name) {
+  for (const auto& figure : c.figures)
+    if (figure.name == name) return figure.unit;
+  return {};
 }
 
 std::optional<double> stiffer_by(const Tuning& t) {
+  constexpr std::string_view kError = "load_step_iae";
   if (!t.running || !t.running->stable || !t.proposed().stable) return std::nullopt;
-  const auto now = value_of(*t.running, "load_step_iae"), then = value_of(t.proposed(), "load_step_iae");
+  // A position loop's error is one of position.
+  if (unit_of_figure(*t.running, kError) != unit_of_figure(t.proposed(), kError)) return std::nullopt;
+  const auto now = value_of(*t.running, kError), then = value_of(t.proposed(), kError);
   if (!now || !then || !(*now > 0.0) || !(*then > 0.0)) return std::nullopt;
   return *now / *then;
 }

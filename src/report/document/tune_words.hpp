@@ -58,10 +58,15 @@ struct GainUnits {
 [[nodiscard]] std::string figure_text(const identification::TunedController& controller,
                                       std::string_view figure);
 
+/// Empty where there is none.
+[[nodiscard]] std::string unit_of_figure(const identification::TunedController& controller,
+                                         std::string_view figure);
+
 /// Whether nothing but the bounds speaks against a tuning.
 [[nodiscard]] bool results_are_trusted(const identification::Tuning& tuning);
 
-/// How many times smaller the load's error after a torque step is than under the running controller.
+/// How many times smaller the load's error after a torque step is than under the running controller; nothing
+/// where one is of velocity and the other of position.
 [[nodiscard]] std::optional<double> stiffer_by(const identification::Tuning& tuning);
 /// "2.7 times stiffer"
 [[nodiscard]] std::string stiffness_words(double ratio);
@@ -92,6 +97,13 @@ struct ComparedController {
 [[nodiscard]] Table figure_table(const identification::TunedController& controller);
 [[nodiscard]] Table schedule_table(const identification::Tuning& tuning);
 [[nodiscard]] Table shaper_table(const identification::Tuning& tuning);
+
+/// "reference step" of "reference step with the running controller".
+struct RunName {
+  std::string what;
+  bool running = false;
+};
+[[nodiscard]] RunName name_of_run(const identification::SimulatedRun& run);
 
 /// What a recording under the controller shows; empty without one.
 [[nodiscard]] std::string check_sentence(const identification::Tuning& tuning);

@@ -230,9 +230,8 @@ Section torque_section(const Tuning& t) {
 
 std::vector<Chart> trade_off_charts(const Tuning& t) {
   const auto unit = gain_units(t.units.input, t.units.velocity).ki;
-  std::string iae_unit;
-  for (const auto& figure : t.proposed().figures)
-    if (figure.name == "load_step_iae") iae_unit = figure.unit;
+  // The best PI is one of velocity, whatever was proposed.
+  const std::string iae_unit = t.running ? unit_of_figure(*t.running, "load_step_iae") : "";
   auto charts = trade_off_pair(t.over_sensitivity, t.options.largest_sensitivity, &TradeOff::sensitivity,
                                "|S|", unit, iae_unit);
   for (auto& chart : trade_off_pair(t.over_load_transfer, t.options.largest_load_transfer,

@@ -31,6 +31,38 @@ void put_promised_band(const identification::TuningCheck& check, Curve& curve) {
   }
 }
 
+/// Velocity and torque of a run, and of the same under the running controller.
+std::vector<Chart> charts_of_run(const Tuning& t, const identification::SimulatedRun& proposed) {
+  Chart velocity, torque;
+  velocity.title = fmt::format("Load, {}", proposed.what);
+  velocity.y_label = "Velocity of the load in " + t.units.velocity;
+  torque.title = fmt::format("Torque, {}", proposed.what);
+  torque.y_label = "Torque in " + t.units.input;
+  for (auto* chart : {&velocity, &torque}) chart->x_label = "Time in s";
+  const auto put = [](Chart& chart, const std::string& name, const std::vector<double>& time,
+                      const std::vector<double>& y, Curve::Mark mark) {
+    if (y.size() != time.size() || time.empty()) return;
+    chart.curves.push_back(timed(name, time, y));
+    chart.curves.back().mark = mark;
+  };
+  const double end = proposed.time_s.back();
+  for (const auto& run : t.simulated) {
+    const auto name = name_of_run(run);
+    if (name.what != proposed.what) continue;
+    auto cut = run;  // one that settles later is shown as long as the proposed one
+    const auto shown = static_cast<std::size_t>(std::upper_bound(run.time_s.begin(), run.time_s.end(), end) -
+                                                run.time_s.begin());
+    for (auto* list : {&cut.time_s, &cut.velocity, &cut.torque})
+      if (list->size() > shown) list->resize(shown);
+    const auto mark = name.running ? Curve::Mark::dashed : Curve::Mark::line;
+    const std::string who = name.running ? "running controller" : t.proposed().name;
+    put(velocity, who, cut.time_s, cut.velocity, mark);
+    put(torque, who, cut.time_s, cut.torque, mark);
+  }
+  put(velocity, "reference", proposed.time_s, proposed.reference, Curve::Mark::line);
+  return {std::move(velocity), std::move(torque)};
+}
+
 }  // namespace
 
 Section schedule_section(const Tuning& t) {
@@ -76,25 +108,15 @@ Section simulated_section(const Tuning& t) {
   s.side_by_side = true;
   Table table{"Promised and simulated", {"run", "figure", "promised", "simulated"}, {}};
   for (const auto& run : t.simulated) {
-    for (const auto& figure : run.figures)
+    for (const auto& figure : run.figures) {
+      const auto unit = shown_unit({figure.name, figure.unit, figure.simulated, {}, {}, {}, {}, {}, {}});
       table.rows.push_back(
-          {run.what, loop_figure_words(figure.name) + (figure.unit.empty() ? "" : ", " + figure.unit),
-           figure.promised ? three_digits(*figure.promised) : "", three_digits(figure.simulated)});
-    if (run.time_s.empty()) continue;
-    Chart velocity, torque;
-    velocity.title = fmt::format("Velocity, {}", run.what);
-    velocity.y_label = "Velocity in " + t.units.velocity;
-    torque.title = fmt::format("Torque, {}", run.what);
-    torque.y_label = "Torque in " + t.units.input;
-    const auto size = run.time_s.size();
-    if (run.velocity.size() == size) velocity.curves.push_back(timed("load", run.time_s, run.velocity));
-    if (run.reference.size() == size)
-      velocity.curves.push_back(timed("reference", run.time_s, run.reference));
-    if (run.torque.size() == size) torque.curves.push_back(timed("torque", run.time_s, run.torque));
-    for (auto* chart : {&velocity, &torque}) {
-      chart->x_label = "Time in s";
-      if (!chart->curves.empty()) s.charts.push_back(std::move(*chart));
+          {run.what, loop_figure_words(figure.name) + (unit.unit.empty() ? "" : ", " + unit.unit),
+           figure.promised ? unit.number(*figure.promised) : "", unit.number(figure.simulated)});
     }
+    if (run.time_s.empty() || name_of_run(run).running) continue;
+    for (auto& chart : charts_of_run(t, run))
+      if (!chart.curves.empty()) s.charts.push_back(std::move(chart));
   }
   if (!table.rows.empty()) s.plain_tables = {std::move(table)};
   return s;

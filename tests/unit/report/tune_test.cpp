@@ -176,7 +176,8 @@ TEST(TuneText, TellsFirstStepLimitsAndWhatUncertaintyCosts) {
   EXPECT_TRUE(holds(text, "First step: half the gains, kp 1.10 Nm/(rad/s), ki 10.2 Nm/rad (Ti 108 ms)."));
   EXPECT_TRUE(holds(text, "What limits the design: the bounds on |S| and |T_load|."));
   // On the curve: 0.08 - 0.02 * 1.6 against 0.08 - 0.02 * 1.4.
-  EXPECT_TRUE(holds(text, "A bound of 1.60 on |S| would make the load step's IAE 8 % smaller."));
+  EXPECT_TRUE(
+      holds(text, "A bound of 1.60 on |S| would make the load step's IAE of the best PI 8 % smaller."));
   EXPECT_TRUE(holds(text,
                     "Designed for the identified machine alone it would have ki 25.1 in place of 20.4 and "
                     "exceed a bound with 56 % probability."));
@@ -207,10 +208,37 @@ TEST(TuneText, ComparesWithTheRunningController) {
   EXPECT_TRUE(holds(text_of(sentences(t)), ratio.str() + " times softer;"));
 }
 
+/// A position loop's error, in rad s, is not that of a velocity loop, in rad; all its gains are halved first.
+TEST(TuneText, ComparesOnlyWhatIsAlike) {
+  auto t = test::tuning();
+  auto& c = t.candidates.front();
+  c.name = "P over PI";
+  c.position_gain = 12.5;
+  for (auto& figure : c.figures)
+    if (figure.name == "load_step_iae") figure.unit = "rad s";
+  const auto text = text_of(sentences(t));
+  EXPECT_FALSE(holds(text, "stiffer"));
+  EXPECT_TRUE(
+      holds(text, "half the gains, kp 1.10 Nm/(rad/s), ki 10.2 Nm/rad (Ti 108 ms), position gain kv 6.25"));
+  const auto page = document(t);
+  for (const auto& section : page.sections)
+    if (section.title == "Controllers that were compared") {
+      const auto& table = section.plain_tables.at(0);
+      EXPECT_EQ(table.columns.at(5), "IAE, rad s");
+      EXPECT_EQ(table.rows.front().at(0), "P over PI");
+      EXPECT_NE(table.rows.front().at(5), "");
+      EXPECT_EQ(table.rows.back().at(0), "running");
+      EXPECT_EQ(table.rows.back().at(5), "");
+    }
+}
+
 /// A verdict on a controller is one, though the controller is not to be used.
 TEST(TuneText, TellsBoundsFromTrust) {
   auto t = test::evaluation();
   EXPECT_TRUE(holds(summary_text(t), "\nBounds NOT kept.\n"));
+  t.findings.push_back({"bounds-exceeded", diagnostics::Severity::error, {}, {}, "They are."});
+  EXPECT_TRUE(holds(summary_text(t), "\nBounds NOT kept.\n"));
+  EXPECT_EQ(document(t).badge->word, "Bounds not kept");
   t.findings.push_back({"misfit", diagnostics::Severity::error, {}, {}, "It does not fit."});
   EXPECT_TRUE(holds(summary_text(t), "\nNOT trusted: see the findings.\n"));
   EXPECT_EQ(document(t).badge->word, "Not trusted");
@@ -333,6 +361,11 @@ TEST(TunePage, IsMadeOfWhateverIsThere) {
       return s.title == title;
     })) << title;
   EXPECT_LT(document_page(page).size(), kPageBytes);
+  const auto* run = chart_of(page, "Load, load step");
+  ASSERT_NE(run, nullptr);
+  ASSERT_EQ(run->curves.size(), 3U);
+  EXPECT_EQ(run->curves[1].name, "running controller");
+  EXPECT_LE(run->curves[1].x.back(), run->curves[0].x.back());  // though it lasts longer
   const auto least = document(least_tuning());
   EXPECT_EQ(least.sections.size(), 1U);  // the table of controllers
   EXPECT_FALSE(document_page(least).empty());

@@ -291,6 +291,16 @@ inline identification::Tuning full_tuning() {
   run.torque = curves.torque_by_reference.value;
   run.figures = {{"load_step_iae", "rad", 0.0531, 0.0549}, {"load_step_rebound", "", 0.02, 0.024}};
   t.simulated = {run};
+  auto old = run;
+  old.what += " with the running controller";
+  old.velocity = t.running->curves.load_by_torque.value;
+  old.figures.clear();
+  for (std::size_t k = 0; k < 100; ++k) {
+    old.time_s.push_back(old.time_s.back() + 0.002);
+    old.velocity.push_back(0.0);
+    old.torque.push_back(1.0);
+  }
+  t.simulated.push_back(old);
   t.simulated.push_back({"move", {}, {}, {}, {}, {{"velocity_error", "rad/s", {}, 0.031}}});
   t.shaped_mode = design::ClosedLoopMode{16.3, 0.1};
   t.options.running = data::Controller(data::Controller::Pi{1.036, 0.147});
