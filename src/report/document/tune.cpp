@@ -115,9 +115,8 @@ std::string first_step_sentence(const Tuning& t) {
   const auto& c = t.proposed();
   if (t.is_evaluation() || !c.gains) return {};
   return fmt::format(
-      "First step: half the gains, {}{}. Record under them, compare the measured loop with this one, then "
-      "take "
-      "the full gains.",
+      "First step: half the gains, {}{}. Record under them and compare the measured loop with this one "
+      "before taking the full gains.",
       gains_text(c, gain_units(t.units.input, t.units.velocity), 0.5), rest_of_gains(c, 0.5));
 }
 
@@ -231,7 +230,7 @@ std::vector<std::string> loop_sentences(const Tuning& t) {
 std::vector<std::string> sentences(const Tuning& t) {
   auto list = lead_sentences(t);
   for (auto& text : loop_sentences(t)) list.push_back(std::move(text));
-  for (auto& text : {schedule_sentence(t), shaper_sentence(t), simulated_sentence(t)})
+  for (auto& text : {nominal_sentence(t), schedule_sentence(t), shaper_sentence(t), simulated_sentence(t)})
     if (!text.empty()) list.push_back(text);
   return list;
 }

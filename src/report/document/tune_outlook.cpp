@@ -12,24 +12,12 @@ namespace {
 using design::ExperimentValue;
 using identification::Tuning;
 
-std::string nominal_sentence(const Tuning& t) {
-  if (!t.nominal || t.nominal->draws == 0) return {};
-  const auto& n = *t.nominal;
-  std::string gains;
-  if (n.gains && t.proposed().gains)
-    gains = fmt::format("have ki {} in place of {} and ", three_digits(n.gains->ki),
-                        three_digits(t.proposed().gains->ki));
-  return fmt::format(
-      "Designed for the identified machine alone it would {}exceed a bound with {} probability.", gains,
-      share_text(n.probability()));
-}
-
 std::string delay_sentence(const Tuning& t) {
   if (t.by_response) return {};
   if (t.delay_std_assumed)
     return fmt::format(
-        "The delay's standard deviation is assumed to be {} ms, a quarter of a sample, as the result tells "
-        "none; the delay decides most of the margins: give .delay_std_s where it is known better.",
+        "The delay's standard deviation, {} ms, is assumed: a quarter of a sample. It decides most of the "
+        "margins: give .delay_std_s where it is known better.",
         three_digits(1e3 * t.delay_std_s));
   return fmt::format("The delay's standard deviation is {} ms, {}.", three_digits(1e3 * t.delay_std_s),
                      t.options.delay_std_s ? "as specified" : "that of the result");
@@ -88,10 +76,21 @@ void put_experiment(const Tuning& t, std::vector<std::string>& list) {
 
 std::vector<std::string> uncertainty_sentences(const Tuning& t) {
   std::vector<std::string> list;
-  if (auto text = nominal_sentence(t); !text.empty()) list.push_back(std::move(text));
   if (auto text = delay_sentence(t); !text.empty()) list.push_back(std::move(text));
   put_experiment(t, list);
   return list;
+}
+
+std::string nominal_sentence(const Tuning& t) {
+  if (!t.nominal || t.nominal->draws == 0) return {};
+  const auto& n = *t.nominal;
+  std::string gains;
+  if (n.gains && t.proposed().gains)
+    gains = fmt::format("have ki {} in place of {} and ", three_digits(n.gains->ki),
+                        three_digits(t.proposed().gains->ki));
+  return fmt::format(
+      "Designed for the identified machine alone it would {}exceed a bound with {} probability.", gains,
+      share_text(n.probability()));
 }
 
 std::string schedule_sentence(const Tuning& t) {

@@ -77,9 +77,10 @@ struct GainUnits {
 /// Parts of sentences(): what matters most, the command that follows from it included; what the loop is like.
 [[nodiscard]] std::vector<std::string> lead_sentences(const identification::Tuning& tuning);
 [[nodiscard]] std::vector<std::string> loop_sentences(const identification::Tuning& tuning);
-/// What uncertainty costs, and what less of it would buy.
+/// The uncertainty of the delay, and what less uncertainty would buy.
 [[nodiscard]] std::vector<std::string> uncertainty_sentences(const identification::Tuning& tuning);
-/// Empty where there is nothing of the kind.
+/// Empty where there is nothing of the kind; first what a design without regard to uncertainty does.
+[[nodiscard]] std::string nominal_sentence(const identification::Tuning& tuning);
 [[nodiscard]] std::string schedule_sentence(const identification::Tuning& tuning);
 [[nodiscard]] std::string shaper_sentence(const identification::Tuning& tuning);
 [[nodiscard]] std::string simulated_sentence(const identification::Tuning& tuning);

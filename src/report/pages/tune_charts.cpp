@@ -43,6 +43,12 @@ void put_band(Chart& chart, const std::string& name, bool first, const std::vect
   chart.curves.push_back(std::move(curve));
 }
 
+/// The axis of the proposed controller's lines, whatever the running one has.
+void keep_to_first(Chart& chart) {
+  if (chart.curves.empty() || chart.curves.front().x.size() < 2) return;
+  chart.x_range = AxisRange{chart.curves.front().x.front(), chart.curves.front().x.back()};
+}
+
 constexpr auto kAsIs = [](double v) { return v; };
 constexpr auto kDecibel = [](double v) { return 20.0 * std::log10(v); };
 
@@ -58,6 +64,7 @@ Chart peak_chart(const Tuning& t, const char* title, const char* figure, Band Lo
     put_band(chart, name, first, c->curves.frequency_hz, c->curves.*band, kAsIs);
     first = false;
   }
+  keep_to_first(chart);
   if (chart.curves.empty()) return chart;
   const auto& figures = t.proposed().figures;
   const auto found =
@@ -197,6 +204,7 @@ Section loop_section(const Tuning& t) {
     put_band(bode.phase, name, first, c->curves.frequency_hz, c->curves.loop_phase_deg, kAsIs);
     first = false;
   }
+  for (auto* chart : {&bode.magnitude, &bode.phase}) keep_to_first(*chart);
   put_chart(s, bode.magnitude);
   put_chart(s, bode.phase);
   put_chart(s,

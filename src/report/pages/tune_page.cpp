@@ -121,6 +121,7 @@ Section controllers_section(const Tuning& t) {
   Section s;
   s.title = t.candidates.size() > 1 ? "Controllers that were compared" : "Controllers";
   s.plain_tables = {candidate_table(t)};
+  if (auto text = nominal_sentence(t); !text.empty()) s.text = {std::move(text)};
   if (auto filters = filter_table(t.proposed()); !filters.rows.empty())
     s.plain_tables.push_back(std::move(filters));
   if (t.experiment.size() > 1) {

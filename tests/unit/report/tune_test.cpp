@@ -181,7 +181,7 @@ TEST(TuneText, TellsFirstStepLimitsAndWhatUncertaintyCosts) {
   EXPECT_TRUE(holds(text,
                     "Designed for the identified machine alone it would have ki 25.1 in place of 20.4 and "
                     "exceed a bound with 56 % probability."));
-  EXPECT_TRUE(holds(text, "assumed to be 0.500 ms, a quarter of a sample"));
+  EXPECT_TRUE(holds(text, "0.500 ms, is assumed: a quarter of a sample."));
   EXPECT_TRUE(holds(text,
                     "with half of every standard deviation ki could be 22.3, and the load step's IAE 8 % "
                     "smaller; with no uncertainty at all ki could be 25.1, and the load step's IAE 17 % "
@@ -318,6 +318,7 @@ TEST(TunePage, DrawsProposedBeforeRunningWithBandsAndBounds) {
   EXPECT_EQ(sensitivity->curves[0].upper, t.proposed().curves.sensitivity.high);
   EXPECT_EQ(sensitivity->curves[1].name, "running controller");
   EXPECT_TRUE(sensitivity->curves[1].lower.empty());
+  EXPECT_EQ(sensitivity->x_range->high, t.proposed().curves.frequency_hz.back());
   EXPECT_EQ(sensitivity->curves[2].y, (std::vector<double>{1.4, 1.4}));
   const auto* magnitude = chart_of(page, "Open loop L: magnitude");
   ASSERT_NE(magnitude, nullptr);
