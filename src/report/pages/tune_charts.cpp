@@ -27,26 +27,28 @@ std::vector<std::pair<std::string, const TunedController*>> drawn_controllers(co
   return list;
 }
 
+/// Whether a frequency lies on the axis that the chart's first curve has; times all do.
+bool is_shown(const Chart& chart, double x) {
+  if (!chart.log_x || chart.curves.empty()) return true;
+  return x >= chart.curves.front().x.front() && x <= chart.curves.front().x.back();
+}
+
 /// A curve with its band, all of it through a function that grows; nothing where lengths differ.
 template <class Function>
 void put_band(Chart& chart, const std::string& name, bool first, const std::vector<double>& x,
               const Band& band, Function&& shown) {
   if (x.empty() || band.value.size() != x.size()) return;
-  Curve curve{name, first ? Curve::Mark::line : Curve::Mark::dashed, x, {}};
+  Curve curve{name, first ? Curve::Mark::line : Curve::Mark::dashed, {}, {}};
   const bool both = first && band.low.size() == x.size() && band.high.size() == x.size();
   for (std::size_t i = 0; i < x.size(); ++i) {
+    if (!is_shown(chart, x[i])) continue;
+    curve.x.push_back(x[i]);
     curve.y.push_back(shown(band.value[i]));
     if (!both) continue;
     curve.lower.push_back(shown(band.low[i]));
     curve.upper.push_back(shown(band.high[i]));
   }
-  chart.curves.push_back(std::move(curve));
-}
-
-/// The axis of the proposed controller's lines, whatever the running one has.
-void keep_to_first(Chart& chart) {
-  if (chart.curves.empty() || chart.curves.front().x.size() < 2) return;
-  chart.x_range = AxisRange{chart.curves.front().x.front(), chart.curves.front().x.back()};
+  if (!curve.x.empty()) chart.curves.push_back(std::move(curve));
 }
 
 constexpr auto kAsIs = [](double v) { return v; };
@@ -64,7 +66,6 @@ Chart peak_chart(const Tuning& t, const char* title, const char* figure, Band Lo
     put_band(chart, name, first, c->curves.frequency_hz, c->curves.*band, kAsIs);
     first = false;
   }
-  keep_to_first(chart);
   if (chart.curves.empty()) return chart;
   const auto& figures = t.proposed().figures;
   const auto found =
@@ -204,7 +205,6 @@ Section loop_section(const Tuning& t) {
     put_band(bode.phase, name, first, c->curves.frequency_hz, c->curves.loop_phase_deg, kAsIs);
     first = false;
   }
-  for (auto* chart : {&bode.magnitude, &bode.phase}) keep_to_first(*chart);
   put_chart(s, bode.magnitude);
   put_chart(s, bode.phase);
   put_chart(s,
