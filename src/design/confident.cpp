@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <resonid/base/detail/statistics.hpp>
 #include <utility>
 
@@ -66,6 +67,9 @@ class ConfidentSearch {
   std::optional<RobustDesign> design_at(double radius, int searches) {
     active_.scale_to(radius);
     auto best = active_.gains(biquads_);
+    // Where the gains collapse, the filter that suited another radius is to blame.
+    constexpr double kCollapsed = 1.1;
+    if (searches == 0 && (!best || iae_of(*best) > kCollapsed * last_iae_)) searches = 1;
     for (int i = 0; i < searches && !biquads_.empty(); ++i) {
       const auto found = search_filters_again(active_.machines(), bounds_, biquads_);
       if (!found) break;
@@ -74,6 +78,7 @@ class ConfidentSearch {
       best = std::move(next);
       biquads_ = best->controller.biquads;
     }
+    if (best) last_iae_ = iae_of(*best);
     return best;
   }
 
@@ -104,10 +109,11 @@ class ConfidentSearch {
       auto check = checked(*design, draws);
       const double probability = is_stable_inside(*design, check) ? check.probability() : 1.0;
       const bool enough = probability <= allowed, near = enough && probability >= kLeast * allowed;
-      if (draws == confidence_.draws && enough && (!best || radius < best->design.radius))
+      if (draws == confidence_.draws && enough && (!best || iae_of(*design) < best->iae))
         best = told(*std::move(design), std::move(check));
       if (near && draws == confidence_.draws) break;
-      if (near) {
+      if (near || bracket.is_narrow()) {
+        if (draws == confidence_.draws) break;
         draws = confidence_.draws;
         bracket = Bracket(allowed);
         continue;
@@ -122,28 +128,38 @@ class ConfidentSearch {
   static constexpr double kLeast = 0.8;  ///< Of the allowed probability: no need to come nearer.
 
   /// Radii that are too small and too large. The normal value of the probability is nearly linear in the
-  /// radius, and near to that of half at none.
+  /// radius, and near to that of 60 % at none.
   class Bracket {
    public:
     explicit Bracket(double allowed) : aim_(normal_value(0.5 * (1.0 + kLeast) * allowed)) {}
     double next(double radius, double probability) {
       const double value = normal_value(probability);
-      (value < aim_ ? low_ : high_) = radius;
-      const double slope = std::max(0.5, (value - at_none_) / std::max(radius, 0.1));
-      return inside(radius + (aim_ - value) / slope);
+      (value < aim_ ? low_ : high_) = {radius, value};
+      if (high_.radius > 0.0) return between();
+      const double slope = std::max(0.5, (low_.value - kAtNone) / std::max(radius, 0.1));
+      return std::clamp(radius + (aim_ - value) / slope, 1.05 * radius, 2.0 * radius + 1.0);
     }
     double below(double radius) {
-      high_ = radius;
-      return 0.5 * (low_ + high_);
+      high_ = {radius, high_.value};
+      return 0.5 * (low_.radius + high_.radius);
+    }
+    [[nodiscard]] bool is_narrow() const {
+      return high_.radius > 0.0 && high_.radius - low_.radius < 0.005 * high_.radius;
     }
 
    private:
-    [[nodiscard]] double inside(double radius) const {
-      const double margin = high_ > 0.0 ? 0.1 * (high_ - low_) : 0.0;
-      radius = std::max(radius, low_ + margin);
-      return high_ > 0.0 ? std::min(radius, high_ - margin) : std::min(radius, 2.0 * low_ + 1.0);
+    static constexpr double kAtNone = -0.25;
+    struct End {
+      double radius = 0.0, value = 0.0;
+    };
+    [[nodiscard]] double between() const {
+      constexpr double kMargin = 0.2;  // it is not always smooth
+      const double width = high_.radius - low_.radius, rise = high_.value - low_.value;
+      const double part = rise > 0.0 ? (aim_ - low_.value) / rise : 0.5;
+      return low_.radius + width * std::clamp(part, kMargin, 1.0 - kMargin);
     }
-    double aim_, at_none_ = -0.25, low_ = 0.0, high_ = 0.0;
+    double aim_;
+    End low_{0.0, kAtNone}, high_{};
   };
 
   [[nodiscard]] double iae_of(const RobustDesign& design) const {
@@ -166,6 +182,7 @@ class ConfidentSearch {
   Machine nominal_;
   ActiveSet active_;
   std::vector<Biquad> biquads_;
+  double last_iae_ = std::numeric_limits<double>::infinity();
 };
 
 }  // namespace

@@ -141,7 +141,7 @@ const Peak& LoopFigures::peak(Transfer transfer) const {
 
 LoadStep load_step_of(const ClosedLoop& loop, double spectral_radius) {
   LoadStep step;
-  Eigen::VectorXd state = Eigen::VectorXd::Zero(loop.a.rows());
+  Eigen::VectorXd state = Eigen::VectorXd::Zero(loop.a.rows()), next(loop.a.rows());
   double other_side = 0.0;
   const std::size_t most = most_samples(spectral_radius);
   constexpr double kSettled = 1e-7;  // of the peak, over a while
@@ -154,7 +154,9 @@ LoadStep load_step_of(const ClosedLoop& loop, double spectral_radius) {
     step.peak = std::max(step.peak, -v);
     other_side = std::max(other_side, v);
     quiet = k > 10 && std::abs(v) < kSettled * step.peak ? quiet + 1 : 0;
-    state = (loop.a * state - loop.load_torque).eval();
+    next.noalias() = loop.a * state;
+    next -= loop.load_torque;
+    state.swap(next);
   }
   step.rebound = step.peak > 0.0 ? other_side / step.peak : 0.0;
   return step;

@@ -32,12 +32,16 @@ struct FilteredDesign {
                                                            const FilterSearch& how,
                                                            const std::vector<Biquad>& starts = {});
 
-/// From filters that suited other machines, by simplices alone: the least that is near.
+/// From filters that suited other machines, with a small population around them.
 [[nodiscard]] std::optional<FilteredDesign> search_filters_again(Machines& machines, const Bounds& bounds,
                                                                  const std::vector<Biquad>& from);
 
 /// Integrated absolute error of the load's velocity after a torque step of 1 Nm against it, rad; infinite
 /// where the loop is unstable.
 [[nodiscard]] double load_step_iae(const Machine& machine, const FilteredPi& controller);
+
+/// The same to a few thousandths, by strides of samples where that is enough, and without a look at the
+/// poles: of an unstable loop it grows beyond measure. What a search asks again and again.
+[[nodiscard]] double rough_load_step_iae(const Machine& machine, const FilteredPi& controller);
 
 }  // namespace resonid::design

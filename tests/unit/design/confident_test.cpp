@@ -93,6 +93,32 @@ TEST(ConfidentDesign, BoundsTheControllerWhereNobodyElseDoes) {
   EXPECT_NEAR(*found->bounds.controller_sensitivity, golden, 2e-3 * golden);
 }
 
+/// Where the filter of the nominal machine is far from the robust one, and where the gains have a gap near
+/// the optimum: both once left a design that was worse than its PI alone.
+TEST(ConfidentDesign, IsBetterThanItsPi) {
+  struct Hard {
+    std::vector<double> plant;
+    double sample_time_s, delay_s, relative_std;
+  };
+  for (const Hard& hard : {Hard{{0.0426666667, 0.0213333333, 95.8842542, 0.200106}, 0.002, 0.004, 0.1},
+                           Hard{{0.05, 0.5, 60.0, 0.1}, 0.0005, 0.0015, 0.02}}) {
+    SCOPED_TRACE(hard.plant[0]);
+    const double r = hard.relative_std, late = hard.sample_time_s * (r > 0.05 ? 0.3 : 0.2);
+    Eigen::VectorXd std(5);
+    std << r, r, r, 3.0 * r, late;
+    const Posterior posterior(
+        test::golden_machine(hard.plant, hard.sample_time_s, hard.delay_s).model(),
+        {fit::kDrivenInertia, fit::kLoadInertia, fit::kStiffness, fit::kDamping, fit::kDelay},
+        std.cwiseAbs2().asDiagonal());
+    const auto pi = confident_design(posterior, {.biquads = 0}, test::calm(), {});
+    const auto filtered = confident_design(posterior, {}, test::calm(), {});
+    ASSERT_TRUE(pi && filtered);
+    EXPECT_LT(filtered->iae, 0.8 * pi->iae);
+    EXPECT_LE(filtered->check.probability(), 0.05);
+    EXPECT_GE(filtered->check.probability(), 0.04);
+  }
+}
+
 /// What has no variance is no axis of the ellipsoid: scipy.stats.chi2.ppf(0.9, 3)**0.5 for three.
 TEST(ConfidentDesign, CountsTheAxesOfTheEllipsoid) {
   const LargeLoad r5;
