@@ -68,7 +68,7 @@ class Checker {
   void compare_lines() {
     const auto loop = measured_loop(measured_, t_.proposed().feedback);
     const auto posteriors = posteriors_of({&designed_for_, 1}, t_.options);
-    const auto nominal = loop_at(designed_for_.model->drive, law_, loop.frequency_hz);
+    const auto nominal = loop_at(machine_of(designed_for_), law_, loop.frequency_hz);
     constexpr std::size_t kDraws = 200;
     design::StandardNormal normal(t_.options.seed + 2);
     std::vector<double> variance(nominal.size(), 0.0);

@@ -138,10 +138,21 @@ bool has_delay_std(const Result& result) {
 
 double assumed_delay_std(const Result& result) { return 0.25 * result.model->drive.sample_time_s; }
 
+std::size_t hold_of(const Result& result) {
+  const auto told = std::ranges::find(result.findings, "held-output", &diagnostics::Finding::id);
+  return told == result.findings.end() ? 1 : static_cast<std::size_t>(std::lround(told->value.value_or(1.0)));
+}
+
+fit::DriveModel machine_of(const Result& result) {
+  fit::DriveModel drive = result.model->drive;
+  drive.known_delay_s += 0.5 * static_cast<double>(hold_of(result) - 1) * drive.sample_time_s;
+  return drive;
+}
+
 std::vector<design::Posterior> posteriors_of(std::span<const Result> results, const TuneOptions& options) {
   std::vector<design::Posterior> list;
   for (const Result& r : results) {
-    fit::DriveModel drive = r.model->drive;
+    fit::DriveModel drive = machine_of(r);
     // What is told overrules what was fitted.
     if (options.delay_std_s) {
       drive.covariance.row(fit::kDelay).setZero();

@@ -17,6 +17,14 @@ namespace resonid::identification {
 /// Whether it had to be assumed.
 [[nodiscard]] bool has_delay_std(const Result& result);
 
+/// Over how many samples the measured velocity stays what it is, 1: it is new in each of them. Models are of
+/// the machine without that hold.
+[[nodiscard]] std::size_t hold_of(const Result& result);
+
+/// The machine as a loop meets it: a velocity that stays over n samples is late by (n - 1)/2 of them in the
+/// mean (docs/methods/tune.md 3.1).
+[[nodiscard]] fit::DriveModel machine_of(const Result& result);
+
 /// What each result leaves open of its machine.
 [[nodiscard]] std::vector<design::Posterior> posteriors_of(std::span<const Result> results,
                                                            const TuneOptions& options);

@@ -21,6 +21,7 @@ class Remarks {
     untrusted();
     not_within();
     assumed_delay();
+    holding();
     beyond_band();
     sticking();
     bending();
@@ -66,6 +67,20 @@ class Remarks {
                       "as its standard deviation. What is known better is told by .delay_std_s.",
                       1e3 * t_.delay_std_s),
           t_.delay_std_s);
+  }
+
+  void holding() {
+    for (const Result& r : results_) {
+      const auto n = hold_of(r);
+      if (n < 2) continue;
+      const double late_s = 0.5 * static_cast<double>(n - 1) * t_.sample_time_s;
+      return note("hold-in-loop", Severity::info,
+                  fmt::format("The measured velocity is new in every {}th sample only: in the mean it is "
+                              "{:.3g} ms later, which the design counts as delay. Measured more often, the "
+                              "loop could be stiffer.",
+                              n, 1e3 * late_s),
+                  late_s);
+    }
   }
 
   /// A mode above the band would be met by a loop that is not small there.

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <resonid/identification/detail/tune_simulation.hpp>
 
+#include "identification/tune/checks.hpp"
 #include "identification/tune/law.hpp"
 
 namespace resonid::identification {
@@ -67,8 +68,9 @@ plant::ControllerConfig controller_config(const TunedController& c, const TuneOp
   return config;
 }
 
-/// What the load does; the encoder there is as late as the velocity.
+/// What the load does; the encoder there is as late as the velocity. A rigid machine is its own load.
 std::vector<double> load_velocity(const data::Record& record) {
+  if (!record.second_output.present()) return record.output.samples;
   const auto& position = record.second_output.samples;
   std::vector<double> velocity(position.size(), 0.0);
   for (std::size_t k = 1; k < position.size(); ++k)
@@ -82,7 +84,9 @@ class Simulator {
   Simulator(Tuning& tuning, ExperimentConfig experiment) : t_(tuning), base_(std::move(experiment)) {
     base_.excitation = {};
     base_.measurement.noise_rms = 0.0;
-    base_.measurement.second_output = data::SecondOutput::load_encoder;
+    base_.measurement.second_output = base_.drive.structure == plant::Structure::rigid
+                                          ? data::SecondOutput::none
+                                          : data::SecondOutput::load_encoder;
     base_.measurement.second_noise = 0.0;
   }
 
@@ -238,6 +242,7 @@ ExperimentConfig experiment_of(const Result& result, const TuneOptions& options)
   config.actuator.lag_s = model.drive.torque_lag_s;
   config.measurement.delay_s = std::max(0.0, model.drive.known_delay_s + model.drive.delay_s);
   config.measurement.filter_s = model.drive.output_filter_s;
+  config.measurement.hold_samples = hold_of(result);
   if (model.drive.velocity == fit::Velocity::differences)
     config.measurement.velocity = plant::VelocitySource::encoder;
   config.controller.torque_limit = options.torque_limit.value_or(0.0);

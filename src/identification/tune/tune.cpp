@@ -53,7 +53,7 @@ class Tuner {
     const Result& first = results_.front();
     for (const Result& r : results_) {
       tuning_.files.push_back(r.record.file);
-      tuning_.machines.push_back(r.model->drive);
+      tuning_.machines.push_back(machine_of(r));
     }
     tuning_.units = first.units;
     tuning_.sample_time_s = sample_time_s_;

@@ -2,6 +2,7 @@
 // What a design from a result promises, refuses and says; its sums against closed forms and simulations.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <resonid/base/constants.hpp>
 #include <resonid/base/error_text.hpp>
@@ -265,6 +266,48 @@ TEST(Tune, SimulatesWhatItPromises) {
   ASSERT_TRUE(simulate_on(*tuning, other));
   EXPECT_FALSE(tuning->trusted);
   EXPECT_EQ(tuning->findings.back().id, "fails-in-simulation");
+}
+
+/// What a result holds is without a hold of the velocity, what a controller meets is not.
+TEST(Tune, AVelocityThatIsHeldIsLateInTheLoop) {
+  auto result = identified();
+  const auto o = few_draws();
+  const auto free = tune(result, o);
+  result.findings.push_back({"held-output", diagnostics::Severity::info, 4.0, 1.0, "new in every 4th"});
+  auto held = tune(result, o);
+  ASSERT_TRUE(free && held);
+  EXPECT_NEAR(held->machines.front().known_delay_s - free->machines.front().known_delay_s, 0.003, 1e-12);
+  EXPECT_LT(held->proposed().gains->kp, 0.95 * free->proposed().gains->kp);
+  EXPECT_TRUE(std::ranges::any_of(held->findings, [](const auto& f) { return f.id == "hold-in-loop"; }));
+  // The simulated drive holds in earnest.
+  const auto experiment = experiment_of(result, o);
+  EXPECT_EQ(experiment.measurement.hold_samples, 4U);
+  ASSERT_TRUE(simulate_on(*held, experiment));
+  ASSERT_EQ(held->simulated.size(), 2U);
+  for (const auto& figure : held->simulated.back().figures)
+    EXPECT_NEAR(figure.simulated, *figure.promised, 0.05 * *figure.promised) << figure.name;
+}
+
+/// Which is its own load.
+TEST(Tune, SimulatesARigidMachine) {
+  auto result = identified();
+  auto& m = result.model->drive;
+  m.structure = fit::Structure::rigid;
+  m.parameters.load_inertia = m.parameters.stiffness = m.parameters.damping = 0.0;
+  m.estimated = fit::estimated_parameters(m.structure, false, false);
+  m.covariance.setZero();
+  m.covariance(fit::kDrivenInertia, fit::kDrivenInertia) = std::pow(0.02 * m.parameters.driven_inertia, 2);
+  const auto o = few_draws();
+  auto tuning = tune(result, o);
+  ASSERT_TRUE(tuning) << message_of(tuning.error());
+  const auto done = simulate_on(*tuning, experiment_of(result, o));
+  ASSERT_TRUE(done) << message_of(done.error());
+  ASSERT_EQ(tuning->simulated.size(), 2U);
+  for (const auto& run : tuning->simulated)
+    for (const auto& figure : run.figures) {
+      const double tolerance = figure.name == "reference_settling_s" ? 0.012 : 0.02 * *figure.promised + 0.01;
+      EXPECT_NEAR(figure.simulated, *figure.promised, tolerance) << figure.name;
+    }
 }
 
 /// The result of a recording under the controller: L of a machine at lines, with circular noise on each.
