@@ -3,13 +3,14 @@
 """How often a trusted result of `identify` is wrong: kinds of experiment, several seeds each, against the truth of the simulation.
 
     bench/trust.py PROGRAM [--seeds 10] [--first 0] [--jobs 2] [--only REGEX] [--class conform|beyond|fault] [--draw SALT]
-                   [--markdown FILE] [--json FILE] [--list] [--no-baseline] [--fail-beyond 5]
+                   [--markdown FILE] [--json FILE] [--list] [--no-baseline] [--no-tune] [--fail-beyond 5]
     bench/trust.py PROGRAM --merge FILE ... --markdown FILE    tables of the --json of runs made in parts
 
 PROGRAM is the command line tool; the kinds stand in trust_kinds.py. A figure (inertias, stiffness, damping, friction, torque lag, resonances,
 crossover, margins) counts as wrong when it is further from the truth than 3 of its own standard deviations and 1e-6 of its value; of a machine
 that changes by more than 1 %, from either end of its course. A record is identified with what a user would tell: controller and delay where the experiment has
-them. --draw draws other machines. A kind whose experiment this PROGRAM cannot simulate is skipped, and said.
+them. For every trusted result `tune` designs a PI controller, which is judged on the true machine (trust_tune.py): stable, and inside the bounds of
+|S| and |T_load|; --no-tune leaves it out. --draw draws other machines. A kind whose experiment this PROGRAM cannot simulate is skipped, and said.
 """
 import argparse
 import collections
@@ -38,6 +39,7 @@ except ImportError:
 import trust_kinds
 from trust_machines import slower_loop
 from trust_truth import compared, right_within
+from trust_tune import judge
 
 INCONSISTENT = ("changes-within-recording", "differs-over-frequency", "differs-over-amplitude", "differs-over-blocks")
 
@@ -151,13 +153,34 @@ def outcome_of(options, simulate, kind, seed):
         if code:
             return {**outcome, "status": "timeout" if code in (-9, -24) else "error", "why": f"{code}: {said}"}
         result = json.loads((folder / "i.json").read_text(encoding="utf-8"))
+        tuned = {"tuned": of_tuning(options, folder, truth, config)} if options.tune and result["trusted"] else {}
+        if options.keep and (folder / "t.json").exists():
+            shutil.copy(folder / "t.json", kept)
     figures = compared(result, truth, kind.of == "conform")
-    outcome |= {"status": "trusted" if result["trusted"] else "untrusted", "figures": figures,
+    outcome |= {**tuned, "status": "trusted" if result["trusted"] else "untrusted", "figures": figures,
                 "structure": (result.get("model") or {}).get("structure", "none"),
                 "findings": {f["id"]: f["severity"] for f in result["findings"]}}
     if options.baseline:
         outcome |= against_baseline(options.baseline, names, rows, config["run"]["sample_rate_hz"], result, truth)
     return outcome
+
+
+def of_tuning(options, folder, truth, config):
+    """What `tune` proposes for this result, on the true machine; `as` is inside, outside, unstable, refused or failed."""
+    code, said, seconds = limited([options.program, "tune", "i.json", "--structure", "pi", "--draws", str(options.tune_draws), "--json", "t.json", "--quiet"],
+                                  folder, options.limit)
+    found = {"seconds": seconds}
+    if code == 2:
+        return {**found, "as": "refused", "why": said}
+    if code:
+        return {**found, "as": "failed", "why": f"{code}: {said}"}
+    tuning = json.loads((folder / "t.json").read_text(encoding="utf-8"))
+    found |= {"sure": tuning["trusted"], "findings": [f["id"] for f in tuning["findings"]], "gains": tuning["candidates"][0]["gains"]}
+    try:
+        found |= judge(tuning, truth, config)
+    except (ValueError, KeyError) as error:
+        return {**found, "as": "failed", "why": str(error)}
+    return {**found, "as": "unstable" if found["spectral_radius"] >= 1.0 else "inside" if found["beyond"] <= 1.0 else "outside"}
 
 
 def against_baseline(baseline, names, rows, rate, result, truth):
@@ -190,12 +213,20 @@ class Table:
         said = lambda c: ", ".join(f"{k} {n}x" for k, n in c.items())
         self.kinds[kind.name] = {"class": kind.of, "linear": kind.linear, "outcomes": outcomes}
         self.rows.append(f"| {kind.name} | {kind.of} | {len(tried)} | {len(trusted)} | {len(wrong)} | {len(grossly)} | "
-                         f"{f'{worst[0]} {worst[1]:.1f}' if worst else ''} | {said(worse)} | "
+                         f"{f'{worst[0]} {worst[1]:.1f}' if worst else ''} | {said(worse)} | {self.tuned_of(tried)} | "
                          f"{max((o['seconds'] for o in tried), default=0.0):.1f} | {'; '.join(notes)} |")
         print(self.rows[-1], flush=True)
 
-    HEAD = ["| kind | class | runs | trusted | of these wrong | beyond 5 | worst figure, standard deviations | worse than the script | slowest, s | "
-            "trust withheld by; error |", "|---|---|---|---|---|---|---|---|---|---|"]
+    HEAD = ["| kind | class | runs | trusted | of these wrong | beyond 5 | worst figure, standard deviations | worse than the script | tuned, on the truth | "
+            "slowest, s | trust withheld by; error |", "|---|---|---|---|---|---|---|---|---|---|---|"]
+
+    @staticmethod
+    def tuned_of(outcomes):
+        """How often what, and the largest of |S| or |T_load| over its bound."""
+        tuned = [o["tuned"] for o in outcomes if "tuned" in o]
+        count = collections.Counter(t["as"] for t in tuned)
+        beyond_bound = max((t["beyond"] for t in tuned if t["as"] == "outside"), default=1.0)
+        return ", ".join(f"{k} {n}x" for k, n in count.items()) + (f" by {100.0 * (beyond_bound - 1.0):.2g} %" if count["outside"] else "")
 
     def totals(self):
         tried = [(k, o) for k in self.kinds.values() for o in k["outcomes"] if o["status"] != "skipped"]
@@ -220,11 +251,29 @@ class Table:
                  f"above 10 s: {sum(s > 10.0 for s in seconds)}",
                  f"- errors: {sum(o['status'] in ('error', 'timeout') for _, o in tried)}; kinds skipped: "
                  f"{sum(all(o['status'] == 'skipped' for o in k['outcomes']) for k in self.kinds.values())}"]
+        lines += self.of_tuning(trusted)
         judged = [o for _, o in tried if o.get("script_right")]
         if judged:
             lines.append(f"- where the script of bench/baseline.py is right within 3 %, resonid is not: "
                          f"{share([o for o in judged if o['worse_than_script']], judged)}")
         return lines
+
+    @staticmethod
+    def of_tuning(trusted):
+        tuned = [(k, o["tuned"]) for k, o in trusted if "tuned" in o]
+        if not tuned:
+            return []
+        proposed = [(k, t) for k, t in tuned if t["as"] in ("inside", "outside", "unstable")]
+        share = lambda part, whole: f"{len(part)} of {len(whole)} ({100.0 * len(part) / max(1, len(whole)):.1f} %)"
+        of = lambda kind, *what: ([t for k, t in proposed if k["class"] == kind and t["as"] in what], [t for k, t in proposed if k["class"] == kind])
+        off = sorted(t["beyond"] for _, t in proposed if t["as"] == "outside")
+        # Names and numbers differ from result to result; the reason stands behind them.
+        reasons = collections.Counter(re.sub(r"[\d.]+(e[-+]?\d+)?", "_", t["why"]) for _, t in tuned if t["as"] in ("refused", "failed"))
+        return [f"- PI controllers tuned for trusted results, on the true machine: proposed {share(proposed, tuned)}; of these stable "
+                f"{share([t for _, t in proposed if t['as'] != 'unstable'], proposed)}, inside both bounds "
+                + ", ".join(f"{share(*of(kind, 'inside'))} {kind}" for kind in ("conform", "beyond", "fault")),
+                f"- of those outside, beyond a bound by: " + (", ".join(f"{100.0 * (b - 1.0):.2g} %" for b in off) or "none"),
+                *[f"- not proposed, {n}x: {why}" for why, n in reasons.most_common()]]
 
     def poorly_covered(self):
         """Figures of a kind whose trusted 95 % intervals hold the truth so seldom that 90 % is out of the question (1e-3)."""
@@ -282,6 +331,8 @@ def main():
     parser.add_argument("--merge", nargs="+", metavar="FILE")
     parser.add_argument("--list", action="store_true")
     parser.add_argument("--no-baseline", dest="baseline", action="store_false")
+    parser.add_argument("--no-tune", dest="tune", action="store_false")
+    parser.add_argument("--tune-draws", type=int, default=2000, help="machines that a tuning counts its confidence on")
     parser.add_argument("--fail-beyond", type=float, default=math.inf, help="exit code 1 when a trusted figure is further off")
     options = parser.parse_args()
     options.program = str(pathlib.Path(options.program).resolve())
