@@ -44,8 +44,8 @@ enum class CNumber { in_double, in_float };
 [[nodiscard]] expected<std::string> to_structured_text(const ExportedController& design);
 
 /// LinuxCNC HAL: `pid`, and before it `biquad`s of type 0, alike in the paths of reference and velocity, so
-/// that the limit of `pid` is that of the torque; a position loop is a second `pid`, a summed position an
-/// `integ`. A set-point weight other than 1 and a schedule are refused.
+/// that the limit of `pid` is that of the torque; a set-point weight is FF0 = -kp (1 - b) on the command; a
+/// position loop is a second `pid`, a summed position an `integ`. A schedule is refused.
 [[nodiscard]] expected<std::string> to_hal(const ExportedController& design,
                                            const std::string& thread = "servo-thread");
 

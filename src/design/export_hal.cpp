@@ -29,7 +29,7 @@ net @name@-enable => @name@-pid.enable
 constexpr std::string_view kHalSettings = R"(setp @pid@.Pgain @kp@
 setp @pid@.Igain @ki@
 setp @pid@.Dgain 0
-setp @pid@.FF0 0
+setp @pid@.FF0 @weight@
 setp @pid@.FF1 @forward@
 setp @pid@.FF2 0
 @bias@setp @pid@.deadband 0
@@ -99,9 +99,6 @@ expected<void> check_hal(const ExportedController& design, const std::string& th
   if (!design.schedule.empty())
     return refuse("schedule", "must be empty: LinuxCNC's pid has one set of gains, and its torque would jump",
                   static_cast<double>(design.schedule.size()));
-  if (design.set_point_weight != 1.0)
-    return refuse("set_point_weight", "must be 1: LinuxCNC's pid knows the error only",
-                  design.set_point_weight);
   if (thread.empty() || thread.find_first_of(" \t\r\n#") != std::string::npos)
     return refuse("thread", "must be the name of a thread");
   constexpr std::size_t kLongestName = 21;  // "NAME-pid.error-previous-target" has at most 47 characters
@@ -118,12 +115,16 @@ expected<void> check_hal(const ExportedController& design, const std::string& th
 struct HalPid {
   std::string name;
   double kp = 0.0, ki = 0.0;
-  std::string bias, limit = "0", forward = "0";
+  double set_point_weight = 1.0;
+  std::string bias = {}, limit = "0", forward = "0";
 };
+/// pid knows kp (r - y); FF0 r takes away what the weight does: kp (r - y) - kp (1 - b) r = kp (b r - y).
 std::string settings_of(const HalPid& pid) {
+  const double off = pid.kp * (1.0 - pid.set_point_weight);
   return filled_in(kHalSettings, {{"pid", pid.name},
                                   {"kp", digits_17(pid.kp)},
                                   {"ki", digits_17(pid.ki)},
+                                  {"weight", off == 0.0 ? "0" : digits_17(-off)},
                                   {"forward", pid.forward},
                                   {"bias", pid.bias},
                                   {"limit", pid.limit}});
@@ -154,13 +155,14 @@ expected<std::string> to_hal(const ExportedController& design, const std::string
   values.emplace_back("sum", design.sums_velocity ? filled_in(kHalSum, values) : std::string());
   std::string text = filled_in(kHalHead, values);
   if (filtered) text += fmt::format("loadrt biquad names={},{}\n", reference.names, velocity.names);
-  HalPid inner{design.name + "-pid", design.controller.kp, design.controller.ki, {}, "0", "0"};
+  HalPid inner{design.name + "-pid", design.controller.kp, design.controller.ki, design.set_point_weight};
   inner.bias = cascaded ? fmt::format("net {0}-torque-feed-forward => {0}-pid.bias\n", design.name)
                         : "setp " + inner.name + ".bias 0\n";
   if (design.torque_limit) inner.limit = digits_17(*design.torque_limit);
   if (cascaded) {
-    const HalPid outer{
-        design.name + "-pos", design.kv, 0.0, "setp " + design.name + "-pos.bias 0\n", "0", "1"};
+    HalPid outer{design.name + "-pos", design.kv};
+    outer.bias = "setp " + outer.name + ".bias 0\n";
+    outer.forward = "1";
     text += "\n" + filled_in(kHalOuter, values) + settings_of(outer) +
             fmt::format("net {0}-reference <= {0}-pos.output\n", design.name);
   }

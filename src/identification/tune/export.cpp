@@ -49,7 +49,6 @@ expected<std::string> exported(const Tuning& tuning, ExportFormat format, const 
     case ExportFormat::structured_text:
       return design::to_structured_text(design);
     case ExportFormat::hal:
-      // LinuxCNC's pid knows the error only: the weight of the set-point is left to the trajectory.
       return design::to_hal(design, names.thread);
     default:
       return design::to_c(design, design::CNumber::in_double);

@@ -4,6 +4,8 @@
 
 #include <gtest/gtest.h>
 
+#include <map>
+
 #include "exported_runs.hpp"
 
 namespace resonid::design {
@@ -131,20 +133,99 @@ class HalExport : public test::ExportedRuns {
   }
 };
 
+/// Filters as LinuxCNC's biquads of type 0 by the coefficients of a text, one after the other.
+class HalFilters {
+ public:
+  HalFilters(const std::map<std::string, double>& settings, const std::string& prefix) {
+    for (int i = 1; settings.count(prefix + std::to_string(i) + ".n0") != 0; ++i) {
+      const auto value = [&](const char* pin) { return settings.at(prefix + std::to_string(i) + "." + pin); };
+      filters_.push_back({value("n0"), value("n1"), value("n2"), value("d1"), value("d2")});
+    }
+  }
+  [[nodiscard]] std::size_t size() const { return filters_.size(); }
+  double step(double x) {
+    for (Filter& f : filters_) {
+      const double out = f.n0 * x + f.s1;
+      f.s1 = f.n1 * x - f.d1 * out + f.s2;
+      f.s2 = f.n2 * x - f.d2 * out;
+      x = out;
+    }
+    return x;
+  }
+
+ private:
+  struct Filter {
+    double n0, n1, n2, d1, d2, s1 = 0.0, s2 = 0.0;
+  };
+  std::vector<Filter> filters_;
+};
+
+std::map<std::string, double> settings_in(const std::string& text) {
+  std::map<std::string, double> settings;
+  std::istringstream lines(text);
+  std::string word, pin;
+  for (std::string line; std::getline(lines, line);) {
+    std::istringstream words(line);
+    double value = 0.0;
+    if (words >> word >> pin >> value && word == "setp") settings[pin] = value;
+  }
+  return settings;
+}
+
+/// What the settings of a text mean by the manual page pid(9): the output is bias + Pgain error + Igain times
+/// the summed error + FF0 command, each gain multiplying its own.
+std::vector<double> meant_by(const std::string& text, const ExportedController& exported) {
+  const auto settings = settings_in(text);
+  const auto pid = [&](const char* pin) { return settings.at(exported.name + "-pid." + pin); };
+  HalFilters reference(settings, exported.name + "-r"), velocity(settings, exported.name + "-v");
+  EXPECT_EQ(reference.size(), exported.controller.biquads.size());
+  EXPECT_EQ(velocity.size(), exported.controller.biquads.size());
+  for (const char* unused : {"Dgain", "FF1", "FF2", "deadband", "maxerror", "maxerrorI", "maxoutput", "bias"})
+    EXPECT_EQ(pid(unused), 0.0) << unused;
+  std::vector<double> torque;
+  double sum = 0.0;
+  for (const auto& sample : exported_samples()) {
+    const double command = reference.step(sample.reference);
+    const double error = command - velocity.step(sample.velocity);
+    sum += exported.sample_time_s * error;
+    torque.push_back(pid("Pgain") * error + pid("Igain") * sum + pid("FF0") * command);
+  }
+  return torque;
+}
+
+TEST_F(HalExport, MeansTheDesignByItsSettings) {
+  std::size_t weighted = 0;
+  for (ExportedController exported : exported_variants()) {
+    SCOPED_TRACE(exported.name + " " + std::to_string(exported.set_point_weight));
+    exported.torque_limit.reset();
+    const auto text = to_hal(exported);
+    ASSERT_TRUE(text) << text.error().requirement;
+    expect_alike(meant_by(*text, exported), simulated(exported, exported_samples()), 1e-12);
+    weighted += exported.set_point_weight != 1.0 ? 1 : 0;
+  }
+  EXPECT_EQ(weighted, 2U);
+  EXPECT_NE(to_hal(exported_controller())->find("velocity_controller-pid.FF0 0\n"), std::string::npos);
+}
+
 /// What LinuxCNC's pid does at its limit, behind filters of the error: the sum stops one period later than it
 /// could.
 std::vector<double> simulated_hal(const ExportedController& exported) {
   const double step = exported.sample_time_s, limit = *exported.torque_limit;
   const auto filters = states_of(FilteredPi{1.0, 0.0, exported.controller.biquads}, step);
-  Eigen::VectorXd x = Eigen::VectorXd::Zero(filters.a.rows());
+  Eigen::VectorXd of_reference = Eigen::VectorXd::Zero(filters.a.rows()), of_velocity = of_reference;
+  const auto filtered = [&](Eigen::VectorXd& x, double value) {
+    const double out = filters.c * x + filters.d * value;
+    x = (filters.a * x + filters.b * value).eval();
+    return out;
+  };
   std::vector<double> torque;
   double sum = 0.0, at_limit = 0.0;
   for (const auto& sample : exported_samples()) {
-    const double difference = sample.reference - sample.velocity;
-    const double error = filters.c * x + filters.d * difference;
-    x = (filters.a * x + filters.b * difference).eval();
+    const double reference = filtered(of_reference, sample.reference);
+    const double velocity = filtered(of_velocity, sample.velocity), error = reference - velocity;
     if (error * at_limit <= 0.0) sum += step * error;
-    const double u = exported.controller.kp * error + exported.controller.ki * sum;
+    const double u = exported.controller.kp * (exported.set_point_weight * reference - velocity) +
+                     exported.controller.ki * sum;
     at_limit = u > limit ? 1.0 : u < -limit ? -1.0 : 0.0;
     torque.push_back(std::clamp(u, -limit, limit));
   }
@@ -154,7 +235,7 @@ std::vector<double> simulated_hal(const ExportedController& exported) {
 /// The sampler says six decimals.
 TEST_F(HalExport, IsTheDesignInLinuxCnc) {
   for (ExportedController exported : exported_variants()) {
-    if (exported.set_point_weight != 1.0) continue;
+    SCOPED_TRACE(std::to_string(exported.set_point_weight));
     exported.name = "axis_velocity_control";  // as long as a name may be
     const auto torque = run(exported);
     if (!torque) GTEST_SKIP() << read("said");
@@ -167,6 +248,7 @@ TEST_F(HalExport, IsTheDesignInLinuxCnc) {
 TEST_F(HalExport, RefusesWhatPidDoesNotKnow) {
   ExportedController exported = exported_controller();
   exported.set_point_weight = 0.5;
+  exported.kv = 3.0;
   EXPECT_EQ(to_hal(exported).error().field, "set_point_weight");
   exported = exported_controller();
   exported.name += "_of_x";
