@@ -5,13 +5,13 @@
 #include <cmath>
 #include <reproduce/reproduction.hpp>
 #include <resonid/base/constants.hpp>
-#include <resonid/diagnostics/margins.hpp>
 #include <resonid/fit/black_box.hpp>
 #include <resonid/fit/output_error.hpp>
 #include <resonid/fit/response_fit.hpp>
 #include <resonid/io/shipped_experiments.hpp>
 #include <resonid/response/welch.hpp>
 
+#include "reproduce/i_design.hpp"
 #include "reproduce/runs.hpp"
 #include "reproduce/spread.hpp"
 
@@ -112,9 +112,11 @@ report::ComparisonTable table_of(std::string title, const Errors& e) {
   return table;
 }
 
-struct Identified {
+struct Found {
   Section section;
   Spread published, physical;  ///< Error of the response.
+  fit::DriveModel machine;
+  i::Identified models;
 };
 
 report::Chart bode(const Estimates& e, const plant::Truth& truth, const std::vector<double>& grid) {
@@ -137,10 +139,10 @@ report::Chart bode(const Estimates& e, const plant::Truth& truth, const std::vec
   return chart;
 }
 
-Identified identified(std::size_t seeds, const std::function<void(double)>& progress) {
+Found identified(std::size_t seeds, const std::function<void(double)>& progress) {
   const auto grid = grid_hz(kLow_hz, kHigh_hz, 0.5);
   Errors published, indirect, physical;
-  Identified result;
+  Found result;
   auto& section = result.section;
   section.title = "Identified models";
   section.text = {
@@ -157,7 +159,13 @@ Identified identified(std::size_t seeds, const std::function<void(double)>& prog
           mode_hz(fit->model.zeros(), step), fit->fit_percent);
     add(physical, e.physical.model.values(grid), run.truth, e.physical.model.resonance().value,
         e.physical.model.antiresonance().value, e.physical.fit_percent);
-    if (seed == 1) section.charts.push_back(bode(e, run.truth, grid));
+    result.models.published.push_back(
+        i::read_as_two_masses(e.published.model.response(grid), step, run.truth.delay_s));
+    result.models.physical.push_back(e.physical.model);
+    if (seed == 1) {
+      section.charts.push_back(bode(e, run.truth, grid));
+      result.machine = i::machine_of(run.truth, step);
+    }
     progress(static_cast<double>(seed) / static_cast<double>(seeds));
   }
   section.tables = {table_of("Output error of order 3, direct, as published", published),
@@ -166,75 +174,6 @@ Identified identified(std::size_t seeds, const std::function<void(double)>& prog
   result.published = spread(published.response);
   result.physical = spread(physical.response);
   return result;
-}
-
-// --- The controller that follows from the model ---------------------------------------------------------
-
-/// Largest gain of the PI whose loop keeps |1 + L| >= 0.6, its integral time kept.
-double designed_gain(const Values& machine, const std::vector<double>& grid, const plant::Truth& truth,
-                     double integral_time_s, double sample_time_s) {
-  const auto margin = [&](double gain) {
-    const auto controller = data::pi_controller(gain, integral_time_s, sample_time_s);
-    data::FrequencyResponse loop;
-    loop.frequency_hz = grid;
-    for (std::size_t i = 0; i < grid.size(); ++i)
-      loop.value.push_back(machine[i] * controller.response(grid[i]) *
-                           std::polar(1.0, -kTwoPi * grid[i] * truth.delay_s));
-    return diagnostics::loop_margins(loop).modulus_margin;
-  };
-  constexpr double kModulusMargin = 0.6;
-  double low = 0.01, high = 20.0;
-  for (int i = 0; i < 60; ++i) {
-    const double middle = std::sqrt(low * high);
-    (margin(middle) >= kModulusMargin ? low : high) = middle;
-  }
-  return low;
-}
-
-/// The source's reference model: its parameters off by what the source allows them.
-Values reference_model(const plant::Truth& truth, const std::vector<double>& grid, double sample_time_s) {
-  fit::DriveModel model;
-  model.sample_time_s = sample_time_s;
-  static_cast<data::TwoMassParameters&>(model.parameters) = truth.two_mass.value();
-  model.parameters.stiffness *= 0.95;
-  model.parameters.damping *= 1.20;
-  model.parameters.driven_inertia *= 1.15;
-  model.parameters.load_inertia *= 1.15;
-  return model.values(grid);
-}
-
-Section design(std::size_t seeds) {
-  const auto config = io::shipped_experiment("i_prbs");
-  auto grid = grid_hz(0.2, 240.0, 0.1);
-  const double step = 1.0 / config.run.sample_rate_hz;
-  const auto truth = run_of(1, grid).truth;
-  const auto gain = [&](const Values& machine) {
-    return designed_gain(machine, grid, truth, config.controller.integral_time_s, step);
-  };
-  const double best = gain(truth.response.value);
-  std::vector<double> published, physical;
-  for (std::size_t seed = 1; seed <= seeds; ++seed) {
-    const auto e = estimate(run_of(seed));
-    published.push_back(100.0 * (gain(e.published.model.response(grid).value) / best - 1.0));
-    physical.push_back(100.0 * (gain(e.physical.model.values(grid)) / best - 1.0));
-  }
-  Section section;
-  section.title = "What the model is for: a controller";
-  section.text = {
-      "Publication I designs a cascade from the identified model and holds it against the design from the "
-      "reference model. Taken here for that comparison: the largest gain of the velocity controller, its "
-      "integral time kept, at which the loop with its delay comes no nearer to -1 than 0.6; the reference "
-      "model "
-      "has 5 % less stiffness, 20 % more damping and 15 % more inertia than the machine, the bands that the "
-      "source gives its own."};
-  report::ComparisonTable table{"Gain designed with each model, against the one that the machine allows", {}};
-  table.rows = {
-      row("the machine itself", "Nms/rad", best),
-      row("reference model", "%", 100.0 * (gain(reference_model(truth, grid, step)) / best - 1.0), 0.0),
-      row("output error of order 3, direct, as published", "%", spread(published), 0.0),
-      row("the machine's own parameters", "%", spread(physical), 0.0)};
-  section.tables = {std::move(table)};
-  return section;
 }
 
 }  // namespace
@@ -260,7 +199,7 @@ report::Document publication_i(const Options& options) {
           "{:.2f} %.",
           found.physical.mean),
       "Publication I is not reprinted in the source, and there are no published figures to hold against."};
-  document.sections = {std::move(found.section), design(options.seeds)};
+  document.sections = {std::move(found.section), i::design_section(found.machine, found.models)};
   document.discrepancies = {
       {"The whole publication", "not reprinted; a mass-flow model of its own",
        "system 2 of table 2.1 with the controller, delay and rate of Publication VI; experiments/i_prbs.toml",
