@@ -10,6 +10,7 @@
 #include <resonid/base/error_text.hpp>
 #include <resonid/identification/detail/tune_check.hpp>
 #include <resonid/identification/detail/tune_export.hpp>
+#include <resonid/identification/detail/tune_rows.hpp>
 #include <resonid/identification/detail/tune_simulation.hpp>
 #include <resonid/identification/identify.hpp>
 #include <resonid/identification/tune.hpp>
@@ -32,6 +33,7 @@
 #include "result_file.hpp"
 #include "result_words.hpp"
 #include "terminal.hpp"
+#include "track_rows.hpp"
 #include "verbs.hpp"
 
 namespace resonid::cli {
@@ -88,17 +90,50 @@ double stored_scale(const identification::Result& result, std::string_view name)
   return scale.value_or(1.0);
 }
 
-void read_positions(TuneVerb& o) {
-  if (!o.schedule) return;
-  const std::string& text = *o.schedule;
+/// Numbers with commas between them, or nothing.
+std::optional<std::vector<double>> positions_in(const std::string& text) {
+  std::vector<double> positions;
   for (std::size_t from = 0; from <= text.size();) {
     const std::size_t to = std::min(text.find(',', from), text.size());
     const auto position = io::parse_number(text.substr(from, to - from));
-    if (!position)
-      throw UsageError(fmt::format("--schedule: found '{}', required POSITION,POSITION,...", text));
-    o.options.positions.push_back(*position);
+    if (!position) return std::nullopt;
+    positions.push_back(*position);
     from = to + 1;
   }
+  return positions;
+}
+
+/// Where --schedule is no list of positions.
+std::optional<std::string> rows_file(const TuneVerb& o) {
+  if (!o.schedule || positions_in(*o.schedule)) return std::nullopt;
+  return o.schedule;
+}
+
+/// A result for each position that gains are scheduled over: those given, or one along the rows of a track.
+void read_schedule(TuneVerb& o, std::vector<identification::Result>& results) {
+  if (!o.schedule) return;
+  const auto file = rows_file(o);
+  if (!file) {
+    o.options.positions = *positions_in(*o.schedule);
+    return;
+  }
+  if (results.size() != 1)
+    throw UsageError(
+        fmt::format("--schedule: '{}': found {} RESULTs, required one, whose parameters the rows "
+                    "follow; or a list of positions",
+                    *file, results.size()));
+  auto over = identification::results_over_position(results.front(), read_track_rows(*file, "--schedule"));
+  if (!over) throw InputError(fmt::format("--schedule: '{}': {}", *file, message_of(over.error())));
+  o.options.positions = std::move(over->positions);
+  results = std::move(over->results);
+}
+
+/// What is read.
+std::vector<std::string> input_files(const TuneVerb& o) {
+  auto files = o.results;
+  if (const auto rows = rows_file(o)) files.push_back(*rows);
+  if (!o.check.record.empty()) files.push_back(o.check.record);
+  return files;
 }
 
 std::string brief_of(const identification::Tuning& tuning) {
@@ -136,21 +171,54 @@ void check_record(CLI::App& verb, TuneVerb& o, identification::Tuning& tuning,
   if (!done) throw UsageError(in_options(done.error()));
 }
 
+/// All texts before the first is written.
+void write(const TuneVerb& o, const std::vector<Export>& exports, const std::vector<std::string>& inputs,
+           bool quiet, identification::Tuning& tuning) {
+  put_in_options(tuning);
+  std::vector<std::string> texts;
+  for (const auto& e : exports) {
+    auto text = e.format == identification::ExportFormat::json
+                    ? expected<std::string>(report::controller_json(tuning.proposed()).dump(2) + "\n")
+                    : identification::exported(tuning, e.format, o.names);
+    if (!text) throw UsageError(fmt::format("--export {}: {}", name_of(e.format), message_of(text.error())));
+    texts.push_back(std::move(*text));
+  }
+  const auto provenance = provenance_of_files(inputs);
+  for (std::size_t i = 0; i < exports.size(); ++i) write_output(exports[i].file, texts[i]);
+  if (!o.report.empty()) {
+    auto page = report::document(tuning);
+    page.provenance = provenance;
+    put_in_options(page.summary);
+    write_output(o.report, report::document_page(page));
+  }
+  if (!o.json.empty()) {
+    auto json = report::to_json(tuning);
+    report::put_provenance(json, provenance);
+    write_json(o.json, json);
+  }
+  if (!quiet) {
+    print_summary(in_options(output_settings().brief ? brief_of(tuning) : report::summary_text(tuning)));
+    if (!o.report.empty()) print(fmt::format("Report written to {}\n", o.report));
+    for (const auto& e : exports) print(fmt::format("{} written to {}\n", name_of(e.format), e.file));
+  }
+}
+
 void run_tune(CLI::App& verb, TuneVerb& o) {
   const auto exports = exports_of(o);
   std::vector<std::pair<std::string_view, std::string_view>> outputs = {{"--report", o.report},
                                                                         {"--json", o.json}};
   for (const auto& e : exports) outputs.emplace_back("--export", e.file);
   const bool quiet = no_summary(outputs);
-  refuse_shared_files({o.results.begin(), o.results.end()}, outputs);
+  const auto inputs = input_files(o);
+  refuse_shared_files({inputs.begin(), inputs.end()}, outputs);
   for (const auto& [option, file] : outputs) refuse_unwritable({file});
   o.options.biquads = o.biquads;
   o.options.draws = o.draws;
-  read_positions(o);
   Progress progress;
   std::vector<identification::Result> results;
   for (const auto& file : o.results) results.push_back(read_result(file));
   inherit(verb, results.front().options, o.results.front());
+  read_schedule(o, results);
   const double sample_time_s = 1.0 / results.front().record.sample_rate_hz;
   if (o.evaluate) o.options.evaluate = controller_of("--evaluate", *o.evaluate, sample_time_s);
   if (o.controller) o.options.running = controller_of("--controller", *o.controller, sample_time_s);
@@ -171,35 +239,7 @@ void run_tune(CLI::App& verb, TuneVerb& o) {
     progress.stage("checking on " + o.check.record);
     check_record(verb, o, *tuning, results.front());
   }
-  put_in_options(*tuning);
-  std::vector<std::string> texts;  // all of them before the first is written
-  for (const auto& e : exports) {
-    auto text = e.format == identification::ExportFormat::json
-                    ? expected<std::string>(report::controller_json(tuning->proposed()).dump(2) + "\n")
-                    : identification::exported(*tuning, e.format, o.names);
-    if (!text) throw UsageError(fmt::format("--export {}: {}", name_of(e.format), message_of(text.error())));
-    texts.push_back(std::move(*text));
-  }
-  auto files = o.results;
-  if (!o.check.record.empty()) files.push_back(o.check.record);
-  const auto provenance = provenance_of_files(files);
-  for (std::size_t i = 0; i < exports.size(); ++i) write_output(exports[i].file, texts[i]);
-  if (!o.report.empty()) {
-    auto page = report::document(*tuning);
-    page.provenance = provenance;
-    put_in_options(page.summary);
-    write_output(o.report, report::document_page(page));
-  }
-  if (!o.json.empty()) {
-    auto json = report::to_json(*tuning);
-    report::put_provenance(json, provenance);
-    write_json(o.json, json);
-  }
-  if (!quiet) {
-    print_summary(in_options(output_settings().brief ? brief_of(*tuning) : report::summary_text(*tuning)));
-    if (!o.report.empty()) print(fmt::format("Report written to {}\n", o.report));
-    for (const auto& e : exports) print(fmt::format("{} written to {}\n", name_of(e.format), e.file));
-  }
+  write(o, exports, inputs, quiet, *tuning);
   if (o.require_trusted && !tuning->trusted)
     throw NotTrustedError("the controller is not sure to work; the findings say why");
 }
@@ -243,10 +283,11 @@ void add_tune(CLI::App& app) {
       "  resonid tune result.json --structure pi --ms 1.6 --load-peak 1.5 --export st:controller.st\n"
       "  resonid tune result.json --evaluate pi:2,0.1\n"
       "  resonid tune result.json --evaluate controller.json --check after.csv\n"
+      "  resonid tune result.json --schedule rows.csv --export c:controller.h\n"
       "RESULT.json is what 'resonid identify ... --json FILE' writes; of several one controller suits all "
-      "machines, or with --schedule gains over their positions. Controller, units and scales are those that "
-      "the "
-      "result stores unless given. A controller that is exported is in SI units, as the result is.");
+      "machines, or with --schedule gains over their positions; of one, with the rows of a track, gains over "
+      "the positions of these. Controller, units and scales are those that the result stores unless given. A "
+      "controller that is exported is in SI units, as the result is.");
   const auto o = std::make_shared<TuneVerb>();
   verb->add_option("RESULT", o->results, "results of identify --json")
       ->required()
@@ -256,7 +297,9 @@ void add_tune(CLI::App& app) {
   add_text(*verb, "--controller", o->controller,
            "the controller that ran, to compare with: pi:KP,TI or a JSON file", "SPEC");
   add_text(*verb, "--evaluate", o->evaluate, "judge this controller in place of designing one", "SPEC");
-  add_text(*verb, "--schedule", o->schedule, "positions of the results: gains over position", "POSITION,...");
+  add_text(*verb, "--schedule", o->schedule,
+           "gains over position: positions of the results, or rows of 'resonid track --out FILE'",
+           "POSITION,...|FILE");
   verb->add_flag("--shaper", o->options.shaper, "also choose an input shaper for the loop");
   add_number(*verb, "--shaper-limit", o->options.shaper_limit, "PART",
              "residual vibration that it may leave");
