@@ -177,7 +177,7 @@ class Simulator {
     run.reference = record.reference.samples;
     for (std::size_t k = 0; k < record.samples(); ++k)
       run.time_s.push_back(static_cast<double>(k) / record.sample_rate_hz);
-    put_figures(c, what, run);
+    put_figures(c, what, record.output.samples, run);
     t_.simulated.push_back(std::move(run));
     return {};
   }
@@ -188,7 +188,8 @@ class Simulator {
       run.figures.push_back({name, figure->unit, figure->value * times, simulated});
   }
 
-  void put_figures(const TunedController& c, const std::string& what, SimulatedRun& run) const {
+  void put_figures(const TunedController& c, const std::string& what, const std::vector<double>& motor,
+                   SimulatedRun& run) const {
     const double peak = std::abs(*std::max_element(
         run.torque.begin(), run.torque.end(), [](double a, double b) { return std::abs(a) < std::abs(b); }));
     const double step = t_.options.reference_step;
@@ -203,10 +204,12 @@ class Simulator {
       put(run, c, "reference_settling_s", std::max(0.0, settled - begin));
       put(run, c, "reference_peak_torque", peak);
     } else if (what.starts_with("load")) {
-      // Of a cascade the position counts, which leaves the course and comes back.
-      const double before = run.velocity[1];
+      // Of a cascade the motor's position counts, which leaves the course and comes back; the load stands off
+      // by torque over stiffness.
+      const auto& moved = c.position_gain ? motor : run.velocity;
+      const double before = moved[1];
       double largest = 0.0, sum = 0.0, position = 0.0;
-      for (const double v : run.velocity) {
+      for (const double v : moved) {
         position += t_.sample_time_s * (before - v);
         const double away = c.position_gain ? position : before - v;
         largest = std::max(largest, away);
