@@ -19,6 +19,7 @@
 #include <resonid/report/json.hpp>
 
 #include "errors.hpp"
+#include "experiment_source.hpp"
 #include "options.hpp"
 #include "output.hpp"
 #include "progress.hpp"
@@ -40,30 +41,6 @@ struct SimulateOptions {
   bool list = false;
   bool schema = false;
 };
-
-/// An experiment file, from disk or built in.
-struct Source {
-  std::string name;  ///< In messages.
-  std::string text;
-};
-
-/// The file of that name; where there is none, the shipped experiment of that name.
-Source source_of(const std::string& experiment) {
-  std::error_code ignored;
-  std::vector<std::string> names;
-  for (const auto& shipped : io::shipped_experiments()) {
-    if (shipped.name == experiment && !std::filesystem::exists(experiment, ignored))
-      return {experiment, std::string(shipped.text)};
-    names.emplace_back(shipped.name);
-  }
-  auto text = io::read_experiment_text(experiment);
-  if (text) return {experiment, std::move(*text)};
-  const bool name = experiment.find_first_of("/.") == std::string::npos;
-  throw InputError(message_of(text.error()) +
-                   (name ? ", and no shipped experiment has that name" + io::suggestion(experiment, names) +
-                               "; 'resonid simulate --list' shows them"
-                         : std::string()));
-}
 
 /// The comment that a file begins with, up to the line that ends a sentence.
 std::string about(std::string_view text) {
@@ -212,7 +189,7 @@ plant::Simulation simulated(const CLI::App& verb, const SimulateOptions& o) {
   const bool shorter = verb.get_option("--duration")->count() > 0;
   if (shorter && !(o.duration_s > 0.0))
     throw UsageError(fmt::format("--duration: found {:g} s, required > 0", o.duration_s));
-  const Source source = source_of(o.experiment);
+  const ExperimentSource source = experiment_source(o.experiment);
   auto config =
       io::parse_experiment(source.text, source.name, shorter ? std::optional(o.duration_s) : std::nullopt);
   if (!config) throw InputError(message_of(config.error()));

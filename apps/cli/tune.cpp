@@ -22,6 +22,7 @@
 
 #include "brief.hpp"
 #include "errors.hpp"
+#include "experiment_source.hpp"
 #include "help.hpp"
 #include "inherit.hpp"
 #include "option_names.hpp"
@@ -145,9 +146,8 @@ void simulate(TuneVerb& o, identification::Tuning& tuning,
               const std::vector<identification::Result>& results) {
   expected<void, Error> done;
   if (o.experiment) {
-    const auto text = io::read_experiment_text(*o.experiment);
-    if (!text) throw InputError("--simulate: " + message_of(text.error()));
-    const auto config = io::parse_experiment(*text, *o.experiment);
+    const auto source = experiment_source(*o.experiment);
+    const auto config = io::parse_experiment(source.text, source.name);
     if (!config) throw InputError("--simulate: " + message_of(config.error()));
     done = identification::simulate_on(tuning, *config);
   } else {
@@ -304,8 +304,9 @@ void add_tune(CLI::App& app) {
   add_number(*verb, "--shaper-limit", o->options.shaper_limit, "PART",
              "residual vibration that it may leave");
   add_text(*verb, "--simulate", o->experiment,
-           "show the controller on the drive of this experiment; default: on the model, with its friction",
-           "EXPERIMENT.toml");
+           "show the controller on the drive of this experiment (a file, or the name of a shipped one); "
+           "default: on the model, with its friction",
+           "EXPERIMENT");
   verb->add_option("--check", o->check.record,
                    "a recording under the controller that is judged (--evaluate) or was designed, with an "
                    "excitation: is the loop as promised?")
