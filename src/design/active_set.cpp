@@ -17,6 +17,11 @@ void ActiveSet::scale_to(double radius) {
   radius_ = radius;
 }
 
+void ActiveSet::add(const Eigen::VectorXd& u) {
+  worst_.push_back(u);
+  machines_.add(Machine(posterior_.at(u)));
+}
+
 std::optional<RobustDesign> ActiveSet::gains(std::span<const Biquad> biquads) {
   constexpr int kRounds = 12;
   for (int round = 0; round < kRounds; ++round) {
@@ -39,8 +44,7 @@ bool ActiveSet::look_for_worst(RobustDesign& design) {
     worst.peak.bound = *bound_of(bounds_, transfer);
     if (worst.peak.value > (1.0 + kMet) * worst.peak.bound) {
       met = false;
-      worst_.push_back(worst.u);
-      machines_.add(Machine(posterior_.at(worst.u)));
+      add(worst.u);
     }
     design.worst.push_back(std::move(worst));
   }

@@ -20,6 +20,8 @@ class ActiveSet {
   [[nodiscard]] std::optional<RobustDesign> gains(std::span<const Biquad> biquads);
   [[nodiscard]] Machines& machines() { return machines_; }
   [[nodiscard]] double radius() const { return radius_; }
+  /// A machine that a climb has missed.
+  void add(const Eigen::VectorXd& u);
   /// The same machines, nearer or farther.
   void scale_to(double radius);
 

@@ -69,7 +69,10 @@ class ConfidentSearch {
     auto best = active_.gains(biquads_);
     // Where the gains collapse, the filter that suited another radius is to blame.
     constexpr double kCollapsed = 1.1;
-    if (searches == 0 && (!best || iae_of(*best) > kCollapsed * last_iae_)) searches = 1;
+    if (searches == 0 && collapses_ < kMostCollapses && (!best || iae_of(*best) > kCollapsed * last_iae_)) {
+      ++collapses_;
+      searches = 1;
+    }
     for (int i = 0; i < searches && !biquads_.empty(); ++i) {
       const auto found = search_filters_again(active_.machines(), bounds_, biquads_);
       if (!found) break;
@@ -82,13 +85,20 @@ class ConfidentSearch {
     return best;
   }
 
-  /// By the whole ellipsoid.
+  /// By the whole ellipsoid. A draw inside that exceeds a bound was missed by the climbs, and joins.
   std::optional<ConfidentDesign> of_ellipsoid(int searches) {
+    constexpr int kRounds = 10;
     auto design = design_at(ellipsoid_radius(confidence_.probability, posterior_.dimension()), searches);
-    if (!design) return std::nullopt;
-    auto check = checked(*design, confidence_.draws);
-    return is_stable_inside(*design, check) ? std::optional(told(*std::move(design), std::move(check)))
-                                            : std::nullopt;
+    for (int round = 0; design && round < kRounds; ++round) {
+      auto check = checked(*design, confidence_.draws);
+      const bool missed =
+          check.nearest_exceeding.size() > 0 && check.nearest_exceeding.norm() <= design->radius;
+      if (!missed && is_stable_inside(*design, check)) return told(*std::move(design), std::move(check));
+      if (!missed) return std::nullopt;
+      active_.add(check.nearest_exceeding);
+      design = active_.gains(biquads_);
+    }
+    return std::nullopt;
   }
 
   /// The least radius that gives the probability: few draws bring it near, all of them decide.
@@ -182,6 +192,8 @@ class ConfidentSearch {
   Machine nominal_;
   ActiveSet active_;
   std::vector<Biquad> biquads_;
+  static constexpr int kMostCollapses = 3;
+  int collapses_ = 0;
   double last_iae_ = std::numeric_limits<double>::infinity();
 };
 
@@ -201,7 +213,9 @@ std::optional<ConfidentDesign> confident_design(const Posterior& posterior, cons
   ConfidentSearch search(posterior, bounds, confidence);
   if (how.biquads > 0 && (!search.bound_controller() || !search.search_nominal_filters(how)))
     return std::nullopt;
-  return confidence.guarantee == Guarantee::ellipsoid ? search.of_ellipsoid(2) : search.of_probability(1);
+  // Without a variance there is nothing to adjust.
+  const bool whole = confidence.guarantee == Guarantee::ellipsoid || posterior.dimension() == 0;
+  return whole ? search.of_ellipsoid(2) : search.of_probability(1);
 }
 
 }  // namespace resonid::design

@@ -99,6 +99,8 @@ WorstCase worst_case(const Posterior& posterior, const LinearController& control
 
 MonteCarlo monte_carlo(const Posterior& posterior, const LinearController& controller, const Bounds& bounds,
                        std::size_t draws, std::uint64_t seed, double radius) {
+  constexpr double kMet = 1.0 + 1e-8;      // what exact gains leave between lines
+  constexpr double kClearly = 1.0 + 2e-3;  // more than an active set leaves
   StandardNormal normal(seed);
   std::vector<Eigen::VectorXd> points;
   for (std::size_t i = 0; i < draws; ++i) points.push_back(normal.next(posterior.dimension()));
@@ -117,7 +119,7 @@ MonteCarlo monte_carlo(const Posterior& posterior, const LinearController& contr
       bool exceeds = false;
       for (std::size_t t = 0; t < transfers.size(); ++t) {
         values[i][static_cast<std::size_t>(transfers[t])] = peaks[t].value;
-        exceeds = exceeds || peaks[t].value > *bound_of(bounds, transfers[t]);
+        exceeds = exceeds || peaks[t].value > kMet * *bound_of(bounds, transfers[t]);
       }
       // Within the bounds no pole can have crossed the circle on the way from the nominal machine.
       if (exceeds) unstable[i] = !closed_loop(drawn, controller.states()).is_stable();
@@ -129,13 +131,18 @@ MonteCarlo monte_carlo(const Posterior& posterior, const LinearController& contr
   found.quantile_95.assign(kTransfers.size(), 0.0);
   found.worst.assign(kTransfers.size(), 0.0);
   std::vector<char> exceeds(draws, 0);
+  const auto keep_nearest = [&](const Eigen::VectorXd& u) {
+    if (found.nearest_exceeding.size() == 0 || u.norm() < found.nearest_exceeding.norm())
+      found.nearest_exceeding = u;
+  };
   for (const Transfer transfer : transfers) {
     const auto t = static_cast<std::size_t>(transfer);
     std::vector<double> column(draws);
     for (std::size_t i = 0; i < draws; ++i) {
       column[i] = values[i][t];
-      if (column[i] > *bound_of(bounds, transfer)) {
+      if (column[i] > kMet * *bound_of(bounds, transfer)) {
         exceeds[i] = 1;
+        if (column[i] > kClearly * *bound_of(bounds, transfer)) keep_nearest(points[i]);
         ++found.exceeding_each[t];
       }
     }

@@ -37,6 +37,9 @@ struct MonteCarlo {
   std::vector<double> quantile_95, worst;   ///< [kTransfers], of those that are bounded; else 0
   /// The least distance from the nominal machine of a draw that is unstable, in standard deviations.
   std::optional<double> nearest_unstable;
+  /// The draw that exceeds a bound by more than two thousandths and is nearest to the nominal machine; empty:
+  /// none.
+  Eigen::VectorXd nearest_exceeding;
 
   [[nodiscard]] double probability() const {
     return draws == 0 ? 0.0 : static_cast<double>(exceeding) / static_cast<double>(draws);

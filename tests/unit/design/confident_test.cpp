@@ -136,6 +136,36 @@ TEST(ConfidentDesign, CountsTheAxesOfTheEllipsoid) {
   EXPECT_NEAR(found->design.radius, 2.500277710809, 1e-9);
 }
 
+/// That of the one machine, which meets its bounds to the last digit.
+TEST(ConfidentDesign, IsTheExactOneWhereNothingIsUncertain) {
+  const auto golden = test::golden_json("e_tune_robust.json").at("cases")[0];
+  const Posterior certain(test::golden_posterior(golden).nominal(), {fit::kDelay},
+                          Eigen::MatrixXd::Zero(1, 1));
+  EXPECT_EQ(certain.dimension(), 0);
+  const auto found = confident_design(certain, {.biquads = 0}, test::calm(), {.draws = 100});
+  ASSERT_TRUE(found);
+  const double ki = golden.at("nominal").at("ki");
+  EXPECT_NEAR(found->design.controller.ki, ki, 1e-6 * ki);
+  EXPECT_EQ(found->check.exceeding, 0U);
+}
+
+/// A delay that is known to 10 ms of 4: the worst machine stands inside the interval, where no climb from its
+/// ends arrives. Draws tell.
+TEST(ConfidentDesign, LeavesNoDrawOfTheEllipsoidOutside) {
+  const auto golden = test::golden_json("e_tune_robust.json").at("cases")[0];
+  const Posterior late(test::golden_posterior(golden).nominal(), {fit::kDelay},
+                       Eigen::MatrixXd::Constant(1, 1, 1e-4));
+  const auto found = confident_design(late, {}, test::calm(), {.guarantee = Guarantee::ellipsoid});
+  ASSERT_TRUE(found);
+  EXPECT_LT(found->check.probability(), 0.05);
+  for (double u = -1.0; u <= 1.0; u += 0.01) {
+    const Machine machine(late.at(Eigen::VectorXd::Constant(1, u * found->design.radius)));
+    const auto figures = figures_of(machine, found->design.controller);
+    EXPECT_TRUE(figures.stable) << u;
+    EXPECT_LT(figures.peak(Transfer::sensitivity).value, 1.4 * 1.01) << u;
+  }
+}
+
 TEST(ConfidentDesign, FindsNothingWhereNoGainMeetsTheBounds) {
   const LargeLoad r5;
   Bounds none = r5.bounds;
