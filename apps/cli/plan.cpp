@@ -16,6 +16,7 @@
 #include "brief.hpp"
 #include "errors.hpp"
 #include "help.hpp"
+#include "name_values.hpp"
 #include "option_names.hpp"
 #include "options.hpp"
 #include "output.hpp"
@@ -38,25 +39,6 @@ struct PlanOptions {
   std::string out, experiment, json, report;
 };
 
-struct Item {
-  std::string name, value;
-};
-
-/// `name=value,name=value`
-std::vector<Item> items_of(const std::string& option, const std::string& text) {
-  std::vector<Item> items;
-  for (std::size_t from = 0; from <= text.size();) {
-    const std::size_t to = std::min(text.find(',', from), text.size());
-    const std::string item = text.substr(from, to - from);
-    const std::size_t sign = item.find('=');
-    if (sign == std::string::npos || sign == 0 || sign + 1 == item.size())
-      throw UsageError(fmt::format("{}: found '{}', required NAME=VALUE", option, item));
-    items.push_back({item.substr(0, sign), item.substr(sign + 1)});
-    from = to + 1;
-  }
-  return items;
-}
-
 void read_parameters(const std::string& text, fit::DriveModel& model) {
   std::vector<std::string> known(fit::kParameterNames.begin(), fit::kParameterNames.end());
   // The known delay is an option of its own; plans know neither the torque loop's lag nor springs to the
@@ -69,16 +51,10 @@ void read_parameters(const std::string& text, fit::DriveModel& model) {
            is(fit::kMotorGroundStiffness) || is(fit::kLoadGroundStiffness);
   });
   std::array<std::optional<double>, fit::kParameterCount> given;
-  for (const auto& [name, value] : items_of("--parameters", text)) {
-    const auto found = std::find(known.begin(), known.end(), name);
-    if (found == known.end())
-      throw UsageError(fmt::format("--parameters: found '{}', required one of {}{}", name,
-                                   fmt::join(known, ", "), io::suggestion(name, known)));
-    const auto number = io::parse_number(value);
-    if (!number)
-      throw UsageError(fmt::format("--parameters: {}: found '{}', required a number", name, value));
-    given[static_cast<std::size_t>(std::find(fit::kParameterNames.begin(), fit::kParameterNames.end(), name) -
-                                   fit::kParameterNames.begin())] = *number;
+  for (const auto& item : name_values("--parameters", text)) {
+    const double number = number_of("--parameters", item, known);
+    const auto at = std::find(fit::kParameterNames.begin(), fit::kParameterNames.end(), item.name);
+    given[static_cast<std::size_t>(at - fit::kParameterNames.begin())] = number;
   }
   const bool three = given[fit::kMiddleInertia] || given[fit::kStiffness2] || given[fit::kDamping2];
   const bool two = given[fit::kLoadInertia] || given[fit::kStiffness] || given[fit::kDamping];
@@ -165,7 +141,7 @@ void read_targets(PlanOptions& o) {
     return;
   }
   const auto known = planning::figure_names(o.config.drive);
-  for (const auto& [given, value] : items_of("--accuracy", o.accuracy)) {
+  for (const auto& [given, value] : name_values("--accuracy", o.accuracy)) {
     const std::string name = figure_name(given, known);
     if (std::find(known.begin(), known.end(), name) == known.end())
       throw UsageError(fmt::format("--accuracy: found '{}', required one of {} (a {} drive){}", given,

@@ -3,7 +3,6 @@
 
 #include <CLI/App.hpp>
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -16,18 +15,19 @@
 #include <resonid/identification/tune.hpp>
 #include <resonid/io/controller_file.hpp>
 #include <resonid/io/detail/number_list.hpp>
-#include <resonid/io/detail/suggestion.hpp>
 #include <resonid/io/experiment.hpp>
 #include <resonid/report/detail/tune.hpp>
 
 #include "brief.hpp"
 #include "errors.hpp"
 #include "experiment_source.hpp"
+#include "first_loop.hpp"
 #include "help.hpp"
 #include "inherit.hpp"
 #include "option_names.hpp"
 #include "options.hpp"
 #include "output.hpp"
+#include "profile.hpp"
 #include "progress.hpp"
 #include "provenance.hpp"
 #include "record_options.hpp"
@@ -35,6 +35,7 @@
 #include "result_words.hpp"
 #include "terminal.hpp"
 #include "track_rows.hpp"
+#include "tune_exports.hpp"
 #include "verbs.hpp"
 
 namespace resonid::cli {
@@ -44,7 +45,8 @@ struct TuneVerb {
   std::vector<std::string> results;
   identification::TuneOptions options;
   std::uint64_t biquads = 1, draws = 10'000;
-  std::optional<std::string> evaluate, controller, schedule, experiment;
+  std::optional<std::string> evaluate, controller, schedule, experiment, first_loop;
+  std::optional<double> delay_s;  ///< With first_loop.
   std::vector<std::string> exports;
   identification::ExportNames names;
   RecordOptions check;
@@ -52,30 +54,6 @@ struct TuneVerb {
   std::string report, json;
   bool require_trusted = false;
 };
-
-/// FORMAT:FILE
-struct Export {
-  identification::ExportFormat format;
-  std::string file;
-};
-
-std::vector<Export> exports_of(const TuneVerb& o) {
-  std::vector<std::string> known;
-  for (const auto& format : enum_names(identification::ExportFormat{})) known.emplace_back(format.name);
-  std::vector<Export> list;
-  for (const auto& text : o.exports) {
-    const auto colon = text.find(':');
-    const std::string format = text.substr(0, colon);
-    const auto found = std::find(known.begin(), known.end(), format);
-    if (colon == std::string::npos || colon + 1 == text.size() || found == known.end())
-      throw UsageError(fmt::format("--export: found '{}', required FORMAT:FILE with one of {}{}", text,
-                                   fmt::join(known, ", "), io::suggestion(format, known)));
-    list.push_back(
-        {enum_names(identification::ExportFormat{})[static_cast<std::size_t>(found - known.begin())].value,
-         text.substr(colon + 1)});
-  }
-  return list;
-}
 
 data::Controller controller_of(const char* option, const std::string& text, double sample_time_s) {
   auto read = io::read_controller(text, sample_time_s);
@@ -204,7 +182,7 @@ void write(const TuneVerb& o, const std::vector<Export>& exports, const std::vec
 }
 
 void run_tune(CLI::App& verb, TuneVerb& o) {
-  const auto exports = exports_of(o);
+  const auto exports = exports_of(o.exports);
   std::vector<std::pair<std::string_view, std::string_view>> outputs = {{"--report", o.report},
                                                                         {"--json", o.json}};
   for (const auto& e : exports) outputs.emplace_back("--export", e.file);
@@ -242,6 +220,33 @@ void run_tune(CLI::App& verb, TuneVerb& o) {
   write(o, exports, inputs, quiet, *tuning);
   if (o.require_trusted && !tuning->trusted)
     throw NotTrustedError("the controller is not sure to work; the findings say why");
+}
+
+/// A design from a RESULT, or from what is known before there is one.
+void run(CLI::App& verb, TuneVerb& o) {
+  const auto is_given = [&](const char* name) {
+    const auto* option = verb.get_option(name);
+    return option->count() > 0 && !is_from_profile(*option);
+  };
+  if (!o.first_loop) {
+    if (o.results.empty()) throw UsageError("RESULT is required, or --first-loop");
+    for (const char* name : {"--sample-rate", "--delay"})
+      if (is_given(name) && o.check.record.empty())
+        throw UsageError(
+            fmt::format("{}: found with a RESULT, which tells it; required: --first-loop", name));
+    return run_tune(verb, o);
+  }
+  if (!o.results.empty())
+    throw UsageError(
+        "--first-loop: found with a RESULT, required one of them: with a result there is more to go by");
+  for (const char* name :
+       {"--evaluate", "--controller", "--schedule", "--shaper", "--simulate", "--check", "--report"})
+    if (is_given(name))
+      throw UsageError(fmt::format("{}: found with --first-loop, required a RESULT with it", name));
+  std::optional<double> sample_rate_hz;
+  if (is_given("--sample-rate")) sample_rate_hz = o.check.columns.sample_rate_hz;
+  run_first_loop(
+      {*o.first_loop, sample_rate_hz, o.delay_s, o.options.torque_limit, o.exports, o.names, o.json});
 }
 
 void add_wishes(CLI::App& verb, TuneVerb& o) {
@@ -284,15 +289,21 @@ void add_tune(CLI::App& app) {
       "  resonid tune result.json --evaluate pi:2,0.1\n"
       "  resonid tune result.json --evaluate controller.json --check after.csv\n"
       "  resonid tune result.json --schedule rows.csv --export c:controller.h\n"
+      "  resonid tune --first-loop motor_inertia=0.032,largest_ratio=10 --sample-rate 500 --delay 0.004\n"
       "RESULT.json is what 'resonid identify ... --json FILE' writes; of several one controller suits all "
       "machines, or with --schedule gains over their positions; of one, with the rows of a track, gains over "
       "the positions of these. Controller, units and scales are those that the result stores unless given. A "
       "controller that is exported is in SI units, as the result is.");
   const auto o = std::make_shared<TuneVerb>();
-  verb->add_option("RESULT", o->results, "results of identify --json")
-      ->required()
-      ->type_name("RESULT.json ...");
+  verb->add_option("RESULT", o->results, "results of identify --json")->type_name("RESULT.json ...");
   add_wishes(*verb, *o);
+  verb->option_defaults()->group("Before there is a result");
+  add_text(
+      *verb, "--first-loop", o->first_loop,
+      "a soft loop to excite the machine in: motor_inertia=J1[,total_inertia=J], or total_inertia=J with "
+      "largest_ratio=J2/J1; torque_lag_s, least_damping; with --sample-rate",
+      "NAME=X,...");
+  add_number(*verb, "--delay", o->delay_s, "SECONDS", "from its torque to the measured velocity");
   verb->option_defaults()->group("Loop");
   add_text(*verb, "--controller", o->controller,
            "the controller that ran, to compare with: pi:KP,TI or a JSON file", "SPEC");
@@ -321,7 +332,7 @@ void add_tune(CLI::App& app) {
   verb->add_option("--json", o->json, "design for machines ('-': standard output)")->type_name("FILE");
   verb->add_flag("--require-trusted", o->require_trusted,
                  "exit code 3 when the controller is not sure to work");
-  verb->callback([verb, o] { run_tune(*verb, *o); });
+  verb->callback([verb, o] { run(*verb, *o); });
 }
 
 }  // namespace resonid::cli

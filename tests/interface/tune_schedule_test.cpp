@@ -49,15 +49,15 @@ TEST_F(TuneSchedule, TakesTheRowsOfATrack) {
       run("tune result.json --schedule rows.csv --structure pi --draws 100 --json tuned.json --export "
           "c:control.h");
   ASSERT_EQ(done.exit_code, 0) << done.error;
-  const auto json = nlohmann::json::parse(text("tuned.json"));
-  const auto& nodes = json.at("schedule").at("nodes");
+  const auto tuned = nlohmann::json::parse(text("tuned.json"));
+  const auto& nodes = tuned.at("schedule").at("nodes");
   ASSERT_GE(nodes.size(), 2U);
   EXPECT_NEAR(nodes.front().at("position").get<double>(), 0.8, 0.01);  // the outermost trusted rows
   EXPECT_NEAR(nodes.back().at("position").get<double>(), 1.2, 0.01);
-  const auto& machines = json.at("machines");
+  const auto& machines = tuned.at("machines");
   EXPECT_GE(machines.size(), 3U);  // 15 % in stretches of 5 % at most
   EXPECT_NE(text("control.h").find("position"), std::string::npos);
-  EXPECT_NE(json.at("provenance").dump().find("rows.csv"), std::string::npos);
+  EXPECT_NE(tuned.at("provenance").dump().find("rows.csv"), std::string::npos);
 }
 
 TEST_F(TuneSchedule, SaysWhatIsWrongWithTheRows) {

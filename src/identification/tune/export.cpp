@@ -2,7 +2,9 @@
 #include "design/export.hpp"
 
 #include <algorithm>
+#include <resonid/identification/detail/first_loop.hpp>
 #include <resonid/identification/detail/tune_export.hpp>
+#include <utility>
 
 namespace resonid::identification {
 namespace {
@@ -23,6 +25,21 @@ expected<std::string> klipper_text(const Tuning& tuning, const ExportNames& name
   return design::to_klipper({axis});
 }
 
+expected<std::string> in_language(design::ExportedController design, ExportFormat format,
+                                  const ExportNames& names) {
+  design.name = names.name;
+  switch (format) {
+    case ExportFormat::c_float:
+      return design::to_c(design, design::CNumber::in_float);
+    case ExportFormat::structured_text:
+      return design::to_structured_text(design);
+    case ExportFormat::hal:
+      return design::to_hal(design, names.thread);
+    default:
+      return design::to_c(design, design::CNumber::in_double);
+  }
+}
+
 }  // namespace
 
 expected<std::string> exported(const Tuning& tuning, ExportFormat format, const ExportNames& names) {
@@ -36,23 +53,23 @@ expected<std::string> exported(const Tuning& tuning, ExportFormat format, const 
   design.sample_time_s = tuning.sample_time_s;
   design.set_point_weight = c.set_point_weight;
   design.torque_limit = tuning.options.torque_limit;
-  design.name = names.name;
   if (c.position_gain) design.kv = *c.position_gain;
   if (tuning.schedule) {
     design.controller.kp = design.controller.ki = 0.0;
     for (const auto& node : tuning.schedule->nodes)
       design.schedule.push_back({node.position, node.kp, node.ki});
   }
-  switch (format) {
-    case ExportFormat::c_float:
-      return design::to_c(design, design::CNumber::in_float);
-    case ExportFormat::structured_text:
-      return design::to_structured_text(design);
-    case ExportFormat::hal:
-      return design::to_hal(design, names.thread);
-    default:
-      return design::to_c(design, design::CNumber::in_double);
-  }
+  return in_language(std::move(design), format, names);
+}
+
+expected<std::string> exported(const FirstLoop& loop, ExportFormat format, const ExportNames& names) {
+  if (format == ExportFormat::klipper)
+    return refuse("format", "must be that of a controller: Klipper takes an input shaper");
+  design::ExportedController design;
+  design.controller = *loop.controller.gains;
+  design.sample_time_s = 1.0 / loop.options.sample_rate_hz;
+  design.torque_limit = loop.options.torque_limit;
+  return in_language(std::move(design), format, names);
 }
 
 }  // namespace resonid::identification

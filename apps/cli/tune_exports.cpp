@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: MIT
+#include "tune_exports.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <resonid/io/detail/suggestion.hpp>
+
+#include "errors.hpp"
+
+namespace resonid::cli {
+
+std::vector<TuneExport> exports_of(const std::vector<std::string>& texts) {
+  std::vector<std::string> known;
+  for (const auto& format : enum_names(identification::ExportFormat{})) known.emplace_back(format.name);
+  std::vector<TuneExport> list;
+  for (const auto& text : texts) {
+    const auto colon = text.find(':');
+    const std::string format = text.substr(0, colon);
+    const auto found = std::find(known.begin(), known.end(), format);
+    if (colon == std::string::npos || colon + 1 == text.size() || found == known.end())
+      throw UsageError(fmt::format("--export: found '{}', required FORMAT:FILE with one of {}{}", text,
+                                   fmt::join(known, ", "), io::suggestion(format, known)));
+    list.push_back(
+        {enum_names(identification::ExportFormat{})[static_cast<std::size_t>(found - known.begin())].value,
+         text.substr(colon + 1)});
+  }
+  return list;
+}
+
+}  // namespace resonid::cli
