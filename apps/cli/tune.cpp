@@ -150,7 +150,7 @@ void check_record(CLI::App& verb, TuneVerb& o, identification::Tuning& tuning,
 }
 
 /// All texts before the first is written.
-void write(const TuneVerb& o, const std::vector<Export>& exports, const std::vector<std::string>& inputs,
+void write(const TuneVerb& o, const std::vector<TuneExport>& exports, const std::vector<std::string>& inputs,
            bool quiet, identification::Tuning& tuning) {
   put_in_options(tuning);
   std::vector<std::string> texts;
