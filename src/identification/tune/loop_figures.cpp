@@ -137,6 +137,17 @@ class Describer {
         if (worst.peak.value >= kActive * worst.peak.bound) controller_.limits.push_back(figure.name);
       }
     }
+    if (task_.curves && controller_.stable) put_worst_of_unbounded();
+  }
+
+  /// Over the same ellipsoid, what nothing bounds.
+  void put_worst_of_unbounded() {
+    for (const auto transfer : design::kTransfers) {
+      const auto name = figure_name(static_cast<std::size_t>(transfer));
+      for (auto& figure : controller_.figures)
+        if (figure.name == name && !figure.worst)
+          figure.worst = worst_case(posterior_, found_.law.linear, transfer, found_.radius).peak.value;
+    }
   }
 
   template <class Values>
