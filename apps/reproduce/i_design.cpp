@@ -68,7 +68,7 @@ report::ComparisonTable table_of(std::string title, const std::vector<OnMachine>
   return table;
 }
 
-report::Chart chart_of(std::string title, std::string unit, std::vector<double> Sensitivities::*value,
+report::Chart chart_of(std::string title, const std::string& unit, std::vector<double> Sensitivities::*value,
                        const std::vector<Sensitivities>& loops, std::string caption) {
   report::Chart chart;
   chart.title = std::move(title);
