@@ -66,14 +66,19 @@ Checked check_positions(std::size_t results, const TuneOptions& o) {
   return {};
 }
 
-/// A model whose parameters are all known exactly says nothing of what may be.
+/// A model whose parameters are known exactly, or one by one alone, does not say what machine may be.
 bool has_covariance(const fit::DriveModel& model) {
+  bool related = false;
+  int count = 0;
   for (int i = 0; i < fit::kParameterCount; ++i) {
-    const auto p = static_cast<std::size_t>(i);
-    if (!model.estimated[p] || i == fit::kDelay) continue;
+    if (i == fit::kDelay ||
+        !(fit::has_parameter(model.structure, i) || model.estimated[static_cast<std::size_t>(i)]))
+      continue;
     if (!(model.covariance(i, i) > 0.0 && std::isfinite(model.covariance(i, i)))) return false;
+    ++count;
+    for (int j = 0; j < i; ++j) related = related || model.covariance(i, j) != 0.0;
   }
-  return true;
+  return related || count == 1;
 }
 
 Checked check_result(const Result& r, const TuneOptions& o) {

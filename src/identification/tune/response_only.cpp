@@ -15,12 +15,13 @@
 namespace resonid::identification {
 namespace {
 
-/// From the first line that is known better than 30 % to the last, with the delay that was taken out.
-data::FrequencyResponse known_lines(const Result& result) {
+/// From the first line whose disk stays clear of 0 to the last, with the delay that was taken out.
+data::FrequencyResponse known_lines(const Result& result, double confidence) {
   const auto& g = result.response;
-  constexpr double kKnown = 0.3;
+  constexpr double kClear = 0.5;
+  const double times = std::sqrt(std::log(static_cast<double>(g.lines()) / (1.0 - confidence)));
   const auto is_known = [&](std::size_t i) {
-    return i < g.std.size() && g.std[i] < kKnown * std::abs(g.value[i]);
+    return i < g.std.size() && times * g.std[i] < kClear * std::abs(g.value[i]);
   };
   std::size_t first = 0, last = g.lines();
   while (first < last && !is_known(first)) ++first;
@@ -117,7 +118,7 @@ bool is_response_only(const Result& result, const TuneOptions& options) {
 
 expected<Tuning, Error> tune_by_response(const Result& result, const TuneOptions& options) {
   const double step = 1.0 / result.record.sample_rate_hz;
-  const auto plant = known_lines(result);
+  const auto plant = known_lines(result, options.confidence);
   const auto disks = design::response_disks(plant, options.confidence, step);
   const auto refused = [&](const Error& error) {
     return refuse("results",

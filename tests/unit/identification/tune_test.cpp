@@ -35,6 +35,9 @@ Result identified(double spread = 0.02, double stiffness = 143.75) {
   for (int i = 0; i < fit::kParameterCount; ++i)
     if (m.estimated[static_cast<std::size_t>(i)])
       m.covariance(i, i) = std::pow(spread * m.value(static_cast<fit::Parameter>(i)), 2);
+  m.covariance(fit::kStiffness, fit::kLoadInertia) = m.covariance(fit::kLoadInertia, fit::kStiffness) =
+      0.1 * std::sqrt(m.covariance(fit::kStiffness, fit::kStiffness) *
+                      m.covariance(fit::kLoadInertia, fit::kLoadInertia));
   r.model = model;
   for (double f = 1.0; f <= 100.0; f *= 1.05) r.response.frequency_hz.push_back(f);
   r.response.value = m.values(r.response.frequency_hz);
@@ -163,8 +166,16 @@ TEST(Tune, RefusesWhatCannotBeReliedOn) {
 
   result = identified();
   result.model.reset();
-  EXPECT_NE(refused(result, few_draws()).find("no drive model"), std::string::npos);
+  EXPECT_NE(refused(result, few_draws(ControllerStructure::rst)).find("no drive model"), std::string::npos);
+  const auto by_response = tune(result, few_draws());
+  ASSERT_TRUE(by_response) << message_of(by_response.error());
+  EXPECT_TRUE(by_response->by_response);
+  EXPECT_LT(by_response->proposed().gains->ki, 21.5);  // of the machine exactly: docs/methods/tune.md 5.1
   result = identified(0.0);
+  EXPECT_NE(refused(result, few_draws()).find("no covariance"), std::string::npos);
+  result = identified();  // deviations without correlations
+  auto& covariance = result.model->drive.covariance;
+  covariance = covariance.diagonal().asDiagonal().toDenseMatrix();
   EXPECT_NE(refused(result, few_draws()).find("no covariance"), std::string::npos);
 
   result = identified();
