@@ -100,6 +100,12 @@ Checked check_result(const Result& r, const TuneOptions& o) {
                                  "known; identify it anew");
   if (drive.output_filter_s < 0.0 || drive.torque_lag_s < 0.0)
     return refuse("results", named(r) + " has an unstable current loop: a lag below 0");
+  // It is at rest wherever the integral part happens to be: a pole at 1 that nothing moves.
+  if (drive.grounded())
+    return refuse("results",
+                  named(r) +
+                      " is of a machine with a spring to the ground: no velocity loop with an integral part "
+                      "brings it to rest at one place; it wants a position loop, which is not designed here");
   return {};
 }
 

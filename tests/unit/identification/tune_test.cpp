@@ -179,6 +179,10 @@ TEST(Tune, RefusesWhatCannotBeReliedOn) {
   EXPECT_NE(refused(result, few_draws()).find("no covariance"), std::string::npos);
 
   result = identified();
+  result.model->drive.parameters.load_ground_stiffness = 2.0;
+  EXPECT_NE(refused(result, few_draws()).find("spring to the ground"), std::string::npos);
+
+  result = identified();
   result.response.frequency_hz.resize(20);  // to 2.5 Hz
   EXPECT_NE(refused(result, few_draws()).find("nothing is known"), std::string::npos);
 
