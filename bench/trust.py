@@ -10,7 +10,8 @@ PROGRAM is the command line tool; the kinds stand in trust_kinds.py. A figure (i
 crossover, margins) counts as wrong when it is further from the truth than 3 of its own standard deviations and 1e-6 of its value; of a machine
 that changes by more than 1 %, from either end of its course. A record is identified with what a user would tell: controller and delay where the experiment has
 them. For every trusted result `tune` designs a PI controller, which is judged on the true machine (trust_tune.py): stable, and inside the bounds of
-|S| and |T_load|; --no-tune leaves it out. --draw draws other machines. A kind whose experiment this PROGRAM cannot simulate is skipped, and said.
+|S| and |T_load|; --no-tune leaves it out. One that is unstable there makes exit code 1. --draw draws other machines. A kind whose experiment this
+PROGRAM cannot simulate is skipped, and said.
 """
 import argparse
 import collections
@@ -39,7 +40,7 @@ except ImportError:
 import trust_kinds
 from trust_machines import slower_loop
 from trust_truth import compared, right_within
-from trust_tune import judge
+from trust_tune import judge, said_of, summary
 
 INCONSISTENT = ("changes-within-recording", "differs-over-frequency", "differs-over-amplitude", "differs-over-blocks")
 
@@ -210,23 +211,16 @@ class Table:
         notes = [f"{k} {n}x" for k, n in withheld.most_common(4)] + list(failed)
         if len(tried) < len(outcomes):
             notes.append("skipped: " + next(o["why"] for o in outcomes if o["status"] == "skipped"))
+        tuned = said_of(o["tuned"] for o in tried if "tuned" in o)
         said = lambda c: ", ".join(f"{k} {n}x" for k, n in c.items())
         self.kinds[kind.name] = {"class": kind.of, "linear": kind.linear, "outcomes": outcomes}
         self.rows.append(f"| {kind.name} | {kind.of} | {len(tried)} | {len(trusted)} | {len(wrong)} | {len(grossly)} | "
-                         f"{f'{worst[0]} {worst[1]:.1f}' if worst else ''} | {said(worse)} | {self.tuned_of(tried)} | "
+                         f"{f'{worst[0]} {worst[1]:.1f}' if worst else ''} | {said(worse)} | {tuned} | "
                          f"{max((o['seconds'] for o in tried), default=0.0):.1f} | {'; '.join(notes)} |")
         print(self.rows[-1], flush=True)
 
     HEAD = ["| kind | class | runs | trusted | of these wrong | beyond 5 | worst figure, standard deviations | worse than the script | tuned, on the truth | "
             "slowest, s | trust withheld by; error |", "|---|---|---|---|---|---|---|---|---|---|---|"]
-
-    @staticmethod
-    def tuned_of(outcomes):
-        """How often what, and the largest of |S| or |T_load| over its bound."""
-        tuned = [o["tuned"] for o in outcomes if "tuned" in o]
-        count = collections.Counter(t["as"] for t in tuned)
-        beyond_bound = max((t["beyond"] for t in tuned if t["as"] == "outside"), default=1.0)
-        return ", ".join(f"{k} {n}x" for k, n in count.items()) + (f" by {100.0 * (beyond_bound - 1.0):.2g} %" if count["outside"] else "")
 
     def totals(self):
         tried = [(k, o) for k in self.kinds.values() for o in k["outcomes"] if o["status"] != "skipped"]
@@ -251,29 +245,12 @@ class Table:
                  f"above 10 s: {sum(s > 10.0 for s in seconds)}",
                  f"- errors: {sum(o['status'] in ('error', 'timeout') for _, o in tried)}; kinds skipped: "
                  f"{sum(all(o['status'] == 'skipped' for o in k['outcomes']) for k in self.kinds.values())}"]
-        lines += self.of_tuning(trusted)
+        lines += summary([(k["class"], o["tuned"]) for k, o in trusted if "tuned" in o])
         judged = [o for _, o in tried if o.get("script_right")]
         if judged:
             lines.append(f"- where the script of bench/baseline.py is right within 3 %, resonid is not: "
                          f"{share([o for o in judged if o['worse_than_script']], judged)}")
         return lines
-
-    @staticmethod
-    def of_tuning(trusted):
-        tuned = [(k, o["tuned"]) for k, o in trusted if "tuned" in o]
-        if not tuned:
-            return []
-        proposed = [(k, t) for k, t in tuned if t["as"] in ("inside", "outside", "unstable")]
-        share = lambda part, whole: f"{len(part)} of {len(whole)} ({100.0 * len(part) / max(1, len(whole)):.1f} %)"
-        of = lambda kind, *what: ([t for k, t in proposed if k["class"] == kind and t["as"] in what], [t for k, t in proposed if k["class"] == kind])
-        off = sorted(t["beyond"] for _, t in proposed if t["as"] == "outside")
-        # Names and numbers differ from result to result; the reason stands behind them.
-        reasons = collections.Counter(re.sub(r"[\d.]+(e[-+]?\d+)?", "_", t["why"]) for _, t in tuned if t["as"] in ("refused", "failed"))
-        return [f"- PI controllers tuned for trusted results, on the true machine: proposed {share(proposed, tuned)}; of these stable "
-                f"{share([t for _, t in proposed if t['as'] != 'unstable'], proposed)}, inside both bounds "
-                + ", ".join(f"{share(*of(kind, 'inside'))} {kind}" for kind in ("conform", "beyond", "fault")),
-                f"- of those outside, beyond a bound by: " + (", ".join(f"{100.0 * (b - 1.0):.2g} %" for b in off) or "none"),
-                *[f"- not proposed, {n}x: {why}" for why, n in reasons.most_common()]]
 
     def poorly_covered(self):
         """Figures of a kind whose trusted 95 % intervals hold the truth so seldom that 90 % is out of the question (1e-3)."""
@@ -365,6 +342,9 @@ def main():
         real = ["", *recordings(options.program)] if options.baseline else []
         path.write_text("\n".join([before, *table.totals(), "", *table.coverage(), *real, "", *Table.HEAD, *table.rows]) + "\n", encoding="utf-8")
     gross = [n for n, k in table.kinds.items() for o in k["outcomes"] if o["status"] == "trusted" and beyond(o, options.fail_beyond)]
+    unstable = [n for n, k in table.kinds.items() for o in k["outcomes"] if o.get("tuned", {}).get("as") == "unstable"]
+    if unstable:
+        sys.exit(f"a controller was proposed that is unstable on the true machine: {', '.join(sorted(set(unstable)))}")
     if gross:
         sys.exit(f"trusted, and a figure beyond {options.fail_beyond} standard deviations: {', '.join(sorted(set(gross)))}")
 

@@ -4,7 +4,9 @@
 Made of the truth's masses and of the tables of the experiment by the differential equations, with NumPy alone; held against the truth's
 own transfer function (`misunderstood`).
 """
+import collections
 import math
+import re
 
 import numpy as np
 
@@ -206,3 +208,28 @@ def judge(tuning, truth, config):
     if config["drive"].get("backlash"):
         found["radius_in_the_play"] = of(machine.motor_alone()).spectral_radius(controller)
     return found
+
+
+def said_of(tunings):
+    """How often what, and by how much a bound is exceeded at most."""
+    tunings = list(tunings)
+    count = collections.Counter(t["as"] for t in tunings)
+    most = max((t["beyond"] for t in tunings if t["as"] == "outside"), default=1.0)
+    return ", ".join(f"{k} {n}x" for k, n in count.items()) + (f" by {100.0 * (most - 1.0):.2g} %" if count["outside"] else "")
+
+
+def summary(tunings):
+    """Lines for (class of the kind, tuning of a trusted result)."""
+    if not tunings:
+        return []
+    proposed = [(k, t) for k, t in tunings if t["as"] in ("inside", "outside", "unstable")]
+    share = lambda part, whole: f"{part} of {whole} ({100.0 * part / max(1, whole):.1f} %)"
+    count = lambda what, of=None: sum(t["as"] in what for k, t in proposed if of in (None, k))
+    inside = [f"{share(count(('inside',), of), sum(k == of for k, _ in proposed))} {of}" for of in ("conform", "beyond", "fault")]
+    off = sorted(t["beyond"] for _, t in proposed if t["as"] == "outside")
+    # Numbers differ from result to result; the reason stands around them.
+    reasons = collections.Counter(re.sub(r"[\d.]+(e[-+]?\d+)?", "_", t["why"]) for _, t in tunings if t["as"] in ("refused", "failed"))
+    return [f"- PI controllers tuned for trusted results, on the true machine: proposed {share(len(proposed), len(tunings))}; of these stable "
+            f"{share(count(('inside', 'outside')), len(proposed))}, inside both bounds {', '.join(inside)}",
+            f"- of those outside, beyond a bound by: {', '.join(f'{100.0 * (b - 1.0):.2g} %' for b in off) or 'none'}",
+            *[f"- not proposed, {n}x: {why}" for why, n in reasons.most_common()]]
