@@ -54,6 +54,11 @@ inline TunedSeeds tuned_seeds(std::string_view experiment, std::uint64_t first, 
     const auto result = identified(simulated(c, std::vector<double>{5.0}).record, told);
     if (!result.trusted) {
       ++found.untrusted;
+      for (const auto& f : result.findings)
+        if (f.severity == diagnostics::Severity::error)
+          std::printf("seed %d: delay %+.3f ms, not trusted: %s (%s)\n", static_cast<int>(c.run.seed),
+                      1e3 * (c.measurement.delay_s - nominal.measurement.delay_s), f.id.c_str(),
+                      f.meaning.c_str());
       continue;
     }
     const auto tuning = identification::tune(result, how);
