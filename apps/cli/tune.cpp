@@ -4,6 +4,7 @@
 #include <CLI/App.hpp>
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <resonid/base/error_text.hpp>
@@ -14,6 +15,7 @@
 #include <resonid/identification/identify.hpp>
 #include <resonid/identification/tune.hpp>
 #include <resonid/io/controller_file.hpp>
+#include <resonid/io/detail/json_file.hpp>
 #include <resonid/io/detail/number_list.hpp>
 #include <resonid/io/experiment.hpp>
 #include <resonid/report/detail/tune.hpp>
@@ -59,6 +61,20 @@ data::Controller controller_of(const char* option, const std::string& text, doub
   auto read = io::read_controller(text, sample_time_s);
   if (!read) throw UsageError(fmt::format("{}: {}", option, message_of(read.error())));
   return data::Controller(std::move(*read));
+}
+
+/// A controller file tells the way of the reference too; of a position loop the bounds mean another thing.
+void read_evaluated(TuneVerb& o, double sample_time_s) {
+  o.options.evaluate = controller_of("--evaluate", *o.evaluate, sample_time_s);
+  if (o.evaluate->starts_with("pi:")) return;
+  const auto json = io::read_json(*o.evaluate);
+  if (!json) return;
+  if (json->value("structure", "") == "cascade")
+    throw UsageError(
+        fmt::format("--evaluate: {} is a position loop; what is judged is a velocity loop", *o.evaluate));
+  if (json->contains("reference_numerator") && (*json)["reference_numerator"].is_array())
+    for (const auto& term : (*json)["reference_numerator"])
+      if (term.is_number()) o.options.evaluate_reference.push_back(term.get<double>());
 }
 
 /// What the recording was multiplied with, as the result stores it.
@@ -112,6 +128,8 @@ std::vector<std::string> input_files(const TuneVerb& o) {
   auto files = o.results;
   if (const auto rows = rows_file(o)) files.push_back(*rows);
   if (!o.check.record.empty()) files.push_back(o.check.record);
+  for (const auto* text : {&o.evaluate, &o.controller, &o.experiment})
+    if (*text && !(*text)->starts_with("pi:") && std::filesystem::exists(**text)) files.push_back(**text);
   return files;
 }
 
@@ -131,7 +149,13 @@ void simulate(TuneVerb& o, identification::Tuning& tuning,
   } else {
     done = identification::simulate_on(tuning, identification::experiment_of(results.front(), o.options));
   }
-  if (!done) throw UsageError(in_options(done.error()));
+  if (done) return;
+  if (o.experiment) throw UsageError(in_options(done.error()));
+  tuning.findings.push_back({"not-simulated",
+                             diagnostics::Severity::info,
+                             {},
+                             {},
+                             "The model cannot be simulated as it is: " + message_of(done.error()) + "."});
 }
 
 /// --check: the recording under the new controller, identified as the result was.
@@ -149,6 +173,19 @@ void check_record(CLI::App& verb, TuneVerb& o, identification::Tuning& tuning,
   if (!done) throw UsageError(in_options(done.error()));
 }
 
+/// What --controller and --evaluate read.
+expected<std::string> json_export(const identification::Tuning& tuning) {
+  if (const auto checked = identification::check_exportable(tuning); !checked)
+    return tl::unexpected(checked.error());
+  if (tuning.schedule)
+    return refuse("schedule",
+                  "must be taken away as c, c-float or st: a controller file has one set of gains");
+  auto json = report::controller_json(tuning.proposed());
+  if (!tuning.trusted)
+    json["warning"] = "this design is not trusted; do not run it before its findings are cured";
+  return json.dump(2) + "\n";
+}
+
 /// All texts before the first is written.
 void write(const TuneVerb& o, const std::vector<TuneExport>& exports, const std::vector<std::string>& inputs,
            bool quiet, identification::Tuning& tuning) {
@@ -156,7 +193,7 @@ void write(const TuneVerb& o, const std::vector<TuneExport>& exports, const std:
   std::vector<std::string> texts;
   for (const auto& e : exports) {
     auto text = e.format == identification::ExportFormat::json
-                    ? expected<std::string>(report::controller_json(tuning.proposed()).dump(2) + "\n")
+                    ? json_export(tuning)
                     : identification::exported(tuning, e.format, o.names);
     if (!text) throw UsageError(fmt::format("--export {}: {}", name_of(e.format), message_of(text.error())));
     texts.push_back(std::move(*text));
@@ -198,7 +235,7 @@ void run_tune(CLI::App& verb, TuneVerb& o) {
   inherit(verb, results.front().options, o.results.front());
   read_schedule(o, results);
   const double sample_time_s = 1.0 / results.front().record.sample_rate_hz;
-  if (o.evaluate) o.options.evaluate = controller_of("--evaluate", *o.evaluate, sample_time_s);
+  if (o.evaluate) read_evaluated(o, sample_time_s);
   if (o.controller) o.options.running = controller_of("--controller", *o.controller, sample_time_s);
   o.options.progress = [&progress](std::string_view stage) { progress.stage(stage); };
   auto tuning = identification::tune(results, o.options);
@@ -206,6 +243,8 @@ void run_tune(CLI::App& verb, TuneVerb& o) {
   tuning->results = o.results;
   tuning->input_scale = 1.0 / stored_scale(results.front(), "input-scale");
   tuning->output_scale = 1.0 / stored_scale(results.front(), "output-scale");
+  if (tuning->schedule && !o.check.record.empty())
+    throw UsageError("--check: found with --schedule, required the controller of one place (--evaluate)");
   if (tuning->by_response && (o.experiment || !o.check.record.empty()))
     throw UsageError(fmt::format("{}: needs a drive model, which {} does not hold",
                                  o.experiment ? "--simulate" : "--check", o.results.front()));

@@ -34,10 +34,10 @@ double phase_margin_deg(const std::complex<double>& loop) { return std::arg(-loo
 
 class Figures {
  public:
-  Figures(const Machine& machine, const LinearController& controller)
+  Figures(const Machine& machine, const LinearController& controller, double share)
       : loop_(machine.response(), controller),
         closed_(closed_loop(machine.states(), controller.states())),
-        lines_hz_(first_lines_hz(machine.model())),
+        lines_hz_(first_lines_hz(machine.model(), share)),
         values_(loop_.at(lines_hz_)) {}
 
   LoopFigures run() {
@@ -162,8 +162,8 @@ LoadStep load_step_of(const ClosedLoop& loop, double spectral_radius) {
   return step;
 }
 
-LoopFigures figures_of(const Machine& machine, const LinearController& controller) {
-  return Figures(machine, controller).run();
+LoopFigures figures_of(const Machine& machine, const LinearController& controller, double share) {
+  return Figures(machine, controller, share).run();
 }
 
 }  // namespace resonid::design

@@ -13,7 +13,9 @@ namespace resonid::design {
 /// How many samples it takes until nothing is left, within reason.
 [[nodiscard]] std::size_t most_samples(double spectral_radius);
 
-[[nodiscard]] LoopFigures figures_of(const Machine& machine, const LinearController& controller);
+/// `share`: of the lines that are looked at first (first_lines_hz).
+[[nodiscard]] LoopFigures figures_of(const Machine& machine, const LinearController& controller,
+                                     double share = 1.0);
 [[nodiscard]] inline LoopFigures figures_of(const Machine& machine, const FilteredPi& controller) {
   return figures_of(machine, LinearController(controller, machine.sample_time_s()));
 }

@@ -111,6 +111,9 @@ MonteCarlo monte_carlo(const Posterior& posterior, const LinearController& contr
   const auto transfers = bounded_transfers(bounds);
   const LoopSurvey survey(controller, first_lines_hz(posterior.nominal(), 0.3),
                           posterior.nominal().sample_time_s);
+  // Bounds tell stability only of machines that are reached from a stable one.
+  const bool told_by_bounds =
+      closed_loop(fit::sampled_states(posterior.nominal()), controller.states()).is_stable();
   constexpr std::size_t kBatch = 100;
   linalg::for_each_index((draws + kBatch - 1) / kBatch, 0, [&](std::size_t batch) {
     for (std::size_t i = batch * kBatch; i < std::min(draws, (batch + 1) * kBatch); ++i) {
@@ -122,7 +125,7 @@ MonteCarlo monte_carlo(const Posterior& posterior, const LinearController& contr
         exceeds = exceeds || peaks[t].value > kMet * *bound_of(bounds, transfers[t]);
       }
       // Within the bounds no pole can have crossed the circle on the way from the nominal machine.
-      if (exceeds) unstable[i] = !closed_loop(drawn, controller.states()).is_stable();
+      if (exceeds || !told_by_bounds) unstable[i] = !closed_loop(drawn, controller.states()).is_stable();
     }
   });
   MonteCarlo found;

@@ -46,7 +46,7 @@ class TuneSchedule : public test::ProgramTest {
 TEST_F(TuneSchedule, TakesTheRowsOfATrack) {
   write("rows.csv", rows());
   const auto done =
-      run("tune result.json --schedule rows.csv --structure pi --draws 100 --json tuned.json --export "
+      run("tune result.json --schedule rows.csv --structure pi --draws 400 --json tuned.json --export "
           "c:control.h");
   ASSERT_EQ(done.exit_code, 0) << done.error;
   const auto tuned = nlohmann::json::parse(text("tuned.json"));

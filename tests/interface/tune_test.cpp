@@ -121,13 +121,13 @@ TEST_F(TuneVerb, RefusesInTheWordsOfTheCommandLine) {
   EXPECT_NE(refused("result.json --ms 0.9").find("--ms: found 0.9, must be > 1"), std::string::npos);
   EXPECT_NE(refused("result.json --structure fuzzy").find("--structure: found 'fuzzy'"), std::string::npos);
   EXPECT_NE(refused("result.json --export basic:x").find("--export: found 'basic:x'"), std::string::npos);
-  const auto bandwidth = refused("result.json --structure pi --bandwidth 40 --draws 100");
+  const auto bandwidth = refused("result.json --structure pi --bandwidth 40 --draws 400");
   EXPECT_NE(bandwidth.find("--bandwidth: found 40"), std::string::npos) << bandwidth;
   EXPECT_NE(bandwidth.find("at most"), std::string::npos) << bandwidth;
   EXPECT_NE(refused("result.json --evaluate pi:1").find("--evaluate"), std::string::npos);
   EXPECT_NE(refused("run.csv").find("run.csv"), std::string::npos);
   // Nothing is written where one of the exports is refused.
-  EXPECT_NE(refused("result.json --structure pi --draws 100 --export json:a.json --export klipper:a.cfg")
+  EXPECT_NE(refused("result.json --structure pi --draws 400 --export json:a.json --export klipper:a.cfg")
                 .find("klipper"),
             std::string::npos);
   EXPECT_FALSE(std::filesystem::exists(path("a.json")));
@@ -136,7 +136,7 @@ TEST_F(TuneVerb, RefusesInTheWordsOfTheCommandLine) {
   result["trusted"] = false;
   write("untrusted.json", result.dump());
   EXPECT_NE(refused("untrusted.json").find("--force"), std::string::npos);
-  const auto forced = run("tune untrusted.json --force --structure pi --draws 100");
+  const auto forced = run("tune untrusted.json --force --structure pi --draws 400");
   ASSERT_EQ(forced.exit_code, 0) << forced.error;
   EXPECT_NE(forced.out.find("tuned-untrusted"), std::string::npos) << forced.out;
   for (auto& [name, parameter] : result["model"]["parameters"].items()) parameter["std"] = 0.0;

@@ -65,6 +65,8 @@ struct TuneOptions {
   std::optional<double> delay_std_s;
   /// A controller that is judged in place of designing one.
   std::optional<data::Controller> evaluate;
+  /// From reference to torque by the denominator of `evaluate`, where that is not its numerator.
+  std::vector<double> evaluate_reference;
   /// The controller under which was recorded: shown beside the one that is proposed.
   std::optional<data::Controller> running;
   /// Positions of the results, ascending: gains are scheduled over them.

@@ -41,7 +41,7 @@ data::FrequencyResponse measured_loop(const Result& measured, const data::Transf
   data::FrequencyResponse loop = measured.response;
   for (std::size_t i = 0; i < loop.lines(); ++i) {
     const double f = loop.frequency_hz[i];
-    const auto c = controller.response(f) * std::polar(1.0, -kTwoPi * f * measured.known_delay_s);
+    const auto c = controller.response(f) * std::polar(1.0, -kTwoPi * f * late_by(measured));
     loop.value[i] *= c;
     if (i < loop.std.size()) loop.std[i] *= std::abs(c);
   }
@@ -138,6 +138,18 @@ class Checker {
       return f.probability && *f.probability * static_cast<double>(check_.figures.size()) < kSure;
     });
     check_.agrees = !figure_differs && check_.probability >= kSure;
+    if (!measured_.trusted || (check_.judged_lines == 0 && check_.figures.empty())) {
+      check_.agrees = false;
+      check_.cause = "the recording itself tells too little";
+      t_.findings.push_back(
+          {"check-undecided",
+           Severity::warning,
+           {},
+           {},
+           "The recording under this controller is itself not reliable (see what 'identify' says of "
+           "it): whether the loop is as promised cannot be told from it."});
+      return;
+    }
     if (check_.agrees) return;
     if (check_.worst_line_hz == 0.0 && !check_.figures.empty()) check_.probability = least_probability();
     check_.cause = cause();

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <limits>
 
+#include "design/figures.hpp"
 #include "design/machine.hpp"
 #include "identification/tune/response_only.hpp"
 
@@ -47,7 +48,15 @@ Checked check_ranges(const TuneOptions& o) {
     return refuse("delay_std_s", "must be >= 0", *o.delay_std_s);
   if (o.biquads < 1 || o.biquads > 4)
     return refuse("biquads", "must be from 1 to 4", static_cast<double>(o.biquads));
-  if (o.draws < 100) return refuse("draws", "must be at least 100", static_cast<double>(o.draws));
+  constexpr double kSeen = 20.0;  // draws that may exceed, so that their share is known
+  if (const double least = std::max(100.0, kSeen / (1.0 - o.confidence));
+      static_cast<double>(o.draws) < least)
+    return refuse("draws", fmt::format("must be at least {:.0f} for this confidence", std::ceil(least)),
+                  static_cast<double>(o.draws));
+  if (o.evaluate && (o.least_bandwidth_hz || o.largest_noise_torque))
+    return refuse("evaluate",
+                  "is judged by bounds on |S|, |T|, |C S| and |T_load|; bandwidth and noise torque are "
+                  "wishes of a design");
   if (!(o.shaper_limit > 0.0 && o.shaper_limit < 1.0))
     return refuse("shaper_limit", "must be between 0 and 1", o.shaper_limit);
   return {};
@@ -98,6 +107,15 @@ Checked check_result(const Result& r, const TuneOptions& o) {
     return refuse("results", named(r) +
                                  " holds no covariance of its model: what a controller must withstand is not "
                                  "known; identify it anew");
+  constexpr double kLongest = 500.0;  // samples: each is a state
+  if (const double delay = drive.known_delay_s + drive.delay_s;
+      delay < -0.01 * drive.sample_time_s || delay > kLongest * drive.sample_time_s)
+    return refuse("results", fmt::format("{} has a delay of {:.4g} ms: required 0 to {:g} samples", named(r),
+                                         1e3 * delay, kLongest));
+  if (measured_band(r).high_hz <= 0.0)
+    return refuse("results", named(r) +
+                                 " holds no line of its response that is known to 30 %: the band in which "
+                                 "the model was measured is not known");
   if (drive.output_filter_s < 0.0 || drive.torque_lag_s < 0.0)
     return refuse("results", named(r) + " has an unstable current loop: a lag below 0");
   // It is at rest wherever the integral part happens to be: a pole at 1 that nothing moves.
@@ -151,7 +169,13 @@ double assumed_delay_std(const Result& result) { return 0.25 * result.model->dri
 
 std::size_t hold_of(const Result& result) {
   const auto told = std::ranges::find(result.findings, "held-output", &diagnostics::Finding::id);
-  return told == result.findings.end() ? 1 : static_cast<std::size_t>(std::lround(told->value.value_or(1.0)));
+  constexpr double kMost = 64.0;  // as identification looks for
+  if (told == result.findings.end()) return 1;
+  return static_cast<std::size_t>(std::lround(std::clamp(told->value.value_or(1.0), 1.0, kMost)));
+}
+
+double late_by(const Result& result) {
+  return result.known_delay_s + 0.5 * static_cast<double>(hold_of(result) - 1) / result.record.sample_rate_hz;
 }
 
 fit::DriveModel machine_of(const Result& result) {
@@ -175,23 +199,33 @@ std::vector<design::Posterior> posteriors_of(std::span<const Result> results, co
 }
 
 MeasuredBand measured_band(const Result& result) {
-  const auto& f = result.response.frequency_hz;
-  if (f.empty()) return {0.0, std::numeric_limits<double>::infinity()};
-  return {f.front(), f.back()};
+  const auto& g = result.response;
+  constexpr double kKnown = 0.3;
+  std::size_t first = 0, last = g.lines();
+  const auto is_noise = [&](std::size_t i) {
+    return i < g.std.size() && !(g.std[i] < kKnown * std::abs(g.value[i]));
+  };
+  while (first < last && is_noise(first)) ++first;
+  while (last > first && is_noise(last - 1)) --last;
+  if (first == last) return {};
+  return {g.frequency_hz[first], g.frequency_hz[last - 1]};
 }
 
-Checked check_crossover(const TunedController& controller, std::span<const Result> results) {
+Checked check_crossover(const TunedController& controller, const std::vector<design::Machine>& machines,
+                        std::span<const Result> results) {
   // Below the band the inertia alone counts, which the lowest lines tell.
   constexpr double kBelow = 0.3;
-  for (const Result& r : results) {
-    const auto band = measured_band(r);
-    for (const auto& crossing : controller.crossings) {
+  const design::LinearController linear(controller.feedback);
+  for (std::size_t i = 0; i < results.size(); ++i) {
+    const auto band = measured_band(results[i]);
+    for (const auto& crossing : figures_of(machines[i], linear).crossings) {
       if (crossing.frequency_hz >= kBelow * band.low_hz && crossing.frequency_hz <= band.high_hz) continue;
       return refuse(
           "results",
           fmt::format("{} was measured from {:.3g} to {:.3g} Hz, the loop would cross at {:.3g} Hz, "
-                      "where nothing is known; excite that band, or ask for less",
-                      named(r), band.low_hz, band.high_hz, crossing.frequency_hz));
+                      "where nothing is known; excite that band, or ask for less by "
+                      ".largest_sensitivity or .largest_controller_sensitivity",
+                      named(results[i]), band.low_hz, band.high_hz, crossing.frequency_hz));
     }
   }
   return {};

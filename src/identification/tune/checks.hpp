@@ -5,6 +5,7 @@
 #include <span>
 #include <vector>
 
+#include "design/machine.hpp"
 #include "design/posterior.hpp"
 
 namespace resonid::identification {
@@ -21,6 +22,10 @@ namespace resonid::identification {
 /// the machine without that hold.
 [[nodiscard]] std::size_t hold_of(const Result& result);
 
+/// By what the measured velocity is later than the response says: the known delay, and the hold in the mean,
+/// s.
+[[nodiscard]] double late_by(const Result& result);
+
 /// The machine as a loop meets it: a velocity that stays over n samples is late by (n - 1)/2 of them in the
 /// mean (docs/methods/tune.md 3.1).
 [[nodiscard]] fit::DriveModel machine_of(const Result& result);
@@ -29,7 +34,7 @@ namespace resonid::identification {
 [[nodiscard]] std::vector<design::Posterior> posteriors_of(std::span<const Result> results,
                                                            const TuneOptions& options);
 
-/// The band in which a result was measured, Hz.
+/// The band in which a result's response is known to 30 %, Hz; empty where it is nowhere.
 struct MeasuredBand {
   double low_hz = 0.0, high_hz = 0.0;
 };
@@ -37,6 +42,7 @@ struct MeasuredBand {
 
 /// Refuses a loop that crosses where nothing was measured.
 [[nodiscard]] expected<void, Error> check_crossover(const TunedController& controller,
+                                                    const std::vector<design::Machine>& machines,
                                                     std::span<const Result> results);
 
 }  // namespace resonid::identification

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "design/export.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <resonid/identification/detail/first_loop.hpp>
 #include <resonid/identification/detail/tune_export.hpp>
@@ -40,9 +42,7 @@ expected<std::string> in_language(design::ExportedController design, ExportForma
   }
 }
 
-}  // namespace
-
-expected<std::string> exported(const Tuning& tuning, ExportFormat format, const ExportNames& names) {
+expected<std::string> controller_text(const Tuning& tuning, ExportFormat format, const ExportNames& names) {
   if (format == ExportFormat::klipper) return klipper_text(tuning, names);
   const TunedController& c = tuning.proposed();
   if (!c.gains || c.derivative_gain)
@@ -60,6 +60,36 @@ expected<std::string> exported(const Tuning& tuning, ExportFormat format, const 
       design.schedule.push_back({node.position, node.kp, node.ki});
   }
   return in_language(std::move(design), format, names);
+}
+
+/// A comment of the language before its text.
+std::string with_warning(const std::string& text, ExportFormat format) {
+  constexpr const char* kWarning =
+      "WARNING: this design is not trusted. Do not run it before its findings are cured.";
+  switch (format) {
+    case ExportFormat::hal:
+    case ExportFormat::klipper:
+      return fmt::format("# {}\n{}", kWarning, text);
+    case ExportFormat::structured_text:
+      return fmt::format("(* {} *)\n{}", kWarning, text);
+    default:
+      return fmt::format("/* {} */\n{}", kWarning, text);
+  }
+}
+
+}  // namespace
+
+expected<void, Error> check_exportable(const Tuning& tuning) {
+  if (!tuning.proposed().stable)
+    return refuse("evaluate", "must be stable on the identified machine to be taken away");
+  return {};
+}
+
+expected<std::string> exported(const Tuning& tuning, ExportFormat format, const ExportNames& names) {
+  if (auto checked = check_exportable(tuning); !checked) return tl::unexpected(checked.error());
+  auto text = controller_text(tuning, format, names);
+  if (text && !tuning.trusted) return with_warning(*text, format);
+  return text;
 }
 
 expected<std::string> exported(const FirstLoop& loop, ExportFormat format, const ExportNames& names) {

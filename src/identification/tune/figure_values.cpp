@@ -72,8 +72,8 @@ std::array<FigureValue, 4> reference_values(const StepResponses& steps, double s
 }  // namespace
 
 std::vector<FigureValue> figure_values(const design::Machine& machine, const Law& law,
-                                       const StepResponses& steps, double reference_step) {
-  const auto f = design::figures_of(machine, law.linear);
+                                       const StepResponses& steps, double reference_step, double share) {
+  const auto f = design::figures_of(machine, law.linear, share);
   std::vector<FigureValue> values;
   for (const auto& peak : f.peaks) values.push_back({peak.value, peak.frequency_hz});
   values.push_back({f.worst_phase_margin_deg});

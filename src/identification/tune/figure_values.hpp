@@ -16,10 +16,11 @@ struct FigureValue {
   std::optional<double> frequency_hz = {};
 };
 
-/// Every figure of docs/methods/tune.md 2.1, in the order of figure_name(): maxima over frequency in that of
-/// design::kTransfers first.
+/// Every figure of docs/methods/tune.md 2.1, from a share of the lines that are looked at first, in the order
+/// of figure_name(): maxima over frequency in that of design::kTransfers first.
 [[nodiscard]] std::vector<FigureValue> figure_values(const design::Machine& machine, const Law& law,
-                                                     const StepResponses& steps, double reference_step);
+                                                     const StepResponses& steps, double reference_step,
+                                                     double share);
 
 /// "sensitivity_peak", "phase_margin_deg" ...
 [[nodiscard]] std::string_view figure_name(std::size_t index);

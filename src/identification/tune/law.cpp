@@ -140,6 +140,13 @@ void set_weight(Law& law, double weight) {
   what.reference_numerator = way.transfer_function(what.feedback.sample_time_s).numerator;
 }
 
+void set_reference(Law& law, const std::vector<double>& numerator) {
+  if (is_pi(law.what) && law.what.gains->biquads.empty() && numerator.size() == 2 && law.what.gains->kp > 0.0)
+    return set_weight(law, -numerator[1] / law.what.gains->kp);
+  law.what.gains.reset();  // b is no number of a filtered one that is given
+  law.what.reference_numerator = numerator;
+}
+
 ReferenceStep reference_step_of(const design::Machine& machine, const Law& law) {
   const design::ClosedLoop loop = loop_of(machine, law);
   const double radius = loop.spectral_radius();

@@ -31,6 +31,9 @@ struct Law {
 /// Gives a PI or PID a set-point weight; the derivative takes the velocity alone.
 void set_weight(Law& law, double weight);
 
+/// Gives a law another way of the reference: of a PI a set-point weight.
+void set_reference(Law& law, const std::vector<double>& numerator);
+
 /// The loop with the reference as the law takes it: set-point weight, T of an RST.
 [[nodiscard]] design::ClosedLoop loop_of(const design::Machine& machine, const Law& law);
 

@@ -53,7 +53,7 @@ class Describer {
     controller_.unstable = found_.check.unstable;
     controller_.radius = found_.radius;
     choose_lines(figures);
-    const OneMachine here = on(nominal_);
+    const OneMachine here = on(nominal_, 1.0);
     const auto drawn = draws();
     put_figures(here, drawn);
     put_worst();
@@ -73,10 +73,10 @@ class Describer {
     samples_ = samples_of(controller_, nominal_.sample_time_s());
   }
 
-  [[nodiscard]] OneMachine on(const design::Machine& machine) const {
+  [[nodiscard]] OneMachine on(const design::Machine& machine, double share) const {
     OneMachine one;
     one.steps = step_responses(machine, found_.law, samples_);
-    one.figures = figure_values(machine, found_.law, one.steps, task_.reference_step);
+    one.figures = figure_values(machine, found_.law, one.steps, task_.reference_step, share);
     if (!task_.curves) return one;
     for (const auto& v : design::LoopFunctions(machine.response(), found_.law.linear).at(lines_hz_)) {
       one.loop.push_back(v.loop);
@@ -91,9 +91,11 @@ class Describer {
     design::StandardNormal normal(task_.robust.seed + 1);
     std::vector<Eigen::VectorXd> points;
     for (std::size_t i = 0; i < task_.draws; ++i) points.push_back(normal.next(posterior_.dimension()));
+    constexpr double kShare = 0.3;  // of the lines: between them peaks are refined
     std::vector<OneMachine> drawn(points.size());
-    linalg::for_each_index(points.size(), 0,
-                           [&](std::size_t i) { drawn[i] = on(design::Machine(posterior_.at(points[i]))); });
+    linalg::for_each_index(points.size(), 0, [&](std::size_t i) {
+      drawn[i] = on(design::Machine(posterior_.at(points[i])), kShare);
+    });
     return drawn;
   }
 

@@ -23,6 +23,7 @@ class Remarks {
     assumed_delay();
     holding();
     beyond_band();
+    step();
     sticking();
     bending();
   }
@@ -81,6 +82,29 @@ class Remarks {
                               n, 1e3 * late_s),
                   late_s);
     }
+  }
+
+  void step() {
+    constexpr double kRounding = 1.001;
+    const auto& c = t_.proposed();
+    const auto* overshoot = c.figure("reference_overshoot");
+    const auto* torque = c.figure("reference_peak_torque");
+    if (t_.is_evaluation() || overshoot == nullptr || torque == nullptr) return;
+    const auto& o = t_.options;
+    if (o.torque_limit && torque->value > kRounding * *o.torque_limit)
+      note("step-not-kept", Severity::warning,
+           fmt::format("A reference step of {:g} {} takes {:.3g} {}, more than the drive has ({:.3g}): it "
+                       "will be cut. "
+                       "Ramp the reference.",
+                       o.reference_step, t_.units.velocity, torque->value, torque->unit, *o.torque_limit),
+           torque->value, *o.torque_limit);
+    if (overshoot->value > kRounding * 100.0 * o.overshoot && !c.position_gain)
+      note("step-not-kept", Severity::info,
+           fmt::format(
+               "After a reference step the load overshoots by {:.3g} %, more than {:.3g} %, whatever the "
+               "set-point weight.",
+               overshoot->value, 100.0 * o.overshoot),
+           overshoot->value, 100.0 * o.overshoot);
   }
 
   /// A mode above the band would be met by a loop that is not small there.

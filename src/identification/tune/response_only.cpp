@@ -8,6 +8,7 @@
 #include <resonid/base/constants.hpp>
 
 #include "design/response_disks.hpp"
+#include "identification/tune/checks.hpp"
 #include "identification/tune/designs.hpp"
 #include "identification/tune/figure_values.hpp"
 #include "identification/tune/law.hpp"
@@ -29,10 +30,24 @@ data::FrequencyResponse known_lines(const Result& result, double confidence) {
   data::FrequencyResponse known;
   for (std::size_t i = first; i < last; ++i) {
     known.frequency_hz.push_back(g.frequency_hz[i]);
-    known.value.push_back(g.value[i] * std::polar(1.0, -kTwoPi * g.frequency_hz[i] * result.known_delay_s));
+    known.value.push_back(g.value[i] * std::polar(1.0, -kTwoPi * g.frequency_hz[i] * late_by(result)));
     known.std.push_back(g.std[i]);
   }
   return known;
+}
+
+/// What lines of a response cannot tell.
+expected<void, Error> check_wishes(const TuneOptions& o) {
+  const auto needs = [](const char* field) {
+    return refuse(field,
+                  "needs a drive model, which the result does not hold: lines tell |S|, |T|, |C S| alone");
+  };
+  if (o.least_bandwidth_hz) return needs("least_bandwidth_hz");
+  if (o.torque_limit) return needs("torque_limit");
+  if (o.largest_noise_torque) return needs("largest_noise_torque");
+  if (o.delay_std_s) return needs("delay_std_s");
+  if (o.guarantee == Guarantee::ellipsoid) return needs("guarantee");
+  return {};
 }
 
 /// The lowest, with its damping where that is known.
@@ -118,6 +133,7 @@ bool is_response_only(const Result& result, const TuneOptions& options) {
 
 expected<Tuning, Error> tune_by_response(const Result& result, const TuneOptions& options) {
   const double step = 1.0 / result.record.sample_rate_hz;
+  if (auto wishes = check_wishes(options); !wishes) return tl::unexpected(wishes.error());
   const auto plant = known_lines(result, options.confidence);
   const auto disks = design::response_disks(plant, options.confidence, step);
   const auto refused = [&](const Error& error) {
@@ -129,7 +145,10 @@ expected<Tuning, Error> tune_by_response(const Result& result, const TuneOptions
   if (!disks) return refused(disks.error());
   auto bounds = plain_bounds(options);
   const auto load = anti_resonance(result);
-  if (!load) bounds.load_transfer.reset();
+  if (!load && bounds.load_transfer)
+    return refuse("results",
+                  "hold neither a drive model nor an anti-resonance: nothing tells what the load does "
+                  "at |S| alone, where it may swing several times as far; identify with a drive model");
   auto found = design::largest_integral_gain(*disks, {}, bounds, load);
   if (!found) return refused(found.error());
   Tuning tuning;

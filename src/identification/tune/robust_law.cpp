@@ -11,7 +11,6 @@ using design::bounded_transfers;
 
 /// By an active set of machines over ellipsoids of that radius.
 std::optional<RobustLaw> over_ellipsoids(const RobustTask& task, const DesignFor& design, double radius) {
-  constexpr double kMet = 2e-3;
   constexpr int kRounds = 6;
   std::vector<design::Machine> machines;
   for (const auto& posterior : task.posteriors) machines.emplace_back(posterior.nominal());
@@ -26,7 +25,7 @@ std::optional<RobustLaw> over_ellipsoids(const RobustTask& task, const DesignFor
       for (const auto& posterior : task.posteriors) {
         auto here = worst_case(posterior, found.law.linear, transfer, radius);
         here.peak.bound = *bound_of(task.bounds, transfer);
-        if (here.peak.value > (1.0 + kMet) * here.peak.bound) {
+        if (here.peak.value > here.peak.bound) {
           met = false;
           machines.emplace_back(posterior.at(here.u));
         }
@@ -40,6 +39,13 @@ std::optional<RobustLaw> over_ellipsoids(const RobustTask& task, const DesignFor
 }
 
 }  // namespace
+
+design::Bounds with_room(design::Bounds bounds) {
+  for (auto* bound : {&bounds.sensitivity, &bounds.complementary, &bounds.load_transfer,
+                      &bounds.controller_sensitivity, &bounds.disk})
+    if (*bound) **bound /= 1.0 + kRoom;
+  return bounds;
+}
 
 std::vector<design::WorstCase> worst_cases(const RobustTask& task, const Law& law, double radius) {
   std::vector<design::WorstCase> list;
@@ -57,10 +63,13 @@ std::vector<design::WorstCase> worst_cases(const RobustTask& task, const Law& la
 
 design::MonteCarlo drawn(const RobustTask& task, const Law& law) {
   std::optional<design::MonteCarlo> most;
+  std::size_t unstable = 0;
   for (const auto& posterior : task.posteriors) {
     auto here = monte_carlo(posterior, law.linear, task.bounds, task.draws, task.seed);
+    unstable = std::max(unstable, here.unstable);
     if (!most || here.exceeding > most->exceeding) most = std::move(here);
   }
+  most->unstable = unstable;
   return *most;
 }
 

@@ -72,18 +72,30 @@ class Tuner {
     const RobustTask robust = task(bounds);
     FigureTask figures{robust, results_.front().units, options_.reference_step, 200, curves};
     auto controller = with_figures(found, figures);
+    controller.stable = is_stable(found.law);
     controller.within = controller.stable && controller.unstable == 0 &&
                         found.check.probability() <= 1.0 - options_.confidence;
+    if (options_.guarantee == Guarantee::ellipsoid)
+      for (const auto& worst : found.worst)
+        controller.within = controller.within && worst.peak.value <= (1.0 + kRoom) * worst.peak.bound;
     return controller;
   }
 
-  /// A controller as it is: its worst cases at the radius of a first design.
+  /// On the identified machine of every result.
+  [[nodiscard]] bool is_stable(const Law& law) const {
+    return std::all_of(nominal_.begin(), nominal_.end(),
+                       [&](const design::Machine& machine) { return loop_of(machine, law).is_stable(); });
+  }
+
+  /// A controller as it is: its worst cases at the radius of a first design, or of the ellipsoid that is to
+  /// be kept.
   [[nodiscard]] TunedController judged(Law law, const design::Bounds& bounds, bool curves) const {
-    constexpr double kRadius = 2.0;
+    const double radius = options_.guarantee == Guarantee::ellipsoid
+                              ? design::ellipsoid_radius(options_.confidence, posteriors_.front().dimension())
+                              : 2.0;
     const RobustTask robust = task(bounds);
-    RobustLaw found{std::move(law), kRadius, {}, {}};
-    if (loop_of(design::Machine(posteriors_.front().nominal()), found.law).is_stable())
-      found.worst = worst_cases(robust, found.law, kRadius);
+    RobustLaw found{std::move(law), radius, {}, {}};
+    if (is_stable(found.law)) found.worst = worst_cases(robust, found.law, radius);
     found.check = drawn(robust, found.law);
     return described(found, bounds, curves);
   }
@@ -91,9 +103,19 @@ class Tuner {
   expected<void, Error> evaluate() {
     progress("judging the controller");
     const auto controller = options_.evaluate->sampled(sample_time_s_);
-    auto judgement = judged(law_of(controller), plain_bounds(options_), true);
+    Law law = law_of(controller);
+    if (!options_.evaluate_reference.empty()) set_reference(law, options_.evaluate_reference);
+    auto judgement = judged(std::move(law), plain_bounds(options_), true);
     if (judgement.structure.empty()) judgement.structure = "given";
     tuning_.candidates = {std::move(judgement)};
+    if (const auto crossing = check_crossover(tuning_.proposed(), nominal_, results_); !crossing) {
+      tuning_.candidates.front().within = false;
+      tuning_.findings.push_back({"crossover-not-measured",
+                                  diagnostics::Severity::error,
+                                  {},
+                                  {},
+                                  "The margins are not known: " + crossing.error().requirement.str() + "."});
+    }
     return {};
   }
 
@@ -135,7 +157,7 @@ class Tuner {
       progress("designing: " + std::string(name_of(structure)));
       auto own = bounds_for(structure, options_, *sensitivity);
       if (bounds.controller_sensitivity) own.controller_sensitivity = bounds.controller_sensitivity;
-      auto found = found_for(structure, own);
+      auto found = quiet_for(structure, own);
       if (!found) continue;
       choose_weight(found->law);
       tuning_.candidates.push_back(described(*found, own, true));
@@ -144,11 +166,34 @@ class Tuner {
     return choose();
   }
 
+  /// With |C S| bounded until the torque that measurement noise makes is within its limit on every machine.
+  [[nodiscard]] std::optional<RobustLaw> quiet_for(Structure structure, design::Bounds& bounds) const {
+    auto found = found_for(structure, bounds);
+    if (!options_.largest_noise_torque) return found;
+    const double most = *options_.largest_noise_torque / *results_.front().validation->residual_rms;
+    constexpr int kRounds = 8;
+    for (int round = 0; found; ++round) {
+      double noise = 0.0, size = 0.0;
+      for (const auto& machine : nominal_) {
+        const auto f = figures_of(machine, found->law.linear);
+        noise = std::max(noise, f.noise_gain);
+        size = std::max(size, f.peak(design::Transfer::controller_sensitivity).value);
+      }
+      if (noise <= most) return found;
+      if (round == kRounds) return std::nullopt;
+      const double bound = std::min(size, bounds.controller_sensitivity.value_or(size));
+      bounds.controller_sensitivity = bound * std::min(0.95, most / noise);
+      found = found_for(structure, bounds);
+    }
+    return found;
+  }
+
   /// PI with or without filters for one machine has a way of its own, which is faster.
   [[nodiscard]] std::optional<RobustLaw> found_for(Structure structure, const design::Bounds& bounds) const {
     const bool of_filters = structure == Structure::pi || structure == Structure::pi_biquads;
     if (posteriors_.size() > 1 || !of_filters)
-      return robust_law(task(bounds), design_for(structure, bounds, options_.biquads, options_.seed));
+      return robust_law(task(bounds),
+                        design_for(structure, with_room(bounds), options_.biquads, options_.seed));
     design::FilterSearch how;
     how.biquads = structure == Structure::pi ? 0 : static_cast<int>(options_.biquads);
     how.seed = options_.seed;
@@ -230,6 +275,7 @@ class Tuner {
     const std::string_view wanted = name_of(chosen_structure());
     std::stable_sort(all.begin(), all.end(), [&](const TunedController& a, const TunedController& b) {
       if (options_.structure != Structure::automatic) return a.structure == wanted && b.structure != wanted;
+      if (a.within != b.within) return a.within;
       return iae(a) < iae(b);
     });
     if (options_.structure != Structure::automatic && all.front().structure != wanted)
@@ -239,14 +285,17 @@ class Tuner {
     // A filter must earn its place.
     constexpr double kWorthIt = 0.95;
     if (options_.structure == Structure::automatic && all.size() > 1 && all[0].structure != "pi" &&
-        iae(all[0]) > kWorthIt * iae(all[1])) {
+        all[1].within && iae(all[0]) > kWorthIt * iae(all[1])) {
       std::swap(all[0], all[1]);
       all[1].remark = "less than 5 % better: not worth its filter";
     }
-    if (auto crossing = check_crossover(all.front(), results_); !crossing) return crossing;
+    if (auto crossing = check_crossover(all.front(), nominal_, results_); !crossing) return crossing;
     if (options_.least_bandwidth_hz) {
       const auto* bandwidth = all.front().figure("load_bandwidth_hz");
-      const double reached = bandwidth == nullptr ? 0.0 : bandwidth->low.value_or(bandwidth->value);
+      double reached = bandwidth == nullptr ? 0.0 : bandwidth->low.value_or(bandwidth->value);
+      const design::LinearController linear(all.front().feedback);
+      for (const auto& machine : nominal_)
+        reached = std::min(reached, figures_of(machine, linear).load_bandwidth_hz.value_or(0.0));
       if (reached < *options_.least_bandwidth_hz)
         return tl::unexpected(bandwidth_out_of_reach(options_, nominal_, reached));
     }

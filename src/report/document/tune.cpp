@@ -110,14 +110,16 @@ void put_gains(const Tuning& t, std::vector<std::string>& list) {
                              gains_text(c, gain_units(t.input_unit, t.output_unit), scale)));
 }
 
-/// Every first step on a machine is a small one.
+/// Every first step on a machine is a small one: half of kp with half of ki would be damped less.
 std::string first_step_sentence(const Tuning& t) {
-  const auto& c = t.proposed();
-  if (t.is_evaluation() || !c.gains) return {};
+  if (t.is_evaluation() || !t.proposed().gains) return {};
+  TunedController soft = t.proposed();
+  soft.gains->ki *= 0.5;
   return fmt::format(
-      "First step: half the gains, {}{}. Record under them and compare the measured loop with this one "
-      "before taking the full gains.",
-      gains_text(c, gain_units(t.units.input, t.units.velocity), 0.5), rest_of_gains(c, 0.5));
+      "First step: half of kp and a quarter of ki, {}{}. Record under them and compare the measured loop "
+      "with "
+      "this one before taking the full gains.",
+      gains_text(soft, gain_units(t.units.input, t.units.velocity), 0.5), rest_of_gains(soft, 0.5));
 }
 
 /// The error of the load on a curve of trade-offs, at the bound and a tenth or more above it.

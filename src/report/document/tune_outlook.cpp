@@ -38,7 +38,7 @@ std::string half_deviations(const fit::DriveModel& machine) {
 
 std::string variance_words(double factor) {
   if (factor == 0.0) return "with no uncertainty at all";
-  return factor == 0.25 ? "with half of every standard deviation"
+  return factor == 0.25 ? "with half of every standard deviation, the delay's too,"
                         : fmt::format("with {:.2g} times every variance", factor);
 }
 

@@ -20,6 +20,7 @@ Result identified(double spread = 0.02, double stiffness = 143.75) {
   Result r;
   r.record.file = "run.csv";
   r.record.sample_rate_hz = 500.0;
+  r.known_delay_s = 0.004;
   r.units = {"Nm", "rad/s", "(rad/s)/Nm", "kgm2", "Nm/rad", "Nms/rad", "Nm", true};
   r.trusted = true;
   ModelResult model;
@@ -38,6 +39,7 @@ Result identified(double spread = 0.02, double stiffness = 143.75) {
   m.covariance(fit::kStiffness, fit::kLoadInertia) = m.covariance(fit::kLoadInertia, fit::kStiffness) =
       0.1 * std::sqrt(m.covariance(fit::kStiffness, fit::kStiffness) *
                       m.covariance(fit::kLoadInertia, fit::kLoadInertia));
+  r.modes = m.modes();
   r.model = model;
   for (double f = 1.0; f <= 100.0; f *= 1.05) r.response.frequency_hz.push_back(f);
   r.response.value = m.values(r.response.frequency_hz);

@@ -173,7 +173,8 @@ TEST(TuneText, TellsGainsInTheUnitsOfTheRecording) {
 TEST(TuneText, TellsFirstStepLimitsAndWhatUncertaintyCosts) {
   const auto t = test::tuning();
   const auto text = text_of(sentences(t));
-  EXPECT_TRUE(holds(text, "First step: half the gains, kp 1.10 Nm/(rad/s), ki 10.2 Nm/rad (Ti 108 ms)."));
+  EXPECT_TRUE(holds(
+      text, "First step: half of kp and a quarter of ki, kp 1.10 Nm/(rad/s), ki 5.10 Nm/rad (Ti 216 ms)."));
   EXPECT_TRUE(holds(text, "What limits the design: the bounds on |S| and |T_load|."));
   // On the curve: 0.08 - 0.02 * 1.6 against 0.08 - 0.02 * 1.4.
   EXPECT_TRUE(
@@ -182,10 +183,11 @@ TEST(TuneText, TellsFirstStepLimitsAndWhatUncertaintyCosts) {
                     "Designed for the identified machine alone it would have ki 25.1 in place of 20.4 and "
                     "exceed a bound with 56 % probability."));
   EXPECT_TRUE(holds(text, "0.500 ms, is assumed: a quarter of a sample."));
-  EXPECT_TRUE(holds(text,
-                    "with half of every standard deviation ki could be 22.3, and the load step's IAE 8 % "
-                    "smaller; with no uncertainty at all ki could be 25.1, and the load step's IAE 17 % "
-                    "smaller."));
+  EXPECT_TRUE(holds(
+      text,
+      "with half of every standard deviation, the delay's too, ki could be 22.3, and the load step's IAE 8 % "
+      "smaller; with no uncertainty at all ki could be 25.1, and the load step's IAE 17 % "
+      "smaller."));
   // Half of 2, 2, 2 and 6 %.
   EXPECT_TRUE(holds(text,
                     "resonid plan .model RESULT.json .accuracy "
@@ -219,7 +221,7 @@ TEST(TuneText, ComparesOnlyWhatIsAlike) {
   const auto text = text_of(sentences(t));
   EXPECT_FALSE(holds(text, "stiffer"));
   EXPECT_TRUE(
-      holds(text, "half the gains, kp 1.10 Nm/(rad/s), ki 10.2 Nm/rad (Ti 108 ms), position gain kv 6.25"));
+      holds(text, "a quarter of ki, kp 1.10 Nm/(rad/s), ki 5.10 Nm/rad (Ti 216 ms), position gain kv 6.25"));
   const auto page = document(t);
   for (const auto& section : page.sections)
     if (section.title == "Controllers that were compared") {

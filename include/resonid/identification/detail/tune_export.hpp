@@ -31,9 +31,12 @@ struct ExportNames {
   std::string thread = "servo-thread";       ///< LinuxCNC's.
 };
 
+/// Refuses to take away what is unstable on the identified machine.
+[[nodiscard]] expected<void, Error> check_exportable(const Tuning& tuning);
+
 /// The proposed controller as text for another controller, with the torque limit of the options
-/// (docs/methods/tune.md 16). Refused, and never approximated: what the target cannot express. Not json,
-/// which report::controller_json() writes.
+/// (docs/methods/tune.md 16). Refused, and never approximated: what the target cannot express. A design that
+/// is not trusted begins with a warning. Not json, which report::controller_json() writes.
 [[nodiscard]] expected<std::string> exported(const Tuning& tuning, ExportFormat format,
                                              const ExportNames& names = {});
 

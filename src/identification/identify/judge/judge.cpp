@@ -214,7 +214,8 @@ void judge_planned_loop(const Measurement& m, const Options& options, const Plan
   const auto* drive = std::get_if<fit::DriveModel>(&model);
   if (drive == nullptr) return;
   fit::DriveModel real = *drive;
-  real.known_delay_s = options.delay_s;
+  real.known_delay_s =
+      options.delay_s + 0.5 * static_cast<double>(m.plan.hold.samples - 1) * real.sample_time_s;
   const double radius = design::closed_loop(fit::sampled_states(real), design::states_of(*planned.controller))
                             .spectral_radius();
   if (radius >= 1.0)
