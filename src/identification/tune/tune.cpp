@@ -73,6 +73,9 @@ class Tuner {
     FigureTask figures{robust, results_.front().units, options_.reference_step, 200, curves};
     auto controller = with_figures(found, figures);
     controller.stable = is_stable(found.law);
+    for (const auto& machine : nominal_)
+      controller.spectral_radius =
+          std::max(controller.spectral_radius, loop_of(machine, found.law).spectral_radius());
     controller.within = controller.stable && controller.unstable == 0 &&
                         found.check.probability() <= 1.0 - options_.confidence;
     if (options_.guarantee == Guarantee::ellipsoid)
