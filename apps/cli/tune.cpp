@@ -138,24 +138,13 @@ std::string brief_of(const identification::Tuning& tuning) {
                     report::sentences(tuning), tuning.findings);
 }
 
-void simulate(TuneVerb& o, identification::Tuning& tuning,
-              const std::vector<identification::Result>& results) {
-  expected<void, Error> done;
-  if (o.experiment) {
-    const auto source = experiment_source(*o.experiment);
-    const auto config = io::parse_experiment(source.text, source.name);
-    if (!config) throw InputError("--simulate: " + message_of(config.error()));
-    done = identification::simulate_on(tuning, *config);
-  } else {
-    done = identification::simulate_on(tuning, identification::experiment_of(results.front(), o.options));
-  }
-  if (done) return;
-  if (o.experiment) throw UsageError(in_options(done.error()));
-  tuning.findings.push_back({"not-simulated",
-                             diagnostics::Severity::info,
-                             {},
-                             {},
-                             "The model cannot be simulated as it is: " + message_of(done.error()) + "."});
+void simulate(TuneVerb& o, identification::Tuning& tuning, const identification::Result& result) {
+  if (!o.experiment) return identification::simulate_on_model(tuning, result);
+  const auto source = experiment_source(*o.experiment);
+  const auto config = io::parse_experiment(source.text, source.name);
+  if (!config) throw InputError("--simulate: " + message_of(config.error()));
+  const auto done = identification::simulate_on(tuning, *config);
+  if (!done) throw UsageError(in_options(done.error()));
 }
 
 /// --check: the recording under the new controller, identified as the result was.
@@ -250,7 +239,7 @@ void run_tune(CLI::App& verb, TuneVerb& o) {
                                  o.experiment ? "--simulate" : "--check", o.results.front()));
   if (!tuning->by_response) {
     progress.stage("simulating");
-    simulate(o, *tuning, results);
+    simulate(o, *tuning, results.front());
   }
   if (!o.check.record.empty()) {
     progress.stage("checking on " + o.check.record);

@@ -54,7 +54,7 @@ TEST_F(FirstLoopVerb, IsAControllerThatASimulationRunsUnder) {
           "delay_s = 0.004\nnoise_rms = 0.02\n[run]\nsample_rate_hz = 500.0\nduration_s = 6.0\n");
   ASSERT_EQ(run("simulate experiment.toml --out run.csv").exit_code, 0);
   ASSERT_EQ(run("identify run.csv --controller first.json --delay 0.004 --json result.json").exit_code, 0);
-  const auto judged = run("tune result.json --evaluate first.json --draws 200 --json judged.json");
+  const auto judged = run("tune result.json --evaluate first.json --draws 400 --json judged.json");
   ASSERT_EQ(judged.exit_code, 0) << judged.error;
   const auto given = nlohmann::json::parse(text("judged.json")).at("candidates").at(0);
   EXPECT_TRUE(given.at("stable").get<bool>());

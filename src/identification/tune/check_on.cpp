@@ -85,8 +85,9 @@ class Checker {
       check_.predicted_std.push_back(std::sqrt(variance[i]));
       check_.measured.push_back(loop.value[i]);
       check_.measured_std.push_back(noise);
-      judge_line(i, variance[i] + noise * noise);
     }
+    for (std::size_t i = 1; i + 1 < nominal.size(); ++i)  // the ends of a sweep are where it begins and stops
+      judge_line(i, variance[i] + std::norm(check_.measured_std[i]));
   }
 
   /// Where the margins lie, by a part of the distance to -1 that matters: lines far above 0 dB are as good as

@@ -4,9 +4,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cctype>
 #include <resonid/identification/detail/first_loop.hpp>
 #include <resonid/identification/detail/tune_export.hpp>
 #include <utility>
+
+#include "identification/tune/figure_values.hpp"
 
 namespace resonid::identification {
 namespace {
@@ -62,6 +65,28 @@ expected<std::string> controller_text(const Tuning& tuning, ExportFormat format,
   return in_language(std::move(design), format, names);
 }
 
+bool in_word(char c) { return std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '_' || c == '/'; }
+
+void replace_words(std::string& text, const std::string& word, const std::string& by) {
+  for (std::size_t at = text.find(word); at != std::string::npos; at = text.find(word, at)) {
+    const std::size_t end = at + word.size();
+    const bool whole = (at == 0 || !in_word(text[at - 1])) && (end == text.size() || !in_word(text[end]));
+    if (whole) text.replace(at, word.size(), by);
+    at += whole ? by.size() : word.size();
+  }
+}
+
+/// The comments of the languages are in SI units of a rotary drive; those of a linear one, or of volts, take
+/// their place.
+std::string in_units(std::string text, const Units& units) {
+  if (units.velocity != "rad/s") {
+    replace_words(text, "rad/s", units.velocity);
+    replace_words(text, "rad", place_unit(units.velocity));
+  }
+  if (units.torque != "Nm") replace_words(text, "Nm", units.torque);
+  return text;
+}
+
 /// A comment of the language before its text.
 std::string with_warning(const std::string& text, ExportFormat format) {
   constexpr const char* kWarning =
@@ -88,6 +113,7 @@ expected<void, Error> check_exportable(const Tuning& tuning) {
 expected<std::string> exported(const Tuning& tuning, ExportFormat format, const ExportNames& names) {
   if (auto checked = check_exportable(tuning); !checked) return tl::unexpected(checked.error());
   auto text = controller_text(tuning, format, names);
+  if (text && format != ExportFormat::klipper) text = in_units(std::move(*text), tuning.units);
   if (text && !tuning.trusted) return with_warning(*text, format);
   return text;
 }

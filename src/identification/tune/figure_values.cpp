@@ -32,11 +32,6 @@ constexpr std::array<std::string_view, 20> kFigureNames = {"sensitivity_peak",
                                                            "reference_peak_torque",
                                                            "reference_rms_torque"};
 
-/// "rad/s" -> "rad"
-std::string place_unit(const std::string& velocity) {
-  return velocity.ends_with("/s") ? velocity.substr(0, velocity.size() - 2) : velocity + " s";
-}
-
 /// What the load does after a torque step on it: its velocity, of a cascade its position.
 std::array<FigureValue, 4> load_step_values(const design::Machine& machine, const Law& law,
                                             const design::LoadStep& velocity, const StepResponses& steps) {
@@ -88,12 +83,18 @@ std::vector<FigureValue> figure_values(const design::Machine& machine, const Law
     values.resize(kFigureNames.size());
     return values;
   }
-  const auto load = load_step_values(machine, law, f.load_step, steps);
+  auto load = load_step_values(machine, law, f.load_step, steps);
+  // Without an integrator the load goes on for as long as the torque stays.
+  if (!integrates(law.what.feedback)) load[0] = load[1] = FigureValue{};
   values.insert(values.end(), load.begin(), load.end());
   values.push_back({f.noise_gain});
   const auto reference = reference_values(steps, machine.sample_time_s(), reference_step);
   values.insert(values.end(), reference.begin(), reference.end());
   return values;
+}
+
+std::string place_unit(const std::string& velocity) {
+  return velocity.ends_with("/s") ? velocity.substr(0, velocity.size() - 2) : velocity + " s";
 }
 
 std::string_view figure_name(std::size_t index) { return kFigureNames[index]; }

@@ -22,6 +22,9 @@ struct FigureValue {
                                                      const StepResponses& steps, double reference_step,
                                                      double share);
 
+/// "rad/s" -> "rad"
+[[nodiscard]] std::string place_unit(const std::string& velocity);
+
 /// "sensitivity_peak", "phase_margin_deg" ...
 [[nodiscard]] std::string_view figure_name(std::size_t index);
 [[nodiscard]] std::string figure_unit(std::size_t index, const TunedController& controller,

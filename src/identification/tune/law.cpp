@@ -130,6 +130,16 @@ Law law_of(const data::TransferFunction& controller) {
   return law;
 }
 
+bool integrates(const data::TransferFunction& controller) {
+  constexpr double kRounding = 1e-7;
+  double sum = 0.0, size = 0.0;
+  for (const double term : controller.denominator) {
+    sum += term;
+    size += std::abs(term);
+  }
+  return std::abs(sum) < kRounding * size;
+}
+
 void set_weight(Law& law, double weight) {
   auto& what = law.what;
   what.set_point_weight = weight;

@@ -28,6 +28,9 @@ struct Law {
 /// Of any transfer function; a PI is known as one.
 [[nodiscard]] Law law_of(const data::TransferFunction& controller);
 
+/// Whether a controller has a pole at 1.
+[[nodiscard]] bool integrates(const data::TransferFunction& controller);
+
 /// Gives a PI or PID a set-point weight; the derivative takes the velocity alone.
 void set_weight(Law& law, double weight);
 

@@ -51,6 +51,13 @@ std::optional<double> least_met(const std::vector<design::Machine>& machines, de
 Error out_of_reach(const TuneOptions& options, const std::vector<design::Machine>& machines,
                    const std::string& what) {
   const auto bounds = plain_bounds(options);
+  if (is_met(machines, bounds))
+    return {
+        "confidence",
+        fmt::format("is not reached: the identified machine alone would allow the bounds, {} meets them for "
+                    "every machine that may be. Identify more closely, or ask for less",
+                    what),
+        options.confidence};
   std::string together, could, field = "largest_sensitivity";
   for (const auto& named : kBounds) {
     if (!(bounds.*named.bound)) continue;

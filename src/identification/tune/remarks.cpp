@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "identification/tune/checks.hpp"
+#include "identification/tune/law.hpp"
 
 namespace resonid::identification {
 namespace {
@@ -132,8 +133,7 @@ class Remarks {
     for (const Result& r : results_) {
       const auto& friction = r.model->coulomb_friction;
       const bool dry = r.model->has_dry_friction();
-      const bool integrates = t_.proposed().feedback.denominator.size() > 1;
-      if (!dry || !integrates) continue;
+      if (!dry || !integrates(t_.proposed().feedback)) continue;
       return note(
           "integral-with-dry-friction", Severity::info,
           fmt::format("The machine has dry friction{}: with an integral part a position may hunt around "

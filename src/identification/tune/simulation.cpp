@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <resonid/base/error_text.hpp>
 #include <resonid/identification/detail/tune_simulation.hpp>
 
 #include "identification/tune/checks.hpp"
@@ -178,8 +179,26 @@ class Simulator {
     for (std::size_t k = 0; k < record.samples(); ++k)
       run.time_s.push_back(static_cast<double>(k) / record.sample_rate_hz);
     put_figures(c, what, record.output.samples, run);
+    if (&c == &t_.proposed()) compare(run);
     t_.simulated.push_back(std::move(run));
     return {};
+  }
+
+  /// What the linear design promises beside what came: friction, limits and another machine make it differ.
+  void compare(const SimulatedRun& run) {
+    constexpr double kPart = 0.3, kPoints = 10.0;
+    for (const auto& figure : run.figures) {
+      if (!figure.promised) continue;
+      const double room = figure.name == "reference_overshoot" ? kPoints : kPart * std::abs(*figure.promised);
+      if (std::abs(figure.simulated - *figure.promised) <= room + 5.0 * t_.sample_time_s) continue;
+      t_.findings.push_back(
+          {"simulation-differs", diagnostics::Severity::warning, figure.simulated, figure.promised,
+           fmt::format(
+               "{}: {} {:.3g} {} came, {:.3g} was promised: friction, the torque limit, or a drive that is "
+               "not the identified one.",
+               run.what, figure.name, figure.simulated, figure.unit, *figure.promised)});
+      return;
+    }
   }
 
   static void put(SimulatedRun& run, const TunedController& c, const char* name, double simulated,
@@ -255,6 +274,16 @@ ExperimentConfig experiment_of(const Result& result, const TuneOptions& options)
 
 expected<void, Error> simulate_on(Tuning& tuning, const ExperimentConfig& experiment) {
   return Simulator(tuning, experiment).run();
+}
+
+void simulate_on_model(Tuning& tuning, const Result& result) {
+  const auto done = simulate_on(tuning, experiment_of(result, tuning.options));
+  if (!done)
+    tuning.findings.push_back({"not-simulated",
+                               diagnostics::Severity::info,
+                               {},
+                               {},
+                               "The model cannot be simulated as it is: " + message_of(done.error()) + "."});
 }
 
 }  // namespace resonid::identification

@@ -35,7 +35,7 @@ class Tuner {
     if (auto done = add_running(); !done) return tl::unexpected(done.error());
     if (options_.evaluate) return finished();
     progress("what bounds and accuracy cost");
-    add_value(tuning_, posteriors_.front(), plain_bounds(options_));
+    if (posteriors_.size() == 1) add_value(tuning_, posteriors_.front(), plain_bounds(options_));
     if (options_.shaper) add_shapers(tuning_, posteriors_);
     if (!options_.positions.empty()) {
       progress("gains over position");

@@ -15,4 +15,7 @@ namespace resonid::identification {
 /// finding; anything else that the experiment does not allow is refused.
 [[nodiscard]] expected<void, Error> simulate_on(Tuning& tuning, const plant::ExperimentConfig& experiment);
 
+/// The same on the identified machine; a model that cannot be simulated is a finding.
+void simulate_on_model(Tuning& tuning, const Result& result);
+
 }  // namespace resonid::identification
