@@ -30,20 +30,13 @@ double even_position(const Stroke& stroke, std::size_t i, std::size_t count) {
   return stroke.from + (stroke.to - stroke.from) * static_cast<double>(i) / static_cast<double>(count - 1);
 }
 
-std::vector<Transfer> transfers_under(const Bounds& bounds) {
-  std::vector<Transfer> transfers;
-  for (const Transfer transfer : kTransfers)
-    if (bound_of(bounds, transfer)) transfers.push_back(transfer);
-  return transfers;
-}
-
 expected<void> check(const Stroke& stroke, const ScheduleOptions& options) {
   if (!(stroke.to > stroke.from)) return refuse("stroke", "must end above its beginning", stroke.to);
   if (options.first_nodes < 2 || options.first_nodes > options.most_nodes)
     return refuse("first_nodes", "must be at least 2 and at most most_nodes",
                   static_cast<double>(options.first_nodes));
   if (options.count < 2) return refuse("count", "must be at least 2", static_cast<double>(options.count));
-  if (transfers_under(options.bounds).empty()) return refuse("bounds", "must limit something");
+  if (bounded_transfers(options.bounds).empty()) return refuse("bounds", "must limit something");
   if (options.largest_speed && !(*options.largest_speed > 0.0))
     return refuse("largest_speed", "must be > 0", *options.largest_speed);
   return {};
@@ -138,7 +131,7 @@ const FrozenMaximum& FrozenMargins::worst() const {
 
 FrozenMargins frozen_margins(const MachineAt& machine_at, const GainSchedule& schedule, const Stroke& stroke,
                              const Bounds& bounds, std::size_t count) {
-  const auto transfers = transfers_under(bounds);
+  const auto transfers = bounded_transfers(bounds);
   std::vector<std::vector<FrozenMaximum>> all(count);
   std::vector<char> unstable(count, 0);
   linalg::for_each_index(count, 0, [&](std::size_t i) {
@@ -166,7 +159,7 @@ FrozenMargins frozen_worst_cases(const PosteriorAt& posterior_at, double radius,
     const ClosedLoop nominal = closed_loop(fit::sampled_states(posterior.nominal()),
                                            states_of(controller, posterior.nominal().sample_time_s));
     stable = stable && nominal.is_stable();
-    for (const Transfer transfer : transfers_under(bounds)) {
+    for (const Transfer transfer : bounded_transfers(bounds)) {
       const WorstCase worst = worst_case(posterior, controller, transfer, radius);
       all[i].push_back({worst.peak, position, posterior.at(worst.u)});
     }

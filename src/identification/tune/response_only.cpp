@@ -180,7 +180,11 @@ expected<Tuning, Error> tune_by_response(const Result& result, const TuneOptions
   LoopFigure crossover;
   crossover.name = "crossover_hz";
   crossover.unit = "Hz";
-  crossover.value = found->crossover_hz;
+  crossover.value = found->crossover_hz;  // the first one, as everywhere
+  const auto& curves = controller.curves;
+  for (std::size_t i = curves.loop.size(); i > 1; --i)
+    if (std::abs(curves.loop[i - 2]) >= 1.0 && std::abs(curves.loop[i - 1]) < 1.0)
+      crossover.value = curves.frequency_hz[i - 1];
   controller.figures.push_back(std::move(crossover));
   tuning.candidates = {std::move(controller)};
   if (options.running) {

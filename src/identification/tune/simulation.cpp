@@ -43,8 +43,7 @@ plant::DriveConfig drive_config(const fit::DriveModel& m) {
 }
 
 /// The law as the simulated drive runs it.
-plant::ControllerConfig controller_config(const TunedController& c, const TuneOptions& options,
-                                          double sample_time_s) {
+plant::ControllerConfig controller_config(const TunedController& c, const TuneOptions& options) {
   plant::ControllerConfig config;
   config.torque_limit = options.torque_limit.value_or(0.0);
   if (c.position_gain && c.gains) {
@@ -59,13 +58,7 @@ plant::ControllerConfig controller_config(const TunedController& c, const TuneOp
   config.r = c.feedback.denominator;
   config.s = c.feedback.numerator;
   config.t = config.s;
-  if (!c.reference_numerator.empty()) {
-    config.t = c.reference_numerator;
-  } else if (c.gains && !c.derivative_gain) {
-    auto weighted = *c.gains;
-    weighted.kp *= c.set_point_weight;
-    config.t = weighted.transfer_function(sample_time_s).numerator;
-  }
+  if (!c.reference_numerator.empty()) config.t = c.reference_numerator;
   return config;
 }
 
@@ -103,7 +96,7 @@ class Simulator {
  private:
   expected<void, Error> runs_of(const TunedController& c, const std::string& with) {
     const bool cascade = c.position_gain.has_value();
-    const double settling = settling_of(c);
+    const double settling = settling_s();
     if (!cascade)
       if (auto done = one(c, "reference step" + with, reference_step(settling)); !done) return done;
     if (auto done = one(c, "load step" + with, load_step(settling)); !done) return done;
@@ -115,9 +108,16 @@ class Simulator {
     return one(c, "motion of the experiment" + with, config);
   }
 
-  static double settling_of(const TunedController& c) {
-    const auto& time = c.curves.time_s;
-    return std::clamp(time.empty() ? 1.0 : time.back(), 0.1, 5.0);
+  /// Until the slower of both controllers has settled, so that their steps stand at one time.
+  [[nodiscard]] double settling_s() const {
+    constexpr double kLeast = 0.1, kMost = 5.0;
+    double longest = kLeast;
+    const auto follow = [&](const TunedController& c) {
+      if (c.stable && !c.curves.time_s.empty()) longest = std::max(longest, c.curves.time_s.back());
+    };
+    follow(t_.proposed());
+    if (t_.running) follow(*t_.running);
+    return std::min(longest, kMost);
   }
 
   /// As steep as a sample allows.
@@ -156,7 +156,7 @@ class Simulator {
   }
 
   expected<void, Error> one(const TunedController& c, const std::string& what, ExperimentConfig config) {
-    config.controller = controller_config(c, t_.options, t_.sample_time_s);
+    config.controller = controller_config(c, t_.options);
     const auto simulation = plant::simulate_closed_loop(config);
     if (!simulation) {
       const auto& error = simulation.error();
