@@ -88,9 +88,9 @@ class Observer {
   OverTime seen_;
 };
 
-Error diverged(bool closed) {
-  if (closed) return {"controller", "must hold the drive stable: the simulated loop diverges"};
-  return {"excitation", "must keep torque and velocity below 1e12"};
+SimulationError diverged(bool closed) {
+  if (closed) return {{"controller", "must hold the drive stable: the simulated loop diverges"}, true};
+  return {{"excitation", "must keep torque and velocity below 1e12"}};
 }
 
 Error out_of_stroke(const ExperimentConfig& config, double time_s, double place) {
@@ -124,14 +124,22 @@ expected<std::size_t> length_of(const ExperimentConfig& config) {
 
 expected<Simulation> simulate_closed_loop(const ExperimentConfig& config,
                                           std::span<const double> response_hz) {
-  if (const auto ok = check(config); !ok) return unexpected(ok.error());
+  auto simulation = simulate_or_tell(config, response_hz);
+  if (!simulation) return unexpected<Error>(simulation.error());
+  return *std::move(simulation);
+}
+
+expected<Simulation, SimulationError> simulate_or_tell(const ExperimentConfig& config,
+                                                       std::span<const double> response_hz) {
+  if (const auto ok = checked(config); !ok) return unexpected(ok.error());
+  const auto told = [](const Error& error) { return unexpected(SimulationError{error}); };
   const double rate = config.run.sample_rate_hz;
   for (const double f : response_hz)
     if (!(f > 0.0 && f <= 0.5 * rate))
-      return unexpected(located("run", {"response_hz", "must be > 0 and at most half the sample rate", f}));
+      return told(located("run", {"response_hz", "must be > 0 and at most half the sample rate", f}));
   const std::size_t samples = *length_of(config);
   auto loop = make_loop(config, static_cast<double>(samples) / rate);
-  if (!loop) return unexpected(loop.error());
+  if (!loop) return told(loop.error());
 
   auto excitation = *online::Excitation::create(config.excitation, rate);
   const Controller controller = *Controller::create(config.controller, rate);
@@ -150,7 +158,7 @@ expected<Simulation> simulate_closed_loop(const ExperimentConfig& config,
     if (!(std::abs(s.input) < kDiverged && std::abs(s.output) < kDiverged))
       return unexpected(diverged(controller.closed()));
     if (belt && !(s.place >= config.drive.stroke_from_m - 1e-3 && s.place <= config.drive.stroke_to_m + 1e-3))
-      return unexpected(out_of_stroke(config, static_cast<double>(k) / rate, s.place));
+      return told(out_of_stroke(config, static_cast<double>(k) / rate, s.place));
     record.excitation.samples[k] = ru;
     record.input.samples[k] = s.input;
     record.output.samples[k] = s.output;

@@ -16,6 +16,11 @@ constexpr double kMaxDelaySamples = 1e6;
 constexpr std::size_t kMaxPoleDelay = 60;  // samples; beyond it the poles take too long
 constexpr double kStable = 1.0 + 1e-9;     // rounding of a pole on the unit circle
 
+/// The experiment itself is not in order.
+unexpected<SimulationError> told(const Error& error) {
+  return unexpected<SimulationError>(SimulationError{error});
+}
+
 unexpected<Error> refused(std::string_view table, const Error& error) {
   return unexpected<Error>(located(table, error));
 }
@@ -113,11 +118,11 @@ std::vector<double> judged_factors(const ExperimentConfig& c, const Machine& mac
   return factors;
 }
 
-expected<void> check_loop(const ExperimentConfig& c, const Drive& drive, const Machine& machine,
-                          double duration_s) {
+expected<void, SimulationError> check_loop(const ExperimentConfig& c, const Drive& drive,
+                                           const Machine& machine, double duration_s) {
   const double rate = c.run.sample_rate_hz;
   const auto controller = Controller::create(c.controller, rate);
-  if (!controller) return refused("controller", controller.error());
+  if (!controller) return told(located("controller", controller.error()));
   const auto feedback = controller->velocity_feedback();
   const VelocityPath path = velocity_path(c.measurement, rate, controller->position_gain());
   const SampleDelay delay = split_delay(c.measurement.delay_s, rate);
@@ -140,8 +145,10 @@ expected<void> check_loop(const ExperimentConfig& c, const Drive& drive, const M
       how += fmt::format(" where the drive resonates at {:.4g} Hz",
                          resonances(machine.system(factor)).front().frequency_hz);
     const bool has_gain = c.controller.gain != 0.0;
-    return refuse(has_gain ? "controller.gain" : "controller", "must leave the closed loop stable: " + how,
-                  has_gain ? c.controller.gain : std::nan(""));
+    return unexpected(SimulationError{
+        {has_gain ? "controller.gain" : "controller", "must leave the closed loop stable: " + how,
+         has_gain ? c.controller.gain : std::nan("")},
+        true});
   }
   return {};
 }
@@ -158,19 +165,24 @@ MachineConfig machine_of(const ExperimentConfig& c) {
 }
 
 expected<void> check(const ExperimentConfig& config) {
-  if (const auto ok = check_ranges(config); !ok) return ok;
+  if (const auto ok = checked(config); !ok) return unexpected<Error>(ok.error());
+  return {};
+}
+
+expected<void, SimulationError> checked(const ExperimentConfig& config) {
+  if (const auto ok = check_ranges(config); !ok) return told(ok.error());
   const auto samples = length_of(config);
-  if (!samples) return unexpected(samples.error());
+  if (!samples) return told(samples.error());
   const double duration_s = static_cast<double>(*samples) / config.run.sample_rate_hz;
   const SampleDelay delay = split_delay(config.measurement.delay_s, config.run.sample_rate_hz);
   const auto drive = make_drive(machine_of(config), config.run.sample_rate_hz, delay.fraction, duration_s);
   if (!drive)
-    return refused(drive.error().field == "load_coulomb" ? "friction" : "disturbance", drive.error());
+    return told(located(drive.error().field == "load_coulomb" ? "friction" : "disturbance", drive.error()));
   const Machine machine(machine_of(config), duration_s);
   if (config.measurement.second_output != data::SecondOutput::none && machine.masses() < 2)
-    return refused("measurement", {"second_output", "needs a load: this machine is rigid"});
-  if (const auto ok = check_resonances(config, machine.highest_factor()); !ok) return ok;
-  if (const auto ok = check_stroke(config, duration_s); !ok) return ok;
+    return told({"measurement.second_output", "needs a load: this machine is rigid"});
+  if (const auto ok = check_resonances(config, machine.highest_factor()); !ok) return told(ok.error());
+  if (const auto ok = check_stroke(config, duration_s); !ok) return told(ok.error());
   return check_loop(config, **drive, machine, duration_s);
 }
 
