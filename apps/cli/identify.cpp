@@ -31,11 +31,6 @@
 namespace resonid::cli {
 namespace {
 
-void add_method(CLI::App& verb, MethodOptions& o) {
-  verb.option_defaults()->group("Estimation");
-  add_enum(verb, "--method", o.options.method, "how the response is measured");
-}
-
 void identify_one(const CLI::App& verb, IdentifyOptions& o) {
   const std::vector<std::pair<std::string_view, std::string_view>> outputs = {
       {"--report", o.report},
@@ -120,7 +115,7 @@ void add_identify(CLI::App& app) {
   add_signal_options(*verb, o->record);
   add_second_output_options(*verb, o->record);
   add_excitation_options(*verb, o->method);
-  add_method(*verb, o->method);
+  add_method_option(*verb, o->method, "how the response is measured");
   add_loop_options(*verb, o->method);
   verb->add_option("--planned-controller", o->method.planned_controller,
                    "also show the margins with this controller, which is to run")

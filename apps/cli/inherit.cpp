@@ -79,8 +79,8 @@ std::vector<identification::GivenOption> given_options(const CLI::App& verb) {
   return options;
 }
 
-void inherit(CLI::App& verb, const std::vector<identification::GivenOption>& options, const std::string& file,
-             bool same_record) {
+void inherit_wanted(CLI::App& verb, const std::vector<identification::GivenOption>& options,
+                    const std::string& file, const std::function<bool(const CLI::Option&)>& wanted) {
   std::vector<std::string> names;
   const auto is_given = [&](const char* name) {
     const auto* option = verb.get_option_no_throw(name);
@@ -92,8 +92,7 @@ void inherit(CLI::App& verb, const std::vector<identification::GivenOption>& opt
     if (other_stretch && (name == "from" || name == "to")) continue;
     const auto stored =
         std::find_if(options.begin(), options.end(), [&](const auto& o) { return o.name == name; });
-    if (stored == options.end() || option->get_group().empty() || !is_inherited(*option, same_record))
-      continue;
+    if (stored == options.end() || option->get_group().empty() || !wanted(*option)) continue;
     if (option->count() > 0 && !is_from_profile(*option)) continue;
     forget_profile_of(*option);
     option->clear();
@@ -107,6 +106,12 @@ void inherit(CLI::App& verb, const std::vector<identification::GivenOption>& opt
   }
   if (!names.empty() && !output_settings().quiet)
     print_error(fmt::format("resonid: from {}: {}\n", file, fmt::join(names, ", ")));
+}
+
+void inherit(CLI::App& verb, const std::vector<identification::GivenOption>& options, const std::string& file,
+             bool same_record) {
+  inherit_wanted(verb, options, file,
+                 [&](const CLI::Option& option) { return is_inherited(option, same_record); });
 }
 
 bool is_of_record(const identification::Result& result, const std::string& record) {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <CLI/App.hpp>
+#include <functional>
 #include <resonid/identification/result.hpp>
 #include <string>
 #include <vector>
@@ -17,6 +18,10 @@ namespace resonid::cli {
 /// line overrule it, it overrules a profile. Says on standard error what was taken from `file`.
 void inherit(CLI::App& verb, const std::vector<identification::GivenOption>& options, const std::string& file,
              bool same_record = false);
+
+/// Of these options only those that are wanted, whatever they are of.
+void inherit_wanted(CLI::App& verb, const std::vector<identification::GivenOption>& options,
+                    const std::string& file, const std::function<bool(const CLI::Option&)>& wanted);
 
 /// Whether a result is of this record, by the name of its file.
 [[nodiscard]] bool is_of_record(const identification::Result& result, const std::string& record);

@@ -153,7 +153,17 @@ void add_result_options(CLI::App& verb, MethodOptions& o) {
       },
       "frequencies to use, in Hz");
   add_number(verb, "--confidence", k.confidence, "P", "of the error bars");
-  add_number(verb, "--radius", k.radius_m, "M", "radius of the driven roller: also report stiffness in N/m");
+  add_radius_option(verb, o);
+}
+
+void add_radius_option(CLI::App& verb, MethodOptions& o) {
+  add_number(verb, "--radius", o.options.radius_m, "M",
+             "radius of the driven roller: also report stiffness in N/m");
+}
+
+void add_method_option(CLI::App& verb, MethodOptions& o, const std::string& doc) {
+  verb.option_defaults()->group("Estimation");
+  add_enum(verb, "--method", o.options.method, doc);
 }
 
 void add_drive_model_option(CLI::App& verb, MethodOptions& o) {
@@ -166,10 +176,8 @@ void add_friction_option(CLI::App& verb, MethodOptions& o, const std::string& do
   add_enum(verb, "--friction", o.options.friction, doc);
 }
 
-void add_model_options(CLI::App& verb, MethodOptions& o) {
-  verb.option_defaults()->group("Model");
+void add_drive_options(CLI::App& verb, MethodOptions& o) {
   auto& k = o.options;
-  add_enum(verb, "--model", k.model, "drive model to fit, or a black box without drive structure");
   add_friction_option(verb, o, "friction of the drive model");
   add_enum(verb, "--ground", k.ground, "side of the drive model that a spring ties to the ground");
   add_number(
@@ -177,6 +185,13 @@ void add_model_options(CLI::App& verb, MethodOptions& o) {
       "time constant of the torque loop, 0 for none; otherwise estimated where the recording shows it");
   add_number(verb, "--output-filter", k.output_filter_s, "SECONDS",
              "time constant of the drive's filter of the measured velocity, 0 for none; otherwise estimated");
+}
+
+void add_model_options(CLI::App& verb, MethodOptions& o) {
+  verb.option_defaults()->group("Model");
+  auto& k = o.options;
+  add_enum(verb, "--model", k.model, "drive model to fit, or a black box without drive structure");
+  add_drive_options(verb, o);
   static_assert(std::is_same_v<std::size_t, std::uint64_t>);
   add_count(verb, "--order", k.order, "of the black-box model, 1 ... 20; otherwise chosen", 1)
       ->default_str("");
@@ -224,7 +239,8 @@ void check(const CLI::App& verb, MethodOptions& o) {
     throw UsageError(fmt::format("--torque-lag: found {:g} s, required >= 0", lag));
   if (const double lag = o.options.output_filter_s.value_or(0.0); !(lag >= 0.0))
     throw UsageError(fmt::format("--output-filter: found {:g} s, required >= 0", lag));
-  if (given("--seed") && !given("--bootstrap"))
+  const bool repeats = verb.get_option_no_throw("--bootstrap") != nullptr;  // else the seed is another one's
+  if (repeats && given("--seed") && !given("--bootstrap"))
     throw UsageError("--seed: is the seed of the bootstrap; required --bootstrap N with it");
   if (given("--bootstrap") && o.options.model == ModelChoice::none)
     throw UsageError("--bootstrap: repeats the experiment on the model; required --model other than none");

@@ -36,12 +36,18 @@ struct MethodOptions {
 void add_excitation_options(CLI::App& verb, MethodOptions& o);
 /// --approach, --controller, --delay.
 void add_loop_options(CLI::App& verb, MethodOptions& o);
+/// --radius
+void add_radius_option(CLI::App& verb, MethodOptions& o);
 /// --band, --confidence, --radius.
 void add_result_options(CLI::App& verb, MethodOptions& o);
 /// --friction
 void add_friction_option(CLI::App& verb, MethodOptions& o, const std::string& doc);
 /// --model of what can be tracked.
 void add_drive_model_option(CLI::App& verb, MethodOptions& o);
+/// --method
+void add_method_option(CLI::App& verb, MethodOptions& o, const std::string& doc);
+/// --friction, --ground, --torque-lag, --output-filter: what is known of the drive.
+void add_drive_options(CLI::App& verb, MethodOptions& o);
 /// --model of all that can be fitted off line, --order, --bootstrap, --seed.
 void add_model_options(CLI::App& verb, MethodOptions& o);
 /// --lambda, --pole-radius, --no-smoothing, --no-offset of the kalman method.

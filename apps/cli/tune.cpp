@@ -12,10 +12,8 @@
 #include <resonid/identification/detail/tune_export.hpp>
 #include <resonid/identification/detail/tune_rows.hpp>
 #include <resonid/identification/detail/tune_simulation.hpp>
-#include <resonid/identification/identify.hpp>
 #include <resonid/identification/tune.hpp>
 #include <resonid/io/controller_file.hpp>
-#include <resonid/io/detail/json_file.hpp>
 #include <resonid/io/detail/number_list.hpp>
 #include <resonid/io/experiment.hpp>
 #include <resonid/report/detail/tune.hpp>
@@ -25,18 +23,17 @@
 #include "experiment_source.hpp"
 #include "first_loop.hpp"
 #include "help.hpp"
-#include "inherit.hpp"
 #include "option_names.hpp"
 #include "options.hpp"
 #include "output.hpp"
 #include "profile.hpp"
 #include "progress.hpp"
 #include "provenance.hpp"
-#include "record_options.hpp"
 #include "result_file.hpp"
 #include "result_words.hpp"
 #include "terminal.hpp"
 #include "track_rows.hpp"
+#include "tune_check.hpp"
 #include "tune_exports.hpp"
 #include "verbs.hpp"
 
@@ -51,30 +48,36 @@ struct TuneVerb {
   std::optional<double> delay_s;  ///< With first_loop.
   std::vector<std::string> exports;
   identification::ExportNames names;
-  RecordOptions check;
-  MethodOptions method;  ///< What is known of the excitation of that recording.
+  TuneCheck check;
   std::string report, json;
   bool require_trusted = false;
 };
 
-data::Controller controller_of(const char* option, const std::string& text, double sample_time_s) {
+io::ControllerFile controller_of(const char* option, const std::string& text, double sample_time_s) {
   auto read = io::read_controller(text, sample_time_s);
   if (!read) throw UsageError(fmt::format("{}: {}", option, message_of(read.error())));
-  return data::Controller(std::move(*read));
+  return *std::move(read);
 }
 
-/// A controller file tells the way of the reference too; of a position loop the bounds mean another thing.
-void read_evaluated(TuneVerb& o, double sample_time_s) {
-  o.options.evaluate = controller_of("--evaluate", *o.evaluate, sample_time_s);
-  if (o.evaluate->starts_with("pi:")) return;
-  const auto json = io::read_json(*o.evaluate);
-  if (!json) return;
-  if (json->value("structure", "") == "cascade")
-    throw UsageError(
-        fmt::format("--evaluate: {} is a position loop; what is judged is a velocity loop", *o.evaluate));
-  if (json->contains("reference_numerator") && (*json)["reference_numerator"].is_array())
-    for (const auto& term : (*json)["reference_numerator"])
-      if (term.is_number()) o.options.evaluate_reference.push_back(term.get<double>());
+/// A controller file tells the way of the reference too, and what is a position loop.
+void read_controllers(TuneVerb& o, double sample_time_s) {
+  auto& t = o.options;
+  if (o.evaluate) {
+    auto file = controller_of("--evaluate", *o.evaluate, sample_time_s);
+    if (file.structure == "cascade" && !file.position_gain)
+      throw UsageError(
+          fmt::format("--evaluate: {} is a position loop and does not tell its \"position_gain\" (1/s), "
+                      "required to judge it",
+                      *o.evaluate));
+    t.evaluate_reference = std::move(file.reference_numerator);
+    t.evaluate_position_gain = file.position_gain;
+    t.evaluate = data::Controller(data::TransferFunction(std::move(file)));
+  }
+  if (!o.controller) return;
+  auto file = controller_of("--controller", *o.controller, sample_time_s);
+  t.running_reference = std::move(file.reference_numerator);
+  t.running_position_gain = file.position_gain;
+  t.running = data::Controller(data::TransferFunction(std::move(file)));
 }
 
 /// What the recording was multiplied with, as the result stores it.
@@ -127,7 +130,7 @@ void read_schedule(TuneVerb& o, std::vector<identification::Result>& results) {
 std::vector<std::string> input_files(const TuneVerb& o) {
   auto files = o.results;
   if (const auto rows = rows_file(o)) files.push_back(*rows);
-  if (!o.check.record.empty()) files.push_back(o.check.record);
+  if (o.check.is_wanted()) files.push_back(o.check.record.record);
   for (const auto* text : {&o.evaluate, &o.controller, &o.experiment})
     if (*text && !(*text)->starts_with("pi:") && std::filesystem::exists(**text)) files.push_back(**text);
   return files;
@@ -147,18 +150,11 @@ void simulate(TuneVerb& o, identification::Tuning& tuning, const identification:
   if (!done) throw UsageError(in_options(done.error()));
 }
 
-/// --check: the recording under the new controller, identified as the result was.
 void check_record(CLI::App& verb, TuneVerb& o, identification::Tuning& tuning,
                   const identification::Result& designed_for) {
-  const auto record = read_record(verb, o.check);
-  complete(o.method, record);
-  auto& options = o.method.options;
-  options.controller = data::Controller(tuning.proposed().feedback);
-  options.delay_s = designed_for.known_delay_s;
-  options.progress = o.options.progress;
-  const auto measured = identification::identify(record, options);
-  if (!measured) throw UsageError("--check: " + in_options(measured.error()));
-  const auto done = identification::check_on(tuning, designed_for, *measured);
+  const auto measured = identified_for_check(verb, o.check, designed_for, o.results.front(),
+                                             tuning.proposed().feedback, o.options.progress);
+  const auto done = identification::check_on(tuning, designed_for, measured);
   if (!done) throw UsageError(in_options(done.error()));
 }
 
@@ -221,28 +217,27 @@ void run_tune(CLI::App& verb, TuneVerb& o) {
   Progress progress;
   std::vector<identification::Result> results;
   for (const auto& file : o.results) results.push_back(read_result(file));
-  inherit(verb, results.front().options, o.results.front());
+  inherit_for_tune(verb, o.check, results.front(), o.results.front());
   read_schedule(o, results);
   const double sample_time_s = 1.0 / results.front().record.sample_rate_hz;
-  if (o.evaluate) read_evaluated(o, sample_time_s);
-  if (o.controller) o.options.running = controller_of("--controller", *o.controller, sample_time_s);
+  read_controllers(o, sample_time_s);
   o.options.progress = [&progress](std::string_view stage) { progress.stage(stage); };
   auto tuning = identification::tune(results, o.options);
   if (!tuning) throw UsageError(in_options(tuning.error()));
   tuning->results = o.results;
   tuning->input_scale = 1.0 / stored_scale(results.front(), "input-scale");
   tuning->output_scale = 1.0 / stored_scale(results.front(), "output-scale");
-  if (tuning->schedule && !o.check.record.empty())
+  if (tuning->schedule && o.check.is_wanted())
     throw UsageError("--check: found with --schedule, required the controller of one place (--evaluate)");
-  if (tuning->by_response && (o.experiment || !o.check.record.empty()))
+  if (tuning->by_response && (o.experiment || o.check.is_wanted()))
     throw UsageError(fmt::format("{}: needs a drive model, which {} does not hold",
                                  o.experiment ? "--simulate" : "--check", o.results.front()));
   if (!tuning->by_response) {
     progress.stage("simulating");
     simulate(o, *tuning, results.front());
   }
-  if (!o.check.record.empty()) {
-    progress.stage("checking on " + o.check.record);
+  if (o.check.is_wanted()) {
+    progress.stage("checking on " + o.check.record.record);
     check_record(verb, o, *tuning, results.front());
   }
   write(o, exports, inputs, quiet, *tuning);
@@ -259,7 +254,7 @@ void run(CLI::App& verb, TuneVerb& o) {
   if (!o.first_loop) {
     if (o.results.empty()) throw UsageError("RESULT is required, or --first-loop");
     for (const char* name : {"--sample-rate", "--delay"})
-      if (is_given(name) && o.check.record.empty())
+      if (is_given(name) && !o.check.is_wanted())
         throw UsageError(
             fmt::format("{}: found with a RESULT, which tells it; required: --first-loop", name));
     return run_tune(verb, o);
@@ -272,7 +267,7 @@ void run(CLI::App& verb, TuneVerb& o) {
     if (is_given(name))
       throw UsageError(fmt::format("{}: found with --first-loop, required a RESULT with it", name));
   std::optional<double> sample_rate_hz;
-  if (is_given("--sample-rate")) sample_rate_hz = o.check.columns.sample_rate_hz;
+  if (is_given("--sample-rate")) sample_rate_hz = o.check.record.columns.sample_rate_hz;
   run_first_loop(
       {*o.first_loop, sample_rate_hz, o.delay_s, o.options.torque_limit, o.exports, o.names, o.json});
 }
@@ -346,12 +341,7 @@ void add_tune(CLI::App& app) {
            "show the controller on the drive of this experiment (a file, or the name of a shipped one); "
            "default: on the model, with its friction",
            "EXPERIMENT");
-  verb->add_option("--check", o->check.record,
-                   "a recording under the controller that is judged (--evaluate) or was designed, with an "
-                   "excitation: is the loop as promised?")
-      ->type_name("RECORD");
-  add_signal_options(*verb, o->check);
-  add_excitation_options(*verb, o->method);
+  add_check_options(*verb, o->check);
   add_summary_options(*verb);
   verb->add_option("--export", o->exports, "take the controller away: json, c, c-float, st, hal, klipper")
       ->type_name("FORMAT:FILE");

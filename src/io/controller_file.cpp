@@ -11,7 +11,7 @@
 namespace resonid::io {
 namespace {
 
-using Result = expected<data::TransferFunction, Error>;
+using Result = expected<ControllerFile, Error>;
 
 Result refused(std::string requirement) { return unexpected(Error{{}, std::move(requirement)}); }
 Result refused(std::string where, std::string requirement) {
@@ -27,7 +27,8 @@ Result pi(const std::string& numbers, double sample_time_s) {
   if (*gain == 0.0 || !(*time > 0.0))
     return refused(
         fmt::format("found KP = {:g}, TI = {:g} s, required KP other than 0 and TI > 0", *gain, *time));
-  return data::pi_controller(*gain, *time, sample_time_s);
+  ControllerFile controller{data::pi_controller(*gain, *time, sample_time_s), "pi", {}, {}};
+  return controller;
 }
 
 /// A non-empty array of finite numbers, or nothing.
@@ -40,6 +41,68 @@ std::optional<std::vector<double>> coefficients(const nlohmann::json& json, cons
     values.push_back(entry.get<double>());
   }
   return values;
+}
+
+using Complaint = expected<void, std::string>;
+
+/// A file without a sample time is at the record's.
+Complaint checked_step(const nlohmann::json& json, double sample_time_s) {
+  if (!json.contains("sample_time_s")) return {};
+  const auto& found = json["sample_time_s"];
+  if (!found.is_number() || !(found.get<double>() > 0.0))
+    return unexpected(std::string("\"sample_time_s\" must be a number > 0"));
+  constexpr double kSame = 0.01;
+  const double step = found.get<double>();
+  if (std::abs(step - sample_time_s) <= kSame * sample_time_s) return {};
+  return unexpected(fmt::format(
+      "runs at {:g} s, the recording at {:g} s; a controller must run at the recording's sample time", step,
+      sample_time_s));
+}
+
+/// Whether a polynomial in z^-1 is 0 there, but for rounding.
+bool has_root(const std::vector<double>& polynomial, double inverse_z) {
+  constexpr double kRounding = 1e-6;
+  double sum = 0.0, size = 0.0, power = 1.0;
+  for (const double term : polynomial) {
+    sum += term * power;
+    size += std::abs(term * power);
+    power *= inverse_z;
+  }
+  return std::abs(sum) <= kRounding * size;
+}
+
+/// 1 + kv q = ((1 + kv Ts) - z^-1)/(1 - z^-1) is a factor of a cascade.
+bool contains_position(const data::TransferFunction& feedback, double gain) {
+  return has_root(feedback.numerator, 1.0 + gain * feedback.sample_time_s) &&
+         has_root(feedback.denominator, 1.0);
+}
+
+Complaint read_further(const nlohmann::json& json, ControllerFile& controller) {
+  if (const auto found = json.find("structure"); found != json.end()) {
+    if (!found->is_string()) return unexpected(std::string("\"structure\" must be a text"));
+    controller.structure = found->get<std::string>();
+  }
+  if (json.contains("reference_numerator")) {
+    const auto reference = coefficients(json, "reference_numerator");
+    if (!reference)
+      return unexpected(std::string("\"reference_numerator\" must be an array of numbers in powers of z^-1"));
+    controller.reference_numerator = *reference;
+  }
+  const auto gain = json.find("position_gain");
+  if (gain == json.end()) return {};
+  if (!gain->is_number() || !(gain->get<double>() > 0.0) || !std::isfinite(gain->get<double>()))
+    return unexpected(std::string("\"position_gain\" must be a number > 0, in 1/s"));
+  controller.position_gain = gain->get<double>();
+  if (!controller.reference_numerator.empty())
+    return unexpected(
+        std::string("\"reference_numerator\" and \"position_gain\": required one of them, as a position loop "
+                    "tells by its gain what the reference does"));
+  if (!contains_position(controller, *controller.position_gain))
+    return unexpected(
+        fmt::format("\"position_gain\" {:g} is no part of numerator and denominator, which must be the whole "
+                    "feedback of the velocity, C (1 + kv Ts/(1 - z^-1))",
+                    *controller.position_gain));
+  return {};
 }
 
 }  // namespace
@@ -59,14 +122,10 @@ Result read_controller(const std::string& text, double sample_time_s) {
   if (!numerator || !denominator)
     return refused(text, "needs \"numerator\" and \"denominator\", arrays of numbers in powers of z^-1");
   if (denominator->front() == 0.0) return refused(text, "the denominator must not begin with 0");
-  if (const auto step = json.value("sample_time_s", sample_time_s);
-      std::abs(step - sample_time_s) > 0.01 * sample_time_s)
-    return refused(
-        text,
-        fmt::format(
-            "runs at {:g} s, the recording at {:g} s; a controller must run at the recording's sample time",
-            step, sample_time_s));
-  return data::TransferFunction{*numerator, *denominator, sample_time_s};
+  if (auto step = checked_step(json, sample_time_s); !step) return refused(text, step.error());
+  ControllerFile controller{{*numerator, *denominator, sample_time_s}, {}, {}, {}};
+  if (auto further = read_further(json, controller); !further) return refused(text, further.error());
+  return controller;
 }
 
 }  // namespace resonid::io

@@ -2,6 +2,8 @@
 // `resonid tune` from the recording to the controller that is taken away, and what it refuses.
 #include <gtest/gtest.h>
 
+#include <array>
+#include <cmath>
 #include <nlohmann/json.hpp>
 #include <sstream>
 
@@ -22,11 +24,12 @@ class TuneVerb : public test::ProgramTest {
   }
 
   /// System 2 under a controller: NAME.csv.
-  void record(const std::string& name, const std::string& controller, double delay_s, int seed) const {
+  void record(const std::string& name, const std::string& controller, double delay_s, int seed,
+              double amplitude = 2.1) const {
     std::ostringstream toml;
     toml << "drive = {driven_inertia = 0.032, load_inertia = 0.032, stiffness = 143.75, damping = 0.3}\n"
          << "controller = " << controller
-         << "\nexcitation = {kind = 'prbs', register_length = 12, amplitude = 2.1}\n"
+         << "\nexcitation = {kind = 'prbs', register_length = 12, amplitude = " << amplitude << "}\n"
          << "measurement = {delay_s = " << delay_s << ", noise_rms = 0.1}\n"
          << "run = {sample_rate_hz = 500, duration_s = 25, seed = " << seed
          << "}\nmotion = {kind = 'constant', velocity = 10.0}\n";
@@ -51,7 +54,8 @@ TEST_F(TuneVerb, NeedsNoOptionThatIdentifyWasGiven) {
       run("tune result.json --json tuning.json --report tuning.html --export json:c.json "
           "--export c:c.h --export st:c.st --export hal:c.hal");
   ASSERT_EQ(done.exit_code, 0) << done.error;
-  EXPECT_NE(done.error.find("from result.json: "), std::string::npos) << done.error;
+  // What has no effect without --check is not said to be taken.
+  EXPECT_EQ(done.error, "resonid: from result.json: controller\n");
   EXPECT_NE(done.out.find("keeps every bound"), std::string::npos) << done.out;
   EXPECT_NE(done.out.find("First step"), std::string::npos);
   EXPECT_NE(done.out.find("Trusted."), std::string::npos);
@@ -95,6 +99,130 @@ TEST_F(TuneVerb, IsCheckedAfterwards) {
   EXPECT_EQ(
       run("tune result.json --evaluate c.json --draws 500 --check late.csv --require-trusted -q").exit_code,
       3);
+}
+
+/// How the recording of --check is identified: as the result was.
+TEST_F(TuneVerb, IsCheckedInTheWayThatTheResultWasIdentified) {
+  ASSERT_EQ(
+      run("identify run.csv --controller pi:1.036,0.147 --delay 0.004 --method periodic --model two-mass "
+          "--friction viscous --torque-lag 0 --excitation ru --json told.json -q")
+          .exit_code,
+      0);
+  ASSERT_EQ(run("tune told.json --structure pi --draws 500 -q --export json:c.json").exit_code, 0);
+  record("after", in_toml(json::parse(text("c.json"))), 0.004, 2);
+  const std::string tune = "tune told.json --evaluate c.json --draws 500 --json - --check ";
+  const auto inherited = run(tune + "after.csv");
+  ASSERT_EQ(inherited.exit_code, 0) << inherited.error;
+  for (const char* name : {"method", "model", "friction", "torque-lag", "excitation", "controller"})
+    EXPECT_NE(inherited.error.find(name), std::string::npos) << name << ": " << inherited.error;
+  EXPECT_EQ(inherited.error.find("delay"), std::string::npos) << inherited.error;
+  const auto told = run(tune +
+                        "after.csv --method periodic --model two-mass --friction viscous --torque-lag 0 "
+                        "--excitation ru");
+  ASSERT_EQ(told.exit_code, 0) << told.error;
+  EXPECT_EQ(json::parse(inherited.out).at("check"), json::parse(told.out).at("check"));
+  // What is given overrules it, and makes a difference.
+  const auto other = run(tune + "after.csv --method local-polynomial");
+  ASSERT_EQ(other.exit_code, 0) << other.error;
+  EXPECT_NE(json::parse(other.out).at("check").at("measured"),
+            json::parse(inherited.out).at("check").at("measured"));
+  // A column of another name is found, as if none had been named.
+  auto renamed = text("after.csv");
+  const auto at = renamed.find("ru");
+  ASSERT_LT(at, renamed.find('\n'));
+  renamed.replace(at, 2, "excitation");
+  write("renamed.csv", renamed);
+  const auto found = run(tune + "renamed.csv");
+  ASSERT_EQ(found.exit_code, 0) << found.error;
+  EXPECT_EQ(json::parse(found.out).at("check").at("measured"),
+            json::parse(inherited.out).at("check").at("measured"));
+  EXPECT_EQ(run(tune + "renamed.csv --excitation ru").exit_code, 1);
+}
+
+/// What `tune --export json` writes is judged by `tune --evaluate` as it was designed.
+TEST_F(TuneVerb, JudgesWhatItExported) {
+  for (const std::string structure : {"pi", "pi+biquads", "pid", "cascade", "rst", "state-feedback"}) {
+    SCOPED_TRACE(structure);
+    const std::string file = structure + ".json";
+    auto done = run("tune result.json --draws 500 --structure " + structure +
+                    " --json t.json -q --export json:" + file);
+    ASSERT_EQ(done.exit_code, 0) << done.error;
+    EXPECT_EQ(json::parse(text(file)).contains("position_gain"), structure == "cascade");
+    const auto designed = json::parse(text("t.json")).at("candidates").at(0);
+    const std::array files = {file, std::string("t.json")};  // the design itself is such a file too
+    for (const auto& given : files) {
+      done = run("tune result.json --draws 500 --json - --evaluate " + given);
+      ASSERT_EQ(done.exit_code, 0) << done.error;
+      const auto judged = json::parse(done.out).at("candidates").at(0);
+      const auto &was = designed.at("figures"), &is = judged.at("figures");
+      ASSERT_EQ(is.size(), was.size());
+      for (std::size_t i = 0; i < was.size(); ++i) {
+        EXPECT_EQ(is[i].at("name"), was[i].at("name"));
+        const double value = was[i].value("value", 0.0);
+        EXPECT_NEAR(is[i].value("value", 0.0), value, 1e-4 * std::abs(value) + 1e-6) << was[i].at("name");
+      }
+    }
+  }
+  // As the controller that ran, beside which another one is designed.
+  const auto beside =
+      run("tune result.json --draws 500 --structure cascade --controller cascade.json --json -");
+  ASSERT_EQ(beside.exit_code, 0) << beside.error;
+  const auto running = json::parse(beside.out).at("running");
+  EXPECT_EQ(running.at("position_gain"), json::parse(text("cascade.json")).at("position_gain"));
+  // An older file of a cascade does not tell its gain.
+  auto older = json::parse(text("cascade.json"));
+  older.erase("position_gain");
+  write("older.json", older.dump());
+  EXPECT_NE(refused("result.json --evaluate older.json").find("position_gain"), std::string::npos);
+}
+
+/// Velocity and torque of a position loop: the controller between them is C (1 + kv q).
+TEST_F(TuneVerb, APositionLoopIsIdentifiedAndChecked) {
+  ASSERT_EQ(
+      run("tune result.json --structure cascade --draws 500 --json t.json -q --export json:c.json").exit_code,
+      0);
+  const auto c = json::parse(text("t.json")).at("candidates").at(0);
+  const double kp = c.at("gains").at("kp"), ki = c.at("gains").at("ki"), kv = c.at("position_gain");
+  std::ostringstream controller;
+  controller.precision(17);
+  controller << "{kind = 'cascade', gain = " << kp << ", integral_time_s = " << kp / ki
+             << ", position_gain = " << kv << ", velocity_feedforward = 1.0}";
+  record("moved", controller.str(), 0.004, 4);
+  auto done = run("identify moved.csv --controller c.json --delay 0.004 --json moved.json");
+  ASSERT_EQ(done.exit_code, 0) << done.error;
+  const auto result = json::parse(text("moved.json"));
+  EXPECT_TRUE(result.at("trusted"));
+  EXPECT_EQ(done.out.find("controller-differs"), std::string::npos) << done.out;
+  const auto figure = [&](const char* name) {
+    for (const auto& f : c.at("figures"))
+      if (f.at("name") == name) return f.at("value").get<double>();
+    return std::nan("");
+  };
+  EXPECT_NEAR(result.at("loop").at("crossover_hz").get<double>(), figure("crossover_hz"),
+              0.03 * figure("crossover_hz"));
+  EXPECT_NEAR(1.0 / result.at("loop").at("modulus_margin").get<double>(), figure("sensitivity_peak"), 0.03);
+  done = run("tune result.json --evaluate c.json --draws 500 --check moved.csv --json check.json");
+  ASSERT_EQ(done.exit_code, 0) << done.error;
+  EXPECT_TRUE(json::parse(text("check.json")).at("check").at("agrees")) << done.out;
+  // The result keeps the position gain for whoever reads it.
+  done = run("tune moved.json --structure cascade --draws 500 --json -");
+  ASSERT_EQ(done.exit_code, 0) << done.error;
+  EXPECT_NEAR(json::parse(done.out).at("running").at("position_gain").get<double>(), kv, 1e-9);
+  // By the PI alone it is another loop.
+  done = run("identify moved.csv --controller pi:" + std::to_string(kp) + "," + std::to_string(kp / ki) +
+             " --delay 0.004 --json wrong.json");
+  EXPECT_NE(done.out.find("controller-differs"), std::string::npos) << done.out;
+}
+
+TEST_F(TuneVerb, AWeakExcitationDecidesNothing) {
+  ASSERT_EQ(run("tune result.json --structure pi --draws 500 -q --export json:c.json").exit_code, 0);
+  record("weak", in_toml(json::parse(text("c.json"))), 0.004, 2, 0.1);
+  const auto done = run("tune result.json --evaluate c.json --draws 500 --check weak.csv --json weak.json");
+  ASSERT_EQ(done.exit_code, 0) << done.error;
+  const auto check = json::parse(text("weak.json")).at("check");
+  EXPECT_FALSE(check.at("agrees"));
+  EXPECT_EQ(check.value("decided", true), false) << done.out;
+  EXPECT_NE(done.out.find("it cannot be told"), std::string::npos) << done.out;
 }
 
 TEST_F(TuneVerb, JudgesAControllerThatIsGiven) {

@@ -67,8 +67,13 @@ struct TuneOptions {
   std::optional<data::Controller> evaluate;
   /// From reference to torque by the denominator of `evaluate`, where that is not its numerator.
   std::vector<double> evaluate_reference;
+  /// kv of `evaluate`, 1/s, where that is a position loop over a PI, C (1 + kv q): it is judged as a cascade,
+  /// and the bound of |T_load| is that of the position, 1.05.
+  std::optional<double> evaluate_position_gain;
   /// The controller under which was recorded: shown beside the one that is proposed.
   std::optional<data::Controller> running;
+  std::vector<double> running_reference;        ///< T of `running`, as of `evaluate`.
+  std::optional<double> running_position_gain;  ///< kv of `running`, as of `evaluate`.
   /// Positions of the results, ascending: gains are scheduled over them.
   std::vector<double> positions;
   bool shaper = false;         ///< Also choose an input shaper for the loop.
@@ -191,7 +196,14 @@ struct TuningCheck {
   double worst_line_hz = 0.0;    ///< The line that differs most surely; 0: none by more than matters.
   std::size_t judged_lines = 0;  ///< Those near the margins.
   bool agrees = true;
+  /// Whether the recording is good enough to tell: if not, nothing is known to differ, nor to agree.
+  bool decided = true;
   std::string cause;  ///< The likely one, where it does not.
+  /// By how much the gain of the whole loop (a part of it) and its delay differ from what was promised, all
+  /// judged lines together. Absent: too few lines.
+  std::optional<data::Estimate> gain_change, delay_change_s;
+  /// The least differences that 90 % of such recordings would show, for the noise of this one alone.
+  std::optional<double> detectable_gain, detectable_delay_s;
 };
 
 /// A controller for an identified drive, beside others, and what is known of them.

@@ -100,8 +100,12 @@ constexpr FindingKind kTune[] = {
      "Dry friction, the torque limit, or an experiment of another drive.",
      "Look at the simulated runs; ramp the reference, or identify the drive as it is."},
     {"check-undecided", "Check undecided", "tune", TrustEffect::keeps,
-     "The recording under the new controller is itself not reliable.",
+     "The recording under the new controller is itself not reliable, or too noisy to show a difference that "
+     "matters.",
      "Too little excitation, or faults of the recording.", "Record again, with more excitation."},
+    {"simulation-cut", "Simulation cut", "tune", TrustEffect::keeps,
+     "The loop settles so slowly that its simulated steps end before it has.",
+     "A slow loop at a high sample rate, or a very slow pole.", "Read figures of the design in their place."},
     {"crossover-not-measured", "Crossover not measured", "tune", TrustEffect::withdraws,
      "The loop with the given controller crosses where the response was not measured.",
      "The model is extrapolated there, and the margins with it.", "Excite that band, and identify again."},

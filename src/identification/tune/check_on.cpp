@@ -12,6 +12,7 @@
 
 #include "design/normal.hpp"
 #include "identification/tune/checks.hpp"
+#include "identification/tune/common_change.hpp"
 #include "identification/tune/law.hpp"
 
 namespace resonid::identification {
@@ -19,7 +20,10 @@ namespace {
 
 using diagnostics::Severity;
 
-constexpr double kSure = 0.001;  // probability by chance below which a difference counts
+constexpr double kSure = 0.001;    // probability by chance below which a difference counts
+constexpr double kMatters = 0.05;  // of the distance to -1, of the gain, and as far turned at the crossover
+/// Gain and delay that a recording must be able to show, docs/methods/tune.md 17, step 8.
+constexpr double kSeenGain = 0.1, kSeenDelay_samples = 0.25;
 
 /// L of one machine at lines.
 std::vector<std::complex<double>> loop_at(const fit::DriveModel& model, const Law& law,
@@ -30,14 +34,18 @@ std::vector<std::complex<double>> loop_at(const fit::DriveModel& model, const La
   return loop;
 }
 
+/// Whether lines are estimated with their neighbours.
+bool smooths(const Result& measured) {
+  constexpr std::array kOfNeighbours = {Method::local_polynomial, Method::local_cubic, Method::local_rational,
+                                        Method::welch};
+  return std::any_of(kOfNeighbours.begin(), kOfNeighbours.end(),
+                     [&](Method method) { return measured.method == name_of(method); });
+}
+
 /// L at the lines: Ru/U - 1 where lines are estimated by themselves; estimates that look at neighbouring
 /// lines smooth U/Ru where it rises from nothing, so that of those L is the controller times the response.
 data::FrequencyResponse measured_loop(const Result& measured, const data::TransferFunction& controller) {
-  constexpr std::array kOfNeighbours = {Method::local_polynomial, Method::local_cubic, Method::local_rational,
-                                        Method::welch};
-  const bool smooths = std::any_of(kOfNeighbours.begin(), kOfNeighbours.end(),
-                                   [&](Method method) { return measured.method == name_of(method); });
-  if (!smooths) return *measured.measured_loop;
+  if (!smooths(measured)) return *measured.measured_loop;
   data::FrequencyResponse loop = measured.response;
   for (std::size_t i = 0; i < loop.lines(); ++i) {
     const double f = loop.frequency_hz[i];
@@ -72,11 +80,13 @@ class Checker {
     constexpr std::size_t kDraws = 200;
     design::StandardNormal normal(t_.options.seed + 2);
     std::vector<double> variance(nominal.size(), 0.0);
+    std::vector<std::vector<std::complex<double>>> draws;
     for (std::size_t d = 0; d < kDraws; ++d) {
-      const auto drawn = loop_at(posteriors.front().at(normal.next(posteriors.front().dimension())), law_,
-                                 loop.frequency_hz);
+      auto drawn = loop_at(posteriors.front().at(normal.next(posteriors.front().dimension())), law_,
+                           loop.frequency_hz);
       for (std::size_t i = 0; i < drawn.size(); ++i)
         variance[i] += std::norm(drawn[i] - nominal[i]) / static_cast<double>(kDraws);
+      draws.push_back(std::move(drawn));
     }
     for (std::size_t i = 0; i < nominal.size(); ++i) {
       const double noise = i < loop.std.size() ? loop.std[i] : 0.0;
@@ -86,16 +96,66 @@ class Checker {
       check_.measured.push_back(loop.value[i]);
       check_.measured_std.push_back(noise);
     }
-    for (std::size_t i = 1; i + 1 < nominal.size(); ++i)  // the ends of a sweep are where it begins and stops
+    for (std::size_t i = 0; i < nominal.size(); ++i)
       judge_line(i, variance[i] + std::norm(check_.measured_std[i]));
+    judge_together(draws);
   }
 
-  /// Where the margins lie, by a part of the distance to -1 that matters: lines far above 0 dB are as good as
-  /// their leakage, and what is far below it moves nothing.
+  /// The judged ones of all lines.
+  [[nodiscard]] std::vector<std::complex<double>> judged(
+      const std::vector<std::complex<double>>& loop) const {
+    std::vector<std::complex<double>> near;
+    for (std::size_t i = 0; i < loop.size(); ++i)
+      if (is_near_margins(i)) near.push_back(loop[i]);
+    return near;
+  }
+
+  /// Gain and delay by all lines at once, which see what no line sees alone, and what they could have seen.
+  void judge_together(const std::vector<std::vector<std::complex<double>>>& draws) {
+    CommonChange common;
+    for (std::size_t i = 0; i < check_.predicted.size(); ++i)
+      if (is_near_margins(i))
+        common.add(check_.frequency_hz[i], check_.predicted[i], check_.measured_std[i] * times_noise());
+    constexpr std::size_t kFewest = 3;
+    const auto* crossover = t_.proposed().figure("crossover_hz");
+    if (common.lines() < kFewest || crossover == nullptr) return;
+    double gain_variance = 0.0, delay_variance = 0.0;
+    for (const auto& loop : draws) {
+      const auto change = common.of(judged(loop));
+      gain_variance += change.gain * change.gain / static_cast<double>(draws.size());
+      delay_variance += change.delay_s * change.delay_s / static_cast<double>(draws.size());
+    }
+    const auto change = common.of(judged(check_.measured)), noise = common.noise();
+    check_.gain_change = {change.gain, std::hypot(noise.gain, std::sqrt(gain_variance))};
+    check_.delay_change_s = {change.delay_s, std::hypot(noise.delay_s, std::sqrt(delay_variance))};
+    const double turn_s = 1.0 / (kTwoPi * crossover->value);  // by which the loop turns a radian there
+    constexpr double kStandard = 3.29;  // deviations, beyond which a normal error is by kSure
+    gain_ = {kStandard, kMatters};
+    delay_ = {kStandard, kMatters * turn_s};
+    check_.detectable_gain = gain_.detectable(noise.gain);
+    check_.detectable_delay_s = delay_.detectable(noise.delay_s);
+    most_delay_s_ = std::max(kSeenDelay_samples * t_.sample_time_s, kSeenGain * turn_s);
+  }
+
+  /// Estimates that look at neighbouring lines share their noise: as many lines tell less.
+  [[nodiscard]] double times_noise() const { return smooths(measured_) ? std::sqrt(3.0) : 1.0; }
+
+  [[nodiscard]] static bool exceeds(const std::optional<data::Estimate>& change, const Criterion& criterion) {
+    return change && std::abs(change->value) > criterion.threshold(change->std);
+  }
+
+  /// Lines far above 0 dB are as good as their leakage, and what is far below it moves nothing; the ends of a
+  /// sweep are where it begins and stops.
+  [[nodiscard]] bool is_near_margins(std::size_t i) const {
+    constexpr double kLarge = 10.0, kSmall = 0.05;
+    const double size = std::abs(check_.predicted[i]);
+    return i > 0 && i + 1 < check_.predicted.size() && size <= kLarge && size >= kSmall;
+  }
+
+  /// Where the margins lie, by a part of the distance to -1 that matters.
   void judge_line(std::size_t i, double variance) {
-    constexpr double kLarge = 10.0, kSmall = 0.05, kMatters = 0.05;
     const auto predicted = check_.predicted[i];
-    if (std::abs(predicted) > kLarge || std::abs(predicted) < kSmall) return;
+    if (!is_near_margins(i)) return;
     ++check_.judged_lines;
     const double difference = std::abs(check_.measured[i] - predicted);
     if (difference - 2.0 * std::sqrt(variance) < kMatters * std::abs(1.0 + predicted)) return;
@@ -138,21 +198,16 @@ class Checker {
     const bool figure_differs = std::any_of(check_.figures.begin(), check_.figures.end(), [&](const auto& f) {
       return f.probability && *f.probability * static_cast<double>(check_.figures.size()) < kSure;
     });
-    check_.agrees = !figure_differs && check_.probability >= kSure;
+    const bool together = exceeds(check_.gain_change, gain_) || exceeds(check_.delay_change_s, delay_);
+    check_.agrees = !figure_differs && !together && check_.probability >= kSure;
     if (!measured_.trusted || (check_.judged_lines == 0 && check_.figures.empty())) {
-      check_.agrees = false;
-      check_.cause = "the recording itself tells too little";
-      t_.findings.push_back(
-          {"check-undecided",
-           Severity::warning,
-           {},
-           {},
-           "The recording under this controller is itself not reliable (see what 'identify' says of "
-           "it): whether the loop is as promised cannot be told from it."});
-      return;
+      return undecided("the recording itself tells too little",
+                       "The recording under this controller is itself not reliable (see what 'identify' says "
+                       "of it): whether the loop is as promised cannot be told from it.");
     }
+    if (check_.agrees && !is_decisive()) return undecided("the recording is too noisy to tell", too_noisy());
     if (check_.agrees) return;
-    if (check_.worst_line_hz == 0.0 && !check_.figures.empty()) check_.probability = least_probability();
+    if (check_.worst_line_hz == 0.0) check_.probability = least_probability();
     check_.cause = cause();
     t_.findings.push_back(
         {"prediction-fails", Severity::error, check_.probability, kSure,
@@ -162,6 +217,32 @@ class Checker {
              check_.worst_line_hz > 0.0 ? fmt::format(" (furthest at {:.3g} Hz)", check_.worst_line_hz) : "",
              check_.cause)});
     t_.trusted = false;
+  }
+
+  void undecided(const char* cause, std::string meaning) {
+    check_.agrees = check_.decided = false;
+    check_.cause = cause;
+    t_.findings.push_back({"check-undecided", Severity::warning, check_.detectable_gain,
+                           check_.detectable_gain ? std::optional(kSeenGain) : std::nullopt,
+                           std::move(meaning)});
+  }
+
+  /// Whether it would have shown a difference that matters.
+  [[nodiscard]] bool is_decisive() const {
+    return check_.detectable_gain && *check_.detectable_gain <= kSeenGain && check_.detectable_delay_s &&
+           *check_.detectable_delay_s <= most_delay_s_;
+  }
+
+  [[nodiscard]] std::string too_noisy() const {
+    if (!check_.detectable_gain)
+      return "The recording under this controller has too few lines near the crossover to tell whether the "
+             "loop is as promised: excite that band.";
+    return fmt::format(
+        "Nothing differs, but the recording would show a gain only from {:.2g} %, a delay from {:.2g} ms on: "
+        "too noisy to tell whether the loop is as promised, for which {:.2g} % and {:.2g} ms must be seen. "
+        "Excite more strongly, or for longer.",
+        100.0 * *check_.detectable_gain, 1e3 * *check_.detectable_delay_s, 100.0 * kSeenGain,
+        1e3 * most_delay_s_);
   }
 
   [[nodiscard]] std::string cause() const {
@@ -179,6 +260,9 @@ class Checker {
   [[nodiscard]] double least_probability() const {
     double least = 1.0;
     for (const auto& f : check_.figures) least = std::min(least, f.probability.value_or(1.0));
+    for (const auto& change : {check_.gain_change, check_.delay_change_s})
+      if (change && change->std > 0.0)
+        least = std::min(least, std::erfc(std::abs(change->value) / change->std / std::sqrt(2.0)));
     return least;
   }
 
@@ -235,6 +319,8 @@ class Checker {
   const Result& measured_;
   Law law_;
   TuningCheck check_;
+  Criterion gain_, delay_;
+  double most_delay_s_ = 0.0;  ///< That must be seen.
 };
 
 }  // namespace

@@ -45,6 +45,22 @@ data::TransferFunction transfer_function_of(const design::ControllerStates& stat
   return f;
 }
 
+/// Coefficients of a product of polynomials.
+std::vector<double> product(const std::vector<double>& a, const std::vector<double>& b) {
+  std::vector<double> both(a.size() + b.size() - 1, 0.0);
+  for (std::size_t i = 0; i < a.size(); ++i)
+    for (std::size_t j = 0; j < b.size(); ++j) both[i + j] += a[i] * b[j];
+  return both;
+}
+
+/// By first + last z^-1, without what is left over.
+std::vector<double> quotient(const std::vector<double>& polynomial, double first, double last) {
+  std::vector<double> result;
+  for (std::size_t i = 0; i + 1 < polynomial.size(); ++i)
+    result.push_back((polynomial[i] - (i == 0 ? 0.0 : last * result[i - 1])) / first);
+  return result;
+}
+
 /// With or without biquads.
 bool is_pi(const TunedController& c) { return c.gains && !c.position_gain && !c.derivative_gain; }
 /// From reference to torque.
@@ -92,7 +108,10 @@ Law law_of(const design::Cascade& cascade, double sample_time_s) {
   law.what.name = "P over " + words_of(cascade.velocity);
   law.what.gains = cascade.velocity;
   law.what.position_gain = cascade.kv;
-  law.what.feedback = transfer_function_of(law.linear.states(), sample_time_s);
+  // 1 + kv q = (1 + kv Ts - z^-1)/(1 - z^-1)
+  const auto velocity = cascade.velocity.transfer_function(sample_time_s);
+  law.what.feedback = {product(velocity.numerator, {1.0 + cascade.kv * sample_time_s, -1.0}),
+                       product(velocity.denominator, {1.0, -1.0}), sample_time_s};
   return law;
 }
 
@@ -128,6 +147,15 @@ Law law_of(const data::TransferFunction& controller) {
   law.what.name = "Controller";
   law.what.feedback = controller;
   return law;
+}
+
+std::optional<Law> law_of(const data::TransferFunction& controller, double position_gain) {
+  const double step = controller.sample_time_s;
+  const Law velocity =
+      law_of(data::TransferFunction{quotient(controller.numerator, 1.0 + position_gain * step, -1.0),
+                                    quotient(controller.denominator, 1.0, -1.0), step});
+  if (!velocity.what.gains) return std::nullopt;
+  return law_of(design::Cascade{*velocity.what.gains, position_gain}, step);
 }
 
 bool integrates(const data::TransferFunction& controller) {

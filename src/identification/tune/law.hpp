@@ -28,6 +28,9 @@ struct Law {
 /// Of any transfer function; a PI is known as one.
 [[nodiscard]] Law law_of(const data::TransferFunction& controller);
 
+/// A given cascade, C (1 + kv q); nothing where C is no PI.
+[[nodiscard]] std::optional<Law> law_of(const data::TransferFunction& controller, double position_gain);
+
 /// Whether a controller has a pole at 1.
 [[nodiscard]] bool integrates(const data::TransferFunction& controller);
 

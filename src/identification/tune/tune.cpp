@@ -103,12 +103,29 @@ class Tuner {
     return described(found, bounds, curves);
   }
 
+  /// As a cascade where it has a position gain, by whose bounds it is judged then.
+  [[nodiscard]] expected<TunedController, Error> judged_given(const char* field,
+                                                              const data::Controller& controller,
+                                                              const std::vector<double>& reference,
+                                                              std::optional<double> position_gain) const {
+    const auto sampled = controller.sampled(sample_time_s_);
+    if (position_gain) {
+      auto cascade = law_of(sampled, *position_gain);
+      if (!cascade)
+        return refuse(field, "must be a PI under its position gain, C (1 + kv q), to be judged as a cascade");
+      return judged(*std::move(cascade), bounds_for(Structure::cascade, options_, 0.0), true);
+    }
+    Law law = law_of(sampled);
+    if (!reference.empty()) set_reference(law, reference);
+    return judged(std::move(law), plain_bounds(options_), true);
+  }
+
   expected<void, Error> evaluate() {
     progress("judging the controller");
-    const auto controller = options_.evaluate->sampled(sample_time_s_);
-    Law law = law_of(controller);
-    if (!options_.evaluate_reference.empty()) set_reference(law, options_.evaluate_reference);
-    auto judgement = judged(std::move(law), plain_bounds(options_), true);
+    auto given = judged_given("evaluate", *options_.evaluate, options_.evaluate_reference,
+                              options_.evaluate_position_gain);
+    if (!given) return tl::unexpected(given.error());
+    auto judgement = *std::move(given);
     if (judgement.structure.empty()) judgement.structure = "given";
     tuning_.candidates = {std::move(judgement)};
     if (const auto crossing = check_crossover(tuning_.proposed(), nominal_, results_); !crossing) {
@@ -125,7 +142,12 @@ class Tuner {
   expected<void, Error> add_running() {
     if (!options_.running) return {};
     progress("judging the controller that ran");
-    auto running = judged(law_of(options_.running->sampled(sample_time_s_)), plain_bounds(options_), true);
+    auto given = judged_given("controller", *options_.running, options_.running_reference,
+                              options_.running_position_gain);
+    if (!given)  // of another kind of cascade its loop alone
+      given = judged_given("controller", *options_.running, {}, {});
+    if (!given) return tl::unexpected(given.error());
+    auto running = *std::move(given);
     running.structure = "running";
     if (!running.stable && !options_.force)
       return refuse(

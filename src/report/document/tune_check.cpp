@@ -22,19 +22,54 @@ std::string chance_text(double probability) {
   return probability < 1e-4 ? "less than 0.0001" : fmt::format("{:.2g}", probability);
 }
 
+/// What would have been noticed.
+std::string seen_text(const identification::TuningCheck& check) {
+  if (!check.detectable_gain || !check.detectable_delay_s) return {};
+  return fmt::format(" A gain that differs by {} % or a delay by {} ms would have shown.",
+                     three_digits(100.0 * *check.detectable_gain),
+                     three_digits(1e3 * *check.detectable_delay_s));
+}
+
+/// A bound that the recording by itself does not show to be kept: its error bar is wider than the room.
+std::string open_margin_text(const identification::Tuning& t) {
+  constexpr double kWidth = 1.96;
+  const auto* promised = t.proposed().figure("sensitivity_peak");
+  if (promised == nullptr || !promised->bound) return {};
+  for (const auto& figure : t.check->figures) {
+    const double half = kWidth * figure.measured.std;
+    if (figure.name != "sensitivity_peak" || !std::isfinite(half)) continue;
+    if (figure.measured.value + half <= *promised->bound || half <= *promised->bound - promised->value)
+      continue;
+    return fmt::format(
+        " By itself it does not show that |S| stays below {}: it measures {} +- {}, which is wider than the "
+        "room "
+        "that the design leaves.",
+        three_digits(*promised->bound), three_digits(figure.measured.value), three_digits(half));
+  }
+  return {};
+}
+
 }  // namespace
 
 std::string check_sentence(const identification::Tuning& t) {
   if (!t.check) return {};
   const auto& check = *t.check;
+  if (!check.decided)
+    return fmt::format(
+        "Checked on the machine: from {} it cannot be told whether the loop is as promised, as {}.",
+        check.record, check.cause);
   if (check.agrees)
     return fmt::format(
-        "Checked on the machine: the loop of {} is the one that was promised, within both error bars.",
-        check.record);
+               "Checked on the machine: the loop of {} is the one that was promised, within both error bars.",
+               check.record) +
+           seen_text(check) + open_margin_text(t);
+  const std::string furthest =
+      check.worst_line_hz > 0.0 ? fmt::format(", furthest at {} Hz", three_digits(check.worst_line_hz)) : "";
   std::string text = fmt::format(
-      "Checked on the machine: the loop of {} is NOT the one that was promised, furthest at {} Hz "
-      "(probability of that by noise {}).",
-      check.record, three_digits(check.worst_line_hz), chance_text(check.probability));
+      "Checked on the machine: the loop of {} is NOT the one that was promised{} (probability of that by "
+      "noise "
+      "{}).",
+      check.record, furthest, chance_text(check.probability));
   if (!check.cause.empty()) text += fmt::format(" Likely cause: {}.", check.cause);
   return text;
 }

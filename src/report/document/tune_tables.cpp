@@ -173,6 +173,7 @@ nlohmann::json controller_json(const TunedController& c) {
                    {"sample_time_s", c.feedback.sample_time_s},
                    {"structure", c.structure}};
   if (!c.reference_numerator.empty()) j["reference_numerator"] = c.reference_numerator;
+  if (c.position_gain) j["position_gain"] = *c.position_gain;
   return j;
 }
 

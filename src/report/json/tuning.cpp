@@ -140,6 +140,8 @@ void describe_controller_file(Fields& f, const Tuning& t) {
   f.derived({"structure", "structure of it"}, c.structure, known);
   f.derived({"reference_numerator", "T of u = (T r - R y)/S where it is not the numerator"},
             c.reference_numerator, known && !c.reference_numerator.empty());
+  f.derived({"position_gain", "kv of it, where it is a cascade", "1/s"}, c.position_gain.value_or(0.0),
+            known && c.position_gain.has_value());
 }
 
 void describe_machines(Fields& f, Tuning& t) {

@@ -36,6 +36,15 @@ void describe_estimate(Fields& f, const Key& key, data::Estimate& e) {
   });
 }
 
+void describe_given_estimate(Fields& f, const Key& key, std::optional<data::Estimate>& e) {
+  f.object(key, e.has_value(), [&] {
+    if (!e) e.emplace();
+    f({"value", "estimate", key.unit}, e->value);
+    f.unless(kUnknown, {"std", "its standard deviation, of promise and recording", key.unit, not_negative},
+             e->std);
+  });
+}
+
 void describe_checked(Fields& f, CheckedFigure& figure) {
   f({"name", "name of the figure, \"phase_margin_deg\""}, figure.name);
   f.unless_empty({"unit", "unit of its numbers"}, figure.unit);
@@ -49,12 +58,22 @@ void describe_checked(Fields& f, CheckedFigure& figure) {
 void describe(Fields& f, TuningCheck& check) {
   f({"record", "the recording"}, check.record);
   f({"agrees", "nothing differs by more than both error bars"}, check.agrees);
+  f.unless(true, {"decided", "false where the recording is not good enough to tell; absent: it is"},
+           check.decided);
   f.unless_empty({"cause", "likely cause, where it does not"}, check.cause);
   f({"probability", "of so large a difference of L at any line by noise", "", not_negative},
     check.probability);
   f({"worst_line_hz", "line that differs most surely; 0: none by more than matters", "Hz", not_negative},
     check.worst_line_hz);
   f({"judged_lines", "lines near the margins, which were judged"}, check.judged_lines);
+  describe_given_estimate(f, {"gain_change", "of the loop against what was promised, a part of it"},
+                          check.gain_change);
+  describe_given_estimate(f, {"delay_change_s", "of the loop against what was promised", "s"},
+                          check.delay_change_s);
+  f({"detectable_gain", "least change of the gain that 90 % of such recordings would show", "", not_negative},
+    check.detectable_gain);
+  f({"detectable_delay_s", "least change of the delay that they would show", "s", not_negative},
+    check.detectable_delay_s);
   f.list(
       {"figures", "margins, predicted and measured"}, true, check.figures,
       [&](CheckedFigure& figure) { describe_checked(f, figure); }, Presence::required);

@@ -227,6 +227,84 @@ TEST(Tune, JudgesAGivenController) {
                           [](const auto& f) { return f.id == "design-unstable"; }));
 }
 
+/// What is taken away and judged anew is the same loop: every figure, and what 95 % of the machines have of
+/// it.
+TEST(Tune, JudgesEveryStructureAsItsDesignDid) {
+  for (const auto& named : kControllerStructureNames) {
+    if (named.value == ControllerStructure::automatic) continue;
+    SCOPED_TRACE(named.name);
+    const auto designed = tune(identified(), few_draws(named.value));
+    ASSERT_TRUE(designed) << message_of(designed.error());
+    const auto& c = designed->proposed();
+    auto o = few_draws();
+    o.evaluate = data::Controller(c.feedback);
+    o.evaluate_reference = c.reference_numerator;
+    o.evaluate_position_gain = c.position_gain;
+    const auto judged = tune(identified(), o);
+    ASSERT_TRUE(judged) << message_of(judged.error());
+    const auto& again = judged->proposed();
+    EXPECT_EQ(again.position_gain.has_value(), named.value == ControllerStructure::cascade);
+    ASSERT_EQ(again.figures.size(), c.figures.size());
+    for (std::size_t i = 0; i < c.figures.size(); ++i) {
+      const auto &was = c.figures[i], &is = again.figures[i];
+      EXPECT_EQ(is.name, was.name);
+      EXPECT_EQ(is.unit, was.unit) << was.name;
+      EXPECT_NEAR(is.value, was.value, 1e-4 * std::abs(was.value) + 1e-6) << was.name;
+      ASSERT_EQ(is.low.has_value(), was.low.has_value()) << was.name;
+      if (was.low) {
+        EXPECT_NEAR(*is.low, *was.low, 1e-3 * std::abs(*was.low) + 1e-6) << was.name;
+        EXPECT_NEAR(*is.high, *was.high, 1e-3 * std::abs(*was.high) + 1e-6) << was.name;
+      }
+    }
+    EXPECT_TRUE(again.within);
+  }
+}
+
+/// The bound of a cascade is that of its position, docs/methods/tune.md 8.1.
+TEST(Tune, JudgesACascadeAsOne) {
+  const auto cascade = tune(identified(), few_draws(ControllerStructure::cascade));
+  ASSERT_TRUE(cascade);
+  const auto& c = cascade->proposed();
+  auto o = few_draws();
+  o.evaluate = data::Controller(c.feedback);
+  o.evaluate_position_gain = c.position_gain;
+  auto judged = tune(identified(), o);
+  ASSERT_TRUE(judged);
+  EXPECT_EQ(judged->proposed().structure, "cascade");
+  EXPECT_EQ(judged->proposed().figure("load_peak")->bound, 1.05);
+  // IE of the position after a load step: 1/(ki kv), docs/methods/tune.md 2.2.
+  EXPECT_NEAR(value_of(judged->proposed(), "load_step_ie"), 1.0 / (c.gains->ki * *c.position_gain), 1e-4);
+  // Half as much kv again is too much, with the same PI below.
+  const double kv = 1.5 * *c.position_gain, step = 0.002, kp = c.gains->kp, ki = c.gains->ki;
+  const std::vector<double> pi = {kp + ki * step, -kp}, sum = {1.0 + kv * step, -1.0};
+  o.evaluate = data::Controller(data::TransferFunction{
+      {pi[0] * sum[0], pi[0] * sum[1] + pi[1] * sum[0], pi[1] * sum[1]}, {1.0, -2.0, 1.0}, step});
+  o.evaluate_position_gain = kv;
+  judged = tune(identified(), o);
+  ASSERT_TRUE(judged) << message_of(judged.error());
+  EXPECT_FALSE(judged->proposed().within);
+  EXPECT_NEAR(judged->proposed().gains->ki, ki, 1e-9 * ki);
+  // Without its gain it is a loop like any other, whose "load" means nothing of the position.
+  o.evaluate_position_gain.reset();
+  judged = tune(identified(), o);
+  ASSERT_TRUE(judged);
+  EXPECT_EQ(judged->proposed().figure("load_peak")->bound, 1.3);
+  // A velocity loop that is no PI.
+  o.evaluate = data::Controller(data::TransferFunction{{1.5 * sum[0], -1.5}, {1.0, -1.0}, step});
+  o.evaluate_position_gain = kv;
+  const auto refused = tune(identified(), o);
+  ASSERT_FALSE(refused);
+  EXPECT_EQ(refused.error().field, "evaluate");
+  // The controller that ran is judged in the same way.
+  o = few_draws(ControllerStructure::cascade);
+  o.running = data::Controller(c.feedback);
+  o.running_position_gain = c.position_gain;
+  const auto beside = tune(identified(), o);
+  ASSERT_TRUE(beside) << message_of(beside.error());
+  EXPECT_NEAR(value_of(*beside->running, "load_step_iae"), value_of(c, "load_step_iae"), 1e-8);
+  EXPECT_EQ(beside->running->figure("load_peak")->bound, 1.05);
+}
+
 /// Stays within the bounds on the linear machine, whatever way it was written down.
 TEST(Tune, EveryStructureHoldsItsBounds) {
   for (const auto structure : {ControllerStructure::cascade, ControllerStructure::pid}) {
@@ -328,11 +406,12 @@ TEST(Tune, SimulatesARigidMachine) {
 }
 
 /// The result of a recording under the controller: L of a machine at lines, with circular noise on each.
-Result recorded_under(const TunedController& c, const Result& machine, double relative_std) {
+Result recorded_under(const TunedController& c, const Result& machine, double relative_std,
+                      unsigned seed = 1) {
   Result r = machine;
   const auto& m = machine.model->drive;
   data::FrequencyResponse loop;
-  unsigned state = 1;
+  unsigned state = seed;
   const auto noise = [&] {
     double sum = 0.0;
     for (int i = 0; i < 12; ++i) {
@@ -375,10 +454,100 @@ TEST(Tune, IsCheckedByARecording) {
   ASSERT_TRUE(check_on(*tuning, result, recorded_under(tuning->proposed(), scaled, 0.02)));
   EXPECT_NE(tuning->check->cause.find("the gain"), std::string::npos) << tuning->check->cause;
 
+  // All lines together: a delay of half a sample and a gain of 8 % stand far beyond 0.3 % of noise per line.
+  auto exact = few_draws();
+  exact.delay_std_s = 0.00001;
+  auto sharp = tune(result, exact);
+  ASSERT_TRUE(sharp);
+  auto later = result;
+  later.model->drive.known_delay_s += 0.001;
+  ASSERT_TRUE(check_on(*sharp, result, recorded_under(sharp->proposed(), later, 0.003)));
+  ASSERT_TRUE(sharp->check->delay_change_s);
+  EXPECT_NEAR(sharp->check->delay_change_s->value, 0.001, 3.0 * sharp->check->delay_change_s->std + 1e-9);
+  EXPECT_NEAR(sharp->check->gain_change->value, 0.0, 3.0 * sharp->check->gain_change->std + 1e-9);
+
   auto without = result;
   const auto refused = check_on(*tuning, result, without);
   ASSERT_FALSE(refused);
   EXPECT_EQ(refused.error().field, "check");
+}
+
+/// Noise that would hide a difference which matters is no proof that there is none.
+TEST(Tune, ANoisyRecordingDecidesNothing) {
+  const auto result = identified(0.005);
+  auto tuning = tune(result, few_draws());
+  ASSERT_TRUE(tuning);
+  ASSERT_TRUE(check_on(*tuning, result, recorded_under(tuning->proposed(), result, 0.02)));
+  EXPECT_TRUE(tuning->check->decided);
+  // 45 or so lines of 2 %: 0.02/sqrt(2)/sqrt(lines) of the gain, of each part half the variance.
+  const auto lines = static_cast<double>(tuning->check->judged_lines);
+  const double std = 0.02 / std::sqrt(2.0 * lines);
+  EXPECT_NEAR(*tuning->check->detectable_gain, std::max(3.29 * std, 0.05 + 2.0 * std) + 1.2816 * std, 1e-6);
+  for (const double factor : {1.0, 0.85}) {  // 15 % of gain is hidden too
+    auto machine = result;
+    for (const auto p : {fit::kDrivenInertia, fit::kLoadInertia, fit::kStiffness, fit::kDamping})
+      machine.model->drive.set(p, factor * machine.model->drive.value(p));
+    tuning = tune(result, few_draws());
+    ASSERT_TRUE(check_on(*tuning, result, recorded_under(tuning->proposed(), machine, 0.6)));
+    EXPECT_FALSE(tuning->check->agrees);
+    EXPECT_FALSE(tuning->check->decided);
+    EXPECT_GT(*tuning->check->detectable_gain, 0.1);
+    EXPECT_TRUE(tuning->trusted);  // nothing speaks against it
+    EXPECT_EQ(tuning->findings.back().id, "check-undecided");
+  }
+}
+
+/// What is found 90 % of the time by its own account is found so often.
+TEST(Tune, ACheckShowsWhatItSaysThatItWould) {
+  const auto result = identified(0.005);
+  auto o = few_draws();
+  o.delay_std_s = 0.00001;  // so that the promise is sharper than the recording
+  const auto designed = tune(result, o);
+  ASSERT_TRUE(designed);
+  auto tuning = *designed;
+  constexpr double kNoise = 0.1;
+  ASSERT_TRUE(check_on(tuning, result, recorded_under(tuning.proposed(), result, kNoise)));
+  const double delay = *tuning.check->detectable_delay_s;
+  auto later = result;
+  later.model->drive.known_delay_s += delay;
+  int seen = 0;
+  constexpr int kRuns = 60;
+  for (int seed = 1; seed <= kRuns; ++seed) {
+    tuning = *designed;
+    ASSERT_TRUE(check_on(tuning, result,
+                         recorded_under(tuning.proposed(), later, kNoise, static_cast<unsigned>(seed))));
+    if (!tuning.check->agrees && tuning.check->decided) ++seen;
+    EXPECT_NE(tuning.findings.empty() ? "" : tuning.findings.back().id, "check-undecided") << seed;
+  }
+  EXPECT_GE(seen, 45) << "of " << kRuns << ", by " << delay << " s";
+}
+
+TEST(Tune, ASlowLoopIsSimulatedUntilItHasSettled) {
+  const auto result = identified();
+  auto o = few_draws();
+  o.evaluate =
+      data::Controller(data::TransferFunction{{0.05 * (1.0 + 0.002 / 4.0), -0.05}, {1.0, -1.0}, 0.002});
+  auto tuning = tune(result, o);
+  ASSERT_TRUE(tuning) << message_of(tuning.error());
+  const double settled = std::log(1e-3) / std::log(tuning->proposed().spectral_radius) * 0.002;
+  ASSERT_GT(settled, 6.0);
+  ASSERT_LT(settled, 39.0);
+  ASSERT_TRUE(simulate_on(*tuning, experiment_of(result, o)));
+  ASSERT_EQ(tuning->simulated.size(), 2U);
+  EXPECT_NEAR(tuning->simulated[1].time_s.back(), 2.0 * settled, 0.05);
+  for (const auto& figure : tuning->simulated[1].figures)
+    EXPECT_NEAR(figure.simulated, *figure.promised, 0.02 * *figure.promised) << figure.name;
+  EXPECT_FALSE(std::ranges::any_of(tuning->findings, [](const auto& f) { return f.id == "simulation-cut"; }));
+  // Ten times slower still it is cut, which is said.
+  o.evaluate =
+      data::Controller(data::TransferFunction{{0.01 * (1.0 + 0.002 / 40.0), -0.01}, {1.0, -1.0}, 0.002});
+  tuning = tune(result, o);
+  ASSERT_TRUE(tuning) << message_of(tuning.error());
+  ASSERT_TRUE(simulate_on(*tuning, experiment_of(result, o)));
+  EXPECT_NEAR(tuning->simulated[1].time_s.back(), 80.0, 0.05);
+  EXPECT_TRUE(std::ranges::any_of(tuning->findings, [](const auto& f) { return f.id == "simulation-cut"; }));
+  EXPECT_FALSE(
+      std::ranges::any_of(tuning->findings, [](const auto& f) { return f.id == "simulation-differs"; }));
 }
 
 TEST(Tune, IsTakenAway) {

@@ -110,6 +110,8 @@ TEST(TuneJson, ServesAsAControllerFile) {
   least.candidates[0].reference_numerator = {0.5};
   EXPECT_EQ(controller_json(least.proposed()).at("reference_numerator"), json({0.5}));
   EXPECT_EQ(to_json(least).at("reference_numerator"), json({0.5}));
+  EXPECT_EQ(io::read_controller(to_json(least).dump(), 0.002)->reference_numerator,
+            std::vector<double>({0.5}));
 }
 
 TEST(TuneJson, TellsTheCoefficientsOfBiquads) {
@@ -303,6 +305,23 @@ TEST(TuneText, TellsWhatTheMachineShows) {
   EXPECT_EQ(magnitude.curves.at(0).name, "measured");
   EXPECT_NEAR(magnitude.curves[0].y.at(3), 20.0 * std::log10(std::abs(t.check->measured[3])), 1e-12);
   EXPECT_GT(magnitude.curves.at(1).upper.at(3), magnitude.curves[1].y.at(3));
+  t.check->agrees = t.check->decided = false;
+  t.check->worst_line_hz = 0.0;
+  t.check->cause = "the recording is too noisy to tell";
+  EXPECT_EQ(
+      sentences(t).at(2),
+      "Checked on the machine: from run/after.csv it cannot be told whether the loop is as promised, as "
+      "the recording is too noisy to tell.");
+  t.check->decided = true;
+  // An error bar that is wider than the room below the bound.
+  for (const double std : {0.001, 0.2}) {
+    t.check->agrees = true;
+    t.check->figures.push_back({"sensitivity_peak", "", {1.3, 0.01}, {1.3, std}, 0.9});
+    EXPECT_EQ(holds(sentences(t).at(2), "does not show that |S| stays below"), std == 0.2);
+    EXPECT_TRUE(
+        holds(sentences(t).at(2), "A gain that differs by 6.60 % or a delay by 0.700 ms would have shown."));
+    t.check->figures.pop_back();
+  }
   t.check->agrees = true;
   t.trusted = true;
   t.findings.clear();

@@ -326,6 +326,10 @@ inline identification::Tuning checked() {
   check.worst_line_hz = 15.5;
   check.agrees = false;
   check.cause = "the stiffness (+15 %)";
+  check.gain_change = data::Estimate{0.021, 0.012};
+  check.delay_change_s = data::Estimate{-0.0003, 0.0002};
+  check.detectable_gain = 0.066;
+  check.detectable_delay_s = 0.0007;
   t.check = check;
   t.trusted = false;
   t.findings.push_back({"prediction-fails", diagnostics::Severity::error, 3e-9, 0.001,

@@ -20,7 +20,7 @@ namespace resonid::report {
 [[nodiscard]] Document document(const identification::Tuning& tuning);
 
 /// A controller as io::read_controller() takes it: {numerator, denominator, sample_time_s, structure}, and
-/// `reference_numerator` where the reference goes its own way.
+/// `reference_numerator` where the reference goes its own way, `position_gain` of a cascade.
 [[nodiscard]] nlohmann::json controller_json(const identification::TunedController& controller);
 
 }  // namespace resonid::report
