@@ -6,20 +6,20 @@
 namespace resonid::design {
 
 ActiveSet::ActiveSet(const Posterior& posterior, const Bounds& bounds, double radius)
-    : posterior_(posterior), bounds_(bounds), radius_(radius), machines_({Machine(posterior.nominal())}) {}
+    : posterior_(posterior), bounds_(bounds), radius_(radius), machines_({Machine(posterior.nominal(), posterior.known_to_hz())}) {}
 
 void ActiveSet::scale_to(double radius) {
-  machines_ = Machines({Machine(posterior_.nominal())});
+  machines_ = Machines({Machine(posterior_.nominal(), posterior_.known_to_hz())});
   for (auto& u : worst_) {
     if (radius_ > 0.0) u *= radius / radius_;
-    machines_.add(Machine(posterior_.at(u)));
+    machines_.add(Machine(posterior_.at(u), posterior_.known_to_hz()));
   }
   radius_ = radius;
 }
 
 void ActiveSet::add(const Eigen::VectorXd& u) {
   worst_.push_back(u);
-  machines_.add(Machine(posterior_.at(u)));
+  machines_.add(Machine(posterior_.at(u), posterior_.known_to_hz()));
 }
 
 std::optional<RobustDesign> ActiveSet::gains(std::span<const Biquad> biquads) {

@@ -33,6 +33,10 @@ QuadraticRows rows_in_kv(const Machines& machines, const FilteredPi& velocity, c
       if (bounds.load_transfer) rows.add(loop, {none, qc * load, none}, *bounds.load_transfer);
       if (bounds.controller_sensitivity) rows.add(loop, {c, qc, none}, *bounds.controller_sensitivity);
       if (bounds.disk) rows.add(loop, {one - c * measured, -qc * measured, none}, *bounds.disk);
+      if (bounds.beyond_band && lines[i].beyond > 0.0)
+        rows.add({one, none, none},
+                 {lines[i].beyond * c * measured, lines[i].beyond * qc * measured, none},
+                 *bounds.beyond_band);
     }
   }
   return rows;
@@ -60,7 +64,8 @@ double exchange_lines(Machines& machines, const Cascade& cascade, const Bounds& 
   double worst = 0.0;
   for (std::size_t m = 0; m < machines.all.size(); ++m) {
     const Machine& machine = machines.all[m];
-    const LoopFunctions loop(machine.response(), linear_controller(cascade, machine.sample_time_s()));
+    const LoopFunctions loop(machine.response(), linear_controller(cascade, machine.sample_time_s()),
+                             machine.known_to_hz());
     std::vector<double> added;
     for (const auto& peak : loop.peaks(machines.lines[m].frequencies_hz(), bounds, kNearly)) {
       worst = std::max(worst, peak.value / peak.bound - 1.0);

@@ -46,6 +46,8 @@ std::optional<double> bound_of(const Bounds& bounds, Transfer transfer) {
       return bounds.controller_sensitivity;
     case Transfer::disk:
       return bounds.disk;
+    case Transfer::beyond_band:
+      return bounds.beyond_band;
     default:
       return std::nullopt;
   }
@@ -58,8 +60,9 @@ std::vector<Transfer> bounded_transfers(const Bounds& bounds) {
   return transfers;
 }
 
-LoopFunctions::LoopFunctions(const fit::SampledResponse& plant, LinearController controller)
-    : plant_(plant), controller_(std::move(controller)) {}
+LoopFunctions::LoopFunctions(const fit::SampledResponse& plant, LinearController controller,
+                             double known_to_hz)
+    : plant_(plant), controller_(std::move(controller)), known_to_hz_(known_to_hz) {}
 
 double LoopFunctions::Values::size_of(Transfer transfer) const {
   const auto square = [](const std::complex<double>& x) { return x.real() * x.real() + x.imag() * x.imag(); };
@@ -75,6 +78,8 @@ double LoopFunctions::Values::size_of(Transfer transfer) const {
       return std::sqrt(square(controller) / returned);
     case Transfer::process_sensitivity:
       return std::sqrt(square(loop) / (square(controller) * returned));
+    case Transfer::beyond_band:
+      return beyond * std::sqrt(square(loop));
     default:
       return std::sqrt(square(1.0 - loop) / returned);
   }
@@ -87,7 +92,8 @@ std::vector<LoopFunctions::Values> LoopFunctions::at(std::span<const double> fre
   const auto r = reference ? reference(frequencies_hz) : c;
   std::vector<Values> values(frequencies_hz.size());
   for (std::size_t i = 0; i < values.size(); ++i)
-    values[i] = {c[i] * plant[i].measured, c[i], plant[i].load, r[i]};
+    values[i] = {c[i] * plant[i].measured, c[i], plant[i].load, r[i],
+                 weight_beyond(frequencies_hz[i], known_to_hz_)};
   return values;
 }
 

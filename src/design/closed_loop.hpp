@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "design/controller.hpp"
+#include "design/known_band.hpp"
 
 namespace resonid::design {
 
@@ -28,14 +29,17 @@ struct ClosedLoop {
 /// The exact loop of a machine at any frequency.
 class LoopFunctions {
  public:
-  /// Keeps a reference to the plant.
-  LoopFunctions(const fit::SampledResponse& plant, LinearController controller);
-  LoopFunctions(const fit::SampledResponse& plant, const FilteredPi& controller, double sample_time_s)
-      : LoopFunctions(plant, LinearController(controller, sample_time_s)) {}
+  /// Keeps a reference to the plant, which is known up to a frequency.
+  LoopFunctions(const fit::SampledResponse& plant, LinearController controller,
+                double known_to_hz = kKnownEverywhere);
+  LoopFunctions(const fit::SampledResponse& plant, const FilteredPi& controller, double sample_time_s,
+                double known_to_hz = kKnownEverywhere)
+      : LoopFunctions(plant, LinearController(controller, sample_time_s), known_to_hz) {}
 
   struct Values {
     std::complex<double> loop, controller, load;
     std::complex<double> reference;  ///< Reference to torque before any feedback; C but for a cascade.
+    double beyond = 0.0;             ///< weight_beyond()
     [[nodiscard]] double size_of(Transfer transfer) const;
   };
   [[nodiscard]] std::vector<Values> at(std::span<const double> frequencies_hz) const;
@@ -59,6 +63,7 @@ class LoopFunctions {
   }
   const fit::SampledResponse& plant_;
   LinearController controller_;
+  double known_to_hz_;
 };
 
 }  // namespace resonid::design

@@ -40,7 +40,7 @@ class ConfidentSearch {
       : posterior_(posterior),
         bounds_(bounds),
         confidence_(confidence),
-        nominal_(posterior.nominal()),
+        nominal_(posterior.nominal(), posterior.known_to_hz()),
         active_(posterior, bounds_, 0.0) {}
 
   /// |CS| needs a bound, or the best filter is a lead near the Nyquist frequency (docs/methods/tune.md 6.3).

@@ -35,9 +35,9 @@ double phase_margin_deg(const std::complex<double>& loop) { return std::arg(-loo
 class Figures {
  public:
   Figures(const Machine& machine, const LinearController& controller, double share)
-      : loop_(machine.response(), controller),
+      : loop_(machine.response(), controller, machine.known_to_hz()),
         closed_(closed_loop(machine.states(), controller.states())),
-        lines_hz_(first_lines_hz(machine.model(), share)),
+        lines_hz_(first_lines_hz(machine.model(), share, machine.known_to_hz())),
         values_(loop_.at(lines_hz_)) {}
 
   LoopFigures run() {

@@ -75,7 +75,7 @@ class GainSearch {
     for (std::size_t m = 0; m < machines.all.size(); ++m) {
       const Machine& machine = machines.all[m];
       const LoopFunctions loop(machine.response(), {gains.kp, gains.ki, {biquads_.begin(), biquads_.end()}},
-                               machine.sample_time_s());
+                               machine.sample_time_s(), machine.known_to_hz());
       std::vector<double> added;
       for (const auto& peak : loop.peaks(machines.lines[m].frequencies_hz(), bounds_, kNearly)) {
         worst = std::max(worst, peak.value / peak.bound - 1.0);
@@ -158,6 +158,8 @@ void QuadraticRows::add(const MachineLines::Line& line, const Complex& filter, c
   if (bounds.load_transfer) add(loop, pi(filter * line.plant.load), *bounds.load_transfer);
   if (bounds.controller_sensitivity) add(loop, pi(filter), *bounds.controller_sensitivity);
   if (bounds.disk) add(loop, {one, -loop[1], -loop[2]}, *bounds.disk);
+  if (bounds.beyond_band && line.beyond > 0.0)
+    add({one, none, none}, pi(line.beyond * measured), *bounds.beyond_band);
 }
 
 void QuadraticRows::add(const std::array<Complex, 3>& loop, const std::array<Complex, 3>& bounded,

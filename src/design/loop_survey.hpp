@@ -13,7 +13,8 @@ namespace resonid::design {
 class LoopSurvey {
  public:
   /// Keeps a reference to the controller.
-  LoopSurvey(const LinearController& controller, std::vector<double> lines_hz, double sample_time_s);
+  LoopSurvey(const LinearController& controller, std::vector<double> lines_hz, double sample_time_s,
+             double known_to_hz);
 
   /// [transfer], the largest over all frequencies.
   [[nodiscard]] std::vector<Peak> largest_of(const RationalResponse& plant,
@@ -24,12 +25,13 @@ class LoopSurvey {
   struct Line {
     std::complex<double> step;  ///< z - 1
     std::complex<double> controller, reference;
+    double beyond = 0.0;  ///< weight_beyond()
   };
   [[nodiscard]] std::vector<Line> lines_at(std::span<const double> frequencies_hz) const;
 
   const LinearController& controller_;
   std::vector<double> lines_hz_;
-  double sample_time_s_;
+  double sample_time_s_, known_to_hz_;
   std::vector<Line> lines_;
 };
 

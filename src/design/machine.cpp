@@ -7,7 +7,7 @@
 
 namespace resonid::design {
 
-std::vector<double> first_lines_hz(const fit::DriveModel& model, double share) {
+std::vector<double> first_lines_hz(const fit::DriveModel& model, double share, double known_to_hz) {
   const int logarithmic = static_cast<int>(400 * share), even = static_cast<int>(60 * share);
   const int around = static_cast<int>(18 * share);
   const double nyquist_hz = 0.5 / model.sample_time_s;
@@ -29,6 +29,7 @@ std::vector<double> first_lines_hz(const fit::DriveModel& model, double share) {
       lines.push_back(centre + distance);
     }
   }
+  for (const double corner : {known_to_hz, 2.0 * known_to_hz}) lines.push_back(corner);
   std::erase_if(lines, [&](double f) { return !(f >= lowest_hz && f <= nyquist_hz); });
   std::sort(lines.begin(), lines.end());
   lines.erase(std::unique(lines.begin(), lines.end()), lines.end());
@@ -36,7 +37,7 @@ std::vector<double> first_lines_hz(const fit::DriveModel& model, double share) {
 }
 
 MachineLines::MachineLines(const Machine& machine, double share) {
-  add(machine, first_lines_hz(machine.model(), share));
+  add(machine, first_lines_hz(machine.model(), share, machine.known_to_hz()));
 }
 
 std::vector<double> MachineLines::frequencies_hz() const {
@@ -50,7 +51,8 @@ void MachineLines::add(const Machine& machine, std::span<const double> frequenci
   const double step = machine.sample_time_s();
   for (std::size_t i = 0; i < frequencies_hz.size(); ++i) {
     const auto inverse_z = std::polar(1.0, -kTwoPi * frequencies_hz[i] * step);
-    lines_.push_back({frequencies_hz[i], plant[i], inverse_z, step / (1.0 - inverse_z)});
+    lines_.push_back({frequencies_hz[i], plant[i], inverse_z, step / (1.0 - inverse_z),
+                      weight_beyond(frequencies_hz[i], machine.known_to_hz())});
   }
   std::sort(lines_.begin(), lines_.end(),
             [](const Line& a, const Line& b) { return a.frequency_hz < b.frequency_hz; });

@@ -18,7 +18,8 @@ bool is_never_negative(fit::Parameter p) {
 
 }  // namespace
 
-Posterior::Posterior(fit::DriveModel nominal, double delay_std_s) : nominal_(std::move(nominal)) {
+Posterior::Posterior(fit::DriveModel nominal, double delay_std_s, double known_to_hz)
+    : nominal_(std::move(nominal)), known_to_hz_(known_to_hz) {
   std::vector<double> scale;
   for (int i = 0; i < fit::kParameterCount; ++i) {
     const auto p = static_cast<fit::Parameter>(i);
@@ -36,6 +37,7 @@ Posterior::Posterior(fit::DriveModel nominal, double delay_std_s) : nominal_(std
                                              parameters_[static_cast<std::size_t>(j)]) *
                          scale[static_cast<std::size_t>(i)] * scale[static_cast<std::size_t>(j)];
   const bool estimated = nominal_.estimated[fit::kDelay] && covariance(count - 1, count - 1) > 0.0;
+  delay_is_told_ = !estimated;
   if (!estimated) {
     covariance.row(count - 1).setZero();
     covariance.col(count - 1).setZero();
@@ -66,9 +68,11 @@ void Posterior::spread_by(const Eigen::MatrixXd& covariance) {
   }
 }
 
-Posterior Posterior::scaled(double factor) const {
+Posterior Posterior::scaled(double factor, double delay_factor) const {
   Posterior other = *this;
-  other.spread_ *= std::sqrt(factor);
+  for (Eigen::Index i = 0; i < spread_.rows(); ++i)
+    other.spread_.row(i) *=
+        std::sqrt(parameters_[static_cast<std::size_t>(i)] == fit::kDelay ? delay_factor : factor);
   return other;
 }
 

@@ -5,14 +5,17 @@
 #include <resonid/fit/drive_model.hpp>
 #include <vector>
 
+#include "design/known_band.hpp"
+
 namespace resonid::design {
 
 /// What identification leaves open of a machine (docs/methods/tune.md 7.1): its parameters, normal in the
 /// logarithms of those that are positive by nature, and its delay, which always has a variance: a delay that
-/// was known was known to `delay_std_s`.
+/// was known was known to `delay_std_s`. Up to `known_to_hz` it was measured; what its model may err by above
+/// is no matter of its parameters (weight_beyond()).
 class Posterior {
  public:
-  Posterior(fit::DriveModel nominal, double delay_std_s);
+  Posterior(fit::DriveModel nominal, double delay_std_s, double known_to_hz = kKnownEverywhere);
   /// With a covariance of its own over these parameters, in those coordinates.
   Posterior(fit::DriveModel nominal, std::vector<fit::Parameter> parameters,
             const Eigen::MatrixXd& covariance);
@@ -20,6 +23,7 @@ class Posterior {
   /// How many axes the ellipsoid has: the covariance's rank.
   [[nodiscard]] Eigen::Index dimension() const { return spread_.cols(); }
   [[nodiscard]] const fit::DriveModel& nominal() const { return nominal_; }
+  [[nodiscard]] double known_to_hz() const { return known_to_hz_; }
   /// The machine at u standard deviations along the axes of the ellipsoid.
   [[nodiscard]] fit::DriveModel at(const Eigen::VectorXd& u) const;
   /// The same deviations around another machine: relative ones of what is positive by nature.
@@ -28,14 +32,18 @@ class Posterior {
     other.nominal_ = std::move(nominal);
     return other;
   }
-  /// The same with every variance times `factor`.
-  [[nodiscard]] Posterior scaled(double factor) const;
+  /// The same with every variance times `factor`, the delay's times `delay_factor`.
+  [[nodiscard]] Posterior scaled(double factor, double delay_factor) const;
+  /// Whether the delay's variance is not of the fit: no experiment makes it smaller.
+  [[nodiscard]] bool delay_is_told() const { return delay_is_told_; }
 
  private:
   void spread_by(const Eigen::MatrixXd& covariance);
   fit::DriveModel nominal_;
   std::vector<fit::Parameter> parameters_;
   Eigen::MatrixXd spread_;  ///< covariance = spread spread'
+  double known_to_hz_ = kKnownEverywhere;
+  bool delay_is_told_ = false;
 };
 
 }  // namespace resonid::design

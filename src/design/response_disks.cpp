@@ -13,6 +13,8 @@ namespace {
 
 using Complex = std::complex<double>;
 constexpr double kNever = std::numeric_limits<double>::infinity();
+/// |L| at the last line: beyond it the response may be anything up to twice what it would be.
+constexpr double kLargestAtEnd = 0.5;
 
 class DiskSearch {
  public:
@@ -84,6 +86,15 @@ class DiskSearch {
     return std::abs(loop.returned - 1.0) + loop.reach;
   }
 
+  /// By how much |L| is larger at the last line than anywhere in the octave below it.
+  [[nodiscard]] double rise_at_end(const Gains& gains) const {
+    double least = kNever;
+    for (std::size_t i = 0; i < lines_.size(); ++i)
+      if (lines_[i].frequency_hz >= 0.5 * lines_.back().frequency_hz)
+        least = std::min(least, std::abs(returned(i, gains) - 1.0));
+    return std::abs(returned(lines_.size() - 1, gains) - 1.0) / least;
+  }
+
   [[nodiscard]] double least_loop_at_start(const Gains& gains) const {
     const DiskLoop loop(lines_.front(), gains.kp, gains.ki);
     return std::abs(loop.returned - 1.0) - loop.reach;
@@ -114,10 +125,24 @@ class DiskSearch {
         }
       found.push_back(peak);
     }
+    const double at_end = loop_at_end(gains) / kLargestAtEnd;
+    found.push_back({Transfer::beyond_band, at_end, lines_.back().frequency_hz, 1.0});
     return found;
   }
 
  private:
+  /// |kp + ki q| where |L| is as large as it may be at the last line.
+  [[nodiscard]] double largest_at_end() const {
+    return kLargestAtEnd / (std::abs(lines_.back().measured) + lines_.back().radius);
+  }
+
+  /// The ki up to which |L| is small enough there.
+  [[nodiscard]] double largest_integral_at_end(double kp) const {
+    const Complex& q = lines_.back().integrator;
+    const double most = largest_at_end(), a = square_of(q), b = kp * q.real(), c = kp * kp - most * most;
+    return c < 0.0 ? (std::sqrt(b * b - a * c) - b) / a : 0.0;
+  }
+
   /// The least of |1 + L| that the bound on |S| leaves, or that keeps -1 out of every disk.
   [[nodiscard]] double least_distance() const {
     constexpr double kAny = 1e-3;
@@ -137,7 +162,7 @@ class DiskSearch {
   }
 
   [[nodiscard]] double largest_proportional() const {
-    double least = kNever;
+    double least = largest_at_end();
     for (const DiskLine& line : lines_)
       least = std::min(least, first_end(line, 1.0, line.measured, 0.0, 1.0));
     return least;
@@ -145,7 +170,8 @@ class DiskSearch {
 
   /// The other bounds have no polynomial: scanned up to where these end, and bisected.
   [[nodiscard]] double largest_integral(double kp) const {
-    double end = kNever;
+    double end = largest_integral_at_end(kp);
+    if (!(end > 0.0)) return 0.0;
     for (const DiskLine& line : lines_) {
       const Complex moved = plain_product(line.measured, line.integrator);
       end = std::min(end, first_end(line, 1.0 + kp * line.measured, moved, kp, line.integrator));
@@ -250,9 +276,10 @@ expected<ResponseDesign> largest_integral_gain(const ResponseDisks& response, st
     return refuse("response",
                   "must let a gain within the bounds be told stable: from below the crossover on, on lines "
                   "near to one another");
-  constexpr double kSmall = 0.5;
-  if (const double left = search.loop_at_end(*best); !(left < kSmall))
-    return refuse("response", "must go on until |L| is below 0.5", left);
+  // A loop that only just keeps small there would meet the resonance on whose flank the lines end.
+  constexpr double kNear = 0.5 * kLargestAtEnd, kFlat = 1.1;
+  if (const double rise = search.rise_at_end(*best); search.loop_at_end(*best) > kNear && rise > kFlat)
+    return refuse("response", "must not end where |L| rises: a resonance is near", rise);
   const auto crossover_hz = search.crossover_hz(*best);
   if (const double first = search.least_loop_at_start(*best); !crossover_hz || !(first > 1.0))
     return refuse("response", "must begin where |L| is above 1", first);

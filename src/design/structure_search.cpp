@@ -67,7 +67,8 @@ class StructureSearcher {
         if (!bound) continue;
         double largest = 0.0;
         for (std::size_t i = 0; i < lines.size(); ++i) {
-          const LoopFunctions::Values v{c[i] * lines[i].plant.measured, c[i], lines[i].plant.load, c[i]};
+          const LoopFunctions::Values v{c[i] * lines[i].plant.measured, c[i], lines[i].plant.load, c[i],
+                                        lines[i].beyond};
           largest = std::max(largest, v.size_of(transfer));
         }
         sum += std::max(0.0, largest / *bound - 1.0);
@@ -91,7 +92,7 @@ class StructureSearcher {
     const LinearController controller = *make_(x);
     double worst = 0.0;
     for (std::size_t m = 0; m < machines_.all.size(); ++m) {
-      const LoopFunctions loop(machines_.all[m].response(), controller);
+      const LoopFunctions loop(machines_.all[m].response(), controller, machines_.all[m].known_to_hz());
       std::vector<double> added;
       for (const auto& peak : loop.peaks(machines_.lines[m].frequencies_hz(), bounds_, kNearly)) {
         worst = std::max(worst, peak.value / peak.bound - 1.0);

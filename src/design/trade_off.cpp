@@ -26,13 +26,23 @@ void add_trade_off(const Machine& machine, std::span<const Biquad> biquads, cons
 
 }  // namespace
 
+std::vector<VarianceFactors> variances_of_experiments(bool delay_is_told) {
+  std::vector<VarianceFactors> list;
+  for (const double factor : {1.0, 0.25, 0.0}) list.push_back({factor, delay_is_told ? 1.0 : factor});
+  list.push_back({1.0, 0.0});
+  return list;
+}
+
 std::vector<ExperimentValue> value_of_experiment(const Posterior& posterior, std::span<const Biquad> biquads,
                                                  const Bounds& bounds, double radius) {
-  const Machine nominal(posterior.nominal());
+  const Machine nominal(posterior.nominal(), posterior.known_to_hz());
   std::vector<ExperimentValue> values;
-  for (const double factor : {1.0, 0.25, 0.0}) {
-    const auto design = robust_gains(posterior.scaled(factor), biquads, bounds, radius);
-    if (design) values.push_back({factor, design->controller.ki, load_step_iae(nominal, design->controller)});
+  for (const auto& factors : variances_of_experiments(posterior.delay_is_told())) {
+    const auto design =
+        robust_gains(posterior.scaled(factors.all, factors.delay), biquads, bounds, radius);
+    if (design)
+      values.push_back({factors.all, design->controller.ki, load_step_iae(nominal, design->controller),
+                        factors.delay});
   }
   return values;
 }

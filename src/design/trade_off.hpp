@@ -14,7 +14,13 @@
 namespace resonid::design {
 
 /// With the covariance as it is, a quarter of it (an experiment four times as long), and none: what a better
-/// experiment would buy (docs/methods/tune.md 7.6). What has no solution is left out.
+/// experiment would buy (docs/methods/tune.md 7.6); and with the covariance as it is but for a delay that is
+/// known exactly. A delay's variance that is not of the fit stays what it is. What has no solution is left
+/// out.
+struct VarianceFactors {
+  double all = 1.0, delay = 1.0;
+};
+[[nodiscard]] std::vector<VarianceFactors> variances_of_experiments(bool delay_is_told);
 [[nodiscard]] std::vector<ExperimentValue> value_of_experiment(const Posterior& posterior,
                                                                std::span<const Biquad> biquads,
                                                                const Bounds& bounds, double radius);

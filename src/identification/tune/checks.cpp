@@ -193,7 +193,8 @@ std::vector<design::Posterior> posteriors_of(std::span<const Result> results, co
       drive.covariance.row(fit::kDelay).setZero();
       drive.covariance.col(fit::kDelay).setZero();
     }
-    list.emplace_back(std::move(drive), options.delay_std_s.value_or(assumed_delay_std(r)));
+    list.emplace_back(std::move(drive), options.delay_std_s.value_or(assumed_delay_std(r)),
+                      measured_band(r).high_hz);
   }
   return list;
 }
@@ -215,11 +216,14 @@ Checked check_crossover(const TunedController& controller, const std::vector<des
                         std::span<const Result> results) {
   // Below the band the inertia alone counts, which the lowest lines tell.
   constexpr double kBelow = 0.3;
+  // The loop's size at the end of the band is bounded to a thousandth or two.
+  constexpr double kReached = 1.003;
   const design::LinearController linear(controller.feedback);
   for (std::size_t i = 0; i < results.size(); ++i) {
     const auto band = measured_band(results[i]);
     for (const auto& crossing : figures_of(machines[i], linear).crossings) {
-      if (crossing.frequency_hz >= kBelow * band.low_hz && crossing.frequency_hz <= band.high_hz) continue;
+      if (crossing.frequency_hz >= kBelow * band.low_hz && crossing.frequency_hz <= kReached * band.high_hz)
+        continue;
       return refuse(
           "results",
           fmt::format("{} was measured from {:.3g} to {:.3g} Hz, the loop would cross at {:.3g} Hz, "

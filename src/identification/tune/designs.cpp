@@ -107,9 +107,15 @@ design::Bounds plain_bounds(const TuneOptions& options) {
   return bounds;
 }
 
+design::Bounds design_bounds(const TuneOptions& options) {
+  auto bounds = plain_bounds(options);
+  bounds.beyond_band = 1.0;
+  return bounds;
+}
+
 design::Bounds bounds_for(ControllerStructure structure, const TuneOptions& options,
                           double best_controller_sensitivity) {
-  design::Bounds bounds = plain_bounds(options);
+  design::Bounds bounds = design_bounds(options);
   if (structure == ControllerStructure::cascade) {
     bounds.load_transfer = design::default_cascade_bounds().load_transfer;
     return bounds;

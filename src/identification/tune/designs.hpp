@@ -23,5 +23,8 @@ namespace resonid::identification {
 
 /// The bounds of the options that hold for every structure.
 [[nodiscard]] design::Bounds plain_bounds(const TuneOptions& options);
+/// With that of every design: the loop is small where the machine was not measured (docs/methods/tune.md
+/// 7.10).
+[[nodiscard]] design::Bounds design_bounds(const TuneOptions& options);
 
 }  // namespace resonid::identification

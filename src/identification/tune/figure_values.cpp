@@ -11,12 +11,13 @@
 namespace resonid::identification {
 namespace {
 
-constexpr std::array<std::string_view, 20> kFigureNames = {"sensitivity_peak",
+constexpr std::array<std::string_view, 21> kFigureNames = {"sensitivity_peak",
                                                            "complementary_peak",
                                                            "load_peak",
                                                            "controller_sensitivity_peak",
                                                            "process_sensitivity_peak",
                                                            "disk_peak",
+                                                           "beyond_band_peak",
                                                            "phase_margin_deg",
                                                            "gain_margin_db",
                                                            "delay_margin_s",
@@ -70,7 +71,10 @@ std::vector<FigureValue> figure_values(const design::Machine& machine, const Law
                                        const StepResponses& steps, double reference_step, double share) {
   const auto f = design::figures_of(machine, law.linear, share);
   std::vector<FigureValue> values;
-  for (const auto& peak : f.peaks) values.push_back({peak.value, peak.frequency_hz});
+  for (const auto& peak : f.peaks) {
+    const bool is_known = peak.transfer != design::Transfer::beyond_band || peak.value > 0.0;
+    values.push_back(is_known ? FigureValue{peak.value, peak.frequency_hz} : FigureValue{});
+  }
   values.push_back({f.worst_phase_margin_deg});
   values.push_back({f.gain_margin_db});
   values.push_back({f.delay_margin_s});

@@ -39,7 +39,7 @@ class Describer {
       : found_(found),
         task_(task),
         posterior_(task.robust.posteriors.front()),
-        nominal_(posterior_.nominal()),
+        nominal_(posterior_.nominal(), posterior_.known_to_hz()),
         controller_(found.law.what) {}
 
   TunedController run() {
@@ -94,7 +94,7 @@ class Describer {
     constexpr double kShare = 0.3;  // of the lines: between them peaks are refined
     std::vector<OneMachine> drawn(points.size());
     linalg::for_each_index(points.size(), 0, [&](std::size_t i) {
-      drawn[i] = on(design::Machine(posterior_.at(points[i])), kShare);
+      drawn[i] = on(design::Machine(posterior_.at(points[i]), posterior_.known_to_hz()), kShare);
     });
     return drawn;
   }

@@ -50,7 +50,7 @@ std::optional<double> least_met(const std::vector<design::Machine>& machines, de
 
 Error out_of_reach(const TuneOptions& options, const std::vector<design::Machine>& machines,
                    const std::string& what) {
-  const auto bounds = plain_bounds(options);
+  const auto bounds = design_bounds(options);
   if (is_met(machines, bounds))
     return {
         "confidence",
@@ -84,7 +84,7 @@ Error bandwidth_out_of_reach(const TuneOptions& options, const std::vector<desig
     if (looser.sensitivity < options.largest_sensitivity ||
         looser.load_transfer < options.largest_load_transfer)
       continue;
-    auto bounds = plain_bounds(options);
+    auto bounds = design_bounds(options);
     bounds.sensitivity = looser.sensitivity;
     bounds.load_transfer = looser.load_transfer;
     design::Machines all(machines);

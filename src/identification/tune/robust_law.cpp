@@ -5,15 +5,13 @@
 #include <cmath>
 
 namespace resonid::identification {
-namespace {
 
 using design::bounded_transfers;
 
-/// By an active set of machines over ellipsoids of that radius.
-std::optional<RobustLaw> over_ellipsoids(const RobustTask& task, const DesignFor& design, double radius) {
+std::optional<RobustLaw> law_over_ellipsoids(const RobustTask& task, const DesignFor& design, double radius) {
   constexpr int kRounds = 6;
   std::vector<design::Machine> machines;
-  for (const auto& posterior : task.posteriors) machines.emplace_back(posterior.nominal());
+  for (const auto& posterior : task.posteriors) machines.emplace_back(posterior.nominal(), posterior.known_to_hz());
   for (int round = 0; round < kRounds; ++round) {
     design::Machines all(machines);
     auto law = design(all);
@@ -21,13 +19,13 @@ std::optional<RobustLaw> over_ellipsoids(const RobustTask& task, const DesignFor
     bool met = true;
     RobustLaw found{*std::move(law), radius, {}, {}};
     for (const auto transfer : bounded_transfers(task.bounds)) {
-      design::WorstCase worst;
+      design::WorstCase worst{{transfer, 0.0, 0.0, *bound_of(task.bounds, transfer)}, {}};
       for (const auto& posterior : task.posteriors) {
         auto here = worst_case(posterior, found.law.linear, transfer, radius);
-        here.peak.bound = *bound_of(task.bounds, transfer);
+        here.peak.bound = worst.peak.bound;
         if (here.peak.value > here.peak.bound) {
           met = false;
-          machines.emplace_back(posterior.at(here.u));
+          machines.emplace_back(posterior.at(here.u), posterior.known_to_hz());
         }
         if (here.peak.value > worst.peak.value) worst = std::move(here);
       }
@@ -38,11 +36,9 @@ std::optional<RobustLaw> over_ellipsoids(const RobustTask& task, const DesignFor
   return std::nullopt;
 }
 
-}  // namespace
-
 design::Bounds with_room(design::Bounds bounds) {
   for (auto* bound : {&bounds.sensitivity, &bounds.complementary, &bounds.load_transfer,
-                      &bounds.controller_sensitivity, &bounds.disk})
+                      &bounds.controller_sensitivity, &bounds.disk, &bounds.beyond_band})
     if (*bound) **bound /= 1.0 + kRoom;
   return bounds;
 }
@@ -50,7 +46,7 @@ design::Bounds with_room(design::Bounds bounds) {
 std::vector<design::WorstCase> worst_cases(const RobustTask& task, const Law& law, double radius) {
   std::vector<design::WorstCase> list;
   for (const auto transfer : bounded_transfers(task.bounds)) {
-    design::WorstCase worst;
+    design::WorstCase worst{{transfer, 0.0, 0.0, 0.0}, {}};
     for (const auto& posterior : task.posteriors) {
       auto here = worst_case(posterior, law.linear, transfer, radius);
       if (here.peak.value > worst.peak.value) worst = std::move(here);
@@ -78,7 +74,7 @@ std::optional<RobustLaw> robust_law(const RobustTask& task, const DesignFor& des
     double radius = 0.0;
     for (const auto& posterior : task.posteriors)
       radius = std::max(radius, design::ellipsoid_radius(task.confidence, posterior.dimension()));
-    auto found = over_ellipsoids(task, design, radius);
+    auto found = law_over_ellipsoids(task, design, radius);
     if (found) found->check = drawn(task, found->law);
     return found;
   }
@@ -88,7 +84,7 @@ std::optional<RobustLaw> robust_law(const RobustTask& task, const DesignFor& des
   std::optional<RobustLaw> best;
   double low = 0.0, high = 0.0, radius = 2.0;
   for (int round = 0; round < kRounds; ++round) {
-    auto found = over_ellipsoids(task, design, radius);
+    auto found = law_over_ellipsoids(task, design, radius);
     if (!found) {
       high = radius;
       radius = 0.5 * (low + high);

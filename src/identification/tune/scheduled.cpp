@@ -6,6 +6,7 @@
 
 #include "design/schedule.hpp"
 #include "identification/tune/designs.hpp"
+#include "identification/tune/figure_values.hpp"
 
 namespace resonid::identification {
 namespace {
@@ -32,7 +33,10 @@ expected<void, Error> add_schedule(Tuning& tuning, const std::vector<design::Pos
   const auto machine_at = design::machine_between(positions, tuning.machines);
   const design::Stroke stroke{positions.front(), positions.back()};
   design::ScheduleOptions options;
-  options.bounds = plain_bounds(tuning.options);
+  // Where one controller for all is far from that bound, so are those of a place.
+  const auto& limits = tuning.proposed().limits;
+  const bool by_band = std::ranges::find(limits, "beyond_band_peak") != limits.end();
+  options.bounds = by_band ? design_bounds(tuning.options) : plain_bounds(tuning.options);
   options.posterior_at = posterior_between(positions, posteriors, machine_at);
   if (tuning.proposed().radius > 0.0) options.radius = tuning.proposed().radius;
   constexpr std::size_t kPositions = 41;  // at each of which the worst machine is looked for
@@ -45,10 +49,7 @@ expected<void, Error> add_schedule(Tuning& tuning, const std::vector<design::Pos
   double exceeded = 0.0;
   for (const auto& maximum : found->margins.maxima) {
     LoopFigure figure;
-    figure.name = maximum.peak.transfer == design::Transfer::sensitivity     ? "sensitivity_peak"
-                  : maximum.peak.transfer == design::Transfer::load_transfer ? "load_peak"
-                  : maximum.peak.transfer == design::Transfer::complementary ? "complementary_peak"
-                                                                             : "controller_sensitivity_peak";
+    figure.name = figure_name(static_cast<std::size_t>(maximum.peak.transfer));
     figure.value = maximum.peak.value;
     figure.worst = maximum.peak.value;
     figure.frequency_hz = maximum.peak.frequency_hz;

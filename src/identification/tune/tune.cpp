@@ -26,7 +26,8 @@ class Tuner {
   Tuner(std::span<const Result> results, const TuneOptions& options)
       : results_(results), options_(options), posteriors_(posteriors_of(results, options)) {
     sample_time_s_ = results.front().model->drive.sample_time_s;
-    for (const auto& posterior : posteriors_) nominal_.emplace_back(posterior.nominal());
+    for (const auto& posterior : posteriors_)
+      nominal_.emplace_back(posterior.nominal(), posterior.known_to_hz());
   }
 
   expected<Tuning, Error> run() {
@@ -35,7 +36,8 @@ class Tuner {
     if (auto done = add_running(); !done) return tl::unexpected(done.error());
     if (options_.evaluate) return finished();
     progress("what bounds and accuracy cost");
-    if (posteriors_.size() == 1) add_value(tuning_, posteriors_.front(), plain_bounds(options_));
+    add_value(tuning_, posteriors_, design_bounds(options_));
+    add_value_of_band(tuning_, nominal_);
     if (options_.shaper) add_shapers(tuning_, posteriors_);
     if (!options_.positions.empty()) {
       progress("gains over position");
@@ -173,7 +175,7 @@ class Tuner {
 
   expected<void, Error> design() {
     design::Machines machines(nominal_);
-    auto bounds = plain_bounds(options_);
+    auto bounds = design_bounds(options_);
     auto sensitivity = best_controller_sensitivity(machines, bounds);
     if (!sensitivity) return tl::unexpected(out_of_reach(options_, nominal_, "no gain"));
     if (auto limited = limit_noise(machines, bounds, *sensitivity); !limited)

@@ -1,26 +1,124 @@
 // SPDX-License-Identifier: MIT
 #include "identification/tune/value.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 
+#include "design/figures.hpp"
+#include "design/filter_search.hpp"
+#include "design/largest_gain.hpp"
 #include "design/shaper_choice.hpp"
 #include "design/trade_off.hpp"
+#include "identification/tune/designs.hpp"
 
 namespace resonid::identification {
 namespace {
 
 constexpr std::size_t kShaperDraws = 500;
 
+/// The best PI of the identified machines.
+struct BestPi {
+  design::FilteredPi controller;
+  double crossover_hz = 0.0;  ///< The highest of all.
+  double iae = 0.0;           ///< Of the load after a load step, the mean.
+};
+std::optional<BestPi> best_pi_of(const std::vector<design::Machine>& machines, const design::Bounds& bounds) {
+  design::Machines all(machines);
+  const auto gains = largest_integral_gain(all, {}, bounds);
+  if (!gains) return std::nullopt;
+  BestPi best{{gains->kp, gains->ki, {}}};
+  for (const auto& machine : machines) {
+    for (const auto& crossing : figures_of(machine, best.controller).crossings)
+      best.crossover_hz = std::max(best.crossover_hz, crossing.frequency_hz);
+    best.iae += load_step_iae(machine, best.controller) / static_cast<double>(machines.size());
+  }
+  return best;
+}
+
+/// design::value_of_experiment() for one controller that suits several machines, each known better.
+std::vector<design::ExperimentValue> value_of_experiments(const std::vector<design::Posterior>& posteriors,
+                                                          const std::vector<design::Biquad>& biquads,
+                                                          const design::Bounds& bounds, double radius) {
+  const bool told = std::ranges::any_of(posteriors, &design::Posterior::delay_is_told);
+  const auto tight = with_room(bounds);
+  const DesignFor design = [&](design::Machines& machines) -> std::optional<Law> {
+    const auto gains = largest_integral_gain(machines, biquads, tight);
+    if (!gains) return std::nullopt;
+    return law_of(design::FilteredPi{gains->kp, gains->ki, biquads}, machines.all.front().sample_time_s());
+  };
+  std::vector<design::ExperimentValue> values;
+  for (const auto& factors : design::variances_of_experiments(told)) {
+    std::vector<design::Posterior> scaled;
+    for (const auto& posterior : posteriors) scaled.push_back(posterior.scaled(factors.all, factors.delay));
+    const auto found = law_over_ellipsoids({scaled, bounds}, design, radius);
+    if (!found) continue;
+    design::ExperimentValue value{factors.all, found->law.what.gains->ki, 0.0, factors.delay};
+    for (const auto& posterior : posteriors)
+      value.iae += load_step_iae(design::Machine(posterior.nominal()), *found->law.what.gains) /
+                   static_cast<double>(posteriors.size());
+    values.push_back(value);
+  }
+  return values;
+}
+
+/// Up to where the machines must be known for this controller to be small enough above, at most to the
+/// Nyquist frequency.
+double needed_band_hz(const std::vector<design::Machine>& machines, const BestPi& pi) {
+  constexpr double kStep = 1.05;
+  double high_hz = pi.crossover_hz;
+  for (const auto& machine : machines) {
+    const double nyquist_hz = 0.5 / machine.sample_time_s();
+    for (; high_hz < nyquist_hz; high_hz *= kStep) {
+      const design::LoopFunctions loop(machine.response(), pi.controller, machine.sample_time_s(), high_hz);
+      const auto lines = design::first_lines_hz(machine.model(), 1.0, high_hz);
+      if (loop.largest(design::Transfer::beyond_band, lines).value <= 1.0 + kRoom) break;
+    }
+    high_hz = std::min(high_hz, nyquist_hz);
+  }
+  return high_hz;
+}
+
 }  // namespace
 
-void add_value(Tuning& tuning, const design::Posterior& posterior, const design::Bounds& bounds) {
-  const auto curves = design::trade_offs(design::Machine(posterior.nominal()), {}, bounds);
+void add_value(Tuning& tuning, const std::vector<design::Posterior>& posteriors,
+               const design::Bounds& bounds) {
+  const auto& proposed = tuning.proposed();
+  const bool is_filtered_pi = proposed.gains && !proposed.position_gain && !proposed.derivative_gain;
+  if (posteriors.size() > 1) {
+    if (is_filtered_pi)
+      tuning.experiment =
+          value_of_experiments(posteriors, proposed.gains->biquads, bounds, proposed.radius);
+    return;
+  }
+  const auto& posterior = posteriors.front();
+  const auto curves =
+      design::trade_offs(design::Machine(posterior.nominal(), posterior.known_to_hz()), {}, bounds);
   tuning.over_sensitivity = curves.over_sensitivity;
   tuning.over_load_transfer = curves.over_load_transfer;
-  const auto& proposed = tuning.proposed();
-  if (!proposed.gains || proposed.position_gain || proposed.derivative_gain) return;
-  tuning.experiment =
-      design::value_of_experiment(posterior, proposed.gains->biquads, bounds, proposed.radius);
+  if (is_filtered_pi)
+    tuning.experiment =
+        design::value_of_experiment(posterior, proposed.gains->biquads, bounds, proposed.radius);
+}
+
+void add_value_of_band(Tuning& tuning, const std::vector<design::Machine>& machines) {
+  const auto& limits = tuning.proposed().limits;
+  if (std::ranges::find(limits, "beyond_band_peak") == limits.end()) return;
+  const auto within = best_pi_of(machines, design_bounds(tuning.options)),
+             free = best_pi_of(machines, plain_bounds(tuning.options));
+  if (!within || !free || !(within->iae > 0.0)) return;
+  double known_hz = design::kKnownEverywhere;
+  for (const auto& machine : machines) known_hz = std::min(known_hz, machine.known_to_hz());
+  const double high_hz = needed_band_hz(machines, *free), less = 1.0 - free->iae / within->iae;
+  constexpr double kWorthwhile = 0.03;  // of the load's error
+  if (less < kWorthwhile) return;
+  tuning.findings.push_back(
+      {"band-limits-design", diagnostics::Severity::info, known_hz, high_hz,
+       fmt::format("The machine was measured up to {:.3g} Hz, and the loop is kept small above: that limits "
+                   "the gains. Known up to {:.3g} Hz, it would let the best PI cross at {:.3g} Hz in place "
+                   "of {:.3g} Hz, and the load step's IAE be {:.0f} % smaller. Excite up to there; plan "
+                   "lays it out within that .band_hz.",
+                   known_hz, high_hz, free->crossover_hz, within->crossover_hz, 100.0 * less)});
 }
 
 void add_shapers(Tuning& tuning, const std::vector<design::Posterior>& posteriors) {

@@ -4,12 +4,18 @@
 #include <resonid/identification/tune.hpp>
 #include <vector>
 
+#include "design/machine.hpp"
 #include "design/posterior.hpp"
 
 namespace resonid::identification {
 
-/// What each bound costs, and what a better experiment would buy (docs/methods/tune.md 5.5, 7.6).
-void add_value(Tuning& tuning, const design::Posterior& posterior, const design::Bounds& bounds);
+/// What each bound costs (of one machine), and what a better experiment would buy (docs/methods/tune.md 5.5,
+/// 7.6).
+void add_value(Tuning& tuning, const std::vector<design::Posterior>& posteriors,
+               const design::Bounds& bounds);
+
+/// Where the end of the measured band keeps the gains down: says so, and what a wider one would buy.
+void add_value_of_band(Tuning& tuning, const std::vector<design::Machine>& machines);
 
 /// The shortest input shaper for the closed loop of the proposed controller (docs/methods/tune.md 11.2).
 void add_shapers(Tuning& tuning, const std::vector<design::Posterior>& posteriors);

@@ -36,34 +36,58 @@ std::string half_deviations(const fit::DriveModel& machine) {
   return text;
 }
 
-std::string variance_words(double factor) {
-  if (factor == 0.0) return "with no uncertainty at all";
-  return factor == 0.25 ? "with half of every standard deviation, the delay's too,"
-                        : fmt::format("with {:.2g} times every variance", factor);
+/// Of an experiment; the delay's variance is that of the parameters, or stays.
+std::string variance_words(const ExperimentValue& value) {
+  const bool with_delay = value.delay_factor == value.factor;
+  if (value.factor == 0.0)
+    return with_delay ? "with no uncertainty at all" : "with no uncertainty but the delay's";
+  if (value.factor != 0.25) return fmt::format("with {:.2g} times every variance", value.factor);
+  return with_delay ? "with half of every standard deviation, the delay's too,"
+                    : "with half of every standard deviation but the delay's";
+}
+
+/// How much less of the load step is left.
+double less_than(const ExperimentValue& now, const ExperimentValue& value) {
+  return 1.0 - value.iae / now.iae;
+}
+
+/// What a known delay would buy beside parameters that stay as they are.
+std::string known_delay_sentence(const Tuning& t, const ExperimentValue& now) {
+  const auto known = std::find_if(t.experiment.begin(), t.experiment.end(), [](const ExperimentValue& v) {
+    return v.factor == 1.0 && v.delay_factor == 0.0;
+  });
+  constexpr double kWorthWhile = 0.03;
+  if (known == t.experiment.end() || less_than(now, *known) < kWorthWhile) return {};
+  return fmt::format("With the delay known exactly ki could be {}, and the load step's IAE {:.0f} % smaller.",
+                     three_digits(known->ki), 100.0 * less_than(now, *known));
 }
 
 void put_experiment(const Tuning& t, std::vector<std::string>& list) {
   const ExperimentValue* now = nullptr;
   for (const auto& value : t.experiment)
-    if (value.factor == 1.0) now = &value;
+    if (value.factor == 1.0 && value.delay_factor == 1.0) now = &value;
   if (now == nullptr || !(now->iae > 0.0)) return;
   std::string text;
   double most = 0.0;
   for (const auto& value : t.experiment) {
     if (value.factor >= 1.0) continue;
-    const double less = 1.0 - value.iae / now->iae;
+    const double less = less_than(*now, value);
     most = std::max(most, less);
     text +=
         fmt::format("{}{} ki could be {}, and the load step's IAE {:.0f} % smaller", text.empty() ? "" : "; ",
-                    variance_words(value.factor), three_digits(value.ki), std::max(0.0, 100.0 * less));
+                    variance_words(value), three_digits(value.ki), std::max(0.0, 100.0 * less));
   }
   if (text.empty()) return;
   constexpr double kWorthWhile = 0.03;  // of the load's error: less is lost in everything else
+  const auto by_delay = known_delay_sentence(t, *now);
   if (most < kWorthWhile) {
-    list.emplace_back("A better experiment would buy nothing: the uncertainty hardly costs any stiffness.");
+    list.push_back(by_delay.empty()
+                       ? "A better experiment would buy nothing: the uncertainty hardly costs any stiffness."
+                       : "A better experiment would buy nothing. " + by_delay);
     return;
   }
-  list.push_back("What a better experiment would buy: " + text + ".");
+  list.push_back("What a better experiment would buy: " + text + "." +
+                 (by_delay.empty() ? "" : " " + by_delay));
   const auto accuracy = t.machines.empty() ? std::string() : half_deviations(t.machines.front());
   // A command ends its line, so that it can be copied.
   if (!accuracy.empty())

@@ -21,6 +21,7 @@ constexpr std::array kFigures = {
     FigureWords{"controller_sensitivity_peak", "largest |C S|", "|C S|"},
     FigureWords{"process_sensitivity_peak", "largest |G S|", "|G S|"},
     FigureWords{"disk_peak", "largest |S - T|", "|S - T|"},
+    FigureWords{"beyond_band_peak", "largest (1 + rho)|L| above the band", "|L| above the band"},
     FigureWords{"phase_margin_deg", "least phase margin", "phase margin"},
     FigureWords{"gain_margin_db", "gain margin", "gain margin"},
     FigureWords{"delay_margin_s", "delay margin", "delay margin"},

@@ -117,6 +117,10 @@ Table filter_table(const TunedController& c) {
   return table;
 }
 
+std::string variance_cell(double factor) {
+  return factor == 1.0 ? "as it is" : factor == 0.0 ? "none" : fmt::format("times {:.3g}", factor);
+}
+
 Section controllers_section(const Tuning& t) {
   Section s;
   s.title = t.candidates.size() > 1 ? "Controllers that were compared" : "Controllers";
@@ -125,12 +129,10 @@ Section controllers_section(const Tuning& t) {
   if (auto filters = filter_table(t.proposed()); !filters.rows.empty())
     s.plain_tables.push_back(std::move(filters));
   if (t.experiment.size() > 1) {
-    Table table{"What a better experiment would buy", {"variance", "ki", "IAE of the load step"}, {}};
+    Table table{"What a better experiment would buy", {"variance", "of the delay", "ki", "IAE of the load step"}, {}};
     for (const auto& v : t.experiment)
-      table.rows.push_back({v.factor == 1.0   ? "as it is"
-                            : v.factor == 0.0 ? "none"
-                                              : fmt::format("times {:.3g}", v.factor),
-                            three_digits(v.ki), three_digits(v.iae)});
+      table.rows.push_back(
+          {variance_cell(v.factor), variance_cell(v.delay_factor), three_digits(v.ki), three_digits(v.iae)});
     s.plain_tables.push_back(std::move(table));
   }
   return s;

@@ -83,7 +83,7 @@ TEST(ResponseDisks, BoundEveryResponseInThem) {
   const std::vector<Biquad> filters = {{20.0, 0.4, 0.6}};
   const auto found = largest_integral_gain(disks, filters, bounds, g.load);
   ASSERT_TRUE(found);
-  ASSERT_EQ(found->worst.size(), 5U);
+  ASSERT_EQ(found->worst.size(), 6U);
   const auto c = LinearController(found->controller, kStep).at(disks.frequencies_hz);
   StandardNormal normal(5);
   std::vector<double> largest(kTransfers.size(), 0.0);
@@ -95,7 +95,7 @@ TEST(ResponseDisks, BoundEveryResponseInThem) {
           disks.centres[i] +
           disks.radii[i] * std::polar(1.0, std::arg(std::complex(normal.next(), normal.next())));
       const auto loop = c[i] * plant;
-      const LoopFunctions::Values v{loop, c[i], n * plant, c[i]};
+      const LoopFunctions::Values v{loop, c[i], n * plant, c[i], i + 1 == c.size() ? 2.0 : 0.0};
       for (const Transfer transfer : kTransfers)
         largest[static_cast<std::size_t>(transfer)] =
             std::max(largest[static_cast<std::size_t>(transfer)], v.size_of(transfer));
@@ -153,8 +153,8 @@ TEST(ResponseDisks, RefuseWhatTheLinesCannotTell) {
   EXPECT_FALSE(why(g.of(1.0), sensitivity_only()).empty());
 }
 
-/// An inertia of 0.05 kgm2 crosses at 6.4 Hz with kp = 2: lines up to 8 Hz end too early.
-TEST(ResponseDisks, GoOnBeyondTheCrossover) {
+/// An inertia of 0.05 kgm2 crosses at 6.4 Hz with kp = 2: where lines end at 8 Hz the gain has to be less.
+TEST(ResponseDisks, KeepTheCrossoverWellInsideTheLines) {
   const auto inertia = [](double to_hz) {
     ResponseDisks disks;
     disks.sample_time_s = kStep;
@@ -171,9 +171,27 @@ TEST(ResponseDisks, GoOnBeyondTheCrossover) {
   ASSERT_TRUE(whole);
   EXPECT_NEAR(whole->crossover_hz, 6.4, 0.7);
   const auto part = largest_integral_gain(inertia(8.0), {}, bounds);
-  ASSERT_FALSE(part);
-  EXPECT_EQ(part.error().requirement, "must go on until |L| is below 0.5");
-  EXPECT_GT(part.error().value, 0.5);
+  ASSERT_TRUE(part);
+  // |L| of the largest response at 8 Hz is 1/2, by its closed form.
+  const auto c = LinearController(part->controller, kStep).at(std::array{8.0}).front();
+  EXPECT_NEAR(std::abs(c) * 1.01 / (kTwoPi * 8.0 * 0.05), 0.5, 1e-9);
+  EXPECT_NEAR(part->worst.back().value, 1.0, 1e-9);
+  EXPECT_EQ(part->worst.back().transfer, Transfer::beyond_band);
+  EXPECT_LT(part->crossover_hz, 4.2);
+  EXPECT_LT(whole->worst.back().value, 0.5);
+}
+
+/// System 2 has its anti-resonance at 10.7 Hz and its resonance at 15.1 Hz.
+TEST(ResponseDisks, DoNotEndOnTheFlankOfAResonance) {
+  const GoldenDisks g;
+  auto some = g.of(0.01);
+  const auto end = std::ranges::upper_bound(some.frequencies_hz, 14.0) - some.frequencies_hz.begin();
+  some.frequencies_hz.resize(static_cast<std::size_t>(end));
+  some.centres.resize(static_cast<std::size_t>(end));
+  some.radii.resize(static_cast<std::size_t>(end));
+  const auto found = largest_integral_gain(some, {}, sensitivity_only());
+  ASSERT_FALSE(found);
+  EXPECT_EQ(found.error().requirement, "must not end where |L| rises: a resonance is near");
 }
 
 /// Roots far apart in size, close by, and one where the sign stays.

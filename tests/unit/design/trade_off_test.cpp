@@ -61,7 +61,7 @@ TEST(ExperimentValue, IsThatOfASmallerEllipsoid) {
     const double radius = c.at("robust").at("radius"), robust = c.at("robust").at("ki"),
                  nominal = c.at("nominal").at("ki");
     const auto values = value_of_experiment(posterior, {}, test::calm(), radius);
-    ASSERT_EQ(values.size(), 3U);
+    ASSERT_EQ(values.size(), 4U);
     EXPECT_NEAR(values[0].ki, robust, 0.01 * robust);
     EXPECT_NEAR(values[0].iae, c.at("robust").at("load_step").at("iae").get<double>(), 0.01 * values[0].iae);
     const auto half = robust_gains(posterior, {}, test::calm(), 0.5 * radius);
@@ -78,9 +78,40 @@ TEST(ExperimentValue, IsThatOfTheDelayAboveAll) {
   for (const auto& [delay_std_s, left] : {std::pair(1e-4, 0.90), std::pair(4e-4, 0.66)}) {
     golden["covariance"][4][4] = delay_std_s * delay_std_s;
     const auto values = value_of_experiment(test::golden_posterior(golden), {}, test::calm(), 3.3272357436);
-    ASSERT_EQ(values.size(), 3U);
+    ASSERT_EQ(values.size(), 4U);
     EXPECT_NEAR(values[0].ki / values[2].ki, left, 0.006);
+    // Alone it is worth what it costs beside parameters that are as they are.
+    golden["covariance"][4][4] = 0.0;
+    const auto known = value_of_experiment(test::golden_posterior(golden), {}, test::calm(), 3.3272357436);
+    EXPECT_NEAR(values[3].ki, known[0].ki, 1e-3 * known[0].ki);
+    EXPECT_EQ(values[3].delay_factor, 0.0);
+    EXPECT_EQ(values[3].factor, 1.0);
   }
+}
+
+/// A delay that nobody fitted is as uncertain after a longer experiment.
+TEST(ExperimentValue, LeavesADelayThatWasTold) {
+  const auto golden = test::golden_json("e_tune_robust.json").at("cases")[0];
+  constexpr double kDelayStd_s = 4e-4;
+  auto model = test::golden_posterior(golden).nominal();
+  for (const auto p : {fit::kDrivenInertia, fit::kLoadInertia, fit::kStiffness, fit::kDamping}) {
+    model.estimated[p] = true;
+    model.covariance(p, p) = std::pow(0.02 * model.value(p), 2);
+  }
+  const Posterior posterior(model, kDelayStd_s);
+  EXPECT_TRUE(posterior.delay_is_told());
+  const auto values = value_of_experiment(posterior, {}, test::calm(), 2.0);
+  ASSERT_EQ(values.size(), 4U);
+  // Without any other uncertainty: the delay's worst is two standard deviations later, a machine of its own.
+  auto late = model;
+  late.set(fit::kDelay, model.value(fit::kDelay) + 2.0 * kDelayStd_s);
+  Machines both({Machine(model), Machine(late)});
+  const auto gains = largest_integral_gain(both, {}, test::calm());
+  ASSERT_TRUE(gains);
+  EXPECT_NEAR(values[2].ki, gains->ki, 2e-3 * gains->ki);
+  EXPECT_LT(values[0].ki, values[1].ki);
+  EXPECT_LT(values[1].ki, values[2].ki);
+  EXPECT_GT(values[3].ki, values[2].ki);
 }
 
 }  // namespace

@@ -93,9 +93,14 @@ TEST(Tune, MeetsItsBoundsWithTheConfidence) {
   EXPECT_FALSE(c.limits.empty());
   EXPECT_FALSE(c.curves.frequency_hz.empty());
   EXPECT_EQ(c.curves.sensitivity.low.size(), c.curves.frequency_hz.size());
-  ASSERT_EQ(tuning->experiment.size(), 3U);
+  ASSERT_EQ(tuning->experiment.size(), 4U);
   EXPECT_LT(tuning->experiment[0].ki, tuning->experiment[1].ki);
   EXPECT_LT(tuning->experiment[1].ki, tuning->experiment[2].ki);
+  // No experiment makes an assumed delay surer: it alone is known in the last.
+  EXPECT_EQ(tuning->experiment[2].delay_factor, 1.0);
+  EXPECT_LT(tuning->experiment[2].ki, 0.99 * tuning->nominal->gains->ki);
+  EXPECT_EQ(tuning->experiment[3].delay_factor, 0.0);
+  EXPECT_GT(tuning->experiment[3].ki, tuning->experiment[0].ki);
 }
 
 TEST(Tune, NeedsNoOptionAndSaysThatTheDelaysUncertaintyWasAssumed) {
@@ -185,7 +190,9 @@ TEST(Tune, RefusesWhatCannotBeReliedOn) {
   EXPECT_NE(refused(result, few_draws()).find("spring to the ground"), std::string::npos);
 
   result = identified();
-  result.response.frequency_hz.resize(20);  // to 2.5 Hz
+  auto& lines = result.response.frequency_hz;  // from 40 Hz on: far above any crossover
+  const auto from_40 = std::ranges::find_if(lines, [](double f) { return f > 40.0; });
+  lines.erase(lines.begin(), from_40);
   EXPECT_NE(refused(result, few_draws()).find("nothing is known"), std::string::npos);
 
   auto o = few_draws();
@@ -197,6 +204,63 @@ TEST(Tune, RefusesWhatCannotBeReliedOn) {
   o = few_draws();
   o.running = pi(20.0, 0.01);
   EXPECT_NE(refused(identified(), o).find("contradict"), std::string::npos);
+}
+
+bool has_finding(const Tuning& tuning, std::string_view id) {
+  return std::ranges::any_of(tuning.findings, [&](const auto& f) { return f.id == id; });
+}
+
+/// The best loop would cross at 4.9 Hz.
+TEST(Tune, CrossesInsideTheBandThatWasMeasured) {
+  auto result = identified();
+  const auto whole = tune(result, few_draws());
+  result.response.frequency_hz.resize(20);
+  const double end_hz = result.response.frequency_hz.back();
+  ASSERT_NEAR(end_hz, 2.53, 0.01);
+  for (const auto structure : {ControllerStructure::pi, ControllerStructure::automatic,
+                               ControllerStructure::cascade, ControllerStructure::pid}) {
+    SCOPED_TRACE(name_of(structure));
+    const auto tuning = tune(result, few_draws(structure));
+    ASSERT_TRUE(tuning) << message_of(tuning.error());
+    const auto& c = tuning->proposed();
+    EXPECT_TRUE(c.within);
+    for (const auto& crossing : c.crossings) EXPECT_LE(crossing.frequency_hz, end_hz * 1.003);
+    const auto* figure = c.figure("beyond_band_peak");
+    ASSERT_TRUE(figure != nullptr && figure->bound && figure->worst);
+    EXPECT_LE(*figure->worst, 1.003);
+    // By the curve, which knows of no bound.
+    for (std::size_t i = 0; i < c.curves.frequency_hz.size(); ++i)
+      if (const double times = c.curves.frequency_hz[i] / end_hz; times >= 1.0) {
+        EXPECT_LE(std::min(2.0, times) * std::abs(c.curves.loop[i]), 1.003);
+      }
+    if (structure != ControllerStructure::pi) continue;
+    ASSERT_TRUE(whole);
+    EXPECT_FALSE(has_finding(*whole, "band-limits-design"));
+    ASSERT_TRUE(has_finding(*tuning, "band-limits-design"));
+    EXPECT_EQ(c.limits, std::vector<std::string>{"beyond_band_peak"});
+    // Excited up to where it says, the whole of the gains is there.
+    const auto said = std::ranges::find(tuning->findings, "band-limits-design", &diagnostics::Finding::id);
+    auto wider = identified();
+    std::erase_if(wider.response.frequency_hz, [&](double f) { return f > 1.05 * *said->threshold; });
+    const auto again = tune(wider, few_draws());
+    ASSERT_TRUE(again);
+    EXPECT_NEAR(again->proposed().gains->ki, whole->proposed().gains->ki, 0.02 * whole->proposed().gains->ki);
+  }
+  // Of several machines each has its own band.
+  const std::vector<Result> results = {result, identified(0.02, 150.0)};
+  const auto both = tune(results, few_draws());
+  ASSERT_TRUE(both) << message_of(both.error());
+  EXPECT_LE(both->proposed().crossings.back().frequency_hz, end_hz * 1.003);
+  // By the response alone |L| is at most 1/2 at its end.
+  result = identified();
+  result.model.reset();
+  result.response.frequency_hz.resize(37);
+  result.response.value.resize(37);
+  result.response.std.resize(37);
+  const auto lines = tune(result, few_draws());
+  ASSERT_TRUE(lines) << message_of(lines.error());
+  EXPECT_LE(std::abs(lines->proposed().curves.loop.back()), 0.5);
+  EXPECT_TRUE(has_finding(*lines, "band-limits-design"));
 }
 
 TEST(Tune, SaysWhichBoundCouldBeMetInstead) {
@@ -329,6 +393,10 @@ TEST(Tune, OneControllerSuitsSeveralMachines) {
   EXPECT_TRUE(one->proposed().within);
   const auto soft = tune(results.front(), few_draws()), stiff = tune(results.back(), few_draws());
   ASSERT_TRUE(soft && stiff);
+  ASSERT_EQ(one->experiment.size(), 4U);
+  EXPECT_NEAR(one->experiment[0].ki, one->proposed().gains->ki, 0.02 * one->proposed().gains->ki);
+  EXPECT_GT(one->experiment[1].ki, one->experiment[0].ki);
+  EXPECT_GT(one->experiment[2].ki, one->experiment[1].ki);
   EXPECT_LE(one->proposed().gains->ki,
             1.01 * std::min(soft->proposed().gains->ki, stiff->proposed().gains->ki));
   auto o = few_draws();

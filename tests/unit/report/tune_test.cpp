@@ -187,9 +187,9 @@ TEST(TuneText, TellsFirstStepLimitsAndWhatUncertaintyCosts) {
   EXPECT_TRUE(holds(text, "0.500 ms, is assumed: a quarter of a sample."));
   EXPECT_TRUE(holds(
       text,
-      "with half of every standard deviation, the delay's too, ki could be 22.3, and the load step's IAE 8 % "
-      "smaller; with no uncertainty at all ki could be 25.1, and the load step's IAE 17 % "
-      "smaller."));
+      "with half of every standard deviation but the delay's ki could be 22.3, and the load step's IAE 8 % "
+      "smaller; with no uncertainty but the delay's ki could be 25.1, and the load step's IAE 17 % "
+      "smaller. With the delay known exactly ki could be 21.9, and the load step's IAE 6 % smaller."));
   // Half of 2, 2, 2 and 6 %.
   EXPECT_TRUE(holds(text,
                     "resonid plan .model RESULT.json .accuracy "

@@ -261,7 +261,7 @@ inline identification::Tuning tuning() {
     t.over_sensitivity.push_back({ms, 1.3, 1.2 + ms, 12.0 * (ms - 1.0) + 14.0, 0.08 - 0.02 * ms});
     t.over_load_transfer.push_back({1.4, 1.1 + 0.1 * i, 2.1, 16.0 + 2.5 * i, 0.06 - 0.002 * i});
   }
-  t.experiment = {{1.0, 20.4, 0.0531}, {0.25, 22.3, 0.0488}, {0.0, 25.1, 0.0441}};
+  t.experiment = {{1.0, 20.4, 0.0531}, {0.25, 22.3, 0.0488}, {0.0, 25.1, 0.0441}, {1.0, 21.9, 0.0500, 0.0}};
   t.findings = {{"delay-unknown",
                  diagnostics::Severity::warning,
                  5e-4,

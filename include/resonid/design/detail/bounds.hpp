@@ -16,6 +16,8 @@ struct Bounds {
   std::optional<double> load_transfer;           ///< |C GL S|, from the reference to the load's velocity.
   std::optional<double> controller_sensitivity;  ///< |C S|, Nm/(rad/s)
   std::optional<double> disk;                    ///< |S - T|: 2/alpha of a symmetric disk margin.
+  std::optional<double> beyond_band = {};  ///< (1 + rho)|L| above the band in which a machine is known, rho being
+                                      ///< what its model may err by there (docs/methods/tune.md 7.10).
 };
 
 /// What of a loop has a maximum over frequency.
@@ -25,18 +27,21 @@ enum class Transfer {
   load_transfer,
   controller_sensitivity,
   process_sensitivity,
-  disk
+  disk,
+  beyond_band
 };
 inline constexpr std::array kTransfers = {Transfer::sensitivity,         Transfer::complementary,
                                           Transfer::load_transfer,       Transfer::controller_sensitivity,
-                                          Transfer::process_sensitivity, Transfer::disk};
+                                          Transfer::process_sensitivity, Transfer::disk,
+                                          Transfer::beyond_band};
 inline constexpr EnumName<Transfer> kTransferNames[] = {
     {Transfer::sensitivity, "sensitivity"},
     {Transfer::complementary, "complementary_sensitivity"},
     {Transfer::load_transfer, "load_transfer"},
     {Transfer::controller_sensitivity, "controller_sensitivity"},
     {Transfer::process_sensitivity, "process_sensitivity"},
-    {Transfer::disk, "disk"}};
+    {Transfer::disk, "disk"},
+    {Transfer::beyond_band, "beyond_band"}};
 [[nodiscard]] constexpr std::span<const EnumName<Transfer>> enum_names(Transfer) noexcept {
   return kTransferNames;
 }

@@ -3,11 +3,13 @@
 
 namespace resonid::design {
 
-/// The largest integral gain on an ellipsoid if the covariance were `factor` times as large.
+/// The largest integral gain on an ellipsoid if the covariance were `factor` times as large, and the delay's
+/// variance `delay_factor` times.
 struct ExperimentValue {
   double factor = 1.0;
   double ki = 0.0;   ///< Nm/rad
   double iae = 0.0;  ///< That of the nominal machine's load after a load step, rad.
+  double delay_factor = 1.0;
 };
 
 /// The largest integral gain of one machine under bounds.
