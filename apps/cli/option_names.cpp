@@ -60,6 +60,7 @@ constexpr std::array kOptions = {
     Option{"largest_load_transfer", "--load-peak"},
     Option{"largest_noise_torque", "--noise-torque"},
     Option{"largest_sensitivity", "--ms"},
+    Option{"largest_speed", "--speed"},
     Option{"learn_s", {}},
     Option{"least_bandwidth_hz", "--bandwidth"},
     Option{"lines_hz", {}},

@@ -334,6 +334,8 @@ void add_tune(CLI::App& app) {
   add_text(*verb, "--schedule", o->schedule,
            "gains over position: positions of the results, or rows of 'resonid track --out FILE'",
            "POSITION,...|FILE");
+  add_number(*verb, "--speed", o->options.largest_speed, "X",
+             "largest speed of that position per s: refused where the gains change too quickly");
   verb->add_flag("--shaper", o->options.shaper, "also choose an input shaper for the loop");
   add_number(*verb, "--shaper-limit", o->options.shaper_limit, "PART",
              "residual vibration that it may leave");

@@ -6,7 +6,10 @@
 namespace resonid::design {
 
 ActiveSet::ActiveSet(const Posterior& posterior, const Bounds& bounds, double radius)
-    : posterior_(posterior), bounds_(bounds), radius_(radius), machines_({Machine(posterior.nominal(), posterior.known_to_hz())}) {}
+    : posterior_(posterior),
+      bounds_(bounds),
+      radius_(radius),
+      machines_({Machine(posterior.nominal(), posterior.known_to_hz())}) {}
 
 void ActiveSet::scale_to(double radius) {
   machines_ = Machines({Machine(posterior_.nominal(), posterior_.known_to_hz())});

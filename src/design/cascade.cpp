@@ -34,8 +34,7 @@ QuadraticRows rows_in_kv(const Machines& machines, const FilteredPi& velocity, c
       if (bounds.controller_sensitivity) rows.add(loop, {c, qc, none}, *bounds.controller_sensitivity);
       if (bounds.disk) rows.add(loop, {one - c * measured, -qc * measured, none}, *bounds.disk);
       if (bounds.beyond_band && lines[i].beyond > 0.0)
-        rows.add({one, none, none},
-                 {lines[i].beyond * c * measured, lines[i].beyond * qc * measured, none},
+        rows.add({one, none, none}, {lines[i].beyond * c * measured, lines[i].beyond * qc * measured, none},
                  *bounds.beyond_band);
     }
   }

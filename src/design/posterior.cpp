@@ -76,6 +76,27 @@ Posterior Posterior::scaled(double factor, double delay_factor) const {
   return other;
 }
 
+Posterior Posterior::blended(const Posterior& other, double share) const {
+  std::vector<fit::Parameter> all = parameters_;
+  for (const fit::Parameter p : other.parameters_)
+    if (std::find(all.begin(), all.end(), p) == all.end()) all.push_back(p);
+  const auto count = static_cast<Eigen::Index>(all.size());
+  Eigen::MatrixXd covariance = Eigen::MatrixXd::Zero(count, count);
+  const auto add = [&](const Posterior& part, double weight) {
+    Eigen::MatrixXd spread = Eigen::MatrixXd::Zero(count, part.spread_.cols());
+    for (std::size_t i = 0; i < part.parameters_.size(); ++i)
+      spread.row(std::find(all.begin(), all.end(), part.parameters_[i]) - all.begin()) =
+          part.spread_.row(static_cast<Eigen::Index>(i));
+    covariance += weight * spread * spread.transpose();
+  };
+  add(*this, 1.0 - share);
+  add(other, share);
+  Posterior blended(nominal_, std::move(all), covariance);
+  blended.known_to_hz_ = std::min(known_to_hz_, other.known_to_hz_);
+  blended.delay_is_told_ = delay_is_told_ || other.delay_is_told_;
+  return blended;
+}
+
 fit::DriveModel Posterior::at(const Eigen::VectorXd& u) const {
   const Eigen::VectorXd moved = spread_ * u;
   fit::DriveModel model = nominal_;

@@ -32,6 +32,9 @@ class Posterior {
     other.nominal_ = std::move(nominal);
     return other;
   }
+  /// Around this machine, its covariance a share of the way to that of another posterior; a parameter that
+  /// one of them does not know is exact there.
+  [[nodiscard]] Posterior blended(const Posterior& other, double share) const;
   /// The same with every variance times `factor`, the delay's times `delay_factor`.
   [[nodiscard]] Posterior scaled(double factor, double delay_factor) const;
   /// Whether the delay's variance is not of the fit: no experiment makes it smaller.

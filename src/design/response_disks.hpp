@@ -47,10 +47,10 @@ struct ResponseDesign {
 /// line and has no unstable poles.
 ///
 /// Nothing is known between the lines or beyond them: a resonance narrower than their distance, or above the
-/// last, is not seen. So that little hides there, |L| stays below 1/2 at the last line, which bounds the gains
-/// (2 |L| is that line's Transfer::beyond_band), 1 + L must turn by less than 90 deg from line to line, |L| be
-/// above 1 at the first line, and not rise at the last where it is not small; each is refused otherwise.
-/// Disks take neighbouring lines for independent, which makes the gains conservative.
+/// last, is not seen. So that little hides there, |L| stays below 1/2 at the last line, which bounds the
+/// gains (2 |L| is that line's Transfer::beyond_band), 1 + L must turn by less than 90 deg from line to line,
+/// |L| be above 1 at the first line, and not rise at the last where it is not small; each is refused
+/// otherwise. Disks take neighbouring lines for independent, which makes the gains conservative.
 [[nodiscard]] expected<ResponseDesign> largest_integral_gain(const ResponseDisks& response,
                                                              std::span<const Biquad> biquads,
                                                              const Bounds& bounds,

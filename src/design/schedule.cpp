@@ -26,10 +26,6 @@ Place place_of(const Positions& all, double position, const PositionOf& position
   return {i, std::clamp((position - from) / (to - from), 0.0, 1.0)};
 }
 
-double even_position(const Stroke& stroke, std::size_t i, std::size_t count) {
-  return stroke.from + (stroke.to - stroke.from) * static_cast<double>(i) / static_cast<double>(count - 1);
-}
-
 expected<void> check(const Stroke& stroke, const ScheduleOptions& options) {
   if (!(stroke.to > stroke.from)) return refuse("stroke", "must end above its beginning", stroke.to);
   if (options.first_nodes < 2 || options.first_nodes > options.most_nodes)
@@ -89,13 +85,22 @@ std::vector<double> twist_scales(const fit::DriveModel& model) {
           scale(p.stiffness_2, p.middle_inertia, p.load_inertia)};
 }
 
+std::size_t samples_through(const Stroke& stroke, double speed, double step) {
+  return static_cast<std::size_t>(std::max(1LL, std::llround((stroke.to - stroke.from) / speed / step)));
+}
+/// How often the torque of a run has changed its sign, and what it then is, Nm.
+std::size_t stretch_of(std::size_t sample, std::size_t samples, int changes) {
+  return static_cast<std::size_t>(static_cast<double>(sample) / static_cast<double>(samples) * changes +
+                                  1e-9);
+}
+double torque_in(std::size_t stretch) { return stretch % 2 == 0 ? -1.0 : 1.0; }
+
 /// With the check of the rate where there is one to make.
 expected<ScheduleDesign> checked(ScheduleDesign design, const MachineAt& machine_at, const Stroke& stroke,
                                  const ScheduleOptions& options) {
   if (!options.largest_speed) return design;
   const double fast = *options.largest_speed;
-  design.rate = RateCheck{run_through(machine_at, design.schedule, stroke, fast),
-                          run_through(machine_at, design.schedule, stroke, 0.1 * fast)};
+  design.rate = check_rate(machine_at, design.schedule, stroke, fast);
   if (!design.rate->is_met())
     return refuse("largest_speed", "must be lower: a run at it disturbs the load more than a slow one", fast);
   return design;
@@ -135,7 +140,7 @@ FrozenMargins frozen_margins(const MachineAt& machine_at, const GainSchedule& sc
   std::vector<std::vector<FrozenMaximum>> all(count);
   std::vector<char> unstable(count, 0);
   linalg::for_each_index(count, 0, [&](std::size_t i) {
-    const double position = even_position(stroke, i, count);
+    const double position = stroke.even(i, count);
     const Machine machine(machine_at(position));
     const FilteredPi controller = schedule.at(position);
     const LoopFunctions loop(machine.response(), controller, machine.sample_time_s());
@@ -151,7 +156,7 @@ FrozenMargins frozen_worst_cases(const PosteriorAt& posterior_at, double radius,
   std::vector<std::vector<FrozenMaximum>> all(count);
   bool stable = true;
   for (std::size_t i = 0; i < count; ++i) {
-    const double position = even_position(stroke, i, count);
+    const double position = stroke.even(i, count);
     const Posterior posterior = posterior_at(position);
     const FilteredPi controller = schedule.at(position);
     // Where the nominal loop is stable and bounded on the ellipsoid, so is every loop in it
@@ -170,7 +175,7 @@ FrozenMargins frozen_worst_cases(const PosteriorAt& posterior_at, double radius,
 ScheduleRun run_through(const MachineAt& machine_at, const GainSchedule& schedule, const Stroke& stroke,
                         double speed, int changes) {
   const double step = machine_at(stroke.from).sample_time_s, length = stroke.to - stroke.from;
-  const auto samples = static_cast<std::size_t>(std::llround(length / speed / step));
+  const auto samples = samples_through(stroke, speed, step);
   ScheduleRun run;
   Eigen::VectorXd state;
   std::vector<double> scales_before;
@@ -188,10 +193,71 @@ ScheduleRun run_through(const MachineAt& machine_at, const GainSchedule& schedul
     const double v = loop.load * state;
     run.iae += step * std::abs(v);
     run.peak = std::max(run.peak, std::abs(v));
-    const double torque = static_cast<int>(way * changes + 1e-9) % 2 == 0 ? -1.0 : 1.0;
-    state = (loop.a * state + torque * loop.load_torque).eval();
+    state = (loop.a * state + torque_in(stretch_of(k, samples, changes)) * loop.load_torque).eval();
   }
   return run;
+}
+
+RateCheck check_rate(const MachineAt& machine_at, const GainSchedule& schedule, const Stroke& stroke,
+                     double speed) {
+  return {run_through(machine_at, schedule, stroke, speed),
+          run_through(machine_at, schedule, stroke, 0.1 * speed)};
+}
+
+ScheduleRun run_at_rest(const MachineAt& machine_at, const GainSchedule& schedule, const Stroke& stroke,
+                        double speed, int changes) {
+  const double step = machine_at(stroke.from).sample_time_s;
+  const auto samples = samples_through(stroke, speed, step);
+  const auto ends = static_cast<std::size_t>(changes) + 1;
+  // [stretch] What it does between two changes of the torque, at the worse of the positions at its ends.
+  std::vector<ScheduleRun> worst(ends - 1);
+  for (std::size_t end = 0; end < ends; ++end) {
+    const double position = stroke.even(end, ends);
+    const ClosedLoop loop =
+        closed_loop(fit::sampled_states(machine_at(position)), states_of(schedule.at(position), step));
+    std::vector<ScheduleRun> here(ends - 1);
+    Eigen::VectorXd state = Eigen::VectorXd::Zero(loop.a.rows());
+    for (std::size_t k = 0; k <= samples; ++k) {
+      const std::size_t stretch = std::min(stretch_of(k, samples, changes), ends - 2);
+      const double v = loop.load * state;
+      here[stretch].iae += step * std::abs(v);
+      here[stretch].peak = std::max(here[stretch].peak, std::abs(v));
+      state = (loop.a * state + torque_in(stretch_of(k, samples, changes)) * loop.load_torque).eval();
+    }
+    for (std::size_t j = end == 0 ? 0 : end - 1; j <= std::min(end, ends - 2); ++j) {
+      worst[j].iae = std::max(worst[j].iae, here[j].iae);
+      worst[j].peak = std::max(worst[j].peak, here[j].peak);
+    }
+  }
+  ScheduleRun run;
+  for (const ScheduleRun& stretch : worst) {
+    run.iae += stretch.iae;
+    run.peak = std::max(run.peak, stretch.peak);
+  }
+  return run;
+}
+
+double largest_speed_of(const MachineAt& machine_at, const GainSchedule& schedule, const Stroke& stroke,
+                        double most) {
+  const auto is_met = [&](double speed) {
+    return RateCheck{run_through(machine_at, schedule, stroke, speed),
+                     run_at_rest(machine_at, schedule, stroke, speed)}
+        .is_met();
+  };
+  // From slow ones on: what is so fast that no torque has time to act disturbs nothing, and proves nothing.
+  constexpr double kSlowest = 0.25, kFaster = 1.5;  // strokes per second; from one to the next
+  double low = 0.0, high = std::min(most, kSlowest * (stroke.to - stroke.from));
+  while (is_met(high)) {
+    low = high;
+    if (high >= most) return most;
+    high = std::min(most, kFaster * high);
+  }
+  constexpr int kHalvings = 5;
+  for (int i = 0; i < kHalvings && low > 0.0; ++i) {
+    const double middle = 0.5 * (low + high);
+    (is_met(middle) ? low : high) = middle;
+  }
+  return low;
 }
 
 expected<ScheduleDesign> design_schedule(const MachineAt& machine_at, const Stroke& stroke,
@@ -199,7 +265,7 @@ expected<ScheduleDesign> design_schedule(const MachineAt& machine_at, const Stro
   if (const auto valid = check(stroke, options); !valid) return tl::unexpected(valid.error());
   std::vector<ScheduleNode> nodes;
   for (std::size_t i = 0; i < options.first_nodes; ++i) {
-    const auto node = node_at(even_position(stroke, i, options.first_nodes), machine_at, options);
+    const auto node = node_at(stroke.even(i, options.first_nodes), machine_at, options);
     if (!node) return tl::unexpected(node.error());
     nodes.push_back(*node);
   }

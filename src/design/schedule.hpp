@@ -47,6 +47,11 @@ using MachineAt = std::function<fit::DriveModel(double position)>;
 /// A stroke of positions.
 struct Stroke {
   double from = 0.0, to = 0.0;
+
+  /// The i-th of `count` even positions.
+  [[nodiscard]] double even(std::size_t i, std::size_t count) const {
+    return from + (to - from) * static_cast<double>(i) / static_cast<double>(count - 1);
+  }
 };
 
 /// Largest over the stroke, with the position fixed.
@@ -102,6 +107,18 @@ struct RateCheck {
   ScheduleRun fast, slow;
   [[nodiscard]] bool is_met() const { return fast.iae <= 1.1 * slow.iae && fast.peak <= 1.1 * slow.peak; }
 };
+
+[[nodiscard]] RateCheck check_rate(const MachineAt& machine_at, const GainSchedule& schedule,
+                                   const Stroke& stroke, double speed);
+/// The same run by the clock of that speed with the position at rest: between two changes of the torque at
+/// the worse of the positions at which they come.
+[[nodiscard]] ScheduleRun run_at_rest(const MachineAt& machine_at, const GainSchedule& schedule,
+                                      const Stroke& stroke, double speed, int changes = 8);
+/// The largest speed, up to `most`, up to which a run's IAE and peak exceed those of the position at rest by
+/// no more than a tenth; 0 where they do at the slowest that is looked at, a quarter of the stroke in a
+/// second.
+[[nodiscard]] double largest_speed_of(const MachineAt& machine_at, const GainSchedule& schedule,
+                                      const Stroke& stroke, double most);
 
 struct ScheduleDesign {
   GainSchedule schedule;

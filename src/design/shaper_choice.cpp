@@ -95,12 +95,10 @@ expected<ShaperChoice> choose_shaper(const std::vector<ShapedMode>& designed,
   return choice;
 }
 
-std::optional<ShapedMode> shaped_mode_of(const fit::DriveModel& machine, const FilteredPi& controller) {
-  const ClosedLoop loop =
-      closed_loop(fit::sampled_states(machine), states_of(controller, machine.sample_time_s));
+std::vector<ShownMode> shown_modes(const ClosedLoop& loop,
+                                   const std::function<std::complex<double>(std::complex<double>)>& further) {
   const auto right = linalg::eigenpairs(loop.a), left = linalg::eigenpairs(loop.a.transpose());
-  std::optional<ShapedMode> found;
-  double largest = 0.0;
+  std::vector<ShownMode> found;
   for (Eigen::Index i = 0; i < right.values.size(); ++i) {
     const std::complex<double> pole = right.values(i);
     constexpr double kGone = 1e-3;  // after a sample
@@ -110,14 +108,46 @@ std::optional<ShapedMode> shaped_mode_of(const fit::DriveModel& machine, const F
     const Eigen::VectorXcd r = right.vectors.col(i), l = left.vectors.col(j);
     const std::complex<double> shown = loop.load.cast<std::complex<double>>() * r;
     const auto excited = (l.transpose() * loop.reference.cast<std::complex<double>>()).value();
-    const auto step = shown * excited / (l.transpose() * r).value() / (pole - 1.0);
+    auto step = shown * excited / (l.transpose() * r).value() / (pole - 1.0);
+    if (further) step *= further(pole);
     const auto s = std::log(pole) / loop.sample_time_s;
-    if (const double later = std::abs(step) * std::exp(s.real() * kPi / s.imag()); later > largest) {
-      largest = later;
-      found = ShapedMode{std::abs(s) / kTwoPi, -s.real() / std::abs(s)};
-    }
+    found.push_back({{std::abs(s) / kTwoPi, -s.real() / std::abs(s)},
+                     std::abs(step) * std::exp(s.real() * kPi / s.imag())});
   }
+  std::sort(found.begin(), found.end(), [](const auto& a, const auto& b) { return a.size > b.size; });
   return found;
+}
+
+std::optional<ShapedMode> shaped_mode_of(const fit::DriveModel& machine, const FilteredPi& controller) {
+  const auto modes =
+      shown_modes(closed_loop(fit::sampled_states(machine), states_of(controller, machine.sample_time_s)));
+  if (modes.empty() || !(modes.front().size > 0.0)) return std::nullopt;
+  return modes.front().mode;
+}
+
+TwoModes split_at(const std::vector<ModesOfDraw>& draws, double frequency_hz) {
+  TwoModes two{std::vector<ModesOfDraw>(draws.size()), std::vector<ModesOfDraw>(draws.size())};
+  for (std::size_t i = 0; i < draws.size(); ++i)
+    for (const ShapedMode& mode : draws[i])
+      (mode.frequency_hz < frequency_hz ? two.low : two.high)[i].push_back(mode);
+  return two;
+}
+
+std::optional<TwoModes> two_modes(const std::vector<ModesOfDraw>& draws, double least) {
+  // Between the least and the largest frequency of the draws that have both, in their logarithms.
+  double low = 0.0, high = 0.0;
+  std::size_t both = 0;
+  for (const ModesOfDraw& modes : draws) {
+    if (modes.size() < 2) continue;
+    const auto [first, last] =
+        std::minmax_element(modes.begin(), modes.end(),
+                            [](const auto& a, const auto& b) { return a.frequency_hz < b.frequency_hz; });
+    low += std::log(first->frequency_hz);
+    high += std::log(last->frequency_hz);
+    ++both;
+  }
+  if (both == 0 || static_cast<double>(both) < least * static_cast<double>(draws.size())) return std::nullopt;
+  return split_at(draws, std::exp(0.5 * (low + high) / static_cast<double>(both)));
 }
 
 std::vector<ModesOfDraw> shaped_modes(const Posterior& posterior, const FilteredPi& controller,

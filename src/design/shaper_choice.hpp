@@ -1,11 +1,14 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <complex>
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <resonid/base/expected.hpp>
 #include <vector>
 
+#include "design/closed_loop.hpp"
 #include "design/controller.hpp"
 #include "design/posterior.hpp"
 #include "design/shaper.hpp"
@@ -49,6 +52,27 @@ struct ShaperChoice {
 [[nodiscard]] expected<ShaperChoice> choose_shaper(const std::vector<ShapedMode>& designed,
                                                    const std::vector<ModesOfDraw>& draws,
                                                    const ShaperOptions& options = {});
+
+/// A mode of a closed loop, and the size of what the load shows of it half a period after a step of the
+/// reference by 1.
+struct ShownMode {
+  ShapedMode mode;
+  double size = 0.0;
+};
+/// From the largest size on. `further`: what the loop's velocity goes through besides, by z; of a position
+/// loop the position of the load and the way of its reference.
+[[nodiscard]] std::vector<ShownMode> shown_modes(
+    const ClosedLoop& loop,
+    const std::function<std::complex<double>(std::complex<double> z)>& further = nullptr);
+
+/// Modes of many draws by frequency: with two in a draw the lower and the higher one, and one that is alone
+/// to the nearer of both. Nothing where fewer than `least` of the draws have two.
+struct TwoModes {
+  std::vector<ModesOfDraw> low, high;
+};
+[[nodiscard]] std::optional<TwoModes> two_modes(const std::vector<ModesOfDraw>& draws, double least = 0.05);
+/// One mode that moves: its draws below and above a frequency.
+[[nodiscard]] TwoModes split_at(const std::vector<ModesOfDraw>& draws, double frequency_hz);
 
 /// The closed-loop mode of which the load shows most half a period after a step of the reference
 /// (docs/methods/tune.md 11.3). Nothing where the loop does not oscillate.

@@ -38,11 +38,10 @@ std::vector<ExperimentValue> value_of_experiment(const Posterior& posterior, std
   const Machine nominal(posterior.nominal(), posterior.known_to_hz());
   std::vector<ExperimentValue> values;
   for (const auto& factors : variances_of_experiments(posterior.delay_is_told())) {
-    const auto design =
-        robust_gains(posterior.scaled(factors.all, factors.delay), biquads, bounds, radius);
+    const auto design = robust_gains(posterior.scaled(factors.all, factors.delay), biquads, bounds, radius);
     if (design)
-      values.push_back({factors.all, design->controller.ki, load_step_iae(nominal, design->controller),
-                        factors.delay});
+      values.push_back(
+          {factors.all, design->controller.ki, load_step_iae(nominal, design->controller), factors.delay});
   }
   return values;
 }

@@ -76,10 +76,11 @@ struct TuneOptions {
   std::optional<double> running_position_gain;  ///< kv of `running`, as of `evaluate`.
   /// Positions of the results, ascending: gains are scheduled over them.
   std::vector<double> positions;
-  bool shaper = false;         ///< Also choose an input shaper for the loop.
-  double shaper_limit = 0.05;  ///< Residual vibration that it may leave.
-  bool force = false;          ///< Also of results that are not trusted; every output says so.
-  std::size_t draws = 10'000;  ///< Machines that the confidence is counted on.
+  std::optional<double> largest_speed;  ///< Of the position along them, in their unit per s.
+  bool shaper = false;                  ///< Also choose an input shaper for the loop.
+  double shaper_limit = 0.05;           ///< Residual vibration that it may leave.
+  bool force = false;                   ///< Also of results that are not trusted; every output says so.
+  std::size_t draws = 10'000;           ///< Machines that the confidence is counted on.
   std::uint64_t seed = 1;
   std::function<void(std::string_view)> progress = {};
 };
@@ -151,17 +152,30 @@ struct TunedController {
 struct TunedSchedule {
   struct Node {
     double position = 0.0, kp = 0.0, ki = 0.0;
+    double radius = 0.0;  ///< Of the ellipsoid over which the bounds are met there, standard deviations.
   };
   std::vector<Node> nodes;
-  std::vector<LoopFigure> figures;  ///< Largest over the stroke, with the position fixed.
-  double worst_position = 0.0;
+  std::vector<LoopFigure> figures;                 ///< Largest over the stroke, with the position fixed.
+  double worst_position = 0.0;                     ///< Where machines exceed a bound most often.
   std::optional<double> fixed_iae, scheduled_iae;  ///< On a run, of one PI for all and of the schedule.
-  bool within = false;
+  bool within = false;  ///< All bounds are met with the confidence at every position.
+  /// What of the machines of a position exceeds a bound.
+  struct Place {
+    double position = 0.0, probability = 0.0;
+  };
+  std::vector<Place> places;  ///< Every position that was looked at.
+  double set_point_weight = 1.0;
+  /// Up to which speed of the position a run does no more harm than a slow one, and the one up to which was
+  /// looked; positions per s.
+  std::optional<double> largest_speed, looked_speed;
+
+  /// That a bound is exceeded, at the worst position.
+  [[nodiscard]] double probability() const;
 };
 
 /// An input shaper for the closed loop.
 struct TunedShaper {
-  std::string kind;  ///< "zv", "mzv" ...
+  std::string kind;  ///< "zv", "mzv" ..., of two modes "zv+mzv".
   double duration_s = 0.0;
   double vibration = 0.0;  ///< That 95 % of the machines stay below, of that of an unshaped step.
   bool chosen = false;
@@ -228,6 +242,7 @@ struct Tuning {
   std::optional<TunedSchedule> schedule;
   std::vector<TunedShaper> shapers;                   ///< Ascending in duration.
   std::optional<design::ClosedLoopMode> shaped_mode;  ///< That they were made for.
+  std::optional<design::ClosedLoopMode> second_shaped_mode;
   std::vector<SimulatedRun> simulated;
   std::optional<TuningCheck> check;  ///< By a recording under the proposed (or judged) controller.
   bool trusted = false;              ///< All results are, and the proposed controller is within the bounds.

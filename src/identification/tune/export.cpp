@@ -21,6 +21,9 @@ expected<std::string> klipper_text(const Tuning& tuning, const ExportNames& name
     return refuse("shaper", tuning.shapers.empty()
                                 ? "must have been asked for: Klipper takes an input shaper, no controller"
                                 : "must stay below the limit: none of them does");
+  if (tuning.second_shaped_mode)
+    return refuse("shaper",
+                  "must be of one mode for Klipper, found " + chosen->kind + "; json has its impulses");
   design::KlipperAxis axis;
   axis.axis = names.axis;
   axis.limit = tuning.options.shaper_limit;

@@ -158,6 +158,21 @@ std::optional<Law> law_of(const data::TransferFunction& controller, double posit
   return law_of(design::Cascade{*velocity.what.gains, position_gain}, step);
 }
 
+Law law_of(const TunedController& controller) {
+  const double step = controller.feedback.sample_time_s;
+  if (controller.position_gain && controller.gains)
+    return law_of(design::Cascade{*controller.gains, *controller.position_gain}, step);
+  if (is_pi(controller)) {
+    Law law = law_of(*controller.gains, step);
+    set_weight(law, controller.set_point_weight);
+    return law;
+  }
+  Law law{design::LinearController(controller.feedback)};
+  law.what.feedback = controller.feedback;
+  law.what.reference_numerator = controller.reference_numerator;
+  return law;
+}
+
 bool integrates(const data::TransferFunction& controller) {
   constexpr double kRounding = 1e-7;
   double sum = 0.0, size = 0.0;
@@ -199,6 +214,25 @@ ReferenceStep reference_step_of(const design::Machine& machine, const Law& law) 
     x = (loop.a * x + loop.reference).eval();
   }
   return found;
+}
+
+double largest_weight(const design::Machine& machine, const Law& law, const TuneOptions& options,
+                      double most) {
+  const auto is_too_much = [&](double weight) {
+    Law weighted = law;
+    set_weight(weighted, weight);
+    const auto f = reference_step_of(machine, weighted);
+    return f.overshoot > options.overshoot ||
+           (options.torque_limit && f.peak_torque * options.reference_step > *options.torque_limit);
+  };
+  if (!is_too_much(most)) return most;
+  double low = 0.0, high = most;
+  constexpr int kHalvings = 20;
+  for (int i = 0; i < kHalvings; ++i) {
+    const double middle = 0.5 * (low + high);
+    (is_too_much(middle) ? high : low) = middle;
+  }
+  return low;
 }
 
 design::ClosedLoop loop_of(const design::Machine& machine, const Law& law) {

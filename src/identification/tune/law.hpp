@@ -31,6 +31,9 @@ struct Law {
 /// A given cascade, C (1 + kv q); nothing where C is no PI.
 [[nodiscard]] std::optional<Law> law_of(const data::TransferFunction& controller, double position_gain);
 
+/// Of a controller that has been described.
+[[nodiscard]] Law law_of(const TunedController& controller);
+
 /// Whether a controller has a pole at 1.
 [[nodiscard]] bool integrates(const data::TransferFunction& controller);
 
@@ -60,5 +63,8 @@ struct ReferenceStep {
   double peak_torque = 0.0;  ///< Per unit of the step.
 };
 [[nodiscard]] ReferenceStep reference_step_of(const design::Machine& machine, const Law& law);
+/// The largest set-point weight, up to `most`, that keeps overshoot and torque of the reference step.
+[[nodiscard]] double largest_weight(const design::Machine& machine, const Law& law,
+                                    const TuneOptions& options, double most = 1.0);
 
 }  // namespace resonid::identification

@@ -208,10 +208,14 @@ expected<Tuning, Error> tune_by_response(const Result& result, const TuneOptions
   if (const auto& limits = tuning.proposed().limits;
       std::ranges::find(limits, "beyond_band_peak") != limits.end())
     tuning.findings.push_back(
-        {"band-limits-design", diagnostics::Severity::info, plant.frequency_hz.back(), {},
-         fmt::format("The response is known up to {:.3g} Hz, where the loop is kept below 1/2: that limits the "
-                     "gains. Excite further up; plan lays it out within that .band_hz.",
-                     plant.frequency_hz.back())});
+        {"band-limits-design",
+         diagnostics::Severity::info,
+         plant.frequency_hz.back(),
+         {},
+         fmt::format(
+             "The response is known up to {:.3g} Hz, where the loop is kept below 1/2: that limits the "
+             "gains. Excite further up; plan lays it out within that .band_hz.",
+             plant.frequency_hz.back())});
   if (!result.trusted)
     tuning.findings.push_back(
         {"tuned-untrusted",

@@ -11,7 +11,8 @@ using design::bounded_transfers;
 std::optional<RobustLaw> law_over_ellipsoids(const RobustTask& task, const DesignFor& design, double radius) {
   constexpr int kRounds = 6;
   std::vector<design::Machine> machines;
-  for (const auto& posterior : task.posteriors) machines.emplace_back(posterior.nominal(), posterior.known_to_hz());
+  for (const auto& posterior : task.posteriors)
+    machines.emplace_back(posterior.nominal(), posterior.known_to_hz());
   for (int round = 0; round < kRounds; ++round) {
     design::Machines all(machines);
     auto law = design(all);

@@ -1,72 +1,208 @@
 // SPDX-License-Identifier: MIT
 #include "identification/tune/scheduled.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
+#include <string_view>
+#include <utility>
 
-#include "design/schedule.hpp"
+#include "design/confident_schedule.hpp"
+#include "design/figures.hpp"
+#include "identification/tune/checks.hpp"
 #include "identification/tune/designs.hpp"
 #include "identification/tune/figure_values.hpp"
+#include "identification/tune/reach.hpp"
 
 namespace resonid::identification {
 namespace {
 
-/// The posterior of the nearest result around the machine of the place.
-design::PosteriorAt posterior_between(const std::vector<double>& positions,
-                                      const std::vector<design::Posterior>& posteriors,
-                                      design::MachineAt machine_at) {
-  return [&positions, &posteriors, machine_at = std::move(machine_at)](double position) {
-    std::size_t nearest = 0;
-    for (std::size_t i = 1; i < positions.size(); ++i)
-      if (std::abs(positions[i] - position) < std::abs(positions[nearest] - position)) nearest = i;
-    return posteriors[nearest].around(machine_at(position));
-  };
+/// Rms torque per rms of the velocity's noise that is allowed; nothing without a wish.
+expected<std::optional<double>, Error> most_noise_gain(std::span<const Result> results,
+                                                       const TuneOptions& options) {
+  if (!options.largest_noise_torque) return std::nullopt;
+  double noise = 0.0;
+  for (const Result& r : results)
+    if (r.validation && r.validation->residual_rms) noise = std::max(noise, *r.validation->residual_rms);
+  if (noise > 0.0) return *options.largest_noise_torque / noise;
+  return refuse(
+      "largest_noise_torque",
+      "needs the noise of the measured velocity, which the results do not tell: their models must be "
+      "fitted to the recordings");
 }
+
+double length_of(const design::Stroke& stroke) { return stroke.to - stroke.from; }
+
+class Scheduler {
+ public:
+  Scheduler(Tuning& tuning, std::span<const Result> results, const std::vector<design::Posterior>& posteriors)
+      : t_(tuning),
+        results_(results),
+        posteriors_(posteriors),
+        stroke_{tuning.options.positions.front(), tuning.options.positions.back()},
+        machine_at_(machine_over(tuning)),
+        posterior_at_(posterior_over(tuning, posteriors)) {}
+
+  expected<RobustLaw, Error> run() {
+    for (const auto& machine : t_.machines)
+      if (machine.structure != t_.machines.front().structure)
+        return refuse("positions", "need results of one structure; identify all with the same .model");
+    const auto noise_gain = most_noise_gain(results_, t_.options);
+    if (!noise_gain) return tl::unexpected(noise_gain.error());
+    const auto& o = t_.options;
+    design::ConfidentScheduleOptions options;
+    options.bounds = design_bounds(o);
+    options.confidence = {o.confidence, o.guarantee, o.draws, o.seed};
+    options.further = o.positions;
+    options.most_noise_gain = *noise_gain;
+    auto found = confident_schedule(posterior_at_, stroke_, options);
+    if (!found) return tl::unexpected(found.error());
+    describe(*found);
+    if (auto checked = check_places(found->schedule); !checked) return tl::unexpected(checked.error());
+    if (auto checked = check_speed(found->schedule); !checked) return tl::unexpected(checked.error());
+    return at_first(*found);
+  }
+
+ private:
+  void describe(const design::ConfidentSchedule& found) {
+    TunedSchedule schedule;
+    const auto& nodes = found.schedule.nodes();
+    for (std::size_t i = 0; i < nodes.size(); ++i)
+      schedule.nodes.push_back({nodes[i].position, nodes[i].kp, nodes[i].ki, found.radii[i]});
+    for (const auto& here : found.checks)
+      schedule.places.push_back({here.position, here.check.probability()});
+    schedule.worst_position = found.worst().position;
+    schedule.within = true;  // or it would have been refused
+    put_figures(found, schedule);
+    const double speed = length_of(stroke_);  // through the stroke in a second
+    schedule.scheduled_iae = run_through(machine_at_, found.schedule, stroke_, speed).iae;
+    t_.schedule = std::move(schedule);
+  }
+
+  /// Largest over the stroke of the identified machines, and of the ellipsoids' worst ones.
+  void put_figures(const design::ConfidentSchedule& found, TunedSchedule& schedule) const {
+    const auto& first = found.checks.front();
+    for (std::size_t i = 0; i < first.worst.size(); ++i) {
+      const auto transfer = first.worst[i].peak.transfer;
+      LoopFigure figure;
+      figure.name = figure_name(static_cast<std::size_t>(transfer));
+      figure.bound = bound_of(design_bounds(t_.options), transfer);
+      figure.worst = 0.0;
+      figure.probability = 0.0;
+      for (const auto& here : found.checks) {
+        const auto posterior = posterior_at_(here.position);
+        const design::Machine machine(posterior.nominal(), posterior.known_to_hz());
+        const auto peak = design::figures_of(machine, found.schedule.at(here.position)).peak(transfer);
+        if (peak.value > figure.value) {
+          figure.value = peak.value;
+          figure.frequency_hz = peak.frequency_hz;
+        }
+        figure.worst = std::max(*figure.worst, here.worst[i].peak.value);
+        const auto exceeding =
+            static_cast<double>(here.check.exceeding_each[static_cast<std::size_t>(transfer)]);
+        figure.probability = std::max(*figure.probability, exceeding / static_cast<double>(here.check.draws));
+      }
+      schedule.figures.push_back(std::move(figure));
+    }
+  }
+
+  /// Where the machines were identified: that the loop crosses in the band that was measured there, and is as
+  /// fast as is wanted.
+  [[nodiscard]] expected<void, Error> check_places(const design::GainSchedule& schedule) const {
+    for (std::size_t i = 0; i < results_.size(); ++i) {
+      const std::vector<design::Machine> here = {design::Machine(posteriors_[i].nominal())};
+      const Law law = law_of(schedule.at(t_.options.positions[i]), t_.sample_time_s);
+      if (auto crossing = check_crossover(law.what, here, results_.subspan(i, 1)); !crossing) return crossing;
+      if (!t_.options.least_bandwidth_hz) continue;
+      const double reached = figures_of(here.front(), law.linear).load_bandwidth_hz.value_or(0.0);
+      if (reached < *t_.options.least_bandwidth_hz)
+        return tl::unexpected(bandwidth_out_of_reach(t_.options, here, reached));
+    }
+    return {};
+  }
+
+  /// The frozen figures are no proof while the position moves.
+  expected<void, Error> check_speed(const design::GainSchedule& schedule) {
+    constexpr double kLooked = 2.0;  // strokes per second
+    const double most = t_.options.largest_speed.value_or(kLooked * length_of(stroke_));
+    const double reached = largest_speed_of(machine_at_, schedule, stroke_, most);
+    t_.schedule->largest_speed = reached;
+    t_.schedule->looked_speed = most;
+    if (!t_.options.largest_speed || reached >= most) return {};
+    return refuse(
+        "largest_speed",
+        fmt::format("must be at most {:.3g}: beyond it the gains change so quickly that a run through "
+                    "the stroke disturbs the load by a tenth more than a slow one",
+                    reached),
+        most);
+  }
+
+  /// With the set-point weight that keeps overshoot and torque of a step at every position.
+  [[nodiscard]] RobustLaw at_first(design::ConfidentSchedule& found) {
+    double weight = 1.0;
+    for (const auto& here : found.checks) {
+      const design::Machine machine(machine_at_(here.position));
+      weight = largest_weight(machine, law_of(found.schedule.at(here.position), t_.sample_time_s), t_.options,
+                              weight);
+    }
+    t_.schedule->set_point_weight = weight;
+    auto& first = found.checks.front();
+    RobustLaw robust{law_of(found.schedule.at(stroke_.from), t_.sample_time_s), first.radius,
+                     std::move(first.worst), std::move(first.check)};
+    robust.law.what.name = fmt::format("Scheduled PI at {:.4g}", stroke_.from);
+    robust.law.what.remark = fmt::format("the schedule's gains at position {:.4g}", stroke_.from);
+    set_weight(robust.law, weight);
+    return robust;
+  }
+
+  Tuning& t_;
+  std::span<const Result> results_;
+  const std::vector<design::Posterior>& posteriors_;
+  design::Stroke stroke_;
+  design::MachineAt machine_at_;
+  design::PosteriorAt posterior_at_;
+};
 
 }  // namespace
 
-expected<void, Error> add_schedule(Tuning& tuning, const std::vector<design::Posterior>& posteriors) {
-  const auto& positions = tuning.options.positions;
-  for (const auto& machine : tuning.machines)
-    if (machine.structure != tuning.machines.front().structure)
-      return refuse("positions", "need results of one structure; identify all with the same .model");
-  const auto machine_at = design::machine_between(positions, tuning.machines);
-  const design::Stroke stroke{positions.front(), positions.back()};
-  design::ScheduleOptions options;
-  // Where one controller for all is far from that bound, so are those of a place.
-  const auto& limits = tuning.proposed().limits;
-  const bool by_band = std::ranges::find(limits, "beyond_band_peak") != limits.end();
-  options.bounds = by_band ? design_bounds(tuning.options) : plain_bounds(tuning.options);
-  options.posterior_at = posterior_between(positions, posteriors, machine_at);
-  if (tuning.proposed().radius > 0.0) options.radius = tuning.proposed().radius;
-  constexpr std::size_t kPositions = 41;  // at each of which the worst machine is looked for
-  options.count = kPositions;
-  auto found = design_schedule(machine_at, stroke, options);
-  if (!found) return tl::unexpected(found.error());
-  TunedSchedule schedule;
-  for (const auto& node : found->schedule.nodes())
-    schedule.nodes.push_back({node.position, node.kp, node.ki});
-  double exceeded = 0.0;
-  for (const auto& maximum : found->margins.maxima) {
-    LoopFigure figure;
-    figure.name = figure_name(static_cast<std::size_t>(maximum.peak.transfer));
-    figure.value = maximum.peak.value;
-    figure.worst = maximum.peak.value;
-    figure.frequency_hz = maximum.peak.frequency_hz;
-    figure.bound = maximum.peak.bound;
-    if (maximum.exceeded() > exceeded || schedule.figures.empty()) schedule.worst_position = maximum.position;
-    exceeded = std::max(exceeded, maximum.exceeded());
-    schedule.figures.push_back(std::move(figure));
-  }
-  schedule.within = found->margins.stable && exceeded <= options.room;
-  const double speed = stroke.to - stroke.from;  // through the stroke in a second
-  schedule.scheduled_iae = run_through(machine_at, found->schedule, stroke, speed).iae;
-  if (const auto& gains = tuning.proposed().gains) {
-    const design::GainSchedule fixed({{stroke.from, gains->kp, gains->ki}}, gains->biquads);
-    schedule.fixed_iae = run_through(machine_at, fixed, stroke, speed).iae;
-  }
-  tuning.schedule = std::move(schedule);
-  return {};
+double TunedSchedule::probability() const {
+  double most = 0.0;
+  for (const Place& place : places) most = std::max(most, place.probability);
+  return most;
+}
+
+design::MachineAt machine_over(const Tuning& tuning) {
+  return design::machine_between(tuning.options.positions, tuning.machines);
+}
+
+design::PosteriorAt posterior_over(const Tuning& tuning, const std::vector<design::Posterior>& posteriors) {
+  return [machine_at = machine_over(tuning), positions = tuning.options.positions,
+          &posteriors](double position) {
+    std::size_t i = 0;
+    while (i + 2 < positions.size() && positions[i + 1] <= position) ++i;
+    const double share = std::clamp((position - positions[i]) / (positions[i + 1] - positions[i]), 0.0, 1.0);
+    if (share == 0.0) return posteriors[i].around(machine_at(position));
+    if (share == 1.0) return posteriors[i + 1].around(machine_at(position));
+    return posteriors[i].blended(posteriors[i + 1], share).around(machine_at(position));
+  };
+}
+
+design::GainSchedule gains_over(const TunedSchedule& schedule) {
+  std::vector<design::ScheduleNode> nodes;
+  for (const auto& node : schedule.nodes) nodes.push_back({node.position, node.kp, node.ki});
+  return design::GainSchedule(std::move(nodes));
+}
+
+expected<RobustLaw, Error> schedule_gains(Tuning& tuning, std::span<const Result> results,
+                                          const std::vector<design::Posterior>& posteriors) {
+  return Scheduler(tuning, results, posteriors).run();
+}
+
+void add_one_for_all(Tuning& tuning, const design::FilteredPi& gains) {
+  const design::Stroke stroke{tuning.options.positions.front(), tuning.options.positions.back()};
+  const design::GainSchedule fixed({{stroke.from, gains.kp, gains.ki}}, gains.biquads);
+  tuning.schedule->fixed_iae = run_through(machine_over(tuning), fixed, stroke, stroke.to - stroke.from).iae;
 }
 
 }  // namespace resonid::identification

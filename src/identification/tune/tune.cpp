@@ -34,14 +34,14 @@ class Tuner {
     describe_task();
     if (auto done = options_.evaluate ? evaluate() : design(); !done) return tl::unexpected(done.error());
     if (auto done = add_running(); !done) return tl::unexpected(done.error());
-    if (options_.evaluate) return finished();
-    progress("what bounds and accuracy cost");
-    add_value(tuning_, posteriors_, design_bounds(options_));
-    add_value_of_band(tuning_, nominal_);
-    if (options_.shaper) add_shapers(tuning_, posteriors_);
-    if (!options_.positions.empty()) {
-      progress("gains over position");
-      if (auto done = add_schedule(tuning_, posteriors_); !done) return tl::unexpected(done.error());
+    if (!options_.evaluate && options_.positions.empty()) {
+      progress("what bounds and accuracy cost");
+      add_value(tuning_, posteriors_, design_bounds(options_));
+      add_value_of_band(tuning_, nominal_);
+    }
+    if (options_.shaper) {
+      progress("input shapers");
+      add_shapers(tuning_, posteriors_);
     }
     return finished();
   }
@@ -174,6 +174,25 @@ class Tuner {
   }
 
   expected<void, Error> design() {
+    if (options_.positions.empty()) return design_one();
+    progress("gains over position");
+    auto scheduled = schedule_gains(tuning_, results_, posteriors_);
+    if (!scheduled) return tl::unexpected(scheduled.error());
+    const Tuner first(results_.first(1), options_);
+    auto controller = first.described(*scheduled, design_bounds(options_), true);
+    controller.within = tuning_.schedule->within;
+    // What is left where the drive does not know its position; there need not be one.
+    if (!design_one()) tuning_.candidates.clear();
+    if (!tuning_.candidates.empty()) {
+      tuning_.candidates.front().remark = "one for all positions";
+      add_one_for_all(tuning_, *tuning_.candidates.front().gains);
+    }
+    tuning_.nominal.reset();
+    tuning_.candidates.insert(tuning_.candidates.begin(), std::move(controller));
+    return {};
+  }
+
+  expected<void, Error> design_one() {
     design::Machines machines(nominal_);
     auto bounds = design_bounds(options_);
     auto sensitivity = best_controller_sensitivity(machines, bounds);
@@ -263,22 +282,7 @@ class Tuner {
   /// The largest that keeps overshoot and torque of the reference step.
   void choose_weight(Law& law) const {
     if (!law.what.gains || law.what.position_gain) return;
-    const design::Machine& machine = nominal_.front();
-    const auto is_too_much = [&](double weight) {
-      Law weighted = law;
-      set_weight(weighted, weight);
-      const auto f = reference_step_of(machine, weighted);
-      return f.overshoot > options_.overshoot ||
-             (options_.torque_limit && f.peak_torque * options_.reference_step > *options_.torque_limit);
-    };
-    double low = 0.0, high = 1.0;
-    constexpr int kHalvings = 20;
-    if (!is_too_much(1.0)) low = 1.0;
-    for (int i = 0; i < kHalvings && low < 1.0; ++i) {
-      const double middle = 0.5 * (low + high);
-      (is_too_much(middle) ? high : low) = middle;
-    }
-    set_weight(law, low);
+    set_weight(law, largest_weight(nominal_.front(), law, options_));
   }
 
   void add_nominal(Structure structure, const design::Bounds& bounds) {

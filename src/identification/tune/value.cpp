@@ -8,14 +8,11 @@
 #include "design/figures.hpp"
 #include "design/filter_search.hpp"
 #include "design/largest_gain.hpp"
-#include "design/shaper_choice.hpp"
 #include "design/trade_off.hpp"
 #include "identification/tune/designs.hpp"
 
 namespace resonid::identification {
 namespace {
-
-constexpr std::size_t kShaperDraws = 500;
 
 /// The best PI of the identified machines.
 struct BestPi {
@@ -87,8 +84,7 @@ void add_value(Tuning& tuning, const std::vector<design::Posterior>& posteriors,
   const bool is_filtered_pi = proposed.gains && !proposed.position_gain && !proposed.derivative_gain;
   if (posteriors.size() > 1) {
     if (is_filtered_pi)
-      tuning.experiment =
-          value_of_experiments(posteriors, proposed.gains->biquads, bounds, proposed.radius);
+      tuning.experiment = value_of_experiments(posteriors, proposed.gains->biquads, bounds, proposed.radius);
     return;
   }
   const auto& posterior = posteriors.front();
@@ -119,29 +115,6 @@ void add_value_of_band(Tuning& tuning, const std::vector<design::Machine>& machi
                    "of {:.3g} Hz, and the load step's IAE be {:.0f} % smaller. Excite up to there; plan "
                    "lays it out within that .band_hz.",
                    known_hz, high_hz, free->crossover_hz, within->crossover_hz, 100.0 * less)});
-}
-
-void add_shapers(Tuning& tuning, const std::vector<design::Posterior>& posteriors) {
-  const auto& proposed = tuning.proposed();
-  if (!proposed.gains || proposed.position_gain || proposed.derivative_gain) return;
-  std::vector<design::ModesOfDraw> draws;
-  for (const auto& posterior : posteriors) {
-    const auto modes = shaped_modes(posterior, *proposed.gains, kShaperDraws, tuning.options.seed);
-    draws.resize(std::max(draws.size(), modes.size()));
-    for (std::size_t i = 0; i < modes.size(); ++i)
-      draws[i].insert(draws[i].end(), modes[i].begin(), modes[i].end());
-  }
-  const auto middle = middle_mode(draws);
-  if (!middle) return;
-  const auto choice =
-      choose_shaper({*middle}, draws, {tuning.options.shaper_limit, 0.95, tuning.sample_time_s});
-  if (!choice) return;
-  for (std::size_t i = 0; i < choice->candidates.size(); ++i) {
-    const auto& c = choice->candidates[i];
-    tuning.shapers.push_back({std::string(name_of(c.kinds.front())), c.shaper.duration_s(), c.quantile,
-                              choice->chosen == i, c.shaper.amplitudes, c.shaper.times_s});
-  }
-  tuning.shaped_mode = design::ClosedLoopMode{middle->frequency_hz, middle->damping_ratio};
 }
 
 }  // namespace resonid::identification

@@ -17,7 +17,8 @@ void add_value(Tuning& tuning, const std::vector<design::Posterior>& posteriors,
 /// Where the end of the measured band keeps the gains down: says so, and what a wider one would buy.
 void add_value_of_band(Tuning& tuning, const std::vector<design::Machine>& machines);
 
-/// The shortest input shaper for the closed loop of the proposed controller (docs/methods/tune.md 11.2).
+/// The shortest input shaper for the closed loop of the proposed controller, whatever it is made of, over all
+/// results, and positions of a schedule (docs/methods/tune.md 11.2): for one mode or for two.
 void add_shapers(Tuning& tuning, const std::vector<design::Posterior>& posteriors);
 
 }  // namespace resonid::identification

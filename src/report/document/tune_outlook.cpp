@@ -96,6 +96,20 @@ void put_experiment(const Tuning& t, std::vector<std::string>& list) {
                    accuracy);
 }
 
+/// How quickly the gains may change.
+std::string speed_words(const identification::TunedSchedule& s) {
+  if (!s.largest_speed || !s.looked_speed) return {};
+  if (*s.largest_speed >= *s.looked_speed)
+    return fmt::format(". The position may move at up to {} per s, the fastest that was looked at",
+                       three_digits(*s.largest_speed));
+  if (*s.largest_speed > 0.0)
+    return fmt::format(
+        ". The position may move at up to {} per s: beyond it the gains change so quickly that the load is "
+        "disturbed a tenth more",
+        three_digits(*s.largest_speed));
+  return ". The gains suit a position that rests: even a slow run disturbs the load a tenth more";
+}
+
 }  // namespace
 
 std::vector<std::string> uncertainty_sentences(const Tuning& t) {
@@ -122,9 +136,15 @@ std::string schedule_sentence(const Tuning& t) {
   const auto& s = *t.schedule;
   std::string text = fmt::format("Gains over position, {} nodes: every bound is {} at every position",
                                  s.nodes.size(), s.within ? "met" : "NOT met");
+  if (!s.places.empty())
+    text += fmt::format(" with at least {:g} % probability; it is exceeded most often at {:.4g}: {}",
+                        100.0 * t.options.confidence, s.worst_position, share_text(s.probability()));
   if (s.fixed_iae && s.scheduled_iae)
     text += fmt::format("; on a run through the stroke IAE {} against {} with one controller for all",
                         three_digits(*s.scheduled_iae), three_digits(*s.fixed_iae));
+  else if (s.scheduled_iae && !s.places.empty())
+    text += "; no single PI suits all positions";
+  text += speed_words(s);
   return text + ".";
 }
 

@@ -129,11 +129,16 @@ Table figure_table(const TunedController& c) {
 }
 
 Table schedule_table(const Tuning& t) {
-  Table table{"Gains over position", {"position", "kp", "ki", "Ti in ms"}, {}};
+  Table table{"Gains over position", {"position", "kp", "ki", "Ti in ms", "exceeds, %"}, {}};
   if (!t.schedule) return table;
-  for (const auto& n : t.schedule->nodes)
+  const auto& places = t.schedule->places;
+  for (const auto& n : t.schedule->nodes) {
+    const auto place = std::find_if(places.begin(), places.end(),
+                                    [&](const auto& p) { return std::abs(p.position - n.position) < 1e-9; });
     table.rows.push_back({fmt::format("{:.4g}", n.position), three_digits(n.kp), three_digits(n.ki),
-                          n.ki > 0.0 ? three_digits(1e3 * n.kp / n.ki) : ""});
+                          n.ki > 0.0 ? three_digits(1e3 * n.kp / n.ki) : "",
+                          place == places.end() ? "" : percent_cell(place->probability)});
+  }
   return table;
 }
 

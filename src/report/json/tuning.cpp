@@ -56,6 +56,7 @@ void describe_wanted(Fields& f, Tuning& t) {
     describe_given(f, {"evaluate", "controller that was judged instead"}, o.evaluate);
     describe_given(f, {"running", "controller under which was recorded"}, o.running);
     f.unless_empty({"positions", "positions of the machines, over which gains are scheduled"}, o.positions);
+    f({"largest_speed", "of the position along them, per s"}, o.largest_speed);
     f.unless(false, {"shaper", "whether an input shaper was to be chosen"}, o.shaper);
     f({"shaper_limit", "residual vibration that it may leave"}, o.shaper_limit);
     f.unless(false, {"forced", "made of results that need not be trusted"}, o.force);
@@ -84,28 +85,50 @@ void describe_schedule(Fields& f, std::optional<identification::TunedSchedule>& 
           f({"position", "where"}, n.position);
           f({"kp", "proportional gain there"}, n.kp);
           f({"ki", "integral gain there"}, n.ki);
+          f.unless(0.0,
+                   {"radius", "of the ellipsoid over which the bounds are met there, in standard deviations"},
+                   n.radius);
         },
         Presence::required);
+    f.unless(1.0, {"set_point_weight", "b, that of every position"}, schedule->set_point_weight);
     f({"figures", "largest over the stroke, with the position fixed"}, schedule->figures);
-    f({"worst_position", "where the margins are least"}, schedule->worst_position);
+    f.list({"places", "positions that were looked at, ascending"}, !schedule->places.empty(),
+           schedule->places, [&](identification::TunedSchedule::Place& place) {
+             f({"position", "where"}, place.position);
+             f({"probability", "that a machine exceeds a bound there", "", not_negative}, place.probability);
+           });
+    f({"worst_position", "where machines exceed a bound most often"}, schedule->worst_position);
+    f({"largest_speed",
+       "of the position, per s, up to which a run disturbs the load no more than a slow one"},
+      schedule->largest_speed);
+    f({"looked_speed", "up to which was looked for it"}, schedule->looked_speed);
     f({"fixed_iae", "error of the load on a run through the stroke with one PI"}, schedule->fixed_iae);
     f({"scheduled_iae", "the same with the schedule"}, schedule->scheduled_iae);
-    f({"within", "every bound is met at every position"}, schedule->within);
+    f({"within", "every bound is met with the confidence at every position"}, schedule->within);
+  });
+}
+
+void describe_mode(Fields& f, const Key& key, std::optional<design::ClosedLoopMode>& mode) {
+  f.object(key, mode.has_value(), [&] {
+    if (!mode) mode.emplace();
+    f({"frequency_hz", "undamped", "Hz", positive}, mode->frequency_hz);
+    f({"damping_ratio", "share of critical damping"}, mode->damping_ratio);
   });
 }
 
 void describe_shapers(Fields& f, std::vector<identification::TunedShaper>& shapers) {
-  f.list({"shapers", "input shapers for the closed loop, ascending in duration"}, !shapers.empty(), shapers,
-         [&](identification::TunedShaper& s) {
-           f({"kind", "\"zv\", \"mzv\", \"zvd\", \"ei\" or \"2hump_ei\""}, s.kind);
-           f({"duration_s", "time of its last impulse", "s", not_negative}, s.duration_s);
-           f({"vibration", "what 95 % of the machines stay below, of that of an unshaped step", "",
-              not_negative},
-             s.vibration);
-           f({"chosen", "the shortest that leaves little enough"}, s.chosen);
-           f({"amplitudes", "of the impulses"}, s.amplitudes);
-           f({"times_s", "of the impulses", "s"}, s.times_s);
-         });
+  f.list(
+      {"shapers", "input shapers for the closed loop, ascending in duration"}, !shapers.empty(), shapers,
+      [&](identification::TunedShaper& s) {
+        f({"kind", "\"zv\", \"mzv\", \"zvd\", \"ei\" or \"2hump_ei\"; of two modes with + between"}, s.kind);
+        f({"duration_s", "time of its last impulse", "s", not_negative}, s.duration_s);
+        f({"vibration", "what 95 % of the machines stay below, of that of an unshaped step", "",
+           not_negative},
+          s.vibration);
+        f({"chosen", "the shortest that leaves little enough"}, s.chosen);
+        f({"amplitudes", "of the impulses"}, s.amplitudes);
+        f({"times_s", "of the impulses", "s"}, s.times_s);
+      });
 }
 
 void describe_runs(Fields& f, std::vector<identification::SimulatedRun>& runs) {
@@ -190,12 +213,8 @@ void describe(Fields& f, Tuning& t) {
            f({"iae", "error of the load after a torque step of 1"}, v.iae);
          });
   describe_schedule(f, t.schedule);
-  f.object({"shaped_mode", "mode of the closed loop that the shapers are for"}, t.shaped_mode.has_value(),
-           [&] {
-             if (!t.shaped_mode) t.shaped_mode.emplace();
-             f({"frequency_hz", "undamped", "Hz", positive}, t.shaped_mode->frequency_hz);
-             f({"damping_ratio", "share of critical damping"}, t.shaped_mode->damping_ratio);
-           });
+  describe_mode(f, {"shaped_mode", "mode of the closed loop that the shapers are for"}, t.shaped_mode);
+  describe_mode(f, {"second_shaped_mode", "the other one, where they are for two"}, t.second_shaped_mode);
   describe_shapers(f, t.shapers);
   describe_runs(f, t.simulated);
   f({"check", "what a recording under the first candidate shows"}, t.check);

@@ -129,7 +129,8 @@ Section controllers_section(const Tuning& t) {
   if (auto filters = filter_table(t.proposed()); !filters.rows.empty())
     s.plain_tables.push_back(std::move(filters));
   if (t.experiment.size() > 1) {
-    Table table{"What a better experiment would buy", {"variance", "of the delay", "ki", "IAE of the load step"}, {}};
+    Table table{
+        "What a better experiment would buy", {"variance", "of the delay", "ki", "IAE of the load step"}, {}};
     for (const auto& v : t.experiment)
       table.rows.push_back(
           {variance_cell(v.factor), variance_cell(v.delay_factor), three_digits(v.ki), three_digits(v.iae)});

@@ -88,6 +88,21 @@ Section schedule_section(const Tuning& t) {
     chart.curves = {*curve, std::move(nodes)};
     s.charts.push_back(std::move(chart));
   }
+  if (!t.schedule->places.empty()) {
+    Curve share{"exceeds a bound", Curve::Mark::line, {}, {}},
+        allowed{"allowed", Curve::Mark::dashed, {}, {}};
+    for (const auto& place : t.schedule->places) {
+      for (Curve* curve : {&share, &allowed}) curve->x.push_back(place.position);
+      share.y.push_back(100.0 * place.probability);
+      allowed.y.push_back(100.0 * (1.0 - t.options.confidence));
+    }
+    Chart chart;
+    chart.title = "Machines that exceed a bound";
+    chart.x_label = "Position";
+    chart.y_label = "share in %";
+    chart.curves = {std::move(share), std::move(allowed)};
+    s.charts.push_back(std::move(chart));
+  }
   s.text = {
       "Linear between the nodes, constant beyond the ends; figures are the largest over the stroke, "
       "with the position fixed."};

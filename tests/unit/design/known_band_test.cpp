@@ -34,11 +34,13 @@ struct Seen {
 };
 Seen seen_above(const LoopFunctions& loop, double known_hz) {
   std::vector<double> lines;
-  for (int i = 0; i <= 20'000; ++i) lines.push_back(known_hz * std::pow(kNyquist_hz / known_hz, i / 20'000.0));
+  for (int i = 0; i <= 20'000; ++i)
+    lines.push_back(known_hz * std::pow(kNyquist_hz / known_hz, i / 20'000.0));
   Seen seen;
   const auto values = loop.at(lines);
   for (std::size_t i = 0; i < lines.size(); ++i) {
-    const double rho = lines[i] < 2.0 * known_hz ? lines[i] / known_hz - 1.0 : 1.0, size = std::abs(values[i].loop);
+    const double rho = lines[i] < 2.0 * known_hz ? lines[i] / known_hz - 1.0 : 1.0,
+                 size = std::abs(values[i].loop);
     seen.largest = std::max(seen.largest, (1.0 + rho) * size);
     seen.least_distance = std::min(seen.least_distance, std::abs(1.0 + values[i].loop) - rho * size);
   }
@@ -60,7 +62,8 @@ TEST(KnownBand, BoundsTheExactGains) {
   const auto found = largest_integral_gain(machines, {}, calm_and_small());
   ASSERT_TRUE(found);
   const FilteredPi controller{found->kp, found->ki, {}};
-  const auto seen = seen_above(LoopFunctions(machine.response(), controller, machine.sample_time_s()), kKnown_hz);
+  const auto seen =
+      seen_above(LoopFunctions(machine.response(), controller, machine.sample_time_s()), kKnown_hz);
   EXPECT_NEAR(seen.largest, 1.0, 1e-7);
   EXPECT_GT(seen.least_distance, 0.0);
   const auto figures = figures_of(machine, controller);

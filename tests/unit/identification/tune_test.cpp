@@ -409,6 +409,71 @@ TEST(Tune, OneControllerSuitsSeveralMachines) {
   EXPECT_LT(*scheduled->schedule->scheduled_iae, 1.01 * *scheduled->schedule->fixed_iae);
 }
 
+/// The same machine in another size: all gains in proportion.
+Result sized(double times) {
+  auto r = identified(0.02, 143.75 * times);
+  auto& m = r.model->drive;
+  for (const auto p : {fit::kDrivenInertia, fit::kLoadInertia, fit::kDamping}) m.set(p, times * m.value(p));
+  for (int i = 0; i < fit::kParameterCount; ++i)
+    for (int j = 0; j < fit::kParameterCount; ++j)
+      if (i != fit::kStiffness || j != fit::kStiffness)
+        m.covariance(i, j) *= (i == fit::kStiffness ? 1.0 : times) * (j == fit::kStiffness ? 1.0 : times);
+  r.response.value = m.values(r.response.frequency_hz);
+  r.response.std.assign(r.response.frequency_hz.size(), 0.01 / times);
+  return r;
+}
+
+TEST(Tune, SchedulesMachinesThatNoSinglePiSuits) {
+  const std::vector<Result> results = {sized(1.0), sized(5.0)};
+  auto o = few_draws();
+  o.least_bandwidth_hz = 0.9 * value_of(tune(results.front(), o)->proposed(), "load_bandwidth_hz");
+  ASSERT_FALSE(tune(results, o));  // what is small enough for the one is too slow for the other
+  o.positions = {0.0, 1.0};
+  o.largest_speed = 0.5;
+  const auto tuning = tune(results, o);
+  ASSERT_TRUE(tuning) << message_of(tuning.error());
+  ASSERT_TRUE(tuning->schedule);
+  const auto& s = *tuning->schedule;
+  EXPECT_TRUE(tuning->trusted);
+  EXPECT_TRUE(s.within);
+  EXPECT_FALSE(s.fixed_iae);
+  EXPECT_EQ(tuning->candidates.size(), 1U);
+  EXPECT_NEAR(s.nodes.back().kp / s.nodes.front().kp, 5.0, 0.25);
+  EXPECT_EQ(s.nodes.front().kp, tuning->proposed().gains->kp);
+  EXPECT_GT(s.probability(), 0.02);
+  EXPECT_LE(s.probability(), 0.05);
+  EXPECT_EQ(*s.largest_speed, 0.5);
+  const auto code = exported(*tuning, ExportFormat::c, {});
+  ASSERT_TRUE(code) << message_of(code.error());
+}
+
+TEST(Tune, LimitsNoiseAndStepOfASchedule) {
+  std::vector<Result> results = {identified(0.02, 110.0), identified(0.02, 180.0)};
+  auto o = few_draws();
+  o.positions = {0.2, 1.2};
+  const auto free = tune(results, o);
+  ASSERT_TRUE(free) << message_of(free.error());
+  o.torque_limit = 0.5 * value_of(free->proposed(), "reference_peak_torque");
+  const auto cut = tune(results, o);
+  ASSERT_TRUE(cut) << message_of(cut.error());
+  EXPECT_LE(value_of(cut->proposed(), "reference_peak_torque"), 1.001 * *o.torque_limit);
+  EXPECT_LT(cut->schedule->set_point_weight, free->schedule->set_point_weight);
+  const auto code = exported(*cut, ExportFormat::c, {});
+  ASSERT_TRUE(code);
+  // b of the first place, which is that of every place.
+  EXPECT_EQ(cut->proposed().set_point_weight, cut->schedule->set_point_weight);
+
+  o.largest_noise_torque = 0.1;
+  EXPECT_EQ(tune(results, o).error().field, "largest_noise_torque");  // the noise is not known
+  for (auto& r : results) r.validation = Validation{90.0, true, {}, {}, 0.1};
+  o.largest_noise_torque = 0.6 * 0.1 * value_of(free->proposed(), "noise_gain");
+  const auto quiet = tune(results, o);
+  ASSERT_TRUE(quiet) << message_of(quiet.error());
+  EXPECT_LE(0.1 * value_of(quiet->proposed(), "noise_gain"), *o.largest_noise_torque);
+  // Of white noise a PI makes more than its proportional part alone.
+  for (const auto& node : quiet->schedule->nodes) EXPECT_LT(node.kp, *o.largest_noise_torque / 0.1);
+}
+
 TEST(Tune, SimulatesWhatItPromises) {
   const auto result = identified();
   auto o = few_draws();

@@ -91,6 +91,10 @@ TEST(TuneJson, KeepsMachineAndController) {
   EXPECT_EQ(c.curves.loop, t.proposed().curves.loop);
   EXPECT_EQ(c.curves.ellipses.at(2).covariance, t.proposed().curves.ellipses[2].covariance);
   EXPECT_EQ(again->schedule->nodes.at(2).ki, 17.5);
+  EXPECT_EQ(again->schedule->places.at(2).probability, 0.047);
+  EXPECT_EQ(again->schedule->probability(), 0.047);
+  EXPECT_EQ(again->schedule->set_point_weight, 0.8);
+  EXPECT_EQ(*again->schedule->largest_speed, 1.25);
   EXPECT_EQ(again->shapers.at(1).times_s, t.shapers[1].times_s);
   EXPECT_EQ(again->simulated.at(0).velocity, t.simulated[0].velocity);
 }

@@ -279,7 +279,11 @@ inline identification::Tuning full_tuning() {
                                              0.9,
                                              0.77,
                                              0.62,
-                                             true};
+                                             true,
+                                             {{0.1, 0.041}, {0.4, 0.03}, {0.9, 0.047}},
+                                             0.8,
+                                             1.25,
+                                             2.0};
   t.shapers = {{"zv", 0.031, 0.083, false, {0.6, 0.4}, {0.0, 0.031}},
                {"mzv", 0.046, 0.041, true, {0.4, 0.35, 0.25}, {0.0, 0.023, 0.046}}};
   const auto& curves = t.candidates.front().curves;

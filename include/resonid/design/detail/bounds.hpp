@@ -16,8 +16,9 @@ struct Bounds {
   std::optional<double> load_transfer;           ///< |C GL S|, from the reference to the load's velocity.
   std::optional<double> controller_sensitivity;  ///< |C S|, Nm/(rad/s)
   std::optional<double> disk;                    ///< |S - T|: 2/alpha of a symmetric disk margin.
-  std::optional<double> beyond_band = {};  ///< (1 + rho)|L| above the band in which a machine is known, rho being
-                                      ///< what its model may err by there (docs/methods/tune.md 7.10).
+  std::optional<double> beyond_band =
+      {};  ///< (1 + rho)|L| above the band in which a machine is known, rho being
+           ///< what its model may err by there (docs/methods/tune.md 7.10).
 };
 
 /// What of a loop has a maximum over frequency.
