@@ -23,6 +23,13 @@ double ellipsoid_radius(double probability, Eigen::Index dimension) {
   return high;
 }
 
+double allowed_share(double probability, std::size_t draws) {
+  constexpr double kOneSided = 1.645;  // 95 %
+  const double share = 1.0 - probability;
+  const double std = std::sqrt(share * probability / static_cast<double>(std::max<std::size_t>(draws, 1)));
+  return std::max(share - kOneSided * std, 0.5 * share);
+}
+
 namespace {
 
 /// The normal value that is exceeded with a probability.
@@ -105,7 +112,7 @@ class ConfidentSearch {
   std::optional<ConfidentDesign> of_probability(int searches) {
     constexpr std::size_t kFew = 2000;
     constexpr int kRounds = 12;
-    const double allowed = 1.0 - confidence_.probability;
+    const double allowed = allowed_share(confidence_.probability, confidence_.draws);
     double radius = 2.0;
     std::size_t draws = std::min(kFew, confidence_.draws);
     std::optional<ConfidentDesign> best;

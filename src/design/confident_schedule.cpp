@@ -75,7 +75,9 @@ class ScheduleSearch {
   };
 
   [[nodiscard]] bool of_ellipsoid() const { return options_.confidence.guarantee == Guarantee::ellipsoid; }
-  [[nodiscard]] double allowed() const { return 1.0 - options_.confidence.probability; }
+  [[nodiscard]] double allowed() const {
+    return allowed_share(options_.confidence.probability, options_.confidence.draws);
+  }
 
   static tl::unexpected<Error> no_gain_at(double position) {
     return refuse("bounds", "must be met by some gain at every position", position);

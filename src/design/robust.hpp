@@ -96,6 +96,10 @@ struct Confidence {
   std::uint64_t seed = 1;
 };
 
+/// The share of so many draws that may exceed a bound, so that of all machines no more than 1 - probability
+/// do, as sure as a twentieth (one-sided): the controller is chosen by these very draws.
+[[nodiscard]] double allowed_share(double probability, std::size_t draws);
+
 /// PI with `how.biquads` filters (0: none) of the least integrated error for all machines of an ellipsoid.
 /// The filters are searched again on the nominal machine and the worst ones, since those that suit the
 /// nominal machine best lose most as its gains are made robust (docs/methods/tune.md 7.8). Where no bound

@@ -81,7 +81,7 @@ std::optional<RobustLaw> robust_law(const RobustTask& task, const DesignFor& des
   }
   constexpr int kRounds = 6;
   constexpr double kLeast = 0.7;  // of the allowed probability: no need to come nearer
-  const double allowed = 1.0 - task.confidence;
+  const double allowed = design::allowed_share(task.confidence, task.draws);
   std::optional<RobustLaw> best;
   double low = 0.0, high = 0.0, radius = 2.0;
   for (int round = 0; round < kRounds; ++round) {
