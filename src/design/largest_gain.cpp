@@ -177,7 +177,10 @@ void QuadraticRows::add(const std::array<Complex, 3>& loop, const std::array<Com
 
 double QuadraticRows::largest_proportional() const {
   double least = std::numeric_limits<double>::infinity();
-  for (std::size_t i = 0; i < size(); ++i) least = std::min(least, first_root(q11_[i], q01_[i], q00_[i]));
+  for (std::size_t i = 0; i < size(); ++i) {
+    if (q00_[i] < 0.0) return 0.0;
+    least = std::min(least, first_root(q11_[i], q01_[i], q00_[i]));
+  }
   return least;
 }
 

@@ -25,7 +25,7 @@ class QuadraticRows {
            const std::array<std::complex<double>, 3>& bounded, double bound);
   [[nodiscard]] std::size_t size() const { return q00_.size(); }
 
-  /// Largest kp that meets every bound, from kp = 0 on without a gap, with ki = 0.
+  /// Largest kp that meets every bound, from kp = 0 on without a gap, with ki = 0; 0 where that does not.
   [[nodiscard]] double largest_proportional() const;
   /// Largest ki that meets every bound, from ki = 0 on without a gap; negative where ki = 0 does not.
   [[nodiscard]] double largest_integral(double kp) const;

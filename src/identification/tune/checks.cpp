@@ -198,8 +198,7 @@ std::vector<design::Posterior> posteriors_of(std::span<const Result> results, co
       drive.covariance.row(fit::kDelay).setZero();
       drive.covariance.col(fit::kDelay).setZero();
     }
-    list.emplace_back(std::move(drive), options.delay_std_s.value_or(assumed_delay_std(r)),
-                      measured_band(r).high_hz);
+    list.emplace_back(std::move(drive), options.delay_std_s.value_or(assumed_delay_std(r)), known_to_hz(r));
   }
   return list;
 }
@@ -217,6 +216,23 @@ MeasuredBand measured_band(const Result& result) {
   return {g.frequency_hz[first], g.frequency_hz[last - 1]};
 }
 
+double known_to_hz(const Result& result) {
+  const double high_hz = measured_band(result).high_hz;
+  if (result.model->drive.structure != fit::Structure::rigid) return high_hz;
+  // The least anti-resonance that may have escaped: it bends the response by (f/fa)^2 below.
+  constexpr double kSeen = 3.0;  // standard deviations
+  const auto& g = result.response;
+  double compliance_hz = high_hz;
+  const bool is_told = std::ranges::find(result.findings, "friction-in-response",
+                                         &diagnostics::Finding::id) == result.findings.end();
+  for (std::size_t i = 0; is_told && i < std::min(g.lines(), g.std.size()); ++i) {
+    const double error = kSeen * g.std[i] / std::abs(g.value[i]);
+    if (error > 0.0 && error < 1.0)
+      compliance_hz = std::max(compliance_hz, g.frequency_hz[i] / std::sqrt(error));
+  }
+  return std::min(high_hz, compliance_hz / kCalmBelowCompliance);
+}
+
 Checked check_crossover(const TunedController& controller, const std::vector<design::Machine>& machines,
                         std::span<const Result> results) {
   // Below the band the inertia alone counts, which the lowest lines tell.
@@ -229,12 +245,15 @@ Checked check_crossover(const TunedController& controller, const std::vector<des
     for (const auto& crossing : figures_of(machines[i], linear).crossings) {
       if (crossing.frequency_hz >= kBelow * band.low_hz && crossing.frequency_hz <= kReached * band.high_hz)
         continue;
+      const bool is_below = crossing.frequency_hz < band.low_hz;
       return refuse(
           "results",
           fmt::format("{} was measured from {:.3g} to {:.3g} Hz, the loop would cross at {:.3g} Hz, "
-                      "where nothing is known; excite that band, or ask for less by "
-                      ".largest_sensitivity or .largest_controller_sensitivity",
-                      named(results[i]), band.low_hz, band.high_hz, crossing.frequency_hz));
+                      "where nothing is known; {}",
+                      named(results[i]), band.low_hz, band.high_hz, crossing.frequency_hz,
+                      is_below ? "excite lower frequencies too"
+                               : "excite that band, or ask for less by .largest_sensitivity or "
+                                 ".largest_controller_sensitivity"));
     }
   }
   return {};

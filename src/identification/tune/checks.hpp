@@ -40,6 +40,16 @@ struct MeasuredBand {
 };
 [[nodiscard]] MeasuredBand measured_band(const Result& result);
 
+/// How far below the first anti-resonance a loop has to cross for the load to follow calmly, if nothing else
+/// is known of it: at a sixth |T_load| stays what it is for a rigid machine where the load has at least half
+/// of the driven inertia and the anti-resonance a damping ratio of 0.02 (docs/methods/tune.md 7.10).
+inline constexpr double kCalmBelowCompliance = 6.0;
+
+/// Up to where the machine is as its model says: the end of the measured band; of a rigid model at most
+/// a sixth of the first anti-resonance that the measured response may hide, which begins at the end of the
+/// band where dry friction is in it and nothing compares it with the model.
+[[nodiscard]] double known_to_hz(const Result& result);
+
 /// Refuses a loop that crosses where nothing was measured.
 [[nodiscard]] expected<void, Error> check_crossover(const TunedController& controller,
                                                     const std::vector<design::Machine>& machines,

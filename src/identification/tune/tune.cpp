@@ -37,7 +37,7 @@ class Tuner {
     if (!options_.evaluate && options_.positions.empty()) {
       progress("what bounds and accuracy cost");
       add_value(tuning_, posteriors_, design_bounds(options_));
-      add_value_of_band(tuning_, nominal_);
+      add_value_of_band(tuning_, nominal_, results_);
     }
     if (options_.shaper) {
       progress("input shapers");

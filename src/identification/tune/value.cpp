@@ -9,6 +9,7 @@
 #include "design/filter_search.hpp"
 #include "design/largest_gain.hpp"
 #include "design/trade_off.hpp"
+#include "identification/tune/checks.hpp"
 #include "identification/tune/designs.hpp"
 
 namespace resonid::identification {
@@ -97,24 +98,37 @@ void add_value(Tuning& tuning, const std::vector<design::Posterior>& posteriors,
         design::value_of_experiment(posterior, proposed.gains->biquads, bounds, proposed.radius);
 }
 
-void add_value_of_band(Tuning& tuning, const std::vector<design::Machine>& machines) {
+void add_value_of_band(Tuning& tuning, const std::vector<design::Machine>& machines,
+                       std::span<const Result> results) {
   const auto& limits = tuning.proposed().limits;
   if (std::ranges::find(limits, "beyond_band_peak") == limits.end()) return;
   const auto within = best_pi_of(machines, design_bounds(tuning.options)),
              free = best_pi_of(machines, plain_bounds(tuning.options));
   if (!within || !free || !(within->iae > 0.0)) return;
-  double known_hz = design::kKnownEverywhere;
-  for (const auto& machine : machines) known_hz = std::min(known_hz, machine.known_to_hz());
-  const double high_hz = needed_band_hz(machines, *free), less = 1.0 - free->iae / within->iae;
+  const double less = 1.0 - free->iae / within->iae;
   constexpr double kWorthwhile = 0.03;  // of the load's error
   if (less < kWorthwhile) return;
+  const auto limiting = static_cast<std::size_t>(
+      std::ranges::min_element(machines, {}, &design::Machine::known_to_hz) - machines.begin());
+  const double band_hz = measured_band(results[limiting]).high_hz,
+               known_hz = machines[limiting].known_to_hz();
+  const bool is_rigid = known_hz < band_hz;
+  const double needed_hz = needed_band_hz(machines, *free) * (is_rigid ? kCalmBelowCompliance : 1.0);
+  const std::string why =
+      is_rigid ? fmt::format(
+                     "showed no compliance; one that begins above would let the load swing, so that "
+                     "the loop is kept small from {:.3g} Hz on",
+                     known_hz)
+               : "the loop is kept small above";
+  const double nyquist_hz = 0.5 / tuning.sample_time_s;
   tuning.findings.push_back(
-      {"band-limits-design", diagnostics::Severity::info, known_hz, high_hz,
-       fmt::format("The machine was measured up to {:.3g} Hz, and the loop is kept small above: that limits "
-                   "the gains. Known up to {:.3g} Hz, it would let the best PI cross at {:.3g} Hz in place "
-                   "of {:.3g} Hz, and the load step's IAE be {:.0f} % smaller. Excite up to there; plan "
-                   "lays it out within that .band_hz.",
-                   known_hz, high_hz, free->crossover_hz, within->crossover_hz, 100.0 * less)});
+      {"band-limits-design", diagnostics::Severity::info, band_hz, std::min(needed_hz, nyquist_hz),
+       fmt::format("The machine was measured up to {:.3g} Hz, and {}, which limits the gains. Known up to "
+                   "{:.3g} Hz, it would let the best PI cross at {:.3g} Hz in place of {:.3g} Hz, and the "
+                   "load step's IAE be {:.0f} % smaller. Excite up to there; plan lays it out within that "
+                   ".band_hz.",
+                   band_hz, why, std::min(needed_hz, nyquist_hz), free->crossover_hz, within->crossover_hz,
+                   100.0 * less)});
 }
 
 }  // namespace resonid::identification

