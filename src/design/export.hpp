@@ -14,6 +14,14 @@
 // never approximated.
 namespace resonid::design {
 
+/// Torque by the reference of a position loop: what the caller of a text gives it as torque feed-forward.
+struct TorqueFeedForward {
+  double inertia = 0.0;  ///< Nm/(rad/s^2)
+  double viscous = 0.0;  ///< Nm/(rad/s)
+  double coulomb = 0.0;  ///< Nm, in the direction of the velocity.
+  double delay_s = 0.0;  ///< By which the loop is given position and velocity later.
+};
+
 ///   r = reference, or kv (reference - x) + velocity feed-forward
 ///   u = F (kp (b r - y) + sum of ki Ts (r - y)) + torque feed-forward, F the product of the biquads
 ///
@@ -28,6 +36,9 @@ struct ExportedController {
   std::vector<ScheduleNode> schedule;        ///< Gains over position, ascending; empty: kp and ki everywhere.
   double kv = 0.0;                           ///< 1/s; > 0: the reference is a position. Then b must be 1.
   bool sums_velocity = false;  ///< The position is Ts times the sum of the velocity, from 0, not measured.
+  /// Where kv is given: also a function NAME_torque_feed_forward() in C and structured text, a comment in
+  /// HAL.
+  std::optional<TorqueFeedForward> feed_forward = {};
 
   [[nodiscard]] bool needs_position() const { return kv > 0.0 || !schedule.empty(); }
 };

@@ -41,7 +41,7 @@ static inline @real@ @name@_step(@name@ *c, @arguments@) {
 @filters@@feed_forward@@limit@  c->sum = sum;
   return u;
 }
-@set_gains@
+@set_gains@@torque@
 #endif
 )";
 
@@ -51,6 +51,16 @@ static inline void @name@_set_gains(@name@ *c, @real@ kp, @real@ ki) {
   c->sum -= (kp - c->kp) * c->deviation;
   c->kp = kp;
   c->ki_ts = ki * @step@;
+}
+)";
+
+/// Whoever knows the reference's acceleration calls it.
+constexpr std::string_view kCTorque = R"(
+/* Torque feed-forward by velocity and acceleration of the reference. The loop is to be given position and
+ * velocity of the reference @delay@ s later: as late as it measures. */
+static inline @real@ @name@_torque_feed_forward(@real@ velocity, @real@ acceleration) {
+  const @real@ direction = (@real@)((velocity > @zero@) - (velocity < @zero@));
+  return @inertia@ * acceleration + @viscous@ * velocity + @coulomb@ * direction;
 }
 )";
 
@@ -258,6 +268,14 @@ expected<std::string> to_c(const ExportedController& design, CNumber type) {
   part("filters", !design.controller.biquads.empty(), kCFilters);
   part("limit", design.torque_limit.has_value(), kCLimit);
   part("set_gains", !scheduled, kCSetGains);
+  if (cascaded && design.feed_forward) {
+    const auto& f = *design.feed_forward;
+    values.insert(values.end(), {{"delay", fmt::format("{}", f.delay_s)},
+                                 {"inertia", number(f.inertia)},
+                                 {"viscous", number(f.viscous)},
+                                 {"coulomb", number(f.coulomb)}});
+  }
+  part("torque", cascaded && design.feed_forward.has_value(), kCTorque);
   values.emplace_back("gains", c_gains_of(design, values, number));
   return filled_in(kCHeader, values);
 }

@@ -151,6 +151,13 @@ expected<std::string> to_hal(const ExportedController& design, const std::string
                        {"and_filters", filtered ? " and filters" : ""}};
   std::string connections = measured ? "#   net " + design.name + "-position <= ...\n" : "";
   if (cascaded) connections += filled_in(kHalConnections, values);
+  if (cascaded && design.feed_forward) {
+    const auto& f = *design.feed_forward;
+    connections += fmt::format(
+        "#   torque-feed-forward: {} times the acceleration of the reference + {} times its velocity\n"
+        "#   + {} in its direction; position and velocity of it {} s later\n",
+        digits_17(f.inertia), digits_17(f.viscous), digits_17(f.coulomb), f.delay_s);
+  }
   values.emplace_back("connections", connections);
   values.emplace_back("sum", design.sums_velocity ? filled_in(kHalSum, values) : std::string());
   std::string text = filled_in(kHalHead, values);

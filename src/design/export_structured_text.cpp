@@ -48,6 +48,29 @@ weighted_deviation := set_point_weight * reference - velocity;
 next_part := integral_part + gain_i_step * deviation;
 filter_out := gain_p * weighted_deviation + next_part;
 @filters@@feed_forward@@limit@END_FUNCTION_BLOCK
+@torque@)";
+
+/// Whoever knows the reference's acceleration calls it.
+constexpr std::string_view kStTorque = R"(
+(* Torque feed-forward by velocity and acceleration of the reference. The block is to be given position and
+   velocity of the reference @delay@ s later: as late as it measures. *)
+FUNCTION @name@_torque_feed_forward : LREAL
+VAR_INPUT
+  reference_velocity : LREAL;
+  reference_acceleration : LREAL;
+END_VAR
+VAR
+  direction : LREAL;
+END_VAR
+
+direction := 0.0;
+IF reference_velocity > 0.0 THEN
+  direction := 1.0;
+ELSIF reference_velocity < 0.0 THEN
+  direction := -1.0;
+END_IF;
+@name@_torque_feed_forward := @inertia@ * reference_acceleration + @viscous@ * reference_velocity + @coulomb@ * direction;
+END_FUNCTION
 )";
 
 constexpr std::string_view kStBiquad = R"(filter_in := filter_out;
@@ -192,9 +215,19 @@ expected<std::string> to_structured_text(const ExportedController& design) {
                                      {"unless_limited", design.torque_limit ? "IF NOT limited THEN\n  " : ""},
                                      {"end_unless", design.torque_limit ? "END_IF;\n" : ""}})
           : "";
+  std::string torque;
+  if (cascaded && design.feed_forward) {
+    const auto& f = *design.feed_forward;
+    torque = filled_in(kStTorque, {{"name", design.name},
+                                   {"delay", fmt::format("{}", f.delay_s)},
+                                   {"inertia", digits_17(f.inertia)},
+                                   {"viscous", digits_17(f.viscous)},
+                                   {"coulomb", digits_17(f.coulomb)}});
+  }
   return filled_in(
       kStBlock,
       {{"name", design.name},
+       {"torque", torque},
        {"what", cascaded ? "position" : "velocity"},
        {"loop", cascaded ? "   r = kv (reference - position) + velocity feed-forward\n" : ""},
        {"and_torque", cascaded ? " + torque feed-forward" : ""},

@@ -2,6 +2,7 @@
 // `resonid tune --schedule`: a list of positions, or rows of `track`.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <sstream>
@@ -46,14 +47,26 @@ class TuneSchedule : public test::ProgramTest {
 TEST_F(TuneSchedule, TakesTheRowsOfATrack) {
   write("rows.csv", rows());
   const auto done =
-      run("tune result.json --schedule rows.csv --structure pi --draws 400 --json tuned.json --export "
-          "c:control.h");
+      run("tune result.json --schedule rows.csv --structure pi --draws 400 --speed 0.3 --json tuned.json "
+          "--export c:control.h");
   ASSERT_EQ(done.exit_code, 0) << done.error;
   const auto tuned = nlohmann::json::parse(text("tuned.json"));
   const auto& nodes = tuned.at("schedule").at("nodes");
   ASSERT_GE(nodes.size(), 2U);
   EXPECT_NEAR(nodes.front().at("position").get<double>(), 0.8, 0.01);  // the outermost trusted rows
   EXPECT_NEAR(nodes.back().at("position").get<double>(), 1.2, 0.01);
+  // What is promised at every position that was looked at; the set-point weight is that of all.
+  const auto& schedule = tuned.at("schedule");
+  ASSERT_GE(schedule.at("places").size(), 41U);
+  double most = 0.0;
+  for (const auto& place : schedule.at("places"))
+    most = std::max(most, place.at("probability").get<double>());
+  EXPECT_GT(most, 0.0);
+  EXPECT_LE(most, 0.05);
+  EXPECT_GT(schedule.at("largest_speed").get<double>(), 0.0);
+  EXPECT_EQ(schedule.at("looked_speed").get<double>(), 0.3);
+  EXPECT_NE(done.out.find("with at least 95 % probability"), std::string::npos);
+  EXPECT_NE(done.out.find("The position may move at up to"), std::string::npos);
   const auto& machines = tuned.at("machines");
   EXPECT_GE(machines.size(), 3U);  // 15 % in stretches of 5 % at most
   EXPECT_NE(text("control.h").find("position"), std::string::npos);
@@ -75,6 +88,12 @@ TEST_F(TuneSchedule, SaysWhatIsWrongWithTheRows) {
   EXPECT_NE(refused("--schedule rows.csv").find("track --method physical"), std::string::npos);
   // Its own output would overwrite it.
   EXPECT_NE(refused("--schedule rows.csv --json rows.csv").find("rows.csv"), std::string::npos);
+}
+
+TEST_F(TuneSchedule, NeedsAPositionForASpeed) {
+  EXPECT_NE(refused("--speed 0.3").find("--speed is that of a position"), std::string::npos);
+  write("rows.csv", rows());
+  EXPECT_NE(refused("--schedule rows.csv --speed 0").find("--speed must be > 0"), std::string::npos);
 }
 
 TEST_F(TuneSchedule, TakesNumbersForPositions) {

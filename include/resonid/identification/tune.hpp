@@ -76,7 +76,7 @@ struct TuneOptions {
   std::optional<double> running_position_gain;  ///< kv of `running`, as of `evaluate`.
   /// Positions of the results, ascending: gains are scheduled over them.
   std::vector<double> positions;
-  std::optional<double> largest_speed;  ///< Of the position along them, in their unit per s.
+  std::optional<double> largest_speed;  ///< Largest one of the position along them, in their unit per s.
   bool shaper = false;                  ///< Also choose an input shaper for the loop.
   double shaper_limit = 0.05;           ///< Residual vibration that it may leave.
   bool force = false;                   ///< Also of results that are not trusted; every output says so.
@@ -120,6 +120,15 @@ struct LoopCurves {
   Band load_by_torque;       ///< Velocity of the load after a torque step of 1 on it.
 };
 
+/// What a position loop adds to its torque by the reference, of the identified machine
+/// (docs/methods/tune.md 8.3): inertia times its acceleration, friction by its velocity.
+struct TunedFeedForward {
+  double inertia = 0.0;  ///< The whole.
+  double viscous = 0.0;  ///< Friction of all sides, torque per velocity.
+  double coulomb = 0.0;  ///< In the direction of the velocity.
+  double delay_s = 0.0;  ///< By which the feedback is given position and velocity of the reference later.
+};
+
 /// One controller, designed or given, and what it does.
 struct TunedController {
   std::string structure;                    ///< Name of a ControllerStructure, "running" or "given".
@@ -128,6 +137,7 @@ struct TunedController {
   std::optional<design::FilteredPi> gains;  ///< Where it is a PI with or without biquads.
   std::optional<double> position_gain;      ///< kv of a cascade, 1/s.
   std::optional<double> derivative_gain, derivative_time_s;  ///< A PID's, and its filter.
+  std::optional<TunedFeedForward> feed_forward;              ///< A cascade's.
   double set_point_weight = 1.0;                             ///< b
   std::vector<double> reference_numerator;                   ///< T of u = (T r - R y)/S where it is not R.
   std::vector<LoopFigure> figures;
@@ -152,7 +162,7 @@ struct TunedController {
 struct TunedSchedule {
   struct Node {
     double position = 0.0, kp = 0.0, ki = 0.0;
-    double radius = 0.0;  ///< Of the ellipsoid over which the bounds are met there, standard deviations.
+    double radius = 0.0;  ///< That of the ellipsoid over which the bounds are met there, standard deviations.
   };
   std::vector<Node> nodes;
   std::vector<LoopFigure> figures;                 ///< Largest over the stroke, with the position fixed.
@@ -185,11 +195,11 @@ struct TunedShaper {
 /// A figure of a run on a simulated machine beside what was promised of it.
 struct SimulatedFigure {
   std::string name, unit;
-  std::optional<double> promised;  ///< By the design; of a motion nothing is.
+  std::optional<double> promised;  ///< By the design, the linear loop of the identified machine.
   double simulated = 0.0;
 };
 struct SimulatedRun {
-  std::string what;  ///< "reference step", "load step", "move".
+  std::string what;  ///< "reference step", "load step", "motion", "motion of the experiment".
   std::vector<double> time_s, reference, velocity, torque;
   std::vector<SimulatedFigure> figures;
 };

@@ -60,6 +60,9 @@ expected<std::string> controller_text(const Tuning& tuning, ExportFormat format,
   design.set_point_weight = c.set_point_weight;
   design.torque_limit = tuning.options.torque_limit;
   if (c.position_gain) design.kv = *c.position_gain;
+  if (c.feed_forward)
+    design.feed_forward = {c.feed_forward->inertia, c.feed_forward->viscous, c.feed_forward->coulomb,
+                           c.feed_forward->delay_s};
   if (tuning.schedule) {
     design.controller.kp = design.controller.ki = 0.0;
     for (const auto& node : tuning.schedule->nodes)

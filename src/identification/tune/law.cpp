@@ -173,6 +173,19 @@ Law law_of(const TunedController& controller) {
   return law;
 }
 
+TunedFeedForward feed_forward_of(const fit::DriveModel& machine, double coulomb) {
+  const auto& p = machine.parameters;
+  TunedFeedForward f{p.driven_inertia, p.viscous_friction, coulomb,
+                     std::max(0.0, machine.known_delay_s + machine.delay_s)};
+  if (machine.structure != fit::Structure::rigid) {
+    f.inertia += p.load_inertia;
+    f.viscous += p.load_viscous_friction;
+  }
+  if (machine.structure == fit::Structure::three_mass) f.inertia += p.middle_inertia;
+  f.viscous = std::max(0.0, f.viscous);
+  return f;
+}
+
 bool integrates(const data::TransferFunction& controller) {
   constexpr double kRounding = 1e-7;
   double sum = 0.0, size = 0.0;

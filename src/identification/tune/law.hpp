@@ -34,6 +34,9 @@ struct Law {
 /// Of a controller that has been described.
 [[nodiscard]] Law law_of(const TunedController& controller);
 
+/// The torque that takes a machine along a reference, and how late it measures.
+[[nodiscard]] TunedFeedForward feed_forward_of(const fit::DriveModel& machine, double coulomb);
+
 /// Whether a controller has a pole at 1.
 [[nodiscard]] bool integrates(const data::TransferFunction& controller);
 

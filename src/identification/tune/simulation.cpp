@@ -7,7 +7,9 @@
 #include <resonid/identification/detail/tune_simulation.hpp>
 #include <resonid/plant/detail/simulation_error.hpp>
 
+#include "design/feed_forward.hpp"
 #include "identification/tune/checks.hpp"
+#include "identification/tune/figure_values.hpp"
 #include "identification/tune/law.hpp"
 
 namespace resonid::identification {
@@ -41,6 +43,14 @@ plant::DriveConfig drive_config(const fit::DriveModel& m) {
   drive.viscous_friction = std::max(0.0, p.viscous_friction);
   drive.motor_ground_stiffness = p.motor_ground_stiffness;
   return drive;
+}
+
+double total_inertia(const fit::DriveModel& m) {
+  const auto& p = m.parameters;
+  double total = p.driven_inertia;
+  if (m.structure != fit::Structure::rigid) total += p.load_inertia;
+  if (m.structure == fit::Structure::three_mass) total += p.middle_inertia;
+  return total;
 }
 
 /// The law as the simulated drive runs it.
@@ -90,6 +100,7 @@ class Simulator {
       return refuse("simulate", fmt::format("the experiment runs at {:g} Hz, the controller at {:g} Hz",
                                             base_.run.sample_rate_hz, 1.0 / t_.sample_time_s));
     if (auto done = runs_of(t_.proposed(), ""); !done) return done;
+    feed_forward_runs();
     if (!t_.running || t_.simulated.empty()) return {};
     return runs_of(*t_.running, " with the running controller");
   }
@@ -103,10 +114,46 @@ class Simulator {
     if (auto done = one(c, "load step" + with, load_step(settling)); !done) return done;
     const bool moves =
         base_.motion.kind == MotionKind::trapezoidal || base_.motion.kind == MotionKind::s_curve;
-    if (!moves) return {};
+    if (!moves) return own_motion(c, "motion" + with, settling);
     ExperimentConfig config = base_;
     config.run.duration_s = std::max(base_.run.duration_s, settling);
     return one(c, "motion of the experiment" + with, config);
+  }
+
+  /// Where the drive cannot make it, the steps have to do.
+  expected<void, Error> own_motion(const TunedController& c, const std::string& what, double settling) {
+    if (const auto done = one(c, what, motion(settling)); !done)
+      t_.findings.push_back({"not-simulated",
+                             diagnostics::Severity::info,
+                             {},
+                             {},
+                             "A motion cannot be simulated: " + message_of(done.error()) + "."});
+    return {};
+  }
+
+  /// From rest to rest over the velocity of the step, with limited jerk: with what the drive has, and not
+  /// faster than the loop follows.
+  [[nodiscard]] ExperimentConfig motion(double settling) const {
+    constexpr double kPart = 0.5, kPeriods = 2.0;  // of the torque limit; of the bandwidth
+    ExperimentConfig config = base_;
+    const double velocity = t_.options.reference_step;
+    const auto* bandwidth = t_.proposed().figure("load_bandwidth_hz");
+    double rise = bandwidth != nullptr && bandwidth->value > 0.0 ? kPeriods / bandwidth->value : settling;
+    if (t_.options.torque_limit)
+      rise =
+          std::max(rise, velocity * total_inertia(t_.machines.front()) / (kPart * *t_.options.torque_limit));
+    config.disturbance = {};
+    config.motion = {};
+    config.motion.kind = MotionKind::s_curve;
+    config.motion.velocity = velocity;
+    config.motion.acceleration = velocity / rise;
+    config.motion.jerk = 2.0 * velocity / (rise * rise);
+    config.motion.from = base_.motion.from;
+    // One and a half times the rise to get up to it, as long down again, and the settling in between.
+    config.motion.to = base_.motion.from + velocity * (1.5 * rise + settling);
+    config.motion.wait_s = kStepAt * settling;
+    config.run.duration_s = 3.0 * rise + 2.5 * settling;
+    return config;
   }
 
   /// Until the slower of both controllers has let go of all but a thousandth, so that their steps stand at
@@ -200,6 +247,7 @@ class Simulator {
   /// What the linear design promises beside what came: friction, limits and another machine make it differ.
   void compare(const SimulatedRun& run) {
     constexpr double kPart = 0.3, kPoints = 10.0;
+    if (run.what.starts_with("motion")) return;  // its errors are small, and friction alone is a part of them
     for (const auto& figure : run.figures) {
       // What is summed up until it has settled is not all there after a cut.
       const bool cut = told_cut_ && (figure.name == "load_step_iae" || figure.name == "reference_settling_s");
@@ -264,11 +312,100 @@ class Simulator {
       put(run, c, "load_step_peak", largest, load_torque());
       put(run, c, "load_step_iae", sum, load_torque());
     } else {
-      double worst = 0.0;
-      for (std::size_t k = 0; k < run.velocity.size(); ++k)
-        worst = std::max(worst, std::abs(run.reference[k] - run.velocity[k]));
-      run.figures.push_back({"velocity_error", t_.units.velocity, {}, worst});
-      run.figures.push_back({"peak_torque", t_.units.torque, {}, peak});
+      put_motion(c, peak, run);
+    }
+  }
+
+  void put_motion(const TunedController& c, double peak, SimulatedRun& run) const {
+    const Followed promised = linear_motion(c, run.reference), came = followed(run.reference, run.velocity);
+    run.figures.push_back(
+        {"velocity_error", t_.units.velocity, promised.velocity_error, came.velocity_error});
+    if (c.position_gain)
+      run.figures.push_back(
+          {"position_error", place_unit(t_.units.velocity), promised.position_error, came.position_error});
+    run.figures.push_back({"peak_torque", t_.units.torque, promised.peak_torque, peak});
+  }
+
+  /// How a load followed a reference.
+  struct Followed {
+    double velocity_error = 0.0, position_error = 0.0, peak_torque = 0.0;
+  };
+  [[nodiscard]] Followed followed(const std::vector<double>& reference,
+                                  const std::vector<double>& velocity) const {
+    Followed f;
+    double away = 0.0;
+    for (std::size_t k = 0; k < velocity.size(); ++k) {
+      away += t_.sample_time_s * (reference[k] - velocity[k]);
+      f.velocity_error = std::max(f.velocity_error, std::abs(reference[k] - velocity[k]));
+      f.position_error = std::max(f.position_error, std::abs(away));
+    }
+    return f;
+  }
+
+  /// The same reference on the linear loop of the identified machine, whose load is seen as late as it is
+  /// measured: a cascade's way of position and velocity together is that of its law.
+  [[nodiscard]] Followed linear_motion(const TunedController& c, const std::vector<double>& reference) const {
+    const design::Machine machine(t_.machines.front());
+    const auto loop = loop_of(machine, law_of(c));
+    const bool rigid = machine.model().structure == fit::Structure::rigid;
+    Eigen::VectorXd x = Eigen::VectorXd::Zero(loop.a.rows());
+    std::vector<double> load;
+    double peak = 0.0;
+    for (const double r : reference) {
+      load.push_back(rigid ? loop.measured * x : loop.load * x);
+      peak = std::max(peak, std::abs(loop.torque * x + loop.torque_by_reference * r));
+      x = (loop.a * x + r * loop.reference).eval();
+    }
+    // A velocity by differences of an encoder lies half a sample behind.
+    const double late_s = std::max(0.0, machine.model().known_delay_s + machine.model().delay_s);
+    auto f = followed(reference, rigid ? load : later(load, late_s / t_.sample_time_s + 0.5));
+    f.peak_torque = peak;
+    return f;
+  }
+
+  static std::vector<double> later(const std::vector<double>& samples, double by) {
+    const auto whole = static_cast<std::size_t>(by);
+    const double part = by - static_cast<double>(whole);
+    std::vector<double> late(samples.size(), 0.0);
+    for (std::size_t k = whole + 1; k < samples.size(); ++k)
+      late[k] = (1.0 - part) * samples[k - whole] + part * samples[k - whole - 1];
+    return late;
+  }
+
+  /// What each part of the feed-forward does to a move of the load, on the identified machine with its dry
+  /// friction, beside what it would do without that friction.
+  void feed_forward_runs() {
+    const auto& c = t_.proposed();
+    if (!c.feed_forward || !c.gains || !c.stable) return;
+    const auto& model = t_.machines.front();
+    const design::Machine machine(model);
+    const design::Cascade cascade{*c.gains, *c.position_gain};
+    const auto* bandwidth = c.figure("load_bandwidth_hz");
+    constexpr double kPart = 0.5, kPeriods = 2.5,
+                     kPeak = 9.4;  // of the move's acceleration, distance/duration^2
+    design::PolynomialMove move{t_.options.reference_step, settling_s()};
+    if (bandwidth != nullptr && bandwidth->value > 0.0) move.duration_s = kPeriods / bandwidth->value;
+    if (t_.options.torque_limit)
+      move.duration_s = std::max(move.duration_s, std::sqrt(kPeak * move.distance_rad * total_inertia(model) /
+                                                            (kPart * *t_.options.torque_limit)));
+    const auto samples = static_cast<std::size_t>((move.duration_s + settling_s()) / t_.sample_time_s);
+    const double coulomb = c.feed_forward->coulomb;
+    const std::pair<design::FeedForward, const char*> kinds[] = {
+        {design::FeedForward::none, "motion without feed-forward"},
+        {design::FeedForward::velocity, "motion with feed-forward of velocity"},
+        {design::FeedForward::delayed, "motion with feed-forward of velocity and torque"}};
+    for (const auto& [kind, what] : kinds) {
+      const auto free = move_samples(model, move, kind, samples),
+                 rubbing = move_samples(model, move, kind, samples, coulomb);
+      const auto promised = move_figures_of(machine, cascade, *free, move.duration_s),
+                 came = move_figures_of(machine, cascade, *rubbing, move.duration_s, coulomb);
+      SimulatedRun run;
+      run.what = what;
+      const auto place = place_unit(t_.units.velocity);
+      run.figures = {{"position_error_during", place, promised.error_during, came.error_during},
+                     {"position_error_after", place, promised.error_after, came.error_after},
+                     {"peak_torque", t_.units.torque, promised.peak_torque, came.peak_torque}};
+      t_.simulated.push_back(std::move(run));
     }
   }
 

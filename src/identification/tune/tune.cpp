@@ -206,6 +206,11 @@ class Tuner {
       auto found = quiet_for(structure, own);
       if (!found) continue;
       choose_weight(found->law);
+      if (structure == Structure::cascade) {
+        const auto& friction = results_.front().model->coulomb_friction;
+        found->law.what.feed_forward =
+            feed_forward_of(tuning_.machines.front(), friction ? std::max(0.0, friction->value) : 0.0);
+      }
       tuning_.candidates.push_back(described(*found, own, true));
       if (structure == chosen_structure()) add_nominal(structure, own);
     }

@@ -86,6 +86,23 @@ std::string rest_of_gains(const TunedController& c, double factor = 1.0) {
   return text;
 }
 
+std::string feed_forward_sentence(const Tuning& t, const identification::TunedFeedForward& f) {
+  std::string text = fmt::format(
+      "Feed-forward: the reference's velocity to the velocity loop, and a torque of {} {} times its "
+      "acceleration",
+      three_digits(f.inertia), t.units.inertia);
+  if (f.viscous > 0.0)
+    text += fmt::format(" and {} {} times its velocity", three_digits(f.viscous), t.units.damping);
+  if (f.coulomb > 0.0)
+    text += fmt::format(", and {} {} in its direction", three_digits(f.coulomb), t.units.torque);
+  if (f.delay_s > 0.0)
+    text += fmt::format(
+        "; the feedback is given position and velocity of the reference {} ms later, as late as "
+        "it measures",
+        three_digits(1e3 * f.delay_s));
+  return text + ".";
+}
+
 void put_gains(const Tuning& t, std::vector<std::string>& list) {
   const auto& c = t.proposed();
   if (!c.gains) {
@@ -104,6 +121,7 @@ void put_gains(const Tuning& t, std::vector<std::string>& list) {
                         three_digits(b.denominator_damping));
   }
   list.push_back(std::move(text));
+  if (c.feed_forward) list.push_back(feed_forward_sentence(t, *c.feed_forward));
   const double scale = t.input_scale / t.output_scale;
   if (t.input_scale == 1.0 && t.output_scale == 1.0) return;
   list.push_back(fmt::format("In the recording's own units: {}.",

@@ -101,6 +101,14 @@ void describe_gains(Fields& f, TunedController& c) {
                     });
            });
   f({"position_gain", "kv of a cascade", "1/s"}, c.position_gain);
+  f.object({"feed_forward", "what a cascade adds by its reference"}, c.feed_forward.has_value(), [&] {
+    if (!c.feed_forward) c.feed_forward.emplace();
+    f({"inertia", "torque per acceleration of the reference"}, c.feed_forward->inertia);
+    f({"viscous", "torque per its velocity"}, c.feed_forward->viscous);
+    f({"coulomb", "torque in the direction of its velocity"}, c.feed_forward->coulomb);
+    f({"delay_s", "by which the feedback is given the reference later", "s", not_negative},
+      c.feed_forward->delay_s);
+  });
   f({"derivative_gain", "kd of a PID, torque per acceleration"}, c.derivative_gain);
   f({"derivative_time_s", "time constant of its filter", "s"}, c.derivative_time_s);
   f({"set_point_weight", "b"}, c.set_point_weight);

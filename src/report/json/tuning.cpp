@@ -134,12 +134,13 @@ void describe_shapers(Fields& f, std::vector<identification::TunedShaper>& shape
 void describe_runs(Fields& f, std::vector<identification::SimulatedRun>& runs) {
   f.list({"simulated", "runs on a simulated machine"}, !runs.empty(), runs,
          [&](identification::SimulatedRun& run) {
-           f({"what", "\"reference step\", \"load step\" or \"move\""}, run.what);
+           f({"what", "\"reference step\", \"load step\", \"motion\" and what it is of"}, run.what);
            f.list({"figures", "what was promised, and what came"}, !run.figures.empty(), run.figures,
                   [&](identification::SimulatedFigure& figure) {
                     f({"name", "name of the figure"}, figure.name);
                     f.unless_empty({"unit", "unit of its numbers"}, figure.unit);
-                    f({"promised", "by the design; of a motion nothing is", "unit"}, figure.promised);
+                    f({"promised", "by the design, the linear loop of the identified machine", "unit"},
+                      figure.promised);
                     f({"simulated", "by the run", "unit"}, figure.simulated);
                   });
            Gaps time{run.time_s}, reference{run.reference}, velocity{run.velocity}, torque{run.torque};

@@ -132,6 +132,50 @@ class PositionExport : public test::ExportedRuns {
   }
 };
 
+TEST_F(PositionExport, TellsTheTorqueOfAReference) {
+  ExportedController exported;
+  exported.controller = {2.0, 20.0, {}};
+  exported.sample_time_s = 0.001;
+  exported.kv = 12.0;
+  exported.feed_forward = {0.064, 0.05, 0.4, 0.004};
+  const auto c = to_c(exported, CNumber::in_double), st = to_structured_text(exported),
+             hal = to_hal(exported);
+  ASSERT_TRUE(c && st && hal);
+  const std::string function = exported.name + "_torque_feed_forward";
+  write("controller.h", *c);
+  write("run.c",
+        "#include <stdio.h>\n#include \"controller.h\"\nint main(void) {\n  double v, a;\n"
+        "  while (scanf(\"%lf %lf\", &v, &a) == 2) printf(\"%.17g\\n\", " +
+            function + "(v, a));\n  return 0;\n}\n");
+  write("rows", "0 0\n0 3\n2 3\n-2 0.5\n");
+  ASSERT_EQ(shell("'" + std::string(RESONID_C_COMPILER) +
+                  "' -std=c99 -Wall -Wextra -Wconversion -Werror -Wno-unused-function run.c -o run && ./run "
+                  "< rows > torque"),
+            0)
+      << *c << read("log");
+  const std::vector<double> wanted = {0.0, 0.192, 0.192 + 0.1 + 0.4, 0.032 - 0.1 - 0.4};
+  expect_alike(printed("torque"), wanted, 1e-12);
+  // The interpreter knows blocks: the function's name is its result.
+  std::string block = st->substr(st->find("FUNCTION " + function));
+  const auto put = [&block](const std::string& words, const std::string& by) {
+    ASSERT_NE(block.find(words), std::string::npos) << words;
+    block.replace(block.find(words), words.size(), by);
+  };
+  put("FUNCTION " + function + " : LREAL",
+      "FUNCTION_BLOCK f\nVAR_OUTPUT\n  torque : LREAL;\n  wrong_cycle_time : BOOL;\nEND_VAR");
+  put(function + " :=", "wrong_cycle_time := FALSE;\ntorque :=");
+  put("END_FUNCTION", "END_FUNCTION_BLOCK");
+  write("block.st", block);
+  ASSERT_EQ(shell(std::string("'") + RESONID_PYTHON + "' '" + RESONID_DESIGN_TESTS +
+                  "/structured_text.py' block.st reference_velocity reference_acceleration < rows > torque"),
+            0)
+      << block << read("log");
+  expect_alike(printed("torque"), wanted, 1e-12);
+  EXPECT_NE(hal->find("times the acceleration of the reference"), std::string::npos);
+  exported.kv = 0.0;  // a velocity loop takes no torque beside its own
+  EXPECT_EQ(to_c(exported, CNumber::in_double)->find("torque_feed_forward"), std::string::npos);
+}
+
 TEST_F(PositionExport, CIsTheLaw) {
   for (const auto& exported : position_variants()) {
     SCOPED_TRACE(to_c(exported, CNumber::in_double).value());

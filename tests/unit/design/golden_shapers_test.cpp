@@ -157,5 +157,43 @@ TEST(Shapers, ModeOfTheClosedLoop) {
   EXPECT_GT(high, 1.05 * calm->frequency_hz);
 }
 
+TEST(Shapers, TwoModesOfADrawAreToldApart) {
+  // 20 and 47 Hz, each moving by a few per cent, the higher one not seen in every draw.
+  std::vector<ModesOfDraw> draws;
+  for (int i = 0; i < 200; ++i) {
+    const double by = 1.0 + 0.02 * std::sin(i);
+    draws.push_back({{20.0 * by, 0.05}});
+    if (i % 4 != 0) draws.back().push_back({47.0 / by, 0.03});
+  }
+  const auto two = two_modes(draws);
+  ASSERT_TRUE(two);
+  const auto low = middle_mode(two->low), high = middle_mode(two->high);
+  ASSERT_TRUE(low && high);
+  EXPECT_NEAR(low->frequency_hz, 20.0, 0.1);
+  EXPECT_NEAR(high->frequency_hz, 47.0, 0.2);
+  EXPECT_NEAR(high->damping_ratio, 0.03, 1e-12);
+  const auto of_one = choose_shaper({*middle_mode(draws)}, draws),
+             of_two = choose_shaper({*low, *high}, draws);
+  ASSERT_TRUE(of_one && of_two);
+  EXPECT_FALSE(of_one->chosen);
+  ASSERT_TRUE(of_two->chosen);
+  EXPECT_LE(of_two->candidates[*of_two->chosen].quantile, 0.05);
+  for (auto& modes : draws) modes.resize(1);
+  EXPECT_FALSE(two_modes(draws));
+}
+
+TEST(Shapers, ModesComeByWhatTheLoadShows) {
+  const auto machine = test::golden_machine({0.032, 0.032, 143.75, 0.3}, 0.002, 0.004);
+  const FilteredPi pi{2.0, 20.0, {}};
+  const auto loop = closed_loop(machine.states(), states_of(pi, machine.sample_time_s()));
+  const auto modes = shown_modes(loop);
+  ASSERT_GE(modes.size(), 2U);
+  for (std::size_t i = 1; i < modes.size(); ++i) EXPECT_LE(modes[i].size, modes[i - 1].size);
+  EXPECT_EQ(modes.front().mode.frequency_hz, shaped_mode_of(machine.model(), pi)->frequency_hz);
+  // Half of every response shows half.
+  const auto halves = shown_modes(loop, [](std::complex<double>) { return std::complex<double>(0.5); });
+  EXPECT_NEAR(halves.front().size / modes.front().size, 0.5, 1e-12);
+}
+
 }  // namespace
 }  // namespace resonid::design

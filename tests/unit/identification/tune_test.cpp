@@ -516,7 +516,8 @@ TEST(Tune, SimulatesWhatItPromises) {
   ASSERT_TRUE(tuning);
   const auto done = simulate_on(*tuning, experiment_of(result, o));
   ASSERT_TRUE(done) << message_of(done.error());
-  ASSERT_EQ(tuning->simulated.size(), 2U);
+  ASSERT_EQ(tuning->simulated.size(), 3U);
+  EXPECT_EQ(tuning->simulated.back().what, "motion");
   for (const auto& run : tuning->simulated)
     for (const auto& figure : run.figures) {
       ASSERT_TRUE(figure.promised);
@@ -529,6 +530,64 @@ TEST(Tune, SimulatesWhatItPromises) {
   ASSERT_TRUE(simulate_on(*tuning, other));
   EXPECT_FALSE(tuning->trusted);
   EXPECT_EQ(tuning->findings.back().id, "fails-in-simulation");
+}
+
+/// Torque that the whole machine takes, by hand.
+TEST(Tune, FeedsACascadeForward) {
+  auto result = identified();
+  auto& model = *result.model;
+  model.drive.parameters.viscous_friction = 0.05;
+  model.coulomb_friction = data::Estimate{0.4, 0.01};
+  auto o = few_draws(ControllerStructure::cascade);
+  auto tuning = tune(result, o);
+  ASSERT_TRUE(tuning) << message_of(tuning.error());
+  ASSERT_TRUE(tuning->proposed().feed_forward);
+  const auto& f = *tuning->proposed().feed_forward;
+  EXPECT_DOUBLE_EQ(f.inertia, 0.064);
+  EXPECT_DOUBLE_EQ(f.viscous, 0.05);
+  EXPECT_DOUBLE_EQ(f.coulomb, 0.4);
+  EXPECT_DOUBLE_EQ(f.delay_s, 0.004);
+  simulate_on_model(*tuning, result);
+  std::vector<double> during;
+  for (const auto& run : tuning->simulated)
+    for (const auto& figure : run.figures)
+      if (figure.name == "position_error_during") during.push_back(figure.simulated);
+  ASSERT_EQ(during.size(), 3U);  // without, with the velocity, with the torque too
+  EXPECT_LT(during[1], 0.5 * during[0]);
+  EXPECT_LT(during[2], 0.5 * during[1]);
+  const auto code = exported(*tuning, ExportFormat::c, {});
+  ASSERT_TRUE(code) << message_of(code.error());
+  EXPECT_NE(code->find("_torque_feed_forward(double velocity, double acceleration)"), std::string::npos);
+  const auto text = exported(*tuning, ExportFormat::structured_text, {});
+  ASSERT_TRUE(text);
+  EXPECT_NE(text->find("_torque_feed_forward : LREAL"), std::string::npos);
+}
+
+/// Two machines whose closed loops swing far apart: what does for both takes longer than for the faster one.
+TEST(Tune, ShapesWhatEveryMachineSwings) {
+  auto o = few_draws();
+  o.shaper = true;
+  o.largest_load_transfer = 2.5;
+  o.largest_sensitivity = 1.8;
+  const std::vector<Result> results = {identified(0.01, 110.0), identified(0.01, 500.0)};
+  const auto one = tune(results.back(), o);
+  o.positions = {0.0, 1.0};
+  const auto all = tune(results, o);
+  ASSERT_TRUE(one && all) << message_of(all.error());
+  const auto chosen = [](const Tuning& t) {
+    return std::find_if(t.shapers.begin(), t.shapers.end(), [](const TunedShaper& s) { return s.chosen; });
+  };
+  ASSERT_NE(chosen(*one), one->shapers.end());
+  ASSERT_NE(chosen(*all), all->shapers.end());
+  EXPECT_GT(chosen(*all)->duration_s, 1.1 * chosen(*one)->duration_s);
+  EXPECT_LE(chosen(*all)->vibration, o.shaper_limit);
+  // A given controller and a cascade have their shapers too.
+  o.positions.clear();
+  o.evaluate = data::Controller(one->proposed().feedback);
+  const auto given = tune(results.back(), o);
+  ASSERT_TRUE(given) << message_of(given.error());
+  EXPECT_FALSE(given->shapers.empty());
+  EXPECT_NEAR(given->shaped_mode->frequency_hz / one->shaped_mode->frequency_hz, 1.0, 0.02);
 }
 
 /// What a result holds is without a hold of the velocity, what a controller meets is not.
@@ -565,7 +624,8 @@ TEST(Tune, SimulatesARigidMachine) {
   ASSERT_TRUE(tuning) << message_of(tuning.error());
   const auto done = simulate_on(*tuning, experiment_of(result, o));
   ASSERT_TRUE(done) << message_of(done.error());
-  ASSERT_EQ(tuning->simulated.size(), 2U);
+  ASSERT_EQ(tuning->simulated.size(), 3U);
+  EXPECT_EQ(tuning->simulated.back().what, "motion");
   for (const auto& run : tuning->simulated)
     for (const auto& figure : run.figures) {
       const double tolerance = figure.name == "reference_settling_s" ? 0.012 : 0.02 * *figure.promised + 0.01;
