@@ -32,12 +32,12 @@ bool is_told(const CLI::App& verb, const char* name) {
 
 /// A column of excitation or second output that the result names need not be in another recording, and the
 /// excitation then is the one that is found.
-data::Record read_checked(const CLI::App& verb, const TuneCheck& check) {
+data::Record read_checked(const TuneCheck& check) {
   auto columns = check.record.columns;
   auto record = io::read_record(check.record.record, columns);
   if (!record) {
-    if (!is_told(verb, "--excitation")) columns.excitation.reset();
-    if (!is_told(verb, "--second-output")) columns.second_output.reset();
+    if (!check.told_excitation) columns.excitation.reset();
+    if (!check.told_second_output) columns.second_output.reset();
     auto found = io::read_record(check.record.record, columns);
     if (!found) throw InputError("--check: " + in_options(record.error()));
     record = std::move(found);
@@ -69,8 +69,10 @@ void add_check_options(CLI::App& verb, TuneCheck& check) {
   add_tracker_options(verb, check.method);
 }
 
-void inherit_for_tune(CLI::App& verb, const TuneCheck& check, const identification::Result& result,
+void inherit_for_tune(CLI::App& verb, TuneCheck& check, const identification::Result& result,
                       const std::string& file) {
+  check.told_excitation = is_told(verb, "--excitation");
+  check.told_second_output = is_told(verb, "--second-output");
   inherit_wanted(verb, result.options, file, [&](const CLI::Option& option) {
     const auto name = long_name(option);
     if (name == "controller") return true;
@@ -89,7 +91,7 @@ identification::Result identified_for_check(CLI::App& verb, TuneCheck& check,
   options.controller = data::Controller(controller);
   options.delay_s = designed_for.known_delay_s;
   options.progress = std::move(progress);
-  const auto record = read_checked(verb, check);
+  const auto record = read_checked(check);
   const auto group = verb.get_options([](const CLI::Option* o) { return o->get_group() == "Excitation"; });
   const bool told =
       std::any_of(group.begin(), group.end(), [](const CLI::Option* o) { return o->count() > 0; });

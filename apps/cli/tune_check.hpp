@@ -16,6 +16,7 @@ namespace resonid::cli {
 struct TuneCheck {
   RecordOptions record;
   MethodOptions method;
+  bool told_excitation = false, told_second_output = false;  ///< Columns named by the call, not by a result.
 
   [[nodiscard]] bool is_wanted() const { return !record.record.empty(); }
 };
@@ -27,7 +28,7 @@ void add_check_options(CLI::App& verb, TuneCheck& check);
 /// of
 /// --check, what describes signals and drive and how it is identified. The loop's own (delay, approach) come
 /// from elsewhere, and a band or a stretch is of one recording.
-void inherit_for_tune(CLI::App& verb, const TuneCheck& check, const identification::Result& result,
+void inherit_for_tune(CLI::App& verb, TuneCheck& check, const identification::Result& result,
                       const std::string& file);
 
 /// The recording under the new controller, identified as `designed_for` was. Its excitation is what it tells;

@@ -326,39 +326,6 @@ TEST(Tune, JudgesAGivenController) {
                           [](const auto& f) { return f.id == "design-unstable"; }));
 }
 
-/// What is taken away and judged anew is the same loop: every figure, and what 95 % of the machines have of
-/// it.
-TEST(Tune, JudgesEveryStructureAsItsDesignDid) {
-  for (const auto& named : kControllerStructureNames) {
-    if (named.value == ControllerStructure::automatic) continue;
-    SCOPED_TRACE(named.name);
-    const auto designed = tune(identified(), few_draws(named.value));
-    ASSERT_TRUE(designed) << message_of(designed.error());
-    const auto& c = designed->proposed();
-    auto o = few_draws();
-    o.evaluate = data::Controller(c.feedback);
-    o.evaluate_reference = c.reference_numerator;
-    o.evaluate_position_gain = c.position_gain;
-    const auto judged = tune(identified(), o);
-    ASSERT_TRUE(judged) << message_of(judged.error());
-    const auto& again = judged->proposed();
-    EXPECT_EQ(again.position_gain.has_value(), named.value == ControllerStructure::cascade);
-    ASSERT_EQ(again.figures.size(), c.figures.size());
-    for (std::size_t i = 0; i < c.figures.size(); ++i) {
-      const auto &was = c.figures[i], &is = again.figures[i];
-      EXPECT_EQ(is.name, was.name);
-      EXPECT_EQ(is.unit, was.unit) << was.name;
-      EXPECT_NEAR(is.value, was.value, 1e-4 * std::abs(was.value) + 1e-6) << was.name;
-      ASSERT_EQ(is.low.has_value(), was.low.has_value()) << was.name;
-      if (was.low) {
-        EXPECT_NEAR(*is.low, *was.low, 1e-3 * std::abs(*was.low) + 1e-6) << was.name;
-        EXPECT_NEAR(*is.high, *was.high, 1e-3 * std::abs(*was.high) + 1e-6) << was.name;
-      }
-    }
-    EXPECT_TRUE(again.within);
-  }
-}
-
 /// The bound of a cascade is that of its position, docs/methods/tune.md 8.1.
 TEST(Tune, JudgesACascadeAsOne) {
   const auto cascade = tune(identified(), few_draws(ControllerStructure::cascade));
@@ -369,6 +336,14 @@ TEST(Tune, JudgesACascadeAsOne) {
   o.evaluate_position_gain = c.position_gain;
   auto judged = tune(identified(), o);
   ASSERT_TRUE(judged);
+  for (const auto& figure : c.figures) {
+    const auto* again = judged->proposed().figure(figure.name);
+    ASSERT_TRUE(again != nullptr && again->low.has_value() == figure.low.has_value()) << figure.name;
+    EXPECT_NEAR(again->value, figure.value, 1e-6 * std::abs(figure.value) + 1e-9) << figure.name;
+    if (figure.high) {
+      EXPECT_NEAR(*again->high, *figure.high, 1e-6 * std::abs(*figure.high) + 1e-9) << figure.name;
+    }
+  }
   EXPECT_EQ(judged->proposed().structure, "cascade");
   EXPECT_EQ(judged->proposed().figure("load_peak")->bound, 1.05);
   // IE of the position after a load step: 1/(ki kv), docs/methods/tune.md 2.2.
@@ -395,7 +370,7 @@ TEST(Tune, JudgesACascadeAsOne) {
   ASSERT_FALSE(refused);
   EXPECT_EQ(refused.error().field, "evaluate");
   // The controller that ran is judged in the same way.
-  o = few_draws(ControllerStructure::cascade);
+  o = few_draws();
   o.running = data::Controller(c.feedback);
   o.running_position_gain = c.position_gain;
   const auto beside = tune(identified(), o);
@@ -766,11 +741,9 @@ TEST(Tune, ASlowLoopIsSimulatedUntilItHasSettled) {
   for (const auto& figure : tuning->simulated[1].figures)
     EXPECT_NEAR(figure.simulated, *figure.promised, 0.02 * *figure.promised) << figure.name;
   EXPECT_FALSE(std::ranges::any_of(tuning->findings, [](const auto& f) { return f.id == "simulation-cut"; }));
-  // Ten times slower still it is cut, which is said.
-  o.evaluate =
-      data::Controller(data::TransferFunction{{0.01 * (1.0 + 0.002 / 40.0), -0.01}, {1.0, -1.0}, 0.002});
-  tuning = tune(result, o);
-  ASSERT_TRUE(tuning) << message_of(tuning.error());
+  // A pole that lets go of all but a thousandth in 138 s is cut, which is said.
+  tuning->candidates.front().spectral_radius = 0.9999;
+  tuning->simulated.clear();
   ASSERT_TRUE(simulate_on(*tuning, experiment_of(result, o)));
   EXPECT_NEAR(tuning->simulated[1].time_s.back(), 80.0, 0.05);
   EXPECT_TRUE(std::ranges::any_of(tuning->findings, [](const auto& f) { return f.id == "simulation-cut"; }));
