@@ -66,7 +66,7 @@ static inline @real@ @name@_torque_feed_forward(@real@ velocity, @real@ accelera
 
 /// Tables of positions, gains, and their slopes up to the next position.
 constexpr std::string_view kCGains = R"(
-/* Gains at a position: linear between nodes, constant beyond them. */
+/* Gains at a position: linear between nodes, constant beyond them.@speed@ */
 static inline void @name@_gains(@real@ position, @real@ *kp, @real@ *ki_ts) {
   static const @real@ at[@nodes@] = {@at@};
   static const @real@ kp_at[@nodes@] = {@kp_at@};
@@ -204,6 +204,7 @@ std::string c_gains_of(const ExportedController& design, const TextValues& commo
   }
   TextValues values = common;
   values.insert(values.end(), {{"nodes", std::to_string(nodes.size())},
+                               {"speed", speed_comment(design)},
                                {"last", std::to_string(nodes.size() - 1)},
                                {"at", at},
                                {"kp_at", kp},

@@ -108,7 +108,7 @@ constexpr std::string_view kStSegment = R"(@if@ place < position_@next@ THEN
 
 /// The place is kept within the ends; between them it is one of the segments.
 constexpr std::string_view kStScheduled =
-    R"((* Gains over position: linear between nodes, constant beyond them. *)
+    R"((* Gains over position: linear between nodes, constant beyond them.@speed@ *)
 place := position;
 IF place < position_1 THEN
   place := position_1;
@@ -212,6 +212,7 @@ expected<std::string> to_structured_text(const ExportedController& design) {
   const std::string schedule =
       scheduled
           ? filled_in(kStScheduled, {{"segments", parts.segments},
+                                     {"speed", speed_comment(design)},
                                      {"unless_limited", design.torque_limit ? "IF NOT limited THEN\n  " : ""},
                                      {"end_unless", design.torque_limit ? "END_IF;\n" : ""}})
           : "";

@@ -187,6 +187,12 @@ std::string digits_17(double value) {
   return text;
 }
 
+std::string speed_comment(const ExportedController& design) {
+  return design.largest_speed
+             ? fmt::format(" The position may move at up to {:.3g} of it per s.", *design.largest_speed)
+             : std::string();
+}
+
 std::string filled_in(std::string_view text, const TextValues& values) {
   std::string filled;
   while (!text.empty()) {

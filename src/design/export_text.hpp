@@ -23,6 +23,9 @@ struct ScheduleSlope {
 /// 17 digits, with a decimal point: read back it is the same number everywhere.
 [[nodiscard]] std::string digits_17(double value);
 
+/// " The position may move at up to 0.3 of it per s." where a schedule's position has a largest speed.
+[[nodiscard]] std::string speed_comment(const ExportedController& design);
+
 /// A text in which each @key@ is replaced by its value.
 using TextValues = std::vector<std::pair<std::string_view, std::string>>;
 [[nodiscard]] std::string filled_in(std::string_view text, const TextValues& values);

@@ -64,6 +64,7 @@ expected<std::string> controller_text(const Tuning& tuning, ExportFormat format,
     design.feed_forward = {c.feed_forward->inertia, c.feed_forward->viscous, c.feed_forward->coulomb,
                            c.feed_forward->delay_s};
   if (tuning.schedule) {
+    if (tuning.schedule->largest_speed.value_or(0.0) > 0.0) design.largest_speed = tuning.schedule->largest_speed;
     design.controller.kp = design.controller.ki = 0.0;
     for (const auto& node : tuning.schedule->nodes)
       design.schedule.push_back({node.position, node.kp, node.ki});

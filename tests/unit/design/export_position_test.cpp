@@ -176,6 +176,19 @@ TEST_F(PositionExport, TellsTheTorqueOfAReference) {
   EXPECT_EQ(to_c(exported, CNumber::in_double)->find("torque_feed_forward"), std::string::npos);
 }
 
+TEST_F(PositionExport, SaysHowQuicklyASchedulesPositionMayMove) {
+  ExportedController exported;
+  exported.sample_time_s = 0.001;
+  exported.schedule = {{0.4, 2.0, 20.0}, {1.6, 1.5, 12.0}};
+  for (const bool known : {false, true}) {
+    exported.largest_speed = known ? std::optional(0.75) : std::nullopt;
+    for (const auto& text : {to_c(exported, CNumber::in_double), to_structured_text(exported)}) {
+      ASSERT_TRUE(text);
+      EXPECT_EQ(text->find("at up to 0.75 of it per s") != std::string::npos, known) << *text;
+    }
+  }
+}
+
 TEST_F(PositionExport, CIsTheLaw) {
   for (const auto& exported : position_variants()) {
     SCOPED_TRACE(to_c(exported, CNumber::in_double).value());

@@ -94,6 +94,9 @@ TEST(TuneJson, KeepsMachineAndController) {
   EXPECT_EQ(again->schedule->places.at(2).probability, 0.047);
   EXPECT_EQ(again->schedule->probability(), 0.047);
   EXPECT_EQ(again->schedule->set_point_weight, 0.8);
+  EXPECT_EQ(again->second_shaped_mode->frequency_hz, 41.0);
+  EXPECT_EQ(again->proposed().feed_forward->coulomb, 0.4);
+  EXPECT_EQ(again->proposed().feed_forward->delay_s, 0.004);
   EXPECT_EQ(*again->schedule->largest_speed, 1.25);
   EXPECT_EQ(again->shapers.at(1).times_s, t.shapers[1].times_s);
   EXPECT_EQ(again->simulated.at(0).velocity, t.simulated[0].velocity);

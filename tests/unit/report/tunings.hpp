@@ -307,6 +307,8 @@ inline identification::Tuning full_tuning() {
   t.simulated.push_back(old);
   t.simulated.push_back({"move", {}, {}, {}, {}, {{"velocity_error", "rad/s", {}, 0.031}}});
   t.shaped_mode = design::ClosedLoopMode{16.3, 0.1};
+  t.second_shaped_mode = design::ClosedLoopMode{41.0, 0.05};
+  t.candidates.front().feed_forward = identification::TunedFeedForward{0.064, 0.05, 0.4, 0.004};
   t.options.running = data::Controller(data::Controller::Pi{1.036, 0.147});
   return t;
 }
