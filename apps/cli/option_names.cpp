@@ -58,6 +58,7 @@ constexpr std::array kOptions = {
     Option{"largest_complementary", "--mt"},
     Option{"largest_controller_sensitivity", "--controller-peak"},
     Option{"largest_load_transfer", "--load-peak"},
+    Option{"largest_position_transfer", "--position-peak"},
     Option{"largest_noise_torque", "--noise-torque"},
     Option{"largest_sensitivity", "--ms"},
     Option{"largest_speed", "--speed"},

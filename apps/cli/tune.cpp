@@ -8,6 +8,7 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <resonid/base/error_text.hpp>
+#include <resonid/identification/detail/own_gains.hpp>
 #include <resonid/identification/detail/tune_check.hpp>
 #include <resonid/identification/detail/tune_export.hpp>
 #include <resonid/identification/detail/tune_rows.hpp>
@@ -26,6 +27,7 @@
 #include "option_names.hpp"
 #include "options.hpp"
 #include "output.hpp"
+#include "own_units.hpp"
 #include "profile.hpp"
 #include "progress.hpp"
 #include "provenance.hpp"
@@ -78,14 +80,6 @@ void read_controllers(TuneVerb& o, double sample_time_s) {
   t.running_reference = std::move(file.reference_numerator);
   t.running_position_gain = file.position_gain;
   t.running = data::Controller(data::TransferFunction(std::move(file)));
-}
-
-/// What the recording was multiplied with, as the result stores it.
-double stored_scale(const identification::Result& result, std::string_view name) {
-  const auto found = std::find_if(result.options.begin(), result.options.end(),
-                                  [&](const auto& given) { return given.name == name; });
-  const auto scale = found == result.options.end() ? std::nullopt : io::parse_number(found->value);
-  return scale.value_or(1.0);
 }
 
 /// Numbers with commas between them, or nothing.
@@ -168,6 +162,9 @@ expected<std::string> json_export(const identification::Tuning& tuning) {
   auto json = report::controller_json(tuning.proposed());
   if (!tuning.trusted)
     json["warning"] = "this design is not trusted; do not run it before its findings are cured";
+  if (const auto own = identification::own_gains(tuning))
+    json["recorded_units"] = {
+        {"input", tuning.input_unit}, {"output", tuning.output_unit}, {"gain", own->factor}};
   return json.dump(2) + "\n";
 }
 
@@ -225,8 +222,7 @@ void run_tune(CLI::App& verb, TuneVerb& o) {
   auto tuning = identification::tune(results, o.options);
   if (!tuning) throw UsageError(in_options(tuning.error()));
   tuning->results = o.results;
-  tuning->input_scale = 1.0 / stored_scale(results.front(), "input-scale");
-  tuning->output_scale = 1.0 / stored_scale(results.front(), "output-scale");
+  put_own_units(results.front(), *tuning);
   if (tuning->schedule && o.check.is_wanted())
     throw UsageError("--check: found with --schedule, required the controller of one place (--evaluate)");
   if (tuning->by_response && (o.experiment || o.check.is_wanted()))
@@ -251,6 +247,12 @@ void run(CLI::App& verb, TuneVerb& o) {
     const auto* option = verb.get_option(name);
     return option->count() > 0 && !is_from_profile(*option);
   };
+  if (is_given("--load-peak") && o.options.structure == identification::ControllerStructure::cascade)
+    throw UsageError(
+        "--load-peak: found with --structure cascade, required --position-peak: the load of a position loop "
+        "is bounded by its position");
+  if (is_given("--position-peak") && o.options.structure != identification::ControllerStructure::cascade)
+    throw UsageError("--position-peak: is that of a position loop; required --structure cascade with it");
   if (!o.first_loop) {
     if (o.results.empty()) throw UsageError("RESULT is required, or --first-loop");
     for (const char* name : {"--sample-rate", "--delay"})
@@ -279,6 +281,8 @@ void add_wishes(CLI::App& verb, TuneVerb& o) {
   add_number(verb, "--ms", t.largest_sensitivity, "X", "largest |S|: 1.4 keeps 42 deg and 11 dB");
   add_number(verb, "--load-peak", t.largest_load_transfer, "X",
              "largest |T_load|, reference to the load's velocity: 1.3 calm, 1.5 stiff");
+  add_number(verb, "--position-peak", t.largest_position_transfer, "X",
+             "largest |position of the load by its reference| of a cascade, in place of --load-peak");
   add_number(verb, "--mt", t.largest_complementary, "X", "largest |T|");
   add_number(verb, "--controller-peak", t.largest_controller_sensitivity, "X",
              "largest |C S| in torque per velocity; default: twice that of the best PI");

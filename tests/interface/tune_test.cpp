@@ -249,6 +249,9 @@ TEST_F(TuneVerb, RefusesInTheWordsOfTheCommandLine) {
   EXPECT_NE(bandwidth.find("--bandwidth: found 40"), std::string::npos) << bandwidth;
   EXPECT_NE(bandwidth.find("at most"), std::string::npos) << bandwidth;
   EXPECT_NE(refused("result.json --evaluate pi:1").find("--evaluate"), std::string::npos);
+  EXPECT_NE(refused("result.json --structure cascade --load-peak 1.5").find("--position-peak"),
+            std::string::npos);
+  EXPECT_NE(refused("result.json --position-peak 1.2").find("--structure cascade"), std::string::npos);
   EXPECT_NE(refused("run.csv").find("run.csv"), std::string::npos);
   // Nothing is written where one of the exports is refused.
   EXPECT_NE(refused("result.json --structure pi --draws 400 --export json:a.json --export klipper:a.cfg")

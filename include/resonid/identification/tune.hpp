@@ -50,6 +50,8 @@ struct TuneOptions {
   ControllerStructure structure = ControllerStructure::automatic;
   double largest_sensitivity = 1.4;    ///< Bound on |S|, > 1.
   double largest_load_transfer = 1.3;  ///< Bound on |T_load|, > 1; infinite: none.
+  /// On |position of the load by its reference| of a cascade, > 1, in place of the bound on |T_load|.
+  double largest_position_transfer = 1.05;
   std::optional<double> largest_complementary;
   /// On |C S|, Nm/(rad/s). Absent: filters may have twice that of the best PI.
   std::optional<double> largest_controller_sensitivity;

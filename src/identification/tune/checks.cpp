@@ -29,6 +29,9 @@ Checked check_ranges(const TuneOptions& o) {
                   o.largest_sensitivity);
   if (!(o.largest_load_transfer > 1.0))
     return refuse("largest_load_transfer", "must be > 1: it is 1 at standstill", o.largest_load_transfer);
+  if (!(o.largest_position_transfer > 1.0 && std::isfinite(o.largest_position_transfer)))
+    return refuse("largest_position_transfer", "must be > 1: it is 1 at standstill",
+                  o.largest_position_transfer);
   if (o.largest_complementary && !(*o.largest_complementary > 1.0))
     return refuse("largest_complementary", "must be > 1: it is 1 at standstill", *o.largest_complementary);
   if (!is_positive(o.largest_controller_sensitivity))

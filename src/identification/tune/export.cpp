@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cctype>
 #include <resonid/identification/detail/first_loop.hpp>
+#include <resonid/identification/detail/own_gains.hpp>
 #include <resonid/identification/detail/tune_export.hpp>
 #include <utility>
 
@@ -64,7 +65,8 @@ expected<std::string> controller_text(const Tuning& tuning, ExportFormat format,
     design.feed_forward = {c.feed_forward->inertia, c.feed_forward->viscous, c.feed_forward->coulomb,
                            c.feed_forward->delay_s};
   if (tuning.schedule) {
-    if (tuning.schedule->largest_speed.value_or(0.0) > 0.0) design.largest_speed = tuning.schedule->largest_speed;
+    if (tuning.schedule->largest_speed.value_or(0.0) > 0.0)
+      design.largest_speed = tuning.schedule->largest_speed;
     design.controller.kp = design.controller.ki = 0.0;
     for (const auto& node : tuning.schedule->nodes)
       design.schedule.push_back({node.position, node.kp, node.ki});
@@ -95,18 +97,38 @@ std::string in_units(std::string text, const Units& units) {
 }
 
 /// A comment of the language before its text.
-std::string with_warning(const std::string& text, ExportFormat format) {
-  constexpr const char* kWarning =
-      "WARNING: this design is not trusted. Do not run it before its findings are cured.";
+std::string with_comment(const std::string& comment, const std::string& text, ExportFormat format) {
   switch (format) {
     case ExportFormat::hal:
     case ExportFormat::klipper:
-      return fmt::format("# {}\n{}", kWarning, text);
+      return fmt::format("# {}\n{}", comment, text);
     case ExportFormat::structured_text:
-      return fmt::format("(* {} *)\n{}", kWarning, text);
+      return fmt::format("(* {} *)\n{}", comment, text);
     default:
-      return fmt::format("/* {} */\n{}", kWarning, text);
+      return fmt::format("/* {} */\n{}", comment, text);
   }
+}
+
+/// What a drive that is set by hand takes; empty where the recording is in the result's units. Names of
+/// columns that would end a comment are left out with it.
+std::string own_gains_comment(const Tuning& tuning) {
+  const auto own = own_gains(tuning);
+  if (!own || !tuning.proposed().gains) return {};
+  const auto with = [&](double gain, const std::string& unit) {
+    return fmt::format("{:.4g}{}", own->factor * gain, unit.empty() ? "" : " " + unit);
+  };
+  std::string text = "In the recording's own units ";
+  if (tuning.schedule) {
+    text += fmt::format("every gain is times {}.", with(1.0, own->units.kp));
+  } else {
+    const auto& gains = *tuning.proposed().gains;
+    text += fmt::format("kp {}, ki {}; first step kp {}, ki {}.", with(gains.kp, own->units.kp),
+                        with(gains.ki, own->units.ki), with(kFirstGain * gains.kp, own->units.kp),
+                        with(kFirstIntegralGain * gains.ki, own->units.ki));
+  }
+  for (const char* end : {"*/", "*)", "/*", "(*", "\n"})
+    if (text.find(end) != std::string::npos) return {};
+  return text;
 }
 
 }  // namespace
@@ -120,9 +142,15 @@ expected<void, Error> check_exportable(const Tuning& tuning) {
 expected<std::string> exported(const Tuning& tuning, ExportFormat format, const ExportNames& names) {
   if (auto checked = check_exportable(tuning); !checked) return tl::unexpected(checked.error());
   auto text = controller_text(tuning, format, names);
-  if (text && format != ExportFormat::klipper) text = in_units(std::move(*text), tuning.units);
-  if (text && !tuning.trusted) return with_warning(*text, format);
-  return text;
+  if (!text) return text;
+  if (format != ExportFormat::klipper) {
+    *text = in_units(std::move(*text), tuning.units);
+    if (const auto comment = own_gains_comment(tuning); !comment.empty())
+      *text = with_comment(comment, *text, format);
+  }
+  constexpr const char* kWarning =
+      "WARNING: this design is not trusted. Do not run it before its findings are cured.";
+  return tuning.trusted ? *text : with_comment(kWarning, *text, format);
 }
 
 expected<std::string> exported(const FirstLoop& loop, ExportFormat format, const ExportNames& names) {

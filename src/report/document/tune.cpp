@@ -73,15 +73,26 @@ std::string filter_kind(const design::Biquad& b) {
   return b.numerator_damping < b.denominator_damping ? "notch" : "lead";
 }
 
-/// What kp and ki leave out; times `factor`, as those are.
-std::string rest_of_gains(const TunedController& c, double factor = 1.0) {
+/// Gains in some units, a part of them: a recording's scales do not touch times, kv and set-point weight.
+struct ShownGains {
+  GainUnits units;
+  double scale = 1.0, part = 1.0;
+};
+
+/// What kp and ki leave out.
+std::string rest_of_gains(const TunedController& c, const ShownGains& shown) {
   std::string text;
   if (c.position_gain)
-    text += fmt::format(", position gain kv {} 1/s", three_digits(factor * *c.position_gain));
-  if (c.derivative_gain) text += fmt::format(", kd {}", three_digits(factor * *c.derivative_gain));
+    text += fmt::format(", position gain kv {} 1/s", three_digits(shown.part * *c.position_gain));
+  if (c.derivative_gain) {
+    text += fmt::format(", kd {}{}", three_digits(shown.scale * shown.part * *c.derivative_gain),
+                        shown.units.kd.empty() ? "" : " " + shown.units.kd);
+    if (c.gains && c.gains->kp > 0.0)
+      text += fmt::format(" (Td {} ms)", three_digits(1e3 * *c.derivative_gain / c.gains->kp));
+  }
   if (c.derivative_time_s)
     text += fmt::format(" filtered with {} ms", three_digits(1e3 * *c.derivative_time_s));
-  if (factor == 1.0 && c.set_point_weight != 1.0)
+  if (shown.part == 1.0 && c.set_point_weight != 1.0)
     text += fmt::format(", set-point weight b {:.2g}", c.set_point_weight);
   return text;
 }
@@ -103,41 +114,58 @@ std::string feed_forward_sentence(const Tuning& t, const identification::TunedFe
   return text + ".";
 }
 
+std::string all_gains(const TunedController& c, const ShownGains& shown) {
+  return gains_text(c, shown.units, shown.scale * shown.part) + rest_of_gains(c, shown);
+}
+
+/// A controller without gains: what its numbers are to be multiplied by in the recording's own units.
+std::string own_numerator_sentence(const Tuning& t) {
+  const auto own = own_gains(t);
+  if (!own) return {};
+  const bool apart = !t.proposed().reference_numerator.empty();
+  return fmt::format("In the recording's own units{}: its numerator{} times {}.",
+                     own->units.kp.empty() ? "" : " (" + own->units.kp + ")",
+                     apart ? ", and that of the reference," : "", three_digits(own->factor));
+}
+
 void put_gains(const Tuning& t, std::vector<std::string>& list) {
   const auto& c = t.proposed();
+  const ShownGains si{gain_units(t.units.input, t.units.velocity)};
   if (!c.gains) {
-    if (!c.feedback.denominator.empty())
-      list.push_back(fmt::format("Controller of order {} from velocity error to torque, at {:g} Hz{}.",
-                                 std::max(c.feedback.numerator.size(), c.feedback.denominator.size()) - 1,
-                                 1.0 / c.feedback.sample_time_s, rest_of_gains(c)));
+    if (c.feedback.denominator.empty()) return;
+    list.push_back(fmt::format("Controller of order {} from velocity error to torque, at {:g} Hz{}.",
+                               std::max(c.feedback.numerator.size(), c.feedback.denominator.size()) - 1,
+                               1.0 / c.feedback.sample_time_s, rest_of_gains(c, si)));
+    if (auto text = own_numerator_sentence(t); !text.empty()) list.push_back(std::move(text));
     return;
   }
-  const auto units = gain_units(t.units.input, t.units.velocity);
-  std::string text = fmt::format("Gains: {}{}.", gains_text(c, units), rest_of_gains(c));
+  std::string text = fmt::format("Gains: {}.", all_gains(c, si));
   for (std::size_t i = 0; i < c.gains->biquads.size(); ++i) {
     const auto& b = c.gains->biquads[i];
-    text += fmt::format(" Biquad {} ({}): {} Hz, damping {} over {}.", i + 1, filter_kind(b),
-                        three_digits(b.frequency_hz), three_digits(b.numerator_damping),
-                        three_digits(b.denominator_damping));
+    text += fmt::format(" Biquad {} ({}): {} Hz, damping {} over {}, {:+.1f} dB there.", i + 1,
+                        filter_kind(b), three_digits(b.frequency_hz), three_digits(b.numerator_damping),
+                        three_digits(b.denominator_damping),
+                        20.0 * std::log10(b.numerator_damping / b.denominator_damping));
   }
   list.push_back(std::move(text));
   if (c.feed_forward) list.push_back(feed_forward_sentence(t, *c.feed_forward));
-  const double scale = t.input_scale / t.output_scale;
-  if (t.input_scale == 1.0 && t.output_scale == 1.0) return;
-  list.push_back(fmt::format("In the recording's own units: {}.",
-                             gains_text(c, gain_units(t.input_unit, t.output_unit), scale)));
+  if (const auto own = own_gains(t))
+    list.push_back(fmt::format("In the recording's own units: {}.{}", all_gains(c, {own->units, own->factor}),
+                               own->factor < 0.0 ? " Negative, as a scale of the recording is." : ""));
 }
 
 /// Every first step on a machine is a small one: half of kp with half of ki would be damped less.
 std::string first_step_sentence(const Tuning& t) {
+  using identification::kFirstGain;
   if (t.is_evaluation() || !t.proposed().gains) return {};
   TunedController soft = t.proposed();
-  soft.gains->ki *= 0.5;
-  return fmt::format(
-      "First step: half of kp and a quarter of ki, {}{}. Record under them and compare the measured loop "
-      "with "
-      "this one before taking the full gains.",
-      gains_text(soft, gain_units(t.units.input, t.units.velocity), 0.5), rest_of_gains(soft, 0.5));
+  soft.gains->ki *= identification::kFirstIntegralGain / kFirstGain;
+  std::string text = "First step: half of kp and a quarter of ki, " +
+                     all_gains(soft, {gain_units(t.units.input, t.units.velocity), 1.0, kFirstGain});
+  if (const auto own = own_gains(t))
+    text += "; in the recording's own units " + all_gains(soft, {own->units, own->factor, kFirstGain});
+  return text +
+         ". Record under them and compare the measured loop with this one before taking the full gains.";
 }
 
 /// The error of the load on a curve of trade-offs, at the bound and a tenth or more above it.

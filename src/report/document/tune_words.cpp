@@ -96,14 +96,6 @@ ShownUnit shown_unit(const LoopFigure& figure) {
   return {1.0, figure.unit};
 }
 
-GainUnits gain_units(const std::string& input, const std::string& velocity) {
-  if (input.empty() || velocity.empty()) return {};
-  const bool of_time = velocity.ends_with("/s");
-  const std::string per = velocity.find('/') == std::string::npos ? velocity : "(" + velocity + ")";
-  return {input + "/" + per,
-          of_time ? input + "/" + velocity.substr(0, velocity.size() - 2) : input + "/(" + velocity + " s)"};
-}
-
 std::string gains_text(const TunedController& c, const GainUnits& units, double factor) {
   if (!c.gains) return {};
   const auto with = [](double value, const std::string& unit) {

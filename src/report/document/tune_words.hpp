@@ -2,6 +2,7 @@
 #pragma once
 
 #include <optional>
+#include <resonid/identification/detail/own_gains.hpp>
 #include <resonid/identification/tune.hpp>
 #include <resonid/report/document.hpp>
 #include <string>
@@ -41,11 +42,8 @@ struct ShownUnit {
 /// "4.2 %"
 [[nodiscard]] std::string share_text(double share);
 
-/// Units of proportional and integral gain: "Nm/(rad/s)" and "Nm/rad", "A/rpm" and "A/(rpm s)".
-struct GainUnits {
-  std::string kp, ki;
-};
-[[nodiscard]] GainUnits gain_units(const std::string& input, const std::string& velocity);
+using identification::gain_units;
+using identification::GainUnits;
 
 /// "kp 2.11 Nm/(rad/s), ki 21.5 Nm/rad (Ti 98.1 ms)"; times `factor`.
 [[nodiscard]] std::string gains_text(const identification::TunedController& controller,

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include <limits>
+#include <resonid/identification/detail/own_gains.hpp>
 
 #include "report/json/results.hpp"
 
@@ -11,6 +12,7 @@ using identification::TunedController;
 using identification::TuneOptions;
 using identification::Tuning;
 
+constexpr double kUsualPosition = 1.05;
 constexpr double kNoBound = std::numeric_limits<double>::infinity();
 
 void describe_given(Fields& f, const Key& key, std::optional<data::Controller>& controller) {
@@ -29,6 +31,9 @@ void describe_given(Fields& f, const Key& key, std::optional<data::Controller>& 
 void describe_bounds(Fields& f, TuneOptions& o) {
   f({"sensitivity", "on |S|"}, o.largest_sensitivity);
   f.unless(kNoBound, {"load_transfer", "on |T_load|; absent: none"}, o.largest_load_transfer);
+  f.unless(kUsualPosition,
+           {"position_transfer", "of a cascade, on |position of the load by its reference|; absent: 1.05"},
+           o.largest_position_transfer);
   f({"complementary", "on |T|"}, o.largest_complementary);
   f({"controller_sensitivity", "on |C S|; absent: that of filters is twice that of the best PI"},
     o.largest_controller_sensitivity);
@@ -151,6 +156,28 @@ void describe_runs(Fields& f, std::vector<identification::SimulatedRun>& runs) {
          });
 }
 
+/// The proposed gains as the drive takes them, and those of the first step.
+void describe_own_gains(Fields& f, const Tuning& t) {
+  const auto own = f.reading() ? std::nullopt : own_gains(t);
+  const auto* first = t.candidates.empty() ? nullptr : &t.candidates.front();
+  const bool known = own && first != nullptr && first->gains;
+  const double factor = own ? own->factor : 1.0, kp = known ? factor * first->gains->kp : 0.0,
+               ki = known ? factor * first->gains->ki : 0.0;
+  const auto units = own ? own->units : identification::GainUnits{};
+  const bool d = known && first->derivative_gain;
+  f.derived({"gain", "of every gain and of every term of the numerators, in the recording's own units"},
+            factor, own.has_value());
+  f.derived({"kp", "of the first candidate in them, output_unit and input_unit"}, kp, known);
+  f.derived({"ki", "of it"}, ki, known);
+  f.derived({"kd", "of it, where it is a PID"}, d ? factor * *first->derivative_gain : 0.0, d);
+  f.derived({"kp_unit", "\"A/rpm\""}, units.kp, known && !units.kp.empty());
+  f.derived({"ki_unit", "\"A/(rpm s)\""}, units.ki, known && !units.kp.empty());
+  f.derived({"kd_unit", "\"A s/rpm\""}, units.kd, d && !units.kp.empty());
+  f.derived({"first_kp", "of the first step on the machine: half of kp"}, identification::kFirstGain * kp,
+            known);
+  f.derived({"first_ki", "a quarter of ki"}, identification::kFirstIntegralGain * ki, known);
+}
+
 /// A file of this kind serves as a controller's: what such a file needs stands on top.
 void describe_controller_file(Fields& f, const Tuning& t) {
   static const TunedController none;
@@ -195,6 +222,7 @@ void describe(Fields& f, Tuning& t) {
              f({"output", "of velocity"}, t.output_scale);
              f.unless_empty({"input_unit", "its name"}, t.input_unit);
              f.unless_empty({"output_unit", "its name"}, t.output_unit);
+             describe_own_gains(f, t);
            });
   f.unless(false, {"by_response", "designed by the lines of a response, without a drive model"},
            t.by_response);

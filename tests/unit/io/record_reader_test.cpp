@@ -3,6 +3,7 @@
 #include <numbers>
 #include <random>
 #include <resonid/base/error_text.hpp>
+#include <resonid/io/detail/own_units.hpp>
 #include <resonid/io/record_reader.hpp>
 
 #include "temporary_folder.hpp"
@@ -369,6 +370,47 @@ TEST(RecordReader, ConvertsToTorqueAndAngleWithWhatTheUserTells) {
   EXPECT_EQ(permille.output_quantity, data::OutputQuantity::position);
   mapping.counts_per_rev = -1.0;
   RESONID_EXPECT_MESSAGE(to_record(table_of({"t", "u", "y"}), mapping), "counts_per_rev: found -1");
+}
+
+/// What own_units.hpp tells of a recording must give its numbers back.
+TEST(RecordReader, TellsWhatTheNumbersWereMeasuredIn) {
+  const struct {
+    std::vector<std::string> names, units;
+    ColumnMapping mapping;
+    std::string input, velocity;
+    double input_factor, velocity_factor;
+  } cases[] = {
+      {{"t", "u_Nm", "y_rad_s"}, {}, {}, "Nm", "rad/s", 1.0, 1.0},
+      {{"t", "iq_mA", "y_rpm"}, {}, {.torque_constant = 0.5}, "mA", "rpm", 0.5e-3, kPi / 30.0},
+      {{"t", "u", "y"}, {"ms", "mNm", "1/min"}, {}, "mNm", "1/min", 1e-3, kPi / 30.0},
+      {{"t", "u [%]", "y_deg"}, {}, {.rated_torque = 8.0}, "%", "deg/s", 0.08, kPi / 180.0},
+      {{"t", "u", "y_counts"}, {}, {.counts_per_rev = 4096.0}, "Nm", "counts/s", 1.0, 2.0 * kPi / 4096.0},
+      {{"t", "u_V", "y_mm_s"}, {}, {}, "V", "mm/s", 1.0, 1e-3},
+      {{"t", "u_N", "y_mm"}, {}, {.differentiate = true}, "N", "mm/s", 1.0, 1e-3},
+      {{"t", "u_A", "y_rpm"},
+       {},
+       {.input_scale = 0.564, .output_scale = -kPi / 30.0},
+       "A",
+       "rpm",
+       0.564,
+       -kPi / 30.0},
+      {{"t", "u", "y"}, {}, {.input_scale = 0.564, .output_scale = 2.0}, "", "", 0.564, 2.0},
+      {{"t", "u", "omega_m"}, {}, {.input_unit = "mNm"}, "mNm", "rad/s", 1e-3, 1.0}};
+  for (const auto& one : cases) {
+    SCOPED_TRACE(one.names[1] + ", " + one.names[2]);
+    auto table = table_of(one.names);
+    table.units = one.units;
+    const auto record = record_of(table, one.mapping);
+    const auto input =
+        own_input_unit({record.input.name, record.input.unit, record.reading, record.motion}, one.mapping);
+    EXPECT_EQ(input.unit, one.input);
+    EXPECT_NEAR(input.factor, one.input_factor, 1e-12 * std::abs(one.input_factor));
+    const auto output =
+        own_velocity_unit({record.output.name, record.output.unit, record.reading, record.motion},
+                          one.mapping, record.output_quantity);
+    EXPECT_EQ(output.unit, one.velocity);
+    EXPECT_NEAR(output.factor, one.velocity_factor, 1e-12 * std::abs(one.velocity_factor));
+  }
 }
 
 TEST(RecordReader, FindsTheNamesOfDrives) {

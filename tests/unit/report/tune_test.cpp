@@ -165,25 +165,64 @@ TEST(TuneText, SaysTheVerdictFirst) {
       "of 10 000 machines that the identification leaves possible, 4.2 % exceed one, none is unstable.");
   EXPECT_EQ(list.at(1),
             "Gains: kp 2.20 Nm/(rad/s), ki 20.4 Nm/rad (Ti 108 ms), set-point weight b 0.5. Biquad 1 (lead): "
-            "151 Hz, damping 1.20 over 0.600.");
+            "151 Hz, damping 1.20 over 0.600, +6.0 dB there.");
 }
 
 /// 1 Nm is 2.5 A and 1 rad/s is 9.549 rpm: 2.20 Nm/(rad/s) are 2.20 * 2.5/9.549 = 0.576 A/rpm.
 TEST(TuneText, TellsGainsInTheUnitsOfTheRecording) {
   auto t = test::tuning();
   EXPECT_TRUE(holds(text_of(sentences(t)),
-                    "In the recording's own units: kp 0.576 A/rpm, ki 5.34 A/(rpm s) (Ti 108 ms)."));
+                    "In the recording's own units: kp 0.576 A/rpm, ki 5.34 A/(rpm s) (Ti 108 ms), set-point "
+                    "weight b 0.5."));
+  EXPECT_TRUE(holds(text_of(sentences(t)),
+                    "in the recording's own units kp 0.288 A/rpm, ki 1.34 A/(rpm s) (Ti 216 ms). Record"));
+  const auto scale = to_json(t).at("scale");
+  EXPECT_NEAR(scale.at("kp").get<double>(), 2.2 * 2.5 * kTwoPi / 60.0, 1e-12);
+  EXPECT_NEAR(scale.at("first_ki").get<double>(), 0.25 * 20.4 * 2.5 * kTwoPi / 60.0, 1e-12);
+  EXPECT_EQ(scale.at("kp_unit"), "A/rpm");
+  EXPECT_FALSE(scale.contains("kd"));
   t.input_unit = t.output_unit = "";
-  EXPECT_TRUE(holds(text_of(sentences(t)), "own units: kp 0.576, ki 5.34 (Ti 108 ms)."));
+  EXPECT_TRUE(holds(text_of(sentences(t)), "own units: kp 0.576, ki 5.34 (Ti 108 ms)"));
   t.input_scale = t.output_scale = 1.0;
   EXPECT_FALSE(holds(text_of(sentences(t)), "own units"));
+  EXPECT_FALSE(to_json(t).contains("scale"));
+}
+
+/// A factor of a recording touches torque and velocity: not kv, not times.
+TEST(TuneText, TellsEveryGainInTheUnitsOfTheRecording) {
+  auto t = test::tuning();
+  auto& c = t.candidates.front();
+  c.derivative_gain = 0.011;
+  c.derivative_time_s = 0.004;
+  // 0.011 Nm/(rad/s2) are 0.011 * 2.5/9.549 = 0.00288 A s/rpm; 0.011/2.2 = 5 ms.
+  EXPECT_TRUE(holds(text_of(sentences(t)), "kd 0.0110 Nm/(rad/s2) (Td 5.00 ms) filtered with 4.00 ms"));
+  EXPECT_TRUE(holds(text_of(sentences(t)), "kd 0.00288 A s/rpm (Td 5.00 ms) filtered with 4.00 ms"));
+  EXPECT_NEAR(to_json(t).at("scale").at("kd").get<double>(), 0.011 * 2.5 * kTwoPi / 60.0, 1e-12);
+  c.derivative_gain = c.derivative_time_s = std::nullopt;
+  c.position_gain = 8.1;
+  EXPECT_TRUE(holds(text_of(sentences(t)), "ki 5.34 A/(rpm s) (Ti 108 ms), position gain kv 8.10 1/s"));
+  EXPECT_TRUE(
+      holds(text_of(sentences(t)), "ki 1.34 A/(rpm s) (Ti 216 ms), position gain kv 4.05 1/s. Record"));
+  c.position_gain.reset();
+  c.gains.reset();
+  EXPECT_TRUE(holds(text_of(sentences(t)), "own units (A/rpm): its numerator times 0.262."));
+  // A linear axis in volts.
+  t = test::tuning();
+  t.units.input = "N";
+  t.units.velocity = "m/s";
+  t.input_unit = "V";
+  t.output_unit = "mm/s";
+  t.input_scale = 0.1;
+  t.output_scale = 1000.0;
+  EXPECT_TRUE(holds(text_of(sentences(t)), "kp 2.20 N/(m/s), ki 20.4 N/m (Ti 108 ms)"));
+  EXPECT_TRUE(holds(text_of(sentences(t)), "own units: kp 0.000220 V/(mm/s), ki 0.00204 V/mm (Ti 108 ms)"));
 }
 
 TEST(TuneText, TellsFirstStepLimitsAndWhatUncertaintyCosts) {
   const auto t = test::tuning();
   const auto text = text_of(sentences(t));
   EXPECT_TRUE(holds(
-      text, "First step: half of kp and a quarter of ki, kp 1.10 Nm/(rad/s), ki 5.10 Nm/rad (Ti 216 ms)."));
+      text, "First step: half of kp and a quarter of ki, kp 1.10 Nm/(rad/s), ki 5.10 Nm/rad (Ti 216 ms);"));
   EXPECT_TRUE(holds(text, "What limits the design: the bounds on |S| and |T_load|."));
   // On the curve: 0.08 - 0.02 * 1.6 against 0.08 - 0.02 * 1.4.
   EXPECT_TRUE(
