@@ -188,13 +188,17 @@ double load_step_iae(const Machine& machine, const FilteredPi& controller) {
 }
 
 double rough_load_step_iae(const Machine& machine, const FilteredPi& controller) {
+  return rough_load_step_iae(machine, states_of(controller, machine.sample_time_s()), controller.kp);
+}
+
+double rough_load_step_iae(const Machine& machine, const ControllerStates& controller, double fast_gain) {
   // A stride of samples that is short beside the fastest swing and the crossover.
   constexpr double kShort = 1.0 / 32.0, kSettled = 1e-5, kMostSteps = 2e5, kRunaway = 1e12;
   const auto modes = machine.model().modes();
-  double fastest_hz = controller.kp / (kTwoPi * machine.model().parameters.driven_inertia);
+  double fastest_hz = fast_gain / (kTwoPi * machine.model().parameters.driven_inertia);
   if (!modes.empty()) fastest_hz = std::max(fastest_hz, modes.back().frequency_hz.value);
   double step = machine.sample_time_s();
-  const auto loop = closed_loop(machine.states(), states_of(controller, step));
+  const auto loop = closed_loop(machine.states(), controller);
   const Eigen::Index n = loop.a.rows();
   Eigen::MatrixXd over = Eigen::MatrixXd::Zero(n + 1, n + 1);
   over.topLeftCorner(n, n) = loop.a;

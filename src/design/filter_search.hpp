@@ -43,5 +43,8 @@ struct FilteredDesign {
 /// The same to a few thousandths, by strides of samples where that is enough, and without a look at the
 /// poles: of an unstable loop it grows beyond measure. What a search asks again and again.
 [[nodiscard]] double rough_load_step_iae(const Machine& machine, const FilteredPi& controller);
+/// `fast_gain`: of the controller at high frequencies, which tells how fast the loop may be.
+[[nodiscard]] double rough_load_step_iae(const Machine& machine, const ControllerStates& controller,
+                                         double fast_gain);
 
 }  // namespace resonid::design

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "design/closed_loop.hpp"
+#include "design/pid.hpp"
 
 namespace resonid::design {
 namespace {
@@ -32,8 +33,9 @@ double product(const Complex& x, const Complex& y) { return x.real() * y.real() 
 /// The rows of all machines, and how far a pair of gains is from the bounds.
 class GainSearch {
  public:
-  GainSearch(const Machines& machines, std::span<const Biquad> biquads, const Bounds& bounds)
-      : machines_(machines), biquads_(biquads), bounds_(bounds) {
+  GainSearch(const Machines& machines, std::span<const Biquad> biquads, const PidShape& shape,
+             const Bounds& bounds)
+      : machines_(machines), biquads_(biquads), shape_(shape), bounds_(bounds) {
     fill();
   }
 
@@ -74,8 +76,8 @@ class GainSearch {
     double worst = 0.0;
     for (std::size_t m = 0; m < machines.all.size(); ++m) {
       const Machine& machine = machines.all[m];
-      const LoopFunctions loop(machine.response(), {gains.kp, gains.ki, {biquads_.begin(), biquads_.end()}},
-                               machine.sample_time_s(), machine.known_to_hz());
+      const LoopFunctions loop(machine.response(), controller_of(gains.kp, gains.ki, machine.sample_time_s()),
+                               machine.known_to_hz());
       std::vector<double> added;
       for (const auto& peak : loop.peaks(machines.lines[m].frequencies_hz(), bounds_, kNearly)) {
         worst = std::max(worst, peak.value / peak.bound - 1.0);
@@ -90,13 +92,20 @@ class GainSearch {
   /// At half the integral gain: inside an interval of gains that meet the bounds no pole crosses the circle
   /// (docs/methods/tune.md 4.3).
   [[nodiscard]] bool is_stable(const LargestGain& gains) const {
-    const FilteredPi controller{gains.kp, 0.5 * gains.ki, {biquads_.begin(), biquads_.end()}};
     return std::all_of(machines_.all.begin(), machines_.all.end(), [&](const Machine& machine) {
-      return closed_loop(machine.states(), states_of(controller, machine.sample_time_s())).is_stable();
+      const auto controller = controller_of(gains.kp, 0.5 * gains.ki, machine.sample_time_s());
+      return closed_loop(machine.states(), controller.states()).is_stable();
     });
   }
 
  private:
+  [[nodiscard]] LinearController controller_of(double kp, double ki, double sample_time_s) const {
+    if (shape_.time_s > 0.0)
+      return LinearController(
+          Pid{kp, ki, kp * shape_.time_s, shape_.filter_s}.transfer_function(sample_time_s));
+    return {FilteredPi{kp, ki, {biquads_.begin(), biquads_.end()}}, sample_time_s};
+  }
+
   /// Where the largest of all is not stable.
   [[nodiscard]] std::optional<LargestGain> best_stable_of(double from, double to, int gains) {
     std::vector<LargestGain> found;
@@ -129,7 +138,8 @@ class GainSearch {
       for (const auto& line : machines_.lines[m].lines()) {
         std::complex<double> filter = 1.0;
         for (const auto& one : filters) filter *= one.at(line.inverse_z);
-        rows_.add(line, filter, bounds_);
+        rows_.add(line, filter, bounds_,
+                  shape_.time_s > 0.0 ? shape_.at(line.inverse_z, machines_.all[m].sample_time_s()) : 1.0);
       }
     }
     recent_ = {};
@@ -139,6 +149,7 @@ class GainSearch {
 
   const Machines& machines_;
   std::span<const Biquad> biquads_;
+  PidShape shape_;
   const Bounds& bounds_;
   QuadraticRows rows_;
   QuadraticRows::Recent recent_;
@@ -148,11 +159,17 @@ class GainSearch {
 
 }  // namespace
 
-void QuadraticRows::add(const MachineLines::Line& line, const Complex& filter, const Bounds& bounds) {
+Complex PidShape::at(Complex inverse_z, double sample_time_s) const {
+  const double p = filter_s > 0.0 ? std::exp(-sample_time_s / filter_s) : 0.0;
+  return 1.0 + time_s * (1.0 - p) / sample_time_s * (1.0 - inverse_z) / (1.0 - p * inverse_z);
+}
+
+void QuadraticRows::add(const MachineLines::Line& line, const Complex& filter, const Bounds& bounds,
+                        const Complex& proportional) {
   const Complex one(1.0), none(0.0);
-  const auto pi = [&](const Complex& x) { return std::array{none, x, x * line.integrator}; };
+  const auto pi = [&](const Complex& x) { return std::array{none, x * proportional, x * line.integrator}; };
   const Complex measured = filter * line.plant.measured;
-  const std::array loop = {one, measured, measured * line.integrator};
+  const std::array loop = {one, measured * proportional, measured * line.integrator};
   if (bounds.sensitivity) add(loop, {one, none, none}, *bounds.sensitivity);
   if (bounds.complementary) add(loop, pi(measured), *bounds.complementary);
   if (bounds.load_transfer) add(loop, pi(filter * line.plant.load), *bounds.load_transfer);
@@ -224,10 +241,12 @@ void Machines::add(Machine machine, double share) {
   lines.emplace_back(all.back(), share);
 }
 
-std::optional<LargestGain> rough_integral_gain(const Machines& machines, std::span<const Biquad> biquads,
-                                               const Bounds& bounds) {
+namespace {
+
+std::optional<LargestGain> rough_gain(const Machines& machines, std::span<const Biquad> biquads,
+                                      const PidShape& shape, const Bounds& bounds) {
   constexpr int kGains = 40, kZooms = 4;
-  GainSearch search(machines, biquads, bounds);
+  GainSearch search(machines, biquads, shape, bounds);
   const double limit = search.largest_proportional();
   if (!std::isfinite(limit)) return std::nullopt;
   auto best = search.best_of(0.0, limit, kGains);
@@ -235,9 +254,9 @@ std::optional<LargestGain> rough_integral_gain(const Machines& machines, std::sp
   return best;
 }
 
-std::optional<LargestGain> largest_integral_gain(Machines& machines, std::span<const Biquad> biquads,
-                                                 const Bounds& bounds, const Accuracy& accuracy) {
-  GainSearch search(machines, biquads, bounds);
+std::optional<LargestGain> exact_gain(Machines& machines, std::span<const Biquad> biquads,
+                                      const PidShape& shape, const Bounds& bounds, const Accuracy& accuracy) {
+  GainSearch search(machines, biquads, shape, bounds);
   const double limit = search.largest_proportional();
   if (!std::isfinite(limit)) return std::nullopt;
   auto best = search.best_of(0.0, limit, accuracy.gains);
@@ -256,6 +275,28 @@ std::optional<LargestGain> largest_integral_gain(Machines& machines, std::span<c
     best = again;
   }
   return search.is_stable(*best) ? best : std::nullopt;
+}
+
+}  // namespace
+
+std::optional<LargestGain> rough_integral_gain(const Machines& machines, std::span<const Biquad> biquads,
+                                               const Bounds& bounds) {
+  return rough_gain(machines, biquads, {}, bounds);
+}
+
+std::optional<LargestGain> rough_pid_gain(const Machines& machines, const PidShape& shape,
+                                          const Bounds& bounds) {
+  return rough_gain(machines, {}, shape, bounds);
+}
+
+std::optional<LargestGain> largest_integral_gain(Machines& machines, std::span<const Biquad> biquads,
+                                                 const Bounds& bounds, const Accuracy& accuracy) {
+  return exact_gain(machines, biquads, {}, bounds, accuracy);
+}
+
+std::optional<LargestGain> largest_pid_gain(Machines& machines, const PidShape& shape, const Bounds& bounds,
+                                            const Accuracy& accuracy) {
+  return exact_gain(machines, {}, shape, bounds, accuracy);
 }
 
 }  // namespace resonid::design

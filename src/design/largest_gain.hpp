@@ -15,11 +15,22 @@
 // that of Astrom et al. 1998 and of Yaniv and Nagurka 2003).
 namespace resonid::design {
 
+/// A filtered derivative beside the proportional part, kp (1 + time_s D) with
+/// D = (1-p)/Ts (z-1)/(z-p), p = exp(-Ts/filter_s); docs/methods/tune.md 6.5.
+struct PidShape {
+  double time_s = 0.0;    ///< kd/kp; 0: none.
+  double filter_s = 0.0;  ///< Time constant of its lag.
+  /// 1 + time_s D
+  [[nodiscard]] std::complex<double> at(std::complex<double> inverse_z, double sample_time_s) const;
+};
+
 /// Each bound at each frequency of each machine as v' Q v >= 0 with v = [1, kp, ki]
 /// (docs/methods/tune.md 4.1).
 class QuadraticRows {
  public:
-  void add(const MachineLines::Line& line, const std::complex<double>& filter, const Bounds& bounds);
+  /// `proportional`: what stands beside the integral part, 1 of a PI.
+  void add(const MachineLines::Line& line, const std::complex<double>& filter, const Bounds& bounds,
+           const std::complex<double>& proportional = 1.0);
   /// |bounded' v| <= bound |loop' v|, for gains of any other meaning.
   void add(const std::array<std::complex<double>, 3>& loop,
            const std::array<std::complex<double>, 3>& bounded, double bound);
@@ -68,10 +79,16 @@ struct Machines {
                                                                std::span<const Biquad> biquads,
                                                                const Bounds& bounds,
                                                                const Accuracy& accuracy = {});
+/// The same with a derivative, for a given ratio kd/kp.
+[[nodiscard]] std::optional<LargestGain> largest_pid_gain(Machines& machines, const PidShape& shape,
+                                                          const Bounds& bounds,
+                                                          const Accuracy& accuracy = {});
 /// The same on the lines alone, from fewer values of kp: what a search with filters in it asks again and
 /// again.
 [[nodiscard]] std::optional<LargestGain> rough_integral_gain(const Machines& machines,
                                                              std::span<const Biquad> biquads,
                                                              const Bounds& bounds);
+[[nodiscard]] std::optional<LargestGain> rough_pid_gain(const Machines& machines, const PidShape& shape,
+                                                        const Bounds& bounds);
 
 }  // namespace resonid::design

@@ -2,10 +2,97 @@
 #include "design/pid.hpp"
 
 #include <cmath>
+#include <limits>
+#include <utility>
+#include <vector>
 
-#include "design/structure_search.hpp"
+#include "design/closed_loop.hpp"
+#include "design/figures.hpp"
+#include "design/filter_search.hpp"
 
 namespace resonid::design {
+namespace {
+
+/// Natural logarithms of kd/kp and of the lag.
+using PidPoint = GlobalSearch::Point;
+
+class PidSearch {
+ public:
+  PidSearch(Machines& machines, const Bounds& bounds)
+      : machines_(machines), coarse_(machines.all, kCoarse), bounds_(bounds) {}
+
+  std::optional<PidDesign> run(const GlobalSearch::Effort& effort, const std::optional<Pid>& start) {
+    const double step = machines_.all.front().sample_time_s();
+    const auto range = [step](double low, double high) {
+      return GlobalSearch::Range{std::log(low * step), std::log(high * step)};
+    };
+    // From a derivative that does next to nothing to one of a hundred samples.
+    GlobalSearch search(
+        {range(0.02, 100.0), range(0.2, 100.0)}, [this](const PidPoint& x) { return cost(x); }, effort);
+    if (start && start->kp > 0.0 && start->kd > 0.0 && start->filter_s > 0.0)
+      return polished(search,
+                      search.descend({std::log(start->kd / start->kp), std::log(start->filter_s)}, 0.2));
+    return polished(search, search.run({{std::log(0.3 * step), std::log(3.0 * step)},
+                                        {std::log(3.0 * step), std::log(3.0 * step)},
+                                        {std::log(0.3 * step), std::log(0.3 * step)}}));
+  }
+
+ private:
+  static PidShape shape_of(const PidPoint& x) { return {std::exp(x[0]), std::exp(x[1])}; }
+  static Pid pid_of(const LargestGain& gains, const PidShape& shape) {
+    return {gains.kp, gains.ki, gains.kp * shape.time_s, shape.filter_s};
+  }
+
+  /// The exact gains add the lines between which a bound was exceeded; then the search goes on with them.
+  std::optional<PidDesign> polished(const GlobalSearch& search, PidPoint from) {
+    std::optional<PidDesign> best;
+    on_all_lines_ = true;
+    for (const double size : {0.1, 0.03, 0.0}) {
+      const auto shape = shape_of(from);
+      if (const auto gains = largest_pid_gain(machines_, shape, bounds_)) {
+        PidDesign now{pid_of(*gains, shape), 0.0};
+        now.iae = mean_iae(now.controller);
+        if (std::isfinite(now.iae) && (!best || now.iae < best->iae)) best = now;
+      }
+      if (size > 0.0) from = search.descend(from, size);
+    }
+    return best;
+  }
+
+  [[nodiscard]] double mean_iae(const Pid& pid) const {
+    double sum = 0.0;
+    for (const Machine& machine : machines_.all) {
+      const auto loop =
+          closed_loop(machine.states(), states_of(pid.transfer_function(machine.sample_time_s())));
+      const double radius = loop.spectral_radius();
+      if (!(radius < 1.0)) return std::numeric_limits<double>::infinity();
+      sum += load_step_of(loop, radius).iae;
+    }
+    return sum / static_cast<double>(machines_.all.size());
+  }
+
+  [[nodiscard]] double cost(const PidPoint& x) const {
+    const auto shape = shape_of(x);
+    const auto gains = rough_pid_gain(on_all_lines_ ? machines_ : coarse_, shape, bounds_);
+    if (!gains) return std::numeric_limits<double>::infinity();
+    const Pid pid = pid_of(*gains, shape);
+    double sum = 0.0;
+    for (const Machine& machine : machines_.all) {
+      const double step = machine.sample_time_s();
+      sum += rough_load_step_iae(machine, states_of(pid.transfer_function(step)),
+                                 pid.kp * (1.0 + shape.time_s / (shape.filter_s + step)));
+    }
+    return sum / static_cast<double>(machines_.all.size());
+  }
+
+  static constexpr double kCoarse = 0.5;
+  Machines& machines_;
+  Machines coarse_;
+  bool on_all_lines_ = false;
+  const Bounds& bounds_;
+};
+
+}  // namespace
 
 data::TransferFunction Pid::transfer_function(double sample_time_s) const {
   const double p = filter_s > 0.0 ? std::exp(-sample_time_s / filter_s) : 0.0;
@@ -14,26 +101,8 @@ data::TransferFunction Pid::transfer_function(double sample_time_s) const {
 }
 
 std::optional<PidDesign> search_pid(Machines& machines, const Bounds& bounds,
-                                    const GlobalSearch::Effort& effort) {
-  const auto pi = largest_integral_gain(machines, {}, bounds);
-  if (!pi || !(pi->kp > 0.0 && pi->ki > 0.0)) return std::nullopt;
-  const double step = machines.all.front().sample_time_s();
-  const auto pid_of = [](const GlobalSearch::Point& x) {
-    return Pid{std::exp(x[0]), std::exp(x[1]), std::exp(x[2]), std::exp(x[3])};
-  };
-  const MakeController make = [&](const GlobalSearch::Point& x) -> std::optional<LinearController> {
-    return LinearController(pid_of(x).transfer_function(step));
-  };
-  const double kp = std::log(pi->kp), ki = std::log(pi->ki), derivative = kp + std::log(step);
-  // From a derivative that does next to nothing to one of thirty samples, its lag up to as long.
-  const std::vector<GlobalSearch::Range> ranges = {{kp - 1.5, kp + 2.0},
-                                                   {ki - 1.5, ki + 2.5},
-                                                   {derivative - 4.0, derivative + 3.4},
-                                                   {std::log(0.3 * step), std::log(30.0 * step)}};
-  const auto found = search_structure(machines, bounds, make, ranges, effort,
-                                      {{kp, ki, derivative - 2.0, std::log(3.0 * step)}});
-  if (!found) return std::nullopt;
-  return PidDesign{pid_of(found->point), found->iae, found->exceeded};
+                                    const GlobalSearch::Effort& effort, const std::optional<Pid>& start) {
+  return PidSearch(machines, bounds).run(effort, start);
 }
 
 }  // namespace resonid::design

@@ -23,11 +23,13 @@ struct Pid {
 
 struct PidDesign {
   Pid controller;
-  double iae = 0.0, exceeded = 0.0;
+  double iae = 0.0;  ///< Of the load after a load step, the mean over the machines, rad.
 };
-/// By the four numbers, from the best PI on; at least one bound must limit |CS|, or the derivative has no
-/// end. No proof that it is the least. Nothing where no gain meets the bounds.
+/// By kd/kp and the lag, with the largest ki of the exact rows inside, as biquads are searched; at least one
+/// bound must limit |CS|, or the derivative has no end. Nothing where no gain meets the bounds. `start`: what
+/// suited other machines, from which alone is gone on.
 [[nodiscard]] std::optional<PidDesign> search_pid(Machines& machines, const Bounds& bounds,
-                                                  const GlobalSearch::Effort& effort = {30, 30, 1});
+                                                  const GlobalSearch::Effort& effort = {16, 10, 1},
+                                                  const std::optional<Pid>& start = {});
 
 }  // namespace resonid::design

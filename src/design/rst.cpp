@@ -67,14 +67,21 @@ data::TransferFunction sampled_plant(const fit::DriveModel& model) {
 
 double Rst::t() const { return std::accumulate(r.begin(), r.end(), 0.0); }
 
-std::optional<Rst> place_poles(const data::TransferFunction& plant, const std::vector<double>& poles,
-                               const FixedParts& fixed) {
+namespace {
+
+struct Placed {
+  std::optional<Rst> rst;  ///< Without the condition, which is as much work as the rest.
+  Eigen::MatrixXd system;
+};
+
+Placed placed(const data::TransferFunction& plant, const std::vector<double>& poles,
+              const FixedParts& fixed) {
   const auto as = polynomial_product(plant.denominator, fixed.s),
              br = polynomial_product(plant.numerator, fixed.r);
   const auto s_terms = static_cast<Eigen::Index>(br.size()) - 1,
              r_terms = static_cast<Eigen::Index>(as.size()) - 1;
   const Eigen::Index size = s_terms + r_terms;
-  if (static_cast<Eigen::Index>(poles.size()) > size) return std::nullopt;
+  if (static_cast<Eigen::Index>(poles.size()) > size) return {};
   Eigen::MatrixXd system = Eigen::MatrixXd::Zero(size, size);
   put_shifted(as, s_terms, 0, system);
   put_shifted(br, r_terms, s_terms, system);
@@ -92,14 +99,22 @@ std::optional<Rst> place_poles(const data::TransferFunction& plant, const std::v
   Rst rst;
   constexpr double kHolds = 1e-6;
   rst.residual = (p - scaled * solution).cwiseAbs().maxCoeff() / p.cwiseAbs().maxCoeff();
-  if (!(rst.residual < kHolds)) return std::nullopt;
-  rst.condition = norm_2(system) * norm_2(linalg::inverse(system));
+  if (!(rst.residual < kHolds)) return {};
   const std::vector<double> s(solution.begin(), solution.begin() + s_terms);
   std::vector<double> r(solution.begin() + s_terms, solution.end());
   for (double& x : r) x *= scale;
   rst.s = polynomial_product(s, fixed.s);
   rst.r = polynomial_product(r, fixed.r);
-  return rst;
+  return {std::move(rst), std::move(system)};
+}
+
+}  // namespace
+
+std::optional<Rst> place_poles(const data::TransferFunction& plant, const std::vector<double>& poles,
+                               const FixedParts& fixed) {
+  auto found = placed(plant, poles, fixed);
+  if (found.rst) found.rst->condition = norm_2(found.system) * norm_2(linalg::inverse(found.system));
+  return std::move(found.rst);
 }
 
 std::vector<double> PolePlan::polynomial(const fit::DriveModel& model, std::size_t degree) const {
@@ -115,7 +130,7 @@ std::vector<double> PolePlan::polynomial(const fit::DriveModel& model, std::size
 }
 
 std::optional<RstDesign> search_rst(Machines& machines, const Bounds& bounds, const FixedParts& fixed,
-                                    const GlobalSearch::Effort& effort) {
+                                    const GlobalSearch::Effort& effort, const GlobalSearch::Point& from) {
   const fit::DriveModel& model = machines.all.front().model();
   const auto plant = sampled_plant(model);
   const std::size_t degree =
@@ -127,7 +142,7 @@ std::optional<RstDesign> search_rst(Machines& machines, const Bounds& bounds, co
     return PolePlan{std::exp(x[0]), std::exp(x[1]), std::exp(x[2]), std::exp(x[3]), std::exp(x[4])};
   };
   const auto place = [&](const GlobalSearch::Point& x) {
-    return place_poles(plant, plan_of(x).polynomial(model, degree), fixed);
+    return placed(plant, plan_of(x).polynomial(model, degree), fixed).rst;
   };
   const MakeController make = [&](const GlobalSearch::Point& x) -> std::optional<LinearController> {
     const auto rst = place(x);
@@ -141,9 +156,11 @@ std::optional<RstDesign> search_rst(Machines& machines, const Bounds& bounds, co
       search_structure(machines, bounds, make,
                        {range(0.05 * typical_hz, std::min(2.0 * typical_hz, nyquist_hz)), range(0.3, 2.0),
                         range(0.5, 1.6), range(0.1, 1.2), range(0.2 * typical_hz, 4.0 * nyquist_hz)},
-                       effort);
+                       effort, {}, from);
   if (!found) return std::nullopt;
-  return RstDesign{plan_of(found->point), *place(found->point), found->iae, found->exceeded};
+  const auto plan = plan_of(found->point);
+  const auto rst = place_poles(plant, plan.polynomial(model, degree), fixed);
+  return RstDesign{plan, *rst, found->iae, found->exceeded, found->point};
 }
 
 }  // namespace resonid::design

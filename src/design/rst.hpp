@@ -57,10 +57,13 @@ struct RstDesign {
   PolePlan plan;
   Rst rst;
   double iae = 0.0, exceeded = 0.0;
+  GlobalSearch::Point point = {};  ///< Where the next search, for further machines, may go on from.
 };
-/// By poles for the first of the machines, judged on all of them.
+/// By poles for the first of the machines, judged on all of them. `from`: the point of an earlier design,
+/// from which alone is gone on.
 [[nodiscard]] std::optional<RstDesign> search_rst(Machines& machines, const Bounds& bounds,
                                                   const FixedParts& fixed = {},
-                                                  const GlobalSearch::Effort& effort = {40, 40, 1});
+                                                  const GlobalSearch::Effort& effort = {40, 40, 1},
+                                                  const GlobalSearch::Point& from = {});
 
 }  // namespace resonid::design

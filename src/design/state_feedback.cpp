@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "design/rational_response.hpp"
 #include "design/structure_search.hpp"
 #include "linalg/decompositions.hpp"
 #include "linalg/riccati.hpp"
@@ -85,6 +86,38 @@ Scales scales_of(const fit::DriveModel& model) {
   return {per_speed * per_speed, p.stiffness > 0.0 ? p.stiffness * p.stiffness : 1.0};
 }
 
+/// The controller's values as a ratio of polynomials in z - 1, by Leverrier's and Faddeev's recursion, as
+/// RationalResponse: what a search asks for again and again.
+LinearController::Response quick_response(const ControllerStates& s, double sample_time_s) {
+  const Eigen::Index n = s.a.rows();
+  const Eigen::MatrixXd a = s.a - Eigen::MatrixXd::Identity(n, n);
+  Eigen::MatrixXd m = Eigen::MatrixXd::Identity(n, n);
+  std::vector<double> denominator(static_cast<std::size_t>(n) + 1, 1.0), numerator = denominator;
+  for (Eigen::Index k = 1; k <= n; ++k) {
+    const auto power = static_cast<std::size_t>(n - k);
+    numerator[power] = s.c * m * s.b;
+    m = (a * m).eval();
+    denominator[power] = -m.trace() / static_cast<double>(k);
+    m.diagonal().array() += denominator[power];
+  }
+  numerator.back() = 0.0;
+  for (std::size_t k = 0; k < numerator.size(); ++k) numerator[k] += s.d * denominator[k];
+  return [=](std::span<const double> frequencies_hz) {
+    std::vector<std::complex<double>> values;
+    values.reserve(frequencies_hz.size());
+    for (const double f : frequencies_hz) {
+      const auto step = std::polar(1.0, kTwoPi * f * sample_time_s) - 1.0;
+      std::complex<double> upper = numerator.back(), lower = denominator.back();
+      for (std::size_t k = numerator.size() - 1; k-- > 0;) {
+        upper = plain_product(upper, step) + numerator[k];
+        lower = plain_product(lower, step) + denominator[k];
+      }
+      values.push_back(upper / lower);
+    }
+    return values;
+  };
+}
+
 }  // namespace
 
 std::optional<StateFeedback> state_feedback(const fit::DriveModel& model, const StateWeights& weights) {
@@ -124,7 +157,8 @@ std::optional<StateFeedback> state_feedback(const fit::DriveModel& model, const 
 }
 
 std::optional<StateFeedbackDesign> search_state_feedback(Machines& machines, const Bounds& bounds,
-                                                         const GlobalSearch::Effort& effort) {
+                                                         const GlobalSearch::Effort& effort,
+                                                         const GlobalSearch::Point& from) {
   const fit::DriveModel& model = machines.all.front().model();
   const Scales scales = scales_of(model);
   const auto weights_of = [&](const GlobalSearch::Point& x) {
@@ -139,7 +173,7 @@ std::optional<StateFeedbackDesign> search_state_feedback(Machines& machines, con
   const MakeController make = [&](const GlobalSearch::Point& x) -> std::optional<LinearController> {
     const auto s = state_feedback(model, weights_of(x));
     if (!s) return std::nullopt;
-    return LinearController(s->controller, model.sample_time_s);
+    return LinearController(s->controller, quick_response(s->controller, model.sample_time_s));
   };
   const auto range = [](double low, double high) {
     return GlobalSearch::Range{std::log(low), std::log(high)};
@@ -154,10 +188,11 @@ std::optional<StateFeedbackDesign> search_state_feedback(Machines& machines, con
   const auto found = search_structure(
       machines, bounds, make,
       {range(1e-4, 1e5), range(1e-8, 1e4), range(1e-4, 1e4), range(1e-6, 1e2), range(1e-5, 1e4)}, effort,
-      starts);
+      starts, from);
   if (!found) return std::nullopt;
   const StateWeights weights = weights_of(found->point);
-  return StateFeedbackDesign{weights, *state_feedback(model, weights), found->iae, found->exceeded};
+  return StateFeedbackDesign{weights, *state_feedback(model, weights), found->iae, found->exceeded,
+                             found->point};
 }
 
 }  // namespace resonid::design

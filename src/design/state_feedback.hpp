@@ -43,9 +43,12 @@ struct StateFeedbackDesign {
   StateWeights weights;
   StateFeedback feedback;
   double iae = 0.0, exceeded = 0.0;
+  GlobalSearch::Point point = {};  ///< Where the next search, for further machines, may go on from.
 };
-/// Over the five ratios of the weights, by the first of the machines, judged on all of them.
+/// Over the five ratios of the weights, by the first of the machines, judged on all of them. `from`: the
+/// point of an earlier design, from which alone is gone on.
 [[nodiscard]] std::optional<StateFeedbackDesign> search_state_feedback(
-    Machines& machines, const Bounds& bounds, const GlobalSearch::Effort& effort = {50, 40, 1});
+    Machines& machines, const Bounds& bounds, const GlobalSearch::Effort& effort = {50, 40, 1},
+    const GlobalSearch::Point& from = {});
 
 }  // namespace resonid::design

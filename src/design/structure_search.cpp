@@ -8,6 +8,7 @@
 
 #include "design/closed_loop.hpp"
 #include "design/figures.hpp"
+#include "design/filter_search.hpp"
 
 namespace resonid::design {
 namespace {
@@ -21,10 +22,11 @@ class StructureSearcher {
 
   std::optional<StructureDesign> run(std::vector<GlobalSearch::Range> ranges,
                                      const GlobalSearch::Effort& effort,
-                                     std::vector<GlobalSearch::Point> starts) {
+                                     std::vector<GlobalSearch::Point> starts,
+                                     const GlobalSearch::Point& from) {
     GlobalSearch search(
         std::move(ranges), [this](const auto& x) { return cost(x); }, effort);
-    StructureDesign best{search.run(std::move(starts)), 0.0, 0.0};
+    StructureDesign best{from.empty() ? search.run(std::move(starts)) : search.descend_all({from}), 0.0, 0.0};
     if (!std::isfinite(search.cost(best.point))) return std::nullopt;
     // With the lines that were missing, from where it stands, until a narrow simplex finds nothing better.
     constexpr int kRounds = 12;
@@ -51,6 +53,17 @@ class StructureSearcher {
       const double radius = loop.spectral_radius();
       if (!(radius < kSlowest)) return kUnusable;
       sum += load_step_of(loop, radius).iae;
+    }
+    return sum / static_cast<double>(machines_.all.size());
+  }
+  /// The same to a few thousandths where a bound tells how fast a loop may be.
+  [[nodiscard]] double quick_iae(const LinearController& controller) const {
+    if (!bounds_.controller_sensitivity) return mean_iae(controller);
+    double sum = 0.0;
+    for (const Machine& machine : machines_.all) {
+      if (!(closed_loop(machine.states(), controller.states()).spectral_radius() < kSlowest))
+        return kUnusable;
+      sum += rough_load_step_iae(machine, controller.states(), *bounds_.controller_sensitivity);
     }
     return sum / static_cast<double>(machines_.all.size());
   }
@@ -82,7 +95,7 @@ class StructureSearcher {
     constexpr double kSteep = 30.0;
     const auto controller = make_(x);
     if (!controller) return kUnusable;
-    const double iae = mean_iae(*controller);
+    const double iae = quick_iae(*controller);
     return std::isfinite(iae) ? iae * (1.0 + kSteep * excess(*controller)) : kUnusable;
   }
 
@@ -114,8 +127,9 @@ std::optional<StructureDesign> search_structure(Machines& machines, const Bounds
                                                 const MakeController& make,
                                                 std::vector<GlobalSearch::Range> ranges,
                                                 const GlobalSearch::Effort& effort,
-                                                std::vector<GlobalSearch::Point> starts) {
-  return StructureSearcher(machines, bounds, make).run(std::move(ranges), effort, std::move(starts));
+                                                std::vector<GlobalSearch::Point> starts,
+                                                const GlobalSearch::Point& from) {
+  return StructureSearcher(machines, bounds, make).run(std::move(ranges), effort, std::move(starts), from);
 }
 
 }  // namespace resonid::design

@@ -25,11 +25,12 @@ struct StructureDesign {
 
 /// Least integrated error of the load after a load step, with the bounds as penalties. No proof that it is
 /// the least. Nothing where no stable controller was found. Lines at which a bound is nearly reached are
-/// added to `machines`.
+/// added to `machines`. `from`: what suited other machines, from which alone is gone on; empty: none.
 [[nodiscard]] std::optional<StructureDesign> search_structure(Machines& machines, const Bounds& bounds,
                                                               const MakeController& make,
                                                               std::vector<GlobalSearch::Range> ranges,
                                                               const GlobalSearch::Effort& effort,
-                                                              std::vector<GlobalSearch::Point> starts = {});
+                                                              std::vector<GlobalSearch::Point> starts = {},
+                                                              const GlobalSearch::Point& from = {});
 
 }  // namespace resonid::design

@@ -31,11 +31,8 @@ std::optional<Law> best_cascade(design::Machines& machines, const design::Bounds
   return law_of(found->cascade, sample_time_of(machines));
 }
 
-std::optional<Law> best_pid(design::Machines& machines, const design::Bounds& bounds, std::uint64_t seed) {
-  const auto found = search_pid(machines, bounds, {30, 30, seed});
-  if (!found || found->exceeded > kExceeded) return std::nullopt;
-  const auto& pid = found->controller;
-  Law law = law_of(pid.transfer_function(sample_time_of(machines)));
+Law law_of_pid(const design::Pid& pid, double sample_time_s) {
+  Law law = law_of(pid.transfer_function(sample_time_s));
   law.what.structure = "pid";
   law.what.name = "PID";
   law.what.gains = design::FilteredPi{pid.kp, pid.ki, {}};
@@ -44,18 +41,52 @@ std::optional<Law> best_pid(design::Machines& machines, const design::Bounds& bo
   return law;
 }
 
-std::optional<Law> best_rst(design::Machines& machines, const design::Bounds& bounds, std::uint64_t seed) {
-  const auto found = search_rst(machines, bounds, {}, {40, 40, seed});
-  if (!found || found->exceeded > kExceeded) return std::nullopt;
-  return law_of(found->rst, sample_time_of(machines));
-}
+/// The derivative of one call is where the next begins.
+class PidDesigner {
+ public:
+  PidDesigner(const design::Bounds& bounds, std::uint64_t seed) : bounds_(bounds) { effort_.seed = seed; }
+  std::optional<Law> operator()(design::Machines& machines) {
+    const auto found = search_pid(machines, bounds_, effort_, last_);
+    if (!found) return std::nullopt;
+    last_ = found->controller;
+    return law_of_pid(found->controller, sample_time_of(machines));
+  }
 
-std::optional<Law> best_state_feedback(design::Machines& machines, const design::Bounds& bounds,
-                                       std::uint64_t seed) {
-  const auto found = search_state_feedback(machines, bounds, {50, 40, seed});
-  if (!found || found->exceeded > kExceeded) return std::nullopt;
-  return law_of(found->feedback.controller, sample_time_of(machines));
-}
+ private:
+  design::Bounds bounds_;
+  design::GlobalSearch::Effort effort_ = {16, 10, 1};
+  std::optional<design::Pid> last_;
+};
+
+/// Poles or weights of one call are where the next begins.
+class StructureDesigner {
+ public:
+  StructureDesigner(ControllerStructure structure, const design::Bounds& bounds, std::uint64_t seed)
+      : structure_(structure), bounds_(bounds), seed_(seed) {}
+  std::optional<Law> operator()(design::Machines& machines) {
+    const double step = sample_time_of(machines);
+    if (structure_ == ControllerStructure::rst) {
+      const auto found = search_rst(machines, bounds_, {}, {40, 40, seed_}, last_);
+      if (!is_met(found)) return std::nullopt;
+      return law_of(found->rst, step);
+    }
+    const auto found = search_state_feedback(machines, bounds_, {50, 40, seed_}, last_);
+    if (!is_met(found)) return std::nullopt;
+    return law_of(found->feedback.controller, step);
+  }
+
+ private:
+  template <class Design>
+  bool is_met(const std::optional<Design>& found) {
+    if (!found || found->exceeded > kExceeded) return false;
+    last_ = found->point;
+    return true;
+  }
+  ControllerStructure structure_;
+  design::Bounds bounds_;
+  std::uint64_t seed_;
+  design::GlobalSearch::Point last_;
+};
 
 /// Filters of one call are where the next begins.
 class FilterDesigner {
@@ -87,12 +118,10 @@ DesignFor design_for(ControllerStructure structure, const design::Bounds& bounds
     case ControllerStructure::pi_biquads:
       return FilterDesigner(bounds, biquads, seed);
     case ControllerStructure::pid:
-      return [bounds, seed](design::Machines& machines) { return best_pid(machines, bounds, seed); };
+      return PidDesigner(bounds, seed);
     case ControllerStructure::rst:
-      return [bounds, seed](design::Machines& machines) { return best_rst(machines, bounds, seed); };
     case ControllerStructure::state_feedback:
-      return
-          [bounds, seed](design::Machines& machines) { return best_state_feedback(machines, bounds, seed); };
+      return StructureDesigner(structure, bounds, seed);
     default:
       return [bounds](design::Machines& machines) { return best_pi(machines, bounds); };
   }
@@ -117,7 +146,7 @@ design::Bounds bounds_for(ControllerStructure structure, const TuneOptions& opti
                           double best_controller_sensitivity) {
   design::Bounds bounds = design_bounds(options);
   if (structure == ControllerStructure::cascade) {
-    bounds.load_transfer = design::default_cascade_bounds().load_transfer;
+    bounds.load_transfer = options.largest_position_transfer;
     return bounds;
   }
   constexpr double kTimes = 2.0;  // docs/methods/tune.md 6.3

@@ -4,11 +4,14 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numeric>
+#include <utility>
 
 #include "design/figures.hpp"
 #include "design/pid.hpp"
+#include "design/polynomial.hpp"
 #include "linalg/decompositions.hpp"
 
 namespace resonid::identification {
@@ -211,6 +214,41 @@ void set_reference(Law& law, const std::vector<double>& numerator) {
     return set_weight(law, -numerator[1] / law.what.gains->kp);
   law.what.gains.reset();  // b is no number of a filtered one that is given
   law.what.reference_numerator = numerator;
+}
+
+namespace {
+
+Law with_reference_lag(Law law, double lag_s) {
+  auto& what = law.what;
+  const double pole = std::exp(-what.feedback.sample_time_s / lag_s);
+  const std::array lag = {1.0, -pole};
+  what.feedback.numerator = design::polynomial_product(what.feedback.numerator, lag);
+  what.feedback.denominator = design::polynomial_product(what.feedback.denominator, lag);
+  for (double& term : what.reference_numerator) term *= 1.0 - pole;
+  what.name += fmt::format(", reference lag {:.3g} ms", 1e3 * lag_s);
+  return law;
+}
+
+}  // namespace
+
+void limit_reference_torque(Law& law, const design::Machine& machine, double most) {
+  if (law.what.gains || law.what.reference_numerator.empty()) return;
+  const auto is_kept = [&](const Law& any) { return reference_step_of(machine, any).peak_torque <= most; };
+  if (is_kept(law)) return;
+  constexpr double kLongest = 4096.0;  // samples
+  constexpr int kHalvings = 12;
+  const double step = law.what.feedback.sample_time_s;
+  double low = 0.1 * step, high = step;
+  while (high <= kLongest * step && !is_kept(with_reference_lag(law, high))) {
+    low = high;
+    high *= 2.0;
+  }
+  if (high > kLongest * step) return;
+  for (int i = 0; i < kHalvings; ++i) {
+    const double middle = std::sqrt(low * high);
+    (is_kept(with_reference_lag(law, middle)) ? high : low) = middle;
+  }
+  law = with_reference_lag(std::move(law), high);
 }
 
 ReferenceStep reference_step_of(const design::Machine& machine, const Law& law) {

@@ -46,6 +46,11 @@ void set_weight(Law& law, double weight);
 /// Gives a law another way of the reference: of a PI a set-point weight.
 void set_reference(Law& law, const std::vector<double>& numerator);
 
+/// Sends the reference of a law with a T of its own through a lag of the first order, which is 1 at
+/// standstill, as short as keeps the torque of a step of 1 below `most`: as a factor of S and R, so that T
+/// stays a number. As it was where the torque is small enough, or no lag is long enough.
+void limit_reference_torque(Law& law, const design::Machine& machine, double most);
+
 /// The loop with the reference as the law takes it: set-point weight, T of an RST.
 [[nodiscard]] design::ClosedLoop loop_of(const design::Machine& machine, const Law& law);
 

@@ -284,8 +284,11 @@ class Tuner {
     return refuse("largest_noise_torque", "is met by no gain", *options_.largest_noise_torque);
   }
 
-  /// The largest that keeps overshoot and torque of the reference step.
+  /// The largest that keeps overshoot and torque of the reference step; without one a lag that keeps the
+  /// torque.
   void choose_weight(Law& law) const {
+    if (!law.what.gains && options_.torque_limit)
+      limit_reference_torque(law, nominal_.front(), *options_.torque_limit / options_.reference_step);
     if (!law.what.gains || law.what.position_gain) return;
     set_weight(law, largest_weight(nominal_.front(), law, options_));
   }
@@ -296,7 +299,9 @@ class Tuner {
     if (!law) return;
     choose_weight(*law);
     // By what was asked for: that filters are limited in |C S| is a rule of their search.
-    tuning_.nominal = judged(*std::move(law), plain_bounds(options_), false);
+    auto asked = plain_bounds(options_);
+    if (structure == Structure::cascade) asked.load_transfer = bounds.load_transfer;
+    tuning_.nominal = judged(*std::move(law), asked, false);
     tuning_.nominal->remark = "without regard to what is not known of the machine";
   }
 

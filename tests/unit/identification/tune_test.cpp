@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 // What a design from a result promises, refuses and says; its sums against closed forms and simulations.
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -381,7 +382,8 @@ TEST(Tune, JudgesACascadeAsOne) {
 
 /// Stays within the bounds on the linear machine, whatever way it was written down.
 TEST(Tune, EveryStructureHoldsItsBounds) {
-  for (const auto structure : {ControllerStructure::cascade, ControllerStructure::pid}) {
+  for (const auto structure : {ControllerStructure::cascade, ControllerStructure::pid,
+                               ControllerStructure::rst, ControllerStructure::state_feedback}) {
     SCOPED_TRACE(name_of(structure));
     const auto tuning = tune(identified(), few_draws(structure));
     ASSERT_TRUE(tuning) << message_of(tuning.error());
@@ -394,6 +396,57 @@ TEST(Tune, EveryStructureHoldsItsBounds) {
         EXPECT_LE(*figure.worst, *figure.bound * 1.003) << figure.name;
       }
   }
+}
+
+/// A lag of the reference is no part of the loop: only the step's torque is another one.
+TEST(Tune, LimitsTheStepsTorqueOfControllersWithoutAWeight) {
+  auto o = few_draws(ControllerStructure::rst);
+  const auto free = tune(identified(), o);
+  ASSERT_TRUE(free) << message_of(free.error());
+  o.torque_limit = 0.7 * value_of(free->proposed(), "reference_peak_torque");
+  const auto limited = tune(identified(), o);
+  ASSERT_TRUE(limited) << message_of(limited.error());
+  const auto &before = free->proposed(), &after = limited->proposed();
+  EXPECT_LE(value_of(after, "reference_peak_torque"), *o.torque_limit * (1.0 + 1e-9));
+  EXPECT_GT(value_of(after, "reference_peak_torque"), 0.95 * *o.torque_limit);
+  for (const double hz : {1.0, 7.0, 60.0})
+    EXPECT_LT(std::abs(after.feedback.response(hz) - before.feedback.response(hz)),
+              1e-9 * std::abs(before.feedback.response(hz)));
+  EXPECT_NEAR(value_of(after, "sensitivity_peak"), value_of(before, "sensitivity_peak"), 1e-9);
+  // At standstill reference and velocity weigh the same.
+  const auto sum = [](const std::vector<double>& terms) {
+    double total = 0.0;
+    for (const double term : terms) total += term;
+    return total;
+  };
+  EXPECT_NEAR(sum(after.reference_numerator), sum(after.feedback.numerator),
+              1e-9 * std::abs(after.feedback.numerator.front()));
+  EXPECT_TRUE(std::none_of(limited->findings.begin(), limited->findings.end(), [](const auto& f) {
+    return f.id == "step-not-kept" && f.severity == diagnostics::Severity::warning;
+  }));
+}
+
+/// The load's bound of a position loop is that of its position, in the nominal row too.
+TEST(Tune, ACascadeIsBoundedByItsPosition) {
+  auto o = few_draws(ControllerStructure::cascade);
+  o.largest_sensitivity = 2.0;  // at 1.4 the load does not overshoot anyway
+  const auto calm = tune(identified(), o);
+  o.largest_position_transfer = 1.3;
+  const auto stiff = tune(identified(), o);
+  ASSERT_TRUE(calm && stiff);
+  const auto bound_of_load = [](const TunedController& c) { return c.figure("load_peak")->bound; };
+  EXPECT_EQ(bound_of_load(calm->proposed()), 1.05);
+  EXPECT_EQ(bound_of_load(*calm->nominal), 1.05);
+  EXPECT_EQ(bound_of_load(stiff->proposed()), 1.3);
+  EXPECT_EQ(bound_of_load(*stiff->nominal), 1.3);
+  EXPECT_LE(value_of(*calm->nominal, "load_peak"), 1.05 * (1.0 + 1e-6));
+  EXPECT_LE(value_of(*stiff->nominal, "load_peak"), 1.3 * (1.0 + 1e-6));
+  EXPECT_GT(value_of(*stiff->nominal, "load_peak"), 1.1);
+  EXPECT_LT(value_of(*stiff->nominal, "load_step_iae"), value_of(*calm->nominal, "load_step_iae"));
+  o.largest_position_transfer = 1.0;
+  const auto refused = tune(identified(), o);
+  ASSERT_FALSE(refused);
+  EXPECT_EQ(refused.error().field, "largest_position_transfer");
 }
 
 TEST(Tune, OneControllerSuitsSeveralMachines) {
@@ -761,7 +814,21 @@ TEST(Tune, IsTakenAway) {
     const auto text = exported(*tuning, format);
     ASSERT_TRUE(text) << name_of(format) << message_of(text.error());
     EXPECT_NE(text->find("velocity_controller"), std::string::npos) << name_of(format);
+    EXPECT_EQ(text->find("own units"), std::string::npos) << name_of(format);
   }
+  auto amperes = *tuning;
+  amperes.input_scale = 2.0;
+  amperes.output_scale = 60.0 / kTwoPi;
+  amperes.input_unit = "A";
+  amperes.output_unit = "rpm";
+  const auto commented = exported(amperes, ExportFormat::structured_text);
+  ASSERT_TRUE(commented);
+  const double kp = tuning->proposed().gains->kp * 2.0 * kTwoPi / 60.0;
+  EXPECT_TRUE(commented->starts_with(fmt::format("(* In the recording's own units kp {:.4g} A/rpm, ki ", kp)))
+      << commented->substr(0, 150);
+  EXPECT_NE(commented->find(fmt::format("first step kp {:.4g} A/rpm, ki ", 0.5 * kp)), std::string::npos);
+  amperes.output_unit = "[(a*)]";
+  EXPECT_EQ(exported(amperes, ExportFormat::structured_text)->find("own units"), std::string::npos);
   const auto cascade = tune(identified(), few_draws(ControllerStructure::cascade));
   ASSERT_TRUE(cascade);
   const auto position = exported(*cascade, ExportFormat::c);
