@@ -67,7 +67,7 @@ Checked check_ranges(const TuneOptions& o) {
 
 Checked check_positions(std::size_t results, const TuneOptions& o) {
   if (o.positions.empty() && o.largest_speed)
-    return refuse("largest_speed", "is that of a position, over which gains are to be scheduled",
+    return refuse("largest_speed", "must come with positions, over which gains are scheduled",
                   *o.largest_speed);
   if (o.positions.empty()) return {};
   if (o.largest_speed && !(*o.largest_speed > 0.0 && std::isfinite(*o.largest_speed)))
