@@ -93,7 +93,8 @@ TEST_F(TuneSchedule, SaysWhatIsWrongWithTheRows) {
 TEST_F(TuneSchedule, NeedsAPositionForASpeed) {
   EXPECT_NE(refused("--speed 0.3").find("--speed: found 0.3, must come with positions"), std::string::npos);
   write("rows.csv", rows());
-  EXPECT_NE(refused("--schedule rows.csv --speed 0").find("--speed: found 0, must be > 0"), std::string::npos);
+  EXPECT_NE(refused("--schedule rows.csv --speed 0").find("--speed: found 0, must be > 0"),
+            std::string::npos);
 }
 
 TEST_F(TuneSchedule, TakesNumbersForPositions) {
