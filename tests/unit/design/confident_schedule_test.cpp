@@ -187,7 +187,7 @@ TEST(ConfidentSchedule, TellsHowQuicklyThePositionMayMove) {
 
 TEST(Posterior, IsBlendedBetweenTwo) {
   const auto a = posterior_of(tooth_belt_at(0.5));
-  const auto none = a.scaled(0.0);
+  const auto none = a.scaled(0.0, 0.0);
   // A quarter of the variance is half of every deviation.
   const auto quarter = none.blended(a, 0.25);
   EXPECT_EQ(quarter.dimension(), a.dimension());
