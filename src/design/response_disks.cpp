@@ -75,6 +75,9 @@ class DiskSearch {
   /// a stable loop it ends at 0 (the argument principle).
   [[nodiscard]] bool is_told_stable(const Gains& gains) const {
     constexpr double kMostTurnDeg = 90.0;
+    // A quarter turn away from an inertia is no delay that a loop of |L| > 1 would stand there, but a wrong
+    // sign.
+    if (!(std::abs(std::arg(lines_.front().measured * Complex(0.0, 1.0))) < 0.5 * kPi)) return false;
     if (!(largest_turn_deg(gains) < kMostTurnDeg)) return false;
     double whole = begins_at(gains) - std::arg(returned(lines_.size() - 1, gains));
     for (const double turn : turns(gains)) whole += turn;

@@ -100,7 +100,7 @@ WorstCase worst_case(const Posterior& posterior, const LinearController& control
 
 MonteCarlo monte_carlo(const Posterior& posterior, const LinearController& controller, const Bounds& bounds,
                        std::size_t draws, std::uint64_t seed, double radius) {
-  constexpr double kMet = 1.0 + 1e-7;      // what exact gains leave between lines, and two ways to a response
+  constexpr double kMet = 1.0 + 1e-8;      // what exact gains leave between lines
   constexpr double kClearly = 1.0 + 2e-3;  // more than an active set leaves
   StandardNormal normal(seed);
   std::vector<Eigen::VectorXd> points;
