@@ -53,6 +53,13 @@ std::optional<double> bound_of(const Bounds& bounds, Transfer transfer) {
   }
 }
 
+Bounds tightened(Bounds bounds, double part) {
+  for (auto* bound : {&bounds.sensitivity, &bounds.complementary, &bounds.load_transfer,
+                      &bounds.controller_sensitivity, &bounds.disk, &bounds.beyond_band})
+    if (*bound) **bound /= 1.0 + part;
+  return bounds;
+}
+
 std::vector<Transfer> bounded_transfers(const Bounds& bounds) {
   std::vector<Transfer> transfers;
   std::copy_if(kTransfers.begin(), kTransfers.end(), std::back_inserter(transfers),

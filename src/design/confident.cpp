@@ -75,8 +75,7 @@ class ConfidentSearch {
     active_.scale_to(radius);
     auto best = active_.gains(biquads_);
     // Where the gains collapse, the filter that suited another radius is to blame.
-    constexpr double kCollapsed = 1.1;
-    if (searches == 0 && collapses_ < kMostCollapses && (!best || iae_of(*best) > kCollapsed * last_iae_)) {
+    if (searches == 0 && collapses_ < kMostCollapses && has_collapsed(best)) {
       ++collapses_;
       searches = 1;
     }
@@ -112,6 +111,7 @@ class ConfidentSearch {
   std::optional<ConfidentDesign> of_probability(int searches) {
     constexpr std::size_t kFew = 2000;
     constexpr int kRounds = 12;
+    constexpr double kNearly = 3.0;
     const double allowed = allowed_share(confidence_.probability, confidence_.draws);
     double radius = 2.0;
     std::size_t draws = std::min(kFew, confidence_.draws);
@@ -125,6 +125,7 @@ class ConfidentSearch {
       }
       auto check = checked(*design, draws);
       const double probability = is_stable_inside(*design, check) ? check.probability() : 1.0;
+      if (probability <= kNearly * allowed) least_seen_ = std::min(least_seen_, iae_of(*design));
       const bool enough = probability <= allowed, near = enough && probability >= kLeast * allowed;
       if (draws == confidence_.draws && enough && (!best || iae_of(*design) < best->iae))
         best = told(*std::move(design), std::move(check));
@@ -141,8 +142,16 @@ class ConfidentSearch {
     return best;
   }
 
+  /// Whether something much better was near to the probability: the machines that were met on the way leave
+  /// none of its kind, and those of another way may.
+  [[nodiscard]] bool has_lost(const std::optional<ConfidentDesign>& best) const {
+    constexpr double kMuch = 1.3;
+    return least_seen_ < std::numeric_limits<double>::infinity() &&
+           (!best || best->iae > kMuch * least_seen_);
+  }
+
  private:
-  static constexpr double kLeast = 0.8;  ///< Of the allowed probability: no need to come nearer.
+  static constexpr double kLeast = 0.87;  ///< Of the allowed probability: no need to come nearer.
 
   /// Radii that are too small and too large. The normal value of the probability is nearly linear in the
   /// radius, and near to that of 60 % at none.
@@ -179,6 +188,11 @@ class ConfidentSearch {
     End low_{0.0, kAtNone}, high_{};
   };
 
+  [[nodiscard]] bool has_collapsed(const std::optional<RobustDesign>& best) const {
+    constexpr double kCollapsed = 1.1;
+    return !best || iae_of(*best) > kCollapsed * last_iae_;
+  }
+
   [[nodiscard]] double iae_of(const RobustDesign& design) const {
     return load_step_iae(nominal_, design.controller);
   }
@@ -201,6 +215,7 @@ class ConfidentSearch {
   std::vector<Biquad> biquads_;
   static constexpr int kMostCollapses = 3;
   int collapses_ = 0;
+  double least_seen_ = std::numeric_limits<double>::infinity();  // of what came near to the probability
   double last_iae_ = std::numeric_limits<double>::infinity();
 };
 
@@ -217,12 +232,21 @@ std::optional<ConfidentDesign> confident_gains(const Posterior& posterior, std::
 
 std::optional<ConfidentDesign> confident_design(const Posterior& posterior, const FilterSearch& how,
                                                 const Bounds& bounds, const Confidence& confidence) {
-  ConfidentSearch search(posterior, bounds, confidence);
-  if (how.biquads > 0 && (!search.bound_controller() || !search.search_nominal_filters(how)))
-    return std::nullopt;
   // Without a variance there is nothing to adjust.
   const bool whole = confidence.guarantee == Guarantee::ellipsoid || posterior.dimension() == 0;
-  return whole ? search.of_ellipsoid(2) : search.of_probability(1);
+  const int ways = how.biquads > 0 ? 4 : 1;
+  std::optional<ConfidentDesign> best;
+  for (int way = 0; way < ways; ++way) {
+    ConfidentSearch search(posterior, bounds, confidence);
+    FilterSearch from = how;
+    from.seed += static_cast<std::uint64_t>(way);
+    if (how.biquads > 0 && (!search.bound_controller() || !search.search_nominal_filters(from))) return best;
+    auto found = whole ? search.of_ellipsoid(2) : search.of_probability(1);
+    const bool lost = search.has_lost(found);
+    if (found && (!best || found->iae < best->iae)) best = std::move(found);
+    if (!lost) break;
+  }
+  return best;
 }
 
 }  // namespace resonid::design

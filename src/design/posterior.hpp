@@ -22,6 +22,8 @@ class Posterior {
 
   /// How many axes the ellipsoid has: the covariance's rank.
   [[nodiscard]] Eigen::Index dimension() const { return spread_.cols(); }
+  /// Whether no other machine is possible.
+  [[nodiscard]] bool is_exact() const { return spread_.size() == 0 || spread_.isZero(0.0); }
   [[nodiscard]] const fit::DriveModel& nominal() const { return nominal_; }
   [[nodiscard]] double known_to_hz() const { return known_to_hz_; }
   /// The machine at u standard deviations along the axes of the ellipsoid.

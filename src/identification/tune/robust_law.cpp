@@ -73,13 +73,6 @@ std::optional<RobustLaw> law_over_ellipsoids(const RobustTask& task, const Desig
   return ActiveMachines(task).design_at(radius, design);
 }
 
-design::Bounds with_room(design::Bounds bounds) {
-  for (auto* bound : {&bounds.sensitivity, &bounds.complementary, &bounds.load_transfer,
-                      &bounds.controller_sensitivity, &bounds.disk, &bounds.beyond_band})
-    if (*bound) **bound /= 1.0 + kRoom;
-  return bounds;
-}
-
 std::vector<design::WorstCase> worst_cases(const RobustTask& task, const Law& law, double radius) {
   std::vector<design::WorstCase> list;
   for (const auto transfer : bounded_transfers(task.bounds)) {

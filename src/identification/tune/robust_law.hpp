@@ -42,13 +42,12 @@ struct RobustTask {
 /// What a design is asked for so that it meets bounds over ellipsoids: by so much tighter as a search may
 /// leave a bound exceeded, and as one more machine may.
 inline constexpr double kRoom = 2e-3;
-[[nodiscard]] design::Bounds with_room(design::Bounds bounds);
 
-/// The design (for bounds with_room()) for the worst machines of ellipsoids of that radius.
+/// The design (for bounds tightened by kRoom) for the worst machines of ellipsoids of that radius.
 [[nodiscard]] std::optional<RobustLaw> law_over_ellipsoids(const RobustTask& task, const DesignFor& design,
                                                            double radius);
 
-/// A design (for bounds with_room()) for the worst machines, which are added until none is worse
+/// A design (for bounds tightened by kRoom) for the worst machines, which are added until none is worse
 /// (docs/methods/tune.md 7.3), over the radius at which all bounds are met with the confidence (7.5). For one
 /// result by one structure design::confident_design() does the same in less time.
 [[nodiscard]] std::optional<RobustLaw> robust_law(const RobustTask& task, const DesignFor& design);

@@ -160,10 +160,18 @@ class Tuner {
     return {};
   }
 
+  [[nodiscard]] bool is_rigid() const {
+    return std::all_of(nominal_.begin(), nominal_.end(), [](const design::Machine& machine) {
+      return machine.model().structure == fit::Structure::rigid;
+    });
+  }
+
   [[nodiscard]] std::vector<Structure> structures() const {
     if (!options_.positions.empty()) return {Structure::pi};
     switch (options_.structure) {
       case Structure::automatic:
+        // A filter that is made for a rigid model shapes what the model does not know.
+        if (is_rigid()) return {Structure::pi};
         return {Structure::pi, Structure::pi_biquads};
       case Structure::pi:
       case Structure::cascade:
@@ -243,8 +251,8 @@ class Tuner {
   [[nodiscard]] std::optional<RobustLaw> found_for(Structure structure, const design::Bounds& bounds) const {
     const bool of_filters = structure == Structure::pi || structure == Structure::pi_biquads;
     if (posteriors_.size() > 1 || !of_filters)
-      return robust_law(task(bounds),
-                        design_for(structure, with_room(bounds), options_.biquads, options_.seed));
+      return robust_law(task(bounds), design_for(structure, design::tightened(bounds, kRoom),
+                                                 options_.biquads, options_.seed));
     design::FilterSearch how;
     how.biquads = structure == Structure::pi ? 0 : static_cast<int>(options_.biquads);
     how.seed = options_.seed;

@@ -39,7 +39,7 @@ std::vector<design::ExperimentValue> value_of_experiments(const std::vector<desi
                                                           const std::vector<design::Biquad>& biquads,
                                                           const design::Bounds& bounds, double radius) {
   const bool told = std::ranges::any_of(posteriors, &design::Posterior::delay_is_told);
-  const auto tight = with_room(bounds);
+  const auto tight = design::tightened(bounds, kRoom);
   const DesignFor design = [&](design::Machines& machines) -> std::optional<Law> {
     const auto gains = largest_integral_gain(machines, biquads, tight);
     if (!gains) return std::nullopt;

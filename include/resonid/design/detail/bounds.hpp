@@ -47,6 +47,8 @@ inline constexpr EnumName<Transfer> kTransferNames[] = {
   return kTransferNames;
 }
 [[nodiscard]] std::optional<double> bound_of(const Bounds& bounds, Transfer transfer);
+/// Every bound lower by a part of it.
+[[nodiscard]] Bounds tightened(Bounds bounds, double part);
 [[nodiscard]] std::vector<Transfer> bounded_transfers(const Bounds& bounds);
 
 /// What a confidence is of.
