@@ -115,6 +115,9 @@ TEST_P(ScheduledToothBelt, MeetsItsBoundsOnTheTrueMachineOverTheStroke) {
   EXPECT_LT(*tuning->schedule->scheduled_iae, *tuning->schedule->fixed_iae);
   ::testing::Test::RecordProperty("largest_sensitivity", std::to_string(largest.sensitivity));
   ::testing::Test::RecordProperty("largest_load_transfer", std::to_string(largest.load_transfer));
+  ::testing::Test::RecordProperty("nodes", std::to_string(nodes.size()));
+  ::testing::Test::RecordProperty("scheduled_iae", std::to_string(*tuning->schedule->scheduled_iae));
+  ::testing::Test::RecordProperty("fixed_iae", std::to_string(*tuning->schedule->fixed_iae));
 }
 
 INSTANTIATE_TEST_SUITE_P(Source, ScheduledToothBelt,
