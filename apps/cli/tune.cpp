@@ -135,12 +135,18 @@ std::string brief_of(const identification::Tuning& tuning) {
                     report::sentences(tuning), tuning.findings);
 }
 
-void simulate(TuneVerb& o, identification::Tuning& tuning, const identification::Result& result) {
-  if (!o.experiment) return identification::simulate_on_model(tuning, result);
+std::optional<plant::ExperimentConfig> read_experiment(const TuneVerb& o) {
+  if (!o.experiment) return std::nullopt;
   const auto source = experiment_source(*o.experiment);
-  const auto config = io::parse_experiment(source.text, source.name);
+  auto config = io::parse_experiment(source.text, source.name);
   if (!config) throw InputError("--simulate: " + message_of(config.error()));
-  const auto done = identification::simulate_on(tuning, *config);
+  return *std::move(config);
+}
+
+void simulate(const std::optional<plant::ExperimentConfig>& experiment, identification::Tuning& tuning,
+              const identification::Result& result) {
+  if (!experiment) return identification::simulate_on_model(tuning, result);
+  const auto done = identification::simulate_on(tuning, *experiment);
   if (!done) throw UsageError(in_options(done.error()));
 }
 
@@ -156,9 +162,6 @@ void check_record(CLI::App& verb, TuneVerb& o, identification::Tuning& tuning,
 expected<std::string> json_export(const identification::Tuning& tuning) {
   if (const auto checked = identification::check_exportable(tuning); !checked)
     return tl::unexpected(checked.error());
-  if (tuning.schedule)
-    return refuse("schedule",
-                  "must be taken away as c, c-float or st: a controller file has one set of gains");
   auto json = report::controller_json(tuning.proposed());
   if (!tuning.trusted)
     json["warning"] = "this design is not trusted; do not run it before its findings are cured";
@@ -216,6 +219,10 @@ void run_tune(CLI::App& verb, TuneVerb& o) {
   for (const auto& file : o.results) results.push_back(read_result(file));
   inherit_for_tune(verb, o.check, results.front(), o.results.front());
   read_schedule(o, results);
+  for (const auto& e : exports)
+    if (const auto checked = identification::check_exportable(o.options, e.format); !checked)
+      throw UsageError(fmt::format("--export {}: {}", name_of(e.format), message_of(checked.error())));
+  const auto experiment = read_experiment(o);
   const double sample_time_s = 1.0 / results.front().record.sample_rate_hz;
   read_controllers(o, sample_time_s);
   o.options.progress = [&progress](std::string_view stage) { progress.stage(stage); };
@@ -230,7 +237,7 @@ void run_tune(CLI::App& verb, TuneVerb& o) {
                                  o.experiment ? "--simulate" : "--check", o.results.front()));
   if (!tuning->by_response) {
     progress.stage("simulating");
-    simulate(o, *tuning, results.front());
+    simulate(experiment, *tuning, results.front());
   }
   if (o.check.is_wanted()) {
     progress.stage("checking on " + o.check.record.record);
@@ -253,6 +260,10 @@ void run(CLI::App& verb, TuneVerb& o) {
         "is bounded by its position");
   if (is_given("--position-peak") && o.options.structure != identification::ControllerStructure::cascade)
     throw UsageError("--position-peak: is that of a position loop; required --structure cascade with it");
+  if (is_given("--biquads") && o.options.structure != identification::ControllerStructure::automatic &&
+      o.options.structure != identification::ControllerStructure::pi_biquads)
+    throw UsageError(fmt::format("--biquads: found with --structure {}, required auto or pi+biquads",
+                                 name_of(o.options.structure)));
   if (!o.first_loop) {
     if (o.results.empty()) throw UsageError("RESULT is required, or --first-loop");
     for (const char* name : {"--sample-rate", "--delay"})
@@ -327,8 +338,8 @@ void add_tune(CLI::App& app) {
   verb->option_defaults()->group("Before there is a result");
   add_text(
       *verb, "--first-loop", o->first_loop,
-      "a soft loop to excite the machine in: motor_inertia=J1[,total_inertia=J], or total_inertia=J with "
-      "largest_ratio=J2/J1; torque_lag_s, least_damping; with --sample-rate",
+      "a soft loop to excite the machine in: two of motor_inertia=J1, total_inertia=J, largest_ratio=J2/J1; "
+      "torque_lag_s, least_damping; with --sample-rate",
       "NAME=X,...");
   add_number(*verb, "--delay", o->delay_s, "SECONDS", "from its torque to the measured velocity");
   verb->option_defaults()->group("Loop");

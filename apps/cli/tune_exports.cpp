@@ -20,7 +20,8 @@ std::vector<TuneExport> exports_of(const std::vector<std::string>& texts) {
     const auto found = std::find(known.begin(), known.end(), format);
     if (colon == std::string::npos || colon + 1 == text.size() || found == known.end())
       throw UsageError(fmt::format("--export: found '{}', required FORMAT:FILE with one of {}{}", text,
-                                   fmt::join(known, ", "), io::suggestion(format, known)));
+                                   fmt::join(known, ", "),
+                                   found == known.end() ? io::suggestion(format, known) : std::string()));
     list.push_back(
         {enum_names(identification::ExportFormat{})[static_cast<std::size_t>(found - known.begin())].value,
          text.substr(colon + 1)});

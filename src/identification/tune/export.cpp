@@ -15,13 +15,21 @@
 namespace resonid::identification {
 namespace {
 
+constexpr const char* kNoShaper = "must have been asked for: Klipper takes an input shaper, no controller";
+
+Error not_in_this_language(std::string_view structure) {
+  return Error{"structure",
+               fmt::format("must be a PI with or without biquads, or a cascade, for this language, "
+                           "found {}; json takes every structure",
+                           structure)};
+}
+
 expected<std::string> klipper_text(const Tuning& tuning, const ExportNames& names) {
   const auto chosen = std::find_if(tuning.shapers.begin(), tuning.shapers.end(),
                                    [](const TunedShaper& s) { return s.chosen; });
   if (chosen == tuning.shapers.end())
-    return refuse("shaper", tuning.shapers.empty()
-                                ? "must have been asked for: Klipper takes an input shaper, no controller"
-                                : "must stay below the limit: none of them does");
+    return refuse("shaper",
+                  tuning.shapers.empty() ? kNoShaper : "must stay below the limit: none of them does");
   if (tuning.second_shaped_mode)
     return refuse("shaper",
                   "must be of one mode for Klipper, found " + chosen->kind + "; json has its impulses");
@@ -52,9 +60,7 @@ expected<std::string> in_language(design::ExportedController design, ExportForma
 expected<std::string> controller_text(const Tuning& tuning, ExportFormat format, const ExportNames& names) {
   if (format == ExportFormat::klipper) return klipper_text(tuning, names);
   const TunedController& c = tuning.proposed();
-  if (!c.gains || c.derivative_gain)
-    return refuse("structure", "must be a PI with or without biquads for this language, found " +
-                                   c.structure + "; json takes every structure");
+  if (!c.gains || c.derivative_gain) return tl::unexpected(not_in_this_language(c.structure));
   design::ExportedController design;
   design.controller = *c.gains;
   design.sample_time_s = tuning.sample_time_s;
@@ -132,6 +138,26 @@ std::string own_gains_comment(const Tuning& tuning) {
 }
 
 }  // namespace
+
+expected<void, Error> check_exportable(const TuneOptions& options, ExportFormat format) {
+  if (format == ExportFormat::klipper) {
+    if (!options.shaper) return refuse("shaper", kNoShaper);
+    return {};
+  }
+  if (!options.positions.empty() && format == ExportFormat::json)
+    return refuse("schedule",
+                  "must be taken away as c, c-float or st: a controller file has one set of gains");
+  if (!options.positions.empty() && format == ExportFormat::hal)
+    return refuse("schedule",
+                  "must be taken away as c, c-float or st: LinuxCNC's pid multiplies its sum by Igain, so "
+                  "that the torque would jump");
+  const auto structure = options.structure;
+  const bool as_file = structure == ControllerStructure::pid || structure == ControllerStructure::rst ||
+                       structure == ControllerStructure::state_feedback;
+  if (as_file && !options.evaluate && options.positions.empty() && format != ExportFormat::json)
+    return tl::unexpected(not_in_this_language(name_of(structure)));
+  return {};
+}
 
 expected<void, Error> check_exportable(const Tuning& tuning) {
   if (!tuning.proposed().stable)

@@ -31,6 +31,9 @@ struct ExportNames {
   std::string thread = "servo-thread";       ///< LinuxCNC's.
 };
 
+/// Before anything is designed: what a target cannot express of what these options ask for.
+[[nodiscard]] expected<void, Error> check_exportable(const TuneOptions& options, ExportFormat format);
+
 /// Refuses to take away what is unstable on the identified machine.
 [[nodiscard]] expected<void, Error> check_exportable(const Tuning& tuning);
 
