@@ -246,6 +246,9 @@ void run_tune(CLI::App& verb, TuneVerb& o) {
   write(o, exports, inputs, quiet, *tuning);
   if (o.require_trusted && !tuning->trusted)
     throw NotTrustedError("the controller is not sure to work; the findings say why");
+  // A design may be trusted though a recording cannot tell.
+  if (o.require_trusted && tuning->check && !tuning->check->agrees)
+    throw NotTrustedError("the check does not tell that the loop is as promised; the findings say why");
 }
 
 /// A design from a RESULT, or from what is known before there is one.
@@ -366,7 +369,7 @@ void add_tune(CLI::App& app) {
   verb->add_option("--report", o->report, "self-contained HTML report")->type_name("FILE");
   verb->add_option("--json", o->json, "design for machines ('-': standard output)")->type_name("FILE");
   verb->add_flag("--require-trusted", o->require_trusted,
-                 "exit code 3 when the controller is not sure to work");
+                 "exit code 3 when the controller is not sure to work, or --check fails or is undecided");
   verb->callback([verb, o] { run(*verb, *o); });
 }
 

@@ -101,6 +101,28 @@ TEST_F(TuneVerb, IsCheckedAfterwards) {
       3);
 }
 
+/// Whose margins are others, though the machine is the same.
+TEST_F(TuneVerb, ACheckFailsWhereAnotherControllerRuns) {
+  for (const std::string gain : {"1.2432", "0.5"}) {  // of 1.036
+    record("other", "{kind = 'pi', gain = " + gain + ", integral_time_s = 0.147}", 0.004, 2);
+    const auto done =
+        run("tune result.json --evaluate pi:1.036,0.147 --draws 500 --check other.csv --json other.json "
+            "--require-trusted");
+    EXPECT_EQ(done.exit_code, 3) << done.error;
+    const auto tuning = json::parse(text("other.json"));
+    EXPECT_FALSE(tuning.at("trusted"));
+    const auto& check = tuning.at("check");
+    EXPECT_FALSE(check.at("agrees"));
+    EXPECT_TRUE(check.value("decided", true));
+    const auto cause = check.at("cause").get<std::string>();
+    const std::string expected = gain == "0.5" ? "gain 52 % too small" : "gain 20 % too large";
+    EXPECT_NE(cause.find("another controller: " + expected), std::string::npos) << cause;
+    EXPECT_NEAR(check.at("gain_change").at("value").get<double>(), std::stod(gain) / 1.036 - 1.0, 0.05);
+    EXPECT_NE(done.out.find("prediction-fails"), std::string::npos) << done.out;
+    EXPECT_EQ(done.out.find("check-undecided"), std::string::npos) << done.out;
+  }
+}
+
 /// How the recording of --check is identified: as the result was.
 TEST_F(TuneVerb, IsCheckedInTheWayThatTheResultWasIdentified) {
   ASSERT_EQ(run("identify run.csv --controller pi:1.036,0.147 --delay 0.004 --method local-polynomial "
@@ -219,6 +241,11 @@ TEST_F(TuneVerb, AWeakExcitationDecidesNothing) {
   EXPECT_FALSE(check.at("agrees"));
   EXPECT_EQ(check.value("decided", true), false) << done.out;
   EXPECT_NE(done.out.find("it cannot be told"), std::string::npos) << done.out;
+  // The design stays what it is, and whoever requires trust of the machine has none.
+  EXPECT_TRUE(json::parse(text("weak.json")).at("trusted"));
+  EXPECT_EQ(
+      run("tune result.json --evaluate c.json --draws 500 --check weak.csv --require-trusted -q").exit_code,
+      3);
 }
 
 TEST_F(TuneVerb, JudgesAControllerThatIsGiven) {

@@ -42,10 +42,16 @@ bool smooths(const Result& measured) {
                      [&](Method method) { return measured.method == name_of(method); });
 }
 
-/// L at the lines: Ru/U - 1 where lines are estimated by themselves; estimates that look at neighbouring
-/// lines smooth U/Ru where it rises from nothing, so that of those L is the controller times the response.
-data::FrequencyResponse measured_loop(const Result& measured, const data::TransferFunction& controller) {
-  if (!smooths(measured)) return *measured.measured_loop;
+/// What identification found of another controller than the one it was told; null: nothing.
+const diagnostics::Finding* other_controller(const Result& measured) {
+  const auto found = std::ranges::find_if(measured.findings, [](const diagnostics::Finding& f) {
+    return f.id == "controller-differs" && f.severity == Severity::error;
+  });
+  return found == measured.findings.end() ? nullptr : &*found;
+}
+
+/// L at the lines, by the controller that was told.
+data::FrequencyResponse told_loop(const Result& measured, const data::TransferFunction& controller) {
   data::FrequencyResponse loop = measured.response;
   for (std::size_t i = 0; i < loop.lines(); ++i) {
     const double f = loop.frequency_hz[i];
@@ -54,6 +60,14 @@ data::FrequencyResponse measured_loop(const Result& measured, const data::Transf
     if (i < loop.std.size()) loop.std[i] *= std::abs(c);
   }
   return loop;
+}
+
+/// L at the lines: Ru/U - 1 where lines are estimated by themselves; estimates that look at neighbouring
+/// lines smooth U/Ru where it rises from nothing, so that of those L is the controller times the response,
+/// unless another controller ran.
+data::FrequencyResponse measured_loop(const Result& measured, const data::TransferFunction& controller) {
+  if (!smooths(measured) || other_controller(measured) != nullptr) return *measured.measured_loop;
+  return told_loop(measured, controller);
 }
 
 class Checker {
@@ -200,13 +214,19 @@ class Checker {
     });
     const bool together = exceeds(check_.gain_change, gain_) || exceeds(check_.delay_change_s, delay_);
     check_.agrees = !figure_differs && !together && check_.probability >= kSure;
+    // No fault of the recording, which is not trusted for it, but just what a check is for.
+    if (other_controller(measured_) != nullptr) return fails();
     if (!measured_.trusted || (check_.judged_lines == 0 && check_.figures.empty())) {
       return undecided("the recording itself tells too little",
                        "The recording under this controller is itself not reliable (see what 'identify' says "
                        "of it): whether the loop is as promised cannot be told from it.");
     }
     if (check_.agrees && !is_decisive()) return undecided("the recording is too noisy to tell", too_noisy());
-    if (check_.agrees) return;
+    if (!check_.agrees) fails();
+  }
+
+  void fails() {
+    check_.agrees = false;
     if (check_.worst_line_hz == 0.0) check_.probability = least_probability();
     check_.cause = cause();
     t_.findings.push_back(
@@ -246,8 +266,7 @@ class Checker {
   }
 
   [[nodiscard]] std::string cause() const {
-    for (const auto& f : measured_.findings)
-      if (f.id == "controller-differs") return "the controller that runs is not the one that was designed";
+    if (const auto* other = other_controller(measured_)) return other_words(*other);
     const auto changes = compare(designed_for_, measured_);
     if (!changes) return "not found out";
     if (!measured_.model) return "the new recording shows no drive model: see its findings";
@@ -255,6 +274,29 @@ class Checker {
       return "another mode: the new recording shows a " +
              std::string(name_of(measured_.model->drive.structure)) + " machine";
     return cause_of(*changes);
+  }
+
+  [[nodiscard]] std::string other_words(const diagnostics::Finding& other) const {
+    constexpr double kGain = 0.02;  // below which it differs by something else
+    if (const auto factor = factor_of_controller(); factor && std::abs(*factor - 1.0) > kGain)
+      return fmt::format("the drive runs another controller: gain {:.0f} % too {}",
+                         100.0 * std::abs(*factor - 1.0), *factor > 1.0 ? "large" : "small");
+    return fmt::format("the drive runs another controller: typically {:.0f} % off",
+                       100.0 * other.value.value_or(0.0));
+  }
+
+  /// Ru/U - 1 over controller and response: by how much the controller that ran is larger than the one told,
+  /// at the typical line near the margins.
+  [[nodiscard]] std::optional<double> factor_of_controller() const {
+    const auto& shown = *measured_.measured_loop;
+    const auto told = told_loop(measured_, t_.proposed().feedback);
+    if (told.lines() != shown.lines()) return std::nullopt;
+    std::vector<double> factors;
+    for (std::size_t i = 0; i < told.lines(); ++i)
+      if (is_near_margins(i) && std::abs(told.value[i]) > 0.0)
+        factors.push_back(std::abs(shown.value[i]) / std::abs(told.value[i]));
+    if (factors.empty()) return std::nullopt;
+    return median(std::move(factors));
   }
 
   [[nodiscard]] double least_probability() const {
