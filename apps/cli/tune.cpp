@@ -131,8 +131,7 @@ std::vector<std::string> input_files(const TuneVerb& o) {
 }
 
 std::string brief_of(const identification::Tuning& tuning) {
-  return brief_text(tuning.proposed().name + (tuning.trusted ? "." : ". NOT trusted."),
-                    report::sentences(tuning), tuning.findings);
+  return brief_text(report::trust_text(tuning), report::sentences(tuning), tuning.findings);
 }
 
 std::optional<plant::ExperimentConfig> read_experiment(const TuneVerb& o) {

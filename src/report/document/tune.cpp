@@ -44,12 +44,14 @@ std::string verdict_sentence(const Tuning& t) {
   const auto bounds = bounds_text(c);
   const double percent = 100.0 * t.options.confidence;
   if (!c.stable) return fmt::format("{}: the loop of the identified machine is UNSTABLE with it.", who);
+  const std::string keeps = t.trusted ? "keeps" : "would keep";
+  const std::string condition = t.trusted ? "" : " if the result were right";
   if (c.within && t.options.guarantee == identification::Guarantee::ellipsoid)
-    return fmt::format("{} keeps every bound ({}) on every machine of the {:g} % confidence ellipsoid: {}.",
-                       who, bounds, percent, counted_text(c));
+    return fmt::format("{} {} every bound ({}) on every machine of the {:g} % confidence ellipsoid{}: {}.",
+                       who, keeps, bounds, percent, condition, counted_text(c));
   if (c.within)
-    return fmt::format("{} keeps every bound ({}) with at least {:g} % probability: {}.", who, bounds,
-                       percent, counted_text(c));
+    return fmt::format("{} {} every bound ({}) with at least {:g} % probability{}: {}.", who, keeps, bounds,
+                       percent, condition, counted_text(c));
   const auto exceeded = exceeded_text(c);
   const std::string on = exceeded.empty() ? "" : fmt::format(" On the identified machine {}.", exceeded);
   if (t.is_evaluation())
@@ -88,7 +90,7 @@ std::string rest_of_gains(const TunedController& c, const ShownGains& shown) {
     text += fmt::format(", kd {}{}", three_digits(shown.scale * shown.part * *c.derivative_gain),
                         shown.units.kd.empty() ? "" : " " + shown.units.kd);
     if (c.gains && c.gains->kp > 0.0)
-      text += fmt::format(" (Td {} ms)", three_digits(1e3 * *c.derivative_gain / c.gains->kp));
+      text += fmt::format(" (Td {})", time_text(*c.derivative_gain / c.gains->kp));
   }
   if (c.derivative_time_s)
     text += fmt::format(" filtered with {} ms", three_digits(1e3 * *c.derivative_time_s));
@@ -278,8 +280,9 @@ std::vector<std::string> loop_sentences(const Tuning& t) {
 std::vector<std::string> sentences(const Tuning& t) {
   auto list = lead_sentences(t);
   for (auto& text : loop_sentences(t)) list.push_back(std::move(text));
-  for (auto& text : {nominal_sentence(t), schedule_sentence(t), shaper_sentence(t), simulated_sentence(t)})
+  for (auto& text : {nominal_sentence(t), schedule_sentence(t), shaper_sentence(t)})
     if (!text.empty()) list.push_back(text);
+  for (auto& text : simulated_sentences(t)) list.push_back(std::move(text));
   return list;
 }
 

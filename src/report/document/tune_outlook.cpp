@@ -110,6 +110,20 @@ std::string speed_words(const identification::TunedSchedule& s) {
   return ". The gains suit a position that rests: even a slow run disturbs the load a tenth more";
 }
 
+/// The simulated cascade is given the velocity of its reference.
+constexpr const char* kWithVelocity = " with feed-forward of velocity";
+
+/// The torque of a load step: its figures are promised for it, those of the controller for a torque of 1.
+std::string load_size(const identification::TunedController& c, const identification::SimulatedRun& run,
+                      const std::string& unit) {
+  for (const auto& figure : run.figures) {
+    const auto of_one = value_of(c, figure.name);
+    if (figure.promised && of_one && *of_one > 0.0)
+      return " of " + three_digits(*figure.promised / *of_one) + " " + unit;
+  }
+  return {};
+}
+
 }  // namespace
 
 std::vector<std::string> uncertainty_sentences(const Tuning& t) {
@@ -166,18 +180,36 @@ RunName name_of_run(const identification::SimulatedRun& run) {
   return {run.what.substr(0, run.what.size() - kRunning.size()), true};
 }
 
-std::string simulated_sentence(const Tuning& t) {
-  std::string text;
+std::string run_words(const Tuning& t, const identification::SimulatedRun& run) {
+  const auto [what, running] = name_of_run(run);
+  const auto& controller = running && t.running ? *t.running : t.proposed();
+  const auto size = three_digits(t.options.reference_step);
+  const std::string velocity = size + " " + t.units.velocity;
+  std::string text = what;
+  if (what == "reference step") text += " of " + velocity;
+  if (what == "load step") text += load_size(controller, run, t.units.torque);
+  if (what == "motion") text += " to " + velocity + (controller.position_gain ? kWithVelocity : "");
+  // A move of the load by as much as a second at that velocity makes.
+  if (what.starts_with("motion with") && !run.figures.empty())
+    text.insert(std::string_view("motion").size(), " by " + size + " " + run.figures.front().unit);
+  return text + (running ? " with the running controller" : "");
+}
+
+std::vector<std::string> simulated_sentences(const Tuning& t) {
+  std::vector<std::string> list;
   for (const auto& run : t.simulated) {
     if (name_of_run(run).running) continue;
+    std::string text;
     for (const auto& figure : run.figures) {
       if (!figure.promised) continue;
       const auto unit = shown_unit({figure.name, figure.unit, *figure.promised, {}, {}, {}, {}, {}, {}});
       text += fmt::format("{}{} {} (promised {})", text.empty() ? "" : ", ", loop_figure_symbol(figure.name),
                           unit.text(figure.simulated), unit.text(*figure.promised));
     }
+    if (!text.empty())
+      list.push_back(fmt::format("On the simulated machine, {}: {}.", run_words(t, run), text));
   }
-  return text.empty() ? text : "On the simulated machine: " + text + ".";
+  return list;
 }
 
 }  // namespace resonid::report

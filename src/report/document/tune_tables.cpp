@@ -106,8 +106,8 @@ Table candidate_table(const Tuning& t) {
     const bool first = &c == &t.candidates.front();
     table.rows.push_back({name, c.gains ? three_digits(c.gains->kp) : "",
                           c.gains ? three_digits(c.gains->ki) : "", figure_cell(t, c, "sensitivity_peak"),
-                          figure_cell(t, c, "load_peak"), figure_cell(t, c, "load_step_iae"),
-                          figure_cell(t, c, "noise_gain"),
+                          are_alike(c, t.proposed()) ? figure_cell(t, c, "load_peak") : "",
+                          figure_cell(t, c, "load_step_iae"), figure_cell(t, c, "noise_gain"),
                           percent_cell(c.draws > 0 ? std::optional(c.probability()) : std::nullopt),
                           !c.stable                     ? "unstable"
                           : !c.remark.empty()           ? c.remark
@@ -150,6 +150,12 @@ Table shaper_table(const Tuning& t) {
   return table;
 }
 
+std::string trust_text(const Tuning& t) {
+  if (t.trusted) return "Trusted.";
+  if (t.options.force) return "FORCED, and NOT trusted.";
+  return results_are_trusted(t) ? "Bounds NOT kept." : "NOT trusted: see the findings.";
+}
+
 std::string summary_text(const Tuning& t) {
   std::string text;
   for (const auto& sentence : sentences(t)) text += wrapped(sentence, "", "  ") + "\n";
@@ -167,9 +173,7 @@ std::string summary_text(const Tuning& t) {
   if (t.schedule) text += table_text(schedule_table(t));
   if (!t.shapers.empty()) text += table_text(shaper_table(t));
   text += "\n" + wrapped(machine_line(t), "", "  ") + "\n" + findings_text(t.findings);
-  if (t.trusted) return text + "\nTrusted.\n";
-  if (t.options.force) return text + "\nFORCED, and NOT trusted.\n";
-  return text + (results_are_trusted(t) ? "\nBounds NOT kept.\n" : "\nNOT trusted: see the findings.\n");
+  return text + "\n" + trust_text(t) + "\n";
 }
 
 nlohmann::json controller_json(const TunedController& c) {

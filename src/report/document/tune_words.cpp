@@ -29,7 +29,7 @@ constexpr std::array kFigures = {
     FigureWords{"load_bandwidth_hz", "bandwidth of the load", "bandwidth of the load"},
     FigureWords{"load_step_iae", "load step: IAE", "IAE of the load step"},
     FigureWords{"load_step_ie", "load step: IE", "IE of the load step"},
-    FigureWords{"load_step_peak", "load step: peak velocity", "peak of the load step"},
+    FigureWords{"load_step_peak", "load step: peak", "peak of the load step"},
     FigureWords{"load_step_rebound", "load step: swing to the other side", "rebound of the load"},
     FigureWords{"noise_gain", "torque per velocity noise (rms)", "noise gain"},
     FigureWords{"reference_overshoot", "reference step: overshoot", "overshoot of the load"},
@@ -41,6 +41,14 @@ const FigureWords* words_of(std::string_view name) {
   const auto* found =
       std::find_if(kFigures.begin(), kFigures.end(), [&](const FigureWords& w) { return w.name == name; });
   return found == kFigures.end() ? nullptr : found;
+}
+
+/// "2.7", "340": never with an exponent.
+std::string two_digits(double value) {
+  constexpr double kShort = 99.5;
+  if (!(value >= kShort) || !std::isfinite(value)) return fmt::format("{:.2g}", value);
+  const double step = std::pow(10.0, std::floor(std::log10(value)) - 1.0);
+  return fmt::format("{:.0f}", step * std::round(value / step));
 }
 
 std::string spaced(std::string_view name) {
@@ -68,6 +76,10 @@ std::string three_digits(double value) {
   if (size == 0.0) return "0";
   if (size >= kLong || size < kSmall) return fmt::format("{:.3g}", value);
   return size >= kWhole ? fmt::format("{:.0f}", value) : fmt::format("{:#.3g}", value);
+}
+
+std::string time_text(double seconds) {
+  return std::abs(seconds) < 1.0 ? three_digits(1e3 * seconds) + " ms" : three_digits(seconds) + " s";
 }
 
 std::string grouped(std::size_t count) {
@@ -103,7 +115,7 @@ std::string gains_text(const TunedController& c, const GainUnits& units, double 
   };
   std::string text =
       fmt::format("kp {}, ki {}", with(factor * c.gains->kp, units.kp), with(factor * c.gains->ki, units.ki));
-  if (c.gains->ki > 0.0) text += fmt::format(" (Ti {} ms)", three_digits(1e3 * c.gains->kp / c.gains->ki));
+  if (c.gains->ki > 0.0) text += fmt::format(" (Ti {})", time_text(c.gains->kp / c.gains->ki));
   return text;
 }
 
@@ -135,6 +147,19 @@ std::string unit_of_figure(const TunedController& c, std::string_view name) {
   return {};
 }
 
+bool are_alike(const TunedController& a, const TunedController& b) {
+  return a.position_gain.has_value() == b.position_gain.has_value();
+}
+
+std::string left_out_sentence(const Tuning& t) {
+  if (!t.running || are_alike(*t.running, t.proposed())) return {};
+  return t.proposed().position_gain
+             ? "The running controller closes a loop of velocity and is left out where that of position is "
+               "shown: its load has another reference."
+             : "The running controller closes a loop of position and is left out where that of velocity is "
+               "shown: its load has another reference.";
+}
+
 std::optional<double> stiffer_by(const Tuning& t) {
   constexpr std::string_view kError = "load_step_iae";
   if (!t.running || !t.running->stable || !t.proposed().stable) return std::nullopt;
@@ -147,8 +172,8 @@ std::optional<double> stiffer_by(const Tuning& t) {
 
 std::string stiffness_words(double ratio) {
   constexpr double kClearly = 0.05;
-  if (ratio > 1.0 + kClearly) return fmt::format("{:.2g} times stiffer", ratio);
-  return ratio < 1.0 - kClearly ? fmt::format("{:.2g} times softer", 1.0 / ratio) : "as stiff";
+  if (ratio > 1.0 + kClearly) return two_digits(ratio) + " times stiffer";
+  return ratio < 1.0 - kClearly ? two_digits(1.0 / ratio) + " times softer" : "as stiff";
 }
 
 std::string bounds_text(const TunedController& c) {

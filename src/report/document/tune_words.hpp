@@ -37,6 +37,8 @@ struct ShownUnit {
 
 /// Three digits, the zeros at their end too: "1.40", "0.0530", "143".
 [[nodiscard]] std::string three_digits(double value);
+/// "98.1 ms", from a second on "10.5 s".
+[[nodiscard]] std::string time_text(double seconds);
 /// "10 000"
 [[nodiscard]] std::string grouped(std::size_t count);
 /// "4.2 %"
@@ -63,6 +65,13 @@ using identification::GainUnits;
 /// Whether nothing but the bounds speaks against a tuning.
 [[nodiscard]] bool results_are_trusted(const identification::Tuning& tuning);
 
+/// Whether both close a loop of velocity, or both one of position: else their loads' curves, figures and
+/// |T_load| mean different things.
+[[nodiscard]] bool are_alike(const identification::TunedController& a,
+                             const identification::TunedController& b);
+/// Why the running controller is left out where it is not alike; empty where it is, and without one.
+[[nodiscard]] std::string left_out_sentence(const identification::Tuning& tuning);
+
 /// How many times smaller the load's error after a torque step is than under the running controller; nothing
 /// where one is of velocity and the other of position.
 [[nodiscard]] std::optional<double> stiffer_by(const identification::Tuning& tuning);
@@ -81,7 +90,8 @@ using identification::GainUnits;
 [[nodiscard]] std::string nominal_sentence(const identification::Tuning& tuning);
 [[nodiscard]] std::string schedule_sentence(const identification::Tuning& tuning);
 [[nodiscard]] std::string shaper_sentence(const identification::Tuning& tuning);
-[[nodiscard]] std::string simulated_sentence(const identification::Tuning& tuning);
+/// One for each run of the proposed controller: what was run, what came and what was promised.
+[[nodiscard]] std::vector<std::string> simulated_sentences(const identification::Tuning& tuning);
 
 /// All controllers that are compared, with what people call them: candidates, the one without regard to
 /// uncertainty, the running one.
@@ -103,6 +113,9 @@ struct RunName {
   bool running = false;
 };
 [[nodiscard]] RunName name_of_run(const identification::SimulatedRun& run);
+/// With what it was made of: "reference step of 1 rad/s", "load step of 0.5 Nm with the running controller".
+[[nodiscard]] std::string run_words(const identification::Tuning& tuning,
+                                    const identification::SimulatedRun& run);
 
 /// What a recording under the controller shows; empty without one.
 [[nodiscard]] std::string check_sentence(const identification::Tuning& tuning);

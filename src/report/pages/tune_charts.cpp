@@ -19,11 +19,16 @@ using identification::LoopCurves;
 using identification::TunedController;
 using identification::Tuning;
 
+/// What of the running controller a picture shows.
+enum class Running { always, alike };
+
 /// The controllers that pictures show: the proposed one with its bands, and the running one.
-std::vector<std::pair<std::string, const TunedController*>> drawn_controllers(const Tuning& t) {
+std::vector<std::pair<std::string, const TunedController*>> drawn_controllers(const Tuning& t,
+                                                                              Running running) {
   std::vector<std::pair<std::string, const TunedController*>> list = {
       {t.is_evaluation() ? "given: " + t.proposed().name : t.proposed().name, &t.proposed()}};
-  if (t.running) list.emplace_back("running controller", &*t.running);
+  if (t.running && (running == Running::always || are_alike(*t.running, t.proposed())))
+    list.emplace_back("running controller", &*t.running);
   return list;
 }
 
@@ -55,14 +60,15 @@ constexpr auto kAsIs = [](double v) { return v; };
 constexpr auto kDecibel = [](double v) { return 20.0 * std::log10(v); };
 
 /// |S| or another size of each controller, and the bound on it.
-Chart peak_chart(const Tuning& t, const char* title, const char* figure, Band LoopCurves::*band) {
+Chart peak_chart(const Tuning& t, const char* title, const char* figure, Band LoopCurves::*band,
+                 Running running = Running::always) {
   Chart chart;
   chart.title = title;
   chart.x_label = "Frequency in Hz";
   chart.y_label = "Magnitude";
   chart.log_x = true;
   bool first = true;
-  for (const auto& [name, c] : drawn_controllers(t)) {
+  for (const auto& [name, c] : drawn_controllers(t, running)) {
     put_band(chart, name, first, c->curves.frequency_hz, c->curves.*band, kAsIs);
     first = false;
   }
@@ -103,7 +109,7 @@ void put_ellipse(const LoopCurves::Ellipse& e, Curve& curve) {
 
 Chart nyquist_chart(const Tuning& t) {
   Chart chart = nyquist_plane("Nyquist curve of L = C G, every delay included");
-  for (const auto& [name, c] : drawn_controllers(t)) {
+  for (const auto& [name, c] : drawn_controllers(t, Running::always)) {
     if (c->curves.loop.empty() || c->curves.loop.size() != c->curves.frequency_hz.size()) continue;
     data::FrequencyResponse loop;
     loop.frequency_hz = c->curves.frequency_hz;
@@ -131,15 +137,24 @@ Chart step_chart(const Tuning& t, std::string title, std::string y_label, Band L
   chart.x_label = "Time in s";
   chart.y_label = std::move(y_label);
   bool first = true;
-  for (const auto& [name, c] : drawn_controllers(t)) {
+  for (const auto& [name, c] : drawn_controllers(t, Running::alike)) {
     put_band(chart, name, first, c->curves.time_s, c->curves.*band, kAsIs);
     first = false;
   }
   return chart;
 }
 
+/// What a velocity adds up to: "rad" of "rad/s".
+std::string place_unit(const std::string& velocity) {
+  return velocity.ends_with("/s") ? velocity.substr(0, velocity.size() - 2) : velocity + " s";
+}
+
 void put_chart(Section& s, Chart chart) {
   if (!chart.curves.empty()) s.charts.push_back(std::move(chart));
+}
+
+void put_left_out(const Tuning& t, Section& s) {
+  if (auto text = left_out_sentence(t); !s.charts.empty() && !text.empty()) s.text.push_back(std::move(text));
 }
 
 std::vector<Chart> trade_off_pair(const std::vector<TradeOff>& list, double bound, double TradeOff::*of,
@@ -183,12 +198,14 @@ Section sensitivity_section(const Tuning& t) {
   s.sheet = true;
   s.side_by_side = true;
   put_chart(s, peak_chart(t, "Sensitivity |S|", "sensitivity_peak", &LoopCurves::sensitivity));
-  put_chart(
-      s, peak_chart(t, "From the reference to the load, |T_load|", "load_peak", &LoopCurves::load_transfer));
+  const char* title = t.proposed().position_gain ? "From the reference to the load's position, |T_load|"
+                                                 : "From the reference to the load, |T_load|";
+  put_chart(s, peak_chart(t, title, "load_peak", &LoopCurves::load_transfer, Running::alike));
   if (!s.charts.empty())
     s.text = {
         "Bands hold 95 % of the machines that the identification leaves possible, line by line; the "
         "curves are those of the identified machine."};
+  put_left_out(t, s);
   return s;
 }
 
@@ -200,7 +217,7 @@ Section loop_section(const Tuning& t) {
   bode.magnitude.title = "Open loop L: magnitude";
   bode.phase.title = "Open loop L: phase, every delay included";
   bool first = true;
-  for (const auto& [name, c] : drawn_controllers(t)) {
+  for (const auto& [name, c] : drawn_controllers(t, Running::always)) {
     put_band(bode.magnitude, name, first, c->curves.frequency_hz, c->curves.loop_size, kDecibel);
     put_band(bode.phase, name, first, c->curves.frequency_hz, c->curves.loop_phase_deg, kAsIs);
     first = false;
@@ -218,13 +235,16 @@ Section step_section(const Tuning& t) {
   s.title = "Steps";
   s.sheet = true;
   const auto& u = t.units;
-  put_chart(s, step_chart(t, fmt::format("Load after a torque step of 1 {} on it", u.input),
-                          "Velocity of the load in " + u.velocity, &LoopCurves::load_by_torque));
-  put_chart(
-      s, step_chart(
-             t, fmt::format("Load after a reference step of {:.4g} {}", t.options.reference_step, u.velocity),
-             "Velocity of the load in " + u.velocity, &LoopCurves::load_by_reference));
+  const bool position = t.proposed().position_gain.has_value();
+  const std::string unit = position ? place_unit(u.velocity) : u.velocity;
+  const std::string y_label = (position ? "Position of the load in " : "Velocity of the load in ") + unit;
+  put_chart(s, step_chart(t, fmt::format("Load after a torque step of 1 {} on it", u.input), y_label,
+                          &LoopCurves::load_by_torque));
+  const double step = position ? 1.0 : t.options.reference_step;
+  put_chart(s, step_chart(t, fmt::format("Load after a reference step of {:.4g} {}", step, unit), y_label,
+                          &LoopCurves::load_by_reference));
   s.side_by_side = true;
+  put_left_out(t, s);
   return s;
 }
 

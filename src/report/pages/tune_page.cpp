@@ -49,8 +49,7 @@ std::vector<Card> tune_cards(const Tuning& t) {
       card.under.push_back(fmt::format("recorded: {} {}, {} {}", three_digits(own->factor * c.gains->kp),
                                        own->units.kp, three_digits(own->factor * c.gains->ki),
                                        own->units.ki));
-    if (c.gains->ki > 0.0)
-      card.under.push_back(fmt::format("Ti {} ms", three_digits(1e3 * c.gains->kp / c.gains->ki)));
+    if (c.gains->ki > 0.0) card.under.push_back("Ti " + time_text(c.gains->kp / c.gains->ki));
     if (c.position_gain) card.under.push_back(fmt::format("kv {} 1/s", three_digits(*c.position_gain)));
     cards.push_back(std::move(card));
   }

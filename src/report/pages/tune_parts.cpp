@@ -126,7 +126,7 @@ Section simulated_section(const Tuning& t) {
     for (const auto& figure : run.figures) {
       const auto unit = shown_unit({figure.name, figure.unit, figure.simulated, {}, {}, {}, {}, {}, {}});
       table.rows.push_back(
-          {run.what, loop_figure_words(figure.name) + (unit.unit.empty() ? "" : ", " + unit.unit),
+          {run_words(t, run), loop_figure_words(figure.name) + (unit.unit.empty() ? "" : ", " + unit.unit),
            figure.promised ? unit.number(*figure.promised) : "", unit.number(figure.simulated)});
     }
     if (run.time_s.empty() || name_of_run(run).running) continue;

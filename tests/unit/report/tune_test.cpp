@@ -282,6 +282,51 @@ TEST(TuneText, ComparesOnlyWhatIsAlike) {
     }
 }
 
+/// 0.0531 is promised of 1 Nm, so that 0.5 Nm make half of it.
+TEST(TuneText, SaysOfEverySimulatedRunWhatItWas) {
+  auto t = test::full_tuning();
+  const double of_one = t.proposed().figures.at(9).value;
+  ASSERT_EQ(t.proposed().figures[9].name, "load_step_iae");
+  t.simulated = {
+      {"reference step", {}, {}, {}, {}, {{"reference_peak_torque", "Nm", 2.0, 2.1}}},
+      {"load step", {}, {}, {}, {}, {{"load_step_iae", "rad", 0.5 * of_one, 0.55 * of_one}}},
+      {"motion", {}, {}, {}, {}, {{"peak_torque", "Nm", 0.4, 0.5}}},
+      {"motion without feed-forward", {}, {}, {}, {}, {{"position_error_during", "rad", 0.28, 0.29}}},
+      {"load step with the running controller", {}, {}, {}, {}, {{"load_step_iae", "rad", 1.0, 1.0}}}};
+  t.options.reference_step = 1.5;
+  const auto list = sentences(t);
+  ASSERT_GT(list.size(), 4U);
+  const std::vector<std::string> last(list.end() - 4, list.end());
+  EXPECT_EQ(
+      last[0],
+      "On the simulated machine, reference step of 1.50 rad/s: peak torque 2.10 Nm (promised 2.00 Nm).");
+  EXPECT_TRUE(holds(last[1], "machine, load step of 0.500 Nm: IAE of the load step ")) << last[1];
+  EXPECT_EQ(last[2],
+            "On the simulated machine, motion to 1.50 rad/s: peak torque 0.500 Nm (promised 0.400 Nm).");
+  EXPECT_EQ(last[3],
+            "On the simulated machine, motion by 1.50 rad without feed-forward: position error during 0.290 "
+            "rad (promised 0.280 rad).");
+}
+
+TEST(TuneText, SaysOfAForcedDesignOnlyWhatItWouldKeep) {
+  auto t = test::tuning();
+  t.trusted = false;
+  t.options.force = true;
+  EXPECT_TRUE(holds(sentences(t).at(1),
+                    "PI + 1 biquad would keep every bound (|S| <= 1.40, |T_load| <= 1.30) "
+                    "with at least 95 % probability if the result were right: of"));
+  EXPECT_EQ(trust_text(t), "FORCED, and NOT trusted.");
+}
+
+TEST(TuneText, WritesLargeNumbersOut) {
+  auto t = test::tuning();
+  for (auto& figure : t.running->figures)
+    if (figure.name == "load_step_iae") figure.value = t.proposed().figures.at(9).value / 343.0;
+  t.candidates.front().gains->ki = 2.2 / 10.504;
+  EXPECT_TRUE(holds(text_of(sentences(t)), ": 340 times softer;"));
+  EXPECT_TRUE(holds(text_of(sentences(t)), "(Ti 10.5 s)"));
+}
+
 /// A verdict on a controller is one, though the controller is not to be used.
 TEST(TuneText, TellsBoundsFromTrust) {
   auto t = test::evaluation();
@@ -392,6 +437,46 @@ TEST(TunePage, DrawsProposedBeforeRunningWithBandsAndBounds) {
   ASSERT_NE(magnitude, nullptr);
   EXPECT_NEAR(magnitude->curves[0].lower[7], 20.0 * std::log10(t.proposed().curves.loop_size.low[7]), 1e-12);
   EXPECT_NE(chart_of(page, "Load after a torque step of 1 Nm on it"), nullptr);
+}
+
+/// A position loop's curves are of position, and a running velocity loop has no place beside them.
+TEST(TunePage, DrawsPositionLoopsAsSuch) {
+  auto t = test::tuning();
+  t.options.reference_step = 2.0;
+  auto& c = t.candidates.front();
+  c.position_gain = 12.5;
+  for (auto& figure : c.figures)
+    if (figure.name == "load_step_peak") figure.unit = "rad";
+  const auto page = document(t);
+  for (const char* title :
+       {"Load after a torque step of 1 Nm on it", "Load after a reference step of 1 rad"}) {
+    const auto* chart = chart_of(page, title);
+    ASSERT_NE(chart, nullptr) << title;
+    EXPECT_EQ(chart->y_label, "Position of the load in rad");
+    EXPECT_EQ(chart->curves.size(), 1U);
+  }
+  const auto* load = chart_of(page, "From the reference to the load's position, |T_load|");
+  ASSERT_NE(load, nullptr);
+  for (const auto& curve : load->curves) EXPECT_NE(curve.name, "running controller");
+  EXPECT_EQ(chart_of(page, "Sensitivity |S|")->curves.at(1).name, "running controller");
+  for (const auto& section : page.sections) {
+    if (section.title == "Steps") {
+      EXPECT_TRUE(holds(text_of(section.text), "The running controller closes a loop of velocity"));
+    }
+    if (section.title == "Controllers that were compared") {
+      EXPECT_EQ(section.plain_tables.at(0).columns.at(4), "|T_load|");
+      EXPECT_EQ(section.plain_tables[0].rows.back().at(4), "");
+    }
+  }
+  EXPECT_TRUE(holds(summary_text(t), "load step: peak, rad "));
+  // A running position loop is drawn beside it; a linear axis is in m.
+  t.running->position_gain = 5.0;
+  t.units.velocity = "m/s";
+  const auto both = document(t);
+  const auto* step = chart_of(both, "Load after a reference step of 1 m");
+  ASSERT_NE(step, nullptr);
+  EXPECT_EQ(step->y_label, "Position of the load in m");
+  EXPECT_EQ(step->curves.size(), 2U);
 }
 
 /// On an ellipse of 95 %, d' P^-1 d = chi2 of two degrees at 0.95 = 5.9915 (scipy.stats.chi2.ppf(0.95, 2)).

@@ -13,6 +13,9 @@ namespace resonid::report {
 /// What a design or an evaluation comes to, in plain sentences, whether it may be relied on first.
 [[nodiscard]] std::vector<std::string> sentences(const identification::Tuning& tuning);
 
+/// "Trusted.", "Bounds NOT kept." or another last word on whether the controller may be used.
+[[nodiscard]] std::string trust_text(const identification::Tuning& tuning);
+
 /// Readable summary for a terminal, lines of at most 100 characters.
 [[nodiscard]] std::string summary_text(const identification::Tuning& tuning);
 
