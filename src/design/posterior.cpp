@@ -70,9 +70,23 @@ void Posterior::spread_by(const Eigen::MatrixXd& covariance) {
 
 Posterior Posterior::scaled(double factor, double delay_factor) const {
   Posterior other = *this;
-  for (Eigen::Index i = 0; i < spread_.rows(); ++i)
-    other.spread_.row(i) *=
-        std::sqrt(parameters_[static_cast<std::size_t>(i)] == fit::kDelay ? delay_factor : factor);
+  const auto at = std::find(parameters_.begin(), parameters_.end(), fit::kDelay);
+  if (at != parameters_.end()) {
+    const Eigen::RowVectorXd delay = spread_.row(at - parameters_.begin());
+    const double size = delay.norm();
+    if (size > 0.0 && delay_factor < factor) {
+      // S (I - (1 - sqrt(d)) v v^T) with v along the delay's row: what is left of the others where the delay
+      // is known better, inside of what was.
+      const Eigen::RowVectorXd v = delay / size;
+      other.spread_ -= (1.0 - std::sqrt(delay_factor / factor)) * (spread_ * v.transpose()) * v;
+    } else if (delay_factor > factor) {
+      other.spread_.row(at - parameters_.begin()) *= std::sqrt(delay_factor);
+      for (Eigen::Index i = 0; i < spread_.rows(); ++i)
+        if (i != at - parameters_.begin()) other.spread_.row(i) *= std::sqrt(factor);
+      return other;
+    }
+  }
+  other.spread_ *= std::sqrt(factor);
   return other;
 }
 

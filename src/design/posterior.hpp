@@ -37,7 +37,9 @@ class Posterior {
   /// Around this machine, its covariance a share of the way to that of another posterior; a parameter that
   /// one of them does not know is exact there.
   [[nodiscard]] Posterior blended(const Posterior& other, double share) const;
-  /// The same with every variance times `factor`, the delay's times `delay_factor`.
+  /// The same with every variance times `factor`, the delay's times `delay_factor`. A delay that is known
+  /// better than the rest tells more of what is correlated with it: the machines that are left are among
+  /// those that were (docs/methods/tune.md 7.6).
   [[nodiscard]] Posterior scaled(double factor, double delay_factor) const;
   /// Whether the delay's variance is not of the fit: no experiment makes it smaller.
   [[nodiscard]] bool delay_is_told() const { return delay_is_told_; }

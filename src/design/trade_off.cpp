@@ -26,24 +26,41 @@ void add_trade_off(const Machine& machine, std::span<const Biquad> biquads, cons
 
 }  // namespace
 
-std::vector<VarianceFactors> variances_of_experiments(bool delay_is_told) {
+std::vector<ExperimentValue> values_of_experiments(bool delay_is_told, const ValueAt& value_at,
+                                                   const std::optional<ExperimentValue>& as_it_is) {
   std::vector<VarianceFactors> list;
   for (const double factor : {1.0, 0.25, 0.0}) list.push_back({factor, delay_is_told ? 1.0 : factor});
   list.push_back({1.0, 0.0});
-  return list;
+  std::vector<std::optional<ExperimentValue>> own;
+  for (const auto& factors : list) own.push_back(value_at(factors));
+  if (as_it_is && (!own.front() || as_it_is->iae < own.front()->iae)) own.front() = as_it_is;
+  std::vector<ExperimentValue> values;
+  for (std::size_t row = 0; row < list.size(); ++row) {
+    auto best = own[row];
+    for (std::size_t other = 0; other < list.size(); ++other) {
+      const bool knows_less = list[other].all >= list[row].all && list[other].delay >= list[row].delay;
+      if (knows_less && own[other] && (!best || own[other]->iae < best->iae)) best = own[other];
+    }
+    if (best) values.push_back({list[row].all, best->ki, best->iae, list[row].delay});
+  }
+  return values;
 }
 
 std::vector<ExperimentValue> value_of_experiment(const Posterior& posterior, std::span<const Biquad> biquads,
-                                                 const Bounds& bounds, double radius) {
+                                                 const Bounds& bounds, double radius,
+                                                 const FilteredPi* proposed) {
   const Machine nominal(posterior.nominal(), posterior.known_to_hz());
-  std::vector<ExperimentValue> values;
-  for (const auto& factors : variances_of_experiments(posterior.delay_is_told())) {
+  const auto value_of = [&](const FilteredPi& controller) {
+    return ExperimentValue{1.0, controller.ki, load_step_iae(nominal, controller), 1.0};
+  };
+  const ValueAt value_at = [&](const VarianceFactors& factors) -> std::optional<ExperimentValue> {
     const auto design = robust_gains(posterior.scaled(factors.all, factors.delay), biquads, bounds, radius);
-    if (design)
-      values.push_back(
-          {factors.all, design->controller.ki, load_step_iae(nominal, design->controller), factors.delay});
-  }
-  return values;
+    if (!design) return std::nullopt;
+    return value_of(design->controller);
+  };
+  std::optional<ExperimentValue> as_it_is;
+  if (proposed != nullptr) as_it_is = value_of(*proposed);
+  return values_of_experiments(posterior.delay_is_told(), value_at, as_it_is);
 }
 
 TradeOffs trade_offs(const Machine& machine, std::span<const Biquad> biquads, const Bounds& bounds) {

@@ -35,29 +35,33 @@ std::optional<BestPi> best_pi_of(const std::vector<design::Machine>& machines, c
 }
 
 /// design::value_of_experiment() for one controller that suits several machines, each known better.
-std::vector<design::ExperimentValue> value_of_experiments(const std::vector<design::Posterior>& posteriors,
-                                                          const std::vector<design::Biquad>& biquads,
-                                                          const design::Bounds& bounds, double radius) {
+std::vector<design::ExperimentValue> value_for_several(const std::vector<design::Posterior>& posteriors,
+                                                       const design::FilteredPi& proposed,
+                                                       const design::Bounds& bounds, double radius) {
   const bool told = std::ranges::any_of(posteriors, &design::Posterior::delay_is_told);
   const auto tight = design::tightened(bounds, kRoom);
   const DesignFor design = [&](design::Machines& machines) -> std::optional<Law> {
-    const auto gains = largest_integral_gain(machines, biquads, tight);
+    const auto gains = largest_integral_gain(machines, proposed.biquads, tight);
     if (!gains) return std::nullopt;
-    return law_of(design::FilteredPi{gains->kp, gains->ki, biquads}, machines.all.front().sample_time_s());
+    return law_of(design::FilteredPi{gains->kp, gains->ki, proposed.biquads},
+                  machines.all.front().sample_time_s());
   };
-  std::vector<design::ExperimentValue> values;
-  for (const auto& factors : design::variances_of_experiments(told)) {
+  const auto value_of = [&](const design::FilteredPi& controller) {
+    design::ExperimentValue value{1.0, controller.ki, 0.0, 1.0};
+    for (const auto& posterior : posteriors)
+      value.iae += load_step_iae(design::Machine(posterior.nominal()), controller) /
+                   static_cast<double>(posteriors.size());
+    return value;
+  };
+  const design::ValueAt value_at =
+      [&](const design::VarianceFactors& factors) -> std::optional<design::ExperimentValue> {
     std::vector<design::Posterior> scaled;
     for (const auto& posterior : posteriors) scaled.push_back(posterior.scaled(factors.all, factors.delay));
     const auto found = law_over_ellipsoids({scaled, bounds}, design, radius);
-    if (!found) continue;
-    design::ExperimentValue value{factors.all, found->law.what.gains->ki, 0.0, factors.delay};
-    for (const auto& posterior : posteriors)
-      value.iae += load_step_iae(design::Machine(posterior.nominal()), *found->law.what.gains) /
-                   static_cast<double>(posteriors.size());
-    values.push_back(value);
-  }
-  return values;
+    if (!found) return std::nullopt;
+    return value_of(*found->law.what.gains);
+  };
+  return design::values_of_experiments(told, value_at, value_of(proposed));
 }
 
 /// Up to where the machines must be known for this controller to be small enough above, at most to the
@@ -85,7 +89,7 @@ void add_value(Tuning& tuning, const std::vector<design::Posterior>& posteriors,
   const bool is_filtered_pi = proposed.gains && !proposed.position_gain && !proposed.derivative_gain;
   if (posteriors.size() > 1) {
     if (is_filtered_pi)
-      tuning.experiment = value_of_experiments(posteriors, proposed.gains->biquads, bounds, proposed.radius);
+      tuning.experiment = value_for_several(posteriors, *proposed.gains, bounds, proposed.radius);
     return;
   }
   const auto& posterior = posteriors.front();
@@ -94,8 +98,8 @@ void add_value(Tuning& tuning, const std::vector<design::Posterior>& posteriors,
   tuning.over_sensitivity = curves.over_sensitivity;
   tuning.over_load_transfer = curves.over_load_transfer;
   if (is_filtered_pi)
-    tuning.experiment =
-        design::value_of_experiment(posterior, proposed.gains->biquads, bounds, proposed.radius);
+    tuning.experiment = design::value_of_experiment(posterior, proposed.gains->biquads, bounds,
+                                                    proposed.radius, &*proposed.gains);
 }
 
 void add_value_of_band(Tuning& tuning, const std::vector<design::Machine>& machines,

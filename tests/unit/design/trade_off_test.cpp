@@ -115,5 +115,67 @@ TEST(ExperimentValue, LeavesADelayThatWasTold) {
   EXPECT_GT(values[3].ki, values[2].ki);
 }
 
+/// A fit knows a delay and a stiffness as one thing rather than as two: where the one is known, the other is
+/// too (the conditional covariance of a normal distribution).
+TEST(ExperimentValue, OfAKnownDelayIsThatOfWhatItLeavesUnknown) {
+  auto golden = test::golden_json("e_tune_robust.json").at("cases")[0];
+  auto model = test::golden_posterior(golden).nominal();
+  constexpr double kStd = 0.1, kDelayStd_s = 1e-3, kCorrelation = 0.98;
+  model.covariance.setZero();
+  model.estimated[fit::kLoadInertia] = model.estimated[fit::kDelay] = true;
+  const double of_inertia = kStd * model.value(fit::kLoadInertia);
+  model.covariance(fit::kLoadInertia, fit::kLoadInertia) = of_inertia * of_inertia;
+  model.covariance(fit::kDelay, fit::kDelay) = kDelayStd_s * kDelayStd_s;
+  model.covariance(fit::kDelay, fit::kLoadInertia) = model.covariance(fit::kLoadInertia, fit::kDelay) =
+      kCorrelation * of_inertia * kDelayStd_s;
+  const Posterior posterior(model, 0.0);
+  ASSERT_FALSE(posterior.delay_is_told());
+  const auto known = posterior.scaled(1.0, 0.0);
+  double largest = 0.0;
+  for (const double angle : {0.0, 0.4, 0.8, 1.2, 1.6, 2.0, 2.4, 2.8}) {
+    Eigen::VectorXd u = Eigen::VectorXd::Zero(posterior.dimension());
+    u(0) = std::cos(angle);
+    u(1) = std::sin(angle);
+    const auto machine = known.at(u);
+    EXPECT_NEAR(machine.delay_s, model.delay_s, 1e-12);
+    largest = std::max(largest,
+                       std::abs(std::log(machine.value(fit::kLoadInertia) / model.value(fit::kLoadInertia))));
+  }
+  const double left = kStd * std::sqrt(1.0 - kCorrelation * kCorrelation);
+  EXPECT_LE(largest, left * (1.0 + 1e-9));
+  EXPECT_GT(largest, 0.9 * left);
+  const auto values = value_of_experiment(posterior, {}, test::calm(), 2.0);
+  ASSERT_EQ(values.size(), 4U);
+  EXPECT_LT(values[3].iae, values[0].iae);
+  EXPECT_LT(values[2].iae, values[3].iae);
+}
+
+/// Where a search gets stuck or finds nothing, what was found for more machines is as good as it was there.
+TEST(ExperimentValue, IsNeverWorseOfLessUncertainty) {
+  const ValueAt stuck = [](const VarianceFactors& factors) -> std::optional<ExperimentValue> {
+    if (factors.all == 0.25) return ExperimentValue{1.0, 4.0, 0.25, 1.0};
+    if (factors.all == 1.0 && factors.delay == 0.0) return std::nullopt;
+    if (factors.all == 0.0) return ExperimentValue{1.0, 8.0, 0.125, 1.0};
+    return ExperimentValue{1.0, 5.0, 0.2, 1.0};
+  };
+  const auto fitted = values_of_experiments(false, stuck);
+  ASSERT_EQ(fitted.size(), 4U);
+  const double iae[] = {0.2, 0.2, 0.125, 0.2}, all[] = {1.0, 0.25, 0.0, 1.0}, delay[] = {1.0, 0.25, 0.0, 0.0};
+  for (std::size_t i = 0; i < 4; ++i) {
+    EXPECT_EQ(fitted[i].iae, iae[i]) << i;
+    EXPECT_EQ(fitted[i].factor, all[i]) << i;
+    EXPECT_EQ(fitted[i].delay_factor, delay[i]) << i;
+  }
+  // The design that is proposed is one of them, and where nothing is found anywhere, nothing is told.
+  const auto proposed = values_of_experiments(false, stuck, ExperimentValue{1.0, 6.0, 0.15, 1.0});
+  ASSERT_EQ(proposed.size(), 4U);
+  EXPECT_EQ(proposed[0].ki, 6.0);
+  EXPECT_EQ(proposed[3].ki, 6.0);
+  EXPECT_EQ(proposed[2].ki, 8.0);
+  EXPECT_TRUE(values_of_experiments(true, [](const VarianceFactors&) {
+                return std::optional<ExperimentValue>();
+              }).empty());
+}
+
 }  // namespace
 }  // namespace resonid::design
