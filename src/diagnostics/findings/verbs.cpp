@@ -110,6 +110,11 @@ constexpr FindingKind kTune[] = {
     {"simulation-cut", "Simulation cut", "tune", TrustEffect::keeps,
      "The loop settles so slowly that its simulated steps end before it has.",
      "A slow loop at a high sample rate, or a very slow pole.", "Read figures of the design in their place."},
+    {"promise-cut", "Promise cut", "tune", TrustEffect::keeps,
+     "The loop settles so slowly that its steps are not followed to their end: what would depend on that is "
+     "left out.",
+     "A slow loop at a high sample rate, or a very slow pole.",
+     "Judge it by the other figures, or make it faster."},
     {"crossover-not-measured", "Crossover not measured", "tune", TrustEffect::withdraws,
      "The loop with the given controller crosses where the response was not measured.",
      "The model is extrapolated there, and the margins with it.", "Excite that band, and identify again."},

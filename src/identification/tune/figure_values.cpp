@@ -41,13 +41,13 @@ std::array<FigureValue, 4> load_step_values(const design::Machine& machine, cons
   const auto position = position_step_of(machine, {*law.what.gains, *law.what.position_gain});
   const auto& y = steps.load_by_torque;
   const double most = *std::max_element(y.begin(), y.end());
-  return {FigureValue{position.iae},
-          {position.ie},
-          {position.peak},
-          {position.peak > 0.0 ? std::max(0.0, most) / position.peak : 0.0}};
+  std::optional<double> rebound;
+  if (steps.whole) rebound = position.peak > 0.0 ? std::max(0.0, most) / position.peak : 0.0;
+  return {FigureValue{position.iae}, {position.ie}, {position.peak}, {rebound}};
 }
 
-/// Overshoot, settling within 2 %, peak and rms torque (over the first second) of a step of the reference.
+/// Overshoot, settling within 2 %, peak and rms torque (over the first second) of a step of the reference;
+/// what its end would tell is absent where that is not there.
 std::array<FigureValue, 4> reference_values(const StepResponses& steps, double sample_time_s, double step) {
   constexpr double kBand = 0.02;
   double overshoot = 0.0, settled = 0.0, peak = 0.0, squares = 0.0;
@@ -59,10 +59,11 @@ std::array<FigureValue, 4> reference_values(const StepResponses& steps, double s
     peak = std::max(peak, std::abs(u));
     if (k < second) squares += u * u;
   }
-  return {FigureValue{100.0 * overshoot},
-          {settled},
-          {peak * step},
-          {std::sqrt(squares / static_cast<double>(second)) * step}};
+  const double rms = std::sqrt(squares / static_cast<double>(second)) * step;
+  if (steps.whole) return {FigureValue{100.0 * overshoot}, {settled}, {peak * step}, {rms}};
+  std::array<FigureValue, 4> known;
+  if (steps.load_by_reference.size() >= second) known.back().value = rms;
+  return known;
 }
 
 }  // namespace

@@ -61,6 +61,8 @@ struct StepResponses {
   std::vector<double> load_by_reference, torque_by_reference;
   /// The same after a torque step of 1 on the load, against it.
   std::vector<double> load_by_torque;
+  /// Whether they show what comes until the loop has settled; else what depends on the end is not known.
+  bool whole = true;
 };
 [[nodiscard]] StepResponses step_responses(const design::Machine& machine, const Law& law,
                                            std::size_t samples);

@@ -30,7 +30,20 @@ struct OneMachine {
 std::size_t samples_of(const TunedController& c, double sample_time_s) {
   const double decay = -std::log(std::clamp(c.spectral_radius, 0.1, 1.0 - 1e-6));
   const double least = 0.05 / sample_time_s;
-  return static_cast<std::size_t>(std::clamp(std::log(1e3) / decay, std::max(50.0, least), 20'000.0));
+  return static_cast<std::size_t>(std::clamp(std::log(1e3) / decay, std::max(50.0, least), kLongestSteps));
+}
+
+/// Whether steps that end there show the loop settled: nothing is left that could leave the band of 2 %, or
+/// nothing has moved for half of the time, as where the slow pole has a zero beside it.
+bool are_whole(const TunedController& c, const design::Machine& machine, const Law& law,
+               std::size_t samples) {
+  constexpr double kBand = 0.02, kCalm = 0.002;
+  const double left = std::pow(c.spectral_radius, static_cast<double>(samples));
+  if (!c.stable || left < kBand) return true;
+  const auto steps = step_responses(machine, law, samples);
+  const auto& y = steps.load_by_reference;
+  return std::all_of(y.begin() + static_cast<std::ptrdiff_t>(y.size() / 2), y.end(),
+                     [](double v) { return std::abs(v - 1.0) < kCalm; });
 }
 
 class Describer {
@@ -71,11 +84,13 @@ class Describer {
     for (const double f : design::first_lines_hz(nominal_.model()))
       if (f >= from && f < nyquist) lines_hz_.push_back(f);
     samples_ = samples_of(controller_, nominal_.sample_time_s());
+    whole_ = are_whole(controller_, nominal_, found_.law, samples_);
   }
 
   [[nodiscard]] OneMachine on(const design::Machine& machine, double share) const {
     OneMachine one;
     one.steps = step_responses(machine, found_.law, samples_);
+    one.steps.whole = whole_;
     one.figures = figure_values(machine, found_.law, one.steps, task_.reference_step, share);
     if (!task_.curves) return one;
     for (const auto& v : design::LoopFunctions(machine.response(), found_.law.linear).at(lines_hz_)) {
@@ -266,6 +281,7 @@ class Describer {
   TunedController controller_;
   std::vector<double> lines_hz_;
   std::size_t samples_ = 0;
+  bool whole_ = true;
 };
 
 }  // namespace

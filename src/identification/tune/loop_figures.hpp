@@ -19,6 +19,10 @@ struct FigureTask {
   bool curves = true;       ///< Worked out too.
 };
 
+/// Steps of loops are followed for no more samples than these. Of what has not settled by then overshoot,
+/// settling and largest torque of the reference step are no figures of the controller.
+inline constexpr double kLongestSteps = 20'000.0;
+
 /// A controller with all its figures on the machine of the first result: intervals over that posterior, worst
 /// cases and probabilities over all of them.
 [[nodiscard]] TunedController with_figures(const RobustLaw& found, const FigureTask& task);

@@ -9,6 +9,7 @@
 #include "design/known_band.hpp"
 #include "identification/tune/checks.hpp"
 #include "identification/tune/law.hpp"
+#include "identification/tune/loop_figures.hpp"
 
 namespace resonid::identification {
 namespace {
@@ -26,6 +27,8 @@ class Remarks {
     holding();
     beyond_band();
     step();
+    cut(t_.proposed(), "The");
+    if (t_.running) cut(*t_.running, "With the running controller the");
     sticking();
     bending();
   }
@@ -107,6 +110,19 @@ class Remarks {
                "set-point weight.",
                overshoot->value, 100.0 * o.overshoot),
            overshoot->value, 100.0 * o.overshoot);
+  }
+
+  /// Steps that would have to be followed for too long promise nothing of their end.
+  void cut(const TunedController& c, std::string_view the) {
+    if (!c.stable || c.figure("load_step_peak") == nullptr || c.figure("reference_settling_s") != nullptr)
+      return;
+    const double end_s = kLongestSteps * t_.sample_time_s;
+    const double settled_s = std::log(1e3) / -std::log(c.spectral_radius) * t_.sample_time_s;
+    note("promise-cut", Severity::warning,
+         fmt::format("{} loop takes {:.3g} s to settle, and its steps are followed for {:.3g} s: overshoot, "
+                     "settling and largest torque of the reference step are not promised.",
+                     the, settled_s, end_s),
+         settled_s, end_s);
   }
 
   /// A mode above the band would be met by a loop that is not small there (docs/methods/tune.md 7.10);
