@@ -839,25 +839,24 @@ TEST(Tune, ASlowLoopIsSimulatedUntilItHasSettled) {
       std::ranges::any_of(tuning->findings, [](const auto& f) { return f.id == "simulation-differs"; }));
 }
 
-/// kp 0.001, Ti 10 s: by hand wn = sqrt(1e-4/0.064) = 0.0395 rad/s at a damping of 0.2, an overshoot of 58 %
-/// or so at 81 s, where steps end at 40 s.
+/// kp 0.01, Ti 1 s: by hand kp/(2 J) = 0.078 1/s, which settles within 2 % at 50 s, where steps end at 40 s.
 TEST(Tune, PromisesNothingOfAnEndThatIsNotSeen) {
   const auto result = identified();
   auto o = few_draws();
-  o.evaluate = pi(0.001, 10.0);
+  o.evaluate = pi(0.01, 1.0);
   const auto slow = tune(result, o);
   ASSERT_TRUE(slow) << message_of(slow.error());
   for (const auto* name : {"reference_overshoot", "reference_settling_s", "reference_peak_torque"})
     EXPECT_EQ(slow->proposed().figure(name), nullptr) << name;
   EXPECT_NE(slow->proposed().figure("reference_rms_torque"), nullptr);
   // That is summed up to its end.
-  EXPECT_NEAR(value_of(slow->proposed(), "load_step_ie"), 1.0 / 1e-4, 1.0);
+  EXPECT_NEAR(value_of(slow->proposed(), "load_step_ie"), 100.0, 0.1);
   EXPECT_TRUE(has_finding(*slow, "promise-cut"));
   // A pole as slow with a zero beside it leaves the step as it is without: settled long before.
-  o.evaluate = pi(1.036, 1000.0);
+  o.evaluate = pi(1.036, 60.0);
   const auto beside = tune(result, o);
   ASSERT_TRUE(beside) << message_of(beside.error());
-  ASSERT_GT(beside->proposed().spectral_radius, 0.99999);
+  ASSERT_GT(beside->proposed().spectral_radius, 0.9999);
   EXPECT_LT(value_of(beside->proposed(), "reference_overshoot"), 2.0);
   EXPECT_LT(value_of(beside->proposed(), "reference_settling_s"), 1.0);
   EXPECT_FALSE(has_finding(*beside, "promise-cut"));
