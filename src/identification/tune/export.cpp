@@ -30,6 +30,8 @@ expected<std::string> klipper_text(const Tuning& tuning, const ExportNames& name
   if (chosen == tuning.shapers.end())
     return refuse("shaper",
                   tuning.shapers.empty() ? kNoShaper : "must stay below the limit: none of them does");
+  if (!(chosen->duration_s > 0.0))
+    return refuse("shaper", "is not needed: the loop by itself leaves less vibration than the limit");
   if (tuning.second_shaped_mode)
     return refuse("shaper",
                   "must be of one mode for Klipper, found " + chosen->kind + "; json has its impulses");

@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: MIT
 #include <algorithm>
+#include <cmath>
 #include <complex>
 #include <limits>
+#include <resonid/base/constants.hpp>
+#include <resonid/base/detail/statistics.hpp>
 #include <utility>
 
 #include "design/normal.hpp"
@@ -14,6 +17,7 @@ namespace resonid::identification {
 namespace {
 
 constexpr std::size_t kShaperDraws = 500;
+constexpr double kShare = 0.95;  // of the draws that stay below the limit
 
 /// A machine that may be, and its controller.
 struct ShapedLoop {
@@ -42,8 +46,13 @@ std::vector<ShapedLoop> shaped_loops(const Tuning& tuning, const std::vector<des
   return loops;
 }
 
-/// The mode that the load shows most, and a second one that it shows by more than may be left of the first.
-design::ModesOfDraw modes_of(const design::Machine& machine, const Law& law, double least) {
+/// What the load shows of one machine after a step of the reference by 1.
+struct LoadModes {
+  design::ModesOfDraw modes;  ///< The one it shows most, and a second one that is more than may be left.
+  double amplitude = 0.0;     ///< Of the first, a period after the step.
+};
+
+LoadModes modes_of(const design::Machine& machine, const Law& law, double least) {
   std::vector<design::ShownMode> shown;
   const auto kv = law.what.position_gain;
   const double step = machine.sample_time_s();
@@ -56,23 +65,42 @@ design::ModesOfDraw modes_of(const design::Machine& machine, const Law& law, dou
     shown = shown_modes(loop_of(machine, law), of_position);
   else
     shown = shown_modes(loop_of(machine, law));
-  design::ModesOfDraw modes;
+  LoadModes found;
   for (const auto& mode : shown)
-    if (modes.size() < 2 && mode.size > (modes.empty() ? 0.0 : least)) modes.push_back(mode.mode);
-  return modes;
+    if (found.modes.size() < 2 && mode.size > (found.modes.empty() ? 0.0 : least))
+      found.modes.push_back(mode.mode);
+  // A pole and its conjugate show twice the real part of what one of them does.
+  if (!found.modes.empty()) {
+    const double damping = found.modes.front().damping_ratio;
+    const double of_half_a_period = std::exp(-kPi * damping / std::sqrt(1.0 - damping * damping));
+    found.amplitude = 2.0 * shown.front().size * of_half_a_period;
+  }
+  return found;
 }
 
-/// [draw] The modes of all loops; the draws of several go together.
-std::vector<design::ModesOfDraw> drawn_modes(const std::vector<ShapedLoop>& loops, double least,
-                                             std::uint64_t seed) {
-  std::vector<design::ModesOfDraw> draws(kShaperDraws);
+/// [draw] Of all loops; the draws of several go together.
+struct LoadDraws {
+  std::vector<design::ModesOfDraw> modes;
+  std::vector<double> amplitude;  ///< The largest.
+
+  /// That 95 % of the machines stay below.
+  [[nodiscard]] double unshaped() const {
+    auto ordered = amplitude;
+    std::sort(ordered.begin(), ordered.end());
+    return ordered_quantile(ordered, kShare);
+  }
+};
+
+LoadDraws drawn_modes(const std::vector<ShapedLoop>& loops, double least, std::uint64_t seed) {
+  LoadDraws draws{std::vector<design::ModesOfDraw>(kShaperDraws), std::vector<double>(kShaperDraws, 0.0)};
   for (const auto& loop : loops) {
     design::StandardNormal normal(seed);
     std::vector<Eigen::VectorXd> points;
     for (std::size_t i = 0; i < kShaperDraws; ++i) points.push_back(normal.next(loop.posterior.dimension()));
     linalg::for_each_index(kShaperDraws, 0, [&](std::size_t i) {
-      const auto modes = modes_of(design::Machine(loop.posterior.at(points[i])), loop.law, least);
-      draws[i].insert(draws[i].end(), modes.begin(), modes.end());
+      const auto found = modes_of(design::Machine(loop.posterior.at(points[i])), loop.law, least);
+      draws.modes[i].insert(draws.modes[i].end(), found.modes.begin(), found.modes.end());
+      draws.amplitude[i] = std::max(draws.amplitude[i], found.amplitude);
     });
   }
   return draws;
@@ -82,7 +110,7 @@ std::vector<design::ModesOfDraw> drawn_modes(const std::vector<ShapedLoop>& loop
 std::optional<design::TwoModes> two_of(const std::vector<ShapedLoop>& loops,
                                        const std::vector<design::ModesOfDraw>& draws, double least) {
   for (const auto& loop : loops) {
-    const auto modes = modes_of(design::Machine(loop.posterior.nominal()), loop.law, least);
+    const auto modes = modes_of(design::Machine(loop.posterior.nominal()), loop.law, least).modes;
     if (modes.size() > 1) return design::two_modes(draws);
   }
   return std::nullopt;
@@ -97,7 +125,7 @@ std::string kinds_in_words(const std::vector<design::ShaperKind>& kinds) {
 bool put_shapers(Tuning& tuning, const std::vector<design::ShapedMode>& designed,
                  const std::vector<design::ModesOfDraw>& draws) {
   const auto choice =
-      choose_shaper(designed, draws, {tuning.options.shaper_limit, 0.95, tuning.sample_time_s});
+      choose_shaper(designed, draws, {tuning.options.shaper_limit, kShare, tuning.sample_time_s});
   if (!choice) return false;
   tuning.shapers.clear();
   double least = std::numeric_limits<double>::infinity();
@@ -124,8 +152,14 @@ void add_shapers(Tuning& tuning, const std::vector<design::Posterior>& posterior
   if (!tuning.proposed().stable) return;
   const double least = tuning.options.shaper_limit;
   const auto loops = shaped_loops(tuning, posteriors);
-  const auto draws = drawn_modes(loops, least, tuning.options.seed);
+  const auto drawn = drawn_modes(loops, least, tuning.options.seed);
+  const auto& draws = drawn.modes;
   const auto middle = middle_mode(draws);
+  if (const double unshaped = drawn.unshaped(); unshaped <= least) {
+    tuning.shapers = {{"none", 0.0, unshaped, true, {1.0}, {0.0}}};
+    if (middle) tuning.shaped_mode = design::ClosedLoopMode{middle->frequency_hz, middle->damping_ratio};
+    return;
+  }
   if (!middle) return;
   const bool met = put_shapers(tuning, {*middle}, draws);
   if (met) return;

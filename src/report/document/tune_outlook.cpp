@@ -167,7 +167,10 @@ std::string shaper_sentence(const Tuning& t) {
   for (const auto& s : t.shapers)
     if (s.chosen)
       return s.duration_s <= 0.0
-                 ? std::string("No input shaper is needed.")
+                 ? fmt::format(
+                       "No input shaper is needed: a period after a step of the reference its "
+                       "vibration is {} of it or less.",
+                       share_text(s.vibration))
                  : fmt::format("Input shaper: {}, {} ms long, leaves {} of the vibration or less.", s.kind,
                                three_digits(1e3 * s.duration_s), share_text(s.vibration));
   return fmt::format("No input shaper leaves less than {} of the vibration.",

@@ -145,8 +145,8 @@ Table schedule_table(const Tuning& t) {
 Table shaper_table(const Tuning& t) {
   Table table{"Input shapers", {"shaper", "length in ms", "vibration left at 95 %, in %", ""}, {}};
   for (const auto& s : t.shapers)
-    table.rows.push_back(
-        {s.kind, three_digits(1e3 * s.duration_s), percent_cell(s.vibration), s.chosen ? "chosen" : ""});
+    table.rows.push_back({s.kind, three_digits(1e3 * s.duration_s),
+                          s.duration_s > 0.0 ? percent_cell(s.vibration) : "", s.chosen ? "chosen" : ""});
   return table;
 }
 

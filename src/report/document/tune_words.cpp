@@ -31,6 +31,8 @@ constexpr std::array kFigures = {
     FigureWords{"load_step_ie", "load step: IE", "IE of the load step"},
     FigureWords{"load_step_peak", "load step: peak", "peak of the load step"},
     FigureWords{"load_step_rebound", "load step: swing to the other side", "rebound of the load"},
+    FigureWords{"position_error_during", "position error during it", "position error during it"},
+    FigureWords{"position_error_after", "position error after it", "position error after it"},
     FigureWords{"noise_gain", "torque per velocity noise (rms)", "noise gain"},
     FigureWords{"reference_overshoot", "reference step: overshoot", "overshoot of the load"},
     FigureWords{"reference_settling_s", "reference step: settling", "settling of the load"},

@@ -125,10 +125,13 @@ void describe_shapers(Fields& f, std::vector<identification::TunedShaper>& shape
   f.list(
       {"shapers", "input shapers for the closed loop, ascending in duration"}, !shapers.empty(), shapers,
       [&](identification::TunedShaper& s) {
-        f({"kind", "\"zv\", \"mzv\", \"zvd\", \"ei\" or \"2hump_ei\"; of two modes with + between"}, s.kind);
+        f({"kind", "\"none\", \"zv\", \"mzv\", \"zvd\", \"ei\" or \"2hump_ei\"; of two modes with + between"},
+          s.kind);
         f({"duration_s", "time of its last impulse", "s", not_negative}, s.duration_s);
-        f({"vibration", "what 95 % of the machines stay below, of that of an unshaped step", "",
-           not_negative},
+        f({"vibration",
+           "what 95 % of the machines stay below, of that of an unshaped step; of \"none\" as a part of the "
+           "step",
+           "", not_negative},
           s.vibration);
         f({"chosen", "the shortest that leaves little enough"}, s.chosen);
         f({"amplitudes", "of the impulses"}, s.amplitudes);

@@ -653,6 +653,27 @@ TEST(Tune, ShapesWhatEveryMachineSwings) {
   EXPECT_NEAR(given->shaped_mode->frequency_hz / one->shaped_mode->frequency_hz, 1.0, 0.02);
 }
 
+/// The default PI damps its mode so well that a step by itself leaves little; one with a stiffer load does
+/// not. What is left is checked by the step of the identified machine (docs/methods/tune.md 11.3).
+TEST(Tune, NeedsNoShaperWhereTheLoopLeavesLittle) {
+  auto o = few_draws();
+  o.shaper = true;
+  const auto calm = tune(identified(), o);
+  ASSERT_TRUE(calm) << message_of(calm.error());
+  ASSERT_EQ(calm->shapers.size(), 1U) << calm->shapers.front().vibration;
+  EXPECT_EQ(calm->shapers.front().kind, "none");
+  EXPECT_TRUE(calm->shapers.front().chosen);
+  EXPECT_EQ(calm->shapers.front().duration_s, 0.0);
+  EXPECT_LE(calm->shapers.front().vibration, o.shaper_limit);
+  EXPECT_FALSE(exported(*calm, ExportFormat::klipper));
+  // A tenth of that is more than it leaves.
+  o.shaper_limit = 0.1 * calm->shapers.front().vibration;
+  const auto strict = tune(identified(), o);
+  ASSERT_TRUE(strict) << message_of(strict.error());
+  EXPECT_GT(strict->shapers.size(), 1U);
+  for (const auto& shaper : strict->shapers) EXPECT_NE(shaper.kind, "none");
+}
+
 /// What a result holds is without a hold of the velocity, what a controller meets is not.
 TEST(Tune, AVelocityThatIsHeldIsLateInTheLoop) {
   auto result = identified();

@@ -304,8 +304,8 @@ TEST(TuneText, SaysOfEverySimulatedRunWhatItWas) {
   EXPECT_EQ(last[2],
             "On the simulated machine, motion to 1.50 rad/s: peak torque 0.500 Nm (promised 0.400 Nm).");
   EXPECT_EQ(last[3],
-            "On the simulated machine, motion by 1.50 rad without feed-forward: position error during 0.290 "
-            "rad (promised 0.280 rad).");
+            "On the simulated machine, motion by 1.50 rad without feed-forward: position error during it "
+            "0.290 rad (promised 0.280 rad).");
 }
 
 TEST(TuneText, SaysOfAForcedDesignOnlyWhatItWouldKeep) {
