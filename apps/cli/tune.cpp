@@ -47,6 +47,7 @@ struct TuneVerb {
   identification::TuneOptions options;
   std::uint64_t biquads = 1, draws = 10'000;
   std::optional<std::string> evaluate, controller, schedule, experiment, first_loop;
+  std::string evaluate_name;      ///< By the structure that the file of evaluate tells; empty: not told.
   std::optional<double> delay_s;  ///< With first_loop.
   std::vector<std::string> exports;
   identification::ExportNames names;
@@ -71,6 +72,8 @@ void read_controllers(TuneVerb& o, double sample_time_s) {
           fmt::format("--evaluate: {} is a position loop and does not tell its \"position_gain\" (1/s), "
                       "required to judge it",
                       *o.evaluate));
+    if (!file.denominator.empty())
+      o.evaluate_name = name_of_structure(file.structure, file.denominator.size() - 1);
     t.evaluate_reference = std::move(file.reference_numerator);
     t.evaluate_position_gain = file.position_gain;
     t.evaluate = data::Controller(data::TransferFunction(std::move(file)));
@@ -228,6 +231,8 @@ void run_tune(CLI::App& verb, TuneVerb& o) {
   auto tuning = identification::tune(results, o.options);
   if (!tuning) throw UsageError(in_options(tuning.error()));
   tuning->results = o.results;
+  if (auto& judged = tuning->candidates.front(); !o.evaluate_name.empty() && !judged.position_gain)
+    judged.name = o.evaluate_name;
   put_own_units(results.front(), *tuning);
   if (tuning->schedule && o.check.is_wanted())
     throw UsageError("--check: found with --schedule, required the controller of one place (--evaluate)");

@@ -29,4 +29,15 @@ std::vector<TuneExport> exports_of(const std::vector<std::string>& texts) {
   return list;
 }
 
+std::string name_of_structure(const std::string& structure, std::size_t order) {
+  if (structure == "pi+biquads") {  // an order of one and of two for each filter
+    const std::size_t count = order / 2;
+    if (count == 0 || order % 2 == 0) return {};
+    return fmt::format("PI + {} biquad{}", count, count == 1 ? "" : "s");
+  }
+  if (structure == "pid") return "PID";
+  if (structure == "rst") return "RST";
+  return structure == "state-feedback" ? "State feedback" : "";
+}
+
 }  // namespace resonid::cli

@@ -16,4 +16,8 @@ struct TuneExport {
 /// What --export was given; anything else ends as a UsageError.
 [[nodiscard]] std::vector<TuneExport> exports_of(const std::vector<std::string>& texts);
 
+/// What people call a controller by the structure that its file tells and the order of its transfer function:
+/// "PI + 2 biquads", "RST"; empty for a structure that no writer of ours tells.
+[[nodiscard]] std::string name_of_structure(const std::string& structure, std::size_t order);
+
 }  // namespace resonid::cli

@@ -177,6 +177,7 @@ TEST_F(TuneVerb, JudgesWhatItExported) {
       done = run("tune result.json --draws 500 --json - --evaluate " + given);
       ASSERT_EQ(done.exit_code, 0) << done.error;
       const auto judged = json::parse(done.out).at("candidates").at(0);
+      EXPECT_EQ(judged.at("name"), designed.at("name"));
       const auto &was = designed.at("figures"), &is = judged.at("figures");
       ASSERT_EQ(is.size(), was.size());
       for (std::size_t i = 0; i < was.size(); ++i) {
