@@ -121,9 +121,10 @@ constexpr FindingKind kTune[] = {
     {"not-simulated", "Not simulated", "tune", TrustEffect::keeps,
      "The identified model cannot be run as a simulated drive.",
      "A mode above the Nyquist frequency, for one.", "Give an experiment by `.simulate`."},
-    {"step-not-kept", "Step beyond its limits", "tune", TrustEffect::keeps,
+    {"step-not-kept", "Step beyond its limits", "tune", TrustEffect::may_withdraw,
      "The reference step overshoots, or takes more torque than the drive has, whatever the set-point weight.",
-     "A weight moves the reference's way into the loop, not the loop itself.",
+     "A weight moves the reference's way into the loop, not the loop itself. A step of more than twice the "
+     "torque is an error: nothing that is promised of it holds.",
      "Ramp the reference, or lower |T_load|."},
     {"design-of-linear-part", "Design for the linear part", "tune", TrustEffect::keeps,
      "Identification found backlash, a coupling that stiffens or a torque that is not proportional.",

@@ -9,6 +9,7 @@
 
 #include "design/figures.hpp"
 #include "design/machine.hpp"
+#include "identification/tune/law.hpp"
 #include "identification/tune/response_only.hpp"
 
 namespace resonid::identification {
@@ -245,7 +246,13 @@ Checked check_crossover(const TunedController& controller, const std::vector<des
   const design::LinearController linear(controller.feedback);
   for (std::size_t i = 0; i < results.size(); ++i) {
     const auto band = measured_band(results[i]);
-    for (const auto& crossing : figures_of(machines[i], linear).crossings) {
+    const auto figures = figures_of(machines[i], linear);
+    if (figures.crossings.empty() && integrates(controller.feedback))
+      return refuse("results",
+                    fmt::format("{} was measured from {:.3g} to {:.3g} Hz, the loop would cross far below, "
+                                "where nothing is known; excite lower frequencies too",
+                                named(results[i]), band.low_hz, band.high_hz));
+    for (const auto& crossing : figures.crossings) {
       if (crossing.frequency_hz >= kBelow * band.low_hz && crossing.frequency_hz <= kReached * band.high_hz)
         continue;
       const bool is_below = crossing.frequency_hz < band.low_hz;

@@ -73,7 +73,8 @@ struct ReferenceStep {
   double peak_torque = 0.0;  ///< Per unit of the step.
 };
 [[nodiscard]] ReferenceStep reference_step_of(const design::Machine& machine, const Law& law);
-/// The largest set-point weight, up to `most`, that keeps overshoot and torque of the reference step.
+/// The largest set-point weight, up to `most`, that keeps overshoot and torque of the reference step. Of the
+/// overshoot a tenth is left as room (docs/methods/tune.md 17.5).
 [[nodiscard]] double largest_weight(const design::Machine& machine, const Law& law,
                                     const TuneOptions& options, double most = 1.0);
 

@@ -8,6 +8,7 @@
 
 #include "design/figures.hpp"
 #include "design/largest_gain.hpp"
+#include "identification/tune/checks.hpp"
 #include "identification/tune/designs.hpp"
 
 namespace resonid::identification {
@@ -46,7 +47,55 @@ std::optional<double> least_met(const std::vector<design::Machine>& machines, de
   return high;
 }
 
+/// The noise gain of the best PI under a bound on |C S|, of the noisiest machine; nothing where it does not
+/// cross where the machines were measured.
+std::optional<double> noise_under(double controller_sensitivity, design::Bounds bounds,
+                                  const std::vector<design::Machine>& machines,
+                                  std::span<const Result> results) {
+  bounds.controller_sensitivity = controller_sensitivity;
+  design::Machines all(machines, 0.5);
+  const auto gains = largest_integral_gain(all, {}, bounds, design::Accuracy{40, 4, 0});
+  if (!gains) return std::nullopt;
+  const auto law = law_of(design::FilteredPi{gains->kp, gains->ki, {}}, machines.front().sample_time_s());
+  if (!check_crossover(law.what, machines, results)) return std::nullopt;
+  double noise = 0.0;
+  for (const auto& machine : machines)
+    noise = std::max(noise, design::figures_of(machine, law.linear).noise_gain);
+  return noise;
+}
+
 }  // namespace
+
+std::optional<Error> noise_out_of_reach(const TuneOptions& options,
+                                        const std::vector<design::Machine>& machines,
+                                        std::span<const Result> results) {
+  const auto& validation = results.front().validation;
+  if (!options.largest_noise_torque || !validation || !validation->residual_rms) return std::nullopt;
+  const auto bounds = design_bounds(options);
+  design::Machines all(machines);
+  const auto best = best_controller_sensitivity(all, bounds);
+  if (!best) return std::nullopt;
+  auto least = noise_under(*best, bounds, machines, results);
+  if (!least) return std::nullopt;
+  double high = *best, low = 1e-6 * high;
+  constexpr int kHalvings = 14;
+  for (int i = 0; i < kHalvings; ++i) {
+    const double middle = std::sqrt(low * high);
+    const auto noise = noise_under(middle, bounds, machines, results);
+    (noise ? high : low) = middle;
+    if (noise) least = noise;
+  }
+  // What a design that suits every machine that may be has less of.
+  constexpr double kRobust = 1.1;
+  const double reached = kRobust * *least * *validation->residual_rms;
+  if (*options.largest_noise_torque >= reached) return std::nullopt;
+  return Error{"largest_noise_torque",
+               fmt::format("is less than any loop takes that crosses where the machine was measured, from "
+                           "{:.3g} Hz on: about {:.2g} {} is reached. Ask for no less, or excite lower "
+                           "frequencies too, where a softer loop crosses",
+                           measured_band(results.front()).low_hz, reached, results.front().units.torque),
+               *options.largest_noise_torque};
+}
 
 Error out_of_reach(const TuneOptions& options, const std::vector<design::Machine>& machines,
                    const std::string& what) {

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <optional>
 #include <resonid/identification/tune.hpp>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -16,5 +18,11 @@ namespace resonid::identification {
 /// A bandwidth that is not reached under the bounds, and looser ones under which a PI reaches it.
 [[nodiscard]] Error bandwidth_out_of_reach(const TuneOptions& options,
                                            const std::vector<design::Machine>& machines, double reached_hz);
+
+/// A limit of the noise's torque below what every loop takes that crosses where the machines were measured,
+/// and how much that is. Nothing where no loop does, whatever its noise.
+[[nodiscard]] std::optional<Error> noise_out_of_reach(const TuneOptions& options,
+                                                      const std::vector<design::Machine>& machines,
+                                                      std::span<const Result> results);
 
 }  // namespace resonid::identification

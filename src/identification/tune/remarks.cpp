@@ -97,11 +97,11 @@ class Remarks {
     if (t_.is_evaluation() || overshoot == nullptr || torque == nullptr) return;
     const auto& o = t_.options;
     if (o.torque_limit && torque->value > kRounding * *o.torque_limit)
-      note("step-not-kept", Severity::warning,
+      note("step-not-kept", is_step_far_beyond(c, t_) ? Severity::error : Severity::warning,
            fmt::format("A reference step of {:g} {} takes {:.3g} {}, more than the drive has ({:.3g}): it "
-                       "will be cut. "
-                       "Ramp the reference.",
-                       o.reference_step, t_.units.velocity, torque->value, torque->unit, *o.torque_limit),
+                       "will be cut{}. Ramp the reference.",
+                       o.reference_step, t_.units.velocity, torque->value, torque->unit, *o.torque_limit,
+                       is_step_far_beyond(c, t_) ? ", and nothing that is promised of it will hold" : ""),
            torque->value, *o.torque_limit);
     if (overshoot->value > kRounding * 100.0 * o.overshoot && !c.position_gain)
       note("step-not-kept", Severity::info,
@@ -180,6 +180,13 @@ class Remarks {
 };
 
 }  // namespace
+
+bool is_step_far_beyond(const TunedController& controller, const Tuning& tuning) {
+  constexpr double kFar = 2.0;
+  const auto* torque = controller.figure("reference_peak_torque");
+  return !tuning.is_evaluation() && !controller.position_gain && tuning.options.torque_limit &&
+         torque != nullptr && torque->value > kFar * *tuning.options.torque_limit;
+}
 
 void add_remarks(Tuning& tuning, std::span<const Result> results) { Remarks(tuning, results).add(); }
 

@@ -105,27 +105,33 @@ class Tuner {
     return described(found, bounds, curves);
   }
 
-  /// As a cascade where it has a position gain, by whose bounds it is judged then.
+  /// As a cascade where it has a position gain, by whose bounds it is judged then. `beyond_band`: how large
+  /// it may be above the band in which the machine is known.
   [[nodiscard]] expected<TunedController, Error> judged_given(const char* field,
                                                               const data::Controller& controller,
                                                               const std::vector<double>& reference,
-                                                              std::optional<double> position_gain) const {
+                                                              std::optional<double> position_gain,
+                                                              std::optional<double> beyond_band) const {
     const auto sampled = controller.sampled(sample_time_s_);
     if (position_gain) {
       auto cascade = law_of(sampled, *position_gain);
       if (!cascade)
         return refuse(field, "must be a PI under its position gain, C (1 + kv q), to be judged as a cascade");
-      return judged(*std::move(cascade), bounds_for(Structure::cascade, options_, 0.0), true);
+      auto bounds = bounds_for(Structure::cascade, options_, 0.0);
+      bounds.beyond_band = beyond_band;
+      return judged(*std::move(cascade), bounds, true);
     }
     Law law = law_of(sampled);
     if (!reference.empty()) set_reference(law, reference);
-    return judged(std::move(law), plain_bounds(options_), true);
+    auto bounds = plain_bounds(options_);
+    bounds.beyond_band = beyond_band;
+    return judged(std::move(law), bounds, true);
   }
 
   expected<void, Error> evaluate() {
     progress("judging the controller");
     auto given = judged_given("evaluate", *options_.evaluate, options_.evaluate_reference,
-                              options_.evaluate_position_gain);
+                              options_.evaluate_position_gain, design_bounds(options_).beyond_band);
     if (!given) return tl::unexpected(given.error());
     auto judgement = *std::move(given);
     if (judgement.structure.empty()) judgement.structure = "given";
@@ -144,10 +150,11 @@ class Tuner {
   expected<void, Error> add_running() {
     if (!options_.running) return {};
     progress("judging the controller that ran");
+    // It ran: what a mode above the band would do to it is known.
     auto given = judged_given("controller", *options_.running, options_.running_reference,
-                              options_.running_position_gain);
+                              options_.running_position_gain, {});
     if (!given)  // of another kind of cascade its loop alone
-      given = judged_given("controller", *options_.running, {}, {});
+      given = judged_given("controller", *options_.running, {}, {}, {});
     if (!given) return tl::unexpected(given.error());
     auto running = *std::move(given);
     running.structure = "running";
@@ -289,7 +296,14 @@ class Tuner {
       bound = std::min(bound, sensitivity) * 0.98 * most / noise;
       sensitivity = bound;
     }
-    return refuse("largest_noise_torque", "is met by no gain", *options_.largest_noise_torque);
+    return tl::unexpected(no_such_noise());
+  }
+
+  /// Where no gain was found under the limit of the noise's torque, or none whose loop is known.
+  [[nodiscard]] Error no_such_noise() const {
+    if (auto out = noise_out_of_reach(options_, nominal_, results_)) return *std::move(out);
+    return {"largest_noise_torque", "is met by no gain that meets the other bounds too",
+            *options_.largest_noise_torque};
   }
 
   /// The largest that keeps overshoot and torque of the reference step; without one a lag that keeps the
@@ -316,7 +330,10 @@ class Tuner {
   expected<void, Error> choose() {
     auto& all = tuning_.candidates;
     std::erase_if(all, [](const TunedController& c) { return !c.stable; });
-    if (all.empty()) return tl::unexpected(out_of_reach(options_, nominal_, "no controller"));
+    if (all.empty()) {
+      if (auto noise = noise_out_of_reach(options_, nominal_, results_)) return tl::unexpected(*noise);
+      return tl::unexpected(out_of_reach(options_, nominal_, "no controller"));
+    }
     const auto iae = [](const TunedController& c) {
       const auto* figure = c.figure("load_step_iae");
       return figure == nullptr ? std::numeric_limits<double>::infinity() : figure->value;
@@ -338,7 +355,10 @@ class Tuner {
       std::swap(all[0], all[1]);
       all[1].remark = "less than 5 % better: not worth its filter";
     }
-    if (auto crossing = check_crossover(all.front(), nominal_, results_); !crossing) return crossing;
+    if (auto crossing = check_crossover(all.front(), nominal_, results_); !crossing) {
+      if (auto noise = noise_out_of_reach(options_, nominal_, results_)) return tl::unexpected(*noise);
+      return crossing;
+    }
     if (options_.least_bandwidth_hz) {
       const auto* bandwidth = all.front().figure("load_bandwidth_hz");
       double reached = bandwidth == nullptr ? 0.0 : bandwidth->low.value_or(bandwidth->value);
@@ -354,7 +374,8 @@ class Tuner {
   Tuning finished() {
     const bool trusted =
         std::all_of(results_.begin(), results_.end(), [](const Result& r) { return r.trusted; });
-    tuning_.trusted = trusted && tuning_.proposed().within;
+    tuning_.trusted =
+        trusted && tuning_.proposed().within && !is_step_far_beyond(tuning_.proposed(), tuning_);
     add_remarks(tuning_, results_);
     return std::move(tuning_);
   }

@@ -156,6 +156,81 @@ TEST(Tune, LimitsTheNoisesTorqueAndTheStepsTorque) {
   EXPECT_EQ(unknown.error().field, "largest_noise_torque");
 }
 
+/// A softer loop is always there, but crosses where nothing was measured.
+TEST(Tune, TellsTheLeastNoiseOfALoopThatCrossesInsideTheBand) {
+  auto result = identified();
+  result.validation = Validation{90.0, true, {}, {}, 0.1};
+  auto o = few_draws();
+  for (const double asked : {1e-3, 1e-4, 1e-6}) {
+    o.largest_noise_torque = asked;
+    const auto refused = tune(result, o);
+    ASSERT_FALSE(refused) << asked;
+    EXPECT_EQ(refused.error().field, "largest_noise_torque");
+    const auto text = message_of(refused.error());
+    const auto at = text.find("about ");
+    ASSERT_NE(at, std::string::npos) << text;
+    o.largest_noise_torque = std::stod(text.substr(at + 6));
+    EXPECT_GT(*o.largest_noise_torque, asked);
+    const auto reached = tune(result, o);
+    ASSERT_TRUE(reached) << message_of(reached.error());
+    EXPECT_LE(value_of(reached->proposed(), "noise_gain") * 0.1, *o.largest_noise_torque * 1.001);
+    // It is the least: the loop crosses near to the lowest frequency that is allowed.
+    EXPECT_LT(reached->proposed().crossings.front().frequency_hz, 0.5);
+    EXPECT_GE(reached->proposed().crossings.front().frequency_hz, 0.3);
+  }
+}
+
+/// Even without a weight the step takes what the drive does not have.
+TEST(Tune, DoesNotTrustAStepThatIsFarBeyondTheTorque) {
+  auto o = few_draws();
+  const auto free = tune(identified(), o);
+  ASSERT_TRUE(free);
+  EXPECT_LE(value_of(free->proposed(), "reference_overshoot"), 1.8 + 1e-3);  // not at the edge of settling
+  const auto severity = [](const Tuning& tuning) {
+    const auto f = std::ranges::find(tuning.findings, "step-not-kept", &diagnostics::Finding::id);
+    return f == tuning.findings.end() ? std::optional<diagnostics::Severity>() : f->severity;
+  };
+  o.torque_limit = 1e-4;
+  const auto far = tune(identified(), o);
+  ASSERT_TRUE(far);
+  const double least = value_of(far->proposed(), "reference_peak_torque");
+  EXPECT_EQ(severity(*far), diagnostics::Severity::error);
+  EXPECT_FALSE(far->trusted);
+  EXPECT_EQ(far->proposed().set_point_weight, 0.0);
+  o.torque_limit = least / 1.9;
+  const auto beyond = tune(identified(), o);
+  ASSERT_TRUE(beyond);
+  EXPECT_EQ(severity(*beyond), diagnostics::Severity::warning);
+  EXPECT_TRUE(beyond->trusted);
+}
+
+/// What was designed for a narrow band is judged for it too, and what was designed for a wide one is not
+/// within.
+TEST(Tune, JudgesAGivenControllerAboveTheBand) {
+  auto narrow = identified();
+  narrow.response.frequency_hz.resize(20);  // up to 2.53 Hz
+  const auto designed = tune(narrow, few_draws()), wide = tune(identified(), few_draws());
+  ASSERT_TRUE(designed && wide);
+  auto o = few_draws();
+  o.evaluate = data::Controller(designed->proposed().feedback);
+  const auto again = tune(narrow, o);
+  ASSERT_TRUE(again) << message_of(again.error());
+  EXPECT_TRUE(again->proposed().within);
+  EXPECT_DOUBLE_EQ(again->proposed().probability(), designed->proposed().probability());
+  ASSERT_TRUE(again->proposed().figure("beyond_band_peak")->bound);
+  o.evaluate = data::Controller(wide->proposed().feedback);
+  const auto beyond = tune(narrow, o);
+  ASSERT_TRUE(beyond);
+  EXPECT_FALSE(beyond->proposed().within);
+  EXPECT_GT(beyond->proposed().probability(), 0.9);
+  // The one that ran has figures alone.
+  o = few_draws();
+  o.running = data::Controller(wide->proposed().feedback);
+  const auto ran = tune(narrow, o);
+  ASSERT_TRUE(ran) << message_of(ran.error());
+  EXPECT_FALSE(ran->running->figure("beyond_band_peak")->bound);
+}
+
 TEST(Tune, RefusesWhatCannotBeReliedOn) {
   const auto refused = [](const Result& result, const TuneOptions& o) {
     const auto tuning = tune(result, o);
@@ -516,7 +591,8 @@ TEST(Tune, LimitsNoiseAndStepOfASchedule) {
   o.positions = {0.2, 1.2};
   const auto free = tune(results, o);
   ASSERT_TRUE(free) << message_of(free.error());
-  o.torque_limit = 0.5 * value_of(free->proposed(), "reference_peak_torque");
+  // Without any weight it takes just over half of it.
+  o.torque_limit = 0.6 * value_of(free->proposed(), "reference_peak_torque");
   const auto cut = tune(results, o);
   ASSERT_TRUE(cut) << message_of(cut.error());
   EXPECT_LE(value_of(cut->proposed(), "reference_peak_torque"), 1.001 * *o.torque_limit);
