@@ -182,7 +182,7 @@ TEST_F(TuneVerb, JudgesWhatItExported) {
       ASSERT_EQ(is.size(), was.size());
       // By the same bounds, but for |C S|, which a search limits for its filters.
       if (structure == "pi" || structure == "cascade") {
-        EXPECT_EQ(judged.at("probability_of_exceeding"), designed.at("probability_of_exceeding"));
+        EXPECT_EQ(judged.at("posterior"), designed.at("posterior"));
       }
       for (std::size_t i = 0; i < was.size(); ++i) {
         EXPECT_EQ(is[i].at("name"), was[i].at("name"));
