@@ -34,8 +34,9 @@ struct ExportedController {
   std::optional<double> torque_limit;        ///< Nm; at it the sum is not driven further out.
   std::string name = "velocity_controller";  ///< A letter, then letters, digits and single underscores.
   std::vector<ScheduleNode> schedule;        ///< Gains over position, ascending; empty: kp and ki everywhere.
-  std::optional<double> largest_speed = {};  ///< That of a schedule's position, per s: said in a comment.
-  double kv = 0.0;                           ///< 1/s; > 0: the reference is a position. Then b must be 1.
+  std::optional<double> largest_speed =
+      {};                      ///< That of a schedule's position, in its unit per s: said in a comment.
+  double kv = 0.0;             ///< 1/s; > 0: the reference is a position. Then b must be 1.
   bool sums_velocity = false;  ///< The position is Ts times the sum of the velocity, from 0, not measured.
   /// Where kv is given: also a function NAME_torque_feed_forward() in C and structured text, a comment in
   /// HAL.

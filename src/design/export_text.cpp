@@ -188,9 +188,9 @@ std::string digits_17(double value) {
 }
 
 std::string speed_comment(const ExportedController& design) {
-  return design.largest_speed
-             ? fmt::format(" The position may move at up to {:.3g} of it per s.", *design.largest_speed)
-             : std::string();
+  return design.largest_speed ? fmt::format(" The position may move at up to {:.3g} position units per s.",
+                                            *design.largest_speed)
+                              : std::string();
 }
 
 std::string filled_in(std::string_view text, const TextValues& values) {

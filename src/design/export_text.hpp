@@ -23,7 +23,8 @@ struct ScheduleSlope {
 /// 17 digits, with a decimal point: read back it is the same number everywhere.
 [[nodiscard]] std::string digits_17(double value);
 
-/// " The position may move at up to 0.3 of it per s." where a schedule's position has a largest speed.
+/// " The position may move at up to 0.3 position units per s." where a schedule's position has a largest
+/// speed.
 [[nodiscard]] std::string speed_comment(const ExportedController& design);
 
 /// A text in which each @key@ is replaced by its value.

@@ -111,6 +111,33 @@ Posterior Posterior::blended(const Posterior& other, double share) const {
   return blended;
 }
 
+Posterior Posterior::between(const Posterior& other, double share) const {
+  const Posterior straight = blended(other, share);
+  std::vector<fit::Parameter> all = straight.parameters_;
+  std::vector<double> bends(all.size(), 0.0);
+  // Parabolas whose slopes at the ends are 1 -+ kSkew of the mean one; at twice that the next would turn.
+  constexpr double kSkew = 0.5;
+  for (int i = 0; i < fit::kParameterCount; ++i) {
+    const auto p = static_cast<fit::Parameter>(i);
+    const double from = nominal_.value(p), to = other.nominal_.value(p);
+    const double change = !is_logarithm(p) ? to - from : from > 0.0 && to > 0.0 ? std::log(to / from) : 0.0;
+    if (change == 0.0) continue;
+    const auto found = std::find(all.begin(), all.end(), p);
+    if (found == all.end()) bends.push_back(0.0);
+    const auto at = found - all.begin();
+    if (found == all.end()) all.push_back(p);
+    bends[static_cast<std::size_t>(at)] = kSkew * change * share * (1.0 - share);
+  }
+  const auto count = static_cast<Eigen::Index>(all.size()), known = straight.spread_.rows();
+  Eigen::MatrixXd covariance = Eigen::MatrixXd::Zero(count, count);
+  covariance.topLeftCorner(known, known) = straight.spread_ * straight.spread_.transpose();
+  covariance.diagonal() += Eigen::Map<const Eigen::VectorXd>(bends.data(), count).cwiseAbs2();
+  Posterior between(nominal_, std::move(all), covariance);
+  between.known_to_hz_ = straight.known_to_hz_;
+  between.delay_is_told_ = straight.delay_is_told_;
+  return between;
+}
+
 fit::DriveModel Posterior::at(const Eigen::VectorXd& u) const {
   const Eigen::VectorXd moved = spread_ * u;
   fit::DriveModel model = nominal_;

@@ -37,6 +37,10 @@ class Posterior {
   /// Around this machine, its covariance a share of the way to that of another posterior; a parameter that
   /// one of them does not know is exact there.
   [[nodiscard]] Posterior blended(const Posterior& other, double share) const;
+  /// blended(), and what the course from this machine to the other may differ from a straight line by
+  /// (docs/methods/tune.md 12): nothing at its ends, in the middle an eighth of what each parameter, or its
+  /// logarithm, changes by.
+  [[nodiscard]] Posterior between(const Posterior& other, double share) const;
   /// The same with every variance times `factor`, the delay's times `delay_factor`. A delay that is known
   /// better than the rest tells more of what is correlated with it: the machines that are left are among
   /// those that were (docs/methods/tune.md 7.6).

@@ -120,6 +120,13 @@ struct RateCheck {
 [[nodiscard]] double largest_speed_of(const MachineAt& machine_at, const GainSchedule& schedule,
                                       const Stroke& stroke, double most);
 
+/// Up to which speed loops that were judged with the position at rest say what they do while it moves, as of
+/// systems that vary slowly: the stroke takes five settling times of the slowest of them, and within one
+/// settling time no gain, inertia or stiffness changes by more than a tenth. Settled: down to 2 % by the
+/// slowest pole. 0 where a loop is unstable.
+[[nodiscard]] double slow_speed_of(const MachineAt& machine_at, const GainSchedule& schedule,
+                                   const Stroke& stroke, std::size_t count = 41);
+
 struct ScheduleDesign {
   GainSchedule schedule;
   FrozenMargins margins;

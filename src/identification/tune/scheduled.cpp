@@ -32,6 +32,32 @@ expected<std::optional<double>, Error> most_noise_gain(std::span<const Result> r
       "fitted to the recordings");
 }
 
+/// What lies between two results is interpolated: nobody has looked there (docs/methods/tune.md 12).
+expected<void, Error> check_gap(const fit::DriveModel& a, double from, const fit::DriveModel& b, double to) {
+  constexpr double kMuch = 0.2;  // as between rows of a track
+  for (const fit::Parameter p :
+       {fit::kDrivenInertia, fit::kMiddleInertia, fit::kLoadInertia, fit::kStiffness, fit::kStiffness2}) {
+    if (!fit::has_parameter(a.structure, p)) continue;
+    const auto before = a.estimate(p), after = b.estimate(p);
+    const double change = std::log(after.value / before.value);
+    if (std::abs(change) <=
+        std::max(kMuch, 2.0 * std::hypot(before.std / before.value, after.std / after.value)))
+      continue;
+    return refuse(
+        "positions",
+        fmt::format("must be enough from {:.4g} to {:.4g}, over which {} changes by {:.0f} %; record "
+                    "one between them",
+                    from, to, fit::kParameterNames[p], 100.0 * std::abs(std::expm1(change))));
+  }
+  return {};
+}
+expected<void, Error> check_gaps(const std::vector<double>& positions,
+                                 const std::vector<fit::DriveModel>& machines) {
+  for (std::size_t i = 0; i + 1 < positions.size(); ++i)
+    if (auto gap = check_gap(machines[i], positions[i], machines[i + 1], positions[i + 1]); !gap) return gap;
+  return {};
+}
+
 double length_of(const design::Stroke& stroke) { return stroke.to - stroke.from; }
 
 class Scheduler {
@@ -48,6 +74,7 @@ class Scheduler {
     for (const auto& machine : t_.machines)
       if (machine.structure != t_.machines.front().structure)
         return refuse("positions", "need results of one structure; identify all with the same .model");
+    if (auto near = check_gaps(t_.options.positions, t_.machines); !near) return tl::unexpected(near.error());
     const auto noise_gain = most_noise_gain(results_, t_.options);
     if (!noise_gain) return tl::unexpected(noise_gain.error());
     const auto& o = t_.options;
@@ -125,17 +152,26 @@ class Scheduler {
   /// The frozen figures are no proof while the position moves.
   expected<void, Error> check_speed(const design::GainSchedule& schedule) {
     constexpr double kLooked = 2.0;  // strokes per second
-    const double most = t_.options.largest_speed.value_or(kLooked * length_of(stroke_));
+    const double slow = slow_speed_of(machine_at_, schedule, stroke_);
+    const double most = t_.options.largest_speed.value_or(std::min(slow, kLooked * length_of(stroke_)));
+    if (most > slow)
+      return refuse(
+          "largest_speed",
+          fmt::format("must be at most {:.3g} position units per s: beyond it the loops that were judged at "
+                      "rest tell nothing, since the stroke takes less than five of their settling times, or "
+                      "they change by more than a tenth within one",
+                      slow),
+          most);
     const double reached = largest_speed_of(machine_at_, schedule, stroke_, most);
     t_.schedule->largest_speed = reached;
     t_.schedule->looked_speed = most;
     if (!t_.options.largest_speed || reached >= most) return {};
-    return refuse(
-        "largest_speed",
-        fmt::format("must be at most {:.3g}: beyond it the gains change so quickly that a run through "
-                    "the stroke disturbs the load by a tenth more than a slow one",
-                    reached),
-        most);
+    return refuse("largest_speed",
+                  fmt::format("must be at most {:.3g} position units per s: beyond it the gains change so "
+                              "quickly that a run through "
+                              "the stroke disturbs the load by a tenth more than a slow one",
+                              reached),
+                  most);
   }
 
   /// With the set-point weight that keeps overshoot and torque of a step at every position.
@@ -184,7 +220,7 @@ design::PosteriorAt posterior_over(const Tuning& tuning, const std::vector<desig
     const double share = std::clamp((position - positions[i]) / (positions[i + 1] - positions[i]), 0.0, 1.0);
     if (share == 0.0) return posteriors[i].around(machine_at(position));
     if (share == 1.0) return posteriors[i + 1].around(machine_at(position));
-    return posteriors[i].blended(posteriors[i + 1], share).around(machine_at(position));
+    return posteriors[i].between(posteriors[i + 1], share).around(machine_at(position));
   };
 }
 

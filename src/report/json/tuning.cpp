@@ -61,7 +61,7 @@ void describe_wanted(Fields& f, Tuning& t) {
     describe_given(f, {"evaluate", "controller that was judged instead"}, o.evaluate);
     describe_given(f, {"running", "controller under which was recorded"}, o.running);
     f.unless_empty({"positions", "positions of the machines, over which gains are scheduled"}, o.positions);
-    f({"largest_speed", "of the position along them, per s"}, o.largest_speed);
+    f({"largest_speed", "of the position along them, in its unit per s"}, o.largest_speed);
     f.unless(false, {"shaper", "whether an input shaper was to be chosen"}, o.shaper);
     f({"shaper_limit", "residual vibration that it may leave"}, o.shaper_limit);
     f.unless(false, {"forced", "made of results that need not be trusted"}, o.force);
@@ -104,9 +104,10 @@ void describe_schedule(Fields& f, std::optional<identification::TunedSchedule>& 
            });
     f({"worst_position", "where machines exceed a bound most often"}, schedule->worst_position);
     f({"largest_speed",
-       "of the position, per s, up to which a run disturbs the load no more than a slow one"},
+       "of the position, in its unit per s, up to which a run disturbs the load no more than a slow one"},
       schedule->largest_speed);
-    f({"looked_speed", "up to which was looked for it"}, schedule->looked_speed);
+    f({"looked_speed", "up to which was looked for it, no further than slowly varying loops tell"},
+      schedule->looked_speed);
     f({"fixed_iae", "error of the load on a run through the stroke with one PI"}, schedule->fixed_iae);
     f({"scheduled_iae", "the same with the schedule"}, schedule->scheduled_iae);
     f({"within", "every bound is met with the confidence at every position"}, schedule->within);

@@ -7,6 +7,7 @@
 
 #include <array>
 #include <cmath>
+#include <complex>
 #include <random>
 #include <resonid/base/constants.hpp>
 
@@ -201,6 +202,81 @@ TEST(Posterior, IsBlendedBetweenTwo) {
     squares += std::pow(std::log(quarter.at(u).parameters.stiffness / a.nominal().parameters.stiffness), 2);
   }
   EXPECT_NEAR(std::sqrt(squares / kDraws), 0.01, 3e-4);
+}
+
+TEST(Schedule, TellsUpToWhichSpeedFrozenLoopsSpeakOfMotion) {
+  // A rigid drive without delay under a PI: its slowest pole by hand.
+  fit::DriveModel rigid;
+  rigid.structure = fit::Structure::rigid;
+  rigid.sample_time_s = 0.001;
+  rigid.parameters.driven_inertia = 0.01;
+  const auto settling = [&](double kp, double ki) {
+    // By torque held for a sample: z^2 - (2 - b (kp + ki Ts)) z + 1 - b kp, b = Ts / J.
+    const double b = 0.001 / 0.01;
+    const std::complex<double> half = 0.5 * (2.0 - b * (kp + 0.001 * ki)),
+                               root = std::sqrt(half * half - (1.0 - b * kp));
+    const double radius = std::max(std::abs(half + root), std::abs(half - root));
+    return std::log(50.0) * 0.001 / -std::log(radius);
+  };
+  const Stroke stroke{0.0, 2.0};
+  const auto same = [&](double) { return rigid; };
+  const GainSchedule level({{0.0, 0.5, 2.0}});
+  EXPECT_NEAR(slow_speed_of(same, level, stroke), 2.0 / (5.0 * settling(0.5, 2.0)),
+              0.01 * slow_speed_of(same, level, stroke));
+  // Gains that grow by e: a tenth of that within a settling time.
+  const GainSchedule growing({{0.0, 0.5, 2.0}, {2.0, 0.5 * std::exp(1.0), 2.0 * std::exp(1.0)}});
+  const double steepest = (std::exp(1.0) - 1.0) / 2.0;
+  const double speed = slow_speed_of(same, growing, stroke);
+  EXPECT_LT(speed, 2.0 / (5.0 * settling(0.5, 2.0)));
+  EXPECT_NEAR(speed, 0.1 / (steepest * settling(0.5, 2.0)), 0.05 * speed);
+  // The machine changes as well as its gains.
+  const auto heavier = [&](double position) {
+    auto model = rigid;
+    model.parameters.driven_inertia *= std::exp(position);
+    return model;
+  };
+  EXPECT_LT(slow_speed_of(heavier, level, stroke), 0.5 * slow_speed_of(same, level, stroke));
+  EXPECT_EQ(slow_speed_of(same, GainSchedule({{0.0, 50.0, 2.0}}), stroke), 0.0);  // unstable
+}
+
+/// Standard deviation of the logarithm of the stiffness, by draws.
+double stiffness_std(const Posterior& posterior) {
+  std::mt19937_64 random(4);
+  std::normal_distribution<double> normal;
+  double squares = 0.0;
+  constexpr int kDraws = 20000;
+  for (int i = 0; i < kDraws; ++i) {
+    Eigen::VectorXd u(posterior.dimension());
+    for (auto& x : u) x = normal(random);
+    squares += std::pow(
+        std::log(posterior.at(u).parameters.stiffness / posterior.nominal().parameters.stiffness), 2);
+  }
+  return std::sqrt(squares / kDraws);
+}
+
+TEST(Posterior, DoubtsTheCourseBetweenTwoPositions) {
+  const auto stiffness = [](double position) { return tooth_belt_at(position).parameters.stiffness; };
+  for (const double from : {0.4, 0.7, 1.0})
+    for (const double to : {1.25 * from, 1.6 * from}) {
+      // Known exactly at both ends: what is open in between is the course alone.
+      const auto a = posterior_of(tooth_belt_at(from)).scaled(0.0, 0.0),
+                 b = posterior_of(tooth_belt_at(to)).scaled(0.0, 0.0);
+      const double change = std::log(stiffness(to) / stiffness(from));
+      for (const double share : {0.25, 0.5, 0.75}) {
+        const double straight = std::log(stiffness(from)) + share * change;
+        const double off = std::log(stiffness(from + share * (to - from))) - straight;
+        const double std = stiffness_std(a.between(b, share));
+        EXPECT_NEAR(std, 0.5 * std::abs(change) * share * (1.0 - share), 0.02 * std) << from;
+        EXPECT_LT(std::abs(off), 2.0 * std) << from << " to " << to;
+        EXPECT_GT(std::abs(off), 0.0);
+      }
+      EXPECT_TRUE(a.between(b, 0.0).is_exact());
+      EXPECT_TRUE(a.between(b, 1.0).is_exact());
+    }
+  // Beside what the results themselves leave open.
+  const auto a = posterior_of(tooth_belt_at(0.5)), b = posterior_of(tooth_belt_at(0.6));
+  const double change = std::log(stiffness(0.6) / stiffness(0.5));
+  EXPECT_NEAR(stiffness_std(a.between(b, 0.5)), std::hypot(0.02, change / 8.0), 4e-4);
 }
 
 }  // namespace
