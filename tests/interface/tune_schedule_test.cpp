@@ -47,7 +47,7 @@ class TuneSchedule : public test::ProgramTest {
 TEST_F(TuneSchedule, TakesTheRowsOfATrack) {
   write("rows.csv", rows());
   const auto done =
-      run("tune result.json --schedule rows.csv --structure pi --draws 400 --speed 0.3 --json tuned.json "
+      run("tune result.json --schedule rows.csv --structure pi --draws 400 --speed 0.05 --json tuned.json "
           "--export c:control.h");
   ASSERT_EQ(done.exit_code, 0) << done.error;
   const auto tuned = nlohmann::json::parse(text("tuned.json"));
@@ -64,7 +64,7 @@ TEST_F(TuneSchedule, TakesTheRowsOfATrack) {
   EXPECT_GT(most, 0.0);
   EXPECT_LE(most, 0.05);
   EXPECT_GT(schedule.at("largest_speed").get<double>(), 0.0);
-  EXPECT_EQ(schedule.at("looked_speed").get<double>(), 0.3);
+  EXPECT_EQ(schedule.at("looked_speed").get<double>(), 0.05);
   EXPECT_NE(done.out.find("with at least 95 % probability"), std::string::npos);
   EXPECT_NE(done.out.find("The position may move at up to"), std::string::npos);
   const auto& machines = tuned.at("machines");
@@ -95,6 +95,25 @@ TEST_F(TuneSchedule, NeedsAPositionForASpeed) {
   write("rows.csv", rows());
   EXPECT_NE(refused("--schedule rows.csv --speed 0").find("--speed: found 0, must be > 0"),
             std::string::npos);
+}
+
+TEST_F(TuneSchedule, RefusesWhatCannotExpressAScheduleBeforeItDesigns) {
+  write("rows.csv", rows());
+  for (const char* format : {"json", "hal"}) {
+    const auto error = refused(std::string("--schedule rows.csv -v --export ") + format + ":out.txt");
+    EXPECT_NE(
+        error.find(std::string("--export ") + format + ": found with --schedule, required c, c-float or st"),
+        std::string::npos)
+        << error;
+    EXPECT_EQ(error.find("gains over position"), std::string::npos) << error;  // the stage
+  }
+}
+
+TEST_F(TuneSchedule, ClaimsNoSpeedBeyondSlowlyVaryingLoops) {
+  write("rows.csv", rows());
+  const auto error = refused("--schedule rows.csv --structure pi --draws 400 --speed 100");
+  EXPECT_NE(error.find("--speed: found 100, must be at most"), std::string::npos) << error;
+  EXPECT_NE(error.find("position units per s"), std::string::npos) << error;
 }
 
 TEST_F(TuneSchedule, TakesNumbersForPositions) {

@@ -38,6 +38,26 @@ void put_figure_card(std::vector<Card>& cards, const TunedController& c, const c
   cards.push_back(std::move(card));
 }
 
+/// The place of the proposed controller, where gains go over position: "at position 0.385"; else empty.
+std::string place_words(const Tuning& t) {
+  return t.schedule && !t.schedule->nodes.empty()
+             ? fmt::format("at position {:.4g}", t.schedule->nodes.front().position)
+             : std::string();
+}
+
+Card exceeding_card(const Tuning& t) {
+  const auto& c = t.proposed();
+  Card card{"Beyond a bound",
+            c.exceeding == 0 ? "none" : share_text(c.probability()),
+            "",
+            {fmt::format("of {} machines", grouped(c.draws)),
+             c.unstable == 0 ? "none unstable" : grouped(c.unstable) + " unstable"}};
+  if (!t.schedule || t.schedule->places.empty()) return card;
+  card.value = share_text(t.schedule->probability());
+  card.under.back() = fmt::format("at position {:.4g}, where most", t.schedule->worst_position);
+  return card;
+}
+
 std::vector<Card> tune_cards(const Tuning& t) {
   const auto& c = t.proposed();
   std::vector<Card> cards;
@@ -59,12 +79,9 @@ std::vector<Card> tune_cards(const Tuning& t) {
   std::string against;
   if (const auto ratio = stiffer_by(t)) against = stiffness_words(*ratio);
   put_figure_card(cards, c, "load_step_iae", "Load step, IAE", against);
-  if (c.draws > 0)
-    cards.push_back({"Beyond a bound",
-                     c.exceeding == 0 ? "none" : share_text(c.probability()),
-                     "",
-                     {fmt::format("of {} machines", grouped(c.draws)),
-                      c.unstable == 0 ? "none unstable" : grouped(c.unstable) + " unstable"}});
+  if (const auto place = place_words(t); !place.empty())
+    for (Card& card : cards) card.under.push_back(place);
+  if (c.draws > 0) cards.push_back(exceeding_card(t));
   return cards;
 }
 
@@ -88,6 +105,7 @@ Badge tune_badge(const Tuning& t) {
   } else {
     b.good = true;
     b.word = fmt::format("Bounds kept, {:g} %", 100.0 * t.options.confidence);
+    if (t.schedule) b.reason = "at every position: " + b.reason;
   }
   return b;
 }
@@ -163,6 +181,11 @@ Document document(const Tuning& t) {
     d.facts.push_back(fmt::format("delay {} ms", three_digits(1e3 * (m.known_delay_s + m.delay_s))));
   }
   d.summary = lead_sentences(t);
+  const auto place = place_words(t);
+  if (auto text = schedule_sentence(t); !text.empty()) d.summary.push_back(std::move(text));
+  if (!place.empty())
+    d.summary.push_back("Gains, figures and curves below are those " + place +
+                        " unless they say otherwise; section 'Gains over position' has all of them.");
   d.badge = tune_badge(t);
   d.cards = tune_cards(t);
   d.findings = t.findings;
@@ -170,11 +193,15 @@ Document document(const Tuning& t) {
     if (!s.charts.empty() || !s.plain_tables.empty()) d.sections.push_back(std::move(s));
   };
   put(check_section(t));
-  put(step_section(t));
-  put(sensitivity_section(t));
-  put(torque_section(t));
-  put(loop_section(t));
-  if (t.proposed().stable && !t.proposed().figures.empty()) put(figures_section_of(t));
+  const auto put_there = [&](Section s) {
+    if (!place.empty()) s.title += ", " + place;
+    put(std::move(s));
+  };
+  put_there(step_section(t));
+  put_there(sensitivity_section(t));
+  put_there(torque_section(t));
+  put_there(loop_section(t));
+  if (t.proposed().stable && !t.proposed().figures.empty()) put_there(figures_section_of(t));
   put(controllers_section(t));
   Section cost;
   cost.title = "What the bounds cost";

@@ -716,9 +716,10 @@ TEST(Tune, ShapesWhatEveryMachineSwings) {
   o.shaper = true;
   o.largest_load_transfer = 2.5;
   o.largest_sensitivity = 1.8;
-  const std::vector<Result> results = {identified(0.01, 110.0), identified(0.01, 500.0)};
+  const std::vector<Result> results = {identified(0.01, 290.0), identified(0.01, 347.0),
+                                       identified(0.01, 416.0), identified(0.01, 500.0)};
   const auto one = tune(results.back(), o);
-  o.positions = {0.0, 1.0};
+  o.positions = {0.0, 0.3, 0.6, 1.0};
   const auto all = tune(results, o);
   ASSERT_TRUE(one && all) << message_of(all.error());
   const auto chosen = [](const Tuning& t) {

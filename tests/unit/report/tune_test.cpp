@@ -506,11 +506,32 @@ TEST(TunePage, DrawsTheCircleOfMsAndEllipses) {
   EXPECT_DOUBLE_EQ(circle->radius, 1.0 / 1.4);
 }
 
+TEST(TunePage, SaysWhichPositionItsFiguresAreOf) {
+  const auto page = document(test::full_tuning());
+  const auto holds = [&](std::string_view words) {
+    return std::any_of(page.summary.begin(), page.summary.end(),
+                       [&](const std::string& text) { return text.find(words) != std::string::npos; });
+  };
+  EXPECT_TRUE(holds("Gains over position, 3 nodes: every bound is met at every position"));
+  EXPECT_TRUE(holds("below are those at position 0.1"));
+  EXPECT_EQ(page.badge->reason.find("at every position"), 0U);
+  for (std::size_t i = 0; i + 1 < page.cards.size(); ++i)
+    EXPECT_EQ(page.cards[i].under.back(), "at position 0.1") << page.cards[i].name;
+  EXPECT_EQ(page.cards.back().value, "4.7 %");
+  EXPECT_EQ(page.cards.back().under.back(), "at position 0.9, where most");
+  std::size_t there = 0;
+  for (const auto& section : page.sections) there += section.title.ends_with(", at position 0.1") ? 1 : 0;
+  EXPECT_EQ(there, 5U);
+  const auto plain = document(test::tuning());
+  for (const auto& section : plain.sections) EXPECT_EQ(section.title.find("position"), std::string::npos);
+}
+
 TEST(TunePage, IsMadeOfWhateverIsThere) {
   const auto page = document(test::full_tuning());
-  for (const char* title : {"Steps", "Sensitivity, and what the load does", "Loop", "What the loop does",
-                            "Controllers that were compared", "What the bounds cost", "Gains over position",
-                            "Input shapers", "On the simulated machine"})
+  for (const char* title :
+       {"Steps, at position 0.1", "Sensitivity, and what the load does, at position 0.1",
+        "Loop, at position 0.1", "What the loop does, at position 0.1", "Controllers that were compared",
+        "What the bounds cost", "Gains over position", "Input shapers", "On the simulated machine"})
     EXPECT_TRUE(std::any_of(page.sections.begin(), page.sections.end(), [&](const Section& s) {
       return s.title == title;
     })) << title;
