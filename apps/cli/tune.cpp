@@ -173,17 +173,6 @@ expected<std::string> json_export(const identification::Tuning& tuning) {
   return json.dump(2) + "\n";
 }
 
-/// What cannot express gains over position, before they are designed.
-void refuse_without_schedule(const TuneVerb& o, const std::vector<TuneExport>& exports) {
-  using identification::ExportFormat;
-  if (!o.schedule) return;
-  for (const auto& e : exports)
-    if (e.format == ExportFormat::json || e.format == ExportFormat::hal)
-      throw UsageError(fmt::format(
-          "--export {}: found with --schedule, required c, c-float or st: {} has one set of gains",
-          name_of(e.format), e.format == ExportFormat::json ? "a controller file" : "a HAL file"));
-}
-
 /// All texts before the first is written.
 void write(const TuneVerb& o, const std::vector<TuneExport>& exports, const std::vector<std::string>& inputs,
            bool quiet, identification::Tuning& tuning) {
@@ -218,7 +207,6 @@ void write(const TuneVerb& o, const std::vector<TuneExport>& exports, const std:
 
 void run_tune(CLI::App& verb, TuneVerb& o) {
   const auto exports = exports_of(o.exports);
-  refuse_without_schedule(o, exports);
   std::vector<std::pair<std::string_view, std::string_view>> outputs = {{"--report", o.report},
                                                                         {"--json", o.json}};
   for (const auto& e : exports) outputs.emplace_back("--export", e.file);

@@ -102,7 +102,7 @@ TEST_F(TuneSchedule, RefusesWhatCannotExpressAScheduleBeforeItDesigns) {
   for (const char* format : {"json", "hal"}) {
     const auto error = refused(std::string("--schedule rows.csv -v --export ") + format + ":out.txt");
     EXPECT_NE(
-        error.find(std::string("--export ") + format + ": found with --schedule, required c, c-float or st"),
+        error.find(std::string("--export ") + format + ": schedule: must be taken away as c, c-float or st"),
         std::string::npos)
         << error;
     EXPECT_EQ(error.find("gains over position"), std::string::npos) << error;  // the stage
