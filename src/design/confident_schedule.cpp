@@ -11,16 +11,6 @@
 namespace resonid::design {
 namespace {
 
-expected<void> check_options(const Stroke& stroke, const ConfidentScheduleOptions& options) {
-  if (!(stroke.to > stroke.from)) return refuse("stroke", "must end above its beginning", stroke.to);
-  if (options.first_nodes < 2 || options.first_nodes > options.most_nodes)
-    return refuse("first_nodes", "must be at least 2 and at most most_nodes",
-                  static_cast<double>(options.first_nodes));
-  if (options.count < 2) return refuse("count", "must be at least 2", static_cast<double>(options.count));
-  if (bounded_transfers(options.bounds).empty()) return refuse("bounds", "must limit something");
-  return {};
-}
-
 class ScheduleSearch {
  public:
   ScheduleSearch(const PosteriorAt& posterior_at, const Stroke& stroke,
@@ -254,7 +244,10 @@ const FrozenCheck& ConfidentSchedule::worst() const {
 
 expected<ConfidentSchedule> confident_schedule(const PosteriorAt& posterior_at, const Stroke& stroke,
                                                const ConfidentScheduleOptions& options) {
-  if (const auto valid = check_options(stroke, options); !valid) return tl::unexpected(valid.error());
+  if (const auto valid =
+          check_nodes(stroke, options.bounds, options.first_nodes, options.most_nodes, options.count);
+      !valid)
+    return tl::unexpected(valid.error());
   return ScheduleSearch(posterior_at, stroke, options).run();
 }
 

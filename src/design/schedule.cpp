@@ -27,12 +27,10 @@ Place place_of(const Positions& all, double position, const PositionOf& position
 }
 
 expected<void> check(const Stroke& stroke, const ScheduleOptions& options) {
-  if (!(stroke.to > stroke.from)) return refuse("stroke", "must end above its beginning", stroke.to);
-  if (options.first_nodes < 2 || options.first_nodes > options.most_nodes)
-    return refuse("first_nodes", "must be at least 2 and at most most_nodes",
-                  static_cast<double>(options.first_nodes));
-  if (options.count < 2) return refuse("count", "must be at least 2", static_cast<double>(options.count));
-  if (bounded_transfers(options.bounds).empty()) return refuse("bounds", "must limit something");
+  if (auto valid =
+          check_nodes(stroke, options.bounds, options.first_nodes, options.most_nodes, options.count);
+      !valid)
+    return valid;
   if (options.largest_speed && !(*options.largest_speed > 0.0))
     return refuse("largest_speed", "must be > 0", *options.largest_speed);
   return {};
@@ -107,6 +105,17 @@ expected<ScheduleDesign> checked(ScheduleDesign design, const MachineAt& machine
 }
 
 }  // namespace
+
+expected<void> check_nodes(const Stroke& stroke, const Bounds& bounds, std::size_t first_nodes,
+                           std::size_t most_nodes, std::size_t count) {
+  if (!(stroke.to > stroke.from)) return refuse("stroke", "must end above its beginning", stroke.to);
+  if (first_nodes < 2 || first_nodes > most_nodes)
+    return refuse("first_nodes", "must be at least 2 and at most most_nodes",
+                  static_cast<double>(first_nodes));
+  if (count < 2) return refuse("count", "must be at least 2", static_cast<double>(count));
+  if (bounded_transfers(bounds).empty()) return refuse("bounds", "must limit something");
+  return {};
+}
 
 FilteredPi GainSchedule::at(double position) const {
   const auto [i, share] = place_of(nodes_, position, [](const ScheduleNode& node) { return node.position; });

@@ -89,6 +89,10 @@ struct ScheduleRun {
 [[nodiscard]] ScheduleRun run_through(const MachineAt& machine_at, const GainSchedule& schedule,
                                       const Stroke& stroke, double speed, int changes = 8);
 
+/// What every way to nodes over a stroke needs.
+[[nodiscard]] expected<void> check_nodes(const Stroke& stroke, const Bounds& bounds, std::size_t first_nodes,
+                                         std::size_t most_nodes, std::size_t count);
+
 struct ScheduleOptions {
   Bounds bounds;
   std::vector<Biquad> biquads;

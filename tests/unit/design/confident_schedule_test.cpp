@@ -17,16 +17,9 @@
 namespace resonid::design {
 namespace {
 
-constexpr Stroke kBelt{0.38, 1.65};
-
-/// The source's tooth belt over its stroke, inertias and stiffness known to 2 %, the delay to 0.1 ms.
-fit::DriveModel tooth_belt_at(double position_m) {
-  constexpr double kPulley = 0.0028, kRadius = 0.0199, kLoad = 6.7 * kRadius * kRadius, kSpecific = 376406.25;
-  const double stiffness =
-      kRadius * kRadius * kSpecific * (1.0 / position_m + 1.0 / (1.7 - position_m + 2.14));
-  const double damping = stiffness / (10.0 * std::sqrt(stiffness * (1.0 / kPulley + 1.0 / kLoad)));
-  return test::golden_machine({kPulley, kLoad, stiffness, damping}, 0.0005, 0.001).model();
-}
+using test::tooth_belt_at;
+constexpr Stroke kBelt = test::kBeltStroke;
+/// Inertias and stiffness known to 2 %, the delay to 0.1 ms.
 constexpr std::array kUncertain = {fit::kDrivenInertia, fit::kLoadInertia, fit::kStiffness, fit::kDamping,
                                    fit::kDelay};
 constexpr std::array kStd = {0.02, 0.02, 0.02, 0.2, 1e-4};
@@ -186,22 +179,28 @@ TEST(ConfidentSchedule, TellsHowQuicklyThePositionMayMove) {
   EXPECT_TRUE(fast.iae > 1.1 * rest.iae || fast.peak > 1.1 * rest.peak);
 }
 
+/// Standard deviation of the logarithm of the stiffness, by draws.
+double stiffness_std(const Posterior& posterior) {
+  std::mt19937_64 random(4);
+  std::normal_distribution<double> normal;
+  double squares = 0.0;
+  constexpr int kDraws = 20000;
+  for (int i = 0; i < kDraws; ++i) {
+    Eigen::VectorXd u(posterior.dimension());
+    for (auto& x : u) x = normal(random);
+    squares += std::pow(
+        std::log(posterior.at(u).parameters.stiffness / posterior.nominal().parameters.stiffness), 2);
+  }
+  return std::sqrt(squares / kDraws);
+}
+
 TEST(Posterior, IsBlendedBetweenTwo) {
   const auto a = posterior_of(tooth_belt_at(0.5));
   const auto none = a.scaled(0.0, 0.0);
   // A quarter of the variance is half of every deviation.
   const auto quarter = none.blended(a, 0.25);
   EXPECT_EQ(quarter.dimension(), a.dimension());
-  std::mt19937_64 random(3);
-  std::normal_distribution<double> normal;
-  double squares = 0.0;
-  constexpr int kDraws = 20000;
-  for (int i = 0; i < kDraws; ++i) {
-    Eigen::VectorXd u(quarter.dimension());
-    for (auto& x : u) x = normal(random);
-    squares += std::pow(std::log(quarter.at(u).parameters.stiffness / a.nominal().parameters.stiffness), 2);
-  }
-  EXPECT_NEAR(std::sqrt(squares / kDraws), 0.01, 3e-4);
+  EXPECT_NEAR(stiffness_std(quarter), 0.01, 3e-4);
 }
 
 TEST(Schedule, TellsUpToWhichSpeedFrozenLoopsSpeakOfMotion) {
@@ -237,21 +236,6 @@ TEST(Schedule, TellsUpToWhichSpeedFrozenLoopsSpeakOfMotion) {
   };
   EXPECT_LT(slow_speed_of(heavier, level, stroke), 0.5 * slow_speed_of(same, level, stroke));
   EXPECT_EQ(slow_speed_of(same, GainSchedule({{0.0, 50.0, 2.0}}), stroke), 0.0);  // unstable
-}
-
-/// Standard deviation of the logarithm of the stiffness, by draws.
-double stiffness_std(const Posterior& posterior) {
-  std::mt19937_64 random(4);
-  std::normal_distribution<double> normal;
-  double squares = 0.0;
-  constexpr int kDraws = 20000;
-  for (int i = 0; i < kDraws; ++i) {
-    Eigen::VectorXd u(posterior.dimension());
-    for (auto& x : u) x = normal(random);
-    squares += std::pow(
-        std::log(posterior.at(u).parameters.stiffness / posterior.nominal().parameters.stiffness), 2);
-  }
-  return std::sqrt(squares / kDraws);
 }
 
 TEST(Posterior, DoubtsTheCourseBetweenTwoPositions) {

@@ -12,6 +12,7 @@
 
 #include "design/controller.hpp"
 #include "design/machine.hpp"
+#include "design/schedule.hpp"
 
 namespace resonid::test {
 
@@ -51,6 +52,16 @@ inline std::vector<design::Machine> golden_machines(const nlohmann::json& one) {
     machines.push_back(golden_machine(one.at("parameters"), step, delay));
   }
   return machines;
+}
+
+/// The source's tooth belt over its stroke: its three lengths in parallel and in series.
+inline constexpr design::Stroke kBeltStroke{0.38, 1.65};
+inline fit::DriveModel tooth_belt_at(double position_m) {
+  constexpr double kPulley = 0.0028, kRadius = 0.0199, kLoad = 6.7 * kRadius * kRadius, kSpecific = 376406.25;
+  const double stiffness =
+      kRadius * kRadius * kSpecific * (1.0 / position_m + 1.0 / (1.7 - position_m + 2.14));
+  const double damping = stiffness / (10.0 * std::sqrt(stiffness * (1.0 / kPulley + 1.0 / kLoad)));
+  return golden_machine({kPulley, kLoad, stiffness, damping}, 0.0005, 0.001).model();
 }
 
 /// system2, R5 or bench, as the cases of the structures name them.

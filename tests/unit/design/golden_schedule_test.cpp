@@ -14,16 +14,7 @@
 namespace resonid::design {
 namespace {
 
-constexpr Stroke kStroke{0.38, 1.65};
-
-/// The belt's three lengths in parallel and in series.
-fit::DriveModel belt_at(double position_m) {
-  constexpr double kPulley = 0.0028, kRadius = 0.0199, kLoad = 6.7 * kRadius * kRadius, kSpecific = 376406.25;
-  const double stiffness =
-      kRadius * kRadius * kSpecific * (1.0 / position_m + 1.0 / (1.7 - position_m + 2.14));
-  const double damping = stiffness / (10.0 * std::sqrt(stiffness * (1.0 / kPulley + 1.0 / kLoad)));
-  return test::golden_machine({kPulley, kLoad, stiffness, damping}, 0.0005, 0.001).model();
-}
+constexpr Stroke kStroke = test::kBeltStroke;
 
 ScheduleOptions options_of(const nlohmann::json& golden) {
   ScheduleOptions options;
@@ -52,7 +43,7 @@ void expect_near(double value, double golden, double tolerance) {
 TEST(GoldenSchedule, TheBeltIsThatOfTheGoldenFile) {
   const auto golden = test::golden_json("e_tune_structures.json").at("schedule");
   for (const auto& [position, p] : golden.at("parameters").items()) {
-    const auto belt = belt_at(std::stod(position)).parameters;
+    const auto belt = test::tooth_belt_at(std::stod(position)).parameters;
     expect_near(belt.load_inertia, p[1], 1e-9);
     expect_near(belt.stiffness, p[2], 1e-9);
     expect_near(belt.damping, p[3], 1e-9);
@@ -65,7 +56,7 @@ TEST(GoldenSchedule, NodesFrozenMarginsAndRuns) {
     ScheduleOptions options = options_of(golden);
     options.first_nodes = nodes.at("position_m").size();
     SCOPED_TRACE(options.first_nodes);
-    const auto design = design_schedule(belt_at, kStroke, options);
+    const auto design = design_schedule(test::tooth_belt_at, kStroke, options);
     ASSERT_TRUE(design);
     ASSERT_EQ(design->schedule.nodes().size(), options.first_nodes);
     for (std::size_t i = 0; i < options.first_nodes; ++i) {
@@ -75,7 +66,7 @@ TEST(GoldenSchedule, NodesFrozenMarginsAndRuns) {
       expect_near(node.ki, nodes.at("ki")[i], 2e-4);
     }
     expect_frozen(design->margins, nodes);
-    const auto run = run_through(belt_at, design->schedule, kStroke, 1.0);
+    const auto run = run_through(test::tooth_belt_at, design->schedule, kStroke, 1.0);
     expect_near(run.iae, nodes.at("run_iae"), 1e-3);
     expect_near(run.peak, nodes.at("run_peak"), 1e-3);
   }
@@ -84,27 +75,28 @@ TEST(GoldenSchedule, NodesFrozenMarginsAndRuns) {
 TEST(GoldenSchedule, OneForAllAndTheNominalOne) {
   const auto golden = test::golden_json("e_tune_structures.json").at("schedule");
   const ScheduleOptions options = options_of(golden);
-  const auto one = one_for_all(belt_at, kStroke, options);
+  const auto one = one_for_all(test::tooth_belt_at, kStroke, options);
   ASSERT_TRUE(one);
   const auto& expected_one = golden.at("one_pi_for_all");
   expect_near(one->schedule.at(1.0).kp, expected_one.at("kp"), 2e-4);
   expect_near(one->schedule.at(1.0).ki, expected_one.at("ki"), 2e-4);
   expect_frozen(one->margins, expected_one);
-  expect_near(run_through(belt_at, one->schedule, kStroke, 1.0).iae, expected_one.at("run_iae"), 1e-3);
+  expect_near(run_through(test::tooth_belt_at, one->schedule, kStroke, 1.0).iae, expected_one.at("run_iae"),
+              1e-3);
 
   const auto& nominal = golden.at("nominal_at_0_6");
-  Machines at_0_6({Machine(belt_at(0.6))});
+  Machines at_0_6({Machine(test::tooth_belt_at(0.6))});
   const auto gains = largest_integral_gain(at_0_6, {}, options.bounds);
   ASSERT_TRUE(gains);
   expect_near(gains->kp, nominal.at("kp"), 2e-4);
   expect_near(gains->ki, nominal.at("ki"), 2e-4);
   const GainSchedule everywhere({{0.6, gains->kp, gains->ki}});
-  expect_frozen(frozen_margins(belt_at, everywhere, kStroke, options.bounds), nominal);
+  expect_frozen(frozen_margins(test::tooth_belt_at, everywhere, kStroke, options.bounds), nominal);
 }
 
 /// As if the belt were there twice as stiff near the middle: two nodes do not do.
 fit::DriveModel stiff_in_the_middle(double position) {
-  fit::DriveModel model = belt_at(1.0);
+  fit::DriveModel model = test::tooth_belt_at(1.0);
   model.parameters.stiffness *= 1.0 + 2.0 * std::exp(-std::pow((position - 1.0) / 0.2, 2));
   return model;
 }
@@ -128,7 +120,7 @@ TEST(Schedule, AddsNodesWhereABoundIsExceeded) {
 Posterior uncertain_belt_at(double position_m) {
   Eigen::VectorXd variances(5);
   variances << 4e-4, 4e-4, 4e-4, 4e-2, 2.5e-9;
-  return {belt_at(position_m),
+  return {test::tooth_belt_at(position_m),
           {fit::kDrivenInertia, fit::kLoadInertia, fit::kStiffness, fit::kDamping, fit::kDelay},
           variances.asDiagonal()};
 }
@@ -138,7 +130,7 @@ TEST(Schedule, MeetsTheBoundsOnTheEllipsoidOfEveryPosition) {
   ScheduleOptions options = options_of(golden);
   options.posterior_at = uncertain_belt_at;
   options.count = 13;
-  const auto design = design_schedule(belt_at, kStroke, options);
+  const auto design = design_schedule(test::tooth_belt_at, kStroke, options);
   ASSERT_TRUE(design) << design.error().requirement;
   EXPECT_LE(design->margins.worst().exceeded(), options.room);
   const double nominal = golden.at("nodes")[0].at("ki")[0];
@@ -148,7 +140,7 @@ TEST(Schedule, MeetsTheBoundsOnTheEllipsoidOfEveryPosition) {
   EXPECT_LT(between.probability(), 0.06);
   EXPECT_EQ(between.unstable, 0U);
 
-  const auto one = one_for_all(belt_at, kStroke, options);
+  const auto one = one_for_all(test::tooth_belt_at, kStroke, options);
   ASSERT_TRUE(one) << one.error().requirement;
   EXPECT_LE(one->margins.worst().exceeded(), 1e-3);
   EXPECT_LT(one->schedule.at(0.38).ki, 0.97 * golden.at("one_pi_for_all").at("ki").get<double>());
@@ -158,7 +150,7 @@ TEST(Schedule, ARateOfChangeIsCheckedByRuns) {
   const auto golden = test::golden_json("e_tune_structures.json").at("schedule");
   ScheduleOptions options = options_of(golden);
   options.largest_speed = 1.0;
-  const auto design = design_schedule(belt_at, kStroke, options);
+  const auto design = design_schedule(test::tooth_belt_at, kStroke, options);
   ASSERT_TRUE(design) << design.error().requirement;
   ASSERT_TRUE(design->rate);
   EXPECT_LT(design->rate->fast.iae, 1.1 * design->rate->slow.iae);
@@ -167,20 +159,22 @@ TEST(Schedule, ARateOfChangeIsCheckedByRuns) {
 }
 
 TEST(Schedule, InterpolatesMachinesByTheirLogarithms) {
-  const auto at = machine_between({0.38, 1.65}, {belt_at(0.38), belt_at(1.65)});
-  expect_near(at(0.38).parameters.stiffness, belt_at(0.38).parameters.stiffness, 1e-12);
-  expect_near(at(9.0).parameters.stiffness, belt_at(1.65).parameters.stiffness, 1e-12);
+  const auto at = machine_between({0.38, 1.65}, {test::tooth_belt_at(0.38), test::tooth_belt_at(1.65)});
+  expect_near(at(0.38).parameters.stiffness, test::tooth_belt_at(0.38).parameters.stiffness, 1e-12);
+  expect_near(at(9.0).parameters.stiffness, test::tooth_belt_at(1.65).parameters.stiffness, 1e-12);
   expect_near(at(1.015).parameters.stiffness,
-              std::sqrt(belt_at(0.38).parameters.stiffness * belt_at(1.65).parameters.stiffness), 1e-12);
+              std::sqrt(test::tooth_belt_at(0.38).parameters.stiffness *
+                        test::tooth_belt_at(1.65).parameters.stiffness),
+              1e-12);
 }
 
 TEST(Schedule, RefusesWhatCannotBeDesigned) {
   ScheduleOptions options;
-  EXPECT_EQ(design_schedule(belt_at, kStroke, options).error().field, "bounds");
+  EXPECT_EQ(design_schedule(test::tooth_belt_at, kStroke, options).error().field, "bounds");
   options.bounds.sensitivity = 1.4;
-  EXPECT_EQ(design_schedule(belt_at, {1.0, 1.0}, options).error().field, "stroke");
+  EXPECT_EQ(design_schedule(test::tooth_belt_at, {1.0, 1.0}, options).error().field, "stroke");
   options.first_nodes = 1;
-  EXPECT_EQ(one_for_all(belt_at, kStroke, options).error().field, "first_nodes");
+  EXPECT_EQ(one_for_all(test::tooth_belt_at, kStroke, options).error().field, "first_nodes");
 }
 
 }  // namespace
