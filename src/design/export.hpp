@@ -45,6 +45,18 @@ struct ExportedController {
   [[nodiscard]] bool needs_position() const { return kv > 0.0 || !schedule.empty(); }
 };
 
+/// u = (T r - R y)/S: a PID, RST, state feedback, or what a controller file holds. Only C and structured text
+/// can say it. Its past torques are those behind the limit, so that nothing winds up (docs/methods/tune.md
+/// 16.3).
+struct ExportedRst {
+  std::vector<double> r, s;  ///< In powers of z^-1.
+  std::vector<double> t;     ///< Empty: R.
+  double sample_time_s = 0.0;
+  std::optional<double> torque_limit;        ///< Nm
+  std::string name = "velocity_controller";  ///< As in ExportedController.
+  std::string what = "RST";                  ///< For its comment.
+};
+
 enum class CNumber { in_double, in_float };
 
 /// A C99 header without heap or library: struct of coefficients and states, NAME_init(), NAME_step(), and
@@ -52,9 +64,13 @@ enum class CNumber { in_double, in_float };
 /// refused (docs/methods/tune.md 16.4).
 [[nodiscard]] expected<std::string> to_c(const ExportedController& design, CNumber number);
 
+/// NAME_init() and NAME_step(). In float, laws whose response errs by more than 1 % are refused.
+[[nodiscard]] expected<std::string> to_c(const ExportedRst& design, CNumber number);
+
 /// IEC 61131-3 structured text: a FUNCTION_BLOCK with LREAL variables, which gives no torque when the cycle
 /// time of its task is another one than the design's.
 [[nodiscard]] expected<std::string> to_structured_text(const ExportedController& design);
+[[nodiscard]] expected<std::string> to_structured_text(const ExportedRst& design);
 
 /// LinuxCNC HAL: `pid`, and before it `biquad`s of type 0, alike in the paths of reference and velocity, so
 /// that the limit of `pid` is that of the torque; a set-point weight is FF0 = -kp (1 - b) on the command; a

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include <fmt/format.h>
 
-#include <functional>
 #include <string_view>
 
 #include "design/export.hpp"
@@ -117,15 +116,6 @@ constexpr std::string_view kCLimit =
 constexpr std::string_view kCMarked = R"(  c->limited = u > c->torque_limit || u < -c->torque_limit;
 )";
 
-using CNumberText = std::function<std::string(double)>;
-
-std::string guard_of(const std::string& name) {
-  std::string guard = name + "_h";
-  for (char& c : guard)
-    if (c >= 'a' && c <= 'z') c = static_cast<char>(c - 'a' + 'A');
-  return guard;
-}
-
 /// CMembers of the struct and what they begin with, in the order in which they are declared.
 struct CMembers {
   std::string declared, initial;
@@ -230,10 +220,7 @@ expected<void> check_c(const ExportedController& design, bool in_float) {
 expected<std::string> to_c(const ExportedController& design, CNumber type) {
   const bool in_float = type == CNumber::in_float;
   if (const auto valid = check_c(design, in_float); !valid) return tl::unexpected(valid.error());
-  const CNumberText number = [in_float](double value) {
-    if (!in_float) return digits_17(value);
-    return digits_17(static_cast<double>(static_cast<float>(value))) + "f";
-  };
+  const CNumberText number = c_number_text(type);
   const std::string real = in_float ? "float" : "double",
                     count = std::to_string(design.controller.biquads.size());
   const bool scheduled = !design.schedule.empty(), cascaded = design.kv > 0.0;
@@ -242,7 +229,7 @@ expected<std::string> to_c(const ExportedController& design, CNumber type) {
   const CMembers members = c_members_of(design, real, number);
   TextValues values = {
       {"name", design.name},
-      {"guard", guard_of(design.name)},
+      {"guard", c_guard_of(design.name)},
       {"real", real},
       {"count", count},
       {"step", number(design.sample_time_s)},

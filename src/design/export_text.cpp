@@ -147,21 +147,28 @@ expected<void> check_position_loop(const ExportedController& design) {
 
 }  // namespace
 
-expected<void> check_exported(const ExportedController& design) {
-  const double step = design.sample_time_s, weight = design.set_point_weight;
-  if (!is_name(design.name))
+expected<void> check_text(const std::string& name, double sample_time_s,
+                          const std::optional<double>& torque_limit) {
+  if (!is_name(name))
     return refuse(
         "name",
         "must be a letter, then letters, digits and single underscores, 2 to 30 in all, and no word "
         "of the language");
-  if (!(step > 0.0 && std::isfinite(step))) return refuse("sample_time_s", "must be > 0", step);
+  if (!(sample_time_s > 0.0 && std::isfinite(sample_time_s)))
+    return refuse("sample_time_s", "must be > 0", sample_time_s);
+  if (torque_limit && !(*torque_limit > 0.0 && std::isfinite(*torque_limit)))
+    return refuse("torque_limit", "must be > 0", *torque_limit);
+  return {};
+}
+
+expected<void> check_exported(const ExportedController& design) {
+  const double step = design.sample_time_s, weight = design.set_point_weight;
+  if (const auto valid = check_text(design.name, step, design.torque_limit); !valid) return valid;
   if (!(design.controller.kp >= 0.0 && std::isfinite(design.controller.kp)))
     return refuse("kp", "must be >= 0", design.controller.kp);
   if (!(design.controller.ki >= 0.0 && std::isfinite(design.controller.ki)))
     return refuse("ki", "must be >= 0", design.controller.ki);
   if (!(weight >= 0.0 && weight <= 1.0)) return refuse("set_point_weight", "must be from 0 to 1", weight);
-  if (design.torque_limit && !(*design.torque_limit > 0.0 && std::isfinite(*design.torque_limit)))
-    return refuse("torque_limit", "must be > 0", *design.torque_limit);
   for (const Biquad& biquad : design.controller.biquads) {
     if (!(biquad.frequency_hz > 0.0 && biquad.frequency_hz < 0.5 / step))
       return refuse("biquads", "must lie between 0 and the Nyquist frequency", biquad.frequency_hz);
@@ -185,6 +192,18 @@ std::string digits_17(double value) {
   const auto exponent = text.find('e');
   text.insert(exponent == std::string::npos ? text.size() : exponent, ".0");
   return text;
+}
+
+CNumberText c_number_text(CNumber type) {
+  if (type == CNumber::in_double) return digits_17;
+  return [](double value) { return digits_17(static_cast<double>(static_cast<float>(value))) + "f"; };
+}
+
+std::string c_guard_of(const std::string& name) {
+  std::string guard = name + "_h";
+  for (char& c : guard)
+    if (c >= 'a' && c <= 'z') c = static_cast<char>(c - 'a' + 'A');
+  return guard;
 }
 
 std::string speed_comment(const ExportedController& design) {

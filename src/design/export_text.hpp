@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <functional>
+#include <optional>
 #include <resonid/base/expected.hpp>
 #include <string>
 #include <string_view>
@@ -10,6 +12,10 @@
 #include "design/export.hpp"
 
 namespace resonid::design {
+
+/// What every target asks of a text, whatever the law.
+[[nodiscard]] expected<void> check_text(const std::string& name, double sample_time_s,
+                                        const std::optional<double>& torque_limit);
 
 /// What every target asks of a controller.
 [[nodiscard]] expected<void> check_exported(const ExportedController& design);
@@ -22,6 +28,11 @@ struct ScheduleSlope {
 
 /// 17 digits, with a decimal point: read back it is the same number everywhere.
 [[nodiscard]] std::string digits_17(double value);
+
+/// A number of C in that type, and the guard of a header.
+using CNumberText = std::function<std::string(double)>;
+[[nodiscard]] CNumberText c_number_text(CNumber type);
+[[nodiscard]] std::string c_guard_of(const std::string& name);
 
 /// " The position may move at up to 0.3 position units per s." where a schedule's position has a largest
 /// speed.

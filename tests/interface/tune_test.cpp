@@ -288,8 +288,8 @@ TEST_F(TuneVerb, RefusesInTheWordsOfTheCommandLine) {
   EXPECT_NE(refused("result.json --structure pi --biquads 3").find("--biquads"), std::string::npos);
   // Before anything is designed: its first stage would be refused, too.
   const auto pid =
-      refused("result.json --structure pid --bandwidth 1000 --export json:a.json --export c:a.h");
-  EXPECT_NE(pid.find("json takes every structure"), std::string::npos) << pid;
+      refused("result.json --structure pid --bandwidth 1000 --export json:a.json --export hal:a.hal");
+  EXPECT_NE(pid.find("c, st and json take every structure"), std::string::npos) << pid;
   EXPECT_NE(refused("result.json --bandwidth 1000 --simulate nosuch").find("nosuch"), std::string::npos);
   // Nothing is written where one of the exports is refused.
   EXPECT_NE(refused("result.json --structure pi --draws 400 --export json:a.json --export klipper:a.cfg")

@@ -8,6 +8,7 @@
 
 #include "design/controller.hpp"
 #include "design/export.hpp"
+#include "design/pid.hpp"
 
 // What exported texts are run on, and the law by its definition: for the tests on the host and on a Cortex-M.
 namespace resonid::test {
@@ -135,6 +136,43 @@ inline std::vector<double> by_definition(const ExportedController& exported,
     at_limit = u > limit ? 1.0 : u < -limit ? -1.0 : 0.0;
     if (meaning == Meaning::texts && error * at_limit <= 0.0) sum += step * gains.ki * error;
     torque.push_back(std::clamp(u, -limit, limit));
+  }
+  return torque;
+}
+
+/// A PID, with and without limit and set-point weight, and an RST of third order, whose S begins with 2.
+inline std::vector<design::ExportedRst> rst_variants() {
+  constexpr double kStep = 0.001, kHalf = 0.5;
+  const design::Pid pid{0.6, 25.0, 0.004, 0.003};
+  const auto law = pid.transfer_function(kStep);
+  design::ExportedRst plain;
+  plain.r = law.numerator;
+  plain.s = law.denominator;
+  plain.sample_time_s = kStep;
+  plain.what = "PID";
+  std::vector<design::ExportedRst> all(4, plain);
+  all[1].torque_limit = 3.0;
+  all[2].t = design::Pid{kHalf * pid.kp, pid.ki, 0.0, pid.filter_s}.transfer_function(kStep).numerator;
+  all[2].torque_limit = 2.0;
+  all[3].r = {4.0, -6.0, 2.8};
+  all[3].s = {2.0, -3.2, 1.8, -0.6};
+  all[3].t = {0.8};
+  all[3].what = "RST";
+  all[3].torque_limit = 1.0;
+  return all;
+}
+
+/// S u = T r - R y, the torques of the past being those that were given.
+inline std::vector<double> by_definition(const design::ExportedRst& law, const std::vector<Sample>& samples) {
+  const auto& t = law.t.empty() ? law.r : law.t;
+  std::vector<double> torque;
+  for (std::size_t k = 0; k < samples.size(); ++k) {
+    double sum = 0.0;
+    for (std::size_t i = 0; i < t.size() && i <= k; ++i) sum += t[i] * samples[k - i].reference;
+    for (std::size_t i = 0; i < law.r.size() && i <= k; ++i) sum -= law.r[i] * samples[k - i].velocity;
+    for (std::size_t i = 1; i < law.s.size() && i <= k; ++i) sum -= law.s[i] * torque[k - i];
+    const double limit = law.torque_limit.value_or(INFINITY);
+    torque.push_back(std::clamp(sum / law.s.front(), -limit, limit));
   }
   return torque;
 }

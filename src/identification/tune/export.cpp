@@ -8,6 +8,7 @@
 #include <resonid/identification/detail/first_loop.hpp>
 #include <resonid/identification/detail/own_gains.hpp>
 #include <resonid/identification/detail/tune_export.hpp>
+#include <type_traits>
 #include <utility>
 
 #include "identification/tune/figure_values.hpp"
@@ -17,11 +18,12 @@ namespace {
 
 constexpr const char* kNoShaper = "must have been asked for: Klipper takes an input shaper, no controller";
 
-Error not_in_this_language(std::string_view structure) {
-  return Error{"structure",
-               fmt::format("must be a PI with or without biquads, or a cascade, for this language, "
-                           "found {}; json takes every structure",
-                           structure)};
+Error not_in_hal(std::string_view structure) {
+  return Error{
+      "structure",
+      fmt::format("must be a PI with or without biquads, or a cascade, for HAL, whose pid has no lag in "
+                  "its derivative and no polynomials, found {}; c, st and json take every structure",
+                  structure)};
 }
 
 expected<std::string> klipper_text(const Tuning& tuning, const ExportNames& names) {
@@ -44,8 +46,8 @@ expected<std::string> klipper_text(const Tuning& tuning, const ExportNames& name
   return design::to_klipper({axis});
 }
 
-expected<std::string> in_language(design::ExportedController design, ExportFormat format,
-                                  const ExportNames& names) {
+template <class Design>
+expected<std::string> in_language(Design design, ExportFormat format, const ExportNames& names) {
   design.name = names.name;
   switch (format) {
     case ExportFormat::c_float:
@@ -53,16 +55,34 @@ expected<std::string> in_language(design::ExportedController design, ExportForma
     case ExportFormat::structured_text:
       return design::to_structured_text(design);
     case ExportFormat::hal:
-      return design::to_hal(design, names.thread);
+      if constexpr (std::is_same_v<Design, design::ExportedController>)
+        return design::to_hal(design, names.thread);
+      else
+        return tl::unexpected(not_in_hal(design.what));
     default:
       return design::to_c(design, design::CNumber::in_double);
   }
 }
 
+expected<std::string> rst_text(const Tuning& tuning, ExportFormat format, const ExportNames& names) {
+  const TunedController& c = tuning.proposed();
+  if (c.position_gain)
+    return refuse("evaluate",
+                  "must be a velocity controller to be taken away in this language: json takes it");
+  design::ExportedRst design;
+  design.r = c.feedback.numerator;
+  design.s = c.feedback.denominator;
+  design.t = c.reference_numerator;
+  design.sample_time_s = tuning.sample_time_s;
+  design.torque_limit = tuning.options.torque_limit;
+  design.what = c.name;
+  return in_language(std::move(design), format, names);
+}
+
 expected<std::string> controller_text(const Tuning& tuning, ExportFormat format, const ExportNames& names) {
   if (format == ExportFormat::klipper) return klipper_text(tuning, names);
   const TunedController& c = tuning.proposed();
-  if (!c.gains || c.derivative_gain) return tl::unexpected(not_in_this_language(c.structure));
+  if (!c.gains || c.derivative_gain) return rst_text(tuning, format, names);
   design::ExportedController design;
   design.controller = *c.gains;
   design.sample_time_s = tuning.sample_time_s;
@@ -121,18 +141,27 @@ std::string with_comment(const std::string& comment, const std::string& text, Ex
 /// columns that would end a comment are left out with it.
 std::string own_gains_comment(const Tuning& tuning) {
   const auto own = own_gains(tuning);
-  if (!own || !tuning.proposed().gains) return {};
+  if (!own) return {};
   const auto with = [&](double gain, const std::string& unit) {
     return fmt::format("{:.4g}{}", own->factor * gain, unit.empty() ? "" : " " + unit);
   };
   std::string text = "In the recording's own units ";
-  if (tuning.schedule) {
+  const TunedController& proposed = tuning.proposed();
+  if (!proposed.gains) {
+    text += fmt::format("every coefficient of T and R is times {}.", with(1.0, own->units.kp));
+  } else if (tuning.schedule) {
     text += fmt::format("every gain is times {}.", with(1.0, own->units.kp));
   } else {
-    const auto& gains = *tuning.proposed().gains;
-    text += fmt::format("kp {}, ki {}; first step kp {}, ki {}.", with(gains.kp, own->units.kp),
-                        with(gains.ki, own->units.ki), with(kFirstGain * gains.kp, own->units.kp),
-                        with(kFirstIntegralGain * gains.ki, own->units.ki));
+    const auto& gains = *proposed.gains;
+    const auto all = [&](double part, double integral_part) {
+      std::string words = fmt::format("kp {}, ki {}", with(part * gains.kp, own->units.kp),
+                                      with(integral_part * gains.ki, own->units.ki));
+      if (proposed.derivative_gain)
+        words += fmt::format(", kd {} (lag {:.4g} s)", with(part * *proposed.derivative_gain, own->units.kd),
+                             *proposed.derivative_time_s);
+      return words;
+    };
+    text += fmt::format("{}; first step {}.", all(1.0, 1.0), all(kFirstGain, kFirstIntegralGain));
   }
   for (const char* end : {"*/", "*)", "/*", "(*", "\n"})
     if (text.find(end) != std::string::npos) return {};
@@ -154,10 +183,11 @@ expected<void, Error> check_exportable(const TuneOptions& options, ExportFormat 
                   "must be taken away as c, c-float or st: LinuxCNC's pid multiplies its sum by Igain, so "
                   "that the torque would jump");
   const auto structure = options.structure;
-  const bool as_file = structure == ControllerStructure::pid || structure == ControllerStructure::rst ||
-                       structure == ControllerStructure::state_feedback;
-  if (as_file && !options.evaluate && options.positions.empty() && format != ExportFormat::json)
-    return tl::unexpected(not_in_this_language(name_of(structure)));
+  const bool by_polynomials = structure == ControllerStructure::pid ||
+                              structure == ControllerStructure::rst ||
+                              structure == ControllerStructure::state_feedback;
+  if (by_polynomials && !options.evaluate && format == ExportFormat::hal)
+    return tl::unexpected(not_in_hal(name_of(structure)));
   return {};
 }
 

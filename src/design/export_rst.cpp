@@ -1,0 +1,228 @@
+// SPDX-License-Identifier: MIT
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <complex>
+#include <resonid/base/constants.hpp>
+#include <string_view>
+
+#include "design/export.hpp"
+#include "design/export_text.hpp"
+#include "design/float_biquad.hpp"
+
+namespace resonid::design {
+namespace {
+
+constexpr std::string_view kRstHeader =
+    R"(/* @name@: velocity controller (@what@), designed by resonid. C99, no heap, no library.
+ *
+ *   u = (T r - R y)/S in powers of z^-1@same@,   r, y in rad/s, u in Nm
+ *
+ * Transposed direct form II@remembers@. @name@_step() must be called every @period@ s. */
+#ifndef @guard@
+#define @guard@
+
+typedef struct {
+@limit_member@  @real@ state[@states@]; /* the last one stays 0 */
+} @name@;
+
+static inline void @name@_init(@name@ *c) {
+  static const @name@ fresh = {@limit@{@zeros@}};
+  *c = fresh;
+}
+
+/* Torque for a reference and a measured velocity. */
+static inline @real@ @name@_step(@name@ *c, @real@ reference, @real@ velocity) {
+@t@  static const @real@ r[@states@] = {@r@};
+  static const @real@ s[@states@] = {@s@};
+  @real@ u = @first@ + c->state[0];
+  int i;
+@cut@  for (i = 1; i < @states@; ++i) c->state[i - 1] = c->state[i] + @further@ - s[i] * u;
+  return u;
+}
+
+#endif
+)";
+
+constexpr std::string_view kRstCut = R"(  if (u > c->torque_limit) u = c->torque_limit;
+  if (u < -c->torque_limit) u = -c->torque_limit;
+)";
+
+constexpr std::string_view kRstBlock =
+    R"((* @name@: velocity controller (@what@), designed by resonid. IEC 61131-3.
+   u = (T r - R y)/S in powers of z^-1@same@
+   Transposed direct form II@remembers@.
+   To be called in every cycle of a task of @step@ s; in another one it gives no torque. *)
+FUNCTION_BLOCK @name@
+VAR_INPUT
+  enable : BOOL;
+  reference : LREAL; (* rad/s *)
+  velocity : LREAL; (* rad/s, measured *)
+  cycle_time : LREAL; (* s, of the task that calls this block *)
+END_VAR
+VAR_OUTPUT
+  torque : LREAL; (* Nm *)
+  wrong_cycle_time : BOOL;
+END_VAR
+VAR
+@variables@END_VAR
+VAR CONSTANT
+@constants@  sample_time : LREAL := @step@;
+END_VAR
+
+wrong_cycle_time := ABS(cycle_time - sample_time) > 0.01 * sample_time;
+IF wrong_cycle_time OR NOT enable THEN
+  torque := 0.0;
+@reset@  RETURN;
+END_IF;
+torque := @first@ + state_1;
+@cut@@states@END_FUNCTION_BLOCK
+)";
+
+constexpr std::string_view kRstBlockCut = R"(IF torque > torque_limit THEN
+  torque := torque_limit;
+ELSIF torque < -torque_limit THEN
+  torque := -torque_limit;
+END_IF;
+)";
+
+/// Alike in length, S beginning with 1.
+struct RstRows {
+  std::vector<double> r, s, t;  ///< t empty: R
+};
+RstRows rows_of(const ExportedRst& design) {
+  RstRows rows{design.r, design.s, design.t};
+  const std::size_t length = std::max({rows.r.size(), rows.s.size(), rows.t.size(), std::size_t{2}});
+  for (auto* row : {&rows.r, &rows.s, &rows.t}) {
+    if (row->empty()) continue;
+    row->resize(length, 0.0);
+    for (double& c : *row) c /= design.s.front();
+  }
+  return rows;
+}
+
+expected<void> check_rst(const ExportedRst& design) {
+  if (const auto valid = check_text(design.name, design.sample_time_s, design.torque_limit); !valid)
+    return valid;
+  if (design.r.empty() || design.s.empty())
+    return refuse("structure", "must be given as a transfer function from velocity error to torque");
+  for (const auto* row : {&design.r, &design.s, &design.t})
+    for (const double c : *row)
+      if (!std::isfinite(c)) return refuse("structure", "must have finite coefficients", c);
+  if (design.s.front() == 0.0)
+    return refuse("structure", "must have a denominator that begins with another number than 0", 0.0);
+  return {};
+}
+
+std::complex<double> value_at(const std::vector<double>& row, std::complex<double> inverse_z) {
+  std::complex<double> sum = 0.0;
+  for (auto c = row.rbegin(); c != row.rend(); ++c) sum = *c + inverse_z * sum;
+  return sum;
+}
+
+/// What rounding to floats does to the responses of velocity and reference: the largest relative error, from
+/// 1e-5 of the sample rate upwards.
+double float_error(const RstRows& exact) {
+  RstRows rounded = exact;
+  for (auto* row : {&rounded.r, &rounded.s, &rounded.t})
+    for (double& c : *row) c = static_cast<double>(static_cast<float>(c));
+  constexpr int kLines = 2000;
+  constexpr double kFrom = 1e-5, kTo = 0.5;
+  double largest = 0.0;
+  for (int i = 0; i < kLines; ++i) {
+    const auto inverse_z = std::polar(1.0, -kTwoPi * kFrom * std::pow(kTo / kFrom, i / (kLines - 1.0)));
+    for (const auto row : {&RstRows::r, &RstRows::t}) {
+      if ((exact.*row).empty()) continue;
+      const auto law = [&](const RstRows& rows) {
+        return value_at(rows.*row, inverse_z) / value_at(rows.s, inverse_z);
+      };
+      largest = std::max(largest, std::abs(law(rounded) / law(exact) - 1.0));
+    }
+  }
+  return largest;
+}
+
+const char* same_of(const RstRows& rows) { return rows.t.empty() ? ", T being R" : ""; }
+
+const char* remembers_of(const ExportedRst& design) {
+  return design.torque_limit
+             ? "; what it remembers of the torque is behind the limit, so that nothing winds up"
+             : "";
+}
+
+}  // namespace
+
+expected<std::string> to_c(const ExportedRst& design, CNumber type) {
+  if (const auto valid = check_rst(design); !valid) return tl::unexpected(valid.error());
+  const RstRows rows = rows_of(design);
+  const bool in_float = type == CNumber::in_float;
+  if (const double error = in_float ? float_error(rows) : 0.0; !(error <= kLargestFloatError))
+    return refuse("structure",
+                  "must be computed in double: rounded to floats its response errs by more than 1 %", error);
+  const CNumberText number = c_number_text(type);
+  const auto list = [&](const std::vector<double>& row) {
+    std::string text;
+    for (const double c : row) text += (text.empty() ? "" : ", ") + number(c);
+    return text;
+  };
+  const std::string real = in_float ? "float" : "double", states = std::to_string(rows.r.size());
+  const bool same = rows.t.empty();
+  return filled_in(
+      kRstHeader,
+      {{"name", design.name},
+       {"what", design.what},
+       {"same", same_of(rows)},
+       {"remembers", remembers_of(design)},
+       {"guard", c_guard_of(design.name)},
+       {"period", fmt::format("{}", design.sample_time_s)},
+       {"real", real},
+       {"states", states},
+       {"limit_member", design.torque_limit ? "  " + real + " torque_limit; /* Nm */\n" : ""},
+       {"limit", design.torque_limit ? number(*design.torque_limit) + ", " : ""},
+       {"zeros", list(std::vector<double>(rows.r.size(), 0.0))},
+       {"t", same ? "" : fmt::format("  static const {} t[{}] = {{{}}};\n", real, states, list(rows.t))},
+       {"r", list(rows.r)},
+       {"s", list(rows.s)},
+       {"first", same ? "r[0] * (reference - velocity)" : "t[0] * reference - r[0] * velocity"},
+       {"further", same ? "r[i] * (reference - velocity)" : "t[i] * reference - r[i] * velocity"},
+       {"cut", std::string(design.torque_limit ? kRstCut : "")}});
+}
+
+expected<std::string> to_structured_text(const ExportedRst& design) {
+  if (const auto valid = check_rst(design); !valid) return tl::unexpected(valid.error());
+  const RstRows rows = rows_of(design);
+  const bool same = rows.t.empty();
+  std::string variables, constants, reset, states;
+  const auto constant = [&](const std::string& name, double value) {
+    constants += fmt::format("  {} : LREAL := {};\n", name, digits_17(value));
+  };
+  const auto from_inputs = [same](std::size_t i) {
+    return same ? fmt::format("r_{} * (reference - velocity)", i)
+                : fmt::format("t_{0} * reference - r_{0} * velocity", i);
+  };
+  for (std::size_t i = 0; i < rows.r.size(); ++i) {
+    if (!same) constant(fmt::format("t_{}", i), rows.t[i]);
+    constant(fmt::format("r_{}", i), rows.r[i]);
+    if (i == 0) continue;
+    constant(fmt::format("s_{}", i), rows.s[i]);
+    variables += fmt::format("  state_{} : LREAL := 0.0;\n", i);
+    reset += fmt::format("  state_{} := 0.0;\n", i);
+    const std::string next = i + 1 < rows.r.size() ? fmt::format("state_{} + ", i + 1) : "";
+    states += fmt::format("state_{0} := {1}{2} - s_{0} * torque;\n", i, next, from_inputs(i));
+  }
+  if (design.torque_limit) constant("torque_limit", *design.torque_limit);
+  return filled_in(kRstBlock, {{"name", design.name},
+                               {"what", design.what},
+                               {"same", same_of(rows)},
+                               {"remembers", remembers_of(design)},
+                               {"step", digits_17(design.sample_time_s)},
+                               {"variables", variables},
+                               {"constants", constants},
+                               {"reset", reset},
+                               {"first", from_inputs(0)},
+                               {"cut", std::string(design.torque_limit ? kRstBlockCut : "")},
+                               {"states", states}});
+}
+
+}  // namespace resonid::design
