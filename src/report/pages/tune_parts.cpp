@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <resonid/base/constants.hpp>
 
 #include "report/document/tune_words.hpp"
 #include "report/pages/curves.hpp"
@@ -20,14 +21,25 @@ Curve timed(const std::string& name, const std::vector<double>& time, const std:
   return thinned(name, y, time.front(), rate);
 }
 
-/// Where 95 % of the promised |L| lies, in dB.
-void put_promised_band(const identification::TuningCheck& check, Curve& curve) {
+/// Where 95 % of |L| (in dB) and of its phase lie, at the lines that the curves show.
+void put_bands(const data::FrequencyResponse& loop, Curve& size_db, Curve& phase) {
   constexpr double kWidth = 1.96, kLeast = 1e-3;  // of |L|: a band that ends there is endless in dB
-  for (std::size_t i = 0; i < check.predicted.size() && i < check.predicted_std.size(); ++i) {
-    const double size = std::abs(check.predicted[i]);
-    const double half = kWidth * check.predicted_std[i] / std::sqrt(2.0);  // one direction of the plane
-    curve.lower.push_back(20.0 * std::log10(std::max(size - half, kLeast * size)));
-    curve.upper.push_back(20.0 * std::log10(size + half));
+  Curve bands;
+  std::vector<double> turn;
+  for (std::size_t i = 0; i < loop.lines(); ++i) {
+    if (!std::binary_search(size_db.x.begin(), size_db.x.end(), loop.frequency_hz[i])) continue;
+    const double size = std::abs(loop.value[i]);
+    const double half = kWidth * loop.std[i] / std::sqrt(2.0);  // one direction of the plane
+    bands.lower.push_back(20.0 * std::log10(std::max(size - half, kLeast * size)));
+    bands.upper.push_back(20.0 * std::log10(size + half));
+    turn.push_back(half < size ? std::asin(half / size) * 360.0 / kTwoPi : 180.0);
+  }
+  if (turn.size() != size_db.x.size() || turn.size() != phase.x.size()) return;
+  size_db.lower = std::move(bands.lower);
+  size_db.upper = std::move(bands.upper);
+  for (std::size_t i = 0; i < turn.size(); ++i) {
+    phase.lower.push_back(phase.y[i] - turn[i]);
+    phase.upper.push_back(phase.y[i] + turn[i]);
   }
 }
 
@@ -149,13 +161,18 @@ Section check_section(const Tuning& t) {
   promised.frequency_hz = measured.frequency_hz = check.frequency_hz;
   promised.value = check.predicted;
   measured.value = check.measured;
+  promised.std = check.predicted_std;
   measured.std = check.measured_std;
   BodeCharts bode;
   bode.magnitude.title = "Open loop L: magnitude";
   bode.phase.title = "Open loop L: phase";
   bode.add_measured("measured", measured, Curve::Mark::points);
+  if (measured.std.size() == measured.lines())
+    put_bands(measured, bode.magnitude.curves.front(), bode.phase.curves.front());
   bode.add_model("promised", promised);
-  put_promised_band(check, bode.magnitude.curves.back());
+  if (promised.std.size() == promised.lines())
+    put_bands(promised, bode.magnitude.curves.back(), bode.phase.curves.back());
+  s.text = {"Bands: 95 % of what the error bars of the recording and of the promise leave, line by line."};
   s.charts = {std::move(bode.magnitude), std::move(bode.phase)};
   return s;
 }
