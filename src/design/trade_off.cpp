@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "design/trade_off.hpp"
 
-#include <array>
+#include <algorithm>
 
 #include "design/closed_loop.hpp"
 #include "design/robust.hpp"
@@ -11,17 +11,24 @@ namespace {
 
 constexpr double kBoundStep = 0.1;
 
-void add_trade_off(const Machine& machine, std::span<const Biquad> biquads, const Bounds& bounds,
-                   std::vector<TradeOff>& curve) {
-  Machines alone({machine});
-  const auto gains = largest_integral_gain(alone, biquads, bounds);
+void add_trade_off(const std::vector<Machine>& machines, std::span<const Biquad> biquads,
+                   const Bounds& bounds, std::vector<TradeOff>& curve) {
+  Machines all(machines);
+  const auto gains = largest_integral_gain(all, biquads, bounds);
   if (!gains) return;
   const FilteredPi controller{gains->kp, gains->ki, {biquads.begin(), biquads.end()}};
-  const LoopFunctions loop(machine.response(), controller, machine.sample_time_s());
-  const auto peaks =
-      loop.largest_of({Transfer::sensitivity, Transfer::load_transfer}, alone.lines.front().frequencies_hz());
-  curve.push_back({bounds.sensitivity.value_or(peaks[0].value), bounds.load_transfer.value_or(peaks[1].value),
-                   gains->kp, gains->ki, load_step_iae(machine, controller)});
+  TradeOff point{0.0, 0.0, gains->kp, gains->ki, 0.0};
+  for (std::size_t i = 0; i < machines.size(); ++i) {
+    const LoopFunctions loop(machines[i].response(), controller, machines[i].sample_time_s());
+    const auto peaks =
+        loop.largest_of({Transfer::sensitivity, Transfer::load_transfer}, all.lines[i].frequencies_hz());
+    point.sensitivity = std::max(point.sensitivity, peaks[0].value);
+    point.load_transfer = std::max(point.load_transfer, peaks[1].value);
+    point.iae += load_step_iae(machines[i], controller) / static_cast<double>(machines.size());
+  }
+  point.sensitivity = bounds.sensitivity.value_or(point.sensitivity);
+  point.load_transfer = bounds.load_transfer.value_or(point.load_transfer);
+  curve.push_back(point);
 }
 
 }  // namespace
@@ -63,17 +70,18 @@ std::vector<ExperimentValue> value_of_experiment(const Posterior& posterior, std
   return values_of_experiments(posterior.delay_is_told(), value_at, as_it_is);
 }
 
-TradeOffs trade_offs(const Machine& machine, std::span<const Biquad> biquads, const Bounds& bounds) {
+TradeOffs trade_offs(const std::vector<Machine>& machines, std::span<const Biquad> biquads,
+                     const Bounds& bounds) {
   TradeOffs found;
   for (int i = 2; i <= 10; ++i) {
     Bounds other = bounds;
     other.sensitivity = 1.0 + kBoundStep * i;
-    add_trade_off(machine, biquads, other, found.over_sensitivity);
+    add_trade_off(machines, biquads, other, found.over_sensitivity);
   }
   for (int i = 1; i <= 10; ++i) {
     Bounds other = bounds;
     other.load_transfer = 1.0 + kBoundStep * i;
-    add_trade_off(machine, biquads, other, found.over_load_transfer);
+    add_trade_off(machines, biquads, other, found.over_load_transfer);
   }
   return found;
 }

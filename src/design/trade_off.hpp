@@ -38,9 +38,10 @@ struct TradeOffs {
   std::vector<TradeOff>
       over_load_transfer;  ///< Bounds on the load's transfer of 1.1 ... 2, all others as given.
 };
-/// What the next step of a bound costs or buys (docs/methods/tune.md 5.5). Bounds that no gain meets are left
+/// What the next step of a bound costs or buys one controller for all machines, the error of the load being
+/// their mean (docs/methods/tune.md 5.5). Bounds that no gain meets are left
 /// out.
-[[nodiscard]] TradeOffs trade_offs(const Machine& machine, std::span<const Biquad> biquads,
+[[nodiscard]] TradeOffs trade_offs(const std::vector<Machine>& machines, std::span<const Biquad> biquads,
                                    const Bounds& bounds);
 
 }  // namespace resonid::design

@@ -36,7 +36,7 @@ class Tuner {
     if (auto done = add_running(); !done) return tl::unexpected(done.error());
     if (!options_.evaluate && options_.positions.empty()) {
       progress("what bounds and accuracy cost");
-      add_value(tuning_, posteriors_, design_bounds(options_));
+      add_value(tuning_, nominal_, posteriors_, design_bounds(options_));
       add_value_of_band(tuning_, nominal_, results_);
     }
     if (options_.shaper) {

@@ -83,20 +83,19 @@ double needed_band_hz(const std::vector<design::Machine>& machines, const BestPi
 
 }  // namespace
 
-void add_value(Tuning& tuning, const std::vector<design::Posterior>& posteriors,
-               const design::Bounds& bounds) {
+void add_value(Tuning& tuning, const std::vector<design::Machine>& machines,
+               const std::vector<design::Posterior>& posteriors, const design::Bounds& bounds) {
   const auto& proposed = tuning.proposed();
   const bool is_filtered_pi = proposed.gains && !proposed.position_gain && !proposed.derivative_gain;
+  const auto curves = design::trade_offs(machines, {}, bounds);
+  tuning.over_sensitivity = curves.over_sensitivity;
+  tuning.over_load_transfer = curves.over_load_transfer;
   if (posteriors.size() > 1) {
     if (is_filtered_pi)
       tuning.experiment = value_for_several(posteriors, *proposed.gains, bounds, proposed.radius);
     return;
   }
   const auto& posterior = posteriors.front();
-  const auto curves =
-      design::trade_offs(design::Machine(posterior.nominal(), posterior.known_to_hz()), {}, bounds);
-  tuning.over_sensitivity = curves.over_sensitivity;
-  tuning.over_load_transfer = curves.over_load_transfer;
   if (is_filtered_pi)
     tuning.experiment = design::value_of_experiment(posterior, proposed.gains->biquads, bounds,
                                                     proposed.radius, &*proposed.gains);

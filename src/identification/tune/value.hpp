@@ -10,10 +10,10 @@
 
 namespace resonid::identification {
 
-/// What each bound costs (of one machine), and what a better experiment would buy (docs/methods/tune.md 5.5,
-/// 7.6).
-void add_value(Tuning& tuning, const std::vector<design::Posterior>& posteriors,
-               const design::Bounds& bounds);
+/// What each bound costs one PI for all machines, and what a better experiment would buy
+/// (docs/methods/tune.md 5.5, 7.6).
+void add_value(Tuning& tuning, const std::vector<design::Machine>& machines,
+               const std::vector<design::Posterior>& posteriors, const design::Bounds& bounds);
 
 /// Where the end of the measured band keeps the gains down: says so, and what a wider one would buy.
 void add_value_of_band(Tuning& tuning, const std::vector<design::Machine>& machines,

@@ -205,7 +205,10 @@ Document document(const Tuning& t) {
   put(controllers_section(t));
   Section cost;
   cost.title = "What the bounds cost";
-  cost.text = {"The best PI of the identified machine under each bound, the others as they are."};
+  cost.text = {
+      t.machines.size() > 1
+          ? "The best PI for all machines under each bound, the others as they are; the error is their mean."
+          : "The best PI of the identified machine under each bound, the others as they are."};
   cost.charts = trade_off_charts(t);
   cost.side_by_side = true;
   put(std::move(cost));

@@ -6,6 +6,7 @@
 
 #include <cmath>
 
+#include "design/closed_loop.hpp"
 #include "design/robust.hpp"
 #include "golden_posteriors.hpp"
 
@@ -31,7 +32,7 @@ TEST(TradeOffs, GoThroughTheGoldenGains) {
   const auto golden = test::golden_json("e_tune_pi.json");
   const auto machine =
       test::golden_posterior(test::golden_json("e_tune_robust.json").at("cases")[0]).nominal();
-  const auto found = trade_offs(Machine(machine), {}, test::calm());
+  const auto found = trade_offs({Machine(machine)}, {}, test::calm());
   ASSERT_EQ(found.over_sensitivity.size(), 9U);
   ASSERT_EQ(found.over_load_transfer.size(), 10U);
   const auto calm = golden_ki(golden, 1.4, 1.3), stiff = golden_ki(golden, 1.4, 1.5);
@@ -44,11 +45,37 @@ TEST(TradeOffs, GoThroughTheGoldenGains) {
       EXPECT_GE((*curve)[i].ki, (*curve)[i - 1].ki * (1 - 1e-9));
 }
 
+/// One controller for a machine and a softer one: as slow as the stricter of both asks, or slower.
+TEST(TradeOffs, AreOfOneControllerForAllMachines) {
+  const auto model = test::golden_posterior(test::golden_json("e_tune_robust.json").at("cases")[0]).nominal();
+  auto soft = model;
+  soft.parameters.stiffness *= 0.7;
+  const auto of_one = trade_offs({Machine(model)}, {}, test::calm()),
+             of_soft = trade_offs({Machine(soft)}, {}, test::calm()),
+             of_both = trade_offs({Machine(model), Machine(soft)}, {}, test::calm());
+  for (const auto curve : {&TradeOffs::over_sensitivity, &TradeOffs::over_load_transfer}) {
+    ASSERT_EQ((of_both.*curve).size(), (of_one.*curve).size());
+    ASSERT_EQ((of_both.*curve).size(), (of_soft.*curve).size());
+    for (std::size_t i = 0; i < (of_both.*curve).size(); ++i) {
+      const auto& both = (of_both.*curve)[i];
+      const double stricter = std::min((of_one.*curve)[i].ki, (of_soft.*curve)[i].ki);
+      EXPECT_LE(both.ki, stricter * (1 + 1e-6)) << i;
+      EXPECT_GE(both.ki, 0.7 * stricter) << i;
+      const FilteredPi controller{both.kp, both.ki, {}};
+      EXPECT_NEAR(
+          both.iae,
+          0.5 * (load_step_iae(Machine(model), controller) + load_step_iae(Machine(soft), controller)),
+          1e-9 * both.iae);
+    }
+  }
+}
+
 TEST(TradeOffs, TellTheMaximumWhereThereIsNoBound) {
   const auto golden = test::golden_json("e_tune_robust.json");
   Bounds bounds;
   bounds.sensitivity = 1.4;
-  const auto found = trade_offs(Machine(test::golden_posterior(golden.at("cases")[0]).nominal()), {}, bounds);
+  const auto found =
+      trade_offs({Machine(test::golden_posterior(golden.at("cases")[0]).nominal())}, {}, bounds);
   ASSERT_EQ(found.over_sensitivity.size(), 9U);
   EXPECT_NEAR(found.over_sensitivity[2].load_transfer, 1.91, 0.01);  // docs/methods/tune.md 2.4
 }
