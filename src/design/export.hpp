@@ -46,8 +46,7 @@ struct ExportedController {
 };
 
 /// u = (T r - R y)/S: a PID, RST, state feedback, or what a controller file holds. Only C and structured text
-/// can say it. Its past torques are those behind the limit, so that nothing winds up (docs/methods/tune.md
-/// 16.3).
+/// can say it. Nothing winds up at the limit (docs/methods/tune.md 16.3).
 struct ExportedRst {
   std::vector<double> r, s;  ///< In powers of z^-1.
   std::vector<double> t;     ///< Empty: R.

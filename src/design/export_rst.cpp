@@ -5,6 +5,7 @@
 #include <cmath>
 #include <complex>
 #include <resonid/base/constants.hpp>
+#include <resonid/data/transfer_function.hpp>
 #include <string_view>
 
 #include "design/export.hpp"
@@ -36,17 +37,23 @@ static inline void @name@_init(@name@ *c) {
 static inline @real@ @name@_step(@name@ *c, @real@ reference, @real@ velocity) {
 @t@  static const @real@ r[@states@] = {@r@};
   static const @real@ s[@states@] = {@s@};
-  @real@ u = @first@ + c->state[0];
-  int i;
-@cut@  for (i = 1; i < @states@; ++i) c->state[i - 1] = c->state[i] + @further@ - s[i] * u;
+@a@  @real@ u = @first@ + c->state[0];
+@excess@  int i;
+@cut@  for (i = 1; i < @states@; ++i) c->state[i - 1] = c->state[i] + @further@ - s[i] * u@back@;
   return u;
 }
 
 #endif
 )";
 
-constexpr std::string_view kRstCut = R"(  if (u > c->torque_limit) u = c->torque_limit;
-  if (u < -c->torque_limit) u = -c->torque_limit;
+constexpr std::string_view kRstCut = R"(  if (u > c->torque_limit) {
+    excess = u - c->torque_limit;
+    u = c->torque_limit;
+  }
+  if (u < -c->torque_limit) {
+    excess = u + c->torque_limit;
+    u = -c->torque_limit;
+  }
 )";
 
 constexpr std::string_view kRstBlock =
@@ -80,9 +87,12 @@ torque := @first@ + state_1;
 @cut@@states@END_FUNCTION_BLOCK
 )";
 
-constexpr std::string_view kRstBlockCut = R"(IF torque > torque_limit THEN
+constexpr std::string_view kRstBlockCut = R"(excess := 0.0;
+IF torque > torque_limit THEN
+  excess := torque - torque_limit;
   torque := torque_limit;
 ELSIF torque < -torque_limit THEN
+  excess := torque + torque_limit;
   torque := -torque_limit;
 END_IF;
 )";
@@ -121,6 +131,41 @@ std::complex<double> value_at(const std::vector<double>& row, std::complex<doubl
   return sum;
 }
 
+/// How fast the states forget a torque that was cut: in the integral time, which R/S tells near standstill,
+/// ki/(1 - z^-1) + kp.
+double forgetting_pole(const RstRows& rows) {
+  double r = 0.0, r_slope = 0.0, s_slope = 0.0, s_bend = 0.0;  // at 1, by z^-1
+  for (std::size_t i = 0; i < rows.r.size(); ++i) {
+    const auto power = static_cast<double>(i);
+    r += rows.r[i];
+    r_slope += power * rows.r[i];
+    s_slope += power * rows.s[i];
+    s_bend += power * (power - 1.0) * rows.s[i];
+  }
+  constexpr double kMost = 1e4;
+  const double samples = 0.5 * s_bend / s_slope - r_slope / r;
+  return std::exp(-1.0 / (samples > 1.0 ? std::min(samples, kMost) : 1.0));
+}
+
+/// A of A v = T r - R y + (A - S) u, v being the torque before its limit (tune.md 16.3): S, but its roots
+/// that do not decay, and integrators, decay.
+std::vector<double> observer_of(const RstRows& rows, double sample_time_s) {
+  constexpr double kSlow = 0.98;
+  const double forgetting = forgetting_pole(rows);
+  std::vector<std::complex<double>> product = {1.0};
+  for (std::complex<double> root : data::TransferFunction{{1.0}, rows.s, sample_time_s}.poles()) {
+    if (std::abs(root - 1.0) < 1.0 - kSlow)
+      root = forgetting;
+    else if (std::abs(root) > kSlow)
+      root *= kSlow / std::abs(root);
+    product.push_back(0.0);
+    for (std::size_t i = product.size() - 1; i > 0; --i) product[i] -= root * product[i - 1];
+  }
+  std::vector<double> observer(rows.s.size(), 0.0);
+  for (std::size_t i = 0; i < observer.size() && i < product.size(); ++i) observer[i] = product[i].real();
+  return observer;
+}
+
 /// What rounding to floats does to the responses of velocity and reference: the largest relative error, from
 /// 1e-5 of the sample rate upwards.
 double float_error(const RstRows& exact) {
@@ -146,9 +191,7 @@ double float_error(const RstRows& exact) {
 const char* same_of(const RstRows& rows) { return rows.t.empty() ? ", T being R" : ""; }
 
 const char* remembers_of(const ExportedRst& design) {
-  return design.torque_limit
-             ? "; what it remembers of the torque is behind the limit, so that nothing winds up"
-             : "";
+  return design.torque_limit ? "; what the limit cuts off is forgotten by A, so that nothing winds up" : "";
 }
 
 }  // namespace
@@ -186,6 +229,11 @@ expected<std::string> to_c(const ExportedRst& design, CNumber type) {
        {"s", list(rows.s)},
        {"first", same ? "r[0] * (reference - velocity)" : "t[0] * reference - r[0] * velocity"},
        {"further", same ? "r[i] * (reference - velocity)" : "t[i] * reference - r[i] * velocity"},
+       {"a", design.torque_limit ? fmt::format("  static const {} a[{}] = {{{}}};\n", real, states,
+                                               list(observer_of(rows, design.sample_time_s)))
+                                 : ""},
+       {"excess", design.torque_limit ? "  " + real + " excess = " + number(0.0) + ";\n" : ""},
+       {"back", design.torque_limit ? " - a[i] * excess" : ""},
        {"cut", std::string(design.torque_limit ? kRstCut : "")}});
 }
 
@@ -194,6 +242,11 @@ expected<std::string> to_structured_text(const ExportedRst& design) {
   const RstRows rows = rows_of(design);
   const bool same = rows.t.empty();
   std::string variables, constants, reset, states;
+  std::vector<double> observer;
+  if (design.torque_limit) {
+    observer = observer_of(rows, design.sample_time_s);
+    variables += "  excess : LREAL := 0.0; (* what the limit cuts off *)\n";
+  }
   const auto constant = [&](const std::string& name, double value) {
     constants += fmt::format("  {} : LREAL := {};\n", name, digits_17(value));
   };
@@ -209,7 +262,9 @@ expected<std::string> to_structured_text(const ExportedRst& design) {
     variables += fmt::format("  state_{} : LREAL := 0.0;\n", i);
     reset += fmt::format("  state_{} := 0.0;\n", i);
     const std::string next = i + 1 < rows.r.size() ? fmt::format("state_{} + ", i + 1) : "";
-    states += fmt::format("state_{0} := {1}{2} - s_{0} * torque;\n", i, next, from_inputs(i));
+    if (design.torque_limit) constant(fmt::format("a_{}", i), observer[i]);
+    states += fmt::format("state_{0} := {1}{2} - s_{0} * torque{3};\n", i, next, from_inputs(i),
+                          design.torque_limit ? fmt::format(" - a_{} * excess", i) : "");
   }
   if (design.torque_limit) constant("torque_limit", *design.torque_limit);
   return filled_in(kRstBlock, {{"name", design.name},

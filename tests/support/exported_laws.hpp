@@ -141,7 +141,11 @@ inline std::vector<double> by_definition(const ExportedController& exported,
 }
 
 /// A PID, with and without limit and set-point weight, and an RST of third order, whose S begins with 2.
-inline std::vector<design::ExportedRst> rst_variants() {
+struct RstVariant {
+  design::ExportedRst law;
+  std::vector<double> observer;  ///< What its torque at the limit is forgotten by.
+};
+inline std::vector<RstVariant> rst_variants() {
   constexpr double kStep = 0.001, kHalf = 0.5;
   const design::Pid pid{0.6, 25.0, 0.004, 0.003};
   const auto law = pid.transfer_function(kStep);
@@ -150,29 +154,39 @@ inline std::vector<design::ExportedRst> rst_variants() {
   plain.s = law.denominator;
   plain.sample_time_s = kStep;
   plain.what = "PID";
-  std::vector<design::ExportedRst> all(4, plain);
-  all[1].torque_limit = 3.0;
-  all[2].t = design::Pid{kHalf * pid.kp, pid.ki, 0.0, pid.filter_s}.transfer_function(kStep).numerator;
-  all[2].torque_limit = 2.0;
-  all[3].r = {4.0, -6.0, 2.8};
-  all[3].s = {2.0, -3.2, 1.8, -0.6};
-  all[3].t = {0.8};
-  all[3].what = "RST";
-  all[3].torque_limit = 1.0;
+  // The integrator decays with the integral time, kp/ki, the lag of the derivative as it does.
+  const double integral = std::exp(-kStep * pid.ki / pid.kp), lag = std::exp(-kStep / pid.filter_s);
+  std::vector<RstVariant> all(4, {plain, {1.0, -integral - lag, integral * lag}});
+  all[1].law.torque_limit = 3.0;
+  all[2].law.t = design::Pid{kHalf * pid.kp, pid.ki, 0.0, pid.filter_s}.transfer_function(kStep).numerator;
+  all[2].law.torque_limit = 2.0;
+  all[3].law.r = {4.0, -6.0, 2.8};
+  all[3].law.s = {2.0, -3.2, 1.8, -0.6};  // 2 (1 - x)(1 - 0.6 x + 0.3 x^2)
+  all[3].law.t = {0.8};
+  all[3].law.what = "RST";
+  all[3].law.torque_limit = 1.0;
+  const double quick = std::exp(-1.0);  // its integral time is less than a sample
+  all[3].observer = {1.0, -0.6 - quick, 0.3 + 0.6 * quick, -0.3 * quick};
   return all;
 }
 
-/// S u = T r - R y, the torques of the past being those that were given.
-inline std::vector<double> by_definition(const design::ExportedRst& law, const std::vector<Sample>& samples) {
+/// A v = T r - R y + (A - S) u, u being v within the limit.
+inline std::vector<double> by_definition(const RstVariant& variant, const std::vector<Sample>& samples) {
+  const design::ExportedRst& law = variant.law;
   const auto& t = law.t.empty() ? law.r : law.t;
-  std::vector<double> torque;
+  const double limit = law.torque_limit.value_or(INFINITY);
+  std::vector<double> torque, unlimited;
   for (std::size_t k = 0; k < samples.size(); ++k) {
     double sum = 0.0;
     for (std::size_t i = 0; i < t.size() && i <= k; ++i) sum += t[i] * samples[k - i].reference;
     for (std::size_t i = 0; i < law.r.size() && i <= k; ++i) sum -= law.r[i] * samples[k - i].velocity;
-    for (std::size_t i = 1; i < law.s.size() && i <= k; ++i) sum -= law.s[i] * torque[k - i];
-    const double limit = law.torque_limit.value_or(INFINITY);
-    torque.push_back(std::clamp(sum / law.s.front(), -limit, limit));
+    sum /= law.s.front();
+    for (std::size_t i = 1; i < law.s.size() && i <= k; ++i) {
+      const double a = variant.observer[i];
+      sum += (a - law.s[i] / law.s.front()) * torque[k - i] - a * unlimited[k - i];
+    }
+    unlimited.push_back(sum);
+    torque.push_back(std::clamp(sum, -limit, limit));
   }
   return torque;
 }

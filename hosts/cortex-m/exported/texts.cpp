@@ -14,7 +14,6 @@ namespace {
 
 using resonid::design::CNumber;
 using resonid::design::ExportedController;
-using resonid::design::ExportedRst;
 using namespace resonid::test;
 
 struct Text {
@@ -41,8 +40,9 @@ std::optional<std::vector<Text>> texts() {
     for (const ExportedController& law : variants) add(law, columns_of(law), by_definition(law));
   std::vector<Sample> samples;
   for (const Told& told : told_samples()) samples.push_back({told.reference, told.velocity});
-  for (const ExportedRst& law : rst_variants())
-    add(law, {{"reference", &Told::reference}, {"velocity", &Told::velocity}}, by_definition(law, samples));
+  for (const RstVariant& variant : rst_variants())
+    add(variant.law, {{"reference", &Told::reference}, {"velocity", &Told::velocity}},
+        by_definition(variant, samples));
   if (!written) return std::nullopt;
   return all;
 }

@@ -48,9 +48,10 @@ class RstExport : public test::ExportedRuns {
 };
 
 TEST_F(RstExport, IsTheLawInC) {
-  for (const auto& law : rst_variants()) {
+  for (const auto& variant : rst_variants()) {
+    const ExportedRst& law = variant.law;
     SCOPED_TRACE(law.what + (law.torque_limit ? " limited" : ""));
-    const auto wanted = by_definition(law, exported_samples());
+    const auto wanted = by_definition(variant, exported_samples());
     run_c(law, CNumber::in_double);
     expect_alike(printed("torque"), wanted, 1e-12);
     run_c(law, CNumber::in_float);
@@ -59,23 +60,23 @@ TEST_F(RstExport, IsTheLawInC) {
 }
 
 TEST_F(RstExport, IsTheLawInStructuredText) {
-  for (const auto& law : rst_variants()) {
-    SCOPED_TRACE(law.what + (law.torque_limit ? " limited" : ""));
-    run_structured_text(law);
-    expect_alike(printed("torque"), by_definition(law, exported_samples()), 1e-12);
+  for (const auto& variant : rst_variants()) {
+    SCOPED_TRACE(variant.law.what + (variant.law.torque_limit ? " limited" : ""));
+    run_structured_text(variant.law);
+    expect_alike(printed("torque"), by_definition(variant, exported_samples()), 1e-12);
   }
 }
 
 TEST_F(RstExport, GivesNoTorqueAtAnotherCycleTimeOrDisabled) {
   for (const char* more : {" 0.002 1", " 0.001 0"}) {
-    run_structured_text(rst_variants().front(), more);
+    run_structured_text(rst_variants().front().law, more);
     for (const double torque : printed("torque")) EXPECT_EQ(torque, 0.0);
   }
 }
 
-/// A filtered controller that the sum follows behind a limit: once the error turns, so does the torque.
+/// Long at the limit, where noise drives the derivative too: once the error turns, so does the torque.
 TEST_F(RstExport, DoesNotWindUp) {
-  ExportedRst law = rst_variants().front();
+  ExportedRst law = rst_variants().front().law;
   law.torque_limit = 0.5;
   run_c(law, CNumber::in_double);
   const auto torque = printed("torque");
@@ -128,18 +129,18 @@ TEST_F(RstExport, IsStateFeedback) {
 }
 
 TEST(RstExportRefusal, NamesWhatIsWrong) {
-  ExportedRst law = rst_variants().front();
+  ExportedRst law = rst_variants().front().law;
   law.s.clear();
   EXPECT_EQ(to_c(law, CNumber::in_double).error().field, "structure");
   law.s = {0.0, 1.0};
   EXPECT_EQ(to_structured_text(law).error().field, "structure");
-  law = rst_variants().front();
+  law = rst_variants().front().law;
   law.r.front() = NAN;
   EXPECT_EQ(to_c(law, CNumber::in_double).error().field, "structure");
-  law = rst_variants().front();
+  law = rst_variants().front().law;
   law.name = "while";
   EXPECT_EQ(to_structured_text(law).error().field, "name");
-  law = rst_variants().front();
+  law = rst_variants().front().law;
   law.torque_limit = 0.0;
   EXPECT_EQ(to_c(law, CNumber::in_double).error().field, "torque_limit");
 }
