@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <complex>
+#include <numeric>
 #include <resonid/base/constants.hpp>
 #include <resonid/data/transfer_function.hpp>
 #include <string_view>
@@ -166,12 +167,31 @@ std::vector<double> observer_of(const RstRows& rows, double sample_time_s) {
   return observer;
 }
 
+double to_float(double value) { return static_cast<double>(static_cast<float>(value)); }
+
+/// Rounded so that what integrates does so still: the smallest coefficient of S takes what the others leave
+/// of S(1) = 0.
+RstRows in_float(RstRows rows) {
+  constexpr double kRounding = 1e-7;
+  double sum = 0.0, size = 0.0;
+  for (const double c : rows.s) {
+    sum += c;
+    size += std::abs(c);
+  }
+  for (auto* row : {&rows.r, &rows.s, &rows.t})
+    for (double& c : *row) c = to_float(c);
+  if (std::abs(sum) > kRounding * size) return rows;
+  const auto smallest = std::min_element(rows.s.begin() + 1, rows.s.end(), [](double a, double b) {
+    return (a != 0.0 && std::abs(a) < std::abs(b)) || (a != 0.0 && b == 0.0);
+  });
+  *smallest = 0.0;
+  *smallest = to_float(-std::accumulate(rows.s.begin(), rows.s.end(), 0.0));
+  return rows;
+}
+
 /// What rounding to floats does to the responses of velocity and reference: the largest relative error, from
 /// 1e-5 of the sample rate upwards.
-double float_error(const RstRows& exact) {
-  RstRows rounded = exact;
-  for (auto* row : {&rounded.r, &rounded.s, &rounded.t})
-    for (double& c : *row) c = static_cast<double>(static_cast<float>(c));
+double float_error(const RstRows& exact, const RstRows& rounded) {
   constexpr int kLines = 2000;
   constexpr double kFrom = 1e-5, kTo = 0.5;
   double largest = 0.0;
@@ -198,9 +218,10 @@ const char* remembers_of(const ExportedRst& design) {
 
 expected<std::string> to_c(const ExportedRst& design, CNumber type) {
   if (const auto valid = check_rst(design); !valid) return tl::unexpected(valid.error());
-  const RstRows rows = rows_of(design);
-  const bool in_float = type == CNumber::in_float;
-  if (const double error = in_float ? float_error(rows) : 0.0; !(error <= kLargestFloatError))
+  const RstRows exact = rows_of(design);
+  const bool is_float = type == CNumber::in_float;
+  const RstRows rows = is_float ? in_float(exact) : exact;
+  if (const double error = is_float ? float_error(exact, rows) : 0.0; !(error <= kLargestFloatError))
     return refuse("structure",
                   "must be computed in double: rounded to floats its response errs by more than 1 %", error);
   const CNumberText number = c_number_text(type);
@@ -209,7 +230,7 @@ expected<std::string> to_c(const ExportedRst& design, CNumber type) {
     for (const double c : row) text += (text.empty() ? "" : ", ") + number(c);
     return text;
   };
-  const std::string real = in_float ? "float" : "double", states = std::to_string(rows.r.size());
+  const std::string real = is_float ? "float" : "double", states = std::to_string(rows.r.size());
   const bool same = rows.t.empty();
   return filled_in(
       kRstHeader,

@@ -13,8 +13,6 @@
 #include <resonid/identification/options.hpp>
 #include <resonid/identification/result.hpp>
 #include <resonid/online/axis_config.hpp>
-#include <resonid/online/models/rls.hpp>
-#include <resonid/online/supervision/change_detection.hpp>
 #include <span>
 #include <string>
 #include <string_view>

@@ -9,11 +9,11 @@
 #include <resonid/base/enum_names.hpp>
 #include <resonid/base/expected.hpp>
 #include <resonid/online/excitation/detail/guarded_excitation_config.hpp>
+#include <resonid/online/lines/detail/dft_window.hpp>
 #include <resonid/online/lines/detail/sweep.hpp>
-#include <resonid/online/lines/sliding_dft.hpp>
 #include <resonid/online/models/detail/physical_config.hpp>
-#include <resonid/online/models/rls.hpp>
-#include <resonid/online/supervision/change_detection.hpp>
+#include <resonid/online/models/detail/rls_config.hpp>
+#include <resonid/online/supervision/detail/change_config.hpp>
 #include <span>
 #include <string_view>
 

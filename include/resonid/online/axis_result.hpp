@@ -8,7 +8,7 @@
 #include <limits>
 #include <resonid/base/enum_names.hpp>
 #include <resonid/online/excitation/guarded_excitation.hpp>
-#include <resonid/online/supervision/change_detection.hpp>
+#include <resonid/online/supervision/detail/change_config.hpp>
 #include <span>
 #include <string_view>
 

@@ -1000,7 +1000,9 @@ TEST(Tune, IsTakenAway) {
   o.evaluate = data::Controller(data::TransferFunction{{1.5, -1.3, 0.02}, {1.0, -1.2, 0.2}, 0.002});
   const auto other = tune(identified(), o);
   ASSERT_TRUE(other);
-  const auto refused = exported(*other, ExportFormat::c);
+  EXPECT_TRUE(exported(*other, ExportFormat::c));
+  EXPECT_TRUE(exported(*other, ExportFormat::structured_text));
+  const auto refused = exported(*other, ExportFormat::hal);
   ASSERT_FALSE(refused);
   EXPECT_EQ(refused.error().field, "structure");
 }

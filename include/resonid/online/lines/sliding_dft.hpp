@@ -12,16 +12,12 @@
 #include <resonid/base/constants.hpp>
 #include <resonid/base/detail/intact.hpp>
 #include <resonid/base/expected.hpp>
+#include <resonid/online/lines/detail/dft_window.hpp>
 #include <resonid/online/lines/detail/line_kernels.hpp>
 #include <span>
 #include <type_traits>
 
 namespace resonid::online {
-
-enum class DftWindow {
-  rectangular,  ///< Exact for periodic excitation.
-  hann,         ///< Less leakage from what is not periodic in the window; 1.5 times the noise power.
-};
 
 struct SlidingDftConfig {
   double sample_rate_hz = 0.0;             ///< Rate at which step() is called, > 0.
