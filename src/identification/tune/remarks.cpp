@@ -4,7 +4,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <limits>
 
 #include "design/known_band.hpp"
 #include "identification/tune/checks.hpp"
@@ -26,6 +28,8 @@ class Remarks {
     assumed_delay();
     holding();
     beyond_band();
+    promise_ends();
+    warned();
     step();
     cut(t_.proposed(), "The");
     if (t_.running) cut(*t_.running, "With the running controller the");
@@ -146,6 +150,53 @@ class Remarks {
                                 "a further resonance there could make it unstable. Excite up to there.",
                                 size, at, end),
                     size, size / largest);
+    }
+  }
+
+  /// What the bound on |S| is worth above the band, where the response may be another one by the disk of
+  /// docs/methods/tune.md 7.10: |1 + L (1 + d)|, |d| <= rho. An octave above and beyond that is the least of
+  /// |1 + L| - |L|.
+  void promise_ends() {
+    constexpr double kRounding = 1.01;
+    const auto& c = t_.proposed();
+    const auto* figure = c.figure("sensitivity_peak");
+    if (!c.stable || figure == nullptr || !figure->bound || c.curves.loop.empty()) return;
+    double end = design::kKnownEverywhere;
+    for (const Result& r : results_) end = std::min(end, known_to_hz(r));
+    double largest = 0.0, at = 0.0, needed = end;
+    for (std::size_t i = 0; i < c.curves.frequency_hz.size(); ++i) {
+      const double f = c.curves.frequency_hz[i];
+      if (f < end) continue;
+      const double size = std::abs(c.curves.loop[i]),
+                   left = std::abs(1.0 + c.curves.loop[i]) - std::min(1.0, f / end - 1.0) * size;
+      const double s = left > 0.0 ? 1.0 / left : std::numeric_limits<double>::infinity();
+      if (s > largest) {
+        largest = s;
+        at = f;
+      }
+      if (1.0 / std::max(1e-9, 1.0 - 2.0 * size) > *figure->bound) needed = f;  // whatever stands there
+    }
+    if (largest <= kRounding * *figure->bound) return;
+    note("promise-ends-with-band", Severity::warning,
+         fmt::format("The bounds are promised up to {:.3g} Hz, where the machine was measured. A mode above, "
+                     "which the recording could not show, would leave the loop stable, but may take |S| to "
+                     "{:.3g} near {:.3g} Hz (bound {:.3g}). Excite up to {:.3g} Hz.",
+                     end, largest, at, *figure->bound, needed),
+         end, needed);
+  }
+
+  /// What identification warned of, and the design does not already count or tell.
+  void warned() {
+    constexpr std::array kTold = {"backlash", "stiffening-coupling", "torque-gain", "held-output"};
+    for (const Result& r : results_) {
+      std::string ids;
+      for (const auto& f : r.findings)
+        if (f.severity == Severity::warning && std::ranges::find(kTold, f.id) == kTold.end())
+          ids += (ids.empty() ? "" : ", ") + std::string(f.id);
+      if (!ids.empty())
+        note("result-warned", Severity::info,
+             fmt::format("Identification of {} warned: {}. That stands for this design too.",
+                         r.record.file.empty() ? "the recording" : r.record.file, ids));
     }
   }
 

@@ -240,9 +240,29 @@ class Simulator {
       run.time_s.push_back(static_cast<double>(k) / record.sample_rate_hz);
     const auto& steps = config.disturbance.load_step_at_s;
     put_figures(c, what, record.output.samples, steps.empty() ? 0.0 : steps.front(), run);
+    if (what.starts_with("load")) put_loop(c, simulation->truth.loop, run);
     if (&c == &t_.proposed()) compare(run);
     t_.simulated.push_back(std::move(run));
     return {};
+  }
+
+  /// The loop of the drive that is simulated, every delay in it.
+  void put_loop(const TunedController& c, const data::FrequencyResponse& loop, SimulatedRun& run) {
+    const auto* figure = c.figure("sensitivity_peak");
+    if (figure == nullptr || loop.lines() == 0) return;
+    double largest = 0.0, at = 0.0;
+    for (std::size_t i = 0; i < loop.lines(); ++i)
+      if (const double size = 1.0 / std::abs(1.0 + loop.value[i]); size > largest) {
+        largest = size;
+        at = loop.frequency_hz[i];
+      }
+    run.figures.push_back({figure->name, figure->unit, figure->value, largest});
+    constexpr double kRounding = 1.01;
+    if (&c != &t_.proposed() || !figure->bound || largest <= kRounding * *figure->bound) return;
+    t_.trusted = false;
+    t_.findings.push_back({"simulation-beyond-bound", diagnostics::Severity::error, largest, *figure->bound,
+                           fmt::format("On the simulated drive |S| is {:.3g} at {:.3g} Hz, more than {:.3g}.",
+                                       largest, at, *figure->bound)});
   }
 
   /// What the linear design promises beside what came: friction, limits and another machine make it differ.

@@ -38,6 +38,14 @@ std::string exceeded_text(const TunedController& c) {
   return text;
 }
 
+/// " up to 25 Hz" where nothing is promised above.
+std::string promised_to(const Tuning& t) {
+  const auto ends = std::ranges::find(t.findings, "promise-ends-with-band", &diagnostics::Finding::id);
+  return ends == t.findings.end() || !ends->value
+             ? std::string()
+             : fmt::format(" up to {} Hz, where the machine was measured,", three_digits(*ends->value));
+}
+
 std::string verdict_sentence(const Tuning& t) {
   const auto& c = t.proposed();
   const std::string who = t.is_evaluation() ? fmt::format("The given controller ({})", c.name) : c.name;
@@ -46,12 +54,13 @@ std::string verdict_sentence(const Tuning& t) {
   if (!c.stable) return fmt::format("{}: the loop of the identified machine is UNSTABLE with it.", who);
   const std::string keeps = t.trusted ? "keeps" : "would keep";
   const std::string condition = t.trusted ? "" : " if the result were right";
+  const std::string where = promised_to(t);
   if (c.within && t.options.guarantee == identification::Guarantee::ellipsoid)
-    return fmt::format("{} {} every bound ({}) on every machine of the {:g} % confidence ellipsoid{}: {}.",
-                       who, keeps, bounds, percent, condition, counted_text(c));
+    return fmt::format("{} {} every bound ({}){} on every machine of the {:g} % confidence ellipsoid{}: {}.",
+                       who, keeps, bounds, where, percent, condition, counted_text(c));
   if (c.within)
-    return fmt::format("{} {} every bound ({}) with at least {:g} % probability{}: {}.", who, keeps, bounds,
-                       percent, condition, counted_text(c));
+    return fmt::format("{} {} every bound ({}){} with at least {:g} % probability{}: {}.", who, keeps, bounds,
+                       where, percent, condition, counted_text(c));
   const auto exceeded = exceeded_text(c);
   const std::string on = exceeded.empty() ? "" : fmt::format(" On the identified machine {}.", exceeded);
   if (t.is_evaluation())

@@ -338,6 +338,47 @@ TEST(Tune, CrossesInsideTheBandThatWasMeasured) {
   EXPECT_TRUE(has_finding(*lines, "band-limits-design"));
 }
 
+/// A second mode above the band may take |S| beyond its bound, though never the loop's stability: bounds are
+/// promised up to the band's end, and by a run on that drive the design is not trusted.
+TEST(Tune, PromisesBoundsInsideTheBandOnly) {
+  auto result = identified();
+  const auto whole = tune(result, few_draws());
+  ASSERT_TRUE(whole);
+  EXPECT_FALSE(has_finding(*whole, "promise-ends-with-band"));
+  result.response.frequency_hz.resize(20);
+  result.findings.push_back({"margins-beyond-band", diagnostics::Severity::warning, {}, {}, "margins"});
+  auto tuning = tune(result, few_draws());
+  ASSERT_TRUE(tuning) << message_of(tuning.error());
+  EXPECT_TRUE(tuning->trusted);
+  const auto ends = std::ranges::find(tuning->findings, "promise-ends-with-band", &diagnostics::Finding::id);
+  ASSERT_TRUE(ends != tuning->findings.end());
+  EXPECT_EQ(*ends->value, result.response.frequency_hz.back());
+  EXPECT_GT(*ends->threshold, *ends->value);
+  const auto warned = std::ranges::find(tuning->findings, "result-warned", &diagnostics::Finding::id);
+  ASSERT_TRUE(warned != tuning->findings.end());
+  EXPECT_NE(warned->meaning.find("margins-beyond-band"), std::string::npos);
+  // Excited up to where it says, bounds hold everywhere.
+  auto wider = identified();
+  std::erase_if(wider.response.frequency_hz, [&](double f) { return f > 1.05 * *ends->threshold; });
+  const auto again = tune(wider, few_draws());
+  ASSERT_TRUE(again);
+  EXPECT_FALSE(has_finding(*again, "promise-ends-with-band"));
+
+  // The identified machine keeps its bound in the simulation; one of another stiffness does not.
+  ASSERT_TRUE(simulate_on(*tuning, experiment_of(result, few_draws())));
+  EXPECT_FALSE(has_finding(*tuning, "simulation-beyond-bound"));
+  EXPECT_TRUE(tuning->trusted);
+  auto on_another = *whole;
+  auto other = experiment_of(identified(), few_draws());
+  other.drive.stiffness *= 0.4;
+  ASSERT_TRUE(simulate_on(on_another, other));
+  const auto beyond =
+      std::ranges::find(on_another.findings, "simulation-beyond-bound", &diagnostics::Finding::id);
+  ASSERT_TRUE(beyond != on_another.findings.end());
+  EXPECT_GT(*beyond->value, 1.4);
+  EXPECT_FALSE(on_another.trusted);
+}
+
 /// Nothing says where the compliance of a machine begins that moved only.
 TEST(Tune, ARigidModelLeavesRoomForTheCompliance) {
   auto result = identified();
