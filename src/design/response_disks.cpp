@@ -260,8 +260,10 @@ expected<ResponseDisks> response_disks(const data::FrequencyResponse& measured, 
   return disks;
 }
 
-expected<ResponseDesign> largest_integral_gain(const ResponseDisks& response, std::span<const Biquad> biquads,
-                                               const Bounds& bounds, std::optional<AntiResonance> load) {
+namespace {
+
+expected<void> check_disks(const ResponseDisks& response, const Bounds& bounds,
+                           const std::optional<AntiResonance>& load) {
   const auto& f = response.frequencies_hz;
   constexpr std::size_t kFewest = 10;
   if (f.size() < kFewest)
@@ -273,6 +275,14 @@ expected<ResponseDesign> largest_integral_gain(const ResponseDisks& response, st
     return refuse("frequencies_hz", "must ascend between 0 and half of the sample rate");
   if (bounds.load_transfer && !(load && load->frequency_hz > 0.0 && load->damping_ratio >= 0.0))
     return refuse("load_transfer", "needs the anti-resonance and its damping ratio", *bounds.load_transfer);
+  return {};
+}
+
+}  // namespace
+
+expected<ResponseDesign> largest_integral_gain(const ResponseDisks& response, std::span<const Biquad> biquads,
+                                               const Bounds& bounds, std::optional<AntiResonance> load) {
+  if (const auto valid = check_disks(response, bounds, load); !valid) return tl::unexpected(valid.error());
   const DiskSearch search(response, biquads, bounds, load);
   const auto best = search.best();
   if (!best)
@@ -290,6 +300,18 @@ expected<ResponseDesign> largest_integral_gain(const ResponseDisks& response, st
                         *crossover_hz,
                         search.worst(*best),
                         search.largest_turn_deg(*best)};
+}
+
+expected<ResponseDesign> judged_by_response(const ResponseDisks& response, const FilteredPi& controller,
+                                            const Bounds& bounds, std::optional<AntiResonance> load) {
+  if (const auto valid = check_disks(response, bounds, load); !valid) return tl::unexpected(valid.error());
+  const DiskSearch search(response, controller.biquads, bounds, load);
+  const DiskSearch::Gains gains{controller.kp, controller.ki};
+  const auto crossover_hz = search.crossover_hz(gains);
+  if (const double first = search.least_loop_at_start(gains); !crossover_hz || !(first > 1.0))
+    return refuse("response", "must begin where |L| is above 1 and reach to where it is below", first);
+  return ResponseDesign{controller, *crossover_hz, search.worst(gains), search.largest_turn_deg(gains),
+                        search.is_told_stable(gains)};
 }
 
 }  // namespace resonid::design

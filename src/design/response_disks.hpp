@@ -40,6 +40,7 @@ struct ResponseDesign {
   double crossover_hz = 0.0;      ///< The last one.
   std::vector<Peak> worst;        ///< Of every bounded transfer, over all disks of all lines.
   double largest_turn_deg = 0.0;  ///< Of 1 + L between neighbouring lines.
+  bool stable = true;             ///< By the turns; false: they do not tell it, or that it is unstable.
 };
 
 /// The largest integral gain that meets the bounds for every response that goes through the disks. The loop
@@ -55,5 +56,11 @@ struct ResponseDesign {
                                                              std::span<const Biquad> biquads,
                                                              const Bounds& bounds,
                                                              std::optional<AntiResonance> load = {});
+
+/// The same of a controller that is given: stability and the largest value of each bounded transfer, which
+/// may be beyond its bound. Refused: lines that are no response from below a crossover on.
+[[nodiscard]] expected<ResponseDesign> judged_by_response(const ResponseDisks& response,
+                                                          const FilteredPi& controller, const Bounds& bounds,
+                                                          std::optional<AntiResonance> load = {});
 
 }  // namespace resonid::design

@@ -269,6 +269,9 @@ TEST_F(TuneVerb, DesignsByTheResponseWhereThereIsNoModel) {
   const auto tuning = json::parse(text("tuning.json"));
   EXPECT_TRUE(tuning.at("by_response"));
   EXPECT_NE(done.out.find("design-by-response"), std::string::npos) << done.out;
+  const auto given = run("tune none.json --evaluate pi:50,0.01 --require-trusted");
+  EXPECT_EQ(given.exit_code, 3);
+  EXPECT_NE(given.out.find("design-unstable"), std::string::npos) << given.out;
   EXPECT_NE(refused("none.json --structure rst").find("no drive model"), std::string::npos);
   EXPECT_NE(refused("none.json --simulate run.toml").find("--simulate"), std::string::npos);
 }

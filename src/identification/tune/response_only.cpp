@@ -122,13 +122,30 @@ void put_figures(const data::FrequencyResponse& plant, const Units& units, Tuned
   lines.put_curves(controller.curves);
 }
 
+/// What a controller that was given may be: unstable, or beyond a bound.
+void judge(Tuning& tuning) {
+  const auto& c = tuning.proposed();
+  if (c.within) return;
+  std::string beyond;
+  for (const auto& figure : c.figures)
+    if (figure.worst && figure.bound && *figure.worst > (1.0 + kRoom) * *figure.bound)
+      beyond += fmt::format("{}{} up to {:.3g} (bound {:.3g})", beyond.empty() ? "" : ", ", figure.name,
+                            *figure.worst, *figure.bound);
+  tuning.findings.push_back(
+      {c.stable ? "bounds-exceeded" : "design-unstable",
+       diagnostics::Severity::error,
+       {},
+       {},
+       c.stable ? "Responses within the error bars exceed a bound: " + beyond + "."
+                : "By the turns of 1 + L along the lines the loop is not stable, or cannot be told to be."});
+}
+
 }  // namespace
 
 bool is_response_only(const Result& result, const TuneOptions& options) {
   const bool pi =
       options.structure == ControllerStructure::automatic || options.structure == ControllerStructure::pi;
-  return !result.model && pi && !options.evaluate && options.positions.empty() && !options.shaper &&
-         result.response.lines() > 2;
+  return !result.model && pi && options.positions.empty() && !options.shaper && result.response.lines() > 2;
 }
 
 expected<Tuning, Error> tune_by_response(const Result& result, const TuneOptions& options) {
@@ -149,7 +166,15 @@ expected<Tuning, Error> tune_by_response(const Result& result, const TuneOptions
     return refuse("results",
                   "hold neither a drive model nor an anti-resonance: nothing tells what the load does "
                   "at |S| alone, where it may swing several times as far; identify with a drive model");
-  auto found = design::largest_integral_gain(*disks, {}, bounds, load);
+  std::optional<Law> given;
+  if (options.evaluate) {
+    given = law_of(options.evaluate->sampled(step));
+    if (!options.evaluate_reference.empty()) set_reference(*given, options.evaluate_reference);
+    if (!given->what.gains || options.evaluate_position_gain)
+      return refuse("evaluate", "must be a PI of velocity, to be judged by a response without a drive model");
+  }
+  auto found = given ? design::judged_by_response(*disks, *given->what.gains, bounds, load)
+                     : design::largest_integral_gain(*disks, {}, bounds, load);
   if (!found) return refused(found.error());
   Tuning tuning;
   tuning.files = {result.record.file};
@@ -157,9 +182,11 @@ expected<Tuning, Error> tune_by_response(const Result& result, const TuneOptions
   tuning.sample_time_s = step;
   tuning.options = options;
   tuning.by_response = true;
-  auto controller = law_of(found->controller, step).what;
-  controller.stable = true;
-  controller.within = true;
+  auto controller = given ? given->what : law_of(found->controller, step).what;
+  controller.stable = found->stable;
+  controller.within = found->stable && std::ranges::all_of(found->worst, [](const design::Peak& worst) {
+                        return worst.value <= (1.0 + kRoom) * worst.bound;
+                      });
   put_figures(plant, result.units, controller);
   constexpr double kActive = 0.985;
   for (const auto& worst : found->worst) {
@@ -187,6 +214,7 @@ expected<Tuning, Error> tune_by_response(const Result& result, const TuneOptions
       crossover.value = curves.frequency_hz[i - 1];
   controller.figures.push_back(std::move(crossover));
   tuning.candidates = {std::move(controller)};
+  judge(tuning);
   if (options.running) {
     auto running = law_of(options.running->sampled(step)).what;
     running.structure = "running";
@@ -199,12 +227,12 @@ expected<Tuning, Error> tune_by_response(const Result& result, const TuneOptions
        diagnostics::Severity::info,
        {},
        {},
-       fmt::format(
-           "The result holds no drive model: the gains suit every response within the error bars of all "
-           "{} lines, from {:.3g} to {:.3g} Hz. What lies between or beyond them is not known, and a "
-           "drive that integrates its torque below them is taken for granted{}.",
-           plant.lines(), plant.frequency_hz.front(), plant.frequency_hz.back(),
-           load ? "" : "; without an anti-resonance nothing bounds the load")});
+       fmt::format("The result holds no drive model: {} every response within the error bars of all "
+                   "{} lines, from {:.3g} to {:.3g} Hz. What lies between or beyond them is not known, and a "
+                   "drive that integrates its torque below them is taken for granted{}.",
+                   given ? "the controller is judged on" : "the gains suit", plant.lines(),
+                   plant.frequency_hz.front(), plant.frequency_hz.back(),
+                   load ? "" : "; without an anti-resonance nothing bounds the load")});
   if (const auto& limits = tuning.proposed().limits;
       std::ranges::find(limits, "beyond_band_peak") != limits.end())
     tuning.findings.push_back(
@@ -223,7 +251,7 @@ expected<Tuning, Error> tune_by_response(const Result& result, const TuneOptions
          {},
          {},
          "The result of " + result.record.file + " is not trusted, nor is this design."});
-  tuning.trusted = result.trusted;
+  tuning.trusted = result.trusted && tuning.proposed().within;
   return tuning;
 }
 

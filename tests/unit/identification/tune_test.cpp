@@ -231,6 +231,49 @@ TEST(Tune, JudgesAGivenControllerAboveTheBand) {
   EXPECT_FALSE(ran->running->figure("beyond_band_peak")->bound);
 }
 
+bool has_finding(const Tuning& tuning, std::string_view id) {
+  return std::ranges::any_of(tuning.findings, [&](const auto& f) { return f.id == id; });
+}
+
+/// Without a model a given controller is judged on the lines.
+TEST(Tune, JudgesAControllerByAResponse) {
+  auto result = identified();
+  result.model.reset();
+  const auto designed = tune(result, few_draws());
+  ASSERT_TRUE(designed) << message_of(designed.error());
+  const auto judged = [&](double times) {
+    auto o = few_draws();
+    auto controller = designed->proposed().feedback;
+    for (double& c : controller.numerator) c *= times;
+    o.evaluate = data::Controller(controller);
+    return tune(result, o);
+  };
+  const auto same = judged(1.0), more = judged(1.3), far = judged(10.0);
+  ASSERT_TRUE(same) << message_of(same.error());
+  EXPECT_TRUE(same->trusted);
+  EXPECT_TRUE(same->proposed().within);
+  for (const char* name : {"sensitivity_peak", "load_peak"}) {
+    const auto *its = same->proposed().figure(name), *as_designed = designed->proposed().figure(name);
+    ASSERT_TRUE(its != nullptr && as_designed != nullptr);
+    EXPECT_NEAR(*its->worst, *as_designed->worst, 1e-6);
+  }
+  ASSERT_TRUE(more) << message_of(more.error());
+  EXPECT_TRUE(more->proposed().stable);
+  EXPECT_FALSE(more->trusted);
+  EXPECT_TRUE(has_finding(*more, "bounds-exceeded"));
+  EXPECT_GT(*more->proposed().figure("load_peak")->worst, 1.3);
+  ASSERT_TRUE(far) << message_of(far.error());
+  EXPECT_FALSE(far->proposed().stable);
+  EXPECT_FALSE(far->trusted);
+  EXPECT_TRUE(has_finding(*far, "design-unstable"));
+
+  auto o = few_draws();
+  o.evaluate = data::Controller(data::TransferFunction{{1.5, -1.3, 0.02}, {1.0, -1.2, 0.2}, 0.002});
+  const auto other = tune(result, o);
+  ASSERT_FALSE(other);
+  EXPECT_EQ(other.error().field, "evaluate");
+}
+
 TEST(Tune, RefusesWhatCannotBeReliedOn) {
   const auto refused = [](const Result& result, const TuneOptions& o) {
     const auto tuning = tune(result, o);
@@ -280,10 +323,6 @@ TEST(Tune, RefusesWhatCannotBeReliedOn) {
   o = few_draws();
   o.running = pi(20.0, 0.01);
   EXPECT_NE(refused(identified(), o).find("contradict"), std::string::npos);
-}
-
-bool has_finding(const Tuning& tuning, std::string_view id) {
-  return std::ranges::any_of(tuning.findings, [&](const auto& f) { return f.id == id; });
 }
 
 /// The best loop would cross at 4.9 Hz.
