@@ -370,6 +370,9 @@ void add_tune(CLI::App& app) {
   verb->add_option("--export", o->exports, "take the controller away: json, c, c-float, st, hal, klipper")
       ->type_name("FORMAT:FILE");
   verb->add_option("--export-name", o->names.name, "name of what is exported")->type_name("NAME");
+  verb->add_option("--export-axis", o->names.axis, "the printer's axis, of klipper: x, y or z")
+      ->type_name("AXIS");
+  verb->add_option("--export-thread", o->names.thread, "the thread that runs it, of hal")->type_name("NAME");
   verb->add_option("--report", o->report, "self-contained HTML report")->type_name("FILE");
   verb->add_option("--json", o->json, "design for machines ('-': standard output)")->type_name("FILE");
   verb->add_flag("--require-trusted", o->require_trusted,

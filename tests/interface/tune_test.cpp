@@ -299,6 +299,9 @@ TEST_F(TuneVerb, RefusesInTheWordsOfTheCommandLine) {
                 .find("klipper"),
             std::string::npos);
   EXPECT_FALSE(std::filesystem::exists(path("a.json")));
+  EXPECT_NE(refused("result.json --structure pi --draws 400 --export-thread 'two words' --export hal:a.hal")
+                .find("name of a thread"),
+            std::string::npos);
 
   auto result = json::parse(text("result.json"));
   result["trusted"] = false;
