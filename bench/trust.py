@@ -3,13 +3,13 @@
 """How often a trusted result of `identify` is wrong: kinds of experiment, several seeds each, against the truth of the simulation.
 
     bench/trust.py PROGRAM [--seeds 10] [--first 0] [--jobs 2] [--only REGEX] [--class conform|beyond|fault] [--draw SALT]
-                   [--markdown FILE] [--json FILE] [--list] [--no-baseline] [--no-tune] [--fail-beyond 5]
+                   [--markdown FILE] [--json FILE] [--list] [--no-baseline] [--no-tune] [--tune-structure pi] [--fail-beyond 5]
     bench/trust.py PROGRAM --merge FILE ... --markdown FILE    tables of the --json of runs made in parts
 
 PROGRAM is the command line tool; the kinds stand in trust_kinds.py. A figure (inertias, stiffness, damping, friction, torque lag, resonances,
 crossover, margins) counts as wrong when it is further from the truth than 3 of its own standard deviations and 1e-6 of its value; of a machine
 that changes by more than 1 %, from either end of its course. A record is identified with what a user would tell: controller and delay where the experiment has
-them. For every trusted result `tune` designs a PI controller, which is judged on the true machine (trust_tune.py): stable, and inside the bounds of
+them. For every trusted result `tune` designs a controller (a PI, or --tune-structure), which is judged on the true machine (trust_tune.py): stable, and inside the bounds of
 |S| and |T_load|; --no-tune leaves it out. One that is unstable there makes exit code 1. --draw draws other machines. A kind whose experiment this
 PROGRAM cannot simulate is skipped, and said.
 """
@@ -168,7 +168,7 @@ def outcome_of(options, simulate, kind, seed):
 
 def of_tuning(options, folder, truth, config):
     """What `tune` proposes for this result, on the true machine; `as` is inside, outside, unstable, refused or failed."""
-    code, said, seconds = limited([options.program, "tune", "i.json", "--structure", "pi", "--draws", str(options.tune_draws), "--json", "t.json", "--quiet"],
+    code, said, seconds = limited([options.program, "tune", "i.json", "--structure", options.tune_structure, "--draws", str(options.tune_draws), "--json", "t.json", "--quiet"],
                                   folder, options.limit)
     found = {"seconds": seconds}
     if code == 2:
@@ -176,7 +176,7 @@ def of_tuning(options, folder, truth, config):
     if code:
         return {**found, "as": "failed", "why": f"{code}: {said}"}
     tuning = json.loads((folder / "t.json").read_text(encoding="utf-8"))
-    found |= {"sure": tuning["trusted"], "findings": [f["id"] for f in tuning["findings"]], "gains": tuning["candidates"][0]["gains"]}
+    found |= {"sure": tuning["trusted"], "findings": [f["id"] for f in tuning["findings"]], "gains": tuning["candidates"][0].get("gains")}
     try:
         found |= judge(tuning, truth, config)
     except (ValueError, KeyError) as error:
@@ -309,6 +309,7 @@ def main():
     parser.add_argument("--list", action="store_true")
     parser.add_argument("--no-baseline", dest="baseline", action="store_false")
     parser.add_argument("--no-tune", dest="tune", action="store_false")
+    parser.add_argument("--tune-structure", default="pi", help="what tune designs: pi (the quickest), auto, pid, rst ...")
     parser.add_argument("--tune-draws", type=int, default=2000, help="machines that a tuning counts its confidence on")
     parser.add_argument("--fail-beyond", type=float, default=math.inf, help="exit code 1 when a trusted figure is further off")
     options = parser.parse_args()
