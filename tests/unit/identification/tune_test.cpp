@@ -396,20 +396,29 @@ TEST(Tune, PromisesBoundsInsideTheBandOnly) {
   const auto warned = std::ranges::find(tuning->findings, "result-warned", &diagnostics::Finding::id);
   ASSERT_TRUE(warned != tuning->findings.end());
   EXPECT_NE(warned->meaning.find("margins-beyond-band"), std::string::npos);
-  // Excited up to where it says, bounds hold everywhere.
-  auto wider = identified();
-  std::erase_if(wider.response.frequency_hz, [&](double f) { return f > 1.05 * *ends->threshold; });
-  const auto again = tune(wider, few_draws());
-  ASSERT_TRUE(again);
-  EXPECT_FALSE(has_finding(*again, "promise-ends-with-band"));
+  // Excited up to where it says, the loop is stiffer: again up to there, and soon bounds hold everywhere.
+  double to_hz = *ends->threshold;
+  bool ends_again = true;
+  for (int round = 0; ends_again && round < 3; ++round) {
+    auto wider = identified();
+    std::erase_if(wider.response.frequency_hz, [&](double f) { return f > 1.05 * to_hz; });
+    const auto again = tune(wider, few_draws());
+    ASSERT_TRUE(again);
+    const auto told = std::ranges::find(again->findings, "promise-ends-with-band", &diagnostics::Finding::id);
+    ends_again = told != again->findings.end();
+    if (!ends_again) continue;
+    EXPECT_GT(*told->threshold, to_hz);
+    to_hz = *told->threshold;
+  }
+  EXPECT_FALSE(ends_again);
 
-  // The identified machine keeps its bound in the simulation; one of another stiffness does not.
+  // The identified machine keeps its bound in the simulation; one that is measured later does not.
   ASSERT_TRUE(simulate_on(*tuning, experiment_of(result, few_draws())));
   EXPECT_FALSE(has_finding(*tuning, "simulation-beyond-bound"));
   EXPECT_TRUE(tuning->trusted);
   auto on_another = *whole;
   auto other = experiment_of(identified(), few_draws());
-  other.drive.stiffness *= 0.4;
+  other.measurement.delay_s += 0.02;
   ASSERT_TRUE(simulate_on(on_another, other));
   const auto beyond =
       std::ranges::find(on_another.findings, "simulation-beyond-bound", &diagnostics::Finding::id);
@@ -736,7 +745,7 @@ TEST(Tune, SimulatesTheLoadStepOfACascadeWithAnEncoder) {
   ASSERT_TRUE(simulate_on(*tuning, experiment));
   const auto& run = tuning->simulated.front();
   ASSERT_EQ(run.what, "load step");
-  ASSERT_EQ(run.figures.size(), 2U);
+  ASSERT_EQ(run.figures.size(), 3U);
   for (const auto& figure : run.figures)
     EXPECT_NEAR(figure.simulated, *figure.promised, 0.05 * *figure.promised) << figure.name;
   EXPECT_FALSE(has_finding(*tuning, "simulation-differs"));
