@@ -99,6 +99,16 @@ bool has_covariance(const fit::DriveModel& model) {
   return related || count == 1;
 }
 
+/// Limits of its torque are by the noise of each machine's own recording.
+Checked check_noise(const Result& r, const TuneOptions& o) {
+  if (!o.largest_noise_torque || (r.validation && r.validation->residual_rms)) return {};
+  return refuse(
+      "largest_noise_torque",
+      fmt::format("needs the noise of the measured velocity, which {} does not tell: its model must "
+                  "be fitted to the recording",
+                  named(r)));
+}
+
 Checked check_result(const Result& r, const TuneOptions& o) {
   if (!r.trusted && !o.force)
     return refuse("results", named(r) +
@@ -148,6 +158,7 @@ Checked check(std::span<const Result> results, const TuneOptions& options) {
     if (!r.model && results.size() > 1)
       return refuse("results", named(r) + " holds no drive model, as designs for several machines need");
     if (!r.model) return {};
+    if (auto checked = check_noise(r, options); !checked) return checked;
     const double step = r.model->drive.sample_time_s, first_step = first.model->drive.sample_time_s;
     constexpr double kSame = 1e-6;
     if (std::abs(step / first_step - 1.0) > kSame)
@@ -235,6 +246,17 @@ double known_to_hz(const Result& result) {
       compliance_hz = std::max(compliance_hz, g.frequency_hz[i] / std::sqrt(error));
   }
   return std::min(high_hz, compliance_hz / kCalmBelowCompliance);
+}
+
+double noise_torque_of(const design::LinearController& controller,
+                       const std::vector<design::Machine>& machines, std::span<const Result> results) {
+  double largest = 0.0;
+  for (std::size_t i = 0; i < results.size(); ++i) {
+    const auto& validation = results[i].validation;
+    if (validation && validation->residual_rms)
+      largest = std::max(largest, figures_of(machines[i], controller).noise_gain * *validation->residual_rms);
+  }
+  return largest;
 }
 
 Checked check_crossover(const TunedController& controller, const std::vector<design::Machine>& machines,

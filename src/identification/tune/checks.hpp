@@ -5,6 +5,7 @@
 #include <span>
 #include <vector>
 
+#include "design/controller.hpp"
 #include "design/machine.hpp"
 #include "design/posterior.hpp"
 
@@ -49,6 +50,12 @@ inline constexpr double kCalmBelowCompliance = 6.0;
 /// a sixth of the first anti-resonance that the measured response may hide, which begins at the end of the
 /// band where dry friction is in it and nothing compares it with the model.
 [[nodiscard]] double known_to_hz(const Result& result);
+
+/// Rms of the torque that measurement noise makes, the largest of all machines: each by the noise of its own
+/// result (that without one counts none).
+[[nodiscard]] double noise_torque_of(const design::LinearController& controller,
+                                     const std::vector<design::Machine>& machines,
+                                     std::span<const Result> results);
 
 /// Refuses a loop that crosses where nothing was measured.
 [[nodiscard]] expected<void, Error> check_crossover(const TunedController& controller,

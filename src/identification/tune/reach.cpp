@@ -47,8 +47,8 @@ std::optional<double> least_met(const std::vector<design::Machine>& machines, de
   return high;
 }
 
-/// The noise gain of the best PI under a bound on |C S|, of the noisiest machine; nothing where it does not
-/// cross where the machines were measured.
+/// The noise's torque of the best PI under a bound on |C S|, of the noisiest machine; nothing where it does
+/// not cross where the machines were measured.
 std::optional<double> noise_under(double controller_sensitivity, design::Bounds bounds,
                                   const std::vector<design::Machine>& machines,
                                   std::span<const Result> results) {
@@ -58,10 +58,7 @@ std::optional<double> noise_under(double controller_sensitivity, design::Bounds 
   if (!gains) return std::nullopt;
   const auto law = law_of(design::FilteredPi{gains->kp, gains->ki, {}}, machines.front().sample_time_s());
   if (!check_crossover(law.what, machines, results)) return std::nullopt;
-  double noise = 0.0;
-  for (const auto& machine : machines)
-    noise = std::max(noise, design::figures_of(machine, law.linear).noise_gain);
-  return noise;
+  return noise_torque_of(law.linear, machines, results);
 }
 
 }  // namespace
@@ -69,8 +66,7 @@ std::optional<double> noise_under(double controller_sensitivity, design::Bounds 
 std::optional<Error> noise_out_of_reach(const TuneOptions& options,
                                         const std::vector<design::Machine>& machines,
                                         std::span<const Result> results) {
-  const auto& validation = results.front().validation;
-  if (!options.largest_noise_torque || !validation || !validation->residual_rms) return std::nullopt;
+  if (!options.largest_noise_torque) return std::nullopt;
   const auto bounds = design_bounds(options);
   design::Machines all(machines);
   const auto best = best_controller_sensitivity(all, bounds);
@@ -87,13 +83,15 @@ std::optional<Error> noise_out_of_reach(const TuneOptions& options,
   }
   // What a design that suits every machine that may be has less of.
   constexpr double kRobust = 1.1;
-  const double reached = kRobust * *least * *validation->residual_rms;
+  const double reached = kRobust * *least;
   if (*options.largest_noise_torque >= reached) return std::nullopt;
+  double low_hz = 0.0;
+  for (const Result& r : results) low_hz = std::max(low_hz, measured_band(r).low_hz);
   return Error{"largest_noise_torque",
                fmt::format("is less than any loop takes that crosses where the machine was measured, from "
                            "{:.3g} Hz on: about {:.2g} {} is reached. Ask for no less, or excite lower "
                            "frequencies too, where a softer loop crosses",
-                           measured_band(results.front()).low_hz, reached, results.front().units.torque),
+                           low_hz, reached, results.front().units.torque),
                *options.largest_noise_torque};
 }
 

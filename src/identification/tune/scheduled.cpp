@@ -18,18 +18,14 @@
 namespace resonid::identification {
 namespace {
 
-/// Rms torque per rms of the velocity's noise that is allowed; nothing without a wish.
-expected<std::optional<double>, Error> most_noise_gain(std::span<const Result> results,
-                                                       const TuneOptions& options) {
+/// Rms torque per rms of the velocity's noise that is allowed; nothing without a wish, or without noise.
+std::optional<double> most_noise_gain(std::span<const Result> results, const TuneOptions& options) {
   if (!options.largest_noise_torque) return std::nullopt;
   double noise = 0.0;
   for (const Result& r : results)
     if (r.validation && r.validation->residual_rms) noise = std::max(noise, *r.validation->residual_rms);
-  if (noise > 0.0) return *options.largest_noise_torque / noise;
-  return refuse(
-      "largest_noise_torque",
-      "needs the noise of the measured velocity, which the results do not tell: their models must be "
-      "fitted to the recordings");
+  if (!(noise > 0.0)) return std::nullopt;
+  return *options.largest_noise_torque / noise;
 }
 
 /// What lies between two results is interpolated: nobody has looked there (docs/methods/tune.md 12).
@@ -75,14 +71,12 @@ class Scheduler {
       if (machine.structure != t_.machines.front().structure)
         return refuse("positions", "need results of one structure; identify all with the same .model");
     if (auto near = check_gaps(t_.options.positions, t_.machines); !near) return tl::unexpected(near.error());
-    const auto noise_gain = most_noise_gain(results_, t_.options);
-    if (!noise_gain) return tl::unexpected(noise_gain.error());
     const auto& o = t_.options;
     design::ConfidentScheduleOptions options;
     options.bounds = design_bounds(o);
     options.confidence = {o.confidence, o.guarantee, o.draws, o.seed};
     options.further = o.positions;
-    options.most_noise_gain = *noise_gain;
+    options.most_noise_gain = most_noise_gain(results_, o);
     auto found = confident_schedule(posterior_at_, stroke_, options);
     if (!found) return tl::unexpected(found.error());
     describe(*found);

@@ -236,15 +236,15 @@ class Tuner {
   [[nodiscard]] std::optional<RobustLaw> quiet_for(Structure structure, design::Bounds& bounds) const {
     auto found = found_for(structure, bounds);
     if (!options_.largest_noise_torque) return found;
-    const double most = *options_.largest_noise_torque / *results_.front().validation->residual_rms;
+    const double most = *options_.largest_noise_torque;
     constexpr int kRounds = 8;
     for (int round = 0; found; ++round) {
-      double noise = 0.0, size = 0.0;
-      for (const auto& machine : nominal_) {
-        const auto f = figures_of(machine, found->law.linear);
-        noise = std::max(noise, f.noise_gain);
-        size = std::max(size, f.peak(design::Transfer::controller_sensitivity).value);
-      }
+      const double noise = noise_torque_of(found->law.linear, nominal_, results_);
+      double size = 0.0;
+      for (const auto& machine : nominal_)
+        size = std::max(
+            size,
+            figures_of(machine, found->law.linear).peak(design::Transfer::controller_sensitivity).value);
       if (noise <= most) return found;
       if (round == kRounds) return std::nullopt;
       const double bound = std::min(size, bounds.controller_sensitivity.value_or(size));
@@ -274,16 +274,10 @@ class Tuner {
     return options_.structure == Structure::automatic ? structures().back() : options_.structure;
   }
 
-  /// A bound of |C S| that keeps the torque of measurement noise below its limit.
+  /// A bound of |C S| that keeps the torque of measurement noise below its limit on every machine.
   expected<void, Error> limit_noise(design::Machines& machines, design::Bounds& bounds, double sensitivity) {
     if (!options_.largest_noise_torque) return {};
-    const auto& validation = results_.front().validation;
-    if (!validation || !validation->residual_rms)
-      return refuse(
-          "largest_noise_torque",
-          "needs the noise of the measured velocity, which the result does not tell: its model must "
-          "be fitted to the recording");
-    const double most = *options_.largest_noise_torque / *validation->residual_rms;
+    const double most = *options_.largest_noise_torque;
     double bound = bounds.controller_sensitivity.value_or(2.0 * sensitivity);
     constexpr int kRounds = 12;
     for (int round = 0; round < kRounds; ++round) {
@@ -291,7 +285,7 @@ class Tuner {
       const auto gains = largest_integral_gain(machines, {}, bounds);
       if (!gains) break;
       const Law law = law_of(design::FilteredPi{gains->kp, gains->ki, {}}, sample_time_s_);
-      const double noise = design::figures_of(machines.all.front(), law.linear).noise_gain;
+      const double noise = noise_torque_of(law.linear, nominal_, results_);
       if (noise <= most) return {};
       bound = std::min(bound, sensitivity) * 0.98 * most / noise;
       sensitivity = bound;

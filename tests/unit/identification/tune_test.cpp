@@ -156,6 +156,30 @@ TEST(Tune, LimitsTheNoisesTorqueAndTheStepsTorque) {
   EXPECT_EQ(unknown.error().field, "largest_noise_torque");
 }
 
+/// Each machine by its own recording, whichever comes first.
+TEST(Tune, LimitsTheTorqueThatEveryRecordingsNoiseMakes) {
+  auto calm = identified(0.02, 140.0), noisy = identified(0.02, 150.0);
+  calm.validation = Validation{90.0, true, {}, {}, 0.05};
+  noisy.validation = Validation{90.0, true, {}, {}, 0.1};
+  noisy.record.file = "noisy.csv";
+  auto o = few_draws();
+  const auto free = tune(std::vector<Result>{noisy, calm}, o);
+  ASSERT_TRUE(free) << message_of(free.error());
+  o.largest_noise_torque = 0.7 * 0.1 * value_of(free->proposed(), "noise_gain");
+  const auto one = tune(std::vector<Result>{noisy, calm}, o),
+             other = tune(std::vector<Result>{calm, noisy}, o);
+  ASSERT_TRUE(one && other);
+  EXPECT_LE(0.1 * value_of(one->proposed(), "noise_gain"), *o.largest_noise_torque * 1.001);
+  EXPECT_LT(one->proposed().gains->kp, 0.9 * free->proposed().gains->kp);
+  EXPECT_NEAR(other->proposed().gains->kp, one->proposed().gains->kp, 0.02 * one->proposed().gains->kp);
+  EXPECT_NEAR(other->proposed().gains->ki, one->proposed().gains->ki, 0.02 * one->proposed().gains->ki);
+  noisy.validation.reset();
+  const auto unknown = tune(std::vector<Result>{calm, noisy}, o);
+  ASSERT_FALSE(unknown);
+  EXPECT_EQ(unknown.error().field, "largest_noise_torque");
+  EXPECT_NE(message_of(unknown.error()).find("noisy.csv"), std::string::npos);
+}
+
 /// A softer loop is always there, but crosses where nothing was measured.
 TEST(Tune, TellsTheLeastNoiseOfALoopThatCrossesInsideTheBand) {
   auto result = identified();
