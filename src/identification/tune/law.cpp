@@ -231,9 +231,13 @@ Law with_reference_lag(Law law, double lag_s) {
 
 }  // namespace
 
-void limit_reference_torque(Law& law, const design::Machine& machine, double most) {
+void limit_reference_torque(Law& law, std::span<const design::Machine> machines, double most) {
   if (law.what.gains || law.what.reference_numerator.empty()) return;
-  const auto is_kept = [&](const Law& any) { return reference_step_of(machine, any).peak_torque <= most; };
+  const auto is_kept = [&](const Law& any) {
+    return std::ranges::all_of(machines, [&](const design::Machine& machine) {
+      return reference_step_of(machine, any).peak_torque <= most;
+    });
+  };
   if (is_kept(law)) return;
   constexpr double kLongest = 4096.0;  // samples
   constexpr int kHalvings = 12;

@@ -3,6 +3,7 @@
 
 #include <optional>
 #include <resonid/identification/tune.hpp>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -47,9 +48,9 @@ void set_weight(Law& law, double weight);
 void set_reference(Law& law, const std::vector<double>& numerator);
 
 /// Sends the reference of a law with a T of its own through a lag of the first order, which is 1 at
-/// standstill, as short as keeps the torque of a step of 1 below `most`: as a factor of S and R, so that T
-/// stays a number. As it was where the torque is small enough, or no lag is long enough.
-void limit_reference_torque(Law& law, const design::Machine& machine, double most);
+/// standstill, as short as keeps the torque of a step of 1 below `most` on every machine: as a factor of S
+/// and R, so that T stays a number. As it was where the torque is small enough, or no lag is long enough.
+void limit_reference_torque(Law& law, std::span<const design::Machine> machines, double most);
 
 /// The loop with the reference as the law takes it: set-point weight, T of an RST.
 [[nodiscard]] design::ClosedLoop loop_of(const design::Machine& machine, const Law& law);

@@ -93,6 +93,25 @@ class Remarks {
     }
   }
 
+  struct ReferenceStepOf {
+    double overshoot_percent = 0.0, peak_torque = 0.0;
+    std::string where;  ///< " on the machine of ..."; empty: where figures are from.
+  };
+  /// Of one controller for several machines that whose step is worst: by its overshoot, or its torque.
+  [[nodiscard]] ReferenceStepOf worst_step(ReferenceStepOf first, double ReferenceStepOf::*by) const {
+    const auto& c = t_.proposed();
+    if (t_.machines.size() < 2 || t_.schedule || c.position_gain || !c.stable) return first;
+    const Law law = law_of(c);
+    for (std::size_t i = 1; i < t_.machines.size(); ++i) {
+      const auto found = reference_step_of(design::Machine(t_.machines[i]), law);
+      const ReferenceStepOf here{100.0 * found.overshoot, t_.options.reference_step * found.peak_torque,
+                                 " on the machine of " + results_[i].record.file};
+      constexpr double kMore = 1.001;
+      if (here.*by > kMore * first.*by) first = here;
+    }
+    return first;
+  }
+
   void step() {
     constexpr double kRounding = 1.001;
     const auto& c = t_.proposed();
@@ -100,20 +119,24 @@ class Remarks {
     const auto* torque = c.figure("reference_peak_torque");
     if (t_.is_evaluation() || overshoot == nullptr || torque == nullptr) return;
     const auto& o = t_.options;
-    if (o.torque_limit && torque->value > kRounding * *o.torque_limit)
+    const ReferenceStepOf first{overshoot->value, torque->value, {}};
+    const auto hardest = worst_step(first, &ReferenceStepOf::peak_torque),
+               furthest = worst_step(first, &ReferenceStepOf::overshoot_percent);
+    if (o.torque_limit && hardest.peak_torque > kRounding * *o.torque_limit)
       note("step-not-kept", is_step_far_beyond(c, t_) ? Severity::error : Severity::warning,
-           fmt::format("A reference step of {:g} {} takes {:.3g} {}, more than the drive has ({:.3g}): it "
+           fmt::format("A reference step of {:g} {} takes {:.3g} {}{}, more than the drive has ({:.3g}): it "
                        "will be cut{}. Ramp the reference.",
-                       o.reference_step, t_.units.velocity, torque->value, torque->unit, *o.torque_limit,
+                       o.reference_step, t_.units.velocity, hardest.peak_torque, torque->unit, hardest.where,
+                       *o.torque_limit,
                        is_step_far_beyond(c, t_) ? ", and nothing that is promised of it will hold" : ""),
-           torque->value, *o.torque_limit);
-    if (overshoot->value > kRounding * 100.0 * o.overshoot && !c.position_gain)
+           hardest.peak_torque, *o.torque_limit);
+    if (furthest.overshoot_percent > kRounding * 100.0 * o.overshoot && !c.position_gain)
       note("step-not-kept", Severity::info,
            fmt::format(
-               "After a reference step the load overshoots by {:.3g} %, more than {:.3g} %, whatever the "
+               "After a reference step the load overshoots by {:.3g} %{}, more than {:.3g} %, whatever the "
                "set-point weight.",
-               overshoot->value, 100.0 * o.overshoot),
-           overshoot->value, 100.0 * o.overshoot);
+               furthest.overshoot_percent, furthest.where, 100.0 * o.overshoot),
+           furthest.overshoot_percent, 100.0 * o.overshoot);
   }
 
   /// Steps that would have to be followed for too long promise nothing of their end.

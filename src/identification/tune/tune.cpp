@@ -3,10 +3,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <resonid/identification/tune.hpp>
 #include <utility>
 
 #include "design/figures.hpp"
+#include "design/filter_search.hpp"
 #include "identification/tune/checks.hpp"
 #include "identification/tune/designs.hpp"
 #include "identification/tune/loop_figures.hpp"
@@ -95,9 +97,12 @@ class Tuner {
   /// A controller as it is: its worst cases at the radius of a first design, or of the ellipsoid that is to
   /// be kept.
   [[nodiscard]] TunedController judged(Law law, const design::Bounds& bounds, bool curves) const {
-    const double radius = options_.guarantee == Guarantee::ellipsoid
-                              ? design::ellipsoid_radius(options_.confidence, posteriors_.front().dimension())
-                              : 2.0;
+    double radius = 2.0;
+    if (options_.guarantee == Guarantee::ellipsoid) {
+      radius = 0.0;
+      for (const auto& posterior : posteriors_)
+        radius = std::max(radius, design::ellipsoid_radius(options_.confidence, posterior.dimension()));
+    }
     const RobustTask robust = task(bounds);
     RobustLaw found{std::move(law), radius, {}, {}};
     if (is_stable(found.law)) found.worst = worst_cases(robust, found.law, radius);
@@ -300,13 +305,15 @@ class Tuner {
             *options_.largest_noise_torque};
   }
 
-  /// The largest that keeps overshoot and torque of the reference step; without one a lag that keeps the
-  /// torque.
+  /// The largest that keeps overshoot and torque of the reference step on every machine; without one a lag
+  /// that keeps the torque.
   void choose_weight(Law& law) const {
     if (!law.what.gains && options_.torque_limit)
-      limit_reference_torque(law, nominal_.front(), *options_.torque_limit / options_.reference_step);
+      limit_reference_torque(law, nominal_, *options_.torque_limit / options_.reference_step);
     if (!law.what.gains || law.what.position_gain) return;
-    set_weight(law, largest_weight(nominal_.front(), law, options_));
+    double weight = 1.0;
+    for (const auto& machine : nominal_) weight = largest_weight(machine, law, options_, weight);
+    set_weight(law, weight);
   }
 
   void add_nominal(Structure structure, const design::Bounds& bounds) {
@@ -328,7 +335,12 @@ class Tuner {
       if (auto noise = noise_out_of_reach(options_, nominal_, results_)) return tl::unexpected(*noise);
       return tl::unexpected(out_of_reach(options_, nominal_, "no controller"));
     }
-    const auto iae = [](const TunedController& c) {
+    const auto iae = [this](const TunedController& c) {
+      if (nominal_.size() > 1 && c.gains && !c.derivative_gain && !c.position_gain) {
+        double sum = 0.0;
+        for (const auto& machine : nominal_) sum += load_step_iae(machine, *c.gains);
+        return sum;
+      }
       const auto* figure = c.figure("load_step_iae");
       return figure == nullptr ? std::numeric_limits<double>::infinity() : figure->value;
     };

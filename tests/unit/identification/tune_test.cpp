@@ -668,6 +668,25 @@ TEST(Tune, OneControllerSuitsSeveralMachines) {
   EXPECT_LT(*scheduled->schedule->scheduled_iae, 1.01 * *scheduled->schedule->fixed_iae);
 }
 
+/// The set-point weight too, whichever machine comes first.
+TEST(Tune, KeepsTheOvershootOnEveryMachine) {
+  const auto soft = identified(0.02, 110.0), stiff = identified(0.02, 180.0);
+  const auto o = few_draws();
+  const auto one = tune(std::vector<Result>{soft, stiff}, o),
+             other = tune(std::vector<Result>{stiff, soft}, o);
+  ASSERT_TRUE(one && other);
+  EXPECT_NEAR(one->proposed().set_point_weight, other->proposed().set_point_weight, 0.02);
+  for (const auto& tuning : {*one, *other})
+    for (const auto& machine : {soft, stiff}) {
+      auto judge = o;
+      judge.evaluate = data::Controller(tuning.proposed().feedback);
+      judge.evaluate_reference = tuning.proposed().reference_numerator;
+      const auto judged = tune(machine, judge);
+      ASSERT_TRUE(judged) << message_of(judged.error());
+      EXPECT_LE(value_of(judged->proposed(), "reference_overshoot"), 1.8 + 1e-2);
+    }
+}
+
 /// The same machine in another size: all gains in proportion.
 Result sized(double times) {
   auto r = identified(0.02, 143.75 * times);
