@@ -94,6 +94,11 @@ constexpr FindingKind kTune[] = {
      "The loop is kept small above the band that was measured, and could be stiffer but for that.",
      "The excitation ended below where the bounds would let the loop cross.",
      "Excite up to the frequency that the text names, and identify again."},
+    {"worst-machines", "The worst of several machines", "tune", TrustEffect::keeps,
+     "One controller for several machines: for each bound, the one that is worst for it within its error "
+     "bars.",
+     "The machines differ, so that one of them keeps the gains of all down.",
+     "Nothing is wrong; where one machine limits all, design for it by itself, or schedule gains."},
     {"integral-with-dry-friction", "Integral part and dry friction", "tune", TrustEffect::keeps,
      "The machine has dry friction and the controller an integral part.",
      "At rest both make a slow limit cycle; the figures of the design are those of motion.",

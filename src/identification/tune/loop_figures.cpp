@@ -157,14 +157,20 @@ class Describer {
     if (task_.curves && controller_.stable) put_worst_of_unbounded();
   }
 
-  /// Over the same ellipsoid, what nothing bounds.
+  /// Over the same ellipsoids, what nothing bounds.
   void put_worst_of_unbounded() {
     for (const auto transfer : design::kTransfers) {
       const auto name = figure_name(static_cast<std::size_t>(transfer));
       for (auto& figure : controller_.figures)
-        if (figure.name == name && !figure.worst)
-          figure.worst = worst_case(posterior_, found_.law.linear, transfer, found_.radius).peak.value;
+        if (figure.name == name && !figure.worst) figure.worst = worst_of_all(transfer);
     }
+  }
+
+  [[nodiscard]] double worst_of_all(design::Transfer transfer) const {
+    double worst = 0.0;
+    for (const auto& posterior : task_.robust.posteriors)
+      worst = std::max(worst, worst_case(posterior, found_.law.linear, transfer, found_.radius).peak.value);
+    return worst;
   }
 
   template <class Values>

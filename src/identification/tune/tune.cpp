@@ -35,6 +35,7 @@ class Tuner {
   expected<Tuning, Error> run() {
     describe_task();
     if (auto done = options_.evaluate ? evaluate() : design(); !done) return tl::unexpected(done.error());
+    if (options_.positions.empty()) add_worst_machines(tuning_, posteriors_, results_);
     if (auto done = add_running(); !done) return tl::unexpected(done.error());
     if (!options_.evaluate && options_.positions.empty()) {
       progress("what bounds and accuracy cost");

@@ -4,6 +4,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <string_view>
+#include <utility>
 
 #include "design/figures.hpp"
 #include "design/filter_search.hpp"
@@ -11,6 +13,7 @@
 #include "design/trade_off.hpp"
 #include "identification/tune/checks.hpp"
 #include "identification/tune/designs.hpp"
+#include "identification/tune/figure_values.hpp"
 
 namespace resonid::identification {
 namespace {
@@ -81,6 +84,17 @@ double needed_band_hz(const std::vector<design::Machine>& machines, const BestPi
   return high_hz;
 }
 
+constexpr std::pair<design::Transfer, std::string_view> kBoundedTransfers[] = {
+    {design::Transfer::sensitivity, "|S|"},
+    {design::Transfer::complementary, "|T|"},
+    {design::Transfer::load_transfer, "|T_load|"},
+    {design::Transfer::controller_sensitivity, "|C S|"},
+    {design::Transfer::beyond_band, "|L| above the band"}};
+
+std::string name_of_result(std::span<const Result> results, std::size_t i) {
+  return results[i].record.file.empty() ? fmt::format("result {}", i + 1) : results[i].record.file;
+}
+
 }  // namespace
 
 void add_value(Tuning& tuning, const std::vector<design::Machine>& machines,
@@ -132,6 +146,35 @@ void add_value_of_band(Tuning& tuning, const std::vector<design::Machine>& machi
                    ".band_hz.",
                    band_hz, why, std::min(needed_hz, nyquist_hz), free->crossover_hz, within->crossover_hz,
                    100.0 * less)});
+}
+
+void add_worst_machines(Tuning& tuning, const std::vector<design::Posterior>& posteriors,
+                        std::span<const Result> results) {
+  const auto& proposed = tuning.proposed();
+  if (posteriors.size() < 2 || !proposed.stable) return;
+  const Law law = law_of(proposed);
+  std::string text;
+  for (const auto& [transfer, symbol] : kBoundedTransfers) {
+    const auto* figure = proposed.figure(figure_name(static_cast<std::size_t>(transfer)));
+    if (figure == nullptr || !figure->bound) continue;
+    std::size_t worst = 0;
+    double most = 0.0;
+    for (std::size_t i = 0; i < posteriors.size(); ++i) {
+      const double here = worst_case(posteriors[i], law.linear, transfer, proposed.radius).peak.value;
+      if (!(here > most)) continue;
+      worst = i;
+      most = here;
+    }
+    text += fmt::format("{}{} is largest on that of {} ({:.3g}, bound {:.3g})", text.empty() ? "" : ", ",
+                        symbol, name_of_result(results, worst), most, *figure->bound);
+  }
+  if (text.empty()) return;
+  tuning.findings.push_back(
+      {"worst-machines",
+       diagnostics::Severity::info,
+       {},
+       {},
+       fmt::format("Of the {} machines within their error bars: {}.", posteriors.size(), text)});
 }
 
 }  // namespace resonid::identification

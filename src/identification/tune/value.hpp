@@ -19,6 +19,10 @@ void add_value(Tuning& tuning, const std::vector<design::Machine>& machines,
 void add_value_of_band(Tuning& tuning, const std::vector<design::Machine>& machines,
                        std::span<const Result> results);
 
+/// Of one controller for several machines: which of them is worst for each bound.
+void add_worst_machines(Tuning& tuning, const std::vector<design::Posterior>& posteriors,
+                        std::span<const Result> results);
+
 /// The shortest input shaper for the closed loop of the proposed controller, whatever it is made of, over all
 /// results, and positions of a schedule (docs/methods/tune.md 11.2): for one mode or for two.
 void add_shapers(Tuning& tuning, const std::vector<design::Posterior>& posteriors);

@@ -16,20 +16,24 @@ using identification::TunedController;
 using identification::Tuning;
 
 /// "of 10 000 machines that the identification leaves possible, 4.2 % exceed one, none is unstable"
-std::string counted_text(const TunedController& c) {
+std::string counted_text(const Tuning& t) {
+  const auto& c = t.proposed();
   if (c.draws == 0) return "of every response within the error bars of all lines at once";
-  return fmt::format("of {} machines that the identification leaves possible, {} exceed one, {}",
-                     grouped(c.draws), c.exceeding == 0 ? "none" : share_text(c.probability()),
+  const bool several = is_for_several(t);
+  return fmt::format("of {} machines that {} identification leaves possible, {}{} exceed one, {}",
+                     grouped(c.draws), several ? "each" : "the", several && c.exceeding > 0 ? "at most " : "",
+                     c.exceeding == 0 ? "none" : share_text(c.probability()),
                      c.unstable == 0   ? std::string("none is unstable")
                      : c.unstable == 1 ? std::string("one is UNSTABLE")
                                        : grouped(c.unstable) + " are UNSTABLE");
 }
 
-/// What exceeds its bound on the identified machine: "|T_load| is 1.91 (bound 1.30)".
+/// What exceeds its bound on the machine that figures are of: "|T_load| is 1.91 (bound 1.30)".
 std::string exceeded_text(const TunedController& c) {
   std::string text;
   for (const auto& figure : c.figures) {
     if (!figure.bound || !figure.probability || *figure.probability < 0.5) continue;
+    if (figure.value <= *figure.bound) continue;  // by another machine
     const auto unit = shown_unit(figure);
     if (unit.number(figure.value) == unit.number(*figure.bound)) continue;
     text += fmt::format("{}{} is {} (bound {})", text.empty() ? "" : ", ", loop_figure_symbol(figure.name),
@@ -51,24 +55,26 @@ std::string verdict_sentence(const Tuning& t) {
   const std::string who = t.is_evaluation() ? fmt::format("The given controller ({})", c.name) : c.name;
   const auto bounds = bounds_text(c);
   const double percent = 100.0 * t.options.confidence;
-  if (!c.stable) return fmt::format("{}: the loop of the identified machine is UNSTABLE with it.", who);
+  if (!c.stable)
+    return fmt::format("{}: the loop of {} is UNSTABLE with it.", who,
+                       is_for_several(t) ? "an identified machine" : "the identified machine");
   const std::string keeps = t.trusted ? "keeps" : "would keep";
   const std::string condition = t.trusted ? "" : " if the result were right";
   const std::string where = promised_to(t);
   if (c.within && t.options.guarantee == identification::Guarantee::ellipsoid)
     return fmt::format("{} {} every bound ({}){} on every machine of the {:g} % confidence ellipsoid{}: {}.",
-                       who, keeps, bounds, where, percent, condition, counted_text(c));
+                       who, keeps, bounds, where, percent, condition, counted_text(t));
   if (c.within)
     return fmt::format("{} {} every bound ({}){} with at least {:g} % probability{}: {}.", who, keeps, bounds,
-                       where, percent, condition, counted_text(c));
+                       where, percent, condition, counted_text(t));
   const auto exceeded = exceeded_text(c);
-  const std::string on = exceeded.empty() ? "" : fmt::format(" On the identified machine {}.", exceeded);
+  const std::string on = exceeded.empty() ? "" : fmt::format(" On {} {}.", machine_words(t), exceeded);
   if (t.is_evaluation())
     return fmt::format("{} does NOT keep every bound ({}) with {:g} % probability: {}.{}", who, bounds,
-                       percent, counted_text(c), on);
+                       percent, counted_text(t), on);
   return fmt::format(
       "No controller keeps every bound ({}) with {:g} % probability; what follows is the closest, {}: {}.{}",
-      bounds, percent, who, counted_text(c), on);
+      bounds, percent, who, counted_text(t), on);
 }
 
 /// What a reader must know before the verdict; empty for nothing. That bounds are not kept is the verdict's.
@@ -233,7 +239,9 @@ std::string margins_sentence(const TunedController& c) {
 
 std::string running_sentence(const Tuning& t) {
   if (!t.running) return {};
-  if (!t.running->stable) return "The loop of the running controller is unstable on the identified machine.";
+  if (!t.running->stable)
+    return fmt::format("The loop of the running controller is unstable on {}.",
+                       is_for_several(t) ? "an identified machine" : "the identified machine");
   const auto ratio = stiffer_by(t);
   if (!ratio) return {};
   std::string text = fmt::format(
@@ -270,6 +278,7 @@ std::vector<std::string> lead_sentences(const Tuning& t) {
   };
   put(warning_sentence(t));
   put(verdict_sentence(t));
+  put(several_sentence(t));
   put(check_sentence(t));
   put_gains(t, list);
   put(first_step_sentence(t));

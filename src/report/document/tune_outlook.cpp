@@ -143,8 +143,8 @@ std::string nominal_sentence(const Tuning& t) {
     gains = fmt::format("have ki {} in place of {} and ", three_digits(n.gains->ki),
                         three_digits(t.proposed().gains->ki));
   return fmt::format(
-      "Designed for the identified machine alone it would {}exceed a bound with {} probability.", gains,
-      share_text(n.probability()));
+      "Designed for the identified machine{} alone it would {}exceed a bound with {} probability.",
+      is_for_several(t) ? "s" : "", gains, share_text(n.probability()));
 }
 
 std::string schedule_sentence(const Tuning& t) {

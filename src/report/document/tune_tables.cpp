@@ -57,7 +57,7 @@ std::string table_text(const Table& table) {
     }
     return text.substr(0, text.find_last_not_of(' ') + 1) + "\n";
   };
-  std::string text = "\n" + table.title + "\n" + line(table.columns);
+  std::string text = "\n" + wrapped(table.title, "", "  ") + "\n" + line(table.columns);
   for (const auto& row : table.rows) text += line(row);
   return text;
 }
@@ -76,9 +76,10 @@ std::string machine_line(const Tuning& t) {
   std::string text = fmt::format("{} at {:g} Hz", fmt::join(t.files, ", "), 1.0 / t.sample_time_s);
   if (t.machines.empty()) return text;
   const auto& m = t.machines.front();
-  text += fmt::format(": {}{} drive",
-                      t.machines.size() > 1 ? fmt::format("{} machines, ", t.machines.size()) : "",
-                      fit::name_of(m.structure));
+  text += fmt::format(
+      ": {}{} drive",
+      t.machines.size() > 1 ? fmt::format("{} machines, that of {}: ", t.machines.size(), first_file(t)) : "",
+      fit::name_of(m.structure));
   for (const auto& mode : m.modes())
     text += fmt::format(", {} {} Hz", mode.name(), three_digits(mode.frequency_hz.value));
   return text + fmt::format(", delay {} ms", three_digits(1e3 * (m.known_delay_s + m.delay_s)));
@@ -102,6 +103,7 @@ Table candidate_table(const Tuning& t) {
       {"controller", "kp", "ki", "|S|", "|T_load|", iae_unit.empty() ? "IAE" : "IAE, " + iae_unit,
        "noise gain", "exceeds, %", "remark"},
       {}};
+  if (is_for_several(t)) table.title += "; figures of " + machine_words(t);
   for (const auto& [c, name] : compared_controllers(t)) {
     const bool first = &c == &t.candidates.front();
     table.rows.push_back({name, c.gains ? three_digits(c.gains->kp) : "",
@@ -161,7 +163,8 @@ std::string summary_text(const Tuning& t) {
   for (const auto& sentence : sentences(t)) text += wrapped(sentence, "", "  ") + "\n";
   const auto& c = t.proposed();
   auto figures = figure_table(c);
-  figures.title = fmt::format("{}: figures of the identified machine", c.name);
+  figures.title = fmt::format("{}: figures of {}", c.name, machine_words(t));
+  if (is_for_several(t)) figures.title += fmt::format(", worst of all {}", t.machines.size());
   if (c.stable) text += table_text(figures);  // those of an unstable loop mean nothing
   if (t.check) text += table_text(check_table(*t.check));
   const auto all = candidate_table(t);

@@ -178,6 +178,26 @@ std::string stiffness_words(double ratio) {
   return ratio < 1.0 - kClearly ? two_digits(1.0 / ratio) + " times softer" : "as stiff";
 }
 
+bool is_for_several(const Tuning& t) { return t.machines.size() > 1 && !t.schedule; }
+
+std::string first_file(const Tuning& t) {
+  for (const auto* list : {&t.results, &t.files})
+    if (list->size() == t.machines.size() && !list->empty() && !list->front().empty()) return list->front();
+  return "the first result";
+}
+
+std::string machine_words(const Tuning& t) {
+  return is_for_several(t) ? "the machine of " + first_file(t) : "the identified machine";
+}
+
+std::string several_sentence(const Tuning& t) {
+  if (!is_for_several(t)) return {};
+  return fmt::format(
+      "Figures and curves are those of {}; worst cases are those of all {} machines, shares those of the one "
+      "that exceeds most often.",
+      machine_words(t), t.machines.size());
+}
+
 std::string bounds_text(const TunedController& c) {
   std::string text;
   for (const auto& figure : c.figures) {

@@ -78,6 +78,15 @@ using identification::GainUnits;
 /// "2.7 times stiffer"
 [[nodiscard]] std::string stiffness_words(double ratio);
 
+/// Whether one controller was designed, or is judged, for several machines at once.
+[[nodiscard]] bool is_for_several(const identification::Tuning& tuning);
+/// The file of the first of several results, whose machine figures and curves are of.
+[[nodiscard]] std::string first_file(const identification::Tuning& tuning);
+/// "the identified machine"; of several "the machine of x.json".
+[[nodiscard]] std::string machine_words(const identification::Tuning& tuning);
+/// What of a design for several machines is of which; empty for one.
+[[nodiscard]] std::string several_sentence(const identification::Tuning& tuning);
+
 /// "|S| <= 1.40, |T_load| <= 1.30": bounds on figures; empty without.
 [[nodiscard]] std::string bounds_text(const identification::TunedController& controller);
 

@@ -204,7 +204,8 @@ Section sensitivity_section(const Tuning& t) {
   if (!s.charts.empty())
     s.text = {
         "Bands hold 95 % of the machines that the identification leaves possible, line by line; the "
-        "curves are those of the identified machine."};
+        "curves are those of " +
+        machine_words(t) + "."};
   put_left_out(t, s);
   return s;
 }

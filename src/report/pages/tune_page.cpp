@@ -59,11 +59,12 @@ Card exceeding_card(const Tuning& t) {
 }
 
 std::vector<Card> tune_cards(const Tuning& t) {
+  constexpr const char* kGains = "Gains kp, ki";
   const auto& c = t.proposed();
   std::vector<Card> cards;
   const auto units = gain_units(t.units.input, t.units.velocity);
   if (c.gains) {
-    Card card{"Gains kp, ki", three_digits(c.gains->kp) + ", " + three_digits(c.gains->ki), "", {}};
+    Card card{kGains, three_digits(c.gains->kp) + ", " + three_digits(c.gains->ki), "", {}};
     card.under = {units.kp + ", " + units.ki};
     if (const auto own = own_gains(t))
       card.under.push_back(fmt::format("recorded: {} {}, {} {}", three_digits(own->factor * c.gains->kp),
@@ -81,6 +82,9 @@ std::vector<Card> tune_cards(const Tuning& t) {
   put_figure_card(cards, c, "load_step_iae", "Load step, IAE", against);
   if (const auto place = place_words(t); !place.empty())
     for (Card& card : cards) card.under.push_back(place);
+  if (is_for_several(t))
+    for (Card& card : cards)
+      if (card.name != kGains) card.under.push_back("machine of " + base_name(first_file(t)));
   if (c.draws > 0) cards.push_back(exceeding_card(t));
   return cards;
 }
@@ -92,7 +96,7 @@ Badge tune_badge(const Tuning& t) {
   b.reason = bounds.empty() ? c.name : bounds;
   if (!c.stable) {
     b.word = "Unstable";
-    b.reason = "on the identified machine";
+    b.reason = is_for_several(t) ? "on an identified machine" : "on the identified machine";
   } else if (t.options.force && !t.trusted) {
     b.word = "Forced, not trusted";
     b.reason = "see the findings";
@@ -129,9 +133,16 @@ Section figures_section_of(const Tuning& t) {
   s.plain_tables = {figure_table(t.proposed())};
   if (!t.proposed().crossings.empty()) s.plain_tables.push_back(crossing_table(t.proposed()));
   s.text = {
-      "Values are those of the identified machine; the interval is that of 95 % of the machines that "
-      "the identification leaves possible, the worst case that of the ellipsoid which was designed "
-      "for, and the last column the share of machines that exceed the bound."};
+      is_for_several(t)
+          ? fmt::format("Values are those of {}; the interval is that of 95 % of the machines that its "
+                        "identification "
+                        "leaves possible, the worst case that of the ellipsoids of all {} machines which "
+                        "were designed "
+                        "for, and the last column the share that exceeds the bound where most do.",
+                        machine_words(t), t.machines.size())
+          : "Values are those of the identified machine; the interval is that of 95 % of the machines that "
+            "the identification leaves possible, the worst case that of the ellipsoid which was designed "
+            "for, and the last column the share of machines that exceed the bound."};
   for (auto& text : loop_sentences(t)) s.text.push_back(std::move(text));
   return s;
 }

@@ -668,6 +668,32 @@ TEST(Tune, OneControllerSuitsSeveralMachines) {
   EXPECT_LT(*scheduled->schedule->scheduled_iae, 1.01 * *scheduled->schedule->fixed_iae);
 }
 
+TEST(Tune, NamesTheMachineThatIsWorstForABound) {
+  auto soft = identified(0.02, 110.0), stiff = identified(0.02, 180.0);
+  soft.record.file = "soft.csv";
+  stiff.record.file = "stiff.csv";
+  const auto tuning = tune(std::vector<Result>{soft, stiff}, few_draws());
+  ASSERT_TRUE(tuning) << message_of(tuning.error());
+  const auto said = std::ranges::find(tuning->findings, "worst-machines", &diagnostics::Finding::id);
+  ASSERT_NE(said, tuning->findings.end());
+  for (const auto* words :
+       {"Of the 2 machines", "|S| is largest on that of s", "|T_load| is largest on that of s"})
+    EXPECT_NE(said->meaning.find(words), std::string::npos) << said->meaning;
+  // The worst case of what nothing bounds is of all machines as well.
+  auto o = few_draws();
+  o.evaluate = data::Controller(tuning->proposed().feedback);
+  double worst = 0.0;
+  for (const auto& machine : {soft, stiff}) {
+    const auto one = tune(machine, o);
+    ASSERT_TRUE(one);
+    EXPECT_FALSE(has_finding(*one, "worst-machines"));
+    worst = std::max(worst, *one->proposed().figure("process_sensitivity_peak")->worst);
+  }
+  const auto both = tune(std::vector<Result>{soft, stiff}, o);
+  ASSERT_TRUE(both);
+  EXPECT_NEAR(*both->proposed().figure("process_sensitivity_peak")->worst, worst, 1e-6 * worst);
+}
+
 /// The set-point weight too, whichever machine comes first.
 TEST(Tune, KeepsTheOvershootOnEveryMachine) {
   const auto soft = identified(0.02, 110.0), stiff = identified(0.02, 180.0);

@@ -339,6 +339,37 @@ TEST(TuneText, TellsBoundsFromTrust) {
   EXPECT_EQ(document(t).badge->word, "Not trusted");
 }
 
+/// Of one controller for several machines.
+TEST(TuneText, SaysWhoseFiguresItShows) {
+  auto t = test::tuning();
+  for (const auto& sentence : sentences(t)) EXPECT_FALSE(holds(sentence, "Figures and curves")) << sentence;
+  t.machines = {t.machines.front(), t.machines.front()};
+  t.files = {"a.csv", "b.csv"};
+  t.results = {"run/a.json", "run/b.json"};
+  const auto list = sentences(t);
+  EXPECT_TRUE(holds(list.at(0),
+                    "of 10 000 machines that each identification leaves possible, at most 4.2 % exceed one"));
+  EXPECT_EQ(list.at(1),
+            "Figures and curves are those of the machine of run/a.json; worst cases are those of all 2 "
+            "machines, shares those of the one that exceeds most often.");
+  const auto text = summary_text(t);
+  EXPECT_TRUE(holds(text, "\nPI + 1 biquad: figures of the machine of run/a.json, worst of all 2\n")) << text;
+  EXPECT_TRUE(holds(text, "; figures of the machine of run/a.json\n")) << text;
+  EXPECT_TRUE(holds(text, "2 machines, that of run/a.json: two-mass drive")) << text;
+  EXPECT_FALSE(holds(text, "of the identified machine")) << text;
+  std::istringstream lines(text);
+  for (std::string line; std::getline(lines, line);) EXPECT_LE(line.size(), 100U) << line;
+  const auto page = document(t);
+  EXPECT_TRUE(holds(text_of(page.summary), list.at(1)));
+  ASSERT_GE(page.cards.size(), 3U);
+  EXPECT_EQ(page.cards.at(1).under.back(), "machine of a.json");
+  for (const auto& section : page.sections)
+    EXPECT_FALSE(holds(text_of(section.text), "of the identified machine")) << section.title;
+  // Those at a place say so in another way.
+  const auto scheduled = test::full_tuning();
+  EXPECT_FALSE(holds(text_of(sentences(scheduled)), "Figures and curves"));
+}
+
 TEST(TuneText, SaysWhatMayNotBeReliedOnBeforeAnythingElse) {
   auto t = test::tuning();
   t.trusted = false;
