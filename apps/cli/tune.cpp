@@ -153,9 +153,19 @@ void simulate(const std::optional<plant::ExperimentConfig>& experiment, identifi
 }
 
 void check_record(CLI::App& verb, TuneVerb& o, identification::Tuning& tuning,
-                  const identification::Result& designed_for) {
-  const auto measured = identified_for_check(verb, o.check, designed_for, o.results.front(),
-                                             tuning.proposed().feedback, o.options.progress);
+                  const std::vector<identification::Result>& designed_for) {
+  // Anew for each known delay, which is that of its result.
+  std::vector<identification::Result> measured;
+  for (std::size_t i = 0; i < designed_for.size(); ++i) {
+    const auto same = std::ranges::find(designed_for, designed_for[i].known_delay_s,
+                                        &identification::Result::known_delay_s);
+    const auto at = static_cast<std::size_t>(same - designed_for.begin());
+    if (at < measured.size())
+      measured.push_back(identification::Result(measured[at]));
+    else
+      measured.push_back(identified_for_check(verb, o.check, designed_for[i], o.results[i],
+                                              tuning.proposed().feedback, o.options.progress));
+  }
   const auto done = identification::check_on(tuning, designed_for, measured);
   if (!done) throw UsageError(in_options(done.error()));
 }
@@ -245,7 +255,7 @@ void run_tune(CLI::App& verb, TuneVerb& o) {
   }
   if (o.check.is_wanted()) {
     progress.stage("checking on " + o.check.record.record);
-    check_record(verb, o, *tuning, results.front());
+    check_record(verb, o, *tuning, results);
   }
   write(o, exports, inputs, quiet, *tuning);
   if (o.require_trusted && !tuning->trusted)

@@ -25,9 +25,10 @@ class TuneVerb : public test::ProgramTest {
 
   /// System 2 under a controller: NAME.csv.
   void record(const std::string& name, const std::string& controller, double delay_s, int seed,
-              double amplitude = 2.1) const {
+              double amplitude = 2.1, double stiffness = 143.75) const {
     std::ostringstream toml;
-    toml << "drive = {driven_inertia = 0.032, load_inertia = 0.032, stiffness = 143.75, damping = 0.3}\n"
+    toml << "drive = {driven_inertia = 0.032, load_inertia = 0.032, stiffness = " << stiffness
+         << ", damping = 0.3}\n"
          << "controller = " << controller
          << "\nexcitation = {kind = 'prbs', register_length = 12, amplitude = " << amplitude << "}\n"
          << "measurement = {delay_s = " << delay_s << ", noise_rms = 0.1}\n"
@@ -99,6 +100,27 @@ TEST_F(TuneVerb, IsCheckedAfterwards) {
   EXPECT_EQ(
       run("tune result.json --evaluate c.json --draws 500 --check late.csv --require-trusted -q").exit_code,
       3);
+}
+
+/// A recording of the second of two machines that one controller is for.
+TEST_F(TuneVerb, IsCheckedOnWhicheverMachineWasRecorded) {
+  record("stiff", "{kind = 'pi', gain = 1.036, integral_time_s = 0.147}", 0.004, 5, 2.1, 180.0);
+  ASSERT_EQ(
+      run("identify stiff.csv --controller pi:1.036,0.147 --delay 0.004 --json stiff.json -q").exit_code, 0);
+  ASSERT_EQ(run("tune result.json stiff.json --structure pi --draws 500 -q --export json:c.json").exit_code,
+            0);
+  record("after", in_toml(json::parse(text("c.json"))), 0.004, 2, 2.1, 180.0);
+  const auto done =
+      run("tune result.json stiff.json --evaluate c.json --draws 500 --check after.csv --json check.json");
+  ASSERT_EQ(done.exit_code, 0) << done.error;
+  const auto tuning = json::parse(text("check.json"));
+  EXPECT_TRUE(tuning.at("check").at("agrees")) << done.out;
+  std::string said;
+  for (const auto& finding : tuning.at("findings"))
+    if (finding.at("id") == "checked-machine") said = finding.at("meaning").get<std::string>();
+  EXPECT_NE(said.find("that of stiff.json explains"), std::string::npos) << said;
+  EXPECT_NE(done.out.find("\nFigures and curves are those of the machine of result.json"), std::string::npos)
+      << done.out;
 }
 
 /// Whose margins are others, though the machine is the same.

@@ -14,6 +14,7 @@
 #include "identification/tune/checks.hpp"
 #include "identification/tune/common_change.hpp"
 #include "identification/tune/law.hpp"
+#include "identification/tune/loop_figures.hpp"
 
 namespace resonid::identification {
 namespace {
@@ -72,8 +73,10 @@ data::FrequencyResponse measured_loop(const Result& measured, const data::Transf
 
 class Checker {
  public:
-  Checker(Tuning& tuning, const Result& designed_for, const Result& measured)
+  /// `promised`: the proposed controller with its figures on the machine of `designed_for`.
+  Checker(Tuning& tuning, const TunedController& promised, const Result& designed_for, const Result& measured)
       : t_(tuning),
+        promised_(promised),
         designed_for_(designed_for),
         measured_(measured),
         law_(law_of(tuning.proposed().feedback)) {}
@@ -83,8 +86,15 @@ class Checker {
     compare_lines();
     compare_margins();
     judge();
+    for (std::size_t i = 0; i < check_.predicted.size(); ++i)
+      if (const double variance = std::norm(check_.predicted_std[i]) + std::norm(check_.measured_std[i]);
+          is_near_margins(i) && variance > 0.0)
+        misfit_ += std::norm(check_.measured[i] - check_.predicted[i]) / variance;
     t_.check = std::move(check_);
   }
+
+  /// Of lines near the margins: squares of their differences over their variances.
+  [[nodiscard]] double misfit() const { return misfit_; }
 
  private:
   void compare_lines() {
@@ -131,7 +141,7 @@ class Checker {
       if (is_near_margins(i))
         common.add(check_.frequency_hz[i], check_.predicted[i], check_.measured_std[i] * times_noise());
     constexpr std::size_t kFewest = 3;
-    const auto* crossover = t_.proposed().figure("crossover_hz");
+    const auto* crossover = promised_.figure("crossover_hz");
     if (common.lines() < kFewest || crossover == nullptr) return;
     double gain_variance = 0.0, delay_variance = 0.0;
     for (const auto& loop : draws) {
@@ -187,7 +197,7 @@ class Checker {
     if (!measured_.loop) return;
     const auto& l = *measured_.loop;
     const auto put = [&](const char* name, std::optional<double> value, std::optional<double> std) {
-      const auto* promised = t_.proposed().figure(name);
+      const auto* promised = promised_.figure(name);
       if (promised == nullptr || !value) return;
       CheckedFigure figure{name, promised->unit, {promised->value, 0.0}, {*value, std.value_or(0.0)}, {}};
       constexpr double kWidth = 2.0 * 1.96;
@@ -357,17 +367,27 @@ class Checker {
   }
 
   Tuning& t_;
+  const TunedController& promised_;
   const Result& designed_for_;
   const Result& measured_;
   Law law_;
   TuningCheck check_;
   Criterion gain_, delay_;
   double most_delay_s_ = 0.0;  ///< That must be seen.
+  double misfit_ = 0.0;
 };
 
-}  // namespace
+/// The proposed controller with its figures on the machine of another result than the first.
+TunedController promised_on(const Tuning& tuning, const Result& designed_for) {
+  const auto& o = tuning.options;
+  const auto posteriors = posteriors_of({&designed_for, 1}, o);
+  const RobustTask robust{posteriors, {}, o.confidence, o.guarantee, o.draws, o.seed};
+  const RobustLaw law{law_of(tuning.proposed()), tuning.proposed().radius, {}, {}};
+  constexpr std::size_t kIntervalDraws = 200;
+  return with_figures(law, {robust, tuning.units, o.reference_step, kIntervalDraws, false});
+}
 
-expected<void, Error> check_on(Tuning& tuning, const Result& designed_for, const Result& measured) {
+expected<void, Error> check_comparable(const Tuning& tuning, const Result& measured) {
   if (!measured.measured_loop || measured.measured_loop->frequency_hz.empty())
     return refuse("check",
                   "must be recorded with an excitation added to the controller's output, in closed "
@@ -379,7 +399,71 @@ expected<void, Error> check_on(Tuning& tuning, const Result& designed_for, const
   if (measured.units.response != tuning.units.response)
     return refuse("check",
                   fmt::format("is in {}, the design in {}", measured.units.response, tuning.units.response));
-  Checker(tuning, designed_for, measured).run();
+  return {};
+}
+
+/// What a recording shows beside one of several machines.
+struct Comparison {
+  TuningCheck check;
+  std::vector<diagnostics::Finding> findings;
+  bool trusted = false;
+  double misfit = 0.0;
+  std::size_t machine = 0;
+
+  /// Whether it explains the recording better: agreement, then doubt, then the likelier.
+  [[nodiscard]] bool is_better_than(const Comparison& other) const {
+    const auto rank = [](const TuningCheck& c) { return c.agrees ? 2 : c.decided ? 0 : 1; };
+    if (rank(check) != rank(other.check)) return rank(check) > rank(other.check);
+    if (check.probability != other.check.probability) return check.probability > other.check.probability;
+    return misfit < other.misfit;
+  }
+};
+
+std::string file_of_machine(const Tuning& tuning, std::span<const Result> results, std::size_t i) {
+  if (tuning.results.size() == results.size()) return tuning.results[i];
+  return results[i].record.file.empty() ? fmt::format("result {}", i + 1) : results[i].record.file;
+}
+
+}  // namespace
+
+expected<void, Error> check_on(Tuning& tuning, const Result& designed_for, const Result& measured) {
+  if (auto checked = check_comparable(tuning, measured); !checked) return checked;
+  const TunedController promised = tuning.proposed();
+  Checker(tuning, promised, designed_for, measured).run();
+  return {};
+}
+
+expected<void, Error> check_on(Tuning& tuning, std::span<const Result> designed_for,
+                               std::span<const Result> measured) {
+  if (designed_for.size() == 1 && measured.size() == 1)
+    return check_on(tuning, designed_for.front(), measured.front());
+  if (measured.empty() || measured.size() != designed_for.size())
+    return refuse("check", fmt::format("was identified {} times, required once for each of {} results",
+                                       measured.size(), designed_for.size()));
+  for (const Result& r : measured)
+    if (auto checked = check_comparable(tuning, r); !checked) return checked;
+  const auto findings = tuning.findings;
+  const bool trusted = tuning.trusted;
+  std::optional<Comparison> best;
+  for (std::size_t i = 0; i < measured.size(); ++i) {
+    tuning.findings = findings;
+    tuning.trusted = trusted;
+    const auto promised = i == 0 ? tuning.proposed() : promised_on(tuning, designed_for[i]);
+    Checker checker(tuning, promised, designed_for[i], measured[i]);
+    checker.run();
+    Comparison here{*tuning.check, tuning.findings, tuning.trusted, checker.misfit(), i};
+    if (!best || here.is_better_than(*best)) best = std::move(here);
+  }
+  tuning.check = std::move(best->check);
+  tuning.findings = std::move(best->findings);
+  tuning.trusted = best->trusted;
+  tuning.findings.push_back(
+      {"checked-machine",
+       Severity::info,
+       {},
+       {},
+       fmt::format("Of the {} machines that of {} explains the recording best: it is compared with that.",
+                   designed_for.size(), file_of_machine(tuning, designed_for, best->machine))});
   return {};
 }
 

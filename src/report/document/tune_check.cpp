@@ -33,25 +33,24 @@ std::string seen_text(const identification::TuningCheck& check) {
 /// A bound that the recording by itself does not show to be kept: its error bar is wider than the room.
 std::string open_margin_text(const identification::Tuning& t) {
   constexpr double kWidth = 1.96;
-  const auto* promised = t.proposed().figure("sensitivity_peak");
-  if (promised == nullptr || !promised->bound) return {};
+  const auto* bounded = t.proposed().figure("sensitivity_peak");
+  if (bounded == nullptr || !bounded->bound) return {};
   for (const auto& figure : t.check->figures) {
     const double half = kWidth * figure.measured.std;
     if (figure.name != "sensitivity_peak" || !std::isfinite(half)) continue;
-    if (figure.measured.value + half <= *promised->bound || half <= *promised->bound - promised->value)
+    if (figure.measured.value + half <= *bounded->bound || half <= *bounded->bound - figure.predicted.value)
       continue;
     return fmt::format(
         " By itself it does not show that |S| stays below {}: it measures {} +- {}, which is wider than the "
         "room "
         "that the design leaves.",
-        three_digits(*promised->bound), three_digits(figure.measured.value), three_digits(half));
+        three_digits(*bounded->bound), three_digits(figure.measured.value), three_digits(half));
   }
   return {};
 }
 
-}  // namespace
-
-std::string check_sentence(const identification::Tuning& t) {
+/// What the recording shows; empty without one.
+std::string shown_text(const identification::Tuning& t) {
   if (!t.check) return {};
   const auto& check = *t.check;
   if (!check.decided)
@@ -71,6 +70,15 @@ std::string check_sentence(const identification::Tuning& t) {
       "{}).",
       check.record, furthest, chance_text(check.probability));
   if (!check.cause.empty()) text += fmt::format(" Likely cause: {}.", check.cause);
+  return text;
+}
+
+}  // namespace
+
+std::string check_sentence(const identification::Tuning& t) {
+  std::string text = shown_text(t);
+  for (const auto& finding : t.findings)
+    if (finding.id == "checked-machine" && !text.empty()) text += " " + finding.meaning;
   return text;
 }
 

@@ -1027,6 +1027,35 @@ TEST(Tune, IsCheckedByARecording) {
   EXPECT_EQ(refused.error().field, "check");
 }
 
+/// Of one controller for several: the recording is of one of them, whichever comes first.
+TEST(Tune, ACheckFindsTheMachineThatWasRecorded) {
+  auto soft = identified(0.005, 130.0), stiff = identified(0.005, 170.0);
+  soft.record.file = "soft.csv";
+  stiff.record.file = "stiff.csv";
+  for (const auto& results : {std::vector<Result>{soft, stiff}, std::vector<Result>{stiff, soft}}) {
+    const auto designed = tune(results, few_draws());
+    ASSERT_TRUE(designed) << message_of(designed.error());
+    for (const auto& machine : results) {
+      SCOPED_TRACE(machine.record.file);
+      auto tuning = *designed;
+      const std::vector<Result> measured(2, recorded_under(tuning.proposed(), machine, 0.02));
+      ASSERT_TRUE(check_on(tuning, results, measured));
+      EXPECT_TRUE(tuning.check->agrees) << tuning.check->probability << tuning.check->cause;
+      EXPECT_TRUE(tuning.trusted);
+      EXPECT_FALSE(has_finding(tuning, "prediction-fails"));
+      ASSERT_EQ(tuning.findings.back().id, "checked-machine");
+      EXPECT_NE(tuning.findings.back().meaning.find(machine.record.file), std::string::npos);
+    }
+    auto tuning = *designed;
+    const std::vector<Result> other(2, recorded_under(tuning.proposed(), identified(0.005, 95.0), 0.02));
+    ASSERT_TRUE(check_on(tuning, results, other));
+    EXPECT_FALSE(tuning.check->agrees);
+    EXPECT_FALSE(tuning.trusted);
+    EXPECT_TRUE(has_finding(tuning, "prediction-fails"));
+    EXPECT_FALSE(check_on(tuning, results, std::vector<Result>(1, other.front())));
+  }
+}
+
 /// Noise that would hide a difference which matters is no proof that there is none.
 TEST(Tune, ANoisyRecordingDecidesNothing) {
   const auto result = identified(0.005);

@@ -448,6 +448,8 @@ TEST(TuneText, TellsWhatTheMachineShows) {
   t.trusted = true;
   t.findings.clear();
   EXPECT_TRUE(holds(sentences(t).at(1), "is the one that was promised, within both error bars."));
+  t.findings.push_back({"checked-machine", diagnostics::Severity::info, {}, {}, "That of b.json."});
+  EXPECT_TRUE(sentences(t).at(1).ends_with(" That of b.json."));
 }
 
 TEST(TunePage, DrawsProposedBeforeRunningWithBandsAndBounds) {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <resonid/identification/tune.hpp>
+#include <span>
 
 namespace resonid::identification {
 
@@ -14,5 +15,11 @@ namespace resonid::identification {
 /// Refused: a result without excitation, of another sample time or other units.
 [[nodiscard]] expected<void, Error> check_on(Tuning& tuning, const Result& designed_for,
                                              const Result& measured);
+
+/// For one controller for several results: the comparison with the machine that explains the recording best,
+/// which the finding `checked-machine` names. `measured[i]` is the result of that recording, identified with
+/// the delay of `designed_for[i]`.
+[[nodiscard]] expected<void, Error> check_on(Tuning& tuning, std::span<const Result> designed_for,
+                                             std::span<const Result> measured);
 
 }  // namespace resonid::identification
