@@ -4,7 +4,9 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <map>
 #include <resonid/identification/tune.hpp>
+#include <string>
 #include <utility>
 
 #include "design/figures.hpp"
@@ -39,8 +41,9 @@ class Tuner {
     if (auto done = add_running(); !done) return tl::unexpected(done.error());
     if (!options_.evaluate && options_.positions.empty()) {
       progress("what bounds and accuracy cost");
-      add_value(tuning_, nominal_, posteriors_, design_bounds(options_));
-      add_value_of_band(tuning_, nominal_, results_);
+      const DesignedUnder bounds{bounds_of("pi"), bounds_of(tuning_.proposed().structure)};
+      add_value(tuning_, nominal_, posteriors_, bounds);
+      add_value_of_band(tuning_, nominal_, results_, bounds.pi);
     }
     if (options_.shaper) {
       progress("input shapers");
@@ -233,6 +236,7 @@ class Tuner {
             feed_forward_of(tuning_.machines.front(), friction ? std::max(0.0, friction->value) : 0.0);
       }
       tuning_.candidates.push_back(described(*found, own, true));
+      designed_under_.insert_or_assign(tuning_.candidates.back().structure, own);
       if (structure == chosen_structure()) add_nominal(structure, own);
     }
     return choose();
@@ -274,6 +278,12 @@ class Tuner {
     if (!found) return std::nullopt;
     return RobustLaw{law_of(found->design.controller, sample_time_s_), found->design.radius,
                      std::move(found->design.worst), std::move(found->check)};
+  }
+
+  /// Under which a structure was designed; of one that was not, those that hold for all.
+  [[nodiscard]] design::Bounds bounds_of(const std::string& structure) const {
+    const auto found = designed_under_.find(structure);
+    return found == designed_under_.end() ? design_bounds(options_) : found->second;
   }
 
   [[nodiscard]] Structure chosen_structure() const {
@@ -392,6 +402,7 @@ class Tuner {
   std::vector<design::Posterior> posteriors_;
   std::vector<design::Machine> nominal_;
   double sample_time_s_ = 0.0;
+  std::map<std::string, design::Bounds> designed_under_;  ///< [structure]
   Tuning tuning_;
 };
 

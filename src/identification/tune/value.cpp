@@ -98,29 +98,30 @@ std::string name_of_result(std::span<const Result> results, std::size_t i) {
 }  // namespace
 
 void add_value(Tuning& tuning, const std::vector<design::Machine>& machines,
-               const std::vector<design::Posterior>& posteriors, const design::Bounds& bounds) {
+               const std::vector<design::Posterior>& posteriors, const DesignedUnder& bounds) {
   const auto& proposed = tuning.proposed();
   const bool is_filtered_pi = proposed.gains && !proposed.position_gain && !proposed.derivative_gain;
-  const auto curves = design::trade_offs(machines, {}, bounds);
+  const auto curves = design::trade_offs(machines, {}, bounds.pi);
   tuning.over_sensitivity = curves.over_sensitivity;
   tuning.over_load_transfer = curves.over_load_transfer;
   if (posteriors.size() > 1) {
     if (is_filtered_pi)
-      tuning.experiment = value_for_several(posteriors, *proposed.gains, bounds, proposed.radius);
+      tuning.experiment = value_for_several(posteriors, *proposed.gains, bounds.proposed, proposed.radius);
     return;
   }
   const auto& posterior = posteriors.front();
   if (is_filtered_pi)
-    tuning.experiment = design::value_of_experiment(posterior, proposed.gains->biquads, bounds,
+    tuning.experiment = design::value_of_experiment(posterior, proposed.gains->biquads, bounds.proposed,
                                                     proposed.radius, &*proposed.gains);
 }
 
 void add_value_of_band(Tuning& tuning, const std::vector<design::Machine>& machines,
-                       std::span<const Result> results) {
+                       std::span<const Result> results, const design::Bounds& bounds) {
   const auto& limits = tuning.proposed().limits;
   if (std::ranges::find(limits, "beyond_band_peak") == limits.end()) return;
-  const auto within = best_pi_of(machines, design_bounds(tuning.options)),
-             free = best_pi_of(machines, plain_bounds(tuning.options));
+  auto without_band = bounds;
+  without_band.beyond_band.reset();
+  const auto within = best_pi_of(machines, bounds), free = best_pi_of(machines, without_band);
   if (!within || !free || !(within->iae > 0.0)) return;
   const double less = 1.0 - free->iae / within->iae;
   constexpr double kWorthwhile = 0.03;  // of the load's error

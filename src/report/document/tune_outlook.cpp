@@ -83,7 +83,7 @@ void put_experiment(const Tuning& t, std::vector<std::string>& list) {
   if (most < kWorthWhile) {
     list.push_back(by_delay.empty()
                        ? "A better experiment would buy nothing: the uncertainty hardly costs any stiffness."
-                       : "A better experiment would buy nothing. " + by_delay);
+                       : "Better known parameters would buy nothing by themselves. " + by_delay);
     return;
   }
   list.push_back("What a better experiment would buy: " + text + "." +

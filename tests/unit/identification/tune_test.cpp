@@ -156,6 +156,26 @@ TEST(Tune, LimitsTheNoisesTorqueAndTheStepsTorque) {
   EXPECT_EQ(unknown.error().field, "largest_noise_torque");
 }
 
+/// What a better experiment buys is bought under the limit of the noise too.
+TEST(Tune, ABetterExperimentLeavesTheNoisesLimit) {
+  auto result = identified();
+  result.validation = Validation{90.0, true, {}, {}, 0.1};
+  auto o = few_draws();
+  const auto free = tune(result, o);
+  ASSERT_TRUE(free);
+  o.largest_noise_torque = 0.07 * value_of(free->proposed(), "noise_gain");
+  const auto quiet = tune(result, o);
+  ASSERT_TRUE(quiet) << message_of(quiet.error());
+  o.delay_std_s = 0.0;
+  const auto known = tune(result, o);
+  ASSERT_TRUE(known) << message_of(known.error());
+  ASSERT_EQ(quiet->experiment.size(), 4U);
+  const double ki = quiet->proposed().gains->ki, of_known = known->proposed().gains->ki;
+  EXPECT_NEAR(quiet->experiment[0].ki, ki, 0.02 * ki);
+  EXPECT_EQ(quiet->experiment[3].delay_factor, 0.0);
+  EXPECT_NEAR(quiet->experiment[3].ki, of_known, 0.1 * of_known);
+}
+
 /// Each machine by its own recording, whichever comes first.
 TEST(Tune, LimitsTheTorqueThatEveryRecordingsNoiseMakes) {
   auto calm = identified(0.02, 140.0), noisy = identified(0.02, 150.0);

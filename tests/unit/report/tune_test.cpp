@@ -244,6 +244,21 @@ TEST(TuneText, TellsFirstStepLimitsAndWhatUncertaintyCosts) {
   EXPECT_TRUE(holds(text, "The crossover is 0.48 of the anti-resonance (10.7 Hz)."));
 }
 
+/// Where the delay alone is worth knowing, that is no better experiment which buys nothing.
+TEST(TuneText, TellsWhatOnlyAKnownDelayBuys) {
+  auto t = test::tuning();
+  t.experiment = {{1.0, 20.4, 0.0531}, {0.25, 20.4, 0.0530}, {0.0, 20.5, 0.0529}, {1.0, 25.0, 0.0420, 0.0}};
+  auto text = text_of(sentences(t));
+  EXPECT_TRUE(
+      holds(text,
+            "Better known parameters would buy nothing by themselves. With the delay known exactly ki "
+            "could be 25.0, and the load step's IAE 21 % smaller."))
+      << text;
+  EXPECT_FALSE(holds(text, "A better experiment would buy nothing"));
+  t.experiment.pop_back();
+  EXPECT_TRUE(holds(text_of(sentences(t)), "A better experiment would buy nothing: the uncertainty hardly"));
+}
+
 TEST(TuneText, ComparesWithTheRunningController) {
   auto t = test::tuning();
   const double now = t.running->figures.at(9).value, then = t.proposed().figures.at(9).value;
