@@ -168,7 +168,9 @@ def outcome_of(options, simulate, kind, seed):
 
 def of_tuning(options, folder, truth, config):
     """What `tune` proposes for this result, on the true machine; `as` is inside, outside, unstable, refused or failed."""
-    code, said, seconds = limited([options.program, "tune", "i.json", "--structure", options.tune_structure, "--draws", str(options.tune_draws), "--json", "t.json", "--quiet"],
+    modelled = json.loads((folder / "i.json").read_text(encoding="utf-8")).get("model")
+    draws = ["--draws", str(options.tune_draws)] if modelled else []
+    code, said, seconds = limited([options.program, "tune", "i.json", "--structure", options.tune_structure, *draws, "--json", "t.json", "--quiet"],
                                   folder, options.limit)
     found = {"seconds": seconds}
     if code == 2:

@@ -36,6 +36,7 @@
 #include "terminal.hpp"
 #include "track_rows.hpp"
 #include "tune_check.hpp"
+#include "tune_conditions.hpp"
 #include "tune_exports.hpp"
 #include "verbs.hpp"
 
@@ -60,6 +61,19 @@ io::ControllerFile controller_of(const char* option, const std::string& text, do
   auto read = io::read_controller(text, sample_time_s);
   if (!read) throw UsageError(fmt::format("{}: {}", option, message_of(read.error())));
   return *std::move(read);
+}
+
+/// Before anything is read.
+TuneCall call_of(const TuneVerb& o) {
+  TuneCall call;
+  call.first_loop = o.first_loop.has_value();
+  call.check = o.check.is_wanted();
+  call.evaluate = o.evaluate.has_value();
+  call.shaper = o.options.shaper;
+  call.exports = !o.exports.empty();
+  call.structure = o.options.structure;
+  if (!o.evaluate) call.position_loop = call.structure == identification::ControllerStructure::cascade;
+  return call;
 }
 
 /// A controller file tells the way of the reference too, and what is a position loop.
@@ -237,6 +251,10 @@ void run_tune(CLI::App& verb, TuneVerb& o) {
   const auto experiment = read_experiment(o);
   const double sample_time_s = 1.0 / results.front().record.sample_rate_hz;
   read_controllers(o, sample_time_s);
+  auto call = call_of(o);
+  call.by_response = !results.front().model;
+  if (o.evaluate) call.position_loop = o.options.evaluate_position_gain.has_value();
+  refuse_unused(verb, call);
   o.options.progress = [&progress](std::string_view stage) { progress.stage(stage); };
   auto tuning = identification::tune(results, o.options);
   if (!tuning) throw UsageError(in_options(tuning.error()));
@@ -267,37 +285,18 @@ void run_tune(CLI::App& verb, TuneVerb& o) {
 
 /// A design from a RESULT, or from what is known before there is one.
 void run(CLI::App& verb, TuneVerb& o) {
-  const auto is_given = [&](const char* name) {
-    const auto* option = verb.get_option(name);
-    return option->count() > 0 && !is_from_profile(*option);
-  };
-  if (is_given("--load-peak") && o.options.structure == identification::ControllerStructure::cascade)
-    throw UsageError(
-        "--load-peak: found with --structure cascade, required --position-peak: the load of a position loop "
-        "is bounded by its position");
-  if (is_given("--position-peak") && o.options.structure != identification::ControllerStructure::cascade)
-    throw UsageError("--position-peak: is that of a position loop; required --structure cascade with it");
-  if (is_given("--biquads") && o.options.structure != identification::ControllerStructure::automatic &&
-      o.options.structure != identification::ControllerStructure::pi_biquads)
-    throw UsageError(fmt::format("--biquads: found with --structure {}, required auto or pi+biquads",
-                                 name_of(o.options.structure)));
   if (!o.first_loop) {
     if (o.results.empty()) throw UsageError("RESULT is required, or --first-loop");
-    for (const char* name : {"--sample-rate", "--delay"})
-      if (is_given(name) && !o.check.is_wanted())
-        throw UsageError(
-            fmt::format("{}: found with a RESULT, which tells it; required: --first-loop", name));
+    refuse_unused(verb, call_of(o));
     return run_tune(verb, o);
   }
   if (!o.results.empty())
     throw UsageError(
         "--first-loop: found with a RESULT, required one of them: with a result there is more to go by");
-  for (const char* name :
-       {"--evaluate", "--controller", "--schedule", "--shaper", "--simulate", "--check", "--report"})
-    if (is_given(name))
-      throw UsageError(fmt::format("{}: found with --first-loop, required a RESULT with it", name));
+  refuse_unused(verb, call_of(o));
   std::optional<double> sample_rate_hz;
-  if (is_given("--sample-rate")) sample_rate_hz = o.check.record.columns.sample_rate_hz;
+  const auto* rate = verb.get_option("--sample-rate");
+  if (rate->count() > 0 && !is_from_profile(*rate)) sample_rate_hz = o.check.record.columns.sample_rate_hz;
   run_first_loop(
       {*o.first_loop, sample_rate_hz, o.delay_s, o.options.torque_limit, o.exports, o.names, o.json});
 }

@@ -30,6 +30,9 @@ expected<FilteredPi> first_loop(const UnknownMachine& machine) {
                   "must be given, or the total inertia with the largest ratio of load to motor");
   if (!machine.total_inertia && !machine.largest_ratio)
     return refuse("total_inertia", "must be given, or the largest ratio of load to motor");
+  if (machine.motor_inertia && machine.total_inertia && machine.largest_ratio)
+    return refuse("largest_ratio", "must be left out beside both inertias, which tell it",
+                  *machine.largest_ratio);
 
   const double share = 1.0 + machine.largest_ratio.value_or(0.0);
   const double motor = machine.motor_inertia.value_or(machine.total_inertia.value_or(0.0) / share);

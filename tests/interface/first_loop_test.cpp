@@ -84,6 +84,16 @@ TEST_F(FirstLoopVerb, NamesItsOptionsInErrors) {
   EXPECT_NE(refused(known_ + "result.json").find("--first-loop: found with a RESULT"), std::string::npos);
   EXPECT_NE(refused(known_ + "--schedule 1,2").find("--schedule: found with --first-loop"),
             std::string::npos);
+  for (const std::string option :
+       {"--ms 1.6", "--structure pi", "--confidence 0.9", "--noise-torque 1", "--bandwidth 5",
+        "--shaper-limit 0.1", "--require-trusted", "--force", "--input u", "--report x.html"}) {
+    const auto error = refused(known_ + option);
+    EXPECT_NE(error.find(option.substr(0, option.find(' ')) + ": found with --first-loop"), std::string::npos)
+        << error;
+  }
+  EXPECT_NE(refused("tune --first-loop motor_inertia=0.032,total_inertia=0.064,largest_ratio=7" + rate)
+                .find("--first-loop: largest_ratio: found 7, must be left out"),
+            std::string::npos);
   EXPECT_NE(refused(known_ + "--export klipper:x").find("--export klipper"), std::string::npos);
   EXPECT_NE(refused("tune").find("RESULT is required, or --first-loop"), std::string::npos);
   EXPECT_NE(refused("tune result.json --delay 0.004").find("--delay: found with a RESULT"),

@@ -296,6 +296,46 @@ TEST_F(TuneVerb, DesignsByTheResponseWhereThereIsNoModel) {
   EXPECT_NE(given.out.find("design-unstable"), std::string::npos) << given.out;
   EXPECT_NE(refused("none.json --structure rst").find("no drive model"), std::string::npos);
   EXPECT_NE(refused("none.json --simulate run.toml").find("--simulate"), std::string::npos);
+  for (const std::string option : {"--overshoot 0.1", "--step 2", "--biquads 2", "--draws 500", "--seed 2"}) {
+    const auto error = refused("none.json " + option);
+    EXPECT_NE(
+        error.find(option.substr(0, option.find(' ')) + ": found with a RESULT that holds no drive model"),
+        std::string::npos)
+        << error;
+  }
+}
+
+/// An option that would change nothing is refused by name, with what it goes.
+TEST_F(TuneVerb, RefusesOptionsThatWouldBeIgnored) {
+  for (const std::string option : {"--input u", "--output y", "--input-scale 2", "--output-scale -1",
+                                   "--decimal point", "--lines 1,2", "--method periodic", "--model rigid",
+                                   "--friction none", "--radius 0.1", "--lambda 0.1", "--from 1"}) {
+    const auto error = refused("result.json " + option);
+    EXPECT_NE(error.find(option.substr(0, option.find(' ')) + ": found with no --check"), std::string::npos)
+        << error;
+    EXPECT_NE(error.find("required --check RECORD"), std::string::npos) << error;
+  }
+  for (const std::string option : {"--structure pi", "--biquads 2", "--overshoot 0.1"}) {
+    const auto error = refused("result.json --evaluate pi:1,0.1 " + option);
+    EXPECT_NE(error.find(option.substr(0, option.find(' ')) + ": found with --evaluate"), std::string::npos)
+        << error;
+  }
+  EXPECT_NE(refused("result.json --shaper-limit 0.1").find("--shaper-limit: found with no --shaper"),
+            std::string::npos);
+  EXPECT_NE(refused("result.json --export-name x").find("required --export"), std::string::npos);
+  EXPECT_NE(refused("result.json --structure cascade --overshoot 0.1")
+                .find("--overshoot: found with a position loop"),
+            std::string::npos);
+  EXPECT_NE(
+      refused("result.json --evaluate pi:1,0.1 --position-peak 1.1").find("--position-peak: found with no"),
+      std::string::npos);
+  EXPECT_NE(
+      refused("result.json --evaluate pi:1,0.1 --delay 0.004 --check run.csv").find("--delay: found with"),
+      std::string::npos);
+  // A profile is for other calls, too.
+  write("resonid.toml", "input = 'u'\nmethod = 'periodic'\n");
+  const auto done = run("tune result.json --structure pi --draws 400");
+  EXPECT_EQ(done.exit_code, 0) << done.error;
 }
 
 TEST_F(TuneVerb, RefusesInTheWordsOfTheCommandLine) {

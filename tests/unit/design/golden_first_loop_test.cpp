@@ -118,6 +118,9 @@ TEST(FirstLoop, RefusesWhatIsNotSafe) {
   machine.total_inertia = 0.001;  // less than the motor's
   EXPECT_EQ(first_loop(machine).error().field, "total_inertia");
   machine = known(0.01);
+  machine.largest_ratio = 4.0;  // a third value, which may contradict
+  EXPECT_EQ(first_loop(machine).error().field, "largest_ratio");
+  machine = known(0.01);
   machine.sample_time_s = 0.0;
   EXPECT_EQ(first_loop(machine).error().field, "sample_time_s");
 }
