@@ -18,12 +18,13 @@ struct Named {
   const char* field;
   const char* symbol;
   std::optional<double> design::Bounds::*bound;
+  double loosest;  ///< That is sensible; of |C S| the best PI tells it.
 };
 constexpr Named kBounds[] = {
-    {"largest_sensitivity", "|S|", &design::Bounds::sensitivity},
-    {"largest_load_transfer", "|T_load|", &design::Bounds::load_transfer},
-    {"largest_complementary", "|T|", &design::Bounds::complementary},
-    {"largest_controller_sensitivity", "|C S|", &design::Bounds::controller_sensitivity}};
+    {"largest_sensitivity", "|S|", &design::Bounds::sensitivity, 2.5},
+    {"largest_load_transfer", "|T_load|", &design::Bounds::load_transfer, 3.0},
+    {"largest_complementary", "|T|", &design::Bounds::complementary, 3.0},
+    {"largest_controller_sensitivity", "|C S|", &design::Bounds::controller_sensitivity, 0.0}};
 
 bool is_met(const std::vector<design::Machine>& machines, const design::Bounds& bounds) {
   design::Machines all(machines, 0.5);
@@ -47,18 +48,53 @@ std::optional<double> least_met(const std::vector<design::Machine>& machines, de
   return high;
 }
 
-/// The noise's torque of the best PI under a bound on |C S|, of the noisiest machine; nothing where it does
-/// not cross where the machines were measured.
+/// The best PI under the bounds; nothing where it does not cross where the machines were measured.
+std::optional<Law> measured_pi(const design::Bounds& bounds, const std::vector<design::Machine>& machines,
+                               std::span<const Result> results) {
+  design::Machines all(machines, 0.5);
+  const auto gains = largest_integral_gain(all, {}, bounds, design::Accuracy{40, 4, 0});
+  if (!gains) return std::nullopt;
+  auto law = law_of(design::FilteredPi{gains->kp, gains->ki, {}}, machines.front().sample_time_s());
+  if (!check_crossover(law.what, machines, results)) return std::nullopt;
+  return law;
+}
+
+/// The noise's torque of that PI under a bound on |C S|, of the noisiest machine.
 std::optional<double> noise_under(double controller_sensitivity, design::Bounds bounds,
                                   const std::vector<design::Machine>& machines,
                                   std::span<const Result> results) {
   bounds.controller_sensitivity = controller_sensitivity;
-  design::Machines all(machines, 0.5);
-  const auto gains = largest_integral_gain(all, {}, bounds, design::Accuracy{40, 4, 0});
-  if (!gains) return std::nullopt;
-  const auto law = law_of(design::FilteredPi{gains->kp, gains->ki, {}}, machines.front().sample_time_s());
-  if (!check_crossover(law.what, machines, results)) return std::nullopt;
-  return noise_torque_of(law.linear, machines, results);
+  const auto law = measured_pi(bounds, machines, results);
+  if (!law) return std::nullopt;
+  return noise_torque_of(law->linear, machines, results);
+}
+
+/// What a design that suits every machine that may be has less of than that of the identified one.
+constexpr double kRobust = 1.1;
+
+/// The least value of a bound, beside the others, under which a PI crosses where the machines were measured;
+/// nothing where none up to the loosest that is sensible is enough.
+std::optional<double> least_crossing(const Named& named, design::Bounds bounds,
+                                     const std::vector<design::Machine>& machines,
+                                     std::span<const Result> results) {
+  double low = *(bounds.*named.bound), high = named.loosest;
+  if (named.bound == &design::Bounds::controller_sensitivity) {
+    bounds.controller_sensitivity.reset();
+    design::Machines all(machines);
+    high = best_controller_sensitivity(all, bounds).value_or(0.0);
+  }
+  const auto crosses_under = [&](double value) {
+    bounds.*named.bound = value;
+    return measured_pi(bounds, machines, results).has_value();
+  };
+  if (!(high > low) || !crosses_under(high)) return std::nullopt;
+  constexpr int kHalvings = 12;
+  for (int i = 0; i < kHalvings; ++i) {
+    const double middle = std::sqrt(low * high);
+    (crosses_under(middle) ? high : low) = middle;
+  }
+  const double rest = named.bound == &design::Bounds::controller_sensitivity ? 0.0 : 1.0;
+  return rest + kRobust * (high - rest);
 }
 
 }  // namespace
@@ -81,8 +117,6 @@ std::optional<Error> noise_out_of_reach(const TuneOptions& options,
     (noise ? high : low) = middle;
     if (noise) least = noise;
   }
-  // What a design that suits every machine that may be has less of.
-  constexpr double kRobust = 1.1;
   const double reached = kRobust * *least;
   if (*options.largest_noise_torque >= reached) return std::nullopt;
   double low_hz = 0.0;
@@ -93,6 +127,38 @@ std::optional<Error> noise_out_of_reach(const TuneOptions& options,
                            "frequencies too, where a softer loop crosses",
                            low_hz, reached, results.front().units.torque),
                *options.largest_noise_torque};
+}
+
+std::optional<Error> crossing_out_of_reach(const TuneOptions& options,
+                                           const std::vector<design::Machine>& machines,
+                                           std::span<const Result> results) {
+  const auto bounds = design_bounds(options), usual = design_bounds({});
+  const bool cascade = options.structure == ControllerStructure::cascade;
+  auto loosened = bounds;
+  const Named* cause = nullptr;  // where none alone is it, the first that was asked for
+  std::string could, beside;
+  for (const auto& named : kBounds) {
+    const auto& bound = bounds.*named.bound;
+    const auto& of_default = usual.*named.bound;
+    if (!bound || (of_default && *bound >= *of_default)) continue;
+    if (cascade && named.bound == &design::Bounds::load_transfer) continue;  // it has another one
+    loosened.*named.bound = of_default;
+    beside += fmt::format("{}{} <= {:.4g}", beside.empty() ? "" : ", ", named.symbol, *bound);
+    const auto least = least_crossing(named, bounds, machines, results);
+    if (cause == nullptr || (least && could.empty())) cause = &named;
+    if (least) could += fmt::format("{}{} <= {:.3g}", could.empty() ? "" : " or ", named.symbol, *least);
+  }
+  if (cause == nullptr) return std::nullopt;
+  if (could.empty() && !measured_pi(loosened, machines, results))
+    return std::nullopt;  // the band is to blame
+  return Error{
+      cause->field,
+      fmt::format("leaves a loop ({}) that crosses below what was measured, from {:.3g} Hz on, where "
+                  "nothing is known; {}, or excite lower frequencies too",
+                  beside, measured_band(results.front()).low_hz,
+                  could.empty() ? std::string("no single looser bound helps: loosen them together")
+                                : "ask for about " + could + " beside the others"),
+      *(bounds.*(cause->bound))};
 }
 
 Error out_of_reach(const TuneOptions& options, const std::vector<design::Machine>& machines,
@@ -123,28 +189,30 @@ Error out_of_reach(const TuneOptions& options, const std::vector<design::Machine
 Error bandwidth_out_of_reach(const TuneOptions& options, const std::vector<design::Machine>& machines,
                              double reached_hz) {
   struct Looser {
-    double sensitivity, load_transfer;
+    double sensitivity, transfer;  // the latter of the load's velocity, of a cascade of its position
   };
-  constexpr Looser kLooser[] = {{1.4, 1.5}, {1.6, 1.3}, {1.6, 1.5}, {2.0, 1.5}, {2.0, 2.0}, {2.5, 3.0}};
-  std::string could = "; no looser bounds reach it with a PI";
-  for (const auto& looser : kLooser) {
-    if (looser.sensitivity < options.largest_sensitivity ||
-        looser.load_transfer < options.largest_load_transfer)
-      continue;
-    auto bounds = design_bounds(options);
+  constexpr Looser kVelocity[] = {{1.4, 1.5}, {1.6, 1.3}, {1.6, 1.5}, {2.0, 1.5}, {2.0, 2.0}, {2.5, 3.0}};
+  constexpr Looser kPosition[] = {{1.4, 1.2}, {1.6, 1.05}, {1.6, 1.2}, {2.0, 1.2}, {2.0, 1.5}, {2.5, 2.0}};
+  const bool cascade = options.structure == ControllerStructure::cascade;
+  const auto structure = cascade ? ControllerStructure::cascade : ControllerStructure::pi;
+  const std::string what = cascade ? "cascade" : "PI";
+  const double asked = cascade ? options.largest_position_transfer : options.largest_load_transfer;
+  std::string could = "; no looser bounds reach it with a " + what;
+  for (const auto& looser : cascade ? std::span(kPosition) : std::span(kVelocity)) {
+    if (looser.sensitivity < options.largest_sensitivity || looser.transfer < asked) continue;
+    auto bounds = bounds_for(structure, options, 0.0);
     bounds.sensitivity = looser.sensitivity;
-    bounds.load_transfer = looser.load_transfer;
+    bounds.load_transfer = looser.transfer;
     design::Machines all(machines);
-    const auto gains = largest_integral_gain(all, {}, bounds);
-    if (!gains) continue;
+    const auto law = design_for(structure, bounds, options.biquads, options.seed)(all);
+    if (!law) continue;
     double least = std::numeric_limits<double>::infinity();
     for (const auto& machine : machines)
-      least = std::min(least, design::figures_of(machine, design::FilteredPi{gains->kp, gains->ki, {}})
-                                  .load_bandwidth_hz.value_or(0.0));
+      least = std::min(least, figures_of(machine, law->linear).load_bandwidth_hz.value_or(0.0));
     if (least < *options.least_bandwidth_hz) continue;
-    could =
-        fmt::format("; with .largest_sensitivity {:g} and .largest_load_transfer {:g} a PI reaches {:.3g} Hz",
-                    looser.sensitivity, looser.load_transfer, least);
+    could = fmt::format("; with .largest_sensitivity {:g} and .{} {:g} a {} reaches {:.3g} Hz",
+                        looser.sensitivity, cascade ? "largest_position_transfer" : "largest_load_transfer",
+                        looser.transfer, what, least);
     break;
   }
   return {"least_bandwidth_hz",

@@ -25,4 +25,11 @@ namespace resonid::identification {
                                                       const std::vector<design::Machine>& machines,
                                                       std::span<const Result> results);
 
+/// A bound, tighter than the usual one, that leaves only loops which cross below what was measured: which one
+/// it is, and what of it a PI needs that crosses inside. Nothing where loops do so under the usual bounds
+/// too.
+[[nodiscard]] std::optional<Error> crossing_out_of_reach(const TuneOptions& options,
+                                                         const std::vector<design::Machine>& machines,
+                                                         std::span<const Result> results);
+
 }  // namespace resonid::identification

@@ -134,7 +134,11 @@ class Scheduler {
     for (std::size_t i = 0; i < results_.size(); ++i) {
       const std::vector<design::Machine> here = {design::Machine(posteriors_[i].nominal())};
       const Law law = law_of(schedule.at(t_.options.positions[i]), t_.sample_time_s);
-      if (auto crossing = check_crossover(law.what, here, results_.subspan(i, 1)); !crossing) return crossing;
+      if (auto crossing = check_crossover(law.what, here, results_.subspan(i, 1)); !crossing) {
+        if (auto bound = crossing_out_of_reach(t_.options, here, results_.subspan(i, 1)))
+          return tl::unexpected(*bound);
+        return crossing;
+      }
       if (!t_.options.least_bandwidth_hz) continue;
       const double reached = figures_of(here.front(), law.linear).load_bandwidth_hz.value_or(0.0);
       if (reached < *t_.options.least_bandwidth_hz)

@@ -374,6 +374,7 @@ class Tuner {
     }
     if (auto crossing = check_crossover(all.front(), nominal_, results_); !crossing) {
       if (auto noise = noise_out_of_reach(options_, nominal_, results_)) return tl::unexpected(*noise);
+      if (auto bound = crossing_out_of_reach(options_, nominal_, results_)) return tl::unexpected(*bound);
       return crossing;
     }
     if (options_.least_bandwidth_hz) {

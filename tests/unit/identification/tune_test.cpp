@@ -518,6 +518,43 @@ TEST(Tune, SaysWhichBoundCouldBeMetInstead) {
   EXPECT_NE(text.find("a PI reaches"), std::string::npos) << text;
 }
 
+/// A PI that crosses at 0.3 Hz, from where on the machine is known, has |C S| of at least 2 pi 0.3 Hz J.
+TEST(Tune, NamesTheBoundThatLeavesNoLoopWhereItWasMeasured) {
+  auto o = few_draws();
+  o.largest_controller_sensitivity = 0.01;
+  auto tuning = tune(identified(), o);
+  ASSERT_FALSE(tuning);
+  EXPECT_EQ(tuning.error().field, "largest_controller_sensitivity");
+  auto text = message_of(tuning.error());
+  EXPECT_NE(text.find("below what was measured, from 1 Hz on"), std::string::npos) << text;
+  EXPECT_NE(text.find("ask for about |C S| <= "), std::string::npos) << text;
+  o.largest_controller_sensitivity = 1.0;
+  o.largest_sensitivity = 1.003;
+  tuning = tune(identified(), o);
+  ASSERT_FALSE(tuning);
+  EXPECT_EQ(tuning.error().field, "largest_sensitivity");
+  text = message_of(tuning.error());
+  EXPECT_NE(text.find("ask for about |S| <= "), std::string::npos) << text;
+  // No bound of the user keeps the gains down: the recording is the cause.
+  auto result = identified();
+  auto& lines = result.response.frequency_hz;
+  lines.erase(lines.begin(), std::ranges::find_if(lines, [](double f) { return f > 40.0; }));
+  tuning = tune(result, few_draws());
+  ASSERT_FALSE(tuning);
+  EXPECT_EQ(tuning.error().field, "results");
+}
+
+TEST(Tune, SuggestsBoundsThatACascadeHas) {
+  auto o = few_draws(ControllerStructure::cascade);
+  o.least_bandwidth_hz = 14.0;
+  const auto tuning = tune(identified(), o);
+  ASSERT_FALSE(tuning);
+  EXPECT_EQ(tuning.error().field, "least_bandwidth_hz");
+  const auto text = message_of(tuning.error());
+  EXPECT_NE(text.find("a cascade"), std::string::npos) << text;
+  EXPECT_EQ(text.find("largest_load_transfer"), std::string::npos) << text;
+}
+
 TEST(Tune, JudgesAGivenController) {
   auto o = few_draws();
   o.evaluate = pi(1.036, 0.147);
