@@ -38,6 +38,7 @@ constexpr std::array kOptions = {
     Option{"controller", {}},
     Option{"counts_per_rev", {}, "N"},
     Option{"decimal", {}},
+    Option{"delay_s", {}},
     Option{"delay_std_s", "--delay-uncertainty"},
     Option{"differentiate", {}},
     Option{"drift_per_s", "--drift"},

@@ -68,7 +68,9 @@ constexpr FindingKind kTune[] = {
     {"delay-uncertainty-assumed", "Uncertainty of the delay assumed", "tune", TrustEffect::keeps,
      "The result tells no variance of the delay: a quarter of a sample was taken.",
      "A delay that was told to identification is taken for exact there; no loop may rely on that.",
-     "Give `.delay_std_s` when the data sheet tells more."},
+     "Identify without `.delay_s`, which estimates it with its error bar; or give `.delay_std_s` when the "
+     "data "
+     "sheet tells more."},
     {"design-by-response", "Designed by the response alone", "tune", TrustEffect::keeps,
      "The result holds no drive model; the gains suit every response within the error bars of its lines.",
      "Identification found no drive structure, or was asked for none.",

@@ -71,12 +71,14 @@ class Remarks {
 
   void assumed_delay() {
     if (t_.delay_std_assumed)
-      note(
-          "delay-uncertainty-assumed", Severity::info,
-          fmt::format("The result holds no variance of the delay: a quarter of a sample, {:.3g} ms, is taken "
-                      "as its standard deviation. What is known better is told by .delay_std_s.",
-                      1e3 * t_.delay_std_s),
-          t_.delay_std_s);
+      note("delay-uncertainty-assumed", Severity::info,
+           fmt::format(
+               "The result holds no variance of the delay: a quarter of a sample, {:.3g} ms, is taken "
+               "as its standard deviation. Identified without .delay_s it is estimated, with an error bar "
+               "that is often "
+               "far smaller, which lets gains be larger; what is known better is told by .delay_std_s.",
+               1e3 * t_.delay_std_s),
+           t_.delay_std_s);
   }
 
   void holding() {

@@ -17,7 +17,9 @@ std::string delay_sentence(const Tuning& t) {
   if (t.delay_std_assumed)
     return fmt::format(
         "The delay's standard deviation, {} ms, is assumed: a quarter of a sample. It decides most of the "
-        "margins: give .delay_std_s where it is known better.",
+        "margins: identify without .delay_s, which estimates it with its error bar, or give .delay_std_s "
+        "where "
+        "it is known better.",
         three_digits(1e3 * t.delay_std_s));
   return fmt::format("The delay's standard deviation is {} ms, {}.", three_digits(1e3 * t.delay_std_s),
                      t.options.delay_std_s ? "as specified" : "that of the result");

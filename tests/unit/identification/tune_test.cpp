@@ -114,6 +114,7 @@ TEST(Tune, NeedsNoOptionAndSaysThatTheDelaysUncertaintyWasAssumed) {
   EXPECT_DOUBLE_EQ(tuning->delay_std_s, 0.0005);
   ASSERT_FALSE(tuning->findings.empty());
   EXPECT_EQ(tuning->findings.front().id, "delay-uncertainty-assumed");
+  EXPECT_NE(tuning->findings.front().meaning.find("Identified without .delay_s"), std::string::npos);
 }
 
 TEST(Tune, AnEllipsoidIsSurerAndSofter) {

@@ -231,6 +231,7 @@ TEST(TuneText, TellsFirstStepLimitsAndWhatUncertaintyCosts) {
                     "Designed for the identified machine alone it would have ki 25.1 in place of 20.4 and "
                     "exceed a bound with 56 % probability."));
   EXPECT_TRUE(holds(text, "0.500 ms, is assumed: a quarter of a sample."));
+  EXPECT_TRUE(holds(text, "identify without .delay_s"));
   EXPECT_TRUE(holds(
       text,
       "with half of every standard deviation but the delay's ki could be 22.3, and the load step's IAE 8 % "
