@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <utility>
 
 #include "design/cascade.hpp"
 #include "design/figures.hpp"
@@ -32,6 +33,12 @@ constexpr std::array<std::string_view, 21> kFigureNames = {"sensitivity_peak",
                                                            "reference_settling_s",
                                                            "reference_peak_torque",
                                                            "reference_rms_torque"};
+
+constexpr std::pair<std::string_view, std::string_view> kFigureWords[] = {
+    {"load_step_iae", "IAE of the load step"},
+    {"load_step_peak", "peak of the load step"},
+    {"reference_overshoot", "overshoot of the load"},
+    {"reference_settling_s", "settling of the load"}};
 
 /// What the load does after a torque step on it: its velocity, of a cascade its position.
 std::array<FigureValue, 4> load_step_values(const design::Machine& machine, const Law& law,
@@ -103,6 +110,14 @@ std::string place_unit(const std::string& velocity) {
 }
 
 std::string_view figure_name(std::size_t index) { return kFigureNames[index]; }
+
+std::string figure_words(std::string_view name) {
+  for (const auto& [known, words] : kFigureWords)
+    if (known == name) return std::string(words);
+  std::string text(name);
+  std::replace(text.begin(), text.end(), '_', ' ');
+  return text;
+}
 
 std::string figure_unit(std::size_t index, const TunedController& controller, const Units& units) {
   const std::string_view name = kFigureNames[index];

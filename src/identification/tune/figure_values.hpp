@@ -27,6 +27,8 @@ struct FigureValue {
 
 /// "sensitivity_peak", "phase_margin_deg" ...
 [[nodiscard]] std::string_view figure_name(std::size_t index);
+/// As sentences name it: "settling of the load"; of one that sentences do not name its own, with spaces.
+[[nodiscard]] std::string figure_words(std::string_view name);
 [[nodiscard]] std::string figure_unit(std::size_t index, const TunedController& controller,
                                       const Units& units);
 

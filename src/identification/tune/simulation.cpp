@@ -279,7 +279,7 @@ class Simulator {
       if (figure.name == "reference_settling_s") room += 5.0 * t_.sample_time_s;
       if (distance(figure) <= room) continue;
       differing += fmt::format("{}{} {:.3g} {} came, {:.3g} was promised", first == nullptr ? "" : "; ",
-                               figure.name, figure.simulated, figure.unit, *figure.promised);
+                               figure_words(figure.name), figure.simulated, figure.unit, *figure.promised);
       if (first == nullptr) first = &figure;
     }
     if (first == nullptr) return;

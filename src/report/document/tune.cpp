@@ -50,6 +50,24 @@ std::string promised_to(const Tuning& t) {
              : fmt::format(" up to {} Hz, where the machine was measured,", three_digits(*ends->value));
 }
 
+/// What has to be otherwise for a design that is not trusted to keep its bounds: " if the result were right".
+std::string condition_text(const Tuning& t) {
+  struct Cause {
+    std::string_view finding, condition;
+  };
+  constexpr Cause kCauses[] = {{"tuned-untrusted", "the result were right"},
+                               {"prediction-fails", "the loop were the one that was promised"},
+                               {"fails-in-simulation", "the drive were the identified one"},
+                               {"simulation-beyond-bound", "the drive were the identified one"},
+                               {"step-not-kept", "the drive had the torque that its step takes"}};
+  if (t.trusted) return {};
+  for (const auto& cause : kCauses)
+    for (const auto& finding : t.findings)
+      if (finding.id == cause.finding && finding.severity == diagnostics::Severity::error)
+        return fmt::format(" if {}", cause.condition);
+  return " if the result were right";
+}
+
 std::string verdict_sentence(const Tuning& t) {
   const auto& c = t.proposed();
   const std::string who = t.is_evaluation() ? fmt::format("The given controller ({})", c.name) : c.name;
@@ -59,8 +77,7 @@ std::string verdict_sentence(const Tuning& t) {
     return fmt::format("{}: the loop of {} is UNSTABLE with it.", who,
                        is_for_several(t) ? "an identified machine" : "the identified machine");
   const std::string keeps = t.trusted ? "keeps" : "would keep";
-  const std::string condition = t.trusted ? "" : " if the result were right";
-  const std::string where = promised_to(t);
+  const std::string condition = condition_text(t), where = promised_to(t);
   if (c.within && t.options.guarantee == identification::Guarantee::ellipsoid)
     return fmt::format("{} {} every bound ({}){} on every machine of the {:g} % confidence ellipsoid{}: {}.",
                        who, keeps, bounds, where, percent, condition, counted_text(t));

@@ -891,8 +891,8 @@ TEST(Tune, SimulatesTheLoadStepOfACascadeWithAnEncoder) {
       EXPECT_EQ(said, "");
       said = f.meaning;
     }
-  EXPECT_NE(said.find("load_step_peak"), std::string::npos) << said;
-  EXPECT_NE(said.find("load_step_iae"), std::string::npos) << said;
+  EXPECT_NE(said.find("peak of the load step "), std::string::npos) << said;
+  EXPECT_NE(said.find("IAE of the load step "), std::string::npos) << said;
 }
 
 /// Torque that the whole machine takes, by hand.

@@ -334,6 +334,19 @@ TEST(TuneText, SaysOfAForcedDesignOnlyWhatItWouldKeep) {
   EXPECT_EQ(trust_text(t), "FORCED, and NOT trusted.");
 }
 
+/// All results may be trusted, and something else speaks against the design.
+TEST(TuneText, SaysWhatKeepsADesignFromBeingTrusted) {
+  auto t = test::tuning();
+  t.trusted = false;
+  t.findings.push_back({"step-not-kept", diagnostics::Severity::error, {}, {}, "It takes more."});
+  EXPECT_TRUE(
+      holds(text_of(sentences(t)), "95 % probability if the drive had the torque that its step takes: of"));
+  t.findings.push_back({"fails-in-simulation", diagnostics::Severity::error, {}, {}, "It is unstable."});
+  EXPECT_TRUE(holds(text_of(sentences(t)), "95 % probability if the drive were the identified one: of"));
+  t.findings.push_back({"tuned-untrusted", diagnostics::Severity::error, {}, {}, "It is not."});
+  EXPECT_TRUE(holds(text_of(sentences(t)), "95 % probability if the result were right: of"));
+}
+
 TEST(TuneText, WritesLargeNumbersOut) {
   auto t = test::tuning();
   for (auto& figure : t.running->figures)
