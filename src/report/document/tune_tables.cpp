@@ -123,9 +123,10 @@ Table figure_table(const TunedController& c) {
   Table table{"", {"figure", "value", "95 % from", "95 % to", "worst", "bound", "exceeded, %"}, {}};
   for (const auto& figure : c.figures) {
     const auto unit = shown_unit(figure);
-    table.rows.push_back({with_unit_of(figure), unit.number(figure.value), optional_cell(unit, figure.low),
-                          optional_cell(unit, figure.high), optional_cell(unit, figure.worst),
-                          optional_cell(unit, figure.bound), percent_cell(figure.probability)});
+    table.rows.push_back({with_unit_of(figure), is_worst_alone(figure) ? "" : unit.number(figure.value),
+                          optional_cell(unit, figure.low), optional_cell(unit, figure.high),
+                          optional_cell(unit, figure.worst), optional_cell(unit, figure.bound),
+                          percent_cell(figure.probability)});
   }
   return table;
 }

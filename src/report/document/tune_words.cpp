@@ -133,6 +133,10 @@ std::string figure_text(const TunedController& c, std::string_view name) {
   return "unknown";
 }
 
+bool is_worst_alone(const LoopFigure& figure) {
+  return figure.worst && *figure.worst == figure.value && !figure.low && !figure.probability;
+}
+
 bool results_are_trusted(const Tuning& t) {
   const auto& c = t.proposed();
   if (t.trusted) return true;
@@ -187,6 +191,7 @@ std::string first_file(const Tuning& t) {
 }
 
 std::string machine_words(const Tuning& t) {
+  if (t.by_response) return "the measured response";
   return is_for_several(t) ? "the machine of " + first_file(t) : "the identified machine";
 }
 

@@ -58,6 +58,10 @@ using identification::GainUnits;
 [[nodiscard]] std::string figure_text(const identification::TunedController& controller,
                                       std::string_view figure);
 
+/// Whether a figure is known as a worst case alone, since a design by a response has no machine that it would
+/// be a value of.
+[[nodiscard]] bool is_worst_alone(const identification::LoopFigure& figure);
+
 /// Empty where there is none.
 [[nodiscard]] std::string unit_of_figure(const identification::TunedController& controller,
                                          std::string_view figure);

@@ -203,9 +203,12 @@ Section sensitivity_section(const Tuning& t) {
   put_chart(s, peak_chart(t, title, "load_peak", &LoopCurves::load_transfer, Running::alike));
   if (!s.charts.empty())
     s.text = {
-        "Bands hold 95 % of the machines that the identification leaves possible, line by line; the "
-        "curves are those of " +
-        machine_words(t) + "."};
+        t.by_response
+            ? "Bands are the error bars (95 %) of the measured response, line by line; the curves are those "
+              "of the response as it was measured."
+            : "Bands hold 95 % of the machines that the identification leaves possible, line by line; the "
+              "curves are those of " +
+                  machine_words(t) + "."};
   put_left_out(t, s);
   return s;
 }

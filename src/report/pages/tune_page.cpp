@@ -34,6 +34,7 @@ void put_figure_card(std::vector<Card>& cards, const TunedController& c, const c
   else if (figure->low && figure->high)
     card.under.push_back(
         fmt::format("95 %: {} ... {}", unit.number(*figure->low), unit.number(*figure->high)));
+  if (is_worst_alone(*figure)) card.under.push_back("worst case");
   if (figure->bound) card.under.push_back("bound " + unit.number(*figure->bound));
   cards.push_back(std::move(card));
 }
@@ -133,12 +134,16 @@ Section figures_section_of(const Tuning& t) {
   s.plain_tables = {figure_table(t.proposed())};
   if (!t.proposed().crossings.empty()) s.plain_tables.push_back(crossing_table(t.proposed()));
   s.text = {
-      is_for_several(t)
+      t.by_response ? "Values are those of the measured response at its lines; the worst case is that of "
+                      "every response "
+                      "within the error bars of all lines at once. What a response alone does not tell has a "
+                      "worst case "
+                      "only."
+      : is_for_several(t)
           ? fmt::format("Values are those of {}; the interval is that of 95 % of the machines that its "
-                        "identification "
-                        "leaves possible, the worst case that of the ellipsoids of all {} machines which "
-                        "were designed "
-                        "for, and the last column the share that exceeds the bound where most do.",
+                        "identification leaves possible, the worst case that of the ellipsoids of all {} "
+                        "machines which were designed for, and the last column the share that exceeds the "
+                        "bound where most do.",
                         machine_words(t), t.machines.size())
           : "Values are those of the identified machine; the interval is that of 95 % of the machines that "
             "the identification leaves possible, the worst case that of the ellipsoid which was designed "

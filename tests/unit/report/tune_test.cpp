@@ -47,6 +47,12 @@ const Chart* chart_of(const Document& d, const std::string& title) {
   return nullptr;
 }
 
+Table figure_table_of(const Document& d) {
+  for (const auto& section : d.sections)
+    if (section.title == "What the loop does") return section.plain_tables.front();
+  return {};
+}
+
 TEST(TuneJson, GivesBackWhatWasWritten) {
   for (const auto& t :
        {test::tuning(), test::full_tuning(), test::evaluation(), test::checked(), least_tuning()}) {
@@ -586,6 +592,36 @@ TEST(TunePage, SaysWhichPositionItsFiguresAreOf) {
   EXPECT_EQ(there, 5U);
   const auto plain = document(test::tuning());
   for (const auto& section : plain.sections) EXPECT_EQ(section.title.find("position"), std::string::npos);
+}
+
+/// There is no machine then.
+TEST(TunePage, WordsADesignByAResponseAsOne) {
+  auto t = test::tuning();
+  t.by_response = true;
+  t.machines.clear();
+  t.nominal.reset();
+  auto& c = t.candidates.front();
+  c.draws = 0;
+  c.curves.ellipses.clear();
+  for (auto& figure : c.figures) {
+    figure.low.reset();
+    figure.high.reset();
+    figure.probability.reset();
+    if (figure.name == "load_peak") figure.worst = figure.value = 1.25;
+  }
+  const auto text = summary_text(t);
+  EXPECT_TRUE(holds(text, ": figures of the measured response")) << text;
+  EXPECT_FALSE(holds(text, "identified machine")) << text;
+  const auto page = document(t);
+  for (const auto& section : page.sections)
+    if (section.title == "What the loop does" || section.title == "Sensitivity, and what the load does")
+      EXPECT_FALSE(holds(text_of(section.text), "machine")) << section.title;
+  const auto table = figure_table_of(page);
+  const auto load =
+      std::ranges::find(table.rows, "largest |T_load|", [](const auto& row) { return row.front(); });
+  ASSERT_NE(load, table.rows.end());
+  EXPECT_EQ(load->at(1), "");
+  EXPECT_EQ(load->at(4), "1.25");
 }
 
 TEST(TunePage, IsMadeOfWhateverIsThere) {
