@@ -207,7 +207,7 @@ std::string c_guard_of(const std::string& name) {
 }
 
 std::string speed_comment(const ExportedController& design) {
-  return design.largest_speed ? fmt::format(" The position may move at up to {:.3g} position units per s.",
+  return design.largest_speed ? fmt::format(" The position may move at up to {:.3g} of its units per s.",
                                             *design.largest_speed)
                               : std::string();
 }

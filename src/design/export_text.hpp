@@ -34,7 +34,7 @@ using CNumberText = std::function<std::string(double)>;
 [[nodiscard]] CNumberText c_number_text(CNumber type);
 [[nodiscard]] std::string c_guard_of(const std::string& name);
 
-/// " The position may move at up to 0.3 position units per s." where a schedule's position has a largest
+/// " The position may move at up to 0.3 of its units per s." where a schedule's position has a largest
 /// speed.
 [[nodiscard]] std::string speed_comment(const ExportedController& design);
 

@@ -113,7 +113,7 @@ TEST_F(TuneSchedule, ClaimsNoSpeedBeyondSlowlyVaryingLoops) {
   write("rows.csv", rows());
   const auto error = refused("--schedule rows.csv --structure pi --draws 400 --speed 100");
   EXPECT_NE(error.find("--speed: found 100, must be at most"), std::string::npos) << error;
-  EXPECT_NE(error.find("position units per s"), std::string::npos) << error;
+  EXPECT_NE(error.find("units of the position per s"), std::string::npos) << error;
 }
 
 TEST_F(TuneSchedule, TakesNumbersForPositions) {

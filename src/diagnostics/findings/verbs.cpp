@@ -150,6 +150,10 @@ constexpr FindingKind kTune[] = {
      "A weight moves the reference's way into the loop, not the loop itself. A step of more than twice the "
      "torque is an error: nothing that is promised of it holds.",
      "Ramp the reference, or lower |T_load|."},
+    {"schedule-not-needed", "Schedule not needed", "tune", TrustEffect::keeps,
+     "One PI for all positions leaves hardly more of the load's error than gains over position.",
+     "The machine changes little along the stroke, or what is not known of it weighs more.",
+     "Take the PI for all positions: tune from the same results without `.positions`."},
     {"design-of-linear-part", "Design for the linear part", "tune", TrustEffect::keeps,
      "Identification found backlash, a coupling that stiffens or a torque that is not proportional.",
      "Margins and steps are those of the linear machine around the recording's operating point.",

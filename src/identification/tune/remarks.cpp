@@ -33,6 +33,7 @@ class Remarks {
     step();
     cut(t_.proposed(), "The");
     if (t_.running) cut(*t_.running, "With the running controller the");
+    scheduling();
     sticking();
     bending();
   }
@@ -223,6 +224,21 @@ class Remarks {
              fmt::format("Identification of {} warned: {}. That stands for this design too.",
                          r.record.file.empty() ? "the recording" : r.record.file, ids));
     }
+  }
+
+  /// A filter must earn its place, and so must a schedule.
+  void scheduling() {
+    constexpr double kAsGood = 0.98;
+    if (!t_.schedule || !t_.schedule->fixed_iae || !t_.schedule->scheduled_iae || t_.candidates.size() < 2)
+      return;
+    const double fixed = *t_.schedule->fixed_iae, scheduled = *t_.schedule->scheduled_iae;
+    if (!t_.candidates[1].within || scheduled < kAsGood * fixed) return;
+    note("schedule-not-needed", Severity::info,
+         fmt::format(
+             "One PI for all positions does as well: IAE {:.3g} on a run through the stroke, {:.3g} with "
+             "the schedule, and it needs no position.",
+             fixed, scheduled),
+         scheduled, fixed);
   }
 
   void sticking() {

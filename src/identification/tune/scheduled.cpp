@@ -155,21 +155,23 @@ class Scheduler {
     if (most > slow)
       return refuse(
           "largest_speed",
-          fmt::format("must be at most {:.3g} position units per s: beyond it the loops that were judged at "
-                      "rest tell nothing, since the stroke takes less than five of their settling times, or "
-                      "they change by more than a tenth within one",
-                      slow),
+          fmt::format(
+              "must be at most {:.3g} units of the position per s: beyond it the loops that were judged at "
+              "rest tell nothing, since the stroke takes less than five of their settling times, or "
+              "they change by more than a tenth within one",
+              slow),
           most);
     const double reached = largest_speed_of(machine_at_, schedule, stroke_, most);
     t_.schedule->largest_speed = reached;
     t_.schedule->looked_speed = most;
     if (!t_.options.largest_speed || reached >= most) return {};
-    return refuse("largest_speed",
-                  fmt::format("must be at most {:.3g} position units per s: beyond it the gains change so "
-                              "quickly that a run through "
-                              "the stroke disturbs the load by a tenth more than a slow one",
-                              reached),
-                  most);
+    return refuse(
+        "largest_speed",
+        fmt::format("must be at most {:.3g} units of the position per s: beyond it the gains change so "
+                    "quickly that a run through "
+                    "the stroke disturbs the load by a tenth more than a slow one",
+                    reached),
+        most);
   }
 
   /// With the set-point weight that keeps overshoot and torque of a step at every position.

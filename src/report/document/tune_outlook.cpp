@@ -103,11 +103,11 @@ std::string speed_words(const identification::TunedSchedule& s) {
   if (!s.largest_speed || !s.looked_speed) return {};
   if (*s.largest_speed >= *s.looked_speed)
     return fmt::format(
-        ". The position may move at up to {} position units per s; what it does faster was not looked at",
+        ". The position may move at up to {} of its units per s; what it does faster was not looked at",
         three_digits(*s.largest_speed));
   if (*s.largest_speed > 0.0)
     return fmt::format(
-        ". The position may move at up to {} position units per s: beyond it the gains change so quickly "
+        ". The position may move at up to {} of its units per s: beyond it the gains change so quickly "
         "that the load is "
         "disturbed a tenth more",
         three_digits(*s.largest_speed));

@@ -184,7 +184,7 @@ TEST_F(PositionExport, SaysHowQuicklyASchedulesPositionMayMove) {
     exported.largest_speed = known ? std::optional(0.75) : std::nullopt;
     for (const auto& text : {to_c(exported, CNumber::in_double), to_structured_text(exported)}) {
       ASSERT_TRUE(text);
-      EXPECT_EQ(text->find("at up to 0.75 position units per s") != std::string::npos, known) << *text;
+      EXPECT_EQ(text->find("at up to 0.75 of its units per s") != std::string::npos, known) << *text;
     }
   }
 }
