@@ -319,7 +319,7 @@ void add_wishes(CLI::App& verb, TuneVerb& o) {
   add_number(verb, "--noise-torque", t.largest_noise_torque, "NM",
              "largest rms of the torque that measurement noise makes");
   add_number(verb, "--step", t.reference_step, "X",
-             "step of the velocity reference that figures are given for");
+             "step of the velocity reference, of a cascade of the position's, that figures are given for");
   add_number(verb, "--overshoot", t.overshoot, "PART", "of the load after it, for the set-point weight");
   verb.option_defaults()->group("Uncertainty");
   add_number(verb, "--confidence", t.confidence, "P", "probability that every bound is met");

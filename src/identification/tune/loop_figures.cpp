@@ -212,35 +212,26 @@ class Describer {
         here, drawn, every, [](const OneMachine& m) -> auto& { return m.steps.torque_by_reference; });
     c.load_by_torque = band_of(
         here, drawn, every, [](const OneMachine& m) -> auto& { return m.steps.load_by_torque; });
-    const double step = controller_.position_gain ? 1.0 : task_.reference_step;
     for (auto* band : {&c.load_by_reference, &c.torque_by_reference})
       for (auto* values : {&band->value, &band->low, &band->high})
-        for (double& x : *values) x *= step;
+        for (double& x : *values) x *= task_.reference_step;
   }
 
   /// Phases of draws are taken on the turn of the identified machine's.
   static void put_loop_bands(const OneMachine& here, const std::vector<OneMachine>& drawn, LoopCurves& c) {
-    const auto unwrapped = [](const std::vector<std::complex<double>>& loop) {
-      std::vector<double> phase;
-      for (const auto& v : loop) {
-        double p = std::arg(v) * 180.0 / kPi;
-        if (!phase.empty()) p -= 360.0 * std::round((p - phase.back()) / 360.0);
-        phase.push_back(p);
-      }
-      return phase;
-    };
     struct Polar {
       std::vector<double> size, phase;
     };
-    const auto polar = [&](const OneMachine& m) {
-      Polar p{{}, unwrapped(m.loop)};
+    const auto polar = [](const OneMachine& m, double first_deg) {
+      Polar p{{}, loop_phase_deg(m.loop, first_deg)};
       for (const auto& v : m.loop) p.size.push_back(std::abs(v));
       return p;
     };
     std::vector<Polar> all;
     all.reserve(drawn.size());
-    for (const auto& one : drawn) all.push_back(polar(one));
-    const Polar nominal = polar(here);
+    const Polar nominal = polar(here, kUsualPhaseDeg);
+    const double first_deg = nominal.phase.empty() ? kUsualPhaseDeg : nominal.phase.front();
+    for (const auto& one : drawn) all.push_back(polar(one, first_deg));
     std::vector<double> values(all.size());
     const auto put = [&](std::vector<double> Polar::*part, Band& band) {
       band.value = nominal.*part;
@@ -291,6 +282,15 @@ class Describer {
 };
 
 }  // namespace
+
+std::vector<double> loop_phase_deg(const std::vector<std::complex<double>>& loop, double first_deg) {
+  std::vector<double> phase;
+  for (const auto& value : loop) {
+    const double turn = std::arg(value) * 180.0 / kPi, last = phase.empty() ? first_deg : phase.back();
+    phase.push_back(turn - 360.0 * std::round((turn - last) / 360.0));
+  }
+  return phase;
+}
 
 TunedController with_figures(const RobustLaw& found, const FigureTask& task) {
   return Describer(found, task).run();

@@ -10,6 +10,7 @@
 
 #include "design/known_band.hpp"
 #include "identification/tune/checks.hpp"
+#include "identification/tune/figure_values.hpp"
 #include "identification/tune/law.hpp"
 #include "identification/tune/loop_figures.hpp"
 
@@ -129,8 +130,8 @@ class Remarks {
       note("step-not-kept", is_step_far_beyond(c, t_) ? Severity::error : Severity::warning,
            fmt::format("A reference step of {:g} {} takes {:.3g} {}{}, more than the drive has ({:.3g}): it "
                        "will be cut{}. Ramp the reference.",
-                       o.reference_step, t_.units.velocity, hardest.peak_torque, torque->unit, hardest.where,
-                       *o.torque_limit,
+                       o.reference_step, c.position_gain ? place_unit(t_.units.velocity) : t_.units.velocity,
+                       hardest.peak_torque, torque->unit, hardest.where, *o.torque_limit,
                        is_step_far_beyond(c, t_) ? ", and nothing that is promised of it will hold" : ""),
            hardest.peak_torque, *o.torque_limit);
     if (furthest.overshoot_percent > kRounding * 100.0 * o.overshoot && !c.position_gain)

@@ -12,6 +12,7 @@
 #include "identification/tune/designs.hpp"
 #include "identification/tune/figure_values.hpp"
 #include "identification/tune/law.hpp"
+#include "identification/tune/loop_figures.hpp"
 
 namespace resonid::identification {
 namespace {
@@ -91,14 +92,12 @@ class LineFigures {
   void put_curves(LoopCurves& curves) const {
     curves.frequency_hz = plant_.frequency_hz;
     curves.loop = loop_;
-    double phase = 0.0;
+    const auto phase = loop_phase_deg(loop_);
     for (std::size_t i = 0; i < loop_.size(); ++i) {
-      const double turn = std::arg(loop_[i]) * 180.0 / kPi;
-      phase = i == 0 ? turn : turn - 360.0 * std::round((turn - phase) / 360.0);
       const double bar = 1.96 * std::abs(c_[i]) * plant_.std[i] / std::sqrt(2.0);
       const double size = std::abs(loop_[i]), s = 1.0 / std::abs(1.0 + loop_[i]);
       put(curves.loop_size, size, bar);
-      put(curves.loop_phase_deg, phase, std::atan2(bar, size) * 180.0 / kPi);
+      put(curves.loop_phase_deg, phase[i], std::atan2(bar, size) * 180.0 / kPi);
       put(curves.sensitivity, s, bar * s * s);
       put(curves.complementary, size * s, bar * s * s);
     }

@@ -210,7 +210,8 @@ std::vector<std::string> simulated_sentences(const Tuning& t) {
     for (const auto& figure : run.figures) {
       if (!figure.promised) continue;
       const auto unit = shown_unit({figure.name, figure.unit, *figure.promised, {}, {}, {}, {}, {}, {}});
-      text += fmt::format("{}{} {} (promised {})", text.empty() ? "" : ", ", loop_figure_symbol(figure.name),
+      text += fmt::format("{}{} {} (promised {})", text.empty() ? "" : ", ",
+                          loop_figure_symbol(figure.name, t.proposed().position_gain.has_value()),
                           unit.text(figure.simulated), unit.text(*figure.promised));
     }
     if (!text.empty())

@@ -20,9 +20,9 @@ std::string optional_cell(const ShownUnit& unit, const std::optional<double>& va
   return value && std::isfinite(*value) ? unit.number(*value) : "";
 }
 
-std::string with_unit_of(const LoopFigure& figure) {
+std::string with_unit_of(const TunedController& c, const LoopFigure& figure) {
   const auto unit = shown_unit(figure).unit;
-  return loop_figure_words(figure.name) + (unit.empty() ? "" : ", " + unit);
+  return loop_figure_words(figure.name, c.position_gain.has_value()) + (unit.empty() ? "" : ", " + unit);
 }
 
 /// In the unit of the first controller; empty where it has another one.
@@ -123,7 +123,7 @@ Table figure_table(const TunedController& c) {
   Table table{"", {"figure", "value", "95 % from", "95 % to", "worst", "bound", "exceeded, %"}, {}};
   for (const auto& figure : c.figures) {
     const auto unit = shown_unit(figure);
-    table.rows.push_back({with_unit_of(figure), is_worst_alone(figure) ? "" : unit.number(figure.value),
+    table.rows.push_back({with_unit_of(c, figure), is_worst_alone(figure) ? "" : unit.number(figure.value),
                           optional_cell(unit, figure.low), optional_cell(unit, figure.high),
                           optional_cell(unit, figure.worst), optional_cell(unit, figure.bound),
                           percent_cell(figure.probability)});

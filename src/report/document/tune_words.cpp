@@ -53,6 +53,12 @@ std::string two_digits(double value) {
   return fmt::format("{:.0f}", step * std::round(value / step));
 }
 
+/// Behind what a load step does to a cascade's measured position.
+const char* measured_position(std::string_view name, bool of_position) {
+  const bool is_measured = name == "load_step_iae" || name == "load_step_ie" || name == "load_step_peak";
+  return of_position && is_measured ? " of the measured position" : "";
+}
+
 std::string spaced(std::string_view name) {
   std::string text(name);
   std::replace(text.begin(), text.end(), '_', ' ');
@@ -61,14 +67,14 @@ std::string spaced(std::string_view name) {
 
 }  // namespace
 
-std::string loop_figure_words(std::string_view name) {
+std::string loop_figure_words(std::string_view name, bool of_position) {
   const auto* words = words_of(name);
-  return words == nullptr ? spaced(name) : std::string(words->words);
+  return words == nullptr ? spaced(name) : std::string(words->words) + measured_position(name, of_position);
 }
 
-std::string loop_figure_symbol(std::string_view name) {
+std::string loop_figure_symbol(std::string_view name, bool of_position) {
   const auto* words = words_of(name);
-  return words == nullptr ? spaced(name) : std::string(words->symbol);
+  return words == nullptr ? spaced(name) : std::string(words->symbol) + measured_position(name, of_position);
 }
 
 std::string three_digits(double value) {

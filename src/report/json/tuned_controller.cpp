@@ -67,8 +67,9 @@ void describe_curves(Fields& f, LoopCurves& c) {
     f.list({"ellipses", "L at key frequencies"}, !c.ellipses.empty(), c.ellipses,
            [&](LoopCurves::Ellipse& e) { describe_ellipse(f, e); });
     f.unless_empty({"time_s", "times of all curves over time", "s"}, c.time_s);
-    describe_band(f, {"load_by_reference", "velocity of the load after the reference step"},
-                  c.load_by_reference);
+    describe_band(
+        f, {"load_by_reference", "velocity of the load after the reference step, of a cascade its position"},
+        c.load_by_reference);
     describe_band(f, {"torque_by_reference", "torque meanwhile"}, c.torque_by_reference);
     describe_band(f, {"load_by_torque", "velocity of the load after a torque step of 1 on it"},
                   c.load_by_torque);

@@ -50,7 +50,8 @@ void describe_wanted(Fields& f, Tuning& t) {
     f.choice({"structure", "what it may be made of"}, o.structure);
     f.object({"bounds", "bounds on the loop"}, [&] { describe_bounds(f, o); });
     f({"biquads", "filters at most"}, o.biquads);
-    f({"reference_step", "velocity of the step that figures of the reference are of"}, o.reference_step);
+    f({"reference_step", "step of the reference that its figures are of: velocity, of a cascade position"},
+      o.reference_step);
     f({"confidence", "with which all bounds are to be met"}, o.confidence);
     f.choice({"guarantee",
               "what the confidence is of: the probability that every bound is met, or every "

@@ -244,10 +244,15 @@ Section step_section(const Tuning& t) {
   const std::string y_label = (position ? "Position of the load in " : "Velocity of the load in ") + unit;
   put_chart(s, step_chart(t, fmt::format("Load after a torque step of 1 {} on it", u.input), y_label,
                           &LoopCurves::load_by_torque));
-  const double step = position ? 1.0 : t.options.reference_step;
-  put_chart(s, step_chart(t, fmt::format("Load after a reference step of {:.4g} {}", step, unit), y_label,
-                          &LoopCurves::load_by_reference));
+  put_chart(s, step_chart(
+                   t, fmt::format("Load after a reference step of {:.4g} {}", t.options.reference_step, unit),
+                   y_label, &LoopCurves::load_by_reference));
   s.side_by_side = true;
+  if (position && !s.charts.empty())
+    s.text.push_back(
+        "The curves are of the load. Peak, IAE and IE of the load step are those of the measured position, "
+        "which comes back to where it was; as long as the torque stays, the load stands off by torque over "
+        "stiffness.");
   put_left_out(t, s);
   return s;
 }

@@ -43,6 +43,14 @@ void put_bands(const data::FrequencyResponse& loop, Curve& size_db, Curve& phase
   }
 }
 
+/// The phase of a loop, which lags, begins between -330 and 30 degrees.
+void put_on_usual_turn(Curve& phase) {
+  constexpr double kUsual = -150.0, kTurn = 360.0;
+  if (phase.y.empty()) return;
+  const double by = kTurn * std::round((phase.y.front() - kUsual) / kTurn);
+  for (double& degrees : phase.y) degrees -= by;
+}
+
 /// Velocity and torque of a run, and of the same under the running controller.
 std::vector<Chart> charts_of_run(const Tuning& t, const identification::SimulatedRun& proposed) {
   Chart velocity, torque;
@@ -135,11 +143,14 @@ Section simulated_section(const Tuning& t) {
   s.side_by_side = true;
   Table table{"Promised and simulated", {"run", "figure", "promised", "simulated"}, {}};
   for (const auto& run : t.simulated) {
+    const auto& controller = name_of_run(run).running && t.running ? *t.running : t.proposed();
     for (const auto& figure : run.figures) {
       const auto unit = shown_unit({figure.name, figure.unit, figure.simulated, {}, {}, {}, {}, {}, {}});
-      table.rows.push_back(
-          {run_words(t, run), loop_figure_words(figure.name) + (unit.unit.empty() ? "" : ", " + unit.unit),
-           figure.promised ? unit.number(*figure.promised) : "", unit.number(figure.simulated)});
+      table.rows.push_back({run_words(t, run),
+                            loop_figure_words(figure.name, controller.position_gain.has_value()) +
+                                (unit.unit.empty() ? "" : ", " + unit.unit),
+                            figure.promised ? unit.number(*figure.promised) : "",
+                            unit.number(figure.simulated)});
     }
     if (run.time_s.empty() || name_of_run(run).running) continue;
     for (auto& chart : charts_of_run(t, run))
@@ -167,9 +178,11 @@ Section check_section(const Tuning& t) {
   bode.magnitude.title = "Open loop L: magnitude";
   bode.phase.title = "Open loop L: phase";
   bode.add_measured("measured", measured, Curve::Mark::points);
+  put_on_usual_turn(bode.phase.curves.back());
   if (measured.std.size() == measured.lines())
     put_bands(measured, bode.magnitude.curves.front(), bode.phase.curves.front());
   bode.add_model("promised", promised);
+  put_on_usual_turn(bode.phase.curves.back());
   if (promised.std.size() == promised.lines())
     put_bands(promised, bode.magnitude.curves.back(), bode.phase.curves.back());
   s.text = {"Bands: 95 % of what the error bars of the recording and of the promise leave, line by line."};

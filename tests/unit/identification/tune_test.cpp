@@ -626,6 +626,33 @@ TEST(Tune, JudgesACascadeAsOne) {
   EXPECT_EQ(beside->running->figure("load_peak")->bound, 1.05);
 }
 
+/// Figures, curves and their intervals of a step are of the same step; L with three integrators lags by 270
+/// degrees at its lowest lines, where its argument is 90.
+TEST(Tune, DrawsACascadeAsItsFiguresSay) {
+  auto o = few_draws(ControllerStructure::cascade);
+  const auto one = tune(identified(), o);
+  o.reference_step = 5.0;
+  o.running = pi(1.036, 0.147);
+  const auto five = tune(identified(), o);
+  ASSERT_TRUE(one && five);
+  const auto& c = five->proposed();
+  const auto largest = [](const std::vector<double>& list) {
+    return *std::max_element(list.begin(), list.end());
+  };
+  EXPECT_NEAR(c.curves.load_by_reference.value.back(), 5.0, 0.05);
+  EXPECT_NEAR(largest(c.curves.torque_by_reference.value),
+              5.0 * largest(one->proposed().curves.torque_by_reference.value), 1e-6);
+  EXPECT_NEAR(largest(c.curves.torque_by_reference.value), value_of(c, "reference_peak_torque"),
+              1e-6 + 0.1 * value_of(c, "reference_peak_torque"));
+  const auto& phase = c.curves.loop_phase_deg;
+  EXPECT_GT(phase.value.front(), -330.0);
+  EXPECT_LT(phase.value.front(), -180.0);
+  EXPECT_NEAR(phase.low.front(), phase.value.front(), 30.0);
+  EXPECT_NEAR(phase.high.front(), phase.value.front(), 30.0);
+  EXPECT_LT(five->running->curves.loop_phase_deg.value.front(), 0.0);
+  EXPECT_GT(five->running->curves.loop_phase_deg.value.front(), -330.0);
+}
+
 /// Stays within the bounds on the linear machine, whatever way it was written down.
 TEST(Tune, EveryStructureHoldsItsBounds) {
   for (const auto structure : {ControllerStructure::cascade, ControllerStructure::pid,

@@ -517,7 +517,7 @@ TEST(TunePage, DrawsPositionLoopsAsSuch) {
     if (figure.name == "load_step_peak") figure.unit = "rad";
   const auto page = document(t);
   for (const char* title :
-       {"Load after a torque step of 1 Nm on it", "Load after a reference step of 1 rad"}) {
+       {"Load after a torque step of 1 Nm on it", "Load after a reference step of 2 rad"}) {
     const auto* chart = chart_of(page, title);
     ASSERT_NE(chart, nullptr) << title;
     EXPECT_EQ(chart->y_label, "Position of the load in rad");
@@ -530,18 +530,19 @@ TEST(TunePage, DrawsPositionLoopsAsSuch) {
   for (const auto& section : page.sections) {
     if (section.title == "Steps") {
       EXPECT_TRUE(holds(text_of(section.text), "The running controller closes a loop of velocity"));
+      EXPECT_TRUE(holds(text_of(section.text), "are those of the measured position"));
     }
     if (section.title == "Controllers that were compared") {
       EXPECT_EQ(section.plain_tables.at(0).columns.at(4), "|T_load|");
       EXPECT_EQ(section.plain_tables[0].rows.back().at(4), "");
     }
   }
-  EXPECT_TRUE(holds(summary_text(t), "load step: peak, rad "));
+  EXPECT_TRUE(holds(summary_text(t), "load step: peak of the measured position, rad "));
   // A running position loop is drawn beside it; a linear axis is in m.
   t.running->position_gain = 5.0;
   t.units.velocity = "m/s";
   const auto both = document(t);
-  const auto* step = chart_of(both, "Load after a reference step of 1 m");
+  const auto* step = chart_of(both, "Load after a reference step of 2 m");
   ASSERT_NE(step, nullptr);
   EXPECT_EQ(step->y_label, "Position of the load in m");
   EXPECT_EQ(step->curves.size(), 2U);
