@@ -81,6 +81,37 @@ TEST_F(TuneVerb, NeedsNoOptionThatIdentifyWasGiven) {
   const auto& next = result.at("planned_loop");
   EXPECT_GT(next.at("crossover_hz").get<double>(), ran.at("crossover_hz").get<double>());
   EXPECT_LT(next.at("modulus_margin").get<double>(), ran.at("modulus_margin").get<double>());
+  // A quarter of a sample of 2 ms turns L by 360 f 0.5 ms; the parameters tell the rest far better.
+  const double by_delay = 360.0 * next.at("crossover_hz").get<double>() * 0.0005;
+  EXPECT_GT(next.at("phase_margin_std_deg").get<double>(), 0.99 * by_delay);
+  EXPECT_LT(next.at("phase_margin_std_deg").get<double>(), 1.2 * by_delay);
+  EXPECT_LT(ran.at("phase_margin_std_deg").get<double>(), 0.5 * by_delay);
+  EXPECT_NE(planned.out.find("quarter"), std::string::npos) << planned.out;
+}
+
+/// The loop of System 2 at 500 Hz with 4 ms of delay becomes unstable at a gain between 9 and 10.
+TEST_F(TuneVerb, ItsPlannedLoopIsJudgedByTheLinesToo) {
+  const std::string identify = "identify run.csv --controller pi:1.036,0.147 --delay 0.004 --json p.json ";
+  for (const std::string model : {"", "--model none "})
+    for (const char* gain : {"2", "20", "100"}) {
+      const auto done = run(identify + model + "--planned-controller pi:" + gain + ",0.1");
+      ASSERT_EQ(done.exit_code, 0) << done.error;
+      std::string findings;
+      const auto result = json::parse(text("p.json"));
+      for (const auto& f : result.at("findings")) findings += f.at("id").get<std::string>() + " ";
+      const bool unstable = std::string(gain) != "2";
+      EXPECT_EQ(findings.find("planned-unstable") != std::string::npos, unstable) << model << gain;
+      EXPECT_EQ(done.out.find("UNSTABLE") != std::string::npos, unstable) << model << gain;
+      EXPECT_EQ(findings.find("planned-not-judged"), std::string::npos) << model << gain;
+      if (unstable) continue;
+      const auto& loop = result.at("planned_loop");
+      EXPECT_EQ(loop.at("source"), model.empty() ? "model" : "response");
+      EXPECT_GT(loop.at("phase_margin_std_deg").get<double>(), 0.0);
+      EXPECT_GT(loop.at("modulus_margin_std").get<double>(), 0.0);
+    }
+  // Of a gain that crosses below every line nothing is told.
+  ASSERT_EQ(run(identify + "--model none --planned-controller pi:0.001,1000").exit_code, 0);
+  EXPECT_NE(text("p.json").find("planned-not-judged"), std::string::npos);
 }
 
 TEST_F(TuneVerb, IsCheckedAfterwards) {

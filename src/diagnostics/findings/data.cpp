@@ -145,6 +145,12 @@ constexpr FindingKind kLoop[] = {
      "With the planned controller the loop is unstable on the identified machine.",
      "The planned gains are too high for the machine and its delay, or in other units.",
      "Do not run it; `tune` designs one that holds its margins."},
+    {"planned-not-judged", "Stability with the planned controller not told", "identify", TrustEffect::keeps,
+     "The lines of the response do not tell whether the loop is stable with the planned controller.",
+     "Without a drive model stability is read from L at the lines: it must be above 1 at the first, below 1 "
+     "at "
+     "the last, and the lines dense where it passes -1.",
+     "Identify with a drive model, or excite the band around the planned crossover."},
     {"small-phase-margin", "Small phase margin", "identify", TrustEffect::keeps,
      "The smallest phase margin is below 30 degrees.", "The loop is close to oscillating.",
      "Lower the gain or the delay."},

@@ -202,6 +202,18 @@ std::string distortion_sentence(const identification::Distortion& d) {
   return text + ".";
 }
 
+/// How the error bars of the planned loop count a delay that was not fitted.
+std::string planned_delay_text(const Result& result) {
+  const auto& loop = *result.planned_loop;
+  if (!result.model || loop.source != "model" || !loop.phase_margin_std_deg) return {};
+  const auto& drive = result.model->drive;
+  if (drive.estimated[fit::kDelay] && drive.covariance(fit::kDelay, fit::kDelay) > 0.0) return {};
+  return fmt::format(
+      " The delay counts in its error bars with a standard deviation of a quarter of a sample, {:.3g} ms, as "
+      "in tune.",
+      1e3 * 0.25 * drive.sample_time_s);
+}
+
 std::string reliable_text(const Result& result) {
   const auto& r = result.reliable;
   std::vector<const char*> holds, not_held;
@@ -228,9 +240,14 @@ std::vector<std::string> sentences(const Result& result) {
   std::vector<std::string> list = {structure_sentence(result)};
   if (result.distortion) list.push_back(distortion_sentence(*result.distortion));
   if (result.loop) list.push_back(loop_sentence("Loop: ", *result.loop, 0.0));
-  if (result.planned_loop)
-    list.push_back(loop_sentence("With the planned controller: ", *result.planned_loop,
-                                 two_sided_quantile(result.confidence)));
+  if (result.planned_loop) {
+    const bool unstable = std::any_of(result.findings.begin(), result.findings.end(),
+                                      [](const auto& f) { return f.id == "planned-unstable"; });
+    list.push_back(
+        loop_sentence(unstable ? "With the planned controller, UNSTABLE: " : "With the planned controller: ",
+                      *result.planned_loop, two_sided_quantile(result.confidence)) +
+        planned_delay_text(result));
+  }
   if (result.validation) {
     const auto& v = *result.validation;
     std::string text =

@@ -7,6 +7,7 @@
 #include <identification/identify/judge/judge.hpp>
 #include <identification/identify/judge/loop.hpp>
 #include <identification/identify/judge/modes.hpp>
+#include <identification/identify/judge/planned_loop.hpp>
 #include <identification/identify/judge/reliability.hpp>
 #include <identification/identify/judge/root_cause.hpp>
 #include <identification/identify/judge/second_output.hpp>
@@ -17,8 +18,6 @@
 #include <identification/identify/judge/without_structure.hpp>
 #include <identification/identify/select/simulate_and_correct.hpp>
 #include <resonid/base/detail/statistics.hpp>
-
-#include "design/closed_loop.hpp"
 
 namespace resonid::identification::detail {
 namespace {
@@ -202,26 +201,6 @@ void include(std::vector<Finding>& bending, Result& result) {
       *same = std::move(b);
     }
   }
-}
-
-/// The loop with the controller that is to run; whether it is stable a drive model tells.
-void judge_planned_loop(const Measurement& m, const Options& options, const PlantModel& model,
-                        Result& result) {
-  Options planned = options;
-  planned.controller = options.planned_controller->sampled(1.0 / result.record.sample_rate_hz);
-  result.planned_loop = loop_of(m.plan, planned, m.lines, result.response, model);
-  if (result.planned_loop) static_cast<void>(keep_to_band(m.plan, false, *result.planned_loop));
-  const auto* drive = std::get_if<fit::DriveModel>(&model);
-  if (drive == nullptr) return;
-  fit::DriveModel real = *drive;
-  real.known_delay_s =
-      options.delay_s + 0.5 * static_cast<double>(m.plan.hold.samples - 1) * real.sample_time_s;
-  const double radius = design::closed_loop(fit::sampled_states(real), design::states_of(*planned.controller))
-                            .spectral_radius();
-  if (radius >= 1.0)
-    result.findings.push_back(
-        {"planned-unstable", Severity::warning, radius, 1.0,
-         "With the planned controller the loop is unstable on the identified machine. Do not run it."});
 }
 
 void judge_loop(const Measurement& m, const Options& options, bool of_motion, Result& result) {
