@@ -89,6 +89,7 @@ json mark(const char* kind, double frequency_hz, const data::FrequencyResponse& 
 
 void put_loop(const Result& result, json& page) {
   if (result.measured_loop) page["loop_measured"] = curve(*result.measured_loop, true);
+  if (result.planned_loop) page["planned_curve"] = curve(result.planned_loop->curve, false);
   if (!result.loop) return;
   const auto& loop = *result.loop;
   page["loop_curve"] = curve(loop.curve, true);

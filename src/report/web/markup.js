@@ -29,6 +29,7 @@ const SWATCH = {
   ellipse: '<ellipse cx="12" cy="7" rx="10" ry="5.5" fill="var(--resonance)" fill-opacity=".18" stroke="var(--resonance)" stroke-width="1"/>',
   load: '<circle cx="12" cy="7" r="2.6" fill="none" stroke="var(--load)" stroke-width="1.3"/>',
   loadLine: '<path d="M1 7h22" stroke="var(--load)" stroke-width="1.5"/>',
+  planned: '<path d="M1 7h22" stroke="var(--ink)" stroke-width="1.8" stroke-dasharray="7 4"/>',
   modelBand: '<rect x="1" y="1" width="22" height="12" rx="2" fill="var(--model)" fill-opacity=".2"/>',
   gain: '<circle cx="12" cy="7" r="4.5" fill="var(--note)"/>',
 };

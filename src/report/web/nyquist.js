@@ -9,6 +9,8 @@ import { linearTicks } from "./ticks.js";
 
 /** More regions than this would be a cloud. */
 const REGIONS = 300;
+/** Up to this |L| the first view holds a planned loop. */
+const PLANNED_SIZE = 1.5;
 const PRINT_SIZE = 380;
 const SHEET_SIZE = 230;
 /** Below this width the labels are figures alone; the legend tells their colours. */
@@ -19,7 +21,8 @@ export function drawNyquist(root, data) {
   const loop = data.loop ?? {};
   const curve = points(page.loop_curve);
   const measured = points(page.loop_measured);
-  if (curve.length === 0 && measured.length === 0) return;
+  const planned = points(page.planned_curve);
+  if (curve.length === 0 && measured.length === 0 && planned.length === 0) return;
   const source = page.loop_curve?.source === "response" ? "the measured response" : "the model";
   const box = section(root, "Loop and its margins",
     "The open loop L = C G in the complex plane, delay included. The further it stays from the point −1, the more robust the " +
@@ -32,14 +35,44 @@ export function drawNyquist(root, data) {
   box.append(grid);
   const marks = marksOf(loop, list(page.loop_marks), curve);
   const radius = measured.map((p) => (p.std === null ? null : p.std * regionFactor(page.confidence ?? 0.95)));
-  fillSide(side, { loop, curve, measured, marks, source, confidence: page.confidence ?? 0.95, regions: radius.some((r) => r !== null) && measured.length <= REGIONS });
+  fillSide(side, { loop, curve, measured, planned: plannedOf(data, planned), marks, source, confidence: page.confidence ?? 0.95, regions: radius.some((r) => r !== null) && measured.length <= REGIONS });
   const readout = side.querySelector(".readout");
   const factor = regionFactor(page.confidence ?? 0.95);
   const around = tube(curve, curve.map((p) => (p.std > 0 ? p.std * factor : null)));
-  const plane = { host, around, curve, measured, radius, marks, loop, home: homeView(curve, measured, marks), readout };
+  // A planned loop that is far too stiff must not make the others small.
+  const near = planned.filter((p) => p.abs <= PLANNED_SIZE);
+  const plane = { host, around, curve, measured, planned, radius, marks, loop, home: homeView(curve, [...measured, ...near], marks), readout };
   plane.view = plane.home;
   onLayout(host, (width) => { plane.size = Math.min(width, 600); render(plane); }, () => (onSheet() ? SHEET_SIZE : PRINT_SIZE));
   listen(plane);
+}
+
+/** The loop with the controller that is to run, where there is one. */
+function plannedOf(data, curve) {
+  const loop = data.planned_loop;
+  if (!loop || typeof loop !== "object") return null;
+  return { loop, curve, unstable: list(data.findings).some((f) => f?.id === "planned-unstable") };
+}
+
+/** Name, value of the loop that ran, that of a planned one, and what it means. */
+export function marginRows({ loop, marks, planned, factor }) {
+  const value = (of, name, unit, shown) => {
+    const x = of?.[name + unit];
+    const std = of?.[`${name}_std${unit}`];
+    if (!isNumber(x)) return "";
+    return std > 0 ? interval(x, std * factor, shown) : `${significant(x, 3)}${shown ? " " + shown : ""}`;
+  };
+  const at = (mark) => (isNumber(mark?.frequency_hz) ? `at ${significant(mark.frequency_hz, 3)} Hz` : "");
+  return [
+    ["Crossover", "crossover", "_hz", "Hz", "|L| = 1: how fast the loop is"],
+    ["Phase margin", "phase_margin", "_deg", "°", `lag that the loop still bears ${at(marks.crossover)}`],
+    ["Modulus margin", "modulus_margin", "", "", marks.modulus ? `minimum distance to −1, ${at(marks.modulus)}` : "minimum distance to −1"],
+    ["Gain margin", "gain_margin", "_db", "dB", `gain that the loop still bears ${at(marks.gain)}`],
+  ].map(([title, name, unit, shown, meaning]) => {
+    const ran = value(loop, name, unit, shown);
+    const then = planned ? value(planned.loop, name, unit, shown) : "";
+    return ran || then ? [title, ran || "–", ...(planned ? [then || "–"] : []), meaning] : null;
+  }).filter(Boolean);
 }
 
 /** Where each margin is read off: from the marks given, or from the figures where these are missing. */
@@ -68,30 +101,19 @@ function marksOf(loop, given, curve) {
   return marks;
 }
 
-function fillSide(side, { loop, curve, measured, marks, source, confidence, regions }) {
-  const factor = normalFactor(confidence);
-  const value = (x, std, unit) => (std > 0 ? interval(x, std * factor, unit) : `${significant(x, 3)}${unit ? " " + unit : ""}`);
-  const at = (mark) => (isNumber(mark?.frequency_hz) ? `at ${significant(mark.frequency_hz, 3)} Hz` : "");
-  const rows = [];
-  if (isNumber(loop.crossover_hz)) rows.push(["Crossover", value(loop.crossover_hz, loop.crossover_std_hz, "Hz"), "|L| = 1: how fast the loop is"]);
-  if (isNumber(loop.phase_margin_deg)) {
-    rows.push(["Phase margin", value(loop.phase_margin_deg, loop.phase_margin_std_deg, "°"), `lag that the loop still bears ${at(marks.crossover)}`]);
-  }
-  if (isNumber(loop.modulus_margin)) {
-    rows.push(["Modulus margin", value(loop.modulus_margin, loop.modulus_margin_std, ""), `minimum distance to −1, ${at(marks.modulus)}`]);
-  }
-  if (isNumber(loop.gain_margin_db)) {
-    rows.push(["Gain margin", value(loop.gain_margin_db, loop.gain_margin_std_db, "dB"), `gain that the loop still bears ${at(marks.gain)}`]);
-  }
+function fillSide(side, { loop, curve, measured, planned, marks, source, confidence, regions }) {
+  const rows = marginRows({ loop, marks, planned, factor: normalFactor(confidence) });
   const items = [];
   if (curve.length) items.push(["line", `L from ${source}`]);
   if (curve.some((p) => p.std > 0)) items.push(["modelBand", `its ${percent(confidence)} region`]);
   if (measured.length) items.push(["point", "L measured" + (regions ? ", with its region" : "")]);
+  if (planned?.curve.length) items.push(["planned", "L with the planned controller"]);
   items.push(["unit", "unit circle |L| = 1"], ["critical", "the point −1"]);
   if (marks.modulus) items.push(["modulus", "modulus margin"]);
   if (marks.crossover) items.push(["crossover", "crossover, phase margin"]);
   if (marks.gain) items.push(["gain", "gain margin"]);
-  side.innerHTML = rows.length ? table(["Margin", "Value", "Meaning"], rows) : "";
+  const head = planned ? ["Margin", "Ran", planned.unstable ? "Planned: unstable" : "Planned", "Meaning"] : ["Margin", "Value", "Meaning"];
+  side.innerHTML = rows.length ? table(head, rows) : "";
   side.append(legend(items));
   const readout = document.createElement("div");
   readout.className = "readout";
@@ -103,7 +125,7 @@ function fillSide(side, { loop, curve, measured, marks, source, confidence, regi
 const HINT = "Move over the picture, or touch it, to read values. Drag to zoom, double-click to reset.";
 
 function render(plane) {
-  const { size, view, around, curve, measured, radius, marks } = plane;
+  const { size, view, around, curve, measured, planned, radius, marks } = plane;
   const map = transform(view, size);
   const parts = [gridOf(view, map)];
   const circle = (re, im, r, name) =>
@@ -112,6 +134,7 @@ function render(plane) {
   if (marks.modulus) parts.push(circle(-1, 0, marks.modulus.radius, "modulus"));
   if (measured.length <= REGIONS) measured.forEach((p, i) => { if (radius[i]) parts.push(circle(p.re, p.im, radius[i], "region")); });
   if (around.length > 3) parts.push(`<path class="tube" d="${pathOf(around, map)}Z"/>`);
+  if (planned.length > 1) parts.push(`<path class="planned" d="${pathOf(planned, map)}"/>`);
   if (curve.length > 1) parts.push(`<path class="loop" d="${pathOf(curve, map)}"/>`);
   const dot = measured.length > 120 ? 1.6 : 2.6;
   parts.push(measured.map((p) => dotAt(map, p.re, p.im, dot, "point")).join(""));
@@ -239,10 +262,10 @@ function listen(plane) {
   const probe = (x, y) => {
     const { map } = plane;
     let best = null;
-    for (const [line, name] of [[plane.measured, "L measured"], [plane.curve, "L"]]) {
+    for (const [line, name] of [[plane.measured, "L measured"], [plane.curve, "L"], [plane.planned, "L planned"]]) {
       for (const p of line) {
-        // Measured points win over the curve that runs through them.
-        const distance = Math.hypot(map.x(p.re) - x, map.y(p.im) - y) + (name === "L" ? 4 : 0);
+        // Measured points win over the curves that run through them.
+        const distance = Math.hypot(map.x(p.re) - x, map.y(p.im) - y) + (name === "L measured" ? 0 : 4);
         if (distance < 40 && (!best || distance < best.distance)) best = { p, name, distance };
       }
     }
@@ -299,7 +322,8 @@ function show(plane, p, name) {
 /** Along the curve by arrow keys, with Shift in larger steps; plus and minus zoom around the point, Escape shows all. */
 function listenToKeys(plane) {
   const { host } = plane;
-  const [line, name] = plane.curve.length ? [plane.curve, "L"] : [plane.measured, "L measured"];
+  const lines = [[plane.curve, "L"], [plane.measured, "L measured"], [plane.planned, "L planned"]];
+  const [line, name] = lines.find(([of]) => of.length) ?? [[], ""];
   if (line.length === 0) return;
   host.tabIndex = 0;
   host.setAttribute("role", "figure");

@@ -50,6 +50,17 @@ json page_of(identification::Result result) {
   return page_json(result, recording()).at("page");
 }
 
+/// Beside the loop that ran.
+TEST(PageCharts, HoldThePlannedLoop) {
+  auto result = test::full();
+  EXPECT_FALSE(page_of(result).contains("planned_curve"));
+  result.planned_loop = result.loop;
+  result.planned_loop->curve = loop_of(0.3, 8.0);
+  const json page = page_of(result);
+  EXPECT_EQ(page.at("planned_curve").at("real").size(), result.planned_loop->curve.lines());
+  EXPECT_FALSE(page.at("planned_curve").contains("std"));
+}
+
 /// With a = 4 d^2, |S|^2 = x (x + a) / (x^2 + (a - 2) x + 1) over x = (w/w0)^2 is largest where 2 x^2 - 2 x -
 /// a = 0; |T| is 1/(2 d sqrt(1 - d^2)) at most.
 TEST(PageCharts, PeaksOfSensitivityAreTheAnalyticOnes) {

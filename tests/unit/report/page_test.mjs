@@ -8,6 +8,7 @@ const format = await import(web + "format.js");
 const curves = await import(web + "curves.js");
 const ticks = await import(web + "ticks.js");
 const geometry = await import(web + "geometry.js");
+const nyquist = await import(web + "nyquist.js");
 const tables = await import(web + "tables.js");
 
 const near = (actual, expected, tolerance) =>
@@ -145,6 +146,14 @@ test("the cards hold the inertia ratio, and Ms and Mt beside the modulus margin"
   assert.equal(ratio.value, "1.250");
   assert.equal(ratio.half, "0.020");
   assert.match(cards.find((c) => c.name === "Modulus margin").under, /Ms 1\.25, Mt 1\.10/);
+});
+
+test("a planned loop's margins stand beside those of the loop that ran", () => {
+  const loop = { crossover_hz: 2.7, phase_margin_deg: 63.5 };
+  const planned = { loop: { crossover_hz: 4.6, crossover_std_hz: 0.05, gain_margin_db: 13.4 } };
+  assert.deepEqual(nyquist.marginRows({ loop, marks: {}, planned, factor: 2 }).map((r) => r.slice(0, 3)),
+    [["Crossover", "2.70 Hz", "4.60 ± 0.10 Hz"], ["Phase margin", "63.5 °", "–"], ["Gain margin", "–", "13.4 dB"]]);
+  assert.equal(nyquist.marginRows({ loop, marks: {}, planned: null, factor: 2 })[0].length, 3);
 });
 
 test("the frequency axis reaches for the lines that say something", () => {
