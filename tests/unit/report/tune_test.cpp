@@ -615,8 +615,9 @@ TEST(TunePage, WordsADesignByAResponseAsOne) {
   EXPECT_FALSE(holds(text, "identified machine")) << text;
   const auto page = document(t);
   for (const auto& section : page.sections)
-    if (section.title == "What the loop does" || section.title == "Sensitivity, and what the load does")
+    if (section.title == "What the loop does" || section.title == "Sensitivity, and what the load does") {
       EXPECT_FALSE(holds(text_of(section.text), "machine")) << section.title;
+    }
   const auto table = figure_table_of(page);
   const auto load =
       std::ranges::find(table.rows, "largest |T_load|", [](const auto& row) { return row.front(); });
