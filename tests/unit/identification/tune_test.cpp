@@ -463,7 +463,7 @@ TEST(Tune, PromisesBoundsInsideTheBandOnly) {
   EXPECT_TRUE(tuning->trusted);
   auto on_another = *whole;
   auto other = experiment_of(identified(), few_draws());
-  other.measurement.delay_s += 0.02;
+  other.measurement.delay_s += 0.006;
   ASSERT_TRUE(simulate_on(on_another, other));
   const auto beyond =
       std::ranges::find(on_another.findings, "simulation-beyond-bound", &diagnostics::Finding::id);
