@@ -93,7 +93,7 @@ TEST_F(TuneVerb, NeedsNoOptionThatIdentifyWasGiven) {
 TEST_F(TuneVerb, ItsPlannedLoopIsJudgedByTheLinesToo) {
   const std::string identify = "identify run.csv --controller pi:1.036,0.147 --delay 0.004 --json p.json ";
   for (const std::string model : {"", "--model none "})
-    for (const char* gain : {"2", "20"}) {
+    for (const char* gain : {"2", "12"}) {
       const auto done = run(identify + model + "--planned-controller pi:" + gain + ",0.1");
       ASSERT_EQ(done.exit_code, 0) << done.error;
       std::string findings;
@@ -322,7 +322,7 @@ TEST_F(TuneVerb, DesignsByTheResponseWhereThereIsNoModel) {
   const auto tuning = json::parse(text("tuning.json"));
   EXPECT_TRUE(tuning.at("by_response"));
   EXPECT_NE(done.out.find("design-by-response"), std::string::npos) << done.out;
-  const auto given = run("tune none.json --evaluate pi:50,0.01 --require-trusted");
+  const auto given = run("tune none.json --evaluate pi:20,0.1 --require-trusted");
   EXPECT_EQ(given.exit_code, 3);
   EXPECT_NE(given.out.find("design-unstable"), std::string::npos) << given.out;
   EXPECT_NE(refused("none.json --structure rst").find("no drive model"), std::string::npos);
