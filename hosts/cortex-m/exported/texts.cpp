@@ -9,6 +9,7 @@
 #include <fstream>
 #include <iostream>
 #include <optional>
+#include <type_traits>
 
 namespace {
 
@@ -30,7 +31,8 @@ std::optional<std::vector<Text>> texts() {
   const auto add = [&](auto law, const std::vector<Column>& columns, const std::vector<double>& torque) {
     const std::size_t variant = all.size() / 2;
     for (const CNumber number : {CNumber::in_double, CNumber::in_float}) {
-      law.name = fmt::format("law_{}_{}", variant, number == CNumber::in_float ? "float" : "double");
+      law.name = fmt::format("{}_{}_{}", std::is_same_v<decltype(law), ExportedController> ? "law" : "rst",
+                             variant, number == CNumber::in_float ? "float" : "double");
       const auto text = to_c(law, number);
       written = written && text.has_value();
       all.push_back({law.name, text.value_or(""), number, columns, torque});
