@@ -34,17 +34,6 @@ class RstExport : public test::ExportedRuns {
         << *text << read("log");
     ASSERT_EQ(shell("./run < rows > torque"), 0) << read("log");
   }
-  void run_structured_text(const ExportedRst& law, const std::string& more = " 0.001 1") {
-    const auto text = to_structured_text(law);
-    ASSERT_TRUE(text) << text.error().requirement;
-    write("controller.st", *text);
-    write_samples(exported_samples(), more);
-    ASSERT_EQ(
-        shell(std::string("'") + RESONID_PYTHON + "' '" + RESONID_DESIGN_TESTS +
-              "/structured_text.py' controller.st reference velocity cycle_time enable < rows > torque"),
-        0)
-        << *text << read("log");
-  }
 };
 
 TEST_F(RstExport, IsTheLawInC) {

@@ -85,32 +85,19 @@ TEST(CExportRefusal, FloatsFarBelowTheSampleRate) {
   EXPECT_TRUE(to_c(exported, CNumber::in_double));
 }
 
-class StructuredTextExport : public test::ExportedRuns {
- protected:
-  void run(const ExportedController& exported, const std::string& more = " 0.001 1") {
-    const auto text = to_structured_text(exported);
-    ASSERT_TRUE(text) << text.error().requirement;
-    write("controller.st", *text);
-    write_samples(exported_samples(), more);
-    ASSERT_EQ(
-        shell(std::string("'") + RESONID_PYTHON + "' '" + RESONID_DESIGN_TESTS +
-              "/structured_text.py' controller.st reference velocity cycle_time enable < rows > torque"),
-        0)
-        << *text << read("log");
-  }
-};
+using StructuredTextExport = test::ExportedRuns;
 
 TEST_F(StructuredTextExport, IsTheDesign) {
   for (const auto& exported : exported_variants()) {
     SCOPED_TRACE(exported.name + " " + std::to_string(exported.set_point_weight));
-    run(exported);
+    run_structured_text(exported);
     expect_alike(printed("torque"), simulated(exported, exported_samples()), 1e-12);
   }
 }
 
 TEST_F(StructuredTextExport, GivesNoTorqueAtAnotherCycleTimeOrDisabled) {
   for (const char* more : {" 0.002 1", " 0.001 0"}) {
-    run(exported_controller(), more);
+    run_structured_text(exported_controller(), more);
     for (const double torque : printed("torque")) EXPECT_EQ(torque, 0.0);
     EXPECT_EQ(read("torque").find("0.0 1") != std::string::npos, std::string(more) == " 0.002 1");
   }

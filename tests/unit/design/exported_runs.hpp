@@ -76,6 +76,19 @@ class ExportedRuns : public ::testing::Test {
     for (const Sample& sample : samples) rows << sample.reference << ' ' << sample.velocity << more << '\n';
     write("rows", rows.str());
   }
+  /// A velocity law as structured text on exported_samples(); `more`: cycle time and whether it is enabled.
+  template <class Law>
+  void run_structured_text(const Law& law, const std::string& more = " 0.001 1") const {
+    const auto text = design::to_structured_text(law);
+    ASSERT_TRUE(text) << text.error().requirement;
+    write("controller.st", *text);
+    write_samples(exported_samples(), more);
+    ASSERT_EQ(
+        shell(std::string("'") + RESONID_PYTHON + "' '" + RESONID_DESIGN_TESTS +
+              "/structured_text.py' controller.st reference velocity cycle_time enable < rows > torque"),
+        0)
+        << *text << read("log");
+  }
   /// First column of what a program has printed.
   [[nodiscard]] std::vector<double> printed(const std::string& name) const {
     std::ifstream file(folder_ / name);
