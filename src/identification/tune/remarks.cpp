@@ -215,10 +215,12 @@ class Remarks {
   /// What identification warned of, and the design does not already count or tell.
   void warned() {
     constexpr std::array kTold = {"backlash", "stiffening-coupling", "torque-gain", "held-output"};
+    constexpr std::array kCounts = {"further-delay", "margins-beyond-band"};  // whatever their severity
     for (const Result& r : results_) {
       std::string ids;
       for (const auto& f : r.findings)
-        if (f.severity == Severity::warning && std::ranges::find(kTold, f.id) == kTold.end())
+        if ((f.severity == Severity::warning || std::ranges::find(kCounts, f.id) != kCounts.end()) &&
+            std::ranges::find(kTold, f.id) == kTold.end() && ids.find(f.id) == std::string::npos)
           ids += (ids.empty() ? "" : ", ") + std::string(f.id);
       if (!ids.empty())
         note("result-warned", Severity::info,

@@ -278,8 +278,9 @@ class Simulator {
       double room = figure.name == "reference_overshoot" ? kPoints : kPart * std::abs(*figure.promised);
       if (figure.name == "reference_settling_s") room += 5.0 * t_.sample_time_s;
       if (distance(figure) <= room) continue;
-      differing += fmt::format("{}{} {:.3g} {} came, {:.3g} was promised", first == nullptr ? "" : "; ",
-                               figure_words(figure.name), figure.simulated, figure.unit, *figure.promised);
+      differing += fmt::format("{}{} {:.3g}{} came, {:.3g} was promised", first == nullptr ? "" : "; ",
+                               figure_words(figure.name), figure.simulated,
+                               figure.unit.empty() ? "" : " " + figure.unit, *figure.promised);
       if (first == nullptr) first = &figure;
     }
     if (first == nullptr) return;
