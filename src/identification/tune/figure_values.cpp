@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <utility>
 
 #include "design/cascade.hpp"
@@ -110,6 +111,20 @@ std::string place_unit(const std::string& velocity) {
 }
 
 std::string_view figure_name(std::size_t index) { return kFigureNames[index]; }
+
+std::size_t figure_count() { return kFigureNames.size(); }
+
+bool is_worse_when_less(std::size_t index) {
+  const std::string_view name = figure_name(index);
+  return name.find("margin") != std::string_view::npos || name == "crossover_hz" ||
+         name == "load_bandwidth_hz";
+}
+
+double absent_value(std::size_t index) {
+  using Limits = std::numeric_limits<double>;
+  return figure_name(index).find("margin") != std::string_view::npos ? Limits::infinity()
+                                                                     : Limits::quiet_NaN();
+}
 
 std::string figure_words(std::string_view name) {
   for (const auto& [known, words] : kFigureWords)

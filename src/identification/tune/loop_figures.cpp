@@ -11,12 +11,14 @@
 #include "design/figures.hpp"
 #include "design/normal.hpp"
 #include "identification/tune/figure_values.hpp"
+#include "identification/tune/worst_figures.hpp"
 #include "linalg/parallel.hpp"
 
 namespace resonid::identification {
 namespace {
 
 constexpr double kLow = 0.025, kHigh = 0.975;
+constexpr double kShareOfLines = 0.3;  // of machines of the posterior: between them peaks are refined
 
 /// What one machine shows.
 struct OneMachine {
@@ -106,10 +108,9 @@ class Describer {
     design::StandardNormal normal(task_.robust.seed + 1);
     std::vector<Eigen::VectorXd> points;
     for (std::size_t i = 0; i < task_.draws; ++i) points.push_back(normal.next(posterior_.dimension()));
-    constexpr double kShare = 0.3;  // of the lines: between them peaks are refined
     std::vector<OneMachine> drawn(points.size());
     linalg::for_each_index(points.size(), 0, [&](std::size_t i) {
-      drawn[i] = on(design::Machine(posterior_.at(points[i]), posterior_.known_to_hz()), kShare);
+      drawn[i] = on(design::Machine(posterior_.at(points[i]), posterior_.known_to_hz()), kShareOfLines);
     });
     return drawn;
   }
@@ -154,7 +155,10 @@ class Describer {
         if (worst.peak.value >= kActive * worst.peak.bound) controller_.limits.push_back(figure.name);
       }
     }
-    if (task_.curves && controller_.stable) put_worst_of_unbounded();
+    if (task_.curves && controller_.stable) {
+      put_worst_of_unbounded();
+      put_worst_of_rest();
+    }
   }
 
   /// Over the same ellipsoids, what nothing bounds.
@@ -171,6 +175,36 @@ class Describer {
     for (const auto& posterior : task_.robust.posteriors)
       worst = std::max(worst, worst_case(posterior, found_.law.linear, transfer, found_.radius).peak.value);
     return worst;
+  }
+
+  /// Over the same ellipsoids, what is no maximum over frequency.
+  void put_worst_of_rest() {
+    for (const auto& posterior : task_.robust.posteriors) {
+      const auto worst = worst_figures(posterior, found_.radius, [this](const design::Machine& machine) {
+        return figures_of_stable(machine);
+      });
+      for (auto& figure : controller_.figures) put_worse(worst, figure, &posterior == &posterior_);
+    }
+  }
+
+  static void put_worse(const std::vector<std::optional<double>>& worst, LoopFigure& figure, bool first) {
+    for (std::size_t f = design::kTransfers.size(); f < figure_count(); ++f) {
+      if (figure.name != figure_name(f)) continue;
+      const auto worse = [f](double a, double b) {
+        return is_worse_when_less(f) ? std::min(a, b) : std::max(a, b);
+      };
+      const bool known = worst.size() > f && worst[f] && (first || figure.worst);
+      figure.worst =
+          known ? std::optional(worse(figure.worst.value_or(figure.value), *worst[f])) : std::nullopt;
+    }
+  }
+
+  [[nodiscard]] std::optional<std::vector<FigureValue>> figures_of_stable(
+      const design::Machine& machine) const {
+    if (!loop_of(machine, found_.law).is_stable()) return std::nullopt;
+    auto steps = step_responses(machine, found_.law, samples_);
+    steps.whole = whole_;
+    return figure_values(machine, found_.law, steps, task_.reference_step, kShareOfLines);
   }
 
   template <class Values>

@@ -7,6 +7,8 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <utility>
+#include <vector>
 
 #include "design/known_band.hpp"
 #include "identification/tune/checks.hpp"
@@ -101,19 +103,18 @@ class Remarks {
     double overshoot_percent = 0.0, peak_torque = 0.0;
     std::string where;  ///< " on the machine of ..."; empty: where figures are from.
   };
-  /// Of one controller for several machines that whose step is worst: by its overshoot, or its torque.
-  [[nodiscard]] ReferenceStepOf worst_step(ReferenceStepOf first, double ReferenceStepOf::*by) const {
+  /// The step of the figures, and of one controller for several machines those of the others.
+  [[nodiscard]] std::vector<ReferenceStepOf> steps_from(ReferenceStepOf first) const {
+    std::vector<ReferenceStepOf> steps = {std::move(first)};
     const auto& c = t_.proposed();
-    if (t_.machines.size() < 2 || t_.schedule || c.position_gain || !c.stable) return first;
+    if (t_.schedule || c.position_gain || !c.stable) return steps;
     const Law law = law_of(c);
     for (std::size_t i = 1; i < t_.machines.size(); ++i) {
       const auto found = reference_step_of(design::Machine(t_.machines[i]), law);
-      const ReferenceStepOf here{100.0 * found.overshoot, t_.options.reference_step * found.peak_torque,
-                                 " on the machine of " + results_[i].record.file};
-      constexpr double kMore = 1.001;
-      if (here.*by > kMore * first.*by) first = here;
+      steps.push_back({100.0 * found.overshoot, t_.options.reference_step * found.peak_torque,
+                       " on the machine of " + results_[i].record.file});
     }
-    return first;
+    return steps;
   }
 
   void step() {
@@ -123,16 +124,17 @@ class Remarks {
     const auto* torque = c.figure("reference_peak_torque");
     if (t_.is_evaluation() || overshoot == nullptr || torque == nullptr) return;
     const auto& o = t_.options;
-    const ReferenceStepOf first{overshoot->value, torque->value, {}};
-    const auto hardest = worst_step(first, &ReferenceStepOf::peak_torque),
-               furthest = worst_step(first, &ReferenceStepOf::overshoot_percent);
-    if (o.torque_limit && hardest.peak_torque > kRounding * *o.torque_limit)
-      note("step-not-kept", is_step_far_beyond(c, t_) ? Severity::error : Severity::warning,
+    const auto steps = steps_from({overshoot->value, torque->value, {}});
+    const auto& hardest = *std::ranges::max_element(steps, {}, &ReferenceStepOf::peak_torque);
+    const auto& furthest = *std::ranges::max_element(steps, {}, &ReferenceStepOf::overshoot_percent);
+    const bool far = is_step_far_beyond(c, t_);
+    if (o.torque_limit && (far || hardest.peak_torque > kRounding * *o.torque_limit))
+      note("step-not-kept", far ? Severity::error : Severity::warning,
            fmt::format("A reference step of {:g} {} takes {:.3g} {}{}, more than the drive has ({:.3g}): it "
                        "will be cut{}. Ramp the reference.",
                        o.reference_step, c.position_gain ? place_unit(t_.units.velocity) : t_.units.velocity,
                        hardest.peak_torque, torque->unit, hardest.where, *o.torque_limit,
-                       is_step_far_beyond(c, t_) ? ", and nothing that is promised of it will hold" : ""),
+                       far ? ", and nothing that is promised of it will hold" : ""),
            hardest.peak_torque, *o.torque_limit);
     if (furthest.overshoot_percent > kRounding * 100.0 * o.overshoot && !c.position_gain)
       note("step-not-kept", Severity::info,
@@ -280,7 +282,7 @@ bool is_step_far_beyond(const TunedController& controller, const Tuning& tuning)
   constexpr double kFar = 2.0;
   const auto* torque = controller.figure("reference_peak_torque");
   return !tuning.is_evaluation() && !controller.position_gain && tuning.options.torque_limit &&
-         torque != nullptr && torque->value > kFar * *tuning.options.torque_limit;
+         torque != nullptr && torque->worst.value_or(torque->value) > kFar * *tuning.options.torque_limit;
 }
 
 void add_remarks(Tuning& tuning, std::span<const Result> results) { Remarks(tuning, results).add(); }

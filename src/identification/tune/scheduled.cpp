@@ -14,6 +14,7 @@
 #include "identification/tune/designs.hpp"
 #include "identification/tune/figure_values.hpp"
 #include "identification/tune/reach.hpp"
+#include "identification/tune/worst_figures.hpp"
 
 namespace resonid::identification {
 namespace {
@@ -80,7 +81,7 @@ class Scheduler {
     auto found = confident_schedule(posterior_at_, stroke_, options);
     if (!found) return tl::unexpected(found.error());
     describe(*found);
-    if (auto checked = check_places(found->schedule); !checked) return tl::unexpected(checked.error());
+    if (auto checked = check_places(*found); !checked) return tl::unexpected(checked.error());
     if (auto checked = check_speed(found->schedule); !checked) return tl::unexpected(checked.error());
     return at_first(*found);
   }
@@ -129,22 +130,30 @@ class Scheduler {
   }
 
   /// Where the machines were identified: that the loop crosses in the band that was measured there, and is as
-  /// fast as is wanted.
-  [[nodiscard]] expected<void, Error> check_places(const design::GainSchedule& schedule) const {
+  /// fast as is wanted on every machine of the ellipsoid there.
+  [[nodiscard]] expected<void, Error> check_places(const design::ConfidentSchedule& found) const {
     for (std::size_t i = 0; i < results_.size(); ++i) {
       const std::vector<design::Machine> here = {design::Machine(posteriors_[i].nominal())};
-      const Law law = law_of(schedule.at(t_.options.positions[i]), t_.sample_time_s);
+      const double position = t_.options.positions[i];
+      const Law law = law_of(found.schedule.at(position), t_.sample_time_s);
       if (auto crossing = check_crossover(law.what, here, results_.subspan(i, 1)); !crossing) {
         if (auto bound = crossing_out_of_reach(t_.options, here, results_.subspan(i, 1)))
           return tl::unexpected(*bound);
         return crossing;
       }
       if (!t_.options.least_bandwidth_hz) continue;
-      const double reached = figures_of(here.front(), law.linear).load_bandwidth_hz.value_or(0.0);
+      const double reached = least_bandwidth_hz(posteriors_[i], radius_at(found, position), law);
       if (reached < *t_.options.least_bandwidth_hz)
         return tl::unexpected(bandwidth_out_of_reach(t_.options, here, reached));
     }
     return {};
+  }
+
+  /// As far as the ellipsoid of the nearest place that was judged goes.
+  [[nodiscard]] static double radius_at(const design::ConfidentSchedule& found, double position) {
+    return std::ranges::min_element(found.checks, {},
+                                    [&](const auto& here) { return std::abs(here.position - position); })
+        ->radius;
   }
 
   /// The frozen figures are no proof while the position moves.

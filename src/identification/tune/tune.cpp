@@ -379,10 +379,7 @@ class Tuner {
     }
     if (options_.least_bandwidth_hz) {
       const auto* bandwidth = all.front().figure("load_bandwidth_hz");
-      double reached = bandwidth == nullptr ? 0.0 : bandwidth->low.value_or(bandwidth->value);
-      const design::LinearController linear(all.front().feedback);
-      for (const auto& machine : nominal_)
-        reached = std::min(reached, figures_of(machine, linear).load_bandwidth_hz.value_or(0.0));
+      const double reached = bandwidth == nullptr ? 0.0 : bandwidth->worst.value_or(0.0);
       if (reached < *options_.least_bandwidth_hz)
         return tl::unexpected(bandwidth_out_of_reach(options_, nominal_, reached));
     }

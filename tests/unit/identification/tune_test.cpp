@@ -5,6 +5,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
+#include <random>
 #include <resonid/base/constants.hpp>
 #include <resonid/base/error_text.hpp>
 #include <resonid/identification/detail/tune_check.hpp>
@@ -12,6 +14,9 @@
 #include <resonid/identification/detail/tune_simulation.hpp>
 #include <resonid/identification/tune.hpp>
 #include <vector>
+
+#include "design/figures.hpp"
+#include "design/posterior.hpp"
 
 namespace resonid::identification {
 namespace {
@@ -506,6 +511,53 @@ TEST(Tune, ARigidModelLeavesRoomForTheCompliance) {
   EXPECT_LE(value_of(truth->proposed(), "load_peak"), 1.3);
   o.evaluate = data::Controller(seen->proposed().feedback);
   EXPECT_GT(value_of(tune(identified(), o)->proposed(), "load_peak"), 1.3);
+}
+
+/// Machines of the ellipsoid's skin and inside, drawn by a generator of this test: none is worse than what
+/// stands as the worst by more than a twentieth of its distance from the identified machine.
+TEST(Tune, KnowsTheWorstOfEveryFigureOverItsEllipsoid) {
+  const auto tuning = tune(identified(), few_draws());
+  ASSERT_TRUE(tuning) << message_of(tuning.error());
+  const auto& c = tuning->proposed();
+  const design::Posterior posterior(tuning->machines.front(), tuning->delay_std_s);
+  const design::LinearController linear(c.feedback);
+  const auto margin_of = [](const design::LoopFigures& f) { return *f.worst_phase_margin_deg; };
+  struct Kind {
+    const char* name;
+    double sign;  // -1: less is worse
+    std::function<double(const design::LoopFigures&)> of;
+    double seen = -1e300;
+  };
+  Kind kinds[] = {{"phase_margin_deg", -1.0, margin_of},
+                  {"gain_margin_db", -1.0, [](const auto& f) { return *f.gain_margin_db; }},
+                  {"delay_margin_s", -1.0, [](const auto& f) { return *f.delay_margin_s; }},
+                  {"load_bandwidth_hz", -1.0, [](const auto& f) { return *f.load_bandwidth_hz; }},
+                  {"load_step_iae", 1.0, [](const auto& f) { return f.load_step.iae; }},
+                  {"load_step_peak", 1.0, [](const auto& f) { return f.load_step.peak; }},
+                  {"load_step_rebound", 1.0, [](const auto& f) { return f.load_step.rebound; }},
+                  {"noise_gain", 1.0, [](const auto& f) { return f.noise_gain; }}};
+  std::mt19937_64 random(7);
+  std::normal_distribution<double> normal;
+  for (int i = 0; i < 600; ++i) {
+    Eigen::VectorXd u(posterior.dimension());
+    for (auto& x : u) x = normal(random);
+    u *= c.radius * (i % 3 == 0 ? 0.9 : 1.0) / u.norm();
+    const auto f = figures_of(design::Machine(posterior.at(u)), linear, 0.5);
+    ASSERT_TRUE(f.stable);
+    for (auto& kind : kinds) kind.seen = std::max(kind.seen, kind.sign * kind.of(f));
+  }
+  for (const auto& kind : kinds) {
+    const auto* figure = c.figure(kind.name);
+    ASSERT_TRUE(figure && figure->worst) << kind.name;
+    const double from = kind.sign * figure->value, to = kind.sign * *figure->worst;
+    EXPECT_GE(to - from, 0.95 * (kind.seen - from)) << kind.name;
+    EXPECT_LE(to - from, 1.6 * (kind.seen - from)) << kind.name;  // and it is one of them
+  }
+  for (const auto* name : {"reference_settling_s", "reference_peak_torque", "reference_rms_torque"}) {
+    const auto* figure = c.figure(name);
+    ASSERT_TRUE(figure && figure->worst) << name;
+    EXPECT_GT(*figure->worst, figure->value) << name;
+  }
 }
 
 TEST(Tune, SaysWhichBoundCouldBeMetInstead) {

@@ -1,0 +1,164 @@
+// SPDX-License-Identifier: MIT
+#include "identification/tune/worst_figures.hpp"
+
+#include <Eigen/Core>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+#include "design/figures.hpp"
+#include "linalg/parallel.hpp"
+
+namespace resonid::identification {
+namespace {
+
+constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
+
+class WorstFigures {
+ public:
+  WorstFigures(const design::Posterior& posterior, double radius, const FiguresOf& figures_of)
+      : posterior_(posterior), radius_(radius), figures_of_(figures_of) {}
+
+  std::vector<std::optional<double>> run() {
+    const std::vector<Eigen::VectorXd> centre = {Eigen::VectorXd::Zero(posterior_.dimension())};
+    auto slopes = slopes_at(centre);
+    if (slopes.empty()) return {};
+    std::vector<Edge> edges;
+    for (Eigen::Index f = static_cast<Eigen::Index>(design::kTransfers.size()); f < slopes.front().rows();
+         ++f)
+      add_edge(edges, slopes.front(), f);
+    slopes = slopes_at(places_of(edges));
+    if (unstable_) return {};
+    std::vector<Edge> again;
+    for (std::size_t e = 0; e < edges.size(); ++e)
+      for (const Eigen::Index f : edges[e].figures) add_edge(again, slopes[e], f);
+    values_at(places_of(again));
+    if (unstable_) return {};
+    std::vector<std::optional<double>> worst;
+    for (const double value : worst_)
+      worst.push_back(std::isfinite(value) ? std::optional(is_worse_when_less(worst.size()) ? -value : value)
+                                           : std::nullopt);
+    return worst;
+  }
+
+ private:
+  /// Where the figures that have brought us there go, all of them at once as far as they agree.
+  struct Edge {
+    Eigen::VectorXd place;
+    std::vector<Eigen::Index> figures;
+  };
+
+  void add_edge(std::vector<Edge>& edges, const Eigen::MatrixXd& slopes, Eigen::Index figure) const {
+    constexpr double kSame = 0.98;  // cosine
+    const Eigen::VectorXd along = slopes.row(figure).transpose();
+    if (!along.allFinite() || !(along.norm() > 0.0)) return;
+    const Eigen::VectorXd place = radius_ * along.normalized();
+    const auto same = std::ranges::find_if(
+        edges, [&](const Edge& other) { return other.place.dot(place) > kSame * radius_ * radius_; });
+    if (same == edges.end()) return edges.push_back({place, {figure}});
+    same->figures.push_back(figure);
+  }
+
+  [[nodiscard]] static std::vector<Eigen::VectorXd> places_of(const std::vector<Edge>& edges) {
+    std::vector<Eigen::VectorXd> places;
+    for (const auto& edge : edges) places.push_back(edge.place);
+    return places;
+  }
+
+  /// A column of figures, larger where worse, at each point; those inside the ellipsoid count.
+  std::vector<Eigen::VectorXd> values_at(const std::vector<Eigen::VectorXd>& points) {
+    std::vector<std::optional<std::vector<FigureValue>>> found(points.size());
+    linalg::for_each_index(points.size(), 0, [&](std::size_t i) {
+      found[i] = figures_of_(design::Machine(posterior_.at(points[i]), posterior_.known_to_hz()));
+    });
+    std::vector<Eigen::VectorXd> columns;
+    for (std::size_t i = 0; i < points.size(); ++i) {
+      constexpr double kRounding = 1.0 + 1e-9;
+      const bool inside = points[i].norm() <= kRounding * radius_;
+      if (found[i]) {
+        columns.push_back(column_of(*found[i]));
+        if (inside) count(columns.back());
+      } else {
+        unstable_ = unstable_ || inside;
+        columns.emplace_back(Eigen::VectorXd::Constant(static_cast<Eigen::Index>(worst_.size()), kUnknown));
+      }
+    }
+    return columns;
+  }
+
+  [[nodiscard]] static Eigen::VectorXd column_of(const std::vector<FigureValue>& values) {
+    Eigen::VectorXd column(static_cast<Eigen::Index>(values.size()));
+    for (std::size_t f = 0; f < values.size(); ++f) {
+      const double sign = is_worse_when_less(f) ? -1.0 : 1.0;
+      column(static_cast<Eigen::Index>(f)) = sign * values[f].value.value_or(absent_value(f));
+    }
+    return column;
+  }
+
+  /// What is once unknown stays so.
+  void count(const Eigen::VectorXd& column) {
+    worst_.resize(static_cast<std::size_t>(column.size()), -std::numeric_limits<double>::infinity());
+    for (std::size_t f = 0; f < worst_.size(); ++f) {
+      const double value = column(static_cast<Eigen::Index>(f));
+      if (std::isnan(value) || value > worst_[f]) worst_[f] = value;
+    }
+  }
+
+  /// Slopes of every figure (rows) at every point; nothing where one is unstable. The steps are wide, since
+  /// settling moves by whole samples and swings.
+  std::vector<Eigen::MatrixXd> slopes_at(const std::vector<Eigen::VectorXd>& points) {
+    constexpr double kStep = 0.25;
+    values_at(points);
+    if (unstable_) return {};
+    const Eigen::Index dimension = posterior_.dimension();
+    std::vector<Eigen::VectorXd> beside;
+    for (const auto& point : points)
+      for (Eigen::Index i = 0; i < dimension; ++i)
+        for (const double step : {kStep, -kStep}) {
+          beside.push_back(point);
+          beside.back()(i) += step;
+        }
+    const auto values = values_at(beside);
+    if (unstable_) return {};
+    std::vector<Eigen::MatrixXd> slopes;
+    for (std::size_t p = 0; p < points.size(); ++p) {
+      Eigen::MatrixXd slope(static_cast<Eigen::Index>(worst_.size()), dimension);
+      for (Eigen::Index i = 0; i < dimension; ++i) {
+        const auto at = 2 * (p * static_cast<std::size_t>(dimension) + static_cast<std::size_t>(i));
+        slope.col(i) = (values[at] - values[at + 1]) / (2.0 * kStep);
+      }
+      slopes.push_back(std::move(slope));
+    }
+    return slopes;
+  }
+
+  const design::Posterior& posterior_;
+  double radius_;
+  const FiguresOf& figures_of_;
+  std::vector<double> worst_;  ///< [figure], larger where worse.
+  bool unstable_ = false;
+};
+
+}  // namespace
+
+std::vector<std::optional<double>> worst_figures(const design::Posterior& posterior, double radius,
+                                                 const FiguresOf& figures_of) {
+  return WorstFigures(posterior, radius, figures_of).run();
+}
+
+double least_bandwidth_hz(const design::Posterior& posterior, double radius, const Law& law) {
+  std::size_t bandwidth = 0;
+  while (figure_name(bandwidth) != "load_bandwidth_hz") ++bandwidth;
+  const auto worst = worst_figures(
+      posterior, radius, [&](const design::Machine& machine) -> std::optional<std::vector<FigureValue>> {
+        const auto figures = design::figures_of(machine, law.linear, 0.3);
+        if (!figures.stable) return std::nullopt;
+        std::vector<FigureValue> values(figure_count());
+        values[bandwidth].value = figures.load_bandwidth_hz.value_or(0.0);
+        return values;
+      });
+  return bandwidth < worst.size() ? worst[bandwidth].value_or(0.0) : 0.0;
+}
+
+}  // namespace resonid::identification

@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <functional>
+#include <optional>
+#include <vector>
+
+#include "design/posterior.hpp"
+#include "identification/tune/figure_values.hpp"
+
+namespace resonid::identification {
+
+/// Every figure of one machine, in the order of figure_name(); nothing where its loop is unstable.
+using FiguresOf = std::function<std::optional<std::vector<FigureValue>>(const design::Machine&)>;
+
+/// The worst value of each figure over an ellipsoid, in the order of figure_name(): the least margin,
+/// crossover and bandwidth, the most of anything else. Along the gradient at the nominal machine to the edge,
+/// once more along the gradient there; the worst of all machines that were looked at counts
+/// (docs/methods/tune.md 7.2). Absent: not known of every machine that was looked at; nothing at all where
+/// one of them is unstable.
+[[nodiscard]] std::vector<std::optional<double>> worst_figures(const design::Posterior& posterior,
+                                                               double radius, const FiguresOf& figures_of);
+
+/// The least bandwidth of the load over an ellipsoid; 0 where a machine has none, or its loop is unstable.
+[[nodiscard]] double least_bandwidth_hz(const design::Posterior& posterior, double radius, const Law& law);
+
+}  // namespace resonid::identification
