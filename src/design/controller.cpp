@@ -40,6 +40,8 @@ Biquad::Coefficients Biquad::coefficients(double sample_time_s) const {
 
 data::TransferFunction FilteredPi::transfer_function(double sample_time_s) const {
   data::TransferFunction c{{kp + ki * sample_time_s, -kp}, {1.0, -1.0}, sample_time_s};
+  // A P has no integrator: its pole at 1, which nothing moves, would make every loop look unstable.
+  if (ki == 0.0) c = {{kp}, {1.0}, sample_time_s};
   for (const Biquad& biquad : biquads) {
     const auto filter = biquad.coefficients(sample_time_s);
     c.numerator = polynomial_product(c.numerator, filter.b);

@@ -254,6 +254,9 @@ std::optional<LargestGain> rough_gain(const Machines& machines, std::span<const 
   return best;
 }
 
+/// By what a bound may be exceeded between lines, relative.
+constexpr double kMetBetweenLines = 1e-9;
+
 std::optional<LargestGain> exact_gain(Machines& machines, std::span<const Biquad> biquads,
                                       const PidShape& shape, const Bounds& bounds, const Accuracy& accuracy) {
   GainSearch search(machines, biquads, shape, bounds);
@@ -263,10 +266,9 @@ std::optional<LargestGain> exact_gain(Machines& machines, std::span<const Biquad
   if (!best) return std::nullopt;
   const double distance = limit / accuracy.gains;
   search.zoom(*best, distance, accuracy.zooms);
-  constexpr double kMet = 1e-9;
   for (int round = 0; round < accuracy.exchanges; ++round) {
     best->exceeded = search.exchange(machines, *best);
-    if (best->exceeded <= kMet) break;
+    if (best->exceeded <= kMetBetweenLines) break;
     // The new lines take something off everywhere near the best.
     auto again = search.best_of(std::max(0.0, best->kp - distance), best->kp + distance, 20);
     if (!again) again = search.best_of(0.0, search.largest_proportional(), accuracy.gains);
@@ -297,6 +299,26 @@ std::optional<LargestGain> largest_integral_gain(Machines& machines, std::span<c
 std::optional<LargestGain> largest_pid_gain(Machines& machines, const PidShape& shape, const Bounds& bounds,
                                             const Accuracy& accuracy) {
   return exact_gain(machines, {}, shape, bounds, accuracy);
+}
+
+std::optional<LargestGain> largest_proportional_gain(Machines& machines, const Bounds& bounds,
+                                                     const Accuracy& accuracy) {
+  GainSearch search(machines, {}, {}, bounds);
+  LargestGain best{search.largest_proportional(), 0.0};
+  // What a smaller gain exceeds between lines may be met again at the largest: they are looked at once.
+  constexpr int kSmaller = 16;
+  bool looked_below = accuracy.exchanges == 0;
+  for (int round = 0; best.kp > 0.0 && std::isfinite(best.kp) && round < accuracy.exchanges; ++round) {
+    best.exceeded = search.exchange(machines, best);
+    if (best.exceeded <= kMetBetweenLines && looked_below) break;
+    if (best.exceeded <= kMetBetweenLines) {
+      for (int i = 1; i < kSmaller; ++i) search.exchange(machines, {best.kp * i / kSmaller, 0.0});
+      looked_below = true;
+    }
+    best.kp = search.largest_proportional();
+  }
+  if (!(best.kp > 0.0) || !std::isfinite(best.kp) || !search.is_stable(best)) return std::nullopt;
+  return best;
 }
 
 }  // namespace resonid::design

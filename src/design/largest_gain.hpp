@@ -11,8 +11,8 @@
 #include "design/controller.hpp"
 #include "design/machine.hpp"
 
-// The PI controller of the largest integral gain under bounds, exactly (docs/methods/tune.md 4; the idea is
-// that of Astrom et al. 1998 and of Yaniv and Nagurka 2003).
+// The PI controller of the largest integral gain under bounds, and the P of the largest gain, exactly
+// (docs/methods/tune.md 4; the idea is that of Astrom et al. 1998 and of Yaniv and Nagurka 2003).
 namespace resonid::design {
 
 /// A filtered derivative beside the proportional part, kp (1 + time_s D) with
@@ -53,7 +53,7 @@ class QuadraticRows {
   std::vector<double> q00_, q01_, q02_, q11_, q12_, q22_;
 };
 
-/// A PI controller at the largest integral gain.
+/// A PI controller at the largest integral gain, or a P at the largest gain.
 struct LargestGain {
   double kp = 0.0, ki = 0.0;
   double exceeded = 0.0;  ///< By what a bound is exceeded between lines, relative.
@@ -90,5 +90,10 @@ struct Machines {
                                                              const Bounds& bounds);
 [[nodiscard]] std::optional<LargestGain> rough_pid_gain(const Machines& machines, const PidShape& shape,
                                                         const Bounds& bounds);
+
+/// A P: the largest kp, with ki = 0, that is stable and within the bounds as every smaller one is. Nothing
+/// where no gain is. Lines at which a bound is nearly reached are added to `machines`.
+[[nodiscard]] std::optional<LargestGain> largest_proportional_gain(Machines& machines, const Bounds& bounds,
+                                                                   const Accuracy& accuracy = {});
 
 }  // namespace resonid::design

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <utility>
 
 #include "design/largest_gain.hpp"
@@ -192,8 +193,11 @@ ScheduleRun run_through(const MachineAt& machine_at, const GainSchedule& schedul
     const double way = static_cast<double>(k) / static_cast<double>(samples);
     const double position = stroke.from + way * length;
     const fit::DriveModel machine = machine_at(position);
-    // The sum of the controller counts in torque, so that other gains make no jump.
-    const ClosedLoop loop = closed_loop(fit::sampled_states(machine), states_of(schedule.at(position), step));
+    // The sum of the controller counts in torque, so that other gains make no jump; it stays a state where ki
+    // is 0 at some position.
+    auto gains = schedule.at(position);
+    gains.ki = std::max(gains.ki, std::numeric_limits<double>::min());
+    const ClosedLoop loop = closed_loop(fit::sampled_states(machine), states_of(gains, step));
     if (k == 0) state.setZero(loop.a.rows());
     const auto scales = twist_scales(machine);
     for (std::size_t i = 0; i < scales_before.size(); ++i)

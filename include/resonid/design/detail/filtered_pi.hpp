@@ -25,7 +25,8 @@ struct Biquad {
   [[nodiscard]] Coefficients coefficients(double sample_time_s) const;
 };
 
-/// C = (kp + ki Ts z/(z-1)) F, F the product of biquads (docs/methods/tune.md 1).
+/// C = (kp + ki Ts z/(z-1)) F, F the product of biquads (docs/methods/tune.md 1). Where ki is 0 there is no
+/// integrator, and no pole at 1.
 struct FilteredPi {
   double kp = 0.0;  ///< Nm/(rad/s)
   double ki = 0.0;  ///< Nm/rad
