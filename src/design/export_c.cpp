@@ -11,7 +11,7 @@ namespace resonid::design {
 namespace {
 
 constexpr std::string_view kCHeader =
-    R"(/* @name@: PI control of a @what@, designed by resonid. C99, no heap, no library.
+    R"(/* @name@: @law@ control of a @what@, designed by resonid. C99, no heap, no library.
  *
 @loop@ *   u = F (kp (b r - y) + sum of ki Ts (r - y))@and_torque@,   r, y in rad/s, u in Nm
  *
@@ -45,7 +45,7 @@ static inline @real@ @name@_step(@name@ *c, @arguments@) {
 )";
 
 constexpr std::string_view kCSetGains = R"(
-/* Other gains, without a jump of the torque. */
+/* Other gains, without a jump of the torque.@jump@ */
 static inline void @name@_set_gains(@name@ *c, @real@ kp, @real@ ki) {
   c->sum -= (kp - c->kp) * c->deviation;
   c->kp = kp;
@@ -238,6 +238,11 @@ expected<std::string> to_c(const ExportedController& design, CNumber type) {
       {"ki_ts", number(first.ki * design.sample_time_s)},
       {"weight", number(design.set_point_weight)},
       {"zero", number(0.0)},
+      {"law", law_word(design)},
+      {"jump", first.ki > 0.0
+                   ? ""
+                   : fmt::format("\n * Without ki the sum keeps what it takes for that, until {}_init().",
+                                 design.name)},
       {"what", cascaded ? "position" : "velocity"},
       {"loop", cascaded ? " *   r = kv (reference - position) + velocity feed-forward\n" : ""},
       {"and_torque", cascaded ? " + torque feed-forward" : ""},

@@ -11,7 +11,7 @@ namespace resonid::design {
 namespace {
 
 constexpr std::string_view kHalHead =
-    R"(# @name@: PI control of a @what@, designed by resonid, for LinuxCNC's pid@and_biquad@.
+    R"(# @name@: @law@ control of a @what@, designed by resonid, for LinuxCNC's pid@and_biquad@.
 # The period of @thread@ must be @period@ ns; at another one these gains@and_filters@ are wrong.
 # Connect @signals@, the torque (Nm), and the signal that enables:
 #   net @name@-@reference@ <= ...        net @name@-torque => ...
@@ -142,6 +142,7 @@ expected<std::string> to_hal(const ExportedController& design, const std::string
   TextValues values = {{"name", design.name},
                        {"thread", thread},
                        {"period", fmt::format("{:.0f}", period)},
+                       {"law", law_word(design)},
                        {"what", cascaded ? "position" : "velocity"},
                        {"signals", cascaded ? "the references, what was measured (rad, rad/s)"
                                             : "the reference and the measured velocity (rad/s)"},

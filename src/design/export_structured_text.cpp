@@ -9,7 +9,8 @@
 namespace resonid::design {
 namespace {
 
-constexpr std::string_view kStBlock = R"((* @name@: PI control of a @what@, designed by resonid. IEC 61131-3.
+constexpr std::string_view kStBlock =
+    R"((* @name@: @law@ control of a @what@, designed by resonid. IEC 61131-3.
 @loop@   u = F (kp (b r - y) + sum of ki Ts (r - y))@and_torque@
    F: product of biquads (@count@), transposed direct form II.
    To be called in every cycle of a task of @step@ s; in another one it gives no torque. *)
@@ -228,6 +229,7 @@ expected<std::string> to_structured_text(const ExportedController& design) {
   return filled_in(
       kStBlock,
       {{"name", design.name},
+       {"law", law_word(design)},
        {"torque", torque},
        {"what", cascaded ? "position" : "velocity"},
        {"loop", cascaded ? "   r = kv (reference - position) + velocity feed-forward\n" : ""},

@@ -212,6 +212,10 @@ std::string speed_comment(const ExportedController& design) {
                               : std::string();
 }
 
+std::string law_word(const ExportedController& design) {
+  return design.schedule.empty() && design.controller.ki == 0.0 ? "P" : "PI";
+}
+
 std::string filled_in(std::string_view text, const TextValues& values) {
   std::string filled;
   while (!text.empty()) {

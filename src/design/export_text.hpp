@@ -38,6 +38,9 @@ using CNumberText = std::function<std::string(double)>;
 /// speed.
 [[nodiscard]] std::string speed_comment(const ExportedController& design);
 
+/// "P" where there is no integral part, else "PI".
+[[nodiscard]] std::string law_word(const ExportedController& design);
+
 /// A text in which each @key@ is replaced by its value.
 using TextValues = std::vector<std::pair<std::string_view, std::string>>;
 [[nodiscard]] std::string filled_in(std::string_view text, const TextValues& values);

@@ -46,7 +46,7 @@ inline design::ExportedController exported_controller() {
 
 /// With and without filters, limit and set-point weight.
 inline std::vector<design::ExportedController> exported_variants() {
-  std::vector<design::ExportedController> all(5, exported_controller());
+  std::vector<design::ExportedController> all(6, exported_controller());
   all[1].controller.biquads.clear();
   all[2].torque_limit = 3.0;
   all[3].set_point_weight = 0.4;
@@ -54,6 +54,8 @@ inline std::vector<design::ExportedController> exported_variants() {
   all[4].controller.biquads.resize(1);
   all[4].set_point_weight = 0.0;
   all[4].name = "Axis_2";
+  all[5].controller = {all[5].controller.kp, 0.0, {}};  // a P
+  all[5].torque_limit = 3.0;
   return all;
 }
 

@@ -34,11 +34,12 @@ inline std::vector<double> simulated(const design::ExportedController& exported,
   for (const Sample& sample : samples) {
     const double error = sample.reference - sample.velocity;
     double u = main.c * x + main.d * error + weight.c * w + weight.d * sample.reference;
-    const double sum = x(0);
+    const bool sums = controller.ki != 0.0;
+    const double sum = sums ? x(0) : 0.0;
     x = (main.a * x + main.b * error).eval();
     w = (weight.a * w + weight.b * sample.reference).eval();
     const double limit = exported.torque_limit.value_or(INFINITY);
-    if ((u > limit && error >= 0.0) || (u < -limit && error <= 0.0)) x(0) = sum;
+    if (sums && ((u > limit && error >= 0.0) || (u < -limit && error <= 0.0))) x(0) = sum;
     torque.push_back(std::clamp(u, -limit, limit));
   }
   return torque;
