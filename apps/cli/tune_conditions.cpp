@@ -32,6 +32,8 @@ bool may_have_filters(const TuneCall& c) {
   return c.structure == Structure::automatic || c.structure == Structure::pi_biquads;
 }
 
+bool may_integrate(const TuneCall& c) { return c.structure != Structure::p; }
+
 constexpr std::string_view kNoCheck = "no --check, whose recording it is for";
 constexpr std::string_view kCheck = "--check RECORD with it";
 constexpr std::string_view kDesign = "a design: leave out --evaluate";
@@ -64,6 +66,8 @@ constexpr std::array kConditions = {
               "--structure cascade, or --evaluate of one, with it"},
     Condition{"overshoot", may_be_velocity_loop, "a position loop, which has no set-point weight",
               "a structure of a velocity loop"},
+    Condition{"overshoot", may_integrate, "a P, which has no set-point weight",
+              "a --structure with an integral part"},
     Condition{"overshoot", has_model, kNoModel, kModel},
     Condition{"step", has_model, kNoModel, kModel},
     Condition{"biquads", has_model, kNoModel, kModel},

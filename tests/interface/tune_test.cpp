@@ -217,7 +217,7 @@ TEST_F(TuneVerb, IsCheckedInTheWayThatTheResultWasIdentified) {
 
 /// What `tune --export json` writes is judged by `tune --evaluate` as it was designed.
 TEST_F(TuneVerb, JudgesWhatItExported) {
-  for (const std::string structure : {"pi", "pi+biquads", "pid", "cascade"}) {
+  for (const std::string structure : {"pi", "p", "pi+biquads", "pid", "cascade"}) {
     SCOPED_TRACE(structure);
     const std::string file = structure + ".json";
     auto done = run("tune result.json --draws 500 --structure " + structure +
@@ -234,7 +234,7 @@ TEST_F(TuneVerb, JudgesWhatItExported) {
       const auto &was = designed.at("figures"), &is = judged.at("figures");
       ASSERT_EQ(is.size(), was.size());
       // By the same bounds, but for |C S|, which a search limits for its filters.
-      if (structure == "pi" || structure == "cascade") {
+      if (structure == "pi" || structure == "p" || structure == "cascade") {
         EXPECT_EQ(judged.at("posterior"), designed.at("posterior"));
       }
       for (std::size_t i = 0; i < was.size(); ++i) {
@@ -354,6 +354,8 @@ TEST_F(TuneVerb, RefusesOptionsThatWouldBeIgnored) {
   EXPECT_NE(refused("result.json --shaper-limit 0.1").find("--shaper-limit: found with no --shaper"),
             std::string::npos);
   EXPECT_NE(refused("result.json --export-name x").find("required --export"), std::string::npos);
+  EXPECT_NE(refused("result.json --structure p --overshoot 0.1").find("--overshoot: found with a P"),
+            std::string::npos);
   EXPECT_NE(refused("result.json --structure cascade --overshoot 0.1")
                 .find("--overshoot: found with a position loop"),
             std::string::npos);

@@ -24,6 +24,7 @@ namespace resonid::identification {
 enum class ControllerStructure {
   automatic,      ///< PI, and PI with biquads: the one with the least error of the load.
   pi,             ///< Exactly the best one under the bounds.
+  p,              ///< Without an integral part: exactly the largest gain under the bounds.
   cascade,        ///< Position gain over PI.
   pi_biquads,     ///< PI with notches, leads or low-passes.
   pid,            ///< PI with a filtered derivative.
@@ -33,6 +34,7 @@ enum class ControllerStructure {
 inline constexpr EnumName<ControllerStructure> kControllerStructureNames[] = {
     {ControllerStructure::automatic, "auto"},
     {ControllerStructure::pi, "pi"},
+    {ControllerStructure::p, "p"},
     {ControllerStructure::cascade, "cascade"},
     {ControllerStructure::pi_biquads, "pi+biquads"},
     {ControllerStructure::pid, "pid"},

@@ -108,7 +108,7 @@ constexpr FindingKind kTune[] = {
     {"integral-with-dry-friction", "Integral part and dry friction", "tune", TrustEffect::keeps,
      "The machine has dry friction and the controller an integral part.",
      "At rest both make a slow limit cycle; the figures of the design are those of motion.",
-     "Try it with `.simulate`; hold the integral part at rest."},
+     "Try it with `.simulate`; hold the integral part at rest, or design without one (`.structure p`)."},
     {"simulation-beyond-bound", "Beyond a bound in the simulation", "tune", TrustEffect::withdraws,
      "On the drive of the simulation |S| exceeds its bound.",
      "That drive is not the identified one, or has a mode above the band that was measured.",

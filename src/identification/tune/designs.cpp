@@ -25,6 +25,12 @@ std::optional<Law> best_pi(design::Machines& machines, const design::Bounds& bou
   return law_of(design::FilteredPi{gains->kp, gains->ki, {}}, sample_time_of(machines));
 }
 
+std::optional<Law> best_p(design::Machines& machines, const design::Bounds& bounds) {
+  const auto gain = largest_proportional_gain(machines, bounds);
+  if (!gain) return std::nullopt;
+  return law_of(design::FilteredPi{gain->kp, 0.0, {}}, sample_time_of(machines));
+}
+
 std::optional<Law> best_cascade(design::Machines& machines, const design::Bounds& bounds) {
   const auto found = search_cascade(machines, bounds);
   if (!found) return std::nullopt;
@@ -113,6 +119,8 @@ class FilterDesigner {
 DesignFor design_for(ControllerStructure structure, const design::Bounds& bounds, std::size_t biquads,
                      std::uint64_t seed) {
   switch (structure) {
+    case ControllerStructure::p:
+      return [bounds](design::Machines& machines) { return best_p(machines, bounds); };
     case ControllerStructure::cascade:
       return [bounds](design::Machines& machines) { return best_cascade(machines, bounds); };
     case ControllerStructure::pi_biquads:
@@ -150,7 +158,8 @@ design::Bounds bounds_for(ControllerStructure structure, const TuneOptions& opti
     return bounds;
   }
   constexpr double kTimes = 2.0;  // docs/methods/tune.md 6.3
-  if (structure != ControllerStructure::pi && !bounds.controller_sensitivity)
+  const bool has_filter = structure != ControllerStructure::pi && structure != ControllerStructure::p;
+  if (has_filter && !bounds.controller_sensitivity)
     bounds.controller_sensitivity = kTimes * best_controller_sensitivity;
   return bounds;
 }

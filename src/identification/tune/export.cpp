@@ -12,6 +12,7 @@
 #include <utility>
 
 #include "identification/tune/figure_values.hpp"
+#include "identification/tune/law.hpp"
 
 namespace resonid::identification {
 namespace {
@@ -21,7 +22,7 @@ constexpr const char* kNoShaper = "must have been asked for: Klipper takes an in
 Error not_in_hal(std::string_view structure) {
   return Error{
       "structure",
-      fmt::format("must be a PI with or without biquads, or a cascade, for HAL, whose pid has no lag in "
+      fmt::format("must be a P, a PI with or without biquads, or a cascade, for HAL, whose pid has no lag in "
                   "its derivative and no polynomials, found {}; c, st and json take every structure",
                   structure)};
 }
@@ -154,8 +155,8 @@ std::string own_gains_comment(const Tuning& tuning) {
   } else {
     const auto& gains = *proposed.gains;
     const auto all = [&](double part, double integral_part) {
-      std::string words = fmt::format("kp {}, ki {}", with(part * gains.kp, own->units.kp),
-                                      with(integral_part * gains.ki, own->units.ki));
+      std::string words = "kp " + with(part * gains.kp, own->units.kp);
+      if (integrates(proposed.feedback)) words += ", ki " + with(integral_part * gains.ki, own->units.ki);
       if (proposed.derivative_gain)
         words += fmt::format(", kd {} (lag {:.4g} s)", with(part * *proposed.derivative_gain, own->units.kd),
                              *proposed.derivative_time_s);

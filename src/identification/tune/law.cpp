@@ -64,7 +64,7 @@ std::vector<double> quotient(const std::vector<double>& polynomial, double first
   return result;
 }
 
-/// With or without biquads.
+/// With or without biquads; a P is one whose ki is 0.
 bool is_pi(const TunedController& c) { return c.gains && !c.position_gain && !c.derivative_gain; }
 /// From reference to torque.
 design::FilteredPi weighted(const TunedController& c) {
@@ -98,7 +98,7 @@ ReferencePath reference_path(const Law& law, double sample_time_s) {
 
 Law law_of(const design::FilteredPi& controller, double sample_time_s) {
   Law law{design::LinearController(controller, sample_time_s)};
-  law.what.structure = controller.biquads.empty() ? "pi" : "pi+biquads";
+  law.what.structure = !controller.biquads.empty() ? "pi+biquads" : controller.ki > 0.0 ? "pi" : "p";
   law.what.name = words_of(controller);
   law.what.gains = controller;
   law.what.feedback = controller.transfer_function(sample_time_s);
@@ -146,6 +146,8 @@ Law law_of(const data::TransferFunction& controller) {
     const double kp = -n[1] / d[0], ki = (n[0] + n[1]) / d[0] / controller.sample_time_s;
     if (kp >= 0.0 && ki > 0.0) return law_of(design::FilteredPi{kp, ki, {}}, controller.sample_time_s);
   }
+  if (n.size() == 1 && d.size() == 1 && n[0] / d[0] > 0.0)
+    return law_of(design::FilteredPi{n[0] / d[0], 0.0, {}}, controller.sample_time_s);
   Law law{design::LinearController(controller)};
   law.what.name = "Controller";
   law.what.feedback = controller;
@@ -157,7 +159,7 @@ std::optional<Law> law_of(const data::TransferFunction& controller, double posit
   const Law velocity =
       law_of(data::TransferFunction{quotient(controller.numerator, 1.0 + position_gain * step, -1.0),
                                     quotient(controller.denominator, 1.0, -1.0), step});
-  if (!velocity.what.gains) return std::nullopt;
+  if (!velocity.what.gains || !(velocity.what.gains->ki > 0.0)) return std::nullopt;
   return law_of(design::Cascade{*velocity.what.gains, position_gain}, step);
 }
 
@@ -210,7 +212,10 @@ void set_weight(Law& law, double weight) {
 }
 
 void set_reference(Law& law, const std::vector<double>& numerator) {
-  if (is_pi(law.what) && law.what.gains->biquads.empty() && numerator.size() == 2 && law.what.gains->kp > 0.0)
+  const bool is_p = law.what.structure == "p" && law.what.gains->kp > 0.0;
+  if (is_p && numerator.size() == 1) return set_weight(law, numerator[0] / law.what.gains->kp);
+  if (!is_p && is_pi(law.what) && law.what.gains->biquads.empty() && numerator.size() == 2 &&
+      law.what.gains->kp > 0.0)
     return set_weight(law, -numerator[1] / law.what.gains->kp);
   law.what.gains.reset();  // b is no number of a filtered one that is given
   law.what.reference_numerator = numerator;

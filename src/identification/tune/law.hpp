@@ -26,7 +26,7 @@ struct Law {
 [[nodiscard]] Law law_of(const design::Rst& rst, double sample_time_s);
 /// Of a state feedback, by its states.
 [[nodiscard]] Law law_of(const design::ControllerStates& controller, double sample_time_s);
-/// Of any transfer function; a PI is known as one.
+/// Of any transfer function; a PI is known as one, and a P.
 [[nodiscard]] Law law_of(const data::TransferFunction& controller);
 
 /// A given cascade, C (1 + kv q); nothing where C is no PI.

@@ -194,8 +194,11 @@ Error bandwidth_out_of_reach(const TuneOptions& options, const std::vector<desig
   constexpr Looser kVelocity[] = {{1.4, 1.5}, {1.6, 1.3}, {1.6, 1.5}, {2.0, 1.5}, {2.0, 2.0}, {2.5, 3.0}};
   constexpr Looser kPosition[] = {{1.4, 1.2}, {1.6, 1.05}, {1.6, 1.2}, {2.0, 1.2}, {2.0, 1.5}, {2.5, 2.0}};
   const bool cascade = options.structure == ControllerStructure::cascade;
-  const auto structure = cascade ? ControllerStructure::cascade : ControllerStructure::pi;
-  const std::string what = cascade ? "cascade" : "PI";
+  const bool proportional = options.structure == ControllerStructure::p;
+  const auto structure = cascade        ? ControllerStructure::cascade
+                         : proportional ? ControllerStructure::p
+                                        : ControllerStructure::pi;
+  const std::string what = cascade ? "cascade" : proportional ? "P" : "PI";
   const double asked = cascade ? options.largest_position_transfer : options.largest_load_transfer;
   std::string could = "; no looser bounds reach it with a " + what;
   for (const auto& looser : cascade ? std::span(kPosition) : std::span(kVelocity)) {

@@ -138,16 +138,15 @@ class Remarks {
            hardest.peak_torque, *o.torque_limit);
     if (furthest.overshoot_percent > kRounding * 100.0 * o.overshoot && !c.position_gain)
       note("step-not-kept", Severity::info,
-           fmt::format(
-               "After a reference step the load overshoots by {:.3g} %{}, more than {:.3g} %, whatever the "
-               "set-point weight.",
-               furthest.overshoot_percent, furthest.where, 100.0 * o.overshoot),
+           fmt::format("After a reference step the load overshoots by {:.3g} %{}, more than {:.3g} %{}.",
+                       furthest.overshoot_percent, furthest.where, 100.0 * o.overshoot,
+                       integrates(c.feedback) ? ", whatever the set-point weight" : ""),
            furthest.overshoot_percent, 100.0 * o.overshoot);
   }
 
   /// Steps that would have to be followed for too long promise nothing of their end.
   void cut(const TunedController& c, std::string_view the) {
-    if (!c.stable || c.figure("load_step_peak") == nullptr || c.figure("reference_settling_s") != nullptr)
+    if (!c.stable || c.figure("load_step_peak") == nullptr || c.figure("reference_overshoot") != nullptr)
       return;
     const double end_s = kLongestSteps * t_.sample_time_s;
     const double settled_s = std::log(1e3) / -std::log(c.spectral_radius) * t_.sample_time_s;
@@ -254,8 +253,8 @@ class Remarks {
       return note(
           "integral-with-dry-friction", Severity::info,
           fmt::format("The machine has dry friction{}: with an integral part a position may hunt around "
-                      "its target, and the figures hold while it moves. Simulate it, or leave the "
-                      "integral part out at rest.",
+                      "its target, and the figures hold while it moves. Simulate it, leave the "
+                      "integral part out at rest, or design without one (.structure p).",
                       friction ? fmt::format(" ({:.3g} {})", friction->value, r.units.torque) : ""));
     }
   }

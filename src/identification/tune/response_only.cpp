@@ -169,7 +169,7 @@ expected<Tuning, Error> tune_by_response(const Result& result, const TuneOptions
   if (options.evaluate) {
     given = law_of(options.evaluate->sampled(step));
     if (!options.evaluate_reference.empty()) set_reference(*given, options.evaluate_reference);
-    if (!given->what.gains || options.evaluate_position_gain)
+    if (!given->what.gains || !(given->what.gains->ki > 0.0) || options.evaluate_position_gain)
       return refuse("evaluate", "must be a PI of velocity, to be judged by a response without a drive model");
   }
   auto found = given ? design::judged_by_response(*disks, *given->what.gains, bounds, load)

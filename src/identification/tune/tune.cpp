@@ -190,6 +190,7 @@ class Tuner {
         if (is_rigid()) return {Structure::pi};
         return {Structure::pi, Structure::pi_biquads};
       case Structure::pi:
+      case Structure::p:
       case Structure::cascade:
         return {options_.structure};
       default:
@@ -221,8 +222,10 @@ class Tuner {
     auto bounds = design_bounds(options_);
     auto sensitivity = best_controller_sensitivity(machines, bounds);
     if (!sensitivity) return tl::unexpected(out_of_reach(options_, nominal_, "no gain"));
-    if (auto limited = limit_noise(machines, bounds, *sensitivity); !limited)
-      return tl::unexpected(limited.error());
+    // By the best PI; the P is limited below, by its own noise.
+    if (options_.structure != Structure::p)
+      if (auto limited = limit_noise(machines, bounds, *sensitivity); !limited)
+        return tl::unexpected(limited.error());
     for (const Structure structure : structures()) {
       progress("designing: " + std::string(name_of(structure)));
       auto own = bounds_for(structure, options_, *sensitivity);
@@ -322,6 +325,7 @@ class Tuner {
     if (!law.what.gains && options_.torque_limit)
       limit_reference_torque(law, nominal_, *options_.torque_limit / options_.reference_step);
     if (!law.what.gains || law.what.position_gain) return;
+    if (!integrates(law.what.feedback)) return;  // it would but take the load further off its reference
     double weight = 1.0;
     for (const auto& machine : nominal_) weight = largest_weight(machine, law, options_, weight);
     set_weight(law, weight);
@@ -347,7 +351,7 @@ class Tuner {
       return tl::unexpected(out_of_reach(options_, nominal_, "no controller"));
     }
     const auto iae = [this](const TunedController& c) {
-      if (nominal_.size() > 1 && c.gains && !c.derivative_gain && !c.position_gain) {
+      if (nominal_.size() > 1 && c.gains && c.gains->ki > 0.0 && !c.derivative_gain && !c.position_gain) {
         double sum = 0.0;
         for (const auto& machine : nominal_) sum += load_step_iae(machine, *c.gains);
         return sum;

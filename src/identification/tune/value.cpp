@@ -100,7 +100,8 @@ std::string name_of_result(std::span<const Result> results, std::size_t i) {
 void add_value(Tuning& tuning, const std::vector<design::Machine>& machines,
                const std::vector<design::Posterior>& posteriors, const DesignedUnder& bounds) {
   const auto& proposed = tuning.proposed();
-  const bool is_filtered_pi = proposed.gains && !proposed.position_gain && !proposed.derivative_gain;
+  const bool is_filtered_pi =
+      proposed.gains && proposed.gains->ki > 0.0 && !proposed.position_gain && !proposed.derivative_gain;
   const auto curves = design::trade_offs(machines, {}, bounds.pi);
   tuning.over_sensitivity = curves.over_sensitivity;
   tuning.over_load_transfer = curves.over_load_transfer;

@@ -194,8 +194,9 @@ std::string first_step_sentence(const Tuning& t) {
   if (t.is_evaluation() || !t.proposed().gains) return {};
   TunedController soft = t.proposed();
   soft.gains->ki *= identification::kFirstIntegralGain / kFirstGain;
-  std::string text = "First step: half of kp and a quarter of ki, " +
-                     all_gains(soft, {gain_units(t.units.input, t.units.velocity), 1.0, kFirstGain});
+  std::string text =
+      (is_p(soft) ? "First step: half of kp, " : "First step: half of kp and a quarter of ki, ") +
+      all_gains(soft, {gain_units(t.units.input, t.units.velocity), 1.0, kFirstGain});
   if (const auto own = own_gains(t))
     text += "; in the recording's own units " + all_gains(soft, {own->units, own->factor, kFirstGain});
   return text +

@@ -141,7 +141,10 @@ std::string nominal_sentence(const Tuning& t) {
   if (!t.nominal || t.nominal->draws == 0) return {};
   const auto& n = *t.nominal;
   std::string gains;
-  if (n.gains && t.proposed().gains)
+  if (n.gains && t.proposed().gains && is_p(n))
+    gains = fmt::format("have kp {} in place of {} and ", three_digits(n.gains->kp),
+                        three_digits(t.proposed().gains->kp));
+  else if (n.gains && t.proposed().gains)
     gains = fmt::format("have ki {} in place of {} and ", three_digits(n.gains->ki),
                         three_digits(t.proposed().gains->ki));
   return fmt::format(

@@ -107,7 +107,8 @@ Table candidate_table(const Tuning& t) {
   for (const auto& [c, name] : compared_controllers(t)) {
     const bool first = &c == &t.candidates.front();
     table.rows.push_back({name, c.gains ? three_digits(c.gains->kp) : "",
-                          c.gains ? three_digits(c.gains->ki) : "", figure_cell(t, c, "sensitivity_peak"),
+                          c.gains && !is_p(c) ? three_digits(c.gains->ki) : "",
+                          figure_cell(t, c, "sensitivity_peak"),
                           are_alike(c, t.proposed()) ? figure_cell(t, c, "load_peak") : "",
                           figure_cell(t, c, "load_step_iae"), figure_cell(t, c, "noise_gain"),
                           percent_cell(c.draws > 0 ? std::optional(c.probability()) : std::nullopt),

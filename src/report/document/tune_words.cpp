@@ -116,13 +116,18 @@ ShownUnit shown_unit(const LoopFigure& figure) {
   return {1.0, figure.unit};
 }
 
+bool is_p(const TunedController& c) {
+  return c.gains && c.gains->ki == 0.0 && !c.position_gain && !c.derivative_gain;
+}
+
 std::string gains_text(const TunedController& c, const GainUnits& units, double factor) {
   if (!c.gains) return {};
   const auto with = [](double value, const std::string& unit) {
     return three_digits(value) + (unit.empty() ? "" : " " + unit);
   };
-  std::string text =
-      fmt::format("kp {}, ki {}", with(factor * c.gains->kp, units.kp), with(factor * c.gains->ki, units.ki));
+  std::string text = "kp " + with(factor * c.gains->kp, units.kp);
+  if (is_p(c)) return text;
+  text += ", ki " + with(factor * c.gains->ki, units.ki);
   if (c.gains->ki > 0.0) text += fmt::format(" (Ti {})", time_text(c.gains->kp / c.gains->ki));
   return text;
 }

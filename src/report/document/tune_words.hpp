@@ -48,7 +48,10 @@ struct ShownUnit {
 using identification::gain_units;
 using identification::GainUnits;
 
-/// "kp 2.11 Nm/(rad/s), ki 21.5 Nm/rad (Ti 98.1 ms)"; times `factor`.
+/// Whether it is its gain kp alone.
+[[nodiscard]] bool is_p(const identification::TunedController& controller);
+
+/// "kp 2.11 Nm/(rad/s), ki 21.5 Nm/rad (Ti 98.1 ms)", of a P kp alone; times `factor`.
 [[nodiscard]] std::string gains_text(const identification::TunedController& controller,
                                      const GainUnits& units, double factor = 1.0);
 

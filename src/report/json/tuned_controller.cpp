@@ -144,7 +144,7 @@ void describe(Fields& f, LoopFigure& figure) {
 
 void describe(Fields& f, TunedController& c) {
   f({"structure",
-     "\"pi\", \"cascade\", \"pi+biquads\", \"pid\", \"rst\", \"state-feedback\", \"running\" or "
+     "\"pi\", \"p\", \"cascade\", \"pi+biquads\", \"pid\", \"rst\", \"state-feedback\", \"running\" or "
      "\"given\""},
     c.structure);
   f({"name", "the same for people"}, c.name);

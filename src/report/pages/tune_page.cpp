@@ -60,17 +60,20 @@ Card exceeding_card(const Tuning& t) {
 }
 
 std::vector<Card> tune_cards(const Tuning& t) {
-  constexpr const char* kGains = "Gains kp, ki";
   const auto& c = t.proposed();
+  const std::string gains_name = is_p(c) ? "Gain kp" : "Gains kp, ki";
   std::vector<Card> cards;
   const auto units = gain_units(t.units.input, t.units.velocity);
   if (c.gains) {
-    Card card{kGains, three_digits(c.gains->kp) + ", " + three_digits(c.gains->ki), "", {}};
-    card.under = {units.kp + ", " + units.ki};
+    const auto both = [&](const std::string& kp, const std::string& ki) {
+      return is_p(c) ? kp : kp + ", " + ki;
+    };
+    Card card{gains_name, both(three_digits(c.gains->kp), three_digits(c.gains->ki)), "", {}};
+    card.under = {both(units.kp, units.ki)};
     if (const auto own = own_gains(t))
-      card.under.push_back(fmt::format("recorded: {} {}, {} {}", three_digits(own->factor * c.gains->kp),
-                                       own->units.kp, three_digits(own->factor * c.gains->ki),
-                                       own->units.ki));
+      card.under.push_back("recorded: " +
+                           both(three_digits(own->factor * c.gains->kp) + " " + own->units.kp,
+                                three_digits(own->factor * c.gains->ki) + " " + own->units.ki));
     if (c.gains->ki > 0.0) card.under.push_back("Ti " + time_text(c.gains->kp / c.gains->ki));
     if (c.position_gain) card.under.push_back(fmt::format("kv {} 1/s", three_digits(*c.position_gain)));
     cards.push_back(std::move(card));
@@ -85,7 +88,7 @@ std::vector<Card> tune_cards(const Tuning& t) {
     for (Card& card : cards) card.under.push_back(place);
   if (is_for_several(t))
     for (Card& card : cards)
-      if (card.name != kGains) card.under.push_back("machine of " + base_name(first_file(t)));
+      if (card.name != gains_name) card.under.push_back("machine of " + base_name(first_file(t)));
   if (c.draws > 0) cards.push_back(exceeding_card(t));
   return cards;
 }

@@ -707,7 +707,7 @@ TEST(Tune, DrawsACascadeAsItsFiguresSay) {
 
 /// Stays within the bounds on the linear machine, whatever way it was written down.
 TEST(Tune, EveryStructureHoldsItsBounds) {
-  for (const auto structure : {ControllerStructure::cascade, ControllerStructure::pid,
+  for (const auto structure : {ControllerStructure::p, ControllerStructure::cascade, ControllerStructure::pid,
                                ControllerStructure::rst, ControllerStructure::state_feedback}) {
     SCOPED_TRACE(name_of(structure));
     const auto tuning = tune(identified(), few_draws(structure));
@@ -721,6 +721,54 @@ TEST(Tune, EveryStructureHoldsItsBounds) {
         EXPECT_LE(*figure.worst, *figure.bound * 1.003) << figure.name;
       }
   }
+}
+
+/// The largest gain, without an integrator anywhere.
+TEST(Tune, AProportionalControllerIsOneGain) {
+  auto o = few_draws(ControllerStructure::p);
+  const auto tuning = tune(identified(), o);
+  ASSERT_TRUE(tuning) << message_of(tuning.error());
+  ASSERT_EQ(tuning->candidates.size(), 1U);
+  const auto& c = tuning->proposed();
+  EXPECT_EQ(c.name, "P");
+  ASSERT_TRUE(c.gains);
+  EXPECT_EQ(c.gains->ki, 0.0);
+  EXPECT_EQ(c.feedback.numerator, std::vector<double>{c.gains->kp});
+  EXPECT_EQ(c.feedback.denominator, std::vector<double>{1.0});
+  EXPECT_EQ(c.set_point_weight, 1.0);
+  EXPECT_TRUE(tuning->trusted);
+  EXPECT_EQ(c.figure("load_step_iae"), nullptr);
+  EXPECT_NE(c.figure("load_step_peak"), nullptr);
+  EXPECT_TRUE(tuning->experiment.empty());
+  EXPECT_FALSE(has_finding(*tuning, "promise-cut"));
+  // Without friction it comes to its reference, and settles there.
+  EXPECT_NE(c.figure("reference_settling_s"), nullptr);
+  // The nominal one is stiffer; both stay below the exact gain of |S| <= 1.4 alone, tests/unit/design.
+  ASSERT_TRUE(tuning->nominal);
+  EXPECT_GT(tuning->nominal->gains->kp, c.gains->kp);
+  EXPECT_LT(tuning->nominal->gains->kp, 2.2524);
+  for (const auto format :
+       {ExportFormat::c, ExportFormat::c_float, ExportFormat::structured_text, ExportFormat::hal}) {
+    const auto text = exported(*tuning, format);
+    ASSERT_TRUE(text) << name_of(format) << message_of(text.error());
+    EXPECT_NE(text->find(": P control of a velocity"), std::string::npos) << name_of(format);
+  }
+  EXPECT_NE(exported(*tuning, ExportFormat::hal)->find("-pid.Igain 0"), std::string::npos);
+  // Given, it is known as what it is.
+  auto judge = few_draws();
+  judge.evaluate = data::Controller(c.feedback);
+  const auto judged = tune(identified(), judge);
+  ASSERT_TRUE(judged) << message_of(judged.error());
+  EXPECT_EQ(judged->proposed().structure, "p");
+  EXPECT_EQ(judged->proposed().name, "P");
+  EXPECT_EQ(judged->proposed().exceeding, c.exceeding);
+  // With friction it stays off its reference: when it has settled is not told.
+  auto braked = identified();
+  braked.model->drive.parameters.viscous_friction = 0.3;
+  const auto off = tune(braked, o);
+  ASSERT_TRUE(off) << message_of(off.error());
+  EXPECT_EQ(off->proposed().figure("reference_settling_s"), nullptr);
+  EXPECT_FALSE(has_finding(*off, "promise-cut"));
 }
 
 /// A lag of the reference is no part of the loop: only the step's torque is another one.

@@ -251,6 +251,24 @@ TEST(TuneText, TellsFirstStepLimitsAndWhatUncertaintyCosts) {
   EXPECT_TRUE(holds(text, "The crossover is 0.48 of the anti-resonance (10.7 Hz)."));
 }
 
+/// One gain: no ki of 0, nor a quarter of it.
+TEST(TuneText, TellsAProportionalControllerByItsGain) {
+  auto t = test::tuning();
+  auto p = test::tuned_controller("p", "P", {2.2, 0.0, {}}, 1.0);
+  p.within = true;
+  std::erase_if(p.figures, [](const auto& f) { return f.name == "load_step_iae"; });
+  t.candidates = {p};
+  t.nominal = test::tuned_controller("p", "P", {2.4, 0.0, {}}, 1.0);
+  t.experiment.clear();
+  const auto text = text_of(sentences(t));
+  EXPECT_TRUE(holds(text, "Gains: kp 2.20 Nm/(rad/s)."));
+  EXPECT_TRUE(
+      holds(text, "First step: half of kp, kp 1.10 Nm/(rad/s); in the recording's own units kp 0.288 A/rpm"));
+  EXPECT_TRUE(holds(text, "have kp 2.40 in place of 2.20"));
+  EXPECT_FALSE(holds(text, "ki "));
+  EXPECT_FALSE(holds(text, "times stiffer"));
+}
+
 /// Where the delay alone is worth knowing, that is no better experiment which buys nothing.
 TEST(TuneText, TellsWhatOnlyAKnownDelayBuys) {
   auto t = test::tuning();
