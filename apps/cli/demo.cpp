@@ -9,8 +9,8 @@
 #include <resonid/identification/identify.hpp>
 #include <resonid/io/shipped_experiments.hpp>
 #include <resonid/plant/experiment.hpp>
+#include <resonid/report/detail/page.hpp>
 #include <resonid/report/json.hpp>
-#include <resonid/report/page.hpp>
 
 #include "brief.hpp"
 #include "help.hpp"

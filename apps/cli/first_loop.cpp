@@ -6,7 +6,7 @@
 #include <array>
 #include <nlohmann/json.hpp>
 #include <resonid/base/error_text.hpp>
-#include <resonid/identification/detail/first_loop.hpp>
+#include <resonid/identification/first_loop.hpp>
 #include <resonid/report/detail/tune.hpp>
 #include <utility>
 

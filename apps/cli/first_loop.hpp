@@ -2,7 +2,7 @@
 #pragma once
 
 #include <optional>
-#include <resonid/identification/detail/tune_export.hpp>
+#include <resonid/identification/tune_export.hpp>
 #include <string>
 #include <vector>
 

@@ -9,8 +9,8 @@
 #include <resonid/identification/identify.hpp>
 #include <resonid/identification/join.hpp>
 #include <resonid/io/csv.hpp>
+#include <resonid/report/detail/page.hpp>
 #include <resonid/report/json.hpp>
-#include <resonid/report/page.hpp>
 
 #include "brief.hpp"
 #include "errors.hpp"

@@ -14,8 +14,8 @@
 #include <resonid/io/experiment.hpp>
 #include <resonid/io/shipped_experiments.hpp>
 #include <resonid/plant/experiment.hpp>
+#include <resonid/report/detail/document.hpp>
 #include <resonid/report/detail/truth.hpp>
-#include <resonid/report/document.hpp>
 #include <resonid/report/json.hpp>
 
 #include "errors.hpp"

@@ -8,12 +8,8 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <resonid/base/error_text.hpp>
-#include <resonid/identification/detail/own_gains.hpp>
-#include <resonid/identification/detail/tune_check.hpp>
-#include <resonid/identification/detail/tune_export.hpp>
-#include <resonid/identification/detail/tune_rows.hpp>
-#include <resonid/identification/detail/tune_simulation.hpp>
 #include <resonid/identification/tune.hpp>
+#include <resonid/identification/tune_export.hpp>
 #include <resonid/io/controller_file.hpp>
 #include <resonid/io/detail/number_list.hpp>
 #include <resonid/io/experiment.hpp>
@@ -186,15 +182,9 @@ void check_record(CLI::App& verb, TuneVerb& o, identification::Tuning& tuning,
 
 /// What --controller and --evaluate read.
 expected<std::string> json_export(const identification::Tuning& tuning) {
-  if (const auto checked = identification::check_exportable(tuning); !checked)
-    return tl::unexpected(checked.error());
-  auto json = report::controller_json(tuning.proposed());
-  if (!tuning.trusted)
-    json["warning"] = "this design is not trusted; do not run it before its findings are cured";
-  if (const auto own = identification::own_gains(tuning))
-    json["recorded_units"] = {
-        {"input", tuning.input_unit}, {"output", tuning.output_unit}, {"gain", own->factor}};
-  return json.dump(2) + "\n";
+  const auto json = report::controller_json(tuning);
+  if (!json) return tl::unexpected(json.error());
+  return json->dump(2) + "\n";
 }
 
 /// All texts before the first is written.

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <resonid/identification/detail/tune_export.hpp>
+#include <resonid/identification/tune_export.hpp>
 #include <string>
 #include <vector>
 

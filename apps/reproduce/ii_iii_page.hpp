@@ -3,7 +3,7 @@
 
 #include <cstddef>
 #include <functional>
-#include <resonid/report/document.hpp>
+#include <resonid/report/detail/document.hpp>
 #include <string>
 #include <vector>
 

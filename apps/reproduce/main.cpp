@@ -16,7 +16,7 @@
 #include <nlohmann/json.hpp>
 #include <reproduce/reproduction.hpp>
 #include <resonid/io/detail/suggestion.hpp>
-#include <resonid/report/document.hpp>
+#include <resonid/report/detail/document.hpp>
 #include <string>
 #include <vector>
 

@@ -7,7 +7,7 @@
 #include <resonid/data/record.hpp>
 #include <resonid/data/transfer_function.hpp>
 #include <resonid/plant/experiment.hpp>
-#include <resonid/report/document.hpp>
+#include <resonid/report/detail/document.hpp>
 #include <string>
 #include <vector>
 

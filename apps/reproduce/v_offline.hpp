@@ -2,7 +2,7 @@
 #pragma once
 
 #include <cstddef>
-#include <resonid/report/document.hpp>
+#include <resonid/report/detail/document.hpp>
 
 namespace resonid::reproduction::v {
 

@@ -4,7 +4,7 @@
 #include <optional>
 #include <reproduce/reproduction.hpp>
 #include <resonid/data/frequency_response.hpp>
-#include <resonid/report/document.hpp>
+#include <resonid/report/detail/document.hpp>
 #include <string>
 #include <vector>
 

@@ -17,11 +17,14 @@
 #include <resonid/data/record.hpp>
 #include <resonid/identification/batch.hpp>
 #include <resonid/identification/compare.hpp>
+#include <resonid/identification/first_loop.hpp>
 #include <resonid/identification/identify.hpp>
 #include <resonid/identification/join.hpp>
 #include <resonid/identification/track.hpp>
 #include <resonid/identification/tune.hpp>
+#include <resonid/identification/tune_export.hpp>
 #include <resonid/identification/validate.hpp>
+#include <resonid/io/controller_file.hpp>
 #include <resonid/io/record_reader.hpp>
 #include <resonid/planning/plan.hpp>
 #include <resonid/plant/experiment.hpp>
@@ -69,6 +72,44 @@ using identification::CompareOptions;
 using identification::tune;
 using identification::TuneOptions;
 using identification::Tuning;
+
+/// Results for a gain schedule, TuneOptions::positions, from one result and the rows of a track.
+using identification::results_over_position;
+using identification::ResultsOverPosition;
+
+/// What the controller does on a simulated machine beside what was promised: the identified one, or that of
+/// any experiment. Put into Tuning::simulated.
+using identification::experiment_of;
+using identification::simulate_on;
+using identification::simulate_on_model;
+
+/// What a recording under the controller, identified, shows beside what was promised. Put into Tuning::check.
+using identification::check_on;
+using identification::TuningCheck;
+
+/// A loop soft enough to excite a machine in of which only inertias are known.
+using identification::first_loop;
+using identification::FirstLoop;
+using identification::FirstLoopOptions;
+
+/// The controller as C, structured text, LinuxCNC HAL or Klipper's lines, in SI units; what a format cannot
+/// express is refused, by check_exportable() before it is designed.
+using identification::check_exportable;
+using identification::exported;
+using identification::ExportFormat;
+using identification::ExportNames;
+
+/// What takes gains to the recording's own units, which Tuning::input_scale and the fields beside it tell.
+using identification::own_gains;
+using identification::OwnGains;
+
+/// The controller as the JSON file that read_controller(), and every option --controller, reads.
+[[nodiscard]] expected<std::string, Error> controller_json(const Tuning& tuning);
+[[nodiscard]] std::string controller_json(const FirstLoop& loop);
+
+/// A controller from such a file, from its text, or as "pi:KP,TI", for records of that sample time.
+using io::ControllerFile;
+using io::read_controller;
 
 /// The excitation that reaches the wanted accuracies within the drive's limits; of an identified drive, its
 /// model and noise are put in place of those of the options.

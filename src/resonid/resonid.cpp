@@ -4,13 +4,13 @@
 #include <resonid/io/experiment.hpp>
 #include <resonid/report/detail/batch.hpp>
 #include <resonid/report/detail/compare.hpp>
+#include <resonid/report/detail/page.hpp>
 #include <resonid/report/detail/plan.hpp>
 #include <resonid/report/detail/track.hpp>
 #include <resonid/report/detail/truth.hpp>
 #include <resonid/report/detail/tune.hpp>
 #include <resonid/report/detail/validate.hpp>
 #include <resonid/report/json.hpp>
-#include <resonid/report/page.hpp>
 #include <resonid/resonid.hpp>
 
 namespace resonid {
@@ -67,6 +67,15 @@ expected<Plan, Error> plan(const Result& identified, PlanOptions options) {
     drive.noise.innovation_variance = rms * rms;
   }
   return planning::make_plan(options);
+}
+
+expected<std::string, Error> controller_json(const Tuning& tuning) {
+  const auto json = report::controller_json(tuning);
+  if (!json) return unexpected(json.error());
+  return json->dump(2) + "\n";
+}
+std::string controller_json(const FirstLoop& loop) {
+  return report::controller_json(loop.controller).dump(2) + "\n";
 }
 
 expected<std::filesystem::path, Error> write_report(const std::filesystem::path& file, const Result& result,

@@ -6,8 +6,8 @@
 #include <cmath>
 #include <ostream>
 #include <resonid/base/error_text.hpp>
-#include <resonid/identification/detail/tune_rows.hpp>
 #include <resonid/identification/identify.hpp>
+#include <resonid/identification/track.hpp>
 #include <resonid/identification/tune.hpp>
 #include <resonid/io/shipped_experiments.hpp>
 #include <string>

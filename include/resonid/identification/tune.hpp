@@ -18,7 +18,13 @@
 #include <string_view>
 #include <vector>
 
+namespace resonid::plant {
+struct ExperimentConfig;
+}
+
 namespace resonid::identification {
+
+struct Track;
 
 /// What a controller is made of.
 enum class ControllerStructure {
@@ -274,5 +280,56 @@ struct Tuning {
 /// crossover outside the band that was identified.
 [[nodiscard]] expected<Tuning, Error> tune(std::span<const Result> results, const TuneOptions& options = {});
 [[nodiscard]] expected<Tuning, Error> tune(const Result& result, const TuneOptions& options = {});
+
+/// What tune() takes for a gain schedule: a result for each of some positions, ascending.
+struct ResultsOverPosition {
+  std::vector<double> positions;  ///< In the unit of the rows' position: TuneOptions::positions.
+  std::vector<Result> results;    ///< [position]
+};
+
+/// The machine over the position of its trusted rows, as a tracker of physical parameters gives them
+/// (docs/methods/tune.md 12). Stretches of position are halved until no inertia, stiffness or damping changes
+/// by more than 5 %, or than its error bars, within one. Each gives the result's model with the parameters
+/// of a straight line through its rows, in logarithms, over position, and as their covariance the mean of
+/// the rows' own plus the variance around that line: neither divided by the number of rows, since neighbours
+/// rest on the same samples. What is not tracked stays as the result has it. The first and the last position
+/// are those of the outermost rows.
+///
+/// Refused are rows without position or without the parameters of a two-mass drive, fewer than ten that are
+/// trusted, rows at one position only, rows of another machine or other units (a total inertia off by a
+/// factor of two), and gaps, or too few rows, over which a parameter changes by more than a
+/// fifth.
+[[nodiscard]] expected<ResultsOverPosition, Error> results_over_position(const Result& result,
+                                                                         const Track& rows);
+
+/// The identified machine as an experiment: its model, which must be there, with dry friction, lags, delay
+/// and torque limit.
+[[nodiscard]] plant::ExperimentConfig experiment_of(const Result& result, const TuneOptions& options);
+
+/// Runs the proposed controller, and the running one, on the drive of an experiment: a reference step, a step
+/// of the load's torque, and the motion of the experiment where it has one; without noise and excitation.
+/// What the loop does there stands beside what was promised. A drive on which the loop is unstable is a
+/// finding; anything else that the experiment does not allow is refused, and so is a design by a response.
+[[nodiscard]] expected<void, Error> simulate_on(Tuning& tuning, const plant::ExperimentConfig& experiment);
+
+/// The same on the identified machine; a model that cannot be simulated, or is not there, is a finding.
+void simulate_on_model(Tuning& tuning, const Result& result);
+
+/// Sets what was promised of the proposed (or judged) controller beside what a recording under it shows:
+/// `measured` is the result of that recording, identified with the controller and an excitation,
+/// `designed_for` the result that the controller was designed for. Lines are compared by L = Ru/U - 1 (of
+/// methods that smooth over lines: by controller times response), each with the error bars of both sides;
+/// margins likewise. Where they disagree the finding names the likely
+/// cause, by what differs between both models: the delay, the gain, the stiffness, the load, another mode.
+/// Refused: a result without excitation, of another sample time or other units; a design by a response, or
+/// of a gain schedule, which is no one loop.
+[[nodiscard]] expected<void, Error> check_on(Tuning& tuning, const Result& designed_for,
+                                             const Result& measured);
+
+/// For one controller for several results: the comparison with the machine that explains the recording best,
+/// which the finding `checked-machine` names. `measured[i]` is the result of that recording, identified with
+/// the delay of `designed_for[i]`.
+[[nodiscard]] expected<void, Error> check_on(Tuning& tuning, std::span<const Result> designed_for,
+                                             std::span<const Result> measured);
 
 }  // namespace resonid::identification

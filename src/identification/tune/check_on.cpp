@@ -7,8 +7,8 @@
 #include <resonid/base/constants.hpp>
 #include <resonid/base/detail/statistics.hpp>
 #include <resonid/identification/compare.hpp>
-#include <resonid/identification/detail/tune_check.hpp>
 #include <resonid/identification/options.hpp>
+#include <resonid/identification/tune.hpp>
 
 #include "design/normal.hpp"
 #include "identification/tune/checks.hpp"
@@ -387,6 +387,15 @@ TunedController promised_on(const Tuning& tuning, const Result& designed_for) {
   return with_figures(law, {robust, tuning.units, o.reference_step, kIntervalDraws, false});
 }
 
+expected<void, Error> check_promised(const Tuning& tuning, std::span<const Result> designed_for) {
+  const auto has_model = [](const Result& r) { return r.model.has_value(); };
+  if (tuning.machines.empty() || !std::ranges::all_of(designed_for, has_model))
+    return refuse("check", "needs a design from a drive model: this one rests on a response");
+  if (tuning.schedule)
+    return refuse("check", "needs the controller of one place, found a schedule; give .evaluate");
+  return {};
+}
+
 expected<void, Error> check_comparable(const Tuning& tuning, const Result& measured) {
   if (!measured.measured_loop || measured.measured_loop->frequency_hz.empty())
     return refuse("check",
@@ -427,6 +436,7 @@ std::string file_of_machine(const Tuning& tuning, std::span<const Result> result
 }  // namespace
 
 expected<void, Error> check_on(Tuning& tuning, const Result& designed_for, const Result& measured) {
+  if (auto checked = check_promised(tuning, {&designed_for, 1}); !checked) return checked;
   if (auto checked = check_comparable(tuning, measured); !checked) return checked;
   const TunedController promised = tuning.proposed();
   Checker(tuning, promised, designed_for, measured).run();
@@ -440,6 +450,7 @@ expected<void, Error> check_on(Tuning& tuning, std::span<const Result> designed_
   if (measured.empty() || measured.size() != designed_for.size())
     return refuse("check", fmt::format("was identified {} times, required once for each of {} results",
                                        measured.size(), designed_for.size()));
+  if (auto checked = check_promised(tuning, designed_for); !checked) return checked;
   for (const Result& r : measured)
     if (auto checked = check_comparable(tuning, r); !checked) return checked;
   const auto findings = tuning.findings;

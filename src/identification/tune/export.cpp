@@ -5,9 +5,8 @@
 
 #include <algorithm>
 #include <cctype>
-#include <resonid/identification/detail/first_loop.hpp>
-#include <resonid/identification/detail/own_gains.hpp>
-#include <resonid/identification/detail/tune_export.hpp>
+#include <resonid/identification/first_loop.hpp>
+#include <resonid/identification/tune_export.hpp>
 #include <type_traits>
 #include <utility>
 

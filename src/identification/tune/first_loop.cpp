@@ -3,7 +3,7 @@
 
 #include <cmath>
 #include <resonid/base/constants.hpp>
-#include <resonid/identification/detail/first_loop.hpp>
+#include <resonid/identification/first_loop.hpp>
 
 #include "identification/tune/law.hpp"
 

@@ -4,7 +4,8 @@
 #include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
-#include <resonid/identification/detail/tune_rows.hpp>
+#include <resonid/identification/track.hpp>
+#include <resonid/identification/tune.hpp>
 #include <utility>
 
 namespace resonid::identification {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include <resonid/identification/detail/own_gains.hpp>
+#include <resonid/identification/tune_export.hpp>
 
 namespace resonid::identification {
 

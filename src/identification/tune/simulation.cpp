@@ -2,10 +2,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cassert>
 #include <cmath>
 #include <resonid/base/error_text.hpp>
-#include <resonid/identification/detail/tune_simulation.hpp>
+#include <resonid/identification/tune.hpp>
 #include <resonid/plant/detail/simulation_error.hpp>
+#include <resonid/plant/experiment.hpp>
 
 #include "design/feed_forward.hpp"
 #include "identification/tune/checks.hpp"
@@ -460,6 +462,7 @@ class Simulator {
 }  // namespace
 
 ExperimentConfig experiment_of(const Result& result, const TuneOptions& options) {
+  assert(result.model);
   ExperimentConfig config;
   const auto& model = *result.model;
   config.drive = drive_config(model.drive);
@@ -481,11 +484,15 @@ ExperimentConfig experiment_of(const Result& result, const TuneOptions& options)
 }
 
 expected<void, Error> simulate_on(Tuning& tuning, const ExperimentConfig& experiment) {
+  if (tuning.machines.empty())
+    return refuse("simulate", "needs a design from a drive model: this one rests on a response");
   return Simulator(tuning, experiment).run();
 }
 
 void simulate_on_model(Tuning& tuning, const Result& result) {
-  const auto done = simulate_on(tuning, experiment_of(result, tuning.options));
+  const auto done = result.model
+                        ? simulate_on(tuning, experiment_of(result, tuning.options))
+                        : expected<void, Error>(refuse("model", "must be a drive's: the result has none"));
   if (!done)
     tuning.findings.push_back({"not-simulated",
                                diagnostics::Severity::info,

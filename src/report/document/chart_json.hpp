@@ -2,7 +2,7 @@
 #pragma once
 
 #include <nlohmann/json_fwd.hpp>
-#include <resonid/report/document.hpp>
+#include <resonid/report/detail/document.hpp>
 
 namespace resonid::report {
 

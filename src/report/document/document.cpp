@@ -3,7 +3,7 @@
 #include <array>
 #include <cmath>
 #include <nlohmann/json.hpp>
-#include <resonid/report/document.hpp>
+#include <resonid/report/detail/document.hpp>
 
 #include "report/document/chart_json.hpp"
 #include "report/document/document_cells.hpp"

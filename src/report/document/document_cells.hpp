@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <resonid/report/document.hpp>
+#include <resonid/report/detail/document.hpp>
 #include <string>
 #include <string_view>
 #include <vector>

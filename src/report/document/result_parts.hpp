@@ -2,7 +2,7 @@
 #pragma once
 
 #include <resonid/diagnostics/finding.hpp>
-#include <resonid/report/document.hpp>
+#include <resonid/report/detail/document.hpp>
 #include <vector>
 
 namespace resonid::report {

@@ -191,4 +191,15 @@ nlohmann::json controller_json(const TunedController& c) {
   return j;
 }
 
+expected<nlohmann::json> controller_json(const Tuning& t) {
+  if (const auto checked = check_exportable(t); !checked) return tl::unexpected(checked.error());
+  if (const auto checked = check_exportable(t.options, identification::ExportFormat::json); !checked)
+    return tl::unexpected(checked.error());
+  auto j = controller_json(t.proposed());
+  if (!t.trusted) j["warning"] = "this design is not trusted; do not run it before its findings are cured";
+  if (const auto own = own_gains(t))
+    j["recorded_units"] = {{"input", t.input_unit}, {"output", t.output_unit}, {"gain", own->factor}};
+  return j;
+}
+
 }  // namespace resonid::report

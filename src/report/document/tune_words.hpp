@@ -2,9 +2,9 @@
 #pragma once
 
 #include <optional>
-#include <resonid/identification/detail/own_gains.hpp>
 #include <resonid/identification/tune.hpp>
-#include <resonid/report/document.hpp>
+#include <resonid/identification/tune_export.hpp>
+#include <resonid/report/detail/document.hpp>
 #include <string>
 #include <string_view>
 #include <vector>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include <limits>
-#include <resonid/identification/detail/own_gains.hpp>
+#include <resonid/identification/tune_export.hpp>
 
 #include "report/json/results.hpp"
 

@@ -2,7 +2,7 @@
 #pragma once
 
 #include <resonid/data/frequency_response.hpp>
-#include <resonid/report/document.hpp>
+#include <resonid/report/detail/document.hpp>
 #include <resonid/response/detail/power_spectrum.hpp>
 #include <span>
 #include <string>

@@ -4,8 +4,8 @@
 #include <cstdio>
 #include <cstdlib>
 #include <nlohmann/json.hpp>
-#include <resonid/report/document.hpp>
-#include <resonid/report/page.hpp>
+#include <resonid/report/detail/document.hpp>
+#include <resonid/report/detail/page.hpp>
 
 #include "report/document/document_cells.hpp"
 #include "report/pages/html.hpp"

@@ -8,7 +8,7 @@
 #include <cmath>
 #include <limits>
 #include <resonid/diagnostics/detail/finding_catalogue.hpp>
-#include <resonid/report/page.hpp>
+#include <resonid/report/detail/page.hpp>
 #include <utility>
 
 #include "report/document/document_cells.hpp"

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <cstdio>
 #include <nlohmann/json.hpp>
-#include <resonid/report/page.hpp>
+#include <resonid/report/detail/page.hpp>
 #include <string>
 
 #include "report/pages/page_data.hpp"

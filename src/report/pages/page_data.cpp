@@ -6,7 +6,7 @@
 #include <charconv>
 #include <cmath>
 #include <nlohmann/json.hpp>
-#include <resonid/report/page.hpp>
+#include <resonid/report/detail/page.hpp>
 #include <vector>
 
 namespace resonid::report {

@@ -2,7 +2,7 @@
 #pragma once
 
 #include <resonid/identification/track.hpp>
-#include <resonid/report/document.hpp>
+#include <resonid/report/detail/document.hpp>
 #include <string>
 #include <vector>
 

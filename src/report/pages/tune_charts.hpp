@@ -2,7 +2,7 @@
 #pragma once
 
 #include <resonid/identification/tune.hpp>
-#include <resonid/report/document.hpp>
+#include <resonid/report/detail/document.hpp>
 
 // Pictures of the page of a tuning: the loop and its steps, the proposed controller before the running one.
 namespace resonid::report {

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <numbers>
 #include <resonid/base/error_text.hpp>
-#include <resonid/identification/detail/first_loop.hpp>
+#include <resonid/identification/first_loop.hpp>
 #include <string>
 
 namespace resonid::identification {

@@ -6,7 +6,8 @@
 #include <functional>
 #include <limits>
 #include <resonid/base/error_text.hpp>
-#include <resonid/identification/detail/tune_rows.hpp>
+#include <resonid/identification/track.hpp>
+#include <resonid/identification/tune.hpp>
 #include <string>
 
 namespace resonid::identification {

@@ -9,10 +9,9 @@
 #include <random>
 #include <resonid/base/constants.hpp>
 #include <resonid/base/error_text.hpp>
-#include <resonid/identification/detail/tune_check.hpp>
-#include <resonid/identification/detail/tune_export.hpp>
-#include <resonid/identification/detail/tune_simulation.hpp>
 #include <resonid/identification/tune.hpp>
+#include <resonid/identification/tune_export.hpp>
+#include <resonid/plant/experiment.hpp>
 #include <vector>
 
 #include "design/figures.hpp"

@@ -4,8 +4,8 @@
 #include <cmath>
 #include <limits>
 #include <nlohmann/json.hpp>
+#include <resonid/report/detail/document.hpp>
 #include <resonid/report/detail/provenance.hpp>
-#include <resonid/report/document.hpp>
 #include <string>
 
 #include "page_data.hpp"

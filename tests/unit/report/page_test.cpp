@@ -3,7 +3,7 @@
 
 #include <nlohmann/json.hpp>
 #include <regex>
-#include <resonid/report/page.hpp>
+#include <resonid/report/detail/page.hpp>
 #include <string>
 
 #include "page_data.hpp"

@@ -7,8 +7,8 @@
 #include <nlohmann/json.hpp>
 #include <resonid/base/error_text.hpp>
 #include <resonid/io/controller_file.hpp>
+#include <resonid/report/detail/page.hpp>
 #include <resonid/report/detail/tune.hpp>
-#include <resonid/report/page.hpp>
 #include <sstream>
 
 #include "tunings.hpp"
@@ -125,6 +125,22 @@ TEST(TuneJson, ServesAsAControllerFile) {
   EXPECT_EQ(to_json(least).at("reference_numerator"), json({0.5}));
   EXPECT_EQ(io::read_controller(to_json(least).dump(), 0.002)->reference_numerator,
             std::vector<double>({0.5}));
+}
+
+TEST(TuneJson, WritesAControllerThatMayBeTakenAway) {
+  auto t = least_tuning();
+  t.candidates[0].stable = true;
+  t.trusted = true;
+  EXPECT_EQ(controller_json(t).value(), controller_json(t.proposed()));
+  t.trusted = false;
+  t.input_scale = 2.0;
+  EXPECT_TRUE(controller_json(t)->contains("warning"));
+  EXPECT_EQ(controller_json(t)->at("recorded_units").at("gain"), 2.0);
+  t.options.positions = {0.0, 1.0};
+  EXPECT_EQ(controller_json(t).error().field, "schedule");
+  t.options.positions.clear();
+  t.candidates[0].stable = false;
+  EXPECT_EQ(controller_json(t).error().field, "evaluate");
 }
 
 TEST(TuneJson, TellsTheCoefficientsOfBiquads) {

@@ -2,8 +2,8 @@
 #include <gtest/gtest.h>
 
 #include <resonid/report/detail/batch.hpp>
+#include <resonid/report/detail/document.hpp>
 #include <resonid/report/detail/typography.hpp>
-#include <resonid/report/document.hpp>
 #include <resonid/report/json.hpp>
 
 #include "results.hpp"

@@ -161,6 +161,87 @@ TEST_F(FrontDoor, ReadsTheTuningThatItWrote) {
   std::filesystem::remove(file);
 }
 
+TuneOptions few_draws() {
+  TuneOptions options;
+  options.structure = identification::ControllerStructure::pi;
+  options.draws = 500;
+  return options;
+}
+
+TEST_F(FrontDoor, DesignsAControllerAndTakesItAway) {
+  const auto wanted = few_draws();
+  ASSERT_TRUE(check_exportable(wanted, ExportFormat::c));
+  EXPECT_EQ(check_exportable(wanted, ExportFormat::klipper).error().field, "shaper");
+  Tuning tuning = tune(*result_, wanted).value();
+  simulate_on_model(tuning, *result_);
+  EXPECT_EQ(tuning.simulated.size(), 3U);  // a step of the reference, one of the load, a motion
+  EXPECT_EQ(tuning.simulated.front().what, "reference step");
+
+  ExportNames names;
+  names.name = "loop";
+  EXPECT_NE(exported(tuning, ExportFormat::c, names).value().find("loop_step"), std::string::npos);
+  EXPECT_FALSE(exported(tuning, ExportFormat::klipper));
+  const ControllerFile law = read_controller(controller_json(tuning).value(), 0.002).value();
+  EXPECT_EQ(law.structure, "pi");
+  EXPECT_EQ(law.numerator, tuning.proposed().feedback.numerator);
+  EXPECT_EQ(law.denominator, tuning.proposed().feedback.denominator);
+  EXPECT_FALSE(read_controller(controller_json(tuning).value(), 0.001));
+
+  EXPECT_FALSE(own_gains(tuning));
+  tuning.input_scale = 2.0;
+  tuning.input_unit = "A";
+  tuning.output_unit = "rad/s";
+  const OwnGains own = own_gains(tuning).value();
+  EXPECT_EQ(own.factor, 2.0);
+  EXPECT_EQ(own.units.kp, "A/(rad/s)");
+  EXPECT_NE(controller_json(tuning)->find("recorded_units"), std::string::npos);
+  tuning.candidates.front().stable = false;
+  EXPECT_EQ(controller_json(tuning).error().field, "evaluate");
+}
+
+// The machine again, under the new controller.
+TEST_F(FrontDoor, ChecksADesignOnARecording) {
+  Tuning tuning = tune(*result_, few_draws()).value();
+  auto experiment = published(2);
+  experiment.controller = {};
+  experiment.controller.kind = plant::ControllerKind::transfer_function;
+  experiment.controller.numerator = tuning.proposed().feedback.numerator;
+  experiment.controller.denominator = tuning.proposed().feedback.denominator;
+  const auto after = simulate(experiment).value();
+  const auto measured =
+      identify(after.record, {.controller = tuning.proposed().feedback, .delay_s = 0.004}).value();
+  ASSERT_TRUE(check_on(tuning, *result_, measured));
+  const TuningCheck& check = tuning.check.value();
+  EXPECT_TRUE(check.agrees) << check.cause;
+  EXPECT_GT(check.judged_lines, 10U);
+
+  auto scheduled = tuning;
+  scheduled.schedule.emplace();
+  EXPECT_EQ(check_on(scheduled, *result_, measured).error().field, "check");
+  scheduled.schedule.reset();
+  scheduled.machines.clear();  // as a design by a response
+  EXPECT_EQ(check_on(scheduled, *result_, measured).error().field, "check");
+  EXPECT_EQ(simulate_on(scheduled, experiment_of(*result_, few_draws())).error().field, "simulate");
+  Result bare = *result_;
+  bare.model.reset();
+  EXPECT_EQ(check_on(tuning, bare, measured).error().field, "check");
+  simulate_on_model(tuning, bare);
+  EXPECT_EQ(tuning.findings.back().id, "not-simulated");
+  EXPECT_EQ(results_over_position(bare, Track{}).error().field, "results");
+}
+
+TEST(FirstLoopOfTheFrontDoor, IsTakenAwayBeforeThereIsAResult) {
+  FirstLoopOptions known;
+  known.motor_inertia = 0.032;
+  known.total_inertia = 0.064;
+  known.sample_rate_hz = 500.0;
+  known.delay_s = 0.004;
+  const FirstLoop loop = first_loop(known).value();
+  EXPECT_NE(exported(loop, ExportFormat::structured_text).value().find("FUNCTION_BLOCK"), std::string::npos);
+  EXPECT_EQ(read_controller(controller_json(loop), 0.002).value().numerator,
+            loop.controller.feedback.numerator);
+}
+
 TEST_F(FrontDoor, RefusesWrongCalls) {
   auto options = known();
   options.confidence = 1.5;

@@ -4,7 +4,7 @@
 #include <optional>
 #include <resonid/identification/batch.hpp>
 #include <resonid/identification/join.hpp>
-#include <resonid/report/document.hpp>
+#include <resonid/report/detail/document.hpp>
 #include <resonid/report/json.hpp>
 #include <string>
 

@@ -4,7 +4,7 @@
 #include <optional>
 #include <resonid/data/transfer_function.hpp>
 #include <resonid/identification/compare.hpp>
-#include <resonid/report/document.hpp>
+#include <resonid/report/detail/document.hpp>
 #include <resonid/report/json.hpp>
 #include <string>
 #include <vector>

@@ -6,7 +6,7 @@
 #include <optional>
 #include <resonid/data/record.hpp>
 #include <resonid/identification/detail/inspect.hpp>
-#include <resonid/report/document.hpp>
+#include <resonid/report/detail/document.hpp>
 #include <resonid/report/json.hpp>
 #include <string>
 #include <vector>

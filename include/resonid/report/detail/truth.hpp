@@ -3,7 +3,7 @@
 
 #include <resonid/diagnostics/margins.hpp>
 #include <resonid/plant/experiment.hpp>
-#include <resonid/report/document.hpp>
+#include <resonid/report/detail/document.hpp>
 
 namespace resonid::report {
 

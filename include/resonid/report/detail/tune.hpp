@@ -3,7 +3,7 @@
 
 #include <nlohmann/json_fwd.hpp>
 #include <resonid/identification/tune.hpp>
-#include <resonid/report/document.hpp>
+#include <resonid/report/detail/document.hpp>
 #include <resonid/report/json.hpp>
 #include <string>
 #include <vector>
@@ -25,5 +25,9 @@ namespace resonid::report {
 /// A controller as io::read_controller() takes it: {numerator, denominator, sample_time_s, structure}, and
 /// `reference_numerator` where the reference goes its own way, `position_gain` of a cascade.
 [[nodiscard]] nlohmann::json controller_json(const identification::TunedController& controller);
+
+/// The proposed controller likewise, with a warning of a design that is not trusted and the factor to the
+/// recording's own units. Refused: one that is unstable on the identified machine, and a gain schedule.
+[[nodiscard]] expected<nlohmann::json> controller_json(const identification::Tuning& tuning);
 
 }  // namespace resonid::report

@@ -3,7 +3,7 @@
 
 #include <resonid/base/expected.hpp>
 #include <resonid/identification/validate.hpp>
-#include <resonid/report/document.hpp>
+#include <resonid/report/detail/document.hpp>
 #include <resonid/report/json.hpp>
 #include <string>
 #include <vector>

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <optional>
 #include <resonid/base/enum_names.hpp>
 #include <resonid/base/expected.hpp>
 #include <resonid/identification/tune.hpp>
@@ -39,8 +40,27 @@ struct ExportNames {
 
 /// The proposed controller as text for another controller, with the torque limit of the options
 /// (docs/methods/tune.md 16). Refused, and never approximated: what the target cannot express. A design that
-/// is not trusted begins with a warning. Not json, which report::controller_json() writes.
+/// is not trusted begins with a warning. Not json, which resonid::controller_json() writes.
 [[nodiscard]] expected<std::string> exported(const Tuning& tuning, ExportFormat format,
                                              const ExportNames& names = {});
+
+/// Units of proportional, integral and derivative gain: "Nm/(rad/s)", "Nm/rad", "Nm/(rad/s2)"; "A/rpm",
+/// "A/(rpm s)", "A s/rpm".
+struct GainUnits {
+  std::string kp, ki, kd;
+};
+/// Empty where one of the units is.
+[[nodiscard]] GainUnits gain_units(const std::string& input, const std::string& velocity);
+
+/// Gains as the drive takes them: with the scales of the recording undone.
+struct OwnGains {
+  double factor = 1.0;  ///< What every gain, and every term of a numerator, is multiplied by.
+  GainUnits units;      ///< Empty where nothing tells them.
+};
+/// Nothing where the recording is in the units of the result itself.
+[[nodiscard]] std::optional<OwnGains> own_gains(const Tuning& tuning);
+
+/// The first step of a proposed controller on a machine: half of every gain, a quarter of an integral one.
+inline constexpr double kFirstGain = 0.5, kFirstIntegralGain = 0.25;
 
 }  // namespace resonid::identification

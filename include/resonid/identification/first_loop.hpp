@@ -3,8 +3,8 @@
 
 #include <optional>
 #include <resonid/base/expected.hpp>
-#include <resonid/identification/detail/tune_export.hpp>
 #include <resonid/identification/tune.hpp>
+#include <resonid/identification/tune_export.hpp>
 #include <string>
 
 namespace resonid::identification {
@@ -34,7 +34,7 @@ struct FirstLoop {
 /// more, wherever it lies.
 [[nodiscard]] expected<FirstLoop, Error> first_loop(const FirstLoopOptions& options);
 
-/// As text for another controller. Not json, which report::controller_json() writes, nor klipper.
+/// As text for another controller. Not json, which resonid::controller_json() writes, nor klipper.
 [[nodiscard]] expected<std::string> exported(const FirstLoop& loop, ExportFormat format,
                                              const ExportNames& names = {});
 
