@@ -67,6 +67,16 @@ std::vector<design::ExperimentValue> value_for_several(const std::vector<design:
   return design::values_of_experiments(told, value_at, value_of(proposed));
 }
 
+/// Structures that are searched are not searched again for less uncertainty: what there is without any is
+/// known.
+std::vector<design::ExperimentValue> value_by_nominal(const Tuning& tuning) {
+  if (!tuning.nominal || !tuning.nominal->stable) return {};
+  const auto* now = tuning.proposed().figure("load_step_iae");
+  const auto* without = tuning.nominal->figure("load_step_iae");
+  if (now == nullptr || without == nullptr) return {};
+  return {{0.0, 0.0, without->value, 0.0}, {1.0, 0.0, now->value, 1.0}};
+}
+
 /// Up to where the machines must be known for this controller to be small enough above, at most to the
 /// Nyquist frequency.
 double needed_band_hz(const std::vector<design::Machine>& machines, const BestPi& pi) {
@@ -105,15 +115,17 @@ void add_value(Tuning& tuning, const std::vector<design::Machine>& machines,
   const auto curves = design::trade_offs(machines, {}, bounds.pi);
   tuning.over_sensitivity = curves.over_sensitivity;
   tuning.over_load_transfer = curves.over_load_transfer;
+  if (!is_filtered_pi) {
+    tuning.experiment = value_by_nominal(tuning);
+    return;
+  }
   if (posteriors.size() > 1) {
-    if (is_filtered_pi)
-      tuning.experiment = value_for_several(posteriors, *proposed.gains, bounds.proposed, proposed.radius);
+    tuning.experiment = value_for_several(posteriors, *proposed.gains, bounds.proposed, proposed.radius);
     return;
   }
   const auto& posterior = posteriors.front();
-  if (is_filtered_pi)
-    tuning.experiment = design::value_of_experiment(posterior, proposed.gains->biquads, bounds.proposed,
-                                                    proposed.radius, &*proposed.gains);
+  tuning.experiment = design::value_of_experiment(posterior, proposed.gains->biquads, bounds.proposed,
+                                                  proposed.radius, &*proposed.gains);
 }
 
 void add_value_of_band(Tuning& tuning, const std::vector<design::Machine>& machines,

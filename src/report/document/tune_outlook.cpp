@@ -64,6 +64,18 @@ std::string known_delay_sentence(const Tuning& t, const ExperimentValue& now) {
                      three_digits(known->ki), 100.0 * less_than(now, *known));
 }
 
+/// A command ends its line, so that it can be copied.
+void put_plans(const Tuning& t, std::vector<std::string>& list) {
+  for (std::size_t i = 0; i < t.machines.size(); ++i) {
+    const auto accuracy = half_deviations(t.machines[i]);
+    if (accuracy.empty()) continue;
+    const std::string of_which = t.machines.size() > 1 ? fmt::format(", of machine {}", i + 1) : "";
+    list.push_back("To plan one that halves the standard deviations" + of_which + ": resonid plan .model " +
+                   (i < t.results.size() ? t.results[i] : std::string("RESULT.json")) + " .accuracy " +
+                   accuracy);
+  }
+}
+
 void put_experiment(const Tuning& t, std::vector<std::string>& list) {
   const ExperimentValue* now = nullptr;
   for (const auto& value : t.experiment)
@@ -75,9 +87,10 @@ void put_experiment(const Tuning& t, std::vector<std::string>& list) {
     if (value.factor >= 1.0) continue;
     const double less = less_than(*now, value);
     most = std::max(most, less);
-    text +=
-        fmt::format("{}{} ki could be {}, and the load step's IAE {:.0f} % smaller", text.empty() ? "" : "; ",
-                    variance_words(value), three_digits(value.ki), std::max(0.0, 100.0 * less));
+    text += fmt::format("{}{} ", text.empty() ? "" : "; ", variance_words(value));
+    if (value.ki > 0.0) text += fmt::format("ki could be {}, and ", three_digits(value.ki));
+    text += fmt::format("the load step's IAE {}{:.0f} % smaller", value.ki > 0.0 ? "" : "could be ",
+                        std::max(0.0, 100.0 * less));
   }
   if (text.empty()) return;
   constexpr double kWorthWhile = 0.03;  // of the load's error: less is lost in everything else
@@ -90,12 +103,8 @@ void put_experiment(const Tuning& t, std::vector<std::string>& list) {
   }
   list.push_back("What a better experiment would buy: " + text + "." +
                  (by_delay.empty() ? "" : " " + by_delay));
-  const auto accuracy = t.machines.empty() ? std::string() : half_deviations(t.machines.front());
-  // A command ends its line, so that it can be copied.
-  if (!accuracy.empty())
-    list.push_back("To plan one that halves them: resonid plan .model " +
-                   (t.results.empty() ? std::string("RESULT.json") : t.results.front()) + " .accuracy " +
-                   accuracy);
+  // A delay that was told is part of "no uncertainty at all", and no experiment changes it.
+  if (now->ki > 0.0 || (!t.delay_std_assumed && !t.options.delay_std_s)) put_plans(t, list);
 }
 
 /// How quickly the gains may change.

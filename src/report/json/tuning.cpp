@@ -237,17 +237,19 @@ void describe(Fields& f, Tuning& t) {
   f({"nominal", "the first candidate's structure, designed without regard to uncertainty"}, t.nominal);
   describe_trade_off(f, {"over_sensitivity", "what the bound on |S| costs"}, t.over_sensitivity);
   describe_trade_off(f, {"over_load_transfer", "what the bound on |T_load| costs"}, t.over_load_transfer);
-  f.list({"experiment", "what a better experiment would buy"}, !t.experiment.empty(), t.experiment,
-         [&](auto& v) {
-           f({"variance_factor", "of every variance", "", not_negative}, v.factor);
-           f.unless(1.0,
-                    {"delay_variance_factor",
-                     "of the delay's, which no experiment changes where it was told; absent: as it is", "",
-                     not_negative},
-                    v.delay_factor);
-           f({"ki", "integral gain that would then be possible"}, v.ki);
-           f({"iae", "error of the load after a torque step of 1"}, v.iae);
-         });
+  f.list(
+      {"experiment", "what a better experiment would buy"}, !t.experiment.empty(), t.experiment,
+      [&](auto& v) {
+        f({"variance_factor", "of every variance", "", not_negative}, v.factor);
+        f.unless(1.0,
+                 {"delay_variance_factor",
+                  "of the delay's, which no experiment changes where it was told; absent: as it is", "",
+                  not_negative},
+                 v.delay_factor);
+        f({"ki", "integral gain that would then be possible; 0: of a structure that is not designed again"},
+          v.ki);
+        f({"iae", "error of the load after a torque step of 1"}, v.iae);
+      });
   describe_schedule(f, t.schedule);
   describe_mode(f, {"shaped_mode", "mode of the closed loop that the shapers are for"}, t.shaped_mode);
   describe_mode(f, {"second_shaped_mode", "the other one, where they are for two"}, t.second_shaped_mode);

@@ -186,8 +186,8 @@ Section controllers_section(const Tuning& t) {
     Table table{
         "What a better experiment would buy", {"variance", "of the delay", "ki", "IAE of the load step"}, {}};
     for (const auto& v : t.experiment)
-      table.rows.push_back(
-          {variance_cell(v.factor), variance_cell(v.delay_factor), three_digits(v.ki), three_digits(v.iae)});
+      table.rows.push_back({variance_cell(v.factor), variance_cell(v.delay_factor),
+                            v.ki > 0.0 ? three_digits(v.ki) : "", three_digits(v.iae)});
     s.plain_tables.push_back(std::move(table));
   }
   return s;

@@ -285,6 +285,22 @@ TEST(TuneText, TellsAProportionalControllerByItsGain) {
   EXPECT_FALSE(holds(text, "times stiffer"));
 }
 
+/// Structures that are searched are not designed again for less uncertainty.
+TEST(TuneText, TellsWhatIsLostToUncertaintyByAnyStructure) {
+  auto t = test::tuning();
+  t.candidates.front().derivative_gain = 0.01;
+  t.experiment = {{0.0, 0.0, 0.0400, 0.0}, {1.0, 0.0, 0.0500, 1.0}};
+  auto text = text_of(sentences(t));
+  EXPECT_TRUE(
+      holds(text,
+            "What a better experiment would buy: with no uncertainty at all the load step's IAE could "
+            "be 20 % smaller."))
+      << text;
+  EXPECT_FALSE(holds(text, "resonid plan")) << text;  // the delay is assumed
+  t.delay_std_assumed = false;
+  EXPECT_TRUE(holds(text_of(sentences(t)), "resonid plan .model"));
+}
+
 /// Where the delay alone is worth knowing, that is no better experiment which buys nothing.
 TEST(TuneText, TellsWhatOnlyAKnownDelayBuys) {
   auto t = test::tuning();

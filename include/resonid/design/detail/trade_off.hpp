@@ -7,7 +7,7 @@ namespace resonid::design {
 /// variance `delay_factor` times.
 struct ExperimentValue {
   double factor = 1.0;
-  double ki = 0.0;   ///< Nm/rad
+  double ki = 0.0;   ///< Nm/rad; 0: of a structure that is not designed again.
   double iae = 0.0;  ///< That of the nominal machine's load after a load step, rad.
   double delay_factor = 1.0;
 };
