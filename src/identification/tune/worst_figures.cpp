@@ -22,18 +22,21 @@ class WorstFigures {
 
   std::vector<std::optional<double>> run() {
     const std::vector<Eigen::VectorXd> centre = {Eigen::VectorXd::Zero(posterior_.dimension())};
-    auto slopes = slopes_at(centre);
-    if (slopes.empty()) return {};
-    std::vector<Edge> edges;
-    for (Eigen::Index f = static_cast<Eigen::Index>(design::kTransfers.size()); f < slopes.front().rows();
-         ++f)
-      add_edge(edges, slopes.front(), f);
-    slopes = slopes_at(places_of(edges));
+    const Eigen::VectorXd nominal = values_at(centre).front();
     if (unstable_) return {};
-    std::vector<Edge> again;
+    const auto slopes = slopes_at(centre);
+    if (unstable_) return {};
+    std::vector<Edge> edges;
+    for (auto f = static_cast<Eigen::Index>(design::kTransfers.size()); f < nominal.size(); ++f)
+      add_edge(edges, slopes.front(), f);
+    const auto reached = values_at(places_of(edges));
+    if (unstable_) return {};
     for (std::size_t e = 0; e < edges.size(); ++e)
-      for (const Eigen::Index f : edges[e].figures) add_edge(again, slopes[e], f);
-    values_at(places_of(again));
+      std::erase_if(edges[e].figures, [&](Eigen::Index f) {
+        return is_as_foreseen(reached[e](f) - nominal(f), radius_ * slopes.front().row(f).norm());
+      });
+    std::erase_if(edges, [](const Edge& edge) { return edge.figures.empty(); });
+    look_again_from(edges);
     if (unstable_) return {};
     std::vector<std::optional<double>> worst;
     for (const double value : worst_)
@@ -43,16 +46,34 @@ class WorstFigures {
   }
 
  private:
-  /// Where the figures that have brought us there go, all of them at once as far as they agree.
+  /// Where the slopes of some figures lead to, one place for those that agree.
   struct Edge {
     Eigen::VectorXd place;
     std::vector<Eigen::Index> figures;
   };
 
+  /// A figure that is nearly linear is worst where its slope leads to.
+  static bool is_as_foreseen(double change, double foreseen) {
+    constexpr double kNear = 0.1;
+    return std::abs(change - foreseen) <= kNear * foreseen;
+  }
+
+  void look_again_from(std::vector<Edge> edges) {
+    constexpr int kRounds = 2;
+    for (int round = 0; round < kRounds && !edges.empty(); ++round) {
+      const auto slopes = slopes_at(places_of(edges));
+      std::vector<Edge> again;
+      for (std::size_t e = 0; e < edges.size(); ++e)
+        for (const Eigen::Index f : edges[e].figures) add_edge(again, slopes[e], f);
+      values_at(places_of(again));
+      edges = std::move(again);
+    }
+  }
+
   void add_edge(std::vector<Edge>& edges, const Eigen::MatrixXd& slopes, Eigen::Index figure) const {
     constexpr double kSame = 0.98;  // cosine
     const Eigen::VectorXd along = slopes.row(figure).transpose();
-    if (!along.allFinite() || !(along.norm() > 0.0)) return;
+    if (!along.allFinite() || !(radius_ * along.norm() > 0.0)) return;
     const Eigen::VectorXd place = radius_ * along.normalized();
     const auto same = std::ranges::find_if(
         edges, [&](const Edge& other) { return other.place.dot(place) > kSame * radius_ * radius_; });
@@ -105,12 +126,10 @@ class WorstFigures {
     }
   }
 
-  /// Slopes of every figure (rows) at every point; nothing where one is unstable. The steps are wide, since
-  /// settling moves by whole samples and swings.
+  /// Slopes of every figure (rows) at every point, by wide steps, since settling moves by whole samples and
+  /// swings; unknown beside an unstable machine.
   std::vector<Eigen::MatrixXd> slopes_at(const std::vector<Eigen::VectorXd>& points) {
     constexpr double kStep = 0.25;
-    values_at(points);
-    if (unstable_) return {};
     const Eigen::Index dimension = posterior_.dimension();
     std::vector<Eigen::VectorXd> beside;
     for (const auto& point : points)
@@ -120,7 +139,6 @@ class WorstFigures {
           beside.back()(i) += step;
         }
     const auto values = values_at(beside);
-    if (unstable_) return {};
     std::vector<Eigen::MatrixXd> slopes;
     for (std::size_t p = 0; p < points.size(); ++p) {
       Eigen::MatrixXd slope(static_cast<Eigen::Index>(worst_.size()), dimension);

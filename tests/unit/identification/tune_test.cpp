@@ -513,7 +513,8 @@ TEST(Tune, ARigidModelLeavesRoomForTheCompliance) {
 }
 
 /// Machines of the ellipsoid's skin and inside, drawn by a generator of this test: none is worse than what
-/// stands as the worst by more than a twentieth of its distance from the identified machine.
+/// stands as the worst by more than a twentieth of its distance from the identified machine and a thousandth
+/// of it.
 TEST(Tune, KnowsTheWorstOfEveryFigureOverItsEllipsoid) {
   const auto tuning = tune(identified(), few_draws());
   ASSERT_TRUE(tuning) << message_of(tuning.error());
@@ -549,14 +550,17 @@ TEST(Tune, KnowsTheWorstOfEveryFigureOverItsEllipsoid) {
     const auto* figure = c.figure(kind.name);
     ASSERT_TRUE(figure && figure->worst) << kind.name;
     const double from = kind.sign * figure->value, to = kind.sign * *figure->worst;
-    EXPECT_GE(to - from, 0.95 * (kind.seen - from)) << kind.name;
-    EXPECT_LE(to - from, 1.6 * (kind.seen - from)) << kind.name;  // and it is one of them
+    const double little = 1e-3 * std::abs(from);
+    EXPECT_GE(to - from, 0.95 * (kind.seen - from) - little) << kind.name;
+    EXPECT_LE(to - from, 1.6 * (kind.seen - from) + little) << kind.name;  // and it is one of them
   }
-  for (const auto* name : {"reference_settling_s", "reference_peak_torque", "reference_rms_torque"}) {
+  for (const auto* name : {"reference_settling_s", "reference_rms_torque", "reference_overshoot"}) {
     const auto* figure = c.figure(name);
     ASSERT_TRUE(figure && figure->worst) << name;
     EXPECT_GT(*figure->worst, figure->value) << name;
   }
+  // The first sample's, whatever the machine.
+  EXPECT_NEAR(*c.figure("reference_peak_torque")->worst, value_of(c, "reference_peak_torque"), 1e-9);
 }
 
 TEST(Tune, SaysWhichBoundCouldBeMetInstead) {
@@ -923,7 +927,7 @@ Result sized(double times) {
 TEST(Tune, SchedulesMachinesThatNoSinglePiSuits) {
   const std::vector<Result> results = {sized(1.0), sized(1.2), sized(1.44)};
   auto o = few_draws();
-  o.least_bandwidth_hz = 0.9 * value_of(tune(results.front(), o)->proposed(), "load_bandwidth_hz");
+  o.least_bandwidth_hz = 0.85 * value_of(tune(results.front(), o)->proposed(), "load_bandwidth_hz");
   ASSERT_FALSE(tune(results, o));  // what is small enough for the one is too slow for the other
   o.positions = {0.0, 0.5, 1.0};
   o.largest_speed = 0.2;
