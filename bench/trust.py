@@ -3,14 +3,15 @@
 """How often a trusted result of `identify` is wrong: kinds of experiment, several seeds each, against the truth of the simulation.
 
     bench/trust.py PROGRAM [--seeds 10] [--first 0] [--jobs 2] [--only REGEX] [--class conform|beyond|fault] [--draw SALT]
-                   [--markdown FILE] [--json FILE] [--list] [--no-baseline] [--no-tune] [--tune-structure pi] [--fail-beyond 5]
+                   [--markdown FILE] [--json FILE] [--list] [--no-baseline] [--no-tune] [--tune-structure pi] [--tune-evaluate] [--identify-with "--model none"] [--fail-beyond 5]
     bench/trust.py PROGRAM --merge FILE ... --markdown FILE    tables of the --json of runs made in parts
 
 PROGRAM is the command line tool; the kinds stand in trust_kinds.py. A figure (inertias, stiffness, damping, friction, torque lag, resonances,
 crossover, margins) counts as wrong when it is further from the truth than 3 of its own standard deviations and 1e-6 of its value; of a machine
 that changes by more than 1 %, from either end of its course. A record is identified with what a user would tell: controller and delay where the experiment has
 them. For every trusted result `tune` designs a controller (a PI, or --tune-structure), which is judged on the true machine (trust_tune.py): stable, and inside the bounds of
-|S| and |T_load|; --no-tune leaves it out. One that is unstable there makes exit code 1. --draw draws other machines. A kind whose experiment this
+|S| and |T_load|; --no-tune leaves it out. With --tune-evaluate the gains of a PI are also
+judged, times 1 to 6, as given controllers: those that `tune` calls sure are looked at on the true machine. One that is unstable there makes exit code 1. --draw draws other machines. A kind whose experiment this
 PROGRAM cannot simulate is skipped, and said.
 """
 import argparse
@@ -143,7 +144,7 @@ def outcome_of(options, simulate, kind, seed):
             controller = {**truth["controller"], "numerator": [kind.told_controller * b for b in truth["controller"]["numerator"]]}
             (folder / "c.json").write_text(json.dumps(controller), encoding="utf-8")
             told += ["--controller", "c.json"]
-        code, said, seconds = limited([options.program, "identify", "r.csv", "--json", "i.json", *told], folder, options.limit)
+        code, said, seconds = limited([options.program, "identify", "r.csv", "--json", "i.json", *told, *options.identify_with.split()], folder, options.limit)
         if options.keep:
             kept = pathlib.Path(options.keep) / re.sub(r"[^\w.]+", "_", f"{kind.name}_{seed}")
             shutil.copytree(folder, kept, dirs_exist_ok=True)
@@ -183,7 +184,31 @@ def of_tuning(options, folder, truth, config):
         found |= judge(tuning, truth, config)
     except (ValueError, KeyError) as error:
         return {**found, "as": "failed", "why": str(error)}
-    return {**found, "as": "unstable" if found["spectral_radius"] >= 1.0 else "inside" if found["beyond"] <= 1.0 else "outside"}
+    if options.tune_evaluate:
+        found["given"] = given_judged(options, folder, tuning, draws, truth, config)
+    return {**found, "as": seen_as(found)}
+
+
+def seen_as(found):
+    return "unstable" if found["spectral_radius"] >= 1.0 else "inside" if found["beyond"] <= 1.0 else "outside"
+
+
+def given_judged(options, folder, tuning, draws, truth, config):
+    """The proposed PI times some factors as given controllers: of those that `tune` calls sure, what they are on the true machine."""
+    gains, step, judged = tuning["candidates"][0].get("gains"), 1.0 / config["run"]["sample_rate_hz"], []
+    if not gains or not gains.get("ki"):
+        return judged
+    for factor in (1.0, 1.5, 2.5, 4.0, 6.0):
+        kp, ki = factor * gains["kp"], factor * gains["ki"]
+        given = {"numerator": [kp + ki * step, -kp], "denominator": [1.0, -1.0], "sample_time_s": step}
+        (folder / "g.json").write_text(json.dumps(given), encoding="utf-8")
+        code, _, _ = limited([options.program, "tune", "i.json", "--evaluate", "g.json", *draws, "--json", "e.json", "--quiet"], folder, options.limit)
+        if code:
+            continue
+        judgement = json.loads((folder / "e.json").read_text(encoding="utf-8"))
+        if judgement["trusted"]:
+            judged.append({"factor": factor, "as": seen_as(judge(judgement, truth, config))})
+    return judged
 
 
 def against_baseline(baseline, names, rows, rate, result, truth):
@@ -312,6 +337,8 @@ def main():
     parser.add_argument("--no-baseline", dest="baseline", action="store_false")
     parser.add_argument("--no-tune", dest="tune", action="store_false")
     parser.add_argument("--tune-structure", default="pi", help="what tune designs: pi (the quickest), auto, pid, rst ...")
+    parser.add_argument("--tune-evaluate", action="store_true", help="judge stiffer ones too, as given controllers")
+    parser.add_argument("--identify-with", default="", help="further options of identify, as one word: '--model none'")
     parser.add_argument("--tune-draws", type=int, default=2000, help="machines that a tuning counts its confidence on")
     parser.add_argument("--fail-beyond", type=float, default=math.inf, help="exit code 1 when a trusted figure is further off")
     options = parser.parse_args()
@@ -345,7 +372,8 @@ def main():
         real = ["", *recordings(options.program)] if options.baseline else []
         path.write_text("\n".join([before, *table.totals(), "", *table.coverage(), *real, "", *Table.HEAD, *table.rows]) + "\n", encoding="utf-8")
     gross = [n for n, k in table.kinds.items() for o in k["outcomes"] if o["status"] == "trusted" and beyond(o, options.fail_beyond)]
-    unstable = [n for n, k in table.kinds.items() for o in k["outcomes"] if o.get("tuned", {}).get("as") == "unstable"]
+    unstable = [n for n, k in table.kinds.items() for o in k["outcomes"] if "tuned" in o
+                and (o["tuned"]["as"] == "unstable" or any(g["as"] == "unstable" for g in o["tuned"].get("given", [])))]
     if unstable:
         sys.exit(f"a controller was proposed that is unstable on the true machine: {', '.join(sorted(set(unstable)))}")
     if gross:

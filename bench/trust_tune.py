@@ -232,4 +232,12 @@ def summary(tunings):
     return [f"- PI controllers tuned for trusted results, on the true machine: proposed {share(len(proposed), len(tunings))}; of these stable "
             f"{share(count(('inside', 'outside')), len(proposed))}, inside both bounds {', '.join(inside)}",
             f"- of those outside, beyond a bound by: {', '.join(f'{100.0 * (b - 1.0):.2g} %' for b in off) or 'none'}",
+            *given_lines([g for _, t in tunings for g in t.get("given", [])], share),
             *[f"- not proposed, {n}x: {why}" for why, n in reasons.most_common()]]
+
+
+def given_lines(given, share):
+    if not given:
+        return []
+    count = lambda what: share(sum(g["as"] == what for g in given), len(given))
+    return [f"- given controllers that were called sure, on the true machine: inside {count('inside')}, outside {count('outside')}, unstable {count('unstable')}"]
