@@ -3,18 +3,15 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <resonid/base/constants.hpp>
 
 #include "design/disk_loop.hpp"
+#include "design/ends_of_lines.hpp"
 
 namespace resonid::design {
 namespace {
 
 using Complex = std::complex<double>;
-constexpr double kNever = std::numeric_limits<double>::infinity();
-/// |L| at the last line: beyond it the response may be anything up to twice what it would be.
-constexpr double kLargestAtEnd = 0.5;
 
 class DiskSearch {
  public:
@@ -75,9 +72,7 @@ class DiskSearch {
   /// a stable loop it ends at 0 (the argument principle).
   [[nodiscard]] bool is_told_stable(const Gains& gains) const {
     constexpr double kMostTurnDeg = 90.0;
-    // A quarter turn away from an inertia is no delay that a loop of |L| > 1 would stand there, but a wrong
-    // sign.
-    if (!(std::abs(std::arg(lines_.front().measured * Complex(0.0, 1.0))) < 0.5 * kPi)) return false;
+    if (!begins_as_inertia(lines_.front().measured)) return false;
     if (!(largest_turn_deg(gains) < kMostTurnDeg)) return false;
     double whole = begins_at(gains) - std::arg(returned(lines_.size() - 1, gains));
     for (const double turn : turns(gains)) whole += turn;
@@ -89,13 +84,11 @@ class DiskSearch {
     return std::abs(loop.returned - 1.0) + loop.reach;
   }
 
-  /// By how much |L| is larger at the last line than anywhere in the octave below it.
   [[nodiscard]] double rise_at_end(const Gains& gains) const {
-    double least = kNever;
-    for (std::size_t i = 0; i < lines_.size(); ++i)
-      if (lines_[i].frequency_hz >= 0.5 * lines_.back().frequency_hz)
-        least = std::min(least, std::abs(returned(i, gains) - 1.0));
-    return std::abs(returned(lines_.size() - 1, gains) - 1.0) / least;
+    std::vector<double> frequencies_hz;
+    for (const DiskLine& line : lines_) frequencies_hz.push_back(line.frequency_hz);
+    return design::rise_at_end(frequencies_hz,
+                               [&](std::size_t i) { return std::abs(returned(i, gains) - 1.0); });
   }
 
   [[nodiscard]] double least_loop_at_start(const Gains& gains) const {
@@ -128,7 +121,7 @@ class DiskSearch {
         }
       found.push_back(peak);
     }
-    const double at_end = loop_at_end(gains) / kLargestAtEnd;
+    const double at_end = loop_at_end(gains) / kLargestLoopAtEnd;
     found.push_back({Transfer::beyond_band, at_end, lines_.back().frequency_hz, 1.0});
     return found;
   }
@@ -136,7 +129,7 @@ class DiskSearch {
  private:
   /// |kp + ki q| where |L| is as large as it may be at the last line.
   [[nodiscard]] double largest_at_end() const {
-    return kLargestAtEnd / (std::abs(lines_.back().measured) + lines_.back().radius);
+    return kLargestLoopAtEnd / (std::abs(lines_.back().measured) + lines_.back().radius);
   }
 
   /// The ki up to which |L| is small enough there.
@@ -220,23 +213,11 @@ class DiskSearch {
     return found;
   }
 
-  /// The angle of 1 + L at the first line, reached from -180 deg: below it the drive is an inertia, and what
-  /// turns its response away from -90 deg there is a delay.
   [[nodiscard]] double begins_at(const Gains& gains) const {
-    const DiskLine& first = lines_.front();
-    const Complex inertia = first.measured * Complex(0.0, 1.0);
-    constexpr int kSteps = 200;
     constexpr double kDecades = 4.0;
-    double angle = -kPi;
-    Complex before = -1.0;
-    for (int i = 0; i <= kSteps; ++i) {
-      const double part = std::pow(10.0, -kDecades * (kSteps - i) / kSteps);
-      const Complex g = std::polar(std::abs(inertia) / part, std::arg(inertia) * part - 0.5 * kPi);
-      const Complex now = 1.0 + (gains.kp + gains.ki * first.integrator / part) * g;
-      angle += std::arg(now * std::conj(before));
-      before = now;
-    }
-    return angle;
+    const DiskLine& first = lines_.front();
+    return angle_at_first_line(first.measured, kDecades, -kPi,
+                               [&](double part) { return gains.kp + gains.ki * first.integrator / part; });
   }
 
   const Bounds& bounds_;
@@ -289,9 +270,8 @@ expected<ResponseDesign> largest_integral_gain(const ResponseDisks& response, st
     return refuse("response",
                   "must let a gain within the bounds be told stable: from below the crossover on, on lines "
                   "near to one another");
-  // A loop that only just keeps small there would meet the resonance on whose flank the lines end.
-  constexpr double kNear = 0.5 * kLargestAtEnd, kFlat = 1.1;
-  if (const double rise = search.rise_at_end(*best); search.loop_at_end(*best) > kNear && rise > kFlat)
+  // A loop that only just keeps small there would meet that resonance.
+  if (const double rise = search.rise_at_end(*best); ends_on_flank(search.loop_at_end(*best), rise))
     return refuse("response", "must not end where |L| rises: a resonance is near", rise);
   const auto crossover_hz = search.crossover_hz(*best);
   if (const double first = search.least_loop_at_start(*best); !crossover_hz || !(first > 1.0))

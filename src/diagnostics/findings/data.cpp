@@ -147,10 +147,13 @@ constexpr FindingKind kLoop[] = {
      "Do not run it; `tune` designs one that holds its margins."},
     {"planned-not-judged", "Stability with the planned controller not told", "identify", TrustEffect::keeps,
      "The lines of the response do not tell whether the loop is stable with the planned controller.",
-     "Without a drive model stability is read from L at the lines: it must be above 1 at the first, below 1 "
-     "at "
-     "the last, and the lines dense where it passes -1.",
-     "Identify with a drive model, or excite the band around the planned crossover."},
+     "Without a drive model stability is read from L at the lines: it must be above 1 at the first, below "
+     "the "
+     "first anti-resonance, at most 1/2 at the last (1/4 where it rises there, as below a resonance), and "
+     "the "
+     "lines dense where it passes -1. Margins are not known otherwise.",
+     "Identify with a drive model, or excite the band around the planned crossover, and beyond the "
+     "resonances."},
     {"small-phase-margin", "Small phase margin", "identify", TrustEffect::keeps,
      "The smallest phase margin is below 30 degrees.", "The loop is close to oscillating.",
      "Lower the gain or the delay."},

@@ -10,6 +10,7 @@
 #include <resonid/online/supervision/loop_margins.hpp>
 
 #include "design/closed_loop.hpp"
+#include "design/ends_of_lines.hpp"
 
 namespace resonid::identification::detail {
 namespace {
@@ -75,60 +76,108 @@ void include_delay_error(double std_s, LoopResult& loop) {
 struct WayAroundZero {
   double end_deg = 0.0;                          ///< arg(1 + L) at the last line, without jumps.
   double largest_turn_deg = 0.0, turn_hz = 0.0;  ///< Between neighbouring lines.
-  double first_size = 0.0, last_size = 0.0;      ///< |L| at the first and the last line.
-  double first_hz = 0.0, last_hz = 0.0;
 };
-WayAroundZero way_around_zero(const data::FrequencyResponse& loop) {
-  // A drive that integrates, under a P, PI or position loop, makes L begin at -90 ... -270 degrees.
-  constexpr double kUsual = -150.0;
+WayAroundZero way_around_zero(const data::FrequencyResponse& loop, double begin_deg) {
   WayAroundZero way;
-  const auto degrees = [](std::complex<double> z) { return std::arg(z) * 180.0 / kPi; };
-  auto last = 1.0 + loop.value.front();
-  way.end_deg = degrees(last) - 360.0 * std::round((degrees(last) - kUsual) / 360.0);
+  way.end_deg = begin_deg;
   for (std::size_t i = 1; i < loop.lines(); ++i) {
-    const auto here = 1.0 + loop.value[i];
-    const double turn = degrees(here / last);
+    const double turn = std::arg((1.0 + loop.value[i]) / (1.0 + loop.value[i - 1])) * 180.0 / kPi;
     way.end_deg += turn;
     if (std::abs(turn) > way.largest_turn_deg) {
       way.largest_turn_deg = std::abs(turn);
       way.turn_hz = loop.frequency_hz[i];
     }
-    last = here;
   }
-  way.first_hz = loop.frequency_hz.front();
-  way.last_hz = loop.frequency_hz.back();
-  way.first_size = std::abs(loop.value.front());
-  way.last_size = std::abs(loop.value.back());
   return way;
+}
+
+/// arg(1 + L) at the first line, on the turn that it reaches from below. There a machine that integrates its
+/// torque and k integrators of the controller make -90 (1 + k) deg; nothing where the sign is another.
+std::optional<double> begin_deg(const data::FrequencyResponse& loop,
+                                const data::TransferFunction& controller) {
+  constexpr double kDecades = 2.0, kSameSign = 120.0;
+  const double first_hz = loop.frequency_hz.front(), lowest_hz = first_hz * std::pow(10.0, -kDecades);
+  const auto machine = loop.value.front() / controller.response(first_hz);
+  const auto below = controller.response(lowest_hz);
+  const double integrators = std::log2(std::abs(controller.response(0.5 * lowest_hz) / below));
+  const double turn_deg = -90.0 * (1.0 + integrators);
+  const double away_deg = std::remainder(std::arg(below) * 180.0 / kPi - 90.0 - turn_deg, 360.0);
+  if (!(std::abs(away_deg) < kSameSign)) return std::nullopt;
+  return design::angle_at_first_line(machine, kDecades, turn_deg * kPi / 180.0,
+                                     [&](double part) { return controller.response(part * first_hz); }) *
+         180.0 / kPi;
+}
+
+/// What no line shows: a resonance above the last one may lift |L| to 1. Nothing lies above half of the rate.
+std::optional<std::string> may_rise_above(const data::FrequencyResponse& lines, double at_end,
+                                          double sample_time_s) {
+  constexpr double kToHalfTheRate = 0.95;
+  const double last_hz = lines.frequency_hz.back();
+  const bool whole = last_hz * sample_time_s >= 0.5 * kToHalfTheRate;
+  if (const double most = whole ? 1.0 : design::kLargestLoopAtEnd; !(at_end < most))
+    return fmt::format(
+        "with its error |L| is still {:.2g} at the last that is known, {:.3g} Hz, where it must be below "
+        "{:g} "
+        "for nothing above to lift it to 1; excite higher frequencies too",
+        at_end, last_hz, most);
+  const double rise =
+      design::rise_at_end(lines.frequency_hz, [&](std::size_t i) { return std::abs(lines.value[i]); });
+  if (whole || !design::ends_on_flank(at_end, rise)) return std::nullopt;
+  return fmt::format(
+      "|L| rises to {:.2g} (with its error {:.2g}) at the last that is known, {:.3g} Hz: a resonance is "
+      "near, "
+      "which may lift it to 1; excite higher frequencies too",
+      std::abs(lines.value.back()), at_end, last_hz);
 }
 
 Finding not_judged(const std::string& why) {
   return {"planned-not-judged",
-          Severity::info,
+          Severity::warning,
           {},
           {},
-          "The lines do not tell whether the loop is stable with the planned controller: " + why + "."};
+          "The lines do not tell whether the loop is stable with the planned controller: " + why +
+              ". Its margins are not known."};
 }
 
-/// By the argument principle, for a machine that integrates its torque below the first line and is stable by
-/// itself otherwise: 1 + L must end on the turn on which it began.
-std::optional<Finding> judge_by_lines(const LoopResult& loop) {
+/// The margins are those of the lines alone, which a loop of unknown stability need not have.
+void withdraw_margins(LoopResult& loop) {
+  loop.margins.crossovers.clear();
+  loop.margins.worst_phase_margin_deg.reset();
+  loop.margins.gain_margin_db.reset();
+  loop.margins.gain_margin_hz.reset();
+  loop.crossover_std_hz = loop.phase_margin_std_deg = loop.modulus_margin_std = loop.gain_margin_std_db = {};
+}
+
+}  // namespace
+
+std::optional<Finding> judge_by_lines(const LoopResult& loop, const data::TransferFunction& controller,
+                                      double confidence) {
   constexpr double kMostTurnDeg = 90.0, kClear = 0.5;
   const auto lines = lines_away_from(lines_away_from(loop.curve, 0.0, kCriteria.margin_line), -1.0, kClear);
   if (lines.lines() < 2) return not_judged("none of them is known well enough");
-  const auto way = way_around_zero(lines);
-  if (way.first_size < 1.0)
+  const double first_hz = lines.frequency_hz.front(), last_hz = lines.frequency_hz.back();
+  const double last_size = std::abs(lines.value.back());
+  if (std::abs(lines.value.front()) < 1.0)
     return not_judged(
         fmt::format("|L| is below 1 already at the first that is known, {:.3g} Hz; excite lower "
                     "frequencies too",
-                    way.first_hz));
+                    first_hz));
+  if (!design::begins_as_inertia(lines.value.front() / controller.response(first_hz)))
+    return not_judged(fmt::format(
+        "at the first that is known, {:.3g} Hz, the machine is no inertia: the line lies above an "
+        "anti-resonance, or the sign is wrong; excite lower frequencies too",
+        first_hz));
+  const auto begin = begin_deg(lines, controller);
+  if (!begin) return not_judged("the controller's gain has the wrong sign");
+  const auto way = way_around_zero(lines, *begin);
   if (way.largest_turn_deg > kMostTurnDeg)
     return not_judged(
         fmt::format("at {:.3g} Hz 1 + L turns by {:.0f} deg from one to the next; record longer, "
                     "which makes them denser",
                     way.turn_hz, way.largest_turn_deg));
-  if (way.last_size < 1.0) {
-    if (std::lround(way.end_deg / 360.0) == 0) return std::nullopt;
+  const bool falls = last_size < 1.0;
+  const auto turns = std::lround(way.end_deg / 360.0);
+  if (falls && turns < 0)
     return Finding{
         "planned-unstable",
         Severity::warning,
@@ -137,21 +186,26 @@ std::optional<Finding> judge_by_lines(const LoopResult& loop) {
         fmt::format("With the planned controller the loop is unstable: by the {}, L goes around -1. "
                     "Do not run it.",
                     loop.source == "model" ? "model" : "measured response")};
-  }
-  // What lags by half a turn where it is still above 1 would have to come back before it falls below.
-  if (way.end_deg <= -180.0)
+  // Less may come back: a cascade below its corners begins at -270 deg, and an anti-resonance leads by 180.
+  if (!falls && way.end_deg <= -360.0)
     return Finding{
-        "planned-unstable", Severity::warning, way.last_size, 1.0,
+        "planned-unstable", Severity::warning, last_size, 1.0,
         fmt::format("With the planned controller the loop is unstable: at the last line that is known, "
-                    "{:.3g} Hz, |L| is still {:.3g} and lags by more than 180 deg. Do not run it.",
-                    way.last_hz, way.last_size)};
-  return not_judged(
-      fmt::format("|L| is still {:.3g} at the last that is known, {:.3g} Hz; excite higher "
-                  "frequencies too",
-                  way.last_size, way.last_hz));
+                    "{:.3g} Hz, |L| is still {:.3g} and has gone around -1. Do not run it.",
+                    last_hz, last_size)};
+  if (!falls)
+    return not_judged(
+        fmt::format("|L| is still {:.3g} at the last that is known, {:.3g} Hz; excite higher "
+                    "frequencies too",
+                    last_size, last_hz));
+  if (turns > 0) return not_judged("1 + L turns the other way than that of a machine that lags");
+  const double each = 1.0 - (1.0 - confidence) / static_cast<double>(lines.lines());
+  const double error =
+      lines.std.size() == lines.lines() ? data::confidence_radius(lines.std.back(), each) : 0.0;
+  if (const auto why = may_rise_above(lines, last_size + error, controller.sample_time_s))
+    return not_judged(*why);
+  return std::nullopt;
 }
-
-}  // namespace
 
 void judge_planned_loop(const Measurement& m, const Options& options, const PlantModel& model,
                         Result& result) {
@@ -166,8 +220,12 @@ void judge_planned_loop(const Measurement& m, const Options& options, const Plan
     static_cast<void>(keep_to_band(m.plan, false, loop));
   }
   if (drive == nullptr) {
-    if (result.planned_loop)
-      if (auto finding = judge_by_lines(*result.planned_loop)) result.findings.push_back(std::move(*finding));
+    if (!result.planned_loop) return;
+    auto& loop = *result.planned_loop;
+    if (auto finding = judge_by_lines(loop, *planned.controller, options.confidence)) {
+      if (finding->id == "planned-not-judged") withdraw_margins(loop);
+      result.findings.push_back(std::move(*finding));
+    }
     return;
   }
   fit::DriveModel real = *drive;

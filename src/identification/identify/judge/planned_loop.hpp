@@ -6,9 +6,18 @@
 
 namespace resonid::identification::detail {
 
+/// Whether the lines of a loop tell that it is stable: nothing if so, else `planned-unstable` or
+/// `planned-not-judged`. By the argument principle, for a machine that integrates its torque below the first
+/// line and is stable by itself otherwise, with nothing above the last line that lifts |L| to 1
+/// (docs/methods/margins.md). `controller`: the sampled one that is in the loop.
+[[nodiscard]] std::optional<diagnostics::Finding> judge_by_lines(const LoopResult& loop,
+                                                                 const data::TransferFunction& controller,
+                                                                 double confidence);
+
 /// The loop with the controller that is to run, Options::planned_controller, and whether it is stable: with a
-/// drive model by the closed loop's poles, else by how often 1 + L goes around 0 along the lines. Of a model
-/// a delay without a standard deviation is taken as `tune` takes it, as known to a quarter of a sample.
+/// drive model by the closed loop's poles, else by its lines. Where these do not tell it, margins are not
+/// promised. Of a model a delay without a standard deviation is taken as `tune` takes it, as known to a
+/// quarter of a sample.
 void judge_planned_loop(const Measurement& m, const Options& options, const PlantModel& model,
                         Result& result);
 
