@@ -5,7 +5,6 @@
 #include <cmath>
 #include <complex>
 #include <cstddef>
-#include <limits>
 #include <resonid/base/constants.hpp>
 #include <span>
 
@@ -17,13 +16,18 @@ namespace resonid::design {
 inline constexpr double kLargestLoopAtEnd = 0.5;
 
 /// By how much |L|, of which `loop_size(i)` is that at a line, is larger at the last line than anywhere in
-/// the octave below it.
+/// the octave below it, down to where it was twice as large: past a peak it falls, whatever lies below that.
 template <class Size>
 [[nodiscard]] double rise_at_end(std::span<const double> frequency_hz, Size&& loop_size) {
-  double least = std::numeric_limits<double>::infinity();
-  for (std::size_t i = 0; i < frequency_hz.size(); ++i)
-    if (frequency_hz[i] >= 0.5 * frequency_hz.back()) least = std::min(least, loop_size(i));
-  return loop_size(frequency_hz.size() - 1) / least;
+  constexpr double kPastPeak = 2.0;
+  const double at_end = loop_size(frequency_hz.size() - 1);
+  double least = at_end;
+  for (std::size_t i = frequency_hz.size(); i-- > 0 && frequency_hz[i] >= 0.5 * frequency_hz.back();) {
+    const double size = loop_size(i);
+    if (size > kPastPeak * at_end) break;
+    least = std::min(least, size);
+  }
+  return at_end / least;
 }
 
 /// Whether the lines end on the flank of a resonance that the loop would meet above them; `size`: |L| at the

@@ -52,12 +52,19 @@ struct ModelResult {
   [[nodiscard]] bool has_dry_friction() const noexcept { return coulomb_friction || further_friction.any(); }
 };
 
+/// |L| = 1, falling with the frequency or rising.
+struct LoopCrossing : diagnostics::Crossover {
+  bool falling = true;
+  std::optional<double> phase_margin_std_deg = {};
+};
+
 struct LoopResult {
   diagnostics::LoopMargins margins;
   data::FrequencyResponse curve;  ///< L, delay included.
   std::string source;             ///< "model" or "response".
   std::optional<double> crossover_std_hz, phase_margin_std_deg, modulus_margin_std,
-      gain_margin_std_db;  ///< From the model's covariance.
+      gain_margin_std_db;                    ///< From the model's covariance.
+  std::vector<LoopCrossing> crossings = {};  ///< Of a planned loop all of them, ascending; not in JSON.
 };
 
 /// Non-linear distortion beside noise, from realisations of a random-phase excitation or from lines that it

@@ -145,6 +145,18 @@ constexpr FindingKind kLoop[] = {
      "With the planned controller the loop is unstable on the identified machine.",
      "The planned gains are too high for the machine and its delay, or in other units.",
      "Do not run it; `tune` designs one that holds its margins."},
+    {"planned-may-be-unstable", "Perhaps unstable with the planned controller", "identify",
+     TrustEffect::keeps,
+     "With the planned controller the smallest distance of the loop to -1 is within two of its standard "
+     "deviations.",
+     "The loop is stable on the identified machine, but the true one may differ enough from it to make it "
+     "unstable.",
+     "Do not run it; lower its gain, or identify more precisely, a delay that was only told too."},
+    {"planned-small-margins", "Small margins with the planned controller", "identify", TrustEffect::keeps,
+     "With the planned controller the smallest phase margin is below 30 degrees, or the smallest distance to "
+     "-1 below 0.5.",
+     "The loop is close to oscillating; the least margin need not be that at the first crossover.",
+     "Lower its gain; `tune` designs one that holds its margins."},
     {"planned-not-judged", "Stability with the planned controller not told", "identify", TrustEffect::keeps,
      "The lines of the response do not tell whether the loop is stable with the planned controller.",
      "Without a drive model stability is read from L at the lines: it must be above 1 at the first, below "

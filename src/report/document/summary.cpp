@@ -95,6 +95,23 @@ std::string structure_sentence(const Result& result) {
   return text + fmt::format(" (undamped, {:.0f} % confidence intervals).", 100.0 * result.confidence);
 }
 
+/// At the crossover; where all crossings are known, the least of them.
+std::string phase_margin_text(const identification::LoopResult& loop, double z) {
+  const auto bar = [&](const std::optional<double>& std) {
+    return z > 0.0 && std ? fmt::format(" +- {:.2g}", z * *std) : std::string();
+  };
+  const auto least =
+      std::min_element(loop.crossings.begin(), loop.crossings.end(), [](const auto& a, const auto& b) {
+        return std::abs(a.phase_margin_deg) < std::abs(b.phase_margin_deg);
+      });
+  if (loop.crossings.size() < 2)
+    return fmt::format("phase margin {:.1f}{} deg", *loop.margins.phase_margin_deg(),
+                       bar(loop.phase_margin_std_deg));
+  return fmt::format("smallest phase margin {:.1f}{} deg at {:.3g} Hz (of {} crossings of |L| = 1)",
+                     least->phase_margin_deg, bar(least->phase_margin_std_deg), least->frequency_hz,
+                     loop.crossings.size());
+}
+
 /// With bars where they are asked for and known: those of the loop that ran stand in the table of the page.
 std::string loop_sentence(const char* which, const identification::LoopResult& loop, double z) {
   const auto& m = loop.margins;
@@ -103,8 +120,8 @@ std::string loop_sentence(const char* which, const identification::LoopResult& l
   };
   std::string text = which;
   if (m.crossover_hz())
-    text += fmt::format("crossover {:.3g}{} Hz, phase margin {:.1f}{} deg, ", *m.crossover_hz(),
-                        bar(loop.crossover_std_hz), *m.phase_margin_deg(), bar(loop.phase_margin_std_deg));
+    text += fmt::format("crossover {:.3g}{} Hz, {}, ", *m.crossover_hz(), bar(loop.crossover_std_hz),
+                        phase_margin_text(loop, z));
   if (m.gain_margin_db)
     text += fmt::format("gain margin {:.1f}{} dB, ", *m.gain_margin_db, bar(loop.gain_margin_std_db));
   text += fmt::format("minimum distance to -1 (modulus margin) {:.2f}{} at {:.3g} Hz", m.modulus_margin,
@@ -214,6 +231,20 @@ std::string planned_delay_text(const Result& result) {
       1e3 * 0.25 * drive.sample_time_s);
 }
 
+std::string planned_sentence(const Result& result) {
+  const auto is_told = [&](const char* id) {
+    return std::any_of(result.findings.begin(), result.findings.end(),
+                       [&](const auto& f) { return f.id == id; });
+  };
+  if (is_told("planned-not-judged"))
+    return "With the planned controller: whether the loop is stable, and its margins, are not known.";
+  const char* words = is_told("planned-unstable")          ? "With the planned controller, UNSTABLE: "
+                      : is_told("planned-may-be-unstable") ? "With the planned controller, MAY BE UNSTABLE: "
+                                                           : "With the planned controller: ";
+  return loop_sentence(words, *result.planned_loop, two_sided_quantile(result.confidence)) +
+         planned_delay_text(result);
+}
+
 std::string reliable_text(const Result& result) {
   const auto& r = result.reliable;
   std::vector<const char*> holds, not_held;
@@ -240,14 +271,7 @@ std::vector<std::string> sentences(const Result& result) {
   std::vector<std::string> list = {structure_sentence(result)};
   if (result.distortion) list.push_back(distortion_sentence(*result.distortion));
   if (result.loop) list.push_back(loop_sentence("Loop: ", *result.loop, 0.0));
-  if (result.planned_loop) {
-    const bool unstable = std::any_of(result.findings.begin(), result.findings.end(),
-                                      [](const auto& f) { return f.id == "planned-unstable"; });
-    list.push_back(
-        loop_sentence(unstable ? "With the planned controller, UNSTABLE: " : "With the planned controller: ",
-                      *result.planned_loop, two_sided_quantile(result.confidence)) +
-        planned_delay_text(result));
-  }
+  if (result.planned_loop) list.push_back(planned_sentence(result));
   if (result.validation) {
     const auto& v = *result.validation;
     std::string text =

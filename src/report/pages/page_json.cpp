@@ -89,7 +89,15 @@ json mark(const char* kind, double frequency_hz, const data::FrequencyResponse& 
 
 void put_loop(const Result& result, json& page) {
   if (result.measured_loop) page["loop_measured"] = curve(*result.measured_loop, true);
-  if (result.planned_loop) page["planned_curve"] = curve(result.planned_loop->curve, false);
+  if (result.planned_loop) {
+    page["planned_curve"] = curve(result.planned_loop->curve, false);
+    for (const auto& c : result.planned_loop->crossings) {
+      json crossing{
+          {"frequency_hz", c.frequency_hz}, {"phase_margin_deg", c.phase_margin_deg}, {"falling", c.falling}};
+      if (c.phase_margin_std_deg) crossing["phase_margin_std_deg"] = *c.phase_margin_std_deg;
+      page["planned_crossings"].push_back(std::move(crossing));
+    }
+  }
   if (!result.loop) return;
   const auto& loop = *result.loop;
   page["loop_curve"] = curve(loop.curve, true);

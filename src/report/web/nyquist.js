@@ -48,10 +48,31 @@ export function drawNyquist(root, data) {
 }
 
 /** The loop with the controller that is to run, where there is one. */
-function plannedOf(data, curve) {
+export function plannedOf(data, curve) {
   const loop = data.planned_loop;
   if (!loop || typeof loop !== "object") return null;
-  return { loop, curve, unstable: list(data.findings).some((f) => f?.id === "planned-unstable") };
+  const told = (id) => list(data.findings).some((f) => f?.id === id);
+  const title = told("planned-unstable") ? "Planned: unstable" : told("planned-may-be-unstable") ? "Planned: may be unstable"
+    : told("planned-not-judged") ? "Planned: not known" : "Planned";
+  const crossings = list(data.page?.planned_crossings).filter((c) => isNumber(c?.frequency_hz) && isNumber(c.phase_margin_deg));
+  return { loop: told("planned-not-judged") ? {} : loop, curve, crossings, title };
+}
+
+/** The phase margin of a planned loop is the least over all frequencies with |L| = 1, told with its own. */
+function leastPhaseMargin(planned, factor) {
+  const crossings = planned.crossings ?? [];
+  if (crossings.length < 2) return null;
+  const least = crossings.reduce((a, b) => (Math.abs(b.phase_margin_deg) < Math.abs(a.phase_margin_deg) ? b : a));
+  return `${phaseMargin(least, factor)} at ${significant(least.frequency_hz, 3)} Hz`;
+}
+
+const phaseMargin = (c, factor) => (c.phase_margin_std_deg > 0
+  ? interval(c.phase_margin_deg, c.phase_margin_std_deg * factor, "°") : `${significant(c.phase_margin_deg, 3)} °`);
+
+/** Every frequency with |L| = 1 of a planned loop, where there are several. */
+export function crossingRows({ crossings, factor }) {
+  if (crossings.length < 2) return [];
+  return crossings.map((c) => [`${significant(c.frequency_hz, 3)} Hz`, c.falling ? "falls" : "rises", phaseMargin(c, factor)]);
 }
 
 /** Name, value of the loop that ran, that of a planned one, and what it means. */
@@ -70,7 +91,8 @@ export function marginRows({ loop, marks, planned, factor }) {
     ["Gain margin", "gain_margin", "_db", "dB", `gain that the loop still bears ${at(marks.gain)}`],
   ].map(([title, name, unit, shown, meaning]) => {
     const ran = value(loop, name, unit, shown);
-    const then = planned ? value(planned.loop, name, unit, shown) : "";
+    const least = planned && name === "phase_margin" ? leastPhaseMargin(planned, factor) : null;
+    const then = least ?? (planned ? value(planned.loop, name, unit, shown) : "");
     return ran || then ? [title, ran || "–", ...(planned ? [then || "–"] : []), meaning] : null;
   }).filter(Boolean);
 }
@@ -112,8 +134,10 @@ function fillSide(side, { loop, curve, measured, planned, marks, source, confide
   if (marks.modulus) items.push(["modulus", "modulus margin"]);
   if (marks.crossover) items.push(["crossover", "crossover, phase margin"]);
   if (marks.gain) items.push(["gain", "gain margin"]);
-  const head = planned ? ["Margin", "Ran", planned.unstable ? "Planned: unstable" : "Planned", "Meaning"] : ["Margin", "Value", "Meaning"];
-  side.innerHTML = rows.length ? table(head, rows) : "";
+  const head = planned ? ["Margin", "Ran", planned.title, "Meaning"] : ["Margin", "Value", "Meaning"];
+  const crossings = planned ? crossingRows({ crossings: planned.crossings, factor: normalFactor(confidence) }) : [];
+  side.innerHTML = (rows.length ? table(head, rows) : "") +
+    (crossings.length ? table(["Planned: |L| = 1 at", "|L|", "Phase margin"], crossings) : "");
   side.append(legend(items));
   const readout = document.createElement("div");
   readout.className = "readout";

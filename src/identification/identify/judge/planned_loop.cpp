@@ -49,6 +49,32 @@ void read_from_known_lines(LoopResult& loop) {
   take(found.crossover_std_hz, loop.crossover_std_hz);
   take(found.phase_margin_std_deg, loop.phase_margin_std_deg);
   take(found.modulus_margin_std, loop.modulus_margin_std);
+  if (loop.margins.gain_margin_hz)
+    loop.gain_margin_std_db = gain_margin_std_db(loop.curve, *loop.margins.gain_margin_hz);
+}
+
+/// The crossing of a loop that differs little which is the same as one of this loop.
+const LoopCrossing* same_crossing(const std::vector<LoopCrossing>& others, const LoopCrossing& as) {
+  const LoopCrossing* nearest = nullptr;
+  const auto away = [&](const LoopCrossing& c) {
+    return std::abs(std::log(c.frequency_hz / as.frequency_hz));
+  };
+  for (const auto& other : others)
+    if (other.falling == as.falling && (nearest == nullptr || away(other) < away(*nearest))) nearest = &other;
+  return nearest;
+}
+
+/// The errors of a model's crossings by its covariance, to first order; `loop_with`: the loop of another
+/// model.
+template <class Model, class LoopWith>
+void take_model_errors(const Model& model, const LoopWith& loop_with, LoopResult& loop) {
+  for (auto& crossing : loop.crossings)
+    crossing.phase_margin_std_deg = model.standard_deviation_of([&](const Model& moved) {
+      const auto other = loop_with(moved);
+      const auto crossings = other ? crossings_of(other->curve) : std::vector<LoopCrossing>();
+      const auto* same = same_crossing(crossings, crossing);
+      return same ? std::remainder(same->phase_margin_deg - crossing.phase_margin_deg, 360.0) : 0.0;
+    });
 }
 
 /// What the delay's standard deviation adds to those of the margins: it turns L, and leaves |L| as it is.
@@ -70,6 +96,9 @@ void include_delay_error(double std_s, LoopResult& loop) {
   if (more.gain_margin_db && less.gain_margin_db)
     add(*more.gain_margin_db - *less.gain_margin_db, loop.gain_margin_std_db);
   add(more.modulus_margin - less.modulus_margin, loop.modulus_margin_std);
+  for (auto& crossing : loop.crossings)
+    if (auto& std = crossing.phase_margin_std_deg)
+      std = std::hypot(*std, 360.0 * crossing.frequency_hz * std_s);
 }
 
 /// The way of 1 + L from line to line.
@@ -89,6 +118,21 @@ WayAroundZero way_around_zero(const data::FrequencyResponse& loop, double begin_
     }
   }
   return way;
+}
+
+/// Whether the machine is an inertia at the first line: between an anti-resonance and its resonance a delay
+/// may give it the phase of one, but its response rises.
+bool begins_below_resonances(const data::FrequencyResponse& loop, const data::TransferFunction& controller) {
+  constexpr double kNear = 1.2, kRise = 1.1;
+  const double first_hz = loop.frequency_hz.front();
+  if (!design::begins_as_inertia(loop.value.front() / controller.response(first_hz))) return false;
+  const auto machine = [&](std::size_t i, double deviations) {
+    const double std = loop.std.empty() ? 0.0 : loop.std[i];
+    return (std::abs(loop.value[i]) + deviations * std) / std::abs(controller.response(loop.frequency_hz[i]));
+  };
+  for (std::size_t i = 1; i < loop.lines() && loop.frequency_hz[i] <= kNear * first_hz; ++i)
+    if (machine(i, -1.0) > kRise * machine(0, 1.0)) return false;
+  return true;
 }
 
 /// arg(1 + L) at the first line, on the turn that it reaches from below. There a machine that integrates its
@@ -120,8 +164,11 @@ std::optional<std::string> may_rise_above(const data::FrequencyResponse& lines, 
         "{:g} "
         "for nothing above to lift it to 1; excite higher frequencies too",
         at_end, last_hz, most);
-  const double rise =
-      design::rise_at_end(lines.frequency_hz, [&](std::size_t i) { return std::abs(lines.value[i]); });
+  // Noise of single lines is no rise: the last within its deviation, the others within theirs.
+  const double rise = design::rise_at_end(lines.frequency_hz, [&](std::size_t i) {
+    const double std = lines.std.empty() ? 0.0 : lines.std[i];
+    return std::abs(lines.value[i]) + (i + 1 == lines.lines() ? -std : std);
+  });
   if (whole || !design::ends_on_flank(at_end, rise)) return std::nullopt;
   return fmt::format(
       "|L| rises to {:.2g} (with its error {:.2g}) at the last that is known, {:.3g} Hz: a resonance is "
@@ -141,6 +188,7 @@ Finding not_judged(const std::string& why) {
 
 /// The margins are those of the lines alone, which a loop of unknown stability need not have.
 void withdraw_margins(LoopResult& loop) {
+  loop.crossings.clear();
   loop.margins.crossovers.clear();
   loop.margins.worst_phase_margin_deg.reset();
   loop.margins.gain_margin_db.reset();
@@ -149,6 +197,76 @@ void withdraw_margins(LoopResult& loop) {
 }
 
 }  // namespace
+
+std::vector<LoopCrossing> crossings_of(const data::FrequencyResponse& loop) {
+  std::vector<LoopCrossing> crossings;
+  const bool known = loop.std.size() == loop.lines();
+  for (std::size_t i = 1; i < loop.lines(); ++i) {
+    // Upside down, 1/conj(L), a loop that rises through 1 falls there, with the same phase.
+    const bool falling = std::abs(loop.value[i - 1]) >= 1.0;
+    online::MarginScan<double> scan;
+    for (const std::size_t k : {i - 1, i}) {
+      const auto value = falling ? loop.value[k] : 1.0 / std::conj(loop.value[k]);
+      const double std =
+          known ? loop.std[k] * std::abs(value / loop.value[k]) : online::LoopMargins<double>::kAbsent;
+      scan.step(loop.frequency_hz[k], value, std);
+    }
+    const auto& found = scan.margins();
+    if (std::isnan(found.crossover_hz)) continue;
+    crossings.push_back({{found.crossover_hz, found.phase_margin_deg}, falling});
+    if (std::isfinite(found.phase_margin_std_deg))
+      crossings.back().phase_margin_std_deg = found.phase_margin_std_deg;
+  }
+  return crossings;
+}
+
+/// As that of a crossover, with the parts of ln|L| and arg L exchanged: the crossing of -180 deg moves with
+/// the errors of arg L, and |L| with the crossing.
+std::optional<double> gain_margin_std_db(const data::FrequencyResponse& loop, double at_hz) {
+  if (loop.std.size() != loop.lines()) return std::nullopt;
+  const auto above = std::upper_bound(loop.frequency_hz.begin(), loop.frequency_hz.end(), at_hz);
+  if (above == loop.frequency_hz.begin() || above == loop.frequency_hz.end()) return std::nullopt;
+  const auto i = static_cast<std::size_t>(above - loop.frequency_hz.begin());
+  const double low_hz = loop.frequency_hz[i - 1], high_hz = loop.frequency_hz[i];
+  const auto variance = [&](std::size_t k) { return 0.5 * std::norm(loop.std[k] / loop.value[k]); };
+  const auto mixed = [&](double part) {
+    return (1.0 - part) * (1.0 - part) * variance(i - 1) + part * part * variance(i);
+  };
+  const auto ratio = loop.value[i] / loop.value[i - 1];
+  const double octaves = std::log(high_hz / low_hz);
+  const double moves_hz =
+      (high_hz - low_hz) / std::arg(ratio) * std::sqrt(mixed((at_hz - low_hz) / (high_hz - low_hz)));
+  const double along = std::log(std::abs(ratio)) / octaves * moves_hz / at_hz;
+  const double std_db =
+      20.0 / std::log(10.0) * std::sqrt(mixed(std::log(at_hz / low_hz) / octaves) + along * along);
+  return std::isfinite(std_db) ? std::optional<double>(std_db) : std::nullopt;
+}
+
+std::optional<Finding> inspect_planned_margins(const LoopResult& loop) {
+  constexpr double kSure = 2.0;  // standard deviations
+  const auto& m = loop.margins;
+  if (const auto std = loop.modulus_margin_std; std && m.modulus_margin - kSure * *std <= 0.0)
+    return Finding{
+        "planned-may-be-unstable", Severity::warning, m.modulus_margin, kSure * *std,
+        fmt::format("With the planned controller the loop may be unstable: its smallest distance to "
+                    "-1 (modulus margin) is {:.2g} at {:.3g} Hz, known to no better than {:.2g}. Do "
+                    "not run it; lower its gain, or measure more precisely around that frequency.",
+                    m.modulus_margin, m.modulus_margin_hz, kSure * *std)};
+  const auto worst = m.worst_phase_margin_deg;
+  const bool lags = worst && std::abs(*worst) < kCriteria.phase_margin_deg;
+  if (!lags && !(m.modulus_margin < kCriteria.modulus_margin)) return std::nullopt;
+  const auto phase = lags ? fmt::format(
+                                "the smallest phase margin is {:.1f} deg, where {:.0f} deg or more is "
+                                "usual; ",
+                                std::abs(*worst), kCriteria.phase_margin_deg)
+                          : std::string();
+  return Finding{"planned-small-margins", Severity::warning, lags ? std::abs(*worst) : m.modulus_margin,
+                 lags ? kCriteria.phase_margin_deg : kCriteria.modulus_margin,
+                 fmt::format("With the planned controller the loop is close to oscillating: {}the smallest "
+                             "distance to -1 (modulus margin) is {:.2f} at {:.3g} Hz, where {:g} or more is "
+                             "usual. Lower its gain.",
+                             phase, m.modulus_margin, m.modulus_margin_hz, kCriteria.modulus_margin)};
+}
 
 std::optional<Finding> judge_by_lines(const LoopResult& loop, const data::TransferFunction& controller,
                                       double confidence) {
@@ -162,7 +280,7 @@ std::optional<Finding> judge_by_lines(const LoopResult& loop, const data::Transf
         fmt::format("|L| is below 1 already at the first that is known, {:.3g} Hz; excite lower "
                     "frequencies too",
                     first_hz));
-  if (!design::begins_as_inertia(lines.value.front() / controller.response(first_hz)))
+  if (!begins_below_resonances(lines, controller))
     return not_judged(fmt::format(
         "at the first that is known, {:.3g} Hz, the machine is no inertia: the line lies above an "
         "anti-resonance, or the sign is wrong; excite lower frequencies too",
@@ -207,36 +325,58 @@ std::optional<Finding> judge_by_lines(const LoopResult& loop, const data::Transf
   return std::nullopt;
 }
 
+namespace {
+
+/// Its stability by the closed loop's poles, where a drive model was identified, else by its lines.
+std::optional<Finding> judge_stability(const Measurement& m, const Options& planned, const PlantModel& model,
+                                       const std::optional<LoopResult>& loop) {
+  const auto* drive = std::get_if<fit::DriveModel>(&model);
+  if (drive == nullptr)
+    return loop ? judge_by_lines(*loop, *planned.controller, planned.confidence) : std::nullopt;
+  fit::DriveModel real = *drive;
+  real.known_delay_s =
+      planned.delay_s + 0.5 * static_cast<double>(m.plan.hold.samples - 1) * real.sample_time_s;
+  const double radius = design::closed_loop(fit::sampled_states(real), design::states_of(*planned.controller))
+                            .spectral_radius();
+  if (radius < 1.0) return std::nullopt;
+  return Finding{
+      "planned-unstable", Severity::warning, radius, 1.0,
+      "With the planned controller the loop is unstable on the identified machine. Do not run it."};
+}
+
+}  // namespace
+
 void judge_planned_loop(const Measurement& m, const Options& options, const PlantModel& model,
                         Result& result) {
   Options planned = options;
   planned.controller = options.planned_controller->sampled(1.0 / result.record.sample_rate_hz);
-  result.planned_loop = loop_of(m.plan, planned, m.lines, result.response, model);
-  const auto* drive = std::get_if<fit::DriveModel>(&model);
+  const auto loop_with = [&](const PlantModel& machine) {
+    return loop_of(m.plan, planned, m.lines, result.response, machine);
+  };
+  result.planned_loop = loop_with(model);
+  auto finding = judge_stability(m, planned, model, result.planned_loop);
   if (result.planned_loop) {
     auto& loop = *result.planned_loop;
+    const auto take_errors_of = [&](const auto& machine) {
+      take_model_errors(
+          machine, [&](const auto& moved) { return loop_with(plain(PlantModel(moved))); }, loop);
+    };
     if (loop.source == "response") read_from_known_lines(loop);
-    if (drive != nullptr && !has_delay_std(result)) include_delay_error(assumed_delay_std(result), loop);
-    static_cast<void>(keep_to_band(m.plan, false, loop));
-  }
-  if (drive == nullptr) {
-    if (!result.planned_loop) return;
-    auto& loop = *result.planned_loop;
-    if (auto finding = judge_by_lines(loop, *planned.controller, options.confidence)) {
-      if (finding->id == "planned-not-judged") withdraw_margins(loop);
-      result.findings.push_back(std::move(*finding));
+    loop.crossings = crossings_of(loop.curve);
+    if (const auto* box = std::get_if<fit::BlackBoxModel>(&model)) take_errors_of(*box);
+    if (const auto* drive = std::get_if<fit::DriveModel>(&model)) {
+      take_errors_of(*drive);
+      if (!has_delay_std(result)) include_delay_error(assumed_delay_std(result), loop);
     }
-    return;
+    if (!finding) finding = inspect_planned_margins(loop);
+    static_cast<void>(keep_to_band(m.plan, false, loop));
+    if (loop.source == "model")
+      for (auto& crossing : loop.crossings)
+        if (crossing.frequency_hz > kCriteria.beyond_band * m.plan.high_hz)
+          crossing.phase_margin_std_deg.reset();
+    if (finding && finding->id == "planned-not-judged") withdraw_margins(loop);
   }
-  fit::DriveModel real = *drive;
-  real.known_delay_s =
-      options.delay_s + 0.5 * static_cast<double>(m.plan.hold.samples - 1) * real.sample_time_s;
-  const double radius = design::closed_loop(fit::sampled_states(real), design::states_of(*planned.controller))
-                            .spectral_radius();
-  if (radius >= 1.0)
-    result.findings.push_back(
-        {"planned-unstable", Severity::warning, radius, 1.0,
-         "With the planned controller the loop is unstable on the identified machine. Do not run it."});
+  if (finding) result.findings.push_back(std::move(*finding));
 }
 
 }  // namespace resonid::identification::detail

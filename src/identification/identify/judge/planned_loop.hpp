@@ -6,6 +6,17 @@
 
 namespace resonid::identification::detail {
 
+/// Where |L| = 1 between neighbouring lines, as diagnostics::loop_margins() reads it, rising ones too; with
+/// the errors that those of the lines make, taken as independent.
+[[nodiscard]] std::vector<LoopCrossing> crossings_of(const data::FrequencyResponse& loop);
+
+/// Standard deviation of the gain margin by those of the lines, dB.
+[[nodiscard]] std::optional<double> gain_margin_std_db(const data::FrequencyResponse& loop, double at_hz);
+
+/// What a stable planned loop leaves to be wished: `planned-may-be-unstable` where its distance to -1 is
+/// within two standard deviations, else `planned-small-margins`.
+[[nodiscard]] std::optional<diagnostics::Finding> inspect_planned_margins(const LoopResult& loop);
+
 /// Whether the lines of a loop tell that it is stable: nothing if so, else `planned-unstable` or
 /// `planned-not-judged`. By the argument principle, for a machine that integrates its torque below the first
 /// line and is stable by itself otherwise, with nothing above the last line that lifts |L| to 1
