@@ -114,6 +114,49 @@ TEST_F(TuneVerb, ItsPlannedLoopIsJudgedByTheLinesToo) {
   EXPECT_NE(text("p.json").find("planned-not-judged"), std::string::npos);
 }
 
+/// At a gain of 8 the least phase margin is at the second crossing, and -1 lies within the error that a
+/// quarter of a sample of delay makes.
+TEST_F(TuneVerb, ItsPlannedLoopTellsItsLeastMargin) {
+  const auto done =
+      run("identify run.csv --controller pi:1.036,0.147 --delay 0.004 --planned-controller pi:8,0.05 --json "
+          "p.json");
+  ASSERT_EQ(done.exit_code, 0) << done.error;
+  const auto result = json::parse(text("p.json"));
+  EXPECT_NE(done.out.find("MAY BE UNSTABLE"), std::string::npos) << done.out;
+  EXPECT_NE(done.out.find("crossings"), std::string::npos) << done.out;
+  EXPECT_NE(text("p.json").find("planned-may-be-unstable"), std::string::npos);
+  const auto& loop = result.at("planned_loop");
+  EXPECT_GT(loop.at("phase_margin_deg").get<double>(), 60.0);
+  EXPECT_LT(std::abs(loop.at("worst_phase_margin_deg").get<double>()), 20.0);
+}
+
+/// A tooth belt that resonates at 55 Hz, swept up to 48 Hz: |L| rises there, and at the resonance it is
+/// above 1.
+TEST_F(TuneVerb, ItsPlannedLoopIsNotJudgedByLinesThatEndBelowAResonance) {
+  write("flank.toml",
+        "drive = {structure = 'tooth-belt', driven_inertia = 0.0028, cart_mass_kg = 6.7, radius_m = 0.0199, "
+        "specific_stiffness_n = 3.764e5, quality = 10.0, upper_length_m = 1.7, lower_length_m = 2.14, "
+        "stroke_from_m = 0.38, stroke_to_m = 1.65}\n"
+        "controller = {kind = 'cascade', gain = 0.12, integral_time_s = 0.2, position_gain = 5.0, "
+        "velocity_feedforward = 1.0}\n"
+        "motion = {kind = 'standstill', from = 1.5}\n"
+        "excitation = {kind = 'chirp', amplitude = 0.5, from_hz = 48.0, to_hz = 1.5, duration_s = 18.0}\n"
+        "measurement = {delay_s = 0.004, noise_rms = 0.02}\n"
+        "run = {sample_rate_hz = 250.0, duration_s = 18.0, seed = 1}\n");
+  ASSERT_EQ(run("simulate flank.toml --out flank.csv -q").exit_code, 0);
+  const auto done = run("identify flank.csv --model none --planned-controller pi:0.3,0.2 --json p.json");
+  ASSERT_EQ(done.exit_code, 0) << done.error;
+  EXPECT_NE(text("p.json").find("planned-not-judged"), std::string::npos);
+  const auto result = json::parse(text("p.json"));
+  EXPECT_FALSE(result.at("planned_loop").contains("phase_margin_deg"));
+  EXPECT_FALSE(result.at("planned_loop").contains("modulus_margin_std"));
+  EXPECT_EQ(done.out.find("With the planned controller: crossover"), std::string::npos) << done.out;
+  // A softer one stays small enough for whatever is above.
+  ASSERT_EQ(run("identify flank.csv --model none --planned-controller pi:0.1,0.2 --json p.json").exit_code,
+            0);
+  EXPECT_EQ(text("p.json").find("planned-not-judged"), std::string::npos);
+}
+
 TEST_F(TuneVerb, IsCheckedAfterwards) {
   ASSERT_EQ(run("tune result.json --structure pi --draws 500 -q --export json:c.json").exit_code, 0);
   const auto controller = in_toml(json::parse(text("c.json")));

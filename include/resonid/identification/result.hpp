@@ -64,7 +64,7 @@ struct LoopResult {
   std::string source;             ///< "model" or "response".
   std::optional<double> crossover_std_hz, phase_margin_std_deg, modulus_margin_std,
       gain_margin_std_db;                    ///< From the model's covariance.
-  std::vector<LoopCrossing> crossings = {};  ///< Of a planned loop all of them, ascending; not in JSON.
+  std::vector<LoopCrossing> crossings = {};  ///< All, ascending, of a planned loop only; not in JSON.
 };
 
 /// Non-linear distortion beside noise, from realisations of a random-phase excitation or from lines that it

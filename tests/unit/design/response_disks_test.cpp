@@ -147,6 +147,8 @@ TEST(ResponseDisks, RefuseWhatTheLinesCannotTell) {
     return found ? std::string() : found.error().requirement.str();
   };
   EXPECT_EQ(why(part(0.0, 13.0), sensitivity_only()), "must not end where |L| rises: a resonance is near");
+  // Past the resonance |L| has fallen to less than half, and what lies below it is no flank.
+  EXPECT_NE(why(part(0.0, 21.0), sensitivity_only()), "must not end where |L| rises: a resonance is near");
   auto reversed = part(0.0, 250.0);  // a velocity of the wrong sign
   for (auto& value : reversed.centres) value = -value;
   EXPECT_NE(why(reversed, sensitivity_only()).find("told stable"), std::string::npos);

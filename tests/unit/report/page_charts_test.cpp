@@ -59,6 +59,23 @@ TEST(PageCharts, HoldThePlannedLoop) {
   const json page = page_of(result);
   EXPECT_EQ(page.at("planned_curve").at("real").size(), result.planned_loop->curve.lines());
   EXPECT_FALSE(page.at("planned_curve").contains("std"));
+  EXPECT_FALSE(page.contains("planned_crossings"));
+  result.planned_loop->crossings = {{{9.3, 70.0}, true}, {{44.0, 9.5}, false, 3.0}};
+  const json crossings = page_of(result).at("planned_crossings");
+  ASSERT_EQ(crossings.size(), 2U);
+  EXPECT_FALSE(crossings[0].contains("phase_margin_std_deg"));
+  EXPECT_EQ(crossings[1].at("phase_margin_deg"), 9.5);
+  EXPECT_EQ(crossings[1].at("phase_margin_std_deg"), 3.0);
+  EXPECT_EQ(crossings[1].at("falling"), false);
+  const auto summary_with = [&](const char* id) {
+    auto told = result;
+    told.findings.push_back({id, diagnostics::Severity::warning, {}, {}, "Told."});
+    return page_of(told).at("summary").dump();
+  };
+  EXPECT_NE(summary_with("planned-small-margins").find("smallest phase margin"), std::string::npos);
+  EXPECT_NE(summary_with("planned-may-be-unstable").find("MAY BE UNSTABLE"), std::string::npos);
+  EXPECT_NE(summary_with("planned-not-judged").find("are not known"), std::string::npos);
+  EXPECT_EQ(summary_with("planned-not-judged").find("smallest phase margin"), std::string::npos);
 }
 
 /// With a = 4 d^2, |S|^2 = x (x + a) / (x^2 + (a - 2) x + 1) over x = (w/w0)^2 is largest where 2 x^2 - 2 x -

@@ -156,6 +156,24 @@ test("a planned loop's margins stand beside those of the loop that ran", () => {
   assert.equal(nyquist.marginRows({ loop, marks: {}, planned: null, factor: 2 })[0].length, 3);
 });
 
+test("a planned loop shows the least of its phase margins, and every crossing", () => {
+  const crossings = [{ frequency_hz: 9.29, phase_margin_deg: 69.8, phase_margin_std_deg: 1.6, falling: true },
+    { frequency_hz: 43.9, phase_margin_deg: -9.5, falling: false }];
+  const data = { planned_loop: { phase_margin_deg: 69.8 }, page: { planned_crossings: crossings }, findings: [{ id: "planned-may-be-unstable" }] };
+  const planned = nyquist.plannedOf(data, []);
+  assert.equal(planned.title, "Planned: may be unstable");
+  const phase = nyquist.marginRows({ loop: {}, marks: {}, planned, factor: 2 }).find((r) => r[0] === "Phase margin");
+  assert.equal(phase[2], "−9.50 ° at 43.9 Hz");
+  assert.deepEqual(nyquist.crossingRows({ crossings, factor: 2 }).map((r) => r.slice(0, 2)), [["9.29 Hz", "falls"], ["43.9 Hz", "rises"]]);
+  assert.deepEqual(nyquist.crossingRows({ crossings: crossings.slice(0, 1), factor: 2 }), []);
+});
+
+test("of a planned loop that is not judged no margin is shown", () => {
+  const planned = nyquist.plannedOf({ planned_loop: { modulus_margin: 0.8 }, findings: [{ id: "planned-not-judged" }] }, []);
+  assert.equal(planned.title, "Planned: not known");
+  assert.deepEqual(nyquist.marginRows({ loop: { modulus_margin: 0.9 }, marks: {}, planned, factor: 2 }).map((r) => r[2]), ["–"]);
+});
+
 test("the frequency axis reaches for the lines that say something", () => {
   const line = (f, weak) => ({ f, weak });
   const model = [0.1, 1, 10, 100].map((f) => line(f));
