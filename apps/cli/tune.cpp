@@ -162,18 +162,17 @@ void simulate(const std::optional<plant::ExperimentConfig>& experiment, identifi
   if (!done) throw UsageError(in_options(done.error()));
 }
 
-void check_record(CLI::App& verb, TuneVerb& o, identification::Tuning& tuning,
+void check_record(const TuneVerb& o, identification::Tuning& tuning,
                   const std::vector<identification::Result>& designed_for) {
-  // Anew for each known delay, which is that of its result.
-  std::vector<identification::Result> measured;
+  std::vector<identification::Result> measured;  // once for all results that were identified alike
   for (std::size_t i = 0; i < designed_for.size(); ++i) {
-    const auto same = std::ranges::find(designed_for, designed_for[i].known_delay_s,
-                                        &identification::Result::known_delay_s);
+    const auto same = std::ranges::find_if(
+        designed_for, [&](const auto& other) { return are_checked_alike(other, designed_for[i]); });
     const auto at = static_cast<std::size_t>(same - designed_for.begin());
     if (at < measured.size())
       measured.push_back(identification::Result(measured[at]));
     else
-      measured.push_back(identified_for_check(verb, o.check, designed_for[i], o.results[i],
+      measured.push_back(identified_for_check(o.check, designed_for[i], o.results[i],
                                               tuning.proposed().feedback, o.options.progress));
   }
   const auto done = identification::check_on(tuning, designed_for, measured);
@@ -263,7 +262,7 @@ void run_tune(CLI::App& verb, TuneVerb& o) {
   }
   if (o.check.is_wanted()) {
     progress.stage("checking on " + o.check.record.record);
-    check_record(verb, o, *tuning, results);
+    check_record(o, *tuning, results);
   }
   write(o, exports, inputs, quiet, *tuning);
   if (o.require_trusted && !tuning->trusted)

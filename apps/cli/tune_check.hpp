@@ -7,6 +7,7 @@
 #include <resonid/identification/result.hpp>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "record_options.hpp"
 
@@ -16,7 +17,13 @@ namespace resonid::cli {
 struct TuneCheck {
   RecordOptions record;
   MethodOptions method;
-  bool told_excitation = false, told_second_output = false;  ///< Columns named by the call, not by a result.
+  /// What the call tells, before a result adds to it.
+  struct Told {
+    std::string name;
+    std::vector<std::string> values;
+    bool by_profile = false;
+  };
+  std::vector<Told> told;
 
   [[nodiscard]] bool is_wanted() const { return !record.record.empty(); }
 };
@@ -24,16 +31,19 @@ struct TuneCheck {
 /// --check, and of the options of identify those that describe recording and drive.
 void add_check_options(CLI::App& verb, TuneCheck& check);
 
-/// Takes over what has an effect of the options of a result: the controller that ran and, for the recording
-/// of
-/// --check, what describes signals and drive and how it is identified. The loop's own (delay, approach) come
-/// from elsewhere, and a band or a stretch is of one recording.
+/// Takes over the controller that ran from the result, and keeps what the call itself tells for
+/// identified_for_check().
 void inherit_for_tune(CLI::App& verb, TuneCheck& check, const identification::Result& result,
                       const std::string& file);
 
-/// The recording under the new controller, identified as `designed_for` was. Its excitation is what it tells;
-/// what the result stores of it is taken where it tells none.
-[[nodiscard]] identification::Result identified_for_check(CLI::App& verb, TuneCheck& check,
+/// Whether a recording that is checked is identified in one way for both.
+[[nodiscard]] bool are_checked_alike(const identification::Result& a, const identification::Result& b);
+
+/// The recording under the new controller, identified as `designed_for` was: by what that result stores of
+/// signals, drive and method, unless the call tells it. Its excitation is what it tells; what the result
+/// stores of it is taken where it tells none. The loop's own (delay, approach) come from elsewhere, and a
+/// band or a stretch is of one recording.
+[[nodiscard]] identification::Result identified_for_check(const TuneCheck& check,
                                                           const identification::Result& designed_for,
                                                           const std::string& file,
                                                           const data::TransferFunction& controller,

@@ -197,6 +197,54 @@ TEST_F(TuneVerb, IsCheckedOnWhicheverMachineWasRecorded) {
       << done.out;
 }
 
+/// Of results with other scales each by its own: the recording is one of the first, in whatever order.
+TEST_F(TuneVerb, IsCheckedAsEachResultWasIdentified) {
+  ASSERT_EQ(
+      run("identify run.csv --controller pi:1.036,0.147 --delay 0.004 --excitation ru --json plain.json -q")
+          .exit_code,
+      0);
+  // The same with every torque written twice as large.
+  std::istringstream lines(text("run.csv"));
+  std::ostringstream doubled;
+  std::string line, time, ru, u;
+  std::getline(lines, line);
+  ASSERT_TRUE(line.starts_with("time_s,ru,u,")) << line;
+  doubled << line << "\n";
+  doubled.precision(12);
+  while (std::getline(lines, line)) {
+    std::istringstream cells(line);
+    std::getline(cells, time, ',');
+    std::getline(cells, ru, ',');
+    std::getline(cells, u, ',');
+    std::getline(cells, line);
+    doubled << time << "," << 2.0 * std::stod(ru) << "," << 2.0 * std::stod(u) << "," << line << "\n";
+  }
+  write("doubled.csv", doubled.str());
+  ASSERT_EQ(
+      run("identify doubled.csv --controller pi:1.036,0.147 --delay 0.004 --excitation ru --input-scale 0.5 "
+          "--json doubled.json -q")
+          .exit_code,
+      0);
+  ASSERT_EQ(run("tune plain.json doubled.json --structure pi --draws 500 -q --export json:c.json").exit_code,
+            0);
+  record("after", in_toml(json::parse(text("c.json"))), 0.004, 2);
+  const std::array orders = {"plain.json doubled.json", "doubled.json plain.json"};
+  for (const std::string order : orders) {
+    SCOPED_TRACE(order);
+    const auto done =
+        run("tune " + order + " --evaluate c.json --draws 500 --check after.csv --json check.json");
+    ASSERT_EQ(done.exit_code, 0) << done.error;
+    const auto tuning = json::parse(text("check.json"));
+    EXPECT_TRUE(tuning.at("check").at("agrees")) << done.out;
+    EXPECT_NE(done.error.find("from plain.json: excitation"), std::string::npos) << done.error;
+    EXPECT_NE(done.error.find("from doubled.json: excitation, input-scale"), std::string::npos) << done.error;
+    std::string said;
+    for (const auto& finding : tuning.at("findings"))
+      if (finding.at("id") == "checked-machine") said = finding.at("meaning").get<std::string>();
+    EXPECT_NE(said.find("that of plain.json explains"), std::string::npos) << said;
+  }
+}
+
 /// Whose margins are others, though the machine is the same.
 TEST_F(TuneVerb, ACheckFailsWhereAnotherControllerRuns) {
   for (const std::string gain : {"1.2432", "0.5"}) {  // of 1.036
