@@ -14,6 +14,7 @@
 #include <resonid/io/detail/number_list.hpp>
 #include <resonid/io/experiment.hpp>
 #include <resonid/report/detail/tune.hpp>
+#include <utility>
 
 #include "brief.hpp"
 #include "errors.hpp"
@@ -155,6 +156,20 @@ std::optional<plant::ExperimentConfig> read_experiment(const TuneVerb& o) {
   return *std::move(config);
 }
 
+/// In every text a result is called by the file that the call names, which it may share its recording with.
+expected<identification::Tuning, Error> tuned(const TuneVerb& o,
+                                              std::vector<identification::Result>& results) {
+  std::vector<std::string> records;
+  for (std::size_t i = 0; i < results.size(); ++i)
+    records.push_back(std::exchange(results[i].record.file, o.results[std::min(i, o.results.size() - 1)]));
+  auto tuning = identification::tune(results, o.options);
+  for (std::size_t i = 0; i < results.size(); ++i) results[i].record.file = records[i];
+  if (!tuning) return tuning;
+  tuning->files = std::move(records);
+  tuning->results = o.results;
+  return tuning;
+}
+
 void simulate(const std::optional<plant::ExperimentConfig>& experiment, identification::Tuning& tuning,
               const identification::Result& result) {
   if (!experiment) return identification::simulate_on_model(tuning, result);
@@ -245,9 +260,8 @@ void run_tune(CLI::App& verb, TuneVerb& o) {
   if (o.evaluate) call.position_loop = o.options.evaluate_position_gain.has_value();
   refuse_unused(verb, call);
   o.options.progress = [&progress](std::string_view stage) { progress.stage(stage); };
-  auto tuning = identification::tune(results, o.options);
+  auto tuning = tuned(o, results);
   if (!tuning) throw UsageError(in_options(tuning.error()));
-  tuning->results = o.results;
   if (auto& judged = tuning->candidates.front(); !o.evaluate_name.empty() && !judged.position_gain)
     judged.name = o.evaluate_name;
   put_own_units(results.front(), *tuning);

@@ -195,6 +195,11 @@ TEST_F(TuneVerb, IsCheckedOnWhicheverMachineWasRecorded) {
   EXPECT_NE(said.find("that of stiff.json explains"), std::string::npos) << said;
   EXPECT_NE(done.out.find("\nFigures and curves are those of the machine of result.json"), std::string::npos)
       << done.out;
+  said.clear();
+  for (const auto& finding : tuning.at("findings"))
+    if (finding.at("id") == "worst-machines") said = finding.at("meaning").get<std::string>();
+  EXPECT_NE(said.find("|S| is largest on the machine of "), std::string::npos) << said;
+  EXPECT_EQ(said.find(".csv"), std::string::npos) << said;
 }
 
 /// Of results with other scales each by its own: the recording is one of the first, in whatever order.

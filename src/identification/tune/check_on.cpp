@@ -429,8 +429,7 @@ struct Comparison {
 };
 
 std::string file_of_machine(const Tuning& tuning, std::span<const Result> results, std::size_t i) {
-  if (tuning.results.size() == results.size()) return tuning.results[i];
-  return results[i].record.file.empty() ? fmt::format("result {}", i + 1) : results[i].record.file;
+  return tuning.results.size() == results.size() ? tuning.results[i] : name_of_result(results, i);
 }
 
 }  // namespace

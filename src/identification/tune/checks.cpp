@@ -180,6 +180,14 @@ Checked check(std::span<const Result> results, const TuneOptions& options) {
   return {};
 }
 
+std::string name_of_result(std::span<const Result> results, std::size_t i) {
+  return results[i].record.file.empty() ? fmt::format("result {}", i + 1) : results[i].record.file;
+}
+
+std::string name_of_machine(std::span<const Result> results, std::size_t i) {
+  return "the machine of " + name_of_result(results, i);
+}
+
 bool has_delay_std(const Result& result) {
   const auto& drive = result.model->drive;
   return drive.estimated[fit::kDelay] && drive.covariance(fit::kDelay, fit::kDelay) > 0.0;

@@ -3,6 +3,7 @@
 
 #include <resonid/identification/tune.hpp>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "design/controller.hpp"
@@ -13,6 +14,11 @@ namespace resonid::identification {
 
 /// What is out of range in the options, or does not go with these results.
 [[nodiscard]] expected<void, Error> check(std::span<const Result> results, const TuneOptions& options);
+
+/// The file of a result as texts name it, "result 2" where it tells none; its machine, "the machine of
+/// a.csv".
+[[nodiscard]] std::string name_of_result(std::span<const Result> results, std::size_t i);
+[[nodiscard]] std::string name_of_machine(std::span<const Result> results, std::size_t i);
 
 /// Standard deviation of a delay that a result gives none.
 [[nodiscard]] double assumed_delay_std(const Result& result);

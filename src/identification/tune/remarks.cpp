@@ -73,16 +73,30 @@ class Remarks {
          c.probability(), 1.0 - t_.options.confidence);
   }
 
+  /// The files of the results whose delay has no variance, where others have one.
+  [[nodiscard]] std::vector<std::string> without_delay_std() const {
+    std::vector<std::string> files;
+    if (std::ranges::none_of(results_, has_delay_std)) return files;
+    for (std::size_t i = 0; i < results_.size(); ++i)
+      if (!has_delay_std(results_[i])) files.push_back(name_of_result(results_, i));
+    return files;
+  }
+
   void assumed_delay() {
-    if (t_.delay_std_assumed)
-      note("delay-uncertainty-assumed", Severity::info,
-           fmt::format(
-               "The result holds no variance of the delay: a quarter of a sample, {:.3g} ms, is taken "
-               "as its standard deviation. Identified without .delay_s it is estimated, with an error bar "
-               "that is often "
-               "far smaller, which lets gains be larger; what is known better is told by .delay_std_s.",
-               1e3 * t_.delay_std_s),
-           t_.delay_std_s);
+    if (!t_.delay_std_assumed) return;
+    const auto some = without_delay_std();
+    const std::string lacking =
+        some.empty()
+            ? std::string(results_.size() > 1 ? "No result holds a variance of the delay"
+                                              : "The result holds no variance of the delay")
+            : fmt::format("The result{} of {} hold{} no variance of the delay", some.size() > 1 ? "s" : "",
+                          fmt::join(some, ", "), some.size() > 1 ? "" : "s");
+    note("delay-uncertainty-assumed", Severity::info,
+         fmt::format("{}: a quarter of a sample, {:.3g} ms, is taken as its standard deviation. Identified "
+                     "without .delay_s it is estimated, with an error bar that is often far smaller, which "
+                     "lets gains be larger; what is known better is told by .delay_std_s.",
+                     lacking, 1e3 * t_.delay_std_s),
+         t_.delay_std_s);
   }
 
   void holding() {
@@ -112,7 +126,7 @@ class Remarks {
     for (std::size_t i = 1; i < t_.machines.size(); ++i) {
       const auto found = reference_step_of(design::Machine(t_.machines[i]), law);
       steps.push_back({100.0 * found.overshoot, t_.options.reference_step * found.peak_torque,
-                       " on the machine of " + results_[i].record.file});
+                       " on " + name_of_machine(results_, i)});
     }
     return steps;
   }

@@ -58,17 +58,23 @@ class Tuner {
   }
 
   void describe_task() {
-    const Result& first = results_.front();
     for (const Result& r : results_) {
       tuning_.files.push_back(r.record.file);
       tuning_.machines.push_back(machine_of(r));
     }
-    tuning_.units = first.units;
+    tuning_.units = results_.front().units;
     tuning_.sample_time_s = sample_time_s_;
     tuning_.options = options_;
-    tuning_.delay_std_assumed = !options_.delay_std_s && !has_delay_std(first);
-    tuning_.delay_std_s = options_.delay_std_s.value_or(
-        has_delay_std(first) ? first.model->drive.estimate(fit::kDelay).std : assumed_delay_std(first));
+    tuning_.delay_std_assumed = !options_.delay_std_s && !std::ranges::all_of(results_, has_delay_std);
+    tuning_.delay_std_s = options_.delay_std_s.value_or(largest_delay_std());
+  }
+
+  /// One that is assumed, where there is such a result.
+  [[nodiscard]] double largest_delay_std() const {
+    if (tuning_.delay_std_assumed) return assumed_delay_std(results_.front());  // of one sample time all
+    double largest = 0.0;
+    for (const Result& r : results_) largest = std::max(largest, r.model->drive.estimate(fit::kDelay).std);
+    return largest;
   }
 
   [[nodiscard]] RobustTask task(const design::Bounds& bounds) const {

@@ -101,10 +101,6 @@ constexpr std::pair<design::Transfer, std::string_view> kBoundedTransfers[] = {
     {design::Transfer::controller_sensitivity, "|C S|"},
     {design::Transfer::beyond_band, "|L| above the band"}};
 
-std::string name_of_result(std::span<const Result> results, std::size_t i) {
-  return results[i].record.file.empty() ? fmt::format("result {}", i + 1) : results[i].record.file;
-}
-
 }  // namespace
 
 void add_value(Tuning& tuning, const std::vector<design::Machine>& machines,
@@ -179,8 +175,8 @@ void add_worst_machines(Tuning& tuning, const std::vector<design::Posterior>& po
       worst = i;
       most = here;
     }
-    text += fmt::format("{}{} is largest on that of {} ({:.3g}, bound {:.3g})", text.empty() ? "" : ", ",
-                        symbol, name_of_result(results, worst), most, *figure->bound);
+    text += fmt::format("{}{} is largest on {} ({:.3g}, bound {:.3g})", text.empty() ? "" : ", ", symbol,
+                        name_of_machine(results, worst), most, *figure->bound);
   }
   if (text.empty()) return;
   tuning.findings.push_back(

@@ -12,17 +12,38 @@ namespace {
 using design::ExperimentValue;
 using identification::Tuning;
 
+/// Standard deviation of the delay of one of several machines; 0 where it is assumed.
+double own_delay_std(const fit::DriveModel& machine) {
+  return machine.estimated[fit::kDelay] ? machine.estimate(fit::kDelay).std : 0.0;
+}
+
+/// " for the machines of b.json, c.json" where others have their own.
+std::string assumed_for(const Tuning& t) {
+  std::vector<std::string> files;
+  for (std::size_t i = 0; i < t.machines.size(); ++i)
+    if (!(own_delay_std(t.machines[i]) > 0.0)) files.push_back(file_of_machine(t, i));
+  if (files.empty() || files.size() == t.machines.size()) return {};
+  return fmt::format(" for the machine{} of {}", files.size() > 1 ? "s" : "", fmt::join(files, ", "));
+}
+
+/// "0.120 ms, that of the result"
+std::string own_delay_words(const Tuning& t) {
+  if (t.options.delay_std_s) return three_digits(1e3 * t.delay_std_s) + " ms, as specified";
+  if (t.machines.size() < 2) return three_digits(1e3 * t.delay_std_s) + " ms, that of the result";
+  const auto [least, most] = std::ranges::minmax(t.machines, {}, own_delay_std);
+  const auto from = three_digits(1e3 * own_delay_std(least)), to = three_digits(1e3 * own_delay_std(most));
+  return (from == to ? to : from + " ... " + to) + " ms, those of the results";
+}
+
 std::string delay_sentence(const Tuning& t) {
   if (t.by_response) return {};
   if (t.delay_std_assumed)
     return fmt::format(
-        "The delay's standard deviation, {} ms, is assumed: a quarter of a sample. It decides most of the "
+        "The delay's standard deviation, {} ms, is assumed{}: a quarter of a sample. It decides most of the "
         "margins: identify without .delay_s, which estimates it with its error bar, or give .delay_std_s "
-        "where "
-        "it is known better.",
-        three_digits(1e3 * t.delay_std_s));
-  return fmt::format("The delay's standard deviation is {} ms, {}.", three_digits(1e3 * t.delay_std_s),
-                     t.options.delay_std_s ? "as specified" : "that of the result");
+        "where it is known better.",
+        three_digits(1e3 * t.delay_std_s), assumed_for(t));
+  return fmt::format("The delay's standard deviation is {}.", own_delay_words(t));
 }
 
 /// Half of each standard deviation, as `plan` takes it.

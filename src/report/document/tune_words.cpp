@@ -195,11 +195,13 @@ std::string stiffness_words(double ratio) {
 
 bool is_for_several(const Tuning& t) { return t.machines.size() > 1 && !t.schedule; }
 
-std::string first_file(const Tuning& t) {
+std::string file_of_machine(const Tuning& t, std::size_t i) {
   for (const auto* list : {&t.results, &t.files})
-    if (list->size() == t.machines.size() && !list->empty() && !list->front().empty()) return list->front();
-  return "the first result";
+    if (list->size() == t.machines.size() && i < list->size() && !(*list)[i].empty()) return (*list)[i];
+  return i == 0 ? "the first result" : fmt::format("result {}", i + 1);
 }
+
+std::string first_file(const Tuning& t) { return file_of_machine(t, 0); }
 
 std::string machine_words(const Tuning& t) {
   if (t.by_response) return "the measured response";

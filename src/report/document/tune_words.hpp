@@ -88,7 +88,9 @@ using identification::GainUnits;
 
 /// Whether one controller was designed, or is judged, for several machines at once.
 [[nodiscard]] bool is_for_several(const identification::Tuning& tuning);
-/// The file of the first of several results, whose machine figures and curves are of.
+/// The file of one of several results, whose machine that is; "result 2" where it has none.
+[[nodiscard]] std::string file_of_machine(const identification::Tuning& tuning, std::size_t i);
+/// Of the first, whose machine figures and curves are of.
 [[nodiscard]] std::string first_file(const identification::Tuning& tuning);
 /// "the identified machine"; of several "the machine of x.json".
 [[nodiscard]] std::string machine_words(const identification::Tuning& tuning);

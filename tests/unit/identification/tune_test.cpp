@@ -121,6 +121,38 @@ TEST(Tune, NeedsNoOptionAndSaysThatTheDelaysUncertaintyWasAssumed) {
   EXPECT_NE(tuning->findings.front().meaning.find("Identified without .delay_s"), std::string::npos);
 }
 
+/// Of several results also where the first tells its own.
+TEST(Tune, NamesTheResultsWhoseDelaysUncertaintyWasAssumed) {
+  auto sure = identified();
+  sure.record.file = "sure.csv";
+  auto& drive = sure.model->drive;
+  drive.estimated[fit::kDelay] = true;
+  drive.covariance(fit::kDelay, fit::kDelay) = 1e-8;  // (0.1 ms)^2
+  auto told = identified();
+  told.record.file = "told.csv";
+  for (const auto& results : {std::vector<Result>{sure, told}, std::vector<Result>{told, sure}}) {
+    const auto some = tune(results, few_draws());
+    ASSERT_TRUE(some) << message_of(some.error());
+    EXPECT_TRUE(some->delay_std_assumed);
+    EXPECT_DOUBLE_EQ(some->delay_std_s, 0.0005);
+    const auto said =
+        std::ranges::find(some->findings, "delay-uncertainty-assumed", &diagnostics::Finding::id);
+    ASSERT_NE(said, some->findings.end());
+    EXPECT_TRUE(said->meaning.starts_with("The result of told.csv holds no variance of the delay:"))
+        << said->meaning;
+  }
+  const auto none = tune(std::vector<Result>{sure, sure}, few_draws());
+  ASSERT_TRUE(none) << message_of(none.error());
+  EXPECT_FALSE(none->delay_std_assumed);
+  EXPECT_DOUBLE_EQ(none->delay_std_s, 0.0001);
+  EXPECT_FALSE(has_finding(*none, "delay-uncertainty-assumed"));
+  const auto all = tune(std::vector<Result>{told, told}, few_draws());
+  ASSERT_TRUE(all) << message_of(all.error());
+  const auto said = std::ranges::find(all->findings, "delay-uncertainty-assumed", &diagnostics::Finding::id);
+  ASSERT_NE(said, all->findings.end());
+  EXPECT_TRUE(said->meaning.starts_with("No result holds a variance of the delay:")) << said->meaning;
+}
+
 TEST(Tune, AnEllipsoidIsSurerAndSofter) {
   auto o = few_draws();
   const auto likely = tune(identified(), o);
@@ -864,9 +896,28 @@ TEST(Tune, NamesTheMachineThatIsWorstForABound) {
   ASSERT_TRUE(tuning) << message_of(tuning.error());
   const auto said = std::ranges::find(tuning->findings, "worst-machines", &diagnostics::Finding::id);
   ASSERT_NE(said, tuning->findings.end());
-  for (const auto* words :
-       {"Of the 2 machines", "|S| is largest on that of s", "|T_load| is largest on that of s"})
-    EXPECT_NE(said->meaning.find(words), std::string::npos) << said->meaning;
+  EXPECT_NE(said->meaning.find("Of the 2 machines"), std::string::npos) << said->meaning;
+  EXPECT_NE(said->meaning.find("|S| is largest on the machine of s"), std::string::npos) << said->meaning;
+  // Of a controller that nothing makes as bad for both: by what each machine alone has of it.
+  auto plain = few_draws();
+  plain.evaluate = pi(1.036, 0.147);
+  const auto of_soft = tune(soft, plain), of_stiff = tune(stiff, plain);
+  ASSERT_TRUE(of_soft && of_stiff);
+  for (const auto& machines : {std::vector<Result>{soft, stiff}, std::vector<Result>{stiff, soft}}) {
+    const auto judged = tune(machines, plain);
+    ASSERT_TRUE(judged) << message_of(judged.error());
+    const auto told = std::ranges::find(judged->findings, "worst-machines", &diagnostics::Finding::id);
+    ASSERT_NE(told, judged->findings.end());
+    for (const auto& [symbol, name] :
+         {std::pair("|S|", "sensitivity_peak"), std::pair("|T_load|", "load_peak")}) {
+      const bool is_soft =
+          *of_soft->proposed().figure(name)->worst > *of_stiff->proposed().figure(name)->worst;
+      EXPECT_NE(told->meaning.find(fmt::format("{} is largest on the machine of {}.csv (", symbol,
+                                               is_soft ? "soft" : "stiff")),
+                std::string::npos)
+          << told->meaning;
+    }
+  }
   // The worst case of what nothing bounds is of all machines as well.
   auto o = few_draws();
   o.evaluate = data::Controller(tuning->proposed().feedback);

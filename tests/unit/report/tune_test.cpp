@@ -455,6 +455,37 @@ TEST(TuneText, SaysWhoseFiguresItShows) {
   EXPECT_FALSE(holds(text_of(sentences(scheduled)), "Figures and curves"));
 }
 
+/// Each machine has its own.
+TEST(TuneText, SaysOfWhichResultsTheDelaysDeviationIs) {
+  auto t = test::tuning();
+  auto own = t.machines.front(), other = own;
+  own.estimated[fit::kDelay] = other.estimated[fit::kDelay] = true;
+  own.covariance(fit::kDelay, fit::kDelay) = 1e-8;
+  other.covariance(fit::kDelay, fit::kDelay) = 4e-8;
+  auto assumed = own;
+  assumed.estimated[fit::kDelay] = false;
+  assumed.covariance(fit::kDelay, fit::kDelay) = 0.0;
+  t.results = {"a.json", "b.json"};
+  t.machines = {own, assumed};
+  EXPECT_TRUE(
+      holds(text_of(sentences(t)),
+            "The delay's standard deviation, 0.500 ms, is assumed for the machine of b.json: a quarter"));
+  t.machines = {assumed, assumed};
+  EXPECT_TRUE(
+      holds(text_of(sentences(t)), "The delay's standard deviation, 0.500 ms, is assumed: a quarter"));
+  t.delay_std_assumed = false;
+  t.delay_std_s = 2e-4;
+  t.machines = {own, other};
+  EXPECT_TRUE(holds(text_of(sentences(t)),
+                    "The delay's standard deviation is 0.100 ... 0.200 ms, those of the results."));
+  t.machines = {other, other};
+  EXPECT_TRUE(
+      holds(text_of(sentences(t)), "The delay's standard deviation is 0.200 ms, those of the results."));
+  t.machines = {other};
+  EXPECT_TRUE(
+      holds(text_of(sentences(t)), "The delay's standard deviation is 0.200 ms, that of the result."));
+}
+
 TEST(TuneText, SaysWhatMayNotBeReliedOnBeforeAnythingElse) {
   auto t = test::tuning();
   t.trusted = false;
