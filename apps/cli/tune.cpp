@@ -3,6 +3,7 @@
 
 #include <CLI/App.hpp>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <filesystem>
 #include <memory>
@@ -68,6 +69,10 @@ TuneCall call_of(const TuneVerb& o) {
   call.evaluate = o.evaluate.has_value();
   call.shaper = o.options.shaper;
   call.exports = !o.exports.empty();
+  for (const auto& e : exports_of(o.exports)) {
+    call.hal = call.hal || e.format == identification::ExportFormat::hal;
+    call.klipper = call.klipper || e.format == identification::ExportFormat::klipper;
+  }
   call.structure = o.options.structure;
   if (!o.evaluate) call.position_loop = call.structure == identification::ControllerStructure::cascade;
   return call;
@@ -382,8 +387,11 @@ void add_tune(CLI::App& app) {
   verb->add_option("--export", o->exports, "take the controller away: json, c, c-float, st, hal, klipper")
       ->type_name("FORMAT:FILE");
   verb->add_option("--export-name", o->names.name, "name of what is exported")->type_name("NAME");
-  verb->add_option("--export-axis", o->names.axis, "the printer's axis, of klipper: x, y or z")
-      ->type_name("AXIS");
+  static constexpr std::array<std::string_view, 3> kAxes = {"x", "y", "z"};
+  add_choice(
+      *verb, "--export-axis", kAxes, [o](std::size_t i) { o->names.axis = kAxes[i]; },
+      "the printer's axis, of klipper")
+      ->default_str(o->names.axis);
   verb->add_option("--export-thread", o->names.thread, "the thread that runs it, of hal")->type_name("NAME");
   verb->add_option("--report", o->report, "self-contained HTML report")->type_name("FILE");
   verb->add_option("--json", o->json, "design for machines ('-': standard output)")->type_name("FILE");

@@ -32,6 +32,10 @@ bool may_have_filters(const TuneCall& c) {
   return c.structure == Structure::automatic || c.structure == Structure::pi_biquads;
 }
 
+bool may_have_weight(const TuneCall& c) {
+  return c.structure != Structure::rst && c.structure != Structure::state_feedback;
+}
+
 bool may_integrate(const TuneCall& c) { return c.structure != Structure::p; }
 
 constexpr std::string_view kNoCheck = "no --check, whose recording it is for";
@@ -55,6 +59,10 @@ constexpr std::array kConditions = {
               "no --shaper, whose vibration it limits", "--shaper with it"},
     Condition{"export-name", [](const TuneCall& c) { return c.exports; }, "no --export, whose name it is",
               "--export FORMAT:FILE with it"},
+    Condition{"export-thread", [](const TuneCall& c) { return c.hal; }, "no --export hal, whose thread it is",
+              "--export hal:FILE with it"},
+    Condition{"export-axis", [](const TuneCall& c) { return c.klipper; },
+              "no --export klipper, whose axis it is", "--export klipper:FILE with it"},
     Condition{"structure", designs, "--evaluate, whose controller tells it", kDesign},
     Condition{"biquads", designs, "--evaluate, whose controller tells it", kDesign},
     Condition{"overshoot", designs, "--evaluate, whose controller tells its set-point weight", kDesign},
@@ -68,6 +76,8 @@ constexpr std::array kConditions = {
               "a structure of a velocity loop"},
     Condition{"overshoot", may_integrate, "a P, which has no set-point weight",
               "a --structure with an integral part"},
+    Condition{"overshoot", may_have_weight, "an RST or state feedback, which has no set-point weight",
+              "a --structure of a PI or PID"},
     Condition{"overshoot", has_model, kNoModel, kModel},
     Condition{"step", has_model, kNoModel, kModel},
     Condition{"biquads", has_model, kNoModel, kModel},
@@ -76,8 +86,9 @@ constexpr std::array kConditions = {
 };
 
 /// Beside those of the group General.
-constexpr std::array<std::string_view, 8> kOfFirstLoop = {"first-loop", "sample-rate", "delay", "max-torque",
-                                                          "export",     "export-name", "json",  "brief"};
+constexpr std::array<std::string_view, 9> kOfFirstLoop = {"first-loop",    "sample-rate", "delay",
+                                                          "max-torque",    "export",      "export-name",
+                                                          "export-thread", "json",        "brief"};
 
 bool goes_with_first_loop(std::string_view name, const std::string& group) {
   return group == "General" ||

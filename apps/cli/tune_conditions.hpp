@@ -10,6 +10,7 @@ namespace resonid::cli {
 /// What of a call of `tune` decides which of its options have an effect.
 struct TuneCall {
   bool first_loop = false, check = false, evaluate = false, shaper = false, exports = false;
+  bool hal = false, klipper = false;  ///< Among the exports.
   identification::ControllerStructure structure = identification::ControllerStructure::automatic;
   std::optional<bool> position_loop;  ///< Of a given controller not known before its file is read.
   bool by_response = false;           ///< RESULT holds no drive model; not known before it is read.

@@ -30,6 +30,10 @@ TEST_F(FirstLoopVerb, SaysItsGainsAndWhatTheyRestOn) {
   ASSERT_EQ(done.exit_code, 0) << done.error;
   EXPECT_NE(done.out.find("kp 0.201 Nm/(rad/s), ki 0.105 Nm/rad"), std::string::npos) << done.out;
   EXPECT_NE(done.out.find("5 ms from torque to measured velocity"), std::string::npos) << done.out;
+  ASSERT_EQ(run(known_ + "--export hal:named.hal --export-thread fast-thread").exit_code, 0);
+  EXPECT_NE(text("named.hal").find(" fast-thread"), std::string::npos) << text("named.hal");
+  EXPECT_NE(refused(known_ + "--export st:first.st --export-thread fast-thread").find("--export hal:FILE"),
+            std::string::npos);
   for (const char* file : {"first.h", "first.st", "first.hal"})
     EXPECT_NE(text(file).find("velocity_controller"), std::string::npos) << file;
   const auto told = run(known_ + "--json -");

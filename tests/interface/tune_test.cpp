@@ -450,6 +450,13 @@ TEST_F(TuneVerb, RefusesOptionsThatWouldBeIgnored) {
   EXPECT_NE(refused("result.json --shaper-limit 0.1").find("--shaper-limit: found with no --shaper"),
             std::string::npos);
   EXPECT_NE(refused("result.json --export-name x").find("required --export"), std::string::npos);
+  EXPECT_NE(refused("result.json --export c:a.h --export-thread x").find("--export-thread: found with no"),
+            std::string::npos);
+  EXPECT_NE(refused("result.json --export-axis y").find("required --export klipper:FILE"), std::string::npos);
+  for (const std::string structure : {"rst", "state-feedback"})
+    EXPECT_NE(refused("result.json --structure " + structure + " --overshoot 0.1")
+                  .find("--overshoot: found with an RST or state feedback"),
+              std::string::npos);
   EXPECT_NE(refused("result.json --structure p --overshoot 0.1").find("--overshoot: found with a P"),
             std::string::npos);
   EXPECT_NE(refused("result.json --structure cascade --overshoot 0.1")
@@ -475,6 +482,18 @@ TEST_F(TuneVerb, RefusesInTheWordsOfTheCommandLine) {
   EXPECT_NE(bandwidth.find("--bandwidth: found 40"), std::string::npos) << bandwidth;
   EXPECT_NE(bandwidth.find("at most"), std::string::npos) << bandwidth;
   EXPECT_NE(refused("result.json --evaluate pi:1").find("--evaluate"), std::string::npos);
+  // Whatever else is wrong with the export.
+  EXPECT_NE(refused("result.json --export klipper:a.cfg --export-axis q").find("--export-axis: found 'q'"),
+            std::string::npos);
+  write("again.csv", text("run.csv"));
+  ASSERT_EQ(run("identify run.csv again.csv --controller pi:1.036,0.147 --delay 0.004 --json both.json -q")
+                .exit_code,
+            0);
+  const auto batch = refused("both.json");
+  EXPECT_NE(batch.find("both.json: holds a result for each of run.csv, again.csv, required one"),
+            std::string::npos)
+      << batch;
+  EXPECT_NE(batch.find("--join"), std::string::npos) << batch;
   EXPECT_NE(refused("result.json --structure cascade --load-peak 1.5").find("--position-peak"),
             std::string::npos);
   EXPECT_NE(refused("result.json --position-peak 1.2").find("--structure cascade"), std::string::npos);
