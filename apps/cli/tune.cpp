@@ -150,7 +150,11 @@ std::vector<std::string> input_files(const TuneVerb& o) {
 }
 
 std::string brief_of(const identification::Tuning& tuning) {
-  return brief_text(report::trust_text(tuning), report::sentences(tuning), tuning.findings);
+  auto said = report::sentences(tuning);
+  const auto verdict = report::trust_text(tuning);
+  if (!tuning.trusted && said.front().starts_with("Not trusted:") && verdict.starts_with("NOT trusted:"))
+    said.erase(said.begin());  // the verdict itself
+  return brief_text(verdict, said, tuning.findings);
 }
 
 std::optional<plant::ExperimentConfig> read_experiment(const TuneVerb& o) {

@@ -270,6 +270,11 @@ TEST_F(TuneVerb, ACheckFailsWhereAnotherControllerRuns) {
     EXPECT_NE(done.out.find("prediction-fails"), std::string::npos) << done.out;
     EXPECT_EQ(done.out.find("check-undecided"), std::string::npos) << done.out;
   }
+  // The verdict once.
+  const auto brief = run("tune result.json --evaluate pi:1.036,0.147 --draws 500 --check other.csv --brief");
+  ASSERT_EQ(brief.exit_code, 0) << brief.error;
+  EXPECT_TRUE(brief.out.starts_with("NOT trusted: see the findings.\n")) << brief.out;
+  EXPECT_EQ(brief.out.find("Not trusted: see"), std::string::npos) << brief.out;
 }
 
 /// How the recording of --check is identified: as the result was.

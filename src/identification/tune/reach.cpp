@@ -48,6 +48,13 @@ std::optional<double> least_met(const std::vector<design::Machine>& machines, de
   return high;
 }
 
+/// From where on every machine was measured.
+double highest_low_end_hz(std::span<const Result> results) {
+  double low_hz = 0.0;
+  for (const Result& r : results) low_hz = std::max(low_hz, measured_band(r).low_hz);
+  return low_hz;
+}
+
 /// The best PI under the bounds; nothing where it does not cross where the machines were measured.
 std::optional<Law> measured_pi(const design::Bounds& bounds, const std::vector<design::Machine>& machines,
                                std::span<const Result> results) {
@@ -119,13 +126,11 @@ std::optional<Error> noise_out_of_reach(const TuneOptions& options,
   }
   const double reached = kRobust * *least;
   if (*options.largest_noise_torque >= reached) return std::nullopt;
-  double low_hz = 0.0;
-  for (const Result& r : results) low_hz = std::max(low_hz, measured_band(r).low_hz);
   return Error{"largest_noise_torque",
                fmt::format("is less than any loop takes that crosses where the machine was measured, from "
                            "{:.3g} Hz on: about {:.2g} {} is reached. Ask for no less, or excite lower "
                            "frequencies too, where a softer loop crosses",
-                           low_hz, reached, results.front().units.torque),
+                           highest_low_end_hz(results), reached, results.front().units.torque),
                *options.largest_noise_torque};
 }
 
@@ -155,7 +160,7 @@ std::optional<Error> crossing_out_of_reach(const TuneOptions& options,
       cause->field,
       fmt::format("leaves a loop ({}) that crosses below what was measured, from {:.3g} Hz on, where "
                   "nothing is known; {}, or excite lower frequencies too",
-                  beside, measured_band(results.front()).low_hz,
+                  beside, highest_low_end_hz(results),
                   could.empty() ? std::string("no single looser bound helps: loosen them together")
                                 : "ask for about " + could + " beside the others"),
       *(bounds.*(cause->bound))};

@@ -227,20 +227,27 @@ class Remarks {
          end, needed);
   }
 
-  /// What identification warned of, and the design does not already count or tell.
+  /// What identification warned of or noted, and the design does not already count or tell.
   void warned() {
     constexpr std::array kTold = {"backlash", "stiffening-coupling", "torque-gain", "held-output"};
     constexpr std::array kCounts = {"further-delay", "margins-beyond-band"};  // whatever their severity
-    for (const Result& r : results_) {
-      std::string ids;
-      for (const auto& f : r.findings)
-        if ((f.severity == Severity::warning || std::ranges::find(kCounts, f.id) != kCounts.end()) &&
-            std::ranges::find(kTold, f.id) == kTold.end() && ids.find(f.id) == std::string::npos)
-          ids += (ids.empty() ? "" : ", ") + std::string(f.id);
-      if (!ids.empty())
+    for (std::size_t i = 0; i < results_.size(); ++i) {
+      std::vector<std::string> warnings, notes;
+      for (const auto& f : results_[i].findings) {
+        const bool warns = f.severity == Severity::warning,
+                   counts = std::ranges::find(kCounts, f.id) != kCounts.end();
+        if (!(warns || counts) || std::ranges::find(kTold, f.id) != kTold.end()) continue;
+        auto& ids = f.severity == Severity::info ? notes : warnings;
+        if (std::ranges::find(ids, f.id) == ids.end()) ids.push_back(f.id);
+      }
+      std::string text;
+      if (!warnings.empty()) text = fmt::format("warned: {}", fmt::join(warnings, ", "));
+      if (!notes.empty())
+        text += fmt::format("{}noted: {}", text.empty() ? "" : "; ", fmt::join(notes, ", "));
+      if (!text.empty())
         note("result-warned", Severity::info,
-             fmt::format("Identification of {} warned: {}. That stands for this design too.",
-                         r.record.file.empty() ? "the recording" : r.record.file, ids));
+             fmt::format("Identification ({}) {}. That stands for this design too.",
+                         name_of_result(results_, i), text));
     }
   }
 

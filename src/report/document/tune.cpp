@@ -20,9 +20,9 @@ std::string counted_text(const Tuning& t) {
   const auto& c = t.proposed();
   if (c.draws == 0) return "of every response within the error bars of all lines at once";
   const bool several = is_for_several(t);
-  return fmt::format("of {} machines that {} identification leaves possible, {}{} exceed one, {}",
-                     grouped(c.draws), several ? "each" : "the", several && c.exceeding > 0 ? "at most " : "",
-                     c.exceeding == 0 ? "none" : share_text(c.probability()),
+  return fmt::format("of {} machines that {} identification leaves possible, {}{} one, {}", grouped(c.draws),
+                     several ? "each" : "the", several && c.exceeding > 0 ? "at most " : "",
+                     c.exceeding == 0 ? "none exceeds" : share_text(c.probability()) + " exceed",
                      c.unstable == 0   ? std::string("none is unstable")
                      : c.unstable == 1 ? std::string("one is UNSTABLE")
                                        : grouped(c.unstable) + " are UNSTABLE");

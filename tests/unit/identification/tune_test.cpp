@@ -459,6 +459,28 @@ TEST(Tune, CrossesInsideTheBandThatWasMeasured) {
   EXPECT_TRUE(has_finding(*lines, "band-limits-design"));
 }
 
+/// By what each was: a note is no warning, and an id that is part of another one is one of its own.
+TEST(Tune, RepeatsWhatIdentificationWarnedOfAndNoted) {
+  using diagnostics::Severity;
+  auto result = identified();
+  result.findings.push_back({"low-coherence", Severity::warning, {}, {}, "coherence"});
+  result.findings.push_back({"coherence", Severity::warning, {}, {}, "coherence"});
+  result.findings.push_back({"coherence", Severity::warning, {}, {}, "coherence again"});
+  result.findings.push_back({"further-delay", Severity::info, {}, {}, "delay"});
+  const auto meaning_of = [&] {
+    const auto tuning = tune(result, few_draws());
+    if (!tuning) return message_of(tuning.error());
+    const auto told = std::ranges::find(tuning->findings, "result-warned", &diagnostics::Finding::id);
+    return told == tuning->findings.end() ? std::string("nothing") : std::string(told->meaning);
+  };
+  EXPECT_EQ(
+      meaning_of(),
+      "Identification (run.csv) warned: low-coherence, coherence; noted: further-delay. That stands for "
+      "this design too.");
+  result.findings.erase(result.findings.begin(), result.findings.begin() + 3);
+  EXPECT_EQ(meaning_of(), "Identification (run.csv) noted: further-delay. That stands for this design too.");
+}
+
 /// A second mode above the band may take |S| beyond its bound, though never the loop's stability: bounds are
 /// promised up to the band's end, and by a run on that drive the design is not trusted.
 TEST(Tune, PromisesBoundsInsideTheBandOnly) {
@@ -477,7 +499,8 @@ TEST(Tune, PromisesBoundsInsideTheBandOnly) {
   EXPECT_GT(*ends->threshold, *ends->value);
   const auto warned = std::ranges::find(tuning->findings, "result-warned", &diagnostics::Finding::id);
   ASSERT_TRUE(warned != tuning->findings.end());
-  EXPECT_NE(warned->meaning.find("margins-beyond-band"), std::string::npos);
+  EXPECT_NE(warned->meaning.find("(run.csv) warned: margins-beyond-band."), std::string::npos)
+      << warned->meaning;
   // Excited up to where it says, the loop is stiffer: again up to there, and soon bounds hold everywhere.
   double to_hz = *ends->threshold;
   bool ends_again = true;
@@ -617,6 +640,20 @@ TEST(Tune, NamesTheBoundThatLeavesNoLoopWhereItWasMeasured) {
   auto text = message_of(tuning.error());
   EXPECT_NE(text.find("below what was measured, from 1 Hz on"), std::string::npos) << text;
   EXPECT_NE(text.find("ask for about |C S| <= "), std::string::npos) << text;
+  // Of several machines from where on all of them were measured: 1.05^15 Hz is the first line of the other.
+  auto high = identified();
+  auto& r = high.response;
+  for (auto* lines : {&r.frequency_hz, &r.std, &r.coherence})
+    lines->erase(lines->begin(), lines->begin() + 15);
+  r.value.erase(r.value.begin(), r.value.begin() + 15);
+  for (const auto& results :
+       {std::vector<Result>{identified(), high}, std::vector<Result>{high, identified()}}) {
+    const auto both = tune(results, o);
+    ASSERT_FALSE(both);
+    EXPECT_EQ(both.error().field, "largest_controller_sensitivity");
+    EXPECT_NE(message_of(both.error()).find("below what was measured, from 2.08 Hz on"), std::string::npos)
+        << message_of(both.error());
+  }
   o.largest_controller_sensitivity = 1.0;
   o.largest_sensitivity = 1.003;
   tuning = tune(identified(), o);
@@ -635,12 +672,13 @@ TEST(Tune, NamesTheBoundThatLeavesNoLoopWhereItWasMeasured) {
 
 TEST(Tune, SuggestsBoundsThatACascadeHas) {
   auto o = few_draws(ControllerStructure::cascade);
-  o.least_bandwidth_hz = 14.0;
+  o.least_bandwidth_hz = 10.0;
   const auto tuning = tune(identified(), o);
   ASSERT_FALSE(tuning);
   EXPECT_EQ(tuning.error().field, "least_bandwidth_hz");
   const auto text = message_of(tuning.error());
-  EXPECT_NE(text.find("a cascade"), std::string::npos) << text;
+  EXPECT_NE(text.find("a cascade reaches"), std::string::npos) << text;
+  EXPECT_NE(text.find(".largest_position_transfer "), std::string::npos) << text;
   EXPECT_EQ(text.find("largest_load_transfer"), std::string::npos) << text;
 }
 

@@ -188,6 +188,9 @@ TEST(TuneText, SaysTheVerdictFirst) {
   EXPECT_EQ(list.at(1),
             "Gains: kp 2.20 Nm/(rad/s), ki 20.4 Nm/rad (Ti 108 ms), set-point weight b 0.5. Biquad 1 (lead): "
             "151 Hz, damping 1.20 over 0.600, +6.0 dB there.");
+  auto none = t;
+  none.candidates.front().exceeding = 0;
+  EXPECT_TRUE(holds(sentences(none).front(), "leaves possible, none exceeds one, none is unstable."));
 }
 
 /// 1 Nm is 2.5 A and 1 rad/s is 9.549 rpm: 2.20 Nm/(rad/s) are 2.20 * 2.5/9.549 = 0.576 A/rpm.
