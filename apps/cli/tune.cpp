@@ -320,8 +320,9 @@ void add_wishes(CLI::App& verb, TuneVerb& o) {
   add_number(verb, "--ms", t.largest_sensitivity, "X", "largest |S|: 1.4 keeps 42 deg and 11 dB");
   add_number(verb, "--load-peak", t.largest_load_transfer, "X",
              "largest |T_load|, reference to the load's velocity: 1.3 calm, 1.5 stiff");
-  add_number(verb, "--position-peak", t.largest_position_transfer, "X",
-             "largest |position of the load by its reference| of a cascade, in place of --load-peak");
+  add_number(
+      verb, "--position-peak", t.largest_position_transfer, "X",
+      "largest |T_position|, position of the load by its reference, of a cascade, in place of --load-peak");
   add_number(verb, "--mt", t.largest_complementary, "X", "largest |T|");
   add_number(verb, "--controller-peak", t.largest_controller_sensitivity, "X",
              "largest |C S| in torque per velocity; default: twice that of the best PI");

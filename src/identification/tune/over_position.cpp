@@ -216,9 +216,11 @@ expected<void, Error> check_gap(const Stretch& a, double from, const Stretch& b,
     const auto p = parameters[static_cast<std::size_t>(i)];
     if (!is_positive_by_nature(p)) continue;
     if (std::abs(change(i)) <= std::max(kMuch, 2.0 * std::hypot(a.std(i), b.std(i)))) continue;
-    return refuse("rows",
-                  fmt::format("must be enough from {:.4g} to {:.4g}, over which {} changes by {:.0f} %", from,
-                              to, fit::kParameterNames[p], 100.0 * std::abs(std::expm1(change(i)))));
+    return refuse(
+        "rows",
+        fmt::format(
+            "must be enough between the positions {:.4g} and {:.4g}, over which {} changes by {:.0f} %", from,
+            to, fit::kParameterNames[p], 100.0 * std::abs(std::expm1(change(i)))));
   }
   return {};
 }

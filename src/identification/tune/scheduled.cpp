@@ -42,9 +42,10 @@ expected<void, Error> check_gap(const fit::DriveModel& a, double from, const fit
       continue;
     return refuse(
         "positions",
-        fmt::format("must be enough from {:.4g} to {:.4g}, over which {} changes by {:.0f} %; record "
-                    "one between them",
-                    from, to, fit::kParameterNames[p], 100.0 * std::abs(std::expm1(change))));
+        fmt::format(
+            "must have enough positions between {:.4g} and {:.4g}, over which {} changes by {:.0f} %; record "
+            "one between them",
+            from, to, fit::kParameterNames[p], 100.0 * std::abs(std::expm1(change))));
   }
   return {};
 }

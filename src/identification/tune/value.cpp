@@ -167,6 +167,7 @@ void add_worst_machines(Tuning& tuning, const std::vector<design::Posterior>& po
   for (const auto& [transfer, symbol] : kBoundedTransfers) {
     const auto* figure = proposed.figure(figure_name(static_cast<std::size_t>(transfer)));
     if (figure == nullptr || !figure->bound) continue;
+    const bool of_position = proposed.position_gain && transfer == design::Transfer::load_transfer;
     std::size_t worst = 0;
     double most = 0.0;
     for (std::size_t i = 0; i < posteriors.size(); ++i) {
@@ -175,8 +176,9 @@ void add_worst_machines(Tuning& tuning, const std::vector<design::Posterior>& po
       worst = i;
       most = here;
     }
-    text += fmt::format("{}{} is largest on {} ({:.3g}, bound {:.3g})", text.empty() ? "" : ", ", symbol,
-                        name_of_machine(results, worst), most, *figure->bound);
+    text += fmt::format("{}{} is largest on {} ({:.3g}, bound {:.3g})", text.empty() ? "" : ", ",
+                        of_position ? "|T_position|" : symbol, name_of_machine(results, worst), most,
+                        *figure->bound);
   }
   if (text.empty()) return;
   tuning.findings.push_back(

@@ -36,8 +36,9 @@ std::string exceeded_text(const TunedController& c) {
     if (figure.value <= *figure.bound) continue;  // by another machine
     const auto unit = shown_unit(figure);
     if (unit.number(figure.value) == unit.number(*figure.bound)) continue;
-    text += fmt::format("{}{} is {} (bound {})", text.empty() ? "" : ", ", loop_figure_symbol(figure.name),
-                        unit.text(figure.value), unit.text(*figure.bound));
+    text += fmt::format("{}{} is {} (bound {})", text.empty() ? "" : ", ",
+                        loop_figure_symbol(figure.name, c.position_gain.has_value()), unit.text(figure.value),
+                        unit.text(*figure.bound));
   }
   return text;
 }
@@ -224,11 +225,23 @@ std::string limit_sentence(const Tuning& t) {
   if (c.limits.empty() || t.is_evaluation()) return {};
   std::string text;
   for (std::size_t i = 0; i < c.limits.size(); ++i)
-    text += (i == 0 ? "" : i + 1 == c.limits.size() ? " and " : ", ") + loop_figure_symbol(c.limits[i]);
+    text += (i == 0                     ? ""
+             : i + 1 == c.limits.size() ? " and "
+                                        : ", ") +
+            loop_figure_symbol(c.limits[i], c.position_gain.has_value());
   text = fmt::format("What limits the design: the bound{} on {}.", c.limits.size() > 1 ? "s" : "", text);
   const auto limits = [&](const char* name) {
     return std::find(c.limits.begin(), c.limits.end(), name) != c.limits.end();
   };
+  std::string unknown;
+  for (const auto& name : c.limits) {
+    const bool is_computed = !c.position_gain && (name == "sensitivity_peak" || name == "load_peak");
+    if (is_computed || name == "beyond_band_peak") continue;  // the band's worth is a finding
+    unknown += (unknown.empty() ? "" : " or ") + loop_figure_symbol(name, c.position_gain.has_value());
+  }
+  if (!unknown.empty())
+    text += fmt::format(" What a looser bound on {} would buy was not computed.", unknown);
+  if (c.position_gain) return text;  // the curves of bounds are those of a velocity PI
   if (limits("sensitivity_peak"))
     text += cost_text(t.over_sensitivity, t.options.largest_sensitivity, &TradeOff::sensitivity, "|S|");
   if (limits("load_peak"))
@@ -268,8 +281,9 @@ std::string running_sentence(const Tuning& t) {
       figure_text(*t.running, "load_step_iae"));
   const auto s = value_of(*t.running, "sensitivity_peak"), load = value_of(*t.running, "load_peak");
   if (s && load)
-    text +=
-        fmt::format(" The running one has |S| {} and |T_load| {}.", three_digits(*s), three_digits(*load));
+    text += fmt::format(" The running one has |S| {} and {} {}.", three_digits(*s),
+                        loop_figure_symbol("load_peak", t.running->position_gain.has_value()),
+                        three_digits(*load));
   return text;
 }
 

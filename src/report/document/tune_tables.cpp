@@ -100,8 +100,9 @@ Table candidate_table(const Tuning& t) {
   const auto iae_unit = unit_of_figure(t.proposed(), "load_step_iae");
   Table table{
       units.kp.empty() ? "Controllers" : fmt::format("Controllers, kp in {}, ki in {}", units.kp, units.ki),
-      {"controller", "kp", "ki", "|S|", "|T_load|", iae_unit.empty() ? "IAE" : "IAE, " + iae_unit,
-       "noise gain", "exceeds, %", "remark"},
+      {"controller", "kp", "ki", "|S|",
+       loop_figure_symbol("load_peak", t.proposed().position_gain.has_value()),
+       iae_unit.empty() ? "IAE" : "IAE, " + iae_unit, "noise gain", "exceeds, %", "remark"},
       {}};
   if (is_for_several(t)) table.title += "; figures of " + machine_words(t);
   for (const auto& [c, name] : compared_controllers(t)) {

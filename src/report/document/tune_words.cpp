@@ -39,7 +39,11 @@ constexpr std::array kFigures = {
     FigureWords{"reference_peak_torque", "reference step: peak torque", "peak torque"},
     FigureWords{"reference_rms_torque", "reference step: rms torque", "rms torque"}};
 
-const FigureWords* words_of(std::string_view name) {
+/// A cascade's load by the reference of its position.
+constexpr FigureWords kPositionPeak = {"load_peak", "largest |T_position|", "|T_position|"};
+
+const FigureWords* words_of(std::string_view name, bool of_position) {
+  if (of_position && name == kPositionPeak.name) return &kPositionPeak;
   const auto* found =
       std::find_if(kFigures.begin(), kFigures.end(), [&](const FigureWords& w) { return w.name == name; });
   return found == kFigures.end() ? nullptr : found;
@@ -68,12 +72,12 @@ std::string spaced(std::string_view name) {
 }  // namespace
 
 std::string loop_figure_words(std::string_view name, bool of_position) {
-  const auto* words = words_of(name);
+  const auto* words = words_of(name, of_position);
   return words == nullptr ? spaced(name) : std::string(words->words) + measured_position(name, of_position);
 }
 
 std::string loop_figure_symbol(std::string_view name, bool of_position) {
-  const auto* words = words_of(name);
+  const auto* words = words_of(name, of_position);
   return words == nullptr ? spaced(name) : std::string(words->symbol) + measured_position(name, of_position);
 }
 
@@ -222,7 +226,8 @@ std::string bounds_text(const TunedController& c) {
     if (!figure.bound) continue;
     const bool least =
         figure.name == "load_bandwidth_hz" || figure.name.find("_margin_") != std::string::npos;
-    text += fmt::format("{}{} {} {}", text.empty() ? "" : ", ", loop_figure_symbol(figure.name),
+    text += fmt::format("{}{} {} {}", text.empty() ? "" : ", ",
+                        loop_figure_symbol(figure.name, c.position_gain.has_value()),
                         least ? ">=" : "<=", shown_unit(figure).text(*figure.bound));
   }
   return text;

@@ -18,8 +18,9 @@ struct FigureWords {
   std::string_view words;   ///< In tables: "largest |S|, Ms".
   std::string_view symbol;  ///< In sentences: "|S|".
 };
-/// Those of a name that is not known: the name with spaces. `of_position`: of a cascade, whose load step
-/// moves the measured position; the load's, which its curves show, stands off by torque over stiffness.
+/// Those of a name that is not known: the name with spaces. `of_position`: of a cascade, whose load is
+/// bounded by its position, and whose load step moves the measured position; the load's, which its curves
+/// show, stands off by torque over stiffness.
 [[nodiscard]] std::string loop_figure_words(std::string_view name, bool of_position = false);
 [[nodiscard]] std::string loop_figure_symbol(std::string_view name, bool of_position = false);
 

@@ -198,7 +198,7 @@ Section sensitivity_section(const Tuning& t) {
   s.sheet = true;
   s.side_by_side = true;
   put_chart(s, peak_chart(t, "Sensitivity |S|", "sensitivity_peak", &LoopCurves::sensitivity));
-  const char* title = t.proposed().position_gain ? "From the reference to the load's position, |T_load|"
+  const char* title = t.proposed().position_gain ? "From the reference to the load's position, |T_position|"
                                                  : "From the reference to the load, |T_load|";
   put_chart(s, peak_chart(t, title, "load_peak", &LoopCurves::load_transfer, Running::alike));
   if (!s.charts.empty())

@@ -79,7 +79,7 @@ std::vector<Card> tune_cards(const Tuning& t) {
     cards.push_back(std::move(card));
   }
   put_figure_card(cards, c, "sensitivity_peak", "Largest |S| (Ms)");
-  put_figure_card(cards, c, "load_peak", "Largest |T_load|");
+  put_figure_card(cards, c, "load_peak", c.position_gain ? "Largest |T_position|" : "Largest |T_load|");
   put_figure_card(cards, c, "phase_margin_deg", "Phase margin");
   std::string against;
   if (const auto ratio = stiffer_by(t)) against = stiffness_words(*ratio);

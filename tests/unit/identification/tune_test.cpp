@@ -915,7 +915,8 @@ TEST(Tune, OneControllerSuitsSeveralMachines) {
   ASSERT_FALSE(far);
   EXPECT_EQ(far.error().field, "positions");
   EXPECT_EQ(far.error().requirement.str(),
-            "must be enough from 0.2 to 1.2, over which stiffness changes by 64 %; record one between them");
+            "must have enough positions between 0.2 and 1.2, over which stiffness changes by 64 %; record "
+            "one between them");
   o.positions = {0.2, 0.5, 0.8, 1.2};
   const auto scheduled = tune(
       std::vector<Result>{results.front(), identified(0.02, 130.0), identified(0.02, 153.0), results.back()},

@@ -270,6 +270,31 @@ TEST(TuneText, TellsFirstStepLimitsAndWhatUncertaintyCosts) {
   EXPECT_TRUE(holds(text, "The crossover is 0.48 of the anti-resonance (10.7 Hz)."));
 }
 
+/// Curves of a bound are of |S| and |T_load| under a velocity PI.
+TEST(TuneText, SaysWhereThePriceOfABoundWasNotComputed) {
+  auto t = test::tuning();
+  auto& c = t.candidates.front();
+  c.limits = {"sensitivity_peak", "controller_sensitivity_peak"};
+  auto text = text_of(sentences(t));
+  EXPECT_TRUE(
+      holds(text,
+            "What limits the design: the bounds on |S| and |C S|. What a looser bound on |C S| would buy "
+            "was not computed. A bound of 1.60 on |S| would make"))
+      << text;
+  c.position_gain = 12.5;
+  c.limits = {"sensitivity_peak", "load_peak"};
+  text = text_of(sentences(t));
+  EXPECT_TRUE(
+      holds(text,
+            "What limits the design: the bounds on |S| and |T_position|. What a looser bound on |S| or "
+            "|T_position| would buy was not computed.\n"))
+      << text;
+  EXPECT_TRUE(holds(text, "|T_position| <= 1.30)")) << text;
+  EXPECT_FALSE(holds(text, "of the best PI")) << text;
+  EXPECT_TRUE(holds(summary_text(t), "largest |T_position|"));
+  EXPECT_FALSE(holds(summary_text(t), "largest |T_load|"));
+}
+
 /// One gain: no ki of 0, nor a quarter of it.
 TEST(TuneText, TellsAProportionalControllerByItsGain) {
   auto t = test::tuning();
@@ -607,7 +632,7 @@ TEST(TunePage, DrawsPositionLoopsAsSuch) {
     EXPECT_EQ(chart->y_label, "Position of the load in rad");
     EXPECT_EQ(chart->curves.size(), 1U);
   }
-  const auto* load = chart_of(page, "From the reference to the load's position, |T_load|");
+  const auto* load = chart_of(page, "From the reference to the load's position, |T_position|");
   ASSERT_NE(load, nullptr);
   for (const auto& curve : load->curves) EXPECT_NE(curve.name, "running controller");
   EXPECT_EQ(chart_of(page, "Sensitivity |S|")->curves.at(1).name, "running controller");
@@ -617,7 +642,7 @@ TEST(TunePage, DrawsPositionLoopsAsSuch) {
       EXPECT_TRUE(holds(text_of(section.text), "are those of the measured position"));
     }
     if (section.title == "Controllers that were compared") {
-      EXPECT_EQ(section.plain_tables.at(0).columns.at(4), "|T_load|");
+      EXPECT_EQ(section.plain_tables.at(0).columns.at(4), "|T_position|");
       EXPECT_EQ(section.plain_tables[0].rows.back().at(4), "");
     }
   }
