@@ -1336,7 +1336,23 @@ TEST(Tune, ACheckFindsTheMachineThatWasRecorded) {
       ASSERT_EQ(tuning.findings.back().id, "checked-machine");
       EXPECT_NE(tuning.findings.back().meaning.find(machine.record.file), std::string::npos);
     }
+    // Read by the scale of another result it is of a machine of twice the inertia, friction and stiffness.
+    auto doubled = identified(0.005, 2.0 * 130.0);
+    for (const auto p : {fit::kDrivenInertia, fit::kLoadInertia, fit::kDamping})
+      doubled.model->drive.set(p, 2.0 * doubled.model->drive.value(p));
     auto tuning = *designed;
+    std::vector<Result> own;
+    for (const auto& machine : results)
+      own.push_back(
+          recorded_under(tuning.proposed(), machine.record.file == "soft.csv" ? soft : doubled, 0.02));
+    ASSERT_TRUE(check_on(tuning, results, own));
+    EXPECT_TRUE(tuning.check->agrees) << tuning.check->probability << tuning.check->cause;
+    EXPECT_NE(tuning.findings.back().meaning.find("that of soft.csv"), std::string::npos);
+    tuning = *designed;
+    ASSERT_TRUE(
+        check_on(tuning, results, std::vector<Result>(2, recorded_under(tuning.proposed(), doubled, 0.02))));
+    EXPECT_FALSE(tuning.check->agrees);
+    tuning = *designed;
     const std::vector<Result> other(2, recorded_under(tuning.proposed(), identified(0.005, 95.0), 0.02));
     ASSERT_TRUE(check_on(tuning, results, other));
     EXPECT_FALSE(tuning.check->agrees);
