@@ -3,22 +3,37 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
+#include <limits>
 #include <resonid/base/constants.hpp>
 
 #include "design/disk_loop.hpp"
-#include "design/ends_of_lines.hpp"
+#include "design/loop_end.hpp"
+#include "linalg/decompositions.hpp"
 
 namespace resonid::design {
 namespace {
 
 using Complex = std::complex<double>;
+/// From a ten-thousandth of the first line up to it, of a controller that is given whole: half a percent
+/// each.
+constexpr int kStepsBelow = 2000;
+constexpr double kStepBelow = 5e-3;
+
+/// A controller that is given whole, outside the lines.
+struct WholeController {
+  std::function<Complex(double)> at_hz;
+  int integrators = 0;
+  double growth = 1.0;  ///< The largest |C| from the last line on, over that at it.
+};
 
 class DiskSearch {
  public:
-  DiskSearch(const ResponseDisks& response, std::span<const Biquad> biquads, const Bounds& bounds,
-             std::optional<AntiResonance> load)
-      : bounds_(bounds), transfers_(bounded_transfers(bounds)) {
-    const auto filter = filter_values(biquads, response.frequencies_hz, response.sample_time_s);
+  /// `filter` stands behind the gains, at every line; of a controller that is given whole it is all of it,
+  /// and the gains are 1 and 0.
+  DiskSearch(const ResponseDisks& response, std::span<const Complex> filter, const Bounds& bounds,
+             std::optional<AntiResonance> load, std::optional<WholeController> whole = {})
+      : bounds_(bounds), transfers_(bounded_transfers(bounds)), whole_(std::move(whole)) {
     for (std::size_t i = 0; i < filter.size(); ++i) {
       const double f = response.frequencies_hz[i];
       DiskLine line{f,
@@ -34,6 +49,7 @@ class DiskSearch {
       }
       lines_.push_back(line);
     }
+    inertia_ = Complex(0.0, 1.0) * (whole_ ? response.centres.front() : lines_.front().measured);
   }
 
   struct Gains {
@@ -68,27 +84,50 @@ class DiskSearch {
     return most * 180.0 / kPi;
   }
 
-  /// Two poles on the circle, that of the controller and that of the drive, make 1 + L begin at -180 deg; of
-  /// a stable loop it ends at 0 (the argument principle).
-  [[nodiscard]] bool is_told_stable(const Gains& gains) const {
+  /// By 1 + L of the centres: poles on the circle, those of the controller and that of the drive, make it
+  /// begin at -90 deg each; of a stable loop it ends at 0 (the argument principle).
+  [[nodiscard]] LineStability along(const Gains& gains) const {
     constexpr double kMostTurnDeg = 90.0;
-    if (!begins_as_inertia(lines_.front().measured)) return false;
-    if (!(largest_turn_deg(gains) < kMostTurnDeg)) return false;
-    double whole = begins_at(gains) - std::arg(returned(lines_.size() - 1, gains));
-    for (const double turn : turns(gains)) whole += turn;
-    return std::abs(whole) < 0.5 * kPi;
+    // A quarter turn away from an inertia is no delay that a loop of |L| > 1 would stand there, but a wrong
+    // sign.
+    if (!(std::abs(std::arg(inertia_)) < 0.5 * kPi))
+      return {LinesTell::wrong_sign, lines_.front().frequency_hz, std::arg(inertia_) * 180.0 / kPi};
+    const auto all = turns(gains);
+    for (std::size_t i = 0; i < all.size(); ++i)
+      if (const double deg = std::abs(all[i]) * 180.0 / kPi; !(deg < kMostTurnDeg))
+        return {LinesTell::turns_far, lines_[i + 1].frequency_hz, deg};
+    const auto begin = begins_at(gains);
+    if (!begin) return {LinesTell::unstable};
+    double around = *begin - std::arg(returned(lines_.size() - 1, gains));
+    for (const double turn : all) around += turn;
+    return {std::abs(around) < 0.5 * kPi ? LinesTell::stable : LinesTell::unstable};
+  }
+  [[nodiscard]] bool is_told_stable(const Gains& gains) const {
+    return along(gains).tells == LinesTell::stable;
   }
 
-  [[nodiscard]] double loop_at_end(const Gains& gains) const {
-    const DiskLoop loop(lines_.back(), gains.kp, gains.ki);
-    return std::abs(loop.returned - 1.0) + loop.reach;
+  /// Of every response within the disks.
+  [[nodiscard]] LineStability stability(const Gains& gains) const {
+    if (const auto found = along(gains); found.tells != LinesTell::stable) return found;
+    for (const DiskLine& line : lines_)
+      if (const DiskLoop loop(line, gains.kp, gains.ki); !(std::abs(loop.returned) > loop.reach))
+        return {LinesTell::passes_zero, line.frequency_hz, std::abs(loop.returned - 1.0)};
+    const auto last = end(gains);
+    if (!ends_too_large(last)) return {};
+    return {last.rises() ? LinesTell::ends_rising : LinesTell::ends_large, lines_.back().frequency_hz,
+            last.size};
   }
 
-  [[nodiscard]] double rise_at_end(const Gains& gains) const {
+  [[nodiscard]] LoopEnd end(const Gains& gains) const {
     std::vector<double> frequencies_hz;
-    for (const DiskLine& line : lines_) frequencies_hz.push_back(line.frequency_hz);
-    return design::rise_at_end(frequencies_hz,
-                               [&](std::size_t i) { return std::abs(returned(i, gains) - 1.0); });
+    std::vector<Complex> loop;
+    for (std::size_t i = 0; i < lines_.size(); ++i) {
+      frequencies_hz.push_back(lines_[i].frequency_hz);
+      loop.push_back(returned(i, gains) - 1.0);
+    }
+    auto last = loop_end(frequencies_hz, loop, DiskLoop(lines_.back(), gains.kp, gains.ki).reach);
+    if (whole_) last.size *= whole_->growth;
+    return last;
   }
 
   [[nodiscard]] double least_loop_at_start(const Gains& gains) const {
@@ -121,7 +160,7 @@ class DiskSearch {
         }
       found.push_back(peak);
     }
-    const double at_end = loop_at_end(gains) / kLargestLoopAtEnd;
+    const double at_end = end(gains).size / kLargestAtEnd;
     found.push_back({Transfer::beyond_band, at_end, lines_.back().frequency_hz, 1.0});
     return found;
   }
@@ -129,7 +168,7 @@ class DiskSearch {
  private:
   /// |kp + ki q| where |L| is as large as it may be at the last line.
   [[nodiscard]] double largest_at_end() const {
-    return kLargestLoopAtEnd / (std::abs(lines_.back().measured) + lines_.back().radius);
+    return kLargestAtEnd / (std::abs(lines_.back().measured) + lines_.back().radius);
   }
 
   /// The ki up to which |L| is small enough there.
@@ -213,16 +252,37 @@ class DiskSearch {
     return found;
   }
 
-  [[nodiscard]] double begins_at(const Gains& gains) const {
-    constexpr double kDecades = 4.0;
+  /// L at a part of the first frequency: below it the drive is an inertia, and what turns its response away
+  /// from -90 deg there is a delay.
+  [[nodiscard]] Complex loop_below(double part, const Gains& gains) const {
     const DiskLine& first = lines_.front();
-    return angle_at_first_line(first.measured, kDecades, -kPi,
-                               [&](double part) { return gains.kp + gains.ki * first.integrator / part; });
+    const Complex g = std::polar(std::abs(inertia_) / part, std::arg(inertia_) * part - 0.5 * kPi);
+    return g * (whole_ ? whole_->at_hz(first.frequency_hz * part)
+                       : gains.kp + gains.ki * first.integrator / part);
+  }
+
+  /// The angle of 1 + L at the first line, reached from that of the integrators; nothing where L begins on
+  /// the other side.
+  [[nodiscard]] std::optional<double> begins_at(const Gains& gains) const {
+    constexpr double kDecades = 4.0;
+    const int steps = whole_ ? kStepsBelow : kStepsBelow / 10;
+    double angle = -0.5 * kPi * (1.0 + (whole_ ? whole_->integrators : 1));
+    Complex before = std::polar(1.0, angle);
+    for (int i = 0; i <= steps; ++i) {
+      const Complex now = 1.0 + loop_below(std::pow(10.0, -kDecades * (steps - i) / steps), gains);
+      const double turn = std::arg(now * std::conj(before));
+      if (i == 0 && std::abs(turn) > 0.75 * kPi) return std::nullopt;
+      angle += turn;
+      before = now;
+    }
+    return angle;
   }
 
   const Bounds& bounds_;
   std::vector<Transfer> transfers_;
+  std::optional<WholeController> whole_;
   std::vector<DiskLine> lines_;
+  Complex inertia_;  ///< j times the first line: real and positive without a delay.
 };
 
 }  // namespace
@@ -264,34 +324,109 @@ expected<void> check_disks(const ResponseDisks& response, const Bounds& bounds,
 expected<ResponseDesign> largest_integral_gain(const ResponseDisks& response, std::span<const Biquad> biquads,
                                                const Bounds& bounds, std::optional<AntiResonance> load) {
   if (const auto valid = check_disks(response, bounds, load); !valid) return tl::unexpected(valid.error());
-  const DiskSearch search(response, biquads, bounds, load);
+  const auto filter = filter_values(biquads, response.frequencies_hz, response.sample_time_s);
+  const DiskSearch search(response, filter, bounds, load);
   const auto best = search.best();
   if (!best)
     return refuse("response",
                   "must let a gain within the bounds be told stable: from below the crossover on, on lines "
                   "near to one another");
-  // A loop that only just keeps small there would meet that resonance.
-  if (const double rise = search.rise_at_end(*best); ends_on_flank(search.loop_at_end(*best), rise))
-    return refuse("response", "must not end where |L| rises: a resonance is near", rise);
+  // A loop that only just keeps small there would meet the resonance on whose flank the lines end.
+  if (const LoopEnd end = search.end(*best); ends_too_large(end))
+    return refuse("response", "must not end where |L| rises: a resonance is near", end.rise);
   const auto crossover_hz = search.crossover_hz(*best);
   if (const double first = search.least_loop_at_start(*best); !crossover_hz || !(first > 1.0))
     return refuse("response", "must begin where |L| is above 1", first);
-  return ResponseDesign{{best->kp, best->ki, {biquads.begin(), biquads.end()}},
-                        *crossover_hz,
-                        search.worst(*best),
-                        search.largest_turn_deg(*best)};
+  return ResponseDesign{{*crossover_hz, search.worst(*best), search.largest_turn_deg(*best), {}},
+                        {best->kp, best->ki, {biquads.begin(), biquads.end()}}};
 }
 
-expected<ResponseDesign> judged_by_response(const ResponseDisks& response, const FilteredPi& controller,
-                                            const Bounds& bounds, std::optional<AntiResonance> load) {
+namespace {
+
+/// A pole pair of a controller, half as wide as it is to 3 dB.
+struct ControllerMode {
+  double frequency_hz = 0.0, half_width_hz = 0.0;
+};
+struct ControllerPoles {
+  int integrators = 0;
+  std::vector<ControllerMode> modes;
+};
+
+expected<ControllerPoles> poles_of(data::TransferFunction controller) {
+  constexpr double kSame = 1e-6;  // a double pole is found to the root of the rounding
+  ControllerPoles found;
+  const double first = controller.denominator.front();
+  for (double& term : controller.denominator) term /= first;
+  const auto states = states_of(controller);
+  if (states.a.rows() == 0) return found;
+  for (const Complex& pole : linalg::eigenvalues(states.a)) {
+    if (std::abs(pole - 1.0) < kSame) {
+      ++found.integrators;
+      continue;
+    }
+    if (!(std::abs(pole) < 1.0 - kSame))
+      return refuse("controller", "must be stable but for integrators, to be judged by a response",
+                    std::abs(pole));
+    if (!(pole.imag() > 0.0)) continue;
+    const Complex s = std::log(pole) / (kTwoPi * controller.sample_time_s);
+    found.modes.push_back({s.imag(), -s.real()});
+  }
+  return found;
+}
+
+/// Between lines only the controller is known: where they are near enough for its modes, it turns by little
+/// from one to the next.
+expected<void> check_modes(const ControllerPoles& poles, const std::vector<double>& lines_hz) {
+  for (const auto& mode : poles.modes) {
+    const double f = mode.frequency_hz;
+    const auto above = std::ranges::upper_bound(lines_hz, f);
+    if (above == lines_hz.end()) continue;
+    const double apart = above == lines_hz.begin() ? kStepBelow * f : *above - *std::prev(above);
+    if (!(apart <= mode.half_width_hz))
+      return refuse(
+          "controller",
+          "must have no pole pair that is half as wide as the lines are apart where it stands, in Hz",
+          mode.half_width_hz);
+  }
+  return {};
+}
+
+/// The largest |C| from the last line on, over that at it.
+double growth_beyond(const LinearController& controller, const ControllerPoles& poles, double last_hz,
+                     double sample_time_s) {
+  constexpr int kSteps = 400;
+  std::vector<double> all_hz = {last_hz};
+  const double nyquist = 0.5 / sample_time_s;
+  for (int i = 1; i <= kSteps; ++i) all_hz.push_back(last_hz + (nyquist - last_hz) * i / kSteps);
+  for (const auto& mode : poles.modes)
+    if (mode.frequency_hz > last_hz) all_hz.push_back(mode.frequency_hz);
+  const auto values = controller.at(all_hz);
+  double most = 0.0;
+  for (const Complex& value : values) most = std::max(most, std::abs(value));
+  return most / std::abs(values.front());
+}
+
+}  // namespace
+
+expected<ResponseLoop> judged_by_response(const ResponseDisks& response,
+                                          const data::TransferFunction& controller, const Bounds& bounds,
+                                          std::optional<AntiResonance> load) {
   if (const auto valid = check_disks(response, bounds, load); !valid) return tl::unexpected(valid.error());
-  const DiskSearch search(response, controller.biquads, bounds, load);
-  const DiskSearch::Gains gains{controller.kp, controller.ki};
-  const auto crossover_hz = search.crossover_hz(gains);
-  if (const double first = search.least_loop_at_start(gains); !crossover_hz || !(first > 1.0))
+  const auto poles = poles_of(controller);
+  if (!poles) return tl::unexpected(poles.error());
+  if (const auto near = check_modes(*poles, response.frequencies_hz); !near)
+    return tl::unexpected(near.error());
+  const LinearController whole(controller);
+  const DiskSearch search(
+      response, whole.at(response.frequencies_hz), bounds, load,
+      WholeController{[&whole](double f) { return whole.at(std::array{f}).front(); }, poles->integrators,
+                      growth_beyond(whole, *poles, response.frequencies_hz.back(), response.sample_time_s)});
+  constexpr DiskSearch::Gains kAsGiven{1.0, 0.0};
+  const auto crossover_hz = search.crossover_hz(kAsGiven);
+  if (const double first = search.least_loop_at_start(kAsGiven); !crossover_hz || !(first > 1.0))
     return refuse("response", "must begin where |L| is above 1 and reach to where it is below", first);
-  return ResponseDesign{controller, *crossover_hz, search.worst(gains), search.largest_turn_deg(gains),
-                        search.is_told_stable(gains)};
+  return ResponseLoop{*crossover_hz, search.worst(kAsGiven), search.largest_turn_deg(kAsGiven),
+                      search.stability(kAsGiven)};
 }
 
 }  // namespace resonid::design

@@ -35,12 +35,31 @@ struct AntiResonance {
   double frequency_hz = 0.0, damping_ratio = 0.0;
 };
 
-struct ResponseDesign {
-  FilteredPi controller;
+/// What the lines tell of a loop's stability.
+enum class LinesTell {
+  stable,       ///< By the turns of 1 + L.
+  unstable,     ///< By the same, or by a controller that pushes the wrong way at standstill.
+  wrong_sign,   ///< The response begins with more than a quarter turn away from an inertia's.
+  turns_far,    ///< 1 + L turns by more than 90 deg from one line to the next.
+  passes_zero,  ///< A response within the disks takes 1 + L to 0.
+  ends_rising,  ///< ends_too_large(), on the flank of what may be a resonance.
+  ends_large    ///< ends_too_large()
+};
+struct LineStability {
+  LinesTell tells = LinesTell::stable;
+  double frequency_hz = 0.0;  ///< Where.
+  double value = 0.0;         ///< |L| at the end; the turn, deg.
+};
+
+/// A loop on the lines of a response.
+struct ResponseLoop {
   double crossover_hz = 0.0;      ///< The last one.
   std::vector<Peak> worst;        ///< Of every bounded transfer, over all disks of all lines.
   double largest_turn_deg = 0.0;  ///< Of 1 + L between neighbouring lines.
-  bool stable = true;             ///< By the turns; false: they do not tell it, or that it is unstable.
+  LineStability stability;
+};
+struct ResponseDesign : ResponseLoop {
+  FilteredPi controller;
 };
 
 /// The largest integral gain that meets the bounds for every response that goes through the disks. The loop
@@ -57,10 +76,16 @@ struct ResponseDesign {
                                                              const Bounds& bounds,
                                                              std::optional<AntiResonance> load = {});
 
-/// The same of a controller that is given: stability and the largest value of each bounded transfer, which
-/// may be beyond its bound. Refused: lines that are no response from below a crossover on.
-[[nodiscard]] expected<ResponseDesign> judged_by_response(const ResponseDisks& response,
-                                                          const FilteredPi& controller, const Bounds& bounds,
-                                                          std::optional<AntiResonance> load = {});
+/// The same of a controller that is given: stability, which may be untold, and the largest value of each
+/// bounded transfer, which may be beyond its bound.
+///
+/// The controller is known between the lines and below them; where the lines are farther apart than a pole
+/// pair of it is wide ("controller" is the field), or do not reach from below a crossover on ("response"), it
+/// is refused, and so is one that is not stable but for integrators. |L| at the last line counts as many
+/// times larger as the controller becomes beyond it.
+[[nodiscard]] expected<ResponseLoop> judged_by_response(const ResponseDisks& response,
+                                                        const data::TransferFunction& controller,
+                                                        const Bounds& bounds,
+                                                        std::optional<AntiResonance> load = {});
 
 }  // namespace resonid::design

@@ -58,9 +58,12 @@ constexpr FindingKind kTune[] = {
      "The machine may be another one than the model says, and the loop unstable on it.",
      "Cure the findings of that result, and design anew."},
     {"design-unstable", "Unstable with this controller", "tune", TrustEffect::withdraws,
-     "With the given controller the loop is unstable on the identified machine.",
-     "The controller is for another machine, sample time or unit, or its gains are too high.",
-     "Do not run it; check its sample time and units."},
+     "With the given controller the loop is unstable on the identified machine, or the lines of a bare "
+     "response do not tell that it is stable.",
+     "The controller is for another machine, sample time or unit, or its gains are too high; or the lines "
+     "end "
+     "where |L| is not small, or lie too far apart.",
+     "Do not run it; check its sample time and units. Of a bare response, excite what the text names."},
     {"bounds-exceeded", "Bounds exceeded", "tune", TrustEffect::withdraws,
      "More of the machines that may be exceed a bound than the confidence allows.",
      "The gains leave no room for what is not known of the machine.",

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <resonid/base/constants.hpp>
 
+#include "design/loop_end.hpp"
 #include "design/response_disks.hpp"
 #include "identification/tune/checks.hpp"
 #include "identification/tune/designs.hpp"
@@ -121,8 +122,46 @@ void put_figures(const data::FrequencyResponse& plant, const Units& units, Tuned
   lines.put_curves(controller.curves);
 }
 
+/// Why a loop is not known to be stable, and what would tell.
+std::string untold_text(const design::LineStability& stability) {
+  const double f = stability.frequency_hz;
+  switch (stability.tells) {
+    case design::LinesTell::wrong_sign:
+      return fmt::format(
+          "The loop is not known to be stable: at the first line, {:.3g} Hz, the response is {:.0f} deg away "
+          "from that of an inertia. Check the signs of torque and velocity, or excite lower frequencies too.",
+          f, stability.value);
+    case design::LinesTell::turns_far:
+      return fmt::format(
+          "The loop is not known to be stable: at {:.3g} Hz 1 + L turns by {:.0f} deg from one line to the "
+          "next. Record longer, which makes them denser, or lower the gains.",
+          f, stability.value);
+    case design::LinesTell::passes_zero:
+      return fmt::format(
+          "The loop is not known to be stable: at {:.3g} Hz L may be -1 within its error bar. Lower the "
+          "gains, "
+          "or excite more strongly there.",
+          f);
+    case design::LinesTell::ends_rising:
+      return fmt::format(
+          "The loop is not known to be stable: at the last line, {:.3g} Hz, |L| rises, as below a resonance, "
+          "and is up to {:.3g}, where at most {:g} is small enough for what stands above. Excite up to where "
+          "|L| stays below that, or lower the gains.",
+          f, stability.value, design::kLargestRising);
+    case design::LinesTell::ends_large:
+      return fmt::format(
+          "The loop is not known to be stable: at the last line, {:.3g} Hz, |L| is up to {:.3g}, where at "
+          "most "
+          "{:g} is small enough for what stands above. Excite up to where |L| stays below that, or lower the "
+          "gains.",
+          f, stability.value, design::kLargestAtEnd);
+    default:
+      return "By the turns of 1 + L along the lines the loop is not stable, or cannot be told to be.";
+  }
+}
+
 /// What a controller that was given may be: unstable, or beyond a bound.
-void judge(Tuning& tuning) {
+void judge(const design::LineStability& stability, Tuning& tuning) {
   const auto& c = tuning.proposed();
   if (c.within) return;
   std::string beyond;
@@ -130,13 +169,14 @@ void judge(Tuning& tuning) {
     if (figure.worst && figure.bound && *figure.worst > (1.0 + kRoom) * *figure.bound)
       beyond += fmt::format("{}{} up to {:.3g} (bound {:.3g})", beyond.empty() ? "" : ", ", figure.name,
                             *figure.worst, *figure.bound);
-  tuning.findings.push_back(
-      {c.stable ? "bounds-exceeded" : "design-unstable",
-       diagnostics::Severity::error,
-       {},
-       {},
-       c.stable ? "Responses within the error bars exceed a bound: " + beyond + "."
-                : "By the turns of 1 + L along the lines the loop is not stable, or cannot be told to be."});
+  const bool ends =
+      stability.tells == design::LinesTell::ends_rising || stability.tells == design::LinesTell::ends_large;
+  tuning.findings.push_back({c.stable ? "bounds-exceeded" : "design-unstable",
+                             diagnostics::Severity::error,
+                             ends ? std::optional(stability.value) : std::nullopt,
+                             {},
+                             c.stable ? "Responses within the error bars exceed a bound: " + beyond + "."
+                                      : untold_text(stability)});
 }
 
 }  // namespace
@@ -172,8 +212,18 @@ expected<Tuning, Error> tune_by_response(const Result& result, const TuneOptions
     if (!given->what.gains || !(given->what.gains->ki > 0.0) || options.evaluate_position_gain)
       return refuse("evaluate", "must be a PI of velocity, to be judged by a response without a drive model");
   }
-  auto found = given ? design::judged_by_response(*disks, *given->what.gains, bounds, load)
-                     : design::largest_integral_gain(*disks, {}, bounds, load);
+  expected<design::ResponseLoop> found;
+  auto controller = given ? given->what : TunedController();
+  if (given) {
+    found = design::judged_by_response(*disks, given->what.feedback, bounds, load);
+  } else {
+    const auto design = design::largest_integral_gain(*disks, {}, bounds, load);
+    if (!design) return refused(design.error());
+    controller = law_of(design->controller, step).what;
+    found = *design;
+  }
+  if (!found && found.error().field == "controller")
+    return refuse("evaluate", found.error().requirement.str(), found.error().value);
   if (!found) return refused(found.error());
   Tuning tuning;
   tuning.files = {result.record.file};
@@ -181,9 +231,8 @@ expected<Tuning, Error> tune_by_response(const Result& result, const TuneOptions
   tuning.sample_time_s = step;
   tuning.options = options;
   tuning.by_response = true;
-  auto controller = given ? given->what : law_of(found->controller, step).what;
-  controller.stable = found->stable;
-  controller.within = found->stable && std::ranges::all_of(found->worst, [](const design::Peak& worst) {
+  controller.stable = found->stability.tells == design::LinesTell::stable;
+  controller.within = controller.stable && std::ranges::all_of(found->worst, [](const design::Peak& worst) {
                         return worst.value <= (1.0 + kRoom) * worst.bound;
                       });
   put_figures(plant, result.units, controller);
@@ -213,7 +262,7 @@ expected<Tuning, Error> tune_by_response(const Result& result, const TuneOptions
       crossover.value = curves.frequency_hz[i - 1];
   controller.figures.push_back(std::move(crossover));
   tuning.candidates = {std::move(controller)};
-  judge(tuning);
+  judge(found->stability, tuning);
   if (options.running) {
     auto running = law_of(options.running->sampled(step)).what;
     running.structure = "running";

@@ -10,6 +10,7 @@
 
 #include "design/figures.hpp"
 #include "design/first_sign_change.hpp"
+#include "design/loop_end.hpp"
 #include "design/normal.hpp"
 #include "golden_posteriors.hpp"
 
@@ -39,6 +40,32 @@ Bounds sensitivity_only() {
   bounds.load_transfer.reset();
   return bounds;
 }
+
+ResponseDisks part_of(const ResponseDisks& all, double from_hz, double to_hz) {
+  ResponseDisks some;
+  some.sample_time_s = kStep;
+  for (std::size_t i = 0; i < all.frequencies_hz.size(); ++i) {
+    if (all.frequencies_hz[i] < from_hz || all.frequencies_hz[i] > to_hz) continue;
+    some.frequencies_hz.push_back(all.frequencies_hz[i]);
+    some.centres.push_back(all.centres[i]);
+    some.radii.push_back(all.radii[i]);
+  }
+  return some;
+}
+
+/// An inertia of 0.05 kgm2, every half Hz.
+ResponseDisks inertia(double to_hz) {
+  ResponseDisks disks;
+  disks.sample_time_s = kStep;
+  for (double f = 0.5; f <= to_hz; f += 0.5) {
+    disks.frequencies_hz.push_back(f);
+    disks.centres.push_back(1.0 / std::complex(0.0, kTwoPi * f * 0.05));
+    disks.radii.push_back(0.01 * std::abs(disks.centres.back()));
+  }
+  return disks;
+}
+
+data::TransferFunction pi_of(double kp, double ki) { return FilteredPi{kp, ki, {}}.transfer_function(kStep); }
 
 TEST(ResponseDisks, GiveTheGoldenGains) {
   const GoldenDisks g;
@@ -128,18 +155,7 @@ TEST(ResponseDisks, HoldAllLinesAtOnce) {
 
 TEST(ResponseDisks, RefuseWhatTheLinesCannotTell) {
   const GoldenDisks g;
-  const auto part = [&](double from_hz, double to_hz) {
-    const auto all = g.of(0.01);
-    ResponseDisks some;
-    some.sample_time_s = kStep;
-    for (std::size_t i = 0; i < all.frequencies_hz.size(); ++i) {
-      if (all.frequencies_hz[i] < from_hz || all.frequencies_hz[i] > to_hz) continue;
-      some.frequencies_hz.push_back(all.frequencies_hz[i]);
-      some.centres.push_back(all.centres[i]);
-      some.radii.push_back(all.radii[i]);
-    }
-    return some;
-  };
+  const auto part = [&](double from_hz, double to_hz) { return part_of(g.of(0.01), from_hz, to_hz); };
   // Whole up to the Nyquist frequency; up to where |L| is still large; from beyond the crossover.
   EXPECT_TRUE(largest_integral_gain(part(0.0, 250.0), {}, sensitivity_only()));
   const auto why = [&](const ResponseDisks& some, const Bounds& bounds) {
@@ -160,16 +176,6 @@ TEST(ResponseDisks, RefuseWhatTheLinesCannotTell) {
 
 /// An inertia of 0.05 kgm2 crosses at 6.4 Hz with kp = 2: where lines end at 8 Hz the gain has to be less.
 TEST(ResponseDisks, KeepTheCrossoverWellInsideTheLines) {
-  const auto inertia = [](double to_hz) {
-    ResponseDisks disks;
-    disks.sample_time_s = kStep;
-    for (double f = 0.5; f <= to_hz; f += 0.5) {
-      disks.frequencies_hz.push_back(f);
-      disks.centres.push_back(1.0 / std::complex(0.0, kTwoPi * f * 0.05));
-      disks.radii.push_back(0.01 * std::abs(disks.centres.back()));
-    }
-    return disks;
-  };
   Bounds bounds = sensitivity_only();
   bounds.controller_sensitivity = 2.2;
   const auto whole = largest_integral_gain(inertia(40.0), {}, bounds);
@@ -198,6 +204,54 @@ TEST(ResponseDisks, DoNotEndOnTheFlankOfAResonance) {
   const auto found = largest_integral_gain(some, {}, sensitivity_only());
   ASSERT_FALSE(found);
   EXPECT_EQ(found.error().requirement, "must not end where |L| rises: a resonance is near");
+}
+
+/// Nor is a loop judged stable there that a design would refuse: |L| of kp = 0.6 rises to 0.35 at 14 Hz, and
+/// from 0.04 at the anti-resonance. Of an inertia |L| falls, to 0.8 at 8 Hz.
+TEST(ResponseDisks, TellNoStabilityWhereTheLinesEndTooEarly) {
+  const GoldenDisks g;
+  const auto judged = [](const ResponseDisks& disks, double kp) {
+    const auto found = judged_by_response(disks, pi_of(kp, 0.5), sensitivity_only());
+    EXPECT_TRUE(found);
+    return found ? *found : ResponseLoop{};
+  };
+  const auto whole = judged(g.of(0.01), 0.6);
+  EXPECT_EQ(whole.stability.tells, LinesTell::stable);
+  EXPECT_NEAR(whole.crossover_hz, 1.49, 0.01);
+  const auto flank = judged(part_of(g.of(0.01), 0.0, 14.0), 0.6);
+  EXPECT_EQ(flank.stability.tells, LinesTell::ends_rising);
+  EXPECT_EQ(flank.stability.frequency_hz, 14.0);
+  EXPECT_NEAR(flank.stability.value, 0.348, 0.002);
+  EXPECT_EQ(judged(part_of(g.of(0.01), 0.0, 14.0), 0.4).stability.tells, LinesTell::stable);  // 0.23
+
+  const auto large = judged(inertia(8.0), 2.0);
+  EXPECT_EQ(large.stability.tells, LinesTell::ends_large);
+  EXPECT_NEAR(large.stability.value, 2.0 * 1.01 / (kTwoPi * 8.0 * 0.05), 1e-3);
+  EXPECT_EQ(judged(inertia(40.0), 2.0).stability.tells, LinesTell::stable);
+  // What was designed up to the limit is told stable by the same rule.
+  const auto designed = largest_integral_gain(inertia(8.0), {}, sensitivity_only());
+  ASSERT_TRUE(designed);
+  const auto again =
+      judged_by_response(inertia(8.0), designed->controller.transfer_function(kStep), sensitivity_only());
+  ASSERT_TRUE(again);
+  EXPECT_EQ(again->stability.tells, LinesTell::stable);
+}
+
+TEST(LoopEnd, LeavesRoomForWhatIsNotSeen) {
+  const std::vector<double> f = {1.0, 6.0, 8.0, 10.0};
+  const auto end = [&](double before, double last, double error = 0.0) {
+    const std::vector<std::complex<double>> loop = {2.0, {0.0, -before}, {0.0, -before}, {-last, 0.0}};
+    return loop_end(f, loop, error);
+  };
+  EXPECT_DOUBLE_EQ(end(0.5, 0.4, 0.05).size, 0.45);
+  EXPECT_DOUBLE_EQ(end(0.5, 0.4).rise, 1.0);  // its own last line is the least
+  EXPECT_DOUBLE_EQ(end(0.1, 0.3).rise, 3.0);
+  EXPECT_FALSE(ends_too_large(end(0.6, 0.5)));
+  EXPECT_TRUE(ends_too_large(end(0.6, 0.5, 0.01)));
+  EXPECT_TRUE(ends_too_large(end(0.2, 0.26)));
+  EXPECT_FALSE(ends_too_large(end(0.2, 0.25)));
+  EXPECT_FALSE(ends_too_large(end(0.25, 0.26)));  // flat
+  EXPECT_TRUE(ends_too_large({std::nan(""), 1.0}));
 }
 
 /// Roots far apart in size, close by, and one where the sign stays.

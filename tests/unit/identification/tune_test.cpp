@@ -349,7 +349,28 @@ TEST(Tune, JudgesAControllerByAResponse) {
   EXPECT_FALSE(far->trusted);
   EXPECT_TRUE(has_finding(*far, "design-unstable"));
 
+  // Lines that end below the resonance at 15.1 Hz, with |L| 0.36 and rising.
   auto o = few_draws();
+  o.evaluate = pi(0.6, 1.2);
+  const auto whole = tune(result, o);
+  ASSERT_TRUE(whole) << message_of(whole.error());
+  EXPECT_TRUE(whole->proposed().stable);
+  auto flank = result;
+  const auto& lines = flank.response.frequency_hz;
+  const auto end = static_cast<std::size_t>(std::ranges::upper_bound(lines, 14.0) - lines.begin());
+  flank.response.frequency_hz.resize(end);
+  flank.response.value.resize(end);
+  flank.response.std.resize(end);
+  const auto untold = tune(flank, o);
+  ASSERT_TRUE(untold) << message_of(untold.error());
+  EXPECT_FALSE(untold->proposed().stable);
+  EXPECT_FALSE(untold->trusted);
+  const auto why = std::ranges::find(untold->findings, "design-unstable", &diagnostics::Finding::id);
+  ASSERT_TRUE(why != untold->findings.end());
+  EXPECT_EQ(why->severity, diagnostics::Severity::error);
+  EXPECT_NE(why->meaning.find("|L| rises"), std::string::npos) << why->meaning;
+  EXPECT_NE(why->meaning.find("Excite up to where |L| stays below"), std::string::npos) << why->meaning;
+
   o.evaluate = data::Controller(data::TransferFunction{{1.5, -1.3, 0.02}, {1.0, -1.2, 0.2}, 0.002});
   const auto other = tune(result, o);
   ASSERT_FALSE(other);
