@@ -426,6 +426,9 @@ TEST_F(TuneVerb, DesignsByTheResponseWhereThereIsNoModel) {
   const auto given = run("tune none.json --evaluate pi:20,0.1 --require-trusted");
   EXPECT_EQ(given.exit_code, 3);
   EXPECT_NE(given.out.find("design-unstable"), std::string::npos) << given.out;
+  EXPECT_NE(given.out.find("NOT STABLE"), std::string::npos) << given.out;
+  EXPECT_EQ(given.out.find("UNSTABLE"), std::string::npos) << given.out;
+  EXPECT_EQ(given.out.find("identified machine"), std::string::npos) << given.out;
   EXPECT_NE(refused("none.json --structure rst").find("no drive model"), std::string::npos);
   EXPECT_NE(refused("none.json --simulate run.toml").find("--simulate"), std::string::npos);
   for (const std::string option : {"--overshoot 0.1", "--step 2", "--biquads 2", "--draws 500", "--seed 2"}) {

@@ -193,7 +193,9 @@ expected<void, Error> check_exportable(const TuneOptions& options, ExportFormat 
 
 expected<void, Error> check_exportable(const Tuning& tuning) {
   if (!tuning.proposed().stable)
-    return refuse("evaluate", "must be stable on the identified machine to be taken away");
+    return refuse("evaluate", tuning.by_response
+                                  ? "must be told stable by the measured response to be taken away"
+                                  : "must be stable on the identified machine to be taken away");
   return {};
 }
 

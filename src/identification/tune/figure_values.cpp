@@ -36,6 +36,13 @@ constexpr std::array<std::string_view, 21> kFigureNames = {"sensitivity_peak",
                                                            "reference_rms_torque"};
 
 constexpr std::pair<std::string_view, std::string_view> kFigureWords[] = {
+    {"sensitivity_peak", "|S|"},
+    {"complementary_peak", "|T|"},
+    {"load_peak", "|T_load|"},
+    {"controller_sensitivity_peak", "|C S|"},
+    {"process_sensitivity_peak", "|G S|"},
+    {"disk_peak", "|S - T|"},
+    {"beyond_band_peak", "|L| above the band"},
     {"load_step_iae", "IAE of the load step"},
     {"load_step_peak", "peak of the load step"},
     {"reference_overshoot", "overshoot of the load"},

@@ -32,7 +32,8 @@ struct FigureValue {
 [[nodiscard]] bool is_worse_when_less(std::size_t index);
 /// What a figure is where a machine has none: margins without a crossing are infinite, others not known.
 [[nodiscard]] double absent_value(std::size_t index);
-/// As sentences name it: "settling of the load"; of one that sentences do not name its own, with spaces.
+/// As sentences name it: "settling of the load", "|T_load|"; of one that sentences do not name its own, with
+/// spaces.
 [[nodiscard]] std::string figure_words(std::string_view name);
 [[nodiscard]] std::string figure_unit(std::size_t index, const TunedController& controller,
                                       const Units& units);

@@ -167,8 +167,8 @@ void judge(const design::LineStability& stability, Tuning& tuning) {
   std::string beyond;
   for (const auto& figure : c.figures)
     if (figure.worst && figure.bound && *figure.worst > (1.0 + kRoom) * *figure.bound)
-      beyond += fmt::format("{}{} up to {:.3g} (bound {:.3g})", beyond.empty() ? "" : ", ", figure.name,
-                            *figure.worst, *figure.bound);
+      beyond += fmt::format("{}{} up to {:.3g} (bound {:.3g})", beyond.empty() ? "" : ", ",
+                            figure_words(figure.name), *figure.worst, *figure.bound);
   const bool ends =
       stability.tells == design::LinesTell::ends_rising || stability.tells == design::LinesTell::ends_large;
   tuning.findings.push_back({c.stable ? "bounds-exceeded" : "design-unstable",

@@ -98,7 +98,10 @@ Badge tune_badge(const Tuning& t) {
   const auto bounds = bounds_text(c);
   Badge b;
   b.reason = bounds.empty() ? c.name : bounds;
-  if (!c.stable) {
+  if (!c.stable && t.by_response) {
+    b.word = "Not told stable";
+    b.reason = "by " + machine_words(t);
+  } else if (!c.stable) {
     b.word = "Unstable";
     b.reason = is_for_several(t) ? "on an identified machine" : "on the identified machine";
   } else if (t.options.force && !t.trusted) {

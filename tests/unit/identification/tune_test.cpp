@@ -344,6 +344,10 @@ TEST(Tune, JudgesAControllerByAResponse) {
   EXPECT_FALSE(more->trusted);
   EXPECT_TRUE(has_finding(*more, "bounds-exceeded"));
   EXPECT_GT(*more->proposed().figure("load_peak")->worst, 1.3);
+  const auto exceeded = std::ranges::find(more->findings, "bounds-exceeded", &diagnostics::Finding::id);
+  ASSERT_TRUE(exceeded != more->findings.end());
+  EXPECT_NE(exceeded->meaning.find("|T_load| up to "), std::string::npos) << exceeded->meaning;
+  EXPECT_EQ(exceeded->meaning.find("_peak"), std::string::npos) << exceeded->meaning;
   ASSERT_TRUE(far) << message_of(far.error());
   EXPECT_FALSE(far->proposed().stable);
   EXPECT_FALSE(far->trusted);

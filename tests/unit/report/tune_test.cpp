@@ -735,6 +735,28 @@ TEST(TunePage, WordsADesignByAResponseAsOne) {
   EXPECT_EQ(load->at(4), "1.25");
 }
 
+/// Of one that is given the lines may tell that its loop is unstable, or nothing.
+TEST(TunePage, WordsALoopThatAResponseDoesNotTellStable) {
+  auto t = test::evaluation();
+  t.by_response = true;
+  t.machines.clear();
+  t.trusted = false;
+  auto& c = t.candidates.front();
+  c.stable = c.within = false;
+  c.draws = 0;
+  EXPECT_EQ(
+      sentences(t).front(),
+      "The given controller (PI): by the measured response its loop is NOT STABLE, or cannot be told to "
+      "be.");
+  const auto text = summary_text(t);
+  EXPECT_FALSE(holds(text, "identified machine")) << text;
+  EXPECT_FALSE(holds(text, "UNSTABLE")) << text;
+  const auto page = document(t);
+  EXPECT_EQ(page.badge->word, "Not told stable");
+  EXPECT_EQ(page.badge->reason, "by the measured response");
+  EXPECT_FALSE(page.badge->good);
+}
+
 TEST(TunePage, IsMadeOfWhateverIsThere) {
   const auto page = document(test::full_tuning());
   for (const char* title :
