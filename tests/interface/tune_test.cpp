@@ -423,6 +423,17 @@ TEST_F(TuneVerb, DesignsByTheResponseWhereThereIsNoModel) {
   const auto tuning = json::parse(text("tuning.json"));
   EXPECT_TRUE(tuning.at("by_response"));
   EXPECT_NE(done.out.find("design-by-response"), std::string::npos) << done.out;
+  // Margins on the lines, with the worst over the error bars.
+  EXPECT_NE(done.out.find("phase margin"), std::string::npos) << done.out;
+  EXPECT_FALSE(tuning.at("candidates").at(0).at("crossings").empty());
+  // Any controller of velocity is judged by them.
+  write("p.json", R"({"numerator": [1.0], "denominator": [1.0], "sample_time_s": 0.002})");
+  write("lag.json", R"({"numerator": [0.5], "denominator": [1.0, -0.5], "sample_time_s": 0.002})");
+  for (const char* file : {"p.json", "lag.json"}) {
+    const auto judged = run(std::string("tune none.json --json judged.json --evaluate ") + file);
+    ASSERT_EQ(judged.exit_code, 0) << judged.error;
+    EXPECT_TRUE(json::parse(text("judged.json")).at("candidates").at(0).at("stable")) << judged.out;
+  }
   const auto given = run("tune none.json --evaluate pi:20,0.1 --require-trusted");
   EXPECT_EQ(given.exit_code, 3);
   EXPECT_NE(given.out.find("design-unstable"), std::string::npos) << given.out;

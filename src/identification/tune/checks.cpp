@@ -146,6 +146,16 @@ Checked check_result(const Result& r, const TuneOptions& o) {
   return {};
 }
 
+/// A controller that is given runs at the rate of the machine.
+Checked check_step(const TuneOptions& options, double own) {
+  if (!options.evaluate || options.evaluate->law) return {};
+  const double step = options.evaluate->sample_time_s;
+  if (step > 0.0 && std::abs(step / own - 1.0) > 0.01)
+    return refuse("evaluate",
+                  fmt::format("runs every {:g} s, the machine was sampled every {:g} s", step, own));
+  return {};
+}
+
 }  // namespace
 
 Checked check(std::span<const Result> results, const TuneOptions& options) {
@@ -157,7 +167,7 @@ Checked check(std::span<const Result> results, const TuneOptions& options) {
     if (auto checked = check_result(r, options); !checked) return checked;
     if (!r.model && results.size() > 1)
       return refuse("results", named(r) + " holds no drive model, as designs for several machines need");
-    if (!r.model) return {};
+    if (!r.model) return check_step(options, 1.0 / r.record.sample_rate_hz);
     if (auto checked = check_noise(r, options); !checked) return checked;
     const double step = r.model->drive.sample_time_s, first_step = first.model->drive.sample_time_s;
     constexpr double kSame = 1e-6;
@@ -171,13 +181,7 @@ Checked check(std::span<const Result> results, const TuneOptions& options) {
                                            "of them only",
                                            named(r), r.units.response, first.units.response));
   }
-  if (options.evaluate && !options.evaluate->law) {
-    const double step = options.evaluate->sample_time_s, own = first.model->drive.sample_time_s;
-    if (step > 0.0 && std::abs(step / own - 1.0) > 0.01)
-      return refuse("evaluate",
-                    fmt::format("runs every {:g} s, the machine was sampled every {:g} s", step, own));
-  }
-  return {};
+  return check_step(options, first.model->drive.sample_time_s);
 }
 
 std::string name_of_result(std::span<const Result> results, std::size_t i) {

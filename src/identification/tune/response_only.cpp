@@ -6,7 +6,9 @@
 #include <algorithm>
 #include <cmath>
 #include <resonid/base/constants.hpp>
+#include <span>
 
+#include "design/line_margins.hpp"
 #include "design/loop_end.hpp"
 #include "design/response_disks.hpp"
 #include "identification/tune/checks.hpp"
@@ -90,6 +92,13 @@ class LineFigures {
     return figure;
   }
 
+  /// With those of the plant's disks.
+  [[nodiscard]] design::LineMargins margins(std::span<const double> radii) const {
+    std::vector<double> of_loop;
+    for (std::size_t i = 0; i < loop_.size(); ++i) of_loop.push_back(std::abs(c_[i]) * radii[i]);
+    return design::line_margins(plant_.frequency_hz, loop_, of_loop);
+  }
+
   void put_curves(LoopCurves& curves) const {
     curves.frequency_hz = plant_.frequency_hz;
     curves.loop = loop_;
@@ -120,6 +129,32 @@ void put_figures(const data::FrequencyResponse& plant, const Units& units, Tuned
                               design::Transfer::controller_sensitivity})
     controller.figures.push_back(lines.peak(transfer, units, controller));
   lines.put_curves(controller.curves);
+}
+
+/// Margins, worst over the disks, and the crossover, of which the first one is told as everywhere.
+void put_margins(const data::FrequencyResponse& plant, std::span<const double> radii,
+                 TunedController& controller) {
+  const auto margins = LineFigures(plant, controller.feedback).margins(radii);
+  controller.crossings = margins.crossings;
+  const auto put = [&](const char* name, const char* unit, const std::optional<design::LineMargin>& margin) {
+    if (!margin) return;
+    LoopFigure figure;
+    figure.name = name;
+    figure.unit = unit;
+    figure.value = margin->value;
+    figure.worst = margin->worst;
+    controller.figures.push_back(std::move(figure));
+  };
+  put("phase_margin_deg", "deg", margins.phase_deg);
+  put("gain_margin_db", "dB", margins.gain_db);
+  put("delay_margin_s", "s", margins.delay_s);
+  const auto first = std::ranges::find(margins.crossings, true, &design::Crossing::falling);
+  if (first == margins.crossings.end()) return;
+  LoopFigure crossover;
+  crossover.name = "crossover_hz";
+  crossover.unit = "Hz";
+  crossover.value = first->frequency_hz;
+  controller.figures.push_back(std::move(crossover));
 }
 
 /// Why a loop is not known to be stable, and what would tell.
@@ -207,10 +242,14 @@ expected<Tuning, Error> tune_by_response(const Result& result, const TuneOptions
                   "at |S| alone, where it may swing several times as far; identify with a drive model");
   std::optional<Law> given;
   if (options.evaluate) {
-    given = law_of(options.evaluate->sampled(step));
+    data::TransferFunction sampled = options.evaluate->sampled(step);
+    sampled.sample_time_s = step;
+    given = law_of(sampled);
     if (!options.evaluate_reference.empty()) set_reference(*given, options.evaluate_reference);
-    if (!given->what.gains || !(given->what.gains->ki > 0.0) || options.evaluate_position_gain)
-      return refuse("evaluate", "must be a PI of velocity, to be judged by a response without a drive model");
+    if (options.evaluate_position_gain)
+      return refuse("evaluate",
+                    "must be a controller of velocity, to be judged by a response without a drive model");
+    if (given->what.structure.empty()) given->what.structure = "given";
   }
   expected<design::ResponseLoop> found;
   auto controller = given ? given->what : TunedController();
@@ -252,15 +291,7 @@ expected<Tuning, Error> tune_by_response(const Result& result, const TuneOptions
     at->bound = worst.bound;
     if (worst.value >= kActive * worst.bound) controller.limits.push_back(name);
   }
-  LoopFigure crossover;
-  crossover.name = "crossover_hz";
-  crossover.unit = "Hz";
-  crossover.value = found->crossover_hz;  // the first one, as everywhere
-  const auto& curves = controller.curves;
-  for (std::size_t i = curves.loop.size(); i > 1; --i)
-    if (std::abs(curves.loop[i - 2]) >= 1.0 && std::abs(curves.loop[i - 1]) < 1.0)
-      crossover.value = curves.frequency_hz[i - 1];
-  controller.figures.push_back(std::move(crossover));
+  put_margins(plant, disks->radii, controller);
   tuning.candidates = {std::move(controller)};
   judge(found->stability, tuning);
   if (options.running) {
@@ -268,6 +299,7 @@ expected<Tuning, Error> tune_by_response(const Result& result, const TuneOptions
     running.structure = "running";
     running.stable = true;  // it was recorded under it
     put_figures(plant, result.units, running);
+    put_margins(plant, disks->radii, running);
     tuning.running = std::move(running);
   }
   tuning.findings.push_back(

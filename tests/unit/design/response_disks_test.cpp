@@ -12,6 +12,8 @@
 #include "design/first_sign_change.hpp"
 #include "design/loop_end.hpp"
 #include "design/normal.hpp"
+#include "design/pid.hpp"
+#include "design/polynomial.hpp"
 #include "golden_posteriors.hpp"
 
 namespace resonid::design {
@@ -235,6 +237,75 @@ TEST(ResponseDisks, TellNoStabilityWhereTheLinesEndTooEarly) {
       judged_by_response(inertia(8.0), designed->controller.transfer_function(kStep), sensitivity_only());
   ASSERT_TRUE(again);
   EXPECT_EQ(again->stability.tells, LinesTell::stable);
+}
+
+/// A controller that is given as a fraction: with one, two or no integrators, of any order.
+TEST(ResponseDisks, JudgeAnyController) {
+  const GoldenDisks g;
+  const auto disks = g.of(0.01);
+  const auto tells = [&](const data::TransferFunction& controller) {
+    const auto found = judged_by_response(disks, controller, sensitivity_only());
+    EXPECT_TRUE(found) << found.error().requirement.str();
+    return found ? found->stability.tells : LinesTell::wrong_sign;
+  };
+  EXPECT_EQ(tells({{0.6}, {1.0}, kStep}), LinesTell::stable);
+  EXPECT_EQ(tells({{20.0}, {1.0}, kStep}), LinesTell::unstable);
+  EXPECT_EQ(tells({{-0.6}, {1.0}, kStep}), LinesTell::unstable);
+  EXPECT_EQ(tells(pi_of(6.0, 0.5)), LinesTell::stable);
+  EXPECT_EQ(tells(pi_of(20.0, 0.5)), LinesTell::unstable);
+  EXPECT_EQ(tells(Pid{0.6, 0.5, 0.002, 0.004}.transfer_function(kStep)), LinesTell::stable);
+  const std::array position = {1.0 + kStep, -1.0}, sum = {1.0, -1.0};  // 1 + q
+  auto twice = pi_of(0.6, 0.5);
+  twice.numerator = polynomial_product(twice.numerator, position);
+  twice.denominator = polynomial_product(twice.denominator, sum);
+  EXPECT_EQ(tells(twice), LinesTell::stable);
+  // The same in other terms is the same.
+  auto scaled = pi_of(6.0, 0.5);
+  for (double& term : scaled.numerator) term *= 3.0;
+  for (double& term : scaled.denominator) term *= 3.0;
+  EXPECT_EQ(tells(scaled), LinesTell::stable);
+
+  // Worst cases are those that the design of the same controller tells.
+  Bounds bounds = test::calm();
+  bounds.complementary = 1.25;
+  bounds.controller_sensitivity = 2.6;
+  const std::vector<Biquad> filters = {{20.0, 0.4, 0.6}};
+  const auto designed = largest_integral_gain(g.of(0.08), filters, bounds, g.load);
+  ASSERT_TRUE(designed);
+  const auto judged =
+      judged_by_response(g.of(0.08), designed->controller.transfer_function(kStep), bounds, g.load);
+  ASSERT_TRUE(judged);
+  EXPECT_EQ(judged->stability.tells, LinesTell::stable);
+  EXPECT_NEAR(judged->crossover_hz, designed->crossover_hz, 1e-9);
+  ASSERT_EQ(judged->worst.size(), designed->worst.size());
+  for (std::size_t i = 0; i + 1 < judged->worst.size(); ++i)
+    EXPECT_NEAR(judged->worst[i].value, designed->worst[i].value, 1e-6);
+}
+
+TEST(ResponseDisks, KeepToControllersThatTheLinesCanTell) {
+  const GoldenDisks g;
+  const auto refused = [&](const data::TransferFunction& controller) {
+    const auto found = judged_by_response(g.of(0.01), controller, sensitivity_only());
+    EXPECT_FALSE(found);
+    return found ? std::string() : found.error().field.str();
+  };
+  // Lines are half a Hz apart at 20 Hz: this resonance is 0.1 Hz wide to either side.
+  const FilteredPi narrow{0.6, 0.5, {{20.0, 0.02, 0.005}}}, wide{0.6, 0.5, {{20.0, 0.02, 0.2}}};
+  EXPECT_EQ(refused(narrow.transfer_function(kStep)), "controller");
+  EXPECT_TRUE(judged_by_response(g.of(0.01), wide.transfer_function(kStep), sensitivity_only()));
+  EXPECT_EQ(refused({{0.6}, {1.0, -1.1}, kStep}), "controller");
+  EXPECT_EQ(refused({{0.6}, {1.0, 0.0, 1.0}, kStep}), "controller");  // on the circle, no integrator
+
+  // A resonance of the controller above the last line counts there: |L| is 0.16 at 20 Hz.
+  const FilteredPi plain{1.0, 0.5, {}}, resonant{1.0, 0.5, {{100.0, 0.5, 0.01}}};
+  const auto tells = [](const FilteredPi& controller) {
+    const auto found =
+        judged_by_response(inertia(20.0), controller.transfer_function(kStep), sensitivity_only());
+    EXPECT_TRUE(found);
+    return found ? found->stability.tells : LinesTell::wrong_sign;
+  };
+  EXPECT_EQ(tells(plain), LinesTell::stable);
+  EXPECT_EQ(tells(resonant), LinesTell::ends_large);
 }
 
 TEST(LoopEnd, LeavesRoomForWhatIsNotSeen) {

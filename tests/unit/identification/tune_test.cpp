@@ -375,10 +375,64 @@ TEST(Tune, JudgesAControllerByAResponse) {
   EXPECT_NE(why->meaning.find("|L| rises"), std::string::npos) << why->meaning;
   EXPECT_NE(why->meaning.find("Excite up to where |L| stays below"), std::string::npos) << why->meaning;
 
+  // Any other controller of velocity; none that is unstable by itself, of another rate, or of the position.
   o.evaluate = data::Controller(data::TransferFunction{{1.5, -1.3, 0.02}, {1.0, -1.2, 0.2}, 0.002});
   const auto other = tune(result, o);
-  ASSERT_FALSE(other);
-  EXPECT_EQ(other.error().field, "evaluate");
+  ASSERT_TRUE(other) << message_of(other.error());
+  EXPECT_TRUE(other->proposed().stable);
+  EXPECT_FALSE(other->proposed().gains);
+  EXPECT_EQ(other->proposed().structure, "given");
+  EXPECT_TRUE(has_finding(*other, "bounds-exceeded"));  // a phase margin of 17 deg
+  EXPECT_EQ(other->proposed().crossings.size(), 3U);
+  const auto refused_field = [&] {
+    const auto tuning = tune(result, o);
+    EXPECT_FALSE(tuning);
+    return tuning ? std::string() : tuning.error().field.str();
+  };
+  o.evaluate = data::Controller(data::TransferFunction{{0.6}, {1.0, -1.1}, 0.002});
+  EXPECT_EQ(refused_field(), "evaluate");
+  o.evaluate = data::Controller(data::TransferFunction{{0.6}, {1.0}, 0.004});
+  EXPECT_EQ(refused_field(), "evaluate");
+  o.evaluate = data::Controller(data::TransferFunction{{0.6}, {1.0}, 0.002});
+  const auto p = tune(result, o);
+  ASSERT_TRUE(p) << message_of(p.error());
+  EXPECT_TRUE(p->proposed().stable);
+  EXPECT_EQ(p->proposed().structure, "p");
+  o.evaluate_position_gain = 1.0;
+  EXPECT_EQ(refused_field(), "evaluate");
+}
+
+/// The response is that of the model: its margins on the lines are those of the machine, and worst over the
+/// error bars.
+TEST(Tune, TellsMarginsByAResponse) {
+  auto o = few_draws();
+  o.evaluate = pi(0.9, 0.3);
+  o.running = pi(1.036, 0.147);
+  const auto by_model = tune(identified(), o);
+  auto result = identified();
+  result.model.reset();
+  const auto by_lines = tune(result, o);
+  ASSERT_TRUE(by_model) << message_of(by_model.error());
+  ASSERT_TRUE(by_lines) << message_of(by_lines.error());
+  const auto& c = by_lines->proposed();
+  EXPECT_TRUE(c.stable);
+  const auto& exact = by_model->proposed();
+  ASSERT_FALSE(c.crossings.empty());
+  ASSERT_EQ(c.crossings.size(), exact.crossings.size());
+  EXPECT_NEAR(value_of(c, "crossover_hz"), value_of(exact, "crossover_hz"), 0.05);
+  EXPECT_NEAR(value_of(c, "crossover_hz"), c.crossings.front().frequency_hz, 1e-12);
+  EXPECT_NEAR(value_of(c, "phase_margin_deg"), value_of(exact, "phase_margin_deg"), 3.0);
+  EXPECT_NEAR(value_of(c, "gain_margin_db"), value_of(exact, "gain_margin_db"), 0.5);
+  EXPECT_NEAR(value_of(c, "delay_margin_s"), value_of(exact, "delay_margin_s"),
+              0.1 * value_of(exact, "delay_margin_s"));
+  for (const char* name : {"phase_margin_deg", "gain_margin_db", "delay_margin_s"}) {
+    const auto* figure = c.figure(name);
+    ASSERT_TRUE(figure != nullptr && figure->worst) << name;
+    EXPECT_LT(*figure->worst, figure->value) << name;
+    EXPECT_GT(*figure->worst, 0.0) << name;
+  }
+  ASSERT_TRUE(by_lines->running);
+  EXPECT_FALSE(by_lines->running->crossings.empty());
 }
 
 TEST(Tune, RefusesWhatCannotBeReliedOn) {

@@ -1,0 +1,99 @@
+// SPDX-License-Identifier: MIT
+// Margins by lines and their disks, against closed forms and against those of the machine itself.
+#include "design/line_margins.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <resonid/base/constants.hpp>
+
+#include "design/figures.hpp"
+#include "golden_posteriors.hpp"
+
+namespace resonid::design {
+namespace {
+
+struct LoopOnLines {
+  std::vector<double> frequencies_hz, radii;
+  std::vector<std::complex<double>> values;
+
+  /// (5 Hz/f) exp(-j 90 deg - j 2 pi f delay), each line to a tenth of it.
+  explicit LoopOnLines(double delay_s) {
+    for (double f = 1.0; f <= 40.0; f += 0.25) {
+      frequencies_hz.push_back(f);
+      values.push_back(std::polar(5.0 / f, -0.5 * kPi - kTwoPi * f * delay_s));
+      radii.push_back(0.5 / f);
+    }
+  }
+  [[nodiscard]] LineMargins margins() const { return line_margins(frequencies_hz, values, radii); }
+};
+
+TEST(LineMargins, AreThoseOfAnIntegrator) {
+  const auto m = LoopOnLines(0.0).margins();
+  ASSERT_EQ(m.crossings.size(), 1U);
+  EXPECT_NEAR(m.crossings.front().frequency_hz, 5.0, 1e-9);
+  EXPECT_TRUE(m.crossings.front().falling);
+  ASSERT_TRUE(m.phase_deg && m.delay_s);
+  EXPECT_NEAR(m.phase_deg->value, 90.0, 1e-9);
+  // A circle of a tenth around L takes its angle by asin(0.1) at most, by acos(1 - 0.1^2/2) at the crossing.
+  EXPECT_GE(m.phase_deg->worst, 90.0 - 5.7392);
+  EXPECT_LE(m.phase_deg->worst, 90.0 - 5.7319);
+  EXPECT_NEAR(m.delay_s->value, 0.25 / 5.0, 1e-9);
+  EXPECT_LT(m.delay_s->worst, m.delay_s->value * 85.0 / 90.0);
+  EXPECT_FALSE(m.gain_db);
+}
+
+/// 10 ms more: -180 deg at 25 Hz, where it is a fifth.
+TEST(LineMargins, AreThoseOfADelay) {
+  const auto m = LoopOnLines(0.01).margins();
+  ASSERT_TRUE(m.phase_deg && m.gain_db && m.delay_s);
+  EXPECT_NEAR(m.phase_deg->value, 90.0 - 18.0, 1e-6);
+  EXPECT_LT(m.phase_deg->worst, 72.0 - 5.73);
+  EXPECT_GT(m.phase_deg->worst, 72.0 - 9.0);
+  EXPECT_NEAR(m.delay_s->value, 0.05 - 0.01, 1e-9);
+  EXPECT_NEAR(m.gain_db->value, 20.0 * std::log10(5.0), 0.01);
+  // A tenth more there; lines a little below reach the axis too, a little farther out.
+  EXPECT_LE(m.gain_db->worst, 20.0 * std::log10(5.0 / 1.1) + 1e-3);
+  EXPECT_GT(m.gain_db->worst, 20.0 * std::log10(5.0 / 1.1) - 0.3);
+}
+
+TEST(LineMargins, AreNoneWhereADiskReachesMinusOne) {
+  const std::vector<double> f = {1.0, 2.0, 3.0, 4.0};
+  const std::vector<std::complex<double>> loop = {{0.0, -4.0}, {-1.05, -0.05}, {-0.5, 0.1}, {-0.2, 0.2}};
+  const std::vector<double> radii = {0.1, 0.1, 0.01, 0.01};
+  const auto m = line_margins(f, loop, radii);
+  ASSERT_TRUE(m.phase_deg && m.delay_s);
+  EXPECT_EQ(m.phase_deg->worst, 0.0);
+  EXPECT_EQ(m.delay_s->worst, 0.0);
+  ASSERT_TRUE(m.gain_db);
+  EXPECT_GT(m.gain_db->value, 0.0);
+  EXPECT_NEAR(m.gain_db->worst, 0.0, 1e-12);
+}
+
+/// On the lines of the golden response, and exactly on its machine.
+TEST(LineMargins, AgreeWithThoseOfTheMachine) {
+  const auto golden = test::golden_json("e_tune_robust.json");
+  const auto& disk = golden.at("disk");
+  const auto frequencies_hz = disk.at("frequency_hz").get<std::vector<double>>();
+  constexpr double kStep = 0.002;
+  const LinearController controller(FilteredPi{2.5, 3.0, {}}, kStep);
+  auto loop = controller.at(frequencies_hz);
+  for (std::size_t i = 0; i < loop.size(); ++i)
+    loop[i] *= std::complex(disk.at("real")[i].get<double>(), disk.at("imag")[i].get<double>());
+  const auto lines = line_margins(frequencies_hz, loop, std::vector<double>(loop.size(), 0.0));
+  const Machine machine(test::golden_posterior(golden.at("cases")[0]).nominal());
+  const auto exact = figures_of(machine, controller);
+  ASSERT_EQ(lines.crossings.size(), exact.crossings.size());
+  for (std::size_t i = 0; i < exact.crossings.size(); ++i) {
+    EXPECT_NEAR(lines.crossings[i].frequency_hz, exact.crossings[i].frequency_hz, 0.1);
+    EXPECT_NEAR(lines.crossings[i].phase_margin_deg, exact.crossings[i].phase_margin_deg, 2.0);
+    EXPECT_EQ(lines.crossings[i].falling, exact.crossings[i].falling);
+  }
+  ASSERT_TRUE(lines.gain_db && exact.gain_margin_db && lines.delay_s && exact.delay_margin_s);
+  EXPECT_NEAR(lines.gain_db->value, *exact.gain_margin_db, 0.3);
+  EXPECT_NEAR(lines.delay_s->value, *exact.delay_margin_s, 0.05 * *exact.delay_margin_s);
+  EXPECT_NEAR(lines.gain_db->worst, lines.gain_db->value, 0.05);  // nothing is uncertain
+}
+
+}  // namespace
+}  // namespace resonid::design
