@@ -5,6 +5,7 @@
 #include <cmath>
 #include <complex>
 #include <cstddef>
+#include <optional>
 #include <resonid/base/constants.hpp>
 #include <span>
 
@@ -12,29 +13,42 @@
 // (docs/methods/tune.md 7.7): that it integrates its torque, and that no resonance stands close by.
 namespace resonid::design {
 
-/// |L| at the last line: beyond it the response may be anything up to twice what it would be.
-inline constexpr double kLargestLoopAtEnd = 0.5;
+/// The largest |L| at the last line: beyond it the response may be anything up to twice what it would be.
+inline constexpr double kLargestAtEnd = 0.5;
+/// The same where |L| rises there: the lines end on the flank of a resonance, of which |L| is a small part.
+inline constexpr double kLargestRising = 0.25;
 
-/// By how much |L|, of which `loop_size(i)` is that at a line, is larger at the last line than anywhere in
-/// the octave below it, down to where it was twice as large: past a peak it falls, whatever lies below that.
-template <class Size>
-[[nodiscard]] double rise_at_end(std::span<const double> frequency_hz, Size&& loop_size) {
-  constexpr double kPastPeak = 2.0;
-  const double at_end = loop_size(frequency_hz.size() - 1);
-  double least = at_end;
-  for (std::size_t i = frequency_hz.size(); i-- > 0 && frequency_hz[i] >= 0.5 * frequency_hz.back();) {
-    const double size = loop_size(i);
-    if (size > kPastPeak * at_end) break;
-    least = std::min(least, size);
+struct LoopEnd {
+  double size = 0.0;  ///< |L| at the last line; of a line that errs the largest within its error.
+  double rise = 1.0;  ///< |L| at the last line over the least in the octave below it.
+
+  [[nodiscard]] bool rises() const {
+    constexpr double kFlat = 1.1;
+    return rise > kFlat;
   }
-  return at_end / least;
+};
+
+/// Of a loop at ascending frequencies, of which `size_at(i)` is |L| at a line, and `size` that at the last
+/// one with its error. The octave is looked at down to where |L| was twice as large: past a peak it falls,
+/// whatever lies below that.
+template <class SizeAt>
+[[nodiscard]] LoopEnd loop_end(std::span<const double> frequencies_hz, SizeAt&& size_at, double size) {
+  constexpr double kPastPeak = 2.0;
+  const double last = size_at(frequencies_hz.size() - 1);
+  double least = last;
+  for (std::size_t i = frequencies_hz.size(); i-- > 0 && frequencies_hz[i] >= 0.5 * frequencies_hz.back();) {
+    const double here = size_at(i);
+    if (here > kPastPeak * last) break;
+    least = std::min(least, here);
+  }
+  return {size, last / least};
 }
 
-/// Whether the lines end on the flank of a resonance that the loop would meet above them; `size`: |L| at the
-/// last one, with its error.
-[[nodiscard]] inline bool ends_on_flank(double size, double rise) noexcept {
-  constexpr double kNear = 0.5 * kLargestLoopAtEnd, kFlat = 1.1;
-  return size > kNear && rise > kFlat;
+/// Whether what the lines do not show may make the loop unstable. A thousandth more than the limit is none:
+/// designs reach it, and gains are rounded.
+[[nodiscard]] inline bool ends_too_large(const LoopEnd& end) {
+  constexpr double kRounding = 1e-3;
+  return !(end.size <= (end.rises() ? kLargestRising : (1.0 + kRounding) * kLargestAtEnd));
 }
 
 /// A quarter turn away from an inertia is no delay that a loop of |L| > 1 would stand there: the sign is
@@ -43,22 +57,25 @@ template <class Size>
   return std::abs(std::arg(machine * std::complex<double>(0.0, 1.0))) < 0.5 * kPi;
 }
 
-/// arg(1 + L) at the first line, where the machine's response is `machine`, without jumps from the turn on
-/// which it lies `decades` below: there the machine is an inertia, and what turns its response away from -90
-/// deg at the line is a delay. `controller(part)`: C at that part of the line's frequency; `turn_below`: near
-/// which arg(1 + L) lies at the lowest.
+/// arg(1 + L) at the first line, where the machine's response is `machine`, without jumps from a
+/// ten-thousandth of its frequency up, in so many steps. There the machine is an inertia, and what turns its
+/// response away from -90 deg at the line is a delay; each integrator of the controller turns by as much.
+/// `controller(part)`: C at that part of the line's frequency. Nothing where L begins on the other side: its
+/// sign is wrong.
 template <class Controller>
-[[nodiscard]] double angle_at_first_line(std::complex<double> machine, double decades, double turn_below,
-                                         Controller&& controller) {
-  constexpr int kSteps = 200;
+[[nodiscard]] std::optional<double> angle_at_first_line(std::complex<double> machine, double integrators,
+                                                        int steps, Controller&& controller) {
+  constexpr double kDecades = 4.0, kSameSide = 2.0 / 3.0 * kPi;
   const std::complex<double> inertia = machine * std::complex<double>(0.0, 1.0);
-  double angle = turn_below;
-  auto before = std::polar(1.0, turn_below);
-  for (int i = 0; i <= kSteps; ++i) {
-    const double part = std::pow(10.0, -decades * (kSteps - i) / kSteps);
+  double angle = -0.5 * kPi * (1.0 + integrators);
+  auto before = std::polar(1.0, angle);
+  for (int i = 0; i <= steps; ++i) {
+    const double part = std::pow(10.0, -kDecades * (steps - i) / steps);
     const auto g = std::polar(std::abs(inertia) / part, std::arg(inertia) * part - 0.5 * kPi);
     const std::complex<double> now = 1.0 + controller(part) * g;
-    angle += std::arg(now * std::conj(before));
+    const double turn = std::arg(now * std::conj(before));
+    if (i == 0 && std::abs(turn) > kSameSide) return std::nullopt;
+    angle += turn;
     before = now;
   }
   return angle;

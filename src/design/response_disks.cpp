@@ -8,7 +8,7 @@
 #include <resonid/base/constants.hpp>
 
 #include "design/disk_loop.hpp"
-#include "design/loop_end.hpp"
+#include "design/ends_of_lines.hpp"
 #include "linalg/decompositions.hpp"
 
 namespace resonid::design {
@@ -49,7 +49,7 @@ class DiskSearch {
       }
       lines_.push_back(line);
     }
-    inertia_ = Complex(0.0, 1.0) * (whole_ ? response.centres.front() : lines_.front().measured);
+    machine_ = whole_ ? response.centres.front() : lines_.front().measured;
   }
 
   struct Gains {
@@ -88,10 +88,9 @@ class DiskSearch {
   /// begin at -90 deg each; of a stable loop it ends at 0 (the argument principle).
   [[nodiscard]] LineStability along(const Gains& gains) const {
     constexpr double kMostTurnDeg = 90.0;
-    // A quarter turn away from an inertia is no delay that a loop of |L| > 1 would stand there, but a wrong
-    // sign.
-    if (!(std::abs(std::arg(inertia_)) < 0.5 * kPi))
-      return {LinesTell::wrong_sign, lines_.front().frequency_hz, std::arg(inertia_) * 180.0 / kPi};
+    if (!begins_as_inertia(machine_))
+      return {LinesTell::wrong_sign, lines_.front().frequency_hz,
+              std::arg(machine_ * Complex(0.0, 1.0)) * 180.0 / kPi};
     const auto all = turns(gains);
     for (std::size_t i = 0; i < all.size(); ++i)
       if (const double deg = std::abs(all[i]) * 180.0 / kPi; !(deg < kMostTurnDeg))
@@ -120,14 +119,10 @@ class DiskSearch {
 
   [[nodiscard]] LoopEnd end(const Gains& gains) const {
     std::vector<double> frequencies_hz;
-    std::vector<Complex> loop;
-    for (std::size_t i = 0; i < lines_.size(); ++i) {
-      frequencies_hz.push_back(lines_[i].frequency_hz);
-      loop.push_back(returned(i, gains) - 1.0);
-    }
-    auto last = loop_end(frequencies_hz, loop, DiskLoop(lines_.back(), gains.kp, gains.ki).reach);
-    if (whole_) last.size *= whole_->growth;
-    return last;
+    for (const DiskLine& line : lines_) frequencies_hz.push_back(line.frequency_hz);
+    const auto size_at = [&](std::size_t i) { return std::abs(returned(i, gains) - 1.0); };
+    const double last = size_at(lines_.size() - 1) + DiskLoop(lines_.back(), gains.kp, gains.ki).reach;
+    return loop_end(frequencies_hz, size_at, whole_ ? whole_->growth * last : last);
   }
 
   [[nodiscard]] double least_loop_at_start(const Gains& gains) const {
@@ -252,37 +247,20 @@ class DiskSearch {
     return found;
   }
 
-  /// L at a part of the first frequency: below it the drive is an inertia, and what turns its response away
-  /// from -90 deg there is a delay.
-  [[nodiscard]] Complex loop_below(double part, const Gains& gains) const {
-    const DiskLine& first = lines_.front();
-    const Complex g = std::polar(std::abs(inertia_) / part, std::arg(inertia_) * part - 0.5 * kPi);
-    return g * (whole_ ? whole_->at_hz(first.frequency_hz * part)
-                       : gains.kp + gains.ki * first.integrator / part);
-  }
-
-  /// The angle of 1 + L at the first line, reached from that of the integrators; nothing where L begins on
-  /// the other side.
   [[nodiscard]] std::optional<double> begins_at(const Gains& gains) const {
-    constexpr double kDecades = 4.0;
-    const int steps = whole_ ? kStepsBelow : kStepsBelow / 10;
-    double angle = -0.5 * kPi * (1.0 + (whole_ ? whole_->integrators : 1));
-    Complex before = std::polar(1.0, angle);
-    for (int i = 0; i <= steps; ++i) {
-      const Complex now = 1.0 + loop_below(std::pow(10.0, -kDecades * (steps - i) / steps), gains);
-      const double turn = std::arg(now * std::conj(before));
-      if (i == 0 && std::abs(turn) > 0.75 * kPi) return std::nullopt;
-      angle += turn;
-      before = now;
-    }
-    return angle;
+    const DiskLine& first = lines_.front();
+    if (whole_)
+      return angle_at_first_line(machine_, whole_->integrators, kStepsBelow,
+                                 [&](double part) { return whole_->at_hz(first.frequency_hz * part); });
+    return angle_at_first_line(machine_, 1.0, kStepsBelow / 10,
+                               [&](double part) { return gains.kp + gains.ki * first.integrator / part; });
   }
 
   const Bounds& bounds_;
   std::vector<Transfer> transfers_;
   std::optional<WholeController> whole_;
   std::vector<DiskLine> lines_;
-  Complex inertia_;  ///< j times the first line: real and positive without a delay.
+  Complex machine_;  ///< Its response at the first line.
 };
 
 }  // namespace

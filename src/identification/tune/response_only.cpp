@@ -8,8 +8,8 @@
 #include <resonid/base/constants.hpp>
 #include <span>
 
+#include "design/ends_of_lines.hpp"
 #include "design/line_margins.hpp"
-#include "design/loop_end.hpp"
 #include "design/response_disks.hpp"
 #include "identification/tune/checks.hpp"
 #include "identification/tune/designs.hpp"

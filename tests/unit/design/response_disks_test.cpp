@@ -8,9 +8,9 @@
 #include <cmath>
 #include <resonid/base/constants.hpp>
 
+#include "design/ends_of_lines.hpp"
 #include "design/figures.hpp"
 #include "design/first_sign_change.hpp"
-#include "design/loop_end.hpp"
 #include "design/normal.hpp"
 #include "design/pid.hpp"
 #include "design/polynomial.hpp"
@@ -311,8 +311,9 @@ TEST(ResponseDisks, KeepToControllersThatTheLinesCanTell) {
 TEST(LoopEnd, LeavesRoomForWhatIsNotSeen) {
   const std::vector<double> f = {1.0, 6.0, 8.0, 10.0};
   const auto end = [&](double before, double last, double error = 0.0) {
-    const std::vector<std::complex<double>> loop = {2.0, {0.0, -before}, {0.0, -before}, {-last, 0.0}};
-    return loop_end(f, loop, error);
+    const std::array size = {2.0, before, before, last};
+    return loop_end(
+        f, [&](std::size_t i) { return size[i]; }, last + error);
   };
   EXPECT_DOUBLE_EQ(end(0.5, 0.4, 0.05).size, 0.45);
   EXPECT_DOUBLE_EQ(end(0.5, 0.4).rise, 1.0);  // its own last line is the least
@@ -322,6 +323,12 @@ TEST(LoopEnd, LeavesRoomForWhatIsNotSeen) {
   EXPECT_TRUE(ends_too_large(end(0.2, 0.26)));
   EXPECT_FALSE(ends_too_large(end(0.2, 0.25)));
   EXPECT_FALSE(ends_too_large(end(0.25, 0.26)));  // flat
+  // Past a peak it falls, whatever lies below that.
+  const std::array past = {2.0, 0.1, 0.9, 0.4};
+  EXPECT_DOUBLE_EQ(loop_end(
+                       f, [&](std::size_t i) { return past[i]; }, 0.4)
+                       .rise,
+                   1.0);
   EXPECT_TRUE(ends_too_large({std::nan(""), 1.0}));
 }
 

@@ -139,17 +139,16 @@ bool begins_below_resonances(const data::FrequencyResponse& loop, const data::Tr
 /// torque and k integrators of the controller make -90 (1 + k) deg; nothing where the sign is another.
 std::optional<double> begin_deg(const data::FrequencyResponse& loop,
                                 const data::TransferFunction& controller) {
-  constexpr double kDecades = 2.0, kSameSign = 120.0;
-  const double first_hz = loop.frequency_hz.front(), lowest_hz = first_hz * std::pow(10.0, -kDecades);
-  const auto machine = loop.value.front() / controller.response(first_hz);
-  const auto below = controller.response(lowest_hz);
-  const double integrators = std::log2(std::abs(controller.response(0.5 * lowest_hz) / below));
-  const double turn_deg = -90.0 * (1.0 + integrators);
-  const double away_deg = std::remainder(std::arg(below) * 180.0 / kPi - 90.0 - turn_deg, 360.0);
-  if (!(std::abs(away_deg) < kSameSign)) return std::nullopt;
-  return design::angle_at_first_line(machine, kDecades, turn_deg * kPi / 180.0,
-                                     [&](double part) { return controller.response(part * first_hz); }) *
-         180.0 / kPi;
+  constexpr double kLow = 1e-4;
+  constexpr int kSteps = 400;
+  const double first_hz = loop.frequency_hz.front(), lowest_hz = first_hz * kLow;
+  const double integrators =
+      std::log2(std::abs(controller.response(0.5 * lowest_hz) / controller.response(lowest_hz)));
+  const auto begin =
+      design::angle_at_first_line(loop.value.front() / controller.response(first_hz), integrators, kSteps,
+                                  [&](double part) { return controller.response(part * first_hz); });
+  if (!begin) return std::nullopt;
+  return *begin * 180.0 / kPi;
 }
 
 /// What no line shows: a resonance above the last one may lift |L| to 1. Nothing lies above half of the rate.
@@ -158,23 +157,24 @@ std::optional<std::string> may_rise_above(const data::FrequencyResponse& lines, 
   constexpr double kToHalfTheRate = 0.95;
   const double last_hz = lines.frequency_hz.back();
   const bool whole = last_hz * sample_time_s >= 0.5 * kToHalfTheRate;
-  if (const double most = whole ? 1.0 : design::kLargestLoopAtEnd; !(at_end < most))
-    return fmt::format(
-        "with its error |L| is still {:.2g} at the last that is known, {:.3g} Hz, where it must be below "
-        "{:g} "
-        "for nothing above to lift it to 1; excite higher frequencies too",
-        at_end, last_hz, most);
   // Noise of single lines is no rise: the last within its deviation, the others within theirs.
-  const double rise = design::rise_at_end(lines.frequency_hz, [&](std::size_t i) {
+  const auto size_at = [&](std::size_t i) {
     const double std = lines.std.empty() ? 0.0 : lines.std[i];
     return std::abs(lines.value[i]) + (i + 1 == lines.lines() ? -std : std);
-  });
-  if (whole || !design::ends_on_flank(at_end, rise)) return std::nullopt;
+  };
+  const auto end = design::loop_end(lines.frequency_hz, size_at, at_end);
+  if (whole ? at_end < 1.0 : !design::ends_too_large(end)) return std::nullopt;
+  if (!whole && end.rises())
+    return fmt::format(
+        "|L| rises to {:.2g} (with its error {:.2g}) at the last that is known, {:.3g} Hz: a resonance is "
+        "near, "
+        "which may lift it to 1; excite higher frequencies too",
+        std::abs(lines.value.back()), at_end, last_hz);
   return fmt::format(
-      "|L| rises to {:.2g} (with its error {:.2g}) at the last that is known, {:.3g} Hz: a resonance is "
-      "near, "
-      "which may lift it to 1; excite higher frequencies too",
-      std::abs(lines.value.back()), at_end, last_hz);
+      "with its error |L| is still {:.2g} at the last that is known, {:.3g} Hz, where it must be below {:g} "
+      "for "
+      "nothing above to lift it to 1; excite higher frequencies too",
+      at_end, last_hz, whole ? 1.0 : design::kLargestAtEnd);
 }
 
 Finding not_judged(const std::string& why) {
