@@ -235,15 +235,16 @@ std::string limit_sentence(const Tuning& t) {
   const auto limits = [&](const char* name) {
     return std::find(c.limits.begin(), c.limits.end(), name) != c.limits.end();
   };
+  const bool has_prices = !c.position_gain && !is_p(c);  // the curves of bounds are those of a velocity PI
   std::string unknown;
   for (const auto& name : c.limits) {
-    const bool is_computed = !c.position_gain && (name == "sensitivity_peak" || name == "load_peak");
+    const bool is_computed = has_prices && (name == "sensitivity_peak" || name == "load_peak");
     if (is_computed || name == "beyond_band_peak") continue;  // the band's worth is a finding
     unknown += (unknown.empty() ? "" : " or ") + loop_figure_symbol(name, c.position_gain.has_value());
   }
   if (!unknown.empty())
     text += fmt::format(" What a looser bound on {} would buy was not computed.", unknown);
-  if (c.position_gain) return text;  // the curves of bounds are those of a velocity PI
+  if (!has_prices) return text;
   if (limits("sensitivity_peak"))
     text += cost_text(t.over_sensitivity, t.options.largest_sensitivity, &TradeOff::sensitivity, "|S|");
   if (limits("load_peak"))

@@ -311,6 +311,7 @@ TEST(TuneText, TellsAProportionalControllerByItsGain) {
   EXPECT_TRUE(holds(text, "have kp 2.40 in place of 2.20"));
   EXPECT_FALSE(holds(text, "ki "));
   EXPECT_FALSE(holds(text, "times stiffer"));
+  EXPECT_FALSE(holds(text, "IAE of the best PI"));
 }
 
 /// Structures that are searched are not designed again for less uncertainty.
