@@ -7,6 +7,7 @@
 #include <cmath>
 #include <resonid/base/constants.hpp>
 #include <span>
+#include <string>
 
 #include "design/ends_of_lines.hpp"
 #include "design/line_margins.hpp"
@@ -214,6 +215,37 @@ void judge(const design::LineStability& stability, Tuning& tuning) {
                                       : untold_text(stability)});
 }
 
+/// What the bound on |S| is worth above the last line. Twice the |L| there is left room for; on the flank of
+/// a resonance it may become any number of times larger. `size`: |L| at the last line, with its error.
+void promise_ends(const data::FrequencyResponse& plant, double size, Tuning& tuning) {
+  const auto& c = tuning.proposed();
+  const auto* figure = c.figure("sensitivity_peak");
+  if (!c.stable || figure == nullptr || !figure->bound) return;
+  // Noise of single lines is no rise.
+  const auto size_at = [&](std::size_t i) {
+    const double std = i + 1 == plant.lines() ? -plant.std[i] : plant.std[i];
+    return std::abs(c.feedback.response(plant.frequency_hz[i])) * (std::abs(plant.value[i]) + std);
+  };
+  const double last_hz = plant.frequency_hz.back();
+  constexpr double kToHalfTheRate = 0.95;
+  if (2.0 * last_hz * tuning.sample_time_s >= kToHalfTheRate) return;
+  const bool rises = design::loop_end(plant.frequency_hz, size_at, size).rises();
+  const double left = 1.0 - 2.0 * size;
+  if (!rises && left * *figure->bound >= 1.0) return;
+  std::string above = "|L| rises there, as below a resonance, at which |S| may exceed its bound";
+  if (!rises)
+    above = "A resonance above, which the recording could not show, may take |S| " +
+            (left > 0.0 ? fmt::format("to {:.3g}", 1.0 / left) : std::string("beyond any bound"));
+  tuning.findings.push_back(
+      {"promise-ends-with-band",
+       diagnostics::Severity::warning,
+       last_hz,
+       {},
+       fmt::format("The bounds are promised up to {:.3g} Hz, the last line that was "
+                   "measured. {} (bound {:.3g}). Excite up to where |L| is small and falls.",
+                   last_hz, above, *figure->bound)});
+}
+
 }  // namespace
 
 bool is_response_only(const Result& result, const TuneOptions& options) {
@@ -294,6 +326,7 @@ expected<Tuning, Error> tune_by_response(const Result& result, const TuneOptions
   put_margins(plant, disks->radii, controller);
   tuning.candidates = {std::move(controller)};
   judge(found->stability, tuning);
+  promise_ends(plant, design::kLargestAtEnd * found->worst.back().value, tuning);
   if (options.running) {
     auto running = law_of(options.running->sampled(step)).what;
     running.structure = "running";

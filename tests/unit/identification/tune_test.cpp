@@ -698,6 +698,32 @@ TEST(Tune, KnowsTheWorstOfEveryFigureOverItsEllipsoid) {
   EXPECT_NEAR(*c.figure("reference_peak_torque")->worst, value_of(c, "reference_peak_torque"), 1e-9);
 }
 
+/// Lines that end on the flank of the resonance do not show what |S| is at it.
+TEST(Tune, PromisesNothingAboveTheLinesOfAResponse) {
+  auto result = identified();
+  result.model.reset();
+  auto o = few_draws();
+  o.evaluate = pi(0.45, 0.3);
+  const auto ends = [&] {
+    const auto tuning = tune(result, o);
+    EXPECT_TRUE(tuning) << message_of(tuning.error());
+    if (!tuning) return std::string();
+    EXPECT_TRUE(tuning->proposed().stable);
+    for (const auto& f : tuning->findings)
+      if (f.id == "promise-ends-with-band") return f.meaning;
+    return std::string();
+  };
+  EXPECT_EQ(ends(), "");
+  auto& r = result.response;
+  const auto known = std::ranges::upper_bound(r.frequency_hz, 13.0) - r.frequency_hz.begin();
+  const auto cut = [&](auto& values) { values.resize(static_cast<std::size_t>(known)); };
+  cut(r.frequency_hz);
+  cut(r.value);
+  cut(r.std);
+  cut(r.coherence);
+  EXPECT_NE(ends().find("|L| rises there, as below a resonance"), std::string::npos) << ends();
+}
+
 TEST(Tune, SaysWhichBoundCouldBeMetInstead) {
   auto o = few_draws();
   o.least_bandwidth_hz = 14.8;
